@@ -1,0 +1,66 @@
+// What `defrec track` hands to the overlay and to the report: plain values, no library handle and no OpenCV
+// type.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace defrec::cli {
+
+enum class VertexStatus : std::uint8_t {
+    unknown = 0,       ///< no claim: not shown as geometry that is known
+    observed = 1,      ///< supported by this frame's stereo data
+    extrapolated = 2,  ///< moved by the model only: hidden, or without data near
+};
+
+/// Projects `count` points (x, y, z interleaved, mm, left rectified camera) to pixels (u, v interleaved) of
+/// the left image as it is handed to OverlayWriter::add and ReportWriter::add. Points that cannot be
+/// projected (behind the camera, not finite) give NaN. Called on the caller's thread only.
+using Projector = std::function<void(const float* xyz, std::size_t count, float* uv)>;
+
+/// The template as captured. Copied by whoever receives it.
+struct TemplateRecord {
+    std::vector<float> vertices;   ///< x, y, z interleaved, mm, left rectified camera of the template's frame
+    std::vector<float> vertex_uv;  ///< u, v interleaved: where each vertex lies in the template's left image
+    std::vector<std::uint32_t> triangles;  ///< three vertex indices each
+};
+
+/// A feature of the template and where it was found now, in pixels of the left image as given.
+struct MatchSegment {
+    float template_u = 0, template_v = 0;
+    float live_u = 0, live_v = 0;
+    float weight = 0;     ///< 0..1, the weight in the optimisation
+    bool inlier = false;  ///< kept by RANSAC
+};
+
+/// One frame's result. Vectors may be empty where the frame has none of it: a lost frame carries no geometry.
+/// Fill the same object again for each frame to save allocations.
+struct FrameRecord {
+    std::int64_t index = 0;       ///< frame number in the input
+    double timestamp_ms = 0;      ///< since the first frame, of the input's clock
+    std::string state;            ///< initialising, tracking, degraded, lost, relocalised
+    std::string reasons;          ///< names of the reasons, comma separated; empty if none
+    int features = 0;             ///< detected in this frame
+    int matches = 0;              ///< matched to the template
+    int inliers = 0;              ///< kept by RANSAC
+    double observed_share = 0;    ///< 0..1, vertices with status observed
+    double mean_residual_mm = 0;  ///< NaN if nothing was measured
+    double frame_ms = 0;          ///< whole frame in the library, submit to result; 0 if unknown
+    std::vector<std::pair<std::string, double>>
+        stage_ms;  ///< name and milliseconds, in the order to be shown
+    /// Rows of [R | t], mm: template's frame to the current left rectified camera.
+    std::array<double, 12> rigid{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    std::vector<float>
+        vertices;  ///< deformed, as TemplateRecord::vertices but of the current camera; or empty
+    std::vector<VertexStatus> vertex_status;  ///< one each, or empty with `vertices`
+    std::vector<float> expected_error_mm;     ///< one each, or empty: not known
+    std::vector<float> control_points;        ///< x, y, z interleaved, mm, deformed
+    std::vector<MatchSegment> matched;
+};
+
+}  // namespace defrec::cli
