@@ -1,0 +1,5 @@
+#include "backends/cpu/stages.hpp"
+
+namespace defrec::cpu {
+std::unique_ptr<Stage> make_ransac(const defrec_ransac_params&, const Host&) { throw StageError(DEFREC_ERROR_UNSUPPORTED, "not written"); }
+}  // namespace defrec::cpu

@@ -1,0 +1,5 @@
+#include "backends/reference/stages.hpp"
+
+namespace defrec::reference {
+std::unique_ptr<Stage> make_match(const defrec_match_params&, const Host&) { throw StageError(DEFREC_ERROR_UNSUPPORTED, "not written"); }
+}  // namespace defrec::reference

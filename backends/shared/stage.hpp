@@ -1,0 +1,138 @@
+// What a stage of a backend in host memory looks like from outside: made from parameters, prepared with a template, run on buffers.
+// plugins/base puts it behind the plugin ABI. Not part of any public interface.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "include/defrec_plugin.h"
+
+namespace defrec {
+
+// What a stage throws; plugins/base turns it into the status and the text of the last error.
+class StageError : public std::runtime_error {
+  public:
+    StageError(defrec_status status, const std::string& text) : std::runtime_error(text), status_(status) {}
+    defrec_status status() const { return status_; }
+
+  private:
+    defrec_status status_;
+};
+
+// The host's services as C++ sees them. Copyable; the table outlives every copy.
+class Host {
+  public:
+    explicit Host(const defrec_host* table) : table_(table) {}
+
+    void* allocate(size_t size, size_t alignment) const {
+        void* memory = table_->alloc(table_->self, size, alignment);
+        if (memory == nullptr) throw std::bad_alloc();
+        return memory;
+    }
+    void release(void* memory) const { table_->free(table_->self, memory); }
+
+    // Calls body(0 .. count-1), each once, on any threads; returns when all have returned. body must not throw.
+    template <class Body>
+    void parallel_for(size_t count, Body&& body) const {
+        auto call = [](void* arg, size_t index) { (*static_cast<std::remove_reference_t<Body>*>(arg))(index); };
+        table_->parallel_for(table_->self, count, call, &body);
+    }
+    size_t concurrency() const { return table_->concurrency(table_->self); }
+
+    bool operator==(const Host& other) const { return table_ == other.table_; }
+
+  private:
+    const defrec_host* table_;
+};
+
+// Memory from the host's allocator, cache-line aligned, zeroed by std::vector.
+template <class T>
+class HostAllocator {
+  public:
+    using value_type = T;
+    explicit HostAllocator(const Host& host) : host_(host) {}
+    template <class U>
+    HostAllocator(const HostAllocator<U>& other) : host_(other.host()) {}
+    T* allocate(size_t count) { return static_cast<T*>(host_.allocate(count * sizeof(T), 64)); }
+    void deallocate(T* memory, size_t) { host_.release(memory); }
+    const Host& host() const { return host_; }
+    template <class U>
+    bool operator==(const HostAllocator<U>& other) const { return host_ == other.host(); }
+
+  private:
+    Host host_;
+};
+template <class T>
+using HostVector = std::vector<T, HostAllocator<T>>;
+
+// A buffer in host memory; data is nullptr where an optional one was not given.
+struct InBuffer {
+    const void* data = nullptr;
+    uint64_t size = 0;
+    template <class T>
+    const T* as() const { return static_cast<const T*>(data); }
+};
+struct OutBuffer {
+    void* data = nullptr;
+    uint64_t size = 0;
+    template <class T>
+    T* as() const { return static_cast<T*>(data); }
+};
+
+class Stage {
+  public:
+    virtual ~Stage() = default;
+    // Reads the inputs that stay the same from run to run. May allocate.
+    virtual void prepare(std::span<const InBuffer>) {
+        throw StageError(DEFREC_ERROR_ARGUMENT, "this stage has nothing to prepare");
+    }
+    // Computes every output. Does not allocate.
+    virtual void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) = 0;
+};
+
+// Throws unless there are exactly `required` buffers plus up to `optional` more, and the required ones are given.
+inline void expect_buffers(const char* what, std::span<const InBuffer> buffers, size_t required, size_t optional = 0);
+inline void expect_buffers(const char* what, std::span<const OutBuffer> buffers, size_t required, size_t optional = 0);
+
+namespace detail {
+template <class Buffer>
+void expect_buffers(const char* what, std::span<const Buffer> buffers, size_t required, size_t optional) {
+    if (buffers.size() < required || buffers.size() > required + optional)
+        throw StageError(DEFREC_ERROR_ARGUMENT, std::string(what) + ": " + std::to_string(buffers.size()) + " buffers given, " +
+                                                    std::to_string(required) + " to " + std::to_string(required + optional) +
+                                                    " expected");
+    for (size_t i = 0; i < required; ++i)
+        if (buffers[i].data == nullptr && buffers[i].size != 0)
+            throw StageError(DEFREC_ERROR_ARGUMENT, std::string(what) + ": buffer " + std::to_string(i) + " is NULL");
+}
+template <class T, class Buffer>
+auto take(const char* what, const Buffer& buffer, size_t count) {
+    if (buffer.size < count * sizeof(T))
+        throw StageError(DEFREC_ERROR_ARGUMENT, std::string(what) + ": buffer of " + std::to_string(buffer.size) + " bytes given, " +
+                                                    std::to_string(count * sizeof(T)) + " needed");
+    return buffer.template as<T>();
+}
+}  // namespace detail
+inline void expect_buffers(const char* what, std::span<const InBuffer> buffers, size_t required, size_t optional) {
+    detail::expect_buffers(what, buffers, required, optional);
+}
+inline void expect_buffers(const char* what, std::span<const OutBuffer> buffers, size_t required, size_t optional) {
+    detail::expect_buffers(what, buffers, required, optional);
+}
+// The buffer as count elements of T; throws with the size needed if it is smaller.
+template <class T>
+const T* take(const char* what, const InBuffer& buffer, size_t count) { return detail::take<T>(what, buffer, count); }
+template <class T>
+T* take(const char* what, const OutBuffer& buffer, size_t count) { return detail::take<T>(what, buffer, count); }
+// The same for an optional buffer: nullptr where it was not given.
+template <class T, class Buffer>
+auto take_optional(const char* what, std::span<const Buffer> buffers, size_t index, size_t count) -> decltype(take<T>(what, buffers[0], count)) {
+    if (index >= buffers.size() || buffers[index].data == nullptr) return nullptr;
+    return take<T>(what, buffers[index], count);
+}
+
+}  // namespace defrec
