@@ -20,7 +20,7 @@ class RenderUsageError : public std::invalid_argument {
     using std::invalid_argument::invalid_argument;
 };
 
-/// The sequence could not be written (disk full, folder not writable): exit code 1.
+/// The sequence could not be written (disk full, folder not writable): exit code 7.
 class RenderOutputError : public std::runtime_error {
   public:
     using std::runtime_error::runtime_error;
@@ -56,7 +56,7 @@ std::vector<SceneInfo> list_scenes();
 void render_sequence(const RenderOptions& options, const ProgressFn& progress);
 
 /// Adds the subcommand. When the user chose it, `run` is set to the function that carries it out and returns the
-/// exit code: 0 done, 1 cannot write, 2 usage. `run` must outlive the parsing. Returns the subcommand.
+/// exit code: 0 done, 2 usage, 7 cannot write. `run` must outlive the parsing. Returns the subcommand.
 CLI::App* add_render_command(CLI::App& app, std::function<int()>& run);
 
 }  // namespace defrec::cli

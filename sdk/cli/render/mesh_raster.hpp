@@ -1,0 +1,67 @@
+// Which point of the deformed surface each pixel of an eye sees: a fine mesh of the surface, hit by the exact ray of
+// every pixel, so that lens distortion costs no accuracy.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "instrument.hpp"
+#include "rig.hpp"
+#include "surface.hpp"
+
+namespace defrec::cli {
+
+/// A regular mesh in material coordinates, deformed for one frame. Scene's frame, mm.
+struct DeformedMesh {
+    int columns = 0, rows = 0;
+    double spacing = 0, first_s = 0, first_t = 0;  ///< mm, material
+    std::vector<Eigen::Vector3d> points;           ///< columns * rows
+    std::vector<Eigen::Vector3f> normals;          ///< unit, towards the camera
+
+    DeformedMesh(double half_width, double half_height, double spacing_mm);
+    void deform(const Surface& surface, double time, const Motion& motion, int threads);
+};
+
+/// One eye: its lens, the ray of every pixel, and its pose for the frame.
+struct Eye {
+    Lens lens;
+    int width = 0, height = 0;
+    std::vector<Eigen::Vector2f> rays;  ///< (x/z, y/z), width * height
+    Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< x_eye = rotation * x_scene + translation
+    Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+
+    Eye(const Lens& its_lens, int its_width, int its_height, int threads);
+    Eigen::Vector3d from_scene(const Eigen::Vector3d& point) const { return rotation * point + translation; }
+    Instrument from_scene(Instrument instrument) const {
+        instrument.tip = from_scene(instrument.tip);
+        instrument.axis = rotation * instrument.axis;
+        return instrument;
+    }
+};
+
+/// What a pixel sees of the mesh; z is 0 where it sees none.
+struct Hit {
+    float z = 0;             ///< mm along the optical axis
+    float s = 0, t = 0;      ///< material
+    Eigen::Vector3f normal;  ///< scene's frame, not normalised
+};
+
+/// Holds the buffers of one size between frames.
+class MeshRaster {
+  public:
+    /// hits: width * height. Same result for any number of threads.
+    void render(const DeformedMesh& mesh, const Eye& eye, int threads, std::vector<Hit>& hits);
+
+  private:
+    struct Seen {
+        Eigen::Vector3d point;  ///< eye's frame
+        float u, v;
+    };
+    void band(const DeformedMesh& mesh, const Eye& eye, int first, int last, std::vector<Hit>& hits) const;
+    void triangle(const DeformedMesh& mesh, const Eye& eye, const int (&corner)[3], int first, int last,
+                  std::vector<Hit>& hits) const;
+
+    std::vector<Seen> seen_;
+};
+
+}  // namespace defrec::cli

@@ -1,0 +1,73 @@
+// Counter-based random numbers and gradient noise: functions of their arguments alone, so that a picture does not
+// depend on the order in which threads paint it.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+namespace defrec::cli {
+
+/// Scrambles 64 bits (the finaliser of SplitMix64, Steele et al. 2014).
+inline std::uint64_t scramble(std::uint64_t x) {
+    x += 0x9E3779B97F4A7C15ull;
+    x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9ull;
+    x = (x ^ (x >> 27)) * 0x94D049BB133111EBull;
+    return x ^ (x >> 31);
+}
+
+/// A stream of numbers for building a scene; the same seed gives the same stream.
+class Random {
+  public:
+    explicit Random(std::uint64_t seed) : state_(scramble(seed)) {}
+
+    /// Uniform in [low, high).
+    double uniform(double low, double high) {
+        state_ = scramble(state_);
+        return low + (high - low) * (static_cast<double>(state_ >> 11) * 0x1.0p-53);
+    }
+
+  private:
+    std::uint64_t state_;
+};
+
+inline std::uint32_t lattice_hash(std::int32_t x, std::int32_t y, std::uint32_t seed) {
+    std::uint32_t h = static_cast<std::uint32_t>(x) * 0x8DA6B343u ^ static_cast<std::uint32_t>(y) * 0xD8163841u ^ seed;
+    h = (h ^ (h >> 15)) * 0x2C1B3C6Du;
+    h = (h ^ (h >> 12)) * 0x297A2D39u;
+    return h ^ (h >> 15);
+}
+
+/// One of 16 directions times the offset from the lattice point.
+inline float lattice_gradient(std::uint32_t hash, float dx, float dy) {
+    constexpr float kCos[16] = {1.0f,  0.9239f,  0.7071f,  0.3827f,  0.0f,  -0.3827f, -0.7071f, -0.9239f,
+                                -1.0f, -0.9239f, -0.7071f, -0.3827f, -0.0f, 0.3827f,  0.7071f,  0.9239f};
+    const std::uint32_t i = hash >> 28;
+    return kCos[i] * dx + kCos[(i + 12) & 15] * dy;
+}
+
+/// Gradient noise (Perlin 2002, quintic fade) with a lattice of 1; about -1..1, mean 0, standard deviation about 0.35.
+inline float gradient_noise(float x, float y, std::uint32_t seed) {
+    const float floor_x = std::floor(x);
+    const float floor_y = std::floor(y);
+    const auto ix = static_cast<std::int32_t>(floor_x);
+    const auto iy = static_cast<std::int32_t>(floor_y);
+    const float fx = x - floor_x;
+    const float fy = y - floor_y;
+    const float a = lattice_gradient(lattice_hash(ix, iy, seed), fx, fy);
+    const float b = lattice_gradient(lattice_hash(ix + 1, iy, seed), fx - 1.0f, fy);
+    const float c = lattice_gradient(lattice_hash(ix, iy + 1, seed), fx, fy - 1.0f);
+    const float d = lattice_gradient(lattice_hash(ix + 1, iy + 1, seed), fx - 1.0f, fy - 1.0f);
+    const float u = fx * fx * fx * (fx * (fx * 6.0f - 15.0f) + 10.0f);
+    const float v = fy * fy * fy * (fy * (fy * 6.0f - 15.0f) + 10.0f);
+    const float top = a + u * (b - a);
+    const float bottom = c + u * (d - c);
+    return 1.4f * (top + v * (bottom - top));
+}
+
+inline float smooth_step(float low, float high, float x) {
+    float t = (x - low) / (high - low);
+    t = t < 0.0f ? 0.0f : (t > 1.0f ? 1.0f : t);
+    return t * t * (3.0f - 2.0f * t);
+}
+
+}  // namespace defrec::cli

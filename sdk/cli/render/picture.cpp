@@ -1,0 +1,229 @@
+// From what an eye sees to its 8-bit picture.
+#include "picture.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "noise.hpp"
+#include "parallel_rows.hpp"
+
+namespace defrec::cli {
+namespace {
+
+constexpr int kVeilStep = 8;  // px between samples of the smoke, which is smooth
+constexpr Rgb kSmokeColour{0.40f, 0.39f, 0.40f};
+
+/// x to the power of 2^squarings, for highlights.
+float sharpened(float x, int squarings) {
+    for (int i = 0; i < squarings; ++i) {
+        x *= x;
+    }
+    return x;
+}
+
+/// Linear light 0..1 to grey levels by the usual power law.
+const std::array<float, 4097>& tone_curve() {
+    static const std::array<float, 4097> curve = [] {
+        std::array<float, 4097> c{};
+        for (std::size_t i = 0; i < c.size(); ++i) {
+            c[i] = 255.0f * static_cast<float>(std::pow(static_cast<double>(i) / 4096.0, 1.0 / 2.2));
+        }
+        return c;
+    }();
+    return curve;
+}
+
+std::uint8_t developed(float linear, float offset, float random, float noise) {
+    const float position = std::clamp(linear, 0.0f, 1.0f) * 4096.0f;
+    const int index = std::min(static_cast<int>(position), 4095);
+    const auto& curve = tone_curve();
+    const float level = curve[index] + (position - static_cast<float>(index)) * (curve[index + 1] - curve[index]);
+    const float deviation = noise * (0.9f + 0.055f * std::sqrt(level + 1.0f));
+    return static_cast<std::uint8_t>(std::clamp(level + offset + deviation * random, 0.0f, 255.0f) + 0.5f);
+}
+
+/// Roughly normal, mean 0, deviation 1, from 21 bits: the sum of three uniform numbers.
+float bell(std::uint64_t bits) {
+    const auto sum = static_cast<float>((bits & 127u) + ((bits >> 7) & 127u) + ((bits >> 14) & 127u));
+    return (sum - 190.5f) * (1.0f / 64.0f);
+}
+
+Rgb drape_colour(const Eigen::Vector2f& ray, const Eigen::Vector3d& eye_offset) {
+    constexpr float kDistance = 260.0f;
+    const float x = kDistance * ray.x() + static_cast<float>(eye_offset.x());
+    const float y = kDistance * ray.y() + static_cast<float>(eye_offset.y());
+    const float fold = gradient_noise(x / 90.0f, y / 40.0f, 77u) + 0.4f * gradient_noise(x / 31.0f, y / 23.0f, 78u);
+    return (0.10f + 0.05f * fold) * Rgb{0.35f, 0.95f, 1.05f};
+}
+
+/// Brushed steel, lit from the lamp. `normal` and `point` in the eye's frame.
+Rgb steel_colour(const Eigen::Vector3f& point, const Eigen::Vector3f& normal, float along, const Lighting& lighting) {
+    const Eigen::Vector3f to_lamp = lighting.lamp.cast<float>() - point;
+    const float distance = to_lamp.norm();
+    const Eigen::Vector3f l = to_lamp / distance;
+    const Eigen::Vector3f h = (l - point.normalized()).normalized();
+    const float facing = std::max(0.0f, normal.dot(l));
+    const float shine = std::max(0.0f, normal.dot(h));
+    const float reach = static_cast<float>(lighting.distance) / distance;
+    const bool ring = along > 8.0f && std::fmod(along, 9.0f) < 0.9f && along < 28.0f;
+    const float brushed = 1.0f + 0.10f * gradient_noise(along * 2.3f, 3.0f * normal.x(), 55u);
+    const float level = (0.05f + 0.30f * facing + 0.9f * sharpened(shine, 5)) * (ring ? 0.25f : 1.0f) * brushed;
+    return std::min(reach * reach, 2.5f) * lighting.exposure * level * Rgb{0.93f, 0.97f, 1.0f};
+}
+
+}  // namespace
+
+void Painter::paint(const Eye& eye, const std::vector<Hit>& hits, const PictureRequest& request,
+                    std::vector<std::uint8_t>& bgr) {
+    light_.resize(static_cast<std::size_t>(eye.width) * eye.height);
+    bgr.resize(3 * light_.size());
+    if (request.smoke.density > 0) {
+        prepare_smoke(eye, request);
+    }
+    parallel_rows(eye.height, threads_,
+                  [&](int first, int last) { paint_rows(eye, hits, request, first, last); });
+    parallel_rows(eye.height, threads_, [&](int first, int last) { expose_rows(eye, request, first, last, bgr); });
+}
+
+Rgb Painter::tissue_colour(const Eye& eye, const Hit& hit, const Eigen::Vector2f& ray, const PictureRequest& request,
+                           const Instrument* instrument) const {
+    const Eigen::Vector3f point(hit.z * ray.x(), hit.z * ray.y(), hit.z);
+    const Eigen::Matrix3f turn = eye.rotation.cast<float>();
+    const Eigen::Vector3f normal = (turn * hit.normal).normalized();
+    const Eigen::Vector3f to_lamp = request.lighting.lamp.cast<float>() - point;
+    const float distance = to_lamp.norm();
+    const Eigen::Vector3f l = to_lamp / distance;
+    const Eigen::Vector3f view = -point.normalized();
+
+    const float footprint = hit.z / static_cast<float>(eye.lens.fx);
+    const Tissue::Sample sample = tissue_.at(hit.s, hit.t, footprint);
+    const Eigen::Vector3f rough =
+        (normal + sample.slope_s * turn.col(0) + sample.slope_t * turn.col(1)).normalized();
+    const Eigen::Vector3f half = (l + view).normalized();
+    const float facing = std::max(0.0f, normal.dot(l));
+    const float soft = sharpened(std::max(0.0f, normal.dot(half)), 4);
+    const float sharp = sharpened(std::max(0.0f, rough.dot(half)), 8);
+
+    const float reach = static_cast<float>(request.lighting.distance) / distance;
+    float lit = reach * reach * request.lighting.exposure;
+    if (instrument != nullptr) {
+        const Approach shade = nearest_approach(*instrument, point.cast<double>(), to_lamp.cast<double>(), 0.0, 1.0);
+        const auto radius = static_cast<float>(instrument->radius);
+        lit *= 0.18f + 0.82f * smooth_step(0.85f * radius, 1.25f * radius, static_cast<float>(shade.distance));
+    }
+    const float highlight = 0.05f * soft + 2.2f * sample.wetness * sharp;
+    return lit * (facing * sample.albedo + highlight * Rgb{1.0f, 0.97f, 0.93f});
+}
+
+/// instrument: in the eye's frame.
+Rgb Painter::instrument_over(Rgb behind, const Eye& eye, const Hit& hit, const Eigen::Vector2f& ray,
+                             const Instrument& instrument, const Lighting& lighting) {
+    const Eigen::Vector3d direction(ray.x(), ray.y(), 1.0);
+    const double far = hit.z > 0 ? hit.z : 1000.0;
+    const Approach near = nearest_approach(instrument, Eigen::Vector3d::Zero(), direction, 1.0, far);
+    const double pixel_mm = near.along_line / eye.lens.fx;
+    const double cover = std::clamp((instrument.radius - near.distance) / pixel_mm + 0.5, 0.0, 1.0);
+    if (cover <= 0) {
+        return behind;
+    }
+    const Eigen::Vector3d on_axis = instrument.tip + near.along_axis * instrument.axis;
+    const Eigen::Vector3d across = direction - direction.dot(instrument.axis) * instrument.axis;
+    const double inside =
+        std::sqrt(std::max(0.0, instrument.radius * instrument.radius - near.distance * near.distance));
+    const Eigen::Vector3d normal =
+        (near.along_line * direction - on_axis - inside * across.normalized()).normalized();
+    const Eigen::Vector3d point = on_axis + instrument.radius * normal;
+    const Rgb steel = steel_colour(point.cast<float>(), normal.cast<float>(),
+                                   static_cast<float>(near.along_axis), lighting);
+    return mix(behind, steel, static_cast<float>(cover));
+}
+
+void Painter::paint_rows(const Eye& eye, const std::vector<Hit>& hits, const PictureRequest& request, int first,
+                         int last) {
+    const Instrument tool = eye.from_scene(request.instrument.value_or(Instrument{}));
+    const Instrument* instrument = request.instrument ? &tool : nullptr;
+    const float corner = 0.25f * static_cast<float>(eye.width * eye.width + eye.height * eye.height);
+    for (int v = first; v < last; ++v) {
+        for (int u = 0; u < eye.width; ++u) {
+            const std::size_t pixel = static_cast<std::size_t>(v) * eye.width + u;
+            const Eigen::Vector2f ray = eye.rays[pixel];
+            const Hit& hit = hits[pixel];
+            Rgb colour{0.0008f, 0.0008f, 0.0008f};
+            if (request.outside == Outside::drape) {
+                colour = drape_colour(ray, request.eye_offset);
+            } else if (request.outside == Outside::none && hit.z > 0) {
+                colour = tissue_colour(eye, hit, ray, request, instrument);
+            }
+            if (instrument != nullptr && request.outside == Outside::none) {
+                colour = instrument_over(colour, eye, hit, ray, *instrument, request.lighting);
+            }
+            if (request.smoke.density > 0) {
+                colour = mix(colour, kSmokeColour, smoke_at(u, v));
+            }
+            const float du = static_cast<float>(u) - 0.5f * static_cast<float>(eye.width);
+            const float dv = static_cast<float>(v) - 0.5f * static_cast<float>(eye.height);
+            light_[pixel] = (1.0f - 0.42f * (du * du + dv * dv) / corner) * colour;
+        }
+    }
+}
+
+void Painter::expose_rows(const Eye& eye, const PictureRequest& request, int first, int last,
+                          std::vector<std::uint8_t>& bgr) const {
+    constexpr float kSide = 0.14f;
+    const auto row_blur = [&](int u, int v) {
+        const Rgb* row = light_.data() + static_cast<std::size_t>(v) * eye.width;
+        return kSide * (row[std::max(u - 1, 0)] + row[std::min(u + 1, eye.width - 1)]) + (1.0f - 2.0f * kSide) * row[u];
+    };
+    const Sensor& sensor = request.sensor;
+    for (int v = first; v < last; ++v) {
+        const int above = std::max(v - 1, 0), below = std::min(v + 1, eye.height - 1);
+        for (int u = 0; u < eye.width; ++u) {
+            const std::size_t pixel = static_cast<std::size_t>(v) * eye.width + u;
+            const Rgb seen = sensor.gain * (kSide * (row_blur(u, above) + row_blur(u, below)) +
+                                            (1.0f - 2.0f * kSide) * row_blur(u, v));
+            const std::uint64_t bits = scramble(sensor.seed ^ (pixel * 0xD1B54A32D192ED03ull));
+            bgr[3 * pixel] = developed(seen.b, sensor.offset, bell(bits), 1.2f * sensor.noise);
+            bgr[3 * pixel + 1] = developed(seen.g, sensor.offset, bell(bits >> 21), sensor.noise);
+            bgr[3 * pixel + 2] = developed(seen.r, sensor.offset, bell(bits >> 42), 1.1f * sensor.noise);
+        }
+    }
+}
+
+void Painter::prepare_smoke(const Eye& eye, const PictureRequest& request) {
+    veil_columns_ = (eye.width - 1) / kVeilStep + 2;
+    const int rows = (eye.height - 1) / kVeilStep + 2;
+    veil_.resize(static_cast<std::size_t>(veil_columns_) * rows);
+    const auto time = static_cast<float>(request.smoke.time);
+    for (int j = 0; j < rows; ++j) {
+        for (int i = 0; i < veil_columns_; ++i) {
+            const std::size_t pixel = static_cast<std::size_t>(std::min(j * kVeilStep, eye.height - 1)) * eye.width +
+                                      std::min(i * kVeilStep, eye.width - 1);
+            const Eigen::Vector2f ray = eye.rays[pixel];
+            float thickness = 0;
+            constexpr float kLayers[3] = {28.0f, 44.0f, 62.0f};
+            for (std::uint32_t layer = 0; layer < 3; ++layer) {
+                const float x = kLayers[layer] * ray.x() + static_cast<float>(request.eye_offset.x());
+                const float y = kLayers[layer] * ray.y() + static_cast<float>(request.eye_offset.y());
+                const float curl = gradient_noise(x / 14.0f, y / 14.0f + 0.05f * time, 61u + layer);
+                thickness += 0.40f + 0.45f * gradient_noise((x - 0.35f * time) / 17.0f + 0.6f * curl,
+                                                            (y + 0.22f * time) / 15.0f + 0.5f * curl, 71u + layer);
+            }
+            const float veil = 1.0f - std::exp(-std::max(0.0f, thickness));
+            veil_[static_cast<std::size_t>(j) * veil_columns_ + i] = request.smoke.density * veil;
+        }
+    }
+}
+
+float Painter::smoke_at(int u, int v) const {
+    const int i = u / kVeilStep, j = v / kVeilStep;
+    const float fu = static_cast<float>(u % kVeilStep) / kVeilStep;
+    const float fv = static_cast<float>(v % kVeilStep) / kVeilStep;
+    const float* row = veil_.data() + static_cast<std::size_t>(j) * veil_columns_ + i;
+    const float top = row[0] + fu * (row[1] - row[0]);
+    const float bottom = row[veil_columns_] + fu * (row[veil_columns_ + 1] - row[veil_columns_]);
+    return top + fv * (bottom - top);
+}
+
+}  // namespace defrec::cli

@@ -1,0 +1,85 @@
+// The command line of `defrec render`.
+#include "render_command.hpp"
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <unistd.h>
+
+namespace defrec::cli {
+namespace {
+
+constexpr int kExitUsage = 2;
+constexpr int kExitOutput = 7;
+
+struct Arguments {
+    RenderOptions options;
+    std::string size = "960x540";
+    bool list = false;
+    bool quiet = false;
+};
+
+void print_scenes() {
+    for (const SceneInfo& scene : list_scenes()) {
+        std::printf("%-12s  %s\n", scene.name.c_str(), scene.summary.c_str());
+    }
+}
+
+void parse_size(const std::string& text, RenderOptions& options) {
+    int used = 0;
+    if (std::sscanf(text.c_str(), "%4dx%4d%n", &options.width, &options.height, &used) != 2 ||
+        static_cast<std::size_t>(used) != text.size()) {
+        throw RenderUsageError("'" + text + "' is not a size; write it as 960x540");
+    }
+}
+
+int carry_out(Arguments& arguments) {
+    if (arguments.list) {
+        print_scenes();
+        return 0;
+    }
+    try {
+        if (arguments.options.scene.empty()) {
+            throw RenderUsageError("no scene was named; 'defrec render --list' names them");
+        }
+        parse_size(arguments.size, arguments.options);
+        const bool show = !arguments.quiet && isatty(STDERR_FILENO) != 0;
+        render_sequence(arguments.options, [&](int done, int total) {
+            if (show) {
+                std::fprintf(stderr, "\r%s: frame %d of %d%s", arguments.options.scene.c_str(), done, total,
+                             done == total ? "\n" : "");
+            }
+        });
+    } catch (const RenderUsageError& error) {
+        std::fprintf(stderr, "defrec render: %s\n", error.what());
+        return kExitUsage;
+    } catch (const RenderOutputError& error) {
+        std::fprintf(stderr, "defrec render: %s\n", error.what());
+        return kExitOutput;
+    }
+    return 0;
+}
+
+}  // namespace
+
+CLI::App* add_render_command(CLI::App& app, std::function<int()>& run) {
+    CLI::App* command = app.add_subcommand("render", "Write a reference sequence: stereo images with exact truth");
+    const auto arguments = std::make_shared<Arguments>();
+    RenderOptions& options = arguments->options;
+    command->add_option("scene", options.scene, "Name of the scene (see --list)");
+    command->add_option("--out", options.out_dir, "Folder to write to; created where absent");
+    command->add_option("--size", arguments->size, "Width x height of the images")->capture_default_str();
+    command->add_option("--frames", options.frames, "Number of frames; 0: the scene's own number, 60")
+        ->capture_default_str();
+    command->add_option("--seed", options.seed, "Another seed is another organ")->capture_default_str();
+    command->add_option("--threads", options.threads, "0: all; the result does not depend on it")
+        ->capture_default_str();
+    command->add_flag("--depth", options.depth, "Also write disparity/: 16-bit PNG, 256 x px, 0 unknown");
+    command->add_flag("--list", arguments->list, "Name the scenes and stop");
+    command->add_flag("--quiet", arguments->quiet, "No progress");
+    command->footer("Example: defrec render heartbeat --out /tmp/heartbeat --size 960x540 --frames 60");
+    command->callback([&run, arguments] { run = [arguments] { return carry_out(*arguments); }; });
+    return command;
+}
+
+}  // namespace defrec::cli

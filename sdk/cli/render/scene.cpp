@@ -1,0 +1,243 @@
+// The reference scenes.
+#include "scene.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "noise.hpp"
+
+namespace defrec::cli {
+namespace {
+
+constexpr double kTwoPi = 2.0 * std::numbers::pi;
+constexpr double kDegree = std::numbers::pi / 180.0;
+
+/// Camera that turns about a target in front of it. Angles in rad, lengths in mm.
+struct Orbit {
+    double yaw = 0, pitch = 0, roll = 0;
+    Eigen::Vector3d shift = Eigen::Vector3d::Zero();  ///< of target and camera
+    double retreat = 0;                               ///< away from the target
+};
+
+CameraPose pose_of(const Orbit& orbit, double depth) {
+    using Eigen::AngleAxisd;
+    using Eigen::Vector3d;
+    CameraPose pose;
+    const Eigen::Matrix3d to_scene = (AngleAxisd(orbit.yaw, Vector3d::UnitY()) *
+                                      AngleAxisd(orbit.pitch, Vector3d::UnitX()) *
+                                      AngleAxisd(orbit.roll, Vector3d::UnitZ()))
+                                         .toRotationMatrix();
+    const Vector3d target = Vector3d(0, 0, depth) + orbit.shift;
+    pose.rotation = to_scene.transpose();
+    pose.centre = target - (depth + orbit.retreat) * to_scene.col(2);
+    return pose;
+}
+
+/// What a hand or a holder adds to any camera: a few tenths of a mm.
+void add_tremor(Orbit& orbit, double time, double phase) {
+    orbit.shift += Eigen::Vector3d(0.12 * std::sin(0.61 * time + phase) + 0.07 * std::sin(1.53 * time),
+                                   0.10 * std::sin(0.47 * time + 2.0 * phase), 0.14 * std::sin(0.39 * time + 1.0));
+    orbit.roll += 0.0016 * std::sin(0.53 * time + phase);
+    orbit.pitch += 0.0009 * std::sin(0.71 * time + 3.0 * phase);
+}
+
+double ease(double low, double high, double x) {
+    const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
+    return t * t * (3.0 - 2.0 * t);
+}
+
+/// What a scene's own function needs of the whole.
+struct Setting {
+    int frames;
+    double depth;
+    double phase;  ///< from the seed, rad
+    const Surface* surface;
+
+    int share(double x) const { return static_cast<int>(std::lround(x * frames)); }
+};
+
+FrameState heartbeat(const Setting& setting, int frame) {
+    FrameState state;
+    // One frame of the stream is lost and its predecessor shown again.
+    const int lost = setting.share(0.55);
+    state.repeats_previous = frame == lost && frame > 0;
+    state.time = frame;
+    state.motion.heartbeat = {.lift = 5.0, .shear = 1.5, .twist = 0.035, .period = 22, .wavelength = 75};
+    state.motion.respiration = {.swell = 1.5, .shift = {1.0, 1.5}, .period = 95};
+    Orbit orbit;
+    add_tremor(orbit, frame, setting.phase);
+    state.camera = pose_of(orbit, setting.depth);
+    return state;
+}
+
+FrameState respiration(const Setting& setting, int frame) {
+    FrameState state;
+    state.time = frame;
+    state.motion.respiration = {.swell = 8.0, .shift = {3.0, 7.0}, .period = 46};
+    state.motion.heartbeat = {.lift = 0.8, .shear = 0.3, .twist = 0.0, .period = 21, .wavelength = 110};
+    const double t = frame;
+    Orbit orbit{.yaw = 6.0 * kDegree * std::sin(kTwoPi * t / 72.0),
+                .pitch = 4.0 * kDegree * std::sin(kTwoPi * t / 55.0 + 0.4),
+                .roll = 7.0 * kDegree * std::sin(kTwoPi * t / 88.0),
+                .shift = {5.0 * std::sin(kTwoPi * t / 64.0), 3.0 * std::sin(kTwoPi * t / 49.0), 0.0},
+                .retreat = -9.0 * (0.5 - 0.5 * std::cos(kTwoPi * t / 60.0))};
+    add_tremor(orbit, t, setting.phase);
+    state.camera = pose_of(orbit, setting.depth);
+    return state;
+}
+
+FrameState indentation(const Setting& setting, int frame) {
+    FrameState state;
+    state.time = frame;
+    const double t = frame;
+    const double press = 0.5 - 0.5 * std::cos(kTwoPi * std::max(0.0, t - 4.0) / 28.0);
+    const Eigen::Vector2d centre(-4.0 + 9.0 * std::sin(kTwoPi * t / 84.0), 3.0 - 5.0 * std::sin(kTwoPi * t / 66.0));
+    state.motion.heartbeat = {.lift = 1.2, .shear = 0.4, .twist = 0.0, .period = 23, .wavelength = 90};
+    state.motion.indentation = {.depth = 6.5 * press,
+                                .sigma = 9.0,
+                                .centre = centre,
+                                .drag = press * Eigen::Vector2d(3.2 * std::cos(0.11 * t), 2.4 * std::sin(0.09 * t))};
+    Orbit orbit{.yaw = 1.5 * kDegree * std::sin(kTwoPi * t / 80.0), .shift = {1.2 * std::sin(kTwoPi * t / 70.0), 0, 0}};
+    add_tremor(orbit, t, setting.phase);
+    state.camera = pose_of(orbit, setting.depth);
+    Instrument tool;
+    tool.axis = Eigen::Vector3d(-0.62, 0.42, -0.66).normalized();
+    const double hover = tool.radius + 5.0 * (1.0 - ease(0.0, 0.35, press));
+    tool.tip = setting.surface->at(centre.x(), centre.y(), t, state.motion) - Eigen::Vector3d(0, 0, hover);
+    state.instrument = tool;
+    return state;
+}
+
+FrameState fast_cut(const Setting& setting, int frame) {
+    FrameState state;
+    state.time = frame;
+    state.motion.heartbeat = {.lift = 2.5, .shear = 0.8, .twist = 0.0, .period = 24, .wavelength = 85};
+    state.motion.respiration = {.swell = 2.0, .shift = {1.0, 1.0}, .period = 70};
+    Orbit orbit;
+    add_tremor(orbit, frame, setting.phase);
+    if (frame >= setting.share(1.0 / 3.0)) {
+        orbit.shift += Eigen::Vector3d(15.0, 2.0, 0.0);
+        orbit.roll += 3.0 * kDegree;
+    }
+    if (frame >= setting.share(2.0 / 3.0)) {
+        orbit.shift += Eigen::Vector3d(-19.0, -7.0, 0.0);
+        orbit.retreat -= 5.0;
+        orbit.roll -= 5.0 * kDegree;
+    }
+    state.camera = pose_of(orbit, setting.depth);
+    return state;
+}
+
+FrameState out_of_body(const Setting& setting, int frame) {
+    FrameState state;
+    state.time = frame;
+    state.motion.heartbeat = {.lift = 2.5, .shear = 0.8, .twist = 0.01, .period = 24, .wavelength = 80};
+    state.motion.respiration = {.swell = 3.0, .shift = {1.0, 2.0}, .period = 70};
+    const int leaves = setting.share(0.37), dark_again = setting.share(0.53), returns = setting.share(0.60);
+    const int bright = setting.share(0.43);
+    const double t = frame;
+    Orbit orbit{.shift = {0.8 * std::sin(kTwoPi * t / 50.0), 0.6 * std::sin(kTwoPi * t / 40.0), 0.0}};
+    if (frame < leaves) {
+        orbit.retreat = 16.0 * ease(leaves - 8, leaves, t);
+    } else if (frame < returns) {
+        state.outside = frame >= bright && frame < dark_again ? Outside::drape : Outside::dark;
+    } else {
+        orbit.yaw = 9.0 * kDegree;
+        orbit.pitch = -5.0 * kDegree;
+        orbit.roll = 10.0 * kDegree;
+        orbit.shift += Eigen::Vector3d(-5.0, 2.5, 0.0);
+        orbit.retreat = 6.0 - 9.0 * ease(returns, returns + 14, t);
+    }
+    add_tremor(orbit, t, setting.phase);
+    state.camera = pose_of(orbit, setting.depth);
+    return state;
+}
+
+FrameState smoke(const Setting& setting, int frame) {
+    FrameState state;
+    state.time = frame;
+    const double t = frame;
+    const double x = t / std::max(1, setting.frames - 1);
+    state.motion.heartbeat = {.lift = 2.0, .shear = 0.7, .twist = 0.0, .period = 25, .wavelength = 95};
+    state.motion.respiration = {.swell = 3.0, .shift = {1.5, 2.5}, .period = 64};
+    state.smoke = {static_cast<float>(0.72 * ease(0.08, 0.45, x) * (1.0 - 0.8 * ease(0.70, 0.95, x))), t};
+    Orbit orbit{.yaw = 2.0 * kDegree * std::sin(kTwoPi * t / 66.0), .shift = {2.0 * std::sin(kTwoPi * t / 58.0), 0, 0}};
+    add_tremor(orbit, t, setting.phase);
+    state.camera = pose_of(orbit, setting.depth);
+    return state;
+}
+
+FrameState stretch(const Setting& setting, int frame) {
+    FrameState state;
+    state.time = frame;
+    const double t = frame;
+    state.motion.stretch = {.strain = 0.36 * (0.5 - 0.5 * std::cos(kTwoPi * t / 76.0)), .poisson = 0.4, .reach = 30};
+    state.motion.respiration = {.swell = 1.5, .shift = {0.5, 1.0}, .period = 60};
+    Orbit orbit{.roll = 2.0 * kDegree * std::sin(kTwoPi * t / 70.0)};
+    add_tremor(orbit, t, setting.phase);
+    state.camera = pose_of(orbit, setting.depth);
+    return state;
+}
+
+struct Entry {
+    SceneInfo info;
+    TissueLook look;
+    double relief;
+    float exposure;
+    FrameState (*at)(const Setting&, int);
+};
+
+const std::vector<Entry>& entries() {
+    static const std::vector<Entry> table = {
+        {{"heartbeat", "travelling beats with twist, a little breathing; one dropped frame"}, {}, 1.0, 1.0f, heartbeat},
+        {{"respiration", "swell and shift, moving and zooming camera; raw images", false}, {}, 0.9, 1.0f, respiration},
+        {{"indentation", "an instrument in front presses and drags the tissue"}, {}, 0.8, 1.0f, indentation},
+        {{"fast-cut", "two jumps of 10 mm and more from one frame to the next"}, {}, 1.0, 1.0f, fast_cut},
+        {{"out-of-body", "camera leaves the body and returns to another viewpoint; raw images", false},
+         {},
+         0.9,
+         1.0f,
+         out_of_body},
+        {{"smoke", "smooth, poorly textured organ behind smoke, with highlights"},
+         {.mottling = 0.42f, .vessels = 0.30f, .spots = 0.22f, .gloss = 1.5f, .base = {0.46f, 0.125f, 0.100f}},
+         0.5,
+         1.05f,
+         smoke},
+        {{"stretch", "tissue pulled by up to 36 %, with contraction across"}, {}, 0.7, 1.0f, stretch},
+    };
+    return table;
+}
+
+}  // namespace
+
+std::vector<SceneInfo> list_scenes() {
+    std::vector<SceneInfo> scenes;
+    for (const Entry& entry : entries()) {
+        scenes.push_back(entry.info);
+    }
+    return scenes;
+}
+
+Scene make_scene(const std::string& name, int width, int height, int frames, std::uint64_t seed) {
+    const auto& table = entries();
+    const auto entry = std::find_if(table.begin(), table.end(), [&](const Entry& e) { return e.info.name == name; });
+    if (entry == table.end()) {
+        std::string known;
+        for (const Entry& e : table) {
+            known += (known.empty() ? "" : ", ") + e.info.name;
+        }
+        throw RenderUsageError("there is no scene named '" + name + "'; the scenes are " + known);
+    }
+    const StereoRig rig = make_rig(width, height, entry->info.rectified);
+    const Surface surface(rig.depth, entry->relief, seed);
+    const double phase = Random(seed ^ 0xCA3E7A).uniform(0.0, kTwoPi);
+    const auto at = entry->at;
+    return {entry->info, rig, entry->look, surface, entry->exposure,
+            [surface, at, phase, frames, depth = rig.depth](int frame) {
+                return at(Setting{frames, depth, phase, &surface}, frame);
+            }};
+}
+
+}  // namespace defrec::cli

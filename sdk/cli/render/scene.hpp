@@ -1,0 +1,49 @@
+// The reference scenes: what moves and when. docs/reference_sequences.md says why.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "instrument.hpp"
+#include "picture.hpp"
+#include "render_command.hpp"
+#include "rig.hpp"
+#include "surface.hpp"
+#include "tissue.hpp"
+
+namespace defrec::cli {
+
+/// x_camera = rotation * (x_scene - centre), for the left eye.
+struct CameraPose {
+    Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+};
+
+/// All that differs from frame to frame.
+struct FrameState {
+    double time = 0;  ///< frames
+    Motion motion;
+    CameraPose camera;
+    std::optional<Instrument> instrument;
+    Smoke smoke;
+    Outside outside = Outside::none;
+    bool repeats_previous = false;  ///< a dropped frame: picture and truth of the frame before
+};
+
+struct Scene {
+    SceneInfo info;
+    StereoRig rig;
+    TissueLook look;
+    Surface surface;
+    float exposure = 1;
+    std::function<FrameState(int frame)> at;  ///< frame 0..frames-1, in any order
+};
+
+/// Throws RenderUsageError for an unknown name. frames as RenderOptions has it; events such as cuts fall at fixed
+/// shares of the sequence, motion has its own pace.
+Scene make_scene(const std::string& name, int width, int height, int frames, std::uint64_t seed);
+
+}  // namespace defrec::cli
