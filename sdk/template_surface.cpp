@@ -1,0 +1,181 @@
+#include "sdk/template_surface.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace defrec {
+namespace {
+
+struct Sample {
+    double disparity = 0;
+    double weight = 0;  // share of the window that had disparity; 0: none
+};
+
+// Value at the window's centre of a plane fitted to the window's disparities, twice, the second time without outliers.
+Sample fit_window(const CaptureInput& input, int cx, int cy, int radius) {
+    const int x0 = std::max(0, cx - radius), x1 = std::min(static_cast<int>(input.width) - 1, cx + radius);
+    const int y0 = std::max(0, cy - radius), y1 = std::min(static_cast<int>(input.height) - 1, cy + radius);
+    Eigen::Vector3d plane = Eigen::Vector3d::Zero();
+    double limit = std::numeric_limits<double>::infinity();
+    int used = 0;
+    for (int round = 0; round < 3; ++round) {
+        Eigen::Matrix3d normal = Eigen::Matrix3d::Identity() * 1e-6;
+        Eigen::Vector3d right = Eigen::Vector3d::Zero();
+        double squares = 0;
+        used = 0;
+        for (int y = y0; y <= y1; ++y)
+            for (int x = x0; x <= x1; ++x) {
+                const int16_t raw = input.disparity[static_cast<size_t>(y) * input.width + static_cast<size_t>(x)];
+                if (raw <= 0) continue;
+                const double d = raw / static_cast<double>(DEFREC_DISPARITY_ONE);
+                const Eigen::Vector3d row(1, x - cx, y - cy);
+                const double residual = d - plane.dot(row);
+                if (round > 0 && std::abs(residual) > limit) continue;
+                normal += row * row.transpose();
+                right += row * d;
+                squares += residual * residual;
+                ++used;
+            }
+        if (used < 12) return {};
+        plane = normal.ldlt().solve(right);
+        if (round > 0) limit = std::max(0.5, 2.5 * std::sqrt(squares / used));
+        if (round == 0) limit = 2.0;
+    }
+    const double area = static_cast<double>(x1 - x0 + 1) * (y1 - y0 + 1);
+    // The plane must not be an extrapolation of a few pixels at the window's rim.
+    if (used < 0.15 * area || plane[0] < 0.5) return {};
+    return {plane[0], used / area};
+}
+
+// Keeps the largest set of neighbouring samples without a step between them; clears the weight of the others.
+void keep_largest_surface(std::vector<Sample>& samples, int columns, int rows, double largest_step) {
+    std::vector<int> label(samples.size(), -1);
+    std::vector<int> stack;
+    int best = -1, best_size = 0, count = 0;
+    for (size_t seed = 0; seed < samples.size(); ++seed) {
+        if (samples[seed].weight <= 0 || label[seed] >= 0) continue;
+        int size = 0;
+        stack.assign(1, static_cast<int>(seed));
+        label[seed] = count;
+        while (!stack.empty()) {
+            const int index = stack.back();
+            stack.pop_back();
+            ++size;
+            const int x = index % columns, y = index / columns;
+            const int neighbours[4][2] = {{x - 1, y}, {x + 1, y}, {x, y - 1}, {x, y + 1}};
+            for (const auto& n : neighbours) {
+                if (n[0] < 0 || n[1] < 0 || n[0] >= columns || n[1] >= rows) continue;
+                const int other = n[1] * columns + n[0];
+                const Sample& a = samples[static_cast<size_t>(index)];
+                const Sample& b = samples[static_cast<size_t>(other)];
+                if (b.weight <= 0 || label[static_cast<size_t>(other)] >= 0) continue;
+                if (std::abs(a.disparity - b.disparity) > largest_step) continue;
+                label[static_cast<size_t>(other)] = count;
+                stack.push_back(other);
+            }
+        }
+        if (size > best_size) {
+            best_size = size;
+            best = count;
+        }
+        ++count;
+    }
+    for (size_t i = 0; i < samples.size(); ++i)
+        if (label[i] != best) samples[i].weight = 0;
+}
+
+// Minimises sum weight (D - d)^2 + stiffness * (D_xx^2 + 2 D_xy^2 + D_yy^2) in units of the grid.
+std::vector<float> smooth_spline(const std::vector<Sample>& samples, int columns, int rows, double stiffness) {
+    std::vector<Eigen::Triplet<double>> entries;
+    entries.reserve(samples.size() * 40);
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(samples.size()));
+    auto add = [&](std::initializer_list<std::pair<int, double>> stencil, double weight) {
+        for (const auto& [i, a] : stencil)
+            for (const auto& [j, b] : stencil)
+                if (i >= j) entries.emplace_back(i, j, weight * a * b);
+    };
+    for (int y = 0; y < rows; ++y)
+        for (int x = 0; x < columns; ++x) {
+            const int i = y * columns + x;
+            const Sample& sample = samples[static_cast<size_t>(i)];
+            entries.emplace_back(i, i, sample.weight + 1e-9);
+            right[i] = sample.weight * sample.disparity;
+            if (x > 0 && x + 1 < columns) add({{i - 1, 1}, {i, -2}, {i + 1, 1}}, stiffness);
+            if (y > 0 && y + 1 < rows) add({{i - columns, 1}, {i, -2}, {i + columns, 1}}, stiffness);
+            if (x + 1 < columns && y + 1 < rows)
+                add({{i, 1}, {i + 1, -1}, {i + columns, -1}, {i + columns + 1, 1}}, 2 * stiffness);
+        }
+    Eigen::SparseMatrix<double> matrix(static_cast<Eigen::Index>(samples.size()), static_cast<Eigen::Index>(samples.size()));
+    matrix.setFromTriplets(entries.begin(), entries.end());
+    Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> solver(matrix);
+    const Eigen::VectorXd solution = solver.solve(right);
+    return {solution.data(), solution.data() + solution.size()};
+}
+
+// Distance in grid units to the nearest sample with weight (chamfer: 1 to a side, sqrt 2 to a corner).
+std::vector<float> distance_to_samples(const std::vector<Sample>& samples, int columns, int rows) {
+    const float side = 1, corner = std::sqrt(2.f);
+    std::vector<float> distance(samples.size());
+    for (size_t i = 0; i < samples.size(); ++i) distance[i] = samples[i].weight > 0 ? 0.f : 1e9f;
+    auto relax = [&](int x, int y, int dx, int dy) {
+        if (x + dx < 0 || x + dx >= columns || y + dy < 0 || y + dy >= rows) return;
+        float& here = distance[static_cast<size_t>(y * columns + x)];
+        const float there = distance[static_cast<size_t>((y + dy) * columns + x + dx)];
+        here = std::min(here, there + (dx != 0 && dy != 0 ? corner : side));
+    };
+    for (int y = 0; y < rows; ++y)
+        for (int x = 0; x < columns; ++x)
+            for (const auto& [dx, dy] : {std::pair{-1, 0}, {-1, -1}, {0, -1}, {1, -1}}) relax(x, y, dx, dy);
+    for (int y = rows - 1; y >= 0; --y)
+        for (int x = columns - 1; x >= 0; --x)
+            for (const auto& [dx, dy] : {std::pair{1, 0}, {1, 1}, {0, 1}, {-1, 1}}) relax(x, y, dx, dy);
+    return distance;
+}
+
+}  // namespace
+
+bool fit_surface(const CaptureInput& input, SurfaceGrid& grid) {
+    grid.spacing = input.vertex_spacing_px;
+    // The last column and row lie on the image's rim or just beyond it, so that every pixel has vertices round it.
+    grid.columns = static_cast<int>(std::ceil((input.width - 1) / grid.spacing)) + 1;
+    grid.rows = static_cast<int>(std::ceil((input.height - 1) / grid.spacing)) + 1;
+    const size_t count = static_cast<size_t>(grid.columns) * static_cast<size_t>(grid.rows);
+
+    std::vector<Sample> samples(count);
+    const int radius = std::max(3, static_cast<int>(std::lround(grid.spacing * 0.75)));
+    for (int y = 0; y < grid.rows; ++y)
+        for (int x = 0; x < grid.columns; ++x)
+            samples[static_cast<size_t>(y * grid.columns + x)] =
+                fit_window(input, static_cast<int>(std::lround(x * grid.spacing)),
+                           static_cast<int>(std::lround(y * grid.spacing)), radius);
+    // Steeper than about 60 degrees at usual distances: two surfaces.
+    keep_largest_surface(samples, grid.columns, grid.rows, 0.15 * grid.spacing);
+    size_t measured = 0;
+    double least = 1e9, most = 0;
+    for (const Sample& sample : samples)
+        if (sample.weight > 0) {
+            ++measured;
+            least = std::min(least, sample.disparity);
+            most = std::max(most, sample.disparity);
+        }
+    if (static_cast<double>(measured) < kMinimumCoverage * static_cast<double>(count)) return false;
+
+    constexpr double kStiffness = 0.3;  // smooths below about five grid cells
+    grid.disparity = smooth_spline(samples, grid.columns, grid.rows, kStiffness);
+    grid.support = distance_to_samples(samples, grid.columns, grid.rows);
+    grid.vertex.assign(count, -1);
+    const double reach = 0.12 * input.width;
+    for (size_t i = 0; i < count; ++i) {
+        grid.support[i] *= static_cast<float>(grid.spacing);
+        // What the spline continues beyond its data must stay a plausible depth.
+        grid.disparity[i] = std::clamp(grid.disparity[i], static_cast<float>(0.8 * least), static_cast<float>(1.25 * most));
+        if (grid.support[i] <= reach) grid.vertex[i] = 0;
+    }
+    return true;
+}
+
+}  // namespace defrec
