@@ -1,0 +1,51 @@
+// The library's own threads: one parallel loop at a time, the caller takes part.
+#pragma once
+#include <atomic>
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace defrec {
+
+class ThreadPool {
+  public:
+    using Body = void (*)(void* arg, size_t index);
+
+    // threads: of a parallel loop, the caller's included, at least 1. Throws Error(OUT_OF_MEMORY) if one cannot be started.
+    explicit ThreadPool(uint32_t threads);
+    ~ThreadPool();
+    ThreadPool(const ThreadPool&) = delete;
+    ThreadPool& operator=(const ThreadPool&) = delete;
+
+    // Calls body(arg, 0 .. count-1), each once, and returns when all have returned. Any thread; while another thread's loop
+    // runs, and from within a body, the whole loop runs on the calling thread.
+    void parallel_for(size_t count, Body body, void* arg) noexcept;
+    uint32_t threads() const { return static_cast<uint32_t>(workers_.size()) + 1; }
+
+  private:
+    struct Loop {
+        Body body = nullptr;
+        void* arg = nullptr;
+        size_t count = 0;
+    };
+    void work() noexcept;
+    bool join_loop(uint64_t seen, Loop& loop, std::unique_lock<std::mutex>& lock);
+    void take_indices(const Loop& loop) noexcept;
+
+    std::mutex caller_;  // held by the thread whose loop runs
+    std::mutex mutex_;   // guards loop_, open_, stop_ and sleepers_
+    std::condition_variable started_, finished_;
+    std::atomic<uint64_t> generation_{0};
+    std::atomic<size_t> next_{0};
+    std::atomic<uint32_t> active_{0};
+    Loop loop_;
+    bool open_ = false;
+    bool stop_ = false;
+    uint32_t sleepers_ = 0;
+    std::vector<std::thread> workers_;
+};
+
+}  // namespace defrec
