@@ -1,0 +1,42 @@
+// Comma-separated files with a header line: columns by name, numbers independent of the locale, no quoting.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace defrec::cli {
+
+// Every failure is a CliError(kInput) that names file and line.
+class CsvReader {
+  public:
+    // Further columns than `columns` are allowed and left out; their order is free.
+    CsvReader(const std::filesystem::path& path, const std::vector<std::string>& columns);
+
+    // Goes to the next line that is not empty; false at the end.
+    bool next();
+    int line() const { return line_; }
+    // The field of the present line in the column given as columns[i], without surrounding blanks.
+    std::string_view field(std::size_t column) const { return fields_[column]; }
+    bool is_empty(std::size_t column) const { return fields_[column].empty(); }
+    // A finite number.
+    double number(std::size_t column) const;
+    std::int64_t integer(std::size_t column) const;
+
+    [[noreturn]] void fail(const std::string& sentence) const;
+
+  private:
+    std::string_view take_line();
+
+    std::string path_, text_;
+    std::size_t position_ = 0;
+    int line_ = 0;
+    std::vector<std::string> columns_;
+    std::vector<std::size_t> places_;  // where in a line each column stands
+    std::size_t width_ = 0;            // fields in the header
+    std::vector<std::string_view> fields_;
+};
+
+}  // namespace defrec::cli
