@@ -45,6 +45,7 @@ class ReportWriter {
     ReportMeta& meta();
 
     /// left_bgr: the left image the template was captured from, put on the surface; may be empty.
+    /// Called again for another template, the surfaces of the one before are dropped.
     /// Throws std::invalid_argument if sizes or indices do not agree.
     void set_template(const TemplateRecord& reference, const cv::Mat& left_bgr);
 

@@ -1,0 +1,135 @@
+// Encodes the painted frames and checks that the file reads back.
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
+#include <stdexcept>
+#include <utility>
+
+#include "sdk/cli/report/output_file.hpp"
+#include "sdk/cli/report/overlay.hpp"
+
+namespace defrec::cli {
+namespace {
+
+struct Codec {
+    const char* fourcc;
+    const char* extension;  // nullptr: the one asked for
+    const char* name;
+};
+
+constexpr Codec kCodecs[] = {{"avc1", nullptr, "H.264"},
+                             {"mp4v", nullptr, "MPEG-4 part 2"},
+                             {"VP80", ".webm", "VP8"},
+                             {"MJPG", ".avi", "Motion JPEG"}};
+
+int fourcc(const char* code) { return cv::VideoWriter::fourcc(code[0], code[1], code[2], code[3]); }
+
+}  // namespace
+
+struct OverlayWriter::Impl {
+    OverlayPainter painter;
+    std::unique_ptr<OutputFile> file;
+    cv::VideoWriter video;
+    cv::Size image_size, video_size;
+    std::int64_t frames = 0;
+    std::string note;
+    cv::Mat canvas;
+
+    explicit Impl(Projector projector) : painter(std::move(projector)) {}
+    void open(const std::filesystem::path& path, double fps);
+    void check_readable() const;
+};
+
+void OverlayWriter::Impl::open(const std::filesystem::path& path, double fps) {
+    for (const Codec& codec : kCodecs) {
+        std::filesystem::path name = path;
+        if (codec.extension) name.replace_extension(codec.extension);
+        file.reset();
+        file = std::make_unique<OutputFile>(name);
+        try {
+            if (!video.open(file->temporary().string(), cv::CAP_FFMPEG, fourcc(codec.fourcc), fps,
+                            video_size))
+                continue;
+        } catch (const cv::Exception&) {
+            continue;
+        }
+        if (&codec != &kCodecs[0])
+            note = "This OpenCV cannot encode H.264; the overlay is " + std::string(codec.name) + " in '" +
+                   name.filename().string() + "'.";
+        return;
+    }
+    throw std::runtime_error("cannot write '" + path.string() +
+                             "': this OpenCV has no video encoder (Debian's libopencv-dev with ffmpeg has); "
+                             "--no-overlay goes without");
+}
+
+void OverlayWriter::Impl::check_readable() const {
+    cv::VideoCapture check(file->temporary().string(), cv::CAP_FFMPEG);
+    const auto claimed =
+        check.isOpened() ? static_cast<std::int64_t>(check.get(cv::CAP_PROP_FRAME_COUNT)) : 0;
+    bool last_decodes = false;
+    if (claimed == frames) {
+        check.set(cv::CAP_PROP_POS_FRAMES, static_cast<double>(frames - 1));
+        last_decodes = check.grab();
+    }
+    if (!last_decodes)
+        throw std::runtime_error("cannot write '" + file->path().string() + "': the video is incomplete (" +
+                                 std::to_string(claimed) + " of " + std::to_string(frames) +
+                                 " frames); is the disk full?");
+}
+
+OverlayWriter::OverlayWriter(const std::filesystem::path& path, int width, int height, double fps,
+                             Projector projector)
+    : impl_(std::make_unique<Impl>(std::move(projector))) {
+    if (width < 16 || height < 16)
+        throw std::runtime_error("overlay: images of at least 16 x 16 pixels are needed, got " +
+                                 std::to_string(width) + " x " + std::to_string(height));
+    impl_->image_size = {width, height};
+    // Chroma of the common pixel format is at half size, so an odd side gets one repeated column or row.
+    impl_->video_size = {width + width % 2, height + height % 2};
+    impl_->open(path, std::isfinite(fps) && fps > 0 && fps <= 1000 ? fps : 25.0);
+}
+
+OverlayWriter::~OverlayWriter() = default;
+
+void OverlayWriter::set_template(const TemplateRecord& reference) { impl_->painter.set_template(reference); }
+
+void OverlayWriter::add(const cv::Mat& left_bgr, const FrameRecord& frame) {
+    Impl& impl = *impl_;
+    if (left_bgr.size() != impl.image_size || (left_bgr.type() != CV_8UC3 && left_bgr.type() != CV_8UC1))
+        throw std::runtime_error("overlay: frame " + std::to_string(frame.index) + " is " +
+                                 std::to_string(left_bgr.cols) + " x " + std::to_string(left_bgr.rows) +
+                                 " where an 8-bit image of " + std::to_string(impl.image_size.width) + " x " +
+                                 std::to_string(impl.image_size.height) + " was expected");
+    try {
+        impl.canvas.create(impl.video_size, CV_8UC3);
+        cv::Mat picture = impl.canvas(cv::Rect(cv::Point(0, 0), impl.image_size));
+        if (left_bgr.channels() == 1)
+            cv::cvtColor(left_bgr, picture, cv::COLOR_GRAY2BGR);
+        else
+            left_bgr.copyTo(picture);
+        impl.painter.draw(picture, frame);
+        const cv::Size odd = impl.video_size - impl.image_size;
+        if (odd.width)
+            picture.col(picture.cols - 1).copyTo(impl.canvas.col(picture.cols).rowRange(0, picture.rows));
+        if (odd.height) impl.canvas.row(picture.rows - 1).copyTo(impl.canvas.row(picture.rows));
+        impl.video.write(impl.canvas);
+    } catch (const cv::Exception& error) {
+        throw std::runtime_error("cannot write '" + path().string() + "': " + error.what());
+    }
+    ++impl.frames;
+}
+
+void OverlayWriter::finish() {
+    Impl& impl = *impl_;
+    impl.video.release();
+    if (impl.frames == 0) return;
+    impl.check_readable();
+    impl.file->commit();
+}
+
+const std::filesystem::path& OverlayWriter::path() const { return impl_->file->path(); }
+const std::string& OverlayWriter::note() const { return impl_->note; }
+
+}  // namespace defrec::cli

@@ -1,0 +1,72 @@
+// Samples and quantises the surfaces.
+#include "sdk/cli/report/surface_history.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace defrec::cli {
+namespace {
+
+constexpr std::uint16_t kNoPosition = 65535;
+constexpr float kSteps = 65534;
+
+std::uint8_t quantise_error(float mm) {
+    if (!std::isfinite(mm)) return 255;
+    return static_cast<std::uint8_t>(std::lround(std::clamp(double(mm) / kErrorStepMm, 0.0, 254.0)));
+}
+
+}  // namespace
+
+QuantisedPoints quantise(const std::vector<float>& xyz) {
+    QuantisedPoints result;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        float low = std::numeric_limits<float>::infinity(), high = -low;
+        for (std::size_t i = axis; i < xyz.size(); i += 3)
+            if (std::isfinite(xyz[i])) low = std::min(low, xyz[i]), high = std::max(high, xyz[i]);
+        if (low > high) low = high = 0;
+        result.lowest[axis] = low;
+        result.step[axis] = (high - low) / kSteps;
+    }
+    result.xyz.resize(xyz.size(), kNoPosition);
+    for (std::size_t i = 0; i + 2 < xyz.size(); i += 3) {
+        if (!std::isfinite(xyz[i]) || !std::isfinite(xyz[i + 1]) || !std::isfinite(xyz[i + 2])) continue;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const float step = result.step[axis];
+            const float value = step > 0 ? (xyz[i + axis] - result.lowest[axis]) / step : 0;
+            result.xyz[i + axis] = static_cast<std::uint16_t>(std::lround(std::clamp(value, 0.0f, kSteps)));
+        }
+    }
+    return result;
+}
+
+void SurfaceHistory::set_template(const TemplateRecord& reference) {
+    check_template(reference);
+    if (vertices_ > 0) moments_ = EvenlyThinned<SurfaceMoment>(kMoments);
+    vertices_ = reference.vertices.size() / 3;
+    lattice_ = SurfaceLattice(reference, std::max(1.0, std::sqrt(template_area(reference) / kPoints)));
+    rest_ = quantise(lattice_.evaluate(reference.vertices));
+}
+
+void SurfaceHistory::add(const FrameRecord& frame) {
+    if (!moments_.offer()) return;
+    SurfaceMoment moment;
+    moment.frame = frame.index;
+    moment.timestamp_ms = frame.timestamp_ms;
+    moment.mean_residual_mm = frame.mean_residual_mm;
+    moment.state = frame.state;
+    moment.reasons = frame.reasons;
+    moment.rigid = frame.rigid;
+    if (has_geometry(frame, vertices_)) {
+        lattice_.evaluate(frame, state_);
+        moment.points = quantise(state_.xyz);
+        for (const VertexStatus status : state_.status)
+            moment.status.push_back(static_cast<std::uint8_t>(status));
+        if (!frame.expected_error_mm.empty())
+            for (const float error : state_.error_mm) moment.error.push_back(quantise_error(error));
+    }
+    moments_.keep(std::move(moment));
+}
+
+}  // namespace defrec::cli

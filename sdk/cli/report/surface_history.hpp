@@ -1,0 +1,55 @@
+// The surfaces that the report can step through: a light mesh, quantised, evenly thinned.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "sdk/cli/report/record.hpp"
+#include "sdk/cli/report/surface_lattice.hpp"
+#include "sdk/cli/report/thinning.hpp"
+
+namespace defrec::cli {
+
+/// Expected errors are kept in steps of 0.02 mm; 254 stands for that and more, 255 for not known.
+inline constexpr double kErrorStepMm = 0.02;
+
+/// A mesh's positions as 16-bit steps inside its own box; 65535 in x: no position.
+struct QuantisedPoints {
+    std::array<float, 3> lowest{}, step{};
+    std::vector<std::uint16_t> xyz;
+};
+QuantisedPoints quantise(const std::vector<float>& xyz);
+
+struct SurfaceMoment {
+    std::int64_t frame = 0;
+    double timestamp_ms = 0, mean_residual_mm = 0;
+    std::string state, reasons;
+    std::array<double, 12> rigid{};
+    QuantisedPoints points;            ///< empty: no surface in this frame
+    std::vector<std::uint8_t> status;  ///< VertexStatus
+    std::vector<std::uint8_t> error;   ///< steps of kErrorStepMm; empty: not known
+};
+
+class SurfaceHistory {
+  public:
+    static constexpr std::size_t kMoments = 120;
+    static constexpr double kPoints = 1900;
+
+    void set_template(const TemplateRecord& reference);
+    void add(const FrameRecord& frame);
+
+    const SurfaceLattice& lattice() const { return lattice_; }
+    const QuantisedPoints& rest() const { return rest_; }
+    const EvenlyThinned<SurfaceMoment>& moments() const { return moments_; }
+
+  private:
+    std::size_t vertices_ = 0;
+    SurfaceLattice lattice_;
+    QuantisedPoints rest_;
+    LatticeState state_;
+    EvenlyThinned<SurfaceMoment> moments_{kMoments};
+};
+
+}  // namespace defrec::cli

@@ -1,0 +1,115 @@
+// The lattice on a template: complete, on the surface, and honest about status.
+#include "sdk/cli/report/surface_lattice.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+using namespace defrec::cli;
+
+namespace {
+
+/// Vertices every 7 px, 9 x 6 of them, on the plane z = 50 + u; x = u, y = v.
+TemplateRecord plane() {
+    TemplateRecord result;
+    for (int row = 0; row < 6; ++row)
+        for (int column = 0; column < 9; ++column) {
+            const float u = 3 + 7.0f * static_cast<float>(column), v = 5 + 7.0f * static_cast<float>(row);
+            result.vertex_uv.insert(result.vertex_uv.end(), {u, v});
+            result.vertices.insert(result.vertices.end(), {u, v, 50 + u});
+        }
+    for (std::uint32_t row = 0; row < 5; ++row)
+        for (std::uint32_t column = 0; column < 8; ++column) {
+            const std::uint32_t a = 9 * row + column;
+            result.triangles.insert(result.triangles.end(), {a, a + 1, a + 9, a + 1, a + 10, a + 9});
+        }
+    return result;
+}
+
+FrameRecord frame_of(const TemplateRecord& reference) {
+    FrameRecord frame;
+    frame.vertices = reference.vertices;
+    frame.vertex_status.assign(reference.vertices.size() / 3, VertexStatus::observed);
+    return frame;
+}
+
+}  // namespace
+
+TEST_CASE("the lattice covers the template without holes at any step") {
+    const TemplateRecord reference = plane();
+    for (const double step : {0.5, 1.0, 2.3, 3.5, 7.0}) {
+        const SurfaceLattice lattice(reference, step);
+        CHECK(lattice.size() == static_cast<std::size_t>(lattice.columns() * lattice.rows()));
+        CHECK(lattice.columns() == static_cast<int>(56 / step) + 1);
+        CHECK(lattice.triangles().size() / 6 ==
+              static_cast<std::size_t>((lattice.columns() - 1) * (lattice.rows() - 1)));
+    }
+    CHECK(template_area(reference) == doctest::Approx(56 * 35));
+}
+
+TEST_CASE("nodes lie on the deformed surface") {
+    const TemplateRecord reference = plane();
+    const SurfaceLattice lattice(reference, 1.7);
+    FrameRecord frame = frame_of(reference);
+    for (std::size_t i = 0; i < frame.vertices.size(); i += 3) {
+        frame.vertices[i] *= 2;
+        frame.vertices[i + 2] += 0.5f * reference.vertices[i + 1];
+    }
+    LatticeState state;
+    lattice.evaluate(frame, state);
+    for (std::size_t n = 0; n < lattice.size(); ++n) {
+        const float u = lattice.uv()[2 * n], v = lattice.uv()[2 * n + 1];
+        CHECK(state.xyz[3 * n] == doctest::Approx(2 * u).epsilon(1e-5));
+        CHECK(state.xyz[3 * n + 1] == doctest::Approx(v).epsilon(1e-5));
+        CHECK(state.xyz[3 * n + 2] == doctest::Approx(50 + u + 0.5f * v).epsilon(1e-5));
+        CHECK(std::isnan(state.error_mm[n]));
+    }
+}
+
+TEST_CASE("a node is no more certain than its least certain corner, and not finite means unknown") {
+    const TemplateRecord reference = plane();
+    const SurfaceLattice lattice(reference, 3.5);
+    FrameRecord frame = frame_of(reference);
+    frame.expected_error_mm.assign(frame.vertex_status.size(), 0.25f);
+    frame.vertex_status[0] = VertexStatus::extrapolated;
+    frame.vertices.back() = std::numeric_limits<float>::quiet_NaN();
+    LatticeState state;
+    lattice.evaluate(frame, state);
+    const auto status_at = [&](int column, int row) {
+        return state.status[static_cast<std::size_t>(lattice.node(column, row))];
+    };
+    CHECK(status_at(0, 0) == VertexStatus::extrapolated);
+    CHECK(status_at(8, 5) == VertexStatus::observed);
+    CHECK(status_at(lattice.columns() - 1, lattice.rows() - 1) == VertexStatus::unknown);
+    CHECK(state.error_mm[0] == doctest::Approx(0.25));
+}
+
+TEST_CASE("places without surface have no node") {
+    TemplateRecord reference = plane();
+    reference.triangles.resize(reference.triangles.size() / 2);
+    const SurfaceLattice lattice(reference, 1);
+    CHECK(lattice.size() < static_cast<std::size_t>(lattice.columns() * lattice.rows()));
+    CHECK(lattice.node(0, lattice.rows() - 1) == -1);
+    CHECK(lattice.node(-1, 0) == -1);
+    CHECK(lattice.node(0, lattice.rows()) == -1);
+}
+
+TEST_CASE("a huge extent does not make a huge lattice") {
+    TemplateRecord reference = plane();
+    for (float& uv : reference.vertex_uv) uv *= 1e6f;
+    const SurfaceLattice lattice(reference, 0.01);
+    CHECK(double(lattice.columns()) * lattice.rows() < 5e6);
+}
+
+TEST_CASE("geometry must fit the template") {
+    FrameRecord frame = frame_of(plane());
+    CHECK(has_geometry(frame, 54));
+    CHECK_FALSE(has_geometry(frame, 53));
+    frame.expected_error_mm.resize(3);
+    CHECK_FALSE(has_geometry(frame, 54));
+    TemplateRecord broken = plane();
+    broken.vertices[4] = std::numeric_limits<float>::infinity();
+    CHECK_THROWS_AS(check_template(broken), std::invalid_argument);
+}

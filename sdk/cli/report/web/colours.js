@@ -1,0 +1,35 @@
+// Colours of states and of vertex statuses; overlay_painter.cpp draws with the same.
+export const stateColours = {
+  tracking: '#16a05e',
+  relocalised: '#7c3aed',
+  initialising: '#64748b',
+  degraded: '#d97706',
+  lost: '#dc2626',
+};
+export const stateColour = (state) => stateColours[state] ?? '#94a3b8';
+
+export const stateMeanings = {
+  initialising: 'no template yet: nothing is followed',
+  tracking: 'the surface is followed',
+  degraded: 'followed, with less support than usual: expect larger errors',
+  lost: 'not followed: no geometry is handed out',
+  relocalised: 'found again after having been lost',
+};
+
+// Indexed by VertexStatus.
+export const statuses = [
+  { name: 'unknown', colour: '#9ca3af', meaning: 'no claim is made about this place' },
+  { name: 'observed', colour: '#2dd4bf', meaning: 'supported by what both cameras see in this frame' },
+  { name: 'extrapolated', colour: '#fbbf24', meaning: 'hidden or without data: moved along by the model' },
+];
+
+// Dark blue to yellow, readable without red-green vision (a coarse table of the viridis map's course).
+const ramp = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]];
+export function rampColour(share) {
+  const place = Math.min(Math.max(share, 0), 1) * (ramp.length - 1);
+  const low = Math.min(Math.floor(place), ramp.length - 2);
+  return ramp[low].map((c, i) => (c + (ramp[low + 1][i] - c) * (place - low)) / 255);
+}
+export const rampGradient = `linear-gradient(90deg, ${ramp.map((c) => `rgb(${c})`).join(', ')})`;
+
+export const lineColours = ['#2563eb', '#d97706', '#16a05e', '#db2777', '#7c3aed', '#0891b2', '#84cc16', '#b45309'];

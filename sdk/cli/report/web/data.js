@@ -1,0 +1,60 @@
+// Reads the data that page_json.cpp wrote, and small helpers for showing it.
+function bytes(base64) {
+  const text = atob(base64);
+  const result = new Uint8Array(text.length);
+  for (let i = 0; i < text.length; ++i) result[i] = text.charCodeAt(i);
+  return result;
+}
+const floats = (base64) => new Float32Array(bytes(base64).buffer);
+const gaps = (values) => Array.from(values, (v) => (Number.isFinite(v) ? v : null));
+
+/** Positions as a Float32Array; NaN where there is none. */
+export function positions(points) {
+  const steps = new Uint16Array(bytes(points.xyz).buffer);
+  const result = new Float32Array(steps.length);
+  for (let i = 0; i < steps.length; ++i) {
+    const none = steps[i - (i % 3)] === 65535;
+    result[i] = none ? NaN : points.lowest[i % 3] + steps[i] * points.step[i % 3];
+  }
+  return result;
+}
+
+export function readData() {
+  const data = JSON.parse(document.getElementById('data').textContent);
+  const series = data.series;
+  series.ms = Array.from(new Float64Array(bytes(series.ms).buffer));
+  series.lines = new Map(series.lines.map((line) => [line.name, gaps(floats(line.values))]));
+  if (data.surface) {
+    const surface = data.surface;
+    surface.triangles = new Uint32Array(bytes(surface.triangles).buffer);
+    surface.texture_uv = floats(surface.texture_uv);
+    for (const moment of surface.moments) {
+      if (moment.status) moment.status = bytes(moment.status);
+      if (moment.error) moment.error = bytes(moment.error);
+    }
+  }
+  return data;
+}
+
+export const byId = (id) => document.getElementById(id);
+
+/** An element with attributes and children; strings become text, never markup. */
+export function element(name, attributes = {}, ...children) {
+  const result = document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) result.setAttribute(key, value);
+  result.append(...children);
+  return result;
+}
+
+export function number(value, digits = 2) {
+  return value === null || value === undefined || !Number.isFinite(value) ? '–' : value.toFixed(digits);
+}
+export const seconds = (ms) => `${number(ms / 1000, ms < 100000 ? 2 : 1)} s`;
+export const milliseconds = (ms) => `${number(ms, ms < 1 ? 3 : ms < 10 ? 2 : 1)} ms`;
+export const percent = (share) => (share > 0.9995 || share < 0.0005 ? number(100 * share, 0) : number(100 * share, 1)) + ' %';
+
+export function table(head, rows) {
+  const body = rows.map((row) => element('tr', {}, ...row.map((cell) => element('td', {}, cell))));
+  const heads = head.map((text) => element('th', { scope: 'col' }, text));
+  return element('table', {}, element('thead', {}, element('tr', {}, ...heads)), element('tbody', {}, ...body));
+}

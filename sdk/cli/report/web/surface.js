@@ -1,0 +1,273 @@
+// The surface in 3D: turned with the mouse, stepped through time with the slider.
+import * as THREE from 'three';
+import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
+import { rampColour, rampGradient, statuses } from './colours.js';
+import { byId, element, number, positions, seconds } from './data.js';
+import { stateChip } from './summary.js';
+
+const kFrameMs = 90;
+
+/** Undoes the rigid motion [R | t]: back into the template's frame. */
+function withoutRigidMotion(xyz, m) {
+  const result = new Float32Array(xyz.length);
+  for (let i = 0; i < xyz.length; i += 3) {
+    const x = xyz[i] - m[3], y = xyz[i + 1] - m[7], z = xyz[i + 2] - m[11];
+    for (let k = 0; k < 3; ++k) result[i + k] = m[k] * x + m[4 + k] * y + m[8 + k] * z;
+  }
+  return result;
+}
+
+function largest(values) {
+  let result = 0;
+  for (const value of values) if (value > result) result = value;
+  return result;
+}
+
+/** A round number at or above the value: 1, 2 or 5 times a power of ten. */
+function roundUp(value) {
+  const power = 10 ** Math.floor(Math.log10(Math.max(value, 1e-3)));
+  return [1, 2, 5, 10].map((n) => n * power).find((n) => n >= value * 0.999);
+}
+
+/** Decodes the moments once: positions, deformation from the template, expected error (mm; NaN not known). */
+function decode(surface) {
+  const rest = positions(surface.rest);
+  const moments = surface.moments.map((moment) => {
+    if (!moment.points) return { ...moment, xyz: null };
+    const xyz = positions(moment.points);
+    const still = withoutRigidMotion(xyz, moment.rigid);
+    const deformation = new Float32Array(xyz.length / 3);
+    for (let v = 0; v < deformation.length; ++v)
+      deformation[v] = Math.hypot(still[3 * v] - rest[3 * v], still[3 * v + 1] - rest[3 * v + 1], still[3 * v + 2] - rest[3 * v + 2]);
+    const error = moment.error && Float32Array.from(moment.error, (e) => (e === 255 ? NaN : e * surface.error_step_mm));
+    return { ...moment, xyz, still, deformation, error };
+  });
+  return { rest, moments };
+}
+
+function colourings(surface, moments) {
+  const list = [];
+  if (surface.texture) list.push({ key: 'texture', name: 'tissue (template image)' });
+  list.push({ key: 'status', name: 'status' });
+  if (moments.some((m) => m.error)) {
+    const values = moments.flatMap((m) => (m.error ? [largest(m.error)] : []));
+    list.push({ key: 'error', name: 'expected error', top: roundUp(largest(values)) });
+  }
+  list.push({ key: 'deformation', name: 'deformation', top: roundUp(largest(moments.flatMap((m) => (m.xyz ? [largest(m.deformation)] : [])))) });
+  return list;
+}
+
+const statusColours = statuses.map(({ colour }) => new THREE.Color(colour).toArray());
+
+function vertexColour(coloring, moment, vertex) {
+  if (coloring.key === 'texture') return [1, 1, 1];
+  if (coloring.key === 'status') return statusColours[moment.status[vertex]];
+  const value = (coloring.key === 'error' ? moment.error : moment.deformation)?.[vertex];
+  if (value === undefined || Number.isNaN(value)) return statusColours[0];
+  return new THREE.Color().setRGB(...rampColour(value / coloring.top), THREE.SRGBColorSpace).toArray();
+}
+
+function showLegend(coloring) {
+  const legend = byId('legend');
+  legend.replaceChildren();
+  if (coloring.key === 'status')
+    for (const { name, colour } of statuses)
+      legend.append(element('span', {}, element('span', { class: 'swatch', style: `background: ${colour}` }), name));
+  else if (coloring.key !== 'texture')
+    legend.append(element('span', {}, '0'), element('span', { class: 'ramp', style: `background: ${rampGradient}` }), element('span', {}, `${coloring.top} mm`));
+}
+
+class Scene {
+  constructor(canvas, surface, rest, moments) {
+    this.canvas = canvas;
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
+    this.scene = new THREE.Scene();
+    this.camera = new THREE.PerspectiveCamera(35, 1, 0.5, 5000);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.addEventListener('change', () => this.render());
+
+    this.geometry = new THREE.BufferGeometry();
+    this.geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array(rest.length), 3));
+    this.geometry.setAttribute('color', new THREE.BufferAttribute(new Float32Array(rest.length), 3));
+    if (surface.texture) this.geometry.setAttribute('uv', new THREE.BufferAttribute(surface.texture_uv, 2));
+    this.material = new THREE.MeshLambertMaterial({ vertexColors: true, side: THREE.DoubleSide });
+    this.lines = new THREE.MeshBasicMaterial({ color: 0x0f172a, wireframe: true, transparent: true, opacity: 0.28 });
+    // The camera's x right, y down, z away becomes three.js' x right, y up, z towards the viewer.
+    this.group = new THREE.Group();
+    this.group.rotation.x = Math.PI;
+    this.mesh = new THREE.Mesh(this.geometry, this.material);
+    this.wires = new THREE.Mesh(this.geometry, this.lines);
+    this.wires.visible = false;
+    this.group.add(this.mesh, this.wires);
+    this.scene.add(this.group, new THREE.HemisphereLight(0xffffff, 0x8a8f98, 1.5));
+    this.light = new THREE.DirectionalLight(0xffffff, 2.2);
+    this.camera.add(this.light);
+    this.light.position.set(0.3, 0.5, 1);
+    this.scene.add(this.camera);
+    this.place(rest, moments);
+    new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
+    this.resize();
+  }
+
+  /** Finds the box of all moments; puts camera and the 10 mm grid. */
+  place(rest, moments) {
+    const box = new THREE.Box3();
+    const point = new THREE.Vector3();
+    for (const xyz of [rest, ...moments.flatMap((m) => (m.xyz ? [m.xyz] : []))])
+      for (let i = 0; i < xyz.length; i += 3)
+        if (!Number.isNaN(xyz[i])) box.expandByPoint(point.set(xyz[i], -xyz[i + 1], -xyz[i + 2]));
+    if (box.isEmpty()) box.expandByPoint(point.set(0, 0, -80)).expandByScalar(20);
+    this.centre = box.getCenter(new THREE.Vector3());
+    this.size = box.getSize(new THREE.Vector3());
+    const cells = Math.max(2, 2 * Math.ceil(Math.max(this.size.x, this.size.y) / 20 + 0.5));
+    this.grid = new THREE.GridHelper(10 * cells, cells, 0x94a3b8, 0x94a3b8);
+    this.grid.material.transparent = true;
+    this.grid.material.opacity = 0.35;
+    this.grid.rotation.x = Math.PI / 2;
+    this.grid.position.set(this.centre.x, this.centre.y, box.min.z - 2);
+    this.scene.add(this.grid);
+    this.frontView();
+  }
+
+  frontView() {
+    const half = Math.tan((this.camera.fov * Math.PI) / 360);
+    const aspect = this.canvas.clientWidth / Math.max(1, this.canvas.clientHeight) || 1.6;
+    const distance = 1.12 * Math.max(this.size.y / 2 / half, this.size.x / 2 / half / aspect) + this.size.z / 2;
+    this.camera.position.copy(this.centre).add(new THREE.Vector3(0, 0, distance));
+    this.controls.target.copy(this.centre);
+    this.controls.update();
+  }
+
+  setTexture(image) {
+    this.texture = new THREE.Texture(image);
+    this.texture.colorSpace = THREE.SRGBColorSpace;
+    this.texture.needsUpdate = true;
+  }
+
+  show(moment, triangles, coloring, holdStill) {
+    const visible = Boolean(moment?.xyz);
+    this.group.visible = visible;
+    if (visible) {
+      const source = holdStill ? moment.still : moment.xyz;
+      const position = this.geometry.attributes.position.array;
+      const colour = this.geometry.attributes.color.array;
+      for (let v = 0; v < source.length / 3; ++v) {
+        const missing = Number.isNaN(source[3 * v]);
+        for (let k = 0; k < 3; ++k) position[3 * v + k] = missing ? 0 : source[3 * v + k];
+        colour.set(vertexColour(coloring, moment, v), 3 * v);
+      }
+      const complete = [];
+      for (let t = 0; t < triangles.length; t += 3)
+        if (![0, 1, 2].some((k) => Number.isNaN(source[3 * triangles[t + k]]))) complete.push(triangles[t], triangles[t + 1], triangles[t + 2]);
+      this.geometry.setIndex(complete);
+      this.geometry.attributes.position.needsUpdate = true;
+      this.geometry.attributes.color.needsUpdate = true;
+      this.geometry.computeVertexNormals();
+      this.geometry.computeBoundingSphere();
+      const map = coloring.key === 'texture' ? this.texture ?? null : null;
+      if (this.material.map !== map) {
+        this.material.map = map;
+        this.material.needsUpdate = true;
+      }
+    }
+    this.render();
+  }
+
+  resize() {
+    const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
+    if (!width || !height) return;
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.render();
+  }
+
+  render() { this.renderer.render(this.scene, this.camera); }
+}
+
+function loadImage(base64) {
+  return new Promise((resolve, reject) => {
+    const image = new Image();
+    image.onload = () => resolve(image);
+    image.onerror = () => reject(new Error('the template image does not decode'));
+    image.src = `data:image/jpeg;base64,${base64}`;
+  });
+}
+
+function noSurface(reason) {
+  byId('no-surface').hidden = false;
+  byId('no-surface').textContent = reason;
+  for (const id of ['play', 'moment', 'colour-by', 'mesh-lines', 'hold-still', 'reset-view']) byId(id).disabled = true;
+  return { select() {} };
+}
+
+function readout(moment) {
+  byId('readout').replaceChildren(
+    stateChip(moment.state), element('span', {}, `frame ${moment.frame}`), element('span', {}, seconds(moment.ms)),
+    element('span', {}, `residual ${number(moment.residual_mm)} mm`));
+  byId('moment-label').textContent = `frame ${moment.frame} · ${seconds(moment.ms)}`;
+  byId('moment').setAttribute('aria-valuetext', `frame ${moment.frame}, ${moment.state}`);
+  byId('no-surface').hidden = Boolean(moment.xyz);
+  byId('no-surface').textContent = `No surface in this frame (${moment.state})`;
+}
+
+export async function showSurface({ surface }, onMoment) {
+  if (!surface || !surface.moments.length) return noSurface('No template was captured, so there is no surface to show.');
+  const { rest, moments } = decode(surface);
+  let scene;
+  try {
+    scene = new Scene(byId('view'), surface, rest, moments);
+  } catch {
+    return noSurface('This browser has no WebGL, which the 3D view needs. The rest of the page works without.');
+  }
+  if (surface.texture) scene.setTexture(await loadImage(surface.texture));
+
+  const choices = colourings(surface, moments);
+  byId('colour-by').append(...choices.map((c) => element('option', { value: c.key }, c.name)));
+  const slider = byId('moment');
+  slider.max = moments.length - 1;
+  const update = () => {
+    const moment = moments[slider.value];
+    const coloring = choices.find((c) => c.key === byId('colour-by').value);
+    scene.wires.visible = byId('mesh-lines').checked;
+    scene.show(moment, surface.triangles, coloring, byId('hold-still').checked);
+    showLegend(coloring);
+    readout(moment);
+    onMoment(moment.frame);
+  };
+
+  let timer = 0;
+  const stop = () => {
+    clearInterval(timer);
+    timer = 0;
+    byId('play').textContent = 'Play';
+    byId('play').setAttribute('aria-pressed', 'false');
+  };
+  byId('play').addEventListener('click', () => {
+    if (timer) return stop();
+    byId('play').textContent = 'Pause';
+    byId('play').setAttribute('aria-pressed', 'true');
+    timer = setInterval(() => {
+      slider.value = (Number(slider.value) + 1) % moments.length;
+      update();
+    }, kFrameMs);
+  });
+  slider.addEventListener('input', () => { stop(); update(); });
+  for (const id of ['colour-by', 'mesh-lines', 'hold-still']) byId(id).addEventListener('change', update);
+  byId('reset-view').addEventListener('click', () => scene.frontView());
+  const first = moments.findIndex((m) => m.xyz);
+  slider.value = Math.max(first, 0);
+  update();
+
+  return {
+    /** Shows the moment nearest to a frame. */
+    select(frame) {
+      stop();
+      let nearest = 0;
+      moments.forEach((m, i) => { if (Math.abs(m.frame - frame) < Math.abs(moments[nearest].frame - frame)) nearest = i; });
+      slider.value = nearest;
+      update();
+    },
+  };
+}
