@@ -364,11 +364,13 @@ typedef struct defrec_stereo_params {
 
 typedef struct defrec_orb_params {
     uint32_t struct_size;
-    uint32_t width, height, stride;
-    uint32_t levels;             /* of the pyramid; default 4 */
-    uint32_t cell;               /* one feature at most for each cell of this side, px of its level; default 24 */
-    uint32_t threshold;          /* FAST threshold, gray levels; default 5 */
-    uint32_t capacity;           /* most features; default 2048 */
+    uint32_t width, height, stride; /* of gray image and mask; stride in bytes, default: width */
+    uint32_t levels;             /* of the pyramid, each 4/5 of the one below; 1..8, default 4 */
+    uint32_t cell;               /* one corner at most for each cell of this side, px of its level; 4..16, default 16 */
+    uint32_t threshold;          /* FAST threshold, gray levels; 1..254, default 5 */
+    uint32_t capacity;           /* most features; 1..65535, default 2048 */
+    uint32_t spacing;            /* least distance between features of one level, px of the level; 1..63, default 4;
+                                    grows until the features fit the capacity */
 } defrec_orb_params;
 
 typedef struct defrec_match_params {

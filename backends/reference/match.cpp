@@ -1,5 +1,73 @@
+// The stage match as plain code: docs/stages/match.md.
+#include <bit>
+
 #include "backends/reference/stages.hpp"
+#include "backends/shared/match_definition.hpp"
 
 namespace defrec::reference {
-std::unique_ptr<Stage> make_match(const defrec_match_params&, const Host&) { throw StageError(DEFREC_ERROR_UNSUPPORTED, "not written"); }
+namespace {
+
+int32_t hamming(const uint32_t* a, const uint32_t* b) {
+    int32_t distance = 0;
+    for (int word = 0; word < 8; ++word) distance += std::popcount(a[word] ^ b[word]);
+    return distance;
+}
+
+class Match final : public Stage {
+  public:
+    Match(const defrec_match_params& params, const HostAllocator<uint32_t>& memory)
+        : params_(params), landmarks_(memory), best_landmark_(params.features, memory) {
+        landmarks_.reserve(params.landmarks);
+    }
+
+    void prepare(std::span<const InBuffer> in) override {
+        const std::span<const defrec_landmark> given = match::take_landmarks(params_, in);
+        landmarks_.assign(given.begin(), given.end());
+    }
+
+    void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
+        const match::Inputs inputs = match::take_inputs(params_, in);
+        defrec_match* matches = match::take_matches(landmarks_.size(), out);
+        for (uint32_t f = 0; f < inputs.count; ++f) best_landmark_[f] = nearest_landmark(inputs.features[f]);
+        for (size_t i = 0; i < landmarks_.size(); ++i) {
+            const match::TwoBest best = nearest_features(landmarks_[i], inputs);
+            const bool accepted = match::accepts(params_, best) && best_landmark_[size_t(best.feature)] == i;
+            matches[i] = match::lift<double>(params_, inputs, best, accepted);
+        }
+    }
+
+  private:
+    uint32_t nearest_landmark(const defrec_feature& feature) const {
+        uint32_t nearest = 0;
+        int32_t least = match::kNoDistance;
+        for (uint32_t i = 0; i < landmarks_.size(); ++i) {
+            const int32_t distance = hamming(feature.descriptor, landmarks_[i].descriptor);
+            if (distance < least) least = distance, nearest = i;
+        }
+        return nearest;
+    }
+    static match::TwoBest nearest_features(const defrec_landmark& landmark, const match::Inputs& inputs) {
+        match::TwoBest best;
+        for (uint32_t f = 0; f < inputs.count; ++f) {
+            const int32_t distance = hamming(landmark.descriptor, inputs.features[f].descriptor);
+            if (distance < best.distance)
+                best = {int32_t(f), distance, best.distance};
+            else if (distance < best.second)
+                best.second = distance;
+        }
+        return best;
+    }
+
+    defrec_match_params params_;
+    HostVector<defrec_landmark> landmarks_;
+    HostVector<uint32_t> best_landmark_;  // of each live feature
+};
+
+}  // namespace
+
+std::unique_ptr<Stage> make_match(const defrec_match_params& params, const Host& host) {
+    match::check(params);
+    return std::make_unique<Match>(params, HostAllocator<uint32_t>(host));
+}
+
 }  // namespace defrec::reference

@@ -1,5 +1,275 @@
+// The stage orb as plain code: docs/stages/orb.md, one function for each of its sections.
+#include <algorithm>
+#include <array>
+
 #include "backends/reference/stages.hpp"
+#include "backends/shared/orb_definition.hpp"
 
 namespace defrec::reference {
-std::unique_ptr<Stage> make_orb(const defrec_orb_params&, const Host&) { throw StageError(DEFREC_ERROR_UNSUPPORTED, "not written"); }
+namespace {
+
+using namespace defrec::orb;
+
+// An image inside a larger array.
+template <class T>
+struct View {
+    T* data;
+    size_t stride;
+    T& at(int32_t x, int32_t y) const { return data[size_t(y) * stride + size_t(x)]; }
+};
+
+struct Corner {  // of one cell; score 0: none
+    int32_t x, y;
+    uint32_t score;
+};
+
+// Section "pyramid": 5 pixels become 4, with weights in eighths.
+struct Resampled {
+    int32_t source;        // the left or upper of the two pixels
+    int32_t first, second; // their weights
+};
+Resampled resample(uint32_t x) {
+    const int32_t phase = int32_t(x % 4);
+    return {int32_t(x / 4) * 5 + phase, 7 - 2 * phase, 1 + 2 * phase};
+}
+
+void shrink(const Level& level, View<const uint8_t> source, View<uint8_t> result) {
+    for (uint32_t y = 0; y < level.height; ++y)
+        for (uint32_t x = 0; x < level.width; ++x) {
+            const Resampled h = resample(x), v = resample(y);
+            const auto row = [&](int32_t sy) {
+                return h.first * source.at(h.source, sy) + h.second * source.at(h.source + 1, sy);
+            };
+            result.at(int32_t(x), int32_t(y)) = uint8_t((v.first * row(v.source) + v.second * row(v.source + 1) + 32) >> 6);
+        }
+}
+
+void shrink_mask(const Level& level, View<const uint8_t> source, View<uint8_t> result) {
+    for (uint32_t y = 0; y < level.height; ++y)
+        for (uint32_t x = 0; x < level.width; ++x) {
+            const int32_t sx = resample(x).source, sy = resample(y).source;
+            const bool usable = source.at(sx, sy) && source.at(sx + 1, sy) && source.at(sx, sy + 1) && source.at(sx + 1, sy + 1);
+            result.at(int32_t(x), int32_t(y)) = usable ? 255 : 0;
+        }
+}
+
+// Section "smoothing": 256 times the mean under a triangle of 7 x 7.
+void smooth(const Level& level, View<const uint8_t> image, View<uint16_t> result) {
+    constexpr int32_t kWeight[7] = {1, 2, 3, 4, 3, 2, 1};
+    const int32_t r = kSmoothRadius;
+    for (int32_t y = 0; y < int32_t(level.height); ++y)
+        for (int32_t x = 0; x < int32_t(level.width); ++x) {
+            int32_t sum = 0;
+            if (x >= r && y >= r && x < int32_t(level.width) - r && y < int32_t(level.height) - r)
+                for (int32_t dy = -r; dy <= r; ++dy)
+                    for (int32_t dx = -r; dx <= r; ++dx) sum += kWeight[dy + r] * kWeight[dx + r] * image.at(x + dx, y + dy);
+            result.at(x, y) = uint16_t(sum);
+        }
+}
+
+// Section "corner score": the largest t for which 9 pixels of the circle in a row are all brighter than the centre by t or
+// all darker by t.
+uint32_t corner_score(View<const uint8_t> image, int32_t x, int32_t y) {
+    int32_t difference[16];
+    for (size_t i = 0; i < 16; ++i) difference[i] = image.at(x + kCircle[i].x, y + kCircle[i].y) - image.at(x, y);
+    int32_t best = 0;
+    for (size_t start = 0; start < 16; ++start) {
+        int32_t brighter = 255, darker = 255;
+        for (size_t i = start; i < start + 9; ++i) {
+            brighter = std::min(brighter, difference[i % 16]);
+            darker = std::min(darker, -difference[i % 16]);
+        }
+        best = std::max({best, brighter, darker});
+    }
+    return uint32_t(best);
+}
+
+bool usable_around(View<const uint8_t> mask, int32_t x, int32_t y) {
+    for (int32_t dy = -kCircleRadius; dy <= kCircleRadius; ++dy)
+        for (int32_t dx = -kCircleRadius; dx <= kCircleRadius; ++dx)
+            if (mask.at(x + dx, y + dy) == 0) return false;
+    return true;
+}
+
+void score(const Level& level, View<const uint8_t> image, View<const uint8_t> mask, uint32_t threshold, View<uint8_t> result) {
+    for (int32_t y = 0; y < int32_t(level.height); ++y)
+        for (int32_t x = 0; x < int32_t(level.width); ++x) {
+            uint32_t s = 0;
+            if (x >= kBorder && y >= kBorder && x < int32_t(level.width) - kBorder && y < int32_t(level.height) - kBorder &&
+                (mask.data == nullptr || usable_around(mask, x, y)))
+                s = corner_score(image, x, y);
+            result.at(x, y) = uint8_t(s > threshold ? s : 0);
+        }
+}
+
+bool stronger(const Corner& a, const Corner& b) {
+    if (a.score != b.score) return a.score > b.score;
+    return a.y != b.y ? a.y < b.y : a.x < b.x;
+}
+
+// Section "cells": the strongest corner of each cell.
+void find_corners(const Level& level, uint32_t cell, View<const uint8_t> scores, Corner* corners) {
+    for (uint32_t cy = 0; cy < level.cells_y; ++cy)
+        for (uint32_t cx = 0; cx < level.cells_x; ++cx) {
+            Corner best{0, 0, 0};
+            const int32_t x0 = kBorder + int32_t(cx * cell), y0 = kBorder + int32_t(cy * cell);
+            for (int32_t y = y0; y < std::min(y0 + int32_t(cell), int32_t(level.height) - kBorder); ++y)
+                for (int32_t x = x0; x < std::min(x0 + int32_t(cell), int32_t(level.width) - kBorder); ++x)
+                    if (scores.at(x, y) > best.score) best = {x, y, scores.at(x, y)};
+            corners[cy * level.cells_x + cx] = best;
+        }
+}
+
+// Section "distance": Chebyshev distance of each corner to the nearest stronger one, at most kFarthest; 0 without a corner.
+void find_distances(const Level& level, const Corner* corners, uint8_t* distances) {
+    const size_t count = size_t(level.cells_x) * level.cells_y;
+    for (size_t i = 0; i < count; ++i) {
+        int32_t nearest = corners[i].score > 0 ? int32_t(kFarthest) : 0;
+        for (size_t k = 0; k < count && nearest > 0; ++k)
+            if (corners[k].score > 0 && stronger(corners[k], corners[i]))
+                nearest = std::min(nearest, std::max(std::abs(corners[k].x - corners[i].x), std::abs(corners[k].y - corners[i].y)));
+        distances[i] = uint8_t(nearest);
+    }
+}
+
+// Section "selection": corners at least `distance` from any stronger one are kept, and of those exactly one nearer the ones
+// with at least `score`.
+struct Limits {
+    uint32_t distance, score;
+    bool keeps(uint32_t d, uint32_t s) const { return d >= distance || (d + 1 == distance && s >= score); }
+};
+Limits choose_limits(const defrec_orb_params& params, size_t cells, const Corner* corners, const uint8_t* distances) {
+    const auto kept = [&](const Limits& limits) {
+        size_t count = 0;
+        for (size_t i = 0; i < cells; ++i) count += distances[i] > 0 && limits.keeps(distances[i], corners[i].score) ? 1 : 0;
+        return count;
+    };
+    Limits limits{params.spacing, 256};
+    while (kept(limits) > params.capacity) ++limits.distance;
+    if (limits.distance > params.spacing)
+        while (limits.score > 1 && kept({limits.distance, limits.score - 1}) <= params.capacity) --limits.score;
+    return limits;
+}
+
+// Section "orientation".
+uint32_t orientation(View<const uint8_t> image, int32_t x, int32_t y) {
+    int32_t mx = 0, my = 0;
+    for (int32_t dy = -kPatchRadius; dy <= kPatchRadius; ++dy) {
+        const int32_t half = kDiscHalfWidth[size_t(std::abs(dy))];
+        for (int32_t dx = -half; dx <= half; ++dx) {
+            mx += dx * image.at(x + dx, y + dy);
+            my += dy * image.at(x + dx, y + dy);
+        }
+    }
+    return angle_bin(mx, my);
+}
+
+// Section "descriptor".
+void describe(View<const uint16_t> smoothed, int32_t x, int32_t y, const Pattern& pattern, uint32_t* descriptor) {
+    std::fill_n(descriptor, 8, 0u);
+    for (size_t i = 0; i < kTests; ++i) {
+        const Offset a = pattern[2 * i], b = pattern[2 * i + 1];
+        if (smoothed.at(x + a.x, y + a.y) < smoothed.at(x + b.x, y + b.y)) descriptor[i / 32] |= 1u << (i % 32);
+    }
+}
+
+class Orb final : public Stage {
+  public:
+    Orb(const defrec_orb_params& params, const HostAllocator<uint8_t>& memory)
+        : params_(params), layout_(make_layout(params)), pyramid_(layout_.pixels, memory), masks_(layout_.pixels, memory),
+          smoothed_(layout_.pixels, memory), scores_(layout_.pixels, memory), corners_(layout_.cells, memory),
+          distances_(layout_.cells, memory), patterns_(DEFREC_ORB_ANGLE_BINS, memory) {
+        for (uint32_t bin = 0; bin < DEFREC_ORB_ANGLE_BINS; ++bin) patterns_[bin] = turned_pattern(bin);
+    }
+
+    void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
+        expect_buffers("orb input", in, 1, 1);
+        expect_buffers("orb output", out, 2, 5);
+        const uint8_t* gray = take<uint8_t>("orb gray", in[0], image_bytes(params_));
+        const uint8_t* mask = take_optional<uint8_t>("orb mask", in, 1, image_bytes(params_));
+        uint32_t* count = take<uint32_t>("orb feature count", out[0], 1);
+        defrec_feature* features = take<defrec_feature>("orb features", out[1], params_.capacity);
+
+        build_pyramid(gray, mask);
+        for (uint32_t l = 0; l < layout_.levels; ++l) {
+            const Level& level = layout_.level[l];
+            smooth(level, image(l), of_level(smoothed_, l));
+            score(level, image(l), mask ? View<const uint8_t>(constant(of_level(masks_, l))) : View<const uint8_t>{}, params_.threshold,
+                  of_level(scores_, l));
+            find_corners(level, params_.cell, constant(of_level(scores_, l)), &corners_[level.first_cell]);
+            find_distances(level, &corners_[level.first_cell], &distances_[level.first_cell]);
+        }
+        const Limits limits = choose_limits(params_, layout_.cells, corners_.data(), distances_.data());
+        *count = write_features(limits, features);
+        write_substages(out);
+    }
+
+  private:
+    template <class T>
+    static View<const T> constant(View<T> view) { return {view.data, view.stride}; }
+    template <class Vector>
+    View<typename Vector::value_type> of_level(Vector& values, uint32_t l) const {
+        return {values.data() + layout_.level[l].first_pixel, layout_.level[l].width};
+    }
+    View<const uint8_t> image(uint32_t l) { return constant(of_level(pyramid_, l)); }
+
+    void build_pyramid(const uint8_t* gray, const uint8_t* mask) {
+        for (uint32_t y = 0; y < params_.height; ++y) {
+            const size_t row = size_t(y) * params_.stride, first = size_t(y) * params_.width;
+            std::copy_n(gray + row, params_.width, pyramid_.begin() + ptrdiff_t(first));
+            if (mask) std::copy_n(mask + row, params_.width, masks_.begin() + ptrdiff_t(first));
+        }
+        for (uint32_t l = 1; l < layout_.levels; ++l) {
+            shrink(layout_.level[l], image(l - 1), of_level(pyramid_, l));
+            if (mask) shrink_mask(layout_.level[l], constant(of_level(masks_, l - 1)), of_level(masks_, l));
+        }
+    }
+
+    uint32_t write_features(const Limits& limits, defrec_feature* features) {
+        uint32_t count = 0;
+        for (uint32_t l = 0; l < layout_.levels; ++l) {
+            const Level& level = layout_.level[l];
+            for (size_t i = level.first_cell; i < level.first_cell + size_t(level.cells_x) * level.cells_y; ++i) {
+                const Corner& corner = corners_[i];
+                if (distances_[i] == 0 || !limits.keeps(distances_[i], corner.score)) continue;
+                defrec_feature& feature = features[count++];
+                const uint32_t bin = orientation(image(l), corner.x, corner.y);
+                feature = {to_image(uint32_t(corner.x), l), to_image(uint32_t(corner.y), l), uint16_t(l), uint16_t(bin), corner.score, {}};
+                describe(constant(of_level(smoothed_, l)), corner.x, corner.y, patterns_[bin], feature.descriptor);
+            }
+        }
+        return count;
+    }
+
+    void write_substages(std::span<const OutBuffer> out) const {
+        if (auto* to = take_optional<uint8_t>("orb pyramid", out, 2, layout_.pixels)) std::copy(pyramid_.begin(), pyramid_.end(), to);
+        if (auto* to = take_optional<uint16_t>("orb smoothed", out, 3, layout_.pixels)) std::copy(smoothed_.begin(), smoothed_.end(), to);
+        if (auto* to = take_optional<uint8_t>("orb scores", out, 4, layout_.pixels)) std::copy(scores_.begin(), scores_.end(), to);
+        if (auto* to = take_optional<uint32_t>("orb corners", out, 5, layout_.cells))
+            for (size_t i = 0; i < layout_.cells; ++i) to[i] = packed(corners_[i]);
+        if (auto* to = take_optional<uint8_t>("orb distances", out, 6, layout_.cells)) std::copy(distances_.begin(), distances_.end(), to);
+    }
+    uint32_t packed(const Corner& corner) const {
+        if (corner.score == 0) return 0;
+        const uint32_t in_cell_x = uint32_t(corner.x - kBorder) % params_.cell, in_cell_y = uint32_t(corner.y - kBorder) % params_.cell;
+        return corner.score << 16 | in_cell_y << 8 | in_cell_x;
+    }
+
+    defrec_orb_params params_;
+    Layout layout_;
+    HostVector<uint8_t> pyramid_, masks_;
+    HostVector<uint16_t> smoothed_;
+    HostVector<uint8_t> scores_;
+    HostVector<Corner> corners_;
+    HostVector<uint8_t> distances_;
+    HostVector<Pattern> patterns_;
+};
+
+}  // namespace
+
+std::unique_ptr<Stage> make_orb(const defrec_orb_params& params, const Host& host) {
+    check(params);
+    return std::make_unique<Orb>(params, HostAllocator<uint8_t>(host));
+}
+
 }  // namespace defrec::reference

@@ -1,0 +1,88 @@
+// What every backend of the stage match shares (docs/stages/match.md): its buffers, the tests of a match, and lifting to 3D.
+#pragma once
+#include <algorithm>
+#include <span>
+#include <string>
+
+#include "backends/shared/live_depth.hpp"
+#include "backends/shared/stage.hpp"
+
+namespace defrec::match {
+
+constexpr int32_t kNoDistance = 257;  // farther than any
+
+// The nearest live feature of a landmark, and how far the second nearest is.
+struct TwoBest {
+    int32_t feature = -1;
+    int32_t distance = kNoDistance, second = kNoDistance;
+};
+
+struct Inputs {
+    uint32_t count;  // of live features
+    const defrec_feature* features;
+    const int16_t* disparity;
+};
+
+inline void check(const defrec_match_params& p) {
+    const auto need = [](bool good, const std::string& text) {
+        if (!good) throw StageError(DEFREC_ERROR_ARGUMENT, "match: " + text);
+    };
+    const auto given = [](uint32_t value) { return std::to_string(value) + " given, "; };
+    need(p.landmarks >= 1 && p.landmarks <= 65535, "landmarks " + given(p.landmarks) + "1 to 65535 expected");
+    need(p.features >= 1 && p.features <= 65535, "features " + given(p.features) + "1 to 65535 expected");
+    need(p.max_distance <= 256, "max_distance " + given(p.max_distance) + "at most 256 expected");
+    need(p.ratio <= 256, "ratio " + given(p.ratio) + "at most 256 expected");
+    need(p.width >= 2 && p.height >= 2, "a disparity image of at least 2 x 2 pixels expected");
+    need(p.stride >= p.width, "stride " + given(p.stride) + "at least the width expected");
+    need(p.camera.fx > 0 && p.camera.fy > 0 && p.camera.baseline_mm > 0, "focal lengths and a baseline above 0 expected");
+}
+
+inline std::span<const defrec_landmark> take_landmarks(const defrec_match_params& p, std::span<const InBuffer> in) {
+    expect_buffers("match landmarks", in, 1);
+    const size_t count = std::min<size_t>(p.landmarks, in[0].size / sizeof(defrec_landmark));
+    return {in[0].as<defrec_landmark>(), count};
+}
+
+inline Inputs take_inputs(const defrec_match_params& p, std::span<const InBuffer> in) {
+    expect_buffers("match input", in, 3);
+    Inputs inputs{};
+    inputs.count = std::min(*take<uint32_t>("match feature count", in[0], 1), p.features);
+    inputs.features = take<defrec_feature>("match features", in[1], inputs.count);
+    inputs.disparity = take<int16_t>("match disparity", in[2], size_t(p.stride) * (p.height - 1) + p.width);
+    return inputs;
+}
+
+inline defrec_match* take_matches(size_t landmarks, std::span<const OutBuffer> out) {
+    expect_buffers("match output", out, 1);
+    return take<defrec_match>("matches", out[0], landmarks);
+}
+
+// Near enough, and clearly nearer than any other feature.
+inline bool accepts(const defrec_match_params& p, const TwoBest& best) {
+    return best.feature >= 0 && best.distance <= int32_t(p.max_distance) &&
+           best.distance * 256 <= int32_t(p.ratio) * best.second;
+}
+
+// The record of one landmark. T: the precision of the lifting.
+template <class T>
+defrec_match lift(const defrec_match_params& p, const Inputs& inputs, const TwoBest& best, bool accepted) {
+    defrec_match match{};
+    match.feature = accepted ? best.feature : -1;
+    match.distance = std::min(best.distance, 256);
+    match.second = std::min(best.second, 256);
+    if (!accepted) return match;
+    const defrec_feature& feature = inputs.features[best.feature];
+    const Pixel<T> pixel{std::clamp(T(feature.x) / T(16), T(0), T(p.width - 1)),
+                         std::clamp(T(feature.y) / T(16), T(0), T(p.height - 1))};
+    match.u = float(pixel.u);
+    match.v = float(pixel.v);
+    const T z = live_depth(p.camera, DisparityImage{inputs.disparity, p.width, p.height, p.stride}, pixel);
+    if (!(z > T(0))) return match;
+    match.position[0] = float((pixel.u - T(p.camera.cx)) * z / T(p.camera.fx));
+    match.position[1] = float((pixel.v - T(p.camera.cy)) * z / T(p.camera.fy));
+    match.position[2] = float(z);
+    match.weight = 1;
+    return match;
+}
+
+}  // namespace defrec::match

@@ -1,0 +1,120 @@
+// Constants and small formulas of the stage orb (docs/stages/orb.md) that every backend shares: sizes, circles, angles, positions.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "backends/shared/orb_pattern.hpp"
+#include "backends/shared/stage.hpp"
+
+namespace defrec::orb {
+
+constexpr uint32_t kMaxLevels = 8;
+constexpr uint32_t kLeastCell = 4, kLargestCell = 16;
+constexpr uint32_t kLargestCapacity = 65535;
+constexpr int32_t kPatchRadius = 15;    // px of the level: orientation and descriptor look no farther
+constexpr int32_t kSmoothRadius = 3;    // of the triangular window before the descriptor's comparisons
+constexpr int32_t kCircleRadius = 3;    // of FAST's circle
+constexpr int32_t kBorder = kPatchRadius + kSmoothRadius;  // px of each level without features
+constexpr uint32_t kFarthest = 63;      // px; distances to a stronger corner are cut off here
+
+struct Offset {
+    int32_t x, y;
+};
+
+// The 16 pixels at distance 3 round a corner, in order.
+constexpr std::array<Offset, 16> kCircle = {{{0, -3}, {1, -3}, {2, -2}, {3, -1}, {3, 0}, {3, 1}, {2, 2}, {1, 3},
+                                             {0, 3}, {-1, 3}, {-2, 2}, {-3, 1}, {-3, 0}, {-3, -1}, {-2, -2}, {-1, -3}}};
+
+// Half the width of the disc x^2 + y^2 <= 15.5^2 in row +-y.
+constexpr std::array<int32_t, kPatchRadius + 1> kDiscHalfWidth = {15, 15, 15, 15, 14, 14, 14, 13, 13, 12, 11, 10, 9, 8, 6, 3};
+
+// round(1024 * cos, sin) of the borders between the bins of the first quarter turn: 5.625 + k * 11.25 degrees.
+constexpr std::array<Offset, 8> kBinBorder = {
+    {{1019, 100}, {980, 297}, {903, 483}, {792, 650}, {650, 792}, {483, 903}, {297, 980}, {100, 1019}}};
+
+// Bin of the direction (x, y), 0 for (0, 0); |x|, |y| < 2^20.
+inline uint32_t angle_bin(int32_t x, int32_t y) {
+    const int32_t ax = x < 0 ? -x : x, ay = y < 0 ? -y : y;
+    uint32_t k = 0;
+    for (const Offset& border : kBinBorder) k += ay * border.x > ax * border.y ? 1u : 0u;
+    if (x < 0) k = 16 - k;
+    return y < 0 ? (32 - k) % 32 : k;
+}
+
+// One level of the pyramid and where its parts lie when the levels stand one after the other without padding.
+struct Level {
+    uint32_t width, height;     // px
+    uint32_t cells_x, cells_y;  // 0 where the border leaves nothing
+    size_t first_pixel, first_cell;
+};
+
+struct Layout {
+    uint32_t levels = 0;
+    std::array<Level, kMaxLevels> level{};
+    size_t pixels = 0, cells = 0;  // of all levels
+};
+
+inline Layout make_layout(const defrec_orb_params& params) {
+    Layout layout;
+    layout.levels = params.levels;
+    const auto cells = [&](uint32_t side) {
+        return side > 2 * uint32_t(kBorder) ? (side - 2 * uint32_t(kBorder) + params.cell - 1) / params.cell : 0;
+    };
+    uint32_t width = params.width, height = params.height;
+    for (uint32_t l = 0; l < params.levels; ++l, width = width * 4 / 5, height = height * 4 / 5) {
+        Level& level = layout.level[l];
+        level = {width, height, cells(width), cells(height), layout.pixels, layout.cells};
+        if (level.cells_x == 0 || level.cells_y == 0) level.cells_x = level.cells_y = 0;
+        layout.pixels += size_t(width) * height;
+        layout.cells += size_t(level.cells_x) * level.cells_y;
+    }
+    return layout;
+}
+
+// Pixel x of a level in the image, 1/16 px.
+inline int32_t to_image(uint32_t x, uint32_t level) {
+    uint32_t five = 1;
+    for (uint32_t l = 0; l < level; ++l) five *= 5;
+    const uint32_t half = level == 0 ? 0 : 1u << (2 * level - 1);
+    return int32_t(((16 * x + 8) * five + half) >> (2 * level)) - 8;
+}
+
+// The 512 points of the test pattern turned by one orientation bin: test i compares points 2i and 2i + 1.
+using Pattern = std::array<Offset, 2 * kTests>;
+inline Pattern turned_pattern(uint32_t bin) {
+    // round(16384 * cos) of k * 11.25 degrees, k = 0 .. 8
+    constexpr int32_t kCosine[9] = {16384, 16069, 15137, 13623, 11585, 9102, 6270, 3196, 0};
+    const auto cosine = [&](uint32_t k) {
+        k %= 32;
+        if (k > 16) k = 32 - k;
+        return k <= 8 ? kCosine[k] : -kCosine[16 - k];
+    };
+    const int32_t c = cosine(bin), s = cosine(bin + 24);
+    Pattern turned;
+    for (size_t i = 0; i < turned.size(); ++i) {
+        const int32_t x = kPattern[i][0], y = kPattern[i][1];
+        turned[i] = {(c * x - s * y + 8192) >> 14, (s * x + c * y + 8192) >> 14};
+    }
+    return turned;
+}
+
+inline void check(const defrec_orb_params& p) {
+    const auto need = [](bool good, const std::string& text) {
+        if (!good) throw StageError(DEFREC_ERROR_ARGUMENT, "orb: " + text);
+    };
+    const auto given = [](uint32_t value) { return std::to_string(value) + " given, "; };
+    need(p.width >= DEFREC_MIN_WIDTH && p.width <= DEFREC_MAX_SIDE, "width " + given(p.width) + "64 to 8192 expected");
+    need(p.height >= DEFREC_MIN_HEIGHT && p.height <= DEFREC_MAX_SIDE, "height " + given(p.height) + "48 to 8192 expected");
+    need(p.stride >= p.width, "stride " + given(p.stride) + "at least the width expected");
+    need(p.levels >= 1 && p.levels <= kMaxLevels, "levels " + given(p.levels) + "1 to 8 expected");
+    need(p.cell >= kLeastCell && p.cell <= kLargestCell, "cell " + given(p.cell) + "4 to 16 px expected");
+    need(p.threshold >= 1 && p.threshold <= 254, "threshold " + given(p.threshold) + "1 to 254 expected");
+    need(p.spacing >= 1 && p.spacing <= kFarthest, "spacing " + given(p.spacing) + "1 to 63 px expected");
+    need(p.capacity >= 1 && p.capacity <= kLargestCapacity, "capacity " + given(p.capacity) + "1 to 65535 expected");
+}
+
+// Bytes that an image buffer needs at least.
+inline size_t image_bytes(const defrec_orb_params& p) { return size_t(p.stride) * (p.height - 1) + p.width; }
+
+}  // namespace defrec::orb
