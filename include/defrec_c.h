@@ -343,7 +343,7 @@ typedef struct defrec_rectify_params {
     uint32_t width, height;      /* of the result; default: the source's */
     uint32_t stride;             /* of the result, bytes; default: width */
     uint32_t saturation;         /* gray values from here on count as highlights and are masked; default 250, 256: none */
-    uint32_t highlight_radius;   /* px (Chebyshev) that the mask grows round highlights; default 2 */
+    uint32_t highlight_radius;   /* px (Chebyshev) that the mask grows round highlights, at most 16; default 2 */
 } defrec_rectify_params;
 
 typedef struct defrec_stereo_params {
