@@ -1,0 +1,67 @@
+// What one frame's evidence means: its state, the reasons, and for each vertex what to believe and how far. Pure functions of the
+// evidence; the tracker holds the memory.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "sdk/pipeline.hpp"
+
+namespace defrec {
+
+// Exposure of a raw image, from a sparse grid of its pixels.
+struct ImageStatistics {
+    double mean = 0;             // gray levels
+    double deviation = 0;        // standard deviation, gray levels
+    double saturated_share = 0;  // pixels at 250 or above
+    uint64_t hash = 0;           // of the pixels looked at
+    bool dark() const { return mean < 6; }
+    bool saturated() const { return saturated_share > 0.6; }
+};
+// pixels: tight rows of width * channels bytes.
+ImageStatistics image_statistics(const uint8_t* pixels, uint32_t width, uint32_t height, uint32_t channels);
+
+struct Evidence {
+    uint32_t vertices_inside = 0;   // in the image
+    uint32_t vertices_observed = 0;
+    uint32_t vertices_occluded = 0;
+    uint32_t vertices_without_depth = 0;
+    double mean_residual_mm = 0;    // of observed vertices, absolute
+    uint32_t patches_expected = 0;  // predicted inside the image
+    uint32_t patches_confirmed = 0; // found where the deformed surface has them
+    double patch_rms_px = 0;        // of the confirmed
+    uint32_t matches = 0, inliers = 0;
+
+    double observed_share() const { return vertices_inside > 0 ? static_cast<double>(vertices_observed) / vertices_inside : 0; }
+    double confirmed_share() const { return patches_expected > 0 ? static_cast<double>(patches_confirmed) / patches_expected : 0; }
+};
+Evidence weigh_evidence(const TemplateData& data, const FrameOutput& output);
+
+struct Verdict {
+    bool found = false;    // the surface was followed into this frame
+    bool degraded = false;
+    uint32_t reasons = 0;  // DEFREC_REASON_*
+};
+Verdict judge(const TemplateData& data, const Evidence& evidence);
+
+// How sure a vertex is: status and expected error, from what was seen of it and round it.
+struct VertexBelief {
+    std::vector<uint8_t> status;         // DEFREC_POINT_*
+    std::vector<float> expected_error;   // mm, one standard deviation
+    std::vector<float> distance;         // working memory: grid steps to the nearest observed vertex
+};
+// lost: every vertex becomes unknown, with errors growing by age (frames).
+void believe(const TemplateData& data, const FrameOutput& output, bool lost, uint32_t age, VertexBelief& belief);
+
+// What to believe of a point of the template frame, on the surface or off it: that of the vertices under its pixel, with an error that grows
+// with the distance (mm) from the surface.
+struct SurfaceBelief {
+    uint8_t status = DEFREC_POINT_UNKNOWN;
+    double expected_error = 0;
+};
+SurfaceBelief believe_at(const TemplateData& data, const VertexBelief& belief, const double xyz[3]);
+
+// Best rigid motion from the template's vertices to the deformed ones, 3x4 row-major (Kabsch).
+void fit_rigid_motion(const TemplateData& data, const std::vector<defrec_surface_sample>& samples, double motion[12]);
+
+}  // namespace defrec

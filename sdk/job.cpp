@@ -1,0 +1,105 @@
+#include "sdk/job.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "backends/shared/motion.hpp"
+
+namespace defrec {
+
+TrackerJob::TrackerJob(std::shared_ptr<JobMonitor> job_monitor, const Context& context, uint64_t frame_bytes, uint64_t mask_bytes)
+    : monitor(std::move(job_monitor)),
+      pixels{ContextVector<uint8_t>(frame_bytes, context.allocator()), ContextVector<uint8_t>(frame_bytes, context.allocator())},
+      ignore(mask_bytes, context.allocator()) {}
+
+defrec_status TrackerJob::wait(uint64_t timeout_ns) {
+    std::unique_lock lock(monitor->mutex);
+    const auto done = [this] { return phase == JobPhase::kDone; };
+    // Beyond a century the clock's arithmetic would overflow; nobody waits for a part of that.
+    constexpr uint64_t kForEver = uint64_t{100} * 365 * 24 * 3600 * 1000000000u;
+    if (timeout_ns >= kForEver)
+        monitor->changed.wait(lock, done);
+    else if (!monitor->changed.wait_for(lock, std::chrono::nanoseconds(timeout_ns), done))
+        return DEFREC_TIMEOUT;
+    return status;
+}
+
+void TrackerJob::finish(defrec_status result_status, const std::string& text) {
+    const std::lock_guard lock(monitor->mutex);
+    status = result_status;
+    error_text_ = text;
+    phase = JobPhase::kDone;
+    monitor->changed.notify_all();
+}
+
+void TrackerJob::release() {
+    std::unique_lock lock(monitor->mutex);
+    monitor->changed.wait(lock, [this] { return phase == JobPhase::kDone; });
+    surface.reset();
+    phase = JobPhase::kFree;
+    monitor->changed.notify_all();
+}
+
+void TrackerJob::expect_done() const {
+    const std::lock_guard lock(monitor->mutex);
+    if (phase != JobPhase::kDone) fail(DEFREC_ERROR_STATE, "the frame is not done; wait for its job first");
+    if (status < 0) fail(status, error_text_);
+}
+
+void TrackerJob::result(defrec_result& out) const {
+    expect_done();
+    out.state = state;
+    out.reasons = reasons;
+    out.epoch = epoch;
+    out.timestamp_ns = timestamp_ns;
+    out.frame = frame;
+    out.age = age;
+    out.features = output.features;
+    std::copy(output.times.begin(), output.times.end(), out.times);
+    out.time_count = output.time_count;
+    out.disparity = output.disparity.empty() ? nullptr : output.disparity.data();
+    std::copy(std::begin(rigid_motion), std::end(rigid_motion), out.rigid_motion);
+    if (surface == nullptr) return;
+    const TemplateData& data = surface->data();
+    out.matches = evidence.matches;
+    out.inliers = evidence.inliers;
+    out.patches = evidence.patches_confirmed;
+    out.observed_share = static_cast<float>(evidence.observed_share());
+    out.mean_residual_mm = static_cast<float>(evidence.mean_residual_mm);
+    out.patch_residual_px = static_cast<float>(evidence.patch_rms_px);
+    out.motions = output.motions.data();
+    out.node_positions = node_positions.data();
+    out.node_count = output.motions.size();
+    out.vertices = vertices.data();
+    out.normals = normals.data();
+    out.vertex_status = belief.status.data();
+    out.expected_error_mm = belief.expected_error.data();
+    out.vertex_count = data.vertices.size();
+    out.landmarks = data.landmarks.data();
+    out.landmark_matches = output.matches.data();
+    out.landmark_count = data.landmarks.size();
+    out.patch_observations = output.observations.data();
+    out.patch_count = data.patches.size();
+}
+
+void TrackerJob::warp_points(const double* template_xyz, size_t count, double* xyz, uint8_t* point_status,
+                             double* expected_error_mm) const {
+    expect_done();
+    if (surface == nullptr) fail(DEFREC_ERROR_STATE, "points cannot be warped before there is a template");
+    const TemplateData& data = surface->data();
+    for (size_t i = 0; i < count; ++i) {
+        const double* from = template_xyz + 3 * i;
+        const Skin skin = surface->skin_of(from);
+        const Vec3<double> to = apply(blend<double>(output.motions.data(), skin.node.data(), skin.weight.data()),
+                                      Vec3<double>{from[0], from[1], from[2]});
+        const SurfaceBelief belief_at = believe_at(data, belief, from);
+        xyz[3 * i] = to.x;
+        xyz[3 * i + 1] = to.y;
+        xyz[3 * i + 2] = to.z;
+        if (point_status != nullptr) point_status[i] = belief_at.status;
+        if (expected_error_mm != nullptr) expected_error_mm[i] = belief_at.expected_error;
+    }
+}
+
+}  // namespace defrec

@@ -1,0 +1,63 @@
+// One place in a tracker's queue: the frame's pixels, then its results, until it is released and used again.
+#pragma once
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "sdk/context.hpp"
+#include "sdk/frame_state.hpp"
+#include "sdk/tracker.hpp"
+
+namespace defrec {
+
+// Guards the phases of all jobs of a tracker; outlives the tracker while a job is held.
+struct JobMonitor {
+    std::mutex mutex;
+    std::condition_variable changed;
+};
+
+enum class JobPhase { kFree, kQueued, kRunning, kDone };
+
+class TrackerJob final : public Job {
+  public:
+    TrackerJob(std::shared_ptr<JobMonitor> monitor, const Context& context, uint64_t frame_bytes, uint64_t mask_bytes);
+
+    defrec_status wait(uint64_t timeout_ns) override;
+    const std::string& error_text() const override { return error_text_; }
+    void result(defrec_result& out) const override;
+    void warp_points(const double* template_xyz, size_t count, double* xyz, uint8_t* status,
+                     double* expected_error_mm) const override;
+    void release() override;
+
+    // The members below belong to the tracker while the phase is queued or running.
+    std::shared_ptr<JobMonitor> monitor;
+    JobPhase phase = JobPhase::kFree;       // under the monitor's mutex
+    defrec_status status = DEFREC_OK;       // under the monitor's mutex
+
+    ContextVector<uint8_t> pixels[2], ignore;
+    bool has_ignore = false;
+    uint32_t flags = 0;
+    int64_t timestamp_ns = 0;
+    uint64_t frame = 0;
+    std::shared_ptr<const Template> template_to_set;
+
+    // Results.
+    std::shared_ptr<const Template> surface;
+    FrameOutput output;
+    VertexBelief belief;
+    std::vector<float> vertices, normals, node_positions;
+    double rigid_motion[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    Evidence evidence;
+    uint32_t state = DEFREC_INITIALISING, reasons = 0, epoch = 0, age = 0;
+
+    // Ends the job. text says why it failed; empty for success.
+    void finish(defrec_status result_status, const std::string& text);
+
+  private:
+    void expect_done() const;
+
+    std::string error_text_;
+};
+
+}  // namespace defrec

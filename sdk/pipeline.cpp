@@ -1,0 +1,380 @@
+#include "sdk/pipeline.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "backends/shared/stage_defaults_align.hpp"
+#include "backends/shared/stage_defaults_lm.hpp"
+#include "backends/shared/stage_defaults_match.hpp"
+#include "backends/shared/stage_defaults_orb.hpp"
+#include "backends/shared/stage_defaults_ransac.hpp"
+#include "backends/shared/stage_defaults_rectify.hpp"
+#include "backends/shared/stage_defaults_stereo.hpp"
+#include "backends/shared/stage_defaults_warp.hpp"
+
+namespace defrec {
+namespace {
+
+template <class T>
+uint64_t bytes_of(const std::vector<T>& values) { return values.size() * sizeof(T); }
+
+template <class Params>
+Params make_params() {
+    Params params;
+    DEFREC_INIT(&params);
+    return params;
+}
+
+uint32_t round_up(double value, uint32_t multiple) {
+    return static_cast<uint32_t>(std::ceil(std::max(value, 1.0) / multiple)) * multiple;
+}
+
+constexpr uint32_t kDisparityStep = 16;
+constexpr uint32_t kLeastDisparities = 48;
+constexpr uint32_t kMostFramesInFlight = 16;
+
+}  // namespace
+
+TrackerSettings complete_settings(const defrec_tracker_desc& desc, const Rig& rig) {
+    const auto or_default = [](auto given, auto fallback) { return given != 0 ? given : fallback; };
+    TrackerSettings settings;
+    settings.seed = desc.seed;
+    settings.format = or_default(desc.format, static_cast<uint32_t>(DEFREC_FORMAT_BGR8));
+    settings.frames_in_flight = or_default(desc.frames_in_flight, 2u);
+    settings.disparities = desc.disparities;
+    settings.min_disparity = static_cast<uint32_t>(std::max(0, desc.min_disparity));
+    settings.min_depth_mm = or_default(desc.min_depth_mm, 20.f);
+    settings.node_spacing_px = or_default(desc.node_spacing_px, static_cast<float>(rig.width()) / 24);
+    settings.vertex_spacing_px = or_default(desc.vertex_spacing_px, std::max(4.f, static_cast<float>(rig.width()) / 120));
+    settings.max_features = or_default(desc.max_features, 1024u);
+    settings.max_patches = or_default(desc.max_patches, 1024u);
+    settings.arap_weight = or_default(desc.arap_weight, 1.f);
+    if (bytes_per_pixel(settings.format) == 0)
+        fail(DEFREC_ERROR_ARGUMENT, "format is ", settings.format, "; GRAY8 (1), BGR8 (2), RGB8 (3) and BGRA8 (4) exist");
+    if (settings.frames_in_flight > kMostFramesInFlight)
+        fail(DEFREC_ERROR_ARGUMENT, "frames_in_flight is ", settings.frames_in_flight, ", at most ", kMostFramesInFlight, " are possible");
+    settings.keep_disparity = desc.keep_disparity != 0;
+    settings.coarse_iterations = or_default(desc.coarse_iterations, 4u);
+    settings.fine_iterations = or_default(desc.fine_iterations, 4u);
+    return settings;
+}
+
+// Everything that depends on the template's counts.
+struct Pipeline::TemplateStages {
+    std::shared_ptr<const Template> surface;
+    DeviceBuffer nodes, edges, points, landmarks, landmark_points, patches, views;
+    DeviceBuffer start, coarse, middle, final, matches, weighted, ransac_summary, lm_summary, predictions, observations, samples;
+    std::unique_ptr<DeviceStage> match, ransac, solve_coarse, align_coarse, solve_middle, align_fine, solve_fine, warp;
+};
+
+// Writes the time since the last lap into the frame's list of stage times.
+class Pipeline::Stopwatch {
+  public:
+    explicit Stopwatch(FrameOutput& out) : out_(out), last_(std::chrono::steady_clock::now()) {}
+    void lap(const char* name) {
+        const auto now = std::chrono::steady_clock::now();
+        if (out_.time_count < out_.times.size())
+            out_.times[out_.time_count++] = {name, std::chrono::duration<double, std::milli>(now - last_).count()};
+        last_ = now;
+    }
+
+  private:
+    FrameOutput& out_;
+    std::chrono::steady_clock::time_point last_;
+};
+
+Pipeline::Pipeline(std::shared_ptr<Context> context, std::shared_ptr<const Rig> rig, std::shared_ptr<Device> device,
+                   const TrackerSettings& settings)
+    : context_(std::move(context)), rig_(std::move(rig)), device_(std::move(device)), settings_(settings),
+      width_(rig_->width()), height_(rig_->height()), frame_bytes_(0), queue_(device_) {
+    auto rectify = make_params<defrec_rectify_params>();
+    rectify.format = settings_.format;
+    rectify.source_width = rectify.width = width_;
+    rectify.source_height = rectify.height = height_;
+    fill_defaults(rectify);
+    rectify_ = std::make_unique<DeviceStage>(device_, DEFREC_STAGE_RECTIFY, &rectify);
+    frame_bytes_ = uint64_t{rectify.source_stride} * height_;
+
+    const uint64_t pixels = uint64_t{width_} * height_;
+    for (int eye = 0; eye < 2; ++eye) {
+        raw_[eye] = DeviceBuffer(device_, frame_bytes_);
+        gray_[eye] = DeviceBuffer(device_, pixels);
+        mask_[eye] = DeviceBuffer(device_, pixels);
+    }
+    ignore_ = DeviceBuffer(device_, pixels);
+    disparity_ = DeviceBuffer(device_, pixels * sizeof(int16_t));
+    confidence_ = DeviceBuffer(device_, pixels);
+    upload_maps();
+
+    stereo_ = settings_.disparities != 0 ? make_stereo(settings_.min_disparity, settings_.disparities)
+                                         : make_stereo(0, widest_search());
+
+    auto orb = make_params<defrec_orb_params>();
+    orb.width = width_;
+    orb.height = height_;
+    orb.capacity = settings_.max_features;
+    fill_defaults(orb);
+    orb_ = std::make_unique<DeviceStage>(device_, DEFREC_STAGE_ORB, &orb);
+    feature_capacity_ = orb.capacity;
+    feature_count_ = DeviceBuffer(device_, sizeof(uint32_t));
+    features_ = DeviceBuffer(device_, uint64_t{feature_capacity_} * sizeof(defrec_feature));
+}
+
+Pipeline::~Pipeline() = default;
+
+std::unique_ptr<DeviceStage> Pipeline::make_stereo(uint32_t min_disparity, uint32_t disparities) const {
+    auto params = make_params<defrec_stereo_params>();
+    params.width = width_;
+    params.height = height_;
+    params.min_disparity = static_cast<int32_t>(min_disparity);
+    params.disparities = disparities;
+    fill_defaults(params);
+    return std::make_unique<DeviceStage>(device_, DEFREC_STAGE_STEREO, &params);
+}
+
+uint32_t Pipeline::widest_search() const {
+    const defrec_camera& camera = rig_->camera();
+    const double nearest = camera.fx * camera.baseline_mm / settings_.min_depth_mm;
+    return std::clamp(round_up(std::min(nearest, 0.45 * width_), kDisparityStep), kLeastDisparities, 256u);
+}
+
+// A surface seen at these disparities may come nearer or go farther by half; what lies beyond is not searched from now on.
+void Pipeline::narrow_search(const SurfaceGrid& grid) {
+    if (settings_.disparities != 0) return;
+    float least = 1e9f, most = 0;
+    for (size_t i = 0; i < grid.vertex.size(); ++i)
+        if (grid.vertex[i] >= 0) {
+            least = std::min(least, grid.disparity[i]);
+            most = std::max(most, grid.disparity[i]);
+        }
+    const uint32_t from = static_cast<uint32_t>(0.55 * least) / kDisparityStep * kDisparityStep;
+    const uint32_t to = std::min(round_up(1.6 * most + 4, kDisparityStep), std::max(widest_search(), round_up(most + 4, kDisparityStep)));
+    stereo_ = make_stereo(from, std::max(to - from, kLeastDisparities));
+}
+
+void Pipeline::upload_maps() {
+    for (int eye = 0; eye < 2; ++eye) {
+        if (rig_->map(eye) == nullptr) continue;
+        map_[eye] = DeviceBuffer(device_, rig_->map_bytes());
+        queue_.write(map_[eye], rig_->map(eye), rig_->map_bytes());
+    }
+}
+
+void Pipeline::observe(const uint8_t* left, const uint8_t* right, const uint8_t* ignore, FrameOutput& out) {
+    out.time_count = 0;
+    Stopwatch watch(out);
+    const uint8_t* pixels[2] = {left, right};
+    if (ignore != nullptr) queue_.write(ignore_, ignore, ignore_.size());
+    for (int eye = 0; eye < 2; ++eye) queue_.write(raw_[eye], pixels[eye], frame_bytes_);
+    watch.lap("upload");
+    for (int eye = 0; eye < 2; ++eye) {
+        const DeviceBuffer* map = map_[eye] ? &map_[eye] : nullptr;
+        const DeviceBuffer* ignored = eye == 0 && ignore != nullptr ? &ignore_ : nullptr;
+        rectify_->enqueue(queue_, {&raw_[eye], map, ignored}, {&gray_[eye], &mask_[eye]});
+    }
+    watch.lap("rectify");
+    stereo_->enqueue(queue_, {&gray_[0], &gray_[1], &mask_[0], &mask_[1]}, {&disparity_, &confidence_});
+    watch.lap("stereo");
+    orb_->enqueue(queue_, {&gray_[0], &mask_[0]}, {&feature_count_, &features_});
+    queue_.read(feature_count_, &out.features, sizeof out.features);
+    if (settings_.keep_disparity) {
+        out.disparity.resize(size_t{width_} * height_);
+        queue_.read(disparity_, out.disparity.data(), bytes_of(out.disparity));
+    }
+    queue_.finish();
+    watch.lap("orb");
+}
+
+void Pipeline::download_front() {
+    const size_t pixels = size_t{width_} * height_;
+    host_gray_.resize(pixels);
+    host_mask_.resize(pixels);
+    host_disparity_.resize(pixels);
+    host_features_.resize(feature_capacity_);
+    uint32_t count = 0;
+    queue_.read(gray_[0], host_gray_.data(), bytes_of(host_gray_));
+    queue_.read(mask_[0], host_mask_.data(), bytes_of(host_mask_));
+    queue_.read(disparity_, host_disparity_.data(), bytes_of(host_disparity_));
+    queue_.read(features_, host_features_.data(), bytes_of(host_features_));
+    queue_.read(feature_count_, &count, sizeof count);
+    queue_.finish();
+    if (count > feature_capacity_)
+        fail(DEFREC_ERROR_PLUGIN, "the plugin gave ", count, " features where at most ", feature_capacity_, " fit");
+    host_features_.resize(count);
+}
+
+std::optional<TemplateData> Pipeline::capture() {
+    download_front();
+    CaptureInput input;
+    input.width = width_;
+    input.height = height_;
+    input.camera = rig_->camera();
+    input.gray = host_gray_.data();
+    input.mask = host_mask_.data();
+    input.disparity = host_disparity_.data();
+    input.features = host_features_;
+    input.vertex_spacing_px = settings_.vertex_spacing_px;
+    input.node_spacing_px = settings_.node_spacing_px;
+    input.max_patches = settings_.max_patches;
+    return capture_template(input);
+}
+
+bool Pipeline::eyes_look_swapped() {
+    const uint64_t pixels = uint64_t{width_} * height_;
+    host_disparity_.resize(pixels);
+    const auto coverage = [&](int first, int second) {
+        stereo_->enqueue(queue_, {&gray_[first], &gray_[second], &mask_[first], &mask_[second]}, {&disparity_, &confidence_});
+        queue_.read(disparity_, host_disparity_.data(), bytes_of(host_disparity_));
+        queue_.finish();
+        const auto known = std::count_if(host_disparity_.begin(), host_disparity_.end(), [](int16_t d) { return d > 0; });
+        return static_cast<double>(known) / static_cast<double>(pixels);
+    };
+    const double exchanged = coverage(1, 0), given = coverage(0, 1);
+    return exchanged > 2 * kMinimumCoverage && exchanged > 3 * given;
+}
+
+void Pipeline::upload_template(const TemplateData& data) {
+    TemplateStages& t = *follow_;
+    const auto upload = [&](DeviceBuffer& buffer, const auto& values) {
+        buffer = DeviceBuffer(device_, std::max<uint64_t>(bytes_of(values), 16));
+        if (!values.empty()) queue_.write(buffer, values.data(), bytes_of(values));
+    };
+    upload(t.nodes, data.nodes);
+    upload(t.edges, data.edges);
+    upload(t.points, data.vertices);
+    upload(t.landmarks, data.landmarks);
+    upload(t.landmark_points, data.landmark_points);
+    upload(t.patches, data.patches);
+    upload(t.views, data.image);
+}
+
+void Pipeline::set_template(std::shared_ptr<const Template> surface, FrameOutput& out) {
+    const TemplateData& data = surface->data();
+    follow_ = std::make_unique<TemplateStages>();
+    TemplateStages& t = *follow_;
+    t.surface = std::move(surface);
+    upload_template(data);
+    narrow_search(data.grid);
+
+    const uint32_t nodes = static_cast<uint32_t>(data.nodes.size() / 3), landmarks = static_cast<uint32_t>(data.landmarks.size());
+    const uint32_t patches = static_cast<uint32_t>(data.patches.size()), points = static_cast<uint32_t>(data.vertices.size());
+    out.motions.resize(nodes);
+    out.samples.resize(points);
+    out.matches.resize(landmarks);
+    out.observations.resize(patches);
+    out.predictions.resize(patches);
+    const auto buffer = [&](uint64_t count, uint64_t size) { return DeviceBuffer(device_, std::max<uint64_t>(count * size, 16)); };
+    for (DeviceBuffer* motions : {&t.start, &t.coarse, &t.middle, &t.final}) *motions = buffer(nodes, sizeof(defrec_motion));
+    t.matches = buffer(landmarks, sizeof(defrec_match));
+    t.weighted = buffer(landmarks, sizeof(defrec_match));
+    t.ransac_summary = buffer(1, sizeof(defrec_ransac_summary));
+    t.lm_summary = buffer(1, sizeof(defrec_lm_summary));
+    t.predictions = buffer(patches, sizeof(defrec_patch_prediction));
+    t.observations = buffer(patches, sizeof(defrec_patch_observation));
+    t.samples = buffer(points, sizeof(defrec_surface_sample));
+
+    auto match = make_params<defrec_match_params>();
+    match.landmarks = landmarks;
+    match.features = feature_capacity_;
+    match.width = width_;
+    match.height = height_;
+    match.camera = rig_->camera();
+    fill_defaults(match);
+    t.match = std::make_unique<DeviceStage>(device_, DEFREC_STAGE_MATCH, &match);
+    t.match->prepare(queue_, {&t.landmarks});
+
+    auto ransac = make_params<defrec_ransac_params>();
+    ransac.landmarks = landmarks;
+    ransac.seed = settings_.seed;
+    fill_defaults(ransac);
+    t.ransac = std::make_unique<DeviceStage>(device_, DEFREC_STAGE_RANSAC, &ransac);
+    t.ransac->prepare(queue_, {&t.landmarks});
+
+    const auto make_align = [&](uint32_t level, uint32_t search) {
+        auto align = make_params<defrec_align_params>();
+        align.patches = patches;
+        align.nodes = nodes;
+        align.width = width_;
+        align.height = height_;
+        align.level = level;
+        align.search_radius = search;
+        align.camera = rig_->camera();
+        fill_defaults(align);
+        auto stage = std::make_unique<DeviceStage>(device_, DEFREC_STAGE_ALIGN, &align);
+        stage->prepare(queue_, {&t.patches, &t.views});
+        return stage;
+    };
+    t.align_coarse = make_align(1, 8);
+    t.align_fine = make_align(0, 4);
+
+    const auto make_lm = [&](uint32_t iterations, bool presolve, float match_weight) {
+        auto lm = make_params<defrec_lm_params>();
+        lm.nodes = nodes;
+        lm.edges = static_cast<uint32_t>(data.edges.size());
+        lm.points = points;
+        lm.landmarks = landmarks;
+        lm.patches = patches;
+        lm.width = width_;
+        lm.height = height_;
+        lm.camera = rig_->camera();
+        lm.iterations = iterations;
+        lm.presolve = presolve ? 1 : 0;
+        lm.node_spacing_mm = static_cast<float>(data.node_spacing_mm);
+        lm.match_weight = match_weight;
+        lm.arap_weight = settings_.arap_weight;
+        lm.match_threshold_mm = 2.f;
+        fill_defaults(lm);
+        auto stage = std::make_unique<DeviceStage>(device_, DEFREC_STAGE_LM, &lm);
+        stage->prepare(queue_, {&t.nodes, &t.edges, &t.points, &t.landmark_points, &t.patches});
+        return stage;
+    };
+    // The paper's weight while features alone tell where the surface went; once patches do so to a fraction of a pixel, features whose
+    // positions are good to about a pixel only hold what has no patch.
+    t.solve_coarse = make_lm(settings_.coarse_iterations, true, 10.f);
+    t.solve_middle = make_lm(settings_.coarse_iterations, false, 1.f);
+    t.solve_fine = make_lm(settings_.fine_iterations, false, 0.5f);
+
+    auto warp = make_params<defrec_warp_params>();
+    warp.nodes = nodes;
+    warp.points = points;
+    warp.width = width_;
+    warp.height = height_;
+    warp.camera = rig_->camera();
+    fill_defaults(warp);
+    t.warp = std::make_unique<DeviceStage>(device_, DEFREC_STAGE_WARP, &warp);
+    t.warp->prepare(queue_, {&t.points});
+    queue_.finish();
+}
+
+void Pipeline::follow(std::span<const defrec_motion> start, FrameOutput& out) {
+    TemplateStages& t = *follow_;
+    Stopwatch watch(out);
+    queue_.write(t.start, start.data(), start.size_bytes());
+    t.match->enqueue(queue_, {&feature_count_, &features_, &disparity_}, {&t.matches});
+    watch.lap("match");
+    t.ransac->enqueue(queue_, {&t.matches}, {&t.weighted, &t.ransac_summary});
+    watch.lap("ransac");
+    t.solve_coarse->enqueue(queue_, {&t.start, &t.weighted, nullptr, &disparity_}, {&t.coarse, &t.lm_summary});
+    watch.lap("lm coarse");
+    t.align_coarse->enqueue(queue_, {&gray_[0], &mask_[0], &t.coarse, nullptr}, {&t.observations, nullptr});
+    watch.lap("align coarse");
+    t.solve_middle->enqueue(queue_, {&t.coarse, &t.weighted, &t.observations, &disparity_}, {&t.middle, &t.lm_summary});
+    watch.lap("lm middle");
+    t.align_fine->enqueue(queue_, {&gray_[0], &mask_[0], &t.middle, nullptr}, {&t.observations, &t.predictions});
+    watch.lap("align fine");
+    t.solve_fine->enqueue(queue_, {&t.middle, &t.weighted, &t.observations, &disparity_}, {&t.final, &t.lm_summary});
+    watch.lap("lm fine");
+    t.warp->enqueue(queue_, {&t.final, &disparity_}, {&t.samples});
+    watch.lap("warp");
+    queue_.read(t.final, out.motions.data(), bytes_of(out.motions));
+    queue_.read(t.samples, out.samples.data(), bytes_of(out.samples));
+    queue_.read(t.weighted, out.matches.data(), bytes_of(out.matches));
+    queue_.read(t.observations, out.observations.data(), bytes_of(out.observations));
+    queue_.read(t.predictions, out.predictions.data(), bytes_of(out.predictions));
+    queue_.read(t.ransac_summary, &out.ransac, sizeof out.ransac);
+    queue_.read(t.lm_summary, &out.lm, sizeof out.lm);
+    queue_.finish();
+    watch.lap("download");
+}
+
+}  // namespace defrec

@@ -1,0 +1,103 @@
+// One frame's way through the stages of a device: images up, surface down. Holds every buffer and stage that a tracker needs;
+// decides nothing: what a frame means is frame_state.hpp's business.
+#pragma once
+#include <array>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "sdk/context.hpp"
+#include "sdk/device.hpp"
+#include "sdk/rig.hpp"
+#include "sdk/template.hpp"
+#include "sdk/template_capture.hpp"
+
+namespace defrec {
+
+// A tracker's description with every default filled in.
+struct TrackerSettings {
+    uint64_t seed = 0;
+    uint32_t format = 0;
+    uint32_t frames_in_flight = 0;
+    uint32_t disparities = 0;        // 0: found from the first frame
+    uint32_t min_disparity = 0;
+    float min_depth_mm = 0;
+    double node_spacing_px = 0;
+    double vertex_spacing_px = 0;
+    uint32_t max_features = 0;
+    uint32_t max_patches = 0;
+    float arap_weight = 0;
+    bool keep_disparity = false;
+    uint32_t coarse_iterations = 0, fine_iterations = 0;
+};
+// Throws Error(DEFREC_ERROR_ARGUMENT) for values that are out of range.
+TrackerSettings complete_settings(const defrec_tracker_desc& desc, const Rig& rig);
+
+// What one frame gave; lives in host memory that is allocated when the template is set.
+struct FrameOutput {
+    std::vector<defrec_motion> motions;
+    std::vector<defrec_surface_sample> samples;            // per vertex
+    std::vector<defrec_match> matches;                     // per landmark, with preselected weights
+    std::vector<defrec_patch_observation> observations;    // per patch
+    std::vector<defrec_patch_prediction> predictions;      // per patch, of the last search
+    std::vector<int16_t> disparity;                        // only if kept
+    uint32_t features = 0;
+    defrec_ransac_summary ransac{};
+    defrec_lm_summary lm{};                                // of the last solve
+    std::array<defrec_stage_time, DEFREC_MAX_TIMED_STAGES> times{};
+    uint32_t time_count = 0;
+};
+
+class Pipeline {
+  public:
+    Pipeline(std::shared_ptr<Context> context, std::shared_ptr<const Rig> rig, std::shared_ptr<Device> device,
+             const TrackerSettings& settings);
+    ~Pipeline();
+
+    // Rectifies a pair (tight rows, the settings' format; ignore tight u8 or nullptr), computes disparity and features.
+    void observe(const uint8_t* left, const uint8_t* right, const uint8_t* ignore, FrameOutput& out);
+
+    // A template from the images last observed; empty when too little of them has disparity.
+    std::optional<TemplateData> capture();
+    // Whether the images last observed match when left and right are exchanged.
+    bool eyes_look_swapped();
+
+    // Makes the stages and buffers for this template. Allocates.
+    void set_template(std::shared_ptr<const Template> surface, FrameOutput& out);
+
+    // Follows the template into the images last observed, starting from these motions.
+    void follow(std::span<const defrec_motion> start, FrameOutput& out);
+
+  private:
+    struct TemplateStages;
+    class Stopwatch;
+
+    std::unique_ptr<DeviceStage> make_stereo(uint32_t min_disparity, uint32_t disparities) const;
+    void upload_maps();
+    void upload_template(const TemplateData& data);
+    uint32_t widest_search() const;
+    void narrow_search(const SurfaceGrid& grid);
+    void download_front();
+
+    std::shared_ptr<Context> context_;
+    std::shared_ptr<const Rig> rig_;
+    std::shared_ptr<Device> device_;
+    TrackerSettings settings_;
+    uint32_t width_, height_;
+    uint64_t frame_bytes_;
+
+    Queue queue_;
+    DeviceBuffer raw_[2], map_[2], gray_[2], mask_[2], ignore_, disparity_, confidence_, feature_count_, features_;
+    std::unique_ptr<DeviceStage> rectify_, stereo_, orb_;
+    uint32_t feature_capacity_ = 0;
+    std::unique_ptr<TemplateStages> follow_;
+
+    // Host copies that only capturing a template needs.
+    std::vector<uint8_t> host_gray_, host_mask_;
+    std::vector<int16_t> host_disparity_;
+    std::vector<defrec_feature> host_features_;
+};
+
+}  // namespace defrec

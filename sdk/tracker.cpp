@@ -1,0 +1,284 @@
+#include "sdk/tracker.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <thread>
+
+#include "backends/shared/motion.hpp"
+#include "backends/shared/stage_defaults_rectify.hpp"
+#include "sdk/job.hpp"
+#include "sdk/pipeline.hpp"
+
+namespace defrec {
+namespace {
+
+constexpr uint32_t kAllStages = (1u << DEFREC_STAGE_COUNT_V1) - 1;
+
+// Rows of `bytes` bytes without padding.
+void copy_tight(const defrec_image& image, uint64_t bytes, uint8_t* out) {
+    const auto* from = static_cast<const uint8_t*>(image.pixels);
+    for (uint32_t y = 0; y < image.height; ++y) std::memcpy(out + y * bytes, from + y * image.stride, bytes);
+}
+
+}  // namespace
+
+class Tracker::Impl {
+  public:
+    Impl(std::shared_ptr<Context> context, std::shared_ptr<const Rig> rig, const defrec_tracker_desc& desc)
+        : context_(std::move(context)), rig_(std::move(rig)), settings_(complete_settings(desc, *rig_)),
+          channels_(bytes_per_pixel(settings_.format)),
+          pipeline_(context_, rig_, context_->open_device(desc.device_id, kAllStages), settings_) {
+        const uint64_t pixels = uint64_t{rig_->width()} * rig_->height();
+        for (uint32_t i = 0; i < settings_.frames_in_flight; ++i)
+            jobs_.push_back(std::make_shared<TrackerJob>(monitor_, *context_, pixels * channels_, pixels));
+        order_.resize(settings_.frames_in_flight);
+        worker_ = std::thread([this] { work(); });
+    }
+
+    ~Impl() {
+        {
+            const std::lock_guard lock(monitor_->mutex);
+            stopping_ = true;
+            monitor_->changed.notify_all();
+        }
+        worker_.join();
+    }
+
+    std::shared_ptr<Job> submit(const defrec_frame& frame, const defrec_image& left, const defrec_image& right,
+                                const defrec_image* ignore) {
+        std::shared_ptr<TrackerJob> job = reserve(frame.timestamp_ns);
+        copy_tight(left, uint64_t{rig_->width()} * channels_, job->pixels[0].data());
+        copy_tight(right, uint64_t{rig_->width()} * channels_, job->pixels[1].data());
+        job->has_ignore = ignore != nullptr;
+        if (ignore != nullptr) copy_tight(*ignore, rig_->width(), job->ignore.data());
+        job->flags = frame.flags;
+        job->timestamp_ns = frame.timestamp_ns;
+
+        const std::lock_guard lock(monitor_->mutex);
+        last_timestamp_ = frame.timestamp_ns;
+        job->frame = submitted_;
+        job->template_to_set = std::exchange(template_to_set_, nullptr);
+        job->phase = JobPhase::kQueued;
+        order_[submitted_ % order_.size()] = job.get();
+        ++submitted_;
+        monitor_->changed.notify_all();
+        return job;
+    }
+
+    std::shared_ptr<const Template> current_template() const {
+        const std::lock_guard lock(monitor_->mutex);
+        if (template_to_set_ != nullptr) return template_to_set_;
+        if (surface_ == nullptr) fail(DEFREC_ERROR_STATE, "the tracker has no template yet; submit a frame and wait for it, or set one");
+        return surface_;
+    }
+
+    void set_template(std::shared_ptr<const Template> surface) {
+        const TemplateData& data = surface->data();
+        const defrec_camera& camera = rig_->camera();
+        if (data.width != rig_->width() || data.height != rig_->height())
+            fail(DEFREC_ERROR_ARGUMENT, "the template was taken from images of ", data.width, "x", data.height, ", the rig has ",
+                 rig_->width(), "x", rig_->height());
+        if (std::abs(data.camera.fx - camera.fx) > 1e-6 * camera.fx || std::abs(data.camera.baseline_mm - camera.baseline_mm) > 1e-6 * camera.baseline_mm)
+            fail(DEFREC_ERROR_ARGUMENT, "the template was taken with focal length ", data.camera.fx, " px and baseline ", data.camera.baseline_mm,
+                 " mm, the rig has ", camera.fx, " px and ", camera.baseline_mm, " mm");
+        const std::lock_guard lock(monitor_->mutex);
+        template_to_set_ = std::move(surface);
+    }
+
+    uint32_t format() const { return settings_.format; }
+    const Rig& rig() const { return *rig_; }
+
+  private:
+    std::shared_ptr<TrackerJob> reserve(int64_t timestamp_ns) {
+        const std::lock_guard lock(monitor_->mutex);
+        if (submitted_ > 0 && timestamp_ns <= last_timestamp_)
+            fail(DEFREC_ERROR_ARGUMENT, "timestamp_ns is ", timestamp_ns, ", the frame before had ", last_timestamp_, "; it must grow");
+        for (const std::shared_ptr<TrackerJob>& job : jobs_)
+            if (job->phase == JobPhase::kFree) return job;
+        fail(DEFREC_ERROR_BUSY, "all ", jobs_.size(), " places in the queue are taken; release a job first");
+    }
+
+    void work() {
+        for (uint64_t next = 0;; ++next) {
+            TrackerJob* job = nullptr;
+            bool cancelled = false;
+            {
+                std::unique_lock lock(monitor_->mutex);
+                monitor_->changed.wait(lock, [&] { return stopping_ || submitted_ > next; });
+                if (submitted_ <= next) return;
+                job = order_[next % order_.size()];
+                job->phase = JobPhase::kRunning;
+                cancelled = stopping_;
+            }
+            if (cancelled)
+                job->finish(DEFREC_ERROR_STATE, "the tracker was destroyed before this frame was computed");
+            else
+                compute(*job);
+        }
+    }
+
+    void compute(TrackerJob& job) {
+        try {
+            follow_frame(job);
+            job.finish(DEFREC_OK, {});
+        } catch (const Error& error) {
+            job.finish(error.status(), error.what());
+        } catch (const std::bad_alloc&) {
+            job.finish(DEFREC_ERROR_OUT_OF_MEMORY, "out of memory while computing the frame");
+        } catch (const std::exception& error) {
+            job.finish(DEFREC_ERROR_INTERNAL, error.what());
+        }
+    }
+
+    void follow_frame(TrackerJob& job) {
+        job.reasons = 0;
+        job.output.time_count = 0;
+        job.output.features = 0;
+        look_at_images(job);
+        if (job.template_to_set != nullptr) adopt(job, std::exchange(job.template_to_set, nullptr), false);
+        const bool blind = (job.reasons & (DEFREC_REASON_DARK | DEFREC_REASON_SATURATED | DEFREC_REASON_ONE_EYE)) != 0;
+        if (!blind) {
+            pipeline_.observe(job.pixels[0].data(), job.pixels[1].data(), job.has_ignore ? job.ignore.data() : nullptr, job.output);
+            if (surface_ == nullptr || (job.flags & DEFREC_FRAME_CAPTURE_TEMPLATE) != 0) capture(job);
+        }
+        job.surface = surface_;
+        if (surface_ == nullptr) {
+            job.state = DEFREC_INITIALISING;
+            job.epoch = 0;
+            job.age = 0;
+            return;
+        }
+        fit_sizes(job);
+        const bool found = !blind && follow(job);
+        conclude(job, found);
+    }
+
+    // Exposure, and whether the stream stands still.
+    void look_at_images(TrackerJob& job) {
+        const ImageStatistics left = image_statistics(job.pixels[0].data(), rig_->width(), rig_->height(), channels_);
+        const ImageStatistics right = image_statistics(job.pixels[1].data(), rig_->width(), rig_->height(), channels_);
+        if (left.dark() || right.dark()) job.reasons |= DEFREC_REASON_DARK;
+        if (left.dark() != right.dark()) job.reasons |= DEFREC_REASON_ONE_EYE;
+        if (left.saturated() || right.saturated()) job.reasons |= DEFREC_REASON_SATURATED;
+        if (std::max(left.deviation, right.deviation) < 1.5) job.reasons |= DEFREC_REASON_NO_TEXTURE;
+        if (job.frame > 0 && left.hash == last_hash_[0] && right.hash == last_hash_[1]) job.reasons |= DEFREC_REASON_FROZEN;
+        last_hash_[0] = left.hash;
+        last_hash_[1] = right.hash;
+        const int64_t step = job.timestamp_ns - last_frame_time_;
+        if (job.frame > 1 && usual_step_ > 0 && step > 2 * usual_step_) job.reasons |= DEFREC_REASON_GAP;
+        if (job.frame > 0) usual_step_ = usual_step_ == 0 ? step : usual_step_ + (step - usual_step_) / 8;
+        last_frame_time_ = job.timestamp_ns;
+    }
+
+    void capture(TrackerJob& job) {
+        std::optional<TemplateData> data = pipeline_.capture();
+        if (!data) {
+            job.reasons |= DEFREC_REASON_NO_DEPTH;
+            if (pipeline_.eyes_look_swapped()) job.reasons |= DEFREC_REASON_EYES_SWAPPED;
+            return;
+        }
+        adopt(job, std::make_shared<const Template>(std::move(*data)), true);
+    }
+
+    // seen: it was captured from this very frame.
+    void adopt(TrackerJob& job, std::shared_ptr<const Template> surface, bool seen) {
+        pipeline_.set_template(surface, job.output);
+        last_motions_.assign(surface->data().nodes.size() / 3, DualQuaternion<float>::identity().store());
+        tracking_ = seen;
+        age_ = 0;
+        ++epoch_;
+        const std::lock_guard lock(monitor_->mutex);
+        surface_ = std::move(surface);
+    }
+
+    // A job that was last used with another template has arrays of another size.
+    void fit_sizes(TrackerJob& job) {
+        const TemplateData& data = surface_->data();
+        job.output.motions.resize(data.nodes.size() / 3);
+        job.output.samples.resize(data.vertices.size());
+        job.output.matches.resize(data.landmarks.size());
+        job.output.observations.resize(data.patches.size());
+        job.output.predictions.resize(data.patches.size());
+        job.vertices.resize(3 * data.vertices.size());
+        job.normals.resize(3 * data.vertices.size());
+        job.node_positions.resize(data.nodes.size());
+    }
+
+    bool follow(TrackerJob& job) {
+        pipeline_.follow(last_motions_, job.output);
+        job.evidence = weigh_evidence(surface_->data(), job.output);
+        const Verdict verdict = judge(surface_->data(), job.evidence);
+        job.reasons |= verdict.reasons;
+        degraded_ = verdict.degraded;
+        return verdict.found;
+    }
+
+    void conclude(TrackerJob& job, bool found) {
+        if (found) {
+            job.state = !tracking_ ? DEFREC_RELOCALISED : degraded_ ? DEFREC_DEGRADED : DEFREC_TRACKING;
+            if (!tracking_) ++epoch_;
+            last_motions_ = job.output.motions;
+            last_samples_ = job.output.samples;
+            age_ = 0;
+        } else {
+            job.state = DEFREC_LOST;
+            job.output.motions = last_motions_;
+            if (last_samples_.size() == job.output.samples.size()) job.output.samples = last_samples_;
+            ++age_;
+        }
+        tracking_ = found;
+        job.epoch = epoch_;
+        job.age = age_;
+        believe(surface_->data(), job.output, !found, age_, job.belief);
+        fit_rigid_motion(surface_->data(), job.output.samples, job.rigid_motion);
+        for (size_t i = 0; i < job.output.samples.size(); ++i)
+            for (size_t axis = 0; axis < 3; ++axis) {
+                job.vertices[3 * i + axis] = job.output.samples[i].position[axis];
+                job.normals[3 * i + axis] = job.output.samples[i].normal[axis];
+            }
+        const std::vector<float>& nodes = surface_->data().nodes;
+        for (size_t i = 0; i < job.output.motions.size(); ++i)
+            store3(apply(DualQuaternion<double>::load(job.output.motions[i]), load3<double>(&nodes[3 * i])), &job.node_positions[3 * i]);
+    }
+
+    std::shared_ptr<Context> context_;
+    std::shared_ptr<const Rig> rig_;
+    TrackerSettings settings_;
+    uint32_t channels_;
+    Pipeline pipeline_;
+
+    std::shared_ptr<JobMonitor> monitor_ = std::make_shared<JobMonitor>();
+    std::vector<std::shared_ptr<TrackerJob>> jobs_;
+    // Under the monitor's mutex.
+    std::vector<TrackerJob*> order_;  // a ring: frame n at n % size
+    uint64_t submitted_ = 0;
+    int64_t last_timestamp_ = 0;
+    bool stopping_ = false;
+    std::shared_ptr<const Template> template_to_set_;
+    std::shared_ptr<const Template> surface_;  // written by the worker
+
+    // The worker's own.
+    std::vector<defrec_motion> last_motions_;
+    std::vector<defrec_surface_sample> last_samples_;
+    uint64_t last_hash_[2] = {0, 0};
+    int64_t last_frame_time_ = 0, usual_step_ = 0;
+    bool tracking_ = false, degraded_ = false;
+    uint32_t epoch_ = 0, age_ = 0;
+
+    std::thread worker_;
+};
+
+Tracker::Tracker(std::shared_ptr<Context> context, std::shared_ptr<const Rig> rig, const defrec_tracker_desc& desc)
+    : impl_(std::make_unique<Impl>(std::move(context), std::move(rig), desc)) {}
+Tracker::~Tracker() = default;
+std::shared_ptr<Job> Tracker::submit(const defrec_frame& frame, const defrec_image& left, const defrec_image& right,
+                                     const defrec_image* ignore) {
+    return impl_->submit(frame, left, right, ignore);
+}
+std::shared_ptr<const Template> Tracker::current_template() const { return impl_->current_template(); }
+void Tracker::set_template(std::shared_ptr<const Template> surface) { impl_->set_template(std::move(surface)); }
+uint32_t Tracker::format() const { return impl_->format(); }
+const Rig& Tracker::rig() const { return impl_->rig(); }
+
+}  // namespace defrec
