@@ -78,7 +78,8 @@ void MeshRaster::render(const DeformedMesh& mesh, const Eye& eye, int threads, s
     parallel_rows(eye.height, threads, [&](int first, int last) { band(mesh, eye, first, last, hits); });
 }
 
-void MeshRaster::band(const DeformedMesh& mesh, const Eye& eye, int first, int last, std::vector<Hit>& hits) const {
+void MeshRaster::band(const DeformedMesh& mesh, const Eye& eye, int first, int last,
+                      std::vector<Hit>& hits) const {
     for (int j = 0; j + 1 < mesh.rows; ++j) {
         for (int i = 0; i + 1 < mesh.columns; ++i) {
             const int a = j * mesh.columns + i;
@@ -89,8 +90,8 @@ void MeshRaster::band(const DeformedMesh& mesh, const Eye& eye, int first, int l
     }
 }
 
-void MeshRaster::triangle(const DeformedMesh& mesh, const Eye& eye, const int (&corner)[3], int first, int last,
-                          std::vector<Hit>& hits) const {
+void MeshRaster::triangle(const DeformedMesh& mesh, const Eye& eye, const int (&corner)[3], int first,
+                          int last, std::vector<Hit>& hits) const {
     const Seen& p = seen_[corner[0]];
     const Seen& q = seen_[corner[1]];
     const Seen& r = seen_[corner[2]];
@@ -106,8 +107,9 @@ void MeshRaster::triangle(const DeformedMesh& mesh, const Eye& eye, const int (&
     if (v0 > v1 || u0 > u1) {
         return;
     }
-    // The ray d meets the plane at weights proportional to d.(q x r), d.(r x p), d.(p x q). The three cross products
-    // of a shared edge are negatives of each other to the bit, so that no pixel falls between two triangles.
+    // The ray d meets the plane at weights proportional to d.(q x r), d.(r x p), d.(p x q). The three cross
+    // products of a shared edge are negatives of each other to the bit, so that no pixel falls between two
+    // triangles.
     const Eigen::Vector3d np = q.point.cross(r.point);
     const Eigen::Vector3d nq = r.point.cross(p.point);
     const Eigen::Vector3d nr = p.point.cross(q.point);

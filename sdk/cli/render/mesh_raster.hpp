@@ -1,5 +1,5 @@
-// Which point of the deformed surface each pixel of an eye sees: a fine mesh of the surface, hit by the exact ray of
-// every pixel, so that lens distortion costs no accuracy.
+// Which point of the deformed surface each pixel of an eye sees: a fine mesh of the surface, hit by the exact
+// ray of every pixel, so that lens distortion costs no accuracy.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,7 +26,7 @@ struct DeformedMesh {
 struct Eye {
     Lens lens;
     int width = 0, height = 0;
-    std::vector<Eigen::Vector2f> rays;  ///< (x/z, y/z), width * height
+    std::vector<Eigen::Vector2f> rays;                       ///< (x/z, y/z), width * height
     Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< x_eye = rotation * x_scene + translation
     Eigen::Vector3d translation = Eigen::Vector3d::Zero();
 

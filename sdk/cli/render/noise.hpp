@@ -1,8 +1,7 @@
-// Counter-based random numbers and gradient noise: functions of their arguments alone, so that a picture does not
-// depend on the order in which threads paint it.
+// Counter-based random numbers and gradient noise: functions of their arguments alone, so that a picture does
+// not depend on the order in which threads paint it.
 #pragma once
 
-#include <cmath>
 #include <cstdint>
 
 namespace defrec::cli {
@@ -31,7 +30,8 @@ class Random {
 };
 
 inline std::uint32_t lattice_hash(std::int32_t x, std::int32_t y, std::uint32_t seed) {
-    std::uint32_t h = static_cast<std::uint32_t>(x) * 0x8DA6B343u ^ static_cast<std::uint32_t>(y) * 0xD8163841u ^ seed;
+    std::uint32_t h =
+        static_cast<std::uint32_t>(x) * 0x8DA6B343u ^ static_cast<std::uint32_t>(y) * 0xD8163841u ^ seed;
     h = (h ^ (h >> 15)) * 0x2C1B3C6Du;
     h = (h ^ (h >> 12)) * 0x297A2D39u;
     return h ^ (h >> 15);
@@ -45,14 +45,19 @@ inline float lattice_gradient(std::uint32_t hash, float dx, float dy) {
     return kCos[i] * dx + kCos[(i + 12) & 15] * dy;
 }
 
-/// Gradient noise (Perlin 2002, quintic fade) with a lattice of 1; about -1..1, mean 0, standard deviation about 0.35.
+/// std::floor is a call into the C library on the baseline instruction set.
+inline std::int32_t floor_to_int(float x) {
+    const auto truncated = static_cast<std::int32_t>(x);
+    return truncated - (static_cast<float>(truncated) > x ? 1 : 0);
+}
+
+/// Gradient noise (Perlin 2002, quintic fade) with a lattice of 1; about -1..1, mean 0, standard deviation
+/// about 0.35.
 inline float gradient_noise(float x, float y, std::uint32_t seed) {
-    const float floor_x = std::floor(x);
-    const float floor_y = std::floor(y);
-    const auto ix = static_cast<std::int32_t>(floor_x);
-    const auto iy = static_cast<std::int32_t>(floor_y);
-    const float fx = x - floor_x;
-    const float fy = y - floor_y;
+    const std::int32_t ix = floor_to_int(x);
+    const std::int32_t iy = floor_to_int(y);
+    const float fx = x - static_cast<float>(ix);
+    const float fy = y - static_cast<float>(iy);
     const float a = lattice_gradient(lattice_hash(ix, iy, seed), fx, fy);
     const float b = lattice_gradient(lattice_hash(ix + 1, iy, seed), fx - 1.0f, fy);
     const float c = lattice_gradient(lattice_hash(ix, iy + 1, seed), fx, fy - 1.0f);

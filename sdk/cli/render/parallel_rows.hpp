@@ -8,8 +8,8 @@
 
 namespace defrec::cli {
 
-/// Calls body(first, last) on disjoint ranges that cover 0..rows. body must not throw, and must not let a row's
-/// result depend on the range it came in.
+/// Calls body(first, last) on disjoint ranges that cover 0..rows. body must not throw, and must not let a
+/// row's result depend on the range it came in.
 inline void parallel_rows(int rows, int threads, const std::function<void(int, int)>& body) {
     const int parts = std::clamp(threads, 1, std::max(rows, 1));
     std::vector<std::thread> pool;

@@ -12,7 +12,8 @@
 namespace defrec::cli {
 namespace {
 
-constexpr int kVeilStep = 8;  // px between samples of the smoke, which is smooth
+constexpr int kVeilStep = 8;             // px between samples of the smoke, which is smooth
+constexpr float kHighlightFrom = 0.93f;  // cosine below which the film's slopes cannot make a highlight
 constexpr Rgb kSmokeColour{0.40f, 0.39f, 0.40f};
 
 /// x to the power of 2^squarings, for highlights.
@@ -39,8 +40,9 @@ std::uint8_t developed(float linear, float offset, float random, float noise) {
     const float position = std::clamp(linear, 0.0f, 1.0f) * 4096.0f;
     const int index = std::min(static_cast<int>(position), 4095);
     const auto& curve = tone_curve();
-    const float level = curve[index] + (position - static_cast<float>(index)) * (curve[index + 1] - curve[index]);
-    const float deviation = noise * (0.9f + 0.055f * std::sqrt(level + 1.0f));
+    const float level =
+        curve[index] + (position - static_cast<float>(index)) * (curve[index + 1] - curve[index]);
+    const float deviation = noise * (1.1f + 0.06f * std::sqrt(level + 1.0f));
     return static_cast<std::uint8_t>(std::clamp(level + offset + deviation * random, 0.0f, 255.0f) + 0.5f);
 }
 
@@ -54,12 +56,14 @@ Rgb drape_colour(const Eigen::Vector2f& ray, const Eigen::Vector3d& eye_offset) 
     constexpr float kDistance = 260.0f;
     const float x = kDistance * ray.x() + static_cast<float>(eye_offset.x());
     const float y = kDistance * ray.y() + static_cast<float>(eye_offset.y());
-    const float fold = gradient_noise(x / 90.0f, y / 40.0f, 77u) + 0.4f * gradient_noise(x / 31.0f, y / 23.0f, 78u);
+    const float fold =
+        gradient_noise(x / 90.0f, y / 40.0f, 77u) + 0.4f * gradient_noise(x / 31.0f, y / 23.0f, 78u);
     return (0.10f + 0.05f * fold) * Rgb{0.35f, 0.95f, 1.05f};
 }
 
 /// Brushed steel, lit from the lamp. `normal` and `point` in the eye's frame.
-Rgb steel_colour(const Eigen::Vector3f& point, const Eigen::Vector3f& normal, float along, const Lighting& lighting) {
+Rgb steel_colour(const Eigen::Vector3f& point, const Eigen::Vector3f& normal, float along,
+                 const Lighting& lighting) {
     const Eigen::Vector3f to_lamp = lighting.lamp.cast<float>() - point;
     const float distance = to_lamp.norm();
     const Eigen::Vector3f l = to_lamp / distance;
@@ -69,7 +73,8 @@ Rgb steel_colour(const Eigen::Vector3f& point, const Eigen::Vector3f& normal, fl
     const float reach = static_cast<float>(lighting.distance) / distance;
     const bool ring = along > 8.0f && std::fmod(along, 9.0f) < 0.9f && along < 28.0f;
     const float brushed = 1.0f + 0.10f * gradient_noise(along * 2.3f, 3.0f * normal.x(), 55u);
-    const float level = (0.05f + 0.30f * facing + 0.9f * sharpened(shine, 5)) * (ring ? 0.25f : 1.0f) * brushed;
+    const float level =
+        (0.05f + 0.30f * facing + 0.9f * sharpened(shine, 5)) * (ring ? 0.25f : 1.0f) * brushed;
     return std::min(reach * reach, 2.5f) * lighting.exposure * level * Rgb{0.93f, 0.97f, 1.0f};
 }
 
@@ -84,11 +89,12 @@ void Painter::paint(const Eye& eye, const std::vector<Hit>& hits, const PictureR
     }
     parallel_rows(eye.height, threads_,
                   [&](int first, int last) { paint_rows(eye, hits, request, first, last); });
-    parallel_rows(eye.height, threads_, [&](int first, int last) { expose_rows(eye, request, first, last, bgr); });
+    parallel_rows(eye.height, threads_,
+                  [&](int first, int last) { expose_rows(eye, request, first, last, bgr); });
 }
 
-Rgb Painter::tissue_colour(const Eye& eye, const Hit& hit, const Eigen::Vector2f& ray, const PictureRequest& request,
-                           const Instrument* instrument) const {
+Rgb Painter::tissue_colour(const Eye& eye, const Hit& hit, const Eigen::Vector2f& ray,
+                           const PictureRequest& request, const Instrument* instrument) const {
     const Eigen::Vector3f point(hit.z * ray.x(), hit.z * ray.y(), hit.z);
     const Eigen::Matrix3f turn = eye.rotation.cast<float>();
     const Eigen::Vector3f normal = (turn * hit.normal).normalized();
@@ -99,21 +105,26 @@ Rgb Painter::tissue_colour(const Eye& eye, const Hit& hit, const Eigen::Vector2f
 
     const float footprint = hit.z / static_cast<float>(eye.lens.fx);
     const Tissue::Sample sample = tissue_.at(hit.s, hit.t, footprint);
-    const Eigen::Vector3f rough =
-        (normal + sample.slope_s * turn.col(0) + sample.slope_t * turn.col(1)).normalized();
     const Eigen::Vector3f half = (l + view).normalized();
     const float facing = std::max(0.0f, normal.dot(l));
-    const float soft = sharpened(std::max(0.0f, normal.dot(half)), 4);
-    const float sharp = sharpened(std::max(0.0f, rough.dot(half)), 8);
+    const float glance = std::max(0.0f, normal.dot(half));
+    float highlight = 0.05f * sharpened(glance, 4);
+    if (sample.wetness > 0 && glance > kHighlightFrom) {
+        const Tissue::Film film = tissue_.film(hit.s, hit.t);
+        const Eigen::Vector3f rough =
+            (normal + film.slope_s * turn.col(0) + film.slope_t * turn.col(1)).normalized();
+        highlight += 3.5f * sample.wetness * sharpened(std::max(0.0f, rough.dot(half)), 9);
+    }
 
     const float reach = static_cast<float>(request.lighting.distance) / distance;
     float lit = reach * reach * request.lighting.exposure;
     if (instrument != nullptr) {
-        const Approach shade = nearest_approach(*instrument, point.cast<double>(), to_lamp.cast<double>(), 0.0, 1.0);
+        const Approach shade =
+            nearest_approach(*instrument, point.cast<double>(), to_lamp.cast<double>(), 0.0, 1.0);
         const auto radius = static_cast<float>(instrument->radius);
-        lit *= 0.18f + 0.82f * smooth_step(0.85f * radius, 1.25f * radius, static_cast<float>(shade.distance));
+        lit *=
+            0.18f + 0.82f * smooth_step(0.85f * radius, 1.25f * radius, static_cast<float>(shade.distance));
     }
-    const float highlight = 0.05f * soft + 2.2f * sample.wetness * sharp;
     return lit * (facing * sample.albedo + highlight * Rgb{1.0f, 0.97f, 0.93f});
 }
 
@@ -140,8 +151,8 @@ Rgb Painter::instrument_over(Rgb behind, const Eye& eye, const Hit& hit, const E
     return mix(behind, steel, static_cast<float>(cover));
 }
 
-void Painter::paint_rows(const Eye& eye, const std::vector<Hit>& hits, const PictureRequest& request, int first,
-                         int last) {
+void Painter::paint_rows(const Eye& eye, const std::vector<Hit>& hits, const PictureRequest& request,
+                         int first, int last) {
     const Instrument tool = eye.from_scene(request.instrument.value_or(Instrument{}));
     const Instrument* instrument = request.instrument ? &tool : nullptr;
     const float corner = 0.25f * static_cast<float>(eye.width * eye.width + eye.height * eye.height);
@@ -174,7 +185,8 @@ void Painter::expose_rows(const Eye& eye, const PictureRequest& request, int fir
     constexpr float kSide = 0.14f;
     const auto row_blur = [&](int u, int v) {
         const Rgb* row = light_.data() + static_cast<std::size_t>(v) * eye.width;
-        return kSide * (row[std::max(u - 1, 0)] + row[std::min(u + 1, eye.width - 1)]) + (1.0f - 2.0f * kSide) * row[u];
+        return kSide * (row[std::max(u - 1, 0)] + row[std::min(u + 1, eye.width - 1)]) +
+               (1.0f - 2.0f * kSide) * row[u];
     };
     const Sensor& sensor = request.sensor;
     for (int v = first; v < last; ++v) {
@@ -198,8 +210,9 @@ void Painter::prepare_smoke(const Eye& eye, const PictureRequest& request) {
     const auto time = static_cast<float>(request.smoke.time);
     for (int j = 0; j < rows; ++j) {
         for (int i = 0; i < veil_columns_; ++i) {
-            const std::size_t pixel = static_cast<std::size_t>(std::min(j * kVeilStep, eye.height - 1)) * eye.width +
-                                      std::min(i * kVeilStep, eye.width - 1);
+            const std::size_t pixel =
+                static_cast<std::size_t>(std::min(j * kVeilStep, eye.height - 1)) * eye.width +
+                std::min(i * kVeilStep, eye.width - 1);
             const Eigen::Vector2f ray = eye.rays[pixel];
             float thickness = 0;
             constexpr float kLayers[3] = {28.0f, 44.0f, 62.0f};
@@ -207,8 +220,9 @@ void Painter::prepare_smoke(const Eye& eye, const PictureRequest& request) {
                 const float x = kLayers[layer] * ray.x() + static_cast<float>(request.eye_offset.x());
                 const float y = kLayers[layer] * ray.y() + static_cast<float>(request.eye_offset.y());
                 const float curl = gradient_noise(x / 14.0f, y / 14.0f + 0.05f * time, 61u + layer);
-                thickness += 0.40f + 0.45f * gradient_noise((x - 0.35f * time) / 17.0f + 0.6f * curl,
-                                                            (y + 0.22f * time) / 15.0f + 0.5f * curl, 71u + layer);
+                thickness +=
+                    0.40f + 0.45f * gradient_noise((x - 0.35f * time) / 17.0f + 0.6f * curl,
+                                                   (y + 0.22f * time) / 15.0f + 0.5f * curl, 71u + layer);
             }
             const float veil = 1.0f - std::exp(-std::max(0.0f, thickness));
             veil_[static_cast<std::size_t>(j) * veil_columns_ + i] = request.smoke.density * veil;

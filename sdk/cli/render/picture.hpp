@@ -30,7 +30,7 @@ struct Lighting {
 struct Sensor {
     Rgb gain{1, 1, 1};
     float offset = 0;        ///< grey levels
-    float noise = 1;         ///< 1: standard deviation about 1.5 grey levels
+    float noise = 1;         ///< 1: standard deviation 1.2 to 2 grey levels
     std::uint64_t seed = 0;  ///< of this eye and frame
 };
 
@@ -53,9 +53,10 @@ class Painter {
                std::vector<std::uint8_t>& bgr);
 
   private:
-    void paint_rows(const Eye& eye, const std::vector<Hit>& hits, const PictureRequest& request, int first, int last);
-    Rgb tissue_colour(const Eye& eye, const Hit& hit, const Eigen::Vector2f& ray, const PictureRequest& request,
-                      const Instrument* instrument) const;
+    void paint_rows(const Eye& eye, const std::vector<Hit>& hits, const PictureRequest& request, int first,
+                    int last);
+    Rgb tissue_colour(const Eye& eye, const Hit& hit, const Eigen::Vector2f& ray,
+                      const PictureRequest& request, const Instrument* instrument) const;
     static Rgb instrument_over(Rgb behind, const Eye& eye, const Hit& hit, const Eigen::Vector2f& ray,
                                const Instrument& instrument, const Lighting& lighting);
     void expose_rows(const Eye& eye, const PictureRequest& request, int first, int last,

@@ -1,10 +1,11 @@
 // The command line of `defrec render`.
 #include "render_command.hpp"
 
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
-#include <unistd.h>
 
 namespace defrec::cli {
 namespace {
@@ -63,7 +64,8 @@ int carry_out(Arguments& arguments) {
 }  // namespace
 
 CLI::App* add_render_command(CLI::App& app, std::function<int()>& run) {
-    CLI::App* command = app.add_subcommand("render", "Write a reference sequence: stereo images with exact truth");
+    CLI::App* command =
+        app.add_subcommand("render", "Write a reference sequence: stereo images with exact truth");
     const auto arguments = std::make_shared<Arguments>();
     RenderOptions& options = arguments->options;
     command->add_option("scene", options.scene, "Name of the scene (see --list)");

@@ -50,13 +50,13 @@ struct SceneInfo {
 /// Every scene that can be rendered, in the order in which they are listed.
 std::vector<SceneInfo> list_scenes();
 
-/// Writes left/, right/, calibration.yaml, points.csv and truth.csv (and disparity/) into options.out_dir, which
-/// is created where absent. The same options give the same bits. Throws RenderUsageError before anything is
-/// written, RenderOutputError when a file cannot be written.
+/// Writes left/, right/, calibration.yaml, points.csv and truth.csv (and disparity/) into options.out_dir,
+/// which is created where absent. The same options give the same bits. Throws RenderUsageError before
+/// anything is written, RenderOutputError when a file cannot be written.
 void render_sequence(const RenderOptions& options, const ProgressFn& progress);
 
-/// Adds the subcommand. When the user chose it, `run` is set to the function that carries it out and returns the
-/// exit code: 0 done, 2 usage, 7 cannot write. `run` must outlive the parsing. Returns the subcommand.
+/// Adds the subcommand. When the user chose it, `run` is set to the function that carries it out and returns
+/// the exit code: 0 done, 2 usage, 7 cannot write. `run` must outlive the parsing. Returns the subcommand.
 CLI::App* add_render_command(CLI::App& app, std::function<int()>& run);
 
 }  // namespace defrec::cli

@@ -22,7 +22,9 @@ cv::Mat camera_matrix(const Lens& lens) {
     return (cv::Mat_<double>(3, 3) << lens.fx, 0, lens.cx, 0, lens.fy, lens.cy, 0, 0, 1);
 }
 
-cv::Mat coefficients(const Lens& lens) { return cv::Mat(1, 5, CV_64F, const_cast<double*>(lens.distortion.data())).clone(); }
+cv::Mat coefficients(const Lens& lens) {
+    return cv::Mat(1, 5, CV_64F, const_cast<double*>(lens.distortion.data())).clone();
+}
 
 }  // namespace
 
@@ -64,7 +66,8 @@ void StereoRig::write_calibration(const std::string& path) const {
     cv::eigen2cv(rotation, r);
     cv::eigen2cv(translation, t);
     file << "image_width" << width << "image_height" << height << "M1" << camera_matrix(left) << "D1"
-         << coefficients(left) << "M2" << camera_matrix(right) << "D2" << coefficients(right) << "R" << r << "T" << t;
+         << coefficients(left) << "M2" << camera_matrix(right) << "D2" << coefficients(right) << "R" << r
+         << "T" << t;
 }
 
 StereoRig make_rig(int width, int height, bool rectified) {

@@ -1,4 +1,5 @@
-// The stereo camera of a reference sequence: lenses with OpenCV's distortion model and the pose between the eyes.
+// The stereo camera of a reference sequence: lenses with OpenCV's distortion model and the pose between the
+// eyes.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,8 +10,8 @@ namespace defrec::cli {
 
 /// A pinhole with radial and tangential distortion, as OpenCV's calib3d documentation defines it.
 struct Lens {
-    double fx = 0, fy = 0, cx = 0, cy = 0;    ///< px
-    std::array<double, 5> distortion{};       ///< k1 k2 p1 p2 k3
+    double fx = 0, fy = 0, cx = 0, cy = 0;  ///< px
+    std::array<double, 5> distortion{};     ///< k1 k2 p1 p2 k3
 
     /// Pixel of a point in this camera's frame, z > 0.
     Eigen::Vector2d project(const Eigen::Vector3d& point) const;
@@ -33,8 +34,9 @@ struct StereoRig {
     void write_calibration(const std::string& path) const;
 };
 
-/// Focal length about 1,000 px at width 960, baseline 4.6 mm, depth 80 mm; images of 5:4 and narrower get the older
-/// optics: 391 px at width 360, 5.5 mm, 90 mm. A raw rig has distortion, a small rotation and vertical offsets.
+/// Focal length about 1,000 px at width 960, baseline 4.6 mm, depth 80 mm; images of 5:4 and narrower get the
+/// older optics: 391 px at width 360, 5.5 mm, 90 mm. A raw rig has distortion, a small rotation and vertical
+/// offsets.
 StereoRig make_rig(int width, int height, bool rectified);
 
 }  // namespace defrec::cli

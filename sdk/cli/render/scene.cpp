@@ -25,10 +25,10 @@ CameraPose pose_of(const Orbit& orbit, double depth) {
     using Eigen::AngleAxisd;
     using Eigen::Vector3d;
     CameraPose pose;
-    const Eigen::Matrix3d to_scene = (AngleAxisd(orbit.yaw, Vector3d::UnitY()) *
-                                      AngleAxisd(orbit.pitch, Vector3d::UnitX()) *
-                                      AngleAxisd(orbit.roll, Vector3d::UnitZ()))
-                                         .toRotationMatrix();
+    const Eigen::Matrix3d to_scene =
+        (AngleAxisd(orbit.yaw, Vector3d::UnitY()) * AngleAxisd(orbit.pitch, Vector3d::UnitX()) *
+         AngleAxisd(orbit.roll, Vector3d::UnitZ()))
+            .toRotationMatrix();
     const Vector3d target = Vector3d(0, 0, depth) + orbit.shift;
     pose.rotation = to_scene.transpose();
     pose.centre = target - (depth + orbit.retreat) * to_scene.col(2);
@@ -37,8 +37,9 @@ CameraPose pose_of(const Orbit& orbit, double depth) {
 
 /// What a hand or a holder adds to any camera: a few tenths of a mm.
 void add_tremor(Orbit& orbit, double time, double phase) {
-    orbit.shift += Eigen::Vector3d(0.12 * std::sin(0.61 * time + phase) + 0.07 * std::sin(1.53 * time),
-                                   0.10 * std::sin(0.47 * time + 2.0 * phase), 0.14 * std::sin(0.39 * time + 1.0));
+    orbit.shift +=
+        Eigen::Vector3d(0.12 * std::sin(0.61 * time + phase) + 0.07 * std::sin(1.53 * time),
+                        0.10 * std::sin(0.47 * time + 2.0 * phase), 0.14 * std::sin(0.39 * time + 1.0));
     orbit.roll += 0.0016 * std::sin(0.53 * time + phase);
     orbit.pitch += 0.0009 * std::sin(0.71 * time + 3.0 * phase);
 }
@@ -93,13 +94,16 @@ FrameState indentation(const Setting& setting, int frame) {
     state.time = frame;
     const double t = frame;
     const double press = 0.5 - 0.5 * std::cos(kTwoPi * std::max(0.0, t - 4.0) / 28.0);
-    const Eigen::Vector2d centre(-4.0 + 9.0 * std::sin(kTwoPi * t / 84.0), 3.0 - 5.0 * std::sin(kTwoPi * t / 66.0));
+    const Eigen::Vector2d centre(-4.0 + 9.0 * std::sin(kTwoPi * t / 84.0),
+                                 3.0 - 5.0 * std::sin(kTwoPi * t / 66.0));
     state.motion.heartbeat = {.lift = 1.2, .shear = 0.4, .twist = 0.0, .period = 23, .wavelength = 90};
-    state.motion.indentation = {.depth = 6.5 * press,
-                                .sigma = 9.0,
-                                .centre = centre,
-                                .drag = press * Eigen::Vector2d(3.2 * std::cos(0.11 * t), 2.4 * std::sin(0.09 * t))};
-    Orbit orbit{.yaw = 1.5 * kDegree * std::sin(kTwoPi * t / 80.0), .shift = {1.2 * std::sin(kTwoPi * t / 70.0), 0, 0}};
+    state.motion.indentation = {
+        .depth = 6.5 * press,
+        .sigma = 9.0,
+        .centre = centre,
+        .drag = press * Eigen::Vector2d(3.2 * std::cos(0.11 * t), 2.4 * std::sin(0.09 * t))};
+    Orbit orbit{.yaw = 1.5 * kDegree * std::sin(kTwoPi * t / 80.0),
+                .shift = {1.2 * std::sin(kTwoPi * t / 70.0), 0, 0}};
     add_tremor(orbit, t, setting.phase);
     state.camera = pose_of(orbit, setting.depth);
     Instrument tool;
@@ -163,7 +167,8 @@ FrameState smoke(const Setting& setting, int frame) {
     state.motion.heartbeat = {.lift = 2.0, .shear = 0.7, .twist = 0.0, .period = 25, .wavelength = 95};
     state.motion.respiration = {.swell = 3.0, .shift = {1.5, 2.5}, .period = 64};
     state.smoke = {static_cast<float>(0.72 * ease(0.08, 0.45, x) * (1.0 - 0.8 * ease(0.70, 0.95, x))), t};
-    Orbit orbit{.yaw = 2.0 * kDegree * std::sin(kTwoPi * t / 66.0), .shift = {2.0 * std::sin(kTwoPi * t / 58.0), 0, 0}};
+    Orbit orbit{.yaw = 2.0 * kDegree * std::sin(kTwoPi * t / 66.0),
+                .shift = {2.0 * std::sin(kTwoPi * t / 58.0), 0, 0}};
     add_tremor(orbit, t, setting.phase);
     state.camera = pose_of(orbit, setting.depth);
     return state;
@@ -173,7 +178,8 @@ FrameState stretch(const Setting& setting, int frame) {
     FrameState state;
     state.time = frame;
     const double t = frame;
-    state.motion.stretch = {.strain = 0.36 * (0.5 - 0.5 * std::cos(kTwoPi * t / 76.0)), .poisson = 0.4, .reach = 30};
+    state.motion.stretch = {
+        .strain = 0.36 * (0.5 - 0.5 * std::cos(kTwoPi * t / 76.0)), .poisson = 0.4, .reach = 30};
     state.motion.respiration = {.swell = 1.5, .shift = {0.5, 1.0}, .period = 60};
     Orbit orbit{.roll = 2.0 * kDegree * std::sin(kTwoPi * t / 70.0)};
     add_tremor(orbit, t, setting.phase);
@@ -191,21 +197,45 @@ struct Entry {
 
 const std::vector<Entry>& entries() {
     static const std::vector<Entry> table = {
-        {{"heartbeat", "travelling beats with twist, a little breathing; one dropped frame"}, {}, 1.0, 1.0f, heartbeat},
-        {{"respiration", "swell and shift, moving and zooming camera; raw images", false}, {}, 0.9, 1.0f, respiration},
-        {{"indentation", "an instrument in front presses and drags the tissue"}, {}, 0.8, 1.0f, indentation},
-        {{"fast-cut", "two jumps of 10 mm and more from one frame to the next"}, {}, 1.0, 1.0f, fast_cut},
-        {{"out-of-body", "camera leaves the body and returns to another viewpoint; raw images", false},
-         {},
+        {{"heartbeat", "travelling beats with twist, a little breathing; one dropped frame"},
+         {.mottling = 0.80f, .vessels = 0.9f, .spots = 0.8f},
+         1.0,
+         0.72f,
+         heartbeat},
+        {{"respiration", "swell and shift, moving and zooming camera; raw images", false},
+         {.mottling = 0.70f, .vessels = 0.8f, .spots = 0.6f},
          0.9,
-         1.0f,
+         0.70f,
+         respiration},
+        {{"indentation", "an instrument in front presses and drags the tissue"},
+         {.mottling = 0.42f, .vessels = 0.8f, .spots = 0.4f},
+         0.8,
+         0.68f,
+         indentation},
+        {{"fast-cut", "two jumps of 10 mm and more from one frame to the next"},
+         {.mottling = 0.85f, .vessels = 0.8f, .spots = 0.8f},
+         1.0,
+         0.72f,
+         fast_cut},
+        {{"out-of-body", "camera leaves the body and returns to another viewpoint; raw images", false},
+         {.mottling = 0.75f, .vessels = 0.9f, .spots = 0.7f},
+         0.9,
+         0.72f,
          out_of_body},
         {{"smoke", "smooth, poorly textured organ behind smoke, with highlights"},
-         {.mottling = 0.42f, .vessels = 0.30f, .spots = 0.22f, .gloss = 1.5f, .base = {0.46f, 0.125f, 0.100f}},
+         {.mottling = 0.42f,
+          .vessels = 0.30f,
+          .spots = 0.22f,
+          .gloss = 1.5f,
+          .base = {0.46f, 0.125f, 0.100f}},
          0.5,
-         1.05f,
+         0.78f,
          smoke},
-        {{"stretch", "tissue pulled by up to 36 %, with contraction across"}, {}, 0.7, 1.0f, stretch},
+        {{"stretch", "tissue pulled by up to 36 %, with contraction across"},
+         {.mottling = 0.48f, .vessels = 0.7f, .spots = 0.4f},
+         0.7,
+         0.70f,
+         stretch},
     };
     return table;
 }
@@ -222,7 +252,8 @@ std::vector<SceneInfo> list_scenes() {
 
 Scene make_scene(const std::string& name, int width, int height, int frames, std::uint64_t seed) {
     const auto& table = entries();
-    const auto entry = std::find_if(table.begin(), table.end(), [&](const Entry& e) { return e.info.name == name; });
+    const auto entry =
+        std::find_if(table.begin(), table.end(), [&](const Entry& e) { return e.info.name == name; });
     if (entry == table.end()) {
         std::string known;
         for (const Entry& e : table) {
@@ -231,10 +262,17 @@ Scene make_scene(const std::string& name, int width, int height, int frames, std
         throw RenderUsageError("there is no scene named '" + name + "'; the scenes are " + known);
     }
     const StereoRig rig = make_rig(width, height, entry->info.rectified);
-    const Surface surface(rig.depth, entry->relief, seed);
-    const double phase = Random(seed ^ 0xCA3E7A).uniform(0.0, kTwoPi);
+    const std::uint64_t own_seed =
+        scramble(seed) ^ scramble(static_cast<std::uint64_t>(entry - table.begin()));
+    const Surface surface(rig.depth, entry->relief, own_seed);
+    const double phase = Random(own_seed ^ 0xCA3E7A).uniform(0.0, kTwoPi);
     const auto at = entry->at;
-    return {entry->info, rig, entry->look, surface, entry->exposure,
+    return {entry->info,
+            rig,
+            entry->look,
+            own_seed,
+            surface,
+            entry->exposure,
             [surface, at, phase, frames, depth = rig.depth](int frame) {
                 return at(Setting{frames, depth, phase, &surface}, frame);
             }};

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kMeshHalfWidth = 96.0;   // mm of material: more than any scene's camera sees
+constexpr double kMeshHalfWidth = 96.0;  // mm of material: more than any scene's camera sees
 constexpr double kMeshHalfHeight = 78.0;
 constexpr double kMeshSpacing = 0.6;
 constexpr double kOcclusionSlack = 0.3;  // mm, between a point and the mesh in front of it
@@ -68,7 +68,7 @@ class Sequence {
           frames_(frames),
           threads_(threads),
           scene_(make_scene(options.scene, options.width, options.height, frames, options.seed)),
-          tissue_(scene_.look, kMeshHalfWidth, kMeshHalfHeight, options.seed),
+          tissue_(scene_.look, kMeshHalfWidth, kMeshHalfHeight, scene_.seed),
           mesh_(kMeshHalfWidth, kMeshHalfHeight, kMeshSpacing),
           left_(scene_.rig.left, options.width, options.height, threads),
           right_(scene_.rig.right, options.width, options.height, threads),
@@ -113,22 +113,28 @@ void Sequence::place_eyes(const CameraPose& pose) {
 /// A grid over the first left image, less the pixels where no tissue is seen.
 void Sequence::choose_points(const FrameState& state) {
     const int columns = 20;
-    const int rows = std::max(6, static_cast<int>(std::lround(columns * 0.95 * options_.height / options_.width)));
+    const int rows =
+        std::max(6, static_cast<int>(std::lround(columns * 0.95 * options_.height / options_.width)));
     const double edge = 0.06 * options_.width;
     for (int j = 0; j < rows; ++j) {
         for (int i = 0; i < columns; ++i) {
-            const double u = std::round(100 * (edge + i * (options_.width - 1 - 2 * edge) / (columns - 1))) / 100;
-            const double v = std::round(100 * (edge + j * (options_.height - 1 - 2 * edge) / (rows - 1))) / 100;
+            const double u =
+                std::round(100 * (edge + i * (options_.width - 1 - 2 * edge) / (columns - 1))) / 100;
+            const double v =
+                std::round(100 * (edge + j * (options_.height - 1 - 2 * edge) / (rows - 1))) / 100;
             const auto pixel = static_cast<std::size_t>(std::lround(v)) * options_.width +
                                static_cast<std::size_t>(std::lround(u));
             const Hit& hit = left_hits_[pixel];
             const Eigen::Vector2d ray = left_.lens.ray({u, v});
-            const Eigen::Vector3d direction = state.camera.rotation.transpose() * Eigen::Vector3d(ray.x(), ray.y(), 1);
+            const Eigen::Vector3d direction =
+                state.camera.rotation.transpose() * Eigen::Vector3d(ray.x(), ray.y(), 1);
             Eigen::Vector2d material(hit.s, hit.t);
-            if (hit.z <= 0 || !scene_.surface.intersect(state.camera.centre, direction, state.time, state.motion, material)) {
+            if (hit.z <= 0 || !scene_.surface.intersect(state.camera.centre, direction, state.time,
+                                                        state.motion, material)) {
                 continue;
             }
-            const Eigen::Vector3d point = scene_.surface.at(material.x(), material.y(), state.time, state.motion);
+            const Eigen::Vector3d point =
+                scene_.surface.at(material.x(), material.y(), state.time, state.motion);
             if (visible(left_.from_scene(point), state)) {
                 points_.push_back({u, v, material});
             }
@@ -164,10 +170,12 @@ void Sequence::paint_eye(const FrameState& state, int frame, bool is_left) {
     const Eye& eye = is_left ? left_ : right_;
     PictureRequest request;
     const Eigen::Vector3d lamp(0.5 * scene_.rig.translation.norm(), -3.0, 0.0);
-    request.lighting.lamp = is_left ? lamp : Eigen::Vector3d(scene_.rig.rotation * lamp + scene_.rig.translation);
+    request.lighting.lamp =
+        is_left ? lamp : Eigen::Vector3d(scene_.rig.rotation * lamp + scene_.rig.translation);
     request.lighting.distance = scene_.rig.depth;
     request.lighting.exposure = scene_.exposure;
-    request.sensor.seed = scramble(scramble(options_.seed) ^ (2 * static_cast<std::uint64_t>(frame) + (is_left ? 0 : 1)));
+    request.sensor.seed =
+        scramble(scramble(scene_.seed) ^ (2 * static_cast<std::uint64_t>(frame) + (is_left ? 0 : 1)));
     if (!is_left) {
         request.sensor.gain = {0.90f, 0.93f, 0.96f};
         request.sensor.offset = 1.5f;
@@ -196,12 +204,14 @@ cv::Mat Sequence::disparity(const FrameState& state) const {
             }
             const double shift = scale / hit.z;
             const double other = u - shift;
-            const auto other_pixel = static_cast<std::size_t>(v) * options_.width + static_cast<std::size_t>(std::max(0L, std::lround(other)));
+            const auto other_pixel = static_cast<std::size_t>(v) * options_.width +
+                                     static_cast<std::size_t>(std::max(0L, std::lround(other)));
             if (other < 0 || std::abs(right_hits_[other_pixel].z - hit.z) > 2.0 * kOcclusionSlack) {
                 continue;
             }
             if (has_tool) {
-                const Eigen::Vector3d point(hit.z * left_.rays[pixel].x(), hit.z * left_.rays[pixel].y(), hit.z);
+                const Eigen::Vector3d point(hit.z * left_.rays[pixel].x(), hit.z * left_.rays[pixel].y(),
+                                            hit.z);
                 const Eigen::Vector3d right_centre(-scene_.rig.translation.x(), 0, 0);
                 const double margin = tool.radius + hit.z / scene_.rig.left.fx;
                 if (nearest_approach(tool, Eigen::Vector3d::Zero(), point, 0, 1).distance < margin ||
@@ -246,7 +256,8 @@ void Sequence::write_pictures(int frame) const {
 void Sequence::write_truth(std::ofstream& file, int frame, const FrameState& state) const {
     for (std::size_t id = 0; id < points_.size(); ++id) {
         const Eigen::Vector2d& m = points_[id].material;
-        const Eigen::Vector3d in_left = left_.from_scene(scene_.surface.at(m.x(), m.y(), state.time, state.motion));
+        const Eigen::Vector3d in_left =
+            left_.from_scene(scene_.surface.at(m.x(), m.y(), state.time, state.motion));
         const Eigen::Vector3d p = rectification_ * in_left;
         char line[160];
         std::snprintf(line, sizeof line, "%d,%zu,%.6f,%.6f,%.6f,%d\n", frame, id, p.x(), p.y(), p.z(),
@@ -314,22 +325,27 @@ void make_folders(const RenderOptions& options) {
 void render_sequence(const RenderOptions& options, const ProgressFn& progress) {
     const std::string size = std::to_string(options.width) + "x" + std::to_string(options.height);
     if (options.width < 160 || options.width > 3840 || options.height < 120 || options.height > 2160) {
-        throw RenderUsageError("cannot render at " + size + "; sizes from 160x120 to 3840x2160 can be rendered");
+        throw RenderUsageError("cannot render at " + size +
+                               "; sizes from 160x120 to 3840x2160 can be rendered");
     }
     if (options.frames < 0 || options.frames > 100000) {
-        throw RenderUsageError("cannot render " + std::to_string(options.frames) + " frames; 1 to 100000 can be");
+        throw RenderUsageError("cannot render " + std::to_string(options.frames) +
+                               " frames; 1 to 100000 can be");
     }
     if (options.out_dir.empty()) {
         throw RenderUsageError("no folder to write to was given; name one with --out");
     }
     const auto known = list_scenes();
-    const auto info = std::find_if(known.begin(), known.end(), [&](const SceneInfo& s) { return s.name == options.scene; });
+    const auto info =
+        std::find_if(known.begin(), known.end(), [&](const SceneInfo& s) { return s.name == options.scene; });
     const int frames = options.frames > 0 || info == known.end() ? options.frames : info->default_frames;
-    const int threads =
-        options.threads > 0 ? options.threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    const int threads = options.threads > 0
+                            ? options.threads
+                            : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
     Sequence sequence(options, frames, threads);
     if (options.depth && !sequence.scene().info.rectified) {
-        throw RenderUsageError("scene '" + options.scene + "' has raw images; --depth is for rectified scenes only");
+        throw RenderUsageError("scene '" + options.scene +
+                               "' has raw images; --depth is for rectified scenes only");
     }
     make_folders(options);
     sequence.render(progress);

@@ -1,5 +1,5 @@
-// The tissue surface as a formula: material coordinates (s, t) in mm and time in frames to a point in mm. Motion is
-// built from waves, swell, Gaussian indentation and stretch; nothing of a tracker's own model.
+// The tissue surface as a formula: material coordinates (s, t) in mm and time in frames to a point in mm.
+// Motion is built from waves, swell, Gaussian indentation and stretch; nothing of a tracker's own model.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,33 +10,33 @@ namespace defrec::cli {
 
 /// A beat that travels over the surface, with twist. Amplitudes in mm, period in frames.
 struct Heartbeat {
-    double lift = 0;        ///< towards the camera
-    double shear = 0;       ///< along the direction of travel
-    double twist = 0;       ///< rad, round the middle
-    double period = 24;     ///< frames
-    double wavelength = 70; ///< mm
+    double lift = 0;         ///< towards the camera
+    double shear = 0;        ///< along the direction of travel
+    double twist = 0;        ///< rad, round the middle
+    double period = 24;      ///< frames
+    double wavelength = 70;  ///< mm
 };
 
 /// Breathing: the whole surface swells and shifts.
 struct Respiration {
-    double swell = 0;                                ///< mm towards the camera, in the middle
-    Eigen::Vector2d shift = Eigen::Vector2d::Zero(); ///< mm, whole surface
-    double period = 48;                              ///< frames
+    double swell = 0;                                 ///< mm towards the camera, in the middle
+    Eigen::Vector2d shift = Eigen::Vector2d::Zero();  ///< mm, whole surface
+    double period = 48;                               ///< frames
 };
 
 /// What an instrument does to the surface; set anew for every frame.
 struct Indentation {
-    double depth = 0;                                 ///< mm away from the camera
-    double sigma = 9;                                 ///< mm
-    Eigen::Vector2d centre = Eigen::Vector2d::Zero(); ///< material coordinates
-    Eigen::Vector2d drag = Eigen::Vector2d::Zero();   ///< mm, tangential, where pressed
+    double depth = 0;                                  ///< mm away from the camera
+    double sigma = 9;                                  ///< mm
+    Eigen::Vector2d centre = Eigen::Vector2d::Zero();  ///< material coordinates
+    Eigen::Vector2d drag = Eigen::Vector2d::Zero();    ///< mm, tangential, where pressed
 };
 
 /// Pull along s with contraction along t.
 struct Stretch {
-    double strain = 0;     ///< largest, in the middle; 0.35: 35 %
+    double strain = 0;  ///< largest, in the middle; 0.35: 35 %
     double poisson = 0.4;
-    double reach = 30;     ///< mm over which the strain fades
+    double reach = 30;  ///< mm over which the strain fades
 };
 
 struct Motion {
@@ -54,10 +54,10 @@ class Surface {
     /// Point in the scene's frame, mm. The scene's frame is the left camera of a camera at rest.
     Eigen::Vector3d at(double s, double t, double time, const Motion& motion) const;
 
-    /// Material coordinates where the ray origin + z * direction first meets the surface, within 1e-7 mm; from a
-    /// guess within a few mm. Returns false where the iteration does not converge.
-    bool intersect(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double time, const Motion& motion,
-                   Eigen::Vector2d& material) const;
+    /// Material coordinates where the ray origin + z * direction first meets the surface, within 1e-7 mm;
+    /// from a guess within a few mm. Returns false where the iteration does not converge.
+    bool intersect(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double time,
+                   const Motion& motion, Eigen::Vector2d& material) const;
 
   private:
     struct Wave {

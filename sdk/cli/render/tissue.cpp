@@ -10,10 +10,11 @@
 namespace defrec::cli {
 namespace {
 
-constexpr float kCell = 1.0f;          // mm, of the index of vessel segments
-constexpr float kSegmentStep = 0.7f;   // mm
-constexpr float kThinnest = 0.06f;     // mm, radius at which a vessel ends
-constexpr float kWidestBlur = 0.30f;   // mm, by which a vessel may be widened for a coarse camera
+constexpr float kCell = 1.0f;         // mm, of the index of vessel segments
+constexpr float kTableStep = 0.25f;   // mm
+constexpr float kSegmentStep = 0.7f;  // mm
+constexpr float kThinnest = 0.06f;    // mm, radius at which a vessel ends
+constexpr float kWidestBlur = 0.30f;  // mm, by which a vessel may be widened for a coarse camera
 constexpr std::size_t kMostSegments = 40000;
 
 /// 1 for details of many pixels, 0 below two pixels.
@@ -32,43 +33,51 @@ Tissue::Tissue(const TissueLook& look, float half_width, float half_height, std:
       seed_(static_cast<std::uint32_t>(scramble(seed ^ 0x71550E))) {
     grow_vessels(seed);
     index_segments();
+    tabulate();
 }
 
 void Tissue::grow_vessels(std::uint64_t seed) {
     Random random(seed ^ 0xB100D);
     std::vector<Branch> open;
-    const double area = 4.0 * half_width_ * half_height_;
-    const int roots = static_cast<int>(area / 900.0) + 2;
+    const int roots = static_cast<int>(4.0f * half_width_ * half_height_ / 1500.0f) + 2;
     for (int i = 0; i < roots; ++i) {
         const bool vein = random.uniform(0, 1) < 0.55;
-        open.push_back({static_cast<float>(random.uniform(-half_width_, half_width_)),
-                        static_cast<float>(random.uniform(-half_height_, half_height_)),
-                        static_cast<float>(random.uniform(0, 2.0 * std::numbers::pi)),
-                        static_cast<float>(random.uniform(0.28, vein ? 0.85 : 0.6)), vein});
+        Branch root{static_cast<float>(random.uniform(-half_width_, half_width_)),
+                    static_cast<float>(random.uniform(-half_height_, half_height_)),
+                    static_cast<float>(random.uniform(0, 2.0 * std::numbers::pi)),
+                    static_cast<float>(random.uniform(0.25, vein ? 0.95 : 0.6)), vein};
+        // Both ways from the thickest place, so that no vessel begins bluntly.
+        open.push_back(root);
+        root.heading += static_cast<float>(std::numbers::pi);
+        open.push_back(root);
     }
     while (!open.empty() && segments_.size() < kMostSegments) {
-        Branch b = open.back();
+        const Branch branch = open.back();
         open.pop_back();
-        double turning = 0;
-        while (b.radius > kThinnest && std::abs(b.s) < half_width_ && std::abs(b.t) < half_height_) {
-            turning = 0.82 * turning + random.uniform(-0.16, 0.16);
-            b.heading += static_cast<float>(turning + random.uniform(-0.12, 0.12));
-            const float s = b.s + kSegmentStep * std::cos(b.heading);
-            const float t = b.t + kSegmentStep * std::sin(b.heading);
-            const float radius = b.radius * static_cast<float>(random.uniform(0.972, 0.998));
-            segments_.push_back({b.s, b.t, s, t, b.radius, radius, b.vein});
-            b.s = s;
-            b.t = t;
-            b.radius = radius;
-            if (random.uniform(0, 1) < 0.085) {
-                const double side = random.uniform(0, 1) < 0.5 ? -1.0 : 1.0;
-                const double share = random.uniform(0.4, 0.85);
-                Branch child = b;
-                child.radius = b.radius * static_cast<float>(share);
-                child.heading += static_cast<float>(side * random.uniform(0.45, 1.2));
-                open.push_back(child);
-                b.radius *= static_cast<float>(std::sqrt(1.0 - 0.45 * share * share));
-            }
+        grow_branch(branch, random, open);
+    }
+}
+
+void Tissue::grow_branch(Branch b, Random& random, std::vector<Branch>& open) {
+    double turning = 0;
+    while (b.radius > kThinnest && std::abs(b.s) < half_width_ && std::abs(b.t) < half_height_) {
+        turning = 0.74 * turning + random.uniform(-0.12, 0.12);
+        b.heading += static_cast<float>(turning + random.uniform(-0.12, 0.12));
+        const float s = b.s + kSegmentStep * std::cos(b.heading);
+        const float t = b.t + kSegmentStep * std::sin(b.heading);
+        const float radius = b.radius * static_cast<float>(random.uniform(0.974, 0.998));
+        segments_.push_back({b.s, b.t, s, t, b.radius, radius, b.vein});
+        b.s = s;
+        b.t = t;
+        b.radius = radius;
+        if (random.uniform(0, 1) < 0.065) {
+            const double side = random.uniform(0, 1) < 0.5 ? -1.0 : 1.0;
+            const double share = random.uniform(0.4, 0.85);
+            Branch child = b;
+            child.radius = b.radius * static_cast<float>(share);
+            child.heading += static_cast<float>(side * random.uniform(0.45, 1.2));
+            open.push_back(child);
+            b.radius *= static_cast<float>(std::sqrt(1.0 - 0.35 * share * share));
         }
     }
 }
@@ -105,33 +114,68 @@ void Tissue::index_segments() {
     }
 }
 
-Rgb Tissue::mottled(float s, float t, float footprint) const {
-    const float wide = octave(s, t, 31.0f, seed_ + 1);
-    const float patch = octave(s + 3.0f * wide, t - 2.0f * wide, 12.0f, seed_ + 2);
-    float fine = 0.0f;
+void Tissue::tabulate() {
+    table_columns_ = static_cast<int>(std::ceil(2.0f * half_width_ / kTableStep)) + 2;
+    table_rows_ = static_cast<int>(std::ceil(2.0f * half_height_ / kTableStep)) + 2;
+    table_.resize(static_cast<std::size_t>(table_columns_) * table_rows_);
+    for (int j = 0; j < table_rows_; ++j) {
+        for (int i = 0; i < table_columns_; ++i) {
+            const float s = static_cast<float>(i) * kTableStep - half_width_;
+            const float t = static_cast<float>(j) * kTableStep - half_height_;
+            Coarse& c = table_[static_cast<std::size_t>(j) * table_columns_ + i];
+            c.wide = octave(s, t, 31.0f, seed_ + 1);
+            c.patch = octave(s + 3.0f * c.wide, t - 2.0f * c.wide, 12.0f, seed_ + 2);
+            c.mottle = octave(s, t, 5.3f, seed_ + 3);
+            c.bed = smooth_step(-0.15f, 0.35f, octave(s, t, 9.0f, seed_ + 20));
+            c.wetness = smooth_step(0.00f, 0.40f, octave(s, t, 8.3f, seed_ + 44));
+            c.slope_s = octave(s, t, 7.1f, seed_ + 40);
+            c.slope_t = octave(s, t, 6.7f, seed_ + 42);
+        }
+    }
+}
+
+Tissue::Coarse Tissue::coarse(float s, float t) const {
+    const float x = std::clamp((s + half_width_) / kTableStep, 0.0f, static_cast<float>(table_columns_ - 2));
+    const float y = std::clamp((t + half_height_) / kTableStep, 0.0f, static_cast<float>(table_rows_ - 2));
+    const int i = static_cast<int>(x), j = static_cast<int>(y);
+    const float fx = x - static_cast<float>(i), fy = y - static_cast<float>(j);
+    const Coarse* row = table_.data() + static_cast<std::size_t>(j) * table_columns_ + i;
+    const Coarse* below = row + table_columns_;
+    const auto blend = [&](float Coarse::*m) {
+        const float top = row[0].*m + fx * (row[1].*m - row[0].*m);
+        const float bottom = below[0].*m + fx * (below[1].*m - below[0].*m);
+        return top + fy * (bottom - top);
+    };
+    return {blend(&Coarse::wide),    blend(&Coarse::patch),   blend(&Coarse::mottle), blend(&Coarse::bed),
+            blend(&Coarse::wetness), blend(&Coarse::slope_s), blend(&Coarse::slope_t)};
+}
+
+Rgb Tissue::mottled(float s, float t, float footprint, const Coarse& c) const {
     float wavelength = 5.3f;
     float weight = 0.30f;
-    for (std::uint32_t i = 0; i < 5; ++i) {
-        const float seen = resolved(wavelength, footprint);
-        if (seen > 0.0f) {
-            fine += seen * weight * octave(s, t, wavelength, seed_ + 3 + i);
-        }
+    float fine = weight * c.mottle;
+    for (std::uint32_t i = 0; i < 4; ++i) {
         wavelength *= 0.49f;
         weight *= 0.86f;
+        const float seen = resolved(wavelength, footprint);
+        if (seen > 0.0f) {
+            fine += seen * weight * octave(s, t, wavelength, seed_ + 4 + i);
+        }
     }
     const float m = look_.mottling;
-    const float fat = 0.55f * std::min(m, 1.0f) * smooth_step(0.12f, 0.75f, patch + 0.8f * fine);
-    const float blood = 0.60f * std::min(m, 1.0f) * smooth_step(0.10f, 0.60f, -patch + 0.5f * wide + 0.5f * fine);
-    Rgb albedo = mix(look_.base, {0.70f, 0.40f, 0.22f}, fat);
-    albedo = mix(albedo, {0.40f, 0.060f, 0.050f}, blood);
-    const float level = std::max(0.25f, 1.0f + m * (0.16f * wide + 0.22f * patch + 0.85f * fine));
+    const float fat = 0.42f * std::min(m, 1.0f) * smooth_step(0.16f, 0.85f, c.patch + 0.8f * fine);
+    const float blood =
+        0.60f * std::min(m, 1.0f) * smooth_step(0.10f, 0.60f, 0.5f * c.wide - c.patch + 0.5f * fine);
+    Rgb albedo = mix(look_.base, {0.70f, 0.36f, 0.20f}, fat);
+    albedo = mix(albedo, {0.40f, 0.055f, 0.045f}, blood);
+    const float level = std::max(0.25f, 1.0f + m * (0.16f * c.wide + 0.20f * c.patch + 0.62f * fine));
     const float tint = m * 0.35f * fine;
     return Rgb{level, level * (1.0f + 0.6f * tint), level * (1.0f + 0.8f * tint)} * albedo;
 }
 
 Rgb Tissue::with_vessels(Rgb albedo, float s, float t, float footprint) const {
-    const int cs = static_cast<int>(std::floor((s + half_width_) / kCell));
-    const int ct = static_cast<int>(std::floor((t + half_height_) / kCell));
+    const int cs = floor_to_int((s + half_width_) / kCell);
+    const int ct = floor_to_int((t + half_height_) / kCell);
     if (cs < 0 || ct < 0 || cs >= cells_s_ || ct >= cells_t_) {
         return albedo;
     }
@@ -156,9 +200,8 @@ Rgb Tissue::with_vessels(Rgb albedo, float s, float t, float footprint) const {
     return mix(albedo, Rgb{0.62f, 0.26f, 0.28f} * albedo, look_.vessels * artery);
 }
 
-Rgb Tissue::with_capillaries(Rgb albedo, float s, float t, float footprint) const {
-    const float ground = octave(s, t, 9.0f, seed_ + 20);
-    const float bed = smooth_step(-0.15f, 0.35f, ground) * resolved(0.35f, 0.6f * footprint);
+Rgb Tissue::with_capillaries(Rgb albedo, float s, float t, float footprint, const Coarse& c) const {
+    const float bed = c.bed * resolved(0.35f, 0.6f * footprint);
     if (bed <= 0.0f) {
         return albedo;
     }
@@ -172,18 +215,18 @@ Rgb Tissue::with_spots(Rgb albedo, float s, float t, float footprint) const {
     constexpr float kPitch[2] = {1.9f, 4.7f};
     for (std::uint32_t i = 0; i < 2; ++i) {
         const float gs = s / kPitch[i], gt = t / kPitch[i];
-        const float fs = std::floor(gs), ft = std::floor(gt);
-        const std::uint32_t h = lattice_hash(static_cast<int>(fs), static_cast<int>(ft), seed_ + 30 + i);
+        const int is = floor_to_int(gs), it = floor_to_int(gt);
+        const std::uint32_t h = lattice_hash(is, it, seed_ + 30 + i);
         if ((h & 7u) > 2u) {
             continue;
         }
         const float radius = 0.06f + 0.13f * static_cast<float>((h >> 3) & 63u) / 63.0f;
         const float cs = radius + (1.0f - 2.0f * radius) * static_cast<float>((h >> 9) & 255u) / 255.0f;
         const float ct = radius + (1.0f - 2.0f * radius) * static_cast<float>((h >> 17) & 255u) / 255.0f;
-        const float ds = gs - fs - cs, dt = gt - ft - ct;
+        const float ds = gs - static_cast<float>(is) - cs, dt = gt - static_cast<float>(it) - ct;
         const float distance = std::sqrt(ds * ds + dt * dt);
-        const float cover =
-            (1.0f - smooth_step(0.35f * radius, radius, distance)) * resolved(2.0f * radius * kPitch[i], 0.7f * footprint);
+        const float cover = (1.0f - smooth_step(0.35f * radius, radius, distance)) *
+                            resolved(2.0f * radius * kPitch[i], 0.7f * footprint);
         const Rgb colour = (h >> 28) < 5u ? Rgb{1.28f, 1.45f, 1.40f} : Rgb{0.60f, 0.34f, 0.36f};
         albedo = mix(albedo, colour * albedo, 0.8f * look_.spots * cover);
     }
@@ -191,19 +234,24 @@ Rgb Tissue::with_spots(Rgb albedo, float s, float t, float footprint) const {
 }
 
 Tissue::Sample Tissue::at(float s, float t, float footprint) const {
+    const Coarse c = coarse(s, t);
     Sample sample;
-    sample.albedo = mottled(s, t, footprint);
+    sample.albedo = mottled(s, t, footprint, c);
     if (look_.vessels > 0.0f) {
-        sample.albedo = with_capillaries(sample.albedo, s, t, footprint);
+        sample.albedo = with_capillaries(sample.albedo, s, t, footprint, c);
         sample.albedo = with_vessels(sample.albedo, s, t, footprint);
     }
     if (look_.spots > 0.0f) {
         sample.albedo = with_spots(sample.albedo, s, t, footprint);
     }
-    sample.slope_s = 0.10f * octave(s, t, 6.1f, seed_ + 40) + 0.13f * octave(s, t, 1.9f, seed_ + 41);
-    sample.slope_t = 0.10f * octave(s, t, 5.7f, seed_ + 42) + 0.13f * octave(s, t, 2.1f, seed_ + 43);
-    sample.wetness = look_.gloss * smooth_step(-0.25f, 0.30f, octave(s, t, 8.3f, seed_ + 44));
+    sample.wetness = look_.gloss * c.wetness;
     return sample;
+}
+
+Tissue::Film Tissue::film(float s, float t) const {
+    const Coarse c = coarse(s, t);
+    return {0.16f * c.slope_s + 0.15f * octave(s, t, 1.3f, seed_ + 41),
+            0.16f * c.slope_t + 0.15f * octave(s, t, 1.5f, seed_ + 43)};
 }
 
 }  // namespace defrec::cli

@@ -1,9 +1,12 @@
-// What the tissue looks like at a material point: albedo, roughness of the wet film and vessels. Defined by formulas
-// on material coordinates, so that it sticks to the tissue and does not pixelate when the camera comes near.
+// What the tissue looks like at a material point: albedo, roughness of the wet film and vessels. Defined by
+// formulas on material coordinates, so that it sticks to the tissue and does not pixelate when the camera
+// comes near.
 #pragma once
 
 #include <cstdint>
 #include <vector>
+
+#include "noise.hpp"
 
 namespace defrec::cli {
 
@@ -19,27 +22,30 @@ inline Rgb mix(Rgb x, Rgb y, float share) { return (1.0f - share) * x + share * 
 
 /// Shares of 1, where 1 is a well textured organ.
 struct TissueLook {
-    float mottling = 1.0f;  ///< contrast of the multi-octave noise
-    float vessels = 1.0f;   ///< contrast of vessels and capillaries
-    float spots = 1.0f;     ///< contrast of small pits and blood spots
-    float gloss = 1.0f;     ///< strength of highlights
-    Rgb base{0.56f, 0.175f, 0.125f};  ///< linear reflectance
+    float mottling = 1.0f;            ///< contrast of the multi-octave noise
+    float vessels = 1.0f;             ///< contrast of vessels and capillaries
+    float spots = 1.0f;               ///< contrast of small pits and blood spots
+    float gloss = 1.0f;               ///< strength of highlights
+    Rgb base{0.56f, 0.150f, 0.110f};  ///< linear reflectance
 };
 
 class Tissue {
   public:
     struct Sample {
         Rgb albedo;         ///< linear reflectance
-        float slope_s = 0;  ///< of the wet film, for highlights
-        float slope_t = 0;
-        float wetness = 0;  ///< 0..1
+        float wetness = 0;  ///< 0..1, of the film that makes highlights
+    };
+    /// Slopes of the wet film against the surface.
+    struct Film {
+        float slope_s = 0, slope_t = 0;
     };
 
-    /// The vessel network covers |s| <= half_width, |t| <= half_height, mm.
+    /// Details cover |s| <= half_width, |t| <= half_height, mm; nothing is defined beyond.
     Tissue(const TissueLook& look, float half_width, float half_height, std::uint64_t seed);
 
     /// footprint: mm of tissue under one pixel; details smaller than about two pixels fade out. Any thread.
     Sample at(float s, float t, float footprint) const;
+    Film film(float s, float t) const;
 
   private:
     struct Segment {
@@ -50,12 +56,19 @@ class Tissue {
         float s, t, heading, radius;
         bool vein;
     };
+    /// The octaves of several mm: smooth enough to be tabulated finely and interpolated.
+    struct Coarse {
+        float wide, patch, mottle, bed, wetness, slope_s, slope_t;
+    };
 
     void grow_vessels(std::uint64_t seed);
+    void grow_branch(Branch branch, Random& random, std::vector<Branch>& open);
     void index_segments();
-    Rgb mottled(float s, float t, float footprint) const;
+    void tabulate();
+    Coarse coarse(float s, float t) const;
+    Rgb mottled(float s, float t, float footprint, const Coarse& c) const;
     Rgb with_vessels(Rgb albedo, float s, float t, float footprint) const;
-    Rgb with_capillaries(Rgb albedo, float s, float t, float footprint) const;
+    Rgb with_capillaries(Rgb albedo, float s, float t, float footprint, const Coarse& c) const;
     Rgb with_spots(Rgb albedo, float s, float t, float footprint) const;
 
     TissueLook look_;
@@ -65,6 +78,8 @@ class Tissue {
     int cells_s_ = 0, cells_t_ = 0;
     std::vector<std::int32_t> cell_start_;  ///< cells_s_ * cells_t_ + 1
     std::vector<std::int32_t> cell_items_;
+    int table_columns_ = 0, table_rows_ = 0;
+    std::vector<Coarse> table_;
 };
 
 }  // namespace defrec::cli
