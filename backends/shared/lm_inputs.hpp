@@ -1,0 +1,114 @@
+// What stage lm is given: the template that prepare reads and checks, and one frame's observations.
+#pragma once
+#include "backends/shared/block_pattern.hpp"
+#include "backends/shared/live_depth.hpp"
+#include "backends/shared/lm_arap.hpp"
+#include "backends/shared/surface_checks.hpp"
+
+namespace defrec {
+
+struct LmTemplate {
+    HostVector<Vec3<double>> nodes;
+    HostVector<defrec_edge> edges;
+    HostVector<Vec3<double>> rest_direction;  // of each edge, unit, from a to b
+    HostVector<double> rest_length;           // mm
+    HostVector<defrec_surface_point> points, landmarks;
+    HostVector<defrec_patch> patches;
+    BlockPattern pattern;
+    double mean_degree = 1;  // mean over control points of the sum of their edges' weights
+
+    explicit LmTemplate(const Host& host)
+        : nodes(HostAllocator<Vec3<double>>(host)),
+          edges(HostAllocator<defrec_edge>(host)),
+          rest_direction(HostAllocator<Vec3<double>>(host)),
+          rest_length(HostAllocator<double>(host)),
+          points(HostAllocator<defrec_surface_point>(host)),
+          landmarks(HostAllocator<defrec_surface_point>(host)),
+          patches(HostAllocator<defrec_patch>(host)),
+          pattern(host) {}
+
+    // Throws where something cannot be used: an index out of range, a number that is not finite, an edge of length 0.
+    void read(const defrec_lm_params& params, std::span<const InBuffer> in) {
+        expect_buffers("lm prepare", in, 5);
+        const float* xyz = take<float>("lm control points", in[0], size_t(params.nodes) * 3);
+        const auto* given_edges = take<defrec_edge>("lm edges", in[1], params.edges);
+        const auto* given_points = take<defrec_surface_point>("lm points", in[2], params.points);
+        const auto* given_landmarks = take<defrec_surface_point>("lm landmarks", in[3], params.landmarks);
+        const auto* given_patches = take<defrec_patch>("lm patches", in[4], params.patches);
+        if (!all_finite(xyz, size_t(params.nodes) * 3))
+            throw StageError(DEFREC_ERROR_ARGUMENT, "lm: a control point's position is not finite");
+        check_skinned("lm: point", given_points, params.points, params.nodes);
+        check_skinned("lm: landmark", given_landmarks, params.landmarks, params.nodes);
+        check_skinned("lm: patch", given_patches, params.patches, params.nodes);
+        for (size_t i = 0; i < params.points; ++i)
+            if (!all_finite(given_points[i].normal, 3))
+                throw StageError(DEFREC_ERROR_ARGUMENT, "lm: the normal of point " + std::to_string(i) + " is not finite");
+
+        nodes.clear();
+        for (size_t i = 0; i < params.nodes; ++i) nodes.push_back(load3<double>(xyz + 3 * i));
+        edges.assign(given_edges, given_edges + params.edges);
+        points.assign(given_points, given_points + params.points);
+        landmarks.assign(given_landmarks, given_landmarks + params.landmarks);
+        patches.assign(given_patches, given_patches + params.patches);
+        measure_edges();
+        build_pattern();
+    }
+
+  private:
+    void measure_edges() {
+        rest_direction.clear();
+        rest_length.clear();
+        double weights = 0;
+        for (size_t i = 0; i < edges.size(); ++i) {
+            const defrec_edge& edge = edges[i];
+            const auto count = int64_t(nodes.size());
+            const bool known = edge.a >= 0 && edge.b >= 0 && edge.a < count && edge.b < count && edge.a != edge.b;
+            const Vec3<double> along = known ? nodes[size_t(edge.b)] - nodes[size_t(edge.a)] : Vec3<double>{};
+            const double length = std::sqrt(dot(along, along));
+            if (!known || !(length > kLeastLengthMm) || !(edge.weight > 0) || !std::isfinite(edge.weight))
+                throw StageError(DEFREC_ERROR_ARGUMENT, "lm: edge " + std::to_string(i) +
+                                                            " has no length, no weight, or a control point outside 0.." +
+                                                            std::to_string(count) + " (exclusive)");
+            rest_direction.push_back((1 / length) * along);
+            rest_length.push_back(length);
+            weights += 2.0 * double(edge.weight);
+        }
+        mean_degree = weights > 0 ? weights / double(nodes.size()) : 1;
+    }
+
+    void build_pattern() {
+        pattern.begin(nodes.size());
+        for (const defrec_edge& edge : edges) pattern.add(edge.a, edge.b);
+        const auto add = [this](const auto& items) {
+            for (const auto& item : items)
+                for (int k = 1; k < DEFREC_SKIN_NODES; ++k)
+                    for (int l = 0; l < k; ++l) pattern.add(item.node[k], item.node[l]);
+        };
+        add(points);
+        add(landmarks);
+        add(patches);
+        pattern.finish();
+    }
+};
+
+// One frame; pointers are nullptr where nothing was given.
+struct LmFrame {
+    const defrec_motion* motions;
+    const defrec_match* matches;
+    const defrec_patch_observation* observations;
+    DisparityImage disparity;
+
+    static LmFrame read(const defrec_lm_params& params, std::span<const InBuffer> in) {
+        expect_buffers("lm in", in, 1, 3);
+        const size_t pixels = params.height == 0 ? 0 : size_t(params.height - 1) * params.stride + params.width;
+        return {take<defrec_motion>("lm motions", in[0], params.nodes),
+                take_optional<defrec_match>("lm matches", in, 1, params.landmarks),
+                take_optional<defrec_patch_observation>("lm patch observations", in, 2, params.patches),
+                {take_optional<int16_t>("lm disparity", in, 3, pixels), params.width, params.height, params.stride}};
+    }
+};
+
+// A match that says where its landmark is now.
+inline bool has_depth(const defrec_match& match) { return match.position[2] > 0 && all_finite(match.position, 3); }
+
+}  // namespace defrec
