@@ -1,0 +1,32 @@
+#!/usr/bin/env bash
+# Installs through apt what building and testing needs and is missing (Debian 12). As another user than root, through sudo.
+set -euo pipefail
+
+packages=(cmake ninja-build g++ pkg-config libeigen3-dev libhwy-dev libyaml-cpp-dev libcli11-dev nlohmann-json3-dev
+          doctest-dev libopencv-dev binutils)
+command -v node >/dev/null && command -v npm >/dev/null || packages+=(nodejs npm)
+
+missing=()
+for package in "${packages[@]}"; do
+    dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' || missing+=("$package")
+done
+[ ${#missing[@]} -gt 0 ] || exit 0
+
+# What is there in another way (a cmake of one's own, say) need not come from apt.
+needed=()
+for package in "${missing[@]}"; do
+    case "$package" in
+        cmake) command -v cmake >/dev/null && continue ;;
+        ninja-build) command -v ninja >/dev/null && continue ;;
+        g++) command -v g++ >/dev/null && continue ;;
+    esac
+    needed+=("$package")
+done
+[ ${#needed[@]} -gt 0 ] || exit 0
+
+as_root=()
+[ "$(id -u)" = 0 ] || as_root=(sudo)
+echo "installing: ${needed[*]}"
+export DEBIAN_FRONTEND=noninteractive
+"${as_root[@]}" apt-get update -qq
+"${as_root[@]}" apt-get install -y -qq --no-install-recommends "${needed[@]}" >/dev/null
