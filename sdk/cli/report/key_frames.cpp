@@ -2,6 +2,7 @@
 #include "sdk/cli/report/key_frames.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 #include <utility>
 
 namespace defrec::cli {
@@ -43,8 +44,14 @@ void KeyFrames::add(KeyFrame picture) {
 }
 
 std::vector<KeyFrame> KeyFrames::sorted() const {
-    std::vector<KeyFrame> all = even_.items();
-    all.insert(all.end(), changes_.begin(), changes_.end());
+    std::vector<KeyFrame> all = changes_;
+    const auto crowding = static_cast<std::int64_t>(even_.stride() / 4);
+    for (const KeyFrame& even : even_.items())
+        if (even.frame == even_.items().front().frame ||
+            std::none_of(changes_.begin(), changes_.end(), [&](const KeyFrame& change) {
+                return std::abs(change.frame - even.frame) <= crowding;
+            }))
+            all.push_back(even);
     std::sort(all.begin(), all.end(), [](const KeyFrame& a, const KeyFrame& b) { return a.frame < b.frame; });
     return all;
 }

@@ -25,7 +25,7 @@ class KeyFrames {
     bool wants(std::int64_t frame, const std::string& state);
     void add(KeyFrame picture);
 
-    /// In order of time, each frame once.
+    /// In order of time; evenly spread ones that lie close to a change are left out.
     std::vector<KeyFrame> sorted() const;
 
   private:

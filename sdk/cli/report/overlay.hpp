@@ -34,9 +34,9 @@ class OverlayPainter {
     std::unique_ptr<Impl> impl_;
 };
 
-/// Writes the video. Everything goes to a temporary name in the same folder until finish(). One thread at a
-/// time. Every failure is a std::runtime_error whose text names the file and what to do (the caller's exit
-/// code 7).
+/// Writes the video; encoding runs beside the caller on a thread of low priority. Everything goes to a
+/// temporary name in the same folder until finish(). One thread at a time. Every failure is a
+/// std::runtime_error whose text names the file and what to do (the caller's exit code 7).
 class OverlayWriter {
   public:
     /// width, height: of the left images, pixels >= 16. fps: > 0, of the input; anything else becomes 25.
@@ -49,7 +49,8 @@ class OverlayWriter {
 
     void set_template(const TemplateRecord& reference);
 
-    /// left_bgr: CV_8UC3 (or CV_8UC1) of the size given; not changed.
+    /// left_bgr: CV_8UC3 (or CV_8UC1) of the size given; not changed. Paints; waits if encoding is 4 frames
+    /// behind.
     void add(const cv::Mat& left_bgr, const FrameRecord& frame);
 
     /// Closes the file, checks that it reads back with as many frames as were added, and gives it its name.

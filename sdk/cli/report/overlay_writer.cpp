@@ -8,6 +8,7 @@
 
 #include "sdk/cli/report/output_file.hpp"
 #include "sdk/cli/report/overlay.hpp"
+#include "sdk/cli/report/video_encoder.hpp"
 
 namespace defrec::cli {
 namespace {
@@ -30,14 +31,14 @@ int fourcc(const char* code) { return cv::VideoWriter::fourcc(code[0], code[1], 
 struct OverlayWriter::Impl {
     OverlayPainter painter;
     std::unique_ptr<OutputFile> file;
-    cv::VideoWriter video;
+    std::unique_ptr<VideoEncoder> encoder;
     cv::Size image_size, video_size;
     std::int64_t frames = 0;
     std::string note;
-    cv::Mat canvas;
 
     explicit Impl(Projector projector) : painter(std::move(projector)) {}
     void open(const std::filesystem::path& path, double fps);
+    cv::Mat painted(const cv::Mat& left, const FrameRecord& frame);
     void check_readable() const;
 };
 
@@ -47,11 +48,10 @@ void OverlayWriter::Impl::open(const std::filesystem::path& path, double fps) {
         if (codec.extension) name.replace_extension(codec.extension);
         file.reset();
         file = std::make_unique<OutputFile>(name);
-        try {
-            if (!video.open(file->temporary().string(), cv::CAP_FFMPEG, fourcc(codec.fourcc), fps,
-                            video_size))
-                continue;
-        } catch (const cv::Exception&) {
+        encoder =
+            std::make_unique<VideoEncoder>(file->temporary().string(), fourcc(codec.fourcc), fps, video_size);
+        if (!encoder->opened()) {
+            encoder.reset();
             continue;
         }
         if (&codec != &kCodecs[0])
@@ -62,6 +62,20 @@ void OverlayWriter::Impl::open(const std::filesystem::path& path, double fps) {
     throw std::runtime_error("cannot write '" + path.string() +
                              "': this OpenCV has no video encoder (Debian's libopencv-dev with ffmpeg has); "
                              "--no-overlay goes without");
+}
+
+cv::Mat OverlayWriter::Impl::painted(const cv::Mat& left, const FrameRecord& frame) {
+    cv::Mat canvas = encoder->blank();
+    cv::Mat picture = canvas(cv::Rect(cv::Point(0, 0), image_size));
+    if (left.channels() == 1)
+        cv::cvtColor(left, picture, cv::COLOR_GRAY2BGR);
+    else
+        left.copyTo(picture);
+    painter.draw(picture, frame);
+    const cv::Size odd = video_size - image_size;
+    if (odd.width) picture.col(picture.cols - 1).copyTo(canvas.col(picture.cols).rowRange(0, picture.rows));
+    if (odd.height) canvas.row(picture.rows - 1).copyTo(canvas.row(picture.rows));
+    return canvas;
 }
 
 void OverlayWriter::Impl::check_readable() const {
@@ -103,19 +117,8 @@ void OverlayWriter::add(const cv::Mat& left_bgr, const FrameRecord& frame) {
                                  " where an 8-bit image of " + std::to_string(impl.image_size.width) + " x " +
                                  std::to_string(impl.image_size.height) + " was expected");
     try {
-        impl.canvas.create(impl.video_size, CV_8UC3);
-        cv::Mat picture = impl.canvas(cv::Rect(cv::Point(0, 0), impl.image_size));
-        if (left_bgr.channels() == 1)
-            cv::cvtColor(left_bgr, picture, cv::COLOR_GRAY2BGR);
-        else
-            left_bgr.copyTo(picture);
-        impl.painter.draw(picture, frame);
-        const cv::Size odd = impl.video_size - impl.image_size;
-        if (odd.width)
-            picture.col(picture.cols - 1).copyTo(impl.canvas.col(picture.cols).rowRange(0, picture.rows));
-        if (odd.height) impl.canvas.row(picture.rows - 1).copyTo(impl.canvas.row(picture.rows));
-        impl.video.write(impl.canvas);
-    } catch (const cv::Exception& error) {
+        impl.encoder->push(impl.painted(left_bgr, frame));
+    } catch (const std::exception& error) {
         throw std::runtime_error("cannot write '" + path().string() + "': " + error.what());
     }
     ++impl.frames;
@@ -123,7 +126,11 @@ void OverlayWriter::add(const cv::Mat& left_bgr, const FrameRecord& frame) {
 
 void OverlayWriter::finish() {
     Impl& impl = *impl_;
-    impl.video.release();
+    try {
+        impl.encoder->finish();
+    } catch (const std::exception& error) {
+        throw std::runtime_error("cannot write '" + path().string() + "': " + error.what());
+    }
     if (impl.frames == 0) return;
     impl.check_readable();
     impl.file->commit();

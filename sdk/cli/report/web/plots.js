@@ -8,7 +8,7 @@ const shown = (digits, unit) => (_, value) => (value === null ? '–' : `${numbe
 
 function axis(label) {
   return {
-    label, size: 56, labelSize: 22, font: '12px system-ui, sans-serif', labelFont: '12px system-ui, sans-serif',
+    ...(label && { label, labelSize: 22 }), size: 56, font: '12px system-ui, sans-serif', labelFont: '12px system-ui, sans-serif',
     stroke: cssColour('--muted'),
     grid: { stroke: cssColour('--line'), width: 1 },
     ticks: { stroke: cssColour('--line'), width: 1, size: 4 },
@@ -55,12 +55,15 @@ export function showPlots({ series, summary }, onSelect) {
   let marked = 0;
   const width = () => Math.max(300, container.clientWidth - 2);
 
-  function plot(title, label, lines, { height = 170, strip = false } = {}) {
+  function plot(title, label, lines, { height = 150, strip = false } = {}) {
     const options = {
       title, width: width(), height,
       cursor: { sync: { key: 'time' }, points: { size: 6 } },
       scales: { x: { time: false }, y: strip ? { range: [0, 1] } : { range: (_, low, high) => [Math.min(0, low), high > 0 ? high * 1.08 : 1] } },
-      axes: [{ ...axis(''), size: 30, values: (_, ticks) => ticks.map((t) => `${+t.toFixed(3)} s`) }, strip ? { ...axis(' '), values: () => [], grid: { show: false }, ticks: { show: false } } : axis(label)],
+      axes: [
+        { ...axis(''), size: 30, values: (_, ticks) => ticks.map((t) => `${+t.toFixed(3)} s`) },
+        strip ? { ...axis(' '), values: () => [], grid: { show: false }, ticks: { show: false } } : axis(label),
+      ],
       series: [
         { label: 'Frame', value: (_, value, __, i) => (i === null || i === undefined ? '–' : `${series.frames[i]} (${number(value, 2)} s)`) },
         ...lines.map(({ name, format }, i) => ({
@@ -94,7 +97,7 @@ export function showPlots({ series, summary }, onSelect) {
     plots = [];
     container.replaceChildren();
     const stateName = (_, value) => (value === null ? '–' : summary.state_order[value] ?? 'other');
-    plot('State', '', [{ name: 'state', values: states, format: stateName }], { height: 92, strip: true });
+    plot('State', '', [{ name: 'state', values: states, format: stateName }], { height: 66, strip: true });
     plot('Residual', 'mm', [{ name: 'mean residual', values: line('residual_mm'), format: shown(3, ' mm') }]);
     plot('Features', 'count', ['features', 'matches', 'inliers'].map((name) => ({ name, values: line(name), format: shown(0, '') })));
     plot('Share of the surface observed', '%', [{ name: 'observed', values: line('observed_share').map((v) => v === null ? null : 100 * v), format: shown(1, ' %') }]);

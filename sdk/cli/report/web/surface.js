@@ -107,9 +107,10 @@ class Scene {
     this.place(rest, moments);
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
     this.resize();
+    this.look(0.45, -0.5);
   }
 
-  /** Finds the box of all moments; puts camera and the 10 mm grid. */
+  /** Finds the box of all moments; puts the 10 mm grid behind it. */
   place(rest, moments) {
     const box = new THREE.Box3();
     const point = new THREE.Vector3();
@@ -126,14 +127,14 @@ class Scene {
     this.grid.rotation.x = Math.PI / 2;
     this.grid.position.set(this.centre.x, this.centre.y, box.min.z - 2);
     this.scene.add(this.grid);
-    this.frontView();
   }
 
-  frontView() {
+  /** Looks at the whole surface; the angles (radians) lead right and up from the camera's side. */
+  look(right, up) {
     const half = Math.tan((this.camera.fov * Math.PI) / 360);
-    const aspect = this.canvas.clientWidth / Math.max(1, this.canvas.clientHeight) || 1.6;
-    const distance = 1.12 * Math.max(this.size.y / 2 / half, this.size.x / 2 / half / aspect) + this.size.z / 2;
-    this.camera.position.copy(this.centre).add(new THREE.Vector3(0, 0, distance));
+    const distance = 1.12 * Math.max(this.size.y / 2 / half, this.size.x / 2 / half / this.camera.aspect) + this.size.z / 2;
+    const direction = new THREE.Vector3(Math.sin(right) * Math.cos(up), Math.sin(up), Math.cos(right) * Math.cos(up));
+    this.camera.position.copy(this.centre).addScaledVector(direction, distance);
     this.controls.target.copy(this.centre);
     this.controls.update();
   }
@@ -198,7 +199,7 @@ function loadImage(base64) {
 function noSurface(reason) {
   byId('no-surface').hidden = false;
   byId('no-surface').textContent = reason;
-  for (const id of ['play', 'moment', 'colour-by', 'mesh-lines', 'hold-still', 'reset-view']) byId(id).disabled = true;
+  for (const id of ['play', 'moment', 'colour-by', 'mesh-lines', 'hold-still', 'front-view']) byId(id).disabled = true;
   return { select() {} };
 }
 
@@ -255,7 +256,7 @@ export async function showSurface({ surface }, onMoment) {
   });
   slider.addEventListener('input', () => { stop(); update(); });
   for (const id of ['colour-by', 'mesh-lines', 'hold-still']) byId(id).addEventListener('change', update);
-  byId('reset-view').addEventListener('click', () => scene.frontView());
+  byId('front-view').addEventListener('click', () => scene.look(0, 0));
   const first = moments.findIndex((m) => m.xyz);
   slider.value = Math.max(first, 0);
   update();
