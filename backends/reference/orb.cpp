@@ -25,8 +25,8 @@ struct Corner {  // of one cell; score 0: none
 
 // Section "pyramid": 5 pixels become 4, with weights in eighths.
 struct Resampled {
-    int32_t source;        // the left or upper of the two pixels
-    int32_t first, second; // their weights
+    int32_t source;         // the left or upper of the two pixels
+    int32_t first, second;  // their weights
 };
 Resampled resample(uint32_t x) {
     const int32_t phase = int32_t(x % 4);
@@ -40,7 +40,8 @@ void shrink(const Level& level, View<const uint8_t> source, View<uint8_t> result
             const auto row = [&](int32_t sy) {
                 return h.first * source.at(h.source, sy) + h.second * source.at(h.source + 1, sy);
             };
-            result.at(int32_t(x), int32_t(y)) = uint8_t((v.first * row(v.source) + v.second * row(v.source + 1) + 32) >> 6);
+            result.at(int32_t(x), int32_t(y)) =
+                uint8_t((v.first * row(v.source) + v.second * row(v.source + 1) + 32) >> 6);
         }
 }
 
@@ -48,7 +49,8 @@ void shrink_mask(const Level& level, View<const uint8_t> source, View<uint8_t> r
     for (uint32_t y = 0; y < level.height; ++y)
         for (uint32_t x = 0; x < level.width; ++x) {
             const int32_t sx = resample(x).source, sy = resample(y).source;
-            const bool usable = source.at(sx, sy) && source.at(sx + 1, sy) && source.at(sx, sy + 1) && source.at(sx + 1, sy + 1);
+            const bool usable = source.at(sx, sy) && source.at(sx + 1, sy) && source.at(sx, sy + 1) &&
+                                source.at(sx + 1, sy + 1);
             result.at(int32_t(x), int32_t(y)) = usable ? 255 : 0;
         }
 }
@@ -60,18 +62,21 @@ void smooth(const Level& level, View<const uint8_t> image, View<uint16_t> result
     for (int32_t y = 0; y < int32_t(level.height); ++y)
         for (int32_t x = 0; x < int32_t(level.width); ++x) {
             int32_t sum = 0;
-            if (x >= r && y >= r && x < int32_t(level.width) - r && y < int32_t(level.height) - r)
+            if (level.cells_x > 0 && x >= r && y >= r && x < int32_t(level.width) - r &&
+                y < int32_t(level.height) - r)
                 for (int32_t dy = -r; dy <= r; ++dy)
-                    for (int32_t dx = -r; dx <= r; ++dx) sum += kWeight[dy + r] * kWeight[dx + r] * image.at(x + dx, y + dy);
+                    for (int32_t dx = -r; dx <= r; ++dx)
+                        sum += kWeight[dy + r] * kWeight[dx + r] * image.at(x + dx, y + dy);
             result.at(x, y) = uint16_t(sum);
         }
 }
 
-// Section "corner score": the largest t for which 9 pixels of the circle in a row are all brighter than the centre by t or
-// all darker by t.
+// Section "corner score": the largest t for which 9 pixels of the circle in a row are all brighter than the
+// centre by t or all darker by t.
 uint32_t corner_score(View<const uint8_t> image, int32_t x, int32_t y) {
     int32_t difference[16];
-    for (size_t i = 0; i < 16; ++i) difference[i] = image.at(x + kCircle[i].x, y + kCircle[i].y) - image.at(x, y);
+    for (size_t i = 0; i < 16; ++i)
+        difference[i] = image.at(x + kCircle[i].x, y + kCircle[i].y) - image.at(x, y);
     int32_t best = 0;
     for (size_t start = 0; start < 16; ++start) {
         int32_t brighter = 255, darker = 255;
@@ -91,12 +96,13 @@ bool usable_around(View<const uint8_t> mask, int32_t x, int32_t y) {
     return true;
 }
 
-void score(const Level& level, View<const uint8_t> image, View<const uint8_t> mask, uint32_t threshold, View<uint8_t> result) {
+void score(const Level& level, View<const uint8_t> image, View<const uint8_t> mask, uint32_t threshold,
+           View<uint8_t> result) {
     for (int32_t y = 0; y < int32_t(level.height); ++y)
         for (int32_t x = 0; x < int32_t(level.width); ++x) {
             uint32_t s = 0;
-            if (x >= kBorder && y >= kBorder && x < int32_t(level.width) - kBorder && y < int32_t(level.height) - kBorder &&
-                (mask.data == nullptr || usable_around(mask, x, y)))
+            if (x >= kBorder && y >= kBorder && x < int32_t(level.width) - kBorder &&
+                y < int32_t(level.height) - kBorder && (mask.data == nullptr || usable_around(mask, x, y)))
                 s = corner_score(image, x, y);
             result.at(x, y) = uint8_t(s > threshold ? s : 0);
         }
@@ -120,34 +126,39 @@ void find_corners(const Level& level, uint32_t cell, View<const uint8_t> scores,
         }
 }
 
-// Section "distance": Chebyshev distance of each corner to the nearest stronger one, at most kFarthest; 0 without a corner.
+// Section "distance": Chebyshev distance of each corner to the nearest stronger one, at most kFarthest; 0
+// without a corner.
 void find_distances(const Level& level, const Corner* corners, uint8_t* distances) {
     const size_t count = size_t(level.cells_x) * level.cells_y;
     for (size_t i = 0; i < count; ++i) {
         int32_t nearest = corners[i].score > 0 ? int32_t(kFarthest) : 0;
         for (size_t k = 0; k < count && nearest > 0; ++k)
             if (corners[k].score > 0 && stronger(corners[k], corners[i]))
-                nearest = std::min(nearest, std::max(std::abs(corners[k].x - corners[i].x), std::abs(corners[k].y - corners[i].y)));
+                nearest = std::min(nearest, std::max(std::abs(corners[k].x - corners[i].x),
+                                                     std::abs(corners[k].y - corners[i].y)));
         distances[i] = uint8_t(nearest);
     }
 }
 
-// Section "selection": corners at least `distance` from any stronger one are kept, and of those exactly one nearer the ones
-// with at least `score`.
+// Section "selection": corners at least `distance` from any stronger one are kept, and of those exactly one
+// nearer the ones with at least `score`.
 struct Limits {
     uint32_t distance, score;
     bool keeps(uint32_t d, uint32_t s) const { return d >= distance || (d + 1 == distance && s >= score); }
 };
-Limits choose_limits(const defrec_orb_params& params, size_t cells, const Corner* corners, const uint8_t* distances) {
+Limits choose_limits(const defrec_orb_params& params, size_t cells, const Corner* corners,
+                     const uint8_t* distances) {
     const auto kept = [&](const Limits& limits) {
         size_t count = 0;
-        for (size_t i = 0; i < cells; ++i) count += distances[i] > 0 && limits.keeps(distances[i], corners[i].score) ? 1 : 0;
+        for (size_t i = 0; i < cells; ++i)
+            count += distances[i] > 0 && limits.keeps(distances[i], corners[i].score) ? 1 : 0;
         return count;
     };
     Limits limits{params.spacing, 256};
     while (kept(limits) > params.capacity) ++limits.distance;
     if (limits.distance > params.spacing)
-        while (limits.score > 1 && kept({limits.distance, limits.score - 1}) <= params.capacity) --limits.score;
+        while (limits.score > 1 && kept({limits.distance, limits.score - 1}) <= params.capacity)
+            --limits.score;
     return limits;
 }
 
@@ -165,20 +176,28 @@ uint32_t orientation(View<const uint8_t> image, int32_t x, int32_t y) {
 }
 
 // Section "descriptor".
-void describe(View<const uint16_t> smoothed, int32_t x, int32_t y, const Pattern& pattern, uint32_t* descriptor) {
+void describe(View<const uint16_t> smoothed, int32_t x, int32_t y, const Pattern& pattern,
+              uint32_t* descriptor) {
     std::fill_n(descriptor, 8, 0u);
     for (size_t i = 0; i < kTests; ++i) {
         const Offset a = pattern[2 * i], b = pattern[2 * i + 1];
-        if (smoothed.at(x + a.x, y + a.y) < smoothed.at(x + b.x, y + b.y)) descriptor[i / 32] |= 1u << (i % 32);
+        if (smoothed.at(x + a.x, y + a.y) < smoothed.at(x + b.x, y + b.y))
+            descriptor[i / 32] |= 1u << (i % 32);
     }
 }
 
 class Orb final : public Stage {
   public:
     Orb(const defrec_orb_params& params, const HostAllocator<uint8_t>& memory)
-        : params_(params), layout_(make_layout(params)), pyramid_(layout_.pixels, memory), masks_(layout_.pixels, memory),
-          smoothed_(layout_.pixels, memory), scores_(layout_.pixels, memory), corners_(layout_.cells, memory),
-          distances_(layout_.cells, memory), patterns_(DEFREC_ORB_ANGLE_BINS, memory) {
+        : params_(params),
+          layout_(make_layout(params)),
+          pyramid_(layout_.pixels, memory),
+          masks_(layout_.pixels, memory),
+          smoothed_(layout_.pixels, memory),
+          scores_(layout_.pixels, memory),
+          corners_(layout_.cells, memory),
+          distances_(layout_.cells, memory),
+          patterns_(DEFREC_ORB_ANGLE_BINS, memory) {
         for (uint32_t bin = 0; bin < DEFREC_ORB_ANGLE_BINS; ++bin) patterns_[bin] = turned_pattern(bin);
     }
 
@@ -194,8 +213,9 @@ class Orb final : public Stage {
         for (uint32_t l = 0; l < layout_.levels; ++l) {
             const Level& level = layout_.level[l];
             smooth(level, image(l), of_level(smoothed_, l));
-            score(level, image(l), mask ? View<const uint8_t>(constant(of_level(masks_, l))) : View<const uint8_t>{}, params_.threshold,
-                  of_level(scores_, l));
+            score(level, image(l),
+                  mask ? View<const uint8_t>(constant(of_level(masks_, l))) : View<const uint8_t>{},
+                  params_.threshold, of_level(scores_, l));
             find_corners(level, params_.cell, constant(of_level(scores_, l)), &corners_[level.first_cell]);
             find_distances(level, &corners_[level.first_cell], &distances_[level.first_cell]);
         }
@@ -206,7 +226,9 @@ class Orb final : public Stage {
 
   private:
     template <class T>
-    static View<const T> constant(View<T> view) { return {view.data, view.stride}; }
+    static View<const T> constant(View<T> view) {
+        return {view.data, view.stride};
+    }
     template <class Vector>
     View<typename Vector::value_type> of_level(Vector& values, uint32_t l) const {
         return {values.data() + layout_.level[l].first_pixel, layout_.level[l].width};
@@ -229,29 +251,41 @@ class Orb final : public Stage {
         uint32_t count = 0;
         for (uint32_t l = 0; l < layout_.levels; ++l) {
             const Level& level = layout_.level[l];
-            for (size_t i = level.first_cell; i < level.first_cell + size_t(level.cells_x) * level.cells_y; ++i) {
+            for (size_t i = level.first_cell; i < level.first_cell + size_t(level.cells_x) * level.cells_y;
+                 ++i) {
                 const Corner& corner = corners_[i];
                 if (distances_[i] == 0 || !limits.keeps(distances_[i], corner.score)) continue;
                 defrec_feature& feature = features[count++];
                 const uint32_t bin = orientation(image(l), corner.x, corner.y);
-                feature = {to_image(uint32_t(corner.x), l), to_image(uint32_t(corner.y), l), uint16_t(l), uint16_t(bin), corner.score, {}};
-                describe(constant(of_level(smoothed_, l)), corner.x, corner.y, patterns_[bin], feature.descriptor);
+                feature = {to_image(uint32_t(corner.x), l),
+                           to_image(uint32_t(corner.y), l),
+                           uint16_t(l),
+                           uint16_t(bin),
+                           corner.score,
+                           {}};
+                describe(constant(of_level(smoothed_, l)), corner.x, corner.y, patterns_[bin],
+                         feature.descriptor);
             }
         }
         return count;
     }
 
     void write_substages(std::span<const OutBuffer> out) const {
-        if (auto* to = take_optional<uint8_t>("orb pyramid", out, 2, layout_.pixels)) std::copy(pyramid_.begin(), pyramid_.end(), to);
-        if (auto* to = take_optional<uint16_t>("orb smoothed", out, 3, layout_.pixels)) std::copy(smoothed_.begin(), smoothed_.end(), to);
-        if (auto* to = take_optional<uint8_t>("orb scores", out, 4, layout_.pixels)) std::copy(scores_.begin(), scores_.end(), to);
+        if (auto* to = take_optional<uint8_t>("orb pyramid", out, 2, layout_.pixels))
+            std::copy(pyramid_.begin(), pyramid_.end(), to);
+        if (auto* to = take_optional<uint16_t>("orb smoothed", out, 3, layout_.pixels))
+            std::copy(smoothed_.begin(), smoothed_.end(), to);
+        if (auto* to = take_optional<uint8_t>("orb scores", out, 4, layout_.pixels))
+            std::copy(scores_.begin(), scores_.end(), to);
         if (auto* to = take_optional<uint32_t>("orb corners", out, 5, layout_.cells))
             for (size_t i = 0; i < layout_.cells; ++i) to[i] = packed(corners_[i]);
-        if (auto* to = take_optional<uint8_t>("orb distances", out, 6, layout_.cells)) std::copy(distances_.begin(), distances_.end(), to);
+        if (auto* to = take_optional<uint8_t>("orb distances", out, 6, layout_.cells))
+            std::copy(distances_.begin(), distances_.end(), to);
     }
     uint32_t packed(const Corner& corner) const {
         if (corner.score == 0) return 0;
-        const uint32_t in_cell_x = uint32_t(corner.x - kBorder) % params_.cell, in_cell_y = uint32_t(corner.y - kBorder) % params_.cell;
+        const uint32_t in_cell_x = uint32_t(corner.x - kBorder) % params_.cell,
+                       in_cell_y = uint32_t(corner.y - kBorder) % params_.cell;
         return corner.score << 16 | in_cell_y << 8 | in_cell_x;
     }
 

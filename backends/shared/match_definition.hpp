@@ -1,4 +1,5 @@
-// What every backend of the stage match shares (docs/stages/match.md): its buffers, the tests of a match, and lifting to 3D.
+// What every backend of the stage match shares (docs/stages/match.md): its buffers, the tests of a match, and
+// lifting to 3D.
 #pragma once
 #include <algorithm>
 #include <span>
@@ -34,10 +35,12 @@ inline void check(const defrec_match_params& p) {
     need(p.ratio <= 256, "ratio " + given(p.ratio) + "at most 256 expected");
     need(p.width >= 2 && p.height >= 2, "a disparity image of at least 2 x 2 pixels expected");
     need(p.stride >= p.width, "stride " + given(p.stride) + "at least the width expected");
-    need(p.camera.fx > 0 && p.camera.fy > 0 && p.camera.baseline_mm > 0, "focal lengths and a baseline above 0 expected");
+    need(p.camera.fx > 0 && p.camera.fy > 0 && p.camera.baseline_mm > 0,
+         "focal lengths and a baseline above 0 expected");
 }
 
-inline std::span<const defrec_landmark> take_landmarks(const defrec_match_params& p, std::span<const InBuffer> in) {
+inline std::span<const defrec_landmark> take_landmarks(const defrec_match_params& p,
+                                                       std::span<const InBuffer> in) {
     expect_buffers("match landmarks", in, 1);
     const size_t count = std::min<size_t>(p.landmarks, in[0].size / sizeof(defrec_landmark));
     return {in[0].as<defrec_landmark>(), count};

@@ -1,4 +1,5 @@
-// Constants and small formulas of the stage orb (docs/stages/orb.md) that every backend shares: sizes, circles, angles, positions.
+// Constants and small formulas of the stage orb (docs/stages/orb.md) that every backend shares: sizes,
+// circles, angles, positions.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -12,24 +13,40 @@ namespace defrec::orb {
 constexpr uint32_t kMaxLevels = 8;
 constexpr uint32_t kLeastCell = 4, kLargestCell = 16;
 constexpr uint32_t kLargestCapacity = 65535;
-constexpr int32_t kPatchRadius = 15;    // px of the level: orientation and descriptor look no farther
-constexpr int32_t kSmoothRadius = 3;    // of the triangular window before the descriptor's comparisons
-constexpr int32_t kCircleRadius = 3;    // of FAST's circle
+constexpr int32_t kPatchRadius = 15;  // px of the level: orientation and descriptor look no farther
+constexpr int32_t kSmoothRadius = 3;  // of the triangular window before the descriptor's comparisons
+constexpr int32_t kCircleRadius = 3;  // of FAST's circle
 constexpr int32_t kBorder = kPatchRadius + kSmoothRadius;  // px of each level without features
-constexpr uint32_t kFarthest = 63;      // px; distances to a stronger corner are cut off here
+constexpr uint32_t kFarthest = 63;  // px; distances to a stronger corner are cut off here
 
 struct Offset {
     int32_t x, y;
 };
 
 // The 16 pixels at distance 3 round a corner, in order.
-constexpr std::array<Offset, 16> kCircle = {{{0, -3}, {1, -3}, {2, -2}, {3, -1}, {3, 0}, {3, 1}, {2, 2}, {1, 3},
-                                             {0, 3}, {-1, 3}, {-2, 2}, {-3, 1}, {-3, 0}, {-3, -1}, {-2, -2}, {-1, -3}}};
+constexpr std::array<Offset, 16> kCircle = {{{0, -3},
+                                             {1, -3},
+                                             {2, -2},
+                                             {3, -1},
+                                             {3, 0},
+                                             {3, 1},
+                                             {2, 2},
+                                             {1, 3},
+                                             {0, 3},
+                                             {-1, 3},
+                                             {-2, 2},
+                                             {-3, 1},
+                                             {-3, 0},
+                                             {-3, -1},
+                                             {-2, -2},
+                                             {-1, -3}}};
 
 // Half the width of the disc x^2 + y^2 <= 15.5^2 in row +-y.
-constexpr std::array<int32_t, kPatchRadius + 1> kDiscHalfWidth = {15, 15, 15, 15, 14, 14, 14, 13, 13, 12, 11, 10, 9, 8, 6, 3};
+constexpr std::array<int32_t, kPatchRadius + 1> kDiscHalfWidth = {15, 15, 15, 15, 14, 14, 14, 13,
+                                                                  13, 12, 11, 10, 9,  8,  6,  3};
 
-// round(1024 * cos, sin) of the borders between the bins of the first quarter turn: 5.625 + k * 11.25 degrees.
+// round(1024 * cos, sin) of the borders between the bins of the first quarter turn: 5.625 + k * 11.25
+// degrees.
 constexpr std::array<Offset, 8> kBinBorder = {
     {{1019, 100}, {980, 297}, {903, 483}, {792, 650}, {650, 792}, {483, 903}, {297, 980}, {100, 1019}}};
 
@@ -59,7 +76,8 @@ inline Layout make_layout(const defrec_orb_params& params) {
     Layout layout;
     layout.levels = params.levels;
     const auto cells = [&](uint32_t side) {
-        return side > 2 * uint32_t(kBorder) ? (side - 2 * uint32_t(kBorder) + params.cell - 1) / params.cell : 0;
+        return side > 2 * uint32_t(kBorder) ? (side - 2 * uint32_t(kBorder) + params.cell - 1) / params.cell
+                                            : 0;
     };
     uint32_t width = params.width, height = params.height;
     for (uint32_t l = 0; l < params.levels; ++l, width = width * 4 / 5, height = height * 4 / 5) {
@@ -104,14 +122,17 @@ inline void check(const defrec_orb_params& p) {
         if (!good) throw StageError(DEFREC_ERROR_ARGUMENT, "orb: " + text);
     };
     const auto given = [](uint32_t value) { return std::to_string(value) + " given, "; };
-    need(p.width >= DEFREC_MIN_WIDTH && p.width <= DEFREC_MAX_SIDE, "width " + given(p.width) + "64 to 8192 expected");
-    need(p.height >= DEFREC_MIN_HEIGHT && p.height <= DEFREC_MAX_SIDE, "height " + given(p.height) + "48 to 8192 expected");
+    need(p.width >= DEFREC_MIN_WIDTH && p.width <= DEFREC_MAX_SIDE,
+         "width " + given(p.width) + "64 to 8192 expected");
+    need(p.height >= DEFREC_MIN_HEIGHT && p.height <= DEFREC_MAX_SIDE,
+         "height " + given(p.height) + "48 to 8192 expected");
     need(p.stride >= p.width, "stride " + given(p.stride) + "at least the width expected");
     need(p.levels >= 1 && p.levels <= kMaxLevels, "levels " + given(p.levels) + "1 to 8 expected");
     need(p.cell >= kLeastCell && p.cell <= kLargestCell, "cell " + given(p.cell) + "4 to 16 px expected");
     need(p.threshold >= 1 && p.threshold <= 254, "threshold " + given(p.threshold) + "1 to 254 expected");
     need(p.spacing >= 1 && p.spacing <= kFarthest, "spacing " + given(p.spacing) + "1 to 63 px expected");
-    need(p.capacity >= 1 && p.capacity <= kLargestCapacity, "capacity " + given(p.capacity) + "1 to 65535 expected");
+    need(p.capacity >= 1 && p.capacity <= kLargestCapacity,
+         "capacity " + given(p.capacity) + "1 to 65535 expected");
 }
 
 // Bytes that an image buffer needs at least.

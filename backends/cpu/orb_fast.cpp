@@ -1,0 +1,125 @@
+// FAST-9 corner scores and the strongest corner of each cell for the stage orb.
+#include <algorithm>
+
+#include "backends/cpu/orb_kernels.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "backends/cpu/orb_fast.cpp"
+#include <hwy/foreach_target.h>
+// after foreach_target.h
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace defrec::cpu::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+// A cell must fit a vector.
+using D8 = hn::ScalableTag<uint8_t>;
+using V8 = hn::Vec<D8>;
+
+// The largest over all runs of 9 in the circle of the least difference in the run. Runs that start at 2k and
+// 2k + 1 share 8.
+V8 longest_run(const V8* d) {
+    V8 two[8], four[8];
+    for (size_t k = 0; k < 8; ++k) two[k] = hn::Min(d[2 * k + 1], d[(2 * k + 2) % 16]);
+    for (size_t k = 0; k < 8; ++k) four[k] = hn::Min(two[k], two[(k + 1) % 8]);
+    V8 best = hn::Zero(D8());
+    for (size_t k = 0; k < 8; ++k) {
+        const V8 eight = hn::Min(four[k], four[(k + 2) % 8]);
+        best = hn::Max(best, hn::Min(eight, hn::Max(d[2 * k], d[(2 * k + 9) % 16])));
+    }
+    return best;
+}
+
+// Every run of 9 holds at least one of two opposite pixels; false: no lane can score above the threshold.
+bool may_hold_corner(const V8* brighter, const V8* darker, V8 threshold) {
+    V8 least_brighter = hn::Set(D8(), 255), least_darker = least_brighter;
+    for (size_t i = 0; i < 8; i += 2) {
+        least_brighter = hn::Min(least_brighter, hn::Max(brighter[i], brighter[i + 8]));
+        least_darker = hn::Min(least_darker, hn::Max(darker[i], darker[i + 8]));
+    }
+    return !hn::AllTrue(
+        D8(), hn::Eq(hn::SaturatedSub(hn::Max(least_brighter, least_darker), threshold), hn::Zero(D8())));
+}
+
+V8 scores_at(const uint8_t* pixel, const ptrdiff_t* circle, V8 threshold) {
+    const D8 d;
+    const V8 centre = hn::LoadU(d, pixel);
+    V8 brighter[16], darker[16];
+    const auto load = [&](size_t i) {
+        const V8 p = hn::LoadU(d, pixel + circle[i]);
+        brighter[i] = hn::SaturatedSub(p, centre);
+        darker[i] = hn::SaturatedSub(centre, p);
+    };
+    for (size_t i = 0; i < 16; i += 2) load(i);
+    if (!may_hold_corner(brighter, darker, threshold)) return hn::Zero(d);
+    for (size_t i = 1; i < 16; i += 2) load(i);
+    const V8 score = hn::Max(longest_run(brighter), longest_run(darker));
+    return hn::IfThenZeroElse(hn::Eq(hn::SaturatedSub(score, threshold), hn::Zero(d)), score);
+}
+
+// Zero where any pixel within 3 cannot be used.
+V8 usable_around(const uint8_t* pixel, size_t stride) {
+    const D8 d;
+    V8 least = hn::Set(d, 255);
+    for (ptrdiff_t dy = -orb::kCircleRadius; dy <= orb::kCircleRadius; ++dy)
+        for (ptrdiff_t dx = -orb::kCircleRadius; dx <= orb::kCircleRadius; ++dx)
+            least = hn::Min(least, hn::LoadU(d, pixel + dy * ptrdiff_t(stride) + dx));
+    return least;
+}
+
+// score << 8 | (15 - y) << 4 | (15 - x): the largest is the strongest, then the first in raster order.
+uint32_t pack_corner(uint32_t key) {
+    return key < 256 ? 0 : (key >> 8) << 16 | (15 - (key >> 4 & 15)) << 8 | (15 - (key & 15));
+}
+
+void find_corners(const OrbBand& band) {
+    const D8 d;
+    const uint32_t lanes = uint32_t(hn::Lanes(d));
+    const uint32_t cells_at_once = lanes / band.cell, step = cells_at_once * band.cell;
+    const uint32_t end = band.width - uint32_t(orb::kBorder);
+    const V8 threshold = hn::Set(d, uint8_t(band.threshold));
+    ptrdiff_t circle[16];
+    for (size_t i = 0; i < 16; ++i)
+        circle[i] = orb::kCircle[i].y * ptrdiff_t(band.image.stride) + orb::kCircle[i].x;
+
+    HWY_ALIGN uint8_t best_of_column[hn::MaxLanes(d)], row_of_column[hn::MaxLanes(d)];
+    uint32_t* corner = band.corners;
+    for (uint32_t x = uint32_t(orb::kBorder); x < end; x += step) {
+        const auto inside = hn::FirstN(d, std::min(end - x, lanes));
+        V8 best = hn::Zero(d), best_row = hn::Zero(d);
+        for (uint32_t y = band.first; y < band.last; ++y) {
+            V8 score = hn::IfThenElseZero(inside, scores_at(band.image.row(y) + x, circle, threshold));
+            if (band.mask.data != nullptr && !hn::AllTrue(d, hn::Eq(score, hn::Zero(d))))
+                score = hn::IfThenZeroElse(
+                    hn::Eq(usable_around(band.mask.row(y) + x, band.mask.stride), hn::Zero(d)), score);
+            hn::StoreU(score, d, band.scores.row(y) + x);
+            const auto as_good = hn::Eq(hn::Max(best, score), best);
+            best_row = hn::IfThenElse(as_good, best_row, hn::Set(d, uint8_t(y - band.first)));
+            best = hn::Max(best, score);
+        }
+        hn::Store(best, d, best_of_column);
+        hn::Store(best_row, d, row_of_column);
+        for (uint32_t c = 0; c < cells_at_once && x + c * band.cell < end; ++c) {
+            uint32_t key = 0;
+            for (uint32_t i = 0; i < band.cell; ++i) {
+                const uint32_t lane = c * band.cell + i;
+                key = std::max(
+                    key, uint32_t(best_of_column[lane]) << 8 | (15u - row_of_column[lane]) << 4 | (15 - i));
+            }
+            *corner++ = pack_corner(key);
+        }
+    }
+}
+
+}  // namespace defrec::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace defrec::cpu {
+
+HWY_EXPORT(find_corners);
+void orb_find_corners(const OrbBand& band) { HWY_DYNAMIC_DISPATCH(find_corners)(band); }
+
+}  // namespace defrec::cpu
+#endif

@@ -1,0 +1,323 @@
+// The stage orb of the CPU against the reference, bit by bit in every sub-stage, and properties of its
+// definition.
+#include <doctest/doctest.h>
+#include <hwy/targets.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "backends/cpu/stages.hpp"
+#include "backends/reference/stages.hpp"
+#include "backends/shared/orb_definition.hpp"
+#include "backends/shared/stage_defaults_orb.hpp"
+#include "backends/shared/test_host.hpp"
+
+namespace {
+
+using namespace defrec;
+
+struct Picture {
+    uint32_t width, height, stride;
+    std::vector<uint8_t> pixels;
+    uint8_t& at(uint32_t x, uint32_t y) { return pixels[size_t(y) * stride + x]; }
+};
+
+Picture empty(uint32_t width, uint32_t height, uint32_t padding) {
+    Picture picture{width, height, width + padding, {}};
+    picture.pixels.assign(size_t(picture.stride) * (height - 1) + width, 0);
+    return picture;
+}
+
+// Soft blobs with noise: corners of many strengths.
+Picture blobs(uint32_t width, uint32_t height, uint32_t padding, uint32_t seed, double angle = 0) {
+    Picture picture = empty(width, height, padding);
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> unit(0, 1);
+    struct Wave {
+        double fx, fy, phase;
+    };
+    std::vector<Wave> waves;
+    for (int i = 0; i < 24; ++i)
+        waves.push_back({0.6 * (unit(random) - 0.5), 0.6 * (unit(random) - 0.5), 6.28 * unit(random)});
+    for (uint32_t y = 0; y < height; ++y)
+        for (uint32_t x = 0; x < width; ++x) {
+            const double cx = x - width / 2.0, cy = y - height / 2.0;
+            const double u = std::cos(angle) * cx + std::sin(angle) * cy,
+                         v = -std::sin(angle) * cx + std::cos(angle) * cy;
+            double sum = 128;
+            for (const Wave& wave : waves) sum += 14 * std::sin(wave.fx * u + wave.fy * v + wave.phase);
+            picture.at(x, y) = uint8_t(std::clamp(sum + 3 * (unit(random) - 0.5), 0.0, 255.0));
+        }
+    return picture;
+}
+
+Picture random_bytes(uint32_t width, uint32_t height, uint32_t padding, uint32_t seed) {
+    Picture picture = empty(width, height, padding);
+    std::mt19937 random(seed);
+    for (uint8_t& pixel : picture.pixels) pixel = uint8_t(random());
+    return picture;
+}
+
+Picture mask_with_holes(uint32_t width, uint32_t height, uint32_t padding, uint32_t seed) {
+    Picture picture = empty(width, height, padding);
+    std::fill(picture.pixels.begin(), picture.pixels.end(), uint8_t{1});
+    std::mt19937 random(seed);
+    for (int hole = 0; hole < 12; ++hole) {
+        const uint32_t x0 = random() % width, y0 = random() % height, side = 1 + random() % 20;
+        for (uint32_t y = y0; y < std::min(height, y0 + side); ++y)
+            for (uint32_t x = x0; x < std::min(width, x0 + side); ++x) picture.at(x, y) = 0;
+    }
+    return picture;
+}
+
+struct Result {
+    uint32_t count = 0xdeadbeef;
+    std::vector<defrec_feature> features;
+    std::vector<uint8_t> pyramid, scores, distances;
+    std::vector<uint16_t> smoothed;
+    std::vector<uint32_t> corners;
+};
+
+defrec_orb_params params_for(const Picture& picture) {
+    defrec_orb_params params;
+    DEFREC_INIT(&params);
+    params.width = picture.width;
+    params.height = picture.height;
+    params.stride = picture.stride;
+    fill_defaults(params);
+    return params;
+}
+
+Result run(Stage& stage, const defrec_orb_params& params, const Picture& gray, const Picture* mask) {
+    const orb::Layout layout = orb::make_layout(params);
+    Result result;
+    result.features.resize(params.capacity);
+    std::memset(result.features.data(), 0, params.capacity * sizeof(defrec_feature));
+    result.pyramid.resize(layout.pixels);
+    result.smoothed.resize(layout.pixels);
+    result.scores.resize(layout.pixels);
+    result.corners.resize(layout.cells);
+    result.distances.resize(layout.cells);
+    const InBuffer in[] = {{gray.pixels.data(), gray.pixels.size()},
+                           mask ? InBuffer{mask->pixels.data(), mask->pixels.size()} : InBuffer{}};
+    const auto buffer = [](auto& values) {
+        return OutBuffer{values.data(), values.size() * sizeof values[0]};
+    };
+    const OutBuffer out[] = {{&result.count, 4},      buffer(result.features), buffer(result.pyramid),
+                             buffer(result.smoothed), buffer(result.scores),   buffer(result.corners),
+                             buffer(result.distances)};
+    stage.run(in, out);
+    return result;
+}
+
+void check_equal(const Result& a, const Result& b) {
+    CHECK(a.pyramid == b.pyramid);
+    CHECK(a.smoothed == b.smoothed);
+    CHECK(a.scores == b.scores);
+    CHECK(a.corners == b.corners);
+    CHECK(a.distances == b.distances);
+    REQUIRE(a.count == b.count);
+    CHECK(std::memcmp(a.features.data(), b.features.data(), a.count * sizeof(defrec_feature)) == 0);
+}
+
+// Runs the check under every instruction set that this processor has, then the default again.
+template <class Check>
+void on_every_target(Check check) {
+    for (const int64_t target : {HWY_SSE4, HWY_AVX2, HWY_AVX3}) {
+        if ((hwy::SupportedTargets() & target) == 0) continue;
+        hwy::SetSupportedTargetsForTest(target);
+        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+        CAPTURE(std::string(hwy::TargetName(target)));
+        check();
+        hwy::SetSupportedTargetsForTest(0);
+        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    }
+}
+
+// What reference and CPU agree on, whatever the number of threads and the instruction set.
+Result agreed(const defrec_orb_params& params, const Picture& gray, const Picture* mask = nullptr) {
+    const test::TestHost one(1), four(4);
+    const auto expected = run(*reference::make_orb(params, one.host()), params, gray, mask);
+    on_every_target([&] {
+        const auto stage = cpu::make_orb(params, four.host());
+        check_equal(run(*stage, params, gray, mask), expected);
+        check_equal(run(*stage, params, gray, mask), expected);
+        check_equal(run(*cpu::make_orb(params, one.host()), params, gray, mask), expected);
+    });
+    return expected;
+}
+
+TEST_CASE("cpu equals reference at odd sizes and padded strides, with and without a mask") {
+    const uint32_t sizes[][3] = {{64, 48, 0}, {65, 49, 3}, {131, 97, 0}, {311, 239, 9}, {100, 203, 28}};
+    for (const auto& size : sizes) {
+        CAPTURE(size[0]);
+        const Picture gray = blobs(size[0], size[1], size[2], size[0]);
+        const Picture mask = mask_with_holes(size[0], size[1], size[2], size[1]);
+        const defrec_orb_params params = params_for(gray);
+        const Result all = agreed(params, gray);
+        const Result masked = agreed(params, gray, &mask);
+        CHECK(all.count > 0);
+        CHECK(masked.scores != all.scores);
+    }
+}
+
+TEST_CASE("cpu equals reference with other parameters, cut to the capacity") {
+    const Picture noise = random_bytes(211, 160, 5, 7);
+    for (uint32_t cell : {4u, 7u, 11u, 16u})
+        for (uint32_t capacity : {1u, 40u, 333u}) {
+            CAPTURE(cell);
+            CAPTURE(capacity);
+            defrec_orb_params params = params_for(noise);
+            params.cell = cell;
+            params.capacity = capacity;
+            params.levels = capacity == 333 ? 8 : 3;
+            params.threshold = capacity == 1 ? 1 : 60;
+            const Result result = agreed(params, noise);
+            CHECK(result.count <= capacity);
+            const auto corners = uint32_t(
+                result.corners.size() - size_t(std::count(result.corners.begin(), result.corners.end(), 0u)));
+            CHECK(result.count >= std::min(capacity, corners) / 2);
+        }
+}
+
+TEST_CASE("a flat image and one without corners above the threshold have no features") {
+    Picture flat = empty(96, 80, 0);
+    std::fill(flat.pixels.begin(), flat.pixels.end(), uint8_t{77});
+    CHECK(agreed(params_for(flat), flat).count == 0);
+    for (uint32_t y = 0; y < 80; ++y)
+        for (uint32_t x = 0; x < 96; ++x) flat.at(x, y) = uint8_t(100 + (x > 40 && y > 40 ? 5 : 0));
+    CHECK(agreed(params_for(flat), flat).count == 0);  // the threshold is 5, and a score must be above it
+    for (uint32_t y = 0; y < 80; ++y)
+        for (uint32_t x = 0; x < 96; ++x) flat.at(x, y) = uint8_t(100 + (x > 40 && y > 40 ? 6 : 0));
+    CHECK(agreed(params_for(flat), flat).count > 0);
+}
+
+TEST_CASE("features keep their distance, stay off the border and off masked pixels, and come in order") {
+    const Picture gray = blobs(320, 240, 0, 3);
+    const Picture mask = mask_with_holes(320, 240, 0, 4);
+    defrec_orb_params params = params_for(gray);
+    params.spacing = 11;
+    params.levels = 1;
+    const Result result = agreed(params, gray, &mask);
+    REQUIRE(result.count > 20);
+    for (uint32_t i = 0; i < result.count; ++i) {
+        const defrec_feature& a = result.features[i];
+        const int32_t x = a.x / 16, y = a.y / 16;
+        CHECK(a.x % 16 == 0);
+        CHECK((x >= orb::kBorder && y >= orb::kBorder && x < 320 - orb::kBorder && y < 240 - orb::kBorder));
+        for (int32_t dy = -3; dy <= 3; ++dy)
+            for (int32_t dx = -3; dx <= 3; ++dx) CHECK(mask.pixels[size_t((y + dy) * 320 + x + dx)] != 0);
+        for (uint32_t k = 0; k < i; ++k) {
+            const defrec_feature& b = result.features[k];
+            CHECK(std::max(std::abs(a.x - b.x), std::abs(a.y - b.y)) >= 11 * 16);
+        }
+        if (i > 0) {
+            const auto cell = [&](const defrec_feature& f) {
+                return (f.y / 16 - orb::kBorder) / 16 * 1000 + (f.x / 16 - orb::kBorder) / 16;
+            };
+            CHECK(cell(result.features[i - 1]) < cell(a));
+        }
+    }
+}
+
+TEST_CASE("a smaller capacity spreads the features over the whole image instead of emptying a part of it") {
+    Picture gray = blobs(400, 320, 0, 5);
+    for (uint32_t y = 0; y < 320; ++y)  // the right half is of low contrast
+        for (uint32_t x = 200; x < 400; ++x) gray.at(x, y) = uint8_t(128 + (gray.at(x, y) - 128) / 4);
+    defrec_orb_params params = params_for(gray);
+    params.capacity = 100;
+    const Result result = agreed(params, gray);
+    REQUIRE(result.count >= 80);
+    uint32_t right = 0;
+    for (uint32_t i = 0; i < result.count; ++i) right += result.features[i].x > 200 * 16 ? 1 : 0;
+    CHECK(right > result.count / 4);
+}
+
+TEST_CASE("positions of every level are those of the image, to half a pixel of the level") {
+    for (uint32_t level = 0; level < orb::kMaxLevels; ++level)
+        for (uint32_t x : {0u, 1u, 17u, 200u, 1700u}) {
+            const double scale = std::pow(1.25, level);
+            CHECK(std::abs(orb::to_image(x, level) - 16 * ((x + 0.5) * scale - 0.5)) <= 0.51);
+        }
+    CHECK(orb::to_image(8191 * 64 / 125 / 5, 5) < 8192 * 16);
+}
+
+TEST_CASE("orientation bins are those of the angle, and descriptors turn with the image") {
+    for (int32_t k = 0; k < 720; ++k) {
+        const double angle = k * M_PI / 360 + 0.003;
+        const uint32_t bin = orb::angle_bin(int32_t(std::lround(500000 * std::cos(angle))),
+                                            int32_t(std::lround(500000 * std::sin(angle))));
+        const double off = std::remainder(angle - bin * 2 * M_PI / 32, 2 * M_PI);
+        CHECK(std::abs(off) < M_PI / 32 + 0.002);
+    }
+    CHECK(orb::angle_bin(0, 0) == 0);
+
+    const Picture upright = blobs(257, 257, 0, 6), turned = blobs(257, 257, 0, 6, M_PI / 2);
+    const Result a = agreed(params_for(upright), upright), b = agreed(params_for(turned), turned);
+    uint32_t found = 0, near = 0;
+    for (uint32_t i = 0; i < a.count; ++i) {
+        if (a.features[i].level != 0) continue;
+        const int32_t x = 16 * 257 - a.features[i].y, y = a.features[i].x;
+        for (uint32_t k = 0; k < b.count; ++k) {
+            if (b.features[k].level != 0 || std::abs(b.features[k].x - x) > 24 ||
+                std::abs(b.features[k].y - y) > 24)
+                continue;
+            int distance = 0;
+            for (int word = 0; word < 8; ++word)
+                distance +=
+                    __builtin_popcount(a.features[i].descriptor[word] ^ b.features[k].descriptor[word]);
+            ++found;
+            near += distance < 64 ? 1 : 0;
+            break;
+        }
+    }
+    CHECK(found > 20);
+    CHECK(near > found * 3 / 4);
+}
+
+TEST_CASE("row 24: buffers that are too small or missing are refused with the size needed") {
+    const Picture gray = blobs(80, 64, 0, 1);
+    const defrec_orb_params params = params_for(gray);
+    const test::TestHost host;
+    for (const auto& stage : {reference::make_orb(params, host.host()), cpu::make_orb(params, host.host())}) {
+        uint32_t count = 0;
+        std::vector<defrec_feature> features(params.capacity);
+        const auto status_of = [&](uint64_t gray_size, uint64_t feature_size) {
+            const InBuffer in[] = {{gray.pixels.data(), gray_size}};
+            const OutBuffer out[] = {{&count, 4}, {features.data(), feature_size}};
+            try {
+                stage->run(in, out);
+            } catch (const StageError& error) {
+                return error.status();
+            }
+            return defrec_status(DEFREC_OK);
+        };
+        CHECK(status_of(80 * 64, features.size() * 48) == DEFREC_OK);
+        CHECK(status_of(80 * 64 - 1, features.size() * 48) == DEFREC_ERROR_ARGUMENT);
+        CHECK(status_of(80 * 64, features.size() * 48 - 1) == DEFREC_ERROR_ARGUMENT);
+    }
+}
+
+TEST_CASE("parameters out of range are refused") {
+    const Picture gray = empty(80, 64, 0);
+    const test::TestHost host;
+    const auto refused = [&](auto change) {
+        defrec_orb_params params = params_for(gray);
+        change(params);
+        CHECK_THROWS_AS(cpu::make_orb(params, host.host()), StageError);
+        CHECK_THROWS_AS(reference::make_orb(params, host.host()), StageError);
+    };
+    refused([](auto& p) { p.width = 63; });
+    refused([](auto& p) { p.stride = p.width - 1; });
+    refused([](auto& p) { p.levels = 9; });
+    refused([](auto& p) { p.cell = 17; });
+    refused([](auto& p) { p.threshold = 255; });
+    refused([](auto& p) { p.capacity = 65536; });
+    refused([](auto& p) { p.spacing = 64; });
+}
+
+}  // namespace
