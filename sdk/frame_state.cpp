@@ -165,8 +165,8 @@ SurfaceBelief believe_at(const TemplateData& data, const VertexBelief& belief, c
     at.expected_error = 100;
     if (!(xyz[2] > 0)) return at;
     const double u = data.camera.fx * xyz[0] / xyz[2] + data.camera.cx, v = data.camera.fy * xyz[1] / xyz[2] + data.camera.cy;
-    const int column = static_cast<int>(std::lround(std::clamp(u / grid.spacing, 0.0, grid.columns - 1.0)));
-    const int row = static_cast<int>(std::lround(std::clamp(v / grid.spacing, 0.0, grid.rows - 1.0)));
+    if (!(std::abs(u) < 1e6 && std::abs(v) < 1e6)) return at;
+    const int column = static_cast<int>(std::lround(u / grid.spacing)), row = static_cast<int>(std::lround(v / grid.spacing));
     // The nearest vertex within two grid steps; beyond, nothing is known of the surface there.
     int32_t nearest = -1;
     int best = 9;
