@@ -1,5 +1,95 @@
+// The stage match on a CPU: every landmark against every live feature, both directions at once, then the
+// tests and lifting to 3D.
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+#include "backends/cpu/match_kernels.hpp"
 #include "backends/cpu/stages.hpp"
+#include "backends/shared/match_definition.hpp"
 
 namespace defrec::cpu {
-std::unique_ptr<Stage> make_match(const defrec_match_params&, const Host&) { throw StageError(DEFREC_ERROR_UNSUPPORTED, "not written"); }
+namespace {
+
+using Descriptor = uint64_t[4];
+
+class Match final : public Stage {
+  public:
+    Match(const defrec_match_params& params, const Host& host, const HostAllocator<uint32_t>& memory)
+        : params_(params),
+          host_(host),
+          blocks_(2 * host.concurrency()),
+          members_((params.features + kMatchGroup - 1) / kMatchGroup * kMatchGroup),
+          landmarks_(params.landmarks, memory),
+          groups_(members_ / kMatchGroup, memory),
+          index_(members_, memory),
+          best_(params.landmarks, memory),
+          second_(params.landmarks, memory),
+          nearest_(blocks_ * members_, memory) {}
+
+    void prepare(std::span<const InBuffer> in) override {
+        const std::span<const defrec_landmark> given = match::take_landmarks(params_, in);
+        count_ = uint32_t(given.size());
+        for (size_t i = 0; i < given.size(); ++i)
+            std::memcpy(landmarks_[i].data(), given[i].descriptor, sizeof landmarks_[i]);
+    }
+
+    void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
+        const match::Inputs inputs = match::take_inputs(params_, in);
+        defrec_match* matches = match::take_matches(count_, out);
+        const size_t groups = (inputs.count + kMatchGroup - 1) / kMatchGroup;
+        arrange(inputs, groups);
+        host_.parallel_for(blocks_, [&](size_t b) { compare(b, groups); });
+        for (size_t b = 1; b < blocks_; ++b)
+            for (size_t f = 0; f < inputs.count; ++f)
+                nearest_[f] = std::min(nearest_[f], nearest_[b * members_ + f]);
+        for (uint32_t i = 0; i < count_; ++i) {
+            match::TwoBest best;
+            if (best_[i] != kNoKey)
+                best.feature = int32_t(best_[i] & 0xffff), best.distance = int32_t(best_[i] >> 16);
+            if (second_[i] != kNoKey) best.second = int32_t(second_[i] >> 16);
+            const bool accepted =
+                match::accepts(params_, best) && (nearest_[size_t(best.feature)] & 0xffff) == i;
+            matches[i] = match::lift<float>(params_, inputs, best, accepted);
+        }
+    }
+
+  private:
+    void arrange(const match::Inputs& inputs, size_t groups) {
+        for (uint32_t f = 0; f < groups * kMatchGroup; ++f) {
+            const bool there = f < inputs.count;
+            Descriptor words = {};
+            if (there) std::memcpy(words, inputs.features[f].descriptor, sizeof words);
+            const size_t member = f % kMatchGroup;
+            for (size_t w = 0; w < 4; ++w)
+                groups_[f / kMatchGroup].word[w][member % 2][member / 2] = words[w];
+            index_[f] = there ? f : kNoKey;
+        }
+    }
+    void compare(size_t b, size_t groups) {
+        uint32_t* nearest = &nearest_[b * members_];
+        std::fill_n(nearest, groups * kMatchGroup, kNoKey);
+        const auto border = [&](size_t k) { return uint32_t(k * count_ / blocks_); };
+        match_block({reinterpret_cast<const Descriptor*>(landmarks_.data()), border(b), border(b + 1),
+                     groups_.data(), groups, index_.data(), best_.data(), second_.data(), nearest});
+    }
+
+    defrec_match_params params_;
+    Host host_;
+    size_t blocks_;   // of landmarks
+    size_t members_;  // of all groups
+    uint32_t count_ = 0;
+    HostVector<std::array<uint64_t, 4>> landmarks_;
+    HostVector<MatchGroup> groups_;
+    HostVector<uint32_t> index_, best_, second_;
+    HostVector<uint32_t> nearest_;  // members_ for each block
+};
+
+}  // namespace
+
+std::unique_ptr<Stage> make_match(const defrec_match_params& params, const Host& host) {
+    match::check(params);
+    return std::make_unique<Match>(params, host, HostAllocator<uint32_t>(host));
+}
+
 }  // namespace defrec::cpu

@@ -1,0 +1,31 @@
+// The inner loop of the stage match, compiled for every instruction set and chosen at run time. Not the
+// stage: see match.cpp.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+namespace defrec::cpu {
+
+// Descriptors in groups of 16: of each of the four 64-bit words first those of the even members, then those
+// of the odd ones.
+constexpr size_t kMatchGroup = 16;
+struct MatchGroup {
+    alignas(64) uint64_t word[4][2][kMatchGroup / 2];
+};
+
+constexpr uint32_t kNoKey = 0xffffffff;
+
+// Compares landmarks [first, last) with all groups. Keys are distance << 16 | index, so the least is the
+// nearest, then the first.
+struct MatchBlock {
+    const uint64_t (*landmarks)[4];
+    uint32_t first, last;
+    const MatchGroup* groups;
+    size_t group_count;
+    const uint32_t* index;    // of each member of the groups, kNoKey where there is none
+    uint32_t *best, *second;  // key of each landmark's nearest and second nearest feature
+    uint32_t* nearest;        // key of each member's nearest landmark of this block; kNoKey at first
+};
+void match_block(const MatchBlock& block);
+
+}  // namespace defrec::cpu

@@ -1,0 +1,213 @@
+// The stage match of the CPU against the reference: Hamming part to the bit, lifting within float rounding;
+// and its rules.
+#include <doctest/doctest.h>
+#include <hwy/targets.h>
+
+#include <cmath>
+#include <cstring>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "backends/cpu/stages.hpp"
+#include "backends/reference/stages.hpp"
+#include "backends/shared/stage_defaults_match.hpp"
+#include "backends/shared/test_host.hpp"
+
+namespace {
+
+using namespace defrec;
+
+struct Scene {
+    defrec_match_params params;
+    std::vector<defrec_landmark> landmarks;
+    std::vector<defrec_feature> features;
+    std::vector<int16_t> disparity;
+    uint32_t count;
+};
+
+// Half of the features are landmarks with a few bits turned, some of them twice; depth has holes.
+Scene random_scene(uint32_t landmarks, uint32_t features, uint32_t seed) {
+    Scene scene{};
+    std::mt19937 random(seed);
+    DEFREC_INIT(&scene.params);
+    scene.params.landmarks = landmarks;
+    scene.params.features = features + 5;
+    scene.params.width = 97;
+    scene.params.height = 71;
+    scene.params.stride = 101;
+    scene.params.camera = {180, 180, 47.3, 36.1, 4.6};
+    fill_defaults(scene.params);
+    scene.count = features;
+    scene.landmarks.resize(landmarks);
+    for (defrec_landmark& landmark : scene.landmarks)
+        for (uint32_t& word : landmark.descriptor) word = uint32_t(random());
+    scene.features.resize(features);
+    for (defrec_feature& feature : scene.features) {
+        feature.x = int32_t(random() % (97 * 16 - 15));
+        feature.y = int32_t(random() % (71 * 16 - 15));
+        for (uint32_t& word : feature.descriptor) word = uint32_t(random());
+        if (random() % 2 == 0 && landmarks > 0) {
+            std::memcpy(feature.descriptor, scene.landmarks[random() % landmarks].descriptor, 32);
+            for (uint32_t flips = random() % 90; flips > 0; --flips)
+                feature.descriptor[random() % 8] ^= 1u << random() % 32;
+        }
+    }
+    scene.disparity.resize(101 * 70 + 97);
+    for (int16_t& d : scene.disparity)
+        d = random() % 4 == 0 ? int16_t(DEFREC_DISPARITY_NONE) : int16_t(600 + random() % 40);
+    return scene;
+}
+
+std::vector<defrec_match> run(Stage& stage, const Scene& scene) {
+    const InBuffer landmarks[] = {{scene.landmarks.data(), scene.landmarks.size() * sizeof(defrec_landmark)}};
+    stage.prepare(landmarks);
+    std::vector<defrec_match> matches(scene.landmarks.size());
+    const InBuffer in[] = {{&scene.count, 4},
+                           {scene.features.data(), scene.features.size() * sizeof(defrec_feature)},
+                           {scene.disparity.data(), scene.disparity.size() * 2}};
+    const OutBuffer out[] = {{matches.data(), matches.size() * sizeof(defrec_match)}};
+    stage.run(in, out);
+    return matches;
+}
+
+template <class Check>
+void on_every_target(Check check) {
+    for (const int64_t target : {HWY_SSE4, HWY_AVX2, HWY_AVX3}) {
+        if ((hwy::SupportedTargets() & target) == 0) continue;
+        hwy::SetSupportedTargetsForTest(target);
+        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+        CAPTURE(std::string(hwy::TargetName(target)));
+        check();
+        hwy::SetSupportedTargetsForTest(0);
+        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    }
+}
+
+std::vector<defrec_match> agreed(const Scene& scene) {
+    const test::TestHost one(1), four(4);
+    const std::vector<defrec_match> expected = run(*reference::make_match(scene.params, one.host()), scene);
+    on_every_target([&] {
+        const std::vector<defrec_match> fast = run(*cpu::make_match(scene.params, four.host()), scene);
+        const std::vector<defrec_match> alone = run(*cpu::make_match(scene.params, one.host()), scene);
+        CHECK((fast.empty() || std::memcmp(fast.data(), alone.data(), fast.size() * sizeof fast[0]) == 0));
+        REQUIRE(fast.size() == expected.size());
+        for (size_t i = 0; i < fast.size(); ++i) {
+            CHECK(fast[i].feature == expected[i].feature);
+            CHECK(fast[i].distance == expected[i].distance);
+            CHECK(fast[i].second == expected[i].second);
+            CHECK(fast[i].u == expected[i].u);
+            CHECK(fast[i].v == expected[i].v);
+            CHECK(fast[i].weight == expected[i].weight);
+            for (int k = 0; k < 3; ++k)
+                CHECK(std::abs(fast[i].position[k] - expected[i].position[k]) <= 2e-5);
+        }
+    });
+    return expected;
+}
+
+TEST_CASE("cpu equals reference for any number of landmarks and features") {
+    const uint32_t counts[][2] = {{1, 1},     {1, 40},    {40, 1}, {17, 33}, {16, 16},
+                                  {255, 301}, {500, 480}, {9, 0},  {0, 9}};
+    for (const auto& n : counts) {
+        CAPTURE(n[0]);
+        CAPTURE(n[1]);
+        Scene scene = random_scene(n[0], n[1], n[0] * 1000 + n[1]);
+        scene.params.landmarks = std::max(scene.params.landmarks, 1u);
+        const std::vector<defrec_match> matches = agreed(scene);
+        size_t found = 0, lifted = 0;
+        for (const defrec_match& match : matches) found += match.feature >= 0, lifted += match.weight > 0;
+        if (n[0] > 200) {
+            CHECK(found > n[0] / 8);
+            CHECK(lifted > found / 3);
+            CHECK(lifted < found);
+        }
+    }
+}
+
+TEST_CASE("ties go to the lowest index, and a match must be mutual") {
+    Scene scene = random_scene(3, 3, 1);
+    std::memcpy(scene.landmarks[1].descriptor, scene.landmarks[0].descriptor, 32);
+    for (defrec_feature& feature : scene.features)
+        std::memcpy(feature.descriptor, scene.landmarks[0].descriptor, 32);
+    scene.params.ratio = 256;
+    const std::vector<defrec_match> matches = agreed(scene);
+    CHECK(matches[0].feature == 0);
+    CHECK(matches[0].distance == 0);
+    CHECK(matches[0].second == 0);
+    CHECK(matches[1].feature == -1);  // features prefer landmark 0
+    CHECK(matches[1].distance == 0);
+    CHECK(matches[2].feature == -1);
+}
+
+TEST_CASE("the largest distance and the ratio are the last that are accepted") {
+    Scene scene = random_scene(1, 2, 2);
+    uint32_t* near = scene.features[0].descriptor;
+    uint32_t* far = scene.features[1].descriptor;
+    const auto turn = [&](uint32_t* descriptor, int bits) {
+        std::memcpy(descriptor, scene.landmarks[0].descriptor, 32);
+        for (int bit = 0; bit < bits; ++bit) descriptor[bit / 32] ^= 1u << bit % 32;
+    };
+    turn(near, 64);
+    turn(far, 128);
+    scene.params.ratio = 128;
+    CHECK(agreed(scene)[0].feature == 0);
+    turn(far, 127);
+    CHECK(agreed(scene)[0].feature == -1);
+    turn(near, 65);
+    turn(far, 200);
+    CHECK(agreed(scene)[0].feature == -1);
+    scene.params.max_distance = 65;
+    CHECK(agreed(scene)[0].feature == 0);
+}
+
+TEST_CASE("a match is lifted with the disparity at its pixel, and has no weight without one") {
+    Scene scene = random_scene(1, 1, 3);
+    std::memcpy(scene.features[0].descriptor, scene.landmarks[0].descriptor, 32);
+    scene.features[0].x = 20 * 16;
+    scene.features[0].y = 30 * 16;
+    std::fill(scene.disparity.begin(), scene.disparity.end(), int16_t(10 * 16));
+    defrec_match match = agreed(scene)[0];
+    CHECK(match.u == 20);
+    CHECK(match.v == 30);
+    CHECK(match.weight == 1);
+    const double z = 180 * 4.6 / 10;
+    CHECK(match.position[2] == doctest::Approx(z));
+    CHECK(match.position[0] == doctest::Approx((20 - 47.3) * z / 180));
+    CHECK(match.position[1] == doctest::Approx((30 - 36.1) * z / 180));
+    std::fill(scene.disparity.begin(), scene.disparity.end(), int16_t(DEFREC_DISPARITY_NONE));
+    match = agreed(scene)[0];
+    CHECK(match.feature == 0);
+    CHECK(match.weight == 0);
+    CHECK(match.position[2] == 0);
+}
+
+TEST_CASE("row 24: a count beyond the largest is cut, and short buffers are refused") {
+    Scene scene = random_scene(4, 8, 4);
+    const test::TestHost host;
+    const auto stage = cpu::make_match(scene.params, host.host());
+    scene.count = 1000000;
+    CHECK_THROWS_AS(run(*stage, scene), StageError);
+    scene.features.resize(scene.params.features);
+    CHECK(run(*stage, scene).size() == 4);
+    scene.disparity.pop_back();
+    CHECK_THROWS_AS(run(*stage, scene), StageError);
+}
+
+TEST_CASE("parameters out of range are refused") {
+    const test::TestHost host;
+    const auto refused = [&](auto change) {
+        Scene scene = random_scene(4, 4, 5);
+        change(scene.params);
+        CHECK_THROWS_AS(cpu::make_match(scene.params, host.host()), StageError);
+        CHECK_THROWS_AS(reference::make_match(scene.params, host.host()), StageError);
+    };
+    refused([](auto& p) { p.landmarks = 0; });
+    refused([](auto& p) { p.features = 65536; });
+    refused([](auto& p) { p.max_distance = 257; });
+    refused([](auto& p) { p.ratio = 257; });
+    refused([](auto& p) { p.stride = p.width - 1; });
+    refused([](auto& p) { p.camera.fx = 0; });
+}
+
+}  // namespace
