@@ -70,7 +70,7 @@ void LmProblem::measure_data() {
     for (size_t i = 0; i < surface_.edges.size(); ++i) {
         const defrec_edge& edge = surface_.edges[i];
         const double data = (data_[size_t(edge.a)] + data_[size_t(edge.b)]) / 2;
-        arap_scale_[i] = double(params_.arap_weight) * double(edge.weight) / surface_.mean_degree * (data + usual) / 2;
+        arap_scale_[i] = kArapShare * double(params_.arap_weight) * double(edge.weight) / surface_.mean_degree * (data + usual) / 2;
     }
 }
 
@@ -119,7 +119,7 @@ void LmProblem::add_points(LmSums& sums) {
         const Vec3<double> position = apply(motion, load3<double>(point.position)), normal = rotate(motion, load3<double>(point.normal));
         Row<double> row;
         if (!icp_row(params_.camera, frame_.disparity, double(params_.association_mm), position, normal, row)) {
-            sums.icp.cost += weight / (3 * inverse_c2);
+            sums.missing += weight / (3 * inverse_c2);
             continue;
         }
         const double squared = row.value * row.value;
@@ -133,39 +133,37 @@ void LmProblem::add_matches(LmSums& sums) {
     const double inverse_c2 = 1 / (double(params_.match_tukey_mm) * double(params_.match_tukey_mm));
     for (size_t i = 0; i < surface_.landmarks.size(); ++i) {
         const defrec_match& match = frame_.matches[i];
-        if (!has_depth(match) || !std::isfinite(match.weight)) continue;
-        const defrec_surface_point& landmark = surface_.landmarks[i];
-        const auto motion = blend<double>(motions_.data(), landmark.node, landmark.weight);
-        Row<double> rows[3];
-        match_rows(apply(motion, load3<double>(landmark.position)), load3<double>(match.position), kMatchDepthWeight, rows);
-        const double squared = rows[0].value * rows[0].value + rows[1].value * rows[1].value + rows[2].value * rows[2].value;
+        if (!has_depth(match)) continue;
         const bool preselected = match.weight > 0;
         const double inverse_a = preselected ? 0 : 1 / (5 * double(params_.match_threshold_mm));
         const double weight = double(params_.match_weight) * (preselected ? double(match.weight) : 1);
-        const double total = count_residual(sums.match, ramped_tukey(squared, inverse_a, inverse_c2), weight, squared);
-        if (linearise_ && total > 0) add_rows(landmark, rows, total);
+        add_sighting(surface_.landmarks[i], match_sighting(load3<double>(match.position)), weight, inverse_a, inverse_c2, 1, sums.match);
     }
 }
 
 void LmProblem::add_patches(LmSums& sums) {
     if (frame_.observations == nullptr) return;
     for (size_t i = 0; i < surface_.patches.size(); ++i) {
-        const defrec_patch_observation& seen = frame_.observations[i];
-        PatchCertainty<double> certainty;
-        if (seen.valid != 1 || !patch_certainty(seen.information, certainty)) continue;
         const defrec_patch& patch = surface_.patches[i];
+        Sighting<double> sighting;
+        if (!patch_sighting(params_.camera, frame_.observations[i], sighting)) continue;
         const auto motion = blend<double>(motions_.data(), patch.node, patch.weight);
-        const Vec3<double> position = apply(motion, load3<double>(patch.position));
-        Row<double> rows[2];
-        if (!patch_rows(params_.camera, position, Pixel<double>{seen.u / 256.0, seen.v / 256.0}, certainty, rows)) continue;
-        const double px = params_.camera.fx / position.z;  // per mm at this depth
-        const double squared_px = (rows[0].value * rows[0].value + rows[1].value * rows[1].value) * px * px;
-        const double inverse_c2 = 1 / (double(params_.patch_tukey_px) * double(params_.patch_tukey_px));
-        Robust<double> robust = tukey(squared_px, inverse_c2);
-        robust.cost /= px * px;
-        const double total = count_residual(sums.patch, robust, double(params_.patch_weight), squared_px);
-        if (linearise_ && total > 0) add_rows(patch, rows, total);
+        const double px = px_per_mm(params_.camera, apply(motion, load3<double>(patch.position)).z);
+        const double tukey_mm = double(params_.patch_tukey_px) / px;
+        add_sighting(patch, sighting, double(params_.patch_weight), 0, 1 / (tukey_mm * tukey_mm), px, sums.patch);
     }
+}
+
+// unit: of the residual in the summary, per mm.
+template <class Item>
+void LmProblem::add_sighting(const Item& item, const Sighting<double>& sighting, double weight, double inverse_a, double inverse_c2,
+                             double unit, LmSums::Term& term) {
+    const auto motion = blend<double>(motions_.data(), item.node, item.weight);
+    Row<double> rows[3];
+    sighting_rows(apply(motion, load3<double>(item.position)), sighting, rows);
+    const double squared = rows[0].value * rows[0].value + rows[1].value * rows[1].value + rows[2].value * rows[2].value;
+    const double total = count_residual(term, ramped_tukey(squared, inverse_a, inverse_c2), weight, squared * unit * unit);
+    if (linearise_ && total > 0) add_rows(item, rows, total);
 }
 
 double LmProblem::add_edges(std::span<const NodePose<double>> nodes) {

@@ -41,6 +41,9 @@ class LmProblem {
     double add_edges(std::span<const NodePose<double>> nodes);
     void measure_data();
     template <class Item>
+    void add_sighting(const Item& item, const Sighting<double>& sighting, double weight, double inverse_a, double inverse_c2, double unit,
+                      LmSums::Term& term);
+    template <class Item>
     void add_rows(const Item& item, std::span<const Row<double>> rows, double weight);
     void add_term(const defrec_edge& edge, const ArapTerm<double>& term);
     void damp(double lambda);

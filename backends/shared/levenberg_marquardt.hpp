@@ -16,8 +16,10 @@ struct LmSums {
     };
     Term icp, match, patch;
     double arap = 0;
+    double missing = 0;  // cost of the points without a live surface: what one too far from it costs
 
-    double total() const { return icp.cost + match.cost + patch.cost + arap; }
+    double present() const { return icp.cost + match.cost + patch.cost + arap; }
+    double total() const { return present() + missing; }
     bool any_data() const { return icp.count + match.count + patch.count > 0; }
 };
 
@@ -25,7 +27,8 @@ constexpr double kLeastLambda = 1e-7, kMostLambda = 1e7;
 constexpr double kLambdaDown = 1.0 / 7.5, kLambdaUp = 10;
 constexpr double kLeastDiagonal = 1e-6;       // of a block's trace, added to its diagonal
 constexpr double kConjugateTolerance = 1e-3;  // of the preconditioned residual's norm
-constexpr double kLeastStepMm = 1e-3;  // no control point moves farther, itself or by rotation at one spacing: converged
+constexpr double kLeastStepMm = 0.01;   // no control point moves farther, itself or by rotation at one spacing: converged
+constexpr double kLeastDecrease = 1e-4;  // of the cost that is left: converged
 
 
 inline NodePose<double> moved(const NodePose<double>& pose, const double step[6]) {
@@ -66,6 +69,7 @@ defrec_lm_summary levenberg_marquardt(Problem& problem, const defrec_lm_params& 
             const LmSums there = problem.evaluate(trial, i + 1 < params.iterations && !converged);
             accepted = there.total() < sums.total();
             if (accepted) {
+                converged = converged || sums.total() - there.total() < kLeastDecrease * there.present();
                 problem.accept();
                 std::copy(trial.begin(), trial.end(), nodes.begin());
                 sums = there;

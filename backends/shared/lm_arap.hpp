@@ -8,6 +8,7 @@
 
 namespace defrec {
 
+constexpr double kArapShare = 0.02;  // of the data's weight, at arap_weight 1
 constexpr double kLeastLengthMm = 1e-3;  // edges that have shrunk below count as this long
 
 // A control point in motion: its rotation, and where it is now.

@@ -109,6 +109,8 @@ struct LmFrame {
 };
 
 // A match that says where its landmark is now.
-inline bool has_depth(const defrec_match& match) { return match.position[2] > 0 && all_finite(match.position, 3); }
+inline bool has_depth(const defrec_match& match) {
+    return match.position[2] > 0 && all_finite(match.position, 3) && std::isfinite(match.weight);
+}
 
 }  // namespace defrec

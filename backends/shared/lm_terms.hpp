@@ -9,7 +9,6 @@
 namespace defrec {
 
 constexpr double kLeastFacing = 0.25;    // cosine between a surface and the direction to the camera below which ICP ignores it
-constexpr double kMatchDepthWeight = 0.25;  // of a match's error in depth; 1 across the ray
 
 // A residual's share of the cost, and the weight of its square in the linearised system.
 template <class T>
@@ -59,47 +58,46 @@ bool icp_row(const defrec_camera& camera, const DisparityImage& image, T associa
     return true;
 }
 
-// A deformed landmark and the live feature it matches: two rows across the feature's ray and one in depth, mm. The last carries the square
-// root of depth_weight, for stereo depth is less certain than direction.
+// Where a point of the template was seen in the live image: the direction of its ray, how certain that is across the ray, and maybe how deep.
 template <class T>
-void match_rows(Vec3<T> position, Vec3<T> live, T depth_weight, Row<T> rows[3]) {
-    const Vec3<T> error = position - live;
-    const T x = live.x / live.z, y = live.y / live.z, root = std::sqrt(depth_weight);
-    rows[0] = {{T(1), T(0), -x}, error.x - x * error.z};
-    rows[1] = {{T(0), T(1), -y}, error.y - y * error.z};
-    rows[2] = {{T(0), T(0), root}, root * error.z};
+struct Sighting {
+    T u, v;         // x / z, y / z of the ray
+    T uu, uv, vv;   // Cholesky factor [uu 0; uv vv] of the information across the ray
+    T depth, root;  // mm; square root of the weight of an error in depth, 0 where depth is unknown
+};
+
+constexpr double kMatchDepthWeight = 0.25;  // stereo depth is less certain than direction
+
+template <class T>
+Sighting<T> match_sighting(Vec3<T> live) {
+    return {live.x / live.z, live.y / live.z, T(1), T(0), T(1), live.z, T(std::sqrt(kMatchDepthWeight))};
 }
 
-// The information of a patch observation in its Cholesky factor, scaled down where it is more than 1 along some direction:
-// |factor^T r|^2 = r^T information r.
+// Information more than 1 along some direction is scaled down. False where there is no information, or none that can be used.
 template <class T>
-struct PatchCertainty {
-    T uu, uv, vv;  // lower triangle: [uu 0; uv vv]
-};
-// False where there is no information, or none that can be used.
-template <class T>
-bool patch_certainty(const float information[3], PatchCertainty<T>& factor) {
-    const T a = T(information[0]), b = T(information[1]), c = T(information[2]);
+bool patch_sighting(const defrec_camera& camera, const defrec_patch_observation& seen, Sighting<T>& sighting) {
+    const T a = T(seen.information[0]), b = T(seen.information[1]), c = T(seen.information[2]);
     const T half = (a - c) / T(2);
     const T largest = (a + c) / T(2) + std::sqrt(half * half + b * b);
-    if (!std::isfinite(largest) || !(largest > T(0)) || !(a >= T(0)) || !(c >= T(0))) return false;
+    if (seen.valid != 1 || !std::isfinite(largest) || !(largest > T(0)) || !(a >= T(0)) || !(c >= T(0))) return false;
     const T scale = T(1) / std::max(largest, T(1));
-    factor.uu = std::sqrt(a * scale);
-    factor.uv = factor.uu > T(0) ? b * scale / factor.uu : T(0);
-    factor.vv = std::sqrt(std::max(c * scale - factor.uv * factor.uv, T(0)));
+    const T uu = std::sqrt(a * scale), uv = uu > T(0) ? b * scale / uu : T(0);
+    const T vv = std::sqrt(std::max(c * scale - uv * uv, T(0)));
+    sighting = {(T(seen.u) / T(256) - T(camera.cx)) / T(camera.fx), (T(seen.v) / T(256) - T(camera.cy)) / T(camera.fy), uu, uv, vv, T(0), T(0)};
     return true;
 }
 
-// A deformed patch and where it was found: two rows in mm at the patch's depth, which is taken as constant. False behind the camera.
+// How far a deformed point lies from the ray, mm at its own depth, and from the depth.
 template <class T>
-bool patch_rows(const defrec_camera& camera, Vec3<T> position, Pixel<T> found, const PatchCertainty<T>& factor, Row<T> rows[2]) {
-    if (!(position.z > T(kLeastDepthMm))) return false;
-    const T x = position.x / position.z, y = position.y / position.z;
-    const T u = position.z * (x - (found.u - T(camera.cx)) / T(camera.fx));
-    const T v = position.z * (y - (found.v - T(camera.cy)) / T(camera.fy));
-    rows[0] = {{factor.uu, factor.uv, -(factor.uu * x + factor.uv * y)}, factor.uu * u + factor.uv * v};
-    rows[1] = {{T(0), factor.vv, -factor.vv * y}, factor.vv * v};
-    return true;
+void sighting_rows(Vec3<T> position, const Sighting<T>& seen, Row<T> rows[3]) {
+    const T across = position.x - seen.u * position.z, down = position.y - seen.v * position.z;
+    rows[0] = {{seen.uu, seen.uv, -(seen.uu * seen.u + seen.uv * seen.v)}, seen.uu * across + seen.uv * down};
+    rows[1] = {{T(0), seen.vv, -seen.vv * seen.v}, seen.vv * down};
+    rows[2] = {{T(0), T(0), seen.root}, seen.root * (position.z - seen.depth)};
 }
+
+// px for one mm across the ray of a point at this depth.
+template <class T>
+T px_per_mm(const defrec_camera& camera, T depth) { return T(camera.fx) / std::max(depth, T(kLeastDepthMm)); }
 
 }  // namespace defrec

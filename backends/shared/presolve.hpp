@@ -47,7 +47,7 @@ constexpr int kPresolveRounds = 5, kPresolveLeastMatches = 6;
 // no rigid motion brings them closer by Tukey's measure.
 inline DualQuaternion<double> presolve(const defrec_match* matches, std::span<const Vec3<double>> deformed, double tukey_mm) {
     const auto identity = DualQuaternion<double>::identity();
-    const auto usable = [](const defrec_match& match) { return has_depth(match) && match.weight > 0 && std::isfinite(match.weight); };
+    const auto usable = [](const defrec_match& match) { return has_depth(match) && match.weight > 0; };
     int32_t count = 0;
     for (size_t i = 0; i < deformed.size(); ++i) count += usable(matches[i]) ? 1 : 0;
     if (count < kPresolveLeastMatches) return identity;
