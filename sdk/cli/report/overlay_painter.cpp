@@ -32,11 +32,11 @@ const cv::Scalar& status_colour(VertexStatus status) {
 }
 
 cv::Scalar state_colour(const std::string& state) {
-    if (state == "tracking") return {94, 160, 22};
-    if (state == "degraded") return {6, 119, 217};
+    if (state == "tracking") return {61, 128, 21};
+    if (state == "degraded") return {9, 83, 180};
     if (state == "lost") return {38, 38, 220};
     if (state == "relocalised") return {237, 58, 124};
-    return {139, 116, 100};
+    return {105, 85, 71};
 }
 
 bool near_image(float u, float v, const cv::Mat& image) {

@@ -1,9 +1,9 @@
 // Colours of states and of vertex statuses; overlay_painter.cpp draws with the same.
 export const stateColours = {
-  tracking: '#16a05e',
+  tracking: '#15803d',
   relocalised: '#7c3aed',
-  initialising: '#64748b',
-  degraded: '#d97706',
+  initialising: '#475569',
+  degraded: '#b45309',
   lost: '#dc2626',
 };
 export const stateColour = (state) => stateColours[state] ?? '#94a3b8';

@@ -80,7 +80,7 @@ function showLegend(coloring) {
 class Scene {
   constructor(canvas, surface, rest, moments) {
     this.canvas = canvas;
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
     this.scene = new THREE.Scene();
     this.camera = new THREE.PerspectiveCamera(35, 1, 0.5, 5000);
     this.controls = new OrbitControls(this.camera, canvas);
@@ -99,15 +99,15 @@ class Scene {
     this.wires = new THREE.Mesh(this.geometry, this.lines);
     this.wires.visible = false;
     this.group.add(this.mesh, this.wires);
-    this.scene.add(this.group, new THREE.HemisphereLight(0xffffff, 0x8a8f98, 1.5));
-    this.light = new THREE.DirectionalLight(0xffffff, 2.2);
-    this.camera.add(this.light);
-    this.light.position.set(0.3, 0.5, 1);
-    this.scene.add(this.camera);
+    // The light travels with the viewer, from over the left shoulder.
+    const light = new THREE.DirectionalLight(0xffffff, 2.5);
+    light.position.set(-0.4, 0.6, 1);
+    this.camera.add(light, light.target);
+    this.scene.add(this.group, this.camera, new THREE.HemisphereLight(0xffffff, 0x9aa0a8, 1.1));
     this.place(rest, moments);
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
     this.resize();
-    this.look(0.45, -0.5);
+    this.look(0.4, 0.45);
   }
 
   /** Finds the box of all moments; puts the 10 mm grid behind it. */
@@ -132,7 +132,7 @@ class Scene {
   /** Looks at the whole surface; the angles (radians) lead right and up from the camera's side. */
   look(right, up) {
     const half = Math.tan((this.camera.fov * Math.PI) / 360);
-    const distance = 1.12 * Math.max(this.size.y / 2 / half, this.size.x / 2 / half / this.camera.aspect) + this.size.z / 2;
+    const distance = 1.15 * Math.max(this.size.y / 2 / half, this.size.x / 2 / half / this.camera.aspect) + this.size.z / 2;
     const direction = new THREE.Vector3(Math.sin(right) * Math.cos(up), Math.sin(up), Math.cos(right) * Math.cos(up));
     this.camera.position.copy(this.centre).addScaledVector(direction, distance);
     this.controls.target.copy(this.centre);
