@@ -10,7 +10,9 @@
 namespace defrec::cli {
 namespace {
 
-constexpr double kNearest = 5.0;  // mm, in front of the lens
+constexpr double kNearest = 5.0;       // mm, in front of the lens
+constexpr int kWindowStep = 8;         // vertices
+constexpr float kWindowMargin = 0.1f;  // of a ray's slope: more than a window step at any scene's depth
 
 }  // namespace
 
@@ -23,23 +25,51 @@ DeformedMesh::DeformedMesh(double half_width, double half_height, double spacing
       points(static_cast<std::size_t>(columns) * rows),
       normals(points.size()) {}
 
-void DeformedMesh::deform(const Surface& surface, double time, const Motion& motion, int threads) {
-    parallel_rows(rows, threads, [&](int first, int last) {
-        for (int j = first; j < last; ++j) {
-            for (int i = 0; i < columns; ++i) {
+DeformedMesh::Window DeformedMesh::seen_window(const Surface& surface, double time, const Motion& motion,
+                                               const std::vector<const Eye*>& eyes) const {
+    Window seen{columns, -1, rows, -1};
+    for (int j = 0; j < rows; j += kWindowStep) {
+        for (int i = 0; i < columns; i += kWindowStep) {
+            const Eigen::Vector3d point =
+                surface.at(first_s + i * spacing, first_t + j * spacing, time, motion);
+            for (const Eye* eye : eyes) {
+                const Eigen::Vector3d p = eye->from_scene(point);
+                const Eigen::Vector2f ray = (p.head<2>() / std::max(p.z(), kNearest)).cast<float>();
+                if (((ray - eye->lowest_ray).array() > -kWindowMargin).all() &&
+                    ((eye->highest_ray - ray).array() > -kWindowMargin).all()) {
+                    seen.first_column = std::min(seen.first_column, i);
+                    seen.last_column = std::max(seen.last_column, i);
+                    seen.first_row = std::min(seen.first_row, j);
+                    seen.last_row = std::max(seen.last_row, j);
+                }
+            }
+        }
+    }
+    return {std::max(seen.first_column - kWindowStep, 0),
+            std::min(seen.last_column + kWindowStep, columns - 1), std::max(seen.first_row - kWindowStep, 0),
+            std::min(seen.last_row + kWindowStep, rows - 1)};
+}
+
+void DeformedMesh::deform(const Surface& surface, double time, const Motion& motion,
+                          const std::vector<const Eye*>& eyes, int threads) {
+    window = seen_window(surface, time, motion, eyes);
+    const Window& w = window;
+    parallel_rows(w.last_row - w.first_row + 1, threads, [&](int first, int last) {
+        for (int j = w.first_row + first; j < w.first_row + last; ++j) {
+            for (int i = w.first_column; i <= w.last_column; ++i) {
                 points[static_cast<std::size_t>(j) * columns + i] =
                     surface.at(first_s + i * spacing, first_t + j * spacing, time, motion);
             }
         }
     });
-    parallel_rows(rows, threads, [&](int first, int last) {
-        for (int j = first; j < last; ++j) {
-            const std::size_t above = static_cast<std::size_t>(std::max(j - 1, 0)) * columns;
-            const std::size_t below = static_cast<std::size_t>(std::min(j + 1, rows - 1)) * columns;
+    parallel_rows(w.last_row - w.first_row + 1, threads, [&](int first, int last) {
+        for (int j = w.first_row + first; j < w.first_row + last; ++j) {
+            const std::size_t above = static_cast<std::size_t>(std::max(j - 1, w.first_row)) * columns;
+            const std::size_t below = static_cast<std::size_t>(std::min(j + 1, w.last_row)) * columns;
             const std::size_t here = static_cast<std::size_t>(j) * columns;
-            for (int i = 0; i < columns; ++i) {
-                const Eigen::Vector3d along_s =
-                    points[here + std::min(i + 1, columns - 1)] - points[here + std::max(i - 1, 0)];
+            for (int i = w.first_column; i <= w.last_column; ++i) {
+                const Eigen::Vector3d along_s = points[here + std::min(i + 1, w.last_column)] -
+                                                points[here + std::max(i - 1, w.first_column)];
                 const Eigen::Vector3d along_t = points[below + i] - points[above + i];
                 normals[here + i] = along_t.cross(along_s).normalized().cast<float>();
             }
@@ -57,21 +87,29 @@ Eye::Eye(const Lens& its_lens, int its_width, int its_height, int threads)
             }
         }
     });
+    lowest_ray = highest_ray = rays[0];
+    for (const Eigen::Vector2f& ray : rays) {
+        lowest_ray = lowest_ray.cwiseMin(ray);
+        highest_ray = highest_ray.cwiseMax(ray);
+    }
 }
 
 void MeshRaster::render(const DeformedMesh& mesh, const Eye& eye, int threads, std::vector<Hit>& hits) {
     seen_.resize(mesh.points.size());
     hits.assign(static_cast<std::size_t>(eye.width) * eye.height, Hit{});
-    parallel_rows(mesh.rows, threads, [&](int first, int last) {
-        const std::size_t end = static_cast<std::size_t>(last) * mesh.columns;
-        for (std::size_t i = static_cast<std::size_t>(first) * mesh.columns; i < end; ++i) {
-            const Eigen::Vector3d point = eye.from_scene(mesh.points[i]);
-            seen_[i] = {point, -1e6f, -1e6f};
-            // Far outside the image the distortion polynomial folds back; such points are not projected.
-            if (point.z() > kNearest && point.head<2>().cwiseAbs().maxCoeff() < 0.85 * point.z()) {
-                const Eigen::Vector2d pixel = eye.lens.project(point);
-                seen_[i].u = static_cast<float>(pixel.x());
-                seen_[i].v = static_cast<float>(pixel.y());
+    const DeformedMesh::Window& w = mesh.window;
+    parallel_rows(w.last_row - w.first_row + 1, threads, [&](int first, int last) {
+        for (int j = w.first_row + first; j < w.first_row + last; ++j) {
+            for (int column = w.first_column; column <= w.last_column; ++column) {
+                const std::size_t i = static_cast<std::size_t>(j) * mesh.columns + column;
+                const Eigen::Vector3d point = eye.from_scene(mesh.points[i]);
+                seen_[i] = {point, -1e6f, -1e6f};
+                // Far outside the image the distortion polynomial folds back; such points are not projected.
+                if (point.z() > kNearest && point.head<2>().cwiseAbs().maxCoeff() < 0.85 * point.z()) {
+                    const Eigen::Vector2d pixel = eye.lens.project(point);
+                    seen_[i].u = static_cast<float>(pixel.x());
+                    seen_[i].v = static_cast<float>(pixel.y());
+                }
             }
         }
     });
@@ -80,8 +118,9 @@ void MeshRaster::render(const DeformedMesh& mesh, const Eye& eye, int threads, s
 
 void MeshRaster::band(const DeformedMesh& mesh, const Eye& eye, int first, int last,
                       std::vector<Hit>& hits) const {
-    for (int j = 0; j + 1 < mesh.rows; ++j) {
-        for (int i = 0; i + 1 < mesh.columns; ++i) {
+    const DeformedMesh::Window& w = mesh.window;
+    for (int j = w.first_row; j < w.last_row; ++j) {
+        for (int i = w.first_column; i < w.last_column; ++i) {
             const int a = j * mesh.columns + i;
             const int b = a + 1, c = a + mesh.columns, d = c + 1;
             triangle(mesh, eye, {a, b, c}, first, last, hits);

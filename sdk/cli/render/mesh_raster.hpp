@@ -11,22 +11,12 @@
 
 namespace defrec::cli {
 
-/// A regular mesh in material coordinates, deformed for one frame. Scene's frame, mm.
-struct DeformedMesh {
-    int columns = 0, rows = 0;
-    double spacing = 0, first_s = 0, first_t = 0;  ///< mm, material
-    std::vector<Eigen::Vector3d> points;           ///< columns * rows
-    std::vector<Eigen::Vector3f> normals;          ///< unit, towards the camera
-
-    DeformedMesh(double half_width, double half_height, double spacing_mm);
-    void deform(const Surface& surface, double time, const Motion& motion, int threads);
-};
-
 /// One eye: its lens, the ray of every pixel, and its pose for the frame.
 struct Eye {
     Lens lens;
     int width = 0, height = 0;
     std::vector<Eigen::Vector2f> rays;                       ///< (x/z, y/z), width * height
+    Eigen::Vector2f lowest_ray, highest_ray;                 ///< bounds of rays
     Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< x_eye = rotation * x_scene + translation
     Eigen::Vector3d translation = Eigen::Vector3d::Zero();
 
@@ -37,6 +27,28 @@ struct Eye {
         instrument.axis = rotation * instrument.axis;
         return instrument;
     }
+};
+
+/// A regular mesh in material coordinates, deformed for one frame. Scene's frame, mm. Only the vertices
+/// inside the window, which holds all that the eyes see, are of the frame.
+struct DeformedMesh {
+    struct Window {
+        int first_column = 0, last_column = -1, first_row = 0, last_row = -1;  ///< inclusive; may be empty
+    };
+
+    int columns = 0, rows = 0;
+    double spacing = 0, first_s = 0, first_t = 0;  ///< mm, material
+    std::vector<Eigen::Vector3d> points;           ///< columns * rows
+    std::vector<Eigen::Vector3f> normals;          ///< unit, towards the camera
+    Window window;
+
+    DeformedMesh(double half_width, double half_height, double spacing_mm);
+    void deform(const Surface& surface, double time, const Motion& motion,
+                const std::vector<const Eye*>& eyes, int threads);
+
+  private:
+    Window seen_window(const Surface& surface, double time, const Motion& motion,
+                       const std::vector<const Eye*>& eyes) const;
 };
 
 /// What a pixel sees of the mesh; z is 0 where it sees none.

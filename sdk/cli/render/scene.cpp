@@ -139,7 +139,8 @@ FrameState out_of_body(const Setting& setting, int frame) {
     state.time = frame;
     state.motion.heartbeat = {.lift = 2.5, .shear = 0.8, .twist = 0.01, .period = 24, .wavelength = 80};
     state.motion.respiration = {.swell = 3.0, .shift = {1.0, 2.0}, .period = 70};
-    const int leaves = setting.share(0.37), dark_again = setting.share(0.53), returns = setting.share(0.60);
+    const int leaves = std::max(1, setting.share(0.37)), dark_again = setting.share(0.53),
+              returns = setting.share(0.60);
     const int bright = setting.share(0.43);
     const double t = frame;
     Orbit orbit{.shift = {0.8 * std::sin(kTwoPi * t / 50.0), 0.6 * std::sin(kTwoPi * t / 40.0), 0.0}};

@@ -277,7 +277,7 @@ void Sequence::render(const ProgressFn& progress) {
         if (!next.repeats_previous) {
             state = next;
             place_eyes(state.camera);
-            mesh_.deform(scene_.surface, state.time, state.motion, threads_);
+            mesh_.deform(scene_.surface, state.time, state.motion, {&left_, &right_}, threads_);
             raster_.render(mesh_, left_, threads_, left_hits_);
             raster_.render(mesh_, right_, threads_, right_hits_);
             paint_eye(state, frame, true);

@@ -185,13 +185,17 @@ Rgb Tissue::with_vessels(Rgb albedo, float s, float t, float footprint) const {
         const Segment& g = segments_[cell_items_[i]];
         const float es = g.s1 - g.s0, et = g.t1 - g.t0;
         const float ds = s - g.s0, dt = t - g.t0;
-        const float along = std::clamp((ds * es + dt * et) / (es * es + et * et), 0.0f, 1.0f);
+        constexpr float kPerLength = 1.0f / (kSegmentStep * kSegmentStep);
+        const float along = std::clamp((ds * es + dt * et) * kPerLength, 0.0f, 1.0f);
         const float off_s = ds - along * es, off_t = dt - along * et;
-        const float distance = std::sqrt(off_s * off_s + off_t * off_t);
         const float radius = g.r0 + along * (g.r1 - g.r0);
         const float shown = std::min(std::max(radius, 0.55f * footprint), radius + kWidestBlur);
         const float edge = 0.35f * radius + std::min(0.5f * footprint, 0.2f);
-        const float cover = 1.0f - smooth_step(shown - edge, shown + edge, distance);
+        const float squared = off_s * off_s + off_t * off_t;
+        if (squared >= (shown + edge) * (shown + edge)) {
+            continue;
+        }
+        const float cover = 1.0f - smooth_step(shown - edge, shown + edge, std::sqrt(squared));
         const float dark = cover * (radius / shown) * std::min(1.0f, 0.45f + radius);
         float& darkest = g.vein ? vein : artery;
         darkest = std::max(darkest, dark);

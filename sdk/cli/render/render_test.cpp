@@ -1,0 +1,462 @@
+// Reference sequences checked from their files alone, with OpenCV as the independent judge of geometry.
+#include <doctest/doctest.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <sstream>
+
+#include "sdk/cli/render/render_command.hpp"
+
+namespace fs = std::filesystem;
+using defrec::cli::RenderOptions;
+using defrec::cli::RenderOutputError;
+using defrec::cli::RenderUsageError;
+
+namespace {
+
+/// A folder that goes when the test ends.
+struct TemporaryFolder {
+    fs::path path;
+    TemporaryFolder() {
+        static int count = 0;
+        path = fs::temp_directory_path() /
+               ("defrec_render_test_" + std::to_string(getpid()) + "_" + std::to_string(count++));
+        fs::create_directories(path);
+    }
+    ~TemporaryFolder() {
+        std::error_code ignored;
+        fs::remove_all(path, ignored);
+    }
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+};
+
+struct TruthRow {
+    cv::Point3d point;
+    bool visible = false;
+};
+
+std::string slurp(const fs::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    std::ostringstream text;
+    text << file.rdbuf();
+    return text.str();
+}
+
+std::string numbered(int frame) {
+    char name[16];
+    std::snprintf(name, sizeof name, "%06d.png", frame);
+    return name;
+}
+
+/// A written sequence, read back as a stranger would read it.
+struct Written {
+    TemporaryFolder folder;
+    cv::Mat m1, d1, m2, d2, r, t, r1, r2, p1, p2;
+    cv::Size size;
+    std::vector<cv::Point2d> points;
+    std::vector<std::vector<TruthRow>> truth;  ///< frame, id
+
+    Written(const std::string& scene, int width, int height, int frames, bool depth = false,
+            std::uint64_t seed = 1, int threads = 2) {
+        RenderOptions options;
+        options.scene = scene;
+        options.out_dir = folder.path.string();
+        options.width = width;
+        options.height = height;
+        options.frames = frames;
+        options.seed = seed;
+        options.depth = depth;
+        options.threads = threads;
+        defrec::cli::render_sequence(options, {});
+        read_calibration();
+        read_tables(frames);
+    }
+
+    void read_calibration() {
+        cv::FileStorage file((folder.path / "calibration.yaml").string(), cv::FileStorage::READ);
+        file["M1"] >> m1;
+        file["D1"] >> d1;
+        file["M2"] >> m2;
+        file["D2"] >> d2;
+        file["R"] >> r;
+        file["T"] >> t;
+        size = cv::Size(static_cast<int>(file["image_width"]), static_cast<int>(file["image_height"]));
+        cv::Mat q;
+        cv::stereoRectify(m1, d1, m2, d2, size, r, t, r1, r2, p1, p2, q, cv::CALIB_ZERO_DISPARITY, 0);
+    }
+
+    void read_tables(int frames) {
+        std::ifstream pixels(folder.path / "points.csv");
+        std::string line;
+        REQUIRE(std::getline(pixels, line));
+        REQUIRE(line == "id,u,v");
+        int id = 0, frame = 0, visible = 0;
+        double x = 0, y = 0, z = 0;
+        while (std::getline(pixels, line)) {
+            REQUIRE(std::sscanf(line.c_str(), "%d,%lf,%lf", &id, &x, &y) == 3);
+            REQUIRE(id == static_cast<int>(points.size()));
+            points.emplace_back(x, y);
+        }
+        truth.assign(static_cast<std::size_t>(frames), std::vector<TruthRow>(points.size()));
+        std::ifstream rows(folder.path / "truth.csv");
+        REQUIRE(std::getline(rows, line));
+        REQUIRE(line == "frame,id,x,y,z,visible");
+        std::size_t count = 0;
+        for (; std::getline(rows, line); ++count) {
+            REQUIRE(std::sscanf(line.c_str(), "%d,%d,%lf,%lf,%lf,%d", &frame, &id, &x, &y, &z, &visible) ==
+                    6);
+            truth.at(static_cast<std::size_t>(frame)).at(static_cast<std::size_t>(id)) = {{x, y, z},
+                                                                                          visible != 0};
+        }
+        REQUIRE(count == truth.size() * points.size());
+    }
+
+    cv::Mat image(const char* eye, int frame) const {
+        const cv::Mat picture = cv::imread((folder.path / eye / numbered(frame)).string(), cv::IMREAD_COLOR);
+        REQUIRE(picture.size() == size);
+        return picture;
+    }
+
+    cv::Mat rectified(const char* eye, int frame) const {
+        const bool left = std::string(eye) == "left";
+        cv::Mat x, y, gray, result;
+        cv::initUndistortRectifyMap(left ? m1 : m2, left ? d1 : d2, left ? r1 : r2, left ? p1 : p2, size,
+                                    CV_32FC1, x, y);
+        cv::cvtColor(image(eye, frame), gray, cv::COLOR_BGR2GRAY);
+        cv::remap(gray, result, x, y, cv::INTER_LINEAR);
+        return result;
+    }
+
+    /// Pixel in the rectified left image, and disparity, of a point in the left rectified camera.
+    cv::Point3d in_rectified(const cv::Point3d& p) const {
+        const double f = p1.at<double>(0, 0);
+        return {f * p.x / p.z + p1.at<double>(0, 2), f * p.y / p.z + p1.at<double>(1, 2),
+                -p2.at<double>(0, 3) / p.z};
+    }
+
+    /// Pixel in the left image as given.
+    cv::Point2d in_raw(const cv::Point3d& p) const {
+        const cv::Mat rectified_point = (cv::Mat_<double>(3, 1) << p.x, p.y, p.z);
+        const cv::Mat raw = r1.t() * rectified_point;
+        std::vector<cv::Point2d> pixel;
+        cv::projectPoints(raw.reshape(3, 1), cv::Vec3d(0, 0, 0), cv::Vec3d(0, 0, 0), m1, d1, pixel);
+        return pixel[0];
+    }
+};
+
+double median(std::vector<double> values) {
+    REQUIRE(!values.empty());
+    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
+                     values.end());
+    return values[values.size() / 2];
+}
+
+/// Where, within `reach` px of `expected`, a patch of `from` round `centre` is found in `to`: offset from
+/// expected, with sub-pixel parabola. False near the border and where the best match is poor.
+bool match(const cv::Mat& from, cv::Point2d centre, const cv::Mat& to, cv::Point2d expected, int reach,
+           cv::Point2d& offset) {
+    constexpr int kHalf = 10;
+    const int margin = kHalf + reach + 2;
+    const cv::Rect2d inner(margin, margin, from.cols - 2 * margin, from.rows - 2 * margin);
+    if (!inner.contains(centre) || !inner.contains(expected)) {
+        return false;
+    }
+    cv::Mat patch, area, score;
+    cv::getRectSubPix(from, {2 * kHalf + 1, 2 * kHalf + 1}, cv::Point2f(centre), patch);
+    cv::getRectSubPix(to, {2 * (kHalf + reach) + 1, 2 * (kHalf + reach) + 1}, cv::Point2f(expected), area);
+    cv::matchTemplate(area, patch, score, cv::TM_CCOEFF_NORMED);
+    double best = 0;
+    cv::Point at;
+    cv::minMaxLoc(score, nullptr, &best, nullptr, &at);
+    offset = {at.x - static_cast<double>(reach), at.y - static_cast<double>(reach)};
+    if (best < 0.6) {
+        return false;
+    }
+    const auto refine = [](double before, double here, double after) {
+        const double curvature = before - 2 * here + after;
+        return curvature < 0 ? 0.5 * (before - after) / curvature : 0.0;
+    };
+    if (at.x > 0 && at.x + 1 < score.cols && at.y > 0 && at.y + 1 < score.rows) {
+        const auto s = [&](int dx, int dy) {
+            return static_cast<double>(score.at<float>(at.y + dy, at.x + dx));
+        };
+        offset.x += refine(s(-1, 0), s(0, 0), s(1, 0));
+        offset.y += refine(s(0, -1), s(0, 0), s(0, 1));
+    }
+    return true;
+}
+
+/// Matches every visible point of `frame` between the rectified eyes; the truth says where it ought to be.
+void check_eyes(const Written& w, int frame) {
+    const cv::Mat left = w.rectified("left", frame), right = w.rectified("right", frame);
+    std::vector<double> along, across;
+    int tried = 0;
+    for (const TruthRow& row : w.truth[static_cast<std::size_t>(frame)]) {
+        if (!row.visible) {
+            continue;
+        }
+        const cv::Point3d pixel = w.in_rectified(row.point);
+        const cv::Rect inner(20, 20, left.cols - 40, left.rows - 40);
+        if (!inner.contains(cv::Point(static_cast<int>(pixel.x), static_cast<int>(pixel.y))) ||
+            pixel.x - pixel.z < 20) {
+            continue;
+        }
+        ++tried;
+        cv::Point2d offset;
+        if (match(left, {pixel.x, pixel.y}, right, {pixel.x - pixel.z, pixel.y}, 4, offset)) {
+            along.push_back(std::abs(offset.x));
+            across.push_back(std::abs(offset.y));
+        }
+    }
+    REQUIRE(tried >= 30);
+    CHECK(static_cast<double>(along.size()) > 0.8 * tried);
+    CHECK(median(along) < 0.15);
+    CHECK(median(across) < 0.15);
+}
+
+/// Points of frame 0 are found in a later left image where the truth says.
+void check_follows(const Written& w, int frame) {
+    cv::Mat first, later;
+    cv::cvtColor(w.image("left", 0), first, cv::COLOR_BGR2GRAY);
+    cv::cvtColor(w.image("left", frame), later, cv::COLOR_BGR2GRAY);
+    std::vector<double> error, moved;
+    for (std::size_t id = 0; id < w.points.size(); ++id) {
+        const TruthRow& row = w.truth[static_cast<std::size_t>(frame)][id];
+        cv::Point2d offset;
+        const cv::Point2d now = w.in_raw(row.point);
+        if (row.visible && match(first, w.points[id], later, now, 4, offset)) {
+            error.push_back(cv::norm(offset));
+            moved.push_back(cv::norm(now - w.points[id]));
+        }
+    }
+    REQUIRE(error.size() > w.points.size() / 3);
+    CHECK(median(error) < 0.35);
+    CHECK(median(moved) > 1.0);
+}
+
+int run_command(std::vector<std::string> arguments) {
+    CLI::App app("defrec");
+    std::function<int()> run;
+    defrec::cli::add_render_command(app, run);
+    std::reverse(arguments.begin(), arguments.end());
+    app.parse(arguments);
+    REQUIRE(run);
+    return run();
+}
+
+}  // namespace
+
+TEST_CASE("the same options give the same bits, whatever the number of threads; another seed does not") {
+    const Written one("indentation", 200, 150, 3, true, 5, 1);
+    const Written three("indentation", 200, 150, 3, true, 5, 3);
+    const Written other("indentation", 200, 150, 3, true, 6, 3);
+    int files = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(one.folder.path)) {
+        if (entry.is_regular_file()) {
+            const fs::path name = fs::relative(entry.path(), one.folder.path);
+            CAPTURE(name.string());
+            CHECK(slurp(entry.path()) == slurp(three.folder.path / name));
+            ++files;
+        }
+    }
+    CHECK(files == 3 * 3 + 3);
+    CHECK(slurp(one.folder.path / "left/000000.png") != slurp(other.folder.path / "left/000000.png"));
+    CHECK(slurp(one.folder.path / "truth.csv") != slurp(other.folder.path / "truth.csv"));
+}
+
+TEST_CASE(
+    "the truth of the first frame projects onto points.csv, through the distortion where there is one") {
+    for (const auto& scene : defrec::cli::list_scenes()) {
+        CAPTURE(scene.name);
+        const Written w(scene.name, 180, 144, 1);
+        CHECK(w.points.size() >= 60);
+        CHECK((cv::norm(w.d1) == 0) == scene.rectified);
+        CHECK((cv::norm(w.r, cv::Mat::eye(3, 3, CV_64F)) == 0) == scene.rectified);
+        double worst = 0;
+        for (std::size_t id = 0; id < w.points.size(); ++id) {
+            CHECK(w.truth[0][id].visible);
+            worst = std::max(worst, cv::norm(w.in_raw(w.truth[0][id].point) - w.points[id]));
+        }
+        CHECK(worst < 1e-4);
+    }
+}
+
+TEST_CASE("both eyes show the tissue where the truth has it, f*B/Z apart") {
+    SUBCASE("rectified") { check_eyes(Written("heartbeat", 640, 360, 1), 0); }
+    SUBCASE("raw, later, from a moved camera") { check_eyes(Written("respiration", 640, 360, 8), 7); }
+    SUBCASE("5:4") { check_eyes(Written("stretch", 360, 288, 1), 0); }
+}
+
+TEST_CASE("the pictures move as the truth says") {
+    SUBCASE("heartbeat") { check_follows(Written("heartbeat", 480, 270, 4), 3); }
+    SUBCASE("respiration, raw") { check_follows(Written("respiration", 480, 270, 4), 3); }
+    SUBCASE("stretch") { check_follows(Written("stretch", 480, 270, 9), 8); }
+}
+
+TEST_CASE("the disparity picture is f*B/Z of the truth") {
+    const Written w("indentation", 320, 180, 6, true);
+    const cv::Mat disparity =
+        cv::imread((w.folder.path / "disparity" / numbered(5)).string(), cv::IMREAD_UNCHANGED);
+    REQUIRE(disparity.type() == CV_16UC1);
+    REQUIRE(disparity.size() == w.size);
+    int compared = 0;
+    for (const TruthRow& row : w.truth[5]) {
+        const cv::Point3d pixel = w.in_rectified(row.point);
+        const cv::Point at(static_cast<int>(std::lround(pixel.x)), static_cast<int>(std::lround(pixel.y)));
+        if (row.visible && disparity.at<std::uint16_t>(at) > 0) {
+            // The disparity is that of the pixel's centre, up to half a pixel from the point.
+            CHECK(disparity.at<std::uint16_t>(at) / 256.0 == doctest::Approx(pixel.z).epsilon(0.01));
+            ++compared;
+        }
+    }
+    CHECK(compared > 60);
+    CHECK(cv::countNonZero(disparity) > disparity.size().area() / 2);
+    CHECK(cv::countNonZero(disparity) < disparity.size().area());
+}
+
+TEST_CASE("fast-cut jumps by 10 mm and more twice, and not otherwise") {
+    const Written w("fast-cut", 160, 120, 9);
+    for (std::size_t frame = 1; frame < w.truth.size(); ++frame) {
+        double least = 1e9, most = 0;
+        for (std::size_t id = 0; id < w.points.size(); ++id) {
+            const double step = cv::norm(w.truth[frame][id].point - w.truth[frame - 1][id].point);
+            least = std::min(least, step);
+            most = std::max(most, step);
+        }
+        CAPTURE(frame);
+        if (frame == 3 || frame == 6) {
+            CHECK(least >= 10.0);
+        } else {
+            CHECK(most < 3.0);
+        }
+    }
+}
+
+TEST_CASE("stretch changes distances by 30 % and more") {
+    const Written w("stretch", 160, 120, 39);
+    double most = 0;
+    for (std::size_t id = 1; id < w.points.size(); ++id) {
+        if (w.points[id].y == w.points[id - 1].y) {
+            const double before = cv::norm(w.truth[0][id].point - w.truth[0][id - 1].point);
+            most = std::max(most, cv::norm(w.truth[38][id].point - w.truth[38][id - 1].point) / before);
+        }
+    }
+    CHECK(most > 1.30);
+    CHECK(most < 1.45);
+}
+
+TEST_CASE("out of the body nothing is visible, before and after most is") {
+    const Written w("out-of-body", 160, 120, 20);
+    int blank = 0;
+    for (int frame = 0; frame < 20; ++frame) {
+        const auto& rows = w.truth[static_cast<std::size_t>(frame)];
+        const auto visible =
+            std::count_if(rows.begin(), rows.end(), [](const TruthRow& r) { return r.visible; });
+        const cv::Scalar mean = cv::mean(w.image("left", frame));
+        CAPTURE(frame);
+        if (mean[2] < mean[0] + 20) {  // not red
+            CHECK(visible == 0);
+            ++blank;
+        } else {
+            CHECK(static_cast<double>(visible) > 0.6 * static_cast<double>(rows.size()));
+        }
+    }
+    CHECK(blank >= 3);
+    CHECK(blank <= 8);
+}
+
+TEST_CASE("points behind the instrument are hidden, and only those") {
+    const Written w("indentation", 320, 180, 16);
+    int steel = 0, tissue = 0, wrong = 0;
+    for (std::size_t frame = 0; frame < w.truth.size(); ++frame) {
+        const cv::Mat image = w.image("left", static_cast<int>(frame));
+        for (const TruthRow& row : w.truth[frame]) {
+            const cv::Point2d pixel = w.in_raw(row.point);
+            const cv::Rect inner(1, 1, image.cols - 2, image.rows - 2);
+            if (!inner.contains(cv::Point(pixel))) {
+                continue;
+            }
+            cv::Mat patch;
+            cv::getRectSubPix(image, {3, 3}, cv::Point2f(pixel), patch);
+            const cv::Scalar colour = cv::mean(patch);
+            const bool red = colour[2] > colour[1] + 22;
+            const bool white = colour[1] > 150;
+            ++(row.visible ? tissue : steel);
+            wrong += row.visible != red && !white ? 1 : 0;
+        }
+    }
+    CHECK(steel > 40);
+    CHECK(tissue > 40 * static_cast<int>(w.truth.size()));
+    CHECK(wrong < (steel + tissue) / 100);
+}
+
+TEST_CASE("row 51: a dropped frame repeats picture and truth of the one before") {
+    const Written w("heartbeat", 160, 120, 20);
+    int repeated = 0;
+    for (int frame = 1; frame < 20; ++frame) {
+        const bool same = slurp(w.folder.path / "left" / numbered(frame)) ==
+                          slurp(w.folder.path / "left" / numbered(frame - 1));
+        if (same) {
+            ++repeated;
+            for (std::size_t id = 0; id < w.points.size(); ++id) {
+                CHECK(w.truth[static_cast<std::size_t>(frame)][id].point ==
+                      w.truth[static_cast<std::size_t>(frame) - 1][id].point);
+            }
+        }
+    }
+    CHECK(repeated == 1);
+}
+
+TEST_CASE("what cannot be rendered is refused before anything is written") {
+    const TemporaryFolder folder;
+    RenderOptions good;
+    good.scene = "heartbeat";
+    good.out_dir = (folder.path / "out").string();
+    good.width = 160;
+    good.height = 120;
+    good.frames = 1;
+    const auto refused = [&](auto change) {
+        RenderOptions options = good;
+        change(options);
+        CHECK_THROWS_AS(defrec::cli::render_sequence(options, {}), RenderUsageError);
+        CHECK_FALSE(fs::exists(folder.path / "out"));
+    };
+    refused([](RenderOptions& o) { o.scene = "hartbeat"; });
+    refused([](RenderOptions& o) { o.scene = ""; });
+    refused([](RenderOptions& o) { o.width = 159; });
+    refused([](RenderOptions& o) { o.height = 100000; });
+    refused([](RenderOptions& o) { o.frames = -1; });
+    refused([](RenderOptions& o) { o.out_dir = ""; });
+    refused([](RenderOptions& o) {
+        o.scene = "respiration";
+        o.depth = true;
+    });
+    std::ofstream(folder.path / "file") << "in the way";
+    good.out_dir = (folder.path / "file" / "out").string();
+    CHECK_THROWS_AS(defrec::cli::render_sequence(good, {}), RenderOutputError);
+}
+
+TEST_CASE("the command answers with exit codes") {
+    const TemporaryFolder folder;
+    const std::string out = (folder.path / "out").string();
+    CHECK(run_command({"render", "--list"}) == 0);
+    CHECK(run_command({"render"}) == 2);
+    CHECK(run_command({"render", "nowhere", "--out", out}) == 2);
+    CHECK(run_command({"render", "smoke", "--out", out, "--size", "160"}) == 2);
+    CHECK(run_command({"render", "smoke", "--out", out, "--size", "160x120x3"}) == 2);
+    CHECK(run_command({"render", "smoke", "--out", "/dev/null/out", "--size", "160x120"}) == 7);
+    CHECK(run_command({"render", "smoke", "--out", out, "--size", "160x120", "--frames", "2", "--quiet"}) ==
+          0);
+    CHECK(fs::exists(folder.path / "out/right/000001.png"));
+    CHECK_FALSE(fs::exists(folder.path / "out/right/000002.png"));
+}
