@@ -38,9 +38,9 @@ class Context {
     struct DeviceEntry {
         std::shared_ptr<const LoadedPlugin> plugin;
         size_t index;  // the plugin's own
-        std::string id, name, driver;
-        defrec_device_info info;  // its strings are the three above
+        const LoadedPlugin::DeviceEntry& description() const { return plugin->devices()[index]; }
     };
+    static std::shared_ptr<Device> open(const DeviceEntry& entry);
     void list_devices();
 
     std::shared_ptr<const Services> services_;

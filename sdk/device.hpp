@@ -56,7 +56,7 @@ class Device {
 class DeviceBuffer {
   public:
     DeviceBuffer() = default;
-    // Zeroed memory. size > 0.
+    // Zeroed memory of that many bytes.
     DeviceBuffer(std::shared_ptr<const Device> device, uint64_t size);
     DeviceBuffer(DeviceBuffer&& other) noexcept { swap(other); }
     DeviceBuffer& operator=(DeviceBuffer&& other) noexcept {

@@ -6,9 +6,6 @@
 
 namespace defrec {
 
-// 1, 3 or 4; throws Error(DEFREC_ERROR_ARGUMENT) for an unknown format.
-uint32_t bytes_per_pixel(uint32_t format);
-
 // The application's image as the library sees it: struct_size settled, stride never 0, pixels not NULL, format known, sides within
 // DEFREC_MIN_*..DEFREC_MAX_SIDE. what names it in error texts: "left".
 defrec_image read_image(const char* what, const defrec_image* image);

@@ -2,7 +2,9 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -29,5 +31,33 @@ class DefaultFloatingPoint {
 
 // The processor's hint that this is a spin loop.
 void spin_pause() noexcept;
+
+// ---- files ---------------------------------------------------------------------------------------------------------
+
+enum class PathKind { kMissing, kFile, kFolder, kOther };
+struct PathInfo {
+    PathKind kind = PathKind::kMissing;
+    bool world_writable = false;
+};
+PathInfo path_info(const std::string& path) noexcept;
+bool is_absolute(std::string_view path) noexcept;
+// Without links and dots; empty where there is no such path.
+std::string canonical_path(const std::string& path);
+// Names in a folder, sorted by byte; empty where it cannot be read.
+std::vector<std::string> list_folder(const std::string& path);
+// The whole of a regular file; never waits (a FIFO is refused). Throws Error(DEFREC_ERROR_IO), or
+// Error(DEFREC_ERROR_PLUGIN) for what is no regular file or larger than cap.
+std::vector<unsigned char> read_regular_file(const std::string& path, uint64_t cap);
+
+// ---- libraries -----------------------------------------------------------------------------------------------------
+
+// The value of an environment variable; nothing where it is unset or the process runs with privileges of its own.
+std::optional<std::string> trusted_environment(const char* name);
+// The folder of the file that holds this code; empty if unknown.
+std::string own_folder();
+// Loads a library for ever, all symbols bound, none given to others. Throws Error(DEFREC_ERROR_PLUGIN).
+void* open_library(const std::string& path);
+// nullptr where it is missing.
+void* find_symbol(void* library, const char* name) noexcept;
 
 }  // namespace defrec::platform

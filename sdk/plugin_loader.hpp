@@ -5,29 +5,45 @@
 #include <vector>
 
 #include "include/defrec_plugin.h"
+#include "sdk/plugin_host.hpp"
+#include "sdk/plugin_manifest.hpp"
 #include "sdk/services.hpp"
 
 namespace defrec {
 
-// A plugin's instance for one context: its table, and the host that it was given. Shut down by the destructor; the code
-// stays in the process (docs/plugins.md says why).
+// A plugin's instance for one context: its table, the host that it was given and its devices. Shut down by the
+// destructor; the code stays in the process (docs/plugins.md says why).
 class LoadedPlugin {
   public:
-    // Throws Error with the reason of the refusal. library: absolute path, checked by the caller.
-    LoadedPlugin(std::shared_ptr<const Services> services, const std::string& library, const std::string& name);
+    struct DeviceEntry {
+        std::string id, name, driver;
+        uint32_t kind = 0, stages = 0, features = 0, conformance = 0;
+        uint64_t memory_bytes = 0;
+    };
+
+    // path: the library, absolute, its file already checked. Throws Error with the reason of the refusal.
+    LoadedPlugin(std::shared_ptr<const Services> services, const std::string& path, const PluginManifest& manifest);
     ~LoadedPlugin();
     LoadedPlugin(const LoadedPlugin&) = delete;
     LoadedPlugin& operator=(const LoadedPlugin&) = delete;
 
     const std::string& name() const { return name_; }
     const defrec_plugin& table() const { return *table_; }
-    const Services& services() const { return *services_; }
+    const std::vector<DeviceEntry>& devices() const { return devices_; }
 
   private:
+    void enter(const std::string& path);
+    void check_table(const std::string& path, const PluginManifest& manifest) const;
+    void list_devices(const std::string& path);
+    DeviceEntry describe_device(const std::string& path, size_t index) const;
+    void check_stage(const std::string& path, uint32_t stage) const;
+
     std::shared_ptr<const Services> services_;
     std::string name_;
-    defrec_host host_{};
+    PluginHostData host_data_;
+    defrec_host host_;
     const defrec_plugin* table_ = nullptr;
+    std::vector<DeviceEntry> devices_;
 };
 
 // A manifest that was looked at.

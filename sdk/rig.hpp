@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "include/defrec_c.h"
+#include "sdk/lens.hpp"
 #include "sdk/services.hpp"
 
 namespace defrec {
@@ -33,16 +34,21 @@ class Rig {
     void rectify_pixels(int eye, const double* raw_uv, size_t count, double* rectified_uv) const;
     void distort_pixels(int eye, const double* rectified_uv, size_t count, double* raw_uv) const;
 
-    void info(defrec_rig_info& out) const;
+    defrec_rig_info info() const;
 
   private:
-    const defrec_intrinsics& intrinsics(int eye) const { return eye == 0 ? desc_.left : desc_.right; }
     void rectify();
+    void choose_camera();
     void fill_map(int eye);
+    bool to_raw(int eye, const Eigen::Vector2d& rectified, Eigen::Vector2d& raw) const;
+    bool to_rectified(int eye, const Eigen::Vector2d& raw, Eigen::Vector2d& rectified) const;
+    template <class Convert>
+    void convert_pixels(const double* in, size_t count, double* out, Convert convert) const;
 
     defrec_rig_desc desc_;
     bool identity_ = false;
     defrec_camera camera_{};
+    std::array<Lens, 2> lens_;
     std::array<Eigen::Matrix3d, 2> rotation_;
     std::array<ContextVector<int32_t>, 2> map_;
     std::shared_ptr<const Services> services_;

@@ -32,7 +32,7 @@ class ThreadPool {
         size_t count = 0;
     };
     void work() noexcept;
-    bool join_loop(uint64_t seen, Loop& loop, std::unique_lock<std::mutex>& lock);
+    void stop() noexcept;
     void take_indices(const Loop& loop) noexcept;
 
     std::mutex caller_;  // held by the thread whose loop runs

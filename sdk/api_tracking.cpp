@@ -1,0 +1,197 @@
+// The exported functions for trackers, jobs and templates: check, catch, forward.
+#include <limits>
+#include <optional>
+
+#include "sdk/api_call.hpp"
+#include "sdk/api_objects.hpp"
+#include "sdk/image.hpp"
+#include "sdk/struct_size.hpp"
+
+using namespace defrec;
+
+namespace {
+
+template <class Pointer>
+void expect_given(const char* name, Pointer* pointer) {
+    if (pointer == nullptr) fail(DEFREC_ERROR_ARGUMENT, name, " is NULL");
+}
+
+void check_count(size_t count) {
+    if (count > std::numeric_limits<size_t>::max() / 64) fail(DEFREC_ERROR_ARGUMENT, "count is ", count);
+}
+
+// For as long as it lives the job cannot be released.
+class JobUse {
+  public:
+    explicit JobUse(defrec_job handle) : object_(find_handle(handle)), lock_(object_->in_use) {
+        if (object_->released) fail(DEFREC_ERROR_HANDLE, "this job was released already");
+    }
+    Job* operator->() const { return object_->job.get(); }
+
+  private:
+    std::shared_ptr<JobObject> object_;
+    std::shared_lock<std::shared_mutex> lock_;
+};
+
+struct FrameImages {
+    defrec_image left, right;
+    std::optional<defrec_image> ignore;
+};
+
+FrameImages read_images(const defrec_frame& frame, const Tracker& tracker) {
+    const uint32_t width = tracker.rig().width(), height = tracker.rig().height();
+    FrameImages images{read_image("left", frame.left), read_image("right", frame.right), std::nullopt};
+    expect_image("left", images.left, width, height, tracker.format());
+    expect_image("right", images.right, width, height, tracker.format());
+    if (frame.ignore != nullptr) {
+        images.ignore = read_image("ignore", frame.ignore);
+        expect_image("ignore", *images.ignore, width, height, DEFREC_FORMAT_GRAY8);
+    }
+    return images;
+}
+
+}  // namespace
+
+extern "C" {
+
+defrec_status defrec_tracker_create(defrec_context context, defrec_rig rig, const defrec_tracker_desc* desc, defrec_tracker* out) {
+    return api_call([&] {
+        expect_given("out", out);
+        auto object = std::make_shared<TrackerObject>();
+        object->context = find_handle(context);
+        const auto cameras = find_handle(rig);
+        const auto settings = read_struct<defrec_tracker_desc>("desc", desc);
+        if (settings.flags != 0) fail(DEFREC_ERROR_ARGUMENT, "desc.flags has unknown bits: ", settings.flags);
+        object->tracker = std::make_unique<Tracker>(object->context, cameras->rig, settings);
+        *out = add_handle<defrec_tracker>(std::move(object));
+    });
+}
+
+void defrec_tracker_destroy(defrec_tracker tracker) { destroy_handle(tracker); }
+
+defrec_status defrec_tracker_submit(defrec_tracker tracker, const defrec_frame* frame, defrec_job* out) {
+    return api_call([&] {
+        expect_given("out", out);
+        const auto object = find_handle(tracker);
+        const OneThread one(object->inside);
+        const auto given = read_struct<defrec_frame>("frame", frame);
+        if ((given.flags & ~uint32_t{DEFREC_FRAME_CAPTURE_TEMPLATE}) != 0)
+            fail(DEFREC_ERROR_ARGUMENT, "frame.flags has unknown bits: ", given.flags);
+        const FrameImages images = read_images(given, *object->tracker);
+        // The handle first: once the frame is queued nothing may fail any more.
+        auto job = std::make_shared<JobObject>();
+        const defrec_job handle = add_handle<defrec_job>(job);
+        try {
+            job->job = object->tracker->submit(given, images.left, images.right, images.ignore ? &*images.ignore : nullptr);
+        } catch (...) {
+            remove_handle(handle);
+            throw;
+        }
+        *out = handle;
+    });
+}
+
+defrec_status defrec_job_wait(defrec_job job, uint64_t timeout_ns) {
+    return api_call([&] {
+        const JobUse use(job);
+        const defrec_status status = use->wait(timeout_ns);
+        return status < 0 ? report(status, use->error_text()) : status;
+    });
+}
+
+void defrec_job_release(defrec_job job) {
+    if (job == nullptr) return;
+    api_call([&] {
+        const auto object = remove_handle(job);
+        const std::unique_lock lock(object->in_use);
+        object->released = true;
+        object->job->release();
+    });
+}
+
+defrec_status defrec_job_result(defrec_job job, defrec_result* out) {
+    return api_call([&] {
+        const JobUse use(job);
+        checked_struct_size("out", out);
+        defrec_result result{};
+        result.struct_size = sizeof result;
+        use->result(result);
+        write_struct(out, result);
+    });
+}
+
+defrec_status defrec_job_warp_points(defrec_job job, const double* template_xyz, size_t count, double* xyz, uint8_t* status,
+                                     double* expected_error_mm) {
+    return api_call([&] {
+        const JobUse use(job);
+        check_count(count);
+        if (count != 0) {
+            expect_given("template_xyz", template_xyz);
+            expect_given("xyz", xyz);
+        }
+        use->warp_points(template_xyz, count, xyz, status, expected_error_mm);
+    });
+}
+
+// ---- templates -----------------------------------------------------------------------------------------------------
+
+defrec_status defrec_tracker_get_template(defrec_tracker tracker, defrec_template* out) {
+    return api_call([&] {
+        expect_given("out", out);
+        const auto object = find_handle(tracker);
+        *out = add_handle<defrec_template>(std::make_shared<TemplateObject>(object->tracker->current_template()));
+    });
+}
+
+defrec_status defrec_tracker_set_template(defrec_tracker tracker, defrec_template surface) {
+    return api_call([&] {
+        const auto object = find_handle(tracker);
+        const OneThread one(object->inside);
+        object->tracker->set_template(find_handle(surface)->surface);
+    });
+}
+
+void defrec_template_release(defrec_template surface) { destroy_handle(surface); }
+
+defrec_status defrec_template_get(defrec_template surface, defrec_template_info* out) {
+    return api_call([&] {
+        const auto object = find_handle(surface);
+        checked_struct_size("out", out);
+        defrec_template_info info{};
+        info.struct_size = sizeof info;
+        object->surface->info(info);
+        write_struct(out, info);
+    });
+}
+
+defrec_status defrec_template_lift(defrec_template surface, const double* uv, size_t count, double* xyz, uint8_t* found) {
+    return api_call([&] {
+        const auto object = find_handle(surface);
+        check_count(count);
+        if (count != 0) {
+            expect_given("uv", uv);
+            expect_given("xyz", xyz);
+            expect_given("found", found);
+        }
+        object->surface->lift(uv, count, xyz, found);
+    });
+}
+
+defrec_status defrec_template_save(defrec_template surface, const char* path) {
+    return api_call([&] {
+        const auto object = find_handle(surface);
+        expect_given("path", path);
+        object->surface->save(path);
+    });
+}
+
+defrec_status defrec_template_load(defrec_context context, const char* path, defrec_template* out) {
+    return api_call([&] {
+        expect_given("out", out);
+        expect_given("path", path);
+        const auto owner = find_handle(context);
+        *out = add_handle<defrec_template>(std::make_shared<TemplateObject>(Template::load(*owner, path)));
+    });
+}
+
+}  // extern "C"
