@@ -26,14 +26,6 @@ void LmProblem::blend_motions(std::span<const NodePose<double>> nodes) {
     }
 }
 
-void LmProblem::deform_landmarks(std::span<const NodePose<double>> nodes, std::span<Vec3<double>> deformed) {
-    blend_motions(nodes);
-    for (size_t i = 0; i < deformed.size(); ++i) {
-        const defrec_surface_point& point = surface_.landmarks[i];
-        deformed[i] = apply(blend<double>(motions_.data(), point.node, point.weight), load3<double>(point.position));
-    }
-}
-
 LmSums LmProblem::begin(std::span<const NodePose<double>> nodes) {
     std::fill(arap_scale_.begin(), arap_scale_.end(), 0.0);
     evaluate(nodes, true);

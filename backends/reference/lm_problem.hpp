@@ -21,9 +21,6 @@ class LmProblem {
     LmProblem(const defrec_lm_params& params, const LmTemplate& surface, const Host& host);
 
     void set_frame(const LmFrame& frame) { frame_ = frame; }
-    // Where the control points' motions take every landmark.
-    void deform_landmarks(std::span<const NodePose<double>> nodes, std::span<Vec3<double>> deformed);
-
     // What levenberg_marquardt asks of a problem.
     LmSums begin(std::span<const NodePose<double>> nodes);
     LmSums evaluate(std::span<const NodePose<double>> nodes, bool linearise);

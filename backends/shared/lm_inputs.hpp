@@ -112,5 +112,6 @@ struct LmFrame {
 inline bool has_depth(const defrec_match& match) {
     return match.position[2] > 0 && all_finite(match.position, 3) && std::isfinite(match.weight);
 }
+inline bool preselected(const defrec_match& match) { return has_depth(match) && match.weight > 0; }
 
 }  // namespace defrec

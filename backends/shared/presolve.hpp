@@ -43,13 +43,12 @@ class RigidFit {
 
 constexpr int kPresolveRounds = 5, kPresolveLeastMatches = 6;
 
-// deformed: where each landmark is by the present motions. Only preselected matches count. The identity where they are too few, or where
+// deformed: where each landmark with a preselected match is by the present motions; only those count. The identity where they are too few, or where
 // no rigid motion brings them closer by Tukey's measure.
 inline DualQuaternion<double> presolve(const defrec_match* matches, std::span<const Vec3<double>> deformed, double tukey_mm) {
     const auto identity = DualQuaternion<double>::identity();
-    const auto usable = [](const defrec_match& match) { return has_depth(match) && match.weight > 0; };
     int32_t count = 0;
-    for (size_t i = 0; i < deformed.size(); ++i) count += usable(matches[i]) ? 1 : 0;
+    for (size_t i = 0; i < deformed.size(); ++i) count += preselected(matches[i]) ? 1 : 0;
     if (count < kPresolveLeastMatches) return identity;
 
     const auto squared_error = [&](const DualQuaternion<double>& motion, size_t i) {
@@ -59,21 +58,21 @@ inline DualQuaternion<double> presolve(const defrec_match* matches, std::span<co
     const auto cost = [&](const DualQuaternion<double>& motion) {
         double sum = 0;
         for (size_t i = 0; i < deformed.size(); ++i)
-            if (usable(matches[i])) sum += double(matches[i].weight) * tukey(squared_error(motion, i), 1 / (tukey_mm * tukey_mm)).cost;
+            if (preselected(matches[i])) sum += double(matches[i].weight) * tukey(squared_error(motion, i), 1 / (tukey_mm * tukey_mm)).cost;
         return sum;
     };
     DualQuaternion<double> motion = identity;
     for (int round = 0; round < kPresolveRounds; ++round) {
         double weights = 0, squares = 0;
         for (size_t i = 0; i < deformed.size(); ++i)
-            if (usable(matches[i])) {
+            if (preselected(matches[i])) {
                 weights += double(matches[i].weight);
                 squares += double(matches[i].weight) * squared_error(motion, i);
             }
         const double c2 = std::max(tukey_mm * tukey_mm, 9 * squares / weights);
         RigidFit fit;
         for (size_t i = 0; i < deformed.size(); ++i)
-            if (usable(matches[i]))
+            if (preselected(matches[i]))
                 fit.add(double(matches[i].weight) * tukey(squared_error(motion, i), 1 / c2).weight, deformed[i],
                         load3<double>(matches[i].position));
         motion = fit.solve();

@@ -1,0 +1,74 @@
+// Stage lm from buffers to buffers; the cost and its solvers are a backend's Problem (levenberg_marquardt.hpp), which is made in prepare
+// and told of each frame by set_frame.
+#pragma once
+#include <optional>
+
+#include "backends/shared/levenberg_marquardt.hpp"
+#include "backends/shared/lm_inputs.hpp"
+#include "backends/shared/presolve.hpp"
+
+namespace defrec {
+
+template <class Problem>
+class LmStage : public Stage {
+  public:
+    LmStage(const defrec_lm_params& params, const Host& host)
+        : params_(params),
+          host_(host),
+          surface_(host),
+          motions_(params.nodes, HostAllocator<DualQuaternion<double>>(host)),
+          nodes_(params.nodes, HostAllocator<NodePose<double>>(host)),
+          trial_(params.nodes, HostAllocator<NodePose<double>>(host)),
+          step_(params.nodes * size_t(6), HostAllocator<double>(host)),
+          deformed_(params.landmarks, HostAllocator<Vec3<double>>(host)) {}
+
+    void prepare(std::span<const InBuffer> in) override {
+        problem_.reset();
+        surface_.read(params_, in);
+        problem_.emplace(params_, surface_, host_);
+    }
+
+    void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
+        if (!problem_) throw StageError(DEFREC_ERROR_STATE, "lm: run before prepare");
+        const LmFrame frame = LmFrame::read(params_, in);
+        expect_buffers("lm out", out, 2);
+        auto* motions = take<defrec_motion>("lm motions", out[0], params_.nodes);
+        auto* summary = take<defrec_lm_summary>("lm summary", out[1], 1);
+
+        for (size_t i = 0; i < params_.nodes; ++i) {
+            motions_[i] = usable_motion<double>(frame.motions[i]);
+            nodes_[i] = {motions_[i].real, apply(motions_[i], surface_.nodes[i])};
+        }
+        if (params_.presolve != 0 && frame.matches != nullptr) move_rigidly(frame.matches);
+        problem_->set_frame(frame);
+        *summary = levenberg_marquardt(*problem_, params_, std::span(nodes_), std::span(trial_), std::span(step_));
+        for (size_t i = 0; i < params_.nodes; ++i) {
+            const NodePose<double>& node = nodes_[i];
+            if (!summary->failed)
+                motions_[i] = from_rigid(node.rotation, node.position - rotate(node.rotation, surface_.nodes[i]));
+            motions[i] = motions_[i].store();
+        }
+    }
+
+  private:
+    void move_rigidly(const defrec_match* matches) {
+        for (size_t i = 0; i < deformed_.size(); ++i) {
+            if (!preselected(matches[i])) continue;
+            const defrec_surface_point& landmark = surface_.landmarks[i];
+            deformed_[i] = apply(blend<double>(motions_.data(), landmark.node, landmark.weight), load3<double>(landmark.position));
+        }
+        const auto motion = presolve(matches, deformed_, double(params_.match_tukey_mm));
+        for (NodePose<double>& node : nodes_) node = {motion.real * node.rotation, apply(motion, node.position)};
+    }
+
+    defrec_lm_params params_;
+    Host host_;
+    LmTemplate surface_;
+    HostVector<DualQuaternion<double>> motions_;  // as given
+    HostVector<NodePose<double>> nodes_, trial_;
+    HostVector<double> step_;
+    HostVector<Vec3<double>> deformed_;  // landmarks
+    std::optional<Problem> problem_;
+};
+
+}  // namespace defrec
