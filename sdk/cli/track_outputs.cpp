@@ -89,7 +89,7 @@ double stage_total(const FrameRow& row, const std::string& stage) {
 }
 
 void write_frames(const std::filesystem::path& path, const std::vector<FrameRow>& rows) {
-    OutputFile file(path);
+    AtomicFile file(path);
     const std::vector<std::string> stages = stage_names(rows);
     std::string line =
         "frame,timestamp_ms,state,reasons,epoch,age,features,matches,inliers,patches,observed_share,mean_"
@@ -139,7 +139,7 @@ void write_ply(const std::filesystem::path& path, const MeshView& mesh) {
         body += kCorners;
         append_bytes(body, mesh.triangles + 3 * i, 3);
     }
-    OutputFile file(path);
+    AtomicFile file(path);
     file.write(header);
     file.write(body);
     file.commit();

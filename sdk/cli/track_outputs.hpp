@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "sdk/cli/output_file.hpp"
+#include "sdk/cli/atomic_file.hpp"
 
 namespace defrec::cli {
 
@@ -36,7 +36,7 @@ class PointsFile {
     void commit();
 
   private:
-    OutputFile file_;
+    AtomicFile file_;
     std::string line_;
 };
 
@@ -46,7 +46,7 @@ struct FrameRow {
     std::string state, reasons;  // reasons: names joined by |
     unsigned epoch = 0, age = 0, features = 0, matches = 0, inliers = 0, patches = 0;
     double observed_share = 0, mean_residual_mm = 0;
-    double frame_ms = 0;                                   // from submission to result
+    double frame_ms = 0;                                   // all stages together
     std::vector<std::pair<std::string, double>> stage_ms;  // in order of execution; a name may come twice
 };
 

@@ -1,5 +1,5 @@
 // Files that appear whole or not at all.
-#include "sdk/cli/output_file.hpp"
+#include "sdk/cli/atomic_file.hpp"
 
 #include <cerrno>
 #include <system_error>
@@ -19,32 +19,32 @@ void create_output_folder(const std::filesystem::path& path) {
     }
 }
 
-OutputFile::OutputFile(const std::filesystem::path& path)
+AtomicFile::AtomicFile(const std::filesystem::path& path)
     : path_(path), temporary_(path.string() + ".partial"), file_(nullptr, &std::fclose) {
     file_.reset(std::fopen(temporary_.c_str(), "wb"));
     if (!file_) fail("cannot be created");
 }
 
-OutputFile::~OutputFile() {
+AtomicFile::~AtomicFile() {
     if (!file_) return;
     file_.reset();
     std::error_code ignored;
     std::filesystem::remove(temporary_, ignored);
 }
 
-void OutputFile::fail(const std::string& what) const {
+void AtomicFile::fail(const std::string& what) const {
     const std::string reason =
         errno != 0 ? " (" + std::generic_category().message(errno) + ")" : std::string();
     throw CliError(ExitCode::kOutput, path_.string() + ": the file " + what + reason +
                                           "; check the folder's permissions and the space on its disk.");
 }
 
-void OutputFile::write(std::string_view bytes) {
+void AtomicFile::write(std::string_view bytes) {
     errno = 0;
     if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size()) fail("cannot be written");
 }
 
-void OutputFile::commit() {
+void AtomicFile::commit() {
     errno = 0;
     if (std::fflush(file_.get()) != 0) fail("cannot be written");
     if (std::fclose(file_.release()) != 0) {
@@ -62,8 +62,8 @@ void OutputFile::commit() {
     }
 }
 
-void write_output_file(const std::filesystem::path& path, std::string_view bytes) {
-    OutputFile file(path);
+void write_atomically(const std::filesystem::path& path, std::string_view bytes) {
+    AtomicFile file(path);
     file.write(bytes);
     file.commit();
 }

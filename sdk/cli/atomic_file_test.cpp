@@ -1,5 +1,5 @@
 // Row 72: a full disk and a folder that cannot be written end with exit code 7, and no half file is left.
-#include "sdk/cli/output_file.hpp"
+#include "sdk/cli/atomic_file.hpp"
 
 #include <doctest/doctest.h>
 #include <signal.h>
@@ -55,13 +55,13 @@ TEST_CASE("a file appears when it is committed, and replaces the one before") {
     const TestFolder folder;
     const std::string path = folder.write("a.csv", "old");
     {
-        OutputFile file(path);
+        AtomicFile file(path);
         file.write("new");
         CHECK(TestFolder::read(path) == "old");
         file.commit();
     }
     CHECK(TestFolder::read(path) == "new");
-    { OutputFile(path).write("dropped"); }
+    { AtomicFile(path).write("dropped"); }
     CHECK(TestFolder::read(path) == "new");
     CHECK(files_in(folder.path()) == 1);
 }
@@ -72,7 +72,7 @@ TEST_CASE("row 72: a full disk") {
     std::string sentence;
     {
         const FileSizeLimit limit(1000);
-        sentence = output_failure([&] { write_output_file(path, std::string(100'000, 'x')); });
+        sentence = output_failure([&] { write_atomically(path, std::string(100'000, 'x')); });
     }
     CHECK_MESSAGE(sentence.find("a.csv") != std::string::npos, sentence);
     CHECK_MESSAGE(sentence.find("space") != std::string::npos, sentence);
@@ -82,12 +82,12 @@ TEST_CASE("row 72: a full disk") {
 TEST_CASE("row 72: a folder that cannot be written or created") {
     const TestFolder folder;
     const std::string file = folder.write("file", "");
-    CHECK(output_failure([&] { write_output_file(file + "/a.csv", "x"); }).find("cannot be created") !=
+    CHECK(output_failure([&] { write_atomically(file + "/a.csv", "x"); }).find("cannot be created") !=
           std::string::npos);
     CHECK(output_failure([&] { create_output_folder(file); }).find("--out") != std::string::npos);
     CHECK(output_failure([&] { create_output_folder(file + "/inner"); }).find("--out") != std::string::npos);
     std::filesystem::create_directory(folder / "taken.csv");
-    CHECK(output_failure([&] { write_output_file(folder / "taken.csv", "x"); }).find("name") !=
+    CHECK(output_failure([&] { write_atomically(folder / "taken.csv", "x"); }).find("name") !=
           std::string::npos);
 }
 
@@ -95,6 +95,6 @@ TEST_CASE("row 75: paths are UTF-8") {
     const TestFolder folder;
     const std::string inner = folder / "Läsion 肝臓";
     create_output_folder(inner);
-    write_output_file(inner + "/größe.csv", "x");
+    write_atomically(inner + "/größe.csv", "x");
     CHECK(TestFolder::read(inner + "/größe.csv") == "x");
 }

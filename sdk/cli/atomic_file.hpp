@@ -13,13 +13,13 @@ namespace defrec::cli {
 void create_output_folder(const std::filesystem::path& path);
 
 // Every failure (not writable, disk full) is a CliError(kOutput) that names the file. One thread at a time.
-class OutputFile {
+class AtomicFile {
   public:
-    explicit OutputFile(const std::filesystem::path& path);
+    explicit AtomicFile(const std::filesystem::path& path);
     // Removes the temporary file when commit() was not reached.
-    ~OutputFile();
-    OutputFile(const OutputFile&) = delete;
-    OutputFile& operator=(const OutputFile&) = delete;
+    ~AtomicFile();
+    AtomicFile(const AtomicFile&) = delete;
+    AtomicFile& operator=(const AtomicFile&) = delete;
 
     void write(std::string_view bytes);
     // Closes the file and gives it its name, replacing one that stood there. May be called once.
@@ -32,6 +32,6 @@ class OutputFile {
     std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_;
 };
 
-void write_output_file(const std::filesystem::path& path, std::string_view bytes);
+void write_atomically(const std::filesystem::path& path, std::string_view bytes);
 
 }  // namespace defrec::cli

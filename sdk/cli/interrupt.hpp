@@ -1,0 +1,10 @@
+// Ctrl-C: the first ends the work early with its outputs finished, the second ends the program at once.
+#pragma once
+
+namespace defrec::cli {
+
+// Also lets a closed pipe show as a failed write instead of killing the program. Once, from main.
+void install_signal_handlers();
+bool interrupt_requested();
+
+}  // namespace defrec::cli

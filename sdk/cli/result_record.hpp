@@ -1,0 +1,23 @@
+// A job's result in the shapes that the output files and the report take.
+#pragma once
+
+#include "sdk/cli/frame_projection.hpp"
+#include "sdk/cli/library.hpp"
+#include "sdk/cli/report/record.hpp"
+#include "sdk/cli/track_outputs.hpp"
+
+namespace defrec::cli {
+
+FrameRow frame_row(const StereoFrame& frame, const defrec_result& result);
+
+// Vertices, their pixels in the template's left image, triangles.
+TemplateRecord template_record(const defrec_template_info& info, RawProjection& projection);
+
+// Fills `record` anew. A frame that is lost or still initialising carries no geometry.
+void fill_record(const FrameRow& row, const defrec_result& result, RawProjection& projection,
+                 FrameRecord& record);
+
+// True when the geometry of this result may be shown as that of its frame.
+bool has_geometry(const defrec_result& result);
+
+}  // namespace defrec::cli
