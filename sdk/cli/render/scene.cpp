@@ -65,8 +65,8 @@ FrameState heartbeat(const Setting& setting, int frame) {
     const int lost = setting.share(0.55);
     state.repeats_previous = frame == lost && frame > 0;
     state.time = frame;
-    state.motion.heartbeat = {.lift = 5.0, .shear = 1.5, .twist = 0.035, .period = 22, .wavelength = 75};
-    state.motion.respiration = {.swell = 1.5, .shift = {1.0, 1.5}, .period = 95};
+    state.motion.heartbeat = {.lift = 6.0, .shear = 2.2, .twist = 0.045, .period = 18, .wavelength = 75};
+    state.motion.respiration = {.swell = 1.5, .shift = {1.5, 2.5}, .period = 75};
     Orbit orbit;
     add_tremor(orbit, frame, setting.phase);
     state.camera = pose_of(orbit, setting.depth);
@@ -77,7 +77,7 @@ FrameState respiration(const Setting& setting, int frame) {
     FrameState state;
     state.time = frame;
     state.motion.respiration = {.swell = 8.0, .shift = {3.0, 7.0}, .period = 46};
-    state.motion.heartbeat = {.lift = 0.8, .shear = 0.3, .twist = 0.0, .period = 21, .wavelength = 110};
+    state.motion.heartbeat = {.lift = 1.5, .shear = 0.5, .twist = 0.0, .period = 19, .wavelength = 110};
     const double t = frame;
     Orbit orbit{.yaw = 6.0 * kDegree * std::sin(kTwoPi * t / 72.0),
                 .pitch = 4.0 * kDegree * std::sin(kTwoPi * t / 55.0 + 0.4),
@@ -93,17 +93,18 @@ FrameState indentation(const Setting& setting, int frame) {
     FrameState state;
     state.time = frame;
     const double t = frame;
-    const double press = 0.5 - 0.5 * std::cos(kTwoPi * std::max(0.0, t - 4.0) / 28.0);
-    const Eigen::Vector2d centre(-4.0 + 9.0 * std::sin(kTwoPi * t / 84.0),
-                                 3.0 - 5.0 * std::sin(kTwoPi * t / 66.0));
-    state.motion.heartbeat = {.lift = 1.2, .shear = 0.4, .twist = 0.0, .period = 23, .wavelength = 90};
+    const double press = 0.5 - 0.5 * std::cos(kTwoPi * std::max(0.0, t - 4.0) / 24.0);
+    const Eigen::Vector2d centre(-3.0 + 13.0 * std::sin(kTwoPi * t / 52.0),
+                                 1.0 - 8.0 * std::sin(kTwoPi * t / 41.0));
+    state.motion.heartbeat = {.lift = 2.8, .shear = 1.1, .twist = 0.0, .period = 18, .wavelength = 90};
     state.motion.indentation = {
-        .depth = 6.5 * press,
+        .depth = 7.0 * press,
         .sigma = 9.0,
         .centre = centre,
         .drag = press * Eigen::Vector2d(3.2 * std::cos(0.11 * t), 2.4 * std::sin(0.09 * t))};
-    Orbit orbit{.yaw = 1.5 * kDegree * std::sin(kTwoPi * t / 80.0),
-                .shift = {1.2 * std::sin(kTwoPi * t / 70.0), 0, 0}};
+    Orbit orbit{.yaw = 3.0 * kDegree * std::sin(kTwoPi * t / 60.0),
+                .roll = 2.0 * kDegree * std::sin(kTwoPi * t / 47.0),
+                .shift = {2.5 * std::sin(kTwoPi * t / 55.0), 1.5 * std::sin(kTwoPi * t / 38.0), 0}};
     add_tremor(orbit, t, setting.phase);
     state.camera = pose_of(orbit, setting.depth);
     Instrument tool;
@@ -117,7 +118,7 @@ FrameState indentation(const Setting& setting, int frame) {
 FrameState fast_cut(const Setting& setting, int frame) {
     FrameState state;
     state.time = frame;
-    state.motion.heartbeat = {.lift = 2.5, .shear = 0.8, .twist = 0.0, .period = 24, .wavelength = 85};
+    state.motion.heartbeat = {.lift = 3.6, .shear = 1.3, .twist = 0.0, .period = 18, .wavelength = 85};
     state.motion.respiration = {.swell = 2.0, .shift = {1.0, 1.0}, .period = 70};
     Orbit orbit;
     add_tremor(orbit, frame, setting.phase);
@@ -137,7 +138,7 @@ FrameState fast_cut(const Setting& setting, int frame) {
 FrameState out_of_body(const Setting& setting, int frame) {
     FrameState state;
     state.time = frame;
-    state.motion.heartbeat = {.lift = 2.5, .shear = 0.8, .twist = 0.01, .period = 24, .wavelength = 80};
+    state.motion.heartbeat = {.lift = 3.6, .shear = 1.3, .twist = 0.01, .period = 19, .wavelength = 80};
     state.motion.respiration = {.swell = 3.0, .shift = {1.0, 2.0}, .period = 70};
     const int leaves = std::max(1, setting.share(0.37)), dark_again = setting.share(0.53),
               returns = setting.share(0.60);
@@ -165,8 +166,8 @@ FrameState smoke(const Setting& setting, int frame) {
     state.time = frame;
     const double t = frame;
     const double x = t / std::max(1, setting.frames - 1);
-    state.motion.heartbeat = {.lift = 2.0, .shear = 0.7, .twist = 0.0, .period = 25, .wavelength = 95};
-    state.motion.respiration = {.swell = 3.0, .shift = {1.5, 2.5}, .period = 64};
+    state.motion.heartbeat = {.lift = 3.0, .shear = 1.1, .twist = 0.0, .period = 20, .wavelength = 95};
+    state.motion.respiration = {.swell = 3.0, .shift = {2.0, 3.5}, .period = 46};
     state.smoke = {static_cast<float>(0.72 * ease(0.08, 0.45, x) * (1.0 - 0.8 * ease(0.70, 0.95, x))), t};
     Orbit orbit{.yaw = 2.0 * kDegree * std::sin(kTwoPi * t / 66.0),
                 .shift = {2.0 * std::sin(kTwoPi * t / 58.0), 0, 0}};
@@ -180,8 +181,9 @@ FrameState stretch(const Setting& setting, int frame) {
     state.time = frame;
     const double t = frame;
     state.motion.stretch = {
-        .strain = 0.36 * (0.5 - 0.5 * std::cos(kTwoPi * t / 76.0)), .poisson = 0.4, .reach = 30};
-    state.motion.respiration = {.swell = 1.5, .shift = {0.5, 1.0}, .period = 60};
+        .strain = 0.36 * (0.5 - 0.5 * std::cos(kTwoPi * t / 48.0)), .poisson = 0.4, .reach = 30};
+    state.motion.respiration = {.swell = 1.5, .shift = {0.5, 1.5}, .period = 44};
+    state.motion.heartbeat = {.lift = 1.8, .shear = 0.6, .twist = 0.0, .period = 20, .wavelength = 100};
     Orbit orbit{.roll = 2.0 * kDegree * std::sin(kTwoPi * t / 70.0)};
     add_tremor(orbit, t, setting.phase);
     state.camera = pose_of(orbit, setting.depth);

@@ -34,13 +34,14 @@ std::string frame_name(const char* folder, int frame) {
     return name;
 }
 
+/// Encoded in memory first: OpenCV's own writer does not report a full disk.
 void write_png(const fs::path& path, const cv::Mat& image) {
-    bool written = false;
-    try {
-        written = cv::imwrite(path.string(), image, {cv::IMWRITE_PNG_COMPRESSION, 1});
-    } catch (const cv::Exception&) {
-    }
-    if (!written) {
+    std::vector<unsigned char> bytes;
+    cv::imencode(".png", image, bytes, {cv::IMWRITE_PNG_COMPRESSION, 1});
+    std::ofstream file(path, std::ios::binary);
+    file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    file.close();
+    if (!file) {
         throw RenderOutputError("cannot write " + path.string());
     }
 }
@@ -268,7 +269,8 @@ void Sequence::write_truth(std::ofstream& file, int frame, const FrameState& sta
 
 void Sequence::render(const ProgressFn& progress) {
     const fs::path out(options_.out_dir);
-    std::ofstream truth = open_text(out / "truth.csv");
+    const fs::path unfinished = out / "truth.csv.part";
+    std::ofstream truth = open_text(unfinished);
     truth << "frame,id,x,y,z,visible\n";
     scene_.rig.write_calibration((out / "calibration.yaml").string());
     FrameState state;
@@ -303,14 +305,33 @@ void Sequence::render(const ProgressFn& progress) {
             progress(frame + 1, frames_);
         }
     }
-    close_text(truth, "truth.csv");
+    close_text(truth, unfinished.string());
+    std::error_code error;
+    fs::rename(unfinished, out / "truth.csv", error);
+    if (error) {
+        throw RenderOutputError("cannot write " + (out / "truth.csv").string() + ": " + error.message());
+    }
+}
+
+/// What an earlier, longer sequence left in the folder would pass for frames of this one.
+void remove_leftovers(const RenderOptions& options, int frames) {
+    const fs::path out(options.out_dir);
+    std::error_code ignored;
+    fs::remove(out / "truth.csv", ignored);
+    for (const char* folder : {"left", "right", "disparity"}) {
+        int frame = std::string(folder) == "disparity" && !options.depth ? 0 : frames;
+        while (fs::remove(out / frame_name(folder, frame), ignored)) {
+            ++frame;
+        }
+    }
 }
 
 void make_folders(const RenderOptions& options) {
-    for (const char* folder : {"left", "right", "disparity"}) {
-        if (std::string(folder) == "disparity" && !options.depth) {
-            continue;
-        }
+    std::vector<std::string> folders = {"left", "right"};
+    if (options.depth) {
+        folders.emplace_back("disparity");
+    }
+    for (const std::string& folder : folders) {
         std::error_code error;
         const fs::path path = fs::path(options.out_dir) / folder;
         fs::create_directories(path, error);
@@ -348,6 +369,7 @@ void render_sequence(const RenderOptions& options, const ProgressFn& progress) {
                                "' has raw images; --depth is for rectified scenes only");
     }
     make_folders(options);
+    remove_leftovers(options, frames);
     sequence.render(progress);
 }
 
