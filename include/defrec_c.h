@@ -348,18 +348,22 @@ typedef struct defrec_rectify_params {
 
 typedef struct defrec_stereo_params {
     uint32_t struct_size;
-    uint32_t width, height, stride; /* of gray images and masks; stride in bytes, default: width */
+    uint32_t width, height, stride; /* of gray images and masks, width and height at least 2; stride in bytes, default: width */
     int32_t  min_disparity;      /* px, >= 0 */
-    uint32_t disparities;        /* number searched; default 128 */
-    uint32_t radius;             /* of the correlation window, px; default 4 */
-    uint32_t min_score;          /* ZNCC below this is no evidence, 1/4096 */
-    uint32_t uniqueness;         /* lead of the best score over any other not next to it, 1/4096 */
-    uint32_t texture;            /* least standard deviation of gray in the window, 1/16 */
-    uint32_t left_right;         /* largest difference between left and right disparity, 1/16 px */
-    uint32_t speckle_size;       /* px; smaller islands are removed */
-    uint32_t speckle_range;      /* 1/16 px between neighbours of one island */
-    uint32_t fill_radius;        /* px; holes up to about this radius are filled from their rim */
-    uint32_t smooth_radius;      /* px; radius of the smoothing window */
+    uint32_t disparities;        /* number searched, at most 510; default 128 */
+    uint32_t radius;             /* of the correlation window of the search, px of half resolution, 2 to 6; default 4 */
+    uint32_t refine_radius;      /* of the correlation window at full resolution, px, 2 to 6; default 4 */
+    uint32_t min_score;          /* ZNCC of the search below this is no evidence, 1/4096; default 1600 (0.39) */
+    uint32_t refine_score;       /* ZNCC at full resolution that a pixel needs which the search left open, 1/4096; default 2458 (0.6) */
+    uint32_t uniqueness;         /* lead of the best score over any other that is not close to it, 1/4096; default 82 (0.02) */
+    uint32_t texture;            /* least standard deviation of gray in the window, 1/16 gray level; default 16 */
+    uint32_t left_right;         /* largest difference between left and right winner, px of half resolution; default 1 */
+    uint32_t edge;               /* a range of disparities in a neighbourhood above this is a depth edge, 1/16 px of half resolution; default 32 */
+    uint32_t support;            /* of 25 neighbours, how many must agree with a disparity, itself included; default 10 */
+    uint32_t fill_radius;        /* px, at most 8; holes up to about this radius are filled from their rim; default 4 */
+    uint32_t smooth_radius;      /* px, at most 3; of the smoothing window; default 3 */
+    uint32_t smooth_range;       /* neighbours that differ by more are another surface, 1/16 px, at most 256; default 24 */
+    uint32_t smooth_passes;      /* at most 8; default 2 */
 } defrec_stereo_params;
 
 typedef struct defrec_orb_params {

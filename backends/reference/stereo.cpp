@@ -1,5 +1,92 @@
+// Stage stereo as plain code: the order of its sub-stages, and its buffers. docs/stages/stereo.md.
+#include <algorithm>
+
 #include "backends/reference/stages.hpp"
+#include "backends/reference/stereo_steps.hpp"
+#include "backends/shared/stereo_layout.hpp"
 
 namespace defrec::reference {
-std::unique_ptr<Stage> make_stereo(const defrec_stereo_params&, const Host&) { throw StageError(DEFREC_ERROR_UNSUPPORTED, "not written"); }
+namespace {
+
+template <class T>
+void give(const Picture<T>& from, T* to) {
+    if (to != nullptr) std::copy(from.pixels.begin(), from.pixels.end(), to);
+}
+
+Picture<uint8_t> read(const uint8_t* image, const StereoSizes& size) {
+    Picture<uint8_t> result(size.width, size.height, 1);
+    for (int y = 0; image != nullptr && y < size.height; ++y)
+        std::copy_n(image + size_t(y) * size_t(size.stride), size.width, &result(0, y));
+    return result;
+}
+
+class Stereo final : public Stage {
+  public:
+    explicit Stereo(const defrec_stereo_params& params) : p_(params), size_(params) {}
+
+    void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
+        const StereoBuffers b = stereo_buffers(size_, in, out);
+        const Mask left_mask = read(b.left_mask, size_), right_mask = read(b.right_mask, size_);
+        const Gray left = inpaint(read(b.left, size_), left_mask),
+                   right = inpaint(read(b.right, size_), right_mask);
+        give(left, b.prepared_left);
+        give(right, b.prepared_right);
+
+        Mask known(size_.half_width, size_.half_height);
+        const Disparities half = search_half(b, left, right, left_mask, right_mask, known);
+        const Disparities hypothesis = upsample(half, size_.width, size_.height);
+        give(hypothesis, b.hypothesis);
+
+        const Refinement refined = refine(left, right, hypothesis, int(p_.refine_radius));
+        give(refined.disparity, b.refined);
+        give(refined.score, b.score);
+        Evidence evidence =
+            judge(refined, hypothesis, known, left_mask, right_mask, int(p_.refine_score), int(p_.texture));
+        drop_islands(evidence, int(p_.support));
+        give(evidence.disparity, b.evidence);
+        fill_small(evidence, hypothesis, int(p_.fill_radius));
+        give(evidence.disparity, b.filled);
+        for (uint32_t pass = 0; pass < p_.smooth_passes; ++pass)
+            evidence.disparity = smooth(evidence.disparity, int(p_.smooth_radius), int(p_.smooth_range));
+        give(evidence.disparity, b.disparity);
+        give(evidence.confidence, b.confidence);
+    }
+
+  private:
+    // The refined field of disparities at half resolution, and where it is settled.
+    Disparities search_half(const StereoBuffers& b, const Gray& full_left, const Gray& full_right,
+                            const Mask& left_mask, const Mask& right_mask, Mask& known) const {
+        const int r = int(p_.radius);
+        const Gray left = halve(full_left), right = halve(full_right);
+        const WindowStatistics left_stats = statistics(left, r), right_stats = statistics(right, r);
+        const SearchResult found = search(left, right, left_stats, right_stats, r, size_.first, size_.count);
+        give(found.left, b.left_keys);
+        give(found.right, b.right_keys);
+        const CheckLimits limits{
+            r, size_.first, int(p_.min_score), int(p_.uniqueness), int(p_.texture), int(p_.left_right)};
+        const Disparities checked =
+            check(found, left_stats, halve_mask(left_mask), halve_mask(right_mask), limits);
+        give(checked, b.checked);
+        const Disparities agreed = supported(checked, int(p_.support));
+        give(agreed, b.supported);
+        const Disparities dense = fill_all(smooth(agreed, kHalfSmoothRadius, kSearchSmoothRange));
+        give(dense, b.dense);
+        known = settled(agreed, dense, int(p_.edge));
+        const Disparities result =
+            smooth(refine(left, right, dense, r).disparity, kHalfSmoothRadius, kHalfSmoothRange);
+        give(result, b.half_refined);
+        return result;
+    }
+
+    defrec_stereo_params p_;
+    StereoSizes size_;
+};
+
+}  // namespace
+
+std::unique_ptr<Stage> make_stereo(const defrec_stereo_params& params, const Host&) {
+    check_stereo(params);
+    return std::make_unique<Stereo>(params);
+}
+
 }  // namespace defrec::reference

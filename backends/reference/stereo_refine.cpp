@@ -1,0 +1,164 @@
+// The sub-stages of stereo from the hypothesis to the result; those before are stereo_steps.cpp.
+// docs/stages/stereo.md.
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+
+#include "backends/reference/stereo_integer.hpp"
+#include "backends/reference/stereo_steps.hpp"
+#include "backends/shared/stereo_layout.hpp"
+
+namespace defrec::reference {
+namespace {
+
+// Sums of value(x, y) over windows cut off at the border.
+template <class Value>
+Picture<int64_t> window_sums(int w, int h, int radius, Value&& value) {
+    Picture<int64_t> columns(w, h), result(w, h);
+    for (int x = 0; x < w; ++x) {
+        int64_t sum = 0;
+        for (int y = -radius; y < h; ++y) {
+            if (y + radius < h) sum += value(x, y + radius);
+            if (y - radius - 1 >= 0) sum -= value(x, y - radius - 1);
+            if (y >= 0) columns(x, y) = sum;
+        }
+    }
+    for (int y = 0; y < h; ++y) {
+        int64_t sum = 0;
+        for (int x = -radius; x < w; ++x) {
+            if (x + radius < w) sum += columns(x + radius, y);
+            if (x - radius - 1 >= 0) sum -= columns(x - radius - 1, y);
+            if (x >= 0) result(x, y) = sum;
+        }
+    }
+    return result;
+}
+
+// The right image seen through the hypothesis, one pixel to the left, on the spot, and one to the right; half
+// gray levels.
+std::array<Picture<int16_t>, 3> warp(const Gray& right, const Disparities& hypothesis) {
+    const int w = right.width, h = right.height;
+    std::array<Picture<int16_t>, 3> result{Picture<int16_t>(w, h), Picture<int16_t>(w, h),
+                                           Picture<int16_t>(w, h)};
+    for (int y = 0; y < h; ++y)
+        for (int x = 0; x < w; ++x) {
+            const int d = hypothesis(x, y) == kNoDisparity ? 0 : hypothesis(x, y);
+            const int position = 16 * x - d, column = position >> 4, part = position & 15;
+            for (int k = 0; k < 3; ++k) {
+                const int first = right.clamped(column + k - 1, y), second = right.clamped(column + k, y);
+                result[size_t(k)](x, y) = int16_t(((16 - part) * first + part * second + 4) >> 3);
+            }
+        }
+    return result;
+}
+
+}  // namespace
+
+Refinement refine(const Gray& left, const Gray& right, const Disparities& hypothesis, int radius) {
+    const int w = left.width, h = left.height;
+    const auto warped = warp(right, hypothesis);
+    const auto left_sum = window_sums(w, h, radius, [&](int x, int y) { return left(x, y); });
+    const auto left_squares =
+        window_sums(w, h, radius, [&](int x, int y) { return left(x, y) * left(x, y); });
+    std::vector<Picture<int64_t>> sum, squares, products;
+    for (const Picture<int16_t>& image : warped) {
+        sum.push_back(window_sums(w, h, radius, [&](int x, int y) { return image(x, y); }));
+        squares.push_back(window_sums(w, h, radius, [&](int x, int y) { return image(x, y) * image(x, y); }));
+        products.push_back(window_sums(w, h, radius, [&](int x, int y) { return left(x, y) * image(x, y); }));
+    }
+    Refinement result{hypothesis, Picture<int16_t>(w, h), Mask(w, h), Picture<int64_t>(w, h),
+                      Picture<int32_t>(w, h)};
+    for (int y = 0; y < h; ++y)
+        for (int x = 0; x < w; ++x) {
+            const int n = (std::min(x + radius, w - 1) - std::max(x - radius, 0) + 1) *
+                          (std::min(y + radius, h - 1) - std::max(y - radius, 0) + 1);
+            const int64_t s = left_sum(x, y);
+            result.count(x, y) = n;
+            result.variance(x, y) = n * left_squares(x, y) - s * s;
+            if (hypothesis(x, y) == kNoDisparity) continue;
+            const float left_inverse = inverse_root(result.variance(x, y)) * 0x1p-40f;
+            int z[3];
+            for (size_t k = 0; k < 3; ++k) {
+                const int64_t t = sum[k](x, y);
+                const int64_t covariance = n * products[k](x, y) - s * t,
+                              variance = n * squares[k](x, y) - t * t;
+                z[k] = int((float(covariance) * inverse_root(variance)) * left_inverse);
+            }
+            result.score(x, y) = int16_t(std::max({z[0], z[1], z[2]}) >> 8);
+            const int bend = 2 * z[1] - z[0] - z[2];
+            if (bend <= 0) continue;
+            const int step = int(floor_divide(16 * (z[0] - z[2]) + bend, 2 * bend));
+            result.peak(x, y) = std::abs(step) <= 16;
+            result.disparity(x, y) =
+                int16_t(std::clamp(hypothesis(x, y) + std::clamp(step, -16, 16), 0, 32000));
+        }
+    return result;
+}
+
+Disparities upsample(const Disparities& half, int width, int height) {
+    Disparities result(width, height);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const int u = x / 2, v = y / 2, u2 = x % 2 == 0 ? u - 1 : u + 1, v2 = y % 2 == 0 ? v - 1 : v + 1;
+            const int a = half.clamped(u, v), b = half.clamped(u2, v), c = half.clamped(u, v2),
+                      d = half.clamped(u2, v2);
+            const bool one_surface = std::max({a, b, c, d}) - std::min({a, b, c, d}) <= kUpsampleRange;
+            if (a == kNoDisparity)
+                result(x, y) = kNoDisparity;
+            else
+                result(x, y) = int16_t(one_surface ? (9 * a + 3 * b + 3 * c + d + 4) >> 3 : 2 * a);
+        }
+    return result;
+}
+
+Evidence judge(const Refinement& refined, const Disparities& hypothesis, const Mask& settled_half,
+               const Mask& left_mask, const Mask& right_mask, int refine_score, int texture) {
+    const int w = hypothesis.width, h = hypothesis.height;
+    Evidence result{Disparities(w, h, kNoDisparity), Picture<uint8_t>(w, h)};
+    for (int y = 0; y < h; ++y)
+        for (int x = 0; x < w; ++x) {
+            if (hypothesis(x, y) == kNoDisparity || !left_mask(x, y)) continue;
+            const bool known = settled_half.clamped(x / 2, y / 2);
+            const int score = refined.score(x, y), position = 16 * x - refined.disparity(x, y);
+            const int64_t n = refined.count(x, y);
+            const bool good = refined.peak(x, y) && position >= 0 &&
+                              right_mask.clamped((position + 8) >> 4, y) &&
+                              score >= (known ? kTrustedScore : refine_score) &&
+                              256 * refined.variance(x, y) >= int64_t{texture} * texture * n * n;
+            if (!good && !known) continue;
+            result.disparity(x, y) = good ? refined.disparity(x, y) : hypothesis(x, y);
+            result.confidence(x, y) = uint8_t(std::clamp(good ? score >> 4 : score >> 5, 1, 255));
+        }
+    return result;
+}
+
+void drop_islands(Evidence& evidence, int support) {
+    const int w = evidence.disparity.width, h = evidence.disparity.height;
+    const auto count =
+        window_sums(w, h, 4, [&](int x, int y) { return evidence.disparity(x, y) != kNoDisparity; });
+    for (int y = 0; y < h; ++y)
+        for (int x = 0; x < w; ++x)
+            if (25 * count(x, y) < 81 * support) {
+                evidence.disparity(x, y) = kNoDisparity;
+                evidence.confidence(x, y) = 0;
+            }
+}
+
+void fill_small(Evidence& evidence, const Disparities& hypothesis, int radius) {
+    const int w = hypothesis.width, h = hypothesis.height, side = 2 * radius + 1;
+    const Disparities before = evidence.disparity;
+    const auto known = [&](int x, int y) { return before(x, y) != kNoDisparity; };
+    const auto count = window_sums(w, h, radius, known);
+    const auto sum = window_sums(
+        w, h, radius, [&](int x, int y) { return known(x, y) ? before(x, y) - hypothesis(x, y) : 0; });
+    for (int y = 0; y < h; ++y)
+        for (int x = 0; x < w; ++x) {
+            const int64_t n = count(x, y);
+            if (known(x, y) || 2 * n < side * side) continue;
+            evidence.disparity(x, y) =
+                int16_t(std::max<int64_t>(0, hypothesis(x, y) + floor_divide(2 * sum(x, y) + n, 2 * n)));
+            evidence.confidence(x, y) = kFilledConfidence;
+        }
+}
+
+}  // namespace defrec::reference
