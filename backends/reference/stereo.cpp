@@ -48,8 +48,8 @@ class Stereo final : public Stage {
         give(evidence.disparity, b.filled);
         for (uint32_t pass = 0; pass < p_.smooth_passes; ++pass)
             evidence.disparity = smooth(evidence.disparity, int(p_.smooth_radius), int(p_.smooth_range));
-        give(evidence.disparity, b.disparity);
-        give(evidence.confidence, b.confidence);
+        give_rows(evidence.disparity, b.disparity);
+        give_rows(evidence.confidence, b.confidence);
     }
 
   private:
@@ -76,6 +76,12 @@ class Stereo final : public Stage {
             smooth(refine(left, right, dense, r).disparity, kHalfSmoothRadius, kHalfSmoothRange);
         give(result, b.half_refined);
         return result;
+    }
+
+    template <class T>
+    void give_rows(const Picture<T>& from, T* to) const {
+        for (int y = 0; to != nullptr && y < size_.height; ++y)
+            std::copy_n(&from(0, y), size_.width, to + size_t(y) * size_t(size_.stride));
     }
 
     defrec_stereo_params p_;

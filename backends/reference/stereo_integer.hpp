@@ -1,23 +1,21 @@
-// Integer root and division as the definition of stereo means them.
+// Division and inverse root as the definition of stereo means them.
 #pragma once
-#include <cmath>
+#include <bit>
 #include <cstdint>
 
 namespace defrec::reference {
 
 inline int64_t floor_divide(int64_t a, int64_t b) { return a / b - (a % b != 0 && (a < 0) != (b < 0)); }
 
-inline int64_t floor_root(int64_t value) {
-    int64_t root = int64_t(std::sqrt(double(value)));
-    while (root * root > value) --root;
-    while ((root + 1) * (root + 1) <= value) ++root;
-    return root;
-}
-
-// floor(2^30 / floor(sqrt(value))) as a float, 0 for 0.
+// 1 / sqrt(value) to 5e-6, from a linear guess at its logarithm and two of Newton's steps; 0 for 0. Only sums
+// and products of floats, so that it is the same number everywhere.
 inline float inverse_root(int64_t value) {
-    const int64_t root = floor_root(value);
-    return root == 0 ? 0.0f : float((int64_t{1} << 30) / root);
+    if (value == 0) return 0.0f;
+    const float x = float(value);
+    float y = std::bit_cast<float>(0x5f375a86 - (std::bit_cast<int32_t>(x) >> 1));
+    const float half = 0.5f * x;
+    for (int step = 0; step < 2; ++step) y = y * (1.5f - (half * y) * y);
+    return y;
 }
 
 }  // namespace defrec::reference

@@ -76,7 +76,7 @@ Refinement refine(const Gray& left, const Gray& right, const Disparities& hypoth
             result.count(x, y) = n;
             result.variance(x, y) = n * left_squares(x, y) - s * s;
             if (hypothesis(x, y) == kNoDisparity) continue;
-            const float left_inverse = inverse_root(result.variance(x, y)) * 0x1p-40f;
+            const float left_inverse = inverse_root(result.variance(x, y)) * 0x1p20f;
             int z[3];
             for (size_t k = 0; k < 3; ++k) {
                 const int64_t t = sum[k](x, y);

@@ -60,15 +60,15 @@ struct StereoSizes {
     int first, count;  // disparities searched at half resolution: first .. first + count - 1
 };
 
-// Scores of the search are 2^60 / n times the correlation coefficient, n pixels in the window; this is 1/4096
-// of it.
-inline float search_score_unit(int radius) { return 0x1p48f / float((2 * radius + 1) * (2 * radius + 1)); }
+// Scores of the search are 1 / n of the correlation coefficient, n pixels in the window; this is 1/4096 of
+// the coefficient.
+inline float search_score_unit(int radius) { return 0x1p-12f / float((2 * radius + 1) * (2 * radius + 1)); }
 
 struct StereoBuffers {
     const uint8_t *left, *right, *left_mask, *right_mask;  // the masks may be nullptr
-    int16_t* disparity;
-    // The rest may be nullptr: the confidence and the results of the sub-stages, without gaps between rows.
-    uint8_t* confidence;
+    int16_t* disparity;                                    // stride elements from row to row
+    uint8_t* confidence;                                   // the same; may be nullptr
+    // The results of the sub-stages, without gaps between rows; may be nullptr.
     uint8_t *prepared_left, *prepared_right;
     int32_t *left_keys, *right_keys;
     int16_t *checked, *supported, *dense, *half_refined, *hypothesis, *refined, *score, *evidence, *filled;
@@ -85,8 +85,8 @@ inline StereoBuffers stereo_buffers(const StereoSizes& size, std::span<const InB
     b.right = take<uint8_t>("stereo right", in[1], image);
     b.left_mask = take_optional<uint8_t>("stereo left mask", in, 2, image);
     b.right_mask = take_optional<uint8_t>("stereo right mask", in, 3, image);
-    b.disparity = take<int16_t>("stereo disparity", out[0], full);
-    b.confidence = take_optional<uint8_t>("stereo confidence", out, 1, full);
+    b.disparity = take<int16_t>("stereo disparity", out[0], image);
+    b.confidence = take_optional<uint8_t>("stereo confidence", out, 1, image);
     b.prepared_left = take_optional<uint8_t>("stereo prepared left", out, 2, full);
     b.prepared_right = take_optional<uint8_t>("stereo prepared right", out, 3, full);
     b.left_keys = take_optional<int32_t>("stereo left keys", out, 4, half);
