@@ -36,9 +36,10 @@ void ProgressBar::update(std::int64_t done, std::optional<std::int64_t> total, c
     if (total && *total > 0) {
         const double share = std::min(1.0, static_cast<double>(done) / static_cast<double>(*total));
         const int filled = static_cast<int>(share * kBarWidth);
-        line += "[" + std::string(static_cast<std::size_t>(filled), '#') +
-                std::string(static_cast<std::size_t>(kBarWidth - filled), '.') + "] " + std::to_string(done) +
-                "/" + std::to_string(*total);
+        line += '[';
+        line.append(static_cast<std::size_t>(filled), '#')
+            .append(static_cast<std::size_t>(kBarWidth - filled), '.');
+        line.append("] ").append(std::to_string(done)).append("/").append(std::to_string(*total));
         if (done > 0) {
             line +=
                 ", " +

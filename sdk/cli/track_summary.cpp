@@ -116,8 +116,12 @@ std::string summary_text(const Json& summary, const std::filesystem::path& folde
     std::string text = std::to_string(summary["frames"].get<std::size_t>()) + " frames on " +
                        summary["device"]["id"].get<std::string>() + ":";
     for (const auto& [state, count] : summary["states"].items()) {
-        if (count.get<std::int64_t>() > 0)
-            text += " " + std::to_string(count.get<std::int64_t>()) + " " + state + ",";
+        if (count.get<std::int64_t>() == 0) continue;
+        text.append(" ")
+            .append(std::to_string(count.get<std::int64_t>()))
+            .append(" ")
+            .append(state)
+            .append(",");
     }
     text.back() = '\n';
     const Json& points = summary["points"];
