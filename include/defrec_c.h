@@ -247,7 +247,7 @@ typedef struct defrec_landmark { /* 48 bytes: a feature of the template */
 
 typedef struct defrec_match {    /* 40 bytes: one for each landmark */
     int32_t feature;             /* index of the live feature, -1: none */
-    int32_t distance, second;    /* Hamming distance to it and to the second best, 0..256 */
+    int32_t distance, second;    /* Hamming distance to it and to the second best at another place, 0..256 */
     float   u, v;                /* the live feature's pixel */
     float   position[3];         /* the live feature in the rectified camera, mm; 0 0 0 where depth is unknown */
     float   weight;              /* 0..1 after preselection (stage ransac), before it 1 for a match with depth */
@@ -370,8 +370,8 @@ typedef struct defrec_orb_params {
     uint32_t struct_size;
     uint32_t width, height, stride; /* of gray image and mask; stride in bytes, default: width */
     uint32_t levels;             /* of the pyramid, each 4/5 of the one below; 1..8, default 4 */
-    uint32_t cell;               /* one corner at most for each cell of this side, px of its level; 4..16, default 16 */
-    uint32_t threshold;          /* FAST threshold, gray levels; 1..254, default 5 */
+    uint32_t cell;               /* one corner at most for each cell of this side, px of its level; 4..16, default 8 */
+    uint32_t threshold;          /* FAST threshold, gray levels; 1..254, default 3 */
     uint32_t capacity;           /* most features; 1..65535, default 2048 */
     uint32_t spacing;            /* least distance between features of one level, px of the level; 1..63, default 4;
                                     grows until the features fit the capacity */
@@ -379,10 +379,10 @@ typedef struct defrec_orb_params {
 
 typedef struct defrec_match_params {
     uint32_t      struct_size;
-    uint32_t      landmarks;     /* most landmarks */
-    uint32_t      features;      /* most live features */
-    uint32_t      max_distance;  /* Hamming; default 64 */
-    uint32_t      ratio;         /* best / second best, 1/256; default 218 (0.85); 256: no ratio test */
+    uint32_t      landmarks;     /* most landmarks; 1..65535 */
+    uint32_t      features;      /* most live features; 1..65535 */
+    uint32_t      max_distance;  /* largest Hamming distance of a match; 1..256, default 64 */
+    uint32_t      ratio;         /* most best / second best, 1/256; 1..256, default 218 (0.85); 256: no ratio test */
     uint32_t      width, height, stride; /* of the disparity image; stride in elements, default: width */
     defrec_camera camera;
 } defrec_match_params;

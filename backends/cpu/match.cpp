@@ -1,7 +1,6 @@
 // The stage match on a CPU: every landmark against every live feature, both directions at once, then the
 // tests and lifting to 3D.
 #include <algorithm>
-#include <array>
 #include <cstring>
 
 #include "backends/cpu/match_kernels.hpp"
@@ -10,8 +9,6 @@
 
 namespace defrec::cpu {
 namespace {
-
-using Descriptor = uint64_t[4];
 
 class Match final : public Stage {
   public:
@@ -24,7 +21,6 @@ class Match final : public Stage {
           groups_(members_ / kMatchGroup, memory),
           index_(members_, memory),
           best_(params.landmarks, memory),
-          second_(params.landmarks, memory),
           nearest_(blocks_ * members_, memory) {}
 
     void prepare(std::span<const InBuffer> in) override {
@@ -44,10 +40,7 @@ class Match final : public Stage {
             for (size_t f = 0; f < inputs.count; ++f)
                 nearest_[f] = std::min(nearest_[f], nearest_[b * members_ + f]);
         for (uint32_t i = 0; i < count_; ++i) {
-            match::TwoBest best;
-            if (best_[i] != kNoKey)
-                best.feature = int32_t(best_[i] & 0xffff), best.distance = int32_t(best_[i] >> 16);
-            if (second_[i] != kNoKey) best.second = int32_t(second_[i] >> 16);
+            const match::TwoBest best = match::choose(inputs, nearest_features(i));
             const bool accepted =
                 match::accepts(params_, best) && (nearest_[size_t(best.feature)] & 0xffff) == i;
             matches[i] = match::lift<float>(params_, inputs, best, accepted);
@@ -55,11 +48,21 @@ class Match final : public Stage {
     }
 
   private:
+    match::Nearest nearest_features(uint32_t landmark) const {
+        match::Nearest nearest;
+        for (size_t place = 0; place < 3; ++place) {
+            const uint32_t key = best_[landmark][place];
+            if (key == kNoKey) break;
+            nearest.feature[place] = int32_t(key & 0xffff);
+            nearest.distance[place] = int32_t(key >> 16);
+        }
+        return nearest;
+    }
     void arrange(const match::Inputs& inputs, size_t groups) {
         for (uint32_t f = 0; f < groups * kMatchGroup; ++f) {
             const bool there = f < inputs.count;
-            Descriptor words = {};
-            if (there) std::memcpy(words, inputs.features[f].descriptor, sizeof words);
+            MatchDescriptor words{};
+            if (there) std::memcpy(words.data(), inputs.features[f].descriptor, sizeof words);
             const size_t member = f % kMatchGroup;
             for (size_t w = 0; w < 4; ++w)
                 groups_[f / kMatchGroup].word[w][member % 2][member / 2] = words[w];
@@ -70,8 +73,8 @@ class Match final : public Stage {
         uint32_t* nearest = &nearest_[b * members_];
         std::fill_n(nearest, groups * kMatchGroup, kNoKey);
         const auto border = [&](size_t k) { return uint32_t(k * count_ / blocks_); };
-        match_block({reinterpret_cast<const Descriptor*>(landmarks_.data()), border(b), border(b + 1),
-                     groups_.data(), groups, index_.data(), best_.data(), second_.data(), nearest});
+        match_block({landmarks_.data(), border(b), border(b + 1), groups_.data(), groups, index_.data(),
+                     best_.data(), nearest});
     }
 
     defrec_match_params params_;
@@ -79,9 +82,10 @@ class Match final : public Stage {
     size_t blocks_;   // of landmarks
     size_t members_;  // of all groups
     uint32_t count_ = 0;
-    HostVector<std::array<uint64_t, 4>> landmarks_;
+    HostVector<MatchDescriptor> landmarks_;
     HostVector<MatchGroup> groups_;
-    HostVector<uint32_t> index_, best_, second_;
+    HostVector<uint32_t> index_;
+    HostVector<MatchKeys> best_;
     HostVector<uint32_t> nearest_;  // members_ for each block
 };
 

@@ -30,7 +30,7 @@ V8 count_bits(V64 v) {
 
 struct Landmark {
     V64 word[4];
-    V32 best, second;
+    V32 best[3];  // in each lane the least keys so far, in order
 };
 
 // Distance of one landmark to as many members as a vector has 64-bit lanes.
@@ -43,6 +43,18 @@ V64 distance(const Landmark& landmark, const uint64_t (*word)[2][kMatchGroup / 2
     return hn::SumsOf8(sum);
 }
 
+// The three least keys of all lanes.
+void take_best(V32* best, MatchKeys& keys) {
+    const D32 d;
+    for (size_t place = 0; place < 3; ++place) {
+        const V32 least = hn::MinOfLanes(d, best[0]);
+        keys[place] = hn::GetLane(least);
+        const auto taken = hn::Eq(best[0], least);
+        best[0] = hn::IfThenElse(taken, best[1], best[0]);
+        best[1] = hn::IfThenElse(taken, best[2], best[1]);
+    }
+}
+
 // kTogether landmarks share the loads of a group.
 template <size_t kTogether>
 void compare(const MatchBlock& block, uint32_t first) {
@@ -51,7 +63,7 @@ void compare(const MatchBlock& block, uint32_t first) {
     Landmark landmark[kTogether];
     for (size_t k = 0; k < kTogether; ++k) {
         for (size_t w = 0; w < 4; ++w) landmark[k].word[w] = hn::Set(d64, block.landmarks[first + k][w]);
-        landmark[k].best = landmark[k].second = hn::Set(d32, kNoKey);
+        landmark[k].best[0] = landmark[k].best[1] = landmark[k].best[2] = hn::Set(d32, kNoKey);
     }
     for (size_t g = 0; g < block.group_count; ++g)
         for (size_t lane = 0; lane < kMatchGroup / 2; lane += hn::Lanes(d64)) {
@@ -63,19 +75,17 @@ void compare(const MatchBlock& block, uint32_t first) {
                           odd = distance(landmark[k], block.groups[g].word, 1, lane);
                 const V32 shifted = hn::BitCast(d32, hn::Or(hn::ShiftLeft<16>(even), hn::ShiftLeft<48>(odd)));
                 const V32 key = hn::Or(shifted, index);
-                landmark[k].second = hn::Min(landmark[k].second, hn::Max(landmark[k].best, key));
-                landmark[k].best = hn::Min(landmark[k].best, key);
+                V32* best = landmark[k].best;
+                const V32 behind_first = hn::Max(best[0], key);
+                best[0] = hn::Min(best[0], key);
+                const V32 behind_second = hn::Max(best[1], behind_first);
+                best[1] = hn::Min(best[1], behind_first);
+                best[2] = hn::Min(best[2], behind_second);
                 nearest = hn::Min(nearest, hn::Or(shifted, hn::Set(d32, uint32_t(first + k))));
             }
             hn::StoreU(nearest, d32, block.nearest + member);
         }
-    for (size_t k = 0; k < kTogether; ++k) {
-        const V32 best = hn::MinOfLanes(d32, landmark[k].best);
-        block.best[first + k] = hn::GetLane(best);
-        const V32 others =
-            hn::IfThenElse(hn::Eq(best, landmark[k].best), landmark[k].second, landmark[k].best);
-        block.second[first + k] = hn::GetLane(hn::MinOfLanes(d32, others));
-    }
+    for (size_t k = 0; k < kTogether; ++k) take_best(landmark[k].best, block.best[first + k]);
 }
 
 void match_block(const MatchBlock& block) {

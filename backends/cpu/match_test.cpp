@@ -45,7 +45,7 @@ Scene random_scene(uint32_t landmarks, uint32_t features, uint32_t seed) {
     scene.features.resize(features);
     for (defrec_feature& feature : scene.features) {
         feature.x = int32_t(random() % (97 * 16 - 15));
-        feature.y = int32_t(random() % (71 * 16 - 15));
+        feature.y = int32_t(random() % 4 == 0 ? 500 : random() % (71 * 16 - 15));
         for (uint32_t& word : feature.descriptor) word = uint32_t(random());
         if (random() % 2 == 0 && landmarks > 0) {
             std::memcpy(feature.descriptor, scene.landmarks[random() % landmarks].descriptor, 32);
@@ -140,6 +140,27 @@ TEST_CASE("ties go to the lowest index, and a match must be mutual") {
     CHECK(matches[2].feature == -1);
 }
 
+TEST_CASE(
+    "the second best is at another place: the same corner on another level does not speak against a match") {
+    Scene scene = random_scene(1, 3, 8);
+    const auto turn = [&](uint32_t f, int bits, int32_t x, int32_t y) {
+        std::memcpy(scene.features[f].descriptor, scene.landmarks[0].descriptor, 32);
+        for (int bit = 0; bit < bits; ++bit) scene.features[f].descriptor[bit / 32] ^= 1u << bit % 32;
+        scene.features[f].x = x;
+        scene.features[f].y = y;
+    };
+    turn(0, 120, 100, 100);
+    turn(1, 41, 564, 436);
+    turn(2, 40, 500, 500);
+    CHECK(agreed(scene)[0].second == 120);
+    CHECK(agreed(scene)[0].feature == 2);
+    turn(1, 41, 565, 500);
+    CHECK(agreed(scene)[0].second == 41);
+    CHECK(agreed(scene)[0].feature == -1);
+    turn(1, 41, 500, 435);
+    CHECK(agreed(scene)[0].second == 41);
+}
+
 TEST_CASE("the largest distance and the ratio are the last that are accepted") {
     Scene scene = random_scene(1, 2, 2);
     uint32_t* near = scene.features[0].descriptor;
@@ -148,6 +169,7 @@ TEST_CASE("the largest distance and the ratio are the last that are accepted") {
         std::memcpy(descriptor, scene.landmarks[0].descriptor, 32);
         for (int bit = 0; bit < bits; ++bit) descriptor[bit / 32] ^= 1u << bit % 32;
     };
+    scene.features[1].x = scene.features[0].x < 700 ? scene.features[0].x + 100 : 0;
     turn(near, 64);
     turn(far, 128);
     scene.params.ratio = 128;

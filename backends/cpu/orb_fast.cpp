@@ -58,14 +58,24 @@ V8 scores_at(const uint8_t* pixel, const ptrdiff_t* circle, V8 threshold) {
     return hn::IfThenZeroElse(hn::Eq(hn::SaturatedSub(score, threshold), hn::Zero(d)), score);
 }
 
-// Zero where any pixel within 3 cannot be used.
-V8 usable_around(const uint8_t* pixel, size_t stride) {
+// Of rows [0, rows + 6) of the mask, whose row 3 is the band's first: 0 where any pixel within 3 cannot be
+// used.
+void find_usable(const uint8_t* mask, size_t stride, uint32_t rows, uint8_t* usable) {
     const D8 d;
-    V8 least = hn::Set(d, 255);
-    for (ptrdiff_t dy = -orb::kCircleRadius; dy <= orb::kCircleRadius; ++dy)
-        for (ptrdiff_t dx = -orb::kCircleRadius; dx <= orb::kCircleRadius; ++dx)
-            least = hn::Min(least, hn::LoadU(d, pixel + dy * ptrdiff_t(stride) + dx));
-    return least;
+    const size_t lanes = hn::Lanes(d);
+    const uint8_t* across =
+        usable;  // least of 7 pixels beside each other, first for all rows, then replaced from above
+    for (uint32_t y = 0; y < rows + 6; ++y) {
+        const uint8_t* row = mask + y * stride;
+        V8 least = hn::LoadU(d, row - 3);
+        for (ptrdiff_t dx = -2; dx <= 3; ++dx) least = hn::Min(least, hn::LoadU(d, row + dx));
+        hn::Store(least, d, usable + y * lanes);
+    }
+    for (uint32_t y = 0; y < rows; ++y) {
+        V8 least = hn::Load(d, across + y * lanes);
+        for (uint32_t dy = 1; dy < 7; ++dy) least = hn::Min(least, hn::Load(d, across + (y + dy) * lanes));
+        hn::Store(least, d, usable + y * lanes);
+    }
 }
 
 // score << 8 | (15 - y) << 4 | (15 - x): the largest is the strongest, then the first in raster order.
@@ -83,16 +93,19 @@ void find_corners(const OrbBand& band) {
     for (size_t i = 0; i < 16; ++i)
         circle[i] = orb::kCircle[i].y * ptrdiff_t(band.image.stride) + orb::kCircle[i].x;
 
+    HWY_ALIGN uint8_t usable[hn::MaxLanes(d) * (orb::kLargestCell + 6)];
     HWY_ALIGN uint8_t best_of_column[hn::MaxLanes(d)], row_of_column[hn::MaxLanes(d)];
     uint32_t* corner = band.corners;
     for (uint32_t x = uint32_t(orb::kBorder); x < end; x += step) {
         const auto inside = hn::FirstN(d, std::min(end - x, lanes));
+        if (band.mask.data != nullptr)
+            find_usable(band.mask.row(band.first - 3) + x, band.mask.stride, band.last - band.first, usable);
         V8 best = hn::Zero(d), best_row = hn::Zero(d);
         for (uint32_t y = band.first; y < band.last; ++y) {
             V8 score = hn::IfThenElseZero(inside, scores_at(band.image.row(y) + x, circle, threshold));
-            if (band.mask.data != nullptr && !hn::AllTrue(d, hn::Eq(score, hn::Zero(d))))
+            if (band.mask.data != nullptr)
                 score = hn::IfThenZeroElse(
-                    hn::Eq(usable_around(band.mask.row(y) + x, band.mask.stride), hn::Zero(d)), score);
+                    hn::Eq(hn::Load(d, usable + (y - band.first) * lanes), hn::Zero(d)), score);
             hn::StoreU(score, d, band.scores.row(y) + x);
             const auto as_good = hn::Eq(hn::Max(best, score), best);
             best_row = hn::IfThenElse(as_good, best_row, hn::Set(d, uint8_t(y - band.first)));

@@ -8,7 +8,8 @@
 
 namespace defrec::cpu {
 
-// Bytes (images) or elements (smoothed) that a kernel may write to the right of a row it was asked for.
+// Elements that a kernel may read and write to the right of a row. All images but the caller's have that much
+// room there.
 constexpr size_t kOrbSlack = 64;
 
 // An image; stride in elements.
@@ -19,15 +20,18 @@ struct OrbImage {
     T* row(size_t y) const { return data + y * stride; }
 };
 
-// Rows [first, last) of a level from the level below it (docs/stages/orb.md, "pyramid").
-void orb_shrink(OrbImage<const uint8_t> source, uint32_t source_width, OrbImage<uint8_t> result,
-                uint32_t width, uint32_t first, uint32_t last);
+// Rows [first, last) of level 0 (docs/stages/orb.md, "pyramid"); scratch: width + kOrbSlack elements.
+void orb_soften(OrbImage<const uint8_t> gray, uint32_t width, uint32_t height, OrbImage<uint8_t> result,
+                uint32_t first, uint32_t last, uint16_t* scratch);
+// Rows [first, last) of a level from the level below it.
+void orb_shrink(OrbImage<const uint8_t> source, OrbImage<uint8_t> result, uint32_t width, uint32_t first,
+                uint32_t last);
 // The same for the mask.
 void orb_shrink_mask(OrbImage<const uint8_t> source, OrbImage<uint8_t> result, uint32_t width, uint32_t first,
                      uint32_t last);
 
-// Rows [first, last) of the smoothed level, which must lie inside [3, height - 3); writes columns [3, width -
-// 3) and no others. width >= 37; scratch: width + kOrbSlack elements.
+// Rows [first, last) of the smoothed level, which must lie inside [2, height - 2); writes columns [2, width -
+// 2) and no others. scratch: width + kOrbSlack elements.
 void orb_smooth(OrbImage<const uint8_t> image, uint32_t width, OrbImage<uint16_t> result, uint32_t first,
                 uint32_t last, uint16_t* scratch);
 
@@ -41,6 +45,17 @@ struct OrbBand {
     uint32_t* corners;
 };
 void orb_find_corners(const OrbBand& band);
+
+// The corners of a level as arrays of cells, with a rim of kOrbRim cells of score 0 on every side.
+constexpr size_t kOrbRim = 3;
+struct OrbCells {
+    uint32_t cells_x = 0, cells_y = 0;
+    size_t stride = 0;                                     // elements
+    int16_t *x = nullptr, *y = nullptr, *score = nullptr;  // the first cell's
+};
+// Distance to the nearest stronger corner among the kOrbRim rings of cells round each cell of a row, else
+// kFarthest; 0 without a corner. Writes up to kOrbSlack elements behind the row.
+void orb_near_distances(const OrbCells& cells, uint32_t row, uint8_t* distances);
 
 // Where the 256 first and 256 second points of one turned pattern lie from the feature, in elements of the
 // smoothed image.

@@ -13,9 +13,9 @@ HWY_BEFORE_NAMESPACE();
 namespace defrec::cpu::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// 8 results need 10 source pixels and a load of 16.
-void shrink(OrbImage<const uint8_t> source, uint32_t source_width, OrbImage<uint8_t> result, uint32_t width,
-            uint32_t first, uint32_t last) {
+// 8 results come from 10 pixels of one load of 16.
+void shrink(OrbImage<const uint8_t> source, OrbImage<uint8_t> result, uint32_t width, uint32_t first,
+            uint32_t last) {
     const hn::Full128<uint16_t> d;
     const hn::Full128<uint8_t> d8;
     const hn::Half<decltype(d8)> half;
@@ -29,33 +29,49 @@ void shrink(OrbImage<const uint8_t> source, uint32_t source_width, OrbImage<uint
                right_weight = hn::Sub(hn::Set(d, uint16_t{8}), left_weight);
     const auto across = [&](const uint8_t* pixels) {
         const auto block = hn::LoadU(d8, pixels);
-        const auto l = hn::BitCast(d, hn::TableLookupBytesOr0(block, left)),
-                   r = hn::BitCast(d, hn::TableLookupBytesOr0(block, right));
+        const auto l = hn::BitCast(d, hn::TableLookupBytesOr0(block, left));
+        const auto r = hn::BitCast(d, hn::TableLookupBytesOr0(block, right));
         return hn::Add(hn::Mul(l, left_weight), hn::Mul(r, right_weight));
     };
-
     for (uint32_t y = first; y < last; ++y) {
         const uint32_t phase = y % 4;
-        const uint32_t upper_weight = 7 - 2 * phase, lower_weight = 1 + 2 * phase;
         const uint8_t* upper = source.row(y / 4 * 5 + phase);
         const uint8_t* lower = upper + source.stride;
-        uint8_t* to = result.row(y);
-        const auto vu = hn::Set(d, uint16_t(upper_weight)), vl = hn::Set(d, uint16_t(lower_weight)),
-                   round = hn::Set(d, uint16_t{32});
-        uint32_t x = 0;
-        for (; x + 8 <= width && x / 4 * 5 + 16 <= source_width; x += 8) {
-            const uint32_t sx = x / 4 * 5;
-            const auto sum =
-                hn::Add(hn::Mul(across(upper + sx), vu), hn::Add(hn::Mul(across(lower + sx), vl), round));
-            hn::StoreU(
-                hn::DemoteTo(half, hn::BitCast(hn::RebindToSigned<decltype(d)>(), hn::ShiftRight<6>(sum))),
-                half, to + x);
+        const auto upper_weight = hn::Set(d, uint16_t(7 - 2 * phase)),
+                   lower_weight = hn::Set(d, uint16_t(1 + 2 * phase));
+        for (uint32_t x = 0, sx = 0; x < width; x += 8, sx += 10) {
+            const auto down =
+                hn::Add(hn::Mul(across(upper + sx), upper_weight), hn::Mul(across(lower + sx), lower_weight));
+            const auto mean = hn::ShiftRight<6>(hn::Add(down, hn::Set(d, uint16_t{32})));
+            hn::StoreU(hn::DemoteTo(half, hn::BitCast(hn::RebindToSigned<decltype(d)>(), mean)), half,
+                       result.row(y) + x);
         }
-        for (; x < width; ++x) {
-            const uint32_t sx = x / 4 * 5 + x % 4, r = 1 + 2 * (x % 4), l = 8 - r;
-            to[x] = uint8_t((upper_weight * (l * upper[sx] + r * upper[sx + 1]) +
-                             lower_weight * (l * lower[sx] + r * lower[sx + 1]) + 32) >>
-                            6);
+    }
+}
+
+void soften(OrbImage<const uint8_t> gray, uint32_t width, uint32_t height, OrbImage<uint8_t> result,
+            uint32_t first, uint32_t last, uint16_t* scratch) {
+    const hn::ScalableTag<uint16_t> d;
+    const hn::Rebind<uint8_t, decltype(d)> d8;
+    const uint32_t lanes = uint32_t(hn::Lanes(d));
+    uint16_t* down = scratch + kOrbSlack / 2;
+    for (uint32_t y = first; y < last; ++y) {
+        const uint8_t* rows[3] = {gray.row(y == 0 ? 0 : y - 1), gray.row(y),
+                                  gray.row(std::min(y + 1, height - 1))};
+        for (uint32_t x = 0;; x = std::min(x + lanes, width - lanes)) {
+            const auto at = [&](const uint8_t* p) { return hn::PromoteTo(d, hn::LoadU(d8, p + x)); };
+            const auto centre = at(rows[1]);
+            hn::StoreU(hn::Add(hn::Add(at(rows[0]), at(rows[2])), hn::Add(centre, centre)), d, down + x);
+            if (x + lanes >= width) break;
+        }
+        down[-1] = down[0];
+        down[width] = down[width - 1];
+        for (uint32_t x = 0; x < width; x += lanes) {
+            const auto centre = hn::LoadU(d, down + x),
+                       sides = hn::Add(hn::LoadU(d, down + x - 1), hn::LoadU(d, down + x + 1));
+            const auto sum = hn::Add(hn::Add(sides, hn::Add(centre, centre)), hn::Set(d, uint16_t{8}));
+            const auto mean = hn::BitCast(hn::RebindToSigned<decltype(d)>(), hn::ShiftRight<4>(sum));
+            hn::StoreU(hn::DemoteTo(d8, mean), d8, result.row(y) + x);
         }
     }
 }
@@ -65,27 +81,24 @@ void smooth(OrbImage<const uint8_t> image, uint32_t width, OrbImage<uint16_t> re
     const hn::ScalableTag<uint16_t> d;
     const hn::Rebind<uint8_t, decltype(d)> d8;
     const uint32_t lanes = uint32_t(hn::Lanes(d));
-    const auto weighted = [](auto a, auto b, auto c, auto e, auto f, auto g, auto h) {
-        const auto outer = hn::Add(a, h), next = hn::Add(b, g), inner = hn::Add(c, f);
-        // 1 2 3 4 3 2 1
-        return hn::Add(hn::Add(outer, inner),
-                       hn::Add(hn::ShiftLeft<1>(hn::Add(next, inner)), hn::ShiftLeft<2>(e)));
+    const auto binomial = [](auto a, auto b, auto c, auto e, auto f) {  // a + 4 b + 6 c + 4 f + e
+        const auto near = hn::Add(hn::Add(b, f), c);
+        return hn::Add(hn::Add(a, e), hn::Add(hn::ShiftLeft<2>(near), hn::Add(c, c)));
     };
     for (uint32_t y = first; y < last; ++y) {
         const uint8_t* centre = image.row(y);
         const size_t s = image.stride;
-        for (uint32_t x = 0;; x = std::min(x + lanes, width - lanes)) {
+        for (uint32_t x = 0; x < width; x += lanes) {
             const auto at = [&](const uint8_t* p) { return hn::PromoteTo(d, hn::LoadU(d8, p + x)); };
-            hn::StoreU(weighted(at(centre - 3 * s), at(centre - 2 * s), at(centre - s), at(centre),
-                                at(centre + s), at(centre + 2 * s), at(centre + 3 * s)),
-                       d, scratch + x);
-            if (x + lanes >= width) break;
+            hn::StoreU(
+                binomial(at(centre - 2 * s), at(centre - s), at(centre), at(centre + 2 * s), at(centre + s)),
+                d, scratch + x);
         }
         uint16_t* to = result.row(y);
-        const uint32_t end = width - 3;
-        for (uint32_t x = 3; x < end; x += lanes) {
+        const uint32_t end = width - 2;
+        for (uint32_t x = 2; x < end; x += lanes) {
             const auto at = [&](int32_t dx) { return hn::LoadU(d, scratch + int32_t(x) + dx); };
-            const auto sum = weighted(at(-3), at(-2), at(-1), at(0), at(1), at(2), at(3));
+            const auto sum = binomial(at(-2), at(-1), at(0), at(2), at(1));
             if (x + lanes <= end)
                 hn::StoreU(sum, d, to + x);
             else
@@ -100,12 +113,18 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace defrec::cpu {
 
+HWY_EXPORT(soften);
 HWY_EXPORT(shrink);
 HWY_EXPORT(smooth);
 
-void orb_shrink(OrbImage<const uint8_t> source, uint32_t source_width, OrbImage<uint8_t> result,
-                uint32_t width, uint32_t first, uint32_t last) {
-    HWY_DYNAMIC_DISPATCH(shrink)(source, source_width, result, width, first, last);
+void orb_soften(OrbImage<const uint8_t> gray, uint32_t width, uint32_t height, OrbImage<uint8_t> result,
+                uint32_t first, uint32_t last, uint16_t* scratch) {
+    HWY_DYNAMIC_DISPATCH(soften)(gray, width, height, result, first, last, scratch);
+}
+
+void orb_shrink(OrbImage<const uint8_t> source, OrbImage<uint8_t> result, uint32_t width, uint32_t first,
+                uint32_t last) {
+    HWY_DYNAMIC_DISPATCH(shrink)(source, result, width, first, last);
 }
 
 void orb_shrink_mask(OrbImage<const uint8_t> source, OrbImage<uint8_t> result, uint32_t width, uint32_t first,

@@ -189,10 +189,10 @@ TEST_CASE("a flat image and one without corners above the threshold have no feat
     std::fill(flat.pixels.begin(), flat.pixels.end(), uint8_t{77});
     CHECK(agreed(params_for(flat), flat).count == 0);
     for (uint32_t y = 0; y < 80; ++y)
-        for (uint32_t x = 0; x < 96; ++x) flat.at(x, y) = uint8_t(100 + (x > 40 && y > 40 ? 5 : 0));
+        for (uint32_t x = 0; x < 96; ++x) flat.at(x, y) = uint8_t(100 + (x > 40 && y > 40 ? 3 : 0));
     CHECK(agreed(params_for(flat), flat).count == 0);  // the threshold is 5, and a score must be above it
     for (uint32_t y = 0; y < 80; ++y)
-        for (uint32_t x = 0; x < 96; ++x) flat.at(x, y) = uint8_t(100 + (x > 40 && y > 40 ? 6 : 0));
+        for (uint32_t x = 0; x < 96; ++x) flat.at(x, y) = uint8_t(100 + (x > 40 && y > 40 ? 5 : 0));
     CHECK(agreed(params_for(flat), flat).count > 0);
 }
 
@@ -217,9 +217,27 @@ TEST_CASE("features keep their distance, stay off the border and off masked pixe
         }
         if (i > 0) {
             const auto cell = [&](const defrec_feature& f) {
-                return (f.y / 16 - orb::kBorder) / 16 * 1000 + (f.x / 16 - orb::kBorder) / 16;
+                return (f.y / 16 - orb::kBorder) / 8 * 1000 + (f.x / 16 - orb::kBorder) / 8;
             };
             CHECK(cell(result.features[i - 1]) < cell(a));
+        }
+    }
+}
+
+TEST_CASE("cpu equals reference where corners are few and far between") {
+    for (uint32_t dots : {12u, 60u, 200u}) {
+        Picture gray = empty(420, 330, 0);
+        std::mt19937 random(dots);
+        for (uint32_t dot = 0; dot < dots; ++dot) {
+            const uint32_t x0 = random() % 416, y0 = random() % 326, level = 40 + random() % 8 * 10;
+            for (uint32_t y = y0; y < y0 + 4; ++y)
+                for (uint32_t x = x0; x < x0 + 4; ++x) gray.at(x, y) = uint8_t(level);
+        }
+        for (uint32_t cell : {5u, 8u}) {
+            defrec_orb_params params = params_for(gray);
+            params.cell = cell;
+            const Result result = agreed(params, gray);
+            CHECK(std::count(result.distances.begin(), result.distances.end(), uint8_t(orb::kFarthest)) > 0);
         }
     }
 }

@@ -30,7 +30,7 @@ class Match final : public Stage {
         defrec_match* matches = match::take_matches(landmarks_.size(), out);
         for (uint32_t f = 0; f < inputs.count; ++f) best_landmark_[f] = nearest_landmark(inputs.features[f]);
         for (size_t i = 0; i < landmarks_.size(); ++i) {
-            const match::TwoBest best = nearest_features(landmarks_[i], inputs);
+            const match::TwoBest best = match::choose(inputs, nearest_features(landmarks_[i], inputs));
             const bool accepted = match::accepts(params_, best) && best_landmark_[size_t(best.feature)] == i;
             matches[i] = match::lift<double>(params_, inputs, best, accepted);
         }
@@ -46,16 +46,22 @@ class Match final : public Stage {
         }
         return nearest;
     }
-    static match::TwoBest nearest_features(const defrec_landmark& landmark, const match::Inputs& inputs) {
-        match::TwoBest best;
+    static match::Nearest nearest_features(const defrec_landmark& landmark, const match::Inputs& inputs) {
+        match::Nearest nearest;
         for (uint32_t f = 0; f < inputs.count; ++f) {
             const int32_t distance = hamming(landmark.descriptor, inputs.features[f].descriptor);
-            if (distance < best.distance)
-                best = {int32_t(f), distance, best.distance};
-            else if (distance < best.second)
-                best.second = distance;
+            int place = 3;
+            for (; place > 0 && distance < nearest.distance[place - 1]; --place)
+                if (place < 3) {
+                    nearest.feature[place] = nearest.feature[place - 1];
+                    nearest.distance[place] = nearest.distance[place - 1];
+                }
+            if (place < 3) {
+                nearest.feature[place] = int32_t(f);
+                nearest.distance[place] = distance;
+            }
         }
-        return best;
+        return nearest;
     }
 
     defrec_match_params params_;

@@ -23,7 +23,24 @@ struct Corner {  // of one cell; score 0: none
     uint32_t score;
 };
 
-// Section "pyramid": 5 pixels become 4, with weights in eighths.
+// Section "pyramid", level 0: the mean under a binomial window of 3 x 3, the image continued by its edge.
+void soften(const defrec_orb_params& params, const uint8_t* gray, View<uint8_t> result) {
+    constexpr int32_t kWeight[3] = {1, 2, 1};
+    const int32_t width = int32_t(params.width), height = int32_t(params.height);
+    for (int32_t y = 0; y < height; ++y)
+        for (int32_t x = 0; x < width; ++x) {
+            int32_t sum = 8;
+            for (int32_t dy = -1; dy <= 1; ++dy)
+                for (int32_t dx = -1; dx <= 1; ++dx) {
+                    const size_t row = size_t(std::clamp(y + dy, 0, height - 1)) * params.stride;
+                    sum += kWeight[dy + 1] * kWeight[dx + 1] *
+                           gray[row + size_t(std::clamp(x + dx, 0, width - 1))];
+                }
+            result.at(x, y) = uint8_t(sum >> 4);
+        }
+}
+
+// Section "pyramid", the other levels: 5 pixels become 4, with weights in eighths.
 struct Resampled {
     int32_t source;         // the left or upper of the two pixels
     int32_t first, second;  // their weights
@@ -55,9 +72,9 @@ void shrink_mask(const Level& level, View<const uint8_t> source, View<uint8_t> r
         }
 }
 
-// Section "smoothing": 256 times the mean under a triangle of 7 x 7.
+// Section "smoothing": 256 times the mean under a binomial window of 5 x 5.
 void smooth(const Level& level, View<const uint8_t> image, View<uint16_t> result) {
-    constexpr int32_t kWeight[7] = {1, 2, 3, 4, 3, 2, 1};
+    constexpr int32_t kWeight[5] = {1, 4, 6, 4, 1};
     const int32_t r = kSmoothRadius;
     for (int32_t y = 0; y < int32_t(level.height); ++y)
         for (int32_t x = 0; x < int32_t(level.width); ++x) {
@@ -108,11 +125,6 @@ void score(const Level& level, View<const uint8_t> image, View<const uint8_t> ma
         }
 }
 
-bool stronger(const Corner& a, const Corner& b) {
-    if (a.score != b.score) return a.score > b.score;
-    return a.y != b.y ? a.y < b.y : a.x < b.x;
-}
-
 // Section "cells": the strongest corner of each cell.
 void find_corners(const Level& level, uint32_t cell, View<const uint8_t> scores, Corner* corners) {
     for (uint32_t cy = 0; cy < level.cells_y; ++cy)
@@ -133,7 +145,7 @@ void find_distances(const Level& level, const Corner* corners, uint8_t* distance
     for (size_t i = 0; i < count; ++i) {
         int32_t nearest = corners[i].score > 0 ? int32_t(kFarthest) : 0;
         for (size_t k = 0; k < count && nearest > 0; ++k)
-            if (corners[k].score > 0 && stronger(corners[k], corners[i]))
+            if (corners[k].score > corners[i].score || (corners[k].score == corners[i].score && k < i))
                 nearest = std::min(nearest, std::max(std::abs(corners[k].x - corners[i].x),
                                                      std::abs(corners[k].y - corners[i].y)));
         distances[i] = uint8_t(nearest);
@@ -236,11 +248,10 @@ class Orb final : public Stage {
     View<const uint8_t> image(uint32_t l) { return constant(of_level(pyramid_, l)); }
 
     void build_pyramid(const uint8_t* gray, const uint8_t* mask) {
-        for (uint32_t y = 0; y < params_.height; ++y) {
-            const size_t row = size_t(y) * params_.stride, first = size_t(y) * params_.width;
-            std::copy_n(gray + row, params_.width, pyramid_.begin() + ptrdiff_t(first));
-            if (mask) std::copy_n(mask + row, params_.width, masks_.begin() + ptrdiff_t(first));
-        }
+        soften(params_, gray, of_level(pyramid_, 0));
+        for (uint32_t y = 0; mask != nullptr && y < params_.height; ++y)
+            std::copy_n(mask + size_t(y) * params_.stride, params_.width,
+                        masks_.data() + size_t(y) * params_.width);
         for (uint32_t l = 1; l < layout_.levels; ++l) {
             shrink(layout_.level[l], image(l - 1), of_level(pyramid_, l));
             if (mask) shrink_mask(layout_.level[l], constant(of_level(masks_, l - 1)), of_level(masks_, l));

@@ -12,7 +12,18 @@ namespace defrec::match {
 
 constexpr int32_t kNoDistance = 257;  // farther than any
 
-// The nearest live feature of a landmark, and how far the second nearest is.
+// The same corner is often found on two levels: features this near each other, 1/16 px in x and y, are one
+// place.
+constexpr int32_t kSamePlace = 64;
+
+// The three nearest live features of a landmark, -1 where there are fewer; of equally near ones those of
+// lower index.
+struct Nearest {
+    int32_t feature[3] = {-1, -1, -1};
+    int32_t distance[3] = {kNoDistance, kNoDistance, kNoDistance};
+};
+
+// The nearest live feature, and how far the nearest one at another place is.
 struct TwoBest {
     int32_t feature = -1;
     int32_t distance = kNoDistance, second = kNoDistance;
@@ -58,6 +69,15 @@ inline Inputs take_inputs(const defrec_match_params& p, std::span<const InBuffer
 inline defrec_match* take_matches(size_t landmarks, std::span<const OutBuffer> out) {
     expect_buffers("match output", out, 1);
     return take<defrec_match>("matches", out[0], landmarks);
+}
+
+inline TwoBest choose(const Inputs& inputs, const Nearest& nearest) {
+    TwoBest best{nearest.feature[0], nearest.distance[0], nearest.distance[1]};
+    if (nearest.feature[1] < 0) return best;
+    const defrec_feature &a = inputs.features[nearest.feature[0]], &b = inputs.features[nearest.feature[1]];
+    const auto near = [](int32_t p, int32_t q) { return p - q <= kSamePlace && q - p <= kSamePlace; };
+    if (near(a.x, b.x) && near(a.y, b.y)) best.second = nearest.distance[2];
+    return best;
 }
 
 // Near enough, and clearly nearer than any other feature.

@@ -14,7 +14,7 @@ constexpr uint32_t kMaxLevels = 8;
 constexpr uint32_t kLeastCell = 4, kLargestCell = 16;
 constexpr uint32_t kLargestCapacity = 65535;
 constexpr int32_t kPatchRadius = 15;  // px of the level: orientation and descriptor look no farther
-constexpr int32_t kSmoothRadius = 3;  // of the triangular window before the descriptor's comparisons
+constexpr int32_t kSmoothRadius = 2;  // of the binomial window before the descriptor's comparisons
 constexpr int32_t kCircleRadius = 3;  // of FAST's circle
 constexpr int32_t kBorder = kPatchRadius + kSmoothRadius;  // px of each level without features
 constexpr uint32_t kFarthest = 63;  // px; distances to a stronger corner are cut off here
