@@ -75,6 +75,8 @@ TEST_CASE("a 60 frame report is one file below 4 MB that loads nothing from else
     CHECK(data["summary"]["frames"] == 60);
     CHECK(data["summary"]["stages"].size() == 5);
     CHECK(data["summary"]["frame_ms"]["median"].get<double>() == doctest::Approx(12).epsilon(0.1));
+    CHECK(data["summary"]["stages"][4]["name"] == "lm");
+    CHECK(data["summary"]["stages"][4]["ms"]["median"].get<double>() == doctest::Approx(3.2).epsilon(0.01));
     CHECK(data["surface"]["moments"].size() == 60);
     CHECK(data["key_frames"].size() <= 14);
     // initialising, tracking, degraded, tracking, lost, relocalised, tracking

@@ -1,4 +1,5 @@
 // Collects what the page shows and writes it.
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <map>
@@ -58,6 +59,19 @@ cv::Mat shrunk(const cv::Mat& image, int width) {
     return small;
 }
 
+std::vector<std::pair<std::string, double>> stage_totals(const FrameRecord& frame) {
+    std::vector<std::pair<std::string, double>> totals;
+    for (const auto& [name, ms] : frame.stage_ms) {
+        const auto same =
+            std::find_if(totals.begin(), totals.end(), [&](const auto& t) { return t.first == name; });
+        if (same == totals.end())
+            totals.emplace_back(name, ms);
+        else
+            same->second += ms;
+    }
+    return totals;
+}
+
 json quantiles(const Distribution& distribution) {
     if (distribution.count() == 0) return nullptr;
     return {{"median", distribution.quantile(0.5)}, {"p99", distribution.quantile(0.99)}};
@@ -102,7 +116,7 @@ void ReportWriter::Impl::count(const FrameRecord& frame) {
     if (frame.frame_ms > 0) frame_ms.add(frame.frame_ms);
     residual_mm.add(frame.mean_residual_mm);
     if (!frame.vertices.empty()) observed_share.add(frame.observed_share);
-    for (const auto& [name, ms] : frame.stage_ms) {
+    for (const auto& [name, ms] : stage_totals(frame)) {
         std::size_t i = 0;
         while (i < stages.size() && stages[i].first != name) ++i;
         if (i == kMaxStages) continue;
@@ -124,7 +138,7 @@ void ReportWriter::Impl::plot(const FrameRecord& frame) {
     set("inliers", Worst::smallest, frame.inliers);
     set("observed_share", Worst::smallest, frame.observed_share);
     set("frame_ms", Worst::largest, frame.frame_ms > 0 ? frame.frame_ms : std::nan(""));
-    for (const auto& [name, ms] : frame.stage_ms)
+    for (const auto& [name, ms] : stage_totals(frame))
         for (const auto& stage : stages)
             if (stage.first == name) set("stage " + name, Worst::largest, ms);
 }

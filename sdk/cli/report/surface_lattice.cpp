@@ -13,8 +13,19 @@ namespace {
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr double kMaxPlaces = 4e6;
 
-bool all_finite(const std::vector<float>& values) {
-    return std::all_of(values.begin(), values.end(), [](float v) { return std::isfinite(v); });
+bool finite(const float* values, int count) {
+    return std::all_of(values, values + count, [](float v) { return std::isfinite(v); });
+}
+
+/// A vertex without a place in the image (behind the camera) or in space takes its triangles with it.
+bool finite_triangle(const TemplateRecord& reference, std::size_t triangle) {
+    for (std::size_t k = 0; k < 3; ++k) {
+        const std::size_t corner = reference.triangles[3 * triangle + k];
+        if (!finite(reference.vertex_uv.data() + 2 * corner, 2) ||
+            !finite(reference.vertices.data() + 3 * corner, 3))
+            return false;
+    }
+    return true;
 }
 
 /// How little is known: unknown > extrapolated > observed.
@@ -37,17 +48,16 @@ void check_template(const TemplateRecord& reference) {
         if (corner >= count)
             throw std::invalid_argument("template: a triangle names vertex " + std::to_string(corner) +
                                         " of " + std::to_string(count));
-    if (!all_finite(reference.vertices) || !all_finite(reference.vertex_uv))
-        throw std::invalid_argument("template: a vertex or its vertex_uv is not finite");
 }
 
 double template_area(const TemplateRecord& reference) {
     double area = 0;
     const float* uv = reference.vertex_uv.data();
-    for (std::size_t t = 0; t + 2 < reference.triangles.size(); t += 3) {
-        const float* a = uv + 2 * std::size_t{reference.triangles[t]};
-        const float* b = uv + 2 * std::size_t{reference.triangles[t + 1]};
-        const float* c = uv + 2 * std::size_t{reference.triangles[t + 2]};
+    for (std::size_t t = 0; t < reference.triangles.size() / 3; ++t) {
+        if (!finite_triangle(reference, t)) continue;
+        const float* a = uv + 2 * std::size_t{reference.triangles[3 * t]};
+        const float* b = uv + 2 * std::size_t{reference.triangles[3 * t + 1]};
+        const float* c = uv + 2 * std::size_t{reference.triangles[3 * t + 2]};
         area += 0.5 * std::abs(double(b[0] - a[0]) * double(c[1] - a[1]) -
                                double(b[1] - a[1]) * double(c[0] - a[0]));
     }
@@ -64,17 +74,20 @@ SurfaceLattice::SurfaceLattice(const TemplateRecord& reference, double step) {
     float max_u = -std::numeric_limits<float>::infinity(), max_v = max_u;
     origin_u_ = origin_v_ = std::numeric_limits<float>::infinity();
     for (std::size_t i = 0; i + 1 < reference.vertex_uv.size(); i += 2) {
+        if (!finite(reference.vertex_uv.data() + i, 2)) continue;
         origin_u_ = std::min(origin_u_, reference.vertex_uv[i]);
         origin_v_ = std::min(origin_v_, reference.vertex_uv[i + 1]);
         max_u = std::max(max_u, reference.vertex_uv[i]);
         max_v = std::max(max_v, reference.vertex_uv[i + 1]);
     }
+    if (!(max_u >= origin_u_)) return;
     const double width = double(max_u) - double(origin_u_), height = double(max_v) - double(origin_v_);
     while ((width / step + 1) * (height / step + 1) > kMaxPlaces) step *= 2;
     columns_ = static_cast<int>(width / step) + 1;
     rows_ = static_cast<int>(height / step) + 1;
     index_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_), -1);
-    for (std::size_t t = 0; t < reference.triangles.size() / 3; ++t) add_triangle(reference, t, step);
+    for (std::size_t t = 0; t < reference.triangles.size() / 3; ++t)
+        if (finite_triangle(reference, t)) add_triangle(reference, t, step);
 }
 
 void SurfaceLattice::add_triangle(const TemplateRecord& reference, std::size_t triangle, double step) {

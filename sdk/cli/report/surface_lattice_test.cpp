@@ -96,6 +96,20 @@ TEST_CASE("places without surface have no node") {
     CHECK(lattice.node(0, lattice.rows()) == -1);
 }
 
+TEST_CASE("vertices without a place take only their own triangles with them") {
+    TemplateRecord reference = plane();
+    reference.vertex_uv[0] = reference.vertex_uv[1] = std::numeric_limits<float>::quiet_NaN();
+    reference.vertices.back() = std::numeric_limits<float>::infinity();
+    CHECK_NOTHROW(check_template(reference));
+    const SurfaceLattice lattice(reference, 3.5);
+    CHECK(lattice.node(0, 0) == -1);
+    CHECK(lattice.node(lattice.columns() - 1, lattice.rows() - 1) == -1);
+    CHECK(lattice.node(lattice.columns() / 2, lattice.rows() / 2) >= 0);
+    CHECK(template_area(reference) == doctest::Approx(56 * 35 - 49));
+    for (float& uv : reference.vertex_uv) uv = std::numeric_limits<float>::quiet_NaN();
+    CHECK(SurfaceLattice(reference, 1).size() == 0);
+}
+
 TEST_CASE("a huge extent does not make a huge lattice") {
     TemplateRecord reference = plane();
     for (float& uv : reference.vertex_uv) uv *= 1e6f;
@@ -110,6 +124,6 @@ TEST_CASE("geometry must fit the template") {
     frame.expected_error_mm.resize(3);
     CHECK_FALSE(has_geometry(frame, 54));
     TemplateRecord broken = plane();
-    broken.vertices[4] = std::numeric_limits<float>::infinity();
+    broken.vertex_uv.pop_back();
     CHECK_THROWS_AS(check_template(broken), std::invalid_argument);
 }

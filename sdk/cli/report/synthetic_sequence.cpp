@@ -108,8 +108,9 @@ FrameRecord SyntheticSequence::record(int frame) const {
     result.index = frame;
     result.timestamp_ms = frame * 40.0;
     result.features = 1000;
-    result.stage_ms = {
-        {"rectify", 0.6}, {"stereo", 5 + std::sin(frame)}, {"orb", 2.1}, {"match", 0.3}, {"lm", 3.2}};
+    result.stage_ms = {{"rectify", 0.6}, {"stereo", 5 + std::sin(frame)},
+                       {"orb", 2.1},     {"match", 0.3},
+                       {"lm", 2.0},      {"lm", 1.2}};
     result.frame_ms = 12 + std::sin(frame);
     result.rigid[3] = 3 * t;
     result.rigid[7] = -1.5 * t;

@@ -8,7 +8,7 @@ const describe = (picture) => `Overlay of frame ${picture.frame}, state ${pictur
 function caption(picture) {
   const result = element('figcaption', {}, `frame ${picture.frame} · ${seconds(picture.ms)} `, stateChip(picture.state));
   if (picture.changed) result.append(' state changed');
-  if (picture.reasons) result.append(element('span', { class: 'reasons' }, picture.reasons.split(',').filter(Boolean).join(', ')));
+  if (picture.reasons) result.append(element('span', { class: 'reasons' }, picture.reasons));
   return result;
 }
 

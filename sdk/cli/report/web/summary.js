@@ -72,7 +72,7 @@ export function showSummary({ meta, summary }) {
 
 export function showChanges({ summary }) {
   const rows = summary.changes.map((c) =>
-    [String(c.frame), seconds(c.ms), stateChip(c.state), c.reasons.split(',').filter(Boolean).join(', ') || '–']);
+    [String(c.frame), seconds(c.ms), stateChip(c.state), c.reasons || '–']);
   byId('changes').append(rows.length ? table(['Frame', 'Time', 'State', 'Reasons'], rows) : 'No frames.');
   if (summary.unlisted_changes) byId('changes').append(element('p', { class: 'hint' }, `and ${summary.unlisted_changes} more`));
 }
@@ -84,8 +84,8 @@ export function showReading() {
     add(element('span', {}, element('span', { class: 'swatch', style: `background: ${colour}` }), name), `${meaning}.`);
   for (const [state, meaning] of Object.entries(stateMeanings)) add(stateChip(state), `${meaning}.`);
   add('Units', 'Lengths are millimetres in the left rectified camera (x right, y down, z away from it); times are milliseconds.');
-  add('Residual', 'Mean distance between the deformed surface and what was measured in that frame: how well the model fits, not how far it is from the truth.');
-  add('Expected error', 'The tracker\'s own estimate of how far a point may be off.');
+  add('Residual', 'Mean difference in depth between the deformed surface and what stereo measured in that frame, over the observed vertices: how well the model fits, not how far it is from the truth.');
+  add('Expected error', 'The tracker\'s own estimate of how far a point may be off (one standard deviation).');
   add('Deformation', 'Displacement from the template with the rigid motion taken out.');
   add('Overlay', 'Grid: the surface\'s lines in the colours above. Crosses: control points. Blue: feature matches that were kept, from their place in the template to now; dark: matches that were refused.');
   byId('reading').append(list);
