@@ -82,8 +82,9 @@ class TrackSession {
           device_(choose_device(context_, options.backend, options.device)),
           rig_(make_rig(context_, calibration_)),
           projection_(rig_),
+          followed_(points_to_follow()),
           folder_((create_output_folder(options.out), options.out)),
-          points_(folder_ / "points.csv", points_to_follow(), rig_, projection_),
+          points_(folder_ / "points.csv", followed_, rig_, projection_),
           progress_(options.quiet) {
         desc_.device_id = device_.id.c_str();
         defrec_tracker tracker = nullptr;
@@ -181,6 +182,7 @@ class TrackSession {
         points_.add_frame(pending.frame.index, pending.frame.timestamp_ms,
                           has_geometry(result) ? pending.job.get() : nullptr);
         rows_.push_back(frame_row(pending.frame, result));
+        eyes_look_swapped_ = eyes_look_swapped_ || (result.reasons & DEFREC_REASON_EYES_SWAPPED) != 0;
         if (options_.meshes && has_geometry(result)) write_mesh(pending.frame.index, result);
         fill_record(rows_.back(), result, projection_, record_);
         as_output([&] {
@@ -285,6 +287,7 @@ class TrackSession {
     Device device_;
     Rig rig_;
     RawProjection projection_;
+    std::vector<FollowedPoint> followed_;
     fs::path folder_;
     PointFollower points_;
     ProgressBar progress_;
@@ -299,6 +302,7 @@ class TrackSession {
     nlohmann::ordered_json summary_;
     std::int64_t template_frame_ = 0;
     bool has_template_ = false;
+    bool eyes_look_swapped_ = false;
 };
 
 }  // namespace
