@@ -1,5 +1,131 @@
+// Guided patch search, fast: patches are shared out to the host's threads, a patch is SIMD throughout.
+// Definition: docs/stages/align.md.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "backends/cpu/align_kernels.hpp"
 #include "backends/cpu/stages.hpp"
+#include "backends/shared/align_view.hpp"
 
 namespace defrec::cpu {
-std::unique_ptr<Stage> make_align(const defrec_align_params&, const Host&) { throw StageError(DEFREC_ERROR_UNSUPPORTED, "not written"); }
+namespace {
+
+enum { kPatchesPerTask = 16, kRowsPerTask = 64 };
+
+class Align final : public Stage {
+  public:
+    Align(const defrec_align_params& params, const Host& host)
+        : params_(params), host_(host) {
+        check_limits(params);
+        const uint32_t side = 2 * params.patch_radius + 1;
+        for (uint32_t n = 1; n <= side * side; ++n) {
+            inverse_.push_back(1.0f / float(n));
+            root_.push_back(std::sqrt(float(n)));
+        }
+        gray_.resize(pyramid_size());
+        mask_.resize(pyramid_size());
+        patches_.reserve(params.patches);
+        centres_.reserve(params.patches);
+    }
+
+    void prepare(std::span<const InBuffer> in) override {
+        expect_buffers("align: prepare", in, 2);
+        const auto* patches = take<defrec_patch>("align: patches", in[0], params_.patches);
+        const size_t view_size = size_t(params_.stride) * params_.height;
+        const auto* views = take<uint8_t>("align: views", in[1], view_size * params_.views);
+        check_patches(patches, params_);
+        patches_.assign(patches, patches + params_.patches);
+        centres_.clear();
+        for (const defrec_patch& patch : patches_) centres_.push_back(centre_of(patch));
+        const int32_t width = int32_t(params_.width >> params_.level), height = int32_t(params_.height >> params_.level);
+        const size_t doubled = size_t(4) * size_t(width) * size_t(height);
+        view_pixels_.assign(doubled * params_.views + kAlignViewSlack, 0);
+        views_.clear();
+        for (uint32_t i = 0; i < params_.views; ++i) {
+            const AlignLevel level = pyramid(views + i * view_size, nullptr);
+            uint8_t* out = view_pixels_.data() + i * doubled;
+            align::double_size(level.gray, width, height, level.stride, out);
+            views_.push_back({out, 2 * width, 2 * height, size_t(2 * width)});
+        }
+        prepared_ = true;
+    }
+
+    void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
+        expect_buffers("align: in", in, 1, 3);
+        expect_buffers("align: out", out, 1, 1);
+        if (!prepared_) throw StageError(DEFREC_ERROR_STATE, "align: run before prepare");
+        const size_t size = size_t(params_.stride) * params_.height;
+        const auto* gray = take<uint8_t>("align: gray", in[0], size);
+        const auto* mask = take_optional<uint8_t>("align: mask", in, 1, size);
+        const auto* motions = take_optional<defrec_motion>("align: motions", in, 2, params_.nodes);
+        const auto* given = take_optional<defrec_patch_prediction>("align: predictions", in, 3, params_.patches);
+        auto* observations = take<defrec_patch_observation>("align: observations", out[0], params_.patches);
+        auto* predictions = take_optional<defrec_patch_prediction>("align: predictions out", out, 1, params_.patches);
+        if (motions == nullptr && given == nullptr && params_.patches > 0)
+            throw StageError(DEFREC_ERROR_ARGUMENT, "align: neither motions nor predictions given");
+
+        const AlignRun run{&params_, pyramid(gray, mask), views_.data(), inverse_.data(), root_.data()};
+        host_.parallel_for((params_.patches + kPatchesPerTask - 1) / kPatchesPerTask, [&](size_t task) {
+            AlignScratch scratch;
+            const size_t last = std::min<size_t>(params_.patches, (task + 1) * kPatchesPerTask);
+            for (size_t i = task * kPatchesPerTask; i < last; ++i) {
+                const defrec_patch_prediction prediction =
+                    given != nullptr ? given[i] : align::predict<float>(patches_[i], motions, params_);
+                AlignPeak peak;
+                defrec_patch_observation observation{};
+                if (align_search(run, centres_[i], prediction, scratch, peak)) align_refine(run, scratch, peak, observation);
+                observations[i] = observation;
+                if (predictions != nullptr) predictions[i] = prediction;
+            }
+        });
+    }
+
+  private:
+    AlignCentre centre_of(const defrec_patch& patch) const {
+        AlignCentre centre{0, 0, patch.view, false};
+        if (!align::to_fixed(patch.u, centre.x) || !align::to_fixed(patch.v, centre.y)) return centre;
+        return {align::to_level(centre.x, params_.level), align::to_level(centre.y, params_.level), patch.view, true};
+    }
+
+    size_t pyramid_stride(uint32_t level) const { return ((params_.width >> level) + 63) / 64 * 64; }
+    size_t pyramid_size() const {
+        size_t size = 0;
+        for (uint32_t l = 1; l <= params_.level; ++l) size += pyramid_stride(l) * (params_.height >> l);
+        return size;
+    }
+
+    // The image at the level searched; in the stage's own memory unless that is level 0.
+    AlignLevel pyramid(const uint8_t* gray, const uint8_t* mask) {
+        AlignLevel level{gray, mask, int32_t(params_.width), int32_t(params_.height), params_.stride};
+        size_t offset = 0;
+        for (uint32_t l = 1; l <= params_.level; ++l) {
+            const AlignLevel below = level;
+            uint8_t *to = gray_.data() + offset, *mask_to = mask_.data() + offset;
+            level = {to, mask != nullptr ? mask_to : nullptr, below.width / 2, below.height / 2, pyramid_stride(l)};
+            host_.parallel_for(size_t(level.height + kRowsPerTask - 1) / kRowsPerTask, [&](size_t task) {
+                const int32_t first = int32_t(task) * kRowsPerTask, last = std::min(level.height, first + kRowsPerTask);
+                align_halve_gray(below.gray, below.stride, to, level.stride, level.width, first, last);
+                if (mask != nullptr) align_halve_mask(below.mask, below.stride, mask_to, level.stride, level.width, first, last);
+            });
+            offset += level.stride * size_t(level.height);
+        }
+        return level;
+    }
+
+    defrec_align_params params_;
+    Host host_;
+    HostVector<float> inverse_{HostAllocator<float>(host_)}, root_{HostAllocator<float>(host_)}; // 1 / n and sqrt(n), at n - 1
+    HostVector<defrec_patch> patches_{HostAllocator<defrec_patch>(host_)};
+    HostVector<AlignCentre> centres_{HostAllocator<AlignCentre>(host_)};
+    HostVector<uint8_t> view_pixels_{HostAllocator<uint8_t>(host_)};
+    HostVector<AlignView> views_{HostAllocator<AlignView>(host_)};
+    HostVector<uint8_t> gray_{HostAllocator<uint8_t>(host_)}, mask_{HostAllocator<uint8_t>(host_)}; // levels above 0
+    bool prepared_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Stage> make_align(const defrec_align_params& params, const Host& host) { return std::make_unique<Align>(params, host); }
+
 }  // namespace defrec::cpu

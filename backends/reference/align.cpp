@@ -5,6 +5,7 @@
 
 #include "backends/reference/stages.hpp"
 #include "backends/shared/align_math.hpp"
+#include "backends/shared/align_view.hpp"
 #include "backends/shared/stage_defaults_align.hpp"
 
 namespace defrec::reference {
@@ -44,21 +45,9 @@ Image mask_level(Image image, uint32_t level) {
     return image;
 }
 
-// Twice the size: pixel (2x, 2y) is (x, y), those between by a 6-tap half-pixel filter, along rows first; borders repeat.
-Image double_size(const Image& in) {
-    const auto filter = [](auto at) { return uint8_t(std::clamp((at(-2) - 5 * at(-1) + 20 * at(0) + 20 * at(1) - 5 * at(2) + at(3) + 16) >> 5, 0, 255)); };
-    Image wide{2 * in.width, in.height, std::vector<uint8_t>(in.pixels.size() * 2)};
-    for (int32_t y = 0; y < in.height; ++y)
-        for (int32_t x = 0; x < in.width; ++x) {
-            wide.at(2 * x, y) = in.at(x, y);
-            wide.at(2 * x + 1, y) = filter([&](int32_t k) { return int32_t(in.at(std::clamp(x + k, 0, in.width - 1), y)); });
-        }
-    Image out{wide.width, 2 * in.height, std::vector<uint8_t>(wide.pixels.size() * 2)};
-    for (int32_t y = 0; y < in.height; ++y)
-        for (int32_t x = 0; x < wide.width; ++x) {
-            out.at(x, 2 * y) = wide.at(x, y);
-            out.at(x, 2 * y + 1) = filter([&](int32_t k) { return int32_t(wide.at(x, std::clamp(y + k, 0, in.height - 1))); });
-        }
+Image doubled(const Image& in) {
+    Image out{2 * in.width, 2 * in.height, std::vector<uint8_t>(4 * in.pixels.size())};
+    double_size(in.pixels.data(), in.width, in.height, size_t(in.width), out.pixels.data());
     return out;
 }
 
@@ -94,7 +83,7 @@ class Align final : public Stage {
         check_patches(patches, params_);
         patches_.assign(patches, patches + params_.patches);
         views_.clear();
-        for (uint32_t i = 0; i < params_.views; ++i) views_.push_back(double_size(gray_level(copy_image(views + i * view_size, params_), params_.level)));
+        for (uint32_t i = 0; i < params_.views; ++i) views_.push_back(doubled(gray_level(copy_image(views + i * view_size, params_), params_.level)));
         prepared_ = true;
     }
 

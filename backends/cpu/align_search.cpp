@@ -1,0 +1,331 @@
+// Sampling a patch from its view, and its ZNCC over the search window: lanes are displacements along x.
+#include <algorithm>
+#include <cstring>
+
+#include "backends/cpu/align_kernels.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "backends/cpu/align_search.cpp"
+#include <hwy/foreach_target.h>
+// after foreach_target.h
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace defrec::cpu::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+namespace {
+using namespace align;
+
+using D32 = hn::CappedTag<int32_t, 16>;
+using D16 = hn::Repartition<int16_t, D32>;
+using DRow = hn::CappedTag<int16_t, kAlignRow>;
+using DFloat = hn::RebindToFloat<D32>;
+using V32 = hn::Vec<D32>;
+using VFloat = hn::Vec<DFloat>;
+
+constexpr int32_t kSampleRow = 32;
+
+// Sum of the products of two rows' halves.
+V32 multiply_pairs(V32 a, V32 b, V32 sum, V32& rest) {
+    return hn::ReorderWidenMulAccumulate(D32(), hn::BitCast(D16(), a), hn::BitCast(D16(), b), sum, rest);
+}
+V32 multiply_pairs(V32 a, V32 b) {
+    V32 rest = hn::Zero(D32());
+    const V32 sum = multiply_pairs(a, b, hn::Zero(D32()), rest);
+    return hn::RearrangeToOddPlusEven(sum, rest);
+}
+
+// The patch and one pixel round it, 1/16 gray level; false where it leaves the view.
+bool sample_view(const AlignView& view, const AlignCentre& centre, const int32_t m[4], int32_t fraction_x, int32_t fraction_y, int32_t reach,
+                 int16_t* out) {
+    const auto at = [centre, m](int axis, int32_t dx, int32_t dy) {
+        return 256 * (axis == 0 ? centre.x : centre.y) + ((m[2 * axis] * dx + m[2 * axis + 1] * dy + 128) >> 8);
+    };
+    // Positions grow or fall along rows and columns, so the corners are the extremes.
+    for (const int32_t oy : {-reach, reach})
+        for (const int32_t ox : {-reach, reach}) {
+            const int32_t dx = 256 * ox - fraction_x, dy = 256 * oy - fraction_y;
+            const int32_t x0 = at(0, dx, dy) >> 15, y0 = at(1, dx, dy) >> 15;
+            if (x0 < 0 || y0 < 0 || x0 + 1 >= view.width || y0 + 1 >= view.height) return false;
+        }
+    const D32 d;
+    const hn::Rebind<int16_t, D32> narrow;
+    const auto byte = hn::Set(d, 255);
+    const int32_t side = 2 * reach + 1;
+    for (int32_t row = 0; row < side; ++row)
+        for (int32_t column = 0; column < side; column += int32_t(hn::Lanes(d))) {
+            const int32_t dy = 256 * (row - reach) - fraction_y;
+            const V32 dx = hn::Sub(hn::ShiftLeft<8>(hn::Iota(d, column - reach)), hn::Set(d, fraction_x));
+            const V32 x = hn::Add(hn::Set(d, 256 * centre.x),
+                                  hn::ShiftRight<8>(hn::Add(hn::Mul(hn::Set(d, m[0]), dx), hn::Set(d, m[1] * dy + 128))));
+            const V32 y = hn::Add(hn::Set(d, 256 * centre.y),
+                                  hn::ShiftRight<8>(hn::Add(hn::Mul(hn::Set(d, m[2]), dx), hn::Set(d, m[3] * dy + 128))));
+            // Only lanes beyond the patch can be outside.
+            const V32 x0 = hn::Min(hn::Max(hn::ShiftRight<15>(x), hn::Zero(d)), hn::Set(d, view.width - 2));
+            const V32 y0 = hn::Min(hn::Max(hn::ShiftRight<15>(y), hn::Zero(d)), hn::Set(d, view.height - 2));
+            const V32 fx = hn::And(hn::ShiftRight<7>(x), byte), fy = hn::And(hn::ShiftRight<7>(y), byte);
+            const V32 offset = hn::Add(hn::Mul(y0, hn::Set(d, int32_t(view.stride))), x0);
+            const auto blend = [&](const uint8_t* base) HWY_ATTR {
+                const V32 four = hn::GatherOffset(d, reinterpret_cast<const int32_t*>(base), offset);
+                const V32 pair = hn::Or(hn::And(four, byte), hn::ShiftLeft<8>(hn::And(four, hn::Set(d, 0xff00))));
+                return multiply_pairs(pair, hn::Or(hn::Sub(hn::Set(d, 256), fx), hn::ShiftLeft<16>(fx)));
+            };
+            const V32 top = blend(view.pixels), bottom = blend(view.pixels + view.stride);
+            const V32 value = hn::Add(hn::ShiftLeft<8>(top), hn::Mul(hn::Sub(bottom, top), fy));
+            hn::StoreU(hn::DemoteTo(narrow, hn::ShiftRight<12>(hn::Add(value, hn::Set(d, 2048)))), narrow, out + row * kSampleRow + column);
+        }
+    return true;
+}
+
+// Template and gradient into the scratch; false without texture.
+bool prepare_template(const int16_t* sampled, const defrec_align_params& params, AlignScratch& scratch) {
+    const int32_t r = int32_t(params.patch_radius), side = 2 * r + 1, n = side * side;
+    int32_t sum = 0;
+    for (int32_t row = 1; row <= side; ++row)
+        for (int32_t column = 1; column <= side; ++column) sum += sampled[row * kSampleRow + column];
+    const int16_t mean = int16_t((2 * sum + n) / (2 * n));
+    const DRow d;
+    const auto one = hn::Set(d, 1);
+    for (int32_t row = 0; row < side; ++row)
+        for (int32_t column = 0; column < kAlignRow; column += int32_t(hn::Lanes(d))) {
+            const auto inside = hn::Lt(hn::Iota(d, int16_t(column)), hn::Set(d, int16_t(side)));
+            const int16_t* from = sampled + (row + 1) * kSampleRow + column + 1;
+            const auto store = [&](hn::Vec<DRow> value, int16_t* to)
+                                   HWY_ATTR { hn::StoreU(hn::IfThenElseZero(inside, value), d, to + row * kAlignRow + column); };
+            const auto half = [&](const int16_t* high, const int16_t* low) HWY_ATTR {
+                return hn::ShiftRight<1>(hn::Add(hn::Sub(hn::LoadU(d, high), hn::LoadU(d, low)), one));
+            };
+            store(hn::Sub(hn::LoadU(d, from), hn::Set(d, mean)), scratch.t);
+            store(half(from + 1, from - 1), scratch.gx);
+            store(half(from + kSampleRow, from - kSampleRow), scratch.gy);
+        }
+    int32_t t = 0, tt = 0;
+    for (int32_t k = 0; k < side * kAlignRow; ++k) {
+        t += scratch.t[k];
+        tt += scratch.t[k] * scratch.t[k];
+    }
+    scratch.full_t = t;
+    scratch.full_tt = tt;
+    return int64_t(n) * tt - int64_t(t) * t >= int64_t(n) * n * params.texture * params.texture;
+}
+
+// Bytes [x, x + count) of a row, repeating the border's.
+void copy_row(const uint8_t* row, int32_t width, int32_t x, int32_t count, uint8_t* out) {
+    if (x >= 0 && x + count <= width) {
+        std::memcpy(out, row + x, size_t(count));
+        return;
+    }
+    for (int32_t k = 0; k < count; ++k) out[k] = row[std::clamp(x + k, 0, width - 1)];
+}
+
+// The pairs of the window round (x, y); returns whether a pixel of it is masked.
+bool load_window(const AlignLevel& level, int32_t x, int32_t y, int32_t reach, AlignScratch& scratch) {
+    const D32 d;
+    const hn::Rebind<uint8_t, D32> bytes;
+    const int32_t side = 2 * reach + 1, lanes = int32_t(hn::Lanes(d));
+    alignas(64) uint8_t row[2 * kAlignWindowRow] = {};
+    const auto pair = [&](int32_t column) HWY_ATTR {
+        return hn::Or(hn::PromoteTo(d, hn::LoadU(bytes, row + column)), hn::ShiftLeft<16>(hn::PromoteTo(d, hn::LoadU(bytes, row + column + 1))));
+    };
+    bool masked = false;
+    for (int32_t j = 0; j < side; ++j) {
+        const size_t line = size_t(std::clamp(y - reach + j, 0, level.height - 1)) * level.stride;
+        copy_row(level.gray + line, level.width, x - reach, side + 1, row);
+        for (int32_t k = 0; k < side; k += lanes) hn::StoreU(pair(k), d, scratch.live + j * kAlignWindowRow + k);
+        if (level.mask == nullptr) continue;
+        copy_row(level.mask + line, level.width, x - reach, side + 1, row);
+        for (int32_t k = 0; k <= side; ++k) {
+            row[k] = row[k] != 0;
+            masked |= row[k] == 0;
+        }
+        for (int32_t k = 0; k < side; k += lanes) hn::StoreU(pair(k), d, scratch.usable + j * kAlignWindowRow + k);
+    }
+    if (!masked) return false;
+    for (int32_t k = 0; k < side * kAlignWindowRow; k += lanes) {
+        const auto usable = hn::BitCast(D16(), hn::LoadU(d, scratch.usable + k)), live = hn::BitCast(D16(), hn::LoadU(d, scratch.live + k));
+        hn::StoreU(hn::BitCast(d, hn::Mul(usable, live)), d, scratch.usable_live + k);
+    }
+    return true;
+}
+
+// One row of kBlocks vectors of displacements: the sum of the products of patch and window.
+template <int kBlocks>
+void correlate_row(const int16_t* patch, const int32_t* window, int32_t radius, int32_t* out) {
+    const D32 d;
+    constexpr size_t kLanes = hn::MaxLanes(D32());
+    V32 sum[kBlocks], rest[kBlocks];
+    for (int b = 0; b < kBlocks; ++b) sum[b] = rest[b] = hn::Zero(d);
+    for (int32_t row = 0; row <= 2 * radius; ++row)
+        for (int32_t k = 0; k <= radius; ++k) {
+            int32_t two = 0;
+            std::memcpy(&two, patch + row * kAlignRow + 2 * k, sizeof two);
+            const V32 template_pair = hn::Set(d, two);
+            for (int b = 0; b < kBlocks; ++b)
+                sum[b] = multiply_pairs(hn::LoadU(d, window + row * kAlignWindowRow + 2 * k + int(kLanes) * b), template_pair, sum[b], rest[b]);
+        }
+    for (int b = 0; b < kBlocks; ++b) hn::StoreU(hn::RearrangeToOddPlusEven(sum[b], rest[b]), d, out + int(kLanes) * b);
+}
+
+void correlate(const int16_t* patch, const int32_t* window, int32_t radius, int32_t search, AlignSums& out) {
+    const int32_t lanes = int32_t(hn::Lanes(D32()));
+    const int32_t blocks = (2 * search + lanes) / lanes;
+    for (int32_t dy = 0; dy <= 2 * search; ++dy)
+        for (int32_t b = 0; b < blocks;) {
+            const int32_t* from = window + (dy + 1) * kAlignWindowRow + 1 + b * lanes;
+            int32_t* to = out + dy * kAlignScoreRow + b * lanes;
+            switch (blocks - b) {
+                case 1: correlate_row<1>(patch, from, radius, to); b += 1; break;
+                case 2: correlate_row<2>(patch, from, radius, to); b += 2; break;
+                default: correlate_row<3>(patch, from, radius, to); b += 3; break;
+            }
+        }
+}
+
+// Sums of the window's pixels, or their squares, under the patch at each displacement.
+template <bool kSquares>
+void box_sums(const int32_t* window, int32_t radius, int32_t search, AlignSums& out) {
+    const D32 d;
+    const V32 low = hn::Set(d, 0xffff);
+    const int32_t lanes = int32_t(hn::Lanes(d)), columns = 2 * (radius + search) + 1;
+    alignas(64) int32_t column[2 * kAlignWindowRow] = {};
+    const auto add_row = [&](int32_t row, bool subtract) HWY_ATTR {
+        for (int32_t x = 0; x < columns; x += lanes) {
+            V32 value = hn::And(hn::LoadU(d, window + (row + 1) * kAlignWindowRow + 1 + x), low);
+            if (kSquares) value = hn::Mul(value, value);
+            const V32 before = hn::LoadU(d, column + x);
+            hn::StoreU(subtract ? hn::Sub(before, value) : hn::Add(before, value), d, column + x);
+        }
+    };
+    for (int32_t row = 0; row < 2 * radius; ++row) add_row(row, false);
+    for (int32_t dy = 0; dy <= 2 * search; ++dy) {
+        add_row(dy + 2 * radius, false);
+        for (int32_t dx = 0; dx <= 2 * search; dx += lanes) {
+            V32 sum = hn::LoadU(d, column + dx);
+            for (int32_t k = 1; k <= 2 * radius; ++k) sum = hn::Add(sum, hn::LoadU(d, column + dx + k));
+            hn::StoreU(sum, d, out + dy * kAlignScoreRow + dx);
+        }
+        add_row(dy, true);
+    }
+}
+
+VFloat reciprocal_root(VFloat x) {
+    const DFloat d;
+    const hn::RebindToUnsigned<DFloat> bits;
+    const VFloat half = hn::Mul(hn::Set(d, 0.5f), x);
+    VFloat y = hn::BitCast(d, hn::Sub(hn::Set(bits, 0x5f3759dfu), hn::ShiftRight<1>(hn::BitCast(bits, x))));
+    for (int i = 0; i < 3; ++i) y = hn::Mul(y, hn::Sub(hn::Set(d, 1.5f), hn::Mul(hn::Mul(half, y), y)));
+    return y;
+}
+
+// The scores of a vector of displacements; kUnscored where there is none.
+V32 scores(const AlignRun& run, const AlignScratch& scratch, int32_t at) {
+    const D32 d;
+    const DFloat f;
+    const auto load = [&](const AlignSums& sums) HWY_ATTR { return hn::LoadU(d, sums + at); };
+    const int32_t all = int32_t((2 * run.params->patch_radius + 1) * (2 * run.params->patch_radius + 1));
+    const V32 i = load(scratch.i), ii = load(scratch.ii), ti = load(scratch.ti);
+    V32 n = hn::Set(d, all), t = hn::Set(d, scratch.full_t), tt = hn::Set(d, scratch.full_tt);
+    VFloat inverse = hn::Set(f, run.inverse[all - 1]), root = hn::Set(f, run.root[all - 1]);
+    if (scratch.masked) {
+        n = load(scratch.n);
+        t = load(scratch.t_sum);
+        tt = hn::Add(hn::ShiftLeft<12>(load(scratch.tt_high)), load(scratch.tt_low));
+        const V32 index = hn::Sub(hn::Max(n, hn::Set(d, 1)), hn::Set(d, 1));
+        inverse = hn::GatherIndex(f, run.inverse, index);
+        root = hn::GatherIndex(f, run.root, index);
+    }
+    const V32 live_variance = hn::Sub(hn::Mul(n, ii), hn::Mul(i, i));
+    const VFloat one = hn::Set(f, 1.0f), tf = hn::ConvertTo(f, t);
+    const VFloat patch_variance = hn::Sub(hn::ConvertTo(f, tt), hn::Mul(hn::Mul(tf, tf), inverse));
+    const VFloat covariance = hn::Sub(hn::ConvertTo(f, ti), hn::Mul(hn::Mul(tf, hn::ConvertTo(f, i)), inverse));
+    const VFloat patch_root = reciprocal_root(hn::Max(patch_variance, one));
+    const VFloat live_root = reciprocal_root(hn::Max(hn::ConvertTo(f, live_variance), one));
+    const VFloat z = hn::Mul(hn::Mul(hn::Mul(covariance, patch_root), live_root), root);
+    const V32 q = hn::ConvertTo(d, hn::Floor(hn::Add(hn::Mul(z, hn::Set(f, float(kOneScore))), hn::Set(f, 0.5f))));
+    const auto enough = hn::Gt(hn::ShiftLeft<2>(n), hn::Set(d, 3 * all - 1));
+    const auto live = hn::Gt(live_variance, hn::Zero(d));
+    const auto good = hn::And(hn::And(enough, live), hn::RebindMask(d, hn::Ge(patch_variance, one)));
+    return hn::IfThenElse(good, q, hn::Set(d, int32_t(kUnscored)));
+}
+
+// The best displacement, counted from the corner of the search window; -1 if none is scored. columns, rows: those inside the image.
+int32_t best_displacement(const AlignRun& run, const AlignScratch& scratch, const int32_t columns[2], const int32_t rows[2]) {
+    const D32 d;
+    const int32_t s = int32_t(run.params->search_radius), lanes = int32_t(hn::Lanes(d));
+    const V32 unscored = hn::Set(d, int32_t(kUnscored));
+    V32 best = unscored, best_at = hn::Set(d, -1);
+    for (int32_t y = rows[0]; y <= rows[1]; ++y)
+        for (int32_t x = 0; x <= 2 * s; x += lanes) {
+            const V32 column = hn::Iota(d, x), dx = hn::Sub(column, hn::Set(d, s));
+            const V32 q = scores(run, scratch, y * kAlignScoreRow + x);
+            const V32 squared = hn::Add(hn::Mul(dx, dx), hn::Set(d, (y - s) * (y - s)));
+            const V32 ranked = hn::Sub(q, hn::Mul(squared, hn::Set(d, int32_t(kDistancePenalty))));
+            const auto inside = hn::And(hn::Gt(column, hn::Set(d, columns[0] - 1)), hn::Lt(column, hn::Set(d, columns[1] + 1)));
+            const auto better = hn::And(hn::And(inside, hn::Ne(q, unscored)), hn::Gt(ranked, best));
+            best = hn::IfThenElse(better, ranked, best);
+            best_at = hn::IfThenElse(better, hn::Add(hn::Set(d, y * (2 * s + 1)), column), best_at);
+        }
+    const V32 highest = hn::MaxOfLanes(d, best);
+    const V32 candidates = hn::IfThenElse(hn::Eq(best, highest), best_at, hn::Set(d, INT32_MAX));
+    return hn::GetLane(hn::MinOfLanes(d, candidates));
+}
+
+void all_sums(const defrec_align_params& params, AlignScratch& scratch) {
+    const int32_t r = int32_t(params.patch_radius), s = int32_t(params.search_radius);
+    const int32_t* live = scratch.masked ? scratch.usable_live : scratch.live;
+    correlate(scratch.t, live, r, s, scratch.ti);
+    box_sums<false>(live, r, s, scratch.i);
+    box_sums<true>(live, r, s, scratch.ii);
+    if (!scratch.masked) return;
+    for (int32_t k = 0; k < (2 * r + 1) * kAlignRow; ++k) {
+        const int32_t square = scratch.t[k] * scratch.t[k];
+        scratch.high[k] = int16_t(square >> 12);
+        scratch.low[k] = int16_t(square & 4095);
+    }
+    box_sums<false>(scratch.usable, r, s, scratch.n);
+    correlate(scratch.t, scratch.usable, r, s, scratch.t_sum);
+    correlate(scratch.high, scratch.usable, r, s, scratch.tt_high);
+    correlate(scratch.low, scratch.usable, r, s, scratch.tt_low);
+}
+
+bool search(const AlignRun& run, const AlignCentre& centre, const defrec_patch_prediction& prediction, AlignScratch& scratch, AlignPeak& peak) {
+    const defrec_align_params& params = *run.params;
+    if (!centre.valid || !usable(prediction, params)) return false;
+    const int32_t u = to_level(prediction.u, params.level), v = to_level(prediction.v, params.level);
+    const int32_t x = (u + 128) >> 8, y = (v + 128) >> 8, r = int32_t(params.patch_radius), s = int32_t(params.search_radius);
+    peak.fraction_x = u - 256 * x;
+    peak.fraction_y = v - 256 * y;
+    alignas(64) int16_t sampled[(kAlignRows + 2) * kSampleRow];
+    if (!sample_view(run.views[centre.view], centre, prediction.view_from_live, peak.fraction_x, peak.fraction_y, r + 1, sampled) ||
+        !prepare_template(sampled, params, scratch))
+        return false;
+    const int32_t columns[2] = {std::max(0, r - x + s), std::min(2 * s, run.level.width - 1 - r - x + s)};
+    const int32_t rows[2] = {std::max(0, r - y + s), std::min(2 * s, run.level.height - 1 - r - y + s)};
+    if (columns[0] > columns[1] || rows[0] > rows[1]) return false;
+    scratch.masked = load_window(run.level, x, y, r + s + 1, scratch);
+    all_sums(params, scratch);
+    const int32_t at = best_displacement(run, scratch, columns, rows);
+    if (at < 0) return false;
+    const int32_t dx = at % (2 * s + 1) - s, dy = at / (2 * s + 1) - s;
+    peak.x = x + dx;
+    peak.y = y + dy;
+    peak.window_x = r + s + 1 + dx;
+    peak.window_y = r + s + 1 + dy;
+    return std::abs(dx) < s && std::abs(dy) < s;
+}
+
+}  // namespace
+}  // namespace defrec::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace defrec::cpu {
+
+HWY_EXPORT(search);
+bool align_search(const AlignRun& run, const AlignCentre& centre, const defrec_patch_prediction& prediction, AlignScratch& scratch,
+                  AlignPeak& peak) {
+    return HWY_DYNAMIC_DISPATCH(search)(run, centre, prediction, scratch, peak);
+}
+
+}  // namespace defrec::cpu
+#endif
