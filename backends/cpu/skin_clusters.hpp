@@ -1,0 +1,75 @@
+// Surface points grouped by the control points that move them: within a group the motions are the same for all, and SIMD lanes are points.
+#pragma once
+#include <algorithm>
+#include <array>
+
+#include "backends/shared/motion.hpp"
+#include "backends/shared/stage.hpp"
+
+namespace defrec::cpu {
+
+constexpr size_t kSkin = DEFREC_SKIN_NODES;
+constexpr size_t kLanePadding = 16;  // groups begin and end at multiples, as many as the widest SIMD has lanes
+
+inline size_t padded(size_t count) { return (count + kLanePadding - 1) / kLanePadding * kLanePadding; }
+
+// Control points ascending; of one that is named more than once, only the first has a weight.
+struct Skin {
+    std::array<int32_t, kSkin> node;
+    std::array<float, kSkin> weight;
+
+    template <class Item>
+    explicit Skin(const Item& item) {
+        std::array<size_t, kSkin> order{0, 1, 2, 3};
+        std::sort(order.begin(), order.end(), [&](size_t a, size_t b) { return std::pair(item.node[a], a) < std::pair(item.node[b], b); });
+        for (size_t k = 0; k < kSkin; ++k) {
+            node[k] = item.node[order[k]];
+            weight[k] = item.weight[order[k]];
+        }
+        for (size_t k = kSkin - 1; k > 0; --k)
+            if (node[k] == node[k - 1]) {
+                weight[k - 1] += weight[k];
+                weight[k] = 0;
+            }
+    }
+};
+
+// One item of a group: which, and of which list.
+struct SkinKey {
+    std::array<int32_t, kSkin> node;
+    uint32_t list, index;
+    auto operator<=>(const SkinKey&) const = default;
+};
+
+// A control point's motion in single precision, ready to be broadcast.
+struct NodeMotion {
+    float dual_quaternion[8];  // real wxyz, dual wxyz
+    float rotation[9];         // row-major
+    float rest[3];             // position in the template frame
+
+    void set(const DualQuaternion<double>& motion, Vec3<double> position) {
+        const auto [real, dual] = motion;
+        const double q[8] = {real.w, real.x, real.y, real.z, dual.w, dual.x, dual.y, dual.z};
+        std::copy(q, q + 8, dual_quaternion);
+        double r[9], t[3];
+        to_rigid(motion, r, t);
+        std::copy(r, r + 9, rotation);
+        store3(position, rest);
+    }
+};
+
+// The motions of a group's control points, all in the hemisphere of the first.
+struct GroupMotion {
+    float dual_quaternion[kSkin][8];
+
+    GroupMotion(const NodeMotion* motions, const std::array<int32_t, kSkin>& node) {
+        const float* first = motions[node[0]].dual_quaternion;
+        for (size_t k = 0; k < kSkin; ++k) {
+            const float* q = motions[node[k]].dual_quaternion;
+            const float cosine = q[0] * first[0] + q[1] * first[1] + q[2] * first[2] + q[3] * first[3];
+            for (size_t i = 0; i < 8; ++i) dual_quaternion[k][i] = cosine < 0 ? -q[i] : q[i];
+        }
+    }
+};
+
+}  // namespace defrec::cpu
