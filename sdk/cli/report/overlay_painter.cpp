@@ -115,8 +115,9 @@ void draw_head(cv::Mat& image, const FrameRecord& frame) {
     first.add(frame.reasons, kExtrapolated);
 
     TextRow second(image, left, row_height + cvRound(0.75 * row_height), scale);
-    second.add(std::isfinite(frame.mean_residual_mm) ? format("residual %.2f mm", frame.mean_residual_mm)
-                                                     : "residual -",
+    second.add(!frame.vertices.empty() && std::isfinite(frame.mean_residual_mm)
+                   ? format("residual %.2f mm", frame.mean_residual_mm)
+                   : "residual -",
                kText);
     second.add(format("inliers %d of %d", frame.inliers, frame.matches), kText);
     second.add(format("observed %.0f %%", 100 * frame.observed_share), kText);

@@ -49,7 +49,7 @@ struct FrameRecord {
     int matches = 0;              ///< matched to the template
     int inliers = 0;              ///< kept by RANSAC
     double observed_share = 0;    ///< 0..1, vertices with status observed
-    double mean_residual_mm = 0;  ///< NaN if nothing was measured
+    double mean_residual_mm = 0;  ///< NaN if nothing was measured; not shown without vertices
     double frame_ms = 0;          ///< whole frame in the library, submit to result; 0 if unknown
     std::vector<std::pair<std::string, double>>
         stage_ms;  ///< name and milliseconds, in the order to be shown

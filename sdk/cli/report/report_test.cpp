@@ -85,7 +85,7 @@ TEST_CASE("a 60 frame report is one file below 4 MB that loads nothing from else
     CHECK(data["surface"]["moments"][38]["state"] == "lost");
 }
 
-TEST_CASE("row 75: names that are markup, script or not UTF-8 do no harm") {
+TEST_CASE("row 75: names that are markup, script or not UTF-8 do no harm; no residual without a surface") {
     const Folder folder;
     const fs::path path = folder.path / fs::path(u8"Bericht ä 膜.html");
     ReportMeta meta;
@@ -93,13 +93,16 @@ TEST_CASE("row 75: names that are markup, script or not UTF-8 do no harm") {
     meta.facts = {{"Left", "a&b\"<img src=x onerror=alert(1)>.mp4"}};
     const SyntheticSequence sequence(160, 120, 2);
     ReportWriter report(path, meta, sequence.projector());
-    report.add({}, sequence.record(0));
+    FrameRecord record = sequence.record(0);
+    record.vertices.clear();
+    report.add({}, record);
     report.finish();
     const std::string page = read(path);
     CHECK(page.find("document.title='broken'</script>") == std::string::npos);
     CHECK(page.find("<img src=x") == std::string::npos);
     const json data = data_of(page);
     CHECK(data["meta"]["facts"][0][1] == "a&b\"<img src=x onerror=alert(1)>.mp4");
+    CHECK(data["summary"]["residual_mm"].is_null());
     CHECK(data["meta"]["sequence"].get<std::string>().starts_with("</script><script>"));
 }
 

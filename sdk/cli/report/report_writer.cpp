@@ -114,8 +114,10 @@ void ReportWriter::Impl::count(const FrameRecord& frame) {
     ++frames;
     ++frames_by_state[frame.state];
     if (frame.frame_ms > 0) frame_ms.add(frame.frame_ms);
-    residual_mm.add(frame.mean_residual_mm);
-    if (!frame.vertices.empty()) observed_share.add(frame.observed_share);
+    if (!frame.vertices.empty()) {
+        residual_mm.add(frame.mean_residual_mm);
+        observed_share.add(frame.observed_share);
+    }
     for (const auto& [name, ms] : stage_totals(frame)) {
         std::size_t i = 0;
         while (i < stages.size() && stages[i].first != name) ++i;
@@ -132,7 +134,7 @@ void ReportWriter::Impl::plot(const FrameRecord& frame) {
         series.set(series.line(name, worst), value);
     };
     set("state", Worst::largest, severity(frame.state));
-    set("residual_mm", Worst::largest, frame.mean_residual_mm);
+    set("residual_mm", Worst::largest, frame.vertices.empty() ? std::nan("") : frame.mean_residual_mm);
     set("features", Worst::smallest, frame.features);
     set("matches", Worst::smallest, frame.matches);
     set("inliers", Worst::smallest, frame.inliers);

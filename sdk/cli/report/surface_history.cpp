@@ -54,11 +54,11 @@ void SurfaceHistory::add(const FrameRecord& frame) {
     SurfaceMoment moment;
     moment.frame = frame.index;
     moment.timestamp_ms = frame.timestamp_ms;
-    moment.mean_residual_mm = frame.mean_residual_mm;
     moment.state = frame.state;
     moment.reasons = frame.reasons;
     moment.rigid = frame.rigid;
     if (has_geometry(frame, vertices_)) {
+        moment.mean_residual_mm = frame.mean_residual_mm;
         lattice_.evaluate(frame, state_);
         moment.points = quantise(state_.xyz);
         for (const VertexStatus status : state_.status)

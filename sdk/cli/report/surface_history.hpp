@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -24,7 +25,8 @@ QuantisedPoints quantise(const std::vector<float>& xyz);
 
 struct SurfaceMoment {
     std::int64_t frame = 0;
-    double timestamp_ms = 0, mean_residual_mm = 0;
+    double timestamp_ms = 0;
+    double mean_residual_mm = std::numeric_limits<double>::quiet_NaN();
     std::string state, reasons;
     std::array<double, 12> rigid{};
     QuantisedPoints points;            ///< empty: no surface in this frame

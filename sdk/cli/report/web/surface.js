@@ -199,6 +199,7 @@ function loadImage(base64) {
 function noSurface(reason) {
   byId('no-surface').hidden = false;
   byId('no-surface').textContent = reason;
+  byId('surface').classList.add('empty');
   for (const id of ['play', 'moment', 'colour-by', 'mesh-lines', 'hold-still', 'front-view']) byId(id).disabled = true;
   return { select() {} };
 }
