@@ -1,5 +1,323 @@
+// Stage stereo on the CPU: memory, and the order in which its kernels pass over bands of rows.
+// docs/stages/stereo.md.
+#include <algorithm>
+#include <cstring>
+
 #include "backends/cpu/stages.hpp"
+#include "backends/cpu/stereo_kernels.hpp"
+#include "backends/shared/stereo_layout.hpp"
 
 namespace defrec::cpu {
-std::unique_ptr<Stage> make_stereo(const defrec_stereo_params&, const Host&) { throw StageError(DEFREC_ERROR_UNSUPPORTED, "not written"); }
+namespace {
+
+constexpr int kBand = 32;  // rows one task works on
+
+// An image with margins that owns its memory.
+template <class T>
+class Image {
+  public:
+    Image(const Host& host, int width, int height, T margin = T())
+        : stride_(ptrdiff_t(width + kMargin - 1) / kMargin * kMargin + 2 * kMargin),
+          memory_(size_t(stride_) * size_t(height), margin, HostAllocator<T>(host)) {}
+    Plane<T> plane() { return {memory_.data() + kMargin, stride_}; }
+    Plane<const T> view() const { return {memory_.data() + kMargin, stride_}; }
+    T* row(int y) { return plane().row(y); }
+    const T* row(int y) const { return view().row(y); }
+
+  private:
+    ptrdiff_t stride_;
+    HostVector<T> memory_;
+};
+using Bytes = Image<uint8_t>;
+using Field = Image<int16_t>;
+
+Field make_field(const Host& host, int width, int height) {
+    return Field(host, width, height, int16_t(kNoDisparity));
+}
+
+// Gray, masks and fields of one resolution.
+struct Level {
+    Level(const Host& host, int w, int h)
+        : width(w),
+          height(h),
+          left(host, w, h),
+          right(host, w, h),
+          left_mask(host, w, h),
+          right_mask(host, w, h),
+          settled(host, w, h),
+          fields{make_field(host, w, h), make_field(host, w, h), make_field(host, w, h)} {}
+
+    int width, height;
+    Bytes left, right, left_mask, right_mask, settled;
+    Field fields[3];
+};
+
+class Stereo final : public Stage {
+  public:
+    Stereo(const defrec_stereo_params& params, const Host& host)
+        : p_(params),
+          size_(params),
+          host_(host),
+          full_(host, size_.width, size_.height),
+          half_(host, size_.half_width, size_.half_height),
+          confidence_(host, size_.width, size_.height),
+          none_row_(make_field(host, size_.width, 1)),
+          scratch_ints_((std::max(search_scratch_ints(size_.half_width, size_.first, size_.count),
+                                  size_t(4 * size_.width + 2)) +
+                         15) /
+                        16 * 16),
+          scratch_(scratch_ints_ * size_t((size_.height + kBand - 1) / kBand), HostAllocator<int32_t>(host)) {
+        for (int w = size_.half_width, h = size_.half_height; w > 1 || h > 1;) {
+            w = (w + 1) / 2;
+            h = (h + 1) / 2;
+            coarser_.push_back({w, h, make_field(host, w, h)});
+        }
+    }
+
+    void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
+        const StereoBuffers b = stereo_buffers(size_, in, out);
+        prepare_images(b);
+        search_half(b);
+        if (!fill_all(half_.fields[1])) {
+            give_nothing(b);
+            return;
+        }
+        give(half_.fields[1], half_, b.dense);
+        refine_half(b);
+        refine_full(b);
+        finish(b);
+    }
+
+  private:
+    struct Coarser {
+        int width, height;
+        Field field;
+    };
+
+    // work(y0, y1, scratch) for bands of rows.
+    template <class Work>
+    void bands(int rows, Work&& work) {
+        host_.parallel_for(size_t((rows + kBand - 1) / kBand), [&](size_t band) {
+            const int y0 = int(band) * kBand;
+            work(y0, std::min(rows, y0 + kBand), scratch_.data() + band * scratch_ints_);
+        });
+    }
+    template <class Work>
+    void each_row(int rows, Work&& work) {
+        bands(rows, [&](int y0, int y1, int32_t*) {
+            for (int y = y0; y < y1; ++y) work(y);
+        });
+    }
+    template <class T>
+    static void give(const Image<T>& from, const Level& level, T* to) {
+        for (int y = 0; to != nullptr && y < level.height; ++y)
+            std::copy_n(from.row(y), level.width, to + size_t(y) * size_t(level.width));
+    }
+
+    void prepare_images(const StereoBuffers& b) {
+        const int w = size_.width, h = size_.height;
+        bands(h, [&](int y0, int y1, int32_t* scratch) {
+            const auto one = [&](const uint8_t* gray, const uint8_t* mask, Bytes& image, Bytes& image_mask,
+                                 int y) {
+                pad_row(gray + ptrdiff_t(y) * size_.stride, image.row(y), w);
+                if (mask == nullptr) {
+                    std::memset(image_mask.row(y), 255, size_t(w));
+                    return;
+                }
+                pad_row(mask + ptrdiff_t(y) * size_.stride, image_mask.row(y), w);
+                inpaint_row({gray, size_.stride}, {mask, size_.stride}, w, h, y, image.row(y), scratch);
+            };
+            for (int y = y0; y < y1; ++y) {
+                one(b.left, b.left_mask, full_.left, full_.left_mask, y);
+                one(b.right, b.right_mask, full_.right, full_.right_mask, y);
+            }
+        });
+        give(full_.left, full_, b.prepared_left);
+        give(full_.right, full_, b.prepared_right);
+        each_row(half_.height, [&](int y) {
+            halve_row(full_.left.row(2 * y), full_.left.row(2 * y + 1), half_.left.row(y), half_.width);
+            halve_row(full_.right.row(2 * y), full_.right.row(2 * y + 1), half_.right.row(y), half_.width);
+            halve_mask_row(full_.left_mask.row(2 * y), full_.left_mask.row(2 * y + 1), half_.left_mask.row(y),
+                           half_.width);
+            halve_mask_row(full_.right_mask.row(2 * y), full_.right_mask.row(2 * y + 1),
+                           half_.right_mask.row(y), half_.width);
+        });
+    }
+
+    // Leaves what is supported in field 0 and the smoothed of it in field 1.
+    void search_half(const StereoBuffers& b) {
+        Field* f = half_.fields;
+        const float unit = search_score_unit(int(p_.radius));
+        const SearchJob job{half_.left.view(),
+                            half_.right.view(),
+                            half_.left_mask.view(),
+                            half_.right_mask.view(),
+                            half_.width,
+                            half_.height,
+                            int(p_.radius),
+                            size_.first,
+                            size_.count,
+                            int(p_.left_right),
+                            int(p_.texture),
+                            float(p_.min_score) * unit,
+                            float(p_.uniqueness) * unit,
+                            b.left_keys,
+                            b.right_keys,
+                            f[2].plane()};
+        bands(half_.height, [&](int y0, int y1, int32_t* scratch) { search_rows(job, y0, y1, scratch); });
+        give(f[2], half_, b.checked);
+        each_row(half_.height, [&](int y) {
+            supported_row(f[2].view(), half_.width, half_.height, y, int(p_.support), f[0].row(y));
+        });
+        give(f[0], half_, b.supported);
+        smooth(half_, f[0], f[2], f[1], kHalfSmoothRadius, kSearchSmoothRange);
+    }
+
+    void smooth(const Level& level, const Field& from, Field& between, Field& to, int radius, int range) {
+        each_row(level.height,
+                 [&](int y) { smooth_along_row(from.row(y), level.width, radius, range, between.row(y)); });
+        each_row(level.height, [&](int y) {
+            smooth_along_columns(between.view(), level.width, level.height, y, radius, range,
+                                 none_row_.row(0), to.row(y));
+        });
+    }
+
+    // Fills every hole; false if there is not one disparity.
+    bool fill_all(Field& field) {
+        const auto coarser = [&](const Field& from, int width, int height, Field& to, int y) {
+            coarser_row(from.row(2 * y), 2 * y + 1 < height ? from.row(2 * y + 1) : none_row_.row(0), width,
+                        to.row(y));
+        };
+        const auto fill = [&](Field& fine, int width, const Coarser& c, int y) {
+            const int v2 = std::clamp(y % 2 == 0 ? y / 2 - 1 : y / 2 + 1, 0, c.height - 1);
+            fill_row(fine.row(y), width, c.field.row(y / 2), c.field.row(v2), c.width);
+        };
+        each_row(coarser_[0].height,
+                 [&](int y) { coarser(field, half_.width, half_.height, coarser_[0].field, y); });
+        for (size_t i = 1; i < coarser_.size(); ++i)
+            for (int y = 0; y < coarser_[i].height; ++y)
+                coarser(coarser_[i - 1].field, coarser_[i - 1].width, coarser_[i - 1].height,
+                        coarser_[i].field, y);
+        if (coarser_.back().field.row(0)[0] == kNoDisparity) return false;
+        for (size_t i = coarser_.size() - 1; i > 0; --i)
+            for (int y = 0; y < coarser_[i - 1].height; ++y)
+                fill(coarser_[i - 1].field, coarser_[i - 1].width, coarser_[i], y);
+        each_row(half_.height, [&](int y) { fill(field, half_.width, coarser_[0], y); });
+        return true;
+    }
+
+    void refine(const RefineJob& job) {
+        const int columns = (job.width + kRefineTile - 1) / kRefineTile,
+                  rows = (job.height + 2 * kBand - 1) / (2 * kBand);
+        host_.parallel_for(size_t(columns * rows), [&](size_t tile) {
+            const int x0 = int(tile) % columns * kRefineTile, y0 = int(tile) / columns * 2 * kBand;
+            refine_tile(job, x0, std::min(job.width, x0 + kRefineTile), y0,
+                        std::min(job.height, y0 + 2 * kBand));
+        });
+    }
+
+    // From the dense field 1 and the supported field 0; leaves the result in field 1.
+    void refine_half(const StereoBuffers& b) {
+        Field* f = half_.fields;
+        bands(half_.height, [&](int y0, int y1, int32_t* scratch) {
+            for (int y = y0; y < y1; ++y)
+                settled_row(f[0].view(), f[1].view(), half_.width, half_.height, y, int(p_.edge),
+                            reinterpret_cast<int16_t*>(scratch), half_.settled.row(y));
+        });
+        RefineJob job{};
+        job.left = half_.left.view();
+        job.right = half_.right.view();
+        job.width = half_.width;
+        job.height = half_.height;
+        job.radius = int(p_.radius);
+        job.hypothesis = f[1].view();
+        job.result = f[0].plane();
+        refine(job);
+        smooth(half_, f[0], f[2], f[1], kHalfSmoothRadius, kHalfSmoothRange);
+        give(f[1], half_, b.half_refined);
+    }
+
+    // Leaves the hypothesis in field 0 and the evidence, islands and all, in field 1.
+    void refine_full(const StereoBuffers& b) {
+        Field* f = full_.fields;
+        each_row(full_.height, [&](int y) {
+            upsample_row(half_.fields[1].view(), half_.settled.view(), half_.width, half_.height, full_.width,
+                         y, f[0].row(y), full_.settled.row(y));
+        });
+        give(f[0], full_, b.hypothesis);
+        RefineJob job{};
+        job.left = full_.left.view();
+        job.right = full_.right.view();
+        job.width = full_.width;
+        job.height = full_.height;
+        job.radius = int(p_.refine_radius);
+        job.hypothesis = f[0].view();
+        job.result = f[1].plane();
+        job.judge = true;
+        job.left_mask = full_.left_mask.view();
+        job.right_mask = full_.right_mask.view();
+        job.settled = full_.settled.view();
+        job.refine_score = int(p_.refine_score);
+        job.texture = int(p_.texture);
+        job.confidence = confidence_.plane();
+        job.refined = b.refined;
+        job.score = b.score;
+        refine(job);
+    }
+
+    void finish(const StereoBuffers& b) {
+        Field* f = full_.fields;
+        bands(full_.height, [&](int y0, int y1, int32_t*) {
+            drop_islands_rows(f[1].view(), full_.width, full_.height, y0, y1, int(p_.support), f[2].plane(),
+                              confidence_.plane());
+        });
+        give(f[2], full_, b.evidence);
+        bands(full_.height, [&](int y0, int y1, int32_t*) {
+            fill_small_rows(f[2].view(), f[0].view(), full_.width, full_.height, y0, y1, int(p_.fill_radius),
+                            f[1].plane(), confidence_.plane());
+        });
+        give(f[1], full_, b.filled);
+        for (uint32_t pass = 0; pass < p_.smooth_passes; ++pass)
+            smooth(full_, f[1], f[2], f[1], int(p_.smooth_radius), int(p_.smooth_range));
+        each_row(full_.height, [&](int y) {
+            std::copy_n(f[1].row(y), full_.width, b.disparity + ptrdiff_t(y) * size_.stride);
+            if (b.confidence != nullptr)
+                std::copy_n(confidence_.row(y), full_.width, b.confidence + ptrdiff_t(y) * size_.stride);
+        });
+    }
+
+    // The results of a pair without one disparity.
+    void give_nothing(const StereoBuffers& b) const {
+        const auto none = [](int16_t* to, size_t count) {
+            if (to != nullptr) std::fill_n(to, count, int16_t(kNoDisparity));
+        };
+        none(b.dense, size_.half_pixels());
+        none(b.half_refined, size_.half_pixels());
+        for (int16_t* field : {b.hypothesis, b.refined, b.evidence, b.filled}) none(field, size_.pixels());
+        if (b.score != nullptr) std::fill_n(b.score, size_.pixels(), int16_t{0});
+        for (int y = 0; y < full_.height; ++y) {
+            none(b.disparity + ptrdiff_t(y) * size_.stride, size_t(full_.width));
+            if (b.confidence != nullptr)
+                std::fill_n(b.confidence + ptrdiff_t(y) * size_.stride, full_.width, uint8_t{0});
+        }
+    }
+
+    defrec_stereo_params p_;
+    StereoSizes size_;
+    Host host_;
+    Level full_, half_;
+    Bytes confidence_;
+    Field none_row_;
+    std::vector<Coarser> coarser_;
+    size_t scratch_ints_;  // of one band
+    HostVector<int32_t> scratch_;
+};
+
+}  // namespace
+
+std::unique_ptr<Stage> make_stereo(const defrec_stereo_params& params, const Host& host) {
+    check_stereo(params);
+    return std::make_unique<Stereo>(params, host);
+}
+
 }  // namespace defrec::cpu

@@ -1,0 +1,83 @@
+// The sub-stages of stereo on rows, vectorised and dispatched at run time. Not the stage: that is stereo.cpp.
+// docs/stages/stereo.md defines each; the numbers are its sections.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+namespace defrec::cpu {
+
+// Elements before and after each row of a plane, so that vectors may reach over the ends.
+constexpr int kMargin = 64;
+
+// Rows of an image with margins; data is the first pixel.
+template <class T>
+struct Plane {
+    T* data;
+    ptrdiff_t stride;
+    T* row(int y) const { return data + y * stride; }
+};
+
+// 1: a row's copy with its ends repeated through the margins.
+void pad_row(const uint8_t* src, uint8_t* dst, int width);
+// 1: dst row y where mask is 0 becomes the mean of the usable neighbours in gray. scratch: 4 * width + 2
+// int32.
+void inpaint_row(Plane<const uint8_t> gray, Plane<const uint8_t> mask, int width, int height, int y,
+                 uint8_t* dst, int32_t* scratch);
+// 2: one row of the half image, margins included, from two rows.
+void halve_row(const uint8_t* upper, const uint8_t* lower, uint8_t* dst, int half_width);
+void halve_mask_row(const uint8_t* upper, const uint8_t* lower, uint8_t* dst, int half_width);
+
+// 3, 4: the search and its checks.
+struct SearchJob {
+    Plane<const uint8_t> left, right, left_mask, right_mask;
+    int width, height, radius, first, count;
+    int left_right, texture;
+    float least_score, lead;
+    int32_t *left_keys, *right_keys;  // without margins; may be nullptr
+    Plane<int16_t> checked;
+};
+size_t search_scratch_ints(int width, int first, int count);
+// Rows y0 .. y1 - 1. scratch: search_scratch_ints, cache-line aligned, any contents.
+void search_rows(const SearchJob& job, int y0, int y1, int32_t* scratch);
+
+// Fields of disparities have kNoDisparity in their margins, and the functions keep it so.
+// 5
+void supported_row(Plane<const int16_t> field, int width, int height, int y, int support, int16_t* dst);
+// 6, 12: along rows, then along columns.
+void smooth_along_row(const int16_t* src, int width, int radius, int range, int16_t* dst);
+void smooth_along_columns(Plane<const int16_t> field, int width, int height, int y, int radius, int range,
+                          const int16_t* none_row, int16_t* dst);
+// 6: one row of the next coarser field, and the filled row from it.
+void coarser_row(const int16_t* upper, const int16_t* lower, int width, int16_t* dst);
+void fill_row(int16_t* row, int width, const int16_t* coarse, const int16_t* coarse2, int coarse_width);
+// 7: dst[x] = 255 where settled. extent: the field's least and largest values along the columns, 2 * (width +
+// 2 * kMargin) int16.
+void settled_row(Plane<const int16_t> supported, Plane<const int16_t> dense, int width, int height, int y,
+                 int edge, int16_t* extent, uint8_t* dst);
+// 9: row y of the field at full resolution and of the settled mask.
+void upsample_row(Plane<const int16_t> half, Plane<const uint8_t> settled, int half_width, int half_height,
+                  int width, int y, int16_t* dst, uint8_t* dst_settled);
+
+// 8, 10: refinement, and at full resolution the judgement.
+struct RefineJob {
+    Plane<const uint8_t> left, right;
+    int width, height, radius;
+    Plane<const int16_t> hypothesis;  // no pixel without a disparity
+    Plane<int16_t> result;            // refined field, or with judge the evidence
+    bool judge;
+    Plane<const uint8_t> left_mask, right_mask, settled;
+    int refine_score, texture;
+    Plane<uint8_t> confidence;
+    int16_t *refined, *score;  // without margins; may be nullptr
+};
+constexpr int kRefineTile = 256;  // most columns of a tile
+void refine_tile(const RefineJob& job, int x0, int x1, int y0, int y1);
+
+// 10: evidence rows y0 .. y1 - 1 with islands dropped; their confidence is cleared.
+void drop_islands_rows(Plane<const int16_t> evidence, int width, int height, int y0, int y1, int support,
+                       Plane<int16_t> dst, Plane<uint8_t> confidence);
+// 11
+void fill_small_rows(Plane<const int16_t> evidence, Plane<const int16_t> hypothesis, int width, int height,
+                     int y0, int y1, int radius, Plane<int16_t> dst, Plane<uint8_t> confidence);
+
+}  // namespace defrec::cpu

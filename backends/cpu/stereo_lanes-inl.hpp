@@ -1,0 +1,49 @@
+// Vector helpers of the stereo kernels; included once per Highway target.
+#if defined(DEFREC_STEREO_LANES_INL) == defined(HWY_TARGET_TOGGLE)
+#ifdef DEFREC_STEREO_LANES_INL
+#undef DEFREC_STEREO_LANES_INL
+#else
+#define DEFREC_STEREO_LANES_INL
+#endif
+
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace defrec::cpu::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using I32 = hn::ScalableTag<int32_t>;
+using F32 = hn::ScalableTag<float>;
+using I16 = hn::ScalableTag<int16_t>;
+using VI32 = hn::Vec<I32>;
+using VF32 = hn::Vec<F32>;
+
+// For each int32 lane the sum of the products of its two int16 halves.
+HWY_INLINE VI32 PairProducts(VI32 a, VI32 b) {
+    const I32 d32;
+    const hn::Repartition<int16_t, I32> d16;
+#if HWY_ARCH_X86
+    VI32 unused = hn::Zero(d32);
+    return hn::ReorderWidenMulAccumulate(d32, hn::BitCast(d16, a), hn::BitCast(d16, b), hn::Zero(d32),
+                                         unused);
+#else
+    const auto low = [](VI32 v) HWY_ATTR { return hn::ShiftRight<16>(hn::ShiftLeft<16>(v)); };
+    return hn::Add(hn::Mul(low(a), low(b)), hn::Mul(hn::ShiftRight<16>(a), hn::ShiftRight<16>(b)));
+#endif
+}
+
+// 1 / sqrt(value) as the definition has it; 0 for 0.
+HWY_INLINE VF32 InverseRoot(VI32 value) {
+    const I32 d32;
+    const F32 df;
+    const VF32 x = hn::ConvertTo(df, value);
+    VF32 y = hn::BitCast(df, hn::Sub(hn::Set(d32, 0x5f375a86), hn::ShiftRight<1>(hn::BitCast(d32, x))));
+    const VF32 half = hn::Mul(hn::Set(df, 0.5f), x);
+    for (int step = 0; step < 2; ++step)
+        y = hn::Mul(y, hn::Sub(hn::Set(df, 1.5f), hn::Mul(hn::Mul(half, y), y)));
+    return hn::IfThenElseZero(hn::RebindMask(df, hn::Gt(value, hn::Zero(d32))), y);
+}
+
+}  // namespace defrec::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+#endif

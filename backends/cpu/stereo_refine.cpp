@@ -1,0 +1,288 @@
+// Refinement of stereo: correlation with the right image seen through the hypothesis, one pixel to either
+// side; at full resolution also the judgement. Works on tiles whose column sums stay in the first cache and
+// move down row by row.
+#include <algorithm>
+
+#include "backends/cpu/stereo_kernels.hpp"
+#include "backends/shared/stereo_layout.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "backends/cpu/stereo_refine.cpp"
+#include <hwy/foreach_target.h>
+
+#include "backends/cpu/stereo_lanes-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace defrec::cpu::HWY_NAMESPACE {
+
+constexpr int kHalo = 16;           // columns on both sides of a tile that its windows reach into
+constexpr int kOrigin = 2 * kHalo;  // where a tile's first column lies in its arrays
+constexpr int kTileInts = kRefineTile + 4 * kHalo;  // with room for vectors that reach over the ends
+constexpr int kMaxRows = 2 * 6 + 2;                 // window rows and the one that leaves
+
+enum Sum {
+    kLeft,
+    kLeftSquares,
+    kWarped,
+    kSquares = kWarped + 3,
+    kProducts = kSquares + 3,
+    kSums = kProducts + 3
+};
+
+// Sums over the columns of the window, and the warped rows that are inside it. Column x0 is element kOrigin.
+struct Tile {
+    alignas(64) int32_t columns[kSums][kTileInts];
+    alignas(64) int32_t triples[kSums][kTileInts];
+    alignas(64) int16_t warped[kMaxRows][3][kTileInts];
+    alignas(64) int32_t window_width[kTileInts];
+    alignas(64) int32_t least_variance[kTileInts];
+    int least_for = 0;  // the window height that least_variance was made for
+};
+
+// The right image's row at x - hypothesis - 1, + 0, + 1 in half gray levels; beyond the image 0.
+HWY_INLINE void WarpLanes(const RefineJob& job, int x, int y, VI32 (&out)[3]) {
+    const I32 d;
+    const hn::RebindToUnsigned<I32> du;
+    const hn::Rebind<int16_t, I32> d16;
+    const VI32 column = hn::Iota(d, x);
+    const VI32 disparity = hn::PromoteTo(d, hn::LoadU(d16, job.hypothesis.row(y) + x));
+    const VI32 position = hn::Sub(hn::ShiftLeft<4>(column), disparity);
+    const VI32 part = hn::And(position, hn::Set(d, 15)), rest = hn::Sub(hn::Set(d, 16), part);
+    // Beyond the ends the image's margins repeat its last pixels.
+    const VI32 first =
+        hn::Min(hn::Max(hn::ShiftRight<4>(position), hn::Set(d, -3)), hn::Set(d, job.width + 1));
+    const uint8_t* row = job.right.row(y) - 1;
+    const auto taps = hn::BitCast(du, hn::GatherOffset(d, reinterpret_cast<const int32_t*>(row), first));
+    const auto byte = hn::Set(du, 255);
+    const VI32 t0 = hn::BitCast(d, hn::And(taps, byte)),
+               t1 = hn::BitCast(d, hn::And(hn::ShiftRight<8>(taps), byte));
+    const VI32 t2 = hn::BitCast(d, hn::And(hn::ShiftRight<16>(taps), byte)),
+               t3 = hn::BitCast(d, hn::ShiftRight<24>(taps));
+    const auto inside = hn::Lt(column, hn::Set(d, job.width));
+    const auto blend = [&](VI32 a, VI32 b) HWY_ATTR {
+        // Both products fit in one 16-bit half each.
+        const VI32 taps2 = hn::Or(a, hn::ShiftLeft<16>(b)), weights = hn::Or(rest, hn::ShiftLeft<16>(part));
+        return hn::IfThenElseZero(inside,
+                                  hn::ShiftRight<3>(hn::Add(PairProducts(taps2, weights), hn::Set(d, 4))));
+    };
+    out[0] = blend(t0, t1);
+    out[1] = blend(t1, t2);
+    out[2] = blend(t2, t3);
+}
+
+// Lets row enter (-1: none) into the columns' sums and row leave out of them.
+void MoveRows(const RefineJob& job, Tile& tile, int x0, int x1, int enter, int leave) {
+    const I32 d;
+    const hn::Rebind<int16_t, I32> d16;
+    const hn::Rebind<uint8_t, I32> d8;
+    const int rows = 2 * job.radius + 2, begin = std::max(0, x0 - kHalo),
+              end = std::min(job.width, x1 + kHalo);
+    const VI32 zero = hn::Zero(d);
+    for (int x = begin; x < end; x += int(hn::Lanes(d))) {
+        const int i = x - x0 + kOrigin;
+        const auto inside = hn::Lt(hn::Iota(d, x), hn::Set(d, job.width));
+        const auto left_row = [&](int y) HWY_ATTR {
+            return y < 0 ? zero
+                         : hn::IfThenElseZero(inside, hn::PromoteTo(d, hn::LoadU(d8, job.left.row(y) + x)));
+        };
+        const auto add = [&](int sum, VI32 change) HWY_ATTR {
+            int32_t* at = tile.columns[sum] + i;
+            hn::Store(hn::Add(hn::Load(d, at), change), d, at);
+        };
+        const VI32 l_in = left_row(enter), l_out = left_row(leave), l_change = hn::Sub(l_in, l_out);
+        add(kLeft, l_change);
+        add(kLeftSquares, PairProducts(l_change, hn::Add(l_in, l_out)));
+        const VI32 l_pair = hn::Or(l_in, hn::ShiftLeft<16>(hn::Neg(l_out)));
+        VI32 in[3] = {zero, zero, zero};
+        if (enter >= 0) WarpLanes(job, x, enter, in);
+        for (int k = 0; k < 3; ++k) {
+            const VI32 out =
+                leave < 0 ? zero : hn::PromoteTo(d, hn::Load(d16, tile.warped[leave % rows][k] + i));
+            const VI32 change = hn::Sub(in[k], out);
+            add(kWarped + k, change);
+            add(kSquares + k, PairProducts(change, hn::Add(in[k], out)));
+            add(kProducts + k, PairProducts(l_pair, hn::Or(in[k], hn::ShiftLeft<16>(out))));
+            if (enter >= 0) hn::Store(hn::DemoteTo(d16, in[k]), d16, tile.warped[enter % rows][k] + i);
+        }
+    }
+}
+
+// Nine columns are three times three; other radii add them up one by one.
+void MakeTriples(const RefineJob& job, Tile& tile, int x0, int x1) {
+    if (job.radius != 4) return;
+    const I32 d;
+    for (int sum = 0; sum < kSums; ++sum)
+        for (int i = kHalo; i < x1 - x0 + kOrigin + kHalo; i += int(hn::Lanes(d))) {
+            const int32_t* c = tile.columns[sum] + i;
+            hn::Store(hn::Add(hn::Add(hn::LoadU(d, c - 1), hn::Load(d, c)), hn::LoadU(d, c + 1)), d,
+                      tile.triples[sum] + i);
+        }
+}
+
+HWY_INLINE VI32 WindowSum(const Tile& tile, int sum, int i, int radius) {
+    const I32 d;
+    if (radius == 4) {
+        const int32_t* t = tile.triples[sum] + i;
+        return hn::Add(hn::Add(hn::LoadU(d, t - 3), hn::Load(d, t)), hn::LoadU(d, t + 3));
+    }
+    const int32_t* c = tile.columns[sum] + i;
+    VI32 result = hn::Load(d, c);
+    for (int u = 1; u <= radius; ++u)
+        result = hn::Add(result, hn::Add(hn::LoadU(d, c - u), hn::LoadU(d, c + u)));
+    return result;
+}
+
+struct Refined {
+    VI32 hypothesis, disparity, score, left_variance;
+    hn::Mask<I32> peak;
+};
+
+// floor(a / b) clamped to about +-40, b > 0: a float quotient put right by its remainder.
+HWY_INLINE VI32 SmallQuotient(VI32 a, VI32 b) {
+    const I32 d;
+    const F32 df;
+    const VF32 quotient = hn::Div(hn::ConvertTo(df, a), hn::ConvertTo(df, b));
+    const VF32 limited = hn::Min(hn::Max(quotient, hn::Set(df, -40.0f)), hn::Set(df, 40.0f));
+    VI32 q = hn::ConvertTo(d, hn::Floor(limited));
+    const VI32 remainder = hn::Sub(a, hn::Mul(q, b));
+    q = hn::Add(q, hn::VecFromMask(d, hn::Lt(remainder, hn::Zero(d))));
+    return hn::Sub(q, hn::VecFromMask(d, hn::Gt(remainder, hn::Sub(b, hn::Set(d, 1)))));
+}
+
+HWY_INLINE Refined RefineLanes(const RefineJob& job, const Tile& tile, int x, int i, int y,
+                               int window_height) {
+    const I32 d;
+    const F32 df;
+    const hn::Rebind<int16_t, I32> d16;
+    const VI32 n = hn::Mul(hn::Load(d, tile.window_width + i), hn::Set(d, window_height));
+    const VI32 s = WindowSum(tile, kLeft, i, job.radius);
+    Refined result;
+    result.left_variance = hn::Sub(hn::Mul(n, WindowSum(tile, kLeftSquares, i, job.radius)), hn::Mul(s, s));
+    const VF32 left_inverse = hn::Mul(InverseRoot(result.left_variance), hn::Set(df, 0x1p20f));
+    VI32 z[3];
+    for (int k = 0; k < 3; ++k) {
+        const VI32 t = WindowSum(tile, kWarped + k, i, job.radius);
+        const VI32 covariance =
+            hn::Sub(hn::Mul(n, WindowSum(tile, kProducts + k, i, job.radius)), hn::Mul(s, t));
+        const VI32 variance =
+            hn::Sub(hn::Mul(n, WindowSum(tile, kSquares + k, i, job.radius)), hn::Mul(t, t));
+        z[k] = hn::ConvertTo(
+            d, hn::Mul(hn::Mul(hn::ConvertTo(df, covariance), InverseRoot(variance)), left_inverse));
+    }
+    result.hypothesis = hn::PromoteTo(d, hn::LoadU(d16, job.hypothesis.row(y) + x));
+    result.score = hn::ShiftRight<8>(hn::Max(z[1], hn::Max(z[0], z[2])));
+    const VI32 bend = hn::Sub(hn::Add(z[1], z[1]), hn::Add(z[0], z[2])), one = hn::Set(d, 1),
+               most = hn::Set(d, 16);
+    const auto bent = hn::Gt(bend, hn::Zero(d));
+    const VI32 divisor = hn::Add(hn::IfThenElse(bent, bend, one), hn::IfThenElse(bent, bend, one));
+    const VI32 step = SmallQuotient(hn::Add(hn::ShiftLeft<4>(hn::Sub(z[0], z[2])), bend), divisor);
+    result.peak = hn::And(bent, hn::Lt(hn::Abs(step), hn::Set(d, 17)));
+    const VI32 moved = hn::Add(result.hypothesis, hn::Min(hn::Max(step, hn::Neg(most)), most));
+    result.disparity =
+        hn::IfThenElse(bent, hn::Min(hn::Max(moved, hn::Zero(d)), hn::Set(d, 32000)), result.hypothesis);
+    return result;
+}
+
+void JudgeLanes(const RefineJob& job, const Tile& tile, const Refined& refined, int x, int i, int y) {
+    const I32 d;
+    const hn::Rebind<int16_t, I32> d16;
+    const hn::Rebind<uint8_t, I32> d8;
+    const VI32 zero = hn::Zero(d);
+    const auto nonzero = [&](const uint8_t* row)
+                             HWY_ATTR { return hn::Gt(hn::PromoteTo(d, hn::LoadU(d8, row + x)), zero); };
+    const auto known = nonzero(job.settled.row(y));
+    const VI32 position = hn::Sub(hn::ShiftLeft<4>(hn::Iota(d, x)), refined.disparity);
+    const auto in_image = hn::Gt(position, hn::Set(d, -1));
+    // Lanes past the row's end hold no position; they read its last pixel.
+    const VI32 column = hn::Min(hn::Max(hn::ShiftRight<4>(hn::Add(position, hn::Set(d, 8))), zero),
+                                hn::Set(d, job.width - 1));
+    const VI32 right_mask =
+        hn::And(hn::GatherOffset(d, reinterpret_cast<const int32_t*>(job.right_mask.row(y)), column),
+                hn::Set(d, 255));
+    const VI32 least = hn::IfThenElse(known, hn::Set(d, kTrustedScore - 1), hn::Set(d, job.refine_score - 1));
+    auto good = hn::And(hn::And(refined.peak, in_image), hn::Gt(refined.score, least));
+    good = hn::And(good, hn::Gt(right_mask, zero));
+    good = hn::And(good, hn::Gt(refined.left_variance, hn::Load(d, tile.least_variance + i)));
+    const auto valid = hn::And(nonzero(job.left_mask.row(y)), hn::Or(good, known));
+    const VI32 disparity = hn::IfThenElse(good, refined.disparity, refined.hypothesis);
+    const VI32 score =
+        hn::IfThenElse(good, hn::ShiftRight<4>(refined.score), hn::ShiftRight<5>(refined.score));
+    const VI32 confidence = hn::Min(hn::Max(score, hn::Set(d, 1)), hn::Set(d, 255));
+    hn::StoreU(hn::DemoteTo(d16, hn::IfThenElse(valid, disparity, hn::Set(d, kNoDisparity))), d16,
+               job.result.row(y) + x);
+    hn::StoreU(hn::DemoteTo(d8, hn::IfThenElseZero(valid, confidence)), d8, job.confidence.row(y) + x);
+}
+
+// Windows' widths, and the largest variance that is not texture for windows of this height.
+void PrepareWindows(const RefineJob& job, Tile& tile, int x0, int x1, int window_height) {
+    if (tile.least_for == window_height) return;
+    tile.least_for = window_height;
+    for (int x = x0; x < std::min(job.width, x1 + kHalo); ++x) {
+        const int width = std::min(x + job.radius, job.width - 1) - std::max(x - job.radius, 0) + 1;
+        const int64_t n = int64_t{width} * window_height,
+                      least = (int64_t{job.texture} * job.texture * n * n + 255) / 256 - 1;
+        tile.window_width[x - x0 + kOrigin] = width;
+        tile.least_variance[x - x0 + kOrigin] = int32_t(std::min<int64_t>(least, INT32_MAX));
+    }
+}
+
+// Copies what belongs to the row from a vector's lanes; a tile's neighbours may be working on what lies
+// beyond it.
+template <class T, class D, class V>
+HWY_INLINE void StoreUpTo(V values, D d, T* to, int count) {
+    if (count >= int(hn::Lanes(d))) {
+        hn::StoreU(values, d, to);
+        return;
+    }
+    alignas(64) T lanes[HWY_MAX_BYTES / sizeof(T)];
+    hn::StoreU(values, d, lanes);
+    std::copy_n(lanes, count, to);
+}
+
+void RefineRow(const RefineJob& job, Tile& tile, int x0, int x1, int y) {
+    const I32 d;
+    const hn::Rebind<int16_t, I32> d16;
+    const int window_height = std::min(y + job.radius, job.height - 1) - std::max(y - job.radius, 0) + 1;
+    PrepareWindows(job, tile, x0, x1, window_height);
+    MakeTriples(job, tile, x0, x1);
+    for (int x = x0; x < x1; x += int(hn::Lanes(d))) {
+        const int i = x - x0 + kOrigin;
+        const Refined refined = RefineLanes(job, tile, x, i, y, window_height);
+        const size_t at = size_t(y) * size_t(job.width) + size_t(x);
+        if (job.refined != nullptr)
+            StoreUpTo(hn::DemoteTo(d16, refined.disparity), d16, job.refined + at, x1 - x);
+        if (job.score != nullptr) StoreUpTo(hn::DemoteTo(d16, refined.score), d16, job.score + at, x1 - x);
+        if (job.judge)
+            JudgeLanes(job, tile, refined, x, i, y);
+        else
+            hn::StoreU(hn::DemoteTo(d16, refined.disparity), d16, job.result.row(y) + x);
+    }
+    if (x1 == job.width) std::fill_n(job.result.row(y) + x1, kMargin, int16_t(kNoDisparity));
+}
+
+void RefineTile(const RefineJob& job, int x0, int x1, int y0, int y1) {
+    Tile tile{};
+    const int r = job.radius;
+    for (int y = std::max(0, y0 - r); y < std::min(job.height, y0 + r); ++y)
+        MoveRows(job, tile, x0, x1, y, -1);
+    for (int y = y0; y < y1; ++y) {
+        const int leave = y - r - 1;
+        MoveRows(job, tile, x0, x1, y + r < job.height ? y + r : -1, y > y0 ? leave : -1);
+        RefineRow(job, tile, x0, x1, y);
+    }
+}
+
+}  // namespace defrec::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace defrec::cpu {
+
+HWY_EXPORT(RefineTile);
+
+void refine_tile(const RefineJob& job, int x0, int x1, int y0, int y1) {
+    HWY_DYNAMIC_DISPATCH(RefineTile)(job, x0, x1, y0, y1);
+}
+
+}  // namespace defrec::cpu
+#endif

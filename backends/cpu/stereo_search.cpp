@@ -1,0 +1,316 @@
+// The search of stereo at half resolution: window sums, correlation, winners, checks. Lanes are pixels of a
+// row; the products of a column of the window are kept for each disparity and updated from row to row, the
+// scores are never stored.
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include "backends/cpu/stereo_kernels.hpp"
+#include "backends/shared/stereo_layout.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "backends/cpu/stereo_search.cpp"
+#include <hwy/foreach_target.h>
+
+#include "backends/cpu/stereo_lanes-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace defrec::cpu::HWY_NAMESPACE {
+
+// Where the parts of the scratch memory lie. Rows have kMargin zeros on both sides; those of the right image
+// enough for every x - d.
+struct SearchScratch {
+    SearchScratch(const SearchJob& job, int32_t* memory) {
+        const size_t row = RowInts(job.width), reach = ReachInts(job.first + job.count);
+        const auto take = [&](size_t before, size_t count) {
+            int32_t* part = memory + before;
+            memory += before + count;
+            return part;
+        };
+        row_ints = row;
+        columns = take(kMargin, row * size_t(job.count));
+        best = take(kMargin, row * size_t((job.count + kGroup - 1) / kGroup));
+        triple = take(kMargin, row);
+        left_pairs = take(kMargin, row);
+        left_sums = take(kMargin, row);
+        left_squares = take(kMargin, row);
+        right_sums = take(kMargin, row);
+        right_squares = take(kMargin, row);
+        left_variance = take(kMargin, row);
+        left_mean = reinterpret_cast<float*>(take(kMargin, row));
+        left_inverse = reinterpret_cast<float*>(take(kMargin, row));
+        right_pairs = take(reach, row);
+        right_best = take(reach, row);
+        right_index = take(reach, row);
+        right_sum = reinterpret_cast<float*>(take(reach, row));
+        right_inverse = reinterpret_cast<float*>(take(reach, row));
+    }
+    // A row's elements up to the next row's: the margin of one is that of the next.
+    static size_t RowInts(int width) { return (size_t(width) + 15) / 16 * 16 + kMargin; }
+    static size_t ReachInts(int disparities) { return (size_t(disparities) + 15) / 16 * 16 + kMargin; }
+    static size_t Total(int width, int first, int count) {
+        const size_t row = RowInts(width), parts = size_t(count) + size_t((count + kGroup - 1) / kGroup) + 14;
+        return parts * row + 11 * size_t{kMargin} + 5 * ReachInts(first + count);
+    }
+
+    size_t row_ints;
+    int32_t *columns, *best, *triple, *left_pairs, *right_pairs;
+    int32_t *left_sums, *left_squares, *right_sums, *right_squares;  // over the columns of the window
+    int32_t *left_variance, *right_best, *right_index;
+    float *left_mean, *left_inverse, *right_sum, *right_inverse;
+};
+
+// Pairs of centred values of two rows, the second times sign; a null row is zeros.
+void MakePairs(const uint8_t* first, const uint8_t* second, int sign, int width, int32_t* pairs) {
+    for (int x = 0; x < width; ++x) {
+        const int a = first != nullptr ? first[x] - 128 : 0,
+                  b = second != nullptr ? sign * (second[x] - 128) : 0;
+        pairs[x] = (a & 0xffff) | int32_t(uint32_t(b) << 16);
+    }
+}
+
+void UpdateColumnSums(const uint8_t* enter, const uint8_t* leave, int width, int32_t* sums,
+                      int32_t* squares) {
+    for (int x = 0; x < width; ++x) {
+        const int a = enter[x] - 128, b = leave != nullptr ? leave[x] - 128 : 0;
+        sums[x] += a - b;
+        squares[x] += a * a - b * b;
+    }
+}
+
+// Adds the pairs' products to the columns of every disparity.
+void UpdateColumns(const SearchJob& job, const SearchScratch& s) {
+    const I32 d32;
+    const int lanes = int(hn::Lanes(d32));
+    for (int index = 0; index < job.count; ++index) {
+        const int d = job.first + index;
+        int32_t* column = s.columns + size_t(index) * s.row_ints;
+        const int32_t* right = s.right_pairs - d;
+        for (int x = d / lanes * lanes; x < job.width; x += lanes) {
+            const VI32 products = PairProducts(hn::Load(d32, s.left_pairs + x), hn::LoadU(d32, right + x));
+            hn::Store(hn::Add(hn::Load(d32, column + x), products), d32, column + x);
+        }
+    }
+}
+
+// Sum, n^2 times variance and its inverse root of the windows round the row's pixels; 0 where a window is not
+// inside.
+HWY_INLINE void WindowStatistics(const int32_t* sums, const int32_t* squares, int x, int radius, int width,
+                                 VI32& sum, VI32& variance, VF32& inverse) {
+    const I32 d32;
+    VI32 total = hn::Zero(d32), square = hn::Zero(d32);
+    for (int u = -radius; u <= radius; ++u) {
+        total = hn::Add(total, hn::LoadU(d32, sums + x + u));
+        square = hn::Add(square, hn::LoadU(d32, squares + x + u));
+    }
+    const VI32 column = hn::Iota(d32, x);
+    const auto inside =
+        hn::And(hn::Gt(column, hn::Set(d32, radius - 1)), hn::Lt(column, hn::Set(d32, width - radius)));
+    const int n = (2 * radius + 1) * (2 * radius + 1);
+    sum = hn::IfThenElseZero(inside, total);
+    variance = hn::IfThenElseZero(inside, hn::Sub(hn::Mul(hn::Set(d32, n), square), hn::Mul(total, total)));
+    inverse = InverseRoot(variance);
+}
+
+void RowStatistics(const SearchJob& job, const SearchScratch& s) {
+    const I32 d32;
+    const F32 df;
+    const float one_over_n = 1.0f / float((2 * job.radius + 1) * (2 * job.radius + 1));
+    for (int x = 0; x < job.width; x += int(hn::Lanes(d32))) {
+        VI32 sum, variance;
+        VF32 inverse;
+        WindowStatistics(s.left_sums, s.left_squares, x, job.radius, job.width, sum, variance, inverse);
+        hn::Store(variance, d32, s.left_variance + x);
+        hn::Store(inverse, df, s.left_inverse + x);
+        hn::Store(hn::Mul(hn::ConvertTo(df, sum), hn::Set(df, one_over_n)), df, s.left_mean + x);
+        WindowStatistics(s.right_sums, s.right_squares, x, job.radius, job.width, sum, variance, inverse);
+        hn::Store(inverse, df, s.right_inverse + x);
+        hn::Store(hn::ConvertTo(df, sum), df, s.right_sum + x);
+    }
+}
+
+// Scores of one disparity along the row, into the best of its group and of the right pixels.
+template <class WindowSum>
+HWY_INLINE void ScoreRow(const SearchJob& job, const SearchScratch& s, int index, WindowSum&& window_sum) {
+    const I32 d32;
+    const F32 df;
+    const int lanes = int(hn::Lanes(d32)), d = job.first + index;
+    int32_t* best = s.best + size_t(index / kGroup) * s.row_ints;
+    int32_t* right_best = s.right_best - d;
+    const float* right_sum = s.right_sum - d;
+    const float* right_inverse = s.right_inverse - d;
+    const VI32 keep = hn::Set(d32, ~0xff), tag = hn::Set(d32, index);
+    for (int x = (d + job.radius) / lanes * lanes; x < job.width - job.radius; x += lanes) {
+        const VF32 expected = hn::Mul(hn::Load(df, s.left_mean + x), hn::LoadU(df, right_sum + x));
+        const VF32 covariance = hn::Sub(hn::ConvertTo(df, window_sum(x)), expected);
+        const VF32 inverse = hn::Mul(hn::Load(df, s.left_inverse + x), hn::LoadU(df, right_inverse + x));
+        const VI32 key = hn::Or(hn::And(hn::BitCast(d32, hn::Mul(covariance, inverse)), keep), tag);
+        hn::Store(hn::Max(hn::Load(d32, best + x), key), d32, best + x);
+        hn::StoreU(hn::Max(hn::LoadU(d32, right_best + x), key), d32, right_best + x);
+    }
+}
+
+void ScoreAll(const SearchJob& job, const SearchScratch& s) {
+    const I32 d32;
+    const int lanes = int(hn::Lanes(d32));
+    for (int index = 0; index < job.count; ++index) {
+        const int d = job.first + index;
+        if (d + 2 * job.radius >= job.width) break;
+        const int32_t* column = s.columns + size_t(index) * s.row_ints;
+        if (job.radius == 4) {
+            // Nine columns are three times three.
+            const int begin = std::max(0, (d + job.radius) / lanes * lanes - lanes);
+            for (int x = begin; x < job.width; x += lanes)
+                hn::Store(hn::Add(hn::Add(hn::LoadU(d32, column + x - 1), hn::Load(d32, column + x)),
+                                  hn::LoadU(d32, column + x + 1)),
+                          d32, s.triple + x);
+            ScoreRow(job, s, index, [&](int x) HWY_ATTR {
+                return hn::Add(hn::Add(hn::LoadU(d32, s.triple + x - 3), hn::Load(d32, s.triple + x)),
+                               hn::LoadU(d32, s.triple + x + 3));
+            });
+        } else {
+            ScoreRow(job, s, index, [&](int x) HWY_ATTR {
+                VI32 sum = hn::Load(d32, column + x);
+                for (int u = 1; u <= job.radius; ++u)
+                    sum =
+                        hn::Add(sum, hn::Add(hn::LoadU(d32, column + x - u), hn::LoadU(d32, column + x + u)));
+                return sum;
+            });
+        }
+    }
+}
+
+// Keys of score 0 carry only an index.
+HWY_INLINE VI32 WithoutZeros(VI32 key) {
+    const I32 d32;
+    return hn::IfThenElseZero(hn::Gt(key, hn::Set(d32, 255)), key);
+}
+
+// Winners of the row and the checks of the left ones.
+void CheckRow(const SearchJob& job, const SearchScratch& s, int y) {
+    const I32 d32;
+    const F32 df;
+    const hn::Rebind<int16_t, I32> d16;
+    const hn::Rebind<uint8_t, I32> d8;
+    const int lanes = int(hn::Lanes(d32)), groups = (job.count + kGroup - 1) / kGroup;
+    const int64_t n = (2 * job.radius + 1) * (2 * job.radius + 1);
+    const int texture =
+        int(std::min<int64_t>((int64_t{job.texture} * job.texture * n * n + 255) / 256, INT32_MAX));
+    const VI32 index_bits = hn::Set(d32, 255), zero = hn::Zero(d32), one = hn::Set(d32, 1);
+    const uint8_t* left_mask = job.left_mask.row(y);
+    const uint8_t* right_mask = job.right_mask.row(y);
+    for (int x = 0; x < job.width; x += lanes) {
+        const VI32 key = WithoutZeros(hn::Load(d32, s.right_best + x));
+        hn::Store(key, d32, s.right_best + x);
+        const auto usable = hn::Gt(hn::PromoteTo(d32, hn::LoadU(d8, right_mask + x)), zero);
+        hn::Store(hn::IfThenElse(usable, hn::And(key, index_bits), hn::Set(d32, 1 << 20)), d32,
+                  s.right_index + x);
+    }
+    for (int x = 0; x < job.width; x += lanes) {
+        VI32 key = zero;
+        for (int g = 0; g < groups; ++g)
+            key = hn::Max(key, hn::Load(d32, s.best + size_t(g) * s.row_ints + x));
+        key = WithoutZeros(key);
+        if (job.left_keys != nullptr) hn::Store(key, d32, s.triple + x);
+        const VI32 index = hn::And(key, index_bits), group = hn::ShiftRight<2>(index);
+        VI32 second = zero;
+        for (int g = 0; g < groups; ++g) {
+            const auto far = hn::Gt(hn::Abs(hn::Sub(group, hn::Set(d32, g))), one);
+            second =
+                hn::Max(second, hn::IfThenElseZero(far, hn::Load(d32, s.best + size_t(g) * s.row_ints + x)));
+        }
+        const VI32 score_bits = hn::Set(d32, ~0xff);
+        const VF32 score = hn::BitCast(df, hn::And(key, score_bits));
+        const VF32 lead = hn::Sub(score, hn::BitCast(df, hn::And(WithoutZeros(second), score_bits)));
+        const auto strong =
+            hn::And(hn::Ge(score, hn::Set(df, job.least_score)), hn::Ge(lead, hn::Set(df, job.lead)));
+        const VI32 disparity = hn::Add(index, hn::Set(d32, job.first));
+        const VI32 back = hn::GatherIndex(d32, s.right_index, hn::Sub(hn::Iota(d32, x), disparity));
+        auto good = hn::And(hn::Gt(key, zero), hn::RebindMask(d32, strong));
+        good = hn::And(good, hn::Lt(hn::Abs(hn::Sub(back, index)), hn::Set(d32, job.left_right + 1)));
+        good = hn::And(good, hn::Gt(hn::Load(d32, s.left_variance + x), hn::Set(d32, texture - 1)));
+        good = hn::And(good, hn::Gt(hn::PromoteTo(d32, hn::LoadU(d8, left_mask + x)), zero));
+        const VI32 result = hn::IfThenElse(good, hn::ShiftLeft<4>(disparity), hn::Set(d32, kNoDisparity));
+        hn::StoreU(hn::DemoteTo(d16, result), d16, job.checked.row(y) + x);
+    }
+    std::fill_n(job.checked.row(y) + job.width, kMargin, int16_t(kNoDisparity));
+    const size_t bytes = size_t(job.width) * sizeof(int32_t);
+    if (job.left_keys != nullptr) std::memcpy(job.left_keys + size_t(y) * size_t(job.width), s.triple, bytes);
+    if (job.right_keys != nullptr)
+        std::memcpy(job.right_keys + size_t(y) * size_t(job.width), s.right_best, bytes);
+}
+
+void EmptyRow(const SearchJob& job, int y) {
+    const size_t bytes = size_t(job.width) * sizeof(int32_t);
+    std::fill_n(job.checked.row(y), job.width, int16_t(kNoDisparity));
+    if (job.left_keys != nullptr) std::memset(job.left_keys + size_t(y) * size_t(job.width), 0, bytes);
+    if (job.right_keys != nullptr) std::memset(job.right_keys + size_t(y) * size_t(job.width), 0, bytes);
+}
+
+// Moves the window of every column on so that it is centred on row y; the first time it gathers the whole
+// window.
+void MoveWindow(const SearchJob& job, const SearchScratch& s, int y, bool first) {
+    const int r = job.radius;
+    const auto add = [&](int a, int b, int sign) {
+        const auto row = [](Plane<const uint8_t> image, int v) { return v < 0 ? nullptr : image.row(v); };
+        MakePairs(row(job.left, a), row(job.left, b), 1, job.width, s.left_pairs);
+        MakePairs(row(job.right, a), row(job.right, b), sign, job.width, s.right_pairs);
+        UpdateColumns(job, s);
+    };
+    if (first) {
+        for (int v = y - r; v <= y + r; v += 2) add(v, v < y + r ? v + 1 : -1, 1);
+        for (int v = y - r; v <= y + r; ++v) {
+            UpdateColumnSums(job.left.row(v), nullptr, job.width, s.left_sums, s.left_squares);
+            UpdateColumnSums(job.right.row(v), nullptr, job.width, s.right_sums, s.right_squares);
+        }
+        return;
+    }
+    const int enter = y + r, leave = y - r - 1;
+    add(enter, leave, -1);
+    UpdateColumnSums(job.left.row(enter), job.left.row(leave), job.width, s.left_sums, s.left_squares);
+    UpdateColumnSums(job.right.row(enter), job.right.row(leave), job.width, s.right_sums, s.right_squares);
+}
+
+void SearchRows(const SearchJob& job, int y0, int y1, int32_t* memory) {
+    std::memset(memory, 0, SearchScratch::Total(job.width, job.first, job.count) * sizeof(int32_t));
+    const SearchScratch s(job, memory);
+    const size_t group_ints = s.row_ints * size_t((job.count + kGroup - 1) / kGroup);
+    bool first = true;
+    for (int y = y0; y < y1; ++y) {
+        if (y < job.radius || y >= job.height - job.radius) {
+            EmptyRow(job, y);
+            continue;
+        }
+        MoveWindow(job, s, y, first);
+        first = false;
+        RowStatistics(job, s);
+        std::memset(s.best, 0, group_ints * sizeof(int32_t));
+        std::memset(s.right_best, 0, s.row_ints * sizeof(int32_t));
+        ScoreAll(job, s);
+        CheckRow(job, s, y);
+    }
+}
+
+size_t SearchScratchInts(int width, int first, int count) {
+    return SearchScratch::Total(width, first, count);
+}
+
+}  // namespace defrec::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace defrec::cpu {
+
+HWY_EXPORT(SearchRows);
+HWY_EXPORT(SearchScratchInts);
+
+size_t search_scratch_ints(int width, int first, int count) {
+    return HWY_DYNAMIC_DISPATCH(SearchScratchInts)(width, first, count);
+}
+void search_rows(const SearchJob& job, int y0, int y1, int32_t* scratch) {
+    HWY_DYNAMIC_DISPATCH(SearchRows)(job, y0, y1, scratch);
+}
+
+}  // namespace defrec::cpu
+#endif

@@ -1,0 +1,162 @@
+// stereo on the CPU equals the reference to the bit, sub-stage by sub-stage: odd sizes, padded strides,
+// masks, thread counts.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "backends/cpu/stages.hpp"
+#include "backends/reference/stages.hpp"
+#include "backends/shared/stage_defaults_stereo.hpp"
+#include "backends/shared/test_host.hpp"
+
+namespace defrec {
+namespace {
+
+struct Pair {
+    std::vector<uint8_t> left, right, left_mask, right_mask;
+};
+
+// A textured wavy surface with a nearer strip in front, noise, masked blobs; rows have the parameters'
+// stride.
+Pair make_pair(const defrec_stereo_params& p, unsigned seed) {
+    std::mt19937 random(seed);
+    const int w = int(p.width), h = int(p.height), stride = int(p.stride);
+    std::vector<float> texture(size_t(w + 600) * size_t(h));
+    for (float& value : texture) value = float(random() % 120) + 60;
+    const auto sample = [&](float x, int y) {
+        const int i = int(std::floor(x));
+        const float part = x - float(i);
+        const auto at = [&](int u) { return texture[size_t(y) * size_t(w + 600) + size_t(u + 300)]; };
+        return (1 - part) * (at(i) + at(i - 1)) / 2 + part * (at(i + 1) + at(i)) / 2;
+    };
+    Pair result;
+    result.left.assign(size_t(stride) * size_t(h), 5);
+    result.right = result.left;
+    result.left_mask.assign(result.left.size(), 255);
+    result.right_mask = result.left_mask;
+    const float most = float(p.min_disparity) + float(p.disparities) * 0.8f;
+    for (int y = 0; y < h; ++y)
+        for (int x = 0; x < w; ++x) {
+            const size_t at = size_t(y) * size_t(stride) + size_t(x);
+            float d = most * (0.6f + 0.1f * std::sin(float(x) / 40) + 0.1f * std::cos(float(y) / 30));
+            if (x > w / 2 && x < w / 2 + w / 8 && y > h / 3) d = most;
+            result.left[at] = uint8_t(sample(float(x) - d, y) + float(random() % 4));
+            result.right[at] = uint8_t(sample(float(x), y) * 0.9f + float(random() % 4));
+        }
+    for (int blob = 0; blob < 6; ++blob) {
+        auto& mask = blob % 2 == 0 ? result.left_mask : result.right_mask;
+        const int cx = int(random() % unsigned(w)), cy = int(random() % unsigned(h)),
+                  r = 2 + int(random() % 12);
+        for (int y = std::max(0, cy - r); y < std::min(h, cy + r); ++y)
+            for (int x = std::max(0, cx - r); x < std::min(w, cx + r); ++x)
+                mask[size_t(y) * size_t(stride) + size_t(x)] = 0;
+    }
+    return result;
+}
+
+constexpr const char* kNames[] = {"disparity", "confidence",   "prepared left", "prepared right",
+                                  "left keys", "right keys",   "checked",       "supported",
+                                  "dense",     "half refined", "hypothesis",    "refined",
+                                  "score",     "evidence",     "filled"};
+constexpr size_t kElement[] = {2, 1, 1, 1, 4, 4, 2, 2, 2, 2, 2, 2, 2, 2, 2};
+
+std::vector<std::vector<uint8_t>> run(Stage& stage, const defrec_stereo_params& p, const Pair& pair,
+                                      bool masks) {
+    std::vector<std::vector<uint8_t>> results;
+    std::vector<OutBuffer> out;
+    for (size_t i = 0; i < std::size(kNames); ++i) {
+        const bool half = i >= 4 && i <= 9;
+        const size_t count = i < 2  ? size_t(p.stride) * p.height
+                             : half ? size_t(p.width / 2) * (p.height / 2)
+                                    : size_t(p.width) * p.height;
+        results.emplace_back(count * kElement[i], uint8_t{77});
+    }
+    for (auto& result : results) out.push_back({result.data(), result.size()});
+    const InBuffer in[] = {{pair.left.data(), pair.left.size()},
+                           {pair.right.data(), pair.right.size()},
+                           {masks ? pair.left_mask.data() : nullptr, pair.left_mask.size()},
+                           {masks ? pair.right_mask.data() : nullptr, pair.right_mask.size()}};
+    stage.run(in, out);
+    return results;
+}
+
+void check_equal(defrec_stereo_params p, bool masks, unsigned seed) {
+    fill_defaults(p);
+    const test::TestHost one(1), three(3);
+    const Pair pair = make_pair(p, seed);
+    const auto truth = run(*reference::make_stereo(p, one.host()), p, pair, masks);
+    const auto stage = cpu::make_stereo(p, three.host());
+    run(*stage, p, make_pair(p, seed + 1), masks);  // leaves something behind that must not matter
+    const auto first = run(*stage, p, pair, masks),
+               second = run(*cpu::make_stereo(p, one.host()), p, pair, masks);
+    // From the first sub-stage to the last.
+    for (const size_t i : {2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 1, 0}) {
+        const std::string name = kNames[i];
+        CAPTURE(name);
+        CHECK((first[i] == truth[i]));
+        CHECK((second[i] == truth[i]));
+    }
+}
+
+defrec_stereo_params params_of(uint32_t width, uint32_t height, uint32_t disparities) {
+    defrec_stereo_params p{};
+    p.width = width;
+    p.height = height;
+    p.disparities = disparities;
+    return p;
+}
+
+TEST_CASE("stereo on the CPU equals the reference to the bit at odd sizes") {
+    for (const auto& [width, height, disparities] : {std::tuple{64u, 48u, 16u},
+                                                     {311u, 239u, 61u},
+                                                     {330u, 70u, 128u},
+                                                     {129u, 131u, 37u},
+                                                     {65u, 49u, 200u}}) {
+        CAPTURE(width);
+        for (const bool masks : {false, true}) {
+            CAPTURE(masks);
+            defrec_stereo_params p = params_of(width, height, disparities);
+            check_equal(p, masks, width);
+            p.stride = width + 13;
+            p.min_disparity = 5;
+            check_equal(p, masks, width + 7);
+        }
+    }
+}
+
+TEST_CASE("stereo on the CPU equals the reference to the bit with other parameters") {
+    for (uint32_t radius = 2; radius <= 6; ++radius) {
+        CAPTURE(radius);
+        defrec_stereo_params p = params_of(277, 101, 48);
+        p.radius = radius;
+        p.refine_radius = 8 - radius;
+        p.smooth_radius = 1 + radius % 3;
+        p.fill_radius = radius + 2;
+        p.smooth_passes = radius - 1;
+        p.texture = radius * 40;
+        p.left_right = radius;
+        p.edge = 8 * radius;
+        p.support = 3 * radius;
+        check_equal(p, true, radius);
+    }
+}
+
+TEST_CASE("rows 58 and 62: images without texture have no disparity") {
+    for (const uint8_t value : {uint8_t{0}, uint8_t{130}, uint8_t{255}}) {
+        defrec_stereo_params p = params_of(160, 90, 32);
+        fill_defaults(p);
+        const test::TestHost host;
+        Pair pair = make_pair(p, 1);
+        std::fill(pair.left.begin(), pair.left.end(), value);
+        std::fill(pair.right.begin(), pair.right.end(), value);
+        const auto fast = run(*cpu::make_stereo(p, host.host()), p, pair, true);
+        CHECK((fast == run(*reference::make_stereo(p, host.host()), p, pair, true)));
+        const auto* disparity = reinterpret_cast<const int16_t*>(fast[0].data());
+        CHECK(std::all_of(disparity, disparity + 160 * 90, [](int d) { return d == DEFREC_DISPARITY_NONE; }));
+    }
+}
+
+}  // namespace
+}  // namespace defrec
