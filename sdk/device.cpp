@@ -33,12 +33,11 @@ const defrec_stage_table* Device::stage_table(uint32_t stage) const {
 void Device::begin_call(const char* what) const {
     if (lost_) fail(DEFREC_ERROR_DEVICE_LOST, id_, ": ", what, ": the device was lost before");
     clear_plugin_error();
-    Services::take_parallel_failure();
+    Services::forget_parallel_failure();
 }
 
 defrec_status Device::end_call(const char* what, defrec_status status) const {
-    if (Services::take_parallel_failure())
-        fail(DEFREC_ERROR_STATE, id_, ": ", what, ": the application's parallel_for did not call every body once");
+    Services::expect_parallel_success(what);
     if (status >= 0) return status;
     if (status == DEFREC_ERROR_DEVICE_LOST) lost_ = true;
     fail(status, id_, ": ", what, ": ", plugin_error_or_name(status));

@@ -175,6 +175,7 @@ std::vector<PluginCandidate> load_plugins(const std::shared_ptr<const Services>&
                         fail(DEFREC_ERROR_PLUGIN, candidate.path, ": a plugin called ", candidate.name,
                              " was loaded before, from ", other.path);
             } catch (const Error& error) {
+                if (error.status() == DEFREC_ERROR_OUT_OF_MEMORY) throw;  // says nothing of the plugin
                 candidate.plugin = nullptr;
                 candidate.verdict = error.status();
                 candidate.reason = error.what();

@@ -48,9 +48,11 @@ Rig::Rig(std::shared_ptr<const Services> services, const defrec_rig_desc& desc)
         camera_ = {desc.left.fx, desc.left.fy, desc.left.cx, desc.left.cy, -desc.translation[0]};
         return;
     }
+    Services::forget_parallel_failure();
     rectify();
     choose_camera();
     for (int eye = 0; eye < 2; ++eye) fill_map(eye);
+    Services::expect_parallel_success("computing the rectification");
 }
 
 // Bouguet's: each eye turns by half the rotation between them, then both turn so that x runs along the baseline

@@ -98,6 +98,11 @@ void Services::parallel_for_raw(size_t count, void (*body)(void* arg, size_t ind
 
 uint32_t Services::concurrency() const noexcept { return desc_.threads; }
 
-bool Services::take_parallel_failure() noexcept { return std::exchange(parallel_failure, false); }
+void Services::forget_parallel_failure() noexcept { parallel_failure = false; }
+
+void Services::expect_parallel_success(const char* what) {
+    if (std::exchange(parallel_failure, false))
+        fail(DEFREC_ERROR_STATE, what, ": the application's parallel_for did not call every body once");
+}
 
 }  // namespace defrec

@@ -38,9 +38,11 @@ class Services {
     // Threads that parallel_for uses, at least 1.
     uint32_t concurrency() const noexcept;
 
-    // Whether the application's parallel_for broke its contract (threw, left bodies out) on this thread since the last
-    // call; clears it. Results computed in between are not to be believed.
-    static bool take_parallel_failure() noexcept;
+    // Forgets what the application's parallel_for did before on this thread.
+    static void forget_parallel_failure() noexcept;
+    // Throws Error(DEFREC_ERROR_STATE) if since then it broke its contract (threw, left bodies out): what was computed is not
+    // to be believed. what names it.
+    static void expect_parallel_success(const char* what);
 
   private:
     defrec_context_desc desc_;

@@ -1,0 +1,228 @@
+/* A plugin in C99 for the tests of the loader: one device whose stage ransac copies input 0 to output 0. STUB_* turns
+ * one thing of it wrong; CMakeLists.txt builds a plugin for each. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "include/defrec_plugin.h"
+
+#ifndef STUB_NAME
+#  error "STUB_NAME: the plugin's name"
+#endif
+
+struct defrec_pdevice_ {
+    int unused;
+};
+struct defrec_pqueue_ {
+    uint64_t signalled;
+};
+struct defrec_pbuffer_ {
+    uint64_t size;
+    unsigned char *data;
+};
+struct defrec_pstage_ {
+    int unused;
+};
+
+static const defrec_host *host_table;
+
+static defrec_status failed(defrec_status status, const char *text) {
+    host_table->error(host_table->self, text);
+    return status;
+}
+
+static size_t device_count(void *self) {
+    (void)self;
+#ifdef STUB_DUPLICATE_IDS
+    return 2;
+#elif defined(STUB_MANY_DEVICES)
+    return (size_t)-1;
+#else
+    return 1;
+#endif
+}
+
+static defrec_status device_info(void *self, size_t index, defrec_device_info *out) {
+    defrec_device_info info;
+    (void)self;
+    (void)index;
+    memset(&info, 0, sizeof info);
+    info.struct_size = out->struct_size;
+    info.kind = DEFREC_DEVICE_CPU;
+#ifdef STUB_NO_ID
+    info.id = NULL;
+#else
+    info.id = "stub";
+#endif
+    info.name = "Stub";
+    info.driver = "";
+    info.stages = 1u << DEFREC_STAGE_RANSAC;
+#ifdef STUB_CLAIMS_STAGE
+    info.stages |= 1u << DEFREC_STAGE_LM;
+#endif
+    memcpy(out, &info, out->struct_size < sizeof info ? out->struct_size : sizeof info);
+    return DEFREC_OK;
+}
+
+static defrec_status device_open(void *self, size_t index, defrec_pdevice **out) {
+    (void)self;
+    (void)index;
+#ifdef STUB_NO_DEVICE
+    (void)out;
+    return DEFREC_OK;
+#else
+    *out = malloc(sizeof **out);
+    return *out == NULL ? DEFREC_ERROR_OUT_OF_MEMORY : DEFREC_OK;
+#endif
+}
+static void device_close(defrec_pdevice *device) { free(device); }
+
+static defrec_status buffer_create(defrec_pdevice *device, uint64_t size, defrec_pbuffer **out) {
+    defrec_pbuffer *buffer = malloc(sizeof *buffer);
+    (void)device;
+    if (buffer == NULL) return DEFREC_ERROR_OUT_OF_MEMORY;
+    buffer->size = size;
+    buffer->data = calloc(1, (size_t)size);
+    if (buffer->data == NULL) {
+        free(buffer);
+        return failed(DEFREC_ERROR_OUT_OF_MEMORY, "no memory for a buffer");
+    }
+    *out = buffer;
+    return DEFREC_OK;
+}
+static void buffer_destroy(defrec_pbuffer *buffer) {
+    free(buffer->data);
+    free(buffer);
+}
+
+static defrec_status queue_create(defrec_pdevice *device, defrec_pqueue **out) {
+    (void)device;
+    *out = calloc(1, sizeof **out);
+    return *out == NULL ? DEFREC_ERROR_OUT_OF_MEMORY : DEFREC_OK;
+}
+static void queue_destroy(defrec_pqueue *queue) { free(queue); }
+
+static defrec_status write_buffer(defrec_pqueue *queue, defrec_pbuffer *buffer, uint64_t offset, const void *src, uint64_t size) {
+    (void)queue;
+    memcpy(buffer->data + offset, src, (size_t)size);
+    return DEFREC_OK;
+}
+#ifndef STUB_NULL_ENTRY
+static defrec_status read_buffer(defrec_pqueue *queue, defrec_pbuffer *buffer, uint64_t offset, void *dst, uint64_t size) {
+    (void)queue;
+    memcpy(dst, buffer->data + offset, (size_t)size);
+    return DEFREC_OK;
+}
+#endif
+static defrec_status signal_queue(defrec_pqueue *queue, uint64_t *out_value) {
+    *out_value = ++queue->signalled;
+    return DEFREC_OK;
+}
+static defrec_status wait_queue(defrec_pqueue *queue, uint64_t value, uint64_t timeout_ns) {
+    (void)timeout_ns;
+#ifdef STUB_NEVER_DONE
+    (void)queue;
+    (void)value;
+    return DEFREC_TIMEOUT;
+#else
+    return value <= queue->signalled ? DEFREC_OK : DEFREC_TIMEOUT;
+#endif
+}
+
+static defrec_status supports(defrec_pdevice *device, const void *params) {
+    (void)device;
+    if (((const defrec_ransac_params *)params)->landmarks > 1000)
+        return failed(DEFREC_ERROR_UNSUPPORTED, "at most 1000 landmarks");
+    return DEFREC_OK;
+}
+static defrec_status stage_create(defrec_pdevice *device, const void *params, defrec_pstage **out) {
+    (void)device;
+    (void)params;
+    *out = malloc(sizeof **out);
+    return *out == NULL ? DEFREC_ERROR_OUT_OF_MEMORY : DEFREC_OK;
+}
+static void stage_destroy(defrec_pstage *stage) { free(stage); }
+static defrec_status stage_prepare(defrec_pstage *stage, defrec_pqueue *queue, defrec_pbuffer *const *in, size_t in_count) {
+    (void)stage;
+    (void)queue;
+    (void)in;
+    (void)in_count;
+    return DEFREC_OK;
+}
+#ifndef STUB_NULL_STAGE_ENTRY
+static defrec_status stage_enqueue(defrec_pstage *stage, defrec_pqueue *queue, defrec_pbuffer *const *in, size_t in_count,
+                                   defrec_pbuffer *const *out, size_t out_count) {
+    (void)stage;
+    (void)queue;
+#  ifdef STUB_LOSES_DEVICE
+    return failed(DEFREC_ERROR_DEVICE_LOST, "the stub was unplugged");
+#  endif
+    if (in_count < 1 || out_count < 1 || in[0]->size != out[0]->size)
+        return failed(DEFREC_ERROR_ARGUMENT, "one input and one output of the same size expected");
+    memcpy(out[0]->data, in[0]->data, (size_t)in[0]->size);
+    return DEFREC_OK;
+}
+#endif
+
+static const defrec_stage_table *stage(void *self, uint32_t number) {
+    static const defrec_stage_table table = {sizeof(defrec_stage_table), DEFREC_STAGE_RANSAC,
+#ifdef STUB_OTHER_STAGE_VERSION
+                                             2,
+#else
+                                             1,
+#endif
+                                             0, supports, stage_create, stage_destroy, stage_prepare,
+#ifdef STUB_NULL_STAGE_ENTRY
+                                             NULL
+#else
+                                             stage_enqueue
+#endif
+    };
+    (void)self;
+    return number == DEFREC_STAGE_RANSAC ? &table : NULL;
+}
+
+static void shut_down(void *self) { (void)self; }
+
+static const defrec_plugin plugin_table = {
+#ifdef STUB_SHORT_TABLE
+    16,
+#else
+    sizeof(defrec_plugin),
+#endif
+    DEFREC_PLUGIN_ABI_MINOR, STUB_NAME, "1.2.3", "tests", NULL, device_count, device_info, device_open, device_close,
+    buffer_create, buffer_destroy, queue_create, queue_destroy, write_buffer,
+#ifdef STUB_NULL_ENTRY
+    NULL,
+#else
+    read_buffer,
+#endif
+    signal_queue, wait_queue, stage, shut_down};
+
+#ifdef STUB_UNDEFINED_SYMBOL
+extern void stub_symbol_that_nobody_defines(void);
+#endif
+
+#ifdef STUB_MISSING_SYMBOL
+#  define ENTRY defrec_plugin_entry_v0
+#else
+#  define ENTRY defrec_plugin_entry_v1
+#endif
+
+DEFREC_PLUGIN_EXPORT defrec_status DEFREC_CALL ENTRY(const defrec_host *host, const defrec_plugin **out);
+
+DEFREC_PLUGIN_EXPORT defrec_status DEFREC_CALL ENTRY(const defrec_host *host, const defrec_plugin **out) {
+    host_table = host;
+#ifdef STUB_UNDEFINED_SYMBOL
+    stub_symbol_that_nobody_defines();
+#endif
+#ifdef STUB_ENTRY_FAILS
+    return failed(DEFREC_ERROR_UNSUPPORTED, "the stub's driver is too old");
+#endif
+#ifdef STUB_NO_TABLE
+    (void)plugin_table;
+    (void)out;
+#else
+    *out = &plugin_table;
+#endif
+    return DEFREC_OK;
+}
