@@ -17,45 +17,53 @@ namespace hn = hwy::HWY_NAMESPACE;
 using D8 = hn::ScalableTag<uint8_t>;
 using V8 = hn::Vec<D8>;
 
-// The largest over all runs of 9 in the circle of the least difference in the run. Runs that start at 2k and
-// 2k + 1 share 8.
-V8 longest_run(const V8* d) {
+// The largest over all runs of 9 pixels of the circle of the least of the run (and, with Min and Max
+// exchanged, the other way round). Runs that start at 2k and 2k + 1 share 8.
+struct Largest {
+    static V8 inner(V8 a, V8 b) { return hn::Min(a, b); }
+    static V8 outer(V8 a, V8 b) { return hn::Max(a, b); }
+};
+struct Least {
+    static V8 inner(V8 a, V8 b) { return hn::Max(a, b); }
+    static V8 outer(V8 a, V8 b) { return hn::Min(a, b); }
+};
+template <class Order>
+HWY_INLINE V8 best_run(const V8* p) {
     V8 two[8], four[8];
-    for (size_t k = 0; k < 8; ++k) two[k] = hn::Min(d[2 * k + 1], d[(2 * k + 2) % 16]);
-    for (size_t k = 0; k < 8; ++k) four[k] = hn::Min(two[k], two[(k + 1) % 8]);
-    V8 best = hn::Zero(D8());
+    for (size_t k = 0; k < 8; ++k) two[k] = Order::inner(p[2 * k + 1], p[(2 * k + 2) % 16]);
+    for (size_t k = 0; k < 8; ++k) four[k] = Order::inner(two[k], two[(k + 1) % 8]);
+    V8 best{};
     for (size_t k = 0; k < 8; ++k) {
-        const V8 eight = hn::Min(four[k], four[(k + 2) % 8]);
-        best = hn::Max(best, hn::Min(eight, hn::Max(d[2 * k], d[(2 * k + 9) % 16])));
+        const V8 eight = Order::inner(four[k], four[(k + 2) % 8]);
+        const V8 nine = Order::inner(eight, Order::outer(p[2 * k], p[(2 * k + 9) % 16]));
+        best = k == 0 ? nine : Order::outer(best, nine);
     }
     return best;
 }
 
-// Every run of 9 holds at least one of two opposite pixels; false: no lane can score above the threshold.
-bool may_hold_corner(const V8* brighter, const V8* darker, V8 threshold) {
-    V8 least_brighter = hn::Set(D8(), 255), least_darker = least_brighter;
-    for (size_t i = 0; i < 8; i += 2) {
-        least_brighter = hn::Min(least_brighter, hn::Max(brighter[i], brighter[i + 8]));
-        least_darker = hn::Min(least_darker, hn::Max(darker[i], darker[i + 8]));
-    }
-    return !hn::AllTrue(
-        D8(), hn::Eq(hn::SaturatedSub(hn::Max(least_brighter, least_darker), threshold), hn::Zero(D8())));
+// How far the run is brighter than the centre, or darker: the larger of the two.
+HWY_INLINE V8 difference(V8 brightest_run, V8 darkest_run, V8 centre) {
+    return hn::Max(hn::SaturatedSub(brightest_run, centre), hn::SaturatedSub(centre, darkest_run));
+}
+HWY_INLINE hn::Mask<D8> at_most(V8 values, V8 limit) {
+    return hn::Eq(hn::SaturatedSub(values, limit), hn::Zero(D8()));
 }
 
-V8 scores_at(const uint8_t* pixel, const ptrdiff_t* circle, V8 threshold) {
+HWY_INLINE V8 scores_at(const uint8_t* pixel, const ptrdiff_t* circle, V8 threshold) {
     const D8 d;
     const V8 centre = hn::LoadU(d, pixel);
-    V8 brighter[16], darker[16];
-    const auto load = [&](size_t i) {
-        const V8 p = hn::LoadU(d, pixel + circle[i]);
-        brighter[i] = hn::SaturatedSub(p, centre);
-        darker[i] = hn::SaturatedSub(centre, p);
-    };
-    for (size_t i = 0; i < 16; i += 2) load(i);
-    if (!may_hold_corner(brighter, darker, threshold)) return hn::Zero(d);
-    for (size_t i = 1; i < 16; i += 2) load(i);
-    const V8 score = hn::Max(longest_run(brighter), longest_run(darker));
-    return hn::IfThenZeroElse(hn::Eq(hn::SaturatedSub(score, threshold), hn::Zero(d)), score);
+    V8 p[16];
+    for (size_t i = 0; i < 16; i += 2) p[i] = hn::LoadU(d, pixel + circle[i]);
+    // Every run of 9 holds at least one of two opposite pixels.
+    V8 brightest = hn::Max(p[0], p[8]), darkest = hn::Min(p[0], p[8]);
+    for (size_t i = 2; i < 8; i += 2) {
+        brightest = hn::Min(brightest, hn::Max(p[i], p[i + 8]));
+        darkest = hn::Max(darkest, hn::Min(p[i], p[i + 8]));
+    }
+    if (hn::AllTrue(d, at_most(difference(brightest, darkest, centre), threshold))) return hn::Zero(d);
+    for (size_t i = 1; i < 16; i += 2) p[i] = hn::LoadU(d, pixel + circle[i]);
+    const V8 score = difference(best_run<Largest>(p), best_run<Least>(p), centre);
+    return hn::IfThenZeroElse(at_most(score, threshold), score);
 }
 
 // Of rows [0, rows + 6) of the mask, whose row 3 is the band's first: 0 where any pixel within 3 cannot be

@@ -57,15 +57,16 @@ struct OrbCells {
 // kFarthest; 0 without a corner. Writes up to kOrbSlack elements behind the row.
 void orb_near_distances(const OrbCells& cells, uint32_t row, uint8_t* distances);
 
-// Where the 256 first and 256 second points of one turned pattern lie from the feature, in elements of the
-// smoothed image.
+// Where the points of one turned pattern lie from the feature, in elements of the smoothed image.
 struct OrbOffsets {
-    int32_t first[orb::kTests], second[orb::kTests];
+    struct Test {
+        int32_t first, second;
+    } test[orb::kTests];
 };
 
 // Orientation bin of the feature at this pixel.
 uint32_t orb_orientation(OrbImage<const uint8_t> image, uint32_t x, uint32_t y);
-// Descriptor of the feature whose smoothed pixel this is; reads up to 2 bytes behind the last sample.
+// Descriptor of the feature whose smoothed pixel this is.
 void orb_describe(const uint16_t* pixel, const OrbOffsets& offsets, uint32_t* descriptor);
 
 }  // namespace defrec::cpu

@@ -49,6 +49,23 @@ void shrink(OrbImage<const uint8_t> source, OrbImage<uint8_t> result, uint32_t w
     }
 }
 
+// 12 results come from 15 pixels of one load of 16; any value but 0 is usable.
+void shrink_mask(OrbImage<const uint8_t> source, OrbImage<uint8_t> result, uint32_t width, uint32_t first,
+                 uint32_t last) {
+    const hn::Full128<uint8_t> d;
+    alignas(16) static constexpr uint8_t kLeft[16] = {0, 1, 2, 3, 5, 6, 7, 8, 10, 11, 12, 13};
+    const auto left = hn::Load(d, kLeft), right = hn::Add(left, hn::Set(d, uint8_t{1}));
+    for (uint32_t y = first; y < last; ++y) {
+        const uint8_t* upper = source.row(y / 4 * 5 + y % 4);
+        const uint8_t* lower = upper + source.stride;
+        for (uint32_t x = 0, sx = 0; x < width; x += 12, sx += 15) {
+            const auto down = hn::Min(hn::LoadU(d, upper + sx), hn::LoadU(d, lower + sx));
+            hn::StoreU(hn::Min(hn::TableLookupBytes(down, left), hn::TableLookupBytes(down, right)), d,
+                       result.row(y) + x);
+        }
+    }
+}
+
 void soften(OrbImage<const uint8_t> gray, uint32_t width, uint32_t height, OrbImage<uint8_t> result,
             uint32_t first, uint32_t last, uint16_t* scratch) {
     const hn::ScalableTag<uint16_t> d;
@@ -115,6 +132,7 @@ namespace defrec::cpu {
 
 HWY_EXPORT(soften);
 HWY_EXPORT(shrink);
+HWY_EXPORT(shrink_mask);
 HWY_EXPORT(smooth);
 
 void orb_soften(OrbImage<const uint8_t> gray, uint32_t width, uint32_t height, OrbImage<uint8_t> result,
@@ -129,13 +147,7 @@ void orb_shrink(OrbImage<const uint8_t> source, OrbImage<uint8_t> result, uint32
 
 void orb_shrink_mask(OrbImage<const uint8_t> source, OrbImage<uint8_t> result, uint32_t width, uint32_t first,
                      uint32_t last) {
-    for (uint32_t y = first; y < last; ++y) {
-        const uint8_t* upper = source.row(y / 4 * 5 + y % 4);
-        const uint8_t* lower = upper + source.stride;
-        uint8_t* to = result.row(y);
-        for (uint32_t x = 0, sx = 0; x < width; ++x, sx += x % 4 == 0 ? 2 : 1)
-            to[x] = upper[sx] && upper[sx + 1] && lower[sx] && lower[sx + 1] ? 255 : 0;
-    }
+    HWY_DYNAMIC_DISPATCH(shrink_mask)(source, result, width, first, last);
 }
 
 void orb_smooth(OrbImage<const uint8_t> image, uint32_t width, OrbImage<uint16_t> result, uint32_t first,
