@@ -1,5 +1,12 @@
+// Stage lm: lm_problem evaluates and solves, backends/shared/lm_stage.hpp does the rest.
+#include "backends/cpu/lm_problem.hpp"
 #include "backends/cpu/stages.hpp"
+#include "backends/shared/lm_stage.hpp"
 
 namespace defrec::cpu {
-std::unique_ptr<Stage> make_lm(const defrec_lm_params&, const Host&) { throw StageError(DEFREC_ERROR_UNSUPPORTED, "not written"); }
+
+std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, const Host& host) {
+    return std::make_unique<LmStage<LmProblem>>(params, host);
+}
+
 }  // namespace defrec::cpu

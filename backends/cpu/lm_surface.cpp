@@ -1,0 +1,223 @@
+// The data terms of stage lm over groups of surface points, in SIMD lanes. The formulas are those of backends/shared/lm_terms.hpp.
+#include "backends/cpu/lm_groups.hpp"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "backends/cpu/lm_surface.cpp"
+#include <hwy/foreach_target.h>
+// after foreach_target.h
+#include <hwy/highway.h>
+
+#include "backends/cpu/lm_normal_equations-inl.hpp"
+#include "backends/cpu/surface_lanes-inl.hpp"
+
+HWY_BEFORE_NAMESPACE();
+namespace defrec::cpu::HWY_NAMESPACE {
+
+using PointD = hn::CappedTag<float, kLanePadding>;
+using SightingD = hn::CappedTag<float, kSightingPadding>;
+
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE float total(D d, V v) { return hn::GetLane(hn::SumOfLanes(d, v)); }
+
+// A term's sums, lane by lane.
+template <class D, class V = hn::Vec<D>>
+struct TermLanes {
+    V cost, weights, squares;
+    int32_t count = 0;
+
+    HWY_INLINE explicit TermLanes(D d) : cost(hn::Zero(d)), weights(cost), squares(cost) {}
+    template <class M>
+    HWY_INLINE void add(D d, M here, V lane_cost, V weight, V square) {
+        cost = hn::Add(cost, hn::IfThenElseZero(here, lane_cost));
+        const V shared = hn::IfThenElseZero(here, weight);
+        weights = hn::Add(weights, shared);
+        squares = hn::MulAdd(shared, square, squares);
+        count += int32_t(hn::CountTrue(d, hn::Gt(shared, hn::Zero(d))));
+    }
+    HWY_INLINE LmGroupSums::Term sums(D d) const { return {total(d, cost), total(d, weights), total(d, squares), count}; }
+};
+
+// A residual's derivative by the increments of the four control points is their weight times (arm x gradient, gradient).
+template <class D, class V = hn::Vec<D>>
+struct Levers {
+    Lanes3<V> arm[kSkin];
+    V weight[kSkin];
+
+    HWY_INLINE Levers(D d, const NodeMotion* motions, const std::array<int32_t, kSkin>& node, const Lanes3<V>& rest, const V* weights) {
+        for (size_t k = 0; k < kSkin; ++k) {
+            const NodeMotion& motion = motions[node[k]];
+            const Lanes3<V> from = subtract(rest, {hn::Set(d, motion.rest[0]), hn::Set(d, motion.rest[1]), hn::Set(d, motion.rest[2])});
+            const auto row = [&](size_t r) HWY_ATTR {
+                return dot(Lanes3<V>{hn::Set(d, motion.rotation[3 * r]), hn::Set(d, motion.rotation[3 * r + 1]),
+                                     hn::Set(d, motion.rotation[3 * r + 2])},
+                           from);
+            };
+            arm[k] = {row(0), row(1), row(2)};
+            weight[k] = weights[k];
+        }
+    }
+    // One vector of rows, as lm_normal_equations-inl.hpp wants them.
+    HWY_INLINE void store(D d, const Lanes3<V>& gradient, V residual, float* out) const {
+        V entry[kJacobian];
+        for (size_t k = 0; k < kSkin; ++k) {
+            const Lanes3<V> shift = scale(weight[k], gradient), turn = cross(arm[k], shift);
+            const V six[6] = {turn.x, turn.y, turn.z, shift.x, shift.y, shift.z};
+            for (size_t i = 0; i < 6; ++i) entry[6 * k + i] = six[i];
+        }
+        const size_t lanes = hn::Lanes(d);
+        for (size_t g = 0; g < kPieces; ++g)
+            hn::StoreInterleaved4(entry[4 * g], entry[4 * g + 1], entry[4 * g + 2], entry[4 * g + 3], d, out + g * 4 * lanes);
+        const V zero = hn::Zero(d);
+        hn::StoreInterleaved4(residual, zero, zero, zero, d, out + kPieces * 4 * lanes);
+    }
+};
+
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE void add_data(D d, const V* skin, V weight, float* data) {
+    for (size_t k = 0; k < kSkin; ++k) data[k] += total(d, hn::Mul(skin[k], weight));
+}
+
+// Point to plane. Returns the vectors of rows stored.
+HWY_INLINE size_t sum_points(const LmGroupTask& task, const LmGroup& group, const GroupMotion& motions, float* rows, LmGroupSums& sums) {
+    using V = hn::Vec<PointD>;
+    const PointD d;
+    const size_t lanes = hn::Lanes(d);
+    const LmGroups& groups = *task.groups;
+    const V one = hn::Set(d, 1.0f), zero = hn::Zero(d);
+    const float c2 = task.params->icp_tukey_mm * task.params->icp_tukey_mm;
+    const V full_cost = hn::Set(d, task.params->icp_weight * c2 / 3), term_weight = hn::Set(d, task.params->icp_weight);
+    TermLanes<PointD> term(d);
+    size_t missing = 0, vectors = 0;
+    for (size_t i = 0; i < group.points; i += lanes) {
+        const auto load = [&](int component) HWY_ATTR { return hn::Load(d, groups.point(component) + group.first_point + i); };
+        const V skin[kSkin] = {load(LmGroups::kWeight), load(LmGroups::kWeight + 1), load(LmGroups::kWeight + 2), load(LmGroups::kWeight + 3)};
+        const auto motion = blend_lanes(d, motions, skin);
+        const Lanes3<V> rest{load(LmGroups::kX), load(LmGroups::kY), load(LmGroups::kZ)};
+        const Lanes3<V> p = motion.point(rest);
+        const Lanes3<V> n = motion.direction(Lanes3<V>{load(LmGroups::kNormalX), load(LmGroups::kNormalY), load(LmGroups::kNormalZ)});
+
+        const auto live = depth_lanes(d, task.params->camera, task.image, p);
+        const V range = hn::Sqrt(dot(p, p)), slope = dot(n, p);
+        const V difference = hn::Mul(hn::Sub(live.depth, p.z), live.inverse_z);
+        const auto facing = hn::Ge(hn::Neg(slope), hn::Mul(hn::Set(d, float(kLeastFacing)), range));
+        const auto close = hn::Le(hn::Mul(hn::Abs(difference), range), hn::Set(d, task.params->association_mm));
+        const auto exists = hn::FirstN(d, group.points - i);
+        const auto seen = hn::And(hn::And(live.known, exists), hn::And(facing, close));
+        missing += std::min<size_t>(lanes, group.points - i) - hn::CountTrue(d, seen);
+
+        const V residual = hn::IfThenElseZero(seen, hn::Mul(difference, slope));
+        const V squared = hn::Mul(residual, residual);
+        const V left = hn::Sub(one, hn::Min(hn::Mul(squared, hn::Set(d, 1 / c2)), one));
+        const V robust = hn::Mul(left, left);
+        term.add(d, seen, hn::Mul(full_cost, hn::NegMulAdd(robust, left, one)), robust, squared);
+        if (!task.linearise) continue;
+
+        const V weight = hn::IfThenElseZero(seen, hn::Mul(term_weight, robust));
+        if (hn::AllTrue(d, hn::Le(weight, zero))) continue;
+        const V root = hn::Sqrt(weight);
+        const Lanes3<V> gradient = scale(hn::Neg(root), n);
+        const Levers<PointD> levers(d, task.motions, group.node, rest, skin);
+        levers.store(d, gradient, hn::Mul(root, residual), rows + vectors++ * kRowFloats * lanes);
+        add_data(d, skin, weight, sums.data);
+    }
+    sums.icp = term.sums(d);
+    sums.missing = float(missing) * task.params->icp_weight * c2 / 3;
+    return vectors;
+}
+
+// Matches and patches.
+HWY_INLINE size_t sum_sightings(const LmGroupTask& task, const LmGroup& group, const GroupMotion& motions, float* rows, LmGroupSums& sums) {
+    using V = hn::Vec<SightingD>;
+    const SightingD d;
+    const size_t lanes = hn::Lanes(d);
+    const LmGroups& groups = *task.groups;
+    const V one = hn::Set(d, 1.0f), zero = hn::Zero(d);
+    TermLanes<SightingD> match(d), patch(d);
+    size_t vectors = 0;
+    for (size_t i = 0; i < group.sightings; i += lanes) {
+        const auto load = [&](int component) HWY_ATTR { return hn::Load(d, groups.sighting(component) + group.first_sighting + i); };
+        const V skin[kSkin] = {load(LmGroups::kSeenWeight), load(LmGroups::kSeenWeight + 1), load(LmGroups::kSeenWeight + 2),
+                               load(LmGroups::kSeenWeight + 3)};
+        const auto motion = blend_lanes(d, motions, skin);
+        const Lanes3<V> rest{load(LmGroups::kSeenX), load(LmGroups::kSeenY), load(LmGroups::kSeenZ)};
+        const Lanes3<V> p = motion.point(rest);
+        const V u = load(LmGroups::kSeenU), v = load(LmGroups::kSeenV), uu = load(LmGroups::kSeenUU), uv = load(LmGroups::kSeenUV),
+                vv = load(LmGroups::kSeenVV), root = load(LmGroups::kSeenRoot);
+        const V across = hn::NegMulAdd(u, p.z, p.x), down = hn::NegMulAdd(v, p.z, p.y);
+        const V r0 = hn::MulAdd(uu, across, hn::Mul(uv, down)), r1 = hn::Mul(vv, down);
+        const V r2 = hn::Mul(root, hn::Sub(p.z, load(LmGroups::kSeenDepth)));
+        const V squared = hn::MulAdd(r0, r0, hn::MulAdd(r1, r1, hn::Mul(r2, r2)));
+
+        // ramped_tukey of lm_terms.hpp; a patch's c is in pixels.
+        const V px = hn::Div(hn::Set(d, float(task.params->camera.fx)), hn::Max(p.z, hn::Set(d, float(kLeastDepthMm))));
+        const V inverse_a = load(LmGroups::kInverseA);
+        const V inverse_c2 = hn::MulAdd(load(LmGroups::kPxInverseC2), hn::Mul(px, px), load(LmGroups::kInverseC2));
+        const V ends = hn::Max(inverse_a, hn::Sqrt(inverse_c2));
+        const V distance = hn::Min(hn::Sqrt(squared), hn::Div(one, ends));
+        const V d2 = hn::Mul(distance, distance), x = hn::Mul(d2, inverse_c2), left = hn::Sub(one, x);
+        const V slant = hn::Mul(distance, inverse_a);
+        const V robust = hn::Mul(hn::Max(hn::Sub(one, slant), zero), hn::Mul(left, left));
+        const V lost = hn::Mul(hn::Add(slant, slant), hn::MulAdd(x, hn::MulSub(x, hn::Set(d, 1.0f / 7), hn::Set(d, 0.4f)), hn::Set(d, 1.0f / 3)));
+        const V cost = hn::Mul(d2, hn::Sub(hn::MulAdd(x, hn::MulSub(x, hn::Set(d, 1.0f / 3), one), one), lost));
+
+        const V term_weight = load(LmGroups::kTermWeight);
+        const auto exists = hn::Gt(term_weight, zero);
+        const auto is_patch = hn::Gt(load(LmGroups::kIsPatch), zero);
+        const V weighted = hn::Mul(term_weight, cost);
+        match.add(d, hn::AndNot(is_patch, exists), weighted, robust, squared);
+        patch.add(d, hn::And(is_patch, exists), weighted, robust, hn::Mul(squared, hn::Mul(px, px)));
+        if (!task.linearise) continue;
+
+        const V weight = hn::Mul(term_weight, robust);
+        const V force = hn::Sqrt(weight);
+        const Levers<SightingD> levers(d, task.motions, group.node, rest, skin);
+        const auto store = [&](const Lanes3<V>& gradient, V residual) HWY_ATTR {
+            levers.store(d, scale(force, gradient), hn::Mul(force, residual), rows + vectors++ * kRowFloats * lanes);
+        };
+        store({uu, uv, hn::Neg(hn::MulAdd(uu, u, hn::Mul(uv, v)))}, r0);
+        store({zero, vv, hn::Neg(hn::Mul(vv, v))}, r1);
+        if (!hn::AllTrue(d, hn::Eq(root, zero))) store({zero, zero, root}, r2);
+        add_data(d, skin, weight, sums.data);
+    }
+    sums.match = match.sums(d);
+    sums.patch = patch.sums(d);
+    return vectors;
+}
+
+void SumGroups(const LmGroupTask& task, size_t first, size_t last) {
+    auto* equations = reinterpret_cast<NormalEquations*>(task.scratch);
+    float* rows = task.scratch + sizeof(NormalEquations) / sizeof(float);
+    for (size_t g = first; g < last; ++g) {
+        const LmGroup& group = task.groups->groups()[g];
+        LmGroupSums& sums = task.sums[g];
+        const GroupMotion motions(task.motions, group.node);
+        if (!task.linearise) {
+            sum_points(task, group, motions, rows, sums);
+            sum_sightings(task, group, motions, rows, sums);
+            continue;
+        }
+        *equations = {};
+        std::fill_n(sums.data, kSkin, 0.0f);
+        add_rows(PointD(), rows, sum_points(task, group, motions, rows, sums), *equations);
+        add_rows(SightingD(), rows, sum_sightings(task, group, motions, rows, sums), *equations);
+        cut_blocks(*equations, sums);
+    }
+}
+
+}  // namespace defrec::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+
+namespace defrec::cpu {
+
+HWY_EXPORT(SumGroups);
+void sum_groups(const LmGroupTask& task, size_t first, size_t last) { HWY_DYNAMIC_DISPATCH(SumGroups)(task, first, last); }
+
+size_t lm_scratch_floats(const LmGroups& groups) {
+    constexpr size_t kRowFloats = kJacobian + 4, kEquations = kJacobian * kJacobian + kJacobian;
+    return padded(kEquations) + padded(groups.most_row_lanes() * kRowFloats);
+}
+
+}  // namespace defrec::cpu
+#endif
