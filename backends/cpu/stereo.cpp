@@ -44,11 +44,11 @@ struct Level {
           right(host, w, h),
           left_mask(host, w, h),
           right_mask(host, w, h),
-          settled(host, w, h),
+          standing(host, w, h),
           fields{make_field(host, w, h), make_field(host, w, h), make_field(host, w, h)} {}
 
     int width, height;
-    Bytes left, right, left_mask, right_mask, settled;
+    Bytes left, right, left_mask, right_mask, standing;
     Field fields[3];
 };
 
@@ -221,8 +221,8 @@ class Stereo final : public Stage {
         Field* f = half_.fields;
         bands(half_.height, [&](int y0, int y1, int32_t* scratch) {
             for (int y = y0; y < y1; ++y)
-                settled_row(f[0].view(), f[1].view(), half_.width, half_.height, y, int(p_.edge),
-                            reinterpret_cast<int16_t*>(scratch), half_.settled.row(y));
+                standing_row(f[0].view(), f[1].view(), half_.width, half_.height, y, int(p_.edge),
+                             reinterpret_cast<int16_t*>(scratch), half_.standing.row(y));
         });
         RefineJob job{};
         job.left = half_.left.view();
@@ -241,8 +241,8 @@ class Stereo final : public Stage {
     void refine_full(const StereoBuffers& b) {
         Field* f = full_.fields;
         each_row(full_.height, [&](int y) {
-            upsample_row(half_.fields[1].view(), half_.settled.view(), half_.width, half_.height, full_.width,
-                         y, f[0].row(y), full_.settled.row(y));
+            upsample_row(half_.fields[1].view(), half_.standing.view(), half_.width, half_.height,
+                         full_.width, y, f[0].row(y), full_.standing.row(y));
         });
         give(f[0], full_, b.hypothesis);
         RefineJob job{};
@@ -256,7 +256,7 @@ class Stereo final : public Stage {
         job.judge = true;
         job.left_mask = full_.left_mask.view();
         job.right_mask = full_.right_mask.view();
-        job.settled = full_.settled.view();
+        job.standing = full_.standing.view();
         job.refine_score = int(p_.refine_score);
         job.texture = int(p_.texture);
         job.confidence = confidence_.plane();

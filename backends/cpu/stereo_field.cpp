@@ -1,4 +1,4 @@
-// Fields of disparities in stereo: support, smoothing, filling, settled regions, upsampling.
+// Fields of disparities in stereo: support, smoothing, filling, standing, upsampling.
 #include <algorithm>
 
 #include "backends/cpu/stereo_kernels.hpp"
@@ -117,8 +117,8 @@ void FillRow(int16_t* row, int width, const int16_t* coarse, const int16_t* coar
     }
 }
 
-void SettledRow(Plane<const int16_t> supported, Plane<const int16_t> dense, int width, int height, int y,
-                int edge, int16_t* extent, uint8_t* dst) {
+void StandingRow(Plane<const int16_t> supported, Plane<const int16_t> dense, int width, int height, int y,
+                 int edge, int16_t* extent, uint8_t* dst) {
     const I16 d;
     const hn::Rebind<uint8_t, I16> d8;
     int16_t* least = extent + kMargin;
@@ -144,10 +144,12 @@ void SettledRow(Plane<const int16_t> supported, Plane<const int16_t> dense, int 
             low = hn::Min(low, hn::Min(hn::LoadU(d, least + x - k), hn::LoadU(d, least + x + k)));
             high = hn::Max(high, hn::Max(hn::LoadU(d, most + x - k), hn::LoadU(d, most + x + k)));
         }
-        const auto smooth = hn::Lt(hn::Sub(high, low), hn::Set(d, int16_t(edge + 1)));
-        const auto known = hn::Ne(hn::LoadU(d, supported.row(y) + x), hn::Set(d, kNoDisparity));
-        hn::StoreU(hn::DemoteTo(d8, hn::IfThenElseZero(hn::And(smooth, known), hn::Set(d, 255))), d8,
-                   dst + x);
+        const VI16 limit = hn::Set(d, int16_t(edge));
+        const auto doubtful = hn::Gt(hn::Sub(hn::LoadU(d, dense.row(y) + x), low), limit);
+        const auto unknown = hn::Eq(hn::LoadU(d, supported.row(y) + x), hn::Set(d, kNoDisparity));
+        const auto open = hn::Or(hn::Gt(hn::Sub(high, low), limit), unknown);
+        const VI16 stands = hn::IfThenElse(open, hn::Set(d, kOpen), hn::Set(d, kSettled));
+        hn::StoreU(hn::DemoteTo(d8, hn::IfThenZeroElse(doubtful, stands)), d8, dst + x);
     }
 }
 
@@ -159,19 +161,19 @@ void CopyPadded(const T* row, int width, T* dst) {
     std::fill_n(dst + width, kMargin, row[width - 1]);
 }
 
-void UpsampleRow(Plane<const int16_t> half, Plane<const uint8_t> settled, int half_width, int half_height,
-                 int width, int y, int16_t* dst, uint8_t* dst_settled) {
+void UpsampleRow(Plane<const int16_t> half, Plane<const uint8_t> standing, int half_width, int half_height,
+                 int width, int y, int16_t* dst, uint8_t* dst_standing) {
     const I16 d;
     const hn::Rebind<uint8_t, I16> d8;
     const int v = std::min(y / 2, half_height - 1);
     const int v2 = std::clamp(y % 2 == 0 ? y / 2 - 1 : y / 2 + 1, 0, half_height - 1);
     int16_t near_memory[DEFREC_MAX_SIDE / 2 + 2 * kMargin], far_memory[DEFREC_MAX_SIDE / 2 + 2 * kMargin];
-    uint8_t settled_memory[DEFREC_MAX_SIDE / 2 + 2 * kMargin];
+    uint8_t standing_memory[DEFREC_MAX_SIDE / 2 + 2 * kMargin];
     int16_t *near = near_memory + kMargin, *far = far_memory + kMargin;
-    uint8_t* known = settled_memory + kMargin;
+    uint8_t* known = standing_memory + kMargin;
     CopyPadded(half.row(v), half_width, near);
     CopyPadded(half.row(v2), half_width, far);
-    CopyPadded(settled.row(v), half_width, known);
+    CopyPadded(standing.row(v), half_width, known);
     const VI16 three = hn::Set(d, 3), four = hn::Set(d, 4), range = hn::Set(d, kUpsampleRange);
     const auto blend = [&](VI16 a, VI16 b, VI16 c, VI16 e) HWY_ATTR {
         const VI16 spread =
@@ -187,7 +189,7 @@ void UpsampleRow(Plane<const int16_t> half, Plane<const uint8_t> settled, int ha
         const VI16 odd = blend(a, hn::LoadU(d, near + u + 1), c, hn::LoadU(d, far + u + 1));
         hn::StoreInterleaved2(even, odd, d, dst + 2 * u);
         const auto k = hn::LoadU(d8, known + u);
-        hn::StoreInterleaved2(k, k, d8, dst_settled + 2 * u);
+        hn::StoreInterleaved2(k, k, d8, dst_standing + 2 * u);
     }
     EndRow(dst, width);
 }
@@ -203,7 +205,7 @@ HWY_EXPORT(SmoothAlongRow);
 HWY_EXPORT(SmoothAlongColumns);
 HWY_EXPORT(CoarserRow);
 HWY_EXPORT(FillRow);
-HWY_EXPORT(SettledRow);
+HWY_EXPORT(StandingRow);
 HWY_EXPORT(UpsampleRow);
 
 void supported_row(Plane<const int16_t> field, int width, int height, int y, int support, int16_t* dst) {
@@ -222,13 +224,13 @@ void coarser_row(const int16_t* upper, const int16_t* lower, int width, int16_t*
 void fill_row(int16_t* row, int width, const int16_t* coarse, const int16_t* coarse2, int coarse_width) {
     HWY_DYNAMIC_DISPATCH(FillRow)(row, width, coarse, coarse2, coarse_width);
 }
-void settled_row(Plane<const int16_t> supported, Plane<const int16_t> dense, int width, int height, int y,
-                 int edge, int16_t* extent, uint8_t* dst) {
-    HWY_DYNAMIC_DISPATCH(SettledRow)(supported, dense, width, height, y, edge, extent, dst);
+void standing_row(Plane<const int16_t> supported, Plane<const int16_t> dense, int width, int height, int y,
+                  int edge, int16_t* extent, uint8_t* dst) {
+    HWY_DYNAMIC_DISPATCH(StandingRow)(supported, dense, width, height, y, edge, extent, dst);
 }
-void upsample_row(Plane<const int16_t> half, Plane<const uint8_t> settled, int half_width, int half_height,
-                  int width, int y, int16_t* dst, uint8_t* dst_settled) {
-    HWY_DYNAMIC_DISPATCH(UpsampleRow)(half, settled, half_width, half_height, width, y, dst, dst_settled);
+void upsample_row(Plane<const int16_t> half, Plane<const uint8_t> standing, int half_width, int half_height,
+                  int width, int y, int16_t* dst, uint8_t* dst_standing) {
+    HWY_DYNAMIC_DISPATCH(UpsampleRow)(half, standing, half_width, half_height, width, y, dst, dst_standing);
 }
 
 }  // namespace defrec::cpu

@@ -50,13 +50,13 @@ void smooth_along_columns(Plane<const int16_t> field, int width, int height, int
 // 6: one row of the next coarser field, and the filled row from it.
 void coarser_row(const int16_t* upper, const int16_t* lower, int width, int16_t* dst);
 void fill_row(int16_t* row, int width, const int16_t* coarse, const int16_t* coarse2, int coarse_width);
-// 7: dst[x] = 255 where settled. extent: the field's least and largest values along the columns, 2 * (width +
-// 2 * kMargin) int16.
-void settled_row(Plane<const int16_t> supported, Plane<const int16_t> dense, int width, int height, int y,
-                 int edge, int16_t* extent, uint8_t* dst);
-// 9: row y of the field at full resolution and of the settled mask.
-void upsample_row(Plane<const int16_t> half, Plane<const uint8_t> settled, int half_width, int half_height,
-                  int width, int y, int16_t* dst, uint8_t* dst_settled);
+// 7: dst[x] = kSettled, kOpen or kDoubtful. extent: the field's least and largest values along the columns, 2
+// * (width + 2 * kMargin) int16.
+void standing_row(Plane<const int16_t> supported, Plane<const int16_t> dense, int width, int height, int y,
+                  int edge, int16_t* extent, uint8_t* dst);
+// 9: row y of the field at full resolution and of what is known of it.
+void upsample_row(Plane<const int16_t> half, Plane<const uint8_t> standing, int half_width, int half_height,
+                  int width, int y, int16_t* dst, uint8_t* dst_standing);
 
 // 8, 10: refinement, and at full resolution the judgement.
 struct RefineJob {
@@ -65,7 +65,7 @@ struct RefineJob {
     Plane<const int16_t> hypothesis;  // no pixel without a disparity
     Plane<int16_t> result;            // refined field, or with judge the evidence
     bool judge;
-    Plane<const uint8_t> left_mask, right_mask, settled;
+    Plane<const uint8_t> left_mask, right_mask, standing;
     int refine_score, texture;
     Plane<uint8_t> confidence;
     int16_t *refined, *score;  // without margins; may be nullptr

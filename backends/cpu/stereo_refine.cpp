@@ -190,7 +190,8 @@ void JudgeLanes(const RefineJob& job, const Tile& tile, const Refined& refined, 
     const VI32 zero = hn::Zero(d);
     const auto nonzero = [&](const uint8_t* row)
                              HWY_ATTR { return hn::Gt(hn::PromoteTo(d, hn::LoadU(d8, row + x)), zero); };
-    const auto known = nonzero(job.settled.row(y));
+    const VI32 stands = hn::PromoteTo(d, hn::LoadU(d8, job.standing.row(y) + x));
+    const auto known = hn::Eq(stands, hn::Set(d, kSettled));
     const VI32 position = hn::Sub(hn::ShiftLeft<4>(hn::Iota(d, x)), refined.disparity);
     const auto in_image = hn::Gt(position, hn::Set(d, -1));
     // Lanes past the row's end hold no position; they read its last pixel.
@@ -200,7 +201,8 @@ void JudgeLanes(const RefineJob& job, const Tile& tile, const Refined& refined, 
         hn::And(hn::GatherOffset(d, reinterpret_cast<const int32_t*>(job.right_mask.row(y)), column),
                 hn::Set(d, 255));
     const VI32 least = hn::IfThenElse(known, hn::Set(d, kTrustedScore - 1), hn::Set(d, job.refine_score - 1));
-    auto good = hn::And(hn::And(refined.peak, in_image), hn::Gt(refined.score, least));
+    auto good =
+        hn::And(hn::And(refined.peak, in_image), hn::And(hn::Gt(refined.score, least), hn::Gt(stands, zero)));
     good = hn::And(good, hn::Gt(right_mask, zero));
     good = hn::And(good, hn::Gt(refined.left_variance, hn::Load(d, tile.least_variance + i)));
     const auto valid = hn::And(nonzero(job.left_mask.row(y)), hn::Or(good, known));

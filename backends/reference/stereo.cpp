@@ -32,8 +32,8 @@ class Stereo final : public Stage {
         give(left, b.prepared_left);
         give(right, b.prepared_right);
 
-        Mask known(size_.half_width, size_.half_height);
-        const Disparities half = search_half(b, left, right, left_mask, right_mask, known);
+        Picture<uint8_t> stands(size_.half_width, size_.half_height);
+        const Disparities half = search_half(b, left, right, left_mask, right_mask, stands);
         const Disparities hypothesis = upsample(half, size_.width, size_.height);
         give(hypothesis, b.hypothesis);
 
@@ -41,7 +41,7 @@ class Stereo final : public Stage {
         give(refined.disparity, b.refined);
         give(refined.score, b.score);
         Evidence evidence =
-            judge(refined, hypothesis, known, left_mask, right_mask, int(p_.refine_score), int(p_.texture));
+            judge(refined, hypothesis, stands, left_mask, right_mask, int(p_.refine_score), int(p_.texture));
         drop_islands(evidence, int(p_.support));
         give(evidence.disparity, b.evidence);
         fill_small(evidence, hypothesis, int(p_.fill_radius));
@@ -53,9 +53,9 @@ class Stereo final : public Stage {
     }
 
   private:
-    // The refined field of disparities at half resolution, and where it is settled.
+    // The refined field of disparities at half resolution, and how far it is settled.
     Disparities search_half(const StereoBuffers& b, const Gray& full_left, const Gray& full_right,
-                            const Mask& left_mask, const Mask& right_mask, Mask& known) const {
+                            const Mask& left_mask, const Mask& right_mask, Picture<uint8_t>& stands) const {
         const int r = int(p_.radius);
         const Gray left = halve(full_left), right = halve(full_right);
         const WindowStatistics left_stats = statistics(left, r), right_stats = statistics(right, r);
@@ -71,7 +71,7 @@ class Stereo final : public Stage {
         give(agreed, b.supported);
         const Disparities dense = fill_all(smooth(agreed, kHalfSmoothRadius, kSearchSmoothRange));
         give(dense, b.dense);
-        known = settled(agreed, dense, int(p_.edge));
+        stands = standing(agreed, dense, int(p_.edge));
         const Disparities result =
             smooth(refine(left, right, dense, r).disparity, kHalfSmoothRadius, kHalfSmoothRange);
         give(result, b.half_refined);

@@ -111,14 +111,17 @@ Disparities upsample(const Disparities& half, int width, int height) {
     return result;
 }
 
-Evidence judge(const Refinement& refined, const Disparities& hypothesis, const Mask& settled_half,
-               const Mask& left_mask, const Mask& right_mask, int refine_score, int texture) {
+Evidence judge(const Refinement& refined, const Disparities& hypothesis,
+               const Picture<uint8_t>& standing_half, const Mask& left_mask, const Mask& right_mask,
+               int refine_score, int texture) {
     const int w = hypothesis.width, h = hypothesis.height;
     Evidence result{Disparities(w, h, kNoDisparity), Picture<uint8_t>(w, h)};
     for (int y = 0; y < h; ++y)
         for (int x = 0; x < w; ++x) {
             if (hypothesis(x, y) == kNoDisparity || !left_mask(x, y)) continue;
-            const bool known = settled_half.clamped(x / 2, y / 2);
+            const uint8_t stands = standing_half.clamped(x / 2, y / 2);
+            if (stands == kDoubtful) continue;
+            const bool known = stands == kSettled;
             const int score = refined.score(x, y), position = 16 * x - refined.disparity(x, y);
             const int64_t n = refined.count(x, y);
             const bool good = refined.peak(x, y) && position >= 0 &&

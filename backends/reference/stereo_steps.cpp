@@ -207,18 +207,22 @@ Disparities fill_all(const Disparities& disparities) {
     return result;
 }
 
-Mask settled(const Disparities& supported_disparities, const Disparities& dense, int edge) {
-    Mask result(dense.width, dense.height);
+Picture<uint8_t> standing(const Disparities& supported_disparities, const Disparities& dense, int edge) {
+    Picture<uint8_t> result(dense.width, dense.height);
     for (int y = 0; y < dense.height; ++y)
         for (int x = 0; x < dense.width; ++x) {
-            if (supported_disparities(x, y) == kNoDisparity) continue;
             int least = dense(x, y), most = least;
             for (int v = y - kEdgeRadius; v <= y + kEdgeRadius; ++v)
                 for (int u = x - kEdgeRadius; u <= x + kEdgeRadius; ++u) {
                     least = std::min<int>(least, dense.clamped(u, v));
                     most = std::max<int>(most, dense.clamped(u, v));
                 }
-            result(x, y) = most - least <= edge;
+            if (dense(x, y) - least > edge)
+                result(x, y) = kDoubtful;
+            else if (most - least > edge || supported_disparities(x, y) == kNoDisparity)
+                result(x, y) = kOpen;
+            else
+                result(x, y) = kSettled;
         }
     return result;
 }

@@ -50,11 +50,11 @@ struct CheckLimits {
     int radius, first, min_score, uniqueness, texture, left_right;
 };
 Disparities check(const SearchResult& found, const WindowStatistics& left_stats, const Mask& left_mask,
-                  const Mask& right_mask, const CheckLimits& limits);            // 4
-Disparities supported(const Disparities& disparities, int support);              // 5
-Disparities smooth(const Disparities& disparities, int radius, int range);       // 6, 12
-Disparities fill_all(const Disparities& disparities);                            // 6
-Mask settled(const Disparities& supported, const Disparities& dense, int edge);  // 7
+                  const Mask& right_mask, const CheckLimits& limits);                         // 4
+Disparities supported(const Disparities& disparities, int support);                           // 5
+Disparities smooth(const Disparities& disparities, int radius, int range);                    // 6, 12
+Disparities fill_all(const Disparities& disparities);                                         // 6
+Picture<uint8_t> standing(const Disparities& supported, const Disparities& dense, int edge);  // 7
 
 struct Refinement {
     Disparities disparity;      // moved, or as it was without a peak
@@ -70,9 +70,10 @@ struct Evidence {
     Disparities disparity;
     Picture<uint8_t> confidence;
 };
-Evidence judge(const Refinement& refined, const Disparities& hypothesis, const Mask& settled_half,
-               const Mask& left_mask, const Mask& right_mask, int refine_score, int texture);  // 10
-void drop_islands(Evidence& evidence, int support);                                            // 10
-void fill_small(Evidence& evidence, const Disparities& hypothesis, int radius);                // 11
+Evidence judge(const Refinement& refined, const Disparities& hypothesis,
+               const Picture<uint8_t>& standing_half, const Mask& left_mask, const Mask& right_mask,
+               int refine_score, int texture);                                   // 10
+void drop_islands(Evidence& evidence, int support);                              // 10
+void fill_small(Evidence& evidence, const Disparities& hypothesis, int radius);  // 11
 
 }  // namespace defrec::reference

@@ -17,6 +17,8 @@ constexpr int kSearchSmoothRange = 24, kHalfSmoothRange = 16;
 constexpr int kUpsampleRange = 48;  // 1/16 px of half resolution
 constexpr int kTrustedScore = 512;  // 1/4096: least refined ZNCC where the search has settled the disparity
 constexpr int kFilledConfidence = 8;
+// What is known of a pixel's hypothesis before it is refined.
+enum : uint8_t { kDoubtful = 0, kOpen = 1, kSettled = 2 };
 // round(32768 / n): 1/n in 15 bits, for means over up to 7 neighbours.
 constexpr int kReciprocal[8] = {0, 32767, 16384, 10923, 8192, 6554, 5461, 4681};
 
