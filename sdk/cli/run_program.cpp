@@ -7,6 +7,7 @@
 #include "include/defrec_c.h"
 #include "sdk/cli/commands.hpp"
 #include "sdk/cli/exit_code.hpp"
+#include "sdk/cli/interrupt.hpp"
 #include "sdk/cli/render/render_command.hpp"
 #include "sdk/cli/terminal.hpp"
 
@@ -58,7 +59,7 @@ int run_program(int argc, const char* const* argv) {
     app.require_subcommand(1);
     std::function<int()> run;
     add_track_command(app, run);
-    add_render_command(app, run);
+    add_render_command(app, run, interrupt_requested);
     add_score_command(app, run);
     add_devices_command(app, run);
     add_bench_command(app, run);

@@ -12,6 +12,7 @@ namespace {
 
 constexpr int kExitUsage = 2;
 constexpr int kExitOutput = 7;
+constexpr int kExitStopped = 130;
 
 struct Arguments {
     RenderOptions options;
@@ -34,7 +35,7 @@ void parse_size(const std::string& text, RenderOptions& options) {
     }
 }
 
-int carry_out(Arguments& arguments) {
+int carry_out(Arguments& arguments, const StopFn& stop) {
     if (arguments.list) {
         print_scenes();
         return 0;
@@ -45,12 +46,20 @@ int carry_out(Arguments& arguments) {
         }
         parse_size(arguments.size, arguments.options);
         const bool show = !arguments.quiet && isatty(STDERR_FILENO) != 0;
-        render_sequence(arguments.options, [&](int done, int total) {
+        bool complete = false;
+        const auto report = [&](int done, int total) {
+            complete = done == total;
             if (show) {
                 std::fprintf(stderr, "\r%s: frame %d of %d%s", arguments.options.scene.c_str(), done, total,
-                             done == total ? "\n" : "");
+                             complete ? "\n" : "");
             }
-        });
+        };
+        const int written = render_sequence(arguments.options, report, stop);
+        if (!complete) {
+            std::fprintf(stderr, "%sdefrec render: stopped after %d frames, which are whole\n",
+                         show ? "\n" : "", written);
+            return kExitStopped;
+        }
     } catch (const RenderUsageError& error) {
         std::fprintf(stderr, "defrec render: %s\n", error.what());
         return kExitUsage;
@@ -63,7 +72,7 @@ int carry_out(Arguments& arguments) {
 
 }  // namespace
 
-CLI::App* add_render_command(CLI::App& app, std::function<int()>& run) {
+CLI::App* add_render_command(CLI::App& app, std::function<int()>& run, const StopFn& stop) {
     CLI::App* command =
         app.add_subcommand("render", "Write a reference sequence: stereo images with exact truth");
     const auto arguments = std::make_shared<Arguments>();
@@ -80,7 +89,8 @@ CLI::App* add_render_command(CLI::App& app, std::function<int()>& run) {
     command->add_flag("--list", arguments->list, "Name the scenes and stop");
     command->add_flag("--quiet", arguments->quiet, "No progress");
     command->footer("Example: defrec render heartbeat --out /tmp/heartbeat --size 960x540 --frames 60");
-    command->callback([&run, arguments] { run = [arguments] { return carry_out(*arguments); }; });
+    command->callback(
+        [&run, arguments, stop] { run = [arguments, stop] { return carry_out(*arguments, stop); }; });
     return command;
 }
 

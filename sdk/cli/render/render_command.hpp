@@ -40,6 +40,9 @@ struct RenderOptions {
 /// Called on the calling thread after every frame; may be empty.
 using ProgressFn = std::function<void(int frames_done, int frames_total)>;
 
+/// Asked on the calling thread before every frame but the first; true ends the sequence there. May be empty.
+using StopFn = std::function<bool()>;
+
 struct SceneInfo {
     std::string name;
     std::string summary;    ///< one line
@@ -51,12 +54,15 @@ struct SceneInfo {
 std::vector<SceneInfo> list_scenes();
 
 /// Writes left/, right/, calibration.yaml, points.csv and truth.csv (and disparity/) into options.out_dir,
-/// which is created where absent. The same options give the same bits. Throws RenderUsageError before
-/// anything is written, RenderOutputError when a file cannot be written.
-void render_sequence(const RenderOptions& options, const ProgressFn& progress);
+/// which is created where absent; frames that an earlier sequence left there are removed, and truth.csv
+/// appears when the sequence is complete or was stopped. The same options give the same bits. Returns the
+/// number of frames written. Throws RenderUsageError before anything is written, RenderOutputError when a
+/// file cannot be written.
+int render_sequence(const RenderOptions& options, const ProgressFn& progress, const StopFn& stop = {});
 
 /// Adds the subcommand. When the user chose it, `run` is set to the function that carries it out and returns
-/// the exit code: 0 done, 2 usage, 7 cannot write. `run` must outlive the parsing. Returns the subcommand.
-CLI::App* add_render_command(CLI::App& app, std::function<int()>& run);
+/// the exit code: 0 done, 2 usage, 7 cannot write, 130 stopped. `run` must outlive the parsing. Returns the
+/// subcommand.
+CLI::App* add_render_command(CLI::App& app, std::function<int()>& run, const StopFn& stop = {});
 
 }  // namespace defrec::cli

@@ -244,10 +244,10 @@ void check_follows(const Written& w, int frame) {
     CHECK(median(moved) > 1.0);
 }
 
-int run_command(std::vector<std::string> arguments) {
+int run_command(std::vector<std::string> arguments, const defrec::cli::StopFn& stop = {}) {
     CLI::App app("defrec");
     std::function<int()> run;
-    defrec::cli::add_render_command(app, run);
+    defrec::cli::add_render_command(app, run, stop);
     std::reverse(arguments.begin(), arguments.end());
     app.parse(arguments);
     REQUIRE(run);
@@ -464,4 +464,18 @@ TEST_CASE("the command answers with exit codes") {
     CHECK(fs::exists(folder.path / "out/right/000000.png"));
     CHECK_FALSE(fs::exists(folder.path / "out/right/000001.png"));
     CHECK_FALSE(fs::exists(folder.path / "out/truth.csv.part"));
+}
+
+TEST_CASE("row 73: a stopped rendering leaves whole frames and their truth, and says so") {
+    const TemporaryFolder folder;
+    const std::string out = (folder.path / "out").string();
+    int asked = 0;
+    const auto stop = [&] { return ++asked == 2; };
+    CHECK(run_command({"render", "stretch", "--out", out, "--size", "160x120", "--frames", "9"}, stop) ==
+          130);
+    CHECK(fs::exists(folder.path / "out/left/000001.png"));
+    CHECK_FALSE(fs::exists(folder.path / "out/left/000002.png"));
+    const std::string truth = slurp(folder.path / "out/truth.csv");
+    CHECK(truth.find("\n1,0,") != std::string::npos);
+    CHECK(truth.find("\n2,0,") == std::string::npos);
 }

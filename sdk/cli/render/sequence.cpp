@@ -78,7 +78,7 @@ class Sequence {
 
     const Scene& scene() const { return scene_; }
 
-    void render(const ProgressFn& progress);
+    int render(const ProgressFn& progress, const StopFn& stop);
 
   private:
     void place_eyes(const CameraPose& pose);
@@ -267,14 +267,15 @@ void Sequence::write_truth(std::ofstream& file, int frame, const FrameState& sta
     }
 }
 
-void Sequence::render(const ProgressFn& progress) {
+int Sequence::render(const ProgressFn& progress, const StopFn& stop) {
     const fs::path out(options_.out_dir);
     const fs::path unfinished = out / "truth.csv.part";
     std::ofstream truth = open_text(unfinished);
     truth << "frame,id,x,y,z,visible\n";
     scene_.rig.write_calibration((out / "calibration.yaml").string());
     FrameState state;
-    for (int frame = 0; frame < frames_; ++frame) {
+    int frame = 0;
+    for (; frame < frames_ && (frame == 0 || !stop || !stop()); ++frame) {
         FrameState next = scene_.at(frame);
         if (!next.repeats_previous) {
             state = next;
@@ -311,6 +312,7 @@ void Sequence::render(const ProgressFn& progress) {
     if (error) {
         throw RenderOutputError("cannot write " + (out / "truth.csv").string() + ": " + error.message());
     }
+    return frame;
 }
 
 /// What an earlier, longer sequence left in the folder would pass for frames of this one.
@@ -343,7 +345,7 @@ void make_folders(const RenderOptions& options) {
 
 }  // namespace
 
-void render_sequence(const RenderOptions& options, const ProgressFn& progress) {
+int render_sequence(const RenderOptions& options, const ProgressFn& progress, const StopFn& stop) {
     const std::string size = std::to_string(options.width) + "x" + std::to_string(options.height);
     if (options.width < 160 || options.width > 3840 || options.height < 120 || options.height > 2160) {
         throw RenderUsageError("cannot render at " + size +
@@ -370,7 +372,7 @@ void render_sequence(const RenderOptions& options, const ProgressFn& progress) {
     }
     make_folders(options);
     remove_leftovers(options, frames);
-    sequence.render(progress);
+    return sequence.render(progress, stop);
 }
 
 }  // namespace defrec::cli
