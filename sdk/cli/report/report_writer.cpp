@@ -61,13 +61,13 @@ cv::Mat shrunk(const cv::Mat& image, int width) {
 
 std::vector<std::pair<std::string, double>> stage_totals(const FrameRecord& frame) {
     std::vector<std::pair<std::string, double>> totals;
-    for (const auto& [name, ms] : frame.stage_ms) {
-        const auto same =
-            std::find_if(totals.begin(), totals.end(), [&](const auto& t) { return t.first == name; });
+    for (const auto& stage : frame.stage_ms) {
+        const auto same = std::find_if(totals.begin(), totals.end(),
+                                       [&](const auto& total) { return total.first == stage.first; });
         if (same == totals.end())
-            totals.emplace_back(name, ms);
+            totals.push_back(stage);
         else
-            same->second += ms;
+            same->second += stage.second;
     }
     return totals;
 }
