@@ -40,13 +40,18 @@ class Align final : public Stage {
         for (const defrec_patch& patch : patches_) centres_.push_back(centre_of(patch));
         const int32_t width = int32_t(params_.width >> params_.level), height = int32_t(params_.height >> params_.level);
         const size_t doubled = size_t(4) * size_t(width) * size_t(height);
-        view_pixels_.assign(doubled * params_.views + kAlignViewSlack, 0);
+        HostVector<uint8_t> view(doubled, 0, HostAllocator<uint8_t>(host_));
+        view_pixels_.assign(2 * doubled * params_.views, 0);
         views_.clear();
         for (uint32_t i = 0; i < params_.views; ++i) {
             const AlignLevel level = pyramid(views + i * view_size, nullptr);
-            uint8_t* out = view_pixels_.data() + i * doubled;
-            align::double_size(level.gray, width, height, level.stride, out);
-            views_.push_back({out, 2 * width, 2 * height, size_t(2 * width)});
+            align::double_size(level.gray, width, height, level.stride, view.data());
+            uint8_t* out = view_pixels_.data() + 2 * i * doubled;
+            for (size_t k = 0; k < doubled; ++k) {
+                out[2 * k] = view[k];
+                out[2 * k + 1] = view[std::min(k + size_t(2 * width), doubled - 1)];
+            }
+            views_.push_back({out, 2 * width, 2 * height});
         }
         prepared_ = true;
     }

@@ -15,13 +15,11 @@ struct AlignLevel {
     size_t stride; // of both
 };
 
-// A view of the template at twice the level's size; readable for kAlignViewSlack bytes beyond the end.
+// A view of the template at twice the level's size, densely, each pixel followed by the one below it: four bytes are a 2x2 block.
 struct AlignView {
     const uint8_t* pixels;
     int32_t width, height;
-    size_t stride;
 };
-constexpr size_t kAlignViewSlack = 4;
 
 // A patch's centre in its view, 1/256 px of the level.
 struct AlignCentre {

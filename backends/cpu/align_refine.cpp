@@ -141,6 +141,7 @@ void refine(const AlignRun& run, const AlignScratch& scratch, const AlignPeak& p
         shift_live(scratch, peak, r, shift_x, shift_y, live);
         int32_t dx = 0, dy = 0;
         if (!shift_step(system, sums, live_sums(patch, live), dx, dy, score)) return;
+        if (dx == 0 && dy == 0) break; // every further step would be the same
         shift_x += dx;
         shift_y += dy;
         if (shift_x < -256 || shift_y < -256 || shift_x > 255 || shift_y > 255) return;

@@ -1,6 +1,7 @@
 // Sampling a patch from its view, and its ZNCC over the search window: lanes are displacements along x.
 #include <algorithm>
 #include <cstring>
+#include <type_traits>
 
 #include "backends/cpu/align_kernels.hpp"
 
@@ -64,13 +65,12 @@ bool sample_view(const AlignView& view, const AlignCentre& centre, const int32_t
             const V32 x0 = hn::Min(hn::Max(hn::ShiftRight<15>(x), hn::Zero(d)), hn::Set(d, view.width - 2));
             const V32 y0 = hn::Min(hn::Max(hn::ShiftRight<15>(y), hn::Zero(d)), hn::Set(d, view.height - 2));
             const V32 fx = hn::And(hn::ShiftRight<7>(x), byte), fy = hn::And(hn::ShiftRight<7>(y), byte);
-            const V32 offset = hn::Add(hn::Mul(y0, hn::Set(d, int32_t(view.stride))), x0);
-            const auto blend = [&](const uint8_t* base) HWY_ATTR {
-                const V32 four = hn::GatherOffset(d, reinterpret_cast<const int32_t*>(base), offset);
-                const V32 pair = hn::Or(hn::And(four, byte), hn::ShiftLeft<8>(hn::And(four, hn::Set(d, 0xff00))));
-                return multiply_pairs(pair, hn::Or(hn::Sub(hn::Set(d, 256), fx), hn::ShiftLeft<16>(fx)));
-            };
-            const V32 top = blend(view.pixels), bottom = blend(view.pixels + view.stride);
+            const V32 offset = hn::ShiftLeft<1>(hn::Add(hn::Mul(y0, hn::Set(d, view.width)), x0));
+            // Upper left, lower left, upper right, lower right.
+            const V32 four = hn::GatherOffset(d, reinterpret_cast<const int32_t*>(view.pixels), offset);
+            const V32 weights = hn::Or(hn::Sub(hn::Set(d, 256), fx), hn::ShiftLeft<16>(fx)), low_bytes = hn::Set(d, 0xff00ff);
+            const V32 top = multiply_pairs(hn::And(four, low_bytes), weights);
+            const V32 bottom = multiply_pairs(hn::And(hn::ShiftRight<8>(four), low_bytes), weights);
             const V32 value = hn::Add(hn::ShiftLeft<8>(top), hn::Mul(hn::Sub(bottom, top), fy));
             hn::StoreU(hn::DemoteTo(narrow, hn::ShiftRight<12>(hn::Add(value, hn::Set(d, 2048)))), narrow, out + row * kSampleRow + column);
         }
@@ -109,36 +109,42 @@ bool prepare_template(const int16_t* sampled, const defrec_align_params& params,
     return int64_t(n) * tt - int64_t(t) * t >= int64_t(n) * n * params.texture * params.texture;
 }
 
-// Bytes [x, x + count) of a row, repeating the border's.
-void copy_row(const uint8_t* row, int32_t width, int32_t x, int32_t count, uint8_t* out) {
-    if (x >= 0 && x + count <= width) {
-        std::memcpy(out, row + x, size_t(count));
-        return;
+// The bytes of a line from x on, at least 2 * kAlignWindowRow of them readable and `count` of them meant, repeating the border's.
+const uint8_t* window_row(const AlignLevel& level, const uint8_t* image, int32_t x, int32_t y, int32_t count, uint8_t* buffer) {
+    const size_t line = size_t(std::clamp(y, 0, level.height - 1)) * level.stride;
+    const uint8_t* row = image + line;
+    if (x >= 0 && x + count <= level.width) {
+        if (line + size_t(x) + 2 * kAlignWindowRow <= level.stride * size_t(level.height)) return row + x;
+        std::memcpy(buffer, row + x, size_t(count));
+    } else {
+        for (int32_t k = 0; k < count; ++k) buffer[k] = row[std::clamp(x + k, 0, level.width - 1)];
     }
-    for (int32_t k = 0; k < count; ++k) out[k] = row[std::clamp(x + k, 0, width - 1)];
+    return buffer;
+}
+
+V32 load_pair(const uint8_t* row) {
+    const D32 d;
+    const hn::Rebind<uint8_t, D32> bytes;
+    return hn::Or(hn::PromoteTo(d, hn::LoadU(bytes, row)), hn::ShiftLeft<16>(hn::PromoteTo(d, hn::LoadU(bytes, row + 1))));
 }
 
 // The pairs of the window round (x, y); returns whether a pixel of it is masked.
 bool load_window(const AlignLevel& level, int32_t x, int32_t y, int32_t reach, AlignScratch& scratch) {
     const D32 d;
-    const hn::Rebind<uint8_t, D32> bytes;
     const int32_t side = 2 * reach + 1, lanes = int32_t(hn::Lanes(d));
-    alignas(64) uint8_t row[2 * kAlignWindowRow] = {};
-    const auto pair = [&](int32_t column) HWY_ATTR {
-        return hn::Or(hn::PromoteTo(d, hn::LoadU(bytes, row + column)), hn::ShiftLeft<16>(hn::PromoteTo(d, hn::LoadU(bytes, row + column + 1))));
-    };
+    alignas(64) uint8_t buffer[2 * kAlignWindowRow] = {};
     bool masked = false;
     for (int32_t j = 0; j < side; ++j) {
-        const size_t line = size_t(std::clamp(y - reach + j, 0, level.height - 1)) * level.stride;
-        copy_row(level.gray + line, level.width, x - reach, side + 1, row);
-        for (int32_t k = 0; k < side; k += lanes) hn::StoreU(pair(k), d, scratch.live + j * kAlignWindowRow + k);
+        const uint8_t* row = window_row(level, level.gray, x - reach, y - reach + j, side + 1, buffer);
+        for (int32_t k = 0; k < side; k += lanes) hn::StoreU(load_pair(row + k), d, scratch.live + j * kAlignWindowRow + k);
         if (level.mask == nullptr) continue;
-        copy_row(level.mask + line, level.width, x - reach, side + 1, row);
+        row = window_row(level, level.mask, x - reach, y - reach + j, side + 1, buffer);
+        uint8_t usable[2 * kAlignWindowRow] = {};
         for (int32_t k = 0; k <= side; ++k) {
-            row[k] = row[k] != 0;
-            masked |= row[k] == 0;
+            usable[k] = row[k] != 0;
+            masked |= usable[k] == 0;
         }
-        for (int32_t k = 0; k < side; k += lanes) hn::StoreU(pair(k), d, scratch.usable + j * kAlignWindowRow + k);
+        for (int32_t k = 0; k < side; k += lanes) hn::StoreU(load_pair(usable + k), d, scratch.usable + j * kAlignWindowRow + k);
     }
     if (!masked) return false;
     for (int32_t k = 0; k < side * kAlignWindowRow; k += lanes) {
@@ -149,8 +155,8 @@ bool load_window(const AlignLevel& level, int32_t x, int32_t y, int32_t reach, A
 }
 
 // One row of kBlocks vectors of displacements: the sum of the products of patch and window.
-template <int kBlocks>
-void correlate_row(const int16_t* patch, const int32_t* window, int32_t radius, int32_t* out) {
+template <class Radius, int kBlocks>
+void correlate_row(Radius radius, const int16_t* patch, const int32_t* window, int32_t* out) {
     const D32 d;
     constexpr size_t kLanes = hn::MaxLanes(D32());
     V32 sum[kBlocks], rest[kBlocks];
@@ -166,7 +172,8 @@ void correlate_row(const int16_t* patch, const int32_t* window, int32_t radius, 
     for (int b = 0; b < kBlocks; ++b) hn::StoreU(hn::RearrangeToOddPlusEven(sum[b], rest[b]), d, out + int(kLanes) * b);
 }
 
-void correlate(const int16_t* patch, const int32_t* window, int32_t radius, int32_t search, AlignSums& out) {
+template <class Radius>
+void correlate(Radius radius, const int16_t* patch, const int32_t* window, int32_t search, AlignSums& out) {
     const int32_t lanes = int32_t(hn::Lanes(D32()));
     const int32_t blocks = (2 * search + lanes) / lanes;
     for (int32_t dy = 0; dy <= 2 * search; ++dy)
@@ -174,37 +181,41 @@ void correlate(const int16_t* patch, const int32_t* window, int32_t radius, int3
             const int32_t* from = window + (dy + 1) * kAlignWindowRow + 1 + b * lanes;
             int32_t* to = out + dy * kAlignScoreRow + b * lanes;
             switch (blocks - b) {
-                case 1: correlate_row<1>(patch, from, radius, to); b += 1; break;
-                case 2: correlate_row<2>(patch, from, radius, to); b += 2; break;
-                default: correlate_row<3>(patch, from, radius, to); b += 3; break;
+                case 1: correlate_row<Radius, 1>(radius, patch, from, to); b += 1; break;
+                case 2: correlate_row<Radius, 2>(radius, patch, from, to); b += 2; break;
+                default: correlate_row<Radius, 3>(radius, patch, from, to); b += 3; break;
             }
         }
 }
 
-// Sums of the window's pixels, or their squares, under the patch at each displacement.
-template <bool kSquares>
-void box_sums(const int32_t* window, int32_t radius, int32_t search, AlignSums& out) {
+// Sums of the window's pixels, and of their squares where wanted, under the patch at each displacement.
+template <bool kSquares, class Radius>
+void box_sums(Radius radius, const int32_t* window, int32_t search, AlignSums& out, AlignSums& out_squares) {
     const D32 d;
     const V32 low = hn::Set(d, 0xffff);
     const int32_t lanes = int32_t(hn::Lanes(d)), columns = 2 * (radius + search) + 1;
-    alignas(64) int32_t column[2 * kAlignWindowRow] = {};
-    const auto add_row = [&](int32_t row, bool subtract) HWY_ATTR {
+    alignas(64) int32_t column[2 * kAlignWindowRow] = {}, squares[2 * kAlignWindowRow] = {};
+    const auto row_at = [&](int32_t row, int32_t x) HWY_ATTR { return hn::And(hn::LoadU(d, window + (row + 1) * kAlignWindowRow + 1 + x), low); };
+    const auto slide = [&](int32_t enter, int32_t leave) HWY_ATTR { // leave: -1 for none
         for (int32_t x = 0; x < columns; x += lanes) {
-            V32 value = hn::And(hn::LoadU(d, window + (row + 1) * kAlignWindowRow + 1 + x), low);
-            if (kSquares) value = hn::Mul(value, value);
-            const V32 before = hn::LoadU(d, column + x);
-            hn::StoreU(subtract ? hn::Sub(before, value) : hn::Add(before, value), d, column + x);
+            const V32 in = row_at(enter, x), out_of = leave < 0 ? hn::Zero(d) : row_at(leave, x);
+            hn::Store(hn::Add(hn::Load(d, column + x), hn::Sub(in, out_of)), d, column + x);
+            if (kSquares)
+                hn::Store(hn::Add(hn::Load(d, squares + x), hn::Sub(multiply_pairs(in, in), multiply_pairs(out_of, out_of))), d, squares + x);
         }
     };
-    for (int32_t row = 0; row < 2 * radius; ++row) add_row(row, false);
+    for (int32_t row = 0; row < 2 * radius; ++row) slide(row, -1);
     for (int32_t dy = 0; dy <= 2 * search; ++dy) {
-        add_row(dy + 2 * radius, false);
+        slide(dy + 2 * radius, dy - 1);
         for (int32_t dx = 0; dx <= 2 * search; dx += lanes) {
-            V32 sum = hn::LoadU(d, column + dx);
-            for (int32_t k = 1; k <= 2 * radius; ++k) sum = hn::Add(sum, hn::LoadU(d, column + dx + k));
+            V32 sum = hn::LoadU(d, column + dx), sum_squares = hn::LoadU(d, squares + dx);
+            for (int32_t k = 1; k <= 2 * radius; ++k) {
+                sum = hn::Add(sum, hn::LoadU(d, column + dx + k));
+                if (kSquares) sum_squares = hn::Add(sum_squares, hn::LoadU(d, squares + dx + k));
+            }
             hn::StoreU(sum, d, out + dy * kAlignScoreRow + dx);
+            if (kSquares) hn::StoreU(sum_squares, d, out_squares + dy * kAlignScoreRow + dx);
         }
-        add_row(dy, true);
     }
 }
 
@@ -217,34 +228,48 @@ VFloat reciprocal_root(VFloat x) {
     return y;
 }
 
-// The scores of a vector of displacements; kUnscored where there is none.
-V32 scores(const AlignRun& run, const AlignScratch& scratch, int32_t at) {
+// What the patch alone contributes to the scores of a vector of displacements.
+struct PatchTerms {
+    V32 n, t;
+    VFloat inverse, root, variance, variance_root;
+};
+PatchTerms patch_terms(V32 n, V32 t, V32 tt, VFloat inverse, VFloat root) {
+    const DFloat f;
+    const VFloat tf = hn::ConvertTo(f, t);
+    const VFloat variance = hn::Sub(hn::ConvertTo(f, tt), hn::Mul(hn::Mul(tf, tf), inverse));
+    return {n, t, inverse, root, variance, reciprocal_root(hn::Max(variance, hn::Set(f, 1.0f)))};
+}
+PatchTerms whole_patch(const AlignRun& run, const AlignScratch& scratch, int32_t all) {
     const D32 d;
     const DFloat f;
-    const auto load = [&](const AlignSums& sums) HWY_ATTR { return hn::LoadU(d, sums + at); };
-    const int32_t all = int32_t((2 * run.params->patch_radius + 1) * (2 * run.params->patch_radius + 1));
-    const V32 i = load(scratch.i), ii = load(scratch.ii), ti = load(scratch.ti);
-    V32 n = hn::Set(d, all), t = hn::Set(d, scratch.full_t), tt = hn::Set(d, scratch.full_tt);
-    VFloat inverse = hn::Set(f, run.inverse[all - 1]), root = hn::Set(f, run.root[all - 1]);
-    if (scratch.masked) {
-        n = load(scratch.n);
-        t = load(scratch.t_sum);
-        tt = hn::Add(hn::ShiftLeft<12>(load(scratch.tt_high)), load(scratch.tt_low));
-        const V32 index = hn::Sub(hn::Max(n, hn::Set(d, 1)), hn::Set(d, 1));
-        inverse = hn::GatherIndex(f, run.inverse, index);
-        root = hn::GatherIndex(f, run.root, index);
-    }
-    const V32 live_variance = hn::Sub(hn::Mul(n, ii), hn::Mul(i, i));
-    const VFloat one = hn::Set(f, 1.0f), tf = hn::ConvertTo(f, t);
-    const VFloat patch_variance = hn::Sub(hn::ConvertTo(f, tt), hn::Mul(hn::Mul(tf, tf), inverse));
-    const VFloat covariance = hn::Sub(hn::ConvertTo(f, ti), hn::Mul(hn::Mul(tf, hn::ConvertTo(f, i)), inverse));
-    const VFloat patch_root = reciprocal_root(hn::Max(patch_variance, one));
+    return patch_terms(hn::Set(d, all), hn::Set(d, scratch.full_t), hn::Set(d, scratch.full_tt), hn::Set(f, run.inverse[all - 1]),
+                       hn::Set(f, run.root[all - 1]));
+}
+PatchTerms usable_patch(const AlignRun& run, const AlignScratch& scratch, int32_t at) {
+    const D32 d;
+    const DFloat f;
+    const V32 n = hn::LoadU(d, scratch.n + at), one = hn::Set(d, 1);
+    const V32 tt = hn::Add(hn::ShiftLeft<12>(hn::LoadU(d, scratch.tt_high + at)), hn::LoadU(d, scratch.tt_low + at));
+    // Lanes beyond the search window hold anything.
+    const V32 index = hn::Sub(hn::Min(hn::Max(n, one), hn::Set(d, kAlignRows * kAlignRows)), one);
+    return patch_terms(n, hn::LoadU(d, scratch.t_sum + at), tt, hn::GatherIndex(f, run.inverse, index), hn::GatherIndex(f, run.root, index));
+}
+
+// kUnscored where there is no score.
+V32 scores(const AlignScratch& scratch, const PatchTerms& patch, int32_t all, int32_t at) {
+    const D32 d;
+    const DFloat f;
+    const V32 i = hn::LoadU(d, scratch.i + at), ii = hn::LoadU(d, scratch.ii + at), ti = hn::LoadU(d, scratch.ti + at);
+    const V32 live_variance = hn::Sub(hn::Mul(patch.n, ii), hn::Mul(i, i));
+    const VFloat one = hn::Set(f, 1.0f);
+    const VFloat product = hn::Mul(hn::Mul(hn::ConvertTo(f, patch.t), hn::ConvertTo(f, i)), patch.inverse);
+    const VFloat covariance = hn::Sub(hn::ConvertTo(f, ti), product);
     const VFloat live_root = reciprocal_root(hn::Max(hn::ConvertTo(f, live_variance), one));
-    const VFloat z = hn::Mul(hn::Mul(hn::Mul(covariance, patch_root), live_root), root);
+    const VFloat z = hn::Mul(hn::Mul(hn::Mul(covariance, patch.variance_root), live_root), patch.root);
     const V32 q = hn::ConvertTo(d, hn::Floor(hn::Add(hn::Mul(z, hn::Set(f, float(kOneScore))), hn::Set(f, 0.5f))));
-    const auto enough = hn::Gt(hn::ShiftLeft<2>(n), hn::Set(d, 3 * all - 1));
+    const auto enough = hn::Gt(hn::ShiftLeft<2>(patch.n), hn::Set(d, 3 * all - 1));
     const auto live = hn::Gt(live_variance, hn::Zero(d));
-    const auto good = hn::And(hn::And(enough, live), hn::RebindMask(d, hn::Ge(patch_variance, one)));
+    const auto good = hn::And(hn::And(enough, live), hn::RebindMask(d, hn::Ge(patch.variance, one)));
     return hn::IfThenElse(good, q, hn::Set(d, int32_t(kUnscored)));
 }
 
@@ -252,12 +277,16 @@ V32 scores(const AlignRun& run, const AlignScratch& scratch, int32_t at) {
 int32_t best_displacement(const AlignRun& run, const AlignScratch& scratch, const int32_t columns[2], const int32_t rows[2]) {
     const D32 d;
     const int32_t s = int32_t(run.params->search_radius), lanes = int32_t(hn::Lanes(d));
+    const int32_t all = int32_t((2 * run.params->patch_radius + 1) * (2 * run.params->patch_radius + 1));
+    PatchTerms patch = whole_patch(run, scratch, all);
     const V32 unscored = hn::Set(d, int32_t(kUnscored));
     V32 best = unscored, best_at = hn::Set(d, -1);
     for (int32_t y = rows[0]; y <= rows[1]; ++y)
         for (int32_t x = 0; x <= 2 * s; x += lanes) {
             const V32 column = hn::Iota(d, x), dx = hn::Sub(column, hn::Set(d, s));
-            const V32 q = scores(run, scratch, y * kAlignScoreRow + x);
+            const int32_t at = y * kAlignScoreRow + x;
+            if (scratch.masked) patch = usable_patch(run, scratch, at);
+            const V32 q = scores(scratch, patch, all, at);
             const V32 squared = hn::Add(hn::Mul(dx, dx), hn::Set(d, (y - s) * (y - s)));
             const V32 ranked = hn::Sub(q, hn::Mul(squared, hn::Set(d, int32_t(kDistancePenalty))));
             const auto inside = hn::And(hn::Gt(column, hn::Set(d, columns[0] - 1)), hn::Lt(column, hn::Set(d, columns[1] + 1)));
@@ -270,22 +299,28 @@ int32_t best_displacement(const AlignRun& run, const AlignScratch& scratch, cons
     return hn::GetLane(hn::MinOfLanes(d, candidates));
 }
 
-void all_sums(const defrec_align_params& params, AlignScratch& scratch) {
-    const int32_t r = int32_t(params.patch_radius), s = int32_t(params.search_radius);
+// Radius: an integral constant for the usual radii, so that their loops unroll, else int32_t.
+template <class Radius>
+void all_sums(Radius radius, int32_t search, AlignScratch& scratch) {
     const int32_t* live = scratch.masked ? scratch.usable_live : scratch.live;
-    correlate(scratch.t, live, r, s, scratch.ti);
-    box_sums<false>(live, r, s, scratch.i);
-    box_sums<true>(live, r, s, scratch.ii);
+    correlate(radius, scratch.t, live, search, scratch.ti);
+    box_sums<true>(radius, live, search, scratch.i, scratch.ii);
     if (!scratch.masked) return;
-    for (int32_t k = 0; k < (2 * r + 1) * kAlignRow; ++k) {
+    for (int32_t k = 0; k < (2 * radius + 1) * kAlignRow; ++k) {
         const int32_t square = scratch.t[k] * scratch.t[k];
         scratch.high[k] = int16_t(square >> 12);
         scratch.low[k] = int16_t(square & 4095);
     }
-    box_sums<false>(scratch.usable, r, s, scratch.n);
-    correlate(scratch.t, scratch.usable, r, s, scratch.t_sum);
-    correlate(scratch.high, scratch.usable, r, s, scratch.tt_high);
-    correlate(scratch.low, scratch.usable, r, s, scratch.tt_low);
+    box_sums<false>(radius, scratch.usable, search, scratch.n, scratch.n);
+    correlate(radius, scratch.t, scratch.usable, search, scratch.t_sum);
+    correlate(radius, scratch.high, scratch.usable, search, scratch.tt_high);
+    correlate(radius, scratch.low, scratch.usable, search, scratch.tt_low);
+}
+
+void all_sums(int32_t radius, int32_t search, AlignScratch& scratch) {
+    if (radius == 5) return all_sums(std::integral_constant<int32_t, 5>(), search, scratch);
+    if (radius == 7) return all_sums(std::integral_constant<int32_t, 7>(), search, scratch);
+    all_sums<int32_t>(radius, search, scratch);
 }
 
 bool search(const AlignRun& run, const AlignCentre& centre, const defrec_patch_prediction& prediction, AlignScratch& scratch, AlignPeak& peak) {
@@ -303,7 +338,7 @@ bool search(const AlignRun& run, const AlignCentre& centre, const defrec_patch_p
     const int32_t rows[2] = {std::max(0, r - y + s), std::min(2 * s, run.level.height - 1 - r - y + s)};
     if (columns[0] > columns[1] || rows[0] > rows[1]) return false;
     scratch.masked = load_window(run.level, x, y, r + s + 1, scratch);
-    all_sums(params, scratch);
+    all_sums(r, s, scratch);
     const int32_t at = best_displacement(run, scratch, columns, rows);
     if (at < 0) return false;
     const int32_t dx = at % (2 * s + 1) - s, dy = at / (2 * s + 1) - s;
