@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
+#include <string_view>
 
 #include "sdk/cli/exit_code.hpp"
 #include "sdk/cli/text.hpp"
@@ -32,13 +33,15 @@ bool is_image_name(const fs::path& path) {
            std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
 }
 
-// Libjpeg fills what is missing of a cut file with gray and says nothing.
-bool is_cut_jpeg(const std::vector<unsigned char>& bytes) {
+// Of a cut file libjpeg fills the rest with gray and says nothing; libpng complains on the standard error
+// output.
+bool is_cut(const std::vector<unsigned char>& bytes) {
     constexpr std::size_t kTail = 65536;
-    if (bytes.size() < 4 || bytes[0] != 0xFF || bytes[1] != 0xD8) return false;
-    static const unsigned char kEnd[] = {0xFF, 0xD9};
-    const auto from = bytes.end() - static_cast<std::ptrdiff_t>(std::min(bytes.size(), kTail));
-    return std::search(from, bytes.end(), std::begin(kEnd), std::end(kEnd)) == bytes.end();
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const std::string_view tail = text.substr(text.size() - std::min(text.size(), kTail));
+    if (text.starts_with("\xFF\xD8")) return tail.find("\xFF\xD9") == std::string_view::npos;
+    if (text.starts_with("\x89PNG")) return tail.find("IEND") == std::string_view::npos;
+    return false;
 }
 
 // Empty when the file is no whole image.
@@ -49,7 +52,7 @@ cv::Mat decode_file(const fs::path& path) {
     std::vector<unsigned char> bytes(size);
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
     if (!file || std::fread(bytes.data(), 1, bytes.size(), file.get()) != bytes.size()) return {};
-    if (is_cut_jpeg(bytes)) return {};
+    if (is_cut(bytes)) return {};
     try {
         cv::Mat image = cv::imdecode(bytes, cv::IMREAD_ANYCOLOR | cv::IMREAD_IGNORE_ORIENTATION);
         return image.depth() == CV_8U && (image.channels() == 1 || image.channels() == 3) ? image : cv::Mat();

@@ -95,7 +95,10 @@ void write_frames(const std::filesystem::path& path, const std::vector<FrameRow>
         "frame,timestamp_ms,state,reasons,epoch,age,features,matches,inliers,patches,observed_share,mean_"
         "residual_mm,"
         "frame_ms";
-    for (const std::string& stage : stages) line.append(",").append(stage).append("_ms");
+    for (std::string column : stages) {
+        std::replace(column.begin(), column.end(), ' ', '_');
+        line.append(",").append(column).append("_ms");
+    }
     file.write(line += '\n');
     for (const FrameRow& row : rows) {
         line.clear();

@@ -56,7 +56,7 @@ std::vector<std::string> stage_names(const std::vector<FrameRow>& rows);
 double stage_total(const FrameRow& row, const std::string& stage);
 
 // frames.csv: frame,timestamp_ms,state,reasons,epoch,age,features,matches,inliers,patches,observed_share,
-// mean_residual_mm,frame_ms and a column <stage>_ms for each stage.
+// mean_residual_mm,frame_ms and a column <stage>_ms for each stage, blanks in its name turned into _.
 void write_frames(const std::filesystem::path& path, const std::vector<FrameRow>& rows);
 
 // Borrowed; xyz interleaved, mm. normals, status and errors may be null.

@@ -38,12 +38,12 @@ TEST_CASE("frames.csv has a column for each stage that ran in any frame, its run
     second.state = "lost";
     second.reasons = "dark|no-depth";
     second.mean_residual_mm = std::numeric_limits<double>::quiet_NaN();
-    second.stage_ms = {{"stereo", 2}, {"rescue", 3}};
+    second.stage_ms = {{"stereo", 2}, {"lm fine", 3}};
     const TestFolder folder;
     write_frames(folder / "frames.csv", {first, second});
     CHECK(TestFolder::read(folder / "frames.csv") ==
           "frame,timestamp_ms,state,reasons,epoch,age,features,matches,inliers,patches,observed_share,"
-          "mean_residual_mm,frame_ms,stereo_ms,align_ms,rescue_ms\n"
+          "mean_residual_mm,frame_ms,stereo_ms,align_ms,lm_fine_ms\n"
           "0,0.000,tracking,,0,0,900,0,0,0,0.0000,0.0000,0.000,1.500,1.250,0.000\n"
           "1,0.000,lost,dark|no-depth,0,0,0,0,0,0,0.0000,,0.000,2.000,0.000,3.000\n");
 }
