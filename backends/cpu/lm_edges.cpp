@@ -19,6 +19,7 @@ using L3 = Lanes3<V>;
 struct EdgeLanes {
     V wa, wb;            // rotations' real parts; b's in the hemisphere of a's
     L3 qa, qb;
+    L3 relative;         // imaginary part of qa qb*
     L3 now, turned_a, turned_b;
     V length, stretch, cost;
     V by_length, by_angle, by_rotation;
@@ -41,6 +42,7 @@ HWY_INLINE EdgeLanes measure(const EdgeTask& task, size_t at) {
     const V sign = hn::IfThenElse(hn::Lt(hn::MulAdd(e.wa, wb, dot(e.qa, qb)), zero), hn::Neg(one), one);
     e.wb = hn::Mul(sign, wb);
     e.qb = scale(sign, qb);
+    e.relative = subtract(subtract(scale(e.wb, e.qa), scale(e.wa, e.qb)), cross(e.qa, e.qb));
     const V length = hn::Sqrt(dot(along, along));
     e.length = hn::Max(length, hn::Set(d, float(kLeastLengthMm)));
     e.now = scale(hn::Div(one, e.length), along);
@@ -98,16 +100,15 @@ HWY_INLINE void interleave(const V* components, size_t count, float* out) {
 HWY_INLINE void between(const EdgeLanes& e, const Couplings& c, float* out) {
     const D d;
     const V half = hn::Mul(hn::Set(d, -0.5f), e.by_rotation);
-    // G(qa)^T G(qb) = qa qb^T + qb qa^T + (wa wb - qa . qb) I + [wa qb + wb qa]x
-    const V p[3] = {e.qa.x, e.qa.y, e.qa.z}, q[3] = {e.qb.x, e.qb.y, e.qb.z};
-    const L3 axis = add(scale(e.wa, e.qb), scale(e.wb, e.qa));
-    const V middle = hn::MulSub(e.wa, e.wb, dot(e.qa, e.qb));
-    const V skew[9] = {middle, hn::Neg(axis.z), axis.y, axis.z, middle, hn::Neg(axis.x), hn::Neg(axis.y), axis.x, middle};
+    // qa qb* = (w, t): the coupling of the rotations is w I + [t]x
+    const V w = hn::MulAdd(e.wa, e.wb, dot(e.qa, e.qb));
+    const L3& t = e.relative;
+    const V coupling[9] = {w, hn::Neg(t.z), t.y, t.z, w, hn::Neg(t.x), hn::Neg(t.y), t.x, w};
     constexpr size_t kUpper[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
     V block[36];
     for (size_t r = 0; r < 3; ++r)
         for (size_t k = 0; k < 3; ++k) {
-            block[6 * r + k] = hn::Mul(half, hn::MulAdd(p[r], q[k], hn::MulAdd(q[r], p[k], skew[3 * r + k])));
+            block[6 * r + k] = hn::Mul(half, coupling[3 * r + k]);
             block[6 * r + 3 + k] = hn::Neg(c.lever_a[3 * r + k]);
             block[6 * (3 + r) + k] = hn::Neg(c.lever_b[3 * k + r]);
             block[6 * (3 + r) + 3 + k] = hn::Neg(c.shift[kUpper[3 * r + k]]);
@@ -154,9 +155,7 @@ double SumEdges(const EdgeTask& task) {
 
         const Couplings c = couple(e);
         between(e, c, block);
-        // vec(qa qb*) drives the rotations together, the angles' gradient the directions
-        const L3 relative = subtract(subtract(scale(e.wb, e.qa), scale(e.wa, e.qb)), cross(e.qa, e.qb));
-        const L3 turn = scale(e.by_rotation, relative);
+        const L3 turn = scale(e.by_rotation, e.relative);
         const L3 turn_a = subtract(turn, scale(e.by_angle, cross(e.turned_a, e.now)));
         const L3 turn_b = subtract(scale(e.by_angle, cross(e.turned_b, e.now)), turn);
         const L3 lean = subtract(e.turned_b, e.turned_a);

@@ -55,20 +55,11 @@ void projector(Vec3<T> v, T m[9]) {
     for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 3; ++c) m[r * 3 + c] = T(r == c ? 1 : 0) - e[r] * e[c];
 }
-// Derivative of (0, omega) q, 4x3: G. Gives G(p)^T G(q).
+// With G(q) the derivative of (0, omega) q by omega: G(p)^T G(q), from p q*.
 template <class T>
-void rotation_coupling(Quaternion<T> p, Quaternion<T> q, T m[9]) {
-    T left[9], right[9];
-    cross_matrix(Vec3<T>{p.x, p.y, p.z}, left);
-    cross_matrix(Vec3<T>{q.x, q.y, q.z}, right);
-    for (int i = 0; i < 3; ++i) {
-        left[4 * i] += p.w;
-        right[4 * i] += q.w;
-    }
-    multiply3(left, right, m);
-    const T pv[3] = {p.x, p.y, p.z}, qv[3] = {q.x, q.y, q.z};
-    for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 3; ++c) m[r * 3 + c] += pv[r] * qv[c];
+void rotation_coupling(Quaternion<T> relative, T m[9]) {
+    cross_matrix(Vec3<T>{relative.x, relative.y, relative.z}, m);
+    for (int i = 0; i < 3; ++i) m[4 * i] = relative.w;
 }
 template <class T>
 void add_gradient(T gradient[6], int at, T scale, Vec3<T> v) {
@@ -114,7 +105,8 @@ ArapTerm<T> arap_term(const ArapGeometry<T>& g, Quaternion<T> qa, const ArapWeig
     projector(g.now, across);
     projector(g.turned_a, turning_a);
     projector(g.turned_b, turning_b);
-    rotation_coupling(qa, g.qb, coupling);
+    const Quaternion<T> relative = qa * conjugate(g.qb);
+    rotation_coupling(relative, coupling);
     cross_matrix(g.turned_a, cross_a);
     cross_matrix(g.turned_b, cross_b);
 
@@ -149,7 +141,6 @@ ArapTerm<T> arap_term(const ArapGeometry<T>& g, Quaternion<T> qa, const ArapWeig
     couple(term.bb, 3, 0, lever, product, true);
     couple(term.ab, 3, 0, -lever, product, true);
 
-    const Quaternion<T> relative = qa * conjugate(g.qb);
     const Vec3<T> turn{relative.x, relative.y, relative.z};
     add_gradient(term.gradient_a, 0, -w.angle, cross(g.turned_a, g.now));
     add_gradient(term.gradient_b, 0, w.angle, cross(g.turned_b, g.now));

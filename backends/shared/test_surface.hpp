@@ -74,6 +74,8 @@ class TestSurface {
                 if (hidden(x, y)) disparity[y * spec_.width + x] = DEFREC_DISPARITY_NONE;
     }
 
+    double width() const { return spec_.width; }
+    double height() const { return spec_.height; }
     std::vector<defrec_motion> rest() const {
         return std::vector<defrec_motion>(nodes.size() / 3, DualQuaternion<double>::identity().store());
     }
