@@ -238,6 +238,9 @@ class TrackSession {
     void finish(double seconds, std::exception_ptr& failure) {
         if (!source_.fault().empty()) notes_.push_back(source_.fault());
         if (!has_template_) notes_.emplace_back("No frame could give a template; nothing was tracked.");
+        if (eyes_look_swapped_) {
+            notes_.emplace_back("The two images look swapped; exchange --left and --right.");
+        }
         if (interrupt_requested())
             notes_.emplace_back("Interrupted; the outputs hold the frames tracked until then.");
         const auto attempt = [&](const auto& function) {
