@@ -16,6 +16,13 @@
 
 #include "sdk/cli/render/render_command.hpp"
 
+#ifdef __SANITIZE_THREAD__
+// GDAL, which OpenCV's imgcodecs starts, takes two of its own locks in both orders. The name is the
+// sanitizer's.
+extern "C" __attribute__((visibility("default"))) const char* __tsan_default_suppressions();
+extern "C" const char* __tsan_default_suppressions() { return "deadlock:libgdal.so\n"; }
+#endif
+
 namespace fs = std::filesystem;
 using defrec::cli::RenderOptions;
 using defrec::cli::RenderOutputError;
