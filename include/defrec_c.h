@@ -342,8 +342,8 @@ typedef struct defrec_rectify_params {
     uint32_t source_stride;      /* bytes; default: width * bytes per pixel */
     uint32_t width, height;      /* of the result; default: the source's */
     uint32_t stride;             /* of the result, bytes; default: width */
-    uint32_t saturation;         /* gray values from here on count as highlights and are masked; default 250, 256: none */
-    uint32_t highlight_radius;   /* px (Chebyshev) that the mask grows round highlights, at most 16; default 2 */
+    uint32_t saturation;         /* gray values from here on count as highlights and are masked; default 235, 256: none */
+    uint32_t highlight_radius;   /* px (Chebyshev) that the mask grows round highlights, at most 16; default 4 */
 } defrec_rectify_params;
 
 typedef struct defrec_stereo_params {
@@ -354,16 +354,16 @@ typedef struct defrec_stereo_params {
     uint32_t radius;             /* of the correlation window of the search, px of half resolution, 2 to 6; default 4 */
     uint32_t refine_radius;      /* of the correlation window at full resolution, px, 2 to 6; default 4 */
     uint32_t min_score;          /* ZNCC of the search below this is no evidence, 1/4096; default 1600 (0.39) */
-    uint32_t refine_score;       /* ZNCC at full resolution that a pixel needs which the search left open, 1/4096; default 2458 (0.6) */
-    uint32_t uniqueness;         /* lead of the best score over any other that is not close to it, 1/4096; default 82 (0.02) */
-    uint32_t texture;            /* least standard deviation of gray in the window, 1/16 gray level; default 16 */
+    uint32_t refine_score;       /* ZNCC at full resolution that a pixel needs which the search left open, 1/4096; default 2000 (0.49) */
+    uint32_t uniqueness;         /* lead of the best score over any other that is not close to it, 1/4096; default 40 (0.01) */
+    uint32_t texture;            /* least standard deviation of gray in the window, 1/16 gray level; default 8 */
     uint32_t left_right;         /* largest difference between left and right winner, px of half resolution; default 1 */
-    uint32_t edge;               /* a range of disparities in a neighbourhood above this is a depth edge, 1/16 px of half resolution; default 32 */
+    uint32_t edge;               /* a range of disparities in a neighbourhood above this is a depth edge, 1/16 px of half resolution; default 24 */
     uint32_t support;            /* of 25 neighbours, how many must agree with a disparity, itself included; default 10 */
-    uint32_t fill_radius;        /* px, at most 8; holes up to about this radius are filled from their rim; default 4 */
+    uint32_t fill_radius;        /* px, at most 8; holes up to about this radius are filled from their rim; default 6 */
     uint32_t smooth_radius;      /* px, at most 3; of the smoothing window; default 3 */
     uint32_t smooth_range;       /* neighbours that differ by more are another surface, 1/16 px, at most 256; default 24 */
-    uint32_t smooth_passes;      /* at most 8; default 2 */
+    uint32_t smooth_passes;      /* at most 8; default 4 */
 } defrec_stereo_params;
 
 typedef struct defrec_orb_params {
@@ -421,13 +421,13 @@ typedef struct defrec_lm_params {
     uint32_t      iterations;    /* default 10 */
     uint32_t      cg_iterations; /* most conjugate gradient steps in one iteration; default 20 */
     uint32_t      presolve;      /* 1: first move everything rigidly onto the weighted matches */
-    float         node_spacing_mm; /* typical; lengths in the ARAP term are divided by it */
+    float         node_spacing_mm; /* typical; lengths in the ARAP term are divided by it; default 5 */
     float         icp_weight, match_weight, patch_weight, arap_weight;      /* default 1, 10, 10, 1 */
     float         length_weight, angle_weight, rotation_weight;             /* default 1, 20, 100 */
     float         icp_tukey_mm, match_tukey_mm, patch_tukey_px;             /* default 3, 5, 4 */
     float         association_mm;  /* live surface farther than this along the ray is another surface; default 10 */
     float         damping;         /* first lambda; default 1e-3 */
-    float         match_threshold_mm; /* H in the weight 1 - d / (5 H) of matches that preselection left at 0 */
+    float         match_threshold_mm; /* H in the weight 1 - d / (5 H) of matches that preselection left at 0; default 2 */
 } defrec_lm_params;
 
 typedef struct defrec_warp_params {

@@ -66,6 +66,7 @@ TEST_CASE("ignored source pixels are masked where they are sampled") {
 TEST_CASE("row 61: highlights and their border are masked") {
     defrec_rectify_params params = params_of(DEFREC_FORMAT_GRAY8, 7, 1);
     params.highlight_radius = 1;
+    params.saturation = 250;
     const std::vector<uint8_t> source{1, 1, 1, 255, 1, 1, 249};
     CHECK(run(params, source).mask == std::vector<uint8_t>{255, 255, 0, 0, 0, 255, 255});
     params.saturation = 256;

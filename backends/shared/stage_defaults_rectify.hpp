@@ -27,8 +27,8 @@ inline void fill_defaults(defrec_rectify_params& params) {
     if (params.width == 0) params.width = params.source_width;
     if (params.height == 0) params.height = params.source_height;
     if (params.stride == 0) params.stride = params.width;
-    if (params.saturation == 0) params.saturation = 250;
-    if (params.highlight_radius == 0) params.highlight_radius = 2;
+    if (params.saturation == 0) params.saturation = 235;
+    if (params.highlight_radius == 0) params.highlight_radius = 4;
 }
 
 }  // namespace defrec

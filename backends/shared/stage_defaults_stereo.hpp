@@ -15,16 +15,16 @@ inline void fill_defaults(defrec_stereo_params& params) {
     set(params.radius, 4);
     set(params.refine_radius, 4);
     set(params.min_score, 1600);
-    set(params.refine_score, 2458);
-    set(params.uniqueness, 82);
-    set(params.texture, 16);
+    set(params.refine_score, 2000);
+    set(params.uniqueness, 40);
+    set(params.texture, 8);
     set(params.left_right, 1);
-    set(params.edge, 32);
+    set(params.edge, 24);
     set(params.support, 10);
-    set(params.fill_radius, 4);
+    set(params.fill_radius, 6);
     set(params.smooth_radius, 3);
     set(params.smooth_range, 24);
-    set(params.smooth_passes, 2);
+    set(params.smooth_passes, 4);
 }
 
 }  // namespace defrec
