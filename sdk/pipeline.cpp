@@ -307,7 +307,7 @@ void Pipeline::set_template(std::shared_ptr<const Template> surface, FrameOutput
     t.align_coarse = make_align(1, 8);
     t.align_fine = make_align(0, 4);
 
-    const auto make_lm = [&](uint32_t iterations, bool presolve, float match_weight) {
+    const auto make_lm = [&](uint32_t iterations, bool presolve, float match_weight, float patch_tukey_px) {
         auto lm = make_params<defrec_lm_params>();
         lm.nodes = nodes;
         lm.edges = static_cast<uint32_t>(data.edges.size());
@@ -321,6 +321,7 @@ void Pipeline::set_template(std::shared_ptr<const Template> surface, FrameOutput
         lm.presolve = presolve ? 1 : 0;
         lm.node_spacing_mm = static_cast<float>(data.node_spacing_mm);
         lm.match_weight = match_weight;
+        lm.patch_tukey_px = patch_tukey_px;
         lm.arap_weight = settings_.arap_weight;
         lm.match_threshold_mm = 2.f;
         fill_defaults(lm);
@@ -330,9 +331,10 @@ void Pipeline::set_template(std::shared_ptr<const Template> surface, FrameOutput
     };
     // The paper's weight while features alone tell where the surface went; once patches do so to a fraction of a pixel, features whose
     // positions are good to about a pixel only hold what has no patch.
-    t.solve_coarse = make_lm(settings_.coarse_iterations, true, 10.f);
-    t.solve_middle = make_lm(settings_.coarse_iterations, false, 1.f);
-    t.solve_fine = make_lm(settings_.fine_iterations, false, 0.5f);
+    // Patches far from where the surface is so far are what a local deformation looks like, so the kernel is wide at first.
+    t.solve_coarse = make_lm(settings_.coarse_iterations, true, 10.f, 12.f);
+    t.solve_middle = make_lm(settings_.coarse_iterations, false, 1.f, 12.f);
+    t.solve_fine = make_lm(settings_.fine_iterations, false, 0.5f, 8.f);
 
     auto warp = make_params<defrec_warp_params>();
     warp.nodes = nodes;

@@ -21,21 +21,27 @@ struct Tangents {
     bool valid = false;
 };
 
+// Over a whole grid cell to either side, since within one bilinear interpolation has kinks; at the surface's rim to one side.
 Tangents tangents_at(const TemplateData& data, double u, double v) {
-    // Slopes over a whole grid cell: within one, bilinear interpolation has kinks.
     const double step = data.grid.spacing;
-    double support = 0, left = 0, right = 0, up = 0, down = 0, here = 0;
-    const double u0 = std::max(0.0, u - step), u1 = std::min<double>(data.width - 1, u + step);
-    const double v0 = std::max(0.0, v - step), v1 = std::min<double>(data.height - 1, v + step);
-    if (!grid_disparity(data, u, v, here, support) || !grid_disparity(data, u0, v, left, support) ||
-        !grid_disparity(data, u1, v, right, support) || !grid_disparity(data, u, v0, up, support) ||
-        !grid_disparity(data, u, v1, down, support))
-        return {};
-    const auto at = [&](double x, double y, double d) { return as_vector(back_project(data.camera, x, y, d)); };
+    const auto along = [&](double du, double dv, Eigen::Vector3d& tangent) {
+        Eigen::Vector3d end[2];
+        double at[2];
+        for (int side = 0; side < 2; ++side) {
+            const double sign = side == 0 ? -1 : 1;
+            const double x = std::clamp(u + sign * du, 0.0, data.width - 1.0), y = std::clamp(v + sign * dv, 0.0, data.height - 1.0);
+            double disparity = 0, support = 0;
+            const bool there = grid_disparity(data, x, y, disparity, support);
+            if (!there && !grid_disparity(data, u, v, disparity, support)) return false;
+            end[side] = as_vector(back_project(data.camera, there ? x : u, there ? y : v, disparity));
+            at[side] = there ? (x - u) + (y - v) : 0;
+        }
+        if (!(at[1] - at[0] > 0)) return false;
+        tangent = (end[1] - end[0]) / (at[1] - at[0]);
+        return true;
+    };
     Tangents tangents;
-    tangents.u = (at(u1, v, right) - at(u0, v, left)) / (u1 - u0);
-    tangents.v = (at(u, v1, down) - at(u, v0, up)) / (v1 - v0);
-    tangents.valid = true;
+    tangents.valid = along(step, 0, tangents.u) && along(0, step, tangents.v);
     return tangents;
 }
 
@@ -119,6 +125,8 @@ void connect_nodes(TemplateData& data) {
 
 void place_vertices(TemplateData& data) {
     SurfaceGrid& grid = data.grid;
+    // The grid is read while points are made of it, so it is rewritten only afterwards.
+    std::vector<int32_t> index_of(grid.vertex.size(), -1);
     for (int y = 0; y < grid.rows; ++y)
         for (int x = 0; x < grid.columns; ++x) {
             const size_t index = static_cast<size_t>(y * grid.columns + x);
@@ -127,14 +135,12 @@ void place_vertices(TemplateData& data) {
             const double v = std::min<double>(y * grid.spacing, data.height - 1);
             defrec_surface_point point{};
             Tangents tangents;
-            if (!surface_point(data, u, v, point, tangents)) {
-                grid.vertex[index] = -1;
-                continue;
-            }
-            grid.vertex[index] = static_cast<int32_t>(data.vertices.size());
+            if (!surface_point(data, u, v, point, tangents)) continue;
+            index_of[index] = static_cast<int32_t>(data.vertices.size());
             data.vertices.push_back(point);
             data.vertex_support.push_back(grid.support[index]);
         }
+    grid.vertex = std::move(index_of);
     for (int y = 0; y + 1 < grid.rows; ++y)
         for (int x = 0; x + 1 < grid.columns; ++x) {
             const auto vertex = [&](int dx, int dy) {

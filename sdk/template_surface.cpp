@@ -12,6 +12,7 @@ namespace {
 
 struct Sample {
     double disparity = 0;
+    double slope = 0;   // px of disparity per px
     double weight = 0;  // share of the window that had disparity; 0: none
 };
 
@@ -48,44 +49,74 @@ Sample fit_window(const CaptureInput& input, int cx, int cy, int radius) {
     const double area = static_cast<double>(x1 - x0 + 1) * (y1 - y0 + 1);
     // The plane must not be an extrapolation of a few pixels at the window's rim.
     if (used < 0.15 * area || plane[0] < 0.5) return {};
-    return {plane[0], used / area};
+    return {plane[0], std::hypot(plane[1], plane[2]), used / area};
 }
 
-// Keeps the largest set of neighbouring samples without a step between them; clears the weight of the others.
-void keep_largest_surface(std::vector<Sample>& samples, int columns, int rows, double largest_step) {
-    std::vector<int> label(samples.size(), -1);
+// Surface steeper than this against the line of sight (about 56 degrees) is taken for the blurred edge of something in front.
+constexpr double kSteepest = 1.5;
+
+// Slope of the disparity, px per px, of a surface as steep as that.
+double steepest_disparity(const CaptureInput& input, double disparity) { return kSteepest * disparity / input.camera.fx; }
+
+// Sets of neighbouring samples without a step between them.
+struct Surfaces {
+    std::vector<int> label;  // per sample: which set, -1 none
+    std::vector<int> size;   // samples per set
+};
+
+Surfaces find_surfaces(const CaptureInput& input, const std::vector<Sample>& samples, int columns, int rows) {
+    Surfaces surfaces;
+    std::vector<int>& label = surfaces.label;
+    label.assign(samples.size(), -1);
+    const auto usable = [&](const Sample& sample) {
+        return sample.weight > 0 && sample.slope < steepest_disparity(input, sample.disparity);
+    };
     std::vector<int> stack;
-    int best = -1, best_size = 0, count = 0;
     for (size_t seed = 0; seed < samples.size(); ++seed) {
-        if (samples[seed].weight <= 0 || label[seed] >= 0) continue;
-        int size = 0;
+        if (!usable(samples[seed]) || label[seed] >= 0) continue;
+        const int set = static_cast<int>(surfaces.size.size());
+        surfaces.size.push_back(0);
         stack.assign(1, static_cast<int>(seed));
-        label[seed] = count;
+        label[seed] = set;
         while (!stack.empty()) {
             const int index = stack.back();
             stack.pop_back();
-            ++size;
+            ++surfaces.size.back();
             const int x = index % columns, y = index / columns;
-            const int neighbours[4][2] = {{x - 1, y}, {x + 1, y}, {x, y - 1}, {x, y + 1}};
-            for (const auto& n : neighbours) {
-                if (n[0] < 0 || n[1] < 0 || n[0] >= columns || n[1] >= rows) continue;
-                const int other = n[1] * columns + n[0];
-                const Sample& a = samples[static_cast<size_t>(index)];
-                const Sample& b = samples[static_cast<size_t>(other)];
-                if (b.weight <= 0 || label[static_cast<size_t>(other)] >= 0) continue;
-                if (std::abs(a.disparity - b.disparity) > largest_step) continue;
-                label[static_cast<size_t>(other)] = count;
-                stack.push_back(other);
+            const Sample& here = samples[static_cast<size_t>(index)];
+            const double step = steepest_disparity(input, here.disparity) * input.vertex_spacing_px;
+            for (const auto& [nx, ny] : {std::pair{x - 1, y}, {x + 1, y}, {x, y - 1}, {x, y + 1}}) {
+                if (nx < 0 || ny < 0 || nx >= columns || ny >= rows) continue;
+                const size_t other = static_cast<size_t>(ny * columns + nx);
+                if (label[other] >= 0 || !usable(samples[other])) continue;
+                if (std::abs(here.disparity - samples[other].disparity) > step) continue;
+                label[other] = set;
+                stack.push_back(static_cast<int>(other));
             }
         }
-        if (size > best_size) {
-            best_size = size;
-            best = count;
-        }
-        ++count;
     }
-    for (size_t i = 0; i < samples.size(); ++i)
-        if (label[i] != best) samples[i].weight = 0;
+    return surfaces;
+}
+
+// The samples of accepted surfaces, but for those next to a rejected one: windows there saw both.
+std::vector<Sample> samples_of(const std::vector<Sample>& samples, const Surfaces& surfaces, const std::vector<char>& accepted,
+                               int columns, int rows) {
+    constexpr int kMargin = 2;
+    const auto belongs = [&](size_t i) { return surfaces.label[i] >= 0 && accepted[static_cast<size_t>(surfaces.label[i])]; };
+    std::vector<Sample> kept = samples;
+    for (int y = 0; y < rows; ++y)
+        for (int x = 0; x < columns; ++x) {
+            const size_t index = static_cast<size_t>(y * columns + x);
+            bool clear = belongs(index);
+            for (int dy = -kMargin; dy <= kMargin && clear; ++dy)
+                for (int dx = -kMargin; dx <= kMargin && clear; ++dx) {
+                    if (x + dx < 0 || y + dy < 0 || x + dx >= columns || y + dy >= rows) continue;
+                    const size_t other = static_cast<size_t>((y + dy) * columns + x + dx);
+                    clear = surfaces.label[other] < 0 || belongs(other);
+                }
+            if (!clear) kept[index].weight = 0;
+        }
+    return kept;
 }
 
 // Minimises sum weight (D - d)^2 + stiffness * (D_xx^2 + 2 D_xy^2 + D_yy^2) in units of the grid.
@@ -136,6 +167,39 @@ std::vector<float> distance_to_samples(const std::vector<Sample>& samples, int c
     return distance;
 }
 
+// The largest surface and those that continue it: what an instrument cuts in two is one tissue, what lies in front of its continuation is
+// the instrument. spline: fitted to the samples that are returned.
+std::vector<Sample> select_tissue(const CaptureInput& input, const std::vector<Sample>& samples, int columns, int rows,
+                                  std::vector<float>& spline) {
+    constexpr double kStiffness = 0.3;      // smooths below about five grid cells
+    constexpr double kInFront = 0.04;       // share of the disparity; 3 mm at 80 mm
+    constexpr double kBehind = 0.15;
+    constexpr int kLeastSize = 3, kMostRounds = 3;
+    const Surfaces surfaces = find_surfaces(input, samples, columns, rows);
+    std::vector<char> accepted(surfaces.size.size(), 0);
+    if (accepted.empty()) return {};
+    accepted[static_cast<size_t>(std::max_element(surfaces.size.begin(), surfaces.size.end()) - surfaces.size.begin())] = 1;
+    for (int round = 0;; ++round) {
+        std::vector<Sample> tissue = samples_of(samples, surfaces, accepted, columns, rows);
+        spline = smooth_spline(tissue, columns, rows, kStiffness);
+        if (round == kMostRounds) return tissue;
+        std::vector<std::vector<double>> ahead(accepted.size());
+        for (size_t i = 0; i < samples.size(); ++i)
+            if (surfaces.label[i] >= 0)
+                ahead[static_cast<size_t>(surfaces.label[i])].push_back(samples[i].disparity / spline[i] - 1);
+        bool changed = false;
+        for (size_t set = 0; set < accepted.size(); ++set) {
+            if (accepted[set] || surfaces.size[set] < kLeastSize) continue;
+            const auto middle = ahead[set].begin() + static_cast<std::ptrdiff_t>(ahead[set].size() / 2);
+            std::nth_element(ahead[set].begin(), middle, ahead[set].end());
+            if (*middle > kInFront || *middle < -kBehind) continue;
+            accepted[set] = 1;
+            changed = true;
+        }
+        if (!changed) return tissue;
+    }
+}
+
 }  // namespace
 
 bool fit_surface(const CaptureInput& input, SurfaceGrid& grid) {
@@ -152,8 +216,7 @@ bool fit_surface(const CaptureInput& input, SurfaceGrid& grid) {
             samples[static_cast<size_t>(y * grid.columns + x)] =
                 fit_window(input, static_cast<int>(std::lround(x * grid.spacing)),
                            static_cast<int>(std::lround(y * grid.spacing)), radius);
-    // Steeper than about 60 degrees at usual distances: two surfaces.
-    keep_largest_surface(samples, grid.columns, grid.rows, 0.15 * grid.spacing);
+    samples = select_tissue(input, samples, grid.columns, grid.rows, grid.disparity);
     size_t measured = 0;
     double least = 1e9, most = 0;
     for (const Sample& sample : samples)
@@ -164,8 +227,6 @@ bool fit_surface(const CaptureInput& input, SurfaceGrid& grid) {
         }
     if (static_cast<double>(measured) < kMinimumCoverage * static_cast<double>(count)) return false;
 
-    constexpr double kStiffness = 0.3;  // smooths below about five grid cells
-    grid.disparity = smooth_spline(samples, grid.columns, grid.rows, kStiffness);
     grid.support = distance_to_samples(samples, grid.columns, grid.rows);
     grid.vertex.assign(count, -1);
     const double reach = 0.12 * input.width;
