@@ -2,16 +2,17 @@
 // Definition: docs/stages/align.md.
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "backends/cpu/align_kernels.hpp"
 #include "backends/cpu/stages.hpp"
+#include "backends/shared/align_buffers.hpp"
 #include "backends/shared/align_view.hpp"
 
 namespace defrec::cpu {
 namespace {
 
-enum { kPatchesPerTask = 16, kRowsPerTask = 64 };
+constexpr size_t kPatchesPerTask = 16;
+constexpr int32_t kRowsPerTask = 64;
 
 class Align final : public Stage {
   public:
@@ -31,11 +32,9 @@ class Align final : public Stage {
 
     void prepare(std::span<const InBuffer> in) override {
         expect_buffers("align: prepare", in, 2);
-        const auto* patches = take<defrec_patch>("align: patches", in[0], params_.patches);
-        const size_t view_size = size_t(params_.stride) * params_.height;
-        const auto* views = take<uint8_t>("align: views", in[1], view_size * params_.views);
-        check_patches(patches, params_);
-        patches_.assign(patches, patches + params_.patches);
+        const std::span<const defrec_patch> patches = take_patches(params_, in[0]);
+        const auto* views = take<uint8_t>("align: views", in[1], view_offset(params_, params_.views - 1) + gray_size(params_));
+        patches_.assign(patches.begin(), patches.end());
         centres_.clear();
         for (const defrec_patch& patch : patches_) centres_.push_back(centre_of(patch));
         const int32_t width = int32_t(params_.width >> params_.level), height = int32_t(params_.height >> params_.level);
@@ -44,7 +43,7 @@ class Align final : public Stage {
         view_pixels_.assign(2 * doubled * params_.views, 0);
         views_.clear();
         for (uint32_t i = 0; i < params_.views; ++i) {
-            const AlignLevel level = pyramid(views + i * view_size, nullptr);
+            const AlignLevel level = pyramid(views + view_offset(params_, i), nullptr);
             align::double_size(level.gray, width, height, level.stride, view.data());
             uint8_t* out = view_pixels_.data() + 2 * i * doubled;
             for (size_t k = 0; k < doubled; ++k) {
@@ -57,31 +56,20 @@ class Align final : public Stage {
     }
 
     void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
-        expect_buffers("align: in", in, 1, 3);
-        expect_buffers("align: out", out, 1, 1);
         if (!prepared_) throw StageError(DEFREC_ERROR_STATE, "align: run before prepare");
-        const size_t size = size_t(params_.stride) * params_.height;
-        const auto* gray = take<uint8_t>("align: gray", in[0], size);
-        const auto* mask = take_optional<uint8_t>("align: mask", in, 1, size);
-        const auto* motions = take_optional<defrec_motion>("align: motions", in, 2, params_.nodes);
-        const auto* given = take_optional<defrec_patch_prediction>("align: predictions", in, 3, params_.patches);
-        auto* observations = take<defrec_patch_observation>("align: observations", out[0], params_.patches);
-        auto* predictions = take_optional<defrec_patch_prediction>("align: predictions out", out, 1, params_.patches);
-        if (motions == nullptr && given == nullptr && params_.patches > 0)
-            throw StageError(DEFREC_ERROR_ARGUMENT, "align: neither motions nor predictions given");
-
-        const AlignRun run{&params_, pyramid(gray, mask), views_.data(), inverse_.data(), root_.data()};
-        host_.parallel_for((params_.patches + kPatchesPerTask - 1) / kPatchesPerTask, [&](size_t task) {
+        const AlignBuffers buffers = take_buffers(params_, patches_.size(), in, out);
+        const AlignRun run{&params_, pyramid(buffers.gray, buffers.mask), views_.data(), inverse_.data(), root_.data()};
+        host_.parallel_for((patches_.size() + kPatchesPerTask - 1) / kPatchesPerTask, [&](size_t task) {
             AlignScratch scratch;
-            const size_t last = std::min<size_t>(params_.patches, (task + 1) * kPatchesPerTask);
+            const size_t last = std::min(patches_.size(), (task + 1) * kPatchesPerTask);
             for (size_t i = task * kPatchesPerTask; i < last; ++i) {
                 const defrec_patch_prediction prediction =
-                    given != nullptr ? given[i] : align::predict<float>(patches_[i], motions, params_);
+                    buffers.given != nullptr ? buffers.given[i] : align::predict<float>(patches_[i], buffers.motions, params_);
                 AlignPeak peak;
                 defrec_patch_observation observation{};
                 if (align_search(run, centres_[i], prediction, scratch, peak)) align_refine(run, scratch, peak, observation);
-                observations[i] = observation;
-                if (predictions != nullptr) predictions[i] = prediction;
+                buffers.observations[i] = observation;
+                if (buffers.predictions != nullptr) buffers.predictions[i] = prediction;
             }
         });
     }
@@ -102,18 +90,19 @@ class Align final : public Stage {
 
     // The image at the level searched; in the stage's own memory unless that is level 0.
     AlignLevel pyramid(const uint8_t* gray, const uint8_t* mask) {
-        AlignLevel level{gray, mask, int32_t(params_.width), int32_t(params_.height), params_.stride};
+        AlignLevel level{gray, mask, int32_t(params_.width), int32_t(params_.height), params_.stride, gray_size(params_)};
         size_t offset = 0;
         for (uint32_t l = 1; l <= params_.level; ++l) {
             const AlignLevel below = level;
             uint8_t *to = gray_.data() + offset, *mask_to = mask_.data() + offset;
-            level = {to, mask != nullptr ? mask_to : nullptr, below.width / 2, below.height / 2, pyramid_stride(l)};
+            level = {to, mask != nullptr ? mask_to : nullptr, below.width / 2, below.height / 2, pyramid_stride(l), 0};
+            level.size = level.stride * size_t(level.height);
             host_.parallel_for(size_t(level.height + kRowsPerTask - 1) / kRowsPerTask, [&](size_t task) {
                 const int32_t first = int32_t(task) * kRowsPerTask, last = std::min(level.height, first + kRowsPerTask);
                 align_halve_gray(below.gray, below.stride, to, level.stride, level.width, first, last);
                 if (mask != nullptr) align_halve_mask(below.mask, below.stride, mask_to, level.stride, level.width, first, last);
             });
-            offset += level.stride * size_t(level.height);
+            offset += level.size;
         }
         return level;
     }

@@ -12,7 +12,7 @@ namespace defrec::cpu {
 struct AlignLevel {
     const uint8_t *gray, *mask;
     int32_t width, height;
-    size_t stride; // of both
+    size_t stride, size; // of both, bytes
 };
 
 // A view of the template at twice the level's size, densely, each pixel followed by the one below it: four bytes are a 2x2 block.

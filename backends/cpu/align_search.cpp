@@ -114,7 +114,7 @@ const uint8_t* window_row(const AlignLevel& level, const uint8_t* image, int32_t
     const size_t line = size_t(std::clamp(y, 0, level.height - 1)) * level.stride;
     const uint8_t* row = image + line;
     if (x >= 0 && x + count <= level.width) {
-        if (line + size_t(x) + 2 * kAlignWindowRow <= level.stride * size_t(level.height)) return row + x;
+        if (line + size_t(x) + 2 * kAlignWindowRow <= level.size) return row + x;
         std::memcpy(buffer, row + x, size_t(count));
     } else {
         for (int32_t k = 0; k < count; ++k) buffer[k] = row[std::clamp(x + k, 0, level.width - 1)];

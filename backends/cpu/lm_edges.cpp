@@ -12,7 +12,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace defrec::cpu::HWY_NAMESPACE {
 
-using D = hn::CappedTag<float, kLanePadding>;
+using D = hn::CappedTag<float, kLanes>;
 using V = hn::Vec<D>;
 using L3 = Lanes3<V>;
 
@@ -146,7 +146,7 @@ double SumEdges(const EdgeTask& task) {
     const size_t lanes = hn::Lanes(d);
     const LmEdges& edges = *task.edges;
     const hn::FixedTag<float, 4> d4;
-    HWY_ALIGN float block[36 * kLanePadding], node_a[kNodeFloats * kLanePadding], node_b[kNodeFloats * kLanePadding];
+    HWY_ALIGN float block[36 * kLanes], node_a[kNodeFloats * kLanes], node_b[kNodeFloats * kLanes];
     double cost = 0;
     for (size_t at = 0; at < edges.count; at += lanes) {
         const EdgeLanes e = measure(task, at);
@@ -166,9 +166,8 @@ double SumEdges(const EdgeTask& task) {
         own(e.by_angle, e.by_rotation, e.turned_b, c.lever_b, c.shift, turn_b, pull, node_b);
 
         for (size_t i = 0; i < std::min(lanes, edges.count - at); ++i) {
-            float* out = task.lower + size_t(edges.block[at + i]) * 36;
-            for (size_t k = 0; k < 36; k += 4)
-                hn::StoreU(hn::Add(hn::LoadU(d4, out + k), hn::Load(d4, block + k * lanes + 4 * i)), d4, out + k);
+            float* out = task.lower + size_t(edges.block[at + i]) * kBlockFloats;
+            for (size_t k = 0; k < 36; k += 4) hn::Store(hn::Load(d4, block + k * lanes + 4 * i), d4, out + k);
             add_own(node_a, i, lanes, task.nodes + size_t(edges.a[at + i]) * kNodeFloats);
             add_own(node_b, i, lanes, task.nodes + size_t(edges.b[at + i]) * kNodeFloats);
         }
@@ -199,10 +198,9 @@ LmEdges::LmEdges(const LmTemplate& surface, const LowerPattern& pattern, const H
     for (size_t i = 0; i < padded(count); ++i) {
         const size_t at = std::min(i, count - 1);
         const defrec_edge& edge = surface.edges[at];
-        const bool turned = edge.a > edge.b;
-        const Vec3<double> direction = (turned ? -1.0 : 1.0) * surface.rest_direction[at];
-        a.push_back(std::min(edge.a, edge.b));
-        b.push_back(std::max(edge.a, edge.b));
+        const Vec3<double>& direction = surface.rest_direction[at];
+        a.push_back(edge.a);
+        b.push_back(edge.b);
         direction_x.push_back(float(direction.x));
         direction_y.push_back(float(direction.y));
         direction_z.push_back(float(direction.z));

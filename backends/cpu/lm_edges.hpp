@@ -6,7 +6,7 @@
 
 namespace defrec::cpu {
 
-// Edges for SIMD; a < b, and the rest direction is from a to b. Lanes after the last edge repeat it.
+// Edges for SIMD, as the template has them. Lanes after the last edge repeat it.
 struct LmEdges {
     HostVector<int32_t> a, b;
     HostVector<float> direction_x, direction_y, direction_z, length;
@@ -22,7 +22,7 @@ struct EdgeTask {
     const float* poses;            // 8 per control point: rotation wxyz, position xyz, unused
     float length_weight, angle_weight, rotation_weight;  // the latter two with the squared spacing
     bool linearise;
-    float* lower;                  // the system's; each edge's block is added
+    float* lower;                  // the system's; each edge's block is written
     float* nodes;                  // kNodeFloats per control point, set by the caller to 0
 };
 // Per control point: upper triangle of omega-omega, omega-tau row-major, upper triangle of tau-tau, gradient, one unused.

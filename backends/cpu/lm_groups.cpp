@@ -56,7 +56,7 @@ LmGroups::LmGroups(const LmTemplate& surface, const Host& host)
 
     for (LmGroup& group : groups_) {
         group.first_sighting = uint32_t(sighting_stride_);
-        const size_t room = (group.landmarks + group.patches + kSightingPadding - 1) / kSightingPadding * kSightingPadding;
+        const size_t room = padded(group.landmarks + group.patches);
         sighting_stride_ += room;
         most_row_lanes_ = std::max(most_row_lanes_, padded(group.points) + 3 * room);
     }
@@ -102,7 +102,7 @@ void LmGroups::set_frame(const defrec_lm_params& params, const LmFrame& frame) {
 // Empty lanes repeat the last sighting with no weight, so that they compute nothing unusual.
 void LmGroups::pad_sightings(LmGroup& group) {
     const size_t end = group.first_sighting + group.sightings;
-    for (size_t at = end; group.sightings > 0 && at % kSightingPadding != 0; ++at) {
+    for (size_t at = end; group.sightings > 0 && at % kLanes != 0; ++at) {
         for (size_t c = 0; c < size_t(kSightingComponents); ++c)
             sightings_[c * sighting_stride_ + at] = sightings_[c * sighting_stride_ + end - 1];
         sightings_[size_t(kTermWeight) * sighting_stride_ + at] = 0;

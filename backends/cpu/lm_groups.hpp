@@ -8,7 +8,6 @@
 
 namespace defrec::cpu {
 
-constexpr size_t kSightingPadding = 8;  // lanes of sightings
 constexpr size_t kJacobian = 6 * kSkin; // entries of a row
 
 struct LmGroup {

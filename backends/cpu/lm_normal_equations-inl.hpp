@@ -40,10 +40,7 @@ HWY_INLINE hn::Vec<D4> fold([[maybe_unused]] D d, V v) {
 }
 
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE void add_to(D d, V sum, float* four) {
-    const D4 d4;
-    hn::Store(hn::Add(hn::Load(d4, four), fold(d, sum)), d4, four);
-}
+HWY_INLINE void store_sum(D d, V sum, float* four) { hn::Store(fold(d, sum), D4(), four); }
 
 // Columns 4 gc .. 4 gc + 3, rows from piece gr: one piece, or two where that many are left.
 template <bool kTwo, class D>
@@ -71,20 +68,20 @@ HWY_INLINE void multiply_pieces(D d, const float* rows, size_t vectors, size_t g
         }
     }
     float* out = matrix + 4 * gc * kJacobian + 4 * gr;
-    add_to(d, a0, out);
-    add_to(d, a1, out + kJacobian);
-    add_to(d, a2, out + 2 * kJacobian);
-    add_to(d, a3, out + 3 * kJacobian);
+    store_sum(d, a0, out);
+    store_sum(d, a1, out + kJacobian);
+    store_sum(d, a2, out + 2 * kJacobian);
+    store_sum(d, a3, out + 3 * kJacobian);
     if constexpr (kTwo) {
-        add_to(d, b0, out + 4);
-        add_to(d, b1, out + kJacobian + 4);
-        add_to(d, b2, out + 2 * kJacobian + 4);
-        add_to(d, b3, out + 3 * kJacobian + 4);
+        store_sum(d, b0, out + 4);
+        store_sum(d, b1, out + kJacobian + 4);
+        store_sum(d, b2, out + 2 * kJacobian + 4);
+        store_sum(d, b3, out + 3 * kJacobian + 4);
     }
 }
 
 template <class D>
-HWY_INLINE void add_rows(D d, const float* rows, size_t vectors, NormalEquations& out) {
+HWY_NOINLINE void multiply_rows(D d, const float* rows, size_t vectors, NormalEquations& out) {
     using V = hn::Vec<D>;
     const size_t lanes = hn::Lanes(d);
     for (size_t gc = 0; gc < kPieces; ++gc) {
@@ -100,7 +97,7 @@ HWY_INLINE void add_rows(D d, const float* rows, size_t vectors, NormalEquations
             const V residual = hn::Broadcast<0>(hn::Load(d, at + kPieces * 4 * lanes));
             for (size_t g = 0; g < kPieces; ++g) sum[g] = hn::MulAdd(residual, hn::Load(d, at + g * 4 * lanes), sum[g]);
         }
-    for (size_t g = 0; g < kPieces; ++g) add_to(d, sum[g], out.gradient + 4 * g);
+    for (size_t g = 0; g < kPieces; ++g) store_sum(d, sum[g], out.gradient + 4 * g);
 }
 
 // The matrix cut into the control points' blocks.
@@ -111,8 +108,9 @@ inline void cut_blocks(NormalEquations& equations, LmGroupSums& sums) {
     size_t pair = 0;
     for (size_t k = 0; k < kSkin; ++k)
         for (size_t l = 0; l <= k; ++l, ++pair)
-            for (size_t c = 0; c < 6; ++c) std::copy_n(m + (6 * l + c) * kJacobian + 6 * k, 6, sums.blocks[pair] + 6 * c);
-    std::copy_n(equations.gradient, kJacobian, sums.gradient);
+            for (size_t c = 0; c < 6; ++c)
+                for (size_t r = 0; r < 6; ++r) sums.blocks[pair][6 * c + r] = m[(6 * l + c) * kJacobian + 6 * k + r];
+    for (size_t i = 0; i < kJacobian; ++i) sums.gradient[i] = equations.gradient[i];
 }
 
 }  // namespace defrec::cpu::HWY_NAMESPACE

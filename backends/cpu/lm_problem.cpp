@@ -11,6 +11,7 @@ LmProblem::LmProblem(const defrec_lm_params& params, const LmTemplate& surface, 
       groups_(surface, host),
       edges_(surface, pattern_, host),
       places_(HostAllocator<std::array<uint32_t, LmGroupSums::kPairs>>(host)),
+      unconnected_(HostAllocator<uint32_t>(host)),
       sums_(groups_.groups().size(), HostAllocator<LmGroupSums>(host)),
       scratch_(kTasks * lm_scratch_floats(groups_), HostAllocator<float>(host)),
       motions_(surface.nodes.size(), HostAllocator<NodeMotion>(host)),
@@ -20,6 +21,10 @@ LmProblem::LmProblem(const defrec_lm_params& params, const LmTemplate& surface, 
       present_(pattern_, host),
       trial_(pattern_, host),
       workspace_(pattern_, host) {
+    std::vector<bool> connected(pattern_.blocks(), false);
+    for (size_t i = 0; i < edges_.count; ++i) connected[edges_.block[i]] = true;
+    for (size_t b = 0; b < connected.size(); ++b)
+        if (!connected[b]) unconnected_.push_back(uint32_t(b));
     for (const LmGroup& group : groups_.groups()) {
         auto& places = places_.emplace_back();
         size_t pair = 0;
@@ -81,10 +86,7 @@ void LmProblem::sum_surface(size_t task, bool linearise) {
 
 void LmProblem::sum_arap(bool linearise) {
     const float spacing2 = params_.node_spacing_mm * params_.node_spacing_mm;
-    if (linearise) {
-        trial_.clear();
-        std::fill(edge_nodes_.begin(), edge_nodes_.end(), 0.0f);
-    }
+    if (linearise) std::fill(edge_nodes_.begin(), edge_nodes_.end(), 0.0f);
     arap_cost_ = sum_edges({&edges_, poses_.data(), params_.length_weight, params_.angle_weight * spacing2, params_.rotation_weight * spacing2,
                             linearise, trial_.lower.data(), edge_nodes_.data()});
 }
@@ -109,9 +111,10 @@ void LmProblem::measure_data() {
 
 // Edges first, then the groups in their order.
 void LmProblem::assemble() {
+    for (const uint32_t block : unconnected_) std::fill_n(&trial_.lower[block * kBlockFloats], kBlockFloats, 0.0f);
     for (size_t i = 0; i < pattern_.rows(); ++i) {
         const float* own = &edge_nodes_[i * kNodeFloats];
-        float* block = &trial_.diagonal[i * 36];
+        float* block = &trial_.diagonal[i * kBlockFloats];
         constexpr size_t kUpper[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
         for (size_t r = 0; r < 3; ++r)
             for (size_t c = 0; c < 3; ++c) {
@@ -127,7 +130,7 @@ void LmProblem::assemble() {
         for (size_t k = 0; k < kSkin; ++k)
             for (size_t l = 0; l <= k; ++l, ++pair) {
                 if (k != l && node[k] == node[l]) continue;  // a repeated control point has no weight
-                float* block = (k == l ? trial_.diagonal.data() : trial_.lower.data()) + size_t(places_[g][pair]) * 36;
+                float* block = (k == l ? trial_.diagonal.data() : trial_.lower.data()) + size_t(places_[g][pair]) * kBlockFloats;
                 for (size_t i = 0; i < 36; ++i) block[i] += sums_[g].blocks[pair][i];
             }
         for (size_t k = 0; k < kSkin; ++k)

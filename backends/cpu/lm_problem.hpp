@@ -38,6 +38,7 @@ class LmProblem {
     LmEdges edges_;
     DisparityImage image_{};
     HostVector<std::array<uint32_t, LmGroupSums::kPairs>> places_;  // of each group's blocks: in the lower half, or a control point
+    HostVector<uint32_t> unconnected_;  // blocks of the lower half that no edge writes
     HostVector<LmGroupSums> sums_;
     HostVector<float> scratch_;
     HostVector<NodeMotion> motions_;

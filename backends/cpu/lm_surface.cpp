@@ -13,37 +13,35 @@
 HWY_BEFORE_NAMESPACE();
 namespace defrec::cpu::HWY_NAMESPACE {
 
-using PointD = hn::CappedTag<float, kLanePadding>;
-using SightingD = hn::CappedTag<float, kSightingPadding>;
+using D = hn::CappedTag<float, kLanes>;
+using V = hn::Vec<D>;
 
-template <class D, class V = hn::Vec<D>>
-HWY_INLINE float total(D d, V v) { return hn::GetLane(hn::SumOfLanes(d, v)); }
+HWY_INLINE float total(V v) { return hn::GetLane(hn::SumOfLanes(D(), v)); }
 
 // A term's sums, lane by lane.
-template <class D, class V = hn::Vec<D>>
 struct TermLanes {
     V cost, weights, squares;
     int32_t count = 0;
 
-    HWY_INLINE explicit TermLanes(D d) : cost(hn::Zero(d)), weights(cost), squares(cost) {}
-    template <class M>
-    HWY_INLINE void add(D d, M here, V lane_cost, V weight, V square) {
+    HWY_INLINE TermLanes() : cost(hn::Zero(D())), weights(cost), squares(cost) {}
+    HWY_INLINE void add(hn::Mask<D> here, V lane_cost, V weight, V square) {
+        const D d;
         cost = hn::Add(cost, hn::IfThenElseZero(here, lane_cost));
         const V shared = hn::IfThenElseZero(here, weight);
         weights = hn::Add(weights, shared);
         squares = hn::MulAdd(shared, square, squares);
         count += int32_t(hn::CountTrue(d, hn::Gt(shared, hn::Zero(d))));
     }
-    HWY_INLINE LmGroupSums::Term sums(D d) const { return {total(d, cost), total(d, weights), total(d, squares), count}; }
+    HWY_INLINE LmGroupSums::Term sums() const { return {total(cost), total(weights), total(squares), count}; }
 };
 
 // A residual's derivative by the increments of the four control points is their weight times (arm x gradient, gradient).
-template <class D, class V = hn::Vec<D>>
 struct Levers {
     Lanes3<V> arm[kSkin];
     V weight[kSkin];
 
-    HWY_INLINE Levers(D d, const NodeMotion* motions, const std::array<int32_t, kSkin>& node, const Lanes3<V>& rest, const V* weights) {
+    HWY_INLINE Levers(const NodeMotion* motions, const std::array<int32_t, kSkin>& node, const Lanes3<V>& rest, const V* weights) {
+        const D d;
         for (size_t k = 0; k < kSkin; ++k) {
             const NodeMotion& motion = motions[node[k]];
             const Lanes3<V> from = subtract(rest, {hn::Set(d, motion.rest[0]), hn::Set(d, motion.rest[1]), hn::Set(d, motion.rest[2])});
@@ -57,7 +55,8 @@ struct Levers {
         }
     }
     // One vector of rows, as lm_normal_equations-inl.hpp wants them.
-    HWY_INLINE void store(D d, const Lanes3<V>& gradient, V residual, float* out) const {
+    HWY_INLINE void store(const Lanes3<V>& gradient, V residual, float* out) const {
+        const D d;
         V entry[kJacobian];
         for (size_t k = 0; k < kSkin; ++k) {
             const Lanes3<V> shift = scale(weight[k], gradient), turn = cross(arm[k], shift);
@@ -72,22 +71,33 @@ struct Levers {
     }
 };
 
-template <class D, class V = hn::Vec<D>>
-HWY_INLINE void add_data(D d, const V* skin, V weight, float* data) {
-    for (size_t k = 0; k < kSkin; ++k) data[k] += total(d, hn::Mul(skin[k], weight));
-}
+// The rows of a group so far, and the weight of its data at each control point.
+struct Rows {
+    float* out;
+    size_t vectors = 0;
+    V data[kSkin];
 
-// Point to plane. Returns the vectors of rows stored.
-HWY_INLINE size_t sum_points(const LmGroupTask& task, const LmGroup& group, const GroupMotion& motions, float* rows, LmGroupSums& sums) {
-    using V = hn::Vec<PointD>;
-    const PointD d;
+    HWY_INLINE explicit Rows(float* where) : out(where) {
+        for (V& sum : data) sum = hn::Zero(D());
+    }
+    HWY_INLINE void add(const Levers& levers, const Lanes3<V>& gradient, V residual) {
+        levers.store(gradient, residual, out + vectors++ * kRowFloats * hn::Lanes(D()));
+    }
+    HWY_INLINE void add_data(const V* skin, V weight) {
+        for (size_t k = 0; k < kSkin; ++k) data[k] = hn::MulAdd(skin[k], weight, data[k]);
+    }
+};
+
+// Point to plane.
+HWY_NOINLINE void sum_points(const LmGroupTask& task, const LmGroup& group, const GroupMotion& motions, Rows& rows, LmGroupSums& sums) {
+    const D d;
     const size_t lanes = hn::Lanes(d);
     const LmGroups& groups = *task.groups;
     const V one = hn::Set(d, 1.0f), zero = hn::Zero(d);
     const float c2 = task.params->icp_tukey_mm * task.params->icp_tukey_mm;
     const V full_cost = hn::Set(d, task.params->icp_weight * c2 / 3), term_weight = hn::Set(d, task.params->icp_weight);
-    TermLanes<PointD> term(d);
-    size_t missing = 0, vectors = 0;
+    TermLanes term;
+    size_t missing = 0;
     for (size_t i = 0; i < group.points; i += lanes) {
         const auto load = [&](int component) HWY_ATTR { return hn::Load(d, groups.point(component) + group.first_point + i); };
         const V skin[kSkin] = {load(LmGroups::kWeight), load(LmGroups::kWeight + 1), load(LmGroups::kWeight + 2), load(LmGroups::kWeight + 3)};
@@ -109,31 +119,27 @@ HWY_INLINE size_t sum_points(const LmGroupTask& task, const LmGroup& group, cons
         const V squared = hn::Mul(residual, residual);
         const V left = hn::Sub(one, hn::Min(hn::Mul(squared, hn::Set(d, 1 / c2)), one));
         const V robust = hn::Mul(left, left);
-        term.add(d, seen, hn::Mul(full_cost, hn::NegMulAdd(robust, left, one)), robust, squared);
+        term.add(seen, hn::Mul(full_cost, hn::NegMulAdd(robust, left, one)), robust, squared);
         if (!task.linearise) continue;
 
         const V weight = hn::IfThenElseZero(seen, hn::Mul(term_weight, robust));
         if (hn::AllTrue(d, hn::Le(weight, zero))) continue;
         const V root = hn::Sqrt(weight);
         const Lanes3<V> gradient = scale(hn::Neg(root), n);
-        const Levers<PointD> levers(d, task.motions, group.node, rest, skin);
-        levers.store(d, gradient, hn::Mul(root, residual), rows + vectors++ * kRowFloats * lanes);
-        add_data(d, skin, weight, sums.data);
+        rows.add(Levers(task.motions, group.node, rest, skin), gradient, hn::Mul(root, residual));
+        rows.add_data(skin, weight);
     }
-    sums.icp = term.sums(d);
+    sums.icp = term.sums();
     sums.missing = float(missing) * task.params->icp_weight * c2 / 3;
-    return vectors;
 }
 
 // Matches and patches.
-HWY_INLINE size_t sum_sightings(const LmGroupTask& task, const LmGroup& group, const GroupMotion& motions, float* rows, LmGroupSums& sums) {
-    using V = hn::Vec<SightingD>;
-    const SightingD d;
+HWY_NOINLINE void sum_sightings(const LmGroupTask& task, const LmGroup& group, const GroupMotion& motions, Rows& rows, LmGroupSums& sums) {
+    const D d;
     const size_t lanes = hn::Lanes(d);
     const LmGroups& groups = *task.groups;
     const V one = hn::Set(d, 1.0f), zero = hn::Zero(d);
-    TermLanes<SightingD> match(d), patch(d);
-    size_t vectors = 0;
+    TermLanes match, patch;
     for (size_t i = 0; i < group.sightings; i += lanes) {
         const auto load = [&](int component) HWY_ATTR { return hn::Load(d, groups.sighting(component) + group.first_sighting + i); };
         const V skin[kSkin] = {load(LmGroups::kSeenWeight), load(LmGroups::kSeenWeight + 1), load(LmGroups::kSeenWeight + 2),
@@ -164,42 +170,37 @@ HWY_INLINE size_t sum_sightings(const LmGroupTask& task, const LmGroup& group, c
         const auto exists = hn::Gt(term_weight, zero);
         const auto is_patch = hn::Gt(load(LmGroups::kIsPatch), zero);
         const V weighted = hn::Mul(term_weight, cost);
-        match.add(d, hn::AndNot(is_patch, exists), weighted, robust, squared);
-        patch.add(d, hn::And(is_patch, exists), weighted, robust, hn::Mul(squared, hn::Mul(px, px)));
+        match.add(hn::AndNot(is_patch, exists), weighted, robust, squared);
+        patch.add(hn::And(is_patch, exists), weighted, robust, hn::Mul(squared, hn::Mul(px, px)));
         if (!task.linearise) continue;
 
         const V weight = hn::Mul(term_weight, robust);
         const V force = hn::Sqrt(weight);
-        const Levers<SightingD> levers(d, task.motions, group.node, rest, skin);
-        const auto store = [&](const Lanes3<V>& gradient, V residual) HWY_ATTR {
-            levers.store(d, scale(force, gradient), hn::Mul(force, residual), rows + vectors++ * kRowFloats * lanes);
+        const Levers levers(task.motions, group.node, rest, skin);
+        const auto add_row = [&](const Lanes3<V>& gradient, V residual) HWY_ATTR {
+            rows.add(levers, scale(force, gradient), hn::Mul(force, residual));
         };
-        store({uu, uv, hn::Neg(hn::MulAdd(uu, u, hn::Mul(uv, v)))}, r0);
-        store({zero, vv, hn::Neg(hn::Mul(vv, v))}, r1);
-        if (!hn::AllTrue(d, hn::Eq(root, zero))) store({zero, zero, root}, r2);
-        add_data(d, skin, weight, sums.data);
+        add_row({uu, uv, hn::Neg(hn::MulAdd(uu, u, hn::Mul(uv, v)))}, r0);
+        add_row({zero, vv, hn::Neg(hn::Mul(vv, v))}, r1);
+        if (!hn::AllTrue(d, hn::Eq(root, zero))) add_row({zero, zero, root}, r2);
+        rows.add_data(skin, weight);
     }
-    sums.match = match.sums(d);
-    sums.patch = patch.sums(d);
-    return vectors;
+    sums.match = match.sums();
+    sums.patch = patch.sums();
 }
 
 void SumGroups(const LmGroupTask& task, size_t first, size_t last) {
     auto* equations = reinterpret_cast<NormalEquations*>(task.scratch);
-    float* rows = task.scratch + sizeof(NormalEquations) / sizeof(float);
     for (size_t g = first; g < last; ++g) {
         const LmGroup& group = task.groups->groups()[g];
         LmGroupSums& sums = task.sums[g];
         const GroupMotion motions(task.motions, group.node);
-        if (!task.linearise) {
-            sum_points(task, group, motions, rows, sums);
-            sum_sightings(task, group, motions, rows, sums);
-            continue;
-        }
-        *equations = {};
-        std::fill_n(sums.data, kSkin, 0.0f);
-        add_rows(PointD(), rows, sum_points(task, group, motions, rows, sums), *equations);
-        add_rows(SightingD(), rows, sum_sightings(task, group, motions, rows, sums), *equations);
+        Rows rows(task.scratch + sizeof(NormalEquations) / sizeof(float));
+        sum_points(task, group, motions, rows, sums);
+        sum_sightings(task, group, motions, rows, sums);
+        if (!task.linearise) continue;
+        for (size_t k = 0; k < kSkin; ++k) sums.data[k] = total(rows.data[k]);
+        multiply_rows(D(), rows.out, rows.vectors, *equations);
         cut_blocks(*equations, sums);
     }
 }
@@ -216,7 +217,7 @@ void sum_groups(const LmGroupTask& task, size_t first, size_t last) { HWY_DYNAMI
 
 size_t lm_scratch_floats(const LmGroups& groups) {
     constexpr size_t kRowFloats = kJacobian + 4, kEquations = kJacobian * kJacobian + kJacobian;
-    return padded(kEquations) + padded(groups.most_row_lanes() * kRowFloats);
+    return padded(kEquations) + groups.most_row_lanes() * kRowFloats;
 }
 
 }  // namespace defrec::cpu

@@ -16,12 +16,14 @@ struct LowerPattern {
     size_t find(int32_t row, int32_t column_of_row) const;
 };
 
+// Blocks are stored column-major, 36 entries and four that are 0, so that each begins at a multiple of the SIMD width.
+constexpr size_t kBlockFloats = 40;
+
 struct LmSystem {
-    HostVector<float> lower, diagonal;  // 36 each, column-major, in the order of the pattern
+    HostVector<float> lower, diagonal;  // kBlockFloats each, in the order of the pattern
     HostVector<float> gradient;         // half the cost's, 6 per row
 
     LmSystem(const LowerPattern& pattern, const Host& host);
-    void clear();
 };
 
 // What solving needs besides; made once.
@@ -30,7 +32,7 @@ struct LmWorkspace {
     HostVector<float> inverse;       // of them
     HostVector<float> x, residual, direction, product, conditioned;
     HostVector<float> spread;        // direction: each entry six times
-    HostVector<float> transposed;    // partial sums of the upper half's products, 36 per row
+    HostVector<float> transposed;    // partial sums of the upper half's products, kBlockFloats per row
 
     LmWorkspace(const LowerPattern& pattern, const Host& host);
 };

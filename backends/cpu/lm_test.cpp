@@ -276,6 +276,22 @@ TEST_CASE("control points without any connection or data stay, the others move")
     }
 }
 
+TEST_CASE("an edge named twice or backwards counts as one with both weights") {
+    TestSurface surface({});
+    surface.deform(wave);
+    TestSurface split = surface;
+    split.edges.clear();
+    for (const defrec_edge& edge : surface.edges) {
+        split.edges.push_back({edge.a, edge.b, edge.weight / 4});
+        split.edges.push_back({edge.b, edge.a, edge.weight * 3 / 4});
+    }
+    for (const Maker make : kMakers) {
+        const Solved expected = LmRun(surface)(make), actual = LmRun(split)(make);
+        CHECK(actual.summary.final_cost == doctest::Approx(expected.summary.final_cost).epsilon(1e-4));
+        CHECK(actual.summary.arap_cost == doctest::Approx(expected.summary.arap_cost).epsilon(1e-3));
+    }
+}
+
 TEST_CASE("a template that cannot be used is refused") {
     for (const Maker make : kMakers)
         for (int fault = 0; fault < 6; ++fault) {

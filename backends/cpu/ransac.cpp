@@ -22,9 +22,8 @@ class Ransac final : public Stage {
     }
 
     void prepare(std::span<const InBuffer> in) override {
-        expect_buffers("ransac: prepare", in, 1);
-        const auto* landmarks = take<defrec_landmark>("ransac: landmarks", in[0], params_.landmarks);
-        landmarks_.assign(landmarks, landmarks + params_.landmarks);
+        const std::span<const defrec_landmark> landmarks = take_landmarks(params_, in);
+        landmarks_.assign(landmarks.begin(), landmarks.end());
         prepared_ = true;
     }
 
@@ -32,8 +31,8 @@ class Ransac final : public Stage {
         expect_buffers("ransac: in", in, 1);
         expect_buffers("ransac: out", out, 2);
         if (!prepared_) throw StageError(DEFREC_ERROR_STATE, "ransac: run before prepare");
-        const auto* matches = take<defrec_match>("ransac: matches", in[0], params_.landmarks);
-        auto* weighted = take<defrec_match>("ransac: matches out", out[0], params_.landmarks);
+        const auto* matches = take<defrec_match>("ransac: matches", in[0], landmarks_.size());
+        auto* weighted = take<defrec_match>("ransac: matches out", out[0], landmarks_.size());
         auto* summary = take<defrec_ransac_summary>("ransac: summary", out[1], 1);
 
         gather(matches, weighted);
@@ -53,7 +52,7 @@ class Ransac final : public Stage {
 
     void gather(const defrec_match* matches, defrec_match* weighted) {
         count_ = 0;
-        for (uint32_t i = 0; i < params_.landmarks; ++i) {
+        for (uint32_t i = 0; i < landmarks_.size(); ++i) {
             const defrec_match match = matches[i];
             if (usable(landmarks_[i], match)) {
                 for (size_t k = 0; k < 3; ++k) {

@@ -9,9 +9,9 @@
 namespace defrec::cpu {
 
 constexpr size_t kSkin = DEFREC_SKIN_NODES;
-constexpr size_t kLanePadding = 16;  // groups begin and end at multiples, as many as the widest SIMD has lanes
+constexpr size_t kLanes = 16;  // most that are used; groups begin at multiples
 
-inline size_t padded(size_t count) { return (count + kLanePadding - 1) / kLanePadding * kLanePadding; }
+inline size_t padded(size_t count) { return (count + kLanes - 1) / kLanes * kLanes; }
 
 // Control points ascending; of one that is named more than once, only the first has a weight.
 struct Skin {

@@ -14,7 +14,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace defrec::cpu::HWY_NAMESPACE {
 
-using D = hn::CappedTag<float, kLanePadding>;
+using D = hn::CappedTag<float, kLanes>;
 using V = hn::Vec<D>;
 
 // What the frame says of each point, as stage warp numbers it, and the live depth minus the point's.
@@ -37,7 +37,7 @@ void WarpGroups(const WarpTask& task, size_t first, size_t last) {
     const D d;
     const size_t lanes = hn::Lanes(d);
     const WarpPoints& points = *task.points;
-    HWY_ALIGN float front[4 * kLanePadding], back[4 * kLanePadding];  // position and normal x; normal y z, residual, observation
+    HWY_ALIGN float front[4 * kLanes], back[4 * kLanes];  // position and normal x; normal y z, residual, observation
     for (size_t g = first; g < last; ++g) {
         const WarpGroup& group = points.groups[g];
         const GroupMotion motions(task.motions, group.node);

@@ -7,7 +7,7 @@ namespace defrec::cpu {
 
 struct WarpGroup {
     std::array<int32_t, kSkin> node;
-    uint32_t first, count;  // points; first is a multiple of kLanePadding
+    uint32_t first, count;  // points; first is a multiple of kLanes
 };
 
 // Component c of point i is values[c * stride + i]: x y z, normal x y z, four weights.

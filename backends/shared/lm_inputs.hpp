@@ -9,7 +9,7 @@ namespace defrec {
 
 struct LmTemplate {
     HostVector<Vec3<double>> nodes;
-    HostVector<defrec_edge> edges;
+    HostVector<defrec_edge> edges;            // a < b, ascending, each pair once
     HostVector<Vec3<double>> rest_direction;  // of each edge, unit, from a to b
     HostVector<double> rest_length;           // mm
     HostVector<defrec_surface_point> points, landmarks;
@@ -46,29 +46,47 @@ struct LmTemplate {
 
         nodes.clear();
         for (size_t i = 0; i < params.nodes; ++i) nodes.push_back(load3<double>(xyz + 3 * i));
-        edges.assign(given_edges, given_edges + params.edges);
+        take_edges(given_edges, params.edges);
         points.assign(given_points, given_points + params.points);
         landmarks.assign(given_landmarks, given_landmarks + params.landmarks);
         patches.assign(given_patches, given_patches + params.patches);
-        measure_edges();
         build_pattern();
     }
 
   private:
+    void take_edges(const defrec_edge* given, size_t count) {
+        edges.clear();
+        for (size_t i = 0; i < count; ++i) {
+            const defrec_edge& edge = given[i];
+            const auto last = int64_t(nodes.size());
+            const bool known = edge.a >= 0 && edge.b >= 0 && edge.a < last && edge.b < last;
+            const Vec3<double> along = known ? nodes[size_t(edge.b)] - nodes[size_t(edge.a)] : Vec3<double>{};
+            if (!(dot(along, along) > kLeastLengthMm * kLeastLengthMm) || !(edge.weight > 0) || !std::isfinite(edge.weight))
+                throw StageError(DEFREC_ERROR_ARGUMENT, "lm: edge " + std::to_string(i) +
+                                                            " has no length, no weight, or a control point outside 0.." +
+                                                            std::to_string(last) + " (exclusive)");
+            edges.push_back({std::min(edge.a, edge.b), std::max(edge.a, edge.b), edge.weight});
+        }
+        const auto before = [](const defrec_edge& x, const defrec_edge& y) { return std::pair(x.a, x.b) < std::pair(y.a, y.b); };
+        std::stable_sort(edges.begin(), edges.end(), before);
+        size_t kept = 0;
+        for (const defrec_edge& edge : edges) {
+            if (kept > 0 && !before(edges[kept - 1], edge))
+                edges[kept - 1].weight += edge.weight;
+            else
+                edges[kept++] = edge;
+        }
+        edges.resize(kept);
+        measure_edges();
+    }
+
     void measure_edges() {
         rest_direction.clear();
         rest_length.clear();
         double weights = 0;
-        for (size_t i = 0; i < edges.size(); ++i) {
-            const defrec_edge& edge = edges[i];
-            const auto count = int64_t(nodes.size());
-            const bool known = edge.a >= 0 && edge.b >= 0 && edge.a < count && edge.b < count && edge.a != edge.b;
-            const Vec3<double> along = known ? nodes[size_t(edge.b)] - nodes[size_t(edge.a)] : Vec3<double>{};
+        for (const defrec_edge& edge : edges) {
+            const Vec3<double> along = nodes[size_t(edge.b)] - nodes[size_t(edge.a)];
             const double length = std::sqrt(dot(along, along));
-            if (!known || !(length > kLeastLengthMm) || !(edge.weight > 0) || !std::isfinite(edge.weight))
-                throw StageError(DEFREC_ERROR_ARGUMENT, "lm: edge " + std::to_string(i) +
-                                                            " has no length, no weight, or a control point outside 0.." +
-                                                            std::to_string(count) + " (exclusive)");
             rest_direction.push_back((1 / length) * along);
             rest_length.push_back(length);
             weights += 2.0 * double(edge.weight);
