@@ -42,7 +42,8 @@ struct Verdict {
     bool degraded = false;
     uint32_t reasons = 0;  // DEFREC_REASON_*
 };
-Verdict judge(const TemplateData& data, const Evidence& evidence);
+// was_found: the surface was followed into the frame before.
+Verdict judge(const TemplateData& data, const Evidence& evidence, bool was_found);
 
 // How sure a vertex is: status and expected error, from what was seen of it and round it.
 struct VertexBelief {

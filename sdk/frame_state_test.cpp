@@ -46,7 +46,7 @@ struct Fixture {
         output.ransac.valid_matches = 60;
         output.ransac.inliers = 40;
     }
-    Verdict verdict() { return judge(data, weigh_evidence(data, output)); }
+    Verdict verdict(bool was_found = true) { return judge(data, weigh_evidence(data, output), was_found); }
 };
 
 }  // namespace
@@ -67,6 +67,17 @@ TEST_CASE("patches found elsewhere than the surface has them confirm nothing") {
     for (defrec_patch_observation& observation : f.output.observations) observation.u += 5 * 256;
     CHECK(weigh_evidence(f.data, f.output).patches_confirmed == 0);
     CHECK_FALSE(f.verdict().found);
+}
+
+TEST_CASE("row 60: in smoke a surface that was followed is kept on little evidence; to be found again it needs more") {
+    Fixture f;
+    for (size_t i = 0; i < f.output.observations.size(); ++i)
+        if (i % 11 > 3) f.output.observations[i].valid = 0;
+    f.output.ransac.inliers = 0;
+    CHECK(f.verdict(true).found);
+    CHECK(f.verdict(true).degraded);
+    CHECK((f.verdict(true).reasons & DEFREC_REASON_LOW_CONTRAST) != 0);
+    CHECK_FALSE(f.verdict(false).found);
 }
 
 TEST_CASE("row 58: without depth and without patches the frame is lost") {

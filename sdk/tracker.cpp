@@ -208,7 +208,7 @@ class Tracker::Impl {
     bool follow(TrackerJob& job) {
         pipeline_.follow(last_motions_, job.output);
         job.evidence = weigh_evidence(surface_->data(), job.output);
-        const Verdict verdict = judge(surface_->data(), job.evidence);
+        const Verdict verdict = judge(surface_->data(), job.evidence, tracking_);
         job.reasons |= verdict.reasons;
         degraded_ = verdict.degraded;
         return verdict.found;
