@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "backends/reference/stages.hpp"
+#include "backends/shared/align_buffers.hpp"
 #include "backends/shared/align_math.hpp"
 #include "backends/shared/align_view.hpp"
 #include "backends/shared/stage_defaults_align.hpp"
@@ -77,36 +78,25 @@ class Align final : public Stage {
 
     void prepare(std::span<const InBuffer> in) override {
         expect_buffers("align: prepare", in, 2);
-        const auto* patches = take<defrec_patch>("align: patches", in[0], params_.patches);
-        const size_t view_size = size_t(params_.stride) * params_.height;
-        const auto* views = take<uint8_t>("align: views", in[1], view_size * params_.views);
-        check_patches(patches, params_);
-        patches_.assign(patches, patches + params_.patches);
+        const std::span<const defrec_patch> patches = take_patches(params_, in[0]);
+        const auto* views = take<uint8_t>("align: views", in[1], view_offset(params_, params_.views - 1) + gray_size(params_));
+        patches_.assign(patches.begin(), patches.end());
         views_.clear();
-        for (uint32_t i = 0; i < params_.views; ++i) views_.push_back(doubled(gray_level(copy_image(views + i * view_size, params_), params_.level)));
+        for (uint32_t i = 0; i < params_.views; ++i)
+            views_.push_back(doubled(gray_level(copy_image(views + view_offset(params_, i), params_), params_.level)));
         prepared_ = true;
     }
 
     void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
-        expect_buffers("align: in", in, 1, 3);
-        expect_buffers("align: out", out, 1, 1);
         if (!prepared_) throw StageError(DEFREC_ERROR_STATE, "align: run before prepare");
-        const size_t size = size_t(params_.stride) * params_.height;
-        const auto* gray = take<uint8_t>("align: gray", in[0], size);
-        const auto* mask = take_optional<uint8_t>("align: mask", in, 1, size);
-        const auto* motions = take_optional<defrec_motion>("align: motions", in, 2, params_.nodes);
-        const auto* given = take_optional<defrec_patch_prediction>("align: predictions", in, 3, params_.patches);
-        auto* observations = take<defrec_patch_observation>("align: observations", out[0], params_.patches);
-        auto* predictions = take_optional<defrec_patch_prediction>("align: predictions out", out, 1, params_.patches);
-        if (motions == nullptr && given == nullptr && params_.patches > 0)
-            throw StageError(DEFREC_ERROR_ARGUMENT, "align: neither motions nor predictions given");
-
-        live_ = gray_level(copy_image(gray, params_), params_.level);
-        mask_ = mask != nullptr ? mask_level(copy_image(mask, params_), params_.level) : Image{};
-        for (uint32_t i = 0; i < params_.patches; ++i) {
-            const defrec_patch_prediction prediction = given != nullptr ? given[i] : predict<double>(patches_[i], motions, params_);
-            observations[i] = observe(patches_[i], prediction);
-            if (predictions != nullptr) predictions[i] = prediction;
+        const AlignBuffers buffers = take_buffers(params_, patches_.size(), in, out);
+        live_ = gray_level(copy_image(buffers.gray, params_), params_.level);
+        mask_ = buffers.mask != nullptr ? mask_level(copy_image(buffers.mask, params_), params_.level) : Image{};
+        for (size_t i = 0; i < patches_.size(); ++i) {
+            const defrec_patch_prediction prediction =
+                buffers.given != nullptr ? buffers.given[i] : predict<double>(patches_[i], buffers.motions, params_);
+            buffers.observations[i] = observe(patches_[i], prediction);
+            if (buffers.predictions != nullptr) buffers.predictions[i] = prediction;
         }
     }
 

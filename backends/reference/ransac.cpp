@@ -35,9 +35,8 @@ class Ransac final : public Stage {
     explicit Ransac(const defrec_ransac_params& params) : params_(params) { check_limits(params); }
 
     void prepare(std::span<const InBuffer> in) override {
-        expect_buffers("ransac: prepare", in, 1);
-        const auto* landmarks = take<defrec_landmark>("ransac: landmarks", in[0], params_.landmarks);
-        landmarks_.assign(landmarks, landmarks + params_.landmarks);
+        const std::span<const defrec_landmark> landmarks = take_landmarks(params_, in);
+        landmarks_.assign(landmarks.begin(), landmarks.end());
         prepared_ = true;
     }
 
@@ -45,12 +44,12 @@ class Ransac final : public Stage {
         expect_buffers("ransac: in", in, 1);
         expect_buffers("ransac: out", out, 2);
         if (!prepared_) throw StageError(DEFREC_ERROR_STATE, "ransac: run before prepare");
-        const auto* matches = take<defrec_match>("ransac: matches", in[0], params_.landmarks);
-        auto* weighted = take<defrec_match>("ransac: matches out", out[0], params_.landmarks);
+        const auto* matches = take<defrec_match>("ransac: matches", in[0], landmarks_.size());
+        auto* weighted = take<defrec_match>("ransac: matches out", out[0], landmarks_.size());
         auto* summary = take<defrec_ransac_summary>("ransac: summary", out[1], 1);
 
         pairs_.clear();
-        for (uint32_t i = 0; i < params_.landmarks; ++i) {
+        for (uint32_t i = 0; i < landmarks_.size(); ++i) {
             if (usable(landmarks_[i], matches[i]))
                 pairs_.push_back({i, Eigen::Map<const Eigen::Vector3f>(landmarks_[i].position).cast<double>(),
                                   Eigen::Map<const Eigen::Vector3f>(matches[i].position).cast<double>()});

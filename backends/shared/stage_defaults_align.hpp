@@ -32,14 +32,4 @@ inline void check_limits(const defrec_align_params& params) {
     if (params.views < 1) refuse("no views given");
 }
 
-// Throws unless every patch names views and control points that exist.
-inline void check_patches(const defrec_patch* patches, const defrec_align_params& params) {
-    for (uint32_t i = 0; i < params.patches; ++i) {
-        bool good = patches[i].view >= 0 && uint32_t(patches[i].view) < params.views;
-        for (const int32_t node : patches[i].node) good = good && node >= 0 && uint32_t(node) < params.nodes;
-        if (!good)
-            throw StageError(DEFREC_ERROR_ARGUMENT, "align: patch " + std::to_string(i) + " names a view or a control point that does not exist");
-    }
-}
-
 }  // namespace defrec
