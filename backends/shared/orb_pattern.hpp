@@ -1,4 +1,4 @@
-// The test pattern of the stage orb: 256 pairs of points, px from the feature, one for each bit of a descriptor.
+// The test pattern of the stage orb: 256 pairs of points, px from the feature, a bit each.
 // Derived by backends/benchmarks/orb_pattern.cpp from rendered scenes.
 #pragma once
 #include <cstddef>
