@@ -3,9 +3,9 @@
 // rendered scenes with disparity/*.png (256 x px); with MAPS, colour-mapped disparities are written there.
 // SCENES may be "-".
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -48,14 +48,13 @@ Prepared rectify(const test::TestHost& host, const cv::Mat& image) {
     return result;
 }
 
-// Median milliseconds of a few runs.
+// Median CPU time of a few runs, all threads together: comparable on a machine that others use too.
 double median_ms(int runs, const std::function<void()>& work) {
     std::vector<double> times;
     for (int i = 0; i < runs; ++i) {
-        const auto start = std::chrono::steady_clock::now();
+        const std::clock_t start = std::clock();
         work();
-        times.push_back(
-            std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+        times.push_back(1000.0 * double(std::clock() - start) / CLOCKS_PER_SEC);
     }
     std::nth_element(times.begin(), times.begin() + runs / 2, times.end());
     return times[size_t(runs / 2)];
