@@ -29,6 +29,19 @@ uint32_t round_up(double value, uint32_t multiple) {
     return static_cast<uint32_t>(std::ceil(std::max(value, 1.0) / multiple)) * multiple;
 }
 
+// Every kSparseStep-th vertex along rows and columns: neighbouring disparities share their windows, so a denser cloud tells lm little more.
+constexpr int kSparseStep = 2;
+constexpr float kIcpWeight = 2;  // of one of these; measured on the reference sequences
+std::vector<defrec_surface_point> sparse_vertices(const TemplateData& data) {
+    std::vector<defrec_surface_point> points;
+    for (int y = 0; y < data.grid.rows; y += kSparseStep)
+        for (int x = 0; x < data.grid.columns; x += kSparseStep) {
+            const int32_t vertex = data.grid.vertex[static_cast<size_t>(y * data.grid.columns + x)];
+            if (vertex >= 0) points.push_back(data.vertices[static_cast<size_t>(vertex)]);
+        }
+    return points;
+}
+
 constexpr uint32_t kDisparityStep = 16;
 constexpr uint32_t kLeastDisparities = 48;
 constexpr uint32_t kMostFramesInFlight = 16;
@@ -62,7 +75,7 @@ TrackerSettings complete_settings(const defrec_tracker_desc& desc, const Rig& ri
 // Everything that depends on the template's counts.
 struct Pipeline::TemplateStages {
     std::shared_ptr<const Template> surface;
-    DeviceBuffer nodes, edges, points, landmarks, landmark_points, patches, views;
+    DeviceBuffer nodes, edges, points, sparse_points, landmarks, landmark_points, patches, views;
     DeviceBuffer start, coarse, middle, final, matches, weighted, ransac_summary, lm_summary, predictions, observations, samples;
     std::unique_ptr<DeviceStage> match, ransac, solve_coarse, align_coarse, solve_middle, align_fine, solve_fine, warp;
 };
@@ -242,6 +255,7 @@ void Pipeline::upload_template(const TemplateData& data) {
     upload(t.nodes, data.nodes);
     upload(t.edges, data.edges);
     upload(t.points, data.vertices);
+    upload(t.sparse_points, sparse_vertices(data));
     upload(t.landmarks, data.landmarks);
     upload(t.landmark_points, data.landmark_points);
     upload(t.patches, data.patches);
@@ -311,7 +325,8 @@ void Pipeline::set_template(std::shared_ptr<const Template> surface, FrameOutput
         auto lm = make_params<defrec_lm_params>();
         lm.nodes = nodes;
         lm.edges = static_cast<uint32_t>(data.edges.size());
-        lm.points = points;
+        lm.points = static_cast<uint32_t>(t.sparse_points.size() / sizeof(defrec_surface_point));
+        lm.icp_weight = kIcpWeight;
         lm.landmarks = landmarks;
         lm.patches = patches;
         lm.width = width_;
@@ -326,7 +341,7 @@ void Pipeline::set_template(std::shared_ptr<const Template> surface, FrameOutput
         lm.match_threshold_mm = 2.f;
         fill_defaults(lm);
         auto stage = std::make_unique<DeviceStage>(device_, DEFREC_STAGE_LM, &lm);
-        stage->prepare(queue_, {&t.nodes, &t.edges, &t.points, &t.landmark_points, &t.patches});
+        stage->prepare(queue_, {&t.nodes, &t.edges, &t.sparse_points, &t.landmark_points, &t.patches});
         return stage;
     };
     // The paper's weight while features alone tell where the surface went; once patches do so to a fraction of a pixel, features whose
