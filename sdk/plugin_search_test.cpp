@@ -61,6 +61,20 @@ TEST_CASE("the folder of the library itself is searched, unless told not to") {
     CHECK(defrec_plugin_count(TestContext(with_flags(DEFREC_CONTEXT_ONLY_GIVEN_PLUGINS)).get()) == 0);
 }
 
+TEST_CASE("devices come fastest first, the reference last, whatever the order of the search") {
+    const std::string lib = std::string(DEFREC_BUILD_DIR) + "/lib/";
+    const std::string reference = lib + "defrec_plugin_reference.json";
+    const TestContext context({reference, stub_folder("good").string()});
+    REQUIRE(defrec_device_count(context.get()) == 2);
+    defrec_device_info device;
+    DEFREC_INIT(&device);
+    REQUIRE(defrec_device_get(context.get(), 0, &device) == DEFREC_OK);
+    CHECK(std::string(device.id) == "stub");
+    REQUIRE(defrec_device_get(context.get(), 1, &device) == DEFREC_OK);
+    CHECK(std::string(device.id) == "reference");
+    CHECK(device.stages == (1u << DEFREC_STAGE_COUNT_V1) - 1);
+}
+
 TEST_CASE("given places come first and in their order; names within a folder are sorted; each file counts once") {
     const TemporaryFolder folder;
     for (const char* name : {"defrec_plugin_b.json", "defrec_plugin_a.json", "other.json", "defrec_plugin_c.txt"})

@@ -9,6 +9,7 @@
 #include "backends/shared/stage_defaults_rectify.hpp"
 #include "sdk/job.hpp"
 #include "sdk/pipeline.hpp"
+#include "sdk/platform.hpp"
 
 namespace defrec {
 namespace {
@@ -33,7 +34,7 @@ class Tracker::Impl {
         for (uint32_t i = 0; i < settings_.frames_in_flight; ++i)
             jobs_.push_back(std::make_shared<TrackerJob>(monitor_, *context_, pixels * channels_, pixels));
         order_.resize(settings_.frames_in_flight);
-        worker_ = std::thread([this] { work(); });
+        worker_ = platform::start_thread([this] { work(); });
     }
 
     ~Impl() {
