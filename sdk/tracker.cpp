@@ -186,6 +186,7 @@ class Tracker::Impl {
     void adopt(TrackerJob& job, std::shared_ptr<const Template> surface, bool seen) {
         pipeline_.set_template(surface, job.output);
         last_motions_.assign(surface->data().nodes.size() / 3, DualQuaternion<float>::identity().store());
+        last_samples_.clear();
         tracking_ = seen;
         age_ = 0;
         ++epoch_;
@@ -215,8 +216,23 @@ class Tracker::Impl {
         return verdict.found;
     }
 
+    // Median distance, mm, that the vertices moved since the frame they were last found in; 0 at first.
+    double median_step(const std::vector<defrec_surface_sample>& samples) {
+        if (last_samples_.size() != samples.size() || samples.empty()) return 0;
+        steps_.resize(samples.size());
+        for (size_t i = 0; i < samples.size(); ++i) {
+            const Vec3<float> step = load3<float>(samples[i].position) - load3<float>(last_samples_[i].position);
+            steps_[i] = dot(step, step);
+        }
+        const auto middle = steps_.begin() + static_cast<std::ptrdiff_t>(steps_.size() / 2);
+        std::nth_element(steps_.begin(), middle, steps_.end());
+        return std::sqrt(*middle);
+    }
+
     void conclude(TrackerJob& job, bool found) {
         if (found) {
+            constexpr double kFastMm = 5;
+            if (tracking_ && median_step(job.output.samples) > kFastMm) job.reasons |= DEFREC_REASON_FAST_MOTION;
             job.state = !tracking_ ? DEFREC_RELOCALISED : degraded_ ? DEFREC_DEGRADED : DEFREC_TRACKING;
             if (!tracking_) ++epoch_;
             last_motions_ = job.output.motions;
@@ -262,6 +278,7 @@ class Tracker::Impl {
     // The worker's own.
     std::vector<defrec_motion> last_motions_;
     std::vector<defrec_surface_sample> last_samples_;
+    std::vector<float> steps_;  // working memory of median_step
     uint64_t last_hash_[2] = {0, 0};
     int64_t last_frame_time_ = 0, usual_step_ = 0;
     bool tracking_ = false, degraded_ = false;
