@@ -64,9 +64,10 @@ TEST_CASE("rectify on the CPU equals the reference to the bit") {
     const test::TestHost one(1), three(3);
     for (const uint32_t format :
          {DEFREC_FORMAT_GRAY8, DEFREC_FORMAT_BGR8, DEFREC_FORMAT_RGB8, DEFREC_FORMAT_BGRA8})
-        for (const auto& [width, height] : {std::pair{64u, 48u}, {311u, 239u}, {17u, 9u}, {129u, 65u}})
+        for (const auto& size : {std::pair{64u, 48u}, {311u, 239u}, {17u, 9u}, {129u, 65u}})
             for (const bool map : {false, true})
                 for (const bool ignore : {false, true}) {
+                    const uint32_t width = size.first, height = size.second;
                     CAPTURE(format);
                     CAPTURE(width);
                     CAPTURE(map);

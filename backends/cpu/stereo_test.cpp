@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <tuple>
 
 #include "backends/cpu/stages.hpp"
 #include "backends/reference/stages.hpp"
@@ -109,11 +110,12 @@ defrec_stereo_params params_of(uint32_t width, uint32_t height, uint32_t dispari
 }
 
 TEST_CASE("stereo on the CPU equals the reference to the bit at odd sizes") {
-    for (const auto& [width, height, disparities] : {std::tuple{64u, 48u, 16u},
-                                                     {311u, 239u, 61u},
-                                                     {330u, 70u, 128u},
-                                                     {129u, 131u, 37u},
-                                                     {65u, 49u, 200u}}) {
+    for (const auto& size : {std::tuple{64u, 48u, 16u},
+                             {311u, 239u, 61u},
+                             {330u, 70u, 128u},
+                             {129u, 131u, 37u},
+                             {65u, 49u, 200u}}) {
+        const auto width = std::get<0>(size), height = std::get<1>(size), disparities = std::get<2>(size);
         CAPTURE(width);
         for (const bool masks : {false, true}) {
             CAPTURE(masks);
