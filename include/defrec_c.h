@@ -113,7 +113,7 @@ typedef struct defrec_context_desc {
     void                  *log_user;
     int32_t                log_level;         /* the lowest level reported; 0: DEFREC_LOG_INFO */
     uint32_t               threads;           /* of the library's own pool, the caller's included; 0: one per core */
-    defrec_alloc_fn        alloc;             /* both or neither: image, template and result memory */
+    defrec_alloc_fn        alloc;             /* both or neither: pixels, maps and all memory of CPU backends */
     defrec_free_fn         free;
     void                  *alloc_user;
     defrec_parallel_for_fn parallel_for;      /* the application's own threads instead of the pool; may be NULL */
@@ -390,24 +390,24 @@ typedef struct defrec_match_params {
 typedef struct defrec_align_params {
     uint32_t      struct_size;
     uint32_t      patches;       /* most patches */
-    uint32_t      nodes;
+    uint32_t      nodes;         /* exact count of control points */
     uint32_t      views;         /* images patches are taken from; default 1 */
-    uint32_t      width, height, stride; /* of the live image and the views */
-    uint32_t      level;         /* search on images halved this many times; 0..3 */
-    uint32_t      patch_radius;  /* px of that level; default 5 */
-    uint32_t      search_radius; /* px of that level; default 4 */
+    uint32_t      width, height, stride; /* of the live image, the mask and each view; stride in bytes, default: width */
+    uint32_t      level;         /* search on images halved this many times; 0 to 3, default 0 */
+    uint32_t      patch_radius;  /* px of that level, 1 to 7; default 5 */
+    uint32_t      search_radius; /* px of that level, 1 to 16; default 4; found is what lies less far away than this */
     uint32_t      min_score;     /* ZNCC, 1/4096; default 2867 (0.7) */
-    uint32_t      texture;       /* least standard deviation of the patch, gray levels, 1/16; default 16 */
+    uint32_t      texture;       /* least standard deviation of the patch, 1/16 gray level; default 16 */
     defrec_camera camera;
 } defrec_align_params;
 
 typedef struct defrec_ransac_params {
     uint32_t struct_size;
-    uint32_t landmarks;          /* most matches */
-    uint32_t references;         /* default 30 */
-    uint32_t iterations;         /* default 10 */
-    float    threshold_mm;       /* the paper's H; default: a tenth of the RMS radius of the live points, at least 1 mm */
-    uint32_t min_support;        /* matches within H that a reference needs, itself included; default 6 */
+    uint32_t landmarks;          /* most landmarks */
+    uint32_t references;         /* 1 to 1024; default 30 */
+    uint32_t iterations;         /* 1 to 100; default 10 */
+    float    threshold_mm;       /* the paper's H; default: a tenth of the RMS radius of each frame's live points, at least 1 mm */
+    uint32_t min_support;        /* matches within H that a reference needs, itself included; default 6; 1/32 of all matches is added */
     uint64_t seed;
 } defrec_ransac_params;
 
