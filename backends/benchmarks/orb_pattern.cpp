@@ -76,10 +76,7 @@ struct Sample {
 
 // The feature's pixel on its level.
 int32_t on_level(int32_t sixteenths, uint32_t level) {
-    int32_t x = int32_t(std::lround((sixteenths / 16.0 + 0.5) * std::pow(0.8, level) - 0.5));
-    while (orb::to_image(uint32_t(x), level) < sixteenths) ++x;
-    while (orb::to_image(uint32_t(x), level) > sixteenths) --x;
-    return x;
+    return int32_t(std::lround((sixteenths / 16.0 + 0.5) * std::pow(0.8, level) - 0.5));
 }
 
 Patch cut(const GrayImage& image, const OrbResult& result, const defrec_feature& feature) {

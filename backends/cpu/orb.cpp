@@ -153,8 +153,9 @@ class Orb final : public Stage {
     }
     defrec_feature describe(const OrbKept& kept) const {
         const uint32_t bin = orb_orientation(image(kept.level), kept.x, kept.y);
-        defrec_feature feature{to_image(kept.x, kept.level),
-                               to_image(kept.y, kept.level),
+        const Offset off = orb_refine(image(kept.level), kept.x, kept.y);
+        defrec_feature feature{to_image(uint32_t(16 * kept.x + off.x), kept.level),
+                               to_image(uint32_t(16 * kept.y + off.y), kept.level),
                                kept.level,
                                uint16_t(bin),
                                kept.score,

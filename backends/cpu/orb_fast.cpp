@@ -13,58 +13,90 @@ HWY_BEFORE_NAMESPACE();
 namespace defrec::cpu::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// A cell must fit a vector.
-using D8 = hn::ScalableTag<uint8_t>;
-using V8 = hn::Vec<D8>;
-
 // The largest over all runs of 9 pixels of the circle of the least of the run (and, with Min and Max
 // exchanged, the other way round). Runs that start at 2k and 2k + 1 share 8.
 struct Largest {
-    static V8 inner(V8 a, V8 b) { return hn::Min(a, b); }
-    static V8 outer(V8 a, V8 b) { return hn::Max(a, b); }
+    template <class V>
+    static HWY_INLINE V inner(V a, V b) {
+        return hn::Min(a, b);
+    }
+    template <class V>
+    static HWY_INLINE V outer(V a, V b) {
+        return hn::Max(a, b);
+    }
 };
 struct Least {
-    static V8 inner(V8 a, V8 b) { return hn::Max(a, b); }
-    static V8 outer(V8 a, V8 b) { return hn::Min(a, b); }
+    template <class V>
+    static HWY_INLINE V inner(V a, V b) {
+        return hn::Max(a, b);
+    }
+    template <class V>
+    static HWY_INLINE V outer(V a, V b) {
+        return hn::Min(a, b);
+    }
 };
-template <class Order>
-HWY_INLINE V8 best_run(const V8* p) {
-    V8 two[8], four[8];
+template <class Order, class V>
+HWY_INLINE V best_run(const V* p) {
+    V two[8], four[8];
     for (size_t k = 0; k < 8; ++k) two[k] = Order::inner(p[2 * k + 1], p[(2 * k + 2) % 16]);
     for (size_t k = 0; k < 8; ++k) four[k] = Order::inner(two[k], two[(k + 1) % 8]);
-    V8 best{};
+    V best{};
     for (size_t k = 0; k < 8; ++k) {
-        const V8 eight = Order::inner(four[k], four[(k + 2) % 8]);
-        const V8 nine = Order::inner(eight, Order::outer(p[2 * k], p[(2 * k + 9) % 16]));
+        const V eight = Order::inner(four[k], four[(k + 2) % 8]);
+        const V nine = Order::inner(eight, Order::outer(p[2 * k], p[(2 * k + 9) % 16]));
         best = k == 0 ? nine : Order::outer(best, nine);
     }
     return best;
 }
 
 // How far the run is brighter than the centre, or darker: the larger of the two.
-HWY_INLINE V8 difference(V8 brightest_run, V8 darkest_run, V8 centre) {
+template <class V>
+HWY_INLINE V difference(V brightest_run, V darkest_run, V centre) {
     return hn::Max(hn::SaturatedSub(brightest_run, centre), hn::SaturatedSub(centre, darkest_run));
 }
-HWY_INLINE hn::Mask<D8> at_most(V8 values, V8 limit) {
-    return hn::Eq(hn::SaturatedSub(values, limit), hn::Zero(D8()));
-}
 
-HWY_INLINE V8 scores_at(const uint8_t* pixel, const ptrdiff_t* circle, V8 threshold) {
-    const D8 d;
-    const V8 centre = hn::LoadU(d, pixel);
-    V8 p[16];
-    for (size_t i = 0; i < 16; i += 2) p[i] = hn::LoadU(d, pixel + circle[i]);
+// Where FAST's circle lies round a pixel.
+struct Circle {
+    ptrdiff_t offset[16];
+    explicit Circle(size_t stride) {
+        for (size_t i = 0; i < 16; ++i) offset[i] = orb::kCircle[i].y * ptrdiff_t(stride) + orb::kCircle[i].x;
+    }
+};
+
+// Scores of as many pixels as D has lanes; 0 where they are not above the threshold.
+template <class D>
+HWY_INLINE hn::Vec<D> scores_at(D d, const uint8_t* pixel, const Circle& circle, uint8_t least) {
+    using V = hn::Vec<D>;
+    const V threshold = hn::Set(d, least);
+    const auto too_small = [&](V score) { return hn::Eq(hn::SaturatedSub(score, threshold), hn::Zero(d)); };
+    const V centre = hn::LoadU(d, pixel);
+    V p[16];
+    for (size_t i = 0; i < 16; i += 2) p[i] = hn::LoadU(d, pixel + circle.offset[i]);
     // Every run of 9 holds at least one of two opposite pixels.
-    V8 brightest = hn::Max(p[0], p[8]), darkest = hn::Min(p[0], p[8]);
+    V brightest = hn::Max(p[0], p[8]), darkest = hn::Min(p[0], p[8]);
     for (size_t i = 2; i < 8; i += 2) {
         brightest = hn::Min(brightest, hn::Max(p[i], p[i + 8]));
         darkest = hn::Max(darkest, hn::Min(p[i], p[i + 8]));
     }
-    if (hn::AllTrue(d, at_most(difference(brightest, darkest, centre), threshold))) return hn::Zero(d);
-    for (size_t i = 1; i < 16; i += 2) p[i] = hn::LoadU(d, pixel + circle[i]);
-    const V8 score = difference(best_run<Largest>(p), best_run<Least>(p), centre);
-    return hn::IfThenZeroElse(at_most(score, threshold), score);
+    if (hn::AllTrue(d, too_small(difference(brightest, darkest, centre)))) return hn::Zero(d);
+    for (size_t i = 1; i < 16; i += 2) p[i] = hn::LoadU(d, pixel + circle.offset[i]);
+    const V score = difference(best_run<Largest>(p), best_run<Least>(p), centre);
+    return hn::IfThenZeroElse(too_small(score), score);
 }
+
+orb::Offset refine(OrbImage<const uint8_t> image, uint32_t x, uint32_t y) {
+    const hn::CappedTag<uint8_t, 16> d;
+    const Circle circle(image.stride);
+    HWY_ALIGN uint8_t score[3][hn::MaxLanes(d)];
+    for (uint32_t row = 0; row < 3; ++row)
+        hn::Store(scores_at(d, image.row(y + row - 1) + x - 1, circle, 0), d, score[row]);
+    return {orb::peak(score[1][0], score[1][1], score[1][2]),
+            orb::peak(score[0][1], score[1][1], score[2][1])};
+}
+
+// A cell must fit a vector.
+using D8 = hn::ScalableTag<uint8_t>;
+using V8 = hn::Vec<D8>;
 
 // Of rows [0, rows + 6) of the mask, whose row 3 is the band's first: 0 where any pixel within 3 cannot be
 // used.
@@ -96,10 +128,7 @@ void find_corners(const OrbBand& band) {
     const uint32_t lanes = uint32_t(hn::Lanes(d));
     const uint32_t cells_at_once = lanes / band.cell, step = cells_at_once * band.cell;
     const uint32_t end = band.width - uint32_t(orb::kBorder);
-    const V8 threshold = hn::Set(d, uint8_t(band.threshold));
-    ptrdiff_t circle[16];
-    for (size_t i = 0; i < 16; ++i)
-        circle[i] = orb::kCircle[i].y * ptrdiff_t(band.image.stride) + orb::kCircle[i].x;
+    const Circle circle(band.image.stride);
 
     HWY_ALIGN uint8_t usable[hn::MaxLanes(d) * (orb::kLargestCell + 6)];
     HWY_ALIGN uint8_t best_of_column[hn::MaxLanes(d)], row_of_column[hn::MaxLanes(d)];
@@ -110,7 +139,8 @@ void find_corners(const OrbBand& band) {
             find_usable(band.mask.row(band.first - 3) + x, band.mask.stride, band.last - band.first, usable);
         V8 best = hn::Zero(d), best_row = hn::Zero(d);
         for (uint32_t y = band.first; y < band.last; ++y) {
-            V8 score = hn::IfThenElseZero(inside, scores_at(band.image.row(y) + x, circle, threshold));
+            V8 score = hn::IfThenElseZero(
+                inside, scores_at(d, band.image.row(y) + x, circle, uint8_t(band.threshold)));
             if (band.mask.data != nullptr)
                 score = hn::IfThenZeroElse(
                     hn::Eq(hn::Load(d, usable + (y - band.first) * lanes), hn::Zero(d)), score);
@@ -140,7 +170,12 @@ HWY_AFTER_NAMESPACE();
 namespace defrec::cpu {
 
 HWY_EXPORT(find_corners);
+HWY_EXPORT(refine);
 void orb_find_corners(const OrbBand& band) { HWY_DYNAMIC_DISPATCH(find_corners)(band); }
+
+orb::Offset orb_refine(OrbImage<const uint8_t> image, uint32_t x, uint32_t y) {
+    return HWY_DYNAMIC_DISPATCH(refine)(image, x, y);
+}
 
 }  // namespace defrec::cpu
 #endif

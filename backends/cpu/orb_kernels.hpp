@@ -57,6 +57,9 @@ struct OrbCells {
 // kFarthest; 0 without a corner. Writes up to kOrbSlack elements behind the row.
 void orb_near_distances(const OrbCells& cells, uint32_t row, uint8_t* distances);
 
+// Where the score peaks round the corner at this pixel, 1/16 px from it.
+orb::Offset orb_refine(OrbImage<const uint8_t> image, uint32_t x, uint32_t y);
+
 // Where the points of one turned pattern lie from the feature, in elements of the smoothed image.
 struct OrbOffsets {
     struct Test {

@@ -33,7 +33,8 @@ Picture empty(uint32_t width, uint32_t height, uint32_t padding) {
 }
 
 // Soft blobs with noise: corners of many strengths.
-Picture blobs(uint32_t width, uint32_t height, uint32_t padding, uint32_t seed, double angle = 0) {
+Picture blobs(uint32_t width, uint32_t height, uint32_t padding, uint32_t seed, double angle = 0,
+              double shift = 0) {
     Picture picture = empty(width, height, padding);
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> unit(0, 1);
@@ -45,7 +46,7 @@ Picture blobs(uint32_t width, uint32_t height, uint32_t padding, uint32_t seed, 
         waves.push_back({0.6 * (unit(random) - 0.5), 0.6 * (unit(random) - 0.5), 6.28 * unit(random)});
     for (uint32_t y = 0; y < height; ++y)
         for (uint32_t x = 0; x < width; ++x) {
-            const double cx = x - width / 2.0, cy = y - height / 2.0;
+            const double cx = x - width / 2.0 - shift, cy = y - height / 2.0;
             const double u = std::cos(angle) * cx + std::sin(angle) * cy,
                          v = -std::sin(angle) * cx + std::cos(angle) * cy;
             double sum = 128;
@@ -206,18 +207,17 @@ TEST_CASE("features keep their distance, stay off the border and off masked pixe
     REQUIRE(result.count > 20);
     for (uint32_t i = 0; i < result.count; ++i) {
         const defrec_feature& a = result.features[i];
-        const int32_t x = a.x / 16, y = a.y / 16;
-        CHECK(a.x % 16 == 0);
+        const int32_t x = (a.x + 8) >> 4, y = (a.y + 8) >> 4;
         CHECK((x >= orb::kBorder && y >= orb::kBorder && x < 320 - orb::kBorder && y < 240 - orb::kBorder));
         for (int32_t dy = -3; dy <= 3; ++dy)
             for (int32_t dx = -3; dx <= 3; ++dx) CHECK(mask.pixels[size_t((y + dy) * 320 + x + dx)] != 0);
         for (uint32_t k = 0; k < i; ++k) {
             const defrec_feature& b = result.features[k];
-            CHECK(std::max(std::abs(a.x - b.x), std::abs(a.y - b.y)) >= 11 * 16);
+            CHECK(std::max(std::abs(x - ((b.x + 8) >> 4)), std::abs(y - ((b.y + 8) >> 4))) >= 11);
         }
         if (i > 0) {
             const auto cell = [&](const defrec_feature& f) {
-                return (f.y / 16 - orb::kBorder) / 8 * 1000 + (f.x / 16 - orb::kBorder) / 8;
+                return (((f.y + 8) >> 4) - orb::kBorder) / 8 * 1000 + (((f.x + 8) >> 4) - orb::kBorder) / 8;
             };
             CHECK(cell(result.features[i - 1]) < cell(a));
         }
@@ -259,9 +259,35 @@ TEST_CASE("positions of every level are those of the image, to half a pixel of t
     for (uint32_t level = 0; level < orb::kMaxLevels; ++level)
         for (uint32_t x : {0u, 1u, 17u, 200u, 1700u}) {
             const double scale = std::pow(1.25, level);
-            CHECK(std::abs(orb::to_image(x, level) - 16 * ((x + 0.5) * scale - 0.5)) <= 0.51);
+            CHECK(std::abs(orb::to_image(16 * x + 3, level) - (16 * ((x + 0.5) * scale - 0.5) + 3 * scale)) <=
+                  0.51);
         }
-    CHECK(orb::to_image(8191 * 64 / 125 / 5, 5) < 8192 * 16);
+    CHECK(orb::to_image(16 * (8192 * 64 / 125 * 64 / 125 * 4 / 5) - 9, 7) < 8192 * 16);
+}
+
+TEST_CASE("positions follow a shift of a fraction of a pixel") {
+    CHECK(orb::peak(10, 20, 10) == 0);
+    CHECK(orb::peak(10, 20, 20) == 7);
+    CHECK(orb::peak(14, 20, 10) == -2);
+    CHECK(orb::peak(20, 20, 20) == 0);
+    CHECK(orb::peak(255, 1, 0) == 0);
+    const Picture still = blobs(300, 260, 0, 9);
+    const Result a = agreed(params_for(still), still);
+    for (double shift : {0.25, 0.5}) {
+        const Picture moved = blobs(300, 260, 0, 9, 0, shift);
+        const Result b = agreed(params_for(moved), moved);
+        double sum = 0, count = 0;
+        for (uint32_t i = 0; i < a.count; ++i)
+            for (uint32_t k = 0; k < b.count; ++k) {
+                const int32_t dx = b.features[k].x - a.features[i].x, dy = b.features[k].y - a.features[i].y;
+                if (a.features[i].level != b.features[k].level || std::abs(dx) > 24 || std::abs(dy) > 24)
+                    continue;
+                sum += dx / 16.0;
+                ++count;
+            }
+        REQUIRE(count > 50);
+        CHECK(sum / count == doctest::Approx(shift).epsilon(0.25));
+    }
 }
 
 TEST_CASE("orientation bins are those of the angle, and descriptors turn with the image") {

@@ -174,6 +174,14 @@ Limits choose_limits(const defrec_orb_params& params, size_t cells, const Corner
     return limits;
 }
 
+// Section "position", 1/16 px.
+Offset refinement(View<const uint8_t> image, const Corner& corner) {
+    const auto at = [&](int32_t dx, int32_t dy) {
+        return int32_t(corner_score(image, corner.x + dx, corner.y + dy));
+    };
+    return {peak(at(-1, 0), at(0, 0), at(1, 0)), peak(at(0, -1), at(0, 0), at(0, 1))};
+}
+
 // Section "orientation".
 uint32_t orientation(View<const uint8_t> image, int32_t x, int32_t y) {
     int32_t mx = 0, my = 0;
@@ -268,8 +276,9 @@ class Orb final : public Stage {
                 if (distances_[i] == 0 || !limits.keeps(distances_[i], corner.score)) continue;
                 defrec_feature& feature = features[count++];
                 const uint32_t bin = orientation(image(l), corner.x, corner.y);
-                feature = {to_image(uint32_t(corner.x), l),
-                           to_image(uint32_t(corner.y), l),
+                const Offset off = refinement(image(l), corner);
+                feature = {to_image(uint32_t(16 * corner.x + off.x), l),
+                           to_image(uint32_t(16 * corner.y + off.y), l),
                            uint16_t(l),
                            uint16_t(bin),
                            corner.score,

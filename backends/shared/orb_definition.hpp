@@ -90,12 +90,22 @@ inline Layout make_layout(const defrec_orb_params& params) {
     return layout;
 }
 
-// Pixel x of a level in the image, 1/16 px.
-inline int32_t to_image(uint32_t x, uint32_t level) {
+// Where the corner score peaks between pixels, 1/16 px from the middle one, -7 to 7: the vertex of the
+// parabola through the scores of three neighbours.
+inline int32_t peak(int32_t before, int32_t middle, int32_t after) {
+    const int32_t curvature = 2 * middle - before - after, slope = 8 * (after - before);
+    if (curvature <= 0) return 0;
+    if (slope >= 7 * curvature) return 7;
+    if (slope <= -7 * curvature) return -7;
+    return (2 * slope + 33 * curvature) / (2 * curvature) - 16;  // rounded to nearest
+}
+
+// A coordinate of a level, 1/16 px, in the image, 1/16 px.
+inline int32_t to_image(uint32_t sixteenths, uint32_t level) {
     uint32_t five = 1;
     for (uint32_t l = 0; l < level; ++l) five *= 5;
     const uint32_t half = level == 0 ? 0 : 1u << (2 * level - 1);
-    return int32_t(((16 * x + 8) * five + half) >> (2 * level)) - 8;
+    return int32_t(((sixteenths + 8) * five + half) >> (2 * level)) - 8;
 }
 
 // The 512 points of the test pattern turned by one orientation bin: test i compares points 2i and 2i + 1.
