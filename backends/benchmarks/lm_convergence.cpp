@@ -1,8 +1,7 @@
-// Prints how stage lm of the CPU backend converges, control points solved together against each by itself: markdown tables for
-// docs/benchmarks.md. Usage: defrec_lm_convergence
-#include <ctime>
-
+// Prints how stage lm of the CPU backend converges, control points solved together against each by itself:
+// markdown tables for docs/benchmarks.md. Usage: defrec_lm_convergence
 #include <cstdio>
+#include <ctime>
 
 #include "backends/cpu/stages.hpp"
 #include "backends/shared/stage_defaults_lm.hpp"
@@ -24,7 +23,9 @@ double thread_milliseconds() {
 }
 
 template <class T>
-InBuffer in(const std::vector<T>& values) { return {values.data(), values.size() * sizeof(T)}; }
+InBuffer in(const std::vector<T>& values) {
+    return {values.data(), values.size() * sizeof(T)};
+}
 
 SurfaceSpec full_size(double connection) {
     SurfaceSpec spec;
@@ -39,7 +40,8 @@ SurfaceSpec full_size(double connection) {
     return spec;
 }
 
-// Noise as the other stages leave it: 0.15 px of disparity over 8x8 px, 0.1 mm across and 0.2 mm along in matches, 0.15 px in patches.
+// Noise as the other stages leave it: 0.15 px of disparity over 8x8 px, 0.1 mm across and 0.2 mm along in
+// matches, 0.15 px in patches.
 void add_noise(TestSurface& surface) {
     std::mt19937 random(3);
     std::normal_distribution<double> some(0, 1);
@@ -47,11 +49,15 @@ void add_noise(TestSurface& surface) {
     std::vector<double> cell((size_t(surface.height()) / 8 + 1) * cells);
     for (double& value : cell) value = 16 * 0.15 * some(random);
     for (size_t i = 0; i < surface.disparity.size(); ++i)
-        if (surface.disparity[i] > 0) surface.disparity[i] = int16_t(surface.disparity[i] + std::lround(cell[i / width / 8 * cells + i % width / 8]));
+        if (surface.disparity[i] > 0)
+            surface.disparity[i] =
+                int16_t(surface.disparity[i] + std::lround(cell[i / width / 8 * cells + i % width / 8]));
     for (auto& match : surface.matches) {
         if (match.weight == 0) continue;
         const Point ray = (1 / double(match.position[2])) * load3<double>(match.position);
-        store3(load3<double>(match.position) + 0.2 * some(random) * ray + Point{0.1 * some(random), 0.1 * some(random), 0}, match.position);
+        store3(load3<double>(match.position) + 0.2 * some(random) * ray +
+                   Point{0.1 * some(random), 0.1 * some(random), 0},
+               match.position);
     }
     for (auto& seen : surface.observations) {
         seen.u += int32_t(256 * 0.15 * some(random));
@@ -70,17 +76,21 @@ double percentile95(std::vector<double> values) {
     return values[size_t(0.95 * double(values.size() - 1))];
 }
 
-Outcome solve(const TestSurface& surface, defrec_lm_params params, const Deformation& truth, const std::function<bool(double, double)>& hidden) {
+Outcome solve(const TestSurface& surface, defrec_lm_params params, const Deformation& truth,
+              const std::function<bool(double, double)>& hidden) {
     fill_defaults(params);
     const TestHost host(1);
     const auto stage = cpu::make_lm(params, host.host());
-    const InBuffer prepared[] = {in(surface.nodes), in(surface.edges), in(surface.points), in(surface.landmarks), in(surface.patches)};
+    const InBuffer prepared[] = {in(surface.nodes), in(surface.edges), in(surface.points),
+                                 in(surface.landmarks), in(surface.patches)};
     stage->prepare(prepared);
     const auto start = surface.rest();
     std::vector<defrec_motion> motions(start.size());
     defrec_lm_summary summary{};
-    const InBuffer given[] = {in(start), in(surface.matches), in(surface.observations), in(surface.disparity)};
-    const OutBuffer results[] = {{motions.data(), motions.size() * sizeof(motions[0])}, {&summary, sizeof summary}};
+    const InBuffer given[] = {in(start), in(surface.matches), in(surface.observations),
+                              in(surface.disparity)};
+    const OutBuffer results[] = {{motions.data(), motions.size() * sizeof(motions[0])},
+                                 {&summary, sizeof summary}};
     double best = 1e9;
     for (int run = 0; run < kRuns; ++run) {
         const double before = thread_milliseconds();
@@ -89,9 +99,11 @@ Outcome solve(const TestSurface& surface, defrec_lm_params params, const Deforma
     }
     std::vector<double> seen, unseen;
     for (const auto& point : surface.points) {
-        const Point expected = truth(load3<double>(point.position)), off = TestSurface::moved(motions, point) - expected;
+        const Point expected = truth(load3<double>(point.position)),
+                    off = TestSurface::moved(motions, point) - expected;
         const auto pixel = surface.project(expected);
-        if (pixel.u < 0 || pixel.v < 0 || pixel.u > surface.width() - 1 || pixel.v > surface.height() - 1) continue;
+        if (pixel.u < 0 || pixel.v < 0 || pixel.u > surface.width() - 1 || pixel.v > surface.height() - 1)
+            continue;
         (hidden(pixel.u, pixel.v) ? unseen : seen).push_back(std::sqrt(dot(off, off)));
     }
     return {percentile95(seen), percentile95(unseen), double(summary.final_cost), best, summary.iterations};
@@ -101,8 +113,9 @@ Outcome solve(const TestSurface& surface, defrec_lm_params params, const Deforma
 void occluded_half() {
     const Deformation truth = [](Point p) { return Point{p.x + 7, p.y + 7, p.z + 1.5}; };
     const auto hidden = [](double u, double) { return u < 480; };
-    std::printf("\nHalf hidden, moved by 10 mm; error of the hidden half, 95th percentile in mm (milliseconds)\n\n"
-                "| connections | solver | 1 iteration | 3 | 5 | 10 | 20 | 50 |\n|---|---|---|---|---|---|---|---|\n");
+    std::printf(
+        "\nHalf hidden, moved by 10 mm; error of the hidden half, 95th percentile in mm (milliseconds)\n\n"
+        "| connections | solver | 1 iteration | 3 | 5 | 10 | 20 | 50 |\n|---|---|---|---|---|---|---|---|\n");
     for (const double connection : {1.5, 2.5, 4.0})
         for (const uint32_t solver : {uint32_t(DEFREC_SOLVER_INDEPENDENT), uint32_t(DEFREC_SOLVER_COUPLED)}) {
             TestSurface surface(full_size(connection));
@@ -113,7 +126,8 @@ void occluded_half() {
             params.solver = solver;
             params.match_tukey_mm = 50;  // the start is far: no kernel is to cut off what moves the surface
             params.patch_tukey_px = 600;
-            std::printf("| %.0f a control point | %s |", 2.0 * double(surface.edges.size()) / (double(surface.nodes.size()) / 3),
+            std::printf("| %.0f a control point | %s |",
+                        2.0 * double(surface.edges.size()) / (double(surface.nodes.size()) / 3),
                         solver == DEFREC_SOLVER_COUPLED ? "coupled" : "independent");
             for (const uint32_t iterations : {1u, 3u, 5u, 10u, 20u, 50u}) {
                 params.iterations = iterations;
@@ -125,7 +139,8 @@ void occluded_half() {
 }
 
 Point wave(Point p) {
-    return {p.x + 1.5 * std::sin(p.y / 8) + 0.5, p.y + std::cos(p.x / 9), p.z + 3 * std::sin(p.x / 7 + p.y / 9)};
+    return {p.x + 1.5 * std::sin(p.y / 8) + 0.5, p.y + std::cos(p.x / 9),
+            p.z + 3 * std::sin(p.x / 7 + p.y / 9)};
 }
 
 // All of it visible and deformed.
@@ -133,14 +148,17 @@ void visible_wave() {
     TestSurface surface(full_size(2.5));
     surface.deform(wave);
     add_noise(surface);
-    std::printf("\nA wave of 3 mm, all visible; error, 95th percentile in mm / cost in mm^2 (milliseconds)\n\n"
-                "| solver | 1 iteration | 2 | 3 | 4 | 8 | 20 |\n|---|---|---|---|---|---|---|\n");
+    std::printf(
+        "\nA wave of 3 mm, all visible; error, 95th percentile in mm / cost in mm^2 (milliseconds)\n\n"
+        "| solver | 1 iteration | 2 | 3 | 4 | 8 | 20 |\n|---|---|---|---|---|---|---|\n");
     struct Variant {
         const char* name;
         uint32_t solver, steps;
     };
-    for (const Variant& variant : {Variant{"independent", DEFREC_SOLVER_INDEPENDENT, 0}, Variant{"coupled, 5 steps", DEFREC_SOLVER_COUPLED, 5},
-                                   Variant{"coupled, 10 steps", DEFREC_SOLVER_COUPLED, 10}, Variant{"coupled, 20 steps", DEFREC_SOLVER_COUPLED, 20},
+    for (const Variant& variant : {Variant{"independent", DEFREC_SOLVER_INDEPENDENT, 0},
+                                   Variant{"coupled, 5 steps", DEFREC_SOLVER_COUPLED, 5},
+                                   Variant{"coupled, 10 steps", DEFREC_SOLVER_COUPLED, 10},
+                                   Variant{"coupled, 20 steps", DEFREC_SOLVER_COUPLED, 20},
                                    Variant{"coupled, 60 steps", DEFREC_SOLVER_COUPLED, 60}}) {
         defrec_lm_params params = surface.lm_params();
         params.solver = variant.solver;
@@ -159,8 +177,8 @@ void visible_wave() {
 
 int main() {
     const TestSurface surface(full_size(2.5));
-    std::printf("%zu control points, %zu points, %zu matches, %zu patches\n", surface.nodes.size() / 3, surface.points.size(),
-                surface.landmarks.size(), surface.patches.size());
+    std::printf("%zu control points, %zu points, %zu matches, %zu patches\n", surface.nodes.size() / 3,
+                surface.points.size(), surface.landmarks.size(), surface.patches.size());
     occluded_half();
     visible_wave();
 }

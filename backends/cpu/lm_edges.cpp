@@ -17,9 +17,9 @@ using V = hn::Vec<D>;
 using L3 = Lanes3<V>;
 
 struct EdgeLanes {
-    V wa, wb;            // rotations' real parts; b's in the hemisphere of a's
+    V wa, wb;  // rotations' real parts; b's in the hemisphere of a's
     L3 qa, qb;
-    L3 relative;         // imaginary part of qa qb*
+    L3 relative;  // imaginary part of qa qb*
     L3 now, turned_a, turned_b;
     V length, stretch, cost;
     V by_length, by_angle, by_rotation;
@@ -30,13 +30,16 @@ HWY_INLINE EdgeLanes measure(const EdgeTask& task, size_t at) {
     const hn::Rebind<int32_t, D> di;
     const LmEdges& edges = *task.edges;
     EdgeLanes e;
-    const auto a = hn::ShiftLeft<3>(hn::Load(di, edges.a.data() + at)), b = hn::ShiftLeft<3>(hn::Load(di, edges.b.data() + at));
-    const auto gather = [&](auto index, size_t field) HWY_ATTR { return hn::GatherIndex(d, task.poses + field, index); };
+    const auto a = hn::ShiftLeft<3>(hn::Load(di, edges.a.data() + at)),
+               b = hn::ShiftLeft<3>(hn::Load(di, edges.b.data() + at));
+    const auto gather = [&](auto index, size_t field)
+                            HWY_ATTR { return hn::GatherIndex(d, task.poses + field, index); };
     e.wa = gather(a, 0);
     e.qa = {gather(a, 1), gather(a, 2), gather(a, 3)};
     const V wb = gather(b, 0);
     const L3 qb{gather(b, 1), gather(b, 2), gather(b, 3)};
-    const L3 along = subtract(L3{gather(b, 4), gather(b, 5), gather(b, 6)}, L3{gather(a, 4), gather(a, 5), gather(a, 6)});
+    const L3 along =
+        subtract(L3{gather(b, 4), gather(b, 5), gather(b, 6)}, L3{gather(a, 4), gather(a, 5), gather(a, 6)});
 
     const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
     const V sign = hn::IfThenElse(hn::Lt(hn::MulAdd(e.wa, wb, dot(e.qa, qb)), zero), hn::Neg(one), one);
@@ -47,7 +50,8 @@ HWY_INLINE EdgeLanes measure(const EdgeTask& task, size_t at) {
     e.length = hn::Max(length, hn::Set(d, float(kLeastLengthMm)));
     e.now = scale(hn::Div(one, e.length), along);
     e.stretch = hn::Sub(length, hn::Load(d, edges.length.data() + at));
-    const L3 rest = load_lanes(d, edges.direction_x.data() + at, edges.direction_y.data() + at, edges.direction_z.data() + at);
+    const L3 rest = load_lanes(d, edges.direction_x.data() + at, edges.direction_y.data() + at,
+                               edges.direction_z.data() + at);
     e.turned_a = rotate(e.wa, e.qa, rest);
     e.turned_b = rotate(e.wb, e.qb, scale(hn::Neg(one), rest));
 
@@ -57,7 +61,8 @@ HWY_INLINE EdgeLanes measure(const EdgeTask& task, size_t at) {
     e.by_rotation = hn::Mul(weight, hn::Set(d, task.rotation_weight));
     const L3 ab = subtract(e.turned_a, e.now), ba = add(e.turned_b, e.now), turn = subtract(e.qa, e.qb);
     const V turn_w = hn::Sub(e.wa, e.wb);
-    const V twice = hn::MulAdd(e.by_length, hn::Mul(e.stretch, e.stretch), hn::Mul(e.by_rotation, hn::MulAdd(turn_w, turn_w, dot(turn, turn))));
+    const V twice = hn::MulAdd(e.by_length, hn::Mul(e.stretch, e.stretch),
+                               hn::Mul(e.by_rotation, hn::MulAdd(turn_w, turn_w, dot(turn, turn))));
     e.cost = hn::MulAdd(hn::Set(d, 2.0f), twice, hn::Mul(e.by_angle, hn::Add(dot(ab, ab), dot(ba, ba))));
     return e;
 }
@@ -72,7 +77,8 @@ HWY_INLINE Couplings couple(const EdgeLanes& e) {
     Couplings c;
     const V lever = hn::Div(e.by_angle, e.length);
     const auto fill = [&](const L3& turned, V* out) HWY_ATTR {
-        const L3 t = scale(lever, turned), side = cross(t, e.now), zero{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+        const L3 t = scale(lever, turned), side = cross(t, e.now),
+                 zero{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
         const V skew[9] = {zero.x, hn::Neg(t.z), t.y, t.z, zero.x, hn::Neg(t.x), hn::Neg(t.y), t.x, zero.x};
         const V s[3] = {side.x, side.y, side.z}, n[3] = {e.now.x, e.now.y, e.now.z};
         for (size_t r = 0; r < 3; ++r)
@@ -83,20 +89,24 @@ HWY_INLINE Couplings couple(const EdgeLanes& e) {
     const V bend = hn::Div(hn::Add(lever, lever), e.length);
     const V along = hn::MulSub(hn::Set(d, 2.0f), e.by_length, bend);
     const L3 n = scale(along, e.now);
-    const V values[6] = {hn::MulAdd(n.x, e.now.x, bend), hn::Mul(n.x, e.now.y), hn::Mul(n.x, e.now.z),
-                         hn::MulAdd(n.y, e.now.y, bend), hn::Mul(n.y, e.now.z), hn::MulAdd(n.z, e.now.z, bend)};
+    const V values[6] = {hn::MulAdd(n.x, e.now.x, bend), hn::Mul(n.x, e.now.y),
+                         hn::Mul(n.x, e.now.z),          hn::MulAdd(n.y, e.now.y, bend),
+                         hn::Mul(n.y, e.now.z),          hn::MulAdd(n.z, e.now.z, bend)};
     for (size_t i = 0; i < 6; ++i) c.shift[i] = values[i];
     return c;
 }
 
-// Stores count (a multiple of 4) components of all lanes; lane i's component c is then at (c / 4 * lanes + i) * 4 + c % 4.
+// Stores count (a multiple of 4) components of all lanes; lane i's component c is then at (c / 4 * lanes + i)
+// * 4 + c % 4.
 HWY_INLINE void interleave(const V* components, size_t count, float* out) {
     const D d;
     for (size_t c = 0; c < count; c += 4)
-        hn::StoreInterleaved4(components[c], components[c + 1], components[c + 2], components[c + 3], d, out + c * hn::Lanes(d));
+        hn::StoreInterleaved4(components[c], components[c + 1], components[c + 2], components[c + 3], d,
+                              out + c * hn::Lanes(d));
 }
 
-// The block of rows a and columns b, row-major: that is b's row and a's column, column-major, as the lower half stores it.
+// The block of rows a and columns b, row-major: that is b's row and a's column, column-major, as the lower
+// half stores it.
 HWY_INLINE void between(const EdgeLanes& e, const Couplings& c, float* out) {
     const D d;
     const V half = hn::Mul(hn::Set(d, -0.5f), e.by_rotation);
@@ -116,8 +126,8 @@ HWY_INLINE void between(const EdgeLanes& e, const Couplings& c, float* out) {
     interleave(block, 36, out);
 }
 
-HWY_INLINE void own(V by_angle, V by_rotation, const L3& turned, const V* lever, const V* shift, const L3& turn_gradient,
-                    const L3& shift_gradient, float* out) {
+HWY_INLINE void own(V by_angle, V by_rotation, const L3& turned, const V* lever, const V* shift,
+                    const L3& turn_gradient, const L3& shift_gradient, float* out) {
     const D d;
     V values[kNodeFloats];
     const V base = hn::MulAdd(hn::Set(d, 0.5f), by_rotation, by_angle);
@@ -130,7 +140,8 @@ HWY_INLINE void own(V by_angle, V by_rotation, const L3& turned, const V* lever,
     values[5] = hn::NegMulAdd(t.z, turned.z, base);
     for (size_t i = 0; i < 9; ++i) values[6 + i] = lever[i];
     for (size_t i = 0; i < 6; ++i) values[15 + i] = shift[i];
-    const V gradient[7] = {turn_gradient.x, turn_gradient.y, turn_gradient.z, shift_gradient.x, shift_gradient.y, shift_gradient.z, hn::Zero(d)};
+    const V gradient[7] = {turn_gradient.x,  turn_gradient.y,  turn_gradient.z, shift_gradient.x,
+                           shift_gradient.y, shift_gradient.z, hn::Zero(d)};
     for (size_t i = 0; i < 7; ++i) values[21 + i] = gradient[i];
     interleave(values, kNodeFloats, out);
 }
@@ -138,7 +149,8 @@ HWY_INLINE void own(V by_angle, V by_rotation, const L3& turned, const V* lever,
 HWY_INLINE void add_own(const float* values, size_t lane, size_t lanes, float* node) {
     const hn::FixedTag<float, 4> d4;
     for (size_t c = 0; c < kNodeFloats; c += 4)
-        hn::StoreU(hn::Add(hn::LoadU(d4, node + c), hn::Load(d4, values + c * lanes + 4 * lane)), d4, node + c);
+        hn::StoreU(hn::Add(hn::LoadU(d4, node + c), hn::Load(d4, values + c * lanes + 4 * lane)), d4,
+                   node + c);
 }
 
 double SumEdges(const EdgeTask& task) {
@@ -160,14 +172,17 @@ double SumEdges(const EdgeTask& task) {
         const L3 turn_b = subtract(scale(e.by_angle, cross(e.turned_b, e.now)), turn);
         const L3 lean = subtract(e.turned_b, e.turned_a);
         const V lever = hn::Div(e.by_angle, e.length);
-        const V along = hn::NegMulAdd(lever, dot(lean, e.now), hn::Mul(hn::Mul(hn::Set(d, 2.0f), e.by_length), e.stretch));
+        const V along = hn::NegMulAdd(lever, dot(lean, e.now),
+                                      hn::Mul(hn::Mul(hn::Set(d, 2.0f), e.by_length), e.stretch));
         const L3 pull = add(scale(along, e.now), scale(lever, lean));
-        own(e.by_angle, e.by_rotation, e.turned_a, c.lever_a, c.shift, turn_a, scale(hn::Set(d, -1.0f), pull), node_a);
+        own(e.by_angle, e.by_rotation, e.turned_a, c.lever_a, c.shift, turn_a, scale(hn::Set(d, -1.0f), pull),
+            node_a);
         own(e.by_angle, e.by_rotation, e.turned_b, c.lever_b, c.shift, turn_b, pull, node_b);
 
         for (size_t i = 0; i < std::min(lanes, edges.count - at); ++i) {
             float* out = task.lower + size_t(edges.block[at + i]) * kBlockFloats;
-            for (size_t k = 0; k < 36; k += 4) hn::Store(hn::Load(d4, block + k * lanes + 4 * i), d4, out + k);
+            for (size_t k = 0; k < 36; k += 4)
+                hn::Store(hn::Load(d4, block + k * lanes + 4 * i), d4, out + k);
             add_own(node_a, i, lanes, task.nodes + size_t(edges.a[at + i]) * kNodeFloats);
             add_own(node_b, i, lanes, task.nodes + size_t(edges.b[at + i]) * kNodeFloats);
         }

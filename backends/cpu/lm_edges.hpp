@@ -10,8 +10,8 @@ namespace defrec::cpu {
 struct LmEdges {
     HostVector<int32_t> a, b;
     HostVector<float> direction_x, direction_y, direction_z, length;
-    HostVector<float> weight;      // with the data's: set at the start of a run; 0 after the last edge
-    HostVector<uint32_t> block;    // in the system's lower half
+    HostVector<float> weight;    // with the data's: set at the start of a run; 0 after the last edge
+    HostVector<uint32_t> block;  // in the system's lower half
     size_t count = 0;
 
     LmEdges(const LmTemplate& surface, const LowerPattern& pattern, const Host& host);
@@ -19,13 +19,14 @@ struct LmEdges {
 
 struct EdgeTask {
     const LmEdges* edges;
-    const float* poses;            // 8 per control point: rotation wxyz, position xyz, unused
+    const float* poses;  // 8 per control point: rotation wxyz, position xyz, unused
     float length_weight, angle_weight, rotation_weight;  // the latter two with the squared spacing
     bool linearise;
-    float* lower;                  // the system's; each edge's block is written
-    float* nodes;                  // kNodeFloats per control point, set by the caller to 0
+    float* lower;  // the system's; each edge's block is written
+    float* nodes;  // kNodeFloats per control point, set by the caller to 0
 };
-// Per control point: upper triangle of omega-omega, omega-tau row-major, upper triangle of tau-tau, gradient, one unused.
+// Per control point: upper triangle of omega-omega, omega-tau row-major, upper triangle of tau-tau, gradient,
+// one unused.
 constexpr size_t kNodeFloats = 28;
 // Returns the cost.
 double sum_edges(const EdgeTask& task);

@@ -32,8 +32,8 @@ LmGroups::LmGroups(const LmTemplate& surface, const Host& host)
     for (size_t i = 0; i < keys.size(); ++i) {
         if (i == 0 || keys[i].node != keys[i - 1].node) {
             source.resize(padded(source.size()), source.empty() ? 0 : source.back());
-            groups_.push_back({keys[i].node, uint32_t(source.size()), 0, 0, 0, uint32_t(landmark_order_.size()), 0,
-                               uint32_t(patch_order_.size()), 0});
+            groups_.push_back({keys[i].node, uint32_t(source.size()), 0, 0, 0,
+                               uint32_t(landmark_order_.size()), 0, uint32_t(patch_order_.size()), 0});
         }
         LmGroup& group = groups_.back();
         if (keys[i].list == kPoint) source.push_back(keys[i].index), ++group.points;
@@ -64,14 +64,17 @@ LmGroups::LmGroups(const LmTemplate& surface, const Host& host)
 }
 
 template <class Item>
-void LmGroups::store_sighting(size_t at, const Item& item, const Sighting<float>& seen, float weight, float inverse_a, float inverse_c2,
-                              float px_inverse_c2) {
+void LmGroups::store_sighting(size_t at, const Item& item, const Sighting<float>& seen, float weight,
+                              float inverse_a, float inverse_c2, float px_inverse_c2) {
     const Skin skin(item);
-    const auto set = [&](int component, float value) { sightings_[size_t(component) * sighting_stride_ + at] = value; };
+    const auto set = [&](int component, float value) {
+        sightings_[size_t(component) * sighting_stride_ + at] = value;
+    };
     for (int c = 0; c < 3; ++c) set(kSeenX + c, item.position[c]);
     for (int k = 0; k < int(kSkin); ++k) set(kSeenWeight + k, skin.weight[size_t(k)]);
-    const float values[] = {seen.u,     seen.v, seen.uu,   seen.uv,    seen.vv,      seen.depth,
-                            seen.root,  weight, inverse_a, inverse_c2, px_inverse_c2, px_inverse_c2 > 0 ? 1.0f : 0.0f};
+    const float values[] = {seen.u,    seen.v,     seen.uu,       seen.uv,
+                            seen.vv,   seen.depth, seen.root,     weight,
+                            inverse_a, inverse_c2, px_inverse_c2, px_inverse_c2 > 0 ? 1.0f : 0.0f};
     for (int c = 0; c < int(std::size(values)); ++c) set(kSeenU + c, values[c]);
 }
 
@@ -81,19 +84,21 @@ void LmGroups::set_frame(const defrec_lm_params& params, const LmFrame& frame) {
     const float ramp = 1 / (5 * params.match_threshold_mm);
     for (LmGroup& group : groups_) {
         group.sightings = 0;
-        for (size_t i = group.first_landmark; frame.matches && i < group.first_landmark + group.landmarks; ++i) {
+        for (size_t i = group.first_landmark; frame.matches && i < group.first_landmark + group.landmarks;
+             ++i) {
             const defrec_match& match = frame.matches[landmark_order_[i]];
             if (!has_depth(match)) continue;
             const bool chosen = match.weight > 0;
             store_sighting(group.first_sighting + group.sightings++, surface_.landmarks[landmark_order_[i]],
-                           match_sighting(load3<float>(match.position)), params.match_weight * (chosen ? match.weight : 1.0f),
-                           chosen ? 0.0f : ramp, match_c2, 0.0f);
+                           match_sighting(load3<float>(match.position)),
+                           params.match_weight * (chosen ? match.weight : 1.0f), chosen ? 0.0f : ramp,
+                           match_c2, 0.0f);
         }
         for (size_t i = group.first_patch; frame.observations && i < group.first_patch + group.patches; ++i) {
             Sighting<float> seen;
             if (!patch_sighting(params.camera, frame.observations[patch_order_[i]], seen)) continue;
-            store_sighting(group.first_sighting + group.sightings++, surface_.patches[patch_order_[i]], seen, params.patch_weight, 0.0f, 0.0f,
-                           patch_c2);
+            store_sighting(group.first_sighting + group.sightings++, surface_.patches[patch_order_[i]], seen,
+                           params.patch_weight, 0.0f, 0.0f, patch_c2);
         }
         pad_sightings(group);
     }

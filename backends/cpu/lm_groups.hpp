@@ -1,5 +1,6 @@
-// What stage lm sees of the surface: points, landmarks and patches that the same control points move, side by side for SIMD, and the sums
-// over each such group. A group's sums are computed by one thread in one order; only then are groups added, in their order.
+// What stage lm sees of the surface: points, landmarks and patches that the same control points move, side by
+// side for SIMD, and the sums over each such group. A group's sums are computed by one thread in one order;
+// only then are groups added, in their order.
 #pragma once
 #include "backends/cpu/skin_clusters.hpp"
 #include "backends/shared/levenberg_marquardt.hpp"
@@ -8,7 +9,7 @@
 
 namespace defrec::cpu {
 
-constexpr size_t kJacobian = 6 * kSkin; // entries of a row
+constexpr size_t kJacobian = 6 * kSkin;  // entries of a row
 
 struct LmGroup {
     std::array<int32_t, kSkin> node;
@@ -17,13 +18,17 @@ struct LmGroup {
     uint32_t first_landmark, landmarks, first_patch, patches;  // in landmark_order, patch_order
 };
 
-// The parts of a group's normal equations, for its own control points: blocks (k, l), k >= l, in the order (0,0) (1,0) (1,1) (2,0) ...
+// The parts of a group's normal equations, for its own control points: blocks (k, l), k >= l, in the order
+// (0,0) (1,0) (1,1) (2,0) ...
 struct LmGroupSums {
     static constexpr size_t kPairs = kSkin * (kSkin + 1) / 2;
     float blocks[kPairs][36];  // column-major
     float gradient[kJacobian];
-    float data[kSkin];         // weight of the data at each control point
-    struct Term { float cost, weights, squares; int32_t count; } icp, match, patch;
+    float data[kSkin];  // weight of the data at each control point
+    struct Term {
+        float cost, weights, squares;
+        int32_t count;
+    } icp, match, patch;
     float missing;
 };
 
@@ -31,8 +36,25 @@ class LmGroups {
   public:
     // Components of points and of sightings: component c of item i is at c * stride + i.
     enum { kX, kY, kZ, kNormalX, kNormalY, kNormalZ, kWeight, kPointComponents = kWeight + int(kSkin) };
-    enum { kSeenX, kSeenY, kSeenZ, kSeenWeight, kSeenU = kSeenWeight + int(kSkin), kSeenV, kSeenUU, kSeenUV, kSeenVV, kSeenDepth, kSeenRoot,
-           kTermWeight, kInverseA, kInverseC2, kPxInverseC2, kIsPatch, kSightingComponents };
+    enum {
+        kSeenX,
+        kSeenY,
+        kSeenZ,
+        kSeenWeight,
+        kSeenU = kSeenWeight + int(kSkin),
+        kSeenV,
+        kSeenUU,
+        kSeenUV,
+        kSeenVV,
+        kSeenDepth,
+        kSeenRoot,
+        kTermWeight,
+        kInverseA,
+        kInverseC2,
+        kPxInverseC2,
+        kIsPatch,
+        kSightingComponents
+    };
 
     LmGroups(const LmTemplate& surface, const Host& host);
 
@@ -41,13 +63,17 @@ class LmGroups {
 
     std::span<const LmGroup> groups() const { return groups_; }
     const float* point(int component) const { return points_.data() + size_t(component) * point_stride_; }
-    const float* sighting(int component) const { return sightings_.data() + size_t(component) * sighting_stride_; }
-    size_t most_row_lanes() const { return most_row_lanes_; }  // rows of a group, lanes that are empty included
+    const float* sighting(int component) const {
+        return sightings_.data() + size_t(component) * sighting_stride_;
+    }
+    size_t most_row_lanes() const {
+        return most_row_lanes_;
+    }  // rows of a group, lanes that are empty included
 
   private:
     template <class Item>
-    void store_sighting(size_t at, const Item& item, const Sighting<float>& seen, float weight, float inverse_a, float inverse_c2,
-                        float px_inverse_c2);
+    void store_sighting(size_t at, const Item& item, const Sighting<float>& seen, float weight,
+                        float inverse_a, float inverse_c2, float px_inverse_c2);
     void pad_sightings(LmGroup& group);
 
     const LmTemplate& surface_;
@@ -62,9 +88,9 @@ struct LmGroupTask {
     const NodeMotion* motions;
     const defrec_lm_params* params;
     DisparityImage image;
-    bool linearise;    // blocks, gradients and data too
-    float* scratch;    // lm_scratch_floats(groups)
-    LmGroupSums* sums; // one per group
+    bool linearise;     // blocks, gradients and data too
+    float* scratch;     // lm_scratch_floats(groups)
+    LmGroupSums* sums;  // one per group
 };
 size_t lm_scratch_floats(const LmGroups& groups);
 // Computes the sums of groups first .. last - 1.

@@ -1,8 +1,10 @@
-// J^T J and J^T r of one group's rows, with rows in SIMD lanes. Included once per target by files that use Highway's foreach_target.
+// J^T J and J^T r of one group's rows, with rows in SIMD lanes. Included once per target by files that use
+// Highway's foreach_target.
 //
-// Rows are stored lanes by lanes: for each vector of L rows, seven pieces of 4 L floats; piece g holds entries 4 g .. 4 g + 3 of each row,
-// row after row, and the last piece holds the residual. So a vector of L floats holds the same four entries of L / 4 rows, and a
-// product of a broadcast entry with it adds to the same column of L / 4 partial sums of the 24 x 24 matrix.
+// Rows are stored lanes by lanes: for each vector of L rows, seven pieces of 4 L floats; piece g holds
+// entries 4 g .. 4 g + 3 of each row, row after row, and the last piece holds the residual. So a vector of L
+// floats holds the same four entries of L / 4 rows, and a product of a broadcast entry with it adds to the
+// same column of L / 4 partial sums of the 24 x 24 matrix.
 #include <hwy/highway.h>
 
 #include "backends/cpu/lm_groups.hpp"
@@ -21,7 +23,8 @@ namespace defrec::cpu::HWY_NAMESPACE {
 constexpr size_t kPieces = kJacobian / 4;
 constexpr size_t kRowFloats = kJacobian + 4;
 
-// Lower triangle of J^T J by columns, in pieces of four rows: entry (r, c) at c * kJacobian + r, for r / 4 >= c / 4.
+// Lower triangle of J^T J by columns, in pieces of four rows: entry (r, c) at c * kJacobian + r, for r / 4 >=
+// c / 4.
 struct alignas(64) NormalEquations {
     float matrix[kJacobian * kJacobian];
     float gradient[kJacobian];
@@ -40,7 +43,9 @@ HWY_INLINE hn::Vec<D4> fold([[maybe_unused]] D d, V v) {
 }
 
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE void store_sum(D d, V sum, float* four) { hn::Store(fold(d, sum), D4(), four); }
+HWY_INLINE void store_sum(D d, V sum, float* four) {
+    hn::Store(fold(d, sum), D4(), four);
+}
 
 // Columns 4 gc .. 4 gc + 3, rows from piece gr: one piece, or two where that many are left.
 template <bool kTwo, class D>
@@ -53,7 +58,8 @@ HWY_INLINE void multiply_pieces(D d, const float* rows, size_t vectors, size_t g
         for (size_t part = 0; part < 4; ++part) {
             const float* at = vector + part * lanes;
             const V column = hn::Load(d, at + gc * 4 * lanes), first = hn::Load(d, at + gr * 4 * lanes);
-            const V c0 = hn::Broadcast<0>(column), c1 = hn::Broadcast<1>(column), c2 = hn::Broadcast<2>(column), c3 = hn::Broadcast<3>(column);
+            const V c0 = hn::Broadcast<0>(column), c1 = hn::Broadcast<1>(column),
+                    c2 = hn::Broadcast<2>(column), c3 = hn::Broadcast<3>(column);
             a0 = hn::MulAdd(c0, first, a0);
             a1 = hn::MulAdd(c1, first, a1);
             a2 = hn::MulAdd(c2, first, a2);
@@ -95,7 +101,8 @@ HWY_NOINLINE void multiply_rows(D d, const float* rows, size_t vectors, NormalEq
         for (size_t part = 0; part < 4; ++part) {
             const float* at = rows + v * kRowFloats * lanes + part * lanes;
             const V residual = hn::Broadcast<0>(hn::Load(d, at + kPieces * 4 * lanes));
-            for (size_t g = 0; g < kPieces; ++g) sum[g] = hn::MulAdd(residual, hn::Load(d, at + g * 4 * lanes), sum[g]);
+            for (size_t g = 0; g < kPieces; ++g)
+                sum[g] = hn::MulAdd(residual, hn::Load(d, at + g * 4 * lanes), sum[g]);
         }
     for (size_t g = 0; g < kPieces; ++g) store_sum(d, sum[g], out.gradient + 4 * g);
 }
@@ -103,13 +110,15 @@ HWY_NOINLINE void multiply_rows(D d, const float* rows, size_t vectors, NormalEq
 // The matrix cut into the control points' blocks.
 inline void cut_blocks(NormalEquations& equations, LmGroupSums& sums) {
     float* m = equations.matrix;
-    for (size_t c = 0; c < kJacobian; ++c)  // the part of the diagonal blocks above the pieces on the diagonal
+    for (size_t c = 0; c < kJacobian;
+         ++c)  // the part of the diagonal blocks above the pieces on the diagonal
         for (size_t r = c / 6 * 6; r < c / 4 * 4; ++r) m[c * kJacobian + r] = m[r * kJacobian + c];
     size_t pair = 0;
     for (size_t k = 0; k < kSkin; ++k)
         for (size_t l = 0; l <= k; ++l, ++pair)
             for (size_t c = 0; c < 6; ++c)
-                for (size_t r = 0; r < 6; ++r) sums.blocks[pair][6 * c + r] = m[(6 * l + c) * kJacobian + 6 * k + r];
+                for (size_t r = 0; r < 6; ++r)
+                    sums.blocks[pair][6 * c + r] = m[(6 * l + c) * kJacobian + 6 * k + r];
     for (size_t i = 0; i < kJacobian; ++i) sums.gradient[i] = equations.gradient[i];
 }
 

@@ -30,8 +30,9 @@ LmProblem::LmProblem(const defrec_lm_params& params, const LmTemplate& surface, 
         size_t pair = 0;
         for (size_t k = 0; k < kSkin; ++k)
             for (size_t l = 0; l <= k; ++l, ++pair)
-                places[pair] = uint32_t(k == l || group.node[k] == group.node[l] ? size_t(group.node[k])
-                                                                                 : pattern_.find(group.node[k], group.node[l]));
+                places[pair] = uint32_t(k == l || group.node[k] == group.node[l]
+                                            ? size_t(group.node[k])
+                                            : pattern_.find(group.node[k], group.node[l]));
     }
 }
 
@@ -80,22 +81,25 @@ void LmProblem::set_nodes(std::span<const NodePose<double>> nodes) {
 
 void LmProblem::sum_surface(size_t task, bool linearise) {
     const size_t count = sums_.size(), room = scratch_.size() / kTasks;
-    const LmGroupTask work{&groups_, motions_.data(), &params_, image_, linearise, scratch_.data() + task * room, sums_.data()};
+    const LmGroupTask work{
+        &groups_, motions_.data(), &params_, image_, linearise, scratch_.data() + task * room, sums_.data()};
     sum_groups(work, count * task / kTasks, count * (task + 1) / kTasks);
 }
 
 void LmProblem::sum_arap(bool linearise) {
     const float spacing2 = params_.node_spacing_mm * params_.node_spacing_mm;
     if (linearise) std::fill(edge_nodes_.begin(), edge_nodes_.end(), 0.0f);
-    arap_cost_ = sum_edges({&edges_, poses_.data(), params_.length_weight, params_.angle_weight * spacing2, params_.rotation_weight * spacing2,
-                            linearise, trial_.lower.data(), edge_nodes_.data()});
+    arap_cost_ =
+        sum_edges({&edges_, poses_.data(), params_.length_weight, params_.angle_weight * spacing2,
+                   params_.rotation_weight * spacing2, linearise, trial_.lower.data(), edge_nodes_.data()});
 }
 
 // The weight of the ARAP term follows that of the data (paper, below its equation 1).
 void LmProblem::measure_data() {
     std::fill(data_.begin(), data_.end(), 0.0);
     for (size_t g = 0; g < sums_.size(); ++g)
-        for (size_t k = 0; k < kSkin; ++k) data_[size_t(groups_.groups()[g].node[k])] += double(sums_[g].data[k]);
+        for (size_t k = 0; k < kSkin; ++k)
+            data_[size_t(groups_.groups()[g].node[k])] += double(sums_[g].data[k]);
     double sum = 0, squares = 0;
     for (const double weight : data_) {
         sum += weight;
@@ -104,14 +108,15 @@ void LmProblem::measure_data() {
     const double usual = sum > 0 ? squares / sum : 0;
     for (size_t i = 0; i < edges_.count; ++i) {
         const double data = (data_[size_t(edges_.a[i])] + data_[size_t(edges_.b[i])]) / 2;
-        edges_.weight[i] = float(kArapShare * double(params_.arap_weight) * double(surface_.edges[i].weight) / surface_.mean_degree *
-                                 (data + usual) / 2);
+        edges_.weight[i] = float(kArapShare * double(params_.arap_weight) * double(surface_.edges[i].weight) /
+                                 surface_.mean_degree * (data + usual) / 2);
     }
 }
 
 // Edges first, then the groups in their order.
 void LmProblem::assemble() {
-    for (const uint32_t block : unconnected_) std::fill_n(&trial_.lower[block * kBlockFloats], kBlockFloats, 0.0f);
+    for (const uint32_t block : unconnected_)
+        std::fill_n(&trial_.lower[block * kBlockFloats], kBlockFloats, 0.0f);
     for (size_t i = 0; i < pattern_.rows(); ++i) {
         const float* own = &edge_nodes_[i * kNodeFloats];
         float* block = &trial_.diagonal[i * kBlockFloats];
@@ -130,11 +135,13 @@ void LmProblem::assemble() {
         for (size_t k = 0; k < kSkin; ++k)
             for (size_t l = 0; l <= k; ++l, ++pair) {
                 if (k != l && node[k] == node[l]) continue;  // a repeated control point has no weight
-                float* block = (k == l ? trial_.diagonal.data() : trial_.lower.data()) + size_t(places_[g][pair]) * kBlockFloats;
+                float* block = (k == l ? trial_.diagonal.data() : trial_.lower.data()) +
+                               size_t(places_[g][pair]) * kBlockFloats;
                 for (size_t i = 0; i < 36; ++i) block[i] += sums_[g].blocks[pair][i];
             }
         for (size_t k = 0; k < kSkin; ++k)
-            for (size_t i = 0; i < 6; ++i) trial_.gradient[6 * size_t(node[k]) + i] += sums_[g].gradient[6 * k + i];
+            for (size_t i = 0; i < 6; ++i)
+                trial_.gradient[6 * size_t(node[k]) + i] += sums_[g].gradient[6 * k + i];
     }
 }
 

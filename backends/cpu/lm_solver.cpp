@@ -1,5 +1,5 @@
-// Solves the system of stage lm: control points by themselves (Cholesky of their 6x6 blocks), or all of them by conjugate gradients
-// that those blocks precondition. One thread; sums in one order.
+// Solves the system of stage lm: control points by themselves (Cholesky of their 6x6 blocks), or all of them
+// by conjugate gradients that those blocks precondition. One thread; sums in one order.
 #include <cmath>
 
 #include "backends/cpu/lm_system.hpp"
@@ -34,13 +34,15 @@ HWY_INLINE double product(const float* a, const float* b, size_t count) {
 HWY_INLINE void add_scaled(float s, const float* x, float* y, size_t count) {
     const D d;
     const V factor = hn::Set(d, s);
-    for (size_t i = 0; i < count; i += hn::Lanes(d)) hn::Store(hn::MulAdd(factor, hn::Load(d, x + i), hn::Load(d, y + i)), d, y + i);
+    for (size_t i = 0; i < count; i += hn::Lanes(d))
+        hn::Store(hn::MulAdd(factor, hn::Load(d, x + i), hn::Load(d, y + i)), d, y + i);
 }
 // y = x + s y
 HWY_INLINE void scale_and_add(const float* x, float s, float* y, size_t count) {
     const D d;
     const V factor = hn::Set(d, s);
-    for (size_t i = 0; i < count; i += hn::Lanes(d)) hn::Store(hn::MulAdd(factor, hn::Load(d, y + i), hn::Load(d, x + i)), d, y + i);
+    for (size_t i = 0; i < count; i += hn::Lanes(d))
+        hn::Store(hn::MulAdd(factor, hn::Load(d, y + i), hn::Load(d, x + i)), d, y + i);
 }
 
 // A block in registers.
@@ -73,9 +75,11 @@ HWY_INLINE void repeat(const float* x, float* block) {
         for (size_t r = 0; r < 6; ++r) block[6 * c + r] = x[r];
 }
 
-// result = matrix * x. Entry by entry a block multiplies its column's x, spread, for its own row's result, and its row's x, repeated, for the
-// result of the row that its transpose stands in; the entries are added up at the end of each row.
-HWY_INLINE void multiply(const LowerPattern& pattern, const LmSystem& system, LmWorkspace& work, const float* x, float* result) {
+// result = matrix * x. Entry by entry a block multiplies its column's x, spread, for its own row's result,
+// and its row's x, repeated, for the result of the row that its transpose stands in; the entries are added up
+// at the end of each row.
+HWY_INLINE void multiply(const LowerPattern& pattern, const LmSystem& system, LmWorkspace& work,
+                         const float* x, float* result) {
     const size_t rows = pattern.rows();
     for (size_t i = 0; i < rows; ++i) spread(x + 6 * i, &work.spread[i * kBlockFloats]);
     std::fill(work.transposed.begin(), work.transposed.end(), 0.0f);
@@ -83,7 +87,8 @@ HWY_INLINE void multiply(const LowerPattern& pattern, const LmSystem& system, Lm
     for (size_t i = 0; i < rows; ++i) {
         repeat(x + 6 * i, repeated);
         const Block across = load(repeated);
-        Block sum = multiply_add(load(&work.damped[i * kBlockFloats]), load(&work.spread[i * kBlockFloats]), load(none));
+        Block sum = multiply_add(load(&work.damped[i * kBlockFloats]), load(&work.spread[i * kBlockFloats]),
+                                 load(none));
         for (size_t b = pattern.start[i]; b < pattern.start[i + 1]; ++b) {
             const size_t j = size_t(pattern.column[b]);
             const Block block = load(&system.lower[b * kBlockFloats]);
@@ -93,7 +98,8 @@ HWY_INLINE void multiply(const LowerPattern& pattern, const LmSystem& system, Lm
         }
         store(sum, sums);
         for (size_t r = 0; r < 6; ++r)
-            result[6 * i + r] = ((sums[r] + sums[6 + r]) + (sums[12 + r] + sums[18 + r])) + (sums[24 + r] + sums[30 + r]);
+            result[6 * i + r] =
+                ((sums[r] + sums[6 + r]) + (sums[12 + r] + sums[18 + r])) + (sums[24 + r] + sums[30 + r]);
     }
     for (size_t i = 0; i < rows; ++i)
         for (size_t c = 0; c < 6; ++c) {
@@ -102,7 +108,8 @@ HWY_INLINE void multiply(const LowerPattern& pattern, const LmSystem& system, Lm
         }
 }
 
-// result = inverse diagonal * x. Columns are read eight wide; what lies beyond six is overwritten by the next row, or is padding.
+// result = inverse diagonal * x. Columns are read eight wide; what lies beyond six is overwritten by the next
+// row, or is padding.
 HWY_INLINE void precondition(const LmWorkspace& work, size_t rows, const float* x, float* result) {
     const hn::FixedTag<float, 4> d4;
     for (size_t i = 0; i < rows; ++i) {
@@ -119,7 +126,8 @@ HWY_INLINE void precondition(const LmWorkspace& work, size_t rows, const float* 
     std::fill(result + 6 * rows, result + work.x.size(), 0.0f);
 }
 
-// Inverses of the damped diagonal blocks by Cholesky, a block in each lane. Pivots that vanish in single precision are raised.
+// Inverses of the damped diagonal blocks by Cholesky, a block in each lane. Pivots that vanish in single
+// precision are raised.
 void InvertDiagonal(const SolveTask& task) {
     const D d;
     const hn::Rebind<int32_t, D> di;
@@ -127,7 +135,8 @@ void InvertDiagonal(const SolveTask& task) {
     LmWorkspace& work = *task.workspace;
     alignas(64) float out[kBlockFloats * 8];
     for (size_t i = 0; i < rows; i += lanes) {
-        const auto index = hn::Mul(hn::Min(hn::Iota(di, int32_t(i)), hn::Set(di, int32_t(rows) - 1)), hn::Set(di, int32_t(kBlockFloats)));
+        const auto index = hn::Mul(hn::Min(hn::Iota(di, int32_t(i)), hn::Set(di, int32_t(rows) - 1)),
+                                   hn::Set(di, int32_t(kBlockFloats)));
         V factor[6][6], own[6][6];  // block = factor factor^T; own = factor^-1
         for (size_t c = 0; c < 6; ++c)
             for (size_t r = c; r < 6; ++r) {
@@ -154,9 +163,11 @@ void InvertDiagonal(const SolveTask& task) {
             }
         for (size_t k = 36; k < kBlockFloats; ++k) inverse[k] = hn::Zero(d);
         for (size_t k = 0; k < kBlockFloats; k += 4)
-            hn::StoreInterleaved4(inverse[k], inverse[k + 1], inverse[k + 2], inverse[k + 3], d, out + k * lanes);
+            hn::StoreInterleaved4(inverse[k], inverse[k + 1], inverse[k + 2], inverse[k + 3], d,
+                                  out + k * lanes);
         for (size_t lane = 0; lane < std::min(lanes, rows - i); ++lane)
-            for (size_t k = 0; k < kBlockFloats; k += 4) std::copy_n(out + k * lanes + 4 * lane, 4, &work.inverse[(i + lane) * kBlockFloats + k]);
+            for (size_t k = 0; k < kBlockFloats; k += 4)
+                std::copy_n(out + k * lanes + 4 * lane, 4, &work.inverse[(i + lane) * kBlockFloats + k]);
     }
 }
 
@@ -235,7 +246,8 @@ LowerPattern::LowerPattern(const BlockPattern& pattern, const Host& host)
     : start(HostAllocator<uint32_t>(host)), column(HostAllocator<int32_t>(host)) {
     start.push_back(0);
     for (size_t i = 0; i < pattern.rows(); ++i) {
-        for (size_t b = pattern.row_start(i); b < pattern.row_start(i + 1) && size_t(pattern.column(b)) < i; ++b)
+        for (size_t b = pattern.row_start(i); b < pattern.row_start(i + 1) && size_t(pattern.column(b)) < i;
+             ++b)
             column.push_back(pattern.column(b));
         start.push_back(uint32_t(column.size()));
     }

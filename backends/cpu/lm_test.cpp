@@ -20,7 +20,9 @@ constexpr Maker kMakers[] = {reference::make_lm, cpu::make_lm};
 using Point = Vec3<double>;
 
 template <class T>
-InBuffer in(const std::vector<T>& values) { return {values.data(), values.size() * sizeof(T)}; }
+InBuffer in(const std::vector<T>& values) {
+    return {values.data(), values.size() * sizeof(T)};
+}
 
 struct Solved {
     std::vector<defrec_motion> motions;
@@ -28,15 +30,20 @@ struct Solved {
 };
 
 struct LmRun {
-    explicit LmRun(const TestSurface& given) : surface(given), params(given.lm_params()), start(given.rest()) { fill_defaults(params); }
+    explicit LmRun(const TestSurface& given)
+        : surface(given), params(given.lm_params()), start(given.rest()) {
+        fill_defaults(params);
+    }
 
     Solved operator()(Maker make, uint32_t threads = 1) const {
         TestHost host(threads);
         const auto stage = make(params, host.host());
-        const InBuffer prepared[] = {in(surface.nodes), in(surface.edges), in(surface.points), in(surface.landmarks), in(surface.patches)};
+        const InBuffer prepared[] = {in(surface.nodes), in(surface.edges), in(surface.points),
+                                     in(surface.landmarks), in(surface.patches)};
         stage->prepare(prepared);
         Solved solved{std::vector<defrec_motion>(params.nodes), {}};
-        const InBuffer given[] = {in(start), matches ? in(surface.matches) : InBuffer{}, patches ? in(surface.observations) : InBuffer{},
+        const InBuffer given[] = {in(start), matches ? in(surface.matches) : InBuffer{},
+                                  patches ? in(surface.observations) : InBuffer{},
                                   depth ? in(surface.disparity) : InBuffer{}};
         const OutBuffer results[] = {{solved.motions.data(), solved.motions.size() * sizeof(defrec_motion)},
                                      {&solved.summary, sizeof solved.summary}};
@@ -51,13 +58,15 @@ struct LmRun {
 };
 
 // Distances, mm, of the template's points that the live image shows from where they should be, ascending.
-std::vector<double> errors(const TestSurface& surface, const Solved& solved, const Deformation& truth,
-                           const std::function<bool(double, double)>& counts = [](double, double) { return true; }) {
+std::vector<double> errors(
+    const TestSurface& surface, const Solved& solved, const Deformation& truth,
+    const std::function<bool(double, double)>& counts = [](double, double) { return true; }) {
     std::vector<double> result;
     for (const auto& point : surface.points) {
         const Point expected = truth(load3<double>(point.position));
         const auto pixel = surface.project(expected);
-        if (pixel.u < 0 || pixel.v < 0 || pixel.u > surface.width() - 1 || pixel.v > surface.height() - 1) continue;
+        if (pixel.u < 0 || pixel.v < 0 || pixel.u > surface.width() - 1 || pixel.v > surface.height() - 1)
+            continue;
         if (!counts(pixel.u, pixel.v)) continue;
         const Point off = TestSurface::moved(solved.motions, point) - expected;
         result.push_back(std::sqrt(dot(off, off)));
@@ -65,7 +74,9 @@ std::vector<double> errors(const TestSurface& surface, const Solved& solved, con
     std::sort(result.begin(), result.end());
     return result;
 }
-double at(const std::vector<double>& sorted, double share) { return sorted[size_t(share * double(sorted.size() - 1))]; }
+double at(const std::vector<double>& sorted, double share) {
+    return sorted[size_t(share * double(sorted.size() - 1))];
+}
 
 bool same(const Solved& a, const Solved& b) {
     return std::memcmp(a.motions.data(), b.motions.data(), a.motions.size() * sizeof(defrec_motion)) == 0 &&
@@ -80,7 +91,8 @@ bool finite(const Solved& solved) {
 bool unmoved(const Solved& solved, const std::vector<defrec_motion>& start) {
     for (size_t i = 0; i < start.size(); ++i)
         for (int c = 0; c < 4; ++c)
-            if (std::abs(solved.motions[i].real[c] - start[i].real[c]) > 1e-6f || std::abs(solved.motions[i].dual[c] - start[i].dual[c]) > 1e-5f)
+            if (std::abs(solved.motions[i].real[c] - start[i].real[c]) > 1e-6f ||
+                std::abs(solved.motions[i].dual[c] - start[i].dual[c]) > 1e-5f)
                 return false;
     return true;
 }
@@ -90,7 +102,10 @@ Deformation rigid(Point turn, Point t) {
     return [motion](Point p) { return apply(motion, p - Point{0, 0, 80}) + Point{0, 0, 80}; };
 }
 // A wave across the surface with some sideways motion: not one that control points can follow exactly.
-Point wave(Point p) { return {p.x + 0.8 * std::sin(p.y / 12) + 0.5, p.y + 0.5 * std::cos(p.x / 14), p.z + 1.5 * std::sin(p.x / 16 + p.y / 18)}; }
+Point wave(Point p) {
+    return {p.x + 0.8 * std::sin(p.y / 12) + 0.5, p.y + 0.5 * std::cos(p.x / 14),
+            p.z + 1.5 * std::sin(p.x / 16 + p.y / 18)};
+}
 
 }  // namespace
 
@@ -105,7 +120,8 @@ TEST_CASE("a rigid motion is recovered, with and without moving everything rigid
             const Solved solved = run(make);
             CHECK(solved.summary.failed == 0);
             CHECK(solved.summary.final_cost < solved.summary.initial_cost);
-            CHECK(at(errors(surface, solved, truth), 1) < 0.15);  // disparities are rounded to 0.35 mm of depth
+            CHECK(at(errors(surface, solved, truth), 1) <
+                  0.15);  // disparities are rounded to 0.35 mm of depth
             CHECK(solved.summary.match_rms < 0.05f);
         }
 }
@@ -165,7 +181,8 @@ TEST_CASE("without any data motions stay as they are") {
 
         LmRun outside(surface);  // everything beside the image, and no match or patch
         outside.matches = outside.patches = false;
-        for (auto& motion : outside.start) motion = from_rigid(Quaternion<double>{1, 0, 0, 0}, {900, 0, 0}).store();
+        for (auto& motion : outside.start)
+            motion = from_rigid(Quaternion<double>{1, 0, 0, 0}, {900, 0, 0}).store();
         CHECK(unmoved(outside(make), outside.start));
     }
 }
@@ -180,10 +197,12 @@ TEST_CASE("starting from everything translated gives the same surface") {
         run.params.match_tukey_mm = 50;
         const Solved first = run(make);
         auto moved_start = run;
-        for (auto& motion : moved_start.start) motion = from_rigid(Quaternion<double>{1, 0, 0, 0}, {2, -3, 1}).store();
+        for (auto& motion : moved_start.start)
+            motion = from_rigid(Quaternion<double>{1, 0, 0, 0}, {2, -3, 1}).store();
         const Solved second = moved_start(make);
         for (const auto& point : surface.points) {
-            const Point off = TestSurface::moved(first.motions, point) - TestSurface::moved(second.motions, point);
+            const Point off =
+                TestSurface::moved(first.motions, point) - TestSurface::moved(second.motions, point);
             CHECK(std::sqrt(dot(off, off)) < 0.1);
         }
     }
@@ -204,7 +223,8 @@ TEST_CASE("an occluded half follows its neighbours, and faster when control poin
         run.params.solver = DEFREC_SOLVER_INDEPENDENT;
         const Solved independent = run(make);
         CHECK(coupled.summary.final_cost < independent.summary.final_cost);
-        const double together = at(errors(surface, coupled, truth, hidden), 0.95), apart = at(errors(surface, independent, truth, hidden), 0.95);
+        const double together = at(errors(surface, coupled, truth, hidden), 0.95),
+                     apart = at(errors(surface, independent, truth, hidden), 0.95);
         CHECK(together < 1.0);
         CHECK(apart > 2 * together);
     }
@@ -317,7 +337,8 @@ TEST_CASE("cpu agrees with the definition, and gives the same bits for 1, 2 and 
             surface.deform(wave);
             surface.hide([](double u, double v) { return u > 50 && u < 110 && v < 80; });
             for (size_t i = 0; i < surface.matches.size(); i += 4) surface.matches[i].weight = 0;
-            for (size_t i = 0; i < surface.observations.size(); ++i) surface.observations[i].information[1] = float(i % 5) * 0.1f;
+            for (size_t i = 0; i < surface.observations.size(); ++i)
+                surface.observations[i].information[1] = float(i % 5) * 0.1f;
             // The same point by control points in another order, one of them twice.
             auto& point = surface.points[100];
             std::swap(point.node[0], point.node[3]);
@@ -330,14 +351,17 @@ TEST_CASE("cpu agrees with the definition, and gives the same bits for 1, 2 and 
             for (auto& motion : run.start)  // off the borders between pixels
                 motion = from_rigid(Quaternion<double>{1, 0, 0, 0}, {0.013, 0.017, 0}).store();
             const Solved expected = run(reference::make_lm), actual = run(cpu::make_lm);
-            CHECK(actual.summary.initial_cost == doctest::Approx(expected.summary.initial_cost).epsilon(2e-3));
+            CHECK(actual.summary.initial_cost ==
+                  doctest::Approx(expected.summary.initial_cost).epsilon(2e-3));
             CHECK(actual.summary.final_cost == doctest::Approx(expected.summary.final_cost).epsilon(2e-3));
             CHECK(std::abs(actual.summary.icp_points - expected.summary.icp_points) <= 8);
             CHECK(std::abs(actual.summary.matches - expected.summary.matches) <= 2);
             CHECK(std::abs(actual.summary.patches - expected.summary.patches) <= 2);
             for (size_t i = 0; i < run.params.nodes; ++i) {
-                const auto a = DualQuaternion<double>::load(actual.motions[i]), e = DualQuaternion<double>::load(expected.motions[i]);
-                const Point off = apply(a, load3<double>(&surface.nodes[3 * i])) - apply(e, load3<double>(&surface.nodes[3 * i]));
+                const auto a = DualQuaternion<double>::load(actual.motions[i]),
+                           e = DualQuaternion<double>::load(expected.motions[i]);
+                const Point off = apply(a, load3<double>(&surface.nodes[3 * i])) -
+                                  apply(e, load3<double>(&surface.nodes[3 * i]));
                 CHECK(std::sqrt(dot(off, off)) < 0.02);
                 const auto turn = a.real - e.real;
                 CHECK(2 * std::sqrt(dot(turn, turn)) < 0.005);

@@ -1,4 +1,5 @@
-// Surface points grouped by the control points that move them: within a group the motions are the same for all, and SIMD lanes are points.
+// Surface points grouped by the control points that move them: within a group the motions are the same for
+// all, and SIMD lanes are points.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -21,7 +22,9 @@ struct Skin {
     template <class Item>
     explicit Skin(const Item& item) {
         std::array<size_t, kSkin> order{0, 1, 2, 3};
-        std::sort(order.begin(), order.end(), [&](size_t a, size_t b) { return std::pair(item.node[a], a) < std::pair(item.node[b], b); });
+        std::sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+            return std::pair(item.node[a], a) < std::pair(item.node[b], b);
+        });
         for (size_t k = 0; k < kSkin; ++k) {
             node[k] = item.node[order[k]];
             weight[k] = item.weight[order[k]];

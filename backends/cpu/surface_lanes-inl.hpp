@@ -1,5 +1,6 @@
-// Points of a surface in SIMD lanes: their deformation, and the live depth under them. The formulas of backends/shared/motion.hpp and
-// live_depth.hpp. Included once per target by files that use Highway's foreach_target.
+// Points of a surface in SIMD lanes: their deformation, and the live depth under them. The formulas of
+// backends/shared/motion.hpp and live_depth.hpp. Included once per target by files that use Highway's
+// foreach_target.
 #include <hwy/highway.h>
 
 #include "backends/cpu/skin_clusters.hpp"
@@ -21,17 +22,26 @@ struct Lanes3 {
     V x, y, z;
 };
 template <class V>
-HWY_INLINE V dot(const Lanes3<V>& a, const Lanes3<V>& b) { return hn::MulAdd(a.x, b.x, hn::MulAdd(a.y, b.y, hn::Mul(a.z, b.z))); }
-template <class V>
-HWY_INLINE Lanes3<V> cross(const Lanes3<V>& a, const Lanes3<V>& b) {
-    return {hn::MulSub(a.y, b.z, hn::Mul(a.z, b.y)), hn::MulSub(a.z, b.x, hn::Mul(a.x, b.z)), hn::MulSub(a.x, b.y, hn::Mul(a.y, b.x))};
+HWY_INLINE V dot(const Lanes3<V>& a, const Lanes3<V>& b) {
+    return hn::MulAdd(a.x, b.x, hn::MulAdd(a.y, b.y, hn::Mul(a.z, b.z)));
 }
 template <class V>
-HWY_INLINE Lanes3<V> scale(V s, const Lanes3<V>& a) { return {hn::Mul(s, a.x), hn::Mul(s, a.y), hn::Mul(s, a.z)}; }
+HWY_INLINE Lanes3<V> cross(const Lanes3<V>& a, const Lanes3<V>& b) {
+    return {hn::MulSub(a.y, b.z, hn::Mul(a.z, b.y)), hn::MulSub(a.z, b.x, hn::Mul(a.x, b.z)),
+            hn::MulSub(a.x, b.y, hn::Mul(a.y, b.x))};
+}
 template <class V>
-HWY_INLINE Lanes3<V> add(const Lanes3<V>& a, const Lanes3<V>& b) { return {hn::Add(a.x, b.x), hn::Add(a.y, b.y), hn::Add(a.z, b.z)}; }
+HWY_INLINE Lanes3<V> scale(V s, const Lanes3<V>& a) {
+    return {hn::Mul(s, a.x), hn::Mul(s, a.y), hn::Mul(s, a.z)};
+}
 template <class V>
-HWY_INLINE Lanes3<V> subtract(const Lanes3<V>& a, const Lanes3<V>& b) { return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)}; }
+HWY_INLINE Lanes3<V> add(const Lanes3<V>& a, const Lanes3<V>& b) {
+    return {hn::Add(a.x, b.x), hn::Add(a.y, b.y), hn::Add(a.z, b.z)};
+}
+template <class V>
+HWY_INLINE Lanes3<V> subtract(const Lanes3<V>& a, const Lanes3<V>& b) {
+    return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
+}
 
 template <class D>
 HWY_INLINE Lanes3<hn::Vec<D>> load_lanes(D d, const float* x, const float* y, const float* z) {
@@ -44,7 +54,8 @@ HWY_INLINE Lanes3<V> rotate(V w, const Lanes3<V>& axis, const Lanes3<V>& v) {
     Lanes3<V> inner = cross(axis, v);
     inner = {hn::MulAdd(w, v.x, inner.x), hn::MulAdd(w, v.y, inner.y), hn::MulAdd(w, v.z, inner.z)};
     const Lanes3<V> turned = cross(axis, inner);
-    return {hn::Add(v.x, hn::Add(turned.x, turned.x)), hn::Add(v.y, hn::Add(turned.y, turned.y)), hn::Add(v.z, hn::Add(turned.z, turned.z))};
+    return {hn::Add(v.x, hn::Add(turned.x, turned.x)), hn::Add(v.y, hn::Add(turned.y, turned.y)),
+            hn::Add(v.z, hn::Add(turned.z, turned.z))};
 }
 
 // A blended motion: unit rotation (w, axis) and translation.
@@ -62,8 +73,10 @@ HWY_INLINE MotionLanes<V> blend_lanes(D d, const GroupMotion& group, const V wei
     V sum[8];
     for (size_t i = 0; i < 8; ++i) sum[i] = hn::Mul(weight[0], hn::Set(d, group.dual_quaternion[0][i]));
     for (size_t k = 1; k < kSkin; ++k)
-        for (size_t i = 0; i < 8; ++i) sum[i] = hn::MulAdd(weight[k], hn::Set(d, group.dual_quaternion[k][i]), sum[i]);
-    const V squared = hn::MulAdd(sum[0], sum[0], hn::MulAdd(sum[1], sum[1], hn::MulAdd(sum[2], sum[2], hn::Mul(sum[3], sum[3]))));
+        for (size_t i = 0; i < 8; ++i)
+            sum[i] = hn::MulAdd(weight[k], hn::Set(d, group.dual_quaternion[k][i]), sum[i]);
+    const V squared = hn::MulAdd(
+        sum[0], sum[0], hn::MulAdd(sum[1], sum[1], hn::MulAdd(sum[2], sum[2], hn::Mul(sum[3], sum[3]))));
     const auto usable = hn::Gt(squared, hn::Set(d, 1e-12f));
     const V inverse = hn::Div(hn::Set(d, 1.0f), hn::Sqrt(hn::IfThenElse(usable, squared, hn::Set(d, 1.0f))));
     for (size_t i = 0; i < 8; ++i)
@@ -75,17 +88,22 @@ HWY_INLINE MotionLanes<V> blend_lanes(D d, const GroupMotion& group, const V wei
     const auto component = [&](V dual_part, V axis_part, V turn_part) HWY_ATTR {
         return hn::Mul(two, hn::Add(hn::NegMulAdd(sum[4], axis_part, hn::Mul(sum[0], dual_part)), turn_part));
     };
-    return {sum[0], axis, {component(dual.x, axis.x, turn.x), component(dual.y, axis.y, turn.y), component(dual.z, axis.z, turn.z)}};
+    return {sum[0],
+            axis,
+            {component(dual.x, axis.x, turn.x), component(dual.y, axis.y, turn.y),
+             component(dual.z, axis.z, turn.z)}};
 }
 
-// What the disparity image says under points: whether they fall inside, whether there is depth, and how deep (mm, where there is).
+// What the disparity image says under points: whether they fall inside, whether there is depth, and how deep
+// (mm, where there is).
 template <class D, class V = hn::Vec<D>>
 struct DepthLanes {
     hn::Mask<D> inside, known;
     V depth, inverse_z;
 };
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE DepthLanes<D> depth_lanes(D d, const defrec_camera& camera, const DisparityImage& image, const Lanes3<V>& p) {
+HWY_INLINE DepthLanes<D> depth_lanes(D d, const defrec_camera& camera, const DisparityImage& image,
+                                     const Lanes3<V>& p) {
     const hn::Rebind<int32_t, D> di;
     const V zero = hn::Zero(d);
     const auto in_front = hn::Gt(p.z, hn::Set(d, float(kLeastDepthMm)));
@@ -109,19 +127,25 @@ HWY_INLINE DepthLanes<D> depth_lanes(D d, const defrec_camera& camera, const Dis
     const auto bottom = hn::GatherOffset(di, base, hn::Add(offset, hn::Set(di, int32_t(image.stride) * 2)));
     const auto d00 = hn::ShiftRight<16>(hn::ShiftLeft<16>(top)), d01 = hn::ShiftRight<16>(top);
     const auto d10 = hn::ShiftRight<16>(hn::ShiftLeft<16>(bottom)), d11 = hn::ShiftRight<16>(bottom);
-    const auto least = hn::Min(hn::Min(d00, d01), hn::Min(d10, d11)), most = hn::Max(hn::Max(d00, d01), hn::Max(d10, d11));
-    const auto smooth = hn::And(hn::Gt(least, hn::Zero(di)), hn::Lt(hn::Sub(most, least), hn::Set(di, kLargestDepthStep + 1)));
+    const auto least = hn::Min(hn::Min(d00, d01), hn::Min(d10, d11)),
+               most = hn::Max(hn::Max(d00, d01), hn::Max(d10, d11));
+    const auto smooth = hn::And(hn::Gt(least, hn::Zero(di)),
+                                hn::Lt(hn::Sub(most, least), hn::Set(di, kLargestDepthStep + 1)));
 
     const V above = hn::MulAdd(right, hn::ConvertTo(d, hn::Sub(d01, d00)), hn::ConvertTo(d, d00));
     const V under = hn::MulAdd(right, hn::ConvertTo(d, hn::Sub(d11, d10)), hn::ConvertTo(d, d10));
     const V between = hn::MulAdd(below, hn::Sub(under, above), above);
     const V half = hn::Set(d, 0.5f);
-    const auto to_right = hn::RebindMask(di, hn::Ge(right, half)), to_below = hn::RebindMask(di, hn::Ge(below, half));
-    const auto nearest = hn::IfThenElse(to_below, hn::IfThenElse(to_right, d11, d10), hn::IfThenElse(to_right, d01, d00));
+    const auto to_right = hn::RebindMask(di, hn::Ge(right, half)),
+               to_below = hn::RebindMask(di, hn::Ge(below, half));
+    const auto nearest =
+        hn::IfThenElse(to_below, hn::IfThenElse(to_right, d11, d10), hn::IfThenElse(to_right, d01, d00));
     const V disparity = hn::IfThenElse(hn::RebindMask(d, smooth), between, hn::ConvertTo(d, nearest));
     const auto known = hn::And(inside, hn::Gt(disparity, zero));
     const V product = hn::Set(d, float(double(DEFREC_DISPARITY_ONE) * camera.fx * camera.baseline_mm));
-    return {inside, known, hn::IfThenElseZero(known, hn::Div(product, hn::IfThenElse(known, disparity, hn::Set(d, 1.0f)))), inverse_z};
+    return {inside, known,
+            hn::IfThenElseZero(known, hn::Div(product, hn::IfThenElse(known, disparity, hn::Set(d, 1.0f)))),
+            inverse_z};
 }
 
 }  // namespace defrec::cpu::HWY_NAMESPACE

@@ -11,7 +11,10 @@ constexpr size_t kTasks = 8;
 class Warp : public Stage {
   public:
     Warp(const defrec_warp_params& params, const Host& host)
-        : params_(params), host_(host), points_(host), motions_(params.nodes, HostAllocator<NodeMotion>(host)) {}
+        : params_(params),
+          host_(host),
+          points_(host),
+          motions_(params.nodes, HostAllocator<NodeMotion>(host)) {}
 
     void prepare(std::span<const InBuffer> in) override {
         expect_buffers("warp prepare", in, 1);
@@ -26,14 +29,17 @@ class Warp : public Stage {
         expect_buffers("warp in", in, 1, 1);
         expect_buffers("warp out", out, 1);
         const auto* motions = take<defrec_motion>("warp motions", in[0], params_.nodes);
-        const size_t pixels = params_.height == 0 ? 0 : size_t(params_.height - 1) * params_.stride + params_.width;
-        const DisparityImage image{take_optional<int16_t>("warp disparity", in, 1, pixels), params_.width, params_.height, params_.stride};
+        const size_t pixels =
+            params_.height == 0 ? 0 : size_t(params_.height - 1) * params_.stride + params_.width;
+        const DisparityImage image{take_optional<int16_t>("warp disparity", in, 1, pixels), params_.width,
+                                   params_.height, params_.stride};
         auto* samples = take<defrec_surface_sample>("warp samples", out[0], params_.points);
 
         for (size_t i = 0; i < params_.nodes; ++i) motions_[i].set(usable_motion<double>(motions[i]), {});
         const WarpTask task{&points_, motions_.data(), params_.camera, image, params_.tolerance_mm, samples};
         const size_t groups = points_.groups.size();
-        host_.parallel_for(kTasks, [&](size_t i) { warp_groups(task, groups * i / kTasks, groups * (i + 1) / kTasks); });
+        host_.parallel_for(
+            kTasks, [&](size_t i) { warp_groups(task, groups * i / kTasks, groups * (i + 1) / kTasks); });
     }
 
   private:
@@ -46,6 +52,8 @@ class Warp : public Stage {
 
 }  // namespace
 
-std::unique_ptr<Stage> make_warp(const defrec_warp_params& params, const Host& host) { return std::make_unique<Warp>(params, host); }
+std::unique_ptr<Stage> make_warp(const defrec_warp_params& params, const Host& host) {
+    return std::make_unique<Warp>(params, host);
+}
 
 }  // namespace defrec::cpu

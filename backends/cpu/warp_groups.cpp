@@ -18,7 +18,8 @@ using D = hn::CappedTag<float, kLanes>;
 using V = hn::Vec<D>;
 
 // What the frame says of each point, as stage warp numbers it, and the live depth minus the point's.
-HWY_INLINE hn::Vec<hn::Rebind<uint32_t, D>> observe(const WarpTask& task, const Lanes3<V>& p, const Lanes3<V>& n, V& residual) {
+HWY_INLINE hn::Vec<hn::Rebind<uint32_t, D>> observe(const WarpTask& task, const Lanes3<V>& p,
+                                                    const Lanes3<V>& n, V& residual) {
     const D d;
     const hn::Rebind<uint32_t, D> du;
     const auto live = depth_lanes(d, task.camera, task.image, p);
@@ -27,7 +28,8 @@ HWY_INLINE hn::Vec<hn::Rebind<uint32_t, D>> observe(const WarpTask& task, const 
     const auto close = hn::And(facing, hn::Le(hn::Abs(residual), hn::Set(d, task.tolerance_mm)));
     const auto in_front = hn::And(facing, hn::Lt(residual, hn::Zero(d)));
     const auto code = [&](uint32_t value) HWY_ATTR { return hn::Set(du, value); };
-    auto result = hn::IfThenElse(hn::RebindMask(du, in_front), code(DEFREC_OCCLUDED), code(DEFREC_INCONSISTENT));
+    auto result =
+        hn::IfThenElse(hn::RebindMask(du, in_front), code(DEFREC_OCCLUDED), code(DEFREC_INCONSISTENT));
     result = hn::IfThenElse(hn::RebindMask(du, close), code(DEFREC_OBSERVED), result);
     result = hn::IfThenElse(hn::RebindMask(du, live.known), result, code(DEFREC_NO_DEPTH));
     return hn::IfThenElse(hn::RebindMask(du, live.inside), result, code(DEFREC_OUTSIDE));
@@ -37,7 +39,8 @@ void WarpGroups(const WarpTask& task, size_t first, size_t last) {
     const D d;
     const size_t lanes = hn::Lanes(d);
     const WarpPoints& points = *task.points;
-    HWY_ALIGN float front[4 * kLanes], back[4 * kLanes];  // position and normal x; normal y z, residual, observation
+    HWY_ALIGN float front[4 * kLanes],
+        back[4 * kLanes];  // position and normal x; normal y z, residual, observation
     for (size_t g = first; g < last; ++g) {
         const WarpGroup& group = points.groups[g];
         const GroupMotion motions(task.motions, group.node);
@@ -69,7 +72,9 @@ HWY_AFTER_NAMESPACE();
 namespace defrec::cpu {
 
 HWY_EXPORT(WarpGroups);
-void warp_groups(const WarpTask& task, size_t first, size_t last) { HWY_DYNAMIC_DISPATCH(WarpGroups)(task, first, last); }
+void warp_groups(const WarpTask& task, size_t first, size_t last) {
+    HWY_DYNAMIC_DISPATCH(WarpGroups)(task, first, last);
+}
 
 void WarpPoints::build(const defrec_surface_point* points, size_t count) {
     std::vector<SkinKey> keys;

@@ -19,7 +19,9 @@ struct WarpPoints {
     size_t stride = 0;
 
     explicit WarpPoints(const Host& host)
-        : values(HostAllocator<float>(host)), source(HostAllocator<uint32_t>(host)), groups(HostAllocator<WarpGroup>(host)) {}
+        : values(HostAllocator<float>(host)),
+          source(HostAllocator<uint32_t>(host)),
+          groups(HostAllocator<WarpGroup>(host)) {}
     void build(const defrec_surface_point* points, size_t count);
     const float* component(size_t c) const { return values.data() + c * stride; }
 };

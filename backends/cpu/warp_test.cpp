@@ -18,7 +18,9 @@ using Maker = std::unique_ptr<Stage> (*)(const defrec_warp_params&, const Host&)
 constexpr Maker kMakers[] = {reference::make_warp, cpu::make_warp};
 
 template <class T>
-InBuffer in(const std::vector<T>& values) { return {values.data(), values.size() * sizeof(T)}; }
+InBuffer in(const std::vector<T>& values) {
+    return {values.data(), values.size() * sizeof(T)};
+}
 
 struct WarpRun {
     explicit WarpRun(const TestSurface& surface) : points(surface.points) {
@@ -31,7 +33,8 @@ struct WarpRun {
         fill_defaults(params);
     }
     std::vector<defrec_surface_sample> operator()(Maker make, const std::vector<defrec_motion>& motions,
-                                                  const std::vector<int16_t>* disparity, uint32_t threads = 2) {
+                                                  const std::vector<int16_t>* disparity,
+                                                  uint32_t threads = 2) {
         TestHost host(threads);
         params.points = uint32_t(points.size());
         const auto stage = make(params, host.host());
@@ -51,7 +54,8 @@ std::vector<defrec_motion> all(const TestSurface& surface, Quaternion<double> ro
     return std::vector<defrec_motion>(surface.rest().size(), from_rigid(rotation, t).store());
 }
 size_t count(const std::vector<defrec_surface_sample>& samples, uint32_t observation) {
-    return size_t(std::count_if(samples.begin(), samples.end(), [&](const auto& s) { return s.observation == observation; }));
+    return size_t(std::count_if(samples.begin(), samples.end(),
+                                [&](const auto& s) { return s.observation == observation; }));
 }
 
 }  // namespace
@@ -68,12 +72,15 @@ TEST_CASE("a surface at rest is observed where it was seen") {
                 CHECK(samples[i].position[c] == doctest::Approx(surface.points[i].position[c]).epsilon(1e-5));
                 CHECK(std::abs(samples[i].normal[c] - surface.points[i].normal[c]) < 1e-5f);
             }
-            if (samples[i].observation == DEFREC_OBSERVED) CHECK(std::abs(samples[i].residual) < 0.25f);  // 1/16 px is 0.35 mm here
+            if (samples[i].observation == DEFREC_OBSERVED)
+                CHECK(std::abs(samples[i].residual) < 0.25f);  // 1/16 px is 0.35 mm here
         }
     }
 }
 
-TEST_CASE("a live surface in front occludes, one behind is inconsistent, and the residual is the distance in depth") {
+TEST_CASE(
+    "a live surface in front occludes, one behind is inconsistent, and the residual is the distance in "
+    "depth") {
     TestSurface surface({});
     const Quaternion<double> still{1, 0, 0, 0};
     for (const double shift : {-12.0, 12.0}) {
@@ -88,7 +95,9 @@ TEST_CASE("a live surface in front occludes, one behind is inconsistent, and the
     }
 }
 
-TEST_CASE("no disparity image, no depth; behind the camera and beside the image, outside; facing away, inconsistent") {
+TEST_CASE(
+    "no disparity image, no depth; behind the camera and beside the image, outside; facing away, "
+    "inconsistent") {
     TestSurface surface({});
     surface.deform([](Vec3<double> p) { return p; });
     const Quaternion<double> still{1, 0, 0, 0};
@@ -98,8 +107,10 @@ TEST_CASE("no disparity image, no depth; behind the camera and beside the image,
         CHECK(count(blind, DEFREC_NO_DEPTH) + count(blind, DEFREC_OUTSIDE) == blind.size());
         CHECK(count(blind, DEFREC_NO_DEPTH) > blind.size() * 9 / 10);
         for (const auto& s : blind) CHECK(s.residual == 0);
-        CHECK(count(run(make, all(surface, still, {0, 0, -300}), &surface.disparity), DEFREC_OUTSIDE) == blind.size());
-        CHECK(count(run(make, all(surface, still, {500, 0, 0}), &surface.disparity), DEFREC_OUTSIDE) == blind.size());
+        CHECK(count(run(make, all(surface, still, {0, 0, -300}), &surface.disparity), DEFREC_OUTSIDE) ==
+              blind.size());
+        CHECK(count(run(make, all(surface, still, {500, 0, 0}), &surface.disparity), DEFREC_OUTSIDE) ==
+              blind.size());
         for (auto& point : run.points)
             for (float& n : point.normal) n = -n;
         const auto away = run(make, surface.rest(), &surface.disparity);
@@ -132,7 +143,8 @@ TEST_CASE("a template with a bad index or number is refused with its place") {
             if (fault == 0) run.points[5].node[2] = int32_t(run.params.nodes);
             if (fault == 1) run.points[5].node[0] = -1;
             if (fault == 2) run.points[5].weight[1] = std::numeric_limits<float>::quiet_NaN();
-            CHECK_THROWS_WITH_AS(run(make, surface.rest(), nullptr), doctest::Contains("point 5"), StageError);
+            CHECK_THROWS_WITH_AS(run(make, surface.rest(), nullptr), doctest::Contains("point 5"),
+                                 StageError);
         }
     }
 }
@@ -142,13 +154,16 @@ TEST_CASE("cpu agrees with the definition, with the same bits for 1, 2 and 3 thr
         SurfaceSpec spec;
         spec.width = width;
         TestSurface surface(spec);
-        surface.deform([](Vec3<double> p) { return Vec3<double>{p.x + std::sin(p.y / 8), p.y, p.z + 2 * std::sin(p.x / 7)}; });
+        surface.deform([](Vec3<double> p) {
+            return Vec3<double>{p.x + std::sin(p.y / 8), p.y, p.z + 2 * std::sin(p.x / 7)};
+        });
         surface.hide([](double u, double v) { return u > 60 && u < 90 && v > 30 && v < 70; });
         std::mt19937 random(5);
         std::normal_distribution<double> some(0, 1);
         std::vector<defrec_motion> motions;
         for (size_t i = 0; i < surface.rest().size(); ++i) {
-            const auto turn = rotation_from_vector(Vec3<double>{0.05 * some(random), 0.05 * some(random), 0.05 * some(random)});
+            const auto turn = rotation_from_vector(
+                Vec3<double>{0.05 * some(random), 0.05 * some(random), 0.05 * some(random)});
             auto motion = from_rigid(turn, {2 * some(random), 2 * some(random), 2 * some(random)});
             if (i % 3 == 0) motion = {-1.0 * motion.real, -1.0 * motion.dual};
             motions.push_back(motion.store());
@@ -162,7 +177,9 @@ TEST_CASE("cpu agrees with the definition, with the same bits for 1, 2 and 3 thr
                 CHECK(std::abs(expected[i].position[c] - actual[i].position[c]) < 2e-4f);
                 CHECK(std::abs(expected[i].normal[c] - actual[i].normal[c]) < 2e-5f);
             }
-            if (expected[i].observation != actual[i].observation || std::abs(expected[i].residual - actual[i].residual) > 2e-3f) ++different;
+            if (expected[i].observation != actual[i].observation ||
+                std::abs(expected[i].residual - actual[i].residual) > 2e-3f)
+                ++different;
         }
         CHECK(different <= expected.size() / 500);  // on the borders between pixels and codes
         for (const uint32_t threads : {2u, 3u}) {

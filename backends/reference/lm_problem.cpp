@@ -22,7 +22,8 @@ LmProblem::LmProblem(const defrec_lm_params& params, const LmTemplate& surface, 
 void LmProblem::blend_motions(std::span<const NodePose<double>> nodes) {
     for (size_t i = 0; i < nodes.size(); ++i) {
         poses_[i] = nodes[i];
-        motions_[i] = from_rigid(nodes[i].rotation, nodes[i].position - rotate(nodes[i].rotation, surface_.nodes[i]));
+        motions_[i] =
+            from_rigid(nodes[i].rotation, nodes[i].position - rotate(nodes[i].rotation, surface_.nodes[i]));
     }
 }
 
@@ -62,7 +63,8 @@ void LmProblem::measure_data() {
     for (size_t i = 0; i < surface_.edges.size(); ++i) {
         const defrec_edge& edge = surface_.edges[i];
         const double data = (data_[size_t(edge.a)] + data_[size_t(edge.b)]) / 2;
-        arap_scale_[i] = kArapShare * double(params_.arap_weight) * double(edge.weight) / surface_.mean_degree * (data + usual) / 2;
+        arap_scale_[i] = kArapShare * double(params_.arap_weight) * double(edge.weight) /
+                         surface_.mean_degree * (data + usual) / 2;
     }
 }
 
@@ -82,7 +84,8 @@ void LmProblem::add_rows(const Item& item, std::span<const Row<double>> rows, do
             std::copy(j, j + 6, jacobian[k]);
         }
         for (int k = 0; k < DEFREC_SKIN_NODES; ++k) {
-            for (int r = 0; r < 6; ++r) trial_.gradient[size_t(item.node[k]) * 6 + size_t(r)] += weight * row.value * jacobian[k][r];
+            for (int r = 0; r < 6; ++r)
+                trial_.gradient[size_t(item.node[k]) * 6 + size_t(r)] += weight * row.value * jacobian[k][r];
             for (int l = 0; l < DEFREC_SKIN_NODES; ++l) {
                 double* block = &trial_.blocks[surface_.pattern.find(item.node[k], item.node[l]) * 36];
                 for (int r = 0; r < 6; ++r)
@@ -105,12 +108,15 @@ double count_residual(LmSums::Term& term, const Robust<double>& robust, double w
 }  // namespace
 
 void LmProblem::add_points(LmSums& sums) {
-    const double inverse_c2 = 1 / (double(params_.icp_tukey_mm) * double(params_.icp_tukey_mm)), weight = double(params_.icp_weight);
+    const double inverse_c2 = 1 / (double(params_.icp_tukey_mm) * double(params_.icp_tukey_mm)),
+                 weight = double(params_.icp_weight);
     for (const defrec_surface_point& point : surface_.points) {
         const auto motion = blend<double>(motions_.data(), point.node, point.weight);
-        const Vec3<double> position = apply(motion, load3<double>(point.position)), normal = rotate(motion, load3<double>(point.normal));
+        const Vec3<double> position = apply(motion, load3<double>(point.position)),
+                           normal = rotate(motion, load3<double>(point.normal));
         Row<double> row;
-        if (!icp_row(params_.camera, frame_.disparity, double(params_.association_mm), position, normal, row)) {
+        if (!icp_row(params_.camera, frame_.disparity, double(params_.association_mm), position, normal,
+                     row)) {
             sums.missing += weight / (3 * inverse_c2);
             continue;
         }
@@ -129,7 +135,8 @@ void LmProblem::add_matches(LmSums& sums) {
         const bool preselected = match.weight > 0;
         const double inverse_a = preselected ? 0 : 1 / (5 * double(params_.match_threshold_mm));
         const double weight = double(params_.match_weight) * (preselected ? double(match.weight) : 1);
-        add_sighting(surface_.landmarks[i], match_sighting(load3<double>(match.position)), weight, inverse_a, inverse_c2, 1, sums.match);
+        add_sighting(surface_.landmarks[i], match_sighting(load3<double>(match.position)), weight, inverse_a,
+                     inverse_c2, 1, sums.match);
     }
 }
 
@@ -142,19 +149,22 @@ void LmProblem::add_patches(LmSums& sums) {
         const auto motion = blend<double>(motions_.data(), patch.node, patch.weight);
         const double px = px_per_mm(params_.camera, apply(motion, load3<double>(patch.position)).z);
         const double tukey_mm = double(params_.patch_tukey_px) / px;
-        add_sighting(patch, sighting, double(params_.patch_weight), 0, 1 / (tukey_mm * tukey_mm), px, sums.patch);
+        add_sighting(patch, sighting, double(params_.patch_weight), 0, 1 / (tukey_mm * tukey_mm), px,
+                     sums.patch);
     }
 }
 
 // unit: of the residual in the summary, per mm.
 template <class Item>
-void LmProblem::add_sighting(const Item& item, const Sighting<double>& sighting, double weight, double inverse_a, double inverse_c2,
-                             double unit, LmSums::Term& term) {
+void LmProblem::add_sighting(const Item& item, const Sighting<double>& sighting, double weight,
+                             double inverse_a, double inverse_c2, double unit, LmSums::Term& term) {
     const auto motion = blend<double>(motions_.data(), item.node, item.weight);
     Row<double> rows[3];
     sighting_rows(apply(motion, load3<double>(item.position)), sighting, rows);
-    const double squared = rows[0].value * rows[0].value + rows[1].value * rows[1].value + rows[2].value * rows[2].value;
-    const double total = count_residual(term, ramped_tukey(squared, inverse_a, inverse_c2), weight, squared * unit * unit);
+    const double squared =
+        rows[0].value * rows[0].value + rows[1].value * rows[1].value + rows[2].value * rows[2].value;
+    const double total =
+        count_residual(term, ramped_tukey(squared, inverse_a, inverse_c2), weight, squared * unit * unit);
     if (linearise_ && total > 0) add_rows(item, rows, total);
 }
 

@@ -1,4 +1,5 @@
-// The cost of stage lm, its linearised system and its two solvers, in plain double precision (docs/stages/lm.md). One frame at a time.
+// The cost of stage lm, its linearised system and its two solvers, in plain double precision
+// (docs/stages/lm.md). One frame at a time.
 #pragma once
 #include "backends/shared/levenberg_marquardt.hpp"
 #include "backends/shared/lm_inputs.hpp"
@@ -12,7 +13,8 @@ struct LmSystem {
     HostVector<double> gradient;  // 6 per control point
 
     LmSystem(const BlockPattern& pattern, const Host& host)
-        : blocks(pattern.blocks() * 36, HostAllocator<double>(host)), gradient(pattern.rows() * 6, HostAllocator<double>(host)) {}
+        : blocks(pattern.blocks() * 36, HostAllocator<double>(host)),
+          gradient(pattern.rows() * 6, HostAllocator<double>(host)) {}
 };
 
 class LmProblem {
@@ -38,8 +40,8 @@ class LmProblem {
     double add_edges(std::span<const NodePose<double>> nodes);
     void measure_data();
     template <class Item>
-    void add_sighting(const Item& item, const Sighting<double>& sighting, double weight, double inverse_a, double inverse_c2, double unit,
-                      LmSums::Term& term);
+    void add_sighting(const Item& item, const Sighting<double>& sighting, double weight, double inverse_a,
+                      double inverse_c2, double unit, LmSums::Term& term);
     template <class Item>
     void add_rows(const Item& item, std::span<const Row<double>> rows, double weight);
     void add_term(const defrec_edge& edge, const ArapTerm<double>& term);
@@ -55,9 +57,9 @@ class LmProblem {
     LmSystem present_, trial_;
     HostVector<DualQuaternion<double>> motions_;
     HostVector<NodePose<double>> poses_;
-    HostVector<double> data_;         // weight of the data at each control point
-    HostVector<double> arap_scale_;   // of each edge
-    HostVector<double> diagonal_;     // damped, 6 per control point
+    HostVector<double> data_;        // weight of the data at each control point
+    HostVector<double> arap_scale_;  // of each edge
+    HostVector<double> diagonal_;    // damped, 6 per control point
     HostVector<double> residual_, direction_, product_, conditioned_, right_;  // of the solvers
 };
 

@@ -1,4 +1,5 @@
-// The two solvers of stage lm: every control point by itself, as the paper does, and all of them together by conjugate gradients.
+// The two solvers of stage lm: every control point by itself, as the paper does, and all of them together by
+// conjugate gradients.
 #include <Eigen/Dense>
 
 #include "backends/reference/lm_problem.hpp"
@@ -31,7 +32,8 @@ void LmProblem::damp(double lambda) {
 // The diagonal blocks alone.
 bool LmProblem::solve_blocks(const double* right, double* x) const {
     for (size_t i = 0; i < surface_.nodes.size(); ++i) {
-        Matrix6 block = Eigen::Map<const Matrix6>(&present_.blocks[surface_.pattern.find(int32_t(i), int32_t(i)) * 36]);
+        Matrix6 block =
+            Eigen::Map<const Matrix6>(&present_.blocks[surface_.pattern.find(int32_t(i), int32_t(i)) * 36]);
         block.diagonal() = Eigen::Map<const Vector6>(&diagonal_[6 * i]);
         const Eigen::LLT<Matrix6> factor(block);
         if (factor.info() != Eigen::Success) return false;
@@ -46,7 +48,8 @@ void LmProblem::multiply(const double* x, double* product) const {
         Vector6 sum = Vector6::Zero();
         for (size_t b = pattern.row_start(i); b < pattern.row_start(i + 1); ++b) {
             Matrix6 block = Eigen::Map<const Matrix6>(&present_.blocks[b * 36]);
-            if (size_t(pattern.column(b)) == i) block.diagonal() = Eigen::Map<const Vector6>(&diagonal_[6 * i]);
+            if (size_t(pattern.column(b)) == i)
+                block.diagonal() = Eigen::Map<const Vector6>(&diagonal_[6 * i]);
             sum += block * Eigen::Map<const Vector6>(x + 6 * size_t(pattern.column(b)));
         }
         Eigen::Map<Vector6>(product + 6 * i) = sum;
@@ -57,7 +60,8 @@ void LmProblem::multiply(const double* x, double* product) const {
 bool LmProblem::solve_coupled(const double* right, double* result) {
     using Vector = Eigen::Map<Eigen::VectorXd>;
     const auto size = Eigen::Index(diagonal_.size());
-    Vector x(result, size), r(residual_.data(), size), p(direction_.data(), size), q(product_.data(), size), z(conditioned_.data(), size);
+    Vector x(result, size), r(residual_.data(), size), p(direction_.data(), size), q(product_.data(), size),
+        z(conditioned_.data(), size);
     x.setZero();
     r = Eigen::Map<const Eigen::VectorXd>(right, size);
     if (!solve_blocks(r.data(), z.data())) return false;

@@ -1,10 +1,12 @@
-// The terms of stage lm: kernels are the integrals of their weights, and every Jacobian is the derivative of its residual.
+// The terms of stage lm: kernels are the integrals of their weights, and every Jacobian is the derivative of
+// its residual.
+#include "backends/shared/lm_terms.hpp"
+
 #include <doctest/doctest.h>
 
 #include <random>
 
 #include "backends/shared/levenberg_marquardt.hpp"
-#include "backends/shared/lm_terms.hpp"
 
 using namespace defrec;
 
@@ -39,7 +41,8 @@ TEST_CASE("a kernel's cost is the integral of twice the distance times its weigh
             const double middle = d + kStep / 2;
             integral += 2 * middle * ramped_tukey(middle * middle, inverse_a, inverse_c2).weight * kStep;
             const double end = d + kStep;
-            CHECK(ramped_tukey(end * end, inverse_a, inverse_c2).cost == doctest::Approx(integral).epsilon(1e-6));
+            CHECK(ramped_tukey(end * end, inverse_a, inverse_c2).cost ==
+                  doctest::Approx(integral).epsilon(1e-6));
         }
     }
     for (const double d : {0.0, 0.5, 2.9, 3.0, 8.0}) {
@@ -74,12 +77,16 @@ TEST_CASE("the gradient of a sighting is the derivative of its residual by the p
                 sighting_rows(p - delta, sighting, behind);
                 for (int r = 0; r < 3; ++r)
                     CHECK(component(rows[r].gradient, axis) ==
-                          doctest::Approx((ahead[r].value - behind[r].value) / (2 * kStep)).epsilon(1e-7).scale(1));
+                          doctest::Approx((ahead[r].value - behind[r].value) / (2 * kStep))
+                              .epsilon(1e-7)
+                              .scale(1));
             }
         }
 }
 
-TEST_CASE("a patch's residual is what its information says, in mm at its depth, and never more than a sure patch's") {
+TEST_CASE(
+    "a patch's residual is what its information says, in mm at its depth, and never more than a sure "
+    "patch's") {
     const defrec_camera camera{500, 500, 240, 130, 4.6};
     defrec_patch_observation seen{};
     seen.u = 240 * 256;
@@ -101,7 +108,8 @@ TEST_CASE("a patch's residual is what its information says, in mm at its depth, 
     CHECK_FALSE(patch_sighting(camera, seen, sighting));
 }
 
-TEST_CASE("the ICP residual is the distance along the normal, and its gradient moves it for a flat live surface") {
+TEST_CASE(
+    "the ICP residual is the distance along the normal, and its gradient moves it for a flat live surface") {
     const defrec_camera camera{500, 500, 120, 80, 4.6};
     const std::vector<int16_t> flat(240 * 160, int16_t(16 * 500 * 4.6 / 80));
     const double depth = 16 * 500 * 4.6 / flat[0];
@@ -114,11 +122,11 @@ TEST_CASE("the ICP residual is the distance along the normal, and its gradient m
     REQUIRE(icp_row(camera, image, 10.0, p + V{0.1, -0.2, 0.3}, normal, ahead));
     CHECK(ahead.value - row.value == doctest::Approx(dot(row.gradient, V{0.1, -0.2, 0.3})));
 
-    CHECK_FALSE(icp_row(camera, image, 1.0, p, normal, row));                            // too far
-    CHECK_FALSE(icp_row(camera, image, 10.0, p, V{0, 0, 1}, row));                       // facing away
-    CHECK_FALSE(icp_row(camera, image, 10.0, p, V{1, 0, 0}, row));                       // seen edge on
-    CHECK_FALSE(icp_row(camera, image, 10.0, V{60, 0, 78}, normal, row));                // outside
-    CHECK_FALSE(icp_row(camera, image, 200.0, V{0, 0, -78}, normal, row));               // behind
+    CHECK_FALSE(icp_row(camera, image, 1.0, p, normal, row));               // too far
+    CHECK_FALSE(icp_row(camera, image, 10.0, p, V{0, 0, 1}, row));          // facing away
+    CHECK_FALSE(icp_row(camera, image, 10.0, p, V{1, 0, 0}, row));          // seen edge on
+    CHECK_FALSE(icp_row(camera, image, 10.0, V{60, 0, 78}, normal, row));   // outside
+    CHECK_FALSE(icp_row(camera, image, 200.0, V{0, 0, -78}, normal, row));  // behind
     CHECK_FALSE(icp_row(camera, DisparityImage{nullptr, 240, 160, 240}, 10.0, p, normal, row));
 }
 
@@ -137,7 +145,8 @@ TEST_CASE("ARAP: gradient and blocks are those of its residuals by finite differ
             const auto g = arap_geometry(pa, pb, direction, length);
             const V ab = g.turned_a - g.now, ba = g.turned_b + g.now;
             const auto q = pa.rotation - g.qb;
-            const double l = std::sqrt(2 * weights.length), n = std::sqrt(weights.angle), r = std::sqrt(2 * weights.rotation);
+            const double l = std::sqrt(2 * weights.length), n = std::sqrt(weights.angle),
+                         r = std::sqrt(2 * weights.rotation);
             return std::vector<double>{l * g.stretch, n * ab.x, n * ab.y, n * ab.z, n * ba.x, n * ba.y,
                                        n * ba.z,      r * q.w,  r * q.x,  r * q.y,  r * q.z};
         };
@@ -194,7 +203,8 @@ TEST_CASE("ARAP costs nothing under a rigid motion, and something under any othe
     }
     // acos would have an infinite slope here; the difference of unit vectors has none.
     const NodePose<double> coincident{{1, 0, 0, 0}, pa};
-    const auto term = arap_term(arap_geometry(coincident, coincident, direction, length), coincident.rotation, weights);
+    const auto term =
+        arap_term(arap_geometry(coincident, coincident, direction, length), coincident.rotation, weights);
     CHECK(std::isfinite(term.cost));
     for (const double value : term.ab) CHECK(std::isfinite(value));
 }

@@ -1,4 +1,5 @@
-// Stage warp: the template's points moved to the present frame, and what the frame says of each (docs/stages/warp.md).
+// Stage warp: the template's points moved to the present frame, and what the frame says of each
+// (docs/stages/warp.md).
 #include <cmath>
 
 #include "backends/reference/stages.hpp"
@@ -28,8 +29,10 @@ class Warp : public Stage {
         expect_buffers("warp in", in, 1, 1);
         expect_buffers("warp out", out, 1);
         const auto* motions = take<defrec_motion>("warp motions", in[0], params_.nodes);
-        const size_t pixels = params_.height == 0 ? 0 : size_t(params_.height - 1) * params_.stride + params_.width;
-        const DisparityImage image{take_optional<int16_t>("warp disparity", in, 1, pixels), params_.width, params_.height, params_.stride};
+        const size_t pixels =
+            params_.height == 0 ? 0 : size_t(params_.height - 1) * params_.stride + params_.width;
+        const DisparityImage image{take_optional<int16_t>("warp disparity", in, 1, pixels), params_.width,
+                                   params_.height, params_.stride};
         auto* samples = take<defrec_surface_sample>("warp samples", out[0], params_.points);
         for (size_t i = 0; i < params_.nodes; ++i) motions_[i] = usable_motion<double>(motions[i]);
         for (size_t i = 0; i < params_.points; ++i) samples[i] = sample(points_[i], image);
@@ -47,7 +50,8 @@ class Warp : public Stage {
         return result;
     }
 
-    uint32_t observe(Vec3<double> position, Vec3<double> normal, const DisparityImage& image, float& residual) const {
+    uint32_t observe(Vec3<double> position, Vec3<double> normal, const DisparityImage& image,
+                     float& residual) const {
         Pixel<double> pixel;
         if (!project_inside(params_.camera, image, position, pixel)) return DEFREC_OUTSIDE;
         const double depth = live_depth(params_.camera, image, pixel);
@@ -67,6 +71,8 @@ class Warp : public Stage {
 
 }  // namespace
 
-std::unique_ptr<Stage> make_warp(const defrec_warp_params& params, const Host& host) { return std::make_unique<Warp>(params, host); }
+std::unique_ptr<Stage> make_warp(const defrec_warp_params& params, const Host& host) {
+    return std::make_unique<Warp>(params, host);
+}
 
 }  // namespace defrec::reference

@@ -1,4 +1,5 @@
-// Which pairs of control points share a residual: the pattern of a symmetric block sparse matrix, rows with ascending columns.
+// Which pairs of control points share a residual: the pattern of a symmetric block sparse matrix, rows with
+// ascending columns.
 #pragma once
 #include <algorithm>
 
@@ -8,7 +9,8 @@ namespace defrec {
 
 class BlockPattern {
   public:
-    explicit BlockPattern(const Host& host) : start_(HostAllocator<uint32_t>(host)), column_(HostAllocator<int32_t>(host)) {}
+    explicit BlockPattern(const Host& host)
+        : start_(HostAllocator<uint32_t>(host)), column_(HostAllocator<int32_t>(host)) {}
 
     // Starts a pattern with the diagonal only. Pairs follow with add, then finish.
     void begin(size_t rows) {
@@ -40,7 +42,8 @@ class BlockPattern {
     int32_t column(size_t block) const { return column_[block]; }
     // The block of a pair that was added.
     size_t find(int32_t row, int32_t column) const {
-        const auto first = column_.begin() + start_[size_t(row)], last = column_.begin() + start_[size_t(row) + 1];
+        const auto first = column_.begin() + start_[size_t(row)],
+                   last = column_.begin() + start_[size_t(row) + 1];
         return size_t(std::lower_bound(first, last, column) - column_.begin());
     }
 

@@ -1,4 +1,5 @@
-// The minimiser of stage lm (docs/stages/lm.md): steps, damping, when to stop. What it minimises is a Problem of the backend's own.
+// The minimiser of stage lm (docs/stages/lm.md): steps, damping, when to stop. What it minimises is a Problem
+// of the backend's own.
 #pragma once
 #include <cmath>
 #include <span>
@@ -27,24 +28,26 @@ constexpr double kLeastLambda = 1e-7, kMostLambda = 1e7;
 constexpr double kLambdaDown = 1.0 / 7.5, kLambdaUp = 10;
 constexpr double kLeastDiagonal = 1e-6;       // of a block's trace, added to its diagonal
 constexpr double kConjugateTolerance = 1e-3;  // of the preconditioned residual's norm
-constexpr double kLeastStepMm = 0.01;   // no control point moves farther, itself or by rotation at one spacing: converged
+constexpr double kLeastStepMm =
+    0.01;  // no control point moves farther, itself or by rotation at one spacing: converged
 constexpr double kLeastDecrease = 1e-4;  // of the cost that is left: converged
-
 
 inline NodePose<double> moved(const NodePose<double>& pose, const double step[6]) {
     const Quaternion<double> turn = rotation_from_vector(Vec3<double>{step[0], step[1], step[2]});
     const Quaternion<double> rotation = turn * pose.rotation;
-    return {(1 / std::sqrt(dot(rotation, rotation))) * rotation, pose.position + Vec3<double>{step[3], step[4], step[5]}};
+    return {(1 / std::sqrt(dot(rotation, rotation))) * rotation,
+            pose.position + Vec3<double>{step[3], step[4], step[5]}};
 }
 
 // nodes: in, where to start; out, the minimum. trial: as many; step: 6 each. Problem has
-//   LmSums begin(nodes)                  linearises, and fixes what depends on the start; the system becomes the present one
-//   LmSums evaluate(nodes, linearise)    the cost there, and if wanted its system
-//   void accept()                        the system last linearised becomes the present one
-//   bool solve(lambda, step)             of the present one; false if there is no finite solution
+//   LmSums begin(nodes)                  linearises, and fixes what depends on the start; the system becomes
+//   the present one LmSums evaluate(nodes, linearise)    the cost there, and if wanted its system void
+//   accept()                        the system last linearised becomes the present one bool solve(lambda,
+//   step)             of the present one; false if there is no finite solution
 template <class Problem>
-defrec_lm_summary levenberg_marquardt(Problem& problem, const defrec_lm_params& params, std::span<NodePose<double>> nodes,
-                                      std::span<NodePose<double>> trial, std::span<double> step) {
+defrec_lm_summary levenberg_marquardt(Problem& problem, const defrec_lm_params& params,
+                                      std::span<NodePose<double>> nodes, std::span<NodePose<double>> trial,
+                                      std::span<double> step) {
     defrec_lm_summary summary{};
     LmSums sums = problem.begin(nodes);
     summary.initial_cost = float(sums.total());

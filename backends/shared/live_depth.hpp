@@ -1,5 +1,5 @@
-// Where a point of the rectified camera falls in the image, and how deep the live surface lies there by the disparity image.
-// The rule that lm and warp share (docs/stages/warp.md).
+// Where a point of the rectified camera falls in the image, and how deep the live surface lies there by the
+// disparity image. The rule that lm and warp share (docs/stages/warp.md).
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -9,8 +9,8 @@
 
 namespace defrec {
 
-constexpr double kLeastDepthMm = 1e-3;    // nearer points, and those behind the camera, fall nowhere
-constexpr int32_t kLargestDepthStep = 32; // 1/16 px; disparities farther apart are not interpolated between
+constexpr double kLeastDepthMm = 1e-3;     // nearer points, and those behind the camera, fall nowhere
+constexpr int32_t kLargestDepthStep = 32;  // 1/16 px; disparities farther apart are not interpolated between
 
 template <class T>
 struct Pixel {
@@ -28,16 +28,19 @@ template <class T>
 bool project_inside(const defrec_camera& camera, const DisparityImage& image, Vec3<T> p, Pixel<T>& pixel) {
     if (!(p.z > T(kLeastDepthMm))) return false;
     const T inverse_z = T(1) / p.z;
-    pixel = {T(camera.fx) * (p.x * inverse_z) + T(camera.cx), T(camera.fy) * (p.y * inverse_z) + T(camera.cy)};
-    return pixel.u >= T(0) && pixel.v >= T(0) && pixel.u <= T(image.width - 1) && pixel.v <= T(image.height - 1);
+    pixel = {T(camera.fx) * (p.x * inverse_z) + T(camera.cx),
+             T(camera.fy) * (p.y * inverse_z) + T(camera.cy)};
+    return pixel.u >= T(0) && pixel.v >= T(0) && pixel.u <= T(image.width - 1) &&
+           pixel.v <= T(image.height - 1);
 }
 
-// Depth, mm, at a pixel inside the image; 0 where there is none. Between four valid disparities that lie close together it is
-// bilinear in disparity, else it is that of the nearest pixel.
+// Depth, mm, at a pixel inside the image; 0 where there is none. Between four valid disparities that lie
+// close together it is bilinear in disparity, else it is that of the nearest pixel.
 template <class T>
 T live_depth(const defrec_camera& camera, const DisparityImage& image, Pixel<T> pixel) {
     if (image.data == nullptr) return T(0);
-    const int32_t x = std::min(int32_t(pixel.u), int32_t(image.width) - 2), y = std::min(int32_t(pixel.v), int32_t(image.height) - 2);
+    const int32_t x = std::min(int32_t(pixel.u), int32_t(image.width) - 2),
+                  y = std::min(int32_t(pixel.v), int32_t(image.height) - 2);
     const T right = pixel.u - T(x), below = pixel.v - T(y);
     const int16_t* row = image.data + size_t(y) * image.stride + size_t(x);
     const int32_t d00 = row[0], d01 = row[1], d10 = row[image.stride], d11 = row[image.stride + 1];

@@ -1,5 +1,6 @@
-// The as-rigid-as-possible term of stage lm for one edge (the paper's f_ARAP): cost, gradient and 6x6 blocks. Formulas on a scalar type T;
-// docs/stages/lm.md derives them. Increments of a control point are (omega, tau): x' = exp(omega) (x - c) + c + tau about its position c.
+// The as-rigid-as-possible term of stage lm for one edge (the paper's f_ARAP): cost, gradient and 6x6 blocks.
+// Formulas on a scalar type T; docs/stages/lm.md derives them. Increments of a control point are (omega,
+// tau): x' = exp(omega) (x - c) + c + tau about its position c.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -8,7 +9,7 @@
 
 namespace defrec {
 
-constexpr double kArapShare = 0.02;  // of the data's weight, at arap_weight 1
+constexpr double kArapShare = 0.02;      // of the data's weight, at arap_weight 1
 constexpr double kLeastLengthMm = 1e-3;  // edges that have shrunk below count as this long
 
 // A control point in motion: its rotation, and where it is now.
@@ -18,7 +19,8 @@ struct NodePose {
     Vec3<T> position;
 };
 
-// Weights of one edge, its own and the data's included; angle and rotation weights already hold the squared node spacing (mm^2).
+// Weights of one edge, its own and the data's included; angle and rotation weights already hold the squared
+// node spacing (mm^2).
 template <class T>
 struct ArapWeights {
     T length, angle, rotation;
@@ -46,7 +48,8 @@ void cross_matrix(Vec3<T> v, T m[9]) {
 template <class T>
 void multiply3(const T a[9], const T b[9], T m[9]) {
     for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 3; ++c) m[r * 3 + c] = a[r * 3] * b[c] + a[r * 3 + 1] * b[3 + c] + a[r * 3 + 2] * b[6 + c];
+        for (int c = 0; c < 3; ++c)
+            m[r * 3 + c] = a[r * 3] * b[c] + a[r * 3 + 1] * b[3 + c] + a[r * 3 + 2] * b[6 + c];
 }
 // I - v v^T
 template <class T>
@@ -72,19 +75,24 @@ void add_gradient(T gradient[6], int at, T scale, Vec3<T> v) {
 // What an edge's residuals are made of.
 template <class T>
 struct ArapGeometry {
-    Vec3<T> now;         // unit, from a to b
-    Vec3<T> turned_a;    // where a's motion takes the rest direction from a to b; unit
-    Vec3<T> turned_b;    // where b's motion takes the rest direction from b to a; unit
-    T length, stretch;   // mm: now, and now minus at rest
-    Quaternion<T> qb;    // b's rotation in the hemisphere of a's
+    Vec3<T> now;        // unit, from a to b
+    Vec3<T> turned_a;   // where a's motion takes the rest direction from a to b; unit
+    Vec3<T> turned_b;   // where b's motion takes the rest direction from b to a; unit
+    T length, stretch;  // mm: now, and now minus at rest
+    Quaternion<T> qb;   // b's rotation in the hemisphere of a's
 };
 template <class T>
-ArapGeometry<T> arap_geometry(const NodePose<T>& a, const NodePose<T>& b, Vec3<T> rest_direction, T rest_length) {
+ArapGeometry<T> arap_geometry(const NodePose<T>& a, const NodePose<T>& b, Vec3<T> rest_direction,
+                              T rest_length) {
     const Vec3<T> along = b.position - a.position;
     const T length = std::sqrt(dot(along, along)), divisor = std::max(length, T(kLeastLengthMm));
     const T sign = dot(a.rotation, b.rotation) < T(0) ? T(-1) : T(1);
-    return {(T(1) / divisor) * along, rotate(a.rotation, rest_direction), rotate(b.rotation, T(-1) * rest_direction),
-            divisor, length - rest_length, sign * b.rotation};
+    return {(T(1) / divisor) * along,
+            rotate(a.rotation, rest_direction),
+            rotate(b.rotation, T(-1) * rest_direction),
+            divisor,
+            length - rest_length,
+            sign * b.rotation};
 }
 
 // Both directions of the edge: 2 length^2, |angle_ab|^2 + |angle_ba|^2, 2 |rotation|^2, each with its weight.
@@ -92,7 +100,8 @@ template <class T>
 T arap_cost(const ArapGeometry<T>& g, Quaternion<T> qa, const ArapWeights<T>& w) {
     const Vec3<T> ab = g.turned_a - g.now, ba = g.turned_b + g.now;
     const Quaternion<T> turn = qa - g.qb;
-    return T(2) * (w.length * g.stretch * g.stretch + w.rotation * dot(turn, turn)) + w.angle * (dot(ab, ab) + dot(ba, ba));
+    return T(2) * (w.length * g.stretch * g.stretch + w.rotation * dot(turn, turn)) +
+           w.angle * (dot(ab, ab) + dot(ba, ba));
 }
 
 template <class T>

@@ -27,7 +27,8 @@ struct LmTemplate {
           patches(HostAllocator<defrec_patch>(host)),
           pattern(host) {}
 
-    // Throws where something cannot be used: an index out of range, a number that is not finite, an edge of length 0.
+    // Throws where something cannot be used: an index out of range, a number that is not finite, an edge of
+    // length 0.
     void read(const defrec_lm_params& params, std::span<const InBuffer> in) {
         expect_buffers("lm prepare", in, 5);
         const float* xyz = take<float>("lm control points", in[0], size_t(params.nodes) * 3);
@@ -42,7 +43,8 @@ struct LmTemplate {
         check_skinned("lm: patch", given_patches, params.patches, params.nodes);
         for (size_t i = 0; i < params.points; ++i)
             if (!all_finite(given_points[i].normal, 3))
-                throw StageError(DEFREC_ERROR_ARGUMENT, "lm: the normal of point " + std::to_string(i) + " is not finite");
+                throw StageError(DEFREC_ERROR_ARGUMENT,
+                                 "lm: the normal of point " + std::to_string(i) + " is not finite");
 
         nodes.clear();
         for (size_t i = 0; i < params.nodes; ++i) nodes.push_back(load3<double>(xyz + 3 * i));
@@ -61,13 +63,17 @@ struct LmTemplate {
             const auto last = int64_t(nodes.size());
             const bool known = edge.a >= 0 && edge.b >= 0 && edge.a < last && edge.b < last;
             const Vec3<double> along = known ? nodes[size_t(edge.b)] - nodes[size_t(edge.a)] : Vec3<double>{};
-            if (!(dot(along, along) > kLeastLengthMm * kLeastLengthMm) || !(edge.weight > 0) || !std::isfinite(edge.weight))
-                throw StageError(DEFREC_ERROR_ARGUMENT, "lm: edge " + std::to_string(i) +
-                                                            " has no length, no weight, or a control point outside 0.." +
-                                                            std::to_string(last) + " (exclusive)");
+            if (!(dot(along, along) > kLeastLengthMm * kLeastLengthMm) || !(edge.weight > 0) ||
+                !std::isfinite(edge.weight))
+                throw StageError(DEFREC_ERROR_ARGUMENT,
+                                 "lm: edge " + std::to_string(i) +
+                                     " has no length, no weight, or a control point outside 0.." +
+                                     std::to_string(last) + " (exclusive)");
             edges.push_back({std::min(edge.a, edge.b), std::max(edge.a, edge.b), edge.weight});
         }
-        const auto before = [](const defrec_edge& x, const defrec_edge& y) { return std::pair(x.a, x.b) < std::pair(y.a, y.b); };
+        const auto before = [](const defrec_edge& x, const defrec_edge& y) {
+            return std::pair(x.a, x.b) < std::pair(y.a, y.b);
+        };
         std::stable_sort(edges.begin(), edges.end(), before);
         size_t kept = 0;
         for (const defrec_edge& edge : edges) {
@@ -118,11 +124,13 @@ struct LmFrame {
 
     static LmFrame read(const defrec_lm_params& params, std::span<const InBuffer> in) {
         expect_buffers("lm in", in, 1, 3);
-        const size_t pixels = params.height == 0 ? 0 : size_t(params.height - 1) * params.stride + params.width;
+        const size_t pixels =
+            params.height == 0 ? 0 : size_t(params.height - 1) * params.stride + params.width;
         return {take<defrec_motion>("lm motions", in[0], params.nodes),
                 take_optional<defrec_match>("lm matches", in, 1, params.landmarks),
                 take_optional<defrec_patch_observation>("lm patch observations", in, 2, params.patches),
-                {take_optional<int16_t>("lm disparity", in, 3, pixels), params.width, params.height, params.stride}};
+                {take_optional<int16_t>("lm disparity", in, 3, pixels), params.width, params.height,
+                 params.stride}};
     }
 };
 

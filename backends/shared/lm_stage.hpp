@@ -1,5 +1,5 @@
-// Stage lm from buffers to buffers; the cost and its solvers are a backend's Problem (levenberg_marquardt.hpp), which is made in prepare
-// and told of each frame by set_frame.
+// Stage lm from buffers to buffers; the cost and its solvers are a backend's Problem
+// (levenberg_marquardt.hpp), which is made in prepare and told of each frame by set_frame.
 #pragma once
 #include <optional>
 
@@ -41,11 +41,13 @@ class LmStage : public Stage {
         }
         if (params_.presolve != 0 && frame.matches != nullptr) move_rigidly(frame.matches);
         problem_->set_frame(frame);
-        *summary = levenberg_marquardt(*problem_, params_, std::span(nodes_), std::span(trial_), std::span(step_));
+        *summary =
+            levenberg_marquardt(*problem_, params_, std::span(nodes_), std::span(trial_), std::span(step_));
         for (size_t i = 0; i < params_.nodes; ++i) {
             const NodePose<double>& node = nodes_[i];
             if (!summary->failed)
-                motions_[i] = from_rigid(node.rotation, node.position - rotate(node.rotation, surface_.nodes[i]));
+                motions_[i] =
+                    from_rigid(node.rotation, node.position - rotate(node.rotation, surface_.nodes[i]));
             motions[i] = motions_[i].store();
         }
     }
@@ -55,10 +57,12 @@ class LmStage : public Stage {
         for (size_t i = 0; i < deformed_.size(); ++i) {
             if (!preselected(matches[i])) continue;
             const defrec_surface_point& landmark = surface_.landmarks[i];
-            deformed_[i] = apply(blend<double>(motions_.data(), landmark.node, landmark.weight), load3<double>(landmark.position));
+            deformed_[i] = apply(blend<double>(motions_.data(), landmark.node, landmark.weight),
+                                 load3<double>(landmark.position));
         }
         const auto motion = presolve(matches, deformed_, double(params_.match_tukey_mm));
-        for (NodePose<double>& node : nodes_) node = {motion.real * node.rotation, apply(motion, node.position)};
+        for (NodePose<double>& node : nodes_)
+            node = {motion.real * node.rotation, apply(motion, node.position)};
     }
 
     defrec_lm_params params_;

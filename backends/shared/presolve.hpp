@@ -1,4 +1,5 @@
-// The rigid motion that brings deformed landmarks onto their matches, found before stage lm iterates (docs/stages/lm.md).
+// The rigid motion that brings deformed landmarks onto their matches, found before stage lm iterates
+// (docs/stages/lm.md).
 #pragma once
 #include <Eigen/Dense>
 
@@ -7,8 +8,8 @@
 
 namespace defrec {
 
-// The weighted least-squares rigid motion from -> to (Kabsch 1976, with Umeyama's determinant guard). Where the points do not fix a rotation
-// it is a translation.
+// The weighted least-squares rigid motion from -> to (Kabsch 1976, with Umeyama's determinant guard). Where
+// the points do not fix a rotation it is a translation.
 class RigidFit {
   public:
     void add(double weight, Vec3<double> from, Vec3<double> to) {
@@ -43,9 +44,10 @@ class RigidFit {
 
 constexpr int kPresolveRounds = 5, kPresolveLeastMatches = 6;
 
-// deformed: where each landmark with a preselected match is by the present motions; only those count. The identity where they are too few, or where
-// no rigid motion brings them closer by Tukey's measure.
-inline DualQuaternion<double> presolve(const defrec_match* matches, std::span<const Vec3<double>> deformed, double tukey_mm) {
+// deformed: where each landmark with a preselected match is by the present motions; only those count. The
+// identity where they are too few, or where no rigid motion brings them closer by Tukey's measure.
+inline DualQuaternion<double> presolve(const defrec_match* matches, std::span<const Vec3<double>> deformed,
+                                       double tukey_mm) {
     const auto identity = DualQuaternion<double>::identity();
     int32_t count = 0;
     for (size_t i = 0; i < deformed.size(); ++i) count += preselected(matches[i]) ? 1 : 0;
@@ -58,7 +60,9 @@ inline DualQuaternion<double> presolve(const defrec_match* matches, std::span<co
     const auto cost = [&](const DualQuaternion<double>& motion) {
         double sum = 0;
         for (size_t i = 0; i < deformed.size(); ++i)
-            if (preselected(matches[i])) sum += double(matches[i].weight) * tukey(squared_error(motion, i), 1 / (tukey_mm * tukey_mm)).cost;
+            if (preselected(matches[i]))
+                sum += double(matches[i].weight) *
+                       tukey(squared_error(motion, i), 1 / (tukey_mm * tukey_mm)).cost;
         return sum;
     };
     DualQuaternion<double> motion = identity;
@@ -73,8 +77,8 @@ inline DualQuaternion<double> presolve(const defrec_match* matches, std::span<co
         RigidFit fit;
         for (size_t i = 0; i < deformed.size(); ++i)
             if (preselected(matches[i]))
-                fit.add(double(matches[i].weight) * tukey(squared_error(motion, i), 1 / c2).weight, deformed[i],
-                        load3<double>(matches[i].position));
+                fit.add(double(matches[i].weight) * tukey(squared_error(motion, i), 1 / c2).weight,
+                        deformed[i], load3<double>(matches[i].position));
         motion = fit.solve();
     }
     return cost(motion) < cost(identity) ? motion : identity;

@@ -20,11 +20,14 @@ void check_skinned(const char* what, const Point* points, size_t count, size_t n
     for (size_t i = 0; i < count; ++i) {
         const Point& p = points[i];
         bool good = all_finite(p.position, 3) && all_finite(p.weight, DEFREC_SKIN_NODES);
-        for (int k = 0; k < DEFREC_SKIN_NODES; ++k) good = good && p.node[k] >= 0 && size_t(p.node[k]) < nodes;
+        for (int k = 0; k < DEFREC_SKIN_NODES; ++k)
+            good = good && p.node[k] >= 0 && size_t(p.node[k]) < nodes;
         if (!good)
-            throw StageError(DEFREC_ERROR_ARGUMENT, std::string(what) + " " + std::to_string(i) +
-                                                        " has a position or weight that is not finite, or a control point outside 0.." +
-                                                        std::to_string(nodes) + " (exclusive)");
+            throw StageError(
+                DEFREC_ERROR_ARGUMENT,
+                std::string(what) + " " + std::to_string(i) +
+                    " has a position or weight that is not finite, or a control point outside 0.." +
+                    std::to_string(nodes) + " (exclusive)");
     }
 }
 

@@ -1,5 +1,6 @@
-// A surface that deforms by a given function, as tests and benchmarks of lm and warp see it: template, control points, and the
-// disparity image, matches and patch observations of the deformed surface. Exact but for the rounding of disparities to 1/16 px.
+// A surface that deforms by a given function, as tests and benchmarks of lm and warp see it: template,
+// control points, and the disparity image, matches and patch observations of the deformed surface. Exact but
+// for the rounding of disparities to 1/16 px.
 #pragma once
 #include <functional>
 #include <random>
@@ -30,10 +31,12 @@ class TestSurface {
             for (int x = 0; x < columns_; ++x) push(nodes, lift(x * spec.node_step, y * spec.node_step));
         connect();
         for (double v = 0; v <= spec.height - 1; v += spec.point_step)
-            for (double u = 0; u <= spec.width - 1; u += spec.point_step) points.push_back(surface_point(u, v));
+            for (double u = 0; u <= spec.width - 1; u += spec.point_step)
+                points.push_back(surface_point(u, v));
         std::mt19937 random(7);
         std::uniform_real_distribution<double> across(4, spec.width - 5), down(4, spec.height - 5);
-        for (uint32_t i = 0; i < spec.landmarks; ++i) landmarks.push_back(surface_point(across(random), down(random)));
+        for (uint32_t i = 0; i < spec.landmarks; ++i)
+            landmarks.push_back(surface_point(across(random), down(random)));
         for (uint32_t i = 0; i < spec.patches; ++i) {
             const defrec_surface_point point = surface_point(across(random), down(random));
             defrec_patch patch{};
@@ -56,7 +59,12 @@ class TestSurface {
         observations.clear();
         for (const auto& patch : patches) {
             const auto pixel = project(deformation(load3<double>(patch.position)));
-            observations.push_back({int32_t(std::lround(pixel.u * 256)), int32_t(std::lround(pixel.v * 256)), 4096, 1, {1, 0, 1}, 0});
+            observations.push_back({int32_t(std::lround(pixel.u * 256)),
+                                    int32_t(std::lround(pixel.v * 256)),
+                                    4096,
+                                    1,
+                                    {1, 0, 1},
+                                    0});
         }
         render(deformation);
     }
@@ -116,7 +124,9 @@ class TestSurface {
     static void push(std::vector<float>& out, Vec3<double> p) {
         for (const double value : {p.x, p.y, p.z}) out.push_back(float(value));
     }
-    double height_at(double x, double y) const { return spec_.depth + 3 * std::sin(x / 11) * std::cos(y / 9) + 0.05 * x; }
+    double height_at(double x, double y) const {
+        return spec_.depth + 3 * std::sin(x / 11) * std::cos(y / 9) + 0.05 * x;
+    }
     // The point of the template seen at a pixel.
     Vec3<double> lift(double u, double v) const {
         const double x = (u - camera.cx) / camera.fx, y = (v - camera.cy) / camera.fy;
@@ -149,31 +159,39 @@ class TestSurface {
         const int count = columns_ * rows_;
         for (int a = 0; a < count; ++a)
             for (int b = a + 1; b < count; ++b) {
-                const Vec3<double> along = load3<double>(&nodes[size_t(b) * 3]) - load3<double>(&nodes[size_t(a) * 3]);
+                const Vec3<double> along =
+                    load3<double>(&nodes[size_t(b) * 3]) - load3<double>(&nodes[size_t(a) * 3]);
                 const double d = std::sqrt(dot(along, along)) / spacing_mm;
-                if (d <= spec_.connection) edges.push_back({a, b, float(std::exp(-0.5 * (d / 1.5) * (d / 1.5)))});
+                if (d <= spec_.connection)
+                    edges.push_back({a, b, float(std::exp(-0.5 * (d / 1.5) * (d / 1.5)))});
             }
     }
-    // Newton's method for the point of the template that is seen at each pixel, row by row from its neighbour's.
+    // Newton's method for the point of the template that is seen at each pixel, row by row from its
+    // neighbour's.
     void render(const Deformation& deformation) {
         disparity.assign(size_t(spec_.width) * spec_.height, int16_t(DEFREC_DISPARITY_NONE));
         for (uint32_t y = 0; y < spec_.height; ++y) {
             Vec3<double> at = lift(0, y);
             for (uint32_t x = 0; x < spec_.width; ++x) {
-                const auto moved_at = [&](double px, double py) { return deformation({px, py, height_at(px, py)}); };
+                const auto moved_at = [&](double px, double py) {
+                    return deformation({px, py, height_at(px, py)});
+                };
                 Vec3<double> p = moved_at(at.x, at.y);
                 for (int i = 0; i < 8; ++i) {
                     constexpr double kStep = 1e-4;
-                    const auto o = project(p), a = project(moved_at(at.x + kStep, at.y)), b = project(moved_at(at.x, at.y + kStep));
+                    const auto o = project(p), a = project(moved_at(at.x + kStep, at.y)),
+                               b = project(moved_at(at.x, at.y + kStep));
                     const double eu = x - o.u, ev = y - o.v;
-                    const double au = (a.u - o.u) / kStep, av = (a.v - o.v) / kStep, bu = (b.u - o.u) / kStep, bv = (b.v - o.v) / kStep;
+                    const double au = (a.u - o.u) / kStep, av = (a.v - o.v) / kStep, bu = (b.u - o.u) / kStep,
+                                 bv = (b.v - o.v) / kStep;
                     const double det = au * bv - av * bu;
                     at.x += (eu * bv - ev * bu) / det;
                     at.y += (au * ev - av * eu) / det;
                     p = moved_at(at.x, at.y);
                     if (std::abs(eu) + std::abs(ev) < 1e-4) break;
                 }
-                disparity[y * spec_.width + x] = int16_t(std::lround(16 * camera.fx * camera.baseline_mm / p.z));
+                disparity[y * spec_.width + x] =
+                    int16_t(std::lround(16 * camera.fx * camera.baseline_mm / p.z));
             }
         }
     }
