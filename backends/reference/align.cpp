@@ -154,7 +154,8 @@ class Align final : public Stage {
                 ii += gray * gray;
                 ti += value * gray;
             }
-        const int32_t live_variance = n * ii - i * i;
+        // Modulo 2^32: the products may be larger, the difference is not.
+        const int32_t live_variance = int32_t(uint32_t(n) * uint32_t(ii) - uint32_t(i) * uint32_t(i));
         if (4 * n < 3 * int32_t(pixels()) || live_variance < 1) return kUnscored;
         const float inverse = inverse_[size_t(n - 1)];
         const float patch_variance = float(tt) - (float(t) * float(t)) * inverse;
