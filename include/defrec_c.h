@@ -474,7 +474,7 @@ typedef struct defrec_tracker_desc {
     float       vertex_spacing_px;     /* between template vertices; default: width / 120, at least 4 */
     uint32_t    max_features;          /* default 1024 */
     uint32_t    max_patches;           /* default 1024 */
-    float       arap_weight;           /* default: 1 */
+    float       arap_weight;           /* of the smoothness term; default 0.2 */
     uint32_t    keep_disparity;        /* 1: results carry the disparity image */
     uint32_t    coarse_iterations, fine_iterations; /* of Levenberg-Marquardt; default 4, 4 */
 } defrec_tracker_desc;

@@ -61,7 +61,7 @@ TrackerSettings complete_settings(const defrec_tracker_desc& desc, const Rig& ri
     settings.vertex_spacing_px = or_default(desc.vertex_spacing_px, std::max(4.f, static_cast<float>(rig.width()) / 120));
     settings.max_features = or_default(desc.max_features, 1024u);
     settings.max_patches = or_default(desc.max_patches, 1024u);
-    settings.arap_weight = or_default(desc.arap_weight, 1.f);
+    settings.arap_weight = or_default(desc.arap_weight, 0.2f);
     if (bytes_per_pixel(settings.format) == 0)
         fail(DEFREC_ERROR_ARGUMENT, "format is ", settings.format, "; GRAY8 (1), BGR8 (2), RGB8 (3) and BGRA8 (4) exist");
     if (settings.frames_in_flight > kMostFramesInFlight)
@@ -321,7 +321,7 @@ void Pipeline::set_template(std::shared_ptr<const Template> surface, FrameOutput
     t.align_coarse = make_align(1, 8);
     t.align_fine = make_align(0, 4);
 
-    const auto make_lm = [&](uint32_t iterations, bool presolve, float match_weight, float patch_tukey_px) {
+    const auto make_lm = [&](uint32_t iterations, bool presolve, float match_weight, float patch_tukey_px, float icp_tukey_mm) {
         auto lm = make_params<defrec_lm_params>();
         lm.nodes = nodes;
         lm.edges = static_cast<uint32_t>(data.edges.size());
@@ -337,6 +337,8 @@ void Pipeline::set_template(std::shared_ptr<const Template> surface, FrameOutput
         lm.node_spacing_mm = static_cast<float>(data.node_spacing_mm);
         lm.match_weight = match_weight;
         lm.patch_tukey_px = patch_tukey_px;
+        lm.icp_tukey_mm = icp_tukey_mm;
+        lm.cg_iterations = 10;
         lm.arap_weight = settings_.arap_weight;
         lm.match_threshold_mm = 2.f;
         fill_defaults(lm);
@@ -346,10 +348,11 @@ void Pipeline::set_template(std::shared_ptr<const Template> surface, FrameOutput
     };
     // The paper's weight while features alone tell where the surface went; once patches do so to a fraction of a pixel, features whose
     // positions are good to about a pixel only hold what has no patch.
-    // Patches far from where the surface is so far are what a local deformation looks like, so the kernel is wide at first.
-    t.solve_coarse = make_lm(settings_.coarse_iterations, true, 10.f, 12.f);
-    t.solve_middle = make_lm(settings_.coarse_iterations, false, 1.f, 12.f);
-    t.solve_fine = make_lm(settings_.fine_iterations, false, 0.5f, 8.f);
+    // Patches far from where the surface is so far are what a local deformation looks like, so their kernel is wide at first. Live depth far
+    // from it is more and more likely an instrument's, so the kernel of ICP narrows.
+    t.solve_coarse = make_lm(settings_.coarse_iterations, true, 10.f, 12.f, 3.f);
+    t.solve_middle = make_lm(settings_.coarse_iterations, false, 1.f, 12.f, 1.5f);
+    t.solve_fine = make_lm(settings_.fine_iterations, false, 0.5f, 8.f, 1.f);
 
     auto warp = make_params<defrec_warp_params>();
     warp.nodes = nodes;
