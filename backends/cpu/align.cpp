@@ -16,8 +16,7 @@ constexpr int32_t kRowsPerTask = 64;
 
 class Align final : public Stage {
   public:
-    Align(const defrec_align_params& params, const Host& host)
-        : params_(params), host_(host) {
+    Align(const defrec_align_params& params, const Host& host) : params_(params), host_(host) {
         check_limits(params);
         const uint32_t side = 2 * params.patch_radius + 1;
         for (uint32_t n = 1; n <= side * side; ++n) {
@@ -33,11 +32,13 @@ class Align final : public Stage {
     void prepare(std::span<const InBuffer> in) override {
         expect_buffers("align: prepare", in, 2);
         const std::span<const defrec_patch> patches = take_patches(params_, in[0]);
-        const auto* views = take<uint8_t>("align: views", in[1], view_offset(params_, params_.views - 1) + gray_size(params_));
+        const auto* views = take<uint8_t>("align: views", in[1],
+                                          view_offset(params_, params_.views - 1) + gray_size(params_));
         patches_.assign(patches.begin(), patches.end());
         centres_.clear();
         for (const defrec_patch& patch : patches_) centres_.push_back(centre_of(patch));
-        const int32_t width = int32_t(params_.width >> params_.level), height = int32_t(params_.height >> params_.level);
+        const int32_t width = int32_t(params_.width >> params_.level),
+                      height = int32_t(params_.height >> params_.level);
         const size_t doubled = size_t(4) * size_t(width) * size_t(height);
         HostVector<uint8_t> view(doubled, 0, HostAllocator<uint8_t>(host_));
         view_pixels_.assign(2 * doubled * params_.views, 0);
@@ -58,16 +59,19 @@ class Align final : public Stage {
     void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
         if (!prepared_) throw StageError(DEFREC_ERROR_STATE, "align: run before prepare");
         const AlignBuffers buffers = take_buffers(params_, patches_.size(), in, out);
-        const AlignRun run{&params_, pyramid(buffers.gray, buffers.mask), views_.data(), inverse_.data(), root_.data()};
+        const AlignRun run{&params_, pyramid(buffers.gray, buffers.mask), views_.data(), inverse_.data(),
+                           root_.data()};
         host_.parallel_for((patches_.size() + kPatchesPerTask - 1) / kPatchesPerTask, [&](size_t task) {
             AlignScratch scratch;
             const size_t last = std::min(patches_.size(), (task + 1) * kPatchesPerTask);
             for (size_t i = task * kPatchesPerTask; i < last; ++i) {
                 const defrec_patch_prediction prediction =
-                    buffers.given != nullptr ? buffers.given[i] : align::predict<float>(patches_[i], buffers.motions, params_);
+                    buffers.given != nullptr ? buffers.given[i]
+                                             : align::predict<float>(patches_[i], buffers.motions, params_);
                 AlignPeak peak;
                 defrec_patch_observation observation{};
-                if (align_search(run, centres_[i], prediction, scratch, peak)) align_refine(run, scratch, peak, observation);
+                if (align_search(run, centres_[i], prediction, scratch, peak))
+                    align_refine(run, scratch, peak, observation);
                 buffers.observations[i] = observation;
                 if (buffers.predictions != nullptr) buffers.predictions[i] = prediction;
             }
@@ -78,7 +82,8 @@ class Align final : public Stage {
     AlignCentre centre_of(const defrec_patch& patch) const {
         AlignCentre centre{0, 0, patch.view, false};
         if (!align::to_fixed(patch.u, centre.x) || !align::to_fixed(patch.v, centre.y)) return centre;
-        return {align::to_level(centre.x, params_.level), align::to_level(centre.y, params_.level), patch.view, true};
+        return {align::to_level(centre.x, params_.level), align::to_level(centre.y, params_.level),
+                patch.view, true};
     }
 
     size_t pyramid_stride(uint32_t level) const { return ((params_.width >> level) + 63) / 64 * 64; }
@@ -90,17 +95,23 @@ class Align final : public Stage {
 
     // The image at the level searched; in the stage's own memory unless that is level 0.
     AlignLevel pyramid(const uint8_t* gray, const uint8_t* mask) {
-        AlignLevel level{gray, mask, int32_t(params_.width), int32_t(params_.height), params_.stride, gray_size(params_)};
+        AlignLevel level{
+            gray, mask, int32_t(params_.width), int32_t(params_.height), params_.stride, gray_size(params_)};
         size_t offset = 0;
         for (uint32_t l = 1; l <= params_.level; ++l) {
             const AlignLevel below = level;
             uint8_t *to = gray_.data() + offset, *mask_to = mask_.data() + offset;
-            level = {to, mask != nullptr ? mask_to : nullptr, below.width / 2, below.height / 2, pyramid_stride(l), 0};
+            level = {
+                to, mask != nullptr ? mask_to : nullptr, below.width / 2, below.height / 2, pyramid_stride(l),
+                0};
             level.size = level.stride * size_t(level.height);
             host_.parallel_for(size_t(level.height + kRowsPerTask - 1) / kRowsPerTask, [&](size_t task) {
-                const int32_t first = int32_t(task) * kRowsPerTask, last = std::min(level.height, first + kRowsPerTask);
+                const int32_t first = int32_t(task) * kRowsPerTask,
+                              last = std::min(level.height, first + kRowsPerTask);
                 align_halve_gray(below.gray, below.stride, to, level.stride, level.width, first, last);
-                if (mask != nullptr) align_halve_mask(below.mask, below.stride, mask_to, level.stride, level.width, first, last);
+                if (mask != nullptr)
+                    align_halve_mask(below.mask, below.stride, mask_to, level.stride, level.width, first,
+                                     last);
             });
             offset += level.size;
         }
@@ -109,17 +120,21 @@ class Align final : public Stage {
 
     defrec_align_params params_;
     Host host_;
-    HostVector<float> inverse_{HostAllocator<float>(host_)}, root_{HostAllocator<float>(host_)}; // 1 / n and sqrt(n), at n - 1
+    HostVector<float> inverse_{HostAllocator<float>(host_)},
+        root_{HostAllocator<float>(host_)};  // 1 / n and sqrt(n), at n - 1
     HostVector<defrec_patch> patches_{HostAllocator<defrec_patch>(host_)};
     HostVector<AlignCentre> centres_{HostAllocator<AlignCentre>(host_)};
     HostVector<uint8_t> view_pixels_{HostAllocator<uint8_t>(host_)};
     HostVector<AlignView> views_{HostAllocator<AlignView>(host_)};
-    HostVector<uint8_t> gray_{HostAllocator<uint8_t>(host_)}, mask_{HostAllocator<uint8_t>(host_)}; // levels above 0
+    HostVector<uint8_t> gray_{HostAllocator<uint8_t>(host_)},
+        mask_{HostAllocator<uint8_t>(host_)};  // levels above 0
     bool prepared_ = false;
 };
 
 }  // namespace
 
-std::unique_ptr<Stage> make_align(const defrec_align_params& params, const Host& host) { return std::make_unique<Align>(params, host); }
+std::unique_ptr<Stage> make_align(const defrec_align_params& params, const Host& host) {
+    return std::make_unique<Align>(params, host);
+}
 
 }  // namespace defrec::cpu

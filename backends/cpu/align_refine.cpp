@@ -22,8 +22,9 @@ constexpr int32_t kShiftRows = kAlignRows + 3;
 
 // A patch's pixels in rows of kAlignRow, 0 where not usable.
 struct Patch {
-    alignas(64) int16_t t[kAlignRows * kAlignRow], gx[kAlignRows * kAlignRow], gy[kAlignRows * kAlignRow], usable[kAlignRows * kAlignRow];
-    int32_t count; // of all rows
+    alignas(64) int16_t t[kAlignRows * kAlignRow], gx[kAlignRows * kAlignRow], gy[kAlignRows * kAlignRow],
+        usable[kAlignRows * kAlignRow];
+    int32_t count;  // of all rows
 };
 
 void load_patch(const AlignScratch& scratch, const AlignPeak& peak, int32_t radius, Patch& out) {
@@ -31,8 +32,10 @@ void load_patch(const AlignScratch& scratch, const AlignPeak& peak, int32_t radi
     const int32_t side = 2 * radius + 1;
     for (int32_t row = 0; row < side; ++row)
         for (int32_t column = 0; column < kAlignRow; ++column) {
-            const int32_t pair = (peak.window_y - radius + row) * kAlignWindowRow + peak.window_x - radius + column;
-            out.usable[row * kAlignRow + column] = column < side && (!scratch.masked || (scratch.usable[pair] & 1) != 0);
+            const int32_t pair =
+                (peak.window_y - radius + row) * kAlignWindowRow + peak.window_x - radius + column;
+            out.usable[row * kAlignRow + column] =
+                column < side && (!scratch.masked || (scratch.usable[pair] & 1) != 0);
         }
     out.count = side * kAlignRow;
     for (int32_t k = 0; k < out.count; k += int32_t(hn::Lanes(d))) {
@@ -47,7 +50,9 @@ void load_patch(const AlignScratch& scratch, const AlignPeak& peak, int32_t radi
 class Sum {
   public:
     Sum() : sum_(hn::Zero(DPairs())), rest_(hn::Zero(DPairs())) {}
-    void add(hn::Vec<D16> a, hn::Vec<D16> b) { sum_ = hn::ReorderWidenMulAccumulate(DPairs(), a, b, sum_, rest_); }
+    void add(hn::Vec<D16> a, hn::Vec<D16> b) {
+        sum_ = hn::ReorderWidenMulAccumulate(DPairs(), a, b, sum_, rest_);
+    }
     int32_t total() const { return hn::GetLane(hn::SumOfLanes(DPairs(), hn::Add(sum_, rest_))); }
 
   private:
@@ -78,13 +83,17 @@ TemplateSums template_sums(const Patch& patch) {
 V32 multiply_pairs(V32 a, V32 b) {
     const hn::Repartition<int16_t, D32> d;
     V32 rest = hn::Zero(D32());
-    const V32 sum = hn::ReorderWidenMulAccumulate(D32(), hn::BitCast(d, a), hn::BitCast(d, b), hn::Zero(D32()), rest);
+    const V32 sum =
+        hn::ReorderWidenMulAccumulate(D32(), hn::BitCast(d, a), hn::BitCast(d, b), hn::Zero(D32()), rest);
     return hn::RearrangeToOddPlusEven(sum, rest);
 }
-V32 weight_pair(int32_t low, int32_t high) { return hn::Set(D32(), (low & 0xffff) | int32_t(uint32_t(high) << 16)); }
+V32 weight_pair(int32_t low, int32_t high) {
+    return hn::Set(D32(), (low & 0xffff) | int32_t(uint32_t(high) << 16));
+}
 
 // The live image under the patch, shifted by a fraction of a pixel, 1/4 gray level.
-void shift_live(const AlignScratch& scratch, const AlignPeak& peak, int32_t radius, int32_t shift_x, int32_t shift_y, int16_t* out) {
+void shift_live(const AlignScratch& scratch, const AlignPeak& peak, int32_t radius, int32_t shift_x,
+                int32_t shift_y, int16_t* out) {
     const D32 d;
     const hn::Rebind<int16_t, D32> narrow;
     int32_t wx[4], wy[4];
@@ -93,22 +102,26 @@ void shift_live(const AlignScratch& scratch, const AlignPeak& peak, int32_t radi
     const V32 left = weight_pair(wx[0], wx[1]), right = weight_pair(wx[2], wx[3]);
     const V32 above = weight_pair(wy[0], wy[1]), below = weight_pair(wy[2], wy[3]);
     const int32_t side = 2 * radius + 1;
-    const int32_t* corner = scratch.live + (peak.window_y + (shift_y >> 8) - radius - 1) * kAlignWindowRow + peak.window_x + (shift_x >> 8) - radius;
+    const int32_t* corner = scratch.live + (peak.window_y + (shift_y >> 8) - radius - 1) * kAlignWindowRow +
+                            peak.window_x + (shift_x >> 8) - radius;
     alignas(64) int32_t rows[kShiftRows * kAlignRow];
     const int32_t lanes = int32_t(hn::Lanes(d));
     for (int32_t column = 0; column < kAlignRow; column += lanes) {
         for (int32_t row = 0; row < side + 3; ++row) {
             const int32_t* from = corner + row * kAlignWindowRow + column;
-            const V32 sum = hn::Add(multiply_pairs(hn::LoadU(d, from - 1), left), multiply_pairs(hn::LoadU(d, from + 1), right));
+            const V32 sum = hn::Add(multiply_pairs(hn::LoadU(d, from - 1), left),
+                                    multiply_pairs(hn::LoadU(d, from + 1), right));
             hn::StoreU(hn::ShiftRight<4>(hn::Add(sum, hn::Set(d, 8))), d, rows + row * kAlignRow + column);
         }
         const auto pair = [&](int32_t row) HWY_ATTR {
             const int32_t* from = rows + row * kAlignRow + column;
-            return hn::Or(hn::And(hn::LoadU(d, from), hn::Set(d, 0xffff)), hn::ShiftLeft<16>(hn::LoadU(d, from + kAlignRow)));
+            return hn::Or(hn::And(hn::LoadU(d, from), hn::Set(d, 0xffff)),
+                          hn::ShiftLeft<16>(hn::LoadU(d, from + kAlignRow)));
         };
         for (int32_t row = 0; row < side; ++row) {
             const V32 sum = hn::Add(multiply_pairs(pair(row), above), multiply_pairs(pair(row + 2), below));
-            hn::StoreU(hn::DemoteTo(narrow, hn::ShiftRight<10>(hn::Add(sum, hn::Set(d, 512)))), narrow, out + row * kAlignRow + column);
+            hn::StoreU(hn::DemoteTo(narrow, hn::ShiftRight<10>(hn::Add(sum, hn::Set(d, 512)))), narrow,
+                       out + row * kAlignRow + column);
         }
     }
 }
@@ -127,9 +140,12 @@ LiveSums live_sums(const Patch& patch, const int16_t* live) {
     return {i.total(), ii.total(), it.total(), igx.total(), igy.total()};
 }
 
-void refine(const AlignRun& run, const AlignScratch& scratch, const AlignPeak& peak, defrec_patch_observation& result) {
+void refine(const AlignRun& run, const AlignScratch& scratch, const AlignPeak& peak,
+            defrec_patch_observation& result) {
     const int32_t r = int32_t(run.params->patch_radius);
-    if (peak.x < r + 2 || peak.y < r + 2 || peak.x + r + 2 >= run.level.width || peak.y + r + 2 >= run.level.height) return;
+    if (peak.x < r + 2 || peak.y < r + 2 || peak.x + r + 2 >= run.level.width ||
+        peak.y + r + 2 >= run.level.height)
+        return;
     Patch patch;
     load_patch(scratch, peak, r, patch);
     const TemplateSums sums = template_sums(patch);
@@ -141,7 +157,7 @@ void refine(const AlignRun& run, const AlignScratch& scratch, const AlignPeak& p
         shift_live(scratch, peak, r, shift_x, shift_y, live);
         int32_t dx = 0, dy = 0;
         if (!shift_step(system, sums, live_sums(patch, live), dx, dy, score)) return;
-        if (dx == 0 && dy == 0) break; // every further step would be the same
+        if (dx == 0 && dy == 0) break;  // every further step would be the same
         shift_x += dx;
         shift_y += dy;
         if (shift_x < -256 || shift_y < -256 || shift_x > 255 || shift_y > 255) return;
@@ -163,7 +179,8 @@ HWY_AFTER_NAMESPACE();
 namespace defrec::cpu {
 
 HWY_EXPORT(refine);
-void align_refine(const AlignRun& run, const AlignScratch& scratch, const AlignPeak& peak, defrec_patch_observation& result) {
+void align_refine(const AlignRun& run, const AlignScratch& scratch, const AlignPeak& peak,
+                  defrec_patch_observation& result) {
     HWY_DYNAMIC_DISPATCH(refine)(run, scratch, peak, result);
 }
 

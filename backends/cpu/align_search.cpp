@@ -37,10 +37,11 @@ V32 multiply_pairs(V32 a, V32 b) {
 }
 
 // The patch and one pixel round it, 1/16 gray level; false where it leaves the view.
-bool sample_view(const AlignView& view, const AlignCentre& centre, const int32_t m[4], int32_t fraction_x, int32_t fraction_y, int32_t reach,
-                 int16_t* out) {
+bool sample_view(const AlignView& view, const AlignCentre& centre, const int32_t m[4], int32_t fraction_x,
+                 int32_t fraction_y, int32_t reach, int16_t* out) {
     const auto at = [centre, m](int axis, int32_t dx, int32_t dy) {
-        return 256 * (axis == 0 ? centre.x : centre.y) + ((m[2 * axis] * dx + m[2 * axis + 1] * dy + 128) >> 8);
+        return 256 * (axis == 0 ? centre.x : centre.y) +
+               ((m[2 * axis] * dx + m[2 * axis + 1] * dy + 128) >> 8);
     };
     // Positions grow or fall along rows and columns, so the corners are the extremes.
     for (const int32_t oy : {-reach, reach})
@@ -57,10 +58,12 @@ bool sample_view(const AlignView& view, const AlignCentre& centre, const int32_t
         for (int32_t column = 0; column < side; column += int32_t(hn::Lanes(d))) {
             const int32_t dy = 256 * (row - reach) - fraction_y;
             const V32 dx = hn::Sub(hn::ShiftLeft<8>(hn::Iota(d, column - reach)), hn::Set(d, fraction_x));
-            const V32 x = hn::Add(hn::Set(d, 256 * centre.x),
-                                  hn::ShiftRight<8>(hn::Add(hn::Mul(hn::Set(d, m[0]), dx), hn::Set(d, m[1] * dy + 128))));
-            const V32 y = hn::Add(hn::Set(d, 256 * centre.y),
-                                  hn::ShiftRight<8>(hn::Add(hn::Mul(hn::Set(d, m[2]), dx), hn::Set(d, m[3] * dy + 128))));
+            const V32 x = hn::Add(
+                hn::Set(d, 256 * centre.x),
+                hn::ShiftRight<8>(hn::Add(hn::Mul(hn::Set(d, m[0]), dx), hn::Set(d, m[1] * dy + 128))));
+            const V32 y = hn::Add(
+                hn::Set(d, 256 * centre.y),
+                hn::ShiftRight<8>(hn::Add(hn::Mul(hn::Set(d, m[2]), dx), hn::Set(d, m[3] * dy + 128))));
             // Only lanes beyond the patch can be outside.
             const V32 x0 = hn::Min(hn::Max(hn::ShiftRight<15>(x), hn::Zero(d)), hn::Set(d, view.width - 2));
             const V32 y0 = hn::Min(hn::Max(hn::ShiftRight<15>(y), hn::Zero(d)), hn::Set(d, view.height - 2));
@@ -68,11 +71,13 @@ bool sample_view(const AlignView& view, const AlignCentre& centre, const int32_t
             const V32 offset = hn::ShiftLeft<1>(hn::Add(hn::Mul(y0, hn::Set(d, view.width)), x0));
             // Upper left, lower left, upper right, lower right.
             const V32 four = hn::GatherOffset(d, reinterpret_cast<const int32_t*>(view.pixels), offset);
-            const V32 weights = hn::Or(hn::Sub(hn::Set(d, 256), fx), hn::ShiftLeft<16>(fx)), low_bytes = hn::Set(d, 0xff00ff);
+            const V32 weights = hn::Or(hn::Sub(hn::Set(d, 256), fx), hn::ShiftLeft<16>(fx)),
+                      low_bytes = hn::Set(d, 0xff00ff);
             const V32 top = multiply_pairs(hn::And(four, low_bytes), weights);
             const V32 bottom = multiply_pairs(hn::And(hn::ShiftRight<8>(four), low_bytes), weights);
             const V32 value = hn::Add(hn::ShiftLeft<8>(top), hn::Mul(hn::Sub(bottom, top), fy));
-            hn::StoreU(hn::DemoteTo(narrow, hn::ShiftRight<12>(hn::Add(value, hn::Set(d, 2048)))), narrow, out + row * kSampleRow + column);
+            hn::StoreU(hn::DemoteTo(narrow, hn::ShiftRight<12>(hn::Add(value, hn::Set(d, 2048)))), narrow,
+                       out + row * kSampleRow + column);
         }
     return true;
 }
@@ -90,8 +95,9 @@ bool prepare_template(const int16_t* sampled, const defrec_align_params& params,
         for (int32_t column = 0; column < kAlignRow; column += int32_t(hn::Lanes(d))) {
             const auto inside = hn::Lt(hn::Iota(d, int16_t(column)), hn::Set(d, int16_t(side)));
             const int16_t* from = sampled + (row + 1) * kSampleRow + column + 1;
-            const auto store = [&](hn::Vec<DRow> value, int16_t* to)
-                                   HWY_ATTR { hn::StoreU(hn::IfThenElseZero(inside, value), d, to + row * kAlignRow + column); };
+            const auto store = [&](hn::Vec<DRow> value, int16_t* to) HWY_ATTR {
+                hn::StoreU(hn::IfThenElseZero(inside, value), d, to + row * kAlignRow + column);
+            };
             const auto half = [&](const int16_t* high, const int16_t* low) HWY_ATTR {
                 return hn::ShiftRight<1>(hn::Add(hn::Sub(hn::LoadU(d, high), hn::LoadU(d, low)), one));
             };
@@ -109,8 +115,10 @@ bool prepare_template(const int16_t* sampled, const defrec_align_params& params,
     return int64_t(n) * tt - int64_t(t) * t >= int64_t(n) * n * params.texture * params.texture;
 }
 
-// The bytes of a line from x on, at least 2 * kAlignWindowRow of them readable and `count` of them meant, repeating the border's.
-const uint8_t* window_row(const AlignLevel& level, const uint8_t* image, int32_t x, int32_t y, int32_t count, uint8_t* buffer) {
+// The bytes of a line from x on, at least 2 * kAlignWindowRow of them readable and `count` of them meant,
+// repeating the border's.
+const uint8_t* window_row(const AlignLevel& level, const uint8_t* image, int32_t x, int32_t y, int32_t count,
+                          uint8_t* buffer) {
     const size_t line = size_t(std::clamp(y, 0, level.height - 1)) * level.stride;
     const uint8_t* row = image + line;
     if (x >= 0 && x + count <= level.width) {
@@ -125,7 +133,8 @@ const uint8_t* window_row(const AlignLevel& level, const uint8_t* image, int32_t
 V32 load_pair(const uint8_t* row) {
     const D32 d;
     const hn::Rebind<uint8_t, D32> bytes;
-    return hn::Or(hn::PromoteTo(d, hn::LoadU(bytes, row)), hn::ShiftLeft<16>(hn::PromoteTo(d, hn::LoadU(bytes, row + 1))));
+    return hn::Or(hn::PromoteTo(d, hn::LoadU(bytes, row)),
+                  hn::ShiftLeft<16>(hn::PromoteTo(d, hn::LoadU(bytes, row + 1))));
 }
 
 // The pairs of the window round (x, y); returns whether a pixel of it is masked.
@@ -136,7 +145,8 @@ bool load_window(const AlignLevel& level, int32_t x, int32_t y, int32_t reach, A
     bool masked = false;
     for (int32_t j = 0; j < side; ++j) {
         const uint8_t* row = window_row(level, level.gray, x - reach, y - reach + j, side + 1, buffer);
-        for (int32_t k = 0; k < side; k += lanes) hn::StoreU(load_pair(row + k), d, scratch.live + j * kAlignWindowRow + k);
+        for (int32_t k = 0; k < side; k += lanes)
+            hn::StoreU(load_pair(row + k), d, scratch.live + j * kAlignWindowRow + k);
         if (level.mask == nullptr) continue;
         row = window_row(level, level.mask, x - reach, y - reach + j, side + 1, buffer);
         uint8_t usable[2 * kAlignWindowRow] = {};
@@ -144,11 +154,13 @@ bool load_window(const AlignLevel& level, int32_t x, int32_t y, int32_t reach, A
             usable[k] = row[k] != 0;
             masked |= usable[k] == 0;
         }
-        for (int32_t k = 0; k < side; k += lanes) hn::StoreU(load_pair(usable + k), d, scratch.usable + j * kAlignWindowRow + k);
+        for (int32_t k = 0; k < side; k += lanes)
+            hn::StoreU(load_pair(usable + k), d, scratch.usable + j * kAlignWindowRow + k);
     }
     if (!masked) return false;
     for (int32_t k = 0; k < side * kAlignWindowRow; k += lanes) {
-        const auto usable = hn::BitCast(D16(), hn::LoadU(d, scratch.usable + k)), live = hn::BitCast(D16(), hn::LoadU(d, scratch.live + k));
+        const auto usable = hn::BitCast(D16(), hn::LoadU(d, scratch.usable + k)),
+                   live = hn::BitCast(D16(), hn::LoadU(d, scratch.live + k));
         hn::StoreU(hn::BitCast(d, hn::Mul(usable, live)), d, scratch.usable_live + k);
     }
     return true;
@@ -167,9 +179,12 @@ void correlate_row(Radius radius, const int16_t* patch, const int32_t* window, i
             std::memcpy(&two, patch + row * kAlignRow + 2 * k, sizeof two);
             const V32 template_pair = hn::Set(d, two);
             for (int b = 0; b < kBlocks; ++b)
-                sum[b] = multiply_pairs(hn::LoadU(d, window + row * kAlignWindowRow + 2 * k + int(kLanes) * b), template_pair, sum[b], rest[b]);
+                sum[b] =
+                    multiply_pairs(hn::LoadU(d, window + row * kAlignWindowRow + 2 * k + int(kLanes) * b),
+                                   template_pair, sum[b], rest[b]);
         }
-    for (int b = 0; b < kBlocks; ++b) hn::StoreU(hn::RearrangeToOddPlusEven(sum[b], rest[b]), d, out + int(kLanes) * b);
+    for (int b = 0; b < kBlocks; ++b)
+        hn::StoreU(hn::RearrangeToOddPlusEven(sum[b], rest[b]), d, out + int(kLanes) * b);
 }
 
 template <class Radius>
@@ -181,9 +196,18 @@ void correlate(Radius radius, const int16_t* patch, const int32_t* window, int32
             const int32_t* from = window + (dy + 1) * kAlignWindowRow + 1 + b * lanes;
             int32_t* to = out + dy * kAlignScoreRow + b * lanes;
             switch (blocks - b) {
-                case 1: correlate_row<Radius, 1>(radius, patch, from, to); b += 1; break;
-                case 2: correlate_row<Radius, 2>(radius, patch, from, to); b += 2; break;
-                default: correlate_row<Radius, 3>(radius, patch, from, to); b += 3; break;
+                case 1:
+                    correlate_row<Radius, 1>(radius, patch, from, to);
+                    b += 1;
+                    break;
+                case 2:
+                    correlate_row<Radius, 2>(radius, patch, from, to);
+                    b += 2;
+                    break;
+                default:
+                    correlate_row<Radius, 3>(radius, patch, from, to);
+                    b += 3;
+                    break;
             }
         }
 }
@@ -195,13 +219,17 @@ void box_sums(Radius radius, const int32_t* window, int32_t search, AlignSums& o
     const V32 low = hn::Set(d, 0xffff);
     const int32_t lanes = int32_t(hn::Lanes(d)), columns = 2 * (radius + search) + 1;
     alignas(64) int32_t column[2 * kAlignWindowRow] = {}, squares[2 * kAlignWindowRow] = {};
-    const auto row_at = [&](int32_t row, int32_t x) HWY_ATTR { return hn::And(hn::LoadU(d, window + (row + 1) * kAlignWindowRow + 1 + x), low); };
-    const auto slide = [&](int32_t enter, int32_t leave) HWY_ATTR { // leave: -1 for none
+    const auto row_at = [&](int32_t row, int32_t x) HWY_ATTR {
+        return hn::And(hn::LoadU(d, window + (row + 1) * kAlignWindowRow + 1 + x), low);
+    };
+    const auto slide = [&](int32_t enter, int32_t leave) HWY_ATTR {  // leave: -1 for none
         for (int32_t x = 0; x < columns; x += lanes) {
             const V32 in = row_at(enter, x), out_of = leave < 0 ? hn::Zero(d) : row_at(leave, x);
             hn::Store(hn::Add(hn::Load(d, column + x), hn::Sub(in, out_of)), d, column + x);
             if (kSquares)
-                hn::Store(hn::Add(hn::Load(d, squares + x), hn::Sub(multiply_pairs(in, in), multiply_pairs(out_of, out_of))), d, squares + x);
+                hn::Store(hn::Add(hn::Load(d, squares + x),
+                                  hn::Sub(multiply_pairs(in, in), multiply_pairs(out_of, out_of))),
+                          d, squares + x);
         }
     };
     for (int32_t row = 0; row < 2 * radius; ++row) slide(row, -1);
@@ -242,39 +270,45 @@ PatchTerms patch_terms(V32 n, V32 t, V32 tt, VFloat inverse, VFloat root) {
 PatchTerms whole_patch(const AlignRun& run, const AlignScratch& scratch, int32_t all) {
     const D32 d;
     const DFloat f;
-    return patch_terms(hn::Set(d, all), hn::Set(d, scratch.full_t), hn::Set(d, scratch.full_tt), hn::Set(f, run.inverse[all - 1]),
-                       hn::Set(f, run.root[all - 1]));
+    return patch_terms(hn::Set(d, all), hn::Set(d, scratch.full_t), hn::Set(d, scratch.full_tt),
+                       hn::Set(f, run.inverse[all - 1]), hn::Set(f, run.root[all - 1]));
 }
 PatchTerms usable_patch(const AlignRun& run, const AlignScratch& scratch, int32_t at) {
     const D32 d;
     const DFloat f;
     const V32 n = hn::LoadU(d, scratch.n + at), one = hn::Set(d, 1);
-    const V32 tt = hn::Add(hn::ShiftLeft<12>(hn::LoadU(d, scratch.tt_high + at)), hn::LoadU(d, scratch.tt_low + at));
+    const V32 tt =
+        hn::Add(hn::ShiftLeft<12>(hn::LoadU(d, scratch.tt_high + at)), hn::LoadU(d, scratch.tt_low + at));
     // Lanes beyond the search window hold anything.
     const V32 index = hn::Sub(hn::Min(hn::Max(n, one), hn::Set(d, kAlignRows * kAlignRows)), one);
-    return patch_terms(n, hn::LoadU(d, scratch.t_sum + at), tt, hn::GatherIndex(f, run.inverse, index), hn::GatherIndex(f, run.root, index));
+    return patch_terms(n, hn::LoadU(d, scratch.t_sum + at), tt, hn::GatherIndex(f, run.inverse, index),
+                       hn::GatherIndex(f, run.root, index));
 }
 
 // kUnscored where there is no score.
 V32 scores(const AlignScratch& scratch, const PatchTerms& patch, int32_t all, int32_t at) {
     const D32 d;
     const DFloat f;
-    const V32 i = hn::LoadU(d, scratch.i + at), ii = hn::LoadU(d, scratch.ii + at), ti = hn::LoadU(d, scratch.ti + at);
+    const V32 i = hn::LoadU(d, scratch.i + at), ii = hn::LoadU(d, scratch.ii + at),
+              ti = hn::LoadU(d, scratch.ti + at);
     const V32 live_variance = hn::Sub(hn::Mul(patch.n, ii), hn::Mul(i, i));
     const VFloat one = hn::Set(f, 1.0f);
     const VFloat product = hn::Mul(hn::Mul(hn::ConvertTo(f, patch.t), hn::ConvertTo(f, i)), patch.inverse);
     const VFloat covariance = hn::Sub(hn::ConvertTo(f, ti), product);
     const VFloat live_root = reciprocal_root(hn::Max(hn::ConvertTo(f, live_variance), one));
     const VFloat z = hn::Mul(hn::Mul(hn::Mul(covariance, patch.variance_root), live_root), patch.root);
-    const V32 q = hn::ConvertTo(d, hn::Floor(hn::Add(hn::Mul(z, hn::Set(f, float(kOneScore))), hn::Set(f, 0.5f))));
+    const V32 q =
+        hn::ConvertTo(d, hn::Floor(hn::Add(hn::Mul(z, hn::Set(f, float(kOneScore))), hn::Set(f, 0.5f))));
     const auto enough = hn::Gt(hn::ShiftLeft<2>(patch.n), hn::Set(d, 3 * all - 1));
     const auto live = hn::Gt(live_variance, hn::Zero(d));
     const auto good = hn::And(hn::And(enough, live), hn::RebindMask(d, hn::Ge(patch.variance, one)));
     return hn::IfThenElse(good, q, hn::Set(d, int32_t(kUnscored)));
 }
 
-// The best displacement, counted from the corner of the search window; -1 if none is scored. columns, rows: those inside the image.
-int32_t best_displacement(const AlignRun& run, const AlignScratch& scratch, const int32_t columns[2], const int32_t rows[2]) {
+// The best displacement, counted from the corner of the search window; -1 if none is scored. columns, rows:
+// those inside the image.
+int32_t best_displacement(const AlignRun& run, const AlignScratch& scratch, const int32_t columns[2],
+                          const int32_t rows[2]) {
     const D32 d;
     const int32_t s = int32_t(run.params->search_radius), lanes = int32_t(hn::Lanes(d));
     const int32_t all = int32_t((2 * run.params->patch_radius + 1) * (2 * run.params->patch_radius + 1));
@@ -289,7 +323,8 @@ int32_t best_displacement(const AlignRun& run, const AlignScratch& scratch, cons
             const V32 q = scores(scratch, patch, all, at);
             const V32 squared = hn::Add(hn::Mul(dx, dx), hn::Set(d, (y - s) * (y - s)));
             const V32 ranked = hn::Sub(q, hn::Mul(squared, hn::Set(d, int32_t(kDistancePenalty))));
-            const auto inside = hn::And(hn::Gt(column, hn::Set(d, columns[0] - 1)), hn::Lt(column, hn::Set(d, columns[1] + 1)));
+            const auto inside = hn::And(hn::Gt(column, hn::Set(d, columns[0] - 1)),
+                                        hn::Lt(column, hn::Set(d, columns[1] + 1)));
             const auto better = hn::And(hn::And(inside, hn::Ne(q, unscored)), hn::Gt(ranked, best));
             best = hn::IfThenElse(better, ranked, best);
             best_at = hn::IfThenElse(better, hn::Add(hn::Set(d, y * (2 * s + 1)), column), best_at);
@@ -323,15 +358,18 @@ void all_sums(int32_t radius, int32_t search, AlignScratch& scratch) {
     all_sums<int32_t>(radius, search, scratch);
 }
 
-bool search(const AlignRun& run, const AlignCentre& centre, const defrec_patch_prediction& prediction, AlignScratch& scratch, AlignPeak& peak) {
+bool search(const AlignRun& run, const AlignCentre& centre, const defrec_patch_prediction& prediction,
+            AlignScratch& scratch, AlignPeak& peak) {
     const defrec_align_params& params = *run.params;
     if (!centre.valid || !usable(prediction, params)) return false;
     const int32_t u = to_level(prediction.u, params.level), v = to_level(prediction.v, params.level);
-    const int32_t x = (u + 128) >> 8, y = (v + 128) >> 8, r = int32_t(params.patch_radius), s = int32_t(params.search_radius);
+    const int32_t x = (u + 128) >> 8, y = (v + 128) >> 8, r = int32_t(params.patch_radius),
+                  s = int32_t(params.search_radius);
     peak.fraction_x = u - 256 * x;
     peak.fraction_y = v - 256 * y;
     alignas(64) int16_t sampled[(kAlignRows + 2) * kSampleRow];
-    if (!sample_view(run.views[centre.view], centre, prediction.view_from_live, peak.fraction_x, peak.fraction_y, r + 1, sampled) ||
+    if (!sample_view(run.views[centre.view], centre, prediction.view_from_live, peak.fraction_x,
+                     peak.fraction_y, r + 1, sampled) ||
         !prepare_template(sampled, params, scratch))
         return false;
     const int32_t columns[2] = {std::max(0, r - x + s), std::min(2 * s, run.level.width - 1 - r - x + s)};
@@ -357,8 +395,8 @@ HWY_AFTER_NAMESPACE();
 namespace defrec::cpu {
 
 HWY_EXPORT(search);
-bool align_search(const AlignRun& run, const AlignCentre& centre, const defrec_patch_prediction& prediction, AlignScratch& scratch,
-                  AlignPeak& peak) {
+bool align_search(const AlignRun& run, const AlignCentre& centre, const defrec_patch_prediction& prediction,
+                  AlignScratch& scratch, AlignPeak& peak) {
     return HWY_DYNAMIC_DISPATCH(search)(run, centre, prediction, scratch, peak);
 }
 

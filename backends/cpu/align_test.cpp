@@ -1,7 +1,9 @@
-// The CPU's align against the reference: every byte of the observations.
+// The CPU's align against the reference: every byte of the observations, with every instruction set.
 #include <doctest/doctest.h>
+#include <hwy/highway.h>
 
 #include <cstring>
+#include <string>
 
 #include "backends/cpu/stages.hpp"
 #include "backends/reference/stages.hpp"
@@ -16,18 +18,28 @@ namespace {
 void check_equal(const AlignScene& scene) {
     const TestHost host(3);
     const auto expected = observe(*reference::make_align(scene.params, host.host()), scene);
-    const auto got = observe(*cpu::make_align(scene.params, host.host()), scene);
-    REQUIRE(expected.size() == got.size());
-    size_t different = 0;
-    for (size_t i = 0; i < got.size(); ++i) different += std::memcmp(&expected[i], &got[i], sizeof got[i]) != 0;
-    CHECK(different == 0);
+    for (const int64_t target : {HWY_SSE4, HWY_AVX2, HWY_AVX3}) {
+        if ((hwy::SupportedTargets() & target) == 0) continue;
+        hwy::SetSupportedTargetsForTest(target);
+        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+        CAPTURE(std::string(hwy::TargetName(target)));
+        const auto got = observe(*cpu::make_align(scene.params, host.host()), scene);
+        REQUIRE(expected.size() == got.size());
+        size_t different = 0;
+        for (size_t i = 0; i < got.size(); ++i)
+            different += std::memcmp(&expected[i], &got[i], sizeof got[i]) != 0;
+        CHECK(different == 0);
+        hwy::SetSupportedTargetsForTest(0);
+        hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    }
 }
 
 void mask_blocks(AlignScene& scene, uint32_t seed) {
     scene.mask.assign(scene.live.size(), 1);
     std::mt19937 random(seed);
     for (int k = 0; k < 80; ++k) {
-        const size_t x = random() % (scene.params.width - 6), y = random() % (scene.params.height - 6), side = 1 + random() % 6;
+        const size_t x = random() % (scene.params.width - 6), y = random() % (scene.params.height - 6),
+                     side = 1 + random() % 6;
         for (size_t j = 0; j < side; ++j)
             for (size_t i = 0; i < side; ++i) scene.mask[(y + j) * scene.params.stride + x + i] = 0;
     }
@@ -78,7 +90,9 @@ TEST_CASE("so do patches at the borders, stretched, turned and senseless ones, i
                 prediction.valid = 1;
                 prediction.u = int32_t(random() % ((scene.params.width - 1) * 256 + 1));
                 prediction.v = int32_t(random() % ((scene.params.height - 1) * 256 + 1));
-                for (int m = 0; m < 4; ++m) prediction.view_from_live[m] = int32_t(random() % 131072) - 65536 + (m % 3 == 0 ? 65536 : 0);
+                for (int m = 0; m < 4; ++m)
+                    prediction.view_from_live[m] =
+                        int32_t(random() % 131072) - 65536 + (m % 3 == 0 ? 65536 : 0);
                 scene.patches.push_back(patch);
                 scene.predictions.push_back(prediction);
             }
@@ -105,14 +119,16 @@ TEST_CASE("several views are told apart") {
     const AlignScene second = make_align_scene(other);
     std::vector<uint8_t> views(size_t(scene.params.stride) * scene.params.height + second.view.size(), 0);
     std::copy(second.view.begin(), second.view.end(), views.begin());
-    std::copy(scene.view.begin(), scene.view.end(), views.begin() + std::ptrdiff_t(scene.params.stride * scene.params.height));
+    std::copy(scene.view.begin(), scene.view.end(),
+              views.begin() + std::ptrdiff_t(scene.params.stride * scene.params.height));
     scene.view = views;
     scene.params.views = 2;
     for (size_t i = 0; i < scene.patches.size(); i += 2) scene.patches[i].view = 1;
     check_equal(scene);
     const auto observations = observe(*cpu::make_align(scene.params, TestHost().host()), scene);
     size_t right = 0, wrong = 0;
-    for (size_t i = 0; i < observations.size(); ++i) (i % 2 == 0 ? right : wrong) += size_t(observations[i].valid);
+    for (size_t i = 0; i < observations.size(); ++i)
+        (i % 2 == 0 ? right : wrong) += size_t(observations[i].valid);
     CHECK(right > scene.patches.size() * 9 / 20);
     CHECK(wrong < scene.patches.size() / 10);
 }
@@ -129,7 +145,8 @@ TEST_CASE("the number of threads changes no bit, and predictions agree with the 
     const std::vector<defrec_motion> motions = {from_rigid(turn, step).store()};
     const auto run = [&](bool fast, uint32_t threads, std::vector<defrec_patch_prediction>& predictions) {
         const TestHost host(threads);
-        const auto stage = fast ? cpu::make_align(scene.params, host.host()) : reference::make_align(scene.params, host.host());
+        const auto stage = fast ? cpu::make_align(scene.params, host.host())
+                                : reference::make_align(scene.params, host.host());
         const InBuffer prepare[2] = {in_buffer(scene.patches), in_buffer(scene.view)};
         stage->prepare(prepare);
         std::vector<defrec_patch_observation> observations(scene.patches.size());
@@ -148,6 +165,7 @@ TEST_CASE("the number of threads changes no bit, and predictions agree with the 
         REQUIRE(one[i].valid == reference[i].valid);
         CHECK(std::abs(one[i].u - reference[i].u) <= 1);
         CHECK(std::abs(one[i].v - reference[i].v) <= 1);
-        for (int k = 0; k < 4; ++k) CHECK(std::abs(one[i].view_from_live[k] - reference[i].view_from_live[k]) <= 4);
+        for (int k = 0; k < 4; ++k)
+            CHECK(std::abs(one[i].view_from_live[k] - reference[i].view_from_live[k]) <= 4);
     }
 }

@@ -1,4 +1,5 @@
-// 1-point RANSAC with reweighting, fast: a hypothesis is a task of the host's threads. Definition: docs/stages/ransac.md.
+// 1-point RANSAC with reweighting, fast: a hypothesis is a task of the host's threads. Definition:
+// docs/stages/ransac.md.
 #include <limits>
 
 #include "backends/cpu/ransac_kernels.hpp"
@@ -38,10 +39,11 @@ class Ransac final : public Stage {
         gather(matches, weighted);
         threshold_ = params_.threshold_mm > 0 ? params_.threshold_mm : default_threshold();
         const uint32_t references = std::min(params_.references, count_);
-        const RansacPairs pairs = {{axis(0), axis(1), axis(2)}, {axis(3), axis(4), axis(5)}, axis(6), padded_};
+        const RansacPairs pairs = {
+            {axis(0), axis(1), axis(2)}, {axis(3), axis(4), axis(5)}, axis(6), padded_};
         host_.parallel_for(references, [&](size_t k) {
-            ransac_follow(pairs, reference_index(params_.seed, uint32_t(k), references, count_), params_.iterations, threshold_,
-                          hypotheses_[k], squares_.data() + k * stride_);
+            ransac_follow(pairs, reference_index(params_.seed, uint32_t(k), references, count_),
+                          params_.iterations, threshold_, hypotheses_[k], squares_.data() + k * stride_);
         });
         *summary = merge(references, weighted);
     }
@@ -76,7 +78,8 @@ class Ransac final : public Stage {
             sum = squares = 0;
             for (uint32_t i = 0; i < count_; ++i) sum += double(axis(k)[i]);
             const double mean = sum / count_;
-            for (uint32_t i = 0; i < count_; ++i) squares += (double(axis(k)[i]) - mean) * (double(axis(k)[i]) - mean);
+            for (uint32_t i = 0; i < count_; ++i)
+                squares += (double(axis(k)[i]) - mean) * (double(axis(k)[i]) - mean);
             variance += squares / count_;
         }
         return float(std::max(kMinThreshold, 0.1 * std::sqrt(variance)));
@@ -127,7 +130,8 @@ class Ransac final : public Stage {
             for (uint32_t i = 0; i < count_; ++i) {
                 if (!(squares[i] < limit)) continue;
                 for (size_t r = 0; r < 3; ++r)
-                    for (size_t c = 0; c < 3; ++c) m[3 * r + c] += (double(axis(3 + r)[i]) - sum[3 + r]) * (double(axis(c)[i]) - sum[c]);
+                    for (size_t c = 0; c < 3; ++c)
+                        m[3 * r + c] += (double(axis(3 + r)[i]) - sum[3 + r]) * (double(axis(c)[i]) - sum[c]);
             }
             nearest_rotation(m, out.rotation);
             for (size_t r = 0; r < 3; ++r) {
@@ -149,14 +153,16 @@ class Ransac final : public Stage {
     }
 
     template <class T>
-    HostVector<T> empty() const { return HostVector<T>(HostAllocator<T>(host_)); }
+    HostVector<T> empty() const {
+        return HostVector<T>(HostAllocator<T>(host_));
+    }
 
     defrec_ransac_params params_;
     Host host_;
     size_t stride_ = 0, padded_ = 0;
-    uint32_t count_ = 0; // usable matches
+    uint32_t count_ = 0;  // usable matches
     float threshold_ = 0;
-    HostVector<float> arrays_ = empty<float>(); // template xyz, live xyz, used, least squared distance
+    HostVector<float> arrays_ = empty<float>();  // template xyz, live xyz, used, least squared distance
     HostVector<uint32_t> matches_ = empty<uint32_t>();
     HostVector<RansacHypothesis> hypotheses_ = empty<RansacHypothesis>();
     HostVector<float> squares_ = empty<float>();
@@ -166,6 +172,8 @@ class Ransac final : public Stage {
 
 }  // namespace
 
-std::unique_ptr<Stage> make_ransac(const defrec_ransac_params& params, const Host& host) { return std::make_unique<Ransac>(params, host); }
+std::unique_ptr<Stage> make_ransac(const defrec_ransac_params& params, const Host& host) {
+    return std::make_unique<Ransac>(params, host);
+}
 
 }  // namespace defrec::cpu

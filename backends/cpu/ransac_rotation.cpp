@@ -1,5 +1,5 @@
-// The rotation nearest to a 3x3 correlation, as the eigenvector of Horn's (1987) symmetric 4x4 matrix; its largest eigenvalue by
-// Newton's method on the characteristic polynomial (Theobald 2005).
+// The rotation nearest to a 3x3 correlation, as the eigenvector of Horn's (1987) symmetric 4x4 matrix; its
+// largest eigenvalue by Newton's method on the characteristic polynomial (Theobald 2005).
 #include <Eigen/Dense>
 #include <cmath>
 
@@ -15,22 +15,24 @@ using Eigen::Vector4d;
 // m = sum to from^T, normalised.
 Matrix4d horn_matrix(const Matrix3d& m) {
     Matrix4d k;
-    k << m(0, 0) + m(1, 1) + m(2, 2), m(2, 1) - m(1, 2), m(0, 2) - m(2, 0), m(1, 0) - m(0, 1), //
-        m(2, 1) - m(1, 2), m(0, 0) - m(1, 1) - m(2, 2), m(0, 1) + m(1, 0), m(0, 2) + m(2, 0), //
-        m(0, 2) - m(2, 0), m(0, 1) + m(1, 0), m(1, 1) - m(0, 0) - m(2, 2), m(1, 2) + m(2, 1), //
+    k << m(0, 0) + m(1, 1) + m(2, 2), m(2, 1) - m(1, 2), m(0, 2) - m(2, 0), m(1, 0) - m(0, 1),  //
+        m(2, 1) - m(1, 2), m(0, 0) - m(1, 1) - m(2, 2), m(0, 1) + m(1, 0), m(0, 2) + m(2, 0),   //
+        m(0, 2) - m(2, 0), m(0, 1) + m(1, 0), m(1, 1) - m(0, 0) - m(2, 2), m(1, 2) + m(2, 1),   //
         m(1, 0) - m(0, 1), m(0, 2) + m(2, 0), m(1, 2) + m(2, 1), m(2, 2) - m(0, 0) - m(1, 1);
     return k;
 }
 
 double cofactor(const Matrix4d& a, int row, int column) {
-    const int r[3] = {row == 0, 1 + (row <= 1), 2 + (row <= 2)}, c[3] = {column == 0, 1 + (column <= 1), 2 + (column <= 2)};
+    const int r[3] = {row == 0, 1 + (row <= 1), 2 + (row <= 2)},
+              c[3] = {column == 0, 1 + (column <= 1), 2 + (column <= 2)};
     const double minor = a(r[0], c[0]) * (a(r[1], c[1]) * a(r[2], c[2]) - a(r[1], c[2]) * a(r[2], c[1])) -
                          a(r[0], c[1]) * (a(r[1], c[0]) * a(r[2], c[2]) - a(r[1], c[2]) * a(r[2], c[0])) +
                          a(r[0], c[2]) * (a(r[1], c[0]) * a(r[2], c[1]) - a(r[1], c[1]) * a(r[2], c[0]));
     return (row + column) % 2 == 0 ? minor : -minor;
 }
 
-// The eigenvector of a's largest eigenvalue; false where that is a double one, or nearly: points on a line. |m| = 1.
+// The eigenvector of a's largest eigenvalue; false where that is a double one, or nearly: points on a line.
+// |m| = 1.
 bool dominant_eigenvector(const Matrix3d& m, Vector4d& out) {
     const Matrix4d a = horn_matrix(m);
     const double c2 = -2.0 * m.squaredNorm(), c1 = -8.0 * m.determinant();
@@ -39,7 +41,8 @@ bool dominant_eigenvector(const Matrix3d& m, Vector4d& out) {
     double value = std::sqrt(3.0);
     for (int i = 0; i < 20; ++i) {
         const double square = value * value;
-        const double polynomial = (square + c2) * square + c1 * value + c0, slope = 4.0 * square * value + 2.0 * c2 * value + c1;
+        const double polynomial = (square + c2) * square + c1 * value + c0,
+                     slope = 4.0 * square * value + 2.0 * c2 * value + c1;
         if (!(slope > 1e-6)) break;
         const double step = polynomial / slope;
         value -= step;
@@ -74,7 +77,9 @@ void nearest_rotation(const double m[9], float out[9]) {
     if (norm > 0 && std::isfinite(norm)) {
         const Matrix3d scaled = given / norm;
         Vector4d q;
-        rotation = dominant_eigenvector(scaled, q) ? Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix() : rotation_by_svd(scaled);
+        rotation = dominant_eigenvector(scaled, q)
+                       ? Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix()
+                       : rotation_by_svd(scaled);
     }
     for (int i = 0; i < 9; ++i) out[i] = float(rotation(i / 3, i % 3));
 }

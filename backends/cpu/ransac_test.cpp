@@ -21,7 +21,8 @@ TEST_CASE("weights and motion agree with the reference's") {
                 scene.params.threshold_mm = threshold;
                 if (count > 10) scene.matches[3].weight = 0;
                 const TestHost host(3);
-                const RansacResult expected = run_ransac(*reference::make_ransac(scene.params, host.host()), scene);
+                const RansacResult expected =
+                    run_ransac(*reference::make_ransac(scene.params, host.host()), scene);
                 const RansacResult got = run_ransac(*cpu::make_ransac(scene.params, host.host()), scene);
                 CHECK(got.summary.valid_matches == expected.summary.valid_matches);
                 CHECK(got.summary.references == expected.summary.references);
@@ -31,8 +32,10 @@ TEST_CASE("weights and motion agree with the reference's") {
                 for (size_t i = 0; i < scene.matches.size(); ++i)
                     different += std::abs(got.matches[i].weight - expected.matches[i].weight) > 1e-3f;
                 CHECK(different <= 2);
-                for (int k = 0; k < 9; ++k) CHECK(std::abs(got.summary.rotation[k] - expected.summary.rotation[k]) < 1e-3f);
-                for (int k = 0; k < 3; ++k) CHECK(std::abs(got.summary.translation[k] - expected.summary.translation[k]) < 0.05f);
+                for (int k = 0; k < 9; ++k)
+                    CHECK(std::abs(got.summary.rotation[k] - expected.summary.rotation[k]) < 1e-3f);
+                for (int k = 0; k < 3; ++k)
+                    CHECK(std::abs(got.summary.translation[k] - expected.summary.translation[k]) < 0.05f);
             }
 }
 
@@ -65,7 +68,7 @@ TEST_CASE("the nearest rotation is Kabsch's for every kind of matrix") {
     for (int trial = 0; trial < 300; ++trial) {
         Eigen::Matrix3d m;
         for (int i = 0; i < 9; ++i) m(i / 3, i % 3) = signed_unit(random);
-        if (trial % 3 == 1) m.col(2).setZero(); // a plane of points
+        if (trial % 3 == 1) m.col(2).setZero();  // a plane of points
         if (trial % 3 == 2) m *= 1e6;
         double given[9];
         for (int i = 0; i < 9; ++i) given[i] = m(i / 3, i % 3);
@@ -78,7 +81,8 @@ TEST_CASE("the nearest rotation is Kabsch's for every kind of matrix") {
         for (int i = 0; i < 9; ++i) rotation(i / 3, i % 3) = double(got[i]);
         CHECK(rotation.determinant() == doctest::Approx(1).epsilon(1e-5));
         // As good as the best, even where the best is not unique.
-        CHECK(rotation.cwiseProduct(m).sum() == doctest::Approx(s(0, 0) + s(1, 1) + sign * s(2, 2)).epsilon(1e-5));
+        CHECK(rotation.cwiseProduct(m).sum() ==
+              doctest::Approx(s(0, 0) + s(1, 1) + sign * s(2, 2)).epsilon(1e-5));
     }
     const double zero[9] = {};
     float identity[9];

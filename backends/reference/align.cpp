@@ -23,26 +23,31 @@ struct Image {
 Image copy_image(const uint8_t* pixels, const defrec_align_params& params) {
     Image out{int32_t(params.width), int32_t(params.height), {}};
     for (uint32_t y = 0; y < params.height; ++y)
-        out.pixels.insert(out.pixels.end(), pixels + size_t(y) * params.stride, pixels + size_t(y) * params.stride + params.width);
+        out.pixels.insert(out.pixels.end(), pixels + size_t(y) * params.stride,
+                          pixels + size_t(y) * params.stride + params.width);
     return out;
 }
 
 // combine(a, b, c, d) of each 2x2 block.
 template <class Combine>
 Image halve(const Image& in, Combine combine) {
-    Image out{in.width / 2, in.height / 2, std::vector<uint8_t>(size_t(in.width / 2) * size_t(in.height / 2))};
+    Image out{in.width / 2, in.height / 2,
+              std::vector<uint8_t>(size_t(in.width / 2) * size_t(in.height / 2))};
     for (int32_t y = 0; y < out.height; ++y)
         for (int32_t x = 0; x < out.width; ++x)
-            out.at(x, y) = uint8_t(combine(in.at(2 * x, 2 * y), in.at(2 * x + 1, 2 * y), in.at(2 * x, 2 * y + 1), in.at(2 * x + 1, 2 * y + 1)));
+            out.at(x, y) = uint8_t(combine(in.at(2 * x, 2 * y), in.at(2 * x + 1, 2 * y),
+                                           in.at(2 * x, 2 * y + 1), in.at(2 * x + 1, 2 * y + 1)));
     return out;
 }
 Image gray_level(Image image, uint32_t level) {
-    for (uint32_t l = 0; l < level; ++l) image = halve(image, [](int a, int b, int c, int d) { return (a + b + c + d + 2) >> 2; });
+    for (uint32_t l = 0; l < level; ++l)
+        image = halve(image, [](int a, int b, int c, int d) { return (a + b + c + d + 2) >> 2; });
     return image;
 }
 Image mask_level(Image image, uint32_t level) {
     for (uint8_t& usable : image.pixels) usable = usable != 0;
-    for (uint32_t l = 0; l < level; ++l) image = halve(image, [](int a, int b, int c, int d) { return a & b & c & d; });
+    for (uint32_t l = 0; l < level; ++l)
+        image = halve(image, [](int a, int b, int c, int d) { return a & b & c & d; });
     return image;
 }
 
@@ -55,8 +60,11 @@ Image doubled(const Image& in) {
 // A patch sampled from its view with one pixel more on every side, 1/16 gray level, less its rounded mean.
 class Sampled {
   public:
-    explicit Sampled(int32_t radius) : radius_(radius), values_(size_t((2 * radius + 3) * (2 * radius + 3))) {}
-    int32_t& at(int32_t x, int32_t y) { return values_[size_t((y + radius_ + 1) * (2 * radius_ + 3) + x + radius_ + 1)]; }
+    explicit Sampled(int32_t radius)
+        : radius_(radius), values_(size_t((2 * radius + 3) * (2 * radius + 3))) {}
+    int32_t& at(int32_t x, int32_t y) {
+        return values_[size_t((y + radius_ + 1) * (2 * radius_ + 3) + x + radius_ + 1)];
+    }
     int32_t at(int32_t x, int32_t y) const { return const_cast<Sampled*>(this)->at(x, y); }
     int32_t gradient_x(int32_t x, int32_t y) const { return (at(x + 1, y) - at(x - 1, y) + 1) >> 1; }
     int32_t gradient_y(int32_t x, int32_t y) const { return (at(x, y + 1) - at(x, y - 1) + 1) >> 1; }
@@ -79,11 +87,13 @@ class Align final : public Stage {
     void prepare(std::span<const InBuffer> in) override {
         expect_buffers("align: prepare", in, 2);
         const std::span<const defrec_patch> patches = take_patches(params_, in[0]);
-        const auto* views = take<uint8_t>("align: views", in[1], view_offset(params_, params_.views - 1) + gray_size(params_));
+        const auto* views = take<uint8_t>("align: views", in[1],
+                                          view_offset(params_, params_.views - 1) + gray_size(params_));
         patches_.assign(patches.begin(), patches.end());
         views_.clear();
         for (uint32_t i = 0; i < params_.views; ++i)
-            views_.push_back(doubled(gray_level(copy_image(views + view_offset(params_, i), params_), params_.level)));
+            views_.push_back(
+                doubled(gray_level(copy_image(views + view_offset(params_, i), params_), params_.level)));
         prepared_ = true;
     }
 
@@ -91,10 +101,12 @@ class Align final : public Stage {
         if (!prepared_) throw StageError(DEFREC_ERROR_STATE, "align: run before prepare");
         const AlignBuffers buffers = take_buffers(params_, patches_.size(), in, out);
         live_ = gray_level(copy_image(buffers.gray, params_), params_.level);
-        mask_ = buffers.mask != nullptr ? mask_level(copy_image(buffers.mask, params_), params_.level) : Image{};
+        mask_ =
+            buffers.mask != nullptr ? mask_level(copy_image(buffers.mask, params_), params_.level) : Image{};
         for (size_t i = 0; i < patches_.size(); ++i) {
             const defrec_patch_prediction prediction =
-                buffers.given != nullptr ? buffers.given[i] : predict<double>(patches_[i], buffers.motions, params_);
+                buffers.given != nullptr ? buffers.given[i]
+                                         : predict<double>(patches_[i], buffers.motions, params_);
             buffers.observations[i] = observe(patches_[i], prediction);
             if (buffers.predictions != nullptr) buffers.predictions[i] = prediction;
         }
@@ -104,8 +116,10 @@ class Align final : public Stage {
     int32_t radius() const { return int32_t(params_.patch_radius); }
     uint32_t pixels() const { return (2 * params_.patch_radius + 1) * (2 * params_.patch_radius + 1); }
 
-    // fraction: of the patch's centre in the live image, 1/256 px. False where the patch leaves its view or has no texture.
-    bool sample(const defrec_patch& patch, const int32_t matrix[4], int32_t fraction_x, int32_t fraction_y, Sampled& out) const {
+    // fraction: of the patch's centre in the live image, 1/256 px. False where the patch leaves its view or
+    // has no texture.
+    bool sample(const defrec_patch& patch, const int32_t matrix[4], int32_t fraction_x, int32_t fraction_y,
+                Sampled& out) const {
         const Image& view = views_[size_t(patch.view)];
         int32_t centre_x = 0, centre_y = 0;
         if (!to_fixed(patch.u, centre_x) || !to_fixed(patch.v, centre_y)) return false;
@@ -161,19 +175,24 @@ class Align final : public Stage {
         const float patch_variance = float(tt) - (float(t) * float(t)) * inverse;
         if (!(patch_variance >= 1.0f)) return kUnscored;
         const float covariance = float(ti) - (float(t) * float(i)) * inverse;
-        const float z = ((covariance * reciprocal_sqrt(patch_variance)) * reciprocal_sqrt(float(live_variance))) * root_[size_t(n - 1)];
+        const float z =
+            ((covariance * reciprocal_sqrt(patch_variance)) * reciprocal_sqrt(float(live_variance))) *
+            root_[size_t(n - 1)];
         return int32_t(std::floor(z * float(kOneScore) + 0.5f));
     }
 
     bool usable_at(int32_t x, int32_t y) const { return mask_.pixels.empty() || mask_.at(x, y) != 0; }
 
-    defrec_patch_observation observe(const defrec_patch& patch, const defrec_patch_prediction& prediction) const {
+    defrec_patch_observation observe(const defrec_patch& patch,
+                                     const defrec_patch_prediction& prediction) const {
         if (!usable(prediction, params_)) return {};
         const int32_t u = to_level(prediction.u, params_.level), v = to_level(prediction.v, params_.level);
         int32_t x = (u + 128) >> 8, y = (v + 128) >> 8;
         const int32_t fraction_x = u - 256 * x, fraction_y = v - 256 * y;
         Sampled sampled(radius());
-        if (!sample(patch, prediction.view_from_live, fraction_x, fraction_y, sampled) || !search(sampled, x, y)) return {};
+        if (!sample(patch, prediction.view_from_live, fraction_x, fraction_y, sampled) ||
+            !search(sampled, x, y))
+            return {};
         return refine(sampled, x, y, fraction_x, fraction_y);
     }
 
@@ -195,7 +214,8 @@ class Align final : public Stage {
     }
 
     // Gauss-Newton on the shift of the live image, starting from the pixel (x, y).
-    defrec_patch_observation refine(const Sampled& sampled, int32_t x, int32_t y, int32_t fraction_x, int32_t fraction_y) const {
+    defrec_patch_observation refine(const Sampled& sampled, int32_t x, int32_t y, int32_t fraction_x,
+                                    int32_t fraction_y) const {
         defrec_patch_observation out{};
         const int32_t r = radius();
         if (x < r + 2 || y < r + 2 || x + r + 2 >= live_.width || y + r + 2 >= live_.height) return out;
@@ -205,7 +225,8 @@ class Align final : public Stage {
         int32_t shift_x = 0, shift_y = 0, score = 0;
         for (int32_t k = 0; k < kShiftSteps; ++k) {
             int32_t dx = 0, dy = 0;
-            if (!shift_step(system, sums, live_sums(sampled, x, y, shift_x, shift_y), dx, dy, score)) return out;
+            if (!shift_step(system, sums, live_sums(sampled, x, y, shift_x, shift_y), dx, dy, score))
+                return out;
             shift_x += dx;
             shift_y += dy;
             if (shift_x < -256 || shift_y < -256 || shift_x > 255 || shift_y > 255) return out;
@@ -224,7 +245,8 @@ class Align final : public Stage {
         for (int32_t oy = -radius(); oy <= radius(); ++oy)
             for (int32_t ox = -radius(); ox <= radius(); ++ox) {
                 if (!usable_at(x + ox, y + oy)) continue;
-                const int32_t t = sampled.at(ox, oy), gx = sampled.gradient_x(ox, oy), gy = sampled.gradient_y(ox, oy);
+                const int32_t t = sampled.at(ox, oy), gx = sampled.gradient_x(ox, oy),
+                              gy = sampled.gradient_y(ox, oy);
                 s.n += 1;
                 s.t += t;
                 s.tt += t * t;
@@ -254,7 +276,8 @@ class Align final : public Stage {
         return s;
     }
 
-    // The live image at a pixel plus a shift in 1/256 px, cubic along rows and then along columns, 1/4 gray level.
+    // The live image at a pixel plus a shift in 1/256 px, cubic along rows and then along columns, 1/4 gray
+    // level.
     int32_t shifted(int32_t x, int32_t y, int32_t shift_x, int32_t shift_y) const {
         x += shift_x >> 8;
         y += shift_y >> 8;
@@ -270,7 +293,7 @@ class Align final : public Stage {
     }
 
     defrec_align_params params_;
-    std::vector<float> inverse_, root_; // 1 / n and sqrt(n), at n - 1
+    std::vector<float> inverse_, root_;  // 1 / n and sqrt(n), at n - 1
     std::vector<defrec_patch> patches_;
     std::vector<Image> views_;
     Image live_, mask_;
@@ -279,6 +302,8 @@ class Align final : public Stage {
 
 }  // namespace
 
-std::unique_ptr<Stage> make_align(const defrec_align_params& params, const Host&) { return std::make_unique<Align>(params); }
+std::unique_ptr<Stage> make_align(const defrec_align_params& params, const Host&) {
+    return std::make_unique<Align>(params);
+}
 
 }  // namespace defrec::reference

@@ -11,7 +11,7 @@ using namespace defrec::test;
 namespace {
 
 struct Accuracy {
-    double found = 0, rms = 0, bias_x = 0; // share; px over both coordinates
+    double found = 0, rms = 0, bias_x = 0;  // share; px over both coordinates
 };
 Accuracy accuracy(const AlignScene& scene) {
     const TestHost host;
@@ -20,7 +20,8 @@ Accuracy accuracy(const AlignScene& scene) {
     double squares = 0, count = 0;
     for (size_t i = 0; i < observations.size(); ++i) {
         if (observations[i].valid == 0) continue;
-        const double x = observations[i].u / 256.0 - scene.truth[i][0], y = observations[i].v / 256.0 - scene.truth[i][1];
+        const double x = observations[i].u / 256.0 - scene.truth[i][0],
+                     y = observations[i].v / 256.0 - scene.truth[i][1];
         squares += x * x + y * y;
         out.bias_x += x;
         count += 1;
@@ -115,7 +116,9 @@ TEST_CASE("row 61: masked pixels do not count, and too few usable ones are no ob
     CHECK(masked.found > 0.75);
     CHECK(masked.rms < 1.3 * clean.rms);
     scene.mask.assign(scene.live.size(), 0);
-    for (const defrec_patch_observation& o : observe(*reference::make_align(scene.params, TestHost().host()), scene)) CHECK(o.valid == 0);
+    for (const defrec_patch_observation& o :
+         observe(*reference::make_align(scene.params, TestHost().host()), scene))
+        CHECK(o.valid == 0);
 }
 
 TEST_CASE("row 62: without texture nothing is found") {
@@ -125,7 +128,9 @@ TEST_CASE("row 62: without texture nothing is found") {
 }
 
 TEST_CASE("a straight edge locates across itself only, and stays at the prediction along itself") {
-    const AlignScene scene = picture([](int x, int) { return uint8_t(x < 98 ? 60 : x > 104 ? 180 : 60 + (x - 98) * 20); });
+    const AlignScene scene = picture([](int x, int) {
+        return uint8_t(x < 98 ? 60 : x > 104 ? 180 : 60 + (x - 98) * 20);
+    });
     const defrec_patch_observation o = observe_one(scene);
     REQUIRE(o.valid == 1);
     CHECK(o.u / 256.0 == doctest::Approx(100.25).epsilon(0.0005));
@@ -178,7 +183,8 @@ TEST_CASE("a prediction is the projection of the moved patch and the derivative 
         const Vec3<double> x = apply(motion, p);
         return std::array<double, 2>{500 * x.x / x.z + 105, 500 * x.y / x.z + 78};
     };
-    const Vec3<double> p = load3<double>(scene.patches[0].position), tu = load3<double>(scene.patches[0].tangent_u),
+    const Vec3<double> p = load3<double>(scene.patches[0].position),
+                       tu = load3<double>(scene.patches[0].tangent_u),
                        tv = load3<double>(scene.patches[0].tangent_v);
     REQUIRE(predictions[0].valid == 1);
     CHECK(std::abs(predictions[0].u / 256.0 - project(p)[0]) < 0.003);

@@ -29,14 +29,16 @@ double distance(Vec3<double> a, Vec3<double> b) { return std::sqrt(dot(a - b, a 
 TEST_CASE("a dual quaternion moves points as its matrix does, for every branch of the conversion") {
     const Vec3<double> p{3, -2, 70};
     for (const double angle : {0.0, 1e-9, 0.3, 2.0, 3.14159265358979, 4.0})
-        for (const Eigen::Vector3d& axis : {Eigen::Vector3d(1, 0.1, 0), Eigen::Vector3d(0, 1, 0.1), Eigen::Vector3d(0.1, 0, 1)}) {
+        for (const Eigen::Vector3d& axis :
+             {Eigen::Vector3d(1, 0.1, 0), Eigen::Vector3d(0, 1, 0.1), Eigen::Vector3d(0.1, 0, 1)}) {
             const Rigid r = rigid(angle, axis, {1, 2, -30});
             const auto m = from_rigid(r.rotation, r.t);
             CHECK(distance(apply(m, p), matrix_apply(r, p)) < 1e-12 * 100);
             CHECK(distance(apply(inverse(m), apply(m, p)), p) < 1e-12 * 100);
             Rigid back{};
             to_rigid(m, back.rotation, back.t);
-            for (int i = 0; i < 9; ++i) CHECK(back.rotation[i] == doctest::Approx(r.rotation[i]).epsilon(1e-12));
+            for (int i = 0; i < 9; ++i)
+                CHECK(back.rotation[i] == doctest::Approx(r.rotation[i]).epsilon(1e-12));
         }
 }
 
@@ -74,8 +76,10 @@ TEST_CASE("blending equal motions gives that motion, whatever the signs of the q
     CHECK(distance(apply(blend(motions, node, weight), {1, 2, 3}), matrix_apply(r, {1, 2, 3})) < 1e-12);
 }
 
-TEST_CASE("blending two translations averages them, and blending half a rotation with none gives its middle") {
-    const Rigid a = rigid(0, {1, 0, 0}, {2, 0, 0}), b = rigid(0, {1, 0, 0}, {0, 4, 0}), c = rigid(1.0, {0, 0, 1}, {0, 0, 0});
+TEST_CASE(
+    "blending two translations averages them, and blending half a rotation with none gives its middle") {
+    const Rigid a = rigid(0, {1, 0, 0}, {2, 0, 0}), b = rigid(0, {1, 0, 0}, {0, 4, 0}),
+                c = rigid(1.0, {0, 0, 1}, {0, 0, 0});
     const DualQuaternion<double> motions[3] = {from_rigid(a.rotation, a.t), from_rigid(b.rotation, b.t),
                                                from_rigid(c.rotation, c.t)};
     const float weight[4] = {0.5f, 0.5f, 0.0f, 0.0f};
@@ -89,5 +93,6 @@ TEST_CASE("blending two translations averages them, and blending half a rotation
 TEST_CASE("motions survive the float record") {
     const Rigid r = rigid(0.9, {1, 2, 2}, {10, -20, 80});
     const auto m = from_rigid(r.rotation, r.t);
-    CHECK(distance(apply(DualQuaternion<double>::load(m.store()), {10, 10, 80}), matrix_apply(r, {10, 10, 80})) < 1e-4);
+    CHECK(distance(apply(DualQuaternion<double>::load(m.store()), {10, 10, 80}),
+                   matrix_apply(r, {10, 10, 80})) < 1e-4);
 }

@@ -14,13 +14,13 @@ using Eigen::Vector3d;
 
 struct Pair {
     uint32_t match;
-    Vector3d from, to; // template and live, mm
+    Vector3d from, to;  // template and live, mm
 };
 
 struct Hypothesis {
     uint32_t support = 0;
     Matrix3d rotation = Matrix3d::Identity();
-    std::vector<double> distance; // per pair, mm
+    std::vector<double> distance;  // per pair, mm
 };
 
 // The rotation that maximises trace(R^T m), never a reflection (Kabsch 1978, Umeyama 1991).
@@ -60,7 +60,8 @@ class Ransac final : public Stage {
 
         const uint32_t count = uint32_t(pairs_.size()), references = std::min(params_.references, count);
         std::vector<Hypothesis> hypotheses;
-        for (uint32_t k = 0; k < references; ++k) hypotheses.push_back(follow(reference_index(params_.seed, k, references, count)));
+        for (uint32_t k = 0; k < references; ++k)
+            hypotheses.push_back(follow(reference_index(params_.seed, k, references, count)));
         *summary = merge(hypotheses, weighted);
     }
 
@@ -83,10 +84,12 @@ class Ransac final : public Stage {
         for (uint32_t i = 0; i < params_.iterations; ++i) {
             Matrix3d m = Matrix3d::Zero();
             for (size_t k = 0; k < pairs_.size(); ++k)
-                m += weight[k] * weight[k] * (pairs_[k].to - origin.to) * (pairs_[k].from - origin.from).transpose();
+                m += weight[k] * weight[k] * (pairs_[k].to - origin.to) *
+                     (pairs_[k].from - origin.from).transpose();
             out.rotation = nearest_rotation(m);
             for (size_t k = 0; k < pairs_.size(); ++k) {
-                out.distance[k] = (pairs_[k].to - origin.to - out.rotation * (pairs_[k].from - origin.from)).norm();
+                out.distance[k] =
+                    (pairs_[k].to - origin.to - out.rotation * (pairs_[k].from - origin.from)).norm();
                 weight[k] = std::min(threshold_ / out.distance[k], 1.0);
             }
         }
@@ -139,7 +142,8 @@ class Ransac final : public Stage {
                 if (distance[k] < threshold_) m += (pairs_[k].to - to) * (pairs_[k].from - from).transpose();
             rotation = nearest_rotation(m);
             translation = to - rotation * from;
-            for (size_t k = 0; k < pairs_.size(); ++k) distance[k] = (pairs_[k].to - rotation * pairs_[k].from - translation).norm();
+            for (size_t k = 0; k < pairs_.size(); ++k)
+                distance[k] = (pairs_[k].to - rotation * pairs_[k].from - translation).norm();
         }
         for (const double d : distance) out.best_support += d < threshold_;
         Eigen::Map<Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>(out.rotation) = rotation.cast<float>();
@@ -155,6 +159,8 @@ class Ransac final : public Stage {
 
 }  // namespace
 
-std::unique_ptr<Stage> make_ransac(const defrec_ransac_params& params, const Host&) { return std::make_unique<Ransac>(params); }
+std::unique_ptr<Stage> make_ransac(const defrec_ransac_params& params, const Host&) {
+    return std::make_unique<Ransac>(params);
+}
 
 }  // namespace defrec::reference

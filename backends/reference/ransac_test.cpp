@@ -22,7 +22,8 @@ TEST_CASE("rotations up to 60 degrees with 85 % outliers are found in 19 of 20 s
         for (uint32_t seed = 1; seed <= 20; ++seed) {
             const RansacScene scene = make_ransac_scene(seed, 300, 0.85, degrees);
             const RansacResult result = run(scene);
-            found += result.summary.references > 0 && degrees_between(result.summary.rotation, scene.rotation) < 3;
+            found +=
+                result.summary.references > 0 && degrees_between(result.summary.rotation, scene.rotation) < 3;
             for (size_t i = 0; i < scene.matches.size(); ++i) {
                 right += scene.right[i];
                 kept += result.matches[i].weight > 0;
@@ -39,7 +40,8 @@ TEST_CASE("with half the matches right the motion is exact, and the summary says
     const RansacScene scene = make_ransac_scene(4, 400, 0.5, 25);
     const RansacResult result = run(scene);
     CHECK(degrees_between(result.summary.rotation, scene.rotation) < 0.5);
-    CHECK((Eigen::Map<const Eigen::Vector3f>(result.summary.translation).cast<double>() - scene.translation).norm() < 1.0);
+    CHECK((Eigen::Map<const Eigen::Vector3f>(result.summary.translation).cast<double>() - scene.translation)
+              .norm() < 1.0);
     CHECK(result.summary.valid_matches == 400);
     CHECK(result.summary.references >= 8);
     int kept = 0;
@@ -81,7 +83,8 @@ TEST_CASE("a rotation is never a reflection, also where a mirror image would fit
     }
     CHECK(determinant(run(scene).summary.rotation) == doctest::Approx(1));
     for (uint32_t seed = 0; seed < 10; ++seed)
-        CHECK(determinant(run(make_ransac_scene(seed, 100, 0.85, 120)).summary.rotation) == doctest::Approx(1));
+        CHECK(determinant(run(make_ransac_scene(seed, 100, 0.85, 120)).summary.rotation) ==
+              doctest::Approx(1));
 }
 
 TEST_CASE("fewer matches than the least support are not believed") {
@@ -147,7 +150,7 @@ TEST_CASE("references are distinct, spread over the matches, and follow the seed
         }
         if (count > 100) CHECK(moved > 25);
     }
-    CHECK(ransac::random_bits(0, 0) == 0xe220a8397b1dcdafu); // SplitMix64 of seed 0
+    CHECK(ransac::random_bits(0, 0) == 0xe220a8397b1dcdafu);  // SplitMix64 of seed 0
 }
 
 TEST_CASE("bad parameters and buffers are refused") {

@@ -1,5 +1,5 @@
-// Formulas of the stage align that every backend shares: prediction, levels, the reciprocal square root, the fit of the peak.
-// docs/stages/align.md explains them; search and sampling are each backend's own.
+// Formulas of the stage align that every backend shares: prediction, levels, the reciprocal square root, the
+// fit of the peak. docs/stages/align.md explains them; search and sampling are each backend's own.
 #pragma once
 #include <bit>
 #include <cmath>
@@ -9,14 +9,17 @@
 
 namespace defrec::align {
 
-enum { kUnscored = INT32_MIN };       // a displacement that cannot be scored
-enum { kOneScore = 65536 };           // ZNCC 1 in the search's scores
-enum { kMaxMatrix = 4 * 65536 };      // largest entry of view_from_live that is followed, 1/65536
-enum { kDistancePenalty = 32 };       // what a displacement of one px costs in the search, 1/65536; grows with its square
-enum { kShiftSteps = 4 };             // Gauss-Newton steps
-constexpr float kFullPrecision = 0.1f; // px; a patch located this well has information 1
+enum { kUnscored = INT32_MIN };   // a displacement that cannot be scored
+enum { kOneScore = 65536 };       // ZNCC 1 in the search's scores
+enum { kMaxMatrix = 4 * 65536 };  // largest entry of view_from_live that is followed, 1/65536
+enum {
+    kDistancePenalty = 32
+};  // what a displacement of one px costs in the search, 1/65536; grows with its square
+enum { kShiftSteps = 4 };               // Gauss-Newton steps
+constexpr float kFullPrecision = 0.1f;  // px; a patch located this well has information 1
 
-// Coordinates of level 0 to those of a level and back, 1/256 px: pixel centres of a level lie between those below it.
+// Coordinates of level 0 to those of a level and back, 1/256 px: pixel centres of a level lie between those
+// below it.
 inline int32_t to_level(int32_t position, uint32_t level) {
     return ((position + 128 + ((1 << level) >> 1)) >> level) - 128;
 }
@@ -39,7 +42,8 @@ inline float reciprocal_sqrt(float x) {
 
 // Where a patch is expected, and how the view's pixels map there.
 template <class T>
-defrec_patch_prediction predict(const defrec_patch& patch, const defrec_motion* motions, const defrec_align_params& params) {
+defrec_patch_prediction predict(const defrec_patch& patch, const defrec_motion* motions,
+                                const defrec_align_params& params) {
     defrec_patch_prediction out{};
     const defrec_camera& camera = params.camera;
     const DualQuaternion<T> motion = blend<T>(motions, patch.node, patch.weight);
@@ -49,9 +53,12 @@ defrec_patch_prediction predict(const defrec_patch& patch, const defrec_motion* 
     const T x = p.x / p.z, y = p.y / p.z;
     const T u = T(camera.fx) * x + T(camera.cx), v = T(camera.fy) * y + T(camera.cy);
     const T margin = T((params.patch_radius + 2) << params.level);
-    if (!(u >= margin && v >= margin && u <= T(params.width - 1) - margin && v <= T(params.height - 1) - margin)) return out;
+    if (!(u >= margin && v >= margin && u <= T(params.width - 1) - margin &&
+          v <= T(params.height - 1) - margin))
+        return out;
 
-    const Vec3<T> a = rotate(motion, load3<T>(patch.tangent_u)), b = rotate(motion, load3<T>(patch.tangent_v));
+    const Vec3<T> a = rotate(motion, load3<T>(patch.tangent_u)),
+                  b = rotate(motion, load3<T>(patch.tangent_v));
     const T j00 = fx * (a.x - x * a.z), j01 = fx * (b.x - x * b.z);
     const T j10 = fy * (a.y - y * a.z), j11 = fy * (b.y - y * b.z);
     const T det = j00 * j11 - j01 * j10;
@@ -71,7 +78,8 @@ defrec_patch_prediction predict(const defrec_patch& patch, const defrec_motion* 
 
 // Whether a prediction, which may be a caller's, can be followed without leaving the ranges of fixed point.
 inline bool usable(const defrec_patch_prediction& p, const defrec_align_params& params) {
-    if (p.valid != 1 || p.u < 0 || p.v < 0 || p.u > int32_t(params.width - 1) * 256 || p.v > int32_t(params.height - 1) * 256)
+    if (p.valid != 1 || p.u < 0 || p.v < 0 || p.u > int32_t(params.width - 1) * 256 ||
+        p.v > int32_t(params.height - 1) * 256)
         return false;
     for (const int32_t m : p.view_from_live)
         if (m < -kMaxMatrix || m > kMaxMatrix) return false;
@@ -86,16 +94,19 @@ struct LiveSums {
     int32_t i = 0, ii = 0, it = 0, igx = 0, igy = 0;
 };
 
-// The normal equations of the shift between template and live image, gain and offset eliminated. Floats, exact operations only.
+// The normal equations of the shift between template and live image, gain and offset eliminated. Floats,
+// exact operations only.
 struct ShiftSystem {
     float inverse_n, inverse_tt, tt, gx_t, gy_t;
-    float xx, xy, yy;         // damped by 1/1024 of the trace, so that a direction without texture stays where it is
+    float xx, xy, yy;  // damped by 1/1024 of the trace, so that a direction without texture stays where it is
     float inverse_determinant;
-    float raw_xx, raw_yy;     // not damped
+    float raw_xx, raw_yy;  // not damped
     bool solvable;
 };
 inline ShiftSystem make_shift_system(const TemplateSums& s, float inverse_n) {
-    const auto covariance = [inverse_n](int32_t a, int32_t b, int32_t ab) { return float(ab) - (float(a) * float(b)) * inverse_n; };
+    const auto covariance = [inverse_n](int32_t a, int32_t b, int32_t ab) {
+        return float(ab) - (float(a) * float(b)) * inverse_n;
+    };
     ShiftSystem out{};
     out.inverse_n = inverse_n;
     out.tt = covariance(s.t, s.t, s.tt);
@@ -118,25 +129,33 @@ inline ShiftSystem make_shift_system(const TemplateSums& s, float inverse_n) {
     return out;
 }
 
-// One Gauss-Newton step of the shift, 1/256 px, and the ZNCC before it, 1/65536; false where the images do not correlate.
-inline bool shift_step(const ShiftSystem& system, const TemplateSums& t, const LiveSums& s, int32_t& dx, int32_t& dy, int32_t& score) {
-    const auto covariance = [&system](int32_t a, int32_t b, int32_t ab) { return float(ab) - (float(a) * float(b)) * system.inverse_n; };
+// One Gauss-Newton step of the shift, 1/256 px, and the ZNCC before it, 1/65536; false where the images do
+// not correlate.
+inline bool shift_step(const ShiftSystem& system, const TemplateSums& t, const LiveSums& s, int32_t& dx,
+                       int32_t& dy, int32_t& score) {
+    const auto covariance = [&system](int32_t a, int32_t b, int32_t ab) {
+        return float(ab) - (float(a) * float(b)) * system.inverse_n;
+    };
     const float ii = covariance(s.i, s.i, s.ii), it = covariance(s.i, t.t, s.it);
     if (!(ii >= 1.0f) || !(it >= 1.0f)) return false;
     const float gain = it * system.inverse_tt;
     const float root = reciprocal_sqrt(it);
     const float inverse_gain = system.tt * (root * root);
-    const float x = covariance(s.i, t.gx, s.igx) - gain * system.gx_t, y = covariance(s.i, t.gy, s.igy) - gain * system.gy_t;
+    const float x = covariance(s.i, t.gx, s.igx) - gain * system.gx_t,
+                y = covariance(s.i, t.gy, s.igy) - gain * system.gy_t;
     const float scale = (system.inverse_determinant * inverse_gain) * 256.0f;
-    const float step_x = (system.yy * x - system.xy * y) * scale, step_y = (system.xx * y - system.xy * x) * scale;
-    score = int32_t(std::floor(((it * reciprocal_sqrt(system.tt)) * reciprocal_sqrt(ii)) * float(kOneScore) + 0.5f));
+    const float step_x = (system.yy * x - system.xy * y) * scale,
+                step_y = (system.xx * y - system.xy * x) * scale;
+    score = int32_t(
+        std::floor(((it * reciprocal_sqrt(system.tt)) * reciprocal_sqrt(ii)) * float(kOneScore) + 0.5f));
     if (!(std::abs(step_x) < 512.0f) || !(std::abs(step_y) < 512.0f)) return false;
     dx = int32_t(std::floor(0.5f - step_x));
     dy = int32_t(std::floor(0.5f - step_y));
     return true;
 }
 
-// Catmull-Rom weights of the pixels -1, 0, 1, 2 at a fraction, 1/256 px; the weights are 1/256 and add up to 256.
+// Catmull-Rom weights of the pixels -1, 0, 1, 2 at a fraction, 1/256 px; the weights are 1/256 and add up to
+// 256.
 inline void cubic_weights(int32_t fraction, int32_t out[4]) {
     const int64_t t = fraction;
     out[0] = int32_t((-t * t * t + 2 * 256 * t * t - 65536 * t + 65536) >> 17);
@@ -145,18 +164,22 @@ inline void cubic_weights(int32_t fraction, int32_t out[4]) {
     out[2] = 256 - out[0] - out[1] - out[3];
 }
 
-// How well a found patch is located, as a 2x2 matrix uu, uv, vv at level 0 in units of 1 / kFullPrecision^2, eigenvalues within 0 .. 1:
-// the Fisher information of a shift estimated from n pixels with white noise, n z^2 / (1 - z^2) G / tt with the score z.
-inline void information(const ShiftSystem& system, uint32_t pixels, int32_t score, uint32_t level, float out[3]) {
+// How well a found patch is located, as a 2x2 matrix uu, uv, vv at level 0 in units of 1 / kFullPrecision^2,
+// eigenvalues within 0 .. 1: the Fisher information of a shift estimated from n pixels with white noise, n
+// z^2 / (1 - z^2) G / tt with the score z.
+inline void information(const ShiftSystem& system, uint32_t pixels, int32_t score, uint32_t level,
+                        float out[3]) {
     const float z = float(score) / float(kOneScore);
     const float noise = std::fmax(1.0f - z * z, 0.01f);
-    const float scale = kFullPrecision * kFullPrecision * float(pixels) * z * z / (noise * system.tt * float(1 << (2 * level)));
+    const float scale = kFullPrecision * kFullPrecision * float(pixels) * z * z /
+                        (noise * system.tt * float(1 << (2 * level)));
     const float uu = scale * system.raw_xx, uv = scale * system.xy, vv = scale * system.raw_yy;
     const float mean = 0.5f * (uu + vv), difference = 0.5f * (uu - vv);
     const float radius = std::sqrt(difference * difference + uv * uv);
     const auto clamp = [](float value) { return std::fmin(std::fmax(value, 0.0f), 1.0f); };
     const float largest = clamp(mean + radius), smallest = clamp(mean - radius);
-    const float middle = 0.5f * (largest + smallest), ratio = radius > 0.0f ? 0.5f * (largest - smallest) / radius : 0.0f;
+    const float middle = 0.5f * (largest + smallest),
+                ratio = radius > 0.0f ? 0.5f * (largest - smallest) / radius : 0.0f;
     out[0] = middle + ratio * difference;
     out[1] = ratio * uv;
     out[2] = middle - ratio * difference;

@@ -1,5 +1,6 @@
-// Rigid motions as unit dual quaternions, and the blending of control points' motions that docs/stages.md defines.
-// Plain formulas on a scalar type T (float or double), one order of operations; used by align, lm, warp and the SDK.
+// Rigid motions as unit dual quaternions, and the blending of control points' motions that docs/stages.md
+// defines. Plain formulas on a scalar type T (float or double), one order of operations; used by align, lm,
+// warp and the SDK.
 #pragma once
 #include <cmath>
 #include <cstdint>
@@ -13,19 +14,29 @@ struct Vec3 {
     T x, y, z;
 };
 template <class T>
-Vec3<T> operator+(Vec3<T> a, Vec3<T> b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+Vec3<T> operator+(Vec3<T> a, Vec3<T> b) {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
 template <class T>
-Vec3<T> operator-(Vec3<T> a, Vec3<T> b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+Vec3<T> operator-(Vec3<T> a, Vec3<T> b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
 template <class T>
-Vec3<T> operator*(T s, Vec3<T> a) { return {s * a.x, s * a.y, s * a.z}; }
+Vec3<T> operator*(T s, Vec3<T> a) {
+    return {s * a.x, s * a.y, s * a.z};
+}
 template <class T>
-T dot(Vec3<T> a, Vec3<T> b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+T dot(Vec3<T> a, Vec3<T> b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
 template <class T>
 Vec3<T> cross(Vec3<T> a, Vec3<T> b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 template <class T>
-Vec3<T> load3(const float* xyz) { return {T(xyz[0]), T(xyz[1]), T(xyz[2])}; }
+Vec3<T> load3(const float* xyz) {
+    return {T(xyz[0]), T(xyz[1]), T(xyz[2])};
+}
 template <class T>
 void store3(Vec3<T> v, float* xyz) {
     xyz[0] = float(v.x);
@@ -39,20 +50,30 @@ struct Quaternion {
     T w, x, y, z;
 };
 template <class T>
-Quaternion<T> operator+(Quaternion<T> a, Quaternion<T> b) { return {a.w + b.w, a.x + b.x, a.y + b.y, a.z + b.z}; }
+Quaternion<T> operator+(Quaternion<T> a, Quaternion<T> b) {
+    return {a.w + b.w, a.x + b.x, a.y + b.y, a.z + b.z};
+}
 template <class T>
-Quaternion<T> operator-(Quaternion<T> a, Quaternion<T> b) { return {a.w - b.w, a.x - b.x, a.y - b.y, a.z - b.z}; }
+Quaternion<T> operator-(Quaternion<T> a, Quaternion<T> b) {
+    return {a.w - b.w, a.x - b.x, a.y - b.y, a.z - b.z};
+}
 template <class T>
-Quaternion<T> operator*(T s, Quaternion<T> q) { return {s * q.w, s * q.x, s * q.y, s * q.z}; }
+Quaternion<T> operator*(T s, Quaternion<T> q) {
+    return {s * q.w, s * q.x, s * q.y, s * q.z};
+}
 template <class T>
 Quaternion<T> operator*(Quaternion<T> a, Quaternion<T> b) {
     return {a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z, a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
             a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x, a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
 }
 template <class T>
-Quaternion<T> conjugate(Quaternion<T> q) { return {q.w, -q.x, -q.y, -q.z}; }
+Quaternion<T> conjugate(Quaternion<T> q) {
+    return {q.w, -q.x, -q.y, -q.z};
+}
 template <class T>
-T dot(Quaternion<T> a, Quaternion<T> b) { return a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z; }
+T dot(Quaternion<T> a, Quaternion<T> b) {
+    return a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z;
+}
 
 // x -> R x + t; real is the rotation, dual is t * real / 2. Unit: |real| = 1 and real . dual = 0.
 template <class T>
@@ -87,7 +108,9 @@ Vec3<T> rotate(Quaternion<T> q, Vec3<T> v) {
     return v + T(2) * cross(axis, cross(axis, v) + q.w * v);
 }
 template <class T>
-Vec3<T> rotate(const DualQuaternion<T>& m, Vec3<T> v) { return rotate(m.real, v); }
+Vec3<T> rotate(const DualQuaternion<T>& m, Vec3<T> v) {
+    return rotate(m.real, v);
+}
 
 // t = 2 dual real*; a component of dual along real does not enter.
 template <class T>
@@ -98,7 +121,9 @@ Vec3<T> translation(const DualQuaternion<T>& m) {
 
 // R p + t.
 template <class T>
-Vec3<T> apply(const DualQuaternion<T>& m, Vec3<T> p) { return rotate(m.real, p) + translation(m); }
+Vec3<T> apply(const DualQuaternion<T>& m, Vec3<T> p) {
+    return rotate(m.real, p) + translation(m);
+}
 
 // First b, then a.
 template <class T>
@@ -106,7 +131,9 @@ DualQuaternion<T> compose(const DualQuaternion<T>& a, const DualQuaternion<T>& b
     return {a.real * b.real, a.real * b.dual + a.dual * b.real};
 }
 template <class T>
-DualQuaternion<T> inverse(const DualQuaternion<T>& m) { return {conjugate(m.real), conjugate(m.dual)}; }
+DualQuaternion<T> inverse(const DualQuaternion<T>& m) {
+    return {conjugate(m.real), conjugate(m.dual)};
+}
 
 // Rotation given as a unit quaternion.
 template <class T>
@@ -124,7 +151,8 @@ Quaternion<T> rotation_from_vector(Vec3<T> r) {
     return (T(1) / std::sqrt(dot(q, q))) * q;
 }
 
-// rotation: row-major 3x3 rotation matrix. The quaternion's largest component is computed first (Shepperd 1978); w >= 0.
+// rotation: row-major 3x3 rotation matrix. The quaternion's largest component is computed first (Shepperd
+// 1978); w >= 0.
 template <class T>
 Quaternion<T> rotation_from_matrix(const T rotation[9]) {
     const T xx = rotation[0], yy = rotation[4], zz = rotation[8];
@@ -134,7 +162,8 @@ Quaternion<T> rotation_from_matrix(const T rotation[9]) {
         if (four[i] > four[largest]) largest = i;
     const T x = rotation[7] - rotation[5], y = rotation[2] - rotation[6], z = rotation[3] - rotation[1];
     const T xy = rotation[1] + rotation[3], xz = rotation[2] + rotation[6], yz = rotation[5] + rotation[7];
-    const Quaternion<T> candidates[4] = {{four[0], x, y, z}, {x, four[1], xy, xz}, {y, xy, four[2], yz}, {z, xz, yz, four[3]}};
+    const Quaternion<T> candidates[4] = {
+        {four[0], x, y, z}, {x, four[1], xy, xz}, {y, xy, four[2], yz}, {z, xz, yz, four[3]}};
     const Quaternion<T> q = candidates[largest];
     const T scale = (q.w < T(0) ? T(-1) : T(1)) / std::sqrt(dot(q, q));
     return scale * q;
@@ -162,10 +191,12 @@ void to_rigid(const DualQuaternion<T>& m, T rotation[9], T t[3]) {
     t[2] = v.z;
 }
 
-// The motion of a point moved by DEFREC_SKIN_NODES control points (docs/stages.md): dual quaternion blending (Kavan et al. 2008), real part of
-// length 1. motion_at(k) gives the DualQuaternion<T> of control point k. Where the sum vanishes: the first control point's motion.
+// The motion of a point moved by DEFREC_SKIN_NODES control points (docs/stages.md): dual quaternion blending
+// (Kavan et al. 2008), real part of length 1. motion_at(k) gives the DualQuaternion<T> of control point k.
+// Where the sum vanishes: the first control point's motion.
 template <class T, class MotionAt>
-DualQuaternion<T> blend_with(MotionAt&& motion_at, const int32_t node[DEFREC_SKIN_NODES], const float weight[DEFREC_SKIN_NODES]) {
+DualQuaternion<T> blend_with(MotionAt&& motion_at, const int32_t node[DEFREC_SKIN_NODES],
+                             const float weight[DEFREC_SKIN_NODES]) {
     const DualQuaternion<T> first = motion_at(node[0]);
     Quaternion<T> real = T(weight[0]) * first.real, dual = T(weight[0]) * first.dual;
     for (int k = 1; k < DEFREC_SKIN_NODES; ++k) {
@@ -180,11 +211,13 @@ DualQuaternion<T> blend_with(MotionAt&& motion_at, const int32_t node[DEFREC_SKI
     return {scale * real, scale * dual};
 }
 template <class T>
-DualQuaternion<T> blend(const defrec_motion* motions, const int32_t node[DEFREC_SKIN_NODES], const float weight[DEFREC_SKIN_NODES]) {
+DualQuaternion<T> blend(const defrec_motion* motions, const int32_t node[DEFREC_SKIN_NODES],
+                        const float weight[DEFREC_SKIN_NODES]) {
     return blend_with<T>([motions](int32_t k) { return DualQuaternion<T>::load(motions[k]); }, node, weight);
 }
 template <class T>
-DualQuaternion<T> blend(const DualQuaternion<T>* motions, const int32_t node[DEFREC_SKIN_NODES], const float weight[DEFREC_SKIN_NODES]) {
+DualQuaternion<T> blend(const DualQuaternion<T>* motions, const int32_t node[DEFREC_SKIN_NODES],
+                        const float weight[DEFREC_SKIN_NODES]) {
     return blend_with<T>([motions](int32_t k) { return motions[k]; }, node, weight);
 }
 

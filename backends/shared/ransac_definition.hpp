@@ -1,5 +1,5 @@
-// What every backend of ransac shares: which matches count, which of them are references, and which references are accepted.
-// docs/stages/ransac.md explains it.
+// What every backend of ransac shares: which matches count, which of them are references, and which
+// references are accepted. docs/stages/ransac.md explains it.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -9,20 +9,23 @@
 
 namespace defrec::ransac {
 
-constexpr float kKeptWeight = 0.8f;      // matches with a smaller merged weight are not preselected
-constexpr uint32_t kRefinements = 4;     // of the best reference's motion over its inliers
-constexpr double kMinThreshold = 1.0;    // mm
+constexpr float kKeptWeight = 0.8f;    // matches with a smaller merged weight are not preselected
+constexpr uint32_t kRefinements = 4;   // of the best reference's motion over its inliers
+constexpr double kMinThreshold = 1.0;  // mm
 
 // The landmarks given to prepare: as many as the buffer holds, at most params.landmarks.
-inline std::span<const defrec_landmark> take_landmarks(const defrec_ransac_params& params, std::span<const InBuffer> in) {
+inline std::span<const defrec_landmark> take_landmarks(const defrec_ransac_params& params,
+                                                       std::span<const InBuffer> in) {
     expect_buffers("ransac: prepare", in, 1);
-    return {in[0].as<defrec_landmark>(), std::min<size_t>(params.landmarks, in[0].size / sizeof(defrec_landmark))};
+    return {in[0].as<defrec_landmark>(),
+            std::min<size_t>(params.landmarks, in[0].size / sizeof(defrec_landmark))};
 }
 
 // Takes part: matched, with depth, finite.
 inline bool usable(const defrec_landmark& landmark, const defrec_match& match) {
     bool finite = match.feature >= 0 && match.weight > 0.0f;
-    for (int k = 0; k < 3; ++k) finite = finite && std::abs(landmark.position[k]) < 1e6f && std::abs(match.position[k]) < 1e6f;
+    for (int k = 0; k < 3; ++k)
+        finite = finite && std::abs(landmark.position[k]) < 1e6f && std::abs(match.position[k]) < 1e6f;
     return finite;
 }
 
@@ -40,7 +43,8 @@ inline uint32_t reference_index(uint64_t seed, uint32_t k, uint32_t references, 
     return uint32_t(first + (((random_bits(seed, k) >> 32) * (last - first)) >> 32));
 }
 
-// The support that a reference needs, given that of the best one: a quarter of the best, and more than wrong matches reach by chance.
+// The support that a reference needs, given that of the best one: a quarter of the best, and more than wrong
+// matches reach by chance.
 inline uint32_t needed_support(const defrec_ransac_params& params, uint32_t count, uint32_t best_support) {
     const uint32_t chance = params.min_support + count / 32;
     return std::max(chance, best_support / 4);

@@ -1,4 +1,5 @@
-// Scenes for the tests of align: a texture known at every real position, seen in a view and, moved by an affine map, in a live image.
+// Scenes for the tests of align: a texture known at every real position, seen in a view and, moved by an
+// affine map, in a live image.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -19,14 +20,16 @@ class Texture {
         double power = 0;
         for (Wave& wave : waves_) {
             const double length = 6 * std::pow(10, unit(random)), angle = 6.2831853 * unit(random);
-            wave = {6.2831853 / length * std::cos(angle), 6.2831853 / length * std::sin(angle), 6.2831853 * unit(random), std::pow(length, 0.7)};
+            wave = {6.2831853 / length * std::cos(angle), 6.2831853 / length * std::sin(angle),
+                    6.2831853 * unit(random), std::pow(length, 0.7)};
             power += wave.amplitude * wave.amplitude / 2;
         }
         for (Wave& wave : waves_) wave.amplitude *= 25 / std::sqrt(power);
     }
     double at(double x, double y) const {
         double sum = 120;
-        for (const Wave& wave : waves_) sum += wave.amplitude * std::cos(wave.x * x + wave.y * y + wave.phase);
+        for (const Wave& wave : waves_)
+            sum += wave.amplitude * std::cos(wave.x * x + wave.y * y + wave.phase);
         return sum;
     }
     static double unit(std::mt19937& random) { return double(random()) / 4294967296.0; }
@@ -44,12 +47,13 @@ struct AlignScene {
     std::vector<uint8_t> view, live, mask;
     std::vector<defrec_patch> patches;
     std::vector<defrec_patch_prediction> predictions;
-    std::vector<std::array<double, 2>> truth; // px
+    std::vector<std::array<double, 2>> truth;  // px
 };
 struct AlignSceneOptions {
-    uint32_t width = 211, height = 157, stride = 224, level = 0, patch_radius = 5, search_radius = 4, seed = 1, patches = 150;
+    uint32_t width = 211, height = 157, stride = 224, level = 0, patch_radius = 5, search_radius = 4,
+             seed = 1, patches = 150;
     double angle = 0, scale = 1, shift_x = 1.3, shift_y = -2.6, noise = 1, gain = 1, offset = 0;
-    double prediction_error = 2; // px, of each coordinate
+    double prediction_error = 2;  // px, of each coordinate
 };
 
 inline AlignScene make_align_scene(const AlignSceneOptions& o) {
@@ -68,7 +72,11 @@ inline AlignScene make_align_scene(const AlignSceneOptions& o) {
 
     const Texture texture(o.seed);
     std::mt19937 random(o.seed + 1000);
-    const auto noise = [&] { return o.noise * 1.73 * (Texture::unit(random) + Texture::unit(random) - Texture::unit(random) - Texture::unit(random)); };
+    const auto noise = [&] {
+        return o.noise * 1.73 *
+               (Texture::unit(random) + Texture::unit(random) - Texture::unit(random) -
+                Texture::unit(random));
+    };
     const auto gray = [](double value) { return uint8_t(std::clamp(std::floor(value + 0.5), 0.0, 255.0)); };
     const double c = o.scale * std::cos(o.angle), s = o.scale * std::sin(o.angle), square = o.scale * o.scale;
     const double inverse[4] = {c / square, s / square, -s / square, c / square};
@@ -80,7 +88,9 @@ inline AlignScene make_align_scene(const AlignSceneOptions& o) {
             const double dx = x - cx - o.shift_x, dy = y - cy - o.shift_y;
             scene.view[size_t(y) * p.stride + x] = gray(texture.at(x, y) + noise());
             scene.live[size_t(y) * p.stride + x] =
-                gray(o.gain * texture.at(cx + inverse[0] * dx + inverse[1] * dy, cy + inverse[2] * dx + inverse[3] * dy) + o.offset + noise());
+                gray(o.gain * texture.at(cx + inverse[0] * dx + inverse[1] * dy,
+                                         cy + inverse[2] * dx + inverse[3] * dy) +
+                     o.offset + noise());
         }
     const double margin = double((o.patch_radius + 4) << o.level) * o.scale;
     const auto error = [&] { return o.prediction_error * (2 * Texture::unit(random) - 1); };
@@ -92,8 +102,10 @@ inline AlignScene make_align_scene(const AlignSceneOptions& o) {
         const double dx = double(patch.u) - cx, dy = double(patch.v) - cy;
         const double u = cx + o.shift_x + c * dx - s * dy, v = cy + o.shift_y + s * dx + c * dy;
         if (u < margin || v < margin || u > o.width - margin || v > o.height - margin) continue;
-        defrec_patch_prediction prediction{int32_t(std::floor((u + error()) * 256)), int32_t(std::floor((v + error()) * 256)), {}, 1, 0};
-        for (int k = 0; k < 4; ++k) prediction.view_from_live[k] = int32_t(std::floor(inverse[k] * 65536 + 0.5));
+        defrec_patch_prediction prediction{
+            int32_t(std::floor((u + error()) * 256)), int32_t(std::floor((v + error()) * 256)), {}, 1, 0};
+        for (int k = 0; k < 4; ++k)
+            prediction.view_from_live[k] = int32_t(std::floor(inverse[k] * 65536 + 0.5));
         scene.patches.push_back(patch);
         scene.predictions.push_back(prediction);
         scene.truth.push_back({u, v});
@@ -103,16 +115,23 @@ inline AlignScene make_align_scene(const AlignSceneOptions& o) {
 }
 
 template <class T>
-InBuffer in_buffer(const std::vector<T>& values) { return {values.data(), values.size() * sizeof(T)}; }
+InBuffer in_buffer(const std::vector<T>& values) {
+    return {values.data(), values.size() * sizeof(T)};
+}
 template <class T>
-OutBuffer out_buffer(std::vector<T>& values) { return {values.data(), values.size() * sizeof(T)}; }
+OutBuffer out_buffer(std::vector<T>& values) {
+    return {values.data(), values.size() * sizeof(T)};
+}
 
 // Prepares the stage with the scene and runs it on the scene's predictions.
 inline std::vector<defrec_patch_observation> observe(Stage& stage, const AlignScene& scene) {
     const InBuffer prepare[2] = {in_buffer(scene.patches), in_buffer(scene.view)};
     stage.prepare(prepare);
     std::vector<defrec_patch_observation> observations(scene.patches.size());
-    const InBuffer in[4] = {in_buffer(scene.live), scene.mask.empty() ? InBuffer{} : in_buffer(scene.mask), {}, in_buffer(scene.predictions)};
+    const InBuffer in[4] = {in_buffer(scene.live),
+                            scene.mask.empty() ? InBuffer{} : in_buffer(scene.mask),
+                            {},
+                            in_buffer(scene.predictions)};
     const OutBuffer out[1] = {out_buffer(observations)};
     stage.run(in, out);
     return observations;

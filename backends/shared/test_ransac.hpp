@@ -14,7 +14,7 @@ struct RansacScene {
     defrec_ransac_params params{};
     std::vector<defrec_landmark> landmarks;
     std::vector<defrec_match> matches;
-    std::vector<char> right; // 1: the match is
+    std::vector<char> right;  // 1: the match is
     Eigen::Matrix3d rotation;
     Eigen::Vector3d translation;
 };
@@ -25,7 +25,8 @@ struct RansacResult {
 
 inline double signed_unit(std::mt19937& random) { return double(random()) / 2147483648.0 - 1.0; }
 
-// count matches of which the share `outliers` lands elsewhere on the surface; noise is uniform with 0.5 mm standard deviation.
+// count matches of which the share `outliers` lands elsewhere on the surface; noise is uniform with 0.5 mm
+// standard deviation.
 inline RansacScene make_ransac_scene(uint32_t seed, uint32_t count, double outliers, double degrees) {
     RansacScene scene;
     DEFREC_INIT(&scene.params);
@@ -45,7 +46,8 @@ inline RansacScene make_ransac_scene(uint32_t seed, uint32_t count, double outli
     for (uint32_t i = 0; i < count; ++i) {
         const bool right = (unit() + 1) / 2 >= outliers;
         const Eigen::Vector3d from = surface(), noise(unit(), unit(), unit());
-        const Eigen::Vector3d to = scene.rotation * (right ? from : surface()) + scene.translation + 0.87 * noise;
+        const Eigen::Vector3d to =
+            scene.rotation * (right ? from : surface()) + scene.translation + 0.87 * noise;
         defrec_landmark landmark{};
         defrec_match match{};
         match.weight = 1;
@@ -66,7 +68,8 @@ inline RansacResult run_ransac(Stage& stage, const RansacScene& scene) {
     RansacResult result;
     result.matches.resize(scene.matches.size());
     const InBuffer in[1] = {{scene.matches.data(), scene.matches.size() * sizeof(defrec_match)}};
-    const OutBuffer out[2] = {{result.matches.data(), result.matches.size() * sizeof(defrec_match)}, {&result.summary, sizeof result.summary}};
+    const OutBuffer out[2] = {{result.matches.data(), result.matches.size() * sizeof(defrec_match)},
+                              {&result.summary, sizeof result.summary}};
     stage.run(in, out);
     return result;
 }
