@@ -163,10 +163,12 @@ TEST_CASE("row 16: destroying NULL, twice, or something else does nothing") {
 TEST_CASE("handles may be destroyed in any order, and are never used twice") {
     std::set<void*> seen;
     const defrec_rig_desc desc = small_rig();
+    auto no_plugins = init<defrec_context_desc>();
+    no_plugins.flags = DEFREC_CONTEXT_ONLY_GIVEN_PLUGINS;
     for (int i = 0; i < 20; ++i) {
         defrec_context context = nullptr;
         defrec_rig rig = nullptr;
-        REQUIRE(defrec_context_create(nullptr, &context) == DEFREC_OK);
+        REQUIRE(defrec_context_create(&no_plugins, &context) == DEFREC_OK);
         REQUIRE(defrec_rig_create(context, &desc, &rig) == DEFREC_OK);
         CHECK(seen.insert(context).second);
         CHECK(seen.insert(rig).second);
