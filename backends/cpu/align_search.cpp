@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstring>
 #include <type_traits>
+#include <utility>
 
 #include "backends/cpu/align_kernels.hpp"
 
@@ -137,33 +138,45 @@ V32 load_pair(const uint8_t* row) {
                   hn::ShiftLeft<16>(hn::PromoteTo(d, hn::LoadU(bytes, row + 1))));
 }
 
-// The pairs of the window round (x, y); returns whether a pixel of it is masked.
-bool load_window(const AlignLevel& level, int32_t x, int32_t y, int32_t reach, AlignScratch& scratch) {
+// Whether a pixel of the window round (x, y) is masked.
+bool window_is_masked(const AlignLevel& level, int32_t x, int32_t y, int32_t reach) {
+    if (level.mask == nullptr) return false;
+    const hn::CappedTag<uint8_t, kAlignWindowRow> d;
+    const int32_t count = 2 * reach + 2;
+    alignas(64) uint8_t buffer[2 * kAlignWindowRow] = {};
+    auto least = hn::Set(d, 255);
+    for (int32_t j = 0; j < 2 * reach + 1; ++j) {
+        const uint8_t* row = window_row(level, level.mask, x - reach, y - reach + j, count, buffer);
+        for (int32_t k = 0; k < count; k += int32_t(hn::Lanes(d)))
+            least = hn::Min(least, hn::IfThenElse(hn::FirstN(d, size_t(count - k)), hn::LoadU(d, row + k),
+                                                  hn::Set(d, 255)));
+    }
+    return !hn::AllFalse(d, hn::Eq(least, hn::Zero(d)));
+}
+
+// The pairs of the window round (x, y).
+void load_window(const AlignLevel& level, int32_t x, int32_t y, int32_t reach, AlignScratch& scratch) {
     const D32 d;
     const int32_t side = 2 * reach + 1, lanes = int32_t(hn::Lanes(d));
     alignas(64) uint8_t buffer[2 * kAlignWindowRow] = {};
-    bool masked = false;
     for (int32_t j = 0; j < side; ++j) {
         const uint8_t* row = window_row(level, level.gray, x - reach, y - reach + j, side + 1, buffer);
         for (int32_t k = 0; k < side; k += lanes)
             hn::StoreU(load_pair(row + k), d, scratch.live + j * kAlignWindowRow + k);
-        if (level.mask == nullptr) continue;
-        row = window_row(level, level.mask, x - reach, y - reach + j, side + 1, buffer);
-        uint8_t usable[2 * kAlignWindowRow] = {};
-        for (int32_t k = 0; k <= side; ++k) {
-            usable[k] = row[k] != 0;
-            masked |= usable[k] == 0;
+    }
+    scratch.masked = window_is_masked(level, x, y, reach);
+    if (!scratch.masked) return;
+    const D16 halves;
+    for (int32_t j = 0; j < side; ++j) {
+        const uint8_t* row = window_row(level, level.mask, x - reach, y - reach + j, side + 1, buffer);
+        for (int32_t k = 0; k < side; k += lanes) {
+            const int32_t at = j * kAlignWindowRow + k;
+            const auto usable = hn::Min(hn::BitCast(halves, load_pair(row + k)), hn::Set(halves, 1));
+            hn::StoreU(hn::BitCast(d, usable), d, scratch.usable + at);
+            const auto live = hn::BitCast(halves, hn::LoadU(d, scratch.live + at));
+            hn::StoreU(hn::BitCast(d, hn::Mul(usable, live)), d, scratch.usable_live + at);
         }
-        for (int32_t k = 0; k < side; k += lanes)
-            hn::StoreU(load_pair(usable + k), d, scratch.usable + j * kAlignWindowRow + k);
     }
-    if (!masked) return false;
-    for (int32_t k = 0; k < side * kAlignWindowRow; k += lanes) {
-        const auto usable = hn::BitCast(D16(), hn::LoadU(d, scratch.usable + k)),
-                   live = hn::BitCast(D16(), hn::LoadU(d, scratch.live + k));
-        hn::StoreU(hn::BitCast(d, hn::Mul(usable, live)), d, scratch.usable_live + k);
-    }
-    return true;
 }
 
 // One row of kBlocks vectors of displacements: the sum of the products of patch and window.
@@ -334,6 +347,31 @@ int32_t best_displacement(const AlignRun& run, const AlignScratch& scratch, cons
     return hn::GetLane(hn::MinOfLanes(d, candidates));
 }
 
+// The patch's own sums over usable pixels, computed only where some are missing and not too many.
+template <class Radius>
+void usable_sums(Radius radius, int32_t search, AlignScratch& scratch) {
+    const D32 d;
+    const int32_t all = (2 * radius + 1) * (2 * radius + 1), lanes = int32_t(hn::Lanes(d));
+    const std::pair<const int16_t*, int32_t*> sums[] = {
+        {scratch.t, scratch.t_sum}, {scratch.high, scratch.tt_high}, {scratch.low, scratch.tt_low}};
+    for (int32_t dy = 0; dy <= 2 * search; ++dy)
+        for (int32_t dx = 0; dx <= 2 * search; dx += lanes) {
+            const int32_t at = dy * kAlignScoreRow + dx;
+            const V32 n = hn::LoadU(d, scratch.n + at);
+            const auto some =
+                hn::And(hn::Lt(n, hn::Set(d, all)), hn::Gt(hn::ShiftLeft<2>(n), hn::Set(d, 3 * all - 1)));
+            const auto wanted = hn::Lt(hn::Iota(d, dx), hn::Set(d, 2 * search + 1));
+            if (hn::AllFalse(d, hn::And(some, wanted))) {
+                hn::StoreU(hn::Set(d, scratch.full_t), d, scratch.t_sum + at);
+                hn::StoreU(hn::Set(d, scratch.full_tt >> 12), d, scratch.tt_high + at);
+                hn::StoreU(hn::Set(d, scratch.full_tt & 4095), d, scratch.tt_low + at);
+                continue;
+            }
+            const int32_t* from = scratch.usable + (dy + 1) * kAlignWindowRow + 1 + dx;
+            for (const auto& [patch, out] : sums) correlate_row<Radius, 1>(radius, patch, from, out + at);
+        }
+}
+
 // Radius: an integral constant for the usual radii, so that their loops unroll, else int32_t.
 template <class Radius>
 void all_sums(Radius radius, int32_t search, AlignScratch& scratch) {
@@ -347,9 +385,7 @@ void all_sums(Radius radius, int32_t search, AlignScratch& scratch) {
         scratch.low[k] = int16_t(square & 4095);
     }
     box_sums<false>(radius, scratch.usable, search, scratch.n, scratch.n);
-    correlate(radius, scratch.t, scratch.usable, search, scratch.t_sum);
-    correlate(radius, scratch.high, scratch.usable, search, scratch.tt_high);
-    correlate(radius, scratch.low, scratch.usable, search, scratch.tt_low);
+    usable_sums(radius, search, scratch);
 }
 
 void all_sums(int32_t radius, int32_t search, AlignScratch& scratch) {
@@ -375,7 +411,7 @@ bool search(const AlignRun& run, const AlignCentre& centre, const defrec_patch_p
     const int32_t columns[2] = {std::max(0, r - x + s), std::min(2 * s, run.level.width - 1 - r - x + s)};
     const int32_t rows[2] = {std::max(0, r - y + s), std::min(2 * s, run.level.height - 1 - r - y + s)};
     if (columns[0] > columns[1] || rows[0] > rows[1]) return false;
-    scratch.masked = load_window(run.level, x, y, r + s + 1, scratch);
+    load_window(run.level, x, y, r + s + 1, scratch);
     all_sums(r, s, scratch);
     const int32_t at = best_displacement(run, scratch, columns, rows);
     if (at < 0) return false;
