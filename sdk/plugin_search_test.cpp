@@ -166,6 +166,6 @@ TEST_CASE("row 42: a process with privileges of its own ignores the environment 
     fs::copy_file(probe, copy);
     REQUIRE(chown(copy.c_str(), 65534, 65534) == 0);
     REQUIRE(chmod(copy.c_str(), 04755) == 0);
-    // LeakSanitizer cannot look into such a process.
-    CHECK(output_of("ASAN_OPTIONS=detect_leaks=0 " + copy.string()) == "0\n");
+    // LeakSanitizer cannot look into such a process, and says so.
+    CHECK(output_of(copy.string() + " 2>/dev/null") == "0\n");
 }
