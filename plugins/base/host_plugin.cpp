@@ -175,7 +175,7 @@ void device_close(defrec_pdevice* device) { delete device; }
 defrec_status buffer_create(defrec_pdevice* device, uint64_t size, defrec_pbuffer** out) {
     PluginInstance& instance = device->instance;
     return guarded(instance, [&] {
-        auto buffer = std::make_unique<defrec_pbuffer_>(instance, nullptr, size);
+        std::unique_ptr<defrec_pbuffer_> buffer(new defrec_pbuffer_{instance, nullptr, size});
         buffer->data = instance.host.allocate(std::max<uint64_t>(size, 1), 64);
         std::memset(buffer->data, 0, size);
         *out = buffer.release();
