@@ -200,7 +200,7 @@ typedef struct defrec_rig_desc {
     double            translation[3];/* mm; x < 0 for a right camera on the right */
 } defrec_rig_desc;
 
-typedef struct defrec_camera { double fx, fy, cx, cy, baseline_mm; } defrec_camera; /* frozen; fx = fy when rectified */
+typedef struct defrec_camera { double fx, fy, cx, cy, baseline_mm; } defrec_camera; /* frozen */
 
 /* Checks the calibration (finite, focal lengths > 0, a rotation, a horizontal baseline, monotone distortion) and computes the
  * rectification (Bouguet's, as OpenCV's stereoRectify: half the rotation to each eye, then x along the baseline).
@@ -219,7 +219,8 @@ typedef struct defrec_rig_info {
 } defrec_rig_info;
 /* threads: any. since: 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_rig_get(defrec_rig rig, defrec_rig_info *out);
-/* Maps count pixels (u, v) of the raw left image to the rectified left image, or back. in and out may be the same.
+/* Maps count pixels (u, v) of the raw left image to the rectified left image, or back; NaN where there is no answer.
+ * in and out may be the same.
  * threads: any. since: 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_rig_rectify_pixels(defrec_rig rig, const double *raw_uv, size_t count, double *rectified_uv);
 DEFREC_API defrec_status DEFREC_CALL defrec_rig_distort_pixels(defrec_rig rig, const double *rectified_uv, size_t count, double *raw_uv);

@@ -126,7 +126,7 @@ class Tracker::Impl {
         } catch (const Error& error) {
             job.finish(error.status(), error.what());
         } catch (const std::bad_alloc&) {
-            job.finish(DEFREC_ERROR_OUT_OF_MEMORY, "out of memory while computing the frame");
+            job.finish(DEFREC_ERROR_OUT_OF_MEMORY, "out of memory");  // short enough to need none
         } catch (const std::exception& error) {
             job.finish(DEFREC_ERROR_INTERNAL, error.what());
         }
