@@ -100,7 +100,7 @@ Verdict judge(const TemplateData& data, const Evidence& evidence, bool was_found
 
 namespace {
 
-// Chamfer distance over the template's grid to the nearest observed vertex, in grid steps.
+// Distance over the template's grid to the nearest observed vertex, in grid steps.
 void distance_to_observed(const TemplateData& data, const FrameOutput& output, std::vector<float>& distance) {
     const SurfaceGrid& grid = data.grid;
     distance.resize(grid.vertex.size());
@@ -109,26 +109,7 @@ void distance_to_observed(const TemplateData& data, const FrameOutput& output, s
         const bool observed = vertex >= 0 && output.samples[static_cast<size_t>(vertex)].observation == DEFREC_OBSERVED;
         distance[i] = observed ? 0.f : 1e6f;
     }
-    const auto relax = [&](int x, int y, int dx, int dy, float cost) {
-        if (x + dx < 0 || x + dx >= grid.columns || y + dy < 0 || y + dy >= grid.rows) return;
-        float& here = distance[static_cast<size_t>(y * grid.columns + x)];
-        here = std::min(here, distance[static_cast<size_t>((y + dy) * grid.columns + x + dx)] + cost);
-    };
-    constexpr float kDiagonal = 1.41421356f;
-    for (int y = 0; y < grid.rows; ++y)
-        for (int x = 0; x < grid.columns; ++x) {
-            relax(x, y, -1, 0, 1);
-            relax(x, y, 0, -1, 1);
-            relax(x, y, -1, -1, kDiagonal);
-            relax(x, y, 1, -1, kDiagonal);
-        }
-    for (int y = grid.rows - 1; y >= 0; --y)
-        for (int x = grid.columns - 1; x >= 0; --x) {
-            relax(x, y, 1, 0, 1);
-            relax(x, y, 0, 1, 1);
-            relax(x, y, 1, 1, kDiagonal);
-            relax(x, y, -1, 1, kDiagonal);
-        }
+    spread_distance(distance, grid.columns, grid.rows);
 }
 
 }  // namespace

@@ -116,7 +116,6 @@ Pipeline::Pipeline(std::shared_ptr<Context> context, std::shared_ptr<const Rig> 
     }
     ignore_ = DeviceBuffer(device_, pixels);
     disparity_ = DeviceBuffer(device_, pixels * sizeof(int16_t));
-    confidence_ = DeviceBuffer(device_, pixels);
     upload_maps();
 
     stereo_ = settings_.disparities != 0 ? make_stereo(settings_.min_disparity, settings_.disparities)
@@ -186,7 +185,7 @@ void Pipeline::observe(const uint8_t* left, const uint8_t* right, const uint8_t*
         rectify_->enqueue(queue_, {&raw_[eye], map, ignored}, {&gray_[eye], &mask_[eye]});
     }
     watch.lap("rectify");
-    stereo_->enqueue(queue_, {&gray_[0], &gray_[1], &mask_[0], &mask_[1]}, {&disparity_, &confidence_});
+    stereo_->enqueue(queue_, {&gray_[0], &gray_[1], &mask_[0], &mask_[1]}, {&disparity_, nullptr});
     watch.lap("stereo");
     orb_->enqueue(queue_, {&gray_[0], &mask_[0]}, {&feature_count_, &features_});
     queue_.read(feature_count_, &out.features, sizeof out.features);
@@ -236,7 +235,7 @@ bool Pipeline::eyes_look_swapped() {
     const uint64_t pixels = uint64_t{width_} * height_;
     host_disparity_.resize(pixels);
     const auto coverage = [&](int first, int second) {
-        stereo_->enqueue(queue_, {&gray_[first], &gray_[second], &mask_[first], &mask_[second]}, {&disparity_, &confidence_});
+        stereo_->enqueue(queue_, {&gray_[first], &gray_[second], &mask_[first], &mask_[second]}, {&disparity_, nullptr});
         queue_.read(disparity_, host_disparity_.data(), bytes_of(host_disparity_));
         queue_.finish();
         const auto known = std::count_if(host_disparity_.begin(), host_disparity_.end(), [](int16_t d) { return d > 0; });
@@ -392,7 +391,6 @@ void Pipeline::follow(std::span<const defrec_motion> start, FrameOutput& out) {
     queue_.read(t.observations, out.observations.data(), bytes_of(out.observations));
     queue_.read(t.predictions, out.predictions.data(), bytes_of(out.predictions));
     queue_.read(t.ransac_summary, &out.ransac, sizeof out.ransac);
-    queue_.read(t.lm_summary, &out.lm, sizeof out.lm);
     queue_.finish();
     watch.lap("download");
 }

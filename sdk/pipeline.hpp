@@ -45,7 +45,6 @@ struct FrameOutput {
     std::vector<int16_t> disparity;                        // only if kept
     uint32_t features = 0;
     defrec_ransac_summary ransac{};
-    defrec_lm_summary lm{};                                // of the last solve
     std::array<defrec_stage_time, DEFREC_MAX_TIMED_STAGES> times{};
     uint32_t time_count = 0;
 };
@@ -89,7 +88,7 @@ class Pipeline {
     uint64_t frame_bytes_;
 
     Queue queue_;
-    DeviceBuffer raw_[2], map_[2], gray_[2], mask_[2], ignore_, disparity_, confidence_, feature_count_, features_;
+    DeviceBuffer raw_[2], map_[2], gray_[2], mask_[2], ignore_, disparity_, feature_count_, features_;
     std::unique_ptr<DeviceStage> rectify_, stereo_, orb_;
     uint32_t feature_capacity_ = 0;
     std::unique_ptr<TemplateStages> follow_;

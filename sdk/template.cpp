@@ -39,8 +39,6 @@ void Template::lift(const double* uv, size_t count, double* xyz, uint8_t* found)
     }
 }
 
-bool Template::skin_at(double u, double v, Skin& skin) const { return grid_skin(data_.node_grid, u, v, skin); }
-
 Skin Template::skin_of(const double xyz[3]) const {
     Skin skin;
     if (xyz[2] > 0) {
@@ -122,6 +120,22 @@ bool grid_skin(const NodeGrid& grid, double u, double v, Skin& skin) {
         }
     }
     return true;
+}
+
+void spread_distance(std::vector<float>& distance, int columns, int rows) {
+    constexpr float kSide = 1, kCorner = 1.41421356f;
+    const auto relax = [&](int x, int y, int dx, int dy) {
+        if (x + dx < 0 || x + dx >= columns || y + dy < 0 || y + dy >= rows) return;
+        float& here = distance[static_cast<size_t>(y * columns + x)];
+        const float there = distance[static_cast<size_t>((y + dy) * columns + x + dx)];
+        here = std::min(here, there + (dx != 0 && dy != 0 ? kCorner : kSide));
+    };
+    for (int y = 0; y < rows; ++y)
+        for (int x = 0; x < columns; ++x)
+            for (const auto& [dx, dy] : {std::pair{-1, 0}, {-1, -1}, {0, -1}, {1, -1}}) relax(x, y, dx, dy);
+    for (int y = rows - 1; y >= 0; --y)
+        for (int x = columns - 1; x >= 0; --x)
+            for (const auto& [dx, dy] : {std::pair{1, 0}, {1, 1}, {0, 1}, {-1, 1}}) relax(x, y, dx, dy);
 }
 
 std::array<double, 3> back_project(const defrec_camera& camera, double u, double v, double disparity) {

@@ -65,8 +65,6 @@ class Template {
 
     // The control points that move a point of the template frame, on the surface or off it.
     Skin skin_of(const double xyz[3]) const;
-    // Likewise for a pixel of the template's image; false where no control point is near.
-    bool skin_at(double u, double v, Skin& skin) const;
 
     // The template as a file; throws Error(DEFREC_ERROR_IO).
     void save(const char* path) const;
@@ -80,6 +78,9 @@ class Template {
 bool grid_disparity(const TemplateData& data, double u, double v, double& disparity, double& support);
 // The control points round a pixel, bilinear; false where there are none.
 bool grid_skin(const NodeGrid& grid, double u, double v, Skin& skin);
+// Lowers every value of a grid to the least of the others plus the distance there, in grid steps (chamfer: 1 to a side, sqrt 2 to a corner).
+// With 0 at some places and much at all others: the distance to the nearest of these places.
+void spread_distance(std::vector<float>& distance, int columns, int rows);
 // The point at (u, v) with that disparity.
 std::array<double, 3> back_project(const defrec_camera& camera, double u, double v, double disparity);
 

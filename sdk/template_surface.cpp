@@ -147,23 +147,11 @@ std::vector<float> smooth_spline(const std::vector<Sample>& samples, int columns
     return {solution.data(), solution.data() + solution.size()};
 }
 
-// Distance in grid units to the nearest sample with weight (chamfer: 1 to a side, sqrt 2 to a corner).
+// Distance in grid steps to the nearest sample with weight.
 std::vector<float> distance_to_samples(const std::vector<Sample>& samples, int columns, int rows) {
-    const float side = 1, corner = std::sqrt(2.f);
     std::vector<float> distance(samples.size());
     for (size_t i = 0; i < samples.size(); ++i) distance[i] = samples[i].weight > 0 ? 0.f : 1e9f;
-    auto relax = [&](int x, int y, int dx, int dy) {
-        if (x + dx < 0 || x + dx >= columns || y + dy < 0 || y + dy >= rows) return;
-        float& here = distance[static_cast<size_t>(y * columns + x)];
-        const float there = distance[static_cast<size_t>((y + dy) * columns + x + dx)];
-        here = std::min(here, there + (dx != 0 && dy != 0 ? corner : side));
-    };
-    for (int y = 0; y < rows; ++y)
-        for (int x = 0; x < columns; ++x)
-            for (const auto& [dx, dy] : {std::pair{-1, 0}, {-1, -1}, {0, -1}, {1, -1}}) relax(x, y, dx, dy);
-    for (int y = rows - 1; y >= 0; --y)
-        for (int x = columns - 1; x >= 0; --x)
-            for (const auto& [dx, dy] : {std::pair{1, 0}, {1, 1}, {0, 1}, {-1, 1}}) relax(x, y, dx, dy);
+    spread_distance(distance, columns, rows);
     return distance;
 }
 
