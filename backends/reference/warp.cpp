@@ -29,10 +29,7 @@ class Warp : public Stage {
         expect_buffers("warp in", in, 1, 1);
         expect_buffers("warp out", out, 1);
         const auto* motions = take<defrec_motion>("warp motions", in[0], params_.nodes);
-        const size_t pixels =
-            params_.height == 0 ? 0 : size_t(params_.height - 1) * params_.stride + params_.width;
-        const DisparityImage image{take_optional<int16_t>("warp disparity", in, 1, pixels), params_.width,
-                                   params_.height, params_.stride};
+        const DisparityImage image = take_disparity("warp disparity", params_, in, 1);
         auto* samples = take<defrec_surface_sample>("warp samples", out[0], params_.points);
         for (size_t i = 0; i < params_.nodes; ++i) motions_[i] = usable_motion<double>(motions[i]);
         for (size_t i = 0; i < params_.points; ++i) samples[i] = sample(points_[i], image);

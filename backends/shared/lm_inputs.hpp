@@ -124,13 +124,10 @@ struct LmFrame {
 
     static LmFrame read(const defrec_lm_params& params, std::span<const InBuffer> in) {
         expect_buffers("lm in", in, 1, 3);
-        const size_t pixels =
-            params.height == 0 ? 0 : size_t(params.height - 1) * params.stride + params.width;
         return {take<defrec_motion>("lm motions", in[0], params.nodes),
                 take_optional<defrec_match>("lm matches", in, 1, params.landmarks),
                 take_optional<defrec_patch_observation>("lm patch observations", in, 2, params.patches),
-                {take_optional<int16_t>("lm disparity", in, 3, pixels), params.width, params.height,
-                 params.stride}};
+                take_disparity("lm disparity", params, in, 3)};
     }
 };
 

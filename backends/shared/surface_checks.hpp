@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string>
 
+#include "backends/shared/live_depth.hpp"
 #include "backends/shared/motion.hpp"
 #include "backends/shared/stage.hpp"
 
@@ -36,6 +37,13 @@ template <class T>
 DualQuaternion<T> usable_motion(const defrec_motion& motion) {
     if (!all_finite(motion.real, 4) || !all_finite(motion.dual, 4)) return DualQuaternion<T>::identity();
     return normalise(DualQuaternion<T>::load(motion));
+}
+
+// The optional disparity image among a stage's inputs; its last row may end with its last pixel.
+template <class Params>
+DisparityImage take_disparity(const char* what, const Params& params, std::span<const InBuffer> in, size_t index) {
+    const size_t pixels = params.height == 0 ? 0 : size_t(params.height - 1) * params.stride + params.width;
+    return {take_optional<int16_t>(what, in, index, pixels), params.width, params.height, params.stride};
 }
 
 }  // namespace defrec
