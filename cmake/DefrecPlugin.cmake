@@ -1,6 +1,7 @@
 # defrec_add_plugin(NAME SOURCES ... LIBRARIES ...)
-# defrec_plugin_NAME.so, exporting nothing but the plugin's entry, and its manifest defrec_plugin_NAME.json with the file's
-# SHA-256, both in the folder of libdefrec.
+# defrec_plugin_NAME.so, exporting nothing but the plugin's entry, and its manifest, both in the folder of libdefrec.
+include(DefrecPluginManifest)
+
 function(defrec_add_plugin name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;LIBRARIES")
   set(target defrec_plugin_${name})
@@ -10,11 +11,8 @@ function(defrec_add_plugin name)
   target_include_directories(${target} PRIVATE "${CMAKE_SOURCE_DIR}" "${CMAKE_SOURCE_DIR}/include")
   target_compile_definitions(${target} PRIVATE DEFREC_RELEASE="${PROJECT_VERSION}")
   target_link_options(${target} PRIVATE "-Wl,--version-script,${exports}")
-  # Installing must not rewrite the run path: the manifest names the file's hash.
-  set_target_properties(${target} PROPERTIES PREFIX "" LINK_DEPENDS "${exports}" BUILD_WITH_INSTALL_RPATH ON)
-  add_custom_command(TARGET ${target} POST_BUILD VERBATIM COMMAND "${CMAKE_COMMAND}"
-    -DNAME=${name} -DVERSION=${PROJECT_VERSION} "-DLIBRARY=$<TARGET_FILE:${target}>"
-    -P "${CMAKE_SOURCE_DIR}/cmake/WritePluginManifest.cmake")
+  set_target_properties(${target} PROPERTIES LINK_DEPENDS "${exports}")
+  defrec_add_plugin_manifest(${target} NAME ${name})
   install(TARGETS ${target} LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}")
   install(FILES "$<TARGET_FILE_DIR:${target}>/${target}.json" DESTINATION "${CMAKE_INSTALL_LIBDIR}")
 endfunction()
