@@ -1,0 +1,20 @@
+// See case.hpp.
+#include "conformance/case.hpp"
+
+#include <algorithm>
+
+namespace defrec::conformance {
+
+void CaseRun::digest(std::span<const std::byte> bytes) {
+    for (const std::byte byte : bytes) digest_value = (digest_value ^ uint64_t(byte)) * 0x100000001b3;  // FNV-1a
+}
+
+std::vector<Case> all_cases() {
+    std::vector<Case> cases;
+    add_abi_cases(cases);
+    add_stage_cases(cases);
+    std::sort(cases.begin(), cases.end(), [](const Case& a, const Case& b) { return a.id < b.id; });
+    return cases;
+}
+
+}  // namespace defrec::conformance

@@ -1,0 +1,219 @@
+// See plugin.hpp.
+#include "conformance/plugin.hpp"
+
+#include <dlfcn.h>
+
+#include <array>
+#include <utility>
+
+#include "conformance/failure.hpp"
+#include "include/defrec_c.h"
+#include "sdk/device.hpp"
+#include "sdk/elf_file.hpp"
+#include "sdk/platform.hpp"
+#include "sdk/plugin_manifest.hpp"
+#include "sdk/sha256.hpp"
+
+namespace defrec::conformance {
+namespace {
+
+constexpr uint64_t kLibraryCap = uint64_t{1} << 30;
+constexpr char kEntryName[] = "defrec_plugin_entry_v1";
+constexpr size_t kMostDevices = 64;
+
+PluginFiles read_manifest(const std::string& path) {
+    PluginFiles files;
+    files.manifest = platform::canonical_path(path);
+    const PluginManifest manifest = parse_manifest(path, platform::read_regular_file(path, kManifestCap));
+    if (manifest.abi_major != DEFREC_PLUGIN_ABI_MAJOR)
+        fail(DEFREC_ERROR_VERSION, path, ": made for plugin ABI ", manifest.abi_major, ", this suite examines ", DEFREC_PLUGIN_ABI_MAJOR);
+    files.name = manifest.name;
+    files.version = manifest.version;
+    files.library = files.manifest.substr(0, files.manifest.find_last_of('/') + 1) + manifest.library;
+    const auto bytes = platform::read_regular_file(files.library, kLibraryCap);
+    check_shared_object(files.library, bytes);
+    files.sha256 = sha256_hex(bytes);
+    if (files.sha256 != manifest.sha256)
+        fail(DEFREC_ERROR_PLUGIN, files.library, ": SHA-256 is ", files.sha256, ", the manifest says ", manifest.sha256);
+    return files;
+}
+
+std::vector<std::string> manifests_in(const std::string& folder) {
+    std::vector<std::string> paths;
+    for (const std::string& name : platform::list_folder(folder))
+        if (name.starts_with("defrec_plugin_") && name.ends_with(".json"))
+            paths.push_back(folder + (folder.ends_with('/') ? "" : "/") + name);
+    return paths;
+}
+
+std::vector<defrec_pbuffer*> pointers(std::span<const Buffer> buffers) {
+    std::vector<defrec_pbuffer*> result;
+    for (const Buffer& buffer : buffers) result.push_back(buffer.get());
+    return result;
+}
+
+}  // namespace
+
+const char* stage_name(uint32_t stage) { return defrec::stage_name(stage); }
+
+// ---- files ---------------------------------------------------------------------------------------------------------
+
+PluginFiles find_plugin(const std::string& path) {
+    switch (platform::path_info(path).kind) {
+        case platform::PathKind::kMissing: fail(DEFREC_ERROR_IO, path, ": no such file or folder");
+        case platform::PathKind::kFolder: {
+            const std::vector<std::string> found = manifests_in(path);
+            if (found.size() != 1)
+                fail(DEFREC_ERROR_ARGUMENT, path, ": ", found.size(), " files defrec_plugin_*.json in this folder, one expected");
+            return read_manifest(found[0]);
+        }
+        default: return read_manifest(path);
+    }
+}
+
+PluginFiles find_backend(const std::string& name) {
+    Dl_info info;
+    if (dladdr(reinterpret_cast<const void*>(&defrec_version), &info) == 0 || info.dli_fname == nullptr)
+        fail(DEFREC_ERROR_INTERNAL, "the folder of libdefrec is unknown");
+    const std::string library = platform::canonical_path(info.dli_fname);
+    const std::string folder = library.substr(0, library.find_last_of('/') + 1);
+    const std::string path = folder + "defrec_plugin_" + name + ".json";
+    if (platform::path_info(path).kind == platform::PathKind::kMissing)
+        fail(DEFREC_ERROR_UNSUPPORTED, "there is no plugin called ", name, " in ", folder);
+    return read_manifest(path);
+}
+
+// ---- library and instance ------------------------------------------------------------------------------------------
+
+Plugin::Plugin(PluginFiles files, std::string device_id) : files_(std::move(files)), device_id_(std::move(device_id)) {
+    void* library = platform::open_library(files_.library);
+    entry_ = reinterpret_cast<defrec_plugin_entry_fn>(platform::find_symbol(library, kEntryName));
+    if (entry_ == nullptr) fail(DEFREC_ERROR_PLUGIN, files_.library, ": does not export ", kEntryName);
+}
+
+Instance::Instance(const Plugin& plugin, uint32_t threads) : host_(std::make_unique<Host>(threads)) {
+    const defrec_plugin* table = nullptr;
+    check(kEntryName, plugin.entry()(host_->table(), &table));
+    require(table != nullptr, kEntryName, " succeeded without a table");
+    require(table->struct_size >= sizeof(defrec_plugin), "the plugin's table has ", table->struct_size, " bytes, at least ",
+            sizeof(defrec_plugin), " expected");
+    table_ = table;
+}
+
+Instance::~Instance() {
+    if (table_ != nullptr) table_->shutdown(table_->self);
+}
+
+std::vector<defrec_device_info> Instance::devices() const {
+    const size_t count = table_->device_count(table_->self);
+    require(count <= kMostDevices, "the plugin claims ", count, " devices, at most ", kMostDevices, " are expected");
+    std::vector<defrec_device_info> infos(count);
+    for (size_t i = 0; i < count; ++i) {
+        DEFREC_INIT(&infos[i]);
+        check("device_info", table_->device_info(table_->self, i, &infos[i]));
+    }
+    return infos;
+}
+
+defrec_status Instance::check(const std::string& call, defrec_status status) const {
+    if (status >= 0) return status;
+    const std::string sentence = host_->take_error();
+    fail_case(call, " answered ", defrec_status_name(status), sentence.empty() ? " without a sentence" : ": ", sentence);
+}
+
+// ---- session -------------------------------------------------------------------------------------------------------
+
+Session::Session(const Plugin& plugin, uint32_t threads) : instance_(plugin, threads) {
+    const std::vector<defrec_device_info> infos = instance_.devices();
+    require(!infos.empty(), "the plugin has no device");
+    size_t index = 0;
+    if (!plugin.device_id().empty())
+        while (index < infos.size() && plugin.device_id() != infos[index].id) ++index;
+    require(index < infos.size(), "the plugin has no device called ", plugin.device_id());
+    info_ = infos[index];
+    check("device_open", table().device_open(table().self, index, &device_));
+    require(device_ != nullptr, "device_open succeeded without a device");
+}
+
+Session::~Session() {
+    if (device_ != nullptr) table().device_close(device_);
+}
+
+const defrec_stage_table& Session::stage_table(uint32_t stage) const {
+    if (!offers(stage)) skip_case("the device does not offer the stage ", stage_name(stage));
+    const defrec_stage_table* stages = table().stage(table().self, stage);
+    require(stages != nullptr, "the device claims the stage ", stage_name(stage), ", but the plugin has no table for it");
+    return *stages;
+}
+
+// ---- buffer, queue, stage ------------------------------------------------------------------------------------------
+
+Buffer::Buffer(const Session& session, uint64_t size) : session_(&session), size_(size) {
+    const defrec_plugin& table = session.table();
+    session.check("buffer_create", table.buffer_create(session.device(), size, &buffer_));
+    require(buffer_ != nullptr, "buffer_create succeeded without a buffer");
+}
+
+Buffer::~Buffer() {
+    if (buffer_ != nullptr) session_->table().buffer_destroy(buffer_);
+}
+
+void Buffer::swap(Buffer& other) noexcept {
+    std::swap(session_, other.session_);
+    std::swap(buffer_, other.buffer_);
+    std::swap(size_, other.size_);
+}
+
+Queue::Queue(const Session& session) : session_(session) {
+    session.check("queue_create", session.table().queue_create(session.device(), &queue_));
+    require(queue_ != nullptr, "queue_create succeeded without a queue");
+}
+
+Queue::~Queue() { session_.table().queue_destroy(queue_); }
+
+void Queue::write(const Buffer& buffer, std::span<const std::byte> bytes, uint64_t offset) {
+    session_.check("write", session_.table().write(queue_, buffer.get(), offset, bytes.data(), bytes.size()));
+}
+
+void Queue::read(const Buffer& buffer, std::span<std::byte> bytes, uint64_t offset) {
+    session_.check("read", session_.table().read(queue_, buffer.get(), offset, bytes.data(), bytes.size()));
+}
+
+uint64_t Queue::signal() {
+    uint64_t value = 0;
+    session_.check("signal", session_.table().signal(queue_, &value));
+    return value;
+}
+
+bool Queue::wait(uint64_t value, uint64_t timeout_ns) {
+    return session_.check("wait", session_.table().wait(queue_, value, timeout_ns)) != DEFREC_TIMEOUT;
+}
+
+void Queue::finish() { require(wait(signal(), UINT64_MAX), "a wait without limit ended before the work"); }
+
+Stage::Stage(const Session& session, uint32_t stage, const void* params)
+    : session_(session), table_(session.stage_table(stage)) {
+    const std::string name = stage_name(stage);
+    session.check("supports of " + name, table_.supports(session.device(), params));
+    session.check("create of " + name, table_.create(session.device(), params, &stage_));
+    require(stage_ != nullptr, "create of ", name, " succeeded without a stage");
+}
+
+Stage::~Stage() {
+    if (stage_ != nullptr) table_.destroy(stage_);
+}
+
+void Stage::prepare(Queue& queue, std::span<const Buffer> in) {
+    require(takes_prepare(), "prepare of ", stage_name(table_.stage), " is NULL, though the stage has inputs that stay");
+    const auto inputs = pointers(in);
+    session_.check(concat("prepare of ", stage_name(table_.stage)),
+                   table_.prepare(stage_, queue.get(), inputs.data(), inputs.size()));
+}
+
+void Stage::enqueue(Queue& queue, std::span<const Buffer> in, std::span<const Buffer> out) {
+    const auto inputs = pointers(in), outputs = pointers(out);
+    session_.check(concat("enqueue of ", stage_name(table_.stage)),
+                   table_.enqueue(stage_, queue.get(), inputs.data(), inputs.size(), outputs.data(), outputs.size()));
+}
+
+}  // namespace defrec::conformance
