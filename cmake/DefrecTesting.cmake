@@ -1,4 +1,4 @@
-# defrec_add_tests(TARGET SOURCES <name>_test.cpp... [LIBRARIES ...] [LABELS ...])
+# defrec_add_tests(TARGET SOURCES <name>_test.cpp... [LIBRARIES ...] [LABELS ...] [DEFINITIONS ...])
 # One doctest program, and in ctest one test for each source file, named after the file without _test.
 if(DEFREC_BUILD_TESTS)
   enable_testing()
@@ -9,11 +9,11 @@ function(defrec_add_tests target)
   if(NOT DEFREC_BUILD_TESTS)
     return()
   endif()
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;LIBRARIES;LABELS")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;LIBRARIES;LABELS;DEFINITIONS")
   add_executable(${target} ${arg_SOURCES} "${CMAKE_SOURCE_DIR}/cmake/test_main.cpp")
   target_link_libraries(${target} PRIVATE doctest::doctest ${arg_LIBRARIES})
   target_include_directories(${target} PRIVATE "${CMAKE_SOURCE_DIR}")
-  target_compile_definitions(${target} PRIVATE
+  target_compile_definitions(${target} PRIVATE ${arg_DEFINITIONS}
     DEFREC_SOURCE_DIR="${CMAKE_SOURCE_DIR}" DEFREC_BUILD_DIR="${CMAKE_BINARY_DIR}"
     DEFREC_SHARED_DATA_DIR="${CMAKE_SOURCE_DIR}/../shared/data")
   file(RELATIVE_PATH folder "${CMAKE_SOURCE_DIR}" "${CMAKE_CURRENT_SOURCE_DIR}")
@@ -22,7 +22,7 @@ function(defrec_add_tests target)
       get_filename_component(name "${source}" NAME_WE)
       string(REGEX REPLACE "_test$" "" stage "${name}")
       set(test "${folder}/${stage}")
-      add_test(NAME ${test} COMMAND ${target} --source-file=*${source} --no-version)
+      add_test(NAME ${test} COMMAND ${target} --source-file=*/${name}.cpp --no-version)
       set_tests_properties(${test} PROPERTIES LABELS "${stage};${arg_LABELS}" TIMEOUT 1200)
     endif()
   endforeach()

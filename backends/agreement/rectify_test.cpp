@@ -1,14 +1,13 @@
-// rectify on the CPU equals the reference to the bit: formats, odd sizes, strides, maps, ignore images,
-// thread counts.
+// rectify equals the reference to the bit: formats, odd sizes, strides, maps, ignore images, thread counts.
 #include <doctest/doctest.h>
 
 #include <algorithm>
 #include <random>
 
-#include "backends/cpu/stages.hpp"
 #include "backends/reference/stages.hpp"
 #include "backends/shared/stage_defaults_rectify.hpp"
 #include "backends/shared/test_host.hpp"
+#include DEFREC_UNDER_TEST
 
 namespace defrec {
 namespace {
@@ -60,7 +59,8 @@ std::vector<uint8_t> run(Stage& stage, const Input& input) {
     return both;
 }
 
-TEST_CASE("rectify on the CPU equals the reference to the bit") {
+TEST_CASE("rectify equals the reference to the bit") {
+    if (!under_test::available()) return;
     const test::TestHost one(1), three(3);
     for (const uint32_t format :
          {DEFREC_FORMAT_GRAY8, DEFREC_FORMAT_BGR8, DEFREC_FORMAT_RGB8, DEFREC_FORMAT_BGRA8})
@@ -74,16 +74,17 @@ TEST_CASE("rectify on the CPU equals the reference to the bit") {
                     CAPTURE(ignore);
                     const Input input = random_input(format, width, height, width % 7, map, ignore);
                     const auto truth = run(*reference::make_rectify(input.params, one.host()), input);
-                    CHECK((run(*cpu::make_rectify(input.params, one.host()), input) == truth));
-                    CHECK((run(*cpu::make_rectify(input.params, three.host()), input) == truth));
+                    CHECK((run(*under_test::make_rectify(input.params, one.host()), input) == truth));
+                    CHECK((run(*under_test::make_rectify(input.params, three.host()), input) == truth));
                 }
 }
 
 TEST_CASE("without a saturation limit no highlight is masked") {
+    if (!under_test::available()) return;
     const test::TestHost host;
     Input input = random_input(DEFREC_FORMAT_GRAY8, 100, 50, 0, false, false);
     input.params.saturation = 256;
-    const auto result = run(*cpu::make_rectify(input.params, host.host()), input);
+    const auto result = run(*under_test::make_rectify(input.params, host.host()), input);
     CHECK(std::count(result.begin() + 5000, result.end(), 255) == 5000);
 }
 

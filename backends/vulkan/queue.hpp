@@ -1,0 +1,74 @@
+// In-order work on a device. Commands gather until a signal and are then submitted together; a timeline semaphore tells how far the
+// device is. Nothing waits but wait and the destructor.
+#pragma once
+#include <volk.h>
+
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "backends/vulkan/device.hpp"
+
+namespace defrec::vulkan {
+
+// threads: one, but wait: any.
+class Queue {
+  public:
+    explicit Queue(Device& device);
+    ~Queue();
+    Queue(const Queue&) = delete;
+    Queue& operator=(const Queue&) = delete;
+
+    // Runs after everything before. The command buffer stays as it is until its work is done.
+    void run(VkCommandBuffer commands);
+    // src is read before it returns.
+    void write(const Buffer& buffer, uint64_t offset, const void* src, uint64_t size);
+    // dst is filled by the first wait for a later signal that succeeds.
+    void read(const Buffer& buffer, uint64_t offset, void* dst, uint64_t size);
+    // A point after all work so far; grows by one.
+    uint64_t signal();
+    // False: not yet, or never signalled.
+    bool wait(uint64_t value, uint64_t timeout_ns);
+
+  private:
+    friend class Device;
+    // What is reused when the semaphore has reached busy_until.
+    struct Transient {
+        VkCommandBuffer commands;
+        uint64_t busy_until;
+    };
+    struct Staging {
+        Buffer buffer;
+        uint64_t busy_until;
+    };
+    struct PendingRead {
+        size_t staging;  // index into download_
+        void* dst;
+        uint64_t size, value;
+    };
+
+    uint64_t completed();
+    VkCommandBuffer copies();
+    void close_copies();
+    size_t staging(std::vector<Staging>& pool, uint64_t size, MemoryUse use);
+    void copy(const Buffer& from, uint64_t from_offset, const Buffer& to, uint64_t to_offset, uint64_t size);
+    void submit();
+    void flush_pending() noexcept;  // submits; for Device::settle
+    void destroy() noexcept;
+
+    Device& device_;
+    const VolkDeviceTable& vk_;
+    Device::SharedQueue& shared_;
+    VkSemaphore semaphore_ = VK_NULL_HANDLE;
+    VkCommandPool pool_ = VK_NULL_HANDLE;
+
+    std::mutex mutex_;  // of all below
+    uint64_t submitted_ = 0;  // value of the last submission
+    std::vector<VkCommandBuffer> pending_;
+    std::vector<Transient> transients_;
+    VkCommandBuffer open_ = VK_NULL_HANDLE;  // the transient that copies are being recorded into
+    std::vector<Staging> upload_, download_;
+    std::vector<PendingRead> reads_;
+};
+
+}  // namespace defrec::vulkan

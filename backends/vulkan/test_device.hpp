@@ -1,0 +1,43 @@
+// The device that tests of the Vulkan backend run on, and its stages in the shape of host-memory backends, so that the same tests hold
+// every backend to the reference (backends/agreement).
+#pragma once
+#include <memory>
+
+#include "backends/vulkan/stages.hpp"
+
+namespace defrec::under_test {
+
+constexpr const char* kBackend = "vulkan";
+
+// False, with a message, where there is no device to test on.
+bool available();
+vulkan::Device& device();
+
+std::unique_ptr<Stage> in_host_memory(std::unique_ptr<vulkan::Stage> stage);
+
+inline std::unique_ptr<Stage> make_rectify(const defrec_rectify_params& params, const Host&) {
+    return in_host_memory(vulkan::make_rectify(params, device()));
+}
+inline std::unique_ptr<Stage> make_stereo(const defrec_stereo_params& params, const Host&) {
+    return in_host_memory(vulkan::make_stereo(params, device()));
+}
+inline std::unique_ptr<Stage> make_orb(const defrec_orb_params& params, const Host&) {
+    return in_host_memory(vulkan::make_orb(params, device()));
+}
+inline std::unique_ptr<Stage> make_match(const defrec_match_params& params, const Host&) {
+    return in_host_memory(vulkan::make_match(params, device()));
+}
+inline std::unique_ptr<Stage> make_align(const defrec_align_params& params, const Host&) {
+    return in_host_memory(vulkan::make_align(params, device()));
+}
+inline std::unique_ptr<Stage> make_ransac(const defrec_ransac_params& params, const Host&) {
+    return in_host_memory(vulkan::make_ransac(params, device()));
+}
+inline std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, const Host&) {
+    return in_host_memory(vulkan::make_lm(params, device()));
+}
+inline std::unique_ptr<Stage> make_warp(const defrec_warp_params& params, const Host&) {
+    return in_host_memory(vulkan::make_warp(params, device()));
+}
+
+}  // namespace defrec::under_test
