@@ -15,7 +15,7 @@
 #include "rectify.hpp"
 
 #ifndef EXAMPLE_VERSION
-#    error "EXAMPLE_VERSION: the plugin's version, as in its manifest"
+#error "EXAMPLE_VERSION: the plugin's version, as in its manifest"
 #endif
 
 namespace {
@@ -124,7 +124,8 @@ uint8_t* take(defrec_pbuffer* const* buffers, size_t count, size_t index, bool r
         if (required) throw Failure{DEFREC_ERROR_ARGUMENT, "rectify: a required buffer is missing"};
         return nullptr;
     }
-    if (buffers[index]->size < bytes) throw Failure{DEFREC_ERROR_ARGUMENT, "rectify: a buffer is smaller than its definition"};
+    if (buffers[index]->size < bytes)
+        throw Failure{DEFREC_ERROR_ARGUMENT, "rectify: a buffer is smaller than its definition"};
     return buffers[index]->memory.data();
 }
 
@@ -132,7 +133,8 @@ defrec_status rectify_enqueue(defrec_pstage* stage, defrec_pqueue*, defrec_pbuff
                               defrec_pbuffer* const* out, size_t out_count) {
     return guarded(stage->instance, [&] {
         const defrec_rectify_params& p = stage->params;
-        if (in_count > 3 || out_count > 2) throw Failure{DEFREC_ERROR_ARGUMENT, "rectify: 1 to 3 inputs and 2 outputs expected"};
+        if (in_count > 3 || out_count > 2)
+            throw Failure{DEFREC_ERROR_ARGUMENT, "rectify: 1 to 3 inputs and 2 outputs expected"};
         example::RectifyImages images;
         images.source = take(in, in_count, 0, true, example::rectify_source_bytes(p));
         images.map = reinterpret_cast<const int32_t*>(take(in, in_count, 1, false, example::rectify_map_bytes(p)));
@@ -241,7 +243,7 @@ void shut_down(void* self) { delete static_cast<Instance*>(self); }
 }  // namespace
 
 extern "C" DEFREC_PLUGIN_EXPORT defrec_status DEFREC_CALL defrec_plugin_entry_v1(const defrec_host* host,
-                                                                                const defrec_plugin** out) {
+                                                                                 const defrec_plugin** out) {
     if (host == nullptr || out == nullptr) return DEFREC_ERROR_ARGUMENT;
     // A member that a newer ABI minor appended may be missing in an older host's table; these are all of 1.0.
     if (!DEFREC_HAS(host, error) || !DEFREC_HAS(host, alloc) || !DEFREC_HAS(host, free) || !DEFREC_HAS(host, parallel_for))

@@ -12,11 +12,15 @@ enum : uint8_t { kCovered = 1, kSaturated = 2, kNearSaturated = 4 };  // what is
 
 uint32_t bytes_per_pixel(uint32_t format) {
     switch (format) {
-        case DEFREC_FORMAT_GRAY8: return 1;
+        case DEFREC_FORMAT_GRAY8:
+            return 1;
         case DEFREC_FORMAT_BGR8:
-        case DEFREC_FORMAT_RGB8: return 3;
-        case DEFREC_FORMAT_BGRA8: return 4;
-        default: return 0;
+        case DEFREC_FORMAT_RGB8:
+            return 3;
+        case DEFREC_FORMAT_BGRA8:
+            return 4;
+        default:
+            return 0;
     }
 }
 
@@ -52,8 +56,8 @@ struct Work {
         result = uint8_t(((128 - b) * upper + b * lower + 8192) >> 14);
         uint8_t found = result >= p.saturation ? kSaturated : 0;
         // Without a map only the pixel itself counts: its neighbours take no part.
-        const bool hidden = images.ignore != nullptr &&
-                            (ignored(i, j) || (from && (ignored(i1, j) || ignored(i, j1) || ignored(i1, j1))));
+        const bool hidden =
+            images.ignore != nullptr && (ignored(i, j) || (from && (ignored(i1, j) || ignored(i, j1) || ignored(i1, j1))));
         if (!hidden) found |= kCovered;
         return found;
     }

@@ -1,0 +1,6 @@
+// What it refuses, it refuses without a sentence.
+#include "plugins/faulty/frame.hpp"
+
+namespace defrec::faulty {
+const Fault fault{.change_host = [](defrec_host& host) { host.error = [](void*, const char*) {}; }};
+}  // namespace defrec::faulty

@@ -1,0 +1,18 @@
+// Stereo matches what the masks hide.
+#include "plugins/faulty/frame.hpp"
+
+namespace defrec::faulty {
+namespace {
+class Wrong final : public Right<defrec_stereo_params> {
+  public:
+    using Right::Right;
+    void run(Inputs in, Outputs out) override {
+        ChangedInputs changed(in);
+        changed.leave_out(2);
+        changed.leave_out(3);
+        Right::run(changed, out);
+    }
+};
+}  // namespace
+const Fault fault = in_stage<Wrong>();
+}  // namespace defrec::faulty
