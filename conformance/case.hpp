@@ -26,6 +26,10 @@ class Workbench {
     Session& reference() { return session(1); }
     // After a failure nothing of the session is to be relied on.
     void forget_subject() { sessions_[0].reset(); }
+    // What the subject did wrong with its host so far, empty if nothing or if it is not open.
+    std::string subject_misuse() const { return sessions_[0] == nullptr ? "" : sessions_[0]->host().misuse(); }
+    // Shuts the subject down; throws CaseFailure if it did something wrong with its host on the way, or kept memory.
+    void close_subject();
 
   private:
     Session& session(size_t which) {

@@ -53,14 +53,21 @@ std::string Host::last_log() const {
     return log_;
 }
 
-std::string Host::misuse() const {
+std::string Host::misuse() {
     const std::lock_guard lock(mutex_);
+    for (const auto& [memory, block] : blocks_) check_guards(memory, block);
     return misuse_;
 }
 
 void Host::note_misuse(const std::string& text) {
-    const std::lock_guard lock(mutex_);
     if (misuse_.empty()) misuse_ = text;
+}
+
+void Host::check_guards(const void* memory, const Block& block) {
+    const auto* bytes = static_cast<const unsigned char*>(memory);
+    if (!intact(bytes - kGuard, kGuard)) note_misuse(concat("bytes before a block of ", block.size, " bytes of host memory were written"));
+    if (!intact(bytes + block.size, kGuard))
+        note_misuse(concat("bytes behind a block of ", block.size, " bytes of host memory were written"));
 }
 
 void Host::fail_allocation(uint64_t nth, bool all_later) {
@@ -72,6 +79,7 @@ void* Host::allocate(size_t size, size_t alignment) {
     const uint64_t number = ++allocations_, fail_at = fail_at_;
     if (fail_at != 0 && (number == fail_at || (fail_later_ && number > fail_at))) return nullptr;
     if (!std::has_single_bit(alignment)) {
+        const std::lock_guard lock(mutex_);
         note_misuse(concat("alloc was asked for an alignment of ", alignment, ", a power of two is expected"));
         return nullptr;
     }
@@ -96,17 +104,12 @@ void Host::release(void* memory) {
     {
         const std::lock_guard lock(mutex_);
         const auto found = blocks_.find(memory);
-        if (found != blocks_.end()) {
-            block = found->second;
-            blocks_.erase(found);
-        }
+        if (found == blocks_.end()) return note_misuse("free was called with memory that alloc did not give, or twice with the same");
+        block = found->second;
+        blocks_.erase(found);
+        check_guards(memory, block);
     }
-    if (block.start == nullptr) return note_misuse("free was called with memory that alloc did not give, or twice with the same");
-    auto* bytes = static_cast<unsigned char*>(memory);
-    if (!intact(bytes - kGuard, kGuard)) note_misuse(concat("bytes before a block of ", block.size, " bytes of host memory were written"));
-    if (!intact(bytes + block.size, kGuard))
-        note_misuse(concat("bytes behind a block of ", block.size, " bytes of host memory were written"));
-    std::memset(bytes, kFreedByte, block.size);
+    std::memset(memory, kFreedByte, block.size);
     --live_blocks_;
     live_bytes_ -= block.size;
     std::free(block.start);

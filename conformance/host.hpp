@@ -35,24 +35,26 @@ class Host {
     void fail_allocation(uint64_t nth, bool all_later = false);
 
     // What was wrong with the plugin's use of the host, one sentence, empty if nothing: bytes written before or behind a
-    // block, a block freed twice, a size or alignment that makes no sense.
-    std::string misuse() const;
+    // block, a block freed twice, an alignment that makes no sense. Looks at the blocks that are given out, too.
+    std::string misuse();
 
   private:
     static Host& of(void* self) { return *static_cast<Host*>(self); }
     void* allocate(size_t size, size_t alignment);
     void release(void* memory);
+    struct Block {
+        size_t size;
+        void* start;
+    };
+    // The two expect mutex_ to be held.
     void note_misuse(const std::string& text);
+    void check_guards(const void* memory, const Block& block);
 
     defrec_host table_{};
     ThreadPool pool_;
     mutable std::mutex mutex_;  // guards errors_, log_, misuse_, blocks_
     std::unordered_map<std::thread::id, std::string> errors_;
     std::string log_, misuse_;
-    struct Block {
-        size_t size;
-        void* start;
-    };
     std::unordered_map<void*, Block> blocks_;
     std::atomic<uint64_t> live_blocks_{0}, live_bytes_{0}, allocations_{0};
     std::atomic<uint64_t> fail_at_{0};  // number of an allocation as allocations_ counts

@@ -91,7 +91,7 @@ Plugin::Plugin(PluginFiles files, std::string device_id) : files_(std::move(file
     if (entry_ == nullptr) fail(DEFREC_ERROR_PLUGIN, files_.library, ": does not export ", kEntryName);
 }
 
-Instance::Instance(const Plugin& plugin, uint32_t threads) : host_(std::make_unique<Host>(threads)) {
+Instance::Instance(const Plugin& plugin, uint32_t threads) : host_(std::make_shared<Host>(threads)) {
     const defrec_plugin* table = nullptr;
     check(kEntryName, plugin.entry()(host_->table(), &table));
     require(table != nullptr, kEntryName, " succeeded without a table");

@@ -51,12 +51,14 @@ class Instance {
 
     const defrec_plugin& table() const { return *table_; }
     Host& host() const { return *host_; }
+    // To look at after shutdown.
+    std::shared_ptr<Host> share_host() const { return host_; }
     std::vector<defrec_device_info> devices() const;
     // Throws CaseFailure unless status is 0 or more, which is returned. call: "device_open".
     defrec_status check(const std::string& call, defrec_status status) const;
 
   private:
-    std::unique_ptr<Host> host_;
+    std::shared_ptr<Host> host_;
     const defrec_plugin* table_ = nullptr;
 };
 
@@ -70,6 +72,7 @@ class Session {
 
     const defrec_plugin& table() const { return instance_.table(); }
     Host& host() const { return instance_.host(); }
+    std::shared_ptr<Host> share_host() const { return instance_.share_host(); }
     const defrec_device_info& info() const { return info_; }
     defrec_pdevice* device() const { return device_; }
     bool offers(uint32_t stage) const { return (info_.stages >> stage & 1) != 0; }

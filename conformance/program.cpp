@@ -2,10 +2,11 @@
 #include "conformance/program.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 
-#include "conformance/options.hpp"
+#include "conformance/examine.hpp"
 
 namespace defrec::conformance {
 namespace {
@@ -14,6 +15,34 @@ int list(const RunOptions& options) {
     for (const Case& one : select_cases(all_cases(), options))
         std::printf("%-44s %s%s%s\n", one.id.c_str(), one.title.c_str(), one.smoke ? " [smoke]" : "", one.slow ? " [slow]" : "");
     return int(ExitCode::passed);
+}
+
+void summarise(const RunRecord& run) {
+    size_t passed = 0, failed = 0, skipped = 0;
+    double seconds = 0;
+    for (const CaseRecord& one : run.cases) {
+        ++(one.verdict == Verdict::passed ? passed : one.verdict == Verdict::failed ? failed : skipped);
+        seconds += one.seconds;
+        if (one.verdict == Verdict::failed) std::printf("FAILED  %s: %s\n", one.id.c_str(), one.reason.c_str());
+        if (one.verdict == Verdict::skipped) std::printf("skipped %s: %s\n", one.id.c_str(), one.reason.c_str());
+    }
+    std::printf("%s %s on %s: %zu passed, %zu failed, %zu skipped, %.1f s%s\n", run.plugin_name.c_str(), run.plugin_version.c_str(),
+                run.device_id.c_str(), passed, failed, skipped, seconds, run.complete ? "" : "; not the whole suite");
+}
+
+int run(const RunOptions& options) {
+    const RunRecord record = examine(options);
+    summarise(record);
+    const bool failed = std::any_of(record.cases.begin(), record.cases.end(),
+                                    [](const CaseRecord& one) { return one.verdict == Verdict::failed; });
+    return int(failed ? ExitCode::failed : ExitCode::passed);
+}
+
+// Empty if the options can be run.
+std::string missing_option(const RunOptions& options) {
+    if (options.plugin.empty() == options.backend.empty()) return "one of --plugin and --backend expected";
+    if (options.out.empty()) return "--out expected: the folder for the reports";
+    return "";
 }
 
 void add_run_options(CLI::App& app, RunOptions& options) {
@@ -26,6 +55,9 @@ void add_run_options(CLI::App& app, RunOptions& options) {
         ->check(CLI::IsMember({"abi", "stage", "sequence", "stress"}));
     app.add_flag("--smoke", options.smoke, "only the short list");
     app.add_option("--case", options.cases, "only the case of this id, or a pattern such as 'stage/orb/*'; may be repeated");
+    app.add_option("--time-limit", options.time_limit_s, "s for one repetition of a case, ten times as much for slow ones")
+        ->capture_default_str()
+        ->check(CLI::PositiveNumber);
     app.add_option("--seed", options.seed, "of the order of the cases")->capture_default_str();
 }
 
@@ -44,12 +76,19 @@ int run_program(int argc, const char* const* argv) {
     }
     try {
         if (options.list) return list(options);
+        const std::string missing = missing_option(options);
+        if (!missing.empty()) fail(DEFREC_ERROR_ARGUMENT, missing);
+        return run(options);
+    } catch (const Unavailable& error) {
+        std::fprintf(stderr, "defrec-conformance: %s.\n", error.what());
+        return int(ExitCode::unavailable);
     } catch (const Error& error) {
         std::fprintf(stderr, "defrec-conformance: %s.\n", error.what());
-        return int(ExitCode::usage);
+        return int(error.status() == DEFREC_ERROR_ARGUMENT ? ExitCode::usage : ExitCode::internal);
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "defrec-conformance: internal error: %s.\n", error.what());
+        return int(ExitCode::internal);
     }
-    std::fprintf(stderr, "defrec-conformance: --list expected.\n");
-    return int(ExitCode::usage);
 }
 
 }  // namespace defrec::conformance

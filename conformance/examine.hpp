@@ -1,0 +1,20 @@
+// One run of the suite on one plugin: from the command line's options to the record that the reports are made of.
+#pragma once
+#include "conformance/options.hpp"
+#include "conformance/record.hpp"
+#include "conformance/runner.hpp"
+
+namespace defrec::conformance {
+
+inline constexpr char kSuiteVersion[] = "1";
+
+// The plugin or device cannot be examined; what() is the reason.
+class Unavailable : public std::runtime_error {
+  public:
+    using std::runtime_error::runtime_error;
+};
+
+// Throws Unavailable; Error where the options make no sense.
+RunRecord examine(const RunOptions& options);
+
+}  // namespace defrec::conformance

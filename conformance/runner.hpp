@@ -1,0 +1,38 @@
+// Runs cases against a plugin, each three times, in child processes, and puts together what they found.
+#pragma once
+#include <chrono>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "conformance/record.hpp"
+#include "conformance/worker.hpp"
+
+namespace defrec::conformance {
+
+inline constexpr uint32_t kRepetitions = 3;
+// The case that the runner itself adds: that the plugin's life ends well in a process that ran the others.
+inline constexpr char kEndOfProcess[] = "abi/end_of_process";
+
+struct RunSettings {
+    uint64_t seed = 1;                   // of the order
+    std::chrono::seconds time_limit{120};  // of one repetition; ten times as long for slow cases, and for loading
+    // Told before each repetition, for whoever watches; may be empty.
+    std::function<void(size_t done, size_t total, const std::string& id)> progress;
+};
+
+struct RunOutcome {
+    std::string refusal;  // not empty: the plugin or its device cannot be examined, and there is nothing else
+    DeviceDescription device;
+    std::vector<CaseRecord> cases;  // in the order of the cases given, and the end of the process
+};
+
+// Every repetition of every case, shuffled.
+std::vector<Step> shuffled_steps(size_t cases, uint64_t seed);
+
+// The record of a case from its repetitions, in their order.
+CaseRecord merge(const Case& one, std::span<const RunResult> results, bool repeatable);
+
+RunOutcome run_cases(const Examination& who, std::span<const Case> cases, const RunSettings& settings);
+
+}  // namespace defrec::conformance
