@@ -14,3 +14,7 @@ write_basic_package_version_file("${CMAKE_BINARY_DIR}/defrec-config-version.cmak
 install(FILES "${CMAKE_BINARY_DIR}/defrec-config.cmake" "${CMAKE_BINARY_DIR}/defrec-config-version.cmake"
   "${CMAKE_CURRENT_LIST_DIR}/DefrecPluginManifest.cmake" "${CMAKE_CURRENT_LIST_DIR}/WritePluginManifest.cmake"
   DESTINATION "${package}")
+
+# What the author of a plugin starts from, and the definitions it is held to.
+install(DIRECTORY "${CMAKE_SOURCE_DIR}/plugins/template/" DESTINATION "${CMAKE_INSTALL_DATADIR}/defrec/plugin_template")
+install(DIRECTORY "${CMAKE_SOURCE_DIR}/docs/" DESTINATION "${CMAKE_INSTALL_DOCDIR}" FILES_MATCHING PATTERN "*.md")
