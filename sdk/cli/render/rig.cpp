@@ -2,10 +2,6 @@
 #include "rig.hpp"
 
 #include <Eigen/Geometry>
-#include <opencv2/calib3d.hpp>
-#include <opencv2/core/eigen.hpp>
-
-#include "render_command.hpp"
 
 namespace defrec::cli {
 namespace {
@@ -16,14 +12,6 @@ Eigen::Vector2d distorted(const Eigen::Vector2d& n, const std::array<double, 5>&
     const double radial = 1.0 + r2 * (k[0] + r2 * (k[1] + r2 * k[4]));
     return {x * radial + 2.0 * k[2] * x * y + k[3] * (r2 + 2.0 * x * x),
             y * radial + k[2] * (r2 + 2.0 * y * y) + 2.0 * k[3] * x * y};
-}
-
-cv::Mat camera_matrix(const Lens& lens) {
-    return (cv::Mat_<double>(3, 3) << lens.fx, 0, lens.cx, 0, lens.fy, lens.cy, 0, 0, 1);
-}
-
-cv::Mat coefficients(const Lens& lens) {
-    return cv::Mat(1, 5, CV_64F, const_cast<double*>(lens.distortion.data())).clone();
 }
 
 }  // namespace
@@ -44,30 +32,6 @@ Eigen::Vector2d Lens::ray(const Eigen::Vector2d& pixel) const {
         }
     }
     return n;
-}
-
-Eigen::Matrix3d StereoRig::rectification() const {
-    cv::Mat r, t, r1, r2, p1, p2, q;
-    cv::eigen2cv(rotation, r);
-    cv::eigen2cv(translation, t);
-    cv::stereoRectify(camera_matrix(left), coefficients(left), camera_matrix(right), coefficients(right),
-                      cv::Size(width, height), r, t, r1, r2, p1, p2, q);
-    Eigen::Matrix3d result;
-    cv::cv2eigen(r1, result);
-    return result;
-}
-
-void StereoRig::write_calibration(const std::string& path) const {
-    cv::FileStorage file(path, cv::FileStorage::WRITE);
-    if (!file.isOpened()) {
-        throw RenderOutputError("cannot write " + path);
-    }
-    cv::Mat r, t;
-    cv::eigen2cv(rotation, r);
-    cv::eigen2cv(translation, t);
-    file << "image_width" << width << "image_height" << height << "M1" << camera_matrix(left) << "D1"
-         << coefficients(left) << "M2" << camera_matrix(right) << "D2" << coefficients(right) << "R" << r
-         << "T" << t;
 }
 
 StereoRig make_rig(int width, int height, bool rectified) {

@@ -4,7 +4,6 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <string>
 
 namespace defrec::cli {
 
@@ -27,11 +26,6 @@ struct StereoRig {
     Eigen::Vector3d translation = Eigen::Vector3d::Zero();
     bool rectified = true;
     double depth = 0;  ///< mm, at which the scene is set up
-
-    /// R1 of cv::stereoRectify: from the left camera into the left rectified camera.
-    Eigen::Matrix3d rectification() const;
-    /// Writes OpenCV's stereo YAML: image_width image_height M1 D1 M2 D2 R T. Throws RenderOutputError.
-    void write_calibration(const std::string& path) const;
 };
 
 /// Focal length about 1,000 px at width 960, baseline 4.6 mm, depth 80 mm; images of 5:4 and narrower get the

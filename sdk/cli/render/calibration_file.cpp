@@ -1,0 +1,46 @@
+// A rig in OpenCV's terms.
+#include "calibration_file.hpp"
+
+#include <opencv2/calib3d.hpp>
+#include <opencv2/core/eigen.hpp>
+
+#include "render_command.hpp"
+
+namespace defrec::cli {
+namespace {
+
+cv::Mat camera_matrix(const Lens& lens) {
+    return (cv::Mat_<double>(3, 3) << lens.fx, 0, lens.cx, 0, lens.fy, lens.cy, 0, 0, 1);
+}
+
+cv::Mat coefficients(const Lens& lens) {
+    return cv::Mat(1, 5, CV_64F, const_cast<double*>(lens.distortion.data())).clone();
+}
+
+}  // namespace
+
+Eigen::Matrix3d rectification(const StereoRig& rig) {
+    cv::Mat r, t, r1, r2, p1, p2, q;
+    cv::eigen2cv(rig.rotation, r);
+    cv::eigen2cv(rig.translation, t);
+    cv::stereoRectify(camera_matrix(rig.left), coefficients(rig.left), camera_matrix(rig.right),
+                      coefficients(rig.right), cv::Size(rig.width, rig.height), r, t, r1, r2, p1, p2, q);
+    Eigen::Matrix3d result;
+    cv::cv2eigen(r1, result);
+    return result;
+}
+
+void write_calibration(const StereoRig& rig, const std::string& path) {
+    cv::FileStorage file(path, cv::FileStorage::WRITE);
+    if (!file.isOpened()) {
+        throw RenderOutputError("cannot write " + path);
+    }
+    cv::Mat r, t;
+    cv::eigen2cv(rig.rotation, r);
+    cv::eigen2cv(rig.translation, t);
+    file << "image_width" << rig.width << "image_height" << rig.height << "M1" << camera_matrix(rig.left)
+         << "D1" << coefficients(rig.left) << "M2" << camera_matrix(rig.right) << "D2"
+         << coefficients(rig.right) << "R" << r << "T" << t;
+}
+
+}  // namespace defrec::cli

@@ -1,0 +1,174 @@
+// A scene, filmed.
+#include "film.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "noise.hpp"
+
+namespace defrec::cli {
+namespace {
+
+constexpr double kMeshHalfWidth = 96.0;  // mm of material: more than any scene's camera sees
+constexpr double kMeshHalfHeight = 78.0;
+constexpr double kMeshSpacing = 0.6;
+constexpr double kOcclusionSlack = 0.3;  // mm, between a point and the mesh in front of it
+
+}  // namespace
+
+Film::Film(const std::string& scene, int width, int height, int frames, std::uint64_t seed, int threads)
+    : width_(width),
+      height_(height),
+      threads_(threads),
+      scene_(make_scene(scene, width, height, frames, seed)),
+      tissue_(scene_.look, kMeshHalfWidth, kMeshHalfHeight, scene_.seed),
+      mesh_(kMeshHalfWidth, kMeshHalfHeight, kMeshSpacing),
+      left_(scene_.rig.left, width, height, threads),
+      right_(scene_.rig.right, width, height, threads),
+      painter_(tissue_, threads) {}
+
+void Film::advance() {
+    const FrameState next = scene_.at(++frame_);
+    if (next.repeats_previous) {
+        return;
+    }
+    state_ = next;
+    place_eyes();
+    mesh_.deform(scene_.surface, state_.time, state_.motion, {&left_, &right_}, threads_);
+    raster_.render(mesh_, left_, threads_, left_hits_);
+    raster_.render(mesh_, right_, threads_, right_hits_);
+    paint_eye(true);
+    paint_eye(false);
+    if (frame_ == 0) {
+        choose_points();
+    }
+}
+
+Film::Truth Film::truth(std::size_t point) const {
+    const Eigen::Vector2d& m = points_[point].material;
+    const Eigen::Vector3d in_left =
+        left_.from_scene(scene_.surface.at(m.x(), m.y(), state_.time, state_.motion));
+    return {in_left, visible(in_left)};
+}
+
+void Film::place_eyes() {
+    const CameraPose& pose = state_.camera;
+    left_.rotation = pose.rotation;
+    left_.translation = -pose.rotation * pose.centre;
+    right_.rotation = scene_.rig.rotation * left_.rotation;
+    right_.translation = scene_.rig.rotation * left_.translation + scene_.rig.translation;
+}
+
+/// A grid over the first left image, less the pixels where no tissue is seen.
+void Film::choose_points() {
+    const int columns = 20;
+    const int rows = std::max(6, static_cast<int>(std::lround(columns * 0.95 * height_ / width_)));
+    const double edge = 0.06 * width_;
+    for (int j = 0; j < rows; ++j) {
+        for (int i = 0; i < columns; ++i) {
+            const double u = std::round(100 * (edge + i * (width_ - 1 - 2 * edge) / (columns - 1))) / 100;
+            const double v = std::round(100 * (edge + j * (height_ - 1 - 2 * edge) / (rows - 1))) / 100;
+            const auto pixel =
+                static_cast<std::size_t>(std::lround(v)) * width_ + static_cast<std::size_t>(std::lround(u));
+            const Hit& hit = left_hits_[pixel];
+            const Eigen::Vector2d ray = left_.lens.ray({u, v});
+            const Eigen::Vector3d direction =
+                state_.camera.rotation.transpose() * Eigen::Vector3d(ray.x(), ray.y(), 1);
+            Eigen::Vector2d material(hit.s, hit.t);
+            if (hit.z <= 0 || !scene_.surface.intersect(state_.camera.centre, direction, state_.time,
+                                                        state_.motion, material)) {
+                continue;
+            }
+            const Eigen::Vector3d point =
+                scene_.surface.at(material.x(), material.y(), state_.time, state_.motion);
+            if (visible(left_.from_scene(point))) {
+                points_.push_back({u, v, material});
+            }
+        }
+    }
+}
+
+bool Film::visible(const Eigen::Vector3d& in_left) const {
+    if (state_.outside != Outside::none || in_left.z() <= 0) {
+        return false;
+    }
+    const Eigen::Vector2d pixel = left_.lens.project(in_left);
+    const int u = static_cast<int>(std::lround(pixel.x())), v = static_cast<int>(std::lround(pixel.y()));
+    if (u < 0 || v < 0 || u >= width_ || v >= height_) {
+        return false;
+    }
+    if (state_.instrument) {
+        const Instrument tool = left_.from_scene(*state_.instrument);
+        if (nearest_approach(tool, Eigen::Vector3d::Zero(), in_left, 0.0, 1.0).distance < tool.radius) {
+            return false;
+        }
+    }
+    float farthest = 0;
+    for (int y = std::max(v - 1, 0); y <= std::min(v + 1, height_ - 1); ++y) {
+        for (int x = std::max(u - 1, 0); x <= std::min(u + 1, width_ - 1); ++x) {
+            farthest = std::max(farthest, left_hits_[static_cast<std::size_t>(y) * width_ + x].z);
+        }
+    }
+    return in_left.z() < farthest + kOcclusionSlack;
+}
+
+void Film::paint_eye(bool is_left) {
+    const Eye& eye = is_left ? left_ : right_;
+    PictureRequest request;
+    const Eigen::Vector3d lamp(0.5 * scene_.rig.translation.norm(), -3.0, 0.0);
+    request.lighting.lamp =
+        is_left ? lamp : Eigen::Vector3d(scene_.rig.rotation * lamp + scene_.rig.translation);
+    request.lighting.distance = scene_.rig.depth;
+    request.lighting.exposure = scene_.exposure;
+    request.sensor.seed =
+        scramble(scramble(scene_.seed) ^ (2 * static_cast<std::uint64_t>(frame_) + (is_left ? 0 : 1)));
+    if (!is_left) {
+        request.sensor.gain = {0.90f, 0.93f, 0.96f};
+        request.sensor.offset = 1.5f;
+        request.eye_offset = -scene_.rig.rotation.transpose() * scene_.rig.translation;
+    }
+    request.instrument = state_.instrument;
+    request.smoke = state_.smoke;
+    request.outside = state_.outside;
+    painter_.paint(eye, is_left ? left_hits_ : right_hits_, request, is_left ? left_bgr_ : right_bgr_);
+}
+
+std::vector<std::uint16_t> Film::disparity() const {
+    std::vector<std::uint16_t> image(static_cast<std::size_t>(width_) * height_, 0);
+    const double scale = scene_.rig.left.fx * -scene_.rig.translation.x();
+    if (state_.outside != Outside::none) {
+        return image;
+    }
+    const bool has_tool = state_.instrument.has_value();
+    const Instrument tool = left_.from_scene(state_.instrument.value_or(Instrument{}));
+    for (int v = 0; v < height_; ++v) {
+        for (int u = 0; u < width_; ++u) {
+            const std::size_t pixel = static_cast<std::size_t>(v) * width_ + u;
+            const Hit& hit = left_hits_[pixel];
+            if (hit.z <= 0) {
+                continue;
+            }
+            const double shift = scale / hit.z;
+            const double other = u - shift;
+            const auto other_pixel = static_cast<std::size_t>(v) * width_ +
+                                     static_cast<std::size_t>(std::max(0L, std::lround(other)));
+            if (other < 0 || std::abs(right_hits_[other_pixel].z - hit.z) > 2.0 * kOcclusionSlack) {
+                continue;
+            }
+            if (has_tool) {
+                const Eigen::Vector3d point(hit.z * left_.rays[pixel].x(), hit.z * left_.rays[pixel].y(),
+                                            hit.z);
+                const Eigen::Vector3d right_centre(-scene_.rig.translation.x(), 0, 0);
+                const double margin = tool.radius + hit.z / scene_.rig.left.fx;
+                if (nearest_approach(tool, Eigen::Vector3d::Zero(), point, 0, 1).distance < margin ||
+                    nearest_approach(tool, right_centre, point - right_centre, 0, 1).distance < margin) {
+                    continue;
+                }
+            }
+            image[pixel] = static_cast<std::uint16_t>(std::lround(256.0 * shift));
+        }
+    }
+    return image;
+}
+
+}  // namespace defrec::cli

@@ -1,0 +1,66 @@
+// A scene, filmed frame by frame in memory: the pictures of both eyes and the exact truth. Writes nothing.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "mesh_raster.hpp"
+#include "picture.hpp"
+#include "scene.hpp"
+#include "tissue.hpp"
+
+namespace defrec::cli {
+
+class Film {
+  public:
+    struct Followed {
+        double u, v;               ///< px, first left image as given
+        Eigen::Vector2d material;  ///< what is there
+    };
+    struct Truth {
+        Eigen::Vector3d position;  ///< left camera as given, not rectified, mm
+        bool visible;
+    };
+
+    /// As RenderOptions has it; frames at least 1. Throws RenderUsageError for an unknown scene.
+    Film(const std::string& scene, int width, int height, int frames, std::uint64_t seed, int threads);
+
+    const Scene& scene() const { return scene_; }
+    /// To the next frame; the first call gives frame 0. At most as often as there are frames.
+    void advance();
+
+    // Of the present frame.
+    const std::vector<std::uint8_t>& left_bgr() const { return left_bgr_; }
+    const std::vector<std::uint8_t>& right_bgr() const { return right_bgr_; }
+    bool shows_tissue() const { return state_.outside == Outside::none; }
+    Truth truth(std::size_t point) const;
+    /// 256 x px of the left picture's tissue, 0 unknown; rectified scenes only.
+    std::vector<std::uint16_t> disparity() const;
+
+    /// A grid over the first left image, less the pixels where no tissue is seen.
+    const std::vector<Followed>& points() const { return points_; }
+
+  private:
+    void place_eyes();
+    void choose_points();
+    void paint_eye(bool is_left);
+    bool visible(const Eigen::Vector3d& in_left) const;
+
+    int width_, height_, threads_;
+    int frame_ = -1;
+    Scene scene_;
+    Tissue tissue_;
+    DeformedMesh mesh_;
+    Eye left_, right_;
+    Painter painter_;
+    MeshRaster raster_;
+    FrameState state_;
+    std::vector<Hit> left_hits_, right_hits_;
+    std::vector<std::uint8_t> left_bgr_, right_bgr_;
+    std::vector<Followed> points_;
+};
+
+}  // namespace defrec::cli
