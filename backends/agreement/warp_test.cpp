@@ -1,13 +1,13 @@
-// Stage warp: properties that hold for any backend, and the CPU's against the definition.
+// Stage warp: properties that hold for any backend, and agreement with the definition.
 #include <doctest/doctest.h>
 
 #include <cstring>
 
-#include "backends/cpu/stages.hpp"
 #include "backends/reference/stages.hpp"
 #include "backends/shared/stage_defaults_warp.hpp"
 #include "backends/shared/test_host.hpp"
 #include "backends/shared/test_surface.hpp"
+#include DEFREC_UNDER_TEST
 
 using namespace defrec;
 using namespace defrec::test;
@@ -15,7 +15,7 @@ using namespace defrec::test;
 namespace {
 
 using Maker = std::unique_ptr<Stage> (*)(const defrec_warp_params&, const Host&);
-constexpr Maker kMakers[] = {reference::make_warp, cpu::make_warp};
+constexpr Maker kMakers[] = {reference::make_warp, under_test::make_warp};
 
 template <class T>
 InBuffer in(const std::vector<T>& values) {
@@ -61,6 +61,7 @@ size_t count(const std::vector<defrec_surface_sample>& samples, uint32_t observa
 }  // namespace
 
 TEST_CASE("a surface at rest is observed where it was seen") {
+    if (!under_test::available()) return;
     TestSurface surface({});
     surface.deform([](Vec3<double> p) { return p; });
     for (const Maker make : kMakers) {
@@ -81,6 +82,7 @@ TEST_CASE("a surface at rest is observed where it was seen") {
 TEST_CASE(
     "a live surface in front occludes, one behind is inconsistent, and the residual is the distance in "
     "depth") {
+    if (!under_test::available()) return;
     TestSurface surface({});
     const Quaternion<double> still{1, 0, 0, 0};
     for (const double shift : {-12.0, 12.0}) {
@@ -98,6 +100,7 @@ TEST_CASE(
 TEST_CASE(
     "no disparity image, no depth; behind the camera and beside the image, outside; facing away, "
     "inconsistent") {
+    if (!under_test::available()) return;
     TestSurface surface({});
     surface.deform([](Vec3<double> p) { return p; });
     const Quaternion<double> still{1, 0, 0, 0};
@@ -119,6 +122,7 @@ TEST_CASE(
 }
 
 TEST_CASE("motions that are not finite count as none and do not spread") {
+    if (!under_test::available()) return;
     TestSurface surface({});
     surface.deform([](Vec3<double> p) { return p; });
     auto motions = surface.rest();
@@ -136,6 +140,7 @@ TEST_CASE("motions that are not finite count as none and do not spread") {
 }
 
 TEST_CASE("a template with a bad index or number is refused with its place") {
+    if (!under_test::available()) return;
     TestSurface surface({});
     for (const Maker make : kMakers) {
         for (int fault = 0; fault < 3; ++fault) {
@@ -149,7 +154,8 @@ TEST_CASE("a template with a bad index or number is refused with its place") {
     }
 }
 
-TEST_CASE("cpu agrees with the definition, with the same bits for 1, 2 and 3 threads") {
+TEST_CASE("warp agrees with the definition, with the same bits for 1, 2 and 3 threads") {
+    if (!under_test::available()) return;
     for (const uint32_t width : {240u, 237u}) {
         SurfaceSpec spec;
         spec.width = width;
@@ -170,7 +176,7 @@ TEST_CASE("cpu agrees with the definition, with the same bits for 1, 2 and 3 thr
         }
         WarpRun run(surface);
         const auto expected = run(reference::make_warp, motions, &surface.disparity);
-        const auto actual = run(cpu::make_warp, motions, &surface.disparity, 1);
+        const auto actual = run(under_test::make_warp, motions, &surface.disparity, 1);
         size_t different = 0;
         for (size_t i = 0; i < expected.size(); ++i) {
             for (int c = 0; c < 3; ++c) {
@@ -183,7 +189,7 @@ TEST_CASE("cpu agrees with the definition, with the same bits for 1, 2 and 3 thr
         }
         CHECK(different <= expected.size() / 500);  // on the borders between pixels and codes
         for (const uint32_t threads : {2u, 3u}) {
-            const auto again = run(cpu::make_warp, motions, &surface.disparity, threads);
+            const auto again = run(under_test::make_warp, motions, &surface.disparity, threads);
             CHECK(std::memcmp(again.data(), actual.data(), actual.size() * sizeof(actual[0])) == 0);
         }
     }

@@ -1,0 +1,44 @@
+// Where a point of the rectified camera falls in the image, and how deep the live surface lies there: backends/shared/live_depth.hpp in
+// single precision. Who includes it defines LIVE_DISPARITY(i) before: the disparity at index i, an int. Camera and DisparityImage lie in
+// push constants as backends/vulkan/camera.hpp has them.
+
+struct Camera {
+    float fx, fy, cx, cy, baseline_mm;
+};
+
+struct DisparityImage {
+    int width, height, stride;  // px; at least 2 x 2
+    int given;                  // 0: no depth anywhere
+};
+
+const float kLeastDepthMm = 1e-3;
+const int kLargestDepthStep = 32;  // 1/16 px
+const float kDisparityOne = 16.0;
+
+// True, and the pixel, if p lies in front of the camera and inside the image, borders included.
+bool project_inside(Camera camera, DisparityImage image, vec3 p, out vec2 pixel) {
+    pixel = vec2(0);
+    if (!(p.z > kLeastDepthMm)) return false;
+    pixel = vec2(camera.fx, camera.fy) * (p.xy * (1.0 / p.z)) + vec2(camera.cx, camera.cy);
+    return pixel.x >= 0.0 && pixel.y >= 0.0 && pixel.x <= float(image.width - 1) && pixel.y <= float(image.height - 1);
+}
+
+// Depth, mm, at a pixel inside the image; 0 where there is none.
+float live_depth(Camera camera, DisparityImage image, vec2 pixel) {
+    if (image.given == 0) return 0.0;
+    const ivec2 corner = min(ivec2(pixel), ivec2(image.width, image.height) - 2);
+    const vec2 beyond = pixel - vec2(corner);
+    const int at = corner.y * image.stride + corner.x;
+    const int d00 = LIVE_DISPARITY(at), d01 = LIVE_DISPARITY(at + 1);
+    const int d10 = LIVE_DISPARITY(at + image.stride), d11 = LIVE_DISPARITY(at + image.stride + 1);
+    const int least = min(min(d00, d01), min(d10, d11)), most = max(max(d00, d01), max(d10, d11));
+    float disparity;
+    if (least > 0 && most - least <= kLargestDepthStep) {
+        const float above = float(d00) + beyond.x * float(d01 - d00), under = float(d10) + beyond.x * float(d11 - d10);
+        disparity = above + beyond.y * (under - above);
+    } else {
+        const bool to_right = beyond.x >= 0.5, to_below = beyond.y >= 0.5;
+        disparity = float(to_below ? (to_right ? d11 : d10) : (to_right ? d01 : d00));
+    }
+    return disparity > 0.0 ? kDisparityOne * camera.fx * camera.baseline_mm / disparity : 0.0;
+}
