@@ -151,7 +151,10 @@ enum {
     DEFREC_STAGE_WARP    = 7,
     DEFREC_STAGE_COUNT_V1 = 8
 };
-enum { DEFREC_FEATURE_REPEATABLE = 1u << 0 /* the same input gives the same bits */ };
+enum {
+    DEFREC_FEATURE_REPEATABLE = 1u << 0, /* the same input gives the same bits */
+    DEFREC_FEATURE_SOFTWARE   = 1u << 1  /* a graphics driver that computes on the processor, slower than the CPU backend */
+};
 
 typedef struct defrec_device_info {
     uint32_t    struct_size;
@@ -165,7 +168,7 @@ typedef struct defrec_device_info {
     uint32_t    conformance;   /* version of the conformance suite passed, 0 if none */
     uint32_t    reserved;
 } defrec_device_info;
-/* Devices of all loaded plugins, fastest kind first (CUDA, Vulkan on a GPU, CPU, reference), then by id: the same
+/* Devices of all loaded plugins, fastest kind first (CUDA, Vulkan on a GPU, CPU, software, reference), then by id: the same
  * order in every run. threads: any. since: 1.0 */
 DEFREC_API size_t DEFREC_CALL defrec_device_count(defrec_context context);
 DEFREC_API defrec_status DEFREC_CALL defrec_device_get(defrec_context context, size_t index, defrec_device_info *out);
@@ -478,6 +481,8 @@ typedef struct defrec_tracker_desc {
     float       arap_weight;           /* of the smoothness term; default 0.2 */
     uint32_t    keep_disparity;        /* 1: results carry the disparity image */
     uint32_t    coarse_iterations, fine_iterations; /* of Levenberg-Marquardt; default 4, 4 */
+    uint32_t    timed;                 /* 1: the host waits after each stage, so that the times of results are the device's; slower.
+                                          Otherwise they are those of queueing where a device computes by itself */
 } defrec_tracker_desc;
 
 /* Opens the device and allocates everything that a frame needs; afterwards no frame allocates, but those that capture a template.

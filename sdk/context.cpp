@@ -9,7 +9,8 @@ namespace {
 
 // Smaller is faster.
 int speed_class(const LoadedPlugin::DeviceEntry& device) {
-    if (device.id == "reference") return 4;
+    if (device.id == "reference") return 5;
+    if ((device.features & DEFREC_FEATURE_SOFTWARE) != 0) return 4;
     switch (device.kind) {
         case DEFREC_DEVICE_CUDA: return 0;
         case DEFREC_DEVICE_VULKAN: return 1;

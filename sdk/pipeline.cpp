@@ -67,6 +67,7 @@ TrackerSettings complete_settings(const defrec_tracker_desc& desc, const Rig& ri
     if (settings.frames_in_flight > kMostFramesInFlight)
         fail(DEFREC_ERROR_ARGUMENT, "frames_in_flight is ", settings.frames_in_flight, ", at most ", kMostFramesInFlight, " are possible");
     settings.keep_disparity = desc.keep_disparity != 0;
+    settings.timed = desc.timed != 0;
     settings.coarse_iterations = or_default(desc.coarse_iterations, 4u);
     settings.fine_iterations = or_default(desc.fine_iterations, 4u);
     return settings;
@@ -80,11 +81,12 @@ struct Pipeline::TemplateStages {
     std::unique_ptr<DeviceStage> match, ransac, solve_coarse, align_coarse, solve_middle, align_fine, solve_fine, warp;
 };
 
-// Writes the time since the last lap into the frame's list of stage times.
+// Writes the time since the last lap into the frame's list of stage times, with `timed` after waiting for the stage.
 class Pipeline::Stopwatch {
   public:
-    explicit Stopwatch(FrameOutput& out) : out_(out), last_(std::chrono::steady_clock::now()) {}
+    Stopwatch(Pipeline& pipeline, FrameOutput& out) : pipeline_(pipeline), out_(out), last_(std::chrono::steady_clock::now()) {}
     void lap(const char* name) {
+        if (pipeline_.settings_.timed) pipeline_.queue_.finish();
         const auto now = std::chrono::steady_clock::now();
         if (out_.time_count < out_.times.size())
             out_.times[out_.time_count++] = {name, std::chrono::duration<double, std::milli>(now - last_).count()};
@@ -92,6 +94,7 @@ class Pipeline::Stopwatch {
     }
 
   private:
+    Pipeline& pipeline_;
     FrameOutput& out_;
     std::chrono::steady_clock::time_point last_;
 };
@@ -174,7 +177,7 @@ void Pipeline::upload_maps() {
 
 void Pipeline::observe(const uint8_t* left, const uint8_t* right, const uint8_t* ignore, FrameOutput& out) {
     out.time_count = 0;
-    Stopwatch watch(out);
+    Stopwatch watch(*this, out);
     const uint8_t* pixels[2] = {left, right};
     if (ignore != nullptr) queue_.write(ignore_, ignore, ignore_.size());
     for (int eye = 0; eye < 2; ++eye) queue_.write(raw_[eye], pixels[eye], frame_bytes_);
@@ -193,8 +196,15 @@ void Pipeline::observe(const uint8_t* left, const uint8_t* right, const uint8_t*
         out.disparity.resize(size_t{width_} * height_);
         queue_.read(disparity_, out.disparity.data(), bytes_of(out.disparity));
     }
-    queue_.finish();
     watch.lap("orb");
+}
+
+void Pipeline::drain() noexcept {
+    try {
+        queue_.finish();
+    } catch (const std::exception&) {
+        // A queue that fails to wait delivers nothing either.
+    }
 }
 
 void Pipeline::download_front() {
@@ -367,7 +377,7 @@ void Pipeline::set_template(std::shared_ptr<const Template> surface, FrameOutput
 
 void Pipeline::follow(std::span<const defrec_motion> start, FrameOutput& out) {
     TemplateStages& t = *follow_;
-    Stopwatch watch(out);
+    Stopwatch watch(*this, out);
     queue_.write(t.start, start.data(), start.size_bytes());
     t.match->enqueue(queue_, {&feature_count_, &features_, &disparity_}, {&t.matches});
     watch.lap("match");

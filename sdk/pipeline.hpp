@@ -30,6 +30,7 @@ struct TrackerSettings {
     uint32_t max_patches = 0;
     float arap_weight = 0;
     bool keep_disparity = false;
+    bool timed = false;
     uint32_t coarse_iterations = 0, fine_iterations = 0;
 };
 // Throws Error(DEFREC_ERROR_ARGUMENT) for values that are out of range.
@@ -55,7 +56,8 @@ class Pipeline {
              const TrackerSettings& settings);
     ~Pipeline();
 
-    // Rectifies a pair (tight rows, the settings' format; ignore tight u8 or nullptr), computes disparity and features.
+    // Rectifies a pair (tight rows, the settings' format; ignore tight u8 or nullptr), computes disparity and features. Queues only: out
+    // is complete when capture or follow has returned.
     void observe(const uint8_t* left, const uint8_t* right, const uint8_t* ignore, FrameOutput& out);
 
     // A template from the images last observed; empty when too little of them has disparity.
@@ -68,6 +70,9 @@ class Pipeline {
 
     // Follows the template into the images last observed, starting from these motions.
     void follow(std::span<const defrec_motion> start, FrameOutput& out);
+
+    // Waits for what is queued, after a failure: nothing may be written into a frame's output later.
+    void drain() noexcept;
 
   private:
     struct TemplateStages;

@@ -124,12 +124,16 @@ class Tracker::Impl {
             follow_frame(job);
             job.finish(DEFREC_OK, {});
         } catch (const Error& error) {
-            job.finish(error.status(), error.what());
+            fail_job(job, error.status(), error.what());
         } catch (const std::bad_alloc&) {
-            job.finish(DEFREC_ERROR_OUT_OF_MEMORY, "out of memory");  // short enough to need none
+            fail_job(job, DEFREC_ERROR_OUT_OF_MEMORY, "out of memory");  // short enough to need none
         } catch (const std::exception& error) {
-            job.finish(DEFREC_ERROR_INTERNAL, error.what());
+            fail_job(job, DEFREC_ERROR_INTERNAL, error.what());
         }
+    }
+    void fail_job(TrackerJob& job, defrec_status status, const char* text) {
+        pipeline_.drain();
+        job.finish(status, text);
     }
 
     void follow_frame(TrackerJob& job) {

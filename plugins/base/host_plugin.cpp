@@ -9,6 +9,8 @@
 #include <new>
 #include <utility>
 
+#include "plugins/base/guard.hpp"
+
 namespace defrec {
 struct PluginInstance {
     PluginInstance(const HostPluginDescription& what, const defrec_host* given)
@@ -41,31 +43,6 @@ namespace defrec {
 namespace {
 
 constexpr size_t kMaxBuffers = 24;
-constexpr uint32_t kStageVersion = 1;
-
-// Runs body and returns DEFREC_OK, or the status of what it threw after telling the host the text.
-template <class Body>
-defrec_status guarded(const PluginInstance& instance, Body&& body) noexcept {
-    const defrec_host& host = *instance.host_table;
-    try {
-        body();
-        return DEFREC_OK;
-    } catch (const StageError& error) {
-        host.error(host.self, error.what());
-        return error.status();
-    } catch (const std::bad_alloc&) {
-        host.error(host.self, "out of memory");
-        return DEFREC_ERROR_OUT_OF_MEMORY;
-    } catch (const std::exception& error) {
-        host.error(host.self, error.what());
-        return DEFREC_ERROR_INTERNAL;
-    } catch (...) {
-        host.error(host.self, "an exception of unknown type");
-        return DEFREC_ERROR_INTERNAL;
-    }
-}
-
-[[noreturn]] void reject(const char* text) { throw StageError(DEFREC_ERROR_ARGUMENT, text); }
 
 void check_range(const defrec_pbuffer& buffer, uint64_t offset, uint64_t size) {
     if (offset > buffer.size || size > buffer.size - offset) reject("the range does not lie in the buffer");
@@ -84,7 +61,7 @@ std::span<const Buffer> collect(defrec_pbuffer* const* buffers, size_t count, st
 template <uint32_t kStage>
 defrec_status create_stage(defrec_pdevice* device, const void* params, defrec_pstage** out) {
     PluginInstance& instance = device->instance;
-    return guarded(instance, [&] {
+    return guarded(*instance.host_table, [&] {
         *out = new defrec_pstage_{instance, instance.description.makers[kStage](params, instance.host)};
     });
 }
@@ -95,7 +72,7 @@ defrec_status supports_stage(defrec_pdevice*, const void*) { return DEFREC_OK; }
 void destroy_stage(defrec_pstage* stage) { delete stage; }
 
 defrec_status prepare_stage(defrec_pstage* stage, defrec_pqueue*, defrec_pbuffer* const* in, size_t in_count) {
-    return guarded(stage->instance, [&] {
+    return guarded(*stage->instance.host_table, [&] {
         std::array<InBuffer, kMaxBuffers> inputs;
         stage->stage->prepare(collect(in, in_count, inputs));
     });
@@ -103,17 +80,13 @@ defrec_status prepare_stage(defrec_pstage* stage, defrec_pqueue*, defrec_pbuffer
 
 defrec_status enqueue_stage(defrec_pstage* stage, defrec_pqueue*, defrec_pbuffer* const* in, size_t in_count,
                             defrec_pbuffer* const* out, size_t out_count) {
-    return guarded(stage->instance, [&] {
+    return guarded(*stage->instance.host_table, [&] {
         std::array<InBuffer, kMaxBuffers> inputs;
         std::array<OutBuffer, kMaxBuffers> outputs;
         const auto ins = collect(in, in_count, inputs);
         const auto outs = collect(out, out_count, outputs);
         stage->stage->run(ins, outs);
     });
-}
-
-constexpr bool has_prepare(uint32_t stage) {
-    return stage != DEFREC_STAGE_RECTIFY && stage != DEFREC_STAGE_STEREO && stage != DEFREC_STAGE_ORB;
 }
 
 template <uint32_t kStage>
@@ -147,7 +120,7 @@ size_t device_count(void*) { return 1; }
 
 defrec_status device_info(void* self, size_t index, defrec_device_info* out) {
     const PluginInstance& instance = *static_cast<PluginInstance*>(self);
-    return guarded(instance, [&] {
+    return guarded(*instance.host_table, [&] {
         if (index != 0) reject("there is one device");
         defrec_device_info info{};
         info.kind = DEFREC_DEVICE_CPU;
@@ -165,7 +138,7 @@ defrec_status device_info(void* self, size_t index, defrec_device_info* out) {
 
 defrec_status device_open(void* self, size_t index, defrec_pdevice** out) {
     PluginInstance& instance = *static_cast<PluginInstance*>(self);
-    return guarded(instance, [&] {
+    return guarded(*instance.host_table, [&] {
         if (index != 0) reject("there is one device");
         *out = new defrec_pdevice_{instance};
     });
@@ -174,7 +147,7 @@ void device_close(defrec_pdevice* device) { delete device; }
 
 defrec_status buffer_create(defrec_pdevice* device, uint64_t size, defrec_pbuffer** out) {
     PluginInstance& instance = device->instance;
-    return guarded(instance, [&] {
+    return guarded(*instance.host_table, [&] {
         std::unique_ptr<defrec_pbuffer_> buffer(new defrec_pbuffer_{instance, nullptr, size});
         buffer->data = instance.host.allocate(std::max<uint64_t>(size, 1), 64);
         std::memset(buffer->data, 0, size);
@@ -188,18 +161,18 @@ void buffer_destroy(defrec_pbuffer* buffer) {
 }
 
 defrec_status queue_create(defrec_pdevice* device, defrec_pqueue** out) {
-    return guarded(device->instance, [&] { *out = new defrec_pqueue_{device->instance}; });
+    return guarded(*device->instance.host_table, [&] { *out = new defrec_pqueue_{device->instance}; });
 }
 void queue_destroy(defrec_pqueue* queue) { delete queue; }
 
 defrec_status write_buffer(defrec_pqueue* queue, defrec_pbuffer* buffer, uint64_t offset, const void* src, uint64_t size) {
-    return guarded(queue->instance, [&] {
+    return guarded(*queue->instance.host_table, [&] {
         check_range(*buffer, offset, size);
         if (size != 0) std::memcpy(static_cast<unsigned char*>(buffer->data) + offset, src, size);
     });
 }
 defrec_status read_buffer(defrec_pqueue* queue, defrec_pbuffer* buffer, uint64_t offset, void* dst, uint64_t size) {
-    return guarded(queue->instance, [&] {
+    return guarded(*queue->instance.host_table, [&] {
         check_range(*buffer, offset, size);
         if (size != 0) std::memcpy(dst, static_cast<const unsigned char*>(buffer->data) + offset, size);
     });
@@ -221,9 +194,7 @@ void shut_down(void* self) { delete static_cast<PluginInstance*>(self); }
 defrec_status enter_host_plugin(const HostPluginDescription& description, const defrec_host* host,
                                 const defrec_plugin** out) noexcept {
     if (host == nullptr || out == nullptr) return DEFREC_ERROR_ARGUMENT;
-    if (!DEFREC_HAS(host, concurrency) || host->error == nullptr || host->alloc == nullptr || host->free == nullptr ||
-        host->parallel_for == nullptr)
-        return DEFREC_ERROR_VERSION;
+    if (!complete_host(host)) return DEFREC_ERROR_VERSION;
     auto* instance = new (std::nothrow) PluginInstance(description, host);
     if (instance == nullptr) return DEFREC_ERROR_OUT_OF_MEMORY;
     defrec_plugin& table = instance->table;
