@@ -1,17 +1,17 @@
-// The CPU's ransac against the reference, and against itself on other numbers of threads.
+// ransac against the reference, and against itself on other numbers of threads.
 #include <doctest/doctest.h>
 
 #include <Eigen/Dense>
 
-#include "backends/cpu/ransac_kernels.hpp"
-#include "backends/cpu/stages.hpp"
 #include "backends/reference/stages.hpp"
 #include "backends/shared/test_ransac.hpp"
+#include DEFREC_UNDER_TEST
 
 using namespace defrec;
 using namespace defrec::test;
 
 TEST_CASE("weights and motion agree with the reference's") {
+    if (!under_test::available()) return;
     for (const uint32_t count : {1u, 7u, 16u, 33u, 300u, 1000u})
         for (const double outliers : {0.0, 0.6, 0.85, 1.0})
             for (const float threshold : {0.0f, 5.0f}) {
@@ -23,7 +23,7 @@ TEST_CASE("weights and motion agree with the reference's") {
                 const TestHost host(3);
                 const RansacResult expected =
                     run_ransac(*reference::make_ransac(scene.params, host.host()), scene);
-                const RansacResult got = run_ransac(*cpu::make_ransac(scene.params, host.host()), scene);
+                const RansacResult got = run_ransac(*under_test::make_ransac(scene.params, host.host()), scene);
                 CHECK(got.summary.valid_matches == expected.summary.valid_matches);
                 CHECK(got.summary.references == expected.summary.references);
                 CHECK(std::abs(got.summary.inliers - expected.summary.inliers) <= 2);
@@ -40,18 +40,20 @@ TEST_CASE("weights and motion agree with the reference's") {
 }
 
 TEST_CASE("the number of threads changes no bit") {
+    if (!under_test::available()) return;
     const RansacScene scene = make_ransac_scene(3, 500, 0.8, 20);
     const TestHost one(1), four(4);
-    const RansacResult a = run_ransac(*cpu::make_ransac(scene.params, one.host()), scene);
-    const RansacResult b = run_ransac(*cpu::make_ransac(scene.params, four.host()), scene);
+    const RansacResult a = run_ransac(*under_test::make_ransac(scene.params, one.host()), scene);
+    const RansacResult b = run_ransac(*under_test::make_ransac(scene.params, four.host()), scene);
     CHECK(std::memcmp(a.matches.data(), b.matches.data(), a.matches.size() * sizeof a.matches[0]) == 0);
     CHECK(std::memcmp(&a.summary, &b.summary, sizeof a.summary) == 0);
 }
 
 TEST_CASE("identical points, points on a line and a second run give finite numbers") {
+    if (!under_test::available()) return;
     RansacScene scene = make_ransac_scene(9, 30, 0.0, 0);
     const TestHost host;
-    const auto stage = cpu::make_ransac(scene.params, host.host());
+    const auto stage = under_test::make_ransac(scene.params, host.host());
     for (size_t i = 0; i < 30; ++i)
         for (size_t k = 0; k < 3; ++k) scene.landmarks[i].position[k] = scene.matches[i].position[k] = 50;
     CHECK(run_ransac(*stage, scene).summary.inliers == 30);
@@ -63,29 +65,3 @@ TEST_CASE("identical points, points on a line and a second run give finite numbe
     CHECK(run_ransac(*stage, scene).summary.valid_matches == 0);
 }
 
-TEST_CASE("the nearest rotation is Kabsch's for every kind of matrix") {
-    std::mt19937 random(2);
-    for (int trial = 0; trial < 300; ++trial) {
-        Eigen::Matrix3d m;
-        for (int i = 0; i < 9; ++i) m(i / 3, i % 3) = signed_unit(random);
-        if (trial % 3 == 1) m.col(2).setZero();  // a plane of points
-        if (trial % 3 == 2) m *= 1e6;
-        double given[9];
-        for (int i = 0; i < 9; ++i) given[i] = m(i / 3, i % 3);
-        float got[9];
-        cpu::nearest_rotation(given, got);
-        const Eigen::JacobiSVD<Eigen::Matrix3d> svd(m, Eigen::ComputeFullU | Eigen::ComputeFullV);
-        const Eigen::Matrix3d s = svd.matrixU().transpose() * m * svd.matrixV();
-        const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
-        Eigen::Matrix3d rotation;
-        for (int i = 0; i < 9; ++i) rotation(i / 3, i % 3) = double(got[i]);
-        CHECK(rotation.determinant() == doctest::Approx(1).epsilon(1e-5));
-        // As good as the best, even where the best is not unique.
-        CHECK(rotation.cwiseProduct(m).sum() ==
-              doctest::Approx(s(0, 0) + s(1, 1) + sign * s(2, 2)).epsilon(1e-5));
-    }
-    const double zero[9] = {};
-    float identity[9];
-    cpu::nearest_rotation(zero, identity);
-    for (int i = 0; i < 9; ++i) CHECK(identity[i] == (i % 4 == 0 ? 1.0f : 0.0f));
-}

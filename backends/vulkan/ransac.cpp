@@ -1,0 +1,79 @@
+// Stage ransac in shaders: all references side by side, then what they agree on. docs/stages/ransac.md.
+#include <algorithm>
+#include <bit>
+
+#include "backends/shared/ransac_definition.hpp"
+#include "backends/vulkan/stages.hpp"
+#include "shaders.hpp"
+
+namespace defrec::vulkan {
+namespace {
+
+struct Push {
+    uint32_t landmarks, references, iterations, min_support;
+    float threshold;
+    uint32_t seed_low, seed_high;
+};
+// As the shaders lay them out (ransac.glsl).
+constexpr uint64_t kFrameBytes = 16, kHypothesisBytes = 64, kVectorBytes = 16;
+
+// Invocations that share the pairs of one reference: few where there are few, so that sums are short.
+uint32_t group_size(uint32_t landmarks) { return std::bit_ceil(std::clamp(landmarks / 8, 64u, 512u)); }
+
+class Ransac final : public Stage {
+  public:
+    Ransac(const defrec_ransac_params& params, Device& device)
+        : params_(params),
+          device_(device),
+          gather_(device.kernel(shaders::ransac_gather)),
+          follow_(device.kernel(shaders::ransac_follow, {group_size(params.landmarks)})),
+          merge_(device.kernel(shaders::ransac_merge)),
+          summary_(device.kernel(shaders::ransac_summary, {group_size(params.landmarks)})),
+          from_(device, kVectorBytes * params.landmarks),
+          to_(device, kVectorBytes * params.landmarks),
+          pair_of_(device, sizeof(uint32_t) * params.landmarks),
+          frame_(device, kFrameBytes),
+          hypotheses_(device, kHypothesisBytes * params.references) {}
+
+    void prepare(std::span<const InBuffer> in) override {
+        const auto landmarks = ransac::take_landmarks(params_, in);
+        landmark_count_ = static_cast<uint32_t>(landmarks.size());
+        landmarks_ = device_.upload(landmarks.data(), landmarks.size_bytes());
+    }
+
+    void record(Recorder& recorder, Buffers in, Buffers out) override {
+        expect_buffers("ransac: in", sizes_of_inputs(in), 1);
+        expect_buffers("ransac: out", sizes_of_outputs(out), 2);
+        if (!landmarks_) throw StageError(DEFREC_ERROR_STATE, "ransac: run before prepare");
+        take<defrec_match>("ransac: matches", sizes_of_inputs(in)[0], landmark_count_);
+        take<defrec_match>("ransac: matches out", sizes_of_outputs(out)[0], landmark_count_);
+        take<defrec_ransac_summary>("ransac: summary", sizes_of_outputs(out)[1], 1);
+        const Push push{landmark_count_,
+                        params_.references,
+                        params_.iterations,
+                        params_.min_support,
+                        params_.threshold_mm,
+                        static_cast<uint32_t>(params_.seed),
+                        static_cast<uint32_t>(params_.seed >> 32)};
+        recorder.dispatch(gather_, {landmarks_, in[0], from_, to_, pair_of_, frame_}, push, {1});
+        recorder.dispatch(follow_, {from_, to_, frame_, hypotheses_}, push, {params_.references});
+        recorder.dispatch(merge_, {frame_, hypotheses_, from_, to_, pair_of_, in[0], out[0]}, push, {cover(landmark_count_, 64)});
+        recorder.dispatch(summary_, {frame_, hypotheses_, from_, to_, out[0], out[1]}, push, {1});
+    }
+
+  private:
+    defrec_ransac_params params_;
+    Device& device_;
+    std::shared_ptr<const Kernel> gather_, follow_, merge_, summary_;
+    uint32_t landmark_count_ = 0;
+    Buffer landmarks_, from_, to_, pair_of_, frame_, hypotheses_;
+};
+
+}  // namespace
+
+std::unique_ptr<Stage> make_ransac(const defrec_ransac_params& params, Device& device) {
+    check_limits(params);
+    return std::make_unique<Ransac>(params, device);
+}
+
+}  // namespace defrec::vulkan

@@ -1,0 +1,21 @@
+// Which references are accepted; for the shaders that come after all have been followed.
+layout(std430, set = 0, binding = 0) readonly buffer FrameBuffer { Frame frame; };
+layout(std430, set = 0, binding = 1) readonly buffer Hypotheses { Hypothesis hypotheses[]; };
+layout(std430, set = 0, binding = 2) readonly buffer From { vec4 from[]; };
+layout(std430, set = 0, binding = 3) readonly buffer To { vec4 to[]; };
+
+// The reference with the largest support, of equals the first; 0 without any.
+uint best_reference() {
+    uint best = 0;
+    for (uint k = 1; k < frame.references; ++k)
+        if (hypotheses[k].support > hypotheses[best].support) best = k;
+    return best;
+}
+
+// The support that a reference needs to be accepted.
+uint needed_support(uint best) { return max(push.min_support + frame.pairs / 32, hypotheses[best].support / 4); }
+
+mat3 rotation_of(uint k) {
+    return mat3(hypotheses[k].rotation[0].xyz, hypotheses[k].rotation[1].xyz, hypotheses[k].rotation[2].xyz);
+}
+float length_of(vec3 d) { return sqrt(d.x * d.x + d.y * d.y + d.z * d.z); }
