@@ -2,6 +2,7 @@
 #pragma once
 #include <cstddef>
 #include <functional>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -31,6 +32,14 @@ class Workbench {
     // Shuts the subject down; throws CaseFailure if it did something wrong with its host on the way, or kept memory.
     void close_subject();
 
+    // What cases keep for their next repetition in this process, by a name of their own; made where it is absent.
+    template <class T, class Make>
+    const T& remembered(const std::string& name, Make make) {
+        std::shared_ptr<void>& kept = memory_[name];
+        if (kept == nullptr) kept = std::make_shared<T>(make());
+        return *static_cast<const T*>(kept.get());
+    }
+
   private:
     Session& session(size_t which) {
         if (sessions_[which] == nullptr) sessions_[which] = std::make_unique<Session>(*plugins_[which]);
@@ -38,6 +47,7 @@ class Workbench {
     }
     const Plugin* plugins_[2];
     std::unique_ptr<Session> sessions_[2];
+    std::map<std::string, std::shared_ptr<void>> memory_;
 };
 
 // One repetition of one case.
@@ -53,18 +63,25 @@ class CaseRun {
     const Plugin& subject_plugin() const { return bench_.subject_plugin(); }
     const Plugin& reference_plugin() const { return bench_.reference_plugin(); }
     const Tolerances& tolerances() const { return tolerances_; }
+    Workbench& bench() { return bench_; }
+    const std::string& id() const { return id_; }
 
     // Depends on the case alone: every repetition gets the same numbers.
     Random random() const { return Random(id_); }
 
     // A figure beyond its limit fails the case; all of a case's figures are recorded either way.
     void measure(Metric metric) { metrics.push_back(std::move(metric)); }
+    // Fails the case, but not before its body has ended: what else there is to measure is measured. The first reason stays.
+    void note_failure(const std::string& reason) {
+        if (failure.empty()) failure = reason;
+    }
     void show(Picture picture) { pictures.push_back(std::move(picture)); }
     // Adds what a device that claims DEFREC_FEATURE_REPEATABLE must give again, to the bit, in every repetition.
     void digest(std::span<const std::byte> bytes);
 
     std::vector<Metric> metrics;
     std::vector<Picture> pictures;
+    std::string failure;
     uint64_t digest_value = 0xcbf29ce484222325;
 
   private:

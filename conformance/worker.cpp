@@ -59,6 +59,10 @@ RunResult run_case(const Case& one, Workbench& bench, const Tolerances& toleranc
         result.verdict = Verdict::failed;
         result.reason = "an exception of unknown type came out of the plugin";
     }
+    if (result.verdict == Verdict::passed && !run.failure.empty()) {
+        result.verdict = Verdict::failed;
+        result.reason = run.failure;
+    }
     for (const Metric& metric : run.metrics) {
         if (result.verdict != Verdict::passed || metric.passed()) continue;
         result.verdict = Verdict::failed;

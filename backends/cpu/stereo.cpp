@@ -184,6 +184,7 @@ class Stereo final : public Stage {
 
     // Fills every hole; false if there is not one disparity.
     bool fill_all(Field& field) {
+        if (coarser_.empty()) return field.row(0)[0] != kNoDisparity;  // a half image of one pixel
         const auto coarser = [&](const Field& from, int width, int height, Field& to, int y) {
             coarser_row(from.row(2 * y), 2 * y + 1 < height ? from.row(2 * y + 1) : none_row_.row(0), width,
                         to.row(y));
