@@ -28,5 +28,5 @@ function(defrec_embed_shaders target folder)
 namespace defrec::vulkan::shaders {
 @declarations@}
 ")
-  target_include_directories(${target} PRIVATE "${generated}")
+  target_include_directories(${target} PUBLIC "${generated}")
 endfunction()

@@ -117,6 +117,7 @@ void Device::create(const PhysicalDevice& chosen) {
 void Device::destroy() noexcept {
     if (handle_ == VK_NULL_HANDLE) return;
     nothing_ = Buffer();
+    kernels_.clear();
     if (pipeline_cache_ != VK_NULL_HANDLE) vk_.vkDestroyPipelineCache(handle_, pipeline_cache_, nullptr);
     memory_.reset();
     vk_.vkDestroyDevice(handle_, nullptr);
@@ -129,9 +130,8 @@ Device::~Device() {
 
 std::shared_ptr<const Kernel> Device::kernel(const Shader& shader, std::initializer_list<uint32_t> constants) {
     const std::lock_guard lock(kernel_mutex_);
-    std::weak_ptr<const Kernel>& known = kernels_[{shader.name, constants}];
-    std::shared_ptr<const Kernel> kernel = known.lock();
-    if (kernel == nullptr) known = kernel = std::make_shared<const Kernel>(*this, shader, constants);
+    std::shared_ptr<const Kernel>& kernel = kernels_[{shader.name, constants}];
+    if (kernel == nullptr) kernel = std::make_shared<const Kernel>(*this, shader, constants);
     return kernel;
 }
 

@@ -93,7 +93,7 @@ class Device {
     // Stands for an optional buffer that was not given.
     const Buffer& nothing() const { return nothing_; }
 
-    // The shader with constants, its specialization constants 0, 1, 2 ...; the same object for the same ones while it is in use.
+    // The shader with constants, its specialization constants 0, 1, 2 ...; compiled once and kept as long as the device.
     std::shared_ptr<const Kernel> kernel(const Shader& shader, std::initializer_list<uint32_t> constants = {});
     VkPipelineCache pipeline_cache() const { return pipeline_cache_; }
 
@@ -126,7 +126,7 @@ class Device {
     Buffer nothing_;
 
     std::mutex kernel_mutex_;
-    std::map<std::pair<const char*, std::vector<uint32_t>>, std::weak_ptr<const Kernel>> kernels_;
+    std::map<std::pair<const char*, std::vector<uint32_t>>, std::shared_ptr<const Kernel>> kernels_;
     std::mutex queue_mutex_;
     std::vector<std::unique_ptr<SharedQueue>> shared_queues_;
     std::vector<Queue*> queues_;

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <utility>
 
+#include "backends/vulkan/known_answer.hpp"
 #include "backends/vulkan/stages.hpp"
 #include "plugins/base/guard.hpp"
 
@@ -164,7 +165,9 @@ defrec_status device_open(void* self, size_t index, defrec_pdevice** out) {
     const PluginInstance& instance = *static_cast<PluginInstance*>(self);
     return guarded(*instance.host, [&] {
         check_index(self, index);
-        *out = new defrec_pdevice_{*instance.host, {instance.driver, index}};
+        auto device = std::unique_ptr<defrec_pdevice>(new defrec_pdevice_{*instance.host, {instance.driver, index}});
+        vulkan::check_known_answers(device->device);
+        *out = device.release();
     });
 }
 void device_close(defrec_pdevice* device) { delete device; }

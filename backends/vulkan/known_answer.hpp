@@ -1,0 +1,27 @@
+// Does the device compute what the exact stages rest on (docs/numerics.md) as the definition says? A driver that contracts where it must
+// not, or whose compiler is wrong, is found before anybody believes its results.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace defrec::vulkan {
+
+class Device;
+
+struct KnownAnswers {
+    std::vector<uint32_t> words;
+    std::vector<uint8_t> bytes;
+    std::vector<int16_t> shorts;
+};
+
+KnownAnswers expected_answers();
+// Runs the shader, and waits.
+KnownAnswers computed_answers(Device& device);
+// "" if they are equal, else how many of which kind are not.
+std::string difference(const KnownAnswers& expected, const KnownAnswers& computed);
+
+// Throws StageError(DEFREC_ERROR_UNSUPPORTED) with the sentence.
+void check_known_answers(Device& device);
+
+}  // namespace defrec::vulkan
