@@ -13,6 +13,12 @@ constexpr const char* kBackend = "vulkan";
 bool available();
 vulkan::Device& device();
 
+// Calls check() for everything that the backend's code may run on.
+template <class Check>
+void on_every_target(Check&& check) {
+    check();
+}
+
 std::unique_ptr<Stage> in_host_memory(std::unique_ptr<vulkan::Stage> stage);
 
 inline std::unique_ptr<Stage> make_rectify(const defrec_rectify_params& params, const Host&) {

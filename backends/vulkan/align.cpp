@@ -1,0 +1,168 @@
+// Guided patch search in shaders: the live image's level and the predictions, then one work group for each patch. docs/stages/align.md.
+#include <cmath>
+
+#include "backends/shared/align_buffers.hpp"
+#include "backends/shared/align_math.hpp"
+#include "backends/shared/align_view.hpp"
+#include "backends/shared/stage_defaults_align.hpp"
+#include "backends/vulkan/stages.hpp"
+#include "shaders.hpp"
+
+namespace defrec::vulkan {
+namespace {
+
+struct HalvePush {
+    int32_t width, height, stride;
+};
+struct PredictPush {
+    float fx, fy, cx, cy;
+    float last_x, last_y, margin;
+    int32_t patches;
+};
+struct PatchPush {
+    int32_t width, height, stride;
+    int32_t last_u, last_v;
+    int32_t view_width, view_height;
+    int32_t level, patches;
+    uint32_t texture;
+    int32_t min_score;
+    int32_t masked;
+};
+struct Centre {
+    int32_t x, y, view, valid;
+};
+
+constexpr uint32_t kMostGroups = 65535;  // along one side, on every device
+
+// A view at the level, doubled, after those already in `out`.
+void add_view(const defrec_align_params& params, const uint8_t* pixels, std::vector<uint8_t>& out) {
+    size_t width = params.width, height = params.height, stride = params.stride;
+    std::vector<uint8_t> level;
+    for (uint32_t l = 0; l < params.level; ++l) {
+        std::vector<uint8_t> half((width / 2) * (height / 2));
+        for (size_t y = 0; y < height / 2; ++y)
+            for (size_t x = 0; x < width / 2; ++x) {
+                const uint8_t *upper = pixels + 2 * y * stride + 2 * x, *lower = upper + stride;
+                half[y * (width / 2) + x] = uint8_t((upper[0] + upper[1] + lower[0] + lower[1] + 2) >> 2);
+            }
+        level.swap(half);
+        pixels = level.data();
+        stride = width /= 2;
+        height /= 2;
+    }
+    out.resize(out.size() + 4 * width * height);
+    align::double_size(pixels, int32_t(width), int32_t(height), stride, out.data() + out.size() - 4 * width * height);
+}
+
+class Align final : public Stage {
+  public:
+    Align(const defrec_align_params& params, Device& device) : p_(params), device_(device) {
+        check_limits(params);
+        const uint32_t most_views = std::min(device.limits().maxStorageBufferRange, uint32_t{INT32_MAX}) / 4 / width() / height();
+        if (params.views > most_views)
+            throw StageError(DEFREC_ERROR_UNSUPPORTED,
+                             "align: " + std::to_string(params.views) + " views given, the device takes " + std::to_string(most_views));
+        for (const bool mask : {false, true})
+            if (params.level > 0) {
+                halve_[mask] = device.kernel(shaders::align_halve, {params.level, mask});
+                level_[mask] = Buffer(device, uint64_t{width()} * height());
+            }
+        predict_ = device.kernel(shaders::align_predict);
+        patch_ = device.kernel(shaders::align_patch, {params.patch_radius, params.search_radius});
+        const uint32_t side = 2 * params.patch_radius + 1;
+        std::vector<float> of_count{0, 0};  // 1 / n and sqrt(n) at n
+        for (uint32_t n = 1; n <= side * side; ++n) {
+            of_count.push_back(1.0f / float(n));
+            of_count.push_back(std::sqrt(float(n)));
+        }
+        of_count_ = device.upload(of_count.data(), of_count.size() * sizeof(float));
+    }
+
+    void prepare(std::span<const InBuffer> in) override {
+        expect_buffers("align: prepare", in, 2);
+        const std::span<const defrec_patch> patches = take_patches(p_, in[0]);
+        const auto* views = take<uint8_t>("align: views", in[1], view_offset(p_, p_.views - 1) + gray_size(p_));
+        std::vector<Centre> centres;
+        for (const defrec_patch& patch : patches) {
+            Centre centre{0, 0, patch.view, 0};
+            centre.valid = align::to_fixed(patch.u, centre.x) && align::to_fixed(patch.v, centre.y);
+            centre.x = align::to_level(centre.x, p_.level);
+            centre.y = align::to_level(centre.y, p_.level);
+            centres.push_back(centre);
+        }
+        std::vector<uint8_t> doubled;
+        for (uint32_t i = 0; i < p_.views; ++i) add_view(p_, views + view_offset(p_, i), doubled);
+        views_ = device_.upload(doubled.data(), doubled.size());
+        patches_ = device_.upload(patches.data(), patches.size_bytes());
+        centres_ = device_.upload(centres.data(), centres.size() * sizeof(Centre));
+        predictions_ = Buffer(device_, patches.size() * sizeof(defrec_patch_prediction));
+        count_ = uint32_t(patches.size());
+    }
+
+    void record(Recorder& recorder, Buffers in, Buffers out) override {
+        if (!views_) throw StageError(DEFREC_ERROR_STATE, "align: run before prepare");
+        const AlignBuffers given = take_buffers(p_, count_, sizes_of_inputs(in), sizes_of_outputs(out));
+        if (count_ == 0) return;
+        const bool masked = given.mask != nullptr;
+        const Buffer* predictions = given.given != nullptr ? in[3] : given.predictions != nullptr ? out[1] : &predictions_;
+        const Buffer *gray = in[0], *mask = masked ? in[1] : nullptr;
+        uint32_t stride = p_.stride;
+        if (p_.level > 0) {
+            const HalvePush push{int32_t(width()), int32_t(height()), int32_t(p_.stride)};
+            const Groups groups{cover(width(), 32), cover(height(), 4)};
+            recorder.dispatch(halve_[0], {gray, level_[0]}, push, groups);
+            if (masked) recorder.beside(halve_[1], {mask, level_[1]}, push, groups);
+            gray = &level_[0];
+            if (masked) mask = &level_[1];
+            stride = width();
+        }
+        if (given.given == nullptr) {
+            const PredictPush push{float(p_.camera.fx),
+                                   float(p_.camera.fy),
+                                   float(p_.camera.cx),
+                                   float(p_.camera.cy),
+                                   float(p_.width - 1),
+                                   float(p_.height - 1),
+                                   float((p_.patch_radius + 2) << p_.level),
+                                   int32_t(count_)};
+            const Groups groups{cover(count_, 64)};
+            if (p_.level > 0)
+                recorder.beside(predict_, {patches_, in[2], predictions}, push, groups);
+            else
+                recorder.dispatch(predict_, {patches_, in[2], predictions}, push, groups);
+        } else if (given.predictions != nullptr) {
+            recorder.copy(*in[3], *out[1], count_ * sizeof(defrec_patch_prediction));
+        }
+        const PatchPush push{int32_t(width()),
+                             int32_t(height()),
+                             int32_t(stride),
+                             int32_t(p_.width - 1) * 256,
+                             int32_t(p_.height - 1) * 256,
+                             int32_t(2 * width()),
+                             int32_t(2 * height()),
+                             int32_t(p_.level),
+                             int32_t(count_),
+                             p_.texture,
+                             int32_t(p_.min_score),
+                             masked};
+        recorder.dispatch(patch_, {predictions, centres_, views_, gray, mask, of_count_, out[0]}, push,
+                          {std::min(count_, kMostGroups), cover(count_, kMostGroups)});
+    }
+
+  private:
+    uint32_t width() const { return p_.width >> p_.level; }
+    uint32_t height() const { return p_.height >> p_.level; }
+
+    defrec_align_params p_;
+    Device& device_;
+    std::shared_ptr<const Kernel> predict_, patch_, halve_[2];  // the second of two: of the mask
+    Buffer level_[2];  // live image and mask at the level, where that is not 0
+    Buffer of_count_, views_, patches_, centres_, predictions_;
+    uint32_t count_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Stage> make_align(const defrec_align_params& params, Device& device) { return std::make_unique<Align>(params, device); }
+
+}  // namespace defrec::vulkan

@@ -1,0 +1,363 @@
+// Stage align, sections 3 to 6: one work group samples a patch, searches it and refines its position. All sums are of integers, so that
+// their order does not show.
+#version 450
+#extension GL_EXT_shader_8bit_storage : require
+#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
+#extension GL_GOOGLE_include_directive : require
+#include "records.glsl"
+#include "align_math.glsl"
+
+const int kLanes = 128;
+layout(local_size_x = kLanes) in;
+
+layout(constant_id = 0) const int kRadius = 5;
+layout(constant_id = 1) const int kSearch = 4;
+
+struct Centre {  // of a patch in its view, 1/256 px of the level
+    int x, y, view, valid;
+};
+layout(std430, set = 0, binding = 0) readonly buffer Predictions { PatchPrediction predictions[]; };
+layout(std430, set = 0, binding = 1) readonly buffer Centres { Centre centres[]; };
+layout(std430, set = 0, binding = 2) readonly buffer Views { uint8_t views[]; };  // doubled
+layout(std430, set = 0, binding = 3) readonly buffer Gray { uint8_t gray[]; };
+layout(std430, set = 0, binding = 4) readonly buffer Mask { uint8_t mask[]; };
+layout(std430, set = 0, binding = 5) readonly buffer Counts { vec2 of_count[]; };  // 1 / n, sqrt(n) at n
+layout(std430, set = 0, binding = 6) writeonly buffer Observations { PatchObservation observations[]; };
+layout(push_constant) uniform Push {
+    int width, height, stride;  // of the live image and its mask at the level
+    int last_u, last_v;         // largest coordinates of a prediction, 1/256 px
+    int view_width, view_height;
+    int level, patches;
+    uint texture;
+    int min_score;
+    int masked;
+} push;
+
+const int kSide = 2 * kRadius + 1, kPixels = kSide * kSide;
+const int kPixelsPerLane = (kPixels + kLanes - 1) / kLanes;
+const int kSampled = kSide + 2;     // with one pixel more on every side
+const int kBlocks = (kSide + 3) / 4;  // of four columns
+const int kPlaces = 2 * kSearch + 1, kStrips = (kPlaces + 3) / 4;  // displacements in a row; strips of four
+// The window of the live image that the search and the refinement see, four pixels in a word. Its first row is that of the first
+// displacement less one; displacement 0 of a row begins with its second word.
+const int kWindowRows = kSide + kPlaces + 1, kWindowWords = kStrips + kBlocks + 1, kWindow = kWindowRows * kWindowWords;
+const int kMostSums = 10, kParts = 16;
+
+shared int sampled[kSampled * kSampled];
+shared uint template_pairs[kSide * 2 * kBlocks];  // two of T in 16 bits each; 0 beyond the patch
+shared uint live[kWindow];
+shared uint usable[kWindow];  // 255 or 0 for each pixel
+shared int shifted_rows[(kSide + 3) * kSide];
+shared int addends[kMostSums * kLanes], parts[kMostSums * kParts], sums[kMostSums];
+shared int some_hidden, best_score, best_place;
+
+int lane;  // gl_LocalInvocationIndex
+
+void give(int sum, int addend) { addends[sum * kLanes + lane] = addend; }
+// sums[i] = the sum of what all lanes gave, for the first `count`. Synchronises.
+void add_up(int count) {
+    barrier();
+    for (int i = lane; i < count * kParts; i += kLanes) {
+        const int first = i / kParts * kLanes + i % kParts;
+        int sum = 0;
+        for (int k = 0; k < kLanes; k += kParts) sum += addends[first + k];
+        parts[i] = sum;
+    }
+    barrier();
+    if (lane < count) {
+        int sum = 0;
+        for (int k = 0; k < kParts; ++k) sum += parts[lane * kParts + k];
+        sums[lane] = sum;
+    }
+    barrier();
+}
+
+uint bytes_from(uint word, uint next, int byte) { return (word >> (8 * byte)) | ((next << 1) << (31 - 8 * byte)); }
+ivec4 bytes(uint word) { return ivec4(uvec4(word, word >> 8, word >> 16, word >> 24) & 255u); }
+
+// ---- section 3 ---------------------------------------------------------------------------------------------
+
+bool followed(PatchPrediction p) {
+    bool good = p.valid == 1 && p.u >= 0 && p.v >= 0 && p.u <= push.last_u && p.v <= push.last_v;
+    for (int i = 0; i < 4; ++i) good = good && p.view_from_live[i] >= -kMaxMatrix && p.view_from_live[i] <= kMaxMatrix;
+    return good;
+}
+
+int view_at(int first, int x, int y) { return int(views[first + y * push.view_width + x]); }
+
+// The template into `sampled`, 1/16 gray level. Gives the sums of the patch, of its squares, and how many samples lie outside the view.
+void sample_view(Centre centre, int matrix[4], ivec2 fraction) {
+    const int first = centre.view * push.view_width * push.view_height;
+    int sum = 0, squares = 0, outside = 0;
+    for (int i = lane; i < kSampled * kSampled; i += kLanes) {
+        const ivec2 o = ivec2(i % kSampled, i / kSampled) - (kRadius + 1), d = 256 * o - fraction;
+        const int x = 256 * centre.x + ((matrix[0] * d.x + matrix[1] * d.y + 128) >> 8);
+        const int y = 256 * centre.y + ((matrix[2] * d.x + matrix[3] * d.y + 128) >> 8);
+        const int x0 = x >> 15, y0 = y >> 15, right = (x >> 7) & 255, below = (y >> 7) & 255;
+        if (x0 < 0 || y0 < 0 || x0 + 1 >= push.view_width || y0 + 1 >= push.view_height) {
+            outside = 1;
+            continue;
+        }
+        const int upper = view_at(first, x0, y0) * (256 - right) + view_at(first, x0 + 1, y0) * right;
+        const int lower = view_at(first, x0, y0 + 1) * (256 - right) + view_at(first, x0 + 1, y0 + 1) * right;
+        const int value = (upper * (256 - below) + lower * below + 2048) >> 12;
+        sampled[i] = value;
+        if (max(abs(o.x), abs(o.y)) <= kRadius) {
+            sum += value;
+            squares += value * value;  // of 225 values up to 4080: fits 32 bits unsigned
+        }
+    }
+    give(0, sum);
+    give(1, squares);
+    give(2, outside);
+}
+
+// Pixels outside the image are 0, and usable: what sees them is not scored.
+void load_window(ivec2 corner) {
+    for (int i = lane; i < kWindow; i += kLanes) {
+        const int y = corner.y + i / kWindowWords, x = corner.x + 4 * (i % kWindowWords);
+        uint pixels = 0u, hidden = 0u;
+        for (int k = 0; k < 4; ++k)
+            if (y >= 0 && y < push.height && x + k >= 0 && x + k < push.width) {
+                const int at = y * push.stride + x + k;
+                pixels |= uint(gray[at]) << (8 * k);
+                if (push.masked != 0 && int(mask[at]) == 0) hidden |= 255u << (8 * k);
+            }
+        live[i] = pixels;
+        usable[i] = ~hidden;
+        if (hidden != 0u) atomicOr(some_hidden, 1);
+    }
+}
+
+// ---- section 4 ---------------------------------------------------------------------------------------------
+
+struct Correlation {  // sums for four displacements in a row
+    ivec4 n, t, tt, i, ii, ti;
+};
+void correlate(inout Correlation sums, int t, uint pixels) {
+    const ivec4 i = bytes(pixels);
+    sums.i += i;
+    sums.ii += i * i;
+    sums.ti += t * i;
+}
+void correlate(inout Correlation sums, int t, uint pixels, uint usable_pixels) {
+    correlate(sums, t, pixels & usable_pixels);
+    const ivec4 n = bytes(usable_pixels & 0x01010101u);
+    sums.n += n;
+    sums.t += t * n;
+    sums.tt += t * t * n;
+}
+
+// All bits where a column lies within the patch.
+uint within(int column) { return column < kSide ? 0xffffffffu : 0u; }
+int low(uint pair) { return int(pair << 16) >> 16; }
+int high(uint pair) { return int(pair) >> 16; }
+
+// at: of the strip's first word in the window.
+Correlation correlate_full(int at, int t, int tt) {
+    Correlation sums = Correlation(ivec4(kPixels), ivec4(t), ivec4(tt), ivec4(0), ivec4(0), ivec4(0));
+    for (int row = 0; row < kSide; ++row) {
+        uint next = live[at + row * kWindowWords];
+        for (int block = 0; block < kBlocks; ++block) {
+            const uint word = next, left = template_pairs[2 * (row * kBlocks + block)], right = template_pairs[2 * (row * kBlocks + block) + 1];
+            next = live[at + row * kWindowWords + block + 1];
+            correlate(sums, low(left), word);
+            correlate(sums, high(left), bytes_from(word, next, 1) & within(4 * block + 1));
+            correlate(sums, low(right), bytes_from(word, next, 2) & within(4 * block + 2));
+            correlate(sums, high(right), bytes_from(word, next, 3) & within(4 * block + 3));
+        }
+    }
+    return sums;
+}
+Correlation correlate_usable(int at) {
+    Correlation sums = Correlation(ivec4(0), ivec4(0), ivec4(0), ivec4(0), ivec4(0), ivec4(0));
+    for (int row = 0; row < kSide; ++row)
+        for (int block = 0; block < kBlocks; ++block) {
+            const int i = at + row * kWindowWords + block;
+            const uint word = live[i], next = live[i + 1], seen = usable[i], next_seen = usable[i + 1];
+            const uint left = template_pairs[2 * (row * kBlocks + block)], right = template_pairs[2 * (row * kBlocks + block) + 1];
+            correlate(sums, low(left), word, seen);
+            correlate(sums, high(left), bytes_from(word, next, 1), bytes_from(seen, next_seen, 1) & within(4 * block + 1));
+            correlate(sums, low(right), bytes_from(word, next, 2), bytes_from(seen, next_seen, 2) & within(4 * block + 2));
+            correlate(sums, high(right), bytes_from(word, next, 3), bytes_from(seen, next_seen, 3) & within(4 * block + 3));
+        }
+    return sums;
+}
+
+// ZNCC, 1/65536.
+int score_of(int n, int t, int tt, int i, int ii, int ti) {
+    const int live_variance = int(uint(n) * uint(ii) - uint(i) * uint(i));
+    if (4 * n < 3 * kPixels || live_variance < 1) return kUnscored;
+    const vec2 count = of_count[n];
+    const float patch_variance = covariance(t, t, tt, count.x);
+    if (!(patch_variance >= 1.0)) return kUnscored;
+    precise const float z = ((covariance(t, i, ti, count.x) * reciprocal_sqrt(patch_variance)) * reciprocal_sqrt(float(live_variance))) * count.y;
+    precise const float rounded = z * kOneScore + 0.5;
+    return int(floor(rounded));
+}
+
+// The displacement of the best score round the pixel at; false if there is none or it lies at the border. t, tt: of the whole patch.
+bool search(ivec2 at, int t, int tt, out ivec2 displacement) {
+    int own_score = kUnscored, own_place = 0;
+    for (int strip = lane; strip < kStrips * kPlaces; strip += kLanes) {
+        const int y = strip / kStrips, x = 4 * (strip % kStrips), word = (y + 1) * kWindowWords + 1 + strip % kStrips;
+        Correlation sums;
+        if (some_hidden != 0)
+            sums = correlate_usable(word);
+        else
+            sums = correlate_full(word, t, tt);
+        for (int k = 0; k < 4; ++k) {
+            const ivec2 d = ivec2(x + k, y) - kSearch, centre = at + d;
+            if (d.x > kSearch || any(lessThan(centre, ivec2(kRadius))) || centre.x + kRadius >= push.width || centre.y + kRadius >= push.height)
+                continue;
+            const int score = score_of(sums.n[k], sums.t[k], sums.tt[k], sums.i[k], sums.ii[k], sums.ti[k]);
+            if (score == kUnscored || score - kDistancePenalty * (d.x * d.x + d.y * d.y) <= own_score) continue;
+            own_score = score - kDistancePenalty * (d.x * d.x + d.y * d.y);
+            own_place = y * kPlaces + x + k;
+        }
+    }
+    atomicMax(best_score, own_score);
+    barrier();
+    if (own_score == best_score) atomicMin(best_place, own_place);
+    barrier();
+    displacement = ivec2(best_place % kPlaces, best_place / kPlaces) - kSearch;
+    return best_score != kUnscored && max(abs(displacement.x), abs(displacement.y)) < kSearch;
+}
+
+// ---- section 5 ---------------------------------------------------------------------------------------------
+
+struct Pixel {  // of a patch: template and its gradient, 0 where not usable
+    int t, gx, gy, usable;
+};
+
+// first: the word and byte of the window with the patch's first pixel.
+Pixel pixel_at(int i, int mean, ivec2 first) {
+    if (i >= kPixels) return Pixel(0, 0, 0, 0);
+    const int x = i % kSide, y = i / kSide, at = (y + 1) * kSampled + x + 1, column = first.x + x;
+    if (((usable[(first.y + y) * kWindowWords + (column >> 2)] >> (8 * (column & 3))) & 1u) == 0u) return Pixel(0, 0, 0, 0);
+    return Pixel(sampled[at] - mean, (sampled[at + 1] - sampled[at - 1] + 1) >> 1, (sampled[at + kSampled] - sampled[at - kSampled] + 1) >> 1, 1);
+}
+
+TemplateSums template_sums(Pixel pixels[kPixelsPerLane]) {
+    TemplateSums s = TemplateSums(0, 0, 0, 0, 0, 0, 0, 0, 0, 0);
+    for (int k = 0; k < kPixelsPerLane; ++k) {
+        const Pixel p = pixels[k];
+        s.n += p.usable;
+        s.t += p.t;
+        s.tt += p.t * p.t;
+        s.gx += p.gx;
+        s.gy += p.gy;
+        s.gxx += p.gx * p.gx;
+        s.gxy += p.gx * p.gy;
+        s.gyy += p.gy * p.gy;
+        s.gxt += p.gx * p.t;
+        s.gyt += p.gy * p.t;
+    }
+    give(0, s.n);
+    give(1, s.t);
+    give(2, s.tt);
+    give(3, s.gx);
+    give(4, s.gy);
+    give(5, s.gxx);
+    give(6, s.gxy);
+    give(7, s.gyy);
+    give(8, s.gxt);
+    give(9, s.gyt);
+    add_up(10);
+    return TemplateSums(sums[0], sums[1], sums[2], sums[3], sums[4], sums[5], sums[6], sums[7], sums[8], sums[9]);
+}
+
+// Of the live image shifted by `shift`.
+LiveSums live_sums(Pixel pixels[kPixelsPerLane], ivec2 first, ivec2 shift) {
+    const ivec4 wx = cubic_weights(shift.x & 255), wy = cubic_weights(shift.y & 255);
+    const ivec2 corner = first - 1 + (shift >> 8);
+    for (int i = lane; i < (kSide + 3) * kSide; i += kLanes) {
+        const int column = corner.x + i % kSide, at = (corner.y + i / kSide) * kWindowWords + (column >> 2);
+        const ivec4 taps = wx * bytes(bytes_from(live[at], live[at + 1], column & 3));
+        shifted_rows[i] = (taps.x + taps.y + taps.z + taps.w + 8) >> 4;
+    }
+    barrier();
+    LiveSums s = LiveSums(0, 0, 0, 0, 0);
+    for (int k = 0; k < kPixelsPerLane; ++k) {
+        const Pixel p = pixels[k];
+        const int at = min(lane + k * kLanes, kPixels - 1);
+        const int column = wy[0] * shifted_rows[at] + wy[1] * shifted_rows[at + kSide] + wy[2] * shifted_rows[at + 2 * kSide] +
+                           wy[3] * shifted_rows[at + 3 * kSide];
+        const int i = p.usable * ((column + 512) >> 10);
+        s.i += i;
+        s.ii += i * i;
+        s.it += i * p.t;
+        s.igx += i * p.gx;
+        s.igy += i * p.gy;
+    }
+    give(0, s.i);
+    give(1, s.ii);
+    give(2, s.it);
+    give(3, s.igx);
+    give(4, s.igy);
+    add_up(5);
+    return LiveSums(sums[0], sums[1], sums[2], sums[3], sums[4]);
+}
+
+// ---- all ---------------------------------------------------------------------------------------------------
+
+const PatchObservation kNotFound = PatchObservation(0, 0, 0, 0, float[3](0, 0, 0), 0);
+
+PatchObservation observe(int index) {
+    const PatchPrediction prediction = predictions[index];
+    const Centre centre = centres[index];
+    if (!followed(prediction) || centre.valid == 0) return kNotFound;
+    const ivec2 position = ivec2(to_level(prediction.u, push.level), to_level(prediction.v, push.level));
+    const ivec2 pixel = (position + 128) >> 8, fraction = position - 256 * pixel;
+    if (lane == 0) {
+        some_hidden = 0;
+        best_score = kUnscored;
+        best_place = kPlaces * kPlaces;
+    }
+    barrier();
+    load_window(pixel - kRadius - kSearch - ivec2(4, 1));
+    sample_view(centre, prediction.view_from_live, fraction);
+    add_up(3);
+    const int sum = sums[0], squares = sums[1], mean = (2 * sum + kPixels) / (2 * kPixels);
+    const int64_t n = int64_t(kPixels), whole = int64_t(sum);
+    if (sums[2] != 0 || n * int64_t(uint(squares)) - whole * whole < n * n * int64_t(push.texture) * int64_t(push.texture)) return kNotFound;
+
+    for (int i = lane; i < kSide * 2 * kBlocks; i += kLanes) {
+        const int row = i / (2 * kBlocks), column = 2 * (i % (2 * kBlocks)), at = (row + 1) * kSampled + column + 1;
+        const uint left = column < kSide ? uint(sampled[at] - mean) & 0xffffu : 0u;
+        const uint right = column + 1 < kSide ? uint(sampled[at + 1] - mean) << 16 : 0u;
+        template_pairs[i] = left | right;
+    }
+    barrier();
+    ivec2 displacement;
+    if (!search(pixel, sum - kPixels * mean, squares - 2 * mean * sum + kPixels * mean * mean, displacement)) return kNotFound;
+
+    const ivec2 best = pixel + displacement, border = ivec2(kRadius + 2);
+    if (any(lessThan(best, border)) || any(greaterThanEqual(best + border, ivec2(push.width, push.height)))) return kNotFound;
+    const ivec2 first = displacement + kSearch + ivec2(4, 1);  // the patch's first pixel in the window
+    Pixel pixels[kPixelsPerLane];
+    for (int k = 0; k < kPixelsPerLane; ++k) pixels[k] = pixel_at(lane + k * kLanes, mean, first);
+    const TemplateSums of_template = template_sums(pixels);
+    const ShiftSystem system = make_shift_system(of_template, of_count[of_template.n].x);
+    if (!system.solvable) return kNotFound;
+    ivec2 shift = ivec2(0);
+    int score = 0;
+    for (int step = 0; step < kShiftSteps; ++step) {
+        ivec2 by;
+        if (!shift_step(system, of_template, live_sums(pixels, first, shift), by, score)) return kNotFound;
+        shift += by;
+        if (any(lessThan(shift, ivec2(-256))) || any(greaterThan(shift, ivec2(255)))) return kNotFound;
+    }
+    if (score >> 4 < push.min_score) return kNotFound;
+    const ivec2 found = 256 * best + fraction + shift;
+    return PatchObservation(from_level(found.x, push.level), from_level(found.y, push.level), score >> 4, 1,
+                            information(system, kPixels, score, push.level), 0);
+}
+
+void main() {
+    lane = int(gl_LocalInvocationIndex);
+    const int index = int(gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x);
+    if (index >= push.patches) return;
+    const PatchObservation observation = observe(index);
+    if (lane == 0) observations[index] = observation;
+}

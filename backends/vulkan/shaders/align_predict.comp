@@ -1,0 +1,47 @@
+// Stage align, section 1: where each patch is expected, one invocation per patch; predict of backends/shared/align_math.hpp.
+#version 450
+#extension GL_GOOGLE_include_directive : require
+#include "records.glsl"
+#include "motion.glsl"
+layout(local_size_x = 64) in;
+
+layout(std430, set = 0, binding = 0) readonly buffer Patches { Patch patches[]; };
+layout(std430, set = 0, binding = 1) readonly buffer Motions { Motion motions[]; };
+layout(std430, set = 0, binding = 2) writeonly buffer Predictions { PatchPrediction predictions[]; };
+layout(push_constant) uniform Push {
+    float fx, fy, cx, cy;
+    float last_x, last_y, margin;  // px
+    int patches;
+} push;
+
+PatchPrediction predict(int i) {
+    const PatchPrediction none = PatchPrediction(0, 0, int[4](0, 0, 0, 0), 0, 0);
+    DualQuaternion moved_by[4];
+    for (int k = 0; k < 4; ++k) moved_by[k] = load_motion(motions[patches[i].node[k]]);
+    const DualQuaternion motion = blend(moved_by, patches[i].weight);
+    const vec3 p = apply(motion, load3(patches[i].position));
+    if (!finite(vec4(p, 0)) || !(p.z > 1.0)) return none;
+    const float fx = push.fx / p.z, fy = push.fy / p.z, x = p.x / p.z, y = p.y / p.z;
+    const float u = push.fx * x + push.cx, v = push.fy * y + push.cy;
+    if (!(u >= push.margin && v >= push.margin && u <= push.last_x - push.margin && v <= push.last_y - push.margin)) return none;
+
+    const vec3 a = rotate(motion, load3(patches[i].tangent_u)), b = rotate(motion, load3(patches[i].tangent_v));
+    const float j00 = fx * (a.x - x * a.z), j01 = fx * (b.x - x * b.z);
+    const float j10 = fy * (a.y - y * a.z), j11 = fy * (b.y - y * b.z);
+    if (!finite(vec4(j00, j01, j10, j11))) return none;
+    // Singular values within 0.4 .. 2.5, and not mirrored.
+    const float det = j00 * j11 - j01 * j10;
+    const float half_sum = 0.5 * (j00 * j00 + j01 * j01 + j10 * j10 + j11 * j11);
+    if (half_sum > 6.25) return none;  // nor is the difference below infinite
+    const float largest2 = half_sum + sqrt(max(half_sum * half_sum - det * det, 0.0));
+    if (!(det > 0.0 && largest2 <= 6.25 && det * det >= 0.16 * largest2)) return none;
+
+    const ivec4 inverse = ivec4(floor(65536.0 / det * vec4(j11, -j01, -j10, j00) + 0.5));
+    return PatchPrediction(int(floor(u * 256.0 + 0.5)), int(floor(v * 256.0 + 0.5)),
+                           int[4](inverse.x, inverse.y, inverse.z, inverse.w), 1, 0);
+}
+
+void main() {
+    const int i = int(gl_GlobalInvocationID.x);
+    if (i < push.patches) predictions[i] = predict(i);
+}
