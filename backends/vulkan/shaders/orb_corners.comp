@@ -1,0 +1,28 @@
+// Stage orb, section 4: one invocation per cell.
+#version 450
+#extension GL_GOOGLE_include_directive : require
+#include "orb.glsl"
+layout(local_size_x = 128) in;
+
+layout(std430, set = 0, binding = 1) readonly buffer Scores { uint scores[]; };
+layout(std430, set = 0, binding = 2) writeonly buffer Corners { uint corners[]; };
+
+void main() {
+    const Level level = levels[gl_GlobalInvocationID.z];
+    const int index = int(gl_GlobalInvocationID.x);
+    if (index >= level.cells_x * level.cells_y) return;
+    const ivec2 first = kBorder + push.cell * ivec2(index % level.cells_x, index / level.cells_x);
+    const ivec2 end = min(first + push.cell, ivec2(level.width, level.height) - kBorder);
+    int best = 0;  // score << 8 | (15 - y) << 4 | (15 - x): the largest is the strongest, then the first in raster order
+    for (int y = first.y; y < end.y; ++y)
+        for (int x_word = first.x >> 2; 4 * x_word < end.x; ++x_word) {
+            const uint four = scores[word_at(level, x_word, y)];
+            if (four == 0) continue;
+            const ivec4 x = 4 * x_word + ivec4(0, 1, 2, 3) - first.x;
+            const ivec4 inside = ivec4(greaterThanEqual(x, ivec4(0))) * ivec4(lessThan(x, end.xxxx - first.x));
+            const ivec4 key = inside * (bytes_from(uvec3(four, 0, 0), 0) << 8 | (15 - (y - first.y)) << 4 | 15 - x);
+            best = max(best, max(max(key.x, key.y), max(key.z, key.w)));
+        }
+    corners[level.first_cell + index] =
+        best < 256 ? 0 : uint(best >> 8) << 16 | uint(15 - (best >> 4 & 15)) << 8 | uint(15 - (best & 15));
+}
