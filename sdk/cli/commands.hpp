@@ -6,6 +6,8 @@
 #include <functional>
 #include <string>
 
+#include "sdk/cli/calibration.hpp"
+
 namespace CLI {
 class App;
 }
@@ -15,9 +17,16 @@ namespace defrec::cli {
 CLI::App* add_track_command(CLI::App& app, std::function<int()>& run);
 CLI::App* add_score_command(CLI::App& app, std::function<int()>& run);
 CLI::App* add_devices_command(CLI::App& app, std::function<int()>& run);
-CLI::App* add_bench_command(CLI::App& app, std::function<int()>& run);
 
-// The whole program but for the signal handlers: parses, runs, prints failures; returns the exit code.
+struct BenchSequence;
+// Reads the user's own frames for bench; empty where the program cannot read images.
+using BenchLoader = std::function<BenchSequence(const std::string& left, const std::string& right, const std::string& calibration,
+                                                LengthUnit units)>;
+CLI::App* add_bench_command(CLI::App& app, std::function<int()>& run, BenchLoader load);
+
+// The whole program `defrec` but for the signal handlers: parses, runs, prints failures; returns the exit code.
 int run_program(int argc, const char* const* argv);
+// `defrec-bench`: of its subcommands bench and devices, which need no image files and so none of the libraries that read them.
+int run_bench_program(int argc, const char* const* argv);
 
 }  // namespace defrec::cli

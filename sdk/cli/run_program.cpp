@@ -1,15 +1,12 @@
-// Parses the command line, runs the subcommand, and turns whatever happens into an exit code.
+// The program `defrec`: its subcommands.
 #include <CLI/CLI.hpp>
-#include <exception>
-#include <new>
 #include <opencv2/core/utils/logger.hpp>
 
-#include "include/defrec_c.h"
+#include "sdk/cli/bench.hpp"
+#include "sdk/cli/command_line.hpp"
 #include "sdk/cli/commands.hpp"
-#include "sdk/cli/exit_code.hpp"
 #include "sdk/cli/interrupt.hpp"
 #include "sdk/cli/render/render_command.hpp"
-#include "sdk/cli/terminal.hpp"
 
 namespace defrec::cli {
 namespace {
@@ -34,18 +31,19 @@ void silence_decoders() {
     ::setenv("OPENCV_VIDEOIO_DEBUG", "0", 0);
 }
 
-int guarded(const std::function<int()>& work) {
-    try {
-        return work();
-    } catch (const CliError& error) {
-        print_notice(error.what());
-        return static_cast<int>(error.code());
-    } catch (const std::bad_alloc&) {
-        print_notice("out of memory.");
-    } catch (const std::exception& error) {
-        print_notice(std::string("internal error: ") + error.what());
-    }
-    return static_cast<int>(ExitCode::kInternal);
+// Frames of the user's own for bench.
+BenchSequence load_frames(const std::string& left, const std::string& right, const std::string& calibration, LengthUnit units) {
+    constexpr int kMostFrames = 200;
+    SourceOptions options;
+    options.left = left;
+    options.right = right;
+    options.range.last = kMostFrames;
+    FrameSource source(options);
+    BenchSequence sequence{left, load_calibration(calibration, units), {}};
+    fit_to_frames(sequence.calibration, source.width(), source.height());
+    StereoFrame frame;
+    while (source.next(frame)) sequence.frames.push_back(frame);
+    return sequence;
 }
 
 }  // namespace
@@ -62,16 +60,8 @@ int run_program(int argc, const char* const* argv) {
     add_render_command(app, run, interrupt_requested);
     add_score_command(app, run);
     add_devices_command(app, run);
-    add_bench_command(app, run);
-    return guarded([&] {
-        try {
-            app.parse(argc, argv);
-        } catch (const CLI::ParseError& error) {
-            return app.exit(error) == 0 ? static_cast<int>(ExitCode::kOk)
-                                        : static_cast<int>(ExitCode::kUsage);
-        }
-        return run();
-    });
+    add_bench_command(app, run, load_frames);
+    return carry_out(app, run, argc, argv);
 }
 
 }  // namespace defrec::cli
