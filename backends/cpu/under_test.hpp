@@ -11,6 +11,7 @@ namespace defrec::under_test {
 
 using namespace cpu;
 constexpr const char* kBackend = "cpu";
+constexpr bool kReadsCounts = true;  // numbers in buffers are known when a run begins
 inline bool available() { return true; }
 
 // Calls check() for everything that the backend's code may run on: every instruction set of this processor.

@@ -8,6 +8,7 @@
 namespace defrec::under_test {
 
 constexpr const char* kBackend = "vulkan";
+constexpr bool kReadsCounts = false;  // only the device knows the numbers in buffers
 
 // False, with a message, where there is no device to test on.
 bool available();

@@ -1,0 +1,82 @@
+// Stage match in shaders: both directions of the search side by side, in splits, then one match for each landmark. docs/stages/match.md.
+#include <algorithm>
+
+#include "backends/shared/match_definition.hpp"
+#include "backends/vulkan/camera.hpp"
+#include "backends/vulkan/stages.hpp"
+#include "shaders.hpp"
+
+namespace defrec::vulkan {
+namespace {
+
+// As shaders/match.glsl and match_accept.comp declare them.
+struct Sizes {
+    uint32_t landmarks, features, feature_splits, landmark_splits;
+};
+struct Push {
+    Sizes sizes;
+    Camera camera;
+    DisparityImage image;
+    uint32_t max_distance, ratio;
+};
+
+constexpr uint32_t kGroup = 64;
+constexpr uint32_t kLeastSplit = 64, kMostSplits = 32;  // enough work groups for a large device, little to put together
+
+uint32_t splits_of(uint32_t count) { return std::clamp(count / kLeastSplit, 1u, kMostSplits); }
+Buffer keys(Device& device, uint32_t rows, uint32_t splits, uint32_t places) {
+    return Buffer(device, sizeof(uint32_t) * places * splits * rows);
+}
+
+class Match final : public Stage {
+  public:
+    Match(const defrec_match_params& params, Device& device)
+        : p_(params),
+          device_(device),
+          of_landmarks_(device.kernel(shaders::match_nearest, {1})),
+          of_features_(device.kernel(shaders::match_nearest, {0})),
+          accept_(device.kernel(shaders::match_accept)),
+          feature_keys_(keys(device, params.landmarks, splits_of(params.features), 3)),
+          landmark_keys_(keys(device, params.features, splits_of(params.landmarks), 1)) {}
+
+    void prepare(std::span<const InBuffer> in) override {
+        const auto landmarks = match::take_landmarks(p_, in);
+        landmark_count_ = static_cast<uint32_t>(landmarks.size());
+        landmarks_ = device_.upload(landmarks.data(), landmarks.size_bytes());
+    }
+
+    void record(Recorder& recorder, Buffers in, Buffers out) override {
+        const std::vector<InBuffer> ins = sizes_of_inputs(in);
+        expect_buffers("match input", ins, 3);
+        take<uint32_t>("match feature count", ins[0], 1);
+        take<int16_t>("match disparity", ins[2], size_t{p_.stride} * (p_.height - 1) + p_.width);
+        match::take_matches(landmark_count_, sizes_of_outputs(out));
+        if (landmark_count_ == 0) return;
+        // How many there are only the device knows.
+        const auto features = static_cast<uint32_t>(std::min<uint64_t>(p_.features, ins[1].size / sizeof(defrec_feature)));
+        const Sizes sizes{landmark_count_, features, splits_of(features), splits_of(landmark_count_)};
+        recorder.dispatch(of_landmarks_, {landmarks_, in[1], in[0], feature_keys_}, sizes,
+                          {cover(sizes.landmarks, kGroup), sizes.feature_splits});
+        if (features > 0)
+            recorder.beside(of_features_, {landmarks_, in[1], in[0], landmark_keys_}, sizes,
+                            {cover(sizes.features, kGroup), sizes.landmark_splits});
+        const Push push{sizes, Camera(p_.camera), DisparityImage(p_, true), p_.max_distance, p_.ratio};
+        recorder.dispatch(accept_, {feature_keys_, landmark_keys_, in[1], in[2], out[0]}, push, {cover(sizes.landmarks, kGroup)});
+    }
+
+  private:
+    defrec_match_params p_;
+    Device& device_;
+    std::shared_ptr<const Kernel> of_landmarks_, of_features_, accept_;
+    uint32_t landmark_count_ = 0;
+    Buffer landmarks_, feature_keys_, landmark_keys_;
+};
+
+}  // namespace
+
+std::unique_ptr<Stage> make_match(const defrec_match_params& params, Device& device) {
+    match::check(params);
+    return std::make_unique<Match>(params, device);
+}
+
+}  // namespace defrec::vulkan

@@ -1,0 +1,71 @@
+// Stage match: what the splits found, put together, then sections 2 and 3. One invocation per landmark.
+#version 450
+#extension GL_EXT_shader_16bit_storage : require
+#extension GL_GOOGLE_include_directive : require
+#include "records.glsl"
+layout(local_size_x = 64) in;
+
+layout(std430, set = 0, binding = 0) readonly buffer FeatureKeys { uint feature_keys[]; };    // three for each landmark and split
+layout(std430, set = 0, binding = 1) readonly buffer LandmarkKeys { uint landmark_keys[]; };  // for each feature and split
+layout(std430, set = 0, binding = 2) readonly buffer Features { Feature features[]; };
+layout(std430, set = 0, binding = 3) readonly buffer Disparity { int16_t disparity[]; };
+layout(std430, set = 0, binding = 4) writeonly buffer Matches { Match matches[]; };
+
+#define LIVE_DISPARITY(i) int(disparity[i])
+#include "live_depth.glsl"
+#include "match.glsl"
+
+layout(push_constant) uniform Push {
+    Sizes sizes;
+    Camera camera;
+    DisparityImage image;
+    uint max_distance, ratio;
+} push;
+
+const int kNoDistance = 257;  // farther than any
+const int kSamePlace = 64;    // 1/16 px
+
+uvec3 three_nearest(uint landmark) {
+    uvec3 best = uvec3(kNoKey);
+    for (uint i = 0; i < 3 * push.sizes.feature_splits; ++i) {
+        const uint key = feature_keys[i * push.sizes.landmarks + landmark];
+        const uint behind_first = max(best.x, key), behind_second = max(best.y, behind_first);
+        best = min(best, uvec3(key, behind_first, behind_second));
+    }
+    return best;
+}
+uint nearest_landmark(uint feature) {
+    uint best = kNoKey;
+    for (uint split = 0; split < push.sizes.landmark_splits; ++split) best = min(best, landmark_keys[split * push.sizes.features + feature]);
+    return best & 0xffffu;
+}
+int distance_of(uint key) { return key == kNoKey ? kNoDistance : int(key >> 16); }
+
+bool at_one_place(uint a, uint b) {
+    return abs(features[a].x - features[b].x) <= kSamePlace && abs(features[a].y - features[b].y) <= kSamePlace;
+}
+
+void main() {
+    const uint i = gl_GlobalInvocationID.x;
+    if (i >= push.sizes.landmarks) return;
+    const uvec3 best = three_nearest(i);
+    const uint a = best.x & 0xffffu;
+    const int distance = distance_of(best.x);
+    const bool same = best.y != kNoKey && at_one_place(a, best.y & 0xffffu);
+    const int second = distance_of(same ? best.z : best.y);
+    const bool accepted = best.x != kNoKey && distance <= int(push.max_distance) && 256 * distance <= int(push.ratio) * second &&
+                          nearest_landmark(a) == i;
+    Match match = Match(accepted ? int(a) : -1, min(distance, 256), min(second, 256), 0.0, 0.0, float[](0.0, 0.0, 0.0), 0.0, 0);
+    if (accepted) {
+        const vec2 place = vec2(features[a].x, features[a].y) * (1.0 / 16.0);
+        const vec2 pixel = clamp(place, vec2(0), vec2(push.image.width - 1, push.image.height - 1));
+        match.u = pixel.x;
+        match.v = pixel.y;
+        const float z = live_depth(push.camera, push.image, pixel);
+        if (z > 0.0) {
+            match.position = float[]((pixel.x - push.camera.cx) * z / push.camera.fx, (pixel.y - push.camera.cy) * z / push.camera.fy, z);
+            match.weight = 1.0;
+        }
+    }
+    matches[i] = match;
+}
