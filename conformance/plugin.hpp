@@ -73,6 +73,7 @@ class Session {
     const defrec_plugin& table() const { return instance_.table(); }
     Host& host() const { return instance_.host(); }
     std::shared_ptr<Host> share_host() const { return instance_.share_host(); }
+    const Instance& instance() const { return instance_; }
     const defrec_device_info& info() const { return info_; }
     defrec_pdevice* device() const { return device_; }
     bool offers(uint32_t stage) const { return (info_.stages >> stage & 1) != 0; }

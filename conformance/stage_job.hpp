@@ -4,6 +4,8 @@
 #include <cstring>
 #include <span>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "conformance/case.hpp"
@@ -18,6 +20,9 @@ struct Input {
     bool given = true;
     // An image: nobody may look at what lies between its rows and behind it, so that is something else in each run. In bytes.
     uint64_t row = 0, stride = 0;
+    // Records: their size, and where in them floats lie (offset in bytes, number).
+    uint32_t record = 0;
+    std::vector<std::pair<uint32_t, uint32_t>> floats;
 };
 
 struct Output {
@@ -40,8 +45,22 @@ struct StageJob {
 };
 
 template <class T>
+std::vector<std::pair<uint32_t, uint32_t>> floats_in() {
+    if constexpr (std::is_same_v<T, float>) return {{0, 1}};
+    if constexpr (std::is_same_v<T, defrec_motion>) return {{0, 8}};
+    if constexpr (std::is_same_v<T, defrec_landmark>) return {{offsetof(T, position), 3}};
+    if constexpr (std::is_same_v<T, defrec_match>) return {{offsetof(T, position), 4}};
+    if constexpr (std::is_same_v<T, defrec_surface_point>) return {{0, 6}, {offsetof(T, weight), 4}};
+    if constexpr (std::is_same_v<T, defrec_patch>) return {{offsetof(T, position), 9}, {offsetof(T, weight), 4}};
+    if constexpr (std::is_same_v<T, defrec_patch_observation>) return {{offsetof(T, information), 3}};
+    if constexpr (std::is_same_v<T, defrec_edge>) return {{offsetof(T, weight), 1}};
+    return {};
+}
+template <class T>
 Input records(std::span<const T> values) {
     Input input;
+    input.record = sizeof(T);
+    input.floats = floats_in<T>();
     input.bytes.resize(values.size_bytes());
     if (!values.empty()) std::memcpy(input.bytes.data(), values.data(), values.size_bytes());
     return input;

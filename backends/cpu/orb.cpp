@@ -60,12 +60,9 @@ class Orb final : public Stage {
     }
 
     void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
-        expect_buffers("orb input", in, 1, 1);
-        expect_buffers("orb output", out, 2, 5);
-        gray_ = take<uint8_t>("orb gray", in[0], image_bytes(params_));
-        mask_ = take_optional<uint8_t>("orb mask", in, 1, image_bytes(params_));
-        uint32_t* count = take<uint32_t>("orb feature count", out[0], 1);
-        defrec_feature* features = take<defrec_feature>("orb features", out[1], params_.capacity);
+        const Buffers buffers = take_buffers(params_, layout_, in, out);
+        gray_ = buffers.gray;
+        mask_ = buffers.mask;
 
         for (uint32_t l = 0; l < layout_.levels; ++l) build_level(l);
         host_.parallel_for(bands_.size(), [&](size_t band) { examine(band); });
@@ -73,16 +70,16 @@ class Orb final : public Stage {
             const Band& band = bands_[index];
             for (uint32_t y = band.first; y < band.last; ++y) selection_.find_distances(band.level, y);
         });
-        *count = selection_.choose(kept_);
-        host_.parallel_for((*count + kFeaturesAtOnce - 1) / kFeaturesAtOnce, [&](size_t chunk) {
+        const uint32_t count = *buffers.count = selection_.choose(kept_);
+        host_.parallel_for((count + kFeaturesAtOnce - 1) / kFeaturesAtOnce, [&](size_t chunk) {
             const uint32_t first = uint32_t(chunk) * kFeaturesAtOnce;
-            const uint32_t last = std::min(first + kFeaturesAtOnce, *count);
+            const uint32_t last = std::min(first + kFeaturesAtOnce, count);
             for (uint32_t i = first; i < last; ++i) {
                 if (i + 1 < last) fetch(kept_[i + 1]);
-                features[i] = describe(kept_[i]);
+                buffers.features[i] = describe(kept_[i]);
             }
         });
-        write_substages(out);
+        write_substages(buffers);
     }
 
   private:
@@ -172,14 +169,13 @@ class Orb final : public Stage {
                 std::copy_n(of_level(from, l).row(y), layout_.level[l].width,
                             to + layout_.level[l].first_pixel + size_t(y) * layout_.level[l].width);
     }
-    void write_substages(std::span<const OutBuffer> out) const {
-        write_levels(take_optional<uint8_t>("orb pyramid", out, 2, layout_.pixels), pixels_);
-        write_levels(take_optional<uint16_t>("orb smoothed", out, 3, layout_.pixels), smoothed_);
-        write_levels(take_optional<uint8_t>("orb scores", out, 4, layout_.pixels), scores_);
-        if (auto* to = take_optional<uint32_t>("orb corners", out, 5, layout_.cells))
-            std::copy(selection_.packed().begin(), selection_.packed().end(), to);
-        if (auto* to = take_optional<uint8_t>("orb distances", out, 6, layout_.cells))
-            std::copy(selection_.distances().begin(), selection_.distances().end(), to);
+    void write_substages(const Buffers& to) const {
+        write_levels(to.pyramid, pixels_);
+        write_levels(to.smoothed, smoothed_);
+        write_levels(to.scores, scores_);
+        if (to.corners != nullptr) std::copy(selection_.packed().begin(), selection_.packed().end(), to.corners);
+        if (to.distances != nullptr)
+            std::copy(selection_.distances().begin(), selection_.distances().end(), to.distances);
     }
 
     defrec_orb_params params_;

@@ -222,14 +222,10 @@ class Orb final : public Stage {
     }
 
     void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
-        expect_buffers("orb input", in, 1, 1);
-        expect_buffers("orb output", out, 2, 5);
-        const uint8_t* gray = take<uint8_t>("orb gray", in[0], image_bytes(params_));
-        const uint8_t* mask = take_optional<uint8_t>("orb mask", in, 1, image_bytes(params_));
-        uint32_t* count = take<uint32_t>("orb feature count", out[0], 1);
-        defrec_feature* features = take<defrec_feature>("orb features", out[1], params_.capacity);
+        const Buffers buffers = take_buffers(params_, layout_, in, out);
+        const uint8_t* mask = buffers.mask;
 
-        build_pyramid(gray, mask);
+        build_pyramid(buffers.gray, mask);
         for (uint32_t l = 0; l < layout_.levels; ++l) {
             const Level& level = layout_.level[l];
             smooth(level, image(l), of_level(smoothed_, l));
@@ -240,8 +236,8 @@ class Orb final : public Stage {
             find_distances(level, &corners_[level.first_cell], &distances_[level.first_cell]);
         }
         const Limits limits = choose_limits(params_, layout_.cells, corners_.data(), distances_.data());
-        *count = write_features(limits, features);
-        write_substages(out);
+        *buffers.count = write_features(limits, buffers.features);
+        write_substages(buffers);
     }
 
   private:
@@ -290,17 +286,12 @@ class Orb final : public Stage {
         return count;
     }
 
-    void write_substages(std::span<const OutBuffer> out) const {
-        if (auto* to = take_optional<uint8_t>("orb pyramid", out, 2, layout_.pixels))
-            std::copy(pyramid_.begin(), pyramid_.end(), to);
-        if (auto* to = take_optional<uint16_t>("orb smoothed", out, 3, layout_.pixels))
-            std::copy(smoothed_.begin(), smoothed_.end(), to);
-        if (auto* to = take_optional<uint8_t>("orb scores", out, 4, layout_.pixels))
-            std::copy(scores_.begin(), scores_.end(), to);
-        if (auto* to = take_optional<uint32_t>("orb corners", out, 5, layout_.cells))
-            for (size_t i = 0; i < layout_.cells; ++i) to[i] = packed(corners_[i]);
-        if (auto* to = take_optional<uint8_t>("orb distances", out, 6, layout_.cells))
-            std::copy(distances_.begin(), distances_.end(), to);
+    void write_substages(const Buffers& to) const {
+        if (to.pyramid != nullptr) std::copy(pyramid_.begin(), pyramid_.end(), to.pyramid);
+        if (to.smoothed != nullptr) std::copy(smoothed_.begin(), smoothed_.end(), to.smoothed);
+        if (to.scores != nullptr) std::copy(scores_.begin(), scores_.end(), to.scores);
+        for (size_t i = 0; to.corners != nullptr && i < layout_.cells; ++i) to.corners[i] = packed(corners_[i]);
+        if (to.distances != nullptr) std::copy(distances_.begin(), distances_.end(), to.distances);
     }
     uint32_t packed(const Corner& corner) const {
         if (corner.score == 0) return 0;

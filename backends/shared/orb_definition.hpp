@@ -148,4 +148,30 @@ inline void check(const defrec_orb_params& p) {
 // Bytes that an image buffer needs at least.
 inline size_t image_bytes(const defrec_orb_params& p) { return size_t(p.stride) * (p.height - 1) + p.width; }
 
+// The buffers of one run; optional ones are nullptr where not given.
+struct Buffers {
+    const uint8_t *gray, *mask;
+    uint32_t* count;
+    defrec_feature* features;
+    uint8_t* pyramid;
+    uint16_t* smoothed;
+    uint8_t* scores;
+    uint32_t* corners;
+    uint8_t* distances;
+};
+inline Buffers take_buffers(const defrec_orb_params& p, const Layout& layout, std::span<const InBuffer> in,
+                            std::span<const OutBuffer> out) {
+    expect_buffers("orb input", in, 1, 1);
+    expect_buffers("orb output", out, 2, 5);
+    return {take<uint8_t>("orb gray", in[0], image_bytes(p)),
+            take_optional<uint8_t>("orb mask", in, 1, image_bytes(p)),
+            take<uint32_t>("orb feature count", out[0], 1),
+            take<defrec_feature>("orb features", out[1], p.capacity),
+            take_optional<uint8_t>("orb pyramid", out, 2, layout.pixels),
+            take_optional<uint16_t>("orb smoothed", out, 3, layout.pixels),
+            take_optional<uint8_t>("orb scores", out, 4, layout.pixels),
+            take_optional<uint32_t>("orb corners", out, 5, layout.cells),
+            take_optional<uint8_t>("orb distances", out, 6, layout.cells)};
+}
+
 }  // namespace defrec::orb

@@ -37,14 +37,14 @@ struct Options {
     bool mask = false, extras = true, smoke = true, slow = false;
 };
 
-void add(std::vector<Case>& cases, const char* name, const char* title, const Params& params, const MakePicture& picture,
+void add(std::vector<StageCase>& cases, const char* name, const char* title, const Params& params, const MakePicture& picture,
          const Expects& expects, const Options& o = {}) {
     const auto make = [=](CaseRun&, uint32_t frame) {
         const Gray gray = frame == 0 ? picture(60) : texture_picture(params.width, params.height, 61);
         const Gray mask = holes_mask(params.width, params.height, 62 + frame, 8, 24);
         return orb_job(params, gray, o.mask ? &mask : nullptr, o.extras);
     };
-    add_stage_case(cases, {DEFREC_STAGE_ORB, name, title, make, compare, o.smoke, o.slow, expects});
+    cases.push_back({DEFREC_STAGE_ORB, name, title, make, compare, o.smoke, o.slow, expects});
 }
 
 MakePicture texture(const Params& params) {
@@ -54,7 +54,7 @@ MakePicture noise(const Params& params) {
     return [params](uint64_t seed) { return random_picture(params.width, params.height, seed); };
 }
 
-void add_inputs(std::vector<Case>& cases) {
+void add_inputs(std::vector<StageCase>& cases) {
     const Params params = base();
     add(cases, "texture", "Features of a tissue-like image.", params, texture(params), at_least(40));
     add(cases, "mask", "No feature looks at a masked pixel.", params, texture(params), at_least(20), {.mask = true});
@@ -86,11 +86,11 @@ void add_inputs(std::vector<Case>& cases) {
         const Gray mask = flat_picture(160, 120, frame == 0 ? 0 : 1);
         return orb_job(base(), texture_picture(160, 120, 63 + frame), &mask);
     };
-    add_stage_case(cases, {DEFREC_STAGE_ORB, "all_masked", "An image of which nothing is usable has no features.", all_masked, compare,
+    cases.push_back({DEFREC_STAGE_ORB, "all_masked", "An image of which nothing is usable has no features.", all_masked, compare,
                            true, false, none()});
 }
 
-void add_sizes(std::vector<Case>& cases) {
+void add_sizes(std::vector<StageCase>& cases) {
     Params params = base(131, 97);
     params.stride = 160;
     add(cases, "padded_stride", "Bytes between rows are not looked at.", params, texture(params), at_least(20), {.mask = true});
@@ -108,7 +108,7 @@ void add_sizes(std::vector<Case>& cases) {
     add(cases, "camera_size", "An image of 640 x 480.", params, texture(params), at_least(300), {.mask = true, .smoke = false, .slow = true});
 }
 
-void add_parameters(std::vector<Case>& cases) {
+void add_parameters(std::vector<StageCase>& cases) {
     Params params = base();
     params.capacity = 30;
     add(cases, "capacity_overflow", "More corners than the capacity: the spacing grows.", params, texture(params), at_least(10));
@@ -136,7 +136,7 @@ void add_parameters(std::vector<Case>& cases) {
 
 }  // namespace
 
-void add_orb_cases(std::vector<Case>& cases) {
+void add_orb_cases(std::vector<StageCase>& cases) {
     add_inputs(cases);
     add_sizes(cases);
     add_parameters(cases);

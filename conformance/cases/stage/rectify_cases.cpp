@@ -24,7 +24,7 @@ Gray bright_picture(uint32_t width, uint32_t height, uint64_t seed) {
 
 enum Given { nothing = 0, map = 1, ignore = 2 };
 
-void add(std::vector<Case>& cases, const char* name, const char* title, const Params& params, int given, bool smoke = true,
+void add(std::vector<StageCase>& cases, const char* name, const char* title, const Params& params, int given, bool smoke = true,
          bool slow = false) {
     const auto make = [params, given](CaseRun&, uint32_t frame) {
         const Gray source = bright_picture(params.source_width, params.source_height, 10 + frame);
@@ -34,14 +34,14 @@ void add(std::vector<Case>& cases, const char* name, const char* title, const Pa
         for (uint8_t& pixel : tissue.pixels) pixel = pixel == 0 ? uint8_t(1 + frame) : 0;
         return rectify_job(params, source, (given & map) != 0 ? &bent : nullptr, (given & ignore) != 0 ? &tissue : nullptr);
     };
-    add_stage_case(cases, {DEFREC_STAGE_RECTIFY, name, title, make, compare_all_exactly, smoke, slow, {}});
+    cases.push_back({DEFREC_STAGE_RECTIFY, name, title, make, compare_all_exactly, smoke, slow, {}});
 }
 
-void add_picture(std::vector<Case>& cases, const char* name, const char* title, uint8_t value) {
+void add_picture(std::vector<StageCase>& cases, const char* name, const char* title, uint8_t value) {
     const auto make = [value](CaseRun&, uint32_t frame) {
         return rectify_job(base(), frame == 0 ? flat_picture(96, 72, value) : bright_picture(96, 72, 3), nullptr, nullptr);
     };
-    add_stage_case(cases, {DEFREC_STAGE_RECTIFY, name, title, make, compare_all_exactly, true, false, {}});
+    cases.push_back({DEFREC_STAGE_RECTIFY, name, title, make, compare_all_exactly, true, false, {}});
 }
 
 // A map whose entries lie on, just inside and just outside the source's borders, and at the ends of the integers.
@@ -60,7 +60,7 @@ StageJob border_job(CaseRun&, uint32_t frame) {
     return rectify_job(params, bright_picture(40, 30, frame), &entries, nullptr);
 }
 
-void add_formats(std::vector<Case>& cases) {
+void add_formats(std::vector<StageCase>& cases) {
     add(cases, "gray", "Gray pixels are taken as they are, and highlights masked.", base(), nothing);
     add(cases, "bgr", "BGR pixels become gray with the weights of the definition.", base(96, 72, DEFREC_FORMAT_BGR8), nothing);
     add(cases, "rgb_map", "RGB pixels are interpolated as the map says.", base(96, 72, DEFREC_FORMAT_RGB8), map);
@@ -69,7 +69,7 @@ void add_formats(std::vector<Case>& cases) {
     add(cases, "map_ignore", "Ignored pixels mask what is interpolated from them.", base(), map | ignore);
 }
 
-void add_sizes(std::vector<Case>& cases) {
+void add_sizes(std::vector<StageCase>& cases) {
     Params params = base(97, 71, DEFREC_FORMAT_BGR8);
     params.source_stride = 97 * 3 + 11;
     params.stride = 113;
@@ -87,7 +87,7 @@ void add_sizes(std::vector<Case>& cases) {
     add(cases, "largest", "The largest image.", base(DEFREC_MAX_SIDE, DEFREC_MAX_SIDE), nothing, false, true);
 }
 
-void add_parameters(std::vector<Case>& cases) {
+void add_parameters(std::vector<StageCase>& cases) {
     Params params = base();
     params.highlight_radius = 16;
     add(cases, "highlight_radius_16", "The largest radius round highlights.", params, nothing);
@@ -103,13 +103,13 @@ void add_parameters(std::vector<Case>& cases) {
 
 }  // namespace
 
-void add_rectify_cases(std::vector<Case>& cases) {
+void add_rectify_cases(std::vector<StageCase>& cases) {
     add_formats(cases);
     add_sizes(cases);
     add_parameters(cases);
     add_picture(cases, "black", "A black image after another: all usable.", 0);
     add_picture(cases, "white", "A white image after another: nothing usable.", 255);
-    add_stage_case(cases, {DEFREC_STAGE_RECTIFY, "map_borders", "Map entries at, inside and outside the source's borders, and at the ends of the integers.",
+    cases.push_back({DEFREC_STAGE_RECTIFY, "map_borders", "Map entries at, inside and outside the source's borders, and at the ends of the integers.",
                            border_job, compare_all_exactly, true, false, {}});
 }
 

@@ -39,11 +39,36 @@ void examine(CaseRun& run, const StageCase& one) {
 
 }  // namespace
 
-void add_stage_case(std::vector<Case>& cases, StageCase one) {
-    const std::string stage = stage_name(one.stage);
-    Case entry{concat("stage/", stage, "/", one.name), "stage", stage, one.title, one.smoke, one.slow, {}};
-    entry.body = [one = std::move(one)](CaseRun& run) { examine(run, one); };
-    cases.push_back(std::move(entry));
+std::vector<StageCase> stage_cases() {
+    std::vector<StageCase> cases;
+    add_rectify_cases(cases);
+    add_stereo_cases(cases);
+    add_orb_cases(cases);
+    add_match_cases(cases);
+    add_align_cases(cases);
+    add_ransac_cases(cases);
+    add_lm_cases(cases);
+    add_warp_cases(cases);
+    return cases;
+}
+
+void add_stage_cases(std::vector<Case>& cases) {
+    for (StageCase& one : stage_cases()) {
+        const std::string stage = stage_name(one.stage);
+        Case entry{concat("stage/", stage, "/", one.name), "stage", stage, one.title, one.smoke, one.slow, {}};
+        entry.body = [one = std::move(one)](CaseRun& run) { examine(run, one); };
+        cases.push_back(std::move(entry));
+    }
+}
+
+StageCase float_case(uint32_t stage, const char* name, const char* title, std::function<StageJob(CaseRun&, uint32_t)> make, SpreadOf spread,
+                     bool smoke, bool slow) {
+    const auto compare = [spread](CaseRun& run, const StageJob& job, const Expected& expected, const std::vector<Bytes>& found) {
+        Spread distances;
+        spread(job, expected.outputs, found, distances);
+        distances.measure(run);
+    };
+    return {stage, name, title, std::move(make), compare, smoke, slow, {}, spread};
 }
 
 void compare_all_exactly(CaseRun& run, const StageJob& job, const Expected& expected, const std::vector<Bytes>& found) {

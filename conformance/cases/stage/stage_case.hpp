@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "conformance/compare.hpp"
+#include "conformance/compare_records.hpp"
 
 namespace defrec::conformance {
 
@@ -13,26 +13,32 @@ struct StageCase {
     std::string name, title;
     // frame 0: the one that is examined; frame 1: another of the same parameters and sizes, which the stage sees in between.
     std::function<StageJob(CaseRun& run, uint32_t frame)> make;
-    // found: all outputs of one run.
+    // found: all outputs of one run. compare_by_tolerance for float stages.
     std::function<void(CaseRun& run, const StageJob& job, const Expected& expected, const std::vector<Bytes>& found)> compare;
     bool smoke = true, slow = false;
     // Throws CaseFailure where the reference's result shows that the case does not examine what it is meant to; may be empty.
     std::function<void(const Expected& expected)> expects;
+    SpreadOf spread = nullptr;  // of a float stage
 };
 
-void add_stage_case(std::vector<Case>& cases, StageCase one);
+// Every case of the stage tier.
+std::vector<StageCase> stage_cases();
 
 // All outputs to the bit.
 void compare_all_exactly(CaseRun& run, const StageJob& job, const Expected& expected, const std::vector<Bytes>& found);
 
-// The cases of each stage, and of each a job as the abi tier needs one: small, with everything in it.
-void add_rectify_cases(std::vector<Case>& cases);
-void add_stereo_cases(std::vector<Case>& cases);
-void add_orb_cases(std::vector<Case>& cases);
-void add_match_cases(std::vector<Case>& cases);
-void add_align_cases(std::vector<Case>& cases);
-void add_ransac_cases(std::vector<Case>& cases);
-void add_lm_cases(std::vector<Case>& cases);
-void add_warp_cases(std::vector<Case>& cases);
+// A case whose results are held by the tolerances of the stage's quantities.
+StageCase float_case(uint32_t stage, const char* name, const char* title, std::function<StageJob(CaseRun&, uint32_t)> make, SpreadOf spread,
+                     bool smoke = true, bool slow = false);
+
+// The cases of each stage.
+void add_rectify_cases(std::vector<StageCase>& cases);
+void add_stereo_cases(std::vector<StageCase>& cases);
+void add_orb_cases(std::vector<StageCase>& cases);
+void add_match_cases(std::vector<StageCase>& cases);
+void add_align_cases(std::vector<StageCase>& cases);
+void add_ransac_cases(std::vector<StageCase>& cases);
+void add_lm_cases(std::vector<StageCase>& cases);
+void add_warp_cases(std::vector<StageCase>& cases);
 
 }  // namespace defrec::conformance

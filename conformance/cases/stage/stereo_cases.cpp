@@ -23,16 +23,16 @@ struct Options {
     double disparity = 12;
 };
 
-void add(std::vector<Case>& cases, const char* name, const char* title, const Params& params, const Options& o) {
+void add(std::vector<StageCase>& cases, const char* name, const char* title, const Params& params, const Options& o) {
     const auto make = [params, o](CaseRun&, uint32_t frame) {
         const StereoPair pair = stereo_pair(params.width, params.height, 40 + frame, o.disparity);
         return stereo_job(params, pair.left, pair.right, (o.masks & left_mask) != 0 ? &pair.left_mask : nullptr,
                           (o.masks & right_mask) != 0 ? &pair.right_mask : nullptr, o.extras);
     };
-    add_stage_case(cases, {DEFREC_STAGE_STEREO, name, title, make, compare_all_exactly, o.smoke, o.slow, {}});
+    cases.push_back({DEFREC_STAGE_STEREO, name, title, make, compare_all_exactly, o.smoke, o.slow, {}});
 }
 
-void add_pictures(std::vector<Case>& cases, const char* name, const char* title, const std::function<Gray(uint64_t)>& picture,
+void add_pictures(std::vector<StageCase>& cases, const char* name, const char* title, const std::function<Gray(uint64_t)>& picture,
                   bool same = false) {
     const auto make = [picture, same](CaseRun&, uint32_t frame) {
         if (frame == 1) {
@@ -41,10 +41,10 @@ void add_pictures(std::vector<Case>& cases, const char* name, const char* title,
         }
         return stereo_job(base(96, 64), picture(1), picture(same ? 1 : 2), nullptr, nullptr);
     };
-    add_stage_case(cases, {DEFREC_STAGE_STEREO, name, title, make, compare_all_exactly, true, false, {}});
+    cases.push_back({DEFREC_STAGE_STEREO, name, title, make, compare_all_exactly, true, false, {}});
 }
 
-void add_inputs(std::vector<Case>& cases) {
+void add_inputs(std::vector<StageCase>& cases) {
     add(cases, "both_masks", "A wavy surface with a nearer strip and highlights, with both masks.", base(), {});
     add(cases, "no_masks", "Without masks every pixel is usable.", base(), {.masks = nothing});
     add(cases, "left_mask", "With the left mask alone.", base(97, 71), {.masks = left_mask});
@@ -65,11 +65,11 @@ void add_inputs(std::vector<Case>& cases) {
         const Gray none = flat_picture(96, 64, frame == 0 ? 0 : 1);
         return stereo_job(base(96, 64), pair.left, pair.right, &none, &pair.right_mask);
     };
-    add_stage_case(cases, {DEFREC_STAGE_STEREO, "all_masked", "A left image of which nothing is usable.", all_masked, compare_all_exactly,
+    cases.push_back({DEFREC_STAGE_STEREO, "all_masked", "A left image of which nothing is usable.", all_masked, compare_all_exactly,
                            true, false, {}});
 }
 
-void add_sizes(std::vector<Case>& cases) {
+void add_sizes(std::vector<StageCase>& cases) {
     Params params = base(97, 71);
     params.stride = 112;
     add(cases, "padded_stride", "Bytes between rows are neither read nor written.", params, {});
@@ -89,7 +89,7 @@ void add_sizes(std::vector<Case>& cases) {
         {.smoke = false, .slow = true, .disparity = 40});
 }
 
-void add_search(std::vector<Case>& cases) {
+void add_search(std::vector<StageCase>& cases) {
     Params params = base();
     params.min_disparity = 7;
     params.disparities = 17;
@@ -105,7 +105,7 @@ void add_search(std::vector<Case>& cases) {
     add(cases, "far_min_disparity", "Searching beyond the image: nothing is found.", params, {});
 }
 
-void add_parameters(std::vector<Case>& cases) {
+void add_parameters(std::vector<StageCase>& cases) {
     Params params = base();
     params.radius = params.refine_radius = 2;
     params.texture = 40;
@@ -140,7 +140,7 @@ void add_parameters(std::vector<Case>& cases) {
 
 }  // namespace
 
-void add_stereo_cases(std::vector<Case>& cases) {
+void add_stereo_cases(std::vector<StageCase>& cases) {
     add_inputs(cases);
     add_sizes(cases);
     add_search(cases);

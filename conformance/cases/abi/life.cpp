@@ -1,0 +1,159 @@
+// What a plugin leaves behind: threads, memory, the process's environment; and that nothing is thrown at its host.
+#include <dirent.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <cfenv>
+#include <chrono>
+#include <clocale>
+#include <cstring>
+#include <thread>
+#if defined(__SSE__)
+#include <xmmintrin.h>
+#endif
+
+#include "conformance/cases/abi/abi.hpp"
+#include "conformance/scenes/sample_job.hpp"
+
+namespace defrec::conformance {
+namespace {
+
+void use_every_stage(Session& session) {
+    for (uint32_t stage = 0; stage < DEFREC_STAGE_COUNT_V1; ++stage)
+        if (session.offers(stage)) run_plainly(session, sample_job(stage));
+}
+
+size_t thread_count() {
+    size_t count = 0;
+    DIR* folder = opendir("/proc/self/task");
+    require(folder != nullptr, "the threads of this process cannot be counted");
+    while (const dirent* entry = readdir(folder)) count += entry->d_name[0] != '.';
+    closedir(folder);
+    return count;
+}
+
+// A driver may keep threads of its own for as long as the process lives, which appear with its first use; what grows with each life
+// of an instance is the plugin's. A thread that has been joined may still show for a moment.
+void no_thread_left(CaseRun& run) {
+    run.reference();
+    const auto live = [&] {
+        Session session(run.subject_plugin());
+        use_every_stage(session);
+    };
+    live();
+    const size_t before = thread_count();
+    live();
+    live();
+    size_t after = thread_count();
+    for (int i = 0; i < 200 && after > before; ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        after = thread_count();
+    }
+    require(after <= before, after - before, " threads are left over from two lives of the plugin");
+}
+
+void no_memory_left(CaseRun& run) {
+    std::shared_ptr<Host> host;
+    {
+        Session session(run.subject_plugin());
+        host = session.share_host();
+        use_every_stage(session);
+    }
+    require(host->live_blocks() == 0, host->live_blocks(), " blocks of host memory (", host->live_bytes(),
+            " bytes) were not given back before the end of shutdown");
+    require(host->misuse().empty(), host->misuse());
+}
+
+// Memory that belongs to stages and buffers goes with them, not only at the end.
+void no_memory_kept(CaseRun& run) {
+    Session session(run.subject_plugin());
+    use_every_stage(session);
+    use_every_stage(session);
+    const uint64_t before = session.host().live_bytes();
+    for (int i = 0; i < 3; ++i) use_every_stage(session);
+    const uint64_t after = session.host().live_bytes();
+    require(after <= before, "host memory in use grew from ", before, " to ", after, " bytes by stages and buffers that were destroyed");
+}
+
+struct Environment {
+    Environment() {
+        rounding = fegetround();
+#if defined(__SSE__)
+        control = _mm_getcsr() & ~0x3fu;  // without the sticky flags
+#endif
+        exceptions = fegetexcept();
+        pthread_sigmask(SIG_SETMASK, nullptr, &mask);
+        for (int i = 1; i < 32; ++i) {
+            struct sigaction action {};
+            sigaction(i, nullptr, &action);
+            handlers[i] = action.sa_handler;
+        }
+        locale = setlocale(LC_ALL, nullptr);
+        char path[4096];
+        folder = getcwd(path, sizeof path) == nullptr ? "" : path;
+    }
+    int rounding, exceptions;
+    uint32_t control = 0;
+    sigset_t mask;
+    void (*handlers[32])(int) = {};
+    std::string locale, folder;
+};
+
+void environment(CaseRun& run) {
+    const Environment before;
+    {
+        Session session(run.subject_plugin());
+        use_every_stage(session);
+    }
+    const Environment after;
+    std::fesetenv(FE_DFL_ENV);  // or the cases that follow would suffer
+    require(before.rounding == after.rounding && before.control == after.control && before.exceptions == after.exceptions,
+            "the plugin changed the floating point mode of its caller");
+    for (int i = 1; i < 32; ++i) {
+        require(sigismember(&before.mask, i) == sigismember(&after.mask, i), "the plugin changed its caller's signal mask, signal ", i);
+        require(before.handlers[i] == after.handlers[i], "the plugin changed the handler of signal ", i);
+    }
+    require(before.locale == after.locale, "the plugin changed the locale to ", after.locale);
+    require(before.folder == after.folder, "the plugin changed the working folder");
+}
+
+// Runs, refusals, and a host without memory: whatever goes wrong inside becomes a status.
+void no_exception(CaseRun& run) {
+    Session session(run.subject_plugin());
+    const auto guarded = [&](const std::string& call, const auto& body) {
+        try {
+            body();
+        } catch (const CaseFailure&) {  // ours: a status that was no success, which other cases judge
+        } catch (const std::exception& error) {
+            fail_case(call, " threw an exception: ", error.what());
+        } catch (...) {
+            fail_case(call, " threw an exception of unknown type");
+        }
+    };
+    for (uint32_t stage = 0; stage < DEFREC_STAGE_COUNT_V1; ++stage) {
+        if (!session.offers(stage)) continue;
+        const StageJob job = sample_job(stage);
+        const std::string name = stage_name(stage);
+        guarded("a run of " + name, [&] { run_plainly(session, job); });
+        guarded("enqueue of " + name + " without buffers", [&] {
+            Queue queue(session);
+            Stage made(session, stage, job.params.get());
+            made.enqueue(queue, {}, {});
+        });
+        session.host().fail_allocation(1, true);
+        guarded("a run of " + name + " without memory", [&] { run_plainly(session, job); });
+        session.host().fail_allocation(0);
+    }
+}
+
+}  // namespace
+
+void add_abi_life_cases(std::vector<Case>& cases) {
+    add_abi_case(cases, "no_thread_left", "No thread is left when shutdown has returned.", no_thread_left);
+    add_abi_case(cases, "no_memory_left", "No host memory is left when shutdown has returned.", no_memory_left);
+    add_abi_case(cases, "no_memory_kept", "Host memory goes with what was made with it.", no_memory_kept);
+    add_abi_case(cases, "environment", "Floating point mode, signals, locale and working folder stay as they were.", environment);
+    add_abi_case(cases, "no_exception", "No exception crosses the border.", no_exception);
+}
+
+}  // namespace defrec::conformance
