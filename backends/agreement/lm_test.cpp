@@ -1,14 +1,14 @@
-// Stage lm: properties that hold for any backend, and the CPU's against the definition.
+// Stage lm: properties that hold for any backend, and agreement with the definition.
 #include <doctest/doctest.h>
 
 #include <cstring>
 #include <limits>
 
-#include "backends/cpu/stages.hpp"
 #include "backends/reference/stages.hpp"
 #include "backends/shared/stage_defaults_lm.hpp"
 #include "backends/shared/test_host.hpp"
 #include "backends/shared/test_surface.hpp"
+#include DEFREC_UNDER_TEST
 
 using namespace defrec;
 using namespace defrec::test;
@@ -16,7 +16,7 @@ using namespace defrec::test;
 namespace {
 
 using Maker = std::unique_ptr<Stage> (*)(const defrec_lm_params&, const Host&);
-constexpr Maker kMakers[] = {reference::make_lm, cpu::make_lm};
+constexpr Maker kMakers[] = {reference::make_lm, under_test::make_lm};
 using Point = Vec3<double>;
 
 template <class T>
@@ -37,17 +37,23 @@ struct LmRun {
 
     Solved operator()(Maker make, uint32_t threads = 1) const {
         TestHost host(threads);
-        const auto stage = make(params, host.host());
-        const InBuffer prepared[] = {in(surface.nodes), in(surface.edges), in(surface.points),
-                                     in(surface.landmarks), in(surface.patches)};
-        stage->prepare(prepared);
+        return solve(*prepared(make, host));
+    }
+    std::unique_ptr<Stage> prepared(Maker make, const TestHost& host) const {
+        auto stage = make(params, host.host());
+        const InBuffer given[] = {in(surface.nodes), in(surface.edges), in(surface.points),
+                                  in(surface.landmarks), in(surface.patches)};
+        stage->prepare(given);
+        return stage;
+    }
+    Solved solve(Stage& stage) const {
         Solved solved{std::vector<defrec_motion>(params.nodes), {}};
         const InBuffer given[] = {in(start), matches ? in(surface.matches) : InBuffer{},
                                   patches ? in(surface.observations) : InBuffer{},
                                   depth ? in(surface.disparity) : InBuffer{}};
         const OutBuffer results[] = {{solved.motions.data(), solved.motions.size() * sizeof(defrec_motion)},
                                      {&solved.summary, sizeof solved.summary}};
-        stage->run(given, results);
+        stage.run(std::span(given, matches || patches || depth ? 4 : 1), results);
         return solved;
     }
 
@@ -107,9 +113,33 @@ Point wave(Point p) {
             p.z + 1.5 * std::sin(p.x / 16 + p.y / 18)};
 }
 
+// docs/numerics.md
+void check_agreement(const TestSurface& surface, const Solved& actual, const Solved& expected) {
+    CHECK(actual.summary.failed == expected.summary.failed);
+    CHECK(actual.summary.initial_cost == doctest::Approx(expected.summary.initial_cost).epsilon(2e-3));
+    CHECK(actual.summary.final_cost == doctest::Approx(expected.summary.final_cost).epsilon(2e-3));
+    CHECK(std::abs(actual.summary.icp_points - expected.summary.icp_points) <= 8);
+    CHECK(std::abs(actual.summary.matches - expected.summary.matches) <= 2);
+    CHECK(std::abs(actual.summary.patches - expected.summary.patches) <= 2);
+    REQUIRE(actual.motions.size() == expected.motions.size());
+    double farthest = 0, most_turned = 0;
+    for (size_t i = 0; i < expected.motions.size(); ++i) {
+        const auto a = DualQuaternion<double>::load(actual.motions[i]),
+                   e = DualQuaternion<double>::load(expected.motions[i]);
+        const auto node = load3<double>(&surface.nodes[3 * i]);
+        const Point off = apply(a, node) - apply(e, node);
+        farthest = std::max(farthest, std::sqrt(dot(off, off)));
+        const auto turn = a.real - e.real;
+        most_turned = std::max(most_turned, 2 * std::sqrt(dot(turn, turn)));
+    }
+    CHECK(farthest < 0.02);
+    CHECK(most_turned < 0.005);
+}
+
 }  // namespace
 
 TEST_CASE("a rigid motion is recovered, with and without moving everything rigidly first") {
+    if (!under_test::available()) return;
     const auto truth = rigid({0.05, -0.08, 0.06}, {3, -2, 2});
     TestSurface surface({});
     surface.deform(truth);
@@ -127,6 +157,7 @@ TEST_CASE("a rigid motion is recovered, with and without moving everything rigid
 }
 
 TEST_CASE("a far rigid motion, beyond every kernel, is reached by moving rigidly first") {
+    if (!under_test::available()) return;
     const auto truth = rigid({0.1, 0.2, -0.6}, {8, -6, 10});
     TestSurface surface({});
     surface.deform(truth);
@@ -139,6 +170,7 @@ TEST_CASE("a far rigid motion, beyond every kernel, is reached by moving rigidly
 }
 
 TEST_CASE("a smooth deformation is recovered") {
+    if (!under_test::available()) return;
     TestSurface surface({});
     surface.deform(wave);
     for (const Maker make : kMakers) {
@@ -150,6 +182,7 @@ TEST_CASE("a smooth deformation is recovered") {
 }
 
 TEST_CASE("matches, patches or depth alone say what they can") {
+    if (!under_test::available()) return;
     TestSurface surface({});
     const auto truth = rigid({0, 0, 0}, {1.5, -1, 1});
     surface.deform(truth);
@@ -168,6 +201,7 @@ TEST_CASE("matches, patches or depth alone say what they can") {
 }
 
 TEST_CASE("without any data motions stay as they are") {
+    if (!under_test::available()) return;
     TestSurface surface({});
     surface.deform(wave);
     for (const Maker make : kMakers) {
@@ -188,6 +222,7 @@ TEST_CASE("without any data motions stay as they are") {
 }
 
 TEST_CASE("starting from everything translated gives the same surface") {
+    if (!under_test::available()) return;
     // Matches alone: the other terms look through the camera.
     TestSurface surface({});
     surface.deform(wave);
@@ -209,6 +244,7 @@ TEST_CASE("starting from everything translated gives the same surface") {
 }
 
 TEST_CASE("an occluded half follows its neighbours, and faster when control points are solved together") {
+    if (!under_test::available()) return;
     const auto truth = rigid({0, 0, 0}, {7, 7, 2});
     TestSurface surface({});
     surface.deform(truth);
@@ -231,6 +267,7 @@ TEST_CASE("an occluded half follows its neighbours, and faster when control poin
 }
 
 TEST_CASE("matches that preselection left out count by their distance, and outliers do not pull") {
+    if (!under_test::available()) return;
     TestSurface surface({});
     const auto truth = rigid({0, 0, 0}, {1, 1, 0.5});
     surface.deform(truth);
@@ -248,6 +285,7 @@ TEST_CASE("matches that preselection left out count by their distance, and outli
 }
 
 TEST_CASE("numbers that are not finite in a frame are left out and do not spread") {
+    if (!under_test::available()) return;
     TestSurface surface({});
     surface.deform(wave);
     const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
@@ -271,6 +309,7 @@ TEST_CASE("numbers that are not finite in a frame are left out and do not spread
 }
 
 TEST_CASE("a system that cannot be solved leaves the motions as given and says so") {
+    if (!under_test::available()) return;
     TestSurface surface({});
     surface.deform(wave);
     for (const Maker make : kMakers) {
@@ -283,6 +322,7 @@ TEST_CASE("a system that cannot be solved leaves the motions as given and says s
 }
 
 TEST_CASE("control points without any connection or data stay, the others move") {
+    if (!under_test::available()) return;
     TestSurface surface({});
     const auto truth = rigid({0, 0, 0}, {1, 0, 0});
     surface.deform(truth);
@@ -297,6 +337,7 @@ TEST_CASE("control points without any connection or data stay, the others move")
 }
 
 TEST_CASE("an edge named twice or backwards counts as one with both weights") {
+    if (!under_test::available()) return;
     TestSurface surface({});
     surface.deform(wave);
     TestSurface split = surface;
@@ -313,6 +354,7 @@ TEST_CASE("an edge named twice or backwards counts as one with both weights") {
 }
 
 TEST_CASE("a template that cannot be used is refused") {
+    if (!under_test::available()) return;
     for (const Maker make : kMakers)
         for (int fault = 0; fault < 6; ++fault) {
             TestSurface surface({});
@@ -328,7 +370,8 @@ TEST_CASE("a template that cannot be used is refused") {
         }
 }
 
-TEST_CASE("cpu agrees with the definition, and gives the same bits for 1, 2 and 3 threads") {
+TEST_CASE("lm agrees with the definition, and gives the same bits again, for 1, 2 and 3 threads") {
+    if (!under_test::available()) return;
     for (const uint32_t solver : {uint32_t(DEFREC_SOLVER_COUPLED), uint32_t(DEFREC_SOLVER_INDEPENDENT)})
         for (const uint32_t width : {240u, 213u}) {
             SurfaceSpec spec;
@@ -350,22 +393,70 @@ TEST_CASE("cpu agrees with the definition, and gives the same bits for 1, 2 and 
             run.params.iterations = 5;
             for (auto& motion : run.start)  // off the borders between pixels
                 motion = from_rigid(Quaternion<double>{1, 0, 0, 0}, {0.013, 0.017, 0}).store();
-            const Solved expected = run(reference::make_lm), actual = run(cpu::make_lm);
-            CHECK(actual.summary.initial_cost ==
-                  doctest::Approx(expected.summary.initial_cost).epsilon(2e-3));
-            CHECK(actual.summary.final_cost == doctest::Approx(expected.summary.final_cost).epsilon(2e-3));
-            CHECK(std::abs(actual.summary.icp_points - expected.summary.icp_points) <= 8);
-            CHECK(std::abs(actual.summary.matches - expected.summary.matches) <= 2);
-            CHECK(std::abs(actual.summary.patches - expected.summary.patches) <= 2);
-            for (size_t i = 0; i < run.params.nodes; ++i) {
-                const auto a = DualQuaternion<double>::load(actual.motions[i]),
-                           e = DualQuaternion<double>::load(expected.motions[i]);
-                const Point off = apply(a, load3<double>(&surface.nodes[3 * i])) -
-                                  apply(e, load3<double>(&surface.nodes[3 * i]));
-                CHECK(std::sqrt(dot(off, off)) < 0.02);
-                const auto turn = a.real - e.real;
-                CHECK(2 * std::sqrt(dot(turn, turn)) < 0.005);
-            }
-            for (const uint32_t threads : {2u, 3u}) CHECK(same(run(cpu::make_lm, threads), actual));
+            const Solved expected = run(reference::make_lm), actual = run(under_test::make_lm);
+            check_agreement(surface, actual, expected);
+            for (const uint32_t threads : {1u, 2u, 3u}) CHECK(same(run(under_test::make_lm, threads), actual));
         }
+}
+
+TEST_CASE("lm agrees with the definition where control points are many, and where templates lack something") {
+    if (!under_test::available()) return;
+    enum { kDense, kNoEdges, kNoPoints, kNoSightings, kOneControlPoint, kCases };
+    for (int which = 0; which < kCases; ++which) {
+        CAPTURE(which);
+        SurfaceSpec spec;
+        if (which == kDense) spec.node_step = 5;
+        if (which == kDense) spec.connection = 1.5;
+        TestSurface surface(spec);
+        surface.deform(rigid({0.01, -0.02, 0.01}, {0.6, -0.4, 0.5}));
+        if (which == kNoEdges) surface.edges.clear();
+        if (which == kNoPoints) surface.points.clear();
+        if (which == kNoSightings) {
+            surface.landmarks.clear();
+            surface.patches.clear();
+            surface.matches.clear();
+            surface.observations.clear();
+        }
+        if (which == kOneControlPoint) {
+            surface.nodes.resize(3);
+            surface.edges.clear();
+            const auto bind = [](auto& items) {
+                for (auto& item : items) {
+                    std::fill(item.node, item.node + DEFREC_SKIN_NODES, 0);
+                    const float all_of_first[DEFREC_SKIN_NODES] = {1};
+                    std::copy(all_of_first, all_of_first + DEFREC_SKIN_NODES, item.weight);
+                }
+            };
+            bind(surface.points);
+            bind(surface.landmarks);
+            bind(surface.patches);
+        }
+        LmRun run(surface);
+        run.params.iterations = 3;
+        run.params.cg_iterations = 7;
+        for (auto& motion : run.start) motion = from_rigid(Quaternion<double>{1, 0, 0, 0}, {0.013, 0.017, 0}).store();
+        const Solved expected = run(reference::make_lm), actual = run(under_test::make_lm);
+        CHECK(expected.summary.final_cost < expected.summary.initial_cost);
+        check_agreement(surface, actual, expected);
+        CHECK(actual.summary.iterations == expected.summary.iterations);
+        CHECK(actual.summary.damping == doctest::Approx(expected.summary.damping));
+    }
+}
+
+TEST_CASE("a frame does not depend on those before it") {
+    if (!under_test::available()) return;
+    TestSurface surface({});
+    surface.deform(wave);
+    LmRun run(surface);
+    run.params.presolve = 1;
+    TestHost host(1);
+    const auto stage = run.prepared(under_test::make_lm, host);
+    const Solved first = run.solve(*stage);
+    LmRun other = run;
+    other.surface.deform(rigid({0.05, -0.08, 0.06}, {3, -2, 2}));
+    other.patches = false;
+    CHECK_FALSE(same(other.solve(*stage), first));
+    other.matches = other.depth = false;
+    CHECK(other.solve(*stage).summary.iterations == 0);
+    CHECK(same(run.solve(*stage), first));
 }

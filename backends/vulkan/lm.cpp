@@ -1,0 +1,232 @@
+// Stage lm in shaders: a fixed sequence of them for all iterations; what decides lies on the device. docs/stages/lm.md.
+#include <cstdlib>
+
+#include "backends/shared/levenberg_marquardt.hpp"
+#include "backends/vulkan/camera.hpp"
+#include "backends/vulkan/lm_lists.hpp"
+#include "backends/vulkan/stages.hpp"
+#include "shaders.hpp"
+
+namespace defrec::vulkan {
+namespace {
+
+// As the shaders lay them out (lm.glsl).
+struct Push {
+    Camera camera;
+    DisparityImage image;
+    uint32_t nodes, points, landmarks, patches, edges, blocks;
+    float icp_weight, match_weight, patch_weight;
+    float icp_tukey, match_tukey, patch_tukey;
+    float association, match_slope;
+    float length_weight, angle_weight, rotation_weight;
+    float spacing2, damping;
+    uint32_t given, evaluation, step;
+};
+constexpr uint32_t kMatchesGiven = 1, kObservationsGiven = 2, kPresolve = 4;
+constexpr uint32_t kSurfaceGroup = 64, kBlockGroup = 64, kPresolveGroup = 256;
+constexpr uint64_t kVector = 16, kNodeVectors = 3, kRecordVectors = 3, kEdgeVectors = 4, kBlockVectors = 12;
+constexpr uint64_t kDiagonalVectors = kBlockVectors + 2, kGradientVectors = 2 * (2 * 3 + 5);
+constexpr uint64_t kStateBytes = 88, kTermBytes = 20, kProgressBytes = 16;
+
+constexpr uint64_t kMostDispatches = 65536;       // recorded: each has a descriptor set
+constexpr size_t kLongestLoop = 50000;            // of one invocation
+constexpr uint32_t kMostItems = 1u << 28;         // lm_blocks.glsl
+
+// Invocations that share a block: a discrete device hides latency by them, a processor gains nothing.
+uint32_t split_of(const Device& device) { return device.physical().software ? 1 : 8; }
+
+// The template's reader allocates through a host; here that is the C library.
+const defrec_host& plain_host() {
+    static const defrec_host host = [] {
+        defrec_host table{};
+        table.struct_size = sizeof table;
+        table.alloc = [](void*, size_t size, size_t alignment) -> void* {
+            return std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+        };
+        table.free = [](void*, void* memory) { std::free(memory); };
+        return table;
+    }();
+    return host;
+}
+
+template <class T>
+Buffer upload(Device& device, const std::vector<T>& values) {
+    return device.upload(values.data(), values.size() * sizeof(T));
+}
+
+// The template, and everything that a run of it writes.
+struct Surface {
+    uint32_t edges, blocks;
+    Buffer rest, items, item_nodes, edge_list, block_list, item_terms, edge_terms, row_starts, columns;
+    Buffer trial, present, records, edge_records, scales, data, data_sums, terms, arap_costs, moves, states;
+    Buffer matrix, diagonal, inverses, vectors, progress, products;
+    Buffer deformed, rigid;
+
+    Surface(Device& device, const LmLists& lists, const defrec_lm_params& p, uint32_t split)
+        : edges(uint32_t(lists.edges.size())),
+          blocks(uint32_t(lists.blocks.size())),
+          rest(upload(device, lists.rest)),
+          items(upload(device, lists.items)),
+          item_nodes(upload(device, lists.item_nodes)),
+          edge_list(upload(device, lists.edges)),
+          block_list(upload(device, lists.blocks)),
+          item_terms(upload(device, lists.item_terms)),
+          edge_terms(upload(device, lists.edge_terms)),
+          row_starts(upload(device, lists.row_starts)),
+          columns(upload(device, lists.columns)),
+          trial(device, kVector * kNodeVectors * p.nodes),
+          present(device, trial.size()),
+          records(device, kVector * kRecordVectors * lists.item_nodes.size()),
+          edge_records(device, kVector * kEdgeVectors * edges),
+          scales(device, sizeof(float) * edges),
+          data(device, sizeof(float) * p.nodes),
+          data_sums(device, 2 * sizeof(float) * cover(uint64_t{p.nodes} * split, kBlockGroup)),
+          terms(device, kTermBytes * surface_groups(p)),
+          arap_costs(device, sizeof(float) * cover(edges, kSurfaceGroup)),
+          moves(device, 2 * sizeof(float) * cover(p.nodes, kSurfaceGroup)),
+          states(device, 2 * kStateBytes),
+          matrix(device, kVector * kBlockVectors * lists.columns.size()),
+          diagonal(device, kVector * kDiagonalVectors * p.nodes),
+          inverses(device, kVector * kBlockVectors * p.nodes),
+          vectors(device, kVector * kGradientVectors * p.nodes),
+          progress(device, 2 * kProgressBytes),
+          products(device, 2 * data_sums.size()),
+          deformed(device, kVector * p.landmarks),
+          rigid(device, 2 * kVector) {}
+
+    static uint32_t surface_groups(const defrec_lm_params& p) {
+        return cover(p.points, kSurfaceGroup) + cover(p.landmarks, kSurfaceGroup) + cover(p.patches, kSurfaceGroup);
+    }
+};
+
+class Lm final : public Stage {
+  public:
+    Lm(const defrec_lm_params& params, Device& device)
+        : p_(params),
+          device_(device),
+          split_(split_of(device)),
+          presolve_(device.kernel(shaders::lm_presolve, {kPresolveGroup})),
+          start_(device.kernel(shaders::lm_start)),
+          residuals_(device.kernel(shaders::lm_surface)),
+          data_(device.kernel(shaders::lm_data, {split_})),
+          edges_(device.kernel(shaders::lm_edges, {split_})),
+          system_(device.kernel(shaders::lm_system, {split_})),
+          step_(device.kernel(shaders::lm_step, {split_})),
+          move_(device.kernel(shaders::lm_move, {split_})),
+          finish_(device.kernel(shaders::lm_finish)) {}
+
+    void prepare(std::span<const InBuffer> in) override {
+        surface_.reset();
+        const Host host(&plain_host());
+        LmTemplate surface(host);
+        surface.read(p_, in);
+        if (uint64_t{p_.points} + p_.landmarks + p_.patches >= kMostItems)
+            throw StageError(DEFREC_ERROR_UNSUPPORTED, "lm: at most " + std::to_string(kMostItems) + " points, landmarks and patches");
+        const LmLists lists(p_, surface);
+        if (lists.longest > kLongestLoop * split_)
+            throw StageError(DEFREC_ERROR_UNSUPPORTED, "lm: a control point with " + std::to_string(lists.longest) +
+                                                           " residuals; at most " + std::to_string(kLongestLoop * split_));
+        surface_ = std::make_unique<Surface>(device_, lists, p_, split_);
+    }
+
+    void record(Recorder& recorder, Buffers in, Buffers out) override {
+        if (!surface_) throw StageError(DEFREC_ERROR_STATE, "lm: run before prepare");
+        const std::vector<InBuffer> ins = sizes_of_inputs(in);
+        const std::vector<OutBuffer> outs = sizes_of_outputs(out);
+        const LmFrame frame = LmFrame::read(p_, ins);
+        expect_buffers("lm out", std::span(outs), 2);
+        take<defrec_motion>("lm motions", outs[0], p_.nodes);
+        take<defrec_lm_summary>("lm summary", outs[1], 1);
+        const Buffer* motions = in[0];
+        const Buffer* matches = frame.matches != nullptr ? in[1] : nullptr;
+        const Buffer* observations = frame.observations != nullptr ? in[2] : nullptr;
+        const Buffer* disparity = frame.disparity.data != nullptr ? in[3] : nullptr;
+        const Surface& s = *surface_;
+        Push push = first_push(matches != nullptr, observations != nullptr, disparity != nullptr);
+
+        const Groups node_groups{cover(p_.nodes, kSurfaceGroup)}, shared_groups{cover(uint64_t{p_.nodes} * split_, kBlockGroup)};
+        const Groups block_groups{cover(uint64_t{s.blocks} * split_, kBlockGroup)};
+        const auto residuals = [&] {
+            recorder.dispatch(residuals_,
+                              {disparity, s.items, s.item_nodes, s.trial, matches, observations, s.records, s.terms, s.states}, push,
+                              {Surface::surface_groups(p_)});
+        };
+        const std::initializer_list<Binding> edge_buffers = {s.edge_list, s.trial, s.data, s.data_sums, s.scales, s.edge_records,
+                                                             s.arap_costs, s.states};
+        const Groups edge_groups{cover(s.edges, kSurfaceGroup)};
+
+        if ((push.given & kPresolve) != 0)
+            recorder.dispatch(presolve_, {motions, s.items, s.item_nodes, matches, s.deformed, s.rigid}, push, {1});
+        recorder.dispatch(start_, {motions, s.rest, s.rigid, s.trial}, push, node_groups);
+        residuals();
+        recorder.dispatch(data_, {s.block_list, s.item_terms, s.items, s.records, s.data, s.data_sums}, push, shared_groups);
+        recorder.dispatch(edges_, edge_buffers, push, edge_groups);
+        for (uint32_t i = 0; i < p_.iterations; ++i) {
+            push.evaluation = i;
+            recorder.dispatch(system_,
+                              {s.states, s.terms, s.arap_costs, s.moves, s.block_list, s.item_terms, s.edge_terms, s.items, s.records,
+                               s.edge_records, s.trial, s.present, s.matrix, s.diagonal, s.inverses, s.vectors},
+                              push, block_groups);
+            const uint32_t steps = p_.solver == DEFREC_SOLVER_INDEPENDENT ? 0 : p_.cg_iterations;
+            for (push.step = 0; push.step < steps; ++push.step)
+                recorder.dispatch(step_, {s.states, s.progress, s.products, s.vectors, s.matrix, s.row_starts, s.columns, s.inverses},
+                                  push, shared_groups);
+            recorder.dispatch(move_, {s.states, s.progress, s.products, s.vectors, s.rest, s.present, s.trial, s.moves}, push,
+                              node_groups);
+            push.evaluation = i + 1;
+            push.step = 0;
+            residuals();
+            recorder.beside(edges_, edge_buffers, push, edge_groups);
+        }
+        recorder.dispatch(finish_, {s.states, s.terms, s.arap_costs, s.moves, motions, s.present, s.trial, out[0], out[1]}, push,
+                          node_groups);
+    }
+
+  private:
+    Push first_push(bool matches, bool observations, bool disparity) const {
+        const float spacing2 = p_.node_spacing_mm * p_.node_spacing_mm;
+        return {Camera(p_.camera),
+                DisparityImage(p_, disparity),
+                p_.nodes,
+                p_.points,
+                p_.landmarks,
+                p_.patches,
+                surface_->edges,
+                surface_->blocks,
+                p_.icp_weight,
+                p_.match_weight,
+                p_.patch_weight,
+                p_.icp_tukey_mm,
+                p_.match_tukey_mm,
+                p_.patch_tukey_px,
+                p_.association_mm,
+                1 / (5 * p_.match_threshold_mm),
+                p_.length_weight,
+                p_.angle_weight * spacing2,
+                p_.rotation_weight * spacing2,
+                spacing2,
+                p_.damping,
+                (matches ? kMatchesGiven : 0) | (observations ? kObservationsGiven : 0) |
+                    (matches && p_.presolve != 0 ? kPresolve : 0),
+                0,
+                0};
+    }
+
+    defrec_lm_params p_;
+    Device& device_;
+    uint32_t split_;
+    std::shared_ptr<const Kernel> presolve_, start_, residuals_, data_, edges_, system_, step_, move_, finish_;
+    std::unique_ptr<Surface> surface_;
+};
+
+}  // namespace
+
+std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, Device& device) {
+    const uint64_t steps = params.solver == DEFREC_SOLVER_INDEPENDENT ? 0 : params.cg_iterations;
+    if (params.iterations * (steps + 4) > kMostDispatches)
+        throw StageError(DEFREC_ERROR_UNSUPPORTED, "lm: at most " + std::to_string(kMostDispatches) +
+                                                       " shaders in a run; each iteration has cg_iterations + 4");
+    return std::make_unique<Lm>(params, device);
+}
+
+}  // namespace defrec::vulkan

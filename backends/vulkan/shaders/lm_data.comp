@@ -1,0 +1,39 @@
+// Stage lm: D_i, the weight of the data at each control point, at the start. kSplit invocations share a control point.
+#version 450
+#extension GL_GOOGLE_include_directive : require
+#include "lm.glsl"
+#include "lm_blocks.glsl"
+
+layout(std430, set = 0, binding = 0) readonly buffer Blocks { BlockTerms blocks[]; };
+layout(std430, set = 0, binding = 1) readonly buffer ItemTerms { uint item_terms[]; };
+layout(std430, set = 0, binding = 2) readonly buffer Items { vec4 items[]; };
+layout(std430, set = 0, binding = 3) readonly buffer Records { vec4 records[]; };
+layout(std430, set = 0, binding = 4) writeonly buffer Data { float data[]; };
+layout(std430, set = 0, binding = 5) writeonly buffer DataSums { vec2 data_sums[]; };  // of each work group: D_i and its square
+
+shared float shares[kBlockGroup];
+shared vec2 sums[kBlockGroup];
+
+void main() {
+    const uint me = gl_LocalInvocationIndex, split = me % kSplit, i = gl_GlobalInvocationID.x / kSplit;
+    float own = 0.0;
+    if (i < push.nodes)
+        for (uint at = blocks[i].first_item + split; at < blocks[i].last_item; at += kSplit) {
+            const uint term = item_terms[at], item = term_item(term), k = term_row(term);
+            if (k == term_column(term)) own += items[kItemVectors * item + 2 + k].w * records[kRecordVectors * item].w;
+        }
+    shares[me] = own;
+    barrier();
+    vec2 square = vec2(0);
+    if (split == 0 && i < push.nodes) {
+        for (uint s = 1; s < kSplit; ++s) own += shares[me + s];
+        data[i] = own;
+        square = vec2(own, own * own);
+    }
+    sums[me] = square;
+    barrier();
+    if (me != 0) return;
+    vec2 sum = vec2(0);
+    for (uint k = 0; k < kBlockGroup; k += kSplit) sum += sums[k];
+    data_sums[gl_WorkGroupID.x] = sum;
+}

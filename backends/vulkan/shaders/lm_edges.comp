@@ -1,0 +1,87 @@
+// Stage lm: the ARAP term of each edge by the trial motions (backends/shared/lm_arap.hpp), one invocation each. Evaluation 0 also finds each
+// edge's scale S.
+#version 450
+#extension GL_GOOGLE_include_directive : require
+#include "lm.glsl"
+layout(local_size_x = 64) in;
+
+struct RestEdge {
+    vec4 rest;       // direction from a to b, and length
+    uint a, b;
+    float share;     // of the data's weight that S is
+    uint unused;
+};
+layout(std430, set = 0, binding = 0) readonly buffer Edges { RestEdge edges[]; };
+layout(std430, set = 0, binding = 1) readonly buffer Trial { vec4 trial[]; };
+layout(std430, set = 0, binding = 2) readonly buffer Data { float data[]; };
+layout(std430, set = 0, binding = 3) readonly buffer DataSums { vec2 data_sums[]; };
+layout(std430, set = 0, binding = 4) buffer Scales { float scales[]; };
+layout(std430, set = 0, binding = 5) writeonly buffer EdgeRecords { vec4 edge_records[]; };
+layout(std430, set = 0, binding = 6) writeonly buffer ArapCosts { float arap_costs[]; };
+layout(std430, set = 0, binding = 7) readonly buffer States { State states[2]; };
+
+layout(constant_id = 0) const uint kSplit = 8;  // of data
+
+const float kLeastLength = 1e-3;
+
+shared vec2 shares[kSurfaceGroup];
+
+// The typical weight of the data at control points that have any, to the whole work group.
+float usual_data(uint me) {
+    const uint groups = (push.nodes * kSplit + kSurfaceGroup - 1) / kSurfaceGroup;
+    vec2 sum = vec2(0);
+    for (uint i = me; i < groups; i += kSurfaceGroup) sum += data_sums[i];
+    shares[me] = sum;
+    barrier();
+    sum = vec2(0);
+    for (uint i = 0; i < min(groups, kSurfaceGroup); ++i) sum += shares[i];
+    barrier();
+    return sum.x > 0.0 ? sum.y / sum.x : 0.0;
+}
+
+// Keeps what the blocks need, and returns the cost.
+float evaluate(uint i, float scale) {
+    const RestEdge edge = edges[i];
+    const vec4 qa = trial[kNodeVectors * edge.a];
+    vec4 qb = trial[kNodeVectors * edge.b];
+    if (dot(qa, qb) < 0.0) qb = -qb;
+    const vec3 along = trial[kNodeVectors * edge.b + 2].xyz - trial[kNodeVectors * edge.a + 2].xyz;
+    const float size = sqrt(dot(along, along)), divisor = max(size, kLeastLength), stretch = size - edge.rest.w;
+    const vec3 now = along / divisor, turned_a = rotate(qa, edge.rest.xyz), turned_b = rotate(qb, -edge.rest.xyz);
+    edge_records[kEdgeVectors * i] = vec4(now, divisor);
+    edge_records[kEdgeVectors * i + 1] = vec4(turned_a, stretch);
+    edge_records[kEdgeVectors * i + 2] = vec4(turned_b, scale);
+    edge_records[kEdgeVectors * i + 3] = multiply(qa, conjugate(qb));
+    const vec3 ab = turned_a - now, ba = turned_b + now;
+    const vec4 turn = qa - qb;
+    return scale * (2.0 * (push.length_weight * stretch * stretch + push.rotation_weight * dot(turn, turn)) +
+                    push.angle_weight * (dot(ab, ab) + dot(ba, ba)));
+}
+
+void main() {
+    if (push.evaluation > 0 && stopped(states[(push.evaluation - 1) & 1])) return;
+    const uint me = gl_LocalInvocationIndex, i = gl_GlobalInvocationID.x;
+    float usual = 0.0;
+    if (push.evaluation == 0) usual = usual_data(me);
+    float cost = 0.0;
+    if (i < push.edges) {
+        float scale;
+        if (push.evaluation == 0) {
+            scale = edges[i].share * (0.5 * (data[edges[i].a] + data[edges[i].b]) + usual) * 0.5;
+            scales[i] = scale;
+        } else {
+            scale = scales[i];
+        }
+        cost = evaluate(i, scale);
+    }
+    shares[me] = vec2(cost, 0);
+    barrier();
+    if (me % 8 == 0)
+        for (uint k = 1; k < 8; ++k) cost += shares[me + k].x;
+    barrier();
+    shares[me] = vec2(cost, 0);
+    barrier();
+    if (me != 0) return;
+    for (uint k = 8; k < kSurfaceGroup; k += 8) cost += shares[k].x;
+    arap_costs[gl_WorkGroupID.x] = cost;
+}

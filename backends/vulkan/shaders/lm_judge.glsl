@@ -1,0 +1,126 @@
+// Judgement of an evaluation: levenberg_marquardt.hpp after a step was tried. Every work group comes to it by itself, from the sums that the
+// evaluation left. Needs lm.glsl, and kJudges, the invocations of a work group, a multiple of 64.
+layout(std430, set = 0, binding = 0) buffer States { State states[2]; };
+layout(std430, set = 0, binding = 1) readonly buffer Terms { Term terms[]; };
+layout(std430, set = 0, binding = 2) readonly buffer ArapCosts { float arap_costs[]; };
+layout(std430, set = 0, binding = 3) readonly buffer Moves { Move moves[]; };
+
+const float kLeastLambda = 1e-7, kMostLambda = 1e7;
+const float kLambdaDown = 1.0 / 7.5, kLambdaUp = 10.0;
+const float kLeastStepMm = 0.01;
+const float kLeastDecrease = 1e-4;
+
+shared Term term_shares[3][kJudges];
+shared float arap_shares[kJudges];
+shared Move move_shares[kJudges];
+shared State now;
+shared bool accepted;  // the trial is the present state
+
+Term share_of_terms(uint me, uint first, uint count) {
+    Term sum = kNoTerm;
+    for (uint i = me; i < count; i += kJudges) sum = plus(sum, terms[first + i]);
+    return sum;
+}
+
+void share_sums(uint me) {
+    const uint points = groups_of(push.points), landmarks = groups_of(push.landmarks), patches = groups_of(push.patches);
+    term_shares[0][me] = share_of_terms(me, 0, points);
+    term_shares[1][me] = share_of_terms(me, points, landmarks);
+    term_shares[2][me] = share_of_terms(me, points + landmarks, patches);
+    float arap = 0.0;
+    for (uint i = me; i < groups_of(push.edges); i += kJudges) arap += arap_costs[i];
+    arap_shares[me] = arap;
+    Move move = Move(0, 0);
+    if (push.evaluation > 0)
+        for (uint i = me; i < groups_of(push.nodes); i += kJudges)
+            move = Move(max(move.largest, moves[i].largest), move.bad | moves[i].bad);
+    move_shares[me] = move;
+}
+
+// The same tree as the shares: those of one term to its own invocation.
+Term sum_of_shares(uint kind) {
+    Term sum = kNoTerm;
+    for (uint i = 0; i < kJudges; ++i) sum = plus(sum, term_shares[kind][i]);
+    return sum;
+}
+
+State first_state(State there, float missing_cost) {
+    State state = there;
+    state.initial_cost = there.icp.cost + there.match.cost + there.patch_.cost + there.arap + float(there.icp.missing) * missing_cost;
+    state.lambda = push.damping;
+    state.iterations = 0;
+    state.any_step = 0;
+    state.converged = there.icp.count + there.match.count + there.patch_.count > 0 ? 0 : 1;
+    state.failed = finite(state.initial_cost) ? 0 : 1;
+    return state;
+}
+
+// The state after a step to `there`.
+State next_state(State state, State there, Move move, float missing_cost) {
+    ++state.iterations;
+    accepted = false;
+    if (move.bad == 0) {
+        state.any_step = 1;
+        state.converged = move.largest < kLeastStepMm * kLeastStepMm ? 1 : 0;
+        const float present = there.icp.cost + there.match.cost + there.patch_.cost + there.arap;
+        // Term by term, so that what is common to both costs, the points without a live surface above all, does not drown the difference.
+        const float decrease = (state.icp.cost - there.icp.cost) + (state.match.cost - there.match.cost) +
+                               (state.patch_.cost - there.patch_.cost) + (state.arap - there.arap) +
+                               float(int(state.icp.missing) - int(there.icp.missing)) * missing_cost;
+        accepted = finite(present) && decrease > 0.0;
+        if (accepted) {
+            if (decrease < kLeastDecrease * present) state.converged = 1;
+            state.icp = there.icp;
+            state.match = there.match;
+            state.patch_ = there.patch_;
+            state.arap = there.arap;
+        }
+    }
+    state.lambda = clamp(state.lambda * (accepted ? kLambdaDown : kLambdaUp), kLeastLambda, kMostLambda);
+    return state;
+}
+
+// Sets now and accepted. To be called by the whole work group.
+void judge(uint me) {
+    const bool over = push.evaluation > 0 && stopped(states[(push.evaluation - 1) & 1]);
+    if (!over) share_sums(me);
+    barrier();
+    Term sum = kNoTerm;
+    if (!over && me < 3) sum = sum_of_shares(me);
+    float arap = 0.0;
+    Move move = Move(0, 0);
+    if (!over && me == 3) {
+        for (uint i = 0; i < kJudges; ++i) {
+            arap += arap_shares[i];
+            move = Move(max(move.largest, move_shares[i].largest), move.bad | move_shares[i].bad);
+        }
+    }
+    barrier();
+    if (me < 3) term_shares[me][0] = sum;
+    if (me == 3) {
+        arap_shares[0] = arap;
+        move_shares[0] = move;
+    }
+    barrier();
+    if (me == 0) {
+        accepted = false;
+        if (over) {
+            now = states[(push.evaluation - 1) & 1];
+        } else {
+            State there;
+            there.icp = term_shares[0][0];
+            there.match = term_shares[1][0];
+            there.patch_ = term_shares[2][0];
+            there.arap = arap_shares[0];
+            const float missing_cost = push.icp_weight * push.icp_tukey * push.icp_tukey / 3.0;
+            if (push.evaluation == 0) {
+                now = first_state(there, missing_cost);
+                accepted = true;
+            } else {
+                now = next_state(states[(push.evaluation - 1) & 1], there, move_shares[0], missing_cost);
+            }
+        }
+        if (gl_WorkGroupID.x == 0) states[push.evaluation & 1] = now;
+    }
+    barrier();
+}

@@ -1,0 +1,59 @@
+// Stage lm: ends the conjugate gradients, and moves the control points by the step to the next trial, one invocation each.
+#version 450
+#extension GL_GOOGLE_include_directive : require
+#include "lm.glsl"
+#include "lm_blocks.glsl"
+#include "lm_gradients.glsl"
+
+layout(std430, set = 0, binding = 4) readonly buffer Rest { vec4 rest[]; };
+layout(std430, set = 0, binding = 5) readonly buffer Present { vec4 present[]; };
+layout(std430, set = 0, binding = 6) writeonly buffer Trial { vec4 trial[]; };
+layout(std430, set = 0, binding = 7) writeonly buffer Moves { Move moves[]; };
+
+shared Move shares[kBlockGroup];
+
+// The solution, half a control point's. Without conjugate gradients it is M^-1 r at the start.
+vec3 solution(uint i, uint h) {
+    if (push.step == 0) return vectors[passed_vector(1, i, kConditioned, h)].xyz;
+    const vec3 before = vectors[own_vector(i, kSolution, h)].xyz;
+    if (advanced.over != 0) return before;
+    const vec3 direction =
+        vectors[passed_vector((push.step + 1) & 1, i, kConditioned, h)].xyz + beta * vectors[own_vector(i, kDirection, h)].xyz;
+    return before + advanced.alpha * direction;
+}
+
+// The rotation by |r| radians about r.
+vec4 rotation_from_vector(vec3 r) {
+    const float angle = sqrt(dot(r, r));
+    return normalize(vec4((angle > 1e-6 ? sin(0.5 * angle) / angle : 0.5) * r, cos(0.5 * angle)));
+}
+
+Move take_step(uint i) {
+    const vec3 turn = solution(i, 0), shift = solution(i, 1);
+    const float largest = max(push.spacing2 * dot(turn, turn), dot(shift, shift));
+    const bool good = finite(turn) && finite(shift);
+    vec4 rotation = present[kNodeVectors * i];
+    vec3 position = present[kNodeVectors * i + 2].xyz;
+    if (good) {
+        rotation = normalize(multiply(rotation_from_vector(turn), rotation));
+        position += shift;
+    }
+    const DualQuaternion motion = from_rigid(rotation, position - rotate(rotation, rest[i].xyz));
+    trial[kNodeVectors * i] = motion.real;
+    trial[kNodeVectors * i + 1] = motion.dual;
+    trial[kNodeVectors * i + 2] = vec4(position, 0);
+    return Move(good ? largest : 0.0, good ? 0 : 1);
+}
+
+void main() {
+    if (stopped(states[push.evaluation & 1])) return;
+    const uint me = gl_LocalInvocationIndex, i = gl_GlobalInvocationID.x;
+    if (push.step > 0) advance(me);
+    Move own = Move(0, 0);
+    if (i < push.nodes) own = take_step(i);
+    shares[me] = own;
+    barrier();
+    if (me != 0) return;
+    for (uint k = 1; k < kBlockGroup; ++k) own = Move(max(own.largest, shares[k].largest), own.bad | shares[k].bad);
+    moves[gl_WorkGroupID.x] = own;
+}

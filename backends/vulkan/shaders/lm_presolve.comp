@@ -1,0 +1,148 @@
+// Stage lm, section 4: the rigid motion that brings the deformed landmarks onto their preselected matches. One work group.
+#version 450
+#extension GL_GOOGLE_include_directive : require
+#include "lm.glsl"
+#include "ransac_sums.glsl"
+#include "nearest_rotation.glsl"
+
+layout(std430, set = 0, binding = 0) readonly buffer Motions { Motion motions[]; };
+layout(std430, set = 0, binding = 1) readonly buffer Items { vec4 items[]; };
+layout(std430, set = 0, binding = 2) readonly buffer ItemNodes { ivec4 item_nodes[]; };
+layout(std430, set = 0, binding = 3) readonly buffer Matches { Match matches[]; };
+layout(std430, set = 0, binding = 4) buffer Deformed { vec4 deformed[]; };  // landmarks; w: their matches' weight, 0 where not preselected
+layout(std430, set = 0, binding = 5) writeonly buffer Rigid { vec4 rigid[2]; };
+
+const int kRounds = 5;
+const float kLeastMatches = 6;
+const float kLeastSpread = 0.01;  // mm^2
+const float kZeros[9] = float[9](0, 0, 0, 0, 0, 0, 0, 0, 0);
+
+shared mat3 rotation;  // rows
+shared vec3 shift;
+
+// The second singular value of a matrix, by one-sided Jacobi rotations of its columns.
+float second_singular_value(mat3 m) {
+    vec3 column[3] = vec3[3](m[0], m[1], m[2]);
+    for (int sweep = 0; sweep < 6; ++sweep)
+        for (int turn = 0; turn < 3; ++turn) {
+            const int p = turn == 2 ? 1 : 0, q = turn == 0 ? 1 : 2;
+            const vec3 a = column[p], b = column[q];
+            const float across = dot(a, b);
+            if (!(abs(across) > 0.0)) continue;
+            const float theta = (dot(b, b) - dot(a, a)) / (2.0 * across);
+            const float t = (theta < 0.0 ? -1.0 : 1.0) / (abs(theta) + sqrt(theta * theta + 1.0));
+            const float c = 1.0 / sqrt(t * t + 1.0), s = t * c;
+            column[p] = c * a - s * b;
+            column[q] = s * a + c * b;
+        }
+    const float a = length(column[0]), b = length(column[1]), c = length(column[2]);
+    return max(min(a, b), min(max(a, b), c));
+}
+
+// r: rows. The largest component is computed first (Shepperd 1978).
+vec4 quaternion_of(mat3 r) {
+    const float xx = r[0].x, yy = r[1].y, zz = r[2].z;
+    const vec4 four = vec4(1.0 + xx - yy - zz, 1.0 - xx + yy - zz, 1.0 - xx - yy + zz, 1.0 + xx + yy + zz);
+    const vec3 skew = vec3(r[2].y - r[1].z, r[0].z - r[2].x, r[1].x - r[0].y);
+    const float xy = r[0].y + r[1].x, xz = r[0].z + r[2].x, yz = r[1].z + r[2].y;
+    const float largest = max(max(four.x, four.y), max(four.z, four.w));
+    vec4 q;
+    if (four.w == largest)
+        q = vec4(skew, four.w);
+    else if (four.x == largest)
+        q = vec4(four.x, xy, xz, skew.x);
+    else if (four.y == largest)
+        q = vec4(xy, four.y, yz, skew.y);
+    else
+        q = vec4(xz, yz, four.z, skew.z);
+    return normalize(q);
+}
+
+float squared_error(uint i) {
+    const vec3 error = turned(rotation, deformed[i].xyz) + shift - load3(matches[i].position);
+    return dot(error, error);
+}
+
+// Tukey's cost under the present rotation and shift, and under none.
+vec2 costs(uint me) {
+    const float inverse_c2 = 1.0 / (push.match_tukey * push.match_tukey);
+    float sum[9] = kZeros;
+    for (uint i = me; i < push.landmarks; i += kSize) {
+        const float weight = deformed[i].w;
+        if (weight == 0.0) continue;
+        const vec3 error = deformed[i].xyz - load3(matches[i].position);
+        sum[0] += weight * tukey(squared_error(i), inverse_c2).cost;
+        sum[1] += weight * tukey(dot(error, error), inverse_c2).cost;
+    }
+    sum_over_group(sum, me);
+    return vec2(sum[0], sum[1]);
+}
+
+// One round of weighted Procrustes.
+void fit(uint me, float inverse_c2) {
+    float mean[9] = kZeros;
+    for (uint i = me; i < push.landmarks; i += kSize) {
+        if (deformed[i].w == 0.0) continue;
+        const float weight = deformed[i].w * tukey(squared_error(i), inverse_c2).weight;
+        mean[0] += weight;
+        for (int c = 0; c < 3; ++c) {
+            mean[1 + c] += weight * deformed[i][c];
+            mean[4 + c] += weight * matches[i].position[c];
+        }
+    }
+    sum_over_group(mean, me);
+    const bool any = mean[0] > 0.0;
+    const vec3 from = any ? vec3(mean[1], mean[2], mean[3]) / mean[0] : vec3(0);
+    const vec3 to = any ? vec3(mean[4], mean[5], mean[6]) / mean[0] : vec3(0);
+    float moment[9] = kZeros;
+    for (uint i = me; any && i < push.landmarks; i += kSize) {
+        if (deformed[i].w == 0.0) continue;
+        const float weight = deformed[i].w * tukey(squared_error(i), inverse_c2).weight;
+        add_moment(moment, weight, load3(matches[i].position) - to, deformed[i].xyz - from);
+    }
+    sum_over_group(moment, me);
+    if (me == 0) {
+        const mat3 m = any ? as_matrix(moment) * (1.0 / mean[0]) : mat3(0.0);
+        rotation = second_singular_value(m) > kLeastSpread ? nearest_rotation(m) : mat3(1.0);
+        shift = to - turned(rotation, from);
+    }
+    barrier();
+}
+
+void main() {
+    const uint me = gl_LocalInvocationIndex;
+    if (me == 0) {
+        rotation = mat3(1.0);
+        shift = vec3(0);
+    }
+    float count[9] = kZeros;
+    for (uint i = me; i < push.landmarks; i += kSize) {
+        const uint item = push.points + i;
+        const bool taken = preselected(matches[i]);
+        DualQuaternion moved_by[4];
+        float weight[4];
+        for (int k = 0; k < 4; ++k) {
+            moved_by[k] = usable_motion(motions[item_nodes[item][k]]);
+            weight[k] = items[kItemVectors * item + 2 + k].w;
+        }
+        deformed[i] = vec4(apply(blend(moved_by, weight), items[kItemVectors * item].xyz), taken ? matches[i].weight : 0.0);
+        count[0] += taken ? 1.0 : 0.0;
+    }
+    sum_over_group(count, me);
+    const bool enough = count[0] >= kLeastMatches;
+    for (int round = 0; enough && round < kRounds; ++round) {
+        float spread[9] = kZeros;
+        for (uint i = me; i < push.landmarks; i += kSize) {
+            if (deformed[i].w == 0.0) continue;
+            spread[0] += deformed[i].w;
+            spread[1] += deformed[i].w * squared_error(i);
+        }
+        sum_over_group(spread, me);
+        fit(me, 1.0 / max(push.match_tukey * push.match_tukey, 9.0 * spread[1] / spread[0]));
+    }
+    const vec2 cost = costs(me);
+    if (me != 0) return;
+    const bool closer = enough && cost.x < cost.y;
+    rigid[0] = closer ? quaternion_of(rotation) : vec4(0, 0, 0, 1);
+    rigid[1] = closer ? vec4(shift, 0) : vec4(0);
+}

@@ -1,0 +1,194 @@
+// Stage lm: the residuals of points, landmarks and patches by the trial motions, one invocation each. A work group has one kind.
+#version 450
+#extension GL_EXT_shader_16bit_storage : require
+#extension GL_GOOGLE_include_directive : require
+layout(local_size_x = 64) in;
+layout(std430, set = 0, binding = 0) readonly buffer Disparity { int16_t disparity[]; };
+#define LIVE_DISPARITY(i) int(disparity[i])
+#include "lm.glsl"
+
+layout(std430, set = 0, binding = 1) readonly buffer Items { vec4 items[]; };
+layout(std430, set = 0, binding = 2) readonly buffer ItemNodes { ivec4 item_nodes[]; };
+layout(std430, set = 0, binding = 3) readonly buffer Trial { vec4 trial[]; };
+layout(std430, set = 0, binding = 4) readonly buffer Matches { Match matches[]; };
+layout(std430, set = 0, binding = 5) readonly buffer Observations { PatchObservation observations[]; };
+layout(std430, set = 0, binding = 6) writeonly buffer Records { vec4 records[]; };
+layout(std430, set = 0, binding = 7) writeonly buffer Terms { Term terms[]; };
+layout(std430, set = 0, binding = 8) readonly buffer States { State states[2]; };
+
+const float kLeastFacing = 0.25;
+const float kMatchDepthRoot = 0.5;
+
+shared Term shares[kSurfaceGroup];
+
+// A residual's rows as the normal equations want them: G and b of lm.glsl, not yet weighted.
+struct Rows {
+    mat3 squares;
+    vec3 pull;
+};
+const Rows kNoRows = Rows(mat3(0.0), vec3(0));
+void add_row(inout Rows rows, vec3 gradient, float value) {
+    rows.squares += outerProduct(gradient, gradient);
+    rows.pull += value * gradient;
+}
+
+void store(uint item, Rows rows, float weight) {
+    const mat3 g = rows.squares * weight;
+    records[kRecordVectors * item] = vec4(g[0], weight);
+    records[kRecordVectors * item + 1] = vec4(g[1].yz, g[2].z, 0);
+    records[kRecordVectors * item + 2] = vec4(rows.pull * weight, 0);
+}
+
+DualQuaternion motion_of(uint item) {
+    DualQuaternion moved_by[4];
+    float weight[4];
+    for (int k = 0; k < 4; ++k) {
+        const uint node = uint(item_nodes[item][k]);
+        moved_by[k] = DualQuaternion(trial[kNodeVectors * node], trial[kNodeVectors * node + 1]);
+        weight[k] = items[kItemVectors * item + 2 + k].w;
+    }
+    return blend(moved_by, weight);
+}
+
+// A residual of squared size `squared` in the term's unit.
+Term count_residual(Robust robust, float weight, float squared) {
+    const bool counts = robust.weight * weight > 0.0;
+    return Term(weight * robust.cost, counts ? robust.weight : 0.0, counts ? robust.weight * squared : 0.0, counts ? 1 : 0, 0);
+}
+
+Term evaluate_point(uint item) {
+    const DualQuaternion motion = motion_of(item);
+    const vec3 position = apply(motion, items[kItemVectors * item].xyz), normal = rotate(motion, items[kItemVectors * item + 1].xyz);
+    vec2 pixel;
+    float depth = 0.0;
+    if (project_inside(push.camera, push.image, position, pixel)) depth = live_depth(push.camera, push.image, pixel);
+    const float range = sqrt(dot(position, position)), slope = dot(normal, position);
+    const float difference = (depth - position.z) / position.z;
+    const bool associated = depth > 0.0 && -slope >= kLeastFacing * range && abs(difference) * range <= push.association;
+    if (!associated) {
+        store(item, kNoRows, 0.0);
+        return Term(0, 0, 0, 0, 1);
+    }
+    const float value = difference * slope;
+    const Robust robust = tukey(value * value, 1.0 / (push.icp_tukey * push.icp_tukey));
+    Rows rows = kNoRows;
+    add_row(rows, -normal, value);
+    store(item, rows, push.icp_weight * robust.weight);
+    return count_residual(robust, push.icp_weight, value * value);
+}
+
+// Where a point was seen: the direction of its ray, the Cholesky factor [uu 0; uv vv] of the information across it, and maybe the depth.
+struct Sighting {
+    float u, v, uu, uv, vv, depth, root;
+};
+
+// Tukey's kernel, and with slope > 0 the paper's ramp 1 - slope * d.
+Robust ramped_tukey(float squared, float slope, float inverse_c2) {
+    const float farthest = 1.0 / max(slope, sqrt(inverse_c2));
+    const bool beyond = !finite(squared) || squared >= farthest * farthest;
+    const float d = beyond ? farthest : sqrt(squared), d2 = d * d;
+    const float x = d2 * inverse_c2, rest = 1.0 - x;
+    const float lost = 2.0 * d * slope * (1.0 / 3.0 - x * (2.0 / 5.0) + x * x / 7.0);
+    return Robust(d2 * (1.0 - x + x * x / 3.0 - lost), beyond ? 0.0 : (1.0 - slope * d) * rest * rest);
+}
+
+// unit: of the residual in the summary, per mm.
+Term evaluate_sighting(uint item, vec3 position, Sighting seen, float weight, float slope, float inverse_c2, float unit) {
+    const float across = position.x - seen.u * position.z, down = position.y - seen.v * position.z;
+    const vec3 value = vec3(seen.uu * across + seen.uv * down, seen.vv * down, seen.root * (position.z - seen.depth));
+    const float squared = dot(value, value);
+    const Robust robust = ramped_tukey(squared, slope, inverse_c2);
+    Rows rows = kNoRows;
+    if (robust.weight > 0.0) {
+        add_row(rows, vec3(seen.uu, seen.uv, -(seen.uu * seen.u + seen.uv * seen.v)), value.x);
+        add_row(rows, vec3(0, seen.vv, -seen.vv * seen.v), value.y);
+        add_row(rows, vec3(0, 0, seen.root), value.z);
+    }
+    store(item, rows, weight * robust.weight);
+    return count_residual(robust, weight, squared * unit * unit);
+}
+
+Term evaluate_match(uint item, Match match) {
+    if (!has_depth(match)) {
+        store(item, kNoRows, 0.0);
+        return kNoTerm;
+    }
+    const vec3 live = load3(match.position);
+    const bool chosen = match.weight > 0.0;
+    const vec3 position = apply(motion_of(item), items[kItemVectors * item].xyz);
+    return evaluate_sighting(item, position, Sighting(live.x / live.z, live.y / live.z, 1.0, 0.0, 1.0, live.z, kMatchDepthRoot),
+                             push.match_weight * (chosen ? match.weight : 1.0), chosen ? 0.0 : push.match_slope,
+                             1.0 / (push.match_tukey * push.match_tukey), 1.0);
+}
+
+// The information matrix (a b; b c), scaled down where it is more than 1 along some direction. False where there is none.
+bool usable_information(float given[3], out vec3 abc) {
+    abc = vec3(0);
+    const vec3 information = load3(given);
+    const float size = max(max(information.x, abs(information.y)), information.z);
+    if (!finite(information) || !(size > 0.0) || !(information.x >= 0.0) || !(information.z >= 0.0)) return false;
+    const vec3 unit = information / size;  // so that squares do not overflow
+    const float half_difference = 0.5 * (unit.x - unit.z);
+    const float largest = 0.5 * (unit.x + unit.z) + sqrt(half_difference * half_difference + unit.y * unit.y);
+    abc = size * largest > 1.0 ? unit / largest : information;
+    return true;
+}
+
+Term evaluate_patch(uint item, PatchObservation observation) {
+    vec3 abc;
+    if (observation.valid != 1 || !usable_information(observation.information, abc)) {
+        store(item, kNoRows, 0.0);
+        return kNoTerm;
+    }
+    const float uu = sqrt(abc.x), uv = uu > 0.0 ? abc.y / uu : 0.0, vv = sqrt(max(abc.z - uv * uv, 0.0));
+    const vec2 ray =
+        (vec2(observation.u, observation.v) / 256.0 - vec2(push.camera.cx, push.camera.cy)) / vec2(push.camera.fx, push.camera.fy);
+    const vec3 position = apply(motion_of(item), items[kItemVectors * item].xyz);
+    const float px = push.camera.fx / max(position.z, kLeastDepthMm), inverse_c = px / push.patch_tukey;
+    return evaluate_sighting(item, position, Sighting(ray.x, ray.y, uu, uv, vv, 0.0, 0.0), push.patch_weight, 0.0, inverse_c * inverse_c,
+                             px);
+}
+
+// The sum of every invocation's term, to the first: eight by eight, then the eight.
+Term sum_over_group(Term own, uint me) {
+    shares[me] = own;
+    barrier();
+    for (uint apart = 1; apart <= 8; apart *= 8) {
+        if (me % (8 * apart) == 0)
+            for (uint i = 1; i < 8; ++i) own = plus(own, shares[me + i * apart]);
+        barrier();
+        shares[me] = own;
+        barrier();
+    }
+    return own;
+}
+
+void main() {
+    if (push.evaluation > 0 && stopped(states[(push.evaluation - 1) & 1])) return;
+    const uint me = gl_LocalInvocationIndex;
+    const uint landmark_groups = groups_of(push.landmarks), point_groups = groups_of(push.points);
+    uint group = gl_WorkGroupID.x;
+    Term own = kNoTerm;
+    if (group < point_groups) {
+        const uint i = group * kSurfaceGroup + me;
+        if (i < push.points) own = evaluate_point(i);
+    } else if (group < point_groups + landmark_groups) {
+        const uint i = (group - point_groups) * kSurfaceGroup + me, item = push.points + i;
+        if (i < push.landmarks) {
+            if ((push.given & kMatchesGiven) != 0)
+                own = evaluate_match(item, matches[i]);
+            else
+                store(item, kNoRows, 0.0);
+        }
+    } else {
+        const uint i = (group - point_groups - landmark_groups) * kSurfaceGroup + me, item = push.points + push.landmarks + i;
+        if (i < push.patches) {
+            if ((push.given & kObservationsGiven) != 0)
+                own = evaluate_patch(item, observations[i]);
+            else
+                store(item, kNoRows, 0.0);
+        }
+    }
+    own = sum_over_group(own, me);
+    if (me == 0) terms[group] = own;
+}

@@ -1,0 +1,186 @@
+// Stage lm: judges the last evaluation; linearises there if it is the present state; damps and inverts the diagonal. kSplit invocations share
+// a block, each with every kSplit-th of its terms.
+#version 450
+#extension GL_GOOGLE_include_directive : require
+#include "lm.glsl"
+#include "lm_blocks.glsl"
+const uint kJudges = kBlockGroup;
+#include "lm_judge.glsl"
+#include "lm_inverse.glsl"
+
+layout(std430, set = 0, binding = 4) readonly buffer Blocks { BlockTerms blocks[]; };
+layout(std430, set = 0, binding = 5) readonly buffer ItemTerms { uint item_terms[]; };
+layout(std430, set = 0, binding = 6) readonly buffer EdgeTerms { uint edge_terms[]; };
+layout(std430, set = 0, binding = 7) readonly buffer Items { vec4 items[]; };
+layout(std430, set = 0, binding = 8) readonly buffer Records { vec4 records[]; };
+layout(std430, set = 0, binding = 9) readonly buffer EdgeRecords { vec4 edge_records[]; };
+layout(std430, set = 0, binding = 10) readonly buffer Trial { vec4 trial[]; };
+layout(std430, set = 0, binding = 11) writeonly buffer Present { vec4 present[]; };
+layout(std430, set = 0, binding = 12) writeonly buffer Matrix { vec4 matrix[]; };    // damped
+layout(std430, set = 0, binding = 13) buffer Diagonal { vec4 diagonal[]; };          // not damped; block, then half the gradient
+layout(std430, set = 0, binding = 14) writeonly buffer Inverses { vec4 inverses[]; };  // of the damped diagonal
+layout(std430, set = 0, binding = 15) writeonly buffer Vectors { vec4 vectors[]; };
+#include "lm_vectors.glsl"
+
+const float kLeastDiagonal = 1e-6;
+const uint kColumns = kBlockVectors + 2;  // of a block, and its control point's gradient
+
+// A block's quarters, the first and the third transposed, and half the gradient.
+struct Sums {
+    mat3 turn_turn, turn_shift, shift_turn, shift_shift;
+    vec3 turn, shift;
+};
+
+shared vec3 shares[kColumns][kBlockGroup];
+
+// G of an item.
+mat3 squares_of(uint item, out vec3 pull) {
+    const vec4 a = records[kRecordVectors * item], b = records[kRecordVectors * item + 1];
+    pull = records[kRecordVectors * item + 2].xyz;
+    return mat3(a.xyz, vec3(a.y, b.xy), vec3(a.z, b.y, b.z));
+}
+// [v]x m
+mat3 cross_columns(vec3 v, mat3 m) { return mat3(cross(v, m[0]), cross(v, m[1]), cross(v, m[2])); }
+
+void add_items(BlockTerms block, uint split, inout Sums sums) {
+    const vec4 row_rotation = trial[kNodeVectors * block.row], column_rotation = trial[kNodeVectors * block.column];
+    const bool own = block.row == block.column;
+    for (uint at = block.first_item + split; at < block.last_item; at += kSplit) {
+        const uint term = item_terms[at], item = term_item(term);
+        const vec4 row = items[kItemVectors * item + 2 + term_row(term)], column = items[kItemVectors * item + 2 + term_column(term)];
+        vec3 pull;
+        const mat3 g = squares_of(item, pull) * (row.w * column.w);
+        const vec3 a = rotate(row_rotation, row.xyz), b = rotate(column_rotation, column.xyz);
+        const mat3 turned = cross_columns(a, g);
+        sums.shift_shift += g;
+        sums.turn_shift += turned;
+        sums.shift_turn += cross_columns(b, g);
+        sums.turn_turn += cross_columns(b, transpose(turned));
+        if (own && term_row(term) == term_column(term)) {
+            sums.shift += row.w * pull;
+            sums.turn += row.w * cross(a, pull);
+        }
+    }
+}
+
+mat3 cross_matrix(vec3 v) { return mat3(0, v.z, -v.y, -v.z, 0, v.x, v.y, -v.x, 0); }
+
+void add_edges(BlockTerms block, uint split, inout Sums sums) {
+    for (uint at = block.first_edge + split; at < block.last_edge; at += kSplit) {
+        const uint i = kEdgeVectors * term_edge(edge_terms[at]);
+        const vec3 now = edge_records[i].xyz, turned_a = edge_records[i + 1].xyz, turned_b = edge_records[i + 2].xyz;
+        const float size = edge_records[i].w, stretch = edge_records[i + 1].w, scale = edge_records[i + 2].w;
+        const vec4 relative = edge_records[i + 3];
+        const float length_weight = scale * push.length_weight, angle_weight = scale * push.angle_weight;
+        const float rotation_weight = scale * push.rotation_weight, lever = angle_weight / size;
+        const mat3 along = outerProduct(now, now), across = mat3(1.0) - along;
+        const mat3 shift = (2.0 * lever / size) * across + (2.0 * length_weight) * along;
+        if (block.row != block.column) {
+            sums.shift_shift -= shift;
+            sums.turn_turn -= 0.5 * rotation_weight * (mat3(relative.w) - cross_matrix(relative.xyz));  // transposed
+            sums.turn_shift -= lever * cross_columns(turned_a, across);
+            sums.shift_turn -= lever * cross_columns(turned_b, across);
+            continue;
+        }
+        const bool second = term_second(edge_terms[at]);
+        const vec3 turned = second ? turned_b : turned_a;
+        const mat3 coupling = lever * cross_columns(turned, across);
+        sums.shift_shift += shift;
+        sums.turn_turn += angle_weight * (mat3(1.0) - outerProduct(turned, turned)) + mat3(0.5 * rotation_weight);
+        sums.turn_shift += coupling;
+        sums.shift_turn += coupling;
+        const vec3 lean = turned_b - turned_a;
+        const vec3 pull = (2.0 * length_weight * stretch) * now + lever * (lean - dot(lean, now) * now);
+        const vec3 turn = rotation_weight * relative.xyz;
+        sums.shift += second ? pull : -pull;
+        sums.turn += second ? angle_weight * cross(turned_b, now) - turn : turn - angle_weight * cross(turned_a, now);
+    }
+}
+
+void share(Sums sums, uint me) {
+    const mat3 turn_turn = transpose(sums.turn_turn), shift_turn = transpose(sums.shift_turn);
+    for (int c = 0; c < 3; ++c) {
+        shares[c][me] = turn_turn[c];
+        shares[3 + c][me] = sums.turn_shift[c];
+        shares[6 + c][me] = shift_turn[c];
+        shares[9 + c][me] = sums.shift_shift[c];
+    }
+    shares[12][me] = sums.turn;
+    shares[13][me] = sums.shift;
+}
+
+// Column c of a block's transpose; its first share holds the block.
+vec3 transposed_column(uint c, uint first) {
+    const uint quarter = c / 3, from = 3 * (quarter == 1 ? 2 : quarter == 2 ? 1 : quarter);
+    return vec3(shares[from][first][c % 3], shares[from + 1][first][c % 3], shares[from + 2][first][c % 3]);
+}
+
+// Marquardt's damping of control point i's block, and its inverse. What has no weight at all gets one, and stays where it is.
+void damp(uint i, uint place, uint first) {
+    float m[6][6];
+    for (int c = 0; c < 6; ++c)
+        for (int r = 0; r < 6; ++r) m[r][c] = shares[6 * (r / 3) + c][first][r % 3];
+    float trace = 0.0;
+    for (int r = 0; r < 6; ++r) trace += m[r][r];
+    const float least = trace > 0.0 ? kLeastDiagonal * trace : 1.0;
+    for (int r = 0; r < 6; ++r) m[r][r] = m[r][r] * (1.0 + now.lambda) + least;
+    float inverse[6][6];
+    invert(m, inverse);
+    for (int half_row = 0; half_row < 2; ++half_row)
+        for (int c = 0; c < 6; ++c) {
+            const uint at = 6 * half_row + c;  // as quarters by columns: see lm.glsl
+            const int r = 3 * half_row;
+            matrix[kBlockVectors * place + at] = vec4(m[r][c], m[r + 1][c], m[r + 2][c], 0);
+            inverses[kBlockVectors * i + at] = vec4(inverse[r][c], inverse[r + 1][c], inverse[r + 2][c], 0);
+        }
+    const vec3 turn = -shares[12][first], shift = -shares[13][first];
+    vec3 x[2] = vec3[2](vec3(0), vec3(0));
+    for (int h = 0; h < 2; ++h)
+        for (int r = 0; r < 3; ++r)
+            for (int c = 0; c < 3; ++c) x[h][r] += inverse[3 * h + r][c] * turn[c] + inverse[3 * h + r][3 + c] * shift[c];
+    for (uint h = 0; h < 2; ++h) {
+        vectors[own_vector(i, kResidual, h)] = vec4(h == 0 ? turn : shift, 0);
+        vectors[passed_vector(1, i, kConditioned, h)] = vec4(x[h], 0);
+    }
+}
+
+void main() {
+    const uint me = gl_LocalInvocationIndex, split = me % kSplit, first = me - split, b = gl_GlobalInvocationID.x / kSplit;
+    judge(me);
+    const bool own = b < push.nodes, relinearise = accepted && !stopped(now);
+    if (accepted && own && split == 0)
+        for (uint v = 0; v < kNodeVectors; ++v) present[kNodeVectors * b + v] = trial[kNodeVectors * b + v];
+    if (stopped(now)) return;
+    const bool exists = b < push.blocks;
+    BlockTerms block;
+    if (exists) block = blocks[b];
+    if (relinearise && exists) {
+        Sums sums = Sums(mat3(0.0), mat3(0.0), mat3(0.0), mat3(0.0), vec3(0), vec3(0));
+        add_items(block, split, sums);
+        add_edges(block, split, sums);
+        share(sums, me);
+    }
+    barrier();
+    for (uint c = split; c < kColumns && exists; c += kSplit) {
+        vec3 sum;
+        if (relinearise) {
+            sum = shares[c][first];
+            for (uint s = 1; s < kSplit; ++s) sum += shares[c][first + s];
+            if (own) diagonal[kColumns * b + c] = vec4(sum, 0);
+        } else {
+            if (!own) break;
+            sum = diagonal[kColumns * b + c].xyz;
+        }
+        shares[c][first] = sum;
+    }
+    barrier();
+    if (!exists) return;
+    if (own) {
+        if (split == 0) damp(b, block.place, first);
+    } else if (relinearise) {
+        for (uint c = split; c < kBlockVectors; c += kSplit) {
+            matrix[kBlockVectors * block.place + c] = vec4(shares[c][first], 0);
+            matrix[kBlockVectors * block.transposed + c] = vec4(transposed_column(c, first), 0);
+        }
+    }
+}
