@@ -1,7 +1,9 @@
 // align against the reference: observations to the bit but for their information.
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "backends/reference/stages.hpp"
 #include "backends/shared/motion.hpp"
@@ -19,17 +21,26 @@ bool same(const defrec_patch_observation& a, const defrec_patch_observation& b) 
     return result;
 }
 
-void check_equal(const AlignScene& scene) {
-    const TestHost host(3);
-    const auto expected = observe(*reference::make_align(scene.params, host.host()), scene);
-    under_test::on_every_target([&] {
-        const auto got = observe(*under_test::make_align(scene.params, host.host()), scene);
-        REQUIRE(expected.size() == got.size());
-        size_t different = 0;
-        for (size_t i = 0; i < got.size(); ++i) different += !same(expected[i], got[i]);
-        CHECK(different == 0);
-    });
-}
+// The stage under test beside the reference.
+class Pair {
+  public:
+    explicit Pair(const defrec_align_params& params)
+        : reference_(reference::make_align(params, host_.host())), tested_(under_test::make_align(params, host_.host())) {}
+    void check_equal(const AlignScene& scene) {
+        const auto expected = observe(*reference_, scene);
+        under_test::on_every_target([&] {
+            const auto got = observe(*tested_, scene);
+            REQUIRE(expected.size() == got.size());
+            size_t different = 0;
+            for (size_t i = 0; i < got.size(); ++i) different += !same(expected[i], got[i]);
+            CHECK(different == 0);
+        });
+    }
+
+  private:
+    const TestHost host_{3};
+    std::unique_ptr<Stage> reference_, tested_;
+};
 
 void mask_blocks(AlignScene& scene, uint32_t seed) {
     scene.mask.assign(scene.live.size(), 1);
@@ -44,11 +55,12 @@ void mask_blocks(AlignScene& scene, uint32_t seed) {
 
 }  // namespace
 
-TEST_CASE("observations equal the reference's, for every radius, level and odd sizes") {
+TEST_CASE("observations equal the reference's, for every level, small to large radii and odd sizes") {
     if (!under_test::available()) return;
-    for (const uint32_t level : {0u, 1u, 2u})
+    for (const uint32_t level : {0u, 1u, 2u, 3u})
         for (const uint32_t radius : {1u, 4u, 5u, 7u})
             for (const uint32_t search : {1u, 7u, 16u}) {
+                if (level == 3 && radius > 1) continue;  // no room
                 CAPTURE(level);
                 CAPTURE(radius);
                 CAPTURE(search);
@@ -62,9 +74,10 @@ TEST_CASE("observations equal the reference's, for every radius, level and odd s
                 options.prediction_error = search / 2.0;
                 AlignScene scene = make_align_scene(options);
                 scene.params.min_score = 1000;
-                check_equal(scene);
+                Pair pair(scene.params);
+                pair.check_equal(scene);
                 mask_blocks(scene, options.seed);
-                check_equal(scene);
+                pair.check_equal(scene);
             }
 }
 
@@ -96,9 +109,10 @@ TEST_CASE("so do patches at the borders, stretched, turned and senseless ones, i
                 scene.predictions.push_back(prediction);
             }
             scene.params.patches = uint32_t(scene.patches.size());
-            check_equal(scene);
+            Pair pair(scene.params);
+            pair.check_equal(scene);
             mask_blocks(scene, 9);
-            check_equal(scene);
+            pair.check_equal(scene);
         }
 }
 
@@ -109,7 +123,7 @@ TEST_CASE("so do images of extreme contrast") {
     AlignScene scene = make_align_scene(options);
     for (uint8_t& value : scene.view) value = value > 120 ? 255 : 0;
     for (uint8_t& value : scene.live) value = value > 120 ? 255 : 0;
-    check_equal(scene);
+    Pair(scene.params).check_equal(scene);
 }
 
 TEST_CASE("several views are told apart") {
@@ -125,7 +139,7 @@ TEST_CASE("several views are told apart") {
     scene.view = views;
     scene.params.views = 2;
     for (size_t i = 0; i < scene.patches.size(); i += 2) scene.patches[i].view = 1;
-    check_equal(scene);
+    Pair(scene.params).check_equal(scene);
     const auto observations = observe(*under_test::make_align(scene.params, TestHost().host()), scene);
     size_t right = 0, wrong = 0;
     for (size_t i = 0; i < observations.size(); ++i)
@@ -134,40 +148,156 @@ TEST_CASE("several views are told apart") {
     CHECK(wrong < scene.patches.size() / 10);
 }
 
-TEST_CASE("the number of threads changes no bit, and predictions agree with the reference's") {
-    if (!under_test::available()) return;
-    AlignScene scene = make_align_scene({});
+namespace {
+
+constexpr size_t kBeyond = 2;  // records that a caller's buffers have too many
+
+struct Output {
+    std::vector<defrec_patch_observation> observations;
+    std::vector<defrec_patch_prediction> predictions;
+};
+
+// Both outputs, the inputs being the scene's predictions or, if given, motions.
+Output run(Stage& stage, const AlignScene& scene, const std::vector<defrec_motion>& motions) {
+    const InBuffer prepare[2] = {in_buffer(scene.patches), in_buffer(scene.view)};
+    stage.prepare(prepare);
+    const size_t count = scene.patches.size() + kBeyond;
+    Output output{std::vector<defrec_patch_observation>(count, {7, 7, 7, 7, {7, 7, 7}, 7}),
+                  std::vector<defrec_patch_prediction>(count, {7, 7, {7, 7, 7, 7}, 7, 7})};
+    const InBuffer in[4] = {in_buffer(scene.live),
+                            {},
+                            motions.empty() ? InBuffer{} : in_buffer(motions),
+                            motions.empty() ? in_buffer(scene.predictions) : InBuffer{}};
+    const OutBuffer out[2] = {out_buffer(output.observations), out_buffer(output.predictions)};
+    stage.run(in, out);
+    return output;
+}
+
+// The patches of a plane at 80 mm, each moved by some of six control points.
+AlignScene plane(uint32_t level) {
+    AlignSceneOptions options;
+    options.level = level;
+    AlignScene scene = make_align_scene(options);
+    scene.params.nodes = 6;
+    std::mt19937 random(3);
     for (defrec_patch& patch : scene.patches) {
         patch.position[0] = (patch.u - 105) * 80 / 500;
         patch.position[1] = (patch.v - 78) * 80 / 500;
         patch.position[2] = 80;
         patch.tangent_u[0] = patch.tangent_v[1] = 80.0f / 500.0f;
+        float sum = 0;
+        for (int k = 0; k < DEFREC_SKIN_NODES; ++k) {
+            patch.node[k] = int32_t(random() % 6);
+            sum += patch.weight[k] = float(1 + random() % 8);
+        }
+        for (float& weight : patch.weight) weight /= sum;
     }
-    const double turn[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, step[3] = {0.2, -0.4, 0.3};
-    const std::vector<defrec_motion> motions = {from_rigid(turn, step).store()};
-    const auto run = [&](bool fast, uint32_t threads, std::vector<defrec_patch_prediction>& predictions) {
-        const TestHost host(threads);
-        const auto stage = fast ? under_test::make_align(scene.params, host.host())
-                                : reference::make_align(scene.params, host.host());
-        const InBuffer prepare[2] = {in_buffer(scene.patches), in_buffer(scene.view)};
-        stage->prepare(prepare);
-        std::vector<defrec_patch_observation> observations(scene.patches.size());
-        predictions.resize(scene.patches.size());
-        const InBuffer in[3] = {in_buffer(scene.live), {}, in_buffer(motions)};
-        const OutBuffer out[2] = {out_buffer(observations), out_buffer(predictions)};
-        stage->run(in, out);
-        return observations;
+    return scene;
+}
+
+// Of six control points; those of odd index with the other sign, which is the same motion.
+std::vector<defrec_motion> motions_of_six(double turn) {
+    std::vector<defrec_motion> motions;
+    for (int i = 0; i < 6; ++i) {
+        const Vec3<double> axis{0.3 * std::sin(i), 0.3 * std::cos(i), 1};
+        auto motion = from_rigid(rotation_from_vector(turn * axis), {0.2 + 0.05 * i, -0.4, 0.3 * std::sin(i)});
+        if (i % 2 == 1) motion = {-1.0 * motion.real, -1.0 * motion.dual};
+        motions.push_back(motion.store());
+    }
+    return motions;
+}
+
+// How many predictions are followed.
+size_t check_predictions(const Output& expected, const Output& got) {
+    size_t valid = 0;
+    for (size_t i = 0; i < expected.predictions.size(); ++i) {
+        const defrec_patch_prediction &a = expected.predictions[i], &b = got.predictions[i];
+        CAPTURE(i);
+        CHECK(a.valid == b.valid);
+        CHECK(std::abs(a.u - b.u) <= 1);
+        CHECK(std::abs(a.v - b.v) <= 1);
+        for (int k = 0; k < 4; ++k) CHECK(std::abs(a.view_from_live[k] - b.view_from_live[k]) <= 4);
+        valid += a.valid == 1;
+    }
+    return valid;
+}
+
+}  // namespace
+
+TEST_CASE("predictions agree with the reference's, and the number of threads changes no bit") {
+    if (!under_test::available()) return;
+    const TestHost one(1), four(4);
+    for (const uint32_t level : {0u, 2u})
+        for (const double turn : {0.0, 0.1, 0.6}) {
+            const AlignScene scene = plane(level);
+            const auto motions = motions_of_six(turn);
+            const Output expected = run(*reference::make_align(scene.params, one.host()), scene, motions);
+            const Output a = run(*under_test::make_align(scene.params, one.host()), scene, motions);
+            const Output b = run(*under_test::make_align(scene.params, four.host()), scene, motions);
+            CHECK(check_predictions(expected, a) > scene.patches.size() / 2);
+            CHECK(std::memcmp(a.observations.data(), b.observations.data(), a.observations.size() * sizeof a.observations[0]) == 0);
+            CHECK(std::memcmp(a.predictions.data(), b.predictions.data(), a.predictions.size() * sizeof a.predictions[0]) == 0);
+        }
+}
+
+TEST_CASE("a motion that is not finite takes no other control point's patches along") {
+    if (!under_test::available()) return;
+    const TestHost host;
+    const AlignScene scene = plane(0);
+    for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()})
+        for (const bool dual : {false, true}) {
+            CAPTURE(bad);
+            CAPTURE(dual);
+            auto motions = motions_of_six(0.1);
+            (dual ? motions[2].dual : motions[2].real)[1] = bad;
+            const Output good = run(*under_test::make_align(scene.params, host.host()), scene, motions_of_six(0.1));
+            const Output got = run(*under_test::make_align(scene.params, host.host()), scene, motions);
+            size_t untouched = 0;
+            for (size_t i = 0; i < scene.patches.size(); ++i) {
+                if (std::count(scene.patches[i].node, scene.patches[i].node + DEFREC_SKIN_NODES, 2) != 0) continue;
+                CHECK(std::memcmp(&good.observations[i], &got.observations[i], sizeof got.observations[i]) == 0);
+                ++untouched;
+            }
+            CHECK(untouched > 20);
+        }
+}
+
+TEST_CASE("given predictions are handed on, and what lies behind the records stays") {
+    if (!under_test::available()) return;
+    const TestHost host;
+    const AlignScene scene = make_align_scene({});
+    const auto tested = under_test::make_align(scene.params, host.host());
+    const Output got = run(*tested, scene, {}), expected = run(*reference::make_align(scene.params, host.host()), scene, {});
+    for (size_t i = 0; i < expected.observations.size(); ++i) CHECK(same(expected.observations[i], got.observations[i]));
+    CHECK(std::memcmp(expected.predictions.data(), got.predictions.data(), expected.predictions.size() * sizeof got.predictions[0]) == 0);
+
+    AlignScene empty = scene;
+    empty.patches.clear();
+    empty.predictions.clear();
+    const Output none = run(*tested, empty, {});
+    for (const auto& observation : none.observations) CHECK(observation.valid == 7);
+    for (const auto& prediction : none.predictions) CHECK(prediction.valid == 7);
+}
+
+TEST_CASE("align refuses what it cannot compute") {
+    if (!under_test::available()) return;
+    const TestHost host;
+    AlignScene scene = make_align_scene({});
+    const auto refuses = [&](auto spoil) {
+        AlignScene bad = scene;
+        spoil(bad);
+        CHECK_THROWS_AS(observe(*under_test::make_align(bad.params, host.host()), bad), StageError);
     };
-    std::vector<defrec_patch_prediction> one, four, reference;
-    const auto a = run(true, 1, one), b = run(true, 4, four);
-    run(false, 1, reference);
-    CHECK(std::memcmp(a.data(), b.data(), a.size() * sizeof a[0]) == 0);
-    for (size_t i = 0; i < one.size(); ++i) {
-        CHECK(std::memcmp(&one[i], &four[i], sizeof one[i]) == 0);
-        REQUIRE(one[i].valid == reference[i].valid);
-        CHECK(std::abs(one[i].u - reference[i].u) <= 1);
-        CHECK(std::abs(one[i].v - reference[i].v) <= 1);
-        for (int k = 0; k < 4; ++k)
-            CHECK(std::abs(one[i].view_from_live[k] - reference[i].view_from_live[k]) <= 4);
-    }
+    refuses([](AlignScene& s) { s.params.level = 4; });
+    refuses([](AlignScene& s) { s.params.search_radius = 17; });
+    refuses([](AlignScene& s) { s.patches[3].view = 1; });
+    refuses([](AlignScene& s) { s.patches[3].node[2] = 1; });
+    refuses([](AlignScene& s) { s.view.pop_back(); });
+    refuses([](AlignScene& s) { s.live.pop_back(); });
+    refuses([](AlignScene& s) { s.predictions.pop_back(); });
+    const std::vector<uint8_t>& live = scene.live;
+    std::vector<defrec_patch_observation> observations(scene.patches.size());
+    const InBuffer in[1] = {in_buffer(live)};
+    const OutBuffer out[1] = {out_buffer(observations)};
+    CHECK_THROWS_AS(under_test::make_align(scene.params, host.host())->run(in, out), StageError);  // before prepare
 }

@@ -7,7 +7,7 @@
 #include "records.glsl"
 #include "align_math.glsl"
 
-const int kLanes = 128;
+const int kLanes = 32;  // more gain nothing on a GPU, whose patches fill it, and cost lavapipe twice the time
 layout(local_size_x = kLanes) in;
 
 layout(constant_id = 0) const int kRadius = 5;
@@ -41,7 +41,7 @@ const int kPlaces = 2 * kSearch + 1, kStrips = (kPlaces + 3) / 4;  // displaceme
 // The window of the live image that the search and the refinement see, four pixels in a word. Its first row is that of the first
 // displacement less one; displacement 0 of a row begins with its second word.
 const int kWindowRows = kSide + kPlaces + 1, kWindowWords = kStrips + kBlocks + 1, kWindow = kWindowRows * kWindowWords;
-const int kMostSums = 10, kParts = 16;
+const int kMostSums = 10, kParts = kLanes / 8;
 
 shared int sampled[kSampled * kSampled];
 shared uint template_pairs[kSide * 2 * kBlocks];  // two of T in 16 bits each; 0 beyond the patch

@@ -52,7 +52,8 @@ DualQuaternion compose(DualQuaternion a, DualQuaternion b) {
 // Rotation given as a unit quaternion.
 DualQuaternion from_rigid(vec4 rotation, vec3 t) { return DualQuaternion(rotation, 0.5 * multiply(vec4(t, 0), rotation)); }
 
-// The motion of a point moved by four control points (docs/stages.md), real part of length 1. Where the sum vanishes: the first's.
+// The motion of a point moved by four control points (docs/stages.md), real part of length 1. Where the sum vanishes or is not finite:
+// the first's.
 DualQuaternion blend(DualQuaternion m[4], float weight[4]) {
     vec4 real = weight[0] * m[0].real, dual = weight[0] * m[0].dual;
     for (int k = 1; k < 4; ++k) {
@@ -61,7 +62,7 @@ DualQuaternion blend(DualQuaternion m[4], float weight[4]) {
         dual += w * m[k].dual;
     }
     const float length2 = dot(real, real);
-    if (!(length2 > 1e-12)) return m[0];
+    if (!finite(vec4(length2)) || !(length2 > 1e-12)) return m[0];
     const float scale = inversesqrt(length2);
     return DualQuaternion(scale * real, scale * dual);
 }
