@@ -117,6 +117,7 @@ void Device::create(const PhysicalDevice& chosen) {
 void Device::destroy() noexcept {
     if (handle_ == VK_NULL_HANDLE) return;
     nothing_ = Buffer();
+    instrument_ = {};
     kernels_.clear();
     if (pipeline_cache_ != VK_NULL_HANDLE) vk_.vkDestroyPipelineCache(handle_, pipeline_cache_, nullptr);
     memory_.reset();

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <atomic>
+#include <functional>
 #include <initializer_list>
 #include <map>
 #include <memory>
@@ -71,6 +72,12 @@ class Kernel {
 
 constexpr uint32_t kPushBytes = 128;  // what every device has
 
+// Changes shaders before they are compiled, so that they tell a test what they do: each then has one binding more, behind its own, for results.
+struct Instrument {
+    std::function<std::vector<uint32_t>(const Shader&)> rewrite;
+    Buffer results;
+};
+
 // threads: any.
 class Device {
   public:
@@ -96,6 +103,9 @@ class Device {
     // The shader with constants, its specialization constants 0, 1, 2 ...; compiled once and kept as long as the device.
     std::shared_ptr<const Kernel> kernel(const Shader& shader, std::initializer_list<uint32_t> constants = {});
     VkPipelineCache pipeline_cache() const { return pipeline_cache_; }
+    // Before the first kernel is made.
+    void set_instrument(Instrument instrument) { instrument_ = std::move(instrument); }
+    const Instrument* instrument() const { return instrument_.rewrite ? &instrument_ : nullptr; }
 
     // Submits what every queue has pending and waits until the device is idle: then anything may be destroyed. Never throws.
     void settle() noexcept;
@@ -124,6 +134,7 @@ class Device {
     std::unique_ptr<MemoryPool> memory_;
     VkPipelineCache pipeline_cache_ = VK_NULL_HANDLE;
     Buffer nothing_;
+    Instrument instrument_;
 
     std::mutex kernel_mutex_;
     std::map<std::pair<const char*, std::vector<uint32_t>>, std::shared_ptr<const Kernel>> kernels_;

@@ -21,8 +21,11 @@ uint32_t count_bindings(std::span<const uint32_t> code) {
 }  // namespace
 
 Kernel::Kernel(Device& device, const Shader& shader, std::vector<uint32_t> constants)
-    : device_(device), name_(shader.name), bindings_(count_bindings(shader.code)) {
+    : device_(device), name_(shader.name) {
     const VolkDeviceTable& vk = device.vk();
+    const std::vector<uint32_t> rewritten = device.instrument() ? device.instrument()->rewrite(shader) : std::vector<uint32_t>();
+    const std::span<const uint32_t> code = device.instrument() ? std::span<const uint32_t>(rewritten) : shader.code;
+    bindings_ = count_bindings(code);
     std::vector<VkDescriptorSetLayoutBinding> bindings(bindings_);
     for (uint32_t i = 0; i < bindings_; ++i)
         bindings[i] = {i, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr};
@@ -39,8 +42,8 @@ Kernel::Kernel(Device& device, const Shader& shader, std::vector<uint32_t> const
     layout_info.pPushConstantRanges = &push;
     VkShaderModuleCreateInfo module_info{};
     module_info.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
-    module_info.codeSize = shader.code.size_bytes();
-    module_info.pCode = shader.code.data();
+    module_info.codeSize = code.size_bytes();
+    module_info.pCode = code.data();
 
     std::vector<VkSpecializationMapEntry> entries(constants.size());
     for (uint32_t i = 0; i < entries.size(); ++i) entries[i] = {i, uint32_t(i * sizeof(uint32_t)), sizeof(uint32_t)};

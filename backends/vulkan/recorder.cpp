@@ -62,8 +62,7 @@ VkDescriptorSet Recording::descriptor_set(const Kernel& kernel, std::initializer
     std::array<VkDescriptorBufferInfo, 32> buffers;
     std::array<VkWriteDescriptorSet, 32> writes;
     uint32_t count = 0;
-    for (const Binding& binding : bindings) {
-        const Buffer& buffer = binding.buffer == nullptr ? device_.nothing() : *binding.buffer;
+    const auto write = [&](const Buffer& buffer) {
         buffers[count] = {buffer.handle(), 0, VK_WHOLE_SIZE};
         writes[count] = {};
         writes[count].sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
@@ -73,7 +72,9 @@ VkDescriptorSet Recording::descriptor_set(const Kernel& kernel, std::initializer
         writes[count].descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
         writes[count].pBufferInfo = &buffers[count];
         ++count;
-    }
+    };
+    for (const Binding& binding : bindings) write(binding.buffer == nullptr ? device_.nothing() : *binding.buffer);
+    if (device_.instrument() != nullptr) write(device_.instrument()->results);
     vk.vkUpdateDescriptorSets(device_.handle(), count, writes.data(), 0, nullptr);
     return set;
 }
@@ -89,8 +90,9 @@ void Recorder::finish() { check(vk_.vkEndCommandBuffer(recording_.commands()), "
 
 void Recorder::bind(const std::shared_ptr<const Kernel>& kernel, std::initializer_list<Binding> bindings, const void* push,
                     uint32_t push_size) {
-    if (bindings.size() != kernel->bindings())
-        throw StageError(DEFREC_ERROR_INTERNAL, std::string("shader ") + kernel->name() + " has " + std::to_string(kernel->bindings()) +
+    const size_t expected = kernel->bindings() - (recording_.device_.instrument() != nullptr ? 1 : 0);
+    if (bindings.size() != expected)
+        throw StageError(DEFREC_ERROR_INTERNAL, std::string("shader ") + kernel->name() + " has " + std::to_string(expected) +
                                                     " buffers, " + std::to_string(bindings.size()) + " given");
     const VkDescriptorSet set = recording_.descriptor_set(*kernel, bindings);
     recording_.kernels_.push_back(kernel);

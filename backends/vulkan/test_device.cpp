@@ -54,10 +54,12 @@ class InHostMemory final : public Stage {
 
 struct Opened {
     std::shared_ptr<const vulkan::Driver> driver = vulkan::Driver::open();
+    size_t index = 0;
     std::unique_ptr<vulkan::Device> device;
     Opened() {
-        for (size_t i = 0; driver != nullptr && i < driver->devices().size() && device == nullptr; ++i)
-            if (driver->devices()[i].lacks.empty()) device = std::make_unique<vulkan::Device>(driver, i);
+        if (driver == nullptr) return;
+        while (index < driver->devices().size() && !driver->devices()[index].lacks.empty()) ++index;
+        if (index < driver->devices().size()) device = std::make_unique<vulkan::Device>(driver, index);
     }
 };
 Opened& opened() {
@@ -76,6 +78,9 @@ vulkan::Device& device() {
     if (opened().device == nullptr) throw StageError(DEFREC_ERROR_UNSUPPORTED, "no Vulkan device");
     return *opened().device;
 }
+
+std::shared_ptr<const vulkan::Driver> driver() { return opened().driver; }
+size_t device_index() { return opened().index; }
 
 std::unique_ptr<Stage> in_host_memory(std::unique_ptr<vulkan::Stage> stage) {
     return std::make_unique<InHostMemory>(std::move(stage));

@@ -13,6 +13,9 @@ constexpr bool kReadsCounts = false;  // only the device knows the numbers in bu
 // False, with a message, where there is no device to test on.
 bool available();
 vulkan::Device& device();
+// The same for tests that open it themselves.
+std::shared_ptr<const vulkan::Driver> driver();
+size_t device_index();
 
 // Calls check() for everything that the backend's code may run on.
 template <class Check>

@@ -35,7 +35,7 @@ void main() {
     const uint origin = reference_index(k);
     const vec3 a0 = from[origin].xyz, b0 = to[origin].xyz;
     for (uint iteration = 0; iteration <= push.iterations; ++iteration) {
-        float sum[9] = float[9](0, 0, 0, 0, 0, 0, 0, 0, 0);
+        mat3 sum = mat3(0.0);
         const bool last = iteration == push.iterations;
         for (uint i = me; i < pairs; i += kSize) {
             const vec3 a = from[i].xyz - a0, b = to[i].xyz - b0;
@@ -44,17 +44,17 @@ void main() {
                 const vec3 d = b - turned(rotation, a);
                 const float distance = sqrt(d.x * d.x + d.y * d.y + d.z * d.z);
                 weight = weight_at(distance, frame.threshold);
-                if (last) sum[0] += distance < frame.threshold ? 1.0 : 0.0;
+                if (last) sum[0].x += distance < frame.threshold ? 1.0 : 0.0;
             }
-            if (!last) add_moment(sum, weight * weight, b, a);
+            if (!last) sum += moment(weight * weight, b, a);
         }
-        sum_over_group(sum, me);
+        sum = sum_over_group(sum, me);
         if (me == 0) {
             if (last)
                 hypotheses[k] = Hypothesis(vec4[3](vec4(rotation[0], 0), vec4(rotation[1], 0), vec4(rotation[2], 0)), origin,
-                                           uint(sum[0]), uint[2](0, 0));
+                                           uint(sum[0].x), uint[2](0, 0));
             else
-                rotation = nearest_rotation(as_matrix(sum));
+                rotation = nearest_rotation(sum);
         }
         barrier();
     }
