@@ -1,0 +1,40 @@
+// What the shaders of stage stereo share. The sections they name are those of docs/stages/stereo.md.
+layout(push_constant) uniform Push {
+    int width, height, stride;
+    int half_width, half_height;
+    int first, count;  // disparities searched at half resolution
+    float one_over_n, least_score, least_lead;
+    int left_right, texture, support, edge, refine_score, fill_radius;
+    int has_mask;                  // of the image that is prepared; of the right one in the refinement
+    int has_left_mask;
+    int wants_refined, wants_score, wants_confidence;
+} push;
+
+const int kNone = -32768;  // DEFREC_DISPARITY_NONE
+const int kDoubtful = 0, kOpen = 1, kSettled = 2;
+
+// 0 for 0, else about 1 / sqrt(value).
+float inverse_root(int value) {
+    precise const float x = float(value);
+    precise const float half_x = 0.5 * x;
+    precise float y = intBitsToFloat(0x5f375a86 - (floatBitsToInt(x) >> 1));
+    for (int step = 0; step < 2; ++step) {
+        precise const float a = half_x * y;
+        precise const float b = a * y;
+        precise const float c = 1.5 - b;
+        y = y * c;
+    }
+    return value > 0 ? y : 0.0;
+}
+
+// b > 0.
+int floor_divide(int a, int b) {
+    const int q = a / b;
+    return a - q * b < 0 ? q - 1 : q;
+}
+
+// 256 variance >= (push.texture n)^2
+bool has_texture(int variance, int n) {
+    const int64_t least = int64_t(push.texture) * int64_t(n);
+    return int64_t(256) * int64_t(variance) >= least * least;
+}

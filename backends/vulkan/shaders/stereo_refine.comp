@@ -1,0 +1,178 @@
+// Stage stereo, section 8: refinement; at full resolution also the judgement of section 10. A work group has a tile of 32 x 32 pixels:
+// it makes the right image seen through the hypothesis, and then for the left image and each k sums along the columns of the windows and
+// adds these up for 8 pixels of a row each.
+#version 450
+#extension GL_EXT_shader_8bit_storage : require
+#extension GL_EXT_shader_16bit_storage : require
+#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
+#extension GL_GOOGLE_include_directive : require
+#include "stereo.glsl"
+layout(local_size_x = 32, local_size_y = 5) in;  // the last row only helps with what comes before the rows
+
+layout(constant_id = 0) const int kRadius = 4;
+layout(constant_id = 1) const bool kHalf = false;
+layout(std430, set = 0, binding = 0) readonly buffer Left { uint8_t left[]; };
+layout(std430, set = 0, binding = 1) readonly buffer Right { uint8_t right[]; };
+layout(std430, set = 0, binding = 2) readonly buffer Hypothesis { int16_t hypothesis[]; };
+layout(std430, set = 0, binding = 3) writeonly buffer Result { int16_t result[]; };  // the refined field, or the evidence
+// At full resolution only.
+layout(std430, set = 0, binding = 4) readonly buffer LeftMask { uint8_t left_mask[]; };
+layout(std430, set = 0, binding = 5) readonly buffer RightMask { uint8_t right_mask[]; };
+layout(std430, set = 0, binding = 6) readonly buffer Standing { uint8_t standing[]; };
+layout(std430, set = 0, binding = 7) writeonly buffer Confidence { uint8_t confidence[]; };
+layout(std430, set = 0, binding = 8) writeonly buffer Refined { int16_t refined[]; };
+layout(std430, set = 0, binding = 9) writeonly buffer Score { int16_t score[]; };
+
+const int kTile = 32, kInvocations = 160, kSide = kTile + 2 * kRadius;
+const int kRun = 8, kQuads = kRun / 4;  // pixels of an invocation, in vectors of four
+const int kTrustedScore = 512;
+
+shared int left_cells[kSide][kSide];
+shared int warped_cells[kSide][kSide];  // W_-1, W_0, W_1 in 9 bits each
+shared int columns[3][kTile][kSide + 1];
+
+ivec2 size() { return kHalf ? ivec2(push.half_width, push.half_height) : ivec2(push.width, push.height); }
+
+int right_at(int x, int y) { return int(right[y * size().x + clamp(x, 0, size().x - 1)]); }
+
+void warp() {
+    const ivec2 first = ivec2(gl_WorkGroupID.xy) * kTile - kRadius;
+    for (int i = int(gl_LocalInvocationIndex); i < kSide * kSide; i += kInvocations) {
+        const int column = i % kSide, row = i / kSide, x = first.x + column, y = first.y + row;
+        int gray = 0, warped = 0;
+        if (x >= 0 && x < size().x && y >= 0 && y < size().y) {
+            const int at = y * size().x + x, guess = int(hypothesis[at]);
+            const int p = 16 * x - (guess == kNone ? 0 : guess), j = p >> 4, f = p & 15;
+            const ivec4 r = ivec4(right_at(j - 1, y), right_at(j, y), right_at(j + 1, y), right_at(j + 2, y));
+            const ivec3 w = ((16 - f) * r.xyz + f * r.yzw + 4) >> 3;
+            gray = int(left[at]);
+            warped = w.x | w.y << 9 | w.z << 18;
+        }
+        left_cells[row][column] = gray;
+        warped_cells[row][column] = warped;
+    }
+}
+
+// Sums of I, I I and L I along the columns, I the left image for image 0, else W_(image - 2).
+void sum_columns(int image) {
+    const int kParts = 4, kRows = kTile / kParts;
+    for (int i = int(gl_LocalInvocationIndex); i < kParts * kSide; i += kInvocations) {
+        const int column = i % kSide, first = i / kSide * kRows;
+        ivec3 sums = ivec3(0);
+        for (int row = first; row < first + 2 * kRadius + kRows; ++row) {
+            const int gray = left_cells[row][column];
+            const int value = image == 0 ? gray : (warped_cells[row][column] >> (9 * (image - 1))) & 511;
+            sums += ivec3(value, value * value, gray * value);
+            const int done = row - 2 * kRadius;
+            if (done < first) continue;
+            columns[0][done][column] = sums.x;
+            columns[1][done][column] = sums.y;
+            columns[2][done][column] = sums.z;
+            const int old_gray = left_cells[done][column];
+            const int old = image == 0 ? old_gray : (warped_cells[done][column] >> (9 * (image - 1))) & 511;
+            sums -= ivec3(old, old * old, old_gray * old);
+        }
+    }
+}
+
+void sum_windows(int sum_of, out ivec4 sums[kQuads]) {
+    const int y = int(gl_LocalInvocationID.x), x = kRun * int(gl_LocalInvocationID.y);
+    int sum = 0;
+    for (int u = 0; u < 2 * kRadius; ++u) sum += columns[sum_of][y][x + u];
+    for (int m = 0; m < kRun; ++m) {
+        sum += columns[sum_of][y][x + m + 2 * kRadius];
+        sums[m / 4][m % 4] = sum;
+        sum -= columns[sum_of][y][x + m];
+    }
+}
+
+struct Pixel {
+    int hypothesis, disparity, score;
+    bool peak;
+};
+
+Pixel refine(int guess, ivec3 z) {
+    Pixel pixel = Pixel(guess, guess, 0, false);
+    if (guess == kNone) return pixel;
+    pixel.score = max(z.x, max(z.y, z.z)) >> 8;
+    const int bend = 2 * z.y - z.x - z.z;
+    if (bend <= 0) return pixel;
+    const int top = floor_divide(16 * (z.x - z.z) + bend, 2 * bend);
+    pixel.peak = abs(top) <= 16;
+    pixel.disparity = clamp(guess + clamp(top, -16, 16), 0, 32000);
+    return pixel;
+}
+
+void judge(Pixel pixel, int x, int y, int variance, int n) {
+    const int at = y * push.width + x;
+    if (push.wants_refined != 0) refined[at] = int16_t(pixel.disparity);
+    if (push.wants_score != 0) score[at] = int16_t(pixel.score);
+    const int stands = int(standing[min(y >> 1, push.half_height - 1) * push.half_width + min(x >> 1, push.half_width - 1)]);
+    const bool known = stands == kSettled;
+    const bool usable = push.has_left_mask == 0 || int(left_mask[y * push.stride + x]) != 0;
+    int disparity = kNone, sure = 0;
+    if (pixel.hypothesis != kNone && usable && stands != kDoubtful) {
+        const int q = 16 * x - pixel.disparity;
+        bool good = pixel.peak && q >= 0 && pixel.score >= (known ? kTrustedScore : push.refine_score) && has_texture(variance, n);
+        if (good && push.has_mask != 0) good = int(right_mask[y * push.stride + ((q + 8) >> 4)]) != 0;
+        if (good || known) {
+            disparity = good ? pixel.disparity : pixel.hypothesis;
+            sure = clamp(good ? pixel.score >> 4 : pixel.score >> 5, 1, 255);
+        }
+    }
+    result[at] = int16_t(disparity);
+    confidence[at] = uint8_t(sure);
+}
+
+void main() {
+    const bool scores = gl_LocalInvocationID.y < kTile / kRun;
+    const ivec2 first = ivec2(gl_WorkGroupID.xy) * kTile + ivec2(kRun * gl_LocalInvocationID.y, gl_LocalInvocationID.x);
+    const int y = first.y, window_height = min(y + kRadius, size().y - 1) - max(y - kRadius, 0) + 1;
+    warp();
+    barrier();
+
+    ivec4 n[kQuads], left_sum[kQuads], left_variance[kQuads];
+    vec4 left_root[kQuads];
+    ivec4 z[3][kQuads];
+    for (int image = 0; image < 4; ++image) {
+        sum_columns(image);
+        barrier();
+        if (scores) {
+            ivec4 sum[kQuads], squares[kQuads], products[kQuads];
+            sum_windows(0, sum);
+            sum_windows(1, squares);
+            if (image > 0) sum_windows(2, products);
+            for (int v = 0; v < kQuads; ++v) {
+                if (image == 0) {
+                    const ivec4 x = first.x + 4 * v + ivec4(0, 1, 2, 3);
+                    n[v] = (min(x + kRadius, size().x - 1) - max(x - kRadius, 0) + 1) * window_height;
+                    left_sum[v] = sum[v];
+                    left_variance[v] = n[v] * squares[v] - sum[v] * sum[v];
+                    for (int m = 0; m < 4; ++m) left_root[v][m] = inverse_root(left_variance[v][m]) * 1048576.0;
+                } else {
+                    const ivec4 variance = n[v] * squares[v] - sum[v] * sum[v];
+                    precise const vec4 covariance = vec4(n[v] * products[v] - left_sum[v] * sum[v]);
+                    vec4 root;
+                    for (int m = 0; m < 4; ++m) root[m] = inverse_root(variance[m]);
+                    precise const vec4 scaled = covariance * root;
+                    precise const vec4 coefficient = scaled * left_root[v];
+                    z[image - 1][v] = ivec4(coefficient);
+                }
+            }
+        }
+        barrier();
+    }
+
+    if (!scores || y >= size().y) return;
+    for (int v = 0; v < kQuads; ++v)
+        for (int m = 0; m < 4; ++m) {
+            const int x = first.x + 4 * v + m;
+            if (x >= size().x) continue;
+            const int at = y * size().x + x;
+            const Pixel pixel = refine(int(hypothesis[at]), ivec3(z[0][v][m], z[1][v][m], z[2][v][m]));
+            if (kHalf)
+                result[at] = int16_t(pixel.disparity);
+            else
+                judge(pixel, x, y, left_variance[v][m], n[v][m]);
+        }
+}
