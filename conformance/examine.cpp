@@ -10,6 +10,8 @@
 #include <ctime>
 #include <fstream>
 
+#include "conformance/report/revision.hpp"
+
 namespace defrec::conformance {
 namespace {
 
@@ -85,6 +87,8 @@ RunRecord examine(const RunOptions& options) {
     if (!outcome.refusal.empty()) throw Unavailable(concat(who.subject.name, ": ", outcome.refusal));
 
     record.suite_version = kSuiteVersion;
+    record.suite_revision = suite_revision().id;
+    record.suite_dirty = suite_revision().dirty;
     record.command = command_text(options);
     record.seed = options.seed;
     record.complete = options.tiers.empty() && options.cases.empty() && !options.smoke;

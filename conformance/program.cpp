@@ -7,6 +7,8 @@
 #include <exception>
 
 #include "conformance/examine.hpp"
+#include "conformance/report/report.hpp"
+#include "conformance/suite.hpp"
 
 namespace defrec::conformance {
 namespace {
@@ -32,10 +34,31 @@ void summarise(const RunRecord& run) {
 
 int run(const RunOptions& options) {
     const RunRecord record = examine(options);
+    write_report(record, options.out);
     summarise(record);
     const bool failed = std::any_of(record.cases.begin(), record.cases.end(),
                                     [](const CaseRecord& one) { return one.verdict == Verdict::failed; });
     return int(failed ? ExitCode::failed : ExitCode::passed);
+}
+
+struct VerifyOptions {
+    std::string report, library;
+};
+
+int verify(const VerifyOptions& options) {
+    const std::optional<std::filesystem::path> library =
+        options.library.empty() ? std::nullopt : std::optional<std::filesystem::path>(options.library);
+    const std::vector<std::string> violations = verify_report(options.report, this_suite(), library);
+    for (const std::string& violation : violations) std::printf("%s.\n", violation.c_str());
+    if (violations.empty()) std::printf("%s: complete and as the suite wrote it; every case passed.\n", options.report.c_str());
+    return int(violations.empty() ? ExitCode::passed : ExitCode::failed);
+}
+
+CLI::App* add_verify_command(CLI::App& app, VerifyOptions& options) {
+    CLI::App* command = app.add_subcommand("verify", "checks that a report is complete, unedited, and of a plugin that passed");
+    command->add_option("report", options.report, "the folder that --out named, or a report.json")->required();
+    command->add_option("--library", options.library, "the plugin's library, to compare with the report's SHA-256");
+    return command;
 }
 
 // Empty if the options can be run.
@@ -69,12 +92,15 @@ int run_program(int argc, const char* const* argv) {
     app.footer("Exit codes: 0 passed, 1 internal error, 2 usage, 5 plugin or device unavailable, 6 failed, 7 output failed.");
     RunOptions options;
     add_run_options(app, options);
+    VerifyOptions verify_options;
+    const CLI::App* const verify_command = add_verify_command(app, verify_options);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
         return app.exit(error) == 0 ? int(ExitCode::passed) : int(ExitCode::usage);
     }
     try {
+        if (verify_command->parsed()) return verify(verify_options);
         if (options.list) return list(options);
         const std::string missing = missing_option(options);
         if (!missing.empty()) fail(DEFREC_ERROR_ARGUMENT, missing);
@@ -82,6 +108,9 @@ int run_program(int argc, const char* const* argv) {
     } catch (const Unavailable& error) {
         std::fprintf(stderr, "defrec-conformance: %s.\n", error.what());
         return int(ExitCode::unavailable);
+    } catch (const ReportError& error) {
+        std::fprintf(stderr, "defrec-conformance: %s.\n", error.what());
+        return int(ExitCode::output);
     } catch (const Error& error) {
         std::fprintf(stderr, "defrec-conformance: %s.\n", error.what());
         return int(error.status() == DEFREC_ERROR_ARGUMENT ? ExitCode::usage : ExitCode::internal);

@@ -44,9 +44,7 @@ class Run {
         outcome.device = device_;
         const bool repeatable = (device_.features & DEFREC_FEATURE_REPEATABLE) != 0;
         for (size_t i = 0; i < cases_.size(); ++i) outcome.cases.push_back(merge(cases_[i], results_[i], repeatable));
-        const Case end{kEndOfProcess, "abi", "", "The plugin ends well after all other cases, and gives the host's memory back.",
-                       true, false, {}};
-        outcome.cases.push_back(merge(end, end_, false));
+        outcome.cases.push_back(merge(end_of_process_case(), end_, false));
         return outcome;
     }
 
@@ -131,6 +129,10 @@ class Run {
 };
 
 }  // namespace
+
+Case end_of_process_case() {
+    return {"abi/end_of_process", "abi", "", "The plugin ends well after all other cases, and gives the host's memory back.", true, false, {}};
+}
 
 std::vector<Step> shuffled_steps(size_t cases, uint64_t seed) {
     std::vector<Step> steps;

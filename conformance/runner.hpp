@@ -11,8 +11,8 @@
 namespace defrec::conformance {
 
 inline constexpr uint32_t kRepetitions = 3;
-// The case that the runner itself adds: that the plugin's life ends well in a process that ran the others.
-inline constexpr char kEndOfProcess[] = "abi/end_of_process";
+// The case that the runner itself adds, without a body: that the plugin's life ends well in a process that ran the others.
+Case end_of_process_case();
 
 struct RunSettings {
     uint64_t seed = 1;                   // of the order

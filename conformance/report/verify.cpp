@@ -84,8 +84,8 @@ class Check {
             say("case " + c.id + " has another tier, stage or title than the suite gives it");
         if (c.verdict == Verdict::skipped)
             skipped(c);
-        else if (c.verdict == Verdict::passed && c.runs != suite_.runs)
-            say("case " + c.id + " was run " + std::to_string(c.runs) + " times, " + std::to_string(suite_.runs) + " are expected");
+        else if (c.verdict == Verdict::passed && c.runs != expected->runs)
+            say("case " + c.id + " was run " + std::to_string(c.runs) + " times, " + std::to_string(expected->runs) + " are expected");
         if ((c.verdict == Verdict::passed) != c.reason.empty()) say("case " + c.id + " has a reason and is passed, or has none and is not");
         for (const Metric& m : c.metrics) metric(c, m);
     }

@@ -18,8 +18,7 @@ struct Limits {
 // The suite that the report is held against: this program's own.
 struct Suite {
     std::string version;
-    uint32_t runs = 3;              // of each case
-    std::vector<CaseRecord> cases;  // every case of this version, in the order of their ids: id, tier, stage and title count
+    std::vector<CaseRecord> cases;  // every case of this version, in the order of their ids; id, tier, stage, title and runs count
     std::function<Limits(const CaseRecord&, const Metric&)> limits;
 };
 

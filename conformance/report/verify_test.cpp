@@ -17,7 +17,7 @@ using nlohmann::json;
 namespace {
 
 Suite sample_suite() {
-    return {"1", 3, sample_run().cases, [](const CaseRecord&, const Metric& m) -> Limits {
+    return {"1", sample_run().cases, [](const CaseRecord&, const Metric& m) -> Limits {
                 if (m.name == "error_to_truth") return {2.0, 1.0};
                 if (m.name == "distance_to_reference") return {0.02, 0.01};
                 return {};
