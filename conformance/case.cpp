@@ -22,6 +22,8 @@ std::vector<Case> all_cases() {
     std::vector<Case> cases;
     add_abi_cases(cases);
     add_stage_cases(cases);
+    add_sequence_cases(cases);
+    add_stress_cases(cases);
     std::sort(cases.begin(), cases.end(), [](const Case& a, const Case& b) { return a.id < b.id; });
     return cases;
 }

@@ -106,5 +106,7 @@ std::vector<Case> all_cases();
 // One for each folder in cases/.
 void add_abi_cases(std::vector<Case>& cases);
 void add_stage_cases(std::vector<Case>& cases);
+void add_sequence_cases(std::vector<Case>& cases);
+void add_stress_cases(std::vector<Case>& cases);
 
 }  // namespace defrec::conformance
