@@ -173,6 +173,11 @@ Output run(Stage& stage, const AlignScene& scene, const std::vector<defrec_motio
     return output;
 }
 
+template <class Record>
+bool identical(const std::vector<Record>& a, const std::vector<Record>& b) {
+    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof a[0]) == 0;
+}
+
 // The patches of a plane at 80 mm, each moved by some of six control points.
 AlignScene plane(uint32_t level) {
     AlignSceneOptions options;
@@ -235,8 +240,8 @@ TEST_CASE("predictions agree with the reference's, and the number of threads cha
             const Output a = run(*under_test::make_align(scene.params, one.host()), scene, motions);
             const Output b = run(*under_test::make_align(scene.params, four.host()), scene, motions);
             CHECK(check_predictions(expected, a) > scene.patches.size() / 2);
-            CHECK(std::memcmp(a.observations.data(), b.observations.data(), a.observations.size() * sizeof a.observations[0]) == 0);
-            CHECK(std::memcmp(a.predictions.data(), b.predictions.data(), a.predictions.size() * sizeof a.predictions[0]) == 0);
+            CHECK(identical(a.observations, b.observations));
+            CHECK(identical(a.predictions, b.predictions));
         }
 }
 
@@ -269,7 +274,7 @@ TEST_CASE("given predictions are handed on, and what lies behind the records sta
     const auto tested = under_test::make_align(scene.params, host.host());
     const Output got = run(*tested, scene, {}), expected = run(*reference::make_align(scene.params, host.host()), scene, {});
     for (size_t i = 0; i < expected.observations.size(); ++i) CHECK(same(expected.observations[i], got.observations[i]));
-    CHECK(std::memcmp(expected.predictions.data(), got.predictions.data(), expected.predictions.size() * sizeof got.predictions[0]) == 0);
+    CHECK(identical(expected.predictions, got.predictions));
 
     AlignScene empty = scene;
     empty.patches.clear();

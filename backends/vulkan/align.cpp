@@ -58,10 +58,11 @@ class Align final : public Stage {
   public:
     Align(const defrec_align_params& params, Device& device) : p_(params), device_(device) {
         check_limits(params);
-        const uint32_t most_views = std::min(device.limits().maxStorageBufferRange, uint32_t{INT32_MAX}) / 4 / width() / height();
-        if (params.views > most_views)
-            throw StageError(DEFREC_ERROR_UNSUPPORTED,
-                             "align: " + std::to_string(params.views) + " views given, the device takes " + std::to_string(most_views));
+        const uint64_t most_bytes = std::min(device.limits().maxStorageBufferRange, uint32_t{INT32_MAX});
+        const uint64_t bytes = std::max<uint64_t>(uint64_t{4} * width() * height() * params.views, gray_size(params));
+        if (bytes > most_bytes)
+            throw StageError(DEFREC_ERROR_UNSUPPORTED, "align: an image or all views at twice their size take " + std::to_string(bytes) +
+                                                           " bytes, the device takes " + std::to_string(most_bytes));
         for (const bool mask : {false, true})
             if (params.level > 0) {
                 halve_[mask] = device.kernel(shaders::align_halve, {params.level, mask});
@@ -92,10 +93,13 @@ class Align final : public Stage {
         }
         std::vector<uint8_t> doubled;
         for (uint32_t i = 0; i < p_.views; ++i) add_view(p_, views + view_offset(p_, i), doubled);
-        views_ = device_.upload(doubled.data(), doubled.size());
-        patches_ = device_.upload(patches.data(), patches.size_bytes());
-        centres_ = device_.upload(centres.data(), centres.size() * sizeof(Centre));
+        Buffer uploaded_views = device_.upload(doubled.data(), doubled.size());
+        Buffer uploaded_patches = device_.upload(patches.data(), patches.size_bytes());
+        Buffer uploaded_centres = device_.upload(centres.data(), centres.size() * sizeof(Centre));
         predictions_ = Buffer(device_, patches.size() * sizeof(defrec_patch_prediction));
+        views_ = std::move(uploaded_views);
+        patches_ = std::move(uploaded_patches);
+        centres_ = std::move(uploaded_centres);
         count_ = uint32_t(patches.size());
     }
 
@@ -104,7 +108,8 @@ class Align final : public Stage {
         const AlignBuffers given = take_buffers(p_, count_, sizes_of_inputs(in), sizes_of_outputs(out));
         if (count_ == 0) return;
         const bool masked = given.mask != nullptr;
-        const Buffer* predictions = given.given != nullptr ? in[3] : given.predictions != nullptr ? out[1] : &predictions_;
+        const Buffer* predictions = given.predictions != nullptr ? out[1] : &predictions_;
+        if (given.given != nullptr) predictions = in[3];
         const Buffer *gray = in[0], *mask = masked ? in[1] : nullptr;
         uint32_t stride = p_.stride;
         if (p_.level > 0) {

@@ -73,6 +73,10 @@ void add_up(int count) {
 }
 
 uint bytes_from(uint word, uint next, int byte) { return (word >> (8 * byte)) | ((next << 1) << (31 - 8 * byte)); }
+// Whether a pixel lies in the image with `border` more on every side.
+bool inside(ivec2 pixel, int border) {
+    return all(greaterThanEqual(pixel, ivec2(border))) && all(lessThan(pixel + border, ivec2(push.width, push.height)));
+}
 ivec4 bytes(uint word) { return ivec4(uvec4(word, word >> 8, word >> 16, word >> 24) & 255u); }
 
 // ---- section 3 ---------------------------------------------------------------------------------------------
@@ -153,34 +157,43 @@ uint within(int column) { return column < kSide ? 0xffffffffu : 0u; }
 int low(uint pair) { return int(pair << 16) >> 16; }
 int high(uint pair) { return int(pair) >> 16; }
 
+uvec2 template_at(int row, int block) {
+    const int i = 2 * (row * kBlocks + block);
+    return uvec2(template_pairs[i], template_pairs[i + 1]);
+}
+
 // at: of the strip's first word in the window.
-Correlation correlate_full(int at, int t, int tt) {
+Correlation correlate_all(int at, int t, int tt) {
     Correlation sums = Correlation(ivec4(kPixels), ivec4(t), ivec4(tt), ivec4(0), ivec4(0), ivec4(0));
-    for (int row = 0; row < kSide; ++row) {
-        uint next = live[at + row * kWindowWords];
+    for (int row = 0; row < kSide; ++row, at += kWindowWords) {
+        uint next = live[at];
         for (int block = 0; block < kBlocks; ++block) {
-            const uint word = next, left = template_pairs[2 * (row * kBlocks + block)], right = template_pairs[2 * (row * kBlocks + block) + 1];
-            next = live[at + row * kWindowWords + block + 1];
-            correlate(sums, low(left), word);
-            correlate(sums, high(left), bytes_from(word, next, 1) & within(4 * block + 1));
-            correlate(sums, low(right), bytes_from(word, next, 2) & within(4 * block + 2));
-            correlate(sums, high(right), bytes_from(word, next, 3) & within(4 * block + 3));
+            const uvec2 pairs = template_at(row, block);
+            const uint word = next;
+            next = live[at + block + 1];
+            correlate(sums, low(pairs[0]), word);
+            correlate(sums, high(pairs[0]), bytes_from(word, next, 1) & within(4 * block + 1));
+            correlate(sums, low(pairs[1]), bytes_from(word, next, 2) & within(4 * block + 2));
+            correlate(sums, high(pairs[1]), bytes_from(word, next, 3) & within(4 * block + 3));
         }
     }
     return sums;
 }
 Correlation correlate_usable(int at) {
     Correlation sums = Correlation(ivec4(0), ivec4(0), ivec4(0), ivec4(0), ivec4(0), ivec4(0));
-    for (int row = 0; row < kSide; ++row)
+    for (int row = 0; row < kSide; ++row, at += kWindowWords) {
+        uint next = live[at], next_seen = usable[at];
         for (int block = 0; block < kBlocks; ++block) {
-            const int i = at + row * kWindowWords + block;
-            const uint word = live[i], next = live[i + 1], seen = usable[i], next_seen = usable[i + 1];
-            const uint left = template_pairs[2 * (row * kBlocks + block)], right = template_pairs[2 * (row * kBlocks + block) + 1];
-            correlate(sums, low(left), word, seen);
-            correlate(sums, high(left), bytes_from(word, next, 1), bytes_from(seen, next_seen, 1) & within(4 * block + 1));
-            correlate(sums, low(right), bytes_from(word, next, 2), bytes_from(seen, next_seen, 2) & within(4 * block + 2));
-            correlate(sums, high(right), bytes_from(word, next, 3), bytes_from(seen, next_seen, 3) & within(4 * block + 3));
+            const uvec2 pairs = template_at(row, block);
+            const uint word = next, seen = next_seen;
+            next = live[at + block + 1];
+            next_seen = usable[at + block + 1];
+            correlate(sums, low(pairs[0]), word, seen);
+            correlate(sums, high(pairs[0]), bytes_from(word, next, 1), bytes_from(seen, next_seen, 1) & within(4 * block + 1));
+            correlate(sums, low(pairs[1]), bytes_from(word, next, 2), bytes_from(seen, next_seen, 2) & within(4 * block + 2));
+            correlate(sums, high(pairs[1]), bytes_from(word, next, 3), bytes_from(seen, next_seen, 3) & within(4 * block + 3));
         }
+    }
     return sums;
 }
 
@@ -191,9 +204,9 @@ int score_of(int n, int t, int tt, int i, int ii, int ti) {
     const vec2 count = of_count[n];
     const float patch_variance = covariance(t, t, tt, count.x);
     if (!(patch_variance >= 1.0)) return kUnscored;
-    precise const float z = ((covariance(t, i, ti, count.x) * reciprocal_sqrt(patch_variance)) * reciprocal_sqrt(float(live_variance))) * count.y;
-    precise const float rounded = z * kOneScore + 0.5;
-    return int(floor(rounded));
+    const float patch_root = reciprocal_sqrt(patch_variance), live_root = reciprocal_sqrt(float(live_variance));
+    precise const float z = (((covariance(t, i, ti, count.x) * patch_root) * live_root) * count.y) * kOneScore + 0.5;
+    return int(floor(z));
 }
 
 // The displacement of the best score round the pixel at; false if there is none or it lies at the border. t, tt: of the whole patch.
@@ -205,14 +218,14 @@ bool search(ivec2 at, int t, int tt, out ivec2 displacement) {
         if (some_hidden != 0)
             sums = correlate_usable(word);
         else
-            sums = correlate_full(word, t, tt);
+            sums = correlate_all(word, t, tt);
         for (int k = 0; k < 4; ++k) {
             const ivec2 d = ivec2(x + k, y) - kSearch, centre = at + d;
-            if (d.x > kSearch || any(lessThan(centre, ivec2(kRadius))) || centre.x + kRadius >= push.width || centre.y + kRadius >= push.height)
-                continue;
+            if (d.x > kSearch || !inside(centre, kRadius)) continue;
             const int score = score_of(sums.n[k], sums.t[k], sums.tt[k], sums.i[k], sums.ii[k], sums.ti[k]);
-            if (score == kUnscored || score - kDistancePenalty * (d.x * d.x + d.y * d.y) <= own_score) continue;
-            own_score = score - kDistancePenalty * (d.x * d.x + d.y * d.y);
+            const int penalised = score - kDistancePenalty * (d.x * d.x + d.y * d.y);
+            if (score == kUnscored || penalised <= own_score) continue;
+            own_score = penalised;
             own_place = y * kPlaces + x + k;
         }
     }
@@ -235,7 +248,8 @@ Pixel pixel_at(int i, int mean, ivec2 first) {
     if (i >= kPixels) return Pixel(0, 0, 0, 0);
     const int x = i % kSide, y = i / kSide, at = (y + 1) * kSampled + x + 1, column = first.x + x;
     if (((usable[(first.y + y) * kWindowWords + (column >> 2)] >> (8 * (column & 3))) & 1u) == 0u) return Pixel(0, 0, 0, 0);
-    return Pixel(sampled[at] - mean, (sampled[at + 1] - sampled[at - 1] + 1) >> 1, (sampled[at + kSampled] - sampled[at - kSampled] + 1) >> 1, 1);
+    const int across = sampled[at + 1] - sampled[at - 1], down = sampled[at + kSampled] - sampled[at - kSampled];
+    return Pixel(sampled[at] - mean, (across + 1) >> 1, (down + 1) >> 1, 1);
 }
 
 TemplateSums template_sums(Pixel pixels[kPixelsPerLane]) {
@@ -320,7 +334,8 @@ PatchObservation observe(int index) {
     add_up(3);
     const int sum = sums[0], squares = sums[1], mean = (2 * sum + kPixels) / (2 * kPixels);
     const int64_t n = int64_t(kPixels), whole = int64_t(sum);
-    if (sums[2] != 0 || n * int64_t(uint(squares)) - whole * whole < n * n * int64_t(push.texture) * int64_t(push.texture)) return kNotFound;
+    const int64_t variance = n * int64_t(uint(squares)) - whole * whole;
+    if (sums[2] != 0 || variance < n * n * int64_t(push.texture) * int64_t(push.texture)) return kNotFound;
 
     for (int i = lane; i < kSide * 2 * kBlocks; i += kLanes) {
         const int row = i / (2 * kBlocks), column = 2 * (i % (2 * kBlocks)), at = (row + 1) * kSampled + column + 1;
@@ -332,8 +347,8 @@ PatchObservation observe(int index) {
     ivec2 displacement;
     if (!search(pixel, sum - kPixels * mean, squares - 2 * mean * sum + kPixels * mean * mean, displacement)) return kNotFound;
 
-    const ivec2 best = pixel + displacement, border = ivec2(kRadius + 2);
-    if (any(lessThan(best, border)) || any(greaterThanEqual(best + border, ivec2(push.width, push.height)))) return kNotFound;
+    const ivec2 best = pixel + displacement;
+    if (!inside(best, kRadius + 2)) return kNotFound;
     const ivec2 first = displacement + kSearch + ivec2(4, 1);  // the patch's first pixel in the window
     Pixel pixels[kPixelsPerLane];
     for (int k = 0; k < kPixelsPerLane; ++k) pixels[k] = pixel_at(lane + k * kLanes, mean, first);
