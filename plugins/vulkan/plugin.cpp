@@ -155,7 +155,8 @@ defrec_status device_info(void* self, size_t index, defrec_device_info* out) {
         info.memory_bytes = device.memory_bytes;
         // A device that lacks what the stages need is listed with none, so that nobody wonders where it is.
         info.stages = device.lacks.empty() ? (1u << DEFREC_STAGE_COUNT_V1) - 1 : 0;
-        info.features = DEFREC_FEATURE_REPEATABLE | (device.software ? DEFREC_FEATURE_SOFTWARE : 0u);
+        info.features = DEFREC_FEATURE_REPEATABLE;
+        if (device.software) info.features |= DEFREC_FEATURE_SOFTWARE;
         info.struct_size = out->struct_size;
         std::memcpy(out, &info, std::min<size_t>(out->struct_size, sizeof info));
     });

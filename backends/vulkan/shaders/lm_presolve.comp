@@ -15,8 +15,6 @@ layout(std430, set = 0, binding = 5) writeonly buffer Rigid { vec4 rigid[2]; };
 const int kRounds = 5;
 const float kLeastMatches = 6;
 const float kLeastSpread = 0.01;  // mm^2
-const float kZeros[9] = float[9](0, 0, 0, 0, 0, 0, 0, 0, 0);
-
 shared mat3 rotation;  // rows
 shared vec3 shift;
 
@@ -66,43 +64,39 @@ float squared_error(uint i) {
 // Tukey's cost under the present rotation and shift, and under none.
 vec2 costs(uint me) {
     const float inverse_c2 = 1.0 / (push.match_tukey * push.match_tukey);
-    float sum[9] = kZeros;
+    mat3 sum = mat3(0.0);
     for (uint i = me; i < push.landmarks; i += kSize) {
         const float weight = deformed[i].w;
         if (weight == 0.0) continue;
         const vec3 error = deformed[i].xyz - load3(matches[i].position);
-        sum[0] += weight * tukey(squared_error(i), inverse_c2).cost;
-        sum[1] += weight * tukey(dot(error, error), inverse_c2).cost;
+        sum[0].x += weight * tukey(squared_error(i), inverse_c2).cost;
+        sum[0].y += weight * tukey(dot(error, error), inverse_c2).cost;
     }
-    sum_over_group(sum, me);
-    return vec2(sum[0], sum[1]);
+    return sum_over_group(sum, me)[0].xy;
 }
 
 // One round of weighted Procrustes.
 void fit(uint me, float inverse_c2) {
-    float mean[9] = kZeros;
+    mat3 mean = mat3(0.0);
     for (uint i = me; i < push.landmarks; i += kSize) {
         if (deformed[i].w == 0.0) continue;
         const float weight = deformed[i].w * tukey(squared_error(i), inverse_c2).weight;
-        mean[0] += weight;
-        for (int c = 0; c < 3; ++c) {
-            mean[1 + c] += weight * deformed[i][c];
-            mean[4 + c] += weight * matches[i].position[c];
-        }
+        mean += weight * mat3(deformed[i].xyz, load3(matches[i].position), vec3(1, 0, 0));
     }
-    sum_over_group(mean, me);
-    const bool any = mean[0] > 0.0;
-    const vec3 from = any ? vec3(mean[1], mean[2], mean[3]) / mean[0] : vec3(0);
-    const vec3 to = any ? vec3(mean[4], mean[5], mean[6]) / mean[0] : vec3(0);
-    float moment[9] = kZeros;
+    mean = sum_over_group(mean, me);
+    const float total = mean[2].x;
+    const bool any = total > 0.0;
+    const vec3 from = any ? mean[0] / total : vec3(0);
+    const vec3 to = any ? mean[1] / total : vec3(0);
+    mat3 moments = mat3(0.0);
     for (uint i = me; any && i < push.landmarks; i += kSize) {
         if (deformed[i].w == 0.0) continue;
         const float weight = deformed[i].w * tukey(squared_error(i), inverse_c2).weight;
-        add_moment(moment, weight, load3(matches[i].position) - to, deformed[i].xyz - from);
+        moments += moment(weight, load3(matches[i].position) - to, deformed[i].xyz - from);
     }
-    sum_over_group(moment, me);
+    moments = sum_over_group(moments, me);
     if (me == 0) {
-        const mat3 m = any ? as_matrix(moment) * (1.0 / mean[0]) : mat3(0.0);
+        const mat3 m = any ? moments * (1.0 / total) : mat3(0.0);
         rotation = second_singular_value(m) > kLeastSpread ? nearest_rotation(m) : mat3(1.0);
         shift = to - turned(rotation, from);
     }
@@ -115,7 +109,7 @@ void main() {
         rotation = mat3(1.0);
         shift = vec3(0);
     }
-    float count[9] = kZeros;
+    mat3 count = mat3(0.0);
     for (uint i = me; i < push.landmarks; i += kSize) {
         const uint item = push.points + i;
         const bool taken = preselected(matches[i]);
@@ -126,19 +120,18 @@ void main() {
             weight[k] = items[kItemVectors * item + 2 + k].w;
         }
         deformed[i] = vec4(apply(blend(moved_by, weight), items[kItemVectors * item].xyz), taken ? matches[i].weight : 0.0);
-        count[0] += taken ? 1.0 : 0.0;
+        count[0].x += taken ? 1.0 : 0.0;
     }
-    sum_over_group(count, me);
-    const bool enough = count[0] >= kLeastMatches;
+    const bool enough = sum_over_group(count, me)[0].x >= kLeastMatches;
     for (int round = 0; enough && round < kRounds; ++round) {
-        float spread[9] = kZeros;
+        mat3 spread = mat3(0.0);
         for (uint i = me; i < push.landmarks; i += kSize) {
             if (deformed[i].w == 0.0) continue;
-            spread[0] += deformed[i].w;
-            spread[1] += deformed[i].w * squared_error(i);
+            spread[0].x += deformed[i].w;
+            spread[0].y += deformed[i].w * squared_error(i);
         }
-        sum_over_group(spread, me);
-        fit(me, 1.0 / max(push.match_tukey * push.match_tukey, 9.0 * spread[1] / spread[0]));
+        spread = sum_over_group(spread, me);
+        fit(me, 1.0 / max(push.match_tukey * push.match_tukey, 9.0 * spread[0].y / spread[0].x));
     }
     const vec2 cost = costs(me);
     if (me != 0) return;
