@@ -42,7 +42,8 @@ void against_reference(CaseRun& run, const SequenceEntry& entry, const Track& ex
     measure(run, "sequence.extrapolated" + kind, quantile(apart.extrapolated, 1), quantile(apart.extrapolated, 0.99),
             apart.extrapolated.size());
     measure(run, "sequence.other_status" + kind, apart.other_status_share(), apart.other_status_share(), apart.vertices);
-    if (std::all_of(run.metrics.begin(), run.metrics.end(), [](const Metric& metric) { return metric.passed(); })) return;
+    const bool passed = std::all_of(run.metrics.begin(), run.metrics.end(), [](const Metric& metric) { return metric.passed(); });
+    if (passed && run.failure.empty()) return;
     const double scale = run.tolerances().at("sequence.observed" + kind).p99;
     for (Picture& picture : distance_pictures(expected, found, footage(entry.footage), apart.worst_frame, scale)) run.show(std::move(picture));
 }
