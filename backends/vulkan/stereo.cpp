@@ -14,7 +14,7 @@ namespace {
 struct Push {
     int32_t width, height, stride, half_width, half_height, first, count;
     float one_over_n, least_score, least_lead;
-    int32_t left_right, texture, support, edge, refine_score, fill_radius;
+    int32_t left_right, texture, support, edge, refine_score;
     int32_t has_mask, has_left_mask, wants_refined, wants_score, wants_confidence;
 };
 struct SmoothPush {
@@ -110,7 +110,7 @@ class Stereo final : public Stage {
               upsample(device.kernel(shaders::stereo_upsample)),
               refine(device.kernel(shaders::stereo_refine, {p.refine_radius, 0})),
               islands(device.kernel(shaders::stereo_islands)),
-              small_holes(device.kernel(shaders::stereo_small_holes)),
+              small_holes(device.kernel(shaders::stereo_small_holes, {p.fill_radius})),
               // A smoothing of radius 0 only copies.
               smooth(device.kernel(shaders::stereo_smooth, {p.smooth_passes == 0 ? 0 : p.smooth_radius, p.smooth_range})) {}
         std::shared_ptr<const Kernel> prepare, pack, left_statistics, right_statistics, search, check, support, smooth_search, coarser,
@@ -153,7 +153,6 @@ class Stereo final : public Stage {
                 int32_t(p_.support),
                 int32_t(p_.edge),
                 int32_t(p_.refine_score),
-                int32_t(p_.fill_radius),
                 given.right_mask != nullptr,
                 given.left_mask != nullptr,
                 given.refined != nullptr,

@@ -4,7 +4,7 @@ layout(push_constant) uniform Push {
     int half_width, half_height;
     int first, count;  // disparities searched at half resolution
     float one_over_n, least_score, least_lead;
-    int left_right, texture, support, edge, refine_score, fill_radius;
+    int left_right, texture, support, edge, refine_score;
     int has_mask;                  // of the image that is prepared; of the right one in the refinement
     int has_left_mask;
     int wants_refined, wants_score, wants_confidence;
@@ -14,18 +14,19 @@ const int kNone = -32768;  // DEFREC_DISPARITY_NONE
 const int kDoubtful = 0, kOpen = 1, kSettled = 2;
 
 // 0 for 0, else about 1 / sqrt(value).
-float inverse_root(int value) {
-    precise const float x = float(value);
-    precise const float half_x = 0.5 * x;
-    precise float y = intBitsToFloat(0x5f375a86 - (floatBitsToInt(x) >> 1));
+vec4 inverse_roots(ivec4 value) {
+    precise const vec4 x = vec4(value);
+    precise const vec4 half_x = 0.5 * x;
+    precise vec4 y = intBitsToFloat(0x5f375a86 - (floatBitsToInt(x) >> 1));
     for (int step = 0; step < 2; ++step) {
-        precise const float a = half_x * y;
-        precise const float b = a * y;
-        precise const float c = 1.5 - b;
+        precise const vec4 a = half_x * y;
+        precise const vec4 b = a * y;
+        precise const vec4 c = 1.5 - b;
         y = y * c;
     }
-    return value > 0 ? y : 0.0;
+    return mix(vec4(0.0), y, greaterThan(value, ivec4(0)));
 }
+float inverse_root(int value) { return inverse_roots(ivec4(value)).x; }
 
 // b > 0.
 int floor_divide(int a, int b) {

@@ -5,13 +5,12 @@
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
 #extension GL_GOOGLE_include_directive : require
 #include "stereo.glsl"
+const int kRadius = 4;
 #include "stereo_windows.glsl"
 
 layout(std430, set = 0, binding = 0) readonly buffer From { int16_t from[]; };
 layout(std430, set = 0, binding = 1) buffer Confidence { uint8_t confidence[]; };
 layout(std430, set = 0, binding = 2) writeonly buffer To { int16_t to[]; };
-
-const int kRadius = 4;
 
 int cell(ivec2 at) {
     if (any(lessThan(at, ivec2(0))) || at.x >= push.width || at.y >= push.height) return 0;
@@ -20,10 +19,10 @@ int cell(ivec2 at) {
 
 void main() {
     const ivec2 first = first_of_run();
-    sum_rows(kRadius);
-    int running = start_of_run(kRadius);
+    int counts[kRun];
+    sum_windows(counts);
     for (int j = 0; j < kRun; ++j) {
-        const bool dropped = 25 * next_of_run(running, j, kRadius) < 81 * push.support;
+        const bool dropped = 25 * counts[j] < 81 * push.support;
         const ivec2 at = first + ivec2(0, j);
         if (at.x >= push.width || at.y >= push.height) continue;
         const int i = at.y * push.width + at.x;

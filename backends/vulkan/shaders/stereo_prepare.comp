@@ -5,6 +5,7 @@
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
 #extension GL_GOOGLE_include_directive : require
 #include "stereo.glsl"
+const int kRadius = 8;
 #include "stereo_windows.glsl"
 
 layout(std430, set = 0, binding = 0) readonly buffer Source { uint8_t source[]; };
@@ -13,7 +14,7 @@ layout(std430, set = 0, binding = 2) writeonly buffer Gray { uint8_t gray[]; };
 layout(std430, set = 0, binding = 3) writeonly buffer HalfGray { uint8_t half_gray[]; };
 layout(std430, set = 0, binding = 4) writeonly buffer HalfMask { uint8_t half_mask[]; };
 
-const int kRadius = 8, kOne = 1 << 20;  // a cell counts its pixel above the sum of grays
+const int kOne = 1 << 20;  // a cell counts its pixel above the sum of grays
 
 shared int any_masked;
 shared int inpainted[kTile][kTile];  // -1 - gray where masked
@@ -41,12 +42,11 @@ void main() {
     }
     barrier();
     if (any_masked != 0) {
-        sum_rows(kRadius);
-        int running = start_of_run(kRadius);
+        int sums[kRun];
+        sum_windows(sums);
         for (int j = 0; j < kRun; ++j) {
-            const int both = next_of_run(running, j, kRadius);
             if (inpainted[place.y + j][place.x] >= 0) continue;
-            const int sum = both & (kOne - 1), n = both >> 20;
+            const int sum = sums[j] & (kOne - 1), n = sums[j] >> 20;
             inpainted[place.y + j][place.x] = -1 - (n == 0 ? 128 : (2 * sum + n) / (2 * n));
         }
         barrier();

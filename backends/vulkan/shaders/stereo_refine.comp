@@ -24,11 +24,11 @@ layout(std430, set = 0, binding = 8) writeonly buffer Refined { int16_t refined[
 layout(std430, set = 0, binding = 9) writeonly buffer Score { int16_t score[]; };
 
 const int kTile = 32, kInvocations = 160, kSide = kTile + 2 * kRadius;
-const int kRun = 8, kQuads = kRun / 4;  // pixels of an invocation, in vectors of four
+const int kRun = 8, kQuads = kRun / 4;    // pixels of an invocation, in vectors of four
+const int kReach = kRun + 2 * kRadius;    // and with their windows
 const int kTrustedScore = 512;
 
-shared int left_cells[kSide][kSide];
-shared int warped_cells[kSide][kSide];  // W_-1, W_0, W_1 in 9 bits each
+shared ivec2 cells[kSide][kSide];  // L, and W_-1, W_0, W_1 in 9 bits each; 0 outside the image
 shared int columns[3][kTile][kSide + 1];
 
 ivec2 size() { return kHalf ? ivec2(push.half_width, push.half_height) : ivec2(push.width, push.height); }
@@ -48,41 +48,45 @@ void warp() {
             gray = int(left[at]);
             warped = w.x | w.y << 9 | w.z << 18;
         }
-        left_cells[row][column] = gray;
-        warped_cells[row][column] = warped;
+        cells[row][column] = ivec2(gray, warped);
     }
 }
 
-// Sums of I, I I and L I along the columns, I the left image for image 0, else W_(image - 2).
+// The left image for image 0, else W_(image - 2).
+int value_of(ivec2 cell, int image) { return image == 0 ? cell.x : (cell.y >> (9 * (image - 1))) & 511; }
+
+// Sums of I, I I and L I along the columns, I that image.
 void sum_columns(int image) {
-    const int kParts = 4, kRows = kTile / kParts;
-    for (int i = int(gl_LocalInvocationIndex); i < kParts * kSide; i += kInvocations) {
-        const int column = i % kSide, first = i / kSide * kRows;
+    for (int i = int(gl_LocalInvocationIndex); i < kSide * (kTile / kRun); i += kInvocations) {
+        const int column = i % kSide, first = i / kSide * kRun;
+        int gray[kReach], value[kReach];
+        for (int v = 0; v < kReach; ++v) {
+            const ivec2 cell = cells[first + v][column];
+            gray[v] = cell.x;
+            value[v] = value_of(cell, image);
+        }
         ivec3 sums = ivec3(0);
-        for (int row = first; row < first + 2 * kRadius + kRows; ++row) {
-            const int gray = left_cells[row][column];
-            const int value = image == 0 ? gray : (warped_cells[row][column] >> (9 * (image - 1))) & 511;
-            sums += ivec3(value, value * value, gray * value);
-            const int done = row - 2 * kRadius;
-            if (done < first) continue;
-            columns[0][done][column] = sums.x;
-            columns[1][done][column] = sums.y;
-            columns[2][done][column] = sums.z;
-            const int old_gray = left_cells[done][column];
-            const int old = image == 0 ? old_gray : (warped_cells[done][column] >> (9 * (image - 1))) & 511;
-            sums -= ivec3(old, old * old, old_gray * old);
+        for (int v = 0; v < 2 * kRadius; ++v) sums += ivec3(1, value[v], gray[v]) * value[v];
+        for (int v = 0; v < kRun; ++v) {
+            sums += ivec3(1, value[v + 2 * kRadius], gray[v + 2 * kRadius]) * value[v + 2 * kRadius];
+            columns[0][first + v][column] = sums.x;
+            columns[1][first + v][column] = sums.y;
+            columns[2][first + v][column] = sums.z;
+            sums -= ivec3(1, value[v], gray[v]) * value[v];
         }
     }
 }
 
 void sum_windows(int sum_of, out ivec4 sums[kQuads]) {
     const int y = int(gl_LocalInvocationID.x), x = kRun * int(gl_LocalInvocationID.y);
+    int line[kReach];
+    for (int u = 0; u < kReach; ++u) line[u] = columns[sum_of][y][x + u];
     int sum = 0;
-    for (int u = 0; u < 2 * kRadius; ++u) sum += columns[sum_of][y][x + u];
+    for (int u = 0; u < 2 * kRadius; ++u) sum += line[u];
     for (int m = 0; m < kRun; ++m) {
-        sum += columns[sum_of][y][x + m + 2 * kRadius];
+        sum += line[m + 2 * kRadius];
         sums[m / 4][m % 4] = sum;
-        sum -= columns[sum_of][y][x + m];
+        sum -= line[m];
     }
 }
 
@@ -103,7 +107,7 @@ Pixel refine(int guess, ivec3 z) {
     return pixel;
 }
 
-void judge(Pixel pixel, int x, int y, int variance, int n) {
+void judge(Pixel pixel, int x, int y, bool textured) {
     const int at = y * push.width + x;
     if (push.wants_refined != 0) refined[at] = int16_t(pixel.disparity);
     if (push.wants_score != 0) score[at] = int16_t(pixel.score);
@@ -113,7 +117,7 @@ void judge(Pixel pixel, int x, int y, int variance, int n) {
     int disparity = kNone, sure = 0;
     if (pixel.hypothesis != kNone && usable && stands != kDoubtful) {
         const int q = 16 * x - pixel.disparity;
-        bool good = pixel.peak && q >= 0 && pixel.score >= (known ? kTrustedScore : push.refine_score) && has_texture(variance, n);
+        bool good = pixel.peak && q >= 0 && pixel.score >= (known ? kTrustedScore : push.refine_score) && textured;
         if (good && push.has_mask != 0) good = int(right_mask[y * push.stride + ((q + 8) >> 4)]) != 0;
         if (good || known) {
             disparity = good ? pixel.disparity : pixel.hypothesis;
@@ -126,13 +130,15 @@ void judge(Pixel pixel, int x, int y, int variance, int n) {
 
 void main() {
     const bool scores = gl_LocalInvocationID.y < kTile / kRun;
-    const ivec2 first = ivec2(gl_WorkGroupID.xy) * kTile + ivec2(kRun * gl_LocalInvocationID.y, gl_LocalInvocationID.x);
-    const int y = first.y, window_height = min(y + kRadius, size().y - 1) - max(y - kRadius, 0) + 1;
+    const ivec2 tile = ivec2(gl_WorkGroupID.xy) * kTile;
+    const ivec2 place = ivec2(kRun * gl_LocalInvocationID.y, gl_LocalInvocationID.x), first = tile + place;
+    const int window_height = min(first.y + kRadius, size().y - 1) - max(first.y - kRadius, 0) + 1;
     warp();
     barrier();
 
-    ivec4 n[kQuads], left_sum[kQuads], left_variance[kQuads];
+    ivec4 n[kQuads], left_sum[kQuads];
     vec4 left_root[kQuads];
+    int textured = 0;  // a bit for each pixel
     ivec4 z[3][kQuads];
     for (int image = 0; image < 4; ++image) {
         sum_columns(image);
@@ -141,38 +147,48 @@ void main() {
             ivec4 sum[kQuads], squares[kQuads], products[kQuads];
             sum_windows(0, sum);
             sum_windows(1, squares);
-            if (image > 0) sum_windows(2, products);
+            sum_windows(2, products);
             for (int v = 0; v < kQuads; ++v) {
                 if (image == 0) {
                     const ivec4 x = first.x + 4 * v + ivec4(0, 1, 2, 3);
                     n[v] = (min(x + kRadius, size().x - 1) - max(x - kRadius, 0) + 1) * window_height;
+                }
+                const ivec4 variance = n[v] * squares[v] - sum[v] * sum[v];
+                const vec4 root = inverse_roots(variance);
+                if (image == 0) {
                     left_sum[v] = sum[v];
-                    left_variance[v] = n[v] * squares[v] - sum[v] * sum[v];
-                    for (int m = 0; m < 4; ++m) left_root[v][m] = inverse_root(left_variance[v][m]) * 1048576.0;
+                    left_root[v] = root * 1048576.0;
+                    if (!kHalf)
+                        for (int m = 0; m < 4; ++m) textured |= has_texture(variance[m], n[v][m]) ? 1 << (4 * v + m) : 0;
                 } else {
-                    const ivec4 variance = n[v] * squares[v] - sum[v] * sum[v];
-                    precise const vec4 covariance = vec4(n[v] * products[v] - left_sum[v] * sum[v]);
-                    vec4 root;
-                    for (int m = 0; m < 4; ++m) root[m] = inverse_root(variance[m]);
-                    precise const vec4 scaled = covariance * root;
+                    precise const vec4 scaled = vec4(n[v] * products[v] - left_sum[v] * sum[v]) * root;
                     precise const vec4 coefficient = scaled * left_root[v];
-                    z[image - 1][v] = ivec4(coefficient);
+                    if (image == 1) z[0][v] = ivec4(coefficient);
+                    if (image == 2) z[1][v] = ivec4(coefficient);
+                    if (image == 3) z[2][v] = ivec4(coefficient);
                 }
             }
         }
         barrier();
     }
 
-    if (!scores || y >= size().y) return;
-    for (int v = 0; v < kQuads; ++v)
-        for (int m = 0; m < 4; ++m) {
-            const int x = first.x + 4 * v + m;
-            if (x >= size().x) continue;
-            const int at = y * size().x + x;
-            const Pixel pixel = refine(int(hypothesis[at]), ivec3(z[0][v][m], z[1][v][m], z[2][v][m]));
-            if (kHalf)
-                result[at] = int16_t(pixel.disparity);
-            else
-                judge(pixel, x, y, left_variance[v][m], n[v][m]);
+    if (scores)
+        for (int m = 0; m < kRun; ++m) {
+            columns[0][place.y][place.x + m] = 2 * z[0][m / 4][m % 4] + ((textured >> m) & 1);
+            columns[1][place.y][place.x + m] = z[1][m / 4][m % 4];
+            columns[2][place.y][place.x + m] = z[2][m / 4][m % 4];
         }
+    barrier();
+    for (int i = int(gl_LocalInvocationIndex); i < kTile * kTile; i += kInvocations) {
+        const int row = i / kTile, column = i % kTile;
+        const ivec2 at = tile + ivec2(column, row);
+        if (at.x >= size().x || at.y >= size().y) continue;
+        const ivec3 three = ivec3(columns[0][row][column], columns[1][row][column], columns[2][row][column]);
+        const int guess = int(hypothesis[at.y * size().x + at.x]);
+        const Pixel pixel = refine(guess, ivec3(three.x >> 1, three.yz));
+        if (kHalf)
+            result[at.y * size().x + at.x] = int16_t(pixel.disparity);
+        else
+            judge(pixel, at.x, at.y, (three.x & 1) != 0);
+    }
 }

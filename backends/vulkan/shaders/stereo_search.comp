@@ -21,10 +21,10 @@ layout(std430, set = 0, binding = 6) buffer RightKeys { int right_keys[]; };
 const int kTile = 32, kInvocations = 160, kGroup = 4;
 const int kColumns = kTile + 2 * kRadius;
 const int kRun = 8, kQuads = kRun / 4;  // pixels of an invocation, in vectors of four
-const int kWindowWords = kRadius / 2;   // whole words of the 2 kRadius rows before a window's last
-const bool kOdd = (kRadius & 1) != 0;   // then half a word follows them
+const int kKept = (kRadius + 1) / 2;    // words of the 2 kRadius rows before a window's last
+const bool kOdd = (kRadius & 1) != 0;   // then of the last only half
 
-shared int columns[kGroup][kColumns][kTile + 1];
+shared ivec4 columns[kGroup][kColumns][kTile / 4 + 1];  // four rows in a vector
 
 ivec4 pixels(int word) { return (ivec4(word) << ivec4(24, 16, 8, 0)) >> 24; }
 
@@ -39,30 +39,25 @@ void sum_columns(int group) {
     const int x0 = int(gl_WorkGroupID.x) * kTile - kRadius, q0 = int(gl_WorkGroupID.y) * (kTile / 4);
     for (int i = int(gl_LocalInvocationIndex); i < kGroup * kColumns; i += kInvocations) {
         const int k = i / kColumns, column = i % kColumns, x = x0 + column, d = push.first + group * kGroup + k;
+        ivec4 inside[kKept];  // products of the rows that are in the window, the oldest first
         int sum = 0;
-        for (int q = 0; q < kWindowWords; ++q) {
-            const ivec4 p = products(q0 + q, x, d);
-            sum += (p.x + p.y) + (p.z + p.w);
-        }
-        ivec4 next = ivec4(0);
-        if (kOdd) {
-            next = products(q0 + kWindowWords, x, d);
-            sum += next.x + next.y;
+        for (int q = 0; q < kKept; ++q) {
+            inside[q] = products(q0 + q, x, d);
+            sum += inside[q].x + inside[q].y;
+            if (!kOdd || q < kKept - 1) sum += inside[q].z + inside[q].w;
         }
         for (int q = 0; q < kTile / 4; ++q) {
-            ivec4 entering = products(q0 + kWindowWords + q + (kOdd ? 1 : 0), x, d);
-            if (kOdd) {
-                const ivec4 after = entering;
-                entering = ivec4(next.zw, after.xy);
-                next = after;
-            }
-            const ivec4 leaving = products(q0 + q, x, d);
-            const int a = sum + entering.x, b = a - leaving.x + entering.y, c = b - leaving.y + entering.z, e = c - leaving.z + entering.w;
-            columns[k][column][4 * q] = a;
-            columns[k][column][4 * q + 1] = b;
-            columns[k][column][4 * q + 2] = c;
-            columns[k][column][4 * q + 3] = e;
-            sum = e - leaving.w;
+            const ivec4 next = products(q0 + kKept + q, x, d), leaving = inside[0];
+            const ivec4 entering = kOdd ? ivec4(inside[kKept - 1].zw, next.xy) : next;
+            ivec4 sums;
+            sums.x = sum + entering.x;
+            sums.y = sums.x - leaving.x + entering.y;
+            sums.z = sums.y - leaving.y + entering.z;
+            sums.w = sums.z - leaving.z + entering.w;
+            columns[k][column][q] = sums;
+            sum = sums.w - leaving.w;
+            for (int t = 0; t < kKept - 1; ++t) inside[t] = inside[t + 1];
+            inside[kKept - 1] = next;
         }
     }
 }
@@ -70,12 +65,14 @@ void sum_columns(int group) {
 // The windows of the invocation's pixels.
 void sum_windows(int k, out ivec4 sums[kQuads]) {
     const int y = int(gl_LocalInvocationID.x), x = kRun * int(gl_LocalInvocationID.y);
+    int line[kRun + 2 * kRadius];
+    for (int u = 0; u < kRun + 2 * kRadius; ++u) line[u] = columns[k][x + u][y / 4][y % 4];
     int sum = 0;
-    for (int u = 0; u < 2 * kRadius; ++u) sum += columns[k][x + u][y];
+    for (int u = 0; u < 2 * kRadius; ++u) sum += line[u];
     for (int m = 0; m < kRun; ++m) {
-        sum += columns[k][x + m + 2 * kRadius][y];
+        sum += line[m + 2 * kRadius];
         sums[m / 4][m % 4] = sum;
-        sum -= columns[k][x + m][y];
+        sum -= line[m];
     }
 }
 

@@ -5,6 +5,7 @@
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
 #extension GL_GOOGLE_include_directive : require
 #include "stereo.glsl"
+layout(constant_id = 0) const int kRadius = 6;
 #include "stereo_windows.glsl"
 
 layout(std430, set = 0, binding = 0) readonly buffer Evidence { int16_t evidence[]; };
@@ -24,15 +25,14 @@ int cell(ivec2 at) {
 
 void main() {
     const ivec2 first = first_of_run();
-    const int radius = push.fill_radius, side = 2 * radius + 1;
-    sum_rows(radius);
-    int running = start_of_run(radius);
+    const int side = 2 * kRadius + 1;
+    int sums[kRun];
+    sum_windows(sums);
     for (int j = 0; j < kRun; ++j) {
-        const int both = next_of_run(running, j, radius);
         const ivec2 at = first + ivec2(0, j);
         if (at.x >= push.width || at.y >= push.height) continue;
         const int i = at.y * push.width + at.x;
-        const int m = (both + kOne / 2) >> 16, sum = both - m * kOne;
+        const int m = (sums[j] + kOne / 2) >> 16, sum = sums[j] - m * kOne;
         int disparity = int(evidence[i]), sure = int(confidence[i]);
         if (disparity == kNone && 2 * m >= side * side) {
             disparity = max(0, int(hypothesis[i]) + floor_divide(2 * sum + m, 2 * m));

@@ -1,7 +1,7 @@
 // Stage stereo, smoothing of section 6: along rows, then along columns. A work group per tile of 32 x 32 pixels.
 #version 450
 #extension GL_EXT_shader_16bit_storage : require
-layout(local_size_x = 32, local_size_y = 8) in;
+layout(local_size_x = 32, local_size_y = 5) in;
 
 layout(constant_id = 0) const int kRadius = 3;
 layout(constant_id = 1) const int kRange = 24;
@@ -11,21 +11,28 @@ layout(push_constant) uniform Push {
     int width, height, to_stride;
 } push;
 
-const int kTile = 32, kSide = kTile + 2 * kRadius, kInvocations = 256;
+const int kTile = 32, kSide = kTile + 2 * kRadius, kInvocations = 160;
+const int kRun = 8, kReach = kRun + 2 * kRadius;  // pixels that an invocation smooths along a line, and these with their neighbours
 const int kNone = -32768;
 const int kReciprocal[8] = int[](0, 32767, 16384, 10923, 8192, 6554, 5461, 4681);
 
-shared int cells[kSide][kSide];
-shared int rows[kSide][kTile];
+shared int cells[kSide][kSide + 1];
+shared int rows[kSide][kTile + 1];
 
-// Neighbours join the mean one by one. A missing one differs from every disparity by more than the range.
-void add(int neighbour, int centre, inout int sum, inout int n) {
-    const int difference = neighbour - centre;
-    if (abs(difference) > kRange) return;
-    sum += difference;
-    ++n;
+void smooth_run(int line[kReach], out int result[kRun]) {
+    for (int i = 0; i < kRun; ++i) {
+        const int centre = line[i + kRadius];
+        int sum = 0, n = 0;
+        for (int u = 0; u <= 2 * kRadius; ++u) {
+            const int difference = line[i + u] - centre;
+            // A missing one differs from every disparity by more than the range.
+            const bool near = abs(difference) <= kRange;
+            sum += near ? difference : 0;
+            n += near ? 1 : 0;
+        }
+        result[i] = centre == kNone ? kNone : centre + ((sum * kReciprocal[n] + (1 << 14)) >> 15);
+    }
 }
-int mean(int centre, int sum, int n) { return centre == kNone ? kNone : centre + ((sum * kReciprocal[n] + (1 << 14)) >> 15); }
 
 void main() {
     const ivec2 tile = ivec2(gl_WorkGroupID.xy) * kTile;
@@ -36,18 +43,20 @@ void main() {
         cells[i / kSide][i % kSide] = inside ? int(from[y * push.width + x]) : kNone;
     }
     barrier();
-    for (int i = me; i < kSide * kTile; i += kInvocations) {
-        const int row = i / kTile, column = i % kTile, centre = cells[row][column + kRadius];
-        int sum = 0, n = 0;
-        for (int u = 0; u <= 2 * kRadius; ++u) add(cells[row][column + u], centre, sum, n);
-        rows[row][column] = mean(centre, sum, n);
+    int line[kReach], smoothed[kRun];
+    for (int i = me; i < kSide * (kTile / kRun); i += kInvocations) {
+        const int row = i % kSide, column = i / kSide * kRun;
+        for (int u = 0; u < kReach; ++u) line[u] = cells[row][column + u];
+        smooth_run(line, smoothed);
+        for (int u = 0; u < kRun; ++u) rows[row][column + u] = smoothed[u];
     }
     barrier();
-    for (int i = me; i < kTile * kTile; i += kInvocations) {
-        const int row = i / kTile, column = i % kTile, centre = rows[row + kRadius][column];
-        int sum = 0, n = 0;
-        for (int v = 0; v <= 2 * kRadius; ++v) add(rows[row + v][column], centre, sum, n);
-        const int x = tile.x + column, y = tile.y + row;
-        if (x < push.width && y < push.height) to[y * push.to_stride + x] = int16_t(mean(centre, sum, n));
+    const int x = tile.x + int(gl_LocalInvocationID.x), first = kRun * int(gl_LocalInvocationID.y);
+    if (first >= kTile || x >= push.width) return;
+    for (int v = 0; v < kReach; ++v) line[v] = rows[first + v][gl_LocalInvocationID.x];
+    smooth_run(line, smoothed);
+    for (int v = 0; v < kRun; ++v) {
+        const int y = tile.y + first + v;
+        if (y < push.height) to[y * push.to_stride + x] = int16_t(smoothed[v]);
     }
 }

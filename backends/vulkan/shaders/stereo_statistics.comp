@@ -6,9 +6,9 @@
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
 #extension GL_GOOGLE_include_directive : require
 #include "stereo.glsl"
-#include "stereo_windows.glsl"
 
 layout(constant_id = 0) const int kRadius = 4;
+#include "stereo_windows.glsl"
 layout(constant_id = 1) const bool kRight = false;
 layout(std430, set = 0, binding = 0) readonly buffer Gray { uint8_t gray[]; };
 layout(std430, set = 0, binding = 1) writeonly buffer Statistics { vec2 statistics[]; };  // mean, or right sum; root of the variance
@@ -26,19 +26,15 @@ int cell(ivec2 at) {
 void main() {
     const int n = (2 * kRadius + 1) * (2 * kRadius + 1);
     const ivec2 first = first_of_run();
-    int sums[kRun];
-    sum_rows(kRadius);
-    int running = start_of_run(kRadius);
-    for (int j = 0; j < kRun; ++j) sums[j] = next_of_run(running, j, kRadius);
+    int sums[kRun], squares[kRun];
+    sum_windows(sums);
     power = 2;
-    sum_rows(kRadius);
-    running = start_of_run(kRadius);
+    sum_windows(squares);
     for (int j = 0; j < kRun; ++j) {
-        const int squares = next_of_run(running, j, kRadius);
         const ivec2 at = first + ivec2(0, j);
         if (at.x >= push.half_width || at.y >= push.half_height) continue;
         const bool whole = all(greaterThanEqual(at, ivec2(kRadius))) && at.x < push.half_width - kRadius && at.y < push.half_height - kRadius;
-        const int sum = whole ? sums[j] : 0, variance = whole ? n * squares - sum * sum : 0;
+        const int sum = whole ? sums[j] : 0, variance = whole ? n * squares[j] - sum * sum : 0;
         const int i = at.y * push.half_width + at.x;
         precise const float mean = float(sum) * push.one_over_n;
         statistics[i] = vec2(kRight ? float(sum) : mean, inverse_root(variance));
