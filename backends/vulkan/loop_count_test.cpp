@@ -108,6 +108,25 @@ TEST_CASE("row 48: the loops of rectify") {
     counting.expect_below_cap("rectify");
 }
 
+TEST_CASE("row 48: the loops of stereo") {
+    if (!under_test::available()) return;
+    for (const bool wide : {false, true}) {  // the most disparities; the most levels to fill
+        Counting counting;
+        defrec_stereo_params p{};
+        p.width = wide ? 8192 : 300;
+        p.height = wide ? 16 : 300;
+        p.disparities = wide ? 1 : 510;
+        p.min_disparity = wide ? 0 : 1;
+        p.radius = p.refine_radius = 6;
+        p.fill_radius = 8;
+        fill_defaults(p);
+        const size_t pixels = size_t{p.width} * p.height;
+        const Bytes image = noise(pixels);
+        counting.run(make_stereo(p, counting.device()), {}, {image, image, image, image}, {2 * pixels, pixels});
+        counting.expect_below_cap("stereo");
+    }
+}
+
 TEST_CASE("row 48: the loops of orb") {
     if (!under_test::available()) return;
     for (const uint32_t cell : {4u, 16u}) {
