@@ -1,7 +1,6 @@
 // Stage lm in shaders: a fixed sequence of them for all iterations; what decides lies on the device. docs/stages/lm.md.
 #include <cstdlib>
 
-#include "backends/shared/levenberg_marquardt.hpp"
 #include "backends/vulkan/camera.hpp"
 #include "backends/vulkan/lm_lists.hpp"
 #include "backends/vulkan/stages.hpp"
@@ -23,14 +22,16 @@ struct Push {
     uint32_t given, evaluation, step;
 };
 constexpr uint32_t kMatchesGiven = 1, kObservationsGiven = 2, kPresolve = 4;
-constexpr uint32_t kSurfaceGroup = 64, kBlockGroup = 64, kPresolveGroup = 256;
+constexpr uint32_t kResidualGroup = 64, kBlockGroup = 64, kPresolveGroup = 256;
 constexpr uint64_t kVector = 16, kNodeVectors = 3, kRecordVectors = 3, kEdgeVectors = 4, kBlockVectors = 12;
 constexpr uint64_t kDiagonalVectors = kBlockVectors + 2, kGradientVectors = 2 * (2 * 3 + 5);
 constexpr uint64_t kStateBytes = 88, kTermBytes = 20, kProgressBytes = 16;
 
-constexpr uint64_t kMostDispatches = 65536;       // recorded: each has a descriptor set
-constexpr size_t kLongestLoop = 50000;            // of one invocation
-constexpr uint32_t kMostItems = 1u << 28;         // lm_blocks.glsl
+constexpr uint64_t kMostDispatches = 65536;  // recorded: each has a descriptor set
+// lavapipe ends loops, those of one invocation together, after 65,535 rounds.
+constexpr size_t kLongestLoop = 50000;
+constexpr uint32_t kMostPresolveLandmarks = 2000 * kPresolveGroup;  // 17 times over all
+constexpr uint32_t kMostItems = 1u << 28;                           // lm_blocks.glsl
 
 // Invocations that share a block: a discrete device hides latency by them, a processor gains nothing.
 uint32_t split_of(const Device& device) { return device.physical().software ? 1 : 8; }
@@ -82,8 +83,8 @@ struct Surface {
           data(device, sizeof(float) * p.nodes),
           data_sums(device, 2 * sizeof(float) * cover(uint64_t{p.nodes} * split, kBlockGroup)),
           terms(device, kTermBytes * surface_groups(p)),
-          arap_costs(device, sizeof(float) * cover(edges, kSurfaceGroup)),
-          moves(device, 2 * sizeof(float) * cover(p.nodes, kSurfaceGroup)),
+          arap_costs(device, sizeof(float) * cover(edges, kResidualGroup)),
+          moves(device, 2 * sizeof(float) * cover(p.nodes, kResidualGroup)),
           states(device, 2 * kStateBytes),
           matrix(device, kVector * kBlockVectors * lists.columns.size()),
           diagonal(device, kVector * kDiagonalVectors * p.nodes),
@@ -95,7 +96,7 @@ struct Surface {
           rigid(device, 2 * kVector) {}
 
     static uint32_t surface_groups(const defrec_lm_params& p) {
-        return cover(p.points, kSurfaceGroup) + cover(p.landmarks, kSurfaceGroup) + cover(p.patches, kSurfaceGroup);
+        return cover(p.points, kResidualGroup) + cover(p.landmarks, kResidualGroup) + cover(p.patches, kResidualGroup);
     }
 };
 
@@ -107,7 +108,7 @@ class Lm final : public Stage {
           split_(split_of(device)),
           presolve_(device.kernel(shaders::lm_presolve, {kPresolveGroup})),
           start_(device.kernel(shaders::lm_start)),
-          residuals_(device.kernel(shaders::lm_surface)),
+          residuals_(device.kernel(shaders::lm_residuals)),
           data_(device.kernel(shaders::lm_data, {split_})),
           edges_(device.kernel(shaders::lm_edges, {split_})),
           system_(device.kernel(shaders::lm_system, {split_})),
@@ -120,12 +121,13 @@ class Lm final : public Stage {
         const Host host(&plain_host());
         LmTemplate surface(host);
         surface.read(p_, in);
-        if (uint64_t{p_.points} + p_.landmarks + p_.patches >= kMostItems)
-            throw StageError(DEFREC_ERROR_UNSUPPORTED, "lm: at most " + std::to_string(kMostItems) + " points, landmarks and patches");
+        check_size("points, landmarks and patches", uint64_t{p_.points} + p_.landmarks + p_.patches, kMostItems);
+        if (p_.presolve != 0) check_size("landmarks to move rigidly onto matches", p_.landmarks, kMostPresolveLandmarks);
         const LmLists lists(p_, surface);
-        if (lists.longest > kLongestLoop * split_)
-            throw StageError(DEFREC_ERROR_UNSUPPORTED, "lm: a control point with " + std::to_string(lists.longest) +
-                                                           " residuals; at most " + std::to_string(kLongestLoop * split_));
+        check_size("residuals of a control point", lists.longest, kLongestLoop * split_);
+        const uint64_t most_groups = device_.limits().maxComputeWorkGroupCount[0];
+        check_size("connected pairs of control points", lists.blocks.size(), most_groups * kBlockGroup / split_);
+        check_size("work groups of residuals", Surface::surface_groups(p_), most_groups);
         surface_ = std::make_unique<Surface>(device_, lists, p_, split_);
     }
 
@@ -144,7 +146,7 @@ class Lm final : public Stage {
         const Surface& s = *surface_;
         Push push = first_push(matches != nullptr, observations != nullptr, disparity != nullptr);
 
-        const Groups node_groups{cover(p_.nodes, kSurfaceGroup)}, shared_groups{cover(uint64_t{p_.nodes} * split_, kBlockGroup)};
+        const Groups node_groups{cover(p_.nodes, kResidualGroup)}, shared_groups{cover(uint64_t{p_.nodes} * split_, kBlockGroup)};
         const Groups block_groups{cover(uint64_t{s.blocks} * split_, kBlockGroup)};
         const auto residuals = [&] {
             recorder.dispatch(residuals_,
@@ -153,7 +155,7 @@ class Lm final : public Stage {
         };
         const std::initializer_list<Binding> edge_buffers = {s.edge_list, s.trial, s.data, s.data_sums, s.scales, s.edge_records,
                                                              s.arap_costs, s.states};
-        const Groups edge_groups{cover(s.edges, kSurfaceGroup)};
+        const Groups edge_groups{cover(s.edges, kResidualGroup)};
 
         if ((push.given & kPresolve) != 0)
             recorder.dispatch(presolve_, {motions, s.items, s.item_nodes, matches, s.deformed, s.rigid}, push, {1});
@@ -183,6 +185,12 @@ class Lm final : public Stage {
     }
 
   private:
+    static void check_size(const char* what, uint64_t size, uint64_t most) {
+        if (size > most)
+            throw StageError(DEFREC_ERROR_UNSUPPORTED,
+                             "lm: " + std::to_string(size) + " " + what + "; this device takes at most " + std::to_string(most));
+    }
+
     Push first_push(bool matches, bool observations, bool disparity) const {
         const float spacing2 = p_.node_spacing_mm * p_.node_spacing_mm;
         return {Camera(p_.camera),

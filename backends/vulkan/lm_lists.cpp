@@ -66,6 +66,10 @@ void LmLists::add_blocks(const BlockPattern& pattern) {
     row_starts.push_back(uint32_t(pattern.blocks()));
     add_item_terms(pattern, block_at);
     add_edge_terms(pattern, block_at);
+    // Neighbouring invocations then have equally much to do.
+    std::stable_sort(blocks.begin() + std::ptrdiff_t(pattern.rows()), blocks.end(), [](const LmBlock& a, const LmBlock& b) {
+        return a.last_item - a.first_item > b.last_item - b.first_item;
+    });
     for (const LmBlock& b : blocks)
         longest = std::max<size_t>(longest, b.last_item - b.first_item + b.last_edge - b.first_edge);
 }

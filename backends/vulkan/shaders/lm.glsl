@@ -1,7 +1,7 @@
 // What the shaders of stage lm share. docs/stages/lm.md. They run in this order, all recorded before:
-//   [presolve] start, surface, data, edges, then for each iteration: system, step ..., move, surface beside edges; at the end finish.
-// Evaluation e (0: of the start, then one for each iteration's trial) is judged by what comes after it: by system, or by finish. Judgement e
-// is written to states[e & 1]; what follows in the iteration looks there whether anything is left to do.
+//   [presolve] start, residuals, data, edges, then for each iteration: system, step ..., move, residuals beside edges; at the end finish.
+// Evaluation e (0: of the start, then one for each iteration's trial) is judged by what comes after it: by system, or by finish.
+// Judgement e is written to states[e & 1]; what follows in the iteration looks there whether anything is left to do.
 #include "records.glsl"
 #include "motion.glsl"
 #ifndef LIVE_DISPARITY
@@ -25,16 +25,16 @@ layout(push_constant) uniform Push {
 
 const uint kMatchesGiven = 1, kObservationsGiven = 2, kPresolve = 4;
 
-const uint kSurfaceGroup = 64;  // residuals in a work group of surface, edges in one of edges, control points in one of move
+const uint kResidualGroup = 64;  // invocations of a work group of residuals, edges, and move
 const uint kItemVectors = 6;    // of an item of the template, a point, landmark or patch: position, normal, then for each of its control
                                 // points what leads from it to the item, and the weight
 const uint kRecordVectors = 3;  // of an item's residual: (Gxx, Gxy, Gxz, weight) (Gyy, Gyz, Gzz, 0) (b, 0), with G the weighted sum of
                                 // g g^T over its rows of gradient g and value r, b that of r g
 const uint kEdgeVectors = 4;    // of an edge now: (direction, length) (a's turned, stretch) (b's turned, scale) (rotation a b*)
 const uint kNodeVectors = 3;    // of a control point in motion: rotation, dual part, position
-const uint kBlockVectors = 12;  // of a 6x6 block: its 3x3 quarters rotation-rotation, rotation-shift, shift-rotation, shift-shift by columns
+const uint kBlockVectors = 12;  // of a 6x6 block: its 3x3 quarters turn-turn, turn-shift, shift-turn, shift-shift, each by columns
 
-uint groups_of(uint count) { return (count + kSurfaceGroup - 1) / kSurfaceGroup; }
+uint groups_of(uint count) { return (count + kResidualGroup - 1) / kResidualGroup; }
 
 // The sums over some residuals of a term.
 struct Term {

@@ -1,14 +1,14 @@
-// Stage lm: the ARAP term of each edge by the trial motions (backends/shared/lm_arap.hpp), one invocation each. Evaluation 0 also finds each
-// edge's scale S.
+// Stage lm: the ARAP term of each edge by the trial motions (backends/shared/lm_arap.hpp), one invocation each. Evaluation 0 also finds
+// each edge's scale S.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "lm.glsl"
 layout(local_size_x = 64) in;
 
 struct RestEdge {
-    vec4 rest;       // direction from a to b, and length
+    vec4 rest;  // direction from a to b, and length
     uint a, b;
-    float share;     // of the data's weight that S is
+    float share;  // of the data's weight that S is
     uint unused;
 };
 layout(std430, set = 0, binding = 0) readonly buffer Edges { RestEdge edges[]; };
@@ -24,17 +24,17 @@ layout(constant_id = 0) const uint kSplit = 8;  // of data
 
 const float kLeastLength = 1e-3;
 
-shared vec2 shares[kSurfaceGroup];
+shared vec2 shares[kResidualGroup];
 
 // The typical weight of the data at control points that have any, to the whole work group.
 float usual_data(uint me) {
-    const uint groups = (push.nodes * kSplit + kSurfaceGroup - 1) / kSurfaceGroup;
+    const uint groups = (push.nodes * kSplit + kResidualGroup - 1) / kResidualGroup;
     vec2 sum = vec2(0);
-    for (uint i = me; i < groups; i += kSurfaceGroup) sum += data_sums[i];
+    for (uint i = me; i < groups; i += kResidualGroup) sum += data_sums[i];
     shares[me] = sum;
     barrier();
     sum = vec2(0);
-    for (uint i = 0; i < min(groups, kSurfaceGroup); ++i) sum += shares[i];
+    for (uint i = 0; i < min(groups, kResidualGroup); ++i) sum += shares[i];
     barrier();
     return sum.x > 0.0 ? sum.y / sum.x : 0.0;
 }
@@ -82,6 +82,6 @@ void main() {
     shares[me] = vec2(cost, 0);
     barrier();
     if (me != 0) return;
-    for (uint k = 8; k < kSurfaceGroup; k += 8) cost += shares[k].x;
+    for (uint k = 8; k < kResidualGroup; k += 8) cost += shares[k].x;
     arap_costs[gl_WorkGroupID.x] = cost;
 }

@@ -1,5 +1,5 @@
-// Judgement of an evaluation: levenberg_marquardt.hpp after a step was tried. Every work group comes to it by itself, from the sums that the
-// evaluation left. Needs lm.glsl, and kJudges, the invocations of a work group, a multiple of 64.
+// Judgement of an evaluation: levenberg_marquardt.hpp after a step was tried. Every work group comes to it by itself, from the sums that
+// the evaluation left. Needs lm.glsl, and kJudges, the invocations of a work group.
 layout(std430, set = 0, binding = 0) buffer States { State states[2]; };
 layout(std430, set = 0, binding = 1) readonly buffer Terms { Term terms[]; };
 layout(std430, set = 0, binding = 2) readonly buffer ArapCosts { float arap_costs[]; };
@@ -37,10 +37,10 @@ void share_sums(uint me) {
     move_shares[me] = move;
 }
 
-// The same tree as the shares: those of one term to its own invocation.
 Term sum_of_shares(uint kind) {
+    const uint count = kind == 0 ? push.points : kind == 1 ? push.landmarks : push.patches;
     Term sum = kNoTerm;
-    for (uint i = 0; i < kJudges; ++i) sum = plus(sum, term_shares[kind][i]);
+    for (uint i = 0; i < min(groups_of(count), kJudges); ++i) sum = plus(sum, term_shares[kind][i]);
     return sum;
 }
 
@@ -90,10 +90,9 @@ void judge(uint me) {
     float arap = 0.0;
     Move move = Move(0, 0);
     if (!over && me == 3) {
-        for (uint i = 0; i < kJudges; ++i) {
-            arap += arap_shares[i];
+        for (uint i = 0; i < min(groups_of(push.edges), kJudges); ++i) arap += arap_shares[i];
+        for (uint i = 0; i < min(groups_of(push.nodes), kJudges); ++i)
             move = Move(max(move.largest, move_shares[i].largest), move.bad | move_shares[i].bad);
-        }
     }
     barrier();
     if (me < 3) term_shares[me][0] = sum;

@@ -22,10 +22,13 @@ vec3 solution(uint i, uint h) {
     return before + advanced.alpha * direction;
 }
 
-// The rotation by |r| radians about r.
+// The rotation by |r| radians about r. Small angles, and steps end small, by series: Vulkan lets sin and cos be off by 2^-11.
 vec4 rotation_from_vector(vec3 r) {
-    const float angle = sqrt(dot(r, r));
-    return normalize(vec4((angle > 1e-6 ? sin(0.5 * angle) / angle : 0.5) * r, cos(0.5 * angle)));
+    const float angle = sqrt(dot(r, r)), x = 0.25 * angle * angle;  // half the angle, squared
+    if (angle < 1.0)
+        return normalize(vec4(0.5 * (1.0 - x / 6.0 * (1.0 - x / 20.0 * (1.0 - x / 42.0))) * r,
+                              1.0 - x / 2.0 * (1.0 - x / 12.0 * (1.0 - x / 30.0 * (1.0 - x / 56.0)))));
+    return normalize(vec4(sin(0.5 * angle) / angle * r, cos(0.5 * angle)));
 }
 
 Move take_step(uint i) {

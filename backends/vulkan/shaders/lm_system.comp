@@ -1,5 +1,5 @@
-// Stage lm: judges the last evaluation; linearises there if it is the present state; damps and inverts the diagonal. kSplit invocations share
-// a block, each with every kSplit-th of its terms.
+// Stage lm: judges the last evaluation; linearises there if it is the present state; damps and inverts the diagonal. kSplit invocations
+// share a block, each with every kSplit-th of its terms.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "lm.glsl"
@@ -16,8 +16,8 @@ layout(std430, set = 0, binding = 8) readonly buffer Records { vec4 records[]; }
 layout(std430, set = 0, binding = 9) readonly buffer EdgeRecords { vec4 edge_records[]; };
 layout(std430, set = 0, binding = 10) readonly buffer Trial { vec4 trial[]; };
 layout(std430, set = 0, binding = 11) writeonly buffer Present { vec4 present[]; };
-layout(std430, set = 0, binding = 12) writeonly buffer Matrix { vec4 matrix[]; };    // damped
-layout(std430, set = 0, binding = 13) buffer Diagonal { vec4 diagonal[]; };          // not damped; block, then half the gradient
+layout(std430, set = 0, binding = 12) writeonly buffer Matrix { vec4 matrix[]; };  // damped
+layout(std430, set = 0, binding = 13) buffer Diagonal { vec4 diagonal[]; };  // not damped; block, then half the gradient
 layout(std430, set = 0, binding = 14) writeonly buffer Inverses { vec4 inverses[]; };  // of the damped diagonal
 layout(std430, set = 0, binding = 15) writeonly buffer Vectors { vec4 vectors[]; };
 #include "lm_vectors.glsl"
@@ -34,10 +34,9 @@ struct Sums {
 shared vec3 shares[kColumns][kBlockGroup];
 
 // G of an item.
-mat3 squares_of(uint item, out vec3 pull) {
-    const vec4 a = records[kRecordVectors * item], b = records[kRecordVectors * item + 1];
-    pull = records[kRecordVectors * item + 2].xyz;
-    return mat3(a.xyz, vec3(a.y, b.xy), vec3(a.z, b.y, b.z));
+mat3 squares_of(uint item) {
+    const vec3 a = records[kRecordVectors * item].xyz, b = records[kRecordVectors * item + 1].xyz;
+    return mat3(a, vec3(a.y, b.xy), vec3(a.z, b.yz));
 }
 // [v]x m
 mat3 cross_columns(vec3 v, mat3 m) { return mat3(cross(v, m[0]), cross(v, m[1]), cross(v, m[2])); }
@@ -47,19 +46,26 @@ void add_items(BlockTerms block, uint split, inout Sums sums) {
     const bool own = block.row == block.column;
     for (uint at = block.first_item + split; at < block.last_item; at += kSplit) {
         const uint term = item_terms[at], item = term_item(term);
-        const vec4 row = items[kItemVectors * item + 2 + term_row(term)], column = items[kItemVectors * item + 2 + term_column(term)];
-        vec3 pull;
-        const mat3 g = squares_of(item, pull) * (row.w * column.w);
-        const vec3 a = rotate(row_rotation, row.xyz), b = rotate(column_rotation, column.xyz);
+        const bool same = own && term_row(term) == term_column(term);
+        const vec4 row = items[kItemVectors * item + 2 + term_row(term)];
+        const vec3 a = rotate(row_rotation, row.xyz);
+        float weight = row.w;
+        vec3 b = a;
+        if (same) {
+            const vec3 pull = records[kRecordVectors * item + 2].xyz;
+            sums.shift += row.w * pull;
+            sums.turn += row.w * cross(a, pull);
+        } else {
+            const vec4 column = items[kItemVectors * item + 2 + term_column(term)];
+            b = rotate(column_rotation, column.xyz);
+            weight = column.w;
+        }
+        const mat3 g = squares_of(item) * (row.w * weight);
         const mat3 turned = cross_columns(a, g);
         sums.shift_shift += g;
         sums.turn_shift += turned;
         sums.shift_turn += cross_columns(b, g);
         sums.turn_turn += cross_columns(b, transpose(turned));
-        if (own && term_row(term) == term_column(term)) {
-            sums.shift += row.w * pull;
-            sums.turn += row.w * cross(a, pull);
-        }
     }
 }
 

@@ -19,7 +19,7 @@ layout(std430, set = 0, binding = 8) readonly buffer States { State states[2]; }
 const float kLeastFacing = 0.25;
 const float kMatchDepthRoot = 0.5;
 
-shared Term shares[kSurfaceGroup];
+shared Term shares[kResidualGroup];
 
 // A residual's rows as the normal equations want them: G and b of lm.glsl, not yet weighted.
 struct Rows {
@@ -170,10 +170,10 @@ void main() {
     uint group = gl_WorkGroupID.x;
     Term own = kNoTerm;
     if (group < point_groups) {
-        const uint i = group * kSurfaceGroup + me;
+        const uint i = group * kResidualGroup + me;
         if (i < push.points) own = evaluate_point(i);
     } else if (group < point_groups + landmark_groups) {
-        const uint i = (group - point_groups) * kSurfaceGroup + me, item = push.points + i;
+        const uint i = (group - point_groups) * kResidualGroup + me, item = push.points + i;
         if (i < push.landmarks) {
             if ((push.given & kMatchesGiven) != 0)
                 own = evaluate_match(item, matches[i]);
@@ -181,7 +181,7 @@ void main() {
                 store(item, kNoRows, 0.0);
         }
     } else {
-        const uint i = (group - point_groups - landmark_groups) * kSurfaceGroup + me, item = push.points + push.landmarks + i;
+        const uint i = (group - point_groups - landmark_groups) * kResidualGroup + me, item = push.points + push.landmarks + i;
         if (i < push.patches) {
             if ((push.given & kObservationsGiven) != 0)
                 own = evaluate_patch(item, observations[i]);
