@@ -100,6 +100,7 @@ struct Environment {
 };
 
 void environment(CaseRun& run) {
+    std::fesetenv(FE_DFL_ENV);  // whatever the cases before have let happen
     const Environment before;
     {
         Session session(run.subject_plugin());
