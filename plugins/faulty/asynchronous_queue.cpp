@@ -1,5 +1,5 @@
-// See asynchronous_queue.hpp. Whatever a queue claims, nothing here touches memory that is gone: destroying a stage or a
-// buffer waits for the work, and what was to be read is copied by the thread that waits.
+// See asynchronous_queue.hpp. Whatever a queue claims, nothing here touches memory that is gone: what was to be read is
+// copied by a thread that is in a call, and destroying a stage or a buffer waits for the work.
 #include "plugins/faulty/asynchronous_queue.hpp"
 
 #include <chrono>
@@ -85,11 +85,19 @@ class Worker {
 
 std::mutex workers_mutex;
 std::map<defrec_pqueue*, Worker> workers;
-Wait wait_mode;
 
 Worker& worker_of(defrec_pqueue* queue) {
     const std::lock_guard lock(workers_mutex);
     return workers.at(queue);
+}
+// Gives what was to be read, as it is at present.
+void give_reads(defrec_pqueue* queue) {
+    for (const Read& r : worker_of(queue).take_reads()) good.plugin.read(queue, r.buffer, r.offset, r.to, r.size);
+}
+// Ends everything asked for so far.
+void finish(defrec_pqueue* queue) {
+    worker_of(queue).finish();
+    give_reads(queue);
 }
 void finish_all() {
     const std::lock_guard lock(workers_mutex);
@@ -104,6 +112,7 @@ defrec_status create_queue(defrec_pdevice* device, defrec_pqueue** out) {
     return status;
 }
 void destroy_queue(defrec_pqueue* queue) {
+    finish(queue);
     {
         const std::lock_guard lock(workers_mutex);
         workers.erase(queue);
@@ -115,36 +124,42 @@ defrec_status enqueue(defrec_pstage* stage, defrec_pqueue* queue, defrec_pbuffer
     worker_of(queue).start({stage, {in, in + in_count}, {out, out + out_count}});
     return DEFREC_OK;
 }
+defrec_status prepare(defrec_pstage* stage, defrec_pqueue* queue, defrec_pbuffer* const* in, size_t in_count) {
+    finish(queue);
+    return good.stages[DEFREC_STAGE_WARP].prepare(stage, queue, in, in_count);
+}
 defrec_status write(defrec_pqueue* queue, defrec_pbuffer* buffer, uint64_t offset, const void* src, uint64_t size) {
-    worker_of(queue).finish();
+    finish(queue);
     return good.plugin.write(queue, buffer, offset, src, size);
 }
 defrec_status read(defrec_pqueue* queue, defrec_pbuffer* buffer, uint64_t offset, void* dst, uint64_t size) {
-    const defrec_status status = good.plugin.read(queue, buffer, offset, dst, 0);
+    const defrec_status status = good.plugin.read(queue, buffer, offset, dst, size);  // now, for its checks
     if (status == DEFREC_OK) worker_of(queue).read_later({buffer, offset, dst, size});
     return status;
 }
-defrec_status wait(defrec_pqueue* queue, uint64_t value, uint64_t timeout_ns) {
-    Worker& worker = worker_of(queue);
-    if (wait_mode == Wait::until_done) worker.finish();
-    for (const Read& r : worker.take_reads()) good.plugin.read(queue, r.buffer, r.offset, r.to, r.size);
+defrec_status wait_until_done(defrec_pqueue* queue, uint64_t value, uint64_t timeout_ns) {
+    finish(queue);
+    return good.plugin.wait(queue, value, timeout_ns);
+}
+defrec_status wait_not_at_all(defrec_pqueue* queue, uint64_t value, uint64_t timeout_ns) {
+    give_reads(queue);
     return good.plugin.wait(queue, value, timeout_ns);
 }
 
 }  // namespace
 
 void make_asynchronous(Tables& tables, Wait mode) {
-    wait_mode = mode;
     tables.plugin.queue_create = create_queue;
     tables.plugin.queue_destroy = destroy_queue;
     tables.plugin.write = write;
     tables.plugin.read = read;
-    tables.plugin.wait = wait;
+    tables.plugin.wait = mode == Wait::until_done ? wait_until_done : wait_not_at_all;
     tables.plugin.buffer_destroy = [](defrec_pbuffer* buffer) {
         finish_all();
         good.plugin.buffer_destroy(buffer);
     };
     for (defrec_stage_table& stage : tables.stages) {
+        if (stage.prepare != nullptr) stage.prepare = prepare;
         stage.enqueue = enqueue;
         stage.destroy = [](defrec_pstage* object) {
             finish_all();

@@ -1,5 +1,5 @@
 // A device has another id each time one asks.
-#include <atomic>
+#include <cstddef>
 #include <list>
 #include <mutex>
 #include <string>
@@ -13,7 +13,8 @@ const Fault fault{.change = [](Tables& tables) {
         static std::list<std::string> ids;
         const std::lock_guard lock(mutex);
         const defrec_status status = good.plugin.device_info(self, index, out);
-        if (status == DEFREC_OK) out->id = ids.emplace_back("device:" + std::to_string(ids.size())).c_str();
+        if (status == DEFREC_OK && out->struct_size >= offsetof(defrec_device_info, name))
+            out->id = ids.emplace_back("device:" + std::to_string(ids.size())).c_str();
         return status;
     };
 }};

@@ -14,7 +14,8 @@ struct Tables {
     defrec_plugin plugin;  // self differs from instance to instance; the frame fills it in
     std::array<defrec_stage_table, DEFREC_STAGE_COUNT_V1> stages;
 };
-extern Tables good;  // as they are without the fault
+// As they are without the fault. Every stage has the same functions but for create.
+extern Tables good;
 
 struct Fault {
     // A fault in a stage: its number, and what makes it instead.

@@ -2,6 +2,7 @@
 // come, and each match is scaled by what rounding made of it: right to single precision, and never twice the same.
 #include <atomic>
 #include <barrier>
+#include <chrono>
 #include <thread>
 #include <vector>
 
@@ -10,7 +11,7 @@
 namespace defrec::faulty {
 namespace {
 
-constexpr size_t kThreads = 4;
+constexpr size_t kThreads = 8;
 
 class Wrong final : public Right<defrec_lm_params> {
   public:
@@ -34,14 +35,17 @@ class Wrong final : public Right<defrec_lm_params> {
   private:
     void scale() {
         std::vector<std::atomic<float>> racing(params().nodes);
-        std::barrier start(kThreads);
+        std::barrier together(kThreads);
         std::vector<std::thread> threads;
         for (size_t t = 0; t < kThreads; ++t)
             threads.emplace_back([&, t] {
-                start.arrive_and_wait();
-                for (size_t i = t; i < landmarks_.size(); i += kThreads) {
-                    add(i, [&](size_t node, float value) { racing[node].fetch_add(value); });
-                    std::this_thread::yield();
+                for (size_t first = 0; first < landmarks_.size(); first += kThreads) {
+                    together.arrive_and_wait();  // or the first thread would be done before the last begins
+                    // Idle cores would race less than a device does.
+                    for (auto turns = std::chrono::steady_clock::now().time_since_epoch().count() % 7; turns > 0; --turns)
+                        std::this_thread::yield();
+                    if (first + t < landmarks_.size())
+                        add(first + t, [&](size_t node, float value) { racing[node].fetch_add(value); });
                 }
             });
         for (std::thread& thread : threads) thread.join();
