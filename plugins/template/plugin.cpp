@@ -4,6 +4,7 @@
 // A queue here computes when it is given work, so all work is done by the time of a signal. A device that works on its
 // own queues the work instead, and wait blocks until it has come to that point.
 #include <defrec_plugin.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -180,6 +181,7 @@ defrec_status device_info(void* self, size_t index, defrec_device_info* out) {
         info.id = "example";  // unique among all devices of all plugins, the same in every run
         info.name = "Example device";
         info.driver = EXAMPLE_VERSION;
+        info.memory_bytes = uint64_t(sysconf(_SC_PHYS_PAGES)) * uint64_t(sysconf(_SC_PAGESIZE));
         info.stages = 1u << DEFREC_STAGE_RECTIFY;
         info.features = DEFREC_FEATURE_REPEATABLE;  // the same input gives the same bits; leave it out if not so
         // The host's struct may be older or newer than this plugin: only what both know is written.
@@ -245,8 +247,10 @@ void shut_down(void* self) { delete static_cast<Instance*>(self); }
 extern "C" DEFREC_PLUGIN_EXPORT defrec_status DEFREC_CALL defrec_plugin_entry_v1(const defrec_host* host,
                                                                                  const defrec_plugin** out) {
     if (host == nullptr || out == nullptr) return DEFREC_ERROR_ARGUMENT;
-    // A member that a newer ABI minor appended may be missing in an older host's table; these are all of 1.0.
-    if (!DEFREC_HAS(host, error) || !DEFREC_HAS(host, alloc) || !DEFREC_HAS(host, free) || !DEFREC_HAS(host, parallel_for))
+    // A member that a later minor version appended may be missing in an older host's table. All of 1.0 is needed here;
+    // concurrency is the last of them.
+    if (!DEFREC_HAS(host, concurrency) || !DEFREC_HAS(host, error) || !DEFREC_HAS(host, alloc) || !DEFREC_HAS(host, free) ||
+        !DEFREC_HAS(host, parallel_for))
         return DEFREC_ERROR_VERSION;
     auto* instance = new (std::nothrow) Instance{host, {}};
     if (instance == nullptr) {
