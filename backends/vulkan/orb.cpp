@@ -64,10 +64,10 @@ class Orb final : public Stage {
   public:
     Orb(const defrec_orb_params& params, Device& device)
         : p_(params),
+          device_(device),
           layout_(orb::make_layout(params)),
           soften_(device.kernel(shaders::orb_soften)),
           smooth_(device.kernel(shaders::orb_smooth)),
-          score_(device.kernel(shaders::orb_score)),
           corner_(device.kernel(shaders::orb_corners)),
           distance_(device.kernel(shaders::orb_distance)),
           count_(device.kernel(shaders::orb_count)),
@@ -103,11 +103,13 @@ class Orb final : public Stage {
         recorder.fill(counts_, 0);
         recorder.beside(soften_, {levels_, in[0], mask, pyramid_, masks_}, push, blocks_of(0));
         for (uint32_t l = 1; l < p_.levels; ++l) recorder.dispatch(shrink_[l - 1], {levels_, pyramid_, masks_}, push, blocks_of(l));
-        recorder.dispatch(score_, {levels_, pyramid_, masks_, scores_}, push, {blocks.x, cover(p_.height, 4), p_.levels});
+        const auto score = device_.kernel(shaders::orb_score, {given.mask ? 1u : 0u});
+        recorder.dispatch(score, {levels_, pyramid_, masks_, scores_}, push, blocks);
         recorder.beside(smooth_, {levels_, pyramid_, smoothed_}, push, blocks);
         const Groups cells{cover(uint64_t{layout_.level[0].cells_x} * layout_.level[0].cells_y, 128), 1, p_.levels};
         recorder.dispatch(corner_, {levels_, scores_, corners}, push, cells);
-        recorder.dispatch(distance_, {levels_, corners, distances, counts_}, push, cells);
+        recorder.dispatch(distance_, {levels_, corners, distances, counts_}, push,
+                          {cover(layout_.level[0].cells_x, 16), cover(layout_.level[0].cells_y, 8), p_.levels});
         const Groups selection{cover(layout_.cells, kBlock)};
         recorder.dispatch(count_, {levels_, corners, distances, counts_, selection_, blocks_}, push, selection);
         recorder.dispatch(gather_, {levels_, corners, distances, blocks_, selection_, kept_, out[0]}, push, selection);
@@ -138,8 +140,9 @@ class Orb final : public Stage {
     }
 
     defrec_orb_params p_;
+    Device& device_;
     Layout layout_;
-    std::shared_ptr<const Kernel> soften_, smooth_, score_, corner_, distance_, count_, gather_, describe_, export_;
+    std::shared_ptr<const Kernel> soften_, smooth_, corner_, distance_, count_, gather_, describe_, export_;
     std::vector<std::shared_ptr<const Kernel>> shrink_;  // to levels 1, 2 ...
     Buffer levels_, patterns_;
     // Images as shaders/orb.glsl lays them out, then what there is one of for each cell.

@@ -15,12 +15,11 @@ PIXELS corner_score(PIXELS centre, PIXELS circle[16]) {
         least4[k] = min(least2[k], least2[(k + 1) & 7]);
         most4[k] = max(most2[k], most2[(k + 1) & 7]);
     }
-    PIXELS score = PIXELS(0);
+    PIXELS brightest = PIXELS(0), darkest = PIXELS(255);  // of all runs
     for (int k = 0; k < 8; ++k) {
         const PIXELS one = circle[2 * k], other = circle[(2 * k + 9) & 15];
-        const PIXELS least = min(min(least4[k], least4[(k + 2) & 7]), max(one, other));
-        const PIXELS most = max(max(most4[k], most4[(k + 2) & 7]), min(one, other));
-        score = max(score, max(least - centre, centre - most));
+        brightest = max(brightest, min(min(least4[k], least4[(k + 2) & 7]), max(one, other)));
+        darkest = min(darkest, max(max(most4[k], most4[(k + 2) & 7]), min(one, other)));
     }
-    return score;
+    return max(max(brightest - centre, centre - darkest), PIXELS(0));
 }

@@ -5,52 +5,69 @@
 #extension GL_GOOGLE_include_directive : require
 #include "orb.glsl"
 #include "orb_selection.glsl"
-layout(local_size_x = 128) in;
+const int kColumns = 16, kRows = 8;
+layout(local_size_x = kColumns, local_size_y = kRows) in;
 
 layout(std430, set = 0, binding = 1) readonly buffer Corners { uint corners[]; };
 layout(std430, set = 0, binding = 2) writeonly buffer Distances { uint8_t distances[]; };
 layout(std430, set = 0, binding = 3) buffer CountsBuffer { Counts counts; };
 
 const int kFarthest = 63;
+const int kMostRings = 16;  // with the smallest cells
 
+shared uint near_by[(kColumns + 2 * kMostRings) * (kRows + 2 * kMostRings)];  // corners of the group's cells and the rings round them
 shared uint of_distance[kDistances];
 
-int nearest_stronger(Level level, int index, uint own) {
-    const ivec2 cells = ivec2(level.cells_x, level.cells_y);
-    const ivec2 cell = ivec2(index % cells.x, index / cells.x);
-    const ivec2 own_place = ivec2(own & 255, own >> 8 & 255);
+// Rings that can hold a corner nearer than the farthest.
+int rings() { return (kFarthest - 2) / push.cell + 1; }
+
+void load_corners(Level level, int stride) {
+    const ivec2 first = ivec2(gl_WorkGroupID.xy) * ivec2(kColumns, kRows) - rings();
+    for (int i = int(gl_LocalInvocationIndex); i < stride * (kRows + 2 * rings()); i += kColumns * kRows) {
+        const ivec2 cell = first + ivec2(i % stride, i / stride);
+        const bool inside = cell.x >= 0 && cell.y >= 0 && cell.x < level.cells_x && cell.y < level.cells_y;
+        near_by[i] = inside ? corners[level.first_cell + cell.y * level.cells_x + cell.x] : 0;
+    }
+}
+
+// The lesser of the nearest so far and the distance of the corner in the cell that far away, if it is stronger.
+int nearer(int nearest, int at, int stride, ivec2 to) {
+    const uint own = near_by[at], other = near_by[at + to.y * stride + to.x];
+    const bool earlier = to.y < 0 || (to.y == 0 && to.x < 0);
+    const bool stronger = other >> 16 >= (own >> 16) + (earlier ? 0 : 1);
+    const ivec2 away = abs(push.cell * to + ivec2(other & 255, other >> 8 & 255) - ivec2(own & 255, own >> 8 & 255));
+    return stronger ? min(nearest, max(away.x, away.y)) : nearest;
+}
+
+int nearest_stronger(int at, int stride) {
     int nearest = kFarthest;
     for (int ring = 1; (ring - 1) * push.cell + 1 < nearest; ++ring)
         for (int k = -ring; k < ring; ++k) {
-            const ivec2 sides[4] = ivec2[](ivec2(k, -ring), ivec2(ring, k), ivec2(-k, ring), ivec2(-ring, -k));
-            for (int side = 0; side < 4; ++side) {
-                const ivec2 to = sides[side], at = cell + to;
-                if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, cells))) continue;
-                const uint other = corners[level.first_cell + at.y * cells.x + at.x];
-                const bool earlier = to.y < 0 || (to.y == 0 && to.x < 0);
-                if (other >> 16 < (own >> 16) + (earlier ? 0 : 1)) continue;
-                const ivec2 away = abs(push.cell * to + ivec2(other & 255, other >> 8 & 255) - own_place);
-                nearest = min(nearest, max(away.x, away.y));
-            }
+            nearest = nearer(nearest, at, stride, ivec2(k, -ring));
+            nearest = nearer(nearest, at, stride, ivec2(ring, k));
+            nearest = nearer(nearest, at, stride, ivec2(-k, ring));
+            nearest = nearer(nearest, at, stride, ivec2(-ring, -k));
         }
     return nearest;
 }
 
 void main() {
     const uint me = gl_LocalInvocationIndex;
-    if (me < kDistances) of_distance[me] = 0;
-    barrier();
     const Level level = levels[gl_GlobalInvocationID.z];
-    const int index = int(gl_GlobalInvocationID.x);
-    if (index < level.cells_x * level.cells_y) {
-        const uint own = corners[level.first_cell + index];
+    const int stride = kColumns + 2 * rings();
+    if (me < kDistances) of_distance[me] = 0;
+    load_corners(level, stride);
+    barrier();
+    const ivec2 cell = ivec2(gl_GlobalInvocationID.xy);
+    if (cell.x < level.cells_x && cell.y < level.cells_y) {
+        const int at = (int(gl_LocalInvocationID.y) + rings()) * stride + int(gl_LocalInvocationID.x) + rings();
         int distance = 0;
-        if (own != 0) {
-            distance = nearest_stronger(level, index, own);
+        if (near_by[at] != 0) {
+            distance = nearest_stronger(at, stride);
             atomicAdd(of_distance[distance], 1);
-            atomicAdd(counts.of_score[distance][own >> 16], 1);
+            atomicAdd(counts.of_score[distance][near_by[at] >> 16], 1);
         }
-        distances[level.first_cell + index] = uint8_t(distance);
+        distances[level.first_cell + cell.y * level.cells_x + cell.x] = uint8_t(distance);
     }
     barrier();
     if (me < kDistances && of_distance[me] != 0) atomicAdd(counts.of_distance[me], of_distance[me]);

@@ -1,4 +1,4 @@
-// Stage orb, section 3: 4 pixels beside each other per invocation, of all levels.
+// Stage orb, section 3: 4 x 4 pixels per invocation, of all levels.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "orb.glsl"
@@ -10,26 +10,23 @@ layout(std430, set = 0, binding = 1) readonly buffer Pyramid { uint pyramid[]; }
 layout(std430, set = 0, binding = 2) readonly buffer Masks { uint masks[]; };
 layout(std430, set = 0, binding = 3) writeonly buffer Scores { uint scores[]; };
 
-const int kRadius = 3;
+layout(constant_id = 0) const uint kHasMask = 0;
 
-ivec4 score(int at, int stride) {
-    uvec3 rows[7];
-    for (int i = 0; i < 7; ++i) {
-        const int row = at + (i - kRadius) * stride;
-        rows[i] = uvec3(pyramid[row - 1], pyramid[row], pyramid[row + 1]);
-    }
+const int kRadius = 3, kRows = 2 * kRadius + 1;
+
+uvec3 pixels_at(int at) { return uvec3(pyramid[at - 1], pyramid[at], pyramid[at + 1]); }
+uvec3 usable_at(int at) { return uvec3(masks[at - 1], masks[at], masks[at + 1]); }
+
+// Of the words of 7 rows.
+ivec4 score(uvec3 rows[kRows]) {
     ivec4 circle[16];
     for (int i = 0; i < 16; ++i) circle[i] = bytes_from(rows[kRadius + kCircle[i].y], 4 + kCircle[i].x);
     return corner_score(bytes_from(rows[kRadius], 4), circle);
 }
-
 // 0 for pixels with one in the 7 x 7 round them that is not usable.
-ivec4 usable(int at, int stride) {
-    uvec3 column = uvec3(~0u);
-    for (int i = -kRadius; i <= kRadius; ++i) {
-        const int row = at + i * stride;
-        column &= uvec3(masks[row - 1], masks[row], masks[row + 1]);
-    }
+ivec4 usable(uvec3 rows[kRows]) {
+    uvec3 column = rows[0];
+    for (int i = 1; i < kRows; ++i) column &= rows[i];
     ivec4 all = bytes_from(column, 1);
     for (int first = 2; first <= 7; ++first) all &= bytes_from(column, first);
     return all;
@@ -37,16 +34,35 @@ ivec4 usable(int at, int stride) {
 
 void main() {
     const Level level = levels[gl_GlobalInvocationID.z];
-    const int x_word = int(gl_GlobalInvocationID.x), y = int(gl_GlobalInvocationID.y);
-    if (4 * x_word >= level.width || y >= level.height) return;
-    const int at = word_at(level, x_word, y);
-    ivec4 found = ivec4(0);
-    if (level.cells_x > 0 && y >= kBorder && y < level.height - kBorder && 4 * x_word + 3 >= kBorder && 4 * x_word < level.width - kBorder) {
-        const ivec4 x = 4 * x_word + ivec4(0, 1, 2, 3);
-        found = score(at, level.stride);
-        found *= ivec4(greaterThan(found, ivec4(push.threshold)));
-        found *= ivec4(greaterThanEqual(x, ivec4(kBorder))) * ivec4(lessThan(x, ivec4(level.width - kBorder)));
-        if (push.has_mask != 0) found *= ivec4(notEqual(usable(at, level.stride), ivec4(0)));
+    const int x_word = int(gl_GlobalInvocationID.x), first = 4 * int(gl_GlobalInvocationID.y);
+    if (4 * x_word >= level.width || first >= level.height) return;
+    const int end = min(first + 4, level.height);
+    if (level.cells_x == 0 || 4 * x_word + 3 < kBorder || 4 * x_word >= level.width - kBorder) {
+        for (int y = first; y < end; ++y) scores[word_at(level, x_word, y)] = 0;
+        return;
     }
-    scores[at] = packed(found);
+    const ivec4 x = 4 * x_word + ivec4(0, 1, 2, 3);
+    const ivec4 between = ivec4(greaterThanEqual(x, ivec4(kBorder))) * ivec4(lessThan(x, ivec4(level.width - kBorder)));
+    uvec3 pixel_rows[kRows], usable_rows[kRows];  // for the next pixel's row those from 3 above to 3 below it; the last is read in the loop
+    for (int i = 0; i < kRows - 1; ++i) {
+        const int at = word_at(level, x_word, clamp(first - kRadius + i, 0, level.height - 1));
+        pixel_rows[i] = pixels_at(at);
+        if (kHasMask != 0) usable_rows[i] = usable_at(at);
+    }
+    for (int y = first; y < end; ++y) {
+        const int below = word_at(level, x_word, min(y + kRadius, level.height - 1));
+        pixel_rows[kRows - 1] = pixels_at(below);
+        if (kHasMask != 0) usable_rows[kRows - 1] = usable_at(below);
+        ivec4 found = ivec4(0);
+        if (y >= kBorder && y < level.height - kBorder) {
+            found = between * score(pixel_rows);
+            found *= ivec4(greaterThan(found, ivec4(push.threshold)));
+            if (kHasMask != 0) found *= ivec4(notEqual(usable(usable_rows), ivec4(0)));
+        }
+        scores[word_at(level, x_word, y)] = packed(found);
+        for (int i = 0; i < kRows - 1; ++i) {
+            pixel_rows[i] = pixel_rows[i + 1];
+            if (kHasMask != 0) usable_rows[i] = usable_rows[i + 1];
+        }
+    }
 }
