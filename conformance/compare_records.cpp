@@ -78,7 +78,7 @@ void align_spread(const StageJob& job, const std::vector<Bytes>& expected, const
 namespace {
 
 constexpr double kKept = 0.8;       // docs/stages/ransac.md: smaller weights become 0
-constexpr double kKeptBand = 1e-3;  // beside it a weight may fall on either side
+constexpr double kKeptBand = 1.1e-4;  // beside it a weight may fall on either side: the tolerance of ransac.weight
 
 }  // namespace
 

@@ -9,14 +9,23 @@
 #include <map>
 
 #include "conformance/cases/stage/stage_case.hpp"
-#include "conformance/examine.hpp"
 
 namespace defrec::conformance {
 namespace {
 
-struct Derived {
+// The largest of all cases, and where.
+struct Largest {
     double maximum = 0, p99 = 0;
-    std::string from;  // the case with the largest
+    std::string from;
+
+    void add(const Distances& distances, const std::string& id) {
+        if (distances.maximum() > maximum || from.empty()) from = id;
+        maximum = std::max(maximum, distances.maximum());
+        p99 = std::max(p99, distances.p99());
+    }
+};
+struct Derived {
+    Largest spread, backend;
 };
 
 // Zeroes stay: they are marks, such as weights of unused control points, or exact by their nature.
@@ -53,7 +62,7 @@ Bytes with_weights_of(Bytes matches, const Bytes& found) {
     return matches;
 }
 
-void derive_from(const StageCase& one, Workbench& bench, std::map<std::string, Derived>& all) {
+void derive_from(const StageCase& one, Workbench& bench, bool measure_subject, std::map<std::string, Derived>& all) {
     CaseRun run(concat("stage/", stage_name(one.stage), "/", one.name), bench, Tolerances::of_suite());
     const StageJob job = one.make(run, 0);
     const std::vector<Bytes> expected = run_plainly(bench.reference(), job);
@@ -62,38 +71,38 @@ void derive_from(const StageCase& one, Workbench& bench, std::map<std::string, D
         std::vector<Bytes> found = run_plainly(bench.reference(), jittered(job, uint64_t(k)));
         if (one.stage == DEFREC_STAGE_RANSAC) found[0] = with_weights_of(expected[0], found[0]);
         one.spread(job, expected, found, spread);
-        for (const auto& [name, distances] : spread.all()) {
-            Derived& derived = all[name];
-            if (distances.maximum() > derived.maximum || derived.from.empty()) {
-                derived.maximum = distances.maximum();
-                derived.from = run.id();
-            }
-            derived.p99 = std::max(derived.p99, distances.p99());
-        }
+        for (const auto& [name, distances] : spread.all()) all[name].spread.add(distances, run.id());
     }
+    if (!measure_subject) return;
+    Spread spread;
+    one.spread(job, expected, run_plainly(bench.subject(), job), spread);
+    for (const auto& [name, distances] : spread.all()) all[name].backend.add(distances, run.id());
+}
+
+void print(const std::string& name, const Derived& derived, bool with_backend) {
+    const Tolerance& tolerance = Tolerances::of_suite().at(name);
+    std::printf("%-19s spread %.2e, p99 %.2e (%s); 4 times %.2e, %.2e; allowed %.2e, %.2e", name.c_str(), derived.spread.maximum,
+                derived.spread.p99, derived.spread.from.c_str(), kMargin * derived.spread.maximum, kMargin * derived.spread.p99,
+                tolerance.maximum, tolerance.p99);
+    if (with_backend) std::printf("; backend %.2e, %.2e (%s)", derived.backend.maximum, derived.backend.p99, derived.backend.from.c_str());
+    std::printf("\n");
 }
 
 }  // namespace
 
-void print_derived_tolerances() {
+void print_derived_tolerances(const std::string& backend) {
+    const Plugin reference(find_backend("reference"), ""), subject(find_backend(backend.empty() ? "reference" : backend), "");
+    Workbench bench(subject, reference);
     std::map<std::string, Derived> all;
-    try {
-        const Plugin reference(find_backend("reference"), "");
-        Workbench bench(reference, reference);
-        for (const StageCase& one : stage_cases()) {
-            if (one.spread == nullptr) continue;
-            try {
-                derive_from(one, bench, all);
-            } catch (const CaseFailure& failure) {
-                std::printf("# %s/%s: a decision fell differently: %s\n", stage_name(one.stage), one.name.c_str(), failure.what());
-            }
+    for (const StageCase& one : stage_cases()) {
+        if (one.spread == nullptr) continue;
+        try {
+            derive_from(one, bench, !backend.empty(), all);
+        } catch (const CaseFailure& failure) {
+            std::printf("%s/%s: a decision fell differently: %s\n", stage_name(one.stage), one.name.c_str(), failure.what());
         }
-    } catch (const Error& error) {
-        throw Unavailable(error.what());
     }
-    for (const auto& [name, derived] : all)
-        std::printf("%-22s maximum %.3g p99 %.3g   # spread %.3g, %.3g; largest in %s\n", name.c_str(), kMargin * derived.maximum,
-                    kMargin * derived.p99, derived.maximum, derived.p99, derived.from.c_str());
+    for (const auto& [name, derived] : all) print(name, derived, !backend.empty());
 }
 
 }  // namespace defrec::conformance
