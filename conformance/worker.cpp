@@ -1,6 +1,7 @@
 // See worker.hpp.
 #include "conformance/worker.hpp"
 
+#include <cfenv>
 #include <chrono>
 #include <exception>
 #include <optional>
@@ -35,6 +36,7 @@ RunResult end_life(Workbench& bench) {
 }  // namespace
 
 RunResult run_case(const Case& one, Workbench& bench, const Tolerances& tolerances) {
+    std::fesetenv(FE_DFL_ENV);  // whatever the plugin left in the case before
     const auto start = std::chrono::steady_clock::now();
     CaseRun run(one.id, bench, tolerances);
     RunResult result;
