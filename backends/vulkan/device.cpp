@@ -20,7 +20,8 @@ constexpr uint64_t kBufferMultiple = 16;  // so that shaders may read and the de
 
 Buffer::Buffer(Device& device, uint64_t size, MemoryUse use) : device_(&device), size_(size), serial_(device.next_serial()) {
     const uint64_t rounded = (std::max<uint64_t>(size, 1) + kBufferMultiple - 1) / kBufferMultiple * kBufferMultiple;
-    if (use == MemoryUse::device && rounded > device.limits().maxStorageBufferRange)
+    const bool wrapped = rounded < size;  // next to 2^64
+    if (wrapped || (use == MemoryUse::device && rounded > device.limits().maxStorageBufferRange))
         throw StageError(DEFREC_ERROR_UNSUPPORTED, "a buffer of " + std::to_string(size) + " bytes; the device's shaders reach " +
                                                        std::to_string(device.limits().maxStorageBufferRange));
     VkBufferCreateInfo info{};

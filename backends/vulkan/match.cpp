@@ -48,6 +48,7 @@ class Match final : public Stage {
     void record(Recorder& recorder, Buffers in, Buffers out) override {
         const std::vector<InBuffer> ins = sizes_of_inputs(in);
         expect_buffers("match input", ins, 3);
+        if (in[1] == nullptr) throw StageError(DEFREC_ERROR_ARGUMENT, "match features: none given");
         take<uint32_t>("match feature count", ins[0], 1);
         take<int16_t>("match disparity", ins[2], size_t{p_.stride} * (p_.height - 1) + p_.width);
         match::take_matches(landmark_count_, sizes_of_outputs(out));

@@ -40,6 +40,7 @@ void add_abi_cases(std::vector<Case>& cases) {
     add_abi_buffer_cases(cases);
     add_abi_queue_cases(cases);
     add_abi_stage_cases(cases);
+    add_abi_template_cases(cases);
     add_abi_thread_cases(cases);
     add_abi_life_cases(cases);
 }

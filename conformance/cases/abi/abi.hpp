@@ -28,6 +28,7 @@ void add_abi_device_cases(std::vector<Case>& cases);
 void add_abi_buffer_cases(std::vector<Case>& cases);
 void add_abi_queue_cases(std::vector<Case>& cases);
 void add_abi_stage_cases(std::vector<Case>& cases);
+void add_abi_template_cases(std::vector<Case>& cases);
 void add_abi_thread_cases(std::vector<Case>& cases);
 void add_abi_life_cases(std::vector<Case>& cases);
 

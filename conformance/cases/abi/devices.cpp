@@ -84,7 +84,7 @@ void info_makes_sense(CaseRun& run) {
         require(info.driver != nullptr, id, ": driver is NULL");
         require(info.memory_bytes > 0, id, ": memory_bytes is 0");
         require((info.stages & kStages) != 0, id, ": offers no stage");
-        require((info.features & ~uint32_t{DEFREC_FEATURE_REPEATABLE}) == 0, id, ": claims features that this version does not have");
+        require((info.features & ~uint32_t{DEFREC_FEATURE_REPEATABLE | DEFREC_FEATURE_SOFTWARE}) == 0, id, ": claims features that this version does not have");
         require(info.reserved == 0, id, ": reserved is not 0");
     }
 }

@@ -136,8 +136,8 @@ void destroy_waits(CaseRun& run) {
         then = back;
         std::this_thread::sleep_for(std::chrono::milliseconds(60));
     }
+    // A read that nobody waited for may be left undone, but nothing may be written any more.
     require(then == back, "queue_destroy returned before the queue's work was done");
-    require(std::any_of(back.begin(), back.end(), [](std::byte byte) { return byte != std::byte{0xA5}; }), "queue_destroy left a queued read undone");
 }
 
 // Stage, buffers, queue, in the order that the host keeps, with work on its way.
