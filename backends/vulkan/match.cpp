@@ -1,5 +1,6 @@
 // Stage match in shaders: both directions of the search side by side, in splits, then one match for each landmark. docs/stages/match.md.
 #include <algorithm>
+#include <vector>
 
 #include "backends/shared/match_definition.hpp"
 #include "backends/vulkan/camera.hpp"

@@ -1,5 +1,4 @@
 // Stage orb in shaders: the pyramid level by level, then all levels at once. docs/stages/orb.md.
-#include <array>
 #include <vector>
 
 #include "backends/shared/orb_definition.hpp"
@@ -97,7 +96,9 @@ class Orb final : public Stage {
         const Buffer* mask = given.mask ? in[1] : nullptr;
         const Push push{int32_t(p_.levels),   int32_t(layout_.cells), int32_t(p_.cell),   int32_t(p_.threshold), int32_t(p_.spacing),
                         int32_t(p_.capacity), int32_t(p_.stride),     int32_t(given.mask), given.exported};
-        const auto blocks_of = [&](uint32_t l) { return Groups{cover(layout_.level[l].width, 4 * 32), cover(layout_.level[l].height, 4 * 4)}; };
+        const auto blocks_of = [&](uint32_t l) {
+            return Groups{cover(layout_.level[l].width, 4 * 32), cover(layout_.level[l].height, 4 * 4)};
+        };
         const Groups blocks{blocks_of(0).x, blocks_of(0).y, p_.levels};
 
         recorder.fill(counts_, 0);

@@ -36,7 +36,8 @@ uvec3 three_nearest(uint landmark) {
 }
 uint nearest_landmark(uint feature) {
     uint best = kNoKey;
-    for (uint split = 0; split < push.sizes.landmark_splits; ++split) best = min(best, landmark_keys[split * push.sizes.features + feature]);
+    for (uint split = 0; split < push.sizes.landmark_splits; ++split)
+        best = min(best, landmark_keys[split * push.sizes.features + feature]);
     return best & 0xffffu;
 }
 int distance_of(uint key) { return key == kNoKey ? kNoDistance : int(key >> 16); }

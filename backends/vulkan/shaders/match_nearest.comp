@@ -37,7 +37,8 @@ void main() {
     const bool of_landmarks = kOfLandmarks != 0;
     const uint live = min(live_count, push.sizes.features);
     const uint row = gl_GlobalInvocationID.x, split = gl_WorkGroupID.y;
-    const uint columns = of_landmarks ? live : push.sizes.landmarks, splits = of_landmarks ? push.sizes.feature_splits : push.sizes.landmark_splits;
+    const uint columns = of_landmarks ? live : push.sizes.landmarks;
+    const uint splits = of_landmarks ? push.sizes.feature_splits : push.sizes.landmark_splits;
     if (row >= (of_landmarks ? push.sizes.landmarks : live)) return;
     const uint share = (columns + splits - 1) / splits;
     const uint first = min(split * share, columns), end = min(first + share, columns);

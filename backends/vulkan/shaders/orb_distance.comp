@@ -1,5 +1,5 @@
-// Stage orb, section 5: one invocation per cell looks at rings of cells round its own, until none of the next ring can be nearer. Also counts
-// the corners of each distance, and of each distance and score.
+// Stage orb, section 5: one invocation per cell looks at rings of cells round its own, until none of the next ring can be nearer. Also
+// counts the corners of each distance, and of each distance and score.
 #version 450
 #extension GL_EXT_shader_8bit_storage : require
 #extension GL_GOOGLE_include_directive : require

@@ -43,7 +43,7 @@ void main() {
     }
     const ivec4 x = 4 * x_word + ivec4(0, 1, 2, 3);
     const ivec4 between = ivec4(greaterThanEqual(x, ivec4(kBorder))) * ivec4(lessThan(x, ivec4(level.width - kBorder)));
-    uvec3 pixel_rows[kRows], usable_rows[kRows];  // for the next pixel's row those from 3 above to 3 below it; the last is read in the loop
+    uvec3 pixel_rows[kRows], usable_rows[kRows];  // from 3 above to 3 below the row in turn; the last is read in the loop
     for (int i = 0; i < kRows - 1; ++i) {
         const int at = word_at(level, x_word, clamp(first - kRadius + i, 0, level.height - 1));
         pixel_rows[i] = pixels_at(at);

@@ -8,7 +8,7 @@ layout(local_size_x = 32, local_size_y = 4) in;
 layout(std430, set = 0, binding = 1) buffer Pyramid { uint pyramid[]; };
 layout(std430, set = 0, binding = 2) buffer Masks { uint masks[]; };
 
-// The words that hold pixels 5 x_word ... 5 x_word + 4 of a row; a row that is not there is replaced by the last, as nobody keeps its pixels.
+// The words that hold pixels 5 x_word ... 5 x_word + 4 of a row. The last row stands for those behind it, whose pixels nobody keeps.
 ivec2 source_words(Level source, int x_word, int y) {
     const int first = word_at(source, 5 * x_word >> 2, min(y, source.height - 1));
     return ivec2(first, first + 1);
