@@ -60,8 +60,10 @@ std::vector<defrec_match> run(Stage& stage, const Scene& scene) {
     const InBuffer landmarks[] = {{scene.landmarks.data(), scene.landmarks.size() * sizeof(defrec_landmark)}};
     stage.prepare(landmarks);
     std::vector<defrec_match> matches(scene.landmarks.size());
+    const defrec_feature none{};  // the buffer is given even where it holds nothing
     const InBuffer in[] = {{&scene.count, 4},
-                           {scene.features.data(), scene.features.size() * sizeof(defrec_feature)},
+                           {scene.features.empty() ? &none : scene.features.data(),
+                            scene.features.size() * sizeof(defrec_feature)},
                            {scene.disparity.data(), scene.disparity.size() * 2}};
     const OutBuffer out[] = {{matches.data(), matches.size() * sizeof(defrec_match)}};
     stage.run(in, out);
