@@ -79,7 +79,8 @@ Stage* stage_of(defrec_pstage* stage) { return reinterpret_cast<Stage*>(stage); 
 using Targets = std::array<defrec_pbuffer*, kMostBuffers>;
 Targets targets_of(defrec_pbuffer* const* buffers, size_t count) {
     Targets targets{};
-    for (size_t i = 0; i < count && i < kMostBuffers; ++i) targets[i] = buffers[i] == nullptr ? nullptr : buffer_of(buffers[i])->target;
+    for (size_t i = 0; i < count && i < kMostBuffers; ++i)
+        targets[i] = buffers[i] == nullptr ? nullptr : buffer_of(buffers[i])->target;
     return targets;
 }
 
@@ -178,8 +179,9 @@ defrec_status DEFREC_CALL signal(defrec_pqueue* handle, uint64_t* out_value) {
 std::chrono::nanoseconds left_of_delay(Queue& queue, uint64_t value) {
     const std::lock_guard lock(queue.mutex);
     const auto point = queue.ready.lower_bound(value);
-    return point == queue.ready.end() ? std::chrono::nanoseconds(0)
-                                      : std::max(std::chrono::nanoseconds(0), std::chrono::nanoseconds(point->second - Clock::now()));
+    return point == queue.ready.end()
+               ? std::chrono::nanoseconds(0)
+               : std::max(std::chrono::nanoseconds(0), std::chrono::nanoseconds(point->second - Clock::now()));
 }
 
 defrec_status DEFREC_CALL wait(defrec_pqueue* handle, uint64_t value, uint64_t timeout_ns) {
@@ -283,8 +285,8 @@ defrec_status DEFREC_CALL enqueue(defrec_pstage* handle, defrec_pqueue* queue, d
     const Stage* stage = stage_of(handle);
     Instance& instance = *stage->instance;
     if (const defrec_status status = instance.admit(kRelayEnqueue); status != DEFREC_OK) return status;
-    const defrec_status status = stage->table->enqueue(stage->target, queue_of(queue)->target, targets_of(in, in_count).data(), in_count,
-                                                       targets_of(out, out_count).data(), out_count);
+    const defrec_status status = stage->table->enqueue(stage->target, queue_of(queue)->target, targets_of(in, in_count).data(),
+                                                       in_count, targets_of(out, out_count).data(), out_count);
     if (status < 0 || instance.plan.jitter_mm <= 0 || stage->motions == 0) return status;
     return jitter(instance, *stage, *queue_of(queue), *buffer_of(out[0]));
 }
@@ -315,7 +317,8 @@ thread_local std::optional<RelayPlan> armed;
 
 extern "C" DEFREC_PLUGIN_EXPORT void defrec_relay_arm(const RelayPlan& plan) { armed = plan; }
 
-extern "C" DEFREC_PLUGIN_EXPORT defrec_status DEFREC_CALL defrec_plugin_entry_v1(const defrec_host* host, const defrec_plugin** out) {
+extern "C" DEFREC_PLUGIN_EXPORT defrec_status DEFREC_CALL defrec_plugin_entry_v1(const defrec_host* host,
+                                                                                 const defrec_plugin** out) {
     if (!armed) {
         host->error(host->self, "the relay is a part of the conformance suite, and nothing told it what to relay");
         return DEFREC_ERROR_UNSUPPORTED;
@@ -325,9 +328,26 @@ extern "C" DEFREC_PLUGIN_EXPORT defrec_status DEFREC_CALL defrec_plugin_entry_v1
     instance->host = host;
     const defrec_status status = instance->plan.target(host, &instance->target);
     if (status < 0) return status;
-    instance->table = {sizeof(defrec_plugin), DEFREC_PLUGIN_ABI_MINOR, "relay", DEFREC_RELEASE, "defrec", instance.get(), device_count,
-                       device_info, device_open, device_close, buffer_create, buffer_destroy, queue_create, queue_destroy, write, read,
-                       signal, wait, stage_table, shutdown};
+    instance->table = {sizeof(defrec_plugin),
+                       DEFREC_PLUGIN_ABI_MINOR,
+                       "relay",
+                       DEFREC_RELEASE,
+                       "defrec",
+                       instance.get(),
+                       device_count,
+                       device_info,
+                       device_open,
+                       device_close,
+                       buffer_create,
+                       buffer_destroy,
+                       queue_create,
+                       queue_destroy,
+                       write,
+                       read,
+                       signal,
+                       wait,
+                       stage_table,
+                       shutdown};
     fill_stages(*instance, std::make_integer_sequence<uint32_t, DEFREC_STAGE_COUNT_V1>());
     ++instance->plan.counts->instances;
     *out = &instance.release()->table;

@@ -12,9 +12,7 @@ namespace {
 
 using nlohmann::json;
 
-std::string digest(const void* data, size_t size) {
-    return sha256_hex(std::span(static_cast<const unsigned char*>(data), size));
-}
+std::string digest(const void* data, size_t size) { return sha256_hex(std::span(static_cast<const unsigned char*>(data), size)); }
 std::string digest(const std::string& text) { return digest(text.data(), text.size()); }
 
 // JSON has no number for these, and they must not be lost: they are why a case failed.
@@ -54,9 +52,7 @@ json to_json(const CaseRecord& c) {
             {"seconds", number(c.seconds)}};
 }
 
-json to_json(const Counts& counts) {
-    return {{"passed", counts.passed}, {"failed", counts.failed}, {"skipped", counts.skipped}};
-}
+json to_json(const Counts& counts) { return {{"passed", counts.passed}, {"failed", counts.failed}, {"skipped", counts.skipped}}; }
 
 json counts_of(const RunRecord& run) {
     json tiers = json::object();
@@ -125,7 +121,8 @@ class Reader {
     template <std::unsigned_integral T>
     void read(const char* name, T& out) {
         const json& value = member(name);
-        if (!value.is_number_unsigned() || value.get<uint64_t>() > std::numeric_limits<T>::max()) wrong(name, "a whole number in range");
+        if (!value.is_number_unsigned() || value.get<uint64_t>() > std::numeric_limits<T>::max())
+            wrong(name, "a whole number in range");
         out = value.get<T>();
     }
     void read(const char* name, double& out) {
@@ -217,7 +214,8 @@ RunRecord record_of(const json& report) {
     unsigned format = 0;
     in.read("format", format);
     if (format != kReportFormat)
-        throw ReportError("the report has format " + std::to_string(format) + ", this program reads " + std::to_string(kReportFormat));
+        throw ReportError("the report has format " + std::to_string(format) + ", this program reads " +
+                          std::to_string(kReportFormat));
     Reader suite = in.object("suite");
     suite.read("version", run.suite_version);
     suite.read("revision", run.suite_revision);

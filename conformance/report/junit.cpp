@@ -34,9 +34,9 @@ std::string totals(const Counts& counts) {
 std::string metric_lines(const CaseRecord& c) {
     std::string text;
     for (const Metric& m : c.metrics)
-        text += m.name + " [" + m.unit + "]: maximum " + number("%.9g", m.maximum) + " (limit " + number("%.9g", m.limit_maximum) +
-                "), p99 " + number("%.9g", m.p99) + " (limit " + number("%.9g", m.limit_p99) + "), " + std::to_string(m.samples) +
-                " samples\n";
+        text += m.name + " [" + m.unit + "]: maximum " + number("%.9g", m.maximum) + " (limit " +
+                number("%.9g", m.limit_maximum) + "), p99 " + number("%.9g", m.p99) + " (limit " + number("%.9g", m.limit_p99) +
+                "), " + std::to_string(m.samples) + " samples\n";
     return escaped(text);
 }
 
@@ -57,8 +57,9 @@ std::string test_case(const CaseRecord& c) {
 std::string junit_xml(const RunRecord& run) {
     double seconds = 0;
     for (const CaseRecord& c : run.cases) seconds += c.seconds;
-    std::string xml = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites" + attribute("name", "defrec-conformance " + run.device_id) +
-                      totals(count_cases(run)) + attribute("time", number("%.3f", seconds)) + ">\n";
+    std::string xml = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites" +
+                      attribute("name", "defrec-conformance " + run.device_id) + totals(count_cases(run)) +
+                      attribute("time", number("%.3f", seconds)) + ">\n";
     for (const std::string& tier : tiers_of(run)) {
         std::string cases;
         double tier_seconds = 0;
@@ -67,8 +68,9 @@ std::string junit_xml(const RunRecord& run) {
             cases += test_case(c);
             tier_seconds += c.seconds;
         }
-        xml += "  <testsuite" + attribute("name", tier) + totals(count_cases(run, tier)) + attribute("time", number("%.3f", tier_seconds)) +
-               attribute("timestamp", run.started) + ">\n" + cases + "  </testsuite>\n";
+        xml += "  <testsuite" + attribute("name", tier) + totals(count_cases(run, tier)) +
+               attribute("time", number("%.3f", tier_seconds)) + attribute("timestamp", run.started) + ">\n" + cases +
+               "  </testsuite>\n";
     }
     return xml + "</testsuites>\n";
 }

@@ -53,9 +53,12 @@ std::vector<std::string> tiers_of(const RunRecord& run) {
 
 const char* verdict_name(Verdict verdict) {
     switch (verdict) {
-        case Verdict::passed: return "passed";
-        case Verdict::failed: return "failed";
-        case Verdict::skipped: break;
+        case Verdict::passed:
+            return "passed";
+        case Verdict::failed:
+            return "failed";
+        case Verdict::skipped:
+            break;
     }
     return "skipped";
 }

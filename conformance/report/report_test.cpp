@@ -80,10 +80,10 @@ TEST_CASE("text: what is no UTF-8, and what XML forbids, is replaced") {
     const std::string mark = "\xEF\xBF\xBD";
     CHECK(valid_text(std::string_view("\0", 1)) == mark);
     CHECK(valid_text("\x1B") == mark);
-    CHECK(valid_text("\xC3") == mark);                    // cut short
-    CHECK(valid_text("\xC0\x80") == mark + mark);          // overlong
+    CHECK(valid_text("\xC3") == mark);                        // cut short
+    CHECK(valid_text("\xC0\x80") == mark + mark);             // overlong
     CHECK(valid_text("\xED\xA0\x80") == mark + mark + mark);  // a surrogate
-    CHECK(valid_text("\xEF\xBF\xBF") == mark);            // U+FFFF
+    CHECK(valid_text("\xEF\xBF\xBF") == mark);                // U+FFFF
     CHECK(escaped("<a b='c' d=\"e\">&") == "&lt;a b=&#39;c&#39; d=&quot;e&quot;&gt;&amp;");
 }
 

@@ -1,5 +1,5 @@
-// WriteRevision.cmake in a repository of its own: what a commit, a change and a copy outside of git give, and that an unchanged revision
-// does not touch the header.
+// WriteRevision.cmake in a repository of its own: what a commit, a change and a copy outside of git give, and that an unchanged
+// revision does not touch the header.
 #include "conformance/report/revision.hpp"
 
 #include <doctest/doctest.h>
@@ -27,8 +27,8 @@ TEST_CASE("the header follows the tree") {
     fs::create_directories(tree);
     const std::string git = "git -C '" + tree.string() + "' -c user.name=a -c user.email=a@b.invalid ";
     const auto value = [&] {
-        run("cmake '-DTREE=" + tree.string() + "' '-DHEADER=" + header.string() + "' -P '" DEFREC_SOURCE_DIR
-            "/conformance/report/WriteRevision.cmake'");
+        run("cmake '-DTREE=" + tree.string() + "' '-DHEADER=" + header.string() +
+            "' -P '" DEFREC_SOURCE_DIR "/conformance/report/WriteRevision.cmake'");
         std::ifstream file(header);
         return std::string{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
     };
@@ -51,8 +51,8 @@ TEST_CASE("the header follows the tree") {
     CHECK(next.find("DIRTY false") != std::string::npos);
     CHECK(next != clean);
     fs::create_directories(tree / "inner");
-    run("cmake '-DTREE=" + (tree / "inner").string() + "' '-DHEADER=" + header.string() + "' -P '" DEFREC_SOURCE_DIR
-        "/conformance/report/WriteRevision.cmake'");
+    run("cmake '-DTREE=" + (tree / "inner").string() + "' '-DHEADER=" + header.string() +
+        "' -P '" DEFREC_SOURCE_DIR "/conformance/report/WriteRevision.cmake'");
     std::ifstream file(header);
     const std::string inner{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
     CHECK(inner.find("\"unknown\"") != std::string::npos);

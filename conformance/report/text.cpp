@@ -49,8 +49,9 @@ std::string valid_text(std::string_view text) {
 
 RunRecord with_valid_text(RunRecord run) {
     const auto repair = [](auto&... texts) { ((texts = valid_text(texts)), ...); };
-    repair(run.suite_version, run.suite_revision, run.started, run.command, run.plugin_name, run.plugin_version, run.plugin_vendor,
-           run.plugin_library, run.plugin_sha256, run.device_id, run.device_name, run.device_driver, run.system, run.processor);
+    repair(run.suite_version, run.suite_revision, run.started, run.command, run.plugin_name, run.plugin_version,
+           run.plugin_vendor, run.plugin_library, run.plugin_sha256, run.device_id, run.device_name, run.device_driver,
+           run.system, run.processor);
     for (CaseRecord& c : run.cases) {
         repair(c.id, c.tier, c.stage, c.title, c.reason);
         for (Metric& m : c.metrics) repair(m.name, m.unit);
@@ -64,12 +65,23 @@ std::string escaped(std::string_view text) {
     out.reserve(text.size());
     for (const char c : text) {
         switch (c) {
-            case '&': out += "&amp;"; break;
-            case '<': out += "&lt;"; break;
-            case '>': out += "&gt;"; break;
-            case '"': out += "&quot;"; break;
-            case '\'': out += "&#39;"; break;
-            default: out += c;
+            case '&':
+                out += "&amp;";
+                break;
+            case '<':
+                out += "&lt;";
+                break;
+            case '>':
+                out += "&gt;";
+                break;
+            case '"':
+                out += "&quot;";
+                break;
+            case '\'':
+                out += "&#39;";
+                break;
+            default:
+                out += c;
         }
     }
     return out;

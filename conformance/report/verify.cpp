@@ -57,8 +57,8 @@ class Check {
     void say(std::string sentence) { found_.push_back(std::move(sentence)); }
 
     void provenance() {
-        const bool named = run_.suite_revision.size() == 40 &&
-                           run_.suite_revision.find_first_not_of("0123456789abcdef") == std::string::npos;
+        const bool named =
+            run_.suite_revision.size() == 40 && run_.suite_revision.find_first_not_of("0123456789abcdef") == std::string::npos;
         if (!named) say("the revision of the suite is '" + run_.suite_revision + "', so nobody can tell what was run");
         if (run_.suite_dirty) say("the suite was built from a tree with changes that its revision does not name");
         if (!run_.complete) say("the run was not complete: it left out tiers or cases");
@@ -70,12 +70,14 @@ class Check {
         for (const CaseRecord& expected : suite_.cases) {
             const auto same_id = [&](const CaseRecord& c) { return c.id == expected.id; };
             const auto count = std::count_if(run_.cases.begin(), run_.cases.end(), same_id);
-            if (count != 1) say("case " + expected.id + (count == 0 ? " is missing" : " is there " + std::to_string(count) + " times"));
+            if (count != 1)
+                say("case " + expected.id + (count == 0 ? " is missing" : " is there " + std::to_string(count) + " times"));
         }
     }
 
     void one_case(const CaseRecord& c) {
-        const auto expected = std::find_if(suite_.cases.begin(), suite_.cases.end(), [&](const CaseRecord& e) { return e.id == c.id; });
+        const auto expected =
+            std::find_if(suite_.cases.begin(), suite_.cases.end(), [&](const CaseRecord& e) { return e.id == c.id; });
         if (expected == suite_.cases.end()) {
             say("case " + c.id + " is none of the suite's");
             return;
@@ -85,8 +87,10 @@ class Check {
         if (c.verdict == Verdict::skipped)
             skipped(c);
         else if (c.verdict == Verdict::passed && c.runs != expected->runs)
-            say("case " + c.id + " was run " + std::to_string(c.runs) + " times, " + std::to_string(expected->runs) + " are expected");
-        if ((c.verdict == Verdict::passed) != c.reason.empty()) say("case " + c.id + " has a reason and is passed, or has none and is not");
+            say("case " + c.id + " was run " + std::to_string(c.runs) + " times, " + std::to_string(expected->runs) +
+                " are expected");
+        if ((c.verdict == Verdict::passed) != c.reason.empty())
+            say("case " + c.id + " has a reason and is passed, or has none and is not");
         for (const Metric& m : c.metrics) metric(c, m);
     }
 
@@ -95,8 +99,8 @@ class Check {
             say("case " + c.id + " is " + verdict_name(c.verdict) + ", but " + m.name + " is beyond its limit");
         const Limits limits = suite_.limits(c, m);
         if (m.limit_maximum != limits.maximum || m.limit_p99 != limits.p99)
-            say("case " + c.id + " holds " + m.name + " against " + figures(m.limit_maximum, m.limit_p99) + ", the suite's limits are " +
-                figures(limits.maximum, limits.p99));
+            say("case " + c.id + " holds " + m.name + " against " + figures(m.limit_maximum, m.limit_p99) +
+                ", the suite's limits are " + figures(limits.maximum, limits.p99));
     }
 
     // A device without a stage skips that stage's cases; one without every stage, what needs them all.
@@ -137,7 +141,8 @@ std::vector<std::string> verify_report(const std::filesystem::path& path, const 
                     found.push_back(std::string(name) + " is not what its digest was taken of");
             }
         if (library && digest_of_file(*library) != run.plugin_sha256)
-            found.push_back("the report is of a plugin with SHA-256 " + run.plugin_sha256 + ", which " + library->filename().string() + " has not");
+            found.push_back("the report is of a plugin with SHA-256 " + run.plugin_sha256 + ", which " +
+                            library->filename().string() + " has not");
         return found;
     } catch (const ReportError& error) {
         return {error.what()};

@@ -1,5 +1,5 @@
-// The check of a submitted report: is it complete, and does it say what it would say if nobody had edited it. docs/conformance.md says
-// what this cannot show.
+// The check of a submitted report: is it complete, and does it say what it would say if nobody had edited it. docs/conformance.md
+// says what this cannot show.
 #pragma once
 #include <filesystem>
 #include <functional>
@@ -18,12 +18,13 @@ struct Limits {
 // The suite that the report is held against: this program's own.
 struct Suite {
     std::string version;
-    std::vector<CaseRecord> cases;  // every case of this version, in the order of their ids; id, tier, stage, title and runs count
+    std::vector<CaseRecord>
+        cases;  // every case of this version, in the order of their ids; id, tier, stage, title and runs count
     std::function<Limits(const CaseRecord&, const Metric&)> limits;
 };
 
-// What is wrong, each one sentence; empty if the report is sound. path: report.json, or its folder, in which case the other two files are
-// checked as well. library: the plugin that the report is to be of.
+// What is wrong, each one sentence; empty if the report is sound. path: report.json, or its folder, in which case the other two
+// files are checked as well. library: the plugin that the report is to be of.
 std::vector<std::string> verify_report(const std::filesystem::path& path, const Suite& suite,
                                        const std::optional<std::filesystem::path>& library = {});
 

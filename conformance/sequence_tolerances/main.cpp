@@ -1,5 +1,6 @@
-// The program defrec_sequence_tolerances, which derives the tolerances of the sequence tier: it tracks every sequence of the tier on the reference, and again on the reference whose lm moves
-// every control point by a random amount below --jitter, and prints tolerances.yaml's entries.
+// The program defrec_sequence_tolerances, which derives the tolerances of the sequence tier: it tracks every sequence of the tier
+// on the reference, and again on the reference whose lm moves every control point by a random amount below --jitter, and prints
+// tolerances.yaml's entries.
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
@@ -36,8 +37,11 @@ double rounded_up(double value) {
 class Derivation {
   public:
     Derivation(double jitter_mm, unsigned seeds)
-        : jitter_(jitter_mm), seeds_(seeds), plugin_(find_backend("reference"), ""),
-          device_{plugin_.files().manifest, "reference"}, relayed_{relay_manifest(), "reference"} {}
+        : jitter_(jitter_mm),
+          seeds_(seeds),
+          plugin_(find_backend("reference"), ""),
+          device_{plugin_.files().manifest, "reference"},
+          relayed_{relay_manifest(), "reference"} {}
 
     void add(const SequenceEntry& entry) {
         const Footage& film = footage(entry.footage);
@@ -56,17 +60,20 @@ class Derivation {
     }
 
     void print() const {
-        for (const auto& [name, worst] : errors_) print(name, worst, kErrorFactor, "mm", "1.5 times the reference's own worst over the tier's sequences");
-        for (const auto& [name, worst] : spread_) print(name, worst, kSpreadFactor, unit_of(name), "4 times the largest spread of the reference over the tier's sequences");
+        for (const auto& [name, worst] : errors_)
+            print(name, worst, kErrorFactor, "mm", "1.5 times the reference's own worst over the tier's sequences");
+        for (const auto& [name, worst] : spread_)
+            print(name, worst, kSpreadFactor, unit_of(name),
+                  "4 times the largest spread of the reference over the tier's sequences");
     }
 
   private:
     void add_errors(const SequenceEntry& entry, const TruthErrors& truth) {
         const std::string kind = entry.hazy ? "hazy" : concat(entry.footage.width, "x", entry.footage.height);
         errors_["sequence.error_" + kind].add(quantile(truth.errors, 1), quantile(truth.errors, 0.99));
-        std::fprintf(stderr, "%s %ux%u: error median %.4f, p95 %.4f, p99 %.4f, maximum %.4f mm, lost %.4f\n", entry.footage.scene.c_str(),
-                     entry.footage.width, entry.footage.height, quantile(truth.errors, 0.5), quantile(truth.errors, 0.95),
-                     quantile(truth.errors, 0.99), quantile(truth.errors, 1), truth.lost_share());
+        std::fprintf(stderr, "%s %ux%u: error median %.4f, p95 %.4f, p99 %.4f, maximum %.4f mm, lost %.4f\n",
+                     entry.footage.scene.c_str(), entry.footage.width, entry.footage.height, quantile(truth.errors, 0.5),
+                     quantile(truth.errors, 0.95), quantile(truth.errors, 0.99), quantile(truth.errors, 1), truth.lost_share());
     }
 
     void add_spread(const SequenceEntry& entry, const Track& expected, const Track& moved) {
@@ -80,7 +87,9 @@ class Derivation {
         spread_["sequence.extrapolated" + kind].add(quantile(apart.extrapolated, 1), quantile(apart.extrapolated, 0.99));
         spread_["sequence.other_status" + kind].add(status, status);
         spread_["sequence.other_reasons" + kind].add(states.other_reasons, states.other_reasons);
-        std::fprintf(stderr, "  observed median %.5f, p99 %.4f, maximum %.4f mm; extrapolated p99 %.4f, maximum %.4f mm; status %.5f; reasons %u\n",
+        std::fprintf(stderr,
+                     "  observed median %.5f, p99 %.4f, maximum %.4f mm; extrapolated p99 %.4f, maximum %.4f mm; status %.5f; "
+                     "reasons %u\n",
                      median, quantile(apart.observed, 0.99), quantile(apart.observed, 1), quantile(apart.extrapolated, 0.99),
                      quantile(apart.extrapolated, 1), status, states.other_reasons);
     }
@@ -91,9 +100,11 @@ class Derivation {
 
     void print(const std::string& name, const Worst& worst, double factor, const char* unit, const char* how) const {
         if (worst.maximum == 0) return;  // exact
-        std::printf("%s:\n  unit: %s\n  maximum: %.3g\n  p99: %.3g\n  provenance: %s (%.3g, p99 %.3g)\n  command: defrec_sequence_tolerances --jitter %g --seeds %u\n",
-                    name.c_str(), unit, rounded_up(factor * worst.maximum), rounded_up(factor * worst.p99), how, worst.maximum, worst.p99, jitter_,
-                    seeds_);
+        std::printf(
+            "%s:\n  unit: %s\n  maximum: %.3g\n  p99: %.3g\n  provenance: %s (%.3g, p99 %.3g)\n  command: "
+            "defrec_sequence_tolerances --jitter %g --seeds %u\n",
+            name.c_str(), unit, rounded_up(factor * worst.maximum), rounded_up(factor * worst.p99), how, worst.maximum, worst.p99,
+            jitter_, seeds_);
     }
 
     double jitter_;

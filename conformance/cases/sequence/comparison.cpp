@@ -26,17 +26,21 @@ const char* state_name(uint32_t state) {
 }
 
 // Degraded is tracking with a reason.
-uint32_t followed_as(const TrackedFrame& frame) { return frame.state == DEFREC_DEGRADED ? uint32_t{DEFREC_TRACKING} : frame.state; }
+uint32_t followed_as(const TrackedFrame& frame) {
+    return frame.state == DEFREC_DEGRADED ? uint32_t{DEFREC_TRACKING} : frame.state;
+}
 
 std::string describe(const TrackedFrame& frame) {
-    return concat(state_name(frame.state), " with reasons ", frame.reasons, " in epoch ", frame.epoch, " and ", frame.vertices.size() / 3, " vertices");
+    return concat(state_name(frame.state), " with reasons ", frame.reasons, " in epoch ", frame.epoch, " and ",
+                  frame.vertices.size() / 3, " vertices");
 }
 
 // Blue, where share is 0, over white to red.
 std::array<uint8_t, 3> colour(double share) {
     const double s = std::isnan(share) ? 1 : std::clamp(share, 0.0, 1.0);
     const double low = std::min(1.0, 2 * s), high = std::max(0.0, 2 * s - 1);
-    return {static_cast<uint8_t>(40 + 215 * low), static_cast<uint8_t>(70 + 185 * low - 215 * high), static_cast<uint8_t>(235 - 195 * high)};
+    return {static_cast<uint8_t>(40 + 215 * low), static_cast<uint8_t>(70 + 185 * low - 215 * high),
+            static_cast<uint8_t>(235 - 195 * high)};
 }
 
 Picture dimmed(const Footage& footage, size_t frame, std::string title) {
@@ -55,7 +59,8 @@ void dot(Picture& picture, const defrec_camera& camera, const float* xyz, double
         for (double x = std::round(u) - 1; x <= std::round(u) + 1; ++x)
             if (x >= 0 && y >= 0 && x < picture.width && y < picture.height)
                 std::copy(rgb.begin(), rgb.end(),
-                          picture.pixels.begin() + 3 * (static_cast<std::ptrdiff_t>(y) * picture.width + static_cast<std::ptrdiff_t>(x)));
+                          picture.pixels.begin() +
+                              3 * (static_cast<std::ptrdiff_t>(y) * picture.width + static_cast<std::ptrdiff_t>(x)));
 }
 
 }  // namespace
@@ -128,10 +133,12 @@ TrackDistance distance_between(const Track& expected, const Track& found) {
     return result;
 }
 
-std::vector<Picture> distance_pictures(const Track& expected, const Track& found, const Footage& footage, size_t frame, double full_scale) {
+std::vector<Picture> distance_pictures(const Track& expected, const Track& found, const Footage& footage, size_t frame,
+                                       double full_scale) {
     const TrackedFrame &a = expected.frames[frame], &b = found.frames[frame];
     const std::string where = concat(" in frame ", frame);
-    std::vector<Picture> pictures = {dimmed(footage, frame, "expected depth" + where), dimmed(footage, frame, "found depth" + where),
+    std::vector<Picture> pictures = {dimmed(footage, frame, "expected depth" + where),
+                                     dimmed(footage, frame, "found depth" + where),
                                      dimmed(footage, frame, concat("distance", where, "; red: ", full_scale, " mm and more"))};
     std::vector<double> depths;
     for (size_t i = 2; i < a.vertices.size(); i += 3) depths.push_back(a.vertices[i]);

@@ -21,7 +21,8 @@ struct TruthErrors {
 TruthErrors errors_to_truth(const Track& track, const Footage& footage);
 
 struct StateDifference {
-    std::string other_state;       // the first frame that is lost in one and not in the other, or has another epoch or number of vertices
+    std::string
+        other_state;  // the first frame that is lost in one and not in the other, or has another epoch or number of vertices
     uint32_t other_reasons = 0;    // frames that are followed alike for other reasons, of which degraded follows
     std::string reasons_sentence;  // the first of them
 };
@@ -31,14 +32,17 @@ struct TrackDistance {
     std::vector<double> observed;      // mm, of vertices that both call observed
     std::vector<double> extrapolated;  // of the others that both believe in
     uint64_t vertices = 0, other_status = 0;
-    size_t worst_frame = 0;            // where the largest distance is
+    size_t worst_frame = 0;  // where the largest distance is
 
-    double other_status_share() const { return vertices > 0 ? static_cast<double>(other_status) / static_cast<double>(vertices) : 0; }
+    double other_status_share() const {
+        return vertices > 0 ? static_cast<double>(other_status) / static_cast<double>(vertices) : 0;
+    }
 };
 // Of frames that both believe in; the tracks must have the same states.
 TrackDistance distance_between(const Track& expected, const Track& found);
 
 // A frame's vertices where they are seen: expected depth, found depth, and the distance between the two up to full_scale mm.
-std::vector<Picture> distance_pictures(const Track& expected, const Track& found, const Footage& footage, size_t frame, double full_scale);
+std::vector<Picture> distance_pictures(const Track& expected, const Track& found, const Footage& footage, size_t frame,
+                                       double full_scale);
 
 }  // namespace defrec::conformance

@@ -40,8 +40,8 @@ defrec_rig_desc rig_of(const cli::StereoRig& rig) {
 Footage shoot(const FootageRequest& request) {
     constexpr uint64_t kSeed = 1;
     const int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-    cli::Film film(request.scene, static_cast<int>(request.width), static_cast<int>(request.height), static_cast<int>(request.frames), kSeed,
-                   threads);
+    cli::Film film(request.scene, static_cast<int>(request.width), static_cast<int>(request.height),
+                   static_cast<int>(request.frames), kSeed, threads);
     Footage result{request, rig_of(film.scene().rig), {}, {}};
     for (uint32_t i = 0; i < request.frames; ++i) {
         film.advance();

@@ -45,7 +45,8 @@ void against_reference(CaseRun& run, const SequenceEntry& entry, const Track& ex
     const bool passed = std::all_of(run.metrics.begin(), run.metrics.end(), [](const Metric& metric) { return metric.passed(); });
     if (passed && run.failure.empty()) return;
     const double scale = run.tolerances().at("sequence.observed" + kind).p99;
-    for (Picture& picture : distance_pictures(expected, found, footage(entry.footage), apart.worst_frame, scale)) run.show(std::move(picture));
+    for (Picture& picture : distance_pictures(expected, found, footage(entry.footage), apart.worst_frame, scale))
+        run.show(std::move(picture));
 }
 
 // What the frames of a scene without tissue in them must be, whatever the reference says.
@@ -55,7 +56,8 @@ void lost_without_tissue(const Footage& film, const Track& found) {
         const TrackedFrame& frame = found.frames[i];
         require(frame.state == DEFREC_LOST, "frame ", i, " shows no tissue and has state ", frame.state, ", lost expected");
         for (const uint8_t status : frame.vertex_status)
-            require(status == DEFREC_POINT_UNKNOWN, "frame ", i, " shows no tissue, and a vertex has status ", uint32_t(status), ", unknown expected");
+            require(status == DEFREC_POINT_UNKNOWN, "frame ", i, " shows no tissue, and a vertex has status ", uint32_t(status),
+                    ", unknown expected");
     }
 }
 
@@ -84,7 +86,8 @@ void follow(CaseRun& run, const SequenceEntry& entry) {
     const Track& expected = kept_track({run.reference_plugin().files().manifest, run.reference().info().id}, film);
     digest(run, found);
     lost_without_tissue(film, found);
-    require(found.template_digest == expected.template_digest, "the template captured from the first frame is not the reference's");
+    require(found.template_digest == expected.template_digest,
+            "the template captured from the first frame is not the reference's");
     against_truth(run, entry, found);
     against_reference(run, entry, expected, found);
 }
@@ -94,8 +97,8 @@ void follow(CaseRun& run, const SequenceEntry& entry) {
 void add_sequence_cases(std::vector<Case>& cases) {
     for (const SequenceEntry& entry : sequence_list()) {
         const FootageRequest& film = entry.footage;
-        cases.push_back({concat("sequence/", film.scene, "_", film.width, "x", film.height), "sequence", "", entry.title, entry.smoke, true,
-                         [&entry](CaseRun& run) { follow(run, entry); }});
+        cases.push_back({concat("sequence/", film.scene, "_", film.width, "x", film.height), "sequence", "", entry.title,
+                         entry.smoke, true, [&entry](CaseRun& run) { follow(run, entry); }});
     }
 }
 

@@ -10,7 +10,8 @@ struct SequenceEntry {
     FootageRequest footage;
     const char* title;
     bool smoke = false;  // in the short list
-    // Little texture and a veil: decisions amplify rounding far more than elsewhere, so that such scenes have limits of their own.
+    // Little texture and a veil: decisions amplify rounding far more than elsewhere, so that such scenes have limits of their
+    // own.
     bool hazy = false;
 };
 

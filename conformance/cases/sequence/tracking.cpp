@@ -37,7 +37,8 @@ std::vector<double> lift(defrec_rig rig, defrec_template surface, const Footage&
     std::vector<double> rectified(footage.points.size()), xyz(3 * count);
     track.on_surface.resize(count);
     check_api("defrec_rig_rectify_pixels", defrec_rig_rectify_pixels(rig, footage.points.data(), count, rectified.data()));
-    check_api("defrec_template_lift", defrec_template_lift(surface, rectified.data(), count, xyz.data(), track.on_surface.data()));
+    check_api("defrec_template_lift",
+              defrec_template_lift(surface, rectified.data(), count, xyz.data(), track.on_surface.data()));
     return xyz;
 }
 
@@ -56,7 +57,8 @@ ContextHandle open_context(const std::string& manifest, defrec_context_desc desc
     check_api("defrec_context_create", defrec_context_create(&desc, context.out()));
     defrec_plugin_info info;
     DEFREC_INIT(&info);
-    require(defrec_plugin_count(context.get()) == 1, "the library found ", defrec_plugin_count(context.get()), " plugins, one was given");
+    require(defrec_plugin_count(context.get()) == 1, "the library found ", defrec_plugin_count(context.get()),
+            " plugins, one was given");
     check_api("defrec_plugin_get", defrec_plugin_get(context.get(), 0, &info));
     require(info.verdict == DEFREC_OK, "the library refused the plugin: ", info.reason);
     return context;
@@ -90,7 +92,8 @@ defrec_image image_of(const Footage& footage, const std::vector<uint8_t>& pixels
 }
 
 JobHandle submit(defrec_tracker tracker, const Footage& footage, size_t frame) {
-    const defrec_image left = image_of(footage, footage.frames[frame].left), right = image_of(footage, footage.frames[frame].right);
+    const defrec_image left = image_of(footage, footage.frames[frame].left),
+                       right = image_of(footage, footage.frames[frame].right);
     defrec_frame desc;
     DEFREC_INIT(&desc);
     desc.timestamp_ns = kFrameNs * static_cast<int64_t>(frame + 1);
@@ -112,8 +115,8 @@ TrackedFrame result_of(defrec_job job, const std::vector<double>& points) {
     frame.expected_error.assign(result.expected_error_mm, result.expected_error_mm + result.vertex_count);
     frame.points.resize(points.size());
     frame.point_status.resize(points.size() / 3);
-    check_api("defrec_job_warp_points",
-              defrec_job_warp_points(job, points.data(), points.size() / 3, frame.points.data(), frame.point_status.data(), nullptr));
+    check_api("defrec_job_warp_points", defrec_job_warp_points(job, points.data(), points.size() / 3, frame.points.data(),
+                                                               frame.point_status.data(), nullptr));
     return frame;
 }
 

@@ -67,7 +67,7 @@ struct TrackedFrame {
 struct Track {
     std::array<double, 9> rectification{};  // x_rectified = rectification * x_left
     defrec_camera camera{};
-    uint64_t template_digest = 0;   // of everything that the template consists of
+    uint64_t template_digest = 0;     // of everything that the template consists of
     std::vector<uint8_t> on_surface;  // of each of the footage's points: the template has a surface there
     std::vector<TrackedFrame> frames;
 };

@@ -36,7 +36,8 @@ void many_trackers(CaseRun& run) {
     const ContextHandle context = open_context(device.manifest);
     std::vector<Track> tracks(kTrackers);
     on_threads(kTrackers, [&](size_t i) { tracks[i] = track_in(context.get(), device.device_id, film); });
-    for (size_t i = 0; i < kTrackers; ++i) require_same(run, tracks[i], concat("with ", kTrackers, " trackers at once, in tracker ", i));
+    for (size_t i = 0; i < kTrackers; ++i)
+        require_same(run, tracks[i], concat("with ", kTrackers, " trackers at once, in tracker ", i));
 }
 
 void many_contexts(CaseRun& run) {
@@ -45,7 +46,8 @@ void many_contexts(CaseRun& run) {
     constexpr size_t kContexts = 4;
     std::vector<Track> tracks(kContexts);
     on_threads(kContexts, [&](size_t i) { tracks[i] = track(device, stress_footage()); });
-    for (size_t i = 0; i < kContexts; ++i) require_same(run, tracks[i], concat("with ", kContexts, " contexts at once, in context ", i));
+    for (size_t i = 0; i < kContexts; ++i)
+        require_same(run, tracks[i], concat("with ", kContexts, " contexts at once, in context ", i));
 }
 
 TrackerHandle open_deep_tracker(defrec_context context, defrec_rig rig, const std::string& device_id, uint32_t in_flight) {
@@ -76,7 +78,8 @@ void odd_orders(CaseRun& run) {
     late.left = late.right = &image;
     JobHandle refused;
     const defrec_status full = defrec_tracker_submit(tracker.get(), &late, refused.out());
-    require(full == DEFREC_ERROR_BUSY, "a frame beyond the queue's places is answered with ", defrec_status_name(full), ", DEFREC_ERROR_BUSY expected");
+    require(full == DEFREC_ERROR_BUSY, "a frame beyond the queue's places is answered with ", defrec_status_name(full),
+            ", DEFREC_ERROR_BUSY expected");
     // Waited for from the last to the first, with the parents gone already.
     context.reset();
     rig.reset();
@@ -85,10 +88,11 @@ void odd_orders(CaseRun& run) {
     Track found;
     for (const JobHandle& job : jobs) found.frames.push_back(result_of(job.get(), {}));
     for (size_t i = 0; i < count; ++i) {
-        require(found.frames[i].state == expected.frames[i].state, "frame ", i, " has state ", found.frames[i].state, " when all were queued at once, ",
-                expected.frames[i].state, " expected");
-        require(!run.subject().claims_repeatable() || found.frames[i].vertices == expected.frames[i].vertices, "frame ", i,
-                " is not, bit for bit, what it is when frames are waited for one by one, though the device claims to be repeatable");
+        require(found.frames[i].state == expected.frames[i].state, "frame ", i, " has state ", found.frames[i].state,
+                " when all were queued at once, ", expected.frames[i].state, " expected");
+        require(
+            !run.subject().claims_repeatable() || found.frames[i].vertices == expected.frames[i].vertices, "frame ", i,
+            " is not, bit for bit, what it is when frames are waited for one by one, though the device claims to be repeatable");
     }
     for (const size_t i : {1, 3, 0, 2}) jobs[i].reset();
 }
@@ -110,13 +114,14 @@ void destroy_while_running(CaseRun& run) {
         tracker.reset();
         waiter.join();
         for (size_t i = 0; i < queued; ++i)
-            require(ends[i] == DEFREC_OK || ends[i] == DEFREC_ERROR_STATE, "frame ", i, " of ", queued, " ended with ", defrec_status_name(ends[i]),
-                    " when its tracker was destroyed, DEFREC_OK or DEFREC_ERROR_STATE expected");
+            require(ends[i] == DEFREC_OK || ends[i] == DEFREC_ERROR_STATE, "frame ", i, " of ", queued, " ended with ",
+                    defrec_status_name(ends[i]), " when its tracker was destroyed, DEFREC_OK or DEFREC_ERROR_STATE expected");
     }
     require_same(run, track_in(context.get(), device.device_id, film), "after trackers were destroyed while they ran");
 }
 
-// A context that comes and goes leaves no thread and no memory behind. The first may: drivers keep what they have for the process.
+// A context that comes and goes leaves no thread and no memory behind. The first may: drivers keep what they have for the
+// process.
 void nothing_left_behind(CaseRun& run) {
     const TrackingDevice device = tracking_subject(run);
     CountingAllocator memory;
@@ -137,11 +142,16 @@ void nothing_left_behind(CaseRun& run) {
 }  // namespace
 
 void add_concurrency_cases(std::vector<Case>& cases) {
-    add_stress_case(cases, "many_trackers", kShort, "Eight trackers at once on one device give what one alone gives.", many_trackers);
-    add_stress_case(cases, "many_contexts", kLong, "Four contexts at once, each with a device of its own, give what one alone gives.", many_contexts);
-    add_stress_case(cases, "odd_orders", kShort, "Frames queued all at once, waited for backwards, parents destroyed first: the same results.", odd_orders);
-    add_stress_case(cases, "destroy_while_running", kShort, "A tracker destroyed while frames run ends them, and the device goes on.", destroy_while_running);
-    add_stress_case(cases, "nothing_left_behind", kShort, "A context that came and went leaves no thread and no host memory.", nothing_left_behind);
+    add_stress_case(cases, "many_trackers", kShort, "Eight trackers at once on one device give what one alone gives.",
+                    many_trackers);
+    add_stress_case(cases, "many_contexts", kLong,
+                    "Four contexts at once, each with a device of its own, give what one alone gives.", many_contexts);
+    add_stress_case(cases, "odd_orders", kShort,
+                    "Frames queued all at once, waited for backwards, parents destroyed first: the same results.", odd_orders);
+    add_stress_case(cases, "destroy_while_running", kShort,
+                    "A tracker destroyed while frames run ends them, and the device goes on.", destroy_while_running);
+    add_stress_case(cases, "nothing_left_behind", kShort, "A context that came and went leaves no thread and no host memory.",
+                    nothing_left_behind);
 }
 
 }  // namespace defrec::conformance

@@ -26,7 +26,8 @@ defrec_status set_up(const TrackingDevice& device, CountingAllocator& memory, co
     check_api("defrec_plugin_get", defrec_plugin_get(context.get(), 0, &info));
     if (info.verdict < 0) return info.verdict;
     call = "defrec_rig_create";
-    if (const defrec_status status = defrec_rig_create(context.get(), &stress_footage().rig, rig.out()); status < 0) return status;
+    if (const defrec_status status = defrec_rig_create(context.get(), &stress_footage().rig, rig.out()); status < 0)
+        return status;
     defrec_tracker_desc tracker_desc;
     DEFREC_INIT(&tracker_desc);
     tracker_desc.device_id = device.device_id.c_str();
@@ -45,8 +46,8 @@ void out_of_memory_in_set_up(CaseRun& run) {
         memory.fail_at(n);
         const defrec_status status = set_up(device, memory, call);
         memory.fail_at(0);
-        require(status == DEFREC_ERROR_OUT_OF_MEMORY, call, " answered ", defrec_status_name(status), " when allocation ", n, " of ", total,
-                " failed, DEFREC_ERROR_OUT_OF_MEMORY expected");
+        require(status == DEFREC_ERROR_OUT_OF_MEMORY, call, " answered ", defrec_status_name(status), " when allocation ", n,
+                " of ", total, " failed, DEFREC_ERROR_OUT_OF_MEMORY expected");
         require_sentence(call);
         require(memory.live() == 0, memory.live(), " blocks were not given back after allocation ", n, " of ", total, " failed");
     }
@@ -99,12 +100,14 @@ void out_of_memory_in_frames(CaseRun& run) {
             memory.fail_at(n);
             const Followed followed = follow(tracker.get(), film, nothing);
             memory.fail_at(0);
-            require(followed.worst == DEFREC_ERROR_OUT_OF_MEMORY, "the worst frame ended with ", defrec_status_name(followed.worst),
-                    " when allocation ", n, " of ", total, " failed, DEFREC_ERROR_OUT_OF_MEMORY expected");
-            require(followed.last_state == DEFREC_TRACKING, "the tracker has state ", followed.last_state, " in the last frame, after allocation ", n,
-                    " of ", total, " had failed in the first, tracking expected");
+            require(followed.worst == DEFREC_ERROR_OUT_OF_MEMORY, "the worst frame ended with ",
+                    defrec_status_name(followed.worst), " when allocation ", n, " of ", total,
+                    " failed, DEFREC_ERROR_OUT_OF_MEMORY expected");
+            require(followed.last_state == DEFREC_TRACKING, "the tracker has state ", followed.last_state,
+                    " in the last frame, after allocation ", n, " of ", total, " had failed in the first, tracking expected");
         }
-        require(memory.live() == at_rest, memory.live() - at_rest, " blocks were not given back with the trackers whose frames had no memory");
+        require(memory.live() == at_rest, memory.live() - at_rest,
+                " blocks were not given back with the trackers whose frames had no memory");
     }
     require(memory.live() == 0, memory.live(), " blocks were not given back with the context");
 }
@@ -121,7 +124,8 @@ void no_allocation_in_frames(CaseRun& run) {
     uint64_t before = 0;
     follow(tracker.get(), film, [&](size_t frame) {
         const uint64_t taken = memory.taken();
-        require(frame == 0 || taken == before, "frame ", frame, " took ", taken - before, " blocks from the host; only the frame with the template may");
+        require(frame == 0 || taken == before, "frame ", frame, " took ", taken - before,
+                " blocks from the host; only the frame with the template may");
         before = taken;
     });
 }
@@ -129,11 +133,14 @@ void no_allocation_in_frames(CaseRun& run) {
 }  // namespace
 
 void add_memory_cases(std::vector<Case>& cases) {
-    add_stress_case(cases, "out_of_memory_in_set_up", kShort, "Without memory for the nth block of a set-up there is a status and a sentence, no leak, and the next works.",
+    add_stress_case(cases, "out_of_memory_in_set_up", kShort,
+                    "Without memory for the nth block of a set-up there is a status and a sentence, no leak, and the next works.",
                     out_of_memory_in_set_up);
-    add_stress_case(cases, "out_of_memory_in_frames", kLong, "Without memory for the nth block of a frame the frame fails, no leak, and the next frames are tracked.",
+    add_stress_case(cases, "out_of_memory_in_frames", kLong,
+                    "Without memory for the nth block of a frame the frame fails, no leak, and the next frames are tracked.",
                     out_of_memory_in_frames);
-    add_stress_case(cases, "no_allocation_in_frames", kShort, "Once there is a template, frames take no memory from the host.", no_allocation_in_frames);
+    add_stress_case(cases, "no_allocation_in_frames", kShort, "Once there is a template, frames take no memory from the host.",
+                    no_allocation_in_frames);
 }
 
 }  // namespace defrec::conformance

@@ -63,7 +63,8 @@ size_t thread_count() {
 
 void require_sentence(const char* call) {
     const std::string sentence = defrec_last_error();
-    require(sentence.size() > 8 && sentence.find(' ') != std::string::npos, call, " failed with \"", sentence, "\", a sentence expected");
+    require(sentence.size() > 8 && sentence.find(' ') != std::string::npos, call, " failed with \"", sentence,
+            "\", a sentence expected");
 }
 
 std::vector<uint64_t> spread_over(uint64_t total, size_t most) {
@@ -78,10 +79,12 @@ const Track& undisturbed(CaseRun& run) { return kept_track(tracking_subject(run)
 
 void require_same(CaseRun& run, const Track& found, const std::string& when) {
     const Track& expected = undisturbed(run);
-    require(found.frames.size() == expected.frames.size(), when, " ", found.frames.size(), " frames were tracked, ", expected.frames.size(), " expected");
+    require(found.frames.size() == expected.frames.size(), when, " ", found.frames.size(), " frames were tracked, ",
+            expected.frames.size(), " expected");
     for (size_t i = 0; i < expected.frames.size(); ++i) {
         const TrackedFrame &a = expected.frames[i], &b = found.frames[i];
-        require(a.state == b.state && a.vertices.size() == b.vertices.size(), when, " frame ", i, " has state ", b.state, ", ", a.state, " expected");
+        require(a.state == b.state && a.vertices.size() == b.vertices.size(), when, " frame ", i, " has state ", b.state, ", ",
+                a.state, " expected");
         if (!run.subject().claims_repeatable()) continue;
         require(a.vertices == b.vertices && a.vertex_status == b.vertex_status && a.points == b.points, when, " frame ", i,
                 " is not, bit for bit, what it is when tracked alone, though the device claims to be repeatable");
