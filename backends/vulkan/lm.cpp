@@ -2,6 +2,7 @@
 #include <cstdlib>
 
 #include "backends/vulkan/camera.hpp"
+#include "backends/vulkan/lm.hpp"
 #include "backends/vulkan/lm_lists.hpp"
 #include "backends/vulkan/stages.hpp"
 #include "shaders.hpp"
@@ -32,9 +33,6 @@ constexpr uint64_t kMostDispatches = 65536;  // recorded: each has a descriptor 
 constexpr size_t kLongestLoop = 50000;
 constexpr uint32_t kMostPresolveLandmarks = 2000 * kPresolveGroup;  // 17 times over all
 constexpr uint32_t kMostItems = 1u << 28;                           // lm_blocks.glsl
-
-// Invocations that share a block: a discrete device hides latency by them, a processor gains nothing.
-uint32_t split_of(const Device& device) { return device.physical().software ? 1 : 8; }
 
 // The template's reader allocates through a host; here that is the C library.
 const defrec_host& plain_host() {
@@ -102,16 +100,19 @@ struct Surface {
 
 class Lm final : public Stage {
   public:
-    Lm(const defrec_lm_params& params, Device& device)
+    Lm(const defrec_lm_params& params, Device& device, uint32_t split)
         : p_(params),
           device_(device),
-          split_(split_of(device)),
+          split_(split),
           presolve_(device.kernel(shaders::lm_presolve, {kPresolveGroup})),
           start_(device.kernel(shaders::lm_start)),
-          residuals_(device.kernel(shaders::lm_residuals)),
+          points_(device.kernel(shaders::lm_residuals, {0})),
+          landmarks_(device.kernel(shaders::lm_residuals, {1})),
+          patches_(device.kernel(shaders::lm_residuals, {2})),
           data_(device.kernel(shaders::lm_data, {split_})),
           edges_(device.kernel(shaders::lm_edges, {split_})),
-          system_(device.kernel(shaders::lm_system, {split_})),
+          diagonal_(device.kernel(shaders::lm_system, {split_, 1})),
+          above_(device.kernel(shaders::lm_system, {split_, 0})),
           step_(device.kernel(shaders::lm_step, {split_})),
           move_(device.kernel(shaders::lm_move, {split_})),
           finish_(device.kernel(shaders::lm_finish)) {}
@@ -147,15 +148,19 @@ class Lm final : public Stage {
         Push push = first_push(matches != nullptr, observations != nullptr, disparity != nullptr);
 
         const Groups node_groups{cover(p_.nodes, kResidualGroup)}, shared_groups{cover(uint64_t{p_.nodes} * split_, kBlockGroup)};
-        const Groups block_groups{cover(uint64_t{s.blocks} * split_, kBlockGroup)};
+        const std::initializer_list<Binding> item_buffers = {disparity,    s.items,   s.item_nodes, s.trial, matches,
+                                                             observations, s.records, s.terms,      s.states};
         const auto residuals = [&] {
-            recorder.dispatch(residuals_,
-                              {disparity, s.items, s.item_nodes, s.trial, matches, observations, s.records, s.terms, s.states}, push,
-                              {Surface::surface_groups(p_)});
+            recorder.dispatch(points_, item_buffers, push, {cover(p_.points, kResidualGroup)});
+            recorder.beside(landmarks_, item_buffers, push, {cover(p_.landmarks, kResidualGroup)});
+            recorder.beside(patches_, item_buffers, push, {cover(p_.patches, kResidualGroup)});
         };
         const std::initializer_list<Binding> edge_buffers = {s.edge_list, s.trial, s.data, s.data_sums, s.scales, s.edge_records,
                                                              s.arap_costs, s.states};
         const Groups edge_groups{cover(s.edges, kResidualGroup)};
+        const std::initializer_list<Binding> system_buffers = {s.states,     s.terms,   s.arap_costs,   s.moves, s.block_list, s.item_terms,
+                                                               s.edge_terms, s.items,   s.records,      s.edge_records,        s.trial,
+                                                               s.present,    s.matrix,  s.diagonal,     s.inverses,            s.vectors};
 
         if ((push.given & kPresolve) != 0)
             recorder.dispatch(presolve_, {motions, s.items, s.item_nodes, matches, s.deformed, s.rigid}, push, {1});
@@ -165,10 +170,8 @@ class Lm final : public Stage {
         recorder.dispatch(edges_, edge_buffers, push, edge_groups);
         for (uint32_t i = 0; i < p_.iterations; ++i) {
             push.evaluation = i;
-            recorder.dispatch(system_,
-                              {s.states, s.terms, s.arap_costs, s.moves, s.block_list, s.item_terms, s.edge_terms, s.items, s.records,
-                               s.edge_records, s.trial, s.present, s.matrix, s.diagonal, s.inverses, s.vectors},
-                              push, block_groups);
+            recorder.dispatch(diagonal_, system_buffers, push, shared_groups);
+            recorder.beside(above_, system_buffers, push, {cover(uint64_t{s.blocks - p_.nodes} * split_, kBlockGroup)});
             const uint32_t steps = p_.solver == DEFREC_SOLVER_INDEPENDENT ? 0 : p_.cg_iterations;
             for (push.step = 0; push.step < steps; ++push.step)
                 recorder.dispatch(step_, {s.states, s.progress, s.products, s.vectors, s.matrix, s.row_starts, s.columns, s.inverses},
@@ -223,18 +226,22 @@ class Lm final : public Stage {
     defrec_lm_params p_;
     Device& device_;
     uint32_t split_;
-    std::shared_ptr<const Kernel> presolve_, start_, residuals_, data_, edges_, system_, step_, move_, finish_;
+    std::shared_ptr<const Kernel> presolve_, start_, points_, landmarks_, patches_, data_, edges_, diagonal_, above_, step_, move_, finish_;
     std::unique_ptr<Surface> surface_;
 };
 
 }  // namespace
 
 std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, Device& device) {
+    return make_lm(params, device, device.physical().software ? 1 : 8);
+}
+
+std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, Device& device, uint32_t split) {
     const uint64_t steps = params.solver == DEFREC_SOLVER_INDEPENDENT ? 0 : params.cg_iterations;
     if (params.iterations * (steps + 4) > kMostDispatches)
         throw StageError(DEFREC_ERROR_UNSUPPORTED, "lm: at most " + std::to_string(kMostDispatches) +
                                                        " shaders in a run; each iteration has cg_iterations + 4");
-    return std::make_unique<Lm>(params, device);
+    return std::make_unique<Lm>(params, device, split);
 }
 
 }  // namespace defrec::vulkan

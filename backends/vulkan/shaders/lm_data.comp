@@ -16,12 +16,16 @@ shared vec2 sums[kBlockGroup];
 
 void main() {
     const uint me = gl_LocalInvocationIndex, split = me % kSplit, i = gl_GlobalInvocationID.x / kSplit;
+    uint next = 0, end = 0;
+    if (i < push.nodes) {
+        next = blocks[i].first_item + split;
+        end = blocks[i].last_item;
+    }
     float own = 0.0;
-    if (i < push.nodes)
-        for (uint at = blocks[i].first_item + split; at < blocks[i].last_item; at += kSplit) {
-            const uint term = item_terms[at], item = term_item(term), k = term_row(term);
-            if (k == term_column(term)) own += items[kItemVectors * item + 2 + k].w * records[kRecordVectors * item].w;
-        }
+    for (uint at = next; at < end; at += kSplit) {
+        const uint term = item_terms[at], item = term_item(term), k = term_row(term);
+        if (k == term_column(term)) own += items[kItemVectors * item + 2 + k].w * records[kRecordVectors * item].w;
+    }
     shares[me] = own;
     barrier();
     vec2 square = vec2(0);

@@ -4,6 +4,7 @@
 #include "lm.glsl"
 layout(local_size_x = 64) in;
 const uint kJudges = 64;
+const bool kJudgeKeeps = true;
 #include "lm_judge.glsl"
 
 layout(std430, set = 0, binding = 4) readonly buffer Given { Motion motions[]; };

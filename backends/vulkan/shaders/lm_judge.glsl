@@ -1,5 +1,6 @@
 // Judgement of an evaluation: levenberg_marquardt.hpp after a step was tried. Every work group comes to it by itself, from the sums that
-// the evaluation left. Needs lm.glsl, and kJudges, the invocations of a work group.
+// the evaluation left. Needs lm.glsl, kJudges, the invocations of a work group, and kJudgeKeeps:
+// whether this shader is the one that writes the state.
 layout(std430, set = 0, binding = 0) buffer States { State states[2]; };
 layout(std430, set = 0, binding = 1) readonly buffer Terms { Term terms[]; };
 layout(std430, set = 0, binding = 2) readonly buffer ArapCosts { float arap_costs[]; };
@@ -119,7 +120,7 @@ void judge(uint me) {
                 now = next_state(states[(push.evaluation - 1) & 1], there, move_shares[0], missing_cost);
             }
         }
-        if (gl_WorkGroupID.x == 0) states[push.evaluation & 1] = now;
+        if (kJudgeKeeps && gl_WorkGroupID.x == 0) states[push.evaluation & 1] = now;
     }
     barrier();
 }

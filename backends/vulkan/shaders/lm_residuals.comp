@@ -1,8 +1,9 @@
-// Stage lm: the residuals of points, landmarks and patches by the trial motions, one invocation each. A work group has one kind.
+// Stage lm: the residuals of points, landmarks or patches by the trial motions, one invocation each.
 #version 450
 #extension GL_EXT_shader_16bit_storage : require
 #extension GL_GOOGLE_include_directive : require
 layout(local_size_x = 64) in;
+layout(constant_id = 0) const uint kKind = 0;  // kPoints ...
 layout(std430, set = 0, binding = 0) readonly buffer Disparity { int16_t disparity[]; };
 #define LIVE_DISPARITY(i) int(disparity[i])
 #include "lm.glsl"
@@ -16,6 +17,7 @@ layout(std430, set = 0, binding = 6) writeonly buffer Records { vec4 records[]; 
 layout(std430, set = 0, binding = 7) writeonly buffer Terms { Term terms[]; };
 layout(std430, set = 0, binding = 8) readonly buffer States { State states[2]; };
 
+const uint kPoints = 0, kLandmarks = 1, kPatches = 2;
 const float kLeastFacing = 0.25;
 const float kMatchDepthRoot = 0.5;
 
@@ -108,11 +110,12 @@ Term evaluate_sighting(uint item, vec3 position, Sighting seen, float weight, fl
     return count_residual(robust, weight, squared * unit * unit);
 }
 
-Term evaluate_match(uint item, Match match) {
-    if (!has_depth(match)) {
+Term evaluate_match(uint item, uint i) {
+    if ((push.given & kMatchesGiven) == 0 || !has_depth(matches[i])) {
         store(item, kNoRows, 0.0);
         return kNoTerm;
     }
+    const Match match = matches[i];
     const vec3 live = load3(match.position);
     const bool chosen = match.weight > 0.0;
     const vec3 position = apply(motion_of(item), items[kItemVectors * item].xyz);
@@ -134,12 +137,13 @@ bool usable_information(float given[3], out vec3 abc) {
     return true;
 }
 
-Term evaluate_patch(uint item, PatchObservation observation) {
+Term evaluate_patch(uint item, uint i) {
     vec3 abc;
-    if (observation.valid != 1 || !usable_information(observation.information, abc)) {
+    if ((push.given & kObservationsGiven) == 0 || observations[i].valid != 1 || !usable_information(observations[i].information, abc)) {
         store(item, kNoRows, 0.0);
         return kNoTerm;
     }
+    const PatchObservation observation = observations[i];
     const float uu = sqrt(abc.x), uv = uu > 0.0 ? abc.y / uu : 0.0, vv = sqrt(max(abc.z - uv * uv, 0.0));
     const vec2 ray =
         (vec2(observation.u, observation.v) / 256.0 - vec2(push.camera.cx, push.camera.cy)) / vec2(push.camera.fx, push.camera.fy);
@@ -165,30 +169,18 @@ Term sum_over_group(Term own, uint me) {
 
 void main() {
     if (push.evaluation > 0 && stopped(states[(push.evaluation - 1) & 1])) return;
-    const uint me = gl_LocalInvocationIndex;
-    const uint landmark_groups = groups_of(push.landmarks), point_groups = groups_of(push.points);
-    uint group = gl_WorkGroupID.x;
+    const uint me = gl_LocalInvocationIndex, i = gl_GlobalInvocationID.x;
     Term own = kNoTerm;
-    if (group < point_groups) {
-        const uint i = group * kResidualGroup + me;
+    uint groups_before = 0;
+    if (kKind == kPoints) {
         if (i < push.points) own = evaluate_point(i);
-    } else if (group < point_groups + landmark_groups) {
-        const uint i = (group - point_groups) * kResidualGroup + me, item = push.points + i;
-        if (i < push.landmarks) {
-            if ((push.given & kMatchesGiven) != 0)
-                own = evaluate_match(item, matches[i]);
-            else
-                store(item, kNoRows, 0.0);
-        }
+    } else if (kKind == kLandmarks) {
+        if (i < push.landmarks) own = evaluate_match(push.points + i, i);
+        groups_before = groups_of(push.points);
     } else {
-        const uint i = (group - point_groups - landmark_groups) * kResidualGroup + me, item = push.points + push.landmarks + i;
-        if (i < push.patches) {
-            if ((push.given & kObservationsGiven) != 0)
-                own = evaluate_patch(item, observations[i]);
-            else
-                store(item, kNoRows, 0.0);
-        }
+        if (i < push.patches) own = evaluate_patch(push.points + push.landmarks + i, i);
+        groups_before = groups_of(push.points) + groups_of(push.landmarks);
     }
     own = sum_over_group(own, me);
-    if (me == 0) terms[group] = own;
+    if (me == 0) terms[groups_before + gl_WorkGroupID.x] = own;
 }

@@ -14,15 +14,20 @@ layout(std430, set = 0, binding = 7) readonly buffer Inverses { vec4 inverses[];
 shared vec3 shares[2][kBlockGroup];
 shared vec2 sums[kBlockGroup];
 
+// The scalars of this step.
+struct Factors {
+    float alpha, beta;
+};
+
 // M^-1 A p and M^-1 r of this step, half a control point's.
-vec3 conditioned_direction(uint node, uint h) {
+vec3 conditioned_direction(Factors by, uint node, uint h) {
     const uint copy = (push.step + 1) & 1;
     return vectors[passed_vector(copy, node, kConditionedProduct, h)].xyz +
-           beta * vectors[passed_vector(copy, node, kConditionedDirection, h)].xyz;
+           by.beta * vectors[passed_vector(copy, node, kConditionedDirection, h)].xyz;
 }
-vec3 conditioned(uint node, uint h) {
+vec3 conditioned(Factors by, uint node, uint h) {
     const vec3 before = vectors[passed_vector((push.step + 1) & 1, node, kConditioned, h)].xyz;
-    return push.step == 0 ? before : before - advanced.alpha * conditioned_direction(node, h);
+    return push.step == 0 ? before : before - by.alpha * conditioned_direction(by, node, h);
 }
 
 mat3 quarter(uint block, uint which) {
@@ -35,14 +40,14 @@ mat3 inverse_quarter(uint node, uint which) {
 }
 
 // One half of a control point's own vectors, to this step; returns r.
-vec3 update(uint i, uint h) {
+vec3 update(Factors by, uint i, uint h) {
     vec3 direction = vec3(0), direction_product = vec3(0), solution = vec3(0), residual = vectors[own_vector(i, kResidual, h)].xyz;
     if (push.step > 0) {
         const uint copy = (push.step + 1) & 1;
-        direction = vectors[passed_vector(copy, i, kConditioned, h)].xyz + beta * vectors[own_vector(i, kDirection, h)].xyz;
-        direction_product = vectors[own_vector(i, kProduct, h)].xyz + beta * vectors[own_vector(i, kDirectionProduct, h)].xyz;
-        solution = vectors[own_vector(i, kSolution, h)].xyz + advanced.alpha * direction;
-        residual -= advanced.alpha * direction_product;
+        direction = vectors[passed_vector(copy, i, kConditioned, h)].xyz + by.beta * vectors[own_vector(i, kDirection, h)].xyz;
+        direction_product = vectors[own_vector(i, kProduct, h)].xyz + by.beta * vectors[own_vector(i, kDirectionProduct, h)].xyz;
+        solution = vectors[own_vector(i, kSolution, h)].xyz + by.alpha * direction;
+        residual -= by.alpha * direction_product;
     }
     vectors[own_vector(i, kDirection, h)] = vec4(direction, 0);
     vectors[own_vector(i, kDirectionProduct, h)] = vec4(direction_product, 0);
@@ -54,17 +59,24 @@ vec3 update(uint i, uint h) {
 void main() {
     if (stopped(states[push.evaluation & 1])) return;
     const uint me = gl_LocalInvocationIndex, split = me % kSplit, first = me - split, i = gl_GlobalInvocationID.x / kSplit;
+    Factors by = Factors(0, 0);
     if (push.step > 0) {
         advance(me);
         if (advanced.over != 0) return;
+        by = Factors(advanced.alpha, beta);
+    }
+    uint next = 0, end = 0;
+    if (i < push.nodes) {
+        next = row_starts[i] + split;
+        end = row_starts[i + 1];
     }
     vec3 turn = vec3(0), shift = vec3(0);  // of A M^-1 r
-    if (i < push.nodes)
-        for (uint b = row_starts[i] + split; b < row_starts[i + 1]; b += kSplit) {
-            const vec3 x = conditioned(columns[b], 0), y = conditioned(columns[b], 1);
-            turn += quarter(b, 0) * x + quarter(b, 1) * y;
-            shift += quarter(b, 2) * x + quarter(b, 3) * y;
-        }
+    for (uint b = next; b < end; b += kSplit) {
+        const uint column = columns[b];
+        const vec3 x = conditioned(by, column, 0), y = conditioned(by, column, 1);
+        turn += quarter(b, 0) * x + quarter(b, 1) * y;
+        shift += quarter(b, 2) * x + quarter(b, 3) * y;
+    }
     shares[0][me] = turn;
     shares[1][me] = shift;
     barrier();
@@ -77,10 +89,10 @@ void main() {
     vec2 own = vec2(0);
     for (uint h = split; h < 2 && i < push.nodes; h += kSplit) {
         const uint copy = push.step & 1;
-        const vec3 product = shares[h][first], x = conditioned(i, h);
+        const vec3 product = shares[h][first], x = conditioned(by, i, h);
         const vec3 conditioned_product = inverse_quarter(i, 2 * h) * shares[0][first] + inverse_quarter(i, 2 * h + 1) * shares[1][first];
-        const vec3 next_direction = push.step == 0 ? vec3(0) : conditioned_direction(i, h);
-        const vec3 residual = update(i, h);
+        const vec3 next_direction = push.step == 0 ? vec3(0) : conditioned_direction(by, i, h);
+        const vec3 residual = update(by, i, h);
         vectors[own_vector(i, kProduct, h)] = vec4(product, 0);
         vectors[passed_vector(copy, i, kConditioned, h)] = vec4(x, 0);
         vectors[passed_vector(copy, i, kConditionedProduct, h)] = vec4(conditioned_product, 0);

@@ -1,9 +1,11 @@
-// Stage lm: judges the last evaluation; linearises there if it is the present state; damps and inverts the diagonal. kSplit invocations
-// share a block, each with every kSplit-th of its terms.
+// Stage lm: judges the last evaluation, and if that is the present state linearises there: the control points' own blocks, which are then
+// damped and inverted, or those above the diagonal. kSplit invocations share a block, each with every kSplit-th of its terms.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "lm.glsl"
 #include "lm_blocks.glsl"
+layout(constant_id = 1) const bool kDiagonal = true;
+const bool kJudgeKeeps = kDiagonal;
 const uint kJudges = kBlockGroup;
 #include "lm_judge.glsl"
 #include "lm_inverse.glsl"
@@ -43,10 +45,9 @@ mat3 cross_columns(vec3 v, mat3 m) { return mat3(cross(v, m[0]), cross(v, m[1]),
 
 void add_items(BlockTerms block, uint split, inout Sums sums) {
     const vec4 row_rotation = trial[kNodeVectors * block.row], column_rotation = trial[kNodeVectors * block.column];
-    const bool own = block.row == block.column;
     for (uint at = block.first_item + split; at < block.last_item; at += kSplit) {
         const uint term = item_terms[at], item = term_item(term);
-        const bool same = own && term_row(term) == term_column(term);
+        const bool same = kDiagonal && term_row(term) == term_column(term);
         const vec4 row = items[kItemVectors * item + 2 + term_row(term)];
         const vec3 a = rotate(row_rotation, row.xyz);
         float weight = row.w;
@@ -81,7 +82,7 @@ void add_edges(BlockTerms block, uint split, inout Sums sums) {
         const float rotation_weight = scale * push.rotation_weight, lever = angle_weight / size;
         const mat3 along = outerProduct(now, now), across = mat3(1.0) - along;
         const mat3 shift = (2.0 * lever / size) * across + (2.0 * length_weight) * along;
-        if (block.row != block.column) {
+        if (!kDiagonal) {
             sums.shift_shift -= shift;
             sums.turn_turn -= 0.5 * rotation_weight * (mat3(relative.w) - cross_matrix(relative.xyz));  // transposed
             sums.turn_shift -= lever * cross_columns(turned_a, across);
@@ -111,6 +112,7 @@ void share(Sums sums, uint me) {
         shares[6 + c][me] = shift_turn[c];
         shares[9 + c][me] = sums.shift_shift[c];
     }
+    if (!kDiagonal) return;
     shares[12][me] = sums.turn;
     shares[13][me] = sums.shift;
 }
@@ -151,13 +153,14 @@ void damp(uint i, uint place, uint first) {
 }
 
 void main() {
-    const uint me = gl_LocalInvocationIndex, split = me % kSplit, first = me - split, b = gl_GlobalInvocationID.x / kSplit;
+    const uint me = gl_LocalInvocationIndex, split = me % kSplit, first = me - split;
+    const uint b = gl_GlobalInvocationID.x / kSplit + (kDiagonal ? 0 : push.nodes);
+    const bool exists = b < (kDiagonal ? push.nodes : push.blocks);
     judge(me);
-    const bool own = b < push.nodes, relinearise = accepted && !stopped(now);
-    if (accepted && own && split == 0)
+    const bool relinearise = accepted && !stopped(now);
+    if (kDiagonal && accepted && exists && split == 0)
         for (uint v = 0; v < kNodeVectors; ++v) present[kNodeVectors * b + v] = trial[kNodeVectors * b + v];
-    if (stopped(now)) return;
-    const bool exists = b < push.blocks;
+    if (stopped(now) || !(kDiagonal || relinearise)) return;
     BlockTerms block;
     if (exists) block = blocks[b];
     if (relinearise && exists) {
@@ -167,26 +170,25 @@ void main() {
         share(sums, me);
     }
     barrier();
-    for (uint c = split; c < kColumns && exists; c += kSplit) {
+    for (uint c = split; c < (kDiagonal ? kColumns : kBlockVectors) && exists; c += kSplit) {
         vec3 sum;
         if (relinearise) {
             sum = shares[c][first];
             for (uint s = 1; s < kSplit; ++s) sum += shares[c][first + s];
-            if (own) diagonal[kColumns * b + c] = vec4(sum, 0);
+            if (kDiagonal) diagonal[kColumns * b + c] = vec4(sum, 0);
         } else {
-            if (!own) break;
             sum = diagonal[kColumns * b + c].xyz;
         }
         shares[c][first] = sum;
     }
     barrier();
     if (!exists) return;
-    if (own) {
+    if (kDiagonal) {
         if (split == 0) damp(b, block.place, first);
-    } else if (relinearise) {
-        for (uint c = split; c < kBlockVectors; c += kSplit) {
-            matrix[kBlockVectors * block.place + c] = vec4(shares[c][first], 0);
-            matrix[kBlockVectors * block.transposed + c] = vec4(transposed_column(c, first), 0);
-        }
+        return;
+    }
+    for (uint c = split; c < kBlockVectors; c += kSplit) {
+        matrix[kBlockVectors * block.place + c] = vec4(shares[c][first], 0);
+        matrix[kBlockVectors * block.transposed + c] = vec4(transposed_column(c, first), 0);
     }
 }
