@@ -12,7 +12,8 @@ StageJob sample_rectify(uint64_t seed) {
     params.source_width = 64;
     params.source_height = 48;
     const std::vector<int32_t> map = bent_map(params, seed);
-    const Gray ignore = holes_mask(64, 48, seed, 3, 9);
+    Gray ignore = holes_mask(64, 48, seed, 3, 9);
+    for (uint8_t& pixel : ignore.pixels) pixel = uint8_t(255 - pixel);  // nonzero is not tissue
     return rectify_job(params, texture_picture(64, 48, seed), &map, &ignore);
 }
 
@@ -52,7 +53,7 @@ StageJob sample_job(uint32_t stage, uint64_t seed) {
         }
         case DEFREC_STAGE_WARP: {
             const test::TestSurface surface = test_surface(seed, 64, 48);
-            return warp_job(surface, blank<defrec_warp_params>(), loose_motions(surface, seed));
+            return warp_job(surface, blank<defrec_warp_params>(), loose_motions(surface, seed, 0.05, 2));
         }
         default: fail(DEFREC_ERROR_INTERNAL, "there is no stage ", stage);
     }
