@@ -115,7 +115,10 @@ TEST_CASE("stereo equals the reference to the bit at odd sizes") {
                              {311u, 239u, 61u},
                              {330u, 70u, 128u},
                              {129u, 131u, 37u},
-                             {65u, 49u, 200u}}) {
+                             {65u, 49u, 200u},
+                             {2u, 2u, 1u},
+                             {3u, 9u, 4u},
+                             {40u, 5u, 20u}}) {
         const auto width = std::get<0>(size), height = std::get<1>(size), disparities = std::get<2>(size);
         CAPTURE(width);
         for (const bool masks : {false, true}) {
@@ -145,6 +148,24 @@ TEST_CASE("stereo equals the reference to the bit with other parameters") {
         p.support = 3 * radius;
         check_equal(p, true, radius);
     }
+}
+
+TEST_CASE("stereo gives the same disparities when they are all it is asked for, and no smoothing if none is wanted") {
+    if (!under_test::available()) return;
+    defrec_stereo_params p = params_of(150, 110, 40);
+    fill_defaults(p);
+    p.smooth_passes = 0;
+    const test::TestHost host;
+    const Pair pair = make_pair(p, 3);
+    const auto truth = run(*reference::make_stereo(p, host.host()), p, pair, true);
+    std::vector<uint8_t> disparity(truth[0].size(), uint8_t{77});
+    const InBuffer in[] = {{pair.left.data(), pair.left.size()},
+                           {pair.right.data(), pair.right.size()},
+                           {pair.left_mask.data(), pair.left_mask.size()},
+                           {pair.right_mask.data(), pair.right_mask.size()}};
+    const OutBuffer out[] = {{disparity.data(), disparity.size()}};
+    under_test::make_stereo(p, host.host())->run(in, out);
+    CHECK((disparity == truth[0]));
 }
 
 TEST_CASE("rows 58 and 62: images without texture have no disparity") {

@@ -25,7 +25,7 @@ struct PyramidPush {
 };
 
 constexpr int kTile = 32;                    // side of the tile of a work group
-constexpr uint64_t kOneGroupPixels = 32768;  // coarser fields up to this size are made and filled by one work group
+constexpr uint64_t kOneGroupPixels = 2048;  // coarser fields up to this size are made and filled by one work group
 
 Groups tiles(int width, int height) { return {cover(uint64_t(width), kTile), cover(uint64_t(height), kTile)}; }
 // Of the shaders with an invocation per pixel.
@@ -183,11 +183,13 @@ class Stereo final : public Stage {
 
     // Leaves what is supported, and the smoothed of it as the finest field of the pyramid.
     void search(Run& run, const Outputs& out) {
-        const Groups half = pixels(size_.half_width, size_.half_height), half_tiles = tiles(size_.half_width, size_.half_height);
+        const Groups half = pixels(size_.half_width, size_.half_height);
+        const Groups half_tiles = tiles(size_.half_width, size_.half_height);
         run.recorder.dispatch(kernels_.search,
-                              {left_.packed, right_.packed, left_.statistics, right_.statistics, left_keys_, seconds_, right_keys_}, run.push,
-                              half_tiles);
-        run.recorder.dispatch(kernels_.check, {left_keys_, seconds_, right_keys_, left_.half_mask, right_.half_mask, checked_}, run.push, half);
+                              {left_.packed, right_.packed, left_.statistics, right_.statistics, left_keys_, seconds_, right_keys_},
+                              run.push, half_tiles);
+        run.recorder.dispatch(kernels_.check, {left_keys_, seconds_, right_keys_, left_.half_mask, right_.half_mask, checked_},
+                              run.push, half);
         run.recorder.dispatch(kernels_.support, {checked_, supported_}, run.push, half);
         run.recorder.dispatch(kernels_.smooth_search, {supported_, pyramid_}, half_smoothing(), half_tiles);
         give(run, left_keys_, out[4], left_keys_.size());
@@ -216,9 +218,9 @@ class Stereo final : public Stage {
 
     void refine_half(Run& run, const Outputs& out) {
         const Groups half_tiles = tiles(size_.half_width, size_.half_height);
-        run.recorder.dispatch(kernels_.refine_half,
-                              {left_.half, right_.half, pyramid_, half_moved_, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr}, run.push,
-                              half_tiles);
+        run.recorder.dispatch(
+            kernels_.refine_half,
+            {left_.half, right_.half, pyramid_, half_moved_, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr}, run.push, half_tiles);
         run.recorder.beside(kernels_.standing, {pyramid_, supported_, standing_}, run.push, half_tiles);
         run.recorder.dispatch(kernels_.smooth_half, {half_moved_, half_refined_}, half_smoothing(), half_tiles);
         give(run, half_refined_, out[9], half_refined_.size());
@@ -228,8 +230,8 @@ class Stereo final : public Stage {
     void refine_full(Run& run, const Outputs& out) {
         run.recorder.dispatch(kernels_.upsample, {half_refined_, hypothesis_}, run.push, pixels(size_.width, size_.height));
         run.recorder.dispatch(kernels_.refine,
-                              {left_.gray, right_.gray, hypothesis_, fields_[0], run.left_mask, run.right_mask, standing_, confidence_, out[11],
-                               out[12]},
+                              {left_.gray, right_.gray, hypothesis_, fields_[0], run.left_mask, run.right_mask, standing_, confidence_,
+                               out[11], out[12]},
                               run.push, tiles(size_.width, size_.height));
         give(run, hypothesis_, out[10], hypothesis_.size());
     }
@@ -241,10 +243,11 @@ class Stereo final : public Stage {
         run.recorder.dispatch(kernels_.small_holes, {fields_[1], hypothesis_, confidence_, fields_[0], out[1]}, run.push, full);
         give(run, fields_[0], out[14], fields_[0].size());
         const uint32_t passes = std::max(p_.smooth_passes, 1u);
-        for (uint32_t pass = 0; pass + 1 < passes; ++pass)
-            run.recorder.dispatch(kernels_.smooth, {fields_[pass % 2], fields_[(pass + 1) % 2]},
-                                  SmoothPush{size_.width, size_.height, size_.width}, full);
-        run.recorder.dispatch(kernels_.smooth, {fields_[(passes - 1) % 2], out[0]}, SmoothPush{size_.width, size_.height, size_.stride}, full);
+        for (uint32_t pass = 0; pass < passes; ++pass) {
+            const bool last = pass == passes - 1;
+            const SmoothPush push{size_.width, size_.height, last ? size_.stride : size_.width};
+            run.recorder.dispatch(kernels_.smooth, {fields_[pass % 2], last ? *out[0] : fields_[(pass + 1) % 2]}, push, full);
+        }
     }
 
     SmoothPush half_smoothing() const { return {size_.half_width, size_.half_height, size_.half_width}; }

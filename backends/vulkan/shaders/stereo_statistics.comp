@@ -33,7 +33,8 @@ void main() {
     for (int j = 0; j < kRun; ++j) {
         const ivec2 at = first + ivec2(0, j);
         if (at.x >= push.half_width || at.y >= push.half_height) continue;
-        const bool whole = all(greaterThanEqual(at, ivec2(kRadius))) && at.x < push.half_width - kRadius && at.y < push.half_height - kRadius;
+        const ivec2 end = ivec2(push.half_width, push.half_height) - kRadius;
+        const bool whole = all(greaterThanEqual(at, ivec2(kRadius))) && all(lessThan(at, end));
         const int sum = whole ? sums[j] : 0, variance = whole ? n * squares[j] - sum * sum : 0;
         const int i = at.y * push.half_width + at.x;
         precise const float mean = float(sum) * push.one_over_n;
