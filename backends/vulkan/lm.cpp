@@ -238,9 +238,9 @@ std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, Device& device) {
 
 std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, Device& device, uint32_t split) {
     const uint64_t steps = params.solver == DEFREC_SOLVER_INDEPENDENT ? 0 : params.cg_iterations;
-    if (params.iterations * (steps + 4) > kMostDispatches)
+    if (params.iterations * (steps + 7) > kMostDispatches)
         throw StageError(DEFREC_ERROR_UNSUPPORTED, "lm: at most " + std::to_string(kMostDispatches) +
-                                                       " shaders in a run; each iteration has cg_iterations + 4");
+                                                       " shaders in a run; each iteration has cg_iterations + 7");
     return std::make_unique<Lm>(params, device, split);
 }
 
