@@ -30,7 +30,8 @@ void CountingAllocator::fail_at(uint64_t nth) { fail_at_ = nth == 0 ? 0 : taken_
 void* CountingAllocator::take(void* user, size_t size, size_t alignment) {
     auto& self = *static_cast<CountingAllocator*>(user);
     if (++self.taken_ == self.fail_at_) return nullptr;
-    void* memory = std::aligned_alloc(std::max(alignment, sizeof(void*)), (size + alignment - 1) / alignment * alignment);
+    const size_t boundary = std::max(alignment, sizeof(void*));
+    void* memory = std::aligned_alloc(boundary, (std::max<size_t>(size, 1) + boundary - 1) / boundary * boundary);
     if (memory == nullptr) return nullptr;
     ++self.live_;
     // What a stage reads before it has written it is seen by this pattern rather than by luck.
