@@ -86,7 +86,8 @@ std::string facts(const RunRecord& run) {
     for (const CaseRecord& c : run.cases) seconds += c.seconds;
     const auto fact = [](const char* name, const std::string& text) { return element("dt", name) + element("dd", text) + "\n"; };
     return "<section aria-labelledby=\"facts\"><h2 id=\"facts\">Who, by what, where</h2><dl class=\"facts\">\n" +
-           fact("Device", run.device_name + " (" + run.device_id + ", " + device_kind(run.device_kind) + ")") +
+           fact("Device", run.device_name + " (" + run.device_id + ", " + device_kind(run.device_kind) +
+                            ((run.device_features & DEFREC_FEATURE_SOFTWARE) != 0 ? ", in software)" : ")")) +
            fact("Driver", run.device_driver) + fact("Stages", device_stages(run.device_stages)) +
            fact("Claims", (run.device_features & DEFREC_FEATURE_REPEATABLE) != 0
                               ? "repeatable: the same input gives the same bits"

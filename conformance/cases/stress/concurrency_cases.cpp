@@ -97,6 +97,32 @@ void odd_orders(CaseRun& run) {
     for (const size_t i : {1, 3, 0, 2}) jobs[i].reset();
 }
 
+// Each thread waits for every frame while it is computed, reads it and moves points with it.
+void many_readers(CaseRun& run) {
+    const TrackingDevice device = tracking_subject(run);
+    const Track& expected = undisturbed(run);
+    constexpr size_t kReaders = 4;
+    const Footage& film = stress_footage();
+    const ContextHandle context = open_context(device.manifest);
+    const RigHandle rig = open_rig(context.get(), film);
+    const TrackerHandle tracker = open_tracker(context.get(), rig.get(), device.device_id);
+    const std::vector<double> points = {0, 0, 90, 5, -5, 92};
+    for (size_t i = 0; i < film.frames.size(); ++i) {
+        const JobHandle job = submit(tracker.get(), film, i);
+        std::vector<TrackedFrame> seen(kReaders);
+        on_threads(kReaders, [&](size_t reader) {
+            check_api("defrec_job_wait", defrec_job_wait(job.get(), UINT64_MAX));
+            seen[reader] = result_of(job.get(), points);
+        });
+        for (const TrackedFrame& frame : seen) {
+            require(frame.state == expected.frames[i].state, "frame ", i, " has state ", frame.state, " for one of ", kReaders,
+                    " threads that read it at once, ", expected.frames[i].state, " expected");
+            require(frame.vertices == seen[0].vertices && frame.points == seen[0].points, "frame ", i, " is not the same for ", kReaders,
+                    " threads that read it at once");
+        }
+    }
+}
+
 // Frames are queued and never waited for; the tracker goes while they run, and somebody waits meanwhile.
 void destroy_while_running(CaseRun& run) {
     const TrackingDevice device = tracking_subject(run);
@@ -146,6 +172,7 @@ void add_concurrency_cases(std::vector<Case>& cases) {
                     many_trackers);
     add_stress_case(cases, "many_contexts", kLong,
                     "Four contexts at once, each with a device of its own, give what one alone gives.", many_contexts);
+    add_stress_case(cases, "many_readers", kShort, "Threads that wait for and read one frame at once all get the same.", many_readers);
     add_stress_case(cases, "odd_orders", kShort,
                     "Frames queued all at once, waited for backwards, parents destroyed first: the same results.", odd_orders);
     add_stress_case(cases, "destroy_while_running", kShort,
