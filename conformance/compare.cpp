@@ -8,10 +8,10 @@
 
 namespace defrec::conformance {
 
-const Fields kFeatureFields = {{"x", 0, 1, 'i'}, {"y", 4, 1, 'i'}, {"level", 8, 1, 'h'}, {"angle", 10, 1, 'h'}, {"score", 12, 1, 'u'},
-                               {"descriptor", 16, 8, 'u'}};
-const Fields kMatchFields = {{"feature", 0, 1, 'i'}, {"distance", 4, 1, 'i'}, {"second", 8, 1, 'i'}, {"u", 12, 1, 'f'}, {"v", 16, 1, 'f'},
-                             {"position", 20, 3, 'f'}, {"weight", 32, 1, 'f'}, {"reserved", 36, 1, 'u'}};
+const Fields kFeatureFields = {{"x", 0, 1, 'i'},      {"y", 4, 1, 'i'},      {"level", 8, 1, 'h'},
+                               {"angle", 10, 1, 'h'}, {"score", 12, 1, 'u'}, {"descriptor", 16, 8, 'u'}};
+const Fields kMatchFields = {{"feature", 0, 1, 'i'}, {"distance", 4, 1, 'i'},  {"second", 8, 1, 'i'},  {"u", 12, 1, 'f'},
+                             {"v", 16, 1, 'f'},      {"position", 20, 3, 'f'}, {"weight", 32, 1, 'f'}, {"reserved", 36, 1, 'u'}};
 const Fields kPredictionFields = {{"u", 0, 1, 'i'}, {"v", 4, 1, 'i'}, {"view_from_live", 8, 4, 'i'}, {"valid", 24, 1, 'i'},
                                   {"reserved", 28, 1, 'i'}};
 const Fields kObservationFields = {{"u", 0, 1, 'i'}, {"v", 4, 1, 'i'}, {"score", 8, 1, 'i'}, {"valid", 12, 1, 'i'},

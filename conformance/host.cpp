@@ -66,7 +66,8 @@ void Host::note_misuse(const std::string& text) {
 
 void Host::check_guards(const void* memory, const Block& block) {
     const auto* bytes = static_cast<const unsigned char*>(memory);
-    if (!intact(bytes - kGuard, kGuard)) note_misuse(concat("bytes before a block of ", block.size, " bytes of host memory were written"));
+    if (!intact(bytes - kGuard, kGuard))
+        note_misuse(concat("bytes before a block of ", block.size, " bytes of host memory were written"));
     if (!intact(bytes + block.size, kGuard))
         note_misuse(concat("bytes behind a block of ", block.size, " bytes of host memory were written"));
 }
@@ -105,7 +106,8 @@ void Host::release(void* memory) {
     {
         const std::lock_guard lock(mutex_);
         const auto found = blocks_.find(memory);
-        if (found == blocks_.end()) return note_misuse("free was called with memory that alloc did not give, or twice with the same");
+        if (found == blocks_.end())
+            return note_misuse("free was called with memory that alloc did not give, or twice with the same");
         block = found->second;
         blocks_.erase(found);
         check_guards(memory, block);

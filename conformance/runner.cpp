@@ -135,7 +135,13 @@ class Run {
 }  // namespace
 
 Case end_of_process_case() {
-    return {"abi/end_of_process", "abi", "", "The plugin ends well after all other cases, and gives the host's memory back.", true, false, {}};
+    return {"abi/end_of_process",
+            "abi",
+            "",
+            "The plugin ends well after all other cases, and gives the host's memory back.",
+            true,
+            false,
+            {}};
 }
 
 std::vector<Step> shuffled_steps(size_t cases, uint64_t seed) {

@@ -16,7 +16,9 @@ using namespace defrec::conformance;
 
 namespace {
 
-Case make(const char* id, std::function<void(CaseRun&)> body) { return {id, "abi", "", "A case of the test.", true, false, std::move(body)}; }
+Case make(const char* id, std::function<void(CaseRun&)> body) {
+    return {id, "abi", "", "A case of the test.", true, false, std::move(body)};
+}
 
 RunOutcome run(const std::vector<Case>& cases, std::chrono::seconds time_limit = std::chrono::seconds(60)) {
     const PluginFiles reference = find_backend("reference");
@@ -26,7 +28,8 @@ RunOutcome run(const std::vector<Case>& cases, std::chrono::seconds time_limit =
 }
 
 const CaseRecord& record(const RunOutcome& outcome, const std::string& id) {
-    const auto found = std::find_if(outcome.cases.begin(), outcome.cases.end(), [&](const CaseRecord& one) { return one.id == id; });
+    const auto found =
+        std::find_if(outcome.cases.begin(), outcome.cases.end(), [&](const CaseRecord& one) { return one.id == id; });
     REQUIRE(found != outcome.cases.end());
     return *found;
 }
@@ -73,7 +76,8 @@ TEST_CASE("the worst of the repetitions counts, and all must be the same bits on
     results[1] = result(Verdict::failed, "the second failed");
     results[2] = result(Verdict::failed, "the third too");
     CHECK(merge(one, results, true).reason == "the second failed");
-    results = {result(Verdict::skipped, "not offered"), result(Verdict::skipped, "not offered"), result(Verdict::skipped, "not offered")};
+    results = {result(Verdict::skipped, "not offered"), result(Verdict::skipped, "not offered"),
+               result(Verdict::skipped, "not offered")};
     CHECK(merge(one, results, true).verdict == Verdict::skipped);
     results[1] = result(Verdict::passed);
     CHECK(merge(one, results, true).verdict == Verdict::failed);
@@ -140,8 +144,10 @@ TEST_CASE("a plugin that hangs again and again is given up") {
         }));
     const RunOutcome outcome = run(cases, std::chrono::seconds(1));
     REQUIRE(outcome.cases.size() == 13);
-    CHECK(std::all_of(outcome.cases.begin(), outcome.cases.end(), [](const CaseRecord& one) { return one.verdict == Verdict::failed; }));
-    CHECK(std::count_if(outcome.cases.begin(), outcome.cases.end(), [](const CaseRecord& one) { return contains(one.reason, "not run"); }) == 8);
+    CHECK(std::all_of(outcome.cases.begin(), outcome.cases.end(),
+                      [](const CaseRecord& one) { return one.verdict == Verdict::failed; }));
+    CHECK(std::count_if(outcome.cases.begin(), outcome.cases.end(),
+                        [](const CaseRecord& one) { return contains(one.reason, "not run"); }) == 8);
 }
 
 TEST_CASE("the same numbers come from random in every repetition, other ones in another case") {

@@ -11,7 +11,9 @@ const Params& complete(const StageJob& job) {
     return *static_cast<const Params*>(job.params.get());
 }
 
-Input optional_picture(const Gray* picture, uint32_t stride) { return picture == nullptr ? not_given() : picture_input(*picture, stride); }
+Input optional_picture(const Gray* picture, uint32_t stride) {
+    return picture == nullptr ? not_given() : picture_input(*picture, stride);
+}
 
 }  // namespace
 
@@ -46,7 +48,9 @@ std::vector<int32_t> bent_map(const defrec_rectify_params& params, uint64_t seed
         for (uint32_t x = 0; x < width; ++x) {
             const double u = double(x) / width - 0.5, v = double(y) / height - 0.5, bend = 1 + 0.3 * (u * u + v * v);
             const bool outside = random.below(97) == 0;
-            map.push_back(outside ? INT32_MIN : int32_t(128 * params.source_width * (0.5 + 1.05 * bend * u + 0.03 * v)) + int32_t(random.below(9)));
+            map.push_back(outside ? INT32_MIN
+                                  : int32_t(128 * params.source_width * (0.5 + 1.05 * bend * u + 0.03 * v)) +
+                                        int32_t(random.below(9)));
             map.push_back(outside ? INT32_MIN : int32_t(128 * params.source_height * (0.5 + 1.05 * bend * v - 0.03 * u)));
         }
     return map;

@@ -43,7 +43,9 @@ StageJob sample_job(uint32_t stage, uint64_t seed) {
         case DEFREC_STAGE_STEREO: return sample_stereo(seed);
         case DEFREC_STAGE_ORB: return sample_orb(seed);
         case DEFREC_STAGE_MATCH: return match_job(match_scene(seed, 40, 60));
-        case DEFREC_STAGE_ALIGN: return align_job(align_scene(blank<defrec_align_params>(), seed, {.width = 80, .height = 64}), align_motions | align_mask);
+        case DEFREC_STAGE_ALIGN:
+            return align_job(align_scene(blank<defrec_align_params>(), seed, {.width = 80, .height = 64}),
+                             align_motions | align_mask);
         case DEFREC_STAGE_RANSAC: return ransac_job(ransac_scene(seed, 60, 0.3, 20));
         case DEFREC_STAGE_LM: {
             const test::TestSurface surface = test_surface(seed, 64, 48);

@@ -43,7 +43,8 @@ TEST_CASE("images: pixels that are usable and such that are not, disparities and
 
 TEST_CASE("templates: matches, patches, references, a solution and observed points") {
     Samples samples;
-    const size_t matches = count<defrec_match>(samples.outputs(DEFREC_STAGE_MATCH)[0], [](const defrec_match& m) { return m.position[2] > 0; });
+    const size_t matches =
+        count<defrec_match>(samples.outputs(DEFREC_STAGE_MATCH)[0], [](const defrec_match& m) { return m.position[2] > 0; });
     CHECK(matches >= 8);
     CHECK(matches < 40);
     CHECK(count<defrec_patch_observation>(samples.outputs(DEFREC_STAGE_ALIGN)[0],

@@ -54,7 +54,8 @@ MatchScene match_scene(uint64_t seed, uint32_t landmarks, uint32_t features, uin
         random_descriptor(random, landmark.descriptor);
         if (features > 0 && random.below(4) != 0) {
             std::copy_n(scene.features[random.below(features)].descriptor, 8, landmark.descriptor);
-            for (uint32_t flips = random.below(80); flips > 0; --flips) landmark.descriptor[random.below(8)] ^= 1u << random.below(32);
+            for (uint32_t flips = random.below(80); flips > 0; --flips)
+                landmark.descriptor[random.below(8)] ^= 1u << random.below(32);
         }
         for (float& value : landmark.position) value = float(random.within(-30, 80));
         scene.landmarks.push_back(landmark);
@@ -94,7 +95,8 @@ AlignScene align_scene(const defrec_align_params& params, uint64_t seed, const A
     const Vec3<double> turn{0, 0, o.angle}, step{0.3, -0.4, kDepth / o.scale - kDepth};
     const auto motion = from_rigid(rotation_from_vector(turn), step);
     scene.motions = {motion.store()};
-    for (uint32_t view = 0; view < o.views; ++view) scene.views.push_back(texture_picture(o.width, o.height, seed + view, 0, 0, o.noise));
+    for (uint32_t view = 0; view < o.views; ++view)
+        scene.views.push_back(texture_picture(o.width, o.height, seed + view, 0, 0, o.noise));
     // The live image: each pixel's ray back to the plane, which is upright.
     scene.live = flat_picture(o.width, o.height, 0);
     const Texture texture(seed);
@@ -122,9 +124,12 @@ AlignScene align_scene(const defrec_align_params& params, uint64_t seed, const A
         const auto error = [&] { return o.prediction_error * random.within(-1, 1); };
         const auto fixed = [](double value, double one) { return int32_t(std::floor(value * one + 0.5)); };
         const double stretch = z / kDepth;
-        scene.predictions.push_back({fixed(cx + kFocal * seen.x / seen.z + error(), 256), fixed(cy + kFocal * seen.y / seen.z + error(), 256),
-                                     {fixed(stretch * c, 65536), fixed(-stretch * s, 65536), fixed(stretch * s, 65536), fixed(stretch * c, 65536)},
-                                     random.below(12) == 0 ? 0 : 1, 0});
+        scene.predictions.push_back(
+            {fixed(cx + kFocal * seen.x / seen.z + error(), 256),
+             fixed(cy + kFocal * seen.y / seen.z + error(), 256),
+             {fixed(stretch * c, 65536), fixed(-stretch * s, 65536), fixed(stretch * s, 65536), fixed(stretch * c, 65536)},
+             random.below(12) == 0 ? 0 : 1,
+             0});
     }
     return scene;
 }
@@ -211,7 +216,8 @@ test::TestSurface test_surface(uint64_t seed, uint32_t width, uint32_t height) {
     Random random(seed);
     const double a = random.within(0.4, 0.9), b = random.within(0.3, 0.6), c = random.within(0.8, 1.6);
     surface.deform([=](Vec3<double> p) {
-        return Vec3<double>{p.x + a * std::sin(p.y / 12) + 0.5, p.y + b * std::cos(p.x / 14), p.z + c * std::sin(p.x / 16 + p.y / 18)};
+        return Vec3<double>{p.x + a * std::sin(p.y / 12) + 0.5, p.y + b * std::cos(p.x / 14),
+                            p.z + c * std::sin(p.x / 16 + p.y / 18)};
     });
     return surface;
 }
@@ -219,7 +225,9 @@ test::TestSurface test_surface(uint64_t seed, uint32_t width, uint32_t height) {
 std::vector<defrec_motion> loose_motions(const test::TestSurface& surface, uint64_t seed, double turn, double step_mm) {
     Random random(seed);
     std::vector<defrec_motion> motions;
-    const auto some = [&](double size) { return Vec3<double>{random.within(-size, size), random.within(-size, size), random.within(-size, size)}; };
+    const auto some = [&](double size) {
+        return Vec3<double>{random.within(-size, size), random.within(-size, size), random.within(-size, size)};
+    };
     for (size_t i = 0; i < surface.nodes.size() / 3; ++i) {
         const auto rotation = rotation_from_vector(some(turn));
         const Vec3<double> p = load3<double>(&surface.nodes[3 * i]);
@@ -242,7 +250,8 @@ StageJob lm_job(const test::TestSurface& surface, defrec_lm_params params, const
     if (params.node_spacing_mm == 0) params.node_spacing_mm = own.node_spacing_mm;
     StageJob job(DEFREC_STAGE_LM, &params);
     const auto& p = complete<defrec_lm_params>(job);
-    job.prepare = {records(surface.nodes), records(surface.edges), records(surface.points), records(surface.landmarks), records(surface.patches)};
+    job.prepare = {records(surface.nodes), records(surface.edges), records(surface.points), records(surface.landmarks),
+                   records(surface.patches)};
     job.in = {records(start), (given & lm_matches) != 0 ? records(surface.matches) : not_given(),
               (given & lm_patches) != 0 ? records(surface.observations) : not_given(),
               (given & lm_depth) != 0 ? disparity_input(surface.disparity, p.width, p.height, p.stride) : not_given()};
@@ -250,7 +259,8 @@ StageJob lm_job(const test::TestSurface& surface, defrec_lm_params params, const
     return job;
 }
 
-StageJob warp_job(const test::TestSurface& surface, defrec_warp_params params, const std::vector<defrec_motion>& motions, bool depth) {
+StageJob warp_job(const test::TestSurface& surface, defrec_warp_params params, const std::vector<defrec_motion>& motions,
+                  bool depth) {
     params.struct_size = sizeof params;
     params.nodes = uint32_t(motions.size());
     params.points = uint32_t(surface.points.size());

@@ -51,7 +51,9 @@ std::vector<defrec_motion> loose_motions(const test::TestSurface& surface, uint6
 
 enum LmGiven { lm_matches = 1, lm_patches = 2, lm_depth = 4, lm_everything = 7 };
 // params: what is not of the surface.
-StageJob lm_job(const test::TestSurface& surface, defrec_lm_params params, const std::vector<defrec_motion>& start, int given = lm_everything);
-StageJob warp_job(const test::TestSurface& surface, defrec_warp_params params, const std::vector<defrec_motion>& motions, bool depth = true);
+StageJob lm_job(const test::TestSurface& surface, defrec_lm_params params, const std::vector<defrec_motion>& start,
+                int given = lm_everything);
+StageJob warp_job(const test::TestSurface& surface, defrec_warp_params params, const std::vector<defrec_motion>& motions,
+                  bool depth = true);
 
 }  // namespace defrec::conformance

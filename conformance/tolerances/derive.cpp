@@ -84,7 +84,8 @@ void print(const std::string& name, const Derived& derived, bool with_backend) {
     std::printf("%-19s spread %.2e, p99 %.2e (%s); 4 times %.2e, %.2e; allowed %.2e, %.2e", name.c_str(), derived.spread.maximum,
                 derived.spread.p99, derived.spread.from.c_str(), kMargin * derived.spread.maximum, kMargin * derived.spread.p99,
                 tolerance.maximum, tolerance.p99);
-    if (with_backend) std::printf("; backend %.2e, %.2e (%s)", derived.backend.maximum, derived.backend.p99, derived.backend.from.c_str());
+    if (with_backend)
+        std::printf("; backend %.2e, %.2e (%s)", derived.backend.maximum, derived.backend.p99, derived.backend.from.c_str());
     std::printf("\n");
 }
 

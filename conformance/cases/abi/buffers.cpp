@@ -101,7 +101,8 @@ void ranges(CaseRun& run) {
     const Buffer buffer(session, kSize);
     const Bytes kept = pattern_bytes(kSize, 3);
     queue.write(buffer, kept);
-    const std::pair<uint64_t, uint64_t> wrong[] = {{0, 101}, {1, 100}, {100, 1}, {101, 0}, {UINT64_MAX, 2}, {2, UINT64_MAX}, {UINT64_MAX, 0}};
+    const std::pair<uint64_t, uint64_t> wrong[] = {{0, 101},        {1, 100},        {100, 1},       {101, 0},
+                                                   {UINT64_MAX, 2}, {2, UINT64_MAX}, {UINT64_MAX, 0}};
     Bytes memory(256, std::byte{0x3C});
     for (const auto& [offset, size] : wrong) {
         require_refused(session, concat("read of ", size, " bytes at ", offset, " from a buffer of 100"),
@@ -113,7 +114,8 @@ void ranges(CaseRun& run) {
     queue.read(buffer, back);
     queue.finish();
     require(back == kept, "a refused write changed the buffer");
-    require(std::all_of(memory.begin(), memory.end(), [](std::byte b) { return b == std::byte{0x3C}; }), "a refused read wrote its destination");
+    require(std::all_of(memory.begin(), memory.end(), [](std::byte b) { return b == std::byte{0x3C}; }),
+            "a refused read wrote its destination");
 }
 
 void empty_ranges(CaseRun& run) {
@@ -135,7 +137,8 @@ void too_large(CaseRun& run) {
     const Session& session = run.subject();
     for (const uint64_t size : {uint64_t{1} << 60, UINT64_MAX - 100, UINT64_MAX}) {
         defrec_pbuffer* buffer = nullptr;
-        require_refused(session, concat("buffer_create of ", size, " bytes"), session.table().buffer_create(session.device(), size, &buffer));
+        require_refused(session, concat("buffer_create of ", size, " bytes"),
+                        session.table().buffer_create(session.device(), size, &buffer));
         require(buffer == nullptr, "buffer_create refused, but wrote its output");
     }
     Queue queue(session);

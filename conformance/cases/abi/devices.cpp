@@ -31,9 +31,11 @@ void info_sizes(CaseRun& run) {
             std::memcpy(&said, given.data(), sizeof said);
             require(said == size, "device_info changed struct_size from ", size, " to ", said);
             for (uint32_t byte = sizeof said; byte < std::min(size, kWhole); ++byte)
-                require(given[byte] == whole[byte], "device_info into a struct of ", size, " bytes: byte ", byte, " is another than in a whole one");
+                require(given[byte] == whole[byte], "device_info into a struct of ", size, " bytes: byte ", byte,
+                        " is another than in a whole one");
             for (uint32_t byte = kWhole; byte < size; ++byte)
-                require(given[byte] == std::byte{0}, "device_info wrote byte ", byte, " of a later version's struct, which it cannot know");
+                require(given[byte] == std::byte{0}, "device_info wrote byte ", byte,
+                        " of a later version's struct, which it cannot know");
             for (uint32_t byte = size; byte < given.size(); ++byte)
                 require(given[byte] == std::byte{kGuard}, "device_info wrote byte ", byte, " of a struct of ", size, " bytes");
         }
@@ -67,7 +69,8 @@ std::vector<std::string> ids(const Instance& instance) {
 void ids_stable(CaseRun& run) {
     const Instance first(run.subject_plugin()), second(run.subject_plugin());
     const std::vector<std::string> known = ids(first);
-    for (const std::string& id : known) require(!id.empty() && id.size() <= 255, "a device has an id of ", id.size(), " bytes, 1 to 255 expected");
+    for (const std::string& id : known)
+        require(!id.empty() && id.size() <= 255, "a device has an id of ", id.size(), " bytes, 1 to 255 expected");
     require(std::set(known.begin(), known.end()).size() == known.size(), "two devices have the same id");
     require(ids(first) == known, "device_info gave other ids when it was called again");
     require(ids(second) == known, "another instance gave its devices other ids");
@@ -84,7 +87,8 @@ void info_makes_sense(CaseRun& run) {
         require(info.driver != nullptr, id, ": driver is NULL");
         require(info.memory_bytes > 0, id, ": memory_bytes is 0");
         require((info.stages & kStages) != 0, id, ": offers no stage");
-        require((info.features & ~uint32_t{DEFREC_FEATURE_REPEATABLE | DEFREC_FEATURE_SOFTWARE}) == 0, id, ": claims features that this version does not have");
+        require((info.features & ~uint32_t{DEFREC_FEATURE_REPEATABLE | DEFREC_FEATURE_SOFTWARE}) == 0, id,
+                ": claims features that this version does not have");
         require(info.reserved == 0, id, ": reserved is not 0");
     }
 }
@@ -96,7 +100,8 @@ void open_twice(CaseRun& run) {
         defrec_pdevice *first = nullptr, *second = nullptr;
         instance.check("device_open", table.device_open(table.self, i, &first));
         instance.check("device_open of an open device", table.device_open(table.self, i, &second));
-        require(first != nullptr && second != nullptr && first != second, "device_open of an open device gave no device of its own");
+        require(first != nullptr && second != nullptr && first != second,
+                "device_open of an open device gave no device of its own");
         defrec_pbuffer* buffer = nullptr;
         table.device_close(first);
         instance.check("buffer_create after another device was closed", table.buffer_create(second, 64, &buffer));
@@ -110,14 +115,16 @@ void open_twice(CaseRun& run) {
 void unknown_stages(CaseRun& run) {
     const Instance instance(run.subject_plugin());
     for (const uint32_t stage : {uint32_t{DEFREC_STAGE_COUNT_V1}, 31u, 32u, 1000u, 0x80000000u, UINT32_MAX})
-        require(instance.table().stage(instance.table().self, stage) == nullptr, "there is a table for stage ", stage, ", which does not exist");
+        require(instance.table().stage(instance.table().self, stage) == nullptr, "there is a table for stage ", stage,
+                ", which does not exist");
 }
 
 }  // namespace
 
 void add_abi_device_cases(std::vector<Case>& cases) {
     add_abi_case(cases, "device_info_sizes", "device_info writes as many bytes as both sides know.", info_sizes);
-    add_abi_case(cases, "device_out_of_range", "A device that does not exist is refused, and no output touched.", info_out_of_range);
+    add_abi_case(cases, "device_out_of_range", "A device that does not exist is refused, and no output touched.",
+                 info_out_of_range);
     add_abi_case(cases, "device_ids", "Ids of devices are unique, and the same each time.", ids_stable);
     add_abi_case(cases, "device_info", "Devices say what they are, and offer a stage.", info_makes_sense);
     add_abi_case(cases, "device_open_twice", "A device can be open twice, and closed and opened again.", open_twice);

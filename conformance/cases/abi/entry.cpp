@@ -29,7 +29,8 @@ void short_host(CaseRun& run) {
         table.struct_size = uint32_t(size);
         const defrec_plugin* out = kUntouched;
         const defrec_status status = run.subject_plugin().entry()(&table, &out);
-        require(status < 0, "the entry answered ", defrec_status_name(status), " to a host table of ", size, " bytes, a refusal expected");
+        require(status < 0, "the entry answered ", defrec_status_name(status), " to a host table of ", size,
+                " bytes, a refusal expected");
         require(out == kUntouched, "the entry refused a host table of ", size, " bytes, but wrote its output");
     }
 }
@@ -46,7 +47,8 @@ void newer_host(CaseRun& run) {
     newer.table.abi_minor = DEFREC_PLUGIN_ABI_MINOR + 1;
     const defrec_plugin* table = nullptr;
     const defrec_status status = run.subject_plugin().entry()(&newer.table, &table);
-    require(status >= 0 && table != nullptr, "the entry answered ", defrec_status_name(status), " to a host of a later minor version");
+    require(status >= 0 && table != nullptr, "the entry answered ", defrec_status_name(status),
+            " to a host of a later minor version");
     require(table->device_count(table->self) > 0, "with a host of a later minor version there is no device");
     table->shutdown(table->self);
 }

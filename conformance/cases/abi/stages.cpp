@@ -58,7 +58,8 @@ void refuse_all(CaseRun& run, uint32_t stage, std::initializer_list<Beyond<Param
 void limits(CaseRun& run, uint32_t stage) {
     switch (stage) {
         case DEFREC_STAGE_RECTIFY:
-            return refuse_all<defrec_rectify_params>(run, stage, {{"highlight_radius 17", [](auto& p) { p.highlight_radius = 17; }}});
+            return refuse_all<defrec_rectify_params>(run, stage,
+                                                     {{"highlight_radius 17", [](auto& p) { p.highlight_radius = 17; }}});
         case DEFREC_STAGE_STEREO:
             return refuse_all<defrec_stereo_params>(run, stage, {{"radius 1", [](auto& p) { p.radius = 1; }},
                                                                  {"radius 7", [](auto& p) { p.radius = 7; }},
@@ -109,8 +110,10 @@ class WrongCalls {
 
     void counts_and_nulls() {
         expect_refusal("no buffers at all", {}, {});
-        for (size_t count = 0; count < counts_.least_in; ++count) expect_refusal(concat(count, " inputs"), first(in_, count), all(out_));
-        for (size_t count = 0; count < counts_.least_out; ++count) expect_refusal(concat(count, " outputs"), all(in_), first(out_, count));
+        for (size_t count = 0; count < counts_.least_in; ++count)
+            expect_refusal(concat(count, " inputs"), first(in_, count), all(out_));
+        for (size_t count = 0; count < counts_.least_out; ++count)
+            expect_refusal(concat(count, " outputs"), all(in_), first(out_, count));
         for (const size_t count : {counts_.most_in + 1, size_t{40}}) {
             auto more = all(in_);
             more.resize(count, in_[0].get());
@@ -145,7 +148,8 @@ class WrongCalls {
     void wrong_preparation() {
         const defrec_stage_table& table = run_.subject().stage_table(job_.stage());
         const auto refuse = [&](const std::string& what, const std::vector<defrec_pbuffer*>& in) {
-            require_refused(run_.subject(), concat("prepare with ", what), table.prepare(stage_->get(), queue_.get(), in.data(), in.size()));
+            require_refused(run_.subject(), concat("prepare with ", what),
+                            table.prepare(stage_->get(), queue_.get(), in.data(), in.size()));
         };
         auto more = all(prepared_);
         more.push_back(prepared_[0].get());
@@ -225,9 +229,12 @@ void add_abi_stage_cases(std::vector<Case>& cases) {
     add_abi_stage_case(cases, "stage_create", "The stage can be created and destroyed without being used.", create);
     add_abi_stage_case(cases, "stage_limits", "Parameters beyond the definition's limits are refused with a sentence.", limits, 0,
                        kLastLimited + 1);
-    add_abi_stage_case(cases, "wrong_buffers", "Too few, too many and missing buffers are refused, and no output touched.", wrong_counts);
-    add_abi_stage_case(cases, "small_buffers", "Buffers that are a byte too small are refused, and no output touched.", small_buffers);
-    add_abi_stage_case(cases, "wrong_prepare", "Too few and too many buffers to prepare are refused.", wrong_prepare, kFirstPrepared);
+    add_abi_stage_case(cases, "wrong_buffers", "Too few, too many and missing buffers are refused, and no output touched.",
+                       wrong_counts);
+    add_abi_stage_case(cases, "small_buffers", "Buffers that are a byte too small are refused, and no output touched.",
+                       small_buffers);
+    add_abi_stage_case(cases, "wrong_prepare", "Too few and too many buffers to prepare are refused.", wrong_prepare,
+                       kFirstPrepared);
 }
 
 }  // namespace defrec::conformance

@@ -19,15 +19,17 @@ struct Fault {
 uint32_t bits_of(float value) { return std::bit_cast<uint32_t>(value); }
 
 std::vector<Fault> faults_of(uint32_t stage, const StageJob& job) {
-    const uint32_t nan = bits_of(std::numeric_limits<float>::quiet_NaN()), infinity = bits_of(std::numeric_limits<float>::infinity());
+    const uint32_t nan = bits_of(std::numeric_limits<float>::quiet_NaN()),
+                   infinity = bits_of(std::numeric_limits<float>::infinity());
     constexpr uint32_t kMinusOne = UINT32_MAX;
     constexpr size_t kPoint = 3 * sizeof(defrec_surface_point);  // the fourth
     constexpr size_t kPatch = 2 * sizeof(defrec_patch);
     const auto point = [&](size_t buffer, uint32_t nodes) {
-        return std::vector<Fault>{{"a point with control point -1", buffer, kPoint + offsetof(defrec_surface_point, node), kMinusOne},
-                                  {"a point with a control point too many", buffer, kPoint + offsetof(defrec_surface_point, node) + 12, nodes},
-                                  {"a point whose position is not a number", buffer, kPoint + 4, nan},
-                                  {"a point whose weight is infinite", buffer, kPoint + offsetof(defrec_surface_point, weight) + 4, infinity}};
+        return std::vector<Fault>{
+            {"a point with control point -1", buffer, kPoint + offsetof(defrec_surface_point, node), kMinusOne},
+            {"a point with a control point too many", buffer, kPoint + offsetof(defrec_surface_point, node) + 12, nodes},
+            {"a point whose position is not a number", buffer, kPoint + 4, nan},
+            {"a point whose weight is infinite", buffer, kPoint + offsetof(defrec_surface_point, weight) + 4, infinity}};
     };
     if (stage == DEFREC_STAGE_WARP) return point(0, static_cast<const defrec_warp_params*>(job.params.get())->nodes);
     if (stage == DEFREC_STAGE_ALIGN)
@@ -101,8 +103,8 @@ void no_allocation(CaseRun& run, uint32_t stage) {
 
 void add_abi_template_cases(std::vector<Case>& cases) {
     for (const uint32_t stage : {DEFREC_STAGE_ALIGN, DEFREC_STAGE_LM, DEFREC_STAGE_WARP})
-        add_abi_stage_case(cases, "bad_template", "prepare refuses indices out of range and numbers that are not finite.", bad_template, stage,
-                           stage + 1);
+        add_abi_stage_case(cases, "bad_template", "prepare refuses indices out of range and numbers that are not finite.",
+                           bad_template, stage, stage + 1);
     add_abi_stage_case(cases, "no_allocation", "enqueue never asks for memory.", no_allocation);
 }
 

@@ -60,7 +60,8 @@ void own_devices(CaseRun& run) {
     on_threads(kThreads, [&](size_t) {
         Session session(run.subject_plugin());
         const auto found = run_plainly(session, job);
-        require(!session.claims_repeatable() || found == alone, stage_name(stages[0]), " gave other bits on a device of another instance");
+        require(!session.claims_repeatable() || found == alone, stage_name(stages[0]),
+                " gave other bits on a device of another instance");
     });
 }
 
@@ -96,7 +97,8 @@ void stages_side_by_side(CaseRun& run, uint32_t stage) {
         Bytes found(jobs[i].out[0].size);
         queue.read(out[i][0], found);
         queue.finish();
-        require(!session.claims_repeatable() || found == alone[i][0], stage_name(stage), " gave other bits beside other stages of its kind");
+        require(!session.claims_repeatable() || found == alone[i][0], stage_name(stage),
+                " gave other bits beside other stages of its kind");
     }
     stages.clear();
 }
@@ -104,8 +106,10 @@ void stages_side_by_side(CaseRun& run, uint32_t stage) {
 }  // namespace
 
 void add_abi_thread_cases(std::vector<Case>& cases) {
-    add_abi_case(cases, "threads_own_queues", "Several threads, each with a queue and stages of its own, get what one alone gets.", own_queues);
-    add_abi_case(cases, "threads_own_devices", "Several instances, each on a thread of its own, get what one alone gets.", own_devices);
+    add_abi_case(cases, "threads_own_queues",
+                 "Several threads, each with a queue and stages of its own, get what one alone gets.", own_queues);
+    add_abi_case(cases, "threads_own_devices", "Several instances, each on a thread of its own, get what one alone gets.",
+                 own_devices);
     add_abi_stage_case(cases, "side_by_side", "Stages of one kind side by side do not disturb each other.", stages_side_by_side);
 }
 

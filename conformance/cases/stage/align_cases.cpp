@@ -42,8 +42,8 @@ void compare(CaseRun& run, const StageJob& job, const Expected& expected, const 
     compare_observations(run, followed, run_reference(run.reference(), followed), found);
 }
 
-void add(std::vector<StageCase>& cases, const char* name, const char* title, const defrec_align_params& params, const AlignOptions& options,
-         int given, const Change& change = {}, bool smoke = true) {
+void add(std::vector<StageCase>& cases, const char* name, const char* title, const defrec_align_params& params,
+         const AlignOptions& options, int given, const Change& change = {}, bool smoke = true) {
     const auto make = [=](CaseRun&, uint32_t frame) {
         AlignScene scene = align_scene(params, 200 + frame, options);
         if (change) change(scene);
@@ -58,29 +58,33 @@ defrec_align_params base() { return blank<defrec_align_params>(); }
 void add_inputs(std::vector<StageCase>& cases) {
     add(cases, "motions", "Patches predicted from motions and found.", base(), {}, align_motions);
     add(cases, "predictions", "Given predictions are followed.", base(), {}, align_predictions);
-    add(cases, "both", "Given predictions are followed though there are motions too.", base(), {.prediction_error = 3}, align_motions | align_predictions,
-        [](AlignScene& s) { s.motions[0] = from_rigid(rotation_from_vector(Vec3<double>{0, 0, 0.2}), {1, 1, 0}).store(); });
+    add(cases, "both", "Given predictions are followed though there are motions too.", base(), {.prediction_error = 3},
+        align_motions | align_predictions, [](AlignScene& s) {
+            s.motions[0] = from_rigid(rotation_from_vector(Vec3<double>{0, 0, 0.2}), {1, 1, 0}).store();
+        });
     add(cases, "mask", "Masked pixels take no part.", base(), {}, align_predictions | align_mask);
     add(cases, "mask_motions", "Masked pixels take no part, with motions.", base(), {}, align_motions | align_mask);
     add(cases, "observations_alone", "The result is the same if predictions are not asked for.", base(), {},
         align_predictions | align_mask | align_no_prediction_output);
     add(cases, "views", "Patches of several views.", base(), {.views = 3}, align_predictions);
     add(cases, "no_patches", "A template without patches after one with.", base(), {.patches = 0}, align_predictions);
-    add(cases, "fewer_patches", "As many patches as prepare was given, fewer than the parameters say.", base(), {.patches = 17}, align_predictions,
-        [](AlignScene& s) { s.params.patches = 300; });
-    for (const auto& [name, title, value] : {std::tuple{"flat", "A flat live image: nothing is found.", 90}, {"white", "A saturated live image.", 255}})
+    add(cases, "fewer_patches", "As many patches as prepare was given, fewer than the parameters say.", base(), {.patches = 17},
+        align_predictions, [](AlignScene& s) { s.params.patches = 300; });
+    for (const auto& [name, title, value] :
+         {std::tuple{"flat", "A flat live image: nothing is found.", 90}, {"white", "A saturated live image.", 255}})
         add(cases, name, title, base(), {}, align_predictions,
             [value = value](AlignScene& s) { s.live = flat_picture(s.live.width, s.live.height, uint8_t(value)); });
     add(cases, "flat_view", "Patches without texture.", base(), {}, align_predictions,
         [](AlignScene& s) { s.views[0] = flat_picture(s.live.width, s.live.height, 70); });
     add(cases, "noise", "A live image of nothing but noise.", base(), {}, align_predictions,
         [](AlignScene& s) { s.live = random_picture(s.live.width, s.live.height, 4); });
-    add(cases, "extremes", "Images of black and white alone.", base(), {.angle = 0, .scale = 1, .noise = 0}, align_predictions, [](AlignScene& s) {
-        for (Gray* picture : {&s.live, &s.views[0]})
-            for (uint8_t& pixel : picture->pixels) pixel = pixel > 120 ? 255 : 0;
-    });
-    add(cases, "senseless_predictions", "Predictions anywhere, turned and stretched out of all proportion.", base(), {.patches = 120},
-        align_predictions, [](AlignScene& s) {
+    add(cases, "extremes", "Images of black and white alone.", base(), {.angle = 0, .scale = 1, .noise = 0}, align_predictions,
+        [](AlignScene& s) {
+            for (Gray* picture : {&s.live, &s.views[0]})
+                for (uint8_t& pixel : picture->pixels) pixel = pixel > 120 ? 255 : 0;
+        });
+    add(cases, "senseless_predictions", "Predictions anywhere, turned and stretched out of all proportion.", base(),
+        {.patches = 120}, align_predictions, [](AlignScene& s) {
             Random random(8);
             for (defrec_patch_prediction& one : s.predictions) {
                 one.valid = random.below(9) == 0 ? 7 : 1;
@@ -106,8 +110,10 @@ void add_inputs(std::vector<StageCase>& cases) {
 void add_parameters(std::vector<StageCase>& cases) {
     defrec_align_params params = base();
     params.stride = 101;
-    add(cases, "padded_stride", "Bytes between rows are not looked at.", params, {.width = 97, .height = 71, .views = 2}, align_predictions | align_mask);
-    add(cases, "smallest", "The smallest image.", base(), {.width = 64, .height = 48, .patches = 60}, align_predictions | align_mask);
+    add(cases, "padded_stride", "Bytes between rows are not looked at.", params, {.width = 97, .height = 71, .views = 2},
+        align_predictions | align_mask);
+    add(cases, "smallest", "The smallest image.", base(), {.width = 64, .height = 48, .patches = 60},
+        align_predictions | align_mask);
     for (const uint32_t level : {1u, 2u, 3u}) {
         params = base();
         params.level = level;
@@ -121,18 +127,20 @@ void add_parameters(std::vector<StageCase>& cases) {
     params.search_radius = 1;
     params.min_score = 400;
     params.texture = 1;
-    add(cases, "small_radii", "The smallest patches and searches.", params, {.prediction_error = 0.5}, align_predictions | align_mask);
+    add(cases, "small_radii", "The smallest patches and searches.", params, {.prediction_error = 0.5},
+        align_predictions | align_mask);
     params.patch_radius = 7;
     params.search_radius = 16;
-    add(cases, "large_radii", "The largest patches and searches.", params, {.patches = 16, .prediction_error = 8}, align_predictions | align_mask);
+    add(cases, "large_radii", "The largest patches and searches.", params, {.patches = 16, .prediction_error = 8},
+        align_predictions | align_mask);
     params = base();
     params.min_score = 4000;
     params.texture = 200;
     add(cases, "strict", "A high score and much texture asked for.", params, {}, align_predictions);
     params = base();
     params.search_radius = 8;
-    add(cases, "camera_size", "Patches of a 640 x 480 image.", params, {.width = 640, .height = 480, .patches = 500, .prediction_error = 5},
-        align_motions | align_mask, {}, false);
+    add(cases, "camera_size", "Patches of a 640 x 480 image.", params,
+        {.width = 640, .height = 480, .patches = 500, .prediction_error = 5}, align_motions | align_mask, {}, false);
 }
 
 }  // namespace

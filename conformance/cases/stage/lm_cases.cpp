@@ -15,8 +15,8 @@ struct Scene {
 };
 using Change = std::function<void(Scene&)>;
 
-void add(std::vector<StageCase>& cases, const char* name, const char* title, const Change& change = {}, uint32_t width = 144, uint32_t height = 96,
-         bool smoke = true) {
+void add(std::vector<StageCase>& cases, const char* name, const char* title, const Change& change = {}, uint32_t width = 144,
+         uint32_t height = 96, bool smoke = true) {
     const auto make = [=](CaseRun&, uint32_t frame) {
         Scene scene{test_surface(400 + frame, width, height), blank<defrec_lm_params>(), {}};
         scene.start = scene.surface.rest();
@@ -48,7 +48,8 @@ void add_terms(std::vector<StageCase>& cases) {
     add(cases, "all_outliers", "Every match is far off.", [](Scene& s) {
         for (defrec_match& match : s.surface.matches) match.position[0] += 60;
     });
-    add(cases, "hidden", "A third of the image shows nothing.", [](Scene& s) { s.surface.hide([](double u, double) { return u > 90; }); });
+    add(cases, "hidden", "A third of the image shows nothing.",
+        [](Scene& s) { s.surface.hide([](double u, double) { return u > 90; }); });
     add(cases, "no_valid_depth", "A disparity image without any disparity.",
         [](Scene& s) { s.surface.disparity.assign(s.surface.disparity.size(), int16_t(DEFREC_DISPARITY_NONE)); });
     add(cases, "information", "Patches known along one direction only, or not at all.", [](Scene& s) {

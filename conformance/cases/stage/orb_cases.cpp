@@ -24,7 +24,8 @@ void compare(CaseRun& run, const StageJob& job, const Expected& expected, const 
 uint32_t number(const Expected& expected) { return as<uint32_t>(expected.outputs[0])[0]; }
 Expects at_least(uint32_t least) {
     return [least](const Expected& expected) {
-        require(number(expected) >= least, "the reference finds ", number(expected), " features, the case is about ", least, " or more");
+        require(number(expected) >= least, "the reference finds ", number(expected), " features, the case is about ", least,
+                " or more");
     };
 }
 Expects none() {
@@ -61,8 +62,12 @@ void add_inputs(std::vector<StageCase>& cases) {
     add(cases, "features_alone", "The result is the same if no sub-stage is asked for.", params, texture(params), at_least(20),
         {.mask = true, .extras = false});
     add(cases, "noise", "Features of nothing but noise.", params, noise(params), at_least(40));
-    add(cases, "flat", "A flat image after another has no features.", params, [](uint64_t) { return flat_picture(160, 120, 77); }, none());
-    add(cases, "white", "A saturated image after another has no features.", params, [](uint64_t) { return flat_picture(160, 120, 255); }, none());
+    add(
+        cases, "flat", "A flat image after another has no features.", params, [](uint64_t) { return flat_picture(160, 120, 77); },
+        none());
+    add(
+        cases, "white", "A saturated image after another has no features.", params,
+        [](uint64_t) { return flat_picture(160, 120, 255); }, none());
     add(cases, "extremes", "Black and white alone: the largest scores, and many ties.", params,
         [](uint64_t seed) {
             Gray picture = texture_picture(160, 120, seed);
@@ -95,7 +100,8 @@ void add_sizes(std::vector<StageCase>& cases) {
     params.stride = 160;
     add(cases, "padded_stride", "Bytes between rows are not looked at.", params, texture(params), at_least(20), {.mask = true});
     params.stride = 133;
-    add(cases, "odd_stride", "An odd size with rows that begin at odd places.", params, texture(params), at_least(20), {.mask = true});
+    add(cases, "odd_stride", "An odd size with rows that begin at odd places.", params, texture(params), at_least(20),
+        {.mask = true});
     params = base(DEFREC_MIN_WIDTH, DEFREC_MIN_HEIGHT);
     params.levels = 8;
     add(cases, "smallest", "The smallest image, most of its levels without a cell.", params, texture(params), {}, {.mask = true});
@@ -105,7 +111,8 @@ void add_sizes(std::vector<StageCase>& cases) {
     add(cases, "highest", "Columns as long as can be.", params, texture(params), at_least(100), {.smoke = false, .slow = true});
     params = base(640, 480);
     params.capacity = 2048;
-    add(cases, "camera_size", "An image of 640 x 480.", params, texture(params), at_least(300), {.mask = true, .smoke = false, .slow = true});
+    add(cases, "camera_size", "An image of 640 x 480.", params, texture(params), at_least(300),
+        {.mask = true, .smoke = false, .slow = true});
 }
 
 void add_parameters(std::vector<StageCase>& cases) {
@@ -122,7 +129,8 @@ void add_parameters(std::vector<StageCase>& cases) {
     params = base();
     params.levels = 8;
     params.cell = 16;
-    add(cases, "eight_levels", "Eight levels with cells of 16 px, some levels too small for any.", params, texture(params), at_least(10), {.mask = true});
+    add(cases, "eight_levels", "Eight levels with cells of 16 px, some levels too small for any.", params, texture(params),
+        at_least(10), {.mask = true});
     params.levels = 1;
     params.cell = 7;
     params.spacing = 63;

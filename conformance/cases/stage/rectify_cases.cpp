@@ -64,7 +64,8 @@ void add_formats(std::vector<StageCase>& cases) {
     add(cases, "gray", "Gray pixels are taken as they are, and highlights masked.", base(), nothing);
     add(cases, "bgr", "BGR pixels become gray with the weights of the definition.", base(96, 72, DEFREC_FORMAT_BGR8), nothing);
     add(cases, "rgb_map", "RGB pixels are interpolated as the map says.", base(96, 72, DEFREC_FORMAT_RGB8), map);
-    add(cases, "bgra_map_ignore", "BGRA pixels, a map and an ignore mask together.", base(96, 72, DEFREC_FORMAT_BGRA8), map | ignore);
+    add(cases, "bgra_map_ignore", "BGRA pixels, a map and an ignore mask together.", base(96, 72, DEFREC_FORMAT_BGRA8),
+        map | ignore);
     add(cases, "ignore", "Ignored pixels are masked where there is no map.", base(), ignore);
     add(cases, "map_ignore", "Ignored pixels mask what is interpolated from them.", base(), map | ignore);
 }
@@ -109,8 +110,14 @@ void add_rectify_cases(std::vector<StageCase>& cases) {
     add_parameters(cases);
     add_picture(cases, "black", "A black image after another: all usable.", 0);
     add_picture(cases, "white", "A white image after another: nothing usable.", 255);
-    cases.push_back({DEFREC_STAGE_RECTIFY, "map_borders", "Map entries at, inside and outside the source's borders, and at the ends of the integers.",
-                           border_job, compare_all_exactly, true, false, {}});
+    cases.push_back({DEFREC_STAGE_RECTIFY,
+                     "map_borders",
+                     "Map entries at, inside and outside the source's borders, and at the ends of the integers.",
+                     border_job,
+                     compare_all_exactly,
+                     true,
+                     false,
+                     {}});
 }
 
 }  // namespace defrec::conformance

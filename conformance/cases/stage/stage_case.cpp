@@ -61,8 +61,8 @@ void add_stage_cases(std::vector<Case>& cases) {
     }
 }
 
-StageCase float_case(uint32_t stage, const char* name, const char* title, std::function<StageJob(CaseRun&, uint32_t)> make, SpreadOf spread,
-                     bool smoke, bool slow) {
+StageCase float_case(uint32_t stage, const char* name, const char* title, std::function<StageJob(CaseRun&, uint32_t)> make,
+                     SpreadOf spread, bool smoke, bool slow) {
     const auto compare = [spread](CaseRun& run, const StageJob& job, const Expected& expected, const std::vector<Bytes>& found) {
         Spread distances;
         spread(job, expected.outputs, found, distances);

@@ -28,8 +28,8 @@ std::vector<StageCase> stage_cases();
 void compare_all_exactly(CaseRun& run, const StageJob& job, const Expected& expected, const std::vector<Bytes>& found);
 
 // A case whose results are held by the tolerances of the stage's quantities.
-StageCase float_case(uint32_t stage, const char* name, const char* title, std::function<StageJob(CaseRun&, uint32_t)> make, SpreadOf spread,
-                     bool smoke = true, bool slow = false);
+StageCase float_case(uint32_t stage, const char* name, const char* title, std::function<StageJob(CaseRun&, uint32_t)> make,
+                     SpreadOf spread, bool smoke = true, bool slow = false);
 
 // The cases of each stage.
 void add_rectify_cases(std::vector<StageCase>& cases);

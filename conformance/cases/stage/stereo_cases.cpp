@@ -52,9 +52,12 @@ void add_inputs(std::vector<StageCase>& cases) {
     add(cases, "disparity_alone", "The result is the same if nothing else is asked for.", base(97, 71), {.extras = false});
     add_pictures(cases, "flat", "Images without texture have no disparity.", [](uint64_t) { return flat_picture(96, 64, 90); });
     add_pictures(cases, "black", "Black images after others have no disparity.", [](uint64_t) { return flat_picture(96, 64, 0); });
-    add_pictures(cases, "white", "White images after others have no disparity.", [](uint64_t) { return flat_picture(96, 64, 255); });
+    add_pictures(cases, "white", "White images after others have no disparity.",
+                 [](uint64_t) { return flat_picture(96, 64, 255); });
     add_pictures(cases, "noise", "Two images of nothing but noise.", [](uint64_t seed) { return random_picture(96, 64, seed); });
-    add_pictures(cases, "same_image", "Twice the same image: disparity 0.", [](uint64_t seed) { return texture_picture(96, 64, seed); }, true);
+    add_pictures(
+        cases, "same_image", "Twice the same image: disparity 0.", [](uint64_t seed) { return texture_picture(96, 64, seed); },
+        true);
     add_pictures(cases, "extremes", "Images of black and white alone.", [](uint64_t seed) {
         Gray picture = texture_picture(96, 64, seed);
         for (uint8_t& pixel : picture.pixels) pixel = pixel > 120 ? 255 : 0;

@@ -15,8 +15,8 @@ struct Scene {
 };
 using Change = std::function<void(Scene&)>;
 
-void add(std::vector<StageCase>& cases, const char* name, const char* title, const Change& change, uint32_t width = 144, uint32_t height = 96,
-         bool smoke = true) {
+void add(std::vector<StageCase>& cases, const char* name, const char* title, const Change& change, uint32_t width = 144,
+         uint32_t height = 96, bool smoke = true) {
     const auto make = [=](CaseRun&, uint32_t frame) {
         Scene scene{test_surface(100 + frame, width, height), blank<defrec_warp_params>(), {}};
         scene.motions = loose_motions(scene.surface, 110 + frame);
