@@ -4,6 +4,7 @@
 #include <dlfcn.h>
 
 #include <array>
+#include <cstring>
 #include <utility>
 
 #include "conformance/failure.hpp"
@@ -194,8 +195,14 @@ void Queue::finish() { require(wait(signal(), UINT64_MAX), "a wait without limit
 Stage::Stage(const Session& session, uint32_t stage, const void* params)
     : session_(session), table_(session.stage_table(stage)) {
     const std::string name = stage_name(stage);
-    session.check("supports of " + name, table_.supports(session.device(), params));
-    session.check("create of " + name, table_.create(session.device(), params, &stage_));
+    // Gone once the calls have returned: what a stage needs of them it copies. Every params struct begins with its size.
+    uint32_t size = 0;
+    std::memcpy(&size, params, sizeof size);
+    const auto own = std::make_unique<uint64_t[]>((size + 7) / 8);
+    std::memcpy(own.get(), params, size);
+    session.check("supports of " + name, table_.supports(session.device(), own.get()));
+    session.check("create of " + name, table_.create(session.device(), own.get(), &stage_));
+    std::memset(own.get(), 0xDD, size);
     require(stage_ != nullptr, "create of ", name, " succeeded without a stage");
 }
 

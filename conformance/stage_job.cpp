@@ -67,7 +67,13 @@ class DeviceRun {
 
     void enqueue(Queue& queue, Stage& stage) {
         if (!job_.prepare.empty() && job_.prepared) stage.prepare(queue, prepared_);
+        // What prepare has read may change.
+        for (size_t i = 0; i < prepared_.size(); ++i)
+            if (!prepared_before_[i].empty() && prepared_[i].get() != nullptr)
+                queue.write(prepared_[i], fill(prepared_before_[i].size(), kFillSeed, true));
         stage.enqueue(queue, in_, out_);
+        for (size_t i = 0; i < prepared_.size(); ++i)
+            if (!prepared_before_[i].empty() && prepared_[i].get() != nullptr) queue.write(prepared_[i], prepared_before_[i]);
     }
 
     void read(Queue& queue) {
