@@ -83,7 +83,43 @@ void add_parameters(std::vector<StageCase>& cases) {
     add(cases, "seed", "Another seed, with all its bits.", {}, [](RansacScene& s) { s.params.seed = 0xfedcba9876543210; });
 }
 
+// The result may take the place of the matches it comes from.
+void run_in_place(CaseRun& run) {
+    Session& session = run.subject();
+    const StageJob job = ransac_job(ransac_scene(330, 200, 0.3, 25));
+    Queue queue(session);
+    std::vector<Buffer> landmarks, matches;
+    landmarks.push_back(Buffer(session, job.prepare[0].bytes.size()));
+    matches.push_back(Buffer(session, job.in[0].bytes.size()));
+    const Buffer summary(session, sizeof(defrec_ransac_summary));
+    queue.write(landmarks[0], job.prepare[0].bytes);
+    queue.write(matches[0], job.in[0].bytes);
+    Stage stage(session, DEFREC_STAGE_RANSAC, job.params.get());
+    stage.prepare(queue, landmarks);
+    defrec_pbuffer* const in[] = {matches[0].get()};
+    defrec_pbuffer* const out[] = {matches[0].get(), summary.get()};
+    session.check("enqueue of ransac in place",
+                  session.stage_table(DEFREC_STAGE_RANSAC).enqueue(stage.get(), queue.get(), in, 1, out, 2));
+    std::vector<Bytes> found = {Bytes(matches[0].size()), Bytes(summary.size())};
+    queue.read(matches[0], found[0]);
+    queue.read(summary, found[1]);
+    queue.finish();
+    for (const Bytes& output : found) run.digest(output);
+    Spread distances;
+    ransac_spread(job, run_plainly(run.reference(), job), found, distances);
+    distances.measure(run);
+}
+
 }  // namespace
+
+void add_ransac_in_place_case(std::vector<Case>& cases) {
+    Case one{"stage/ransac/in_place", "stage", "ransac", "The result may be the memory of the matches.", true, false, {}};
+    one.body = [](CaseRun& run) {
+        run.subject().stage_table(DEFREC_STAGE_RANSAC);
+        run_in_place(run);
+    };
+    cases.push_back(std::move(one));
+}
 
 void add_ransac_cases(std::vector<StageCase>& cases) {
     add_inputs(cases);

@@ -53,6 +53,7 @@ std::vector<StageCase> stage_cases() {
 }
 
 void add_stage_cases(std::vector<Case>& cases) {
+    add_ransac_in_place_case(cases);
     for (StageCase& one : stage_cases()) {
         const std::string stage = stage_name(one.stage);
         Case entry{concat("stage/", stage, "/", one.name), "stage", stage, one.title, one.smoke, one.slow, {}};

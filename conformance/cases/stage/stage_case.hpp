@@ -38,6 +38,7 @@ void add_orb_cases(std::vector<StageCase>& cases);
 void add_match_cases(std::vector<StageCase>& cases);
 void add_align_cases(std::vector<StageCase>& cases);
 void add_ransac_cases(std::vector<StageCase>& cases);
+void add_ransac_in_place_case(std::vector<Case>& cases);
 void add_lm_cases(std::vector<StageCase>& cases);
 void add_warp_cases(std::vector<StageCase>& cases);
 
