@@ -19,14 +19,13 @@ constexpr uint64_t kBufferMultiple = 16;  // so that shaders may read and the de
 // ---- buffers -----------------------------------------------------------------------------------------------
 
 Buffer::Buffer(Device& device, uint64_t size, MemoryUse use) : device_(&device), size_(size), serial_(device.next_serial()) {
-    const uint64_t rounded = (std::max<uint64_t>(size, 1) + kBufferMultiple - 1) / kBufferMultiple * kBufferMultiple;
-    const bool wrapped = rounded < size;  // next to 2^64
-    if (wrapped || (use == MemoryUse::device && rounded > device.limits().maxStorageBufferRange))
+    const uint64_t most = device.limits().maxStorageBufferRange / kBufferMultiple * kBufferMultiple;
+    if (use == MemoryUse::device && size > most)
         throw StageError(DEFREC_ERROR_UNSUPPORTED, "a buffer of " + std::to_string(size) + " bytes; the device's shaders reach " +
-                                                       std::to_string(device.limits().maxStorageBufferRange));
+                                                       std::to_string(most));
     VkBufferCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
-    info.size = rounded;
+    info.size = (std::max<uint64_t>(size, 1) + kBufferMultiple - 1) / kBufferMultiple * kBufferMultiple;
     info.usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
     if (use == MemoryUse::device) info.usage |= VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
     const VolkDeviceTable& vk = device.vk();

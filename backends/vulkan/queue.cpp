@@ -35,10 +35,12 @@ Queue::Queue(Device& device) : device_(device), vk_(device.vk()), shared_(device
 
 Queue::~Queue() {
     flush_pending();
+    bool done = false;
     {
         const std::lock_guard lock(shared_.mutex);
-        vk_.vkQueueWaitIdle(shared_.handle);
+        done = vk_.vkQueueWaitIdle(shared_.handle) == VK_SUCCESS;
     }
+    if (done) deliver(submitted_);
     destroy();
 }
 
@@ -92,13 +94,17 @@ bool Queue::wait(uint64_t value, uint64_t timeout_ns) {
     check(result, "vkWaitSemaphores");
     if (result == VK_TIMEOUT) return false;
     const std::lock_guard lock(mutex_);
+    deliver(value);
+    return true;
+}
+
+void Queue::deliver(uint64_t value) {
     std::erase_if(reads_, [&](const PendingRead& read) {
         if (read.value > value) return false;
         std::memcpy(read.dst, download_[read.staging].buffer.mapped(), read.size);
         download_[read.staging].busy_until = 0;
         return true;
     });
-    return true;
 }
 
 uint64_t Queue::completed() {

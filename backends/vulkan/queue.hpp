@@ -23,7 +23,7 @@ class Queue {
     void run(VkCommandBuffer commands);
     // src is read before it returns.
     void write(const Buffer& buffer, uint64_t offset, const void* src, uint64_t size);
-    // dst is filled by the first wait for a later signal that succeeds.
+    // dst is filled by the first wait for a later signal that succeeds, at the latest by the destructor.
     void read(const Buffer& buffer, uint64_t offset, void* dst, uint64_t size);
     // A point after all work so far; grows by one.
     uint64_t signal();
@@ -53,6 +53,7 @@ class Queue {
     size_t staging(std::vector<Staging>& pool, uint64_t size, MemoryUse use);
     void copy(const Buffer& from, uint64_t from_offset, const Buffer& to, uint64_t to_offset, uint64_t size);
     void submit();
+    void deliver(uint64_t value);  // the reads up to that point, which is reached
     void flush_pending() noexcept;  // submits; for Device::settle
     void destroy() noexcept;
 
