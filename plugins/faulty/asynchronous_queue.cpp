@@ -91,17 +91,21 @@ Worker& worker_of(defrec_pqueue* queue) {
     return workers.at(queue);
 }
 // Gives what was to be read, as it is at present.
-void give_reads(defrec_pqueue* queue) {
-    for (const Read& r : worker_of(queue).take_reads()) good.plugin.read(queue, r.buffer, r.offset, r.to, r.size);
+void give_reads(defrec_pqueue* queue, Worker& worker) {
+    for (const Read& r : worker.take_reads()) good.plugin.read(queue, r.buffer, r.offset, r.to, r.size);
 }
 // Ends everything asked for so far.
 void finish(defrec_pqueue* queue) {
-    worker_of(queue).finish();
-    give_reads(queue);
+    Worker& worker = worker_of(queue);
+    worker.finish();
+    give_reads(queue, worker);
 }
 void finish_all() {
     const std::lock_guard lock(workers_mutex);
-    for (auto& [queue, worker] : workers) worker.finish();
+    for (auto& [queue, worker] : workers) {
+        worker.finish();
+        give_reads(queue, worker);
+    }
 }
 
 defrec_status create_queue(defrec_pdevice* device, defrec_pqueue** out) {
@@ -112,7 +116,6 @@ defrec_status create_queue(defrec_pdevice* device, defrec_pqueue** out) {
     return status;
 }
 void destroy_queue(defrec_pqueue* queue) {
-    finish(queue);
     {
         const std::lock_guard lock(workers_mutex);
         workers.erase(queue);
@@ -142,7 +145,7 @@ defrec_status wait_until_done(defrec_pqueue* queue, uint64_t value, uint64_t tim
     return good.plugin.wait(queue, value, timeout_ns);
 }
 defrec_status wait_not_at_all(defrec_pqueue* queue, uint64_t value, uint64_t timeout_ns) {
-    give_reads(queue);
+    give_reads(queue, worker_of(queue));
     return good.plugin.wait(queue, value, timeout_ns);
 }
 
