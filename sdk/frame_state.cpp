@@ -133,7 +133,7 @@ void believe(const TemplateData& data, const FrameOutput& output, bool lost, uin
         const double far = observed ? 0 : belief.distance[cell] * step_mm;
         const double unsupported = data.vertex_support[vertex] * z / data.camera.fx;
         const double residual = observed ? 0.3 * std::abs(sample.residual) : 0;
-        double error = std::hypot(std::hypot(depth_sigma, kLateralSigmaMm), residual) + kGrowth * std::min(far, 100.0) + 0.03 * unsupported;
+        double error = std::sqrt(depth_sigma * depth_sigma + kLateralSigmaMm * kLateralSigmaMm + residual * residual) + kGrowth * std::min(far, 100.0) + 0.03 * unsupported;
         if (lost) error += 0.5 * std::min(age, 100u);
         belief.expected_error[vertex] = static_cast<float>(error);
         belief.status[vertex] = lost || far > kFarthestMm ? DEFREC_POINT_UNKNOWN

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <bit>
+#include <chrono>
 #include <cstring>
+#include <thread>
 #include <utility>
 
 #include "backends/vulkan/check.hpp"
@@ -11,7 +13,10 @@
 
 namespace defrec::vulkan {
 
+using Clock = std::chrono::steady_clock;
+
 constexpr uint64_t kLeastStaging = 4096;
+constexpr uint64_t kLookNs = 4'000'000;  // how long a wait looks before it sleeps: about a frame
 
 Queue::Queue(Device& device) : device_(device), vk_(device.vk()), shared_(device.attach(*this)) {
     VkSemaphoreTypeCreateInfo type{};
@@ -90,12 +95,20 @@ bool Queue::wait(uint64_t value, uint64_t timeout_ns) {
     info.semaphoreCount = 1;
     info.pSemaphores = &semaphore_;
     info.pValues = &value;
+    look_for(value, timeout_ns);
     const VkResult result = vk_.vkWaitSemaphores(device_.handle(), &info, timeout_ns);
     check(result, "vkWaitSemaphores");
     if (result == VK_TIMEOUT) return false;
     const std::lock_guard lock(mutex_);
     deliver(value);
     return true;
+}
+
+// Waking a thread costs a good part of a short wait; where the device is the processor itself, looking would take its time.
+void Queue::look_for(uint64_t value, uint64_t timeout_ns) {
+    if (device_.physical().software) return;
+    const auto end = Clock::now() + std::chrono::nanoseconds(std::min(timeout_ns, kLookNs));
+    while (completed() < value && Clock::now() < end) std::this_thread::yield();
 }
 
 void Queue::deliver(uint64_t value) {

@@ -53,6 +53,7 @@ class Queue {
     size_t staging(std::vector<Staging>& pool, uint64_t size, MemoryUse use);
     void copy(const Buffer& from, uint64_t from_offset, const Buffer& to, uint64_t to_offset, uint64_t size);
     void submit();
+    void look_for(uint64_t value, uint64_t timeout_ns);
     void deliver(uint64_t value);  // the reads up to that point, which is reached
     void flush_pending() noexcept;  // submits; for Device::settle
     void destroy() noexcept;
