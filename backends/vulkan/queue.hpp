@@ -23,7 +23,7 @@ class Queue {
     void run(VkCommandBuffer commands);
     // src is read before it returns.
     void write(const Buffer& buffer, uint64_t offset, const void* src, uint64_t size);
-    // dst is filled by the first wait for a later signal that succeeds, at the latest by the destructor.
+    // dst is filled by the first wait for a later signal that succeeds, or not at all.
     void read(const Buffer& buffer, uint64_t offset, void* dst, uint64_t size);
     // A point after all work so far; grows by one.
     uint64_t signal();
