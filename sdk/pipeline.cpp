@@ -197,6 +197,12 @@ void Pipeline::observe(const uint8_t* left, const uint8_t* right, const uint8_t*
         queue_.read(disparity_, out.disparity.data(), bytes_of(out.disparity));
     }
     watch.lap("orb");
+    queue_.signal();
+}
+
+void Pipeline::forget_observation(FrameOutput& out) {
+    queue_.finish();
+    out.features = 0;
 }
 
 void Pipeline::drain() noexcept {

@@ -56,9 +56,12 @@ class Pipeline {
              const TrackerSettings& settings);
     ~Pipeline();
 
-    // Rectifies a pair (tight rows, the settings' format; ignore tight u8 or nullptr), computes disparity and features. Queues only: out
-    // is complete when capture or follow has returned.
+    // Rectifies a pair (tight rows, the settings' format; ignore tight u8 or nullptr), computes disparity and features. The device may still
+    // be at it: out is complete when capture, follow or forget_observation has returned.
     void observe(const uint8_t* left, const uint8_t* right, const uint8_t* ignore, FrameOutput& out);
+
+    // Instead of capture and follow, where the images turn out to be of no use.
+    void forget_observation(FrameOutput& out);
 
     // A template from the images last observed; empty when too little of them has disparity.
     std::optional<TemplateData> capture();

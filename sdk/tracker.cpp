@@ -140,13 +140,15 @@ class Tracker::Impl {
         job.reasons = 0;
         job.output.time_count = 0;
         job.output.features = 0;
-        look_at_images(job);
         if (job.template_to_set != nullptr) adopt(job, std::exchange(job.template_to_set, nullptr), false);
+        // The device begins while the host looks; frames in which there is nothing to see are few.
+        pipeline_.observe(job.pixels[0].data(), job.pixels[1].data(), job.has_ignore ? job.ignore.data() : nullptr, job.output);
+        look_at_images(job);
         const bool blind = (job.reasons & (DEFREC_REASON_DARK | DEFREC_REASON_SATURATED | DEFREC_REASON_ONE_EYE)) != 0;
-        if (!blind) {
-            pipeline_.observe(job.pixels[0].data(), job.pixels[1].data(), job.has_ignore ? job.ignore.data() : nullptr, job.output);
-            if (surface_ == nullptr || (job.flags & DEFREC_FRAME_CAPTURE_TEMPLATE) != 0) capture(job);
-        }
+        if (blind)
+            pipeline_.forget_observation(job.output);
+        else if (surface_ == nullptr || (job.flags & DEFREC_FRAME_CAPTURE_TEMPLATE) != 0)
+            capture(job);
         job.surface = surface_;
         if (surface_ == nullptr) {
             job.state = DEFREC_INITIALISING;
