@@ -60,15 +60,17 @@ void align_spread(const StageJob& job, const std::vector<Bytes>& expected, const
     const auto near_limit = [&](const defrec_patch_prediction& one) {
         const auto near = [&](int32_t at, uint32_t side) {
             const int32_t margin = int32_t((p.patch_radius + 2) << p.level) * 256, far = int32_t(side - 1) * 256 - margin;
-            return std::abs(at - margin) <= 1 || std::abs(at - far) <= 1;
+            return std::abs(int64_t{at} - margin) <= 1 || std::abs(int64_t{at} - far) <= 1;
         };
         return near(one.u, p.width) || near(one.v, p.height);
     };
     for (size_t i = 0; i < a.size(); ++i) {
+        require(b[i].valid == 0 || b[i].valid == 1, "predictions[", i, "].valid is ", b[i].valid, ", 0 or 1 expected");
         if (a[i].valid != b[i].valid && near_limit(a[i].valid != 0 ? a[i] : b[i])) continue;
         same("predictions", i, "valid", a[i].valid, b[i].valid);
         same("predictions", i, "reserved", a[i].reserved, b[i].reserved);
-        spread["align.prediction"].add(std::max(std::abs(a[i].u - b[i].u), std::abs(a[i].v - b[i].v)));
+        // As double: a conversion that went wrong gives INT32_MIN, from which the distance is no int32.
+        spread["align.prediction"].add(std::max(std::abs(double(a[i].u) - b[i].u), std::abs(double(a[i].v) - b[i].v)));
         for (int k = 0; k < 4; ++k) spread["align.matrix"].add(a[i].view_from_live[k], b[i].view_from_live[k]);
     }
 }
@@ -92,7 +94,7 @@ void ransac_weight_spread(const StageJob&, const std::vector<Bytes>& expected, c
             fail_case("matches[", i, "] is not as given in u, v or position");
         }
         const double kept = std::max(double(a[i].weight), double(b[i].weight));
-        const bool one_is_dropped = (a[i].weight > 0) != (b[i].weight > 0);
+        const bool one_is_dropped = (a[i].weight == 0) != (b[i].weight == 0);
         if (one_is_dropped && std::abs(kept - kKept) <= kKeptBand) continue;
         spread["ransac.weight"].add(double(a[i].weight), double(b[i].weight));
     }
@@ -170,6 +172,8 @@ void warp_spread(const StageJob& job, const std::vector<Bytes>& expected, const 
         spread["warp.position"].add(distance(a[i].position, b[i].position));
         spread["warp.normal"].add(distance(a[i].normal, b[i].normal));
         const double apart = std::abs(double(a[i].residual) - double(b[i].residual));
+        require(std::isfinite(b[i].residual) && b[i].observation <= DEFREC_INCONSISTENT, "samples[", i, "] has residual ",
+                b[i].residual, " and observation ", b[i].observation, ", which is none");
         if ((a[i].observation != b[i].observation || apart > kJump) && at_border(p, a[i])) {
             ++undecided;
             continue;

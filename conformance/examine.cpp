@@ -52,7 +52,7 @@ std::string command_text(const RunOptions& options) {
     for (const std::string& tier : options.tiers) text.append(" --tier ").append(tier);
     if (options.smoke) text.append(" --smoke");
     for (const std::string& one : options.cases) text.append(" --case ").append(one);
-    return concat(text, " --seed ", options.seed);
+    return concat(text, " --time-limit ", options.time_limit_s, " --seed ", options.seed);
 }
 
 Examination find_plugins(const RunOptions& options) {

@@ -92,7 +92,17 @@ Plugin::Plugin(PluginFiles files, std::string device_id) : files_(std::move(file
     if (entry_ == nullptr) fail(DEFREC_ERROR_PLUGIN, files_.library, ": does not export ", kEntryName);
 }
 
-Instance::Instance(const Plugin& plugin, uint32_t threads) : host_(std::make_shared<Host>(threads)) {
+std::string Plugin::take_misuse() const {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(misuse_, {});
+}
+
+void Plugin::note_misuse(const std::string& text) const {
+    const std::lock_guard lock(mutex_);
+    if (misuse_.empty()) misuse_ = text;
+}
+
+Instance::Instance(const Plugin& plugin, uint32_t threads) : plugin_(plugin), host_(std::make_shared<Host>(threads)) {
     const defrec_plugin* table = nullptr;
     check(kEntryName, plugin.entry()(host_->table(), &table));
     require(table != nullptr, kEntryName, " succeeded without a table");
@@ -102,7 +112,9 @@ Instance::Instance(const Plugin& plugin, uint32_t threads) : host_(std::make_sha
 }
 
 Instance::~Instance() {
-    if (table_ != nullptr) table_->shutdown(table_->self);
+    if (table_ == nullptr) return;
+    table_->shutdown(table_->self);
+    plugin_.note_misuse(host_->misuse());
 }
 
 std::vector<defrec_device_info> Instance::devices() const {

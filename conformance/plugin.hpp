@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <span>
 #include <string>
 #include <vector>
@@ -35,13 +36,19 @@ class Plugin {
     const std::string& device_id() const { return device_id_; }
     defrec_plugin_entry_fn entry() const { return entry_; }
 
+    // What instances that have ended did wrong with their hosts since the last call, one sentence, empty if nothing.
+    std::string take_misuse() const;
+    void note_misuse(const std::string& text) const;
+
   private:
     PluginFiles files_;
     std::string device_id_;
     defrec_plugin_entry_fn entry_;
+    mutable std::mutex mutex_;  // guards misuse_
+    mutable std::string misuse_;
 };
 
-// One call of the entry, with its host; shutdown at the end.
+// One call of the entry, with its host; shutdown at the end. The plugin outlives it.
 class Instance {
   public:
     explicit Instance(const Plugin& plugin, uint32_t threads = 2);
@@ -58,6 +65,7 @@ class Instance {
     defrec_status check(const std::string& call, defrec_status status) const;
 
   private:
+    const Plugin& plugin_;
     std::shared_ptr<Host> host_;
     const defrec_plugin* table_ = nullptr;
 };

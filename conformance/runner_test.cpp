@@ -114,6 +114,30 @@ TEST_CASE("verdicts, metrics and reasons come back from the worker") {
     CHECK(record(outcome, end_of_process_case().id).verdict == Verdict::passed);
 }
 
+TEST_CASE("what a plugin does wrong with the host of an instance that a case opened itself fails that case, and no other") {
+    const auto overrun = [](CaseRun& run) {
+        const Instance instance(run.subject_plugin());
+        const defrec_host& host = *instance.host().table();
+        auto* block = static_cast<unsigned char*>(host.alloc(host.self, 10, 8));
+        block[10] = 0;
+        host.free(host.self, block);
+    };
+    const std::vector<Case> cases = {
+        make("abi/overruns", overrun),
+        make("abi/overruns_and_fails",
+             [overrun](CaseRun& run) {
+                 overrun(run);
+                 fail_case("it is something else");
+             }),
+        make("abi/passes", [](CaseRun& run) { const Instance instance(run.subject_plugin()); }),
+    };
+    const RunOutcome outcome = run(cases);
+    CHECK(contains(record(outcome, "abi/overruns").reason, "bytes behind a block of 10 bytes"));
+    CHECK(record(outcome, "abi/overruns_and_fails").reason == "it is something else");
+    CHECK(record(outcome, "abi/passes").verdict == Verdict::passed);
+    CHECK(record(outcome, end_of_process_case().id).verdict == Verdict::passed);
+}
+
 TEST_CASE("a case that crashes or hangs fails with what happened, once, and the others are run") {
     const std::vector<Case> cases = {
         make("abi/crashes", [](CaseRun&) {

@@ -72,7 +72,11 @@ RunResult run_case(const Case& one, Workbench& bench, const Tolerances& toleranc
                                "), p99 ", metric.p99, " (limit ", metric.limit_p99, ")");
     }
     note_host_misuse(result, bench.subject_misuse());
-    if (result.verdict == Verdict::failed) bench.forget_subject();
+    note_host_misuse(result, bench.subject_plugin().take_misuse());
+    if (result.verdict == Verdict::failed) {
+        bench.forget_subject();
+        bench.subject_plugin().take_misuse();  // of this case, which has failed already
+    }
     result.metrics = std::move(run.metrics);
     result.pictures = std::move(run.pictures);
     result.digest = run.digest_value;

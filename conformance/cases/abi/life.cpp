@@ -1,19 +1,17 @@
 // What a plugin leaves behind: threads, memory, the process's environment; and that nothing is thrown at its host.
-#include <dirent.h>
 #include <signal.h>
 #include <unistd.h>
 
 #include <cfenv>
-#include <chrono>
 #include <clocale>
 #include <cstring>
-#include <thread>
 #if defined(__SSE__)
 #include <xmmintrin.h>
 #endif
 
 #include "conformance/cases/abi/abi.hpp"
 #include "conformance/scenes/sample_job.hpp"
+#include "conformance/threads.hpp"
 
 namespace defrec::conformance {
 namespace {
@@ -23,17 +21,8 @@ void use_every_stage(Session& session) {
         if (session.offers(stage)) run_plainly(session, sample_job(stage));
 }
 
-size_t thread_count() {
-    size_t count = 0;
-    DIR* folder = opendir("/proc/self/task");
-    require(folder != nullptr, "the threads of this process cannot be counted");
-    while (const dirent* entry = readdir(folder)) count += entry->d_name[0] != '.';
-    closedir(folder);
-    return count;
-}
-
 // A driver may keep threads of its own for as long as the process lives, which appear with its first use; what grows with each life
-// of an instance is the plugin's. A thread that has been joined may still show for a moment.
+// of an instance is the plugin's.
 void no_thread_left(CaseRun& run) {
     run.reference();
     const auto live = [&] {
@@ -44,12 +33,8 @@ void no_thread_left(CaseRun& run) {
     const size_t before = thread_count();
     live();
     live();
-    size_t after = thread_count();
-    for (int i = 0; i < 200 && after > before; ++i) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(5));
-        after = thread_count();
-    }
-    require(after <= before, after - before, " threads are left over from two lives of the plugin");
+    const size_t left = threads_beyond(before);
+    require(left == 0, left, " threads are left over from two lives of the plugin");
 }
 
 void no_memory_left(CaseRun& run) {

@@ -1,9 +1,7 @@
 // Several threads, queues, stages and devices at once.
-#include <exception>
-#include <thread>
-
 #include "conformance/cases/abi/abi.hpp"
 #include "conformance/scenes/sample_job.hpp"
+#include "conformance/threads.hpp"
 
 namespace defrec::conformance {
 namespace {
@@ -13,24 +11,6 @@ std::vector<uint32_t> offered(const Session& session) {
     for (uint32_t stage = 0; stage < DEFREC_STAGE_COUNT_V1; ++stage)
         if (session.offers(stage)) stages.push_back(stage);
     return stages;
-}
-
-// Runs work(i) on as many threads at once; the first failure is thrown here.
-template <class Work>
-void on_threads(size_t count, const Work& work) {
-    std::vector<std::exception_ptr> failures(count);
-    std::vector<std::thread> threads;
-    for (size_t i = 0; i < count; ++i)
-        threads.emplace_back([&, i] {
-            try {
-                work(i);
-            } catch (...) {
-                failures[i] = std::current_exception();
-            }
-        });
-    for (std::thread& thread : threads) thread.join();
-    for (const std::exception_ptr& failure : failures)
-        if (failure != nullptr) std::rethrow_exception(failure);
 }
 
 constexpr size_t kThreads = 4;

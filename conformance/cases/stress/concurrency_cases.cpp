@@ -1,32 +1,12 @@
 // Several trackers, several threads, and handles that go in odd orders.
-#include <exception>
-#include <functional>
-#include <mutex>
 #include <thread>
 
 #include "conformance/cases/stress/stress.hpp"
 #include "conformance/failure.hpp"
+#include "conformance/threads.hpp"
 
 namespace defrec::conformance {
 namespace {
-
-// Runs body(0..count-1), each on a thread of its own, and throws what the first of them threw.
-void on_threads(size_t count, const std::function<void(size_t)>& body) {
-    std::exception_ptr failure;
-    std::mutex mutex;
-    std::vector<std::thread> threads;
-    for (size_t i = 0; i < count; ++i)
-        threads.emplace_back([&, i] {
-            try {
-                body(i);
-            } catch (...) {
-                const std::lock_guard lock(mutex);
-                if (failure == nullptr) failure = std::current_exception();
-            }
-        });
-    for (std::thread& thread : threads) thread.join();
-    if (failure != nullptr) std::rethrow_exception(failure);
-}
 
 void many_trackers(CaseRun& run) {
     const TrackingDevice device = tracking_subject(run);
@@ -160,8 +140,8 @@ void nothing_left_behind(CaseRun& run) {
     once();
     const size_t threads = thread_count();
     once();
-    const size_t after = thread_count();
-    require(after <= threads, "a context that came and went left ", after - std::min(after, threads), " threads behind");
+    const size_t left = threads_beyond(threads);
+    require(left == 0, "a context that came and went left ", left, " threads behind");
     require(memory.live() == 0, "contexts that came and went left ", memory.live(), " blocks of host memory behind");
 }
 

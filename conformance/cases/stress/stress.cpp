@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 
 #include "conformance/failure.hpp"
 
@@ -55,11 +54,6 @@ RigHandle open_rig(defrec_context context, const Footage& footage) {
     RigHandle rig;
     check_api("defrec_rig_create", defrec_rig_create(context, &footage.rig, rig.out()));
     return rig;
-}
-
-size_t thread_count() {
-    const std::filesystem::directory_iterator tasks("/proc/self/task");
-    return static_cast<size_t>(std::distance(begin(tasks), end(tasks)));
 }
 
 void require_sentence(const char* call) {

@@ -37,9 +37,6 @@ class CountingAllocator {
 defrec_context_desc stress_context_desc();
 RigHandle open_rig(defrec_context context, const Footage& footage);
 
-// Threads of this process.
-size_t thread_count();
-
 // What is checked of every failure: a sentence.
 void require_sentence(const char* call);
 
