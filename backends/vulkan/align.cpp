@@ -32,6 +32,7 @@ struct Centre {
     int32_t x, y, view, valid;
 };
 
+constexpr uint32_t kPredictGroup = 64;
 constexpr uint32_t kMostGroups = 65535;  // along one side, on every device
 
 // A view at the level, doubled, after those already in `out`.
@@ -68,6 +69,7 @@ class Align final : public Stage {
                 halve_[mask] = device.kernel(shaders::align_halve, {params.level, mask});
                 level_[mask] = Buffer(device, uint64_t{width()} * height());
             }
+        check_size("align", "patches", params.patches, uint64_t{device.limits().maxComputeWorkGroupCount[0]} * kPredictGroup);
         predict_ = device.kernel(shaders::align_predict);
         patch_ = device.kernel(shaders::align_patch, {params.patch_radius, params.search_radius});
         const uint32_t side = 2 * params.patch_radius + 1;
@@ -76,7 +78,7 @@ class Align final : public Stage {
             of_count.push_back(1.0f / float(n));
             of_count.push_back(std::sqrt(float(n)));
         }
-        of_count_ = device.upload(of_count.data(), of_count.size() * sizeof(float));
+        of_count_ = device.upload(of_count);
     }
 
     void prepare(std::span<const InBuffer> in) override {
@@ -93,9 +95,9 @@ class Align final : public Stage {
         }
         std::vector<uint8_t> doubled;
         for (uint32_t i = 0; i < p_.views; ++i) add_view(p_, views + view_offset(p_, i), doubled);
-        Buffer uploaded_views = device_.upload(doubled.data(), doubled.size());
+        Buffer uploaded_views = device_.upload(doubled);
         Buffer uploaded_patches = device_.upload(patches.data(), patches.size_bytes());
-        Buffer uploaded_centres = device_.upload(centres.data(), centres.size() * sizeof(Centre));
+        Buffer uploaded_centres = device_.upload(centres);
         predictions_ = Buffer(device_, patches.size() * sizeof(defrec_patch_prediction));
         views_ = std::move(uploaded_views);
         patches_ = std::move(uploaded_patches);
@@ -130,7 +132,7 @@ class Align final : public Stage {
                                    float(p_.height - 1),
                                    float((p_.patch_radius + 2) << p_.level),
                                    int32_t(count_)};
-            const Groups groups{cover(count_, 64)};
+            const Groups groups{cover(count_, kPredictGroup)};
             if (p_.level > 0)
                 recorder.beside(predict_, {patches_, in[2], predictions}, push, groups);
             else

@@ -19,7 +19,8 @@ constexpr uint64_t kBufferMultiple = 16;  // so that shaders may read and the de
 // ---- buffers -----------------------------------------------------------------------------------------------
 
 Buffer::Buffer(Device& device, uint64_t size, MemoryUse use) : device_(&device), size_(size), serial_(device.next_serial()) {
-    const uint64_t most = device.limits().maxStorageBufferRange / kBufferMultiple * kBufferMultiple;
+    // Shaders count bytes in int.
+    const uint64_t most = std::min(device.limits().maxStorageBufferRange, uint32_t{INT32_MAX}) / kBufferMultiple * kBufferMultiple;
     if (use == MemoryUse::device && size > most)
         throw StageError(DEFREC_ERROR_UNSUPPORTED, "a buffer of " + std::to_string(size) + " bytes; the device's shaders reach " +
                                                        std::to_string(most));
@@ -136,13 +137,17 @@ std::shared_ptr<const Kernel> Device::kernel(const Shader& shader, std::initiali
     return kernel;
 }
 
-Device::SharedQueue& Device::attach(Queue& queue) {
+Device::SharedQueue& Device::next_shared_queue() {
     const std::lock_guard lock(queue_mutex_);
-    queues_.push_back(&queue);
-    return *shared_queues_[attached_++ % shared_queues_.size()];
+    return *shared_queues_[shares_++ % shared_queues_.size()];
 }
 
-void Device::detach(Queue& queue) {
+void Device::attach(Queue& queue) {
+    const std::lock_guard lock(queue_mutex_);
+    queues_.push_back(&queue);
+}
+
+void Device::detach(Queue& queue) noexcept {
     const std::lock_guard lock(queue_mutex_);
     std::erase(queues_, &queue);
 }

@@ -95,6 +95,10 @@ class Device {
 
     // A buffer of the device with these bytes in it. Waits for the copy.
     Buffer upload(const void* data, uint64_t size);
+    template <class T>
+    Buffer upload(const std::vector<T>& values) {
+        return upload(values.data(), values.size() * sizeof(T));
+    }
     // Zeroes a buffer that nothing uses yet, and waits.
     void clear(const Buffer& buffer);
     // Stands for an optional buffer that was not given.
@@ -120,8 +124,9 @@ class Device {
     };
     void create(const PhysicalDevice& physical);
     void destroy() noexcept;
-    SharedQueue& attach(Queue& queue);
-    void detach(Queue& queue);
+    SharedQueue& next_shared_queue();  // in turn
+    void attach(Queue& queue);         // complete: settle flushes it from now on
+    void detach(Queue& queue) noexcept;
     uint64_t next_serial() { return ++serials_; }
     template <class Record>
     void run_now(Record&& record);  // records, submits and waits
@@ -141,7 +146,7 @@ class Device {
     std::mutex queue_mutex_;
     std::vector<std::unique_ptr<SharedQueue>> shared_queues_;
     std::vector<Queue*> queues_;
-    size_t attached_ = 0;
+    size_t shares_ = 0;  // given out by next_shared_queue
     std::atomic<uint64_t> serials_{0};
 };
 

@@ -101,14 +101,16 @@ std::shared_ptr<const Driver> Driver::open() {
     if (vkCreateInstance(&info, nullptr, &instance) != VK_SUCCESS) return nullptr;
     if (!instance_functions) volkLoadInstanceOnly(instance);
     instance_functions = true;
-    return std::shared_ptr<const Driver>(new Driver(instance));
+    const std::shared_ptr<Driver> driver(new Driver(instance));
+    driver->find_devices();
+    return driver;
 }
 
-Driver::Driver(VkInstance instance) : instance_(instance) {
+void Driver::find_devices() {
     uint32_t count = 0;
-    vkEnumeratePhysicalDevices(instance, &count, nullptr);
+    vkEnumeratePhysicalDevices(instance_, &count, nullptr);
     std::vector<VkPhysicalDevice> handles(count);
-    if (vkEnumeratePhysicalDevices(instance, &count, handles.data()) != VK_SUCCESS) return;
+    if (vkEnumeratePhysicalDevices(instance_, &count, handles.data()) != VK_SUCCESS) return;
     for (VkPhysicalDevice handle : handles) {
         PhysicalDevice device = describe(handle);
         const auto alike = std::count_if(devices_.begin(), devices_.end(), [&](const PhysicalDevice& other) {

@@ -29,7 +29,8 @@ class Driver {
     const std::vector<PhysicalDevice>& devices() const { return devices_; }
 
   private:
-    explicit Driver(VkInstance instance);
+    explicit Driver(VkInstance instance) : instance_(instance) {}
+    void find_devices();
     VkInstance instance_;
     std::vector<PhysicalDevice> devices_;
 };

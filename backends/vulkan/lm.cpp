@@ -48,11 +48,6 @@ const defrec_host& plain_host() {
     return host;
 }
 
-template <class T>
-Buffer upload(Device& device, const std::vector<T>& values) {
-    return device.upload(values.data(), values.size() * sizeof(T));
-}
-
 // The template, and everything that a run of it writes.
 struct Surface {
     uint32_t edges, blocks;
@@ -64,15 +59,15 @@ struct Surface {
     Surface(Device& device, const LmLists& lists, const defrec_lm_params& p, uint32_t split)
         : edges(uint32_t(lists.edges.size())),
           blocks(uint32_t(lists.blocks.size())),
-          rest(upload(device, lists.rest)),
-          items(upload(device, lists.items)),
-          item_nodes(upload(device, lists.item_nodes)),
-          edge_list(upload(device, lists.edges)),
-          block_list(upload(device, lists.blocks)),
-          item_terms(upload(device, lists.item_terms)),
-          edge_terms(upload(device, lists.edge_terms)),
-          row_starts(upload(device, lists.row_starts)),
-          columns(upload(device, lists.columns)),
+          rest(device.upload(lists.rest)),
+          items(device.upload(lists.items)),
+          item_nodes(device.upload(lists.item_nodes)),
+          edge_list(device.upload(lists.edges)),
+          block_list(device.upload(lists.blocks)),
+          item_terms(device.upload(lists.item_terms)),
+          edge_terms(device.upload(lists.edge_terms)),
+          row_starts(device.upload(lists.row_starts)),
+          columns(device.upload(lists.columns)),
           trial(device, kVector * kNodeVectors * p.nodes),
           present(device, trial.size()),
           records(device, kVector * kRecordVectors * lists.item_nodes.size()),
@@ -122,13 +117,13 @@ class Lm final : public Stage {
         const Host host(&plain_host());
         LmTemplate surface(host);
         surface.read(p_, in);
-        check_size("points, landmarks and patches", uint64_t{p_.points} + p_.landmarks + p_.patches, kMostItems);
-        if (p_.presolve != 0) check_size("landmarks to move rigidly onto matches", p_.landmarks, kMostPresolveLandmarks);
+        check_size("lm", "points, landmarks and patches", uint64_t{p_.points} + p_.landmarks + p_.patches, kMostItems);
+        if (p_.presolve != 0) check_size("lm", "landmarks to move rigidly onto matches", p_.landmarks, kMostPresolveLandmarks);
         const LmLists lists(p_, surface);
-        check_size("residuals of a control point", lists.longest, kLongestLoop * split_);
+        check_size("lm", "residuals of a control point", lists.longest, kLongestLoop * split_);
         const uint64_t most_groups = device_.limits().maxComputeWorkGroupCount[0];
-        check_size("connected pairs of control points", lists.blocks.size(), most_groups * kBlockGroup / split_);
-        check_size("work groups of residuals", Surface::surface_groups(p_), most_groups);
+        check_size("lm", "connected pairs of control points", lists.blocks.size(), most_groups * kBlockGroup / split_);
+        check_size("lm", "work groups of residuals", Surface::surface_groups(p_), most_groups);
         surface_ = std::make_unique<Surface>(device_, lists, p_, split_);
     }
 
@@ -188,12 +183,6 @@ class Lm final : public Stage {
     }
 
   private:
-    static void check_size(const char* what, uint64_t size, uint64_t most) {
-        if (size > most)
-            throw StageError(DEFREC_ERROR_UNSUPPORTED,
-                             "lm: " + std::to_string(size) + " " + what + "; this device takes at most " + std::to_string(most));
-    }
-
     Push first_push(bool matches, bool observations, bool disparity) const {
         const float spacing2 = p_.node_spacing_mm * p_.node_spacing_mm;
         return {Camera(p_.camera),

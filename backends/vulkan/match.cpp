@@ -42,8 +42,8 @@ class Match final : public Stage {
 
     void prepare(std::span<const InBuffer> in) override {
         const auto landmarks = match::take_landmarks(p_, in);
-        landmark_count_ = static_cast<uint32_t>(landmarks.size());
         landmarks_ = device_.upload(landmarks.data(), landmarks.size_bytes());
+        landmark_count_ = static_cast<uint32_t>(landmarks.size());
     }
 
     void record(Recorder& recorder, Buffers in, Buffers out) override {

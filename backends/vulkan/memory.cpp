@@ -9,6 +9,7 @@ namespace defrec::vulkan {
 namespace {
 
 constexpr VkDeviceSize kBlock = VkDeviceSize{16} << 20;
+constexpr size_t kFirstGaps = 8;
 constexpr VkDeviceSize kOwnBlock = kBlock / 4;  // larger requests get a block to themselves
 
 VkDeviceSize round_up(VkDeviceSize value, VkDeviceSize multiple) { return (value + multiple - 1) / multiple * multiple; }
@@ -40,7 +41,9 @@ MemoryPool::Block& MemoryPool::add_block(uint32_t type, VkDeviceSize size, bool 
     info.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
     info.allocationSize = size;
     info.memoryTypeIndex = type;
-    Block block{VK_NULL_HANDLE, type, size, nullptr, {{0, size}}};
+    std::list<Block> added;
+    Block& block = added.emplace_back(Block{VK_NULL_HANDLE, type, size, nullptr, {{0, size}}});
+    block.gaps.reserve(kFirstGaps);
     check(vk_.vkAllocateMemory(device_, &info, nullptr, &block.memory), "vkAllocateMemory");
     if (map) {
         void* mapped = nullptr;
@@ -49,14 +52,21 @@ MemoryPool::Block& MemoryPool::add_block(uint32_t type, VkDeviceSize size, bool 
         check(result, "vkMapMemory");
         block.mapped = static_cast<std::byte*>(mapped);
     }
-    blocks_.push_back(std::move(block));
-    return blocks_.back();
+    blocks_.splice(blocks_.end(), added);
+    return block;
 }
 
 bool MemoryPool::take(Block& block, VkDeviceSize size, VkDeviceSize alignment, MemoryRange& range) {
     for (auto gap = block.gaps.begin(); gap != block.gaps.end(); ++gap) {
         const VkDeviceSize start = round_up(gap->offset, alignment), end = gap->offset + gap->size;
         if (start + size > end) continue;
+        // Each range taken may become a gap between two others.
+        if (const size_t most = block.ranges + 3; block.gaps.capacity() < most) {
+            const auto index = gap - block.gaps.begin();
+            block.gaps.reserve(2 * most);
+            gap = block.gaps.begin() + index;
+        }
+        ++block.ranges;
         const Gap before{gap->offset, start - gap->offset}, after{start + size, end - start - size};
         gap = block.gaps.erase(gap);
         if (after.size != 0) gap = block.gaps.insert(gap, after);
@@ -82,9 +92,10 @@ MemoryRange MemoryPool::allocate(const VkMemoryRequirements& requirements, Memor
     return range;
 }
 
-void MemoryPool::release(const MemoryRange& range) {
+void MemoryPool::release(const MemoryRange& range) noexcept {
     const std::lock_guard lock(mutex_);
     Block& block = *static_cast<Block*>(range.block);
+    --block.ranges;
     auto& gaps = block.gaps;
     auto next = std::find_if(gaps.begin(), gaps.end(), [&](const Gap& gap) { return gap.offset > range.offset; });
     next = gaps.insert(next, {range.offset, range.size});

@@ -34,7 +34,7 @@ class MemoryPool {
 
     // Throws StageError(DEFREC_ERROR_OUT_OF_MEMORY).
     MemoryRange allocate(const VkMemoryRequirements& requirements, MemoryUse use);
-    void release(const MemoryRange& range);
+    void release(const MemoryRange& range) noexcept;
 
   private:
     struct Gap {
@@ -45,7 +45,8 @@ class MemoryPool {
         uint32_t type;
         VkDeviceSize size;
         std::byte* mapped;
-        std::vector<Gap> gaps;  // ascending, never adjacent
+        std::vector<Gap> gaps;  // ascending, never adjacent; with room for what release adds
+        size_t ranges = 0;      // taken
     };
     uint32_t memory_type(uint32_t allowed, MemoryUse use) const;
     Block& add_block(uint32_t type, VkDeviceSize size, bool map);

@@ -54,11 +54,6 @@ std::vector<uint32_t> pattern_table() {
     return table;
 }
 
-template <class T>
-Buffer upload(Device& device, const std::vector<T>& values) {
-    return device.upload(values.data(), values.size() * sizeof(T));
-}
-
 class Orb final : public Stage {
   public:
     Orb(const defrec_orb_params& params, Device& device)
@@ -73,8 +68,8 @@ class Orb final : public Stage {
           gather_(device.kernel(shaders::orb_gather)),
           describe_(device.kernel(shaders::orb_describe)),
           export_(device.kernel(shaders::orb_export)),
-          levels_(upload(device, table_of(layout_))),
-          patterns_(upload(device, pattern_table())),
+          levels_(device.upload(table_of(layout_))),
+          patterns_(device.upload(pattern_table())),
           pyramid_(device, 4 * words_of(layout_)),
           masks_(device, pyramid_.size()),
           smoothed_(device, 2 * pyramid_.size()),

@@ -13,12 +13,10 @@
 
 namespace defrec::vulkan {
 
-using Clock = std::chrono::steady_clock;
-
 constexpr uint64_t kLeastStaging = 4096;
 constexpr uint64_t kLookNs = 4'000'000;  // how long a wait looks before it sleeps: about a frame
 
-Queue::Queue(Device& device) : device_(device), vk_(device.vk()), shared_(device.attach(*this)) {
+Queue::Queue(Device& device) : device_(device), vk_(device.vk()), shared_(device.next_shared_queue()) {
     VkSemaphoreTypeCreateInfo type{};
     type.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO;
     type.semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE;
@@ -32,6 +30,7 @@ Queue::Queue(Device& device) : device_(device), vk_(device.vk()), shared_(device
     try {
         check(vk_.vkCreateSemaphore(device.handle(), &semaphore, nullptr, &semaphore_), "vkCreateSemaphore");
         check(vk_.vkCreateCommandPool(device.handle(), &pool, nullptr, &pool_), "vkCreateCommandPool");
+        device.attach(*this);
     } catch (...) {
         destroy();
         throw;
@@ -72,14 +71,40 @@ void Queue::read(const Buffer& buffer, uint64_t offset, void* dst, uint64_t size
     if (size == 0) return;
     const std::lock_guard lock(mutex_);
     const size_t to = staging(download_, size, MemoryUse::download);
-    // Until its bytes are delivered, not only until they are copied.
-    download_[to].busy_until = UINT64_MAX;
     copy(buffer, offset, download_[to].buffer, 0, size);
     reads_.push_back({to, dst, size, submitted_ + 1});
+    // Until its bytes are delivered, not only until they are copied.
+    download_[to].busy_until = UINT64_MAX;
+}
+
+std::vector<std::byte> Queue::contents(const Buffer& buffer) {
+    std::vector<std::byte> bytes(std::max<uint64_t>(buffer.size(), 1));
+    try {
+        read(buffer, 0, bytes.data(), buffer.size());
+        wait(signal(), UINT64_MAX);
+    } catch (...) {
+        forget_read(bytes.data());
+        throw;
+    }
+    return bytes;
+}
+
+void Queue::forget_read(const void* dst) {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(reads_, [&](const PendingRead& read) {
+        if (read.dst != dst) return false;
+        download_[read.staging].busy_until = read.value;
+        return true;
+    });
 }
 
 uint64_t Queue::signal() {
     const std::lock_guard lock(mutex_);
+    if (flush_failure_ != nullptr) {
+        close_copies();
+        drop_pending();
+        std::rethrow_exception(std::exchange(flush_failure_, nullptr));
+    }
     submit();
     return submitted_;
 }
@@ -94,20 +119,26 @@ bool Queue::wait(uint64_t value, uint64_t timeout_ns) {
     info.semaphoreCount = 1;
     info.pSemaphores = &semaphore_;
     info.pValues = &value;
-    look_for(value, timeout_ns);
-    const VkResult result = vk_.vkWaitSemaphores(device_.handle(), &info, timeout_ns);
-    check(result, "vkWaitSemaphores");
-    if (result == VK_TIMEOUT) return false;
+    const auto start = Clock::now();
+    if (!look_for(value, start + std::chrono::nanoseconds(std::min(timeout_ns, kLookNs)))) {
+        const auto looked = static_cast<uint64_t>(std::chrono::nanoseconds(Clock::now() - start).count());
+        const VkResult result = vk_.vkWaitSemaphores(device_.handle(), &info, timeout_ns - std::min(timeout_ns, looked));
+        check(result, "vkWaitSemaphores");
+        if (result == VK_TIMEOUT) return false;
+    }
     const std::lock_guard lock(mutex_);
     deliver(value);
     return true;
 }
 
 // Waking a thread costs a good part of a short wait; where the device is the processor itself, looking would take its time.
-void Queue::look_for(uint64_t value, uint64_t timeout_ns) {
-    if (device_.physical().software) return;
-    const auto end = Clock::now() + std::chrono::nanoseconds(std::min(timeout_ns, kLookNs));
-    while (completed() < value && Clock::now() < end) std::this_thread::yield();
+bool Queue::look_for(uint64_t value, Clock::time_point end) {
+    if (device_.physical().software) return false;
+    while (completed() < value) {
+        if (Clock::now() >= end) return false;
+        std::this_thread::yield();
+    }
+    return true;
 }
 
 void Queue::deliver(uint64_t value) {
@@ -177,6 +208,7 @@ void Queue::close_copies() {
     vk_.vkCmdPipelineBarrier(open_, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &barrier, 0, nullptr, 0, nullptr);
     const VkResult result = vk_.vkEndCommandBuffer(open_);
     const VkCommandBuffer closed = std::exchange(open_, VK_NULL_HANDLE);
+    if (result != VK_SUCCESS) drop_pending();
     check(result, "vkEndCommandBuffer");
     pending_.push_back(closed);
 }
@@ -200,17 +232,29 @@ void Queue::submit() {
         const std::lock_guard lock(shared_.mutex);
         result = vk_.vkQueueSubmit(shared_.handle, 1, &info, VK_NULL_HANDLE);
     }
-    pending_.clear();
+    if (result != VK_SUCCESS) drop_pending();
     check(result, "vkQueueSubmit");
+    pending_.clear();
     submitted_ = value;
 }
 
+// What has gathered will not run. Its reads must not be delivered: the next submission gets the value that they wait for.
+void Queue::drop_pending() noexcept {
+    pending_.clear();
+    std::erase_if(reads_, [&](const PendingRead& read) {
+        if (read.value <= submitted_) return false;
+        download_[read.staging].busy_until = 0;
+        return true;
+    });
+}
+
+// Work that the device does not take is none to wait for; but whoever gathered it must hear of it.
 void Queue::flush_pending() noexcept {
+    const std::lock_guard lock(mutex_);
     try {
-        const std::lock_guard lock(mutex_);
         if (open_ != VK_NULL_HANDLE || !pending_.empty()) submit();
     } catch (const std::exception&) {
-        // A device that takes no work any more has none to wait for.
+        flush_failure_ = std::current_exception();
     }
 }
 

@@ -3,7 +3,9 @@
 #pragma once
 #include <volk.h>
 
-#include <memory>
+#include <chrono>
+#include <cstddef>
+#include <exception>
 #include <mutex>
 #include <vector>
 
@@ -25,13 +27,16 @@ class Queue {
     void write(const Buffer& buffer, uint64_t offset, const void* src, uint64_t size);
     // dst is filled by the first wait for a later signal that succeeds, or not at all.
     void read(const Buffer& buffer, uint64_t offset, void* dst, uint64_t size);
-    // A point after all work so far; grows by one.
+    // The bytes of a buffer after all work so far, at least one. Waits.
+    std::vector<std::byte> contents(const Buffer& buffer);
+    // A point after all work so far; grows by one. If it fails, nothing that gathered runs, and no read of it is delivered.
     uint64_t signal();
     // False: not yet, or never signalled.
     bool wait(uint64_t value, uint64_t timeout_ns);
 
   private:
     friend class Device;
+    using Clock = std::chrono::steady_clock;
     // What is reused when the semaphore has reached busy_until.
     struct Transient {
         VkCommandBuffer commands;
@@ -53,7 +58,9 @@ class Queue {
     size_t staging(std::vector<Staging>& pool, uint64_t size, MemoryUse use);
     void copy(const Buffer& from, uint64_t from_offset, const Buffer& to, uint64_t to_offset, uint64_t size);
     void submit();
-    void look_for(uint64_t value, uint64_t timeout_ns);
+    void drop_pending() noexcept;
+    void forget_read(const void* dst);
+    bool look_for(uint64_t value, Clock::time_point end);
     void deliver(uint64_t value);  // the reads up to that point, which is reached
     void flush_pending() noexcept;  // submits; for Device::settle
     void destroy() noexcept;
@@ -71,6 +78,7 @@ class Queue {
     VkCommandBuffer open_ = VK_NULL_HANDLE;  // the transient that copies are being recorded into
     std::vector<Staging> upload_, download_;
     std::vector<PendingRead> reads_;
+    std::exception_ptr flush_failure_;  // for the next signal to report
 };
 
 }  // namespace defrec::vulkan

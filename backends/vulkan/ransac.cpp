@@ -17,8 +17,12 @@ struct Push {
 // As the shaders lay them out (ransac.glsl).
 constexpr uint64_t kFrameBytes = 16, kHypothesisBytes = 64, kVectorBytes = 16;
 
+constexpr uint32_t kLargestGroup = 512;
+// lavapipe ends loops, those of one invocation together, after 65,535 rounds; the pairs may have these.
+constexpr uint64_t kMostRounds = 50000;
+
 // Invocations that share the pairs of one reference: few where there are few, so that sums are short.
-uint32_t group_size(uint32_t landmarks) { return std::bit_ceil(std::clamp(landmarks / 8, 64u, 512u)); }
+uint32_t group_size(uint32_t landmarks) { return std::bit_ceil(std::clamp(landmarks / 8, 64u, kLargestGroup)); }
 
 class Ransac final : public Stage {
   public:
@@ -37,8 +41,8 @@ class Ransac final : public Stage {
 
     void prepare(std::span<const InBuffer> in) override {
         const auto landmarks = ransac::take_landmarks(params_, in);
-        landmark_count_ = static_cast<uint32_t>(landmarks.size());
         landmarks_ = device_.upload(landmarks.data(), landmarks.size_bytes());
+        landmark_count_ = static_cast<uint32_t>(landmarks.size());
     }
 
     void record(Recorder& recorder, Buffers in, Buffers out) override {
@@ -73,6 +77,9 @@ class Ransac final : public Stage {
 
 std::unique_ptr<Stage> make_ransac(const defrec_ransac_params& params, Device& device) {
     check_limits(params);
+    // The summary goes through the pairs ten times, whatever the iterations.
+    const uint64_t rounds = std::max(params.iterations + 1, 10u);
+    check_size("ransac", "landmarks with that many iterations", params.landmarks, kMostRounds * kLargestGroup / rounds);
     return std::make_unique<Ransac>(params, device);
 }
 

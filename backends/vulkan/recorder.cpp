@@ -104,16 +104,16 @@ void Recorder::bind(const std::shared_ptr<const Kernel>& kernel, std::initialize
 
 void Recorder::barrier() { record_barrier(vk_, recording_.commands()); }
 
-void Recorder::copy(const Buffer& from, const Buffer& to, uint64_t size, uint64_t from_offset, uint64_t to_offset) {
+void Recorder::copy(const Buffer& from, const Buffer& to, uint64_t size) {
     if (size == 0) return;
     barrier();
-    const VkBufferCopy region{from_offset, to_offset, size};
+    const VkBufferCopy region{0, 0, size};
     vk_.vkCmdCopyBuffer(recording_.commands(), from.handle(), to.handle(), 1, &region);
 }
 
-void Recorder::fill(const Buffer& buffer, uint32_t value, uint64_t offset, uint64_t size) {
+void Recorder::fill(const Buffer& buffer, uint32_t value) {
     barrier();
-    vk_.vkCmdFillBuffer(recording_.commands(), buffer.handle(), offset, size, value);
+    vk_.vkCmdFillBuffer(recording_.commands(), buffer.handle(), 0, VK_WHOLE_SIZE, value);
 }
 
 void record_barrier(const VolkDeviceTable& vk, VkCommandBuffer commands) {

@@ -67,18 +67,18 @@ class Recorder {
         bind(kernel, bindings, &push, push_size<Push>());
         vk_.vkCmdDispatch(recording_.commands(), groups.x, groups.y, groups.z);
     }
-    // The numbers of groups are three uint32 in `counts` at `offset`, which earlier work may have written.
+    // The numbers of groups are the first three uint32 in `counts`, which earlier work may have written.
     template <class Push>
     void dispatch_indirect(const std::shared_ptr<const Kernel>& kernel, std::initializer_list<Binding> bindings, const Push& push,
-                           const Buffer& counts, uint64_t offset = 0) {
+                           const Buffer& counts) {
         barrier();
         bind(kernel, bindings, &push, push_size<Push>());
-        vk_.vkCmdDispatchIndirect(recording_.commands(), counts.handle(), offset);
+        vk_.vkCmdDispatchIndirect(recording_.commands(), counts.handle(), 0);
     }
 
-    void copy(const Buffer& from, const Buffer& to, uint64_t size, uint64_t from_offset = 0, uint64_t to_offset = 0);
-    // offset and size: multiples of 4.
-    void fill(const Buffer& buffer, uint32_t value, uint64_t offset = 0, uint64_t size = VK_WHOLE_SIZE);
+    // From the beginning of both.
+    void copy(const Buffer& from, const Buffer& to, uint64_t size);
+    void fill(const Buffer& buffer, uint32_t value);
 
   private:
     template <class Push>

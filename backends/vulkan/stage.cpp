@@ -19,6 +19,12 @@ std::vector<View> views(Buffers buffers) {
 
 }  // namespace
 
+void check_size(const char* stage, const char* what, uint64_t size, uint64_t most) {
+    if (size > most)
+        throw StageError(DEFREC_ERROR_UNSUPPORTED, std::string(stage) + ": " + std::to_string(size) + " " + what +
+                                                       "; this device takes at most " + std::to_string(most));
+}
+
 std::vector<InBuffer> sizes_of_inputs(Buffers in) { return views<InBuffer, void>(in); }
 std::vector<OutBuffer> sizes_of_outputs(Buffers out) { return views<OutBuffer, void>(out); }
 
@@ -27,11 +33,9 @@ void RecordedStage::prepare(Queue& queue, Buffers in) {
     std::vector<InBuffer> views(in.size());
     for (size_t i = 0; i < in.size(); ++i) {
         if (in[i] == nullptr) continue;
-        copies[i].resize(std::max<uint64_t>(in[i]->size(), 1));
-        queue.read(*in[i], 0, copies[i].data(), in[i]->size());
+        copies[i] = queue.contents(*in[i]);
         views[i] = {copies[i].data(), in[i]->size()};
     }
-    queue.wait(queue.signal(), UINT64_MAX);
     const std::lock_guard lock(mutex_);
     device_.settle();
     runs_.clear();

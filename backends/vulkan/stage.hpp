@@ -54,6 +54,9 @@ class RecordedStage {
     std::list<Run> runs_;  // the last used first
 };
 
+// Throws StageError(DEFREC_ERROR_UNSUPPORTED) where a stage is asked for more of something than it can do on this device.
+void check_size(const char* stage, const char* what, uint64_t size, uint64_t most);
+
 // The buffers as the checks of backends/shared take them: sizes, and which are given. Their data must not be looked at.
 std::vector<InBuffer> sizes_of_inputs(Buffers in);
 std::vector<OutBuffer> sizes_of_outputs(Buffers out);

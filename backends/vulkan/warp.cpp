@@ -7,6 +7,8 @@
 namespace defrec::vulkan {
 namespace {
 
+constexpr uint32_t kGroup = 64;
+
 struct Push {
     Camera camera;
     DisparityImage image;
@@ -35,7 +37,7 @@ class Warp final : public Stage {
         take<defrec_surface_sample>("warp samples", outs[0], p_.points);
         const bool has_disparity = take_disparity("warp disparity", p_, ins, 1).data != nullptr;
         const Push push{Camera(p_.camera), DisparityImage(p_, has_disparity), p_.tolerance_mm, int32_t(p_.points)};
-        recorder.dispatch(warp_, {points_, in[0], has_disparity ? in[1] : nullptr, out[0]}, push, {cover(p_.points, 64)});
+        recorder.dispatch(warp_, {points_, in[0], has_disparity ? in[1] : nullptr, out[0]}, push, {cover(p_.points, kGroup)});
     }
 
   private:
@@ -47,6 +49,9 @@ class Warp final : public Stage {
 
 }  // namespace
 
-std::unique_ptr<Stage> make_warp(const defrec_warp_params& params, Device& device) { return std::make_unique<Warp>(params, device); }
+std::unique_ptr<Stage> make_warp(const defrec_warp_params& params, Device& device) {
+    check_size("warp", "points", params.points, uint64_t{device.limits().maxComputeWorkGroupCount[0]} * kGroup);
+    return std::make_unique<Warp>(params, device);
+}
 
 }  // namespace defrec::vulkan

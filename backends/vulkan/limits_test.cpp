@@ -1,0 +1,59 @@
+// What is too large for the shaders is refused when it is made, with the limit in the text.
+#include <doctest/doctest.h>
+
+#include <string>
+
+#include "backends/shared/stage_defaults_ransac.hpp"
+#include "backends/vulkan/test_device.hpp"
+
+using namespace defrec;
+
+namespace {
+
+// The text of the refusal as unsupported, else "".
+std::string refusal(const auto& make) {
+    try {
+        make();
+    } catch (const StageError& error) {
+        if (error.status() == DEFREC_ERROR_UNSUPPORTED) return error.what();
+    }
+    return "";
+}
+
+}  // namespace
+
+TEST_CASE("a buffer whose bytes an int does not count is refused") {
+    if (!under_test::available()) return;
+    CHECK(refusal([] { vulkan::Buffer(under_test::device(), uint64_t{1} << 31); }).find("2147483648 bytes") != std::string::npos);
+}
+
+TEST_CASE("row 48: ransac refuses more landmarks than its loops may go through") {
+    if (!under_test::available()) return;
+    defrec_ransac_params p{};
+    p.iterations = 100;
+    fill_defaults(p);
+    p.landmarks = 253465;
+    CHECK(refusal([&] { vulkan::make_ransac(p, under_test::device()); }) == "");
+    ++p.landmarks;
+    CHECK(refusal([&] { vulkan::make_ransac(p, under_test::device()); }) ==
+          "ransac: 253466 landmarks with that many iterations; this device takes at most 253465");
+}
+
+TEST_CASE("warp and align refuse more than a dispatch has work groups for") {
+    if (!under_test::available()) return;
+    const uint64_t most = 64 * uint64_t{under_test::device().limits().maxComputeWorkGroupCount[0]};
+    if (most >= UINT32_MAX) return;
+    defrec_warp_params p{};
+    p.points = uint32_t(most);
+    CHECK(refusal([&] { vulkan::make_warp(p, under_test::device()); }) == "");
+    ++p.points;
+    CHECK(refusal([&] { vulkan::make_warp(p, under_test::device()); }).find("points") != std::string::npos);
+    defrec_align_params a{};
+    a.width = a.stride = 64;
+    a.height = 48;
+    a.views = a.patch_radius = a.search_radius = 1;
+    a.patches = uint32_t(most);
+    CHECK(refusal([&] { vulkan::make_align(a, under_test::device()); }) == "");
+    ++a.patches;
+    CHECK(refusal([&] { vulkan::make_align(a, under_test::device()); }).find("patches") != std::string::npos);
+}
