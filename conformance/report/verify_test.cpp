@@ -89,6 +89,7 @@ TEST_CASE("edits with new digests") {
     check_edit("/cases/1/metrics/0/p99", "NaN", "error_to_truth is beyond its limit");
     check_edit("/cases/1/metrics/0/limit_maximum", 3.0, "the suite's limits are 2.0 and 1.0");
     check_edit("/cases/2/metrics/0/limit_p99", 1.0, "the suite's limits are 0.0 and 0.0");
+    check_edit("/cases/1/metrics", json::array(), "passed without a figure");
     check_edit("/cases/0/runs", 1, "was run 1 times");
     check_edit("/cases/0/title", "Nothing much.", "another tier, stage or title");
     check_edit("/cases/0/reason", "Because.", "has a reason and is passed");
