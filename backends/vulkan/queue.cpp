@@ -120,25 +120,20 @@ bool Queue::wait(uint64_t value, uint64_t timeout_ns) {
     info.pSemaphores = &semaphore_;
     info.pValues = &value;
     const auto start = Clock::now();
-    if (!look_for(value, start + std::chrono::nanoseconds(std::min(timeout_ns, kLookNs)))) {
-        const auto looked = static_cast<uint64_t>(std::chrono::nanoseconds(Clock::now() - start).count());
-        const VkResult result = vk_.vkWaitSemaphores(device_.handle(), &info, timeout_ns - std::min(timeout_ns, looked));
-        check(result, "vkWaitSemaphores");
-        if (result == VK_TIMEOUT) return false;
-    }
+    look_for(value, start + std::chrono::nanoseconds(std::min(timeout_ns, kLookNs)));
+    const auto looked = static_cast<uint64_t>(std::chrono::nanoseconds(Clock::now() - start).count());
+    const VkResult result = vk_.vkWaitSemaphores(device_.handle(), &info, timeout_ns - std::min(timeout_ns, looked));
+    check(result, "vkWaitSemaphores");
+    if (result == VK_TIMEOUT) return false;
     const std::lock_guard lock(mutex_);
     deliver(value);
     return true;
 }
 
 // Waking a thread costs a good part of a short wait; where the device is the processor itself, looking would take its time.
-bool Queue::look_for(uint64_t value, Clock::time_point end) {
-    if (device_.physical().software) return false;
-    while (completed() < value) {
-        if (Clock::now() >= end) return false;
-        std::this_thread::yield();
-    }
-    return true;
+void Queue::look_for(uint64_t value, Clock::time_point end) {
+    if (device_.physical().software) return;
+    while (completed() < value && Clock::now() < end) std::this_thread::yield();
 }
 
 void Queue::deliver(uint64_t value) {

@@ -60,7 +60,7 @@ class Queue {
     void submit();
     void drop_pending() noexcept;
     void forget_read(const void* dst);
-    bool look_for(uint64_t value, Clock::time_point end);
+    void look_for(uint64_t value, Clock::time_point end);
     void deliver(uint64_t value);  // the reads up to that point, which is reached
     void flush_pending() noexcept;  // submits; for Device::settle
     void destroy() noexcept;
