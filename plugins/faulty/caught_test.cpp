@@ -44,6 +44,7 @@ const std::vector<Expected> kExpected = {
      "stage/align/both",
      "predictions[",
      {"stage/align/motions", "stage/align/predictions"}},
+    {"align_first_control_point_only", "stage/align/blended_motions", "predictions[", {"stage/align/motions"}},
     {"align_rounding", "stage/align/predictions", "observations[", {"stage/align/flat"}},
     // ransac
     {"ransac_weights_nan_input", "stage/ransac/not_finite", "weight: maximum nan", {"stage/ransac/plain"}},

@@ -55,6 +55,23 @@ void add(std::vector<StageCase>& cases, const char* name, const char* title, con
 
 defrec_align_params base() { return blank<defrec_align_params>(); }
 
+// Five control points, four to a patch with weights of different sizes, and patches of two.
+void move_each_on_its_own(AlignScene& s) {
+    s.params.nodes = 5;
+    const auto moved = [](double turn, double x, double y) {
+        return from_rigid(rotation_from_vector(Vec3<double>{0.1 * turn, -0.1 * turn, 0.05 + turn}), {x, y, 0}).store();
+    };
+    s.motions = {s.motions[0], moved(0.05, 2, 0), moved(-0.1, 0, -2), moved(0.02, -1, 1), moved(0.15, 1, 2)};
+    for (float* part : {s.motions[2].real, s.motions[2].dual})
+        for (int k = 0; k < 4; ++k) part[k] = -part[k];
+    constexpr float kWeights[3][4] = {{0.4f, 0.3f, 0.2f, 0.1f}, {0.6f, 0.4f, 0, 0}, {0.25f, 0.25f, 0.25f, 0.25f}};
+    for (size_t i = 0; i < s.patches.size(); ++i)
+        for (size_t k = 0; k < 4; ++k) {
+            s.patches[i].node[k] = int32_t((i + k) % 5);
+            s.patches[i].weight[k] = kWeights[i % 3][k];
+        }
+}
+
 void add_inputs(std::vector<StageCase>& cases) {
     add(cases, "motions", "Patches predicted from motions and found.", base(), {}, align_motions);
     add(cases, "predictions", "Given predictions are followed.", base(), {}, align_predictions);
@@ -103,6 +120,8 @@ void add_inputs(std::vector<StageCase>& cases) {
         s.motions[2].dual[1] = std::numeric_limits<float>::infinity();
         for (size_t i = 0; i < s.patches.size(); ++i) s.patches[i].node[0] = int32_t(i % 3);
     });
+    add(cases, "blended_motions", "Patches that several control points move, each in its own way, some with the opposite sign.",
+        base(), {}, align_motions, move_each_on_its_own);
     add(cases, "behind", "Patches behind the camera, and turned away.", base(), {}, align_motions,
         [](AlignScene& s) { s.motions[0] = from_rigid(rotation_from_vector(Vec3<double>{2.9, 0, 0}), {0, 0, -60}).store(); });
 }

@@ -1,0 +1,23 @@
+// A patch moves as its first control point alone does.
+#include "plugins/faulty/frame.hpp"
+
+namespace defrec::faulty {
+namespace {
+class Wrong final : public Right<defrec_align_params> {
+  public:
+    Wrong(const Params& given, const Host& host) : Right(given, host), patches_(HostAllocator<defrec_patch>(host)) {}
+    void prepare(Inputs in) override {
+        const auto* first = in[0].as<defrec_patch>();
+        patches_.assign(first, first + in[0].size / sizeof *first);
+        for (defrec_patch& patch : patches_) std::fill(patch.weight + 1, patch.weight + 4, 0.0f);
+        ChangedInputs changed(in);
+        changed[0].data = patches_.data();
+        Right::prepare(changed);
+    }
+
+  private:
+    HostVector<defrec_patch> patches_;
+};
+}  // namespace
+const Fault fault = in_stage<Wrong>();
+}  // namespace defrec::faulty
