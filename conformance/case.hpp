@@ -98,6 +98,7 @@ struct Case {
     bool smoke = false; // in the short list, which a software GPU on two cores passes within minutes
     bool slow = false;  // may take up to ten times as long as other cases before it counts as hanging
     std::function<void(CaseRun&)> body;
+    uint32_t since = 1;  // the suite version that brought it
 };
 
 // Every case of the suite, in the order of their ids.

@@ -46,7 +46,7 @@ struct CaseRecord {
 
 // Who was examined, by what, where.
 struct RunRecord {
-    std::string suite_version;   // "1"
+    std::string suite_version;   // "2"
     std::string suite_revision;  // of the source tree; "unknown" outside of one
     bool suite_dirty = false;    // the tree had changes that no revision names
     std::string started;         // UTC, ISO 8601

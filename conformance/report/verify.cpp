@@ -1,6 +1,7 @@
 #include "conformance/report/verify.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <fstream>
 #include <iterator>
 #include <span>
@@ -42,8 +43,9 @@ class Check {
     Check(const RunRecord& run, const Suite& suite) : run_(run), suite_(suite) {}
 
     std::vector<std::string> violations() {
-        if (run_.suite_version != suite_.version) {
-            say("the report is of suite version " + run_.suite_version + ", this program checks version " + suite_.version);
+        version_ = version_of(run_.suite_version);
+        if (version_ == 0 || version_ > version_of(suite_.version)) {
+            say("the report is of suite version " + run_.suite_version + ", this program checks versions up to " + suite_.version);
             return std::move(found_);
         }
         provenance();
@@ -54,6 +56,17 @@ class Check {
     }
 
   private:
+    // 0 for what is no version.
+    static uint32_t version_of(const std::string& text) {
+        uint32_t version = 0;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), version);
+        return error == std::errc() && end == text.data() + text.size() ? version : 0;
+    }
+    bool had(const CaseRecord& expected) const {
+        const auto brought = suite_.since.find(expected.id);
+        return brought == suite_.since.end() || brought->second <= version_;
+    }
+
     void say(std::string sentence) { found_.push_back(std::move(sentence)); }
 
     void provenance() {
@@ -68,6 +81,7 @@ class Check {
         const auto by_id = [](const CaseRecord& a, const CaseRecord& b) { return a.id < b.id; };
         if (!std::is_sorted(run_.cases.begin(), run_.cases.end(), by_id)) say("the cases are not in the order of their ids");
         for (const CaseRecord& expected : suite_.cases) {
+            if (!had(expected)) continue;
             const auto same_id = [&](const CaseRecord& c) { return c.id == expected.id; };
             const auto count = std::count_if(run_.cases.begin(), run_.cases.end(), same_id);
             if (count != 1)
@@ -76,8 +90,8 @@ class Check {
     }
 
     void one_case(const CaseRecord& c) {
-        const auto expected =
-            std::find_if(suite_.cases.begin(), suite_.cases.end(), [&](const CaseRecord& e) { return e.id == c.id; });
+        const auto expected = std::find_if(suite_.cases.begin(), suite_.cases.end(),
+                                           [&](const CaseRecord& e) { return e.id == c.id && had(e); });
         if (expected == suite_.cases.end()) {
             say("case " + c.id + " is none of the suite's");
             return;
@@ -118,6 +132,7 @@ class Check {
 
     const RunRecord& run_;
     const Suite& suite_;
+    uint32_t version_ = 0;  // of the report
     std::vector<std::string> found_;
 };
 

@@ -3,6 +3,7 @@
 #pragma once
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,12 +16,12 @@ struct Limits {
     double maximum = 0, p99 = 0;
 };
 
-// The suite that the report is held against: this program's own.
+// The suite that the report is held against: this program's own, as far as the report's version had it.
 struct Suite {
-    std::string version;
-    std::vector<CaseRecord>
-        cases;  // every case of this version, in the order of their ids; id, tier, stage, title and runs count
+    std::string version;            // a number, as in reports
+    std::vector<CaseRecord> cases;  // every case of this version, in the order of their ids; id, tier, stage, title and runs count
     std::function<Limits(const CaseRecord&, const Metric&)> limits;
+    std::map<std::string, uint32_t> since = {};  // by id: the version that brought a case; those not named were there from the first
 };
 
 // What is wrong, each one sentence; empty if the report is sound. path: report.json, or its folder, in which case the other two

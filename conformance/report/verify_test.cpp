@@ -101,6 +101,27 @@ TEST_CASE("edits with new digests") {
     check_edit("/counts/all/passed", 5, "counts");
 }
 
+TEST_CASE("a report is held against the cases that its version of the suite had") {
+    const Submitted older(sample_run());
+    Suite suite = sample_suite();
+    suite.version = "2";
+    suite.cases.push_back(sample_case("stage/zzz", "stage", "", "More."));
+    suite.since["stage/zzz"] = 2;
+    CHECK(verify_report(older.folder(), suite).empty());
+    RunRecord run = sample_run();
+    run.suite_version = "2";
+    check_one(verify_report(Submitted(run).folder(), suite), "case stage/zzz is missing");
+    run.suite_version = "1";
+    run.cases.push_back(suite.cases.back());
+    check_one(verify_report(Submitted(run).folder(), suite), "none of the suite's");
+    for (const char* version : {"3", "0", "1.0", "", "-1"}) {
+        run = sample_run();
+        run.suite_version = version;
+        CAPTURE(version);
+        check_one(verify_report(Submitted(run).folder(), suite), "versions up to 2");
+    }
+}
+
 TEST_CASE("a removed case, and one taken twice") {
     RunRecord run = sample_run();
     run.cases.erase(run.cases.begin() + 1);

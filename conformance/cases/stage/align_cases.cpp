@@ -122,6 +122,7 @@ void add_inputs(std::vector<StageCase>& cases) {
     });
     add(cases, "blended_motions", "Patches that several control points move, each in its own way, some with the opposite sign.",
         base(), {}, align_motions, move_each_on_its_own);
+    cases.back().since = 2;
     add(cases, "behind", "Patches behind the camera, and turned away.", base(), {}, align_motions,
         [](AlignScene& s) { s.motions[0] = from_rigid(rotation_from_vector(Vec3<double>{2.9, 0, 0}), {0, 0, -60}).store(); });
 }

@@ -56,7 +56,7 @@ void add_stage_cases(std::vector<Case>& cases) {
     add_ransac_in_place_case(cases);
     for (StageCase& one : stage_cases()) {
         const std::string stage = stage_name(one.stage);
-        Case entry{concat("stage/", stage, "/", one.name), "stage", stage, one.title, one.smoke, one.slow, {}};
+        Case entry{concat("stage/", stage, "/", one.name), "stage", stage, one.title, one.smoke, one.slow, {}, one.since};
         entry.body = [one = std::move(one)](CaseRun& run) { examine(run, one); };
         cases.push_back(std::move(entry));
     }
@@ -69,7 +69,7 @@ StageCase float_case(uint32_t stage, const char* name, const char* title, std::f
         spread(job, expected.outputs, found, distances);
         distances.measure(run);
     };
-    return {stage, name, title, std::move(make), compare, smoke, slow, {}, spread};
+    return {stage, name, title, std::move(make), compare, smoke, slow, {}, spread, 1};
 }
 
 void compare_all_exactly(CaseRun& run, const StageJob& job, const Expected& expected, const std::vector<Bytes>& found) {

@@ -19,6 +19,7 @@ struct StageCase {
     // Throws CaseFailure where the reference's result shows that the case does not examine what it is meant to; may be empty.
     std::function<void(const Expected& expected)> expects;
     SpreadOf spread = nullptr;  // of a float stage
+    uint32_t since = 1;         // as Case has it
 };
 
 // Every case of the stage tier.
