@@ -33,11 +33,13 @@ class InHostMemory final : public Stage {
     void upload(Owned& buffers, std::span<const HostBuffer> from) {
         buffers.resize(from.size());
         for (size_t i = 0; i < from.size(); ++i) {
-            if (from[i].data == nullptr && from[i].size == 0) {
+            const bool given = from[i].data != nullptr || from[i].size != 0;
+            if (buffers[i] && !(given && buffers[i]->size() == from[i].size)) {
+                device().settle();  // a run that was refused has left work in the queue
                 buffers[i].reset();
-                continue;
             }
-            if (!buffers[i] || buffers[i]->size() != from[i].size) buffers[i].emplace(device(), from[i].size);
+            if (!given) continue;
+            if (!buffers[i]) buffers[i].emplace(device(), from[i].size);
             queue_.write(*buffers[i], 0, from[i].data, from[i].size);
         }
     }
