@@ -19,7 +19,7 @@ std::string without(const std::string& part, const std::string& instead = "") {
 }  // namespace
 
 TEST_CASE("a tolerance has both limits, a unit, and says where it comes from") {
-    const Tolerance& one = Tolerances::parse(kGood).at("warp.position");
+    const Tolerance one = Tolerances::parse(kGood).at("warp.position");
     CHECK(one.maximum == 2e-4);
     CHECK(one.p99 == 1e-4);
     CHECK(one.unit == "mm");
