@@ -9,11 +9,11 @@ namespace {
 constexpr size_t kMostRuns = 8;  // a tracker needs two or three; an application that runs a stage by itself, one
 
 // Any address that is not NULL tells that the buffer was given.
-template <class View, class Element>
+template <class View>
 std::vector<View> views(Buffers buffers) {
     std::vector<View> result;
     for (const Buffer* buffer : buffers)
-        result.push_back(buffer == nullptr ? View{} : View{const_cast<Element*>(static_cast<const void*>(buffer)), buffer->size()});
+        result.push_back(buffer == nullptr ? View{} : View{const_cast<Buffer*>(buffer), buffer->size()});
     return result;
 }
 
@@ -25,21 +25,21 @@ void check_size(const char* stage, const char* what, uint64_t size, uint64_t mos
                                                        "; this device takes at most " + std::to_string(most));
 }
 
-std::vector<InBuffer> sizes_of_inputs(Buffers in) { return views<InBuffer, void>(in); }
-std::vector<OutBuffer> sizes_of_outputs(Buffers out) { return views<OutBuffer, void>(out); }
+std::vector<InBuffer> sizes_of_inputs(Buffers in) { return views<InBuffer>(in); }
+std::vector<OutBuffer> sizes_of_outputs(Buffers out) { return views<OutBuffer>(out); }
 
 void RecordedStage::prepare(Queue& queue, Buffers in) {
     std::vector<std::vector<std::byte>> copies(in.size());
-    std::vector<InBuffer> views(in.size());
+    std::vector<InBuffer> given(in.size());
     for (size_t i = 0; i < in.size(); ++i) {
         if (in[i] == nullptr) continue;
         copies[i] = queue.contents(*in[i]);
-        views[i] = {copies[i].data(), in[i]->size()};
+        given[i] = {copies[i].data(), in[i]->size()};
     }
     const std::lock_guard lock(mutex_);
     device_.settle();
     runs_.clear();
-    stage_->prepare(views);
+    stage_->prepare(given);
 }
 
 RecordedStage::Serials RecordedStage::serials(Buffers in, Buffers out) {
