@@ -1,4 +1,4 @@
-// The barrier between a backend in C++ and the plugin ABI: no exception crosses, and the host hears the sentence.
+// What every plugin in C++ needs at the border of the plugin ABI: the barrier that no exception crosses, and the filling of tables.
 #pragma once
 #include "backends/shared/stage.hpp"
 
@@ -37,6 +37,24 @@ inline bool complete_host(const defrec_host* host) {
 constexpr uint32_t kStageVersion = 1;  // of every definition in docs/stages
 constexpr bool has_prepare(uint32_t stage) {
     return stage != DEFREC_STAGE_RECTIFY && stage != DEFREC_STAGE_STEREO && stage != DEFREC_STAGE_ORB;
+}
+
+// A stage's table; prepare is left out where the stage has none.
+constexpr defrec_stage_table fill_stage_table(uint32_t stage, decltype(defrec_stage_table::supports) supports,
+                                              decltype(defrec_stage_table::create) create,
+                                              decltype(defrec_stage_table::destroy) destroy,
+                                              decltype(defrec_stage_table::prepare) prepare,
+                                              decltype(defrec_stage_table::enqueue) enqueue) {
+    defrec_stage_table table{};
+    table.struct_size = sizeof table;
+    table.stage = stage;
+    table.stage_version = kStageVersion;
+    table.supports = supports;
+    table.create = create;
+    table.destroy = destroy;
+    table.prepare = has_prepare(stage) ? prepare : nullptr;
+    table.enqueue = enqueue;
+    return table;
 }
 
 }  // namespace defrec

@@ -109,23 +109,9 @@ defrec_status enqueue_stage(defrec_pstage* stage, defrec_pqueue* queue, defrec_p
     });
 }
 
-template <uint32_t kStage>
-constexpr defrec_stage_table make_stage_table() {
-    defrec_stage_table table{};
-    table.struct_size = sizeof table;
-    table.stage = kStage;
-    table.stage_version = kStageVersion;
-    table.supports = supports_stage<kStage>;
-    table.create = create_stage<kStage>;
-    table.destroy = destroy_stage;
-    table.prepare = has_prepare(kStage) ? prepare_stage : nullptr;
-    table.enqueue = enqueue_stage;
-    return table;
-}
-
 template <size_t... kStages>
 constexpr std::array<defrec_stage_table, sizeof...(kStages)> make_stage_tables(std::index_sequence<kStages...>) {
-    return {make_stage_table<kStages>()...};
+    return {fill_stage_table(kStages, supports_stage<kStages>, create_stage<kStages>, destroy_stage, prepare_stage, enqueue_stage)...};
 }
 constexpr auto kStageTables = make_stage_tables(std::make_index_sequence<DEFREC_STAGE_COUNT_V1>());
 
