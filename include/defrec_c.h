@@ -173,6 +173,11 @@ typedef struct defrec_device_info {
 DEFREC_API size_t DEFREC_CALL defrec_device_count(defrec_context context);
 DEFREC_API defrec_status DEFREC_CALL defrec_device_get(defrec_context context, size_t index, defrec_device_info *out);
 
+enum {
+    DEFREC_MEMORY_HOST = 1,  /* the processor's memory, for devices that compute in it */
+    DEFREC_MEMORY_CUDA = 2   /* memory of a CUDA device (cudaMalloc), of the process's primary context */
+};
+
 /* ---- images and rigs ----------------------------------------------------------------------------------- */
 
 enum { DEFREC_FORMAT_GRAY8 = 1, DEFREC_FORMAT_BGR8 = 2, DEFREC_FORMAT_RGB8 = 3, DEFREC_FORMAT_BGRA8 = 4 };

@@ -17,7 +17,7 @@ extern "C" {
 #endif
 
 #define DEFREC_PLUGIN_ABI_MAJOR 1
-#define DEFREC_PLUGIN_ABI_MINOR 0
+#define DEFREC_PLUGIN_ABI_MINOR 1
 
 /* 1 if a table of the other side's size has the member and it is not NULL. */
 #define DEFREC_HAS(table, member)                                                                              \
@@ -84,6 +84,18 @@ typedef struct defrec_plugin {
     defrec_status(DEFREC_CALL *wait)(defrec_pqueue *queue, uint64_t value, uint64_t timeout_ns); /* any thread; DEFREC_TIMEOUT: not yet */
     const defrec_stage_table *(DEFREC_CALL *stage)(void *self, uint32_t stage);                /* NULL: not offered */
     void(DEFREC_CALL *shutdown)(void *self);                                                   /* last call; joins every thread */
+
+    /* Since minor 1, each pair or function may be NULL. */
+
+    /* Memory of the host that the device's copies reach without a detour (page-locked, say), 64-byte aligned, zero. As src of
+     * write_in_place and dst of read nothing is copied in between: such a dst may be written as soon as the device gets there. */
+    defrec_status(DEFREC_CALL *host_alloc)(defrec_pdevice *device, uint64_t size, void **out);
+    void(DEFREC_CALL *host_free)(defrec_pdevice *device, void *memory);                        /* no work of a queue may use it any more */
+    /* As write, but src must stay as it is until a later signal has been waited for. threads: one per queue */
+    defrec_status(DEFREC_CALL *write_in_place)(defrec_pqueue *queue, defrec_pbuffer *buffer, uint64_t offset, const void *src, uint64_t size);
+    /* The caller's memory as a buffer, without a copy; contents stay. kind: DEFREC_MEMORY_*. The memory must outlive the buffer.
+     * DEFREC_ERROR_UNSUPPORTED for a kind that the device cannot reach, DEFREC_ERROR_ARGUMENT for memory that is not of that kind. */
+    defrec_status(DEFREC_CALL *buffer_import)(defrec_pdevice *device, uint32_t kind, void *memory, uint64_t size, defrec_pbuffer **out);
 } defrec_plugin;
 
 #if defined(_WIN32)
