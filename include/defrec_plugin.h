@@ -93,8 +93,9 @@ typedef struct defrec_plugin {
     void(DEFREC_CALL *host_free)(defrec_pdevice *device, void *memory);                        /* no work of a queue may use it any more */
     /* As write, but src must stay as it is until a later signal has been waited for. threads: one per queue */
     defrec_status(DEFREC_CALL *write_in_place)(defrec_pqueue *queue, defrec_pbuffer *buffer, uint64_t offset, const void *src, uint64_t size);
-    /* The caller's memory as a buffer, without a copy; contents stay. kind: DEFREC_MEMORY_*. The memory must outlive the buffer.
-     * DEFREC_ERROR_UNSUPPORTED for a kind that the device cannot reach, DEFREC_ERROR_ARGUMENT for memory that is not of that kind. */
+    /* The caller's memory as a buffer, without a copy; contents stay. kind: DEFREC_MEMORY_*. The memory begins at a multiple of 16 and must
+     * outlive the buffer. DEFREC_ERROR_UNSUPPORTED for a kind that the device cannot reach, DEFREC_ERROR_ARGUMENT for memory that is not
+     * of that kind. */
     defrec_status(DEFREC_CALL *buffer_import)(defrec_pdevice *device, uint32_t kind, void *memory, uint64_t size, defrec_pbuffer **out);
 } defrec_plugin;
 

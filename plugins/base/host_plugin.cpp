@@ -29,6 +29,7 @@ struct defrec_pbuffer_ {
     defrec::PluginInstance& instance;
     void* data;
     uint64_t size;
+    bool imported;
 };
 struct defrec_pqueue_ {
     defrec::PluginInstance& instance;
@@ -134,7 +135,7 @@ void device_close(defrec_pdevice* device) { delete device; }
 defrec_status buffer_create(defrec_pdevice* device, uint64_t size, defrec_pbuffer** out) {
     PluginInstance& instance = device->instance;
     return guarded(*instance.host_table, [&] {
-        std::unique_ptr<defrec_pbuffer_> buffer(new defrec_pbuffer_{instance, nullptr, size});
+        std::unique_ptr<defrec_pbuffer_> buffer(new defrec_pbuffer_{instance, nullptr, size, false});
         buffer->data = instance.host.allocate(std::max<uint64_t>(size, 1), 64);
         std::memset(buffer->data, 0, size);
         *out = buffer.release();
@@ -142,8 +143,20 @@ defrec_status buffer_create(defrec_pdevice* device, uint64_t size, defrec_pbuffe
 }
 void buffer_destroy(defrec_pbuffer* buffer) {
     if (buffer == nullptr) return;
-    buffer->instance.host.release(buffer->data);
+    if (!buffer->imported) buffer->instance.host.release(buffer->data);
     delete buffer;
+}
+defrec_status buffer_import(defrec_pdevice* device, uint32_t kind, void* memory, uint64_t size, defrec_pbuffer** out) {
+    PluginInstance& instance = device->instance;
+    return guarded(*instance.host_table, [&] {
+        if (kind != DEFREC_MEMORY_HOST)
+            throw StageError(DEFREC_ERROR_UNSUPPORTED, std::string(instance.description.name) + " computes in the processor's memory, kind " +
+                                                           std::to_string(DEFREC_MEMORY_HOST) + "; kind " + std::to_string(kind) + " was given");
+        const auto address = reinterpret_cast<uintptr_t>(memory);
+        if (memory == nullptr || address % 16 != 0) reject("memory is imported from an address that is a multiple of 16");
+        if (size == 0 || size > UINTPTR_MAX - address) reject("the size does not fit the address space, or is zero");
+        *out = new defrec_pbuffer_{instance, memory, size, true};
+    });
 }
 
 defrec_status queue_create(defrec_pdevice* device, defrec_pqueue** out) {
@@ -204,6 +217,7 @@ defrec_status enter_host_plugin(const HostPluginDescription& description, const 
     table.wait = wait_queue;
     table.stage = stage_table;
     table.shutdown = shut_down;
+    table.buffer_import = buffer_import;
     *out = &table;
     return DEFREC_OK;
 }

@@ -173,6 +173,38 @@ TEST_CASE("buffers are zero, and no range outside them is read or written") {
     plugin.table->buffer_destroy(buffer);
 }
 
+TEST_CASE("imported memory is worked in where it lies, and stays the caller's") {
+    Plugin plugin;
+    const defrec_plugin& table = *plugin.table;
+    alignas(16) uint8_t memory[16] = {1, 2, 3, 4};
+    defrec_pbuffer* buffer = nullptr;
+    REQUIRE(table.buffer_import(plugin.device, DEFREC_MEMORY_HOST, memory, 8, &buffer) == DEFREC_OK);
+    uint8_t bytes[4] = {};
+    REQUIRE(table.read(plugin.queue, buffer, 0, bytes, 4) == DEFREC_OK);
+    CHECK(bytes[3] == 4);
+    bytes[0] = 9;
+    REQUIRE(table.write(plugin.queue, buffer, 4, bytes, 4) == DEFREC_OK);
+    CHECK(memory[4] == 9);
+    CHECK(table.write(plugin.queue, buffer, 6, bytes, 4) == DEFREC_ERROR_ARGUMENT);
+    table.buffer_destroy(buffer);
+    CHECK(memory[0] == 1);
+}
+
+TEST_CASE("memory that cannot be imported: another kind, NULL, not aligned, empty, beyond the address space") {
+    Plugin plugin;
+    const defrec_plugin& table = *plugin.table;
+    alignas(16) uint8_t memory[32];
+    defrec_pbuffer* buffer = nullptr;
+    CHECK(table.buffer_import(plugin.device, DEFREC_MEMORY_CUDA, memory, 16, &buffer) == DEFREC_ERROR_UNSUPPORTED);
+    CHECK(plugin.recorder.error.find("kind 2 was given") != std::string::npos);
+    CHECK(table.buffer_import(plugin.device, DEFREC_MEMORY_HOST, nullptr, 16, &buffer) == DEFREC_ERROR_ARGUMENT);
+    CHECK(table.buffer_import(plugin.device, DEFREC_MEMORY_HOST, memory + 8, 16, &buffer) == DEFREC_ERROR_ARGUMENT);
+    CHECK(plugin.recorder.error.find("multiple of 16") != std::string::npos);
+    CHECK(table.buffer_import(plugin.device, DEFREC_MEMORY_HOST, memory, 0, &buffer) == DEFREC_ERROR_ARGUMENT);
+    CHECK(table.buffer_import(plugin.device, DEFREC_MEMORY_HOST, memory, UINT64_MAX, &buffer) == DEFREC_ERROR_ARGUMENT);
+    CHECK(buffer == nullptr);
+}
+
 TEST_CASE("row 50: a host without memory is an error, not a crash") {
     Plugin plugin;
     plugin.recorder.out_of_memory = true;
