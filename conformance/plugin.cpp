@@ -12,6 +12,7 @@
 #include "sdk/device.hpp"
 #include "sdk/elf_file.hpp"
 #include "sdk/platform.hpp"
+#include "sdk/plugin_loader.hpp"
 #include "sdk/plugin_manifest.hpp"
 #include "sdk/sha256.hpp"
 
@@ -106,8 +107,8 @@ Instance::Instance(const Plugin& plugin, uint32_t threads) : plugin_(plugin), ho
     const defrec_plugin* table = nullptr;
     check(kEntryName, plugin.entry()(host_->table(), &table));
     require(table != nullptr, kEntryName, " succeeded without a table");
-    require(table->struct_size >= sizeof(defrec_plugin), "the plugin's table has ", table->struct_size, " bytes, at least ",
-            sizeof(defrec_plugin), " expected");
+    require(table->struct_size >= kLeastTableSize, "the plugin's table has ", table->struct_size, " bytes, at least ",
+            kLeastTableSize, " expected");
     table_ = table;
 }
 

@@ -2,6 +2,8 @@
 #include "sdk/device.hpp"
 
 #include <algorithm>
+#include <cstring>
+#include <new>
 
 #include "sdk/plugin_host.hpp"
 #include "sdk/plugin_loader.hpp"
@@ -30,6 +32,8 @@ const defrec_stage_table* Device::stage_table(uint32_t stage) const {
     return stage < 32 && (stages_ >> stage & 1) != 0 ? table_->stage(table_->self, stage) : nullptr;
 }
 
+const Services& Device::services() const { return *plugin_->services(); }
+
 void Device::begin_call(const char* what) const {
     if (lost_) fail(DEFREC_ERROR_DEVICE_LOST, id_, ": ", what, ": the device was lost before");
     clear_plugin_error();
@@ -49,8 +53,44 @@ DeviceBuffer::DeviceBuffer(std::shared_ptr<const Device> device, uint64_t size) 
     if (buffer_ == nullptr) fail(DEFREC_ERROR_PLUGIN, device_->id(), ": buffer_create succeeded without a buffer");
 }
 
+DeviceBuffer DeviceBuffer::import(std::shared_ptr<const Device> device, uint32_t kind, void* memory, uint64_t size) {
+    const defrec_plugin& table = device->table();
+    if (!DEFREC_HAS(&table, buffer_import))
+        fail(DEFREC_ERROR_UNSUPPORTED, "device ", device->id(), " does not take the application's memory as it is");
+    DeviceBuffer buffer;
+    device->call("buffer_import", table.buffer_import, device->get(), kind, memory, size, &buffer.buffer_);
+    if (buffer.buffer_ == nullptr) fail(DEFREC_ERROR_PLUGIN, device->id(), ": buffer_import succeeded without a buffer");
+    buffer.device_ = std::move(device);
+    buffer.size_ = size;
+    return buffer;
+}
+
 DeviceBuffer::~DeviceBuffer() {
     if (buffer_ != nullptr) device_->table().buffer_destroy(buffer_);
+}
+
+namespace {
+bool has_host_memory(const Device& device) { return DEFREC_HAS(&device.table(), host_alloc); }
+}  // namespace
+
+HostMemory::HostMemory(std::shared_ptr<const Device> device, uint64_t size) : device_(std::move(device)), size_(size) {
+    if (size == 0) return;
+    if (has_host_memory(*device_)) {
+        device_->call("host_alloc", device_->table().host_alloc, device_->get(), size, &memory_);
+        if (memory_ == nullptr) fail(DEFREC_ERROR_PLUGIN, device_->id(), ": host_alloc succeeded without memory");
+    } else {
+        memory_ = device_->services().allocate(size, 64);
+        if (memory_ == nullptr) throw std::bad_alloc();
+        std::memset(memory_, 0, size);
+    }
+}
+
+HostMemory::~HostMemory() {
+    if (memory_ == nullptr) return;
+    if (has_host_memory(*device_))
+        device_->table().host_free(device_->get(), memory_);
+    else
+        device_->services().release(memory_);
 }
 
 Queue::Queue(std::shared_ptr<const Device> device) : device_(std::move(device)) {
@@ -72,6 +112,13 @@ void check_range(const char* what, const DeviceBuffer& buffer, uint64_t offset, 
 void Queue::write(const DeviceBuffer& buffer, const void* src, uint64_t size, uint64_t offset) {
     check_range("write", buffer, offset, size);
     device_->call("write", device_->table().write, queue_, buffer.get(), offset, src, size);
+}
+
+void Queue::write_in_place(const DeviceBuffer& buffer, const void* src, uint64_t size, uint64_t offset) {
+    const defrec_plugin& table = device_->table();
+    if (!DEFREC_HAS(&table, write_in_place)) return write(buffer, src, size, offset);
+    check_range("write", buffer, offset, size);
+    device_->call("write_in_place", table.write_in_place, queue_, buffer.get(), offset, src, size);
 }
 
 void Queue::read(const DeviceBuffer& buffer, void* dst, uint64_t size, uint64_t offset) {

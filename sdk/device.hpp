@@ -16,6 +16,7 @@
 namespace defrec {
 
 class LoadedPlugin;  // plugin_loader.hpp
+class Services;      // services.hpp
 
 class Device {
   public:
@@ -29,6 +30,7 @@ class Device {
     uint32_t stages() const { return stages_; }  // bit 1 << DEFREC_STAGE_*
     const defrec_plugin& table() const { return *table_; }
     defrec_pdevice* get() const { return device_; }
+    const Services& services() const;
     // nullptr where the device does not offer the stage.
     const defrec_stage_table* stage_table(uint32_t stage) const;
 
@@ -58,6 +60,9 @@ class DeviceBuffer {
     DeviceBuffer() = default;
     // Zeroed memory of that many bytes.
     DeviceBuffer(std::shared_ptr<const Device> device, uint64_t size);
+    // The caller's memory, without a copy; it must outlive the buffer. kind: DEFREC_MEMORY_*. Throws Error(DEFREC_ERROR_UNSUPPORTED)
+    // where the device cannot reach it.
+    static DeviceBuffer import(std::shared_ptr<const Device> device, uint32_t kind, void* memory, uint64_t size);
     DeviceBuffer(DeviceBuffer&& other) noexcept { swap(other); }
     DeviceBuffer& operator=(DeviceBuffer&& other) noexcept {
         DeviceBuffer(std::move(other)).swap(*this);
@@ -80,6 +85,38 @@ class DeviceBuffer {
     uint64_t size_ = 0;
 };
 
+// Memory of the host, zeroed and 64-byte aligned, that the device's copies reach without a detour; the context's allocator's
+// where the plugin has none of its own. Must outlive the queues whose work uses it. Movable; empty after a move and when made
+// without arguments.
+class HostMemory {
+  public:
+    HostMemory() = default;
+    HostMemory(std::shared_ptr<const Device> device, uint64_t size);
+    HostMemory(HostMemory&& other) noexcept { swap(other); }
+    HostMemory& operator=(HostMemory&& other) noexcept {
+        HostMemory(std::move(other)).swap(*this);
+        return *this;
+    }
+    ~HostMemory();
+
+    uint64_t size() const { return size_; }  // bytes
+    // What lies there as values of a trivial type; a remainder is left out.
+    template <class T>
+    std::span<T> as() { return {static_cast<T*>(memory_), size_ / sizeof(T)}; }
+    template <class T>
+    std::span<const T> as() const { return {static_cast<const T*>(memory_), size_ / sizeof(T)}; }
+
+  private:
+    void swap(HostMemory& other) noexcept {
+        std::swap(device_, other.device_);
+        std::swap(memory_, other.memory_);
+        std::swap(size_, other.size_);
+    }
+    std::shared_ptr<const Device> device_;
+    void* memory_ = nullptr;
+    uint64_t size_ = 0;
+};
+
 // In-order work on a device; one thread at a time, but wait from any. Destroying it waits for its work.
 class Queue {
   public:
@@ -90,6 +127,8 @@ class Queue {
 
     // Bytes; src is read before it returns. Throws if the range does not lie in the buffer.
     void write(const DeviceBuffer& buffer, const void* src, uint64_t size, uint64_t offset = 0);
+    // As write, but src may be read until a later signal has been waited for; where it is a HostMemory nothing is copied in between.
+    void write_in_place(const DeviceBuffer& buffer, const void* src, uint64_t size, uint64_t offset = 0);
     // dst is complete after a later signal has been waited for.
     void read(const DeviceBuffer& buffer, void* dst, uint64_t size, uint64_t offset = 0);
     // A point after all work so far; grows.

@@ -87,8 +87,8 @@ void LoadedPlugin::enter(const std::string& path) {
 
 void LoadedPlugin::check_table(const std::string& path, const PluginManifest& manifest) const {
     const defrec_plugin& table = *table_;
-    if (table.struct_size < sizeof(defrec_plugin))
-        fail(DEFREC_ERROR_VERSION, path, ": the plugin's table has ", table.struct_size, " bytes, at least ", sizeof(defrec_plugin),
+    if (table.struct_size < kLeastTableSize)
+        fail(DEFREC_ERROR_VERSION, path, ": the plugin's table has ", table.struct_size, " bytes, at least ", kLeastTableSize,
              " expected");
     if (table.abi_minor != manifest.abi_minor)
         fail(DEFREC_ERROR_VERSION, path, ": the manifest says plugin ABI minor ", manifest.abi_minor, ", the library ",
@@ -110,6 +110,8 @@ void LoadedPlugin::check_table(const std::string& path, const PluginManifest& ma
     };
     for (const auto& entry : entries)
         if (!entry.given) fail(DEFREC_ERROR_PLUGIN, path, ": the plugin's table has NULL for ", entry.name);
+    if (DEFREC_HAS(&table, host_alloc) && !DEFREC_HAS(&table, host_free))
+        fail(DEFREC_ERROR_PLUGIN, path, ": the plugin's table has host_alloc without host_free");
 }
 
 void LoadedPlugin::list_devices(const std::string& path) {

@@ -1,5 +1,6 @@
 // Loads one plugin after its manifest and its file have been checked, or says in one sentence why not.
 #pragma once
+#include <cstddef>
 #include <memory>
 #include <string>
 #include <vector>
@@ -10,6 +11,9 @@
 #include "sdk/services.hpp"
 
 namespace defrec {
+
+// A plugin's table in minor version 0; what comes behind is asked for with DEFREC_HAS.
+constexpr uint32_t kLeastTableSize = offsetof(defrec_plugin, host_alloc);
 
 // A plugin's instance for one context: its table, the host that it was given and its devices. Shut down by the
 // destructor; the code stays in the process (docs/plugins.md says why).
@@ -28,6 +32,7 @@ class LoadedPlugin {
     LoadedPlugin& operator=(const LoadedPlugin&) = delete;
 
     const std::string& name() const { return name_; }
+    const std::shared_ptr<const Services>& services() const { return services_; }
     const defrec_plugin& table() const { return *table_; }
     const std::vector<DeviceEntry>& devices() const { return devices_; }
 

@@ -120,17 +120,28 @@ TEST_CASE("row 35: a library without the entry, or that needs a symbol nobody ha
 }
 
 TEST_CASE("row 36: plugins of an older and of a newer ABI") {
-    check_refused(stub_folder("older_abi"), DEFREC_ERROR_VERSION, {"ABI 0.9", "speaks 1.0"});
-    check_refused(stub_folder("newer_abi"), DEFREC_ERROR_VERSION, {"ABI 2.0", "speaks 1.0"});
-    check_refused(stub_folder("other_minor"), DEFREC_ERROR_VERSION, {"minor"});
+    check_refused(stub_folder("older_abi"), DEFREC_ERROR_VERSION, {"ABI 0.9", "speaks 1.1"});
+    check_refused(stub_folder("newer_abi"), DEFREC_ERROR_VERSION, {"ABI 2.0", "speaks 1.1"});
+    check_refused(stub_folder("other_minor"), DEFREC_ERROR_VERSION, {"minor 2", "the library 1"});
     check_refused(stub_folder("other_stage_version"), DEFREC_ERROR_VERSION, {"stage ransac", "version 2"});
     check_refused(stub_folder("short_table"), DEFREC_ERROR_VERSION, {"16 bytes"});
+}
+
+TEST_CASE("a plugin of an older minor version is loaded, whose table is shorter; so is one that offers all") {
+    for (const char* name : {"older_minor", "host_memory"}) {
+        CAPTURE(name);
+        const TestContext context({stub_folder(name).string()});
+        REQUIRE(defrec_plugin_count(context.get()) == 1);
+        CHECK(context.plugin(0).verdict == DEFREC_OK);
+        CHECK(defrec_device_count(context.get()) == 1);
+    }
 }
 
 TEST_CASE("row 37: tables with NULL in them, and entries that fail") {
     check_refused(stub_folder("null_entry"), DEFREC_ERROR_PLUGIN, {"NULL for read"});
     check_refused(stub_folder("null_stage_entry"), DEFREC_ERROR_PLUGIN, {"stage ransac", "NULL"});
     check_refused(stub_folder("claims_stage"), DEFREC_ERROR_PLUGIN, {"claims the stage lm"});
+    check_refused(stub_folder("host_alloc_alone"), DEFREC_ERROR_PLUGIN, {"host_alloc without host_free"});
     check_refused(stub_folder("no_table"), DEFREC_ERROR_PLUGIN, {"without a table"});
     check_refused(stub_folder("no_id"), DEFREC_ERROR_PLUGIN, {"no id"});
     check_refused(stub_folder("many_devices"), DEFREC_ERROR_PLUGIN, {"at most 64"});

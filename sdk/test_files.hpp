@@ -47,7 +47,7 @@ inline void write_file(const std::filesystem::path& path, const std::string& tex
 // The manifest of a plugin "good" in library bytes; hash "" means the right one.
 inline std::string manifest_text(const std::string& library, const std::vector<unsigned char>& bytes, std::string hash = "") {
     if (hash.empty()) hash = sha256_hex(bytes);
-    return R"({"name": "good", "version": "1", "library": ")" + library + R"(", "abi_major": 1, "abi_minor": 0, "sha256": ")" +
+    return R"({"name": "good", "version": "1", "library": ")" + library + R"(", "abi_major": 1, "abi_minor": 1, "sha256": ")" +
            hash + "\"}";
 }
 

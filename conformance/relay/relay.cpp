@@ -53,6 +53,11 @@ struct Device {
     Instance* instance;
     defrec_pdevice* target;
 };
+// Members that a plugin need not have.
+bool has_host_alloc(const Instance& instance) { return DEFREC_HAS(instance.target, host_alloc); }
+bool has_write_in_place(const Instance& instance) { return DEFREC_HAS(instance.target, write_in_place); }
+bool has_buffer_import(const Instance& instance) { return DEFREC_HAS(instance.target, buffer_import); }
+
 struct Queue {
     Instance* instance;
     defrec_pqueue* target;
@@ -191,6 +196,39 @@ defrec_status DEFREC_CALL wait(defrec_pqueue* handle, uint64_t value, uint64_t t
     std::this_thread::sleep_for(std::chrono::nanoseconds(std::min(left, timeout_ns)));
     if (left > timeout_ns) return DEFREC_TIMEOUT;
     return queue->instance->target->wait(queue->target, value, timeout_ns == UINT64_MAX ? UINT64_MAX : timeout_ns - left);
+}
+
+defrec_status DEFREC_CALL host_alloc(defrec_pdevice* handle, uint64_t size, void** out) {
+    const Device* device = device_of(handle);
+    Instance* instance = device->instance;
+    if (const defrec_status status = instance->admit(kRelayCreate); status != DEFREC_OK) return status;
+    const defrec_status status = instance->target->host_alloc(device->target, size, out);
+    if (status >= 0) ++instance->plan.counts->host_memories;
+    return status;
+}
+
+void DEFREC_CALL host_free(defrec_pdevice* handle, void* memory) {
+    const Device* device = device_of(handle);
+    device->instance->target->host_free(device->target, memory);
+    --device->instance->plan.counts->host_memories;
+}
+
+defrec_status DEFREC_CALL write_in_place(defrec_pqueue* handle, defrec_pbuffer* buffer, uint64_t offset, const void* src, uint64_t size) {
+    const Queue* queue = queue_of(handle);
+    if (const defrec_status status = queue->instance->admit(kRelayTransfer); status != DEFREC_OK) return status;
+    return queue->instance->target->write_in_place(queue->target, buffer_of(buffer)->target, offset, src, size);
+}
+
+defrec_status DEFREC_CALL buffer_import(defrec_pdevice* handle, uint32_t kind, void* memory, uint64_t size, defrec_pbuffer** out) {
+    const Device* device = device_of(handle);
+    Instance* instance = device->instance;
+    if (const defrec_status status = instance->admit(kRelayCreate); status != DEFREC_OK) return status;
+    defrec_pbuffer* target = nullptr;
+    const defrec_status status = instance->target->buffer_import(device->target, kind, memory, size, &target);
+    if (status < 0) return status;
+    *out = reinterpret_cast<defrec_pbuffer*>(new Buffer{instance, target, size});
+    ++instance->plan.counts->buffers;
+    return status;
 }
 
 const defrec_stage_table* DEFREC_CALL stage_table(void* self, uint32_t stage) {
@@ -347,7 +385,11 @@ extern "C" DEFREC_PLUGIN_EXPORT defrec_status DEFREC_CALL defrec_plugin_entry_v1
                        signal,
                        wait,
                        stage_table,
-                       shutdown};
+                       shutdown,
+                       has_host_alloc(*instance) ? host_alloc : nullptr,
+                       has_host_alloc(*instance) ? host_free : nullptr,
+                       has_write_in_place(*instance) ? write_in_place : nullptr,
+                       has_buffer_import(*instance) ? buffer_import : nullptr};
     fill_stages(*instance, std::make_integer_sequence<uint32_t, DEFREC_STAGE_COUNT_V1>());
     ++instance->plan.counts->instances;
     *out = &instance.release()->table;

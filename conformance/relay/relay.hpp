@@ -10,10 +10,10 @@ namespace defrec::conformance {
 
 enum RelayCall : uint32_t {
     kRelayOpen = 1u << 0,
-    kRelayCreate = 1u << 1,  // queues, buffers, stages
+    kRelayCreate = 1u << 1,  // queues, buffers, host memory, stages
     kRelayPrepare = 1u << 2,
     kRelayEnqueue = 1u << 3,
-    kRelayTransfer = 1u << 4,  // write, read
+    kRelayTransfer = 1u << 4,  // write, write_in_place, read
     kRelaySignal = 1u << 5,
     kRelayWait = 1u << 6
 };
@@ -23,9 +23,11 @@ struct RelayCounts {
     std::atomic<uint64_t> calls{0};       // of the kinds that may fail
     std::atomic<uint64_t> failures{0};    // answered by the relay itself
     std::atomic<uint64_t> after_loss{0};  // calls of any kind but destroying ones after DEFREC_ERROR_DEVICE_LOST was answered
-    std::atomic<int64_t> instances{0}, devices{0}, queues{0}, buffers{0}, stages{0};  // alive
+    std::atomic<int64_t> instances{0}, devices{0}, queues{0}, buffers{0}, host_memories{0}, stages{0};  // alive
 
-    bool all_gone() const { return instances == 0 && devices == 0 && queues == 0 && buffers == 0 && stages == 0; }
+    bool all_gone() const {
+        return instances == 0 && devices == 0 && queues == 0 && buffers == 0 && host_memories == 0 && stages == 0;
+    }
 };
 
 struct RelayPlan {

@@ -1,5 +1,7 @@
 /* A plugin in C99 for the tests of the loader: one device whose stage ransac copies input 0 to output 0. STUB_* turns
  * one thing of it wrong; CMakeLists.txt builds a plugin for each. */
+#include <stddef.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -12,12 +14,17 @@
 struct defrec_pdevice_ {
     int unused;
 };
-struct defrec_pqueue_ {
-    uint64_t signalled;
-};
 struct defrec_pbuffer_ {
     uint64_t size;
     unsigned char *data;
+    int imported;
+};
+struct defrec_pqueue_ {
+    uint64_t signalled;
+    /* A write in place that waits for the queue's next call. */
+    defrec_pbuffer *pending;
+    uint64_t offset, size;
+    const void *src;
 };
 struct defrec_pstage_ {
     int unused;
@@ -81,6 +88,7 @@ static defrec_status buffer_create(defrec_pdevice *device, uint64_t size, defrec
     (void)device;
     if (buffer == NULL) return DEFREC_ERROR_OUT_OF_MEMORY;
     buffer->size = size;
+    buffer->imported = 0;
     buffer->data = calloc(1, (size_t)size);
     if (buffer->data == NULL) {
         free(buffer);
@@ -90,7 +98,7 @@ static defrec_status buffer_create(defrec_pdevice *device, uint64_t size, defrec
     return DEFREC_OK;
 }
 static void buffer_destroy(defrec_pbuffer *buffer) {
-    free(buffer->data);
+    if (!buffer->imported) free(buffer->data);
     free(buffer);
 }
 
@@ -101,19 +109,25 @@ static defrec_status queue_create(defrec_pdevice *device, defrec_pqueue **out) {
 }
 static void queue_destroy(defrec_pqueue *queue) { free(queue); }
 
+static void catch_up(defrec_pqueue *queue) {
+    if (queue->pending != NULL) memcpy(queue->pending->data + queue->offset, queue->src, (size_t)queue->size);
+    queue->pending = NULL;
+}
+
 static defrec_status write_buffer(defrec_pqueue *queue, defrec_pbuffer *buffer, uint64_t offset, const void *src, uint64_t size) {
-    (void)queue;
+    catch_up(queue);
     memcpy(buffer->data + offset, src, (size_t)size);
     return DEFREC_OK;
 }
 #ifndef STUB_NULL_ENTRY
 static defrec_status read_buffer(defrec_pqueue *queue, defrec_pbuffer *buffer, uint64_t offset, void *dst, uint64_t size) {
-    (void)queue;
+    catch_up(queue);
     memcpy(dst, buffer->data + offset, (size_t)size);
     return DEFREC_OK;
 }
 #endif
 static defrec_status signal_queue(defrec_pqueue *queue, uint64_t *out_value) {
+    catch_up(queue);
     *out_value = ++queue->signalled;
     return DEFREC_OK;
 }
@@ -127,6 +141,45 @@ static defrec_status wait_queue(defrec_pqueue *queue, uint64_t value, uint64_t t
     return value <= queue->signalled ? DEFREC_OK : DEFREC_TIMEOUT;
 #endif
 }
+
+/* ---- since minor 1 ---- */
+
+static defrec_status host_alloc(defrec_pdevice *device, uint64_t size, void **out) {
+    unsigned char *whole = calloc(1, (size_t)size + 64 + sizeof(void *)), *memory;
+    (void)device;
+    if (whole == NULL) return failed(DEFREC_ERROR_OUT_OF_MEMORY, "no page-locked memory");
+    memory = whole + sizeof(void *);
+    memory += 64 - (uintptr_t)memory % 64;
+    ((void **)memory)[-1] = whole;
+    *out = memory;
+    return DEFREC_OK;
+}
+static void host_free(defrec_pdevice *device, void *memory) {
+    (void)device;
+    free(((void **)memory)[-1]);
+}
+static defrec_status write_in_place(defrec_pqueue *queue, defrec_pbuffer *buffer, uint64_t offset, const void *src, uint64_t size) {
+    catch_up(queue);
+    queue->pending = buffer;
+    queue->offset = offset;
+    queue->size = size;
+    queue->src = src;
+    return DEFREC_OK;
+}
+static defrec_status buffer_import(defrec_pdevice *device, uint32_t kind, void *memory, uint64_t size, defrec_pbuffer **out) {
+    defrec_pbuffer *buffer;
+    (void)device;
+    if (kind != DEFREC_MEMORY_HOST) return failed(DEFREC_ERROR_UNSUPPORTED, "the stub reaches memory of the host alone");
+    buffer = malloc(sizeof *buffer);
+    if (buffer == NULL) return DEFREC_ERROR_OUT_OF_MEMORY;
+    buffer->size = size;
+    buffer->data = memory;
+    buffer->imported = 1;
+    *out = buffer;
+    return DEFREC_OK;
+}
+
+/* ---- stages ---- */
 
 static defrec_status supports(defrec_pdevice *device, const void *params) {
     (void)device;
@@ -152,7 +205,7 @@ static defrec_status stage_prepare(defrec_pstage *stage, defrec_pqueue *queue, d
 static defrec_status stage_enqueue(defrec_pstage *stage, defrec_pqueue *queue, defrec_pbuffer *const *in, size_t in_count,
                                    defrec_pbuffer *const *out, size_t out_count) {
     (void)stage;
-    (void)queue;
+    catch_up(queue);
 #  ifdef STUB_LOSES_DEVICE
     return failed(DEFREC_ERROR_DEVICE_LOST, "the stub was unplugged");
 #  endif
@@ -185,18 +238,28 @@ static void shut_down(void *self) { (void)self; }
 
 static const defrec_plugin plugin_table = {
 #ifdef STUB_SHORT_TABLE
-    16,
+    16, DEFREC_PLUGIN_ABI_MINOR,
+#elif defined(STUB_OLDER_MINOR)
+    offsetof(defrec_plugin, host_alloc), 0,
 #else
-    sizeof(defrec_plugin),
+    sizeof(defrec_plugin), DEFREC_PLUGIN_ABI_MINOR,
 #endif
-    DEFREC_PLUGIN_ABI_MINOR, STUB_NAME, "1.2.3", "tests", NULL, device_count, device_info, device_open, device_close,
+    STUB_NAME, "1.2.3", "tests", NULL, device_count, device_info, device_open, device_close,
     buffer_create, buffer_destroy, queue_create, queue_destroy, write_buffer,
 #ifdef STUB_NULL_ENTRY
     NULL,
 #else
     read_buffer,
 #endif
-    signal_queue, wait_queue, stage, shut_down};
+    signal_queue, wait_queue, stage, shut_down,
+#if defined(STUB_HOST_MEMORY) || defined(STUB_OLDER_MINOR) /* the latter's table ends before them */
+    host_alloc, host_free, write_in_place, buffer_import
+#elif defined(STUB_HOST_ALLOC_ALONE)
+    host_alloc, NULL, NULL, NULL
+#else
+    NULL, NULL, NULL, NULL
+#endif
+};
 
 #ifdef STUB_UNDEFINED_SYMBOL
 extern void stub_symbol_that_nobody_defines(void);

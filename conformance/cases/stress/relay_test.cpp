@@ -3,6 +3,7 @@
 
 #include "conformance/cases/stress/relayed.hpp"
 #include "conformance/cases/stress/stress.hpp"
+#include "sdk/test_files.hpp"
 
 using namespace defrec::conformance;
 
@@ -33,6 +34,20 @@ struct Relayed {
     Plugin plugin;
     RelayCounts counts;
     ContextHandle context;
+};
+
+// A session with a plugin of sdk/test_plugins behind the relay.
+struct RelayedStub {
+    explicit RelayedStub(const char* name, RelayPlan plan = {}) : target(find_plugin(defrec::test::stub_folder(name).string()), "") {
+        plan.counts = &counts;
+        arm_relay(target, plan);
+        session = std::make_unique<Session>(relay);
+    }
+    const defrec_plugin& table() const { return session->table(); }
+
+    RelayCounts counts;
+    Plugin target, relay{find_plugin(relay_manifest()), "stub"};
+    std::unique_ptr<Session> session;
 };
 
 }  // namespace
@@ -97,6 +112,53 @@ TEST_CASE("a slow device: a point is not reached before its time, and then it is
     CHECK_FALSE(queue.wait(point, 1'000'000));
     CHECK(queue.wait(point, UINT64_MAX));
     CHECK(queue.wait(point, 0));
+}
+
+TEST_CASE("members of minor 1: the relay has them where the plugin has them, and hands them on") {
+    for (const char* name : {"good", "older_minor"}) {
+        const RelayedStub without(name);
+        CHECK_FALSE(DEFREC_HAS(&without.table(), host_alloc));
+        CHECK_FALSE(DEFREC_HAS(&without.table(), host_free));
+        CHECK_FALSE(DEFREC_HAS(&without.table(), write_in_place));
+        CHECK_FALSE(DEFREC_HAS(&without.table(), buffer_import));
+    }
+    RelayPlan plan;
+    plan.failing = kRelayCreate | kRelayTransfer;
+    plan.fail_at = 9;
+    plan.status = DEFREC_ERROR_OUT_OF_MEMORY;
+    RelayedStub relayed("host_memory", plan);
+    const defrec_plugin& table = relayed.table();
+    defrec_pdevice* device = relayed.session->device();
+    {
+        void *from = nullptr, *to = nullptr;
+        REQUIRE(table.host_alloc(device, 8, &from) == DEFREC_OK);
+        REQUIRE(table.host_alloc(device, 8, &to) == DEFREC_OK);
+        CHECK(relayed.counts.host_memories == 2);
+        uint8_t bytes[8] = {};
+        defrec_pbuffer* imported = nullptr;
+        REQUIRE(table.buffer_import(device, DEFREC_MEMORY_HOST, bytes, sizeof bytes, &imported) == DEFREC_OK);
+        CHECK(relayed.counts.buffers == 1);
+        defrec_pqueue* queue = nullptr;
+        REQUIRE(table.queue_create(device, &queue) == DEFREC_OK);
+        CHECK(table.write_in_place(queue, imported, 0, from, 8) == DEFREC_OK);
+        static_cast<uint8_t*>(from)[7] = 9;
+        CHECK(table.read(queue, imported, 0, to, 8) == DEFREC_OK);
+        CHECK(static_cast<uint8_t*>(to)[7] == 9);
+        CHECK(bytes[7] == 9);
+        CHECK(table.buffer_import(device, DEFREC_MEMORY_CUDA, bytes, sizeof bytes, &imported) == DEFREC_ERROR_UNSUPPORTED);
+        CHECK(relayed.counts.calls == 7);
+        CHECK(relayed.counts.failures == 0);
+        CHECK(table.write_in_place(queue, imported, 0, from, 8) == DEFREC_OK);
+        CHECK(table.host_alloc(device, 8, &to) == DEFREC_ERROR_OUT_OF_MEMORY);
+        CHECK(relayed.counts.failures == 1);
+        table.buffer_destroy(imported);
+        table.queue_destroy(queue);
+        table.host_free(device, from);
+        table.host_free(device, to);
+    }
+    CHECK(relayed.counts.host_memories == 0);
+    relayed.session.reset();
+    CHECK(relayed.counts.all_gone());
 }
 
 TEST_CASE("unarmed, the relay refuses") {
