@@ -20,20 +20,20 @@ constexpr float kFullPrecision = 0.1f;  // px; a patch located this well has inf
 
 // Coordinates of level 0 to those of a level and back, 1/256 px: pixel centres of a level lie between those
 // below it.
-inline int32_t to_level(int32_t position, uint32_t level) {
+constexpr int32_t to_level(int32_t position, uint32_t level) {
     return ((position + 128 + ((1 << level) >> 1)) >> level) - 128;
 }
-inline int32_t from_level(int32_t position, uint32_t level) { return (position + 128) * (1 << level) - 128; }
+constexpr int32_t from_level(int32_t position, uint32_t level) { return (position + 128) * (1 << level) - 128; }
 
 // px to 1/256 px; false if it is not finite or far outside every image.
-inline bool to_fixed(double px, int32_t& out) {
+constexpr bool to_fixed(double px, int32_t& out) {
     if (!(std::abs(px) < 16384.0)) return false;
     out = int32_t(std::floor(px * 256.0 + 0.5));
     return true;
 }
 
 // 1 / sqrt(x) for x >= 1 from nothing but exact operations: the bit trick and three Newton steps.
-inline float reciprocal_sqrt(float x) {
+constexpr float reciprocal_sqrt(float x) {
     const float half = 0.5f * x;
     float y = std::bit_cast<float>(0x5f3759dfu - (std::bit_cast<uint32_t>(x) >> 1));
     for (int i = 0; i < 3; ++i) y = y * (1.5f - (half * y) * y);
@@ -42,7 +42,7 @@ inline float reciprocal_sqrt(float x) {
 
 // Where a patch is expected, and how the view's pixels map there.
 template <class T>
-defrec_patch_prediction predict(const defrec_patch& patch, const defrec_motion* motions,
+constexpr defrec_patch_prediction predict(const defrec_patch& patch, const defrec_motion* motions,
                                 const defrec_align_params& params) {
     defrec_patch_prediction out{};
     const defrec_camera& camera = params.camera;
@@ -77,7 +77,7 @@ defrec_patch_prediction predict(const defrec_patch& patch, const defrec_motion* 
 }
 
 // Whether a prediction, which may be a caller's, can be followed without leaving the ranges of fixed point.
-inline bool usable(const defrec_patch_prediction& p, const defrec_align_params& params) {
+constexpr bool usable(const defrec_patch_prediction& p, const defrec_align_params& params) {
     if (p.valid != 1 || p.u < 0 || p.v < 0 || p.u > int32_t(params.width - 1) * 256 ||
         p.v > int32_t(params.height - 1) * 256)
         return false;
@@ -103,7 +103,7 @@ struct ShiftSystem {
     float raw_xx, raw_yy;  // not damped
     bool solvable;
 };
-inline ShiftSystem make_shift_system(const TemplateSums& s, float inverse_n) {
+constexpr ShiftSystem make_shift_system(const TemplateSums& s, float inverse_n) {
     const auto covariance = [inverse_n](int32_t a, int32_t b, int32_t ab) {
         return float(ab) - (float(a) * float(b)) * inverse_n;
     };
@@ -131,7 +131,7 @@ inline ShiftSystem make_shift_system(const TemplateSums& s, float inverse_n) {
 
 // One Gauss-Newton step of the shift, 1/256 px, and the ZNCC before it, 1/65536; false where the images do
 // not correlate.
-inline bool shift_step(const ShiftSystem& system, const TemplateSums& t, const LiveSums& s, int32_t& dx,
+constexpr bool shift_step(const ShiftSystem& system, const TemplateSums& t, const LiveSums& s, int32_t& dx,
                        int32_t& dy, int32_t& score) {
     const auto covariance = [&system](int32_t a, int32_t b, int32_t ab) {
         return float(ab) - (float(a) * float(b)) * system.inverse_n;
@@ -156,7 +156,7 @@ inline bool shift_step(const ShiftSystem& system, const TemplateSums& t, const L
 
 // Catmull-Rom weights of the pixels -1, 0, 1, 2 at a fraction, 1/256 px; the weights are 1/256 and add up to
 // 256.
-inline void cubic_weights(int32_t fraction, int32_t out[4]) {
+constexpr void cubic_weights(int32_t fraction, int32_t out[4]) {
     const int64_t t = fraction;
     out[0] = int32_t((-t * t * t + 2 * 256 * t * t - 65536 * t + 65536) >> 17);
     out[1] = int32_t((3 * t * t * t - 5 * 256 * t * t + 2 * 16777216 + 65536) >> 17);
@@ -167,7 +167,7 @@ inline void cubic_weights(int32_t fraction, int32_t out[4]) {
 // How well a found patch is located, as a 2x2 matrix uu, uv, vv at level 0 in units of 1 / kFullPrecision^2,
 // eigenvalues within 0 .. 1: the Fisher information of a shift estimated from n pixels with white noise, n
 // z^2 / (1 - z^2) G / tt with the score z.
-inline void information(const ShiftSystem& system, uint32_t pixels, int32_t score, uint32_t level,
+constexpr void information(const ShiftSystem& system, uint32_t pixels, int32_t score, uint32_t level,
                         float out[3]) {
     const float z = float(score) / float(kOneScore);
     const float noise = std::fmax(1.0f - z * z, 0.01f);

@@ -25,7 +25,7 @@ struct DisparityImage {
 
 // True, and the pixel, if p lies in front of the camera and inside the image, borders included.
 template <class T>
-bool project_inside(const defrec_camera& camera, const DisparityImage& image, Vec3<T> p, Pixel<T>& pixel) {
+constexpr bool project_inside(const defrec_camera& camera, const DisparityImage& image, Vec3<T> p, Pixel<T>& pixel) {
     if (!(p.z > T(kLeastDepthMm))) return false;
     const T inverse_z = T(1) / p.z;
     pixel = {T(camera.fx) * (p.x * inverse_z) + T(camera.cx),
@@ -37,7 +37,7 @@ bool project_inside(const defrec_camera& camera, const DisparityImage& image, Ve
 // Depth, mm, at a pixel inside the image; 0 where there is none. Between four valid disparities that lie
 // close together it is bilinear in disparity, else it is that of the nearest pixel.
 template <class T>
-T live_depth(const defrec_camera& camera, const DisparityImage& image, Pixel<T> pixel) {
+constexpr T live_depth(const defrec_camera& camera, const DisparityImage& image, Pixel<T> pixel) {
     if (image.data == nullptr) return T(0);
     const int32_t x = std::min(int32_t(pixel.u), int32_t(image.width) - 2),
                   y = std::min(int32_t(pixel.v), int32_t(image.height) - 2);

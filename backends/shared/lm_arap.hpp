@@ -36,36 +36,36 @@ struct ArapTerm {
 namespace detail {
 // block (3x3 at row, column of a 6x6) += scale * m
 template <class T>
-void add3(T* block, int row, int column, T scale, const T m[9]) {
+constexpr void add3(T* block, int row, int column, T scale, const T m[9]) {
     for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 3; ++c) block[(row + r) * 6 + column + c] += scale * m[r * 3 + c];
 }
 template <class T>
-void cross_matrix(Vec3<T> v, T m[9]) {
+constexpr void cross_matrix(Vec3<T> v, T m[9]) {
     const T values[9] = {T(0), -v.z, v.y, v.z, T(0), -v.x, -v.y, v.x, T(0)};
     std::copy(values, values + 9, m);
 }
 template <class T>
-void multiply3(const T a[9], const T b[9], T m[9]) {
+constexpr void multiply3(const T a[9], const T b[9], T m[9]) {
     for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 3; ++c)
             m[r * 3 + c] = a[r * 3] * b[c] + a[r * 3 + 1] * b[3 + c] + a[r * 3 + 2] * b[6 + c];
 }
 // I - v v^T
 template <class T>
-void projector(Vec3<T> v, T m[9]) {
+constexpr void projector(Vec3<T> v, T m[9]) {
     const T e[3] = {v.x, v.y, v.z};
     for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 3; ++c) m[r * 3 + c] = T(r == c ? 1 : 0) - e[r] * e[c];
 }
 // With G(q) the derivative of (0, omega) q by omega: G(p)^T G(q), from p q*.
 template <class T>
-void rotation_coupling(Quaternion<T> relative, T m[9]) {
+constexpr void rotation_coupling(Quaternion<T> relative, T m[9]) {
     cross_matrix(Vec3<T>{relative.x, relative.y, relative.z}, m);
     for (int i = 0; i < 3; ++i) m[4 * i] = relative.w;
 }
 template <class T>
-void add_gradient(T gradient[6], int at, T scale, Vec3<T> v) {
+constexpr void add_gradient(T gradient[6], int at, T scale, Vec3<T> v) {
     gradient[at] += scale * v.x;
     gradient[at + 1] += scale * v.y;
     gradient[at + 2] += scale * v.z;
@@ -82,7 +82,7 @@ struct ArapGeometry {
     Quaternion<T> qb;   // b's rotation in the hemisphere of a's
 };
 template <class T>
-ArapGeometry<T> arap_geometry(const NodePose<T>& a, const NodePose<T>& b, Vec3<T> rest_direction,
+constexpr ArapGeometry<T> arap_geometry(const NodePose<T>& a, const NodePose<T>& b, Vec3<T> rest_direction,
                               T rest_length) {
     const Vec3<T> along = b.position - a.position;
     const T length = std::sqrt(dot(along, along)), divisor = std::max(length, T(kLeastLengthMm));
@@ -97,7 +97,7 @@ ArapGeometry<T> arap_geometry(const NodePose<T>& a, const NodePose<T>& b, Vec3<T
 
 // Both directions of the edge: 2 length^2, |angle_ab|^2 + |angle_ba|^2, 2 |rotation|^2, each with its weight.
 template <class T>
-T arap_cost(const ArapGeometry<T>& g, Quaternion<T> qa, const ArapWeights<T>& w) {
+constexpr T arap_cost(const ArapGeometry<T>& g, Quaternion<T> qa, const ArapWeights<T>& w) {
     const Vec3<T> ab = g.turned_a - g.now, ba = g.turned_b + g.now;
     const Quaternion<T> turn = qa - g.qb;
     return T(2) * (w.length * g.stretch * g.stretch + w.rotation * dot(turn, turn)) +
@@ -105,7 +105,7 @@ T arap_cost(const ArapGeometry<T>& g, Quaternion<T> qa, const ArapWeights<T>& w)
 }
 
 template <class T>
-ArapTerm<T> arap_term(const ArapGeometry<T>& g, Quaternion<T> qa, const ArapWeights<T>& w) {
+constexpr ArapTerm<T> arap_term(const ArapGeometry<T>& g, Quaternion<T> qa, const ArapWeights<T>& w) {
     using namespace detail;
     ArapTerm<T> term{};
     term.cost = arap_cost(g, qa, w);

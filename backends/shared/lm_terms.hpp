@@ -20,7 +20,7 @@ struct Robust {
 
 // Tukey's kernel of a squared residual: weight (1 - x)^2 with x = squared / c^2, cost its integral. c > 0.
 template <class T>
-Robust<T> tukey(T squared, T inverse_c2) {
+constexpr Robust<T> tukey(T squared, T inverse_c2) {
     const T x = std::min(squared * inverse_c2, T(1));
     const T rest = T(1) - x;
     return {(T(1) - rest * rest * rest) / (T(3) * inverse_c2), rest * rest};
@@ -29,7 +29,7 @@ Robust<T> tukey(T squared, T inverse_c2) {
 // The paper's weight of matches that were not preselected, 1 - d / a up to d = a, times Tukey's; cost its
 // integral.
 template <class T>
-Robust<T> ramped_tukey(T squared, T inverse_a, T inverse_c2) {
+constexpr Robust<T> ramped_tukey(T squared, T inverse_a, T inverse_c2) {
     const T distance = std::min(std::sqrt(squared), std::min(T(1) / inverse_a, T(1) / std::sqrt(inverse_c2)));
     const T d2 = distance * distance;
     const T x = d2 * inverse_c2;
@@ -50,7 +50,7 @@ struct Row {
 // Point to plane: how far the live surface lies from a deformed point, along the point's normal, mm. False
 // where no live surface is associated with the point.
 template <class T>
-bool icp_row(const defrec_camera& camera, const DisparityImage& image, T association_mm, Vec3<T> position,
+constexpr bool icp_row(const defrec_camera& camera, const DisparityImage& image, T association_mm, Vec3<T> position,
              Vec3<T> normal, Row<T>& row) {
     Pixel<T> pixel;
     if (!project_inside(camera, image, position, pixel)) return false;
@@ -76,14 +76,14 @@ struct Sighting {
 constexpr double kMatchDepthWeight = 0.25;  // stereo depth is less certain than direction
 
 template <class T>
-Sighting<T> match_sighting(Vec3<T> live) {
+constexpr Sighting<T> match_sighting(Vec3<T> live) {
     return {live.x / live.z, live.y / live.z, T(1), T(0), T(1), live.z, T(std::sqrt(kMatchDepthWeight))};
 }
 
 // Information more than 1 along some direction is scaled down. False where there is no information, or none
 // that can be used.
 template <class T>
-bool patch_sighting(const defrec_camera& camera, const defrec_patch_observation& seen,
+constexpr bool patch_sighting(const defrec_camera& camera, const defrec_patch_observation& seen,
                     Sighting<T>& sighting) {
     const T a = T(seen.information[0]), b = T(seen.information[1]), c = T(seen.information[2]);
     const T half = (a - c) / T(2);
@@ -105,7 +105,7 @@ bool patch_sighting(const defrec_camera& camera, const defrec_patch_observation&
 
 // How far a deformed point lies from the ray, mm at its own depth, and from the depth.
 template <class T>
-void sighting_rows(Vec3<T> position, const Sighting<T>& seen, Row<T> rows[3]) {
+constexpr void sighting_rows(Vec3<T> position, const Sighting<T>& seen, Row<T> rows[3]) {
     const T across = position.x - seen.u * position.z, down = position.y - seen.v * position.z;
     rows[0] = {{seen.uu, seen.uv, -(seen.uu * seen.u + seen.uv * seen.v)}, seen.uu * across + seen.uv * down};
     rows[1] = {{T(0), seen.vv, -seen.vv * seen.v}, seen.vv * down};
@@ -114,7 +114,7 @@ void sighting_rows(Vec3<T> position, const Sighting<T>& seen, Row<T> rows[3]) {
 
 // px for one mm across the ray of a point at this depth.
 template <class T>
-T px_per_mm(const defrec_camera& camera, T depth) {
+constexpr T px_per_mm(const defrec_camera& camera, T depth) {
     return T(camera.fx) / std::max(depth, T(kLeastDepthMm));
 }
 

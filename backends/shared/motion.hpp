@@ -14,31 +14,31 @@ struct Vec3 {
     T x, y, z;
 };
 template <class T>
-Vec3<T> operator+(Vec3<T> a, Vec3<T> b) {
+constexpr Vec3<T> operator+(Vec3<T> a, Vec3<T> b) {
     return {a.x + b.x, a.y + b.y, a.z + b.z};
 }
 template <class T>
-Vec3<T> operator-(Vec3<T> a, Vec3<T> b) {
+constexpr Vec3<T> operator-(Vec3<T> a, Vec3<T> b) {
     return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
 template <class T>
-Vec3<T> operator*(T s, Vec3<T> a) {
+constexpr Vec3<T> operator*(T s, Vec3<T> a) {
     return {s * a.x, s * a.y, s * a.z};
 }
 template <class T>
-T dot(Vec3<T> a, Vec3<T> b) {
+constexpr T dot(Vec3<T> a, Vec3<T> b) {
     return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 template <class T>
-Vec3<T> cross(Vec3<T> a, Vec3<T> b) {
+constexpr Vec3<T> cross(Vec3<T> a, Vec3<T> b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 template <class T>
-Vec3<T> load3(const float* xyz) {
+constexpr Vec3<T> load3(const float* xyz) {
     return {T(xyz[0]), T(xyz[1]), T(xyz[2])};
 }
 template <class T>
-void store3(Vec3<T> v, float* xyz) {
+constexpr void store3(Vec3<T> v, float* xyz) {
     xyz[0] = float(v.x);
     xyz[1] = float(v.y);
     xyz[2] = float(v.z);
@@ -50,28 +50,28 @@ struct Quaternion {
     T w, x, y, z;
 };
 template <class T>
-Quaternion<T> operator+(Quaternion<T> a, Quaternion<T> b) {
+constexpr Quaternion<T> operator+(Quaternion<T> a, Quaternion<T> b) {
     return {a.w + b.w, a.x + b.x, a.y + b.y, a.z + b.z};
 }
 template <class T>
-Quaternion<T> operator-(Quaternion<T> a, Quaternion<T> b) {
+constexpr Quaternion<T> operator-(Quaternion<T> a, Quaternion<T> b) {
     return {a.w - b.w, a.x - b.x, a.y - b.y, a.z - b.z};
 }
 template <class T>
-Quaternion<T> operator*(T s, Quaternion<T> q) {
+constexpr Quaternion<T> operator*(T s, Quaternion<T> q) {
     return {s * q.w, s * q.x, s * q.y, s * q.z};
 }
 template <class T>
-Quaternion<T> operator*(Quaternion<T> a, Quaternion<T> b) {
+constexpr Quaternion<T> operator*(Quaternion<T> a, Quaternion<T> b) {
     return {a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z, a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
             a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x, a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
 }
 template <class T>
-Quaternion<T> conjugate(Quaternion<T> q) {
+constexpr Quaternion<T> conjugate(Quaternion<T> q) {
     return {q.w, -q.x, -q.y, -q.z};
 }
 template <class T>
-T dot(Quaternion<T> a, Quaternion<T> b) {
+constexpr T dot(Quaternion<T> a, Quaternion<T> b) {
     return a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
@@ -80,12 +80,12 @@ template <class T>
 struct DualQuaternion {
     Quaternion<T> real, dual;
 
-    static DualQuaternion identity() { return {{T(1), T(0), T(0), T(0)}, {T(0), T(0), T(0), T(0)}}; }
-    static DualQuaternion load(const defrec_motion& m) {
+    static constexpr DualQuaternion identity() { return {{T(1), T(0), T(0), T(0)}, {T(0), T(0), T(0), T(0)}}; }
+    static constexpr DualQuaternion load(const defrec_motion& m) {
         return {{T(m.real[0]), T(m.real[1]), T(m.real[2]), T(m.real[3])},
                 {T(m.dual[0]), T(m.dual[1]), T(m.dual[2]), T(m.dual[3])}};
     }
-    defrec_motion store() const {
+    constexpr defrec_motion store() const {
         return {{float(real.w), float(real.x), float(real.y), float(real.z)},
                 {float(dual.w), float(dual.x), float(dual.y), float(dual.z)}};
     }
@@ -93,7 +93,7 @@ struct DualQuaternion {
 
 // The nearest unit dual quaternion; the identity if |real| is 0 or not finite.
 template <class T>
-DualQuaternion<T> normalise(const DualQuaternion<T>& m) {
+constexpr DualQuaternion<T> normalise(const DualQuaternion<T>& m) {
     const T length = std::sqrt(dot(m.real, m.real));
     if (!(length > T(0)) || !std::isfinite(length)) return DualQuaternion<T>::identity();
     const T scale = T(1) / length;
@@ -103,47 +103,47 @@ DualQuaternion<T> normalise(const DualQuaternion<T>& m) {
 
 // R v.
 template <class T>
-Vec3<T> rotate(Quaternion<T> q, Vec3<T> v) {
+constexpr Vec3<T> rotate(Quaternion<T> q, Vec3<T> v) {
     const Vec3<T> axis{q.x, q.y, q.z};
     return v + T(2) * cross(axis, cross(axis, v) + q.w * v);
 }
 template <class T>
-Vec3<T> rotate(const DualQuaternion<T>& m, Vec3<T> v) {
+constexpr Vec3<T> rotate(const DualQuaternion<T>& m, Vec3<T> v) {
     return rotate(m.real, v);
 }
 
 // t = 2 dual real*; a component of dual along real does not enter.
 template <class T>
-Vec3<T> translation(const DualQuaternion<T>& m) {
+constexpr Vec3<T> translation(const DualQuaternion<T>& m) {
     const Quaternion<T> t = m.dual * conjugate(m.real);
     return {T(2) * t.x, T(2) * t.y, T(2) * t.z};
 }
 
 // R p + t.
 template <class T>
-Vec3<T> apply(const DualQuaternion<T>& m, Vec3<T> p) {
+constexpr Vec3<T> apply(const DualQuaternion<T>& m, Vec3<T> p) {
     return rotate(m.real, p) + translation(m);
 }
 
 // First b, then a.
 template <class T>
-DualQuaternion<T> compose(const DualQuaternion<T>& a, const DualQuaternion<T>& b) {
+constexpr DualQuaternion<T> compose(const DualQuaternion<T>& a, const DualQuaternion<T>& b) {
     return {a.real * b.real, a.real * b.dual + a.dual * b.real};
 }
 template <class T>
-DualQuaternion<T> inverse(const DualQuaternion<T>& m) {
+constexpr DualQuaternion<T> inverse(const DualQuaternion<T>& m) {
     return {conjugate(m.real), conjugate(m.dual)};
 }
 
 // Rotation given as a unit quaternion.
 template <class T>
-DualQuaternion<T> from_rigid(Quaternion<T> rotation, Vec3<T> t) {
+constexpr DualQuaternion<T> from_rigid(Quaternion<T> rotation, Vec3<T> t) {
     return {rotation, T(0.5) * (Quaternion<T>{T(0), t.x, t.y, t.z} * rotation)};
 }
 
 // The rotation by |r| radians about r.
 template <class T>
-Quaternion<T> rotation_from_vector(Vec3<T> r) {
+constexpr Quaternion<T> rotation_from_vector(Vec3<T> r) {
     const T angle = std::sqrt(dot(r, r));
     const T half = T(0.5) * angle;
     const T scale = angle > T(1e-6) ? std::sin(half) / angle : T(0.5);
@@ -154,7 +154,7 @@ Quaternion<T> rotation_from_vector(Vec3<T> r) {
 // rotation: row-major 3x3 rotation matrix. The quaternion's largest component is computed first (Shepperd
 // 1978); w >= 0.
 template <class T>
-Quaternion<T> rotation_from_matrix(const T rotation[9]) {
+constexpr Quaternion<T> rotation_from_matrix(const T rotation[9]) {
     const T xx = rotation[0], yy = rotation[4], zz = rotation[8];
     const T four[4] = {T(1) + xx + yy + zz, T(1) + xx - yy - zz, T(1) - xx + yy - zz, T(1) - xx - yy + zz};
     int largest = 0;
@@ -171,13 +171,13 @@ Quaternion<T> rotation_from_matrix(const T rotation[9]) {
 
 // rotation: row-major 3x3 rotation matrix; t: 3.
 template <class T>
-DualQuaternion<T> from_rigid(const T rotation[9], const T t[3]) {
+constexpr DualQuaternion<T> from_rigid(const T rotation[9], const T t[3]) {
     return from_rigid(rotation_from_matrix(rotation), Vec3<T>{t[0], t[1], t[2]});
 }
 
 // The inverse of from_rigid; m must be unit.
 template <class T>
-void to_rigid(const DualQuaternion<T>& m, T rotation[9], T t[3]) {
+constexpr void to_rigid(const DualQuaternion<T>& m, T rotation[9], T t[3]) {
     const Vec3<T> columns[3] = {rotate(m, Vec3<T>{T(1), T(0), T(0)}), rotate(m, Vec3<T>{T(0), T(1), T(0)}),
                                 rotate(m, Vec3<T>{T(0), T(0), T(1)})};
     for (int c = 0; c < 3; ++c) {
@@ -195,7 +195,7 @@ void to_rigid(const DualQuaternion<T>& m, T rotation[9], T t[3]) {
 // (Kavan et al. 2008), real part of length 1. motion_at(k) gives the DualQuaternion<T> of control point k.
 // Where the sum vanishes: the first control point's motion.
 template <class T, class MotionAt>
-DualQuaternion<T> blend_with(MotionAt&& motion_at, const int32_t node[DEFREC_SKIN_NODES],
+constexpr DualQuaternion<T> blend_with(MotionAt&& motion_at, const int32_t node[DEFREC_SKIN_NODES],
                              const float weight[DEFREC_SKIN_NODES]) {
     const DualQuaternion<T> first = motion_at(node[0]);
     Quaternion<T> real = T(weight[0]) * first.real, dual = T(weight[0]) * first.dual;
@@ -211,12 +211,12 @@ DualQuaternion<T> blend_with(MotionAt&& motion_at, const int32_t node[DEFREC_SKI
     return {scale * real, scale * dual};
 }
 template <class T>
-DualQuaternion<T> blend(const defrec_motion* motions, const int32_t node[DEFREC_SKIN_NODES],
+constexpr DualQuaternion<T> blend(const defrec_motion* motions, const int32_t node[DEFREC_SKIN_NODES],
                         const float weight[DEFREC_SKIN_NODES]) {
     return blend_with<T>([motions](int32_t k) { return DualQuaternion<T>::load(motions[k]); }, node, weight);
 }
 template <class T>
-DualQuaternion<T> blend(const DualQuaternion<T>* motions, const int32_t node[DEFREC_SKIN_NODES],
+constexpr DualQuaternion<T> blend(const DualQuaternion<T>* motions, const int32_t node[DEFREC_SKIN_NODES],
                         const float weight[DEFREC_SKIN_NODES]) {
     return blend_with<T>([motions](int32_t k) { return motions[k]; }, node, weight);
 }

@@ -5,7 +5,7 @@
 namespace defrec {
 
 // Bytes per pixel of a DEFREC_FORMAT_*; 0 for anything else.
-inline uint32_t bytes_per_pixel(uint32_t format) {
+constexpr uint32_t bytes_per_pixel(uint32_t format) {
     switch (format) {
         case DEFREC_FORMAT_GRAY8:
             return 1;

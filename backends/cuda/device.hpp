@@ -1,0 +1,87 @@
+// What stages need of a device: memory, and how large it is. Gpu (gpu.hpp) is one that CUDA drives, EmulatedDevice (emulation/) one that
+// the processor plays.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace defrec::cuda {
+
+struct Limits {
+    uint32_t multiprocessors;
+    uint32_t shared_per_block;            // bytes, the most that a kernel may ask for
+    uint32_t shared_per_multiprocessor;   // bytes
+    uint32_t compute_capability;          // 10 * major + minor
+};
+
+// Outlives everything made from it. threads: any.
+class Device {
+  public:
+    virtual ~Device() = default;
+    virtual const Limits& limits() const = 0;
+    // 256-byte aligned; never nullptr. Throws StageError(DEFREC_ERROR_OUT_OF_MEMORY).
+    virtual std::byte* allocate(uint64_t size) = 0;
+    // What used the memory must have ended.
+    virtual void release(std::byte* memory) noexcept = 0;
+    // These wait.
+    virtual void copy_to_device(std::byte* to, const void* from, uint64_t size) = 0;
+    virtual void clear(std::byte* memory, uint64_t size) = 0;
+    // How many blocks of a kernel the device holds at once: the most that a cooperative grid may have. function: of a KernelCall.
+    virtual uint32_t resident_blocks(const void* function, uint32_t threads, size_t shared) const = 0;
+};
+
+// Memory of a device. What is in it is not defined until somebody writes.
+class Buffer {
+  public:
+    Buffer() = default;
+    Buffer(Device& device, uint64_t size) : device_(&device), data_(device.allocate(size)), size_(size) {}
+    Buffer(Buffer&& other) noexcept { swap(other); }
+    Buffer& operator=(Buffer&& other) noexcept {
+        Buffer(std::move(other)).swap(*this);
+        return *this;
+    }
+    ~Buffer() {
+        if (device_ != nullptr) device_->release(data_);
+    }
+    // Memory that somebody else owns.
+    static Buffer borrowed(void* memory, uint64_t size) {
+        Buffer buffer;
+        buffer.data_ = static_cast<std::byte*>(memory);
+        buffer.size_ = size;
+        return buffer;
+    }
+
+    explicit operator bool() const { return data_ != nullptr; }
+    std::byte* data() const { return data_; }
+    uint64_t size() const { return size_; }
+    template <class T>
+    T* as() const {
+        return reinterpret_cast<T*>(data_);
+    }
+
+  private:
+    void swap(Buffer& other) noexcept {
+        std::swap(device_, other.device_);
+        std::swap(data_, other.data_);
+        std::swap(size_, other.size_);
+    }
+    Device* device_ = nullptr;
+    std::byte* data_ = nullptr;
+    uint64_t size_ = 0;
+};
+
+// count elements of T.
+template <class T>
+Buffer make_buffer(Device& device, uint64_t count) {
+    return Buffer(device, count * sizeof(T));
+}
+// A buffer with these bytes in it.
+template <class T>
+Buffer upload(Device& device, const std::vector<T>& values) {
+    Buffer buffer = make_buffer<T>(device, values.size());
+    device.copy_to_device(buffer.data(), values.data(), values.size() * sizeof(T));
+    return buffer;
+}
+
+}  // namespace defrec::cuda

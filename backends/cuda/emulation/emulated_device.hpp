@@ -1,0 +1,25 @@
+// A device that the processor plays, for tests of kernels where there is no GPU.
+#pragma once
+#include "backends/cuda/device.hpp"
+#include "backends/cuda/recorder.hpp"
+
+namespace defrec::cuda {
+
+class EmulatedDevice final : public Device {
+  public:
+    const Limits& limits() const override { return limits_; }
+    std::byte* allocate(uint64_t size) override;
+    void release(std::byte* memory) noexcept override;
+    void copy_to_device(std::byte* to, const void* from, uint64_t size) override;
+    void clear(std::byte* memory, uint64_t size) override;
+    uint32_t resident_blocks(const void* function, uint32_t threads, size_t shared) const override;
+
+  private:
+    // The least that a card of compute capability 7.5 has, so that what fits here fits everywhere; few multiprocessors, to be quick.
+    Limits limits_{4, 64 * 1024, 64 * 1024, 75};
+};
+
+// Everything in a recording, one after the other.
+void run(const Recording& recording);
+
+}  // namespace defrec::cuda
