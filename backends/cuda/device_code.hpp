@@ -3,10 +3,12 @@
 #ifdef DEFREC_CUDA_EMULATED
 #include "backends/cuda/emulation/device_code.hpp"
 #else
-#include <cooperative_groups.h>
 #include <cuda_runtime.h>
 
 #include <cstdint>
+
+#ifdef __CUDACC__
+#include <cooperative_groups.h>
 
 namespace defrec::cuda {
 
@@ -21,6 +23,7 @@ __device__ T* dynamic_shared() {
 __device__ inline void sync_grid() { cooperative_groups::this_grid().sync(); }
 
 }  // namespace defrec::cuda
+#endif
 #endif
 
 namespace defrec::cuda {

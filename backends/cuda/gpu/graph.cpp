@@ -1,0 +1,164 @@
+// See graph.hpp.
+#include "backends/cuda/gpu/graph.hpp"
+
+#include "backends/cuda/gpu/check.hpp"
+#include "backends/cuda/gpu/publish.hpp"
+
+namespace defrec::cuda {
+namespace {
+
+constexpr size_t kSharedOfAll = 48 * 1024;
+
+struct Touched {
+    uint64_t stage = 0;
+    std::span<const MemoryRange> reads, writes;
+    MemoryRange single{};  // of a copy
+
+    explicit Touched(const Operation& operation) {
+        if (const auto* run = std::get_if<std::shared_ptr<const StageRun>>(&operation)) {
+            stage = (*run)->stage;
+            reads = (*run)->reads;
+            writes = (*run)->writes;
+        } else if (const auto* upload = std::get_if<Upload>(&operation)) {
+            single = {upload->to, upload->size};
+            writes = {&single, 1};
+        } else {
+            const auto& download = std::get<Download>(operation);
+            single = {download.from, download.size};
+            reads = {&single, 1};
+        }
+    }
+    Touched(const Touched&) = delete;
+    Touched& operator=(const Touched&) = delete;
+};
+
+bool overlap(std::span<const MemoryRange> some, std::span<const MemoryRange> others) {
+    for (const MemoryRange& a : some)
+        for (const MemoryRange& b : others)
+            if (a.first < b.first + b.size && b.first < a.first + a.size) return true;
+    return false;
+}
+bool must_wait(const Touched& later, const Touched& earlier) {
+    return (later.stage != 0 && later.stage == earlier.stage) || overlap(later.reads, earlier.writes) || overlap(later.writes, earlier.writes) ||
+           overlap(later.writes, earlier.reads);
+}
+
+using Nodes = std::vector<cudaGraphNode_t>;
+
+class Builder {
+  public:
+    Builder(const Limits& limits) : limits_(limits) { check(cudaGraphCreate(&graph_, 0), "cudaGraphCreate"); }
+    ~Builder() { cudaGraphDestroy(graph_); }
+    Builder(const Builder&) = delete;
+    Builder& operator=(const Builder&) = delete;
+    cudaGraph_t graph() const { return graph_; }
+
+    // These give the nodes that later ones have to wait for.
+    Nodes add(const Operation& operation, const Nodes& after) {
+        if (const auto* run = std::get_if<std::shared_ptr<const StageRun>>(&operation)) return add((*run)->recording, after);
+        if (const auto* upload = std::get_if<Upload>(&operation))
+            return {add_copy(upload->to, upload->from, upload->size, cudaMemcpyHostToDevice, after)};
+        const auto& download = std::get<Download>(operation);
+        return {add_copy(download.to, download.from, download.size, cudaMemcpyDeviceToHost, after)};
+    }
+    cudaGraphNode_t add(const KernelCall& call, const Nodes& after) {
+        allow_shared(call.function, call.grid.shared, limits_);
+        cudaKernelNodeParams parameters{};
+        parameters.func = const_cast<void*>(call.function);
+        parameters.gridDim = call.grid.blocks;
+        parameters.blockDim = call.grid.threads;
+        parameters.sharedMemBytes = static_cast<unsigned>(call.grid.shared);
+        parameters.kernelParams = const_cast<void**>(call.arguments.data());
+        cudaGraphNode_t node = nullptr;
+        check(cudaGraphAddKernelNode(&node, graph_, after.data(), after.size(), &parameters), "cudaGraphAddKernelNode");
+        if (call.grid.cooperative) {
+            cudaKernelNodeAttrValue value{};
+            value.cooperative = 1;
+            check(cudaGraphKernelNodeSetAttribute(node, cudaLaunchAttributeCooperative, &value), "cudaGraphKernelNodeSetAttribute");
+        }
+        return node;
+    }
+
+  private:
+    Nodes add(const Recording& recording, const Nodes& after) {
+        Nodes nodes;
+        for (const Node& node : recording.nodes) {
+            Nodes before;
+            for (const uint32_t index : node.after) before.push_back(nodes[index]);
+            nodes.push_back(add(node, node.after.empty() ? after : before));
+        }
+        Nodes last;
+        for (const uint32_t index : recording.last) last.push_back(nodes[index]);
+        return last;
+    }
+    cudaGraphNode_t add(const Node& node, const Nodes& after) {
+        if (const auto* call = std::get_if<KernelCall>(&node.work)) return add(*call, after);
+        if (const auto* fill = std::get_if<Fill>(&node.work)) return add_fill(*fill, after);
+        const auto& copy = std::get<Copy>(node.work);
+        return add_copy(copy.to, copy.from, copy.size, cudaMemcpyDeviceToDevice, after);
+    }
+    cudaGraphNode_t add_fill(const Fill& fill, const Nodes& after) {
+        cudaMemsetParams parameters{};
+        parameters.dst = fill.memory;
+        parameters.value = fill.value;
+        parameters.elementSize = 1;
+        parameters.width = fill.size;
+        parameters.height = 1;
+        cudaGraphNode_t node = nullptr;
+        check(cudaGraphAddMemsetNode(&node, graph_, after.data(), after.size(), &parameters), "cudaGraphAddMemsetNode");
+        return node;
+    }
+    cudaGraphNode_t add_copy(void* to, const void* from, uint64_t size, cudaMemcpyKind kind, const Nodes& after) {
+        cudaGraphNode_t node = nullptr;
+        check(cudaGraphAddMemcpyNode1D(&node, graph_, after.data(), after.size(), to, from, size, kind), "cudaGraphAddMemcpyNode1D");
+        return node;
+    }
+
+    const Limits& limits_;
+    cudaGraph_t graph_ = nullptr;
+};
+
+}  // namespace
+
+void allow_shared(const void* function, size_t shared, const Limits& limits) {
+    if (shared <= kSharedOfAll) return;
+    // All that the kernel may have, whatever it asks for now: the allowance is the kernel's, and another thread may be asking for more.
+    cudaFuncAttributes attributes;
+    check(cudaFuncGetAttributes(&attributes, function), "cudaFuncGetAttributes");
+    const int most = static_cast<int>(limits.shared_per_block) - static_cast<int>(attributes.sharedSizeBytes);
+    check(cudaFuncSetAttribute(function, cudaFuncAttributeMaxDynamicSharedMemorySize, most), "cudaFuncSetAttribute");
+}
+
+Graph::Graph(std::span<const Operation> operations, const Progress& progress, const Limits& limits) {
+    Builder builder(limits);
+    const size_t count = operations.size();
+    std::vector<std::unique_ptr<const Touched>> touched;
+    for (const Operation& operation : operations) touched.push_back(std::make_unique<const Touched>(operation));
+    std::vector<Nodes> last(count);
+    std::vector<std::vector<bool>> waits(count, std::vector<bool>(count));  // [i][j]: i comes after j, by whatever way
+    std::vector<bool> waited_for(count);
+    for (size_t i = 0; i < count; ++i) {
+        Nodes after;
+        for (size_t j = i; j-- > 0;) {
+            if (waits[i][j] || !must_wait(*touched[i], *touched[j])) continue;
+            after.insert(after.end(), last[j].begin(), last[j].end());
+            waited_for[j] = true;
+            waits[i][j] = true;
+            for (size_t k = 0; k < j; ++k)
+                if (waits[j][k]) waits[i][k] = true;
+        }
+        last[i] = builder.add(operations[i], after);
+        if (last[i].empty()) last[i] = after;  // a run that records nothing
+    }
+    Nodes ends;
+    for (size_t i = 0; i < count; ++i)
+        if (!waited_for[i]) ends.insert(ends.end(), last[i].begin(), last[i].end());
+    builder.add(publish_call(progress), ends);
+    check(cudaGraphInstantiate(&executable_, builder.graph(), 0), "cudaGraphInstantiate");
+}
+
+Graph::~Graph() { cudaGraphExecDestroy(executable_); }
+
+void Graph::launch(cudaStream_t stream) { check(cudaGraphLaunch(executable_, stream), "cudaGraphLaunch"); }
+
+}  // namespace defrec::cuda

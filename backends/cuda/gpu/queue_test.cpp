@@ -1,0 +1,136 @@
+// Queues: order, what runs beside what, reads into all kinds of memory, waiting.
+#include <doctest/doctest.h>
+
+#include <cstring>
+#include <numeric>
+
+#include "backends/cuda/gpu/queue.hpp"
+#include "backends/cuda/gpu/test_device.hpp"
+#include "backends/cuda/gpu/test_kernels.hpp"
+
+using namespace defrec;
+using cuda::Buffer;
+using cuda::HostBuffer;
+using cuda::Queue;
+
+namespace {
+
+constexpr uint32_t kCount = 100000;
+constexpr uint64_t kBytes = kCount * sizeof(uint32_t);
+
+std::vector<uint32_t> numbers() {
+    std::vector<uint32_t> values(kCount);
+    std::iota(values.begin(), values.end(), 1u);
+    return values;
+}
+
+// out[i] = in[i] + add, slowly.
+std::shared_ptr<const cuda::StageRun> adding(uint64_t serial, uint64_t stage, const Buffer& in, const Buffer& out, uint32_t add) {
+    auto run = std::make_shared<cuda::StageRun>();
+    run->serial = serial;
+    run->stage = stage;
+    run->reads = {{in.data(), in.size()}};
+    run->writes = {{out.data(), out.size()}};
+    cuda::Recorder recorder(run->recording);
+    cuda::record_slow_add(recorder, in.as<uint32_t>(), out.as<uint32_t>(), kCount, add);
+    return run;
+}
+
+}  // namespace
+
+TEST_CASE("what is written comes back, whatever memory it is read into") {
+    if (!under_test::available()) return;
+    Queue queue(under_test::device());
+    const Buffer buffer(under_test::device(), kBytes);
+    const std::vector<uint32_t> values = numbers();
+    std::vector<uint32_t> plain(kCount);
+    const HostBuffer locked(under_test::device(), kBytes);
+    queue.write(buffer, 0, values.data(), kBytes);
+    queue.read(buffer, 0, plain.data(), kBytes);
+    queue.read(buffer, 4, locked.data(), kBytes - 4);
+    CHECK(queue.wait(queue.signal(), UINT64_MAX));
+    CHECK(plain == values);
+    CHECK(std::memcmp(locked.data(), values.data() + 1, kBytes - 4) == 0);
+}
+
+TEST_CASE("operations wait for those whose memory they touch") {
+    if (!under_test::available()) return;
+    Queue queue(under_test::device());
+    const Buffer first(under_test::device(), kBytes), second(under_test::device(), kBytes), third(under_test::device(), kBytes);
+    std::vector<uint32_t> values = numbers(), out(kCount);
+    const auto one = adding(1000001, 1, first, second, 1), two = adding(1000002, 2, second, third, 2), back = adding(1000003, 3, third, first, 3);
+    for (uint32_t round = 0; round < 5; ++round) {
+        values[0] = round;
+        queue.write(first, 0, values.data(), kBytes);
+        queue.run(one);
+        queue.run(two);
+        queue.run(back);
+        queue.write(third, 0, values.data(), kBytes);  // not before `back` has read
+        queue.run(one);
+        queue.read(second, 0, out.data(), kBytes);
+        CHECK(queue.wait(queue.signal(), UINT64_MAX));
+        CHECK(out[0] == round + 7);
+        CHECK(out[kCount - 1] == kCount + 7);
+    }
+}
+
+TEST_CASE("a page-locked source may be read until the signal; a plain one before write returns") {
+    if (!under_test::available()) return;
+    Queue queue(under_test::device());
+    const Buffer buffer(under_test::device(), kBytes), other(under_test::device(), kBytes);
+    const HostBuffer source(under_test::device(), kBytes);
+    std::vector<uint32_t> plain = numbers(), out(kCount), out_other(kCount);
+    std::memcpy(source.data(), plain.data(), kBytes);
+    queue.write_in_place(buffer, 0, source.data(), kBytes);
+    queue.write(other, 0, plain.data(), kBytes);
+    std::fill(plain.begin(), plain.end(), 0u);
+    queue.read(buffer, 0, out.data(), kBytes);
+    queue.read(other, 0, out_other.data(), kBytes);
+    CHECK(queue.wait(queue.signal(), UINT64_MAX));
+    CHECK(out == numbers());
+    CHECK(out_other == numbers());
+}
+
+TEST_CASE("waiting: values not signalled, time-outs, any thread's values again") {
+    if (!under_test::available()) return;
+    Queue queue(under_test::device());
+    CHECK(!queue.wait(1, 0));
+    const uint64_t first = queue.signal(), second = queue.signal();
+    CHECK(second == first + 1);
+    CHECK(queue.wait(second, UINT64_MAX));
+    CHECK(queue.wait(first, 0));
+    CHECK(!queue.wait(second + 1, 1000));
+}
+
+TEST_CASE("more sequences of operations than graphs are kept") {
+    if (!under_test::available()) return;
+    Queue queue(under_test::device());
+    const Buffer buffer(under_test::device(), kBytes);
+    for (uint32_t round = 0; round < 3; ++round)
+        for (uint32_t i = 0; i < 40; ++i) {
+            const uint32_t value = 100 * round + i;
+            uint32_t back = 0;
+            queue.write(buffer, 4 * i, &value, 4);
+            queue.read(buffer, 4 * i, &back, 4);
+            CHECK(queue.wait(queue.signal(), UINT64_MAX));
+            CHECK(back == value);
+        }
+}
+
+TEST_CASE("a buffer that the device cannot hold is out of memory, with what was asked for in the text") {
+    if (!under_test::available()) return;
+    try {
+        Buffer(under_test::device(), uint64_t{1} << 50);
+        FAIL("a petabyte was given");
+    } catch (const StageError& error) {
+        CHECK(error.status() == DEFREC_ERROR_OUT_OF_MEMORY);
+        CHECK(std::string(error.what()).find(std::to_string(uint64_t{1} << 50)) != std::string::npos);
+    }
+    uint32_t back = 1;
+    Queue queue(under_test::device());
+    const Buffer small(under_test::device(), 4);
+    under_test::device().clear(small.data(), 4);
+    queue.read(small, 0, &back, 4);
+    CHECK(queue.wait(queue.signal(), UINT64_MAX));
+    CHECK(back == 0);
+}

@@ -1,0 +1,38 @@
+// A stage with what it recorded for each set of buffers. plugins/cuda puts it behind the plugin ABI.
+#pragma once
+#include <list>
+#include <memory>
+#include <mutex>
+
+#include "backends/cuda/gpu/queue.hpp"
+#include "backends/cuda/stage.hpp"
+
+namespace defrec::cuda {
+
+// nullptr: an optional buffer that was not given.
+using Buffers = std::span<const Buffer* const>;
+
+// Destroy it only when the device has settled. threads: any.
+class RecordedStage {
+  public:
+    RecordedStage(Gpu& gpu, std::unique_ptr<Stage> stage);
+    // Waits for the queue.
+    void prepare(Queue& queue, Buffers in);
+    void enqueue(Queue& queue, Buffers in, Buffers out);
+
+    static constexpr size_t kMaxBuffers = 24;  // of inputs, and of outputs
+
+  private:
+    struct Known {
+        std::vector<MemoryRange> buffers;  // of the inputs, then of the outputs
+        size_t in_count;
+        std::shared_ptr<const StageRun> run;
+    };
+    Gpu& gpu_;
+    std::unique_ptr<Stage> stage_;
+    uint64_t serial_;
+    std::mutex mutex_;
+    std::list<Known> known_;  // the last used first
+};
+
+}  // namespace defrec::cuda
