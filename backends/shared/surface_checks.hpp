@@ -9,7 +9,7 @@
 
 namespace defrec {
 
-inline bool all_finite(const float* values, size_t count) {
+constexpr bool all_finite(const float* values, size_t count) {
     for (size_t i = 0; i < count; ++i)
         if (!std::isfinite(values[i])) return false;
     return true;
@@ -34,7 +34,7 @@ void check_skinned(const char* what, const Point* points, size_t count, size_t n
 
 // A motion of unit length; the identity where the given one has no finite value or no rotation.
 template <class T>
-DualQuaternion<T> usable_motion(const defrec_motion& motion) {
+constexpr DualQuaternion<T> usable_motion(const defrec_motion& motion) {
     if (!all_finite(motion.real, 4) || !all_finite(motion.dual, 4)) return DualQuaternion<T>::identity();
     return normalise(DualQuaternion<T>::load(motion));
 }
