@@ -1,6 +1,8 @@
 // See graph.hpp.
 #include "backends/cuda/gpu/graph.hpp"
 
+#include <algorithm>
+
 #include "backends/cuda/gpu/check.hpp"
 #include "backends/cuda/gpu/publish.hpp"
 
@@ -8,40 +10,6 @@ namespace defrec::cuda {
 namespace {
 
 constexpr size_t kSharedOfAll = 48 * 1024;
-
-struct Touched {
-    uint64_t stage = 0;
-    std::span<const MemoryRange> reads, writes;
-    MemoryRange single{};  // of a copy
-
-    explicit Touched(const Operation& operation) {
-        if (const auto* run = std::get_if<std::shared_ptr<const StageRun>>(&operation)) {
-            stage = (*run)->stage;
-            reads = (*run)->reads;
-            writes = (*run)->writes;
-        } else if (const auto* upload = std::get_if<Upload>(&operation)) {
-            single = {upload->to, upload->size};
-            writes = {&single, 1};
-        } else {
-            const auto& download = std::get<Download>(operation);
-            single = {download.from, download.size};
-            reads = {&single, 1};
-        }
-    }
-    Touched(const Touched&) = delete;
-    Touched& operator=(const Touched&) = delete;
-};
-
-bool overlap(std::span<const MemoryRange> some, std::span<const MemoryRange> others) {
-    for (const MemoryRange& a : some)
-        for (const MemoryRange& b : others)
-            if (a.first < b.first + b.size && b.first < a.first + a.size) return true;
-    return false;
-}
-bool must_wait(const Touched& later, const Touched& earlier) {
-    return (later.stage != 0 && later.stage == earlier.stage) || overlap(later.reads, earlier.writes) || overlap(later.writes, earlier.writes) ||
-           overlap(later.writes, earlier.reads);
-}
 
 using Nodes = std::vector<cudaGraphNode_t>;
 
@@ -131,27 +99,21 @@ void allow_shared(const void* function, size_t shared, const Limits& limits) {
 
 Graph::Graph(std::span<const Operation> operations, const Progress& progress, const Limits& limits) {
     Builder builder(limits);
-    const size_t count = operations.size();
-    std::vector<std::unique_ptr<const Touched>> touched;
-    for (const Operation& operation : operations) touched.push_back(std::make_unique<const Touched>(operation));
-    std::vector<Nodes> last(count);
-    std::vector<std::vector<bool>> waits(count, std::vector<bool>(count));  // [i][j]: i comes after j, by whatever way
-    std::vector<bool> waited_for(count);
-    for (size_t i = 0; i < count; ++i) {
+    const std::vector<std::vector<size_t>> waits = dependencies(operations);
+    std::vector<Nodes> last(operations.size());
+    std::vector<bool> waited_for(operations.size());
+    for (size_t i = 0; i < operations.size(); ++i) {
         Nodes after;
-        for (size_t j = i; j-- > 0;) {
-            if (waits[i][j] || !must_wait(*touched[i], *touched[j])) continue;
-            after.insert(after.end(), last[j].begin(), last[j].end());
+        for (const size_t j : waits[i]) {
+            for (const cudaGraphNode_t node : last[j])
+                if (std::find(after.begin(), after.end(), node) == after.end()) after.push_back(node);
             waited_for[j] = true;
-            waits[i][j] = true;
-            for (size_t k = 0; k < j; ++k)
-                if (waits[j][k]) waits[i][k] = true;
         }
         last[i] = builder.add(operations[i], after);
         if (last[i].empty()) last[i] = after;  // a run that records nothing
     }
     Nodes ends;
-    for (size_t i = 0; i < count; ++i)
+    for (size_t i = 0; i < operations.size(); ++i)
         if (!waited_for[i]) ends.insert(ends.end(), last[i].begin(), last[i].end());
     builder.add(publish_call(progress), ends);
     check(cudaGraphInstantiate(&executable_, builder.graph(), 0), "cudaGraphInstantiate");
