@@ -74,7 +74,7 @@ std::unique_ptr<Stage> make_throwing(const defrec_ransac_params& params, const H
 }
 
 const HostPluginDescription kDescription{"test", "1.0", "Test", {nullptr, nullptr, nullptr, nullptr, nullptr,
-                                                                 make_stage<defrec_ransac_params, make_throwing>, nullptr, nullptr}};
+                                                                 make_stage<make_throwing>, nullptr, nullptr}};
 
 class Plugin {
   public:
@@ -128,6 +128,11 @@ class Plugin {
 TEST_CASE("the tables are complete, and name what is offered") {
     Plugin plugin;
     CHECK(std::string(plugin.table->name) == "test");
+    CHECK(plugin.table->abi_minor == DEFREC_PLUGIN_ABI_MINOR);
+    // Of what is optional, only what the backend can.
+    CHECK(!plugin.table->host_alloc);
+    CHECK(!plugin.table->host_free);
+    CHECK(!plugin.table->write_in_place);
     CHECK(plugin.table->device_count(plugin.table->self) == 1);
     defrec_device_info info{};
     info.struct_size = sizeof info;

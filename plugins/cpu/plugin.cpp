@@ -10,14 +10,14 @@ const HostPluginDescription kDescription{
     DEFREC_RELEASE,
     "Processor, vector units and threads",
     {
-        make_stage<defrec_rectify_params, cpu::make_rectify>,
-        make_stage<defrec_stereo_params, cpu::make_stereo>,
-        make_stage<defrec_orb_params, cpu::make_orb>,
-        make_stage<defrec_match_params, cpu::make_match>,
-        make_stage<defrec_align_params, cpu::make_align>,
-        make_stage<defrec_ransac_params, cpu::make_ransac>,
-        make_stage<defrec_lm_params, cpu::make_lm>,
-        make_stage<defrec_warp_params, cpu::make_warp>,
+        make_stage<cpu::make_rectify>,
+        make_stage<cpu::make_stereo>,
+        make_stage<cpu::make_orb>,
+        make_stage<cpu::make_match>,
+        make_stage<cpu::make_align>,
+        make_stage<cpu::make_ransac>,
+        make_stage<cpu::make_lm>,
+        make_stage<cpu::make_warp>,
     },
 };
 }  // namespace

@@ -10,14 +10,14 @@ const HostPluginDescription kDescription{
     DEFREC_RELEASE,
     "Reference, plain code on one thread",
     {
-        make_stage<defrec_rectify_params, reference::make_rectify>,
-        make_stage<defrec_stereo_params, reference::make_stereo>,
-        make_stage<defrec_orb_params, reference::make_orb>,
-        make_stage<defrec_match_params, reference::make_match>,
-        make_stage<defrec_align_params, reference::make_align>,
-        make_stage<defrec_ransac_params, reference::make_ransac>,
-        make_stage<defrec_lm_params, reference::make_lm>,
-        make_stage<defrec_warp_params, reference::make_warp>,
+        make_stage<reference::make_rectify>,
+        make_stage<reference::make_stereo>,
+        make_stage<reference::make_orb>,
+        make_stage<reference::make_match>,
+        make_stage<reference::make_align>,
+        make_stage<reference::make_ransac>,
+        make_stage<reference::make_lm>,
+        make_stage<reference::make_warp>,
     },
 };
 }  // namespace
