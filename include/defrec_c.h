@@ -113,7 +113,8 @@ typedef struct defrec_context_desc {
     void                  *log_user;
     int32_t                log_level;         /* the lowest level reported; 0: DEFREC_LOG_INFO */
     uint32_t               threads;           /* of the library's own pool, the caller's included; 0: one per core */
-    defrec_alloc_fn        alloc;             /* both or neither: pixels, maps and all memory of CPU backends */
+    defrec_alloc_fn        alloc;             /* both or neither: maps, all memory of CPU backends, and where a device
+                                                 has no page-locked memory of its own, pixels and what is read back */
     defrec_free_fn         free;
     void                  *alloc_user;
     defrec_parallel_for_fn parallel_for;      /* the application's own threads instead of the pool; may be NULL */

@@ -70,8 +70,8 @@ Evidence weigh_evidence(const TemplateData& data, const FrameOutput& output) {
         squares += du * du + dv * dv;
     }
     if (evidence.patches_confirmed > 0) evidence.patch_rms_px = std::sqrt(squares / evidence.patches_confirmed);
-    evidence.matches = static_cast<uint32_t>(std::max(0, output.ransac.valid_matches));
-    evidence.inliers = static_cast<uint32_t>(std::max(0, output.ransac.inliers));
+    evidence.matches = static_cast<uint32_t>(std::max(0, output.summary->ransac.valid_matches));
+    evidence.inliers = static_cast<uint32_t>(std::max(0, output.summary->ransac.inliers));
     return evidence;
 }
 
@@ -176,7 +176,7 @@ SurfaceBelief believe_at(const TemplateData& data, const VertexBelief& belief, c
     return at;
 }
 
-void fit_rigid_motion(const TemplateData& data, const std::vector<defrec_surface_sample>& samples, double motion[12]) {
+void fit_rigid_motion(const TemplateData& data, std::span<const defrec_surface_sample> samples, double motion[12]) {
     Eigen::Vector3d from = Eigen::Vector3d::Zero(), to = Eigen::Vector3d::Zero();
     const size_t count = data.vertices.size();
     const auto source = [&](size_t i) { return Eigen::Map<const Eigen::Vector3f>(data.vertices[i].position).cast<double>().eval(); };

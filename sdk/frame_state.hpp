@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "sdk/pipeline.hpp"
+#include "sdk/frame_output.hpp"
 
 namespace defrec {
 
@@ -63,6 +63,6 @@ struct SurfaceBelief {
 SurfaceBelief believe_at(const TemplateData& data, const VertexBelief& belief, const double xyz[3]);
 
 // Best rigid motion from the template's vertices to the deformed ones, 3x4 row-major (Kabsch).
-void fit_rigid_motion(const TemplateData& data, const std::vector<defrec_surface_sample>& samples, double motion[12]);
+void fit_rigid_motion(const TemplateData& data, std::span<const defrec_surface_sample> samples, double motion[12]);
 
 }  // namespace defrec

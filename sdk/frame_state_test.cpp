@@ -14,7 +14,12 @@ using namespace defrec;
 // A flat template of 11x9 vertices at 80 mm with one control point and a patch at every vertex, and a frame that saw all of it.
 struct Fixture {
     TemplateData data;
-    FrameOutput output;
+    std::vector<defrec_motion> motions;
+    std::vector<defrec_surface_sample> samples;
+    std::vector<defrec_patch_observation> observations;
+    std::vector<defrec_patch_prediction> predictions;
+    FrameSummary summary;
+    FrameOutput output;  // of the arrays above
 
     Fixture() {
         data.width = 200;
@@ -38,14 +43,21 @@ struct Fixture {
                 data.patches.push_back(patch);
                 defrec_surface_sample sample{};
                 std::copy(std::begin(point.position), std::end(point.position), sample.position);
-                output.samples.push_back(sample);
-                output.predictions.push_back({5120 * x, 5120 * y, {}, 1, 0});
-                output.observations.push_back({5120 * x, 5120 * y, 4000, 1, {1, 0, 1}, 0});
+                samples.push_back(sample);
+                predictions.push_back({5120 * x, 5120 * y, {}, 1, 0});
+                observations.push_back({5120 * x, 5120 * y, 4000, 1, {1, 0, 1}, 0});
             }
-        output.motions.push_back(DualQuaternion<float>::identity().store());
-        output.ransac.valid_matches = 60;
-        output.ransac.inliers = 40;
+        motions.push_back(DualQuaternion<float>::identity().store());
+        summary.ransac.valid_matches = 60;
+        summary.ransac.inliers = 40;
+        output.summary = &summary;
+        output.motions = motions;
+        output.samples = samples;
+        output.observations = observations;
+        output.predictions = predictions;
     }
+    Fixture(const Fixture&) = delete;
+    Fixture& operator=(const Fixture&) = delete;
     Verdict verdict(bool was_found = true) { return judge(data, weigh_evidence(data, output), was_found); }
 };
 
@@ -73,7 +85,7 @@ TEST_CASE("row 60: in smoke a surface that was followed is kept on little eviden
     Fixture f;
     for (size_t i = 0; i < f.output.observations.size(); ++i)
         if (i % 11 > 3) f.output.observations[i].valid = 0;
-    f.output.ransac.inliers = 0;
+    f.summary.ransac.inliers = 0;
     CHECK(f.verdict(true).found);
     CHECK(f.verdict(true).degraded);
     CHECK((f.verdict(true).reasons & DEFREC_REASON_LOW_CONTRAST) != 0);

@@ -8,10 +8,12 @@
 
 namespace defrec {
 
-TrackerJob::TrackerJob(std::shared_ptr<JobMonitor> job_monitor, const Context& context, uint64_t frame_bytes, uint64_t mask_bytes)
+TrackerJob::TrackerJob(std::shared_ptr<JobMonitor> job_monitor, const std::shared_ptr<const Device>& device, uint64_t eye_bytes,
+                       uint64_t pixels, bool keep_disparity)
     : monitor(std::move(job_monitor)),
-      pixels{ContextVector<uint8_t>(frame_bytes, context.allocator()), ContextVector<uint8_t>(frame_bytes, context.allocator())},
-      ignore(mask_bytes, context.allocator()) {}
+      eyes{HostMemory(device, eye_bytes), HostMemory(device, eye_bytes)},
+      ignore(device, pixels),
+      memory(device, keep_disparity ? pixels : 0) {}
 
 defrec_status TrackerJob::wait(uint64_t timeout_ns) {
     std::unique_lock lock(monitor->mutex);
@@ -55,7 +57,7 @@ void TrackerJob::result(defrec_result& out) const {
     out.timestamp_ns = timestamp_ns;
     out.frame = frame;
     out.age = age;
-    out.features = output.features;
+    out.features = output.summary->features;
     std::copy(output.times.begin(), output.times.end(), out.times);
     out.time_count = output.time_count;
     out.disparity = output.disparity.empty() ? nullptr : output.disparity.data();

@@ -5,7 +5,7 @@
 #include <mutex>
 #include <string>
 
-#include "sdk/context.hpp"
+#include "sdk/frame_output.hpp"
 #include "sdk/frame_state.hpp"
 #include "sdk/tracker.hpp"
 
@@ -21,7 +21,9 @@ enum class JobPhase { kFree, kQueued, kRunning, kDone };
 
 class TrackerJob final : public Job {
   public:
-    TrackerJob(std::shared_ptr<JobMonitor> monitor, const Context& context, uint64_t frame_bytes, uint64_t mask_bytes);
+    // eye_bytes: of one eye's pixels, tight. pixels: of an eye. Must outlive the tracker's queue.
+    TrackerJob(std::shared_ptr<JobMonitor> monitor, const std::shared_ptr<const Device>& device, uint64_t eye_bytes, uint64_t pixels,
+               bool keep_disparity);
 
     defrec_status wait(uint64_t timeout_ns) override;
     const std::string& error_text() const override { return error_text_; }
@@ -35,7 +37,7 @@ class TrackerJob final : public Job {
     JobPhase phase = JobPhase::kFree;       // under the monitor's mutex
     defrec_status status = DEFREC_OK;       // under the monitor's mutex
 
-    ContextVector<uint8_t> pixels[2], ignore;
+    HostMemory eyes[2], ignore;  // tight rows
     bool has_ignore = false;
     uint32_t flags = 0;
     int64_t timestamp_ns = 0;
@@ -44,7 +46,8 @@ class TrackerJob final : public Job {
 
     // Results.
     std::shared_ptr<const Template> surface;
-    FrameOutput output;
+    FrameMemory memory;
+    FrameOutput& output = memory.output;
     VertexBelief belief;
     std::vector<float> vertices, normals, node_positions;
     double rigid_motion[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};

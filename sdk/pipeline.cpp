@@ -16,7 +16,7 @@ namespace defrec {
 namespace {
 
 template <class T>
-uint64_t bytes_of(const std::vector<T>& values) { return values.size() * sizeof(T); }
+uint64_t bytes_of(const T& values) { return std::span(values).size_bytes(); }
 
 template <class Params>
 Params make_params() {
@@ -79,24 +79,6 @@ struct Pipeline::TemplateStages {
     DeviceBuffer nodes, edges, points, sparse_points, landmarks, landmark_points, patches, views;
     DeviceBuffer start, coarse, middle, final, matches, weighted, ransac_summary, lm_summary, predictions, observations, samples;
     std::unique_ptr<DeviceStage> match, ransac, solve_coarse, align_coarse, solve_middle, align_fine, solve_fine, warp;
-};
-
-// Writes the time since the last lap into the frame's list of stage times, with `timed` after waiting for the stage.
-class Pipeline::Stopwatch {
-  public:
-    Stopwatch(Pipeline& pipeline, FrameOutput& out) : pipeline_(pipeline), out_(out), last_(std::chrono::steady_clock::now()) {}
-    void lap(const char* name) {
-        if (pipeline_.settings_.timed) pipeline_.queue_.finish();
-        const auto now = std::chrono::steady_clock::now();
-        if (out_.time_count < out_.times.size())
-            out_.times[out_.time_count++] = {name, std::chrono::duration<double, std::milli>(now - last_).count()};
-        last_ = now;
-    }
-
-  private:
-    Pipeline& pipeline_;
-    FrameOutput& out_;
-    std::chrono::steady_clock::time_point last_;
 };
 
 Pipeline::Pipeline(std::shared_ptr<Context> context, std::shared_ptr<const Rig> rig, std::shared_ptr<Device> device,
@@ -175,34 +157,40 @@ void Pipeline::upload_maps() {
     }
 }
 
+// Writes the time since the last lap into the frame's list of stage times, with `timed` after waiting for the stage.
+void Pipeline::lap(const char* stage, FrameOutput& out) {
+    if (settings_.timed) queue_.finish();
+    const auto now = std::chrono::steady_clock::now();
+    if (out.time_count < out.times.size())
+        out.times[out.time_count++] = {stage, std::chrono::duration<double, std::milli>(now - last_lap_).count()};
+    last_lap_ = now;
+}
+
 void Pipeline::observe(const uint8_t* left, const uint8_t* right, const uint8_t* ignore, FrameOutput& out) {
     out.time_count = 0;
-    Stopwatch watch(*this, out);
+    last_lap_ = std::chrono::steady_clock::now();
     const uint8_t* pixels[2] = {left, right};
-    if (ignore != nullptr) queue_.write(ignore_, ignore, ignore_.size());
-    for (int eye = 0; eye < 2; ++eye) queue_.write(raw_[eye], pixels[eye], frame_bytes_);
-    watch.lap("upload");
+    if (ignore != nullptr) queue_.write_in_place(ignore_, ignore, ignore_.size());
+    for (int eye = 0; eye < 2; ++eye) queue_.write_in_place(raw_[eye], pixels[eye], frame_bytes_);
+    lap("upload", out);
     for (int eye = 0; eye < 2; ++eye) {
         const DeviceBuffer* map = map_[eye] ? &map_[eye] : nullptr;
         const DeviceBuffer* ignored = eye == 0 && ignore != nullptr ? &ignore_ : nullptr;
         rectify_->enqueue(queue_, {&raw_[eye], map, ignored}, {&gray_[eye], &mask_[eye]});
     }
-    watch.lap("rectify");
+    lap("rectify", out);
     stereo_->enqueue(queue_, {&gray_[0], &gray_[1], &mask_[0], &mask_[1]}, {&disparity_, nullptr});
-    watch.lap("stereo");
+    lap("stereo", out);
     orb_->enqueue(queue_, {&gray_[0], &mask_[0]}, {&feature_count_, &features_});
-    queue_.read(feature_count_, &out.features, sizeof out.features);
-    if (settings_.keep_disparity) {
-        out.disparity.resize(size_t{width_} * height_);
-        queue_.read(disparity_, out.disparity.data(), bytes_of(out.disparity));
-    }
-    watch.lap("orb");
+    queue_.read(feature_count_, &out.summary->features, sizeof out.summary->features);
+    if (settings_.keep_disparity) queue_.read(disparity_, out.disparity.data(), bytes_of(out.disparity));
+    lap("orb", out);
     queue_.signal();
 }
 
 void Pipeline::forget_observation(FrameOutput& out) {
     queue_.finish();
-    out.features = 0;
+    out.summary->features = 0;
 }
 
 void Pipeline::drain() noexcept {
@@ -219,16 +207,15 @@ void Pipeline::download_front() {
     host_mask_.resize(pixels);
     host_disparity_.resize(pixels);
     host_features_.resize(feature_capacity_);
-    uint32_t count = 0;
     queue_.read(gray_[0], host_gray_.data(), bytes_of(host_gray_));
     queue_.read(mask_[0], host_mask_.data(), bytes_of(host_mask_));
     queue_.read(disparity_, host_disparity_.data(), bytes_of(host_disparity_));
     queue_.read(features_, host_features_.data(), bytes_of(host_features_));
-    queue_.read(feature_count_, &count, sizeof count);
+    queue_.read(feature_count_, &host_feature_count_, sizeof host_feature_count_);
     queue_.finish();
-    if (count > feature_capacity_)
-        fail(DEFREC_ERROR_PLUGIN, "the plugin gave ", count, " features where at most ", feature_capacity_, " fit");
-    host_features_.resize(count);
+    if (host_feature_count_ > feature_capacity_)
+        fail(DEFREC_ERROR_PLUGIN, "the plugin gave ", host_feature_count_, " features where at most ", feature_capacity_, " fit");
+    host_features_.resize(host_feature_count_);
 }
 
 std::optional<TemplateData> Pipeline::capture() {
@@ -277,7 +264,7 @@ void Pipeline::upload_template(const TemplateData& data) {
     upload(t.views, data.image);
 }
 
-void Pipeline::set_template(std::shared_ptr<const Template> surface, FrameOutput& out) {
+void Pipeline::set_template(std::shared_ptr<const Template> surface) {
     const TemplateData& data = surface->data();
     follow_ = std::make_unique<TemplateStages>();
     TemplateStages& t = *follow_;
@@ -287,11 +274,6 @@ void Pipeline::set_template(std::shared_ptr<const Template> surface, FrameOutput
 
     const uint32_t nodes = static_cast<uint32_t>(data.nodes.size() / 3), landmarks = static_cast<uint32_t>(data.landmarks.size());
     const uint32_t patches = static_cast<uint32_t>(data.patches.size()), points = static_cast<uint32_t>(data.vertices.size());
-    out.motions.resize(nodes);
-    out.samples.resize(points);
-    out.matches.resize(landmarks);
-    out.observations.resize(patches);
-    out.predictions.resize(patches);
     const auto buffer = [&](uint64_t count, uint64_t size) { return DeviceBuffer(device_, std::max<uint64_t>(count * size, 16)); };
     for (DeviceBuffer* motions : {&t.start, &t.coarse, &t.middle, &t.final}) *motions = buffer(nodes, sizeof(defrec_motion));
     t.matches = buffer(landmarks, sizeof(defrec_match));
@@ -383,32 +365,36 @@ void Pipeline::set_template(std::shared_ptr<const Template> surface, FrameOutput
 
 void Pipeline::follow(std::span<const defrec_motion> start, FrameOutput& out) {
     TemplateStages& t = *follow_;
-    Stopwatch watch(*this, out);
+    last_lap_ = std::chrono::steady_clock::now();
     queue_.write(t.start, start.data(), start.size_bytes());
     t.match->enqueue(queue_, {&feature_count_, &features_, &disparity_}, {&t.matches});
-    watch.lap("match");
+    lap("match", out);
     t.ransac->enqueue(queue_, {&t.matches}, {&t.weighted, &t.ransac_summary});
-    watch.lap("ransac");
+    lap("ransac", out);
     t.solve_coarse->enqueue(queue_, {&t.start, &t.weighted, nullptr, &disparity_}, {&t.coarse, &t.lm_summary});
-    watch.lap("lm coarse");
+    lap("lm coarse", out);
     t.align_coarse->enqueue(queue_, {&gray_[0], &mask_[0], &t.coarse, nullptr}, {&t.observations, nullptr});
-    watch.lap("align coarse");
+    lap("align coarse", out);
     t.solve_middle->enqueue(queue_, {&t.coarse, &t.weighted, &t.observations, &disparity_}, {&t.middle, &t.lm_summary});
-    watch.lap("lm middle");
+    lap("lm middle", out);
     t.align_fine->enqueue(queue_, {&gray_[0], &mask_[0], &t.middle, nullptr}, {&t.observations, &t.predictions});
-    watch.lap("align fine");
+    lap("align fine", out);
     t.solve_fine->enqueue(queue_, {&t.middle, &t.weighted, &t.observations, &disparity_}, {&t.final, &t.lm_summary});
-    watch.lap("lm fine");
+    lap("lm fine", out);
     t.warp->enqueue(queue_, {&t.final, &disparity_}, {&t.samples});
-    watch.lap("warp");
+    lap("warp", out);
     queue_.read(t.final, out.motions.data(), bytes_of(out.motions));
     queue_.read(t.samples, out.samples.data(), bytes_of(out.samples));
     queue_.read(t.weighted, out.matches.data(), bytes_of(out.matches));
     queue_.read(t.observations, out.observations.data(), bytes_of(out.observations));
     queue_.read(t.predictions, out.predictions.data(), bytes_of(out.predictions));
-    queue_.read(t.ransac_summary, &out.ransac, sizeof out.ransac);
+    queue_.read(t.ransac_summary, &out.summary->ransac, sizeof out.summary->ransac);
+    queue_.signal();
+}
+
+void Pipeline::finish(FrameOutput& out) {
     queue_.finish();
-    watch.lap("download");
+    lap("download", out);
 }
 
 }  // namespace defrec

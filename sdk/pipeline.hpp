@@ -1,7 +1,6 @@
 // One frame's way through the stages of a device: images up, surface down. Holds every buffer and stage that a tracker needs;
 // decides nothing: what a frame means is frame_state.hpp's business.
 #pragma once
-#include <array>
 #include <chrono>
 #include <memory>
 #include <optional>
@@ -10,6 +9,7 @@
 
 #include "sdk/context.hpp"
 #include "sdk/device.hpp"
+#include "sdk/frame_output.hpp"
 #include "sdk/rig.hpp"
 #include "sdk/template.hpp"
 #include "sdk/template_capture.hpp"
@@ -36,20 +36,6 @@ struct TrackerSettings {
 // Throws Error(DEFREC_ERROR_ARGUMENT) for values that are out of range.
 TrackerSettings complete_settings(const defrec_tracker_desc& desc, const Rig& rig);
 
-// What one frame gave; lives in host memory that is allocated when the template is set.
-struct FrameOutput {
-    std::vector<defrec_motion> motions;
-    std::vector<defrec_surface_sample> samples;            // per vertex
-    std::vector<defrec_match> matches;                     // per landmark, with preselected weights
-    std::vector<defrec_patch_observation> observations;    // per patch
-    std::vector<defrec_patch_prediction> predictions;      // per patch, of the last search
-    std::vector<int16_t> disparity;                        // only if kept
-    uint32_t features = 0;
-    defrec_ransac_summary ransac{};
-    std::array<defrec_stage_time, DEFREC_MAX_TIMED_STAGES> times{};
-    uint32_t time_count = 0;
-};
-
 class Pipeline {
   public:
     Pipeline(std::shared_ptr<Context> context, std::shared_ptr<const Rig> rig, std::shared_ptr<Device> device,
@@ -57,7 +43,7 @@ class Pipeline {
     ~Pipeline();
 
     // Rectifies a pair (tight rows, the settings' format; ignore tight u8 or nullptr), computes disparity and features. The device may still
-    // be at it: out is complete when capture, follow or forget_observation has returned.
+    // be at it: images must stay as they are, and out is complete, when capture, finish or forget_observation has returned.
     void observe(const uint8_t* left, const uint8_t* right, const uint8_t* ignore, FrameOutput& out);
 
     // Instead of capture and follow, where the images turn out to be of no use.
@@ -68,22 +54,24 @@ class Pipeline {
     // Whether the images last observed match when left and right are exchanged.
     bool eyes_look_swapped();
 
-    // Makes the stages and buffers for this template. Allocates.
-    void set_template(std::shared_ptr<const Template> surface, FrameOutput& out);
+    // Makes the stages and buffers for this template, and waits for all that was queued before. Allocates.
+    void set_template(std::shared_ptr<const Template> surface);
 
-    // Follows the template into the images last observed, starting from these motions.
+    // Follows the template into the images last observed, starting from these motions. The device may still be at it.
     void follow(std::span<const defrec_motion> start, FrameOutput& out);
+    // Waits for what observe and follow began.
+    void finish(FrameOutput& out);
 
     // Waits for what is queued, after a failure: nothing may be written into a frame's output later.
     void drain() noexcept;
 
   private:
     struct TemplateStages;
-    class Stopwatch;
 
     std::unique_ptr<DeviceStage> make_stereo(uint32_t min_disparity, uint32_t disparities) const;
     void upload_maps();
     void upload_template(const TemplateData& data);
+    void lap(const char* stage, FrameOutput& out);
     uint32_t widest_search() const;
     void narrow_search(const SurfaceGrid& grid);
     void download_front();
@@ -95,16 +83,18 @@ class Pipeline {
     uint32_t width_, height_;
     uint64_t frame_bytes_;
 
+    // Host copies that only capturing a template needs. The queue, which goes before them, may be reading into them.
+    std::vector<uint8_t> host_gray_, host_mask_;
+    std::vector<int16_t> host_disparity_;
+    std::vector<defrec_feature> host_features_;
+    uint32_t host_feature_count_ = 0;
+
     Queue queue_;
     DeviceBuffer raw_[2], map_[2], gray_[2], mask_[2], ignore_, disparity_, feature_count_, features_;
     std::unique_ptr<DeviceStage> rectify_, stereo_, orb_;
     uint32_t feature_capacity_ = 0;
     std::unique_ptr<TemplateStages> follow_;
-
-    // Host copies that only capturing a template needs.
-    std::vector<uint8_t> host_gray_, host_mask_;
-    std::vector<int16_t> host_disparity_;
-    std::vector<defrec_feature> host_features_;
+    std::chrono::steady_clock::time_point last_lap_;
 };
 
 }  // namespace defrec

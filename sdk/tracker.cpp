@@ -28,11 +28,11 @@ class Tracker::Impl {
   public:
     Impl(std::shared_ptr<Context> context, std::shared_ptr<const Rig> rig, const defrec_tracker_desc& desc)
         : context_(std::move(context)), rig_(std::move(rig)), settings_(complete_settings(desc, *rig_)),
-          channels_(bytes_per_pixel(settings_.format)),
-          pipeline_(context_, rig_, context_->open_device(desc.device_id, kAllStages), settings_) {
+          channels_(bytes_per_pixel(settings_.format)), device_(context_->open_device(desc.device_id, kAllStages)),
+          pipeline_(context_, rig_, device_, settings_) {
         const uint64_t pixels = uint64_t{rig_->width()} * rig_->height();
         for (uint32_t i = 0; i < settings_.frames_in_flight; ++i)
-            jobs_.push_back(std::make_shared<TrackerJob>(monitor_, *context_, pixels * channels_, pixels));
+            jobs_.push_back(std::make_shared<TrackerJob>(monitor_, device_, pixels * channels_, pixels, settings_.keep_disparity));
         order_.resize(settings_.frames_in_flight);
         worker_ = platform::start_thread([this] { work(); });
     }
@@ -49,10 +49,10 @@ class Tracker::Impl {
     std::shared_ptr<Job> submit(const defrec_frame& frame, const defrec_image& left, const defrec_image& right,
                                 const defrec_image* ignore) {
         std::shared_ptr<TrackerJob> job = reserve(frame.timestamp_ns);
-        copy_tight(left, uint64_t{rig_->width()} * channels_, job->pixels[0].data());
-        copy_tight(right, uint64_t{rig_->width()} * channels_, job->pixels[1].data());
+        copy_tight(left, uint64_t{rig_->width()} * channels_, job->eyes[0].as<uint8_t>().data());
+        copy_tight(right, uint64_t{rig_->width()} * channels_, job->eyes[1].as<uint8_t>().data());
         job->has_ignore = ignore != nullptr;
-        if (ignore != nullptr) copy_tight(*ignore, rig_->width(), job->ignore.data());
+        if (ignore != nullptr) copy_tight(*ignore, rig_->width(), job->ignore.as<uint8_t>().data());
         job->flags = frame.flags;
         job->timestamp_ns = frame.timestamp_ns;
 
@@ -139,10 +139,11 @@ class Tracker::Impl {
     void follow_frame(TrackerJob& job) {
         job.reasons = 0;
         job.output.time_count = 0;
-        job.output.features = 0;
-        if (job.template_to_set != nullptr) adopt(job, std::exchange(job.template_to_set, nullptr), false);
+        job.output.summary->features = 0;
+        if (job.template_to_set != nullptr) adopt(std::exchange(job.template_to_set, nullptr), false);
         // The device begins while the host looks; frames in which there is nothing to see are few.
-        pipeline_.observe(job.pixels[0].data(), job.pixels[1].data(), job.has_ignore ? job.ignore.data() : nullptr, job.output);
+        pipeline_.observe(job.eyes[0].as<uint8_t>().data(), job.eyes[1].as<uint8_t>().data(),
+                          job.has_ignore ? job.ignore.as<uint8_t>().data() : nullptr, job.output);
         look_at_images(job);
         const bool blind = (job.reasons & (DEFREC_REASON_DARK | DEFREC_REASON_SATURATED | DEFREC_REASON_ONE_EYE)) != 0;
         if (blind)
@@ -163,8 +164,8 @@ class Tracker::Impl {
 
     // Exposure, and whether the stream stands still.
     void look_at_images(TrackerJob& job) {
-        const ImageStatistics left = image_statistics(job.pixels[0].data(), rig_->width(), rig_->height(), channels_);
-        const ImageStatistics right = image_statistics(job.pixels[1].data(), rig_->width(), rig_->height(), channels_);
+        const ImageStatistics left = image_statistics(job.eyes[0].as<uint8_t>().data(), rig_->width(), rig_->height(), channels_);
+        const ImageStatistics right = image_statistics(job.eyes[1].as<uint8_t>().data(), rig_->width(), rig_->height(), channels_);
         if (left.dark() || right.dark()) job.reasons |= DEFREC_REASON_DARK;
         if (left.dark() != right.dark()) job.reasons |= DEFREC_REASON_ONE_EYE;
         if (left.saturated() || right.saturated()) job.reasons |= DEFREC_REASON_SATURATED;
@@ -185,12 +186,12 @@ class Tracker::Impl {
             if (pipeline_.eyes_look_swapped()) job.reasons |= DEFREC_REASON_EYES_SWAPPED;
             return;
         }
-        adopt(job, std::make_shared<const Template>(std::move(*data)), true);
+        adopt(std::make_shared<const Template>(std::move(*data)), true);
     }
 
     // seen: it was captured from this very frame.
-    void adopt(TrackerJob& job, std::shared_ptr<const Template> surface, bool seen) {
-        pipeline_.set_template(surface, job.output);
+    void adopt(std::shared_ptr<const Template> surface, bool seen) {
+        pipeline_.set_template(surface);
         last_motions_.assign(surface->data().nodes.size() / 3, DualQuaternion<float>::identity().store());
         last_samples_.clear();
         tracking_ = seen;
@@ -203,11 +204,7 @@ class Tracker::Impl {
     // A job that was last used with another template has arrays of another size.
     void fit_sizes(TrackerJob& job) {
         const TemplateData& data = surface_->data();
-        job.output.motions.resize(data.nodes.size() / 3);
-        job.output.samples.resize(data.vertices.size());
-        job.output.matches.resize(data.landmarks.size());
-        job.output.observations.resize(data.patches.size());
-        job.output.predictions.resize(data.patches.size());
+        job.memory.fit(data);
         job.vertices.resize(3 * data.vertices.size());
         job.normals.resize(3 * data.vertices.size());
         job.node_positions.resize(data.nodes.size());
@@ -215,6 +212,7 @@ class Tracker::Impl {
 
     bool follow(TrackerJob& job) {
         pipeline_.follow(last_motions_, job.output);
+        pipeline_.finish(job.output);
         job.evidence = weigh_evidence(surface_->data(), job.output);
         const Verdict verdict = judge(surface_->data(), job.evidence, tracking_);
         job.reasons |= verdict.reasons;
@@ -223,7 +221,7 @@ class Tracker::Impl {
     }
 
     // Median distance, mm, that the vertices moved since the frame they were last found in; 0 at first.
-    double median_step(const std::vector<defrec_surface_sample>& samples) {
+    double median_step(std::span<const defrec_surface_sample> samples) {
         if (last_samples_.size() != samples.size() || samples.empty()) return 0;
         steps_.resize(samples.size());
         for (size_t i = 0; i < samples.size(); ++i) {
@@ -241,13 +239,14 @@ class Tracker::Impl {
             if (tracking_ && median_step(job.output.samples) > kFastMm) job.reasons |= DEFREC_REASON_FAST_MOTION;
             job.state = !tracking_ ? DEFREC_RELOCALISED : degraded_ ? DEFREC_DEGRADED : DEFREC_TRACKING;
             if (!tracking_) ++epoch_;
-            last_motions_ = job.output.motions;
-            last_samples_ = job.output.samples;
+            last_motions_.assign(job.output.motions.begin(), job.output.motions.end());
+            last_samples_.assign(job.output.samples.begin(), job.output.samples.end());
             age_ = 0;
         } else {
             job.state = DEFREC_LOST;
-            job.output.motions = last_motions_;
-            if (last_samples_.size() == job.output.samples.size()) job.output.samples = last_samples_;
+            std::copy(last_motions_.begin(), last_motions_.end(), job.output.motions.begin());
+            if (last_samples_.size() == job.output.samples.size())
+                std::copy(last_samples_.begin(), last_samples_.end(), job.output.samples.begin());
             ++age_;
         }
         tracking_ = found;
@@ -269,10 +268,11 @@ class Tracker::Impl {
     std::shared_ptr<const Rig> rig_;
     TrackerSettings settings_;
     uint32_t channels_;
-    Pipeline pipeline_;
+    std::shared_ptr<Device> device_;
 
     std::shared_ptr<JobMonitor> monitor_ = std::make_shared<JobMonitor>();
     std::vector<std::shared_ptr<TrackerJob>> jobs_;
+    Pipeline pipeline_;  // goes before the jobs, whose memory a failed frame's work may still use
     // Under the monitor's mutex.
     std::vector<TrackerJob*> order_;  // a ring: frame n at n % size
     uint64_t submitted_ = 0;
