@@ -71,7 +71,7 @@ inline defrec_match* take_matches(size_t landmarks, std::span<const OutBuffer> o
     return take<defrec_match>("matches", out[0], landmarks);
 }
 
-inline TwoBest choose(const Inputs& inputs, const Nearest& nearest) {
+constexpr TwoBest choose(const Inputs& inputs, const Nearest& nearest) {
     TwoBest best{nearest.feature[0], nearest.distance[0], nearest.distance[1]};
     if (nearest.feature[1] < 0) return best;
     const defrec_feature &a = inputs.features[nearest.feature[0]], &b = inputs.features[nearest.feature[1]];
@@ -81,14 +81,14 @@ inline TwoBest choose(const Inputs& inputs, const Nearest& nearest) {
 }
 
 // Near enough, and clearly nearer than any other feature.
-inline bool accepts(const defrec_match_params& p, const TwoBest& best) {
+constexpr bool accepts(const defrec_match_params& p, const TwoBest& best) {
     return best.feature >= 0 && best.distance <= int32_t(p.max_distance) &&
            best.distance * 256 <= int32_t(p.ratio) * best.second;
 }
 
 // The record of one landmark. T: the precision of the lifting.
 template <class T>
-defrec_match lift(const defrec_match_params& p, const Inputs& inputs, const TwoBest& best, bool accepted) {
+constexpr defrec_match lift(const defrec_match_params& p, const Inputs& inputs, const TwoBest& best, bool accepted) {
     defrec_match match{};
     match.feature = accepted ? best.feature : -1;
     match.distance = std::min(best.distance, 256);

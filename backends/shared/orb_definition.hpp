@@ -45,13 +45,12 @@ constexpr std::array<Offset, 16> kCircle = {{{0, -3},
 constexpr std::array<int32_t, kPatchRadius + 1> kDiscHalfWidth = {15, 15, 15, 15, 14, 14, 14, 13,
                                                                   13, 12, 11, 10, 9,  8,  6,  3};
 
-// round(1024 * cos, sin) of the borders between the bins of the first quarter turn: 5.625 + k * 11.25
-// degrees.
-constexpr std::array<Offset, 8> kBinBorder = {
-    {{1019, 100}, {980, 297}, {903, 483}, {792, 650}, {650, 792}, {483, 903}, {297, 980}, {100, 1019}}};
-
 // Bin of the direction (x, y), 0 for (0, 0); |x|, |y| < 2^20.
-inline uint32_t angle_bin(int32_t x, int32_t y) {
+constexpr uint32_t angle_bin(int32_t x, int32_t y) {
+    // round(1024 * cos, sin) of the borders between the bins of the first quarter turn: 5.625 + k * 11.25
+    // degrees.
+    constexpr Offset kBinBorder[8] = {{1019, 100}, {980, 297}, {903, 483}, {792, 650},
+                                      {650, 792},  {483, 903}, {297, 980}, {100, 1019}};
     const int32_t ax = x < 0 ? -x : x, ay = y < 0 ? -y : y;
     uint32_t k = 0;
     for (const Offset& border : kBinBorder) k += ay * border.x > ax * border.y ? 1u : 0u;
@@ -92,7 +91,7 @@ inline Layout make_layout(const defrec_orb_params& params) {
 
 // Where the corner score peaks between pixels, 1/16 px from the middle one, -7 to 7: the vertex of the
 // parabola through the scores of three neighbours.
-inline int32_t peak(int32_t before, int32_t middle, int32_t after) {
+constexpr int32_t peak(int32_t before, int32_t middle, int32_t after) {
     const int32_t curvature = 2 * middle - before - after, slope = 8 * (after - before);
     if (curvature <= 0) return 0;
     if (slope >= 7 * curvature) return 7;
@@ -101,7 +100,7 @@ inline int32_t peak(int32_t before, int32_t middle, int32_t after) {
 }
 
 // A coordinate of a level, 1/16 px, in the image, 1/16 px.
-inline int32_t to_image(uint32_t sixteenths, uint32_t level) {
+constexpr int32_t to_image(uint32_t sixteenths, uint32_t level) {
     uint32_t five = 1;
     for (uint32_t l = 0; l < level; ++l) five *= 5;
     const uint32_t half = level == 0 ? 0 : 1u << (2 * level - 1);

@@ -134,6 +134,12 @@ inline uint32_t __ballot_sync(uint32_t mask, int predicate) {
 }
 inline int __any_sync(uint32_t mask, int predicate) { return __ballot_sync(mask, predicate) != 0; }
 inline int __all_sync(uint32_t mask, int predicate) { return __ballot_sync(mask, predicate) == mask; }
+inline uint32_t __reduce_min_sync(uint32_t mask, uint32_t value) {
+    const uint64_t* all = defrec::cuda::emulation::exchange(mask, value);
+    for (uint32_t i = 0; i < 32; ++i)
+        if (((mask >> i) & 1) != 0) value = std::min(value, static_cast<uint32_t>(all[i]));
+    return value;
+}
 
 // ---- atomics: on integers ------------------------------------------------------------------------------------------
 
@@ -209,6 +215,9 @@ inline uint32_t __byte_perm(uint32_t x, uint32_t y, uint32_t selector) {
     for (uint32_t i = 0; i < 4; ++i) result |= static_cast<uint32_t>((bytes >> (8 * ((selector >> (4 * i)) & 7))) & 0xff) << (8 * i);
     return result;
 }
+// Of the two 16-bit halves, each for itself.
+inline uint32_t __vminu2(uint32_t a, uint32_t b) { return std::min(a >> 16, b >> 16) << 16 | std::min(a & 0xffff, b & 0xffff); }
+inline uint32_t __vmaxu2(uint32_t a, uint32_t b) { return std::max(a >> 16, b >> 16) << 16 | std::max(a & 0xffff, b & 0xffff); }
 // c plus the products of a's and b's four bytes.
 inline uint32_t __dp4a(uint32_t a, uint32_t b, uint32_t c) {
     for (int i = 0; i < 32; i += 8) c += ((a >> i) & 0xff) * ((b >> i) & 0xff);
