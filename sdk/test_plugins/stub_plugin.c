@@ -1,5 +1,6 @@
 /* A plugin in C99 for the tests of the loader: one device whose stage ransac copies input 0 to output 0. STUB_* turns
- * one thing of it wrong; CMakeLists.txt builds a plugin for each. */
+ * one thing of it wrong; CMakeLists.txt builds a plugin for each. STUB_LATE has every stage, none of which does anything,
+ * and a device that is lost at the first wait but goes on copying until its queue is destroyed. */
 #include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -19,12 +20,16 @@ struct defrec_pbuffer_ {
     unsigned char *data;
     int imported;
 };
+struct transfer {
+    void *to;
+    const void *from;
+    uint64_t size;
+};
+enum { MOST_TRANSFERS = 64 };
 struct defrec_pqueue_ {
     uint64_t signalled;
-    /* A write in place that waits for the queue's next call. */
-    defrec_pbuffer *pending;
-    uint64_t offset, size;
-    const void *src;
+    int transfer_count;
+    struct transfer transfers[MOST_TRANSFERS]; /* asked for, not done yet */
 };
 struct defrec_pstage_ {
     int unused;
@@ -65,6 +70,8 @@ static defrec_status device_info(void *self, size_t index, defrec_device_info *o
     info.stages = 1u << DEFREC_STAGE_RANSAC;
 #ifdef STUB_CLAIMS_STAGE
     info.stages |= 1u << DEFREC_STAGE_LM;
+#elif defined(STUB_LATE)
+    info.stages = (1u << DEFREC_STAGE_COUNT_V1) - 1;
 #endif
     memcpy(out, &info, out->struct_size < sizeof info ? out->struct_size : sizeof info);
     return DEFREC_OK;
@@ -83,6 +90,37 @@ static defrec_status device_open(void *self, size_t index, defrec_pdevice **out)
 }
 static void device_close(defrec_pdevice *device) { free(device); }
 
+static defrec_pqueue *last_queue;
+
+static void transfer_all(defrec_pqueue *queue) {
+    int i;
+    for (i = 0; i < queue->transfer_count; ++i)
+        memcpy(queue->transfers[i].to, queue->transfers[i].from, (size_t)queue->transfers[i].size);
+    queue->transfer_count = 0;
+}
+static void transfer_later(defrec_pqueue *queue, void *to, const void *from, uint64_t size) {
+    struct transfer *transfer = &queue->transfers[queue->transfer_count++];
+    transfer->to = to;
+    transfer->from = from;
+    transfer->size = size;
+}
+static void catch_up(defrec_pqueue *queue) {
+#ifdef STUB_LATE
+    if (queue->transfer_count < MOST_TRANSFERS / 2) return;
+#endif
+    transfer_all(queue);
+}
+
+/* Says so where memory goes that a queue is still to copy from or to. */
+static void expect_unused(const unsigned char *memory, uint64_t size) {
+    int i;
+    for (i = 0; last_queue != NULL && i < last_queue->transfer_count; ++i) {
+        const unsigned char *to = last_queue->transfers[i].to, *from = last_queue->transfers[i].from;
+        if ((to >= memory && to < memory + size) || (from >= memory && from < memory + size))
+            host_table->log(host_table->self, DEFREC_LOG_ERROR, "memory went that a queue still uses");
+    }
+}
+
 static defrec_status buffer_create(defrec_pdevice *device, uint64_t size, defrec_pbuffer **out) {
     defrec_pbuffer *buffer = malloc(sizeof *buffer);
     (void)device;
@@ -98,22 +136,21 @@ static defrec_status buffer_create(defrec_pdevice *device, uint64_t size, defrec
     return DEFREC_OK;
 }
 static void buffer_destroy(defrec_pbuffer *buffer) {
+    if (last_queue != NULL) transfer_all(last_queue); /* destroying waits for the work */
     if (!buffer->imported) free(buffer->data);
     free(buffer);
 }
 
 static defrec_status queue_create(defrec_pdevice *device, defrec_pqueue **out) {
     (void)device;
-    *out = calloc(1, sizeof **out);
+    *out = last_queue = calloc(1, sizeof **out);
     return *out == NULL ? DEFREC_ERROR_OUT_OF_MEMORY : DEFREC_OK;
 }
-static void queue_destroy(defrec_pqueue *queue) { free(queue); }
-
-static void catch_up(defrec_pqueue *queue) {
-    if (queue->pending != NULL) memcpy(queue->pending->data + queue->offset, queue->src, (size_t)queue->size);
-    queue->pending = NULL;
+static void queue_destroy(defrec_pqueue *queue) {
+    transfer_all(queue);
+    if (queue == last_queue) last_queue = NULL;
+    free(queue);
 }
-
 static defrec_status write_buffer(defrec_pqueue *queue, defrec_pbuffer *buffer, uint64_t offset, const void *src, uint64_t size) {
     catch_up(queue);
     memcpy(buffer->data + offset, src, (size_t)size);
@@ -122,7 +159,8 @@ static defrec_status write_buffer(defrec_pqueue *queue, defrec_pbuffer *buffer, 
 #ifndef STUB_NULL_ENTRY
 static defrec_status read_buffer(defrec_pqueue *queue, defrec_pbuffer *buffer, uint64_t offset, void *dst, uint64_t size) {
     catch_up(queue);
-    memcpy(dst, buffer->data + offset, (size_t)size);
+    transfer_later(queue, dst, buffer->data + offset, size);
+    catch_up(queue);
     return DEFREC_OK;
 }
 #endif
@@ -133,7 +171,11 @@ static defrec_status signal_queue(defrec_pqueue *queue, uint64_t *out_value) {
 }
 static defrec_status wait_queue(defrec_pqueue *queue, uint64_t value, uint64_t timeout_ns) {
     (void)timeout_ns;
-#ifdef STUB_NEVER_DONE
+#ifdef STUB_LATE
+    (void)queue;
+    (void)value;
+    return failed(DEFREC_ERROR_DEVICE_LOST, "the stub was unplugged");
+#elif defined(STUB_NEVER_DONE)
     (void)queue;
     (void)value;
     return DEFREC_TIMEOUT;
@@ -145,25 +187,23 @@ static defrec_status wait_queue(defrec_pqueue *queue, uint64_t value, uint64_t t
 /* ---- since minor 1 ---- */
 
 static defrec_status host_alloc(defrec_pdevice *device, uint64_t size, void **out) {
-    unsigned char *whole = calloc(1, (size_t)size + 64 + sizeof(void *)), *memory;
+    unsigned char *whole = calloc(1, (size_t)size + 128), *memory;
     (void)device;
     if (whole == NULL) return failed(DEFREC_ERROR_OUT_OF_MEMORY, "no page-locked memory");
-    memory = whole + sizeof(void *);
-    memory += 64 - (uintptr_t)memory % 64;
+    memory = whole + 128 - (uintptr_t)whole % 64;
     ((void **)memory)[-1] = whole;
+    ((uint64_t *)memory)[-2] = size;
     *out = memory;
     return DEFREC_OK;
 }
 static void host_free(defrec_pdevice *device, void *memory) {
     (void)device;
+    expect_unused(memory, ((uint64_t *)memory)[-2]);
     free(((void **)memory)[-1]);
 }
 static defrec_status write_in_place(defrec_pqueue *queue, defrec_pbuffer *buffer, uint64_t offset, const void *src, uint64_t size) {
     catch_up(queue);
-    queue->pending = buffer;
-    queue->offset = offset;
-    queue->size = size;
-    queue->src = src;
+    transfer_later(queue, buffer->data + offset, src, size);
     return DEFREC_OK;
 }
 static defrec_status buffer_import(defrec_pdevice *device, uint32_t kind, void *memory, uint64_t size, defrec_pbuffer **out) {
@@ -183,6 +223,10 @@ static defrec_status buffer_import(defrec_pdevice *device, uint32_t kind, void *
 
 static defrec_status supports(defrec_pdevice *device, const void *params) {
     (void)device;
+#ifdef STUB_LATE
+    (void)params;
+    return DEFREC_OK;
+#endif
     if (((const defrec_ransac_params *)params)->landmarks > 1000)
         return failed(DEFREC_ERROR_UNSUPPORTED, "at most 1000 landmarks");
     return DEFREC_OK;
@@ -208,6 +252,12 @@ static defrec_status stage_enqueue(defrec_pstage *stage, defrec_pqueue *queue, d
     catch_up(queue);
 #  ifdef STUB_LOSES_DEVICE
     return failed(DEFREC_ERROR_DEVICE_LOST, "the stub was unplugged");
+#  elif defined(STUB_LATE)
+    (void)in;
+    (void)in_count;
+    (void)out;
+    (void)out_count;
+    return DEFREC_OK;
 #  endif
     if (in_count < 1 || out_count < 1 || in[0]->size != out[0]->size)
         return failed(DEFREC_ERROR_ARGUMENT, "one input and one output of the same size expected");
@@ -217,6 +267,9 @@ static defrec_status stage_enqueue(defrec_pstage *stage, defrec_pqueue *queue, d
 #endif
 
 static const defrec_stage_table *stage(void *self, uint32_t number) {
+#ifdef STUB_LATE
+    static defrec_stage_table tables[DEFREC_STAGE_COUNT_V1];
+#endif
     static const defrec_stage_table table = {sizeof(defrec_stage_table), DEFREC_STAGE_RANSAC,
 #ifdef STUB_OTHER_STAGE_VERSION
                                              2,
@@ -231,6 +284,11 @@ static const defrec_stage_table *stage(void *self, uint32_t number) {
 #endif
     };
     (void)self;
+#ifdef STUB_LATE
+    tables[number] = table;
+    tables[number].stage = number;
+    return &tables[number];
+#endif
     return number == DEFREC_STAGE_RANSAC ? &table : NULL;
 }
 
@@ -252,7 +310,7 @@ static const defrec_plugin plugin_table = {
     read_buffer,
 #endif
     signal_queue, wait_queue, stage, shut_down,
-#if defined(STUB_HOST_MEMORY) || defined(STUB_OLDER_MINOR) /* the latter's table ends before them */
+#if defined(STUB_HOST_MEMORY) || defined(STUB_LATE) || defined(STUB_OLDER_MINOR) /* the latter's table ends before them */
     host_alloc, host_free, write_in_place, buffer_import
 #elif defined(STUB_HOST_ALLOC_ALONE)
     host_alloc, NULL, NULL, NULL
