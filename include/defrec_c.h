@@ -27,7 +27,7 @@
 #include <string.h>
 
 #define DEFREC_API_MAJOR 1
-#define DEFREC_API_MINOR 0
+#define DEFREC_API_MINOR 1
 
 #if defined(_WIN32)
 #  define DEFREC_CALL __cdecl
@@ -68,6 +68,7 @@ typedef struct defrec_tracker_  *defrec_tracker;
 typedef struct defrec_template_ *defrec_template;
 typedef struct defrec_job_      *defrec_job;
 typedef struct defrec_stage_    *defrec_stage;
+typedef struct defrec_memory_   *defrec_memory;
 
 #define DEFREC_INIT(p) (memset((p), 0, sizeof *(p)), (void)((p)->struct_size = (uint32_t)sizeof *(p)))
 
@@ -189,8 +190,9 @@ typedef struct defrec_image {
     uint32_t    struct_size;
     uint32_t    format;        /* DEFREC_FORMAT_* */
     uint32_t    width, height; /* px */
-    uint64_t    stride;        /* bytes from row to row; 0: width * bytes per pixel */
-    const void *pixels;        /* host memory, stride * (height - 1) + width * bytes per pixel bytes */
+    uint64_t    stride;        /* bytes from row to row; 0: width * bytes per pixel, or what memory has */
+    const void *pixels;        /* host memory, stride * (height - 1) + width * bytes per pixel bytes; or NULL and: */
+    defrec_memory memory;      /* the pixels lie here, from its first byte: see defrec_memory_import. since: 1.1 */
 } defrec_image;
 
 typedef struct defrec_intrinsics { /* frozen */
@@ -489,6 +491,7 @@ typedef struct defrec_tracker_desc {
     uint32_t    coarse_iterations, fine_iterations; /* of Levenberg-Marquardt; default 4, 4 */
     uint32_t    timed;                 /* 1: the host waits after each stage, so that the times of results are the device's; slower.
                                           Otherwise they are those of queueing where a device computes by itself */
+    uint32_t    memory_stride;         /* of left and right images in a defrec_memory, bytes; default: width * bytes per pixel. since: 1.1 */
 } defrec_tracker_desc;
 
 /* Opens the device and allocates everything that a frame needs; afterwards no frame allocates, but those that capture a template.
@@ -499,6 +502,20 @@ DEFREC_API defrec_status DEFREC_CALL defrec_tracker_create(defrec_context contex
  * released. threads: any. since: 1.0 */
 DEFREC_API void DEFREC_CALL defrec_tracker_destroy(defrec_tracker tracker);
 
+typedef struct defrec_memory_desc {
+    uint32_t struct_size;
+    uint32_t kind;             /* DEFREC_MEMORY_* */
+    void    *address;          /* of that kind, a multiple of 16 */
+    uint64_t size;             /* bytes */
+} defrec_memory_desc;
+
+/* Lets this tracker's device work in the caller's memory, without a copy. The memory stays the caller's, and must outlive the handle and
+ * every job that was given it. What the device cannot reach is DEFREC_ERROR_UNSUPPORTED. Import once what frames use in turn: it
+ * allocates. threads: any. since: 1.1 */
+DEFREC_API defrec_status DEFREC_CALL defrec_memory_import(defrec_tracker tracker, const defrec_memory_desc *desc, defrec_memory *out);
+/* Frames that were submitted with it are computed all the same. threads: any. since: 1.1 */
+DEFREC_API void DEFREC_CALL defrec_memory_release(defrec_memory memory);
+
 enum { DEFREC_FRAME_CAPTURE_TEMPLATE = 1u << 0 }; /* make this frame the template (the first usable frame is, unless one was set) */
 
 typedef struct defrec_frame {
@@ -507,10 +524,13 @@ typedef struct defrec_frame {
     int64_t             timestamp_ns;  /* strictly growing */
     const defrec_image *left, *right;  /* the rig's size, the tracker's format */
     const defrec_image *ignore;        /* GRAY8, the rig's size: nonzero pixels of the left image are not tissue; NULL: none */
+    defrec_memory       samples;       /* NULL, or where the device leaves a defrec_surface_sample per template vertex, those behind the
+                                          result's vertices and normals; too small is how the job fails. since: 1.1 */
 } defrec_frame;
 
-/* Queues a frame; jobs of one tracker run in order. Pixels are copied before it returns. A full queue is
- * DEFREC_ERROR_BUSY; a timestamp that does not grow is DEFREC_ERROR_ARGUMENT. threads: one. since: 1.0 */
+/* Queues a frame; jobs of one tracker run in order. Host pixels are copied before it returns. Pixels in a defrec_memory are complete when
+ * it is called and stay as they are until the job is done. A full queue is DEFREC_ERROR_BUSY; a timestamp that does not grow is
+ * DEFREC_ERROR_ARGUMENT. threads: one. since: 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_tracker_submit(defrec_tracker tracker, const defrec_frame *frame, defrec_job *out);
 
 /* DEFREC_OK: done. DEFREC_TIMEOUT: not yet. Negative: how the job failed. UINT64_MAX waits for ever. threads: any. since: 1.0 */

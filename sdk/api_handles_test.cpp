@@ -69,6 +69,11 @@ const std::vector<Use<defrec_tracker>> kTrackerUses = {
          defrec_job out = nullptr;
          return defrec_tracker_submit(h, &frame.frame, &out);
      }},
+    {"defrec_memory_import", [](auto h) {
+         auto desc = init<defrec_memory_desc>();
+         defrec_memory out = nullptr;
+         return defrec_memory_import(h, &desc, &out);
+     }},
     {"defrec_tracker_get_template", [](auto h) { defrec_template out = nullptr; return defrec_tracker_get_template(h, &out); }},
     {"defrec_tracker_set_template", [](auto h) { return defrec_tracker_set_template(h, nullptr); }},
 };
@@ -152,6 +157,7 @@ TEST_CASE("row 16: destroying NULL, twice, or something else does nothing") {
         defrec_template_release(static_cast<defrec_template>(value));
         defrec_job_release(static_cast<defrec_job>(value));
         defrec_stage_destroy(static_cast<defrec_stage>(value));
+        defrec_memory_release(static_cast<defrec_memory>(value));
     }
     check_live_handle(kRigUses, rig);
     defrec_rig_destroy(rig);
@@ -282,7 +288,7 @@ TEST_CASE("row 17: struct_size is checked in every struct, and outputs are writt
 }
 
 TEST_CASE("statuses have names, and a version has a number and a name") {
-    CHECK(defrec_version() == 1000);
+    CHECK(defrec_version() == 1001);
     CHECK(std::string(defrec_version_string()).size() >= 5);
     CHECK(std::string(defrec_status_name(DEFREC_ERROR_HANDLE)) == "DEFREC_ERROR_HANDLE");
     CHECK(std::string(defrec_status_name(12345)) == "unknown status");

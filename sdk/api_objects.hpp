@@ -38,6 +38,10 @@ struct TemplateObject {
     explicit TemplateObject(std::shared_ptr<const Template> given) : surface(std::move(given)) {}
     std::shared_ptr<const Template> surface;
 };
+struct MemoryObject {
+    std::shared_ptr<Context> context;
+    std::shared_ptr<const DeviceBuffer> buffer;
+};
 struct JobObject {
     std::shared_ptr<Job> job;
     std::shared_mutex in_use;  // shared by whoever reads the job, alone for its release
@@ -75,6 +79,11 @@ template <>
 struct HandleTraits<defrec_job> {
     static constexpr HandleKind kind = HandleKind::kJob;
     using Object = JobObject;
+};
+template <>
+struct HandleTraits<defrec_memory> {
+    static constexpr HandleKind kind = HandleKind::kMemory;
+    using Object = MemoryObject;
 };
 template <>
 struct HandleTraits<defrec_stage> {

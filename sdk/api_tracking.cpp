@@ -1,6 +1,5 @@
 // The exported functions for trackers, jobs and templates: check, catch, forward.
 #include <limits>
-#include <optional>
 
 #include "sdk/api_call.hpp"
 #include "sdk/api_objects.hpp"
@@ -64,21 +63,51 @@ class JobUse {
     std::shared_lock<std::shared_mutex> lock_;
 };
 
-struct FrameImages {
-    defrec_image left, right;
-    std::optional<defrec_image> ignore;
-};
+defrec_memory_desc read_desc(const defrec_memory_desc* given) {
+    const auto desc = read_struct<defrec_memory_desc>("desc", given);
+    if (desc.kind != DEFREC_MEMORY_HOST && desc.kind != DEFREC_MEMORY_CUDA)
+        fail(DEFREC_ERROR_ARGUMENT, "desc.kind is ", desc.kind, "; HOST (1) and CUDA (2) exist");
+    const auto address = reinterpret_cast<uintptr_t>(desc.address);
+    if (desc.address == nullptr) fail(DEFREC_ERROR_ARGUMENT, "desc.address is NULL");
+    if (address % 16 != 0) fail(DEFREC_ERROR_ARGUMENT, "desc.address is ", address % 16, " bytes past a multiple of 16, where memory begins");
+    if (desc.size == 0 || desc.size > UINTPTR_MAX - address)
+        fail(DEFREC_ERROR_ARGUMENT, "desc.size is ", desc.size, ", at least 1 and no more than the address space expected");
+    return desc;
+}
 
-FrameImages read_images(const defrec_frame& frame, const Tracker& tracker) {
-    const uint32_t width = tracker.rig().width(), height = tracker.rig().height();
-    FrameImages images{read_image("left", frame.left), read_image("right", frame.right), std::nullopt};
-    expect_image("left", images.left, width, height, tracker.format());
-    expect_image("right", images.right, width, height, tracker.format());
-    if (frame.ignore != nullptr) {
-        images.ignore = read_image("ignore", frame.ignore);
-        expect_image("ignore", *images.ignore, width, height, DEFREC_FORMAT_GRAY8);
-    }
-    return images;
+std::shared_ptr<const DeviceBuffer> read_memory(const char* what, defrec_memory given, const Tracker& tracker) {
+    std::shared_ptr<const DeviceBuffer> memory = find_handle(given)->buffer;
+    if (!tracker.can_use(*memory)) fail(DEFREC_ERROR_ARGUMENT, what, ": the memory was imported for another tracker");
+    return memory;
+}
+
+// memory_stride: what an image in memory has from row to row.
+FrameImage read_frame_image(const char* what, const defrec_image* given, uint32_t format, uint64_t memory_stride, const Tracker& tracker) {
+    defrec_image image = read_image(what, given);
+    expect_image(what, image, tracker.rig().width(), tracker.rig().height(), format);
+    if (image.memory == nullptr) return {static_cast<const uint8_t*>(image.pixels), image.stride, nullptr};
+    if (image.stride != 0 && image.stride != memory_stride)
+        fail(DEFREC_ERROR_ARGUMENT, what, ": stride is ", image.stride, " bytes, this tracker takes ", memory_stride, " in memory");
+    image.stride = memory_stride;
+    FrameImage read{nullptr, memory_stride, read_memory(what, image.memory, tracker)};
+    if (read.memory->size() < image_bytes(image))
+        fail(DEFREC_ERROR_ARGUMENT, what, ": the memory has ", read.memory->size(), " bytes, ", image_bytes(image), " are needed");
+    return read;
+}
+
+FrameInput read_frame(const defrec_frame* given, const Tracker& tracker) {
+    const auto frame = read_struct<defrec_frame>("frame", given);
+    if ((frame.flags & ~uint32_t{DEFREC_FRAME_CAPTURE_TEMPLATE}) != 0)
+        fail(DEFREC_ERROR_ARGUMENT, "frame.flags has unknown bits: ", frame.flags);
+    FrameInput input;
+    input.timestamp_ns = frame.timestamp_ns;
+    input.flags = frame.flags;
+    input.eyes[0] = read_frame_image("left", frame.left, tracker.format(), tracker.memory_stride(), tracker);
+    input.eyes[1] = read_frame_image("right", frame.right, tracker.format(), tracker.memory_stride(), tracker);
+    if (frame.ignore != nullptr)
+        input.ignore = read_frame_image("ignore", frame.ignore, DEFREC_FORMAT_GRAY8, tracker.rig().width(), tracker);
+    if (frame.samples != nullptr) input.samples = read_memory("samples", frame.samples, tracker);
+    return input;
 }
 
 }  // namespace
@@ -98,20 +127,31 @@ defrec_status defrec_tracker_create(defrec_context context, defrec_rig rig, cons
 
 void defrec_tracker_destroy(defrec_tracker tracker) { destroy_handle(tracker); }
 
+defrec_status defrec_memory_import(defrec_tracker tracker, const defrec_memory_desc* desc, defrec_memory* out) {
+    return api_call([&] {
+        expect_given("out", out);
+        const auto owner = find_handle(tracker);
+        const defrec_memory_desc given = read_desc(desc);
+        auto object = std::make_shared<MemoryObject>();
+        object->context = owner->context;
+        object->buffer = owner->tracker->import_memory(given.kind, given.address, given.size);
+        *out = add_handle<defrec_memory>(std::move(object));
+    });
+}
+
+void defrec_memory_release(defrec_memory memory) { destroy_handle(memory); }
+
 defrec_status defrec_tracker_submit(defrec_tracker tracker, const defrec_frame* frame, defrec_job* out) {
     return api_call([&] {
         expect_given("out", out);
         const auto object = find_handle(tracker);
         const OneThread one(object->inside);
-        const auto given = read_struct<defrec_frame>("frame", frame);
-        if ((given.flags & ~uint32_t{DEFREC_FRAME_CAPTURE_TEMPLATE}) != 0)
-            fail(DEFREC_ERROR_ARGUMENT, "frame.flags has unknown bits: ", given.flags);
-        const FrameImages images = read_images(given, *object->tracker);
+        FrameInput input = read_frame(frame, *object->tracker);
         // The handle first: once the frame is queued nothing may fail any more.
         auto job = std::make_shared<JobObject>();
         const defrec_job handle = add_handle<defrec_job>(job);
         try {
-            job->job = object->tracker->submit(given, images.left, images.right, images.ignore ? &*images.ignore : nullptr);
+            job->job = object->tracker->submit(std::move(input));
         } catch (...) {
             remove_handle(handle);
             throw;

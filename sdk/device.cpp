@@ -136,9 +136,10 @@ bool Queue::wait(uint64_t value, uint64_t timeout_ns) {
     return device_->call("wait", device_->table().wait, queue_, value, timeout_ns) != DEFREC_TIMEOUT;
 }
 
-void Queue::finish() {
-    const uint64_t end = signal();
-    if (!wait(end, UINT64_MAX)) fail(DEFREC_ERROR_PLUGIN, device_->id(), ": a wait without limit ended before the work");
+void Queue::finish() { wait(signal()); }
+
+void Queue::wait(uint64_t value) {
+    if (!wait(value, UINT64_MAX)) fail(DEFREC_ERROR_PLUGIN, device_->id(), ": a wait without limit ended before the work");
 }
 
 DeviceStage::DeviceStage(std::shared_ptr<const Device> device, uint32_t stage, const void* params)

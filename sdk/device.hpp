@@ -73,6 +73,7 @@ class DeviceBuffer {
     explicit operator bool() const { return buffer_ != nullptr; }
     uint64_t size() const { return size_; }
     defrec_pbuffer* get() const { return buffer_; }
+    const std::shared_ptr<const Device>& device() const { return device_; }
 
   private:
     void swap(DeviceBuffer& other) noexcept {
@@ -135,6 +136,8 @@ class Queue {
     uint64_t signal();
     // false: not yet. UINT64_MAX waits for ever.
     bool wait(uint64_t value, uint64_t timeout_ns);
+    // Without limit.
+    void wait(uint64_t value);
     // signal, and wait for it.
     void finish();
 

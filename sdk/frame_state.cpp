@@ -10,7 +10,7 @@
 
 namespace defrec {
 
-ImageStatistics image_statistics(const uint8_t* pixels, uint32_t width, uint32_t height, uint32_t channels) {
+ImageStatistics image_statistics(const uint8_t* pixels, uint32_t width, uint32_t height, uint32_t channels, const int32_t* map) {
     constexpr uint32_t kStep = 4;
     ImageStatistics statistics;
     double sum = 0, squares = 0;
@@ -20,6 +20,7 @@ ImageStatistics image_statistics(const uint8_t* pixels, uint32_t width, uint32_t
     for (uint32_t y = kStep / 2; y < height; y += kStep) {
         const uint8_t* row = pixels + static_cast<size_t>(y) * width * channels;
         for (uint32_t x = kStep / 2; x < width; x += kStep) {
+            if (map != nullptr && map[2 * (size_t{y} * width + x)] == INT32_MIN) continue;
             const uint8_t value = row[x * channels + channel];
             sum += value;
             squares += static_cast<double>(value) * value;

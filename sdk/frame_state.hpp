@@ -9,7 +9,7 @@
 
 namespace defrec {
 
-// Exposure of a raw image, from a sparse grid of its pixels.
+// Exposure of an image, from a sparse grid of its pixels.
 struct ImageStatistics {
     double mean = 0;             // gray levels
     double deviation = 0;        // standard deviation, gray levels
@@ -18,8 +18,9 @@ struct ImageStatistics {
     bool dark() const { return mean < 6; }
     bool saturated() const { return saturated_share > 0.6; }
 };
-// pixels: tight rows of width * channels bytes.
-ImageStatistics image_statistics(const uint8_t* pixels, uint32_t width, uint32_t height, uint32_t channels);
+// pixels: tight rows of width * channels bytes. map: of a rectified image, the rig's, for what the camera did not see is not looked at;
+// may be nullptr.
+ImageStatistics image_statistics(const uint8_t* pixels, uint32_t width, uint32_t height, uint32_t channels, const int32_t* map = nullptr);
 
 struct Evidence {
     uint32_t vertices_inside = 0;   // in the image

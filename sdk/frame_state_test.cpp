@@ -170,3 +170,14 @@ TEST_CASE("row 58: exposure of black, white and ordinary images") {
     CHECK(statistics.deviation > 5);
     CHECK(statistics.hash != image_statistics(black.data(), 64, 48, 3).hash);
 }
+
+TEST_CASE("what the camera did not see says nothing of a rectified image's exposure") {
+    std::vector<uint8_t> gray(64 * 48, 120);
+    std::vector<int32_t> map(2 * gray.size());
+    std::fill(gray.begin() + 64 * 24, gray.end(), uint8_t{0});
+    std::fill(map.begin() + 2 * 64 * 24, map.end(), INT32_MIN);
+    CHECK(image_statistics(gray.data(), 64, 48, 1).mean == 60);
+    const ImageStatistics statistics = image_statistics(gray.data(), 64, 48, 1, map.data());
+    CHECK(statistics.mean == 120);
+    CHECK(statistics.deviation == 0);
+}

@@ -6,7 +6,7 @@
 
 namespace defrec {
 
-enum class HandleKind : uint8_t { kContext = 1, kRig, kTracker, kTemplate, kJob, kStage };
+enum class HandleKind : uint8_t { kContext = 1, kRig, kTracker, kTemplate, kJob, kStage, kMemory };
 
 namespace detail {
 void* add_handle(HandleKind kind, std::shared_ptr<void> object);

@@ -16,10 +16,14 @@ defrec_image read_image(const char* what, const defrec_image* given) {
         fail(DEFREC_ERROR_ARGUMENT, what, ": ", image.width, " x ", image.height, " pixels given, ", int{DEFREC_MIN_WIDTH}, " x ",
              int{DEFREC_MIN_HEIGHT}, " to ", int{DEFREC_MAX_SIDE}, " x ", int{DEFREC_MAX_SIDE}, " expected");
     const uint64_t row = uint64_t{image.width} * pixel;
-    if (image.stride == 0) image.stride = row;
-    if (image.stride < row)
+    if (image.stride == 0 && image.memory == nullptr) image.stride = row;
+    if (image.stride != 0 && image.stride < row)
         fail(DEFREC_ERROR_ARGUMENT, what, ": stride is ", image.stride, " bytes, a row of ", image.width, " pixels has ", row);
     if (image.stride > UINT32_MAX) fail(DEFREC_ERROR_ARGUMENT, what, ": stride is ", image.stride, " bytes, more than 32 bits");
+    if (image.memory != nullptr) {
+        if (image.pixels != nullptr) fail(DEFREC_ERROR_ARGUMENT, what, ": both pixels and memory are given");
+        return image;
+    }
     if (image.pixels == nullptr) fail(DEFREC_ERROR_ARGUMENT, what, ": pixels is NULL");
     if (reinterpret_cast<uintptr_t>(image.pixels) > UINTPTR_MAX - image_bytes(image))
         fail(DEFREC_ERROR_ARGUMENT, what, ": the pixels do not fit into the address space");

@@ -51,6 +51,16 @@ TEST_CASE("row 16: NULL image and NULL pixels") {
     CHECK(contains(refusal([](auto& i) { i.pixels = nullptr; }), "left: pixels is NULL"));
 }
 
+TEST_CASE("an image in memory has no pixels, and keeps a stride of 0") {
+    const auto memory = reinterpret_cast<defrec_memory>(uintptr_t{1});
+    defrec_image given = good();
+    given.pixels = nullptr;
+    given.memory = memory;
+    CHECK(read_image("left", &given).stride == 0);
+    CHECK(contains(refusal([&](auto& i) { i.memory = memory; }), "left: both pixels and memory are given"));
+    CHECK(contains(refusal([&](auto& i) { i.pixels = nullptr, i.memory = memory, i.stride = 191; }), "stride is 191 bytes"));
+}
+
 TEST_CASE("row 18: unknown formats") {
     for (const uint32_t format : {0u, 5u, UINT32_MAX}) CHECK(contains(refusal([&](auto& i) { i.format = format; }), "format"));
 }

@@ -28,6 +28,8 @@ defrec_status TrackerJob::wait(uint64_t timeout_ns) {
 }
 
 void TrackerJob::finish(defrec_status result_status, const std::string& text) {
+    for (FrameImage* image : {&input.eyes[0], &input.eyes[1], &input.ignore}) image->memory.reset();
+    input.samples.reset();
     const std::lock_guard lock(monitor->mutex);
     status = result_status;
     error_text_ = text;
@@ -54,7 +56,7 @@ void TrackerJob::result(defrec_result& out) const {
     out.state = state;
     out.reasons = reasons;
     out.epoch = epoch;
-    out.timestamp_ns = timestamp_ns;
+    out.timestamp_ns = input.timestamp_ns;
     out.frame = frame;
     out.age = age;
     out.features = output.summary->features;

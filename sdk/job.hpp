@@ -37,10 +37,8 @@ class TrackerJob final : public Job {
     JobPhase phase = JobPhase::kFree;       // under the monitor's mutex
     defrec_status status = DEFREC_OK;       // under the monitor's mutex
 
-    HostMemory eyes[2], ignore;  // tight rows
-    bool has_ignore = false;
-    uint32_t flags = 0;
-    int64_t timestamp_ns = 0;
+    HostMemory eyes[2], ignore;  // copies of host pixels, tight rows; of an eye in memory, its rectified gray pixels
+    FrameInput input;            // its host pixels are these copies
     uint64_t frame = 0;
     std::shared_ptr<const Template> template_to_set;
 

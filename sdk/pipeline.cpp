@@ -45,6 +45,7 @@ std::vector<defrec_surface_point> sparse_vertices(const TemplateData& data) {
 constexpr uint32_t kDisparityStep = 16;
 constexpr uint32_t kLeastDisparities = 48;
 constexpr uint32_t kMostFramesInFlight = 16;
+constexpr uint32_t kLongestStride = 1u << 20;
 
 }  // namespace
 
@@ -66,6 +67,11 @@ TrackerSettings complete_settings(const defrec_tracker_desc& desc, const Rig& ri
         fail(DEFREC_ERROR_ARGUMENT, "format is ", settings.format, "; GRAY8 (1), BGR8 (2), RGB8 (3) and BGRA8 (4) exist");
     if (settings.frames_in_flight > kMostFramesInFlight)
         fail(DEFREC_ERROR_ARGUMENT, "frames_in_flight is ", settings.frames_in_flight, ", at most ", kMostFramesInFlight, " are possible");
+    const uint32_t row = rig.width() * bytes_per_pixel(settings.format);
+    settings.memory_stride = or_default(desc.memory_stride, row);
+    if (settings.memory_stride < row || settings.memory_stride > kLongestStride)
+        fail(DEFREC_ERROR_ARGUMENT, "memory_stride is ", desc.memory_stride, " bytes, ", row, " (a row of the rig's images) to ", kLongestStride,
+             " expected");
     settings.keep_disparity = desc.keep_disparity != 0;
     settings.timed = desc.timed != 0;
     settings.coarse_iterations = or_default(desc.coarse_iterations, 4u);
@@ -84,18 +90,14 @@ struct Pipeline::TemplateStages {
 Pipeline::Pipeline(std::shared_ptr<Context> context, std::shared_ptr<const Rig> rig, std::shared_ptr<Device> device,
                    const TrackerSettings& settings)
     : context_(std::move(context)), rig_(std::move(rig)), device_(std::move(device)), settings_(settings),
-      width_(rig_->width()), height_(rig_->height()), frame_bytes_(0), queue_(device_) {
-    auto rectify = make_params<defrec_rectify_params>();
-    rectify.format = settings_.format;
-    rectify.source_width = rectify.width = width_;
-    rectify.source_height = rectify.height = height_;
-    fill_defaults(rectify);
-    rectify_ = std::make_unique<DeviceStage>(device_, DEFREC_STAGE_RECTIFY, &rectify);
-    frame_bytes_ = uint64_t{rectify.source_stride} * height_;
+      width_(rig_->width()), height_(rig_->height()), queue_(device_) {
+    const uint32_t row = width_ * bytes_per_pixel(settings_.format);
+    rectify_ = make_rectify(row);
+    if (settings_.memory_stride != row) rectify_memory_ = make_rectify(settings_.memory_stride);
 
     const uint64_t pixels = uint64_t{width_} * height_;
     for (int eye = 0; eye < 2; ++eye) {
-        raw_[eye] = DeviceBuffer(device_, frame_bytes_);
+        raw_[eye] = DeviceBuffer(device_, uint64_t{row} * height_);
         gray_[eye] = DeviceBuffer(device_, pixels);
         mask_[eye] = DeviceBuffer(device_, pixels);
     }
@@ -118,6 +120,16 @@ Pipeline::Pipeline(std::shared_ptr<Context> context, std::shared_ptr<const Rig> 
 }
 
 Pipeline::~Pipeline() = default;
+
+std::unique_ptr<DeviceStage> Pipeline::make_rectify(uint32_t source_stride) const {
+    auto params = make_params<defrec_rectify_params>();
+    params.format = settings_.format;
+    params.source_width = params.width = width_;
+    params.source_height = params.height = height_;
+    params.source_stride = source_stride;
+    fill_defaults(params);
+    return std::make_unique<DeviceStage>(device_, DEFREC_STAGE_RECTIFY, &params);
+}
 
 std::unique_ptr<DeviceStage> Pipeline::make_stereo(uint32_t min_disparity, uint32_t disparities) const {
     auto params = make_params<defrec_stereo_params>();
@@ -166,18 +178,30 @@ void Pipeline::lap(const char* stage, FrameOutput& out) {
     last_lap_ = now;
 }
 
-void Pipeline::observe(const uint8_t* left, const uint8_t* right, const uint8_t* ignore, FrameOutput& out) {
+// The image as a buffer: the application's own, or this one with the pixels in it; nullptr where there is no image.
+const DeviceBuffer* Pipeline::bring(const FrameImage& image, const DeviceBuffer& buffer) {
+    if (image.memory != nullptr) return image.memory.get();
+    if (image.pixels == nullptr) return nullptr;
+    queue_.write_in_place(buffer, image.pixels, buffer.size());
+    return &buffer;
+}
+
+void Pipeline::observe(const FrameInput& frame, std::array<uint8_t*, 2> gray, FrameOutput& out) {
     out.time_count = 0;
+    gray_point_ = 0;
     last_lap_ = std::chrono::steady_clock::now();
-    const uint8_t* pixels[2] = {left, right};
-    if (ignore != nullptr) queue_.write_in_place(ignore_, ignore, ignore_.size());
-    for (int eye = 0; eye < 2; ++eye) queue_.write_in_place(raw_[eye], pixels[eye], frame_bytes_);
+    const DeviceBuffer* ignored = bring(frame.ignore, ignore_);
+    const DeviceBuffer* raw[2] = {bring(frame.eyes[0], raw_[0]), bring(frame.eyes[1], raw_[1])};
     lap("upload", out);
-    for (int eye = 0; eye < 2; ++eye) {
-        const DeviceBuffer* map = map_[eye] ? &map_[eye] : nullptr;
-        const DeviceBuffer* ignored = eye == 0 && ignore != nullptr ? &ignore_ : nullptr;
-        rectify_->enqueue(queue_, {&raw_[eye], map, ignored}, {&gray_[eye], &mask_[eye]});
+    bool reads_gray = false;
+    for (size_t eye = 0; eye < 2; ++eye) {
+        const bool in_memory = frame.eyes[eye].memory != nullptr;
+        DeviceStage& rectify = in_memory && rectify_memory_ != nullptr ? *rectify_memory_ : *rectify_;
+        rectify.enqueue(queue_, {raw[eye], map_[eye] ? &map_[eye] : nullptr, eye == 0 ? ignored : nullptr}, {&gray_[eye], &mask_[eye]});
+        if (in_memory) queue_.read(gray_[eye], gray[eye], gray_[eye].size());
+        reads_gray |= in_memory;
     }
+    if (reads_gray) gray_point_ = queue_.signal();
     lap("rectify", out);
     stereo_->enqueue(queue_, {&gray_[0], &gray_[1], &mask_[0], &mask_[1]}, {&disparity_, nullptr});
     lap("stereo", out);
@@ -188,9 +212,18 @@ void Pipeline::observe(const uint8_t* left, const uint8_t* right, const uint8_t*
     queue_.signal();
 }
 
+void Pipeline::await_gray() {
+    if (gray_point_ != 0) queue_.wait(gray_point_);
+}
+
 void Pipeline::forget_observation(FrameOutput& out) {
     queue_.finish();
     out.summary->features = 0;
+}
+
+void Pipeline::leave_samples(std::span<const defrec_surface_sample> samples, const DeviceBuffer& memory) {
+    queue_.write(memory, samples.data(), samples.size_bytes());
+    queue_.finish();
 }
 
 void Pipeline::drain() noexcept {
@@ -363,8 +396,9 @@ void Pipeline::set_template(std::shared_ptr<const Template> surface) {
     queue_.finish();
 }
 
-void Pipeline::follow(std::span<const defrec_motion> start, FrameOutput& out) {
+void Pipeline::follow(std::span<const defrec_motion> start, const DeviceBuffer* samples, FrameOutput& out) {
     TemplateStages& t = *follow_;
+    if (samples == nullptr) samples = &t.samples;
     last_lap_ = std::chrono::steady_clock::now();
     queue_.write(t.start, start.data(), start.size_bytes());
     t.match->enqueue(queue_, {&feature_count_, &features_, &disparity_}, {&t.matches});
@@ -381,10 +415,10 @@ void Pipeline::follow(std::span<const defrec_motion> start, FrameOutput& out) {
     lap("align fine", out);
     t.solve_fine->enqueue(queue_, {&t.middle, &t.weighted, &t.observations, &disparity_}, {&t.final, &t.lm_summary});
     lap("lm fine", out);
-    t.warp->enqueue(queue_, {&t.final, &disparity_}, {&t.samples});
+    t.warp->enqueue(queue_, {&t.final, &disparity_}, {samples});
     lap("warp", out);
     queue_.read(t.final, out.motions.data(), bytes_of(out.motions));
-    queue_.read(t.samples, out.samples.data(), bytes_of(out.samples));
+    queue_.read(*samples, out.samples.data(), bytes_of(out.samples));
     queue_.read(t.weighted, out.matches.data(), bytes_of(out.matches));
     queue_.read(t.observations, out.observations.data(), bytes_of(out.observations));
     queue_.read(t.predictions, out.predictions.data(), bytes_of(out.predictions));

@@ -9,6 +9,7 @@
 
 #include "sdk/context.hpp"
 #include "sdk/device.hpp"
+#include "sdk/frame_input.hpp"
 #include "sdk/frame_output.hpp"
 #include "sdk/rig.hpp"
 #include "sdk/template.hpp"
@@ -20,6 +21,7 @@ namespace defrec {
 struct TrackerSettings {
     uint64_t seed = 0;
     uint32_t format = 0;
+    uint32_t memory_stride = 0;      // of images in memory, bytes
     uint32_t frames_in_flight = 0;
     uint32_t disparities = 0;        // 0: found from the first frame
     uint32_t min_disparity = 0;
@@ -42,9 +44,12 @@ class Pipeline {
              const TrackerSettings& settings);
     ~Pipeline();
 
-    // Rectifies a pair (tight rows, the settings' format; ignore tight u8 or nullptr), computes disparity and features. The device may still
-    // be at it: images must stay as they are, and out is complete, when capture, finish or forget_observation has returned.
-    void observe(const uint8_t* left, const uint8_t* right, const uint8_t* ignore, FrameOutput& out);
+    // Rectifies a pair (host pixels in tight rows), computes disparity and features. The device may still be at it: images must stay as they
+    // are, and out is complete, when capture, finish or forget_observation has returned. gray: where the rectified pixels of an eye in memory
+    // are read back to.
+    void observe(const FrameInput& frame, std::array<uint8_t*, 2> gray, FrameOutput& out);
+    // Waits for gray.
+    void await_gray();
 
     // Instead of capture and follow, where the images turn out to be of no use.
     void forget_observation(FrameOutput& out);
@@ -57,10 +62,14 @@ class Pipeline {
     // Makes the stages and buffers for this template, and waits for all that was queued before. Allocates.
     void set_template(std::shared_ptr<const Template> surface);
 
-    // Follows the template into the images last observed, starting from these motions. The device may still be at it.
-    void follow(std::span<const defrec_motion> start, FrameOutput& out);
+    // Follows the template into the images last observed, starting from these motions. samples: where the device leaves them; may be null.
+    // The device may still be at it.
+    void follow(std::span<const defrec_motion> start, const DeviceBuffer* samples, FrameOutput& out);
     // Waits for what observe and follow began.
     void finish(FrameOutput& out);
+
+    // Writes samples that did not come from follow into the memory where the device would have left them.
+    void leave_samples(std::span<const defrec_surface_sample> samples, const DeviceBuffer& memory);
 
     // Waits for what is queued, after a failure: nothing may be written into a frame's output later.
     void drain() noexcept;
@@ -69,6 +78,8 @@ class Pipeline {
     struct TemplateStages;
 
     std::unique_ptr<DeviceStage> make_stereo(uint32_t min_disparity, uint32_t disparities) const;
+    std::unique_ptr<DeviceStage> make_rectify(uint32_t source_stride) const;
+    const DeviceBuffer* bring(const FrameImage& image, const DeviceBuffer& buffer);
     void upload_maps();
     void upload_template(const TemplateData& data);
     void lap(const char* stage, FrameOutput& out);
@@ -81,7 +92,6 @@ class Pipeline {
     std::shared_ptr<Device> device_;
     TrackerSettings settings_;
     uint32_t width_, height_;
-    uint64_t frame_bytes_;
 
     // Host copies that only capturing a template needs. The queue, which goes before them, may be reading into them.
     std::vector<uint8_t> host_gray_, host_mask_;
@@ -91,8 +101,9 @@ class Pipeline {
 
     Queue queue_;
     DeviceBuffer raw_[2], map_[2], gray_[2], mask_[2], ignore_, disparity_, feature_count_, features_;
-    std::unique_ptr<DeviceStage> rectify_, stereo_, orb_;
+    std::unique_ptr<DeviceStage> rectify_, rectify_memory_, stereo_, orb_;  // rectify_memory_: where memory has another stride
     uint32_t feature_capacity_ = 0;
+    uint64_t gray_point_ = 0;  // in the queue, behind what await_gray waits for; 0: nothing
     std::unique_ptr<TemplateStages> follow_;
     std::chrono::steady_clock::time_point last_lap_;
 };

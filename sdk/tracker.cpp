@@ -16,10 +16,20 @@ namespace {
 
 constexpr uint32_t kAllStages = (1u << DEFREC_STAGE_COUNT_V1) - 1;
 
-// Rows of `bytes` bytes without padding.
-void copy_tight(const defrec_image& image, uint64_t bytes, uint8_t* out) {
-    const auto* from = static_cast<const uint8_t*>(image.pixels);
-    for (uint32_t y = 0; y < image.height; ++y) std::memcpy(out + y * bytes, from + y * image.stride, bytes);
+// Host pixels go to `copy`, in rows of `bytes` bytes without padding, and the image is that copy from now on.
+void keep(FrameImage& image, uint64_t bytes, uint32_t height, uint8_t* copy) {
+    if (image.pixels == nullptr) return;
+    for (uint32_t y = 0; y < height; ++y) std::memcpy(copy + y * bytes, image.pixels + y * image.stride, bytes);
+    image.pixels = copy;
+    image.stride = bytes;
+}
+
+defrec_surface_sample at_rest(const defrec_surface_point& point) {
+    defrec_surface_sample sample{};
+    std::copy(std::begin(point.position), std::end(point.position), sample.position);
+    std::copy(std::begin(point.normal), std::end(point.normal), sample.normal);
+    sample.observation = DEFREC_NO_DEPTH;
+    return sample;
 }
 
 }  // namespace
@@ -46,18 +56,15 @@ class Tracker::Impl {
         worker_.join();
     }
 
-    std::shared_ptr<Job> submit(const defrec_frame& frame, const defrec_image& left, const defrec_image& right,
-                                const defrec_image* ignore) {
-        std::shared_ptr<TrackerJob> job = reserve(frame.timestamp_ns);
-        copy_tight(left, uint64_t{rig_->width()} * channels_, job->eyes[0].as<uint8_t>().data());
-        copy_tight(right, uint64_t{rig_->width()} * channels_, job->eyes[1].as<uint8_t>().data());
-        job->has_ignore = ignore != nullptr;
-        if (ignore != nullptr) copy_tight(*ignore, rig_->width(), job->ignore.as<uint8_t>().data());
-        job->flags = frame.flags;
-        job->timestamp_ns = frame.timestamp_ns;
+    std::shared_ptr<Job> submit(FrameInput input) {
+        std::shared_ptr<TrackerJob> job = reserve(input.timestamp_ns);
+        for (size_t eye = 0; eye < 2; ++eye)
+            keep(input.eyes[eye], uint64_t{rig_->width()} * channels_, rig_->height(), job->eyes[eye].as<uint8_t>().data());
+        keep(input.ignore, rig_->width(), rig_->height(), job->ignore.as<uint8_t>().data());
+        job->input = std::move(input);
 
         const std::lock_guard lock(monitor_->mutex);
-        last_timestamp_ = frame.timestamp_ns;
+        last_timestamp_ = job->input.timestamp_ns;
         job->frame = submitted_;
         job->template_to_set = std::exchange(template_to_set_, nullptr);
         job->phase = JobPhase::kQueued;
@@ -87,7 +94,13 @@ class Tracker::Impl {
         template_to_set_ = std::move(surface);
     }
 
+    std::shared_ptr<const DeviceBuffer> import_memory(uint32_t kind, void* address, uint64_t size) const {
+        return std::make_shared<const DeviceBuffer>(DeviceBuffer::import(device_, kind, address, size));
+    }
+    bool can_use(const DeviceBuffer& memory) const { return memory.device() == device_; }
+
     uint32_t format() const { return settings_.format; }
+    uint32_t memory_stride() const { return settings_.memory_stride; }
     const Rig& rig() const { return *rig_; }
 
   private:
@@ -142,13 +155,12 @@ class Tracker::Impl {
         job.output.summary->features = 0;
         if (job.template_to_set != nullptr) adopt(std::exchange(job.template_to_set, nullptr), false);
         // The device begins while the host looks; frames in which there is nothing to see are few.
-        pipeline_.observe(job.eyes[0].as<uint8_t>().data(), job.eyes[1].as<uint8_t>().data(),
-                          job.has_ignore ? job.ignore.as<uint8_t>().data() : nullptr, job.output);
+        pipeline_.observe(job.input, {job.eyes[0].as<uint8_t>().data(), job.eyes[1].as<uint8_t>().data()}, job.output);
         look_at_images(job);
         const bool blind = (job.reasons & (DEFREC_REASON_DARK | DEFREC_REASON_SATURATED | DEFREC_REASON_ONE_EYE)) != 0;
         if (blind)
             pipeline_.forget_observation(job.output);
-        else if (surface_ == nullptr || (job.flags & DEFREC_FRAME_CAPTURE_TEMPLATE) != 0)
+        else if (surface_ == nullptr || (job.input.flags & DEFREC_FRAME_CAPTURE_TEMPLATE) != 0)
             capture(job);
         job.surface = surface_;
         if (surface_ == nullptr) {
@@ -158,14 +170,16 @@ class Tracker::Impl {
             return;
         }
         fit_sizes(job);
+        expect_room_for_samples(job);
+        if (blind) forget_evidence(job);
         const bool found = !blind && follow(job);
         conclude(job, found);
     }
 
     // Exposure, and whether the stream stands still.
     void look_at_images(TrackerJob& job) {
-        const ImageStatistics left = image_statistics(job.eyes[0].as<uint8_t>().data(), rig_->width(), rig_->height(), channels_);
-        const ImageStatistics right = image_statistics(job.eyes[1].as<uint8_t>().data(), rig_->width(), rig_->height(), channels_);
+        pipeline_.await_gray();
+        const ImageStatistics left = statistics_of(job, 0), right = statistics_of(job, 1);
         if (left.dark() || right.dark()) job.reasons |= DEFREC_REASON_DARK;
         if (left.dark() != right.dark()) job.reasons |= DEFREC_REASON_ONE_EYE;
         if (left.saturated() || right.saturated()) job.reasons |= DEFREC_REASON_SATURATED;
@@ -173,10 +187,18 @@ class Tracker::Impl {
         if (job.frame > 0 && left.hash == last_hash_[0] && right.hash == last_hash_[1]) job.reasons |= DEFREC_REASON_FROZEN;
         last_hash_[0] = left.hash;
         last_hash_[1] = right.hash;
-        const int64_t step = job.timestamp_ns - last_frame_time_;
+        const int64_t step = job.input.timestamp_ns - last_frame_time_;
         if (job.frame > 1 && usual_step_ > 0 && step > 2 * usual_step_) job.reasons |= DEFREC_REASON_GAP;
         if (job.frame > 0) usual_step_ = usual_step_ == 0 ? step : usual_step_ + (step - usual_step_) / 8;
-        last_frame_time_ = job.timestamp_ns;
+        last_frame_time_ = job.input.timestamp_ns;
+    }
+
+    // Of the raw image, or where that lies in memory of the rectified one.
+    ImageStatistics statistics_of(const TrackerJob& job, int eye) const {
+        const uint8_t* pixels = job.eyes[eye].as<uint8_t>().data();
+        if (job.input.eyes[static_cast<size_t>(eye)].memory == nullptr)
+            return image_statistics(pixels, rig_->width(), rig_->height(), channels_);
+        return image_statistics(pixels, rig_->width(), rig_->height(), 1, rig_->map(eye));
     }
 
     void capture(TrackerJob& job) {
@@ -193,7 +215,8 @@ class Tracker::Impl {
     void adopt(std::shared_ptr<const Template> surface, bool seen) {
         pipeline_.set_template(surface);
         last_motions_.assign(surface->data().nodes.size() / 3, DualQuaternion<float>::identity().store());
-        last_samples_.clear();
+        last_samples_.resize(surface->data().vertices.size());
+        for (size_t i = 0; i < last_samples_.size(); ++i) last_samples_[i] = at_rest(surface->data().vertices[i]);
         tracking_ = seen;
         age_ = 0;
         ++epoch_;
@@ -210,8 +233,25 @@ class Tracker::Impl {
         job.node_positions.resize(data.nodes.size());
     }
 
+    static void expect_room_for_samples(const TrackerJob& job) {
+        const uint64_t needed = job.output.samples.size() * sizeof(defrec_surface_sample);
+        if (job.input.samples != nullptr && job.input.samples->size() < needed)
+            fail(DEFREC_ERROR_ARGUMENT, "samples: the memory has ", job.input.samples->size(), " bytes, ", needed, " are needed for ",
+                 job.output.samples.size(), " vertices");
+    }
+
+    // Nothing was searched in a frame of no use: a place in the queue must not show what an earlier frame had.
+    static void forget_evidence(TrackerJob& job) {
+        job.evidence = {};
+        defrec_match none{};
+        none.feature = -1;
+        none.distance = none.second = 256;
+        std::fill(job.output.matches.begin(), job.output.matches.end(), none);
+        std::fill(job.output.observations.begin(), job.output.observations.end(), defrec_patch_observation{});
+    }
+
     bool follow(TrackerJob& job) {
-        pipeline_.follow(last_motions_, job.output);
+        pipeline_.follow(last_motions_, job.input.samples.get(), job.output);
         pipeline_.finish(job.output);
         job.evidence = weigh_evidence(surface_->data(), job.output);
         const Verdict verdict = judge(surface_->data(), job.evidence, tracking_);
@@ -222,7 +262,7 @@ class Tracker::Impl {
 
     // Median distance, mm, that the vertices moved since the frame they were last found in; 0 at first.
     double median_step(std::span<const defrec_surface_sample> samples) {
-        if (last_samples_.size() != samples.size() || samples.empty()) return 0;
+        if (samples.empty()) return 0;
         steps_.resize(samples.size());
         for (size_t i = 0; i < samples.size(); ++i) {
             const Vec3<float> step = load3<float>(samples[i].position) - load3<float>(last_samples_[i].position);
@@ -245,8 +285,8 @@ class Tracker::Impl {
         } else {
             job.state = DEFREC_LOST;
             std::copy(last_motions_.begin(), last_motions_.end(), job.output.motions.begin());
-            if (last_samples_.size() == job.output.samples.size())
-                std::copy(last_samples_.begin(), last_samples_.end(), job.output.samples.begin());
+            std::copy(last_samples_.begin(), last_samples_.end(), job.output.samples.begin());
+            if (job.input.samples != nullptr) pipeline_.leave_samples(job.output.samples, *job.input.samples);
             ++age_;
         }
         tracking_ = found;
@@ -296,13 +336,15 @@ class Tracker::Impl {
 Tracker::Tracker(std::shared_ptr<Context> context, std::shared_ptr<const Rig> rig, const defrec_tracker_desc& desc)
     : impl_(std::make_unique<Impl>(std::move(context), std::move(rig), desc)) {}
 Tracker::~Tracker() = default;
-std::shared_ptr<Job> Tracker::submit(const defrec_frame& frame, const defrec_image& left, const defrec_image& right,
-                                     const defrec_image* ignore) {
-    return impl_->submit(frame, left, right, ignore);
+std::shared_ptr<Job> Tracker::submit(FrameInput input) { return impl_->submit(std::move(input)); }
+std::shared_ptr<const DeviceBuffer> Tracker::import_memory(uint32_t kind, void* address, uint64_t size) const {
+    return impl_->import_memory(kind, address, size);
 }
+bool Tracker::can_use(const DeviceBuffer& memory) const { return impl_->can_use(memory); }
 std::shared_ptr<const Template> Tracker::current_template() const { return impl_->current_template(); }
 void Tracker::set_template(std::shared_ptr<const Template> surface) { impl_->set_template(std::move(surface)); }
 uint32_t Tracker::format() const { return impl_->format(); }
+uint32_t Tracker::memory_stride() const { return impl_->memory_stride(); }
 const Rig& Tracker::rig() const { return impl_->rig(); }
 
 }  // namespace defrec

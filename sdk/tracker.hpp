@@ -5,6 +5,7 @@
 #include <string>
 
 #include "include/defrec_c.h"
+#include "sdk/frame_input.hpp"
 
 namespace defrec {
 
@@ -37,16 +38,19 @@ class Tracker {
     Tracker(const Tracker&) = delete;
     Tracker& operator=(const Tracker&) = delete;
 
-    // The images are checked already: the rig's size, the tracker's format. ignore may be null.
     // Throws Error(DEFREC_ERROR_BUSY) when the queue is full.
-    std::shared_ptr<Job> submit(const defrec_frame& frame, const defrec_image& left, const defrec_image& right,
-                                const defrec_image* ignore);
+    std::shared_ptr<Job> submit(FrameInput input);
+
+    // The caller's memory as a buffer that frames of this tracker may use. Any thread.
+    std::shared_ptr<const DeviceBuffer> import_memory(uint32_t kind, void* address, uint64_t size) const;
+    bool can_use(const DeviceBuffer& memory) const;  // it was imported here
 
     // Throws Error(DEFREC_ERROR_STATE) before there is one.
     std::shared_ptr<const Template> current_template() const;
     void set_template(std::shared_ptr<const Template> surface);
 
     uint32_t format() const;          // of the frames
+    uint32_t memory_stride() const;   // of left and right images in memory
     const Rig& rig() const;
 
   private:

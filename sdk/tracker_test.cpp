@@ -7,118 +7,22 @@
 #include <string>
 #include <vector>
 
-#include "include/defrec_c.h"
+#include "sdk/test_session.hpp"
+
+using namespace defrec::test;
 
 namespace {
 
-constexpr int kWidth = 320, kHeight = 240;
-constexpr double kFocal = 340, kBaseline = 5, kDepth = 80, kSlope = 0.15;
-
-double hash_noise(int64_t x, int64_t y, uint64_t octave) {
-    uint64_t h = static_cast<uint64_t>(x) * 0x9e3779b97f4a7c15u ^ static_cast<uint64_t>(y) * 0xc2b2ae3d27d4eb4fu ^ octave * 0x165667b19e3779f9u;
-    h ^= h >> 29;
-    h *= 0xbf58476d1ce4e5b9u;
-    h ^= h >> 32;
-    return static_cast<double>(h & 0xffff) / 65535.0 - 0.5;
-}
-
-double smooth_noise(double x, double y, uint64_t octave) {
-    const double fx = std::floor(x), fy = std::floor(y);
-    const auto ix = static_cast<int64_t>(fx), iy = static_cast<int64_t>(fy);
-    const auto ease = [](double t) { return t * t * (3 - 2 * t); };
-    const double a = ease(x - fx), b = ease(y - fy);
-    return (1 - b) * ((1 - a) * hash_noise(ix, iy, octave) + a * hash_noise(ix + 1, iy, octave)) +
-           b * ((1 - a) * hash_noise(ix, iy + 1, octave) + a * hash_noise(ix + 1, iy + 1, octave));
-}
-
-// Gray value of the material at X, Y mm.
-double texture(double x, double y) {
-    double value = 0;
-    for (uint64_t octave = 0; octave < 4; ++octave) {
-        const double scale = 0.35 * static_cast<double>(1u << octave);
-        value += smooth_noise(x * scale, y * scale, octave) * 70 / static_cast<double>(1u << (octave / 2));
-    }
-    return std::clamp(125 + value, 0.0, 255.0);
-}
-
-struct Pair {
-    std::vector<uint8_t> left = std::vector<uint8_t>(kWidth * kHeight), right = left;
-};
-
-// The plane z = kDepth + kSlope x, its material moved by (dx, dy) mm along x and y. noise: gray levels.
-Pair render(double dx, double dy, double noise = 0, uint64_t seed = 0) {
-    Pair pair;
-    for (int eye = 0; eye < 2; ++eye) {
-        const double origin = eye * kBaseline;
-        std::vector<uint8_t>& image = eye == 0 ? pair.left : pair.right;
-        for (int y = 0; y < kHeight; ++y)
-            for (int x = 0; x < kWidth; ++x) {
-                const double u = (x - kWidth / 2) / kFocal, v = (y - kHeight / 2) / kFocal;
-                const double z = (kDepth + kSlope * origin) / (1 - kSlope * u);
-                const double gray = texture(origin + u * z - dx, v * z - dy) +
-                                    2 * noise * hash_noise(x + 1000 * eye, y, seed + 77);
-                image[static_cast<size_t>(y * kWidth + x)] = static_cast<uint8_t>(std::lround(std::clamp(gray, 0.0, 255.0)));
-            }
-    }
-    return pair;
-}
-
-#define REQUIRE_OK(call) REQUIRE_MESSAGE((call) == DEFREC_OK, defrec_last_error())
-
-struct Session {
-    defrec_context context = nullptr;
-    defrec_rig rig = nullptr;
-    defrec_tracker tracker = nullptr;
-    int64_t time = 0;
-
-    explicit Session(const char* device = "cpu", uint32_t threads = 2) {
-        defrec_context_desc context_desc;
-        DEFREC_INIT(&context_desc);
-        context_desc.threads = threads;
-        REQUIRE_OK(defrec_context_create(&context_desc, &context));
-        defrec_rig_desc rig_desc;
-        DEFREC_INIT(&rig_desc);
-        rig_desc.width = kWidth;
-        rig_desc.height = kHeight;
-        rig_desc.left.fx = rig_desc.left.fy = kFocal;
-        rig_desc.left.cx = kWidth / 2;
-        rig_desc.left.cy = kHeight / 2;
-        rig_desc.right = rig_desc.left;
-        rig_desc.rotation[0] = rig_desc.rotation[4] = rig_desc.rotation[8] = 1;
-        rig_desc.translation[0] = -kBaseline;
-        REQUIRE_OK(defrec_rig_create(context, &rig_desc, &rig));
-        defrec_tracker_desc tracker_desc;
-        DEFREC_INIT(&tracker_desc);
-        tracker_desc.device_id = device;
-        tracker_desc.format = DEFREC_FORMAT_GRAY8;
-        REQUIRE_OK(defrec_tracker_create(context, rig, &tracker_desc, &tracker));
-    }
-    ~Session() {
-        defrec_tracker_destroy(tracker);
-        defrec_rig_destroy(rig);
-        defrec_context_destroy(context);
-    }
-    Session(const Session&) = delete;
-    Session& operator=(const Session&) = delete;
+struct Session : TrackingSession {
+    using TrackingSession::TrackingSession;
 
     defrec_status submit(const Pair& pair, defrec_job* job, const std::vector<uint8_t>* ignore = nullptr, uint32_t flags = 0) {
-        defrec_image images[3];
-        const uint8_t* pixels[3] = {pair.left.data(), pair.right.data(), ignore != nullptr ? ignore->data() : nullptr};
-        for (int i = 0; i < 3; ++i) {
-            DEFREC_INIT(&images[i]);
-            images[i].format = DEFREC_FORMAT_GRAY8;
-            images[i].width = kWidth;
-            images[i].height = kHeight;
-            images[i].pixels = pixels[i];
-        }
-        defrec_frame frame;
-        DEFREC_INIT(&frame);
-        frame.timestamp_ns = time += 33000000;
+        TrackingSession::Frame frame;
+        frame.left.pixels = pair.left.data();
+        frame.right.pixels = pair.right.data();
+        frame.ignore.pixels = ignore != nullptr ? ignore->data() : nullptr;
         frame.flags = flags;
-        frame.left = &images[0];
-        frame.right = &images[1];
-        frame.ignore = ignore != nullptr ? &images[2] : nullptr;
-        return defrec_tracker_submit(tracker, &frame, job);
+        return TrackingSession::submit(frame, job);
     }
     // One frame from submission to result; the job is released.
     struct Frame {

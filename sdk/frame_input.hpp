@@ -1,0 +1,27 @@
+// A submitted frame, checked: its images have the rig's size and the tracker's format.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <memory>
+
+namespace defrec {
+
+class DeviceBuffer;  // device.hpp
+
+// Where an image lies: pixels of the host, or memory of the tracker's device. Neither: there is none.
+struct FrameImage {
+    const uint8_t* pixels = nullptr;
+    uint64_t stride = 0;  // bytes from row to row
+    std::shared_ptr<const DeviceBuffer> memory;
+    bool given() const { return pixels != nullptr || memory != nullptr; }
+};
+
+struct FrameInput {
+    int64_t timestamp_ns = 0;
+    uint32_t flags = 0;                           // DEFREC_FRAME_*
+    std::array<FrameImage, 2> eyes;               // left, right
+    FrameImage ignore;                            // may be missing
+    std::shared_ptr<const DeviceBuffer> samples;  // where the surface is left as well; may be null
+};
+
+}  // namespace defrec
