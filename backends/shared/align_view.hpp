@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
+
+#include "include/defrec_c.h"
 
 namespace defrec::align {
 
@@ -28,6 +31,26 @@ inline void double_size(const uint8_t* in, int32_t width, int32_t height, size_t
             out[size_t(2 * y + 1) * out_stride + x] = filter([&](int32_t k) {
                 return int32_t(out[size_t(2 * std::clamp(y + k, 0, height - 1)) * out_stride + x]);
             });
+}
+
+// A view at the level, doubled, after those already in `out`.
+inline void add_view(const defrec_align_params& params, const uint8_t* pixels, std::vector<uint8_t>& out) {
+    size_t width = params.width, height = params.height, stride = params.stride;
+    std::vector<uint8_t> level;
+    for (uint32_t l = 0; l < params.level; ++l) {
+        std::vector<uint8_t> half((width / 2) * (height / 2));
+        for (size_t y = 0; y < height / 2; ++y)
+            for (size_t x = 0; x < width / 2; ++x) {
+                const uint8_t *upper = pixels + 2 * y * stride + 2 * x, *lower = upper + stride;
+                half[y * (width / 2) + x] = uint8_t((upper[0] + upper[1] + lower[0] + lower[1] + 2) >> 2);
+            }
+        level.swap(half);
+        pixels = level.data();
+        stride = width /= 2;
+        height /= 2;
+    }
+    out.resize(out.size() + 4 * width * height);
+    double_size(pixels, int32_t(width), int32_t(height), stride, out.data() + out.size() - 4 * width * height);
 }
 
 }  // namespace defrec::align

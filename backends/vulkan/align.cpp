@@ -35,26 +35,6 @@ struct Centre {
 constexpr uint32_t kPredictGroup = 64;
 constexpr uint32_t kMostGroups = 65535;  // along one side, on every device
 
-// A view at the level, doubled, after those already in `out`.
-void add_view(const defrec_align_params& params, const uint8_t* pixels, std::vector<uint8_t>& out) {
-    size_t width = params.width, height = params.height, stride = params.stride;
-    std::vector<uint8_t> level;
-    for (uint32_t l = 0; l < params.level; ++l) {
-        std::vector<uint8_t> half((width / 2) * (height / 2));
-        for (size_t y = 0; y < height / 2; ++y)
-            for (size_t x = 0; x < width / 2; ++x) {
-                const uint8_t *upper = pixels + 2 * y * stride + 2 * x, *lower = upper + stride;
-                half[y * (width / 2) + x] = uint8_t((upper[0] + upper[1] + lower[0] + lower[1] + 2) >> 2);
-            }
-        level.swap(half);
-        pixels = level.data();
-        stride = width /= 2;
-        height /= 2;
-    }
-    out.resize(out.size() + 4 * width * height);
-    align::double_size(pixels, int32_t(width), int32_t(height), stride, out.data() + out.size() - 4 * width * height);
-}
-
 class Align final : public Stage {
   public:
     Align(const defrec_align_params& params, Device& device) : p_(params), device_(device) {
@@ -94,7 +74,7 @@ class Align final : public Stage {
             centres.push_back(centre);
         }
         std::vector<uint8_t> doubled;
-        for (uint32_t i = 0; i < p_.views; ++i) add_view(p_, views + view_offset(p_, i), doubled);
+        for (uint32_t i = 0; i < p_.views; ++i) align::add_view(p_, views + view_offset(p_, i), doubled);
         Buffer uploaded_views = device_.upload(doubled);
         Buffer uploaded_patches = device_.upload(patches.data(), patches.size_bytes());
         Buffer uploaded_centres = device_.upload(centres);

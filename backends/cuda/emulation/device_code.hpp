@@ -134,11 +134,22 @@ inline uint32_t __ballot_sync(uint32_t mask, int predicate) {
 }
 inline int __any_sync(uint32_t mask, int predicate) { return __ballot_sync(mask, predicate) != 0; }
 inline int __all_sync(uint32_t mask, int predicate) { return __ballot_sync(mask, predicate) == mask; }
-inline uint32_t __reduce_min_sync(uint32_t mask, uint32_t value) {
-    const uint64_t* all = defrec::cuda::emulation::exchange(mask, value);
+template <class T, class Combine>
+T defrec_emulated_reduction(uint32_t mask, T value, Combine&& combine) {
+    const uint64_t* all = defrec::cuda::emulation::exchange(mask, defrec::cuda::emulation::to_bits(value));
+    const uint32_t me = defrec::cuda::emulation::lane();
     for (uint32_t i = 0; i < 32; ++i)
-        if (((mask >> i) & 1) != 0) value = std::min(value, static_cast<uint32_t>(all[i]));
+        if (i != me && ((mask >> i) & 1) != 0) value = combine(value, defrec::cuda::emulation::from_bits<T>(all[i]));
     return value;
+}
+inline uint32_t __reduce_min_sync(uint32_t mask, uint32_t value) {
+    return defrec_emulated_reduction(mask, value, [](uint32_t a, uint32_t b) { return std::min(a, b); });
+}
+inline int __reduce_max_sync(uint32_t mask, int value) {
+    return defrec_emulated_reduction(mask, value, [](int a, int b) { return std::max(a, b); });
+}
+inline uint32_t __reduce_add_sync(uint32_t mask, uint32_t value) {
+    return defrec_emulated_reduction(mask, value, [](uint32_t a, uint32_t b) { return a + b; });
 }
 
 // ---- atomics: on integers ------------------------------------------------------------------------------------------
@@ -187,6 +198,8 @@ using std::min;
 inline float fminf(float a, float b) { return std::fmin(a, b); }
 inline float fmaxf(float a, float b) { return std::fmax(a, b); }
 inline float rsqrtf(float x) { return 1 / std::sqrt(x); }
+inline float __frcp_rn(float x) { return 1 / x; }
+inline float __fsqrt_rn(float x) { return std::sqrt(x); }
 inline void sincosf(float x, float* sine, float* cosine) {
     *sine = std::sin(x);
     *cosine = std::cos(x);
@@ -227,3 +240,10 @@ inline int __dp4a(int a, int b, int c) {
     for (int i = 0; i < 32; i += 8) c += static_cast<int8_t>(a >> i) * static_cast<int8_t>(b >> i);
     return c;
 }
+// c plus the products of a's two halves and two bytes of b: its lower ones, its upper ones.
+inline uint32_t __dp2a_lo(uint32_t a, uint32_t b, uint32_t c) { return c + (a & 0xffff) * (b & 0xff) + (a >> 16) * ((b >> 8) & 0xff); }
+inline uint32_t __dp2a_hi(uint32_t a, uint32_t b, uint32_t c) { return __dp2a_lo(a, b >> 16, c); }
+inline int __dp2a_lo(int a, int b, int c) {
+    return c + static_cast<int16_t>(a) * static_cast<int8_t>(b) + static_cast<int16_t>(a >> 16) * static_cast<int8_t>(b >> 8);
+}
+inline int __dp2a_hi(int a, int b, int c) { return __dp2a_lo(a, b >> 16, c); }

@@ -1,0 +1,184 @@
+// Stage align: the live image's level, then a warp for each patch, from its prediction to its observation. docs/stages/align.md.
+#include "backends/cuda/align_refine.cuh"
+#include "backends/cuda/align_search.cuh"
+#include "backends/cuda/stages.hpp"
+#include "backends/shared/align_buffers.hpp"
+#include "backends/shared/align_view.hpp"
+#include "backends/shared/stage_defaults_align.hpp"
+
+namespace defrec::cuda {
+namespace {
+
+// ---- section 2 -------------------------------------------------------------------------------------------------
+
+constexpr uint32_t kHalveWidth = 32, kHalveHeight = 8;
+
+// A pixel of the level; of the mask 0 or not 0.
+template <int kLevel, bool kMask>
+__device__ int32_t level_at(const uint8_t* image, int32_t stride, int32_t x, int32_t y) {
+    if constexpr (kLevel == 0) {
+        return __ldg(image + int64_t{y} * stride + x);
+    } else {
+        const auto at = [&](int32_t dx, int32_t dy) { return level_at<kLevel - 1, kMask>(image, stride, 2 * x + dx, 2 * y + dy); };
+        const int32_t a = at(0, 0), b = at(1, 0), c = at(0, 1), d = at(1, 1);
+        return kMask ? min(min(a, b), min(c, d)) : (a + b + c + d + 2) >> 2;
+    }
+}
+
+// from: at level 0, with its stride; width, height: of the level, which is stored densely. The mask may be nullptr.
+template <int kLevel>
+__global__ void __launch_bounds__(kHalveWidth * kHalveHeight)
+    align_halve(Level from, int32_t width, int32_t height, uint8_t* gray, uint8_t* mask) {
+    const int32_t x = static_cast<int32_t>(blockIdx.x * kHalveWidth + threadIdx.x), y = static_cast<int32_t>(blockIdx.y * kHalveHeight + threadIdx.y);
+    if (x >= width || y >= height) return;
+    const int64_t to = int64_t{y} * width + x;
+    gray[to] = static_cast<uint8_t>(level_at<kLevel, false>(from.gray, from.stride, x, y));
+    if (from.mask != nullptr) mask[to] = static_cast<uint8_t>(level_at<kLevel, true>(from.mask, from.stride, x, y));
+}
+
+// ---- sections 1 and 3 to 6 -------------------------------------------------------------------------------------
+
+// A patch's centre in its view, 1/256 px of the level.
+struct Centre {
+    int32_t x, y, view, valid;
+};
+
+struct PatchTask {
+    defrec_align_params params;
+    int64_t least_spread;  // of a textured patch: n^2 texture^2
+    Level level;
+    const uint8_t* views;  // doubled
+    const Centre* centres;
+    const defrec_patch* patches;
+    const defrec_motion* motions;
+    const defrec_patch_prediction* given;  // or nullptr
+    defrec_patch_observation* observations;
+    defrec_patch_prediction* predictions;  // or nullptr
+};
+
+template <int kRadius>
+__device__ defrec_patch_observation observe(const PatchTask& task, const Centre& centre, const defrec_patch_prediction& prediction) {
+    const defrec_align_params& params = task.params;
+    if (!usable(prediction, params) || centre.valid == 0) return {};
+    const int32_t search_radius = static_cast<int32_t>(params.search_radius), margin = kRadius + search_radius + 1;
+    const int32_t u = to_level(prediction.u, params.level), v = to_level(prediction.v, params.level);
+    const int2 predicted = make_int2((u + 128) >> 8, (v + 128) >> 8);
+    const int2 fraction = make_int2(u - 256 * predicted.x, v - 256 * predicted.y);
+    const auto window = load_window<kRadius>(task.level, make_int2(predicted.x - margin, predicted.y - margin), search_radius);
+    const int32_t view_width = 2 * task.level.width, view_height = 2 * task.level.height;
+    const auto patch = sample_view<kRadius>(task.views + int64_t{centre.view} * view_width * view_height, view_width, view_height,
+                                            make_int2(centre.x, centre.y), prediction.view_from_live, fraction, task.least_spread);
+    if (!patch.textured) return {};
+    __syncwarp();
+    int2 by = make_int2(0, 0);
+    if (!search(task.level, window, patch, predicted, search_radius, by)) return {};
+    const int2 found = make_int2(predicted.x + by.x, predicted.y + by.y);
+    if (!task.level.inside(found, kRadius + 2)) return {};
+    return refine(params, window, patch, found, make_int2(margin + by.x, margin + by.y), fraction);
+}
+
+// Every lane predicts: that is no more work for the warp than if one did, and needs no exchange.
+template <int kRadius>
+__global__ void __launch_bounds__(kWarp) align_patch(PatchTask task) {
+    const uint32_t index = blockIdx.x;
+    const defrec_patch_prediction prediction =
+        task.given != nullptr ? task.given[index] : predict<float>(task.patches[index], task.motions, task.params);
+    const defrec_patch_observation observation = observe<kRadius>(task, task.centres[index], prediction);
+    if (threadIdx.x != 0) return;
+    if (task.predictions != nullptr) task.predictions[index] = prediction;
+    task.observations[index] = observation;
+}
+
+class Align final : public Stage {
+  public:
+    Align(const defrec_align_params& params, Device& device) : p_(params), device_(device) {
+        if (p_.level == 0) return;
+        gray_ = Buffer(device, uint64_t{width()} * height());
+        mask_ = Buffer(device, uint64_t{width()} * height());
+    }
+
+    bool reentrant() const override { return p_.level == 0; }
+    void prepare(std::span<const InBuffer> in) override {
+        expect_buffers("align: prepare", in, 2);
+        const std::span<const defrec_patch> patches = take_patches(p_, in[0]);
+        const auto* views = take<uint8_t>("align: views", in[1], view_offset(p_, p_.views - 1) + gray_size(p_));
+        std::vector<Centre> centres;
+        for (const defrec_patch& patch : patches) {
+            Centre centre{0, 0, patch.view, 0};
+            centre.valid = to_fixed(patch.u, centre.x) && to_fixed(patch.v, centre.y);
+            centre.x = to_level(centre.x, p_.level);
+            centre.y = to_level(centre.y, p_.level);
+            centres.push_back(centre);
+        }
+        std::vector<uint8_t> doubled;
+        for (uint32_t i = 0; i < p_.views; ++i) add_view(p_, views + view_offset(p_, i), doubled);
+        template_ = {upload(device_, doubled), upload(device_, centres), upload(device_, std::vector(patches.begin(), patches.end())),
+                     static_cast<uint32_t>(patches.size())};
+    }
+
+    void record(Recorder& recorder, std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
+        if (!template_.views) throw StageError(DEFREC_ERROR_STATE, "align: run before prepare");
+        const AlignBuffers given = take_buffers(p_, template_.count, in, out);
+        if (template_.count == 0) return;
+        Level level{given.gray, given.mask, static_cast<int32_t>(p_.width), static_cast<int32_t>(p_.height),
+                    static_cast<int32_t>(p_.stride)};
+        if (p_.level > 0) level = halve(recorder, level);
+        const int64_t side = 2 * int64_t{p_.patch_radius} + 1, pixels = side * side;
+        const PatchTask task{p_,
+                             pixels * pixels * p_.texture * p_.texture,
+                             level,
+                             template_.views.as<uint8_t>(),
+                             template_.centres.as<Centre>(),
+                             template_.patches.as<defrec_patch>(),
+                             given.motions,
+                             given.given,
+                             given.observations,
+                             given.predictions};
+        switch (p_.patch_radius) {
+            case 1: return launch<1>(recorder, task);
+            case 2: return launch<2>(recorder, task);
+            case 3: return launch<3>(recorder, task);
+            case 4: return launch<4>(recorder, task);
+            case 5: return launch<5>(recorder, task);
+            case 6: return launch<6>(recorder, task);
+            default: return launch<7>(recorder, task);
+        }
+    }
+
+  private:
+    uint32_t width() const { return p_.width >> p_.level; }
+    uint32_t height() const { return p_.height >> p_.level; }
+
+    Level halve(Recorder& recorder, const Level& from) const {
+        const Level to{gray_.as<uint8_t>(), from.mask != nullptr ? mask_.as<uint8_t>() : nullptr, static_cast<int32_t>(width()),
+                       static_cast<int32_t>(height()), static_cast<int32_t>(width())};
+        const auto kernel = p_.level == 1 ? align_halve<1> : p_.level == 2 ? align_halve<2> : align_halve<3>;
+        recorder.launch(kernel, {dim3(cover(width(), kHalveWidth), cover(height(), kHalveHeight)), dim3(kHalveWidth, kHalveHeight)}, from,
+                        to.width, to.height, gray_.as<uint8_t>(), mask_.as<uint8_t>());
+        return to;
+    }
+    template <int kRadius>
+    void launch(Recorder& recorder, const PatchTask& task) const {
+        const int32_t words = WindowSize<kRadius>(static_cast<int32_t>(p_.search_radius)).size();
+        const size_t windows = task.level.mask != nullptr ? 2 : 1;
+        recorder.launch(align_patch<kRadius>, {dim3(template_.count), dim3(kWarp), windows * static_cast<size_t>(words) * sizeof(uint32_t)},
+                        task);
+    }
+
+    defrec_align_params p_;
+    Device& device_;
+    Buffer gray_, mask_;  // live image and mask at the level, where that is not 0
+    struct {
+        Buffer views, centres, patches;
+        uint32_t count = 0;
+    } template_;
+};
+
+}  // namespace
+
+std::unique_ptr<Stage> make_align(const defrec_align_params& params, Device& device) {
+    check_limits(params);
+    return std::make_unique<Align>(params, device);
+}
+
+}  // namespace defrec::cuda
