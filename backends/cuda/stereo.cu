@@ -1,0 +1,134 @@
+// Stage stereo: half resolution from the images to a refined field, then full resolution from the hypothesis to the result.
+// docs/stages/stereo.md. Seven kernels, one after the other.
+#include <bit>
+
+#include "backends/cuda/stages.hpp"
+#include "backends/cuda/stereo_steps.hpp"
+
+namespace defrec::cuda {
+namespace {
+
+int padded(int count) { return (count + 15) / 16 * 16; }
+
+StereoShape shape_of(const StereoSizes& size) {
+    return {size.width,       size.height,       size.stride, padded(size.width), size.half_width, size.half_height, padded(size.half_width),
+            size.first, size.count};
+}
+
+// Without memory.
+DisparityPyramid pyramid_of(const StereoSizes& size) {
+    DisparityPyramid pyramid{};
+    int width = size.half_width, height = size.half_height, offset = 0;
+    for (;; width = (width + 1) / 2, height = (height + 1) / 2) {
+        pyramid.levels[pyramid.count++] = {width, height, offset};
+        offset += width * height;
+        if (width == 1 && height == 1) return pyramid;
+    }
+}
+
+// One of the two images with what is made of it before the search.
+struct Image {
+    Image(Device& device, const StereoShape& shape)
+        : gray(device, static_cast<uint64_t>(shape.full_stride) * static_cast<uint64_t>(shape.height)),
+          half(device, static_cast<uint64_t>(shape.half_stride) * static_cast<uint64_t>(shape.half_height)),
+          half_mask(device, half.size()),
+          words(device, static_cast<uint64_t>(shape.half_stride) * cover(static_cast<uint64_t>(shape.half_height), kBandRows) * sizeof(uint32_t)) {}
+    PreparedImage prepared(const uint8_t* source, const uint8_t* mask, uint8_t* given) const {
+        return {source, mask, gray.as<uint8_t>(), half.as<uint8_t>(), half_mask.as<uint8_t>(), words.as<uint32_t>(), given};
+    }
+    Buffer gray, half, half_mask, words;
+};
+
+class Stereo final : public Stage {
+  public:
+    Stereo(const defrec_stereo_params& params, Device& device)
+        : p_(params),
+          size_(params),
+          shape_(shape_of(size_)),
+          pyramid_(pyramid_of(size_)),
+          left_(device, shape_),
+          right_(device, shape_),
+          candidates_(make_buffer<uint16_t>(device, left_.half.size())),
+          right_keys_(make_buffer<int32_t>(device, size_.half_pixels())),
+          supported_(make_buffer<int16_t>(device, size_.half_pixels())),
+          fields_(make_buffer<int16_t>(device, static_cast<uint64_t>(pyramid_.levels[pyramid_.count - 1].offset) + 1)),
+          standing_(device, left_.half.size()),
+          half_refined_(make_buffer<int16_t>(device, size_.half_pixels())),
+          hypothesis_(make_buffer<int16_t>(device, left_.gray.size())),
+          evidence_(make_buffer<int16_t>(device, left_.gray.size())),
+          confidence_(device, left_.gray.size()),
+          filled_(make_buffer<int16_t>(device, left_.gray.size())) {
+        pyramid_.data = fields_.as<int16_t>();
+    }
+
+    void record(Recorder& recorder, std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
+        const StereoBuffers given = stereo_buffers(size_, in, out);
+        const auto own = [](auto* wanted, const Buffer& buffer) { return wanted != nullptr ? wanted : buffer.as<std::remove_pointer_t<decltype(wanted)>>(); };
+        int32_t* const right_keys = own(given.right_keys, right_keys_);
+        int16_t* const supported = own(given.supported, supported_);
+        int16_t* const half_refined = own(given.half_refined, half_refined_);
+        const int radius = static_cast<int>(p_.radius);
+
+        // What the search leaves out has no winner.
+        if (given.left_keys != nullptr) recorder.fill(given.left_keys, 0, size_.half_pixels() * sizeof(int32_t));
+        record_prepare(recorder, {shape_,
+                                  {left_.prepared(given.left, given.left_mask, given.prepared_left),
+                                   right_.prepared(given.right, given.right_mask, given.prepared_right)},
+                                  right_keys,
+                                  words_aligned(given)});
+        record_search(recorder, search_step(given.left_keys, right_keys));
+        record_agree(recorder, {shape_, radius, static_cast<int>(p_.left_right), static_cast<int>(p_.support), candidates_.as<uint16_t>(), right_keys,
+                                left_.half_mask.as<uint8_t>(), right_.half_mask.as<uint8_t>(), given.checked, supported, pyramid_});
+        record_dense(recorder, {shape_, radius, static_cast<int>(p_.edge), pyramid_, left_.half.as<uint8_t>(), right_.half.as<uint8_t>(), supported,
+                                given.dense, standing_.as<uint8_t>(), half_refined});
+        record_refine(recorder, {shape_, static_cast<int>(p_.refine_radius), static_cast<int>(p_.refine_score), static_cast<int>(p_.texture),
+                                 left_.gray.as<uint8_t>(), right_.gray.as<uint8_t>(), given.left_mask, given.right_mask, half_refined,
+                                 standing_.as<uint8_t>(), hypothesis_.as<int16_t>(), evidence_.as<int16_t>(), confidence_.as<uint8_t>(),
+                                 given.hypothesis, given.refined, given.score});
+        record_finish(recorder, {shape_, static_cast<int>(p_.support), static_cast<int>(p_.fill_radius), hypothesis_.as<int16_t>(),
+                                 evidence_.as<int16_t>(), confidence_.as<uint8_t>(), filled_.as<int16_t>(), given.evidence, given.filled, given.confidence});
+        record_smooth(recorder, {shape_, static_cast<int>(p_.smooth_radius), static_cast<int>(p_.smooth_range), static_cast<int>(p_.smooth_passes),
+                                 filled_.as<int16_t>(), evidence_.as<int16_t>(), given.disparity});
+    }
+
+  private:
+    SearchStep search_step(int32_t* left_keys, int32_t* right_keys) const {
+        const float unit = search_score_unit(static_cast<int>(p_.radius));
+        const uint64_t side = 2 * uint64_t{p_.radius} + 1, deviation = p_.texture * side * side;
+        SearchStep step{};
+        step.shape = shape_;
+        step.left = left_.words.as<uint32_t>();
+        step.right = right_.words.as<uint32_t>();
+        step.radius = static_cast<int>(p_.radius);
+        step.one_over_n = 1.0f / static_cast<float>(side * side);
+        step.least_score = static_cast<float>(p_.min_score) * unit;
+        step.least_lead = static_cast<float>(p_.uniqueness) * unit;
+        step.least_variance = static_cast<int>((deviation * deviation + 255) / 256);  // the least V with 256 V >= texture^2 n^2
+        step.candidates = candidates_.as<uint16_t>();
+        step.right_keys = right_keys;
+        step.left_keys = left_keys;
+        return step;
+    }
+    bool words_aligned(const StereoBuffers& given) const {
+        uintptr_t all = static_cast<uintptr_t>(size_.stride);
+        for (const uint8_t* image : {given.left, given.right, given.left_mask, given.right_mask}) all |= std::bit_cast<uintptr_t>(image);
+        return all % 4 == 0;
+    }
+
+    defrec_stereo_params p_;
+    StereoSizes size_;
+    StereoShape shape_;
+    DisparityPyramid pyramid_;
+    Image left_, right_;
+    Buffer candidates_, right_keys_, supported_, fields_, standing_, half_refined_;
+    Buffer hypothesis_, evidence_, confidence_, filled_;
+};
+
+}  // namespace
+
+std::unique_ptr<Stage> make_stereo(const defrec_stereo_params& params, Device& device) {
+    check_stereo(params);
+    return std::make_unique<Stereo>(params, device);
+}
+
+}  // namespace defrec::cuda

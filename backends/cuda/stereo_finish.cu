@@ -1,0 +1,116 @@
+// Stage stereo, the end of section 10 and section 11: islands go and small holes are filled, in one pass over tiles.
+#include "backends/cuda/stereo_steps.hpp"
+#include "backends/cuda/stereo_windows.cuh"
+
+namespace defrec::cuda {
+namespace {
+
+constexpr int kWidth = 64, kHeight = 32, kThreads = 256, kRun = 8;
+constexpr int kIslandRadius = 4, kMostFillRadius = 8;
+constexpr int kReachWidth = kWidth + 2 * (kIslandRadius + kMostFillRadius), kReachHeight = kHeight + 2 * (kIslandRadius + kMostFillRadius);
+constexpr int kStride = kReachWidth + 4;  // rows eight apart in four words each do not share banks
+static_assert(kStride % 8 == 4);
+constexpr int kOne = 1 << 16;  // a cell counts its disparity above its difference to the hypothesis, which is at most 16 either way
+
+struct Tile {
+    alignas(16) int cells[kReachHeight][kStride];
+    alignas(16) int rows[kReachHeight][kStride];
+};
+
+// Sums over 2 radius + 1 cells along a line, of kRun of them from `line` on, `step` apart.
+template <class Give>
+__device__ __forceinline__ void sum_line(const int* line, int step, int radius, Give&& give) {
+    int sum = 0;
+    for (int i = 0; i < 2 * radius; ++i) sum += line[i * step];
+#pragma unroll
+    for (int i = 0; i < kRun; ++i) {
+        sum += line[(i + 2 * radius) * step];
+        give(i, sum);
+        sum -= line[i * step];
+    }
+}
+
+__global__ void __launch_bounds__(kThreads) finish(FinishStep step) {
+    __shared__ Tile tile;
+    const StereoShape& shape = step.shape;
+    const int radius = step.fill_radius, margin = radius + kIslandRadius, thread = static_cast<int>(threadIdx.x);
+    const int left = static_cast<int>(blockIdx.x) * kWidth, top = static_cast<int>(blockIdx.y) * kHeight;
+    // Sizes of what the islands are judged in, which is `radius` larger all round than the tile; rounded up to runs.
+    const int width = kWidth + 2 * radius, height = kHeight + 2 * radius;
+    const int width_runs = (width + kRun - 1) / kRun, height_runs = (height + kRun - 1) / kRun;
+
+    const int reach_width = kRun * width_runs + 2 * kIslandRadius, reach_height = kRun * height_runs + 2 * kIslandRadius;
+    for (int i = thread; i < reach_width * reach_height; i += kThreads) {
+        const int column = i % reach_width, row = i / reach_width, x = left - margin + column, y = top - margin + row;
+        const bool inside = x >= 0 && y >= 0 && x < shape.width && y < shape.height;
+        tile.cells[row][column] = inside && step.evidence[int64_t{y} * shape.full_stride + x] != kNoDisparity;
+    }
+    __syncthreads();
+    int line[kRun + 2 * kIslandRadius], counts[kRun];
+    for (int i = thread; i < reach_height * width_runs; i += kThreads) {
+        const int row = i % reach_height, column = i / reach_height * kRun;
+#pragma unroll
+        for (int u = 0; u < kRun + 2 * kIslandRadius; ++u) line[u] = tile.cells[row][column + u];
+        sum_along<kIslandRadius, kRun>(line, counts);
+#pragma unroll
+        for (int u = 0; u < kRun; ++u) tile.rows[row][column + u] = counts[u];
+    }
+    __syncthreads();
+    for (int i = thread; i < width * height_runs; i += kThreads) {
+        const int column = i % width, row = i / width * kRun, x = left - radius + column;
+#pragma unroll
+        for (int v = 0; v < kRun + 2 * kIslandRadius; ++v) line[v] = tile.rows[row + v][column];
+        sum_along<kIslandRadius, kRun>(line, counts);
+#pragma unroll
+        for (int v = 0; v < kRun; ++v) {
+            const int y = top - radius + row + v;
+            const bool inside = x >= 0 && y >= 0 && x < shape.width && y < shape.height;
+            const int64_t at = int64_t{y} * shape.full_stride + x;
+            const int evidence = inside && 25 * counts[v] >= 81 * step.support ? step.evidence[at] : kNoDisparity;
+            tile.cells[row + v][column] = evidence == kNoDisparity ? 0 : kOne + evidence - step.hypothesis[at];
+            if (step.given_evidence != nullptr && inside && x >= left && x < left + kWidth && y >= top && y < top + kHeight)
+                step.given_evidence[int64_t{y} * shape.width + x] = static_cast<int16_t>(evidence);
+        }
+    }
+    __syncthreads();
+    for (int i = thread; i < height * (kWidth / kRun); i += kThreads) {
+        const int row = i % height, column = i / height * kRun;
+        sum_line(&tile.cells[row][column], 1, radius, [&](int u, int sum) { tile.rows[row][column + u] = sum; });
+    }
+    __syncthreads();
+    const int enough = (2 * radius + 1) * (2 * radius + 1);
+    for (int i = thread; i < kWidth * (kHeight / kRun); i += kThreads) {
+        const int column = i % kWidth, row = i / kWidth * kRun, x = left + column;
+        if (x >= shape.full_stride) continue;
+        sum_line(&tile.rows[row][column], kStride, radius, [&](int v, int sum) {
+            const int y = top + row + v;
+            if (y >= shape.height) return;
+            int disparity = kNoDisparity;
+            if (x < shape.width) {
+                const int hypothesis = step.hypothesis[int64_t{y} * shape.full_stride + x], cell = tile.cells[row + radius + v][column + radius];
+                const int m = (sum + kOne / 2) >> 16, differences = sum - m * kOne;
+                const bool known = cell != 0, filled = !known && 2 * m >= enough;
+                if (known) disparity = hypothesis + cell - kOne;
+                if (filled) {
+                    const int dividend = 2 * differences + m, quotient = dividend / (2 * m);
+                    disparity = max(0, hypothesis + quotient - (dividend - 2 * m * quotient < 0));
+                }
+                if (step.given_confidence != nullptr) {
+                    const int64_t given = int64_t{y} * shape.stride + x;
+                    step.given_confidence[given] = known ? step.confidence[int64_t{y} * shape.full_stride + x] : filled ? kFilledConfidence : 0;
+                }
+                if (step.given_filled != nullptr) step.given_filled[int64_t{y} * shape.width + x] = static_cast<int16_t>(disparity);
+            }
+            step.filled[int64_t{y} * shape.full_stride + x] = static_cast<int16_t>(disparity);
+        });
+    }
+}
+
+}  // namespace
+
+void record_finish(Recorder& recorder, const FinishStep& step) {
+    const auto columns = static_cast<uint32_t>(step.shape.full_stride), rows = static_cast<uint32_t>(step.shape.height);
+    recorder.launch(finish, {dim3(cover(columns, kWidth), cover(rows, kHeight)), dim3(kThreads)}, step);
+}
+
+}  // namespace defrec::cuda

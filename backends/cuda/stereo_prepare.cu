@@ -1,0 +1,132 @@
+// Stage stereo, sections 1 and 2: both images inpainted and halved. A block has a tile of one of them; most tiles have nothing to inpaint.
+#include "backends/cuda/stereo_steps.hpp"
+#include "backends/cuda/stereo_windows.cuh"
+
+namespace defrec::cuda {
+namespace {
+
+constexpr int kWidth = 64, kHeight = 32, kThreads = 256, kRun = 8;
+constexpr int kHalfWidth = kWidth / 2, kHalfHeight = kHeight / 2;
+constexpr int kReachWidth = kWidth + 2 * kInpaintRadius, kReachHeight = kHeight + 2 * kInpaintRadius;
+constexpr int kOne = 1 << 20;  // a cell counts its pixel above the sum of grays
+
+struct Tile {
+    uint32_t gray[kHeight][kWidth / 4], usable[kHeight][kWidth / 4];  // usable: bytes 0 or 1
+    int cells[kReachHeight][kReachWidth + 4], rows[kReachHeight][kWidth + 4];
+};
+
+// Four pixels of a row; 0 outside the image.
+__device__ uint32_t four_pixels(const uint8_t* image, const StereoShape& shape, int x, int y, bool aligned) {
+    if (y >= shape.height || x >= shape.width) return 0;
+    const uint8_t* at = image + int64_t{y} * shape.stride + x;
+    if (aligned && x + 4 <= shape.width) return *reinterpret_cast<const uint32_t*>(at);
+    uint32_t word = 0;
+    for (int k = 0; k < min(4, shape.width - x); ++k) word |= uint32_t{at[k]} << (8 * k);
+    return word;
+}
+
+// Bytes that are not 0 become 1.
+__device__ uint32_t nonzero_bytes(uint32_t word) { return (((word & 0x7f7f7f7f) + 0x7f7f7f7f) | word) >> 7 & 0x01010101; }
+
+__device__ void inpaint(Tile& tile, const PreparedImage& image, const StereoShape& shape, int left, int top) {
+    const int thread = static_cast<int>(threadIdx.x);
+    for (int i = thread; i < kReachWidth * kReachHeight; i += kThreads) {
+        const int column = i % kReachWidth, row = i / kReachWidth, x = left - kInpaintRadius + column, y = top - kInpaintRadius + row;
+        const bool inside = x >= 0 && y >= 0 && x < shape.width && y < shape.height;
+        const int64_t at = int64_t{y} * shape.stride + x;
+        tile.cells[row][column] = inside && image.mask[at] != 0 ? kOne + image.source[at] : 0;
+    }
+    __syncthreads();
+    int line[kRun + 2 * kInpaintRadius], sums[kRun];
+    for (int i = thread; i < kReachHeight * (kWidth / kRun); i += kThreads) {
+        const int row = i % kReachHeight, column = i / kReachHeight * kRun;
+#pragma unroll
+        for (int u = 0; u < kRun + 2 * kInpaintRadius; ++u) line[u] = tile.cells[row][column + u];
+        sum_along<kInpaintRadius, kRun>(line, sums);
+#pragma unroll
+        for (int u = 0; u < kRun; ++u) tile.rows[row][column + u] = sums[u];
+    }
+    __syncthreads();
+    auto* const gray = reinterpret_cast<uint8_t*>(tile.gray);
+    const auto* const usable = reinterpret_cast<const uint8_t*>(tile.usable);
+    for (int i = thread; i < kWidth * (kHeight / kRun); i += kThreads) {
+        const int column = i % kWidth, row = i / kWidth * kRun;
+#pragma unroll
+        for (int v = 0; v < kRun + 2 * kInpaintRadius; ++v) line[v] = tile.rows[row + v][column];
+        sum_along<kInpaintRadius, kRun>(line, sums);
+#pragma unroll
+        for (int v = 0; v < kRun; ++v) {
+            const int at = (row + v) * kWidth + column;
+            if (usable[at] != 0) continue;
+            const int sum = sums[v] & (kOne - 1), n = sums[v] >> 20;
+            gray[at] = static_cast<uint8_t>(n == 0 ? 128 : (2 * sum + n) / (2 * n));
+        }
+    }
+    __syncthreads();
+}
+
+__device__ void halve(const Tile& tile, const PreparedImage& image, const StereoShape& shape, int left, int top) {
+    const auto* const gray = reinterpret_cast<const uint8_t*>(tile.gray);
+    const auto* const usable = reinterpret_cast<const uint8_t*>(tile.usable);
+    for (int i = static_cast<int>(threadIdx.x); i < kHalfWidth * (kHalfHeight / kBandRows); i += kThreads) {
+        const int column = i % kHalfWidth, band = i / kHalfWidth, x = left / 2 + column, y = top / 2 + band * kBandRows;
+        if (x >= shape.half_width || y >= shape.half_height) continue;
+        uint32_t word = 0;
+#pragma unroll
+        for (int k = 0; k < kBandRows; ++k) {
+            if (y + k >= shape.half_height) break;
+            const int at = 2 * (band * kBandRows + k) * kWidth + 2 * column;
+            const int half = (gray[at] + gray[at + 1] + gray[at + kWidth] + gray[at + kWidth + 1] + 2) >> 2;
+            const int to = (y + k) * shape.half_stride + x;
+            image.half[to] = static_cast<uint8_t>(half);
+            image.half_mask[to] = usable[at] & usable[at + 1] & usable[at + kWidth] & usable[at + kWidth + 1];
+            word |= static_cast<uint32_t>((half - 128) & 255) << (8 * k);
+        }
+        image.words[y / kBandRows * shape.half_stride + x] = word;
+    }
+}
+
+__global__ void __launch_bounds__(kThreads) prepare(PrepareStep step) {
+    __shared__ Tile tile;
+    const StereoShape& shape = step.shape;
+    const PreparedImage& image = blockIdx.z == 0 ? step.images[0] : step.images[1];
+    const int left = static_cast<int>(blockIdx.x) * kWidth, top = static_cast<int>(blockIdx.y) * kHeight;
+    const int thread = static_cast<int>(threadIdx.x);
+    bool masked = false;
+    for (int i = thread; i < kHeight * (kWidth / 4); i += kThreads) {
+        const int quad = i % (kWidth / 4), row = i / (kWidth / 4), x = left + 4 * quad, y = top + row;
+        tile.gray[row][quad] = four_pixels(image.source, shape, x, y, step.words_aligned);
+        uint32_t usable = 0x01010101;
+        if (image.mask != nullptr && y < shape.height) {
+            usable = nonzero_bytes(four_pixels(image.mask, shape, x, y, step.words_aligned));
+            masked |= usable != 0x01010101;
+        }
+        tile.usable[row][quad] = usable;
+    }
+    if (__syncthreads_or(masked) != 0) inpaint(tile, image, shape, left, top);
+
+    for (int i = thread; i < kHeight * (kWidth / 4); i += kThreads) {
+        const int quad = i % (kWidth / 4), row = i / (kWidth / 4), x = left + 4 * quad, y = top + row;
+        if (y >= shape.height || x >= shape.full_stride) continue;
+        const uint32_t word = tile.gray[row][quad];
+        *reinterpret_cast<uint32_t*>(image.gray + int64_t{y} * shape.full_stride + x) = word;
+        if (image.given == nullptr) continue;
+        for (int k = 0; k < min(4, shape.width - x); ++k)
+            image.given[int64_t{y} * shape.width + x + k] = static_cast<uint8_t>(word >> (8 * k));
+    }
+    halve(tile, image, shape, left, top);
+    if (blockIdx.z == 0) return;
+    for (int i = thread; i < kHalfWidth * kHalfHeight; i += kThreads) {
+        const int x = left / 2 + i % kHalfWidth, y = top / 2 + i / kHalfWidth;
+        if (x < shape.half_width && y < shape.half_height) step.right_keys[y * shape.half_width + x] = 0;
+    }
+}
+
+}  // namespace
+
+void record_prepare(Recorder& recorder, const PrepareStep& step) {
+    const auto columns = static_cast<uint32_t>(step.shape.full_stride), rows = static_cast<uint32_t>(step.shape.height);
+    recorder.launch(prepare, {dim3(cover(columns, kWidth), cover(rows, kHeight), 2), dim3(kThreads)}, step);
+}
+
+}  // namespace defrec::cuda

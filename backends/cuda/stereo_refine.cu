@@ -1,0 +1,100 @@
+// Stage stereo, sections 8 to 10 at full resolution: a block makes the hypothesis of its tile and the windows round it, refines and judges.
+#include "backends/cuda/stereo_refine.cuh"
+#include "backends/cuda/stereo_steps.hpp"
+
+namespace defrec::cuda {
+namespace {
+
+// Section 9. x, y may lie outside the image where the result is not used.
+template <int kSide>
+__device__ int upsampled(const int16_t (&half)[kSide][kSide + 2], int first_u, int first_v, int x, int y) {
+    const int u = (x >> 1) - first_u, v = (y >> 1) - first_v, u2 = (x & 1) == 0 ? u - 1 : u + 1, v2 = (y & 1) == 0 ? v - 1 : v + 1;
+    const int a = half[v][u], b = half[v][u2], c = half[v2][u], d = half[v2][u2];
+    if (a == kNoDisparity) return kNoDisparity;
+    const bool one_surface = max(max(a, b), max(c, d)) - min(min(a, b), min(c, d)) <= kUpsampleRange;
+    return one_surface ? (9 * a + 3 * b + 3 * c + d + 4) >> 3 : 2 * a;
+}
+
+template <int kRadius>
+__global__ void __launch_bounds__(kRefineThreads) refine(RefineStep step) {
+    using Tile = RefineTile<kRadius>;
+    constexpr int kSide = Tile::kSide, kHalfSide = kSide / 2 + 3;
+    __shared__ Tile tile;
+    __shared__ int16_t half[kHalfSide][kHalfSide + 2];
+    __shared__ int16_t hypotheses[kRefineTile][kRefineTile + 2];
+    const StereoShape& shape = step.shape;
+    const int left = static_cast<int>(blockIdx.x) * kRefineTile, top = static_cast<int>(blockIdx.y) * kRefineTile;
+    const int thread = static_cast<int>(threadIdx.x);
+
+    const int first_u = ((left - kRadius) >> 1) - 1, first_v = ((top - kRadius) >> 1) - 1;
+    for (int i = thread; i < kHalfSide * kHalfSide; i += kRefineThreads) {
+        const int u = i % kHalfSide, v = i / kHalfSide;
+        const int at_u = clamped(first_u + u, 0, shape.half_width - 1), at_v = clamped(first_v + v, 0, shape.half_height - 1);
+        half[v][u] = step.half[at_v * shape.half_width + at_u];
+    }
+    __syncthreads();
+    for (int i = thread; i < kSide * kSide; i += kRefineThreads) {
+        const int column = i % kSide - kRadius, row = i / kSide - kRadius, x = left + column, y = top + row;
+        uint2 cell = make_uint2(0, 0);
+        if (x >= 0 && y >= 0 && x < shape.width && y < shape.height) {
+            const int hypothesis = upsampled(half, first_u, first_v, x, y);
+            const int64_t line = int64_t{y} * shape.full_stride;
+            cell = refine_cell(step.left[line + x], step.right + line, hypothesis, x, shape.width);
+            if (column >= 0 && row >= 0 && column < kRefineTile && row < kRefineTile) hypotheses[row][column] = static_cast<int16_t>(hypothesis);
+        }
+        tile.cells[row + kRadius][column + kRadius] = cell;
+    }
+    __syncthreads();
+    // The least v with 256 v >= texture^2 n^2.
+    const auto least_variance = [&](uint32_t n) {
+        const uint64_t deviation = uint64_t{static_cast<uint32_t>(step.texture)} * n;
+        return static_cast<int>((deviation * deviation + 255) >> 8);
+    };
+    refine_tile(tile, left, top, shape.width, shape.height, least_variance);
+
+    for (int i = thread; i < kRefineTile * kRefineTile; i += kRefineThreads) {
+        const int column = i % kRefineTile, row = i / kRefineTile, x = left + column, y = top + row;
+        if (x >= shape.width || y >= shape.height) continue;
+        const Refined refined = unpack(tile.result(column, row));
+        const int hypothesis = hypotheses[row][column];
+        const bool any = hypothesis != kNoDisparity;
+        const int refined_disparity = any ? moved(hypothesis, refined.move) : kNoDisparity, score = any ? refined.score : 0;
+        const int u = min(x >> 1, shape.half_width - 1), v = min(y >> 1, shape.half_height - 1);
+        const int stands = step.standing[v * shape.half_stride + u];
+        const int64_t line = int64_t{y} * shape.stride;
+        int disparity = kNoDisparity, confidence = 0;
+        if (any && stands != kDoubtful && (step.left_mask == nullptr || step.left_mask[line + x] != 0)) {
+            const bool known = stands == kSettled;
+            const int q = 16 * x - refined_disparity;
+            const bool good = refined.peak && q >= 0 && refined.textured && score >= (known ? kTrustedScore : step.refine_score) &&
+                              (step.right_mask == nullptr || step.right_mask[line + ((q + 8) >> 4)] != 0);
+            if (good || known) {
+                disparity = good ? refined_disparity : hypothesis;
+                confidence = clamped(good ? score >> 4 : score >> 5, 1, 255);
+            }
+        }
+        const int64_t at = int64_t{y} * shape.full_stride + x, given = int64_t{y} * shape.width + x;
+        step.hypothesis[at] = static_cast<int16_t>(hypothesis);
+        step.evidence[at] = static_cast<int16_t>(disparity);
+        step.confidence[at] = static_cast<uint8_t>(confidence);
+        if (step.given_hypothesis != nullptr) step.given_hypothesis[given] = static_cast<int16_t>(hypothesis);
+        if (step.given_refined != nullptr) step.given_refined[given] = static_cast<int16_t>(refined_disparity);
+        if (step.given_score != nullptr) step.given_score[given] = static_cast<int16_t>(score);
+    }
+}
+
+}  // namespace
+
+void record_refine(Recorder& recorder, const RefineStep& step) {
+    const auto columns = static_cast<uint32_t>(step.shape.width), rows = static_cast<uint32_t>(step.shape.height);
+    const Grid grid{dim3(cover(columns, kRefineTile), cover(rows, kRefineTile)), dim3(kRefineThreads)};
+    switch (step.radius) {
+        case 2: return recorder.launch(refine<2>, grid, step);
+        case 3: return recorder.launch(refine<3>, grid, step);
+        case 4: return recorder.launch(refine<4>, grid, step);
+        case 5: return recorder.launch(refine<5>, grid, step);
+        default: return recorder.launch(refine<6>, grid, step);
+    }
+}
+
+}  // namespace defrec::cuda

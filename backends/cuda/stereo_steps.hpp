@@ -1,0 +1,123 @@
+// The kernels of stage stereo, as the stage records them one after the other. docs/stages/stereo.md; the numbers are its sections.
+#pragma once
+#include "backends/cuda/recorder.hpp"
+#include "backends/shared/stereo_layout.hpp"
+
+namespace defrec::cuda {
+
+constexpr int kBandRows = 4;  // of a half image, in one word of `words`
+
+// Sizes in pixels. Rows of the caller's images are `stride` apart and those of what he gets of the sub-stages have no gaps; rows of our own
+// images are `full_stride` and `half_stride` apart, multiples of 16.
+struct StereoShape {
+    int width, height, stride, full_stride;
+    int half_width, half_height, half_stride;
+    int first, count;  // disparities of the search
+};
+
+// The field at half resolution and its coarser ones, down to one pixel, one after the other in one buffer.
+struct DisparityPyramid {
+    static constexpr int kMostLevels = 14;
+    struct Level {
+        int width, height, offset;
+    };
+    Level levels[kMostLevels];
+    int count;
+    int16_t* data;
+};
+// Those that the kernel before the filling makes: level 4 at most.
+constexpr int kTiledLevels = 4;
+inline int top_level(const DisparityPyramid& pyramid) { return std::min(kTiledLevels, pyramid.count - 1); }
+
+// 1, 2
+struct PreparedImage {
+    const uint8_t *source, *mask;  // mask: nullptr if all is usable
+    uint8_t* gray;
+    uint8_t* half;
+    uint8_t* half_mask;
+    uint32_t* words;  // the half image, less 128: at (x, q) the rows 4 q to 4 q + 3; 0 below the image
+    uint8_t* given;   // gray without gaps, or nullptr
+};
+struct PrepareStep {
+    StereoShape shape;
+    PreparedImage images[2];
+    int32_t* right_keys;  // cleared for the search
+    bool words_aligned;   // rows of the sources and masks begin at multiples of 4 bytes
+};
+void record_prepare(Recorder& recorder, const PrepareStep& step);
+
+// 3, and what section 4 asks of the left pixel alone
+struct SearchStep {
+    StereoShape shape;
+    const uint32_t *left, *right;  // words
+    int radius;
+    float one_over_n, least_score, least_lead;
+    int least_variance;
+    uint16_t* candidates;  // 1 + index of the winner, 0 for none; written where a window and a disparity fit
+    int32_t* right_keys;
+    int32_t* left_keys;  // or nullptr; written where candidates are
+};
+void record_search(Recorder& recorder, const SearchStep& step);
+
+// 4, 5, and 6 up to the pyramid with its holes
+struct AgreeStep {
+    StereoShape shape;
+    int radius, left_right, support;
+    const uint16_t* candidates;
+    const int32_t* right_keys;
+    const uint8_t *left_mask, *right_mask;  // of half resolution
+    int16_t* checked;                       // or nullptr
+    int16_t* supported;
+    DisparityPyramid pyramid;
+};
+void record_agree(Recorder& recorder, const AgreeStep& step);
+
+// 6 to 8 at half resolution
+struct DenseStep {
+    StereoShape shape;
+    int radius, edge;
+    DisparityPyramid pyramid;
+    const uint8_t *left, *right;
+    const int16_t* supported;
+    int16_t* dense;  // or nullptr
+    uint8_t* standing;
+    int16_t* result;
+};
+void record_dense(Recorder& recorder, const DenseStep& step);
+
+// 8 to 10 at full resolution, islands and all
+struct RefineStep {
+    StereoShape shape;
+    int radius, refine_score, texture;
+    const uint8_t *left, *right;            // inpainted
+    const uint8_t *left_mask, *right_mask;  // the caller's, or nullptr
+    const int16_t* half;
+    const uint8_t* standing;
+    int16_t *hypothesis, *evidence;
+    uint8_t* confidence;
+    int16_t *given_hypothesis, *given_refined, *given_score;  // or nullptr
+};
+void record_refine(Recorder& recorder, const RefineStep& step);
+
+// The end of 10, and 11
+struct FinishStep {
+    StereoShape shape;
+    int support, fill_radius;
+    const int16_t *hypothesis, *evidence;
+    const uint8_t* confidence;
+    int16_t* filled;
+    int16_t *given_evidence, *given_filled;  // or nullptr
+    uint8_t* given_confidence;               // the caller's image, or nullptr
+};
+void record_finish(Recorder& recorder, const FinishStep& step);
+
+// 12
+struct SmoothStep {
+    StereoShape shape;
+    int radius, range, passes;
+    int16_t *field, *other;  // of full resolution; both are written if there are many passes
+    int16_t* result;         // the caller's image
+};
+void record_smooth(Recorder& recorder, const SmoothStep& step);
+
+}  // namespace defrec::cuda

@@ -1,0 +1,35 @@
+// Arithmetic that the kernels of stage stereo share.
+#pragma once
+#include "backends/cuda/device_code.hpp"
+#include "backends/shared/stereo_layout.hpp"
+
+namespace defrec::cuda {
+namespace {
+
+// Sums over windows of 2 kRadius + 1 along a line.
+template <int kRadius, int kRun>
+__device__ __forceinline__ void sum_along(const int (&line)[kRun + 2 * kRadius], int (&sums)[kRun]) {
+    int sum = 0;
+#pragma unroll
+    for (int i = 0; i <= 2 * kRadius; ++i) sum += line[i];
+    sums[0] = sum;
+#pragma unroll
+    for (int i = 1; i < kRun; ++i) {
+        sum += line[i + 2 * kRadius] - line[i - 1];
+        sums[i] = sum;
+    }
+}
+
+// Without the case of 0, where the number is some finite one. docs/stages/stereo.md, section 3.
+__device__ __forceinline__ float inverse_root_of_positive(int value) {
+    const float x = static_cast<float>(value), half = 0.5f * x;
+    float y = __int_as_float(0x5f375a86 - (__float_as_int(x) >> 1));
+    y = y * (1.5f - (half * y) * y);
+    return y * (1.5f - (half * y) * y);
+}
+__device__ __forceinline__ float inverse_root(int value) { return value == 0 ? 0.0f : inverse_root_of_positive(value); }
+
+__device__ __forceinline__ int clamped(int value, int least, int most) { return max(least, min(value, most)); }
+
+}  // namespace
+}  // namespace defrec::cuda
