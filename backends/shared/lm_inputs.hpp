@@ -132,9 +132,9 @@ struct LmFrame {
 };
 
 // A match that says where its landmark is now.
-inline bool has_depth(const defrec_match& match) {
+constexpr bool has_depth(const defrec_match& match) {
     return match.position[2] > 0 && all_finite(match.position, 3) && std::isfinite(match.weight);
 }
-inline bool preselected(const defrec_match& match) { return has_depth(match) && match.weight > 0; }
+constexpr bool preselected(const defrec_match& match) { return has_depth(match) && match.weight > 0; }
 
 }  // namespace defrec

@@ -1,9 +1,8 @@
 // Stage lm in shaders: a fixed sequence of them for all iterations; what decides lies on the device. docs/stages/lm.md.
-#include <cstdlib>
-
+#include "backends/shared/plain_host.hpp"
 #include "backends/vulkan/camera.hpp"
 #include "backends/vulkan/lm.hpp"
-#include "backends/vulkan/lm_lists.hpp"
+#include "backends/vulkan/lm_blocks.hpp"
 #include "backends/vulkan/stages.hpp"
 #include "shaders.hpp"
 
@@ -34,20 +33,6 @@ constexpr size_t kLongestLoop = 50000;
 constexpr uint32_t kMostPresolveLandmarks = 2000 * kPresolveGroup;  // 17 times over all
 constexpr uint32_t kMostItems = 1u << 28;                           // lm_blocks.glsl
 
-// The template's reader allocates through a host; here that is the C library.
-const defrec_host& plain_host() {
-    static const defrec_host host = [] {
-        defrec_host table{};
-        table.struct_size = sizeof table;
-        table.alloc = [](void*, size_t size, size_t alignment) -> void* {
-            return std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
-        };
-        table.free = [](void*, void* memory) { std::free(memory); };
-        return table;
-    }();
-    return host;
-}
-
 // The template, and everything that a run of it writes.
 struct Surface {
     uint32_t edges, blocks;
@@ -56,7 +41,7 @@ struct Surface {
     Buffer matrix, diagonal, inverses, vectors, progress, products;
     Buffer deformed, rigid;
 
-    Surface(Device& device, const LmLists& lists, const defrec_lm_params& p, uint32_t split)
+    Surface(Device& device, const LmBlocks& lists, const defrec_lm_params& p, uint32_t split)
         : edges(uint32_t(lists.edges.size())),
           blocks(uint32_t(lists.blocks.size())),
           rest(device.upload(lists.rest)),
@@ -119,7 +104,7 @@ class Lm final : public Stage {
         surface.read(p_, in);
         check_size("lm", "points, landmarks and patches", uint64_t{p_.points} + p_.landmarks + p_.patches, kMostItems);
         if (p_.presolve != 0) check_size("lm", "landmarks to move rigidly onto matches", p_.landmarks, kMostPresolveLandmarks);
-        const LmLists lists(p_, surface);
+        const LmBlocks lists(p_, surface);
         check_size("lm", "residuals of a control point", lists.longest, kLongestLoop * split_);
         const uint64_t most_groups = device_.limits().maxComputeWorkGroupCount[0];
         check_size("lm", "connected pairs of control points", lists.blocks.size(), most_groups * kBlockGroup / split_);

@@ -1,0 +1,228 @@
+// Stage lm, section 4: the rigid motion that brings the deformed landmarks onto their preselected matches. One block.
+#pragma once
+#include "backends/cuda/lm_memory.cuh"
+#include "backends/cuda/lm_sums.cuh"
+
+namespace defrec::cuda {
+namespace {
+
+struct LmPresolve {
+    const float4* items;  // the landmarks among the template's
+    const int4* item_nodes;
+    uint32_t landmarks;
+    float match_tukey;
+    const defrec_motion* motions;
+    const defrec_match* matches;
+    float4* deformed;  // landmarks; w: their matches' weight, 0 where not preselected
+    float4* rigid;     // rotation, translation
+};
+
+constexpr int kPresolveRounds = 5;
+constexpr float kPresolveLeastMatches = 6, kLeastSpreadMm2 = 0.01f;
+constexpr int kSweeps = 6;  // of Jacobi's methods, at most: each squares the error
+
+// tan of the angle of the rotation that zeroes the entry `across` between diagonal entries a and b.
+__device__ __forceinline__ float jacobi_tangent(float a, float b, float across) {
+    const float theta = (b - a) / (2 * across);
+    return (theta < 0 ? -1.0f : 1.0f) / (std::abs(theta) + std::sqrt(theta * theta + 1));
+}
+
+// One rotation of a symmetric 4x4 matrix; v gathers the rotations by rows. Whether there was anything to do.
+template <int p, int q, int r, int s>
+__device__ __forceinline__ bool jacobi_turn(float (&a)[4][4], float (&v)[4][4]) {
+    if (!(std::abs(a[p][q]) > 1e-9f * (std::abs(a[p][p]) + std::abs(a[q][q])))) return false;
+    const float t = jacobi_tangent(a[p][p], a[q][q], a[p][q]), c = 1 / std::sqrt(t * t + 1), d = t * c;
+    const float apq = a[p][q], apr = a[p][r], aps = a[p][s], aqr = a[q][r], aqs = a[q][s];
+    a[p][p] -= t * apq;
+    a[q][q] += t * apq;
+    a[p][q] = a[q][p] = 0;
+    a[p][r] = a[r][p] = c * apr - d * aqr;
+    a[q][r] = a[r][q] = d * apr + c * aqr;
+    a[p][s] = a[s][p] = c * aps - d * aqs;
+    a[q][s] = a[s][q] = d * aps + c * aqs;
+    for (int i = 0; i < 4; ++i) {
+        const float vp = v[p][i], vq = v[q][i];
+        v[p][i] = c * vp - d * vq;
+        v[q][i] = d * vp + c * vq;
+    }
+    return true;
+}
+
+// The rotation that maximises trace(R^T m), never a reflection: the eigenvector of the largest eigenvalue of Horn's (1987) symmetric 4x4
+// matrix, by Jacobi's method. m: row-major sum of to from^T. The identity for a matrix that is zero or not finite.
+__device__ Quaternion<float> nearest_rotation(const float (&m)[9]) {
+    float largest = 0, sum = 0;
+    for (const float value : m) {
+        largest = fmaxf(largest, std::abs(value));
+        sum += value;
+    }
+    if (!(largest > 0) || !std::isfinite(largest) || !std::isfinite(sum)) return {1, 0, 0, 0};
+    float n[9];
+    for (int i = 0; i < 9; ++i) n[i] = m[i] / largest;
+    float a[4][4], v[4][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
+    a[0][0] = n[0] + n[4] + n[8];
+    a[1][1] = n[0] - n[4] - n[8];
+    a[2][2] = n[4] - n[0] - n[8];
+    a[3][3] = n[8] - n[0] - n[4];
+    a[0][1] = a[1][0] = n[7] - n[5];
+    a[0][2] = a[2][0] = n[2] - n[6];
+    a[0][3] = a[3][0] = n[3] - n[1];
+    a[1][2] = a[2][1] = n[1] + n[3];
+    a[1][3] = a[3][1] = n[2] + n[6];
+    a[2][3] = a[3][2] = n[5] + n[7];
+    for (int sweep = 0; sweep < kSweeps; ++sweep) {
+        bool turned = jacobi_turn<0, 1, 2, 3>(a, v);
+        turned |= jacobi_turn<0, 2, 1, 3>(a, v);
+        turned |= jacobi_turn<0, 3, 1, 2>(a, v);
+        turned |= jacobi_turn<1, 2, 0, 3>(a, v);
+        turned |= jacobi_turn<1, 3, 0, 2>(a, v);
+        turned |= jacobi_turn<2, 3, 0, 1>(a, v);
+        if (!turned) break;
+    }
+    float best = a[0][0];
+    Quaternion<float> q{v[0][0], v[0][1], v[0][2], v[0][3]};
+    for (int i = 1; i < 4; ++i)
+        if (a[i][i] > best) {
+            best = a[i][i];
+            q = {v[i][0], v[i][1], v[i][2], v[i][3]};
+        }
+    return (1 / std::sqrt(dot(q, q))) * q;
+}
+
+// By one-sided Jacobi rotations of the columns.
+__device__ float second_singular_value(const float (&m)[9]) {
+    Vec3<float> column[3] = {{m[0], m[3], m[6]}, {m[1], m[4], m[7]}, {m[2], m[5], m[8]}};
+    const auto turn = [](Vec3<float>& p, Vec3<float>& q) {
+        const Vec3<float> a = p, b = q;
+        const float across = dot(a, b), aa = dot(a, a), bb = dot(b, b);
+        if (!(std::abs(across) > 1e-9f * (aa + bb))) return false;
+        const float t = jacobi_tangent(aa, bb, across), c = 1 / std::sqrt(t * t + 1), s = t * c;
+        p = c * a - s * b;
+        q = s * a + c * b;
+        return true;
+    };
+    for (int sweep = 0; sweep < kSweeps; ++sweep) {
+        bool turned = turn(column[0], column[1]);
+        turned |= turn(column[0], column[2]);
+        turned |= turn(column[1], column[2]);
+        if (!turned) break;
+    }
+    float length[3];
+    for (int i = 0; i < 3; ++i) length[i] = std::sqrt(dot(column[i], column[i]));
+    return fmaxf(fminf(length[0], length[1]), fminf(fmaxf(length[0], length[1]), length[2]));
+}
+
+// Weighted sums over the matches, from and to each about a point of their own.
+enum LmFitSumOf : uint32_t { kFitFrom, kFitTo = 3, kFitMoment = 6, kFitWeight = 15, kFitSums };
+// Of all preselected matches.
+enum LmMatchSumOf : uint32_t { kMatchFrom, kMatchTo = 3, kMatchCount = 6, kMatchWeights, kMatchErrors, kMatchCost, kMatchSums = 16 };
+
+struct RigidMotion {
+    Quaternion<float> rotation;
+    Vec3<float> shift;
+};
+__device__ __forceinline__ Vec3<float> moved_by(const RigidMotion& motion, Vec3<float> p) { return rotate(motion.rotation, p) + motion.shift; }
+
+__device__ __forceinline__ void add3(float* sums, float weight, Vec3<float> v) {
+    sums[0] += weight * v.x;
+    sums[1] += weight * v.y;
+    sums[2] += weight * v.z;
+}
+__device__ __forceinline__ Vec3<float> mean3(const float* sums, float weight) {
+    return {sums[0] / weight, sums[1] / weight, sums[2] / weight};
+}
+
+// Deforms the landmarks, and sums over those that count.
+__device__ __forceinline__ void deform_landmarks(const LmPresolve& given, float inverse_c2, float (&sums)[kMatchSums]) {
+    for (uint32_t i = threadIdx.x; i < given.landmarks; i += kLmThreads) {
+        const defrec_match& match = given.matches[i];
+        const bool taken = preselected(match);
+        float4 deformed = make_float4(0, 0, 0, 0);
+        if (taken) {
+            const float4* vectors = given.items + LmLists::kItemVectors * size_t{i};
+            const int4 nodes = given.item_nodes[i];
+            const int32_t node[DEFREC_SKIN_NODES] = {nodes.x, nodes.y, nodes.z, nodes.w};
+            float weight[DEFREC_SKIN_NODES];
+            for (uint32_t k = 0; k < DEFREC_SKIN_NODES; ++k) weight[k] = vectors[LmLists::kItemArms + k].w;
+            const auto motion =
+                blend_with<float>([&given](int32_t k) { return usable_motion<float>(given.motions[k]); }, node, weight);
+            const Vec3<float> from = apply(motion, vector_of(vectors[0])), to = load3<float>(match.position);
+            const float squared = dot(from - to, from - to);
+            deformed = pack(from, match.weight);
+            add3(sums + kMatchFrom, 1, from);
+            add3(sums + kMatchTo, 1, to);
+            sums[kMatchCount] += 1;
+            sums[kMatchWeights] += match.weight;
+            sums[kMatchErrors] += match.weight * squared;
+            sums[kMatchCost] += match.weight * tukey(squared, inverse_c2).cost;
+        }
+        given.deformed[i] = deformed;
+    }
+}
+
+// The best motion by the sums of a round; its rotation and how far the points spread are found by two threads at a time.
+__device__ __forceinline__ RigidMotion fit(const float (&sums)[kFitSums], Vec3<float> from_centre, Vec3<float> to_centre) {
+    __shared__ Quaternion<float> rotation;
+    __shared__ float spread;
+    if (!(sums[kFitWeight] > 0)) return {{1, 0, 0, 0}, {0, 0, 0}};
+    const Vec3<float> from = mean3(sums + kFitFrom, sums[kFitWeight]), to = mean3(sums + kFitTo, sums[kFitWeight]);
+    if (threadIdx.x == 0 || threadIdx.x == kWarp) {
+        const float a[3] = {from.x, from.y, from.z}, b[3] = {to.x, to.y, to.z};
+        float moment[9];
+        for (int i = 0; i < 9; ++i) moment[i] = sums[kFitMoment + i] / sums[kFitWeight] - b[i / 3] * a[i % 3];
+        if (threadIdx.x == 0)
+            rotation = nearest_rotation(moment);
+        else
+            spread = second_singular_value(moment);
+    }
+    __syncthreads();
+    const Quaternion<float> turn = spread > kLeastSpreadMm2 ? rotation : Quaternion<float>{1, 0, 0, 0};
+    return {turn, to_centre + to - rotate(turn, from_centre + from)};
+}
+
+__global__ void __launch_bounds__(kLmThreads) lm_presolve(LmPresolve given) {
+    __shared__ float match_warps[kLmWarps][kMatchSums], fit_warps[kLmWarps][kFitSums], error_warps[kLmWarps][2];
+    const float c2 = given.match_tukey * given.match_tukey;
+    float all[kMatchSums] = {};
+    deform_landmarks(given, 1 / c2, all);
+    block_sums(all, match_warps);
+    RigidMotion motion{{1, 0, 0, 0}, {0, 0, 0}};
+    float errors[2] = {all[kMatchErrors], all[kMatchCost]};  // under the present motion: weighted squares, Tukey's cost
+    const bool enough = all[kMatchCount] >= kPresolveLeastMatches;
+    const Vec3<float> from_centre = mean3(all + kMatchFrom, all[kMatchCount]), to_centre = mean3(all + kMatchTo, all[kMatchCount]);
+    for (int round = 0; enough && round < kPresolveRounds; ++round) {
+        const float inverse_c2 = 1 / fmaxf(c2, 9 * errors[0] / all[kMatchWeights]);
+        float sums[kFitSums] = {};
+        for (uint32_t i = threadIdx.x; i < given.landmarks; i += kLmThreads) {
+            const float4 landmark = given.deformed[i];
+            if (landmark.w == 0) continue;
+            const Vec3<float> from = vector_of(landmark), to = load3<float>(given.matches[i].position), off = moved_by(motion, from) - to;
+            const float weight = landmark.w * tukey(dot(off, off), inverse_c2).weight;
+            const Vec3<float> a = from - from_centre, b = to - to_centre;
+            add3(sums + kFitFrom, weight, a);
+            add3(sums + kFitTo, weight, b);
+            add3(sums + kFitMoment, weight * b.x, a);
+            add3(sums + kFitMoment + 3, weight * b.y, a);
+            add3(sums + kFitMoment + 6, weight * b.z, a);
+            sums[kFitWeight] += weight;
+        }
+        block_sums(sums, fit_warps);
+        motion = fit(sums, from_centre, to_centre);
+        errors[0] = errors[1] = 0;
+        for (uint32_t i = threadIdx.x; i < given.landmarks; i += kLmThreads) {
+            const float4 landmark = given.deformed[i];
+            if (landmark.w == 0) continue;
+            const Vec3<float> off = moved_by(motion, vector_of(landmark)) - load3<float>(given.matches[i].position);
+            errors[0] += landmark.w * dot(off, off);
+            errors[1] += landmark.w * tukey(dot(off, off), 1 / c2).cost;
+        }
+        block_sums(errors, error_warps);
+    }
+    if (threadIdx.x != 0) return;
+    const bool closer = enough && errors[1] < all[kMatchCost];
+    given.rigid[0] = closer ? pack(motion.rotation) : make_float4(1, 0, 0, 0);
+    given.rigid[1] = closer ? pack(motion.shift, 0) : make_float4(0, 0, 0, 0);
+}
+
+}  // namespace
+}  // namespace defrec::cuda

@@ -1,0 +1,80 @@
+// What levenberg_marquardt.hpp keeps from step to step. Every block comes to the same by itself.
+#pragma once
+#include "backends/cuda/lm_sums.cuh"
+#include "backends/shared/levenberg_marquardt.hpp"
+
+namespace defrec::cuda {
+namespace {
+
+struct LmState {
+    double sums[kSums];
+    double initial_cost;
+    float lambda;
+    int32_t iterations;
+    bool any_step, converged, failed, accepted;
+};
+
+__device__ __forceinline__ bool stopped(const LmState& state) { return state.converged || state.failed; }
+
+__device__ __forceinline__ double missing_cost(const LmParameters& p) {
+    return double(p.icp_weight) * double(p.icp_tukey) * double(p.icp_tukey) / 3;
+}
+__device__ __forceinline__ double present_cost(const double (&sums)[kSums]) { return sums[kIcp] + sums[kMatch] + sums[kPatch] + sums[kArap]; }
+
+__device__ __forceinline__ float lowered(float lambda) { return fmaxf(lambda * float(kLambdaDown), float(kLeastLambda)); }
+__device__ __forceinline__ float raised(float lambda) { return fminf(lambda * float(kLambdaUp), float(kMostLambda)); }
+
+__device__ __forceinline__ void begin_state(const LmParameters& p, const double (&there)[kSums], LmState& state) {
+    for (uint32_t i = 0; i < kSums; ++i) state.sums[i] = there[i];
+    state.initial_cost = present_cost(there) + there[kMissing] * missing_cost(p);
+    state.lambda = p.damping;
+    state.iterations = 0;
+    state.any_step = state.accepted = false;
+    state.converged = !(there[kCounts] + there[kCounts + 1] + there[kCounts + 2] > 0);
+    state.failed = !std::isfinite(state.initial_cost);
+}
+
+// After a step to `there`.
+__device__ __forceinline__ void judge(const LmParameters& p, const double (&there)[kSums], LmState& state) {
+    ++state.iterations;
+    state.accepted = false;
+    if (std::isfinite(there[kFarthest])) {
+        state.any_step = true;
+        state.converged = there[kFarthest] < kLeastStepMm * kLeastStepMm;
+        const double cost = present_cost(there);
+        const double decrease = present_cost(state.sums) - cost + (state.sums[kMissing] - there[kMissing]) * missing_cost(p);
+        state.accepted = decrease > 0;
+        if (state.accepted) {
+            if (decrease < kLeastDecrease * cost) state.converged = true;
+            for (uint32_t i = 0; i < kSums; ++i) state.sums[i] = there[i];
+        }
+    }
+    state.lambda = state.accepted ? lowered(state.lambda) : raised(state.lambda);
+}
+
+__device__ __forceinline__ defrec_lm_summary summarise(const LmParameters& p, const LmState& state, bool failed) {
+    const auto rms = [&state](uint32_t term) {
+        const double weights = state.sums[kWeights + term];
+        return weights > 0 ? float(std::sqrt(state.sums[kResidualSquares + term] / weights)) : 0.0f;
+    };
+    defrec_lm_summary summary{};
+    summary.initial_cost = float(state.initial_cost);
+    summary.final_cost = float(present_cost(state.sums) + state.sums[kMissing] * missing_cost(p));
+    summary.icp_cost = float(state.sums[kIcp]);
+    summary.match_cost = float(state.sums[kMatch]);
+    summary.patch_cost = float(state.sums[kPatch]);
+    summary.arap_cost = float(state.sums[kArap]);
+    summary.iterations = state.iterations;
+    summary.icp_points = static_cast<int32_t>(state.sums[kCounts]);
+    summary.matches = static_cast<int32_t>(state.sums[kCounts + 1]);
+    summary.patches = static_cast<int32_t>(state.sums[kCounts + 2]);
+    summary.icp_rms = rms(kIcp);
+    summary.match_rms = rms(kMatch);
+    summary.patch_rms = rms(kPatch);
+    summary.damping = state.lambda;
+    summary.failed = failed ? 1 : 0;
+    return summary;
+}
+
+}  // namespace
+}  // namespace defrec::cuda

@@ -1,0 +1,97 @@
+// What the kernels of stage lm are given.
+#pragma once
+#include "backends/cuda/device_code.hpp"
+#include "backends/cuda/lm_plan.hpp"
+#include "backends/shared/lm_terms.hpp"
+
+namespace defrec::cuda {
+
+struct LmParameters {
+    defrec_camera camera;
+    DisparityImage image;
+    uint32_t nodes, points, landmarks;
+    uint32_t iterations, steps;  // steps of the conjugate gradients; 0: every control point by itself
+    float icp_weight, match_weight, patch_weight;
+    float icp_tukey, match_tukey, patch_tukey;  // mm, mm, px
+    float association, match_slope;             // mm; 1 / (5 H)
+    float length_weight, angle_weight, rotation_weight;  // the last two times the squared node spacing
+    float spacing2, damping;
+};
+
+// The template. Items are points, then landmarks, then patches.
+struct LmSurface {
+    const float4* rest;        // control points
+    const float4* items;       // LmLists::kItemVectors each
+    const int4* item_nodes;
+    const LmShare* shares;     // of the blocks; then as in LmPlan
+    const LmPlace* places;
+    const uint32_t* row_places;
+    const uint32_t* block_items;
+    const LmConnection* connections;
+    const uint32_t* chunks;
+    const LmSum* sums;
+    const uint32_t* terms;
+    uint32_t rows, most_places;
+};
+
+struct LmFrameView {
+    const defrec_motion* motions;
+    const defrec_match* matches;                  // nullptr: none
+    const defrec_patch_observation* observations; // nullptr: none
+    const float4* rigid;                          // from presolve: rotation, translation; nullptr: none
+};
+
+// Global memory. Of what blocks pass to each other there are two copies, used in turn: a block that is ahead never writes what another
+// still reads.
+struct LmExchange {
+    float* data;      // D of each control point
+    float* scales;    // S of each connection, and its own block's only
+    float* factors;   // 2 x kFactor x nodes: inverse Cholesky factors of the damped diagonal blocks
+    float* starts;    // 2 x 6 nodes: the right side, preconditioned
+    float* products;  // 2 x 6 nodes: of matrix and direction
+    float* sums;      // 2 x blocks x kSums: each block's part
+    // Where shared memory does not hold them:
+    float* matrix;    // 36 a place
+    float* vectors;   // 3 x 6 nodes
+    float4* poses;    // kPose nodes
+    float4* present;  // kPresent nodes
+    float* own;       // kOwn nodes
+    float* own_factors;  // kOwnFactor nodes
+};
+
+struct LmView {
+    LmParameters p;
+    LmSurface surface;
+    LmFrameView frame;
+    LmExchange exchange;
+    defrec_motion* results;
+    defrec_lm_summary* summary;
+};
+
+constexpr uint32_t kFactor = 21;     // a lower triangle, row by row
+constexpr uint32_t kOwnFactor = 24;  // the same with room between
+constexpr uint32_t kOwn = 48;        // of a control point: its diagonal block, half the gradient, and D, in eight columns of six
+constexpr uint32_t kPose = 3;        // vectors of a control point in motion: rotation, dual part, position
+constexpr uint32_t kPresent = 2;     // rotation, position
+
+// A residual as the sums want it, one component after the other for the whole chunk: weighted sums over its rows of gradient gradient^T
+// (upper triangle) and value gradient; weight; where it is from each of its control points, and their weights.
+constexpr uint32_t kSquares = 0, kPull = 6, kWeight = 9, kArms = 10, kSkin = 22, kRecord = 26;
+// A connection as the sums want it: i's own block as turn-turn (upper triangle), turn-shift, shift-shift (upper triangle), half the gradient.
+constexpr uint32_t kTurn = 0, kLever = 6, kShift = 15, kGradient = 21, kConnectionRecord = 27;
+
+// What is in shared memory. kReplicated: all blocks keep poses and vectors of all control points, and only pass products to each other.
+// Otherwise each keeps its own control points' in global memory. kMatrix: each block's rows of the matrix are in shared memory.
+template <bool kReplicatedNodes, bool kSharedMatrix>
+struct LmMode {
+    static constexpr bool kReplicated = kReplicatedNodes, kMatrix = kSharedMatrix;
+
+    static size_t shared_bytes(uint32_t nodes, uint32_t rows, uint32_t most_places) {
+        size_t floats = (kRecord + kConnectionRecord) * kLmChunk;
+        if (kReplicated) floats += (4 * kPose + 4 * kPresent + 3 * 6) * size_t{nodes} + (kOwn + kOwnFactor) * size_t{rows};
+        if (kMatrix) floats += (36 + 1) * size_t{most_places};
+        return floats * sizeof(float);
+    }
+};
+
+}  // namespace defrec::cuda

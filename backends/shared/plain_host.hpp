@@ -1,0 +1,22 @@
+// A host whose allocator is the C library's, for what reads templates through a host where none gave one.
+#pragma once
+#include <cstdlib>
+
+#include "backends/shared/stage.hpp"
+
+namespace defrec {
+
+inline const defrec_host& plain_host() {
+    static const defrec_host host = [] {
+        defrec_host table{};
+        table.struct_size = sizeof table;
+        table.alloc = [](void*, size_t size, size_t alignment) -> void* {
+            return std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+        };
+        table.free = [](void*, void* memory) { std::free(memory); };
+        return table;
+    }();
+    return host;
+}
+
+}  // namespace defrec

@@ -1,0 +1,27 @@
+// What the shaders of stage lm read of the template: its items, and for each block of the system what enters it, in a fixed order.
+#pragma once
+#include "backends/shared/lm_lists.hpp"
+
+namespace defrec::vulkan {
+
+// As lm.glsl and lm_blocks.glsl lay it out.
+struct LmBlock {
+    uint32_t first_item, last_item, first_edge, last_edge;
+    uint32_t row, column;
+    uint32_t place, transposed;
+};
+
+struct LmBlocks : LmLists {
+    std::vector<LmBlock> blocks;
+    std::vector<uint32_t> item_terms, edge_terms;
+    std::vector<uint32_t> row_starts, columns;  // of the matrix
+    size_t longest = 0;                         // terms of a block, blocks of a row
+
+    LmBlocks(const defrec_lm_params& params, const LmTemplate& surface);
+
+  private:
+    void add_item_terms(const BlockPattern& pattern, const std::vector<uint32_t>& block_at);
+    void add_edge_terms(const BlockPattern& pattern, const std::vector<uint32_t>& block_at);
+};
+
+}  // namespace defrec::vulkan
