@@ -105,9 +105,6 @@ class HostBackend {
         if (kind != DEFREC_MEMORY_HOST)
             throw StageError(DEFREC_ERROR_UNSUPPORTED, std::string(name()) + " computes in the processor's memory, kind " +
                                                            std::to_string(DEFREC_MEMORY_HOST) + "; kind " + std::to_string(kind) + " was given");
-        const auto address = reinterpret_cast<uintptr_t>(memory);
-        if (memory == nullptr || address % 16 != 0) reject("memory is imported from an address that is a multiple of 16");
-        if (size == 0 || size > UINTPTR_MAX - address) reject("the size does not fit the address space, or is zero");
         return HostBuffer(host_, memory, size);
     }
 

@@ -131,6 +131,9 @@ class PluginOf {
     }
     static defrec_status buffer_import(defrec_pdevice* device, uint32_t kind, void* memory, uint64_t size, defrec_pbuffer** out) {
         return guarded(device->host, [&] {
+            const auto address = reinterpret_cast<uintptr_t>(memory);
+            if (memory == nullptr || address % 16 != 0) reject("memory is imported from an address that is a multiple of 16");
+            if (size == 0 || size > UINTPTR_MAX - address) reject("the size does not fit the address space, or is zero");
             auto& on = *of(device).device;
             *out = new Buffer{{device->host}, on, of(device).backend.import_buffer(on, kind, memory, size)};
         });
