@@ -46,24 +46,4 @@ struct Verdict {
 // was_found: the surface was followed into the frame before.
 Verdict judge(const TemplateData& data, const Evidence& evidence, bool was_found);
 
-// How sure a vertex is: status and expected error, from what was seen of it and round it.
-struct VertexBelief {
-    std::vector<uint8_t> status;         // DEFREC_POINT_*
-    std::vector<float> expected_error;   // mm, one standard deviation
-    std::vector<float> distance;         // working memory: grid steps to the nearest observed vertex
-};
-// lost: every vertex becomes unknown, with errors growing by age (frames).
-void believe(const TemplateData& data, const FrameOutput& output, bool lost, uint32_t age, VertexBelief& belief);
-
-// What to believe of a point of the template frame, on the surface or off it: that of the vertices under its pixel, with an error that grows
-// with the distance (mm) from the surface.
-struct SurfaceBelief {
-    uint8_t status = DEFREC_POINT_UNKNOWN;
-    double expected_error = 0;
-};
-SurfaceBelief believe_at(const TemplateData& data, const VertexBelief& belief, const double xyz[3]);
-
-// Best rigid motion from the template's vertices to the deformed ones, 3x4 row-major (Kabsch).
-void fit_rigid_motion(const TemplateData& data, std::span<const defrec_surface_sample> samples, double motion[12]);
-
 }  // namespace defrec

@@ -1,5 +1,6 @@
 // What evidence means: states, reasons, and belief in vertices.
 #include "sdk/frame_state.hpp"
+#include "sdk/surface_belief.hpp"
 
 #include <doctest/doctest.h>
 
@@ -114,7 +115,7 @@ TEST_CASE("row 59: half under an instrument is degraded, named occluded, and the
     CHECK((verdict.reasons & DEFREC_REASON_OCCLUDED) != 0);
 
     VertexBelief belief;
-    believe(f.data, f.output, false, 0, belief);
+    believe(SurfaceModel(f.data), f.samples, false, 0, belief);
     CHECK(belief.status[0] == DEFREC_POINT_EXTRAPOLATED);
     CHECK(belief.status[10] == DEFREC_POINT_OBSERVED);
     CHECK(belief.expected_error[0] > belief.expected_error[3]);
@@ -124,8 +125,8 @@ TEST_CASE("row 59: half under an instrument is degraded, named occluded, and the
 TEST_CASE("a lost frame believes no vertex, and less the longer it lasts") {
     Fixture f;
     VertexBelief early, late;
-    believe(f.data, f.output, true, 1, early);
-    believe(f.data, f.output, true, 20, late);
+    believe(SurfaceModel(f.data), f.samples, true, 1, early);
+    believe(SurfaceModel(f.data), f.samples, true, 20, late);
     for (const uint8_t status : early.status) CHECK(status == DEFREC_POINT_UNKNOWN);
     CHECK(late.expected_error[40] > early.expected_error[40]);
 }
@@ -133,7 +134,7 @@ TEST_CASE("a lost frame believes no vertex, and less the longer it lasts") {
 TEST_CASE("belief of a point below the surface is that of the vertex above it, less certain with depth") {
     Fixture f;
     VertexBelief belief;
-    believe(f.data, f.output, false, 0, belief);
+    believe(SurfaceModel(f.data), f.samples, false, 0, belief);
     const double on[3] = {0, 0, 80}, below[3] = {0, 0, 110}, beside[3] = {300, 0, 80};
     const SurfaceBelief at_surface = believe_at(f.data, belief, on), at_depth = believe_at(f.data, belief, below);
     CHECK(at_surface.status == DEFREC_POINT_OBSERVED);
@@ -153,7 +154,7 @@ TEST_CASE("the rigid motion of a rigidly moved surface is that motion") {
         f.output.samples[i].position[2] = p[2] + 7;
     }
     double motion[12];
-    fit_rigid_motion(f.data, f.output.samples, motion);
+    fit_rigid_motion(SurfaceModel(f.data), f.samples, motion);
     const double expected[12] = {cosine, -sine, 0, 3, sine, cosine, 0, -2, 0, 0, 1, 7};
     for (int i = 0; i < 12; ++i) CHECK(motion[i] == doctest::Approx(expected[i]).epsilon(1e-4));
 }

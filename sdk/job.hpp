@@ -7,6 +7,7 @@
 
 #include "sdk/frame_output.hpp"
 #include "sdk/frame_state.hpp"
+#include "sdk/surface_belief.hpp"
 #include "sdk/tracker.hpp"
 
 namespace defrec {

@@ -281,8 +281,7 @@ bool Pipeline::eyes_look_swapped() {
     return exchanged > 2 * kMinimumCoverage && exchanged > 3 * given;
 }
 
-void Pipeline::upload_template(const TemplateData& data) {
-    TemplateStages& t = *follow_;
+void Pipeline::upload_template(TemplateStages& t, const TemplateData& data) {
     const auto upload = [&](DeviceBuffer& buffer, const auto& values) {
         buffer = DeviceBuffer(device_, std::max<uint64_t>(bytes_of(values), 16));
         if (!values.empty()) queue_.write(buffer, values.data(), bytes_of(values));
@@ -299,11 +298,10 @@ void Pipeline::upload_template(const TemplateData& data) {
 
 void Pipeline::set_template(std::shared_ptr<const Template> surface) {
     const TemplateData& data = surface->data();
-    follow_ = std::make_unique<TemplateStages>();
-    TemplateStages& t = *follow_;
+    auto stages = std::make_unique<TemplateStages>();
+    TemplateStages& t = *stages;
     t.surface = std::move(surface);
-    upload_template(data);
-    narrow_search(data.grid);
+    upload_template(t, data);
 
     const uint32_t nodes = static_cast<uint32_t>(data.nodes.size() / 3), landmarks = static_cast<uint32_t>(data.landmarks.size());
     const uint32_t patches = static_cast<uint32_t>(data.patches.size()), points = static_cast<uint32_t>(data.vertices.size());
@@ -394,6 +392,8 @@ void Pipeline::set_template(std::shared_ptr<const Template> surface) {
     t.warp = std::make_unique<DeviceStage>(device_, DEFREC_STAGE_WARP, &warp);
     t.warp->prepare(queue_, {&t.points});
     queue_.finish();
+    narrow_search(data.grid);
+    follow_ = std::move(stages);
 }
 
 void Pipeline::follow(std::span<const defrec_motion> start, const DeviceBuffer* samples, FrameOutput& out) {

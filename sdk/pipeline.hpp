@@ -59,7 +59,7 @@ class Pipeline {
     // Whether the images last observed match when left and right are exchanged.
     bool eyes_look_swapped();
 
-    // Makes the stages and buffers for this template, and waits for all that was queued before. Allocates.
+    // Makes the stages and buffers for this template, and waits for all that was queued before. Allocates; keeps what it had if it fails.
     void set_template(std::shared_ptr<const Template> surface);
 
     // Follows the template into the images last observed, starting from these motions. samples: where the device leaves them; may be null.
@@ -81,7 +81,7 @@ class Pipeline {
     std::unique_ptr<DeviceStage> make_rectify(uint32_t source_stride) const;
     const DeviceBuffer* bring(const FrameImage& image, const DeviceBuffer& buffer);
     void upload_maps();
-    void upload_template(const TemplateData& data);
+    void upload_template(TemplateStages& stages, const TemplateData& data);
     void lap(const char* stage, FrameOutput& out);
     uint32_t widest_search() const;
     void narrow_search(const SurfaceGrid& grid);

@@ -124,18 +124,21 @@ bool grid_skin(const NodeGrid& grid, double u, double v, Skin& skin) {
 
 void spread_distance(std::vector<float>& distance, int columns, int rows) {
     constexpr float kSide = 1, kCorner = 1.41421356f;
-    const auto relax = [&](int x, int y, int dx, int dy) {
-        if (x + dx < 0 || x + dx >= columns || y + dy < 0 || y + dy >= rows) return;
-        float& here = distance[static_cast<size_t>(y * columns + x)];
-        const float there = distance[static_cast<size_t>((y + dy) * columns + x + dx)];
-        here = std::min(here, there + (dx != 0 && dy != 0 ? kCorner : kSide));
+    // beside: the cell before or after in the row; row: the one above or below. Beyond the border stands a cell inside, no nearer than
+    // what it stands for, which changes nothing.
+    const auto relax = [&](float& here, float beside, const float* row, int x) {
+        if (here <= 0) return;
+        const float corner = std::min(row[std::max(x - 1, 0)], row[std::min(x + 1, columns - 1)]);
+        here = std::min(std::min(here, std::min(beside, row[x]) + kSide), corner + kCorner);
     };
-    for (int y = 0; y < rows; ++y)
-        for (int x = 0; x < columns; ++x)
-            for (const auto& [dx, dy] : {std::pair{-1, 0}, {-1, -1}, {0, -1}, {1, -1}}) relax(x, y, dx, dy);
-    for (int y = rows - 1; y >= 0; --y)
-        for (int x = columns - 1; x >= 0; --x)
-            for (const auto& [dx, dy] : {std::pair{1, 0}, {1, 1}, {0, 1}, {-1, 1}}) relax(x, y, dx, dy);
+    for (int y = 0; y < rows; ++y) {
+        float* row = distance.data() + y * columns;
+        for (int x = 0; x < columns; ++x) relax(row[x], row[std::max(x - 1, 0)], row - (y > 0 ? columns : 0), x);
+    }
+    for (int y = rows - 1; y >= 0; --y) {
+        float* row = distance.data() + y * columns;
+        for (int x = columns - 1; x >= 0; --x) relax(row[x], row[std::min(x + 1, columns - 1)], row + (y < rows - 1 ? columns : 0), x);
+    }
 }
 
 std::array<double, 3> back_project(const defrec_camera& camera, double u, double v, double disparity) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <optional>
 #include <thread>
 
 #include "backends/shared/motion.hpp"
@@ -136,6 +137,8 @@ class Tracker::Impl {
         try {
             follow_frame(job);
             job.finish(DEFREC_OK, {});
+            // Nobody waits for this. The arrays stay as they are until this thread computes another frame.
+            if (tracking_) last_samples_.assign(job.output.samples.begin(), job.output.samples.end());
         } catch (const Error& error) {
             fail_job(job, error.status(), error.what());
         } catch (const std::bad_alloc&) {
@@ -213,10 +216,16 @@ class Tracker::Impl {
 
     // seen: it was captured from this very frame.
     void adopt(std::shared_ptr<const Template> surface, bool seen) {
+        const TemplateData& data = surface->data();
+        SurfaceModel model(data);
+        std::vector<defrec_motion> motions(data.nodes.size() / 3, DualQuaternion<float>::identity().store());
+        std::vector<defrec_surface_sample> samples(data.vertices.size());
+        std::transform(data.vertices.begin(), data.vertices.end(), samples.begin(), at_rest);
         pipeline_.set_template(surface);
-        last_motions_.assign(surface->data().nodes.size() / 3, DualQuaternion<float>::identity().store());
-        last_samples_.resize(surface->data().vertices.size());
-        for (size_t i = 0; i < last_samples_.size(); ++i) last_samples_[i] = at_rest(surface->data().vertices[i]);
+        // Nothing fails from here on: the tracker has the old template or the new one.
+        model_ = std::move(model);
+        last_motions_ = std::move(motions);
+        last_samples_ = std::move(samples);
         tracking_ = seen;
         age_ = 0;
         ++epoch_;
@@ -260,27 +269,13 @@ class Tracker::Impl {
         return verdict.found;
     }
 
-    // Median distance, mm, that the vertices moved since the frame they were last found in; 0 at first.
-    double median_step(std::span<const defrec_surface_sample> samples) {
-        if (samples.empty()) return 0;
-        steps_.resize(samples.size());
-        for (size_t i = 0; i < samples.size(); ++i) {
-            const Vec3<float> step = load3<float>(samples[i].position) - load3<float>(last_samples_[i].position);
-            steps_[i] = dot(step, step);
-        }
-        const auto middle = steps_.begin() + static_cast<std::ptrdiff_t>(steps_.size() / 2);
-        std::nth_element(steps_.begin(), middle, steps_.end());
-        return std::sqrt(*middle);
-    }
-
     void conclude(TrackerJob& job, bool found) {
         if (found) {
-            constexpr double kFastMm = 5;
-            if (tracking_ && median_step(job.output.samples) > kFastMm) job.reasons |= DEFREC_REASON_FAST_MOTION;
+            constexpr float kFastMm = 5;
+            if (tracking_ && moved_farther(last_samples_, job.output.samples, kFastMm)) job.reasons |= DEFREC_REASON_FAST_MOTION;
             job.state = !tracking_ ? DEFREC_RELOCALISED : degraded_ ? DEFREC_DEGRADED : DEFREC_TRACKING;
             if (!tracking_) ++epoch_;
             last_motions_.assign(job.output.motions.begin(), job.output.motions.end());
-            last_samples_.assign(job.output.samples.begin(), job.output.samples.end());
             age_ = 0;
         } else {
             job.state = DEFREC_LOST;
@@ -292,13 +287,9 @@ class Tracker::Impl {
         tracking_ = found;
         job.epoch = epoch_;
         job.age = age_;
-        believe(surface_->data(), job.output, !found, age_, job.belief);
-        fit_rigid_motion(surface_->data(), job.output.samples, job.rigid_motion);
-        for (size_t i = 0; i < job.output.samples.size(); ++i)
-            for (size_t axis = 0; axis < 3; ++axis) {
-                job.vertices[3 * i + axis] = job.output.samples[i].position[axis];
-                job.normals[3 * i + axis] = job.output.samples[i].normal[axis];
-            }
+        believe(*model_, job.output.samples, !found, age_, job.belief);
+        fit_rigid_motion(*model_, job.output.samples, job.rigid_motion);
+        split_samples(job.output.samples, job.vertices, job.normals);
         const std::vector<float>& nodes = surface_->data().nodes;
         for (size_t i = 0; i < job.output.motions.size(); ++i)
             store3(apply(DualQuaternion<double>::load(job.output.motions[i]), load3<double>(&nodes[3 * i])), &job.node_positions[3 * i]);
@@ -323,8 +314,8 @@ class Tracker::Impl {
 
     // The worker's own.
     std::vector<defrec_motion> last_motions_;
-    std::vector<defrec_surface_sample> last_samples_;
-    std::vector<float> steps_;  // working memory of median_step
+    std::vector<defrec_surface_sample> last_samples_;  // of the frame the surface was last found in
+    std::optional<SurfaceModel> model_;                // of the template
     uint64_t last_hash_[2] = {0, 0};
     int64_t last_frame_time_ = 0, usual_step_ = 0;
     bool tracking_ = false, degraded_ = false;
