@@ -64,7 +64,7 @@ __device__ uint32_t least_of_warp(uint32_t key) {
 // Block (x, y) compares the x-th split of the live features with the y-th split of the landmarks. A lane has a landmark; each warp takes its
 // turn of the features. feature_keys: for each landmark and split of features the three nearest. landmark_keys: for each live feature and
 // split of landmarks the nearest. Dynamic shared memory: those of this split.
-__global__ void __launch_bounds__(kSearchThreads) search(Sizes sizes, const Descriptor* landmarks, const uint4* features,
+__global__ void __launch_bounds__(kSearchThreads, 8) search(Sizes sizes, const Descriptor* landmarks, const uint4* features,
                                                          const uint32_t* live_count, uint32_t* feature_keys, uint32_t* landmark_keys) {
     __shared__ Descriptor staged[kStaged];
     __shared__ uint32_t of_warps[kSearchWarps][kPlaces][kWarp];

@@ -1,0 +1,95 @@
+// Stage orb: the pyramid, the corner of each cell, distances between them, the choice, and a description of each feature; one kernel for
+// each, all levels at once. docs/stages/orb.md.
+#include "backends/cuda/orb_steps.hpp"
+#include "backends/cuda/stages.hpp"
+
+namespace defrec::cuda {
+namespace {
+
+constexpr uint64_t kCountBytes = sizeof(uint32_t) * kOrbDistances * kOrbScores;
+constexpr uint32_t kWord = 4;  // px, and distances, that are read at once
+
+uint32_t stride_of(const orb::Level& level) { return cover(level.width, kWord) * kWord; }
+
+OrbLevels levels_of(const defrec_orb_params& params, const orb::Layout& layout) {
+    OrbLevels levels{static_cast<int>(layout.levels), static_cast<int>(params.cell), {}};
+    uint32_t pixels = 0;
+    for (uint32_t l = 0; l < layout.levels; ++l) {
+        const orb::Level& level = layout.level[l];
+        const uint32_t stride = stride_of(level);
+        levels.level[l] = {static_cast<int>(level.width),   static_cast<int>(level.height),  static_cast<int>(stride), pixels,
+                           static_cast<int>(level.cells_x), static_cast<int>(level.cells_y), static_cast<uint32_t>(level.first_cell),
+                           static_cast<uint32_t>(level.first_pixel)};
+        pixels += stride * level.height;
+    }
+    return levels;
+}
+// Of all levels, and what is read beyond the last row.
+uint64_t pixels_of(const orb::Layout& layout) {
+    uint64_t pixels = kWord;
+    for (uint32_t l = 0; l < layout.levels; ++l) pixels += uint64_t{stride_of(layout.level[l])} * layout.level[l].height;
+    return pixels;
+}
+// Parts of it are read that nobody writes.
+Buffer cleared(Device& device, uint64_t size) {
+    Buffer buffer(device, size);
+    device.clear(buffer.data(), size);
+    return buffer;
+}
+
+class Orb final : public Stage {
+  public:
+    Orb(const defrec_orb_params& params, Device& device)
+        : p_(params),
+          layout_(orb::make_layout(params)),
+          levels_(levels_of(params, layout_)),
+          patterns_(upload(device, orb_patterns())),
+          pyramid_(cleared(device, pixels_of(layout_))),
+          usable_(device, pyramid_.size()),
+          corners_(make_buffer<uint32_t>(device, layout_.cells)),
+          distances_(cleared(device, uint64_t{kWord} * cover(layout_.cells, kWord))),
+          counts_(device, kCountBytes),
+          kept_(make_buffer<uint32_t>(device, params.capacity)) {}
+
+    void record(Recorder& recorder, std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
+        const orb::Buffers given = orb::take_buffers(p_, layout_, in, out);
+        const OrbMemory memory{given.gray,
+                               given.mask,
+                               pyramid_.as<uint8_t>(),
+                               usable_.as<uint8_t>(),
+                               given.corners != nullptr ? given.corners : corners_.as<uint32_t>(),
+                               distances_.as<uint8_t>(),
+                               counts_.as<uint32_t>(),
+                               kept_.as<uint32_t>(),
+                               given.count,
+                               given.features};
+        recorder.beside([&] { record_orb_pyramid(recorder, p_, levels_, memory); },
+                        [&] { recorder.fill(counts_.data(), 0, counts_.size()); },
+                        [&] {
+                            if (given.scores != nullptr) recorder.fill(given.scores, 0, layout_.pixels);
+                        });
+        record_orb_corners(recorder, p_, levels_, memory, given.scores);
+        record_orb_distances(recorder, levels_, memory, given.distances);
+        record_orb_selection(recorder, p_, static_cast<uint32_t>(layout_.cells), memory);
+        record_orb_features(recorder, p_, levels_, memory, patterns_.as<uint32_t>());
+        record_orb_images(recorder, levels_, memory, given.pyramid, given.smoothed);
+    }
+
+  private:
+    defrec_orb_params p_;
+    orb::Layout layout_;
+    OrbLevels levels_;
+    Buffer patterns_;
+    // For each pixel, then for each cell.
+    Buffer pyramid_, usable_, corners_, distances_;
+    Buffer counts_, kept_;
+};
+
+}  // namespace
+
+std::unique_ptr<Stage> make_orb(const defrec_orb_params& params, Device& device) {
+    orb::check(params);
+    return std::make_unique<Orb>(params, device);
+}
+
+}  // namespace defrec::cuda
