@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "backends/shared/motion.hpp"
+#include "sdk/spin.hpp"
 
 namespace defrec {
 
@@ -16,15 +17,28 @@ TrackerJob::TrackerJob(std::shared_ptr<JobMonitor> job_monitor, const std::share
       memory(device, keep_disparity ? pixels : 0) {}
 
 defrec_status TrackerJob::wait(uint64_t timeout_ns) {
-    std::unique_lock lock(monitor->mutex);
-    const auto done = [this] { return phase == JobPhase::kDone; };
+    using Clock = std::chrono::steady_clock;
     // Beyond a century the clock's arithmetic would overflow; nobody waits for a part of that.
     constexpr uint64_t kForEver = uint64_t{100} * 365 * 24 * 3600 * 1000000000u;
-    if (timeout_ns >= kForEver)
-        monitor->changed.wait(lock, done);
-    else if (!monitor->changed.wait_for(lock, std::chrono::nanoseconds(timeout_ns), done))
-        return DEFREC_TIMEOUT;
+    const Clock::time_point end = Clock::now() + std::chrono::nanoseconds(std::min(timeout_ns, kForEver));
+    const auto ending = [this] { return phase >= JobPhase::kEnding; };
+    const auto done = [this] { return phase == JobPhase::kDone; };
+    std::unique_lock lock(monitor->mutex);
+    if (!changed_.wait_until(lock, end, ending)) return DEFREC_TIMEOUT;
+    if (!done()) {
+        lock.unlock();
+        constexpr std::chrono::nanoseconds kSpin = std::chrono::milliseconds(1);  // longer than the host takes
+        spin_until(std::min(kSpin, std::chrono::nanoseconds(end - Clock::now())), done);
+        lock.lock();
+        if (!changed_.wait_until(lock, end, done)) return DEFREC_TIMEOUT;
+    }
     return status;
+}
+
+void TrackerJob::announce_end() {
+    const std::lock_guard lock(monitor->mutex);
+    phase = JobPhase::kEnding;
+    changed_.notify_all();
 }
 
 void TrackerJob::finish(defrec_status result_status, const std::string& text) {
@@ -34,15 +48,14 @@ void TrackerJob::finish(defrec_status result_status, const std::string& text) {
     status = result_status;
     error_text_ = text;
     phase = JobPhase::kDone;
-    monitor->changed.notify_all();
+    changed_.notify_all();
 }
 
 void TrackerJob::release() {
     std::unique_lock lock(monitor->mutex);
-    monitor->changed.wait(lock, [this] { return phase == JobPhase::kDone; });
+    changed_.wait(lock, [this] { return phase == JobPhase::kDone; });
     surface.reset();
     phase = JobPhase::kFree;
-    monitor->changed.notify_all();
 }
 
 void TrackerJob::expect_done() const {

@@ -1,5 +1,6 @@
 // One place in a tracker's queue: the frame's pixels, then its results, until it is released and used again.
 #pragma once
+#include <atomic>
 #include <condition_variable>
 #include <memory>
 #include <mutex>
@@ -15,10 +16,9 @@ namespace defrec {
 // Guards the phases of all jobs of a tracker; outlives the tracker while a job is held.
 struct JobMonitor {
     std::mutex mutex;
-    std::condition_variable changed;
 };
 
-enum class JobPhase { kFree, kQueued, kRunning, kDone };
+enum class JobPhase { kFree, kQueued, kRunning, kEnding, kDone };
 
 class TrackerJob final : public Job {
   public:
@@ -35,7 +35,7 @@ class TrackerJob final : public Job {
 
     // The members below belong to the tracker while the phase is queued or running.
     std::shared_ptr<JobMonitor> monitor;
-    JobPhase phase = JobPhase::kFree;       // under the monitor's mutex
+    std::atomic<JobPhase> phase = JobPhase::kFree;  // written under the monitor's mutex
     defrec_status status = DEFREC_OK;       // under the monitor's mutex
 
     HostMemory eyes[2], ignore;  // copies of host pixels, tight rows; of an eye in memory, its rectified gray pixels
@@ -53,12 +53,15 @@ class TrackerJob final : public Job {
     Evidence evidence;
     uint32_t state = DEFREC_INITIALISING, reasons = 0, epoch = 0, age = 0;
 
+    // The device is done, the host will be at once: who waits may wake up in the meantime.
+    void announce_end();
     // Ends the job. text says why it failed; empty for success.
     void finish(defrec_status result_status, const std::string& text);
 
   private:
     void expect_done() const;
 
+    std::condition_variable changed_;  // with the monitor's mutex
     std::string error_text_;
 };
 

@@ -6,25 +6,13 @@
 #include <chrono>
 
 #include "sdk/platform.hpp"
+#include "sdk/spin.hpp"
 
 namespace defrec {
 namespace {
 
 constexpr std::chrono::microseconds kSpin{50};
 thread_local bool in_loop = false;
-
-// Whether condition came true within kSpin.
-template <class Condition>
-bool spin_until(Condition condition) {
-    const auto end = std::chrono::steady_clock::now() + kSpin;
-    do {
-        for (int i = 0; i < 32; ++i) {
-            if (condition()) return true;
-            platform::spin_pause();
-        }
-    } while (std::chrono::steady_clock::now() < end);
-    return false;
-}
 
 }  // namespace
 
@@ -79,7 +67,7 @@ void ThreadPool::parallel_for(size_t count, Body body, void* arg) noexcept {
     open_ = false;
     if (active_ == 0) return;
     lock.unlock();
-    if (spin_until([this] { return active_ == 0; })) return;
+    if (spin_until(kSpin, [this] { return active_ == 0; })) return;
     lock.lock();
     finished_.wait(lock, [this] { return active_ == 0; });
 }
@@ -87,7 +75,7 @@ void ThreadPool::parallel_for(size_t count, Body body, void* arg) noexcept {
 void ThreadPool::work() noexcept {
     uint64_t seen = 0;
     for (;;) {
-        spin_until([&] { return generation_ != seen; });
+        spin_until(kSpin, [&] { return generation_ != seen; });
         Loop loop;
         {
             std::unique_lock lock(mutex_);

@@ -11,6 +11,7 @@
 #include "sdk/job.hpp"
 #include "sdk/pipeline.hpp"
 #include "sdk/platform.hpp"
+#include "sdk/spin.hpp"
 
 namespace defrec {
 namespace {
@@ -52,7 +53,7 @@ class Tracker::Impl {
         {
             const std::lock_guard lock(monitor_->mutex);
             stopping_ = true;
-            monitor_->changed.notify_all();
+            arrived_.notify_all();
         }
         worker_.join();
     }
@@ -71,7 +72,7 @@ class Tracker::Impl {
         job->phase = JobPhase::kQueued;
         order_[submitted_ % order_.size()] = job.get();
         ++submitted_;
-        monitor_->changed.notify_all();
+        arrived_.notify_all();
         return job;
     }
 
@@ -110,8 +111,29 @@ class Tracker::Impl {
         if (submitted_ > 0 && timestamp_ns <= last_timestamp_)
             fail(DEFREC_ERROR_ARGUMENT, "timestamp_ns is ", timestamp_ns, ", the frame before had ", last_timestamp_, "; it must grow");
         for (const std::shared_ptr<TrackerJob>& job : jobs_)
-            if (job->phase == JobPhase::kFree) return job;
+            if (job->phase == JobPhase::kFree) {
+                announced_ = submitted_ + 1;
+                arrived_.notify_all();
+                return job;
+            }
         fail(DEFREC_ERROR_BUSY, "all ", jobs_.size(), " places in the queue are taken; release a job first");
+    }
+
+    // Sleeps until a frame is announced, and wakes up while its pixels are copied.
+    std::unique_lock<std::mutex> await_frame(uint64_t next) {
+        constexpr std::chrono::nanoseconds kSpin = std::chrono::microseconds(50), kCopying = std::chrono::milliseconds(1);
+        const auto announced = [&] { return stopping_ || announced_ > next; };
+        const auto arrived = [&] { return stopping_ || submitted_ > next; };
+        spin_until(kSpin, announced);
+        std::unique_lock lock(monitor_->mutex);
+        arrived_.wait(lock, announced);
+        if (!arrived()) {
+            lock.unlock();
+            spin_until(kCopying, arrived);
+            lock.lock();
+            arrived_.wait(lock, arrived);
+        }
+        return lock;
     }
 
     void work() {
@@ -119,8 +141,7 @@ class Tracker::Impl {
             TrackerJob* job = nullptr;
             bool cancelled = false;
             {
-                std::unique_lock lock(monitor_->mutex);
-                monitor_->changed.wait(lock, [&] { return stopping_ || submitted_ > next; });
+                std::unique_lock lock = await_frame(next);
                 if (submitted_ <= next) return;
                 job = order_[next % order_.size()];
                 job->phase = JobPhase::kRunning;
@@ -262,6 +283,7 @@ class Tracker::Impl {
     bool follow(TrackerJob& job) {
         pipeline_.follow(last_motions_, job.input.samples.get(), job.output);
         pipeline_.finish(job.output);
+        job.announce_end();
         job.evidence = weigh_evidence(surface_->data(), job.output);
         const Verdict verdict = judge(surface_->data(), job.evidence, tracking_);
         job.reasons |= verdict.reasons;
@@ -304,11 +326,13 @@ class Tracker::Impl {
     std::shared_ptr<JobMonitor> monitor_ = std::make_shared<JobMonitor>();
     std::vector<std::shared_ptr<TrackerJob>> jobs_;
     Pipeline pipeline_;  // goes before the jobs, whose memory a failed frame's work may still use
+    std::condition_variable arrived_;  // with the monitor's mutex, for the worker
+    // Written under the monitor's mutex.
+    std::atomic<uint64_t> submitted_ = 0, announced_ = 0;  // frames; announced before their pixels are copied
+    std::atomic<bool> stopping_ = false;
     // Under the monitor's mutex.
     std::vector<TrackerJob*> order_;  // a ring: frame n at n % size
-    uint64_t submitted_ = 0;
     int64_t last_timestamp_ = 0;
-    bool stopping_ = false;
     std::shared_ptr<const Template> template_to_set_;
     std::shared_ptr<const Template> surface_;  // written by the worker
 
