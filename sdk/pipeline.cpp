@@ -94,15 +94,6 @@ Pipeline::Pipeline(std::shared_ptr<Context> context, std::shared_ptr<const Rig> 
     const uint32_t row = width_ * bytes_per_pixel(settings_.format);
     rectify_ = make_rectify(row);
     if (settings_.memory_stride != row) rectify_memory_ = make_rectify(settings_.memory_stride);
-
-    const uint64_t pixels = uint64_t{width_} * height_;
-    for (int eye = 0; eye < 2; ++eye) {
-        raw_[eye] = DeviceBuffer(device_, uint64_t{row} * height_);
-        gray_[eye] = DeviceBuffer(device_, pixels);
-        mask_[eye] = DeviceBuffer(device_, pixels);
-    }
-    ignore_ = DeviceBuffer(device_, pixels);
-    disparity_ = DeviceBuffer(device_, pixels * sizeof(int16_t));
     upload_maps();
 
     stereo_ = settings_.disparities != 0 ? make_stereo(settings_.min_disparity, settings_.disparities)
@@ -115,11 +106,29 @@ Pipeline::Pipeline(std::shared_ptr<Context> context, std::shared_ptr<const Rig> 
     fill_defaults(orb);
     orb_ = std::make_unique<DeviceStage>(device_, DEFREC_STAGE_ORB, &orb);
     feature_capacity_ = orb.capacity;
-    feature_count_ = DeviceBuffer(device_, sizeof(uint32_t));
-    features_ = DeviceBuffer(device_, uint64_t{feature_capacity_} * sizeof(defrec_feature));
+
+    observations_[0] = make_observation();
+    if (settings_.frames_in_flight == 1 || settings_.timed) return;
+    observations_[1] = make_observation();
+    uploads_.emplace(device_);
 }
 
 Pipeline::~Pipeline() = default;
+
+Pipeline::Observation Pipeline::make_observation() const {
+    const uint64_t pixels = uint64_t{width_} * height_;
+    Observation o;
+    for (int eye = 0; eye < 2; ++eye) {
+        o.raw[eye] = DeviceBuffer(device_, pixels * bytes_per_pixel(settings_.format));
+        o.gray[eye] = DeviceBuffer(device_, pixels);
+        o.mask[eye] = DeviceBuffer(device_, pixels);
+    }
+    o.ignore = DeviceBuffer(device_, pixels);
+    o.disparity = DeviceBuffer(device_, pixels * sizeof(int16_t));
+    o.feature_count = DeviceBuffer(device_, sizeof(uint32_t));
+    o.features = DeviceBuffer(device_, uint64_t{feature_capacity_} * sizeof(defrec_feature));
+    return o;
+}
 
 std::unique_ptr<DeviceStage> Pipeline::make_rectify(uint32_t source_stride) const {
     auto params = make_params<defrec_rectify_params>();
@@ -178,42 +187,55 @@ void Pipeline::lap(const char* stage, FrameOutput& out) {
     last_lap_ = now;
 }
 
+namespace {
 // The image as a buffer: the application's own, or this one with the pixels in it; nullptr where there is no image.
-const DeviceBuffer* Pipeline::bring(const FrameImage& image, const DeviceBuffer& buffer) {
+const DeviceBuffer* bring(Queue& queue, const FrameImage& image, const DeviceBuffer& buffer) {
     if (image.memory != nullptr) return image.memory.get();
     if (image.pixels == nullptr) return nullptr;
-    queue_.write_in_place(buffer, image.pixels, buffer.size());
+    queue.write_in_place(buffer, image.pixels, buffer.size());
     return &buffer;
 }
+}  // namespace
 
 void Pipeline::observe(const FrameInput& frame, std::array<uint8_t*, 2> gray, FrameOutput& out) {
+    see(*now_, queue_, frame, gray, out);
+}
+
+void Pipeline::observe_ahead(const FrameInput& frame, std::array<uint8_t*, 2> gray, FrameOutput& out) {
+    const auto followed = last_lap_;
+    see(*ahead_, *uploads_, frame, gray, out);
+    last_lap_ = followed;
+}
+
+void Pipeline::see(Observation& o, Queue& uploads, const FrameInput& frame, std::array<uint8_t*, 2> gray, FrameOutput& out) {
     out.time_count = 0;
-    gray_point_ = 0;
+    o.gray_point = 0;
     last_lap_ = std::chrono::steady_clock::now();
-    const DeviceBuffer* ignored = bring(frame.ignore, ignore_);
-    const DeviceBuffer* raw[2] = {bring(frame.eyes[0], raw_[0]), bring(frame.eyes[1], raw_[1])};
+    const DeviceBuffer* ignored = bring(uploads, frame.ignore, o.ignore);
+    const DeviceBuffer* raw[2] = {bring(uploads, frame.eyes[0], o.raw[0]), bring(uploads, frame.eyes[1], o.raw[1])};
+    if (&uploads != &queue_) uploads.finish();  // the queue does not wait for another
     lap("upload", out);
     bool reads_gray = false;
     for (size_t eye = 0; eye < 2; ++eye) {
         const bool in_memory = frame.eyes[eye].memory != nullptr;
         DeviceStage& rectify = in_memory && rectify_memory_ != nullptr ? *rectify_memory_ : *rectify_;
-        rectify.enqueue(queue_, {raw[eye], map_[eye] ? &map_[eye] : nullptr, eye == 0 ? ignored : nullptr}, {&gray_[eye], &mask_[eye]});
-        if (in_memory) queue_.read(gray_[eye], gray[eye], gray_[eye].size());
+        rectify.enqueue(queue_, {raw[eye], map_[eye] ? &map_[eye] : nullptr, eye == 0 ? ignored : nullptr}, {&o.gray[eye], &o.mask[eye]});
+        if (in_memory) queue_.read(o.gray[eye], gray[eye], o.gray[eye].size());
         reads_gray |= in_memory;
     }
-    if (reads_gray) gray_point_ = queue_.signal();
+    if (reads_gray) o.gray_point = queue_.signal();
     lap("rectify", out);
-    stereo_->enqueue(queue_, {&gray_[0], &gray_[1], &mask_[0], &mask_[1]}, {&disparity_, nullptr});
+    stereo_->enqueue(queue_, {&o.gray[0], &o.gray[1], &o.mask[0], &o.mask[1]}, {&o.disparity, nullptr});
     lap("stereo", out);
-    orb_->enqueue(queue_, {&gray_[0], &mask_[0]}, {&feature_count_, &features_});
-    queue_.read(feature_count_, &out.summary->features, sizeof out.summary->features);
-    if (settings_.keep_disparity) queue_.read(disparity_, out.disparity.data(), bytes_of(out.disparity));
+    orb_->enqueue(queue_, {&o.gray[0], &o.mask[0]}, {&o.feature_count, &o.features});
+    queue_.read(o.feature_count, &out.summary->features, sizeof out.summary->features);
+    if (settings_.keep_disparity) queue_.read(o.disparity, out.disparity.data(), bytes_of(out.disparity));
     lap("orb", out);
     queue_.signal();
 }
 
 void Pipeline::await_gray() {
-    if (gray_point_ != 0) queue_.wait(gray_point_);
+    if (now_->gray_point != 0) queue_.wait(now_->gray_point);
 }
 
 void Pipeline::forget_observation(FrameOutput& out) {
@@ -227,11 +249,11 @@ void Pipeline::leave_samples(std::span<const defrec_surface_sample> samples, con
 }
 
 void Pipeline::drain() noexcept {
-    try {
-        queue_.finish();
-    } catch (const std::exception&) {
-        // A queue that fails to wait delivers nothing either.
-    }
+    for (Queue* queue : {&queue_, uploads_ ? &*uploads_ : nullptr}) try {
+            if (queue != nullptr) queue->finish();
+        } catch (const std::exception&) {
+            // A queue that fails to wait delivers nothing either.
+        }
 }
 
 void Pipeline::download_front() {
@@ -240,11 +262,11 @@ void Pipeline::download_front() {
     host_mask_.resize(pixels);
     host_disparity_.resize(pixels);
     host_features_.resize(feature_capacity_);
-    queue_.read(gray_[0], host_gray_.data(), bytes_of(host_gray_));
-    queue_.read(mask_[0], host_mask_.data(), bytes_of(host_mask_));
-    queue_.read(disparity_, host_disparity_.data(), bytes_of(host_disparity_));
-    queue_.read(features_, host_features_.data(), bytes_of(host_features_));
-    queue_.read(feature_count_, &host_feature_count_, sizeof host_feature_count_);
+    queue_.read(now_->gray[0], host_gray_.data(), bytes_of(host_gray_));
+    queue_.read(now_->mask[0], host_mask_.data(), bytes_of(host_mask_));
+    queue_.read(now_->disparity, host_disparity_.data(), bytes_of(host_disparity_));
+    queue_.read(now_->features, host_features_.data(), bytes_of(host_features_));
+    queue_.read(now_->feature_count, &host_feature_count_, sizeof host_feature_count_);
     queue_.finish();
     if (host_feature_count_ > feature_capacity_)
         fail(DEFREC_ERROR_PLUGIN, "the plugin gave ", host_feature_count_, " features where at most ", feature_capacity_, " fit");
@@ -271,8 +293,8 @@ bool Pipeline::eyes_look_swapped() {
     const uint64_t pixels = uint64_t{width_} * height_;
     host_disparity_.resize(pixels);
     const auto coverage = [&](int first, int second) {
-        stereo_->enqueue(queue_, {&gray_[first], &gray_[second], &mask_[first], &mask_[second]}, {&disparity_, nullptr});
-        queue_.read(disparity_, host_disparity_.data(), bytes_of(host_disparity_));
+        stereo_->enqueue(queue_, {&now_->gray[first], &now_->gray[second], &now_->mask[first], &now_->mask[second]}, {&now_->disparity, nullptr});
+        queue_.read(now_->disparity, host_disparity_.data(), bytes_of(host_disparity_));
         queue_.finish();
         const auto known = std::count_if(host_disparity_.begin(), host_disparity_.end(), [](int16_t d) { return d > 0; });
         return static_cast<double>(known) / static_cast<double>(pixels);
@@ -401,21 +423,21 @@ void Pipeline::follow(std::span<const defrec_motion> start, const DeviceBuffer* 
     if (samples == nullptr) samples = &t.samples;
     last_lap_ = std::chrono::steady_clock::now();
     queue_.write(t.start, start.data(), start.size_bytes());
-    t.match->enqueue(queue_, {&feature_count_, &features_, &disparity_}, {&t.matches});
+    t.match->enqueue(queue_, {&now_->feature_count, &now_->features, &now_->disparity}, {&t.matches});
     lap("match", out);
     t.ransac->enqueue(queue_, {&t.matches}, {&t.weighted, &t.ransac_summary});
     lap("ransac", out);
-    t.solve_coarse->enqueue(queue_, {&t.start, &t.weighted, nullptr, &disparity_}, {&t.coarse, &t.lm_summary});
+    t.solve_coarse->enqueue(queue_, {&t.start, &t.weighted, nullptr, &now_->disparity}, {&t.coarse, &t.lm_summary});
     lap("lm coarse", out);
-    t.align_coarse->enqueue(queue_, {&gray_[0], &mask_[0], &t.coarse, nullptr}, {&t.observations, nullptr});
+    t.align_coarse->enqueue(queue_, {&now_->gray[0], &now_->mask[0], &t.coarse, nullptr}, {&t.observations, nullptr});
     lap("align coarse", out);
-    t.solve_middle->enqueue(queue_, {&t.coarse, &t.weighted, &t.observations, &disparity_}, {&t.middle, &t.lm_summary});
+    t.solve_middle->enqueue(queue_, {&t.coarse, &t.weighted, &t.observations, &now_->disparity}, {&t.middle, &t.lm_summary});
     lap("lm middle", out);
-    t.align_fine->enqueue(queue_, {&gray_[0], &mask_[0], &t.middle, nullptr}, {&t.observations, &t.predictions});
+    t.align_fine->enqueue(queue_, {&now_->gray[0], &now_->mask[0], &t.middle, nullptr}, {&t.observations, &t.predictions});
     lap("align fine", out);
-    t.solve_fine->enqueue(queue_, {&t.middle, &t.weighted, &t.observations, &disparity_}, {&t.final, &t.lm_summary});
+    t.solve_fine->enqueue(queue_, {&t.middle, &t.weighted, &t.observations, &now_->disparity}, {&t.final, &t.lm_summary});
     lap("lm fine", out);
-    t.warp->enqueue(queue_, {&t.final, &disparity_}, {samples});
+    t.warp->enqueue(queue_, {&t.final, &now_->disparity}, {samples});
     lap("warp", out);
     queue_.read(t.final, out.motions.data(), bytes_of(out.motions));
     queue_.read(*samples, out.samples.data(), bytes_of(out.samples));
@@ -423,11 +445,11 @@ void Pipeline::follow(std::span<const defrec_motion> start, const DeviceBuffer* 
     queue_.read(t.observations, out.observations.data(), bytes_of(out.observations));
     queue_.read(t.predictions, out.predictions.data(), bytes_of(out.predictions));
     queue_.read(t.ransac_summary, &out.summary->ransac, sizeof out.summary->ransac);
-    queue_.signal();
+    followed_ = queue_.signal();
 }
 
 void Pipeline::finish(FrameOutput& out) {
-    queue_.finish();
+    queue_.wait(followed_);
     lap("download", out);
 }
 

@@ -48,6 +48,11 @@ class Pipeline {
     // are, and out is complete, when capture, finish or forget_observation has returned. gray: where the rectified pixels of an eye in memory
     // are read back to.
     void observe(const FrameInput& frame, std::array<uint8_t*, 2> gray, FrameOutput& out);
+    // The same for the frame after the one that is followed, behind that one's work; only where can_observe_ahead. The calls below go on to
+    // mean the frame that is followed until use_ahead.
+    void observe_ahead(const FrameInput& frame, std::array<uint8_t*, 2> gray, FrameOutput& out);
+    bool can_observe_ahead() const { return uploads_.has_value(); }
+    void use_ahead() { std::swap(now_, ahead_); }
     // Waits for gray.
     void await_gray();
 
@@ -65,8 +70,9 @@ class Pipeline {
     // Follows the template into the images last observed, starting from these motions. samples: where the device leaves them; may be null.
     // The device may still be at it.
     void follow(std::span<const defrec_motion> start, const DeviceBuffer* samples, FrameOutput& out);
-    // Waits for what observe and follow began.
+    // Waits for what observe and follow began; done tells whether it is over.
     void finish(FrameOutput& out);
+    bool done(uint64_t timeout_ns) { return queue_.wait(followed_, timeout_ns); }
 
     // Writes samples that did not come from follow into the memory where the device would have left them.
     void leave_samples(std::span<const defrec_surface_sample> samples, const DeviceBuffer& memory);
@@ -76,10 +82,16 @@ class Pipeline {
 
   private:
     struct TemplateStages;
+    // What one frame's images become on the device.
+    struct Observation {
+        DeviceBuffer raw[2], gray[2], mask[2], ignore, disparity, feature_count, features;
+        uint64_t gray_point = 0;  // in the queue, behind what await_gray waits for; 0: nothing
+    };
 
+    Observation make_observation() const;
+    void see(Observation& o, Queue& uploads, const FrameInput& frame, std::array<uint8_t*, 2> gray, FrameOutput& out);
     std::unique_ptr<DeviceStage> make_stereo(uint32_t min_disparity, uint32_t disparities) const;
     std::unique_ptr<DeviceStage> make_rectify(uint32_t source_stride) const;
-    const DeviceBuffer* bring(const FrameImage& image, const DeviceBuffer& buffer);
     void upload_maps();
     void upload_template(TemplateStages& stages, const TemplateData& data);
     void lap(const char* stage, FrameOutput& out);
@@ -100,10 +112,13 @@ class Pipeline {
     uint32_t host_feature_count_ = 0;
 
     Queue queue_;
-    DeviceBuffer raw_[2], map_[2], gray_[2], mask_[2], ignore_, disparity_, feature_count_, features_;
+    std::optional<Queue> uploads_;  // of frames that are observed ahead, beside the work on the one before
+    DeviceBuffer map_[2];
+    Observation observations_[2];   // the second only where frames are observed ahead
+    Observation *now_ = &observations_[0], *ahead_ = &observations_[1];
     std::unique_ptr<DeviceStage> rectify_, rectify_memory_, stereo_, orb_;  // rectify_memory_: where memory has another stride
     uint32_t feature_capacity_ = 0;
-    uint64_t gray_point_ = 0;  // in the queue, behind what await_gray waits for; 0: nothing
+    uint64_t followed_ = 0;  // in the queue, behind what follow began
     std::unique_ptr<TemplateStages> follow_;
     std::chrono::steady_clock::time_point last_lap_;
 };

@@ -21,10 +21,12 @@ struct TrackingSession {
     uint32_t format = 0;
     int64_t time = 0;
 
-    explicit TrackingSession(const char* device = "cpu", uint32_t threads = 2, const Change& change = nullptr) {
+    explicit TrackingSession(const char* device = "cpu", uint32_t threads = 2, const Change& change = nullptr,
+                             const std::function<void(defrec_context_desc&)>& change_context = nullptr) {
         defrec_context_desc context_desc;
         DEFREC_INIT(&context_desc);
         context_desc.threads = threads;
+        if (change_context) change_context(context_desc);
         REQUIRE_OK(defrec_context_create(&context_desc, &context));
         defrec_rig_desc rig_desc;
         DEFREC_INIT(&rig_desc);

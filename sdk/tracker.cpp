@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <exception>
 #include <optional>
 #include <thread>
 
@@ -147,6 +148,7 @@ class Tracker::Impl {
                 job->phase = JobPhase::kRunning;
                 cancelled = stopping_;
             }
+            if (cancelled && job == ahead_) pipeline_.drain();
             if (cancelled)
                 job->finish(DEFREC_ERROR_STATE, "the tracker was destroyed before this frame was computed");
             else
@@ -174,12 +176,8 @@ class Tracker::Impl {
     }
 
     void follow_frame(TrackerJob& job) {
-        job.reasons = 0;
-        job.output.time_count = 0;
-        job.output.summary->features = 0;
-        if (job.template_to_set != nullptr) adopt(std::exchange(job.template_to_set, nullptr), false);
         // The device begins while the host looks; frames in which there is nothing to see are few.
-        pipeline_.observe(job.input, {job.eyes[0].as<uint8_t>().data(), job.eyes[1].as<uint8_t>().data()}, job.output);
+        begin(job);
         look_at_images(job);
         const bool blind = (job.reasons & (DEFREC_REASON_DARK | DEFREC_REASON_SATURATED | DEFREC_REASON_ONE_EYE)) != 0;
         if (blind)
@@ -198,6 +196,46 @@ class Tracker::Impl {
         if (blind) forget_evidence(job);
         const bool found = !blind && follow(job);
         conclude(job, found);
+    }
+
+    void begin(TrackerJob& job) {
+        if (std::exchange(ahead_, nullptr) == &job) {
+            if (ahead_failure_ != nullptr) std::rethrow_exception(std::exchange(ahead_failure_, nullptr));
+            pipeline_.use_ahead();
+            return;
+        }
+        if (job.template_to_set != nullptr) adopt(std::exchange(job.template_to_set, nullptr), false);
+        observe(job, &Pipeline::observe);
+    }
+
+    template <class Observe>
+    void observe(TrackerJob& job, Observe with) {
+        job.reasons = 0;
+        job.output.time_count = 0;
+        job.output.summary->features = 0;
+        (pipeline_.*with)(job.input, {job.eyes[0].as<uint8_t>().data(), job.eyes[1].as<uint8_t>().data()}, job.output);
+    }
+
+    // Queues the images of frame `next`, if it was submitted, behind the work on the one before, so that the device has something to do while
+    // the host concludes that. A device that computes in this thread is done by now, and its results are not kept waiting.
+    // false: such a frame may still come.
+    bool look_ahead(uint64_t next) {
+        if (ahead_ != nullptr || !pipeline_.can_observe_ahead() || pipeline_.done(0)) return true;
+        TrackerJob* job = nullptr;
+        {
+            const std::lock_guard lock(monitor_->mutex);
+            if (stopping_) return true;
+            if (submitted_ <= next) return false;
+            job = order_[next % order_.size()];
+        }
+        if (job->template_to_set != nullptr) return true;  // may change what stereo searches
+        ahead_ = job;
+        try {
+            observe(*job, &Pipeline::observe_ahead);
+        } catch (const std::exception&) {
+            ahead_failure_ = std::current_exception();
+        }
+        return true;
     }
 
     // Exposure, and whether the stream stands still.
@@ -282,6 +320,9 @@ class Tracker::Impl {
 
     bool follow(TrackerJob& job) {
         pipeline_.follow(last_motions_, job.input.samples.get(), job.output);
+        constexpr uint64_t kLookAgainNs = 50000;
+        while (!look_ahead(job.frame + 1) && !pipeline_.done(kLookAgainNs)) {
+        }
         pipeline_.finish(job.output);
         job.announce_end();
         job.evidence = weigh_evidence(surface_->data(), job.output);
@@ -337,6 +378,8 @@ class Tracker::Impl {
     std::shared_ptr<const Template> surface_;  // written by the worker
 
     // The worker's own.
+    TrackerJob* ahead_ = nullptr;  // observed while the frame before it was followed
+    std::exception_ptr ahead_failure_;
     std::vector<defrec_motion> last_motions_;
     std::vector<defrec_surface_sample> last_samples_;  // of the frame the surface was last found in
     std::optional<SurfaceModel> model_;                // of the template

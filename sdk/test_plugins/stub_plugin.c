@@ -30,6 +30,7 @@ struct defrec_pqueue_ {
     uint64_t signalled;
     int transfer_count;
     struct transfer transfers[MOST_TRANSFERS]; /* asked for, not done yet */
+    defrec_pqueue *next;
 };
 struct defrec_pstage_ {
     int unused;
@@ -90,7 +91,21 @@ static defrec_status device_open(void *self, size_t index, defrec_pdevice **out)
 }
 static void device_close(defrec_pdevice *device) { free(device); }
 
-static defrec_pqueue *last_queue;
+static defrec_pqueue *queues; /* of the variants whose queues put things off, which are used by one thread */
+#if defined(STUB_LATE) || defined(STUB_HOST_MEMORY)
+static void list_queue(defrec_pqueue *queue) {
+    queue->next = queues;
+    queues = queue;
+}
+static void unlist_queue(defrec_pqueue *queue) {
+    defrec_pqueue **place = &queues;
+    while (*place != queue) place = &(*place)->next;
+    *place = queue->next;
+}
+#else
+static void list_queue(defrec_pqueue *queue) { (void)queue; }
+static void unlist_queue(defrec_pqueue *queue) { (void)queue; }
+#endif
 
 static void transfer_all(defrec_pqueue *queue) {
     int i;
@@ -113,12 +128,14 @@ static void catch_up(defrec_pqueue *queue) {
 
 /* Says so where memory goes that a queue is still to copy from or to. */
 static void expect_unused(const unsigned char *memory, uint64_t size) {
+    const defrec_pqueue *queue;
     int i;
-    for (i = 0; last_queue != NULL && i < last_queue->transfer_count; ++i) {
-        const unsigned char *to = last_queue->transfers[i].to, *from = last_queue->transfers[i].from;
-        if ((to >= memory && to < memory + size) || (from >= memory && from < memory + size))
-            host_table->log(host_table->self, DEFREC_LOG_ERROR, "memory went that a queue still uses");
-    }
+    for (queue = queues; queue != NULL; queue = queue->next)
+        for (i = 0; i < queue->transfer_count; ++i) {
+            const unsigned char *to = queue->transfers[i].to, *from = queue->transfers[i].from;
+            if ((to >= memory && to < memory + size) || (from >= memory && from < memory + size))
+                host_table->log(host_table->self, DEFREC_LOG_ERROR, "memory went that a queue still uses");
+        }
 }
 
 static defrec_status buffer_create(defrec_pdevice *device, uint64_t size, defrec_pbuffer **out) {
@@ -136,19 +153,23 @@ static defrec_status buffer_create(defrec_pdevice *device, uint64_t size, defrec
     return DEFREC_OK;
 }
 static void buffer_destroy(defrec_pbuffer *buffer) {
-    if (last_queue != NULL) transfer_all(last_queue); /* destroying waits for the work */
+    defrec_pqueue *queue;
+    for (queue = queues; queue != NULL; queue = queue->next) transfer_all(queue); /* destroying waits for the work */
     if (!buffer->imported) free(buffer->data);
     free(buffer);
 }
 
 static defrec_status queue_create(defrec_pdevice *device, defrec_pqueue **out) {
+    defrec_pqueue *queue = calloc(1, sizeof *queue);
     (void)device;
-    *out = last_queue = calloc(1, sizeof **out);
-    return *out == NULL ? DEFREC_ERROR_OUT_OF_MEMORY : DEFREC_OK;
+    if (queue == NULL) return DEFREC_ERROR_OUT_OF_MEMORY;
+    list_queue(queue);
+    *out = queue;
+    return DEFREC_OK;
 }
 static void queue_destroy(defrec_pqueue *queue) {
     transfer_all(queue);
-    if (queue == last_queue) last_queue = NULL;
+    unlist_queue(queue);
     free(queue);
 }
 static defrec_status write_buffer(defrec_pqueue *queue, defrec_pbuffer *buffer, uint64_t offset, const void *src, uint64_t size) {
