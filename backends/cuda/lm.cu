@@ -9,64 +9,60 @@ namespace {
 
 using Kernel = void (*)(LmView);
 
-// What the solver keeps in shared memory, and how many blocks it has.
-struct Shape {
-    Kernel kernel = nullptr;
-    uint32_t blocks = 0;
-    size_t shared = 0;
-    bool replicated = false, matrix = false;
+struct Solver {
+    Kernel kernel;
+    uint32_t blocks;
+    size_t shared, local;  // of a block: bytes of shared memory, floats beside
 };
 
 constexpr uint64_t kMostItems = 1u << 24;  // counted in single precision
 
 // The template on the device, and everything that a run writes.
 struct Surface {
-    Shape shape;
-    uint32_t rows, most_places;
-    Buffer rest, items, item_nodes, shares, places, row_places, block_items, connections, chunks, sums, terms;
-    Buffer data, scales, factors, starts, products, block_sums, matrix, vectors, poses, present, own, own_factors;
-    Buffer deformed, rigid;
+    Solver solver;
+    uint32_t rows, most_known, most_places;
+    Buffer rest, items, item_nodes, shares, known, places, row_places, block_items, block_item_nodes, connections, chunks, sums, terms;
+    Buffer data, data_sums, scales, factors, starts, products, dots, block_sums, local, deformed, rigid;
 
-    Surface(Device& device, const Shape& solver, const LmLists& lists, const LmPlan& plan, const defrec_lm_params& p)
-        : shape(solver),
+    Surface(Device& device, const Solver& chosen, const LmLists& lists, const LmPlan& plan, const defrec_lm_params& p)
+        : solver(chosen),
           rows(plan.rows),
+          most_known(plan.most_known),
           most_places(plan.most_places),
           rest(upload(device, lists.rest)),
           items(upload(device, lists.items)),
           item_nodes(upload(device, lists.item_nodes)),
           shares(upload(device, plan.shares)),
+          known(upload(device, plan.known)),
           places(upload(device, plan.places)),
           row_places(upload(device, plan.row_places)),
           block_items(upload(device, plan.items)),
+          block_item_nodes(upload(device, plan.item_nodes)),
           connections(upload(device, plan.connections)),
           chunks(upload(device, plan.chunks)),
           sums(upload(device, plan.sums)),
           terms(upload(device, plan.terms)),
           data(make_buffer<float>(device, p.nodes)),
+          data_sums(make_buffer<float2>(device, chosen.blocks)),
           scales(make_buffer<float>(device, plan.connections.size())),
           factors(make_buffer<float>(device, uint64_t{2 * kFactor} * p.nodes)),
           starts(make_buffer<float>(device, uint64_t{2 * 6} * p.nodes)),
           products(make_buffer<float>(device, uint64_t{2 * 6} * p.nodes)),
-          block_sums(make_buffer<float>(device, uint64_t{2 * kSums} * solver.blocks)),
-          matrix(make_buffer<float>(device, solver.matrix ? 0 : 36 * uint64_t{plan.places.size()})),
-          vectors(make_buffer<float>(device, solver.replicated ? 0 : uint64_t{3 * 6} * p.nodes)),
-          poses(make_buffer<float4>(device, solver.replicated ? 0 : uint64_t{kPose} * p.nodes)),
-          present(make_buffer<float4>(device, solver.replicated ? 0 : uint64_t{kPresent} * p.nodes)),
-          own(make_buffer<float>(device, solver.replicated ? 0 : uint64_t{kOwn} * p.nodes)),
-          own_factors(make_buffer<float>(device, solver.replicated ? 0 : uint64_t{kOwnFactor} * p.nodes)),
+          dots(make_buffer<float4>(device, uint64_t{2} * chosen.blocks)),
+          block_sums(make_buffer<float>(device, uint64_t{2 * kSums} * chosen.blocks)),
+          local(make_buffer<float>(device, chosen.local * chosen.blocks)),
           deformed(make_buffer<float4>(device, p.landmarks)),
           rigid(make_buffer<float4>(device, 2)) {}
 
     LmSurface view() const {
-        return {rest.as<float4>(),          items.as<float4>(),         item_nodes.as<int4>(),      shares.as<LmShare>(),
-                places.as<LmPlace>(),       row_places.as<uint32_t>(),  block_items.as<uint32_t>(), connections.as<LmConnection>(),
-                chunks.as<uint32_t>(),      sums.as<LmSum>(),           terms.as<uint32_t>(),       rows,
+        return {rest.as<float4>(),        items.as<float4>(),           shares.as<LmShare>(),   known.as<uint32_t>(), places.as<LmPlace>(),
+                row_places.as<uint32_t>(), block_items.as<uint32_t>(),   block_item_nodes.as<uint4>(), connections.as<LmConnection>(),
+                chunks.as<uint32_t>(),    sums.as<LmSum>(),             terms.as<uint32_t>(),   rows,                 most_known,
                 most_places};
     }
     LmExchange exchange() const {
-        return {data.as<float>(),   scales.as<float>(), factors.as<float>(), starts.as<float>(),  products.as<float>(), block_sums.as<float>(),
-                matrix.as<float>(), vectors.as<float>(), poses.as<float4>(), present.as<float4>(), own.as<float>(),
-                own_factors.as<float>()};
+        return {data.as<float>(),     data_sums.as<float2>(), scales.as<float>(),     factors.as<float>(), starts.as<float>(),
+                products.as<float>(), dots.as<float4>(),      block_sums.as<float>(), local.as<float>()};
     }
 };
 
@@ -82,8 +78,7 @@ class Lm final : public Stage {
         if (uint64_t{p_.points} + p_.landmarks + p_.patches > kMostItems)
             throw StageError(DEFREC_ERROR_UNSUPPORTED, "lm: more than " + std::to_string(kMostItems) + " points, landmarks and patches");
         const LmLists lists(p_, surface);
-        if (!choose<LmMode<true, true>>(surface, lists) && !choose<LmMode<true, false>>(surface, lists) &&
-            !choose<LmMode<false, false>>(surface, lists))
+        if (!choose<true>(surface, lists) && !choose<false>(surface, lists))
             throw StageError(DEFREC_ERROR_UNSUPPORTED, "lm: the device holds no block of the solver");
     }
 
@@ -98,11 +93,11 @@ class Lm final : public Stage {
         const bool presolve = p_.presolve != 0 && frame.matches != nullptr;
         if (presolve)
             recorder.launch(lm_presolve, {dim3(1), dim3(kLmThreads)},
-                            LmPresolve{surface.items + LmLists::kItemVectors * size_t{p_.points}, surface.item_nodes + p_.points,
+                            LmPresolve{surface.items + LmLists::kItemVectors * size_t{p_.points}, s.item_nodes.as<int4>() + p_.points,
                                        p_.landmarks, p_.match_tukey_mm, frame.motions, frame.matches, s.deformed.as<float4>(),
                                        s.rigid.as<float4>()});
         const LmFrameView given{frame.motions, frame.matches, frame.observations, presolve ? s.rigid.as<float4>() : nullptr};
-        recorder.launch(s.shape.kernel, {dim3(s.shape.blocks), dim3(kLmThreads), s.shape.shared, true},
+        recorder.launch(s.solver.kernel, {dim3(s.solver.blocks), dim3(kLmThreads), s.solver.shared, true},
                         LmView{parameters(frame.disparity), surface, given, s.exchange(), motions, summary});
     }
 
@@ -130,17 +125,18 @@ class Lm final : public Stage {
                 spacing2,
                 p_.damping};
     }
-    // False where shared memory does not hold what this solver wants. One block for each multiprocessor: more would only make barriers longer.
-    template <class Mode>
+    // False where shared memory does not hold that. One block for each multiprocessor: more would only make barriers longer.
+    template <bool kShared>
     bool choose(const LmTemplate& surface, const LmLists& lists) {
         for (uint32_t most = device_.limits().multiprocessors; most > 0;) {
             const LmPlan plan(surface, lists, most);
-            const auto blocks = static_cast<uint32_t>(plan.shares.size());
-            const Shape shape{lm_solve<Mode>, blocks, Mode::shared_bytes(p_.nodes, plan.rows, plan.most_places), Mode::kReplicated, Mode::kMatrix};
-            if (shape.shared > device_.limits().shared_per_block) return false;
-            most = device_.resident_blocks(reinterpret_cast<const void*>(shape.kernel), kLmThreads, shape.shared);
-            if (most < blocks) continue;
-            surface_ = std::make_unique<Surface>(device_, shape, lists, plan, p_);
+            const size_t local = lm_local_floats(plan.rows, plan.most_known, plan.most_places);
+            const Solver solver{lm_solve<kShared>, static_cast<uint32_t>(plan.shares.size()),
+                                sizeof(float) * (kLmRecordFloats + (kShared ? local : 0)), kShared ? 0 : local};
+            if (solver.shared > device_.limits().shared_per_block) return false;
+            most = device_.resident_blocks(reinterpret_cast<const void*>(solver.kernel), kLmThreads, solver.shared);
+            if (most < solver.blocks) continue;
+            surface_ = std::make_unique<Surface>(device_, solver, lists, plan, p_);
             return true;
         }
         return false;

@@ -34,8 +34,7 @@ __device__ __forceinline__ uint32_t connection_component(uint32_t r, uint32_t co
 }
 
 // A warp for each block of the matrix: eight lanes for its columns, and four times those to share its terms.
-template <class Mode>
-__device__ __forceinline__ void add_sums(const LmView& view, const LmMemory<Mode>& memory, uint32_t chunk, bool only_data, uint32_t rows) {
+__device__ __forceinline__ void add_sums(const LmView& view, const LmMemory& memory, uint32_t chunk, bool only_data, uint32_t rows) {
     constexpr uint32_t kSplit = kWarp / kColumns;
     const uint32_t lane = threadIdx.x % kWarp, column = lane % kColumns, split = lane / kColumns;
     const uint32_t first = view.surface.chunks[chunk], last = view.surface.chunks[chunk + 1];
@@ -114,8 +113,7 @@ __device__ __forceinline__ void damp(const LmView& view, const float* own, float
 }
 
 // Places times their rows' factor: half of the conditioning, the other half when all factors are known.
-template <class Mode>
-__device__ __forceinline__ void condition_rows(const LmView& view, const LmMemory<Mode>& memory, const LmShare& share) {
+__device__ __forceinline__ void condition_rows(const LmView& view, const LmMemory& memory, const LmShare& share) {
     const uint32_t count = 6 * (share.last_place - share.first_place);
     for (uint32_t u = threadIdx.x; u < count; u += kLmThreads) {
         const float* factor = memory.own_factors + kOwnFactor * view.surface.places[share.first_place + u / 6].row;
@@ -131,8 +129,7 @@ __device__ __forceinline__ void condition_rows(const LmView& view, const LmMemor
 }
 
 // All residuals by the poses that memory holds. With a system, it is that of damping lambda, in the given copy. farthest: see kFarthest.
-template <class Mode>
-__device__ __forceinline__ void evaluate(const LmView& view, const LmMemory<Mode>& memory, const LmShare& share, bool linearise, float lambda,
+__device__ __forceinline__ void evaluate(const LmView& view, const LmMemory& memory, const LmShare& share, bool linearise, float lambda,
                                          float farthest, uint32_t copy) {
     const uint32_t thread = threadIdx.x, rows = share.last_node - share.first_node;
     if (linearise) {
@@ -145,7 +142,7 @@ __device__ __forceinline__ void evaluate(const LmView& view, const LmMemory<Mode
     for (uint32_t chunk = 0; chunk < share.chunks; ++chunk) {
         const uint32_t item = share.first_item + chunk * kLmChunk + slot, connection = share.first_connection + chunk * kLmChunk + slot;
         if (thread < kLmChunk) {
-            if (item < share.last_item) evaluate_item(view, memory, view.surface.block_items[item], slot, linearise, sums);
+            if (item < share.last_item) evaluate_item(view, memory, item, slot, linearise, sums);
         } else if (connection < share.last_connection) {
             evaluate_connection(view, memory, connection, slot, linearise, sums);
         }
@@ -163,35 +160,40 @@ __device__ __forceinline__ void evaluate(const LmView& view, const LmMemory<Mode
 }
 
 // D of each control point by the poses that memory holds, and S of the connections from them.
-template <class Mode>
-__device__ __forceinline__ void measure_data(const LmView& view, const LmMemory<Mode>& memory, const LmShare& share) {
+__device__ __forceinline__ void measure_data(const LmView& view, const LmMemory& memory, const LmShare& share) {
     const uint32_t thread = threadIdx.x, rows = share.last_node - share.first_node;
     for (uint32_t i = thread; i < kOwn * rows; i += kLmThreads) memory.own[i] = 0;
     __syncthreads();
     float unused[kSums] = {};
     for (uint32_t chunk = 0; chunk < share.chunks; ++chunk) {
         const uint32_t item = share.first_item + chunk * kLmChunk + thread;
-        if (thread < kLmChunk && item < share.last_item) evaluate_item(view, memory, view.surface.block_items[item], thread, true, unused);
+        if (thread < kLmChunk && item < share.last_item) evaluate_item(view, memory, item, thread, true, unused);
         __syncthreads();
         add_sums(view, memory, share.first_chunk + chunk, true, rows);
         __syncthreads();
     }
-    for (uint32_t row = thread; row < rows; row += kLmThreads)
-        view.exchange.data[share.first_node + row] = memory.own[kOwn * row + 6 * kDataColumn + 3];
-    sync_grid();
-
+    float squares[2] = {};
+    for (uint32_t row = thread; row < rows; row += kLmThreads) {
+        const float data = memory.own[kOwn * row + 6 * kDataColumn + 3];
+        view.exchange.data[share.first_node + row] = data;
+        squares[0] += data;
+        squares[1] += data * data;
+    }
     __shared__ float warps[kLmWarps][2];
+    block_sums(squares, warps);
+    if (thread == 0) view.exchange.data_sums[blockIdx.x] = make_float2(squares[0], squares[1]);
+    sync_grid();
     float sums[2] = {};
-    for (uint32_t i = thread; i < view.p.nodes; i += kLmThreads) {
-        const float data = view.exchange.data[i];
-        sums[0] += data;
-        sums[1] += data * data;
+    for (uint32_t block = thread; block < gridDim.x; block += kLmThreads) {
+        const float2 part = view.exchange.data_sums[block];
+        sums[0] += part.x;
+        sums[1] += part.y;
     }
     block_sums(sums, warps);
     const float usual = sums[0] > 0 ? sums[1] / sums[0] : 0.0f;
     for (uint32_t c = share.first_connection + thread; c < share.last_connection; c += kLmThreads) {
         const LmConnection& connection = view.surface.connections[c];
-        const float both = view.exchange.data[connection.i] + view.exchange.data[connection.j];
+        const float both = view.exchange.data[memory.known[connection.i]] + view.exchange.data[memory.known[connection.j]];
         view.exchange.scales[c] = connection.share * (0.5f * both + usual) * 0.5f;
     }
     __syncthreads();

@@ -1,25 +1,35 @@
-// Where a block of stage lm's solver keeps what: shared memory as far as it reaches.
+// What a block of stage lm's solver keeps, and where.
 #pragma once
 #include "backends/cuda/lm_view.hpp"
 
 namespace defrec::cuda {
-namespace {
 
-template <class Mode>
+// The residuals of a chunk, always in shared memory.
+constexpr size_t kLmRecordFloats = (kRecord + kConnectionRecord) * kLmChunk;
+// All else.
+constexpr size_t lm_local_floats(size_t rows, size_t most_known, size_t most_places) {
+    const size_t floats = (4 * (kPose + kPresent) + 3 * 6 + 1) * most_known + (kOwn + kOwnFactor) * rows + (36 + 1) * most_places;
+    return (floats + 3) / 4 * 4;
+}
+
 struct LmMemory {
     float *records, *connection_records;
-    float4 *poses, *present;                   // of all control points
-    float *direction, *residual, *solution;    // likewise
-    float *own, *own_factors;                  // of the block's control points
-    float* matrix;                             // the block's places
-    uint32_t* columns;                         // likewise; nullptr: see the surface
-    uint32_t first_node, last_node;            // whose vectors the block updates
+    float4 *poses, *present;                 // of the control points that it knows
+    float *direction, *residual, *solution;  // likewise
+    float *own, *own_factors;                // of its own control points
+    float* matrix;                           // its places
+    uint32_t* columns;                       // likewise
+    uint32_t* known;
+    uint32_t count;  // of known control points
 };
 
-template <class Mode>
-__device__ __forceinline__ LmMemory<Mode> lm_memory(const LmView& view, const LmShare& share) {
-    const size_t nodes = view.p.nodes, rows = view.surface.rows;
-    LmMemory<Mode> memory{};
+namespace {
+
+// kShared: everything is in shared memory.
+template <bool kShared>
+__device__ __forceinline__ LmMemory lm_memory(const LmView& view, const LmShare& share) {
+    const LmSurface& surface = view.surface;
+    LmMemory memory{};
     float* at = dynamic_shared<float>();
     const auto take = [&at](size_t floats) {
         float* taken = at;
@@ -28,43 +38,23 @@ __device__ __forceinline__ LmMemory<Mode> lm_memory(const LmView& view, const Lm
     };
     memory.records = take(kRecord * kLmChunk);
     memory.connection_records = take(kConnectionRecord * kLmChunk);
-    if constexpr (Mode::kReplicated) {
-        memory.poses = reinterpret_cast<float4*>(take(4 * kPose * nodes));
-        memory.present = reinterpret_cast<float4*>(take(4 * kPresent * nodes));
-        memory.own = take(kOwn * rows);
-        memory.own_factors = take(kOwnFactor * rows);
-        memory.direction = take(6 * nodes);
-        memory.residual = take(6 * nodes);
-        memory.solution = take(6 * nodes);
-        memory.first_node = 0;
-        memory.last_node = view.p.nodes;
-    } else {
-        memory.poses = view.exchange.poses;
-        memory.present = view.exchange.present;
-        memory.own = view.exchange.own + kOwn * size_t{share.first_node};
-        memory.own_factors = view.exchange.own_factors + kOwnFactor * size_t{share.first_node};
-        memory.direction = view.exchange.vectors;
-        memory.residual = memory.direction + 6 * nodes;
-        memory.solution = memory.residual + 6 * nodes;
-        memory.first_node = share.first_node;
-        memory.last_node = share.last_node;
-    }
-    if constexpr (Mode::kMatrix) {
-        memory.matrix = take(36 * size_t{view.surface.most_places});
-        memory.columns = reinterpret_cast<uint32_t*>(take(view.surface.most_places));
-    } else {
-        memory.matrix = view.exchange.matrix + 36 * size_t{share.first_place};
-    }
+    if constexpr (!kShared) at = view.exchange.local + blockIdx.x * lm_local_floats(surface.rows, surface.most_known, surface.most_places);
+    memory.poses = reinterpret_cast<float4*>(take(4 * kPose * size_t{surface.most_known}));
+    memory.present = reinterpret_cast<float4*>(take(4 * kPresent * size_t{surface.most_known}));
+    memory.own = take(kOwn * size_t{surface.rows});
+    memory.own_factors = take(kOwnFactor * size_t{surface.rows});
+    memory.matrix = take(36 * size_t{surface.most_places});
+    memory.direction = take(6 * size_t{surface.most_known});
+    memory.residual = take(6 * size_t{surface.most_known});
+    memory.solution = take(6 * size_t{surface.most_known});
+    memory.columns = reinterpret_cast<uint32_t*>(take(surface.most_places));
+    memory.known = reinterpret_cast<uint32_t*>(take(surface.most_known));
+    memory.count = share.last_known - share.first_known;
+    for (uint32_t i = threadIdx.x; i < share.last_place - share.first_place; i += kLmThreads)
+        memory.columns[i] = surface.places[share.first_place + i].column;
+    for (uint32_t i = threadIdx.x; i < memory.count; i += kLmThreads) memory.known[i] = surface.known[share.first_known + i];
+    __syncthreads();
     return memory;
-}
-
-// After writing poses or vectors.
-template <class Mode>
-__device__ __forceinline__ void sync_nodes() {
-    if constexpr (Mode::kReplicated)
-        __syncthreads();
-    else
-        sync_grid();
 }
 
 __device__ __forceinline__ Vec3<float> vector_of(float4 v) { return {v.x, v.y, v.z}; }

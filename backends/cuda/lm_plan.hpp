@@ -8,19 +8,22 @@ namespace defrec::cuda {
 // Items and connections are taken in chunks of this many, each with half of a block's threads.
 constexpr uint32_t kLmChunk = 128, kLmThreads = 2 * kLmChunk;
 
-// What a block owns: ranges of the lists below. A place is a block of the matrix beside the diagonal.
+// What a block owns: ranges of the lists below. It knows its own control points and those that share a residual with them, its own first;
+// indices of control points are among these unless said otherwise. A place is a block of the matrix beside the diagonal.
 struct LmShare {
-    uint32_t first_node, last_node;
+    uint32_t first_node, last_node;  // its own, of all
+    uint32_t first_known, last_known;
     uint32_t first_place, last_place;
     uint32_t first_item, last_item;
     uint32_t first_connection, last_connection;
     uint32_t first_chunk, chunks;
 };
 
-// Where in the matrix a place lies: the row among its block's, and the column.
 struct LmPlace {
     uint32_t row, column;
 };
+
+constexpr uint32_t kLmUncounted = 1u << 31;  // of an item or a connection's place: the residual is another's to count
 
 // An edge as one of its two control points sees it: j from i.
 struct alignas(16) LmConnection {
@@ -38,30 +41,32 @@ struct LmSum {
 };
 
 struct LmPlan {
-    static constexpr uint32_t kUncounted = 1u << 31;  // of an item: its residual is another block's to count
-
-    uint32_t rows;  // most control points of a block
+    uint32_t rows = 1;        // most control points of a block
+    uint32_t most_known = 0;  // likewise
+    uint32_t most_places = 0;
     std::vector<LmShare> shares;
+    std::vector<uint32_t> known;  // of all control points
     std::vector<LmPlace> places;
     std::vector<uint32_t> row_places;  // of each control point: its first place, and the end
     std::vector<uint32_t> items;
+    std::vector<std::array<uint32_t, DEFREC_SKIN_NODES>> item_nodes;  // of items
     std::vector<LmConnection> connections;
     std::vector<uint32_t> chunks;  // first sums, and the end
     std::vector<LmSum> sums;
     std::vector<uint32_t> terms;  // slot in the chunk << 4 | k << 2 | l, of the item's control points in row and column
-    uint32_t most_places = 0;     // of a block
 
     // For at most that many blocks.
     LmPlan(const LmTemplate& surface, const LmLists& lists, uint32_t most_blocks);
 
   private:
-    void add_rows(const BlockPattern& pattern);
-    void add_connections(const LmLists& lists);
-    void add_items(const LmLists& lists);
-    void add_sums(const LmLists& lists);
+    using Edges = std::vector<std::vector<uint32_t>>;
+    void add_rows(const BlockPattern& pattern, LmShare& share);
+    void add_connections(const LmLists& lists, const Edges& of_node, LmShare& share);
+    void add_items(const LmLists& lists, const std::vector<uint32_t>& given, LmShare& share);
     void add_chunk(const LmLists& lists, const LmShare& share, uint32_t chunk);
-    uint32_t place(uint32_t row, uint32_t column) const;
-    uint32_t owner(int32_t node) const { return uint32_t(node) / rows; }
+    uint32_t known_as(const LmShare& share, uint32_t node) const;
+    uint32_t place(const LmShare& share, uint32_t row, uint32_t column) const;
+    std::vector<std::vector<uint32_t>> items_of_blocks(const LmLists& lists) const;
 };
 
 }  // namespace defrec::cuda

@@ -80,16 +80,16 @@ __device__ __forceinline__ void evaluate_patch(const LmView& view, uint32_t patc
     evaluate_sighting<kPatch>(position, sighting, p.patch_weight, 0.0f, inverse_c * inverse_c, px, counted, sums, term);
 }
 
-// The item's record goes to slot, if wanted.
-template <class Mode>
-__device__ __forceinline__ void evaluate_item(const LmView& view, const LmMemory<Mode>& memory, uint32_t given, uint32_t slot, bool record,
+// The one at that place in the list of items. Its record goes to slot, if wanted.
+__device__ __forceinline__ void evaluate_item(const LmView& view, const LmMemory& memory, uint32_t which, uint32_t slot, bool record,
                                               float (&sums)[kSums]) {
-    const uint32_t item = given & ~LmPlan::kUncounted;
-    const bool counted = (given & LmPlan::kUncounted) == 0;
+    const uint32_t given = view.surface.block_items[which], item = given & ~kLmUncounted;
+    const bool counted = (given & kLmUncounted) == 0;
     const LmParameters& p = view.p;
     const float4* vectors = view.surface.items + LmLists::kItemVectors * size_t{item};
-    const int4 nodes = view.surface.item_nodes[item];
-    const int32_t node[DEFREC_SKIN_NODES] = {nodes.x, nodes.y, nodes.z, nodes.w};
+    const uint4 nodes = view.surface.item_nodes[which];
+    const int32_t node[DEFREC_SKIN_NODES] = {static_cast<int32_t>(nodes.x), static_cast<int32_t>(nodes.y), static_cast<int32_t>(nodes.z),
+                                             static_cast<int32_t>(nodes.w)};
     float4 arms[DEFREC_SKIN_NODES];
     float weight[DEFREC_SKIN_NODES];
     for (int k = 0; k < DEFREC_SKIN_NODES; ++k) {
@@ -126,15 +126,13 @@ __device__ __forceinline__ void evaluate_item(const LmView& view, const LmMemory
     }
 }
 
-template <class Mode>
-__device__ __forceinline__ NodePose<float> pose_of(const LmMemory<Mode>& memory, uint32_t node) {
+__device__ __forceinline__ NodePose<float> pose_of(const LmMemory& memory, uint32_t node) {
     return {quaternion_of(memory.poses[kPose * node]), vector_of(memory.poses[kPose * node + 2])};
 }
 
-// An edge from i's side; its cost is counted once, by the smaller control point. Its record goes to slot, and the block between the two
+// An edge from i's side. Its record goes to slot, and the block between the two
 // to the matrix.
-template <class Mode>
-__device__ __forceinline__ void evaluate_connection(const LmView& view, const LmMemory<Mode>& memory, uint32_t which, uint32_t slot,
+__device__ __forceinline__ void evaluate_connection(const LmView& view, const LmMemory& memory, uint32_t which, uint32_t slot,
                                                     bool record, float (&sums)[kSums]) {
     const LmParameters& p = view.p;
     const LmConnection& connection = view.surface.connections[which];
@@ -143,7 +141,7 @@ __device__ __forceinline__ void evaluate_connection(const LmView& view, const Lm
     const Vec3<float> direction{connection.rest[0], connection.rest[1], connection.rest[2]};
     const auto geometry = arap_geometry(i, j, direction, connection.rest[3]);
     const ArapWeights<float> weights{scale * p.length_weight, scale * p.angle_weight, scale * p.rotation_weight};
-    if (connection.i < connection.j) sums[kArap] += arap_cost(geometry, i.rotation, weights);
+    if ((connection.place & kLmUncounted) == 0) sums[kArap] += arap_cost(geometry, i.rotation, weights);
     if (!record) return;
     const ArapTerm<float> term = arap_term(geometry, i.rotation, weights);
     float* out = memory.connection_records + slot;
@@ -155,7 +153,7 @@ __device__ __forceinline__ void evaluate_connection(const LmView& view, const Lm
     }
     for (uint32_t r = 0; r < 3; ++r)
         for (uint32_t c = 0; c < 3; ++c) out[(kLever + 3 * r + c) * kLmChunk] = term.aa[6 * r + 3 + c];
-    float* block = memory.matrix + 36 * connection.place;
+    float* block = memory.matrix + 36 * size_t{connection.place & ~kLmUncounted};
     for (uint32_t k = 0; k < 36; ++k) block[k] += term.ab[k];
 }
 

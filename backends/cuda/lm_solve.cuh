@@ -7,39 +7,34 @@
 namespace defrec::cuda {
 namespace {
 
-template <class Mode>
-__device__ __forceinline__ void set_pose(const LmView& view, const LmMemory<Mode>& memory, uint32_t node, const NodePose<float>& pose) {
-    const auto motion = from_rigid(pose.rotation, pose.position - rotate(pose.rotation, vector_of(view.surface.rest[node])));
+__device__ __forceinline__ void set_pose(const LmView& view, const LmMemory& memory, uint32_t node, const NodePose<float>& pose) {
+    const auto motion = from_rigid(pose.rotation, pose.position - rotate(pose.rotation, vector_of(view.surface.rest[memory.known[node]])));
     memory.poses[kPose * node] = pack(motion.real);
     memory.poses[kPose * node + 1] = pack(motion.dual);
     memory.poses[kPose * node + 2] = pack(pose.position, 0);
 }
 
 // The trial poses become the present ones.
-template <class Mode>
-__device__ __forceinline__ void keep_poses(const LmMemory<Mode>& memory) {
-    for (uint32_t i = memory.first_node + threadIdx.x; i < memory.last_node; i += kLmThreads) {
+__device__ __forceinline__ void keep_poses(const LmMemory& memory) {
+    for (uint32_t i = threadIdx.x; i < memory.count; i += kLmThreads) {
         memory.present[kPresent * i] = memory.poses[kPose * i];
         memory.present[kPresent * i + 1] = memory.poses[kPose * i + 2];
     }
 }
-template <class Mode>
-__device__ __forceinline__ NodePose<float> present_pose(const LmMemory<Mode>& memory, uint32_t node) {
+__device__ __forceinline__ NodePose<float> present_pose(const LmMemory& memory, uint32_t node) {
     return {quaternion_of(memory.present[kPresent * node]), vector_of(memory.present[kPresent * node + 1])};
 }
 // And the other way round.
-template <class Mode>
-__device__ __forceinline__ void restore_poses(const LmView& view, const LmMemory<Mode>& memory) {
-    for (uint32_t i = memory.first_node + threadIdx.x; i < memory.last_node; i += kLmThreads)
+__device__ __forceinline__ void restore_poses(const LmView& view, const LmMemory& memory) {
+    for (uint32_t i = threadIdx.x; i < memory.count; i += kLmThreads)
         set_pose(view, memory, i, present_pose(memory, i));
-    sync_nodes<Mode>();
+    __syncthreads();
 }
 
-template <class Mode>
-__device__ __forceinline__ void start_poses(const LmView& view, const LmMemory<Mode>& memory) {
-    for (uint32_t i = memory.first_node + threadIdx.x; i < memory.last_node; i += kLmThreads) {
-        const auto motion = usable_motion<float>(view.frame.motions[i]);
-        NodePose<float> pose{motion.real, apply(motion, vector_of(view.surface.rest[i]))};
+__device__ __forceinline__ void start_poses(const LmView& view, const LmMemory& memory) {
+    for (uint32_t i = threadIdx.x; i < memory.count; i += kLmThreads) {
+        const auto motion = usable_motion<float>(view.frame.motions[memory.known[i]]);
+        NodePose<float> pose{motion.real, apply(motion, vector_of(view.surface.rest[memory.known[i]]))};
         if (view.frame.rigid != nullptr) {
             const Quaternion<float> turn = quaternion_of(view.frame.rigid[0]);
             pose = {turn * pose.rotation, rotate(turn, pose.position) + vector_of(view.frame.rigid[1])};
@@ -47,19 +42,18 @@ __device__ __forceinline__ void start_poses(const LmView& view, const LmMemory<M
         set_pose(view, memory, i, pose);
     }
     keep_poses(memory);
-    sync_nodes<Mode>();
+    __syncthreads();
 }
 
 // From the present poses by the solution to the trial. Returns kFarthest's part.
-template <class Mode>
-__device__ __forceinline__ float move(const LmView& view, const LmMemory<Mode>& memory, const LmShare& share, uint32_t copy) {
+__device__ __forceinline__ float move(const LmView& view, const LmMemory& memory, const LmShare& share, uint32_t copy) {
     const float* factors = view.exchange.factors + size_t{copy} * kFactor * view.p.nodes;
     float farthest = 0;
-    for (uint32_t i = memory.first_node + threadIdx.x; i < memory.last_node; i += kLmThreads) {
+    for (uint32_t i = threadIdx.x; i < memory.count; i += kLmThreads) {
         float step[6] = {};
         for (uint32_t r = 0, at = 0; r < 6; ++r) {
             const float value = memory.solution[6 * i + r];
-            for (uint32_t c = 0; c <= r; ++c, ++at) step[c] = fmaf(factors[size_t{at} * view.p.nodes + i], value, step[c]);
+            for (uint32_t c = 0; c <= r; ++c, ++at) step[c] = fmaf(factors[size_t{at} * view.p.nodes + memory.known[i]], value, step[c]);
         }
         const Vec3<float> turn{step[0], step[1], step[2]}, shift{step[3], step[4], step[5]};
         const float turned = view.p.spacing2 * dot(turn, turn), shifted = dot(shift, shift), longest = fmaxf(turned, shifted);
@@ -70,37 +64,33 @@ __device__ __forceinline__ float move(const LmView& view, const LmMemory<Mode>& 
             pose = {(1 / std::sqrt(dot(rotation, rotation))) * rotation, pose.position + shift};
         }
         set_pose(view, memory, i, pose);
-        if (i >= share.first_node && i < share.last_node) farthest = fmaxf(farthest, good ? longest : __uint_as_float(0x7f800000));
+        if (i < share.last_node - share.first_node) farthest = fmaxf(farthest, good ? longest : __uint_as_float(0x7f800000));
     }
-    sync_nodes<Mode>();
+    __syncthreads();
     return farthest;
 }
 
-template <class Mode>
-__device__ __forceinline__ void give_results(const LmView& view, const LmMemory<Mode>& memory, const LmShare& share, const LmState& state) {
+__device__ __forceinline__ void give_results(const LmView& view, const LmMemory& memory, const LmShare& share, const LmState& state) {
     const bool failed = state.failed || (state.iterations > 0 && !state.any_step);
-    for (uint32_t i = share.first_node + threadIdx.x; i < share.last_node; i += kLmThreads) {
-        auto motion = usable_motion<float>(view.frame.motions[i]);
+    for (uint32_t i = threadIdx.x; i < share.last_node - share.first_node; i += kLmThreads) {
+        const uint32_t node = share.first_node + i;
+        auto motion = usable_motion<float>(view.frame.motions[node]);
         if (!failed) {
             const NodePose<float> pose = present_pose(memory, i);
-            motion = from_rigid(pose.rotation, pose.position - rotate(pose.rotation, vector_of(view.surface.rest[i])));
+            motion = from_rigid(pose.rotation, pose.position - rotate(pose.rotation, vector_of(view.surface.rest[node])));
         }
-        view.results[i] = motion.store();
+        view.results[node] = motion.store();
     }
     if (blockIdx.x == 0 && threadIdx.x == 0) *view.summary = summarise(view.p, state, failed);
 }
 
-template <class Mode>
+template <bool kShared>
 __global__ void __launch_bounds__(kLmThreads) lm_solve(LmView view) {
     __shared__ LmState state;
     __shared__ double there[kSums];
     const LmShare share = view.surface.shares[blockIdx.x];
-    const LmMemory<Mode> memory = lm_memory<Mode>(view, share);
+    const LmMemory memory = lm_memory<kShared>(view, share);
     const uint32_t thread = threadIdx.x, iterations = view.p.iterations;
-    if constexpr (Mode::kMatrix)
-        for (uint32_t i = thread; i < share.last_place - share.first_place; i += kLmThreads)
-            memory.columns[i] = view.surface.places[share.first_place + i].column;
-
     uint32_t copy = 0;
     const auto collect = [&] {
         sync_grid();

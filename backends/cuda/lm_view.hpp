@@ -18,20 +18,21 @@ struct LmParameters {
     float spacing2, damping;
 };
 
-// The template. Items are points, then landmarks, then patches.
+// The template. Items are points, then landmarks, then patches; from shares on as in LmPlan.
 struct LmSurface {
-    const float4* rest;        // control points
-    const float4* items;       // LmLists::kItemVectors each
-    const int4* item_nodes;
-    const LmShare* shares;     // of the blocks; then as in LmPlan
+    const float4* rest;   // control points
+    const float4* items;  // LmLists::kItemVectors each
+    const LmShare* shares;
+    const uint32_t* known;
     const LmPlace* places;
     const uint32_t* row_places;
     const uint32_t* block_items;
+    const uint4* item_nodes;
     const LmConnection* connections;
     const uint32_t* chunks;
     const LmSum* sums;
     const uint32_t* terms;
-    uint32_t rows, most_places;
+    uint32_t rows, most_known, most_places;
 };
 
 struct LmFrameView {
@@ -44,19 +45,15 @@ struct LmFrameView {
 // Global memory. Of what blocks pass to each other there are two copies, used in turn: a block that is ahead never writes what another
 // still reads.
 struct LmExchange {
-    float* data;      // D of each control point
-    float* scales;    // S of each connection, and its own block's only
-    float* factors;   // 2 x kFactor x nodes: inverse Cholesky factors of the damped diagonal blocks
-    float* starts;    // 2 x 6 nodes: the right side, preconditioned
-    float* products;  // 2 x 6 nodes: of matrix and direction
-    float* sums;      // 2 x blocks x kSums: each block's part
-    // Where shared memory does not hold them:
-    float* matrix;    // 36 a place
-    float* vectors;   // 3 x 6 nodes
-    float4* poses;    // kPose nodes
-    float4* present;  // kPresent nodes
-    float* own;       // kOwn nodes
-    float* own_factors;  // kOwnFactor nodes
+    float* data;        // D of each control point
+    float2* data_sums;  // of each block's control points: D, and its square
+    float* scales;      // S of each connection, its own block's only
+    float* factors;     // 2 x kFactor x nodes: inverse Cholesky factors of the damped diagonal blocks
+    float* starts;      // 2 x 6 nodes: the right side, conditioned
+    float* products;    // 2 x 6 nodes: of matrix and direction
+    float4* dots;       // 2 x blocks: each one's part
+    float* sums;        // 2 x blocks x kSums, likewise
+    float* local;       // what shared memory does not hold, LmMemory::floats for each block
 };
 
 struct LmView {
@@ -79,19 +76,5 @@ constexpr uint32_t kPresent = 2;     // rotation, position
 constexpr uint32_t kSquares = 0, kPull = 6, kWeight = 9, kArms = 10, kSkin = 22, kRecord = 26;
 // A connection as the sums want it: i's own block as turn-turn (upper triangle), turn-shift, shift-shift (upper triangle), half the gradient.
 constexpr uint32_t kTurn = 0, kLever = 6, kShift = 15, kGradient = 21, kConnectionRecord = 27;
-
-// What is in shared memory. kReplicated: all blocks keep poses and vectors of all control points, and only pass products to each other.
-// Otherwise each keeps its own control points' in global memory. kMatrix: each block's rows of the matrix are in shared memory.
-template <bool kReplicatedNodes, bool kSharedMatrix>
-struct LmMode {
-    static constexpr bool kReplicated = kReplicatedNodes, kMatrix = kSharedMatrix;
-
-    static size_t shared_bytes(uint32_t nodes, uint32_t rows, uint32_t most_places) {
-        size_t floats = (kRecord + kConnectionRecord) * kLmChunk;
-        if (kReplicated) floats += (4 * kPose + 4 * kPresent + 3 * 6) * size_t{nodes} + (kOwn + kOwnFactor) * size_t{rows};
-        if (kMatrix) floats += (36 + 1) * size_t{most_places};
-        return floats * sizeof(float);
-    }
-};
 
 }  // namespace defrec::cuda

@@ -7,6 +7,10 @@ namespace defrec::cuda {
 
 class EmulatedDevice final : public Device {
   public:
+    // The least that a card of compute capability 7.5 has, so that what fits here fits everywhere; few multiprocessors, to be quick.
+    EmulatedDevice() : EmulatedDevice({4, 64 * 1024, 64 * 1024, 75}) {}
+    explicit EmulatedDevice(const Limits& limits) : limits_(limits) {}
+
     const Limits& limits() const override { return limits_; }
     std::byte* allocate(uint64_t size) override;
     void release(std::byte* memory) noexcept override;
@@ -15,8 +19,7 @@ class EmulatedDevice final : public Device {
     uint32_t resident_blocks(const void* function, uint32_t threads, size_t shared) const override;
 
   private:
-    // The least that a card of compute capability 7.5 has, so that what fits here fits everywhere; few multiprocessors, to be quick.
-    Limits limits_{4, 64 * 1024, 64 * 1024, 75};
+    Limits limits_;
 };
 
 // Everything in a recording, one after the other.
