@@ -6,7 +6,7 @@
 #include <atomic>
 #include <barrier>
 #include <boost/context/fiber.hpp>
-#include <boost/context/fixedsize_stack.hpp>
+#include <boost/context/pooled_fixedsize_stack.hpp>
 #include <exception>
 #include <optional>
 #include <stdexcept>
@@ -72,7 +72,7 @@ class Block {
     size_t threads_;
     std::vector<std::array<Exchange, 32>> warps_;  // by the mask's first lane
     std::vector<Chunk> dynamic_;
-    context::fixedsize_stack stacks_;
+    context::pooled_fixedsize_stack stacks_;
     std::vector<Lane> lanes_;
     context::fiber scheduler_;
     uint32_t current_ = 0;
