@@ -83,9 +83,10 @@ TEST_CASE("observations equal the reference's, for every level, small to large r
 
 TEST_CASE("so do patches at the borders, stretched, turned and senseless ones, in dense and padded images") {
     if (!under_test::available()) return;
-    for (const uint32_t stride : {211u, 256u})
+    for (const auto& [width, stride] : {std::pair(211u, 211u), std::pair(211u, 256u), std::pair(212u, 212u)})
         for (const uint32_t level : {0u, 1u}) {
             AlignSceneOptions options;
+            options.width = width;
             options.stride = stride;
             options.level = level;
             options.patches = 1;

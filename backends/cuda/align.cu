@@ -25,15 +25,24 @@ __device__ int32_t level_at(const uint8_t* image, int32_t stride, int32_t x, int
     }
 }
 
-// from: at level 0, with its stride; width, height: of the level, which is stored densely. The mask may be nullptr.
+// The live image or its mask as the caller has it, the level's own copies of both.
+struct Source {
+    const uint8_t *gray, *mask;  // mask: may be nullptr
+    int32_t stride;
+};
+struct Copies {
+    uint8_t *gray, *mask;
+    int32_t width, height, stride;  // beyond the width 0
+};
+
 template <int kLevel>
-__global__ void __launch_bounds__(kHalveWidth * kHalveHeight)
-    align_halve(Level from, int32_t width, int32_t height, uint8_t* gray, uint8_t* mask) {
+__global__ void __launch_bounds__(kHalveWidth * kHalveHeight) align_halve(Source from, Copies to) {
     const int32_t x = static_cast<int32_t>(blockIdx.x * kHalveWidth + threadIdx.x), y = static_cast<int32_t>(blockIdx.y * kHalveHeight + threadIdx.y);
-    if (x >= width || y >= height) return;
-    const int64_t to = int64_t{y} * width + x;
-    gray[to] = static_cast<uint8_t>(level_at<kLevel, false>(from.gray, from.stride, x, y));
-    if (from.mask != nullptr) mask[to] = static_cast<uint8_t>(level_at<kLevel, true>(from.mask, from.stride, x, y));
+    if (x >= to.stride || y >= to.height) return;
+    const int64_t at = int64_t{y} * to.stride + x;
+    const bool in_image = x < to.width;
+    to.gray[at] = in_image ? static_cast<uint8_t>(level_at<kLevel, false>(from.gray, from.stride, x, y)) : 0;
+    if (from.mask != nullptr) to.mask[at] = in_image ? static_cast<uint8_t>(level_at<kLevel, true>(from.mask, from.stride, x, y)) : 0;
 }
 
 // ---- sections 1 and 3 to 6 -------------------------------------------------------------------------------------
@@ -91,13 +100,9 @@ __global__ void __launch_bounds__(kWarp) align_patch(PatchTask task) {
 
 class Align final : public Stage {
   public:
-    Align(const defrec_align_params& params, Device& device) : p_(params), device_(device) {
-        if (p_.level == 0) return;
-        gray_ = Buffer(device, uint64_t{width()} * height());
-        mask_ = Buffer(device, uint64_t{width()} * height());
-    }
+    Align(const defrec_align_params& params, Device& device)
+        : p_(params), device_(device), gray_(device, uint64_t{stride()} * height()), mask_(device, uint64_t{stride()} * height()) {}
 
-    bool reentrant() const override { return p_.level == 0; }
     void prepare(std::span<const InBuffer> in) override {
         expect_buffers("align: prepare", in, 2);
         const std::span<const defrec_patch> patches = take_patches(p_, in[0]);
@@ -120,13 +125,10 @@ class Align final : public Stage {
         if (!template_.views) throw StageError(DEFREC_ERROR_STATE, "align: run before prepare");
         const AlignBuffers given = take_buffers(p_, template_.count, in, out);
         if (template_.count == 0) return;
-        Level level{given.gray, given.mask, static_cast<int32_t>(p_.width), static_cast<int32_t>(p_.height),
-                    static_cast<int32_t>(p_.stride)};
-        if (p_.level > 0) level = halve(recorder, level);
         const int64_t side = 2 * int64_t{p_.patch_radius} + 1, pixels = side * side;
         const PatchTask task{p_,
                              pixels * pixels * p_.texture * p_.texture,
-                             level,
+                             level_of(recorder, given),
                              template_.views.as<uint8_t>(),
                              template_.centres.as<Centre>(),
                              template_.patches.as<defrec_patch>(),
@@ -148,14 +150,23 @@ class Align final : public Stage {
   private:
     uint32_t width() const { return p_.width >> p_.level; }
     uint32_t height() const { return p_.height >> p_.level; }
+    uint32_t stride() const { return (width() + 3) / 4 * 4; }
 
-    Level halve(Recorder& recorder, const Level& from) const {
-        const Level to{gray_.as<uint8_t>(), from.mask != nullptr ? mask_.as<uint8_t>() : nullptr, static_cast<int32_t>(width()),
-                       static_cast<int32_t>(height()), static_cast<int32_t>(width())};
-        const auto kernel = p_.level == 1 ? align_halve<1> : p_.level == 2 ? align_halve<2> : align_halve<3>;
-        recorder.launch(kernel, {dim3(cover(width(), kHalveWidth), cover(height(), kHalveHeight)), dim3(kHalveWidth, kHalveHeight)}, from,
-                        to.width, to.height, gray_.as<uint8_t>(), mask_.as<uint8_t>());
-        return to;
+    // The live image and the mask at the level, which are copied but where they are there in whole words already.
+    Level level_of(Recorder& recorder, const AlignBuffers& given) const {
+        const auto level = [&](const uint8_t* gray, const uint8_t* mask) {
+            return Level{reinterpret_cast<const uint32_t*>(gray), reinterpret_cast<const uint32_t*>(mask), static_cast<int32_t>(width()),
+                         static_cast<int32_t>(height()), static_cast<int32_t>(stride() / 4)};
+        };
+        const auto whole_words = [](const uint8_t* image) { return reinterpret_cast<uintptr_t>(image) % sizeof(uint32_t) == 0; };
+        if (p_.level == 0 && p_.stride == stride() && p_.width == stride() && whole_words(given.gray) && whole_words(given.mask))
+            return level(given.gray, given.mask);
+        const Copies copies{gray_.as<uint8_t>(), mask_.as<uint8_t>(), static_cast<int32_t>(width()), static_cast<int32_t>(height()),
+                            static_cast<int32_t>(stride())};
+        constexpr decltype(&align_halve<0>) kKernels[] = {align_halve<0>, align_halve<1>, align_halve<2>, align_halve<3>};
+        recorder.launch(kKernels[p_.level], {dim3(cover(stride(), kHalveWidth), cover(height(), kHalveHeight)), dim3(kHalveWidth, kHalveHeight)},
+                        Source{given.gray, given.mask, static_cast<int32_t>(p_.stride)}, copies);
+        return level(copies.gray, given.mask != nullptr ? copies.mask : nullptr);
     }
     template <int kRadius>
     void launch(Recorder& recorder, const PatchTask& task) const {
@@ -167,7 +178,7 @@ class Align final : public Stage {
 
     defrec_align_params p_;
     Device& device_;
-    Buffer gray_, mask_;  // live image and mask at the level, where that is not 0
+    Buffer gray_, mask_;  // live image and mask at the level
     struct {
         Buffer views, centres, patches;
         uint32_t count = 0;

@@ -27,10 +27,10 @@ __device__ int32_t most_of_warp(int32_t value) {
 #endif
 }
 
-// The live image and its mask (or nullptr) at the level that is searched.
+// The live image and its mask (or nullptr; 0 is not usable) at the level that is searched, four pixels in a word, rows of whole words.
 struct Level {
-    const uint8_t *gray, *mask;
-    int32_t width, height, stride;
+    const uint32_t *gray, *mask;
+    int32_t width, height, row_words;
     // Whether a pixel has `border` more on every side.
     __device__ bool inside(int2 pixel, int32_t border) const {
         return pixel.x >= border && pixel.y >= border && pixel.x + border < width && pixel.y + border < height;
@@ -53,11 +53,10 @@ struct Layout {
 // column 0 is byte 3 of a row, so that displacement 0 begins with a word.
 template <int kRadius>
 struct WindowSize {
-    int32_t side, words, rows;  // pixels along one side; words in a row; rows, with those that lanes without a pixel read
+    int32_t words, rows;  // words in a row; rows, with those that lanes without a pixel read
     constexpr explicit WindowSize(int32_t search_radius)
-        : side(2 * (kRadius + search_radius) + 3),
-          words((2 * search_radius + 4) / 4 + Layout<kRadius>::kBlocks + 1),
-          rows(side + Layout<kRadius>::kGroups * Layout<kRadius>::kRows - Layout<kRadius>::kSide) {}
+        : words((2 * search_radius + 4) / 4 + Layout<kRadius>::kBlocks + 1),
+          rows(2 * (kRadius + search_radius) + 3 + Layout<kRadius>::kGroups * Layout<kRadius>::kRows - Layout<kRadius>::kSide) {}
     constexpr int32_t size() const { return words * rows; }
 };
 constexpr int kLeadingBytes = 3;
@@ -66,32 +65,52 @@ template <int kRadius>
 struct Window {
     WindowSize<kRadius> size;
     uint32_t* live;
-    uint32_t* usable;  // 255 or 0 for each pixel; only where some are not usable
-    bool masked;       // some are not
+    uint32_t* usable;  // 255 or 0 for each pixel; only with a mask
+    bool masked;       // some are not usable
 };
 
-// Loads the window whose pixel 0 is at `corner`. Pixels outside the image are 0, and usable: what sees them is not scored.
+// 255 for each byte that is not 0.
+__device__ uint32_t spread(uint32_t bytes) {
+    const uint32_t top = (((bytes & 0x7f7f7f7fu) + 0x7f7f7f7fu) | bytes) & 0x80808080u;
+    return (top >> 7) * 255;
+}
+
+// Loads the window whose pixel 0 is at `corner`. What it gives for pixels outside the image is any pixel's: displacements that see them are
+// not scored.
 template <int kRadius>
 __device__ Window<kRadius> load_window(const Level& level, int2 corner, int32_t search_radius) {
+    constexpr int kBatch = 4;  // loads under way at once
     const WindowSize<kRadius> size(search_radius);
-    uint32_t* const words = dynamic_shared<uint32_t>();
-    uint8_t* const live = reinterpret_cast<uint8_t*>(words) + kLeadingBytes;
-    uint8_t* const usable_pixels = live + 4 * size.size();
+    uint32_t* const live = dynamic_shared<uint32_t>();
+    uint32_t* const usable = live + size.size();
+    const int32_t lane = static_cast<int32_t>(threadIdx.x), rows_at_once = static_cast<int32_t>(kWarp) / size.words;
+    const int32_t word = lane % size.words, first_row = lane / size.words, rows = first_row < rows_at_once ? size.rows : 0;
+    const int32_t last = level.row_words * level.height - 1;
+    const int32_t x = corner.x - kLeadingBytes + 4 * word, shift = 8 * (x & 3);
     bool hidden = false;
-    for (int32_t row = 0; row < size.side; ++row) {
-        const int32_t y = corner.y + row;
-        for (int32_t column = static_cast<int32_t>(threadIdx.x); column < size.side; column += kWarp) {
-            const int32_t x = corner.x + column, at = 4 * row * size.words + column;
-            const bool in_image = x >= 0 && y >= 0 && x < level.width && y < level.height;
-            const int64_t from = int64_t{y} * level.stride + x;
-            live[at] = in_image ? __ldg(level.gray + from) : 0;
+    for (int32_t first = first_row; first < rows; first += kBatch * rows_at_once) {
+        uint32_t low[kBatch], high[kBatch], mask_low[kBatch], mask_high[kBatch];
+        for (int k = 0; k < kBatch; ++k) {
+            const int32_t at = (corner.y + first + k * rows_at_once) * level.row_words + (x >> 2);
+            const int32_t here = min(max(at, 0), last), next = min(max(at + 1, 0), last);
+            low[k] = __ldg(level.gray + here);
+            high[k] = __ldg(level.gray + next);
+            mask_low[k] = mask_high[k] = 0xffffffffu;
             if (level.mask == nullptr) continue;
-            const bool usable_here = !in_image || __ldg(level.mask + from) != 0;
-            usable_pixels[at] = usable_here ? 255 : 0;
-            hidden = hidden || !usable_here;
+            mask_low[k] = __ldg(level.mask + here);
+            mask_high[k] = __ldg(level.mask + next);
+        }
+        for (int k = 0; k < kBatch; ++k) {
+            const int32_t row = first + k * rows_at_once;
+            if (row >= rows) break;
+            live[row * size.words + word] = __funnelshift_r(low[k], high[k], static_cast<uint32_t>(shift));
+            if (level.mask == nullptr) continue;
+            const uint32_t seen = spread(__funnelshift_r(mask_low[k], mask_high[k], static_cast<uint32_t>(shift)));
+            usable[row * size.words + word] = seen;
+            hidden = hidden || seen != 0xffffffffu;
         }
     }
-    return {size, words, words + size.size(), __any_sync(kAllLanes, hidden) != 0};
+    return {size, live, usable, __any_sync(kAllLanes, hidden) != 0};
 }
 
 // The patch sampled from its view, 1/16 gray level, still with its mean.
@@ -116,26 +135,35 @@ __device__ Template<kRadius> sample_view(const uint8_t* view, int32_t width, int
                                          int2 fraction, int64_t least_spread) {
     using L = Layout<kRadius>;
     alignas(16) __shared__ uint16_t samples[L::kSampled * L::kPitch];
-    uint32_t sum = 0, squares = 0;  // of 225 values up to 4080: fits
+    constexpr int kRounds = (L::kSampled * L::kSampled + static_cast<int>(kWarp) - 1) / static_cast<int>(kWarp);
+    const int32_t lane = static_cast<int32_t>(threadIdx.x);
+    int32_t pixels[kRounds][4], right_weight[kRounds], lower_weight[kRounds];
     bool outside = false;
-    for (int32_t i = static_cast<int32_t>(threadIdx.x); i < L::kSampled * L::kSampled; i += kWarp) {
-        const int32_t column = i % L::kSampled - 1, row = i / L::kSampled - 1;
-        const int32_t dx = 256 * (column - kRadius) - fraction.x, dy = 256 * (row - kRadius) - fraction.y;
+    for (int k = 0; k < kRounds; ++k) {  // every load before the first use
+        const int32_t i = min(lane + k * static_cast<int32_t>(kWarp), L::kSampled * L::kSampled - 1);
+        const int32_t dx = 256 * (i % L::kSampled - 1 - kRadius) - fraction.x, dy = 256 * (i / L::kSampled - 1 - kRadius) - fraction.y;
         const int32_t x = 256 * centre.x + ((matrix[0] * dx + matrix[1] * dy + 128) >> 8);
         const int32_t y = 256 * centre.y + ((matrix[2] * dx + matrix[3] * dy + 128) >> 8);
-        const int32_t left = x >> 15, upper = y >> 15, right_weight = (x >> 7) & 255, lower_weight = (y >> 7) & 255;
-        if (left < 0 || upper < 0 || left + 1 >= width || upper + 1 >= height) {
-            outside = true;
-            continue;
-        }
+        const int32_t left = min(max(x >> 15, 0), width - 2), upper = min(max(y >> 15, 0), height - 2);
+        outside = outside || left != x >> 15 || upper != y >> 15;
+        right_weight[k] = (x >> 7) & 255;
+        lower_weight[k] = (y >> 7) & 255;
         const uint8_t* pixel = view + int64_t{upper} * width + left;
-        const int32_t above = __ldg(pixel) * (256 - right_weight) + __ldg(pixel + 1) * right_weight;
-        const int32_t below = __ldg(pixel + width) * (256 - right_weight) + __ldg(pixel + width + 1) * right_weight;
-        const uint32_t value = static_cast<uint32_t>((above * (256 - lower_weight) + below * lower_weight + 2048) >> 12);
-        samples[(row + 1) * L::kPitch + L::kLead + column] = static_cast<uint16_t>(value);
-        if (column < 0 || row < 0 || column >= L::kSide || row >= L::kSide) continue;
-        sum += value;
-        squares += value * value;
+        pixels[k][0] = __ldg(pixel);
+        pixels[k][1] = __ldg(pixel + 1);
+        pixels[k][2] = __ldg(pixel + width);
+        pixels[k][3] = __ldg(pixel + width + 1);
+    }
+    uint32_t sum = 0, squares = 0;  // of 225 values up to 4080: fits
+    for (int k = 0; k < kRounds; ++k) {
+        const int32_t i = lane + k * static_cast<int32_t>(kWarp), column = i % L::kSampled - 1, row = i / L::kSampled - 1;
+        const int32_t above = pixels[k][0] * (256 - right_weight[k]) + pixels[k][1] * right_weight[k];
+        const int32_t below = pixels[k][2] * (256 - right_weight[k]) + pixels[k][3] * right_weight[k];
+        const uint32_t value = static_cast<uint32_t>((above * (256 - lower_weight[k]) + below * lower_weight[k] + 2048) >> 12);
+        if (i < L::kSampled * L::kSampled) samples[(row + 1) * L::kPitch + L::kLead + column] = static_cast<uint16_t>(value);
+        const bool inner = column >= 0 && row >= 0 && column < L::kSide && row < L::kSide;
+        sum += inner ? value : 0;
+        squares += inner ? value * value : 0;
     }
     sum = sum_of_warp(sum);
     squares = sum_of_warp(squares);
