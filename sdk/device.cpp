@@ -34,6 +34,8 @@ const defrec_stage_table* Device::stage_table(uint32_t stage) const {
 
 const Services& Device::services() const { return *plugin_->services(); }
 
+bool Device::has_host_memory() const { return DEFREC_HAS(table_, host_alloc); }
+
 void Device::begin_call(const char* what) const {
     if (lost_) fail(DEFREC_ERROR_DEVICE_LOST, id_, ": ", what, ": the device was lost before");
     clear_plugin_error();
@@ -69,13 +71,9 @@ DeviceBuffer::~DeviceBuffer() {
     if (buffer_ != nullptr) device_->table().buffer_destroy(buffer_);
 }
 
-namespace {
-bool has_host_memory(const Device& device) { return DEFREC_HAS(&device.table(), host_alloc); }
-}  // namespace
-
 HostMemory::HostMemory(std::shared_ptr<const Device> device, uint64_t size) : device_(std::move(device)), size_(size) {
     if (size == 0) return;
-    if (has_host_memory(*device_)) {
+    if (device_->has_host_memory()) {
         device_->call("host_alloc", device_->table().host_alloc, device_->get(), size, &memory_);
         if (memory_ == nullptr) fail(DEFREC_ERROR_PLUGIN, device_->id(), ": host_alloc succeeded without memory");
     } else {
@@ -87,7 +85,7 @@ HostMemory::HostMemory(std::shared_ptr<const Device> device, uint64_t size) : de
 
 HostMemory::~HostMemory() {
     if (memory_ == nullptr) return;
-    if (has_host_memory(*device_))
+    if (device_->has_host_memory())
         device_->table().host_free(device_->get(), memory_);
     else
         device_->services().release(memory_);

@@ -31,6 +31,8 @@ class Device {
     const defrec_plugin& table() const { return *table_; }
     defrec_pdevice* get() const { return device_; }
     const Services& services() const;
+    // Whether HostMemory is the plugin's own: the device is another one than the processor.
+    bool has_host_memory() const;
     // nullptr where the device does not offer the stage.
     const defrec_stage_table* stage_table(uint32_t stage) const;
 

@@ -3,10 +3,12 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <span>
 
 namespace defrec {
 
 class DeviceBuffer;  // device.hpp
+class Services;      // services.hpp
 
 // Where an image lies: pixels of the host, or memory of the tracker's device. Neither: there is none.
 struct FrameImage {
@@ -23,5 +25,15 @@ struct FrameInput {
     FrameImage ignore;                            // may be missing
     std::shared_ptr<const DeviceBuffer> samples;  // where the surface is left as well; may be null
 };
+
+// An image and where its pixels are to be kept, in rows of that many bytes without padding.
+struct KeptImage {
+    FrameImage& image;
+    uint64_t row_bytes;
+    std::span<uint8_t> copy;
+};
+// Copies pixels of the host; the images are these copies afterwards. helpers: whose threads copy as well where it is much; may be nullptr.
+// Throws what Services::expect_parallel_success does.
+void keep_pixels(std::span<const KeptImage> images, uint32_t height, const Services* helpers);
 
 }  // namespace defrec

@@ -19,14 +19,6 @@ namespace {
 
 constexpr uint32_t kAllStages = (1u << DEFREC_STAGE_COUNT_V1) - 1;
 
-// Host pixels go to `copy`, in rows of `bytes` bytes without padding, and the image is that copy from now on.
-void keep(FrameImage& image, uint64_t bytes, uint32_t height, uint8_t* copy) {
-    if (image.pixels == nullptr) return;
-    for (uint32_t y = 0; y < height; ++y) std::memcpy(copy + y * bytes, image.pixels + y * image.stride, bytes);
-    image.pixels = copy;
-    image.stride = bytes;
-}
-
 defrec_surface_sample at_rest(const defrec_surface_point& point) {
     defrec_surface_sample sample{};
     std::copy(std::begin(point.position), std::end(point.position), sample.position);
@@ -61,9 +53,12 @@ class Tracker::Impl {
 
     std::shared_ptr<Job> submit(FrameInput input) {
         std::shared_ptr<TrackerJob> job = reserve(input.timestamp_ns);
-        for (size_t eye = 0; eye < 2; ++eye)
-            keep(input.eyes[eye], uint64_t{rig_->width()} * channels_, rig_->height(), job->eyes[eye].as<uint8_t>().data());
-        keep(input.ignore, rig_->width(), rig_->height(), job->ignore.as<uint8_t>().data());
+        const uint64_t row = uint64_t{rig_->width()} * channels_;
+        const KeptImage images[] = {{input.eyes[0], row, job->eyes[0].as<uint8_t>()},
+                                    {input.eyes[1], row, job->eyes[1].as<uint8_t>()},
+                                    {input.ignore, rig_->width(), job->ignore.as<uint8_t>()}};
+        // A device that computes on the processor has better use for the pool.
+        keep_pixels(images, rig_->height(), device_->has_host_memory() ? &context_->services() : nullptr);
         job->input = std::move(input);
 
         const std::lock_guard lock(monitor_->mutex);

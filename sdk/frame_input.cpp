@@ -1,0 +1,40 @@
+// See frame_input.hpp.
+#include "sdk/frame_input.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include "sdk/services.hpp"
+
+namespace defrec {
+namespace {
+constexpr uint64_t kBand = 512 * 1024;  // bytes: what one thread copies while another wakes up
+}
+
+void keep_pixels(std::span<const KeptImage> images, uint32_t height, const Services* helpers) {
+    uint64_t largest = 0;
+    for (const KeptImage& kept : images)
+        if (kept.image.pixels != nullptr) largest = std::max(largest, kept.row_bytes * height);
+    const size_t bands = helpers != nullptr ? std::max<uint64_t>(1, (largest + kBand - 1) / kBand) : 1;
+    const auto copy_band = [&](size_t index) {
+        const KeptImage& kept = images[index / bands];
+        if (kept.image.pixels == nullptr) return;
+        const size_t band = index % bands;
+        for (size_t y = height * band / bands; y < height * (band + 1) / bands; ++y)
+            std::memcpy(&kept.copy[y * kept.row_bytes], kept.image.pixels + y * kept.image.stride, kept.row_bytes);
+    };
+    if (bands > 1) {
+        Services::forget_parallel_failure();
+        helpers->parallel_for(images.size() * bands, copy_band);
+        Services::expect_parallel_success("copying the pixels");
+    } else {
+        for (size_t i = 0; i < images.size(); ++i) copy_band(i);
+    }
+    for (const KeptImage& kept : images) {
+        if (kept.image.pixels == nullptr) continue;
+        kept.image.pixels = kept.copy.data();
+        kept.image.stride = kept.row_bytes;
+    }
+}
+
+}  // namespace defrec
