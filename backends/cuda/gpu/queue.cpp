@@ -15,7 +15,7 @@ namespace {
 constexpr uint64_t kLeastStaging = 4096;
 constexpr std::chrono::milliseconds kLook{4};    // how long a wait looks before it sleeps: longer than a frame
 constexpr std::chrono::microseconds kSleep{100};
-constexpr size_t kMostGraphs = 16;  // a tracker needs two for each frame in flight
+constexpr size_t kMostGraphs = 128;  // a tracker's frames in flight, its two sets of buffers and an application's ring of memory combine
 enum : uint64_t { kRun = 1, kUpload = 2, kDownload = 3 };
 
 uint64_t address(const void* memory) { return reinterpret_cast<uintptr_t>(memory); }

@@ -107,8 +107,8 @@ TEST_CASE("more sequences of operations than graphs are kept") {
     Queue queue(under_test::device());
     const Buffer buffer(under_test::device(), kBytes);
     for (uint32_t round = 0; round < 3; ++round)
-        for (uint32_t i = 0; i < 40; ++i) {
-            const uint32_t value = 100 * round + i;
+        for (uint32_t i = 0; i < 150; ++i) {
+            const uint32_t value = 1000 * round + i;
             uint32_t back = 0;
             queue.write(buffer, 4 * i, &value, 4);
             queue.read(buffer, 4 * i, &back, 4);

@@ -7,7 +7,7 @@
 namespace defrec::cuda {
 namespace {
 
-constexpr size_t kMostKnown = 8;  // a tracker needs two for each frame in flight; an application that runs a stage by itself, one
+constexpr size_t kMostKnown = 64;  // both eyes, a tracker's two sets of buffers and an application's ring of memory combine
 
 uint64_t next_serial() {
     static std::atomic<uint64_t> serials{0};
