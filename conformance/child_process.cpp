@@ -43,9 +43,21 @@ void MessageSender::send(const Message& message) const {
     }
 }
 
-ChildProcess::ChildProcess(const std::function<void(const MessageSender&)>& body) {
+ChildProcess::ChildProcess(const Body& body, Isolation isolation) {
     int ends[2];
     if (::pipe2(ends, O_CLOEXEC) != 0) fail(DEFREC_ERROR_INTERNAL, "no pipe can be opened: ", std::strerror(errno));
+    if (isolation == Isolation::process) {
+        start_process(body, ends);
+    } else {
+        thread_ = std::thread([body, end = ends[1]] {
+            body(MessageSender(end));
+            ::close(end);
+        });
+    }
+    descriptor_ = ends[0];
+}
+
+void ChildProcess::start_process(const Body& body, const int (&ends)[2]) {
     std::fflush(nullptr);  // or the child would print it once more
     pid_ = ::fork();
     if (pid_ < 0) {
@@ -61,10 +73,10 @@ ChildProcess::ChildProcess(const std::function<void(const MessageSender&)>& body
         std::exit(0);
     }
     ::close(ends[1]);
-    descriptor_ = ends[0];
 }
 
 ChildProcess::~ChildProcess() {
+    if (thread_.joinable()) thread_.join();
     if (descriptor_ >= 0) ::close(descriptor_);
     if (pid_ > 0) {
         ::kill(pid_, SIGKILL);
@@ -108,6 +120,7 @@ ChildProcess::Event ChildProcess::receive(Message& message, Clock::time_point de
 }
 
 std::string ChildProcess::reap(Clock::time_point deadline) {
+    if (pid_ < 0) return "";
     int status = 0;
     while (::waitpid(pid_, &status, WNOHANG) == 0) {
         if (Clock::now() >= deadline) {

@@ -1,4 +1,5 @@
-// A forked process that sends messages: whatever it does, the process that started it goes on.
+// A forked process that sends messages: whatever it does, the process that started it goes on. Or a thread that does, for tools that
+// cannot follow a fork: then nothing outlives a crash, and what hangs, hangs.
 #pragma once
 #include <sys/types.h>
 
@@ -6,6 +7,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <thread>
 
 #include "conformance/message.hpp"
 
@@ -21,11 +23,14 @@ class MessageSender {
     int descriptor_;
 };
 
+enum class Isolation { process, none };
+
 class ChildProcess {
   public:
+    using Body = std::function<void(const MessageSender&)>;
     // Runs body in a child, which then ends with code 0. To be called before any thread is started. Throws Error.
-    explicit ChildProcess(const std::function<void(const MessageSender&)>& body);
-    ~ChildProcess();  // kills the child if it still runs
+    explicit ChildProcess(const Body& body, Isolation isolation = Isolation::process);
+    ~ChildProcess();  // kills the child if it still runs; waits for the thread
     ChildProcess(const ChildProcess&) = delete;
     ChildProcess& operator=(const ChildProcess&) = delete;
 
@@ -38,9 +43,11 @@ class ChildProcess {
     std::string reap(std::chrono::steady_clock::time_point deadline);
 
   private:
+    void start_process(const Body& body, const int (&ends)[2]);
     bool fill(size_t count, std::chrono::steady_clock::time_point deadline, Event& event);
 
-    pid_t pid_ = -1;
+    pid_t pid_ = -1;  // none: it is a thread
+    std::thread thread_;
     int descriptor_ = -1;
     std::vector<unsigned char> received_;
 };

@@ -51,6 +51,7 @@ std::string command_text(const RunOptions& options) {
     if (!options.device.empty()) text.append(" --device ").append(options.device);
     for (const std::string& tier : options.tiers) text.append(" --tier ").append(tier);
     if (options.smoke) text.append(" --smoke");
+    if (options.in_process) text.append(" --in-process");
     for (const std::string& one : options.cases) text.append(" --case ").append(one);
     return concat(text, " --time-limit ", options.time_limit_s, " --seed ", options.seed);
 }
@@ -79,6 +80,7 @@ RunRecord examine(const RunOptions& options) {
     record.started = utc_now();
     RunSettings settings;
     settings.seed = options.seed;
+    settings.in_process = options.in_process;
     settings.time_limit = std::chrono::seconds(options.time_limit_s);
     const bool terminal = isatty(STDERR_FILENO) == 1;
     if (terminal) settings.progress = show_progress;
@@ -91,7 +93,7 @@ RunRecord examine(const RunOptions& options) {
     record.suite_dirty = suite_revision().dirty;
     record.command = command_text(options);
     record.seed = options.seed;
-    record.complete = options.tiers.empty() && options.cases.empty() && !options.smoke;
+    record.complete = options.tiers.empty() && options.cases.empty() && !options.smoke && !options.in_process;
     record.plugin_name = who.subject.name;
     record.plugin_version = who.subject.version;
     record.plugin_vendor = outcome.device.plugin_vendor;

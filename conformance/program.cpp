@@ -81,6 +81,7 @@ void add_run_options(CLI::App& app, RunOptions& options) {
     app.add_option("--time-limit", options.time_limit_s, "s for one repetition of a case, ten times as much for slow ones")
         ->capture_default_str()
         ->check(CLI::PositiveNumber);
+    app.add_flag("--in-process", options.in_process, "for tools that look at one process: no child processes, no time limits");
     app.add_option("--seed", options.seed, "of the order of the cases")->capture_default_str();
 }
 

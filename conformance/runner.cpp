@@ -53,9 +53,10 @@ class Run {
     // One worker, until it ends or is ended. The reason of a refusal, else empty.
     std::string run_some() {
         const std::vector<Step> steps = left_;
-        ChildProcess child([&](const MessageSender& sender) { run_worker(who_, cases_, steps, sender); });
+        ChildProcess child([&](const MessageSender& sender) { run_worker(who_, cases_, steps, sender); },
+                           settings_.in_process ? Isolation::none : Isolation::process);
         Message message;
-        auto event = child.receive(message, Clock::now() + 10 * settings_.time_limit);
+        auto event = child.receive(message, in(10 * settings_.time_limit));
         if (event == ChildProcess::Event::message && message.kind == MessageKind::refused) return message.text;
         if (event != ChildProcess::Event::message)
             return refusal_or_loss(concat("the plugin ", how_ended(child, event), " while it was loaded and its device opened"));
@@ -82,8 +83,9 @@ class Run {
 
     Clock::time_point deadline(const std::vector<Step>& steps, size_t running, bool in_step) const {
         const bool slow = in_step && running < steps.size() && cases_[steps[running].one].slow;
-        return Clock::now() + (slow ? 10 : 1) * settings_.time_limit;
+        return in((slow ? 10 : 1) * settings_.time_limit);
     }
+    Clock::time_point in(std::chrono::seconds time) const { return settings_.in_process ? Clock::time_point::max() : Clock::now() + time; }
 
     static std::string how_ended(ChildProcess& child, ChildProcess::Event event) {
         const auto now = Clock::now();

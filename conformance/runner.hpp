@@ -17,6 +17,7 @@ Case end_of_process_case();
 struct RunSettings {
     uint64_t seed = 1;                   // of the order
     std::chrono::seconds time_limit{120};  // of one repetition; ten times as long for slow cases, and for loading
+    bool in_process = false;  // no child processes, no time limits: for tools that look at one process
     // Told before each repetition, for whoever watches; may be empty.
     std::function<void(size_t done, size_t total, const std::string& id)> progress;
 };

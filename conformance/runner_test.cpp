@@ -114,6 +114,24 @@ TEST_CASE("verdicts, metrics and reasons come back from the worker") {
     CHECK(record(outcome, end_of_process_case().id).verdict == Verdict::passed);
 }
 
+TEST_CASE("for tools that look at one process, cases run in this one") {
+    const PluginFiles reference = find_backend("reference");
+    RunSettings settings;
+    settings.in_process = true;
+    const pid_t here = getpid();
+    const std::vector<Case> cases = {
+        make("abi/here", [here](CaseRun&) {
+            if (getpid() != here) fail_case("another process");
+        }),
+        make("abi/fails", [](CaseRun&) { fail_case("it is 7"); }),
+    };
+    const RunOutcome outcome = run_cases({reference, reference, ""}, cases, settings);
+    CHECK(record(outcome, "abi/here").verdict == Verdict::passed);
+    CHECK(record(outcome, "abi/here").runs == 3);
+    CHECK(record(outcome, "abi/fails").reason == "it is 7");
+    CHECK(record(outcome, end_of_process_case().id).verdict == Verdict::passed);
+}
+
 TEST_CASE("what a plugin does wrong with the host of an instance that a case opened itself fails that case, and no other") {
     const auto overrun = [](CaseRun& run) {
         const Instance instance(run.subject_plugin());
