@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <exception>
+#include <thread>
 
 #include "sdk/cli/interrupt.hpp"
 #include "sdk/cli/process_memory.hpp"
@@ -40,6 +42,8 @@ StereoCalibration calibration_of(const StereoRig& rig) {
     return calibration;
 }
 
+double milliseconds_since(Clock::time_point start) { return std::chrono::duration<double, std::milli>(Clock::now() - start).count(); }
+
 // 0 1 2 1 0 1 2 ... for three frames.
 std::size_t to_and_fro(std::size_t step, std::size_t count) {
     if (count == 1) return 0;
@@ -47,39 +51,105 @@ std::size_t to_and_fro(std::size_t step, std::size_t count) {
     return place < count ? place : 2 * (count - 1) - place;
 }
 
+struct Setup {
+    Context context;
+    Device device;
+    Rig rig;
+    defrec_tracker_desc desc;
+};
+
+Setup make_setup(const BenchOptions& options, const BenchSequence& sequence) {
+    Setup setup{open_context({options.threads, options.quiet, {}}), {}, {}, initialised<defrec_tracker_desc>()};
+    setup.device = choose_device(setup.context, options.backend, options.device);
+    setup.rig = make_rig(setup.context, sequence.calibration);
+    setup.desc.format = format_of_channels(sequence.frames.front().left.channels);
+    setup.desc.frames_in_flight = 1;
+    if (!options.config.empty()) read_config(options.config, setup.desc);
+    return setup;
+}
+
+// A tracker that the sequence is played to, one frame after the other.
+class Player {
+  public:
+    Player(const BenchOptions& options, const BenchSequence& sequence, const Setup& setup, bool timed = false) : sequence_(sequence) {
+        defrec_tracker_desc desc = setup.desc;
+        desc.device_id = setup.device.id.c_str();
+        desc.timed = timed ? 1 : 0;
+        defrec_tracker handle = nullptr;
+        require(defrec_tracker_create(setup.context.get(), setup.rig.get(), &desc, &handle),
+                options.config.empty() ? ExitCode::kInternal : ExitCode::kUsage, "creating the tracker");
+        tracker_ = Tracker(handle);
+    }
+    // The time from submission to result, ms.
+    double play() {
+        StereoFrame frame = sequence_.frames[to_and_fro(static_cast<std::size_t>(step_), sequence_.frames.size())];
+        frame.index = step_;
+        frame.timestamp_ms = step_ * kFrameMs;
+        job_.reset();
+        const Clock::time_point start = Clock::now();
+        job_ = submit(tracker_, frame);
+        require(defrec_job_wait(job_.get(), UINT64_MAX), ExitCode::kInternal, "frame " + std::to_string(step_));
+        ++step_;
+        return milliseconds_since(start);
+    }
+    // Of the frame played last.
+    defrec_result result() const {
+        auto result = initialised<defrec_result>();
+        require(defrec_job_result(job_.get(), &result), ExitCode::kInternal, "reading the result");
+        return result;
+    }
+
+  private:
+    const BenchSequence& sequence_;
+    Tracker tracker_;
+    Job job_;
+    int step_ = 0;
+};
+
 // One run over the sequence; calls measured(latency in ms, result) for each frame behind the warm-up.
 template <class Measured>
 void run_tracker(const BenchOptions& options, const BenchSequence& sequence, bool timed, Device& device, Measured&& measured) {
-    const Context context = open_context({options.threads, options.quiet, {}});
-    device = choose_device(context, options.backend, options.device);
-    const Rig rig = make_rig(context, sequence.calibration);
-    auto desc = initialised<defrec_tracker_desc>();
-    desc.device_id = device.id.c_str();
-    desc.format = format_of_channels(sequence.frames.front().left.channels);
-    desc.frames_in_flight = 1;
-    if (!options.config.empty()) read_config(options.config, desc);
-    desc.timed = timed ? 1 : 0;
-    defrec_tracker handle = nullptr;
-    require(defrec_tracker_create(context.get(), rig.get(), &desc, &handle),
-            options.config.empty() ? ExitCode::kInternal : ExitCode::kUsage, "creating the tracker");
-    const Tracker tracker(handle);
-
+    const Setup setup = make_setup(options, sequence);
+    device = setup.device;
+    Player player(options, sequence, setup, timed);
     ProgressBar progress(options.quiet);
     const int total = options.warm_up + options.frames;
     for (int step = 0; step < total && !interrupt_requested(); ++step) {
-        StereoFrame frame = sequence.frames[to_and_fro(static_cast<std::size_t>(step), sequence.frames.size())];
-        frame.index = step;
-        frame.timestamp_ms = step * kFrameMs;
-        const Clock::time_point start = Clock::now();
-        const Job job = submit(tracker, frame);
-        require(defrec_job_wait(job.get(), UINT64_MAX), ExitCode::kInternal, "frame " + std::to_string(step));
-        const double latency = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+        const double latency = player.play();
         progress.update(step + 1, total, step < options.warm_up ? "warming up" : "measuring");
-        if (step < options.warm_up) continue;
-        auto result = initialised<defrec_result>();
-        require(defrec_job_result(job.get(), &result), ExitCode::kInternal, "reading the result");
-        measured(latency, result);
+        if (step >= options.warm_up) measured(latency, player.result());
     }
+}
+
+// Plays `frames` frames to each, all at once; their latencies. Throws what the first of them threw that failed.
+std::vector<double> play_at_once(std::vector<Player>& players, int frames) {
+    std::vector<std::vector<double>> latencies(players.size());
+    std::vector<std::exception_ptr> failures(players.size());
+    std::vector<std::thread> threads;
+    for (std::size_t i = 0; i < players.size(); ++i)
+        threads.emplace_back([&, i] {
+            try {
+                for (int frame = 0; frame < frames && !interrupt_requested(); ++frame) latencies[i].push_back(players[i].play());
+            } catch (...) {
+                failures[i] = std::current_exception();
+            }
+        });
+    for (std::thread& thread : threads) thread.join();
+    for (const std::exception_ptr& failure : failures)
+        if (failure != nullptr) std::rethrow_exception(failure);
+    std::vector<double> all;
+    for (const std::vector<double>& some : latencies) all.insert(all.end(), some.begin(), some.end());
+    return all;
+}
+
+void run_trackers_at_once(const BenchOptions& options, const BenchSequence& sequence, BenchTimes& times) {
+    const Setup setup = make_setup(options, sequence);
+    std::vector<Player> players;
+    for (int i = 0; i < options.trackers; ++i) players.emplace_back(options, sequence, setup);
+    play_at_once(players, options.warm_up);
+    const Clock::time_point start = Clock::now();
+    times.at_once_latency_ms = play_at_once(players, options.frames);
+    times.at_once_ms = milliseconds_since(start);
 }
 
 void add_stages(const defrec_result& result, BenchTimes& times) {
@@ -129,6 +199,7 @@ BenchTimes measure_times(const BenchOptions& options, const BenchSequence& seque
     });
     times.tracker_memory_mb = peak_megabytes() - before;
     run_tracker(options, sequence, true, times.device, [&](double, const defrec_result& result) { add_stages(result, times); });
+    if (options.trackers > 1 && !interrupt_requested()) run_trackers_at_once(options, sequence, times);
     return times;
 }
 
@@ -147,6 +218,10 @@ Json bench_json(const BenchOptions& options, const BenchSequence& sequence, cons
     json["stages"]["frame"] = median_and_p99(times.stages_together_ms);
     json["submit_to_result"] = median_and_p99(times.latency_ms);
     json["frames_per_second"] = median > 0 ? 1000 / median : 0;
+    if (!times.at_once_latency_ms.empty())
+        json["at_once"] = {{"trackers", options.trackers},
+                           {"submit_to_result", median_and_p99(times.at_once_latency_ms)},
+                           {"frames_per_second", 1000 * static_cast<double>(times.at_once_latency_ms.size()) / times.at_once_ms}};
     json["peak_memory_mb"] = peak_megabytes();
     json["tracker_memory_mb"] = times.tracker_memory_mb;
     return json;
@@ -170,6 +245,12 @@ std::string bench_text(const Json& json) {
     }
     text += line("all stages", json["stages"]["frame"]);
     text += line("submit to result", json["submit_to_result"]);
+    if (json.contains("at_once")) {
+        const Json& at_once = json["at_once"];
+        const std::string trackers = std::to_string(at_once["trackers"].get<int>()) + " trackers at once";
+        text += line(trackers, at_once["submit_to_result"]);
+        text += trackers + ": " + format_fixed(at_once["frames_per_second"].get<double>(), 1) + " frames/s in all; alone: ";
+    }
     return text + format_fixed(json["frames_per_second"].get<double>(), 1) + " frames/s; peak memory " +
            format_fixed(json["peak_memory_mb"].get<double>(), 0) + " MB, of it tracker " +
            format_fixed(json["tracker_memory_mb"].get<double>(), 0) + " MB\n";

@@ -69,6 +69,10 @@ CLI::App* add_bench_command(CLI::App& app, std::function<int()>& run, BenchLoade
         ->type_name("N")
         ->check(CLI::Range(0, 10000))
         ->capture_default_str();
+    command->add_option("--trackers", options->bench.trackers, "Measure so many trackers at once, too, each on a thread of its own")
+        ->type_name("N")
+        ->check(CLI::Range(1, 256))
+        ->capture_default_str();
     command->add_flag("--json", options->bench.json, "Print JSON");
     command->add_flag("--quiet", options->bench.quiet, "No progress bar");
     command->footer(
