@@ -7,19 +7,10 @@
 namespace defrec {
 namespace {
 
-using Maker = MakerOf<cuda::Stage, cuda::Device>;
-
 // By DEFREC_STAGE_*.
-template <uint32_t kStage, auto kMake>
-constexpr Maker if_there() {
-    if constexpr ((DEFREC_CUDA_STAGES >> kStage & 1) != 0) return make_stage<kMake>;
-    else return nullptr;
-}
-constexpr std::array<Maker, DEFREC_STAGE_COUNT_V1> kMakers{
-    if_there<DEFREC_STAGE_RECTIFY, cuda::make_rectify>(), if_there<DEFREC_STAGE_STEREO, cuda::make_stereo>(),
-    if_there<DEFREC_STAGE_ORB, cuda::make_orb>(),         if_there<DEFREC_STAGE_MATCH, cuda::make_match>(),
-    if_there<DEFREC_STAGE_ALIGN, cuda::make_align>(),     if_there<DEFREC_STAGE_RANSAC, cuda::make_ransac>(),
-    if_there<DEFREC_STAGE_LM, cuda::make_lm>(),           if_there<DEFREC_STAGE_WARP, cuda::make_warp>(),
+constexpr std::array<MakerOf<cuda::Stage, cuda::Device>, DEFREC_STAGE_COUNT_V1> kMakers{
+    make_stage<cuda::make_rectify>, make_stage<cuda::make_stereo>, make_stage<cuda::make_orb>, make_stage<cuda::make_match>,
+    make_stage<cuda::make_align>,   make_stage<cuda::make_ransac>, make_stage<cuda::make_lm>,  make_stage<cuda::make_warp>,
 };
 
 class CudaBackend {
@@ -38,7 +29,7 @@ class CudaBackend {
     const char* name() const { return "cuda"; }
     const char* version() const { return DEFREC_RELEASE; }
     size_t device_count() const { return gpus_.size(); }
-    bool offers(uint32_t stage) const { return kMakers[stage] != nullptr; }
+    bool offers(uint32_t) const { return true; }
 
     void describe(size_t index, defrec_device_info& info) const {
         const cuda::GpuInfo& gpu = gpus_[index];

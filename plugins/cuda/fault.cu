@@ -1,0 +1,22 @@
+// See fault.hpp.
+#include "plugins/cuda/fault.hpp"
+
+#include <cuda_runtime.h>
+
+namespace defrec::test {
+namespace {
+
+__global__ void fault_kernel(Fault fault, int* nowhere) {
+    if (fault == Fault::trap) __trap();
+    *nowhere = 1;
+}
+
+}  // namespace
+
+bool cause(Fault fault, int ordinal) {
+    if (cudaSetDevice(ordinal) != cudaSuccess) return false;
+    fault_kernel<<<1, 1>>>(fault, nullptr);
+    return cudaDeviceSynchronize() != cudaSuccess;
+}
+
+}  // namespace defrec::test

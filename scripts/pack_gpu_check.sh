@@ -1,0 +1,52 @@
+#!/usr/bin/env bash
+# Packs a folder that checks the GPU of another machine, which needs nothing but its driver and a C library (docs/cuda.md).
+#   scripts/pack_gpu_check.sh [--build FOLDER] OUT        FOLDER: where the project is configured, default build; OUT is made anew
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+build=build
+if [ "${1:-}" = --build ]; then
+    build="$2"
+    shift 2
+fi
+[ $# = 1 ] || { echo "usage: scripts/pack_gpu_check.sh [--build FOLDER] OUT" >&2; exit 2; }
+out="$1"
+if [ -e "$out" ] && [ ! -e "$out/check.sh" ]; then
+    echo "$out exists, and is no such folder" >&2
+    exit 2
+fi
+
+cmake --build "$build" --target defrec_gpu_check
+rm -rf "$out"
+mkdir -p "$out"/{bin,tests,lib/defrec-conformance,lib/spare}
+
+cp scripts/gpu_check/* "$out/"
+cp "$build"/bin/defrec-{bench,conformance} "$out/bin/"
+for backend in cuda vulkan; do
+    [ ! -e "$build/bin/defrec_${backend}_tests" ] || cp "$build/bin/defrec_${backend}_tests" "$out/tests/"
+done
+[ ! -e "$build/bin/defrec_cuda_fault_tests" ] || cp "$build/bin/defrec_cuda_fault_tests" "$out/tests/"
+cp "$build/lib/libdefrec.so.1" "$out/lib/"
+cp "$build"/lib/defrec_plugin_*.{so,json} "$out/lib/"
+cp "$build"/lib/defrec-conformance/defrec_plugin_relay.{so,json} "$out/lib/defrec-conformance/"
+
+# Libraries beyond the C library's own. The compiler's and the Vulkan loader are for machines that lack them: beside an older one a
+# driver there may not find what it was built with.
+files=("$out"/bin/* "$out"/tests/* "$out"/lib/*.so* "$out"/lib/defrec-conformance/*.so)
+vulkan="$(/sbin/ldconfig -p | sed -n 's/.*libvulkan\.so\.1 .*x86-64.* => //p' | head -1)"
+{ LD_LIBRARY_PATH="$out/lib" ldd "${files[@]}" | sed -n 's/.* => \(\/.*\) (0x.*/\1/p' | sort -u; echo "$vulkan"; } | while read -r library; do
+    case "$(basename "$library")" in
+        '' | libdefrec.* | libc.so* | libm.so* | libdl.so* | libpthread.so* | librt.so* | ld-linux*) ;;
+        libstdc++.so* | libgcc_s.so* | libvulkan.so*) install -D "$library" "$out/lib/spare/$(basename "$library")/$(basename "$library")" ;;
+        *) cp "$library" "$out/lib/" ;;
+    esac
+done
+
+# Without symbols, of which the plugins' manifests, that hold their hash, must hear.
+find "$out" -type f \( -path '*/bin/*' -o -path '*/tests/*' -o -name '*.so*' \) -exec strip --strip-unneeded {} +
+for manifest in "$out"/lib/defrec_plugin_*.json "$out"/lib/defrec-conformance/*.json; do
+    name="$(basename "$manifest" .json)"
+    cmake "-DNAME=${name#defrec_plugin_}" "-DVERSION=$(sed -n 's/.*"version": "\(.*\)".*/\1/p' "$manifest")" \
+        "-DLIBRARY=${manifest%.json}.so" -P cmake/WritePluginManifest.cmake
+done
+echo "$out: $(du -sm "$out" | cut -f1) MB, $(ls "$out/tests" | tr '\n' ' ')and the plugins $(cd "$out/lib" && ls defrec_plugin_*.so | sed 's/defrec_plugin_//; s/\.so//' | tr '\n' ' ')"
