@@ -315,7 +315,7 @@ class Tracker::Impl {
 
     bool follow(TrackerJob& job) {
         pipeline_.follow(last_motions_, job.input.samples.get(), job.output);
-        constexpr uint64_t kLookAgainNs = 50000;
+        constexpr uint64_t kLookAgainNs = 200000;  // a wait that ends too early may cost a call of the driver
         while (!look_ahead(job.frame + 1) && !pipeline_.done(kLookAgainNs)) {
         }
         pipeline_.finish(job.output);
