@@ -17,11 +17,17 @@ struct Solver {
 
 constexpr uint64_t kMostItems = 1u << 24;  // counted in single precision
 
+template <class T>
+std::vector<T> part_of(const std::vector<T>& values, size_t first, size_t count) {
+    return {values.begin() + std::ptrdiff_t(first), values.begin() + std::ptrdiff_t(first + count)};
+}
+
 // The template on the device, and everything that a run writes.
 struct Surface {
     Solver solver;
-    uint32_t rows, most_known, most_places;
-    Buffer rest, items, item_nodes, shares, known, places, row_places, block_items, block_item_nodes, connections, chunks, sums, terms;
+    uint32_t rows, most_known, most_places, most_sums;
+    Buffer rest, landmarks, landmark_nodes;
+    Buffer shares, known, places, row_places, items, item_nodes, item_vectors, connections, chunks, sums, terms;
     Buffer data, data_sums, scales, factors, starts, products, dots, block_sums, local, deformed, rigid;
 
     Surface(Device& device, const Solver& chosen, const LmLists& lists, const LmPlan& plan, const defrec_lm_params& p)
@@ -29,15 +35,17 @@ struct Surface {
           rows(plan.rows),
           most_known(plan.most_known),
           most_places(plan.most_places),
+          most_sums(plan.most_sums),
           rest(upload(device, lists.rest)),
-          items(upload(device, lists.items)),
-          item_nodes(upload(device, lists.item_nodes)),
+          landmarks(upload(device, part_of(lists.items, LmLists::kItemVectors * p.points, LmLists::kItemVectors * p.landmarks))),
+          landmark_nodes(upload(device, part_of(lists.item_nodes, p.points, p.landmarks))),
           shares(upload(device, plan.shares)),
           known(upload(device, plan.known)),
           places(upload(device, plan.places)),
           row_places(upload(device, plan.row_places)),
-          block_items(upload(device, plan.items)),
-          block_item_nodes(upload(device, plan.item_nodes)),
+          items(upload(device, plan.items)),
+          item_nodes(upload(device, plan.item_nodes)),
+          item_vectors(upload(device, plan.item_vectors)),
           connections(upload(device, plan.connections)),
           chunks(upload(device, plan.chunks)),
           sums(upload(device, plan.sums)),
@@ -55,14 +63,14 @@ struct Surface {
           rigid(make_buffer<float4>(device, 2)) {}
 
     LmSurface view() const {
-        return {rest.as<float4>(),        items.as<float4>(),           shares.as<LmShare>(),   known.as<uint32_t>(), places.as<LmPlace>(),
-                row_places.as<uint32_t>(), block_items.as<uint32_t>(),   block_item_nodes.as<uint4>(), connections.as<LmConnection>(),
-                chunks.as<uint32_t>(),    sums.as<LmSum>(),             terms.as<uint32_t>(),   rows,                 most_known,
-                most_places};
+        return {rest.as<float4>(),      shares.as<LmShare>(), known.as<uint32_t>(),     places.as<LmPlace>(),           row_places.as<uint32_t>(),
+                items.as<uint32_t>(),   item_nodes.as<uint4>(), item_vectors.as<float4>(), connections.as<LmConnection>(), chunks.as<LmChunk>(),
+                sums.as<LmSum>(),       terms.as<uint16_t>(), rows,                     most_known,                     most_places,
+                most_sums};
     }
     LmExchange exchange() const {
-        return {data.as<float>(),     data_sums.as<float2>(), scales.as<float>(),     factors.as<float>(), starts.as<float>(),
-                products.as<float>(), dots.as<float4>(),      block_sums.as<float>(), local.as<float>()};
+        return {data.as<float>(),  data_sums.as<float2>(), scales.as<float>(),     factors.as<float>(), starts.as<float>(), products.as<float>(),
+                dots.as<float4>(), block_sums.as<float>(), local.as<float>(), solver.local};
     }
 };
 
@@ -93,9 +101,8 @@ class Lm final : public Stage {
         const bool presolve = p_.presolve != 0 && frame.matches != nullptr;
         if (presolve)
             recorder.launch(lm_presolve, {dim3(1), dim3(kLmThreads)},
-                            LmPresolve{surface.items + LmLists::kItemVectors * size_t{p_.points}, s.item_nodes.as<int4>() + p_.points,
-                                       p_.landmarks, p_.match_tukey_mm, frame.motions, frame.matches, s.deformed.as<float4>(),
-                                       s.rigid.as<float4>()});
+                            LmPresolve{s.landmarks.as<float4>(), s.landmark_nodes.as<int4>(), p_.landmarks, p_.match_tukey_mm, frame.motions,
+                                       frame.matches, s.deformed.as<float4>(), s.rigid.as<float4>()});
         const LmFrameView given{frame.motions, frame.matches, frame.observations, presolve ? s.rigid.as<float4>() : nullptr};
         recorder.launch(s.solver.kernel, {dim3(s.solver.blocks), dim3(kLmThreads), s.solver.shared, true},
                         LmView{parameters(frame.disparity), surface, given, s.exchange(), motions, summary});
@@ -130,9 +137,9 @@ class Lm final : public Stage {
     bool choose(const LmTemplate& surface, const LmLists& lists) {
         for (uint32_t most = device_.limits().multiprocessors; most > 0;) {
             const LmPlan plan(surface, lists, most);
-            const size_t local = lm_local_floats(plan.rows, plan.most_known, plan.most_places);
+            const size_t local = lm_local_floats(plan);
             const Solver solver{lm_solve<kShared>, static_cast<uint32_t>(plan.shares.size()),
-                                sizeof(float) * (kLmRecordFloats + (kShared ? local : 0)), kShared ? 0 : local};
+                                sizeof(float) * (kLmChunkFloats + (kShared ? local : 0)), kShared ? 0 : local};
             if (solver.shared > device_.limits().shared_per_block) return false;
             most = device_.resident_blocks(reinterpret_cast<const void*>(solver.kernel), kLmThreads, solver.shared);
             if (most < solver.blocks) continue;

@@ -29,17 +29,17 @@ __device__ __forceinline__ void condition_columns(const LmView& view, const LmMe
 enum LmProductOf : uint32_t { kDirectionProduct, kResidualProduct, kProductProduct, kResidualResidual, kProducts };
 
 // The block's rows of matrix times direction, and its part of the dot products.
-__device__ __forceinline__ void multiply(const LmView& view, const LmMemory& memory, const LmShare& share, float* product, float4* dots) {
+__device__ __forceinline__ void multiply(const LmMemory& memory, const LmShare& share, float* product, float4* dots) {
     constexpr uint32_t kSplit = 8, kRows = kLmThreads / kSplit;  // threads that share a row; rows at a time
     __shared__ float warps[kLmWarps][kProducts];
     const uint32_t split = threadIdx.x % kSplit, count = 6 * (share.last_node - share.first_node);
     float parts[kProducts] = {};
     for (uint32_t first = 0; first < count; first += kRows) {
-        const uint32_t u = first + threadIdx.x / kSplit, node = share.first_node + u / 6;
+        const uint32_t u = first + threadIdx.x / kSplit;
         float sum = 0;
         if (u < count) {
-            const uint32_t end = view.surface.row_places[node + 1] - share.first_place;
-            for (uint32_t place = view.surface.row_places[node] - share.first_place + split; place < end; place += kSplit) {
+            const uint32_t end = memory.row_places[u / 6 + 1];
+            for (uint32_t place = memory.row_places[u / 6] + split; place < end; place += kSplit) {
                 const auto* row = reinterpret_cast<const float2*>(memory.matrix + 36 * size_t{place} + 6 * (u % 6));
                 const auto* x = reinterpret_cast<const float2*>(memory.direction + 6 * size_t{memory.columns[place]});
                 for (uint32_t i = 0; i < 3; ++i) sum = fmaf(row[i].y, x[i].y, fmaf(row[i].x, x[i].x, sum));
@@ -58,14 +58,18 @@ __device__ __forceinline__ void multiply(const LmView& view, const LmMemory& mem
     if (threadIdx.x == 0) dots[blockIdx.x] = make_float4(parts[0], parts[1], parts[2], parts[3]);
 }
 
+// Entry i of a vector of known control points in one of all.
+__device__ __forceinline__ uint32_t place_of(const LmMemory& memory, uint32_t i) { return 6 * memory.known[i / 6] + i % 6; }
+
 // The solution, conditioned, from the system in the given copy.
 __device__ __forceinline__ void solve(const LmView& view, const LmMemory& memory, const LmShare& share, uint32_t copy) {
+    constexpr uint32_t kAhead = 2;
     __shared__ float warps[kLmWarps][kProducts];
     const float* start = view.exchange.starts + size_t{copy} * 6 * view.p.nodes;
     const uint32_t count = 6 * memory.count;
     const bool coupled = view.p.steps > 0;
     for (uint32_t i = threadIdx.x; i < count; i += kLmThreads) {
-        const float value = start[6 * memory.known[i / 6] + i % 6];
+        const float value = start[place_of(memory, i)];
         memory.residual[i] = memory.direction[i] = value;
         memory.solution[i] = coupled ? 0.0f : value;
     }
@@ -76,8 +80,13 @@ __device__ __forceinline__ void solve(const LmView& view, const LmMemory& memory
     for (uint32_t step = 0; step < view.p.steps; ++step) {
         float* product = view.exchange.products + size_t{step % 2} * 6 * view.p.nodes;
         float4* parts = view.exchange.dots + step % 2 * gridDim.x;
-        multiply(view, memory, share, product, parts);
+        multiply(memory, share, product, parts);
         sync_grid();
+        float ahead[kAhead];  // loaded before the sums are known
+        for (uint32_t k = 0; k < kAhead; ++k) {
+            const uint32_t i = threadIdx.x + k * kLmThreads;
+            ahead[k] = i < count ? product[place_of(memory, i)] : 0.0f;
+        }
         float dots[kProducts] = {};
         for (uint32_t block = threadIdx.x; block < gridDim.x; block += kLmThreads) {
             const float4 part = parts[block];
@@ -93,13 +102,15 @@ __device__ __forceinline__ void solve(const LmView& view, const LmMemory& memory
         const float alpha = rho / curvature;
         const float next = fmaxf(fmaf(alpha, fmaf(alpha, dots[kProductProduct], -2 * dots[kResidualProduct]), rho), 0.0f);
         const float beta = next / rho;
-        for (uint32_t i = threadIdx.x; i < count; i += kLmThreads) {
-            const float direction = memory.direction[i];
-            const float residual = fmaf(-alpha, product[6 * memory.known[i / 6] + i % 6], memory.residual[i]);
+        const auto update = [&](uint32_t i, float q) {
+            const float direction = memory.direction[i], residual = fmaf(-alpha, q, memory.residual[i]);
             memory.solution[i] = fmaf(alpha, direction, memory.solution[i]);
             memory.residual[i] = residual;
             memory.direction[i] = fmaf(beta, direction, residual);
-        }
+        };
+        for (uint32_t k = 0; k < kAhead; ++k)
+            if (const uint32_t i = threadIdx.x + k * kLmThreads; i < count) update(i, ahead[k]);
+        for (uint32_t i = threadIdx.x + kAhead * kLmThreads; i < count; i += kLmThreads) update(i, product[place_of(memory, i)]);
         __syncthreads();
         if (!(next > enough)) break;
     }

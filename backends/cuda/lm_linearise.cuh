@@ -33,19 +33,31 @@ __device__ __forceinline__ uint32_t connection_component(uint32_t r, uint32_t co
     return kLever + (r < 3 ? 3 * a + b : 3 * b + a);
 }
 
+// The chunk whose sums and terms the block has at hand.
+struct LmLoaded {
+    uint32_t chunk, sums;
+};
+__device__ __forceinline__ void load_terms(const LmView& view, const LmMemory& memory, uint32_t chunk, LmLoaded& loaded) {
+    if (loaded.chunk == chunk) return;
+    const LmChunk here = view.surface.chunks[chunk];
+    loaded = {chunk, here.last_sum - here.first_sum};
+    for (uint32_t i = threadIdx.x; i < loaded.sums; i += kLmThreads) memory.sums[i] = view.surface.sums[here.first_sum + i];
+    for (uint32_t i = threadIdx.x; i < here.last_term - here.first_term; i += kLmThreads)
+        memory.terms[i] = view.surface.terms[here.first_term + i];
+}
+
 // A warp for each block of the matrix: eight lanes for its columns, and four times those to share its terms.
-__device__ __forceinline__ void add_sums(const LmView& view, const LmMemory& memory, uint32_t chunk, bool only_data, uint32_t rows) {
+__device__ __forceinline__ void add_sums(const LmMemory& memory, uint32_t count, bool only_data, uint32_t rows) {
     constexpr uint32_t kSplit = kWarp / kColumns;
     const uint32_t lane = threadIdx.x % kWarp, column = lane % kColumns, split = lane / kColumns;
-    const uint32_t first = view.surface.chunks[chunk], last = view.surface.chunks[chunk + 1];
-    for (uint32_t s = first + threadIdx.x / kWarp; s < last; s += kLmWarps) {
-        const LmSum sum = view.surface.sums[s];
+    for (uint32_t s = threadIdx.x / kWarp; s < count; s += kLmWarps) {
+        const LmSum sum = memory.sums[s];
         const bool diagonal = sum.target < rows;
         if (only_data && !diagonal) continue;
         float total[6] = {};
         if (diagonal || column < 6)
             for (uint32_t at = sum.first_term + split; at < sum.last_term; at += kSplit) {
-                const uint32_t term = view.surface.terms[at], k = (term >> 2) & 3, l = term & 3;
+                const uint32_t term = memory.terms[at], k = (term >> 2) & 3, l = term & 3;
                 if (column >= kGradientColumn && k != l) continue;
                 const float* record = memory.records + (term >> 4);
                 const Vec3<float> v = column_shift(record, k, l, column);
@@ -129,8 +141,8 @@ __device__ __forceinline__ void condition_rows(const LmView& view, const LmMemor
 }
 
 // All residuals by the poses that memory holds. With a system, it is that of damping lambda, in the given copy. farthest: see kFarthest.
-__device__ __forceinline__ void evaluate(const LmView& view, const LmMemory& memory, const LmShare& share, bool linearise, float lambda,
-                                         float farthest, uint32_t copy) {
+__device__ __forceinline__ void evaluate(const LmView& view, const LmMemory& memory, const LmShare& share, bool linearise,
+                                         float lambda, float farthest, uint32_t copy, LmLoaded& loaded) {
     const uint32_t thread = threadIdx.x, rows = share.last_node - share.first_node;
     if (linearise) {
         for (uint32_t i = thread; i < kOwn * rows; i += kLmThreads) memory.own[i] = 0;
@@ -141,6 +153,7 @@ __device__ __forceinline__ void evaluate(const LmView& view, const LmMemory& mem
     const uint32_t slot = thread % kLmChunk;
     for (uint32_t chunk = 0; chunk < share.chunks; ++chunk) {
         const uint32_t item = share.first_item + chunk * kLmChunk + slot, connection = share.first_connection + chunk * kLmChunk + slot;
+        if (linearise) load_terms(view, memory, share.first_chunk + chunk, loaded);
         if (thread < kLmChunk) {
             if (item < share.last_item) evaluate_item(view, memory, item, slot, linearise, sums);
         } else if (connection < share.last_connection) {
@@ -148,7 +161,7 @@ __device__ __forceinline__ void evaluate(const LmView& view, const LmMemory& mem
         }
         if (!linearise) continue;
         __syncthreads();
-        add_sums(view, memory, share.first_chunk + chunk, false, rows);
+        add_sums(memory, loaded.sums, false, rows);
         __syncthreads();
     }
     publish_sums(sums, farthest, view.exchange.sums + size_t{copy} * gridDim.x * kSums);
@@ -160,16 +173,17 @@ __device__ __forceinline__ void evaluate(const LmView& view, const LmMemory& mem
 }
 
 // D of each control point by the poses that memory holds, and S of the connections from them.
-__device__ __forceinline__ void measure_data(const LmView& view, const LmMemory& memory, const LmShare& share) {
+__device__ __forceinline__ void measure_data(const LmView& view, const LmMemory& memory, const LmShare& share, LmLoaded& loaded) {
     const uint32_t thread = threadIdx.x, rows = share.last_node - share.first_node;
     for (uint32_t i = thread; i < kOwn * rows; i += kLmThreads) memory.own[i] = 0;
     __syncthreads();
     float unused[kSums] = {};
     for (uint32_t chunk = 0; chunk < share.chunks; ++chunk) {
         const uint32_t item = share.first_item + chunk * kLmChunk + thread;
+        load_terms(view, memory, share.first_chunk + chunk, loaded);
         if (thread < kLmChunk && item < share.last_item) evaluate_item(view, memory, item, thread, true, unused);
         __syncthreads();
-        add_sums(view, memory, share.first_chunk + chunk, true, rows);
+        add_sums(memory, loaded.sums, true, rows);
         __syncthreads();
     }
     float squares[2] = {};

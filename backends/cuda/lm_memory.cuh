@@ -4,23 +4,27 @@
 
 namespace defrec::cuda {
 
-// The residuals of a chunk, always in shared memory.
-constexpr size_t kLmRecordFloats = (kRecord + kConnectionRecord) * kLmChunk;
+// What a chunk needs, always in shared memory.
+constexpr size_t kLmChunkFloats = (kRecord + kConnectionRecord) * kLmChunk + kLmMostTerms / 2;
 // All else.
-constexpr size_t lm_local_floats(size_t rows, size_t most_known, size_t most_places) {
-    const size_t floats = (4 * (kPose + kPresent) + 3 * 6 + 1) * most_known + (kOwn + kOwnFactor) * rows + (36 + 1) * most_places;
+constexpr size_t lm_local_floats(const LmPlan& plan) {
+    const size_t floats = (4 * (kPose + kPresent) + 3 * 6 + 1) * size_t{plan.most_known} + (kOwn + kOwnFactor + 1) * size_t{plan.rows} + 1 +
+                          (36 + 1) * size_t{plan.most_places} + sizeof(LmSum) / sizeof(float) * plan.most_sums;
     return (floats + 3) / 4 * 4;
 }
 
 struct LmMemory {
     float *records, *connection_records;
+    uint16_t* terms;
     float4 *poses, *present;                 // of the control points that it knows
     float *direction, *residual, *solution;  // likewise
     float *own, *own_factors;                // of its own control points
     float* matrix;                           // its places
     uint32_t* columns;                       // likewise
     uint32_t* known;
-    uint32_t count;  // of known control points
+    uint32_t* row_places;                    // of its own control points, and the end
+    LmSum* sums;                             // of the chunk
+    uint32_t count;                          // of known control points
 };
 
 namespace {
@@ -38,7 +42,8 @@ __device__ __forceinline__ LmMemory lm_memory(const LmView& view, const LmShare&
     };
     memory.records = take(kRecord * kLmChunk);
     memory.connection_records = take(kConnectionRecord * kLmChunk);
-    if constexpr (!kShared) at = view.exchange.local + blockIdx.x * lm_local_floats(surface.rows, surface.most_known, surface.most_places);
+    memory.terms = reinterpret_cast<uint16_t*>(take(kLmMostTerms / 2));
+    if constexpr (!kShared) at = view.exchange.local + blockIdx.x * view.exchange.local_floats;
     memory.poses = reinterpret_cast<float4*>(take(4 * kPose * size_t{surface.most_known}));
     memory.present = reinterpret_cast<float4*>(take(4 * kPresent * size_t{surface.most_known}));
     memory.own = take(kOwn * size_t{surface.rows});
@@ -49,10 +54,14 @@ __device__ __forceinline__ LmMemory lm_memory(const LmView& view, const LmShare&
     memory.solution = take(6 * size_t{surface.most_known});
     memory.columns = reinterpret_cast<uint32_t*>(take(surface.most_places));
     memory.known = reinterpret_cast<uint32_t*>(take(surface.most_known));
+    memory.row_places = reinterpret_cast<uint32_t*>(take(surface.rows + 1));
+    memory.sums = reinterpret_cast<LmSum*>(take(0));
     memory.count = share.last_known - share.first_known;
     for (uint32_t i = threadIdx.x; i < share.last_place - share.first_place; i += kLmThreads)
         memory.columns[i] = surface.places[share.first_place + i].column;
     for (uint32_t i = threadIdx.x; i < memory.count; i += kLmThreads) memory.known[i] = surface.known[share.first_known + i];
+    for (uint32_t i = threadIdx.x; i <= share.last_node - share.first_node; i += kLmThreads)
+        memory.row_places[i] = surface.row_places[share.first_node + i] - share.first_place;
     __syncthreads();
     return memory;
 }

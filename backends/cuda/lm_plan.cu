@@ -29,7 +29,6 @@ LmPlan::LmPlan(const LmTemplate& surface, const LmLists& lists, uint32_t most_bl
         share.chunks = (longest + kLmChunk - 1) / kLmChunk;
         for (uint32_t chunk = 0; chunk < share.chunks; ++chunk) add_chunk(lists, share, chunk);
     }
-    chunks.push_back(uint32_t(sums.size()));
     row_places.push_back(uint32_t(places.size()));
 }
 
@@ -100,17 +99,19 @@ void LmPlan::add_connections(const LmLists& lists, const Edges& of_node, LmShare
 void LmPlan::add_items(const LmLists& lists, const std::vector<uint32_t>& given, LmShare& share) {
     share.first_item = uint32_t(items.size());
     for (const uint32_t item : given) {
+        const uint32_t which = item & ~kLmUncounted;
         items.push_back(item);
+        const auto vectors = lists.items.begin() + std::ptrdiff_t(LmLists::kItemVectors * which);
+        item_vectors.insert(item_vectors.end(), vectors, vectors + LmLists::kItemVectors);
         auto& nodes = item_nodes.emplace_back();
-        for (size_t k = 0; k < DEFREC_SKIN_NODES; ++k)
-            nodes[k] = known_as(share, uint32_t(lists.item_nodes[item & ~kLmUncounted][k]));
+        for (size_t k = 0; k < DEFREC_SKIN_NODES; ++k) nodes[k] = known_as(share, uint32_t(lists.item_nodes[which][k]));
     }
     share.last_item = uint32_t(items.size());
 }
 
 void LmPlan::add_chunk(const LmLists& lists, const LmShare& share, uint32_t chunk) {
     const uint32_t count = share.last_node - share.first_node, from = chunk * kLmChunk;
-    std::vector<std::pair<uint32_t, uint32_t>> found;  // target, term
+    std::vector<std::pair<uint32_t, uint16_t>> found;  // target, term
     const uint32_t last_item = std::min(share.first_item + from + kLmChunk, share.last_item);
     for (uint32_t at = share.first_item + from; at < last_item; ++at) {
         const uint32_t item = items[at] & ~kLmUncounted, slot = at - share.first_item - from;
@@ -118,12 +119,14 @@ void LmPlan::add_chunk(const LmLists& lists, const LmShare& share, uint32_t chun
             for (uint32_t l = 0; l < DEFREC_SKIN_NODES; ++l) {
                 const uint32_t i = item_nodes[at][k], j = item_nodes[at][l];
                 if (i >= count || lists.weight(item, k) == 0 || lists.weight(item, l) == 0) continue;
-                found.push_back({i == j ? i : count + place(share, i, j), slot << 4 | k << 2 | l});
+                found.push_back({i == j ? i : count + place(share, i, j), uint16_t(slot << 4 | k << 2 | l)});
             }
     }
     std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
 
-    chunks.push_back(uint32_t(sums.size()));
+    LmChunk& here = chunks.emplace_back();
+    here.first_sum = uint32_t(sums.size());
+    here.first_term = uint32_t(terms.size());
     const auto slot_of = [&](uint32_t connection) {  // within the chunk
         return uint16_t(std::min(std::max(connection, share.first_connection + from) - share.first_connection - from, kLmChunk));
     };
@@ -131,24 +134,28 @@ void LmPlan::add_chunk(const LmLists& lists, const LmShare& share, uint32_t chun
     for (uint32_t row = 0; row < count; ++row) {
         const uint32_t first = connection;
         while (connection < share.last_connection && connections[connection].i == row) ++connection;
-        sums.push_back({0, 0, row, slot_of(first), slot_of(connection)});
+        sums.push_back({row, 0, 0, slot_of(first), slot_of(connection)});
     }
     const size_t beside = sums.size();
     for (size_t next = 0; next < found.size();) {
-        const uint32_t target = found[next].first, first = uint32_t(terms.size());
+        const uint32_t target = found[next].first;
+        const auto first = uint16_t(next);
         while (next < found.size() && found[next].first == target) terms.push_back(found[next++].second);
-        const auto last = uint32_t(terms.size());
+        const auto last = uint16_t(next);
         if (target < count) {
             LmSum& own = sums[beside - count + target];
             own.first_term = first;
             own.last_term = last;
         } else {
-            sums.push_back({first, last, target, 0, 0});
+            sums.push_back({target, first, last, 0, 0});
         }
     }
     // Longest first: what a warp does last is short.
     std::stable_sort(sums.begin() + std::ptrdiff_t(beside), sums.end(),
                      [](const LmSum& a, const LmSum& b) { return a.last_term - a.first_term > b.last_term - b.first_term; });
+    here.last_sum = uint32_t(sums.size());
+    here.last_term = uint32_t(terms.size());
+    most_sums = std::max(most_sums, here.last_sum - here.first_sum);
 }
 
 }  // namespace defrec::cuda

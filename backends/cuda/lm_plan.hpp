@@ -7,6 +7,7 @@ namespace defrec::cuda {
 
 // Items and connections are taken in chunks of this many, each with half of a block's threads.
 constexpr uint32_t kLmChunk = 128, kLmThreads = 2 * kLmChunk;
+constexpr uint32_t kLmMostTerms = kLmChunk * DEFREC_SKIN_NODES * DEFREC_SKIN_NODES;  // of a chunk
 
 // What a block owns: ranges of the lists below. It knows its own control points and those that share a residual with them, its own first;
 // indices of control points are among these unless said otherwise. A place is a block of the matrix beside the diagonal.
@@ -33,27 +34,33 @@ struct alignas(16) LmConnection {
     float share;     // of the data's weight that S is
 };
 
-// The terms of a chunk that enter one block of the matrix: the control point's own where target < rows, else place target - rows.
+// The terms of a chunk that enter one block of the matrix: the control point's own where target < rows, else place target - rows. Ranges
+// are among the chunk's.
 struct LmSum {
-    uint32_t first_term, last_term;              // of terms
     uint32_t target;
-    uint16_t first_connection, last_connection;  // among the chunk's
+    uint16_t first_term, last_term;
+    uint16_t first_connection, last_connection;
+};
+
+struct LmChunk {
+    uint32_t first_sum, last_sum, first_term, last_term;
 };
 
 struct LmPlan {
     uint32_t rows = 1;        // most control points of a block
     uint32_t most_known = 0;  // likewise
-    uint32_t most_places = 0;
+    uint32_t most_places = 0, most_sums = 0;  // of a block, of a chunk
     std::vector<LmShare> shares;
     std::vector<uint32_t> known;  // of all control points
     std::vector<LmPlace> places;
     std::vector<uint32_t> row_places;  // of each control point: its first place, and the end
-    std::vector<uint32_t> items;
-    std::vector<std::array<uint32_t, DEFREC_SKIN_NODES>> item_nodes;  // of items
+    std::vector<uint32_t> items;  // of the template
+    std::vector<std::array<uint32_t, DEFREC_SKIN_NODES>> item_nodes;
+    std::vector<Vector4> item_vectors;  // LmLists::kItemVectors each
     std::vector<LmConnection> connections;
-    std::vector<uint32_t> chunks;  // first sums, and the end
+    std::vector<LmChunk> chunks;
     std::vector<LmSum> sums;
-    std::vector<uint32_t> terms;  // slot in the chunk << 4 | k << 2 | l, of the item's control points in row and column
+    std::vector<uint16_t> terms;  // slot in the chunk << 4 | k << 2 | l, of the item's control points in row and column
 
     // For at most that many blocks.
     LmPlan(const LmTemplate& surface, const LmLists& lists, uint32_t most_blocks);

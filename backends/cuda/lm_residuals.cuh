@@ -83,10 +83,10 @@ __device__ __forceinline__ void evaluate_patch(const LmView& view, uint32_t patc
 // The one at that place in the list of items. Its record goes to slot, if wanted.
 __device__ __forceinline__ void evaluate_item(const LmView& view, const LmMemory& memory, uint32_t which, uint32_t slot, bool record,
                                               float (&sums)[kSums]) {
-    const uint32_t given = view.surface.block_items[which], item = given & ~kLmUncounted;
+    const uint32_t given = view.surface.items[which], item = given & ~kLmUncounted;
     const bool counted = (given & kLmUncounted) == 0;
     const LmParameters& p = view.p;
-    const float4* vectors = view.surface.items + LmLists::kItemVectors * size_t{item};
+    const float4* vectors = view.surface.item_vectors + LmLists::kItemVectors * size_t{which};
     const uint4 nodes = view.surface.item_nodes[which];
     const int32_t node[DEFREC_SKIN_NODES] = {static_cast<int32_t>(nodes.x), static_cast<int32_t>(nodes.y), static_cast<int32_t>(nodes.z),
                                              static_cast<int32_t>(nodes.w)};

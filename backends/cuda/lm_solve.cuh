@@ -92,13 +92,14 @@ __global__ void __launch_bounds__(kLmThreads) lm_solve(LmView view) {
     const LmMemory memory = lm_memory<kShared>(view, share);
     const uint32_t thread = threadIdx.x, iterations = view.p.iterations;
     uint32_t copy = 0;
+    LmLoaded loaded{~0u, 0};
     const auto collect = [&] {
         sync_grid();
         collect_sums(view.exchange.sums + size_t{copy} * gridDim.x * kSums, there);
     };
     start_poses(view, memory);
-    measure_data(view, memory, share);
-    evaluate(view, memory, share, true, view.p.damping, 0, copy);
+    measure_data(view, memory, share, loaded);
+    evaluate(view, memory, share, true, view.p.damping, 0, copy, loaded);
     collect();
     if (thread == 0) begin_state(view.p, there, state);
     __syncthreads();
@@ -107,7 +108,7 @@ __global__ void __launch_bounds__(kLmThreads) lm_solve(LmView view) {
         const float farthest = move(view, memory, share, copy), lambda = state.lambda;
         copy ^= 1;
         // As if it were accepted, which it almost always is.
-        evaluate(view, memory, share, i < iterations, lowered(lambda), farthest, copy);
+        evaluate(view, memory, share, i < iterations, lowered(lambda), farthest, copy, loaded);
         collect();
         if (thread == 0) judge(view.p, there, state);
         __syncthreads();
@@ -116,7 +117,7 @@ __global__ void __launch_bounds__(kLmThreads) lm_solve(LmView view) {
         } else if (i < iterations && !stopped(state)) {
             restore_poses(view, memory);
             copy ^= 1;
-            evaluate(view, memory, share, true, state.lambda, 0, copy);
+            evaluate(view, memory, share, true, state.lambda, 0, copy, loaded);
             sync_grid();
         }
         __syncthreads();

@@ -21,18 +21,18 @@ struct LmParameters {
 // The template. Items are points, then landmarks, then patches; from shares on as in LmPlan.
 struct LmSurface {
     const float4* rest;   // control points
-    const float4* items;  // LmLists::kItemVectors each
     const LmShare* shares;
     const uint32_t* known;
     const LmPlace* places;
     const uint32_t* row_places;
-    const uint32_t* block_items;
+    const uint32_t* items;
     const uint4* item_nodes;
+    const float4* item_vectors;
     const LmConnection* connections;
-    const uint32_t* chunks;
+    const LmChunk* chunks;
     const LmSum* sums;
-    const uint32_t* terms;
-    uint32_t rows, most_known, most_places;
+    const uint16_t* terms;
+    uint32_t rows, most_known, most_places, most_sums;
 };
 
 struct LmFrameView {
@@ -53,7 +53,8 @@ struct LmExchange {
     float* products;    // 2 x 6 nodes: of matrix and direction
     float4* dots;       // 2 x blocks: each one's part
     float* sums;        // 2 x blocks x kSums, likewise
-    float* local;       // what shared memory does not hold, LmMemory::floats for each block
+    float* local;       // what shared memory does not hold: local_floats for each block
+    size_t local_floats;
 };
 
 struct LmView {

@@ -78,3 +78,28 @@ TEST_CASE("lm gives the same surface whatever the number of blocks, within share
         }
     }
 }
+
+// A step that makes things worse is taken back, and the system built again where it was.
+TEST_CASE("lm goes back after a step that it refuses") {
+    SurfaceSpec spec;
+    spec.point_step = 8;
+    TestSurface surface(spec);
+    const auto turn = from_rigid(rotation_from_vector(Vec3<double>{0, 0, 0.5}), Vec3<double>{2, -3, 1});
+    surface.deform([turn](Vec3<double> p) {
+        const auto q = apply(turn, p - Vec3<double>{0, 0, 80});
+        return Vec3<double>{q.x, q.y, q.z + 80 + 2 * std::sin(p.x / 6)};
+    });
+    defrec_lm_params params = surface.lm_params();
+    params.iterations = 8;
+    params.damping = 0.1f;
+    params.match_tukey_mm = 10;
+    params.patch_tukey_px = 100;
+    fill_defaults(params);
+    const TestHost host(1);
+    const Solved expected = solve(surface, *reference::make_lm(params, host.host()));
+    CHECK(expected.summary.damping > 10 * params.damping * float(std::pow(7.5, -expected.summary.iterations)));
+    cuda::EmulatedDevice device;
+    const Solved actual = solve(surface, *under_test::in_host_memory(cuda::make_lm(params, device)));
+    CHECK(actual.summary.damping == doctest::Approx(expected.summary.damping));
+    check_agreement(surface, actual, expected);
+}
