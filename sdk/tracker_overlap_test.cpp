@@ -28,7 +28,7 @@ void add_asynchronous(defrec_context_desc& desc) {
 struct Step {
     Pair pair;
     uint32_t flags = 0;
-    bool ignore = false, little_room = false, set_template = false, refused = false;
+    bool ignore = false, little_room = false, set_template = false, refused = false, in_memory = false;
 };
 
 std::vector<Step> story() {
@@ -56,6 +56,7 @@ std::vector<Step> story() {
     add(render(1, 0, 2, 12)).set_template = true;
     add(render(1.5, 0, 2, 13));
     add(render(11, 3, 2, 14));
+    for (size_t i = 0; i < steps.size(); ++i) steps[i].in_memory = !steps[i].refused && i % 3 != 0;
     return steps;
 }
 
@@ -70,14 +71,18 @@ std::vector<std::string> play(const std::vector<Step>& steps, const char* device
         add_asynchronous);
     std::vector<uint8_t> upper_half(kWidth * kHeight);
     std::fill(upper_half.begin(), upper_half.begin() + kWidth * kHeight / 2, uint8_t{1});
-    alignas(16) uint8_t room[64];
-    defrec_memory_desc desc;
-    DEFREC_INIT(&desc);
-    desc.kind = DEFREC_MEMORY_HOST;
-    desc.address = room;
-    desc.size = sizeof room;
-    defrec_memory little = nullptr;
-    REQUIRE_OK(defrec_memory_import(session.tracker, &desc, &little));
+    const auto import = [&](const std::vector<uint8_t>& bytes) {
+        defrec_memory_desc desc;
+        DEFREC_INIT(&desc);
+        desc.kind = DEFREC_MEMORY_HOST;
+        desc.address = const_cast<uint8_t*>(bytes.data());
+        desc.size = bytes.size();
+        defrec_memory memory = nullptr;
+        REQUIRE_OK(defrec_memory_import(session.tracker, &desc, &memory));
+        return memory;
+    };
+    const std::vector<uint8_t> room(64);
+    const defrec_memory little = import(room);
     defrec_template surface = nullptr;
     {
         TrackingSession other;
@@ -107,13 +112,20 @@ std::vector<std::string> play(const std::vector<Step>& steps, const char* device
         if (jobs.size() == waiting) take();
         if (step.set_template) REQUIRE_OK(defrec_tracker_set_template(session.tracker, surface));
         TrackingSession::Frame frame;
-        frame.left.pixels = step.pair.left.data();
-        frame.right.pixels = step.pair.right.data();
+        if (step.in_memory) {
+            frame.left.memory = import(step.pair.left);
+            frame.right.memory = import(step.pair.right);
+        } else {
+            frame.left.pixels = step.pair.left.data();
+            frame.right.pixels = step.pair.right.data();
+        }
         if (step.ignore) frame.ignore.pixels = upper_half.data();
         if (step.little_room) frame.samples = little;
         frame.flags = step.flags;
         jobs.emplace_back();
         REQUIRE_OK(session.submit(frame, &jobs.back()));
+        defrec_memory_release(frame.left.memory);
+        defrec_memory_release(frame.right.memory);
     }
     while (!jobs.empty()) take();
     defrec_template_release(surface);
