@@ -63,6 +63,7 @@ const std::vector<Expected> kExpected = {
     {"device_id_unstable", "abi/device_ids", "other ids", {"abi/device_info"}},
     {"enqueue_allocates", "abi/no_allocation/warp", "asked the host for memory", {"abi/no_allocation/rectify"}},
     {"hangs_in_wait", "abi/wait_past", "did not end", {"abi/table_complete"}},
+    {"imports_a_copy", "abi/buffer_import", "does not read as the memory", {"abi/buffer_round_trip", "abi/host_memory"}},
     {"keeps_its_params", "stage/rectify/gray", "enqueue of rectify", {"stage/orb/texture"}},
     {"keeps_prepared_buffers", "stage/match/plain", "matches[", {"stage/match/unprepared"}},
     {"leaks_memory", "abi/no_memory_left", "host memory", {"abi/no_thread_left"}},

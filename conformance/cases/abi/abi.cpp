@@ -38,6 +38,7 @@ void add_abi_cases(std::vector<Case>& cases) {
     add_abi_entry_cases(cases);
     add_abi_device_cases(cases);
     add_abi_buffer_cases(cases);
+    add_abi_memory_cases(cases);
     add_abi_queue_cases(cases);
     add_abi_stage_cases(cases);
     add_abi_template_cases(cases);

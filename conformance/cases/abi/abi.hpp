@@ -26,6 +26,7 @@ Bytes pattern_bytes(size_t size, uint64_t seed);
 void add_abi_entry_cases(std::vector<Case>& cases);
 void add_abi_device_cases(std::vector<Case>& cases);
 void add_abi_buffer_cases(std::vector<Case>& cases);
+void add_abi_memory_cases(std::vector<Case>& cases);
 void add_abi_queue_cases(std::vector<Case>& cases);
 void add_abi_stage_cases(std::vector<Case>& cases);
 void add_abi_template_cases(std::vector<Case>& cases);
