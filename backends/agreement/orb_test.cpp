@@ -172,6 +172,20 @@ TEST_CASE("equals the reference with other parameters, cut to the capacity") {
         }
 }
 
+TEST_CASE("equals the reference where cells are many") {
+    if (!under_test::available()) return;
+    const Picture noise = random_bytes(900, 700, 0, 3);
+    defrec_orb_params params = params_for(noise);
+    params.cell = 4;
+    params.levels = 1;
+    params.capacity = 5000;
+    REQUIRE(orb::make_layout(params).cells > 32768);
+    const test::TestHost host;
+    const Result expected = run(*reference::make_orb(params, host.host()), params, noise, nullptr);
+    CHECK(expected.count > 4000);
+    check_equal(run(*under_test::make_orb(params, host.host()), params, noise, nullptr), expected);
+}
+
 TEST_CASE("without the optional outputs, and with some of them, the features are the same") {
     if (!under_test::available()) return;
     const Picture gray = blobs(260, 200, 1, 2);

@@ -124,6 +124,9 @@ __global__ void __launch_bounds__(kAcceptWarps * kWarp) accept(Sizes sizes, defr
         const Best own = best;
         for (uint32_t place = 0; place < kPlaces; ++place) insert(best, __shfl_xor_sync(kAllLanes, own.key[place], step));
     }
+    uint32_t nearest_landmark = kNoKey;  // to the nearest feature; asked for before what needs it later
+    if (best.key[0] != kNoKey && lane < sizes.landmark_splits)
+        nearest_landmark = landmark_keys[(best.key[0] & 0xffff) * sizes.landmark_splits + lane];
     match::Nearest nearest;
     for (uint32_t place = 0; place < kPlaces; ++place) {
         if (best.key[place] == kNoKey) break;
@@ -131,13 +134,8 @@ __global__ void __launch_bounds__(kAcceptWarps * kWarp) accept(Sizes sizes, defr
         nearest.distance[place] = static_cast<int32_t>(best.key[place] >> 16);
     }
     const match::TwoBest two = match::choose(live, nearest);
-    if (!match::accepts(params, two)) {
-        if (lane == 0) matches[landmark] = match::lift<float>(params, live, two, false);
-        return;
-    }
-    const uint32_t* of_feature = landmark_keys + static_cast<uint32_t>(two.feature) * sizes.landmark_splits;
-    const uint32_t back = least_of_warp(lane < sizes.landmark_splits ? of_feature[lane] : kNoKey);
-    if (lane == 0) matches[landmark] = match::lift<float>(params, live, two, (back & 0xffff) == landmark);
+    const bool mutual = (least_of_warp(nearest_landmark) & 0xffff) == landmark;
+    if (lane == 0) matches[landmark] = match::lift<float>(params, live, two, match::accepts(params, two) && mutual);
 }
 
 // Enough blocks for a large device, little to put together.

@@ -6,8 +6,7 @@
 namespace defrec::cuda {
 namespace {
 
-constexpr uint64_t kCountBytes = sizeof(uint32_t) * kOrbDistances * kOrbScores;
-constexpr uint32_t kWord = 4;  // px, and distances, that are read at once
+constexpr uint32_t kWord = 4;  // px that are read at once
 
 uint32_t stride_of(const orb::Level& level) { return cover(level.width, kWord) * kWord; }
 
@@ -47,8 +46,8 @@ class Orb final : public Stage {
           pyramid_(cleared(device, pixels_of(layout_))),
           usable_(device, pyramid_.size()),
           corners_(make_buffer<uint32_t>(device, layout_.cells)),
-          distances_(cleared(device, uint64_t{kWord} * cover(layout_.cells, kWord))),
-          counts_(device, kCountBytes),
+          keys_(cleared(device, sizeof(uint16_t) * kOrbKeysAtOnce * cover(layout_.cells, kOrbKeysAtOnce))),
+          counts_(make_buffer<uint32_t>(device, kOrbKeys)),
           kept_(make_buffer<uint32_t>(device, params.capacity)) {}
 
     void record(Recorder& recorder, std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
@@ -58,7 +57,7 @@ class Orb final : public Stage {
                                pyramid_.as<uint8_t>(),
                                usable_.as<uint8_t>(),
                                given.corners != nullptr ? given.corners : corners_.as<uint32_t>(),
-                               distances_.as<uint8_t>(),
+                               keys_.as<uint16_t>(),
                                counts_.as<uint32_t>(),
                                kept_.as<uint32_t>(),
                                given.count,
@@ -81,7 +80,7 @@ class Orb final : public Stage {
     OrbLevels levels_;
     Buffer patterns_;
     // For each pixel, then for each cell.
-    Buffer pyramid_, usable_, corners_, distances_;
+    Buffer pyramid_, usable_, corners_, keys_;
     Buffer counts_, kept_;
 };
 

@@ -32,8 +32,8 @@ struct Walk {
 };
 
 // Eight lanes for each cell; dynamic shared memory: the corners of the block's cells and of the rings round them.
-__global__ void __launch_bounds__(kDistanceThreads) find_distances(OrbLevels levels, const uint32_t* corners, uint8_t* distances,
-                                                                   uint8_t* copy, uint32_t* counts) {
+__global__ void __launch_bounds__(kDistanceThreads) find_distances(OrbLevels levels, const uint32_t* corners, uint16_t* keys,
+                                                                   uint8_t* distances, uint32_t* counts) {
     uint32_t* const near_by = dynamic_shared<uint32_t>();
     const OrbLevel& level = levels.level[blockIdx.z];
     const int first_x = static_cast<int>(blockIdx.x) * kColumns, first_y = static_cast<int>(blockIdx.y) * kRows, cell = levels.cell;
@@ -68,14 +68,17 @@ __global__ void __launch_bounds__(kDistanceThreads) find_distances(OrbLevels lev
     if (lane != 0 || first_x + column >= level.cells_x || first_y + row >= level.cells_y) return;
     const uint32_t index = level.first_cell + static_cast<uint32_t>((first_y + row) * level.cells_x + first_x + column);
     const int distance = own != 0 ? nearest : 0;
-    distances[index] = static_cast<uint8_t>(distance);
-    if (copy != nullptr) copy[index] = static_cast<uint8_t>(distance);
-    if (own != 0) atomicAdd(counts + static_cast<uint32_t>(distance) * kOrbScores + (own >> 16), 1);
+    const uint32_t key = static_cast<uint32_t>(distance) << 8 | own >> 16;
+    keys[index] = static_cast<uint16_t>(key);
+    if (distances != nullptr) distances[index] = static_cast<uint8_t>(distance);
+    if (key != 0) atomicAdd(counts + key, 1);
 }
 
 // ---- selection -----------------------------------------------------------------------------------------------------
 
 constexpr uint32_t kThreads = 1024, kWarps = kThreads / kWarp;
+constexpr uint32_t kScores = 256, kDistances = kOrbKeys / kScores;
+static_assert(kWarps == kWarp && kDistances == 2 * kWarp);
 
 __device__ uint32_t sum_of_warp(uint32_t value) {
     for (int step = 16; step > 0; step /= 2) value += __shfl_xor_sync(kAllLanes, value, step);
@@ -97,107 +100,91 @@ __device__ uint32_t sum_from(uint32_t value, uint32_t lane) {
     return value;
 }
 
-// Corners with at least this distance are kept, and of those with one less those with at least this score.
-struct Limits {
-    uint32_t distance, score;
-};
-
-// By one warp. of_distance: numbers of corners.
-__device__ Limits find_limits(uint32_t lane, uint32_t spacing, uint32_t capacity, const uint32_t* of_distance, const uint32_t* counts) {
-    // The number with at least a distance falls as the distance grows: the first that fits is the least.
+// The least key, spacing * kScores or more, of which and above which there are no more corners than the capacity. By one warp.
+// of_distance: numbers of corners; counts: of each key.
+__device__ uint32_t find_least_key(uint32_t lane, uint32_t spacing, uint32_t capacity, const uint32_t* of_distance, const uint32_t* counts) {
+    // How many are at least so far falls as the distance grows, so that the first distance that fits is the least.
     const uint32_t far = sum_from(of_distance[kWarp + lane], lane);
     const uint32_t near = sum_from(of_distance[lane], lane) + __shfl_sync(kAllLanes, far, 0);
-    const uint32_t fits_near = __ballot_sync(kAllLanes, lane >= spacing && near <= capacity);
-    const uint32_t fits_far = __ballot_sync(kAllLanes, kWarp + lane >= spacing && far <= capacity);
-    Limits limits{kOrbDistances, kOrbScores};
-    if (fits_near != 0) {
-        limits.distance = static_cast<uint32_t>(__ffs(static_cast<int>(fits_near))) - 1;
-    } else if (fits_far != 0) {
-        limits.distance = kWarp + static_cast<uint32_t>(__ffs(static_cast<int>(fits_far))) - 1;
-    }
-    if (limits.distance == spacing) return limits;
+    const uint32_t near_fits = __ballot_sync(kAllLanes, lane >= spacing && near <= capacity);
+    const uint32_t far_fits = __ballot_sync(kAllLanes, kWarp + lane >= spacing && far <= capacity);
+    const auto first_of = [](uint32_t bits) { return static_cast<uint32_t>(__ffs(static_cast<int>(bits))) - 1; };
+    const uint32_t distance = near_fits != 0 ? first_of(near_fits) : far_fits != 0 ? kWarp + first_of(far_fits) : kDistances;
+    if (distance == spacing) return distance * kScores;
 
-    const uint32_t kept_near = __shfl_sync(kAllLanes, near, static_cast<int>(limits.distance % kWarp));
-    const uint32_t kept_far = __shfl_sync(kAllLanes, far, static_cast<int>(limits.distance % kWarp));
-    const uint32_t kept = limits.distance < kWarp ? kept_near : limits.distance < kOrbDistances ? kept_far : 0;
-    // The same by score.
-    constexpr uint32_t kEach = kOrbScores / kWarp;
-    uint32_t of_score[kEach], sum = 0;
-    for (uint32_t i = 0; i < kEach; ++i) {
-        of_score[i] = counts[(limits.distance - 1) * kOrbScores + kEach * lane + i];
-        sum += of_score[i];
-    }
-    uint32_t at_least = kept + sum_from(sum, lane) - sum;
-    uint32_t least = kOrbScores;
+    // Of those a pixel nearer, the scores that fit too: each lane looks at some, the last lane at the best.
+    const uint32_t kept_near = __shfl_sync(kAllLanes, near, static_cast<int>(distance % kWarp));
+    const uint32_t kept_far = __shfl_sync(kAllLanes, far, static_cast<int>(distance % kWarp));
+    constexpr uint32_t kEach = kScores / kWarp;
+    const uint32_t first_key = (distance - 1) * kScores + kEach * lane;
+    uint32_t of_key[kEach], sum = 0;
+    for (uint32_t i = 0; i < kEach; ++i) sum += of_key[i] = counts[first_key + i];
+    uint32_t count = (distance < kWarp ? kept_near : distance < kDistances ? kept_far : 0) + sum_from(sum, lane) - sum;
+    uint32_t least = distance * kScores;
     for (uint32_t i = kEach; i-- > 0;) {
-        at_least += of_score[i];
-        if (at_least <= capacity) least = kEach * lane + i;
+        count += of_key[i];
+        if (count <= capacity) least = first_key + i;
     }
     for (int step = 16; step > 0; step /= 2) least = min(least, __shfl_xor_sync(kAllLanes, least, step));
-    limits.score = max(least, 1u);
-    return limits;
+    return least;
 }
 
-// Four cells' flags; those behind the last have distance 0.
-__device__ uint32_t kept_of(uint32_t word, uint32_t four_distances, const Limits& limits, const uint32_t* corners) {
+// A thread looks at so many cells beside each other at once.
+constexpr uint32_t kCells = 32, kLoads = kCells * sizeof(uint16_t) / sizeof(uint4);
+
+// A bit for each of the cells: whether its key is large enough.
+__device__ uint32_t kept_of(const uint4* keys, uint32_t least_key) {
     uint32_t kept = 0;
-    for (uint32_t i = 0; i < 4; ++i) {
-        const uint32_t distance = four_distances >> (8 * i) & 255;
-        bool keep = distance >= limits.distance;
-        if (distance != 0 && distance + 1 == limits.distance) keep = corners[4 * word + i] >> 16 >= limits.score;
-        kept |= keep ? 1u << i : 0;
+#pragma unroll
+    for (uint32_t i = 0; i < kLoads; ++i) {
+        const uint4 eight = keys[i];
+        const uint32_t pairs[4] = {eight.x, eight.y, eight.z, eight.w};
+#pragma unroll
+        for (uint32_t k = 0; k < 4; ++k) {
+            const uint32_t low = (pairs[k] & 0xffff) >= least_key ? 1 : 0, high = pairs[k] >> 16 >= least_key ? 2 : 0;
+            kept |= (low | high) << (8 * i + 2 * k);
+        }
     }
     return kept;
 }
 
-// One block. Each warp has a run of words of four cells: it counts, and when all have counted, writes what it keeps.
-__global__ void __launch_bounds__(kThreads) choose(uint32_t spacing, uint32_t capacity, uint32_t words, const uint32_t* corners,
-                                                   const uint32_t* distances, const uint32_t* counts, uint32_t* kept,
-                                                   uint32_t* feature_count) {
-    __shared__ uint32_t of_distance[kOrbDistances];
-    __shared__ Limits shared_limits;
+// One block, whose threads share out the cells in runs. runs: of kCells; keys behind the last cell are 0.
+__global__ void __launch_bounds__(kThreads) choose(uint32_t spacing, uint32_t capacity, uint32_t runs, const uint4* keys,
+                                                   const uint32_t* counts, uint32_t* kept, uint32_t* feature_count) {
+    __shared__ uint32_t of_distance[kDistances];
+    __shared__ uint32_t shared_least_key;
     __shared__ uint32_t up_to_warp[kWarps];
     const uint32_t warp = threadIdx.x / kWarp, lane = threadIdx.x % kWarp;
-    for (uint32_t distance = warp; distance < kOrbDistances; distance += kWarps) {
+    for (uint32_t distance = warp; distance < kDistances; distance += kWarps) {
         uint32_t sum = 0;
-        for (uint32_t score = lane; score < kOrbScores; score += kWarp) sum += counts[distance * kOrbScores + score];
+        for (uint32_t score = lane; score < kScores; score += kWarp) sum += counts[distance * kScores + score];
         sum = sum_of_warp(sum);
         if (lane == 0) of_distance[distance] = sum;
     }
     __syncthreads();
     if (warp == 0) {
-        const Limits found = find_limits(lane, spacing, capacity, of_distance, counts);
-        if (lane == 0) shared_limits = found;
+        const uint32_t found = find_least_key(lane, spacing, capacity, of_distance, counts);
+        if (lane == 0) shared_least_key = found;
     }
     __syncthreads();
-    const Limits limits = shared_limits;
+    const uint32_t least_key = shared_least_key;
 
-    const uint32_t share = (words + kThreads - 1) / kThreads * kWarp;
-    const uint32_t first = min(warp * share, words), end = min(first + share, words);
-    uint32_t count = 0;
-    for (uint32_t word = first + lane; word < end; word += kWarp)
-        count += static_cast<uint32_t>(__popc(kept_of(word, distances[word], limits, corners)));
-    count = sum_of_warp(count);
-    if (lane == 0) up_to_warp[warp] = count;
-    __syncthreads();
-    if (warp == 0) {
-        const uint32_t sum = sum_up_to(up_to_warp[lane], lane);
-        up_to_warp[lane] = sum;
-        if (lane == kWarps - 1) *feature_count = sum;
-    }
-    __syncthreads();
-    uint32_t next = up_to_warp[warp] - count;
-    for (uint32_t begin = first; begin < end; begin += kWarp) {
-        const uint32_t word = begin + lane;
-        const uint32_t flags = word < end ? kept_of(word, distances[word], limits, corners) : 0;
+    uint32_t before = 0;  // features of the runs that have been looked at
+    for (uint32_t begin = 0; begin < runs; begin += kThreads) {
+        const uint32_t run = begin + threadIdx.x;
+        uint32_t flags = run < runs ? kept_of(keys + run * kLoads, least_key) : 0;
         const uint32_t own = static_cast<uint32_t>(__popc(flags)), up_to = sum_up_to(own, lane);
-        uint32_t at = next + up_to - own;
-        for (uint32_t i = 0; i < 4; ++i)
-            if ((flags >> i & 1) != 0) kept[at++] = 4 * word + i;
-        next += __shfl_sync(kAllLanes, up_to, kWarp - 1);
+        if (lane == kWarp - 1) up_to_warp[warp] = up_to;
+        __syncthreads();
+        const uint32_t up_to_lanes_warp = sum_up_to(up_to_warp[lane], lane);
+        const uint32_t before_warp = __shfl_sync(kAllLanes, up_to_lanes_warp, static_cast<int>(warp) - 1);
+        for (uint32_t at = before + (warp > 0 ? before_warp : 0) + up_to - own; flags != 0; flags &= flags - 1)
+            kept[at++] = kCells * run + static_cast<uint32_t>(__ffs(static_cast<int>(flags))) - 1;
+        before += __shfl_sync(kAllLanes, up_to_lanes_warp, static_cast<int>(kWarps) - 1);
+        __syncthreads();
     }
+    if (threadIdx.x == 0) *feature_count = before;
 }
-static_assert(kWarps == kWarp && kOrbDistances == 2 * kWarp);
 
 }  // namespace
 
@@ -207,12 +194,13 @@ void record_orb_distances(Recorder& recorder, const OrbLevels& levels, const Orb
     const dim3 blocks(cover(static_cast<uint32_t>(largest.cells_x), kColumns), cover(static_cast<uint32_t>(largest.cells_y), kRows),
                       static_cast<uint32_t>(levels.count));
     const size_t shared = sizeof(uint32_t) * static_cast<size_t>(kColumns + 2 * rings) * static_cast<size_t>(kRows + 2 * rings);
-    recorder.launch(find_distances, {blocks, kDistanceThreads, shared}, levels, memory.corners, memory.distances, distances, memory.counts);
+    recorder.launch(find_distances, {blocks, kDistanceThreads, shared}, levels, memory.corners, memory.keys, distances, memory.counts);
 }
 
 void record_orb_selection(Recorder& recorder, const defrec_orb_params& params, uint32_t cells, const OrbMemory& memory) {
-    recorder.launch(choose, {1, kThreads}, params.spacing, params.capacity, cover(cells, 4), memory.corners,
-                    reinterpret_cast<const uint32_t*>(memory.distances), memory.counts, memory.kept, memory.feature_count);
+    recorder.launch(choose, {1, kThreads}, params.spacing, params.capacity, cover(cells, kCells), reinterpret_cast<const uint4*>(memory.keys),
+                    memory.counts, memory.kept, memory.feature_count);
 }
+static_assert(kCells == kOrbKeysAtOnce);
 
 }  // namespace defrec::cuda

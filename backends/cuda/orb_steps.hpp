@@ -19,24 +19,25 @@ struct OrbLevels {
     OrbLevel level[orb::kMaxLevels];
 };
 
-// What the device reads and writes. Images beyond the last row may be read, up to a row.
+// What the device reads and writes.
 struct OrbMemory {
     const uint8_t *gray, *mask;  // mask: nullptr where all is usable
     uint8_t *pyramid, *usable;   // usable: 1 or 0 for each pixel of the pyramid, without a mask not written
     uint32_t* corners;           // as out 5 has them
-    uint8_t* distances;          // in words of 4
-    uint32_t* counts;            // corners of each distance and score: kOrbScores for each of kOrbDistances
+    uint16_t* keys;              // of each cell, 0: none. Read in runs of kOrbKeysAtOnce
+    uint32_t* counts;            // of each key
     uint32_t* kept;              // cells of the features, in order
     uint32_t* feature_count;
     defrec_feature* features;
 };
-constexpr uint32_t kOrbDistances = orb::kFarthest + 1, kOrbScores = 256;
+// A corner's key is its distance << 8 | its score: the larger, the sooner it is kept.
+constexpr uint32_t kOrbKeys = (orb::kFarthest + 1) << 8, kOrbKeysAtOnce = 32;
 
 void record_orb_pyramid(Recorder& recorder, const defrec_orb_params& params, const OrbLevels& levels, const OrbMemory& memory);
 // scores: nullptr, or an image of zeros without gaps.
 void record_orb_corners(Recorder& recorder, const defrec_orb_params& params, const OrbLevels& levels, const OrbMemory& memory,
                         uint8_t* scores);
-// counts: zeros before. distances: a second place for them, or nullptr.
+// And keys. counts: zeros before. distances: as out 6 has them, or nullptr.
 void record_orb_distances(Recorder& recorder, const OrbLevels& levels, const OrbMemory& memory, uint8_t* distances);
 void record_orb_selection(Recorder& recorder, const defrec_orb_params& params, uint32_t cells, const OrbMemory& memory);
 // patterns: orb_patterns.
