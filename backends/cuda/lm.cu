@@ -63,14 +63,16 @@ struct Surface {
           rigid(make_buffer<float4>(device, 2)) {}
 
     LmSurface view() const {
-        return {rest.as<float4>(),      shares.as<LmShare>(), known.as<uint32_t>(),     places.as<LmPlace>(),           row_places.as<uint32_t>(),
-                items.as<uint32_t>(),   item_nodes.as<uint4>(), item_vectors.as<float4>(), connections.as<LmConnection>(), chunks.as<LmChunk>(),
-                sums.as<LmSum>(),       terms.as<uint16_t>(), rows,                     most_known,                     most_places,
+        return {rest.as<float4>(),      shares.as<LmShare>(),      known.as<uint32_t>(),
+                places.as<LmPlace>(),   row_places.as<uint32_t>(), items.as<uint32_t>(),
+                item_nodes.as<uint4>(), item_vectors.as<float4>(), connections.as<LmConnection>(),
+                chunks.as<LmChunk>(),   sums.as<LmSum>(),          terms.as<uint16_t>(),
+                rows,                   most_known,                most_places,
                 most_sums};
     }
     LmExchange exchange() const {
-        return {data.as<float>(),  data_sums.as<float2>(), scales.as<float>(),     factors.as<float>(), starts.as<float>(), products.as<float>(),
-                dots.as<float4>(), block_sums.as<float>(), local.as<float>(), solver.local};
+        return {data.as<float>(),     data_sums.as<float2>(), scales.as<float>(),     factors.as<float>(), starts.as<float>(),
+                products.as<float>(), dots.as<float4>(),      block_sums.as<float>(), local.as<float>(),   solver.local};
     }
 };
 

@@ -1,6 +1,7 @@
-// The system's solution by conjugate gradients. Conditioned on both sides by the factors of its damped diagonal blocks the system has ones
-// on the diagonal, and the steps are those of the preconditioned method (docs/stages/lm.md). One barrier of the grid for each step: blocks
-// pass on their rows of the product and their parts of four dot products, and each updates the vectors of all control points that it knows.
+// The system's solution by conjugate gradients. Conditioned on both sides by the factors of its damped diagonal blocks the system has
+// ones on the diagonal, and the steps are those of the preconditioned method (docs/stages/lm.md). One barrier of the grid for each step:
+// blocks pass on their rows of the product and their parts of four dot products, and each updates the vectors of all control points that
+// it knows.
 #pragma once
 #include "backends/cuda/lm_memory.cuh"
 #include "backends/cuda/lm_sums.cuh"

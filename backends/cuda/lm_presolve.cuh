@@ -2,6 +2,7 @@
 #pragma once
 #include "backends/cuda/lm_memory.cuh"
 #include "backends/cuda/lm_sums.cuh"
+#include "backends/cuda/ransac_rotation.cuh"
 
 namespace defrec::cuda {
 namespace {
@@ -19,84 +20,18 @@ struct LmPresolve {
 
 constexpr int kPresolveRounds = 5;
 constexpr float kPresolveLeastMatches = 6, kLeastSpreadMm2 = 0.01f;
-constexpr int kSweeps = 6;  // of Jacobi's methods, at most: each squares the error
-
-// tan of the angle of the rotation that zeroes the entry `across` between diagonal entries a and b.
-__device__ __forceinline__ float jacobi_tangent(float a, float b, float across) {
-    const float theta = (b - a) / (2 * across);
-    return (theta < 0 ? -1.0f : 1.0f) / (std::abs(theta) + std::sqrt(theta * theta + 1));
-}
-
-// One rotation of a symmetric 4x4 matrix; v gathers the rotations by rows. Whether there was anything to do.
-template <int p, int q, int r, int s>
-__device__ __forceinline__ bool jacobi_turn(float (&a)[4][4], float (&v)[4][4]) {
-    if (!(std::abs(a[p][q]) > 1e-9f * (std::abs(a[p][p]) + std::abs(a[q][q])))) return false;
-    const float t = jacobi_tangent(a[p][p], a[q][q], a[p][q]), c = 1 / std::sqrt(t * t + 1), d = t * c;
-    const float apq = a[p][q], apr = a[p][r], aps = a[p][s], aqr = a[q][r], aqs = a[q][s];
-    a[p][p] -= t * apq;
-    a[q][q] += t * apq;
-    a[p][q] = a[q][p] = 0;
-    a[p][r] = a[r][p] = c * apr - d * aqr;
-    a[q][r] = a[r][q] = d * apr + c * aqr;
-    a[p][s] = a[s][p] = c * aps - d * aqs;
-    a[q][s] = a[s][q] = d * aps + c * aqs;
-    for (int i = 0; i < 4; ++i) {
-        const float vp = v[p][i], vq = v[q][i];
-        v[p][i] = c * vp - d * vq;
-        v[q][i] = d * vp + c * vq;
-    }
-    return true;
-}
-
-// The rotation that maximises trace(R^T m), never a reflection: the eigenvector of the largest eigenvalue of Horn's (1987) symmetric 4x4
-// matrix, by Jacobi's method. m: row-major sum of to from^T. The identity for a matrix that is zero or not finite.
-__device__ Quaternion<float> nearest_rotation(const float (&m)[9]) {
-    float largest = 0, sum = 0;
-    for (const float value : m) {
-        largest = fmaxf(largest, std::abs(value));
-        sum += value;
-    }
-    if (!(largest > 0) || !std::isfinite(largest) || !std::isfinite(sum)) return {1, 0, 0, 0};
-    float n[9];
-    for (int i = 0; i < 9; ++i) n[i] = m[i] / largest;
-    float a[4][4], v[4][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
-    a[0][0] = n[0] + n[4] + n[8];
-    a[1][1] = n[0] - n[4] - n[8];
-    a[2][2] = n[4] - n[0] - n[8];
-    a[3][3] = n[8] - n[0] - n[4];
-    a[0][1] = a[1][0] = n[7] - n[5];
-    a[0][2] = a[2][0] = n[2] - n[6];
-    a[0][3] = a[3][0] = n[3] - n[1];
-    a[1][2] = a[2][1] = n[1] + n[3];
-    a[1][3] = a[3][1] = n[2] + n[6];
-    a[2][3] = a[3][2] = n[5] + n[7];
-    for (int sweep = 0; sweep < kSweeps; ++sweep) {
-        bool turned = jacobi_turn<0, 1, 2, 3>(a, v);
-        turned |= jacobi_turn<0, 2, 1, 3>(a, v);
-        turned |= jacobi_turn<0, 3, 1, 2>(a, v);
-        turned |= jacobi_turn<1, 2, 0, 3>(a, v);
-        turned |= jacobi_turn<1, 3, 0, 2>(a, v);
-        turned |= jacobi_turn<2, 3, 0, 1>(a, v);
-        if (!turned) break;
-    }
-    float best = a[0][0];
-    Quaternion<float> q{v[0][0], v[0][1], v[0][2], v[0][3]};
-    for (int i = 1; i < 4; ++i)
-        if (a[i][i] > best) {
-            best = a[i][i];
-            q = {v[i][0], v[i][1], v[i][2], v[i][3]};
-        }
-    return (1 / std::sqrt(dot(q, q))) * q;
-}
 
 // By one-sided Jacobi rotations of the columns.
 __device__ float second_singular_value(const float (&m)[9]) {
+    constexpr int kSweeps = 6;  // at most: each squares the error
     Vec3<float> column[3] = {{m[0], m[3], m[6]}, {m[1], m[4], m[7]}, {m[2], m[5], m[8]}};
     const auto turn = [](Vec3<float>& p, Vec3<float>& q) {
         const Vec3<float> a = p, b = q;
         const float across = dot(a, b), aa = dot(a, a), bb = dot(b, b);
         if (!(std::abs(across) > 1e-9f * (aa + bb))) return false;
-        const float t = jacobi_tangent(aa, bb, across), c = 1 / std::sqrt(t * t + 1), s = t * c;
+        const float theta = (bb - aa) / (2 * across);
+        const float t = (theta < 0 ? -1.0f : 1.0f) / (std::abs(theta) + std::sqrt(theta * theta + 1));
+        const float c = 1 / std::sqrt(t * t + 1), s = t * c;
         p = c * a - s * b;
         q = s * a + c * b;
         return true;
@@ -171,7 +106,7 @@ __device__ __forceinline__ RigidMotion fit(const float (&sums)[kFitSums], Vec3<f
         float moment[9];
         for (int i = 0; i < 9; ++i) moment[i] = sums[kFitMoment + i] / sums[kFitWeight] - b[i / 3] * a[i % 3];
         if (threadIdx.x == 0)
-            rotation = nearest_rotation(moment);
+            rotation = rotation_from_matrix(nearest_rotation(moment).r);
         else
             spread = second_singular_value(moment);
     }
