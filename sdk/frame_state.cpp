@@ -1,38 +1,73 @@
 #include "sdk/frame_state.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 
 #include "backends/shared/motion.hpp"
 
 namespace defrec {
+namespace {
+
+// Sums over gray values, a batch at a time so that the compiler makes vectors of them.
+class GraySums {
+  public:
+    using Batch = std::array<uint8_t, 256>;
+    // The first `filled` of them.
+    void add(Batch& batch, size_t filled) {
+        std::fill(batch.begin() + static_cast<std::ptrdiff_t>(filled), batch.end(), uint8_t{0});
+        uint32_t sum = 0, squares = 0, saturated = 0;
+        for (const uint32_t value : batch) {
+            sum += value;
+            squares += value * value;
+            saturated += value >= 250;
+        }
+        for (size_t i = 0; i < batch.size(); i += sizeof(uint64_t)) {  // FNV-1a, of words
+            uint64_t word;
+            std::memcpy(&word, &batch[i], sizeof word);
+            hash_ = (hash_ ^ word) * 1099511628211u;
+        }
+        sum_ += sum;
+        squares_ += squares;
+        saturated_ += saturated;
+        count_ += filled;
+    }
+    ImageStatistics statistics() const {
+        ImageStatistics result;
+        if (count_ == 0) return result;
+        const double n = static_cast<double>(count_);
+        result.mean = static_cast<double>(sum_) / n;
+        result.deviation = std::sqrt(std::max(0.0, static_cast<double>(squares_) / n - result.mean * result.mean));
+        result.saturated_share = static_cast<double>(saturated_) / n;
+        result.hash = hash_;
+        return result;
+    }
+
+  private:
+    uint64_t sum_ = 0, squares_ = 0, saturated_ = 0, count_ = 0, hash_ = 1469598103934665603u;
+};
+
+}  // namespace
 
 ImageStatistics image_statistics(const uint8_t* pixels, uint32_t width, uint32_t height, uint32_t channels, const int32_t* map) {
     constexpr uint32_t kStep = 4;
-    ImageStatistics statistics;
-    double sum = 0, squares = 0;
-    size_t count = 0, saturated = 0;
-    uint64_t hash = 1469598103934665603u;  // FNV-1a over the green channel, or the only one
-    const uint32_t channel = channels >= 3 ? 1 : 0;
+    const uint32_t channel = channels >= 3 ? 1 : 0;  // green, or the only one
+    GraySums sums;
     for (uint32_t y = kStep / 2; y < height; y += kStep) {
-        const uint8_t* row = pixels + static_cast<size_t>(y) * width * channels;
-        for (uint32_t x = kStep / 2; x < width; x += kStep) {
-            if (map != nullptr && map[2 * (size_t{y} * width + x)] == INT32_MIN) continue;
-            const uint8_t value = row[x * channels + channel];
-            sum += value;
-            squares += static_cast<double>(value) * value;
-            saturated += value >= 250;
-            hash = (hash ^ value) * 1099511628211u;
-            ++count;
+        const uint8_t* row = pixels + static_cast<size_t>(y) * width * channels + channel;
+        const int32_t* row_map = map != nullptr ? map + 2 * size_t{y} * width : nullptr;
+        for (uint32_t x = kStep / 2; x < width;) {
+            GraySums::Batch batch;
+            size_t filled = 0;
+            for (; x < width && filled < batch.size(); x += kStep) {
+                batch[filled] = row[x * channels];
+                filled += row_map == nullptr || row_map[2 * x] != INT32_MIN;
+            }
+            sums.add(batch, filled);
         }
     }
-    if (count == 0) return statistics;
-    const double n = static_cast<double>(count);
-    statistics.mean = sum / n;
-    statistics.deviation = std::sqrt(std::max(0.0, squares / n - statistics.mean * statistics.mean));
-    statistics.saturated_share = static_cast<double>(saturated) / n;
-    statistics.hash = hash;
-    return statistics;
+    return sums.statistics();
 }
 
 Evidence weigh_evidence(const TemplateData& data, const FrameOutput& output) {

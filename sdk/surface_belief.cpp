@@ -56,20 +56,19 @@ void believe(const SurfaceModel& model, SurfaceSamples samples, bool lost, uint3
     for (size_t i = 0; i < samples.size(); ++i)
         if (samples[i].observation == DEFREC_OBSERVED) belief.distance[model.cell[i]] = 0;
     spread_distance(belief.distance, grid.columns, grid.rows);
+    static_assert(DEFREC_POINT_OBSERVED == 0 && DEFREC_POINT_EXTRAPOLATED == 1 && DEFREC_POINT_UNKNOWN == 2);
+    float *far_mm = belief.far_mm.data(), *residual_mm = belief.residual_mm.data();
+    uint8_t* status = belief.status.data();
     for (size_t i = 0; i < samples.size(); ++i) {
-        belief.far_mm.data()[i] = belief.distance[model.cell[i]];
-        belief.residual_mm.data()[i] = samples[i].observation == DEFREC_OBSERVED ? kResidualShare * samples[i].residual : 0;
+        const float distance = belief.distance[model.cell[i]], far = distance * model.step_mm.data()[i];
+        far_mm[i] = far;
+        residual_mm[i] = distance > 0 ? 0 : kResidualShare * samples[i].residual;  // at distance 0 it is observed
+        status[i] = static_cast<uint8_t>((distance > 0) + (far > kFarthestMm));
     }
-    belief.far_mm *= model.step_mm;
     const float loss = lost ? kGrowthLost * static_cast<float>(std::min(age, kLongestGrowth)) : 0;
     Eigen::Map<Eigen::ArrayXf>(belief.expected_error.data(), count) =
         (model.measurement_variance + belief.residual_mm.square()).sqrt() + kGrowth * belief.far_mm.min(kFarthestGrowthMm) +
         model.support_error + loss;
-    static_assert(DEFREC_POINT_OBSERVED == 0 && DEFREC_POINT_EXTRAPOLATED == 1 && DEFREC_POINT_UNKNOWN == 2);
-    const float* far = belief.far_mm.data();
-    uint8_t* status = belief.status.data();
-    for (size_t i = 0; i < samples.size(); ++i)  // distance 0 is observed
-        status[i] = static_cast<uint8_t>((far[i] > 0) + (far[i] > kFarthestMm));
     if (lost) std::fill(belief.status.begin(), belief.status.end(), uint8_t{DEFREC_POINT_UNKNOWN});
 }
 
