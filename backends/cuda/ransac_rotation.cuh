@@ -12,12 +12,12 @@ struct Rotation {
 };
 
 // b - R a.
-__device__ Vec3<float> rest_of(const Rotation& rotation, const Vec3<float>& a, const Vec3<float>& b) {
+__device__ inline Vec3<float> rest_of(const Rotation& rotation, const Vec3<float>& a, const Vec3<float>& b) {
     const float* r = rotation.r;
     return {fmaf(-r[0], a.x, fmaf(-r[1], a.y, fmaf(-r[2], a.z, b.x))), fmaf(-r[3], a.x, fmaf(-r[4], a.y, fmaf(-r[5], a.z, b.y))),
             fmaf(-r[6], a.x, fmaf(-r[7], a.y, fmaf(-r[8], a.z, b.z)))};
 }
-__device__ float squared_length(const Vec3<float>& v) { return fmaf(v.x, v.x, fmaf(v.y, v.y, v.z * v.z)); }
+__device__ inline float squared_length(const Vec3<float>& v) { return fmaf(v.x, v.x, fmaf(v.y, v.y, v.z * v.z)); }
 
 __device__ float dot(const float4& a, const float4& b) { return fmaf(a.x, b.x, fmaf(a.y, b.y, fmaf(a.z, b.z, a.w * b.w))); }
 __device__ float4 scaled(float s, const float4& v) { return make_float4(s * v.x, s * v.y, s * v.z, s * v.w); }
