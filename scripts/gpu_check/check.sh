@@ -188,7 +188,7 @@ sanitizer() {
     for tool in "${tools[@]}"; do
         while read -r pattern; do
             examine "sanitizer/$tool/${pattern%/\*}" "$program" --tool "$tool" --target-processes all --error-exitcode 9 --print-limit 20 -- \
-                --backend cuda "${smoke[@]}" --case "$pattern" --in-process --time-limit "$time_limit"
+                --backend cuda "${smoke[@]}" --case "$pattern" --in-process
         done < <(patterns "${chosen[@]}")
     done
 }
