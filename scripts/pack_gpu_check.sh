@@ -33,7 +33,8 @@ cp "$build"/lib/defrec-conformance/defrec_plugin_relay.{so,json} "$out/lib/defre
 # Libraries beyond the C library's own. The compiler's and the Vulkan loader are for machines that lack them: beside an older one a
 # driver there may not find what it was built with.
 files=("$out"/bin/* "$out"/tests/* "$out"/lib/*.so* "$out"/lib/defrec-conformance/*.so)
-vulkan="$(/sbin/ldconfig -p | sed -n 's/.*libvulkan\.so\.1 .*x86-64.* => //p' | head -1)"
+vulkan="$(/sbin/ldconfig -p | sed -n 's/.*libvulkan\.so\.1 (libc6,[^)]*64) => //p')"
+vulkan="${vulkan%%$'\n'*}"
 { LD_LIBRARY_PATH="$out/lib" ldd "${files[@]}" | sed -n 's/.* => \(\/.*\) (0x.*/\1/p' | sort -u; echo "$vulkan"; } | while read -r library; do
     case "$(basename "$library")" in
         '' | libdefrec.* | libc.so* | libm.so* | libdl.so* | libpthread.so* | librt.so* | ld-linux*) ;;
