@@ -15,6 +15,12 @@ set -uo pipefail
 here="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)"
 
 fail_usage() { printf '%s\n%s\n' "$1" "$usage" >&2; exit 2; }
+one_of() {  # NAME GIVEN KNOWN...
+    local name="$1" given="$2"
+    shift 2
+    [[ " $* " == *" $given "* ]] || fail_usage "$name: '$given' is none of $*"
+}
+all_stages=(rectify stereo orb match align ransac lm warp) all_tools=(memcheck racecheck initcheck synccheck)
 parts=() backends=() stages=() tiers=() tools=() smoke=() places="$(nproc)" time_limit=3600 out=results
 while [ $# -gt 0 ]; do
     case "$1" in
@@ -23,9 +29,9 @@ while [ $# -gt 0 ]; do
     case "$1" in
         tests | conformance | bench | sanitizer) parts+=("$1") ;;
         --backend) backends+=("$2"); shift ;;
-        --stage) stages+=("$2"); shift ;;
-        --tier) tiers+=("$2"); shift ;;
-        --tool) tools+=("$2"); shift ;;
+        --stage) one_of "$1" "$2" "${all_stages[@]}"; stages+=("$2"); shift ;;
+        --tier) one_of "$1" "$2" abi stage sequence stress; tiers+=("$2"); shift ;;
+        --tool) one_of "$1" "$2" "${all_tools[@]}"; tools+=("$2"); shift ;;
         --smoke) smoke=(--smoke) ;;
         --jobs) places="$2"; shift ;;
         --time-limit) time_limit="$2"; shift ;;
@@ -36,7 +42,7 @@ while [ $# -gt 0 ]; do
     shift
 done
 [ ${#parts[@]} -gt 0 ] || parts=(tests conformance bench sanitizer)
-[ ${#tools[@]} -gt 0 ] || tools=(memcheck racecheck initcheck synccheck)
+[ ${#tools[@]} -gt 0 ] || tools=("${all_tools[@]}")
 mkdir -p "$out" && out="$(cd "$out" && pwd)" || exit 2
 summary="$out/summary.txt"
 : >"$summary"
@@ -127,8 +133,7 @@ patterns() {
     for tier in "$@"; do
         case "$tier" in
             stage)
-                if [ ${#stages[@]} -gt 0 ]; then printf 'stage/%s/*\n' "${stages[@]}"
-                else printf 'stage/%s/*\n' rectify stereo orb match align ransac lm warp; fi ;;
+                if [ ${#stages[@]} -gt 0 ]; then printf 'stage/%s/*\n' "${stages[@]}"; else printf 'stage/%s/*\n' "${all_stages[@]}"; fi ;;
             *) "$here/bin/defrec-conformance" --list --tier "$tier" "${smoke[@]}" | sed 's/ .*//' |
                 if [ "$tier" = sequence ]; then cat; else sed 's|/.*|/*|' | sort -u; fi ;;
         esac
@@ -152,7 +157,7 @@ conformance() {
         fi
         while read -r pattern; do
             examine "conformance/$backend/${pattern%/\*}" -- --backend "$backend" "${smoke[@]}" --case "$pattern"
-        done < <(patterns "${chosen[@]}")
+        done <<<"$(patterns "${chosen[@]}")"
     done
 }
 
@@ -189,7 +194,7 @@ sanitizer() {
         while read -r pattern; do
             examine "sanitizer/$tool/${pattern%/\*}" "$program" --tool "$tool" --target-processes all --error-exitcode 9 --print-limit 20 -- \
                 --backend cuda "${smoke[@]}" --case "$pattern" --in-process
-        done < <(patterns "${chosen[@]}")
+        done <<<"$(patterns "${chosen[@]}")"
     done
 }
 
