@@ -15,6 +15,8 @@ StereoShape shape_of(const StereoSizes& size) {
             size.first, size.count};
 }
 
+uint64_t area(int stride, int height) { return static_cast<uint64_t>(stride) * static_cast<uint64_t>(height); }
+
 // Without memory.
 DisparityPyramid pyramid_of(const StereoSizes& size) {
     DisparityPyramid pyramid{};
@@ -29,14 +31,21 @@ DisparityPyramid pyramid_of(const StereoSizes& size) {
 // One of the two images with what is made of it before the search.
 struct Image {
     Image(Device& device, const StereoShape& shape)
-        : gray(device, static_cast<uint64_t>(shape.full_stride) * static_cast<uint64_t>(shape.height)),
-          half(device, static_cast<uint64_t>(shape.half_stride) * static_cast<uint64_t>(shape.half_height)),
-          half_mask(device, half.size()),
-          words(device, static_cast<uint64_t>(shape.half_stride) * cover(static_cast<uint64_t>(shape.half_height), kBandRows) * sizeof(uint32_t)) {}
+        : gray_(device, area(gray_stride(shape.full_stride), shape.height)),
+          half_(device, area(gray_stride(shape.half_stride), shape.half_height)),
+          half_mask(device, area(shape.half_stride, shape.half_height)),
+          words(make_buffer<uint32_t>(device, area(shape.half_stride, (shape.half_height + kBandRows - 1) / kBandRows))) {}
     PreparedImage prepared(const uint8_t* source, const uint8_t* mask, uint8_t* given) const {
-        return {source, mask, gray.as<uint8_t>(), half.as<uint8_t>(), half_mask.as<uint8_t>(), words.as<uint32_t>(), given};
+        return {source, mask, gray(), half(), half_mask.as<uint8_t>(), words.as<uint32_t>(), given};
     }
-    Buffer gray, half, half_mask, words;
+    uint8_t* gray() const { return gray_.as<uint8_t>() + kGrayMargin; }
+    uint8_t* half() const { return half_.as<uint8_t>() + kGrayMargin; }
+
+  private:
+    Buffer gray_, half_;
+
+  public:
+    Buffer half_mask, words;
 };
 
 class Stereo final : public Stage {
@@ -48,16 +57,16 @@ class Stereo final : public Stage {
           pyramid_(pyramid_of(size_)),
           left_(device, shape_),
           right_(device, shape_),
-          candidates_(make_buffer<uint16_t>(device, left_.half.size())),
+          candidates_(make_buffer<uint16_t>(device, left_.half_mask.size())),
           right_keys_(make_buffer<int32_t>(device, size_.half_pixels())),
           supported_(make_buffer<int16_t>(device, size_.half_pixels())),
           fields_(make_buffer<int16_t>(device, static_cast<uint64_t>(pyramid_.levels[pyramid_.count - 1].offset) + 1)),
-          standing_(device, left_.half.size()),
+          standing_(device, left_.half_mask.size()),
           half_refined_(make_buffer<int16_t>(device, size_.half_pixels())),
-          hypothesis_(make_buffer<int16_t>(device, left_.gray.size())),
-          evidence_(make_buffer<int16_t>(device, left_.gray.size())),
-          confidence_(device, left_.gray.size()),
-          filled_(make_buffer<int16_t>(device, left_.gray.size())) {
+          hypothesis_(make_buffer<int16_t>(device, area(shape_.full_stride, shape_.height))),
+          evidence_(make_buffer<int16_t>(device, area(shape_.full_stride, shape_.height))),
+          confidence_(device, area(shape_.full_stride, shape_.height)),
+          filled_(make_buffer<int16_t>(device, area(shape_.full_stride, shape_.height))) {
         pyramid_.data = fields_.as<int16_t>();
     }
 
@@ -79,10 +88,10 @@ class Stereo final : public Stage {
         record_search(recorder, search_step(given.left_keys, right_keys));
         record_agree(recorder, {shape_, radius, static_cast<int>(p_.left_right), static_cast<int>(p_.support), candidates_.as<uint16_t>(), right_keys,
                                 left_.half_mask.as<uint8_t>(), right_.half_mask.as<uint8_t>(), given.checked, supported, pyramid_});
-        record_dense(recorder, {shape_, radius, static_cast<int>(p_.edge), pyramid_, left_.half.as<uint8_t>(), right_.half.as<uint8_t>(), supported,
+        record_dense(recorder, {shape_, radius, static_cast<int>(p_.edge), pyramid_, left_.half(), right_.half(), supported,
                                 given.dense, standing_.as<uint8_t>(), half_refined});
         record_refine(recorder, {shape_, static_cast<int>(p_.refine_radius), static_cast<int>(p_.refine_score), static_cast<int>(p_.texture),
-                                 left_.gray.as<uint8_t>(), right_.gray.as<uint8_t>(), given.left_mask, given.right_mask, half_refined,
+                                 left_.gray(), right_.gray(), given.left_mask, given.right_mask, half_refined,
                                  standing_.as<uint8_t>(), hypothesis_.as<int16_t>(), evidence_.as<int16_t>(), confidence_.as<uint8_t>(),
                                  given.hypothesis, given.refined, given.score});
         record_finish(recorder, {shape_, static_cast<int>(p_.support), static_cast<int>(p_.fill_radius), hypothesis_.as<int16_t>(),

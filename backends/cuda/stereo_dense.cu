@@ -67,6 +67,16 @@ struct Part {
     int x0, y0, x1, y1;
     __device__ int width() const { return x1 - x0; }
     __device__ int pixels() const { return (x1 - x0) * (y1 - y0); }
+    // visit(x, y, index) for every pixel, by the threads of the block: sixteen to a row.
+    template <class Visit>
+    __device__ __forceinline__ void each(Visit&& visit) const {
+        constexpr int kLanes = 16;
+        const int lane = static_cast<int>(threadIdx.x) % kLanes, first = static_cast<int>(threadIdx.x) / kLanes;
+        const int rows = static_cast<int>(blockDim.x) / kLanes;
+#pragma unroll 4
+        for (int y = y0 + first; y < y1; y += rows)
+            for (int x = x0 + lane; x < x1; x += kLanes) visit(x, y, (y - y0) * width() + x - x0);
+    }
 };
 
 // Most pixels of the parts of all levels that a block needs.
@@ -82,7 +92,6 @@ constexpr int most_pixels() {
 
 // Fills the pixels of `part` of the finest field: memory begins with them. whole: the top level is not filled yet.
 __device__ void fill_part(const DisparityPyramid& pyramid, const Part& part, bool whole, int16_t* memory) {
-    const int thread = static_cast<int>(threadIdx.x), threads = static_cast<int>(blockDim.x);
     const int top = min(kTiledLevels, pyramid.count - 1);
     Part parts[kTiledLevels + 1];
     int first[kTiledLevels + 1];
@@ -99,9 +108,9 @@ __device__ void fill_part(const DisparityPyramid& pyramid, const Part& part, boo
             if (level == top && whole) parts[level] = {0, 0, size.width, size.height};
             first[level] = first[level - 1] + fine.pixels();
         }
-        const Part& here = parts[level];
-        for (int i = thread; i < here.pixels(); i += threads)
-            memory[first[level] + i] = pyramid.data[size.offset + (here.y0 + i / here.width()) * size.width + here.x0 + i % here.width()];
+        const int16_t* const from = pyramid.data + size.offset;
+        int16_t* const to = memory + first[level];
+        parts[level].each([&](int x, int y, int i) { to[i] = from[y * size.width + x]; });
     }
     __syncthreads();
 #pragma unroll
@@ -115,19 +124,23 @@ __device__ void fill_part(const DisparityPyramid& pyramid, const Part& part, boo
         const Level& size = pyramid.levels[level + 1];
         int16_t* const field = memory + first[level];
         const int16_t* const from = field + fine.pixels();
-        for (int i = thread; i < fine.pixels(); i += threads)
-            if (field[i] == kNoDisparity)
-                field[i] = static_cast<int16_t>(
-                    from_coarser(from, coarse.width(), coarse.x0, coarse.y0, size, fine.x0 + i % fine.width(), fine.y0 + i / fine.width()));
+        fine.each([&](int x, int y, int i) {
+            if (field[i] == kNoDisparity) field[i] = static_cast<int16_t>(from_coarser(from, coarse.width(), coarse.x0, coarse.y0, size, x, y));
+        });
         __syncthreads();
     }
 }
 
 template <int kRadius>
-__global__ void __launch_bounds__(kRefineThreads) make_dense(DenseStep step, bool whole) {
-    __shared__ RefineTile<kRadius> tile;
-    __shared__ int16_t fields[most_pixels<kRadius>()];
-    __shared__ float2 means[kMeans];
+struct Block {
+    RefineTile<kRadius> tile;
+    float2 means[kMeans];
+    int16_t fields[most_pixels<kRadius>()];
+};
+
+template <int kRadius>
+__global__ void __launch_bounds__(kRefineThreads, kRefineBlocks) make_dense(DenseStep step, bool whole) {
+    auto& [tile, means, fields] = *dynamic_shared<Block<kRadius>>();
     constexpr int kSide = RefineTile<kRadius>::kSide, kMargin = kHalfSmoothRadius;
     const StereoShape& shape = step.shape;
     const int width = shape.half_width, height = shape.half_height, thread = static_cast<int>(threadIdx.x);
@@ -139,11 +152,14 @@ __global__ void __launch_bounds__(kRefineThreads) make_dense(DenseStep step, boo
     const auto dense = [&](int x, int y) { return int{fields[(y - part.y0) * part.width() + x - part.x0]}; };
 
     // The windows' pixels, and the extremes of the field along rows.
+#pragma unroll 5
     for (int i = thread; i < kSide * kSide; i += kRefineThreads) {
         const int column = i % kSide, row = i / kSide, x = left - kRadius + column, y = top - kRadius + row;
-        const bool inside = x >= 0 && y >= 0 && x < width && y < height;
-        const int line = y * shape.half_stride;
-        tile.cells[row][column] = inside ? refine_cell(step.left[line + x], step.right + line, dense(x, y), x, width) : make_uint2(0, 0);
+        // Outside the image some pixel is read that does not matter.
+        const int at_x = clamped(x, part.x0, part.x1 - 1), at_y = clamped(y, part.y0, part.y1 - 1), line = at_y * gray_stride(shape.half_stride);
+        const uint2 cell = refine_cell(step.left[line + at_x], step.right + line, dense(at_x, at_y), at_x);
+        const bool inside = x == at_x && y == at_y;
+        tile.cells[row][column] = make_uint2(inside ? cell.x : 0, inside ? cell.y : 0);
     }
     int* const least = &tile.columns[0][0][0];
     int* const most = &tile.columns[1][0][0];
@@ -153,9 +169,11 @@ __global__ void __launch_bounds__(kRefineThreads) make_dense(DenseStep step, boo
         const int x = left + kMargin + i % kOwned, y = top + kMargin - kEdgeRadius + i / kOwned;
         if (x >= width || y < 0 || y >= height) continue;
         int lowest = dense(x, y), highest = lowest;
-        for (int u = max(0, x - kEdgeRadius); u <= min(width - 1, x + kEdgeRadius); ++u) {
-            lowest = min(lowest, dense(u, y));
-            highest = max(highest, dense(u, y));
+#pragma unroll
+        for (int u = -kEdgeRadius; u <= kEdgeRadius; ++u) {
+            const int disparity = dense(clamped(x + u, 0, width - 1), y);
+            lowest = min(lowest, disparity);
+            highest = max(highest, disparity);
         }
         least[i] = lowest;
         most[i] = highest;
@@ -166,8 +184,9 @@ __global__ void __launch_bounds__(kRefineThreads) make_dense(DenseStep step, boo
         if (x >= width || y >= height) continue;
         const int here = dense(x, y);
         int lowest = here, highest = here;
-        for (int v = max(0, y - kEdgeRadius); v <= min(height - 1, y + kEdgeRadius); ++v) {
-            const int at = i + (v - y + kEdgeRadius) * kOwned;
+#pragma unroll
+        for (int v = -kEdgeRadius; v <= kEdgeRadius; ++v) {
+            const int at = i + (clamped(y + v, 0, height - 1) - y + kEdgeRadius) * kOwned;
             lowest = min(lowest, least[at]);
             highest = max(highest, most[at]);
         }
@@ -218,13 +237,16 @@ void record_dense(Recorder& recorder, const DenseStep& step) {
     const bool whole = step.pyramid.levels[top].width * step.pyramid.levels[top].height <= kMostPixels;
     if (!whole) recorder.launch(fill_top, {dim3(1), dim3(kFillThreads)}, step.pyramid, top);
     const auto columns = static_cast<uint32_t>(step.shape.half_width), rows = static_cast<uint32_t>(step.shape.half_height);
-    const Grid grid{dim3(cover(columns, kOwned), cover(rows, kOwned)), dim3(kRefineThreads)};
+    const dim3 blocks(cover(columns, kOwned), cover(rows, kOwned));
+    const auto launch = [&]<int kRadius>(std::integral_constant<int, kRadius>) {
+        recorder.launch(make_dense<kRadius>, {blocks, dim3(kRefineThreads), sizeof(Block<kRadius>)}, step, whole);
+    };
     switch (step.radius) {
-        case 2: return recorder.launch(make_dense<2>, grid, step, whole);
-        case 3: return recorder.launch(make_dense<3>, grid, step, whole);
-        case 4: return recorder.launch(make_dense<4>, grid, step, whole);
-        case 5: return recorder.launch(make_dense<5>, grid, step, whole);
-        default: return recorder.launch(make_dense<6>, grid, step, whole);
+        case 2: return launch(std::integral_constant<int, 2>{});
+        case 3: return launch(std::integral_constant<int, 3>{});
+        case 4: return launch(std::integral_constant<int, 4>{});
+        case 5: return launch(std::integral_constant<int, 5>{});
+        default: return launch(std::integral_constant<int, 6>{});
     }
 }
 

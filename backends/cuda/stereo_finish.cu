@@ -40,10 +40,16 @@ __global__ void __launch_bounds__(kThreads) finish(FinishStep step) {
     const int width_runs = (width + kRun - 1) / kRun, height_runs = (height + kRun - 1) / kRun;
 
     const int reach_width = kRun * width_runs + 2 * kIslandRadius, reach_height = kRun * height_runs + 2 * kIslandRadius;
-    for (int i = thread; i < reach_width * reach_height; i += kThreads) {
-        const int column = i % reach_width, row = i / reach_width, x = left - margin + column, y = top - margin + row;
-        const bool inside = x >= 0 && y >= 0 && x < shape.width && y < shape.height;
-        tile.cells[row][column] = inside && step.evidence[int64_t{y} * shape.full_stride + x] != kNoDisparity;
+    constexpr int kLanes = static_cast<int>(kWarp);
+#pragma unroll 4
+    for (int row = thread / kLanes; row < reach_height; row += kThreads / kLanes) {
+#pragma unroll
+        for (int lanes = 0; lanes < kReachWidth; lanes += kLanes) {
+            const int column = lanes + thread % kLanes, x = left - margin + column, y = top - margin + row;
+            const bool inside = column < reach_width && x >= 0 && y >= 0 && x < shape.width && y < shape.height;
+            const int evidence = inside ? step.evidence[y * shape.full_stride + x] : kNoDisparity;
+            if (column < reach_width) tile.cells[row][column] = evidence != kNoDisparity;
+        }
     }
     __syncthreads();
     int line[kRun + 2 * kIslandRadius], counts[kRun];
@@ -65,11 +71,11 @@ __global__ void __launch_bounds__(kThreads) finish(FinishStep step) {
         for (int v = 0; v < kRun; ++v) {
             const int y = top - radius + row + v;
             const bool inside = x >= 0 && y >= 0 && x < shape.width && y < shape.height;
-            const int64_t at = int64_t{y} * shape.full_stride + x;
+            const int at = y * shape.full_stride + x;
             const int evidence = inside && 25 * counts[v] >= 81 * step.support ? step.evidence[at] : kNoDisparity;
             tile.cells[row + v][column] = evidence == kNoDisparity ? 0 : kOne + evidence - step.hypothesis[at];
             if (step.given_evidence != nullptr && inside && x >= left && x < left + kWidth && y >= top && y < top + kHeight)
-                step.given_evidence[int64_t{y} * shape.width + x] = static_cast<int16_t>(evidence);
+                step.given_evidence[y * shape.width + x] = static_cast<int16_t>(evidence);
         }
     }
     __syncthreads();
@@ -81,27 +87,22 @@ __global__ void __launch_bounds__(kThreads) finish(FinishStep step) {
     const int enough = (2 * radius + 1) * (2 * radius + 1);
     for (int i = thread; i < kWidth * (kHeight / kRun); i += kThreads) {
         const int column = i % kWidth, row = i / kWidth * kRun, x = left + column;
-        if (x >= shape.full_stride) continue;
+        if (x >= shape.width) continue;
         sum_line(&tile.rows[row][column], kStride, radius, [&](int v, int sum) {
             const int y = top + row + v;
             if (y >= shape.height) return;
-            int disparity = kNoDisparity;
-            if (x < shape.width) {
-                const int hypothesis = step.hypothesis[int64_t{y} * shape.full_stride + x], cell = tile.cells[row + radius + v][column + radius];
-                const int m = (sum + kOne / 2) >> 16, differences = sum - m * kOne;
-                const bool known = cell != 0, filled = !known && 2 * m >= enough;
-                if (known) disparity = hypothesis + cell - kOne;
-                if (filled) {
-                    const int dividend = 2 * differences + m, quotient = dividend / (2 * m);
-                    disparity = max(0, hypothesis + quotient - (dividend - 2 * m * quotient < 0));
-                }
-                if (step.given_confidence != nullptr) {
-                    const int64_t given = int64_t{y} * shape.stride + x;
-                    step.given_confidence[given] = known ? step.confidence[int64_t{y} * shape.full_stride + x] : filled ? kFilledConfidence : 0;
-                }
-                if (step.given_filled != nullptr) step.given_filled[int64_t{y} * shape.width + x] = static_cast<int16_t>(disparity);
+            const int at = y * shape.full_stride + x, hypothesis = step.hypothesis[at], cell = tile.cells[row + radius + v][column + radius];
+            const int m = (sum + kOne / 2) >> 16, differences = sum - m * kOne;
+            const bool known = cell != 0, filled = !known && 2 * m >= enough;
+            int disparity = known ? hypothesis + cell - kOne : kNoDisparity;
+            if (filled) {
+                const int dividend = 2 * differences + m, quotient = dividend / (2 * m);
+                disparity = max(0, hypothesis + quotient - (dividend - 2 * m * quotient < 0));
             }
-            step.filled[int64_t{y} * shape.full_stride + x] = static_cast<int16_t>(disparity);
+            if (step.given_confidence != nullptr)
+                step.given_confidence[int64_t{y} * shape.stride + x] = known ? step.confidence[at] : filled ? kFilledConfidence : 0;
+            if (step.given_filled != nullptr) step.given_filled[y * shape.width + x] = static_cast<int16_t>(disparity);
+            step.filled[at] = static_cast<int16_t>(disparity);
         });
     }
 }
@@ -109,7 +110,7 @@ __global__ void __launch_bounds__(kThreads) finish(FinishStep step) {
 }  // namespace
 
 void record_finish(Recorder& recorder, const FinishStep& step) {
-    const auto columns = static_cast<uint32_t>(step.shape.full_stride), rows = static_cast<uint32_t>(step.shape.height);
+    const auto columns = static_cast<uint32_t>(step.shape.width), rows = static_cast<uint32_t>(step.shape.height);
     recorder.launch(finish, {dim3(cover(columns, kWidth), cover(rows, kHeight)), dim3(kThreads)}, step);
 }
 

@@ -77,9 +77,12 @@ __device__ void halve(const Tile& tile, const PreparedImage& image, const Stereo
             if (y + k >= shape.half_height) break;
             const int at = 2 * (band * kBandRows + k) * kWidth + 2 * column;
             const int half = (gray[at] + gray[at + 1] + gray[at + kWidth] + gray[at + kWidth + 1] + 2) >> 2;
-            const int to = (y + k) * shape.half_stride + x;
-            image.half[to] = static_cast<uint8_t>(half);
-            image.half_mask[to] = usable[at] & usable[at + 1] & usable[at + kWidth] & usable[at + kWidth + 1];
+            uint8_t* const row = image.half + (y + k) * gray_stride(shape.half_stride);
+            row[x] = static_cast<uint8_t>(half);
+            if (x == 0) *reinterpret_cast<uint32_t*>(row - 4) = 0x01010101u * static_cast<uint32_t>(half);
+            if (x == shape.half_width - 1)
+                for (int u = 1; u <= 8; ++u) row[x + u] = static_cast<uint8_t>(half);
+            image.half_mask[(y + k) * shape.half_stride + x] = usable[at] & usable[at + 1] & usable[at + kWidth] & usable[at + kWidth + 1];
             word |= static_cast<uint32_t>((half - 128) & 255) << (8 * k);
         }
         image.words[y / kBandRows * shape.half_stride + x] = word;
@@ -107,9 +110,17 @@ __global__ void __launch_bounds__(kThreads) prepare(PrepareStep step) {
 
     for (int i = thread; i < kHeight * (kWidth / 4); i += kThreads) {
         const int quad = i % (kWidth / 4), row = i / (kWidth / 4), x = left + 4 * quad, y = top + row;
-        if (y >= shape.height || x >= shape.full_stride) continue;
-        const uint32_t word = tile.gray[row][quad];
-        *reinterpret_cast<uint32_t*>(image.gray + int64_t{y} * shape.full_stride + x) = word;
+        if (y >= shape.height || x >= shape.width) continue;
+        uint32_t word = tile.gray[row][quad];
+        uint32_t* const to = reinterpret_cast<uint32_t*>(image.gray + y * gray_stride(shape.full_stride) + x);
+        if (x == 0) to[-1] = 0x01010101u * (word & 0xff);
+        if (x + 4 >= shape.width) {
+            const int after = 8 * (shape.width - x);  // bits of pixels of the image
+            const uint32_t last = 0x01010101u * (word >> (after - 8) & 0xff);
+            if (after < 32) word = (word & ((1u << after) - 1)) | last << after;
+            to[1] = to[2] = last;
+        }
+        *to = word;
         if (image.given == nullptr) continue;
         for (int k = 0; k < min(4, shape.width - x); ++k)
             image.given[int64_t{y} * shape.width + x + k] = static_cast<uint8_t>(word >> (8 * k));
@@ -125,7 +136,7 @@ __global__ void __launch_bounds__(kThreads) prepare(PrepareStep step) {
 }  // namespace
 
 void record_prepare(Recorder& recorder, const PrepareStep& step) {
-    const auto columns = static_cast<uint32_t>(step.shape.full_stride), rows = static_cast<uint32_t>(step.shape.height);
+    const auto columns = static_cast<uint32_t>(step.shape.width), rows = static_cast<uint32_t>(step.shape.height);
     recorder.launch(prepare, {dim3(cover(columns, kWidth), cover(rows, kHeight), 2), dim3(kThreads)}, step);
 }
 

@@ -16,12 +16,18 @@ __device__ int upsampled(const int16_t (&half)[kSide][kSide + 2], int first_u, i
 }
 
 template <int kRadius>
-__global__ void __launch_bounds__(kRefineThreads) refine(RefineStep step) {
-    using Tile = RefineTile<kRadius>;
-    constexpr int kSide = Tile::kSide, kHalfSide = kSide / 2 + 3;
-    __shared__ Tile tile;
-    __shared__ int16_t half[kHalfSide][kHalfSide + 2];
-    __shared__ int16_t hypotheses[kRefineTile][kRefineTile + 2];
+struct Block {
+    static constexpr int kSide = RefineTile<kRadius>::kSide, kHalfSide = kSide / 2 + 3;
+    RefineTile<kRadius> tile;
+    int16_t half[kHalfSide][kHalfSide + 2];
+    int16_t hypotheses[kRefineTile][kRefineTile + 2];
+};
+
+template <int kRadius>
+__global__ void __launch_bounds__(kRefineThreads, kRefineBlocks) refine(RefineStep step) {
+    constexpr int kSide = Block<kRadius>::kSide, kHalfSide = Block<kRadius>::kHalfSide;
+    Block<kRadius>& block = *dynamic_shared<Block<kRadius>>();
+    auto& [tile, half, hypotheses] = block;
     const StereoShape& shape = step.shape;
     const int left = static_cast<int>(blockIdx.x) * kRefineTile, top = static_cast<int>(blockIdx.y) * kRefineTile;
     const int thread = static_cast<int>(threadIdx.x);
@@ -33,16 +39,16 @@ __global__ void __launch_bounds__(kRefineThreads) refine(RefineStep step) {
         half[v][u] = step.half[at_v * shape.half_width + at_u];
     }
     __syncthreads();
+#pragma unroll 5
     for (int i = thread; i < kSide * kSide; i += kRefineThreads) {
         const int column = i % kSide - kRadius, row = i / kSide - kRadius, x = left + column, y = top + row;
-        uint2 cell = make_uint2(0, 0);
-        if (x >= 0 && y >= 0 && x < shape.width && y < shape.height) {
-            const int hypothesis = upsampled(half, first_u, first_v, x, y);
-            const int64_t line = int64_t{y} * shape.full_stride;
-            cell = refine_cell(step.left[line + x], step.right + line, hypothesis, x, shape.width);
-            if (column >= 0 && row >= 0 && column < kRefineTile && row < kRefineTile) hypotheses[row][column] = static_cast<int16_t>(hypothesis);
-        }
-        tile.cells[row + kRadius][column + kRadius] = cell;
+        const int hypothesis = upsampled(half, first_u, first_v, x, y);
+        // Outside the image some pixel is read that does not matter.
+        const int at_x = clamped(x, 0, shape.width - 1), line = clamped(y, 0, shape.height - 1) * gray_stride(shape.full_stride);
+        const uint2 cell = refine_cell(step.left[line + at_x], step.right + line, hypothesis, at_x);
+        const bool inside = x == at_x && y >= 0 && y < shape.height;
+        tile.cells[row + kRadius][column + kRadius] = make_uint2(inside ? cell.x : 0, inside ? cell.y : 0);
+        if (column >= 0 && row >= 0 && column < kRefineTile && row < kRefineTile) hypotheses[row][column] = static_cast<int16_t>(hypothesis);
     }
     __syncthreads();
     // The least v with 256 v >= texture^2 n^2.
@@ -73,7 +79,7 @@ __global__ void __launch_bounds__(kRefineThreads) refine(RefineStep step) {
                 confidence = clamped(good ? score >> 4 : score >> 5, 1, 255);
             }
         }
-        const int64_t at = int64_t{y} * shape.full_stride + x, given = int64_t{y} * shape.width + x;
+        const int at = y * shape.full_stride + x, given = y * shape.width + x;
         step.hypothesis[at] = static_cast<int16_t>(hypothesis);
         step.evidence[at] = static_cast<int16_t>(disparity);
         step.confidence[at] = static_cast<uint8_t>(confidence);
@@ -87,13 +93,16 @@ __global__ void __launch_bounds__(kRefineThreads) refine(RefineStep step) {
 
 void record_refine(Recorder& recorder, const RefineStep& step) {
     const auto columns = static_cast<uint32_t>(step.shape.width), rows = static_cast<uint32_t>(step.shape.height);
-    const Grid grid{dim3(cover(columns, kRefineTile), cover(rows, kRefineTile)), dim3(kRefineThreads)};
+    const dim3 blocks(cover(columns, kRefineTile), cover(rows, kRefineTile));
+    const auto launch = [&]<int kRadius>(std::integral_constant<int, kRadius>) {
+        recorder.launch(refine<kRadius>, {blocks, dim3(kRefineThreads), sizeof(Block<kRadius>)}, step);
+    };
     switch (step.radius) {
-        case 2: return recorder.launch(refine<2>, grid, step);
-        case 3: return recorder.launch(refine<3>, grid, step);
-        case 4: return recorder.launch(refine<4>, grid, step);
-        case 5: return recorder.launch(refine<5>, grid, step);
-        default: return recorder.launch(refine<6>, grid, step);
+        case 2: return launch(std::integral_constant<int, 2>{});
+        case 3: return launch(std::integral_constant<int, 3>{});
+        case 4: return launch(std::integral_constant<int, 4>{});
+        case 5: return launch(std::integral_constant<int, 5>{});
+        default: return launch(std::integral_constant<int, 6>{});
     }
 }
 

@@ -5,8 +5,9 @@
 namespace defrec::cuda {
 namespace {
 
-constexpr int kRefineTile = 32, kRefineRun = 8, kRefineThreads = 160;
+constexpr int kRefineTile = 32, kRefineRun = 8, kRefineThreads = 160, kRefineBlocks = 4;  // of a multiprocessor at least
 
+// Its place is dynamic shared memory.
 template <int kRadius>
 struct RefineTile {
     static constexpr int kSide = kRefineTile + 2 * kRadius;
@@ -16,7 +17,7 @@ struct RefineTile {
     // Left gray; and the right image seen through the hypothesis one pixel to the left, on the spot and one to the right, 9 bits each. 0
     // outside the image.
     uint2 cells[kSide][kSide];
-    alignas(16) int columns[3][kRefineTile][kStride];
+    alignas(16) int columns[6][kRefineTile][kStride];
 
     // What comes out: in the place of `columns`.
     __device__ int& result(int column, int row) { return columns[0][row][column]; }
@@ -32,25 +33,13 @@ __device__ __forceinline__ int pack(const Refined& r) { return r.score * (1 << 1
 __device__ __forceinline__ Refined unpack(int word) { return {(word & 63) - 16, word >> 16, (word >> 6 & 1) != 0, (word >> 7 & 1) != 0}; }
 __device__ __forceinline__ int moved(int hypothesis, int move) { return clamped(hypothesis + move, 0, 32000); }
 
-// The pixels x - 1 .. x + 2 of a row, read clamped. The row begins at a multiple of 4 bytes and its last word is whole.
-__device__ __forceinline__ uint32_t four_around(const uint8_t* row, int x, int width) {
-    const int first = x - 1;
-    if (first >= 0 && first + 3 < width) {
-        const auto* words = reinterpret_cast<const uint32_t*>(row) + (first >> 2);
-        const uint32_t low = words[0];
-        return (first & 3) == 0 ? low : __funnelshift_r(low, words[1], 8 * (first & 3));
-    }
-    uint32_t pixels = 0;
-#pragma unroll
-    for (int k = 0; k < 4; ++k) pixels |= uint32_t{row[clamped(first + k, 0, width - 1)]} << (8 * k);
-    return pixels;
-}
-
-// right: the row of the right image.
-__device__ __forceinline__ uint2 refine_cell(int left, const uint8_t* right, int hypothesis, int x, int width) {
+// right: the row of the right image, whose margins are read instead of its ends' repetition.
+__device__ __forceinline__ uint2 refine_cell(int left, const uint8_t* right, int hypothesis, int x) {
     const int p = 16 * x - (hypothesis == kNoDisparity ? 0 : hypothesis);
     const auto part = static_cast<uint32_t>(p & 15);
-    const uint32_t pixels = four_around(right, p >> 4, width), weights = (16 - part) | part << 8;
+    const int first = max(p >> 4, -3) - 1;  // further out all four are the first pixel
+    const auto* const words = reinterpret_cast<const uint32_t*>(right) + (first >> 2);
+    const uint32_t pixels = __funnelshift_r(words[0], words[1], static_cast<uint32_t>(8 * (first & 3))), weights = (16 - part) | part << 8;
     const uint32_t before = __dp4a(pixels, weights, 4u) >> 3, here = __dp4a(pixels, weights << 8, 4u) >> 3, after = __dp4a(pixels, weights << 16, 4u) >> 3;
     return make_uint2(static_cast<uint32_t>(left), before | here << 9 | after << 18);
 }
@@ -62,10 +51,74 @@ __device__ __forceinline__ int small_quotient(int a, int b) {
     return quotient + (rest >= b) - (rest < 0);
 }
 
+// Sums of I, I I and L I along the columns of windows, as they move down a run of rows.
+template <int kRadius>
+struct ColumnSums {
+    int sum = 0, square = 0, product = 0;
+    template <bool kProduct>
+    __device__ __forceinline__ void add(int value, int gray) {
+        sum += value;
+        square += value * value;
+        if (kProduct) product += gray * value;
+    }
+    template <bool kProduct>
+    __device__ __forceinline__ void remove(int value, int gray) {
+        sum -= value;
+        square -= value * value;
+        if (kProduct) product -= gray * value;
+    }
+};
+
+// Two of the four images: the left one (0) with the first of the right one's (1), or the other two (2, 3).
+template <int kRadius, int kPair>
+__device__ __forceinline__ void sum_columns(RefineTile<kRadius>& tile) {
+    constexpr int kRun = kRefineRun, kReach = kRun + 2 * kRadius, kSide = RefineTile<kRadius>::kSide;
+    constexpr bool kLeft = kPair == 0;
+    for (int i = static_cast<int>(threadIdx.x); i < kSide * (kRefineTile / kRun); i += kRefineThreads) {
+        const int at = i % kSide, first = i / kSide * kRun;
+        int gray[kReach], one[kReach], two[kReach];
+#pragma unroll
+        for (int v = 0; v < kReach; ++v) {
+            const uint2 cell = tile.cells[first + v][at];
+            gray[v] = static_cast<int>(cell.x);
+            one[v] = kLeft ? gray[v] : static_cast<int>(cell.y >> 9 & 511);
+            two[v] = static_cast<int>(kLeft ? cell.y & 511 : cell.y >> 18);
+        }
+        ColumnSums<kRadius> a, b;
+#pragma unroll
+        for (int v = 0; v < kReach; ++v) {
+            a.template add<!kLeft>(one[v], gray[v]);
+            b.template add<true>(two[v], gray[v]);
+            if (v < 2 * kRadius) continue;
+            const int out = v - 2 * kRadius, row = first + out;
+            tile.columns[0][row][at] = a.sum;
+            tile.columns[1][row][at] = a.square;
+            if (!kLeft) tile.columns[2][row][at] = a.product;
+            tile.columns[3][row][at] = b.sum;
+            tile.columns[4][row][at] = b.square;
+            tile.columns[5][row][at] = b.product;
+            a.template remove<!kLeft>(one[out], gray[out]);
+            b.template remove<true>(two[out], gray[out]);
+        }
+    }
+}
+
+// Windows of kRefineRun pixels from the sums along their columns.
+template <int kRadius>
+__device__ __forceinline__ void sum_run(const int* columns, int (&sums)[kRefineRun]) {
+    constexpr int kReach = kRefineRun + 2 * kRadius;
+    int line[(kReach + 3) / 4 * 4], used[kReach];
+#pragma unroll
+    for (int u = 0; u < kReach; u += 4) *reinterpret_cast<int4*>(line + u) = *reinterpret_cast<const int4*>(columns + u);
+#pragma unroll
+    for (int u = 0; u < kReach; ++u) used[u] = line[u];
+    sum_along<kRadius, kRefineRun>(used, sums);
+}
+
 // Windows of the tile from its cells; the results are there when it returns. least_variance(n): of texture, in a window of n pixels.
 template <int kRadius, class LeastVariance>
 __device__ __forceinline__ void refine_tile(RefineTile<kRadius>& tile, int left, int top, int width, int height, LeastVariance&& least_variance) {
-    constexpr int kRun = kRefineRun, kReach = kRun + 2 * kRadius, kSide = RefineTile<kRadius>::kSide, kQuads = (kReach + 3) / 4;
+    constexpr int kRun = kRefineRun;
     const int thread = static_cast<int>(threadIdx.x);
     const bool scores = thread < kRefineTile * (kRefineTile / kRun);
     const int row = thread % kRefineTile, column = thread / kRefineTile * kRun;
@@ -77,70 +130,53 @@ __device__ __forceinline__ void refine_tile(RefineTile<kRadius>& tile, int left,
     uint32_t left_sum[kRun];
     float left_root[kRun];
     int z[3][kRun];
-    bool textured[kRun];
+    uint32_t textured = 0;  // a bit for each pixel
+
+    // Products may wrap round; their differences fit. Where a variance is 0, so are the covariances that its root multiplies.
+    const auto see_left = [&] {
+        int sum[kRun], square[kRun];
+        sum_run<kRadius>(&tile.columns[0][row][column], sum);
+        sum_run<kRadius>(&tile.columns[1][row][column], square);
 #pragma unroll
-    for (int image = 0; image < 4; ++image) {  // the left one, then the three of the right one
-        for (int i = thread; i < kSide * (kRefineTile / kRun); i += kRefineThreads) {
-            const int at = i % kSide, first = i / kSide * kRun;
-            int gray[kReach], value[kReach];
-#pragma unroll
-            for (int v = 0; v < kReach; ++v) {
-                const uint2 cell = tile.cells[first + v][at];
-                gray[v] = static_cast<int>(cell.x);
-                value[v] = image == 0 ? gray[v] : static_cast<int>(cell.y >> (9 * (image == 0 ? 0 : image - 1)) & 511);
-            }
-            int sum = 0, square = 0, product = 0;
-#pragma unroll
-            for (int v = 0; v < kReach; ++v) {
-                sum += value[v];
-                square += value[v] * value[v];
-                if (image != 0) product += gray[v] * value[v];
-                if (v < 2 * kRadius) continue;
-                const int out = v - 2 * kRadius;
-                tile.columns[0][first + out][at] = sum;
-                tile.columns[1][first + out][at] = square;
-                if (image != 0) tile.columns[2][first + out][at] = product;
-                sum -= value[out];
-                square -= value[out] * value[out];
-                if (image != 0) product -= gray[out] * value[out];
-            }
+        for (int m = 0; m < kRun; ++m) {
+            const uint32_t n = window_size(m);
+            left_sum[m] = static_cast<uint32_t>(sum[m]);
+            const auto variance = static_cast<int>(n * static_cast<uint32_t>(square[m]) - left_sum[m] * left_sum[m]);
+            left_root[m] = inverse_root_of_positive(variance) * 0x1p20f;
+            textured |= variance >= least_variance(n) ? 1u << m : 0u;
         }
-        __syncthreads();
-        if (scores) {
-            int line[3][4 * kQuads], sums[3][kRun];
+    };
+    const auto see_right = [&](int plane, int (&correlation)[kRun]) {
+        int sums[kRun], squares[kRun], products[kRun];
+        sum_run<kRadius>(&tile.columns[plane][row][column], sums);
+        sum_run<kRadius>(&tile.columns[plane + 1][row][column], squares);
+        sum_run<kRadius>(&tile.columns[plane + 2][row][column], products);
 #pragma unroll
-            for (int s = 0; s < (image == 0 ? 2 : 3); ++s) {
-                int used[kReach];
-#pragma unroll
-                for (int q = 0; q < kQuads; ++q)
-                    *reinterpret_cast<int4*>(&line[s][4 * q]) = *reinterpret_cast<const int4*>(&tile.columns[s][row][column + 4 * q]);
-#pragma unroll
-                for (int u = 0; u < kReach; ++u) used[u] = line[s][u];
-                sum_along<kRadius, kRun>(used, sums[s]);
-            }
-#pragma unroll
-            for (int m = 0; m < kRun; ++m) {
-                // Products may wrap round; their differences fit.
-                const uint32_t n = window_size(m), sum = static_cast<uint32_t>(sums[0][m]);
-                const auto variance = static_cast<int>(n * static_cast<uint32_t>(sums[1][m]) - sum * sum);
-                // Where it is 0, so are the covariances that the root multiplies.
-                const float root = inverse_root_of_positive(variance);
-                if (image == 0) {
-                    left_sum[m] = sum;
-                    left_root[m] = root * 0x1p20f;
-                    textured[m] = variance >= least_variance(n);
-                } else {
-                    const auto covariance = static_cast<int>(n * static_cast<uint32_t>(sums[2][m]) - left_sum[m] * sum);
-                    z[image == 0 ? 0 : image - 1][m] = static_cast<int>((static_cast<float>(covariance) * root) * left_root[m]);
-                }
-            }
+        for (int m = 0; m < kRun; ++m) {
+            const uint32_t n = window_size(m), sum = static_cast<uint32_t>(sums[m]);
+            const auto variance = static_cast<int>(n * static_cast<uint32_t>(squares[m]) - sum * sum);
+            const auto covariance = static_cast<int>(n * static_cast<uint32_t>(products[m]) - left_sum[m] * sum);
+            correlation[m] = static_cast<int>((static_cast<float>(covariance) * inverse_root_of_positive(variance)) * left_root[m]);
         }
-        __syncthreads();
+    };
+    sum_columns<kRadius, 0>(tile);
+    __syncthreads();
+    if (scores) {
+        see_left();
+        see_right(3, z[0]);
     }
+    __syncthreads();
+    sum_columns<kRadius, 1>(tile);
+    __syncthreads();
+    if (scores) {
+        see_right(0, z[1]);
+        see_right(3, z[2]);
+    }
+    __syncthreads();
     if (scores) {
 #pragma unroll
         for (int m = 0; m < kRun; ++m) {
-            Refined refined{0, max(z[0][m], max(z[1][m], z[2][m])) >> 8, false, textured[m]};
+            Refined refined{0, max(z[0][m], max(z[1][m], z[2][m])) >> 8, false, (textured >> m & 1) != 0};
             const int bend = 2 * z[1][m] - z[0][m] - z[2][m];
             if (bend > 0) {
                 const int top_at = small_quotient(16 * (z[0][m] - z[2][m]) + bend, 2 * bend);

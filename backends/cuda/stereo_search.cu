@@ -11,12 +11,30 @@ namespace defrec::cuda {
 namespace {
 
 constexpr int kRun = 8, kRuns = 8, kTile = kRun * kRuns, kRows = kBandRows;
-constexpr int kMoves = kRows - 1;            // of the columns' sums, from the first row to the last
-constexpr int kMeet = kRun + kGroup - 1;     // right pixels that a thread's pixels meet
-constexpr int kMagic = 0x4b400000;           // the bits of 1.5 * 2^23: to them an integer below 2^22 is added, and the float subtracted
+constexpr int kMoves = kRows - 1;         // of the columns' sums, from the first row to the last
+constexpr int kMeet = kRun + kGroup - 1;  // right pixels that a thread's pixels meet
+constexpr int kWindowRun = 4;             // whose statistics a thread makes at once
+constexpr int kMagic = 0x4b400000;        // the bits of 1.5 * 2^23: to them an integer below 2^22 is added, and the float subtracted
 constexpr int kInvalid = static_cast<int>(0x80000000);  // makes a key negative
 
 constexpr int padded(int count) { return (count + 3) / 4 * 4; }
+
+// The winner of a pixel, and the second, as the groups come in ascending order.
+struct alignas(16) Contest {
+    int winner, second;
+    int last, before;  // best keys of the group before, and of all before that
+
+    __device__ __forceinline__ void enter(int group, int best) {
+        if (best > winner) {
+            second = before;
+            winner = best;
+        } else if (group - (winner & 255) / kGroup > 1) {
+            second = max(second, best);
+        }
+        before = max(before, last);
+        last = best;
+    }
+};
 
 // Columns are of windows, others are pixels. The right ones begin with what the first pixel meets at the largest disparity.
 template <int kRadius, int kGroups>
@@ -47,6 +65,7 @@ struct Search {
             Statistics columns;
             int best[kGroups][kBestStride];
         };
+        Contest contests[kPixels][kThreads];
         uint8_t textured[kRows][kTile];
     };
 };
@@ -84,17 +103,6 @@ __device__ __forceinline__ void stage_column(const SearchStep& step, const uint3
     }
 }
 
-// One row's windows of kRun pixels from the sums along their columns.
-template <int kRadius, int kColumns>
-__device__ __forceinline__ void window_run(const int (&columns)[kRows][kColumns], int row, int first, int (&sums)[kRun]) {
-    int line[padded(kRun + 2 * kRadius)], used[kRun + 2 * kRadius];
-#pragma unroll
-    for (int u = 0; u < padded(kRun + 2 * kRadius); u += 4) *reinterpret_cast<int4*>(line + u) = *reinterpret_cast<const int4*>(&columns[row][first + u]);
-#pragma unroll
-    for (int u = 0; u < kRun + 2 * kRadius; ++u) used[u] = line[u];
-    sum_along<kRadius, kRun>(used, sums);
-}
-
 template <int kCount>
 __device__ __forceinline__ void load_floats(const float* from, float (&to)[kCount]) {
 #pragma unroll
@@ -118,22 +126,19 @@ __device__ __forceinline__ void load_ints(const int* from, int (&to)[kCount]) {
     }
 }
 
-// The winner of a pixel, and the second, as the groups come in ascending order.
-struct Contest {
-    int winner = 0, second = 0;
-    int last = 0, before = 0;  // best keys of the group before, and of all before that
+// One row's windows of kWindowRun pixels from the sums along their columns.
+template <int kRadius, int kColumns>
+__device__ __forceinline__ void window_run(const int (&columns)[kRows][kColumns], int row, int first, int (&sums)[kWindowRun]) {
+    int line[padded(kWindowRun + 2 * kRadius)], used[kWindowRun + 2 * kRadius];
+    load_ints(&columns[row][first], line);
+#pragma unroll
+    for (int u = 0; u < kWindowRun + 2 * kRadius; ++u) used[u] = line[u];
+    sum_along<kRadius, kWindowRun>(used, sums);
+}
 
-    __device__ __forceinline__ void enter(int group, int best) {
-        if (best > winner) {
-            second = before;
-            winner = best;
-        } else if (group - (winner & 255) / kGroup > 1) {
-            second = max(second, best);
-        }
-        before = max(before, last);
-        last = best;
-    }
-};
+__device__ __forceinline__ void store(float* to, const float (&values)[kWindowRun]) {
+    *reinterpret_cast<float4*>(to) = make_float4(values[0], values[1], values[2], values[3]);
+}
 
 __device__ __forceinline__ float score_of(int key) { return __int_as_float(key & ~255); }
 
@@ -188,8 +193,6 @@ __global__ void __launch_bounds__(kRuns* kGroups, 512 / (kRuns * kGroups)) searc
     const int left = kRadius + shape.first + static_cast<int>(blockIdx.x) * kTile;
     const int reach = kGroup * (kGroups - 1 - slot) + kRun * run;  // the first right pixel that the thread meets
     const int groups = (shape.count + kGroup - 1) / kGroup;
-    Contest contests[S::kPixels];
-
     for (int first_group = 0; first_group < groups; first_group += kGroups) {
         const int right = left - shape.first - kGroup * (first_group + kGroups - 1) - (kGroup - 1);
         for (int i = thread; i < S::kLeftColumns + S::kRightColumns; i += S::kThreads) {
@@ -203,10 +206,12 @@ __global__ void __launch_bounds__(kRuns* kGroups, 512 / (kRuns * kGroups)) searc
         for (int i = thread; i < kRows * S::kReach; i += S::kThreads) (&shared.right_keys[0][0][0])[i] = 0;
         __syncthreads();
 
-        constexpr int kWindowRuns = (kTile + S::kReach) / kRun, kPixelCount = S::kSide * S::kSide;
+        constexpr int kWindowRuns = (kTile + S::kReach) / kWindowRun, kPixelCount = S::kSide * S::kSide;
         for (int i = thread; i < kRows * kWindowRuns; i += S::kThreads) {
-            const int row = i % kRows, pixel = i / kRows * kRun, reached = pixel - kTile, y = top + row;
-            int sums[kRun], squares[kRun];
+            const int row = i / kWindowRuns, pixel = i % kWindowRuns * kWindowRun, reached = pixel - kTile, y = top + row;
+            int sums[kWindowRun], squares[kWindowRun];
+            float sum[kWindowRun], root[kWindowRun];
+            uint32_t textured = 0;
             if (reached < 0) {
                 window_run<kRadius>(shared.columns.left_sums, row, pixel, sums);
                 window_run<kRadius>(shared.columns.left_squares, row, pixel, squares);
@@ -215,19 +220,21 @@ __global__ void __launch_bounds__(kRuns* kGroups, 512 / (kRuns * kGroups)) searc
                 window_run<kRadius>(shared.columns.right_squares, row, reached, squares);
             }
 #pragma unroll
-            for (int m = 0; m < kRun; ++m) {
+            for (int m = 0; m < kWindowRun; ++m) {
                 const int x = (reached < 0 ? left + pixel : right + reached) + m;
                 const bool whole = x >= kRadius && x < shape.half_width - kRadius && y < shape.half_height - kRadius;
                 const int variance = whole ? kPixelCount * squares[m] - sums[m] * sums[m] : 0;
-                const float root = inverse_root(variance), sum = static_cast<float>(sums[m]);
-                if (reached < 0) {
-                    shared.left_mean[row][pixel + m] = sum * step.one_over_n;
-                    shared.left_root[row][pixel + m] = root;
-                    shared.textured[row][pixel + m] = variance >= step.least_variance;
-                } else {
-                    shared.right_sum[row][reached + m] = sum;
-                    shared.right_root[row][reached + m] = root;
-                }
+                root[m] = inverse_root(variance);
+                sum[m] = static_cast<float>(sums[m]) * (reached < 0 ? step.one_over_n : 1.0f);
+                textured |= variance >= step.least_variance ? 1u << (8 * m) : 0u;
+            }
+            if (reached < 0) {
+                store(&shared.left_mean[row][pixel], sum);
+                store(&shared.left_root[row][pixel], root);
+                *reinterpret_cast<uint32_t*>(&shared.textured[row][pixel]) = textured;
+            } else {
+                store(&shared.right_sum[row][reached], sum);
+                store(&shared.right_root[row][reached], root);
             }
         }
         __syncthreads();
@@ -264,8 +271,13 @@ __global__ void __launch_bounds__(kRuns* kGroups, 512 / (kRuns * kGroups)) searc
         __syncthreads();
 
 #pragma unroll
-        for (int p = 0; p < S::kPixels; ++p)
-            for (int g = 0; g < min(kGroups, groups - first_group); ++g) contests[p].enter(first_group + g, shared.best[g][thread + p * S::kThreads]);
+        for (int p = 0; p < S::kPixels; ++p) {
+            Contest contest{0, 0, 0, 0};
+            if (first_group > 0) contest = shared.contests[p][thread];
+#pragma unroll 4
+            for (int g = 0; g < min(kGroups, groups - first_group); ++g) contest.enter(first_group + g, shared.best[g][thread + p * S::kThreads]);
+            shared.contests[p][thread] = contest;
+        }
         for (int i = thread; i < kRows * S::kReach; i += S::kThreads) {
             const int row = i / S::kReach, at = i % S::kReach, key = shared.right_keys[row][at % 4][at / 4];
             // A key of 255 or less has the score 0.
@@ -278,8 +290,9 @@ __global__ void __launch_bounds__(kRuns* kGroups, 512 / (kRuns * kGroups)) searc
     for (int p = 0; p < S::kPixels; ++p) {
         const int pixel = thread + p * S::kThreads, x = left + pixel % kTile, y = top + pixel / kTile;
         if (x >= shape.half_width - kRadius || y >= shape.half_height - kRadius) continue;
-        const int key = contests[p].winner > 255 ? contests[p].winner : 0;
-        const float lead = score_of(key) - score_of(contests[p].second);
+        const Contest& contest = shared.contests[p][thread];
+        const int key = contest.winner > 255 ? contest.winner : 0;
+        const float lead = score_of(key) - score_of(contest.second);
         const bool good = key != 0 && score_of(key) >= step.least_score && lead >= step.least_lead && shared.textured[pixel / kTile][pixel % kTile] != 0;
         step.candidates[y * shape.half_stride + x] = static_cast<uint16_t>(good ? 1 + (key & 255) : 0);
         if (step.left_keys != nullptr) step.left_keys[y * shape.half_width + x] = key;

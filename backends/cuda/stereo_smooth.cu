@@ -7,16 +7,17 @@ namespace {
 
 constexpr int kWidth = 64, kHeight = 32, kThreads = 256, kRun = 8;
 constexpr int kMostPasses = 4;  // of one kernel
+constexpr int kMostRadius = 3, kMostWidth = kWidth + 2 * kMostPasses * kMostRadius;
 constexpr int kReachPerRun = 4;  // that a run is read with on either side: whole vectors of four
 
 // A tile with `margin` pixels round it. Rows are read in vectors of four from kReachPerRun before a run's first pixel, and are so long that
-// those eight apart do not share banks.
+// those eight apart do not share banks; after the last there is what the last run of a column reads beyond it.
 struct Layout {
     int margin;
     __host__ __device__ int width() const { return kWidth + 2 * margin; }
     __host__ __device__ int height() const { return kHeight + 2 * margin; }
     __host__ __device__ int stride() const { return (width() + kRun - 1) / kRun * kRun + 2 * kReachPerRun + 4; }
-    __host__ __device__ int cells() const { return stride() * height(); }
+    __host__ __device__ int cells() const { return stride() * (height() + kRun - 1); }
 };
 
 template <int kRadius>
@@ -32,10 +33,15 @@ __global__ void __launch_bounds__(kThreads) smooth(SmoothStep step, const int16_
     const auto range = static_cast<float>(step.range);
 
     make_means(means);
-    for (int i = thread; i < width * height; i += kThreads) {
-        const int column = i % width, row = i / width, x = left + column, y = top + row;
-        const bool inside = x >= 0 && y >= 0 && x < shape.width && y < shape.height;
-        cells[row * stride + kReachPerRun + column] = inside ? to_smooth(from[int64_t{y} * shape.full_stride + x]) : kMissing;
+#pragma unroll 4
+    for (int row = thread / static_cast<int>(kWarp); row < height; row += kThreads / static_cast<int>(kWarp)) {
+#pragma unroll
+        for (int lanes = 0; lanes < kMostWidth; lanes += static_cast<int>(kWarp)) {
+            const int column = lanes + thread % static_cast<int>(kWarp), x = left + column, y = top + row;
+            const bool inside = x >= 0 && y >= 0 && x < shape.width && y < shape.height;
+            const int disparity = inside && column < width ? from[y * shape.full_stride + x] : kNoDisparity;
+            if (column < width) cells[row * stride + kReachPerRun + column] = to_smooth(disparity);
+        }
     }
     __syncthreads();
     float line[kRun + 2 * kReachPerRun], used[kLine], smoothed[kRun];
@@ -60,11 +66,10 @@ __global__ void __launch_bounds__(kThreads) smooth(SmoothStep step, const int16_
             const int column = first + kRadius + i % left_width, row = first + i / left_width * kRun;
             const int at = row * stride + kReachPerRun + column;
 #pragma unroll
-            for (int v = 0; v < kLine; ++v) used[v] = row + v < height ? rows[at + v * stride] : kMissing;
+            for (int v = 0; v < kLine; ++v) used[v] = rows[at + v * stride];
             smooth_along<kRadius, kRun>(used, range, means, smoothed);
 #pragma unroll
-            for (int v = 0; v < kRun; ++v)
-                if (row + kRadius + v < height) cells[at + (kRadius + v) * stride] = smoothed[v];
+            for (int v = 0; v < kRun; ++v) cells[at + (kRadius + v) * stride] = smoothed[v];
         }
         __syncthreads();
     }

@@ -8,12 +8,15 @@ namespace defrec::cuda {
 constexpr int kBandRows = 4;  // of a half image, in one word of `words`
 
 // Sizes in pixels. Rows of the caller's images are `stride` apart and those of what he gets of the sub-stages have no gaps; rows of our own
-// images are `full_stride` and `half_stride` apart, multiples of 16.
+// are `full_stride` and `half_stride` apart, multiples of 16.
 struct StereoShape {
     int width, height, stride, full_stride;
     int half_width, half_height, half_stride;
     int first, count;  // disparities of the search
 };
+// Gray images of ours have more between their rows, for pixels that repeat a row's first and last: four before it, and at least six after.
+constexpr int kGrayMargin = 16;
+constexpr int gray_stride(int stride) { return stride + 2 * kGrayMargin; }
 
 // The field at half resolution and its coarser ones, down to one pixel, one after the other in one buffer.
 struct DisparityPyramid {
@@ -32,8 +35,7 @@ inline int top_level(const DisparityPyramid& pyramid) { return std::min(kTiledLe
 // 1, 2
 struct PreparedImage {
     const uint8_t *source, *mask;  // mask: nullptr if all is usable
-    uint8_t* gray;
-    uint8_t* half;
+    uint8_t *gray, *half;  // their first pixels; with margins
     uint8_t* half_mask;
     uint32_t* words;  // the half image, less 128: at (x, q) the rows 4 q to 4 q + 3; 0 below the image
     uint8_t* given;   // gray without gaps, or nullptr
@@ -77,7 +79,7 @@ struct DenseStep {
     StereoShape shape;
     int radius, edge;
     DisparityPyramid pyramid;
-    const uint8_t *left, *right;
+    const uint8_t *left, *right;  // the half images
     const int16_t* supported;
     int16_t* dense;  // or nullptr
     uint8_t* standing;
@@ -89,7 +91,7 @@ void record_dense(Recorder& recorder, const DenseStep& step);
 struct RefineStep {
     StereoShape shape;
     int radius, refine_score, texture;
-    const uint8_t *left, *right;            // inpainted
+    const uint8_t *left, *right;            // the inpainted images
     const uint8_t *left_mask, *right_mask;  // the caller's, or nullptr
     const int16_t* half;
     const uint8_t* standing;
