@@ -168,6 +168,16 @@ TEST_CASE("stereo gives the same disparities when they are all it is asked for, 
     CHECK((disparity == truth[0]));
 }
 
+TEST_CASE("stereo equals the reference to the bit where the coarser fields are large too") {
+    if (!under_test::available()) return;
+    defrec_stereo_params p = params_of(1058, 517, 6);
+    fill_defaults(p);
+    const test::TestHost host;
+    const Pair pair = make_pair(p, 5);
+    CHECK((run(*under_test::make_stereo(p, host.host()), p, pair, true) ==
+           run(*reference::make_stereo(p, host.host()), p, pair, true)));
+}
+
 TEST_CASE("rows 58 and 62: images without texture have no disparity") {
     if (!under_test::available()) return;
     for (const uint8_t value : {uint8_t{0}, uint8_t{130}, uint8_t{255}}) {

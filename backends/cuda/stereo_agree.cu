@@ -6,7 +6,7 @@
 namespace defrec::cuda {
 namespace {
 
-constexpr int kWidth = 32, kHeight = 16, kThreads = 256;
+constexpr int kWidth = 32, kHeight = 16, kThreads = 384;
 constexpr int kSmoothed = kHalfSmoothRadius, kReach = 4;  // of section 5
 constexpr int kRun = 4, kLine = kRun + 2 * kSmoothed;
 constexpr int kSupportedWidth = kWidth + 2 * kSmoothed, kSupportedHeight = kHeight + 2 * kSmoothed;

@@ -9,10 +9,12 @@ namespace {
 
 using Level = DisparityPyramid::Level;
 
+constexpr int kThreads = 320;  // at 480 x 270 there are fewer blocks than two for each multiprocessor
+
 constexpr int kMostPixels = 512;                          // of a top level that every block fills for itself, with what is coarser
 constexpr int kOwned = kRefineTile - 2 * kHalfSmoothRadius;  // side of what a block is there for
 constexpr int kRun = 4, kLine = kRun + 2 * kHalfSmoothRadius;
-static_assert(kOwned % kRun == 0);
+static_assert(kOwned % kRun == 0 && kRefineTile % kRun == 0);
 
 __device__ int coarser_mean(int a, int b, int c, int d) {
     const int n = (a != kNoDisparity) + (b != kNoDisparity) + (c != kNoDisparity) + (d != kNoDisparity);
@@ -139,7 +141,7 @@ struct Block {
 };
 
 template <int kRadius>
-__global__ void __launch_bounds__(kRefineThreads, kRefineBlocks) make_dense(DenseStep step, bool whole) {
+__global__ void __launch_bounds__(kThreads, 2) make_dense(DenseStep step, bool whole) {
     auto& [tile, means, fields] = *dynamic_shared<Block<kRadius>>();
     constexpr int kSide = RefineTile<kRadius>::kSide, kMargin = kHalfSmoothRadius;
     const StereoShape& shape = step.shape;
@@ -153,7 +155,7 @@ __global__ void __launch_bounds__(kRefineThreads, kRefineBlocks) make_dense(Dens
 
     // The windows' pixels, and the extremes of the field along rows.
 #pragma unroll 5
-    for (int i = thread; i < kSide * kSide; i += kRefineThreads) {
+    for (int i = thread; i < kSide * kSide; i += kThreads) {
         const int column = i % kSide, row = i / kSide, x = left - kRadius + column, y = top - kRadius + row;
         // Outside the image some pixel is read that does not matter.
         const int at_x = clamped(x, part.x0, part.x1 - 1), at_y = clamped(y, part.y0, part.y1 - 1), line = at_y * gray_stride(shape.half_stride);
@@ -165,7 +167,7 @@ __global__ void __launch_bounds__(kRefineThreads, kRefineBlocks) make_dense(Dens
     int* const most = &tile.columns[1][0][0];
     constexpr int kRows = kOwned + 2 * kEdgeRadius;
     static_assert(kRows * kOwned <= kRefineTile * RefineTile<kRadius>::kStride && kEdgeRadius <= kMargin + kRadius);
-    for (int i = thread; i < kRows * kOwned; i += kRefineThreads) {
+    for (int i = thread; i < kRows * kOwned; i += kThreads) {
         const int x = left + kMargin + i % kOwned, y = top + kMargin - kEdgeRadius + i / kOwned;
         if (x >= width || y < 0 || y >= height) continue;
         int lowest = dense(x, y), highest = lowest;
@@ -179,7 +181,7 @@ __global__ void __launch_bounds__(kRefineThreads, kRefineBlocks) make_dense(Dens
         most[i] = highest;
     }
     __syncthreads();
-    for (int i = thread; i < kOwned * kOwned; i += kRefineThreads) {
+    for (int i = thread; i < kOwned * kOwned; i += kThreads) {
         const int x = left + kMargin + i % kOwned, y = top + kMargin + i / kOwned;
         if (x >= width || y >= height) continue;
         const int here = dense(x, y);
@@ -195,11 +197,11 @@ __global__ void __launch_bounds__(kRefineThreads, kRefineBlocks) make_dense(Dens
         if (step.dense != nullptr) step.dense[y * width + x] = static_cast<int16_t>(here);
     }
     __syncthreads();
-    refine_tile(tile, left, top, width, height, [](uint32_t) { return 0; });
+    refine_tile<kThreads, kRun>(tile, left, top, width, height, [](uint32_t) { return 0; });
 
     const auto refined = [&](int column, int row) -> int& { return tile.columns[1][row][column]; };
     const auto smoothed = [&](int column, int row) -> int& { return tile.columns[2][row][column]; };
-    for (int i = thread; i < kRefineTile * kRefineTile; i += kRefineThreads) {
+    for (int i = thread; i < kRefineTile * kRefineTile; i += kThreads) {
         const int column = i % kRefineTile, row = i / kRefineTile, x = left + column, y = top + row;
         float disparity = kMissing;
         if (x >= 0 && y >= 0 && x < width && y < height && dense(x, y) != kNoDisparity)
@@ -208,7 +210,7 @@ __global__ void __launch_bounds__(kRefineThreads, kRefineBlocks) make_dense(Dens
     }
     __syncthreads();
     float line[kLine], run[kRun];
-    for (int i = thread; i < kRefineTile * (kOwned / kRun); i += kRefineThreads) {
+    for (int i = thread; i < kRefineTile * (kOwned / kRun); i += kThreads) {
         const int row = i % kRefineTile, column = i / kRefineTile * kRun;
 #pragma unroll
         for (int u = 0; u < kLine; ++u) line[u] = __int_as_float(refined(column + u, row));
@@ -217,7 +219,7 @@ __global__ void __launch_bounds__(kRefineThreads, kRefineBlocks) make_dense(Dens
         for (int u = 0; u < kRun; ++u) smoothed(column + u, row) = __float_as_int(run[u]);
     }
     __syncthreads();
-    for (int i = thread; i < kOwned * (kOwned / kRun); i += kRefineThreads) {
+    for (int i = thread; i < kOwned * (kOwned / kRun); i += kThreads) {
         const int column = i % kOwned, row = i / kOwned * kRun, x = left + kMargin + column;
 #pragma unroll
         for (int v = 0; v < kLine; ++v) line[v] = __int_as_float(smoothed(column, row + v));
@@ -239,7 +241,7 @@ void record_dense(Recorder& recorder, const DenseStep& step) {
     const auto columns = static_cast<uint32_t>(step.shape.half_width), rows = static_cast<uint32_t>(step.shape.half_height);
     const dim3 blocks(cover(columns, kOwned), cover(rows, kOwned));
     const auto launch = [&]<int kRadius>(std::integral_constant<int, kRadius>) {
-        recorder.launch(make_dense<kRadius>, {blocks, dim3(kRefineThreads), sizeof(Block<kRadius>)}, step, whole);
+        recorder.launch(make_dense<kRadius>, {blocks, dim3(kThreads), sizeof(Block<kRadius>)}, step, whole);
     };
     switch (step.radius) {
         case 2: return launch(std::integral_constant<int, 2>{});

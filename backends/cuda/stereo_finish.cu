@@ -5,7 +5,8 @@
 namespace defrec::cuda {
 namespace {
 
-constexpr int kWidth = 64, kHeight = 32, kThreads = 256, kRun = 8;
+constexpr int kWidth = 64, kHeight = 32, kRun = 8;
+constexpr int kThreads = 576;  // for the most runs of a pass, 10 x 56
 constexpr int kIslandRadius = 4, kMostFillRadius = 8;
 constexpr int kReachWidth = kWidth + 2 * (kIslandRadius + kMostFillRadius), kReachHeight = kHeight + 2 * (kIslandRadius + kMostFillRadius);
 constexpr int kStride = kReachWidth + 4;  // rows eight apart in four words each do not share banks

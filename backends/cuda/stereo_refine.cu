@@ -5,6 +5,8 @@
 namespace defrec::cuda {
 namespace {
 
+constexpr int kThreads = 160;
+
 // Section 9. x, y may lie outside the image where the result is not used.
 template <int kSide>
 __device__ int upsampled(const int16_t (&half)[kSide][kSide + 2], int first_u, int first_v, int x, int y) {
@@ -24,7 +26,7 @@ struct Block {
 };
 
 template <int kRadius>
-__global__ void __launch_bounds__(kRefineThreads, kRefineBlocks) refine(RefineStep step) {
+__global__ void __launch_bounds__(kThreads, 4) refine(RefineStep step) {
     constexpr int kSide = Block<kRadius>::kSide, kHalfSide = Block<kRadius>::kHalfSide;
     Block<kRadius>& block = *dynamic_shared<Block<kRadius>>();
     auto& [tile, half, hypotheses] = block;
@@ -33,14 +35,14 @@ __global__ void __launch_bounds__(kRefineThreads, kRefineBlocks) refine(RefineSt
     const int thread = static_cast<int>(threadIdx.x);
 
     const int first_u = ((left - kRadius) >> 1) - 1, first_v = ((top - kRadius) >> 1) - 1;
-    for (int i = thread; i < kHalfSide * kHalfSide; i += kRefineThreads) {
+    for (int i = thread; i < kHalfSide * kHalfSide; i += kThreads) {
         const int u = i % kHalfSide, v = i / kHalfSide;
         const int at_u = clamped(first_u + u, 0, shape.half_width - 1), at_v = clamped(first_v + v, 0, shape.half_height - 1);
         half[v][u] = step.half[at_v * shape.half_width + at_u];
     }
     __syncthreads();
 #pragma unroll 5
-    for (int i = thread; i < kSide * kSide; i += kRefineThreads) {
+    for (int i = thread; i < kSide * kSide; i += kThreads) {
         const int column = i % kSide - kRadius, row = i / kSide - kRadius, x = left + column, y = top + row;
         const int hypothesis = upsampled(half, first_u, first_v, x, y);
         // Outside the image some pixel is read that does not matter.
@@ -56,9 +58,9 @@ __global__ void __launch_bounds__(kRefineThreads, kRefineBlocks) refine(RefineSt
         const uint64_t deviation = uint64_t{static_cast<uint32_t>(step.texture)} * n;
         return static_cast<int>((deviation * deviation + 255) >> 8);
     };
-    refine_tile(tile, left, top, shape.width, shape.height, least_variance);
+    refine_tile<kThreads, kRefineRun>(tile, left, top, shape.width, shape.height, least_variance);
 
-    for (int i = thread; i < kRefineTile * kRefineTile; i += kRefineThreads) {
+    for (int i = thread; i < kRefineTile * kRefineTile; i += kThreads) {
         const int column = i % kRefineTile, row = i / kRefineTile, x = left + column, y = top + row;
         if (x >= shape.width || y >= shape.height) continue;
         const Refined refined = unpack(tile.result(column, row));
@@ -95,7 +97,7 @@ void record_refine(Recorder& recorder, const RefineStep& step) {
     const auto columns = static_cast<uint32_t>(step.shape.width), rows = static_cast<uint32_t>(step.shape.height);
     const dim3 blocks(cover(columns, kRefineTile), cover(rows, kRefineTile));
     const auto launch = [&]<int kRadius>(std::integral_constant<int, kRadius>) {
-        recorder.launch(refine<kRadius>, {blocks, dim3(kRefineThreads), sizeof(Block<kRadius>)}, step);
+        recorder.launch(refine<kRadius>, {blocks, dim3(kThreads), sizeof(Block<kRadius>)}, step);
     };
     switch (step.radius) {
         case 2: return launch(std::integral_constant<int, 2>{});

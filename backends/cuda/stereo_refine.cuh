@@ -5,7 +5,7 @@
 namespace defrec::cuda {
 namespace {
 
-constexpr int kRefineTile = 32, kRefineRun = 8, kRefineThreads = 160, kRefineBlocks = 4;  // of a multiprocessor at least
+constexpr int kRefineTile = 32, kRefineRun = 8;
 
 // Its place is dynamic shared memory.
 template <int kRadius>
@@ -51,74 +51,65 @@ __device__ __forceinline__ int small_quotient(int a, int b) {
     return quotient + (rest >= b) - (rest < 0);
 }
 
-// Sums of I, I I and L I along the columns of windows, as they move down a run of rows.
-template <int kRadius>
-struct ColumnSums {
+// Sums of I, I I and L I along the columns of windows, I the image, as they move down kRefineRun rows.
+// Image 0, the left one, to the planes 0 and 1; of those of the right one 1 and 3 to 3 .. 5, and 2 to 0 .. 2.
+template <int kRadius, int kImage>
+__device__ __forceinline__ void sum_column(RefineTile<kRadius>& tile, int at, int first) {
+    constexpr int kReach = kRefineRun + 2 * kRadius, kPlane = kImage % 2 == 0 ? 0 : 3;
+    constexpr bool kProduct = kImage != 0;
+    int gray[kReach], value[kReach];
+#pragma unroll
+    for (int v = 0; v < kReach; ++v) {
+        const uint2 cell = tile.cells[first + v][at];
+        gray[v] = static_cast<int>(cell.x);
+        value[v] = kImage == 0 ? gray[v] : static_cast<int>(cell.y >> (9 * (kImage - kProduct)) & 511);
+    }
     int sum = 0, square = 0, product = 0;
-    template <bool kProduct>
-    __device__ __forceinline__ void add(int value, int gray) {
-        sum += value;
-        square += value * value;
-        if (kProduct) product += gray * value;
-    }
-    template <bool kProduct>
-    __device__ __forceinline__ void remove(int value, int gray) {
-        sum -= value;
-        square -= value * value;
-        if (kProduct) product -= gray * value;
-    }
-};
-
-// Two of the four images: the left one (0) with the first of the right one's (1), or the other two (2, 3).
-template <int kRadius, int kPair>
-__device__ __forceinline__ void sum_columns(RefineTile<kRadius>& tile) {
-    constexpr int kRun = kRefineRun, kReach = kRun + 2 * kRadius, kSide = RefineTile<kRadius>::kSide;
-    constexpr bool kLeft = kPair == 0;
-    for (int i = static_cast<int>(threadIdx.x); i < kSide * (kRefineTile / kRun); i += kRefineThreads) {
-        const int at = i % kSide, first = i / kSide * kRun;
-        int gray[kReach], one[kReach], two[kReach];
 #pragma unroll
-        for (int v = 0; v < kReach; ++v) {
-            const uint2 cell = tile.cells[first + v][at];
-            gray[v] = static_cast<int>(cell.x);
-            one[v] = kLeft ? gray[v] : static_cast<int>(cell.y >> 9 & 511);
-            two[v] = static_cast<int>(kLeft ? cell.y & 511 : cell.y >> 18);
-        }
-        ColumnSums<kRadius> a, b;
-#pragma unroll
-        for (int v = 0; v < kReach; ++v) {
-            a.template add<!kLeft>(one[v], gray[v]);
-            b.template add<true>(two[v], gray[v]);
-            if (v < 2 * kRadius) continue;
-            const int out = v - 2 * kRadius, row = first + out;
-            tile.columns[0][row][at] = a.sum;
-            tile.columns[1][row][at] = a.square;
-            if (!kLeft) tile.columns[2][row][at] = a.product;
-            tile.columns[3][row][at] = b.sum;
-            tile.columns[4][row][at] = b.square;
-            tile.columns[5][row][at] = b.product;
-            a.template remove<!kLeft>(one[out], gray[out]);
-            b.template remove<true>(two[out], gray[out]);
-        }
+    for (int v = 0; v < kReach; ++v) {
+        sum += value[v];
+        square += value[v] * value[v];
+        if (kProduct) product += gray[v] * value[v];
+        if (v < 2 * kRadius) continue;
+        const int out = v - 2 * kRadius, row = first + out;
+        tile.columns[kPlane][row][at] = sum;
+        tile.columns[kPlane + 1][row][at] = square;
+        if (kProduct) tile.columns[kPlane + 2][row][at] = product;
+        sum -= value[out];
+        square -= value[out] * value[out];
+        if (kProduct) product -= gray[out] * value[out];
     }
 }
 
-// Windows of kRefineRun pixels from the sums along their columns.
-template <int kRadius>
-__device__ __forceinline__ void sum_run(const int* columns, int (&sums)[kRefineRun]) {
-    constexpr int kReach = kRefineRun + 2 * kRadius;
+// Two of the images: by the same threads where they are just enough for one, else by others.
+template <int kRadius, int kThreads, int kFirst>
+__device__ __forceinline__ void sum_columns(RefineTile<kRadius>& tile) {
+    constexpr int kSide = RefineTile<kRadius>::kSide, kRuns = kSide * (kRefineTile / kRefineRun);
+    constexpr bool kTogether = kThreads < 2 * kRefineTile * (kRefineTile / kRefineRun);
+    for (int i = static_cast<int>(threadIdx.x); i < (kTogether ? kRuns : 2 * kRuns); i += kThreads) {
+        const int at = i % kSide, first = i / kSide * kRefineRun;
+        if (kTogether || i < kRuns) sum_column<kRadius, kFirst>(tile, at, first % kRefineTile);
+        if (kTogether || i >= kRuns) sum_column<kRadius, kFirst + 1>(tile, at, first % kRefineTile);
+    }
+}
+
+// Windows of kRun pixels from the sums along their columns.
+template <int kRadius, int kRun>
+__device__ __forceinline__ void sum_run(const int* columns, int (&sums)[kRun]) {
+    constexpr int kReach = kRun + 2 * kRadius;
     int line[(kReach + 3) / 4 * 4], used[kReach];
 #pragma unroll
     for (int u = 0; u < kReach; u += 4) *reinterpret_cast<int4*>(line + u) = *reinterpret_cast<const int4*>(columns + u);
 #pragma unroll
     for (int u = 0; u < kReach; ++u) used[u] = line[u];
-    sum_along<kRadius, kRefineRun>(used, sums);
+    sum_along<kRadius, kRun>(used, sums);
 }
 
-// Windows of the tile from its cells; the results are there when it returns. least_variance(n): of texture, in a window of n pixels.
-template <int kRadius, class LeastVariance>
+// Windows of the tile from its cells, by kThreads threads that have kRun pixels of a row each; the results are there when it returns.
+// least_variance(n): of texture, in a window of n pixels.
+template <int kThreads, int kRun, int kRadius, class LeastVariance>
 __device__ __forceinline__ void refine_tile(RefineTile<kRadius>& tile, int left, int top, int width, int height, LeastVariance&& least_variance) {
-    constexpr int kRun = kRefineRun;
+    static_assert(kThreads >= kRefineTile * (kRefineTile / kRun));
     const int thread = static_cast<int>(threadIdx.x);
     const bool scores = thread < kRefineTile * (kRefineTile / kRun);
     const int row = thread % kRefineTile, column = thread / kRefineTile * kRun;
@@ -135,8 +126,8 @@ __device__ __forceinline__ void refine_tile(RefineTile<kRadius>& tile, int left,
     // Products may wrap round; their differences fit. Where a variance is 0, so are the covariances that its root multiplies.
     const auto see_left = [&] {
         int sum[kRun], square[kRun];
-        sum_run<kRadius>(&tile.columns[0][row][column], sum);
-        sum_run<kRadius>(&tile.columns[1][row][column], square);
+        sum_run<kRadius, kRun>(&tile.columns[0][row][column], sum);
+        sum_run<kRadius, kRun>(&tile.columns[1][row][column], square);
 #pragma unroll
         for (int m = 0; m < kRun; ++m) {
             const uint32_t n = window_size(m);
@@ -148,9 +139,9 @@ __device__ __forceinline__ void refine_tile(RefineTile<kRadius>& tile, int left,
     };
     const auto see_right = [&](int plane, int (&correlation)[kRun]) {
         int sums[kRun], squares[kRun], products[kRun];
-        sum_run<kRadius>(&tile.columns[plane][row][column], sums);
-        sum_run<kRadius>(&tile.columns[plane + 1][row][column], squares);
-        sum_run<kRadius>(&tile.columns[plane + 2][row][column], products);
+        sum_run<kRadius, kRun>(&tile.columns[plane][row][column], sums);
+        sum_run<kRadius, kRun>(&tile.columns[plane + 1][row][column], squares);
+        sum_run<kRadius, kRun>(&tile.columns[plane + 2][row][column], products);
 #pragma unroll
         for (int m = 0; m < kRun; ++m) {
             const uint32_t n = window_size(m), sum = static_cast<uint32_t>(sums[m]);
@@ -159,14 +150,14 @@ __device__ __forceinline__ void refine_tile(RefineTile<kRadius>& tile, int left,
             correlation[m] = static_cast<int>((static_cast<float>(covariance) * inverse_root_of_positive(variance)) * left_root[m]);
         }
     };
-    sum_columns<kRadius, 0>(tile);
+    sum_columns<kRadius, kThreads, 0>(tile);
     __syncthreads();
     if (scores) {
         see_left();
         see_right(3, z[0]);
     }
     __syncthreads();
-    sum_columns<kRadius, 1>(tile);
+    sum_columns<kRadius, kThreads, 2>(tile);
     __syncthreads();
     if (scores) {
         see_right(0, z[1]);

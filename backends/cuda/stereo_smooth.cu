@@ -5,8 +5,9 @@
 namespace defrec::cuda {
 namespace {
 
-constexpr int kWidth = 64, kHeight = 32, kThreads = 256, kRun = 8;
-constexpr int kMostPasses = 4;  // of one kernel
+constexpr int kWidth = 64, kHeight = 32, kRun = 8;
+constexpr int kThreads = 640;    // for the most runs of a pass, 11 x 56
+constexpr int kMostPasses = 4;   // of one kernel
 constexpr int kMostRadius = 3, kMostWidth = kWidth + 2 * kMostPasses * kMostRadius;
 constexpr int kReachPerRun = 4;  // that a run is read with on either side: whole vectors of four
 
