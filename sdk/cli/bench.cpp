@@ -164,8 +164,8 @@ void add_stages(const defrec_result& result, BenchTimes& times) {
     times.stages_together_ms.push_back(together);
 }
 
-Json median_and_p99(const std::vector<double>& ms) {
-    return {{"median_ms", percentile(ms, 0.5)}, {"p99_ms", percentile(ms, 0.99)}};
+Json spread_of(const std::vector<double>& ms) {
+    return {{"min_ms", percentile(ms, 0)}, {"median_ms", percentile(ms, 0.5)}, {"p99_ms", percentile(ms, 0.99)}};
 }
 
 }  // namespace
@@ -214,13 +214,13 @@ Json bench_json(const BenchOptions& options, const BenchSequence& sequence, cons
     json["frames"] = times.latency_ms.size();
     json["tracked_frames"] = times.tracked_frames;
     json["stages"] = Json::object();
-    for (const auto& [name, ms] : times.stages_ms) json["stages"][name] = median_and_p99(ms);
-    json["stages"]["frame"] = median_and_p99(times.stages_together_ms);
-    json["submit_to_result"] = median_and_p99(times.latency_ms);
+    for (const auto& [name, ms] : times.stages_ms) json["stages"][name] = spread_of(ms);
+    json["stages"]["frame"] = spread_of(times.stages_together_ms);
+    json["submit_to_result"] = spread_of(times.latency_ms);
     json["frames_per_second"] = median > 0 ? 1000 / median : 0;
     if (!times.at_once_latency_ms.empty())
         json["at_once"] = {{"trackers", options.trackers},
-                           {"submit_to_result", median_and_p99(times.at_once_latency_ms)},
+                           {"submit_to_result", spread_of(times.at_once_latency_ms)},
                            {"frames_per_second", 1000 * static_cast<double>(times.at_once_latency_ms.size()) / times.at_once_ms}};
     json["peak_memory_mb"] = peak_megabytes();
     json["tracker_memory_mb"] = times.tracker_memory_mb;
@@ -230,16 +230,16 @@ Json bench_json(const BenchOptions& options, const BenchSequence& sequence, cons
 std::string bench_text(const Json& json) {
     const auto line = [](std::string name, const Json& times) {
         name.resize(std::max<std::size_t>(name.size(), 20), ' ');
-        std::string median = format_fixed(times["median_ms"].get<double>(), 2);
-        std::string p99 = format_fixed(times["p99_ms"].get<double>(), 2);
-        median.insert(0, median.size() < 10 ? 10 - median.size() : 0, ' ');
-        p99.insert(0, p99.size() < 10 ? 10 - p99.size() : 0, ' ');
-        return name + median + p99 + "\n";
+        for (const char* value : {"min_ms", "median_ms", "p99_ms"}) {
+            const std::string text = format_fixed(times[value].get<double>(), 2);
+            name.append(text.size() < 10 ? 10 - text.size() : 0, ' ').append(text);
+        }
+        return name + "\n";
     };
     std::string text = json["device"]["id"].get<std::string>() + ", " + json["size"].get<std::string>() +
                        ", " + std::to_string(json["frames"].get<std::size_t>()) + " frames, " +
                        std::to_string(json["tracked_frames"].get<std::size_t>()) + " of them tracked\n";
-    text += "ms                      median       p99\n";
+    text += "ms                         min    median       p99\n";
     for (const auto& [stage, times] : json["stages"].items()) {
         if (stage != "frame") text += line(stage, times);
     }
