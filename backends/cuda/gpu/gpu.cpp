@@ -2,10 +2,12 @@
 #include "backends/cuda/gpu/gpu.hpp"
 
 #include <cuda.h>
+#include <dlfcn.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 
 #include "backends/cuda/gpu/check.hpp"
 #include "backends/cuda/gpu/queue.hpp"
@@ -69,6 +71,17 @@ Limits read_limits(int ordinal) {
 
 std::string version_text(int version) { return std::to_string(version / 1000) + "." + std::to_string(version % 1000 / 10); }
 
+// CUDA tells which of its versions the driver is good for, not the driver's own; that is in the name of its library, libcuda.so.580.65.06.
+std::string driver_text(int cuda_version) {
+    const std::string cuda = "CUDA " + version_text(cuda_version);
+    Dl_info library;
+    if (dladdr(reinterpret_cast<void*>(driver().push), &library) == 0 || library.dli_fname == nullptr) return cuda;
+    std::error_code error;
+    const std::string file = std::filesystem::canonical(library.dli_fname, error).filename().string();
+    const size_t version = file.find(".so.");
+    return error || version == std::string::npos ? cuda : file.substr(version + 4) + ", " + cuda;
+}
+
 }  // namespace
 
 std::vector<GpuInfo> list_gpus(std::string& why_none) {
@@ -83,11 +96,12 @@ std::vector<GpuInfo> list_gpus(std::string& why_none) {
         return {};
     }
     check(cudaDriverGetVersion(&driver_version), "cudaDriverGetVersion");
+    const std::string driver = count == 0 ? "" : driver_text(driver_version);
     std::vector<GpuInfo> gpus;
     for (int ordinal = 0; ordinal < count; ++ordinal) {
         cudaDeviceProp properties;
         check(cudaGetDeviceProperties(&properties, ordinal), "cudaGetDeviceProperties");
-        GpuInfo info{ordinal, "cuda:" + uuid_text(properties.uuid), properties.name, version_text(driver_version), properties.totalGlobalMem, {}};
+        GpuInfo info{ordinal, "cuda:" + uuid_text(properties.uuid), properties.name, driver, properties.totalGlobalMem, {}};
         if (10 * properties.major + properties.minor < kLeastCapability)
             info.lacks = "compute capability " + std::to_string(properties.major) + "." + std::to_string(properties.minor) + "; 7.5 is needed";
         else if (!attribute(cudaDevAttrCooperativeLaunch, ordinal))

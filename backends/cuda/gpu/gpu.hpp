@@ -18,7 +18,7 @@ struct GpuInfo {
     int ordinal;
     std::string id;      // "cuda:GPU-" and the UUID
     std::string name;
-    std::string driver;  // the driver's newest CUDA version, "13.0"
+    std::string driver;  // its version, and the newest CUDA that it knows: "580.65.06, CUDA 13.0"
     uint64_t memory_bytes;
     std::string lacks;   // why the stages do not run on it; empty: they do
 };
