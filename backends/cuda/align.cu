@@ -25,7 +25,7 @@ __device__ int32_t level_at(const uint8_t* image, int32_t stride, int32_t x, int
     }
 }
 
-// The live image or its mask as the caller has it, the level's own copies of both.
+// The live image and its mask as the caller has them, and copies of both at the level.
 struct Source {
     const uint8_t *gray, *mask;  // mask: may be nullptr
     int32_t stride;
@@ -37,7 +37,8 @@ struct Copies {
 
 template <int kLevel>
 __global__ void __launch_bounds__(kHalveWidth * kHalveHeight) align_halve(Source from, Copies to) {
-    const int32_t x = static_cast<int32_t>(blockIdx.x * kHalveWidth + threadIdx.x), y = static_cast<int32_t>(blockIdx.y * kHalveHeight + threadIdx.y);
+    const int32_t x = static_cast<int32_t>(blockIdx.x * kHalveWidth + threadIdx.x);
+    const int32_t y = static_cast<int32_t>(blockIdx.y * kHalveHeight + threadIdx.y);
     if (x >= to.stride || y >= to.height) return;
     const int64_t at = int64_t{y} * to.stride + x;
     const bool in_image = x < to.width;
@@ -48,7 +49,7 @@ __global__ void __launch_bounds__(kHalveWidth * kHalveHeight) align_halve(Source
 // ---- sections 1 and 3 to 6 -------------------------------------------------------------------------------------
 
 // A patch's centre in its view, 1/256 px of the level.
-struct Centre {
+struct alignas(16) Centre {
     int32_t x, y, view, valid;
 };
 
@@ -90,9 +91,10 @@ __device__ defrec_patch_observation observe(const PatchTask& task, const Centre&
 template <int kRadius>
 __global__ void __launch_bounds__(kWarp) align_patch(PatchTask task) {
     const uint32_t index = blockIdx.x;
+    const Centre centre = task.centres[index];
     const defrec_patch_prediction prediction =
         task.given != nullptr ? task.given[index] : predict<float>(task.patches[index], task.motions, task.params);
-    const defrec_patch_observation observation = observe<kRadius>(task, task.centres[index], prediction);
+    const defrec_patch_observation observation = observe<kRadius>(task, centre, prediction);
     if (threadIdx.x != 0) return;
     if (task.predictions != nullptr) task.predictions[index] = prediction;
     task.observations[index] = observation;
@@ -100,9 +102,13 @@ __global__ void __launch_bounds__(kWarp) align_patch(PatchTask task) {
 
 class Align final : public Stage {
   public:
-    Align(const defrec_align_params& params, Device& device)
-        : p_(params), device_(device), gray_(device, uint64_t{stride()} * height()), mask_(device, uint64_t{stride()} * height()) {}
+    Align(const defrec_align_params& params, Device& device) : p_(params), device_(device) {
+        if (in_place()) return;
+        gray_ = Buffer(device, uint64_t{stride()} * height());
+        mask_ = Buffer(device, uint64_t{stride()} * height());
+    }
 
+    bool reentrant() const override { return in_place(); }
     void prepare(std::span<const InBuffer> in) override {
         expect_buffers("align: prepare", in, 2);
         const std::span<const defrec_patch> patches = take_patches(p_, in[0]);
@@ -152,19 +158,21 @@ class Align final : public Stage {
     uint32_t height() const { return p_.height >> p_.level; }
     uint32_t stride() const { return (width() + 3) / 4 * 4; }
 
-    // The live image and the mask at the level, which are copied but where they are there in whole words already.
+    // Whether the caller's images can be searched as they are: rows of whole words, and nothing between them.
+    bool in_place() const { return p_.level == 0 && p_.stride == stride() && p_.width == stride(); }
+
+    // The live image and the mask that are searched.
     Level level_of(Recorder& recorder, const AlignBuffers& given) const {
         const auto level = [&](const uint8_t* gray, const uint8_t* mask) {
             return Level{reinterpret_cast<const uint32_t*>(gray), reinterpret_cast<const uint32_t*>(mask), static_cast<int32_t>(width()),
                          static_cast<int32_t>(height()), static_cast<int32_t>(stride() / 4)};
         };
-        const auto whole_words = [](const uint8_t* image) { return reinterpret_cast<uintptr_t>(image) % sizeof(uint32_t) == 0; };
-        if (p_.level == 0 && p_.stride == stride() && p_.width == stride() && whole_words(given.gray) && whole_words(given.mask))
-            return level(given.gray, given.mask);
+        if (in_place()) return level(given.gray, given.mask);
         const Copies copies{gray_.as<uint8_t>(), mask_.as<uint8_t>(), static_cast<int32_t>(width()), static_cast<int32_t>(height()),
                             static_cast<int32_t>(stride())};
         constexpr decltype(&align_halve<0>) kKernels[] = {align_halve<0>, align_halve<1>, align_halve<2>, align_halve<3>};
-        recorder.launch(kKernels[p_.level], {dim3(cover(stride(), kHalveWidth), cover(height(), kHalveHeight)), dim3(kHalveWidth, kHalveHeight)},
+        const dim3 blocks(cover(stride(), kHalveWidth), cover(height(), kHalveHeight));
+        recorder.launch(kKernels[p_.level], {blocks, dim3(kHalveWidth, kHalveHeight)},
                         Source{given.gray, given.mask, static_cast<int32_t>(p_.stride)}, copies);
         return level(copies.gray, given.mask != nullptr ? copies.mask : nullptr);
     }
@@ -178,7 +186,7 @@ class Align final : public Stage {
 
     defrec_align_params p_;
     Device& device_;
-    Buffer gray_, mask_;  // live image and mask at the level
+    Buffer gray_, mask_;  // live image and mask at the level, unless in place
     struct {
         Buffer views, centres, patches;
         uint32_t count = 0;
