@@ -110,7 +110,7 @@ __device__ uint32_t best_of_column(const OrbLevel& level, const Block& block, in
     return best;
 }
 
-__global__ void __launch_bounds__(kThreads, 4) find_corners(OrbLevels levels, uint32_t threshold, const uint8_t* pyramid,
+__global__ void __launch_bounds__(kThreads, 6) find_corners(OrbLevels levels, uint32_t threshold, const uint8_t* pyramid,
                                                             const uint8_t* usable, uint32_t* corners, uint8_t* scores) {
     __shared__ uint4 pair_words[kRows * kRowWords];
     __shared__ uint32_t mask[kBothRows][kMaskWords];

@@ -80,10 +80,6 @@ constexpr uint32_t kThreads = 1024, kWarps = kThreads / kWarp;
 constexpr uint32_t kScores = 256, kDistances = kOrbKeys / kScores;
 static_assert(kWarps == kWarp && kDistances == 2 * kWarp);
 
-__device__ uint32_t sum_of_warp(uint32_t value) {
-    for (int step = 16; step > 0; step /= 2) value += __shfl_xor_sync(kAllLanes, value, step);
-    return value;
-}
 // The lane's value and those of the lanes before it, or behind it.
 __device__ uint32_t sum_up_to(uint32_t value, uint32_t lane) {
     for (uint32_t step = 1; step < kWarp; step *= 2) {
@@ -155,12 +151,17 @@ __global__ void __launch_bounds__(kThreads) choose(uint32_t spacing, uint32_t ca
     __shared__ uint32_t shared_least_key;
     __shared__ uint32_t up_to_warp[kWarps];
     const uint32_t warp = threadIdx.x / kWarp, lane = threadIdx.x % kWarp;
-    for (uint32_t distance = warp; distance < kDistances; distance += kWarps) {
-        uint32_t sum = 0;
-        for (uint32_t score = lane; score < kScores; score += kWarp) sum += counts[distance * kScores + score];
-        sum = sum_of_warp(sum);
-        if (lane == 0) of_distance[distance] = sum;
+    // As many threads for each distance sum its scores, four at once.
+    constexpr uint32_t kSharers = kThreads / kDistances, kEach = kScores / 4 / kSharers;
+    const uint32_t distance = threadIdx.x / kSharers, sharer = threadIdx.x % kSharers;
+    uint32_t sum = 0;
+#pragma unroll
+    for (uint32_t i = 0; i < kEach; ++i) {
+        const uint4 four = reinterpret_cast<const uint4*>(counts + distance * kScores)[i * kSharers + sharer];
+        sum += four.x + four.y + four.z + four.w;
     }
+    for (int step = kSharers / 2; step > 0; step /= 2) sum += __shfl_xor_sync(kAllLanes, sum, step);
+    if (sharer == 0) of_distance[distance] = sum;
     __syncthreads();
     if (warp == 0) {
         const uint32_t found = find_least_key(lane, spacing, capacity, of_distance, counts);
