@@ -85,7 +85,7 @@ __device__ __forceinline__ void give_results(const LmView& view, const LmMemory&
 }
 
 template <bool kShared>
-__global__ void __launch_bounds__(kLmThreads) lm_solve(LmView view) {
+__global__ void __launch_bounds__(kLmThreads, kShared ? 2 : 1) lm_solve(LmView view) {
     __shared__ LmState state;
     __shared__ double there[kSums];
     const LmShare share = view.surface.shares[blockIdx.x];
