@@ -139,8 +139,9 @@ __device__ bool search(const Level& level, const Window<kRadius>& window, const 
             } else {
                 score = score_of(s, whole, L::kPixels);
             }
+            if (score == kUnscored) continue;
             const int32_t ranked = score - kDistancePenalty * (d.x * d.x + d.y * d.y);
-            if (score == kUnscored || ranked <= best) continue;
+            if (ranked <= best) continue;
             best = ranked;
             place = y * places + x + k;
         }
