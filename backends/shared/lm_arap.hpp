@@ -42,8 +42,13 @@ constexpr void add3(T* block, int row, int column, T scale, const T m[9]) {
 }
 template <class T>
 constexpr void cross_matrix(Vec3<T> v, T m[9]) {
-    const T values[9] = {T(0), -v.z, v.y, v.z, T(0), -v.x, -v.y, v.x, T(0)};
-    std::copy(values, values + 9, m);
+    m[0] = m[4] = m[8] = T(0);
+    m[1] = -v.z;
+    m[2] = v.y;
+    m[3] = v.z;
+    m[5] = -v.x;
+    m[6] = -v.y;
+    m[7] = v.x;
 }
 template <class T>
 constexpr void multiply3(const T a[9], const T b[9], T m[9]) {
