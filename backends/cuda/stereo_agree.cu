@@ -22,16 +22,16 @@ struct Tile {
     int fields[2][kHeight][kWidth + 1];  // a level of the pyramid and the next
 };
 
-__device__ float check(const AgreeStep& step, int x, int y) {
+__device__ __forceinline__ float check(const AgreeStep& step, int x, int y) {
     const StereoShape& shape = step.shape;
     const int radius = step.radius;
     if (x < radius + shape.first || x >= shape.half_width - radius || y < radius || y >= shape.half_height - radius) return kMissing;
-    const int row = y * shape.half_stride, candidate = step.candidates[row + x];
-    if (candidate == 0 || step.left_mask[row + x] == 0) return kMissing;
-    const int index = candidate - 1, d = shape.first + index;
-    if (step.right_mask[row + x - d] == 0) return kMissing;
-    const int back = step.right_keys[y * shape.half_width + x - d] & 255;
-    return abs(back - index) > step.left_right ? kMissing : static_cast<float>(16 * d);
+    // Without a candidate some pixel is read that does not matter, so that no read waits for a comparison.
+    const int row = y * shape.half_stride, candidate = __ldg(step.candidates + row + x), left_usable = __ldg(step.left_mask + row + x);
+    const int index = max(candidate - 1, 0), d = shape.first + index;
+    const int right_usable = __ldg(step.right_mask + row + x - d), back = __ldg(step.right_keys + y * shape.half_width + x - d) & 255;
+    const bool good = candidate != 0 && left_usable != 0 && right_usable != 0 && abs(back - index) <= step.left_right;
+    return good ? static_cast<float>(16 * d) : kMissing;
 }
 
 __device__ float supported(const Tile& tile, int column, int row, int support) {
@@ -79,6 +79,7 @@ __global__ void __launch_bounds__(kThreads) agree(AgreeStep step) {
         return column >= 0 && column < kWidth && row >= 0 && row < kHeight && left + column < shape.half_width && top + row < shape.half_height;
     };
     make_means(tile.means);
+#pragma unroll 4
     for (int i = thread; i < kCheckedWidth * kCheckedHeight; i += kThreads) {
         const int u = i % kCheckedWidth, v = i / kCheckedWidth, column = u - kSmoothed - kReach, row = v - kSmoothed - kReach;
         const float disparity = check(step, left + column, top + row);

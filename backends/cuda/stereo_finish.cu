@@ -48,7 +48,7 @@ __global__ void __launch_bounds__(kThreads) finish(FinishStep step) {
         for (int lanes = 0; lanes < kReachWidth; lanes += kLanes) {
             const int column = lanes + thread % kLanes, x = left - margin + column, y = top - margin + row;
             const bool inside = column < reach_width && x >= 0 && y >= 0 && x < shape.width && y < shape.height;
-            const int evidence = inside ? step.evidence[y * shape.full_stride + x] : kNoDisparity;
+            const int evidence = inside ? __ldg(step.evidence + y * shape.full_stride + x) : kNoDisparity;
             if (column < reach_width) tile.cells[row][column] = evidence != kNoDisparity;
         }
     }
@@ -72,9 +72,9 @@ __global__ void __launch_bounds__(kThreads) finish(FinishStep step) {
         for (int v = 0; v < kRun; ++v) {
             const int y = top - radius + row + v;
             const bool inside = x >= 0 && y >= 0 && x < shape.width && y < shape.height;
-            const int at = y * shape.full_stride + x;
-            const int evidence = inside && 25 * counts[v] >= 81 * step.support ? step.evidence[at] : kNoDisparity;
-            tile.cells[row + v][column] = evidence == kNoDisparity ? 0 : kOne + evidence - step.hypothesis[at];
+            const int at = inside ? y * shape.full_stride + x : 0, found = __ldg(step.evidence + at), hypothesis = __ldg(step.hypothesis + at);
+            const int evidence = inside && 25 * counts[v] >= 81 * step.support ? found : kNoDisparity;
+            tile.cells[row + v][column] = evidence == kNoDisparity ? 0 : kOne + evidence - hypothesis;
             if (step.given_evidence != nullptr && inside && x >= left && x < left + kWidth && y >= top && y < top + kHeight)
                 step.given_evidence[y * shape.width + x] = static_cast<int16_t>(evidence);
         }
@@ -92,7 +92,7 @@ __global__ void __launch_bounds__(kThreads) finish(FinishStep step) {
         sum_line(&tile.rows[row][column], kStride, radius, [&](int v, int sum) {
             const int y = top + row + v;
             if (y >= shape.height) return;
-            const int at = y * shape.full_stride + x, hypothesis = step.hypothesis[at], cell = tile.cells[row + radius + v][column + radius];
+            const int at = y * shape.full_stride + x, hypothesis = __ldg(step.hypothesis + at), cell = tile.cells[row + radius + v][column + radius];
             const int m = (sum + kOne / 2) >> 16, differences = sum - m * kOne;
             const bool known = cell != 0, filled = !known && 2 * m >= enough;
             int disparity = known ? hypothesis + cell - kOne : kNoDisparity;
@@ -101,7 +101,7 @@ __global__ void __launch_bounds__(kThreads) finish(FinishStep step) {
                 disparity = max(0, hypothesis + quotient - (dividend - 2 * m * quotient < 0));
             }
             if (step.given_confidence != nullptr)
-                step.given_confidence[int64_t{y} * shape.stride + x] = known ? step.confidence[at] : filled ? kFilledConfidence : 0;
+                step.given_confidence[int64_t{y} * shape.stride + x] = known ? __ldg(step.confidence + at) : filled ? kFilledConfidence : 0;
             if (step.given_filled != nullptr) step.given_filled[y * shape.width + x] = static_cast<int16_t>(disparity);
             step.filled[at] = static_cast<int16_t>(disparity);
         });

@@ -10,14 +10,15 @@ constexpr int kHalfWidth = kWidth / 2, kHalfHeight = kHeight / 2;
 constexpr int kReachWidth = kWidth + 2 * kInpaintRadius, kReachHeight = kHeight + 2 * kInpaintRadius;
 constexpr int kOne = 1 << 20;  // a cell counts its pixel above the sum of grays
 
-struct Tile {
+struct alignas(16) Tile {
     uint32_t gray[kHeight][kWidth / 4], usable[kHeight][kWidth / 4];  // usable: bytes 0 or 1
     int cells[kReachHeight][kReachWidth + 4], rows[kReachHeight][kWidth + 4];
 };
+static_assert(kInpaintRadius % 4 == 0 && kReachWidth % 8 == 0 && kWidth % 8 == 0);  // rows of vectors, an odd number of them
 
 // Four pixels of a row; 0 outside the image.
 __device__ uint32_t four_pixels(const uint8_t* image, const StereoShape& shape, int x, int y, bool aligned) {
-    if (y >= shape.height || x >= shape.width) return 0;
+    if (x < 0 || y < 0 || y >= shape.height || x >= shape.width) return 0;
     const uint8_t* at = image + int64_t{y} * shape.stride + x;
     if (aligned && x + 4 <= shape.width) return *reinterpret_cast<const uint32_t*>(at);
     uint32_t word = 0;
@@ -28,23 +29,26 @@ __device__ uint32_t four_pixels(const uint8_t* image, const StereoShape& shape, 
 // Bytes that are not 0 become 1.
 __device__ uint32_t nonzero_bytes(uint32_t word) { return (((word & 0x7f7f7f7f) + 0x7f7f7f7f) | word) >> 7 & 0x01010101; }
 
-__device__ void inpaint(Tile& tile, const PreparedImage& image, const StereoShape& shape, int left, int top) {
+__device__ void inpaint(Tile& tile, const PreparedImage& image, const StereoShape& shape, int left, int top, bool aligned) {
     const int thread = static_cast<int>(threadIdx.x);
-    for (int i = thread; i < kReachWidth * kReachHeight; i += kThreads) {
-        const int column = i % kReachWidth, row = i / kReachWidth, x = left - kInpaintRadius + column, y = top - kInpaintRadius + row;
-        const bool inside = x >= 0 && y >= 0 && x < shape.width && y < shape.height;
-        const int64_t at = int64_t{y} * shape.stride + x;
-        tile.cells[row][column] = inside && image.mask[at] != 0 ? kOne + image.source[at] : 0;
+    for (int i = thread; i < kReachWidth / 4 * kReachHeight; i += kThreads) {
+        const int column = i % (kReachWidth / 4) * 4, row = i / (kReachWidth / 4), x = left - kInpaintRadius + column, y = top - kInpaintRadius + row;
+        const uint32_t gray = four_pixels(image.source, shape, x, y, aligned), mask = four_pixels(image.mask, shape, x, y, aligned);
+        const auto cell = [&](int k) { return (mask >> (8 * k) & 0xff) != 0 ? kOne + static_cast<int>(gray >> (8 * k) & 0xff) : 0; };
+        *reinterpret_cast<int4*>(&tile.cells[row][column]) = make_int4(cell(0), cell(1), cell(2), cell(3));
     }
     __syncthreads();
-    int line[kRun + 2 * kInpaintRadius], sums[kRun];
+    alignas(16) int line[kRun + 2 * kInpaintRadius];
+    int sums[kRun];
     for (int i = thread; i < kReachHeight * (kWidth / kRun); i += kThreads) {
         const int row = i % kReachHeight, column = i / kReachHeight * kRun;
 #pragma unroll
-        for (int u = 0; u < kRun + 2 * kInpaintRadius; ++u) line[u] = tile.cells[row][column + u];
+        for (int u = 0; u < kRun + 2 * kInpaintRadius; u += 4)
+            *reinterpret_cast<int4*>(line + u) = *reinterpret_cast<const int4*>(&tile.cells[row][column + u]);
         sum_along<kInpaintRadius, kRun>(line, sums);
 #pragma unroll
-        for (int u = 0; u < kRun; ++u) tile.rows[row][column + u] = sums[u];
+        for (int u = 0; u < kRun; u += 4)
+            *reinterpret_cast<int4*>(&tile.rows[row][column + u]) = make_int4(sums[u], sums[u + 1], sums[u + 2], sums[u + 3]);
     }
     __syncthreads();
     auto* const gray = reinterpret_cast<uint8_t*>(tile.gray);
@@ -106,7 +110,7 @@ __global__ void __launch_bounds__(kThreads) prepare(PrepareStep step) {
         }
         tile.usable[row][quad] = usable;
     }
-    if (__syncthreads_or(masked) != 0) inpaint(tile, image, shape, left, top);
+    if (__syncthreads_or(masked) != 0) inpaint(tile, image, shape, left, top, step.words_aligned);
 
     for (int i = thread; i < kHeight * (kWidth / 4); i += kThreads) {
         const int quad = i % (kWidth / 4), row = i / (kWidth / 4), x = left + 4 * quad, y = top + row;

@@ -38,7 +38,7 @@ __global__ void __launch_bounds__(kThreads, 4) refine(RefineStep step) {
     for (int i = thread; i < kHalfSide * kHalfSide; i += kThreads) {
         const int u = i % kHalfSide, v = i / kHalfSide;
         const int at_u = clamped(first_u + u, 0, shape.half_width - 1), at_v = clamped(first_v + v, 0, shape.half_height - 1);
-        half[v][u] = step.half[at_v * shape.half_width + at_u];
+        half[v][u] = __ldg(step.half + at_v * shape.half_width + at_u);
     }
     __syncthreads();
 #pragma unroll 5
@@ -60,6 +60,7 @@ __global__ void __launch_bounds__(kThreads, 4) refine(RefineStep step) {
     };
     refine_tile<kThreads, kRefineRun>(tile, left, top, shape.width, shape.height, least_variance);
 
+#pragma unroll 4
     for (int i = thread; i < kRefineTile * kRefineTile; i += kThreads) {
         const int column = i % kRefineTile, row = i / kRefineTile, x = left + column, y = top + row;
         if (x >= shape.width || y >= shape.height) continue;
@@ -68,14 +69,17 @@ __global__ void __launch_bounds__(kThreads, 4) refine(RefineStep step) {
         const bool any = hypothesis != kNoDisparity;
         const int refined_disparity = any ? moved(hypothesis, refined.move) : kNoDisparity, score = any ? refined.score : 0;
         const int u = min(x >> 1, shape.half_width - 1), v = min(y >> 1, shape.half_height - 1);
-        const int stands = step.standing[v * shape.half_stride + u];
         const int64_t line = int64_t{y} * shape.stride;
+        const int q = 16 * x - refined_disparity;
+        // All reads before any decision: then they do not wait for each other.
+        const int stands = __ldg(step.standing + v * shape.half_stride + u);
+        const int left_usable = step.left_mask == nullptr ? 1 : __ldg(step.left_mask + line + x);
+        const int right_usable = step.right_mask == nullptr ? 1 : __ldg(step.right_mask + line + clamped((q + 8) >> 4, 0, shape.width - 1));
         int disparity = kNoDisparity, confidence = 0;
-        if (any && stands != kDoubtful && (step.left_mask == nullptr || step.left_mask[line + x] != 0)) {
+        if (any && stands != kDoubtful && left_usable != 0) {
             const bool known = stands == kSettled;
-            const int q = 16 * x - refined_disparity;
-            const bool good = refined.peak && q >= 0 && refined.textured && score >= (known ? kTrustedScore : step.refine_score) &&
-                              (step.right_mask == nullptr || step.right_mask[line + ((q + 8) >> 4)] != 0);
+            const bool good = refined.peak && q >= 0 && right_usable != 0 && refined.textured &&
+                              score >= (known ? kTrustedScore : step.refine_score);
             if (good || known) {
                 disparity = good ? refined_disparity : hypothesis;
                 confidence = clamped(good ? score >> 4 : score >> 5, 1, 255);

@@ -97,7 +97,8 @@ __device__ __forceinline__ void sum_columns(RefineTile<kRadius>& tile) {
 template <int kRadius, int kRun>
 __device__ __forceinline__ void sum_run(const int* columns, int (&sums)[kRun]) {
     constexpr int kReach = kRun + 2 * kRadius;
-    int line[(kReach + 3) / 4 * 4], used[kReach];
+    alignas(16) int line[(kReach + 3) / 4 * 4];
+    int used[kReach];
 #pragma unroll
     for (int u = 0; u < kReach; u += 4) *reinterpret_cast<int4*>(line + u) = *reinterpret_cast<const int4*>(columns + u);
 #pragma unroll

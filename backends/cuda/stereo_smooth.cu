@@ -45,7 +45,8 @@ __global__ void __launch_bounds__(kThreads) smooth(SmoothStep step, const int16_
         }
     }
     __syncthreads();
-    float line[kRun + 2 * kReachPerRun], used[kLine], smoothed[kRun];
+    alignas(16) float line[kRun + 2 * kReachPerRun];
+    float used[kLine], smoothed[kRun];
     for (int pass = 0; pass < passes; ++pass) {
         // What the pass reads begins at `first`; it leaves kRadius less on every side.
         const int first = pass * kRadius, read_rows = height - 2 * first;
