@@ -9,6 +9,12 @@ namespace {
 // half's that lies at the same place.
 constexpr int kWidth = 64, kHalf = 16;  // px, at most
 constexpr int kThreads = 256, kWarps = kThreads / static_cast<int>(kWarp);
+// Blocks of a multiprocessor at once: as many as have threads there.
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ < 800
+constexpr int kResident = 4;
+#else
+constexpr int kResident = 6;
+#endif
 constexpr int kRowGroups = kThreads / kWidth;  // threads that share a column
 constexpr int kRim = orb::kCircleRadius;
 constexpr int kRowWords = (kWidth + 2 * kRim + 3 + 3) / 4, kRow = 4 * kRowWords;  // words of 4 px, wherever the first pixel lies in its word
@@ -110,7 +116,7 @@ __device__ uint32_t best_of_column(const OrbLevel& level, const Block& block, in
     return best;
 }
 
-__global__ void __launch_bounds__(kThreads, 6) find_corners(OrbLevels levels, uint32_t threshold, const uint8_t* pyramid,
+__global__ void __launch_bounds__(kThreads, kResident) find_corners(OrbLevels levels, uint32_t threshold, const uint8_t* pyramid,
                                                             const uint8_t* usable, uint32_t* corners, uint8_t* scores) {
     __shared__ uint4 pair_words[kRows * kRowWords];
     __shared__ uint32_t mask[kBothRows][kMaskWords];
