@@ -9,9 +9,9 @@ namespace {
 // half's that lies at the same place.
 constexpr int kWidth = 64, kHalf = 16;  // px, at most
 constexpr int kThreads = 256, kWarps = kThreads / static_cast<int>(kWarp);
-// Blocks of a multiprocessor at once: as many as have threads there.
-#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ < 800
-constexpr int kResident = 4;
+// Blocks of a multiprocessor at once. Older ones have no minimum of pairs and need more registers for it.
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ < 900
+constexpr int kResident = 3;
 #else
 constexpr int kResident = 6;
 #endif
