@@ -169,8 +169,9 @@ void record_orb_corners(Recorder& recorder, const defrec_orb_params& params, con
     const int across = kWidth / levels.cell, down = 2 * (kHalf / levels.cell);
     const auto blocks = [](int cells, int side) { return cover(static_cast<uint32_t>(cells), static_cast<uint32_t>(side)); };
     const OrbLevel& largest = levels.level[0];
-    recorder.launch(find_corners, {dim3(blocks(largest.cells_x, across), blocks(largest.cells_y, down), static_cast<uint32_t>(levels.count)), kThreads},
-                    levels, params.threshold, memory.pyramid, memory.mask != nullptr ? memory.usable : nullptr, memory.corners, scores);
+    const dim3 grid(blocks(largest.cells_x, across), blocks(largest.cells_y, down), static_cast<uint32_t>(levels.count));
+    recorder.launch(find_corners, {grid, kThreads}, levels, params.threshold, memory.pyramid,
+                    memory.mask != nullptr ? memory.usable : nullptr, memory.corners, scores);
 }
 
 }  // namespace defrec::cuda
