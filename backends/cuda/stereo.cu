@@ -11,7 +11,7 @@ namespace {
 int padded(int count) { return (count + 15) / 16 * 16; }
 
 StereoShape shape_of(const StereoSizes& size) {
-    return {size.width,       size.height,       size.stride, padded(size.width), size.half_width, size.half_height, padded(size.half_width),
+    return {size.width, size.height, size.stride, padded(size.width), size.half_width, size.half_height, padded(size.half_width),
             size.first, size.count};
 }
 
@@ -31,21 +31,19 @@ DisparityPyramid pyramid_of(const StereoSizes& size) {
 // One of the two images with what is made of it before the search.
 struct Image {
     Image(Device& device, const StereoShape& shape)
-        : gray_(device, area(gray_stride(shape.full_stride), shape.height)),
-          half_(device, area(gray_stride(shape.half_stride), shape.half_height)),
-          half_mask(device, area(shape.half_stride, shape.half_height)),
-          words(make_buffer<uint32_t>(device, area(shape.half_stride, (shape.half_height + kBandRows - 1) / kBandRows))) {}
+        : half_mask(device, area(shape.half_stride, shape.half_height)),
+          words(make_buffer<uint32_t>(device, area(shape.half_stride, (shape.half_height + kBandRows - 1) / kBandRows))),
+          gray_(device, area(gray_stride(shape.full_stride), shape.height)),
+          half_(device, area(gray_stride(shape.half_stride), shape.half_height)) {}
     PreparedImage prepared(const uint8_t* source, const uint8_t* mask, uint8_t* given) const {
         return {source, mask, gray(), half(), half_mask.as<uint8_t>(), words.as<uint32_t>(), given};
     }
     uint8_t* gray() const { return gray_.as<uint8_t>() + kGrayMargin; }
     uint8_t* half() const { return half_.as<uint8_t>() + kGrayMargin; }
+    Buffer half_mask, words;
 
   private:
     Buffer gray_, half_;
-
-  public:
-    Buffer half_mask, words;
 };
 
 class Stereo final : public Stage {
@@ -72,7 +70,9 @@ class Stereo final : public Stage {
 
     void record(Recorder& recorder, std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
         const StereoBuffers given = stereo_buffers(size_, in, out);
-        const auto own = [](auto* wanted, const Buffer& buffer) { return wanted != nullptr ? wanted : buffer.as<std::remove_pointer_t<decltype(wanted)>>(); };
+        const auto own = [](auto* wanted, const Buffer& buffer) {
+            return wanted != nullptr ? wanted : buffer.as<std::remove_pointer_t<decltype(wanted)>>();
+        };
         int32_t* const right_keys = own(given.right_keys, right_keys_);
         int16_t* const supported = own(given.supported, supported_);
         int16_t* const half_refined = own(given.half_refined, half_refined_);
@@ -86,18 +86,20 @@ class Stereo final : public Stage {
                                   right_keys,
                                   words_aligned(given)});
         record_search(recorder, search_step(given.left_keys, right_keys));
-        record_agree(recorder, {shape_, radius, static_cast<int>(p_.left_right), static_cast<int>(p_.support), candidates_.as<uint16_t>(), right_keys,
-                                left_.half_mask.as<uint8_t>(), right_.half_mask.as<uint8_t>(), given.checked, supported, pyramid_});
-        record_dense(recorder, {shape_, radius, static_cast<int>(p_.edge), pyramid_, left_.half(), right_.half(), supported,
-                                given.dense, standing_.as<uint8_t>(), half_refined});
-        record_refine(recorder, {shape_, static_cast<int>(p_.refine_radius), static_cast<int>(p_.refine_score), static_cast<int>(p_.texture),
-                                 left_.gray(), right_.gray(), given.left_mask, given.right_mask, half_refined,
+        record_agree(recorder,
+                     {shape_, radius, static_cast<int>(p_.left_right), static_cast<int>(p_.support), candidates_.as<uint16_t>(), right_keys,
+                      left_.half_mask.as<uint8_t>(), right_.half_mask.as<uint8_t>(), given.checked, supported, pyramid_});
+        record_dense(recorder, {shape_, radius, static_cast<int>(p_.edge), pyramid_, left_.half(), right_.half(), supported, given.dense,
+                                standing_.as<uint8_t>(), half_refined});
+        record_refine(recorder, {shape_, static_cast<int>(p_.refine_radius), static_cast<int>(p_.refine_score),
+                                 static_cast<int>(p_.texture), left_.gray(), right_.gray(), given.left_mask, given.right_mask, half_refined,
                                  standing_.as<uint8_t>(), hypothesis_.as<int16_t>(), evidence_.as<int16_t>(), confidence_.as<uint8_t>(),
                                  given.hypothesis, given.refined, given.score});
         record_finish(recorder, {shape_, static_cast<int>(p_.support), static_cast<int>(p_.fill_radius), hypothesis_.as<int16_t>(),
-                                 evidence_.as<int16_t>(), confidence_.as<uint8_t>(), filled_.as<int16_t>(), given.evidence, given.filled, given.confidence});
-        record_smooth(recorder, {shape_, static_cast<int>(p_.smooth_radius), static_cast<int>(p_.smooth_range), static_cast<int>(p_.smooth_passes),
-                                 filled_.as<int16_t>(), evidence_.as<int16_t>(), given.disparity});
+                                 evidence_.as<int16_t>(), confidence_.as<uint8_t>(), filled_.as<int16_t>(), given.evidence, given.filled,
+                                 given.confidence});
+        record_smooth(recorder, {shape_, static_cast<int>(p_.smooth_radius), static_cast<int>(p_.smooth_range),
+                                 static_cast<int>(p_.smooth_passes), filled_.as<int16_t>(), evidence_.as<int16_t>(), given.disparity});
     }
 
   private:

@@ -41,7 +41,8 @@ __device__ float supported(const Tile& tile, int column, int row, int support) {
 #pragma unroll
     for (int v = 0; v <= 2 * kReach; v += 2)
 #pragma unroll
-        for (int u = 0; u <= 2 * kReach; u += 2) agreeing += fabsf(tile.checked[row + v][column + u] - disparity) <= static_cast<float>(kSupportRange);
+        for (int u = 0; u <= 2 * kReach; u += 2)
+            agreeing += fabsf(tile.checked[row + v][column + u] - disparity) <= static_cast<float>(kSupportRange);
     return agreeing >= support ? disparity : kMissing;
 }
 
@@ -76,7 +77,8 @@ __global__ void __launch_bounds__(kThreads) agree(AgreeStep step) {
     const int left = static_cast<int>(blockIdx.x) * kWidth, top = static_cast<int>(blockIdx.y) * kHeight;
     const int thread = static_cast<int>(threadIdx.x);
     const auto owned = [&](int column, int row) {
-        return column >= 0 && column < kWidth && row >= 0 && row < kHeight && left + column < shape.half_width && top + row < shape.half_height;
+        return column >= 0 && column < kWidth && row >= 0 && row < kHeight && left + column < shape.half_width &&
+               top + row < shape.half_height;
     };
     make_means(tile.means);
 #pragma unroll 4
@@ -92,7 +94,8 @@ __global__ void __launch_bounds__(kThreads) agree(AgreeStep step) {
         const int u = i % kSupportedWidth, v = i / kSupportedWidth, column = u - kSmoothed, row = v - kSmoothed;
         const float disparity = supported(tile, u, v, step.support);
         tile.supported[v][u] = disparity;
-        if (owned(column, row)) step.supported[(top + row) * shape.half_width + left + column] = static_cast<int16_t>(from_smooth(disparity));
+        if (owned(column, row))
+            step.supported[(top + row) * shape.half_width + left + column] = static_cast<int16_t>(from_smooth(disparity));
     }
     __syncthreads();
     float line[kLine], smoothed[kRun];

@@ -11,7 +11,7 @@ using Level = DisparityPyramid::Level;
 
 constexpr int kThreads = 320;  // at 480 x 270 there are fewer blocks than two for each multiprocessor
 
-constexpr int kMostPixels = 512;                          // of a top level that every block fills for itself, with what is coarser
+constexpr int kMostPixels = 512;                             // of a top level that every block fills for itself, with what is coarser
 constexpr int kOwned = kRefineTile - 2 * kHalfSmoothRadius;  // side of what a block is there for
 constexpr int kRun = 4, kLine = kRun + 2 * kHalfSmoothRadius;
 static_assert(kOwned % kRun == 0 && kRefineTile % kRun == 0);
@@ -53,7 +53,8 @@ __device__ void fill_from(const DisparityPyramid& pyramid, int top, int16_t* mem
         const Level &size = pyramid.levels[level], &coarse = pyramid.levels[level + 1];
         for (int i = thread; i < size.width * size.height; i += threads)
             if (field(level)[i] == kNoDisparity)
-                field(level)[i] = static_cast<int16_t>(from_coarser(field(level + 1), coarse.width, 0, 0, coarse, i % size.width, i / size.width));
+                field(level)[i] =
+                    static_cast<int16_t>(from_coarser(field(level + 1), coarse.width, 0, 0, coarse, i % size.width, i / size.width));
         __syncthreads();
     }
 }
@@ -127,7 +128,8 @@ __device__ void fill_part(const DisparityPyramid& pyramid, const Part& part, boo
         int16_t* const field = memory + first[level];
         const int16_t* const from = field + fine.pixels();
         fine.each([&](int x, int y, int i) {
-            if (field[i] == kNoDisparity) field[i] = static_cast<int16_t>(from_coarser(from, coarse.width(), coarse.x0, coarse.y0, size, x, y));
+            if (field[i] == kNoDisparity)
+                field[i] = static_cast<int16_t>(from_coarser(from, coarse.width(), coarse.x0, coarse.y0, size, x, y));
         });
         __syncthreads();
     }
@@ -148,7 +150,8 @@ __global__ void __launch_bounds__(kThreads, 2) make_dense(DenseStep step, bool w
     const int width = shape.half_width, height = shape.half_height, thread = static_cast<int>(threadIdx.x);
     // Of what is refined; what the block owns begins kMargin further.
     const int left = static_cast<int>(blockIdx.x) * kOwned - kMargin, top = static_cast<int>(blockIdx.y) * kOwned - kMargin;
-    const Part part{max(0, left - kRadius), max(0, top - kRadius), min(width, left + kRefineTile + kRadius), min(height, top + kRefineTile + kRadius)};
+    const Part part{max(0, left - kRadius), max(0, top - kRadius), min(width, left + kRefineTile + kRadius),
+                    min(height, top + kRefineTile + kRadius)};
     make_means(means);
     fill_part(step.pyramid, part, whole, fields);
     const auto dense = [&](int x, int y) { return int{fields[(y - part.y0) * part.width() + x - part.x0]}; };
@@ -158,7 +161,8 @@ __global__ void __launch_bounds__(kThreads, 2) make_dense(DenseStep step, bool w
     for (int i = thread; i < kSide * kSide; i += kThreads) {
         const int column = i % kSide, row = i / kSide, x = left - kRadius + column, y = top - kRadius + row;
         // Outside the image some pixel is read that does not matter.
-        const int at_x = clamped(x, part.x0, part.x1 - 1), at_y = clamped(y, part.y0, part.y1 - 1), line = at_y * gray_stride(shape.half_stride);
+        const int at_x = clamped(x, part.x0, part.x1 - 1), at_y = clamped(y, part.y0, part.y1 - 1),
+                  line = at_y * gray_stride(shape.half_stride);
         const uint2 cell = refine_cell(step.left[line + at_x], step.right + line, dense(at_x, at_y), at_x);
         const bool inside = x == at_x && y == at_y;
         tile.cells[row][column] = make_uint2(inside ? cell.x : 0, inside ? cell.y : 0);
@@ -244,11 +248,16 @@ void record_dense(Recorder& recorder, const DenseStep& step) {
         recorder.launch(make_dense<kRadius>, {blocks, dim3(kThreads), sizeof(Block<kRadius>)}, step, whole);
     };
     switch (step.radius) {
-        case 2: return launch(std::integral_constant<int, 2>{});
-        case 3: return launch(std::integral_constant<int, 3>{});
-        case 4: return launch(std::integral_constant<int, 4>{});
-        case 5: return launch(std::integral_constant<int, 5>{});
-        default: return launch(std::integral_constant<int, 6>{});
+        case 2:
+            return launch(std::integral_constant<int, 2>{});
+        case 3:
+            return launch(std::integral_constant<int, 3>{});
+        case 4:
+            return launch(std::integral_constant<int, 4>{});
+        case 5:
+            return launch(std::integral_constant<int, 5>{});
+        default:
+            return launch(std::integral_constant<int, 6>{});
     }
 }
 

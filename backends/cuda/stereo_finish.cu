@@ -72,7 +72,8 @@ __global__ void __launch_bounds__(kThreads) finish(FinishStep step) {
         for (int v = 0; v < kRun; ++v) {
             const int y = top - radius + row + v;
             const bool inside = x >= 0 && y >= 0 && x < shape.width && y < shape.height;
-            const int at = inside ? y * shape.full_stride + x : 0, found = __ldg(step.evidence + at), hypothesis = __ldg(step.hypothesis + at);
+            const int at = inside ? y * shape.full_stride + x : 0, found = __ldg(step.evidence + at),
+                      hypothesis = __ldg(step.hypothesis + at);
             const int evidence = inside && 25 * counts[v] >= 81 * step.support ? found : kNoDisparity;
             tile.cells[row + v][column] = evidence == kNoDisparity ? 0 : kOne + evidence - hypothesis;
             if (step.given_evidence != nullptr && inside && x >= left && x < left + kWidth && y >= top && y < top + kHeight)
@@ -92,7 +93,8 @@ __global__ void __launch_bounds__(kThreads) finish(FinishStep step) {
         sum_line(&tile.rows[row][column], kStride, radius, [&](int v, int sum) {
             const int y = top + row + v;
             if (y >= shape.height) return;
-            const int at = y * shape.full_stride + x, hypothesis = __ldg(step.hypothesis + at), cell = tile.cells[row + radius + v][column + radius];
+            const int at = y * shape.full_stride + x, hypothesis = __ldg(step.hypothesis + at),
+                      cell = tile.cells[row + radius + v][column + radius];
             const int m = (sum + kOne / 2) >> 16, differences = sum - m * kOne;
             const bool known = cell != 0, filled = !known && 2 * m >= enough;
             int disparity = known ? hypothesis + cell - kOne : kNoDisparity;

@@ -32,7 +32,8 @@ __device__ uint32_t nonzero_bytes(uint32_t word) { return (((word & 0x7f7f7f7f) 
 __device__ void inpaint(Tile& tile, const PreparedImage& image, const StereoShape& shape, int left, int top, bool aligned) {
     const int thread = static_cast<int>(threadIdx.x);
     for (int i = thread; i < kReachWidth / 4 * kReachHeight; i += kThreads) {
-        const int column = i % (kReachWidth / 4) * 4, row = i / (kReachWidth / 4), x = left - kInpaintRadius + column, y = top - kInpaintRadius + row;
+        const int column = i % (kReachWidth / 4) * 4, row = i / (kReachWidth / 4), x = left - kInpaintRadius + column,
+                  y = top - kInpaintRadius + row;
         const uint32_t gray = four_pixels(image.source, shape, x, y, aligned), mask = four_pixels(image.mask, shape, x, y, aligned);
         const auto cell = [&](int k) { return (mask >> (8 * k) & 0xff) != 0 ? kOne + static_cast<int>(gray >> (8 * k) & 0xff) : 0; };
         *reinterpret_cast<int4*>(&tile.cells[row][column]) = make_int4(cell(0), cell(1), cell(2), cell(3));

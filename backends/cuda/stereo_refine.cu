@@ -50,7 +50,8 @@ __global__ void __launch_bounds__(kThreads, 4) refine(RefineStep step) {
         const uint2 cell = refine_cell(step.left[line + at_x], step.right + line, hypothesis, at_x);
         const bool inside = x == at_x && y >= 0 && y < shape.height;
         tile.cells[row + kRadius][column + kRadius] = make_uint2(inside ? cell.x : 0, inside ? cell.y : 0);
-        if (column >= 0 && row >= 0 && column < kRefineTile && row < kRefineTile) hypotheses[row][column] = static_cast<int16_t>(hypothesis);
+        if (column >= 0 && row >= 0 && column < kRefineTile && row < kRefineTile)
+            hypotheses[row][column] = static_cast<int16_t>(hypothesis);
     }
     __syncthreads();
     // The least v with 256 v >= texture^2 n^2.
@@ -78,8 +79,8 @@ __global__ void __launch_bounds__(kThreads, 4) refine(RefineStep step) {
         int disparity = kNoDisparity, confidence = 0;
         if (any && stands != kDoubtful && left_usable != 0) {
             const bool known = stands == kSettled;
-            const bool good = refined.peak && q >= 0 && right_usable != 0 && refined.textured &&
-                              score >= (known ? kTrustedScore : step.refine_score);
+            const bool good =
+                refined.peak && q >= 0 && right_usable != 0 && refined.textured && score >= (known ? kTrustedScore : step.refine_score);
             if (good || known) {
                 disparity = good ? refined_disparity : hypothesis;
                 confidence = clamped(good ? score >> 4 : score >> 5, 1, 255);
@@ -104,11 +105,16 @@ void record_refine(Recorder& recorder, const RefineStep& step) {
         recorder.launch(refine<kRadius>, {blocks, dim3(kThreads), sizeof(Block<kRadius>)}, step);
     };
     switch (step.radius) {
-        case 2: return launch(std::integral_constant<int, 2>{});
-        case 3: return launch(std::integral_constant<int, 3>{});
-        case 4: return launch(std::integral_constant<int, 4>{});
-        case 5: return launch(std::integral_constant<int, 5>{});
-        default: return launch(std::integral_constant<int, 6>{});
+        case 2:
+            return launch(std::integral_constant<int, 2>{});
+        case 3:
+            return launch(std::integral_constant<int, 3>{});
+        case 4:
+            return launch(std::integral_constant<int, 4>{});
+        case 5:
+            return launch(std::integral_constant<int, 5>{});
+        default:
+            return launch(std::integral_constant<int, 6>{});
     }
 }
 

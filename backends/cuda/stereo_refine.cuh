@@ -40,7 +40,8 @@ __device__ __forceinline__ uint2 refine_cell(int left, const uint8_t* right, int
     const int first = max(p >> 4, -3) - 1;  // further out all four are the first pixel
     const auto* const words = reinterpret_cast<const uint32_t*>(right) + (first >> 2);
     const uint32_t pixels = __funnelshift_r(words[0], words[1], static_cast<uint32_t>(8 * (first & 3))), weights = (16 - part) | part << 8;
-    const uint32_t before = __dp4a(pixels, weights, 4u) >> 3, here = __dp4a(pixels, weights << 8, 4u) >> 3, after = __dp4a(pixels, weights << 16, 4u) >> 3;
+    const uint32_t before = __dp4a(pixels, weights, 4u) >> 3, here = __dp4a(pixels, weights << 8, 4u) >> 3,
+                   after = __dp4a(pixels, weights << 16, 4u) >> 3;
     return make_uint2(static_cast<uint32_t>(left), before | here << 9 | after << 18);
 }
 
@@ -109,7 +110,8 @@ __device__ __forceinline__ void sum_run(const int* columns, int (&sums)[kRun]) {
 // Windows of the tile from its cells, by kThreads threads that have kRun pixels of a row each; the results are there when it returns.
 // least_variance(n): of texture, in a window of n pixels.
 template <int kThreads, int kRun, int kRadius, class LeastVariance>
-__device__ __forceinline__ void refine_tile(RefineTile<kRadius>& tile, int left, int top, int width, int height, LeastVariance&& least_variance) {
+__device__ __forceinline__ void refine_tile(RefineTile<kRadius>& tile, int left, int top, int width, int height,
+                                            LeastVariance&& least_variance) {
     static_assert(kThreads >= kRefineTile * (kRefineTile / kRun));
     const int thread = static_cast<int>(threadIdx.x);
     const bool scores = thread < kRefineTile * (kRefineTile / kRun);
@@ -138,7 +140,7 @@ __device__ __forceinline__ void refine_tile(RefineTile<kRadius>& tile, int left,
             textured |= variance >= least_variance(n) ? 1u << m : 0u;
         }
     };
-    const auto see_right = [&](int plane, int (&correlation)[kRun]) {
+    const auto see_right = [&](int plane, int(&correlation)[kRun]) {
         int sums[kRun], squares[kRun], products[kRun];
         sum_run<kRadius, kRun>(&tile.columns[plane][row][column], sums);
         sum_run<kRadius, kRun>(&tile.columns[plane + 1][row][column], squares);

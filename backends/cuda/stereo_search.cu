@@ -2,8 +2,8 @@
 //
 // A block has kBandRows rows of a tile of left pixels, and goes through the disparities kGroups groups of four at a time. A thread has one
 // group for a run of pixels: it keeps the sums of products along the columns of its windows, for each of the four disparities, and moves
-// them down from row to row by a product entering and one leaving. Windows, scores and the best of the group, for the left and for the right
-// pixels, follow in registers; groups meet in shared memory. There is no volume of costs.
+// them down from row to row by a product entering and one leaving. Windows, scores and the best of the group, for the left and for the
+// right pixels, follow in registers; groups meet in shared memory. There is no volume of costs.
 #include "backends/cuda/stereo_steps.hpp"
 #include "backends/cuda/stereo_windows.cuh"
 
@@ -74,13 +74,15 @@ __device__ __forceinline__ int row_of(const uint32_t* words, int row) { return s
 
 // A column of a band: its words for the search, and sums and squares of its windows.
 template <class S, bool kLeft, int kColumns>
-__device__ __forceinline__ void stage_column(const SearchStep& step, const uint32_t* image, int x, int band, int column, int (&words)[S::kWords + kMoves][kColumns],
-                             int (&sums)[kRows][kColumns], int (&squares)[kRows][kColumns]) {
+__device__ __forceinline__ void stage_column(const SearchStep& step, const uint32_t* image, int x, int band, int column,
+                                             int (&words)[S::kWords + kMoves][kColumns], int (&sums)[kRows][kColumns],
+                                             int (&squares)[kRows][kColumns]) {
     const StereoShape& shape = step.shape;
     uint32_t rows[S::kBandWords];
 #pragma unroll
     for (int q = 0; q < S::kBandWords; ++q)
-        rows[q] = x >= 0 && x < shape.half_width && (band + q) * kBandRows < shape.half_height ? image[(band + q) * shape.half_stride + x] : 0;
+        rows[q] =
+            x >= 0 && x < shape.half_width && (band + q) * kBandRows < shape.half_height ? image[(band + q) * shape.half_stride + x] : 0;
     int sum = 0, square = 0;
 #pragma unroll
     for (int q = 0; q < S::kWords; ++q) {
@@ -145,7 +147,7 @@ __device__ __forceinline__ float score_of(int key) { return __int_as_float(key &
 // Keys of the thread's pixels in its four disparities. sums: along the columns.
 template <class S, int kRadius>
 __device__ __forceinline__ void score_row(typename S::Shared& shared, int row, int run, int reach, int slot, const int (&tags)[kGroup],
-                          const int (&sums)[kGroup][kRun + 2 * kRadius]) {
+                                          const int (&sums)[kGroup][kRun + 2 * kRadius]) {
     float left_mean[kRun], left_root[kRun], right_sum[kRun + kGroup], right_root[kRun + kGroup];
     load_floats(&shared.left_mean[row][kRun * run], left_mean);
     load_floats(&shared.left_root[row][kRun * run], left_root);
@@ -198,7 +200,8 @@ __global__ void __launch_bounds__(kRuns* kGroups, 512 / (kRuns * kGroups)) searc
         for (int i = thread; i < S::kLeftColumns + S::kRightColumns; i += S::kThreads) {
             const int j = i - S::kLeftColumns;
             if (j < 0)
-                stage_column<S, true>(step, step.left, left - kRadius + i, band, i, shared.left, shared.columns.left_sums, shared.columns.left_squares);
+                stage_column<S, true>(step, step.left, left - kRadius + i, band, i, shared.left, shared.columns.left_sums,
+                                      shared.columns.left_squares);
             else
                 stage_column<S, false>(step, step.right, right - kRadius + j, band, j, shared.right, shared.columns.right_sums,
                                        shared.columns.right_squares);
@@ -258,7 +261,8 @@ __global__ void __launch_bounds__(kRuns* kGroups, 512 / (kRuns * kGroups)) searc
 #pragma unroll
             for (int k = 0; k < kGroup; ++k)
 #pragma unroll
-                for (int u = 0; u < kRun + 2 * kRadius; ++u) sums[k][u] = __dp4a(left_words[u], right_words[u + kGroup - 1 - k], sums[k][u]);
+                for (int u = 0; u < kRun + 2 * kRadius; ++u)
+                    sums[k][u] = __dp4a(left_words[u], right_words[u + kGroup - 1 - k], sums[k][u]);
         };
 #pragma unroll
         for (int word = 0; word < S::kWords; ++word) add_products(word);
@@ -275,7 +279,8 @@ __global__ void __launch_bounds__(kRuns* kGroups, 512 / (kRuns * kGroups)) searc
             Contest contest{0, 0, 0, 0};
             if (first_group > 0) contest = shared.contests[p][thread];
 #pragma unroll 4
-            for (int g = 0; g < min(kGroups, groups - first_group); ++g) contest.enter(first_group + g, shared.best[g][thread + p * S::kThreads]);
+            for (int g = 0; g < min(kGroups, groups - first_group); ++g)
+                contest.enter(first_group + g, shared.best[g][thread + p * S::kThreads]);
             shared.contests[p][thread] = contest;
         }
         for (int i = thread; i < kRows * S::kReach; i += S::kThreads) {
@@ -293,7 +298,8 @@ __global__ void __launch_bounds__(kRuns* kGroups, 512 / (kRuns * kGroups)) searc
         const Contest& contest = shared.contests[p][thread];
         const int key = contest.winner > 255 ? contest.winner : 0;
         const float lead = score_of(key) - score_of(contest.second);
-        const bool good = key != 0 && score_of(key) >= step.least_score && lead >= step.least_lead && shared.textured[pixel / kTile][pixel % kTile] != 0;
+        const bool good =
+            key != 0 && score_of(key) >= step.least_score && lead >= step.least_lead && shared.textured[pixel / kTile][pixel % kTile] != 0;
         step.candidates[y * shape.half_stride + x] = static_cast<uint16_t>(good ? 1 + (key & 255) : 0);
         if (step.left_keys != nullptr) step.left_keys[y * shape.half_width + x] = key;
     }
@@ -303,11 +309,16 @@ template <int kGroups>
 void record_with(Recorder& recorder, const SearchStep& step, dim3 blocks) {
     const Grid grid{blocks, dim3(kRuns * kGroups)};
     switch (step.radius) {
-        case 2: return recorder.launch(search<2, kGroups>, grid, step);
-        case 3: return recorder.launch(search<3, kGroups>, grid, step);
-        case 4: return recorder.launch(search<4, kGroups>, grid, step);
-        case 5: return recorder.launch(search<5, kGroups>, grid, step);
-        default: return recorder.launch(search<6, kGroups>, grid, step);
+        case 2:
+            return recorder.launch(search<2, kGroups>, grid, step);
+        case 3:
+            return recorder.launch(search<3, kGroups>, grid, step);
+        case 4:
+            return recorder.launch(search<4, kGroups>, grid, step);
+        case 5:
+            return recorder.launch(search<5, kGroups>, grid, step);
+        default:
+            return recorder.launch(search<6, kGroups>, grid, step);
     }
 }
 

@@ -6,8 +6,8 @@ namespace defrec::cuda {
 namespace {
 
 constexpr int kWidth = 64, kHeight = 32, kRun = 8;
-constexpr int kThreads = 640;    // for the most runs of a pass, 11 x 56
-constexpr int kMostPasses = 4;   // of one kernel
+constexpr int kThreads = 640;   // for the most runs of a pass, 11 x 56
+constexpr int kMostPasses = 4;  // of one kernel
 constexpr int kMostRadius = 3, kMostWidth = kWidth + 2 * kMostPasses * kMostRadius;
 constexpr int kReachPerRun = 4;  // that a run is read with on either side: whole vectors of four
 
@@ -54,16 +54,19 @@ __global__ void __launch_bounds__(kThreads) smooth(SmoothStep step, const int16_
         for (int i = thread; i < read_rows * runs; i += kThreads) {
             const int at = (first + i % read_rows) * stride + (first_run + i / read_rows) * kRun;
 #pragma unroll
-            for (int u = 0; u < kRun + 2 * kReachPerRun; u += 4) *reinterpret_cast<float4*>(line + u) = *reinterpret_cast<const float4*>(cells + at + u);
+            for (int u = 0; u < kRun + 2 * kReachPerRun; u += 4)
+                *reinterpret_cast<float4*>(line + u) = *reinterpret_cast<const float4*>(cells + at + u);
 #pragma unroll
             for (int u = 0; u < kLine; ++u) used[u] = line[kSkip + u];
             smooth_along<kRadius, kRun>(used, range, means, smoothed);
 #pragma unroll
             for (int u = 0; u < kRun; u += 4)
-                *reinterpret_cast<float4*>(rows + at + kReachPerRun + u) = make_float4(smoothed[u], smoothed[u + 1], smoothed[u + 2], smoothed[u + 3]);
+                *reinterpret_cast<float4*>(rows + at + kReachPerRun + u) =
+                    make_float4(smoothed[u], smoothed[u + 1], smoothed[u + 2], smoothed[u + 3]);
         }
         __syncthreads();
-        const int left_width = width - 2 * first - 2 * kRadius, left_height = read_rows - 2 * kRadius, column_runs = (left_height + kRun - 1) / kRun;
+        const int left_width = width - 2 * first - 2 * kRadius, left_height = read_rows - 2 * kRadius,
+                  column_runs = (left_height + kRun - 1) / kRun;
         for (int i = thread; i < left_width * column_runs; i += kThreads) {
             const int column = first + kRadius + i % left_width, row = first + i / left_width * kRun;
             const int at = row * stride + kReachPerRun + column;
@@ -77,15 +80,19 @@ __global__ void __launch_bounds__(kThreads) smooth(SmoothStep step, const int16_
     }
     for (int i = thread; i < kWidth * kHeight; i += kThreads) {
         const int column = layout.margin + i % kWidth, row = layout.margin + i / kWidth, x = left + column, y = top + row;
-        if (x < shape.width && y < shape.height) to[int64_t{y} * to_stride + x] = static_cast<int16_t>(from_smooth(cells[row * stride + kReachPerRun + column]));
+        if (x < shape.width && y < shape.height)
+            to[int64_t{y} * to_stride + x] = static_cast<int16_t>(from_smooth(cells[row * stride + kReachPerRun + column]));
     }
 }
 
 auto kernel_of(int radius) {
     switch (radius) {
-        case 2: return smooth<2>;
-        case 3: return smooth<3>;
-        default: return smooth<1>;
+        case 2:
+            return smooth<2>;
+        case 3:
+            return smooth<3>;
+        default:
+            return smooth<1>;
     }
 }
 
@@ -101,7 +108,8 @@ void record_smooth(Recorder& recorder, const SmoothStep& step) {
         left -= passes;
         int16_t* const to = left == 0 ? step.result : other;
         const Layout layout{passes * std::max(step.radius, 1)};
-        const Grid grid{dim3(cover(columns, kWidth), cover(rows, kHeight)), dim3(kThreads), 2 * sizeof(float) * static_cast<size_t>(layout.cells())};
+        const Grid grid{dim3(cover(columns, kWidth), cover(rows, kHeight)), dim3(kThreads),
+                        2 * sizeof(float) * static_cast<size_t>(layout.cells())};
         recorder.launch(kernel_of(step.radius), grid, step, from, to, left == 0 ? shape.stride : shape.full_stride, passes);
         std::swap(from, other);
     } while (left > 0);

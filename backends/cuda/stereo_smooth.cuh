@@ -17,8 +17,9 @@ __device__ __forceinline__ int from_smooth(float value) { return value == kMissi
 // For n = 0 .. 7: n, and kReciprocal[n] / 2^15 (for n = 1 any will do: the sum of differences is 0).
 constexpr int kMeans = 8;
 constexpr int rounded_reciprocal(int n) { return n == 0 ? 0 : (32768 + n / 2) / n; }
-static_assert(rounded_reciprocal(2) == kReciprocal[2] && rounded_reciprocal(3) == kReciprocal[3] && rounded_reciprocal(4) == kReciprocal[4] &&
-              rounded_reciprocal(5) == kReciprocal[5] && rounded_reciprocal(6) == kReciprocal[6] && rounded_reciprocal(7) == kReciprocal[7]);
+static_assert(rounded_reciprocal(2) == kReciprocal[2] && rounded_reciprocal(3) == kReciprocal[3] &&
+              rounded_reciprocal(4) == kReciprocal[4] && rounded_reciprocal(5) == kReciprocal[5] &&
+              rounded_reciprocal(6) == kReciprocal[6] && rounded_reciprocal(7) == kReciprocal[7]);
 __device__ __forceinline__ void make_means(float2* means) {
     const int n = static_cast<int>(threadIdx.x);
     if (n < kMeans) means[n] = make_float2(static_cast<float>(n), static_cast<float>(rounded_reciprocal(n)) * 0x1p-15f);
@@ -26,7 +27,8 @@ __device__ __forceinline__ void make_means(float2* means) {
 
 // means: of make_means, in shared memory.
 template <int kRadius, int kRun>
-__device__ __forceinline__ void smooth_along(const float (&line)[kRun + 2 * kRadius], float range, const float2* means, float (&smoothed)[kRun]) {
+__device__ __forceinline__ void smooth_along(const float (&line)[kRun + 2 * kRadius], float range, const float2* means,
+                                             float (&smoothed)[kRun]) {
     constexpr float kOne = 0x1p18f;  // a total counts the near ones above the sum of their disparities
     float counted[kRun + 2 * kRadius], total[kRun];
 #pragma unroll

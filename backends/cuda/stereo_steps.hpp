@@ -35,7 +35,7 @@ inline int top_level(const DisparityPyramid& pyramid) { return std::min(kTiledLe
 // 1, 2
 struct PreparedImage {
     const uint8_t *source, *mask;  // mask: nullptr if all is usable
-    uint8_t *gray, *half;  // their first pixels; with margins
+    uint8_t *gray, *half;          // their first pixels; with margins
     uint8_t* half_mask;
     uint32_t* words;  // the half image, less 128: at (x, q) the rows 4 q to 4 q + 3; 0 below the image
     uint8_t* given;   // gray without gaps, or nullptr
