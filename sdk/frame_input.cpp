@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "sdk/services.hpp"
+#include "sdk/streaming_copy.hpp"
 
 namespace defrec {
 namespace {
@@ -16,12 +17,21 @@ void keep_pixels(std::span<const KeptImage> images, uint32_t height, const Servi
     for (const KeptImage& kept : images)
         if (kept.image.pixels != nullptr) largest = std::max(largest, kept.row_bytes * height);
     const size_t bands = helpers != nullptr ? std::max<uint64_t>(1, (largest + kBand - 1) / kBand) : 1;
+    const auto copy = [helpers](uint8_t* to, const uint8_t* from, size_t size) {
+        if (helpers != nullptr)
+            streaming_copy(to, from, size);
+        else
+            std::memcpy(to, from, size);
+    };
     const auto copy_band = [&](size_t index) {
         const KeptImage& kept = images[index / bands];
         if (kept.image.pixels == nullptr) return;
         const size_t band = index % bands;
-        for (size_t y = height * band / bands; y < height * (band + 1) / bands; ++y)
-            std::memcpy(&kept.copy[y * kept.row_bytes], kept.image.pixels + y * kept.image.stride, kept.row_bytes);
+        const size_t first = height * band / bands, last = height * (band + 1) / bands;
+        const bool tight = kept.image.stride == kept.row_bytes;
+        const size_t rows = tight ? last - first : 1;
+        for (size_t y = first; y < last; y += rows)
+            copy(&kept.copy[y * kept.row_bytes], kept.image.pixels + y * kept.image.stride, rows * kept.row_bytes);
     };
     if (bands > 1) {
         Services::forget_parallel_failure();

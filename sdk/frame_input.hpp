@@ -32,7 +32,8 @@ struct KeptImage {
     uint64_t row_bytes;
     std::span<uint8_t> copy;
 };
-// Copies pixels of the host; the images are these copies afterwards. helpers: whose threads copy as well where it is much; may be nullptr.
+// Copies pixels of the host; the images are these copies afterwards. helpers: whose threads copy as well where it is much, for a device that reads
+// the copies by itself; may be nullptr.
 // Throws what Services::expect_parallel_success does.
 void keep_pixels(std::span<const KeptImage> images, uint32_t height, const Services* helpers);
 

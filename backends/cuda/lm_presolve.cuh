@@ -21,6 +21,15 @@ struct LmPresolve {
 constexpr int kPresolveRounds = 5;
 constexpr float kPresolveLeastMatches = 6, kLeastSpreadMm2 = 0.01f;
 
+// Whether the second singular value is certainly above a bound: the sum of the squared 2x2 minors is at most three times the product of the two
+// largest squared singular values.
+__device__ __forceinline__ bool spreads_beyond(const float (&m)[9], float bound) {
+    const Vec3<float> a{m[0], m[1], m[2]}, b{m[3], m[4], m[5]}, c{m[6], m[7], m[8]};
+    const Vec3<float> ab = cross(a, b), bc = cross(b, c), ca = cross(c, a);
+    const float minors = dot(ab, ab) + dot(bc, bc) + dot(ca, ca), all = dot(a, a) + dot(b, b) + dot(c, c);
+    return minors > 3 * bound * bound * all;
+}
+
 // By one-sided Jacobi rotations of the columns.
 __device__ float second_singular_value(const float (&m)[9]) {
     constexpr int kSweeps = 6;  // at most: each squares the error
@@ -98,20 +107,22 @@ __device__ __forceinline__ void deform_landmarks(const LmPresolve& given, float 
 // The best motion by the sums of a round; its rotation and how far the points spread are found by two threads at a time.
 __device__ __forceinline__ RigidMotion fit(const float (&sums)[kFitSums], Vec3<float> from_centre, Vec3<float> to_centre) {
     __shared__ Quaternion<float> rotation;
-    __shared__ float spread;
+    __shared__ bool spread;
     if (!(sums[kFitWeight] > 0)) return {{1, 0, 0, 0}, {0, 0, 0}};
     const Vec3<float> from = mean3(sums + kFitFrom, sums[kFitWeight]), to = mean3(sums + kFitTo, sums[kFitWeight]);
     if (threadIdx.x == 0 || threadIdx.x == kWarp) {
         const float a[3] = {from.x, from.y, from.z}, b[3] = {to.x, to.y, to.z};
         float moment[9];
         for (int i = 0; i < 9; ++i) moment[i] = sums[kFitMoment + i] / sums[kFitWeight] - b[i / 3] * a[i % 3];
-        if (threadIdx.x == 0)
-            rotation = rotation_from_matrix(nearest_rotation(moment).r);
-        else
-            spread = second_singular_value(moment);
+        if (threadIdx.x == 0) {
+            const float4 q = nearest_quaternion(moment);
+            rotation = {q.w, q.x, q.y, q.z};
+        } else {
+            spread = spreads_beyond(moment, kLeastSpreadMm2) || second_singular_value(moment) > kLeastSpreadMm2;
+        }
     }
     __syncthreads();
-    const Quaternion<float> turn = spread > kLeastSpreadMm2 ? rotation : Quaternion<float>{1, 0, 0, 0};
+    const Quaternion<float> turn = spread ? rotation : Quaternion<float>{1, 0, 0, 0};
     return {turn, to_centre + to - rotate(turn, from_centre + from)};
 }
 
@@ -152,6 +163,7 @@ __global__ void __launch_bounds__(kLmThreads) lm_presolve(LmPresolve given) {
             errors[1] += landmark.w * tukey(dot(off, off), 1 / c2).cost;
         }
         block_sums(errors, error_warps);
+        __syncthreads();
     }
     if (threadIdx.x != 0) return;
     const bool closer = enough && errors[1] < all[kMatchCost];

@@ -60,20 +60,23 @@ __device__ float4 dominant_eigenvector(Symmetric m) {
     return scaled(rsqrtf(dot(column, column)), column);
 }
 
-// The rotation R that maximises the sum of R_ij m_ij, never a reflection: Horn's (1987) quaternion. Where it is not unique it is one of the
-// best; the identity for a matrix that is zero or not finite.
-__device__ Rotation nearest_rotation(const float m[9]) {
+// The rotation R that maximises the sum of R_ij m_ij, never a reflection: Horn's (1987) quaternion, w last. Where it is not unique it is one
+// of the best; the identity for a matrix that is zero or not finite.
+__device__ inline float4 nearest_quaternion(const float m[9]) {
     float squares = 0;
     for (int i = 0; i < 9; ++i) squares = fmaf(m[i], m[i], squares);
-    if (!(squares > 1e-30f && squares < 1e38f)) return {{1, 0, 0, 0, 1, 0, 0, 0, 1}};
+    if (!(squares > 1e-30f && squares < 1e38f)) return make_float4(0, 0, 0, 1);
     const float scale = rsqrtf(squares);
     constexpr float kShift = 1.7320508f;  // no eigenvalue is below -sqrt(3) |m|
     const auto at = [&](int i, int j) { return scale * m[3 * i + j]; };
     const float xx = at(0, 0), yy = at(1, 1), zz = at(2, 2);
     const float wx = at(2, 1) - at(1, 2), wy = at(0, 2) - at(2, 0), wz = at(1, 0) - at(0, 1);
     const float xy = at(0, 1) + at(1, 0), xz = at(0, 2) + at(2, 0), yz = at(1, 2) + at(2, 1);
-    const float4 q = dominant_eigenvector({make_float4(kShift + xx - yy - zz, xy, xz, wx), make_float4(xy, kShift + yy - xx - zz, yz, wy),
-                                           make_float4(xz, yz, kShift + zz - xx - yy, wz), make_float4(wx, wy, wz, kShift + xx + yy + zz)});
+    return dominant_eigenvector({make_float4(kShift + xx - yy - zz, xy, xz, wx), make_float4(xy, kShift + yy - xx - zz, yz, wy),
+                                 make_float4(xz, yz, kShift + zz - xx - yy, wz), make_float4(wx, wy, wz, kShift + xx + yy + zz)});
+}
+__device__ inline Rotation nearest_rotation(const float m[9]) {
+    const float4 q = nearest_quaternion(m);
     return {{1 - 2 * (q.y * q.y + q.z * q.z), 2 * (q.x * q.y - q.w * q.z), 2 * (q.x * q.z + q.w * q.y),  //
              2 * (q.x * q.y + q.w * q.z), 1 - 2 * (q.x * q.x + q.z * q.z), 2 * (q.y * q.z - q.w * q.x),  //
              2 * (q.x * q.z - q.w * q.y), 2 * (q.y * q.z + q.w * q.x), 1 - 2 * (q.x * q.x + q.y * q.y)}};

@@ -89,10 +89,11 @@ class Builder {
 }  // namespace
 
 void allow_shared(const void* function, size_t shared, const Limits& limits) {
-    if (shared <= kSharedOfAll) return;
-    // All that the kernel may have, whatever it asks for now: the allowance is the kernel's, and another thread may be asking for more.
+    if (shared == 0) return;
     cudaFuncAttributes attributes;
     check(cudaFuncGetAttributes(&attributes, function), "cudaFuncGetAttributes");
+    if (shared + attributes.sharedSizeBytes <= kSharedOfAll) return;
+    // All that the kernel may have, whatever it asks for now: the allowance is the kernel's, and another thread may be asking for more.
     const int most = static_cast<int>(limits.shared_per_block) - static_cast<int>(attributes.sharedSizeBytes);
     check(cudaFuncSetAttribute(function, cudaFuncAttributeMaxDynamicSharedMemorySize, most), "cudaFuncSetAttribute");
 }
