@@ -488,7 +488,7 @@ typedef struct defrec_tracker_desc {
     uint32_t    max_patches;           /* default 1024 */
     float       arap_weight;           /* of the smoothness term; default 0.2 */
     uint32_t    keep_disparity;        /* 1: results carry the disparity image */
-    uint32_t    coarse_iterations, fine_iterations; /* of Levenberg-Marquardt; default 4, 4 */
+    uint32_t    coarse_iterations, fine_iterations; /* of Levenberg-Marquardt; default 3, 3 */
     uint32_t    timed;                 /* 1: the host waits after each stage, so that the times of results are the device's; slower.
                                           Otherwise they are those of queueing where a device computes by itself */
     uint32_t    memory_stride;         /* of left and right images in a defrec_memory, bytes; default: width * bytes per pixel. since: 1.1 */

@@ -74,8 +74,8 @@ TrackerSettings complete_settings(const defrec_tracker_desc& desc, const Rig& ri
              " expected");
     settings.keep_disparity = desc.keep_disparity != 0;
     settings.timed = desc.timed != 0;
-    settings.coarse_iterations = or_default(desc.coarse_iterations, 4u);
-    settings.fine_iterations = or_default(desc.fine_iterations, 4u);
+    settings.coarse_iterations = or_default(desc.coarse_iterations, 3u);
+    settings.fine_iterations = or_default(desc.fine_iterations, 3u);
     return settings;
 }
 
@@ -388,7 +388,7 @@ void Pipeline::set_template(std::shared_ptr<const Template> surface) {
         lm.match_weight = match_weight;
         lm.patch_tukey_px = patch_tukey_px;
         lm.icp_tukey_mm = icp_tukey_mm;
-        lm.cg_iterations = 10;
+        lm.cg_iterations = 6;
         lm.arap_weight = settings_.arap_weight;
         lm.match_threshold_mm = 2.f;
         fill_defaults(lm);

@@ -104,25 +104,18 @@ __device__ __forceinline__ void deform_landmarks(const LmPresolve& given, float 
     }
 }
 
-// The best motion by the sums of a round; its rotation and how far the points spread are found by two threads at a time.
+// The best motion by the sums of a round, by every thread for itself.
 __device__ __forceinline__ RigidMotion fit(const float (&sums)[kFitSums], Vec3<float> from_centre, Vec3<float> to_centre) {
-    __shared__ Quaternion<float> rotation;
-    __shared__ bool spread;
     if (!(sums[kFitWeight] > 0)) return {{1, 0, 0, 0}, {0, 0, 0}};
     const Vec3<float> from = mean3(sums + kFitFrom, sums[kFitWeight]), to = mean3(sums + kFitTo, sums[kFitWeight]);
-    if (threadIdx.x == 0 || threadIdx.x == kWarp) {
-        const float a[3] = {from.x, from.y, from.z}, b[3] = {to.x, to.y, to.z};
-        float moment[9];
-        for (int i = 0; i < 9; ++i) moment[i] = sums[kFitMoment + i] / sums[kFitWeight] - b[i / 3] * a[i % 3];
-        if (threadIdx.x == 0) {
-            const float4 q = nearest_quaternion(moment);
-            rotation = {q.w, q.x, q.y, q.z};
-        } else {
-            spread = spreads_beyond(moment, kLeastSpreadMm2) || second_singular_value(moment) > kLeastSpreadMm2;
-        }
+    const float a[3] = {from.x, from.y, from.z}, b[3] = {to.x, to.y, to.z};
+    float moment[9];
+    for (int i = 0; i < 9; ++i) moment[i] = sums[kFitMoment + i] / sums[kFitWeight] - b[i / 3] * a[i % 3];
+    Quaternion<float> turn{1, 0, 0, 0};
+    if (spreads_beyond(moment, kLeastSpreadMm2) || second_singular_value(moment) > kLeastSpreadMm2) {
+        const float4 q = nearest_quaternion(moment);
+        turn = {q.w, q.x, q.y, q.z};
     }
-    __syncthreads();
-    const Quaternion<float> turn = spread ? rotation : Quaternion<float>{1, 0, 0, 0};
     return {turn, to_centre + to - rotate(turn, from_centre + from)};
 }
 
