@@ -92,7 +92,7 @@ TEST_CASE(
     seen.u = 240 * 256;
     seen.v = 130 * 256;
     seen.valid = 1;
-    Sighting<double> sighting;
+    Sighting<double> sighting{};
     CHECK_FALSE(patch_sighting(camera, seen, sighting));  // no information
     for (const double size : {0.25, 1.0, 50.0}) {
         seen.information[0] = float(size);
