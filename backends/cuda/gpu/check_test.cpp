@@ -5,6 +5,8 @@
 #include <array>
 #include <optional>
 
+#include "backends/cuda/gpu/test_device.hpp"
+
 using namespace defrec;
 
 namespace {
@@ -68,9 +70,10 @@ TEST_CASE("the device is lost exactly where nothing in the process can use it an
 }
 
 TEST_CASE("an error that was reported is not reported by the next call again") {
+    if (!under_test::available()) return;  // without a driver every call answers so
     void* memory = nullptr;
     const cudaError_t error = cudaMalloc(&memory, SIZE_MAX);
-    CHECK(error != cudaSuccess);  // out of memory, or no driver
+    CHECK(error == cudaErrorMemoryAllocation);
     CHECK(thrown_for(error));
     CHECK(cudaPeekAtLastError() == cudaSuccess);
 }
