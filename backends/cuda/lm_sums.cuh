@@ -72,19 +72,12 @@ __device__ __forceinline__ void publish_sums(float (&values)[kSums], float farth
 
 // The sums of all blocks' parts, to everybody: every block adds them up in the same order.
 __device__ __forceinline__ void collect_sums(const float* sums, double (&total)[kSums]) {
-    constexpr uint32_t kGroups = kLmThreads / kSums, kAtOnce = 8;  // loads under way
+    constexpr uint32_t kGroups = kLmThreads / kSums;
     __shared__ double parts[kGroups][kSums];
     const uint32_t which = threadIdx.x % kSums, group = threadIdx.x / kSums;
     const auto add = [which](double a, double b) { return which == kFarthest ? (a < b ? b : a) : a + b; };
     double part = 0;
-    for (uint32_t first = group; first < gridDim.x; first += kAtOnce * kGroups) {
-        float loaded[kAtOnce];
-        for (uint32_t k = 0; k < kAtOnce; ++k) {
-            const uint32_t block = first + k * kGroups;
-            loaded[k] = block < gridDim.x ? sums[block * kSums + which] : 0.0f;  // neither a sum nor the farthest changes by 0
-        }
-        for (const float value : loaded) part = add(part, double(value));
-    }
+    for (uint32_t block = group; block < gridDim.x; block += kGroups) part = add(part, double(sums[block * kSums + which]));
     parts[group][which] = part;
     __syncthreads();
     if (group == 0) {

@@ -244,21 +244,9 @@ void record_dense(Recorder& recorder, const DenseStep& step) {
     if (!whole) recorder.launch(fill_top, {dim3(1), dim3(kFillThreads)}, step.pyramid, top);
     const auto columns = static_cast<uint32_t>(step.shape.half_width), rows = static_cast<uint32_t>(step.shape.half_height);
     const dim3 blocks(cover(columns, kOwned), cover(rows, kOwned));
-    const auto launch = [&]<int kRadius>(std::integral_constant<int, kRadius>) {
+    with_radius(step.radius, [&]<int kRadius>(std::integral_constant<int, kRadius>) {
         recorder.launch(make_dense<kRadius>, {blocks, dim3(kThreads), sizeof(Block<kRadius>)}, step, whole);
-    };
-    switch (step.radius) {
-        case 2:
-            return launch(std::integral_constant<int, 2>{});
-        case 3:
-            return launch(std::integral_constant<int, 3>{});
-        case 4:
-            return launch(std::integral_constant<int, 4>{});
-        case 5:
-            return launch(std::integral_constant<int, 5>{});
-        default:
-            return launch(std::integral_constant<int, 6>{});
-    }
+    });
 }
 
 }  // namespace defrec::cuda

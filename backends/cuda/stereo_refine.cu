@@ -101,21 +101,9 @@ __global__ void __launch_bounds__(kThreads, 4) refine(RefineStep step) {
 void record_refine(Recorder& recorder, const RefineStep& step) {
     const auto columns = static_cast<uint32_t>(step.shape.width), rows = static_cast<uint32_t>(step.shape.height);
     const dim3 blocks(cover(columns, kRefineTile), cover(rows, kRefineTile));
-    const auto launch = [&]<int kRadius>(std::integral_constant<int, kRadius>) {
+    with_radius(step.radius, [&]<int kRadius>(std::integral_constant<int, kRadius>) {
         recorder.launch(refine<kRadius>, {blocks, dim3(kThreads), sizeof(Block<kRadius>)}, step);
-    };
-    switch (step.radius) {
-        case 2:
-            return launch(std::integral_constant<int, 2>{});
-        case 3:
-            return launch(std::integral_constant<int, 3>{});
-        case 4:
-            return launch(std::integral_constant<int, 4>{});
-        case 5:
-            return launch(std::integral_constant<int, 5>{});
-        default:
-            return launch(std::integral_constant<int, 6>{});
-    }
+    });
 }
 
 }  // namespace defrec::cuda

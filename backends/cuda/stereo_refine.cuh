@@ -1,5 +1,7 @@
 // Section 8 of docs/stages/stereo.md for a tile of pixels.
 #pragma once
+#include <type_traits>
+
 #include "backends/cuda/stereo_windows.cuh"
 
 namespace defrec::cuda {
@@ -22,6 +24,23 @@ struct RefineTile {
     // What comes out: in the place of `columns`.
     __device__ int& result(int column, int row) { return columns[0][row][column]; }
 };
+
+// Calls launch with a refinement radius, 2 to 6, as a constant: std::integral_constant<int, radius>.
+template <class Launch>
+void with_radius(int radius, Launch&& launch) {
+    switch (radius) {
+        case 2:
+            return launch(std::integral_constant<int, 2>{});
+        case 3:
+            return launch(std::integral_constant<int, 3>{});
+        case 4:
+            return launch(std::integral_constant<int, 4>{});
+        case 5:
+            return launch(std::integral_constant<int, 5>{});
+        default:
+            return launch(std::integral_constant<int, 6>{});
+    }
+}
 
 // A refined pixel in a word.
 struct Refined {
