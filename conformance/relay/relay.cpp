@@ -30,12 +30,12 @@ struct Instance {
     std::atomic<bool> lost{false};
 
     // DEFREC_OK: hand the call on.
-    defrec_status admit(RelayCall kind) {
+    defrec_status admit(RelayCall kind, bool counts = true) {
         if (lost) {
             ++plan.counts->after_loss;
             return refuse(DEFREC_ERROR_DEVICE_LOST);
         }
-        if ((plan.failing & kind) == 0) return DEFREC_OK;
+        if (!counts || (plan.failing & kind) == 0) return DEFREC_OK;
         if (++plan.counts->calls != plan.fail_at) return DEFREC_OK;
         if (plan.status == DEFREC_ERROR_DEVICE_LOST) lost = true;
         return refuse(plan.status);
@@ -191,7 +191,8 @@ std::chrono::nanoseconds left_of_delay(Queue& queue, uint64_t value) {
 
 defrec_status DEFREC_CALL wait(defrec_pqueue* handle, uint64_t value, uint64_t timeout_ns) {
     Queue* queue = queue_of(handle);
-    if (const defrec_status status = queue->instance->admit(kRelayWait); status != DEFREC_OK) return status;
+    const bool counts = timeout_ns == UINT64_MAX;
+    if (const defrec_status status = queue->instance->admit(kRelayWait, counts); status != DEFREC_OK) return status;
     const auto left = static_cast<uint64_t>(left_of_delay(*queue, value).count());
     std::this_thread::sleep_for(std::chrono::nanoseconds(std::min(left, timeout_ns)));
     if (left > timeout_ns) return DEFREC_TIMEOUT;

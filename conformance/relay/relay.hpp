@@ -15,7 +15,7 @@ enum RelayCall : uint32_t {
     kRelayEnqueue = 1u << 3,
     kRelayTransfer = 1u << 4,  // write, write_in_place, read
     kRelaySignal = 1u << 5,
-    kRelayWait = 1u << 6
+    kRelayWait = 1u << 6  // without limit; how many there are with one depends on the time the device takes
 };
 
 // What came by; the suite's, and outlives the instance.

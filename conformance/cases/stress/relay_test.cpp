@@ -103,6 +103,7 @@ TEST_CASE("a slow device: a point is not reached before its time, and then it is
     RelayPlan plan;
     plan.counts = &counts;
     plan.delay_ns = 50'000'000;
+    plan.failing = kRelayWait;
     arm_relay(plugin, plan);
     const Plugin relay(find_plugin(relay_manifest()), "reference");
     const Session session(relay);
@@ -112,6 +113,7 @@ TEST_CASE("a slow device: a point is not reached before its time, and then it is
     CHECK_FALSE(queue.wait(point, 1'000'000));
     CHECK(queue.wait(point, UINT64_MAX));
     CHECK(queue.wait(point, 0));
+    CHECK(counts.calls == 1);  // the one without limit
 }
 
 TEST_CASE("members of minor 1: the relay has them where the plugin has them, and hands them on") {
