@@ -1,0 +1,201 @@
+/* How a navigation system drives defrec: a camera delivers when it likes, the loop takes the newest frame, waits for its result until
+ * a deadline, and goes on with what it has.
+ *   live_loop LEFT RIGHT FX,FY,CX,CY,BASELINE_MM DEADLINE_MS [DEVICE_ID]
+ * The camera is a thread that reads a sequence at 30 frames a second. One line for each result: in time, or late. */
+#define _POSIX_C_SOURCE 200809L
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+
+#include "input.h"
+
+static int64_t now_ns(void) {
+    struct timespec time;
+    clock_gettime(CLOCK_MONOTONIC, &time);
+    return (int64_t)time.tv_sec * 1000000000 + time.tv_nsec;
+}
+
+/* ---- the camera ---- */
+
+typedef struct {
+    pthread_mutex_t mutex;
+    pthread_cond_t changed;
+    stereo_sequence sequence;
+    image left, right; /* the newest frame's; exchanged, not copied */
+    size_t frame;      /* its number */
+    int64_t arrived_ns;
+    int is_new, has_ended;
+} camera;
+
+static void exchange(image *a, image *b) {
+    const image kept = *a;
+    *a = *b;
+    *b = kept;
+}
+
+static void *deliver_frames(void *argument) {
+    camera *source = argument;
+    const int64_t start = now_ns();
+    size_t i;
+    for (i = 0; i < frame_count(&source->sequence); ++i) {
+        const int64_t due = start + timestamp_of(i);
+        const struct timespec until = {(time_t)(due / 1000000000), (long)(due % 1000000000)};
+        read_frame(&source->sequence, i);
+        clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, NULL);
+        pthread_mutex_lock(&source->mutex);
+        exchange(&source->left, &source->sequence.left);
+        exchange(&source->right, &source->sequence.right);
+        source->frame = i;
+        source->arrived_ns = now_ns();
+        source->is_new = 1;
+        pthread_cond_signal(&source->changed);
+        pthread_mutex_unlock(&source->mutex);
+    }
+    pthread_mutex_lock(&source->mutex);
+    source->has_ended = 1;
+    pthread_cond_signal(&source->changed);
+    pthread_mutex_unlock(&source->mutex);
+    return NULL;
+}
+
+typedef struct {
+    image left, right;
+    size_t number;
+    int64_t arrived_ns;
+} camera_frame;
+
+/* 0: there will be none any more. */
+static int take_newest(camera *source, camera_frame *out) {
+    int is_new;
+    pthread_mutex_lock(&source->mutex);
+    while (!source->is_new && !source->has_ended) pthread_cond_wait(&source->changed, &source->mutex);
+    is_new = source->is_new;
+    if (is_new) {
+        exchange(&out->left, &source->left);
+        exchange(&out->right, &source->right);
+        out->number = source->frame;
+        out->arrived_ns = source->arrived_ns;
+        source->is_new = 0;
+    }
+    pthread_mutex_unlock(&source->mutex);
+    return is_new;
+}
+
+/* ---- the loop ---- */
+
+enum { PLACES = 2 }; /* frames submitted and not yet released; the tracker's default */
+
+typedef struct {
+    defrec_job job;
+    size_t number;
+    int64_t deadline_ns;
+} pending_result;
+
+static void show_reasons(uint32_t reasons) {
+    static const char *const names[] = {"dark",        "saturated",   "no texture",  "few matches", "occluded", "large residual", "fast motion",
+                                        "out of view", "no depth",    "one eye",     "frozen",      "gap",      "eyes swapped",   "low contrast"};
+    const char *separator = ": ";
+    size_t i;
+    for (i = 0; i < sizeof names / sizeof *names; ++i)
+        if ((reasons & (1u << i)) != 0) {
+            printf("%s%s", separator, names[i]);
+            separator = ", ";
+        }
+}
+
+/* What a display does with it: a frame that is tracked or degraded moves the plan; a lost one hides it, or shows it as old. */
+static void show(const pending_result *pending) {
+    static const char *const states[] = {"initialising", "tracking", "degraded", "lost", "relocalised"};
+    defrec_result result;
+    DEFREC_INIT(&result);
+    check(defrec_job_result(pending->job, &result), "reading the result");
+    printf("frame %zu %s: %s", pending->number, now_ns() <= pending->deadline_ns ? "in time" : "late", states[result.state]);
+    show_reasons(result.reasons);
+    printf("\n");
+}
+
+/* Shows the results that are there by the deadline, oldest first, and gives their places back. */
+static void take_results(pending_result *pending, size_t *count, int64_t until_ns) {
+    while (*count > 0) {
+        const int64_t left_ns = until_ns - now_ns();
+        const defrec_status status = defrec_job_wait(pending[0].job, left_ns > 0 ? (uint64_t)left_ns : 0);
+        if (status == DEFREC_TIMEOUT) return;
+        check(status, "tracking a frame");
+        show(&pending[0]);
+        defrec_job_release(pending[0].job);
+        memmove(pending, pending + 1, --*count * sizeof *pending);
+    }
+}
+
+int main(int argc, char **argv) {
+    camera source;
+    camera_frame newest;
+    pthread_t camera_thread;
+    pending_result pending[PLACES];
+    size_t pending_count = 0, submitted = 0;
+    double deadline_ms = 0;
+    char rest = 0;
+    defrec_context context;
+    defrec_rig rig;
+    defrec_rig_desc rig_desc;
+    defrec_tracker tracker;
+    defrec_tracker_desc tracker_desc;
+    if (argc < 5 || argc > 6 || sscanf(argv[4], "%lf%c", &deadline_ms, &rest) != 1 || !(deadline_ms >= 0 && deadline_ms <= 60000)) {
+        fprintf(stderr, "usage: live_loop LEFT RIGHT FX,FY,CX,CY,BASELINE_MM DEADLINE_MS [DEVICE_ID]\n");
+        return 2;
+    }
+    memset(&source, 0, sizeof source);
+    memset(&newest, 0, sizeof newest);
+    source.sequence = open_sequence(argv[1], argv[2]);
+    pthread_mutex_init(&source.mutex, NULL);
+    pthread_cond_init(&source.changed, NULL);
+
+    /* All that takes long comes before the camera runs: plugins, device, memory. */
+    check(defrec_context_create(NULL, &context), "loading the plugins");
+    rig_desc = parse_camera(argv[3], source.sequence.left.width, source.sequence.left.height);
+    check(defrec_rig_create(context, &rig_desc, &rig), "making the rig");
+    DEFREC_INIT(&tracker_desc);
+    tracker_desc.device_id = argc == 6 ? argv[5] : NULL; /* NULL: the fastest there is */
+    tracker_desc.frames_in_flight = PLACES;
+    check(defrec_tracker_create(context, rig, &tracker_desc, &tracker), "making the tracker");
+    if (pthread_create(&camera_thread, NULL, deliver_frames, &source) != 0) fail("no thread for the camera");
+
+    while (take_newest(&source, &newest)) {
+        const int64_t deadline_ns = newest.arrived_ns + (int64_t)(deadline_ms * 1e6);
+        defrec_image left = view_of(&newest.left, DEFREC_FORMAT_BGR8), right = view_of(&newest.right, DEFREC_FORMAT_BGR8);
+        defrec_frame frame;
+        defrec_job job;
+        defrec_status status;
+        take_results(pending, &pending_count, 0); /* what came late */
+        DEFREC_INIT(&frame);
+        frame.timestamp_ns = newest.arrived_ns;
+        frame.left = &left;
+        frame.right = &right;
+        status = defrec_tracker_submit(tracker, &frame, &job);
+        if (status == DEFREC_ERROR_BUSY) continue; /* both places are taken; the frame is dropped */
+        check(status, "submitting a frame");
+        ++submitted;
+        pending[pending_count].job = job;
+        pending[pending_count].number = newest.number;
+        pending[pending_count].deadline_ns = deadline_ns;
+        ++pending_count;
+        take_results(pending, &pending_count, deadline_ns);
+    }
+    pthread_join(camera_thread, NULL);
+    take_results(pending, &pending_count, INT64_MAX);
+    printf("%zu frames from the camera, %zu tracked, %zu dropped\n", frame_count(&source.sequence), submitted,
+           frame_count(&source.sequence) - submitted);
+
+    defrec_tracker_destroy(tracker);
+    defrec_rig_destroy(rig);
+    defrec_context_destroy(context);
+    pthread_cond_destroy(&source.changed);
+    pthread_mutex_destroy(&source.mutex);
+    close_sequence(&source.sequence);
+    free(source.left.pixels);
+    free(source.right.pixels);
+    free(newest.left.pixels);
+    free(newest.right.pixels);
+    return 0;
+}

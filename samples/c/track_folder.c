@@ -1,0 +1,151 @@
+/* Follows pixels of the first left image through a stereo sequence.
+ *   track_folder LEFT RIGHT FX,FY,CX,CY,BASELINE_MM POINTS.csv OUT.csv [DEVICE_ID]
+ * POINTS.csv has the columns id,u,v (px). OUT.csv has where each point is in each frame: mm, rectified left camera. */
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "input.h"
+
+typedef struct {
+    size_t count;
+    long *id;
+    double *uv;
+    uint8_t *found;  /* 1: the template has a surface there */
+    double *at_rest; /* xyz, template frame */
+    double *now;     /* xyz, rectified left camera of the frame */
+    uint8_t *status;
+    double *expected_error_mm;
+} followed_points;
+
+static void *allocate(size_t count, size_t size) {
+    void *memory = calloc(count, size);
+    if (memory == NULL) fail("out of memory");
+    return memory;
+}
+
+static followed_points read_points(const char *path) {
+    enum { MOST = 1000000 };
+    followed_points points;
+    char line[256];
+    FILE *file = fopen(path, "r");
+    if (file == NULL || fgets(line, sizeof line, file) == NULL) fail("%s: cannot be read", path);
+    points.count = 0;
+    while (fgets(line, sizeof line, file) != NULL) ++points.count;
+    if (points.count == 0 || points.count > MOST) fail("%s: 1 to %d points expected", path, MOST);
+    points.id = allocate(points.count, sizeof *points.id);
+    points.uv = allocate(points.count, 2 * sizeof *points.uv);
+    points.found = allocate(points.count, 1);
+    points.at_rest = allocate(points.count, 3 * sizeof *points.at_rest);
+    points.now = allocate(points.count, 3 * sizeof *points.now);
+    points.status = allocate(points.count, 1);
+    points.expected_error_mm = allocate(points.count, sizeof *points.expected_error_mm);
+    rewind(file);
+    points.count = 0;
+    fgets(line, sizeof line, file); /* the head */
+    while (fgets(line, sizeof line, file) != NULL) {
+        double *uv = points.uv + 2 * points.count;
+        if (sscanf(line, "%ld,%lf,%lf", &points.id[points.count], &uv[0], &uv[1]) != 3)
+            fail("%s: id,u,v expected, found \"%s\"", path, line);
+        ++points.count;
+    }
+    fclose(file);
+    return points;
+}
+
+static void free_points(followed_points *points) {
+    free(points->id);
+    free(points->uv);
+    free(points->found);
+    free(points->at_rest);
+    free(points->now);
+    free(points->status);
+    free(points->expected_error_mm);
+}
+
+/* From pixels to places on the surface, once there is one. */
+static void lift(followed_points *points, defrec_rig rig, defrec_tracker tracker) {
+    defrec_template surface;
+    check(defrec_rig_rectify_pixels(rig, points->uv, points->count, points->uv), "rectifying the points");
+    check(defrec_tracker_get_template(tracker, &surface), "reading the template");
+    check(defrec_template_lift(surface, points->uv, points->count, points->at_rest, points->found), "finding the surface under the points");
+    defrec_template_release(surface);
+}
+
+static void write_points(FILE *file, size_t frame, const followed_points *points, int is_known) {
+    size_t i;
+    for (i = 0; i < points->count; ++i) {
+        const double *xyz = points->now + 3 * i;
+        fprintf(file, "%zu,%ld,", frame, points->id[i]);
+        if (!is_known || points->found[i] == 0 || points->status[i] == DEFREC_POINT_UNKNOWN)
+            fprintf(file, ",,,lost,\n");
+        else
+            fprintf(file, "%.4f,%.4f,%.4f,%s,%.4f\n", xyz[0], xyz[1], xyz[2],
+                    points->status[i] == DEFREC_POINT_OBSERVED ? "tracked" : "extrapolated", points->expected_error_mm[i]);
+    }
+}
+
+int main(int argc, char **argv) {
+    stereo_sequence sequence;
+    defrec_context context;
+    defrec_rig rig;
+    defrec_rig_desc rig_desc;
+    defrec_tracker tracker;
+    defrec_tracker_desc tracker_desc;
+    followed_points points;
+    FILE *out;
+    size_t i;
+    int has_template = 0;
+    if (argc < 6 || argc > 7) {
+        fprintf(stderr, "usage: track_folder LEFT RIGHT FX,FY,CX,CY,BASELINE_MM POINTS.csv OUT.csv [DEVICE_ID]\n");
+        return 2;
+    }
+    sequence = open_sequence(argv[1], argv[2]);
+    points = read_points(argv[4]);
+    out = fopen(argv[5], "w");
+    if (out == NULL) fail("%s: cannot be written", argv[5]);
+    fprintf(out, "frame,id,x,y,z,status,expected_error_mm\n");
+
+    check(defrec_context_create(NULL, &context), "loading the plugins");
+    rig_desc = parse_camera(argv[3], sequence.left.width, sequence.left.height);
+    check(defrec_rig_create(context, &rig_desc, &rig), "making the rig");
+    DEFREC_INIT(&tracker_desc);
+    tracker_desc.device_id = argc == 7 ? argv[6] : NULL; /* NULL: the fastest there is */
+    check(defrec_tracker_create(context, rig, &tracker_desc, &tracker), "making the tracker");
+
+    for (i = 0; i < frame_count(&sequence); ++i) {
+        defrec_image left, right;
+        defrec_frame frame;
+        defrec_job job;
+        defrec_result result;
+        read_frame(&sequence, i);
+        left = view_of(&sequence.left, DEFREC_FORMAT_BGR8);
+        right = view_of(&sequence.right, DEFREC_FORMAT_BGR8);
+        DEFREC_INIT(&frame);
+        frame.timestamp_ns = timestamp_of(i);
+        frame.left = &left;
+        frame.right = &right;
+        check(defrec_tracker_submit(tracker, &frame, &job), "submitting a frame"); /* the pixels are copied */
+        check(defrec_job_wait(job, UINT64_MAX), "tracking a frame");
+        DEFREC_INIT(&result);
+        check(defrec_job_result(job, &result), "reading the result");
+
+        /* The first frame that shows a surface gives the template. */
+        if (!has_template && result.vertex_count > 0) {
+            lift(&points, rig, tracker);
+            has_template = 1;
+        }
+        if (has_template)
+            check(defrec_job_warp_points(job, points.at_rest, points.count, points.now, points.status, points.expected_error_mm),
+                  "warping the points");
+        write_points(out, i, &points, has_template);
+        defrec_job_release(job);
+    }
+    if (fclose(out) != 0) fail("%s: could not be written to its end", argv[5]);
+
+    defrec_tracker_destroy(tracker);
+    defrec_rig_destroy(rig);
+    defrec_context_destroy(context);
+    free_points(&points);
+    close_sequence(&sequence);
+    return 0;
+}

@@ -1,0 +1,138 @@
+/* Moves a preoperative model along with the tissue: a mesh goes in, one mesh for each frame comes out, with what to believe of it.
+ *   warp_mesh LEFT RIGHT FX,FY,CX,CY,BASELINE_MM MESH.obj OUT_FOLDER [DEVICE_ID]
+ * MESH.obj is in the template frame (the rectified left camera of the frame that gave the template; an application registers its
+ * model to that), in mm. OUT_FOLDER/000000.ply and so on are in the rectified left camera of their frame; status is DEFREC_POINT_*,
+ * expected_error_mm one standard deviation. */
+#define _POSIX_C_SOURCE 200809L
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/stat.h>
+
+#include "input.h"
+
+typedef struct {
+    size_t vertex_count, triangle_count;
+    double *vertices;    /* xyz */
+    uint32_t *triangles; /* three indices from 0 */
+} mesh;
+
+static void *allocate(size_t count, size_t size) {
+    void *memory = calloc(count, size);
+    if (memory == NULL) fail("out of memory");
+    return memory;
+}
+
+/* The lines "v X Y Z" and "f A B C" of an OBJ file. */
+static mesh read_obj(const char *path) {
+    mesh model = {0, 0, NULL, NULL};
+    char line[256];
+    size_t i;
+    FILE *file = fopen(path, "r");
+    if (file == NULL) fail("%s: cannot be read", path);
+    while (fgets(line, sizeof line, file) != NULL) {
+        model.vertex_count += strncmp(line, "v ", 2) == 0;
+        model.triangle_count += strncmp(line, "f ", 2) == 0;
+    }
+    if (model.vertex_count == 0) fail("%s: has no vertices", path);
+    model.vertices = allocate(model.vertex_count, 3 * sizeof *model.vertices);
+    model.triangles = allocate(model.triangle_count + 1, 3 * sizeof *model.triangles);
+    rewind(file);
+    model.vertex_count = model.triangle_count = 0;
+    while (fgets(line, sizeof line, file) != NULL) {
+        double *v = model.vertices + 3 * model.vertex_count;
+        uint32_t *f = model.triangles + 3 * model.triangle_count;
+        if (strncmp(line, "v ", 2) == 0) {
+            if (sscanf(line, "v %lf %lf %lf", &v[0], &v[1], &v[2]) != 3) fail("%s: \"v X Y Z\" expected, found \"%s\"", path, line);
+            ++model.vertex_count;
+        } else if (strncmp(line, "f ", 2) == 0) {
+            if (sscanf(line, "f %u %u %u", &f[0], &f[1], &f[2]) != 3) fail("%s: \"f A B C\" expected, found \"%s\"", path, line);
+            ++model.triangle_count;
+        }
+    }
+    fclose(file);
+    for (i = 0; i < 3 * model.triangle_count; ++i)
+        if (model.triangles[i]-- == 0 || model.triangles[i] >= model.vertex_count) fail("%s: a triangle names a vertex that is not there", path);
+    return model;
+}
+
+static void write_ply(const char *folder, size_t frame, const mesh *model, const double *xyz, const uint8_t *status, const double *expected_error_mm) {
+    char path[4096];
+    size_t i;
+    FILE *file;
+    snprintf(path, sizeof path, "%s/%06zu.ply", folder, frame);
+    file = fopen(path, "w");
+    if (file == NULL) fail("%s: cannot be written", path);
+    fprintf(file, "ply\nformat ascii 1.0\ncomment millimetres, left rectified camera\nelement vertex %zu\n", model->vertex_count);
+    fprintf(file, "property float x\nproperty float y\nproperty float z\nproperty uchar status\nproperty float expected_error_mm\n");
+    fprintf(file, "element face %zu\nproperty list uchar uint vertex_indices\nend_header\n", model->triangle_count);
+    for (i = 0; i < model->vertex_count; ++i)
+        fprintf(file, "%.4f %.4f %.4f %u %.4f\n", xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2], status[i], expected_error_mm[i]);
+    for (i = 0; i < model->triangle_count; ++i)
+        fprintf(file, "3 %u %u %u\n", model->triangles[3 * i], model->triangles[3 * i + 1], model->triangles[3 * i + 2]);
+    if (fclose(file) != 0) fail("%s: could not be written to its end", path);
+}
+
+int main(int argc, char **argv) {
+    stereo_sequence sequence;
+    mesh model;
+    defrec_context context;
+    defrec_rig rig;
+    defrec_rig_desc rig_desc;
+    defrec_tracker tracker;
+    defrec_tracker_desc tracker_desc;
+    double *xyz, *expected_error_mm;
+    uint8_t *status;
+    size_t i;
+    if (argc < 6 || argc > 7) {
+        fprintf(stderr, "usage: warp_mesh LEFT RIGHT FX,FY,CX,CY,BASELINE_MM MESH.obj OUT_FOLDER [DEVICE_ID]\n");
+        return 2;
+    }
+    sequence = open_sequence(argv[1], argv[2]);
+    model = read_obj(argv[4]);
+    if (mkdir(argv[5], 0777) != 0 && errno != EEXIST) fail("%s: cannot be made", argv[5]);
+    xyz = allocate(model.vertex_count, 3 * sizeof *xyz);
+    status = allocate(model.vertex_count, 1);
+    expected_error_mm = allocate(model.vertex_count, sizeof *expected_error_mm);
+
+    check(defrec_context_create(NULL, &context), "loading the plugins");
+    rig_desc = parse_camera(argv[3], sequence.left.width, sequence.left.height);
+    check(defrec_rig_create(context, &rig_desc, &rig), "making the rig");
+    DEFREC_INIT(&tracker_desc);
+    tracker_desc.device_id = argc == 7 ? argv[6] : NULL; /* NULL: the fastest there is */
+    check(defrec_tracker_create(context, rig, &tracker_desc, &tracker), "making the tracker");
+
+    for (i = 0; i < frame_count(&sequence); ++i) {
+        defrec_image left, right;
+        defrec_frame frame;
+        defrec_job job;
+        defrec_result result;
+        read_frame(&sequence, i);
+        left = view_of(&sequence.left, DEFREC_FORMAT_BGR8);
+        right = view_of(&sequence.right, DEFREC_FORMAT_BGR8);
+        DEFREC_INIT(&frame);
+        frame.timestamp_ns = timestamp_of(i);
+        frame.left = &left;
+        frame.right = &right;
+        check(defrec_tracker_submit(tracker, &frame, &job), "submitting a frame");
+        check(defrec_job_wait(job, UINT64_MAX), "tracking a frame");
+        DEFREC_INIT(&result);
+        check(defrec_job_result(job, &result), "reading the result");
+        if (result.vertex_count > 0) { /* there is a template */
+            check(defrec_job_warp_points(job, model.vertices, model.vertex_count, xyz, status, expected_error_mm), "warping the mesh");
+            write_ply(argv[5], i, &model, xyz, status, expected_error_mm);
+        }
+        defrec_job_release(job);
+    }
+
+    defrec_tracker_destroy(tracker);
+    defrec_rig_destroy(rig);
+    defrec_context_destroy(context);
+    free(model.vertices);
+    free(model.triangles);
+    free(xyz);
+    free(status);
+    free(expected_error_mm);
+    close_sequence(&sequence);
+    return 0;
+}

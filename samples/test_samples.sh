@@ -1,0 +1,64 @@
+#!/usr/bin/env bash
+# Runs the five samples of one language on a reference sequence and looks at what they write.
+#   test_samples.sh SEQUENCE TRACKED WORK_FOLDER MESHES COMMAND...
+# COMMAND, with the name of a sample for "{}", runs it. TRACKED is what `defrec track` made of SEQUENCE; MESHES a folder with what
+# another language's warp_mesh wrote, or none.
+set -euo pipefail
+sequence=$1 tracked=$2 work=$3 meshes=$4
+shift 4
+here=$(cd "$(dirname "$0")" && pwd)
+camera=333.33333333333331,333.33333333333331,159.5,119.5,4.5999999999999996
+left=$sequence/left right=$sequence/right
+frames=$(find "$left" -name '*.png' | wc -l)
+
+sample() {
+    local name=$1
+    shift
+    "${command[@]//\{\}/$name}" "$@"
+}
+command=("$@")
+
+fails_with() { # STATUS PATTERN NAME ARGUMENT...: that exit code, and one line on stderr with the pattern
+    local status=$1 pattern=$2 result=0
+    shift 2
+    sample "$@" >"$work/stdout" 2>"$work/stderr" || result=$?
+    if [ "$result" != "$status" ] || [ "$(wc -l <"$work/stderr")" != 1 ] || ! grep -qE "$pattern" "$work/stderr"; then
+        echo "$*: exit code $result, expected $status and one line like \"$pattern\"; it said:"
+        cat "$work/stderr"
+        exit 1
+    fi
+}
+
+rm -rf "$work"
+mkdir -p "$work"
+
+sample list_devices >"$work/devices.txt"
+grep -q '^defrec [0-9.]*, API 1\.' "$work/devices.txt"
+grep -q '^device cpu: .*8 of 8 stages' "$work/devices.txt"
+
+sample track_folder "$left" "$right" "$camera" "$sequence/points.csv" "$work/points.csv" cpu
+/usr/bin/python3 "$here/compare_points.py" "$tracked/points.csv" "$work/points.csv"
+
+sample warp_mesh "$left" "$right" "$camera" "$here/tumour.obj" "$work/meshes" cpu
+[ "$(find "$work/meshes" -name '*.ply' | wc -l)" = "$frames" ]
+if cmp "$work/meshes/000000.ply" "$work/meshes/000003.ply"; then exit 1; fi
+if [ "$meshes" != none ]; then diff -r "$meshes" "$work/meshes"; fi
+
+sample stereo_only "$left/000000.png" "$right/000000.png" "$work/disparity.pgm" cpu
+[ "$(head -c 2 "$work/disparity.pgm")" = P5 ]
+[ "$(wc -c <"$work/disparity.pgm")" = $((17 + 2 * 320 * 240)) ]
+
+for deadline in 10000 0; do
+    sample live_loop "$left" "$right" "$camera" "$deadline" cpu >"$work/live.txt"
+    tracked_frames=$(grep -cE '^frame [0-9]+ (in time|late): tracking' "$work/live.txt")
+    grep -q "^$frames frames from the camera, $tracked_frames tracked, $((frames - tracked_frames)) dropped\$" "$work/live.txt"
+    if [ "$deadline" = 0 ] && grep 'in time' "$work/live.txt"; then exit 1; fi
+done
+
+fails_with 2 '^usage: track_folder ' track_folder "$left"
+fails_with 2 '^usage: live_loop ' live_loop "$left" "$right" "$camera" soon
+fails_with 1 'absent' track_folder "$work/absent" "$right" "$camera" "$sequence/points.csv" "$work/none.csv"
+fails_with 1 'FX,FY,CX,CY,BASELINE_MM' track_folder "$left" "$right" 1,2,3 "$sequence/points.csv" "$work/none.csv"
+fails_with 1 'DEFREC_ERROR_' track_folder "$left" "$right" 333,333,159,119,0 "$sequence/points.csv" "$work/none.csv"
+fails_with 1 'no_such_device' stereo_only "$left/000000.png" "$right/000000.png" "$work/none.pgm" no_such_device
+echo "all samples do what they say"
