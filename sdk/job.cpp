@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 
 #include "backends/shared/motion.hpp"
 #include "sdk/spin.hpp"
@@ -105,11 +106,17 @@ void TrackerJob::warp_points(const double* template_xyz, size_t count, double* x
     expect_done();
     if (surface == nullptr) fail(DEFREC_ERROR_STATE, "points cannot be warped before there is a template");
     const TemplateData& data = surface->data();
-    for (size_t i = 0; i < count; ++i) {
-        const double* from = template_xyz + 3 * i;
+    const auto warp = [&](const double* from) {
+        if (!std::isfinite(from[0]) || !std::isfinite(from[1]) || !std::isfinite(from[2])) {
+            constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+            return Vec3<double>{kNaN, kNaN, kNaN};
+        }
         const Skin skin = surface->skin_of(from);
-        const Vec3<double> to = apply(blend<double>(output.motions.data(), skin.node.data(), skin.weight.data()),
-                                      Vec3<double>{from[0], from[1], from[2]});
+        return apply(blend<double>(output.motions.data(), skin.node.data(), skin.weight.data()), Vec3<double>{from[0], from[1], from[2]});
+    };
+    for (size_t i = 0; i < count; ++i) {
+        const double from[3] = {template_xyz[3 * i], template_xyz[3 * i + 1], template_xyz[3 * i + 2]};
+        const Vec3<double> to = warp(from);
         const SurfaceBelief belief_at = believe_at(data, belief, from);
         xyz[3 * i] = to.x;
         xyz[3 * i + 1] = to.y;

@@ -77,7 +77,7 @@ SurfaceBelief believe_at(const TemplateData& data, const VertexBelief& belief, c
     const SurfaceGrid& grid = data.grid;
     SurfaceBelief at;
     at.expected_error = 100;
-    if (!(xyz[2] > 0)) return at;
+    if (!(xyz[2] > 0 && std::isfinite(xyz[2]))) return at;
     const double u = data.camera.fx * xyz[0] / xyz[2] + data.camera.cx, v = data.camera.fy * xyz[1] / xyz[2] + data.camera.cy;
     if (!(std::abs(u) < 1e6 && std::abs(v) < 1e6)) return at;
     const int column = static_cast<int>(std::lround(u / grid.spacing)), row = static_cast<int>(std::lround(v / grid.spacing));

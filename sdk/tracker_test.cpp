@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -212,6 +213,34 @@ TEST_CASE("row 29: destroying a tracker with frames queued ends them, and their 
         CHECK((status == DEFREC_OK || status == DEFREC_ERROR_STATE));
         defrec_job_release(job);
     }
+}
+
+TEST_CASE("a point that is not finite is unknown, and the points beside it are none the worse") {
+    Session session;
+    defrec_job job = nullptr;
+    REQUIRE_OK(session.submit(render(0, 0), &job));
+    REQUIRE_OK(defrec_job_wait(job, UINT64_MAX));
+    constexpr double kNaN = std::numeric_limits<double>::quiet_NaN(), kInfinity = std::numeric_limits<double>::infinity();
+    const double centre[3] = {0, 0, kDepth};
+    for (const double bad : {kNaN, kInfinity, -kInfinity})
+        for (int axis = 0; axis < 3; ++axis) {
+            double points[6] = {0, 0, kDepth, 0, 0, kDepth}, error[2];
+            uint8_t status[2];
+            points[axis] = bad;
+            REQUIRE_OK(defrec_job_warp_points(job, points, 2, points, status, error));
+            for (int i = 0; i < 3; ++i) {
+                CHECK(std::isnan(points[i]));
+                CHECK(std::abs(points[3 + i] - centre[i]) < 0.1);
+            }
+            CHECK(status[0] == DEFREC_POINT_UNKNOWN);
+            CHECK(status[1] == DEFREC_POINT_OBSERVED);
+        }
+    const double far[3] = {1e300, 0, 1e-300};
+    double moved[3];
+    uint8_t status = 0;
+    REQUIRE_OK(defrec_job_warp_points(job, far, 1, moved, &status, nullptr));
+    CHECK(status == DEFREC_POINT_UNKNOWN);
+    defrec_job_release(job);
 }
 
 TEST_CASE("a template can be saved, loaded and tracked by another tracker") {
