@@ -1,20 +1,20 @@
 # What an installed SDK is for CMake: find_package(defrec) gives
 #   defrec::defrec    the library, for applications
 #   defrec::headers   the headers alone, for plugins
-#   defrec_add_plugin_manifest()
+#   defrec_add_plugin_manifest(), defrec_install_plugin()
 # Relocatable: nothing in it names where it was built or installed.
 include(CMakePackageConfigHelpers)
 set(package "${CMAKE_INSTALL_LIBDIR}/cmake/defrec")
 
-install(EXPORT defrec-targets NAMESPACE defrec:: DESTINATION "${package}")
+install(EXPORT defrec-targets NAMESPACE defrec:: DESTINATION "${package}" COMPONENT development)
 configure_package_config_file("${CMAKE_CURRENT_LIST_DIR}/defrec-config.cmake.in" "${CMAKE_BINARY_DIR}/defrec-config.cmake"
   INSTALL_DESTINATION "${package}" NO_SET_AND_CHECK_MACRO NO_CHECK_REQUIRED_COMPONENTS_MACRO)
 # Before 1.0 a minor version may change what the package offers; the ABIs have versions of their own.
 write_basic_package_version_file("${CMAKE_BINARY_DIR}/defrec-config-version.cmake" COMPATIBILITY SameMinorVersion)
 install(FILES "${CMAKE_BINARY_DIR}/defrec-config.cmake" "${CMAKE_BINARY_DIR}/defrec-config-version.cmake"
   "${CMAKE_CURRENT_LIST_DIR}/DefrecPluginManifest.cmake" "${CMAKE_CURRENT_LIST_DIR}/WritePluginManifest.cmake"
-  DESTINATION "${package}")
+  DESTINATION "${package}" COMPONENT development)
 
 # What the author of a plugin starts from, and the definitions it is held to.
-install(DIRECTORY "${CMAKE_SOURCE_DIR}/plugins/template/" DESTINATION "${CMAKE_INSTALL_DATADIR}/defrec/plugin_template")
-install(DIRECTORY "${CMAKE_SOURCE_DIR}/docs/" DESTINATION "${CMAKE_INSTALL_DOCDIR}" FILES_MATCHING PATTERN "*.md")
+install(DIRECTORY "${CMAKE_SOURCE_DIR}/plugins/template/" DESTINATION "${CMAKE_INSTALL_DATADIR}/defrec/plugin_template" COMPONENT development)
+install(DIRECTORY "${CMAKE_SOURCE_DIR}/docs/" DESTINATION "${CMAKE_INSTALL_DOCDIR}" COMPONENT documentation FILES_MATCHING PATTERN "*.md")
