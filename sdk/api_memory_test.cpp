@@ -1,5 +1,5 @@
 // Row 50: memory runs out at the nth allocation, for every n: the call fails with DEFREC_ERROR_OUT_OF_MEMORY, nothing leaks, and
-// the next call works. Replaces operator new for the whole process, the library and its plugins included.
+// the next call works. Frames allocate nothing. Replaces operator new for the whole process, the library and its plugins included.
 #include <doctest/doctest.h>
 
 #include <atomic>
@@ -10,11 +10,12 @@
 #include "sdk/test_context.hpp"
 #include "sdk/test_files.hpp"
 #include "sdk/test_frames.hpp"
+#include "sdk/test_session.hpp"
 
 namespace {
 
 std::atomic<long> countdown{-1};  // allocations until one fails; negative: none does
-std::atomic<long> live{0};
+std::atomic<long> live{0}, taken{0};
 
 bool fails_now() {
     if (countdown.load(std::memory_order_relaxed) < 0) return false;
@@ -23,6 +24,7 @@ bool fails_now() {
 
 void* take(size_t size, size_t alignment) {
     if (fails_now()) return nullptr;
+    ++taken;
     void* memory = alignment <= alignof(std::max_align_t)
                        ? std::malloc(size == 0 ? 1 : size)
                        : std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
@@ -63,6 +65,7 @@ using namespace defrec::test;
 
 void* host_take(void*, size_t size, size_t alignment) {
     if (fails_now()) return nullptr;
+    ++taken;
     ++live;
     return std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
 }
@@ -191,4 +194,33 @@ TEST_CASE("row 50: memory runs out while a tracker is made") {
     });
     defrec_rig_destroy(rig);
     defrec_context_destroy(context);
+}
+
+TEST_CASE("once there is a template, frames allocate nothing") {
+    std::vector<Pair> pairs;
+    for (int i = 0; i < 8; ++i) pairs.push_back(render(0.4 * i, -0.2 * i));
+    TrackingSession session("cpu", 2, nullptr, [](defrec_context_desc& desc) {
+        desc.alloc = host_take;
+        desc.free = host_give;
+    });
+    double centre[3] = {0, 0, kDepth};
+    defrec_status worst = DEFREC_OK;
+    const auto track = [&](const Pair& pair) {
+        defrec_job job = nullptr;
+        defrec_result result;
+        DEFREC_INIT(&result);
+        for (const defrec_status status :
+             {session.submit({{pair.left.data()}, {pair.right.data()}, {}}, &job), defrec_job_wait(job, UINT64_MAX),
+              defrec_job_result(job, &result), defrec_job_warp_points(job, centre, 1, centre, nullptr, nullptr)})
+            worst = std::min(worst, status);
+        if (result.state != DEFREC_TRACKING) worst = DEFREC_ERROR_INTERNAL;
+        defrec_job_release(job);
+    };
+    for (int i = 0; i < 4; ++i) track(pairs[static_cast<size_t>(i)]);
+    const long before = taken;
+    for (size_t i = 4; i < pairs.size(); ++i) track(pairs[i]);
+    const long after = taken;
+    REQUIRE(worst == DEFREC_OK);
+    CHECK(after == before);
+    CHECK(before > 0);
 }

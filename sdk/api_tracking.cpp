@@ -148,7 +148,7 @@ defrec_status defrec_tracker_submit(defrec_tracker tracker, const defrec_frame* 
         const OneThread one(object->inside);
         FrameInput input = read_frame(frame, *object->tracker);
         // The handle first: once the frame is queued nothing may fail any more.
-        auto job = std::make_shared<JobObject>();
+        const auto job = make_object<defrec_job>();
         const defrec_job handle = add_handle<defrec_job>(job);
         try {
             job->job = object->tracker->submit(std::move(input));

@@ -2,6 +2,7 @@
 #include "sdk/handles.hpp"
 
 #include <atomic>
+#include <memory_resource>
 #include <mutex>
 #include <unordered_map>
 
@@ -34,8 +35,9 @@ struct Table {
     const uint64_t process;
     const uint64_t first_serial;
     std::atomic<uint64_t> next_serial;
+    std::pmr::synchronized_pool_resource memory;
     std::mutex mutex;
-    std::unordered_map<uint64_t, std::shared_ptr<void>> objects;
+    std::pmr::unordered_map<uint64_t, std::shared_ptr<void>> objects{&memory};
 };
 
 // This process's table. A child after fork gets a new one: the parent's mutex may be locked for ever there, and its
@@ -70,6 +72,8 @@ void check_bits(const Table& own, HandleKind kind, const void* handle) {
 }
 
 }  // namespace
+
+std::pmr::memory_resource* handle_memory() { return &table().memory; }
 
 void* add_handle(HandleKind kind, std::shared_ptr<void> object) {
     Table& own = table();
