@@ -780,6 +780,7 @@ DEFREC_API defrec_status DEFREC_CALL defrec_job_result(defrec_job job, defrec_re
 
 /** Moves count points template_xyz, mm, given in the template frame (on or near the surface: a preoperative model, say) to the
  *  frame of this job, xyz. For each point status (DEFREC_POINT_*) and expected_error_mm say what to believe; both may be NULL.
+ *  A point that is not finite comes out as NaN and DEFREC_POINT_UNKNOWN. template_xyz and xyz may be the same memory.
  *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. Of a job that failed: as it failed.
  *  @threads any @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_job_warp_points(defrec_job job, const double *template_xyz, size_t count, double *xyz,
