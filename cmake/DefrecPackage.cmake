@@ -17,4 +17,4 @@ install(FILES "${CMAKE_BINARY_DIR}/defrec-config.cmake" "${CMAKE_BINARY_DIR}/def
 
 # What the author of a plugin starts from, and the definitions it is held to.
 install(DIRECTORY "${CMAKE_SOURCE_DIR}/plugins/template/" DESTINATION "${CMAKE_INSTALL_DATADIR}/defrec/plugin_template" COMPONENT development)
-install(DIRECTORY "${CMAKE_SOURCE_DIR}/docs/" DESTINATION "${CMAKE_INSTALL_DOCDIR}" COMPONENT documentation FILES_MATCHING PATTERN "*.md")
+install(DIRECTORY "${CMAKE_SOURCE_DIR}/docs/" DESTINATION "${CMAKE_INSTALL_DOCDIR}" COMPONENT documentation FILES_MATCHING PATTERN "*.md" PATTERN site EXCLUDE)

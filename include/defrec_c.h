@@ -798,7 +798,7 @@ DEFREC_API defrec_status DEFREC_CALL defrec_tracker_get_template(defrec_tracker 
  *  @errors DEFREC_ERROR_ARGUMENT: it has not. DEFREC_ERROR_BUSY: another thread is inside the tracker.
  *  @threads one @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_tracker_set_template(defrec_tracker tracker, defrec_template surface);
-/** Trackers that follow it go on.
+/** Ends the use of the template surface; trackers that follow it go on.
  *  @threads any @since 1.0 */
 DEFREC_API void DEFREC_CALL defrec_template_release(defrec_template surface);
 

@@ -1,0 +1,80 @@
+#!/usr/bin/env python3
+"""Builds the site with Doxygen, warnings being errors, and checks it: every link leads somewhere, nothing is left of unresolved Markdown,
+and every guide can be reached from the start page.
+
+usage: build_site.py DOXYGEN DOXYFILE GUIDES SITE
+"""
+import html.parser
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import urllib.parse
+
+
+class Page(html.parser.HTMLParser):
+    """Links, anchors, and the text that is not code."""
+
+    def __init__(self, path):
+        super().__init__()
+        self.links, self.anchors, self.text = [], set(), []
+        self.open = []  # of the elements that may be code: tag, whether they are
+        self.feed(path.read_text())
+
+    def handle_starttag(self, tag, attributes):
+        attributes = dict(attributes)
+        if tag in ("script", "style", "pre", "code", "div"):
+            self.open.append((tag, tag != "div" or attributes.get("class") == "fragment"))
+        self.anchors.update(value for value in (attributes.get("id"), attributes.get("name")) if value)
+        self.links += [value for value in (attributes.get("href"), attributes.get("src")) if value]
+
+    def handle_endtag(self, tag):
+        if self.open and self.open[-1][0] == tag:
+            self.open.pop()
+
+    def handle_data(self, data):
+        if not any(is_code for _, is_code in self.open):
+            self.text.append(data)
+
+
+def targets(name, page):
+    """(file, anchor) of each link that stays within the site."""
+    for link in page.links:
+        parts = urllib.parse.urlsplit(link)
+        if not parts.scheme and not parts.netloc:
+            yield urllib.parse.unquote(parts.path) or name, urllib.parse.unquote(parts.fragment)
+
+
+def faults(site, guides):
+    pages = {path.name: Page(path) for path in sorted(site.glob("*.html"))}
+    for name, page in pages.items():
+        for file, anchor in sorted(set(targets(name, page))):
+            if not (site / file).is_file():
+                yield f"{name}: {file} is not there"
+            elif anchor and file in pages and anchor not in pages[file].anchors:
+                yield f"{name}: {file} has no anchor {anchor}"
+        for left_over in re.findall(r"\S*(?:\]\(|[@\\](?:ref|subpage)\b|\{#|`)\S*", "".join(page.text)):
+            yield f"{name}: unresolved: {left_over}"
+    reached, waiting = set(), ["index.html"]
+    while waiting:
+        name = waiting.pop()
+        if name in pages and name not in reached:
+            reached.add(name)
+            waiting += [file for file, _ in targets(name, pages[name])]
+    for guide in sorted(guides.rglob("*.md")):
+        name = "_".join(guide.relative_to(guides).with_suffix("").parts) + ".html"
+        if name != "start.html" and name not in reached:
+            yield f"{guide.name}: no way leads to it from the start page"
+
+
+def main():
+    doxygen, doxyfile, guides, site = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3]), pathlib.Path(sys.argv[4])
+    shutil.rmtree(site, ignore_errors=True)
+    site.mkdir(parents=True)
+    subprocess.run([doxygen, doxyfile], check=True)
+    found = list(faults(site, guides))
+    sys.exit("\n".join(found) if found else 0)
+
+
+main()

@@ -1,0 +1,43 @@
+#!/usr/bin/env python3
+"""Every function of the C API says from which threads it may be called, since when it exists, which errors it gives, and names its
+parameters. That anything is documented at all is Doxygen's to say.
+
+usage: check_headers.py defrec_c.h
+"""
+import re
+import sys
+
+FUNCTION = re.compile(r"/\*\*((?:[^*]|\*(?!/))*)\*/\s*DEFREC_API ([\w *]+?)\s*DEFREC_CALL (\w+)\(([^)]*)\);")
+SPEAK_FOR_THEMSELVES = {"out"}  # besides handles, which are called as their type
+
+
+def faults(text):
+    functions = FUNCTION.findall(text)
+    statuses = set(re.findall(r"\b(DEFREC_ERROR_\w+) *=", text))
+    if len(functions) != len(re.findall(r"^DEFREC_API .*DEFREC_CALL", text, re.M)):
+        yield "a function has no comment, or is not written as the others are"
+    for comment, kind, name, parameters in functions:
+        if not re.search(r"@threads (any|one)\b", comment):
+            yield f"{name}: @threads any or one is missing"
+        if not re.search(r"@since \d+\.\d+", comment):
+            yield f"{name}: @since is missing"
+        if kind == "defrec_status" and "@errors" not in comment:
+            yield f"{name}: @errors is missing"
+        for status in re.findall(r"\bDEFREC_ERROR_\w+", comment):
+            if status not in statuses:
+                yield f"{name}: there is no {status}"
+        for parameter in parameters.split(","):
+            words = re.findall(r"\w+", parameter)
+            is_handle = len(words) == 2 and words[0] == f"defrec_{words[1]}"
+            if words != ["void"] and not is_handle and words[-1] not in SPEAK_FOR_THEMSELVES \
+                    and not re.search(rf"\b{words[-1]}\b", comment):
+                yield f"{name}: {words[-1]} is not explained"
+
+
+def main():
+    with open(sys.argv[1]) as file:
+        found = list(faults(file.read()))
+    sys.exit("\n".join(found) if found else 0)
+
+
+main()

@@ -1,0 +1,118 @@
+#!/usr/bin/env python3
+"""Doxygen's input filter: prints a header or a guide as Doxygen understands it. The files themselves stay plain C and plain Markdown.
+
+usage: filter.py FILE
+"""
+import pathlib
+import re
+import sys
+
+DOCS = pathlib.Path(__file__).resolve().parent.parent
+INCLUDE = DOCS.parent / "include"
+SAMPLES = DOCS.parent / "samples"
+PARENTS = {"start.md": "", "stages.md": "stages/"}  # pages whose links make the navigation tree, and where their children lie
+
+# What begins like this and is not in the headers is a mistake, which Doxygen reports.
+LOOKS_LIKE_API = re.compile(r"defrec_(context|rig|tracker|job|template|memory)_|DEFREC_(OK|TIMEOUT|ERROR|REASON|POINT|STAGE|FORMAT|FEATURE)")
+
+
+def page_id(path, root=DOCS):
+    """Also the name of the page's HTML file."""
+    return re.sub(r"\W", "_", str(path.resolve().relative_to(root).with_suffix("" if path.suffix == ".md" else path.suffix)))
+
+
+def heading_id(page, heading):
+    """As code hosts make anchors of headings, within the page."""
+    slug = re.sub(r"[^\w\- ]", "", heading.replace("`", "").strip().lower()).replace(" ", "-")
+    return f"{page}-{slug}"
+
+
+def api_names():
+    text = "".join(path.read_text() for path in INCLUDE.glob("*.h"))
+    code = re.sub(r"/\*.*?\*/", "", text, flags=re.S)
+    return set(re.findall(r"\bdefrec_[a-z_0-9]+\b(?!_)|\bDEFREC_[A-Z_0-9]+\b", code))
+
+
+def filter_header(text):
+    # Doxygen gives a comment behind a declaration to the last of several declarators; here each has it.
+    def split(match):
+        indent, kind, declarators, comment = match.groups()
+        one_line = re.sub(r"\s*\n\s*", " ", comment)
+        lines = comment.count("\n")
+        return indent + " ".join(f"{kind} {d.strip()}; {one_line}" for d in declarators.split(",")) + "\n" * lines
+
+    text = re.sub(r"^( +)((?:const )?\w+) +([*\w, ]+,[*\w, ]+); *(/\*\*<.*?\*/)", split, text, flags=re.M | re.S)
+    # Constants, macros and guides that comments name become links.
+    names = set(re.findall(r"\b(DEFREC_[A-Z_0-9]+) *=", text)) | set(re.findall(r"^#define (DEFREC_[A-Z_]+)[( ]", text, flags=re.M))
+
+    def link(match):
+        comment = re.sub(r"(?<!`)\bDEFREC_[A-Z_0-9]+\b(?!\*)", lambda m: ("#" if m[0] in names else "") + m[0], match[0])
+        return re.sub(r"\bdocs/(\w+)\.md\b", r"@ref \1", comment)
+
+    text = re.sub(r"/\*\*.*?\*/", link, text, flags=re.S)
+    return text.replace("/**< ", "/**< @brief ")  # so that a struct is one table, without a section for each field
+
+
+def filter_guide(path, text):
+    page, names, subpages, headings, sources = page_id(path), api_names(), set(), [], []
+
+    def link(match):
+        label, target = match[1].replace("`", ""), match[2]
+        if re.match(r"[a-z]+:", target):
+            return match[0]
+        file, _, anchor = target.partition("#")
+        linked = (path.parent / file).resolve() if file else path
+        if linked.parent == INCLUDE:
+            return f'@ref {linked.name} "{label}"'
+        if SAMPLES in linked.parents:
+            source = linked.relative_to(SAMPLES)
+            sources.append(source)
+            return f'@ref {page_id(SAMPLES / source, SAMPLES.parent)} "{label}"'
+        if linked.suffix != ".md" or DOCS not in linked.parents:
+            return match[1]  # a file of the source tree, which the site has not
+        identity = page_id(linked)
+        if anchor:
+            return f'@ref {heading_id(identity, anchor)} "{label}"'
+        child = file.startswith(PARENTS.get(path.name, "//")) and identity not in subpages and linked != path
+        subpages.add(identity)
+        return f'@{"subpage" if child else "ref"} {identity} "{label}"'
+
+    def name(match):
+        word, _, member = match[1].partition(".")
+        if word not in names and not LOOKS_LIKE_API.match(word):
+            return match[0]
+        target = f"{word}::{member}" if member else word
+        return f'<code>@ref {target} "{match[1]}"</code>'
+
+    def unique(identity):  # as code hosts number headings of the same name
+        count = headings.count(identity)
+        headings.append(identity)
+        return identity if count == 0 else f"{identity}-{count}"
+
+    lines, in_code = [], False
+    for line in text.splitlines():
+        in_code ^= line.lstrip().startswith("```")
+        if not in_code:
+            heading = re.match(r"(#+) (.*)", line)
+            if heading:
+                identity = page if heading[1] == "#" else unique(heading_id(page, heading[2]))
+                line += f" {{#{identity}}}"
+            elif not line.startswith("    "):
+                line = re.sub(r"`((?:defrec|DEFREC)_[\w.]+)`", name, line)
+                line = re.sub(r"\[([^\]\[]+)\]\(([^)\s]+)\)", link, line)
+                # Doxygen takes `...' for quotation marks.
+                line = re.sub(r"`([^`]+)`", lambda code: f"`{code[0]}`" if "'" in code[1] else code[0], line)
+        lines.append(line)
+    # Samples are shown below the page that links to them.
+    for source in sources:
+        lines += ["", f"## {source} {{#{page_id(SAMPLES / source, SAMPLES.parent)}}}", f"@include {source}"]
+    return "\n".join(lines) + "\n"
+
+
+def main():
+    path = pathlib.Path(sys.argv[1]).resolve()
+    text = path.read_text()
+    sys.stdout.write(filter_guide(path, text) if path.suffix == ".md" else filter_header(text))
+
+
+main()
