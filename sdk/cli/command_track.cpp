@@ -47,6 +47,28 @@ void add_input_options(CLI::App& command, TrackOptions& options) {
         ->check(CLI::Range(0.001, 10000.0));
 }
 
+void add_link_options(CLI::App& command, TrackOptions& options) {
+    LinkOptions& link = options.link;
+    auto* connect = command.add_option_function<std::string>(
+        "--igtl",
+        [&link](const std::string& text) {
+            link = {LinkOptions::Kind::kConnect, parse_target(text)};
+        },
+        "Send each frame by OpenIGTLink to the receiver that listens there, such as 3D Slicer at port 18944");
+    connect->type_name("HOST:PORT");
+    auto* listen = command.add_option_function<std::string>(
+        "--igtl-listen",
+        [&link](const std::string& text) {
+            link = {LinkOptions::Kind::kListen, parse_listener(text)};
+        },
+        "Send each frame by OpenIGTLink to up to 8 receivers that connect; from this computer only, unless "
+        "ADDRESS is "
+        "given; port 0: any that is free");
+    listen->type_name("[ADDRESS:]PORT")->excludes(connect);
+    command.add_flag("--realtime", options.realtime,
+                     "Take frames no faster than at their own times, as a camera delivers them");
+}
+
 }  // namespace
 
 CLI::App* add_track_command(CLI::App& app, std::function<int()>& run) {
@@ -65,6 +87,7 @@ CLI::App* add_track_command(CLI::App& app, std::function<int()>& run) {
     command->add_flag("--meshes", options->meshes,
                       "Also write the deformed surface of each frame, deformed/*.ply");
     command->add_flag("!--no-overlay", options->overlay, "Do not write overlay.mp4");
+    add_link_options(*command, *options);
     command->add_flag("--quiet", options->quiet, "Print nothing but errors");
     command->add_flag("--json", options->json, "Print the summary as JSON");
     command->footer(
@@ -72,12 +95,18 @@ CLI::App* add_track_command(CLI::App& app, std::function<int()>& run) {
         "summary.json,\n"
         "template.ply, overlay.mp4 and report.html, which opens in a browser.\n"
         "\n"
+        "OpenIGTLink is neither encrypted nor authenticated: keep it on this computer or in a network of "
+        "your own.\n"
+        "A receiver that is slow or gone never slows tracking down; it misses frames.\n"
+        "\n"
         "Examples:\n"
         "  defrec track --left left.mp4 --right right.mp4 --calibration stereo.yaml --out result\n"
         "  defrec track --left left/%06d.png --right right/%06d.png --calibration stereo.yaml --points "
         "points.csv --out result\n"
         "  defrec track --stereo both.mp4 --layout top-bottom --calibration left.yaml,right.yaml --frames "
         "100:200 --out result\n"
+        "  defrec track --left left --right right --calibration stereo.yaml --out result --realtime --igtl "
+        "localhost:18944\n"
         "\n"
         "Exit codes: 0 done, 2 usage, 3 input unreadable or cut short, 4 calibration invalid, 5 no device,\n"
         "7 output failed, 130 interrupted. After 3 and 130 the results hold the frames tracked until then.");

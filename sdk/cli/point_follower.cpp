@@ -37,7 +37,7 @@ std::size_t PointFollower::points_without_surface() const {
     return is_lifted_ ? points_.size() - place_.size() : 0;
 }
 
-void PointFollower::add_frame(std::int64_t frame, double timestamp_ms, defrec_job job) {
+std::vector<PointRow> PointFollower::add_frame(std::int64_t frame, double timestamp_ms, defrec_job job) {
     std::vector<PointRow> rows(points_.size());
     for (std::size_t i = 0; i < points_.size(); ++i) {
         rows[i].frame = frame;
@@ -64,6 +64,7 @@ void PointFollower::add_frame(std::int64_t frame, double timestamp_ms, defrec_jo
         ++rows_[static_cast<std::size_t>(row.status)];
         file_.add(row);
     }
+    return rows;
 }
 
 }  // namespace defrec::cli

@@ -1,7 +1,9 @@
-// A job's result in the shapes that the output files and the report take.
+// A job's result in the shapes that the output files, the report and the live link take.
 #include "sdk/cli/result_record.hpp"
 
 #include <algorithm>
+#include <array>
+#include <utility>
 
 namespace defrec::cli {
 namespace {
@@ -97,6 +99,29 @@ void fill_record(const FrameRow& row, const defrec_result& result, RawProjection
     record.expected_error_mm.assign(result.expected_error_mm, result.expected_error_mm + result.vertex_count);
     record.control_points.assign(result.node_positions, result.node_positions + 3 * result.node_count);
     fill_matches(result, projection, record.matched);
+}
+
+LinkFrame link_frame(const StereoFrame& frame, const defrec_result& result,
+                     std::shared_ptr<const std::vector<std::uint32_t>> triangles,
+                     const std::vector<PointRow>& points) {
+    LinkFrame link;
+    link.index = frame.index;
+    link.timestamp_ns = result.timestamp_ns;
+    link.state = result.state;
+    link.reasons = result.reasons;
+    link.epoch = result.epoch;
+    link.has_geometry = has_geometry(result);
+    if (!link.has_geometry) return link;
+    std::copy(std::begin(result.rigid_motion), std::end(result.rigid_motion), link.rigid_motion.begin());
+    link.vertices.assign(result.vertices, result.vertices + 3 * result.vertex_count);
+    link.vertex_status.assign(result.vertex_status, result.vertex_status + result.vertex_count);
+    link.expected_error_mm.assign(result.expected_error_mm, result.expected_error_mm + result.vertex_count);
+    link.triangles = std::move(triangles);
+    for (const PointRow& row : points) {
+        if (row.status == PointStatus::kLost) continue;
+        link.points.push_back({row.id, name_of(row.status), std::to_array(row.xyz), row.expected_error_mm});
+    }
+    return link;
 }
 
 }  // namespace defrec::cli

@@ -1,8 +1,11 @@
-// A job's result in the shapes that the output files and the report take.
+// A job's result in the shapes that the output files, the report and the live link take.
 #pragma once
+
+#include <memory>
 
 #include "sdk/cli/frame_projection.hpp"
 #include "sdk/cli/library.hpp"
+#include "sdk/cli/live_link/frame.hpp"
 #include "sdk/cli/report/record.hpp"
 #include "sdk/cli/track_outputs.hpp"
 
@@ -16,6 +19,11 @@ TemplateRecord template_record(const defrec_template_info& info, RawProjection& 
 // Fills `record` anew. A frame that is lost or still initialising carries no geometry.
 void fill_record(const FrameRow& row, const defrec_result& result, RawProjection& projection,
                  FrameRecord& record);
+
+// points: the rows of this frame.
+LinkFrame link_frame(const StereoFrame& frame, const defrec_result& result,
+                     std::shared_ptr<const std::vector<std::uint32_t>> triangles,
+                     const std::vector<PointRow>& points);
 
 // True when the geometry of this result may be shown as that of its frame.
 bool has_geometry(const defrec_result& result);

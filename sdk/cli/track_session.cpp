@@ -7,12 +7,16 @@
 #include <deque>
 #include <exception>
 #include <filesystem>
+#include <memory>
 #include <opencv2/core.hpp>
+#include <optional>
 
 #include "sdk/cli/atomic_file.hpp"
 #include "sdk/cli/interrupt.hpp"
 #include "sdk/cli/library.hpp"
+#include "sdk/cli/live_link/live_link.hpp"
 #include "sdk/cli/point_follower.hpp"
+#include "sdk/cli/real_time.hpp"
 #include "sdk/cli/report/report.hpp"
 #include "sdk/cli/result_record.hpp"
 #include "sdk/cli/terminal.hpp"
@@ -71,6 +75,15 @@ defrec_tracker_desc tracker_desc(const TrackOptions& options, const FrameSource&
     return desc;
 }
 
+std::unique_ptr<LiveLink> open_link(const TrackOptions& options) {
+    if (options.link.kind == LinkOptions::Kind::kNone) return nullptr;
+    auto link = std::make_unique<LiveLink>(options.link);
+    if (options.link.kind == LinkOptions::Kind::kListen && !options.quiet) {
+        print_notice("live link: listening at " + to_string(link->endpoint()) + ".");
+    }
+    return link;
+}
+
 class TrackSession {
   public:
     explicit TrackSession(const TrackOptions& options)
@@ -78,6 +91,7 @@ class TrackSession {
           source_((source_is_given(options), options.source)),
           calibration_((check_frame_size(source_), calibration_for(options, source_))),
           desc_(tracker_desc(options, source_)),
+          link_(open_link(options)),
           context_(open_context({options.threads, options.quiet, {}})),
           device_(choose_device(context_, options.backend, options.device)),
           rig_(make_rig(context_, calibration_)),
@@ -107,6 +121,7 @@ class TrackSession {
         progress_.clear();
         const double seconds =
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        finish_link();
         finish(seconds, failure);
         if (failure) std::rethrow_exception(failure);
         return report_end();
@@ -154,13 +169,17 @@ class TrackSession {
     }
 
     void track_all() {
+        // In real time a result is taken before the next frame is waited for.
+        const std::size_t most_pending = options_.realtime ? 1 : kFramesInFlight;
+        RealTime real_time;
         bool has_more = true;
         while (has_more || !pending_.empty()) {
             has_more = has_more && !interrupt_requested();
-            if (has_more && pending_.size() < kFramesInFlight) {
+            if (has_more && pending_.size() < most_pending) {
                 Pending next;
                 has_more = source_.next(next.frame);
                 if (!has_more) continue;
+                if (options_.realtime) real_time.wait_for(next.frame.timestamp_ms);
                 next.job = submit(tracker_, next.frame);
                 pending_.push_back(std::move(next));
                 continue;
@@ -179,8 +198,13 @@ class TrackSession {
         const cv::Mat left = left_image(pending.frame);
         if (!has_template_ && result.vertex_count > 0) take_template(pending.frame, left);
 
-        points_.add_frame(pending.frame.index, pending.frame.timestamp_ms,
-                          has_geometry(result) ? pending.job.get() : nullptr);
+        const std::vector<PointRow> points =
+            points_.add_frame(pending.frame.index, pending.frame.timestamp_ms,
+                              has_geometry(result) ? pending.job.get() : nullptr);
+        if (link_) {
+            link_->publish(link_frame(pending.frame, result, triangles_, points));
+            show_link_notices();
+        }
         rows_.push_back(frame_row(pending.frame, result));
         eyes_look_swapped_ = eyes_look_swapped_ || (result.reasons & DEFREC_REASON_EYES_SWAPPED) != 0;
         if (options_.meshes && has_geometry(result)) write_mesh(pending.frame.index, result);
@@ -200,13 +224,13 @@ class TrackSession {
         auto info = initialised<defrec_template_info>();
         require(defrec_template_get(surface.get(), &info), ExitCode::kInternal, "reading the template");
         const TemplateRecord record = template_record(info, projection_);
-        triangles_ = record.triangles;
+        triangles_ = std::make_shared<const std::vector<std::uint32_t>>(record.triangles);
         std::vector<float> normals;
         for (std::uint64_t i = 0; i < info.vertex_count; ++i) {
             normals.insert(normals.end(), info.vertices[i].normal, info.vertices[i].normal + 3);
         }
         write_ply(folder_ / "template.ply", {record.vertices.data(), normals.data(), nullptr, nullptr,
-                                             info.vertex_count, triangles_.data(), info.triangle_count});
+                                             info.vertex_count, triangles_->data(), info.triangle_count});
         points_.lift(surface);
         as_output([&] {
             if (overlay_) overlay_->set_template(record);
@@ -226,12 +250,28 @@ class TrackSession {
         }
     }
 
+    void show_link_notices() {
+        const std::vector<std::string> notices = link_->take_notices();
+        if (options_.quiet || notices.empty()) return;
+        progress_.clear();
+        for (const std::string& notice : notices) print_notice(notice);
+    }
+
+    void finish_link() {
+        if (!link_) return;
+        link_facts_ = {link_->endpoint(), link_->finish()};
+        show_link_notices();
+        if (link_facts_->counts.receivers == 0) {
+            notes_.push_back("The live link at " + to_string(link_->endpoint()) + " reached nobody.");
+        }
+    }
+
     void write_mesh(std::int64_t frame, const defrec_result& result) {
         std::array<char, 32> name{};
         std::snprintf(name.data(), name.size(), "%06lld.ply", static_cast<long long>(frame));
         write_ply(folder_ / "deformed" / name.data(),
                   {result.vertices, result.normals, result.vertex_status, result.expected_error_mm,
-                   result.vertex_count, triangles_.data(), triangles_.size() / 3});
+                   result.vertex_count, triangles_->data(), triangles_->size() / 3});
     }
 
     // Writes what there is, also after a failure; the first file that cannot be written is reported.
@@ -263,7 +303,8 @@ class TrackSession {
             report_->finish();
         });
         summary_ = summarise_track({options_, device_, calibration_, rig_info(rig_), rows_, points_, notes_,
-                                    has_template_ ? std::optional(template_frame_) : std::nullopt, seconds});
+                                    has_template_ ? std::optional(template_frame_) : std::nullopt,
+                                    link_facts_, seconds});
         attempt([&] { write_atomically(folder_ / "summary.json", summary_.dump(2) + "\n"); });
     }
 
@@ -286,6 +327,7 @@ class TrackSession {
     FrameSource source_;
     StereoCalibration calibration_;
     defrec_tracker_desc desc_;
+    std::unique_ptr<LiveLink> link_;  // null where none was asked for
     Context context_;
     Device device_;
     Rig rig_;
@@ -298,10 +340,11 @@ class TrackSession {
     std::unique_ptr<OverlayWriter> overlay_;
     std::unique_ptr<ReportWriter> report_;
     std::deque<Pending> pending_;
-    std::vector<std::uint32_t> triangles_;
+    std::shared_ptr<const std::vector<std::uint32_t>> triangles_;  // shared with frames that wait to be sent
     std::vector<FrameRow> rows_;
     FrameRecord record_;
     std::vector<std::string> notes_;
+    std::optional<LinkFacts> link_facts_;  // when the link has ended
     nlohmann::ordered_json summary_;
     std::int64_t template_frame_ = 0;
     bool has_template_ = false;

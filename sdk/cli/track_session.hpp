@@ -6,6 +6,7 @@
 
 #include "sdk/cli/calibration.hpp"
 #include "sdk/cli/frame_source.hpp"
+#include "sdk/cli/live_link/transmitter.hpp"
 
 namespace defrec::cli {
 
@@ -18,6 +19,8 @@ struct TrackOptions {
     std::string backend = "auto", device;
     std::string config;  // empty: the library's defaults
     bool meshes = false, overlay = true;
+    LinkOptions link;
+    bool realtime = false;  // frames are taken no faster than at their own times
     unsigned threads = 0;
     std::uint64_t seed = 0;
     bool quiet = false, json = false;

@@ -61,6 +61,14 @@ Json points_json(const PointFollower& points) {
             {"lost_share", static_cast<double>(lost) / total}};
 }
 
+Json link_json(const TrackFacts& facts) {
+    if (!facts.link) return nullptr;
+    return {{"endpoint", to_string(facts.link->endpoint)},
+            {"receivers", facts.link->counts.receivers},
+            {"frames_sent", facts.link->counts.sent},
+            {"frames_dropped", facts.link->counts.dropped}};
+}
+
 double mean_of(const std::vector<FrameRow>& rows, double FrameRow::*member) {
     double sum = 0;
     std::size_t count = 0;
@@ -106,6 +114,7 @@ Json summarise_track(const TrackFacts& facts) {
     json["mean_observed_share"] = mean_of(facts.rows, &FrameRow::observed_share);
     json["mean_residual_mm"] = mean_of(facts.rows, &FrameRow::mean_residual_mm);
     json["stages"] = stage_statistics(facts.rows);
+    json["live_link"] = link_json(facts);
     json["seconds"] = facts.seconds;
     json["peak_memory_mb"] = peak_megabytes();
     json["notes"] = facts.notes;

@@ -8,11 +8,17 @@
 #include <vector>
 
 #include "sdk/cli/library.hpp"
+#include "sdk/cli/live_link/transmitter.hpp"
 #include "sdk/cli/point_follower.hpp"
 #include "sdk/cli/track_outputs.hpp"
 #include "sdk/cli/track_session.hpp"
 
 namespace defrec::cli {
+
+struct LinkFacts {
+    Endpoint endpoint;
+    LinkCounts counts;
+};
 
 struct TrackFacts {
     const TrackOptions& options;
@@ -23,7 +29,8 @@ struct TrackFacts {
     const PointFollower& points;
     const std::vector<std::string>& notes;
     std::optional<std::int64_t> template_frame;
-    double seconds;  // reading, tracking and drawing together
+    std::optional<LinkFacts> link;  // empty without a live link
+    double seconds;                 // reading, tracking and drawing together
 };
 
 nlohmann::ordered_json summarise_track(const TrackFacts& facts);

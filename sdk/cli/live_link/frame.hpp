@@ -1,0 +1,34 @@
+// What the live link sends of one frame: plain values, no library handle.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace defrec::cli {
+
+// A followed point that is not lost.
+struct LinkPoint {
+    std::int64_t id = 0;
+    const char* status = "";  // its name as in points.csv
+    std::array<double, 3> xyz{};
+    double expected_error_mm = 0;
+};
+
+// All lengths in mm, all coordinates in the left rectified camera.
+struct LinkFrame {
+    std::int64_t index = 0;         // in the input
+    std::int64_t timestamp_ns = 0;  // of the input's clock
+    std::uint32_t state = 0, reasons = 0, epoch = 0;
+    // The rest stays empty where the frame has no geometry to be believed.
+    bool has_geometry = false;
+    std::array<double, 12> rigid_motion{};  // from the template frame, rows of [R | t]
+    std::vector<float> vertices;            // xyz interleaved
+    std::vector<std::uint8_t> vertex_status;
+    std::vector<float> expected_error_mm;
+    std::shared_ptr<const std::vector<std::uint32_t>> triangles;  // three vertex indices each
+    std::vector<LinkPoint> points;
+};
+
+}  // namespace defrec::cli

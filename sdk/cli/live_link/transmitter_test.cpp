@@ -1,0 +1,205 @@
+// Receivers that come and go: real sockets on the loopback, and a clock that the test sets.
+#include "sdk/cli/live_link/transmitter.hpp"
+
+#include <arpa/inet.h>
+#include <doctest/doctest.h>
+#include <fcntl.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+
+#include <memory>
+
+#include "sdk/cli/exit_code.hpp"
+
+using namespace defrec::cli;
+using namespace std::chrono_literals;
+
+namespace {
+
+const LinkOptions kListen{LinkOptions::Kind::kListen, {"127.0.0.1", 0}};
+
+Packet packet(std::uint64_t number) {
+    return {std::make_shared<const std::string>(100, static_cast<char>('a' + number)), number};
+}
+
+sockaddr_in loopback(std::uint16_t port) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(port);
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    return address;
+}
+
+// A receiver that connects to the transmitter.
+Socket connect_to(const Transmitter& transmitter) {
+    Socket socket(::socket(AF_INET, SOCK_STREAM, 0));
+    const sockaddr_in address = loopback(transmitter.endpoint().port);
+    REQUIRE(::connect(socket.descriptor(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+    return socket;
+}
+
+std::string read(const Socket& socket, std::size_t size) {
+    std::string text(size, 0);
+    const ssize_t count = ::recv(socket.descriptor(), text.data(), size, MSG_WAITALL);
+    text.resize(count > 0 ? static_cast<std::size_t>(count) : 0);
+    return text;
+}
+
+// Lets the transmitter work until `is_done`; gives up after very many steps.
+template <typename Condition>
+bool step_until(Transmitter& transmitter, const Condition& is_done) {
+    for (int i = 0; i < 1000; ++i) {
+        if (is_done()) return true;
+        transmitter.step(10ms);
+    }
+    return false;
+}
+
+bool step_until_receivers(Transmitter& transmitter, std::size_t count) {
+    return step_until(transmitter, [&] { return transmitter.receivers() == count; });
+}
+
+void send(Transmitter& transmitter, std::uint64_t number) {
+    transmitter.offer(packet(number));
+    REQUIRE(step_until(transmitter, [&] { return !transmitter.has_unsent(); }));
+}
+
+// A server that receives, on a port of its own.
+struct Server {
+    explicit Server(std::uint16_t port = 0)
+        : socket(listen_at({"127.0.0.1", port})), endpoint(local_endpoint(socket)) {}
+    Socket accept() const { return Socket(::accept(blocking(), nullptr, nullptr)); }
+    int blocking() const {
+        ::fcntl(socket.descriptor(), F_SETFL, 0);
+        return socket.descriptor();
+    }
+    Socket socket;
+    Endpoint endpoint;
+};
+
+}  // namespace
+
+TEST_CASE("every receiver gets what comes after it has connected") {
+    Transmitter transmitter(kListen);
+    CHECK(transmitter.endpoint().port != 0);
+    send(transmitter, 1);
+    const Socket first = connect_to(transmitter);
+    REQUIRE(step_until_receivers(transmitter, 1));
+    send(transmitter, 2);
+    const Socket late = connect_to(transmitter);
+    REQUIRE(step_until_receivers(transmitter, 2));
+    send(transmitter, 3);
+    CHECK(read(first, 200) == *packet(2).bytes + *packet(3).bytes);
+    CHECK(read(late, 100) == *packet(3).bytes);
+    CHECK(transmitter.counts().receivers == 2);
+    CHECK(transmitter.counts().sent == 3);
+    CHECK(transmitter.counts().dropped == 0);
+}
+
+TEST_CASE("one that vanishes or floods does no harm to the others") {
+    Transmitter transmitter(kListen);
+    const Socket good = connect_to(transmitter);
+    Socket vanishing = connect_to(transmitter);
+    const Socket flooding = connect_to(transmitter);
+    REQUIRE(step_until_receivers(transmitter, 3));
+    vanishing = Socket();
+    REQUIRE(step_until_receivers(transmitter, 2));
+    const std::string garbage(1 << 16, '?');
+    REQUIRE(step_until(transmitter, [&] {
+        static_cast<void>(
+            ::send(flooding.descriptor(), garbage.data(), garbage.size(), MSG_DONTWAIT | MSG_NOSIGNAL));
+        return transmitter.receivers() == 1;
+    }));
+    send(transmitter, 1);
+    CHECK(read(good, 100) == *packet(1).bytes);
+    CHECK(transmitter.take_notices() ==
+          std::vector<std::string>{
+              "live link: a receiver is gone.",
+              "live link: a receiver was dropped, because it sent more than 1 MiB between two frames."});
+}
+
+TEST_CASE("no more receivers than stated") {
+    Transmitter transmitter(kListen);
+    std::vector<Socket> receivers;
+    for (std::size_t i = 0; i < Transmitter::kMostReceivers; ++i)
+        receivers.push_back(connect_to(transmitter));
+    REQUIRE(step_until_receivers(transmitter, Transmitter::kMostReceivers));
+    const Socket turned_away = connect_to(transmitter);
+    REQUIRE(step_until(transmitter, [&] { return !transmitter.take_notices().empty(); }));
+    CHECK(read(turned_away, 1).empty());
+    CHECK(transmitter.receivers() == Transmitter::kMostReceivers);
+    receivers.pop_back();
+    REQUIRE(step_until_receivers(transmitter, Transmitter::kMostReceivers - 1));
+    const Socket next = connect_to(transmitter);
+    CHECK(step_until_receivers(transmitter, Transmitter::kMostReceivers));
+}
+
+TEST_CASE("a server that went away is found again when it is back") {
+    auto server = std::make_unique<Server>();
+    const Endpoint endpoint = server->endpoint;
+    Clock::time_point now{};
+    Transmitter transmitter({LinkOptions::Kind::kConnect, endpoint}, [&] { return now; });
+    CHECK(transmitter.is_connecting());
+    REQUIRE(step_until_receivers(transmitter, 1));
+    CHECK_FALSE(transmitter.is_connecting());
+    {
+        const Socket receiver = server->accept();
+        send(transmitter, 1);
+        CHECK(read(receiver, 100) == *packet(1).bytes);
+        server.reset();
+    }
+    REQUIRE(step_until_receivers(transmitter, 0));
+    CHECK_FALSE(transmitter.is_connecting());
+
+    // Nobody listens: the pauses between attempts grow up to a limit.
+    std::vector<std::chrono::milliseconds> pauses{Transmitter::kFirstRetry};
+    for (int i = 0; i < 6; ++i) {
+        now += pauses.back() - 1ms;
+        transmitter.step(0ms);
+        CHECK_FALSE(transmitter.is_connecting());
+        now += 1ms;
+        CHECK(transmitter.is_connecting());
+        REQUIRE(step_until(transmitter, [&] { return !transmitter.is_connecting(); }));
+        CHECK(transmitter.receivers() == 0);
+        pauses.push_back(i == 0 ? Transmitter::kFirstRetry
+                                : std::min(2 * pauses.back(), Transmitter::kLastRetry));
+    }
+    CHECK(pauses.back() == Transmitter::kLastRetry);
+
+    const Server again(endpoint.port);
+    now += Transmitter::kLastRetry;
+    REQUIRE(step_until_receivers(transmitter, 1));
+    const Socket receiver = again.accept();
+    send(transmitter, 2);
+    CHECK(read(receiver, 100) == *packet(2).bytes);
+    const std::string name = to_string(endpoint);
+    CHECK(transmitter.take_notices() ==
+          std::vector<std::string>{"live link: connected to " + name + ".", "live link: a receiver is gone.",
+                                   "live link: nobody is reached at " + name +
+                                       " (Connection refused); it is tried again and again.",
+                                   "live link: connected to " + name + "."});
+    CHECK(transmitter.counts().receivers == 2);
+}
+
+TEST_CASE("what cannot be opened is said at once") {
+    const Server server;
+    CHECK_THROWS_AS(Transmitter({LinkOptions::Kind::kListen, server.endpoint}), CliError);
+    CHECK_THROWS_AS(Transmitter({LinkOptions::Kind::kConnect, {"not a host", 1}}), CliError);
+}
+
+TEST_CASE("after the end receivers have everything, see the end, and nobody is let in") {
+    Transmitter transmitter(kListen);
+    const Socket receiver = connect_to(transmitter);
+    // Input that nobody has read would let the system throw away what is under way.
+    REQUIRE(::send(receiver.descriptor(), "?", 1, 0) == 1);
+    REQUIRE(step_until_receivers(transmitter, 1));
+    send(transmitter, 1);
+    transmitter.end_sending();
+    CHECK(read(receiver, 200) == *packet(1).bytes);
+    ::shutdown(receiver.descriptor(), SHUT_RDWR);
+    CHECK(step_until_receivers(transmitter, 0));
+    CHECK(transmitter.take_notices().empty());
+    const Socket late(::socket(AF_INET, SOCK_STREAM, 0));
+    const sockaddr_in address = loopback(transmitter.endpoint().port);
+    CHECK(::connect(late.descriptor(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0);
+}
