@@ -1,0 +1,178 @@
+using System;
+using Defrec.Native;
+
+namespace Defrec
+{
+    /// <summary>State, reasons and numbers of one frame.</summary>
+    public struct FrameSummary
+    {
+        /// <summary>What became of the frame.</summary>
+        public FrameState State { get; }
+        /// <summary>Why it is not better.</summary>
+        public Reasons Reasons { get; }
+        /// <summary>Counts templates and relocalisations.</summary>
+        public uint Epoch { get; }
+        /// <summary>Of the frame, as submitted.</summary>
+        public long TimestampNs { get; }
+        /// <summary>Counts submitted frames from 0.</summary>
+        public ulong Frame { get; }
+        /// <summary>Frames since the geometry was last supported by evidence.</summary>
+        public uint Age { get; }
+        /// <summary>Features found in the left image.</summary>
+        public uint Features { get; }
+        /// <summary>Of them matched to landmarks, with depth.</summary>
+        public uint Matches { get; }
+        /// <summary>Of them preselected.</summary>
+        public uint Inliers { get; }
+        /// <summary>Patches found by guided search.</summary>
+        public uint Patches { get; }
+        /// <summary>0 to 1, of the vertices inside the image.</summary>
+        public float ObservedShare { get; }
+        /// <summary>Mean |depth residual| of observed vertices.</summary>
+        public float MeanResidualMm { get; }
+        /// <summary>Root mean square distance between found and deformed patches.</summary>
+        public float PatchResidualPx { get; }
+        /// <summary>Rectified camera from template frame: best rigid fit of all vertices.</summary>
+        public RigidTransform RigidMotion { get; }
+        /// <summary>Control points; 0 without a template, like the other counts.</summary>
+        public int NodeCount { get; }
+        /// <summary>Template vertices.</summary>
+        public int VertexCount { get; }
+        /// <summary>Landmarks of the template.</summary>
+        public int LandmarkCount { get; }
+        /// <summary>Patches of the template.</summary>
+        public int PatchCount { get; }
+        /// <summary>Whether the result carries the disparity image.</summary>
+        public bool HasDisparity { get; }
+
+        internal unsafe FrameSummary(ref defrec_result result)
+        {
+            State = result.state;
+            Reasons = result.reasons;
+            Epoch = result.epoch;
+            TimestampNs = result.timestamp_ns;
+            Frame = result.frame;
+            Age = result.age;
+            Features = result.features;
+            Matches = result.matches;
+            Inliers = result.inliers;
+            Patches = result.patches;
+            ObservedShare = result.observed_share;
+            MeanResidualMm = result.mean_residual_mm;
+            PatchResidualPx = result.patch_residual_px;
+            RigidMotion = result.rigid_motion;
+            NodeCount = Check.ArrayLength(result.node_count, 1);
+            VertexCount = Check.ArrayLength(result.vertex_count, 1);
+            LandmarkCount = Check.ArrayLength(result.landmark_count, 1);
+            PatchCount = Check.ArrayLength(result.patch_count, 1);
+            HasDisparity = result.disparity != null;
+        }
+    }
+
+    /// <summary>How long a stage took.</summary>
+    public struct StageTime
+    {
+        /// <summary>Of the stage.</summary>
+        public string Name { get; }
+        /// <summary>See <see cref="TrackerOptions.Timed"/>.</summary>
+        public double Milliseconds { get; }
+
+        internal StageTime(string name, double milliseconds)
+        {
+            Name = name;
+            Milliseconds = milliseconds;
+        }
+    }
+
+    /// <summary>
+    /// A whole result, copied: it stays when the job is disposed. Give one object to <see cref="Job.GetResult(FrameResult)"/> again and again,
+    /// then arrays are made anew only when a template with other counts comes. One thread at a time.
+    /// </summary>
+    public sealed unsafe class FrameResult
+    {
+        /// <summary>State, reasons and numbers.</summary>
+        public FrameSummary Summary { get; private set; }
+        /// <summary>Per control point: rectified camera from template frame.</summary>
+        public Motion[] Motions { get; private set; } = new Motion[0];
+        /// <summary>xyz per control point, now: rectified camera, mm.</summary>
+        public float[] NodePositions { get; private set; } = new float[0];
+        /// <summary>xyz per template vertex: rectified camera, mm.</summary>
+        public float[] Vertices { get; private set; } = new float[0];
+        /// <summary>xyz per template vertex: unit length, towards the camera.</summary>
+        public float[] Normals { get; private set; } = new float[0];
+        /// <summary>What to believe of each template vertex.</summary>
+        public PointStatus[] VertexStatus { get; private set; } = new PointStatus[0];
+        /// <summary>One standard deviation of each template vertex, mm.</summary>
+        public float[] ExpectedErrorMm { get; private set; } = new float[0];
+        /// <summary>The landmarks of the template.</summary>
+        public Landmark[] Landmarks { get; private set; } = new Landmark[0];
+        /// <summary>One per landmark; weight 0: outlier.</summary>
+        public Match[] LandmarkMatches { get; private set; } = new Match[0];
+        /// <summary>One per patch of the template.</summary>
+        public PatchObservation[] PatchObservations { get; private set; } = new PatchObservation[0];
+        /// <summary>Of the rectified image, row by row, 1/16 px; empty unless <see cref="TrackerOptions.KeepDisparity"/>.</summary>
+        public short[] Disparity { get; private set; } = new short[0];
+        /// <summary>In order of execution.</summary>
+        public StageTime[] Times { get; private set; } = new StageTime[0];
+
+        internal void Fill(ref defrec_result result, int pixels)
+        {
+            var summary = new FrameSummary(ref result);
+            int nodes = summary.NodeCount, vertices = summary.VertexCount, landmarks = summary.LandmarkCount, patches = summary.PatchCount;
+            // All arrays before anything is changed: an allocation may fail.
+            Motion[] motions = Sized(Motions, nodes);
+            float[] nodePositions = Sized(NodePositions, Check.ArrayLength(result.node_count, 3));
+            float[] positions = Sized(Vertices, Check.ArrayLength(result.vertex_count, 3));
+            float[] normals = Sized(Normals, positions.Length);
+            PointStatus[] status = Sized(VertexStatus, vertices);
+            float[] errors = Sized(ExpectedErrorMm, vertices);
+            Landmark[] landmarkRecords = Sized(Landmarks, landmarks);
+            Match[] matches = Sized(LandmarkMatches, landmarks);
+            PatchObservation[] observations = Sized(PatchObservations, patches);
+            short[] disparity = Sized(Disparity, summary.HasDisparity ? pixels : 0);
+            StageTime[] times = Sized(Times, (int)Math.Min(result.time_count, Constants.MaxTimedStages));
+
+            fixed (Motion* to = motions) Copy(result.motions, to, nodes, sizeof(Motion));
+            fixed (float* to = nodePositions) Copy(result.node_positions, to, nodePositions.Length, sizeof(float));
+            fixed (float* to = positions) Copy(result.vertices, to, positions.Length, sizeof(float));
+            fixed (float* to = normals) Copy(result.normals, to, normals.Length, sizeof(float));
+            fixed (PointStatus* to = status) Copy(result.vertex_status, to, vertices, sizeof(PointStatus));
+            fixed (float* to = errors) Copy(result.expected_error_mm, to, vertices, sizeof(float));
+            fixed (Landmark* to = landmarkRecords) Copy(result.landmarks, to, landmarks, sizeof(Landmark));
+            fixed (Match* to = matches) Copy(result.landmark_matches, to, landmarks, sizeof(Match));
+            fixed (PatchObservation* to = observations) Copy(result.patch_observations, to, patches, sizeof(PatchObservation));
+            fixed (short* to = disparity) Copy(result.disparity, to, disparity.Length, sizeof(short));
+            fixed (defrec_stage_time* first = &result.times.first)
+            {
+                for (int i = 0; i < times.Length; ++i)
+                {
+                    string name = Utf8.IsAscii(first[i].name, times[i].Name) ? times[i].Name : Utf8.Read(first[i].name);
+                    times[i] = new StageTime(name, first[i].milliseconds);
+                }
+            }
+
+            Summary = summary;
+            Motions = motions;
+            NodePositions = nodePositions;
+            Vertices = positions;
+            Normals = normals;
+            VertexStatus = status;
+            ExpectedErrorMm = errors;
+            Landmarks = landmarkRecords;
+            LandmarkMatches = matches;
+            PatchObservations = observations;
+            Disparity = disparity;
+            Times = times;
+        }
+
+        private static T[] Sized<T>(T[] array, int length)
+        {
+            return array.Length == length ? array : new T[length];
+        }
+
+        private static void Copy(void* from, void* to, int count, int size)
+        {
+            if (count > 0) Buffer.MemoryCopy(from, to, (long)count * size, (long)count * size);
+        }
+    }
+}

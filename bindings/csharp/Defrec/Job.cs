@@ -1,0 +1,134 @@
+using System;
+using System.Threading;
+using Defrec.Native;
+
+namespace Defrec
+{
+    /// <summary>
+    /// A submitted frame, and its result. Any thread. It holds a place in the tracker's queue until it is disposed, so dispose it as soon as the
+    /// result is read; left to the finaliser, the queue stays full until the next collection.
+    /// </summary>
+    public sealed unsafe partial class Job : IDisposable
+    {
+        internal readonly JobHandle Handle;
+        private readonly int pixels; // of the rectified image
+
+        internal Job(JobHandle handle, int pixels)
+        {
+            Handle = handle;
+            this.pixels = pixels;
+        }
+
+        /// <summary>Waits until the frame is computed.</summary>
+        /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
+        /// <exception cref="DefrecException">How the job failed.</exception>
+        public void Wait()
+        {
+            Wait(Timeout.InfiniteTimeSpan);
+        }
+
+        /// <summary>
+        /// Waits until the frame is computed, or the time is over: then false. Zero only asks; Timeout.InfiniteTimeSpan waits for ever. Dispose
+        /// on another thread does not end a wait: the job is released when the wait returns.
+        /// </summary>
+        /// <exception cref="ArgumentOutOfRangeException">The time is negative.</exception>
+        /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
+        /// <exception cref="DefrecException">How the job failed.</exception>
+        public bool Wait(TimeSpan timeout)
+        {
+            ulong timeoutNs = ulong.MaxValue;
+            if (timeout != Timeout.InfiniteTimeSpan)
+            {
+                if (timeout < TimeSpan.Zero) throw new ArgumentOutOfRangeException(nameof(timeout), timeout, "A time is not negative.");
+                ulong ticks = (ulong)timeout.Ticks; // of 100 ns
+                timeoutNs = ticks < ulong.MaxValue / 100 ? 100 * ticks : ulong.MaxValue;
+            }
+            using (var use = new HandleUse(Handle))
+            {
+                Status status = NativeMethods.defrec_job_wait(use.Native, timeoutNs);
+                DefrecException.ThrowIfFailed(status);
+                return status != Status.Timeout;
+            }
+        }
+
+        /// <summary>State, reasons and numbers of a job that is done; allocates nothing.</summary>
+        /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
+        /// <exception cref="DefrecException">The job is not done, or failed.</exception>
+        public FrameSummary GetSummary()
+        {
+            using (var use = new HandleUse(Handle))
+            {
+                defrec_result result = Read(use);
+                return new FrameSummary(ref result);
+            }
+        }
+
+        /// <summary>The whole result of a job that is done, in new arrays.</summary>
+        /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
+        /// <exception cref="DefrecException">The job is not done, or failed.</exception>
+        public FrameResult GetResult()
+        {
+            var result = new FrameResult();
+            GetResult(result);
+            return result;
+        }
+
+        /// <summary>The whole result of a job that is done. Arrays that have the right length are used again: with one template, always.</summary>
+        /// <exception cref="ArgumentNullException">into is null.</exception>
+        /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
+        /// <exception cref="DefrecException">The job is not done, or failed; into is as it was.</exception>
+        public void GetResult(FrameResult into)
+        {
+            Check.NotNull(into, nameof(into));
+            using (var use = new HandleUse(Handle))
+            {
+                defrec_result result = Read(use);
+                into.Fill(ref result, pixels);
+            }
+        }
+
+        /// <summary>
+        /// Moves points (x, y, z, x, ...), mm, given in the template frame (on or near the surface: a preoperative model, say) to the frame of this
+        /// job, in the rectified camera, mm. status, what to believe of each, and expectedErrorMm, one standard deviation of each, may be null.
+        /// Arrays may be longer than needed.
+        /// </summary>
+        /// <exception cref="ArgumentException">templateXyz or xyz is null, an array is too short, or templateXyz not a multiple of 3 long.</exception>
+        /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
+        /// <exception cref="DefrecException">The job is not done, failed, or its tracker has no template.</exception>
+        public void WarpPoints(double[] templateXyz, double[] xyz, PointStatus[] status = null, double[] expectedErrorMm = null)
+        {
+            Check.NotNull(templateXyz, nameof(templateXyz));
+            Check.NotNull(xyz, nameof(xyz));
+            int count = Check.Groups(templateXyz.Length, 3, nameof(templateXyz));
+            Check.Length(xyz.Length, templateXyz.Length, nameof(xyz));
+            if (status != null) Check.Length(status.Length, count, nameof(status));
+            if (expectedErrorMm != null) Check.Length(expectedErrorMm.Length, count, nameof(expectedErrorMm));
+            fixed (double* from = templateXyz, to = xyz, error = expectedErrorMm)
+            fixed (PointStatus* belief = status) Warp(from, count, to, belief, error);
+        }
+
+        /// <summary>Gives the job's place in the queue back; waits if it is running.</summary>
+        public void Dispose()
+        {
+            Handle.Dispose();
+        }
+
+        private void Warp(double* from, int count, double* to, PointStatus* status, double* error)
+        {
+            using (var use = new HandleUse(Handle))
+            {
+                if (count == 0) return;
+                DefrecException.ThrowIfFailed(
+                    NativeMethods.defrec_job_warp_points(use.Native, from, (UIntPtr)(uint)count, to, (byte*)status, error));
+            }
+        }
+
+        // What it points to lives until the job is released, that is at least as long as use.
+        private static defrec_result Read(HandleUse use)
+        {
+            var result = new defrec_result { struct_size = (uint)sizeof(defrec_result) };
+            DefrecException.ThrowIfFailed(NativeMethods.defrec_job_result(use.Native, &result));
+            return result;
+        }
+    }
+}

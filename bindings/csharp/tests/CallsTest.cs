@@ -1,0 +1,368 @@
+using System;
+using System.Collections.Generic;
+using System.IO;
+using System.Linq;
+using Defrec.Native;
+using NUnit.Framework;
+
+namespace Defrec.Tests
+{
+    /// <summary>Every function of the C API, called through the binding, arrives at the stub with what was given.</summary>
+    [TestFixture]
+    public unsafe class CallsTest : StubTest
+    {
+        [Test]
+        public void Library()
+        {
+            Stub.Answer("defrec_version_string", 0, "3.2.1 \u00e4\u20ac\ud83d\ude00");
+            Assert.That(DefrecLibrary.Release, Is.EqualTo("3.2.1 \u00e4\u20ac\ud83d\ude00"));
+            Assert.That(DefrecLibrary.NameOf(Status.ErrorBusy), Is.EqualTo("stub"));
+            Assert.That(DefrecLibrary.ApiVersion, Is.EqualTo(Constants.ApiMajor * 1000 + Constants.ApiMinor));
+            Assert.That(Stub.Calls(), Is.EqualTo(new[]
+            {
+                "defrec_version()", "defrec_version_string()", "defrec_version()", "defrec_status_name(status=-9)", "defrec_version()"
+            }));
+        }
+
+        [Test]
+        public void ContextAndWhatItHas()
+        {
+            var options = new ContextOptions
+            {
+                OnlyGivenPlugins = true,
+                UseEnvironment = true,
+                LogLevel = LogLevel.Error,
+                Threads = 7,
+                Allocator = new NativeAllocator { Allocate = (IntPtr)0x11, Free = (IntPtr)0x22, User = (IntPtr)0x33 },
+                ParallelFor = new NativeParallelFor { Function = (IntPtr)0x44, User = (IntPtr)0x55 }
+            };
+            options.PluginPaths.Add("/a");
+            options.PluginPaths.Add("/\u00fc");
+            string call;
+            using (var context = new Context(options)) call = Stub.Call("defrec_context_create");
+            var expected = new defrec_context_desc
+            {
+                struct_size = 88, flags = 3, plugin_path_count = (UIntPtr)2, log_level = 4, threads = 7, alloc = (IntPtr)0x11, free = (IntPtr)0x22,
+                alloc_user = (IntPtr)0x33, parallel_for = (IntPtr)0x44, parallel_for_user = (IntPtr)0x55
+            };
+            string hex = Stub.Hex(&expected, sizeof(defrec_context_desc));
+            string given = call.Substring("defrec_context_create(desc=".Length, hex.Length);
+            Assert.That(given.Substring(0, 16), Is.EqualTo(hex.Substring(0, 16)));
+            Assert.That(given.Substring(16, 16), Is.Not.EqualTo(hex.Substring(16, 16)), "plugin_paths is an address");
+            Assert.That(given.Substring(32), Is.EqualTo(hex.Substring(32)));
+
+            Stub.Answer("defrec_plugin_count", (Status)2, "");
+            Stub.Answer("defrec_device_count", (Status)1, "");
+            Stub.Calls();
+            PluginInfo[] plugins = Context.GetPlugins();
+            DeviceInfo[] devices = Context.GetDevices();
+            string handle = Stub.Handle(Context.Handle);
+            Assert.That(Stub.Calls(), Is.EqualTo(new[]
+            {
+                "defrec_plugin_count(context=" + handle + ")", "defrec_plugin_get(context=" + handle + ", index=0, out={40})",
+                "defrec_plugin_get(context=" + handle + ", index=1, out={40})",
+                "defrec_device_count(context=" + handle + ")", "defrec_device_get(context=" + handle + ", index=0, out={56})"
+            }));
+            Assert.That(plugins.Select(p => p.Name + "," + p.Path + "," + p.Version + "," + p.Reason + "," + p.Verdict),
+                        Is.EqualTo(Enumerable.Repeat("plugin name,plugin path,plugin version,plugin reason,Ok", 2)));
+            Assert.That(devices[0].Id + "," + devices[0].Name + "," + devices[0].Driver, Is.EqualTo("device id,device name,device driver"));
+            Context.Dispose();
+            Assert.That(Stub.Calls(), Is.EqualTo(new[] { "defrec_context_destroy(context=" + handle + ")" }));
+        }
+
+        [Test]
+        public void ContextWithLog()
+        {
+            using (new Context(new ContextOptions { Log = (level, source, text) => { } }))
+            {
+                string call = Stub.Call("defrec_context_create");
+                string given = call.Substring("defrec_context_create(desc=".Length, 2 * sizeof(defrec_context_desc));
+                IntPtr function = ContextLog.Function;
+                Assert.That(given.Substring(48, 16), Is.EqualTo(Stub.Hex(&function, sizeof(IntPtr))));
+                Assert.That(given.Substring(64, 16), Is.Not.EqualTo("0000000000000000"), "log_user is the log's number");
+            }
+        }
+
+        [Test]
+        public void RigOfTwoRawCameras()
+        {
+            var description = new RigDescription
+            {
+                Width = 640, Height = 480,
+                Left = new Intrinsics(1.5, 2.5, 3.5, 4.5, 0.1, 0.2, 0.3, 0.4, 0.5),
+                Right = new Intrinsics(5.5, 6.5, 7.5, 8.5, Enumerable.Range(1, 14).Select(k => k / 16.0).ToArray()),
+                Rotation = Enumerable.Range(1, 9).Select(k => k + 0.25).ToArray(),
+                Translation = new[] { -4.5, 0.5, 0.75 }
+            };
+            var expected = new defrec_rig_desc { struct_size = 416, width = 640, height = 480 };
+            Fill(&expected.left, 1.5, 2.5, 3.5, 4.5, 5, k => (k + 1) * 0.1);
+            expected.left.distortion[2] = 0.3;
+            Fill(&expected.right, 5.5, 6.5, 7.5, 8.5, 14, k => (k + 1) / 16.0);
+            for (int i = 0; i < 9; ++i) expected.rotation[i] = i + 1.25;
+            expected.translation[0] = -4.5;
+            expected.translation[1] = 0.5;
+            expected.translation[2] = 0.75;
+            using (var rig = new Rig(Context, description))
+            {
+                string handle = Stub.Handle(rig.Handle);
+                Assert.That(Stub.Calls(), Is.EqualTo(new[]
+                {
+                    "defrec_rig_create(context=" + Stub.Handle(Context.Handle) + ", desc=" + Stub.Hex(&expected, 416) + ", out=" + handle + ")",
+                    "defrec_rig_get(rig=" + handle + ", out={128})"
+                }));
+                var mapped = new double[6];
+                rig.RectifyPixels(new[] { 1.5, 2.5, -3, 4 }, mapped);
+                Assert.That(mapped, Is.EqualTo(new double[] { 1, 2, 3, 4, 0, 0 }));
+                rig.DistortPixels(new[] { 0.5, 0.25 }, mapped);
+                Assert.That(Stub.Calls(), Is.EqualTo(new[]
+                {
+                    "defrec_rig_rectify_pixels(rig=" + handle + ", raw_uv=[1.5, 2.5, -3, 4], count=2, rectified_uv=written)",
+                    "defrec_rig_distort_pixels(rig=" + handle + ", rectified_uv=[0.5, 0.25], count=1, raw_uv=written)"
+                }));
+                rig.Dispose();
+                Assert.That(Stub.Calls(), Is.EqualTo(new[] { "defrec_rig_destroy(rig=" + handle + ")" }));
+            }
+        }
+
+        private static void Fill(defrec_intrinsics* to, double fx, double fy, double cx, double cy, int count, Func<int, double> distortion)
+        {
+            to->fx = fx;
+            to->fy = fy;
+            to->cx = cx;
+            to->cy = cy;
+            for (int k = 0; k < count; ++k) to->distortion[k] = distortion(k);
+            to->distortion_count = (uint)count;
+        }
+
+        [Test]
+        public void RectifiedRig()
+        {
+            Stub.Calls();
+            using (new Rig(Context, RigDescription.Rectified(320, 240, Camera)))
+            {
+                var expected = new defrec_rig_desc { struct_size = 416, width = 320, height = 240 };
+                Fill(&expected.left, 100.5, 101.5, 40.25, 30.75, 0, null);
+                Fill(&expected.right, 100.5, 101.5, 40.25, 30.75, 0, null);
+                expected.rotation[0] = expected.rotation[4] = expected.rotation[8] = 1;
+                expected.translation[0] = -4.5;
+                Assert.That(Stub.Call("defrec_rig_create"), Is.StringContaining("desc=" + Stub.Hex(&expected, 416) + ", "));
+            }
+        }
+
+        [Test]
+        public void TrackerWithEveryOption()
+        {
+            var options = new TrackerOptions
+            {
+                DeviceId = "", Seed = 0x0102030405060708, Format = PixelFormat.Bgra8, FramesInFlight = 3, Disparities = 4, MinDisparity = -5,
+                MinDepthMm = 6.5f, NodeSpacingPx = 7.5f, VertexSpacingPx = 8.5f, MaxFeatures = 9, MaxPatches = 10, ArapWeight = 11.5f,
+                KeepDisparity = true, CoarseIterations = 12, FineIterations = 13, Timed = true, MemoryStride = 14
+            };
+            var expected = new defrec_tracker_desc
+            {
+                struct_size = 88, seed = 0x0102030405060708, format = PixelFormat.Bgra8, frames_in_flight = 3, disparities = 4, min_disparity = -5,
+                min_depth_mm = 6.5f, node_spacing_px = 7.5f, vertex_spacing_px = 8.5f, max_features = 9, max_patches = 10, arap_weight = 11.5f,
+                keep_disparity = 1, coarse_iterations = 12, fine_iterations = 13, timed = 1, memory_stride = 14
+            };
+            string hex = Stub.Hex(&expected, 88), call;
+            using (var tracker = new Tracker(Context, Rig, options)) call = Stub.Call("defrec_tracker_create");
+            string head = "defrec_tracker_create(context=" + Stub.Handle(Context.Handle) + ", rig=" + Stub.Handle(Rig.Handle) + ", desc=";
+            Assert.That(call, Is.StringStarting(head));
+            string given = call.Substring(head.Length, hex.Length);
+            Assert.That(given.Substring(0, 16), Is.EqualTo(hex.Substring(0, 16)));
+            Assert.That(given.Substring(16, 16), Is.Not.EqualTo(hex.Substring(16, 16)), "device_id is an address");
+            Assert.That(given.Substring(32), Is.EqualTo(hex.Substring(32)));
+
+            var defaults = new defrec_tracker_desc { struct_size = 88 };
+            using (new Tracker(Context, Rig)) Assert.That(Stub.Call("defrec_tracker_create"), Is.StringContaining("desc=" + Stub.Hex(&defaults, 88) + ", "));
+        }
+
+        [Test]
+        public void FramesAndJobs()
+        {
+            string tracker = Stub.Handle(Tracker.Handle);
+            var frame = new Frame(GrayImage(), GrayImage(), 0x1122334455667788) { CaptureTemplate = true, Ignore = GrayImage() };
+            using (Job job = Tracker.Submit(frame))
+            {
+                string handle = Stub.Handle(job.Handle), call = Stub.Call("defrec_tracker_submit");
+                string head = "defrec_tracker_submit(tracker=" + tracker + ", frame=30000000010000008877665544332211";
+                Assert.That(call, Is.StringStarting(head));
+                // left, right, ignore are given, and each lies elsewhere; samples is not.
+                string[] addresses = { call.Substring(head.Length, 16), call.Substring(head.Length + 16, 16), call.Substring(head.Length + 32, 16) };
+                Assert.That(addresses, Is.Unique);
+                Assert.That(addresses, Has.None.EqualTo("0000000000000000"));
+                Assert.That(call, Is.StringEnding("0000000000000000, out=" + handle + ")"));
+
+                job.Wait();
+                Assert.That(job.Wait(TimeSpan.FromTicks(25000)), Is.True);
+                Assert.That(job.Wait(TimeSpan.Zero), Is.True);
+                Assert.That(job.Wait(TimeSpan.MaxValue), Is.True);
+                Assert.That(Stub.Calls().Select(wait => wait.Replace("job=" + handle + ", ", "")), Is.EqualTo(new[]
+                {
+                    "defrec_job_wait(timeout_ns=18446744073709551615)", "defrec_job_wait(timeout_ns=2500000)", "defrec_job_wait(timeout_ns=0)",
+                    "defrec_job_wait(timeout_ns=18446744073709551615)"
+                }));
+                Stub.Answer("defrec_job_wait", Status.Timeout, "");
+                Assert.That(job.Wait(TimeSpan.FromSeconds(1)), Is.False);
+                Stub.Calls();
+
+                Assert.That(job.GetSummary().VertexCount, Is.EqualTo(0));
+                Assert.That(job.GetResult().Vertices, Is.Empty);
+                Assert.That(job.CopyVertices(new float[0]), Is.EqualTo(0));
+                Assert.That(Stub.Calls(), Is.EqualTo(Enumerable.Repeat("defrec_job_result(job=" + handle + ", out={536})", 3)));
+
+                var xyz = new double[6];
+                var status = new PointStatus[2];
+                var error = new double[2];
+                job.WarpPoints(new[] { 1.5, -2, 0.25, 4, 5, 6 }, xyz, status, error);
+                job.WarpPoints(new double[] { 1, 2, 3 }, xyz);
+                Assert.That(xyz, Is.EqualTo(new double[] { 1, 2, 3, 4, 5, 6 }));
+                Assert.That(status, Is.EqualTo(new[] { PointStatus.Extrapolated, PointStatus.Unknown }));
+                Assert.That(error, Is.EqualTo(new double[] { 1, 2 }));
+                Assert.That(Stub.Calls(), Is.EqualTo(new[]
+                {
+                    "defrec_job_warp_points(job=" + handle + ", template_xyz=[1.5, -2, 0.25, 4, 5, 6], count=2, xyz=written, status=written, " +
+                    "expected_error_mm=written)",
+                    "defrec_job_warp_points(job=" + handle + ", template_xyz=[1, 2, 3], count=1, xyz=written, status=NULL, expected_error_mm=NULL)"
+                }));
+                job.Dispose();
+                Assert.That(Stub.Calls(), Is.EqualTo(new[] { "defrec_job_release(job=" + handle + ")" }));
+            }
+            Tracker.Dispose();
+            Assert.That(Stub.Calls(), Is.EqualTo(new[] { "defrec_tracker_destroy(tracker=" + tracker + ")" }));
+        }
+
+        [Test]
+        public void MemoryOfTheDevice()
+        {
+            var expected = new defrec_memory_desc { struct_size = 24, kind = MemoryKind.Cuda, address = (void*)0x7f10, size = 0x123456789a };
+            string tracker = Stub.Handle(Tracker.Handle), handle;
+            using (var memory = new DeviceMemory(Tracker, MemoryKind.Cuda, (IntPtr)0x7f10, 0x123456789a))
+            {
+                handle = Stub.Handle(memory.Handle);
+                Assert.That(Stub.Calls(), Is.EqualTo(new[]
+                {
+                    "defrec_memory_import(tracker=" + tracker + ", desc=" + Stub.Hex(&expected, 24) + ", out=" + handle + ")"
+                }));
+                var image = new Image(memory, Width, Height, PixelFormat.Bgr8);
+                using (Tracker.Submit(new Frame(image, image, 1) { Samples = memory }))
+                {
+                    IntPtr native = memory.Handle.DangerousGetHandle();
+                    Assert.That(Stub.Call("defrec_tracker_submit"), Is.StringContaining(Stub.Hex(&native, 8) + ", out="));
+                }
+                Stub.Calls();
+            }
+            Assert.That(Stub.Calls(), Is.EqualTo(new[] { "defrec_memory_release(memory=" + handle + ")" }));
+        }
+
+        [Test]
+        public void Templates()
+        {
+            Template template = Tracker.GetTemplate();
+            string handle = Stub.Handle(template.Handle), tracker = Stub.Handle(Tracker.Handle), context = Stub.Handle(Context.Handle);
+            var xyz = new double[6];
+            var found = new bool[2];
+            template.Lift(new[] { 0.5, 1.5, 2, 3 }, xyz, found);
+            Assert.That(xyz, Is.EqualTo(new double[] { 1, 2, 3, 4, 5, 6 }));
+            template.Save("/tmp/\u00e9");
+            Tracker.SetTemplate(template);
+            template.Dispose();
+            Template loaded = Template.Load(Context, "/b");
+            string second = Stub.Handle(loaded.Handle);
+            loaded.Dispose();
+            Assert.That(Stub.Calls(), Is.EqualTo(new[]
+            {
+                "defrec_tracker_get_template(tracker=" + tracker + ", out=" + handle + ")", "defrec_template_get(surface=" + handle + ", out={160})",
+                "defrec_template_lift(surface=" + handle + ", uv=[0.5, 1.5, 2, 3], count=2, xyz=written, found=written)",
+                "defrec_template_save(surface=" + handle + ", path=\"/tmp/\u00e9\")",
+                "defrec_tracker_set_template(tracker=" + tracker + ", surface=" + handle + ")", "defrec_template_release(surface=" + handle + ")",
+                "defrec_template_load(context=" + context + ", path=\"/b\", out=" + second + ")", "defrec_template_get(surface=" + second + ", out={160})",
+                "defrec_template_release(surface=" + second + ")"
+            }));
+        }
+
+        [Test]
+        public void StageWithBuffers()
+        {
+            using (var stage = new Stage(Context, new StereoParameters { Width = 64, Height = 48 }, "device \u00fc"))
+            {
+                string handle = Stub.Handle(stage.Handle);
+                stage.Prepare(new byte[3], new Landmark[2], default(StageBuffer));
+                fixed (byte* native = new byte[9])
+                    stage.Run(new StageBuffer[] { new byte[5], default(StageBuffer), new float[2] },
+                              new StageBuffer[] { new short[7], new StageBuffer((IntPtr)native, 9), new SurfaceSample[1] });
+                stage.Prepare();
+                stage.Dispose();
+                string[] calls = Stub.Calls();
+                Assert.That(calls[0], Is.StringMatching("^defrec_stage_create\\(context=" + Stub.Handle(Context.Handle) +
+                                                        ", device_id=\"device \u00fc\", stage=1, params=4c0000004000000030000000(00)+, out=" + handle + "\\)$"));
+                Assert.That(calls.Skip(1), Is.EqualTo(new[]
+                {
+                    "defrec_stage_prepare(stage=" + handle + ", in=[3, 96, NULL], in_count=3)",
+                    "defrec_stage_run(stage=" + handle + ", in=[5, NULL, 8], in_count=3, out=[14, 9, 32], out_count=3)",
+                    "defrec_stage_prepare(stage=" + handle + ", in=[], in_count=0)", "defrec_stage_destroy(stage=" + handle + ")"
+                }));
+            }
+        }
+
+        [Test]
+        public void EveryStageWithItsParameters()
+        {
+            var makers = new Dictionary<string, Func<Stage>>
+            {
+                { "stage=0, params=28000000" + "02000000", () => new Stage(Context, new RectifyParameters { Format = PixelFormat.Bgr8 }) },
+                { "stage=1, params=4c000000" + "02000000", () => new Stage(Context, new StereoParameters { Width = 2 }) },
+                { "stage=2, params=24000000" + "02000000", () => new Stage(Context, new OrbParameters { Width = 2 }) },
+                { "stage=3, params=48000000" + "02000000", () => new Stage(Context, new MatchParameters { Landmarks = 2 }) },
+                { "stage=4, params=58000000" + "02000000", () => new Stage(Context, new AlignParameters { Patches = 2 }) },
+                { "stage=5, params=20000000" + "02000000", () => new Stage(Context, new RansacParameters { Landmarks = 2 }) },
+                { "stage=6, params=98000000" + "02000000", () => new Stage(Context, new LmParameters { Solver = Solver.Independent }) },
+                { "stage=7, params=50000000" + "02000000", () => new Stage(Context, new WarpParameters { Nodes = 2 }) }
+            };
+            foreach (KeyValuePair<string, Func<Stage>> maker in makers)
+                using (maker.Value()) Assert.That(Stub.Call("defrec_stage_create"), Is.StringContaining("device_id=NULL, " + maker.Key + "0"));
+        }
+
+        /// <summary>Whatever function the library gains, a test above has to call it.</summary>
+        [Test]
+        public void NoFunctionIsLeftOut()
+        {
+            Stub.Answer("defrec_plugin_count", (Status)1, "");
+            Stub.Answer("defrec_device_count", (Status)1, "");
+            DefrecLibrary.NameOf(Status.Ok);
+            Assert.That(DefrecLibrary.Release, Is.EqualTo("stub"));
+            using (var context = new Context())
+            {
+                context.GetPlugins();
+                context.GetDevices();
+            }
+            Stub.Answer("defrec_rig_distort_pixels", Status.ErrorArgument, "");
+            Assert.Throws<DefrecException>(() => Rig.DistortPixels(new double[2], new double[2]));
+            Rig.RectifyPixels(new double[2], new double[2]);
+            new Rig(Context, RigDescription.Rectified(Width, Height, Camera)).Dispose();
+            using (var stage = new Stage(Context, new OrbParameters()))
+            {
+                stage.Prepare();
+                stage.Run(new StageBuffer[0], new StageBuffer[0]);
+            }
+            using (var memory = new DeviceMemory(Tracker, MemoryKind.Host, (IntPtr)16, 16))
+            using (Job job = Submit())
+            {
+                job.Wait();
+                job.GetSummary();
+                job.WarpPoints(new double[3], new double[3]);
+            }
+            using (Template template = Tracker.GetTemplate())
+            {
+                template.Lift(new double[2], new double[3], new bool[1]);
+                template.Save("/a");
+                Tracker.SetTemplate(template);
+            }
+            Template.Load(Context, "/a").Dispose();
+            new Tracker(Context, Rig).Dispose();
+            IEnumerable<string> called = Stub.Calls().Select(call => call.Substring(0, call.IndexOf('(')));
+            Assert.That(called.Distinct().OrderBy(name => name, StringComparer.Ordinal),
+                        Is.EqualTo(File.ReadAllLines(TestPaths.Exports).OrderBy(name => name, StringComparer.Ordinal)));
+        }
+    }
+}

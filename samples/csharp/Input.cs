@@ -1,0 +1,169 @@
+// What the samples read: a camera on the command line, folders of PNG images.
+using System;
+using System.Drawing;
+using System.Drawing.Imaging;
+using System.Globalization;
+using System.IO;
+using System.Runtime.InteropServices;
+using Defrec;
+
+/// <summary>Ends a sample: one sentence on stderr, exit code 1.</summary>
+internal sealed class SampleException : Exception
+{
+    internal SampleException(string sentence) : base(sentence) { }
+}
+
+/// <summary>The command line was wrong: exit code 2.</summary>
+internal sealed class UsageException : Exception
+{
+    internal UsageException(string usage) : base("usage: " + usage) { }
+}
+
+internal static class Sample
+{
+    /// <summary>Runs a sample; turns what it throws into one line on stderr.</summary>
+    internal static int Run(Action sample)
+    {
+        try
+        {
+            sample();
+            return 0;
+        }
+        catch (UsageException e)
+        {
+            Console.Error.WriteLine(e.Message);
+            return 2;
+        }
+        catch (DefrecException e)
+        {
+            Console.Error.WriteLine(e.Message + " (" + DefrecLibrary.NameOf(e.Status) + ")");
+        }
+        catch (Exception e) when (e is SampleException || e is IOException || e is UnauthorizedAccessException || e is DllNotFoundException)
+        {
+            Console.Error.WriteLine(e.Message);
+        }
+        return 1;
+    }
+
+    /// <summary>Text with four decimals, as C's "%.4f" writes it, in every locale.</summary>
+    internal static string Decimals(double value)
+    {
+        string text = value.ToString("F4", CultureInfo.InvariantCulture);
+        return text == "-0.0000" ? "0.0000" : text;
+    }
+
+    internal static double Number(string text, string what)
+    {
+        double value;
+        if (!double.TryParse(text, NumberStyles.Float, CultureInfo.InvariantCulture, out value)) throw new SampleException(what + ": \"" + text + "\" is no number");
+        return value;
+    }
+
+    /// <summary>"FX,FY,CX,CY,BASELINE_MM" of a rectified pair.</summary>
+    internal static Camera ParseCamera(string text)
+    {
+        string[] numbers = text.Split(',');
+        if (numbers.Length != 5) throw new SampleException("the camera is \"" + text + "\"; FX,FY,CX,CY,BASELINE_MM expected");
+        double[] n = Array.ConvertAll(numbers, number => Number(number, "the camera"));
+        return new Camera(n[0], n[1], n[2], n[3], n[4]);
+    }
+}
+
+/// <summary>Rows from the top without gaps; the array is kept for the next image of the same size.</summary>
+internal sealed class PngImage
+{
+    internal int Width, Height;
+    internal byte[] Pixels = new byte[0]; // blue, green, red
+
+    internal void Read(string path)
+    {
+        if (!File.Exists(path)) throw new SampleException(path + ": cannot be read");
+        try
+        {
+            using (var bitmap = new Bitmap(path))
+            {
+                if (Pixels.Length > 0 && (Width != bitmap.Width || Height != bitmap.Height))
+                    throw new SampleException(path + ": is " + bitmap.Width + "x" + bitmap.Height + ", the images before it were " + Width + "x" + Height);
+                Width = bitmap.Width;
+                Height = bitmap.Height;
+                if (Pixels.Length == 0) Pixels = new byte[3 * Width * Height];
+                BitmapData data = bitmap.LockBits(new Rectangle(0, 0, Width, Height), ImageLockMode.ReadOnly, System.Drawing.Imaging.PixelFormat.Format24bppRgb);
+                for (int y = 0; y < Height; ++y) Marshal.Copy(data.Scan0 + y * data.Stride, Pixels, 3 * Width * y, 3 * Width);
+                bitmap.UnlockBits(data);
+            }
+        }
+        catch (ArgumentException)
+        {
+            throw new SampleException(path + ": is no image");
+        }
+    }
+
+    /// <summary>The same as the tracker takes it.</summary>
+    internal Defrec.Image View()
+    {
+        return new Defrec.Image(Pixels, Width, Height, Defrec.PixelFormat.Bgr8);
+    }
+
+    /// <summary>Gray values as stage rectify makes them.</summary>
+    internal byte[] Gray()
+    {
+        var gray = new byte[Width * Height];
+        for (int i = 0; i < gray.Length; ++i)
+            gray[i] = (byte)((77 * Pixels[3 * i + 2] + 150 * Pixels[3 * i + 1] + 29 * Pixels[3 * i] + 128) >> 8);
+        return gray;
+    }
+}
+
+/// <summary>Two folders, frame by frame in the order of the names, at 30 frames a second.</summary>
+internal sealed class StereoSequence
+{
+    private readonly string[] leftFiles, rightFiles;
+    internal readonly PngImage Left = new PngImage(), Right = new PngImage();
+
+    /// <summary>With its first frame read.</summary>
+    internal StereoSequence(string leftFolder, string rightFolder)
+    {
+        leftFiles = FilesOf(leftFolder);
+        rightFiles = FilesOf(rightFolder);
+        if (leftFiles.Length != rightFiles.Length)
+            throw new SampleException(leftFolder + " has " + leftFiles.Length + " images, " + rightFolder + " has " + rightFiles.Length);
+        Read(0);
+        if (Left.Width != Right.Width || Left.Height != Right.Height) throw new SampleException(rightFiles[0] + ": is not of the size of the left image");
+    }
+
+    internal int Count
+    {
+        get { return leftFiles.Length; }
+    }
+
+    internal void Read(int frame)
+    {
+        Read(frame, Left, Right);
+    }
+
+    internal void Read(int frame, PngImage left, PngImage right)
+    {
+        left.Read(leftFiles[frame]);
+        right.Read(rightFiles[frame]);
+    }
+
+    internal static long TimestampOf(int frame)
+    {
+        return frame * 1000000000L / 30;
+    }
+
+    /// <summary>Two rectified cameras of these images' size.</summary>
+    internal RigDescription Rig(Camera camera)
+    {
+        return RigDescription.Rectified(Left.Width, Left.Height, camera);
+    }
+
+    private static string[] FilesOf(string folder)
+    {
+        if (!Directory.Exists(folder)) throw new SampleException(folder + ": cannot be read as a folder");
+        string[] files = Directory.GetFiles(folder, "*.png");
+        if (files.Length == 0) throw new SampleException(folder + ": no PNG images in it");
+        Array.Sort(files, string.CompareOrdinal);
+        return files;
+    }
+}
