@@ -43,10 +43,10 @@ def filter_header(text):
 
     text = re.sub(r"^( +)((?:const )?\w+) +([*\w, ]+,[*\w, ]+); *(/\*\*<.*?\*/)", split, text, flags=re.M | re.S)
     # Constants, macros and guides that comments name become links.
-    names = set(re.findall(r"\b(DEFREC_[A-Z_0-9]+) *=", text)) | set(re.findall(r"^#define (DEFREC_[A-Z_]+)[( ]", text, flags=re.M))
+    names = {name for name in api_names() if name.isupper() and not name.endswith("_H")}
 
     def link(match):
-        comment = re.sub(r"(?<!`)\bDEFREC_[A-Z_0-9]+\b(?!\*)", lambda m: ("#" if m[0] in names else "") + m[0], match[0])
+        comment = re.sub(r"(?<![`\"])\bDEFREC_[A-Z_0-9]+\b(?!\*)", lambda m: ("#" if m[0] in names else "") + m[0], match[0])
         return re.sub(r"\bdocs/(\w+)\.md\b", r"@ref \1", comment)
 
     text = re.sub(r"/\*\*.*?\*/", link, text, flags=re.S)
