@@ -27,10 +27,16 @@ def heading_id(page, heading):
     return f"{page}-{slug}"
 
 
+def api_code():
+    return "".join(re.sub(r"/\*.*?\*/", "", path.read_text(), flags=re.S) for path in INCLUDE.glob("*.h"))
+
+
 def api_names():
-    text = "".join(path.read_text() for path in INCLUDE.glob("*.h"))
-    code = re.sub(r"/\*.*?\*/", "", text, flags=re.S)
-    return set(re.findall(r"\bdefrec_[a-z_0-9]+\b(?!_)|\bDEFREC_[A-Z_0-9]+\b", code))
+    return set(re.findall(r"\b(?:defrec_[a-z_0-9]+|DEFREC_[A-Z_0-9]+)\b", api_code()))
+
+
+def api_constants():
+    return set(re.findall(r"\bDEFREC_[A-Z_0-9]+(?= *=)|(?<=#define )DEFREC_[A-Z_]+(?=[( ])", api_code()))
 
 
 def filter_header(text):
@@ -43,10 +49,10 @@ def filter_header(text):
 
     text = re.sub(r"^( +)((?:const )?\w+) +([*\w, ]+,[*\w, ]+); *(/\*\*<.*?\*/)", split, text, flags=re.M | re.S)
     # Constants, macros and guides that comments name become links.
-    names = {name for name in api_names() if name.isupper() and not name.endswith("_H")}
+    constants = api_constants()
 
     def link(match):
-        comment = re.sub(r"(?<![`\"])\bDEFREC_[A-Z_0-9]+\b(?!\*)", lambda m: ("#" if m[0] in names else "") + m[0], match[0])
+        comment = re.sub(r"(?<![`\"])(?<!@def )\bDEFREC_[A-Z_0-9]+\b(?!\*)", lambda m: ("#" if m[0] in constants else "") + m[0], match[0])
         return re.sub(r"\bdocs/(\w+)\.md\b", r"@ref \1", comment)
 
     text = re.sub(r"/\*\*.*?\*/", link, text, flags=re.S)
