@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Compiles every C block of the guides and of the README against the headers. Whole programs are linked too, and where a block
 `output` follows, run: they print that. A fragment stands in a function, or, if it defines some, in a file; what it uses without declaring
-it is in example_names.h.
+it is in example_names.h. Whole programs in C# are compiled as well, and blocks in Python as far as Python compiles.
 
-usage: check_examples.py ROOT COMPILER LIBRARY_FOLDER WORK_FOLDER
+usage: check_examples.py ROOT COMPILER LIBRARY_FOLDER MCS DEFREC_DLL WORK_FOLDER
 """
 import pathlib
 import re
@@ -15,15 +15,13 @@ INCLUDE = re.compile(r"^#include .*$", re.M)
 
 
 def examples(path):
-    """(line of the first line of code, code, expected output or None) of each C block."""
+    """(language, line of the first line of code, code, expected output or None) of each block of code."""
     text = path.read_text()
     blocks = list(FENCE.finditer(text))
     for i, block in enumerate(blocks):
-        if block[1] != "c":
-            continue
         follower = blocks[i + 1] if i + 1 < len(blocks) else None
         output = follower[2] if follower and follower[1] == "output" else None
-        yield text.count("\n", 0, block.start(2)) + 1, block[2], output
+        yield block[1], text.count("\n", 0, block.start(2)) + 1, block[2], output
 
 
 def source_of(name, line, code):
@@ -37,32 +35,50 @@ def source_of(name, line, code):
     return prelude + located + body
 
 
-def main():
-    root, compiler, library, work = pathlib.Path(sys.argv[1]), sys.argv[2], sys.argv[3], pathlib.Path(sys.argv[4])
-    work.mkdir(parents=True, exist_ok=True)
-    flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", f"-I{root}/include", f"-I{root}/docs/site"]
-    counts = {"fragments": 0, "programs": 0, "outputs": 0}
-    for path in [root / "README.md", *sorted((root / "docs").rglob("*.md"))]:
-        name = path.relative_to(root)
-        for line, code, output in examples(path):
-            base = work / f"{'_'.join(name.with_suffix('').parts)}_{line}"
-            source = base.with_suffix(".c")
-            source.write_text(source_of(name, line, code))
-            if "int main(" not in code:
-                subprocess.run([compiler, *flags, "-Wno-unused", "-fsyntax-only", source], check=True)
-                counts["fragments"] += 1
-                continue
-            subprocess.run([compiler, *flags, "-pedantic", source, "-o", base, f"-L{library}", "-ldefrec", "-lm", f"-Wl,-rpath,{library}"],
-                           check=True)
-            counts["programs"] += 1
-            if output is None:
-                continue
+class Examples:
+    def __init__(self, root, compiler, library, mcs, assembly, work):
+        self.root, self.work, self.compiler, self.library = pathlib.Path(root), pathlib.Path(work), compiler, library
+        self.mcs = [mcs, "-nologo", "-langversion:7", "-warnaserror", f"-reference:{assembly}"]
+        self.flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", f"-I{root}/include", f"-I{root}/docs/site"]
+        self.counts = {"fragments": 0, "programs": 0, "outputs": 0, "programs in C#": 0, "blocks in Python": 0}
+        self.work.mkdir(parents=True, exist_ok=True)
+
+    def check(self, name, language, line, code, output):
+        base = self.work / f"{'_'.join(name.with_suffix('').parts)}_{line}"
+        if language == "c":
+            self.check_c(name, line, code, output, base)
+        elif language == "csharp" and " Main(" in code:
+            base.with_suffix(".cs").write_text(f'#line {line} "{name}"\n{code}')
+            subprocess.run([*self.mcs, f"-out:{base}.exe", base.with_suffix(".cs")], check=True)
+            self.counts["programs in C#"] += 1
+        elif language == "python":
+            compile("\n" * (line - 1) + code, str(name), "exec")
+            self.counts["blocks in Python"] += 1
+
+    def check_c(self, name, line, code, output, base):
+        source = base.with_suffix(".c")
+        source.write_text(source_of(name, line, code))
+        if "int main(" not in code:
+            subprocess.run([self.compiler, *self.flags, "-Wno-unused", "-fsyntax-only", source], check=True)
+            self.counts["fragments"] += 1
+            return
+        subprocess.run([self.compiler, *self.flags, "-pedantic", source, "-o", base, f"-L{self.library}", "-ldefrec", "-lm",
+                        f"-Wl,-rpath,{self.library}"], check=True)
+        self.counts["programs"] += 1
+        if output is not None:
             printed = subprocess.run([base], check=True, capture_output=True, text=True).stdout
             if printed != output:
                 sys.exit(f"{name}:{line}: prints\n{printed}instead of\n{output}")
-            counts["outputs"] += 1
-    print(", ".join(f"{count} {what}" for what, count in counts.items()))
-    if 0 in counts.values():
+            self.counts["outputs"] += 1
+
+
+def main():
+    found = Examples(*sys.argv[1:])
+    for path in [found.root / "README.md", *sorted((found.root / "docs").rglob("*.md"))]:
+        for language, line, code, output in examples(path):
+            found.check(path.relative_to(found.root), language, line, code, output)
+    print(", ".join(f"{count} {what}" for what, count in found.counts.items()))
+    if 0 in found.counts.values():
         sys.exit("nothing was checked of one kind")
 
 

@@ -98,6 +98,7 @@ def filter_guide(path, text):
     lines, in_code = [], False
     for line in text.splitlines():
         in_code ^= line.lstrip().startswith("```")
+        line = re.sub("^```(csharp|python)$", lambda fence: {"csharp": "```cs", "python": "```py"}[fence[1]], line)
         if not in_code:
             heading = re.match(r"(#+) (.*)", line)
             if heading:
