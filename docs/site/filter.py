@@ -3,6 +3,7 @@
 
 usage: filter.py FILE
 """
+import html
 import pathlib
 import re
 import sys
@@ -59,6 +60,14 @@ def filter_header(text):
     return text.replace("/**< ", "/**< @brief ")  # so that a struct is one table, without a section for each field
 
 
+def inline_code(match):
+    if "'" in match[1]:
+        return f"`{match[0]}`"  # Doxygen takes `...' for quotation marks
+    if r"\|" in match[1]:  # in a table
+        return f"<code>{html.escape(match[1])}</code>"
+    return match[0]
+
+
 def filter_guide(path, text):
     page, names, subpages, headings, sources = page_id(path), api_names(), set(), [], []
 
@@ -107,8 +116,7 @@ def filter_guide(path, text):
             elif not line.startswith("    "):
                 line = re.sub(r"`((?:defrec|DEFREC)_[\w.]+)`", name, line)
                 line = re.sub(r"\[([^\]\[]+)\]\(([^)\s]+)\)", link, line)
-                # Doxygen takes `...' for quotation marks.
-                line = re.sub(r"`([^`]+)`", lambda code: f"`{code[0]}`" if "'" in code[1] else code[0], line)
+                line = re.sub(r"`([^`]+)`", inline_code, line)
         lines.append(line)
     # Samples are shown below the page that links to them.
     for source in sources:
