@@ -17,9 +17,9 @@ PARENTS = {"start.md": "", "stages.md": "stages/"}  # pages whose links make the
 LOOKS_LIKE_API = re.compile(r"defrec_(context|rig|tracker|job|template|memory)_|DEFREC_(OK|TIMEOUT|ERROR|REASON|POINT|STAGE|FORMAT|FEATURE)")
 
 
-def page_id(path, root=DOCS):
+def page_id(path):
     """Also the name of the page's HTML file."""
-    return re.sub(r"\W", "_", str(path.resolve().relative_to(root).with_suffix("" if path.suffix == ".md" else path.suffix)))
+    return "_".join(path.resolve().relative_to(DOCS).with_suffix("").parts)
 
 
 def heading_id(page, heading):
@@ -60,6 +60,16 @@ def filter_header(text):
     return text.replace("/**< ", "/**< @brief ")  # so that a struct is one table, without a section for each field
 
 
+def shown_samples():
+    """The files that samples.md links to; the site shows them on that page."""
+    links = re.findall(r"\]\(\.\./samples/([^)]+)\)", (DOCS / "samples.md").read_text())
+    return [pathlib.PurePath(link) for link in dict.fromkeys(links)]
+
+
+def sample_id(sample):
+    return "sample_" + re.sub(r"\W", "_", str(sample))
+
+
 def inline_code(match):
     if "'" in match[1]:
         return f"`{match[0]}`"  # Doxygen takes `...' for quotation marks
@@ -68,66 +78,67 @@ def inline_code(match):
     return match[0]
 
 
-def filter_guide(path, text):
-    page, names, subpages, headings, sources = page_id(path), api_names(), set(), [], []
+class Guide:
+    def __init__(self, path):
+        self.path, self.page, self.names, self.samples = path, page_id(path), api_names(), shown_samples()
+        self.children, self.headings = set(), []
 
-    def link(match):
+    def filter(self, text):
+        lines, in_code = [], False
+        for line in text.splitlines():
+            in_code ^= line.lstrip().startswith("```")
+            line = re.sub("^```(csharp|python)$", lambda fence: {"csharp": "```cs", "python": "```py"}[fence[1]], line)
+            lines.append(line if in_code or line.startswith("    ") else self.filter_line(line))
+        if self.path.name == "samples.md":
+            for sample in self.samples:
+                lines += ["", f"## {sample} {{#{sample_id(sample)}}}", f"@include {sample}"]
+        return "\n".join(lines) + "\n"
+
+    def filter_line(self, line):
+        heading = re.match(r"(#+) (.*)", line)
+        if heading:
+            return f"{line} {{#{self.page if heading[1] == '#' else self.heading(heading[2])}}}"
+        line = re.sub(r"`((?:defrec|DEFREC)_[\w.]+)`", self.name, line)
+        line = re.sub(r"\[([^\]\[]+)\]\(([^)\s]+)\)", self.link, line)
+        return re.sub(r"`([^`]+)`", inline_code, line)
+
+    def heading(self, text):
+        identity = heading_id(self.page, text)
+        count = self.headings.count(identity)
+        self.headings.append(identity)
+        return identity if count == 0 else f"{identity}-{count}"  # as code hosts number headings of the same name
+
+    def name(self, match):
+        word, _, member = match[1].partition(".")
+        if word not in self.names and not LOOKS_LIKE_API.match(word):
+            return match[0]
+        target = f"{word}::{member}" if member else word
+        return f'<code>@ref {target} "{match[1]}"</code>'
+
+    def link(self, match):
         label, target = match[1].replace("`", ""), match[2]
         if re.match(r"[a-z]+:", target):
             return match[0]
         file, _, anchor = target.partition("#")
-        linked = (path.parent / file).resolve() if file else path
+        linked = (self.path.parent / file).resolve() if file else self.path
         if linked.parent == INCLUDE:
             return f'@ref {linked.name} "{label}"'
-        if SAMPLES in linked.parents:
-            source = linked.relative_to(SAMPLES)
-            sources.append(source)
-            return f'@ref {page_id(SAMPLES / source, SAMPLES.parent)} "{label}"'
+        if SAMPLES in linked.parents and linked.relative_to(SAMPLES) in self.samples:
+            return f'@ref {sample_id(linked.relative_to(SAMPLES))} "{label}"'
         if linked.suffix != ".md" or DOCS not in linked.parents:
             return match[1]  # a file of the source tree, which the site has not
         identity = page_id(linked)
         if anchor:
             return f'@ref {heading_id(identity, anchor)} "{label}"'
-        child = file.startswith(PARENTS.get(path.name, "//")) and identity not in subpages and linked != path
-        subpages.add(identity)
-        return f'@{"subpage" if child else "ref"} {identity} "{label}"'
-
-    def name(match):
-        word, _, member = match[1].partition(".")
-        if word not in names and not LOOKS_LIKE_API.match(word):
-            return match[0]
-        target = f"{word}::{member}" if member else word
-        return f'<code>@ref {target} "{match[1]}"</code>'
-
-    def unique(identity):  # as code hosts number headings of the same name
-        count = headings.count(identity)
-        headings.append(identity)
-        return identity if count == 0 else f"{identity}-{count}"
-
-    lines, in_code = [], False
-    for line in text.splitlines():
-        in_code ^= line.lstrip().startswith("```")
-        line = re.sub("^```(csharp|python)$", lambda fence: {"csharp": "```cs", "python": "```py"}[fence[1]], line)
-        if not in_code:
-            heading = re.match(r"(#+) (.*)", line)
-            if heading:
-                identity = page if heading[1] == "#" else unique(heading_id(page, heading[2]))
-                line += f" {{#{identity}}}"
-            elif not line.startswith("    "):
-                line = re.sub(r"`((?:defrec|DEFREC)_[\w.]+)`", name, line)
-                line = re.sub(r"\[([^\]\[]+)\]\(([^)\s]+)\)", link, line)
-                line = re.sub(r"`([^`]+)`", inline_code, line)
-        lines.append(line)
-    # Samples are shown below the page that links to them.
-    for source in sources:
-        lines += ["", f"## {source} {{#{page_id(SAMPLES / source, SAMPLES.parent)}}}", f"@include {source}"]
-    return "\n".join(lines) + "\n"
+        is_child = file.startswith(PARENTS.get(self.path.name, "//")) and identity not in self.children and linked != self.path
+        self.children.add(identity)
+        return f'@{"subpage" if is_child else "ref"} {identity} "{label}"'
 
 
 def main():
     path = pathlib.Path(sys.argv[1]).resolve()
     text = path.read_text()
-    sys.stdout.write(filter_guide(path, text) if path.suffix == ".md" else filter_header(text))
+    sys.stdout.write(Guide(path).filter(text) if path.suffix == ".md" else filter_header(text))
 
 
 main()
