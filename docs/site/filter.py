@@ -98,8 +98,8 @@ class Guide:
         heading = re.match(r"(#+) (.*)", line)
         if heading:
             return f"{line} {{#{self.page if heading[1] == '#' else self.heading(heading[2])}}}"
-        line = re.sub(r"`((?:defrec|DEFREC)_[\w.]+)`", self.name, line)
         line = re.sub(r"\[([^\]\[]+)\]\(([^)\s]+)\)", self.link, line)
+        line = re.sub(r"`((?:defrec|DEFREC)_[\w.]+)`", self.name, line)
         return re.sub(r"`([^`]+)`", inline_code, line)
 
     def heading(self, text):
@@ -112,7 +112,7 @@ class Guide:
         word, _, member = match[1].partition(".")
         if word not in self.names and not LOOKS_LIKE_API.match(word):
             return match[0]
-        target = f"{word}::{member}" if member else word
+        target = f"{word}::{member}" if member not in ("", "h") else match[1]
         return f'<code>@ref {target} "{match[1]}"</code>'
 
     def link(self, match):
