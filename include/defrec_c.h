@@ -10,8 +10,8 @@
  *  - **Errors.** Functions return a defrec_status: 0 or more is success, negative is failure. On failure no output is written
  *    and nothing needs cleaning up; defrec_last_error() says what went wrong. "errors" names what a function gives beside
  *    these, which any may give: DEFREC_ERROR_ARGUMENT for NULL where something is expected, DEFREC_ERROR_VERSION for a
- *    struct_size that does not fit, DEFREC_ERROR_HANDLE, DEFREC_ERROR_STATE from a callback or after a fork,
- *    DEFREC_ERROR_OUT_OF_MEMORY, DEFREC_ERROR_INTERNAL.
+ *    struct_size that does not fit, DEFREC_ERROR_HANDLE, DEFREC_ERROR_STATE from a callback, after a fork, or
+ *    where the application's parallel_for left a body out, DEFREC_ERROR_OUT_OF_MEMORY, DEFREC_ERROR_INTERNAL.
  *  - **Handles.** A handle keeps its parent alive, so handles may be destroyed in any order. Destroy and release functions
  *    return nothing and accept NULL. A destroyed handle is answered with DEFREC_ERROR_HANDLE where it can be recognised.
  *  - **Outputs.** `out` receives the result; a new handle is the caller's to destroy. A count of 0 with NULL is fine.
@@ -691,7 +691,7 @@ DEFREC_API defrec_status DEFREC_CALL defrec_tracker_submit(defrec_tracker tracke
 /** Waits at most timeout_ns for the job to be done; 0 only asks, UINT64_MAX waits for ever. DEFREC_OK: it is. DEFREC_TIMEOUT: not yet.
  *  Negative: how the job failed.
  *  @errors DEFREC_ERROR_DEVICE_LOST: of this job and all later ones of the tracker. DEFREC_ERROR_OUT_OF_MEMORY: making room for a template.
- *  DEFREC_ERROR_ARGUMENT: the frame's samples are too small. DEFREC_ERROR_STATE: the tracker was destroyed before, or parallel_for failed.
+ *  DEFREC_ERROR_ARGUMENT: the frame's samples are too small. DEFREC_ERROR_STATE: the tracker was destroyed before.
  *  DEFREC_ERROR_UNSUPPORTED: the device cannot with this template. DEFREC_ERROR_PLUGIN.
  *  @threads any @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_job_wait(defrec_job job, uint64_t timeout_ns);
