@@ -92,8 +92,9 @@ std::string Call::buffer(const defrec_const_buffer& in) {
     return in.data == nullptr && in.size == 0 ? "NULL" : number(in.size);
 }
 
+// Wider than 32 bits, as the library's own.
 std::uintptr_t Call::next_handle() {
-    static std::atomic<std::uintptr_t> last{0x1000};
+    static std::atomic<std::uintptr_t> last{0xdef00001000};
     return ++last;
 }
 

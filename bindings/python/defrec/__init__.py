@@ -1,0 +1,74 @@
+"""defrec recovers, in real time, how a tissue surface deforms in stereo video. docs/python.md is the guide.
+
+    with defrec.Context() as context, defrec.Rig(context, 960, 540, M1, D1, M2, D2, R, T) as rig, defrec.Tracker(context, rig) as tracker:
+        for job in tracker.process(frames):                    # (left, right, timestamp_ns); images are uint8 arrays, BGR
+            result = job.result()                              # state, reasons, surface, expected error
+            if result.vertices.size > 0:                       # there is a template
+                moved = job.warp_points(tumour_xyz)            # (n, 3), mm
+
+Lengths are mm. Cameras: x right, y down, z forward. Pixel (0, 0) is the centre of the top-left pixel. What fails in the library raises
+Error; what cannot be passed to it raises TypeError or ValueError.
+"""
+from .context import Context, DeviceInfo, PluginInfo, library_release, library_version, status_name
+from .enums import (
+    DISPARITY_NONE,
+    DISPARITY_ONE,
+    MAX_SIDE,
+    MAX_TIMED_STAGES,
+    MIN_HEIGHT,
+    MIN_WIDTH,
+    ORB_ANGLE_BINS,
+    SKIN_NODES,
+    STAGE_COUNT_V1,
+    ContextFlag,
+    DeviceFeature,
+    DeviceKind,
+    Format,
+    FrameFlag,
+    LogLevel,
+    MemoryKind,
+    Observation,
+    PointStatus,
+    Reason,
+    Solver,
+    StageKind,
+    State,
+    Status,
+)
+from .errors import BusyError, Error
+from .memory import Memory
+from .result import Result, StageTime, WarpedPoints
+from .rig import Rig
+from .stage import Stage
+from .stages import AlignStage, LmStage, MatchStage, OrbStage, RansacStage, RectifyStage, StereoStage, WarpStage
+from .structs import (
+    AlignParams,
+    Camera,
+    Edge,
+    Feature,
+    Landmark,
+    LmParams,
+    LmSummary,
+    Match,
+    MatchParams,
+    Motion,
+    OrbParams,
+    Patch,
+    PatchObservation,
+    PatchPrediction,
+    RansacParams,
+    RansacSummary,
+    RectifyParams,
+    StereoParams,
+    SurfacePoint,
+    SurfaceSample,
+    WarpParams,
+)
+from .template import Lifted, Template, TemplateData
+from .tracker import Job, Tracker
+
+__all__ = [name for name in dir() if not name.startswith("_") and name[0].isupper()] + [
+    "library_release",
+    "library_version",
+    "status_name",
+]

@@ -1,0 +1,24 @@
+"""What the package raises when the library refuses."""
+from __future__ import annotations
+
+from .enums import Status
+
+
+class Error(Exception):
+    """A call of libdefrec failed. str() is the library's sentence: what was given, what was expected."""
+
+    def __init__(self, status: Status, sentence: str) -> None:
+        super().__init__(status, sentence)
+        self.status = status
+        self.sentence = sentence
+
+    def __str__(self) -> str:
+        return f"{self.sentence} (DEFREC_{self.status.name})"
+
+
+class BusyError(Error):
+    """The queue is full, or another thread is inside this object: the one failure that a live loop meets every day."""
+
+
+def closed(what: str) -> Error:
+    return Error(Status.ERROR_HANDLE, f"this {what} is closed")

@@ -1,0 +1,116 @@
+"""What a frame gave; everything in it is a copy and outlives the job."""
+from __future__ import annotations
+
+import ctypes
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Optional, Tuple
+
+from . import structs
+from ._arrays import ByteArray, DisparityArray, FloatArray, RecordArray, copied
+from ._library import text
+from .enums import MAX_TIMED_STAGES, Reason, State
+from .structs import Landmark, Match, Motion, PatchObservation
+
+
+class StageTime(NamedTuple):
+    name: str
+    milliseconds: float
+
+
+class WarpedPoints(NamedTuple):
+    """Points of the template frame, moved to a frame."""
+
+    xyz: FloatArray
+    """(n, 3) float64, mm, rectified camera."""
+    status: ByteArray
+    """(n,) uint8, PointStatus."""
+    expected_error_mm: FloatArray
+    """(n,) float64, one standard deviation."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """State, reasons and surface of one frame. Lengths in mm; without a template the arrays are empty."""
+
+    state: State
+    reasons: Reason
+    epoch: int
+    """Counts templates and relocalisations."""
+    timestamp_ns: int
+    frame: int
+    """Counts submitted frames from 0."""
+    age: int
+    """Frames since the geometry was last supported by evidence."""
+    features: int
+    """Found in the left image."""
+    matches: int
+    """Of them matched to landmarks, with depth."""
+    inliers: int
+    """Of them preselected."""
+    patches: int
+    """Found by guided search."""
+    observed_share: float
+    """0 to 1, of the vertices inside the image."""
+    mean_residual_mm: float
+    """Mean |depth residual| of observed vertices."""
+    patch_residual_px: float
+    """RMS distance between found and deformed patches."""
+    rigid_motion: FloatArray
+    """(3, 4) float64, rectified camera from template frame: best rigid fit of all vertices."""
+    motions: RecordArray
+    """(nodes,) Motion, per control point, rectified camera from template frame."""
+    node_positions: FloatArray
+    """(nodes, 3) float32, now."""
+    vertices: FloatArray
+    """(vertices, 3) float32, rectified camera."""
+    normals: FloatArray
+    """(vertices, 3) float32, unit length, towards the camera."""
+    vertex_status: ByteArray
+    """(vertices,) uint8, PointStatus."""
+    expected_error_mm: FloatArray
+    """(vertices,) float32, one standard deviation."""
+    landmarks: RecordArray
+    """(landmarks,) Landmark, of the template."""
+    landmark_matches: RecordArray
+    """(landmarks,) Match; weight 0: outlier."""
+    patch_observations: RecordArray
+    """(patches,) PatchObservation."""
+    disparity: Optional[DisparityArray]
+    """(height, width) int16, 1/16 px, DISPARITY_NONE: none; None unless the tracker has keep_disparity."""
+    times: Tuple[StageTime, ...]
+    """In order of execution."""
+
+
+def copy_result(r: structs.ResultStruct, size: Tuple[int, int]) -> Result:
+    def array(address: Any, element: Any, *shape: int) -> Any:
+        return copied(address, element, shape)
+
+    width, height = size
+    times = r.times[: min(r.time_count, MAX_TIMED_STAGES)]
+    return Result(
+        state=State(r.state),
+        reasons=Reason(r.reasons),
+        epoch=r.epoch,
+        timestamp_ns=r.timestamp_ns,
+        frame=r.frame,
+        age=r.age,
+        features=r.features,
+        matches=r.matches,
+        inliers=r.inliers,
+        patches=r.patches,
+        observed_share=r.observed_share,
+        mean_residual_mm=r.mean_residual_mm,
+        patch_residual_px=r.patch_residual_px,
+        rigid_motion=array(ctypes.addressof(r.rigid_motion), "d", 3, 4),
+        motions=array(r.motions, Motion, r.node_count),
+        node_positions=array(r.node_positions, "f", r.node_count, 3),
+        vertices=array(r.vertices, "f", r.vertex_count, 3),
+        normals=array(r.normals, "f", r.vertex_count, 3),
+        vertex_status=array(r.vertex_status, "B", r.vertex_count),
+        expected_error_mm=array(r.expected_error_mm, "f", r.vertex_count),
+        landmarks=array(r.landmarks, Landmark, r.landmark_count),
+        landmark_matches=array(r.landmark_matches, Match, r.landmark_count),
+        patch_observations=array(r.patch_observations, PatchObservation, r.patch_count),
+        disparity=None if not r.disparity else array(r.disparity, "h", height, width),
+        times=tuple(StageTime(text(time.name), time.milliseconds) for time in times),
+    )

@@ -1,0 +1,245 @@
+"""Trackers, and the jobs that frames become."""
+from __future__ import annotations
+
+import collections
+import ctypes
+from contextlib import ExitStack, closing
+from typing import Any, Deque, Iterable, Iterator, List, Optional, Tuple, Union
+
+from . import structs
+from ._arrays import BYTES_PER_PIXEL, ArrayLike, BufferLike, Points, address_of, empty, image
+from ._handle import Handle
+from ._library import c_text, native
+from .context import Context
+from .enums import Format, FrameFlag, MemoryKind, Status
+from .memory import Memory, memory_desc
+from .result import Result, WarpedPoints, copy_result
+from .rig import Rig
+from .template import Template
+
+_FOR_EVER = (1 << 64) - 1
+
+
+class Job(Handle):
+    """A frame that was submitted. Closing it gives its place in the queue back, and waits if it is being computed."""
+
+    def __init__(self, handle: ctypes.c_void_p, keep: Any, size: Tuple[int, int]) -> None:
+        super().__init__(handle, native.defrec_job_release, keep)
+        self._size = size
+
+    def wait(self, timeout: Optional[float] = None) -> bool:
+        """Waits until the frame is computed, at most timeout seconds; None: for ever. False: not yet.
+
+        threads: any. Raises Error where the job failed.
+        """
+        if timeout is None:
+            timeout_ns = _FOR_EVER
+        elif not timeout >= 0:
+            raise ValueError(f"timeout is {timeout}, seconds of at least 0 expected")
+        else:
+            timeout_ns = int(min(timeout * 1e9, _FOR_EVER)) if timeout < _FOR_EVER else _FOR_EVER
+        return bool(native.defrec_job_wait(self._native, timeout_ns) != Status.TIMEOUT)
+
+    def result(self) -> Result:
+        """Waits for the frame, and copies what it gave. threads: any. Raises Error where the job failed."""
+        self.wait()
+        found = structs.ResultStruct()
+        native.defrec_job_result(self._native, found)
+        return copy_result(found, self._size)
+
+    def warp_points(self, template_xyz: ArrayLike) -> WarpedPoints:
+        """Waits for the frame, and moves (n, 3) points to it, mm, given in the template frame (on or near the surface: a preoperative model).
+
+        threads: any. Raises Error, with Status.ERROR_STATE where there is no template yet.
+        """
+        given = Points("template_xyz", template_xyz, 3)
+        self.wait()
+        xyz, status, errors = empty("d", (given.count, 3)), empty("B", (given.count,)), empty("d", (given.count,))
+        native.defrec_job_warp_points(
+            self._native, given.address, given.count, address_of(xyz), address_of(status), address_of(errors)
+        )
+        return WarpedPoints(xyz, status, errors)
+
+
+class Tracker(Handle):
+    """Follows the surface that a rig sees.
+
+    Opens the device and allocates everything that a frame needs. Of what is 0, or None, the library takes its default; ranges stand in
+    defrec_c.h at defrec_tracker_desc.
+
+    device_id: of one of Context.devices; None: the first device with every stage.
+    format: of the frames' pixels. frames_in_flight: submitted and not yet closed, 1 to 16.
+    disparities, min_disparity: the range searched, px; default: found from the first frame. min_depth_mm: nearest surface expected.
+    node_spacing_px, vertex_spacing_px: between control points and between vertices in the template's image.
+    keep_disparity: results carry the disparity image. timed: times of results are the device's own; slower.
+    memory_stride: of left and right images in a Memory, bytes.
+
+    threads: any, but submit and set_template: one at a time (BusyError). Raises Error.
+    """
+
+    def __init__(
+        self,
+        context: Context,
+        rig: Rig,
+        device_id: Optional[str] = None,
+        *,
+        format: Format = Format.BGR8,
+        frames_in_flight: int = 2,
+        seed: int = 0,
+        disparities: int = 0,
+        min_disparity: int = 0,
+        min_depth_mm: float = 0,
+        node_spacing_px: float = 0,
+        vertex_spacing_px: float = 0,
+        max_features: int = 0,
+        max_patches: int = 0,
+        arap_weight: float = 0,
+        coarse_iterations: int = 0,
+        fine_iterations: int = 0,
+        keep_disparity: bool = False,
+        timed: bool = False,
+        memory_stride: int = 0,
+    ) -> None:
+        if not isinstance(context, Context):
+            raise TypeError(f"context is a Context, {context!r} given")
+        if not isinstance(rig, Rig):
+            raise TypeError(f"rig is a Rig, {rig!r} given")
+        if format not in BYTES_PER_PIXEL:
+            raise ValueError(f"format is {format!r}, a Format expected")
+        desc = structs.TrackerDesc(
+            seed=seed,
+            format=format,
+            frames_in_flight=frames_in_flight,
+            disparities=disparities,
+            min_disparity=min_disparity,
+            min_depth_mm=min_depth_mm,
+            node_spacing_px=node_spacing_px,
+            vertex_spacing_px=vertex_spacing_px,
+            max_features=max_features,
+            max_patches=max_patches,
+            arap_weight=arap_weight,
+            coarse_iterations=coarse_iterations,
+            fine_iterations=fine_iterations,
+            keep_disparity=bool(keep_disparity),
+            timed=bool(timed),
+            memory_stride=memory_stride,
+        )
+        if device_id is not None:
+            desc.device_id = c_text("device_id", device_id)
+        out = ctypes.c_void_p()
+        native.defrec_tracker_create(context._native, rig._native, desc, out)
+        super().__init__(out, native.defrec_tracker_destroy, context._keep)
+        self._raw_size = rig.raw_size
+        self._size = rig.size
+        self._format = Format(format)
+        self._frames_in_flight = frames_in_flight
+
+    def submit(
+        self,
+        left: Union[BufferLike, Memory],
+        right: Union[BufferLike, Memory],
+        timestamp_ns: int,
+        *,
+        ignore: Union[BufferLike, Memory, None] = None,
+        capture_template: bool = False,
+        samples: Optional[Memory] = None,
+    ) -> Job:
+        """Queues a frame and returns at once; jobs run in order.
+
+        left, right: uint8 images of the rig's raw size in the tracker's format, (height, width, channels), gray (height, width); rows may
+            have gaps between them. Nothing is converted; the library copies the pixels before this returns. Bytes without shape are
+            taken as rows without gaps. Or a Memory, whose pixels stay as they are until the job is done.
+        timestamp_ns: strictly growing, of any clock.
+        ignore: (height, width) uint8 or bool; nonzero pixels of the left image are not tissue.
+        capture_template: make this frame the template (the first usable frame is, unless one was set).
+        samples: where the device leaves a SurfaceSample per template vertex.
+
+        threads: one. Raises BusyError with a full queue, Error for a timestamp that does not grow; TypeError and ValueError for images of
+        another type or shape.
+        """
+        handle = self._native
+        frame = structs.Frame(timestamp_ns=timestamp_ns, flags=FrameFlag.CAPTURE_TEMPLATE if capture_template else 0)
+        keep: List[Any] = [self._keep]
+        with ExitStack() as views:
+            left_image = self._image("left", left, self._format, views, keep)
+            right_image = self._image("right", right, self._format, views, keep)
+            frame.left, frame.right = ctypes.addressof(left_image), ctypes.addressof(right_image)
+            if ignore is not None:
+                ignore_image = self._image("ignore", ignore, Format.GRAY8, views, keep)
+                frame.ignore = ctypes.addressof(ignore_image)
+            if samples is not None:
+                if not isinstance(samples, Memory):
+                    raise TypeError(f"samples is a Memory, {type(samples).__name__} given")
+                keep.append(samples._keep)
+                frame.samples = samples._native
+            out = ctypes.c_void_p()
+            native.defrec_tracker_submit(handle, frame, out)
+        return Job(out, keep, self._size)
+
+    def _image(self, name: str, value: Any, format: Format, views: ExitStack, keep: List[Any]) -> structs.Image:
+        width, height = self._raw_size
+        made = structs.Image(format=format, width=width, height=height)
+        if isinstance(value, Memory):
+            made.memory = value._native
+            keep.append(value._keep)
+        else:
+            codes = "B?" if name == "ignore" else "B"
+            view, made.stride = image(name, value, width, height, BYTES_PER_PIXEL[format], codes)
+            views.enter_context(closing(view))
+            made.pixels = view.address
+        return made
+
+    def track(self, left: BufferLike, right: BufferLike, timestamp_ns: int, **options: Any) -> Result:
+        """Submits a frame, waits for it, and returns what it gave: for those who have time. Arguments and errors: submit."""
+        with self.submit(left, right, timestamp_ns, **options) as job:
+            return job.result()
+
+    def process(self, frames: Iterable[Tuple[BufferLike, BufferLike, int]]) -> Iterator[Job]:
+        """Tracks a recording: takes (left, right, timestamp_ns), gives each frame's job, done, in order, and closes it when the next is asked
+        for. Meanwhile the frames behind it are computed, as many as frames_in_flight allows. Errors: submit and Job.wait."""
+        pending: Deque[Job] = collections.deque()
+        try:
+            for left, right, timestamp_ns in frames:
+                if len(pending) == self._frames_in_flight:
+                    with pending.popleft() as job:
+                        job.wait()
+                        yield job
+                pending.append(self.submit(left, right, timestamp_ns))
+            while pending:
+                with pending.popleft() as job:
+                    job.wait()
+                    yield job
+        finally:
+            for job in pending:
+                job.close()
+
+    def template(self) -> Template:
+        """The present template. threads: any. Raises Error with Status.ERROR_STATE before there is one."""
+        out = ctypes.c_void_p()
+        native.defrec_tracker_get_template(self._native, out)
+        return Template(out, native.defrec_template_release, self._keep)
+
+    def set_template(self, template: Template) -> None:
+        """Tracks this template from the next submitted frame on; the rig must have the same rectified camera and size. threads: one"""
+        if not isinstance(template, Template):
+            raise TypeError(f"template is a Template, {template!r} given")
+        native.defrec_tracker_set_template(self._native, template._native)
+
+    def import_memory(self, source: Any) -> Memory:
+        """Lets this tracker's device work in an array's memory, without a copy.
+
+        source: a writable array or buffer in the processor's memory, for devices that compute in it; or an array of a CUDA device, whatever
+        has __cuda_array_interface__ (CuPy, PyTorch, Numba), for that device. It begins at its first element, which lies at a multiple
+        of 16 bytes. It is kept alive until the Memory and the jobs that were given it are closed.
+        threads: any. Raises Error with Status.ERROR_UNSUPPORTED for what the device cannot reach.
+        """
+        return self._import(*memory_desc(source))
+
+    def import_memory_at(self, address: int, size: int, kind: MemoryKind, owner: Any = None) -> Memory:
+        """Likewise of a bare address; size in bytes. owner, whatever it is, is kept alive as source would be."""
+        return self._import(structs.MemoryDesc(kind=kind, address=address, size=size), owner)
+
+    def _import(self, desc: structs.MemoryDesc, owner: Any) -> Memory:
+        out = ctypes.c_void_p()
+        native.defrec_memory_import(self._native, desc, out)
+        return Memory(out, native.defrec_memory_release, (self._keep, owner))

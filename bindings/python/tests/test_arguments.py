@@ -1,0 +1,245 @@
+"""What cannot be passed to the library raises, with the argument's name, and nothing reaches the library. Against the stub."""
+import array
+import unittest
+
+import stub
+from defrec import (
+    AlignParams,
+    AlignStage,
+    Camera,
+    Context,
+    Edge,
+    Feature,
+    Format,
+    Landmark,
+    LmParams,
+    LmStage,
+    MatchParams,
+    MatchStage,
+    Motion,
+    OrbParams,
+    OrbStage,
+    Rig,
+    RectifyParams,
+    RectifyStage,
+    Stage,
+    StereoParams,
+    StereoStage,
+    SurfacePoint,
+    Template,
+    Tracker,
+    WarpParams,
+    WarpStage,
+)
+from defrec._arrays import numpy
+
+CAMERA = Camera(fx=500, fy=500, cx=50, cy=40, baseline_mm=4.5)
+MATRIX = [[500, 0, 50], [0, 500, 40], [0, 0, 1]]
+W, H = 96, 80
+IMAGE = bytes(W * H * 3)
+GRAY = bytes(W * H)
+
+
+def shaped(code, *shape):
+    size = array.array(code if code != "?" else "B").itemsize
+    for length in shape:
+        size *= length
+    return memoryview(bytearray(size)).cast(code, shape)
+
+
+class Arguments(stub.StubTest):
+    def setUp(self):
+        super().setUp()
+        self.context = Context()
+        self.rig = Rig.rectified(self.context, W, H, CAMERA)
+        self.tracker = Tracker(self.context, self.rig)
+        self.job = self.tracker.submit(IMAGE, IMAGE, 1)
+        stub.calls()
+
+    def refuses(self, kinds, names, attempt, *arguments):
+        """names: a word, or words, of the sentence."""
+        with self.assertRaises(kinds) as caught:
+            attempt(*arguments)
+        for name in [names] if isinstance(names, str) else names:
+            self.assertIn(name, str(caught.exception))
+        reached = [call for call in stub.calls() if not call.function.endswith(("_destroy", "_release"))]
+        self.assertEqual(reached, [])
+
+    def test_images(self):
+        def submit(left):
+            return self.tracker.submit(left, IMAGE, 2)
+
+        for bad in (None, 5, "text", [1, 2, 3], [IMAGE], object()):
+            self.refuses(TypeError, "left", submit, bad)
+        self.refuses(ValueError, ["left", "(80, 96, 3)"], submit, shaped("B", H, W))
+        self.refuses(ValueError, ["left", "(96, 80, 3)"], submit, shaped("B", W, H, 3))
+        self.refuses(ValueError, "left", submit, shaped("B", H, W, 4))
+        self.refuses(ValueError, "left", submit, shaped("B", 1, H, W, 3))
+        self.refuses(ValueError, ["left", "23040"], submit, IMAGE[:-1])
+        self.refuses(ValueError, "left", submit, IMAGE + b"\0")
+        self.refuses(ValueError, "left", submit, b"")
+        self.refuses(TypeError, ["left", "float64"], submit, shaped("d", H, W, 3))
+        self.refuses(TypeError, ["left", "float32"], submit, shaped("f", W * H * 3))
+        self.refuses(TypeError, "left", submit, shaped("b", H, W, 3))
+        self.refuses((TypeError, ValueError), "left", submit, memoryview(IMAGE + IMAGE)[::2])
+        self.refuses((TypeError, ValueError), "left", submit, memoryview(IMAGE)[::-1])
+        self.refuses((TypeError, ValueError), "right", lambda: self.tracker.submit(IMAGE, None, 2))
+        self.refuses(ValueError, ["ignore", "(80, 96)"], lambda: self.tracker.submit(IMAGE, IMAGE, 2, ignore=shaped("B", W, H)))
+        self.refuses(TypeError, "ignore", lambda: self.tracker.submit(IMAGE, IMAGE, 2, ignore=shaped("h", H, W)))
+        self.refuses(TypeError, "samples", lambda: self.tracker.submit(IMAGE, IMAGE, 2, samples=IMAGE))
+        self.tracker.submit(IMAGE, IMAGE, 2, ignore=shaped("?", H, W))
+
+    @unittest.skipIf(numpy is None, "needs NumPy")
+    def test_numpy_images(self):
+        def submit(left):
+            return self.tracker.submit(left, IMAGE, 2)
+
+        wide = numpy.zeros((H, 2 * W, 3), numpy.uint8)
+        self.refuses(ValueError, "ascontiguousarray", submit, wide[:, ::2])
+        self.refuses(ValueError, "ascontiguousarray", submit, wide[:, :W, ::-1])
+        self.refuses(ValueError, "ascontiguousarray", submit, wide[::-1, :W])
+        self.refuses(ValueError, "ascontiguousarray", submit, numpy.zeros((W, H, 3), numpy.uint8).transpose(1, 0, 2))
+        self.refuses(ValueError, "ascontiguousarray", submit, numpy.asfortranarray(numpy.zeros((H, W, 3), numpy.uint8)))
+        self.refuses(ValueError, "ascontiguousarray", submit, numpy.broadcast_to(wide[:1, :W], (H, W, 3)))
+        for dtype in (numpy.int8, numpy.uint16, numpy.float32, bool, object, "datetime64[s]", "S1"):
+            self.refuses(TypeError, "left", submit, numpy.zeros((H, W, 3), dtype))
+        read_only = wide[:, W:]
+        read_only.flags.writeable = False
+        submit(read_only)
+
+    def test_timestamps(self):
+        for bad in (1.5, None, "1", 1 << 63, -(1 << 63) - 1):
+            self.refuses((TypeError, ValueError), "timestamp_ns", self.tracker.submit, IMAGE, IMAGE, bad)
+
+    def test_timeouts(self):
+        for bad in (-1, float("nan")):
+            self.refuses(ValueError, "timeout", self.job.wait, bad)
+        self.assertTrue(self.job.wait(float("inf")))
+        self.assertTrue(self.job.wait(1e300))
+        self.assertEqual({call.arguments["timeout_ns"] for call in stub.calls()}, {str((1 << 64) - 1)})
+
+    def test_points(self):
+        for bad in (None, 5, "text", [1, 2, 3], [(1, 2)], [(1, 2, 3, 4)], [(1, 2, "x")], [(1, 2, None)], [[(1, 2, 3)]], [(1, 2, 3), (4, 5)], [(1j, 2, 3)]):
+            self.refuses((TypeError, ValueError), "template_xyz", self.job.warp_points, bad)
+        for bad in ([(1, 2, 3)], shaped("d", 6), array.array("d", [1, 2]), {1: 2}):
+            self.refuses((TypeError, ValueError), "raw_uv", self.rig.rectify_pixels, bad)
+        for good in ([(1, 2, 3)], ((1, 2, 3),), shaped("d", 1, 3), shaped("f", 1, 3), shaped("h", 1, 3)):
+            self.assertEqual(self.job.warp_points(good).xyz.tolist(), [[1, 2, 3]])
+        empty = self.job.warp_points([])
+        self.assertEqual((len(empty.xyz), len(empty.status), len(empty.expected_error_mm)), (0, 0, 0))
+        self.assertIn("template_xyz=[], count=0", stub.lines()[-1])
+
+    @unittest.skipIf(numpy is None, "needs NumPy")
+    def test_numpy_points(self):
+        for bad in (numpy.zeros(3), numpy.zeros((3, 2)), numpy.zeros((1, 1, 3)), numpy.zeros((1, 3), complex), numpy.zeros((1, 3), object)):
+            self.refuses((TypeError, ValueError), "template_xyz", self.job.warp_points, bad)
+        strided = numpy.arange(24.0).reshape(4, 6)[::2, ::2]
+        self.job.warp_points(strided)
+        self.assertIn("template_xyz=[0, 2, 4, 12, 14, 16], count=2", stub.lines()[-1])
+        self.assertEqual(self.job.warp_points(numpy.zeros((0, 3))).xyz.shape, (0, 3))
+
+    def test_calibrations(self):
+        good = [self.context, W, H, MATRIX, None, MATRIX, None, [1, 0, 0, 0, 1, 0, 0, 0, 1], [-4.5, 0, 0]]
+        names = ["context", "width", "height", "M1", "D1", "M2", "D2", "R", "T"]
+        bad = {
+            "context": [None, self.rig],
+            "width": [None, -1, 1 << 32, 96.0],
+            "height": ["80"],
+            "M1": [None, [[1, 2], [3, 4]], "x", [[500, 1, 50], [0, 500, 40], [0, 0, 1]], [[500, 0, 50], [0, 500, 40], [0, 1, 0]], [MATRIX, MATRIX]],
+            "D1": [[1, 2, 3], [1, 2, 3, "x"], 0.5],
+            "M2": [[1] * 9],
+            "D2": [[0.0] * 15],
+            "R": [None, [1, 2, 3]],
+            "T": [[1, 2], [1, 2, 3, 4], None],
+        }
+        for index, name in enumerate(names):
+            for value in bad[name]:
+                given = list(good)
+                given[index] = value
+                self.refuses((TypeError, ValueError), name, Rig, *given)
+        self.refuses(TypeError, "camera", Rig.rectified, self.context, W, H, (1, 2, 3, 4, 5))
+
+    def test_contexts(self):
+        self.refuses(TypeError, "plugin_paths", lambda: Context("/a"))
+        self.refuses(TypeError, "plugin_paths", lambda: Context([5]))
+        self.refuses(ValueError, "NUL", lambda: Context(["/a\0b"]))
+        self.refuses(TypeError, "log", lambda: Context(log=5))
+        self.refuses(ValueError, "threads", lambda: Context(threads=-1))
+
+    def test_trackers(self):
+        self.refuses(TypeError, "context", lambda: Tracker(None, self.rig))
+        self.refuses(TypeError, "rig", lambda: Tracker(self.context, self.context))
+        self.refuses(TypeError, "device_id", lambda: Tracker(self.context, self.rig, 5))
+        self.refuses(ValueError, "NUL", lambda: Tracker(self.context, self.rig, "cpu\0"))
+        self.refuses(ValueError, "format", lambda: Tracker(self.context, self.rig, format=9))
+        self.refuses(TypeError, "seed", lambda: Tracker(self.context, self.rig, seed=1.5))
+        self.refuses(ValueError, "seed", lambda: Tracker(self.context, self.rig, seed=1 << 64))
+        self.refuses(TypeError, "arap_weight", lambda: Tracker(self.context, self.rig, arap_weight="x"))
+        self.refuses(TypeError, "template", self.tracker.set_template, None)
+        self.refuses(TypeError, "path", Template.load, self.context, None)
+        for bad in (None, b"read only", 5):
+            self.refuses(TypeError, "source", self.tracker.import_memory, bad)
+
+    def test_parameters(self):
+        self.refuses(AttributeError, "heigth", lambda: StereoParams(width=1, heigth=2))
+        self.refuses(ValueError, "width", lambda: StereoParams(width=-1))
+        self.refuses(TypeError, "width", lambda: StereoParams(width=1.5))
+        params = OrbParams()
+        self.refuses(ValueError, "levels", setattr, params, "levels", 1 << 32)
+        self.refuses(AttributeError, "level", setattr, params, "level", 1)
+        self.refuses(TypeError, "params", lambda: Stage(self.context, CAMERA))
+        self.refuses(TypeError, "params", lambda: Stage(self.context, None))
+        self.refuses(TypeError, "StereoParams", lambda: StereoStage(self.context, OrbParams()))
+        self.refuses(ValueError, "stride", lambda: StereoStage(self.context, StereoParams(width=10, height=10, stride=12)))
+
+    def test_buffers(self):
+        stage = Stage(self.context, OrbParams())
+        stub.calls()
+        for bad in (None, b"bytes", 5, bytearray(3)):
+            self.refuses(TypeError, "inputs", stage.prepare_buffers, bad)
+        self.refuses(TypeError, "inputs[1]", stage.prepare_buffers, [b"", 5])
+        self.refuses(TypeError, ["outputs[0]", "writable"], stage.run_buffers, [], [b"read only"])
+        self.refuses((TypeError, ValueError), "outputs[0]", stage.run_buffers, [], [memoryview(bytearray(8))[::2]])
+
+    def test_stages(self):
+        p = dict(width=W, height=H)
+        stereo = StereoStage(self.context, StereoParams(**p))
+        orb = OrbStage(self.context, OrbParams(capacity=5, **p))
+        match = MatchStage(self.context, MatchParams(landmarks=3, features=5, **p))
+        align = AlignStage(self.context, AlignParams(patches=3, nodes=2, views=2, **p))
+        lm = LmStage(self.context, LmParams(nodes=2, edges=1, points=3, landmarks=4, patches=0, **p))
+        warp = WarpStage(self.context, WarpParams(nodes=2, points=3, **p))
+        rectify = RectifyStage(self.context, RectifyParams(format=Format.BGR8, source_width=W, source_height=H))
+        stub.calls()
+        self.refuses(ValueError, "left", stereo.run, GRAY[1:], GRAY)
+        self.refuses(ValueError, "right", stereo.run, GRAY, shaped("B", W, H))
+        self.refuses(ValueError, "left_mask", stereo.run, GRAY, GRAY, b"")
+        self.refuses(TypeError, "right_mask", stereo.run, GRAY, GRAY, GRAY, 5)
+        self.refuses(TypeError, "gray", orb.run, shaped("h", H, W))
+        self.refuses(TypeError, "landmarks", match.prepare, shaped("d", 12))
+        self.refuses(TypeError, "landmarks", match.prepare, [Feature()])
+        self.refuses(TypeError, "features", match.run, bytes(49), shaped("h", H, W))
+        self.refuses(TypeError, "disparity", match.run, [Feature()], shaped("B", H, W))
+        self.refuses(ValueError, "disparity", match.run, [Feature()], shaped("h", W, H))
+        self.refuses(ValueError, "views", align.prepare, b"", GRAY)
+        self.refuses(ValueError, "motions", lambda: align.run(GRAY, motions=[Motion()]))
+        self.refuses(ValueError, "nodes", lm.prepare, shaped("f", 1, 3), [Edge()], [], [], [])
+        self.refuses(TypeError, "nodes", lm.prepare, shaped("d", 2, 3), [Edge()], [], [], [])
+        self.refuses(ValueError, "points", lm.prepare, shaped("f", 2, 3), [Edge()], [SurfacePoint()], [], [])
+        self.refuses(ValueError, "motions", lm.run, [Motion()])
+        self.refuses(ValueError, "matches", lm.run, [Motion()] * 2, [])
+        self.refuses(ValueError, "points", warp.prepare, [SurfacePoint()])
+        self.refuses(ValueError, "motions", warp.run, [])
+        self.refuses(ValueError, "source", rectify.run, GRAY)
+        self.refuses(ValueError, "map", rectify.run, IMAGE, shaped("i", W, H, 2))
+        self.refuses(ValueError, "format", lambda: RectifyStage(self.context, RectifyParams(source_width=W, source_height=H)))
+
+        match.prepare([Landmark(), Landmark()])
+        self.assertEqual(len(match.run([Feature()], shaped("h", H, W))), 2)
+        self.assertEqual(stub.lines()[-1].split(", ", 1)[1], f"in=[4, 48, {2 * W * H}], in_count=3, out=[80], out_count=1)")
+        gray, mask = rectify.run(IMAGE)
+        self.assertEqual((gray.shape, mask.shape), ((H, W), (H, W)))
+
+
+if __name__ == "__main__":
+    unittest.main()

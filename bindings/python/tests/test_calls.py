@@ -1,0 +1,335 @@
+"""Every function of the C API, called once through the binding with distinctive values: the stub received each of them, in its place."""
+import ctypes
+import pathlib
+import unittest
+from unittest import mock
+
+import stub
+from defrec import (
+    BusyError,
+    Camera,
+    Context,
+    Format,
+    LogLevel,
+    MemoryKind,
+    OrbParams,
+    Rig,
+    Stage,
+    StageKind,
+    Status,
+    StereoParams,
+    Template,
+    Tracker,
+    _library,
+    library_release,
+    library_version,
+    status_name,
+    structs,
+)
+from defrec.stage import KIND_OF_PARAMS
+
+CAMERA = Camera(fx=500.5, fy=501.5, cx=50.25, cy=40.25, baseline_mm=4.5)
+
+
+def make_rig(context):
+    return Rig.rectified(context, 96, 80, CAMERA)
+
+
+class Calls(stub.StubTest):
+    called = set()
+
+    def setUp(self):
+        super().setUp()
+        self.context = Context()
+        self.c = hex(self.context._native)
+        stub.calls()
+
+    def log(self):
+        found = stub.calls()
+        self.called.update(call.function for call in found)
+        return found
+
+    def test_library(self):
+        stub.answer("defrec_version", 3007)
+        stub.answer("defrec_version_string", 0, "3.7.1")
+        self.assertEqual(library_version(), (3, 7))
+        self.assertEqual(library_release(), "3.7.1")
+        stub.answer("defrec_status_name", 0, "DEFREC_ERROR_IO")
+        self.assertEqual(status_name(Status.ERROR_IO), "DEFREC_ERROR_IO")
+        self.assertEqual([str(call) for call in self.log()], ["defrec_version()", "defrec_version_string()", "defrec_status_name(status=-7)"])
+
+    def test_context(self):
+        def log(level, source, text):
+            pass
+
+        with Context(["/a/b", pathlib.Path("/c")], only_given_plugins=True, log=log, log_level=LogLevel.ERROR, threads=3) as context:
+            handle = hex(context._native)
+        with Context(use_environment=True):
+            pass
+        created, destroyed, second, _ = self.log()
+        desc = created.struct("desc", structs.ContextDesc)
+        self.assertEqual((desc.flags, desc.plugin_path_count, desc.log_level, desc.threads), (1, 2, 4, 3))
+        self.assertTrue(desc.plugin_paths and desc.log)
+        self.assertFalse(desc.log_user or desc.alloc or desc.free or desc.alloc_user or desc.parallel_for or desc.parallel_for_user)
+        self.assertEqual(created.arguments["out"], handle)
+        self.assertEqual(str(destroyed), f"defrec_context_destroy(context={handle})")
+        self.assertEqual(second.struct("desc", structs.ContextDesc).flags, 2)
+        self.assertFalse(second.struct("desc", structs.ContextDesc).log)
+
+    def test_plugin_paths(self):
+        def read_paths(desc, out):
+            paths = ctypes.cast(desc.plugin_paths, ctypes.POINTER(ctypes.c_char_p))
+            self.assertEqual([paths[i] for i in range(desc.plugin_path_count)], [b"/a/b", "/é".encode()])
+            out.value = 1
+
+        with mock.patch.object(_library.native, "defrec_context_create", read_paths):
+            Context(["/a/b", "/é"])
+
+    def test_plugins_and_devices(self):
+        stub.answer("defrec_plugin_count", 2)
+        stub.answer("defrec_device_count", 1)
+        plugin = self.context.plugins[1]
+        device = self.context.devices[0]
+        self.assertEqual((plugin.name, plugin.path, plugin.version, plugin.reason), ("plugin name", "plugin path", "plugin version", "plugin reason"))
+        self.assertEqual((plugin.verdict, device.id, device.name, device.driver), (Status.OK, "device id", "device name", "device driver"))
+        c = self.c
+        self.assertEqual(
+            [str(call) for call in self.log()],
+            [f"defrec_plugin_count(context={c})"]
+            + [f"defrec_plugin_get(context={c}, index={i}, out={{40}})" for i in range(2)]
+            + [f"defrec_device_count(context={c})", f"defrec_device_get(context={c}, index=0, out={{56}})"],
+        )
+
+    def test_rig(self):
+        M1, M2 = [[501, 0, 51], [0, 502, 52], [0, 0, 1]], [[601, 0, 61], [0, 602, 62], [0, 0, 1]]
+        R, T = [[1, 2, 3], [4, 5, 6], [7, 8, 9]], [[-4.5], [0.25], [0.125]]
+        with Rig(self.context, 640, 480, M1, [0.1, 0.2, 0.3, 0.4, 0.5], M2, None, R, T) as rig:
+            self.assertEqual(rig.rectify_pixels([(1.5, 2.5), (3.5, 4.5)]).tolist(), [[1, 2], [3, 4]])
+            self.assertEqual(rig.distort_pixels([(5.5, 6.5)]).tolist(), [[1, 2]])
+            self.assertEqual(rig.raw_size, (640, 480))
+            r = hex(rig._native)
+        created, got, *rest = self.log()
+        desc = created.struct("desc", structs.RigDesc)
+        self.assertEqual(created.arguments["context"], self.c)
+        self.assertEqual((desc.width, desc.height, desc.flags), (640, 480, 0))
+        self.assertEqual((desc.left.fx, desc.left.fy, desc.left.cx, desc.left.cy), (501, 502, 51, 52))
+        self.assertEqual((desc.right.fx, desc.right.fy, desc.right.cx, desc.right.cy), (601, 602, 61, 62))
+        self.assertEqual(list(desc.left.distortion), [0.1, 0.2, 0.3, 0.4, 0.5] + [0] * 9)
+        self.assertEqual((desc.left.distortion_count, desc.right.distortion_count), (5, 0))
+        self.assertEqual(list(desc.rotation), [1, 2, 3, 4, 5, 6, 7, 8, 9])
+        self.assertEqual(list(desc.translation), [-4.5, 0.25, 0.125])
+        self.assertEqual(str(got), f"defrec_rig_get(rig={r}, out={{128}})")
+        self.assertEqual(
+            [str(call) for call in rest],
+            [
+                f"defrec_rig_rectify_pixels(rig={r}, raw_uv=[1.5, 2.5, 3.5, 4.5], count=2, rectified_uv=written)",
+                f"defrec_rig_distort_pixels(rig={r}, rectified_uv=[5.5, 6.5], count=1, raw_uv=written)",
+                f"defrec_rig_destroy(rig={r})",
+            ],
+        )
+
+    def test_rectified_rig(self):
+        make_rig(self.context).close()
+        desc = self.log()[0].struct("desc", structs.RigDesc)
+        self.assertEqual(bytes(desc.left), bytes(desc.right))
+        self.assertEqual((desc.left.fx, desc.left.fy, desc.left.cx, desc.left.cy), (500.5, 501.5, 50.25, 40.25))
+        self.assertEqual((list(desc.rotation), list(desc.translation)), ([1, 0, 0, 0, 1, 0, 0, 0, 1], [-4.5, 0, 0]))
+
+    def test_stage(self):
+        with Stage(self.context, StereoParams(width=640, height=480, min_disparity=-3), "cuda:1") as stage:
+            stage.prepare_buffers([bytes(5), None])
+            output = bytearray(9)
+            stage.run_buffers([bytes(6), None, bytes(7)], [output, None])
+            s = hex(stage._native)
+            self.assertEqual(stage.kind, StageKind.STEREO)
+        created, *rest = self.log()
+        self.assertEqual((created.arguments["context"], created.arguments["device_id"], created.arguments["stage"]), (self.c, '"cuda:1"', "1"))
+        params = created.struct("params", structs.StereoParams)
+        self.assertEqual((params.width, params.height, params.min_disparity, params.disparities), (640, 480, -3, 0))
+        self.assertEqual(
+            [str(call) for call in rest],
+            [
+                f"defrec_stage_prepare(stage={s}, in=[5, NULL], in_count=2)",
+                f"defrec_stage_run(stage={s}, in=[6, NULL, 7], in_count=3, out=[9, NULL], out_count=2)",
+                f"defrec_stage_destroy(stage={s})",
+            ],
+        )
+
+    def test_every_stage(self):
+        for number, (params, kind) in enumerate(KIND_OF_PARAMS.items()):
+            Stage(self.context, params()).close()
+            created = self.log()[0]
+            self.assertEqual((kind, created.arguments["stage"], created.arguments["device_id"]), (number, str(number), "NULL"))
+            self.assertEqual(created.struct("params", params), params())
+
+    def test_tracker(self):
+        numbers = dict(
+            seed=(1 << 64) - 2, frames_in_flight=3, disparities=4, min_disparity=-5, min_depth_mm=6.5, node_spacing_px=7.5,
+            vertex_spacing_px=8.5, max_features=9, max_patches=10, arap_weight=11.5, coarse_iterations=12, fine_iterations=13,
+            memory_stride=14,
+        )  # fmt: skip
+        rig = make_rig(self.context)
+        self.log()
+        tracker = Tracker(self.context, rig, "cpu", format=Format.BGRA8, keep_disparity=True, timed=True, **numbers)
+        with tracker:
+            handle = hex(tracker._native)
+        created, destroyed = self.log()
+        desc = created.struct("desc", structs.TrackerDesc)
+        self.assertEqual({name: getattr(desc, name) for name in numbers}, numbers)
+        self.assertEqual((desc.format, desc.keep_disparity, desc.timed, desc.flags), (4, 1, 1, 0))
+        self.assertEqual((created.arguments["context"], created.arguments["rig"]), (self.c, hex(rig._native)))
+        self.assertEqual(str(destroyed), f"defrec_tracker_destroy(tracker={handle})")
+
+    def test_device_id(self):
+        def read(context, rig, desc, out):
+            self.assertEqual(desc.device_id, b"cuda:GPU-1a2b")
+            out.value = 1
+
+        rig = make_rig(self.context)
+        with mock.patch.object(_library.native, "defrec_tracker_create", read):
+            Tracker(self.context, rig, "cuda:GPU-1a2b").close()
+
+    def test_job(self):
+        image = bytes(96 * 80 * 3)
+        tracker = Tracker(self.context, make_rig(self.context))
+        self.log()
+        with tracker.submit(image, image, -(1 << 63) + 5, capture_template=True) as job:
+            j = hex(job._native)
+            self.assertTrue(job.wait())
+            self.assertTrue(job.wait(1.5))
+            stub.answer("defrec_job_wait", Status.TIMEOUT)
+            self.assertFalse(job.wait(0))
+            stub.answer("defrec_job_wait", Status.OK)
+            self.assertEqual(len(job.result().vertices), 0)
+            moved = job.warp_points([(1.5, 2.5, 3.5), (4.5, 5.5, 6.5)])
+        self.assertEqual((moved.xyz.tolist(), moved.status.tolist(), moved.expected_error_mm.tolist()), ([[1, 2, 3], [4, 5, 6]], [1, 2], [1, 2]))
+        submitted, *rest = self.log()
+        frame = submitted.struct("frame", structs.Frame)
+        self.assertEqual(submitted.arguments["tracker"], hex(tracker._native))
+        self.assertEqual((frame.timestamp_ns, frame.flags, frame.ignore, frame.samples), (-(1 << 63) + 5, 1, None, None))
+        for_ever = f"defrec_job_wait(job={j}, timeout_ns=18446744073709551615)"
+        self.assertEqual(
+            [str(call) for call in rest],
+            [
+                for_ever,
+                f"defrec_job_wait(job={j}, timeout_ns=1500000000)",
+                f"defrec_job_wait(job={j}, timeout_ns=0)",
+                for_ever,
+                f"defrec_job_result(job={j}, out={{536}})",
+                for_ever,
+                f"defrec_job_warp_points(job={j}, template_xyz=[1.5, 2.5, 3.5, 4.5, 5.5, 6.5], count=2, xyz=written, status=written, "
+                "expected_error_mm=written)",
+                f"defrec_job_release(job={j})",
+            ],
+        )
+
+    def test_images_are_passed_where_they_lie(self):
+        rows = (ctypes.c_uint8 * (80 * 128 * 3))()  # 96 of 128 pixels in each row
+        view = memoryview(rows).cast("B").cast("B", (80, 128, 3))
+        try:
+            import numpy
+
+            left = numpy.asarray(view)[:, 16:112]
+            offset, stride = 48, 128 * 3
+        except ImportError:  # a memoryview has no columns to leave out
+            left = memoryview(rows).cast("B")[: 80 * 96 * 3]
+            offset, stride = 0, 96 * 3
+        right = bytes(96 * 80 * 3)
+        ignore = bytearray(96 * 80)
+        received = []
+
+        def read(tracker, frame, out):
+            for address in (frame.left, frame.right, frame.ignore):
+                image = structs.Image.from_address(address)
+                received.append((image.pixels, image.stride, image.width, image.height, image.format, image.memory))
+            out.value = 1
+
+        tracker = Tracker(self.context, make_rig(self.context))
+        with mock.patch.object(_library.native, "defrec_tracker_submit", read):
+            tracker.submit(left, right, 1, ignore=ignore)
+        right_address = ctypes.cast(right, ctypes.c_void_p).value
+        ignore_address = ctypes.addressof(ctypes.c_char.from_buffer(ignore))
+        self.assertEqual(
+            received,
+            [
+                (ctypes.addressof(rows) + offset, stride, 96, 80, 2, None),
+                (right_address, 96 * 3, 96, 80, 2, None),
+                (ignore_address, 96, 96, 80, 1, None),
+            ],
+        )
+
+    def test_memory(self):
+        buffer = bytearray(96 * 80 * 3)
+        tracker = Tracker(self.context, make_rig(self.context))
+        self.log()
+        with tracker.import_memory(buffer) as memory, tracker.import_memory_at(0x7000, 0x123456789, MemoryKind.CUDA) as device_memory:
+            handles = memory._native, device_memory._native
+            frames = []
+
+            def read(tracker, frame, out):
+                left, right = structs.Image.from_address(frame.left), structs.Image.from_address(frame.right)
+                frames.append((left.memory, right.memory, left.pixels, left.stride, frame.samples))
+                out.value = 1
+
+            with mock.patch.object(_library.native, "defrec_tracker_submit", read):
+                tracker.submit(memory, device_memory, 1, samples=device_memory)
+        self.assertEqual(frames, [(*handles, None, 0, handles[1])])
+        host, device, _, *released = self.log()
+        desc = host.struct("desc", structs.MemoryDesc)
+        self.assertEqual((desc.kind, desc.address, desc.size), (1, ctypes.addressof(ctypes.c_char.from_buffer(buffer)), 96 * 80 * 3))
+        desc = device.struct("desc", structs.MemoryDesc)
+        self.assertEqual((desc.kind, desc.address, desc.size), (2, 0x7000, 0x123456789))
+        self.assertEqual([str(call) for call in released], [f"defrec_memory_release(memory={hex(handle)})" for handle in reversed(handles)])
+
+    def test_cuda_array(self):
+        class Rows:  # 80 rows of 96 pixels, 3 bytes each, 512 bytes from row to row
+            __cuda_array_interface__ = {"data": (0x5000, False), "shape": (80, 96, 3), "strides": (512, 3, 1), "typestr": "|u1", "version": 3}
+
+        class Floats:
+            __cuda_array_interface__ = {"data": (0x6000, False), "shape": (7, 8), "typestr": "<f4", "version": 2}
+
+        tracker = Tracker(self.context, make_rig(self.context))
+        self.log()
+        memories = tracker.import_memory(Rows()), tracker.import_memory(Floats())
+        descs = [call.struct("desc", structs.MemoryDesc) for call in self.log()]
+        self.assertEqual([(desc.kind, desc.address, desc.size) for desc in descs], [(2, 0x5000, 79 * 512 + 288), (2, 0x6000, 224)])
+        del memories
+
+    def test_template(self):
+        tracker = Tracker(self.context, make_rig(self.context))
+        t = hex(tracker._native)
+        self.log()
+        with tracker.template() as template, Template.load(self.context, pathlib.Path("/in é")) as loaded:
+            s, n = hex(template._native), hex(loaded._native)
+            tracker.set_template(loaded)
+            lifted = template.lift([(1.5, 2.5), (3.5, 4.5)])
+            template.save("/out")
+            self.assertEqual(template.data().size, (0, 0))
+        self.assertEqual((lifted.xyz.tolist(), lifted.found.tolist()), ([[1, 2, 3], [4, 5, 6]], [True, True]))
+        self.assertEqual(
+            [str(call) for call in self.log()],
+            [
+                f"defrec_tracker_get_template(tracker={t}, out={s})",
+                f'defrec_template_load(context={self.c}, path="/in é", out={n})',
+                f"defrec_tracker_set_template(tracker={t}, surface={n})",
+                f"defrec_template_lift(surface={s}, uv=[1.5, 2.5, 3.5, 4.5], count=2, xyz=written, found=written)",
+                f'defrec_template_save(surface={s}, path="/out")',
+                f"defrec_template_get(surface={s}, out={{160}})",
+                f"defrec_template_release(surface={n})",
+                f"defrec_template_release(surface={s})",
+            ],
+        )
+
+    def test_failure(self):
+        stub.answer("defrec_template_load", Status.ERROR_BUSY, "taken")
+        with self.assertRaisesRegex(BusyError, "taken"):
+            Template.load(self.context, "/x")
+        self.log()
+
+    def test_zz_every_function_was_called(self):
+        exported = (pathlib.Path(__file__).resolve().parents[3] / "sdk" / "abi" / "exports_libdefrec.txt").read_text().split()
+        self.assertEqual(sorted(self.called), exported)
+
+
+if __name__ == "__main__":
+    unittest.main()

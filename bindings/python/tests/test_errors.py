@@ -1,0 +1,205 @@
+"""Failures: status and sentence reach the exception, and what was made is given back, once, in any order. Against the stub."""
+import copy
+import gc
+import pickle
+import unittest
+from unittest import mock
+
+import stub
+from defrec import BusyError, Camera, Context, Error, OrbParams, Rig, Stage, Status, Template, Tracker, _handle, _library
+
+CAMERA = Camera(fx=500, fy=500, cx=50, cy=40, baseline_mm=4.5)
+IMAGE = bytes(96 * 80 * 3)
+
+
+def make_all():
+    """One object of every kind, in the order in which they are made."""
+    context = Context()
+    rig = Rig.rectified(context, 96, 80, CAMERA)
+    tracker = Tracker(context, rig)
+    return {
+        "context": context,
+        "rig": rig,
+        "tracker": tracker,
+        "stage": Stage(context, OrbParams()),
+        "memory": tracker.import_memory(bytearray(IMAGE)),
+        "template": tracker.template(),
+        "loaded": Template.load(context, "/x"),
+        "job": tracker.submit(IMAGE, IMAGE, 1),
+    }
+
+
+class Failures(stub.StubTest):
+    def test_status_and_sentence(self):
+        things = make_all()
+        context, rig, tracker, job, template = (things[name] for name in ("context", "rig", "tracker", "job", "template"))
+        stub.answer("defrec_plugin_count", 1)
+        stub.answer("defrec_device_count", 1)
+        attempts = {
+            "defrec_context_create": Context,
+            "defrec_plugin_get": lambda: context.plugins,
+            "defrec_device_get": lambda: context.devices,
+            "defrec_rig_create": lambda: Rig.rectified(context, 96, 80, CAMERA),
+            "defrec_rig_get": lambda: Rig.rectified(context, 96, 80, CAMERA),
+            "defrec_rig_rectify_pixels": lambda: rig.rectify_pixels([(1, 2)]),
+            "defrec_rig_distort_pixels": lambda: rig.distort_pixels([(1, 2)]),
+            "defrec_stage_create": lambda: Stage(context, OrbParams()),
+            "defrec_stage_prepare": lambda: things["stage"].prepare_buffers([]),
+            "defrec_stage_run": lambda: things["stage"].run_buffers([], []),
+            "defrec_tracker_create": lambda: Tracker(context, rig),
+            "defrec_memory_import": lambda: tracker.import_memory(bytearray(4)),
+            "defrec_tracker_submit": lambda: tracker.submit(IMAGE, IMAGE, 1),
+            "defrec_job_wait": job.wait,
+            "defrec_job_result": job.result,
+            "defrec_job_warp_points": lambda: job.warp_points([(1, 2, 3)]),
+            "defrec_tracker_get_template": tracker.template,
+            "defrec_tracker_set_template": lambda: tracker.set_template(template),
+            "defrec_template_get": template.data,
+            "defrec_template_lift": lambda: template.lift([(1, 2)]),
+            "defrec_template_save": lambda: template.save("/x"),
+            "defrec_template_load": lambda: Template.load(context, "/x"),
+        }
+        with_status = [name for name, (result, _) in _library.PROTOTYPES.items() if result is _library.StatusResult]
+        self.assertEqual(sorted(attempts), sorted(with_status))
+        stub.calls()
+        for name, attempt in attempts.items():
+            with self.subTest(name):
+                stub.answer(name, Status.ERROR_IO, f"{name}: é was given")
+                with self.assertRaises(Error) as caught:
+                    attempt()
+                self.assertIs(caught.exception.status, Status.ERROR_IO)
+                self.assertEqual(caught.exception.sentence, f"{name}: é was given")
+                self.assertEqual(str(caught.exception), f"{name}: é was given (DEFREC_ERROR_IO)")
+                stub.answer(name, 0)
+                del caught
+                gc.collect()
+                created, destroyed = stub.created_and_destroyed(stub.calls())
+                self.assertEqual(created, destroyed, "a failed call leaves nothing behind")
+
+    def test_busy(self):
+        tracker = make_all()["tracker"]
+        stub.answer("defrec_tracker_submit", Status.ERROR_BUSY, "full")
+        with self.assertRaises(BusyError) as caught:
+            tracker.submit(IMAGE, IMAGE, 1)
+        self.assertIs(caught.exception.status, Status.ERROR_BUSY)
+
+    def test_status_of_a_later_library(self):
+        stub.answer("defrec_context_create", -55, "new")
+        with self.assertRaises(Error) as caught:
+            Context()
+        self.assertEqual((caught.exception.status, caught.exception.status.name), (-55, "UNKNOWN_-55"))
+
+    def test_a_failing_job_ends_process(self):
+        tracker = make_all()["tracker"]
+        gc.collect()
+        stub.calls()
+        stub.answer("defrec_job_wait", Status.ERROR_STATE, "gone")
+        with self.assertRaisesRegex(Error, "gone"):
+            for _ in tracker.process((IMAGE, IMAGE, i) for i in range(5)):
+                self.fail("no job was done")
+        created, destroyed = stub.created_and_destroyed(stub.calls())
+        self.assertEqual((sorted(created), len(created)), (sorted(destroyed), 2))
+
+
+class Lifetimes(stub.StubTest):
+    def assert_each_is_given_back_once(self):
+        gc.collect()
+        created, destroyed = stub.created_and_destroyed(stub.calls())
+        self.assertEqual(len(created), 8)
+        self.assertEqual(sorted(created), sorted(destroyed))
+
+    def test_closed_twice(self):
+        gc.collect()
+        stub.calls()
+        things = make_all()
+        for thing in things.values():
+            self.assertFalse(thing.is_closed)
+            thing.close()
+            thing.close()
+            self.assertTrue(thing.is_closed)
+        del thing, things
+        self.assert_each_is_given_back_once()
+
+    def test_any_order(self):
+        for start in range(8):
+            gc.collect()
+            stub.calls()
+            things = list(make_all().values())
+            while things:
+                del things[start % len(things)]
+            self.assert_each_is_given_back_once()
+
+    def test_collected_as_a_cycle(self):
+        gc.collect()
+        stub.calls()
+        things = make_all()
+        things["self"] = things
+        del things
+        self.assert_each_is_given_back_once()
+
+    def test_use_after_close(self):
+        things = make_all()
+        uses = {
+            "context": [lambda c: c.plugins, lambda c: c.devices, lambda c: Tracker(c, things["rig"]), lambda c: Stage(c, OrbParams())],
+            "rig": [lambda r: r.rectify_pixels([(1, 2)]), lambda r: r.distort_pixels([(1, 2)]), lambda r: Tracker(things["context"], r)],
+            "stage": [lambda s: s.prepare_buffers([]), lambda s: s.run_buffers([], [])],
+            "memory": [lambda m: things["tracker"].submit(m, IMAGE, 1), lambda m: things["tracker"].submit(IMAGE, IMAGE, 1, samples=m)],
+            "job": [lambda j: j.wait(), lambda j: j.result(), lambda j: j.warp_points([(1, 2, 3)])],
+            "template": [lambda t: t.lift([(1, 2)]), lambda t: t.data(), lambda t: t.save("/x"), lambda t: things["tracker"].set_template(t)],
+            "tracker": [lambda t: t.submit(IMAGE, IMAGE, 1), lambda t: t.template(), lambda t: t.import_memory(bytearray(4))],
+            "loaded": [lambda t: t.__enter__()],
+        }
+        order = ["memory", "template", "job", "stage", "rig", "tracker", "loaded", "context"]
+        self.assertEqual(sorted(order), sorted(uses))
+        for name in order:
+            things[name].close()
+            stub.calls()
+            for use in uses[name]:
+                with self.assertRaises(Error) as caught:
+                    use(things[name])
+                self.assertIs(caught.exception.status, Status.ERROR_HANDLE)
+                self.assertIn("is closed", str(caught.exception))
+            self.assertEqual(stub.lines(), [], "nothing reaches the library")
+
+    def test_what_a_callback_collects_is_given_back_later(self):
+        received = []
+        context = Context(log=lambda *arguments: received.append(arguments))
+        other = Context()
+        handle = hex(other._native)
+        with _handle.CallbackScope():
+            other.close()
+            self.assertNotIn(f"defrec_context_destroy(context={handle})", stub.lines())
+        Context().close()
+        self.assertIn(f"defrec_context_destroy(context={handle})", stub.lines())
+        context._keep(None, 3, b"sdk", "ä".encode())
+        self.assertEqual(received, [(3, "sdk", "ä")])
+
+    def test_neither_copied_nor_pickled(self):
+        for attempt in (copy.copy, copy.deepcopy, pickle.dumps):
+            with self.assertRaises(TypeError):
+                attempt(Context())
+
+    def test_memory_stays_while_a_job_reads_it(self):
+        tracker = make_all()["tracker"]
+        buffer = bytearray(IMAGE)
+        memory = tracker.import_memory(buffer)
+        job = tracker.submit(memory, IMAGE, 1)
+        memory.close()
+        with self.assertRaises(BufferError):
+            buffer.extend(b"moved")
+        job.close()
+        buffer.extend(b"moved")
+
+    def test_arrays_are_free_after_submit(self):
+        tracker = make_all()["tracker"]
+        buffer = bytearray(IMAGE)
+        with tracker.submit(buffer, buffer, 1):
+            buffer.extend(b"moved")
+        with mock.patch.object(_library.native, "defrec_tracker_submit", side_effect=Error(Status.ERROR_BUSY, "full")):
+            with self.assertRaises(Error):
+                tracker.submit(buffer[: len(IMAGE)], buffer[: len(IMAGE)], 1)
+        buffer.extend(b"moved")
+
+
+if __name__ == "__main__":
+    unittest.main()
