@@ -1,0 +1,67 @@
+"""What the samples read: a camera on the command line, folders of PNG images. Nothing here is defrec's but what it is given."""
+import pathlib
+import sys
+
+import numpy
+from PIL import Image
+
+import defrec
+
+
+def run(main, usage, least, most):
+    """Calls main with the command line's arguments; a failure ends the program with one sentence."""
+    if not least <= len(sys.argv) - 1 <= most:
+        print(f"usage: {usage}", file=sys.stderr)
+        sys.exit(2)
+    try:
+        main(*sys.argv[1:])
+    except (defrec.Error, OSError, ValueError) as error:
+        sys.exit(str(error))
+
+
+def parse_camera(text):
+    """ "FX,FY,CX,CY,BASELINE_MM" of a rectified pair of images."""
+    try:
+        fx, fy, cx, cy, baseline_mm = (float(number) for number in text.split(","))
+    except ValueError:
+        raise ValueError(f'the camera is "{text}"; FX,FY,CX,CY,BASELINE_MM expected') from None
+    return defrec.Camera(fx=fx, fy=fy, cx=cx, cy=cy, baseline_mm=baseline_mm)
+
+
+def read_rgb(path):
+    """(height, width, 3) uint8."""
+    with Image.open(path) as image:
+        return numpy.asarray(image.convert("RGB"))
+
+
+def read_gray(path):
+    """(height, width) uint8."""
+    with Image.open(path) as image:
+        return numpy.asarray(image.convert("L"))
+
+
+class Sequence:
+    """Two folders of PNG images, frame by frame in the order of their names, at 30 frames a second."""
+
+    def __init__(self, left_folder, right_folder):
+        lefts, rights = _png_files(left_folder), _png_files(right_folder)
+        if len(lefts) != len(rights):
+            raise ValueError(f"{left_folder} has {len(lefts)} images, {right_folder} has {len(rights)}")
+        self._files = list(zip(lefts, rights))
+        left, _, _ = self[0]
+        self.height, self.width, _ = left.shape
+
+    def __len__(self):
+        return len(self._files)
+
+    def __getitem__(self, frame):
+        """Left image, right image, timestamp in ns: what a tracker takes."""
+        left, right = self._files[frame]
+        return read_rgb(left), read_rgb(right), frame * 1_000_000_000 // 30
+
+
+def _png_files(folder):
+    files = sorted(path for path in pathlib.Path(folder).iterdir() if path.suffix == ".png")
+    if not files:
+        raise ValueError(f"{folder}: no PNG images in it")
+    return files

@@ -1,0 +1,56 @@
+#!/usr/bin/env python3
+"""Moves a preoperative model along with the tissue: a mesh goes in, one mesh for each frame comes out, with what to believe of it.
+
+warp_mesh.py LEFT RIGHT FX,FY,CX,CY,BASELINE_MM MESH.obj OUT_FOLDER [DEVICE_ID]
+
+MESH.obj is in the template frame (the rectified left camera of the frame that gave the template; an application registers its model to
+that), in mm. OUT_FOLDER/000000.ply and so on are in the rectified left camera of their frame; status is defrec.PointStatus,
+expected_error_mm one standard deviation.
+"""
+import pathlib
+
+import numpy
+
+import defrec
+from input import Sequence, parse_camera, run
+
+
+def read_obj(path):
+    """The lines "v X Y Z" and "f A B C" of an OBJ file: vertices (n, 3), triangles (m, 3) from 0."""
+    lines = [line.split() for line in pathlib.Path(path).read_text().splitlines()]
+    vertices = numpy.array([line[1:] for line in lines if line[:1] == ["v"]], float)
+    triangles = numpy.array([line[1:] for line in lines if line[:1] == ["f"]], int).reshape(-1, 3) - 1
+    if vertices.ndim != 2 or vertices.shape[1] != 3:
+        raise ValueError(f'{path}: vertices "v X Y Z" expected')
+    if triangles.size > 0 and not 0 <= triangles.min() <= triangles.max() < len(vertices):
+        raise ValueError(f"{path}: a triangle names a vertex that is not there")
+    return vertices, triangles
+
+
+def write_ply(path, moved, triangles):
+    with open(path, "w") as file:
+        print(f"ply\nformat ascii 1.0\ncomment millimetres, left rectified camera\nelement vertex {len(moved.xyz)}", file=file)
+        print("property float x\nproperty float y\nproperty float z\nproperty uchar status\nproperty float expected_error_mm", file=file)
+        print(f"element face {len(triangles)}\nproperty list uchar uint vertex_indices\nend_header", file=file)
+        for (x, y, z), status, error in zip(*moved):
+            print(f"{x:.4f} {y:.4f} {z:.4f} {status} {error:.4f}", file=file)
+        for a, b, c in triangles:
+            print(f"3 {a} {b} {c}", file=file)
+
+
+def main(left_folder, right_folder, camera, mesh_file, out_folder, device_id=None):
+    sequence = Sequence(left_folder, right_folder)
+    vertices, triangles = read_obj(mesh_file)
+    folder = pathlib.Path(out_folder)
+    folder.mkdir(exist_ok=True)
+
+    with defrec.Context() as context:
+        rig = defrec.Rig.rectified(context, sequence.width, sequence.height, parse_camera(camera))
+        tracker = defrec.Tracker(context, rig, device_id, format=defrec.Format.RGB8)  # device None: the fastest there is
+        for frame, job in enumerate(tracker.process(sequence)):
+            if len(job.result().vertices) > 0:  # there is a template
+                write_ply(folder / f"{frame:06}.ply", job.warp_points(vertices), triangles)
+
+
+if __name__ == "__main__":
+    run(main, "warp_mesh LEFT RIGHT FX,FY,CX,CY,BASELINE_MM MESH.obj OUT_FOLDER [DEVICE_ID]", 5, 6)
