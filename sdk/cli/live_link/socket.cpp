@@ -11,6 +11,7 @@
 #include <array>
 #include <cerrno>
 #include <cstdint>
+#include <cstring>
 #include <system_error>
 
 #include "sdk/cli/exit_code.hpp"
@@ -30,6 +31,16 @@ void set_option(const Socket& socket, int level, int name, int value) {
 Socket open_socket(const addrinfo& address) {
     return Socket(
         ::socket(address.ai_family, address.ai_socktype | SOCK_NONBLOCK | SOCK_CLOEXEC, address.ai_protocol));
+}
+
+// TCP allows it: on the same computer, when the port that the system chose for this end is the one that
+// nobody listens at. Such a connection would keep the receiver from ever listening there.
+bool is_connected_to_itself(const Socket& socket) {
+    sockaddr_storage here{}, there{};
+    socklen_t here_size = sizeof here, there_size = sizeof there;
+    return ::getsockname(socket.descriptor(), reinterpret_cast<sockaddr*>(&here), &here_size) == 0 &&
+           ::getpeername(socket.descriptor(), reinterpret_cast<sockaddr*>(&there), &there_size) == 0 &&
+           here_size == there_size && std::memcmp(&here, &there, here_size) == 0;
 }
 
 bool is_for_later(int error) { return error == EAGAIN || error == EWOULDBLOCK || error == EINTR; }
@@ -103,7 +114,8 @@ std::string connection_error(const Socket& socket) {
     int error = 0;
     socklen_t size = sizeof error;
     if (::getsockopt(socket.descriptor(), SOL_SOCKET, SO_ERROR, &error, &size) != 0) error = errno;
-    return error == 0 ? "" : describe(error);
+    if (error != 0) return describe(error);
+    return is_connected_to_itself(socket) ? describe(ECONNREFUSED) : "";
 }
 
 void prepare_to_send(const Socket& socket) {

@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "sdk/cli/live_link/test_port.hpp"
 #include "sdk/cli/live_link/test_receiver.hpp"
 #include "sdk/cli/render/render_command.hpp"
 #include "sdk/cli/test_folder.hpp"
@@ -288,16 +289,14 @@ TEST_CASE(
 
 TEST_CASE("nobody to receive is no failure; what cannot be opened or understood is") {
     const TestFolder folder;
-    auto server = igtl::ServerSocket::New();
-    REQUIRE(server->CreateServer(0) == 0);
-    const std::string port = std::to_string(server->GetServerPort());
+    const TestPort port;
+    const Socket busy = listen_at({"127.0.0.1", 0});
     const auto exit_code = [&](const std::vector<std::string>& more) {
         return Program(track(sequence().path(), folder / "out", more)).exit_code();
     };
-    CHECK(exit_code({"--igtl-listen", port}) == 7);
+    CHECK(exit_code({"--igtl-listen", to_string(local_endpoint(busy))}) == 7);
     CHECK_FALSE(fs::exists(folder / "out"));
-    server->CloseSocket();
-    CHECK(exit_code({"--igtl", "127.0.0.1:" + port}) == 0);
+    CHECK(exit_code({"--igtl", to_string(port.endpoint())}) == 0);
     const auto summary = nlohmann::json::parse(TestFolder::read(folder / "out/summary.json"));
     CHECK(summary["live_link"]["receivers"] == 0);
     CHECK(summary["notes"].dump().find("reached nobody") != std::string::npos);

@@ -1,15 +1,13 @@
 // Receivers that come and go: real sockets on the loopback, and a clock that the test sets.
 #include "sdk/cli/live_link/transmitter.hpp"
 
-#include <arpa/inet.h>
 #include <doctest/doctest.h>
 #include <fcntl.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
 
 #include <memory>
 
 #include "sdk/cli/exit_code.hpp"
+#include "sdk/cli/live_link/test_port.hpp"
 
 using namespace defrec::cli;
 using namespace std::chrono_literals;
@@ -20,14 +18,6 @@ const LinkOptions kListen{LinkOptions::Kind::kListen, {"127.0.0.1", 0}};
 
 Packet packet(std::uint64_t number) {
     return {std::make_shared<const std::string>(100, static_cast<char>('a' + number)), number};
-}
-
-sockaddr_in loopback(std::uint16_t port) {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(port);
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    return address;
 }
 
 // A receiver that connects to the transmitter.
@@ -64,17 +54,15 @@ void send(Transmitter& transmitter, std::uint64_t number) {
     REQUIRE(step_until(transmitter, [&] { return !transmitter.has_unsent(); }));
 }
 
-// A server that receives, on a port of its own.
+// A server that receives.
 struct Server {
-    explicit Server(std::uint16_t port = 0)
-        : socket(listen_at({"127.0.0.1", port})), endpoint(local_endpoint(socket)) {}
+    explicit Server(const Endpoint& endpoint) : socket(listen_at(endpoint)) {}
     Socket accept() const { return Socket(::accept(blocking(), nullptr, nullptr)); }
     int blocking() const {
         ::fcntl(socket.descriptor(), F_SETFL, 0);
         return socket.descriptor();
     }
     Socket socket;
-    Endpoint endpoint;
 };
 
 }  // namespace
@@ -135,8 +123,9 @@ TEST_CASE("no more receivers than stated") {
 }
 
 TEST_CASE("a server that went away is found again when it is back") {
-    auto server = std::make_unique<Server>();
-    const Endpoint endpoint = server->endpoint;
+    const TestPort port;
+    const Endpoint endpoint = port.endpoint();
+    auto server = std::make_unique<Server>(endpoint);
     Clock::time_point now{};
     Transmitter transmitter({LinkOptions::Kind::kConnect, endpoint}, [&] { return now; });
     CHECK(transmitter.is_connecting());
@@ -166,10 +155,10 @@ TEST_CASE("a server that went away is found again when it is back") {
     }
     CHECK(pauses.back() == Transmitter::kLastRetry);
 
-    const Server again(endpoint.port);
+    auto again = std::make_unique<Server>(endpoint);
     now += Transmitter::kLastRetry;
     REQUIRE(step_until_receivers(transmitter, 1));
-    const Socket receiver = again.accept();
+    Socket receiver = again->accept();
     send(transmitter, 2);
     CHECK(read(receiver, 100) == *packet(2).bytes);
     const std::string name = to_string(endpoint);
@@ -179,11 +168,34 @@ TEST_CASE("a server that went away is found again when it is back") {
                                        " (Connection refused); it is tried again and again.",
                                    "live link: connected to " + name + "."});
     CHECK(transmitter.counts().receivers == 2);
+
+    // The next outage is one of its own: it is said, and the pauses begin anew.
+    receiver = Socket();
+    again.reset();
+    REQUIRE(step_until_receivers(transmitter, 0));
+    now += Transmitter::kFirstRetry;
+    CHECK(transmitter.is_connecting());
+    REQUIRE(step_until(transmitter, [&] { return !transmitter.is_connecting(); }));
+    CHECK(transmitter.take_notices().back().find("nobody is reached") != std::string::npos);
+}
+
+TEST_CASE("a connection to itself is none") {
+    const Socket socket(::socket(AF_INET, SOCK_STREAM, 0));
+    sockaddr_in address = loopback(0);
+    REQUIRE(::bind(socket.descriptor(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+    address = loopback(local_endpoint(socket).port);
+    REQUIRE(::connect(socket.descriptor(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+    CHECK(connection_error(socket) == "Connection refused");
+    const Server server({"127.0.0.1", 0});
+    const Socket other(::socket(AF_INET, SOCK_STREAM, 0));
+    address = loopback(local_endpoint(server.socket).port);
+    REQUIRE(::connect(other.descriptor(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+    CHECK(connection_error(other).empty());
 }
 
 TEST_CASE("what cannot be opened is said at once") {
-    const Server server;
-    CHECK_THROWS_AS(Transmitter({LinkOptions::Kind::kListen, server.endpoint}), CliError);
+    const Server server({"127.0.0.1", 0});
+    CHECK_THROWS_AS(Transmitter({LinkOptions::Kind::kListen, local_endpoint(server.socket)}), CliError);
     CHECK_THROWS_AS(Transmitter({LinkOptions::Kind::kConnect, {"not a host", 1}}), CliError);
 }
 
