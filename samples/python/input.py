@@ -1,4 +1,5 @@
-"""What the samples read: a camera on the command line, folders of PNG images. Nothing here is defrec's but what it is given."""
+"""What the samples read: a camera on the command line, folders of PNG images. Nothing here is defrec's but what it is
+given."""
 import pathlib
 import sys
 

@@ -12,7 +12,9 @@ def main():
     print(f"defrec {defrec.library_release()}, API {major}.{minor}")
     with defrec.Context() as context:  # finds the plugins beside the library
         for device in context.devices:
-            conformance = f"conformance suite {device.conformance} passed" if device.conformance else "no conformance certified"
+            conformance = (
+                f"conformance suite {device.conformance} passed" if device.conformance else "no conformance certified"
+            )
             print(
                 f"device {device.id}: {device.name} ({device.kind.name}), driver {device.driver or 'none'}, "
                 f"{device.memory_bytes >> 20} MiB, {len(device.stages)} of {defrec.STAGE_COUNT_V1} stages, {conformance}"

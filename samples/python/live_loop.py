@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""How a navigation system drives defrec: a camera delivers when it likes, the loop takes the newest frame, waits for its result until a
-deadline, and goes on with what it has.
+"""How a navigation system drives defrec: a camera delivers when it likes, the loop takes the newest frame, waits for
+its result until a deadline, and goes on with what it has.
 
 live_loop.py LEFT RIGHT FX,FY,CX,CY,BASELINE_MM DEADLINE_MS [DEVICE_ID]
 
@@ -52,7 +52,8 @@ class Camera(threading.Thread):
 
 
 def show(pending):
-    """What a display does with it: a frame that is tracked or degraded moves the plan; a lost one hides it, or shows it as old."""
+    """What a display does with it: a frame that is tracked or degraded moves the plan; a lost one hides it, or shows it
+    as old."""
     result = pending.job.result()
     in_time = "in time" if time.monotonic() <= pending.deadline else "late"
     reasons = ", ".join(reason.name.lower().replace("_", " ") for reason in defrec.Reason if reason in result.reasons)

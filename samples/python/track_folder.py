@@ -18,7 +18,8 @@ def main(left_folder, right_folder, camera, points_file, out_file, device_id=Non
 
     with defrec.Context() as context, open(out_file, "w") as out:
         rig = defrec.Rig.rectified(context, sequence.width, sequence.height, parse_camera(camera))
-        tracker = defrec.Tracker(context, rig, device_id, format=defrec.Format.RGB8)  # device None: the fastest there is
+        # Without a device it is the fastest there is.
+        tracker = defrec.Tracker(context, rig, device_id, format=defrec.Format.RGB8)
         print("frame,id,x,y,z,status,expected_error_mm", file=out)
 
         lifted = None
@@ -33,8 +34,9 @@ def main(left_folder, right_folder, camera, points_file, out_file, device_id=Non
                     print(f"{result.frame},{name},,,,lost,", file=out)
                 else:
                     x, y, z = moved.xyz[i]
+                    error = moved.expected_error_mm[i]
                     status = "tracked" if moved.status[i] == defrec.PointStatus.OBSERVED else "extrapolated"
-                    print(f"{result.frame},{name},{x:.4f},{y:.4f},{z:.4f},{status},{moved.expected_error_mm[i]:.4f}", file=out)
+                    print(f"{result.frame},{name},{x:.4f},{y:.4f},{z:.4f},{status},{error:.4f}", file=out)
 
 
 if __name__ == "__main__":

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Moves a preoperative model along with the tissue: a mesh goes in, one mesh for each frame comes out, with what to believe of it.
+"""Moves a preoperative model along with the tissue: a mesh goes in, one mesh for each frame comes out, with what to
+believe of it.
 
 warp_mesh.py LEFT RIGHT FX,FY,CX,CY,BASELINE_MM MESH.obj OUT_FOLDER [DEVICE_ID]
 
-MESH.obj is in the template frame (the rectified left camera of the frame that gave the template; an application registers its model to
-that), in mm. OUT_FOLDER/000000.ply and so on are in the rectified left camera of their frame; status is defrec.PointStatus,
-expected_error_mm one standard deviation.
+MESH.obj is in the template frame (the rectified left camera of the frame that gave the template; an application
+registers its model to that), in mm. OUT_FOLDER/000000.ply and so on are in the rectified left camera of their frame;
+status is defrec.PointStatus, expected_error_mm one standard deviation.
 """
 import pathlib
 
@@ -29,8 +30,10 @@ def read_obj(path):
 
 def write_ply(path, moved, triangles):
     with open(path, "w") as file:
-        print(f"ply\nformat ascii 1.0\ncomment millimetres, left rectified camera\nelement vertex {len(moved.xyz)}", file=file)
-        print("property float x\nproperty float y\nproperty float z\nproperty uchar status\nproperty float expected_error_mm", file=file)
+        print("ply\nformat ascii 1.0\ncomment millimetres, left rectified camera", file=file)
+        print(f"element vertex {len(moved.xyz)}", file=file)
+        for name in ("float x", "float y", "float z", "uchar status", "float expected_error_mm"):
+            print(f"property {name}", file=file)
         print(f"element face {len(triangles)}\nproperty list uchar uint vertex_indices\nend_header", file=file)
         for (x, y, z), status, error in zip(*moved):
             print(f"{x:.4f} {y:.4f} {z:.4f} {status} {error:.4f}", file=file)
@@ -46,7 +49,8 @@ def main(left_folder, right_folder, camera, mesh_file, out_folder, device_id=Non
 
     with defrec.Context() as context:
         rig = defrec.Rig.rectified(context, sequence.width, sequence.height, parse_camera(camera))
-        tracker = defrec.Tracker(context, rig, device_id, format=defrec.Format.RGB8)  # device None: the fastest there is
+        # Without a device it is the fastest there is.
+        tracker = defrec.Tracker(context, rig, device_id, format=defrec.Format.RGB8)
         for frame, job in enumerate(tracker.process(sequence)):
             if len(job.result().vertices) > 0:  # there is a template
                 write_ply(folder / f"{frame:06}.ply", job.warp_points(vertices), triangles)

@@ -1,13 +1,15 @@
 """defrec recovers, in real time, how a tissue surface deforms in stereo video. docs/python.md is the guide.
 
-    with defrec.Context() as context, defrec.Rig(context, 960, 540, M1, D1, M2, D2, R, T) as rig, defrec.Tracker(context, rig) as tracker:
-        for job in tracker.process(frames):                    # (left, right, timestamp_ns); images are uint8 arrays, BGR
-            result = job.result()                              # state, reasons, surface, expected error
-            if result.vertices.size > 0:                       # there is a template
-                moved = job.warp_points(tumour_xyz)            # (n, 3), mm
+    with defrec.Context() as context:
+        rig = defrec.Rig(context, 960, 540, M1, D1, M2, D2, R, T)
+        tracker = defrec.Tracker(context, rig)
+        for job in tracker.process(frames):             # (left, right, timestamp_ns); images are uint8 arrays, BGR
+            result = job.result()                       # state, reasons, surface, expected error
+            if len(result.vertices) > 0:                # there is a template
+                moved = job.warp_points(tumour_xyz)     # (n, 3), mm
 
-Lengths are mm. Cameras: x right, y down, z forward. Pixel (0, 0) is the centre of the top-left pixel. What fails in the library raises
-Error; what cannot be passed to it raises TypeError or ValueError.
+Lengths are mm. Cameras: x right, y down, z forward. Pixel (0, 0) is the centre of the top-left pixel. What fails in the
+library raises Error; what cannot be passed to it raises TypeError or ValueError.
 """
 from .context import Context, DeviceInfo, PluginInfo, library_release, library_version, status_name
 from .enums import (

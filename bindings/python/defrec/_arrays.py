@@ -1,4 +1,5 @@
-"""Arrays in and out of the library, with NumPy where it is installed and with memoryview and ctypes arrays where it is not.
+"""Arrays in and out of the library, with NumPy where it is installed and with memoryview and ctypes arrays where it is
+not.
 
 Everything that comes in is checked for its type, shape and size before the library sees its address.
 """
@@ -6,6 +7,7 @@ from __future__ import annotations
 
 import array
 import ctypes
+import functools
 import math
 from ctypes import POINTER, byref, c_char_p, c_int, c_ssize_t, c_void_p, py_object
 from typing import TYPE_CHECKING, Any, Dict, List, Optional, Sequence, Tuple, Type, Union
@@ -111,18 +113,24 @@ class BufferView:
     def expect_code(self, codes: str) -> None:
         if self.code not in codes or self.code == "":
             expected = " or ".join(_NAMES[code] for code in codes)
-            raise TypeError(f"{self.name} has elements of type {_NAMES.get(self.code, repr(self.code))}, {expected} expected")
+            raise TypeError(
+                f"{self.name} has elements of type {_NAMES.get(self.code, repr(self.code))}, {expected} expected"
+            )
 
     def expect_contiguous(self) -> None:
         unlike = any(a != b for n, a, b in zip(self.shape, self.strides, self._without_gaps()) if n > 1)
         if unlike and self.size > 0:
-            raise ValueError(f"{self.name} has gaps or another order in memory: give numpy.ascontiguousarray({self.name})")
+            raise ValueError(
+                f"{self.name} has gaps or another order in memory: give numpy.ascontiguousarray({self.name})"
+            )
 
     def _without_gaps(self) -> Tuple[int, ...]:
         return tuple(self.item_size * math.prod(self.shape[i + 1 :]) for i in range(len(self.shape)))
 
 
-def image(name: str, value: BufferLike, width: int, height: int, channels: int, codes: str = "B") -> Tuple[BufferView, int]:
+def image(
+    name: str, value: BufferLike, width: int, height: int, channels: int, codes: str = "B"
+) -> Tuple[BufferView, int]:
     """An image of that size where it lies, and its stride in bytes. Rows may have gaps between them, pixels not.
 
     Of shape (height, width), or (height, width, channels), or flat, height * width * channels bytes without gaps.
@@ -133,13 +141,20 @@ def image(name: str, value: BufferLike, width: int, height: int, channels: int, 
     if len(view.shape) == 1:
         view.expect_contiguous()
         if view.size != row * height:
-            raise ValueError(f"{name} has {view.size} bytes, {width} x {height} pixels of {channels} bytes are {row * height}")
+            raise ValueError(
+                f"{name} has {view.size} bytes, {width} x {height} pixels of {channels} bytes are {row * height}"
+            )
         return view, row
     shapes = [(height, width, channels)] + ([(height, width)] if channels == 1 else [])
     if view.shape not in shapes:
-        raise ValueError(f"{name} has the shape {view.shape}, {shapes[-1]} expected (height, width{', channels' if channels > 1 else ''})")
+        raise ValueError(
+            f"{name} has the shape {view.shape}, {shapes[-1]} expected "
+            f"(height, width{', channels' if channels > 1 else ''})"
+        )
     if view.strides[-1] != 1 or view.strides[1] != channels or view.strides[0] < row:
-        raise ValueError(f"{name} has rows whose pixels do not lie one after the other: give numpy.ascontiguousarray({name})")
+        raise ValueError(
+            f"{name} has rows whose pixels do not lie one after the other: give numpy.ascontiguousarray({name})"
+        )
     return view, view.strides[0]
 
 
@@ -161,8 +176,11 @@ def check_numbers(name: str, value: BufferLike, code: str, *shapes: Tuple[int, .
         raise ValueError(f"{name} has the shape {view.shape}, {' or '.join(map(str, shapes))} expected")
 
 
-def check_records(name: str, value: BufferLike, struct: Type[Struct], count: Optional[int] = None) -> Tuple[BufferLike, int]:
-    """Records and their number: a NumPy or ctypes array of them, their bytes, or a list, of which a ctypes array is made."""
+def check_records(
+    name: str, value: BufferLike, struct: Type[Struct], count: Optional[int] = None
+) -> Tuple[BufferLike, int]:
+    """Records and their number: a NumPy or ctypes array of them, their bytes, or a list, of which a ctypes array is
+    made."""
     if isinstance(value, (list, tuple)):
         if not all(isinstance(record, struct) for record in value):
             raise TypeError(f"{name}: a list of {struct.__name__} expected")
@@ -172,7 +190,9 @@ def check_records(name: str, value: BufferLike, struct: Type[Struct], count: Opt
     view.expect_contiguous()
     size = ctypes.sizeof(struct)
     if view.size > 0 and (view.item_size not in (size, 1) or view.size % size != 0):
-        raise TypeError(f"{name}: an array of {struct.__name__} expected, {size} bytes each; its elements have {view.item_size}")
+        raise TypeError(
+            f"{name}: an array of {struct.__name__} expected, {size} bytes each; its elements have {view.item_size}"
+        )
     if count is not None and view.size != count * size:
         raise ValueError(f"{name} has {view.size // size} elements, {count} expected")
     return value, view.size // size
@@ -210,7 +230,10 @@ def _rows(name: str, value: ArrayLike, columns: int) -> Any:
     if isinstance(value, memoryview):
         value = value.tolist()
     elif isinstance(value, array.array):
-        raise ValueError(f"{name} is flat, rows of {columns} expected: memoryview(a).cast('B').cast('{value.typecode}', (n, {columns}))")
+        raise ValueError(
+            f"{name} is flat, rows of {columns} expected: "
+            f"memoryview(a).cast('B').cast('{value.typecode}', (n, {columns}))"
+        )
     try:
         rows = [tuple(float(number) for number in row) for row in value]
     except (TypeError, ValueError):
@@ -246,15 +269,20 @@ def flat(name: str, value: ArrayLike, counts: Sequence[int]) -> List[float]:
 
 
 def empty(element: Element, shape: Sequence[int]) -> Any:
-    """A new array, zeros. Without NumPy: of records a ctypes array; of numbers a memoryview of that shape (where nothing is in it, of one
-    dimension, since a memoryview knows no other)."""
+    """A new array, zeros. Without NumPy: of records a ctypes array; of numbers a memoryview of that shape (where
+    nothing is in it, of one dimension, since a memoryview knows no other)."""
     if numpy is not None:
-        return numpy.zeros(tuple(shape), numpy.dtype(element))
+        return numpy.zeros(tuple(shape), _dtype(element))
     count = math.prod(shape)
     if not isinstance(element, str):
         return (element * count)()
     view = memoryview(bytearray(max(count, 1) * _size_of(element)))
     return view.cast(element, tuple(shape)) if count > 0 else view.cast(element)[:0]
+
+
+@functools.lru_cache(maxsize=None)
+def _dtype(element: Element) -> Any:
+    return numpy.dtype(element)
 
 
 def address_of(made: Any) -> int:

@@ -1,4 +1,5 @@
-"""What every object of the library has in common: it is closed once, by close(), `with` or its collection, in any order."""
+"""What every object of the library has in common: it is closed once, by close(), `with` or its collection, in any
+order."""
 from __future__ import annotations
 
 import collections
@@ -11,8 +12,8 @@ from .errors import closed
 
 H = TypeVar("H", bound="Handle")
 
-# A log callback may not call the library, which refuses even to destroy from there. But the collector may run in a callback, and
-# find objects to close: they wait here for the next call that may.
+# A log callback may not call the library, which refuses even to destroy from there. But the collector may run in a
+# callback, and find objects to close: they wait here for the next call that may.
 _callback = threading.local()
 _postponed: Deque[Tuple[Any, int, Any]] = collections.deque()
 
@@ -45,10 +46,11 @@ def _destroy_postponed() -> None:
 
 
 class Handle:
-    """An object of the library. Use it in a `with` statement, or close() it; at the latest it is closed when it is collected.
+    """An object of the library. Use it in a `with` statement, or close() it; at the latest it is closed when it is
+    collected.
 
-    Objects may be closed in any order: what was made from an object keeps alive what it needs. After close() every use raises Error
-    with Status.ERROR_HANDLE.
+    Objects may be closed in any order: what was made from an object keeps alive what it needs. After close() every use
+    raises Error with Status.ERROR_HANDLE.
     """
 
     def __init__(self, handle: ctypes.c_void_p, destroy: Callable[[int], None], keep: Any = None) -> None:
@@ -56,6 +58,8 @@ class Handle:
         assert handle.value is not None
         self._handle = handle.value
         self._keep = keep
+        # Held while what the library points to is copied: it lives as long as the handle.
+        self._copying = threading.Lock()
         self._close = weakref.finalize(self, _destroy, destroy, self._handle, keep)
         _destroy_postponed()
 
@@ -65,13 +69,20 @@ class Handle:
             raise closed(type(self).__name__)
         return self._handle
 
+    def _open(self) -> Tuple[int, Any]:
+        """The handle, and what anything made from it has to keep alive. In this order, another thread's close() cannot
+        come between."""
+        keep = self._keep
+        return self._native, keep
+
     @property
     def is_closed(self) -> bool:
         return not self._close.alive
 
     def close(self) -> None:
         """Gives the object back. Closing twice does nothing. threads: any"""
-        self._close()
+        with self._copying:
+            self._close()
         self._keep = None
 
     def __enter__(self: H) -> H:

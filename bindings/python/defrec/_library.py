@@ -78,13 +78,16 @@ PROTOTYPES: Dict[str, Tuple[Any, Sequence[Any]]] = {
 
 
 def _open() -> Tuple[ctypes.CDLL, str]:
-    """The library in the package (a wheel's), else the one that the system's loader finds; never one in the working directory."""
+    """The library in the package (a wheel's), else the one that the system's loader finds; never one in the working
+    directory."""
     bundled = os.path.join(os.path.dirname(os.path.abspath(__file__)), "lib", FILE_NAME)
     name = bundled if os.path.exists(bundled) else FILE_NAME
     try:
         return ctypes.CDLL(name), name
     except OSError as error:
-        raise ImportError(f"{name} cannot be loaded: {error}. Install the package libdefrec1, or a wheel, which contains it.") from None
+        raise ImportError(
+            f"{name} cannot be loaded: {error}. Install the package libdefrec1, or a wheel, which contains it."
+        ) from None
 
 
 def _check_version(library: ctypes.CDLL, name: str) -> None:
@@ -94,7 +97,10 @@ def _check_version(library: ctypes.CDLL, name: str) -> None:
     except AttributeError:
         raise ImportError(f"{name} is not a libdefrec: it has no function defrec_version") from None
     if major != API_MAJOR or minor < API_MINOR:
-        raise ImportError(f"{name} has version {major}.{minor} of the C API; this package needs {API_MAJOR}.{API_MINOR}, or a later {API_MAJOR}")
+        raise ImportError(
+            f"{name} has version {major}.{minor} of the C API; "
+            f"this package needs {API_MAJOR}.{API_MINOR} or a later {API_MAJOR}.x"
+        )
 
 
 def _raise_failure(result: StatusResult, function: Any, arguments: Any) -> Status:

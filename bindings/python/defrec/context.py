@@ -65,13 +65,13 @@ class Context(Handle):
 
     plugin_paths: absolute folders or manifest files, searched first.
     only_given_plugins: look nowhere but there. use_environment: honour DEFREC_PLUGIN_PATH (never when privileged).
-    log(level, source, text): called from any thread, must not call defrec; level is a LogLevel, source "sdk" or a plugin's name. It lives
-        as long as something made from this context does; one that refers to the context itself keeps it until close(). An exception in
-        it goes to sys.unraisablehook.
+    log(level, source, text): called from any thread, must not call defrec; level is a LogLevel, source "sdk" or a
+        plugin's name. It lives as long as something made from this context does; one that refers to the context itself
+        keeps it until close(). An exception in it goes to sys.unraisablehook.
     log_level: the lowest level reported. threads: of the library's own pool, 0: one per core.
 
-    The C API's alloc and parallel_for are left out: they are called for every buffer and loop from threads that compute, which would wait
-    for Python's lock each time.
+    The C API's alloc and parallel_for are left out: they are called for every buffer and loop from threads that
+    compute, which would wait for Python's lock each time.
 
     threads: any. Raises Error.
     """
@@ -108,37 +108,41 @@ class Context(Handle):
     @property
     def plugins(self) -> Tuple[PluginInfo, ...]:
         """Every candidate that was looked at, loaded or refused, in the order of the search. threads: any"""
-        handle = self._native
         found = []
-        for index in range(native.defrec_plugin_count(handle)):
-            info = structs.PluginInfoStruct()
-            native.defrec_plugin_get(handle, index, info)
-            found.append(
-                PluginInfo(text(info.name), text(info.path), text(info.version), Status(info.verdict), text(info.reason))
-            )
+        with self._copying:
+            handle = self._native
+            for index in range(native.defrec_plugin_count(handle)):
+                info = structs.PluginInfoStruct()
+                native.defrec_plugin_get(handle, index, info)
+                found.append(
+                    PluginInfo(
+                        text(info.name), text(info.path), text(info.version), Status(info.verdict), text(info.reason)
+                    )
+                )
         return tuple(found)
 
     @property
     def devices(self) -> Tuple[DeviceInfo, ...]:
         """Devices of all loaded plugins, fastest kind first, then by id: the same order in every run. threads: any"""
-        handle = self._native
         found = []
-        for index in range(native.defrec_device_count(handle)):
-            info = structs.DeviceInfoStruct()
-            native.defrec_device_get(handle, index, info)
-            stages = frozenset(StageKind(bit) for bit in range(32) if info.stages >> bit & 1)
-            found.append(
-                DeviceInfo(
-                    text(info.id),
-                    text(info.name),
-                    DeviceKind(info.kind),
-                    text(info.driver),
-                    info.memory_bytes,
-                    stages,
-                    DeviceFeature(info.features),
-                    info.conformance,
+        with self._copying:
+            handle = self._native
+            for index in range(native.defrec_device_count(handle)):
+                info = structs.DeviceInfoStruct()
+                native.defrec_device_get(handle, index, info)
+                stages = frozenset(StageKind(bit) for bit in range(32) if info.stages >> bit & 1)
+                found.append(
+                    DeviceInfo(
+                        text(info.id),
+                        text(info.name),
+                        DeviceKind(info.kind),
+                        text(info.driver),
+                        info.memory_bytes,
+                        stages,
+                        DeviceFeature(info.features),
+                        info.conformance,
+                    )
                 )
-            )
         return tuple(found)
 
 

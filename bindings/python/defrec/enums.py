@@ -1,6 +1,7 @@
 """The enumerations and limits of the C API: DEFREC_DEVICE_CPU is DeviceKind.CPU here.
 
-A later library of the same major version may know more of them than this package; such a value is a member named UNKNOWN_<value>.
+A later library of the same major version may know more of them than this package; such a value is a member named
+UNKNOWN_<value>.
 """
 from __future__ import annotations
 

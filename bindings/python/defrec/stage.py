@@ -1,5 +1,5 @@
-"""One stage on one device, with any buffers. docs/stages.md says which ones, in which order and of which sizes; stages.py has the eight
-stages with arrays instead."""
+"""One stage on one device, with any buffers. docs/stages.md says which ones, in which order and of which sizes;
+stages.py has the eight stages with arrays instead."""
 from __future__ import annotations
 
 import ctypes
@@ -36,22 +36,26 @@ class Stage(Handle):
             raise TypeError(f"context is a Context, {context!r} given")
         kind = KIND_OF_PARAMS.get(type(params))
         if kind is None:
-            raise TypeError(f"params: one of {', '.join(each.__name__ for each in KIND_OF_PARAMS)} expected, {params!r} given")
+            raise TypeError(
+                f"params: one of {', '.join(each.__name__ for each in KIND_OF_PARAMS)} expected, {params!r} given"
+            )
         device = None if device_id is None else c_text("device_id", device_id)
+        handle, keep = context._open()
         out = ctypes.c_void_p()
-        native.defrec_stage_create(context._native, device, kind, ctypes.addressof(params), out)
-        super().__init__(out, native.defrec_stage_destroy, context._keep)
+        native.defrec_stage_create(handle, device, kind, ctypes.addressof(params), out)
+        super().__init__(out, native.defrec_stage_destroy, keep)
         self.kind = kind
 
     def prepare_buffers(self, inputs: Sequence[Optional[BufferLike]]) -> None:
-        """Gives the stage the inputs that stay the same from run to run (a template); match, align, ransac, lm and warp need it before their
-        first run. threads: one"""
+        """Gives the stage the inputs that stay the same from run to run (a template); match, align, ransac, lm and warp
+        need it before their first run. threads: one"""
         with ExitStack() as views:
             c_inputs = _buffers("inputs", inputs, structs.ConstBuffer, views)
             native.defrec_stage_prepare(self._native, c_inputs, len(c_inputs))
 
     def run_buffers(self, inputs: Sequence[Optional[BufferLike]], outputs: Sequence[Optional[BufferLike]]) -> None:
-        """Runs the stage and waits; fills outputs, which are writable. None: an optional buffer that is not given. threads: one.
+        """Runs the stage and waits; fills outputs, which are writable. None: an optional buffer that is not given.
+        threads: one.
 
         A buffer that is too small raises Error, whose text names the size needed.
         """
@@ -67,7 +71,9 @@ def _buffers(name: str, values: Sequence[Optional[BufferLike]], struct: Type[str
     made = (struct * len(values))()
     for index, value in enumerate(values):
         if value is not None:
-            view = views.enter_context(closing(BufferView(f"{name}[{index}]", value, writable=struct is structs.Buffer)))
+            view = views.enter_context(
+                closing(BufferView(f"{name}[{index}]", value, writable=struct is structs.Buffer))
+            )
             view.expect_contiguous()
             made[index].data = view.address
             made[index].size = view.size

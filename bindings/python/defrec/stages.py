@@ -1,8 +1,9 @@
 """The eight stages, each taking and giving arrays. docs/stages.md defines what they compute.
 
-Images are (height, width) and have no gaps between rows; for strides, and for the results of sub-stages, use Stage. What is None is left out.
-Records come as arrays of them (structs.py). Results are new arrays. threads: any for different stages, one at a time for the same one
-(BusyError). Raises Error; TypeError and ValueError for arrays of another type or shape.
+Images are (height, width) and have no gaps between rows; for strides, and for the results of sub-stages, use Stage.
+What is None is left out. Records come as arrays of them (structs.py). Results are new arrays. threads: any for
+different stages, one at a time for the same one (BusyError). Raises Error; TypeError and ValueError for arrays of
+another type or shape.
 """
 from __future__ import annotations
 
@@ -48,6 +49,7 @@ from .structs import (
 )
 
 _ORB_CAPACITY = 2048
+
 
 class Rectified(NamedTuple):
     gray: ByteArray
@@ -132,9 +134,12 @@ class RectifyStage(_ArrayStage):
         if p.source_stride not in (0, p.source_width * BYTES_PER_PIXEL[p.format]):
             raise ValueError(f"source_stride is {p.source_stride}; images have no gaps between rows here, use Stage")
 
-    def run(self, source: BufferLike, map: Optional[BufferLike] = None, ignore: Optional[BufferLike] = None) -> Rectified:
-        """source: uint8, (source_height, source_width, channels). map: (height, width, 2) int32, where in the source each pixel comes from (x,
-        y), 1/128 px; None: from the same place. ignore: (source_height, source_width) uint8 or bool, nonzero: not tissue."""
+    def run(
+        self, source: BufferLike, map: Optional[BufferLike] = None, ignore: Optional[BufferLike] = None
+    ) -> Rectified:
+        """source: uint8, (source_height, source_width, channels). map: (height, width, 2) int32, where in the source
+        each pixel comes from (x, y), 1/128 px; None: from the same place. ignore: (source_height, source_width) uint8
+        or bool, nonzero: not tissue."""
         p = self.params
         check_image("source", source, p.source_width, p.source_height, BYTES_PER_PIXEL[p.format])
         if map is not None:
@@ -152,7 +157,11 @@ class StereoStage(_ArrayStage):
     _params_type = StereoParams
 
     def run(
-        self, left: BufferLike, right: BufferLike, left_mask: Optional[BufferLike] = None, right_mask: Optional[BufferLike] = None
+        self,
+        left: BufferLike,
+        right: BufferLike,
+        left_mask: Optional[BufferLike] = None,
+        right_mask: Optional[BufferLike] = None,
     ) -> Disparity:
         """left, right: (height, width) uint8, rectified gray. Masks: likewise, nonzero usable; None: all is."""
         inputs = [
@@ -212,7 +221,8 @@ class AlignStage(_ArrayStage):
         self.params.views = self.params.views or 1
 
     def prepare(self, patches: BufferLike, views: BufferLike) -> None:
-        """patches: (n,) Patch, at most params.patches. views: (views, height, width) uint8, one alone (height, width)."""
+        """patches: (n,) Patch, at most params.patches. views: (views, height, width) uint8, one alone
+        (height, width)."""
         given, count = check_records("patches", patches, Patch)
         shape = (self.params.views, *self._shape)
         check_numbers("views", views, "B", shape, *([self._shape] if self.params.views == 1 else []))
@@ -234,7 +244,8 @@ class AlignStage(_ArrayStage):
             _optional_records("motions", motions, Motion, self.params.nodes),
             _optional_records("predictions", predictions, PatchPrediction, self._patches),
         ]
-        observations, made = empty(PatchObservation, (self._patches or 0,)), empty(PatchPrediction, (self._patches or 0,))
+        count = self._patches or 0
+        observations, made = empty(PatchObservation, (count,)), empty(PatchPrediction, (count,))
         self.run_buffers(inputs, [observations, made])
         return Aligned(observations, made)
 
@@ -264,8 +275,11 @@ class LmStage(_ArrayStage):
 
     _params_type = LmParams
 
-    def prepare(self, nodes: BufferLike, edges: BufferLike, points: BufferLike, landmarks: BufferLike, patches: BufferLike) -> None:
-        """nodes: (nodes, 3) float32, mm. edges: Edge. points, landmarks: SurfacePoint. patches: Patch. As many as the parameters say."""
+    def prepare(
+        self, nodes: BufferLike, edges: BufferLike, points: BufferLike, landmarks: BufferLike, patches: BufferLike
+    ) -> None:
+        """nodes: (nodes, 3) float32, mm. edges: Edge. points, landmarks: SurfacePoint. patches: Patch. As many as the
+        parameters say."""
         p = self.params
         check_numbers("nodes", nodes, "f", (p.nodes, 3))
         self.prepare_buffers(
@@ -285,8 +299,8 @@ class LmStage(_ArrayStage):
         observations: Optional[BufferLike] = None,
         disparity: Optional[BufferLike] = None,
     ) -> Solved:
-        """motions: (nodes,) Motion, where to start. matches: (landmarks,) Match, of ransac. observations: (patches,) PatchObservation, of align.
-        disparity: (height, width) int16, 1/16 px."""
+        """motions: (nodes,) Motion, where to start. matches: (landmarks,) Match, of ransac. observations: (patches,)
+        PatchObservation, of align. disparity: (height, width) int16, 1/16 px."""
         p = self.params
         inputs = [
             check_records("motions", motions, Motion, p.nodes)[0],
@@ -316,5 +330,7 @@ class WarpStage(_ArrayStage):
         return samples
 
 
-def _optional_records(name: str, value: Optional[BufferLike], struct: Type[Struct], count: Optional[int]) -> Optional[BufferLike]:
+def _optional_records(
+    name: str, value: Optional[BufferLike], struct: Type[Struct], count: Optional[int]
+) -> Optional[BufferLike]:
     return None if value is None else check_records(name, value, struct, count)[0]

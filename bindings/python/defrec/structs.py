@@ -1,8 +1,8 @@
 """The structs of defrec_c.h, field for field; the header says what each field means.
 
-Records (Feature, Landmark, ...) are what arrays hold: a NumPy array of them has the dtype numpy.dtype(Feature), without NumPy it is a
-ctypes array. Parameters (StereoParams, ...) are made with keywords, StereoParams(width=640, height=480); what is not named is 0, which
-means default.
+Records (Feature, Landmark, ...) are what arrays hold: a NumPy array of them has the dtype numpy.dtype(Feature), without
+NumPy it is a ctypes array. Parameters (StereoParams, ...) are made with keywords, StereoParams(width=640, height=480);
+what is not named is 0, which means default.
 """
 from __future__ import annotations
 

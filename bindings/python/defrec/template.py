@@ -7,7 +7,18 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Tuple, Union
 
 from . import structs
-from ._arrays import ArrayLike, BoolArray, ByteArray, FloatArray, IndexArray, Points, RecordArray, address_of, copied, empty
+from ._arrays import (
+    ArrayLike,
+    BoolArray,
+    ByteArray,
+    FloatArray,
+    IndexArray,
+    Points,
+    RecordArray,
+    address_of,
+    copied,
+    empty,
+)
 from ._handle import Handle
 from ._library import c_path, native
 from .context import Context
@@ -54,16 +65,18 @@ class Template(Handle):
         """Reads a file that save() wrote; it is checked. threads: any. Raises Error."""
         if not isinstance(context, Context):
             raise TypeError(f"context is a Context, {context!r} given")
+        handle, keep = context._open()
         out = ctypes.c_void_p()
-        native.defrec_template_load(context._native, c_path("path", path), out)
-        return cls(out, native.defrec_template_release, context._keep)
+        native.defrec_template_load(handle, c_path("path", path), out)
+        return cls(out, native.defrec_template_release, keep)
 
     def save(self, path: Union[str, "os.PathLike[str]"]) -> None:
         """Writes a file that holds the template. threads: any. Raises Error."""
         native.defrec_template_save(self._native, c_path("path", path))
 
     def lift(self, uv: ArrayLike) -> Lifted:
-        """Finds the surface points under (n, 2) pixels of the rectified left image that gave the template (Rig.rectify_pixels). threads: any"""
+        """Finds the surface points under (n, 2) pixels of the rectified left image that gave the template
+        (Rig.rectify_pixels). threads: any"""
         given = Points("uv", uv, 2)
         xyz, found = empty("d", (given.count, 3)), empty("?", (given.count,))
         native.defrec_template_lift(self._native, given.address, given.count, address_of(xyz), address_of(found))
@@ -72,19 +85,23 @@ class Template(Handle):
     def data(self) -> TemplateData:
         """Copies everything the template consists of. threads: any"""
         info = structs.TemplateInfo()
-        native.defrec_template_get(self._native, info)
+        with self._copying:
+            native.defrec_template_get(self._native, info)
+            return _copy_template(info)
 
-        def records(address: Any, struct: Any, count: int) -> RecordArray:
-            return copied(address, struct, (count,))
 
-        return TemplateData(
-            size=(info.width, info.height),
-            camera=Camera.from_buffer_copy(info.camera),
-            vertices=records(info.vertices, SurfacePoint, info.vertex_count),
-            triangles=copied(info.triangles, "I", (info.triangle_count, 3)),
-            nodes=copied(info.nodes, "f", (info.node_count, 3)),
-            edges=records(info.edges, Edge, info.edge_count),
-            landmarks=records(info.landmarks, Landmark, info.landmark_count),
-            patches=records(info.patches, Patch, info.patch_count),
-            image=copied(info.image, "B", (info.height, info.width)),
-        )
+def _copy_template(info: structs.TemplateInfo) -> TemplateData:
+    def records(address: Any, struct: Any, count: int) -> RecordArray:
+        return copied(address, struct, (count,))
+
+    return TemplateData(
+        size=(info.width, info.height),
+        camera=Camera.from_buffer_copy(info.camera),
+        vertices=records(info.vertices, SurfacePoint, info.vertex_count),
+        triangles=copied(info.triangles, "I", (info.triangle_count, 3)),
+        nodes=copied(info.nodes, "f", (info.node_count, 3)),
+        edges=records(info.edges, Edge, info.edge_count),
+        landmarks=records(info.landmarks, Landmark, info.landmark_count),
+        patches=records(info.patches, Patch, info.patch_count),
+        image=copied(info.image, "B", (info.height, info.width)),
+    )

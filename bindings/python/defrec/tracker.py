@@ -44,11 +44,13 @@ class Job(Handle):
         """Waits for the frame, and copies what it gave. threads: any. Raises Error where the job failed."""
         self.wait()
         found = structs.ResultStruct()
-        native.defrec_job_result(self._native, found)
-        return copy_result(found, self._size)
+        with self._copying:
+            native.defrec_job_result(self._native, found)
+            return copy_result(found, self._size)
 
     def warp_points(self, template_xyz: ArrayLike) -> WarpedPoints:
-        """Waits for the frame, and moves (n, 3) points to it, mm, given in the template frame (on or near the surface: a preoperative model).
+        """Waits for the frame, and moves (n, 3) points to it, mm, given in the template frame (on or near the surface:
+        a preoperative model).
 
         threads: any. Raises Error, with Status.ERROR_STATE where there is no template yet.
         """
@@ -64,12 +66,13 @@ class Job(Handle):
 class Tracker(Handle):
     """Follows the surface that a rig sees.
 
-    Opens the device and allocates everything that a frame needs. Of what is 0, or None, the library takes its default; ranges stand in
-    defrec_c.h at defrec_tracker_desc.
+    Opens the device and allocates everything that a frame needs. Of what is 0, or None, the library takes its default;
+    ranges stand in defrec_c.h at defrec_tracker_desc.
 
     device_id: of one of Context.devices; None: the first device with every stage.
     format: of the frames' pixels. frames_in_flight: submitted and not yet closed, 1 to 16.
-    disparities, min_disparity: the range searched, px; default: found from the first frame. min_depth_mm: nearest surface expected.
+    disparities, min_disparity: the range searched, px; default: found from the first frame. min_depth_mm: nearest
+    surface expected.
     node_spacing_px, vertex_spacing_px: between control points and between vertices in the template's image.
     keep_disparity: results carry the disparity image. timed: times of results are the device's own; slower.
     memory_stride: of left and right images in a Memory, bytes.
@@ -126,9 +129,10 @@ class Tracker(Handle):
         )
         if device_id is not None:
             desc.device_id = c_text("device_id", device_id)
+        handle, keep = context._open()
         out = ctypes.c_void_p()
-        native.defrec_tracker_create(context._native, rig._native, desc, out)
-        super().__init__(out, native.defrec_tracker_destroy, context._keep)
+        native.defrec_tracker_create(handle, rig._native, desc, out)
+        super().__init__(out, native.defrec_tracker_destroy, keep)
         self._raw_size = rig.raw_size
         self._size = rig.size
         self._format = Format(format)
@@ -146,20 +150,21 @@ class Tracker(Handle):
     ) -> Job:
         """Queues a frame and returns at once; jobs run in order.
 
-        left, right: uint8 images of the rig's raw size in the tracker's format, (height, width, channels), gray (height, width); rows may
-            have gaps between them. Nothing is converted; the library copies the pixels before this returns. Bytes without shape are
-            taken as rows without gaps. Or a Memory, whose pixels stay as they are until the job is done.
+        left, right: uint8 images of the rig's raw size in the tracker's format, (height, width, channels), gray
+            (height, width); rows may have gaps between them. Nothing is converted; the library copies the pixels before
+            this returns. Bytes without shape are taken as rows without gaps. Or a Memory, whose pixels stay as they are
+            until the job is done.
         timestamp_ns: strictly growing, of any clock.
         ignore: (height, width) uint8 or bool; nonzero pixels of the left image are not tissue.
         capture_template: make this frame the template (the first usable frame is, unless one was set).
         samples: where the device leaves a SurfaceSample per template vertex.
 
-        threads: one. Raises BusyError with a full queue, Error for a timestamp that does not grow; TypeError and ValueError for images of
-        another type or shape.
+        threads: one. Raises BusyError with a full queue, Error for a timestamp that does not grow; TypeError and
+        ValueError for images of another type or shape.
         """
-        handle = self._native
+        handle, tracker_keep = self._open()
         frame = structs.Frame(timestamp_ns=timestamp_ns, flags=FrameFlag.CAPTURE_TEMPLATE if capture_template else 0)
-        keep: List[Any] = [self._keep]
+        keep: List[Any] = [tracker_keep]
         with ExitStack() as views:
             left_image = self._image("left", left, self._format, views, keep)
             right_image = self._image("right", right, self._format, views, keep)
@@ -170,8 +175,7 @@ class Tracker(Handle):
             if samples is not None:
                 if not isinstance(samples, Memory):
                     raise TypeError(f"samples is a Memory, {type(samples).__name__} given")
-                keep.append(samples._keep)
-                frame.samples = samples._native
+                frame.samples = _kept(samples, keep)
             out = ctypes.c_void_p()
             native.defrec_tracker_submit(handle, frame, out)
         return Job(out, keep, self._size)
@@ -180,8 +184,7 @@ class Tracker(Handle):
         width, height = self._raw_size
         made = structs.Image(format=format, width=width, height=height)
         if isinstance(value, Memory):
-            made.memory = value._native
-            keep.append(value._keep)
+            made.memory = _kept(value, keep)
         else:
             codes = "B?" if name == "ignore" else "B"
             view, made.stride = image(name, value, width, height, BYTES_PER_PIXEL[format], codes)
@@ -190,13 +193,15 @@ class Tracker(Handle):
         return made
 
     def track(self, left: BufferLike, right: BufferLike, timestamp_ns: int, **options: Any) -> Result:
-        """Submits a frame, waits for it, and returns what it gave: for those who have time. Arguments and errors: submit."""
+        """Submits a frame, waits for it, and returns what it gave: for those who have time. Arguments and errors:
+        submit."""
         with self.submit(left, right, timestamp_ns, **options) as job:
             return job.result()
 
     def process(self, frames: Iterable[Tuple[BufferLike, BufferLike, int]]) -> Iterator[Job]:
-        """Tracks a recording: takes (left, right, timestamp_ns), gives each frame's job, done, in order, and closes it when the next is asked
-        for. Meanwhile the frames behind it are computed, as many as frames_in_flight allows. Errors: submit and Job.wait."""
+        """Tracks a recording: takes (left, right, timestamp_ns), gives each frame's job, done, in order, and closes it
+        when the next is asked for. Meanwhile the frames behind it are computed, as many as frames_in_flight allows.
+        Errors: submit and Job.wait."""
         pending: Deque[Job] = collections.deque()
         try:
             for left, right, timestamp_ns in frames:
@@ -215,12 +220,14 @@ class Tracker(Handle):
 
     def template(self) -> Template:
         """The present template. threads: any. Raises Error with Status.ERROR_STATE before there is one."""
+        handle, keep = self._open()
         out = ctypes.c_void_p()
-        native.defrec_tracker_get_template(self._native, out)
-        return Template(out, native.defrec_template_release, self._keep)
+        native.defrec_tracker_get_template(handle, out)
+        return Template(out, native.defrec_template_release, keep)
 
     def set_template(self, template: Template) -> None:
-        """Tracks this template from the next submitted frame on; the rig must have the same rectified camera and size. threads: one"""
+        """Tracks this template from the next submitted frame on; the rig must have the same rectified camera and size.
+        threads: one"""
         if not isinstance(template, Template):
             raise TypeError(f"template is a Template, {template!r} given")
         native.defrec_tracker_set_template(self._native, template._native)
@@ -228,9 +235,10 @@ class Tracker(Handle):
     def import_memory(self, source: Any) -> Memory:
         """Lets this tracker's device work in an array's memory, without a copy.
 
-        source: a writable array or buffer in the processor's memory, for devices that compute in it; or an array of a CUDA device, whatever
-        has __cuda_array_interface__ (CuPy, PyTorch, Numba), for that device. It begins at its first element, which lies at a multiple
-        of 16 bytes. It is kept alive until the Memory and the jobs that were given it are closed.
+        source: a writable array or buffer in the processor's memory, for devices that compute in it; or an array of a
+            CUDA device, whatever has __cuda_array_interface__ (CuPy, PyTorch, Numba), for that device. It begins at its
+            first element, which lies at a multiple of 16 bytes. It is kept alive until the Memory and the jobs that
+            were given it are closed.
         threads: any. Raises Error with Status.ERROR_UNSUPPORTED for what the device cannot reach.
         """
         return self._import(*memory_desc(source))
@@ -240,6 +248,13 @@ class Tracker(Handle):
         return self._import(structs.MemoryDesc(kind=kind, address=address, size=size), owner)
 
     def _import(self, desc: structs.MemoryDesc, owner: Any) -> Memory:
+        handle, keep = self._open()
         out = ctypes.c_void_p()
-        native.defrec_memory_import(self._native, desc, out)
-        return Memory(out, native.defrec_memory_release, (self._keep, owner))
+        native.defrec_memory_import(handle, desc, out)
+        return Memory(out, native.defrec_memory_release, (keep, owner))
+
+
+def _kept(memory: Memory, keep: List[Any]) -> int:
+    handle, owner = memory._open()
+    keep.append(owner)
+    return handle

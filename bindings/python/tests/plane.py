@@ -19,7 +19,10 @@ def texture(width, height, cell=4, seed=1):
         row, down = divmod(y, cell)
         edge = [nodes[row][i] * (cell - down) + nodes[row + 1][i] * down for i in range(columns)]
         made.append(
-            bytes((edge[x // cell] * (cell - x % cell) + edge[x // cell + 1] * (x % cell)) // (cell * cell) for x in range(width))
+            bytes(
+                (edge[x // cell] * (cell - x % cell) + edge[x // cell + 1] * (x % cell)) // (cell * cell)
+                for x in range(width)
+            )
         )
     return made
 

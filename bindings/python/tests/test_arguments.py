@@ -1,4 +1,5 @@
-"""What cannot be passed to the library raises, with the argument's name, and nothing reaches the library. Against the stub."""
+"""What cannot be passed to the library raises, with the argument's name, and nothing reaches the library. Against the
+stub."""
 import array
 import unittest
 
@@ -84,7 +85,9 @@ class Arguments(stub.StubTest):
         self.refuses((TypeError, ValueError), "left", submit, memoryview(IMAGE + IMAGE)[::2])
         self.refuses((TypeError, ValueError), "left", submit, memoryview(IMAGE)[::-1])
         self.refuses((TypeError, ValueError), "right", lambda: self.tracker.submit(IMAGE, None, 2))
-        self.refuses(ValueError, ["ignore", "(80, 96)"], lambda: self.tracker.submit(IMAGE, IMAGE, 2, ignore=shaped("B", W, H)))
+        self.refuses(
+            ValueError, ["ignore", "(80, 96)"], lambda: self.tracker.submit(IMAGE, IMAGE, 2, ignore=shaped("B", W, H))
+        )
         self.refuses(TypeError, "ignore", lambda: self.tracker.submit(IMAGE, IMAGE, 2, ignore=shaped("h", H, W)))
         self.refuses(TypeError, "samples", lambda: self.tracker.submit(IMAGE, IMAGE, 2, samples=IMAGE))
         self.tracker.submit(IMAGE, IMAGE, 2, ignore=shaped("?", H, W))
@@ -119,7 +122,19 @@ class Arguments(stub.StubTest):
         self.assertEqual({call.arguments["timeout_ns"] for call in stub.calls()}, {str((1 << 64) - 1)})
 
     def test_points(self):
-        for bad in (None, 5, "text", [1, 2, 3], [(1, 2)], [(1, 2, 3, 4)], [(1, 2, "x")], [(1, 2, None)], [[(1, 2, 3)]], [(1, 2, 3), (4, 5)], [(1j, 2, 3)]):
+        for bad in (
+            None,
+            5,
+            "text",
+            [1, 2, 3],
+            [(1, 2)],
+            [(1, 2, 3, 4)],
+            [(1, 2, "x")],
+            [(1, 2, None)],
+            [[(1, 2, 3)]],
+            [(1, 2, 3), (4, 5)],
+            [(1j, 2, 3)],
+        ):
             self.refuses((TypeError, ValueError), "template_xyz", self.job.warp_points, bad)
         for bad in ([(1, 2, 3)], shaped("d", 6), array.array("d", [1, 2]), {1: 2}):
             self.refuses((TypeError, ValueError), "raw_uv", self.rig.rectify_pixels, bad)
@@ -131,7 +146,13 @@ class Arguments(stub.StubTest):
 
     @unittest.skipIf(numpy is None, "needs NumPy")
     def test_numpy_points(self):
-        for bad in (numpy.zeros(3), numpy.zeros((3, 2)), numpy.zeros((1, 1, 3)), numpy.zeros((1, 3), complex), numpy.zeros((1, 3), object)):
+        for bad in (
+            numpy.zeros(3),
+            numpy.zeros((3, 2)),
+            numpy.zeros((1, 1, 3)),
+            numpy.zeros((1, 3), complex),
+            numpy.zeros((1, 3), object),
+        ):
             self.refuses((TypeError, ValueError), "template_xyz", self.job.warp_points, bad)
         strided = numpy.arange(24.0).reshape(4, 6)[::2, ::2]
         self.job.warp_points(strided)
@@ -145,7 +166,14 @@ class Arguments(stub.StubTest):
             "context": [None, self.rig],
             "width": [None, -1, 1 << 32, 96.0],
             "height": ["80"],
-            "M1": [None, [[1, 2], [3, 4]], "x", [[500, 1, 50], [0, 500, 40], [0, 0, 1]], [[500, 0, 50], [0, 500, 40], [0, 1, 0]], [MATRIX, MATRIX]],
+            "M1": [
+                None,
+                [[1, 2], [3, 4]],
+                "x",
+                [[500, 1, 50], [0, 500, 40], [0, 0, 1]],
+                [[500, 0, 50], [0, 500, 40], [0, 1, 0]],
+                [MATRIX, MATRIX],
+            ],
             "D1": [[1, 2, 3], [1, 2, 3, "x"], 0.5],
             "M2": [[1] * 9],
             "D2": [[0.0] * 15],
@@ -190,7 +218,9 @@ class Arguments(stub.StubTest):
         self.refuses(TypeError, "params", lambda: Stage(self.context, CAMERA))
         self.refuses(TypeError, "params", lambda: Stage(self.context, None))
         self.refuses(TypeError, "StereoParams", lambda: StereoStage(self.context, OrbParams()))
-        self.refuses(ValueError, "stride", lambda: StereoStage(self.context, StereoParams(width=10, height=10, stride=12)))
+        self.refuses(
+            ValueError, "stride", lambda: StereoStage(self.context, StereoParams(width=10, height=10, stride=12))
+        )
 
     def test_buffers(self):
         stage = Stage(self.context, OrbParams())
@@ -232,11 +262,15 @@ class Arguments(stub.StubTest):
         self.refuses(ValueError, "motions", warp.run, [])
         self.refuses(ValueError, "source", rectify.run, GRAY)
         self.refuses(ValueError, "map", rectify.run, IMAGE, shaped("i", W, H, 2))
-        self.refuses(ValueError, "format", lambda: RectifyStage(self.context, RectifyParams(source_width=W, source_height=H)))
+        self.refuses(
+            ValueError, "format", lambda: RectifyStage(self.context, RectifyParams(source_width=W, source_height=H))
+        )
 
         match.prepare([Landmark(), Landmark()])
         self.assertEqual(len(match.run([Feature()], shaped("h", H, W))), 2)
-        self.assertEqual(stub.lines()[-1].split(", ", 1)[1], f"in=[4, 48, {2 * W * H}], in_count=3, out=[80], out_count=1)")
+        self.assertEqual(
+            stub.lines()[-1].split(", ", 1)[1], f"in=[4, 48, {2 * W * H}], in_count=3, out=[80], out_count=1)"
+        )
         gray, mask = rectify.run(IMAGE)
         self.assertEqual((gray.shape, mask.shape), ((H, W), (H, W)))
 

@@ -1,4 +1,5 @@
-"""Every function of the C API, called once through the binding with distinctive values: the stub received each of them, in its place."""
+"""Every function of the C API, called once through the binding with distinctive values: the stub received each of them,
+in its place."""
 import ctypes
 import pathlib
 import unittest
@@ -56,13 +57,18 @@ class Calls(stub.StubTest):
         self.assertEqual(library_release(), "3.7.1")
         stub.answer("defrec_status_name", 0, "DEFREC_ERROR_IO")
         self.assertEqual(status_name(Status.ERROR_IO), "DEFREC_ERROR_IO")
-        self.assertEqual([str(call) for call in self.log()], ["defrec_version()", "defrec_version_string()", "defrec_status_name(status=-7)"])
+        self.assertEqual(
+            [str(call) for call in self.log()],
+            ["defrec_version()", "defrec_version_string()", "defrec_status_name(status=-7)"],
+        )
 
     def test_context(self):
         def log(level, source, text):
             pass
 
-        with Context(["/a/b", pathlib.Path("/c")], only_given_plugins=True, log=log, log_level=LogLevel.ERROR, threads=3) as context:
+        with Context(
+            ["/a/b", pathlib.Path("/c")], only_given_plugins=True, log=log, log_level=LogLevel.ERROR, threads=3
+        ) as context:
             handle = hex(context._native)
         with Context(use_environment=True):
             pass
@@ -70,7 +76,9 @@ class Calls(stub.StubTest):
         desc = created.struct("desc", structs.ContextDesc)
         self.assertEqual((desc.flags, desc.plugin_path_count, desc.log_level, desc.threads), (1, 2, 4, 3))
         self.assertTrue(desc.plugin_paths and desc.log)
-        self.assertFalse(desc.log_user or desc.alloc or desc.free or desc.alloc_user or desc.parallel_for or desc.parallel_for_user)
+        self.assertFalse(
+            desc.log_user or desc.alloc or desc.free or desc.alloc_user or desc.parallel_for or desc.parallel_for_user
+        )
         self.assertEqual(created.arguments["out"], handle)
         self.assertEqual(str(destroyed), f"defrec_context_destroy(context={handle})")
         self.assertEqual(second.struct("desc", structs.ContextDesc).flags, 2)
@@ -90,8 +98,14 @@ class Calls(stub.StubTest):
         stub.answer("defrec_device_count", 1)
         plugin = self.context.plugins[1]
         device = self.context.devices[0]
-        self.assertEqual((plugin.name, plugin.path, plugin.version, plugin.reason), ("plugin name", "plugin path", "plugin version", "plugin reason"))
-        self.assertEqual((plugin.verdict, device.id, device.name, device.driver), (Status.OK, "device id", "device name", "device driver"))
+        self.assertEqual(
+            (plugin.name, plugin.path, plugin.version, plugin.reason),
+            ("plugin name", "plugin path", "plugin version", "plugin reason"),
+        )
+        self.assertEqual(
+            (plugin.verdict, device.id, device.name, device.driver),
+            (Status.OK, "device id", "device name", "device driver"),
+        )
         c = self.c
         self.assertEqual(
             [str(call) for call in self.log()],
@@ -143,7 +157,10 @@ class Calls(stub.StubTest):
             s = hex(stage._native)
             self.assertEqual(stage.kind, StageKind.STEREO)
         created, *rest = self.log()
-        self.assertEqual((created.arguments["context"], created.arguments["device_id"], created.arguments["stage"]), (self.c, '"cuda:1"', "1"))
+        self.assertEqual(
+            (created.arguments["context"], created.arguments["device_id"], created.arguments["stage"]),
+            (self.c, '"cuda:1"', "1"),
+        )
         params = created.struct("params", structs.StereoParams)
         self.assertEqual((params.width, params.height, params.min_disparity, params.disparities), (640, 480, -3, 0))
         self.assertEqual(
@@ -159,14 +176,16 @@ class Calls(stub.StubTest):
         for number, (params, kind) in enumerate(KIND_OF_PARAMS.items()):
             Stage(self.context, params()).close()
             created = self.log()[0]
-            self.assertEqual((kind, created.arguments["stage"], created.arguments["device_id"]), (number, str(number), "NULL"))
+            self.assertEqual(
+                (kind, created.arguments["stage"], created.arguments["device_id"]), (number, str(number), "NULL")
+            )
             self.assertEqual(created.struct("params", params), params())
 
     def test_tracker(self):
         numbers = dict(
-            seed=(1 << 64) - 2, frames_in_flight=3, disparities=4, min_disparity=-5, min_depth_mm=6.5, node_spacing_px=7.5,
-            vertex_spacing_px=8.5, max_features=9, max_patches=10, arap_weight=11.5, coarse_iterations=12, fine_iterations=13,
-            memory_stride=14,
+            seed=(1 << 64) - 2, frames_in_flight=3, disparities=4, min_disparity=-5, min_depth_mm=6.5,
+            node_spacing_px=7.5, vertex_spacing_px=8.5, max_features=9, max_patches=10, arap_weight=11.5,
+            coarse_iterations=12, fine_iterations=13, memory_stride=14,
         )  # fmt: skip
         rig = make_rig(self.context)
         self.log()
@@ -202,11 +221,16 @@ class Calls(stub.StubTest):
             stub.answer("defrec_job_wait", Status.OK)
             self.assertEqual(len(job.result().vertices), 0)
             moved = job.warp_points([(1.5, 2.5, 3.5), (4.5, 5.5, 6.5)])
-        self.assertEqual((moved.xyz.tolist(), moved.status.tolist(), moved.expected_error_mm.tolist()), ([[1, 2, 3], [4, 5, 6]], [1, 2], [1, 2]))
+        self.assertEqual(
+            (moved.xyz.tolist(), moved.status.tolist(), moved.expected_error_mm.tolist()),
+            ([[1, 2, 3], [4, 5, 6]], [1, 2], [1, 2]),
+        )
         submitted, *rest = self.log()
         frame = submitted.struct("frame", structs.Frame)
         self.assertEqual(submitted.arguments["tracker"], hex(tracker._native))
-        self.assertEqual((frame.timestamp_ns, frame.flags, frame.ignore, frame.samples), (-(1 << 63) + 5, 1, None, None))
+        self.assertEqual(
+            (frame.timestamp_ns, frame.flags, frame.ignore, frame.samples), (-(1 << 63) + 5, 1, None, None)
+        )
         for_ever = f"defrec_job_wait(job={j}, timeout_ns=18446744073709551615)"
         self.assertEqual(
             [str(call) for call in rest],
@@ -217,8 +241,8 @@ class Calls(stub.StubTest):
                 for_ever,
                 f"defrec_job_result(job={j}, out={{536}})",
                 for_ever,
-                f"defrec_job_warp_points(job={j}, template_xyz=[1.5, 2.5, 3.5, 4.5, 5.5, 6.5], count=2, xyz=written, status=written, "
-                "expected_error_mm=written)",
+                f"defrec_job_warp_points(job={j}, template_xyz=[1.5, 2.5, 3.5, 4.5, 5.5, 6.5], count=2, xyz=written, "
+                "status=written, expected_error_mm=written)",
                 f"defrec_job_release(job={j})",
             ],
         )
@@ -262,7 +286,9 @@ class Calls(stub.StubTest):
         buffer = bytearray(96 * 80 * 3)
         tracker = Tracker(self.context, make_rig(self.context))
         self.log()
-        with tracker.import_memory(buffer) as memory, tracker.import_memory_at(0x7000, 0x123456789, MemoryKind.CUDA) as device_memory:
+        with tracker.import_memory(buffer) as memory, tracker.import_memory_at(
+            0x7000, 0x123456789, MemoryKind.CUDA
+        ) as device_memory:
             handles = memory._native, device_memory._native
             frames = []
 
@@ -276,14 +302,25 @@ class Calls(stub.StubTest):
         self.assertEqual(frames, [(*handles, None, 0, handles[1])])
         host, device, _, *released = self.log()
         desc = host.struct("desc", structs.MemoryDesc)
-        self.assertEqual((desc.kind, desc.address, desc.size), (1, ctypes.addressof(ctypes.c_char.from_buffer(buffer)), 96 * 80 * 3))
+        self.assertEqual(
+            (desc.kind, desc.address, desc.size), (1, ctypes.addressof(ctypes.c_char.from_buffer(buffer)), 96 * 80 * 3)
+        )
         desc = device.struct("desc", structs.MemoryDesc)
         self.assertEqual((desc.kind, desc.address, desc.size), (2, 0x7000, 0x123456789))
-        self.assertEqual([str(call) for call in released], [f"defrec_memory_release(memory={hex(handle)})" for handle in reversed(handles)])
+        self.assertEqual(
+            [str(call) for call in released],
+            [f"defrec_memory_release(memory={hex(handle)})" for handle in reversed(handles)],
+        )
 
     def test_cuda_array(self):
         class Rows:  # 80 rows of 96 pixels, 3 bytes each, 512 bytes from row to row
-            __cuda_array_interface__ = {"data": (0x5000, False), "shape": (80, 96, 3), "strides": (512, 3, 1), "typestr": "|u1", "version": 3}
+            __cuda_array_interface__ = {
+                "data": (0x5000, False),
+                "shape": (80, 96, 3),
+                "strides": (512, 3, 1),
+                "typestr": "|u1",
+                "version": 3,
+            }
 
         class Floats:
             __cuda_array_interface__ = {"data": (0x6000, False), "shape": (7, 8), "typestr": "<f4", "version": 2}
@@ -292,7 +329,9 @@ class Calls(stub.StubTest):
         self.log()
         memories = tracker.import_memory(Rows()), tracker.import_memory(Floats())
         descs = [call.struct("desc", structs.MemoryDesc) for call in self.log()]
-        self.assertEqual([(desc.kind, desc.address, desc.size) for desc in descs], [(2, 0x5000, 79 * 512 + 288), (2, 0x6000, 224)])
+        self.assertEqual(
+            [(desc.kind, desc.address, desc.size) for desc in descs], [(2, 0x5000, 79 * 512 + 288), (2, 0x6000, 224)]
+        )
         del memories
 
     def test_template(self):
@@ -327,7 +366,9 @@ class Calls(stub.StubTest):
         self.log()
 
     def test_zz_every_function_was_called(self):
-        exported = (pathlib.Path(__file__).resolve().parents[3] / "sdk" / "abi" / "exports_libdefrec.txt").read_text().split()
+        exported = (
+            (pathlib.Path(__file__).resolve().parents[3] / "sdk" / "abi" / "exports_libdefrec.txt").read_text().split()
+        )
         self.assertEqual(sorted(self.called), exported)
 
 

@@ -1,4 +1,5 @@
-"""Failures: status and sentence reach the exception, and what was made is given back, once, in any order. Against the stub."""
+"""Failures: status and sentence reach the exception, and what was made is given back, once, in any order. Against the
+stub."""
 import copy
 import gc
 import pickle
@@ -6,7 +7,20 @@ import unittest
 from unittest import mock
 
 import stub
-from defrec import BusyError, Camera, Context, Error, OrbParams, Rig, Stage, Status, Template, Tracker, _handle, _library
+from defrec import (
+    BusyError,
+    Camera,
+    Context,
+    Error,
+    OrbParams,
+    Rig,
+    Stage,
+    Status,
+    Template,
+    Tracker,
+    _handle,
+    _library,
+)
 
 CAMERA = Camera(fx=500, fy=500, cx=50, cy=40, baseline_mm=4.5)
 IMAGE = bytes(96 * 80 * 3)
@@ -32,7 +46,9 @@ def make_all():
 class Failures(stub.StubTest):
     def test_status_and_sentence(self):
         things = make_all()
-        context, rig, tracker, job, template = (things[name] for name in ("context", "rig", "tracker", "job", "template"))
+        context, rig, tracker, job, template = (
+            things[name] for name in ("context", "rig", "tracker", "job", "template")
+        )
         stub.answer("defrec_plugin_count", 1)
         stub.answer("defrec_device_count", 1)
         attempts = {
@@ -140,13 +156,34 @@ class Lifetimes(stub.StubTest):
     def test_use_after_close(self):
         things = make_all()
         uses = {
-            "context": [lambda c: c.plugins, lambda c: c.devices, lambda c: Tracker(c, things["rig"]), lambda c: Stage(c, OrbParams())],
-            "rig": [lambda r: r.rectify_pixels([(1, 2)]), lambda r: r.distort_pixels([(1, 2)]), lambda r: Tracker(things["context"], r)],
+            "context": [
+                lambda c: c.plugins,
+                lambda c: c.devices,
+                lambda c: Tracker(c, things["rig"]),
+                lambda c: Stage(c, OrbParams()),
+            ],
+            "rig": [
+                lambda r: r.rectify_pixels([(1, 2)]),
+                lambda r: r.distort_pixels([(1, 2)]),
+                lambda r: Tracker(things["context"], r),
+            ],
             "stage": [lambda s: s.prepare_buffers([]), lambda s: s.run_buffers([], [])],
-            "memory": [lambda m: things["tracker"].submit(m, IMAGE, 1), lambda m: things["tracker"].submit(IMAGE, IMAGE, 1, samples=m)],
+            "memory": [
+                lambda m: things["tracker"].submit(m, IMAGE, 1),
+                lambda m: things["tracker"].submit(IMAGE, IMAGE, 1, samples=m),
+            ],
             "job": [lambda j: j.wait(), lambda j: j.result(), lambda j: j.warp_points([(1, 2, 3)])],
-            "template": [lambda t: t.lift([(1, 2)]), lambda t: t.data(), lambda t: t.save("/x"), lambda t: things["tracker"].set_template(t)],
-            "tracker": [lambda t: t.submit(IMAGE, IMAGE, 1), lambda t: t.template(), lambda t: t.import_memory(bytearray(4))],
+            "template": [
+                lambda t: t.lift([(1, 2)]),
+                lambda t: t.data(),
+                lambda t: t.save("/x"),
+                lambda t: things["tracker"].set_template(t),
+            ],
+            "tracker": [
+                lambda t: t.submit(IMAGE, IMAGE, 1),
+                lambda t: t.template(),
+                lambda t: t.import_memory(bytearray(4)),
+            ],
             "loaded": [lambda t: t.__enter__()],
         }
         order = ["memory", "template", "job", "stage", "rig", "tracker", "loaded", "context"]
@@ -173,6 +210,28 @@ class Lifetimes(stub.StubTest):
         self.assertIn(f"defrec_context_destroy(context={handle})", stub.lines())
         context._keep(None, 3, b"sdk", "ä".encode())
         self.assertEqual(received, [(3, "sdk", "ä")])
+
+    def test_not_closed_while_copying(self):
+        """What the library points to is gone when the handle is: another thread's close() waits for the copy."""
+        things = make_all()
+        stub.answer("defrec_plugin_count", 1)
+        stub.answer("defrec_device_count", 1)
+        copies = {
+            "defrec_job_result": (things["job"], lambda: things["job"].result()),
+            "defrec_template_get": (things["template"], lambda: things["template"].data()),
+            "defrec_plugin_get": (things["context"], lambda: things["context"].plugins),
+            "defrec_device_get": (things["context"], lambda: things["context"].devices),
+        }
+        for name, (thing, copy_out) in copies.items():
+            called = []
+
+            def look(*arguments):
+                called.append(thing._copying.locked())
+
+            with mock.patch.object(_library.native, name, look):
+                copy_out()
+            self.assertEqual(called, [True], name)
+            self.assertFalse(thing._copying.locked())
 
     def test_neither_copied_nor_pickled(self):
         for attempt in (copy.copy, copy.deepcopy, pickle.dumps):

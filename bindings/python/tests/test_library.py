@@ -181,7 +181,9 @@ class Tracking(LibraryTest):
 
 class Stages(LibraryTest):
     def test_all_eight(self):
-        rectify = RectifyStage(self.context, RectifyParams(format=Format.GRAY8, source_width=plane.WIDTH, source_height=plane.HEIGHT))
+        rectify = RectifyStage(
+            self.context, RectifyParams(format=Format.GRAY8, source_width=plane.WIDTH, source_height=plane.HEIGHT)
+        )
         left, mask = rectify.run(FRAMES[0][0])
         right, _ = rectify.run(FRAMES[0][1])
         self.assertEqual((left.shape, raw(left)), ((plane.HEIGHT, plane.WIDTH), FRAMES[0][0]))
@@ -213,7 +215,9 @@ class Stages(LibraryTest):
         again = align.run(left, mask, predictions=predictions)
         self.assertEqual(raw(again.observations), raw(observations))
 
-        counts = dict(nodes=nodes, edges=len(data.edges), points=len(data.vertices), landmarks=0, patches=len(data.patches))
+        counts = dict(
+            nodes=nodes, edges=len(data.edges), points=len(data.vertices), landmarks=0, patches=len(data.patches)
+        )
         lm = LmStage(self.context, LmParams(camera=camera, **counts, **SIZE))
         lm.prepare(data.nodes, data.edges, data.vertices, [], data.patches)
         motions, solved = lm.run(rest, None, observations, disparity)
@@ -341,6 +345,29 @@ class Threads(LibraryTest):
             "jobs = [tracker.submit(*plane.pair(i), i) for i in range(2)]\n"
         )
         subprocess.run([sys.executable, "-c", code], check=True, cwd=os.path.dirname(plane.__file__))
+
+    def test_fork(self):
+        """The child's handles answer with an error, closing them does nothing, and the parent goes on."""
+        code = (
+            "import defrec, os, plane\n"
+            "context = defrec.Context()\n"
+            "rig = defrec.Rig.rectified(context, plane.WIDTH, plane.HEIGHT, plane.CAMERA)\n"
+            "tracker = defrec.Tracker(context, rig, 'cpu', format=defrec.Format.GRAY8)\n"
+            "job = tracker.submit(*plane.pair(), 0)\n"
+            "child = os.fork()\n"
+            "if child == 0:\n"
+            "    try:\n"
+            "        tracker.submit(*plane.pair(), 1)\n"
+            "    except defrec.Error as error:\n"
+            "        assert error.status == defrec.Status.ERROR_STATE, error\n"
+            "        with defrec.Context() as another:\n"
+            "            assert another.devices\n"
+            "        raise SystemExit(7)\n"
+            "else:\n"
+            "    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7\n"
+            "    assert job.result().state == defrec.State.TRACKING\n"
+        )
+        subprocess.run([sys.executable, "-c", code], check=True, cwd=os.path.dirname(plane.__file__), timeout=120)
 
 
 if __name__ == "__main__":

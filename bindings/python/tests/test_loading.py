@@ -17,7 +17,9 @@ LIBRARY = next(path for path in MAPPED if path.endswith(_library.FILE_NAME))
 
 class Loading(unittest.TestCase):
     def run_import(self, code, library_path="", folder="/"):
-        environment = {name: value for name, value in os.environ.items() if name not in ("LD_LIBRARY_PATH", "PYTHONPATH")}
+        environment = {
+            name: value for name, value in os.environ.items() if name not in ("LD_LIBRARY_PATH", "PYTHONPATH")
+        }
         environment.update(PYTHONPATH=str(self.package.parent), PYTHONDONTWRITEBYTECODE="1")
         if library_path:
             environment["LD_LIBRARY_PATH"] = str(library_path)
@@ -38,7 +40,9 @@ class Loading(unittest.TestCase):
         (self.package / "lib").mkdir()
         shutil.copy(LIBRARY, self.package / "lib" / _library.FILE_NAME)
         done = self.run_import("import defrec; print(defrec._library.path)", library_path=os.path.dirname(LIBRARY))
-        self.assertEqual((done.returncode, done.stdout), (0, str(self.package / "lib" / _library.FILE_NAME) + "\n"), done.stderr)
+        self.assertEqual(
+            (done.returncode, done.stdout), (0, str(self.package / "lib" / _library.FILE_NAME) + "\n"), done.stderr
+        )
 
     def test_bundled_but_broken(self):
         (self.package / "lib").mkdir()
@@ -54,13 +58,17 @@ class Loading(unittest.TestCase):
             self.assertIn(f"ImportError: {_library.FILE_NAME} cannot be loaded", done.stderr)
 
     def test_versions(self):
-        stub = "import ctypes; stub = ctypes.CDLL('libdefrec.so.1'); stub.defrec_stub_answer(b'defrec_version', {}, b''); import defrec"
+        stub = (
+            "import ctypes; stub = ctypes.CDLL('libdefrec.so.1'); "
+            "stub.defrec_stub_answer(b'defrec_version', {}, b''); import defrec"
+        )
         for version, fits in ((1000, False), (1001, True), (1002, True), (2001, False), (0, False)):
             done = self.run_import(stub.format(version), library_path=os.path.dirname(LIBRARY))
             if fits:
                 self.assertEqual(done.returncode, 0, done.stderr)
             else:
-                sentence = f"ImportError: {_library.FILE_NAME} has version {version // 1000}.{version % 1000} of the C API; this package needs 1.1"
+                found = f"{version // 1000}.{version % 1000}"
+                sentence = f"ImportError: {_library.FILE_NAME} has version {found} of the C API; this package needs 1.1"
                 self.assertIn(sentence, done.stderr)
 
     def test_not_a_libdefrec(self):

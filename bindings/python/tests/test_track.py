@@ -59,7 +59,15 @@ class Track(unittest.TestCase):
                             rows.append([str(result.frame), name, "", "", "", "lost", ""])
                         else:
                             known = "tracked" if status == PointStatus.OBSERVED else "extrapolated"
-                            rows.append([str(result.frame), name, *(f"{x:.4f}" for x in xyz), known, f"{moved.expected_error_mm[i]:.4f}"])
+                            rows.append(
+                                [
+                                    str(result.frame),
+                                    name,
+                                    *(f"{x:.4f}" for x in xyz),
+                                    known,
+                                    f"{moved.expected_error_mm[i]:.4f}",
+                                ]
+                            )
         with open(TRACKED / "points.csv", newline="") as file:
             expected = [[row[column] for column in COLUMNS] for row in csv.DictReader(file)]
         self.assertGreater(len(expected), 1000)
