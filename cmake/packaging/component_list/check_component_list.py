@@ -1,0 +1,97 @@
+#!/usr/bin/env python3
+"""Fails unless a component list is well formed and says what the binaries link.
+
+check_component_list.py bom.json SCHEMA FOLDER_OF_LIBRARIES FOLDER_OF_PROGRAMS
+"""
+import functools
+import json
+import pathlib
+import re
+import subprocess
+import sys
+import urllib.parse
+
+import jsonschema
+
+
+def run(*command):
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+
+def qualifiers(component):
+    return dict(urllib.parse.parse_qsl(component.get("purl", "").partition("?")[2]))
+
+
+def binary_of(part, libraries, programs):
+    candidates = [libraries / f"{part}.so", libraries / "defrec-conformance" / f"{part}.so", programs / part]
+    found = [path for path in candidates if path.exists()]
+    assert found, f"{part} is listed, and there is none of {candidates}"
+    return found[0]
+
+
+@functools.lru_cache(maxsize=None)
+def source_package(library):
+    """Of a shared library that the loader maps: the Debian source package it comes from."""
+    path = str(pathlib.Path(library).resolve())
+    for candidate in (library, path, path.removeprefix("/usr")):
+        found = subprocess.run(["dpkg-query", "-S", candidate], capture_output=True, text=True)
+        if found.returncode == 0:
+            return run("dpkg-query", "-W", "-f", "${source:Package}", found.stdout.partition(": ")[0].split(",")[0])
+    return None
+
+
+def linked_sources(binary):
+    """Source packages of the libraries that the binary names itself, not of those that these need."""
+    needed = re.findall(r"NEEDED +(\S+)", run("objdump", "-p", str(binary)))
+    mapped = dict(re.findall(r"(\S+) => (/\S+)", run("ldd", str(binary))))
+    return {name: source_package(mapped[name]) for name in needed if name in mapped and not name.startswith("libdefrec.")}
+
+
+def check_references(bom):
+    components = bom["components"]
+    refs = [component["bom-ref"] for component in components] + [bom["metadata"]["component"]["bom-ref"]]
+    assert len(set(refs)) == len(refs), "a bom-ref is used twice"
+    edges = {dependency["ref"]: dependency.get("dependsOn", []) for dependency in bom["dependencies"]}
+    assert set(edges) == set(refs), f"dependencies are not those of the components: {set(edges) ^ set(refs)}"
+    assert len(edges) == len(bom["dependencies"]), "a component has its dependencies twice"
+    named = {ref for targets in edges.values() for ref in targets}
+    assert named <= set(refs), f"dependencies on what is not listed: {named - set(refs)}"
+    unused = set(refs) - named - {bom["metadata"]["component"]["bom-ref"]}
+    assert not unused, f"nothing uses {unused}"
+    return edges
+
+
+def check_linked(bom, edges, libraries, programs):
+    by_ref = {component["bom-ref"]: component for component in bom["components"]}
+    checked = 0
+    for part in edges[bom["metadata"]["component"]["bom-ref"]]:
+        listed = {qualifiers(by_ref[ref]).get("upstream"): ref for ref in edges[part]}
+        for library, source in linked_sources(binary_of(part, libraries, programs)).items():
+            # libgcc_s and libstdc++ come from one source; the list names both by libstdc++.
+            assert source in listed, f"{part} links {library} (source package {source}), and the list does not say so"
+            checked += 1
+    assert checked > 0, "no linked library was looked at"
+    return checked
+
+
+def check_versions(bom):
+    """What is in the binaries has the version of the Debian package that it is said to come from."""
+    for component in bom["components"]:
+        purl = component.get("purl", "")
+        if component["scope"] == "required" and purl.startswith("pkg:deb/"):
+            installed = urllib.parse.unquote(purl.partition("@")[2].partition("?")[0])
+            assert component["version"] in installed, f"{component['name']} {component['version']}, from package version {installed}"
+
+
+def main():
+    list_path, schema_path, libraries, programs = map(pathlib.Path, sys.argv[1:])
+    bom = json.loads(list_path.read_text())
+    jsonschema.validate(bom, json.loads(schema_path.read_text()))
+    edges = check_references(bom)
+    check_versions(bom)
+    checked = check_linked(bom, edges, libraries, programs)
+    print(f"{len(bom['components'])} components, {checked} linked libraries accounted for")
+
+
+if __name__ == "__main__":
+    main()

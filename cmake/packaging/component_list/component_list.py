@@ -1,0 +1,168 @@
+#!/usr/bin/env python3
+"""Writes the component list (CycloneDX 1.5, JSON) and the notices of what is contained in the binaries.
+
+component_list.py FOUND.json --list bom.json --notices notices.txt [--page package-lock.json --page-packages node_modules]
+
+FOUND.json is what CMake found: our parts, and each component's name, version, licence, one of its files, how it takes part and in which
+parts. Which Debian package a file belongs to, dpkg says here. The page is the report of `defrec track`, bundled from npm packages.
+"""
+import argparse
+import datetime
+import functools
+import json
+import os
+import pathlib
+import platform
+import subprocess
+import urllib.parse
+import uuid
+
+PAGE_PART = "defrec"
+TYPES = {"linked": "library", "contained": "library", "tool": "application"}
+
+
+@functools.lru_cache(maxsize=None)
+def debian_package(file):
+    """Of a file: name, version, architecture and source of its package; None if it has none."""
+    path = os.path.realpath(file)
+    # Files of /lib are known by that name although /lib is a link to /usr/lib.
+    for candidate in (file, path, path.removeprefix("/usr")):
+        try:
+            found = subprocess.run(["dpkg-query", "-S", candidate], capture_output=True, text=True)
+        except FileNotFoundError:
+            return None
+        if found.returncode == 0:
+            name = found.stdout.partition(": ")[0].split(",")[0]
+            fields = "${Package}\t${Version}\t${Architecture}\t${source:Package}"
+            return subprocess.run(["dpkg-query", "-W", "-f", fields, name], capture_output=True, text=True, check=True).stdout.split("\t")
+    return None
+
+
+def distribution():
+    try:
+        release = platform.freedesktop_os_release()
+    except OSError:
+        return "debian", None
+    return release["ID"], f"{release['ID']}-{release['VERSION_ID']}" if "VERSION_ID" in release else None
+
+
+def package_url(component):
+    package = debian_package(component["file"])
+    if package is None:
+        return f"pkg:generic/{component['name']}@{component['version']}"
+    name, version, architecture, source = package
+    vendor, release = distribution()
+    qualifiers = {"arch": architecture, "distro": release, "upstream": source}
+    query = "&".join(f"{key}={urllib.parse.quote(value)}" for key, value in qualifiers.items() if value)
+    return f"pkg:deb/{vendor}/{urllib.parse.quote(name)}@{urllib.parse.quote(version, safe='~')}?{query}"
+
+
+def licence_entry(licence):
+    if " " in licence:
+        return {"expression": licence}
+    return {"license": {"name" if licence.startswith("LicenseRef-") else "id": licence}}
+
+
+def entry(component):
+    return {
+        "type": TYPES[component["how"]],
+        "bom-ref": component["ref"],
+        "name": component["name"],
+        "version": component["version"],
+        "scope": "excluded" if component["how"] == "tool" else "required",
+        "licenses": [licence_entry(component["licence"])],
+        "purl": component.get("purl") or package_url(component),
+        "properties": [{"name": "defrec:how", "value": component["how"]}],
+    }
+
+
+def own_entry(part, version):
+    return {
+        "type": "library" if part.startswith(("lib", "defrec_plugin_")) else "application",
+        "bom-ref": part,
+        "group": "defrec",
+        "name": part,
+        "version": version,
+        "scope": "required",
+        "licenses": [licence_entry("Apache-2.0")],
+    }
+
+
+def page_components(lock, packages):
+    """What the page is bundled from, and what with, as npm's lock file has it."""
+    locked = json.loads(pathlib.Path(lock).read_text())["packages"]
+    root = locked[""]
+    for kind, how in (("dependencies", "contained"), ("devDependencies", "tool")):
+        for name in root.get(kind, {}):
+            package = locked[f"node_modules/{name}"]
+            yield {"name": name, "version": package["version"], "licence": package["license"], "how": how, "used_by": [PAGE_PART],
+                   "purl": f"pkg:npm/{name}@{package['version']}", "licence_file": os.path.join(packages, name, "LICENSE")}
+
+
+def timestamp():
+    epoch = os.environ.get("SOURCE_DATE_EPOCH")
+    utc = datetime.timezone.utc
+    moment = datetime.datetime.fromtimestamp(int(epoch), utc) if epoch else datetime.datetime.now(utc)
+    return moment.strftime("%Y-%m-%dT%H:%M:%SZ")
+
+
+def component_list(parts, version, components):
+    bom = {
+        "bomFormat": "CycloneDX",
+        "specVersion": "1.5",
+        "version": 1,
+        "metadata": {
+            "component": {"type": "framework", "bom-ref": "sdk", "name": "defrec", "version": version, "licenses": [licence_entry("Apache-2.0")],
+                          "purl": f"pkg:generic/defrec@{version}"},
+        },
+        "components": [own_entry(part, version) for part in parts] + [entry(component) for component in components],
+        "dependencies": [{"ref": "sdk", "dependsOn": parts}]
+        + [{"ref": part, "dependsOn": [c["ref"] for c in components if part in c["used_by"]]} for part in parts]
+        + [{"ref": component["ref"]} for component in components],
+    }
+    # The same content has the same number.
+    serial = uuid.uuid5(uuid.NAMESPACE_OID, json.dumps(bom, sort_keys=True))
+    bom["metadata"]["timestamp"] = timestamp()
+    return {"serialNumber": f"urn:uuid:{serial}", **bom}
+
+
+def licence_text(component):
+    if "licence_file" in component:
+        return pathlib.Path(component["licence_file"]).read_text()
+    package = debian_package(component["file"])
+    if package is None:
+        return f"Licence: {component['licence']}\n"
+    return pathlib.Path(f"/usr/share/doc/{package[0]}/copyright").read_text()
+
+
+def notices(components):
+    line = "=" * 100
+    texts = ["What defrec's binaries contain of others, and under which licences.\n"]
+    for component in components:
+        if component["how"] == "contained":
+            head = f"{component['name']} {component['version']}, in {', '.join(component['used_by'])}"
+            texts.append(f"{line}\n{head}\n{line}\n{licence_text(component).strip()}\n")
+    return "\n".join(texts)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("found")
+    parser.add_argument("--list", required=True)
+    parser.add_argument("--notices", required=True)
+    parser.add_argument("--page")
+    parser.add_argument("--page-packages")
+    arguments = parser.parse_args()
+    found = json.loads(pathlib.Path(arguments.found).read_text())
+    components = found["components"]
+    if arguments.page:
+        components += page_components(arguments.page, arguments.page_packages)
+    for component in components:
+        component["ref"] = f"{component['name']}@{component['version']}"
+    bom = component_list(found["parts"], found["version"], components)
+    pathlib.Path(arguments.list).write_text(json.dumps(bom, indent=2) + "\n")
+    pathlib.Path(arguments.notices).write_text(notices(components))
+
+
+if __name__ == "__main__":
+    main()
