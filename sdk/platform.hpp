@@ -13,8 +13,9 @@ namespace defrec::platform {
 // Identifies this process; a child after fork has another.
 uint64_t process_id() noexcept;
 
-// Starts a thread of the library: it receives none of the application's signals and computes in the default floating
-// point mode, whatever the mode of the starting thread. Throws Error(DEFREC_ERROR_OUT_OF_MEMORY).
+// Starts a thread of the library: it receives none of the application's signals (but real-time ones, SIGPWR and
+// SIGXCPU, by which runtimes stop threads) and computes in the default floating point mode, whatever the mode of the
+// starting thread. Throws Error(DEFREC_ERROR_OUT_OF_MEMORY).
 std::thread start_thread(std::function<void()> body);
 
 // For a scope: default rounding, no flushing of denormals; the thread's own mode is back afterwards.

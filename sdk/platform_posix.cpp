@@ -21,16 +21,22 @@
 namespace defrec::platform {
 namespace {
 
-class AllSignalsBlocked {
+// But for those by which Mono stops threads during a collection: it waits for ever for a thread that has been in a callback and blocks them.
+class SignalsBlocked {
   public:
-    AllSignalsBlocked() {
-        sigset_t all;
-        sigfillset(&all);
-        pthread_sigmask(SIG_SETMASK, &all, &before_);
+    SignalsBlocked() {
+        sigset_t blocked;
+        sigfillset(&blocked);
+        for (int signal = SIGRTMIN; signal <= SIGRTMAX; ++signal) sigdelset(&blocked, signal);
+        sigdelset(&blocked, SIGXCPU);
+#ifdef SIGPWR
+        sigdelset(&blocked, SIGPWR);
+#endif
+        pthread_sigmask(SIG_SETMASK, &blocked, &before_);
     }
-    ~AllSignalsBlocked() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
-    AllSignalsBlocked(const AllSignalsBlocked&) = delete;
-    AllSignalsBlocked& operator=(const AllSignalsBlocked&) = delete;
+    ~SignalsBlocked() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+    SignalsBlocked(const SignalsBlocked&) = delete;
+    SignalsBlocked& operator=(const SignalsBlocked&) = delete;
 
   private:
     sigset_t before_;
@@ -41,7 +47,7 @@ class AllSignalsBlocked {
 uint64_t process_id() noexcept { return static_cast<uint64_t>(getpid()); }
 
 std::thread start_thread(std::function<void()> body) {
-    const AllSignalsBlocked blocked;  // a thread inherits the mask
+    const SignalsBlocked blocked;  // a thread inherits the mask
     try {
         return std::thread([run = std::move(body)] {
             std::fesetenv(FE_DFL_ENV);
