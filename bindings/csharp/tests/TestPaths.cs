@@ -13,6 +13,8 @@ namespace Defrec.Tests
         internal static string Sequence { get { return Get("DEFREC_TEST_SEQUENCE"); } }
         /// <summary>What `defrec track` made of it.</summary>
         internal static string Tracked { get { return Get("DEFREC_TEST_TRACKED"); } }
+        /// <summary>Folder of the plugin that computes and logs on threads of its own.</summary>
+        internal static string AsynchronousPlugin { get { return Get("DEFREC_TEST_ASYNCHRONOUS_PLUGIN"); } }
         /// <summary>Where tests may write.</summary>
         internal static string Scratch
         {

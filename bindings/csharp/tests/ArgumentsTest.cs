@@ -1,0 +1,154 @@
+using System;
+using System.Collections.Generic;
+using System.Linq;
+using Defrec.Native;
+using NUnit.Framework;
+
+namespace Defrec.Tests
+{
+    /// <summary>What a hurried user gets wrong. Nothing that the library could not survive reaches it; the exception names the argument.</summary>
+    [TestFixture]
+    public class ArgumentsTest : StubTest
+    {
+        private Job job;
+        private Template template;
+        private Stage stage;
+
+        [SetUp]
+        public void MakeMoreObjects()
+        {
+            job = Submit();
+            template = Tracker.GetTemplate();
+            stage = new Stage(Context, new OrbParameters());
+            Stub.Calls();
+        }
+
+        [TearDown]
+        public void DisposeThem()
+        {
+            stage.Dispose();
+            template.Dispose();
+            job.Dispose();
+        }
+
+        private static void AllRefused<TException>(Dictionary<TestDelegate, string> calls) where TException : ArgumentException
+        {
+            int number = 0;
+            foreach (KeyValuePair<TestDelegate, string> call in calls)
+            {
+                string which = call.Value + ", call " + number++;
+                var refusal = Assert.Throws<TException>(call.Key, which);
+                Assert.That(refusal.ParamName, Is.EqualTo(call.Value), which);
+            }
+            Assert.That(Stub.Calls().Where(call => call != "defrec_version()"), Is.Empty, "none of them reached the library");
+        }
+
+        [Test]
+        public void Null()
+        {
+            double[] two = new double[2], three = new double[3];
+            var flags = new bool[1];
+            RigDescription noLeft = RigDescription.Rectified(Width, Height, Camera), noRotation = RigDescription.Rectified(Width, Height, Camera);
+            RigDescription noDistortion = RigDescription.Rectified(Width, Height, Camera), noTranslation = RigDescription.Rectified(Width, Height, Camera);
+            noLeft.Left = null;
+            noRotation.Rotation = null;
+            noDistortion.Right.Distortion = null;
+            noTranslation.Translation = null;
+            var nullPath = new ContextOptions();
+            nullPath.PluginPaths.Add(null);
+            AllRefused<ArgumentNullException>(new Dictionary<TestDelegate, string>
+            {
+                { () => new Context(null), "options" }, { () => new Context(nullPath), "PluginPaths" },
+                { () => new Rig(null, noLeft), "context" }, { () => new Rig(Context, null), "description" },
+                { () => new Rig(Context, noLeft), "description.Left" }, { () => new Rig(Context, noRotation), "description.Rotation" },
+                { () => new Rig(Context, noTranslation), "description.Translation" }, { () => new Rig(Context, noDistortion), "Distortion" },
+                { () => Rig.RectifyPixels((double[])null, two), "rawUv" }, { () => Rig.RectifyPixels(two, null), "rectifiedUv" },
+                { () => Rig.DistortPixels((double[])null, two), "rectifiedUv" }, { () => Rig.DistortPixels(two, null), "rawUv" },
+                { () => new Tracker(null, Rig), "context" }, { () => new Tracker(Context, null), "rig" },
+                { () => new Tracker(Context, Rig, null), "options" }, { () => Tracker.SetTemplate(null), "template" },
+                { () => new Image((byte[])null, 64, 48, PixelFormat.Gray8), "pixels" }, { () => new Image(IntPtr.Zero, 64, 48, PixelFormat.Gray8), "pixels" },
+                { () => new Image((DeviceMemory)null, 64, 48, PixelFormat.Gray8), "memory" },
+                { () => new DeviceMemory(null, MemoryKind.Host, (IntPtr)16, 16), "tracker" },
+                { () => job.GetResult(null), "into" }, { () => job.CopyVertices(null), "destination" }, { () => job.CopyMotions(null), "destination" },
+                { () => job.WarpPoints(null, three), "templateXyz" }, { () => job.WarpPoints(three, null), "xyz" },
+                { () => template.Lift(null, three, flags), "uv" }, { () => template.Lift(two, null, flags), "xyz" }, { () => template.Lift(two, three, null), "found" },
+                { () => template.Save(null), "path" }, { () => Template.Load(null, "/a"), "context" }, { () => Template.Load(Context, null), "path" },
+                { () => new Stage(null, new OrbParameters()), "context" }, { () => stage.Prepare(null), "inputs" },
+                { () => stage.Run(null, new StageBuffer[0]), "inputs" }, { () => stage.Run(new StageBuffer[0], null), "outputs" },
+                { () => new StageBuffer(IntPtr.Zero, 1), "address" }
+            });
+        }
+
+        [Test]
+        public void ArraysOfTheWrongLength()
+        {
+            double[] three = new double[3], four = new double[4], six = new double[6];
+            RigDescription rotation = RigDescription.Rectified(Width, Height, Camera), translation = RigDescription.Rectified(Width, Height, Camera);
+            RigDescription distortion = RigDescription.Rectified(Width, Height, Camera);
+            rotation.Rotation = new double[8];
+            translation.Translation = new double[4];
+            distortion.Left.Distortion = new double[15];
+            AllRefused<ArgumentException>(new Dictionary<TestDelegate, string>
+            {
+                { () => new Rig(Context, rotation), "description.Rotation" }, { () => new Rig(Context, translation), "description.Translation" },
+                { () => new Rig(Context, distortion), "Distortion" },
+                { () => Rig.RectifyPixels(three, six), "rawUv" }, { () => Rig.RectifyPixels(six, four), "rectifiedUv" },
+                { () => Rig.DistortPixels(three, six), "rectifiedUv" }, { () => Rig.DistortPixels(six, four), "rawUv" },
+                { () => job.WarpPoints(four, six), "templateXyz" }, { () => job.WarpPoints(six, four), "xyz" },
+                { () => job.WarpPoints(six, six, new PointStatus[1]), "status" }, { () => job.WarpPoints(six, six, null, new double[1]), "expectedErrorMm" },
+                { () => template.Lift(three, six, new bool[2]), "uv" }, { () => template.Lift(four, four, new bool[2]), "xyz" },
+                { () => template.Lift(four, six, new bool[1]), "found" },
+                { () => stage.Prepare(new StageBuffer[65]), "inputs" }, { () => stage.Run(new StageBuffer[33], new StageBuffer[32]), "inputs" },
+                { () => template.Save("/a\0b"), "path" }, { () => Template.Load(Context, "/\ud800"), "path" },
+                { () => new Tracker(Context, Rig, new TrackerOptions { DeviceId = "cpu\0" }), "options.DeviceId" },
+                { () => new Stage(Context, new OrbParameters(), "\udc00"), "deviceId" }
+            });
+        }
+
+        [Test]
+        public void ImagesThatDoNotFitTheirPixels()
+        {
+            var pixels = new byte[64 * 48];
+            AllRefused<ArgumentException>(new Dictionary<TestDelegate, string>
+            {
+                { () => new Image(new byte[0], 64, 48, PixelFormat.Gray8), "pixels" }, { () => new Image(pixels, 64, 49, PixelFormat.Gray8), "pixels" },
+                { () => new Image(pixels, 64, 48, PixelFormat.Bgr8), "pixels" }, { () => new Image(pixels, 64, 48, PixelFormat.Gray8, 65), "pixels" },
+                { () => new Image(pixels, 64, 48, PixelFormat.Gray8, 63), "stride" },
+                { () => new Image(pixels, 64, 48, PixelFormat.Gray8, long.MaxValue), "pixels" },
+                { () => Tracker.Submit(default(Image), GrayImage(), 2), "frame" }, { () => Tracker.Submit(GrayImage(), default(Image), 2), "frame" },
+                { () => Tracker.Submit(default(Frame)), "frame" }
+            });
+            AllRefused<ArgumentOutOfRangeException>(new Dictionary<TestDelegate, string>
+            {
+                { () => new Image(pixels, 0, 48, PixelFormat.Gray8), "width" }, { () => new Image(pixels, -64, 48, PixelFormat.Gray8), "width" },
+                { () => new Image(pixels, 64, -1, PixelFormat.Gray8), "height" }, { () => new Image(pixels, int.MaxValue, int.MaxValue, PixelFormat.Bgra8), "width" },
+                { () => new Image(pixels, 64, 48, PixelFormat.Default), "format" }, { () => new Image(pixels, 64, 48, (PixelFormat)77), "format" },
+                { () => new Image(pixels, 64, 48, PixelFormat.Gray8, -64), "stride" }, { () => new Image((IntPtr)16, 64, 48, PixelFormat.Gray8, -64), "stride" }
+            });
+            // The last row needs no gap behind it.
+            using (Tracker.Submit(new Image(new byte[100 * 47 + 64], 64, 48, PixelFormat.Gray8, 100), GrayImage(), 3)) { }
+        }
+
+        [Test]
+        public void NumbersThatCannotBe()
+        {
+            AllRefused<ArgumentOutOfRangeException>(new Dictionary<TestDelegate, string>
+            {
+                { () => new Context(new ContextOptions { Threads = -1 }), "options" },
+                { () => new Rig(Context, RigDescription.Rectified(-1, Height, Camera)), "description.Width" },
+                { () => new Rig(Context, RigDescription.Rectified(Width, int.MinValue, Camera)), "description.Height" },
+                { () => job.Wait(TimeSpan.FromSeconds(-5)), "timeout" }, { () => job.Wait(TimeSpan.MinValue), "timeout" },
+                { () => new DeviceMemory(Tracker, MemoryKind.Host, (IntPtr)16, -1), "size" }, { () => new StageBuffer((IntPtr)16, -1), "size" }
+            });
+        }
+
+        [Test]
+        public void NothingToDoIsNoError()
+        {
+            Rig.RectifyPixels(new double[0], new double[0]);
+            job.WarpPoints(new double[0], new double[0], new PointStatus[0], new double[0]);
+            template.Lift(new double[0], new double[0], new bool[0]);
+            Assert.That(Stub.Calls(), Is.Empty);
+        }
+    }
+}

@@ -1,0 +1,70 @@
+using System;
+using NUnit.Framework;
+
+namespace Defrec.Tests
+{
+    /// <summary>The overloads for spans do what those for arrays do, on parts of arrays.</summary>
+    [TestFixture]
+    public class SpansTest : StubTest
+    {
+        [Test]
+        public void Pixels()
+        {
+            double[] uv = { 9, 1.5, 2.5, 9 }, mapped = new double[4];
+            Rig.RectifyPixels(new ReadOnlySpan<double>(uv, 1, 2), new Span<double>(mapped, 2, 2));
+            Assert.That(mapped, Is.EqualTo(new double[] { 0, 0, 1, 2 }));
+            Rig.DistortPixels(new ReadOnlySpan<double>(uv, 2, 2), new Span<double>(mapped, 0, 2));
+            Assert.That(mapped, Is.EqualTo(new double[] { 1, 2, 1, 2 }));
+            string rig = Stub.Handle(Rig.Handle);
+            Assert.That(Stub.Calls(), Is.EqualTo(new[]
+            {
+                "defrec_rig_rectify_pixels(rig=" + rig + ", raw_uv=[1.5, 2.5], count=1, rectified_uv=written)",
+                "defrec_rig_distort_pixels(rig=" + rig + ", rectified_uv=[2.5, 9], count=1, raw_uv=written)"
+            }));
+            Assert.Throws<ArgumentException>(() => Rig.RectifyPixels(new ReadOnlySpan<double>(uv, 0, 3), new Span<double>(mapped)));
+            Assert.Throws<ArgumentException>(() => Rig.DistortPixels(new ReadOnlySpan<double>(uv), new Span<double>(mapped, 0, 2)));
+            Rig.RectifyPixels(ReadOnlySpan<double>.Empty, Span<double>.Empty);
+            Assert.That(Stub.Calls(), Is.Empty);
+        }
+
+        [Test]
+        public void Points()
+        {
+            double[] xyz = { 9, 1, 2, 3 }, moved = new double[4], error = new double[2];
+            var status = new PointStatus[2];
+            using (Job job = Submit())
+            {
+                string handle = Stub.Handle(job.Handle);
+                Stub.Calls();
+                job.WarpPoints(new ReadOnlySpan<double>(xyz, 1, 3), new Span<double>(moved, 1, 3), new Span<PointStatus>(status, 1, 1), new Span<double>(error, 1, 1));
+                job.WarpPoints(new ReadOnlySpan<double>(xyz, 1, 3), new Span<double>(moved, 1, 3), Span<PointStatus>.Empty, Span<double>.Empty);
+                Assert.That(moved, Is.EqualTo(new double[] { 0, 1, 2, 3 }));
+                Assert.That(status, Is.EqualTo(new[] { PointStatus.Observed, PointStatus.Extrapolated }));
+                Assert.That(error, Is.EqualTo(new double[] { 0, 1 }));
+                Assert.That(Stub.Calls(), Is.EqualTo(new[]
+                {
+                    "defrec_job_warp_points(job=" + handle + ", template_xyz=[1, 2, 3], count=1, xyz=written, status=written, expected_error_mm=written)",
+                    "defrec_job_warp_points(job=" + handle + ", template_xyz=[1, 2, 3], count=1, xyz=written, status=NULL, expected_error_mm=NULL)"
+                }));
+                Assert.Throws<ArgumentException>(() => job.WarpPoints(new ReadOnlySpan<double>(xyz), new Span<double>(moved), Span<PointStatus>.Empty, Span<double>.Empty));
+                Assert.Throws<ArgumentException>(() => job.WarpPoints(new ReadOnlySpan<double>(xyz, 0, 3), new Span<double>(moved, 0, 2), Span<PointStatus>.Empty, Span<double>.Empty));
+
+                Assert.That(job.CopyVertices(Span<float>.Empty) + job.CopyMotions(Span<Motion>.Empty) + job.CopyVertexStatus(Span<PointStatus>.Empty), Is.EqualTo(0));
+            }
+        }
+
+        [Test]
+        public void Lift()
+        {
+            double[] uv = { 9, 0.5, 1.5 }, xyz = new double[4];
+            var found = new bool[2];
+            using (Template template = Tracker.GetTemplate())
+            {
+                template.Lift(new ReadOnlySpan<double>(uv, 1, 2), new Span<double>(xyz, 1, 3), new Span<bool>(found, 1, 1));
+                Assert.That(xyz, Is.EqualTo(new double[] { 0, 1, 2, 3 }));
+                Assert.That(found, Is.EqualTo(new[] { false, true }));
+                Assert.Throws<ArgumentException>(() => template.Lift(new ReadOnlySpan<double>(uv, 1, 2), new Span<double>(xyz), Span<bool>.Empty));
+            }
+        }
+    }
+}
