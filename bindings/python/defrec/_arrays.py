@@ -236,7 +236,7 @@ def _rows(name: str, value: ArrayLike, columns: int) -> Any:
         )
     try:
         rows = [tuple(float(number) for number in row) for row in value]
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise TypeError(f"{name}: rows of {columns} numbers expected") from None
     if any(len(row) != columns for row in rows):
         raise ValueError(f"{name}: rows of {columns} numbers expected")
@@ -258,7 +258,7 @@ def flat(name: str, value: ArrayLike, counts: Sequence[int]) -> List[float]:
         else:
             try:
                 found.append(float(item))
-            except (TypeError, ValueError):
+            except (TypeError, ValueError, OverflowError):
                 raise TypeError(f"{name}: numbers expected, {item!r} given") from None
 
     collect(value)

@@ -27,7 +27,7 @@ def library_release() -> str:
 
 def status_name(status: Union[Status, int]) -> str:
     """The name of a status in the C API: "DEFREC_ERROR_ARGUMENT"; "unknown status" for others. threads: any"""
-    return text(native.defrec_status_name(int(status)))
+    return text(native.defrec_status_name(structs.fitting("status", status, ctypes.c_int32)))
 
 
 @dataclass(frozen=True)

@@ -36,6 +36,19 @@ SkinNodes = Annotated[Any, ctypes.c_int32 * SKIN_NODES]
 SkinWeights = Annotated[Any, ctypes.c_float * SKIN_NODES]
 
 
+def fitting(name: str, value: Any, c_type: Any) -> int:
+    """The integer, if it is one that fits the C type; ctypes would cut it."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise TypeError(f"{name} is an integer, {value!r} given") from None
+    bits = 8 * ctypes.sizeof(c_type)
+    least, most = (-(1 << bits - 1), (1 << bits - 1) - 1) if c_type._type_.islower() else (0, (1 << bits) - 1)
+    if not least <= number <= most:
+        raise ValueError(f"{name} is {number}, {least} to {most} expected")
+    return number
+
+
 class Struct(ctypes.Structure):
     """Refuses names that are no field and numbers that do not fit their field, which ctypes would take."""
 
@@ -52,19 +65,12 @@ class Struct(ctypes.Structure):
         if name not in self._c_types_:
             raise AttributeError(f"{type(self).__name__} has no field {name}")
         code = getattr(self._c_types_[name], "_type_", None)
-        if isinstance(code, str) and code in "hHiIlLqQ":
-            try:
-                value = operator.index(value)
-            except TypeError:
-                raise TypeError(f"{type(self).__name__}.{name} is an integer, {value!r} given") from None
-            bits = 8 * ctypes.sizeof(self._c_types_[name])
-            least, most = (-(1 << bits - 1), (1 << bits - 1) - 1) if code.islower() else (0, (1 << bits) - 1)
-            if not least <= value <= most:
-                raise ValueError(f"{type(self).__name__}.{name} is {value}, {least} to {most} expected")
+        if isinstance(code, str) and (code in "hHiIlLqQ" or code == "P" and isinstance(value, int)):
+            value = fitting(f"{type(self).__name__}.{name}", value, self._c_types_[name])
         elif isinstance(code, str) and code in "fd":
             try:
                 value = float(value)
-            except (TypeError, ValueError):
+            except (TypeError, ValueError, OverflowError):
                 raise TypeError(f"{type(self).__name__}.{name} is a number, {value!r} given") from None
         super().__setattr__(name, value)
 

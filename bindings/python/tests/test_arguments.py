@@ -17,6 +17,7 @@ from defrec import (
     LmStage,
     MatchParams,
     MatchStage,
+    MemoryKind,
     Motion,
     OrbParams,
     OrbStage,
@@ -31,6 +32,7 @@ from defrec import (
     Tracker,
     WarpParams,
     WarpStage,
+    status_name,
 )
 from defrec._arrays import numpy
 
@@ -207,6 +209,14 @@ class Arguments(stub.StubTest):
         self.refuses(TypeError, "path", Template.load, self.context, None)
         for bad in (None, b"read only", 5):
             self.refuses(TypeError, "source", self.tracker.import_memory, bad)
+
+    def test_numbers(self):
+        self.refuses(ValueError, "status", status_name, 1 << 31)
+        self.refuses(TypeError, "status", status_name, 1.5)
+        self.refuses(ValueError, "address", self.tracker.import_memory_at, 1 << 64, 1, MemoryKind.HOST)
+        self.refuses(ValueError, "size", self.tracker.import_memory_at, 16, -1, MemoryKind.HOST)
+        self.refuses(TypeError, "fx", lambda: Camera(fx=10**400))
+        self.refuses(TypeError, "D1", Rig, self.context, W, H, MATRIX, [10**400] * 4, MATRIX, None, [1] * 9, [1] * 3)
 
     def test_parameters(self):
         self.refuses(AttributeError, "heigth", lambda: StereoParams(width=1, heigth=2))
