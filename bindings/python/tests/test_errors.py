@@ -232,6 +232,9 @@ class Lifetimes(stub.StubTest):
                 copy_out()
             self.assertEqual(called, [True], name)
             self.assertFalse(thing._copying.locked())
+        thing._copying = mock.MagicMock()
+        thing.close()
+        thing._copying.__enter__.assert_called_once_with()
 
     def test_neither_copied_nor_pickled(self):
         for attempt in (copy.copy, copy.deepcopy, pickle.dumps):
