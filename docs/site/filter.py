@@ -97,7 +97,9 @@ class Guide:
     def filter_line(self, line):
         heading = re.match(r"(#+) (.*)", line)
         if heading:
-            return f"{line} {{#{self.page if heading[1] == '#' else self.heading(heading[2])}}}"
+            identity = self.page if heading[1] == "#" else self.heading(heading[2])
+            title = re.sub(r"#$", "#&zwj;", heading[2])  # Doxygen takes a # at the end away
+            return f"{heading[1]} {title} {{#{identity}}}"
         line = re.sub(r"\[([^\]\[]+)\]\(([^)\s]+)\)", self.link, line)
         line = re.sub(r"`((?:defrec|DEFREC)_[\w.]+)`", self.name, line)
         return re.sub(r"`([^`]+)`", inline_code, line)
