@@ -2,7 +2,9 @@
 set(DEFREC_CUDA_ARCHITECTURES "75-real;80-real;86-real;89-real;90" CACHE STRING
   "Cards to compile for, as CMAKE_CUDA_ARCHITECTURES takes them; the last one's PTX is for those to come")
 set(DEFREC_CUDA OFF)
-if(NOT DEFREC_SANITIZE)
+if(NOT DEFREC_BUILD_CUDA)
+  message(STATUS "CUDA: left out as asked, its kernels are tested on the processor")
+elseif(NOT DEFREC_SANITIZE)
   find_program(DEFREC_NVCC nvcc HINTS ENV CUDA_PATH PATHS /usr/local/cuda/bin)
   if(DEFREC_NVCC)
     set(DEFREC_CUDA ON)
