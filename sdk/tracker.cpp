@@ -19,6 +19,10 @@ namespace {
 
 constexpr uint32_t kAllStages = (1u << DEFREC_STAGE_COUNT_V1) - 1;
 
+std::string describe(const defrec_camera& camera) {
+    return concat("fx ", camera.fx, ", fy ", camera.fy, ", cx ", camera.cx, ", cy ", camera.cy, " px and baseline ", camera.baseline_mm, " mm");
+}
+
 defrec_surface_sample at_rest(const defrec_surface_point& point) {
     defrec_surface_sample sample{};
     std::copy(std::begin(point.position), std::end(point.position), sample.position);
@@ -85,9 +89,10 @@ class Tracker::Impl {
         if (data.width != rig_->width() || data.height != rig_->height())
             fail(DEFREC_ERROR_ARGUMENT, "the template was taken from images of ", data.width, "x", data.height, ", the rig has ",
                  rig_->width(), "x", rig_->height());
-        if (std::abs(data.camera.fx - camera.fx) > 1e-6 * camera.fx || std::abs(data.camera.baseline_mm - camera.baseline_mm) > 1e-6 * camera.baseline_mm)
-            fail(DEFREC_ERROR_ARGUMENT, "the template was taken with focal length ", data.camera.fx, " px and baseline ", data.camera.baseline_mm,
-                 " mm, the rig has ", camera.fx, " px and ", camera.baseline_mm, " mm");
+        const auto differ = [&](double a, double b) { return std::abs(a - b) > 1e-6 * camera.fx; };
+        if (differ(data.camera.fx, camera.fx) || differ(data.camera.fy, camera.fy) || differ(data.camera.cx, camera.cx) ||
+            differ(data.camera.cy, camera.cy) || std::abs(data.camera.baseline_mm - camera.baseline_mm) > 1e-6 * camera.baseline_mm)
+            fail(DEFREC_ERROR_ARGUMENT, "the template was taken with ", describe(data.camera), ", the rig has ", describe(camera));
         const std::lock_guard lock(monitor_->mutex);
         template_to_set_ = std::move(surface);
     }

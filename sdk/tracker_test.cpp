@@ -265,6 +265,28 @@ TEST_CASE("a template can be saved, loaded and tracked by another tracker") {
     std::filesystem::remove(path);
 }
 
+TEST_CASE("a template of another camera is refused") {
+    Session session;
+    session.track(render(0, 0));
+    defrec_template surface = nullptr;
+    REQUIRE_OK(defrec_tracker_get_template(session.tracker, &surface));
+    const auto try_on = [&](const TrackingSession::Change& change) {
+        TrackingSession other("cpu", 2, change);
+        return defrec_tracker_set_template(other.tracker, surface);
+    };
+    CHECK(try_on(nullptr) == DEFREC_OK);
+    for (double defrec_intrinsics::*member : {&defrec_intrinsics::fx, &defrec_intrinsics::fy, &defrec_intrinsics::cx, &defrec_intrinsics::cy}) {
+        const auto change = [member](defrec_rig_desc& rig, defrec_tracker_desc&) {
+            rig.left.*member += 0.5;
+            rig.right.*member += 0.5;
+        };
+        CHECK(try_on(change) == DEFREC_ERROR_ARGUMENT);
+        CHECK(std::string(defrec_last_error()).find("the rig has fx") != std::string::npos);
+    }
+    CHECK(try_on([](defrec_rig_desc& rig, defrec_tracker_desc&) { rig.translation[0] *= 1.01; }) == DEFREC_ERROR_ARGUMENT);
+    defrec_template_release(surface);
+}
+
 TEST_CASE("a template is captured anew on request") {
     Session session;
     const uint32_t epoch = session.track(render(0, 0)).epoch;

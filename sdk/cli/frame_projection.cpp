@@ -24,19 +24,7 @@ void pinhole(const defrec_camera& camera, const T* xyz, double* uv) {
 RawProjection::RawProjection(const Rig& rig) : rig_(rig), camera_(rig_info(rig).camera) {}
 
 void RawProjection::distort(double* uv, std::size_t count) const {
-    // The library takes finite numbers only; what is not defined passes through as the origin and is
-    // restored.
-    std::vector<std::size_t> undefined;
-    for (std::size_t i = 0; i < count; ++i) {
-        if (std::isfinite(uv[2 * i]) && std::isfinite(uv[2 * i + 1])) continue;
-        undefined.push_back(i);
-        uv[2 * i] = uv[2 * i + 1] = 0;
-    }
-    if (count > 0) {
-        require(defrec_rig_distort_pixels(rig_.get(), uv, count, uv), ExitCode::kInternal, "mapping pixels");
-    }
-    for (const std::size_t i : undefined)
-        uv[2 * i] = uv[2 * i + 1] = std::numeric_limits<double>::quiet_NaN();
+    require(defrec_rig_distort_pixels(rig_.get(), uv, count, uv), ExitCode::kInternal, "mapping pixels");
 }
 
 void RawProjection::project(const double* xyz, std::size_t count, double* uv) {
