@@ -5,7 +5,7 @@ set -euo pipefail
 packages=(cmake ninja-build g++ pkg-config libeigen3-dev libhwy-dev libyaml-cpp-dev libcli11-dev nlohmann-json3-dev
           doctest-dev libboost-context-dev libopencv-dev libpng-dev zlib1g-dev python3-jsonschema doxygen binutils abigail-tools dpkg-dev file
           libopenigtlink-dev libvulkan-volk-dev libvulkan-dev glslang-tools spirv-tools mesa-vulkan-drivers vulkan-validationlayers
-          mono-mcs mono-runtime libmono-system-core4.0-cil libmono-system-drawing4.0-cil libgdiplus nunit-console libnunit-cil-dev nuget
+          mono-mcs mono-runtime libmono-system-core4.0-cil libmono-system-drawing4.0-cil libgdiplus libnunit-cil-dev nuget
           python3-numpy python3-pil python3-build python3-setuptools python3-wheel python3-venv mypy)
 command -v node >/dev/null && command -v npm >/dev/null || packages+=(nodejs npm)
 

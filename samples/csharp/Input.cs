@@ -55,7 +55,8 @@ internal static class Sample
     internal static double Number(string text, string what)
     {
         double value;
-        if (!double.TryParse(text, NumberStyles.Float, CultureInfo.InvariantCulture, out value)) throw new SampleException(what + ": \"" + text + "\" is no number");
+        if (!double.TryParse(text, NumberStyles.Float, CultureInfo.InvariantCulture, out value))
+            throw new SampleException(what + ": \"" + text + "\" is no number");
         return value;
     }
 
@@ -87,7 +88,8 @@ internal sealed class PngImage
                 Width = bitmap.Width;
                 Height = bitmap.Height;
                 if (Pixels.Length == 0) Pixels = new byte[3 * Width * Height];
-                BitmapData data = bitmap.LockBits(new Rectangle(0, 0, Width, Height), ImageLockMode.ReadOnly, System.Drawing.Imaging.PixelFormat.Format24bppRgb);
+                var whole = new Rectangle(0, 0, Width, Height);
+                BitmapData data = bitmap.LockBits(whole, ImageLockMode.ReadOnly, System.Drawing.Imaging.PixelFormat.Format24bppRgb);
                 for (int y = 0; y < Height; ++y) Marshal.Copy(data.Scan0 + y * data.Stride, Pixels, 3 * Width * y, 3 * Width);
                 bitmap.UnlockBits(data);
             }
@@ -128,7 +130,8 @@ internal sealed class StereoSequence
         if (leftFiles.Length != rightFiles.Length)
             throw new SampleException(leftFolder + " has " + leftFiles.Length + " images, " + rightFolder + " has " + rightFiles.Length);
         Read(0);
-        if (Left.Width != Right.Width || Left.Height != Right.Height) throw new SampleException(rightFiles[0] + ": is not of the size of the left image");
+        if (Left.Width != Right.Width || Left.Height != Right.Height)
+            throw new SampleException(rightFiles[0] + ": is not of the size of the left image");
     }
 
     internal int Count

@@ -11,7 +11,8 @@ internal static class ListDevices
         {
             using (var context = new Context()) // finds the plugins beside the library
             {
-                Console.WriteLine("defrec {0}, API {1}.{2}", DefrecLibrary.Release, DefrecLibrary.ApiVersion / 1000, DefrecLibrary.ApiVersion % 1000);
+                int api = DefrecLibrary.ApiVersion;
+                Console.WriteLine("defrec {0}, API {1}.{2}", DefrecLibrary.Release, api / 1000, api % 1000);
                 foreach (DeviceInfo device in context.GetDevices())
                 {
                     Console.WriteLine("device {0}: {1} ({2}), driver {3}, {4} MiB, {5} of {6} stages, {7}", device.Id, device.Name, device.Kind,

@@ -107,9 +107,11 @@ internal static class LiveLoop
         {
             double deadlineMs = 0;
             if (arguments.Length < 4 || arguments.Length > 5 ||
-                !double.TryParse(arguments[3], NumberStyles.Float, CultureInfo.InvariantCulture, out deadlineMs) || !(deadlineMs >= 0 && deadlineMs <= 60000))
+                !double.TryParse(arguments[3], NumberStyles.Float, CultureInfo.InvariantCulture, out deadlineMs) ||
+                !(deadlineMs >= 0 && deadlineMs <= 60000))
                 throw new UsageException("live_loop LEFT RIGHT FX,FY,CX,CY,BASELINE_MM DEADLINE_MS [DEVICE_ID]");
-            Loop(arguments[0], arguments[1], Sample.ParseCamera(arguments[2]), TimeSpan.FromTicks((long)(deadlineMs * TimeSpan.TicksPerMillisecond)),
+            Loop(arguments[0], arguments[1], Sample.ParseCamera(arguments[2]),
+                 TimeSpan.FromTicks((long)(deadlineMs * TimeSpan.TicksPerMillisecond)),
                  arguments.Length > 4 ? arguments[4] : null);
         });
     }
@@ -132,7 +134,8 @@ internal static class LiveLoop
             {
                 TakeResults(pending, TimeSpan.Zero); // what came late
                 Job job;
-                if (!tracker.TrySubmit(new Frame(left.View(), right.View(), 100 * arrived.Ticks), out job)) continue; // both places are taken: dropped
+                if (!tracker.TrySubmit(new Frame(left.View(), right.View(), 100 * arrived.Ticks), out job))
+                    continue; // both places are taken: dropped
                 ++submitted;
                 pending.Enqueue(new Pending { Job = job, Number = number, Deadline = arrived + patience });
                 TakeResults(pending, arrived + patience);

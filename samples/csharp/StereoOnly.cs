@@ -11,11 +11,13 @@ internal static class StereoOnly
     {
         return Sample.Run(() =>
         {
-            if (arguments.Length < 3 || arguments.Length > 4) throw new UsageException("stereo_only LEFT.png RIGHT.png OUT.pgm [DEVICE_ID]");
+            if (arguments.Length < 3 || arguments.Length > 4)
+                throw new UsageException("stereo_only LEFT.png RIGHT.png OUT.pgm [DEVICE_ID]");
             PngImage left = new PngImage(), right = new PngImage();
             left.Read(arguments[0]);
             right.Read(arguments[1]);
-            if (left.Width != right.Width || left.Height != right.Height) throw new SampleException(arguments[1] + ": is not of the size of the left image");
+            if (left.Width != right.Width || left.Height != right.Height)
+                throw new SampleException(arguments[1] + ": is not of the size of the left image");
             var disparity = new short[left.Width * left.Height];
             // What stays 0 is the default.
             var parameters = new StereoParameters { Width = (uint)left.Width, Height = (uint)left.Height };

@@ -22,7 +22,8 @@ internal sealed class Mesh
         {
             string[] words = line.Split(new[] { ' ' }, StringSplitOptions.RemoveEmptyEntries);
             if (words.Length == 0 || (words[0] != "v" && words[0] != "f")) continue;
-            if (words.Length != 4) throw new SampleException(path + ": \"v X Y Z\" or \"f A B C\" expected, found \"" + line + "\"");
+            if (words.Length != 4)
+                throw new SampleException(path + ": \"v X Y Z\" or \"f A B C\" expected, found \"" + line + "\"");
             if (words[0] == "v")
                 for (int i = 1; i < 4; ++i) xyz.Add(Sample.Number(words[i], path));
             else
@@ -50,7 +51,8 @@ internal static class WarpMesh
         {
             if (arguments.Length < 5 || arguments.Length > 6)
                 throw new UsageException("warp_mesh LEFT RIGHT FX,FY,CX,CY,BASELINE_MM MESH.obj OUT_FOLDER [DEVICE_ID]");
-            Warp(arguments[0], arguments[1], Sample.ParseCamera(arguments[2]), arguments[3], arguments[4], arguments.Length > 5 ? arguments[5] : null);
+            Warp(arguments[0], arguments[1], Sample.ParseCamera(arguments[2]),
+                 arguments[3], arguments[4], arguments.Length > 5 ? arguments[5] : null);
         });
     }
 

@@ -24,7 +24,8 @@ namespace Defrec
         public Context(ContextOptions options)
         {
             Check.NotNull(options, nameof(options));
-            if (options.Threads < 0) throw new ArgumentOutOfRangeException(nameof(options), options.Threads, "Threads is negative.");
+            if (options.Threads < 0)
+                throw new ArgumentOutOfRangeException(nameof(options), options.Threads, "Threads is negative.");
             DefrecLibrary.RequireVersion();
 
             int[] offsets;

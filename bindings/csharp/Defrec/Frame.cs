@@ -25,7 +25,8 @@ namespace Defrec
 
         /// <summary>Pixels in an array of stride * (height - 1) + width * bytes per pixel bytes, or more. stride in bytes; 0: rows without gaps.</summary>
         /// <exception cref="ArgumentException">pixels is null or too short, or a number is out of its range.</exception>
-        public Image(byte[] pixels, int width, int height, PixelFormat format, long stride = 0) : this(width, height, format, stride)
+        public Image(byte[] pixels, int width, int height, PixelFormat format, long stride = 0)
+            : this(width, height, format, stride)
         {
             Check.NotNull(pixels, nameof(pixels));
             long row = (long)width * BytesPerPixel(format);
@@ -41,7 +42,8 @@ namespace Defrec
 
         /// <summary>Pixels in host memory that is not the garbage collector's: a grabber's buffer. The caller answers for its size.</summary>
         /// <exception cref="ArgumentException">pixels is zero, or a number is out of its range.</exception>
-        public Image(IntPtr pixels, int width, int height, PixelFormat format, long stride = 0) : this(width, height, format, stride)
+        public Image(IntPtr pixels, int width, int height, PixelFormat format, long stride = 0)
+            : this(width, height, format, stride)
         {
             if (pixels == IntPtr.Zero) throw new ArgumentNullException(nameof(pixels));
             address = pixels;
@@ -49,7 +51,8 @@ namespace Defrec
 
         /// <summary>Pixels that the tracker's device reads where they lie. stride 0: the tracker's <see cref="TrackerOptions.MemoryStride"/>.</summary>
         /// <exception cref="ArgumentException">memory is null, or a number is out of its range.</exception>
-        public Image(DeviceMemory memory, int width, int height, PixelFormat format, long stride = 0) : this(width, height, format, stride)
+        public Image(DeviceMemory memory, int width, int height, PixelFormat format, long stride = 0)
+            : this(width, height, format, stride)
         {
             Check.NotNull(memory, nameof(memory));
             Memory = memory;
@@ -57,9 +60,12 @@ namespace Defrec
 
         private Image(int width, int height, PixelFormat format, long stride)
         {
-            if (width < 1 || width > Constants.MaxSide) throw new ArgumentOutOfRangeException(nameof(width), width, "1 to 8192 expected.");
-            if (height < 1 || height > Constants.MaxSide) throw new ArgumentOutOfRangeException(nameof(height), height, "1 to 8192 expected.");
-            if (stride < 0) throw new ArgumentOutOfRangeException(nameof(stride), stride, "0 or more expected: rows come from the top.");
+            if (width < 1 || width > Constants.MaxSide)
+                throw new ArgumentOutOfRangeException(nameof(width), width, "1 to 8192 expected.");
+            if (height < 1 || height > Constants.MaxSide)
+                throw new ArgumentOutOfRangeException(nameof(height), height, "1 to 8192 expected.");
+            if (stride < 0)
+                throw new ArgumentOutOfRangeException(nameof(stride), stride, "0 or more expected: rows come from the top.");
             BytesPerPixel(format);
             array = null;
             address = IntPtr.Zero;

@@ -39,7 +39,8 @@ namespace Defrec
             ulong timeoutNs = ulong.MaxValue;
             if (timeout != Timeout.InfiniteTimeSpan)
             {
-                if (timeout < TimeSpan.Zero) throw new ArgumentOutOfRangeException(nameof(timeout), timeout, "A time is not negative.");
+                if (timeout < TimeSpan.Zero)
+                    throw new ArgumentOutOfRangeException(nameof(timeout), timeout, "A time is not negative.");
                 ulong ticks = (ulong)timeout.Ticks; // of 100 ns
                 timeoutNs = ticks < ulong.MaxValue / 100 ? 100 * ticks : ulong.MaxValue;
             }

@@ -173,7 +173,8 @@ namespace Defrec
         {
             int count = Check.Groups(rawUv.Length, 2, nameof(rawUv));
             Check.Length(rectifiedUv.Length, rawUv.Length, nameof(rectifiedUv));
-            fixed (double* from = &MemoryMarshal.GetReference(rawUv), to = &MemoryMarshal.GetReference(rectifiedUv)) Map(true, from, count, to);
+            fixed (double* from = &MemoryMarshal.GetReference(rawUv), to = &MemoryMarshal.GetReference(rectifiedUv))
+                Map(true, from, count, to);
         }
 
         /// <summary>Like the overload for arrays.</summary>
@@ -183,7 +184,8 @@ namespace Defrec
         {
             int count = Check.Groups(rectifiedUv.Length, 2, nameof(rectifiedUv));
             Check.Length(rawUv.Length, rectifiedUv.Length, nameof(rawUv));
-            fixed (double* from = &MemoryMarshal.GetReference(rectifiedUv), to = &MemoryMarshal.GetReference(rawUv)) Map(false, from, count, to);
+            fixed (double* from = &MemoryMarshal.GetReference(rectifiedUv), to = &MemoryMarshal.GetReference(rawUv))
+                Map(false, from, count, to);
         }
 #endif
 
@@ -226,7 +228,8 @@ namespace Defrec
         private static void CopyExactly(double[] from, double* to, int count, string name)
         {
             Check.NotNull(from, name);
-            if (from.Length != count) throw new ArgumentException("The length is " + from.Length + "; " + count + " expected.", name);
+            if (from.Length != count)
+                throw new ArgumentException("The length is " + from.Length + "; " + count + " expected.", name);
             for (int i = 0; i < count; ++i) to[i] = from[i];
         }
     }

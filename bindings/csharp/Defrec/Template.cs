@@ -188,7 +188,8 @@ namespace Defrec
         {
             Check.NotNull(path, nameof(path));
             fixed (byte* file = Utf8.Bytes(path, nameof(path)))
-            using (var use = new HandleUse(Handle)) DefrecException.ThrowIfFailed(NativeMethods.defrec_template_save(use.Native, file));
+            using (var use = new HandleUse(Handle))
+                DefrecException.ThrowIfFailed(NativeMethods.defrec_template_save(use.Native, file));
         }
 
         /// <summary>Trackers that follow it go on.</summary>

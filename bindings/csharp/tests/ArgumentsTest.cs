@@ -60,19 +60,28 @@ namespace Defrec.Tests
             {
                 { () => new Context(null), "options" }, { () => new Context(nullPath), "PluginPaths" },
                 { () => new Rig(null, noLeft), "context" }, { () => new Rig(Context, null), "description" },
-                { () => new Rig(Context, noLeft), "description.Left" }, { () => new Rig(Context, noRotation), "description.Rotation" },
-                { () => new Rig(Context, noTranslation), "description.Translation" }, { () => new Rig(Context, noDistortion), "Distortion" },
+                { () => new Rig(Context, noLeft), "description.Left" },
+                { () => new Rig(Context, noRotation), "description.Rotation" },
+                { () => new Rig(Context, noTranslation), "description.Translation" },
+                { () => new Rig(Context, noDistortion), "Distortion" },
                 { () => Rig.RectifyPixels((double[])null, two), "rawUv" }, { () => Rig.RectifyPixels(two, null), "rectifiedUv" },
                 { () => Rig.DistortPixels((double[])null, two), "rectifiedUv" }, { () => Rig.DistortPixels(two, null), "rawUv" },
                 { () => new Tracker(null, Rig), "context" }, { () => new Tracker(Context, null), "rig" },
                 { () => new Tracker(Context, Rig, null), "options" }, { () => Tracker.SetTemplate(null), "template" },
-                { () => new Image((byte[])null, 64, 48, PixelFormat.Gray8), "pixels" }, { () => new Image(IntPtr.Zero, 64, 48, PixelFormat.Gray8), "pixels" },
+                { () => new Image((byte[])null, 64, 48, PixelFormat.Gray8), "pixels" },
+                { () => new Image(IntPtr.Zero, 64, 48, PixelFormat.Gray8), "pixels" },
                 { () => new Image((DeviceMemory)null, 64, 48, PixelFormat.Gray8), "memory" },
                 { () => new DeviceMemory(null, MemoryKind.Host, (IntPtr)16, 16), "tracker" },
-                { () => job.GetResult(null), "into" }, { () => job.CopyVertices(null), "destination" }, { () => job.CopyMotions(null), "destination" },
+                { () => job.GetResult(null), "into" },
+                { () => job.CopyVertices(null), "destination" },
+                { () => job.CopyMotions(null), "destination" },
                 { () => job.WarpPoints(null, three), "templateXyz" }, { () => job.WarpPoints(three, null), "xyz" },
-                { () => template.Lift(null, three, flags), "uv" }, { () => template.Lift(two, null, flags), "xyz" }, { () => template.Lift(two, three, null), "found" },
-                { () => template.Save(null), "path" }, { () => Template.Load(null, "/a"), "context" }, { () => Template.Load(Context, null), "path" },
+                { () => template.Lift(null, three, flags), "uv" },
+                { () => template.Lift(two, null, flags), "xyz" },
+                { () => template.Lift(two, three, null), "found" },
+                { () => template.Save(null), "path" },
+                { () => Template.Load(null, "/a"), "context" },
+                { () => Template.Load(Context, null), "path" },
                 { () => new Stage(null, new OrbParameters()), "context" }, { () => stage.Prepare(null), "inputs" },
                 { () => stage.Run(null, new StageBuffer[0]), "inputs" }, { () => stage.Run(new StageBuffer[0], null), "outputs" },
                 { () => new StageBuffer(IntPtr.Zero, 1), "address" }
@@ -90,15 +99,18 @@ namespace Defrec.Tests
             distortion.Left.Distortion = new double[15];
             AllRefused<ArgumentException>(new Dictionary<TestDelegate, string>
             {
-                { () => new Rig(Context, rotation), "description.Rotation" }, { () => new Rig(Context, translation), "description.Translation" },
+                { () => new Rig(Context, rotation), "description.Rotation" },
+                { () => new Rig(Context, translation), "description.Translation" },
                 { () => new Rig(Context, distortion), "Distortion" },
                 { () => Rig.RectifyPixels(three, six), "rawUv" }, { () => Rig.RectifyPixels(six, four), "rectifiedUv" },
                 { () => Rig.DistortPixels(three, six), "rectifiedUv" }, { () => Rig.DistortPixels(six, four), "rawUv" },
                 { () => job.WarpPoints(four, six), "templateXyz" }, { () => job.WarpPoints(six, four), "xyz" },
-                { () => job.WarpPoints(six, six, new PointStatus[1]), "status" }, { () => job.WarpPoints(six, six, null, new double[1]), "expectedErrorMm" },
+                { () => job.WarpPoints(six, six, new PointStatus[1]), "status" },
+                { () => job.WarpPoints(six, six, null, new double[1]), "expectedErrorMm" },
                 { () => template.Lift(three, six, new bool[2]), "uv" }, { () => template.Lift(four, four, new bool[2]), "xyz" },
                 { () => template.Lift(four, six, new bool[1]), "found" },
-                { () => stage.Prepare(new StageBuffer[65]), "inputs" }, { () => stage.Run(new StageBuffer[33], new StageBuffer[32]), "inputs" },
+                { () => stage.Prepare(new StageBuffer[65]), "inputs" },
+                { () => stage.Run(new StageBuffer[33], new StageBuffer[32]), "inputs" },
                 { () => template.Save("/a\0b"), "path" }, { () => Template.Load(Context, "/\ud800"), "path" },
                 { () => new Tracker(Context, Rig, new TrackerOptions { DeviceId = "cpu\0" }), "options.DeviceId" },
                 { () => new Stage(Context, new OrbParameters(), "\udc00"), "deviceId" }
@@ -111,19 +123,26 @@ namespace Defrec.Tests
             var pixels = new byte[64 * 48];
             AllRefused<ArgumentException>(new Dictionary<TestDelegate, string>
             {
-                { () => new Image(new byte[0], 64, 48, PixelFormat.Gray8), "pixels" }, { () => new Image(pixels, 64, 49, PixelFormat.Gray8), "pixels" },
-                { () => new Image(pixels, 64, 48, PixelFormat.Bgr8), "pixels" }, { () => new Image(pixels, 64, 48, PixelFormat.Gray8, 65), "pixels" },
+                { () => new Image(new byte[0], 64, 48, PixelFormat.Gray8), "pixels" },
+                { () => new Image(pixels, 64, 49, PixelFormat.Gray8), "pixels" },
+                { () => new Image(pixels, 64, 48, PixelFormat.Bgr8), "pixels" },
+                { () => new Image(pixels, 64, 48, PixelFormat.Gray8, 65), "pixels" },
                 { () => new Image(pixels, 64, 48, PixelFormat.Gray8, 63), "stride" },
                 { () => new Image(pixels, 64, 48, PixelFormat.Gray8, long.MaxValue), "pixels" },
-                { () => Tracker.Submit(default(Image), GrayImage(), 2), "frame" }, { () => Tracker.Submit(GrayImage(), default(Image), 2), "frame" },
+                { () => Tracker.Submit(default(Image), GrayImage(), 2), "frame" },
+                { () => Tracker.Submit(GrayImage(), default(Image), 2), "frame" },
                 { () => Tracker.Submit(default(Frame)), "frame" }
             });
             AllRefused<ArgumentOutOfRangeException>(new Dictionary<TestDelegate, string>
             {
-                { () => new Image(pixels, 0, 48, PixelFormat.Gray8), "width" }, { () => new Image(pixels, -64, 48, PixelFormat.Gray8), "width" },
-                { () => new Image(pixels, 64, -1, PixelFormat.Gray8), "height" }, { () => new Image(pixels, int.MaxValue, int.MaxValue, PixelFormat.Bgra8), "width" },
-                { () => new Image(pixels, 64, 48, PixelFormat.Default), "format" }, { () => new Image(pixels, 64, 48, (PixelFormat)77), "format" },
-                { () => new Image(pixels, 64, 48, PixelFormat.Gray8, -64), "stride" }, { () => new Image((IntPtr)16, 64, 48, PixelFormat.Gray8, -64), "stride" }
+                { () => new Image(pixels, 0, 48, PixelFormat.Gray8), "width" },
+                { () => new Image(pixels, -64, 48, PixelFormat.Gray8), "width" },
+                { () => new Image(pixels, 64, -1, PixelFormat.Gray8), "height" },
+                { () => new Image(pixels, int.MaxValue, int.MaxValue, PixelFormat.Bgra8), "width" },
+                { () => new Image(pixels, 64, 48, PixelFormat.Default), "format" },
+                { () => new Image(pixels, 64, 48, (PixelFormat)77), "format" },
+                { () => new Image(pixels, 64, 48, PixelFormat.Gray8, -64), "stride" },
+                { () => new Image((IntPtr)16, 64, 48, PixelFormat.Gray8, -64), "stride" }
             });
             // The last row needs no gap behind it.
             using (Tracker.Submit(new Image(new byte[100 * 47 + 64], 64, 48, PixelFormat.Gray8, 100), GrayImage(), 3)) { }
@@ -138,7 +157,8 @@ namespace Defrec.Tests
                 { () => new Rig(Context, RigDescription.Rectified(-1, Height, Camera)), "description.Width" },
                 { () => new Rig(Context, RigDescription.Rectified(Width, int.MinValue, Camera)), "description.Height" },
                 { () => job.Wait(TimeSpan.FromSeconds(-5)), "timeout" }, { () => job.Wait(TimeSpan.MinValue), "timeout" },
-                { () => new DeviceMemory(Tracker, MemoryKind.Host, (IntPtr)16, -1), "size" }, { () => new StageBuffer((IntPtr)16, -1), "size" }
+                { () => new DeviceMemory(Tracker, MemoryKind.Host, (IntPtr)16, -1), "size" },
+                { () => new StageBuffer((IntPtr)16, -1), "size" }
             });
         }
 
