@@ -145,26 +145,23 @@ namespace Defrec.Tests
         public void LinesComeFromNativeThreads()
         {
             var threads = new HashSet<int>();
-            bool stop = false;
-            var collector = new Thread(() =>
-            {
-                while (!Volatile.Read(ref stop)) GC.Collect();
-            });
             var options = new ContextOptions
             {
                 OnlyGivenPlugins = true, LogLevel = LogLevel.Debug, Log = (level, source, text) =>
                 {
                     if (level != LogLevel.Debug) return;
                     lock (threads) threads.Add(Thread.CurrentThread.ManagedThreadId);
-                    GC.KeepAlive(new byte[4096]);
                 }
             };
             options.PluginPaths.Add(TestPaths.AsynchronousPlugin);
-            collector.Start();
             using (var session = new TrackingSession(new TrackerOptions { DeviceId = "asynchronous" }, options))
-                for (int frame = 0; frame < 4; ++frame) session.Track(frame).Dispose();
-            Volatile.Write(ref stop, true);
-            collector.Join();
+            {
+                for (int frame = 0; frame < 4; ++frame)
+                {
+                    session.Track(frame).Dispose();
+                    Collect();
+                }
+            }
             threads.Remove(Thread.CurrentThread.ManagedThreadId);
             Assert.That(threads, Is.Not.Empty);
         }
