@@ -65,7 +65,7 @@ std::shared_ptr<Device> Context::open_device(const char* id, uint32_t stages) co
     if (id == nullptr) {
         for (const DeviceEntry& entry : devices_)
             if ((stages & ~entry.description().stages) == 0) return open(entry);
-        fail(DEFREC_ERROR_UNSUPPORTED, "none of the ", devices_.size(), " devices offers ", missing_stages(stages));
+        fail(DEFREC_ERROR_UNSUPPORTED, "none of the ", devices_.size(), " devices offers ", missing_stages(stages), why_missing());
     }
     std::string known;
     for (const DeviceEntry& entry : devices_) {
@@ -78,12 +78,20 @@ std::shared_ptr<Device> Context::open_device(const char* id, uint32_t stages) co
             fail(DEFREC_ERROR_UNSUPPORTED, "device ", device.id, " does not offer ", missing_stages(stages & ~device.stages));
         return open(entry);
     }
-    fail(DEFREC_ERROR_ARGUMENT, "no device is called \"", id, "\"; there are: ", known.empty() ? "none" : known);
+    fail(DEFREC_ERROR_ARGUMENT, "no device is called \"", id, "\"; there are: ", known.empty() ? "none" : known, why_missing());
 }
 
 std::shared_ptr<Device> Context::open(const DeviceEntry& entry) {
     const LoadedPlugin::DeviceEntry& device = entry.description();
     return std::make_shared<Device>(entry.plugin, entry.index, device.id, device.stages);
+}
+
+std::string Context::why_missing() const {
+    if (candidates_.empty()) return "; no plugin was found";
+    std::string text;
+    for (const PluginCandidate& candidate : candidates_)
+        if (candidate.plugin == nullptr) text += concat("; a plugin was refused: ", candidate.reason);
+    return text;
 }
 
 }  // namespace defrec

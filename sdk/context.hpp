@@ -42,6 +42,8 @@ class Context {
     };
     static std::shared_ptr<Device> open(const DeviceEntry& entry);
     void list_devices();
+    // Why a device may be missing, to be put behind a sentence that says so; "" where every plugin was loaded.
+    std::string why_missing() const;
 
     std::shared_ptr<const Services> services_;
     std::vector<PluginCandidate> candidates_;

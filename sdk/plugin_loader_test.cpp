@@ -61,6 +61,26 @@ TEST_CASE("a good plugin is loaded and its device listed") {
     CHECK(device.stages == 1u << DEFREC_STAGE_RANSAC);
 }
 
+TEST_CASE("a call that misses a device says which plugins were refused and why, or that there are none") {
+    const auto sentence = [](const TestContext& context, const char* device) {
+        defrec_ransac_params params;
+        DEFREC_INIT(&params);
+        params.landmarks = 1;
+        defrec_stage stage = nullptr;
+        REQUIRE(defrec_stage_create(context.get(), device, DEFREC_STAGE_RANSAC, &params, &stage) < 0);
+        return std::string(defrec_last_error());
+    };
+    const TemporaryFolder folder;
+    for (const char* device : {static_cast<const char*>(nullptr), "cpu"}) {
+        CHECK(contains(sentence(TestContext({folder.path().string()}), device), "; no plugin was found"));
+        write_file(folder.path() / kManifest, manifest_text(kLibrary, {}));
+        const TestContext context({folder.path().string()});
+        CHECK(contains(sentence(context, device), "; a plugin was refused: " + std::string(context.plugin(0).reason)));
+        fs::remove(folder.path() / kManifest);
+    }
+    CHECK_FALSE(contains(sentence(TestContext({stub_folder("good").string()}), "cpu"), "plugin"));
+}
+
 TEST_CASE("row 32: a library cut off anywhere is refused") {
     const size_t whole = read_file(stub_folder("good") / kLibrary).size();
     for (const size_t size : {size_t{0}, size_t{1}, size_t{63}, size_t{64}, size_t{500}, size_t{4096}, whole / 2, whole - 1}) {

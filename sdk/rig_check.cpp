@@ -81,7 +81,7 @@ void check_baseline(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& tran
     const double share = std::abs(half.x()) / length;
     if (share < std::cos(30 * 3.14159265358979 / 180))
         fail(DEFREC_ERROR_UNSUPPORTED, "the baseline is not horizontal: translation is (", translation.x(), ", ", translation.y(), ", ",
-             translation.z(), ") mm, ", std::acos(share) * 180 / 3.14159265358979, " degrees from the x axis, at most 30 are supported");
+             translation.z(), ") mm, ", std::round(std::acos(share) * 1800 / 3.14159265358979) / 10, " degrees from the x axis, at most 30 are supported");
     if (half.x() > 0)
         refuse("translation[0] is ", translation.x(), ": the right camera lies to the left of the left one; are the eyes swapped?");
 }

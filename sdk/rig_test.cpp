@@ -275,6 +275,10 @@ TEST_CASE("row 7: a matrix that is no rotation is refused with the residual") {
 TEST_CASE("row 8: vertical and forward baselines are unsupported") {
     check_refused("not horizontal", [](auto& d) { d.translation[0] = 0, d.translation[1] = -4.6; }, DEFREC_ERROR_UNSUPPORTED);
     check_refused("not horizontal", [](auto& d) { d.translation[0] = 0, d.translation[2] = 4.6; }, DEFREC_ERROR_UNSUPPORTED);
+    check_refused(" mm, 90 degrees", [](auto& d) {
+        for (int i = 0; i < 9; ++i) d.rotation[i] = i % 4 == 0;
+        d.translation[0] = d.translation[2] = 0, d.translation[1] = -4.6;
+    }, DEFREC_ERROR_UNSUPPORTED);
 }
 
 TEST_CASE("row 9: distortion of a wrong length, or not monotone inside the image") {
