@@ -54,7 +54,8 @@ class Handle:
     """
 
     def __init__(self, handle: ctypes.c_void_p, destroy: Callable[[int], None], keep: Any = None) -> None:
-        """keep: what has to live until the library has destroyed the handle."""
+        # keep: what has to live until the library has destroyed the handle. No docstring: help() would show it of every
+        # class that has none at its constructor.
         assert handle.value is not None
         self._handle = handle.value
         self._keep = keep
@@ -77,6 +78,7 @@ class Handle:
 
     @property
     def is_closed(self) -> bool:
+        """Whether close() was called."""
         return not self._close.alive
 
     def close(self) -> None:

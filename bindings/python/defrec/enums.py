@@ -56,6 +56,8 @@ class Status(OpenEnum):
 
 
 class LogLevel(OpenEnum):
+    """How much a message of the log matters."""
+
     DEBUG = 1
     INFO = 2
     WARNING = 3
@@ -63,17 +65,23 @@ class LogLevel(OpenEnum):
 
 
 class ContextFlag(IntFlag):
+    """Flags of defrec_context_desc; Context takes them as keywords."""
+
     ONLY_GIVEN_PLUGINS = 1 << 0
     USE_ENVIRONMENT = 1 << 1
 
 
 class DeviceKind(OpenEnum):
+    """What kind of device computes."""
+
     CPU = 1
     CUDA = 2
     VULKAN = 3
 
 
 class StageKind(OpenEnum):
+    """The stages; docs/stages.md defines each."""
+
     RECTIFY = 0
     STEREO = 1
     ORB = 2
@@ -85,6 +93,8 @@ class StageKind(OpenEnum):
 
 
 class DeviceFeature(IntFlag):
+    """What holds of a device."""
+
     REPEATABLE = 1 << 0
     """The same input gives the same bits."""
     SOFTWARE = 1 << 1
@@ -92,6 +102,8 @@ class DeviceFeature(IntFlag):
 
 
 class MemoryKind(OpenEnum):
+    """Where memory lies that Tracker.import_memory_at() is given."""
+
     HOST = 1
     CUDA = 2
 
@@ -116,11 +128,15 @@ class Observation(OpenEnum):
 
 
 class Solver(OpenEnum):
+    """How stage lm solves for a step: over all control points, or each for itself."""
+
     COUPLED = 1
     INDEPENDENT = 2
 
 
 class FrameFlag(IntFlag):
+    """Flags of defrec_frame; Tracker.submit() takes them as keywords."""
+
     CAPTURE_TEMPLATE = 1 << 0
 
 
@@ -164,4 +180,4 @@ class PointStatus(OpenEnum):
     EXTRAPOLATED = 1
     """From its neighbourhood: occluded, outside or without depth."""
     UNKNOWN = 2
-    """Not to be believed: the frame is lost, or nothing near it was seen for long."""
+    """Not to be believed: the frame is lost, or nothing near it was seen."""

@@ -13,6 +13,8 @@ from .structs import Landmark, Match, Motion, PatchObservation
 
 
 class StageTime(NamedTuple):
+    """How long one step of a frame took; see timed of Tracker."""
+
     name: str
     milliseconds: float
 

@@ -105,6 +105,7 @@ def c_struct(name: str) -> Callable[[S], S]:
             fields.append((field, hint.__metadata__[0] if hasattr(hint, "__metadata__") else hint))
         cls._fields_ = fields
         cls._c_types_ = dict(fields)
+        cls.__doc__ = cls.__doc__ or f"{name}: defrec_c.h says what each field means."
         C_STRUCTS[name] = cls
         return cls
 

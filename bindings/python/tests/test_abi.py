@@ -1,7 +1,9 @@
 """The binding's structs, enumerators and functions are those of the ABI's own lists in sdk/abi, all of them."""
 import ctypes
+import inspect
 import pathlib
 import re
+import types
 import unittest
 
 import defrec
@@ -93,6 +95,19 @@ class Abi(unittest.TestCase):
             self.assertTrue(hasattr(defrec, name), name)
         for kind in [*PREFIXES.values(), *WITHOUT_PREFIX]:
             self.assertIn(kind.__name__, defrec.__all__)
+
+    def test_everything_public_says_what_it_is(self):
+        seen = 0
+        for kind in (getattr(defrec, name) for name in defrec.__all__):
+            if not inspect.isclass(kind):
+                continue
+            self.assertNotRegex(kind.__doc__ or "", rf"^$|^{kind.__name__}\(", kind)
+            self.assertIn(kind.__init__.__doc__, (None, object.__init__.__doc__, Exception.__init__.__doc__), kind)
+            for name, member in vars(kind).items():
+                if not name.startswith("_") and isinstance(member, (types.FunctionType, property)):
+                    self.assertTrue(inspect.getdoc(getattr(kind, name)), f"{kind.__name__}.{name}")
+                    seen += 1
+        self.assertGreater(seen, 30)
 
     def test_unknown_values(self):
         self.assertEqual(enums.State(77).name, "UNKNOWN_77")
