@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Compiles every C block of the guides and of the README against the headers. Whole programs are linked too, and where a block
 `output` follows, run: they print that. A fragment stands in a function, or, if it defines some, in a file; what it uses without declaring
-it is in example_names.h. Whole programs in C# are compiled as well, and blocks in Python as far as Python compiles.
+it is in example_names.h. Whole programs in C# are compiled as well, and blocks in Python as far as Python compiles. The table of names in
+languages.md is held to the header, to the C# assembly's comments and to the Python package.
 
 usage: check_examples.py ROOT COMPILER LIBRARY_FOLDER MCS DEFREC_DLL WORK_FOLDER
 """
@@ -72,11 +73,32 @@ class Examples:
             self.counts["outputs"] += 1
 
 
+def check_names(root, library, assembly):
+    """Each name in code in the columns C, C# and Python of languages.md is one of that language. Gives how many there are."""
+    header = set(re.findall(r"\w+", (root / "include" / "defrec_c.h").read_text()))
+    comments = re.findall(r'name="\w:Defrec\.([\w.]+)', pathlib.Path(assembly).with_suffix(".xml").read_text())
+    columns = ["C", "C#", "Python"]
+    known = {"C": header.__contains__, "C#": set(comments).__contains__}
+    names = {column: set() for column in columns}
+    rows = re.findall(r"^\|(?!--).*\|$", (root / "docs" / "languages.md").read_text(), re.M)[1:]
+    for row in rows:
+        for column, cell in zip(columns, row.split("|")[2:5]):
+            names[column].update(re.findall(r"`([A-Z]\w+(?:\.\w+)?|defrec_\w+|library_\w+)`", cell))
+    for column, is_known in known.items():
+        if unknown := sorted(name for name in names[column] if not is_known(name)):
+            sys.exit(f"languages.md: no {column}: {unknown}")
+    program = "import defrec\nfor name in {!r}:\n    eval('defrec.' + name)".format(sorted(names["Python"]))
+    subprocess.run([sys.executable, "-B", "-c", program], check=True,
+                   env={"LD_LIBRARY_PATH": library, "PYTHONPATH": str(root / "bindings" / "python")})
+    return sum(map(len, names.values()))
+
+
 def main():
     found = Examples(*sys.argv[1:])
     for path in [found.root / "README.md", *sorted((found.root / "docs").rglob("*.md"))]:
         for language, line, code, output in examples(path):
             found.check(path.relative_to(found.root), language, line, code, output)
+    found.counts["names"] = check_names(found.root, found.library, sys.argv[5])
     print(", ".join(f"{count} {what}" for what, count in found.counts.items()))
     if 0 in found.counts.values():
         sys.exit("nothing was checked of one kind")
