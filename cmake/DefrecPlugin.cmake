@@ -1,5 +1,8 @@
 # defrec_add_plugin(NAME SOURCES ... LIBRARIES ... [COMPONENT ...])
 # defrec_plugin_NAME.so, exporting nothing but the plugin's entry, and its manifest, both in the folder of libdefrec.
+#
+# defrec_list_plugins(TARGETS FILES)
+# Sets the two variables: the targets of all plugins made so, and their libraries and manifests. Whoever packs plugins asks here.
 include(DefrecPluginManifest)
 set(DEFREC_PLUGIN_FOLDER "${CMAKE_INSTALL_LIBDIR}")
 
@@ -18,4 +21,15 @@ function(defrec_add_plugin name)
   set_target_properties(${target} PROPERTIES LINK_DEPENDS "${exports}")
   defrec_add_plugin_manifest(${target} NAME ${name})
   defrec_install_plugin(${target} COMPONENT ${arg_COMPONENT})
+  set_property(GLOBAL APPEND PROPERTY DEFREC_PLUGINS ${target})
+endfunction()
+
+function(defrec_list_plugins targets files)
+  get_property(plugins GLOBAL PROPERTY DEFREC_PLUGINS)
+  set(${targets} ${plugins} PARENT_SCOPE)
+  set(all "")
+  foreach(plugin IN LISTS plugins)
+    list(APPEND all "$<TARGET_FILE:${plugin}>" "$<TARGET_FILE_DIR:${plugin}>/${plugin}.json")
+  endforeach()
+  set(${files} ${all} PARENT_SCOPE)
 endfunction()

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Installs the NuGet package from its folder, and runs a program with what was installed and nothing else of defrec.
-#   test_package.sh PACKAGE.nupkg WORK_FOLDER NUGET MCS MONO
+#   test_package.sh PACKAGE.nupkg NATIVE_FOLDER_IN_IT WORK_FOLDER NUGET MCS MONO
 set -euo pipefail
-package=$1 work=$2 nuget=$3 mcs=$4 mono=$5
+package=$1 native=$2 work=$3 nuget=$4 mcs=$5 mono=$6
 
 rm -rf "$work"
 mkdir -p "$work/home" "$work/program"
@@ -11,7 +11,7 @@ export HOME=$work/home XDG_CONFIG_HOME=$work/home # nuget writes settings there
 installed=$(echo "$work"/installed/Defrec.*)
 
 # As a build tool lays a program out: assembly and native files beside it.
-cp "$installed"/lib/netstandard2.0/Defrec.dll "$installed"/runtimes/linux-x64/native/* "$work/program"
+cp "$installed"/lib/netstandard2.0/Defrec.dll "$installed/$native"/* "$work/program"
 cat >"$work/program/Program.cs" <<'PROGRAM'
 using System;
 using Defrec;
