@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Fails unless the Debian packages in a folder hold what they are to hold.
 
-check_packages.py PACKAGES LISTS LIBDIR CONFIGURATION INSTALLED
+check_packages.py PACKAGES LISTS LIBDIR CONFIGURATION API INSTALLED
 
 PACKAGES has the .deb files; LISTS, for each package, NAME.txt with its files, one a line, below /usr, where @LIBDIR@ is the folder of
-libraries, @CONFIG@ the build's configuration, and a line that ends in /** names all that lies below; INSTALLED is where
-`cmake --install` has put everything.
+libraries, @CONFIG@ the build's configuration, @API@ the version of the C API, and a line that ends in /** names all that lies below;
+INSTALLED is where `cmake --install` has put everything.
 """
 import collections
 import pathlib
@@ -78,12 +78,12 @@ def check_together(packages, installed):
 
 
 def main():
-    libdir, configuration = sys.argv[3:5]
-    folder, lists, installed = (pathlib.Path(sys.argv[i]) for i in (1, 2, 5))
+    folder, lists, installed = (pathlib.Path(sys.argv[i]) for i in (1, 2, 6))
+    replacements = {"@LIBDIR@": sys.argv[3], "@CONFIG@": sys.argv[4].lower(), "@API@": sys.argv[5]}
     packages = {package.name: package for package in map(Package, sorted(folder.glob("*.deb")))}
     for name, package in packages.items():
-        listed = (lists / f"{name}.txt").read_text().replace("@LIBDIR@", libdir).replace("@CONFIG@", configuration.lower()).split()
-        check_files(package, listed)
+        listed = re.sub(r"@\w+@", lambda found: replacements[found[0]], (lists / f"{name}.txt").read_text())
+        check_files(package, listed.split())
         check_modes(package)
         check_depends(package, packages)
     recorded = {path.stem for path in lists.glob("*.txt")} - {"libdefrec1-plugin-cuda"}
