@@ -92,25 +92,55 @@ typedef struct {
     int64_t deadline_ns;
 } pending_result;
 
+static const struct {
+    uint32_t reason;
+    const char *name;
+} reason_names[] = {
+    {DEFREC_REASON_DARK, "dark"},
+    {DEFREC_REASON_SATURATED, "saturated"},
+    {DEFREC_REASON_NO_TEXTURE, "no texture"},
+    {DEFREC_REASON_FEW_MATCHES, "few matches"},
+    {DEFREC_REASON_OCCLUDED, "occluded"},
+    {DEFREC_REASON_LARGE_RESIDUAL, "large residual"},
+    {DEFREC_REASON_FAST_MOTION, "fast motion"},
+    {DEFREC_REASON_OUT_OF_VIEW, "out of view"},
+    {DEFREC_REASON_NO_DEPTH, "no depth"},
+    {DEFREC_REASON_ONE_EYE, "one eye"},
+    {DEFREC_REASON_FROZEN, "frozen"},
+    {DEFREC_REASON_GAP, "gap"},
+    {DEFREC_REASON_EYES_SWAPPED, "eyes swapped"},
+    {DEFREC_REASON_LOW_CONTRAST, "low contrast"},
+};
+
 static void show_reasons(uint32_t reasons) {
-    static const char *const names[] = {"dark",        "saturated",   "no texture",  "few matches", "occluded", "large residual", "fast motion",
-                                        "out of view", "no depth",    "one eye",     "frozen",      "gap",      "eyes swapped",   "low contrast"};
     const char *separator = ": ";
     size_t i;
-    for (i = 0; i < sizeof names / sizeof *names; ++i)
-        if ((reasons & (1u << i)) != 0) {
-            printf("%s%s", separator, names[i]);
+    for (i = 0; i < sizeof reason_names / sizeof *reason_names; ++i)
+        if ((reasons & reason_names[i].reason) != 0) {
+            printf("%s%s", separator, reason_names[i].name);
             separator = ", ";
+            reasons &= ~reason_names[i].reason;
         }
+    if (reasons != 0) printf("%sothers (0x%x)", separator, reasons); /* of a later library */
+}
+
+static const char *state_name(uint32_t state) {
+    switch (state) {
+        case DEFREC_INITIALISING: return "initialising";
+        case DEFREC_TRACKING: return "tracking";
+        case DEFREC_DEGRADED: return "degraded";
+        case DEFREC_LOST: return "lost";
+        case DEFREC_RELOCALISED: return "relocalised";
+        default: return "unknown"; /* of a later library */
+    }
 }
 
 /* What a display does with it: a frame that is tracked or degraded moves the plan; a lost one hides it, or shows it as old. */
 static void show(const pending_result *pending) {
-    static const char *const states[] = {"initialising", "tracking", "degraded", "lost", "relocalised"};
     defrec_result result;
     DEFREC_INIT(&result);
     check(defrec_job_result(pending->job, &result), "reading the result");
-    printf("frame %zu %s: %s", pending->number, now_ns() <= pending->deadline_ns ? "in time" : "late", states[result.state]);
+    printf("frame %zu %s: %s", pending->number, now_ns() <= pending->deadline_ns ? "in time" : "late", state_name(result.state));
     show_reasons(result.reasons);
     printf("\n");
 }

@@ -77,11 +77,3 @@ TEST_CASE("what cannot be projected is NaN and disturbs no other point") {
     CHECK(std::isnan(uv[6]));
     projection.project(xyz, 0, uv);
 }
-
-TEST_CASE("names of states and reasons") {
-    CHECK(std::string(state_name(DEFREC_RELOCALISED)) == "relocalised");
-    CHECK(reason_names(0, "|") == "");
-    CHECK(reason_names(DEFREC_REASON_DARK | DEFREC_REASON_NO_DEPTH | DEFREC_REASON_LOW_CONTRAST, "|") ==
-          "dark|no-depth|low-contrast");
-    CHECK(reason_names(DEFREC_REASON_EYES_SWAPPED, "|") == "eyes-swapped");
-}

@@ -46,6 +46,27 @@ std::string describe_choice(const Context& context) {
     return text;
 }
 
+struct ReasonName {
+    std::uint32_t reason;
+    const char* name;
+};
+constexpr ReasonName kReasonNames[] = {
+    {DEFREC_REASON_DARK, "dark"},
+    {DEFREC_REASON_SATURATED, "saturated"},
+    {DEFREC_REASON_NO_TEXTURE, "no-texture"},
+    {DEFREC_REASON_FEW_MATCHES, "few-matches"},
+    {DEFREC_REASON_OCCLUDED, "occluded"},
+    {DEFREC_REASON_LARGE_RESIDUAL, "large-residual"},
+    {DEFREC_REASON_FAST_MOTION, "fast-motion"},
+    {DEFREC_REASON_OUT_OF_VIEW, "out-of-view"},
+    {DEFREC_REASON_NO_DEPTH, "no-depth"},
+    {DEFREC_REASON_ONE_EYE, "one-eye"},
+    {DEFREC_REASON_FROZEN, "frozen"},
+    {DEFREC_REASON_GAP, "gap"},
+    {DEFREC_REASON_EYES_SWAPPED, "eyes-swapped"},
+    {DEFREC_REASON_LOW_CONTRAST, "low-contrast"},
+};
+
 }  // namespace
 
 void require(defrec_status status, ExitCode otherwise, const std::string& doing) {
@@ -164,15 +185,11 @@ const char* state_name(std::uint32_t state) {
 }
 
 std::string reason_names(std::uint32_t reasons, const char* separator) {
-    static const char* const kNames[] = {"dark",         "saturated",      "no-texture",  "few-matches",
-                                         "occluded",     "large-residual", "fast-motion", "out-of-view",
-                                         "no-depth",     "one-eye",        "frozen",      "gap",
-                                         "eyes-swapped", "low-contrast"};
     std::string text;
-    for (std::size_t bit = 0; bit < std::size(kNames); ++bit) {
-        if ((reasons >> bit & 1U) == 0) continue;
+    for (const ReasonName& known : kReasonNames) {
+        if ((reasons & known.reason) == 0) continue;
         if (!text.empty()) text += separator;
-        text += kNames[bit];
+        text += known.name;
     }
     return text;
 }
