@@ -319,6 +319,7 @@ namespace Defrec.Tests
                 { "stage=6, params=98000000" + "02000000", () => new Stage(Context, new LmParameters { Solver = Solver.Independent }) },
                 { "stage=7, params=50000000" + "02000000", () => new Stage(Context, new WarpParameters { Nodes = 2 }) }
             };
+            Assert.That(makers.Count, Is.EqualTo(Enum.GetValues(typeof(StageKind)).Length));
             foreach (KeyValuePair<string, Func<Stage>> maker in makers)
                 using (maker.Value()) Assert.That(Stub.Call("defrec_stage_create"), Is.StringContaining("device_id=NULL, " + maker.Key + "0"));
         }

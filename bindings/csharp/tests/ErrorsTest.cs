@@ -104,7 +104,8 @@ namespace Defrec.Tests
         [Test]
         public void ALibraryOfAnotherVersionIsRefusedAtFirstUse()
         {
-            foreach (int version in new[] { 0, 1000, 2000, 2001, 999, 3005 })
+            int own = 1000 * Constants.ApiMajor + Constants.ApiMinor;
+            foreach (int version in new[] { 0, own - 1, own + 1000, 999, 1000 * (Constants.ApiMajor + 1) })
             {
                 Stub.Answer("defrec_version", (Status)version, "");
                 Stub.Calls();
@@ -114,11 +115,12 @@ namespace Defrec.Tests
                     var refusal = Assert.Throws<DefrecException>(first);
                     Assert.That(refusal.Status, Is.EqualTo(Status.ErrorVersion));
                     Assert.That(refusal.Message, Is.EqualTo("libdefrec.so.1 offers version " + version / 1000 + "." + version % 1000 +
-                                                            " of the C API; this Defrec.dll needs 1.1 or a later 1.x."));
+                                                            " of the C API; this Defrec.dll needs " + Constants.ApiMajor + "." +
+                                                            Constants.ApiMinor + " or a later " + Constants.ApiMajor + ".x."));
                 }
                 Assert.That(Stub.Calls(), Has.All.EqualTo("defrec_version()"));
             }
-            foreach (int version in new[] { 1001, 1002, 1999 })
+            foreach (int version in new[] { own, own + 1, 1000 * Constants.ApiMajor + 999 })
             {
                 Stub.Answer("defrec_version", (Status)version, "");
                 new Context().Dispose();

@@ -107,8 +107,48 @@ namespace Defrec.Tests
         [Test]
         public void TheVersionIsTheHeaders()
         {
-            Assert.That(header, Is.StringMatching(@"#define DEFREC_API_MAJOR " + Constants.ApiMajor + @"\s"));
-            Assert.That(header, Is.StringMatching(@"#define DEFREC_API_MINOR " + Constants.ApiMinor + @"\s"));
+            Assert.That(Regex.Match(header, @"#define DEFREC_API_MAJOR (\d+)").Groups[1].Value, Is.EqualTo(Constants.ApiMajor.ToString()));
+            Assert.That(Regex.Match(header, @"#define DEFREC_API_MINOR (\d+)").Groups[1].Value, Is.EqualTo(Constants.ApiMinor.ToString()));
+        }
+
+        [Test]
+        public void EveryFieldOfTheLibraryIsOffered()
+        {
+            IsOffered(typeof(defrec_result), typeof(FrameSummary), typeof(FrameResult));
+            IsOffered(typeof(defrec_tracker_desc), typeof(TrackerOptions));
+            IsOffered(typeof(defrec_device_info), typeof(DeviceInfo));
+            IsOffered(typeof(defrec_plugin_info), typeof(PluginInfo));
+        }
+
+        private static void IsOffered(Type native, params Type[] types)
+        {
+            // The length of an array is the array's; there are no flags yet.
+            var hidden = new[] { "struct_size", "reserved", "flags", "time_count" };
+            List<string> properties = types.SelectMany(type => type.GetProperties()).Select(property => property.Name).ToList();
+            foreach (FieldInfo field in FieldsOf(native).Where(field => !hidden.Contains(field.Name)))
+                Assert.That(properties, Contains.Item(Pascal(field.Name)), native.Name + "." + field.Name);
+        }
+
+        [Test]
+        public void NumbersOfAResultKeepTheirNames()
+        {
+            object numbers = new defrec_result();
+            var fields = new List<FieldInfo>();
+            var properties = new List<PropertyInfo>();
+            foreach (FieldInfo field in FieldsOf(typeof(defrec_result)))
+            {
+                PropertyInfo property = typeof(FrameSummary).GetProperty(Pascal(field.Name));
+                if (property == null || field.FieldType == typeof(RigidTransform)) continue;
+                fields.Add(field);
+                properties.Add(property);
+                Type type = field.FieldType;
+                field.SetValue(numbers, type.IsEnum ? Enum.ToObject(type, fields.Count) : Convert.ChangeType(fields.Count, type));
+            }
+            Assert.That(fields.Count, Is.GreaterThan(15));
+            var result = (defrec_result)numbers;
+            var summary = new FrameSummary(ref result);
+            for (int i = 0; i < fields.Count; ++i)
+                Assert.That(Convert.ToInt32(properties[i].GetValue(summary, null)), Is.EqualTo(i + 1), fields[i].Name);
         }
 
         [Test]
@@ -148,10 +188,14 @@ namespace Defrec.Tests
             return type;
         }
 
+        private static FieldInfo[] FieldsOf(Type type)
+        {
+            return type.GetFields(BindingFlags.Instance | BindingFlags.Public | BindingFlags.NonPublic);
+        }
+
         private static List<string> Describe(Type type)
         {
-            return type.GetFields(BindingFlags.Instance | BindingFlags.Public | BindingFlags.NonPublic)
-                .Select(field => Snake(field.Name) + ": " + SizeOf(field) + " at " + Marshal.OffsetOf(type, field.Name)).ToList();
+            return FieldsOf(type).Select(field => Snake(field.Name) + ": " + SizeOf(field) + " at " + Marshal.OffsetOf(type, field.Name)).ToList();
         }
 
         private static string Snake(string name)
@@ -176,7 +220,7 @@ namespace Defrec.Tests
             if (type.IsPointer || type.IsEnum || type == typeof(IntPtr) || type == typeof(UIntPtr)) return true;
             if (type.IsPrimitive) return type != typeof(bool) && type != typeof(char);
             return type.IsValueType && type.IsLayoutSequential &&
-                   type.GetFields(BindingFlags.Instance | BindingFlags.Public | BindingFlags.NonPublic).All(field => IsBlittable(field.FieldType));
+                   FieldsOf(type).All(field => IsBlittable(field.FieldType));
         }
 
         private static readonly KeyValuePair<string, Type>[] Enums =

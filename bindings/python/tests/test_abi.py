@@ -1,5 +1,6 @@
 """The binding's structs, enumerators and functions are those of the ABI's own lists in sdk/abi, all of them."""
 import ctypes
+import dataclasses
 import inspect
 import pathlib
 import re
@@ -8,6 +9,7 @@ import unittest
 
 import defrec
 from defrec import _library, enums, structs
+from defrec.stage import KIND_OF_PARAMS
 
 ABI = pathlib.Path(__file__).resolve().parents[3] / "sdk" / "abi"
 PLUGIN_ABI = ("defrec_host", "defrec_stage_table", "defrec_plugin")
@@ -108,6 +110,21 @@ class Abi(unittest.TestCase):
                     self.assertTrue(inspect.getdoc(getattr(kind, name)), f"{kind.__name__}.{name}")
                     seen += 1
         self.assertGreater(seen, 30)
+
+    def test_every_field_of_what_the_library_tells_is_public(self):
+        for struct, public in (
+            (structs.ResultStruct, defrec.Result),
+            (structs.TemplateInfo, defrec.TemplateData),
+            (structs.DeviceInfoStruct, defrec.DeviceInfo),
+            (structs.PluginInfoStruct, defrec.PluginInfo),
+        ):
+            known = {name for name, _ in struct._fields_ if not name.endswith(("struct_size", "reserved", "_count"))}
+            if {"width", "height"} < known:
+                known = known - {"width", "height"} | {"size"}
+            self.assertEqual({field.name for field in dataclasses.fields(public)}, known)
+
+    def test_every_stage_has_its_parameters(self):
+        self.assertEqual(list(KIND_OF_PARAMS.values()), list(enums.StageKind))
 
     def test_unknown_values(self):
         self.assertEqual(enums.State(77).name, "UNKNOWN_77")

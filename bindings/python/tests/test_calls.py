@@ -1,6 +1,7 @@
 """Every function of the C API, called once through the binding with distinctive values: the stub received each of them,
 in its place."""
 import ctypes
+import dataclasses
 import pathlib
 import unittest
 from unittest import mock
@@ -14,6 +15,7 @@ from defrec import (
     LogLevel,
     MemoryKind,
     OrbParams,
+    Result,
     Rig,
     Stage,
     StageKind,
@@ -27,6 +29,7 @@ from defrec import (
     status_name,
     structs,
 )
+from defrec.result import copy_result
 from defrec.stage import KIND_OF_PARAMS
 
 CAMERA = Camera(fx=500.5, fy=501.5, cx=50.25, cy=40.25, baseline_mm=4.5)
@@ -196,6 +199,8 @@ class Calls(stub.StubTest):
         desc = created.struct("desc", structs.TrackerDesc)
         self.assertEqual({name: getattr(desc, name) for name in numbers}, numbers)
         self.assertEqual((desc.format, desc.keep_disparity, desc.timed, desc.flags), (4, 1, 1, 0))
+        others = {"struct_size", "device_id", "format", "keep_disparity", "timed", "flags"}
+        self.assertEqual({name for name, _ in structs.TrackerDesc._fields_}, others | set(numbers))
         self.assertEqual((created.arguments["context"], created.arguments["rig"]), (self.c, hex(rig._native)))
         self.assertEqual(str(destroyed), f"defrec_tracker_destroy(tracker={handle})")
 
@@ -246,6 +251,38 @@ class Calls(stub.StubTest):
                 f"defrec_job_release(job={j})",
             ],
         )
+
+    def test_every_field_of_a_result_keeps_its_name(self):
+        lengths = dict(
+            rigid_motion=3, motions=2, node_positions=2, vertices=3, normals=3, vertex_status=3, expected_error_mm=3,
+            landmarks=4, landmark_matches=4, patch_observations=5, disparity=6, times=2,
+        )  # fmt: skip
+        given = structs.ResultStruct(node_count=2, vertex_count=3, landmark_count=4, patch_count=5, time_count=2)
+        numbers, memory = {}, []
+        for number, field in enumerate(dataclasses.fields(Result), 1):
+            numbers[field.name] = number
+            if field.name == "rigid_motion":
+                given.rigid_motion[:] = [number] * 12
+            elif field.name == "times":
+                given.times[0].milliseconds = given.times[1].milliseconds = number
+            elif field.name in lengths:
+                memory.append((ctypes.c_uint8 * 1024)(*[number] * 1024))
+                setattr(given, field.name, ctypes.addressof(memory[-1]))
+            else:
+                setattr(given, field.name, number)
+        result = copy_result(given, (7, 6))
+        for name, number in numbers.items():
+            value = getattr(result, name)
+            if name not in lengths:
+                self.assertEqual(value, number, name)
+                continue
+            self.assertEqual(len(value), lengths[name], name)
+            if name == "times":
+                self.assertEqual([time.milliseconds for time in value], [number] * 2)
+            elif name == "rigid_motion":
+                self.assertEqual(value.tolist(), [[number] * 4] * 3)
+            else:
+                self.assertEqual(set(bytes(value)), {number}, name)
 
     def test_images_are_passed_where_they_lie(self):
         rows = (ctypes.c_uint8 * (80 * 128 * 3))()  # 96 of 128 pixels in each row
