@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Compiles every C block of the guides and of the README against the headers. Whole programs are linked too, and where a block
 `output` follows, run: they print that. A fragment stands in a function, or, if it defines some, in a file; what it uses without declaring
-it is in example_names.h. Whole programs in C# are compiled as well, and blocks in Python as far as Python compiles. The table of names in
-languages.md is held to the header, to the C# assembly's comments and to the Python package.
+it is in example_names.h. Whole programs in C# are compiled as well, and blocks in Python as far as Python compiles. Blocks in CMake ask for
+this version. The table of names in languages.md is held to the header, to the C# assembly's comments and to the Python package.
 
 usage: check_examples.py ROOT COMPILER LIBRARY_FOLDER MCS DEFREC_DLL WORK_FOLDER
 """
@@ -41,7 +41,8 @@ class Examples:
         self.root, self.work, self.compiler, self.library = pathlib.Path(root), pathlib.Path(work), compiler, library
         self.mcs = [mcs, "-nologo", "-langversion:7", "-warnaserror", f"-reference:{assembly}"]
         self.flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", f"-I{root}/include", f"-I{root}/docs/site"]
-        self.counts = {"fragments": 0, "programs": 0, "outputs": 0, "programs in C#": 0, "blocks in Python": 0}
+        self.counts = {"fragments": 0, "programs": 0, "outputs": 0, "programs in C#": 0, "blocks in Python": 0, "packages in CMake": 0}
+        self.version = re.search(r"^project\(defrec VERSION (\d+\.\d+)", (self.root / "CMakeLists.txt").read_text(), re.M)[1]
         self.work.mkdir(parents=True, exist_ok=True)
 
     def check(self, name, language, line, code, output):
@@ -55,6 +56,11 @@ class Examples:
         elif language == "python":
             compile("\n" * (line - 1) + code, str(name), "exec")
             self.counts["blocks in Python"] += 1
+        elif language == "cmake":
+            for asked in re.findall(r"find_package\(defrec ([\d.]+)", code):
+                if asked != self.version:
+                    sys.exit(f"{name}:{line}: asks for defrec {asked}; this is {self.version}")
+                self.counts["packages in CMake"] += 1
 
     def check_c(self, name, line, code, output, base):
         source = base.with_suffix(".c")

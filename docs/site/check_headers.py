@@ -1,14 +1,19 @@
 #!/usr/bin/env python3
 """Every function of the C API says from which threads it may be called, since when it exists, which errors it gives, and names its
-parameters. That anything is documented at all is Doxygen's to say.
+parameters; the header's version is that of the newest. Every error, state, reason and status of a point is in the guide on errors. That
+anything is documented at all is Doxygen's to say.
 
-usage: check_headers.py defrec_c.h
+usage: check_headers.py defrec_c.h errors.md
 """
+import pathlib
 import re
 import sys
 
 FUNCTION = re.compile(r"/\*\*((?:[^*]|\*(?!/))*)\*/\s*DEFREC_API ([\w *]+?)\s*DEFREC_CALL (\w+)\(([^)]*)\);")
 SPEAK_FOR_THEMSELVES = {"out"}  # besides handles, which are called as their type
+
+
+IN_GUIDE = ("DEFREC_OK", "DEFREC_LOST", "DEFREC_REASON_DARK", "DEFREC_POINT_UNKNOWN")  # one of each enumeration that is there
 
 
 def faults(text):
@@ -34,9 +39,24 @@ def faults(text):
                 yield f"{name}: {words[-1]} is not explained"
 
 
+def faults_of_version(text):
+    version = tuple(int(re.search(rf"#define DEFREC_API_{part} (\d+)", text)[1]) for part in ("MAJOR", "MINOR"))
+    newest = max(tuple(map(int, found)) for found in re.findall(r"@since (\d+)\.(\d+)", text))
+    if version != newest:
+        yield f"DEFREC_API_MAJOR and _MINOR are {version}, the newest @since is {newest}"
+
+
+def faults_of_guide(text, guide):
+    enumerations = [re.findall(r"\b(DEFREC_\w+) *=", body) for body in re.findall(r"\benum \{([^}]*)\}", text)]
+    for one in IN_GUIDE:
+        for name in next(names for names in enumerations if one in names):
+            if f"| `{name}` |" not in guide:
+                yield f"errors.md: {name} has no row"
+
+
 def main():
-    with open(sys.argv[1]) as file:
-        found = list(faults(file.read()))
+    text, guide = (pathlib.Path(path).read_text() for path in sys.argv[1:])
+    found = [*faults(text), *faults_of_version(text), *faults_of_guide(text, guide)]
     sys.exit("\n".join(found) if found else 0)
 
 
