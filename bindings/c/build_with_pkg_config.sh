@@ -5,7 +5,7 @@ set -eu
 libraries=$1 source=$2 work=$3
 mkdir -p "$work"
 export PKG_CONFIG_PATH="$libraries/pkgconfig"
-# The flags are to be split.
-# shellcheck disable=SC2046
-cc -std=c99 -Wall -Wextra -pedantic -Werror "$source" $(pkg-config --cflags --libs 'defrec >= 0.1') -o "$work/application"
+# pkg-config writes for a shell: a folder with spaces comes escaped.
+eval "set -- $(pkg-config --cflags --libs 'defrec >= 0.1')"
+cc -std=c99 -Wall -Wextra -pedantic -Werror "$source" "$@" -o "$work/application"
 LD_LIBRARY_PATH="$libraries" "$work/application"

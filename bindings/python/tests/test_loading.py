@@ -11,7 +11,7 @@ import defrec
 from defrec import _library
 
 PACKAGE = pathlib.Path(defrec.__file__).parent
-MAPPED = [line.split()[-1] for line in pathlib.Path("/proc/self/maps").read_text().splitlines()]
+MAPPED = [line.split(maxsplit=5)[-1] for line in pathlib.Path("/proc/self/maps").read_text().splitlines()]
 LIBRARY = next(path for path in MAPPED if path.endswith(_library.FILE_NAME))
 
 
