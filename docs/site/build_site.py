@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Builds the site with Doxygen, warnings being errors, and checks it: every link leads somewhere, nothing is left of unresolved Markdown,
-and every guide can be reached.
+every guide can be reached, and every sample is named.
 
 usage: build_site.py DOXYGEN DOXYFILE GUIDES SITE
 """
@@ -68,6 +68,13 @@ def faults(site, guides):
             yield f"{guide.name}: no way leads to it"
 
 
+def faults_of_samples(root):
+    guide = (root / "docs" / "samples.md").read_text()
+    for sample in sorted((root / "samples").glob("*/*")):
+        if sample.suffix in (".c", ".h", ".cs", ".py") and f"](../{sample.relative_to(root)})" not in guide:
+            yield f"samples.md: {sample.name} is not named"
+
+
 def faults_of_readme(root):
     for target in re.findall(r"\]\(([^)#:]+)[^)]*\)", (root / "README.md").read_text()):
         if not (root / target).exists():
@@ -79,7 +86,7 @@ def main():
     shutil.rmtree(site, ignore_errors=True)
     site.mkdir(parents=True)
     subprocess.run([doxygen, doxyfile], check=True)
-    found = [*faults(site, guides), *faults_of_readme(guides.parent)]
+    found = [*faults(site, guides), *faults_of_samples(guides.parent), *faults_of_readme(guides.parent)]
     sys.exit("\n".join(found) if found else 0)
 
 

@@ -6,15 +6,8 @@ namespace Defrec.Native
     /// <summary>The functions of defrec_c.h, as they are: pointers and numbers, nothing that the runtime would convert or copy.</summary>
     internal static unsafe class NativeMethods
     {
-        /// <summary>
-        /// With the major version in it: a library with another major version is another file. "Defrec.dll" and "defrec.dll" would be one
-        /// file on Windows, where the number keeps them apart.
-        /// </summary>
-#if DEFREC_WINDOWS
-        internal const string Library = "defrec-1";
-#else
+        /// <summary>With the major version in it: a library with another major version is another file.</summary>
         internal const string Library = "libdefrec.so.1";
-#endif
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         internal static extern uint defrec_version();

@@ -1,6 +1,7 @@
-# Fails if a library maps anything but the named ones. cmake -DLIBRARY= "-DALLOWED=a,b" -P this
+# Fails if a library maps anything but the runtimes of C and C++ and the named ones. cmake -DLIBRARY= "-DALLOWED=a,b" -P this
 cmake_minimum_required(VERSION 3.25)
 string(REPLACE "," ";" allowed "${ALLOWED}")
+list(APPEND allowed linux-vdso ld-linux-x86-64 ld-linux-aarch64 libc libm libstdc++ libgcc_s)
 execute_process(COMMAND ldd "${LIBRARY}" OUTPUT_VARIABLE printed RESULT_VARIABLE result)
 string(REGEX MATCHALL "[^\n]+" lines "${printed}")
 if(NOT result EQUAL 0 OR NOT lines)
@@ -12,6 +13,6 @@ foreach(line IN LISTS lines)
   get_filename_component(name "${name}" NAME)
   string(REGEX REPLACE "\\.so.*$" "" name "${name}")
   if(NOT name IN_LIST allowed)
-    message(FATAL_ERROR "${LIBRARY} maps ${line}; allowed are ${ALLOWED}")
+    message(FATAL_ERROR "${LIBRARY} maps ${line}; allowed are ${allowed}")
   endif()
 endforeach()
