@@ -6,7 +6,8 @@ package=$1 native=$2 work=$3 nuget=$4 mcs=$5 mono=$6
 
 rm -rf "$work"
 mkdir -p "$work/home" "$work/program"
-export HOME=$work/home XDG_CONFIG_HOME=$work/home # nuget writes settings there
+# nuget writes settings there; and its folder in /tmp may be another user's.
+export HOME=$work/home XDG_CONFIG_HOME=$work/home TMPDIR=$work/home
 (cd "$work" && "$nuget" install Defrec -Source "$(dirname "$package")" -OutputDirectory "$work/installed" -NonInteractive -NoCache)
 installed=$(echo "$work"/installed/Defrec.*)
 
