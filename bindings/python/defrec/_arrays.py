@@ -223,7 +223,7 @@ def _numpy_rows(name: str, value: ArrayLike, columns: int) -> Any:
         given = given.reshape(0, columns)
     if not numpy.can_cast(given.dtype, numpy.float64, "same_kind"):
         raise TypeError(f"{name} has elements of type {given.dtype}, numbers expected")
-    return numpy.ascontiguousarray(given, dtype=numpy.float64)
+    return numpy.require(given, numpy.float64, ["C", "ALIGNED"])
 
 
 def _rows(name: str, value: ArrayLike, columns: int) -> Any:

@@ -3,10 +3,11 @@ order."""
 from __future__ import annotations
 
 import collections
+import contextlib
 import ctypes
 import threading
 import weakref
-from typing import Any, Callable, Deque, Tuple, TypeVar
+from typing import Any, Callable, Deque, Iterator, Tuple, TypeVar
 
 from .errors import closed
 
@@ -15,7 +16,7 @@ H = TypeVar("H", bound="Handle")
 # A log callback may not call the library, which refuses even to destroy from there. But the collector may run in a
 # callback, and find objects to close: they wait here for the next call that may.
 _callback = threading.local()
-_postponed: Deque[Tuple[Any, int, Any]] = collections.deque()
+_postponed: Deque[Tuple[Any, ctypes.c_void_p, Any]] = collections.deque()
 
 
 class CallbackScope:
@@ -28,7 +29,9 @@ class CallbackScope:
         _callback.inside = False
 
 
-def _destroy(function: Callable[[int], None], handle: int, keep: Any) -> None:
+def _destroy(function: Callable[[ctypes.c_void_p], None], handle: ctypes.c_void_p, keep: Any) -> None:
+    if handle.value is None:  # its creation failed
+        return
     if getattr(_callback, "inside", False):
         _postponed.append((function, handle, keep))
     else:
@@ -53,22 +56,41 @@ class Handle:
     raises Error with Status.ERROR_HANDLE.
     """
 
-    def __init__(self, handle: ctypes.c_void_p, destroy: Callable[[int], None], keep: Any = None) -> None:
-        # keep: what has to live until the library has destroyed the handle. No docstring: help() would show it of every
-        # class that has none at its constructor.
-        assert handle.value is not None
-        self._handle = handle.value
+    def __init__(
+        self, create: Callable[[ctypes.c_void_p], Any], destroy: Callable[[ctypes.c_void_p], None], keep: Any = None
+    ) -> None:
+        # create: writes the new handle where it is told. keep: what has to live until the library has destroyed it. No
+        # docstring: help() would show it of every class that has none at its constructor.
+        handle = ctypes.c_void_p()
+        self._handle = handle
         self._keep = keep
-        # Held while what the library points to is copied: it lives as long as the handle.
-        self._copying = threading.Lock()
-        self._close = weakref.finalize(self, _destroy, destroy, self._handle, keep)
+        self._lock = threading.RLock()
+        self._copies = 0
+        self._close_wanted = False
+        # Before there is a handle: a signal handler's exception (KeyboardInterrupt) may come right behind its creation.
+        self._close = weakref.finalize(self, _destroy, destroy, handle, keep)
+        create(handle)
         _destroy_postponed()
 
     @property
     def _native(self) -> int:
-        if not self._close.alive:
+        handle = self._handle.value
+        if handle is None or not self._close.alive:
             raise closed(type(self).__name__)
-        return self._handle
+        return handle
+
+    @contextlib.contextmanager
+    def _copying(self) -> Iterator[int]:
+        """With it: what the library points to stays, since the handle does. Another thread's close() waits; one of this
+        thread, from a signal handler or a finaliser in the middle of the copy, takes effect behind it."""
+        with self._lock:
+            self._copies += 1
+            try:
+                yield self._native
+            finally:
+                self._copies -= 1
+                if self._copies == 0 and self._close_wanted:
+                    self.close()
 
     def _open(self) -> Tuple[int, Any]:
         """The handle, and what anything made from it has to keep alive. In this order, another thread's close() cannot
@@ -83,7 +105,10 @@ class Handle:
 
     def close(self) -> None:
         """Gives the object back. Closing twice does nothing. threads: any"""
-        with self._copying:
+        with self._lock:
+            self._close_wanted = self._copies > 0
+            if self._close_wanted:
+                return
             self._close()
         self._keep = None
 

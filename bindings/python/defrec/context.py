@@ -101,16 +101,15 @@ class Context(Handle):
         c_log = None if log is None else _c_log(log)
         if c_log is not None:
             desc.log = ctypes.cast(c_log, ctypes.c_void_p)
-        out = ctypes.c_void_p()
-        native.defrec_context_create(desc, out)
-        super().__init__(out, native.defrec_context_destroy, c_log)
+        super().__init__(
+            lambda handle: native.defrec_context_create(desc, handle), native.defrec_context_destroy, c_log
+        )
 
     @property
     def plugins(self) -> Tuple[PluginInfo, ...]:
         """Every candidate that was looked at, loaded or refused, in the order of the search. threads: any"""
         found = []
-        with self._copying:
-            handle = self._native
+        with self._copying() as handle:
             for index in range(native.defrec_plugin_count(handle)):
                 info = structs.PluginInfoStruct()
                 native.defrec_plugin_get(handle, index, info)
@@ -125,8 +124,7 @@ class Context(Handle):
     def devices(self) -> Tuple[DeviceInfo, ...]:
         """Devices of all loaded plugins, fastest kind first, then by id: the same order in every run. threads: any"""
         found = []
-        with self._copying:
-            handle = self._native
+        with self._copying() as handle:
             for index in range(native.defrec_device_count(handle)):
                 info = structs.DeviceInfoStruct()
                 native.defrec_device_get(handle, index, info)

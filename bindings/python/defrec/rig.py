@@ -59,9 +59,7 @@ class Rig(Handle):
         if not isinstance(context, Context):
             raise TypeError(f"context is a Context, {context!r} given")
         handle, keep = context._open()
-        out = ctypes.c_void_p()
-        native.defrec_rig_create(handle, desc, out)
-        super().__init__(out, native.defrec_rig_destroy, keep)
+        super().__init__(lambda out: native.defrec_rig_create(handle, desc, out), native.defrec_rig_destroy, keep)
         self._raw_size = (desc.width, desc.height)
         self._info = structs.RigInfo()
         native.defrec_rig_get(self._native, self._info)

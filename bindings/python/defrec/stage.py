@@ -41,9 +41,11 @@ class Stage(Handle):
             )
         device = None if device_id is None else c_text("device_id", device_id)
         handle, keep = context._open()
-        out = ctypes.c_void_p()
-        native.defrec_stage_create(handle, device, kind, ctypes.addressof(params), out)
-        super().__init__(out, native.defrec_stage_destroy, keep)
+        super().__init__(
+            lambda out: native.defrec_stage_create(handle, device, kind, ctypes.addressof(params), out),
+            native.defrec_stage_destroy,
+            keep,
+        )
         self.kind = kind
 
     def prepare_buffers(self, inputs: Sequence[Optional[BufferLike]]) -> None:

@@ -1,7 +1,6 @@
 """Templates: the surface that a tracker follows."""
 from __future__ import annotations
 
-import ctypes
 import os
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Tuple, Union
@@ -66,9 +65,10 @@ class Template(Handle):
         if not isinstance(context, Context):
             raise TypeError(f"context is a Context, {context!r} given")
         handle, keep = context._open()
-        out = ctypes.c_void_p()
-        native.defrec_template_load(handle, c_path("path", path), out)
-        return cls(out, native.defrec_template_release, keep)
+        name = c_path("path", path)
+        return cls(
+            lambda out: native.defrec_template_load(handle, name, out), native.defrec_template_release, keep
+        )
 
     def save(self, path: Union[str, "os.PathLike[str]"]) -> None:
         """Writes a file that holds the template. threads: any. Raises Error."""
@@ -85,8 +85,8 @@ class Template(Handle):
     def data(self) -> TemplateData:
         """Copies everything the template consists of. threads: any"""
         info = structs.TemplateInfo()
-        with self._copying:
-            native.defrec_template_get(self._native, info)
+        with self._copying() as handle:
+            native.defrec_template_get(handle, info)
             return _copy_template(info)
 
 

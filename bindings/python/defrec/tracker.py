@@ -4,7 +4,7 @@ from __future__ import annotations
 import collections
 import ctypes
 from contextlib import ExitStack, closing
-from typing import Any, Deque, Iterable, Iterator, List, Optional, Tuple, Union
+from typing import Any, Callable, Deque, Iterable, Iterator, List, Optional, Tuple, Union
 
 from . import structs
 from ._arrays import BYTES_PER_PIXEL, ArrayLike, BufferLike, Points, address_of, empty, image
@@ -18,13 +18,15 @@ from .rig import Rig
 from .template import Template
 
 _FOR_EVER = (1 << 64) - 1
+_FRAMES_IN_FLIGHT = 2
+"""The library's default."""
 
 
 class Job(Handle):
     """A frame that was submitted. Closing it gives its place in the queue back, and waits if it is being computed."""
 
-    def __init__(self, handle: ctypes.c_void_p, keep: Any, size: Tuple[int, int]) -> None:
-        super().__init__(handle, native.defrec_job_release, keep)
+    def __init__(self, create: Callable[[ctypes.c_void_p], Any], keep: Any, size: Tuple[int, int]) -> None:
+        super().__init__(create, native.defrec_job_release, keep)
         self._size = size
 
     def wait(self, timeout: Optional[float] = None) -> bool:
@@ -44,8 +46,8 @@ class Job(Handle):
         """Waits for the frame, and copies what it gave. threads: any. Raises Error where the job failed."""
         self.wait()
         found = structs.ResultStruct()
-        with self._copying:
-            native.defrec_job_result(self._native, found)
+        with self._copying() as handle:
+            native.defrec_job_result(handle, found)
             return copy_result(found, self._size)
 
     def warp_points(self, template_xyz: ArrayLike) -> WarpedPoints:
@@ -87,7 +89,7 @@ class Tracker(Handle):
         device_id: Optional[str] = None,
         *,
         format: Format = Format.BGR8,
-        frames_in_flight: int = 2,
+        frames_in_flight: int = _FRAMES_IN_FLIGHT,
         seed: int = 0,
         disparities: int = 0,
         min_disparity: int = 0,
@@ -130,13 +132,15 @@ class Tracker(Handle):
         if device_id is not None:
             desc.device_id = c_text("device_id", device_id)
         handle, keep = context._open()
-        out = ctypes.c_void_p()
-        native.defrec_tracker_create(handle, rig._native, desc, out)
-        super().__init__(out, native.defrec_tracker_destroy, keep)
+        super().__init__(
+            lambda out: native.defrec_tracker_create(handle, rig._native, desc, out),
+            native.defrec_tracker_destroy,
+            keep,
+        )
         self._raw_size = rig.raw_size
         self._size = rig.size
         self._format = Format(format)
-        self._frames_in_flight = frames_in_flight
+        self._frames_in_flight = frames_in_flight or _FRAMES_IN_FLIGHT
 
     def submit(
         self,
@@ -176,9 +180,8 @@ class Tracker(Handle):
                 if not isinstance(samples, Memory):
                     raise TypeError(f"samples is a Memory, {type(samples).__name__} given")
                 frame.samples = _kept(samples, keep)
-            out = ctypes.c_void_p()
-            native.defrec_tracker_submit(handle, frame, out)
-        return Job(out, keep, self._size)
+            job = Job(lambda out: native.defrec_tracker_submit(handle, frame, out), keep, self._size)
+        return job
 
     def _image(self, name: str, value: Any, format: Format, views: ExitStack, keep: List[Any]) -> structs.Image:
         width, height = self._raw_size
@@ -221,9 +224,9 @@ class Tracker(Handle):
     def template(self) -> Template:
         """The present template. threads: any. Raises Error with Status.ERROR_STATE before there is one."""
         handle, keep = self._open()
-        out = ctypes.c_void_p()
-        native.defrec_tracker_get_template(handle, out)
-        return Template(out, native.defrec_template_release, keep)
+        return Template(
+            lambda out: native.defrec_tracker_get_template(handle, out), native.defrec_template_release, keep
+        )
 
     def set_template(self, template: Template) -> None:
         """Tracks this template from the next submitted frame on; the rig must have the same rectified camera and size.
@@ -249,9 +252,9 @@ class Tracker(Handle):
 
     def _import(self, desc: structs.MemoryDesc, owner: Any) -> Memory:
         handle, keep = self._open()
-        out = ctypes.c_void_p()
-        native.defrec_memory_import(handle, desc, out)
-        return Memory(out, native.defrec_memory_release, (keep, owner))
+        return Memory(
+            lambda out: native.defrec_memory_import(handle, desc, out), native.defrec_memory_release, (keep, owner)
+        )
 
 
 def _kept(memory: Memory, keep: List[Any]) -> int:

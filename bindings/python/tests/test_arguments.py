@@ -34,7 +34,7 @@ from defrec import (
     WarpStage,
     status_name,
 )
-from defrec._arrays import numpy
+from defrec._arrays import Points, numpy
 
 CAMERA = Camera(fx=500, fy=500, cx=50, cy=40, baseline_mm=4.5)
 MATRIX = [[500, 0, 50], [0, 500, 40], [0, 0, 1]]
@@ -160,6 +160,10 @@ class Arguments(stub.StubTest):
         self.job.warp_points(strided)
         self.assertIn("template_xyz=[0, 2, 4, 12, 14, 16], count=2", stub.lines()[-1])
         self.assertEqual(self.job.warp_points(numpy.zeros((0, 3))).xyz.shape, (0, 3))
+        misaligned = numpy.frombuffer(bytes(1) + numpy.arange(3.0).tobytes(), numpy.float64, offset=1).reshape(1, 3)
+        self.assertEqual(Points("xyz", misaligned, 3).address % 8, 0)
+        self.job.warp_points(misaligned)
+        self.assertIn("template_xyz=[0, 1, 2], count=1", stub.lines()[-1])
 
     def test_calibrations(self):
         good = [self.context, W, H, MATRIX, None, MATRIX, None, [1, 0, 0, 0, 1, 0, 0, 0, 1], [-4.5, 0, 0]]

@@ -211,30 +211,80 @@ class Lifetimes(stub.StubTest):
         context._keep(None, 3, b"sdk", "ä".encode())
         self.assertEqual(received, [(3, "sdk", "ä")])
 
-    def test_not_closed_while_copying(self):
-        """What the library points to is gone when the handle is: another thread's close() waits for the copy."""
+    def copies(self):
+        """Every copy of what the library points to: the function that tells where, the object, and the call."""
         things = make_all()
         stub.answer("defrec_plugin_count", 1)
         stub.answer("defrec_device_count", 1)
-        copies = {
+        return {
             "defrec_job_result": (things["job"], lambda: things["job"].result()),
             "defrec_template_get": (things["template"], lambda: things["template"].data()),
             "defrec_plugin_get": (things["context"], lambda: things["context"].plugins),
             "defrec_device_get": (things["context"], lambda: things["context"].devices),
         }
-        for name, (thing, copy_out) in copies.items():
+
+    def test_not_closed_while_copying(self):
+        """What the library points to is gone when the handle is: another thread's close() waits for the copy."""
+        for name, (thing, copy_out) in self.copies().items():
             called = []
 
             def look(*arguments):
-                called.append(thing._copying.locked())
+                called.append(thing._lock._is_owned())
 
             with mock.patch.object(_library.native, name, look):
                 copy_out()
             self.assertEqual(called, [True], name)
-            self.assertFalse(thing._copying.locked())
-        thing._copying = mock.MagicMock()
+            self.assertFalse(thing._lock._is_owned())
+        thing._lock = mock.MagicMock()
         thing.close()
-        thing._copying.__enter__.assert_called_once_with()
+        thing._lock.__enter__.assert_called_once_with()
+
+    def test_closed_in_the_middle_of_a_copy(self):
+        """By a signal handler or a finaliser, on the thread that copies: it cannot wait for the copy."""
+        for name in self.copies():
+            thing, copy_out = self.copies()[name]
+            handle = hex(thing._native)
+
+            def given_back():
+                return stub.created_and_destroyed(stub.calls())[1].count(handle)
+
+            def interrupt(*arguments):
+                thing.close()
+                self.assertEqual(given_back(), 0)
+
+            with self.subTest(name), mock.patch.object(_library.native, name, interrupt):
+                copy_out()
+                self.assertTrue(thing.is_closed)
+                self.assertEqual(given_back(), 1)
+
+    def test_interrupted_creation(self):
+        """KeyboardInterrupt comes right behind the call that it arrived in."""
+        things = make_all()
+        context, rig, tracker = (things[name] for name in ("context", "rig", "tracker"))
+        attempts = {
+            "defrec_context_create": Context,
+            "defrec_rig_create": lambda: Rig.rectified(context, 96, 80, CAMERA),
+            "defrec_stage_create": lambda: Stage(context, OrbParams()),
+            "defrec_tracker_create": lambda: Tracker(context, rig),
+            "defrec_memory_import": lambda: tracker.import_memory(bytearray(4)),
+            "defrec_tracker_submit": lambda: tracker.submit(IMAGE, IMAGE, 1),
+            "defrec_tracker_get_template": tracker.template,
+            "defrec_template_load": lambda: Template.load(context, "/x"),
+        }
+        stub.calls()
+        for name, attempt in attempts.items():
+            create = getattr(_library.native, name)
+
+            def interrupted(*arguments):
+                create(*arguments)
+                raise KeyboardInterrupt
+
+            with self.subTest(name), mock.patch.object(_library.native, name, interrupted):
+                with self.assertRaises(KeyboardInterrupt):
+                    attempt()
+                gc.collect()
+                created, destroyed = stub.created_and_destroyed(stub.calls())
+                self.assertEqual((len(created), created), (1, destroyed))
 
     def test_neither_copied_nor_pickled(self):
         for attempt in (copy.copy, copy.deepcopy, pickle.dumps):

@@ -101,13 +101,14 @@ class Tracking(LibraryTest):
     def test_process_is_submit_and_wait(self):
         alone = self.tracker()
         expected = [raw(alone.track(left, right, i).vertices) for i, (left, right) in enumerate(FRAMES)]
-        ahead = self.tracker(frames_in_flight=3)
-        found = []
-        for job in ahead.process((left, right, i) for i, (left, right) in enumerate(FRAMES)):
-            found.append(raw(job.result().vertices))
-            last = job
-        self.assertEqual(found, expected)
-        self.assertTrue(last.is_closed)
+        for frames_in_flight in (0, 3):
+            ahead = self.tracker(frames_in_flight=frames_in_flight)
+            found = []
+            for job in ahead.process((left, right, i) for i, (left, right) in enumerate(FRAMES)):
+                found.append(raw(job.result().vertices))
+                last = job
+            self.assertEqual(found, expected)
+            self.assertTrue(last.is_closed)
 
     def test_process_left_early_gives_the_queue_back(self):
         tracker = self.tracker(frames_in_flight=2)
