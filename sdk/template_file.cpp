@@ -59,6 +59,7 @@ class Reader {
         value(count);
         if (count > (bytes_.size() - at_) / sizeof(T)) broken("it ends too early");
         values.resize(count);
+        if (count == 0) return;  // no data(), which memcpy would mind
         std::memcpy(values.data(), bytes_.data() + at_, count * sizeof(T));
         at_ += count * sizeof(T);
     }
@@ -117,29 +118,38 @@ bool all_finite(const float* values, size_t count) {
         if (!std::isfinite(values[i])) return false;
     return true;
 }
+bool all_finite(const std::vector<float>& values) { return all_finite(values.data(), values.size()); }
+
+bool above_zero(double value) { return value > 0 && std::isfinite(value); }
 
 // A file that was made by hand or by another version must not lead out of an array.
 const char* fault_of(const TemplateData& data) {
     const auto side_ok = [](uint32_t side) { return side > 0 && side <= DEFREC_MAX_SIDE; };
     if (!side_ok(data.width) || !side_ok(data.height)) return "its image size is out of range";
     if (data.image.size() != size_t{data.width} * data.height) return "its image has another size than it says";
-    if (!(data.camera.fx > 0 && data.camera.fy > 0 && data.camera.baseline_mm > 0) || !std::isfinite(data.camera.cx + data.camera.cy))
+    const defrec_camera& camera = data.camera;
+    if (!above_zero(camera.fx) || !above_zero(camera.fy) || !above_zero(camera.baseline_mm) || !std::isfinite(camera.cx) ||
+        !std::isfinite(camera.cy))
         return "its camera is impossible";
     const auto grid_size = [](int columns, int rows) {
         return columns >= 2 && rows >= 2 && columns <= DEFREC_MAX_SIDE && rows <= DEFREC_MAX_SIDE
                    ? static_cast<size_t>(columns) * static_cast<size_t>(rows) : 0;
     };
     const size_t cells = grid_size(data.grid.columns, data.grid.rows);
-    if (cells == 0 || data.grid.disparity.size() != cells || data.grid.support.size() != cells || data.grid.vertex.size() != cells || !(data.grid.spacing > 0))
+    const SurfaceGrid& grid = data.grid;
+    if (cells == 0 || grid.disparity.size() != cells || grid.support.size() != cells || grid.vertex.size() != cells ||
+        !above_zero(grid.spacing) || !all_finite(grid.disparity) || !all_finite(grid.support))
         return "its surface grid is inconsistent";
     const size_t node_cells = grid_size(data.node_grid.columns, data.node_grid.rows);
-    if (node_cells == 0 || data.node_grid.node.size() != node_cells || !(data.node_grid.spacing_u > 0 && data.node_grid.spacing_v > 0))
+    if (node_cells == 0 || data.node_grid.node.size() != node_cells || !above_zero(data.node_grid.spacing_u) ||
+        !above_zero(data.node_grid.spacing_v))
         return "its grid of control points is inconsistent";
     const size_t nodes = data.nodes.size() / 3, vertices = data.vertices.size();
-    if (nodes == 0 || data.nodes.size() % 3 != 0 || !all_finite(data.nodes.data(), data.nodes.size())) return "its control points are unusable";
-    if (vertices == 0 || data.vertex_support.size() != vertices || data.triangles.size() % 3 != 0) return "its surface is empty or inconsistent";
+    if (nodes == 0 || data.nodes.size() % 3 != 0 || !all_finite(data.nodes)) return "its control points are unusable";
+    if (vertices == 0 || data.vertex_support.size() != vertices || data.triangles.size() % 3 != 0 || !all_finite(data.vertex_support))
+        return "its surface is empty or inconsistent";
     if (data.landmark_points.size() != data.landmarks.size()) return "its landmarks are inconsistent";
-    if (!(data.node_spacing_mm > 0)) return "its control points have no spacing";
+    if (!above_zero(data.node_spacing_mm)) return "its control points have no spacing";
     for (const int32_t vertex : data.grid.vertex)
         if (vertex < -1 || (vertex >= 0 && static_cast<size_t>(vertex) >= vertices)) return "a vertex index is out of range";
     for (const int32_t node : data.node_grid.node)
@@ -147,7 +157,10 @@ const char* fault_of(const TemplateData& data) {
     for (const uint32_t index : data.triangles)
         if (index >= vertices) return "a triangle's index is out of range";
     for (const defrec_edge& edge : data.edges)
-        if (edge.a < 0 || edge.a >= edge.b || static_cast<size_t>(edge.b) >= nodes || !(edge.weight > 0)) return "a connection is out of range";
+        if (edge.a < 0 || edge.a >= edge.b || static_cast<size_t>(edge.b) >= nodes || !above_zero(edge.weight))
+            return "a connection is out of range";
+    for (const defrec_landmark& landmark : data.landmarks)
+        if (!all_finite(landmark.position, 3)) return "a landmark is out of range";
     for (const auto* points : {&data.vertices, &data.landmark_points})
         for (const defrec_surface_point& point : *points)
             if (!skin_in_range(point.node, point.weight, nodes) || !all_finite(point.position, 3) || !all_finite(point.normal, 3))

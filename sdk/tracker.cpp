@@ -249,10 +249,18 @@ class Tracker::Impl {
         if (job.frame > 0 && left.hash == last_hash_[0] && right.hash == last_hash_[1]) job.reasons |= DEFREC_REASON_FROZEN;
         last_hash_[0] = left.hash;
         last_hash_[1] = right.hash;
-        const int64_t step = job.input.timestamp_ns - last_frame_time_;
-        if (job.frame > 1 && usual_step_ > 0 && step > 2 * usual_step_) job.reasons |= DEFREC_REASON_GAP;
-        if (job.frame > 0) usual_step_ = usual_step_ == 0 ? step : usual_step_ + (step - usual_step_) / 8;
+        if (job.frame > 0) {
+            const int64_t step = since(last_frame_time_, job.input.timestamp_ns);
+            if (job.frame > 1 && usual_step_ > 0 && step - usual_step_ > usual_step_) job.reasons |= DEFREC_REASON_GAP;
+            usual_step_ = usual_step_ == 0 ? step : usual_step_ + (step - usual_step_) / 8;
+        }
         last_frame_time_ = job.input.timestamp_ns;
+    }
+
+    // Timestamps may lie farther apart than their type can say.
+    static int64_t since(int64_t earlier, int64_t later) {
+        const uint64_t step = static_cast<uint64_t>(later) - static_cast<uint64_t>(earlier);
+        return static_cast<int64_t>(std::min<uint64_t>(step, INT64_MAX));
     }
 
     // Of the raw image, or where that lies in memory of the rectified one.

@@ -157,6 +157,14 @@ TEST_CASE("row 51: a gap in the stream is named") {
     CHECK((session.track(render(0.5, 0)).reasons & DEFREC_REASON_GAP) != 0);
 }
 
+TEST_CASE("row 51: timestamps as far apart as there are") {
+    Session session;
+    session.time = INT64_MIN;  // and a frame's time later
+    for (int i = 0; i < 3; ++i) CHECK((session.track(render(0.1 * i, 0)).reasons & DEFREC_REASON_GAP) == 0);
+    session.time = INT64_MAX - 33000000;
+    CHECK((session.track(render(0.3, 0)).reasons & DEFREC_REASON_GAP) != 0);
+}
+
 TEST_CASE("rows 69 and 70: a long static run with noise neither moves nor drifts") {
     Session session;
     session.track(render(0, 0, 2, 1));
