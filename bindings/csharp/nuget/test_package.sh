@@ -11,6 +11,10 @@ export HOME=$work/home XDG_CONFIG_HOME=$work/home TMPDIR=$work/home
 (cd "$work" && "$nuget" install Defrec -Source "$(dirname "$package")" -OutputDirectory "$work/installed" -NonInteractive -NoCache)
 installed=$(echo "$work"/installed/Defrec.*)
 
+# The binaries contain Eigen, whose licence goes with it.
+grep -q '^eigen .*libdefrec' "$installed/notices.txt"
+grep -q '"bomFormat": "CycloneDX"' "$installed/bom.json"
+
 # As a build tool lays a program out: assembly and native files beside it.
 cp "$installed"/lib/netstandard2.0/Defrec.dll "$installed/$native"/* "$work/program"
 cat >"$work/program/Program.cs" <<'PROGRAM'

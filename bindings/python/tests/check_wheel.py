@@ -17,6 +17,9 @@ def run(*command):
 run(sys.executable, "-m", "venv", folder)
 python = folder / "bin" / "python3"
 run(python, "-m", "pip", "--disable-pip-version-check", "install", "--quiet", "--no-index", "--no-cache-dir", wheel)
+(notices,) = folder.glob("lib/python3*/site-packages/defrec-*.dist-info/notices.txt")
+assert "\neigen " in notices.read_text(), "the wheel contains Eigen, whose licence goes with it"
+assert '"CycloneDX"' in notices.with_name("bom.json").read_text()
 shutil.copy(pathlib.Path(__file__).parent / "plane.py", folder)
 run(
     python,
