@@ -37,7 +37,7 @@ grep -q '^defrec [0-9.]*, API 1\.' "$work/devices.txt"
 grep -q '^device cpu: .*8 of 8 stages' "$work/devices.txt"
 
 sample track_folder "$left" "$right" "$camera" "$sequence/points.csv" "$work/points.csv" cpu
-/usr/bin/python3 "$here/compare_points.py" "$tracked/points.csv" "$work/points.csv"
+python3 "$here/compare_points.py" "$tracked/points.csv" "$work/points.csv"
 
 sample warp_mesh "$left" "$right" "$camera" "$here/tumour.obj" "$work/meshes" cpu
 [ "$(find "$work/meshes" -name '*.ply' | wc -l)" = "$frames" ]
