@@ -44,6 +44,13 @@ namespace Defrec.Tests
         }
 
         [Test]
+        public void PixelsOfEveryFormat()
+        {
+            foreach (PixelFormat format in Enum.GetValues(typeof(PixelFormat)))
+                if (format != PixelFormat.Default) Assert.DoesNotThrow(() => new Image(new byte[64 * 48 * 4], 64, 48, format), format.ToString());
+        }
+
+        [Test]
         public void Null()
         {
             double[] two = new double[2], three = new double[3];

@@ -9,6 +9,7 @@ import unittest
 
 import defrec
 from defrec import _library, enums, structs
+from defrec._arrays import BYTES_PER_PIXEL
 from defrec.stage import KIND_OF_PARAMS
 
 ABI = pathlib.Path(__file__).resolve().parents[3] / "sdk" / "abi"
@@ -123,8 +124,12 @@ class Abi(unittest.TestCase):
                 known = known - {"width", "height"} | {"size"}
             self.assertEqual({field.name for field in dataclasses.fields(public)}, known)
 
-    def test_every_stage_has_its_parameters(self):
+    def test_every_stage_has_its_parameters_and_arrays(self):
         self.assertEqual(list(KIND_OF_PARAMS.values()), list(enums.StageKind))
+        self.assertLessEqual({f"{kind.name.title()}Stage" for kind in enums.StageKind}, set(defrec.__all__))
+
+    def test_every_format_has_its_size(self):
+        self.assertEqual(list(BYTES_PER_PIXEL), list(enums.Format))
 
     def test_unknown_values(self):
         self.assertEqual(enums.State(77).name, "UNKNOWN_77")
