@@ -2,7 +2,8 @@
  *  The C API of defrec. C99; no other defrec header is needed. Rules that hold everywhere in this file:
  *
  *  - **Versions.** DEFREC_API_MAJOR changes only with an incompatible change (and with it the library's file name). Minor
- *    versions only add functions, enum values and struct fields at the end.
+ *    versions only add functions, enum values and struct fields at the end. So take a negative status that you do not know for
+ *    a failure, a state that you do not know for DEFREC_LOST, and pass over flags and reasons that you do not know.
  *  - **Structs.** A struct whose first field is struct_size may grow: `DEFREC_INIT(&s)` sets the size and zeroes the rest, and
  *    zero always means "default". A struct shorter than the library's reads as if its missing fields were zero; a longer one
  *    is accepted if its unknown tail is zero. Of an output, as many bytes are written as both sides know. Structs without
