@@ -81,13 +81,17 @@ def _open() -> Tuple[ctypes.CDLL, str]:
     """The library in the package (a wheel's), else the one that the system's loader finds; never one in the working
     directory."""
     bundled = os.path.join(os.path.dirname(os.path.abspath(__file__)), "lib", FILE_NAME)
-    name = bundled if os.path.exists(bundled) else FILE_NAME
+    is_bundled = os.path.exists(bundled)
+    name = bundled if is_bundled else FILE_NAME
     try:
         return ctypes.CDLL(name), name
     except OSError as error:
-        raise ImportError(
-            f"{name} cannot be loaded: {error}. Install the package libdefrec1, or a wheel, which contains it."
-        ) from None
+        advice = (
+            "It came with this package: it is damaged, or the system lacks a library that it needs."
+            if is_bundled
+            else "Install the package libdefrec1, or the wheel, or name the library's folder in LD_LIBRARY_PATH."
+        )
+        raise ImportError(f"{name} cannot be loaded: {error}. {advice}") from None
 
 
 def _check_version(library: ctypes.CDLL, name: str) -> None:
