@@ -48,7 +48,9 @@ class Loading(unittest.TestCase):
         (self.package / "lib").mkdir()
         (self.package / "lib" / _library.FILE_NAME).write_text("no library")
         done = self.run_import("import defrec", library_path=os.path.dirname(LIBRARY))
-        self.assertRegex(done.stderr, "ImportError: .*defrec/lib/libdefrec.so.1 cannot be loaded.* It came with this package")
+        self.assertRegex(
+            done.stderr, "ImportError: .*site/defrec/lib/libdefrec.so.1 cannot be loaded.* It came with this package"
+        )
 
     def test_not_from_the_working_directory(self):
         shutil.copy(LIBRARY, self.folder / _library.FILE_NAME)
