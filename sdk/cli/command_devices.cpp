@@ -56,6 +56,7 @@ int list_all(const DevicesOptions& options) {
         text += "plugin " + plugin.path + ": " + (plugin.is_loaded ? "loaded" : "refused: " + plugin.reason) +
                 "\n";
     }
+    if (json["plugins"].empty()) text += "no plugin was found, beside the library or in DEFREC_PLUGIN_PATH\n";
     print(options.json ? json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n" : text);
     return static_cast<int>(devices.empty() ? ExitCode::kDevice : ExitCode::kOk);
 }
