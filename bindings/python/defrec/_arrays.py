@@ -177,10 +177,10 @@ def check_numbers(name: str, value: BufferLike, code: str, *shapes: Tuple[int, .
 
 
 def check_records(
-    name: str, value: BufferLike, struct: Type[Struct], count: Optional[int] = None
+    name: str, value: BufferLike, struct: Type[Struct], count: Optional[int] = None, most: Optional[int] = None
 ) -> Tuple[BufferLike, int]:
     """Records and their number: a NumPy or ctypes array of them, their bytes, or a list, of which a ctypes array is
-    made."""
+    made. count, most: how many are expected."""
     if isinstance(value, (list, tuple)):
         if not all(isinstance(record, struct) for record in value):
             raise TypeError(f"{name}: a list of {struct.__name__} expected")
@@ -195,6 +195,8 @@ def check_records(
         )
     if count is not None and view.size != count * size:
         raise ValueError(f"{name} has {view.size // size} elements, {count} expected")
+    if most is not None and view.size > most * size:
+        raise ValueError(f"{name} has {view.size // size} elements, at most {most} expected")
     return value, view.size // size
 
 

@@ -199,7 +199,7 @@ class MatchStage(_ArrayStage):
 
     def prepare(self, landmarks: BufferLike) -> None:
         """landmarks: (n,) Landmark, at most params.landmarks."""
-        given, count = check_records("landmarks", landmarks, Landmark)
+        given, count = check_records("landmarks", landmarks, Landmark, most=self.params.landmarks)
         self.prepare_buffers([given])
         self._landmarks = count
 
@@ -223,7 +223,7 @@ class AlignStage(_ArrayStage):
     def prepare(self, patches: BufferLike, views: BufferLike) -> None:
         """patches: (n,) Patch, at most params.patches. views: (views, height, width) uint8, one alone
         (height, width)."""
-        given, count = check_records("patches", patches, Patch)
+        given, count = check_records("patches", patches, Patch, most=self.params.patches)
         shape = (self.params.views, *self._shape)
         check_numbers("views", views, "B", shape, *([self._shape] if self.params.views == 1 else []))
         self.prepare_buffers([given, views])
@@ -258,7 +258,7 @@ class RansacStage(_ArrayStage):
 
     def prepare(self, landmarks: BufferLike) -> None:
         """landmarks: (n,) Landmark, at most params.landmarks."""
-        given, count = check_records("landmarks", landmarks, Landmark)
+        given, count = check_records("landmarks", landmarks, Landmark, most=self.params.landmarks)
         self.prepare_buffers([given])
         self._landmarks = count
 

@@ -21,6 +21,9 @@ from defrec import (
     Motion,
     OrbParams,
     OrbStage,
+    Patch,
+    RansacParams,
+    RansacStage,
     Rig,
     RectifyParams,
     RectifyStage,
@@ -250,6 +253,7 @@ class Arguments(stub.StubTest):
         stereo = StereoStage(self.context, StereoParams(**p))
         orb = OrbStage(self.context, OrbParams(capacity=5, **p))
         match = MatchStage(self.context, MatchParams(landmarks=3, features=5, **p))
+        ransac = RansacStage(self.context, RansacParams(landmarks=3))
         align = AlignStage(self.context, AlignParams(patches=3, nodes=2, views=2, **p))
         lm = LmStage(self.context, LmParams(nodes=2, edges=1, points=3, landmarks=4, patches=0, **p))
         warp = WarpStage(self.context, WarpParams(nodes=2, points=3, **p))
@@ -262,6 +266,9 @@ class Arguments(stub.StubTest):
         self.refuses(TypeError, "gray", orb.run, shaped("h", H, W))
         self.refuses(TypeError, "landmarks", match.prepare, shaped("d", 12))
         self.refuses(TypeError, "landmarks", match.prepare, [Feature()])
+        self.refuses(ValueError, ["landmarks", "at most 3"], match.prepare, [Landmark()] * 4)
+        self.refuses(ValueError, ["landmarks", "at most 3"], ransac.prepare, bytes(4 * 48))
+        self.refuses(ValueError, ["patches", "at most 3"], align.prepare, [Patch()] * 4, shaped("B", 2, H, W))
         self.refuses(TypeError, "features", match.run, bytes(49), shaped("h", H, W))
         self.refuses(TypeError, "disparity", match.run, [Feature()], shaped("B", H, W))
         self.refuses(ValueError, "disparity", match.run, [Feature()], shaped("h", W, H))
