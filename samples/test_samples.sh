@@ -60,5 +60,13 @@ fails_with 2 '^usage: live_loop ' live_loop "$left" "$right" "$camera" soon
 fails_with 1 'absent' track_folder "$work/absent" "$right" "$camera" "$sequence/points.csv" "$work/none.csv"
 fails_with 1 'FX,FY,CX,CY,BASELINE_MM' track_folder "$left" "$right" 1,2,3 "$sequence/points.csv" "$work/none.csv"
 fails_with 1 'DEFREC_ERROR_' track_folder "$left" "$right" 333,333,159,119,0 "$sequence/points.csv" "$work/none.csv"
+printf 'id;u;v\n1;100,5;100\n' >"$work/semicolons.csv"
+fails_with 1 'semicolons.csv: .*id,u,v' track_folder "$left" "$right" "$camera" "$work/semicolons.csv" "$work/none.csv"
+printf 'v 0 0 50\r\nv 9 0 50\r\nv 9 9 50\r\nv 0 9 50\r\nf 1 2 3 4\r\nf 1 2 3 4\r\nf 1 2 3 4\r\n' >"$work/quads.obj"
+fails_with 1 'quads.obj: .*"f A B C".*"f 1 2 3 4"$' warp_mesh "$left" "$right" "$camera" "$work/quads.obj" "$work/none"
+mkdir "$work/cut"
+cp "$left/000000.png" "$work/cut"
+for image in "$left"/*.png; do [ -e "$work/cut/${image##*/}" ] || : >"$work/cut/${image##*/}"; done
+fails_with 1 'cut/000001.png' live_loop "$work/cut" "$right" "$camera" 10000
 fails_with 1 'no_such_device' stereo_only "$left/000000.png" "$right/000000.png" "$work/none.pgm" no_such_device
 echo "all samples do what they say"

@@ -44,7 +44,9 @@ static followed_points read_points(const char *path) {
     fgets(line, sizeof line, file); /* the head */
     while (fgets(line, sizeof line, file) != NULL) {
         double *uv = points.uv + 2 * points.count;
-        if (sscanf(line, "%ld,%lf,%lf", &points.id[points.count], &uv[0], &uv[1]) != 3)
+        char rest;
+        line[strcspn(line, "\r\n")] = '\0';
+        if (sscanf(line, "%ld,%lf,%lf %c", &points.id[points.count], &uv[0], &uv[1], &rest) != 3)
             fail("%s: id,u,v expected, found \"%s\"", path, line);
         ++points.count;
     }

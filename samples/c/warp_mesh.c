@@ -42,11 +42,15 @@ static mesh read_obj(const char *path) {
     while (fgets(line, sizeof line, file) != NULL) {
         double *v = model.vertices + 3 * model.vertex_count;
         uint32_t *f = model.triangles + 3 * model.triangle_count;
+        char rest;
+        line[strcspn(line, "\r\n")] = '\0';
         if (strncmp(line, "v ", 2) == 0) {
-            if (sscanf(line, "v %lf %lf %lf", &v[0], &v[1], &v[2]) != 3) fail("%s: \"v X Y Z\" expected, found \"%s\"", path, line);
+            if (sscanf(line, "v %lf %lf %lf %c", &v[0], &v[1], &v[2], &rest) != 3)
+                fail("%s: \"v X Y Z\" expected, found \"%s\"", path, line);
             ++model.vertex_count;
         } else if (strncmp(line, "f ", 2) == 0) {
-            if (sscanf(line, "f %u %u %u", &f[0], &f[1], &f[2]) != 3) fail("%s: \"f A B C\" expected, found \"%s\"", path, line);
+            if (sscanf(line, "f %u %u %u %c", &f[0], &f[1], &f[2], &rest) != 3)
+                fail("%s: \"f A B C\" expected, found \"%s\"", path, line);
             ++model.triangle_count;
         }
     }

@@ -30,8 +30,18 @@ class Camera(threading.Thread):
         self._changed = threading.Condition()
         self._newest = None
         self._has_ended = False
+        self._failure = None
 
     def run(self):
+        try:
+            self._deliver()
+        except Exception as error:
+            self._failure = error
+        with self._changed:
+            self._has_ended = True
+            self._changed.notify()
+
+    def _deliver(self):
         start = time.monotonic()
         for number in range(len(self._sequence)):
             left, right, timestamp_ns = self._sequence[number]
@@ -39,16 +49,15 @@ class Camera(threading.Thread):
             with self._changed:
                 self._newest = Frame(number, left, right, time.monotonic())
                 self._changed.notify()
-        with self._changed:
-            self._has_ended = True
-            self._changed.notify()
 
     def take_newest(self):
-        """Waits for a frame; None: there will be none any more."""
+        """Waits for a frame; None: there will be none any more. Raises what stopped the camera."""
         with self._changed:
             self._changed.wait_for(lambda: self._newest is not None or self._has_ended)
             newest, self._newest = self._newest, None
-            return newest
+        if newest is None and self._failure is not None:
+            raise self._failure
+        return newest
 
 
 def show(pending):

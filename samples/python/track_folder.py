@@ -11,10 +11,21 @@ import defrec
 from input import Sequence, parse_camera, run
 
 
+def read_points(path):
+    """Of each line: id, u, v."""
+    with open(path, newline="") as file:
+        try:
+            points = [(row["id"], float(row["u"]), float(row["v"])) for row in csv.DictReader(file)]
+        except (KeyError, TypeError, ValueError):
+            raise ValueError(f"{path}: the columns id,u,v expected") from None
+    if not points:
+        raise ValueError(f"{path}: names no point")
+    return points
+
+
 def main(left_folder, right_folder, camera, points_file, out_file, device_id=None):
     sequence = Sequence(left_folder, right_folder)
-    with open(points_file, newline="") as file:
-        points = [(row["id"], float(row["u"]), float(row["v"])) for row in csv.DictReader(file)]
+    points = read_points(points_file)
 
     with defrec.Context() as context, open(out_file, "w") as out:
         rig = defrec.Rig.rectified(context, sequence.width, sequence.height, parse_camera(camera))

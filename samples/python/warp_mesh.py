@@ -18,11 +18,18 @@ from input import Sequence, parse_camera, run
 
 def read_obj(path):
     """The lines "v X Y Z" and "f A B C" of an OBJ file: vertices (n, 3), triangles (m, 3) from 0."""
-    lines = [line.split() for line in pathlib.Path(path).read_text().splitlines()]
-    vertices = numpy.array([line[1:] for line in lines if line[:1] == ["v"]], float)
-    triangles = numpy.array([line[1:] for line in lines if line[:1] == ["f"]], int).reshape(-1, 3) - 1
-    if vertices.ndim != 2 or vertices.shape[1] != 3:
-        raise ValueError(f'{path}: vertices "v X Y Z" expected')
+    rows = {"v": [], "f": []}
+    for line in pathlib.Path(path).read_text().splitlines():
+        word, *numbers = line.split() or [""]
+        if word in rows:
+            try:
+                a, b, c = (float(number) if word == "v" else int(number) for number in numbers)
+            except ValueError:
+                raise ValueError(f'{path}: "v X Y Z" or "f A B C" expected, found "{line}"') from None
+            rows[word].append((a, b, c))
+    vertices, triangles = numpy.array(rows["v"]), numpy.array(rows["f"], int).reshape(-1, 3) - 1
+    if len(vertices) == 0:
+        raise ValueError(f"{path}: has no vertices")
     if triangles.size > 0 and not 0 <= triangles.min() <= triangles.max() < len(vertices):
         raise ValueError(f"{path}: a triangle names a vertex that is not there")
     return vertices, triangles
