@@ -1,11 +1,14 @@
 // A template as a file: a header with a version, the arrays one after the other, a checksum. Little endian.
 #include <bit>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <system_error>
 #include <type_traits>
+#include <utility>
 
 #include "sdk/context.hpp"
 #include "sdk/template.hpp"
@@ -73,6 +76,52 @@ class Reader {
     const std::string& path_;
     const std::string& bytes_;
     size_t at_ = 0;
+};
+
+// A reader never meets half a file: it is written beside its place, under a name of its own, since several may be saved to one path at the
+// same time, and renamed. What was not renamed is removed.
+class PartialFile {
+  public:
+    explicit PartialFile(const std::filesystem::path& target) {
+        constexpr int kMostNames = 1000;
+        for (int i = 0; i < kMostNames && file_ == nullptr; ++i) {
+            path_ = target;
+            path_ += concat(".", i, ".partial");
+            file_ = std::fopen(path_.string().c_str(), "wbx");
+            if (file_ == nullptr && errno != EEXIST) break;
+        }
+        is_made_ = file_ != nullptr;
+        if (!is_made_) error_ = errno;
+    }
+    ~PartialFile() {
+        if (file_ != nullptr) std::fclose(file_);
+        std::error_code ignored;
+        if (is_made_ && !is_renamed_) std::filesystem::remove(path_, ignored);
+    }
+    PartialFile(const PartialFile&) = delete;
+    PartialFile& operator=(const PartialFile&) = delete;
+
+    bool write(const void* bytes, size_t size) {
+        return file_ != nullptr && (std::fwrite(bytes, 1, size, file_) == size || failed(errno));
+    }
+    bool rename_to(const std::filesystem::path& target) {
+        if (std::fclose(std::exchange(file_, nullptr)) != 0) return failed(errno);
+        std::error_code error;
+        std::filesystem::rename(path_, target, error);
+        is_renamed_ = !error;
+        return is_renamed_ || failed(error.value());
+    }
+    int error() const { return error_; }
+
+  private:
+    bool failed(int error) {
+        error_ = error;
+        return false;
+    }
+    std::filesystem::path path_;
+    std::FILE* file_ = nullptr;
+    bool is_made_ = false, is_renamed_ = false;
+    int error_ = 0;
 };
 
 // Calls visit for every member, in the file's order; the same for reading and writing.
@@ -183,21 +232,13 @@ void Template::save(const char* path) const {
     const std::string& bytes = writer.bytes();
     const uint64_t sum = checksum(bytes.data(), bytes.size());
 
-    // A reader never meets half a file: it is written beside its place and renamed.
     const std::filesystem::path target = std::filesystem::u8path(path);
-    std::filesystem::path partial = target;
-    partial += ".partial";
-    std::ofstream file(partial, std::ios::binary | std::ios::trunc);
-    file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    file.write(reinterpret_cast<const char*>(&sum), sizeof sum);
-    file.close();
-    std::error_code error;
-    if (file) std::filesystem::rename(partial, target, error);
-    if (!file || error) {
-        std::error_code ignored;
-        std::filesystem::remove(partial, ignored);
-        fail(DEFREC_ERROR_IO, "the template cannot be written to ", path, error ? ": " + error.message() : std::string());
-    }
+    std::error_code ignored;
+    if (std::filesystem::exists(target, ignored) && !std::filesystem::is_regular_file(target, ignored))
+        fail(DEFREC_ERROR_IO, "the template cannot be written to ", path, ": what is there is no file, and would be replaced");
+    PartialFile file(target);
+    if (!file.write(bytes.data(), bytes.size()) || !file.write(&sum, sizeof sum) || !file.rename_to(target))
+        fail(DEFREC_ERROR_IO, "the template cannot be written to ", path, ": ", std::generic_category().message(file.error()));
 }
 
 std::shared_ptr<const Template> Template::load(Context& context, const char* path) {
@@ -205,11 +246,13 @@ std::shared_ptr<const Template> Template::load(Context& context, const char* pat
     std::error_code error;
     const std::filesystem::path file_path = std::filesystem::u8path(name);
     if (!std::filesystem::is_regular_file(file_path, error)) fail(DEFREC_ERROR_IO, name, " is not a file");
-    const uint64_t size = std::filesystem::file_size(file_path, error);
-    if (error || size > kMostBytes) fail(DEFREC_ERROR_IO, name, " is too large for a template or cannot be read");
-    std::string bytes(size, '\0');
-    std::ifstream file(file_path, std::ios::binary);
-    if (!file.read(bytes.data(), static_cast<std::streamsize>(size))) fail(DEFREC_ERROR_IO, name, " cannot be read");
+    // The size is the opened file's: another may be saved in its place meanwhile.
+    std::ifstream file(file_path, std::ios::binary | std::ios::ate);
+    const std::streamoff size = file ? std::streamoff{file.tellg()} : -1;
+    if (size < 0 || static_cast<uint64_t>(size) > kMostBytes) fail(DEFREC_ERROR_IO, name, " is too large for a template or cannot be read");
+    std::string bytes(static_cast<size_t>(size), '\0');
+    file.seekg(0);
+    if (!file.read(bytes.data(), size)) fail(DEFREC_ERROR_IO, name, " cannot be read");
 
     Reader reader(name, bytes);
     char magic[sizeof kMagic];

@@ -1,8 +1,12 @@
 // Templates as files: what a file may hold, whoever wrote it.
 #include <doctest/doctest.h>
+#include <sys/stat.h>
 
+#include <atomic>
+#include <filesystem>
 #include <functional>
 #include <limits>
+#include <thread>
 
 #include "sdk/template.hpp"
 #include "sdk/test_context.hpp"
@@ -102,4 +106,48 @@ TEST_CASE("numbers of a file that are not finite are refused") {
             CHECK(reload(data) == nullptr);
             CHECK(std::string(defrec_last_error()).find(place.refusal) != std::string::npos);
         }
+}
+
+TEST_CASE("files of others beside a template are left alone, and none of its own") {
+    const defrec::test::TemporaryFolder folder;
+    const std::string path = folder.path() / "template";
+    const std::vector<unsigned char> mine{'m', 'i', 'n', 'e'};
+    const std::string others[] = {path + ".partial", path + ".0.partial"};
+    for (const std::string& other : others) defrec::test::write_file(other, mine);
+    defrec::Template(square()).save(path.c_str());
+    for (const std::string& other : others) CHECK(defrec::test::read_file(other) == mine);
+    const std::string pipe = folder.path() / "pipe";
+    REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
+    for (const std::string& place : {pipe, folder.path().string(), path + "/below"})
+        CHECK_THROWS(defrec::Template(square()).save(place.c_str()));
+    CHECK(std::filesystem::is_fifo(pipe));
+    const std::filesystem::directory_iterator files(folder.path());
+    CHECK(std::distance(begin(files), end(files)) == 4);
+}
+
+TEST_CASE("templates that are saved to one path at the same time are each whole") {
+    const defrec::test::TemporaryFolder folder;
+    const std::string path = folder.path() / "template";
+    TemplateData small = square(), large = square();
+    large.image.assign(size_t{large.width = 1024} * (large.height = 1024), 7);
+    const defrec::Template templates[] = {defrec::Template(small), defrec::Template(large)};
+    templates[0].save(path.c_str());
+    std::atomic<int> saving = 2, failures = 0;
+    const auto save = [&](const defrec::Template& surface) {
+        for (int i = 0; i < 40; ++i) try {
+                surface.save(path.c_str());
+            } catch (const std::exception&) {
+                ++failures;
+            }
+        --saving;
+    };
+    std::thread threads[] = {std::thread(save, std::cref(templates[0])), std::thread(save, std::cref(templates[1]))};
+    const defrec::test::TestContext context;
+    while (saving > 0) {
+        defrec_template loaded = nullptr;
+        CHECK(defrec_template_load(context.get(), path.c_str(), &loaded) == DEFREC_OK);
+        defrec_template_release(loaded);
+    }
+    for (std::thread& thread : threads) thread.join();
+    CHECK(failures == 0);
 }
