@@ -9,6 +9,7 @@ import array
 import ctypes
 import functools
 import math
+import re
 from ctypes import POINTER, byref, c_char_p, c_int, c_ssize_t, c_void_p, py_object
 from typing import TYPE_CHECKING, Any, Dict, List, Optional, Sequence, Tuple, Type, Union
 
@@ -101,7 +102,11 @@ class BufferView:
         self.strides: Tuple[int, ...] = self._without_gaps()
         if buffer.strides:
             self.strides = tuple(buffer.strides[i] for i in range(buffer.ndim))
-        self.code: str = (buffer.format or b"B").decode("ascii").lstrip("<=@|")
+        layout = (buffer.format or b"B").decode("utf-8", "replace")
+        # A field's name stands between colons. The library would write bytes where Python's references are.
+        if "O" in re.sub(":[^:]*:", "", layout):
+            raise TypeError(f"{name} has elements that are Python objects, numbers expected")
+        self.code: str = layout.lstrip("<=@|")
 
     def close(self) -> None:
         buffer, self._buffer = self._buffer, None

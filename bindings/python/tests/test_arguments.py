@@ -247,6 +247,13 @@ class Arguments(stub.StubTest):
         self.refuses(TypeError, "inputs[1]", stage.prepare_buffers, [b"", 5])
         self.refuses(TypeError, ["outputs[0]", "writable"], stage.run_buffers, [], [b"read only"])
         self.refuses((TypeError, ValueError), "outputs[0]", stage.run_buffers, [], [memoryview(bytearray(8))[::2]])
+        if numpy is not None:
+            for dtype in (object, [("number", "f4"), ("reference", "O")]):
+                objects = numpy.zeros(4, dtype)
+                self.refuses(TypeError, ["outputs[0]", "objects"], stage.run_buffers, [], [objects])
+                self.refuses(TypeError, ["source", "objects"], self.tracker.import_memory, objects)
+            self.tracker.import_memory(numpy.zeros(4, [("Öl, O", "f4")]))
+            stub.calls()
 
     def test_stages(self):
         p = dict(width=W, height=H)
