@@ -132,16 +132,16 @@ namespace Defrec
             short[] disparity = Sized(Disparity, summary.HasDisparity ? pixels : 0);
             StageTime[] times = Sized(Times, (int)Math.Min(result.time_count, Constants.MaxTimedStages));
 
-            fixed (Motion* to = motions) Copy(result.motions, to, nodes, sizeof(Motion));
-            fixed (float* to = nodePositions) Copy(result.node_positions, to, nodePositions.Length, sizeof(float));
-            fixed (float* to = positions) Copy(result.vertices, to, positions.Length, sizeof(float));
-            fixed (float* to = normals) Copy(result.normals, to, normals.Length, sizeof(float));
-            fixed (PointStatus* to = status) Copy(result.vertex_status, to, vertices, sizeof(PointStatus));
-            fixed (float* to = errors) Copy(result.expected_error_mm, to, vertices, sizeof(float));
-            fixed (Landmark* to = landmarkRecords) Copy(result.landmarks, to, landmarks, sizeof(Landmark));
-            fixed (Match* to = matches) Copy(result.landmark_matches, to, landmarks, sizeof(Match));
-            fixed (PatchObservation* to = observations) Copy(result.patch_observations, to, patches, sizeof(PatchObservation));
-            fixed (short* to = disparity) Copy(result.disparity, to, disparity.Length, sizeof(short));
+            fixed (Motion* to = motions) NativeArray.Copy(result.motions, to, nodes, sizeof(Motion));
+            fixed (float* to = nodePositions) NativeArray.Copy(result.node_positions, to, nodePositions.Length, sizeof(float));
+            fixed (float* to = positions) NativeArray.Copy(result.vertices, to, positions.Length, sizeof(float));
+            fixed (float* to = normals) NativeArray.Copy(result.normals, to, normals.Length, sizeof(float));
+            fixed (PointStatus* to = status) NativeArray.Copy(result.vertex_status, to, vertices, sizeof(PointStatus));
+            fixed (float* to = errors) NativeArray.Copy(result.expected_error_mm, to, vertices, sizeof(float));
+            fixed (Landmark* to = landmarkRecords) NativeArray.Copy(result.landmarks, to, landmarks, sizeof(Landmark));
+            fixed (Match* to = matches) NativeArray.Copy(result.landmark_matches, to, landmarks, sizeof(Match));
+            fixed (PatchObservation* to = observations) NativeArray.Copy(result.patch_observations, to, patches, sizeof(PatchObservation));
+            fixed (short* to = disparity) NativeArray.Copy(result.disparity, to, disparity.Length, sizeof(short));
             fixed (defrec_stage_time* first = &result.times.first)
             {
                 for (int i = 0; i < times.Length; ++i)
@@ -168,11 +168,6 @@ namespace Defrec
         private static T[] Sized<T>(T[] array, int length)
         {
             return array.Length == length ? array : new T[length];
-        }
-
-        private static void Copy(void* from, void* to, int count, int size)
-        {
-            if (count > 0) Buffer.MemoryCopy(from, to, (long)count * size, (long)count * size);
         }
     }
 }

@@ -13,12 +13,7 @@ namespace Defrec
         public int CopyMotions(Motion[] destination)
         {
             Check.NotNull(destination, nameof(destination));
-            using (var use = new HandleUse(Handle))
-            fixed (Motion* to = destination)
-            {
-                defrec_result result = Read(use);
-                return Copy(result.motions, result.node_count, sizeof(Motion), to, destination.Length);
-            }
+            fixed (Motion* to = destination) return CopyMotions(to, destination.Length);
         }
 
         /// <summary>xyz per control point, now: rectified camera, mm. Returns how many elements were copied; destination may be longer.</summary>
@@ -28,12 +23,7 @@ namespace Defrec
         public int CopyNodePositions(float[] destination)
         {
             Check.NotNull(destination, nameof(destination));
-            using (var use = new HandleUse(Handle))
-            fixed (float* to = destination)
-            {
-                defrec_result result = Read(use);
-                return Copy(result.node_positions, 3 * result.node_count, sizeof(float), to, destination.Length);
-            }
+            fixed (float* to = destination) return CopyNodePositions(to, destination.Length);
         }
 
         /// <summary>xyz per template vertex: rectified camera, mm. Returns how many elements were copied; destination may be longer.</summary>
@@ -43,12 +33,7 @@ namespace Defrec
         public int CopyVertices(float[] destination)
         {
             Check.NotNull(destination, nameof(destination));
-            using (var use = new HandleUse(Handle))
-            fixed (float* to = destination)
-            {
-                defrec_result result = Read(use);
-                return Copy(result.vertices, 3 * result.vertex_count, sizeof(float), to, destination.Length);
-            }
+            fixed (float* to = destination) return CopyVertices(to, destination.Length);
         }
 
         /// <summary>xyz per template vertex: unit length, towards the camera. Returns how many elements were copied; destination may be longer.</summary>
@@ -58,12 +43,7 @@ namespace Defrec
         public int CopyNormals(float[] destination)
         {
             Check.NotNull(destination, nameof(destination));
-            using (var use = new HandleUse(Handle))
-            fixed (float* to = destination)
-            {
-                defrec_result result = Read(use);
-                return Copy(result.normals, 3 * result.vertex_count, sizeof(float), to, destination.Length);
-            }
+            fixed (float* to = destination) return CopyNormals(to, destination.Length);
         }
 
         /// <summary>What to believe of each template vertex. Returns how many elements were copied; destination may be longer.</summary>
@@ -73,12 +53,7 @@ namespace Defrec
         public int CopyVertexStatus(PointStatus[] destination)
         {
             Check.NotNull(destination, nameof(destination));
-            using (var use = new HandleUse(Handle))
-            fixed (PointStatus* to = destination)
-            {
-                defrec_result result = Read(use);
-                return Copy(result.vertex_status, result.vertex_count, sizeof(PointStatus), to, destination.Length);
-            }
+            fixed (PointStatus* to = destination) return CopyVertexStatus(to, destination.Length);
         }
 
         /// <summary>One standard deviation of each template vertex, mm. Returns how many elements were copied; destination may be longer.</summary>
@@ -88,12 +63,7 @@ namespace Defrec
         public int CopyExpectedErrors(float[] destination)
         {
             Check.NotNull(destination, nameof(destination));
-            using (var use = new HandleUse(Handle))
-            fixed (float* to = destination)
-            {
-                defrec_result result = Read(use);
-                return Copy(result.expected_error_mm, result.vertex_count, sizeof(float), to, destination.Length);
-            }
+            fixed (float* to = destination) return CopyExpectedErrors(to, destination.Length);
         }
 
         /// <summary>The landmarks of the template. Returns how many elements were copied; destination may be longer.</summary>
@@ -103,12 +73,7 @@ namespace Defrec
         public int CopyLandmarks(Landmark[] destination)
         {
             Check.NotNull(destination, nameof(destination));
-            using (var use = new HandleUse(Handle))
-            fixed (Landmark* to = destination)
-            {
-                defrec_result result = Read(use);
-                return Copy(result.landmarks, result.landmark_count, sizeof(Landmark), to, destination.Length);
-            }
+            fixed (Landmark* to = destination) return CopyLandmarks(to, destination.Length);
         }
 
         /// <summary>One per landmark; weight 0: outlier. Returns how many elements were copied; destination may be longer.</summary>
@@ -118,12 +83,7 @@ namespace Defrec
         public int CopyLandmarkMatches(Match[] destination)
         {
             Check.NotNull(destination, nameof(destination));
-            using (var use = new HandleUse(Handle))
-            fixed (Match* to = destination)
-            {
-                defrec_result result = Read(use);
-                return Copy(result.landmark_matches, result.landmark_count, sizeof(Match), to, destination.Length);
-            }
+            fixed (Match* to = destination) return CopyLandmarkMatches(to, destination.Length);
         }
 
         /// <summary>One per patch of the template. Returns how many elements were copied; destination may be longer.</summary>
@@ -133,12 +93,7 @@ namespace Defrec
         public int CopyPatchObservations(PatchObservation[] destination)
         {
             Check.NotNull(destination, nameof(destination));
-            using (var use = new HandleUse(Handle))
-            fixed (PatchObservation* to = destination)
-            {
-                defrec_result result = Read(use);
-                return Copy(result.patch_observations, result.patch_count, sizeof(PatchObservation), to, destination.Length);
-            }
+            fixed (PatchObservation* to = destination) return CopyPatchObservations(to, destination.Length);
         }
 
         /// <summary>Of the rectified image, row by row, 1/16 px, <see cref="Constants.DisparityNone"/> without evidence; none unless <see cref="TrackerOptions.KeepDisparity"/>. Returns how many elements were copied; destination may be longer.</summary>
@@ -148,18 +103,104 @@ namespace Defrec
         public int CopyDisparity(short[] destination)
         {
             Check.NotNull(destination, nameof(destination));
+            fixed (short* to = destination) return CopyDisparity(to, destination.Length);
+        }
+
+        // For arrays and spans alike; capacity in elements.
+        private int CopyMotions(Motion* to, int capacity)
+        {
             using (var use = new HandleUse(Handle))
-            fixed (short* to = destination)
             {
                 defrec_result result = Read(use);
-                return Copy(result.disparity, result.disparity == null ? 0 : (ulong)pixels, sizeof(short), to, destination.Length);
+                return Copy(result.motions, result.node_count, sizeof(Motion), to, capacity);
+            }
+        }
+
+        private int CopyNodePositions(float* to, int capacity)
+        {
+            using (var use = new HandleUse(Handle))
+            {
+                defrec_result result = Read(use);
+                return Copy(result.node_positions, 3 * result.node_count, sizeof(float), to, capacity);
+            }
+        }
+
+        private int CopyVertices(float* to, int capacity)
+        {
+            using (var use = new HandleUse(Handle))
+            {
+                defrec_result result = Read(use);
+                return Copy(result.vertices, 3 * result.vertex_count, sizeof(float), to, capacity);
+            }
+        }
+
+        private int CopyNormals(float* to, int capacity)
+        {
+            using (var use = new HandleUse(Handle))
+            {
+                defrec_result result = Read(use);
+                return Copy(result.normals, 3 * result.vertex_count, sizeof(float), to, capacity);
+            }
+        }
+
+        private int CopyVertexStatus(PointStatus* to, int capacity)
+        {
+            using (var use = new HandleUse(Handle))
+            {
+                defrec_result result = Read(use);
+                return Copy(result.vertex_status, result.vertex_count, sizeof(PointStatus), to, capacity);
+            }
+        }
+
+        private int CopyExpectedErrors(float* to, int capacity)
+        {
+            using (var use = new HandleUse(Handle))
+            {
+                defrec_result result = Read(use);
+                return Copy(result.expected_error_mm, result.vertex_count, sizeof(float), to, capacity);
+            }
+        }
+
+        private int CopyLandmarks(Landmark* to, int capacity)
+        {
+            using (var use = new HandleUse(Handle))
+            {
+                defrec_result result = Read(use);
+                return Copy(result.landmarks, result.landmark_count, sizeof(Landmark), to, capacity);
+            }
+        }
+
+        private int CopyLandmarkMatches(Match* to, int capacity)
+        {
+            using (var use = new HandleUse(Handle))
+            {
+                defrec_result result = Read(use);
+                return Copy(result.landmark_matches, result.landmark_count, sizeof(Match), to, capacity);
+            }
+        }
+
+        private int CopyPatchObservations(PatchObservation* to, int capacity)
+        {
+            using (var use = new HandleUse(Handle))
+            {
+                defrec_result result = Read(use);
+                return Copy(result.patch_observations, result.patch_count, sizeof(PatchObservation), to, capacity);
+            }
+        }
+
+        private int CopyDisparity(short* to, int capacity)
+        {
+            using (var use = new HandleUse(Handle))
+            {
+                defrec_result result = Read(use);
+                return Copy(result.disparity, result.disparity == null ? 0 : (ulong)pixels, sizeof(short), to, capacity);
             }
         }
 
         private static int Copy(void* from, ulong count, int size, void* to, int capacity)
         {
             Check.Length(capacity, Check.ArrayLength(count, 1), "destination");
-            if (count > 0) Buffer.MemoryCopy(from, to, (long)capacity * size, (long)count * size);
+            NativeArray.Copy(from, to, (int)count, size);
             return (int)count;
         }
     }

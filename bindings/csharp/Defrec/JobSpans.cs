@@ -30,12 +30,7 @@ namespace Defrec
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyMotions(Span<Motion> destination)
         {
-            using (var use = new HandleUse(Handle))
-            fixed (Motion* to = &MemoryMarshal.GetReference(destination))
-            {
-                defrec_result result = Read(use);
-                return Copy(result.motions, result.node_count, sizeof(Motion), to, destination.Length);
-            }
+            fixed (Motion* to = &MemoryMarshal.GetReference(destination)) return CopyMotions(to, destination.Length);
         }
 
         /// <summary>Like the overload for arrays.</summary>
@@ -44,12 +39,7 @@ namespace Defrec
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyNodePositions(Span<float> destination)
         {
-            using (var use = new HandleUse(Handle))
-            fixed (float* to = &MemoryMarshal.GetReference(destination))
-            {
-                defrec_result result = Read(use);
-                return Copy(result.node_positions, 3 * result.node_count, sizeof(float), to, destination.Length);
-            }
+            fixed (float* to = &MemoryMarshal.GetReference(destination)) return CopyNodePositions(to, destination.Length);
         }
 
         /// <summary>Like the overload for arrays.</summary>
@@ -58,12 +48,7 @@ namespace Defrec
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyVertices(Span<float> destination)
         {
-            using (var use = new HandleUse(Handle))
-            fixed (float* to = &MemoryMarshal.GetReference(destination))
-            {
-                defrec_result result = Read(use);
-                return Copy(result.vertices, 3 * result.vertex_count, sizeof(float), to, destination.Length);
-            }
+            fixed (float* to = &MemoryMarshal.GetReference(destination)) return CopyVertices(to, destination.Length);
         }
 
         /// <summary>Like the overload for arrays.</summary>
@@ -72,12 +57,7 @@ namespace Defrec
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyNormals(Span<float> destination)
         {
-            using (var use = new HandleUse(Handle))
-            fixed (float* to = &MemoryMarshal.GetReference(destination))
-            {
-                defrec_result result = Read(use);
-                return Copy(result.normals, 3 * result.vertex_count, sizeof(float), to, destination.Length);
-            }
+            fixed (float* to = &MemoryMarshal.GetReference(destination)) return CopyNormals(to, destination.Length);
         }
 
         /// <summary>Like the overload for arrays.</summary>
@@ -86,12 +66,7 @@ namespace Defrec
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyVertexStatus(Span<PointStatus> destination)
         {
-            using (var use = new HandleUse(Handle))
-            fixed (PointStatus* to = &MemoryMarshal.GetReference(destination))
-            {
-                defrec_result result = Read(use);
-                return Copy(result.vertex_status, result.vertex_count, sizeof(PointStatus), to, destination.Length);
-            }
+            fixed (PointStatus* to = &MemoryMarshal.GetReference(destination)) return CopyVertexStatus(to, destination.Length);
         }
 
         /// <summary>Like the overload for arrays.</summary>
@@ -100,12 +75,7 @@ namespace Defrec
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyExpectedErrors(Span<float> destination)
         {
-            using (var use = new HandleUse(Handle))
-            fixed (float* to = &MemoryMarshal.GetReference(destination))
-            {
-                defrec_result result = Read(use);
-                return Copy(result.expected_error_mm, result.vertex_count, sizeof(float), to, destination.Length);
-            }
+            fixed (float* to = &MemoryMarshal.GetReference(destination)) return CopyExpectedErrors(to, destination.Length);
         }
 
         /// <summary>Like the overload for arrays.</summary>
@@ -114,12 +84,7 @@ namespace Defrec
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyLandmarks(Span<Landmark> destination)
         {
-            using (var use = new HandleUse(Handle))
-            fixed (Landmark* to = &MemoryMarshal.GetReference(destination))
-            {
-                defrec_result result = Read(use);
-                return Copy(result.landmarks, result.landmark_count, sizeof(Landmark), to, destination.Length);
-            }
+            fixed (Landmark* to = &MemoryMarshal.GetReference(destination)) return CopyLandmarks(to, destination.Length);
         }
 
         /// <summary>Like the overload for arrays.</summary>
@@ -128,12 +93,7 @@ namespace Defrec
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyLandmarkMatches(Span<Match> destination)
         {
-            using (var use = new HandleUse(Handle))
-            fixed (Match* to = &MemoryMarshal.GetReference(destination))
-            {
-                defrec_result result = Read(use);
-                return Copy(result.landmark_matches, result.landmark_count, sizeof(Match), to, destination.Length);
-            }
+            fixed (Match* to = &MemoryMarshal.GetReference(destination)) return CopyLandmarkMatches(to, destination.Length);
         }
 
         /// <summary>Like the overload for arrays.</summary>
@@ -142,12 +102,7 @@ namespace Defrec
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyPatchObservations(Span<PatchObservation> destination)
         {
-            using (var use = new HandleUse(Handle))
-            fixed (PatchObservation* to = &MemoryMarshal.GetReference(destination))
-            {
-                defrec_result result = Read(use);
-                return Copy(result.patch_observations, result.patch_count, sizeof(PatchObservation), to, destination.Length);
-            }
+            fixed (PatchObservation* to = &MemoryMarshal.GetReference(destination)) return CopyPatchObservations(to, destination.Length);
         }
 
         /// <summary>Like the overload for arrays.</summary>
@@ -156,12 +111,7 @@ namespace Defrec
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyDisparity(Span<short> destination)
         {
-            using (var use = new HandleUse(Handle))
-            fixed (short* to = &MemoryMarshal.GetReference(destination))
-            {
-                defrec_result result = Read(use);
-                return Copy(result.disparity, result.disparity == null ? 0 : (ulong)pixels, sizeof(short), to, destination.Length);
-            }
+            fixed (short* to = &MemoryMarshal.GetReference(destination)) return CopyDisparity(to, destination.Length);
         }
     }
 }

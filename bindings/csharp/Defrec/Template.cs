@@ -84,7 +84,7 @@ namespace Defrec
         {
             var copy = new SurfacePoint[VertexCount];
             using (var use = new HandleUse(Handle))
-            fixed (SurfacePoint* to = copy) Copy(Read(use).vertices, to, copy.Length, sizeof(SurfacePoint));
+            fixed (SurfacePoint* to = copy) NativeArray.Copy(Read(use).vertices, to, copy.Length, sizeof(SurfacePoint));
             return copy;
         }
 
@@ -94,7 +94,7 @@ namespace Defrec
         {
             var copy = new uint[Check.ArrayLength((ulong)TriangleCount, 3)];
             using (var use = new HandleUse(Handle))
-            fixed (uint* to = copy) Copy(Read(use).triangles, to, copy.Length, sizeof(uint));
+            fixed (uint* to = copy) NativeArray.Copy(Read(use).triangles, to, copy.Length, sizeof(uint));
             return copy;
         }
 
@@ -104,7 +104,7 @@ namespace Defrec
         {
             var copy = new float[Check.ArrayLength((ulong)NodeCount, 3)];
             using (var use = new HandleUse(Handle))
-            fixed (float* to = copy) Copy(Read(use).nodes, to, copy.Length, sizeof(float));
+            fixed (float* to = copy) NativeArray.Copy(Read(use).nodes, to, copy.Length, sizeof(float));
             return copy;
         }
 
@@ -114,7 +114,7 @@ namespace Defrec
         {
             var copy = new Edge[EdgeCount];
             using (var use = new HandleUse(Handle))
-            fixed (Edge* to = copy) Copy(Read(use).edges, to, copy.Length, sizeof(Edge));
+            fixed (Edge* to = copy) NativeArray.Copy(Read(use).edges, to, copy.Length, sizeof(Edge));
             return copy;
         }
 
@@ -124,7 +124,7 @@ namespace Defrec
         {
             var copy = new Landmark[LandmarkCount];
             using (var use = new HandleUse(Handle))
-            fixed (Landmark* to = copy) Copy(Read(use).landmarks, to, copy.Length, sizeof(Landmark));
+            fixed (Landmark* to = copy) NativeArray.Copy(Read(use).landmarks, to, copy.Length, sizeof(Landmark));
             return copy;
         }
 
@@ -134,7 +134,7 @@ namespace Defrec
         {
             var copy = new Patch[PatchCount];
             using (var use = new HandleUse(Handle))
-            fixed (Patch* to = copy) Copy(Read(use).patches, to, copy.Length, sizeof(Patch));
+            fixed (Patch* to = copy) NativeArray.Copy(Read(use).patches, to, copy.Length, sizeof(Patch));
             return copy;
         }
 
@@ -144,7 +144,7 @@ namespace Defrec
         {
             var copy = new byte[Width * Height];
             using (var use = new HandleUse(Handle))
-            fixed (byte* to = copy) Copy(Read(use).image, to, copy.Length, sizeof(byte));
+            fixed (byte* to = copy) NativeArray.Copy(Read(use).image, to, copy.Length, sizeof(byte));
             return copy;
         }
 
@@ -212,11 +212,6 @@ namespace Defrec
             var info = new defrec_template_info { struct_size = (uint)sizeof(defrec_template_info) };
             DefrecException.ThrowIfFailed(NativeMethods.defrec_template_get(use.Native, &info));
             return info;
-        }
-
-        private static void Copy(void* from, void* to, int count, int size)
-        {
-            if (count > 0) Buffer.MemoryCopy(from, to, (long)count * size, (long)count * size);
         }
     }
 }
