@@ -15,8 +15,7 @@
 #include <vector>
 
 #include "sdk/cli/commands.hpp"
-#include "sdk/cli/render/render_command.hpp"
-#include "sdk/cli/test_folder.hpp"
+#include "sdk/cli/test_sequence.hpp"
 
 using namespace defrec::cli;
 namespace fs = std::filesystem;
@@ -32,21 +31,7 @@ int run(const std::vector<std::string>& arguments) {
 }
 
 // One small rendered sequence for all cases.
-const TestFolder& sequence() {
-    static const TestFolder folder;
-    static const bool is_rendered = [] {
-        RenderOptions options;
-        options.scene = list_scenes().front().name;
-        options.out_dir = folder.path().string();
-        options.width = 320;
-        options.height = 240;
-        options.frames = kFrames;
-        render_sequence(options, {});
-        return true;
-    }();
-    CHECK(is_rendered);
-    return folder;
-}
+const TestFolder& sequence() { return rendered_sequence<kFrames>(); }
 
 std::vector<std::string> track_arguments(const std::string& out, const std::vector<std::string>& more = {}) {
     const TestFolder& input = sequence();
@@ -145,10 +130,7 @@ TEST_CASE("track leaves every file, and the same input gives the same bytes with
 TEST_CASE("row 71: after a damaged frame the outputs hold those before, and the exit code is 3") {
     const TestFolder folder;
     fs::copy(sequence() / "left", folder / "left");
-    std::vector<fs::path> files;
-    for (const auto& entry : fs::directory_iterator(folder / "left")) files.push_back(entry.path());
-    std::sort(files.begin(), files.end());
-    fs::resize_file(files[3], 100);
+    fs::resize_file(images_of(folder / "left")[3], 100);
     CHECK(run({"track", "--quiet", "--left", folder / "left", "--right", sequence() / "right",
                "--calibration", sequence() / "calibration.yaml", "--out", folder / "out"}) == 3);
     CHECK(lines_of(folder / "out/frames.csv") == 1 + 3);
@@ -159,17 +141,7 @@ TEST_CASE("row 71: after a damaged frame the outputs hold those before, and the 
 
 TEST_CASE("row 73: Ctrl-C finishes the outputs and the exit code is 130") {
     const TestFolder folder;
-    for (const char* eye : {"left", "right"}) {
-        fs::create_directory(folder / eye);
-        std::vector<fs::path> files;
-        for (const auto& entry : fs::directory_iterator(sequence() / eye)) files.push_back(entry.path());
-        std::sort(files.begin(), files.end());
-        for (int i = 0; i < 2000; ++i) {
-            const std::string number = std::to_string(100000 + i);
-            fs::create_symlink(files[static_cast<std::size_t>(i % kFrames)],
-                               folder.path() / eye / (number + ".png"));
-        }
-    }
+    repeat_sequence(sequence(), folder);
     const std::string out = folder / "out";
     std::vector<std::string> arguments{DEFREC_BUILD_DIR "/bin/defrec",
                                        "track",

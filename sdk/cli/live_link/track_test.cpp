@@ -15,8 +15,7 @@
 
 #include "sdk/cli/live_link/test_port.hpp"
 #include "sdk/cli/live_link/test_receiver.hpp"
-#include "sdk/cli/render/render_command.hpp"
-#include "sdk/cli/test_folder.hpp"
+#include "sdk/cli/test_sequence.hpp"
 #include "sdk/cli/text.hpp"
 
 using namespace defrec::cli;
@@ -26,28 +25,7 @@ namespace {
 
 constexpr int kFrames = 6;
 
-const TestFolder& sequence() {
-    static const TestFolder folder;
-    static const bool is_rendered = [] {
-        RenderOptions options;
-        options.scene = list_scenes().front().name;
-        options.out_dir = folder.path().string();
-        options.width = 320;
-        options.height = 240;
-        options.frames = kFrames;
-        render_sequence(options, {});
-        return true;
-    }();
-    REQUIRE(is_rendered);
-    return folder;
-}
-
-std::vector<fs::path> images_of(const fs::path& folder) {
-    std::vector<fs::path> files;
-    for (const auto& entry : fs::directory_iterator(folder)) files.push_back(entry.path());
-    std::sort(files.begin(), files.end());
-    return files;
-}
+const TestFolder& sequence() { return rendered_sequence<kFrames>(); }
 
 // The program, running.
 class Program {
@@ -259,14 +237,7 @@ TEST_CASE(
 TEST_CASE(
     "--igtl-listen: a receiver may come late, and Ctrl-C sends the last frame before the program ends") {
     const TestFolder folder;
-    for (const char* eye : {"left", "right"}) {
-        fs::create_directory(folder / eye);
-        const std::vector<fs::path> files = images_of(sequence() / eye);
-        for (int i = 0; i < 2000; ++i) {
-            fs::create_symlink(files[static_cast<std::size_t>(i % kFrames)],
-                               folder.path() / eye / (std::to_string(100000 + i) + ".png"));
-        }
-    }
+    repeat_sequence(sequence(), folder);
     Program program(track(folder.path(), folder / "out", {"--igtl-listen", "0"}));
     const std::string line = program.line(), start = "defrec: live link: listening at 127.0.0.1:";
     REQUIRE(line.starts_with(start));
