@@ -1,6 +1,7 @@
 // What stages need of a device: memory, and how large it is. Gpu (gpu.hpp) is one that CUDA drives, EmulatedDevice (emulation/) one that
 // the processor plays.
 #pragma once
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -31,11 +32,17 @@ class Device {
     virtual uint32_t resident_blocks(const void* function, uint32_t threads, size_t shared) const = 0;
 };
 
+// A number that nothing else in this process has.
+inline uint64_t next_serial() {
+    static std::atomic<uint64_t> serials{0};
+    return ++serials;
+}
+
 // Memory of a device. What is in it is not defined until somebody writes.
 class Buffer {
   public:
     Buffer() = default;
-    Buffer(Device& device, uint64_t size) : device_(&device), data_(device.allocate(size)), size_(size) {}
+    Buffer(Device& device, uint64_t size) : device_(&device), data_(device.allocate(size)), size_(size), serial_(next_serial()) {}
     Buffer(Buffer&& other) noexcept { swap(other); }
     Buffer& operator=(Buffer&& other) noexcept {
         Buffer(std::move(other)).swap(*this);
@@ -49,12 +56,15 @@ class Buffer {
         Buffer buffer;
         buffer.data_ = static_cast<std::byte*>(memory);
         buffer.size_ = size;
+        buffer.serial_ = next_serial();
         return buffer;
     }
 
     explicit operator bool() const { return data_ != nullptr; }
     std::byte* data() const { return data_; }
     uint64_t size() const { return size_; }
+    // Tells it from another that had its address before: what the driver has made for one does not work on the other.
+    uint64_t serial() const { return serial_; }
     template <class T>
     T* as() const {
         return reinterpret_cast<T*>(data_);
@@ -65,10 +75,11 @@ class Buffer {
         std::swap(device_, other.device_);
         std::swap(data_, other.data_);
         std::swap(size_, other.size_);
+        std::swap(serial_, other.serial_);
     }
     Device* device_ = nullptr;
     std::byte* data_ = nullptr;
-    uint64_t size_ = 0;
+    uint64_t size_ = 0, serial_ = 0;
 };
 
 // count elements of T.

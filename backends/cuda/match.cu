@@ -159,6 +159,7 @@ class Match final : public Stage {
 
     void record(Recorder& recorder, std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
         expect_buffers("match input", in, 3);
+        if (in[1].data == nullptr) throw StageError(DEFREC_ERROR_ARGUMENT, "match features: none given");
         const auto* count = take<uint32_t>("match feature count", in[0], 1);
         const auto* disparity = take<int16_t>("match disparity", in[2], size_t{p_.stride} * (p_.height - 1) + p_.width);
         defrec_match* matches = match::take_matches(landmark_count_, out);

@@ -181,7 +181,7 @@ void* Gpu::allocate_host(uint64_t size) {
     std::memset(memory, 0, bytes);
     try {
         const std::lock_guard lock(host_mutex_);
-        host_memory_.emplace(static_cast<std::byte*>(memory), bytes);
+        host_memory_.emplace(static_cast<std::byte*>(memory), HostMemory{bytes, next_serial()});
     } catch (...) {
         cudaFreeHost(memory);
         throw;
@@ -197,14 +197,14 @@ void Gpu::release_host(void* memory) noexcept {
     const Use use(*this);
     cudaFreeHost(memory);
 }
-bool Gpu::is_host_memory(const void* memory, uint64_t size) const {
+uint64_t Gpu::host_serial(const void* memory, uint64_t size) const {
     const auto* first = static_cast<const std::byte*>(memory);
     const std::shared_lock lock(host_mutex_);
     auto after = host_memory_.upper_bound(first);
-    if (after == host_memory_.begin()) return false;
-    const auto& [start, bytes] = *std::prev(after);
+    if (after == host_memory_.begin()) return 0;
+    const auto& [start, known] = *std::prev(after);
     const auto offset = static_cast<uint64_t>(first - start);
-    return offset <= bytes && size <= bytes - offset;
+    return offset <= known.size && size <= known.size - offset ? known.serial : 0;
 }
 
 void Gpu::expect_device_memory(const void* memory, uint64_t size) const {

@@ -52,8 +52,8 @@ class Gpu final : public Device {
     // Page-locked memory of the host, zero.
     void* allocate_host(uint64_t size);
     void release_host(void* memory) noexcept;
-    // Whether a range lies in memory of allocate_host.
-    bool is_host_memory(const void* memory, uint64_t size) const;
+    // Of the memory of allocate_host that a range lies in (as Buffer::serial); 0: it lies in none.
+    uint64_t host_serial(const void* memory, uint64_t size) const;
 
     // Throws StageError unless the range is memory of this device.
     void expect_device_memory(const void* memory, uint64_t size) const;
@@ -71,7 +71,10 @@ class Gpu final : public Device {
     void* context_ = nullptr;  // the primary context
     cudaStream_t stream_ = nullptr;
     mutable std::shared_mutex host_mutex_;
-    std::map<const std::byte*, uint64_t> host_memory_;  // sizes by address
+    struct HostMemory {
+        uint64_t size, serial;
+    };
+    std::map<const std::byte*, HostMemory> host_memory_;  // by address
     std::mutex queue_mutex_;
     std::vector<Queue*> queues_;
 };

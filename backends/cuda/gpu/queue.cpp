@@ -50,37 +50,37 @@ void Queue::run(std::shared_ptr<const StageRun> run) {
     pending_.emplace_back(std::move(run));
 }
 
+void Queue::gather(uint64_t kind, const Buffer& buffer, uint64_t offset, const void* on_host, uint64_t size, Operation operation) {
+    pending_key_.insert(pending_key_.end(), {kind, buffer.serial(), offset, gpu_.host_serial(on_host, size), address(on_host), size});
+    pending_.push_back(std::move(operation));
+}
+
 void Queue::write(const Buffer& buffer, uint64_t offset, const void* src, uint64_t size) {
     if (size == 0) return;
-    std::byte* from = nullptr;
-    {
-        const std::lock_guard lock(mutex_);
-        from = staging_[staging(size)].buffer.data();
-    }
+    const std::lock_guard lock(mutex_);
+    std::byte* from = staging_[staging(size)].buffer.data();
     std::memcpy(from, src, size);
-    write_in_place(buffer, offset, from, size);
+    gather(kUpload, buffer, offset, from, size, Upload{buffer.data() + offset, from, size});
 }
 
 void Queue::write_in_place(const Buffer& buffer, uint64_t offset, const void* src, uint64_t size) {
-    if (size == 0) return;
+    if (size == 0 || gpu_.host_serial(src, size) == 0) return write(buffer, offset, src, size);
     const std::lock_guard lock(mutex_);
-    pending_key_.insert(pending_key_.end(), {kUpload, address(buffer.data() + offset), address(src), size});
-    pending_.emplace_back(Upload{buffer.data() + offset, src, size});
+    gather(kUpload, buffer, offset, src, size, Upload{buffer.data() + offset, src, size});
 }
 
 void Queue::read(const Buffer& buffer, uint64_t offset, void* dst, uint64_t size) {
     if (size == 0) return;
     const std::lock_guard lock(mutex_);
     void* to = dst;
-    if (!gpu_.is_host_memory(dst, size)) {
+    if (gpu_.host_serial(dst, size) == 0) {
         const size_t index = staging(size);
         to = staging_[index].buffer.data();
         reads_.push_back({index, dst, size, submitted_ + 1});
         // Until its bytes are delivered, not only until they are copied.
         staging_[index].busy_until = UINT64_MAX;
     }
-    pending_key_.insert(pending_key_.end(), {kDownload, address(to), address(buffer.data() + offset), size});
-    pending_.emplace_back(Download{to, buffer.data() + offset, size});
+    gather(kDownload, buffer, offset, to, size, Download{to, buffer.data() + offset, size});
 }
 
 std::vector<std::byte> Queue::contents(const Buffer& buffer) {

@@ -51,7 +51,7 @@ class Queue {
     void run(std::shared_ptr<const StageRun> run);
     // src is read before it returns.
     void write(const Buffer& buffer, uint64_t offset, const void* src, uint64_t size);
-    // src, in memory of Gpu::allocate_host, is read until a later signal has been waited for.
+    // src, if in memory of Gpu::allocate_host, is read until a later signal has been waited for; other memory as write does.
     void write_in_place(const Buffer& buffer, uint64_t offset, const void* src, uint64_t size);
     // dst is filled by the first wait for a later signal that succeeds, or not at all; memory of Gpu::allocate_host by the device itself.
     void read(const Buffer& buffer, uint64_t offset, void* dst, uint64_t size);
@@ -87,6 +87,7 @@ class Queue {
 
     uint64_t completed() const { return __atomic_load_n(progress_.on_host, __ATOMIC_ACQUIRE); }
     size_t staging(uint64_t size);
+    void gather(uint64_t kind, const Buffer& buffer, uint64_t offset, const void* on_host, uint64_t size, Operation operation);
     void submit();
     Graph& graph_of_pending();
     void drop_pending() noexcept;
@@ -102,7 +103,7 @@ class Queue {
     std::mutex mutex_;        // of all below
     uint64_t submitted_ = 0;  // value of the last submission
     std::vector<Operation> pending_;
-    Key pending_key_;
+    Key pending_key_;  // which operations, and on which memory: an address alone may be another's by the time a graph runs again
     std::list<KnownGraph> graphs_;  // the last used first
     std::vector<Staging> staging_;
     std::vector<PendingRead> reads_;

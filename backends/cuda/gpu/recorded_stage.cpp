@@ -2,17 +2,11 @@
 #include "backends/cuda/gpu/recorded_stage.hpp"
 
 #include <algorithm>
-#include <atomic>
 
 namespace defrec::cuda {
 namespace {
 
 constexpr size_t kMostKnown = 64;  // both eyes, a tracker's two sets of buffers and an application's ring of memory combine
-
-uint64_t next_serial() {
-    static std::atomic<uint64_t> serials{0};
-    return ++serials;
-}
 
 template <class View>
 std::vector<View> views(Buffers buffers) {
@@ -21,11 +15,17 @@ std::vector<View> views(Buffers buffers) {
     return result;
 }
 
-MemoryRange range(const Buffer* buffer) { return buffer == nullptr ? MemoryRange{nullptr, 0} : MemoryRange{buffer->data(), buffer->size()}; }
+uint64_t serial_of(const Buffer* buffer) { return buffer == nullptr ? 0 : buffer->serial(); }
 
-bool is(const MemoryRange& known, const Buffer* buffer) {
-    const MemoryRange given = range(buffer);
-    return known.first == given.first && known.size == given.size;
+bool same(const std::vector<uint64_t>& known, Buffers given) {
+    return std::equal(given.begin(), given.end(), known.begin(), known.end(),
+                      [](const Buffer* buffer, uint64_t serial) { return serial_of(buffer) == serial; });
+}
+
+std::vector<uint64_t> serials_of(Buffers buffers) {
+    std::vector<uint64_t> serials(buffers.size());
+    std::transform(buffers.begin(), buffers.end(), serials.begin(), serial_of);
+    return serials;
 }
 
 }  // namespace
@@ -49,31 +49,23 @@ void RecordedStage::prepare(Queue& queue, Buffers in) {
 void RecordedStage::enqueue(Queue& queue, Buffers in, Buffers out) {
     if (std::max(in.size(), out.size()) > kMaxBuffers) throw StageError(DEFREC_ERROR_ARGUMENT, "too many buffers");
     const std::lock_guard lock(mutex_);
-    const auto found = std::find_if(known_.begin(), known_.end(), [&](const Known& known) {
-        return known.in_count == in.size() && known.buffers.size() == in.size() + out.size() &&
-               std::equal(in.begin(), in.end(), known.buffers.begin(), [](const Buffer* given, const MemoryRange& k) { return is(k, given); }) &&
-               std::equal(out.begin(), out.end(), known.buffers.begin() + static_cast<std::ptrdiff_t>(in.size()),
-                          [](const Buffer* given, const MemoryRange& k) { return is(k, given); });
-    });
+    const auto found = std::find_if(known_.begin(), known_.end(),
+                                    [&](const Known& known) { return same(known.inputs, in) && same(known.outputs, out); });
     if (found != known_.end()) {
         known_.splice(known_.begin(), known_, found);
     } else {
         auto run = std::make_shared<StageRun>();
         run->serial = next_serial();
         run->stage = stage_->reentrant() ? 0 : serial_;
-        Known made{{}, in.size(), nullptr};
-        for (const Buffer* buffer : in) made.buffers.push_back(range(buffer));
-        for (const Buffer* buffer : out) made.buffers.push_back(range(buffer));
-        run->reads.assign(made.buffers.begin(), made.buffers.begin() + static_cast<std::ptrdiff_t>(in.size()));
-        run->writes.assign(made.buffers.begin() + static_cast<std::ptrdiff_t>(in.size()), made.buffers.end());
+        run->reads = views<MemoryRange>(in);
+        run->writes = views<MemoryRange>(out);
         Recorder recorder(run->recording);
         {
             const Gpu::Use use(gpu_);
             stage_->record(recorder, views<InBuffer>(in), views<OutBuffer>(out));
         }
-        made.run = std::move(run);
         if (known_.size() == kMostKnown) known_.pop_back();
-        known_.push_front(std::move(made));
+        known_.push_front({serials_of(in), serials_of(out), std::move(run)});
     }
     queue.run(known_.front().run);
 }

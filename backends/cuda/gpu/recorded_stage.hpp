@@ -24,8 +24,7 @@ class RecordedStage {
 
   private:
     struct Known {
-        std::vector<MemoryRange> buffers;  // of the inputs, then of the outputs
-        size_t in_count;
+        std::vector<uint64_t> inputs, outputs;  // Buffer::serial; 0: not given
         std::shared_ptr<const StageRun> run;
     };
     Gpu& gpu_;
