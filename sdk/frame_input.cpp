@@ -5,18 +5,20 @@
 #include <cstring>
 
 #include "sdk/services.hpp"
+#include "sdk/shared_loop.hpp"
 #include "sdk/streaming_copy.hpp"
 
 namespace defrec {
 namespace {
-constexpr uint64_t kBand = 512 * 1024;  // bytes: what one thread copies while another wakes up
-}
+constexpr uint64_t kBand = 64 * 1024;    // bytes that a thread copies at a time
+constexpr uint64_t kShare = 512 * 1024;  // bytes: what one thread copies while another wakes up
+}  // namespace
 
-void keep_pixels(std::span<const KeptImage> images, uint32_t height, const Services* helpers) {
+void keep_pixels(std::span<const KeptImage> images, uint32_t height, SharedLoop& loop, const Services* helpers) {
     uint64_t largest = 0;
     for (const KeptImage& kept : images)
         if (kept.image.pixels != nullptr) largest = std::max(largest, kept.row_bytes * height);
-    const size_t bands = helpers != nullptr ? std::max<uint64_t>(1, (largest + kBand - 1) / kBand) : 1;
+    const size_t bands = std::max<uint64_t>(1, (largest + kBand - 1) / kBand);
     const auto copy = [helpers](uint8_t* to, const uint8_t* from, size_t size) {
         if (helpers != nullptr)
             streaming_copy(to, from, size);
@@ -33,13 +35,12 @@ void keep_pixels(std::span<const KeptImage> images, uint32_t height, const Servi
         for (size_t y = first; y < last; y += rows)
             copy(&kept.copy[y * kept.row_bytes], kept.image.pixels + y * kept.image.stride, rows * kept.row_bytes);
     };
-    if (bands > 1) {
-        Services::forget_parallel_failure();
-        helpers->parallel_for(images.size() * bands, copy_band);
-        Services::expect_parallel_success("copying the pixels");
-    } else {
-        for (size_t i = 0; i < images.size(); ++i) copy_band(i);
-    }
+    const size_t shares = helpers != nullptr && largest > kShare ? images.size() * ((largest + kShare - 1) / kShare) : 0;
+    Services::forget_parallel_failure();
+    loop.run(static_cast<uint32_t>(images.size() * bands), copy_band, [&] {
+        if (shares > 0) helpers->parallel_for(shares, [&loop](size_t) { loop.help(); });
+    });
+    Services::expect_parallel_success("copying the pixels");
     for (const KeptImage& kept : images) {
         if (kept.image.pixels == nullptr) continue;
         kept.image.pixels = kept.copy.data();

@@ -9,6 +9,7 @@ namespace defrec {
 
 class DeviceBuffer;  // device.hpp
 class Services;      // services.hpp
+class SharedLoop;    // shared_loop.hpp
 
 // Where an image lies: pixels of the host, or memory of the tracker's device. Neither: there is none.
 struct FrameImage {
@@ -32,9 +33,9 @@ struct KeptImage {
     uint64_t row_bytes;
     std::span<uint8_t> copy;
 };
-// Copies pixels of the host; the images are these copies afterwards. helpers: whose threads copy as well where it is much, for a device that reads
-// the copies by itself; may be nullptr.
+// Copies pixels of the host; the images are these copies afterwards. loop: who helps it helps copying. helpers: whose threads copy as well where it
+// is much, for a device that reads the copies by itself; may be nullptr.
 // Throws what Services::expect_parallel_success does.
-void keep_pixels(std::span<const KeptImage> images, uint32_t height, const Services* helpers);
+void keep_pixels(std::span<const KeptImage> images, uint32_t height, SharedLoop& loop, const Services* helpers);
 
 }  // namespace defrec

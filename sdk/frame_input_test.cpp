@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sdk/services.hpp"
+#include "sdk/shared_loop.hpp"
 
 namespace {
 
@@ -30,7 +31,8 @@ void check_kept(const Services* helpers, bool with_ignore) {
     std::vector<uint8_t> copies[3] = {std::vector<uint8_t>(kRow * kHeight), std::vector<uint8_t>(kRow * kHeight),
                                       std::vector<uint8_t>(kIgnoreRow * kHeight)};
     const KeptImage kept[] = {{images[0], kRow, copies[0]}, {images[1], kRow, copies[1]}, {images[2], kIgnoreRow, copies[2]}};
-    keep_pixels(kept, kHeight, helpers);
+    SharedLoop loop;
+    keep_pixels(kept, kHeight, loop, helpers);
     CHECK(images[0].pixels == copies[0].data());
     CHECK(images[1].stride == kRow);
     size_t wrong = 0;
@@ -65,6 +67,7 @@ TEST_CASE("an application's parallel_for that leaves bands out is noticed, and t
     image.pixels = pixels.data();
     image.stride = kRow;
     const KeptImage kept[] = {{image, kRow, copy}};
-    CHECK_THROWS(keep_pixels(kept, kHeight, &services));
+    SharedLoop loop;
+    CHECK_THROWS(keep_pixels(kept, kHeight, loop, &services));
     CHECK(image.pixels == pixels.data());
 }

@@ -136,16 +136,17 @@ void fit_rigid_motion(const SurfaceModel& model, SurfaceSamples samples, double 
 }
 
 bool moved_farther(SurfaceSamples from, SurfaceSamples to, float distance_mm) {
-    size_t farther = 0;
-    for (size_t i = 0; i < to.size(); ++i) {
+    if (to.empty()) return false;
+    size_t farther = 0, nearer = 0;
+    for (size_t i = 0; 2 * farther < to.size() && 2 * nearer <= to.size(); ++i) {
         float squared = 0;
         for (int axis = 0; axis < 3; ++axis) {
             const float step = to[i].position[axis] - from[i].position[axis];
             squared += step * step;
         }
-        farther += squared > distance_mm * distance_mm;
+        (squared > distance_mm * distance_mm ? farther : nearer)++;
     }
-    return farther > 0 && 2 * farther >= to.size();
+    return 2 * farther >= to.size();
 }
 
 void split_samples(SurfaceSamples samples, std::span<float> positions, std::span<float> normals) {

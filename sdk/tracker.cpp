@@ -12,6 +12,7 @@
 #include "sdk/job.hpp"
 #include "sdk/pipeline.hpp"
 #include "sdk/platform.hpp"
+#include "sdk/shared_loop.hpp"
 #include "sdk/spin.hpp"
 
 namespace defrec {
@@ -62,7 +63,7 @@ class Tracker::Impl {
                                     {input.eyes[1], row, job->eyes[1].as<uint8_t>()},
                                     {input.ignore, rig_->width(), job->ignore.as<uint8_t>()}};
         // A device that computes on the processor has better use for the pool.
-        keep_pixels(images, rig_->height(), device_->has_host_memory() ? &context_->services() : nullptr);
+        keep_pixels(images, rig_->height(), copying_, device_->has_host_memory() ? &context_->services() : nullptr);
         job->input = std::move(input);
 
         const std::lock_guard lock(monitor_->mutex);
@@ -120,7 +121,7 @@ class Tracker::Impl {
         fail(DEFREC_ERROR_BUSY, "all ", jobs_.size(), " places in the queue are taken; release a job first");
     }
 
-    // Sleeps until a frame is announced, and wakes up while its pixels are copied.
+    // Sleeps until a frame is announced, and wakes up while its pixels are copied, where it helps.
     std::unique_lock<std::mutex> await_frame(uint64_t next) {
         constexpr std::chrono::nanoseconds kSpin = std::chrono::microseconds(50), kCopying = std::chrono::milliseconds(1);
         const auto announced = [&] { return stopping_ || announced_ > next; };
@@ -130,7 +131,10 @@ class Tracker::Impl {
         arrived_.wait(lock, announced);
         if (!arrived()) {
             lock.unlock();
-            spin_until(kCopying, arrived);
+            spin_until(kCopying, [&] {
+                copying_.help();
+                return arrived();
+            });
             lock.lock();
             arrived_.wait(lock, arrived);
         }
@@ -375,6 +379,7 @@ class Tracker::Impl {
     std::shared_ptr<JobMonitor> monitor_ = std::make_shared<JobMonitor>();
     std::vector<std::shared_ptr<TrackerJob>> jobs_;
     Pipeline pipeline_;  // goes before the jobs, whose memory a failed frame's work may still use
+    SharedLoop copying_;  // of the pixels of the frame that is being submitted
     std::condition_variable arrived_;  // with the monitor's mutex, for the worker
     // Written under the monitor's mutex.
     std::atomic<uint64_t> submitted_ = 0, announced_ = 0;  // frames; announced before their pixels are copied
