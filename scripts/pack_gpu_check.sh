@@ -22,10 +22,9 @@ mkdir -p "$out"/{bin,tests,lib/defrec-conformance,lib/spare}
 
 cp scripts/gpu_check/* "$out/"
 cp "$build"/bin/defrec-{bench,conformance} "$out/bin/"
-for backend in cuda vulkan; do
-    [ ! -e "$build/bin/defrec_${backend}_tests" ] || cp "$build/bin/defrec_${backend}_tests" "$out/tests/"
+for tests in cuda_tests cuda_memory_tests cuda_fault_tests vulkan_tests; do
+    [ ! -e "$build/bin/defrec_$tests" ] || cp "$build/bin/defrec_$tests" "$out/tests/"
 done
-[ ! -e "$build/bin/defrec_cuda_fault_tests" ] || cp "$build/bin/defrec_cuda_fault_tests" "$out/tests/"
 cp "$build/lib/libdefrec.so.1" "$out/lib/"
 cp "$build"/lib/defrec_plugin_*.{so,json} "$out/lib/"
 cp "$build"/lib/defrec-conformance/defrec_plugin_relay.{so,json} "$out/lib/defrec-conformance/"

@@ -156,7 +156,6 @@ __global__ void __launch_bounds__(kLmThreads) lm_presolve(LmPresolve given) {
             errors[1] += landmark.w * tukey(dot(off, off), 1 / c2).cost;
         }
         block_sums(errors, error_warps);
-        __syncthreads();
     }
     if (threadIdx.x != 0) return;
     const bool closer = enough && errors[1] < all[kMatchCost];

@@ -10,7 +10,7 @@
 namespace defrec::cuda {
 
 struct Fill {
-    std::byte* memory;
+    std::byte* memory;  // at a multiple of 16
     uint8_t value;
     uint64_t size;
 };

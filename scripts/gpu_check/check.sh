@@ -115,7 +115,7 @@ trap 'kill $(jobs -p) 2>/dev/null; wait; exit 1' INT TERM
 tests() {
     local backend program source
     for backend in "${backends[@]}"; do
-        for program in "$here/tests/defrec_${backend}_tests" "$here/tests/defrec_${backend}_fault_tests"; do
+        for program in "$here/tests/defrec_${backend}"{,_memory,_fault}_tests; do
             [ -e "$program" ] || continue
             [[ $program != *fault* ]] || wait  # they take all of the GPU's memory, and make it fail
             for source in $("$program" --list-test-cases --reporters=xml | sed -n 's/.*filename="[^"]*\/\([a-z_]*\)_test\.cpp".*/\1/p' | sort -u); do

@@ -4,12 +4,15 @@
 #include <algorithm>
 
 #include "backends/cuda/gpu/check.hpp"
-#include "backends/cuda/gpu/publish.hpp"
+#include "backends/cuda/gpu/graph_kernels.hpp"
 
 namespace defrec::cuda {
 namespace {
 
 constexpr size_t kSharedOfAll = 48 * 1024;
+// Bytes up to which a kernel copies instead of the device's copy engines, which take several microseconds more to begin and to end. Reading the
+// host's memory a kernel is slower than they are, and one that copies much takes multiprocessors from other trackers.
+constexpr uint64_t kMostReadByKernel = 64 * 1024, kMostWrittenByKernel = 512 * 1024;
 
 using Nodes = std::vector<cudaGraphNode_t>;
 
@@ -61,22 +64,13 @@ class Builder {
     }
     cudaGraphNode_t add(const Node& node, const Nodes& after) {
         if (const auto* call = std::get_if<KernelCall>(&node.work)) return add(*call, after);
-        if (const auto* fill = std::get_if<Fill>(&node.work)) return add_fill(*fill, after);
+        // Not a node of its own kind, which initcheck does not know.
+        if (const auto* fill = std::get_if<Fill>(&node.work)) return add(fill_call(*fill), after);
         const auto& copy = std::get<Copy>(node.work);
         return add_copy(copy.to, copy.from, copy.size, cudaMemcpyDeviceToDevice, after);
     }
-    cudaGraphNode_t add_fill(const Fill& fill, const Nodes& after) {
-        cudaMemsetParams parameters{};
-        parameters.dst = fill.memory;
-        parameters.value = fill.value;
-        parameters.elementSize = 1;
-        parameters.width = fill.size;
-        parameters.height = 1;
-        cudaGraphNode_t node = nullptr;
-        check(cudaGraphAddMemsetNode(&node, graph_, after.data(), after.size(), &parameters), "cudaGraphAddMemsetNode");
-        return node;
-    }
     cudaGraphNode_t add_copy(void* to, const void* from, uint64_t size, cudaMemcpyKind kind, const Nodes& after) {
+        if (size <= (kind == cudaMemcpyHostToDevice ? kMostReadByKernel : kMostWrittenByKernel)) return add(copy_call(to, from, size), after);
         cudaGraphNode_t node = nullptr;
         check(cudaGraphAddMemcpyNode1D(&node, graph_, after.data(), after.size(), to, from, size, kind), "cudaGraphAddMemcpyNode1D");
         return node;
