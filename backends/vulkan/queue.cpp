@@ -2,7 +2,6 @@
 #include "backends/vulkan/queue.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <chrono>
 #include <cstring>
 #include <thread>
@@ -13,7 +12,6 @@
 
 namespace defrec::vulkan {
 
-constexpr uint64_t kLeastStaging = 4096;
 constexpr uint64_t kLookNs = 4'000'000;  // how long a wait looks before it sleeps: about a frame
 
 Queue::Queue(Device& device) : device_(device), vk_(device.vk()), shared_(device.next_shared_queue()) {
@@ -62,40 +60,22 @@ void Queue::run(VkCommandBuffer commands) {
 void Queue::write(const Buffer& buffer, uint64_t offset, const void* src, uint64_t size) {
     if (size == 0) return;
     const std::lock_guard lock(mutex_);
-    const Buffer& from = upload_[staging(upload_, size, MemoryUse::upload)].buffer;
-    std::memcpy(from.mapped(), src, size);
-    copy(from, 0, buffer, offset, size);
+    const HostStaging::Slot& from = take(upload_, size, MemoryUse::upload);
+    std::memcpy(from.bytes(), src, size);
+    copy(from.buffer, 0, buffer, offset, size);
 }
 
 void Queue::read(const Buffer& buffer, uint64_t offset, void* dst, uint64_t size) {
     if (size == 0) return;
     const std::lock_guard lock(mutex_);
-    const size_t to = staging(download_, size, MemoryUse::download);
-    copy(buffer, offset, download_[to].buffer, 0, size);
-    reads_.push_back({to, dst, size, submitted_ + 1});
-    // Until its bytes are delivered, not only until they are copied.
-    download_[to].busy_until = UINT64_MAX;
-}
-
-std::vector<std::byte> Queue::contents(const Buffer& buffer) {
-    std::vector<std::byte> bytes(std::max<uint64_t>(buffer.size(), 1));
-    try {
-        read(buffer, 0, bytes.data(), buffer.size());
-        wait(signal(), UINT64_MAX);
-    } catch (...) {
-        forget_read(bytes.data());
-        throw;
-    }
-    return bytes;
+    HostStaging::Slot& to = take(download_, size, MemoryUse::download);
+    copy(buffer, offset, to.buffer, 0, size);
+    download_.deliver_later(to, dst, size);
 }
 
 void Queue::forget_read(const void* dst) {
     const std::lock_guard lock(mutex_);
-    std::erase_if(reads_, [&](const PendingRead& read) {
-        if (read.dst != dst) return false;
-        download_[read.staging].busy_until = read.value;
-        return true;
-    });
+    download_.forget(dst);
 }
 
 uint64_t Queue::signal() {
@@ -126,7 +106,7 @@ bool Queue::wait(uint64_t value, uint64_t timeout_ns) {
     check(result, "vkWaitSemaphores");
     if (result == VK_TIMEOUT) return false;
     const std::lock_guard lock(mutex_);
-    deliver(value);
+    download_.deliver(value);
     return true;
 }
 
@@ -136,32 +116,14 @@ void Queue::look_for(uint64_t value, Clock::time_point end) {
     while (completed() < value && Clock::now() < end) std::this_thread::yield();
 }
 
-void Queue::deliver(uint64_t value) {
-    std::erase_if(reads_, [&](const PendingRead& read) {
-        if (read.value > value) return false;
-        std::memcpy(read.dst, download_[read.staging].buffer.mapped(), read.size);
-        download_[read.staging].busy_until = 0;
-        return true;
-    });
-}
-
 uint64_t Queue::completed() {
     uint64_t value = 0;
     check(vk_.vkGetSemaphoreCounterValue(device_.handle(), semaphore_, &value), "vkGetSemaphoreCounterValue");
     return value;
 }
 
-// The smallest free buffer that is large enough; a new one where there is none, which ends once a frame has been through.
-size_t Queue::staging(std::vector<Staging>& pool, uint64_t size, MemoryUse use) {
-    const uint64_t done = completed();
-    size_t best = pool.size();
-    for (size_t i = 0; i < pool.size(); ++i)
-        if (pool[i].busy_until <= done && pool[i].buffer.size() >= size &&
-            (best == pool.size() || pool[i].buffer.size() < pool[best].buffer.size()))
-            best = i;
-    if (best == pool.size()) pool.push_back({Buffer(device_, std::bit_ceil(std::max(size, kLeastStaging)), use), 0});
-    pool[best].busy_until = submitted_ + 1;
-    return best;
+Queue::HostStaging::Slot& Queue::take(HostStaging& staging, uint64_t size, MemoryUse use) {
+    return staging.take(size, completed(), submitted_ + 1, [&](uint64_t at_least) { return Buffer(device_, at_least, use); });
 }
 
 VkCommandBuffer Queue::copies() {
@@ -233,14 +195,10 @@ void Queue::submit() {
     submitted_ = value;
 }
 
-// What has gathered will not run. Its reads must not be delivered: the next submission gets the value that they wait for.
+// What has gathered will not run.
 void Queue::drop_pending() noexcept {
     pending_.clear();
-    std::erase_if(reads_, [&](const PendingRead& read) {
-        if (read.value <= submitted_) return false;
-        download_[read.staging].busy_until = 0;
-        return true;
-    });
+    download_.drop_after(submitted_);
 }
 
 // Work that the device does not take is none to wait for; but whoever gathered it must hear of it.

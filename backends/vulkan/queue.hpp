@@ -9,6 +9,7 @@
 #include <mutex>
 #include <vector>
 
+#include "backends/shared/staging.hpp"
 #include "backends/vulkan/device.hpp"
 
 namespace defrec::vulkan {
@@ -27,8 +28,8 @@ class Queue {
     void write(const Buffer& buffer, uint64_t offset, const void* src, uint64_t size);
     // dst is filled by the first wait for a later signal that succeeds, or not at all.
     void read(const Buffer& buffer, uint64_t offset, void* dst, uint64_t size);
-    // The bytes of a buffer after all work so far, at least one. Waits.
-    std::vector<std::byte> contents(const Buffer& buffer);
+    // A read into dst that was not delivered yet never is.
+    void forget_read(const void* dst);
     // A point after all work so far; grows by one. If it fails, nothing that gathered runs, and no read of it is delivered.
     uint64_t signal();
     // False: not yet, or never signalled.
@@ -42,26 +43,16 @@ class Queue {
         VkCommandBuffer commands;
         uint64_t busy_until;
     };
-    struct Staging {
-        Buffer buffer;
-        uint64_t busy_until;
-    };
-    struct PendingRead {
-        size_t staging;  // index into download_
-        void* dst;
-        uint64_t size, value;
-    };
+    using HostStaging = Staging<Buffer, &Buffer::mapped>;
 
     uint64_t completed();
     VkCommandBuffer copies();
     void close_copies();
-    size_t staging(std::vector<Staging>& pool, uint64_t size, MemoryUse use);
+    HostStaging::Slot& take(HostStaging& staging, uint64_t size, MemoryUse use);
     void copy(const Buffer& from, uint64_t from_offset, const Buffer& to, uint64_t to_offset, uint64_t size);
     void submit();
     void drop_pending() noexcept;
-    void forget_read(const void* dst);
     void look_for(uint64_t value, Clock::time_point end);
-    void deliver(uint64_t value);  // the reads up to that point, which is reached
     void flush_pending() noexcept;  // submits; for Device::settle
     void destroy() noexcept;
 
@@ -76,8 +67,7 @@ class Queue {
     std::vector<VkCommandBuffer> pending_;
     std::vector<Transient> transients_;
     VkCommandBuffer open_ = VK_NULL_HANDLE;  // the transient that copies are being recorded into
-    std::vector<Staging> upload_, download_;
-    std::vector<PendingRead> reads_;
+    HostStaging upload_, download_;
     std::exception_ptr flush_failure_;  // for the next signal to report
 };
 

@@ -88,9 +88,9 @@ TEST_CASE("contents of a buffer that cannot be had leave nothing to deliver") {
     const uint64_t value = queue.signal();
     {
         const Replaced replaced(device, &VolkDeviceTable::vkQueueSubmit, no_submission);
-        CHECK(status_of([&] { queue.contents(buffer); }) == DEFREC_ERROR_OUT_OF_MEMORY);
+        CHECK(status_of([&] { contents(queue, buffer); }) == DEFREC_ERROR_OUT_OF_MEMORY);
     }
-    CHECK(queue.contents(buffer).size() == sizeof kWritten);
+    CHECK(contents(queue, buffer).size() == sizeof kWritten);
     // Others' reads stay.
     CHECK(queue.wait(value, UINT64_MAX));
     CHECK(before == kWritten);
@@ -105,5 +105,5 @@ TEST_CASE("memory that is not to be had leaves the device as it was") {
     }
     const Buffer buffer = device.upload(kWritten.data(), sizeof kWritten);
     Queue queue(device);
-    CHECK(queue.contents(buffer).size() == sizeof kWritten);
+    CHECK(contents(queue, buffer).size() == sizeof kWritten);
 }

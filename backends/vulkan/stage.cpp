@@ -29,17 +29,11 @@ std::vector<InBuffer> sizes_of_inputs(Buffers in) { return views<InBuffer>(in); 
 std::vector<OutBuffer> sizes_of_outputs(Buffers out) { return views<OutBuffer>(out); }
 
 void RecordedStage::prepare(Queue& queue, Buffers in) {
-    std::vector<std::vector<std::byte>> copies(in.size());
-    std::vector<InBuffer> given(in.size());
-    for (size_t i = 0; i < in.size(); ++i) {
-        if (in[i] == nullptr) continue;
-        copies[i] = queue.contents(*in[i]);
-        given[i] = {copies[i].data(), in[i]->size()};
-    }
+    const HostCopies given(queue, in);
     const std::lock_guard lock(mutex_);
     device_.settle();
     runs_.clear();
-    stage_->prepare(given);
+    stage_->prepare(given.views());
 }
 
 RecordedStage::Serials RecordedStage::serials(Buffers in, Buffers out) {

@@ -2,7 +2,6 @@
 #include "backends/cuda/gpu/queue.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cstring>
 #include <thread>
 #include <utility>
@@ -12,7 +11,6 @@
 namespace defrec::cuda {
 namespace {
 
-constexpr uint64_t kLeastStaging = 4096;
 constexpr std::chrono::milliseconds kLook{4};    // how long a wait looks before it sleeps: longer than a frame
 constexpr std::chrono::microseconds kSleep{100};
 constexpr size_t kMostGraphs = 128;  // a tracker's frames in flight, its two sets of buffers and an application's ring of memory combine
@@ -58,7 +56,7 @@ void Queue::gather(uint64_t kind, const Buffer& buffer, uint64_t offset, const v
 void Queue::write(const Buffer& buffer, uint64_t offset, const void* src, uint64_t size) {
     if (size == 0) return;
     const std::lock_guard lock(mutex_);
-    std::byte* from = staging_[staging(size)].buffer.data();
+    std::byte* from = take_staging(size).bytes();
     std::memcpy(from, src, size);
     gather(kUpload, buffer, offset, from, size, Upload{buffer.data() + offset, from, size});
 }
@@ -72,36 +70,16 @@ void Queue::write_in_place(const Buffer& buffer, uint64_t offset, const void* sr
 void Queue::read(const Buffer& buffer, uint64_t offset, void* dst, uint64_t size) {
     if (size == 0) return;
     const std::lock_guard lock(mutex_);
-    void* to = dst;
-    if (gpu_.host_serial(dst, size) == 0) {
-        const size_t index = staging(size);
-        to = staging_[index].buffer.data();
-        reads_.push_back({index, dst, size, submitted_ + 1});
-        // Until its bytes are delivered, not only until they are copied.
-        staging_[index].busy_until = UINT64_MAX;
-    }
-    gather(kDownload, buffer, offset, to, size, Download{to, buffer.data() + offset, size});
-}
-
-std::vector<std::byte> Queue::contents(const Buffer& buffer) {
-    std::vector<std::byte> bytes(std::max<uint64_t>(buffer.size(), 1));
-    try {
-        read(buffer, 0, bytes.data(), buffer.size());
-        wait(signal(), UINT64_MAX);
-    } catch (...) {
-        forget_read(bytes.data());
-        throw;
-    }
-    return bytes;
+    const auto download_to = [&](void* to) { gather(kDownload, buffer, offset, to, size, Download{to, buffer.data() + offset, size}); };
+    if (gpu_.host_serial(dst, size) != 0) return download_to(dst);
+    HostStaging::Slot& staging = take_staging(size);
+    download_to(staging.bytes());
+    staging_.deliver_later(staging, dst, size);
 }
 
 void Queue::forget_read(const void* dst) {
     const std::lock_guard lock(mutex_);
-    std::erase_if(reads_, [&](const PendingRead& read) {
-        if (read.dst != dst) return false;
-        staging_[read.staging].busy_until = read.value;
-        return true;
-    });
+    staging_.forget(dst);
 }
 
 uint64_t Queue::signal() {
@@ -133,30 +111,12 @@ bool Queue::wait(uint64_t value, uint64_t timeout_ns) {
         std::this_thread::sleep_for(kSleep);
     }
     const std::lock_guard lock(mutex_);
-    deliver(value);
+    staging_.deliver(value);
     return true;
 }
 
-void Queue::deliver(uint64_t value) {
-    std::erase_if(reads_, [&](const PendingRead& read) {
-        if (read.value > value) return false;
-        std::memcpy(read.dst, staging_[read.staging].buffer.data(), read.size);
-        staging_[read.staging].busy_until = 0;
-        return true;
-    });
-}
-
-// The smallest free buffer that is large enough; a new one where there is none, which ends once a frame has been through.
-size_t Queue::staging(uint64_t size) {
-    const uint64_t done = completed();
-    size_t best = staging_.size();
-    for (size_t i = 0; i < staging_.size(); ++i)
-        if (staging_[i].busy_until <= done && staging_[i].buffer.size() >= size &&
-            (best == staging_.size() || staging_[i].buffer.size() < staging_[best].buffer.size()))
-            best = i;
-    if (best == staging_.size()) staging_.push_back({HostBuffer(gpu_, std::bit_ceil(std::max(size, kLeastStaging))), 0});
-    staging_[best].busy_until = submitted_ + 1;
-    return best;
+Queue::HostStaging::Slot& Queue::take_staging(uint64_t size) {
+    return staging_.take(size, completed(), submitted_ + 1, [&](uint64_t at_least) { return HostBuffer(gpu_, at_least); });
 }
 
 Graph& Queue::graph_of_pending() {
@@ -185,15 +145,11 @@ void Queue::submit() {
     pending_key_.clear();
 }
 
-// What has gathered will not run. Its reads must not be delivered: the next submission gets the value that they wait for.
+// What has gathered will not run.
 void Queue::drop_pending() noexcept {
     pending_.clear();
     pending_key_.clear();
-    std::erase_if(reads_, [&](const PendingRead& read) {
-        if (read.value <= submitted_) return false;
-        staging_[read.staging].busy_until = 0;
-        return true;
-    });
+    staging_.drop_after(submitted_);
 }
 
 // Work that the device does not take is none to wait for; but whoever gathered it must hear of it.

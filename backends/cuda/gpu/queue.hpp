@@ -1,5 +1,5 @@
 // In-order work on a GPU. Operations gather until a signal and are then launched as one graph, made once for each sequence of operations;
-// its last kernel writes how far the device is into the host's memory, where waiting looks. Nothing waits but wait, contents and the destructor.
+// its last kernel writes how far the device is into the host's memory, where waiting looks. Nothing waits but wait and the destructor.
 #pragma once
 #include <chrono>
 #include <cstddef>
@@ -10,6 +10,7 @@
 
 #include "backends/cuda/gpu/graph.hpp"
 #include "backends/cuda/gpu/gpu.hpp"
+#include "backends/shared/staging.hpp"
 
 namespace defrec::cuda {
 
@@ -55,8 +56,8 @@ class Queue {
     void write_in_place(const Buffer& buffer, uint64_t offset, const void* src, uint64_t size);
     // dst is filled by the first wait for a later signal that succeeds, or not at all; memory of Gpu::allocate_host by the device itself.
     void read(const Buffer& buffer, uint64_t offset, void* dst, uint64_t size);
-    // The bytes of a buffer after all work so far. Waits.
-    std::vector<std::byte> contents(const Buffer& buffer);
+    // A read into dst that was not delivered yet never is.
+    void forget_read(const void* dst);
     // A point after all work so far; grows by one. If it fails, nothing that gathered runs, and no read of it is delivered.
     uint64_t signal();
     // False: not yet, or never signalled.
@@ -68,15 +69,7 @@ class Queue {
 
   private:
     using Clock = std::chrono::steady_clock;
-    struct Staging {
-        HostBuffer buffer;
-        uint64_t busy_until;
-    };
-    struct PendingRead {
-        size_t staging;  // index into staging_
-        void* dst;
-        uint64_t size, value;
-    };
+    using HostStaging = Staging<HostBuffer, &HostBuffer::data>;
     using Key = std::vector<uint64_t>;
     struct KnownGraph {
         Key key;
@@ -86,13 +79,11 @@ class Queue {
     };
 
     uint64_t completed() const { return __atomic_load_n(progress_.on_host, __ATOMIC_ACQUIRE); }
-    size_t staging(uint64_t size);
+    HostStaging::Slot& take_staging(uint64_t size);
     void gather(uint64_t kind, const Buffer& buffer, uint64_t offset, const void* on_host, uint64_t size, Operation operation);
     void submit();
     Graph& graph_of_pending();
     void drop_pending() noexcept;
-    void forget_read(const void* dst);
-    void deliver(uint64_t value);  // the reads up to that point, which is reached
 
     Gpu& gpu_;
     cudaStream_t stream_ = nullptr;
@@ -105,8 +96,7 @@ class Queue {
     std::vector<Operation> pending_;
     Key pending_key_;  // which operations, and on which memory: an address alone may be another's by the time a graph runs again
     std::list<KnownGraph> graphs_;  // the last used first
-    std::vector<Staging> staging_;
-    std::vector<PendingRead> reads_;
+    HostStaging staging_;
     std::exception_ptr settle_failure_;  // for the next signal to report
 };
 

@@ -33,17 +33,11 @@ std::vector<uint64_t> serials_of(Buffers buffers) {
 RecordedStage::RecordedStage(Gpu& gpu, std::unique_ptr<Stage> stage) : gpu_(gpu), stage_(std::move(stage)), serial_(next_serial()) {}
 
 void RecordedStage::prepare(Queue& queue, Buffers in) {
-    std::vector<std::vector<std::byte>> copies(in.size());
-    std::vector<InBuffer> given(in.size());
-    for (size_t i = 0; i < in.size(); ++i) {
-        if (in[i] == nullptr) continue;
-        copies[i] = queue.contents(*in[i]);
-        given[i] = {copies[i].data(), in[i]->size()};
-    }
+    const HostCopies given(queue, in);
     const std::lock_guard lock(mutex_);
     gpu_.settle();
     known_.clear();
-    stage_->prepare(given);
+    stage_->prepare(given.views());
 }
 
 void RecordedStage::enqueue(Queue& queue, Buffers in, Buffers out) {
