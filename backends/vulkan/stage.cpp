@@ -1,8 +1,6 @@
 // See stage.hpp.
 #include "backends/vulkan/stage.hpp"
 
-#include <algorithm>
-
 namespace defrec::vulkan {
 namespace {
 
@@ -36,35 +34,21 @@ void RecordedStage::prepare(Queue& queue, Buffers in) {
     stage_->prepare(given.views());
 }
 
-RecordedStage::Serials RecordedStage::serials(Buffers in, Buffers out) {
-    if (std::max(in.size(), out.size()) > kMaxBuffers) throw StageError(DEFREC_ERROR_ARGUMENT, "too many buffers");
-    Serials result{};
-    for (size_t i = 0; i < in.size(); ++i) result[i] = in[i] == nullptr ? 0 : in[i]->serial();
-    for (size_t i = 0; i < out.size(); ++i) result[kMaxBuffers + i] = out[i] == nullptr ? 0 : out[i]->serial();
-    return result;
-}
-
 void RecordedStage::enqueue(Queue& queue, Buffers in, Buffers out) {
     const std::lock_guard lock(mutex_);
-    const Serials wanted = serials(in, out);
-    auto run = std::find_if(runs_.begin(), runs_.end(), [&](const Run& known) {
-        return known.buffers == wanted && known.in_count == in.size() && known.out_count == out.size();
-    });
-    if (run == runs_.end()) {
+    const auto* known = runs_.find(in, out);
+    if (known == nullptr) {
         if (runs_.size() == kMostRuns) {
             device_.settle();
-            runs_.pop_back();
+            runs_.drop_last();
         }
-        std::list<Run> added;
-        Run& made = added.emplace_back(wanted, in.size(), out.size(), device_);
-        Recorder recorder(made.recording);
+        auto recording = std::make_unique<Recording>(device_);
+        Recorder recorder(*recording);
         stage_->record(recorder, in, out);
         recorder.finish();
-        runs_.splice(runs_.begin(), added);
-    } else {
-        runs_.splice(runs_.begin(), runs_, run);
+        known = &runs_.add(in, out, std::move(recording));
     }
-    queue.run(runs_.front().recording.commands());
+    queue.run((*known)->commands());
 }
 
 }  // namespace defrec::vulkan

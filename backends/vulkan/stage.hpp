@@ -1,12 +1,11 @@
 // What a stage of the Vulkan backend looks like from outside. plugins/vulkan puts it behind the plugin ABI.
 #pragma once
-#include <array>
-#include <list>
 #include <memory>
 #include <mutex>
 #include <span>
 #include <vector>
 
+#include "backends/shared/recorded_runs.hpp"
 #include "backends/shared/stage.hpp"
 #include "backends/vulkan/queue.hpp"
 #include "backends/vulkan/recorder.hpp"
@@ -39,19 +38,10 @@ class RecordedStage {
     static constexpr size_t kMaxBuffers = 24;  // of inputs, and of outputs
 
   private:
-    using Serials = std::array<uint64_t, 2 * kMaxBuffers>;  // of the inputs, then of the outputs; 0: not given
-    static Serials serials(Buffers in, Buffers out);
-    struct Run {
-        Serials buffers;
-        size_t in_count, out_count;
-        Recording recording;
-        Run(const Serials& serials, size_t ins, size_t outs, Device& device)
-            : buffers(serials), in_count(ins), out_count(outs), recording(device) {}
-    };
     Device& device_;
     std::unique_ptr<Stage> stage_;
     std::mutex mutex_;
-    std::list<Run> runs_;  // the last used first
+    RecordedRuns<std::unique_ptr<Recording>, Buffer> runs_;
 };
 
 // Throws StageError(DEFREC_ERROR_UNSUPPORTED) where a stage is asked for more of something than it can do on this device.

@@ -6,18 +6,13 @@
 
 namespace defrec::under_test {
 
+namespace backend = cuda;
 constexpr const char* kBackend = "cuda, emulated";
-constexpr bool kReadsCounts = false;  // only the device knows the numbers in buffers
 inline bool available() { return true; }
-
-template <class Check>
-void on_every_target(Check&& check) {
-    check();
-}
 
 cuda::Device& device();
 std::unique_ptr<Stage> in_host_memory(std::unique_ptr<cuda::Stage> stage);
 
 }  // namespace defrec::under_test
 
-#include "backends/cuda/under_test_makers.hpp"
+#include "backends/shared/test_device_makers.hpp"

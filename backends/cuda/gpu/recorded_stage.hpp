@@ -1,11 +1,11 @@
 // A stage with what it recorded for each set of buffers. plugins/cuda puts it behind the plugin ABI.
 #pragma once
-#include <list>
 #include <memory>
 #include <mutex>
 
 #include "backends/cuda/gpu/queue.hpp"
 #include "backends/cuda/stage.hpp"
+#include "backends/shared/recorded_runs.hpp"
 
 namespace defrec::cuda {
 
@@ -23,15 +23,11 @@ class RecordedStage {
     static constexpr size_t kMaxBuffers = 24;  // of inputs, and of outputs
 
   private:
-    struct Known {
-        std::vector<uint64_t> inputs, outputs;  // Buffer::serial; 0: not given
-        std::shared_ptr<const StageRun> run;
-    };
     Gpu& gpu_;
     std::unique_ptr<Stage> stage_;
     uint64_t serial_;
     std::mutex mutex_;
-    std::list<Known> known_;  // the last used first
+    RecordedRuns<std::shared_ptr<const StageRun>, Buffer> runs_;
 };
 
 }  // namespace defrec::cuda

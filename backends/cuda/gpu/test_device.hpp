@@ -7,21 +7,15 @@
 
 namespace defrec::under_test {
 
+namespace backend = cuda;
 constexpr const char* kBackend = "cuda";
-constexpr bool kReadsCounts = false;  // only the device knows the numbers in buffers
 
 // False, with a message, where there is no device to test on.
 bool available();
 cuda::Gpu& device();
 
-// Calls check() for everything that the backend's code may run on.
-template <class Check>
-void on_every_target(Check&& check) {
-    check();
-}
-
 std::unique_ptr<Stage> in_host_memory(std::unique_ptr<cuda::Stage> stage);
 
 }  // namespace defrec::under_test
 
-#include "backends/cuda/under_test_makers.hpp"
+#include "backends/shared/test_device_makers.hpp"
