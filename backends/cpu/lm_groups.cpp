@@ -81,7 +81,7 @@ void LmGroups::store_sighting(size_t at, const Item& item, const Sighting<float>
 void LmGroups::set_frame(const defrec_lm_params& params, const LmFrame& frame) {
     const float match_c2 = 1 / (params.match_tukey_mm * params.match_tukey_mm);
     const float patch_c2 = 1 / (params.patch_tukey_px * params.patch_tukey_px);
-    const float ramp = 1 / (5 * params.match_threshold_mm);
+    const float ramp = LmConstants(params).match_slope;
     for (LmGroup& group : groups_) {
         group.sightings = 0;
         for (size_t i = group.first_landmark; frame.matches && i < group.first_landmark + group.landmarks;

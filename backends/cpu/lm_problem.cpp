@@ -87,11 +87,11 @@ void LmProblem::sum_surface(size_t task, bool linearise) {
 }
 
 void LmProblem::sum_arap(bool linearise) {
-    const float spacing2 = params_.node_spacing_mm * params_.node_spacing_mm;
+    const LmConstants constants(params_);
     if (linearise) std::fill(edge_nodes_.begin(), edge_nodes_.end(), 0.0f);
     arap_cost_ =
-        sum_edges({&edges_, poses_.data(), params_.length_weight, params_.angle_weight * spacing2,
-                   params_.rotation_weight * spacing2, linearise, trial_.lower.data(), edge_nodes_.data()});
+        sum_edges({&edges_, poses_.data(), constants.length_weight, constants.angle_weight,
+                   constants.rotation_weight, linearise, trial_.lower.data(), edge_nodes_.data()});
 }
 
 // The weight of the ARAP term follows that of the data (paper, below its equation 1).

@@ -112,27 +112,8 @@ class Lm final : public Stage {
 
   private:
     LmParameters parameters(const DisparityImage& image) const {
-        const float spacing2 = p_.node_spacing_mm * p_.node_spacing_mm;
-        return {p_.camera,
-                image,
-                p_.nodes,
-                p_.points,
-                p_.landmarks,
-                p_.iterations,
-                p_.solver == DEFREC_SOLVER_INDEPENDENT ? 0 : p_.cg_iterations,
-                p_.icp_weight,
-                p_.match_weight,
-                p_.patch_weight,
-                p_.icp_tukey_mm,
-                p_.match_tukey_mm,
-                p_.patch_tukey_px,
-                p_.association_mm,
-                1 / (5 * p_.match_threshold_mm),
-                p_.length_weight,
-                p_.angle_weight * spacing2,
-                p_.rotation_weight * spacing2,
-                spacing2,
-                p_.damping};
+        const uint32_t steps = p_.solver == DEFREC_SOLVER_INDEPENDENT ? 0 : p_.cg_iterations;
+        return {LmConstants(p_), p_.camera, image, p_.nodes, p_.points, p_.landmarks, p_.iterations, steps};
     }
     // False where shared memory does not hold that. One block for each multiprocessor: more would only make barriers longer.
     template <bool kShared>

@@ -2,20 +2,16 @@
 #pragma once
 #include "backends/cuda/device_code.hpp"
 #include "backends/cuda/lm_plan.hpp"
+#include "backends/shared/lm_inputs.hpp"
 #include "backends/shared/lm_terms.hpp"
 
 namespace defrec::cuda {
 
-struct LmParameters {
+struct LmParameters : LmConstants {
     defrec_camera camera;
     DisparityImage image;
     uint32_t nodes, points, landmarks;
     uint32_t iterations, steps;  // steps of the conjugate gradients; 0: every control point by itself
-    float icp_weight, match_weight, patch_weight;
-    float icp_tukey, match_tukey, patch_tukey;  // mm, mm, px
-    float association, match_slope;             // mm; 1 / (5 H)
-    float length_weight, angle_weight, rotation_weight;  // the last two times the squared node spacing
-    float spacing2, damping;
 };
 
 // The template. Items are points, then landmarks, then patches; from shares on as in LmPlan.

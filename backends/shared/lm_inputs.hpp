@@ -115,6 +115,30 @@ struct LmTemplate {
     }
 };
 
+// The parameters of the cost as the terms take them, in single precision.
+struct LmConstants {
+    float icp_weight, match_weight, patch_weight;
+    float icp_tukey, match_tukey, patch_tukey;           // mm, mm, px
+    float association, match_slope;                      // mm; 1 / (5 H)
+    float length_weight, angle_weight, rotation_weight;  // the last two times the squared node spacing
+    float spacing2, damping;
+
+    explicit LmConstants(const defrec_lm_params& params)
+        : icp_weight(params.icp_weight),
+          match_weight(params.match_weight),
+          patch_weight(params.patch_weight),
+          icp_tukey(params.icp_tukey_mm),
+          match_tukey(params.match_tukey_mm),
+          patch_tukey(params.patch_tukey_px),
+          association(params.association_mm),
+          match_slope(1 / (5 * params.match_threshold_mm)),
+          length_weight(params.length_weight),
+          angle_weight(params.angle_weight * (params.node_spacing_mm * params.node_spacing_mm)),
+          rotation_weight(params.rotation_weight * (params.node_spacing_mm * params.node_spacing_mm)),
+          spacing2(params.node_spacing_mm * params.node_spacing_mm),
+          damping(params.damping) {}
+};
+
 // One frame; pointers are nullptr where nothing was given.
 struct LmFrame {
     const defrec_motion* motions;

@@ -14,11 +14,7 @@ struct Push {
     Camera camera;
     DisparityImage image;
     uint32_t nodes, points, landmarks, patches, edges, blocks;
-    float icp_weight, match_weight, patch_weight;
-    float icp_tukey, match_tukey, patch_tukey;
-    float association, match_slope;
-    float length_weight, angle_weight, rotation_weight;
-    float spacing2, damping;
+    LmConstants constants;
     uint32_t given, evaluation, step;
 };
 constexpr uint32_t kMatchesGiven = 1, kObservationsGiven = 2, kPresolve = 4;
@@ -169,7 +165,6 @@ class Lm final : public Stage {
 
   private:
     Push first_push(bool matches, bool observations, bool disparity) const {
-        const float spacing2 = p_.node_spacing_mm * p_.node_spacing_mm;
         return {Camera(p_.camera),
                 DisparityImage(p_, disparity),
                 p_.nodes,
@@ -178,19 +173,7 @@ class Lm final : public Stage {
                 p_.patches,
                 surface_->edges,
                 surface_->blocks,
-                p_.icp_weight,
-                p_.match_weight,
-                p_.patch_weight,
-                p_.icp_tukey_mm,
-                p_.match_tukey_mm,
-                p_.patch_tukey_px,
-                p_.association_mm,
-                1 / (5 * p_.match_threshold_mm),
-                p_.length_weight,
-                p_.angle_weight * spacing2,
-                p_.rotation_weight * spacing2,
-                spacing2,
-                p_.damping,
+                LmConstants(p_),
                 (matches ? kMatchesGiven : 0) | (observations ? kObservationsGiven : 0) |
                     (matches && p_.presolve != 0 ? kPresolve : 0),
                 0,
