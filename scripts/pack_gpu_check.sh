@@ -1,16 +1,17 @@
 #!/usr/bin/env bash
 # Packs a folder that checks the GPU of another machine, which needs nothing but its driver and a C library (docs/cuda.md).
-#   scripts/pack_gpu_check.sh [--build FOLDER] OUT        FOLDER: where the project is configured, default build; OUT is made anew
+#   scripts/pack_gpu_check.sh [--build FOLDER] OUT        FOLDER: where the project is configured, default the repository's build; OUT is made anew
 set -euo pipefail
-cd "$(dirname "$0")/.."
+root="$(cd "$(dirname "$0")/.." && pwd)"
 
-build=build
-if [ "${1:-}" = --build ]; then
-    build="$2"
+build="$root/build"
+if [ "${1:-}" = --build ] && [ $# -gt 1 ]; then
+    build="$(realpath -m "$2")"
     shift 2
 fi
-[ $# = 1 ] || { echo "usage: scripts/pack_gpu_check.sh [--build FOLDER] OUT" >&2; exit 2; }
-out="$1"
+[ $# = 1 ] && [[ "$1" != -* ]] || { echo "usage: scripts/pack_gpu_check.sh [--build FOLDER] OUT" >&2; exit 2; }
+out="$(realpath -m "$1")"
+cd "$root"
 if [ -e "$out" ] && [ ! -e "$out/check.sh" ]; then
     echo "$out exists, and is no such folder" >&2
     exit 2

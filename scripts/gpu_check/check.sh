@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Checks this machine's GPU: the tests of the GPU backends, the conformance suite, the benchmark, and the kernels under compute-sanitizer
-# where it is installed. Needs bash, coreutils and the GPU's driver.
+# where it is installed. Needs bash, coreutils, grep, sed and the GPU's driver.
 usage="usage: check.sh [OPTION...] [tests] [conformance] [bench] [sanitizer]     without a part: all of them
   --backend NAME    cuda or vulkan; may be repeated. Default: those of the two that find a device
   --stage NAME      of tests, conformance and sanitizer what concerns this stage alone; may be repeated
@@ -12,7 +12,7 @@ usage="usage: check.sh [OPTION...] [tests] [conformance] [bench] [sanitizer]    
   --time-limit S    for everything; what has not ended by then is ended, and not passed. Default 3600
   --out FOLDER      for results; default: results, in the folder where you are"
 set -uo pipefail
-here="$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)"
+here="$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")"
 
 fail_usage() { printf '%s\n%s\n' "$1" "$usage" >&2; exit 2; }
 one_of() {  # NAME GIVEN KNOWN...
@@ -20,6 +20,7 @@ one_of() {  # NAME GIVEN KNOWN...
     shift 2
     [[ " $* " == *" $given "* ]] || fail_usage "$name: '$given' is none of $*"
 }
+whole() { [[ "$2" =~ ^[1-9][0-9]{0,6}$ ]] || fail_usage "$1: '$2' is no whole number from 1 on"; }
 all_stages=(rectify stereo orb match align ransac lm warp) all_tools=(memcheck racecheck initcheck synccheck)
 parts=() backends=() stages=() tiers=() tools=() smoke=() places="$(nproc)" time_limit=3600 out=results
 while [ $# -gt 0 ]; do
@@ -28,13 +29,13 @@ while [ $# -gt 0 ]; do
     esac
     case "$1" in
         tests | conformance | bench | sanitizer) parts+=("$1") ;;
-        --backend) backends+=("$2"); shift ;;
+        --backend) one_of "$1" "$2" cuda vulkan; backends+=("$2"); shift ;;
         --stage) one_of "$1" "$2" "${all_stages[@]}"; stages+=("$2"); shift ;;
         --tier) one_of "$1" "$2" abi stage sequence stress; tiers+=("$2"); shift ;;
         --tool) one_of "$1" "$2" "${all_tools[@]}"; tools+=("$2"); shift ;;
         --smoke) smoke=(--smoke) ;;
-        --jobs) places="$2"; shift ;;
-        --time-limit) time_limit="$2"; shift ;;
+        --jobs) whole "$1" "$2"; places="$2"; shift ;;
+        --time-limit) whole "$1" "$2"; time_limit="$2"; shift ;;
         --out) out="$2"; shift ;;
         --help) echo "$usage"; exit 0 ;;
         *) fail_usage "unknown: $1" ;;
@@ -72,9 +73,17 @@ fi
     command -v nvidia-smi >/dev/null && nvidia-smi
 } >"$out/machine.txt" 2>&1
 
+why_no_device() {  # BACKEND: the CUDA backend's tests can tell
+    [ "$1" != cuda ] || [ ! -e "$here/tests/defrec_cuda_tests" ] ||
+        "$here/tests/defrec_cuda_tests" --no-version "--test-case=the machine's GPUs*" 2>&1 | sed -n 's/.*skipped: no CUDA device: /: /p'
+}
 if [ ${#backends[@]} -eq 0 ]; then
     for backend in cuda vulkan; do
-        if grep -q "^$backend:" "$out/devices.txt"; then backends+=("$backend"); else echo "skipped     $backend: no device" | tee -a "$summary"; fi
+        if grep -q "^$backend:" "$out/devices.txt"; then
+            backends+=("$backend")
+        else
+            echo "skipped     $backend: no device$(why_no_device "$backend")" | tee -a "$summary"
+        fi
     done
 fi
 
@@ -84,8 +93,8 @@ left() { echo $((time_limit - SECONDS)); }
 tell() { printf '%-11s %5d s  %s\n' "$1" "$2" "$3" | tee -a "$summary"; }
 # NAME COMMAND...: its output in NAME.log, one line in the summary.
 run() {
-    local name="$1" log began=$SECONDS verdict code
-    log="$out/${1//\//_}.log"
+    local name="$1" log="$out/${1//\//_}.log" began=$SECONDS verdict code
+    rm -rf "$log" "${log%.log}" "${log%.log}.json"  # of an earlier run
     shift
     [ "$(left)" -gt 0 ] || { tell "NOT RUN" 0 "$name: no time left"; return; }
     timeout -k 5 "$(left)" "$@" >"$log" 2>&1 &
@@ -161,25 +170,25 @@ conformance() {
     done
 }
 
+measure() {  # BACKEND NAME OPTION...: one run of the benchmark, its result in bench_BACKEND_NAME.json
+    local backend="$1" name="$2" log="$out/bench_$1_$2"
+    shift 2
+    start "bench/$backend/$name" "$here/bin/defrec-bench" bench --backend "$backend" --json --quiet "$@"
+    wait
+    grep -q '^{' "$log.log" 2>/dev/null || return  # it failed, or was not run
+    mv "$log.log" "$log.json"
+    sed -n '/"submit_to_result"/,/}/s/.*"\(median\|p99\)_ms": \([0-9.]*\).*/\1 \2 ms/p; s/.*"frames_per_second": \([0-9.]*\).*/\1 frames a second/p' \
+        "$log.json" | sed 's/^/                         /' | tee -a "$summary"
+}
 bench() {
-    local backend name size more log
+    local backend
     wait
     for backend in "${backends[@]}"; do
-        while read -r name size more; do
-            start "bench/$backend/$name" "$here/bin/defrec-bench" bench --backend "$backend" --size "$size" --json --quiet $more
-            wait
-            log="$out/bench_${backend}_$name"
-            [ -e "$log.log" ] || continue
-            mv "$log.log" "$log.json"
-            sed -n '/"submit_to_result"/,/}/s/.*"\(median\|p99\)_ms": \([0-9.]*\).*/\1 \2 ms/p; s/.*"frames_per_second": \([0-9.]*\).*/\1 frames a second/p' \
-                "$log.json" | sed 's/^/                         /' | tee -a "$summary"
-        done <<SIZES
-360x288 360x288 --frames 600 --warm-up 300
-960x540 960x540 --frames 600 --warm-up 300
-960x540_128 960x540 --frames 600 --warm-up 300 --config $here/bench_128.yaml
-1920x1080 1920x1080 --frames 300 --warm-up 100
-960x540_32_trackers 960x540 --frames 100 --warm-up 20 --trackers 32
-SIZES
+        measure "$backend" 360x288 --size 360x288 --frames 600 --warm-up 300
+        measure "$backend" 960x540 --size 960x540 --frames 600 --warm-up 300
+        measure "$backend" 960x540_128 --size 960x540 --frames 600 --warm-up 300 --config "$here/bench_128.yaml"
+        measure "$backend" 1920x1080 --size 1920x1080 --frames 300 --warm-up 100
+        measure "$backend" 960x540_32_trackers --size 960x540 --frames 100 --warm-up 20 --trackers 32
     done
 }
 
