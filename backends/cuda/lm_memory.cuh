@@ -6,7 +6,7 @@ namespace defrec::cuda {
 
 // What a chunk needs, always in shared memory.
 constexpr size_t kLmChunkFloats = (kRecord + kConnectionRecord) * kLmChunk + kLmMostTerms / 2;
-// All else.
+// All else, as lm_memory takes it.
 constexpr size_t lm_local_floats(const LmPlan& plan) {
     const size_t floats = (4 * (kPose + kPresent) + 3 * 6 + 1) * size_t{plan.most_known} + (kOwn + kOwnFactor + 1) * size_t{plan.rows} + 1 +
                           (36 + 1) * size_t{plan.most_places} + sizeof(LmSum) / sizeof(float) * plan.most_sums;

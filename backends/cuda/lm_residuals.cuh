@@ -130,8 +130,7 @@ __device__ __forceinline__ NodePose<float> pose_of(const LmMemory& memory, uint3
     return {quaternion_of(memory.poses[kPose * node]), vector_of(memory.poses[kPose * node + 2])};
 }
 
-// An edge from i's side. Its record goes to slot, and the block between the two
-// to the matrix.
+// An edge from i's side. Its record goes to slot, and the block between the two to the matrix.
 __device__ __forceinline__ void evaluate_connection(const LmView& view, const LmMemory& memory, uint32_t which, uint32_t slot,
                                                     bool record, float (&sums)[kSums]) {
     const LmParameters& p = view.p;

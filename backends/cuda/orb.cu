@@ -1,5 +1,5 @@
 // Stage orb: the pyramid, the corner of each cell, distances between them, the choice, and a description of each feature; one kernel for
-// each, all levels at once. docs/stages/orb.md.
+// each, all levels at once (the pyramid: four). docs/stages/orb.md.
 #include "backends/cuda/orb_steps.hpp"
 #include "backends/cuda/stages.hpp"
 

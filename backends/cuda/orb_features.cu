@@ -1,5 +1,4 @@
-// Stage orb, sections 7 to 9 and 2 (docs/stages/orb.md): a warp makes a feature from the pixels round it, which it smooths itself. Also
-// pyramid and smoothed image for those who ask for them.
+// Stage orb, sections 7 to 9 (docs/stages/orb.md): a warp makes a feature from the pixels round it, which it smooths itself (section 2).
 #include <vector>
 
 #include "backends/cuda/orb_score.cuh"
@@ -139,29 +138,6 @@ __global__ void __launch_bounds__(kWarps * kWarp) describe(OrbLevels levels, con
 }
 static_assert(sizeof(defrec_feature) == 4 * (4 + kWords));
 
-constexpr int kImageColumns = 32, kImageRows = 8;
-
-__global__ void __launch_bounds__(kImageColumns * kImageRows) copy_images(OrbLevels levels, const uint8_t* pyramid, uint8_t* pyramid_copy,
-                                                                          uint16_t* smoothed) {
-    const OrbLevel& level = levels.level[blockIdx.z];
-    const int x = static_cast<int>(blockIdx.x * kImageColumns + threadIdx.x), y = static_cast<int>(blockIdx.y * kImageRows + threadIdx.y);
-    if (x >= level.width || y >= level.height) return;
-    const uint8_t* const pixel = pyramid + level.first + y * level.stride + x;
-    const uint32_t at = level.first_pixel + static_cast<uint32_t>(y * level.width + x);
-    if (pyramid_copy != nullptr) pyramid_copy[at] = *pixel;
-    if (smoothed == nullptr) return;
-    constexpr int kLast = kSmoothRadius;
-    uint32_t sum = 0;
-    if (level.cells_x > 0 && x >= kLast && y >= kLast && x < level.width - kLast && y < level.height - kLast) {
-        const auto across = [&](int dy) {
-            const uint8_t* p = pixel + dy * level.stride;
-            return static_cast<uint32_t>(p[-2] + p[2] + 4 * (p[-1] + p[1]) + 6 * p[0]);
-        };
-        sum = across(-2) + across(2) + 4 * (across(-1) + across(1)) + 6 * across(0);
-    }
-    smoothed[at] = static_cast<uint16_t>(sum);
-}
-
 }  // namespace
 
 std::vector<uint32_t> orb_patterns() {
@@ -180,14 +156,6 @@ void record_orb_features(Recorder& recorder, const defrec_orb_params& params, co
                          const uint32_t* patterns) {
     recorder.launch(describe, {cover(params.capacity, kWarps), kWarps * kWarp}, levels, memory.pyramid, memory.corners, memory.kept,
                     memory.feature_count, patterns, reinterpret_cast<uint32_t*>(memory.features));
-}
-
-void record_orb_images(Recorder& recorder, const OrbLevels& levels, const OrbMemory& memory, uint8_t* pyramid, uint16_t* smoothed) {
-    if (pyramid == nullptr && smoothed == nullptr) return;
-    const OrbLevel& largest = levels.level[0];
-    const dim3 blocks(cover(static_cast<uint32_t>(largest.width), kImageColumns), cover(static_cast<uint32_t>(largest.height), kImageRows),
-                      static_cast<uint32_t>(levels.count));
-    recorder.launch(copy_images, {blocks, dim3(kImageColumns, kImageRows)}, levels, memory.pyramid, pyramid, smoothed);
 }
 
 }  // namespace defrec::cuda

@@ -1,4 +1,5 @@
-// The steps of the stage orb on the device, in the order of docs/stages/orb.md. Not the stage: see orb.cu.
+// The steps of the stage orb on the device, in the order of docs/stages/orb.md; record_orb_corners is in orb_corners.cu, and so on. Not the
+// stage: see orb.cu.
 #pragma once
 #include "backends/cuda/device.hpp"
 #include "backends/cuda/recorder.hpp"
@@ -37,7 +38,7 @@ void record_orb_pyramid(Recorder& recorder, const defrec_orb_params& params, con
 // scores: nullptr, or an image of zeros without gaps.
 void record_orb_corners(Recorder& recorder, const defrec_orb_params& params, const OrbLevels& levels, const OrbMemory& memory,
                         uint8_t* scores);
-// And keys. counts: zeros before. distances: as out 6 has them, or nullptr.
+// And keys with their counts, which are zeros before. distances: as out 6 has them, or nullptr.
 void record_orb_distances(Recorder& recorder, const OrbLevels& levels, const OrbMemory& memory, uint8_t* distances);
 void record_orb_selection(Recorder& recorder, const defrec_orb_params& params, uint32_t cells, const OrbMemory& memory);
 // patterns: orb_patterns.

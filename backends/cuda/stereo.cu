@@ -1,5 +1,5 @@
 // Stage stereo: half resolution from the images to a refined field, then full resolution from the hypothesis to the result.
-// docs/stages/stereo.md. Seven kernels, one after the other.
+// docs/stages/stereo.md. Seven kernels, one after the other; large images and many passes of smoothing take one more each.
 #include <bit>
 
 #include "backends/cuda/stages.hpp"

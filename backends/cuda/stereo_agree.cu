@@ -6,7 +6,8 @@
 namespace defrec::cuda {
 namespace {
 
-constexpr int kWidth = 32, kHeight = 16, kThreads = 384;
+constexpr int kWidth = 32, kHeight = 16;
+constexpr int kThreads = 384;  // for the 36 x 20 supported pixels in two rounds
 constexpr int kSmoothed = kHalfSmoothRadius, kReach = 4;  // of section 5
 constexpr int kRun = 4, kLine = kRun + 2 * kSmoothed;
 constexpr int kSupportedWidth = kWidth + 2 * kSmoothed, kSupportedHeight = kHeight + 2 * kSmoothed;
@@ -47,7 +48,7 @@ __device__ float supported(const Tile& tile, int column, int row, int support) {
 }
 
 __device__ void make_coarser(Tile& tile, const DisparityPyramid& pyramid, int left, int top) {
-    const int last = min(kTiledLevels, pyramid.count - 1);
+    const int last = top_level(pyramid);
     for (int level = 1; level <= last; ++level) {
         const auto& fine = tile.fields[(level - 1) % 2];
         auto& coarse = tile.fields[level % 2];

@@ -9,7 +9,8 @@ namespace {
 
 using Level = DisparityPyramid::Level;
 
-constexpr int kThreads = 320;  // at 480 x 270 there are fewer blocks than two for each multiprocessor
+// For the runs of columns of two images at a radius of 4, 2 x 40 x 4. At 480 x 270 there are fewer blocks than two for each multiprocessor.
+constexpr int kThreads = 320;
 
 constexpr int kMostPixels = 512;                             // of a top level that every block fills for itself, with what is coarser
 constexpr int kOwned = kRefineTile - 2 * kHalfSmoothRadius;  // side of what a block is there for
@@ -95,7 +96,7 @@ constexpr int most_pixels() {
 
 // Fills the pixels of `part` of the finest field: memory begins with them. whole: the top level is not filled yet.
 __device__ void fill_part(const DisparityPyramid& pyramid, const Part& part, bool whole, int16_t* memory) {
-    const int top = min(kTiledLevels, pyramid.count - 1);
+    const int top = top_level(pyramid);
     Part parts[kTiledLevels + 1];
     int first[kTiledLevels + 1];
     parts[0] = part;

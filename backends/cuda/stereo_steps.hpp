@@ -20,7 +20,7 @@ constexpr int gray_stride(int stride) { return stride + 2 * kGrayMargin; }
 
 // The field at half resolution and its coarser ones, down to one pixel, one after the other in one buffer.
 struct DisparityPyramid {
-    static constexpr int kMostLevels = 14;
+    static constexpr int kMostLevels = 14;  // one more than half of 8192 px takes
     struct Level {
         int width, height, offset;
     };
@@ -30,7 +30,7 @@ struct DisparityPyramid {
 };
 // Those that the kernel before the filling makes: level 4 at most.
 constexpr int kTiledLevels = 4;
-inline int top_level(const DisparityPyramid& pyramid) { return std::min(kTiledLevels, pyramid.count - 1); }
+constexpr int top_level(const DisparityPyramid& pyramid) { return pyramid.count > kTiledLevels ? kTiledLevels : pyramid.count - 1; }
 
 // 1, 2
 struct PreparedImage {
