@@ -10,7 +10,8 @@ struct Touched {
 };
 
 Touched touched(const Operation& operation) {
-    if (const auto* upload = std::get_if<Upload>(&operation)) return {0, {}, {{upload->to, upload->size}}};
+    if (const auto* upload = std::get_if<Upload>(&operation))
+        return {0, {{static_cast<const std::byte*>(upload->from), upload->size}}, {{upload->to, upload->size}}};
     if (const auto* download = std::get_if<Download>(&operation))
         return {0, {{download->from, download->size}}, {{static_cast<const std::byte*>(download->to), download->size}}};
     const StageRun& run = *std::get<std::shared_ptr<const StageRun>>(operation);

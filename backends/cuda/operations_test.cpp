@@ -45,6 +45,12 @@ TEST_CASE("memory is not overwritten before it was read, nor written in another 
     CHECK(dependencies(operations) == Waits{{}, {0}, {1}, {2}, {}});
 }
 
+TEST_CASE("the host's memory is like the device's: it is read after it was written, and not overwritten before it was read") {
+    const std::vector<Operation> there_and_back{Download{memory + 900, memory, 10}, Upload{memory + 100, memory + 905, 10},
+                                                Download{memory + 910, memory + 200, 10}, Upload{memory + 300, memory + 914, 1}};
+    CHECK(dependencies(there_and_back) == Waits{{}, {0}, {1}, {2}});
+}
+
 TEST_CASE("runs of one stage follow each other, those of a reentrant one need not") {
     const std::vector<Operation> same{run(3, {part(0, 1)}, {part(1, 1)}), run(3, {part(2, 1)}, {part(3, 1)})};
     CHECK(dependencies(same) == Waits{{}, {0}});

@@ -115,12 +115,13 @@ std::vector<GpuInfo> list_gpus(std::string& why_none) {
 Gpu::Gpu(int ordinal) : ordinal_(ordinal), limits_(read_limits(ordinal)) {
     CUcontext before = nullptr, primary = nullptr;
     driver().current(&before);
-    cudaError_t error = cudaSetDevice(ordinal);
-    if (error == cudaSuccess) error = cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking);
+    const cudaError_t error = cudaSetDevice(ordinal);
     driver().current(&primary);
     context_ = primary;
     driver().make_current(before);
     check(error, "opening the CUDA device");
+    const Use use(*this);
+    check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "cudaStreamCreate");
 }
 
 Gpu::~Gpu() {
@@ -128,8 +129,13 @@ Gpu::~Gpu() {
     cudaStreamDestroy(stream_);
 }
 
-Gpu::Use::Use(const Gpu& gpu) { driver().push(static_cast<CUcontext>(gpu.context_)); }
+// An application's capture in CUDA's default mode forbids the process's other threads many calls, and one of them would spoil the capture.
+Gpu::Use::Use(const Gpu& gpu) {
+    driver().push(static_cast<CUcontext>(gpu.context_));
+    cudaThreadExchangeStreamCaptureMode(&mode_);
+}
 Gpu::Use::~Use() {
+    cudaThreadExchangeStreamCaptureMode(&mode_);
     CUcontext popped;
     driver().pop(&popped);
 }

@@ -32,14 +32,17 @@ class Gpu final : public Device {
     Gpu(const Gpu&) = delete;
     Gpu& operator=(const Gpu&) = delete;
 
-    // Makes the device's primary context that of this thread; what the application had is back at the end. Every function here does it
-    // by itself; those who call CUDA on their own need it.
+    // Makes the device's primary context that of this thread, and allows it every call while another thread captures a graph; what the
+    // application had is back at the end. Every function here does it by itself; those who call CUDA on their own need it.
     class Use {
       public:
         explicit Use(const Gpu& gpu);
         ~Use();
         Use(const Use&) = delete;
         Use& operator=(const Use&) = delete;
+
+      private:
+        cudaStreamCaptureMode mode_ = cudaStreamCaptureModeRelaxed;  // then the thread's own
     };
 
     const Limits& limits() const override { return limits_; }

@@ -80,6 +80,12 @@ class Builder {
     cudaGraph_t graph_ = nullptr;
 };
 
+// CUDA takes no node twice.
+void add_new(Nodes& nodes, const Nodes& others) {
+    for (const cudaGraphNode_t node : others)
+        if (std::find(nodes.begin(), nodes.end(), node) == nodes.end()) nodes.push_back(node);
+}
+
 }  // namespace
 
 void allow_shared(const void* function, size_t shared, const Limits& limits) {
@@ -100,8 +106,7 @@ Graph::Graph(std::span<const Operation> operations, const Progress& progress, co
     for (size_t i = 0; i < operations.size(); ++i) {
         Nodes after;
         for (const size_t j : waits[i]) {
-            for (const cudaGraphNode_t node : last[j])
-                if (std::find(after.begin(), after.end(), node) == after.end()) after.push_back(node);
+            add_new(after, last[j]);
             waited_for[j] = true;
         }
         last[i] = builder.add(operations[i], after);
@@ -109,7 +114,7 @@ Graph::Graph(std::span<const Operation> operations, const Progress& progress, co
     }
     Nodes ends;
     for (size_t i = 0; i < operations.size(); ++i)
-        if (!waited_for[i]) ends.insert(ends.end(), last[i].begin(), last[i].end());
+        if (!waited_for[i]) add_new(ends, last[i]);
     builder.add(publish_call(progress), ends);
     check(cudaGraphInstantiate(&executable_, builder.graph(), 0), "cudaGraphInstantiate");
 }

@@ -44,13 +44,22 @@ Queue::~Queue() {
 
 void Queue::run(std::shared_ptr<const StageRun> run) {
     const std::lock_guard lock(mutex_);
-    pending_key_.insert(pending_key_.end(), {kRun, run->serial});
-    pending_.emplace_back(std::move(run));
+    gather({kRun, run->serial}, run);
 }
 
 void Queue::gather(uint64_t kind, const Buffer& buffer, uint64_t offset, const void* on_host, uint64_t size, Operation operation) {
-    pending_key_.insert(pending_key_.end(), {kind, buffer.serial(), offset, gpu_.host_serial(on_host, size), address(on_host), size});
+    gather({kind, buffer.serial(), offset, gpu_.host_serial(on_host, size), address(on_host), size}, std::move(operation));
+}
+
+// Both or neither: a key of other operations than these would name a wrong graph for ever.
+void Queue::gather(std::initializer_list<uint64_t> key, Operation operation) {
     pending_.push_back(std::move(operation));
+    try {
+        pending_key_.insert(pending_key_.end(), key);
+    } catch (...) {
+        pending_.pop_back();
+        throw;
+    }
 }
 
 void Queue::write(const Buffer& buffer, uint64_t offset, const void* src, uint64_t size) {

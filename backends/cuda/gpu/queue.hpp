@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstddef>
 #include <exception>
+#include <initializer_list>
 #include <list>
 #include <mutex>
 #include <vector>
@@ -80,6 +81,7 @@ class Queue {
 
     uint64_t completed() const { return __atomic_load_n(progress_.on_host, __ATOMIC_ACQUIRE); }
     HostStaging::Slot& take_staging(uint64_t size);
+    void gather(std::initializer_list<uint64_t> key, Operation operation);
     void gather(uint64_t kind, const Buffer& buffer, uint64_t offset, const void* on_host, uint64_t size, Operation operation);
     void submit();
     Graph& graph_of_pending();

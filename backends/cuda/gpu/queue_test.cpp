@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 #include <numeric>
+#include <thread>
 
 #include "backends/cuda/gpu/queue.hpp"
 #include "backends/cuda/gpu/test_device.hpp"
@@ -73,6 +74,77 @@ TEST_CASE("operations wait for those whose memory they touch") {
         CHECK(out[0] == round + 7);
         CHECK(out[kCount - 1] == kCount + 7);
     }
+}
+
+TEST_CASE("page-locked memory that a queue reads into and from is written and read in order") {
+    if (!under_test::available()) return;
+    Queue queue(under_test::device());
+    const Buffer first(under_test::device(), kBytes), second(under_test::device(), kBytes), third(under_test::device(), kBytes);
+    const HostBuffer between(under_test::device(), kBytes);
+    const auto slow = adding(1000004, 1, first, second, 1);
+    const std::vector<uint32_t> values = numbers();
+    std::vector<uint32_t> out(kCount);
+    queue.write(first, 0, values.data(), kBytes);
+    queue.run(slow);
+    queue.read(second, 0, between.data(), kBytes);
+    queue.write_in_place(third, 0, between.data(), kBytes);
+    queue.read(first, 0, between.data(), kBytes);
+    queue.read(third, 0, out.data(), kBytes);
+    CHECK(queue.wait(queue.signal(), UINT64_MAX));
+    CHECK(out[0] == values[0] + 1);
+    CHECK(out[kCount - 1] == values[kCount - 1] + 1);
+    CHECK(std::memcmp(between.data(), values.data(), kBytes) == 0);
+}
+
+TEST_CASE("runs that have nothing to do are waited for like others") {
+    if (!under_test::available()) return;
+    Queue queue(under_test::device());
+    const Buffer buffer(under_test::device(), kBytes);
+    const std::vector<uint32_t> values = numbers();
+    queue.write(buffer, 0, values.data(), kBytes);
+    for (const uint64_t stage : {1, 2}) {
+        auto nothing = std::make_shared<cuda::StageRun>();
+        nothing->serial = 1000010 + stage;
+        nothing->stage = stage;
+        nothing->reads = {{buffer.data(), buffer.size()}};
+        queue.run(std::move(nothing));
+    }
+    CHECK(queue.wait(queue.signal(), UINT64_MAX));
+    const std::vector<std::byte> bytes = contents(queue, buffer);
+    CHECK(std::memcmp(bytes.data(), values.data(), kBytes) == 0);
+}
+
+// What an application does beside its tracker: neither may notice the other.
+TEST_CASE("a capture by another thread, in the mode that CUDA has by default, and a queue's work are both left in peace") {
+    if (!under_test::available()) return;
+    const auto in_use = [](auto&& call) {
+        const cuda::Gpu::Use use(under_test::device());
+        return call();
+    };
+    cudaStream_t stream = nullptr;
+    REQUIRE(in_use([&] { return cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking); }) == cudaSuccess);
+    REQUIRE(in_use([&] { return cudaStreamBeginCapture(stream, cudaStreamCaptureModeGlobal); }) == cudaSuccess);
+    const std::vector<uint32_t> values = numbers();
+    std::vector<std::byte> bytes;
+    std::string failure;
+    std::thread beside([&] {
+        try {
+            Queue queue(under_test::device());
+            const Buffer buffer(under_test::device(), kBytes);
+            queue.write(buffer, 0, values.data(), kBytes);
+            bytes = contents(queue, buffer);
+        } catch (const std::exception& error) {
+            failure = error.what();
+        }
+    });
+    beside.join();
+    CHECK(failure == "");
+    REQUIRE(bytes.size() == kBytes);
+    CHECK(std::memcmp(bytes.data(), values.data(), kBytes) == 0);
+    cudaGraph_t graph = nullptr;
+    CHECK(in_use([&] { return cudaStreamEndCapture(stream, &graph); }) == cudaSuccess);
+    in_use([&] { return graph == nullptr ? cudaSuccess : cudaGraphDestroy(graph); });
+    in_use([&] { return cudaStreamDestroy(stream); });
 }
 
 TEST_CASE("a page-locked source may be read until the signal; a plain one before write returns") {
