@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <new>
 
 #include "backends/shared/motion.hpp"
 #include "sdk/spin.hpp"
@@ -42,12 +43,16 @@ void TrackerJob::announce_end() {
     changed_.notify_all();
 }
 
-void TrackerJob::finish(defrec_status result_status, const std::string& text) {
+void TrackerJob::finish(defrec_status result_status, const char* text) noexcept {
     for (FrameImage* image : {&input.eyes[0], &input.eyes[1], &input.ignore}) image->memory.reset();
     input.samples.reset();
     const std::lock_guard lock(monitor->mutex);
     status = result_status;
-    error_text_ = text;
+    try {
+        error_text_ = text;
+    } catch (const std::bad_alloc&) {
+        error_text_ = "out of memory";  // short enough to need none
+    }
     phase = JobPhase::kDone;
     changed_.notify_all();
 }

@@ -56,7 +56,7 @@ class TrackerJob final : public Job {
     // The device is done, the host will be at once: who waits may wake up in the meantime.
     void announce_end();
     // Ends the job. text says why it failed; empty for success.
-    void finish(defrec_status result_status, const std::string& text);
+    void finish(defrec_status result_status, const char* text) noexcept;
 
   private:
     void expect_done() const;

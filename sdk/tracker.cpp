@@ -163,13 +163,13 @@ class Tracker::Impl {
     void compute(TrackerJob& job) {
         try {
             follow_frame(job);
-            job.finish(DEFREC_OK, {});
+            job.finish(DEFREC_OK, "");
             // Nobody waits for this. The arrays stay as they are until this thread computes another frame.
             if (tracking_) last_samples_.assign(job.output.samples.begin(), job.output.samples.end());
         } catch (const Error& error) {
             fail_job(job, error.status(), error.what());
         } catch (const std::bad_alloc&) {
-            fail_job(job, DEFREC_ERROR_OUT_OF_MEMORY, "out of memory");  // short enough to need none
+            fail_job(job, DEFREC_ERROR_OUT_OF_MEMORY, "out of memory");
         } catch (const std::exception& error) {
             fail_job(job, DEFREC_ERROR_INTERNAL, error.what());
         }
@@ -332,9 +332,10 @@ class Tracker::Impl {
 
     bool follow(TrackerJob& job) {
         pipeline_.follow(last_motions_, job.input.samples.get(), job.output);
-        constexpr uint64_t kLookAgainNs = 200000;  // a wait that ends too early may cost a call of the driver
-        while (!look_ahead(job.frame + 1) && !pipeline_.done(kLookAgainNs)) {
-        }
+        // A wait that ends too early may cost a call of the driver. Each looks for a while before it sleeps: many short ones would keep a core
+        // busy through a long frame.
+        uint64_t look_again_ns = 200000;
+        while (!look_ahead(job.frame + 1) && !pipeline_.done(look_again_ns)) look_again_ns *= 2;
         pipeline_.finish(job.output);
         job.announce_end();
         job.evidence = weigh_evidence(surface_->data(), job.output);
