@@ -73,16 +73,13 @@ fi
     command -v nvidia-smi >/dev/null && nvidia-smi
 } >"$out/machine.txt" 2>&1
 
-why_no_device() {  # BACKEND: the CUDA backend's tests can tell
-    [ "$1" != cuda ] || [ ! -e "$here/tests/defrec_cuda_tests" ] ||
-        "$here/tests/defrec_cuda_tests" --no-version "--test-case=the machine's GPUs*" 2>&1 | sed -n 's/.*skipped: no CUDA device: /: /p'
-}
 if [ ${#backends[@]} -eq 0 ]; then
     for backend in cuda vulkan; do
         if grep -q "^$backend:" "$out/devices.txt"; then
             backends+=("$backend")
         else
-            echo "skipped     $backend: no device$(why_no_device "$backend")" | tee -a "$summary"
+            plugin="$(sed -n "s/.*defrec_plugin_$backend\.json: //p" "$out/devices.txt")"
+            echo "skipped     $backend: no device (the plugin: ${plugin:-not in this folder})" | tee -a "$summary"
         fi
     done
 fi

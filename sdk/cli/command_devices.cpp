@@ -33,7 +33,8 @@ const char* kind_name(unsigned kind) {
 }
 
 int list_all(const DevicesOptions& options) {
-    const Context context = open_context({1, true, {}});
+    PluginRemarks remarks;
+    const Context context = open_context({1, true, {}, &remarks});
     const std::vector<Device> devices = list_devices(context);
     Json json{{"devices", Json::array()}, {"plugins", Json::array()}};
     std::string text;
@@ -52,9 +53,11 @@ int list_all(const DevicesOptions& options) {
                                    {"path", plugin.path},
                                    {"version", plugin.version},
                                    {"loaded", plugin.is_loaded},
-                                   {"reason", plugin.reason}});
-        text += "plugin " + plugin.path + ": " + (plugin.is_loaded ? "loaded" : "refused: " + plugin.reason) +
-                "\n";
+                                   {"reason", plugin.reason},
+                                   {"remark", remarks[plugin.name]}});
+        text += "plugin " + plugin.path + ": " + (plugin.is_loaded ? "loaded" : "refused: " + plugin.reason);
+        if (plugin.is_loaded && !remarks[plugin.name].empty()) text += ", " + remarks[plugin.name];
+        text += "\n";
     }
     if (json["plugins"].empty()) text += "no plugin was found, beside the library or in DEFREC_PLUGIN_PATH\n";
     print(options.json ? json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n" : text);

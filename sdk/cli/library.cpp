@@ -12,6 +12,10 @@ void log_to_standard_error(void*, std::int32_t level, const char* source, const 
     std::fprintf(stderr, "defrec: %s%s: %s\n", level >= DEFREC_LOG_ERROR ? "error: " : "", source, text);
 }
 
+void keep_remark(void* remarks, std::int32_t level, const char* source, const char* text) {
+    if (level == DEFREC_LOG_INFO) (*static_cast<PluginRemarks*>(remarks))[source] = text;
+}
+
 defrec_intrinsics intrinsics_of(const CameraCalibration& camera) {
     defrec_intrinsics intrinsics{};
     intrinsics.fx = camera.fx;
@@ -85,6 +89,11 @@ Context open_context(const ContextOptions& options) {
     desc.plugin_path_count = paths.size();
     desc.log = options.quiet ? nullptr : &log_to_standard_error;
     desc.log_level = DEFREC_LOG_ERROR;
+    if (options.remarks != nullptr) {
+        desc.log = &keep_remark;
+        desc.log_user = options.remarks;
+        desc.log_level = DEFREC_LOG_INFO;
+    }
     desc.threads = options.threads;
     defrec_context context = nullptr;
     require(defrec_context_create(&desc, &context), ExitCode::kInternal, "opening the library");

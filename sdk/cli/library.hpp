@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <map>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -37,10 +38,14 @@ T initialised() {
 // plugin end with kDevice, all others with `otherwise`.
 void require(defrec_status status, ExitCode otherwise, const std::string& doing);
 
+// What plugins said of themselves (DEFREC_LOG_INFO), by their names.
+using PluginRemarks = std::map<std::string, std::string>;
+
 struct ContextOptions {
     unsigned threads = 0;                   // 0: one per core
     bool quiet = false;                     // no log on the standard error output
     std::vector<std::string> only_plugins;  // manifests; empty: the library's own search
+    PluginRemarks* remarks = nullptr;       // kept instead of any log; outlives the context
 };
 Context open_context(const ContextOptions& options);
 
