@@ -73,8 +73,12 @@ std::unique_ptr<Stage> make_throwing(const defrec_ransac_params& params, const H
     return std::make_unique<ThrowingStage>(params.seed);
 }
 
-const HostPluginDescription kDescription{"test", "1.0", "Test", {nullptr, nullptr, nullptr, nullptr, nullptr,
-                                                                 make_stage<make_throwing>, nullptr, nullptr}};
+template <class Params>
+std::unique_ptr<Stage> make_nothing(const Params&, const Host&) {
+    return nullptr;
+}
+
+const HostPluginDescription kDescription{"test", "1.0", "Test", makers_of<make_throwing>()};
 
 class Plugin {
   public:
@@ -124,6 +128,13 @@ class Plugin {
 };
 
 }  // namespace
+
+TEST_CASE("makers stand at the stage that their parameters belong to, whatever their order") {
+    constexpr auto kMakers = makers_of<make_nothing<defrec_warp_params>, make_nothing<defrec_rectify_params>>();
+    for (uint32_t stage = 0; stage < kMakers.size(); ++stage)
+        CHECK((kMakers[stage] != nullptr) == (stage == DEFREC_STAGE_WARP || stage == DEFREC_STAGE_RECTIFY));
+    CHECK((kMakers[DEFREC_STAGE_WARP] == makers_of<make_nothing<defrec_warp_params>>()[DEFREC_STAGE_WARP]));
+}
 
 TEST_CASE("the tables are complete, and name what is offered") {
     Plugin plugin;

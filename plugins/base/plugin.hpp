@@ -5,6 +5,7 @@
 #include <cstring>
 #include <memory>
 #include <span>
+#include <type_traits>
 #include <utility>
 
 #include "plugins/base/guard.hpp"
@@ -29,20 +30,45 @@ namespace defrec {
 template <class Made, class Context>
 using MakerOf = std::unique_ptr<Made> (*)(const void* params, Context& context);
 
+// The stage that parameters belong to, as ::value.
+// clang-format off
+template <class Params> struct StageOf;
+template <> struct StageOf<defrec_rectify_params> : std::integral_constant<uint32_t, DEFREC_STAGE_RECTIFY> {};
+template <> struct StageOf<defrec_stereo_params> : std::integral_constant<uint32_t, DEFREC_STAGE_STEREO> {};
+template <> struct StageOf<defrec_orb_params> : std::integral_constant<uint32_t, DEFREC_STAGE_ORB> {};
+template <> struct StageOf<defrec_match_params> : std::integral_constant<uint32_t, DEFREC_STAGE_MATCH> {};
+template <> struct StageOf<defrec_align_params> : std::integral_constant<uint32_t, DEFREC_STAGE_ALIGN> {};
+template <> struct StageOf<defrec_ransac_params> : std::integral_constant<uint32_t, DEFREC_STAGE_RANSAC> {};
+template <> struct StageOf<defrec_lm_params> : std::integral_constant<uint32_t, DEFREC_STAGE_LM> {};
+template <> struct StageOf<defrec_warp_params> : std::integral_constant<uint32_t, DEFREC_STAGE_WARP> {};
+// clang-format on
+
 namespace detail {
-template <class Maker>
-struct AnyParams;
+template <class Function>
+struct Making;
 template <class Made, class Params, class Context>
-struct AnyParams<std::unique_ptr<Made> (*)(const Params&, Context&)> {
+struct Making<std::unique_ptr<Made> (*)(const Params&, Context&)> {
+    using Maker = MakerOf<Made, Context>;
+    static constexpr uint32_t kStage = StageOf<Params>::value;
     template <auto kMake>
     static std::unique_ptr<Made> make(const void* params, Context& context) {
         return kMake(*static_cast<const Params*>(params), context);
     }
 };
 }  // namespace detail
-// The MakerOf for a backend's maker function.
-template <auto kMake>
-constexpr auto make_stage = &detail::AnyParams<decltype(kMake)>::template make<kMake>;
+// A backend's maker functions as MakerOf, each at its DEFREC_STAGE_*, whatever their order; nullptr where there is none.
+template <auto kFirst, auto... kOthers>
+consteval auto makers_of() {
+    using Maker = typename detail::Making<decltype(kFirst)>::Maker;
+    std::array<Maker, DEFREC_STAGE_COUNT_V1> makers{};
+    const auto add = [&](uint32_t stage, Maker maker) {
+        if (makers[stage] != nullptr) throw "two functions make the same stage";
+        makers[stage] = maker;
+    };
+    add(detail::Making<decltype(kFirst)>::kStage, detail::Making<decltype(kFirst)>::template make<kFirst>);
+    (add(detail::Making<decltype(kOthers)>::kStage, detail::Making<decltype(kOthers)>::template make<kOthers>), ...);
+    return makers;
+}
 
 // A backend throws StageError and has
 //   Device   settle() noexcept: after it, buffers and stages may be destroyed

@@ -1,6 +1,5 @@
 // The plugin `cpu`: backends/cpu behind the plugin ABI.
-#include "backends/cpu/stages.hpp"
-#include "plugins/base/host_plugin.hpp"
+#include "plugins/cpu/makers.hpp"
 
 namespace {
 using namespace defrec;
@@ -9,16 +8,7 @@ const HostPluginDescription kDescription{
     "cpu",
     DEFREC_RELEASE,
     "Processor, vector units and threads",
-    {
-        make_stage<cpu::make_rectify>,
-        make_stage<cpu::make_stereo>,
-        make_stage<cpu::make_orb>,
-        make_stage<cpu::make_match>,
-        make_stage<cpu::make_align>,
-        make_stage<cpu::make_ransac>,
-        make_stage<cpu::make_lm>,
-        make_stage<cpu::make_warp>,
-    },
+    cpu::kMakers,
 };
 }  // namespace
 

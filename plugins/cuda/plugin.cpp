@@ -7,11 +7,8 @@
 namespace defrec {
 namespace {
 
-// By DEFREC_STAGE_*.
-constexpr std::array<MakerOf<cuda::Stage, cuda::Device>, DEFREC_STAGE_COUNT_V1> kMakers{
-    make_stage<cuda::make_rectify>, make_stage<cuda::make_stereo>, make_stage<cuda::make_orb>, make_stage<cuda::make_match>,
-    make_stage<cuda::make_align>,   make_stage<cuda::make_ransac>, make_stage<cuda::make_lm>,  make_stage<cuda::make_warp>,
-};
+constexpr auto kMakers = makers_of<cuda::make_rectify, cuda::make_stereo, cuda::make_orb, cuda::make_match, cuda::make_align,
+                                   cuda::make_ransac, cuda::make_lm, cuda::make_warp>();
 
 class CudaBackend {
   public:

@@ -15,16 +15,7 @@ HostPluginDescription description{
     FAULT_NAME,
     DEFREC_RELEASE,
     "Faulty: " FAULT_NAME,
-    {
-        make_stage<cpu::make_rectify>,
-        make_stage<cpu::make_stereo>,
-        make_stage<cpu::make_orb>,
-        make_stage<cpu::make_match>,
-        make_stage<cpu::make_align>,
-        make_stage<cpu::make_ransac>,
-        make_stage<cpu::make_lm>,
-        make_stage<cpu::make_warp>,
-    },
+    cpu::kMakers,
 };
 
 const defrec_stage_table* changed_stage(void*, uint32_t stage) {

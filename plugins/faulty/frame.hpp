@@ -5,8 +5,7 @@
 #include <array>
 #include <memory>
 
-#include "backends/cpu/stages.hpp"
-#include "plugins/base/host_plugin.hpp"
+#include "plugins/cpu/makers.hpp"
 
 namespace defrec::faulty {
 
@@ -30,24 +29,6 @@ extern const Fault fault;
 
 // ---- faults in a stage ---------------------------------------------------------------------------------------------
 
-// A stage's number and its right maker, by its parameters.
-template <uint32_t kNumber, auto kMake>
-struct StageEntry {
-    static constexpr uint32_t number = kNumber;
-    static constexpr auto make = kMake;
-};
-// clang-format off
-template <class Params> struct StageOf;
-template <> struct StageOf<defrec_rectify_params> : StageEntry<DEFREC_STAGE_RECTIFY, cpu::make_rectify> {};
-template <> struct StageOf<defrec_stereo_params> : StageEntry<DEFREC_STAGE_STEREO, cpu::make_stereo> {};
-template <> struct StageOf<defrec_orb_params> : StageEntry<DEFREC_STAGE_ORB, cpu::make_orb> {};
-template <> struct StageOf<defrec_match_params> : StageEntry<DEFREC_STAGE_MATCH, cpu::make_match> {};
-template <> struct StageOf<defrec_align_params> : StageEntry<DEFREC_STAGE_ALIGN, cpu::make_align> {};
-template <> struct StageOf<defrec_ransac_params> : StageEntry<DEFREC_STAGE_RANSAC, cpu::make_ransac> {};
-template <> struct StageOf<defrec_lm_params> : StageEntry<DEFREC_STAGE_LM, cpu::make_lm> {};
-template <> struct StageOf<defrec_warp_params> : StageEntry<DEFREC_STAGE_WARP, cpu::make_warp> {};
-// clang-format on
-
 using Inputs = std::span<const InBuffer>;
 using Outputs = std::span<const OutBuffer>;
 
@@ -56,7 +37,7 @@ template <class P>
 class Right : public Stage {
   public:
     using Params = P;
-    Right(const Params& params, const Host& host) : params_(params), stage_(StageOf<Params>::make(params, host)) {}
+    Right(const Params& params, const Host& host) : params_(params), stage_(cpu::kMakers[StageOf<Params>::value](&params, host)) {}
     void prepare(Inputs in) override { stage_->prepare(in); }
     void run(Inputs in, Outputs out) override { stage_->run(in, out); }
 
@@ -71,7 +52,7 @@ class Right : public Stage {
 template <class Wrong>
 constexpr Fault in_stage() {
     Fault result;
-    result.stage = StageOf<typename Wrong::Params>::number;
+    result.stage = StageOf<typename Wrong::Params>::value;
     result.maker = [](const void* params, const Host& host) -> std::unique_ptr<Stage> {
         return std::make_unique<Wrong>(*static_cast<const typename Wrong::Params*>(params), host);
     };

@@ -9,16 +9,8 @@ const HostPluginDescription kDescription{
     "reference",
     DEFREC_RELEASE,
     "Reference, plain code on one thread",
-    {
-        make_stage<reference::make_rectify>,
-        make_stage<reference::make_stereo>,
-        make_stage<reference::make_orb>,
-        make_stage<reference::make_match>,
-        make_stage<reference::make_align>,
-        make_stage<reference::make_ransac>,
-        make_stage<reference::make_lm>,
-        make_stage<reference::make_warp>,
-    },
+    makers_of<reference::make_rectify, reference::make_stereo, reference::make_orb, reference::make_match, reference::make_align, reference::make_ransac, reference::make_lm,
+              reference::make_warp>(),
 };
 }  // namespace
 

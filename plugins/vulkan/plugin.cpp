@@ -6,11 +6,8 @@
 namespace defrec {
 namespace {
 
-// By DEFREC_STAGE_*.
-constexpr std::array<MakerOf<vulkan::Stage, vulkan::Device>, DEFREC_STAGE_COUNT_V1> kMakers{
-    make_stage<vulkan::make_rectify>, make_stage<vulkan::make_stereo>, make_stage<vulkan::make_orb>, make_stage<vulkan::make_match>,
-    make_stage<vulkan::make_align>,   make_stage<vulkan::make_ransac>, make_stage<vulkan::make_lm>,  make_stage<vulkan::make_warp>,
-};
+constexpr auto kMakers = makers_of<vulkan::make_rectify, vulkan::make_stereo, vulkan::make_orb, vulkan::make_match, vulkan::make_align,
+                                   vulkan::make_ransac, vulkan::make_lm, vulkan::make_warp>();
 
 class VulkanBackend {
   public:

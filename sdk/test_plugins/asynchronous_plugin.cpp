@@ -11,8 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "backends/cpu/stages.hpp"
-#include "plugins/base/host_plugin.hpp"
+#include "plugins/cpu/makers.hpp"
 
 namespace {
 using namespace defrec;
@@ -21,16 +20,7 @@ const HostPluginDescription kDescription{
     "asynchronous",
     DEFREC_RELEASE,
     "Processor, on queues with threads of their own",
-    {
-        make_stage<cpu::make_rectify>,
-        make_stage<cpu::make_stereo>,
-        make_stage<cpu::make_orb>,
-        make_stage<cpu::make_match>,
-        make_stage<cpu::make_align>,
-        make_stage<cpu::make_ransac>,
-        make_stage<cpu::make_lm>,
-        make_stage<cpu::make_warp>,
-    },
+    cpu::kMakers,
 };
 
 const defrec_host* host_table = nullptr;

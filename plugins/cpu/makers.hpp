@@ -1,0 +1,11 @@
+// Every stage of backend cpu as plugins/base takes them: for the plugin, and for those of tests that change something about it.
+#pragma once
+#include "backends/cpu/stages.hpp"
+#include "plugins/base/host_plugin.hpp"
+
+namespace defrec::cpu {
+
+inline constexpr std::array kMakers =
+    makers_of<make_rectify, make_stereo, make_orb, make_match, make_align, make_ransac, make_lm, make_warp>();
+
+}  // namespace defrec::cpu
