@@ -1,4 +1,4 @@
-// What a queue does when the device's calls fail. The failures are put in place of the device's functions.
+// What a queue does when reads are forgotten, and when the device's calls fail: the failures are put in place of the device's functions.
 #include "backends/vulkan/queue.hpp"
 
 #include <doctest/doctest.h>
@@ -75,6 +75,24 @@ TEST_CASE("reads of a submission that failed are never delivered") {
     queue.read(buffer, 0, read.data(), sizeof read);
     CHECK(queue.wait(queue.signal(), UINT64_MAX));
     CHECK(lost == kUntouched);
+    CHECK(read == kWritten);
+}
+
+TEST_CASE("a read that is forgotten leaves its destination as it is, and others are delivered") {
+    if (!under_test::available()) return;
+    Device device(under_test::driver(), under_test::device_index());
+    const Buffer buffer = device.upload(kWritten.data(), sizeof kWritten);
+    Queue queue(device);
+    Words forgotten = kUntouched, read = kUntouched;
+    queue.read(buffer, 0, forgotten.data(), sizeof forgotten);
+    queue.read(buffer, 0, read.data(), sizeof read);
+    SUBCASE("before it is submitted") { queue.forget_read(forgotten.data()); }
+    SUBCASE("after") {
+        queue.signal();
+        queue.forget_read(forgotten.data());
+    }
+    CHECK(queue.wait(queue.signal(), UINT64_MAX));
+    CHECK(forgotten == kUntouched);
     CHECK(read == kWritten);
 }
 

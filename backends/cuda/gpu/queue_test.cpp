@@ -164,6 +164,25 @@ TEST_CASE("a page-locked source may be read until the signal; a plain one before
     CHECK(out_other == numbers());
 }
 
+TEST_CASE("a read that is forgotten leaves its destination as it is, and others are delivered") {
+    if (!under_test::available()) return;
+    Queue queue(under_test::device());
+    const Buffer buffer(under_test::device(), kBytes);
+    const std::vector<uint32_t> values = numbers(), untouched(kCount);
+    std::vector<uint32_t> forgotten = untouched, out = untouched;
+    queue.write(buffer, 0, values.data(), kBytes);
+    queue.read(buffer, 0, forgotten.data(), kBytes);
+    queue.read(buffer, 0, out.data(), kBytes);
+    SUBCASE("before it is submitted") { queue.forget_read(forgotten.data()); }
+    SUBCASE("after") {
+        queue.signal();
+        queue.forget_read(forgotten.data());
+    }
+    CHECK(queue.wait(queue.signal(), UINT64_MAX));
+    CHECK(forgotten == untouched);
+    CHECK(out == values);
+}
+
 TEST_CASE("waiting: values not signalled, time-outs, any thread's values again") {
     if (!under_test::available()) return;
     Queue queue(under_test::device());
