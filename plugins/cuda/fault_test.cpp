@@ -9,7 +9,7 @@
 #include <cstdlib>
 #include <optional>
 
-#include "backends/cuda/gpu/gpu.hpp"
+#include "backends/cuda/gpu/test_gpu.hpp"
 #include "conformance/cases/stress/stress.hpp"
 #include "conformance/failure.hpp"
 #include "conformance/plugin.hpp"
@@ -29,8 +29,7 @@ constexpr size_t kBefore = 4;  // frames until something happens: no set-up is l
 // The GPU that the plugin tracks on, or the end of the child.
 cuda::GpuInfo gpu_or_skip() {
     std::string why_none;
-    for (const cuda::GpuInfo& gpu : cuda::list_gpus(why_none))
-        if (gpu.lacks.empty()) return gpu;
+    if (const auto gpu = test::find_gpu(why_none)) return *gpu;
     std::fprintf(stderr, "skipped: no CUDA device: %s\n", why_none.c_str());
     std::exit(kSkipped);
 }

@@ -4,7 +4,7 @@
 
 #include <optional>
 
-#include "backends/cuda/gpu/gpu.hpp"
+#include "backends/cuda/gpu/test_gpu.hpp"
 #include "conformance/cases/stress/stress.hpp"
 #include "conformance/plugin.hpp"
 
@@ -13,18 +13,10 @@ using namespace defrec::conformance;
 
 namespace {
 
-constexpr size_t kRing = 2;            // pairs of images that a producer would use in turn
+constexpr size_t kRing = 2;  // pairs of images that a producer would use in turn
 constexpr uint8_t kUntouched = 0xEE;
 
 const Footage& film() { return footage({"heartbeat", 192, 160, 6}); }
-
-std::optional<cuda::GpuInfo> find_gpu() {
-    std::string why_none;
-    for (const cuda::GpuInfo& gpu : cuda::list_gpus(why_none))
-        if (gpu.lacks.empty()) return gpu;
-    MESSAGE("skipped: no CUDA device: ", why_none);
-    return std::nullopt;
-}
 
 void require_cuda(cudaError_t error) { REQUIRE_MESSAGE(error == cudaSuccess, cudaGetErrorString(error)); }
 
@@ -58,8 +50,12 @@ class Imported {
 }  // namespace
 
 TEST_CASE("frames in a GPU's memory give the bits of copied ones, and the surface is left there as the result has it") {
-    const std::optional<cuda::GpuInfo> gpu = find_gpu();
-    if (!gpu) return;
+    std::string why_none;
+    const std::optional<cuda::GpuInfo> gpu = test::find_gpu(why_none);
+    if (!gpu) {
+        MESSAGE("skipped: no CUDA device: ", why_none);
+        return;
+    }
     require_cuda(cudaSetDevice(gpu->ordinal));
     const std::string manifest = find_backend("cuda").manifest;
     const Track expected = track({manifest, gpu->id}, film());

@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include "backends/cuda/gpu/recorded_stage.hpp"
+#include "backends/cuda/gpu/test_gpu.hpp"
 #include "backends/shared/test_in_host_memory.hpp"
 
 namespace defrec::under_test {
@@ -20,8 +21,7 @@ struct Opened {
     std::string why_none;
     std::unique_ptr<cuda::Gpu> gpu;
     Opened() {
-        for (const cuda::GpuInfo& info : cuda::list_gpus(why_none))
-            if (gpu == nullptr && info.lacks.empty()) gpu = std::make_unique<cuda::Gpu>(info.ordinal);
+        if (const auto found = test::find_gpu(why_none)) gpu = std::make_unique<cuda::Gpu>(found->ordinal);
     }
 };
 Opened& opened() {
