@@ -1,8 +1,8 @@
 // libdefrec for the program: handles that release themselves, and failures as CliError.
 #pragma once
 
-#include <memory>
 #include <map>
+#include <memory>
 #include <string>
 #include <type_traits>
 #include <vector>
