@@ -1,0 +1,85 @@
+#!/usr/bin/env python3
+"""Checks Markdown files: lines of at most 100 characters, table cells of at most 240, and no link to a file or heading that is missing.
+Code blocks, tables and lines that cannot be broken (one link, one URL) may be wider than 100.
+
+usage: check_markdown.py [--links-only] FOLDER
+"""
+import argparse
+import pathlib
+import re
+import sys
+
+MAX_LINE = 100
+MAX_CELL = 240
+LINK = re.compile(r"\]\(([^)\s]+)\)")
+UNBREAKABLE = re.compile(r"\[[^\]]*\]\([^)]*\)|`[^`]*`")  # a link, inline code
+NOT_OURS = re.compile(r"^(build.*|out|node_modules|\.(?!github).*)$")  # folders that hold no sources
+
+
+def markdown_files(folder):
+    for path in sorted(folder.rglob("*.md")):
+        if not any(NOT_OURS.match(part) for part in path.relative_to(folder).parts[:-1]):
+            yield path
+
+
+def prose_lines(text):
+    """(number, line) of each line outside of code blocks."""
+    in_fence = False
+    for number, line in enumerate(text.splitlines(), 1):
+        if line.lstrip().startswith("```"):
+            in_fence = not in_fence
+        elif not in_fence and not line.startswith("    "):
+            yield number, line
+
+
+def anchors(path):
+    """The anchors that code hosts give to the headings of a page."""
+    found = set()
+    for _, line in prose_lines(path.read_text()):
+        if heading := re.match(r"#+ (.*)", line):
+            slug = re.sub(r"[^\w\- ]", "", heading[1].strip().lower()).replace(" ", "-")
+            repeated = sum(re.fullmatch(rf"{re.escape(slug)}(-\d+)?", anchor) is not None for anchor in found)
+            found.add(f"{slug}-{repeated}" if repeated else slug)
+    return found
+
+
+def width_faults(text):
+    for number, line in prose_lines(text):
+        if line.startswith("|"):
+            longest = max(len(cell.strip()) for cell in line.split("|"))
+            if longest > MAX_CELL:
+                yield number, f"a table cell of {longest} characters, at most {MAX_CELL}"
+        elif len(line) > MAX_LINE and " " in re.sub(r"^([-*]|\d+\.) ", "", UNBREAKABLE.sub("x", line.strip())):
+            yield number, f"{len(line)} characters, at most {MAX_LINE}"
+
+
+def link_faults(path, text):
+    for number, line in prose_lines(text):
+        for target in LINK.findall(re.sub(r"`[^`]*`", "", line)):
+            file, _, anchor = target.partition("#")
+            linked = path.parent / file if file else path
+            if re.match(r"[a-z]+:", target):
+                continue
+            if not linked.exists():
+                yield number, f"{file} is not there"
+            elif anchor and linked.suffix == ".md" and anchor not in anchors(linked):
+                yield number, f"{target}: there is no such heading"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
+    parser.add_argument("--links-only", action="store_true", help="not the widths")
+    parser.add_argument("folder", type=pathlib.Path)
+    arguments = parser.parse_args()
+
+    paths = list(markdown_files(arguments.folder))
+    faults = []
+    for path in paths:
+        text = path.read_text()
+        found = list(link_faults(path, text)) + ([] if arguments.links_only else list(width_faults(text)))
+        faults += [f"{path.relative_to(arguments.folder)}:{number}: {what}" for number, what in sorted(found)]
+    print(f"{len(paths)} Markdown files")
+    sys.exit("\n".join(faults) or not paths)
+
+
+main()
