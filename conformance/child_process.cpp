@@ -15,7 +15,7 @@
 #include <cstring>
 #include <thread>
 
-#include "sdk/error.hpp"
+#include "sdk/base/error.hpp"
 
 namespace defrec::conformance {
 namespace {

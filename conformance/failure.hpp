@@ -2,7 +2,7 @@
 #pragma once
 #include <stdexcept>
 
-#include "sdk/error.hpp"
+#include "sdk/base/error.hpp"
 
 namespace defrec::conformance {
 

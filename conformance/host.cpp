@@ -7,7 +7,7 @@
 #include <cstring>
 #include <utility>
 
-#include "sdk/error.hpp"
+#include "sdk/base/error.hpp"
 
 namespace defrec::conformance {
 namespace {

@@ -9,7 +9,7 @@
 #include <unordered_map>
 
 #include "include/defrec_plugin.h"
-#include "sdk/thread_pool.hpp"
+#include "sdk/base/thread_pool.hpp"
 
 namespace defrec::conformance {
 

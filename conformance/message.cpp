@@ -4,7 +4,7 @@
 #include <cstring>
 #include <type_traits>
 
-#include "sdk/error.hpp"
+#include "sdk/base/error.hpp"
 
 namespace defrec::conformance {
 namespace {

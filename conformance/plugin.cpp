@@ -9,12 +9,12 @@
 
 #include "conformance/failure.hpp"
 #include "include/defrec_c.h"
-#include "sdk/device.hpp"
-#include "sdk/elf_file.hpp"
-#include "sdk/platform.hpp"
-#include "sdk/plugin_loader.hpp"
-#include "sdk/plugin_manifest.hpp"
-#include "sdk/sha256.hpp"
+#include "sdk/device/device.hpp"
+#include "sdk/plugin/elf_file.hpp"
+#include "sdk/base/platform.hpp"
+#include "sdk/plugin/loader.hpp"
+#include "sdk/plugin/manifest.hpp"
+#include "sdk/base/sha256.hpp"
 
 namespace defrec::conformance {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "conformance/case.hpp"
-#include "sdk/stage_params.hpp"
+#include "sdk/device/stage_params.hpp"
 
 namespace defrec::conformance {
 

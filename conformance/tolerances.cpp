@@ -8,7 +8,7 @@
 #include <set>
 
 #include "conformance/embedded_tolerances.hpp"
-#include "sdk/error.hpp"
+#include "sdk/base/error.hpp"
 
 namespace defrec::conformance {
 namespace {

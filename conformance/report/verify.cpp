@@ -9,7 +9,7 @@
 #include "conformance/report/json_report.hpp"
 #include "conformance/report/report.hpp"
 #include "include/defrec_c.h"
-#include "sdk/sha256.hpp"
+#include "sdk/base/sha256.hpp"
 
 namespace defrec::conformance {
 namespace {

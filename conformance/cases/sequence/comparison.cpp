@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "sdk/error.hpp"
+#include "sdk/base/error.hpp"
 
 namespace defrec::conformance {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "conformance/cases/stress/relayed.hpp"
 #include "conformance/cases/stress/stress.hpp"
-#include "sdk/test_files.hpp"
+#include "sdk/base/test_files.hpp"
 
 using namespace defrec::conformance;
 
@@ -36,7 +36,7 @@ struct Relayed {
     ContextHandle context;
 };
 
-// A session with a plugin of sdk/test_plugins behind the relay.
+// A session with a plugin of sdk/plugin/test_plugins behind the relay.
 struct RelayedStub {
     explicit RelayedStub(const char* name, RelayPlan plan = {}) : target(find_plugin(defrec::test::stub_folder(name).string()), "") {
         plan.counts = &counts;

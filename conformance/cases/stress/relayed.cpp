@@ -2,7 +2,7 @@
 #include "conformance/cases/stress/relayed.hpp"
 
 #include "conformance/failure.hpp"
-#include "sdk/platform.hpp"
+#include "sdk/base/platform.hpp"
 
 namespace defrec::conformance {
 

@@ -1,7 +1,7 @@
 // Where the live link connects to or listens.
 #include "sdk/cli/live_link/endpoint.hpp"
 
-#include "sdk/cli/text.hpp"
+#include "sdk/cli/io/text.hpp"
 
 namespace defrec::cli {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <doctest/doctest.h>
 
-#include "sdk/cli/exit_code.hpp"
+#include "sdk/cli/io/exit_code.hpp"
 
 using namespace defrec::cli;
 

@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sdk/cli/library.hpp"
+#include "sdk/cli/program/library.hpp"
 
 namespace defrec::cli {
 namespace {

@@ -14,7 +14,7 @@
 #include <cstring>
 #include <system_error>
 
-#include "sdk/cli/exit_code.hpp"
+#include "sdk/cli/io/exit_code.hpp"
 
 namespace defrec::cli {
 namespace {

@@ -15,8 +15,8 @@
 
 #include "sdk/cli/live_link/test_port.hpp"
 #include "sdk/cli/live_link/test_receiver.hpp"
-#include "sdk/cli/test_sequence.hpp"
-#include "sdk/cli/text.hpp"
+#include "sdk/cli/render/test_sequence.hpp"
+#include "sdk/cli/io/text.hpp"
 
 using namespace defrec::cli;
 namespace fs = std::filesystem;

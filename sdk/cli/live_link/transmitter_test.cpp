@@ -6,7 +6,7 @@
 
 #include <memory>
 
-#include "sdk/cli/exit_code.hpp"
+#include "sdk/cli/io/exit_code.hpp"
 #include "sdk/cli/live_link/test_port.hpp"
 
 using namespace defrec::cli;

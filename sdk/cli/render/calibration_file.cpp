@@ -1,10 +1,10 @@
 // A rig in OpenCV's terms.
-#include "calibration_file.hpp"
+#include "sdk/cli/render/calibration_file.hpp"
 
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
 
-#include "render_command.hpp"
+#include "sdk/cli/render/render_command.hpp"
 
 namespace defrec::cli {
 namespace {

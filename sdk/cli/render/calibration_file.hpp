@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <string>
 
-#include "rig.hpp"
+#include "sdk/cli/render/rig.hpp"
 
 namespace defrec::cli {
 

@@ -1,10 +1,10 @@
 // A scene, filmed.
-#include "film.hpp"
+#include "sdk/cli/render/film.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "noise.hpp"
+#include "sdk/cli/render/noise.hpp"
 
 namespace defrec::cli {
 namespace {

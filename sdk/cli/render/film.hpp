@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "mesh_raster.hpp"
-#include "picture.hpp"
-#include "scene.hpp"
-#include "tissue.hpp"
+#include "sdk/cli/render/mesh_raster.hpp"
+#include "sdk/cli/render/picture.hpp"
+#include "sdk/cli/render/scene.hpp"
+#include "sdk/cli/render/tissue.hpp"
 
 namespace defrec::cli {
 

@@ -1,11 +1,11 @@
 // Which point of the deformed surface each pixel of an eye sees.
-#include "mesh_raster.hpp"
+#include "sdk/cli/render/mesh_raster.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
-#include "parallel_rows.hpp"
+#include "sdk/cli/render/parallel_rows.hpp"
 
 namespace defrec::cli {
 namespace {

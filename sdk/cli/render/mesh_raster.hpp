@@ -5,9 +5,9 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "instrument.hpp"
-#include "rig.hpp"
-#include "surface.hpp"
+#include "sdk/cli/render/instrument.hpp"
+#include "sdk/cli/render/rig.hpp"
+#include "sdk/cli/render/surface.hpp"
 
 namespace defrec::cli {
 

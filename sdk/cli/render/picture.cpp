@@ -1,13 +1,13 @@
 // From what an eye sees to its 8-bit picture.
-#include "picture.hpp"
+#include "sdk/cli/render/picture.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "noise.hpp"
-#include "parallel_rows.hpp"
+#include "sdk/cli/render/noise.hpp"
+#include "sdk/cli/render/parallel_rows.hpp"
 
 namespace defrec::cli {
 namespace {

@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
-#include "instrument.hpp"
-#include "mesh_raster.hpp"
-#include "tissue.hpp"
+#include "sdk/cli/render/instrument.hpp"
+#include "sdk/cli/render/mesh_raster.hpp"
+#include "sdk/cli/render/tissue.hpp"
 
 namespace defrec::cli {
 

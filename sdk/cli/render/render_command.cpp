@@ -1,5 +1,5 @@
 // The command line of `defrec render`.
-#include "render_command.hpp"
+#include "sdk/cli/render/render_command.hpp"
 
 #include <unistd.h>
 

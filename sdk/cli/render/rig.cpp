@@ -1,5 +1,5 @@
 // The stereo camera of a reference sequence.
-#include "rig.hpp"
+#include "sdk/cli/render/rig.hpp"
 
 #include <Eigen/Geometry>
 

@@ -1,12 +1,12 @@
 // The reference scenes.
-#include "scene.hpp"
+#include "sdk/cli/render/scene.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "noise.hpp"
+#include "sdk/cli/render/noise.hpp"
 
 namespace defrec::cli {
 namespace {

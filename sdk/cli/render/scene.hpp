@@ -7,12 +7,12 @@
 #include <optional>
 #include <string>
 
-#include "instrument.hpp"
-#include "picture.hpp"
-#include "render_command.hpp"
-#include "rig.hpp"
-#include "surface.hpp"
-#include "tissue.hpp"
+#include "sdk/cli/render/instrument.hpp"
+#include "sdk/cli/render/picture.hpp"
+#include "sdk/cli/render/render_command.hpp"
+#include "sdk/cli/render/rig.hpp"
+#include "sdk/cli/render/surface.hpp"
+#include "sdk/cli/render/tissue.hpp"
 
 namespace defrec::cli {
 

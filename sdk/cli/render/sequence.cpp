@@ -6,9 +6,9 @@
 #include <opencv2/imgcodecs.hpp>
 #include <thread>
 
-#include "calibration_file.hpp"
-#include "film.hpp"
-#include "render_command.hpp"
+#include "sdk/cli/render/calibration_file.hpp"
+#include "sdk/cli/render/film.hpp"
+#include "sdk/cli/render/render_command.hpp"
 
 namespace defrec::cli {
 namespace {

@@ -1,11 +1,11 @@
 // The tissue surface as a formula.
-#include "surface.hpp"
+#include "sdk/cli/render/surface.hpp"
 
 #include <Eigen/LU>
 #include <cmath>
 #include <numbers>
 
-#include "noise.hpp"
+#include "sdk/cli/render/noise.hpp"
 
 namespace defrec::cli {
 namespace {

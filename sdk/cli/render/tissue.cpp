@@ -1,11 +1,11 @@
 // What the tissue looks like at a material point.
-#include "tissue.hpp"
+#include "sdk/cli/render/tissue.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "noise.hpp"
+#include "sdk/cli/render/noise.hpp"
 
 namespace defrec::cli {
 namespace {

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "noise.hpp"
+#include "sdk/cli/render/noise.hpp"
 
 namespace defrec::cli {
 

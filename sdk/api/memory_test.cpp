@@ -1,0 +1,226 @@
+// Row 50: memory runs out at the nth allocation, for every n: the call fails with DEFREC_ERROR_OUT_OF_MEMORY, nothing leaks, and
+// the next call works. Frames allocate nothing. Replaces operator new for the whole process, the library and its plugins included.
+#include <doctest/doctest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <functional>
+#include <new>
+
+#include "sdk/api/test_context.hpp"
+#include "sdk/base/test_files.hpp"
+#include "sdk/api/test_frames.hpp"
+#include "sdk/api/test_session.hpp"
+
+namespace {
+
+std::atomic<long> countdown{-1};  // allocations until one fails; negative: none does
+std::atomic<long> live{0}, taken{0};
+
+bool fails_now() {
+    if (countdown.load(std::memory_order_relaxed) < 0) return false;
+    return countdown.fetch_sub(1) == 0;
+}
+
+void* take(size_t size, size_t alignment) {
+    if (fails_now()) return nullptr;
+    ++taken;
+    void* memory = alignment <= alignof(std::max_align_t)
+                       ? std::malloc(size == 0 ? 1 : size)
+                       : std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+    if (memory != nullptr) ++live;
+    return memory;
+}
+void* take_or_throw(size_t size, size_t alignment) {
+    void* memory = take(size, alignment);
+    if (memory == nullptr) throw std::bad_alloc();
+    return memory;
+}
+void give(void* memory) {
+    if (memory == nullptr) return;
+    --live;
+    std::free(memory);
+}
+
+}  // namespace
+
+void* operator new(size_t size) { return take_or_throw(size, 1); }
+void* operator new[](size_t size) { return take_or_throw(size, 1); }
+void* operator new(size_t size, std::align_val_t alignment) { return take_or_throw(size, size_t(alignment)); }
+void* operator new[](size_t size, std::align_val_t alignment) { return take_or_throw(size, size_t(alignment)); }
+void* operator new(size_t size, const std::nothrow_t&) noexcept { return take(size, 1); }
+void* operator new[](size_t size, const std::nothrow_t&) noexcept { return take(size, 1); }
+void operator delete(void* memory) noexcept { give(memory); }
+void operator delete[](void* memory) noexcept { give(memory); }
+void operator delete(void* memory, size_t) noexcept { give(memory); }
+void operator delete[](void* memory, size_t) noexcept { give(memory); }
+void operator delete(void* memory, std::align_val_t) noexcept { give(memory); }
+void operator delete[](void* memory, std::align_val_t) noexcept { give(memory); }
+void operator delete(void* memory, size_t, std::align_val_t) noexcept { give(memory); }
+void operator delete[](void* memory, size_t, std::align_val_t) noexcept { give(memory); }
+
+namespace {
+
+using namespace defrec::test;
+
+void* host_take(void*, size_t size, size_t alignment) {
+    if (fails_now()) return nullptr;
+    ++taken;
+    ++live;
+    return std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+}
+void host_give(void*, void* memory) {
+    --live;
+    std::free(memory);
+}
+
+// With two small plugins, and the reference if asked for: checking its file takes long under a sanitizer.
+defrec_status make_context(defrec_context* out, bool with_reference = false) {
+    static const std::string good = stub_folder("good").string(), twin = stub_folder("twin").string();
+    static const std::string reference = std::string(DEFREC_BUILD_DIR) + "/lib/defrec_plugin_reference.json";
+    const char* places[] = {good.c_str(), twin.c_str(), reference.c_str()};
+    defrec_context_desc desc;
+    DEFREC_INIT(&desc);
+    desc.flags = DEFREC_CONTEXT_ONLY_GIVEN_PLUGINS;
+    desc.threads = 2;
+    desc.plugin_paths = places;
+    desc.plugin_path_count = with_reference ? 3 : 2;
+    desc.alloc = host_take;
+    desc.free = host_give;
+    return defrec_context_create(&desc, out);
+}
+
+// scenario makes something and destroys it again, and returns the first status that was not DEFREC_OK.
+void check_every_failure(const std::function<defrec_status()>& scenario, long step = 1) {
+    for (int i = 0; i < 3; ++i) REQUIRE(scenario() == DEFREC_OK);
+    long n = 0;
+    for (;; n += step) {
+        const long before = live;
+        countdown = n;
+        const defrec_status status = scenario();
+        const bool reached = countdown < 0;
+        countdown = -1;
+        if (!reached) {
+            REQUIRE(status == DEFREC_OK);
+            break;
+        }
+        if (status != DEFREC_ERROR_OUT_OF_MEMORY || live != before) {
+            CAPTURE(n);
+            CAPTURE(defrec_last_error());
+            CHECK(status == DEFREC_ERROR_OUT_OF_MEMORY);
+            CHECK(live == before);
+        }
+        if (n % 50 == 0) REQUIRE(scenario() == DEFREC_OK);
+    }
+    MESSAGE(n, " allocations made to fail one by one");
+    CHECK(n > 0);
+    CHECK(scenario() == DEFREC_OK);
+}
+
+// Has grown the table of handles and whatever else is kept for ever.
+void warm_up() {
+    defrec_context contexts[20];
+    for (defrec_context& context : contexts) REQUIRE(make_context(&context) == DEFREC_OK);
+    for (defrec_context context : contexts) defrec_context_destroy(context);
+}
+
+}  // namespace
+
+TEST_CASE("row 50: memory runs out while a context is made") {
+    warm_up();
+    check_every_failure([] {
+        defrec_context context = nullptr;
+        const defrec_status status = make_context(&context);
+        CHECK((context != nullptr) == (status == DEFREC_OK));
+        defrec_context_destroy(context);
+        return status;
+    });
+}
+
+TEST_CASE("row 50: memory runs out while a rig is made") {
+    warm_up();
+    defrec_context context = nullptr;
+    REQUIRE(make_context(&context) == DEFREC_OK);
+    check_every_failure([&] {
+        defrec_rig_desc desc = small_rig();
+        desc.right.cy += 1;
+        defrec_rig rig = nullptr;
+        const defrec_status status = defrec_rig_create(context, &desc, &rig);
+        defrec_rig_destroy(rig);
+        return status;
+    });
+    defrec_context_destroy(context);
+}
+
+TEST_CASE("row 50: memory runs out while a stage is made, prepared and run") {
+    warm_up();
+    defrec_context context = nullptr;
+    REQUIRE(make_context(&context, true) == DEFREC_OK);
+    std::vector<uint8_t> source(65 * 49), gray(65 * 49), mask(65 * 49);
+    check_every_failure([&] {
+        defrec_rectify_params params;
+        DEFREC_INIT(&params);
+        params.format = DEFREC_FORMAT_GRAY8;
+        params.source_width = 65;
+        params.source_height = 49;
+        defrec_stage stage = nullptr;
+        defrec_status status = defrec_stage_create(context, "reference", DEFREC_STAGE_RECTIFY, &params, &stage);
+        const defrec_const_buffer in{source.data(), source.size()};
+        const defrec_buffer out[] = {{gray.data(), gray.size()}, {mask.data(), mask.size()}};
+        if (status == DEFREC_OK) status = defrec_stage_run(stage, &in, 1, out, 2);
+        defrec_stage_destroy(stage);
+        return status;
+    });
+    defrec_context_destroy(context);
+}
+
+TEST_CASE("row 50: memory runs out while a tracker is made") {
+    warm_up();
+    defrec_context context = nullptr;
+    REQUIRE(make_context(&context, true) == DEFREC_OK);
+    const defrec_rig_desc rig_desc = small_rig();
+    defrec_rig rig = nullptr;
+    REQUIRE(defrec_rig_create(context, &rig_desc, &rig) == DEFREC_OK);
+    check_every_failure([&] {
+        defrec_tracker_desc desc;
+        DEFREC_INIT(&desc);
+        desc.device_id = "reference";
+        desc.format = DEFREC_FORMAT_GRAY8;
+        desc.disparities = 32;
+        defrec_tracker tracker = nullptr;
+        const defrec_status status = defrec_tracker_create(context, rig, &desc, &tracker);
+        defrec_tracker_destroy(tracker);
+        return status;
+    });
+    defrec_rig_destroy(rig);
+    defrec_context_destroy(context);
+}
+
+TEST_CASE("once there is a template, frames allocate nothing") {
+    std::vector<Pair> pairs;
+    for (int i = 0; i < 8; ++i) pairs.push_back(render(0.4 * i, -0.2 * i));
+    TrackingSession session("cpu", 2, nullptr, [](defrec_context_desc& desc) {
+        desc.alloc = host_take;
+        desc.free = host_give;
+    });
+    double centre[3] = {0, 0, kDepth};
+    defrec_status worst = DEFREC_OK;
+    const auto track = [&](const Pair& pair) {
+        defrec_job job = nullptr;
+        defrec_result result;
+        DEFREC_INIT(&result);
+        for (const defrec_status status :
+             {session.submit({{pair.left.data()}, {pair.right.data()}, {}}, &job), defrec_job_wait(job, UINT64_MAX),
+              defrec_job_result(job, &result), defrec_job_warp_points(job, centre, 1, centre, nullptr, nullptr)})
+            worst = std::min(worst, status);
+        if (result.state != DEFREC_TRACKING) worst = DEFREC_ERROR_INTERNAL;
+        defrec_job_release(job);
+    };
+    for (int i = 0; i < 4; ++i) track(pairs[static_cast<size_t>(i)]);
+    const long before = taken;
+    for (size_t i = 4; i < pairs.size(); ++i) track(pairs[i]);
+    const long after = taken;
+    REQUIRE(worst == DEFREC_OK);
+    CHECK(after == before);
+    CHECK(before > 0);
+}

@@ -1,0 +1,94 @@
+// What stands behind each C handle.
+#pragma once
+#include <memory>
+#include <mutex>
+#include <shared_mutex>
+
+#include "sdk/device/context.hpp"
+#include "sdk/base/error.hpp"
+#include "sdk/api/handles.hpp"
+#include "sdk/rig/rig.hpp"
+#include "sdk/device/stage_runner.hpp"
+#include "sdk/template/template.hpp"
+#include "sdk/tracking/tracker.hpp"
+
+namespace defrec {
+
+// Held by the one thread that may be inside a handle of a function marked "threads: one".
+class OneThread {
+  public:
+    explicit OneThread(std::mutex& mutex) : lock_(mutex, std::try_to_lock) {
+        if (!lock_) fail(DEFREC_ERROR_BUSY, "another thread is inside this handle");
+    }
+
+  private:
+    std::unique_lock<std::mutex> lock_;
+};
+
+struct RigObject {
+    std::shared_ptr<Context> context;
+    std::shared_ptr<const Rig> rig;
+};
+struct TrackerObject {
+    std::shared_ptr<Context> context;
+    std::unique_ptr<Tracker> tracker;
+    std::mutex inside;
+};
+struct TemplateObject {
+    explicit TemplateObject(std::shared_ptr<const Template> given) : surface(std::move(given)) {}
+    std::shared_ptr<const Template> surface;
+};
+struct MemoryObject {
+    std::shared_ptr<Context> context;
+    std::shared_ptr<const DeviceBuffer> buffer;
+};
+struct JobObject {
+    std::shared_ptr<Job> job;
+    std::shared_mutex in_use;  // shared by whoever reads the job, alone for its release
+    bool released = false;
+};
+struct StageObject {
+    StageObject(std::shared_ptr<Context> owner, std::shared_ptr<const Device> device, const StageParams& params)
+        : context(std::move(owner)), runner(std::move(device), params) {}
+    std::shared_ptr<Context> context;
+    StageRunner runner;
+    std::mutex inside;
+};
+
+template <>
+struct HandleTraits<defrec_context> {
+    static constexpr HandleKind kind = HandleKind::kContext;
+    using Object = Context;
+};
+template <>
+struct HandleTraits<defrec_rig> {
+    static constexpr HandleKind kind = HandleKind::kRig;
+    using Object = RigObject;
+};
+template <>
+struct HandleTraits<defrec_tracker> {
+    static constexpr HandleKind kind = HandleKind::kTracker;
+    using Object = TrackerObject;
+};
+template <>
+struct HandleTraits<defrec_template> {
+    static constexpr HandleKind kind = HandleKind::kTemplate;
+    using Object = TemplateObject;
+};
+template <>
+struct HandleTraits<defrec_job> {
+    static constexpr HandleKind kind = HandleKind::kJob;
+    using Object = JobObject;
+};
+template <>
+struct HandleTraits<defrec_memory> {
+    static constexpr HandleKind kind = HandleKind::kMemory;
+    using Object = MemoryObject;
+};
+template <>
+struct HandleTraits<defrec_stage> {
+    static constexpr HandleKind kind = HandleKind::kStage;
+    using Object = StageObject;
+};
+
+}  // namespace defrec

@@ -1,0 +1,266 @@
+// The exported functions for trackers, jobs and templates: check, catch, forward.
+#include <limits>
+
+#include "sdk/api/call.hpp"
+#include "sdk/api/objects.hpp"
+#include "sdk/base/image.hpp"
+#include "sdk/base/struct_size.hpp"
+
+using namespace defrec;
+
+namespace {
+
+template <class Pointer>
+void expect_given(const char* name, Pointer* pointer) {
+    if (pointer == nullptr) fail(DEFREC_ERROR_ARGUMENT, name, " is NULL");
+}
+
+void check_count(size_t count) {
+    if (count > std::numeric_limits<size_t>::max() / 64) fail(DEFREC_ERROR_ARGUMENT, "count is ", count);
+}
+
+// Numbers that no tracker can mean, before anything is computed from them.
+defrec_tracker_desc read_desc(const defrec_tracker_desc* given) {
+    const auto desc = read_struct<defrec_tracker_desc>("desc", given);
+    if (desc.flags != 0) fail(DEFREC_ERROR_ARGUMENT, "desc.flags has unknown bits: ", desc.flags);
+    const struct {
+        const char* name;
+        float value, least, most;
+    } numbers[] = {
+        {"min_depth_mm", desc.min_depth_mm, 0.1f, 1e5f},
+        {"node_spacing_px", desc.node_spacing_px, 4, DEFREC_MAX_SIDE},
+        {"vertex_spacing_px", desc.vertex_spacing_px, 1, DEFREC_MAX_SIDE},
+        {"arap_weight", desc.arap_weight, 0, 1e9f},
+    };
+    for (const auto& number : numbers)
+        if (number.value != 0 && !(number.value >= number.least && number.value <= number.most))
+            fail(DEFREC_ERROR_ARGUMENT, "desc.", number.name, " is ", number.value, ", ", number.least, " to ", number.most,
+                 " expected, or 0 for the default");
+    const struct {
+        const char* name;
+        int64_t value, most;
+    } counts[] = {
+        {"min_disparity", desc.min_disparity, DEFREC_MAX_SIDE},   {"disparities", desc.disparities, DEFREC_MAX_SIDE},
+        {"max_features", desc.max_features, 65536},               {"max_patches", desc.max_patches, 65536},
+        {"coarse_iterations", desc.coarse_iterations, 1000},      {"fine_iterations", desc.fine_iterations, 1000},
+    };
+    for (const auto& count : counts)
+        if (count.value < 0 || count.value > count.most)
+            fail(DEFREC_ERROR_ARGUMENT, "desc.", count.name, " is ", count.value, ", 0 to ", count.most, " expected");
+    return desc;
+}
+
+// For as long as it lives the job cannot be released.
+class JobUse {
+  public:
+    explicit JobUse(defrec_job handle) : object_(find_handle(handle)), lock_(object_->in_use) {
+        if (object_->released) fail(DEFREC_ERROR_HANDLE, "this job was released already");
+    }
+    Job* operator->() const { return object_->job.get(); }
+
+  private:
+    std::shared_ptr<JobObject> object_;
+    std::shared_lock<std::shared_mutex> lock_;
+};
+
+defrec_memory_desc read_desc(const defrec_memory_desc* given) {
+    const auto desc = read_struct<defrec_memory_desc>("desc", given);
+    if (desc.kind != DEFREC_MEMORY_HOST && desc.kind != DEFREC_MEMORY_CUDA)
+        fail(DEFREC_ERROR_ARGUMENT, "desc.kind is ", desc.kind, "; HOST (1) and CUDA (2) exist");
+    const auto address = reinterpret_cast<uintptr_t>(desc.address);
+    if (desc.address == nullptr) fail(DEFREC_ERROR_ARGUMENT, "desc.address is NULL");
+    if (address % 16 != 0) fail(DEFREC_ERROR_ARGUMENT, "desc.address is ", address % 16, " bytes past a multiple of 16, where memory begins");
+    if (desc.size == 0 || desc.size > UINTPTR_MAX - address)
+        fail(DEFREC_ERROR_ARGUMENT, "desc.size is ", desc.size, ", at least 1 and no more than the address space expected");
+    return desc;
+}
+
+std::shared_ptr<const DeviceBuffer> read_memory(const char* what, defrec_memory given, const Tracker& tracker) {
+    std::shared_ptr<const DeviceBuffer> memory = find_handle(given)->buffer;
+    if (!tracker.can_use(*memory)) fail(DEFREC_ERROR_ARGUMENT, what, ": the memory was imported for another tracker");
+    return memory;
+}
+
+// memory_stride: what an image in memory has from row to row.
+FrameImage read_frame_image(const char* what, const defrec_image* given, uint32_t format, uint64_t memory_stride, const Tracker& tracker) {
+    defrec_image image = read_image(what, given);
+    expect_image(what, image, tracker.rig().width(), tracker.rig().height(), format);
+    if (image.memory == nullptr) return {static_cast<const uint8_t*>(image.pixels), image.stride, nullptr};
+    if (image.stride != 0 && image.stride != memory_stride)
+        fail(DEFREC_ERROR_ARGUMENT, what, ": stride is ", image.stride, " bytes, this tracker takes ", memory_stride, " in memory");
+    image.stride = memory_stride;
+    FrameImage read{nullptr, memory_stride, read_memory(what, image.memory, tracker)};
+    if (read.memory->size() < image_bytes(image))
+        fail(DEFREC_ERROR_ARGUMENT, what, ": the memory has ", read.memory->size(), " bytes, ", image_bytes(image), " are needed");
+    return read;
+}
+
+FrameInput read_frame(const defrec_frame* given, const Tracker& tracker) {
+    const auto frame = read_struct<defrec_frame>("frame", given);
+    if ((frame.flags & ~uint32_t{DEFREC_FRAME_CAPTURE_TEMPLATE}) != 0)
+        fail(DEFREC_ERROR_ARGUMENT, "frame.flags has unknown bits: ", frame.flags);
+    FrameInput input;
+    input.timestamp_ns = frame.timestamp_ns;
+    input.flags = frame.flags;
+    input.eyes[0] = read_frame_image("left", frame.left, tracker.format(), tracker.memory_stride(), tracker);
+    input.eyes[1] = read_frame_image("right", frame.right, tracker.format(), tracker.memory_stride(), tracker);
+    if (frame.ignore != nullptr)
+        input.ignore = read_frame_image("ignore", frame.ignore, DEFREC_FORMAT_GRAY8, tracker.rig().width(), tracker);
+    if (frame.samples != nullptr) input.samples = read_memory("samples", frame.samples, tracker);
+    return input;
+}
+
+}  // namespace
+
+extern "C" {
+
+defrec_status defrec_tracker_create(defrec_context context, defrec_rig rig, const defrec_tracker_desc* desc, defrec_tracker* out) {
+    return api_call([&] {
+        expect_given("out", out);
+        auto object = std::make_shared<TrackerObject>();
+        object->context = find_handle(context);
+        const auto cameras = find_handle(rig);
+        object->tracker = std::make_unique<Tracker>(object->context, cameras->rig, read_desc(desc));
+        *out = add_handle<defrec_tracker>(std::move(object));
+    });
+}
+
+void defrec_tracker_destroy(defrec_tracker tracker) { destroy_handle(tracker); }
+
+defrec_status defrec_memory_import(defrec_tracker tracker, const defrec_memory_desc* desc, defrec_memory* out) {
+    return api_call([&] {
+        expect_given("out", out);
+        const auto owner = find_handle(tracker);
+        const defrec_memory_desc given = read_desc(desc);
+        auto object = std::make_shared<MemoryObject>();
+        object->context = owner->context;
+        object->buffer = owner->tracker->import_memory(given.kind, given.address, given.size);
+        *out = add_handle<defrec_memory>(std::move(object));
+    });
+}
+
+void defrec_memory_release(defrec_memory memory) { destroy_handle(memory); }
+
+defrec_status defrec_tracker_submit(defrec_tracker tracker, const defrec_frame* frame, defrec_job* out) {
+    return api_call([&] {
+        expect_given("out", out);
+        const auto object = find_handle(tracker);
+        const OneThread one(object->inside);
+        FrameInput input = read_frame(frame, *object->tracker);
+        // The handle first: once the frame is queued nothing may fail any more.
+        const auto job = make_object<defrec_job>();
+        const defrec_job handle = add_handle<defrec_job>(job);
+        try {
+            job->job = object->tracker->submit(std::move(input));
+        } catch (...) {
+            remove_handle(handle);
+            throw;
+        }
+        *out = handle;
+    });
+}
+
+defrec_status defrec_job_wait(defrec_job job, uint64_t timeout_ns) {
+    return api_call([&] {
+        const JobUse use(job);
+        const defrec_status status = use->wait(timeout_ns);
+        return status < 0 ? report(status, use->error_text()) : status;
+    });
+}
+
+void defrec_job_release(defrec_job job) {
+    if (job == nullptr) return;
+    api_call([&] {
+        const auto object = remove_handle(job);
+        const std::unique_lock lock(object->in_use);
+        object->released = true;
+        object->job->release();
+    });
+}
+
+defrec_status defrec_job_result(defrec_job job, defrec_result* out) {
+    return api_call([&] {
+        const JobUse use(job);
+        checked_struct_size("out", out);
+        defrec_result result{};
+        result.struct_size = sizeof result;
+        use->result(result);
+        write_struct(out, result);
+    });
+}
+
+defrec_status defrec_job_warp_points(defrec_job job, const double* template_xyz, size_t count, double* xyz, uint8_t* status,
+                                     double* expected_error_mm) {
+    return api_call([&] {
+        const JobUse use(job);
+        check_count(count);
+        if (count != 0) {
+            expect_given("template_xyz", template_xyz);
+            expect_given("xyz", xyz);
+        }
+        use->warp_points(template_xyz, count, xyz, status, expected_error_mm);
+    });
+}
+
+// ---- templates -----------------------------------------------------------------------------------------------------
+
+defrec_status defrec_tracker_get_template(defrec_tracker tracker, defrec_template* out) {
+    return api_call([&] {
+        expect_given("out", out);
+        const auto object = find_handle(tracker);
+        *out = add_handle<defrec_template>(std::make_shared<TemplateObject>(object->tracker->current_template()));
+    });
+}
+
+defrec_status defrec_tracker_set_template(defrec_tracker tracker, defrec_template surface) {
+    return api_call([&] {
+        const auto object = find_handle(tracker);
+        const OneThread one(object->inside);
+        object->tracker->set_template(find_handle(surface)->surface);
+    });
+}
+
+void defrec_template_release(defrec_template surface) { destroy_handle(surface); }
+
+defrec_status defrec_template_get(defrec_template surface, defrec_template_info* out) {
+    return api_call([&] {
+        const auto object = find_handle(surface);
+        checked_struct_size("out", out);
+        defrec_template_info info{};
+        info.struct_size = sizeof info;
+        object->surface->info(info);
+        write_struct(out, info);
+    });
+}
+
+defrec_status defrec_template_lift(defrec_template surface, const double* uv, size_t count, double* xyz, uint8_t* found) {
+    return api_call([&] {
+        const auto object = find_handle(surface);
+        check_count(count);
+        if (count != 0) {
+            expect_given("uv", uv);
+            expect_given("xyz", xyz);
+            expect_given("found", found);
+        }
+        object->surface->lift(uv, count, xyz, found);
+    });
+}
+
+defrec_status defrec_template_save(defrec_template surface, const char* path) {
+    return api_call([&] {
+        const auto object = find_handle(surface);
+        expect_given("path", path);
+        object->surface->save(path);
+    });
+}
+
+defrec_status defrec_template_load(defrec_context context, const char* path, defrec_template* out) {
+    return api_call([&] {
+        expect_given("out", out);
+        expect_given("path", path);
+        const auto owner = find_handle(context);
+        *out = add_handle<defrec_template>(std::make_shared<TemplateObject>(Template::load(*owner, path)));
+    });
+}
+
+}  // extern "C"

@@ -1,0 +1,151 @@
+// platform.hpp on Linux and other POSIX systems.
+#include <dirent.h>
+#include <dlfcn.h>
+#include <fcntl.h>
+#include <pthread.h>
+#include <signal.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cfenv>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <system_error>
+
+#include "sdk/base/error.hpp"
+#include "sdk/base/platform.hpp"
+
+namespace defrec::platform {
+namespace {
+
+// But for those by which Mono stops threads during a collection: it waits for ever for a thread that has been in a callback and blocks them.
+class SignalsBlocked {
+  public:
+    SignalsBlocked() {
+        sigset_t blocked;
+        sigfillset(&blocked);
+        for (int signal = SIGRTMIN; signal <= SIGRTMAX; ++signal) sigdelset(&blocked, signal);
+        sigdelset(&blocked, SIGXCPU);
+#ifdef SIGPWR
+        sigdelset(&blocked, SIGPWR);
+#endif
+        pthread_sigmask(SIG_SETMASK, &blocked, &before_);
+    }
+    ~SignalsBlocked() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+    SignalsBlocked(const SignalsBlocked&) = delete;
+    SignalsBlocked& operator=(const SignalsBlocked&) = delete;
+
+  private:
+    sigset_t before_;
+};
+
+}  // namespace
+
+uint64_t process_id() noexcept { return static_cast<uint64_t>(getpid()); }
+
+std::thread start_thread(std::function<void()> body) {
+    const SignalsBlocked blocked;  // a thread inherits the mask
+    try {
+        return std::thread([run = std::move(body)] {
+            std::fesetenv(FE_DFL_ENV);
+            run();
+        });
+    } catch (const std::system_error& error) {
+        fail(DEFREC_ERROR_OUT_OF_MEMORY, "cannot start a thread: ", error.what());
+    }
+}
+
+DefaultFloatingPoint::DefaultFloatingPoint() noexcept {
+    static_assert(sizeof(std::fenv_t) <= sizeof saved_ && alignof(std::fenv_t) <= 16);
+    std::fegetenv(reinterpret_cast<std::fenv_t*>(saved_));
+    std::fesetenv(FE_DFL_ENV);
+}
+DefaultFloatingPoint::~DefaultFloatingPoint() { std::fesetenv(reinterpret_cast<const std::fenv_t*>(saved_)); }
+
+void spin_pause() noexcept {
+#if defined(__x86_64__) || defined(__i386__)
+    __builtin_ia32_pause();
+#elif defined(__aarch64__)
+    asm volatile("yield");
+#endif
+}
+
+PathInfo path_info(const std::string& path) noexcept {
+    struct stat info;
+    if (stat(path.c_str(), &info) != 0) return {};
+    const PathKind kind = S_ISREG(info.st_mode)   ? PathKind::kFile
+                          : S_ISDIR(info.st_mode) ? PathKind::kFolder
+                                                  : PathKind::kOther;
+    return {kind, (info.st_mode & S_IWOTH) != 0};
+}
+
+bool is_absolute(std::string_view path) noexcept { return !path.empty() && path.front() == '/'; }
+
+std::string canonical_path(const std::string& path) {
+    const std::unique_ptr<char, decltype(&std::free)> real(realpath(path.c_str(), nullptr), std::free);
+    return real == nullptr ? std::string() : std::string(real.get());
+}
+
+std::vector<std::string> list_folder(const std::string& path) {
+    const std::unique_ptr<DIR, int (*)(DIR*)> folder(opendir(path.c_str()), closedir);
+    std::vector<std::string> names;
+    if (folder == nullptr) return names;
+    while (const dirent* entry = readdir(folder.get())) names.emplace_back(entry->d_name);
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+std::vector<unsigned char> read_regular_file(const std::string& path, uint64_t cap) {
+    struct Descriptor {
+        int value;
+        ~Descriptor() {
+            if (value >= 0) close(value);
+        }
+    };
+    const Descriptor file{open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY)};
+    if (file.value < 0) fail(DEFREC_ERROR_IO, path, ": ", std::strerror(errno));
+    struct stat info;
+    if (fstat(file.value, &info) != 0) fail(DEFREC_ERROR_IO, path, ": ", std::strerror(errno));
+    if (!S_ISREG(info.st_mode)) fail(DEFREC_ERROR_PLUGIN, path, ": not a regular file");
+    const auto size = static_cast<uint64_t>(info.st_size);
+    if (size > cap) fail(DEFREC_ERROR_PLUGIN, path, ": ", size, " bytes, at most ", cap, " are read");
+    std::vector<unsigned char> bytes(size);
+    uint64_t have = 0;
+    while (have < size) {
+        const ssize_t count = read(file.value, bytes.data() + have, size - have);
+        if (count < 0 && errno == EINTR) continue;
+        if (count < 0) fail(DEFREC_ERROR_IO, path, ": ", std::strerror(errno));
+        if (count == 0) break;
+        have += static_cast<uint64_t>(count);
+    }
+    bytes.resize(have);
+    return bytes;
+}
+
+std::optional<std::string> trusted_environment(const char* name) {
+    const char* value = secure_getenv(name);
+    return value == nullptr ? std::nullopt : std::optional<std::string>(value);
+}
+
+std::string own_folder() {
+    Dl_info info;
+    if (dladdr(reinterpret_cast<const void*>(&own_folder), &info) == 0 || info.dli_fname == nullptr) return {};
+    const std::string file = canonical_path(info.dli_fname);
+    return file.substr(0, file.find_last_of('/') + 1);
+}
+
+void* open_library(const std::string& path) {
+    void* library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
+    if (library == nullptr) {
+        const char* reason = dlerror();
+        fail(DEFREC_ERROR_PLUGIN, path, ": ", reason == nullptr ? "cannot be loaded" : reason);
+    }
+    return library;
+}
+
+void* find_symbol(void* library, const char* name) noexcept { return dlsym(library, name); }
+
+}  // namespace defrec::platform

@@ -1,0 +1,91 @@
+#include "sdk/base/thread_pool.hpp"
+
+#include <doctest/doctest.h>
+
+#include <chrono>
+#include <csignal>
+#include <memory>
+
+#include <pthread.h>
+
+using defrec::ThreadPool;
+
+namespace {
+
+struct Counts {
+    explicit Counts(size_t count) : hits(std::make_unique<std::atomic<int>[]>(count)), size(count) {}
+    std::unique_ptr<std::atomic<int>[]> hits;
+    size_t size;
+    static void body(void* arg, size_t index) { ++static_cast<Counts*>(arg)->hits[index]; }
+    bool each_once() const {
+        for (size_t i = 0; i < size; ++i)
+            if (hits[i] != 1) return false;
+        return true;
+    }
+};
+
+}  // namespace
+
+TEST_CASE("every index is called once, for any number of threads and indices") {
+    for (const uint32_t threads : {1u, 2u, 3u, 8u}) {
+        ThreadPool pool(threads);
+        CHECK(pool.threads() == threads);
+        for (const size_t count : {size_t{0}, size_t{1}, size_t{2}, size_t{7}, size_t{1000}}) {
+            Counts counts(count);
+            pool.parallel_for(count, Counts::body, &counts);
+            CHECK(counts.each_once());
+        }
+    }
+}
+
+TEST_CASE("many short loops, one after the other and with pauses in which the threads fall asleep") {
+    ThreadPool pool(3);
+    for (int i = 0; i < 3000; ++i) {
+        Counts counts(5);
+        pool.parallel_for(5, Counts::body, &counts);
+        REQUIRE(counts.each_once());
+        if (i % 300 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+}
+
+TEST_CASE("a loop from within a body, and loops from several threads at once, are complete") {
+    ThreadPool pool(3);
+    struct Nested {
+        ThreadPool* pool;
+        std::atomic<int> complete{0};
+    } nested{&pool, {}};
+    const auto body = [](void* arg, size_t) {
+        auto& self = *static_cast<Nested*>(arg);
+        Counts inner(9);
+        self.pool->parallel_for(9, Counts::body, &inner);
+        if (inner.each_once()) ++self.complete;
+    };
+    std::vector<std::thread> callers;
+    for (int i = 0; i < 4; ++i)
+        callers.emplace_back([&] {
+            for (int k = 0; k < 200; ++k) pool.parallel_for(6, body, &nested);
+        });
+    for (std::thread& caller : callers) caller.join();
+    CHECK(nested.complete == 4 * 200 * 6);
+}
+
+TEST_CASE("row 31: the pool's threads take none of the application's signals") {
+    ThreadPool pool(2);
+    struct Seen {
+        std::thread::id caller = std::this_thread::get_id();
+        std::atomic<int> others{0}, blocked{0}, go{0};
+    } seen;
+    const auto body = [](void* arg, size_t) {
+        auto& self = *static_cast<Seen*>(arg);
+        // Both threads stay until both are here.
+        for (++self.go; self.go < 2;) std::this_thread::yield();
+        if (std::this_thread::get_id() == self.caller) return;
+        sigset_t mask;
+        pthread_sigmask(SIG_SETMASK, nullptr, &mask);
+        ++self.others;
+        if (sigismember(&mask, SIGINT) == 1 && sigismember(&mask, SIGUSR1) == 1) ++self.blocked;
+    };
+    pool.parallel_for(2, body, &seen);
+    CHECK(seen.others == 1);
+    CHECK(seen.blocked == 1);
+}

@@ -1,0 +1,45 @@
+// Row 37: a plugin that aborts or hangs when it is opened is reported. Scripts play the process that opens
+// it.
+#include "sdk/cli/devices/probe.hpp"
+
+#include <doctest/doctest.h>
+
+#include <chrono>
+#include <string>
+
+#include "sdk/cli/io/test_folder.hpp"
+
+using namespace defrec::cli;
+
+namespace {
+
+ProbeResult probe_with(const std::string& script,
+                       std::chrono::milliseconds limit = std::chrono::seconds(20)) {
+    const TestFolder folder;
+    const std::string program = folder.write("program", "#!/bin/sh\n" + script + "\n");
+    std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+    return probe_in_child(program, "/plugins/defrec_plugin_x.json", limit);
+}
+
+}  // namespace
+
+TEST_CASE("a plugin that works is reported with its devices, and asked for by its manifest") {
+    const ProbeResult result = probe_with(
+        "[ \"$1 $2 $3\" = 'devices --probe /plugins/defrec_plugin_x.json' ] || exit 9\n"
+        "echo '{\"good\": true, \"sentence\": \"fine\", \"devices\": [\"x:0\"]}'");
+    CHECK(result.is_good);
+    CHECK(result.sentence == "fine");
+    CHECK(result.devices == std::vector<std::string>{"x:0"});
+    CHECK(result.manifest == "/plugins/defrec_plugin_x.json");
+}
+
+TEST_CASE("row 37: a plugin that crashes, exits, hangs or talks is reported") {
+    CHECK(probe_with("kill -SEGV $$").sentence.find("crashed") != std::string::npos);
+    CHECK(probe_with("kill -ABRT $$").sentence.find("crashed") != std::string::npos);
+    CHECK(probe_with("exit 3").sentence.find("exit code 3") != std::string::npos);
+    CHECK(probe_with("echo nonsense").sentence.find("exit code 0") != std::string::npos);
+    CHECK(probe_with("exec sleep 100", std::chrono::milliseconds(300)).sentence.find("did not answer") !=
+          std::string::npos);
+    CHECK(probe_with("exec yes", std::chrono::milliseconds(300)).is_good == false);
+    CHECK_FALSE(probe_with("exec >&-; exec sleep 100", std::chrono::milliseconds(300)).is_good);
+}

@@ -1,0 +1,35 @@
+// Options that more than one subcommand has.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "sdk/cli/io/calibration.hpp"
+
+namespace defrec::cli {
+
+inline void add_device_options(CLI::App& command, std::string& backend, std::string& device,
+                               unsigned& threads) {
+    command.add_option("--backend", backend, "auto, cpu, reference, or another that `defrec devices` lists")
+        ->type_name("NAME")
+        ->capture_default_str();
+    command.add_option("--device", device, "The device by its whole id, as `defrec devices` shows it")
+        ->type_name("ID");
+    command.add_option("--threads", threads, "Threads of the library; 0: one for each core")
+        ->type_name("N")
+        ->check(CLI::Range(0, 1024));
+}
+
+inline void add_units_option(CLI::App& command, LengthUnit& units) {
+    command
+        .add_option_function<std::string>(
+            "--units",
+            [&units](const std::string& name) {
+                units = name == "m" ? LengthUnit::kMetre : LengthUnit::kMillimetre;
+            },
+            "Unit of the calibration's baseline, mm or m, where it is not the format's own")
+        ->type_name("UNIT")
+        ->check(CLI::IsMember({"mm", "m"}));
+}
+
+}  // namespace defrec::cli

@@ -1,0 +1,206 @@
+// libdefrec for the program.
+#include "sdk/cli/program/library.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace defrec::cli {
+namespace {
+
+void log_to_standard_error(void*, std::int32_t level, const char* source, const char* text) {
+    std::fprintf(stderr, "defrec: %s%s: %s\n", level >= DEFREC_LOG_ERROR ? "error: " : "", source, text);
+}
+
+void keep_remark(void* remarks, std::int32_t level, const char* source, const char* text) {
+    if (level == DEFREC_LOG_INFO) (*static_cast<PluginRemarks*>(remarks))[source] = text;
+}
+
+defrec_intrinsics intrinsics_of(const CameraCalibration& camera) {
+    defrec_intrinsics intrinsics{};
+    intrinsics.fx = camera.fx;
+    intrinsics.fy = camera.fy;
+    intrinsics.cx = camera.cx;
+    intrinsics.cy = camera.cy;
+    std::copy(camera.distortion.begin(), camera.distortion.end(), intrinsics.distortion);
+    intrinsics.distortion_count = static_cast<std::uint32_t>(camera.distortion.size());
+    return intrinsics;
+}
+
+defrec_image image_of(const ImageView& view) {
+    auto image = initialised<defrec_image>();
+    image.format = format_of_channels(view.channels);
+    image.width = static_cast<std::uint32_t>(view.width);
+    image.height = static_cast<std::uint32_t>(view.height);
+    image.stride = view.stride;
+    image.pixels = view.pixels;
+    return image;
+}
+
+std::string backend_of(const Device& device) { return device.id.substr(0, device.id.find(':')); }
+
+// What can be chosen, and why what cannot be chosen was refused.
+std::string describe_choice(const Context& context) {
+    std::string text = "available:";
+    for (const Device& device : list_devices(context)) text += " " + device.id;
+    if (list_devices(context).empty()) text += " nothing";
+    for (const Plugin& plugin : list_plugins(context)) {
+        if (!plugin.is_loaded) text += "; " + plugin.path + " was refused: " + plugin.reason;
+    }
+    return text;
+}
+
+struct ReasonName {
+    std::uint32_t reason;
+    const char* name;
+};
+constexpr ReasonName kReasonNames[] = {
+    {DEFREC_REASON_DARK, "dark"},
+    {DEFREC_REASON_SATURATED, "saturated"},
+    {DEFREC_REASON_NO_TEXTURE, "no-texture"},
+    {DEFREC_REASON_FEW_MATCHES, "few-matches"},
+    {DEFREC_REASON_OCCLUDED, "occluded"},
+    {DEFREC_REASON_LARGE_RESIDUAL, "large-residual"},
+    {DEFREC_REASON_FAST_MOTION, "fast-motion"},
+    {DEFREC_REASON_OUT_OF_VIEW, "out-of-view"},
+    {DEFREC_REASON_NO_DEPTH, "no-depth"},
+    {DEFREC_REASON_ONE_EYE, "one-eye"},
+    {DEFREC_REASON_FROZEN, "frozen"},
+    {DEFREC_REASON_GAP, "gap"},
+    {DEFREC_REASON_EYES_SWAPPED, "eyes-swapped"},
+    {DEFREC_REASON_LOW_CONTRAST, "low-contrast"},
+};
+
+}  // namespace
+
+void require(defrec_status status, ExitCode otherwise, const std::string& doing) {
+    if (status >= 0) return;
+    const bool is_device = status == DEFREC_ERROR_DEVICE_LOST || status == DEFREC_ERROR_PLUGIN ||
+                           status == DEFREC_ERROR_UNSUPPORTED;
+    throw CliError(is_device ? ExitCode::kDevice : otherwise, doing + ": " + defrec_last_error());
+}
+
+Context open_context(const ContextOptions& options) {
+    auto desc = initialised<defrec_context_desc>();
+    std::vector<const char*> paths;
+    for (const std::string& path : options.only_plugins) paths.push_back(path.c_str());
+    desc.flags = paths.empty() ? DEFREC_CONTEXT_USE_ENVIRONMENT : DEFREC_CONTEXT_ONLY_GIVEN_PLUGINS;
+    desc.plugin_paths = paths.data();
+    desc.plugin_path_count = paths.size();
+    desc.log = options.quiet ? nullptr : &log_to_standard_error;
+    desc.log_level = DEFREC_LOG_ERROR;
+    if (options.remarks != nullptr) {
+        desc.log = &keep_remark;
+        desc.log_user = options.remarks;
+        desc.log_level = DEFREC_LOG_INFO;
+    }
+    desc.threads = options.threads;
+    defrec_context context = nullptr;
+    require(defrec_context_create(&desc, &context), ExitCode::kInternal, "opening the library");
+    return Context(context);
+}
+
+std::vector<Device> list_devices(const Context& context) {
+    std::vector<Device> devices;
+    for (std::size_t i = 0; i < defrec_device_count(context.get()); ++i) {
+        auto info = initialised<defrec_device_info>();
+        require(defrec_device_get(context.get(), i, &info), ExitCode::kInternal, "listing the devices");
+        devices.push_back(
+            {info.id, info.name, info.driver != nullptr ? info.driver : "", info.kind, info.stages});
+    }
+    return devices;
+}
+
+std::vector<Plugin> list_plugins(const Context& context) {
+    const auto text = [](const char* string) { return std::string(string != nullptr ? string : ""); };
+    std::vector<Plugin> plugins;
+    for (std::size_t i = 0; i < defrec_plugin_count(context.get()); ++i) {
+        auto info = initialised<defrec_plugin_info>();
+        require(defrec_plugin_get(context.get(), i, &info), ExitCode::kInternal, "listing the plugins");
+        plugins.push_back({text(info.name), text(info.path), text(info.version), text(info.reason),
+                           info.verdict == DEFREC_OK});
+    }
+    return plugins;
+}
+
+Device choose_device(const Context& context, const std::string& backend, const std::string& device) {
+    for (const Device& candidate : list_devices(context)) {
+        if (!device.empty() && candidate.id != device) continue;
+        if (backend != "auto" && backend_of(candidate) != backend) continue;
+        if (candidate.has_every_stage()) return candidate;
+        if (!device.empty() || backend != "auto") {
+            throw CliError(ExitCode::kDevice, "the device '" + candidate.id +
+                                                  "' does not offer every stage that tracking needs; " +
+                                                  describe_choice(context) + ".");
+        }
+    }
+    const std::string asked = !device.empty()     ? "--device " + device
+                              : backend != "auto" ? "--backend " + backend
+                                                  : std::string("tracking");
+    throw CliError(ExitCode::kDevice,
+                   "there is no device for " + asked + "; " + describe_choice(context) + ".");
+}
+
+Rig make_rig(const Context& context, const StereoCalibration& calibration) {
+    auto desc = initialised<defrec_rig_desc>();
+    desc.width = static_cast<std::uint32_t>(calibration.width);
+    desc.height = static_cast<std::uint32_t>(calibration.height);
+    desc.left = intrinsics_of(calibration.left);
+    desc.right = intrinsics_of(calibration.right);
+    std::copy(calibration.rotation.begin(), calibration.rotation.end(), desc.rotation);
+    std::copy(calibration.translation.begin(), calibration.translation.end(), desc.translation);
+    defrec_rig rig = nullptr;
+    require(defrec_rig_create(context.get(), &desc, &rig), ExitCode::kCalibration,
+            calibration.left.matrix_origin);
+    return Rig(rig);
+}
+
+defrec_rig_info rig_info(const Rig& rig) {
+    auto info = initialised<defrec_rig_info>();
+    require(defrec_rig_get(rig.get(), &info), ExitCode::kInternal, "asking for the rectified camera");
+    return info;
+}
+
+std::uint32_t format_of_channels(int channels) {
+    return channels == 1 ? DEFREC_FORMAT_GRAY8 : DEFREC_FORMAT_BGR8;
+}
+
+Job submit(const Tracker& tracker, const StereoFrame& frame) {
+    constexpr double kNanosecondsPerMillisecond = 1e6;
+    const defrec_image left = image_of(frame.left), right = image_of(frame.right);
+    auto desc = initialised<defrec_frame>();
+    desc.timestamp_ns = std::llround(frame.timestamp_ms * kNanosecondsPerMillisecond);
+    desc.left = &left;
+    desc.right = &right;
+    defrec_job job = nullptr;
+    require(defrec_tracker_submit(tracker.get(), &desc, &job), ExitCode::kInternal,
+            "frame " + std::to_string(frame.index));
+    return Job(job);
+}
+
+const char* state_name(std::uint32_t state) {
+    switch (state) {
+        case DEFREC_INITIALISING:
+            return "initialising";
+        case DEFREC_TRACKING:
+            return "tracking";
+        case DEFREC_DEGRADED:
+            return "degraded";
+        case DEFREC_RELOCALISED:
+            return "relocalised";
+        default:
+            return "lost";
+    }
+}
+
+std::string reason_names(std::uint32_t reasons, const char* separator) {
+    std::string text;
+    for (const ReasonName& known : kReasonNames) {
+        if ((reasons & known.reason) == 0) continue;
+        if (!text.empty()) text += separator;
+        text += known.name;
+    }
+    return text;
+}
+
+}  // namespace defrec::cli

@@ -1,0 +1,182 @@
+// The program as a user meets it: exit codes, the files that track leaves, Ctrl-C, and that the same input
+// gives the same bytes.
+#include <doctest/doctest.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/videoio.hpp>
+#include <string>
+#include <vector>
+
+#include "sdk/cli/program/commands.hpp"
+#include "sdk/cli/render/test_sequence.hpp"
+
+using namespace defrec::cli;
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int kFrames = 5;
+
+int run(const std::vector<std::string>& arguments) {
+    std::vector<const char*> argv{"defrec"};
+    for (const std::string& argument : arguments) argv.push_back(argument.c_str());
+    return run_program(static_cast<int>(argv.size()), argv.data());
+}
+
+// One small rendered sequence for all cases.
+const TestFolder& sequence() { return rendered_sequence<kFrames>(); }
+
+std::vector<std::string> track_arguments(const std::string& out, const std::vector<std::string>& more = {}) {
+    const TestFolder& input = sequence();
+    std::vector<std::string> arguments{"track",         "--quiet",
+                                       "--left",        input / "left",
+                                       "--right",       input / "right",
+                                       "--calibration", input / "calibration.yaml",
+                                       "--points",      input / "points.csv",
+                                       "--out",         out};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+}
+
+std::size_t lines_of(const std::string& path) {
+    const std::string text = TestFolder::read(path);
+    return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+bool has_partial_files(const fs::path& folder) {
+    return std::any_of(fs::recursive_directory_iterator(folder), fs::recursive_directory_iterator(),
+                       [](const auto& entry) { return entry.path().extension() == ".partial"; });
+}
+
+}  // namespace
+
+TEST_CASE("exit code 2: what was typed is not understood") {
+    CHECK(run({}) == 2);
+    CHECK(run({"trak"}) == 2);
+    CHECK(run({"track"}) == 2);
+    CHECK(run({"track", "--out", "x", "--calibration", "y"}) == 2);
+    CHECK(run({"track", "--out", "x", "--calibration", "y", "--left", "l"}) == 2);
+    CHECK(run({"track", "--out", "x", "--calibration", "y", "--stereo", "s"}) == 2);
+    CHECK(run({"track", "--out", "x", "--calibration", "y", "--stereo", "s", "--layout", "diagonal"}) == 2);
+    CHECK(run({"track", "--out", "x", "--calibration", "y", "--left", "l", "--right", "r", "--frames",
+               "3:1"}) == 2);
+    CHECK(run({"score", "dir"}) == 2);
+    CHECK(run({"bench", "--size", "7"}) == 2);
+    const TestFolder folder;
+    const std::string config = folder.write("config.yaml", "max_featurs: 1\n");
+    CHECK(run(track_arguments(folder / "out", {"--config", config})) == 2);
+}
+
+TEST_CASE("help and version are no errors") {
+    CHECK(run({"--help"}) == 0);
+    CHECK(run({"--version"}) == 0);
+    for (const char* command : {"track", "render", "score", "devices", "bench"})
+        CHECK(run({command, "--help"}) == 0);
+}
+
+TEST_CASE("exit codes 3, 4, 5, 6 and 7") {
+    const TestFolder& input = sequence();
+    const TestFolder folder;
+    const std::string out = folder / "out";
+    CHECK(run({"track", "--quiet", "--left", input / "absent", "--right", input / "right", "--calibration",
+               input / "calibration.yaml", "--out", out}) == 3);
+    const std::string duplicate = folder.write("points.csv", "id,u,v\n1,5,5\n1,6,6\n");
+    CHECK(run({"track", "--quiet", "--left", input / "left", "--right", input / "right", "--calibration",
+               input / "calibration.yaml", "--points", duplicate, "--out", out}) == 3);
+    const std::string broken = folder.write("calibration.yaml", "M1: 1\n");
+    CHECK(run({"track", "--quiet", "--left", input / "left", "--right", input / "right", "--calibration",
+               broken, "--out", out}) == 4);
+    CHECK(run(track_arguments(out, {"--backend", "abacus"})) == 5);
+    CHECK(run(track_arguments(out, {"--device", "cpu:no-such-device"})) == 5);
+    CHECK(run(track_arguments(folder.write("file", "") + "/out")) == 7);
+    CHECK_FALSE(fs::exists(out));
+}
+
+TEST_CASE("track leaves every file, and the same input gives the same bytes with one thread and with two") {
+    const TestFolder folder;
+    REQUIRE(run(track_arguments(folder / "a", {"--threads", "2", "--meshes"})) == 0);
+    REQUIRE(run(track_arguments(folder / "b", {"--threads", "1", "--no-overlay"})) == 0);
+    REQUIRE(run(track_arguments(folder / "c", {"--threads", "2", "--no-overlay"})) == 0);
+    const std::size_t points = lines_of(sequence() / "points.csv") - 1;
+    CHECK(lines_of(folder / "a/points.csv") == 1 + kFrames * points);
+    CHECK(lines_of(folder / "a/frames.csv") == 1 + kFrames);
+    CHECK(TestFolder::read(folder / "a/points.csv") == TestFolder::read(folder / "b/points.csv"));
+    CHECK(TestFolder::read(folder / "a/points.csv") == TestFolder::read(folder / "c/points.csv"));
+    for (const char* name : {"template.ply", "overlay.mp4", "report.html", "summary.json"}) {
+        CAPTURE(name);
+        CHECK(fs::exists(folder.path() / "a" / name));
+    }
+    CHECK_FALSE(fs::exists(folder / "b/overlay.mp4"));
+    CHECK_FALSE(fs::exists(folder / "b/deformed"));
+    CHECK(TestFolder::read(folder / "a/deformed/000000.ply")
+              .starts_with("ply\nformat binary_little_endian 1.0\n"));
+    CHECK_FALSE(has_partial_files(folder.path()));
+    const auto summary = nlohmann::json::parse(TestFolder::read(folder / "a/summary.json"));
+    CHECK(summary["frames"] == kFrames);
+    CHECK(summary["states"]["tracking"].get<int>() > 0);
+
+    CHECK(run({"score", folder / "a", "--truth", sequence() / "truth.csv", "--max-median", "2"}) == 0);
+    CHECK(run({"score", folder / "a", "--truth", sequence() / "truth.csv", "--max-median", "0.000001",
+               "--json"}) == 6);
+}
+
+TEST_CASE("row 71: after a damaged frame the outputs hold those before, and the exit code is 3") {
+    const TestFolder folder;
+    fs::copy(sequence() / "left", folder / "left");
+    fs::resize_file(images_of(folder / "left")[3], 100);
+    CHECK(run({"track", "--quiet", "--left", folder / "left", "--right", sequence() / "right",
+               "--calibration", sequence() / "calibration.yaml", "--out", folder / "out"}) == 3);
+    CHECK(lines_of(folder / "out/frames.csv") == 1 + 3);
+    const auto summary = nlohmann::json::parse(TestFolder::read(folder / "out/summary.json"));
+    CHECK(summary["notes"].dump().find("not a whole image") != std::string::npos);
+    CHECK(fs::exists(folder / "out/report.html"));
+}
+
+TEST_CASE("row 73: Ctrl-C finishes the outputs and the exit code is 130") {
+    const TestFolder folder;
+    repeat_sequence(sequence(), folder);
+    const std::string out = folder / "out";
+    std::vector<std::string> arguments{DEFREC_BUILD_DIR "/bin/defrec",
+                                       "track",
+                                       "--quiet",
+                                       "--left",
+                                       folder / "left",
+                                       "--right",
+                                       folder / "right",
+                                       "--calibration",
+                                       sequence() / "calibration.yaml",
+                                       "--out",
+                                       out,
+                                       "--no-overlay"};
+    std::vector<char*> argv;
+    for (std::string& argument : arguments) argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    const pid_t child = ::fork();
+    if (child == 0) {
+        ::execv(argv[0], argv.data());
+        ::_exit(99);
+    }
+    // The template is written with the first tracked frame.
+    int status = 0;
+    for (int waited = 0; waited < 6000 && !fs::exists(out + "/template.ply"); ++waited) {
+        REQUIRE(::waitpid(child, &status, WNOHANG) == 0);
+        ::usleep(10000);
+    }
+    REQUIRE(::kill(child, SIGINT) == 0);
+    REQUIRE(::waitpid(child, &status, 0) == child);
+    CHECK(WIFEXITED(status));
+    CHECK(WEXITSTATUS(status) == 130);
+    const std::size_t frames = lines_of(out + "/frames.csv") - 1;
+    CHECK(frames >= 1);
+    CHECK(frames < 2000);
+    CHECK(lines_of(out + "/points.csv") == 1 + frames * 144);
+    CHECK(fs::exists(out + "/report.html"));
+    CHECK_FALSE(has_partial_files(out));
+}

@@ -1,0 +1,119 @@
+// Scores against numbers worked out by hand.
+#include "sdk/cli/score/score.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "sdk/cli/io/exit_code.hpp"
+#include "sdk/cli/io/test_folder.hpp"
+
+using namespace defrec::cli;
+
+namespace {
+
+// Frame 0: ids 0, 1 visible, 2 hidden. Frame 1: id 0 lost, id 1 without a row. Frame 2: nothing visible.
+const std::string kTruth =
+    "frame,id,x,y,z,visible\n"
+    "0,0,0,0,80,1\n0,1,10,0,80,1\n0,2,20,0,80,0\n"
+    "1,0,0,0,80,1\n1,1,10,0,80,1\n1,2,20,0,80,1\n"
+    "2,0,0,0,80,0\n2,1,10,0,80,0\n2,2,20,0,80,0\n";
+const std::string kPoints =
+    "frame,timestamp_ms,id,x,y,z,u,v,status,expected_error_mm\n"
+    "0,0,0,0,0,81,1,1,tracked,0.1\n0,0,1,13,4,80,1,1,tracked,0.1\n0,0,2,20,2,80,1,1,extrapolated,0.1\n"
+    "1,33,0,,,,,,lost,\n1,33,2,20,0,83,1,1,extrapolated,0.1\n"
+    "2,66,0,,,,,,lost,\n2,66,1,,,,,,lost,\n2,66,2,,,,,,lost,\n";
+const std::string kFrames = "frame,state,reasons\n0,tracking,\n1,degraded,occluded\n2,lost,dark\n";
+
+Score score_of(const TestFolder& folder, const FrameRange& range = {}) {
+    return score_folder(folder.path(), folder / "truth.csv", range);
+}
+
+void write_all(const TestFolder& folder) {
+    folder.write("truth.csv", kTruth);
+    folder.write("points.csv", kPoints);
+    folder.write("frames.csv", kFrames);
+}
+
+std::string refusal(const TestFolder& folder) {
+    try {
+        score_of(folder);
+    } catch (const CliError& error) {
+        CHECK(error.code() == ExitCode::kInput);
+        return error.what();
+    }
+    return "accepted";
+}
+
+}  // namespace
+
+TEST_CASE("the summary of a sample") {
+    std::vector<double> errors;
+    for (int i = 100; i >= 0; --i) errors.push_back(i);
+    const ErrorSummary summary = summarise(errors);
+    CHECK(summary.count == 101);
+    CHECK(summary.median == 50);
+    CHECK(summary.p95 == 95);
+    CHECK(summary.max == 100);
+    CHECK(summary.mean == doctest::Approx(50));
+    CHECK(summary.rmse == doctest::Approx(std::sqrt(3350.0)));
+    CHECK(summarise({1, 2}).median == 1.5);
+    CHECK(std::isnan(summarise({}).median));
+}
+
+TEST_CASE("visible, hidden and lost points are told apart, and missing rows are lost") {
+    const TestFolder folder;
+    write_all(folder);
+    const Score score = score_of(folder);
+    CHECK(score.all.frames == 3);
+    CHECK(score.frames_without_visible == 1);
+    CHECK(score.all.visible_points == 5);
+    CHECK(score.all.lost_visible == 2);
+    CHECK(score.all.lost_share() == doctest::Approx(0.4));
+    CHECK(score.all.visible.count == 3);  // 1, 5 and 3 mm
+    CHECK(score.all.visible.median == doctest::Approx(3));
+    CHECK(score.all.visible.max == doctest::Approx(5));
+    CHECK(score.all.hidden.count == 1);
+    CHECK(score.all.hidden.median == doctest::Approx(2));
+
+    REQUIRE(score.states.size() == 3);
+    CHECK(score.states[0].name == "tracking");
+    CHECK(score.states[0].visible.median == doctest::Approx(3));
+    CHECK(score.states[1].lost_share() == doctest::Approx(2.0 / 3));
+    CHECK(score.states[2].lost_share() == 0);
+
+    FrameRange first_only;
+    first_only.last = 1;
+    CHECK(score_of(folder, first_only).all.visible_points == 2);
+}
+
+TEST_CASE("limits are held, and nothing visible to measure exceeds them") {
+    const TestFolder folder;
+    write_all(folder);
+    const Score score = score_of(folder);
+    CHECK(exceeded(score, {}, {}) == "");
+    CHECK(exceeded(score, 3.0, 5.0) == "");
+    CHECK(exceeded(score, 2.9, {}).find("the median over visible points is 3.000 mm") == 0);
+    CHECK(exceeded(score, {}, 4.0).find("95th percentile") != std::string::npos);
+    folder.write("points.csv", kPoints.substr(0, kPoints.find('\n') + 1));
+    const Score empty = score_of(folder);
+    CHECK(empty.all.lost_share() == 1);
+    CHECK(exceeded(empty, 1000.0, {}) != "");
+    CHECK(score_json(empty)["visible"]["median_mm"].is_null());
+    CHECK(score_table(empty).find("100.00 %") != std::string::npos);
+}
+
+TEST_CASE("files that do not fit are refused with their line") {
+    const TestFolder folder;
+    write_all(folder);
+    folder.write("points.csv", kPoints + "1,33,2,1,2,3,1,1,tracked,0.1\n");
+    CHECK(refusal(folder).find("points.csv:10: frame 1, id 2 stands here again") != std::string::npos);
+    folder.write("points.csv", with(kPoints, "0,0,81", "0,nan,81"));
+    CHECK(refusal(folder).find("points.csv:2") != std::string::npos);
+    write_all(folder);
+    folder.write("truth.csv", "frame,id,x,y,z,visible\n0,0,0,0,80,2\n");
+    CHECK(refusal(folder).find("truth.csv:2: visible") != std::string::npos);
+    std::filesystem::remove(folder / "points.csv");
+    CHECK(refusal(folder).find("points.csv: there is no such file") != std::string::npos);
+}

@@ -1,0 +1,45 @@
+// points.csv as input.
+#include "sdk/cli/track/points.hpp"
+
+#include <unordered_map>
+
+#include "sdk/cli/io/csv.hpp"
+#include "sdk/cli/io/text.hpp"
+
+namespace defrec::cli {
+
+std::vector<FollowedPoint> read_points(const std::filesystem::path& path, int width, int height) {
+    CsvReader csv(path, {"id", "u", "v"});
+    std::vector<FollowedPoint> points;
+    std::unordered_map<std::int64_t, int> line_of_id;
+    while (csv.next()) {
+        const FollowedPoint point{csv.integer(0), csv.number(1), csv.number(2)};
+        const auto [earlier, is_new] = line_of_id.emplace(point.id, csv.line());
+        if (!is_new) {
+            csv.fail("id " + std::to_string(point.id) + " stands already in line " +
+                     std::to_string(earlier->second) + ".");
+        }
+        if (point.u < -0.5 || point.v < -0.5 || point.u > width - 0.5 || point.v > height - 0.5) {
+            csv.fail("the pixel " + format_fixed(point.u, 2) + "," + format_fixed(point.v, 2) +
+                     " lies outside the image of " + std::to_string(width) + "x" + std::to_string(height) +
+                     ".");
+        }
+        points.push_back(point);
+    }
+    if (points.empty()) csv.fail("the file names no point.");
+    return points;
+}
+
+std::vector<FollowedPoint> grid_points(int width, int height) {
+    constexpr int kColumns = 16, kRows = 9;
+    std::vector<FollowedPoint> points;
+    for (int row = 0; row < kRows; ++row) {
+        for (int column = 0; column < kColumns; ++column) {
+            points.push_back({row * kColumns + column, (0.05 + 0.9 * column / (kColumns - 1)) * (width - 1),
+                              (0.05 + 0.9 * row / (kRows - 1)) * (height - 1)});
+        }
+    }
+    return points;
+}
+
+}  // namespace defrec::cli

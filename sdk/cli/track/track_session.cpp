@@ -1,0 +1,358 @@
+// `defrec track`.
+#include "sdk/cli/track/track_session.hpp"
+
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <deque>
+#include <exception>
+#include <filesystem>
+#include <memory>
+#include <opencv2/core.hpp>
+#include <optional>
+
+#include "sdk/cli/io/atomic_file.hpp"
+#include "sdk/cli/program/interrupt.hpp"
+#include "sdk/cli/program/library.hpp"
+#include "sdk/cli/live_link/live_link.hpp"
+#include "sdk/cli/track/point_follower.hpp"
+#include "sdk/cli/track/real_time.hpp"
+#include "sdk/cli/report/report.hpp"
+#include "sdk/cli/track/result_record.hpp"
+#include "sdk/cli/io/terminal.hpp"
+#include "sdk/cli/track/track_summary.hpp"
+#include "sdk/cli/track/tracker_config.hpp"
+
+namespace defrec::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kFramesInFlight = 2;
+
+cv::Mat left_image(const StereoFrame& frame) {
+    return {frame.left.height, frame.left.width, CV_8UC(frame.left.channels),
+            const_cast<std::uint8_t*>(frame.left.pixels), frame.left.stride};
+}
+
+// The writers of overlay and report fail with plain exceptions that stand for files that cannot be written.
+template <typename Function>
+void as_output(const Function& function) {
+    try {
+        function();
+    } catch (const CliError&) {
+        throw;
+    } catch (const std::runtime_error& error) {
+        throw CliError(ExitCode::kOutput, error.what());
+    }
+}
+
+void check_frame_size(const FrameSource& source) {
+    const int width = source.width(), height = source.height();
+    if (width >= DEFREC_MIN_WIDTH && height >= DEFREC_MIN_HEIGHT && width <= DEFREC_MAX_SIDE &&
+        height <= DEFREC_MAX_SIDE) {
+        return;
+    }
+    throw CliError(ExitCode::kInput, "the frames are " + std::to_string(width) + "x" +
+                                         std::to_string(height) + "; sizes from " +
+                                         std::to_string(DEFREC_MIN_WIDTH) + "x" +
+                                         std::to_string(DEFREC_MIN_HEIGHT) + " to " +
+                                         std::to_string(DEFREC_MAX_SIDE) + " on a side are supported.");
+}
+
+StereoCalibration calibration_for(const TrackOptions& options, const FrameSource& source) {
+    StereoCalibration calibration = load_calibration(options.calibration, options.units);
+    fit_to_frames(calibration, source.width(), source.height());
+    return calibration;
+}
+
+defrec_tracker_desc tracker_desc(const TrackOptions& options, const FrameSource& source) {
+    auto desc = initialised<defrec_tracker_desc>();
+    desc.seed = options.seed;
+    desc.format = format_of_channels(source.channels());
+    desc.frames_in_flight = kFramesInFlight;
+    if (!options.config.empty()) read_config(options.config, desc);
+    return desc;
+}
+
+std::unique_ptr<LiveLink> open_link(const TrackOptions& options) {
+    if (options.link.kind == LinkOptions::Kind::kNone) return nullptr;
+    auto link = std::make_unique<LiveLink>(options.link);
+    if (options.link.kind == LinkOptions::Kind::kListen && !options.quiet) {
+        print_notice("live link: listening at " + to_string(link->endpoint()) + ".");
+    }
+    return link;
+}
+
+class TrackSession {
+  public:
+    explicit TrackSession(const TrackOptions& options)
+        : options_(options),
+          source_((source_is_given(options), options.source)),
+          calibration_((check_frame_size(source_), calibration_for(options, source_))),
+          desc_(tracker_desc(options, source_)),
+          link_(open_link(options)),
+          context_(open_context({options.threads, options.quiet, {}})),
+          device_(choose_device(context_, options.backend, options.device)),
+          rig_(make_rig(context_, calibration_)),
+          projection_(rig_),
+          followed_(points_to_follow()),
+          folder_((create_output_folder(options.out), options.out)),
+          points_(folder_ / "points.csv", followed_, rig_, projection_),
+          progress_(options.quiet) {
+        desc_.device_id = device_.id.c_str();
+        defrec_tracker tracker = nullptr;
+        require(defrec_tracker_create(context_.get(), rig_.get(), &desc_, &tracker),
+                options_.config.empty() ? ExitCode::kInternal : ExitCode::kUsage, "creating the tracker");
+        tracker_.reset(tracker);
+        if (options_.meshes) create_output_folder(folder_ / "deformed");
+        as_output([&] { open_report(); });
+    }
+
+    int run() {
+        const auto start = std::chrono::steady_clock::now();
+        std::exception_ptr failure;
+        try {
+            track_all();
+        } catch (const CliError&) {
+            failure = std::current_exception();
+        }
+        pending_.clear();
+        progress_.clear();
+        const double seconds =
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        finish_link();
+        finish(seconds, failure);
+        if (failure) std::rethrow_exception(failure);
+        return report_end();
+    }
+
+  private:
+    struct Pending {
+        StereoFrame frame;
+        Job job;
+    };
+
+    static void source_is_given(const TrackOptions& options) {
+        const bool is_one = !options.source.stereo.empty();
+        const bool is_two = !options.source.left.empty() && !options.source.right.empty();
+        if (is_one == is_two) {
+            throw CliError(ExitCode::kUsage,
+                           "give the frames as --left P --right P, or as --stereo P --layout L.");
+        }
+    }
+
+    std::vector<FollowedPoint> points_to_follow() const {
+        return options_.points.empty() ? grid_points(source_.width(), source_.height())
+                                       : read_points(options_.points, source_.width(), source_.height());
+    }
+
+    void open_report() {
+        const Projector projector = [this](const float* xyz, std::size_t count, float* uv) {
+            projection_.project(xyz, count, uv);
+        };
+        ReportMeta meta;
+        meta.sequence = options_.source.stereo.empty() ? options_.source.left : options_.source.stereo;
+        meta.backend = device_.id;
+        meta.device = device_.name;
+        meta.version = defrec_version_string();
+        meta.facts = {
+            {"Calibration", options_.calibration},
+            {"Frame size", std::to_string(source_.width()) + " x " + std::to_string(source_.height())},
+            {"Points", options_.points.empty() ? "a grid" : options_.points}};
+        if (options_.overlay) {
+            overlay_ = std::make_unique<OverlayWriter>(folder_ / "overlay.mp4", source_.width(),
+                                                       source_.height(), source_.fps(), projector);
+            meta.overlay_file = overlay_->path().filename().string();
+        }
+        report_ = std::make_unique<ReportWriter>(folder_ / "report.html", meta, projector);
+    }
+
+    void track_all() {
+        // In real time a result is taken before the next frame is waited for.
+        const std::size_t most_pending = options_.realtime ? 1 : kFramesInFlight;
+        RealTime real_time;
+        bool has_more = true;
+        while (has_more || !pending_.empty()) {
+            has_more = has_more && !interrupt_requested();
+            if (has_more && pending_.size() < most_pending) {
+                Pending next;
+                has_more = source_.next(next.frame);
+                if (!has_more) continue;
+                if (options_.realtime) real_time.wait_for(next.frame.timestamp_ms);
+                next.job = submit(tracker_, next.frame);
+                pending_.push_back(std::move(next));
+                continue;
+            }
+            if (pending_.empty()) break;
+            take_result(pending_.front());
+            pending_.pop_front();
+        }
+    }
+
+    void take_result(const Pending& pending) {
+        require(defrec_job_wait(pending.job.get(), UINT64_MAX), ExitCode::kInternal,
+                "frame " + std::to_string(pending.frame.index));
+        auto result = initialised<defrec_result>();
+        require(defrec_job_result(pending.job.get(), &result), ExitCode::kInternal, "reading the result");
+        const cv::Mat left = left_image(pending.frame);
+        if (!has_template_ && result.vertex_count > 0) take_template(pending.frame, left);
+
+        const std::vector<PointRow> points =
+            points_.add_frame(pending.frame.index, pending.frame.timestamp_ms,
+                              has_geometry(result) ? pending.job.get() : nullptr);
+        if (link_) {
+            link_->publish(link_frame(pending.frame, result, triangles_, points));
+            show_link_notices();
+        }
+        rows_.push_back(frame_row(pending.frame, result));
+        eyes_look_swapped_ = eyes_look_swapped_ || (result.reasons & DEFREC_REASON_EYES_SWAPPED) != 0;
+        if (options_.meshes && has_geometry(result)) write_mesh(pending.frame.index, result);
+        fill_record(rows_.back(), result, projection_, record_);
+        as_output([&] {
+            if (overlay_) overlay_->add(left, record_);
+            report_->add(left, record_);
+        });
+        progress_.update(static_cast<std::int64_t>(rows_.size()), source_.expected(), rows_.back().state);
+    }
+
+    void take_template(const StereoFrame& frame, const cv::Mat& left) {
+        defrec_template handle = nullptr;
+        require(defrec_tracker_get_template(tracker_.get(), &handle), ExitCode::kInternal,
+                "reading the template");
+        const Template surface(handle);
+        auto info = initialised<defrec_template_info>();
+        require(defrec_template_get(surface.get(), &info), ExitCode::kInternal, "reading the template");
+        const TemplateRecord record = template_record(info, projection_);
+        triangles_ = std::make_shared<const std::vector<std::uint32_t>>(record.triangles);
+        std::vector<float> normals;
+        for (std::uint64_t i = 0; i < info.vertex_count; ++i) {
+            normals.insert(normals.end(), info.vertices[i].normal, info.vertices[i].normal + 3);
+        }
+        write_ply(folder_ / "template.ply", {record.vertices.data(), normals.data(), nullptr, nullptr,
+                                             info.vertex_count, triangles_->data(), info.triangle_count});
+        points_.lift(surface);
+        as_output([&] {
+            if (overlay_) overlay_->set_template(record);
+            report_->set_template(record, left);
+        });
+        template_frame_ = frame.index;
+        has_template_ = true;
+        if (frame.index != options_.source.range.first) {
+            notes_.push_back("The first frame could not give a template; it was taken from frame " +
+                             std::to_string(frame.index) +
+                             ", and the points to follow were looked up there.");
+        }
+        if (const std::size_t count = points_.points_without_surface(); count > 0) {
+            notes_.push_back(
+                std::to_string(count) + " of " + std::to_string(points_.count()) +
+                " points to follow lie where the template has no surface; they are lost in every frame.");
+        }
+    }
+
+    void show_link_notices() {
+        const std::vector<std::string> notices = link_->take_notices();
+        if (options_.quiet || notices.empty()) return;
+        progress_.clear();
+        for (const std::string& notice : notices) print_notice(notice);
+    }
+
+    void finish_link() {
+        if (!link_) return;
+        link_facts_ = {link_->endpoint(), link_->finish()};
+        show_link_notices();
+        if (link_facts_->counts.receivers == 0) {
+            notes_.push_back("The live link at " + to_string(link_->endpoint()) + " reached nobody.");
+        }
+    }
+
+    void write_mesh(std::int64_t frame, const defrec_result& result) {
+        std::array<char, 32> name{};
+        std::snprintf(name.data(), name.size(), "%06lld.ply", static_cast<long long>(frame));
+        write_ply(folder_ / "deformed" / name.data(),
+                  {result.vertices, result.normals, result.vertex_status, result.expected_error_mm,
+                   result.vertex_count, triangles_->data(), triangles_->size() / 3});
+    }
+
+    // Writes what there is, also after a failure; the first file that cannot be written is reported.
+    void finish(double seconds, std::exception_ptr& failure) {
+        if (!source_.fault().empty()) notes_.push_back(source_.fault());
+        if (!has_template_) notes_.emplace_back("No frame could give a template; nothing was tracked.");
+        if (eyes_look_swapped_) {
+            notes_.emplace_back("The two images look swapped; exchange --left and --right.");
+        }
+        if (interrupt_requested())
+            notes_.emplace_back("Interrupted; the outputs hold the frames tracked until then.");
+        const auto attempt = [&](const auto& function) {
+            try {
+                as_output(function);
+            } catch (const CliError&) {
+                if (!failure) failure = std::current_exception();
+            }
+        };
+        attempt([&] { points_.commit(); });
+        attempt([&] { write_frames(folder_ / "frames.csv", rows_); });
+        attempt([&] {
+            if (!overlay_) return;
+            overlay_->finish();
+            if (!overlay_->note().empty()) notes_.push_back(overlay_->note());
+            report_->meta().overlay_file = overlay_->path().filename().string();
+        });
+        attempt([&] {
+            report_->meta().notes.insert(report_->meta().notes.end(), notes_.begin(), notes_.end());
+            report_->finish();
+        });
+        summary_ = summarise_track({options_, device_, calibration_, rig_info(rig_), rows_, points_, notes_,
+                                    has_template_ ? std::optional(template_frame_) : std::nullopt,
+                                    link_facts_, seconds});
+        attempt([&] { write_atomically(folder_ / "summary.json", summary_.dump(2) + "\n"); });
+    }
+
+    int report_end() const {
+        if (!options_.quiet) {
+            for (const std::string& note : notes_) print_notice(note);
+        } else if (!source_.fault().empty()) {
+            print_notice(source_.fault());
+        }
+        if (options_.json) {
+            print(summary_.dump(2) + "\n");
+        } else if (!options_.quiet) {
+            print(summary_text(summary_, folder_));
+        }
+        if (interrupt_requested()) return static_cast<int>(ExitCode::kInterrupted);
+        return static_cast<int>(source_.fault().empty() ? ExitCode::kOk : ExitCode::kInput);
+    }
+
+    const TrackOptions options_;
+    FrameSource source_;
+    StereoCalibration calibration_;
+    defrec_tracker_desc desc_;
+    std::unique_ptr<LiveLink> link_;  // null where none was asked for
+    Context context_;
+    Device device_;
+    Rig rig_;
+    RawProjection projection_;
+    std::vector<FollowedPoint> followed_;
+    fs::path folder_;
+    PointFollower points_;
+    ProgressBar progress_;
+    Tracker tracker_;
+    std::unique_ptr<OverlayWriter> overlay_;
+    std::unique_ptr<ReportWriter> report_;
+    std::deque<Pending> pending_;
+    std::shared_ptr<const std::vector<std::uint32_t>> triangles_;  // shared with frames that wait to be sent
+    std::vector<FrameRow> rows_;
+    FrameRecord record_;
+    std::vector<std::string> notes_;
+    std::optional<LinkFacts> link_facts_;  // when the link has ended
+    nlohmann::ordered_json summary_;
+    std::int64_t template_frame_ = 0;
+    bool has_template_ = false;
+    bool eyes_look_swapped_ = false;
+};
+
+}  // namespace
+
+int run_track(const TrackOptions& options) { return TrackSession(options).run(); }
+
+}  // namespace defrec::cli

@@ -1,0 +1,33 @@
+// `defrec track`: reads frames, tracks them and writes everything that the output folder gets.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "sdk/cli/io/calibration.hpp"
+#include "sdk/cli/io/frame_source.hpp"
+#include "sdk/cli/live_link/transmitter.hpp"
+
+namespace defrec::cli {
+
+struct TrackOptions {
+    SourceOptions source;
+    std::string calibration;
+    LengthUnit units = LengthUnit::kGuarded;
+    std::string out;
+    std::string points;  // empty: a grid
+    std::string backend = "auto", device;
+    std::string config;  // empty: the library's defaults
+    bool meshes = false, overlay = true;
+    LinkOptions link;
+    bool realtime = false;  // frames are taken no faster than at their own times
+    unsigned threads = 0;
+    std::uint64_t seed = 0;
+    bool quiet = false, json = false;
+};
+
+// Returns the exit code: 0, 3 when the input ended early, 130 when interrupted; in both cases the outputs
+// hold what was tracked. Throws CliError for everything else.
+int run_track(const TrackOptions& options);
+
+}  // namespace defrec::cli

@@ -1,0 +1,147 @@
+// summary.json: a tracked sequence in numbers.
+#include "sdk/cli/track/track_summary.hpp"
+
+#include <cmath>
+
+#include "sdk/cli/bench/process_memory.hpp"
+#include "sdk/cli/bench/statistics.hpp"
+#include "sdk/cli/io/text.hpp"
+
+namespace defrec::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json input_json(const TrackOptions& options) {
+    Json json;
+    if (options.source.stereo.empty()) {
+        json["left"] = options.source.left;
+        json["right"] = options.source.right;
+    } else {
+        json["stereo"] = options.source.stereo;
+        json["layout"] = options.source.layout == Layout::kSideBySide ? "side-by-side" : "top-bottom";
+    }
+    json["calibration"] = options.calibration;
+    json["points"] = options.points.empty() ? Json(nullptr) : Json(options.points);
+    json["config"] = options.config.empty() ? Json(nullptr) : Json(options.config);
+    json["seed"] = options.seed;
+    return json;
+}
+
+Json camera_json(const TrackFacts& facts) {
+    const defrec_camera& camera = facts.rig.camera;
+    return {{"width", facts.calibration.width},
+            {"height", facts.calibration.height},
+            {"resampled", facts.rig.identity == 0},
+            {"fx", camera.fx},
+            {"fy", camera.fy},
+            {"cx", camera.cx},
+            {"cy", camera.cy},
+            {"baseline_mm", camera.baseline_mm}};
+}
+
+Json states_json(const std::vector<FrameRow>& rows) {
+    Json json = Json::object();
+    for (const char* state : {"initialising", "tracking", "degraded", "lost", "relocalised"}) {
+        json[state] =
+            std::count_if(rows.begin(), rows.end(), [&](const FrameRow& row) { return row.state == state; });
+    }
+    return json;
+}
+
+Json points_json(const PointFollower& points) {
+    const std::size_t tracked = points.rows(PointStatus::kTracked);
+    const std::size_t extrapolated = points.rows(PointStatus::kExtrapolated);
+    const std::size_t lost = points.rows(PointStatus::kLost);
+    const auto total = static_cast<double>(std::max<std::size_t>(1, tracked + extrapolated + lost));
+    return {{"count", points.count()},
+            {"without_surface", points.points_without_surface()},
+            {"tracked_share", static_cast<double>(tracked) / total},
+            {"extrapolated_share", static_cast<double>(extrapolated) / total},
+            {"lost_share", static_cast<double>(lost) / total}};
+}
+
+Json link_json(const TrackFacts& facts) {
+    if (!facts.link) return nullptr;
+    return {{"endpoint", to_string(facts.link->endpoint)},
+            {"receivers", facts.link->counts.receivers},
+            {"frames_sent", facts.link->counts.sent},
+            {"frames_dropped", facts.link->counts.dropped}};
+}
+
+double mean_of(const std::vector<FrameRow>& rows, double FrameRow::*member) {
+    double sum = 0;
+    std::size_t count = 0;
+    for (const FrameRow& row : rows) {
+        if (!std::isfinite(row.*member)) continue;
+        sum += row.*member;
+        ++count;
+    }
+    return count > 0 ? sum / static_cast<double>(count) : 0;
+}
+
+std::string percent(const Json& share) { return format_fixed(100 * share.get<double>(), 1) + " %"; }
+
+}  // namespace
+
+Json stage_statistics(const std::vector<FrameRow>& rows) {
+    Json json = Json::object();
+    std::vector<double> values(rows.size());
+    const auto add = [&](const std::string& name) {
+        json[name] = {{"median_ms", percentile(values, 0.5)}, {"p99_ms", percentile(values, 0.99)}};
+    };
+    for (const std::string& stage : stage_names(rows)) {
+        for (std::size_t i = 0; i < rows.size(); ++i) values[i] = stage_total(rows[i], stage);
+        add(stage);
+    }
+    for (std::size_t i = 0; i < rows.size(); ++i) values[i] = rows[i].frame_ms;
+    add("frame");
+    return json;
+}
+
+Json summarise_track(const TrackFacts& facts) {
+    Json json;
+    json["defrec"] = defrec_version_string();
+    json["input"] = input_json(facts.options);
+    json["device"] = {{"id", facts.device.id}, {"name", facts.device.name}};
+    json["rectified_camera"] = camera_json(facts);
+    json["frames"] = facts.rows.size();
+    json["first_frame"] = facts.rows.empty() ? Json(nullptr) : Json(facts.rows.front().frame);
+    json["last_frame"] = facts.rows.empty() ? Json(nullptr) : Json(facts.rows.back().frame);
+    json["template_frame"] = facts.template_frame ? Json(*facts.template_frame) : Json(nullptr);
+    json["states"] = states_json(facts.rows);
+    json["points"] = points_json(facts.points);
+    json["mean_observed_share"] = mean_of(facts.rows, &FrameRow::observed_share);
+    json["mean_residual_mm"] = mean_of(facts.rows, &FrameRow::mean_residual_mm);
+    json["stages"] = stage_statistics(facts.rows);
+    json["live_link"] = link_json(facts);
+    json["seconds"] = facts.seconds;
+    json["peak_memory_mb"] = peak_megabytes();
+    json["notes"] = facts.notes;
+    return json;
+}
+
+std::string summary_text(const Json& summary, const std::filesystem::path& folder) {
+    std::string text = std::to_string(summary["frames"].get<std::size_t>()) + " frames on " +
+                       summary["device"]["id"].get<std::string>() + ":";
+    for (const auto& [state, count] : summary["states"].items()) {
+        if (count.get<std::int64_t>() == 0) continue;
+        text.append(" ")
+            .append(std::to_string(count.get<std::int64_t>()))
+            .append(" ")
+            .append(state)
+            .append(",");
+    }
+    text.back() = '\n';
+    const Json& points = summary["points"];
+    text += std::to_string(points["count"].get<std::size_t>()) +
+            " points: " + percent(points["tracked_share"]) + " tracked, " +
+            percent(points["extrapolated_share"]) + " extrapolated, " + percent(points["lost_share"]) +
+            " lost\n";
+    const Json& frame = summary["stages"]["frame"];
+    text += "a frame takes " + format_fixed(frame["median_ms"].get<double>(), 1) + " ms (median), " +
+            format_fixed(frame["p99_ms"].get<double>(), 1) + " ms (99th percentile)\n";
+    return text + "report: " + (folder / "report.html").string() + "\n";
+}
+
+}  // namespace defrec::cli

@@ -1,0 +1,65 @@
+// Loads one plugin after its manifest and its file have been checked, or says in one sentence why not.
+#pragma once
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "include/defrec_plugin.h"
+#include "sdk/plugin/host.hpp"
+#include "sdk/plugin/manifest.hpp"
+#include "sdk/base/services.hpp"
+
+namespace defrec {
+
+// A plugin's table in minor version 0; what comes behind is asked for with DEFREC_HAS.
+constexpr uint32_t kLeastTableSize = offsetof(defrec_plugin, host_alloc);
+
+// A plugin's instance for one context: its table, the host that it was given and its devices. Shut down by the
+// destructor; the code stays in the process (docs/plugins.md says why).
+class LoadedPlugin {
+  public:
+    struct DeviceEntry {
+        std::string id, name, driver;
+        uint32_t kind = 0, stages = 0, features = 0, conformance = 0;
+        uint64_t memory_bytes = 0;
+    };
+
+    // path: the library, absolute, its file already checked. Throws Error with the reason of the refusal.
+    LoadedPlugin(std::shared_ptr<const Services> services, const std::string& path, const PluginManifest& manifest);
+    ~LoadedPlugin();
+    LoadedPlugin(const LoadedPlugin&) = delete;
+    LoadedPlugin& operator=(const LoadedPlugin&) = delete;
+
+    const std::string& name() const { return name_; }
+    const std::shared_ptr<const Services>& services() const { return services_; }
+    const defrec_plugin& table() const { return *table_; }
+    const std::vector<DeviceEntry>& devices() const { return devices_; }
+
+  private:
+    void enter(const std::string& path);
+    void check_table(const std::string& path, const PluginManifest& manifest) const;
+    void list_devices(const std::string& path);
+    DeviceEntry describe_device(const std::string& path, size_t index) const;
+    void check_stage(const std::string& path, uint32_t stage) const;
+
+    std::shared_ptr<const Services> services_;
+    std::string name_;
+    PluginHostData host_data_;
+    defrec_host host_;
+    const defrec_plugin* table_ = nullptr;
+    std::vector<DeviceEntry> devices_;
+};
+
+// A manifest that was looked at.
+struct PluginCandidate {
+    std::string name, path, version;  // name: the manifest's, or its file name where it has none
+    defrec_status verdict = DEFREC_OK;
+    std::string reason;                      // "" when loaded
+    std::shared_ptr<const LoadedPlugin> plugin;  // null when refused
+};
+
+// Every candidate in the order of the search. Never throws for a bad plugin; std::bad_alloc only.
+std::vector<PluginCandidate> load_plugins(const std::shared_ptr<const Services>& services, const defrec_context_desc& desc);
+
+}  // namespace defrec

@@ -1,0 +1,193 @@
+// The loader through the C API: every refusal has a reason, and the rest goes on.
+#include <sys/stat.h>
+
+#include <doctest/doctest.h>
+#include <elf.h>
+
+#include <cstring>
+
+#include "sdk/api/test_context.hpp"
+#include "sdk/base/test_files.hpp"
+
+using namespace defrec::test;
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr char kLibrary[] = "defrec_plugin_good.so";
+constexpr char kManifest[] = "defrec_plugin_good.json";
+
+// The one candidate found in a folder is refused, with this status and these words, beside a good plugin that is loaded.
+void check_refused(const fs::path& folder, defrec_status verdict, const std::vector<std::string>& words) {
+    const TestContext context({folder.string(), stub_folder("twin").string()});
+    REQUIRE(defrec_plugin_count(context.get()) == 2);
+    const defrec_plugin_info info = context.plugin(0);
+    INFO(info.reason);
+    CHECK(info.verdict == verdict);
+    CHECK(contains(info.reason, folder.filename().string()));
+    for (const std::string& word : words) CHECK(contains(info.reason, word));
+    CHECK(context.plugin(1).verdict == DEFREC_OK);
+    CHECK(defrec_device_count(context.get()) == 1);
+}
+
+// A copy of the plugin "good" whose library, and by default the manifest with it, was changed.
+template <class Change>
+void check_changed(Change change, bool adapt_manifest, defrec_status verdict, const std::vector<std::string>& words) {
+    const TemporaryFolder folder;
+    const auto original = read_file(stub_folder("good") / kLibrary);
+    auto bytes = original;
+    change(bytes);
+    write_file(folder.path() / kLibrary, bytes);
+    write_file(folder.path() / kManifest, manifest_text(kLibrary, adapt_manifest ? bytes : original));
+    check_refused(folder.path(), verdict, words);
+}
+
+}  // namespace
+
+TEST_CASE("a good plugin is loaded and its device listed") {
+    const TestContext context({stub_folder("good").string()});
+    REQUIRE(defrec_plugin_count(context.get()) == 1);
+    const defrec_plugin_info plugin = context.plugin(0);
+    CHECK(plugin.verdict == DEFREC_OK);
+    CHECK(std::string(plugin.reason).empty());
+    CHECK(std::string(plugin.name) == "good");
+    CHECK(std::string(plugin.version) == "1.2.3");
+    CHECK(std::string(plugin.path) == (stub_folder("good") / kManifest).string());
+    REQUIRE(defrec_device_count(context.get()) == 1);
+    defrec_device_info device;
+    DEFREC_INIT(&device);
+    REQUIRE(defrec_device_get(context.get(), 0, &device) == DEFREC_OK);
+    CHECK(std::string(device.id) == "stub");
+    CHECK(device.stages == 1u << DEFREC_STAGE_RANSAC);
+}
+
+TEST_CASE("a call that misses a device says which plugins were refused and why, or that there are none") {
+    const auto sentence = [](const TestContext& context, const char* device) {
+        defrec_ransac_params params;
+        DEFREC_INIT(&params);
+        params.landmarks = 1;
+        defrec_stage stage = nullptr;
+        REQUIRE(defrec_stage_create(context.get(), device, DEFREC_STAGE_RANSAC, &params, &stage) < 0);
+        return std::string(defrec_last_error());
+    };
+    const TemporaryFolder folder;
+    for (const char* device : {static_cast<const char*>(nullptr), "cpu"}) {
+        CHECK(contains(sentence(TestContext({folder.path().string()}), device), "; no plugin was found"));
+        write_file(folder.path() / kManifest, manifest_text(kLibrary, {}));
+        const TestContext context({folder.path().string()});
+        CHECK(contains(sentence(context, device), "; a plugin was refused: " + std::string(context.plugin(0).reason)));
+        fs::remove(folder.path() / kManifest);
+    }
+    CHECK_FALSE(contains(sentence(TestContext({stub_folder("good").string()}), "cpu"), "plugin"));
+}
+
+TEST_CASE("row 32: a library cut off anywhere is refused") {
+    const size_t whole = read_file(stub_folder("good") / kLibrary).size();
+    for (const size_t size : {size_t{0}, size_t{1}, size_t{63}, size_t{64}, size_t{500}, size_t{4096}, whole / 2, whole - 1}) {
+        CAPTURE(size);
+        check_changed([&](auto& bytes) { bytes.resize(size); }, true, DEFREC_ERROR_PLUGIN, {kLibrary});
+    }
+}
+
+TEST_CASE("row 32: a FIFO, a folder, a text file and nothing at all in the library's place") {
+    const TemporaryFolder folder;
+    const fs::path library = folder.path() / kLibrary;
+    write_file(folder.path() / kManifest, manifest_text(kLibrary, {}));
+    check_refused(folder.path(), DEFREC_ERROR_IO, {kLibrary, "No such file"});
+    REQUIRE(mkfifo(library.c_str(), 0600) == 0);
+    check_refused(folder.path(), DEFREC_ERROR_PLUGIN, {kLibrary, "not a regular file"});
+    fs::remove(library);
+    fs::create_directory(library);
+    check_refused(folder.path(), DEFREC_ERROR_PLUGIN, {kLibrary, "not a regular file"});
+    fs::remove(library);
+    write_file(library, std::string(1000, 'x'));
+    check_refused(folder.path(), DEFREC_ERROR_PLUGIN, {kLibrary, "not a shared object"});
+}
+
+TEST_CASE("row 32: a FIFO, a folder and a text file in the manifest's place") {
+    const TemporaryFolder folder;
+    const fs::path manifest = folder.path() / kManifest;
+    REQUIRE(mkfifo(manifest.c_str(), 0600) == 0);
+    check_refused(folder.path(), DEFREC_ERROR_PLUGIN, {kManifest, "not a regular file"});
+    fs::remove(manifest);
+    fs::create_directory(manifest);
+    check_refused(folder.path(), DEFREC_ERROR_PLUGIN, {kManifest, "not a regular file"});
+    fs::remove(manifest);
+    write_file(manifest, std::string("hello"));
+    check_refused(folder.path(), DEFREC_ERROR_PLUGIN, {kManifest, "not an object"});
+    write_file(manifest, std::string(70000, ' '));
+    check_refused(folder.path(), DEFREC_ERROR_PLUGIN, {kManifest, "70000 bytes"});
+}
+
+TEST_CASE("row 33: a library for another processor is refused") {
+    const auto set_machine = [](auto& bytes) {
+        const uint16_t machine = EM_S390;
+        std::memcpy(bytes.data() + offsetof(Elf64_Ehdr, e_machine), &machine, sizeof machine);
+    };
+    check_changed(set_machine, true, DEFREC_ERROR_PLUGIN, {kLibrary, "another processor"});
+}
+
+TEST_CASE("row 34: one flipped bit is refused") {
+    const size_t whole = read_file(stub_folder("good") / kLibrary).size();
+    for (size_t at = 100; at < whole; at += whole / 20)
+        check_changed([&](auto& bytes) { bytes[at] ^= 4; }, false, DEFREC_ERROR_PLUGIN, {kLibrary});
+    check_changed([&](auto& bytes) { bytes[whole / 2] ^= 1; }, false, DEFREC_ERROR_PLUGIN, {"SHA-256", "changed or damaged"});
+}
+
+TEST_CASE("row 35: a library without the entry, or that needs a symbol nobody has") {
+    check_refused(stub_folder("missing_symbol"), DEFREC_ERROR_PLUGIN, {"does not export defrec_plugin_entry_v1"});
+    check_refused(stub_folder("undefined_symbol"), DEFREC_ERROR_PLUGIN, {"stub_symbol_that_nobody_defines"});
+}
+
+TEST_CASE("row 36: plugins of an older and of a newer ABI") {
+    check_refused(stub_folder("older_abi"), DEFREC_ERROR_VERSION, {"ABI 0.9", "speaks 1.1"});
+    check_refused(stub_folder("newer_abi"), DEFREC_ERROR_VERSION, {"ABI 2.0", "speaks 1.1"});
+    check_refused(stub_folder("other_minor"), DEFREC_ERROR_VERSION, {"minor 2", "the library 1"});
+    check_refused(stub_folder("other_stage_version"), DEFREC_ERROR_VERSION, {"stage ransac", "version 2"});
+    check_refused(stub_folder("short_table"), DEFREC_ERROR_VERSION, {"16 bytes"});
+}
+
+TEST_CASE("a plugin of an older minor version is loaded, whose table is shorter; so is one that offers all") {
+    for (const char* name : {"older_minor", "host_memory"}) {
+        CAPTURE(name);
+        const TestContext context({stub_folder(name).string()});
+        REQUIRE(defrec_plugin_count(context.get()) == 1);
+        CHECK(context.plugin(0).verdict == DEFREC_OK);
+        CHECK(defrec_device_count(context.get()) == 1);
+    }
+}
+
+TEST_CASE("row 37: tables with NULL in them, and entries that fail") {
+    check_refused(stub_folder("null_entry"), DEFREC_ERROR_PLUGIN, {"NULL for read"});
+    check_refused(stub_folder("null_stage_entry"), DEFREC_ERROR_PLUGIN, {"stage ransac", "NULL"});
+    check_refused(stub_folder("claims_stage"), DEFREC_ERROR_PLUGIN, {"claims the stage lm"});
+    check_refused(stub_folder("host_alloc_alone"), DEFREC_ERROR_PLUGIN, {"host_alloc without host_free"});
+    check_refused(stub_folder("no_table"), DEFREC_ERROR_PLUGIN, {"without a table"});
+    check_refused(stub_folder("no_id"), DEFREC_ERROR_PLUGIN, {"no id"});
+    check_refused(stub_folder("many_devices"), DEFREC_ERROR_PLUGIN, {"at most 64"});
+    check_refused(stub_folder("entry_fails"), DEFREC_ERROR_UNSUPPORTED, {"driver is too old"});
+}
+
+TEST_CASE("row 41: duplicate names and ids are resolved the same way every time") {
+    check_refused(stub_folder("duplicate_ids"), DEFREC_ERROR_PLUGIN, {"two of the plugin's devices", "stub"});
+
+    const TemporaryFolder folder;
+    const auto bytes = read_file(stub_folder("good") / kLibrary);
+    write_file(folder.path() / kLibrary, bytes);
+    write_file(folder.path() / kManifest, manifest_text(kLibrary, bytes));
+    const TestContext context({stub_folder("good").string(), folder.path().string(), stub_folder("twin").string()});
+    REQUIRE(defrec_plugin_count(context.get()) == 3);
+    CHECK(context.plugin(0).verdict == DEFREC_OK);
+    CHECK(context.plugin(1).verdict == DEFREC_ERROR_PLUGIN);
+    CHECK(contains(context.plugin(1).reason, "loaded before"));
+    CHECK(context.plugin(2).verdict == DEFREC_OK);
+    CHECK(defrec_device_count(context.get()) == 1);  // twin's device has the same id
+}
+
+TEST_CASE("a manifest must name the library that it describes") {
+    const TemporaryFolder folder;
+    const auto bytes = read_file(stub_folder("twin") / "defrec_plugin_twin.so");
+    write_file(folder.path() / kLibrary, bytes);
+    write_file(folder.path() / kManifest, manifest_text(kLibrary, bytes));
+    check_refused(folder.path(), DEFREC_ERROR_PLUGIN, {"calls itself \"twin\"", "\"good\""});
+}

@@ -1,0 +1,79 @@
+// See plugin_search.hpp.
+#include "sdk/plugin/search.hpp"
+
+#include <algorithm>
+#include <set>
+#include <string_view>
+
+#include "sdk/base/error.hpp"
+#include "sdk/base/platform.hpp"
+
+namespace defrec {
+namespace {
+
+bool is_manifest_name(std::string_view name) { return name.starts_with("defrec_plugin_") && name.ends_with(".json"); }
+
+class Search {
+  public:
+    explicit Search(const Services& services) : services_(services) {}
+
+    // Reports why nothing is found there; a missing path only if asked.
+    void look_in(const std::string& path, bool report_missing) {
+        if (!platform::is_absolute(path)) {
+            return refuse(DEFREC_ERROR_ARGUMENT, path, "not an absolute path, so it is not searched");
+        }
+        const platform::PathInfo info = platform::path_info(path);
+        switch (info.kind) {
+            case platform::PathKind::kFolder: return look_in_folder(path, info.world_writable);
+            case platform::PathKind::kFile: return add(path);
+            case platform::PathKind::kOther: return refuse(DEFREC_ERROR_PLUGIN, path, "neither a folder nor a regular file");
+            case platform::PathKind::kMissing:
+                if (report_missing) refuse(DEFREC_ERROR_IO, path, "no such file or folder");
+        }
+    }
+
+    std::vector<FoundManifest> take() { return std::move(found_); }
+
+  private:
+    void look_in_folder(const std::string& folder, bool world_writable) {
+        if (world_writable) return refuse(DEFREC_ERROR_PLUGIN, folder, "anybody may write to this folder, so it is not searched");
+        for (const std::string& name : platform::list_folder(folder))
+            if (is_manifest_name(name)) add(folder + (folder.ends_with('/') ? "" : "/") + name);
+    }
+
+    void add(const std::string& path) {
+        const std::string real = platform::canonical_path(path);
+        if (seen_.insert(real.empty() ? path : real).second) found_.push_back({path, "", DEFREC_OK});
+    }
+
+    void refuse(defrec_status verdict, const std::string& path, const char* reason) {
+        const std::string text = concat(path, ": ", reason);
+        services_.log(DEFREC_LOG_WARNING, "sdk", text.c_str());
+        found_.push_back({path, text, verdict});
+    }
+
+    const Services& services_;
+    std::set<std::string> seen_;
+    std::vector<FoundManifest> found_;
+};
+
+}  // namespace
+
+std::vector<FoundManifest> find_manifests(const Services& services, const defrec_context_desc& desc) {
+    Search search(services);
+    for (size_t i = 0; i < desc.plugin_path_count; ++i) search.look_in(desc.plugin_paths[i], true);
+    if (desc.flags & DEFREC_CONTEXT_ONLY_GIVEN_PLUGINS) return search.take();
+    if (desc.flags & DEFREC_CONTEXT_USE_ENVIRONMENT) {
+        std::string paths = platform::trusted_environment("DEFREC_PLUGIN_PATH").value_or("");
+        for (size_t at = 0; at < paths.size();) {
+            const size_t end = std::min(paths.find(':', at), paths.size());
+            if (end > at) search.look_in(paths.substr(at, end - at), true);
+            at = end + 1;
+        }
+    }
+    const std::string own = platform::own_folder();
+    if (!own.empty()) search.look_in(own, false);
+    return search.take();
+}
+
+}  // namespace defrec

@@ -1,0 +1,171 @@
+// Where plugins are looked for, through the C API.
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <doctest/doctest.h>
+
+#include <cstdlib>
+#include <mutex>
+
+#include "sdk/api/test_context.hpp"
+#include "sdk/base/test_files.hpp"
+
+using namespace defrec::test;
+namespace fs = std::filesystem;
+
+namespace {
+
+struct Log {
+    std::mutex mutex;
+    std::string text;
+    static void write(void* user, int32_t, const char* source, const char* text) {
+        auto& log = *static_cast<Log*>(user);
+        const std::lock_guard lock(log.mutex);
+        log.text.append(source).append(": ").append(text).append("\n");
+    }
+};
+
+std::vector<std::string> paths_of(const TestContext& context) {
+    std::vector<std::string> paths;
+    for (size_t i = 0; i < defrec_plugin_count(context.get()); ++i) paths.emplace_back(context.plugin(i).path);
+    return paths;
+}
+
+bool any_from(const TestContext& context, const fs::path& folder) {
+    for (const std::string& path : paths_of(context))
+        if (path.starts_with(folder.string())) return true;
+    return false;
+}
+
+class Environment {
+  public:
+    Environment(const char* name, const std::string& value) : name_(name) { setenv(name, value.c_str(), 1); }
+    ~Environment() { unsetenv(name_); }
+
+  private:
+    const char* name_;
+};
+
+defrec_context_desc with_flags(uint32_t flags) {
+    defrec_context_desc desc;
+    DEFREC_INIT(&desc);
+    desc.flags = flags;
+    desc.threads = 1;
+    return desc;
+}
+
+}  // namespace
+
+TEST_CASE("the folder of the library itself is searched, unless told not to") {
+    CHECK(any_from(TestContext(with_flags(0)), fs::path(DEFREC_BUILD_DIR) / "lib"));
+    CHECK(defrec_plugin_count(TestContext(with_flags(DEFREC_CONTEXT_ONLY_GIVEN_PLUGINS)).get()) == 0);
+}
+
+TEST_CASE("devices come fastest first, the reference last, whatever the order of the search") {
+    const std::string lib = std::string(DEFREC_BUILD_DIR) + "/lib/";
+    const std::string reference = lib + "defrec_plugin_reference.json";
+    const TestContext context({reference, stub_folder("good").string()});
+    REQUIRE(defrec_device_count(context.get()) == 2);
+    defrec_device_info device;
+    DEFREC_INIT(&device);
+    REQUIRE(defrec_device_get(context.get(), 0, &device) == DEFREC_OK);
+    CHECK(std::string(device.id) == "stub");
+    REQUIRE(defrec_device_get(context.get(), 1, &device) == DEFREC_OK);
+    CHECK(std::string(device.id) == "reference");
+    CHECK(device.stages == (1u << DEFREC_STAGE_COUNT_V1) - 1);
+}
+
+TEST_CASE("given places come first and in their order; names within a folder are sorted; each file counts once") {
+    const TemporaryFolder folder;
+    for (const char* name : {"defrec_plugin_b.json", "defrec_plugin_a.json", "other.json", "defrec_plugin_c.txt"})
+        write_file(folder.path() / name, std::string("{"));
+    fs::create_symlink(folder.path() / "defrec_plugin_a.json", folder.path() / "defrec_plugin_z.json");
+    const std::string good = (stub_folder("good") / "defrec_plugin_good.json").string();
+    const TestContext context({good, folder.path().string(), stub_folder("good").string()});
+    const std::vector<std::string> expected = {good, (folder.path() / "defrec_plugin_a.json").string(),
+                                               (folder.path() / "defrec_plugin_b.json").string()};
+    CHECK(paths_of(context) == expected);
+}
+
+TEST_CASE("relative paths, bare names and missing places are reported and not searched") {
+    const TemporaryFolder folder;
+    const fs::path before = fs::current_path();
+    fs::current_path(stub_folder("good"));
+    const TestContext context({".", "defrec_plugin_good.json", "defrec_plugin_good.so", "", (folder.path() / "gone").string()});
+    fs::current_path(before);
+    REQUIRE(defrec_plugin_count(context.get()) == 5);
+    for (size_t i = 0; i < 4; ++i) {
+        CHECK(context.plugin(i).verdict == DEFREC_ERROR_ARGUMENT);
+        CHECK(contains(context.plugin(i).reason, "not an absolute path"));
+    }
+    CHECK(context.plugin(4).verdict == DEFREC_ERROR_IO);
+    CHECK(defrec_device_count(context.get()) == 0);
+}
+
+TEST_CASE("row 43: folders and files that anybody may write to are ignored and logged") {
+    const TemporaryFolder folder;
+    const auto bytes = read_file(stub_folder("good") / "defrec_plugin_good.so");
+    const fs::path library = folder.path() / "defrec_plugin_good.so", manifest = folder.path() / "defrec_plugin_good.json";
+    write_file(library, bytes);
+    write_file(manifest, manifest_text("defrec_plugin_good.so", bytes));
+    Log log;
+    const std::string place = folder.path().string();
+    const char* places[] = {place.c_str()};
+    defrec_context_desc desc = with_flags(DEFREC_CONTEXT_ONLY_GIVEN_PLUGINS);
+    desc.plugin_paths = places;
+    desc.plugin_path_count = 1;
+    desc.log = Log::write;
+    desc.log_user = &log;
+    const auto verdict = [&] { return TestContext(desc).plugin(0).verdict; };
+    CHECK(verdict() == DEFREC_OK);
+    CHECK(log.text.empty());
+    for (const fs::path& open : {folder.path(), library, manifest}) {
+        const fs::perms before = fs::status(open).permissions();
+        fs::permissions(open, fs::perms::others_write, fs::perm_options::add);
+        CHECK(verdict() == DEFREC_ERROR_PLUGIN);
+        CHECK(contains(log.text, std::string("sdk: ").append(open.string()).append(": anybody may write")));
+        fs::permissions(open, before);
+    }
+    CHECK(verdict() == DEFREC_OK);
+}
+
+TEST_CASE("row 42: the environment counts only where the application allows it") {
+    std::string places = ":";
+    places.append(stub_folder("good").string()).append("::relative:");
+    const Environment path("DEFREC_PLUGIN_PATH", places);
+    CHECK(!any_from(TestContext(with_flags(0)), stub_folder("good")));
+    CHECK(!any_from(TestContext(with_flags(DEFREC_CONTEXT_ONLY_GIVEN_PLUGINS | DEFREC_CONTEXT_USE_ENVIRONMENT)), stub_folder("good")));
+    const TestContext context(with_flags(DEFREC_CONTEXT_USE_ENVIRONMENT));
+    CHECK(any_from(context, stub_folder("good")));
+    CHECK(context.plugin(0).verdict == DEFREC_OK);
+    CHECK(context.plugin(1).verdict == DEFREC_ERROR_ARGUMENT);
+}
+
+namespace {
+std::string output_of(const std::string& command) {
+    FILE* pipe = popen(command.c_str(), "r");
+    REQUIRE(pipe != nullptr);
+    std::string text;
+    for (int c = fgetc(pipe); c != EOF; c = fgetc(pipe)) text += char(c);
+    pclose(pipe);
+    return text;
+}
+}  // namespace
+
+TEST_CASE("row 42: a process with privileges of its own ignores the environment even where it is allowed") {
+    const Environment path("DEFREC_PLUGIN_PATH", stub_folder("good").string());
+    const fs::path probe = fs::path(DEFREC_BUILD_DIR) / "bin" / "defrec_privileged_probe";
+    CHECK(output_of(probe.string()) == "1\n");
+    if (geteuid() != 0) {
+        MESSAGE("skipped: only root can give a program another owner's rights");
+        return;
+    }
+    const TemporaryFolder folder;
+    fs::permissions(folder.path(), fs::perms(0755));
+    const fs::path copy = folder.path() / "probe";
+    fs::copy_file(probe, copy);
+    REQUIRE(chown(copy.c_str(), 65534, 65534) == 0);
+    REQUIRE(chmod(copy.c_str(), 04755) == 0);
+    // LeakSanitizer cannot look into such a process, and says so.
+    CHECK(output_of(copy.string() + " 2>/dev/null") == "0\n");
+}

@@ -1,0 +1,161 @@
+// See rig.hpp.
+#include "sdk/rig/rig.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sdk/base/error.hpp"
+#include "sdk/rig/rig_check.hpp"
+
+namespace defrec {
+namespace {
+
+constexpr int32_t kMapOne = 128;  // a map's unit: 1 px
+using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+bool same_cameras(const defrec_rig_desc& desc) {
+    const auto &a = desc.left, &b = desc.right;
+    return a.fx == b.fx && a.fy == b.fy && a.cx == b.cx && a.cy == b.cy;
+}
+
+bool rectified_already(const defrec_rig_desc& desc, const Lens& left, const Lens& right) {
+    const Eigen::Map<const RowMajor> rotation(desc.rotation);
+    const double* t = desc.translation;
+    return !left.distorted() && !right.distorted() && same_cameras(desc) &&
+           (rotation - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-9 &&
+           std::max(std::abs(t[1]), std::abs(t[2])) < 1e-9 * std::abs(t[0]);
+}
+
+Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& matrix) {
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    return svd.matrixU() * svd.matrixV().transpose();
+}
+
+}  // namespace
+
+Rig::Rig(std::shared_ptr<const Services> services, const defrec_rig_desc& desc)
+    : desc_((check_rig(desc), desc)),
+      lens_{Lens(desc.left, image_reach(desc.left, desc.width, desc.height)),
+            Lens(desc.right, image_reach(desc.right, desc.width, desc.height))},
+      map_{ContextVector<int32_t>(services), ContextVector<int32_t>(services)},
+      services_(services) {
+    rotation_.fill(Eigen::Matrix3d::Identity());
+    identity_ = rectified_already(desc, lens_[0], lens_[1]);
+    if (identity_) {
+        camera_ = {desc.left.fx, desc.left.fy, desc.left.cx, desc.left.cy, -desc.translation[0]};
+        return;
+    }
+    Services::forget_parallel_failure();
+    rectify();
+    choose_camera();
+    for (int eye = 0; eye < 2; ++eye) fill_map(eye);
+    Services::expect_parallel_success("computing the rectification");
+}
+
+// Bouguet's: each eye turns by half the rotation between them, then both turn so that x runs along the baseline
+// (J.-Y. Bouguet, Camera Calibration Toolbox; G. Bradski, A. Kaehler, Learning OpenCV, chapter 12).
+void Rig::rectify() {
+    const Eigen::AngleAxisd turn(nearest_rotation(Eigen::Map<const RowMajor>(desc_.rotation)));
+    const Eigen::Matrix3d half = Eigen::AngleAxisd(-turn.angle() / 2, turn.axis()).toRotationMatrix();
+    const Eigen::Vector3d baseline = half * Eigen::Map<const Eigen::Vector3d>(desc_.translation);
+    const Eigen::Quaterniond to_axis = Eigen::Quaterniond::FromTwoVectors(baseline, -Eigen::Vector3d::UnitX());
+    rotation_[0] = to_axis * half.transpose();
+    rotation_[1] = to_axis * half;
+}
+
+// The scale of the raw images, and the middle of what both eyes see in the middle of the image.
+void Rig::choose_camera() {
+    const double f = std::pow(desc_.left.fx * desc_.left.fy * desc_.right.fx * desc_.right.fy, 0.25);
+    constexpr int kSteps = 16;
+    const double w = desc_.width - 1.0, h = desc_.height - 1.0;
+    Eigen::Vector2d low, high, middle = Eigen::Vector2d::Zero();
+    for (int eye = 0; eye < 2; ++eye) {
+        low.setConstant(std::numeric_limits<double>::max());
+        high = -low;
+        for (int i = 0; i <= kSteps; ++i) {
+            const double s = double(i) / kSteps;
+            for (const Eigen::Vector2d& pixel : {Eigen::Vector2d(s * w, 0), Eigen::Vector2d(s * w, h), Eigen::Vector2d(0, s * h),
+                                                 Eigen::Vector2d(w, s * h)}) {
+                Eigen::Vector2d direction;
+                if (!lens_[eye].unproject(pixel, direction)) continue;
+                const Eigen::Vector3d turned = rotation_[eye] * direction.homogeneous();
+                if (turned.z() <= 0) fail(DEFREC_ERROR_UNSUPPORTED, "the cameras look in too different directions");
+                low = low.cwiseMin(turned.hnormalized());
+                high = high.cwiseMax(turned.hnormalized());
+            }
+        }
+        middle += (low + high) / 4;
+    }
+    camera_ = {f, f, w / 2 - f * middle.x(), h / 2 - f * middle.y(), Eigen::Map<const Eigen::Vector3d>(desc_.translation).norm()};
+}
+
+void Rig::fill_map(int eye) {
+    const size_t width = desc_.width, height = desc_.height;
+    map_[eye].resize(2 * width * height);
+    const double most_x = (width - 1.0) * kMapOne, most_y = (height - 1.0) * kMapOne;
+    services_->parallel_for(height, [&](size_t row) noexcept {
+        int32_t* out = map_[eye].data() + 2 * width * row;
+        for (size_t column = 0; column < width; ++column, out += 2) {
+            out[0] = out[1] = std::numeric_limits<int32_t>::min();
+            Eigen::Vector2d raw;
+            if (!to_raw(eye, Eigen::Vector2d(double(column), double(row)), raw)) continue;
+            const double x = std::floor(raw.x() * kMapOne + 0.5), y = std::floor(raw.y() * kMapOne + 0.5);
+            if (!(x >= 0 && x <= most_x && y >= 0 && y <= most_y)) continue;
+            out[0] = static_cast<int32_t>(x);
+            out[1] = static_cast<int32_t>(y);
+        }
+    });
+}
+
+bool Rig::to_raw(int eye, const Eigen::Vector2d& rectified, Eigen::Vector2d& raw) const {
+    const Eigen::Vector3d ray((rectified.x() - camera_.cx) / camera_.fx, (rectified.y() - camera_.cy) / camera_.fy, 1);
+    const Eigen::Vector3d turned = rotation_[eye].transpose() * ray;
+    return turned.z() > 0 && lens_[eye].project(turned.hnormalized(), raw);
+}
+
+bool Rig::to_rectified(int eye, const Eigen::Vector2d& raw, Eigen::Vector2d& rectified) const {
+    Eigen::Vector2d direction;
+    if (!lens_[eye].unproject(raw, direction)) return false;
+    const Eigen::Vector3d turned = rotation_[eye] * direction.homogeneous();
+    rectified = {camera_.fx * turned.x() / turned.z() + camera_.cx, camera_.fy * turned.y() / turned.z() + camera_.cy};
+    return turned.z() > 0;
+}
+
+template <class Convert>
+void Rig::convert_pixels(const double* in, size_t count, double* out, Convert convert) const {
+    for (size_t i = 0; i < count; ++i) {
+        const Eigen::Vector2d from(in[2 * i], in[2 * i + 1]);
+        Eigen::Vector2d to;
+        if (identity_) {
+            to = from;
+        } else if (!from.allFinite() || !convert(from, to) || !to.allFinite()) {
+            to.setConstant(std::numeric_limits<double>::quiet_NaN());
+        }
+        out[2 * i] = to.x();
+        out[2 * i + 1] = to.y();
+    }
+}
+
+void Rig::rectify_pixels(int eye, const double* raw_uv, size_t count, double* rectified_uv) const {
+    convert_pixels(raw_uv, count, rectified_uv, [&](const auto& from, auto& to) { return to_rectified(eye, from, to); });
+}
+
+void Rig::distort_pixels(int eye, const double* rectified_uv, size_t count, double* raw_uv) const {
+    convert_pixels(rectified_uv, count, raw_uv, [&](const auto& from, auto& to) { return to_raw(eye, from, to); });
+}
+
+defrec_rig_info Rig::info() const {
+    defrec_rig_info info{};
+    info.struct_size = sizeof info;
+    info.identity = identity_;
+    info.width = desc_.width;
+    info.height = desc_.height;
+    info.camera = camera_;
+    Eigen::Map<RowMajor>(info.rotation) = rotation_[0];
+    return info;
+}
+
+}  // namespace defrec

@@ -1,0 +1,296 @@
+#include "sdk/rig/rig.hpp"
+
+#include <doctest/doctest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <opencv2/calib3d.hpp>
+#include <random>
+#include <string>
+
+#include "sdk/base/error.hpp"
+
+using namespace defrec;
+
+namespace {
+
+std::shared_ptr<const Services> services(uint32_t threads = 1) {
+    defrec_context_desc desc{};
+    desc.threads = threads;
+    return std::make_shared<const Services>(desc);
+}
+
+// A stereo endoscope, 4.6 mm between eyes that look inwards a little.
+defrec_rig_desc endoscope(uint32_t distortion_count = 5) {
+    defrec_rig_desc desc{};
+    desc.struct_size = sizeof desc;
+    desc.width = 161;
+    desc.height = 119;
+    desc.left = {170, 171, 81.5, 60.25, {-0.31, 0.12, 0.001, -0.0007, -0.02, 0.01, 0.02, 0.003, 0.002, -0.001, 0.0015, 0.001, 0.02, -0.03}, distortion_count, 0};
+    desc.right = {168, 169.5, 78.25, 58.5, {-0.28, 0.10, -0.0012, 0.0004, 0.01, 0.02, -0.01, 0.002, -0.001, 0.002, 0.001, -0.002, -0.01, 0.02}, distortion_count, 0};
+    const Eigen::Matrix3d turn =
+        (Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitY()) * Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitX()) *
+         Eigen::AngleAxisd(-0.02, Eigen::Vector3d::UnitZ())).toRotationMatrix();
+    Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(desc.rotation) = turn;
+    desc.translation[0] = -4.6;
+    desc.translation[1] = 0.1;
+    desc.translation[2] = 0.2;
+    return desc;
+}
+
+defrec_rig_desc rectified() {
+    defrec_rig_desc desc = endoscope(0);
+    desc.left = desc.right = {170, 170, 80, 59, {}, 0, 0};
+    Eigen::Map<Eigen::Matrix3d>(desc.rotation).setIdentity();
+    desc.translation[1] = desc.translation[2] = 0;
+    return desc;
+}
+
+cv::Mat camera_matrix(const defrec_intrinsics& c) { return (cv::Mat_<double>(3, 3) << c.fx, 0, c.cx, 0, c.fy, c.cy, 0, 0, 1); }
+cv::Mat distortion(const defrec_intrinsics& c) {
+    cv::Mat d = cv::Mat::zeros(1, std::max(4, int(c.distortion_count)), CV_64F);
+    for (uint32_t i = 0; i < c.distortion_count; ++i) d.at<double>(int(i)) = c.distortion[i];
+    return d;
+}
+const defrec_intrinsics& eye_of(const defrec_rig_desc& desc, int eye) { return eye == 0 ? desc.left : desc.right; }
+
+cv::Mat to_cv(const Eigen::Matrix3d& m) {
+    cv::Mat result(3, 3, CV_64F);
+    for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < 3; ++c) result.at<double>(r, c) = m(r, c);
+    return result;
+}
+cv::Mat rectified_camera(const Rig& rig) {
+    const defrec_camera& c = rig.camera();
+    return (cv::Mat_<double>(3, 3) << c.fx, 0, c.cx, 0, c.fy, c.cy, 0, 0, 1);
+}
+
+Error refusal(const std::function<void(defrec_rig_desc&)>& change) {
+    defrec_rig_desc desc = endoscope();
+    change(desc);
+    try {
+        const Rig rig(services(), desc);
+    } catch (const Error& error) {
+        return error;
+    }
+    return Error(DEFREC_OK, "");
+}
+void check_refused(const char* part, const std::function<void(defrec_rig_desc&)>& change,
+                   defrec_status status = DEFREC_ERROR_ARGUMENT) {
+    const Error error = refusal(change);
+    INFO(error.what());
+    CHECK(error.status() == status);
+    CHECK(std::string(error.what()).find(part) != std::string::npos);
+}
+
+}  // namespace
+
+TEST_CASE("the rectifying rotations are those of OpenCV's stereoRectify") {
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> angle(-0.15, 0.15), offset(-0.3, 0.3);
+    for (int i = 0; i < 50; ++i) {
+        defrec_rig_desc desc = endoscope(0);
+        const Eigen::Vector3d axis(angle(random), angle(random), angle(random));
+        Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(desc.rotation) =
+            Eigen::AngleAxisd(axis.norm(), axis.normalized()).toRotationMatrix();
+        desc.translation[1] = offset(random);
+        desc.translation[2] = offset(random);
+        const Rig rig(services(), desc);
+        cv::Mat r1, r2, p1, p2, q;
+        cv::stereoRectify(camera_matrix(desc.left), distortion(desc.left), camera_matrix(desc.right), distortion(desc.right),
+                          cv::Size(161, 119), cv::Mat(3, 3, CV_64F, desc.rotation).clone(),
+                          cv::Mat(3, 1, CV_64F, desc.translation).clone(), r1, r2, p1, p2, q);
+        CHECK(cv::norm(r1 - to_cv(rig.rotation(0)), cv::NORM_INF) < 1e-9);
+        CHECK(cv::norm(r2 - to_cv(rig.rotation(1)), cv::NORM_INF) < 1e-9);
+        const Eigen::Map<const Eigen::Vector3d> t(desc.translation);
+        CHECK(rig.camera().baseline_mm == doctest::Approx(t.norm()).epsilon(1e-12));
+        CHECK((rig.rotation(1) * t - Eigen::Vector3d(-t.norm(), 0, 0)).norm() < 1e-9);
+    }
+}
+
+TEST_CASE("the maps are OpenCV's initUndistortRectifyMap, for every number of coefficients") {
+    for (const uint32_t count : {0u, 4u, 5u, 8u, 12u, 14u}) {
+        CAPTURE(count);
+        const defrec_rig_desc desc = endoscope(count);
+        const Rig rig(services(2), desc);
+        REQUIRE(!rig.identity());
+        for (int eye = 0; eye < 2; ++eye) {
+            cv::Mat map_x, map_y;
+            cv::initUndistortRectifyMap(camera_matrix(eye_of(desc, eye)), distortion(eye_of(desc, eye)), to_cv(rig.rotation(eye)),
+                                        rectified_camera(rig), cv::Size(161, 119), CV_32FC1, map_x, map_y);
+            const int32_t* map = rig.map(eye);
+            int inside = 0;
+            for (int y = 0; y < 119; ++y)
+                for (int x = 0; x < 161; ++x, map += 2) {
+                    const double u = map_x.at<float>(y, x), v = map_y.at<float>(y, x);
+                    if (map[0] == std::numeric_limits<int32_t>::min()) {
+                        const bool well_inside = u > 0.01 && v > 0.01 && u < 159.99 && v < 117.99;
+                        REQUIRE_FALSE(well_inside);
+                        REQUIRE(map[1] == std::numeric_limits<int32_t>::min());
+                    } else {
+                        REQUIRE(std::abs(map[0] / 128.0 - u) < 0.5 / 128 + 1e-4);
+                        REQUIRE(std::abs(map[1] / 128.0 - v) < 0.5 / 128 + 1e-4);
+                        ++inside;
+                    }
+                }
+            CHECK(inside > 161 * 119 * 8 / 10);
+        }
+    }
+}
+
+TEST_CASE("rectified pixels are OpenCV's undistortPoints, and the way back returns") {
+    for (const uint32_t count : {0u, 4u, 5u, 8u, 12u, 14u}) {
+        CAPTURE(count);
+        const defrec_rig_desc desc = endoscope(count);
+        const Rig rig(services(), desc);
+        for (int eye = 0; eye < 2; ++eye) {
+            std::vector<cv::Point2d> raw;
+            for (int y = 0; y < 119; y += 13)
+                for (int x = 0; x < 161; x += 16) raw.emplace_back(x + 0.25, y);
+            std::vector<cv::Point2d> expected;
+            cv::undistortPoints(raw, expected, camera_matrix(eye_of(desc, eye)), distortion(eye_of(desc, eye)), to_cv(rig.rotation(eye)),
+                                rectified_camera(rig), cv::TermCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 500, 1e-14));
+            std::vector<double> uv(2 * raw.size());
+            rig.rectify_pixels(eye, &raw[0].x, raw.size(), uv.data());
+            for (size_t i = 0; i < raw.size(); ++i) {
+                CHECK(std::abs(uv[2 * i] - expected[i].x) < 1e-6);
+                CHECK(std::abs(uv[2 * i + 1] - expected[i].y) < 1e-6);
+            }
+            rig.distort_pixels(eye, uv.data(), raw.size(), uv.data());
+            for (size_t i = 0; i < raw.size(); ++i) {
+                CHECK(std::abs(uv[2 * i] - raw[i].x) < 1e-6);
+                CHECK(std::abs(uv[2 * i + 1] - raw[i].y) < 1e-6);
+            }
+        }
+    }
+}
+
+TEST_CASE("a point in front of the rig falls onto the same row of both rectified images, at the disparity f B / Z") {
+    const defrec_rig_desc desc = endoscope(14);
+    const Rig rig(services(), desc);
+    const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> turn(desc.rotation);
+    const Eigen::Map<const Eigen::Vector3d> offset(desc.translation);
+    const Eigen::Vector3d left(3, -2, 80), right = turn * left + offset;
+    double uv[2][2];
+    for (int eye = 0; eye < 2; ++eye) {
+        const Eigen::Vector3d& point = eye == 0 ? left : right;
+        std::vector<cv::Point2d> pixel;
+        cv::projectPoints(std::vector<cv::Point3d>{{point.x(), point.y(), point.z()}}, cv::Mat::zeros(3, 1, CV_64F),
+                          cv::Mat::zeros(3, 1, CV_64F), camera_matrix(eye_of(desc, eye)), distortion(eye_of(desc, eye)), pixel);
+        rig.rectify_pixels(eye, &pixel[0].x, 1, uv[eye]);
+    }
+    const double depth = (rig.rotation(0) * left).z();
+    CHECK(uv[0][1] == doctest::Approx(uv[1][1]).epsilon(1e-9));
+    CHECK(uv[0][0] - uv[1][0] == doctest::Approx(rig.camera().fx * rig.camera().baseline_mm / depth).epsilon(1e-9));
+}
+
+TEST_CASE("the rectified view keeps the scale and stays in the middle") {
+    for (const uint32_t count : {0u, 5u, 14u}) {
+        const Rig rig(services(), endoscope(count));
+        CHECK(rig.camera().fx == rig.camera().fy);
+        CHECK(rig.camera().fx == doctest::Approx(169.6).epsilon(0.01));
+        const double middle[] = {80, 59};
+        double left[2], right[2];
+        rig.rectify_pixels(0, middle, 1, left);
+        rig.rectify_pixels(1, middle, 1, right);
+        CHECK(std::abs((left[0] + right[0]) / 2 - 80) < 6);
+        CHECK(std::abs((left[1] + right[1]) / 2 - 59) < 6);
+    }
+}
+
+TEST_CASE("cameras that are rectified already are used as they are") {
+    const Rig rig(services(), rectified());
+    CHECK(rig.identity());
+    CHECK(rig.map(0) == nullptr);
+    CHECK(rig.camera().cx == 80);
+    CHECK(rig.camera().baseline_mm == 4.6);
+    CHECK(rig.info().identity == 1);
+    const double uv[] = {3.5, 7.25};
+    double out[2];
+    rig.rectify_pixels(0, uv, 1, out);
+    CHECK(out[0] == 3.5);
+    CHECK(out[1] == 7.25);
+    defrec_rig_desc zeros = rectified();
+    zeros.left.distortion_count = zeros.right.distortion_count = 5;
+    CHECK(Rig(services(), zeros).identity());
+    const std::function<void(defrec_rig_desc&)> changes[] = {
+        [](auto& d) { d.left.fx += 0.01; }, [](auto& d) { d.right.cy += 0.01; }, [](auto& d) { d.translation[1] = 0.01; },
+        [](auto& d) { d.left.distortion_count = 4, d.left.distortion[0] = 0.01; }};
+    for (const auto& change : changes) {
+        defrec_rig_desc desc = rectified();
+        change(desc);
+        CHECK(!Rig(services(), desc).identity());
+    }
+}
+
+TEST_CASE("pixels without an answer give NaN, not a guess") {
+    const Rig rig(services(), endoscope());
+    const double nothing[] = {std::nan(""), 3, 1e9, 1e9};
+    double out[4];
+    rig.rectify_pixels(0, nothing, 2, out);
+    for (const double value : out) CHECK(std::isnan(value));
+    rig.distort_pixels(0, nothing, 2, out);
+    for (const double value : out) CHECK(std::isnan(value));
+}
+
+TEST_CASE("row 1: numbers that are not finite are refused by name") {
+    const double bad[] = {std::nan(""), std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+    for (const double value : bad) {
+        check_refused("left.fx", [&](auto& d) { d.left.fx = value; });
+        check_refused("right.cy", [&](auto& d) { d.right.cy = value; });
+        check_refused("right.distortion[2]", [&](auto& d) { d.right.distortion[2] = value; });
+        check_refused("rotation", [&](auto& d) { d.rotation[4] = value; });
+        check_refused("translation", [&](auto& d) { d.translation[2] = value; });
+    }
+}
+
+TEST_CASE("row 2: focal lengths and principal points that cannot be are refused") {
+    check_refused("left.fx is 0", [](auto& d) { d.left.fx = 0; });
+    check_refused("right.fy is -170", [](auto& d) { d.right.fy = -170; });
+    check_refused("left.fx is 0.01", [](auto& d) { d.left.fx = 0.01; });
+    check_refused("left.cx is 5000", [](auto& d) { d.left.cx = 5000; });
+    check_refused("right.cy is -900", [](auto& d) { d.right.cy = -900; });
+}
+
+TEST_CASE("row 3: no baseline, and row 4: metres for millimetres") {
+    check_refused("translation is 0", [](auto& d) { d.translation[0] = d.translation[1] = d.translation[2] = 0; });
+    check_refused("4.6 mm", [](auto& d) {
+        d.translation[0] = -0.0046;
+        d.translation[1] = d.translation[2] = 0;
+    });
+}
+
+TEST_CASE("row 5: eyes swapped in the calibration") {
+    check_refused("swapped", [](auto& d) { d.translation[0] = 4.6; });
+}
+
+TEST_CASE("row 7: a matrix that is no rotation is refused with the residual") {
+    check_refused("differs from the identity by", [](auto& d) { d.rotation[0] *= 1.01; });
+    check_refused("rotation", [](auto& d) { for (double& value : d.rotation) value = 0; });
+    check_refused("determinant", [](auto& d) { for (double& value : d.rotation) value = -value; });
+}
+
+TEST_CASE("row 8: vertical and forward baselines are unsupported") {
+    check_refused("not horizontal", [](auto& d) { d.translation[0] = 0, d.translation[1] = -4.6; }, DEFREC_ERROR_UNSUPPORTED);
+    check_refused("not horizontal", [](auto& d) { d.translation[0] = 0, d.translation[2] = 4.6; }, DEFREC_ERROR_UNSUPPORTED);
+    check_refused(" mm, 90 degrees", [](auto& d) {
+        for (int i = 0; i < 9; ++i) d.rotation[i] = i % 4 == 0;
+        d.translation[0] = d.translation[2] = 0, d.translation[1] = -4.6;
+    }, DEFREC_ERROR_UNSUPPORTED);
+}
+
+TEST_CASE("row 9: distortion of a wrong length, or not monotone inside the image") {
+    for (const uint32_t count : {1u, 3u, 6u, 13u, 15u, UINT32_MAX})
+        check_refused("distortion_count", [&](auto& d) { d.left.distortion_count = count; });
+    check_refused("not monotone", [](auto& d) { d.left.distortion[0] = -3; });
+    check_refused("not monotone", [](auto& d) { d.left.distortion[2] = 2; });
+}
+
+TEST_CASE("row 21: sizes outside the limits, and flags") {
+    check_refused("0 x 119", [](auto& d) { d.width = 0; });
+    check_refused("161 x 47", [](auto& d) { d.height = 47; });
+    check_refused("8193", [](auto& d) { d.width = 8193; });
+    check_refused("flags", [](auto& d) { d.flags = 1; });
+}

@@ -1,0 +1,182 @@
+// Capturing a template: what a known surface's disparity must give.
+#include "sdk/template/capture.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <functional>
+#include <set>
+
+namespace {
+
+using defrec::CaptureInput;
+using defrec::TemplateData;
+
+constexpr uint32_t kWidth = 321, kHeight = 201;
+
+// Images of a surface given by its disparity (px) per pixel; a value <= 0 is a hole.
+struct Scene {
+    std::vector<uint8_t> gray, mask;
+    std::vector<int16_t> disparity;
+    std::vector<defrec_feature> features;
+    CaptureInput input;
+
+    explicit Scene(const std::function<double(double, double)>& disparity_at)
+        : gray(kWidth * kHeight), mask(kWidth * kHeight, 255), disparity(kWidth * kHeight) {
+        for (uint32_t y = 0; y < kHeight; ++y)
+            for (uint32_t x = 0; x < kWidth; ++x) {
+                const double d = disparity_at(x, y);
+                const size_t i = y * kWidth + x;
+                disparity[i] = d > 0 ? static_cast<int16_t>(std::lround(16 * d)) : int16_t{DEFREC_DISPARITY_NONE};
+                gray[i] = static_cast<uint8_t>(128 + 40 * std::sin(0.5 * x) * std::cos(0.4 * y));
+            }
+        for (int32_t y = 20; y < 190; y += 30)
+            for (int32_t x = 20; x < 310; x += 30) {
+                defrec_feature feature{};
+                feature.x = 16 * x + 3;
+                feature.y = 16 * y + 5;
+                features.push_back(feature);
+            }
+    }
+    const CaptureInput& prepared() {
+        input.width = kWidth;
+        input.height = kHeight;
+        input.camera = {400, 400, 160, 100, 5};
+        input.gray = gray.data();
+        input.mask = mask.data();
+        input.disparity = disparity.data();
+        input.features = features;
+        input.vertex_spacing_px = 6;
+        input.node_spacing_px = 20;
+        input.max_patches = 200;
+        return input;
+    }
+};
+
+double smooth_disparity(double x, double y) { return 25 + 0.01 * x + 2 * std::sin(0.015 * y + 0.01 * x); }
+
+double lift_error_mm(const TemplateData& data, double u, double v, double true_disparity) {
+    double disparity = 0, support = 0;
+    REQUIRE(defrec::grid_disparity(data, u, v, disparity, support));
+    const double focal_baseline = data.camera.fx * data.camera.baseline_mm;
+    return std::abs(focal_baseline / disparity - focal_baseline / true_disparity);
+}
+
+}  // namespace
+
+TEST_CASE("a smooth surface is lifted to within what 1/16 px of disparity allows") {
+    Scene scene(smooth_disparity);
+    const auto data = defrec::capture_template(scene.prepared());
+    REQUIRE(data.has_value());
+    for (double v = 3; v < kHeight; v += 17.3)
+        for (double u = 3; u < kWidth; u += 19.7) CHECK(lift_error_mm(*data, u, v, smooth_disparity(u, v)) < 0.1);
+}
+
+TEST_CASE("holes are filled from their rim and say how far the evidence is") {
+    const auto with_hole = [](double x, double y) {
+        return std::hypot(x - 160, y - 100) < 15 ? -1 : smooth_disparity(x, y);
+    };
+    Scene scene(with_hole);
+    const auto data = defrec::capture_template(scene.prepared());
+    REQUIRE(data.has_value());
+    CHECK(lift_error_mm(*data, 160, 100, smooth_disparity(160, 100)) < 0.5);
+    double disparity = 0, support = 0;
+    REQUIRE(defrec::grid_disparity(*data, 160, 100, disparity, support));
+    CHECK(support > 8);
+    REQUIRE(defrec::grid_disparity(*data, 60, 60, disparity, support));
+    CHECK(support == 0);
+}
+
+TEST_CASE("an instrument in front is no part of the surface, nor is anything placed on it") {
+    const auto on_instrument = [](double x, double y) { return x > 200 && x < 260 && y > 60; };
+    const auto with_instrument = [&](double x, double y) { return on_instrument(x, y) ? 60 : smooth_disparity(x, y); };
+    Scene scene(with_instrument);
+    const auto data = defrec::capture_template(scene.prepared());
+    REQUIRE(data.has_value());
+    for (const defrec_surface_point& vertex : data->vertices) CHECK(vertex.position[2] > 400 * 5 / 40.0);
+    for (const defrec_patch& patch : data->patches) {
+        const bool inside = patch.u > 210 && patch.u < 250 && patch.v > 70;
+        CHECK_FALSE(inside);
+    }
+    for (const defrec_surface_point& landmark : data->landmark_points) CHECK(landmark.position[2] > 400 * 5 / 40.0);
+}
+
+TEST_CASE("triangles face the camera and name vertices that exist; normals have unit length towards the camera") {
+    Scene scene(smooth_disparity);
+    const auto data = defrec::capture_template(scene.prepared());
+    REQUIRE(data.has_value());
+    REQUIRE(data->triangles.size() > 1000);
+    for (size_t t = 0; t < data->triangles.size(); t += 3) {
+        double p[3][3];
+        for (size_t corner = 0; corner < 3; ++corner) {
+            REQUIRE(data->triangles[t + corner] < data->vertices.size());
+            for (size_t axis = 0; axis < 3; ++axis)
+                p[corner][axis] = data->vertices[data->triangles[t + corner]].position[axis];
+        }
+        double a[3], b[3];
+        for (size_t axis = 0; axis < 3; ++axis) {
+            a[axis] = p[1][axis] - p[0][axis];
+            b[axis] = p[2][axis] - p[0][axis];
+        }
+        const double normal_dot_ray = (a[1] * b[2] - a[2] * b[1]) * p[0][0] + (a[2] * b[0] - a[0] * b[2]) * p[0][1] +
+                                      (a[0] * b[1] - a[1] * b[0]) * p[0][2];
+        CHECK(normal_dot_ray < 0);
+    }
+    for (const defrec_surface_point& vertex : data->vertices) {
+        const float* n = vertex.normal;
+        const float* p = vertex.position;
+        CHECK(std::abs(n[0] * n[0] + n[1] * n[1] + n[2] * n[2] - 1) < 1e-4);
+        CHECK(n[0] * p[0] + n[1] * p[1] + n[2] * p[2] < 0);
+    }
+}
+
+TEST_CASE("skins sum to one and reproduce positions, so that a uniform stretch is no bending") {
+    Scene scene(smooth_disparity);
+    const auto data = defrec::capture_template(scene.prepared());
+    REQUIRE(data.has_value());
+    for (const defrec_surface_point& vertex : data->vertices) {
+        float sum = 0, blended[3] = {0, 0, 0};
+        for (int k = 0; k < DEFREC_SKIN_NODES; ++k) {
+            REQUIRE(vertex.node[k] >= 0);
+            REQUIRE(static_cast<size_t>(vertex.node[k]) < data->nodes.size() / 3);
+            sum += vertex.weight[k];
+            for (int axis = 0; axis < 3; ++axis)
+                blended[axis] += vertex.weight[k] * data->nodes[static_cast<size_t>(3 * vertex.node[k] + axis)];
+        }
+        CHECK(sum == doctest::Approx(1).epsilon(1e-5));
+        for (int axis = 0; axis < 2; ++axis) CHECK(std::abs(blended[axis] - vertex.position[axis]) < 0.6);
+    }
+}
+
+TEST_CASE("connections are unique, ordered and dense") {
+    Scene scene(smooth_disparity);
+    const auto data = defrec::capture_template(scene.prepared());
+    REQUIRE(data.has_value());
+    std::set<std::pair<int32_t, int32_t>> seen;
+    for (const defrec_edge& edge : data->edges) {
+        CHECK(edge.a < edge.b);
+        CHECK(edge.weight > 0);
+        CHECK(seen.emplace(edge.a, edge.b).second);
+    }
+    CHECK(data->edges.size() > 6 * data->nodes.size() / 3);
+}
+
+TEST_CASE("too little disparity makes no template") {
+    Scene empty([](double, double) { return -1.0; });
+    CHECK_FALSE(defrec::capture_template(empty.prepared()).has_value());
+    Scene corner([](double x, double y) { return x < 60 && y < 60 ? 25.0 : -1.0; });
+    CHECK_FALSE(defrec::capture_template(corner.prepared()).has_value());
+}
+
+TEST_CASE("masked pixels give no patches") {
+    Scene scene(smooth_disparity);
+    for (size_t y = 50; y < 150; ++y)
+        for (size_t x = 100; x < 200; ++x) scene.mask[y * kWidth + x] = 0;
+    const auto data = defrec::capture_template(scene.prepared());
+    REQUIRE(data.has_value());
+    REQUIRE_FALSE(data->patches.empty());
+    for (const defrec_patch& patch : data->patches) {
+        const bool inside = patch.u >= 100 && patch.u < 200 && patch.v >= 50 && patch.v < 150;
+        CHECK_FALSE(inside);
+    }
+}

@@ -1,0 +1,277 @@
+// A template as a file: a header with a version, the arrays one after the other, a checksum. Little endian.
+#include <bit>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <system_error>
+#include <type_traits>
+#include <utility>
+
+#include "sdk/device/context.hpp"
+#include "sdk/template/template.hpp"
+
+namespace defrec {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "the file's layout is the memory's");
+
+constexpr char kMagic[8] = {'d', 'e', 'f', 'r', 'e', 'c', 'T', '\n'};
+constexpr uint32_t kVersion = 1;
+constexpr uint64_t kMostBytes = uint64_t{1} << 30;
+
+uint64_t checksum(const char* bytes, size_t count) {
+    uint64_t hash = 1469598103934665603u;  // FNV-1a
+    for (size_t i = 0; i < count; ++i) hash = (hash ^ static_cast<uint8_t>(bytes[i])) * 1099511628211u;
+    return hash;
+}
+
+class Writer {
+  public:
+    template <class T>
+    void value(const T& value) {
+        static_assert(std::is_trivially_copyable_v<T>);
+        bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
+    }
+    template <class T>
+    void array(const std::vector<T>& values) {
+        static_assert(std::is_trivially_copyable_v<T>);
+        value(static_cast<uint64_t>(values.size()));
+        bytes_.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
+    }
+    const std::string& bytes() const { return bytes_; }
+
+  private:
+    std::string bytes_;
+};
+
+class Reader {
+  public:
+    Reader(const std::string& path, const std::string& bytes) : path_(path), bytes_(bytes) {}
+    template <class T>
+    void value(T& value) {
+        need(sizeof value);
+        std::memcpy(&value, bytes_.data() + at_, sizeof value);
+        at_ += sizeof value;
+    }
+    template <class T>
+    void array(std::vector<T>& values) {
+        uint64_t count = 0;
+        value(count);
+        if (count > (bytes_.size() - at_) / sizeof(T)) broken("it ends too early");
+        values.resize(count);
+        if (count == 0) return;  // no data(), which memcpy would mind
+        std::memcpy(values.data(), bytes_.data() + at_, count * sizeof(T));
+        at_ += count * sizeof(T);
+    }
+    [[noreturn]] void broken(const char* why) const { fail(DEFREC_ERROR_IO, path_, " is not a usable template: ", why); }
+    size_t position() const { return at_; }
+
+  private:
+    void need(size_t count) const {
+        if (bytes_.size() - at_ < count) broken("it ends too early");
+    }
+    const std::string& path_;
+    const std::string& bytes_;
+    size_t at_ = 0;
+};
+
+// A reader never meets half a file: it is written beside its place, under a name of its own, since several may be saved to one path at the
+// same time, and renamed. What was not renamed is removed.
+class PartialFile {
+  public:
+    explicit PartialFile(const std::filesystem::path& target) {
+        constexpr int kMostNames = 1000;
+        for (int i = 0; i < kMostNames && file_ == nullptr; ++i) {
+            path_ = target;
+            path_ += concat(".", i, ".partial");
+            file_ = std::fopen(path_.string().c_str(), "wbx");
+            if (file_ == nullptr && errno != EEXIST) break;
+        }
+        is_made_ = file_ != nullptr;
+        if (!is_made_) error_ = errno;
+    }
+    ~PartialFile() {
+        if (file_ != nullptr) std::fclose(file_);
+        std::error_code ignored;
+        if (is_made_ && !is_renamed_) std::filesystem::remove(path_, ignored);
+    }
+    PartialFile(const PartialFile&) = delete;
+    PartialFile& operator=(const PartialFile&) = delete;
+
+    bool write(const void* bytes, size_t size) {
+        return file_ != nullptr && (std::fwrite(bytes, 1, size, file_) == size || failed(errno));
+    }
+    bool rename_to(const std::filesystem::path& target) {
+        if (std::fclose(std::exchange(file_, nullptr)) != 0) return failed(errno);
+        std::error_code error;
+        std::filesystem::rename(path_, target, error);
+        is_renamed_ = !error;
+        return is_renamed_ || failed(error.value());
+    }
+    int error() const { return error_; }
+
+  private:
+    bool failed(int error) {
+        error_ = error;
+        return false;
+    }
+    std::filesystem::path path_;
+    std::FILE* file_ = nullptr;
+    bool is_made_ = false, is_renamed_ = false;
+    int error_ = 0;
+};
+
+// Calls visit for every member, in the file's order; the same for reading and writing.
+template <class Data, class Visit>
+void visit_scalars(Data& data, Visit&& visit) {
+    visit(data.width);
+    visit(data.height);
+    visit(data.camera);
+    visit(data.grid.columns);
+    visit(data.grid.rows);
+    visit(data.grid.spacing);
+    visit(data.node_grid.columns);
+    visit(data.node_grid.rows);
+    visit(data.node_grid.spacing_u);
+    visit(data.node_grid.spacing_v);
+    visit(data.node_spacing_mm);
+}
+template <class Data, class Visit>
+void visit_arrays(Data& data, Visit&& visit) {
+    visit(data.grid.disparity);
+    visit(data.grid.support);
+    visit(data.grid.vertex);
+    visit(data.node_grid.node);
+    visit(data.vertices);
+    visit(data.vertex_support);
+    visit(data.triangles);
+    visit(data.nodes);
+    visit(data.edges);
+    visit(data.landmarks);
+    visit(data.landmark_points);
+    visit(data.patches);
+    visit(data.image);
+}
+
+bool skin_in_range(const int32_t* node, const float* weight, size_t nodes) {
+    for (int k = 0; k < DEFREC_SKIN_NODES; ++k)
+        if (node[k] < 0 || static_cast<size_t>(node[k]) >= nodes || !std::isfinite(weight[k])) return false;
+    return true;
+}
+
+bool all_finite(const float* values, size_t count) {
+    for (size_t i = 0; i < count; ++i)
+        if (!std::isfinite(values[i])) return false;
+    return true;
+}
+bool all_finite(const std::vector<float>& values) { return all_finite(values.data(), values.size()); }
+
+bool above_zero(double value) { return value > 0 && std::isfinite(value); }
+
+// A file that was made by hand or by another version must not lead out of an array.
+const char* fault_of(const TemplateData& data) {
+    const auto side_ok = [](uint32_t side) { return side > 0 && side <= DEFREC_MAX_SIDE; };
+    if (!side_ok(data.width) || !side_ok(data.height)) return "its image size is out of range";
+    if (data.image.size() != size_t{data.width} * data.height) return "its image has another size than it says";
+    const defrec_camera& camera = data.camera;
+    if (!above_zero(camera.fx) || !above_zero(camera.fy) || !above_zero(camera.baseline_mm) || !std::isfinite(camera.cx) ||
+        !std::isfinite(camera.cy))
+        return "its camera is impossible";
+    const auto grid_size = [](int columns, int rows) {
+        return columns >= 2 && rows >= 2 && columns <= DEFREC_MAX_SIDE && rows <= DEFREC_MAX_SIDE
+                   ? static_cast<size_t>(columns) * static_cast<size_t>(rows) : 0;
+    };
+    const size_t cells = grid_size(data.grid.columns, data.grid.rows);
+    const SurfaceGrid& grid = data.grid;
+    if (cells == 0 || grid.disparity.size() != cells || grid.support.size() != cells || grid.vertex.size() != cells ||
+        !above_zero(grid.spacing) || !all_finite(grid.disparity) || !all_finite(grid.support))
+        return "its surface grid is inconsistent";
+    const size_t node_cells = grid_size(data.node_grid.columns, data.node_grid.rows);
+    if (node_cells == 0 || data.node_grid.node.size() != node_cells || !above_zero(data.node_grid.spacing_u) ||
+        !above_zero(data.node_grid.spacing_v))
+        return "its grid of control points is inconsistent";
+    const size_t nodes = data.nodes.size() / 3, vertices = data.vertices.size();
+    if (nodes == 0 || data.nodes.size() % 3 != 0 || !all_finite(data.nodes)) return "its control points are unusable";
+    if (vertices == 0 || data.vertex_support.size() != vertices || data.triangles.size() % 3 != 0 || !all_finite(data.vertex_support))
+        return "its surface is empty or inconsistent";
+    if (data.landmark_points.size() != data.landmarks.size()) return "its landmarks are inconsistent";
+    if (!above_zero(data.node_spacing_mm)) return "its control points have no spacing";
+    for (const int32_t vertex : data.grid.vertex)
+        if (vertex < -1 || (vertex >= 0 && static_cast<size_t>(vertex) >= vertices)) return "a vertex index is out of range";
+    for (const int32_t node : data.node_grid.node)
+        if (node < -1 || (node >= 0 && static_cast<size_t>(node) >= nodes)) return "a control point index is out of range";
+    for (const uint32_t index : data.triangles)
+        if (index >= vertices) return "a triangle's index is out of range";
+    for (const defrec_edge& edge : data.edges)
+        if (edge.a < 0 || edge.a >= edge.b || static_cast<size_t>(edge.b) >= nodes || !above_zero(edge.weight))
+            return "a connection is out of range";
+    for (const defrec_landmark& landmark : data.landmarks)
+        if (!all_finite(landmark.position, 3)) return "a landmark is out of range";
+    for (const auto* points : {&data.vertices, &data.landmark_points})
+        for (const defrec_surface_point& point : *points)
+            if (!skin_in_range(point.node, point.weight, nodes) || !all_finite(point.position, 3) || !all_finite(point.normal, 3))
+                return "a surface point is out of range";
+    for (const defrec_patch& patch : data.patches)
+        if (patch.view != 0 || !skin_in_range(patch.node, patch.weight, nodes) || !all_finite(patch.position, 3) ||
+            !all_finite(patch.tangent_u, 3) || !all_finite(patch.tangent_v, 3) || !all_finite(&patch.u, 1) || !all_finite(&patch.v, 1))
+            return "a patch is out of range";
+    return nullptr;
+}
+
+}  // namespace
+
+void Template::save(const char* path) const {
+    Writer writer;
+    for (const char c : kMagic) writer.value(c);
+    writer.value(kVersion);
+    visit_scalars(data_, [&](const auto& value) { writer.value(value); });
+    visit_arrays(data_, [&](const auto& values) { writer.array(values); });
+    const std::string& bytes = writer.bytes();
+    const uint64_t sum = checksum(bytes.data(), bytes.size());
+
+    const std::filesystem::path target = std::filesystem::u8path(path);
+    std::error_code ignored;
+    if (std::filesystem::exists(target, ignored) && !std::filesystem::is_regular_file(target, ignored))
+        fail(DEFREC_ERROR_IO, "the template cannot be written to ", path, ": what is there is no file, and would be replaced");
+    PartialFile file(target);
+    if (!file.write(bytes.data(), bytes.size()) || !file.write(&sum, sizeof sum) || !file.rename_to(target))
+        fail(DEFREC_ERROR_IO, "the template cannot be written to ", path, ": ", std::generic_category().message(file.error()));
+}
+
+std::shared_ptr<const Template> Template::load(Context& context, const char* path) {
+    const std::string name(path);
+    std::error_code error;
+    const std::filesystem::path file_path = std::filesystem::u8path(name);
+    if (!std::filesystem::is_regular_file(file_path, error)) fail(DEFREC_ERROR_IO, name, " is not a file");
+    // The size is the opened file's: another may be saved in its place meanwhile.
+    std::ifstream file(file_path, std::ios::binary | std::ios::ate);
+    const std::streamoff size = file ? std::streamoff{file.tellg()} : -1;
+    if (size < 0 || static_cast<uint64_t>(size) > kMostBytes) fail(DEFREC_ERROR_IO, name, " is too large for a template or cannot be read");
+    std::string bytes(static_cast<size_t>(size), '\0');
+    file.seekg(0);
+    if (!file.read(bytes.data(), size)) fail(DEFREC_ERROR_IO, name, " cannot be read");
+
+    Reader reader(name, bytes);
+    char magic[sizeof kMagic];
+    reader.value(magic);
+    if (std::memcmp(magic, kMagic, sizeof magic) != 0) reader.broken("it does not begin as one");
+    uint32_t version = 0;
+    reader.value(version);
+    if (version != kVersion) fail(DEFREC_ERROR_VERSION, name, " has layout ", version, ", this library reads ", kVersion);
+    TemplateData data;
+    visit_scalars(data, [&](auto& value) { reader.value(value); });
+    visit_arrays(data, [&](auto& values) { reader.array(values); });
+    const size_t end = reader.position();
+    uint64_t sum = 0;
+    reader.value(sum);
+    if (reader.position() != bytes.size()) reader.broken("something follows its end");
+    if (sum != checksum(bytes.data(), end)) reader.broken("its checksum does not fit");
+    if (const char* fault = fault_of(data)) reader.broken(fault);
+    context.log(DEFREC_LOG_INFO, concat("template with ", data.vertices.size(), " vertices loaded from ", name));
+    return std::make_shared<const Template>(std::move(data));
+}
+
+}  // namespace defrec

@@ -1,0 +1,153 @@
+// Templates as files: what a file may hold, whoever wrote it.
+#include <doctest/doctest.h>
+#include <sys/stat.h>
+
+#include <atomic>
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <thread>
+
+#include "sdk/template/template.hpp"
+#include "sdk/api/test_context.hpp"
+#include "sdk/base/test_files.hpp"
+
+namespace {
+
+using defrec::TemplateData;
+
+// A square of four vertices that one control point moves; no triangles, landmarks and patches.
+TemplateData square() {
+    TemplateData data;
+    data.width = 64;
+    data.height = 48;
+    data.camera = {100, 100, 32, 24, 5};
+    data.grid = {2, 2, 40, {10, 10, 10, 10}, {0, 0, 0, 0}, {0, 1, 2, 3}};
+    data.node_grid = {2, 2, 40, 40, {0, 0, 0, 0}};
+    data.node_spacing_mm = 20;
+    for (int i = 0; i < 4; ++i) {
+        defrec_surface_point point{};
+        point.position[0] = static_cast<float>(20 * (i % 2));
+        point.position[1] = static_cast<float>(20 * (i / 2));
+        point.position[2] = 50;
+        point.normal[2] = -1;
+        point.weight[0] = 1;
+        data.vertices.push_back(point);
+    }
+    data.vertex_support.assign(4, 0);
+    data.nodes = {10, 10, 50};
+    data.image.assign(64 * 48, 128);
+    return data;
+}
+
+// Saved and loaded; nullptr: refused, as defrec_last_error() says.
+defrec_template reload(const TemplateData& data) {
+    const defrec::test::TemporaryFolder folder;
+    const std::string path = folder.path() / "template";
+    defrec::Template(data).save(path.c_str());
+    const defrec::test::TestContext context;
+    defrec_template loaded = nullptr;
+    const defrec_status status = defrec_template_load(context.get(), path.c_str(), &loaded);
+    CHECK(status == (loaded != nullptr ? DEFREC_OK : DEFREC_ERROR_IO));
+    return loaded;
+}
+
+}  // namespace
+
+TEST_CASE("a template without triangles, landmarks and patches is read as it was written") {
+    defrec_template loaded = reload(square());
+    REQUIRE(loaded != nullptr);
+    defrec_template_info info;
+    DEFREC_INIT(&info);
+    REQUIRE(defrec_template_get(loaded, &info) == DEFREC_OK);
+    CHECK(info.vertex_count == 4);
+    CHECK(info.triangle_count + info.edge_count + info.landmark_count + info.patch_count == 0);
+    defrec_template_release(loaded);
+}
+
+TEST_CASE("numbers of a file that are not finite are refused") {
+    struct Place {
+        const char* refusal;
+        std::function<void(TemplateData&, double)> set;
+    };
+    const Place places[] = {
+        {"camera", [](TemplateData& d, double v) { d.camera.fx = v; }},
+        {"camera", [](TemplateData& d, double v) { d.camera.fy = v; }},
+        {"camera", [](TemplateData& d, double v) { d.camera.cx = v; }},
+        {"camera", [](TemplateData& d, double v) { d.camera.cy = v; }},
+        {"camera", [](TemplateData& d, double v) { d.camera.baseline_mm = v; }},
+        {"surface grid", [](TemplateData& d, double v) { d.grid.spacing = v; }},
+        {"surface grid", [](TemplateData& d, double v) { d.grid.disparity[3] = static_cast<float>(v); }},
+        {"surface grid", [](TemplateData& d, double v) { d.grid.support[3] = static_cast<float>(v); }},
+        {"grid of control points", [](TemplateData& d, double v) { d.node_grid.spacing_u = v; }},
+        {"grid of control points", [](TemplateData& d, double v) { d.node_grid.spacing_v = v; }},
+        {"spacing", [](TemplateData& d, double v) { d.node_spacing_mm = v; }},
+        {"control points", [](TemplateData& d, double v) { d.nodes[2] = static_cast<float>(v); }},
+        {"surface", [](TemplateData& d, double v) { d.vertex_support[3] = static_cast<float>(v); }},
+        {"surface point", [](TemplateData& d, double v) { d.vertices[3].position[2] = static_cast<float>(v); }},
+        {"connection",
+         [](TemplateData& d, double v) {
+             d.nodes.insert(d.nodes.end(), {10, 30, 50});
+             d.edges = {{0, 1, static_cast<float>(v)}};
+         }},
+        {"landmark",
+         [](TemplateData& d, double v) {
+             d.landmarks.resize(1);
+             d.landmarks[0].position[0] = static_cast<float>(v);
+             d.landmark_points = {d.vertices[0]};
+         }},
+    };
+    for (const Place& place : places)
+        for (const double value : {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
+            TemplateData data = square();
+            place.set(data, value);
+            CAPTURE(&place - places);
+            CAPTURE(value);
+            CHECK(reload(data) == nullptr);
+            CHECK(std::string(defrec_last_error()).find(place.refusal) != std::string::npos);
+        }
+}
+
+TEST_CASE("files of others beside a template are left alone, and none of its own") {
+    const defrec::test::TemporaryFolder folder;
+    const std::string path = folder.path() / "template";
+    const std::vector<unsigned char> mine{'m', 'i', 'n', 'e'};
+    const std::string others[] = {path + ".partial", path + ".0.partial"};
+    for (const std::string& other : others) defrec::test::write_file(other, mine);
+    defrec::Template(square()).save(path.c_str());
+    for (const std::string& other : others) CHECK(defrec::test::read_file(other) == mine);
+    const std::string pipe = folder.path() / "pipe";
+    REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
+    for (const std::string& place : {pipe, folder.path().string(), path + "/below"})
+        CHECK_THROWS(defrec::Template(square()).save(place.c_str()));
+    CHECK(std::filesystem::is_fifo(pipe));
+    const std::filesystem::directory_iterator files(folder.path());
+    CHECK(std::distance(begin(files), end(files)) == 4);
+}
+
+TEST_CASE("templates that are saved to one path at the same time are each whole") {
+    const defrec::test::TemporaryFolder folder;
+    const std::string path = folder.path() / "template";
+    TemplateData small = square(), large = square();
+    large.image.assign(size_t{large.width = 1024} * (large.height = 1024), 7);
+    const defrec::Template templates[] = {defrec::Template(small), defrec::Template(large)};
+    templates[0].save(path.c_str());
+    std::atomic<int> saving = 2, failures = 0;
+    const auto save = [&](const defrec::Template& surface) {
+        for (int i = 0; i < 40; ++i) try {
+                surface.save(path.c_str());
+            } catch (const std::exception&) {
+                ++failures;
+            }
+        --saving;
+    };
+    std::thread threads[] = {std::thread(save, std::cref(templates[0])), std::thread(save, std::cref(templates[1]))};
+    const defrec::test::TestContext context;
+    while (saving > 0) {
+        defrec_template loaded = nullptr;
+        CHECK(defrec_template_load(context.get(), path.c_str(), &loaded) == DEFREC_OK);
+        defrec_template_release(loaded);
+    }
+    for (std::thread& thread : threads) thread.join();
+    CHECK(failures == 0);
+}

@@ -1,0 +1,230 @@
+#include "sdk/template/surface.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace defrec {
+namespace {
+
+struct Sample {
+    double disparity = 0;
+    double slope = 0;   // px of disparity per px
+    double weight = 0;  // share of the window that had disparity; 0: none
+};
+
+// Value at the window's centre of a plane fitted to the window's disparities, twice, the second time without outliers.
+Sample fit_window(const CaptureInput& input, int cx, int cy, int radius) {
+    const int x0 = std::max(0, cx - radius), x1 = std::min(static_cast<int>(input.width) - 1, cx + radius);
+    const int y0 = std::max(0, cy - radius), y1 = std::min(static_cast<int>(input.height) - 1, cy + radius);
+    Eigen::Vector3d plane = Eigen::Vector3d::Zero();
+    double limit = std::numeric_limits<double>::infinity();
+    int used = 0;
+    for (int round = 0; round < 3; ++round) {
+        Eigen::Matrix3d normal = Eigen::Matrix3d::Identity() * 1e-6;
+        Eigen::Vector3d right = Eigen::Vector3d::Zero();
+        double squares = 0;
+        used = 0;
+        for (int y = y0; y <= y1; ++y)
+            for (int x = x0; x <= x1; ++x) {
+                const int16_t raw = input.disparity[static_cast<size_t>(y) * input.width + static_cast<size_t>(x)];
+                if (raw <= 0) continue;
+                const double d = raw / static_cast<double>(DEFREC_DISPARITY_ONE);
+                const Eigen::Vector3d row(1, x - cx, y - cy);
+                const double residual = d - plane.dot(row);
+                if (round > 0 && std::abs(residual) > limit) continue;
+                normal += row * row.transpose();
+                right += row * d;
+                squares += residual * residual;
+                ++used;
+            }
+        if (used < 12) return {};
+        plane = normal.ldlt().solve(right);
+        if (round > 0) limit = std::max(0.5, 2.5 * std::sqrt(squares / used));
+        if (round == 0) limit = 2.0;
+    }
+    const double area = static_cast<double>(x1 - x0 + 1) * (y1 - y0 + 1);
+    // The plane must not be an extrapolation of a few pixels at the window's rim.
+    if (used < 0.15 * area || plane[0] < 0.5) return {};
+    return {plane[0], std::hypot(plane[1], plane[2]), used / area};
+}
+
+// Surface steeper than this against the line of sight (about 56 degrees) is taken for the blurred edge of something in front.
+constexpr double kSteepest = 1.5;
+
+// Slope of the disparity, px per px, of a surface as steep as that.
+double steepest_disparity(const CaptureInput& input, double disparity) { return kSteepest * disparity / input.camera.fx; }
+
+// Sets of neighbouring samples without a step between them.
+struct Surfaces {
+    std::vector<int> label;  // per sample: which set, -1 none
+    std::vector<int> size;   // samples per set
+};
+
+Surfaces find_surfaces(const CaptureInput& input, const std::vector<Sample>& samples, int columns, int rows) {
+    Surfaces surfaces;
+    std::vector<int>& label = surfaces.label;
+    label.assign(samples.size(), -1);
+    const auto usable = [&](const Sample& sample) {
+        return sample.weight > 0 && sample.slope < steepest_disparity(input, sample.disparity);
+    };
+    std::vector<int> stack;
+    for (size_t seed = 0; seed < samples.size(); ++seed) {
+        if (!usable(samples[seed]) || label[seed] >= 0) continue;
+        const int set = static_cast<int>(surfaces.size.size());
+        surfaces.size.push_back(0);
+        stack.assign(1, static_cast<int>(seed));
+        label[seed] = set;
+        while (!stack.empty()) {
+            const int index = stack.back();
+            stack.pop_back();
+            ++surfaces.size.back();
+            const int x = index % columns, y = index / columns;
+            const Sample& here = samples[static_cast<size_t>(index)];
+            const double step = steepest_disparity(input, here.disparity) * input.vertex_spacing_px;
+            for (const auto& [nx, ny] : {std::pair{x - 1, y}, {x + 1, y}, {x, y - 1}, {x, y + 1}}) {
+                if (nx < 0 || ny < 0 || nx >= columns || ny >= rows) continue;
+                const size_t other = static_cast<size_t>(ny * columns + nx);
+                if (label[other] >= 0 || !usable(samples[other])) continue;
+                if (std::abs(here.disparity - samples[other].disparity) > step) continue;
+                label[other] = set;
+                stack.push_back(static_cast<int>(other));
+            }
+        }
+    }
+    return surfaces;
+}
+
+// The samples of accepted surfaces, but for those next to a rejected one: windows there saw both.
+std::vector<Sample> samples_of(const std::vector<Sample>& samples, const Surfaces& surfaces, const std::vector<char>& accepted,
+                               int columns, int rows) {
+    constexpr int kMargin = 2;
+    const auto belongs = [&](size_t i) { return surfaces.label[i] >= 0 && accepted[static_cast<size_t>(surfaces.label[i])]; };
+    std::vector<Sample> kept = samples;
+    for (int y = 0; y < rows; ++y)
+        for (int x = 0; x < columns; ++x) {
+            const size_t index = static_cast<size_t>(y * columns + x);
+            bool clear = belongs(index);
+            for (int dy = -kMargin; dy <= kMargin && clear; ++dy)
+                for (int dx = -kMargin; dx <= kMargin && clear; ++dx) {
+                    if (x + dx < 0 || y + dy < 0 || x + dx >= columns || y + dy >= rows) continue;
+                    const size_t other = static_cast<size_t>((y + dy) * columns + x + dx);
+                    clear = surfaces.label[other] < 0 || belongs(other);
+                }
+            if (!clear) kept[index].weight = 0;
+        }
+    return kept;
+}
+
+// Minimises sum weight (D - d)^2 + stiffness * (D_xx^2 + 2 D_xy^2 + D_yy^2) in units of the grid.
+std::vector<float> smooth_spline(const std::vector<Sample>& samples, int columns, int rows, double stiffness) {
+    std::vector<Eigen::Triplet<double>> entries;
+    entries.reserve(samples.size() * 40);
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(samples.size()));
+    auto add = [&](std::initializer_list<std::pair<int, double>> stencil, double weight) {
+        for (const auto& [i, a] : stencil)
+            for (const auto& [j, b] : stencil)
+                if (i >= j) entries.emplace_back(i, j, weight * a * b);
+    };
+    for (int y = 0; y < rows; ++y)
+        for (int x = 0; x < columns; ++x) {
+            const int i = y * columns + x;
+            const Sample& sample = samples[static_cast<size_t>(i)];
+            entries.emplace_back(i, i, sample.weight + 1e-9);
+            right[i] = sample.weight * sample.disparity;
+            if (x > 0 && x + 1 < columns) add({{i - 1, 1}, {i, -2}, {i + 1, 1}}, stiffness);
+            if (y > 0 && y + 1 < rows) add({{i - columns, 1}, {i, -2}, {i + columns, 1}}, stiffness);
+            if (x + 1 < columns && y + 1 < rows)
+                add({{i, 1}, {i + 1, -1}, {i + columns, -1}, {i + columns + 1, 1}}, 2 * stiffness);
+        }
+    Eigen::SparseMatrix<double> matrix(static_cast<Eigen::Index>(samples.size()), static_cast<Eigen::Index>(samples.size()));
+    matrix.setFromTriplets(entries.begin(), entries.end());
+    Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> solver(matrix);
+    const Eigen::VectorXd solution = solver.solve(right);
+    return {solution.data(), solution.data() + solution.size()};
+}
+
+// Distance in grid steps to the nearest sample with weight.
+std::vector<float> distance_to_samples(const std::vector<Sample>& samples, int columns, int rows) {
+    std::vector<float> distance(samples.size());
+    for (size_t i = 0; i < samples.size(); ++i) distance[i] = samples[i].weight > 0 ? 0.f : 1e9f;
+    spread_distance(distance, columns, rows);
+    return distance;
+}
+
+// The largest surface and those that continue it: what an instrument cuts in two is one tissue, what lies in front of its continuation is
+// the instrument. spline: fitted to the samples that are returned.
+std::vector<Sample> select_tissue(const CaptureInput& input, const std::vector<Sample>& samples, int columns, int rows,
+                                  std::vector<float>& spline) {
+    constexpr double kStiffness = 0.3;      // smooths below about five grid cells
+    constexpr double kInFront = 0.04;       // share of the disparity; 3 mm at 80 mm
+    constexpr double kBehind = 0.15;
+    constexpr int kLeastSize = 3, kMostRounds = 3;
+    const Surfaces surfaces = find_surfaces(input, samples, columns, rows);
+    std::vector<char> accepted(surfaces.size.size(), 0);
+    if (accepted.empty()) return {};
+    accepted[static_cast<size_t>(std::max_element(surfaces.size.begin(), surfaces.size.end()) - surfaces.size.begin())] = 1;
+    for (int round = 0;; ++round) {
+        std::vector<Sample> tissue = samples_of(samples, surfaces, accepted, columns, rows);
+        spline = smooth_spline(tissue, columns, rows, kStiffness);
+        if (round == kMostRounds) return tissue;
+        std::vector<std::vector<double>> ahead(accepted.size());
+        for (size_t i = 0; i < samples.size(); ++i)
+            if (surfaces.label[i] >= 0)
+                ahead[static_cast<size_t>(surfaces.label[i])].push_back(samples[i].disparity / spline[i] - 1);
+        bool changed = false;
+        for (size_t set = 0; set < accepted.size(); ++set) {
+            if (accepted[set] || surfaces.size[set] < kLeastSize) continue;
+            const auto middle = ahead[set].begin() + static_cast<std::ptrdiff_t>(ahead[set].size() / 2);
+            std::nth_element(ahead[set].begin(), middle, ahead[set].end());
+            if (*middle > kInFront || *middle < -kBehind) continue;
+            accepted[set] = 1;
+            changed = true;
+        }
+        if (!changed) return tissue;
+    }
+}
+
+}  // namespace
+
+bool fit_surface(const CaptureInput& input, SurfaceGrid& grid) {
+    grid.spacing = input.vertex_spacing_px;
+    // The last column and row lie on the image's rim or just beyond it, so that every pixel has vertices round it.
+    grid.columns = static_cast<int>(std::ceil((input.width - 1) / grid.spacing)) + 1;
+    grid.rows = static_cast<int>(std::ceil((input.height - 1) / grid.spacing)) + 1;
+    const size_t count = static_cast<size_t>(grid.columns) * static_cast<size_t>(grid.rows);
+
+    std::vector<Sample> samples(count);
+    const int radius = std::max(3, static_cast<int>(std::lround(grid.spacing * 0.75)));
+    for (int y = 0; y < grid.rows; ++y)
+        for (int x = 0; x < grid.columns; ++x)
+            samples[static_cast<size_t>(y * grid.columns + x)] =
+                fit_window(input, static_cast<int>(std::lround(x * grid.spacing)),
+                           static_cast<int>(std::lround(y * grid.spacing)), radius);
+    samples = select_tissue(input, samples, grid.columns, grid.rows, grid.disparity);
+    size_t measured = 0;
+    double least = 1e9, most = 0;
+    for (const Sample& sample : samples)
+        if (sample.weight > 0) {
+            ++measured;
+            least = std::min(least, sample.disparity);
+            most = std::max(most, sample.disparity);
+        }
+    if (static_cast<double>(measured) < kMinimumCoverage * static_cast<double>(count)) return false;
+
+    grid.support = distance_to_samples(samples, grid.columns, grid.rows);
+    grid.vertex.assign(count, -1);
+    const double reach = 0.12 * input.width;
+    for (size_t i = 0; i < count; ++i) {
+        grid.support[i] *= static_cast<float>(grid.spacing);
+        // What the spline continues beyond its data must stay a plausible depth.
+        grid.disparity[i] = std::clamp(grid.disparity[i], static_cast<float>(0.8 * least), static_cast<float>(1.25 * most));
+        if (grid.support[i] <= reach) grid.vertex[i] = 0;
+    }
+    return true;
+}
+
+}  // namespace defrec

@@ -1,0 +1,149 @@
+#include "sdk/template/template.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace defrec {
+
+Template::Template(TemplateData data) : data_(std::move(data)) {}
+
+void Template::info(defrec_template_info& out) const {
+    out.width = data_.width;
+    out.height = data_.height;
+    out.camera = data_.camera;
+    out.vertices = data_.vertices.data();
+    out.vertex_count = data_.vertices.size();
+    out.triangles = data_.triangles.data();
+    out.triangle_count = data_.triangles.size() / 3;
+    out.nodes = data_.nodes.data();
+    out.node_count = data_.nodes.size() / 3;
+    out.edges = data_.edges.data();
+    out.edge_count = data_.edges.size();
+    out.landmarks = data_.landmarks.data();
+    out.landmark_count = data_.landmarks.size();
+    out.patches = data_.patches.data();
+    out.patch_count = data_.patches.size();
+    out.image = data_.image.data();
+}
+
+void Template::lift(const double* uv, size_t count, double* xyz, uint8_t* found) const {
+    for (size_t i = 0; i < count; ++i) {
+        double disparity = 0, support = 0;
+        const double u = uv[2 * i], v = uv[2 * i + 1];
+        const bool hit = grid_disparity(data_, u, v, disparity, support);
+        const std::array<double, 3> point =
+            hit ? back_project(data_.camera, u, v, disparity) : std::array<double, 3>{};
+        std::copy(point.begin(), point.end(), xyz + 3 * i);
+        found[i] = hit ? 1 : 0;
+    }
+}
+
+Skin Template::skin_of(const double xyz[3]) const {
+    Skin skin;
+    if (xyz[2] > 0) {
+        const double u = data_.camera.fx * xyz[0] / xyz[2] + data_.camera.cx;
+        const double v = data_.camera.fy * xyz[1] / xyz[2] + data_.camera.cy;
+        if (grid_skin(data_.node_grid, u, v, skin)) return skin;
+    }
+    // Beside the surface: the nearest control points, by inverse squared distance.
+    std::vector<std::pair<double, int32_t>> nearest;
+    nearest.reserve(data_.nodes.size() / 3);
+    for (size_t i = 0; i < data_.nodes.size() / 3; ++i) {
+        double squared = 0;
+        for (int axis = 0; axis < 3; ++axis) {
+            const double difference = xyz[axis] - data_.nodes[3 * i + static_cast<size_t>(axis)];
+            squared += difference * difference;
+        }
+        nearest.emplace_back(squared, static_cast<int32_t>(i));
+    }
+    const size_t used = std::min<size_t>(DEFREC_SKIN_NODES, nearest.size());
+    std::partial_sort(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(used), nearest.end());
+    double sum = 0;
+    for (size_t k = 0; k < used; ++k) sum += 1 / (nearest[k].first + 1e-3);
+    for (size_t k = 0; k < DEFREC_SKIN_NODES; ++k) {
+        skin.node[k] = k < used ? nearest[k].second : skin.node[0];
+        skin.weight[k] = k < used ? static_cast<float>(1 / (nearest[k].first + 1e-3) / sum) : 0.f;
+    }
+    return skin;
+}
+
+bool grid_disparity(const TemplateData& data, double u, double v, double& disparity, double& support) {
+    const SurfaceGrid& grid = data.grid;
+    if (!(u >= -0.5 && v >= -0.5 && u <= data.width - 0.5 && v <= data.height - 0.5)) return false;
+    const double x = std::clamp(u / grid.spacing, 0.0, grid.columns - 1.0);
+    const double y = std::clamp(v / grid.spacing, 0.0, grid.rows - 1.0);
+    const int x0 = std::min(static_cast<int>(x), grid.columns - 2), y0 = std::min(static_cast<int>(y), grid.rows - 2);
+    const double fx = x - x0, fy = y - y0;
+    double sum = 0, value = 0, distance = 0;
+    for (int dy = 0; dy < 2; ++dy)
+        for (int dx = 0; dx < 2; ++dx) {
+            const size_t index = static_cast<size_t>((y0 + dy) * grid.columns + x0 + dx);
+            const double weight = (dx ? fx : 1 - fx) * (dy ? fy : 1 - fy);
+            if (grid.vertex[index] < 0) continue;
+            sum += weight;
+            value += weight * grid.disparity[index];
+            distance += weight * grid.support[index];
+        }
+    if (sum < 0.5) return false;
+    disparity = value / sum;
+    support = distance / sum;
+    return true;
+}
+
+bool grid_skin(const NodeGrid& grid, double u, double v, Skin& skin) {
+    const double x = std::clamp(u / grid.spacing_u, 0.0, grid.columns - 1.0);
+    const double y = std::clamp(v / grid.spacing_v, 0.0, grid.rows - 1.0);
+    const int x0 = std::min(static_cast<int>(x), grid.columns - 2), y0 = std::min(static_cast<int>(y), grid.rows - 2);
+    const double fx = x - x0, fy = y - y0;
+    double sum = 0;
+    int used = 0;
+    skin = Skin{};
+    for (int dy = 0; dy < 2; ++dy)
+        for (int dx = 0; dx < 2; ++dx) {
+            const int32_t node = grid.node[static_cast<size_t>((y0 + dy) * grid.columns + x0 + dx)];
+            const double weight = (dx ? fx : 1 - fx) * (dy ? fy : 1 - fy);
+            if (node < 0) continue;
+            skin.node[static_cast<size_t>(used)] = node;
+            skin.weight[static_cast<size_t>(used)] = static_cast<float>(weight);
+            sum += weight;
+            ++used;
+        }
+    if (used == 0) return false;
+    for (int k = 0; k < DEFREC_SKIN_NODES; ++k) {
+        const size_t slot = static_cast<size_t>(k);
+        if (k >= used) {
+            skin.node[slot] = skin.node[0];
+            skin.weight[slot] = 0;
+        } else {
+            skin.weight[slot] = sum > 1e-6 ? static_cast<float>(skin.weight[slot] / sum) : 1.f / static_cast<float>(used);
+        }
+    }
+    return true;
+}
+
+void spread_distance(std::vector<float>& distance, int columns, int rows) {
+    constexpr float kSide = 1, kCorner = 1.41421356f;
+    // beside: the cell before or after in the row; row: the one above or below. Beyond the border stands a cell inside, no nearer than
+    // what it stands for, which changes nothing.
+    const auto relax = [&](float& here, float beside, const float* row, int x) {
+        if (here <= 0) return;
+        const float corner = std::min(row[std::max(x - 1, 0)], row[std::min(x + 1, columns - 1)]);
+        here = std::min(std::min(here, std::min(beside, row[x]) + kSide), corner + kCorner);
+    };
+    for (int y = 0; y < rows; ++y) {
+        float* row = distance.data() + y * columns;
+        for (int x = 0; x < columns; ++x) relax(row[x], row[std::max(x - 1, 0)], row - (y > 0 ? columns : 0), x);
+    }
+    for (int y = rows - 1; y >= 0; --y) {
+        float* row = distance.data() + y * columns;
+        for (int x = columns - 1; x >= 0; --x) relax(row[x], row[std::min(x + 1, columns - 1)], row + (y < rows - 1 ? columns : 0), x);
+    }
+}
+
+std::array<double, 3> back_project(const defrec_camera& camera, double u, double v, double disparity) {
+    const double z = camera.fx * camera.baseline_mm / disparity;
+    return {(u - camera.cx) * z / camera.fx, (v - camera.cy) * z / camera.fy, z};
+}
+
+}  // namespace defrec

@@ -1,0 +1,51 @@
+// See frame_input.hpp.
+#include "sdk/tracking/frame_input.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include "sdk/base/services.hpp"
+#include "sdk/base/shared_loop.hpp"
+#include "sdk/base/streaming_copy.hpp"
+
+namespace defrec {
+namespace {
+constexpr uint64_t kBand = 64 * 1024;    // bytes that a thread copies at a time
+constexpr uint64_t kShare = 512 * 1024;  // bytes: what one thread copies while another wakes up
+}  // namespace
+
+void keep_pixels(std::span<const KeptImage> images, uint32_t height, SharedLoop& loop, const Services* helpers) {
+    uint64_t largest = 0;
+    for (const KeptImage& kept : images)
+        if (kept.image.pixels != nullptr) largest = std::max(largest, kept.row_bytes * height);
+    const size_t bands = std::max<uint64_t>(1, (largest + kBand - 1) / kBand);
+    const auto copy = [helpers](uint8_t* to, const uint8_t* from, size_t size) {
+        if (helpers != nullptr)
+            streaming_copy(to, from, size);
+        else
+            std::memcpy(to, from, size);
+    };
+    const auto copy_band = [&](size_t index) {
+        const KeptImage& kept = images[index / bands];
+        if (kept.image.pixels == nullptr) return;
+        const size_t band = index % bands;
+        const size_t first = height * band / bands, last = height * (band + 1) / bands;
+        const bool tight = kept.image.stride == kept.row_bytes;
+        const size_t rows = tight ? last - first : 1;
+        for (size_t y = first; y < last; y += rows)
+            copy(&kept.copy[y * kept.row_bytes], kept.image.pixels + y * kept.image.stride, rows * kept.row_bytes);
+    };
+    const size_t shares = helpers != nullptr && largest > kShare ? images.size() * ((largest + kShare - 1) / kShare) : 0;
+    Services::forget_parallel_failure();
+    loop.run(static_cast<uint32_t>(images.size() * bands), copy_band, [&] {
+        if (shares > 0) helpers->parallel_for(shares, [&loop](size_t) { loop.help(); });
+    });
+    Services::expect_parallel_success("copying the pixels");
+    for (const KeptImage& kept : images) {
+        if (kept.image.pixels == nullptr) continue;
+        kept.image.pixels = kept.copy.data();
+        kept.image.stride = kept.row_bytes;
+    }
+}
+
+}  // namespace defrec

@@ -1,0 +1,73 @@
+// Pixels of the host are copied whole, whoever helps.
+#include "sdk/tracking/frame_input.hpp"
+
+#include <doctest/doctest.h>
+
+#include <vector>
+
+#include "sdk/base/services.hpp"
+#include "sdk/base/shared_loop.hpp"
+
+namespace {
+
+using namespace defrec;
+
+constexpr uint32_t kHeight = 701;
+constexpr uint64_t kRow = 2400, kStride = 2500, kIgnoreRow = 800;
+
+void check_kept(const Services* helpers, bool with_ignore) {
+    std::vector<uint8_t> left(kStride * kHeight), right(left.size()), ignore(kIgnoreRow * kHeight);
+    for (size_t i = 0; i < left.size(); ++i) {
+        left[i] = static_cast<uint8_t>(i * 2654435761u >> 24);
+        right[i] = static_cast<uint8_t>(left[i] + 1);
+    }
+    for (size_t i = 0; i < ignore.size(); ++i) ignore[i] = static_cast<uint8_t>(i / kIgnoreRow);
+    FrameImage images[3];
+    images[0].pixels = left.data();
+    images[1].pixels = right.data();
+    images[0].stride = images[1].stride = kStride;
+    if (with_ignore) images[2].pixels = ignore.data();
+    images[2].stride = kIgnoreRow;
+    std::vector<uint8_t> copies[3] = {std::vector<uint8_t>(kRow * kHeight), std::vector<uint8_t>(kRow * kHeight),
+                                      std::vector<uint8_t>(kIgnoreRow * kHeight)};
+    const KeptImage kept[] = {{images[0], kRow, copies[0]}, {images[1], kRow, copies[1]}, {images[2], kIgnoreRow, copies[2]}};
+    SharedLoop loop;
+    keep_pixels(kept, kHeight, loop, helpers);
+    CHECK(images[0].pixels == copies[0].data());
+    CHECK(images[1].stride == kRow);
+    size_t wrong = 0;
+    for (size_t y = 0; y < kHeight; ++y)
+        for (size_t x = 0; x < kRow; ++x)
+            wrong += copies[0][y * kRow + x] != left[y * kStride + x] || copies[1][y * kRow + x] != right[y * kStride + x];
+    CHECK(wrong == 0);
+    CHECK((images[2].pixels == copies[2].data()) == with_ignore);
+    CHECK(copies[2] == (with_ignore ? ignore : std::vector<uint8_t>(ignore.size())));
+}
+
+}  // namespace
+
+TEST_CASE("pixels are kept without padding, by one thread or several") {
+    defrec_context_desc desc{};
+    desc.threads = 3;
+    const Services services(desc);
+    for (const bool with_ignore : {false, true}) {
+        check_kept(nullptr, with_ignore);
+        check_kept(&services, with_ignore);
+    }
+}
+
+TEST_CASE("an application's parallel_for that leaves bands out is noticed, and the images stay the application's") {
+    defrec_context_desc desc{};
+    desc.parallel_for = [](void*, size_t count, void (*body)(void*, size_t), void* arg) {
+        for (size_t i = 1; i < count; ++i) body(arg, i);
+    };
+    const Services services(desc);
+    std::vector<uint8_t> pixels(kRow * kHeight), copy(pixels.size());
+    FrameImage image;
+    image.pixels = pixels.data();
+    image.stride = kRow;
+    const KeptImage kept[] = {{image, kRow, copy}};
+    SharedLoop loop;
+    CHECK_THROWS(keep_pixels(kept, kHeight, loop, &services));
+    CHECK(image.pixels == pixels.data());
+}

@@ -1,0 +1,134 @@
+#include "sdk/tracking/frame_state.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+#include "backends/shared/motion.hpp"
+
+namespace defrec {
+namespace {
+
+// Sums over gray values, a batch at a time so that the compiler makes vectors of them.
+class GraySums {
+  public:
+    using Batch = std::array<uint8_t, 256>;
+    // The first `filled` of them.
+    void add(Batch& batch, size_t filled) {
+        std::fill(batch.begin() + static_cast<std::ptrdiff_t>(filled), batch.end(), uint8_t{0});
+        uint32_t sum = 0, squares = 0, saturated = 0;
+        for (const uint32_t value : batch) {
+            sum += value;
+            squares += value * value;
+            saturated += value >= 250;
+        }
+        for (size_t i = 0; i < batch.size(); i += sizeof(uint64_t)) {  // FNV-1a, of words
+            uint64_t word;
+            std::memcpy(&word, &batch[i], sizeof word);
+            hash_ = (hash_ ^ word) * 1099511628211u;
+        }
+        sum_ += sum;
+        squares_ += squares;
+        saturated_ += saturated;
+        count_ += filled;
+    }
+    ImageStatistics statistics() const {
+        ImageStatistics result;
+        if (count_ == 0) return result;
+        const double n = static_cast<double>(count_);
+        result.mean = static_cast<double>(sum_) / n;
+        result.deviation = std::sqrt(std::max(0.0, static_cast<double>(squares_) / n - result.mean * result.mean));
+        result.saturated_share = static_cast<double>(saturated_) / n;
+        result.hash = hash_;
+        return result;
+    }
+
+  private:
+    uint64_t sum_ = 0, squares_ = 0, saturated_ = 0, count_ = 0, hash_ = 1469598103934665603u;
+};
+
+}  // namespace
+
+ImageStatistics image_statistics(const uint8_t* pixels, uint32_t width, uint32_t height, uint32_t channels, const int32_t* map) {
+    constexpr uint32_t kStep = 4;
+    const uint32_t channel = channels >= 3 ? 1 : 0;  // green, or the only one
+    GraySums sums;
+    for (uint32_t y = kStep / 2; y < height; y += kStep) {
+        const uint8_t* row = pixels + static_cast<size_t>(y) * width * channels + channel;
+        const int32_t* row_map = map != nullptr ? map + 2 * size_t{y} * width : nullptr;
+        for (uint32_t x = kStep / 2; x < width;) {
+            GraySums::Batch batch;
+            size_t filled = 0;
+            for (; x < width && filled < batch.size(); x += kStep) {
+                batch[filled] = row[x * channels];
+                filled += row_map == nullptr || row_map[2 * x] != INT32_MIN;
+            }
+            sums.add(batch, filled);
+        }
+    }
+    return sums.statistics();
+}
+
+Evidence weigh_evidence(const TemplateData& data, const FrameOutput& output) {
+    Evidence evidence;
+    double residuals = 0;
+    for (const defrec_surface_sample& sample : output.samples) {
+        if (sample.observation == DEFREC_OUTSIDE) continue;
+        ++evidence.vertices_inside;
+        if (sample.observation == DEFREC_OBSERVED) {
+            ++evidence.vertices_observed;
+            residuals += std::abs(sample.residual);
+        }
+        evidence.vertices_occluded += sample.observation == DEFREC_OCCLUDED;
+        evidence.vertices_without_depth += sample.observation == DEFREC_NO_DEPTH;
+    }
+    if (evidence.vertices_observed > 0) evidence.mean_residual_mm = residuals / evidence.vertices_observed;
+
+    constexpr double kConfirmedPx = 2;
+    double squares = 0;
+    for (size_t i = 0; i < data.patches.size(); ++i) {
+        if (output.predictions[i].valid == 0) continue;
+        ++evidence.patches_expected;
+        const defrec_patch_observation& observation = output.observations[i];
+        if (observation.valid == 0) continue;
+        const defrec_patch& patch = data.patches[i];
+        const Vec3<double> p =
+            apply(blend<double>(output.motions.data(), patch.node, patch.weight), load3<double>(patch.position));
+        if (!(p.z > 0)) continue;
+        const double du = data.camera.fx * p.x / p.z + data.camera.cx - observation.u / 256.0;
+        const double dv = data.camera.fy * p.y / p.z + data.camera.cy - observation.v / 256.0;
+        if (!(du * du + dv * dv <= kConfirmedPx * kConfirmedPx)) continue;
+        ++evidence.patches_confirmed;
+        squares += du * du + dv * dv;
+    }
+    if (evidence.patches_confirmed > 0) evidence.patch_rms_px = std::sqrt(squares / evidence.patches_confirmed);
+    evidence.matches = static_cast<uint32_t>(std::max(0, output.summary->ransac.valid_matches));
+    evidence.inliers = static_cast<uint32_t>(std::max(0, output.summary->ransac.inliers));
+    return evidence;
+}
+
+Verdict judge(const TemplateData& data, const Evidence& evidence, bool was_found) {
+    Verdict verdict;
+    const auto inside_share = static_cast<double>(evidence.vertices_inside) / static_cast<double>(std::max<size_t>(1, data.vertices.size()));
+    const double confirmed = evidence.confirmed_share(), observed = evidence.observed_share();
+    // A wrong surface confirms one patch in fifty by chance, a right one in heavy smoke one in ten. What was followed up to here needs less
+    // evidence than what is said to be found again.
+    const uint32_t least_patches = was_found ? 30 : 60;
+    const double least_share = was_found ? 0.05 : 0.12;
+    const bool patches_agree = evidence.patches_confirmed >= least_patches && confirmed >= least_share;
+    const bool features_agree = evidence.patches_confirmed >= 20 && confirmed >= least_share && evidence.inliers >= 15;
+    verdict.found = (patches_agree || features_agree) && observed >= 0.1 && inside_share >= 0.05;
+
+    if (confirmed < 0.45) verdict.reasons |= DEFREC_REASON_LOW_CONTRAST;
+    if (evidence.inliers < 10) verdict.reasons |= DEFREC_REASON_FEW_MATCHES;
+    const double inside = std::max(1u, evidence.vertices_inside);
+    if (evidence.vertices_occluded / inside > 0.25) verdict.reasons |= DEFREC_REASON_OCCLUDED;
+    if (evidence.vertices_without_depth / inside > 0.5) verdict.reasons |= DEFREC_REASON_NO_DEPTH;
+    if (evidence.mean_residual_mm > 1.0) verdict.reasons |= DEFREC_REASON_LARGE_RESIDUAL;
+    if (inside_share < 0.5) verdict.reasons |= DEFREC_REASON_OUT_OF_VIEW;
+    verdict.degraded = (verdict.reasons & ~static_cast<uint32_t>(DEFREC_REASON_FEW_MATCHES)) != 0;
+    return verdict;
+}
+
+}  // namespace defrec

@@ -1,0 +1,49 @@
+// What one frame's evidence means: its state, the reasons, and for each vertex what to believe and how far. Pure functions of the
+// evidence; the tracker holds the memory.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "sdk/tracking/frame_output.hpp"
+
+namespace defrec {
+
+// Exposure of an image, from a sparse grid of its pixels.
+struct ImageStatistics {
+    double mean = 0;             // gray levels
+    double deviation = 0;        // standard deviation, gray levels
+    double saturated_share = 0;  // pixels at 250 or above
+    uint64_t hash = 0;           // of the pixels looked at
+    bool dark() const { return mean < 6; }
+    bool saturated() const { return saturated_share > 0.6; }
+};
+// pixels: tight rows of width * channels bytes. map: of a rectified image, the rig's, for what the camera did not see is not looked at;
+// may be nullptr.
+ImageStatistics image_statistics(const uint8_t* pixels, uint32_t width, uint32_t height, uint32_t channels, const int32_t* map = nullptr);
+
+struct Evidence {
+    uint32_t vertices_inside = 0;   // in the image
+    uint32_t vertices_observed = 0;
+    uint32_t vertices_occluded = 0;
+    uint32_t vertices_without_depth = 0;
+    double mean_residual_mm = 0;    // of observed vertices, absolute
+    uint32_t patches_expected = 0;  // predicted inside the image
+    uint32_t patches_confirmed = 0; // found where the deformed surface has them
+    double patch_rms_px = 0;        // of the confirmed
+    uint32_t matches = 0, inliers = 0;
+
+    double observed_share() const { return vertices_inside > 0 ? static_cast<double>(vertices_observed) / vertices_inside : 0; }
+    double confirmed_share() const { return patches_expected > 0 ? static_cast<double>(patches_confirmed) / patches_expected : 0; }
+};
+Evidence weigh_evidence(const TemplateData& data, const FrameOutput& output);
+
+struct Verdict {
+    bool found = false;    // the surface was followed into this frame
+    bool degraded = false;
+    uint32_t reasons = 0;  // DEFREC_REASON_*
+};
+// was_found: the surface was followed into the frame before.
+Verdict judge(const TemplateData& data, const Evidence& evidence, bool was_found);
+
+}  // namespace defrec

@@ -1,0 +1,184 @@
+// What evidence means: states, reasons, and belief in vertices.
+#include "sdk/tracking/frame_state.hpp"
+#include "sdk/tracking/vertex_confidence.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "backends/shared/motion.hpp"
+
+namespace {
+
+using namespace defrec;
+
+// A flat template of 11x9 vertices at 80 mm with one control point and a patch at every vertex, and a frame that saw all of it.
+struct Fixture {
+    TemplateData data;
+    std::vector<defrec_motion> motions;
+    std::vector<defrec_surface_sample> samples;
+    std::vector<defrec_patch_observation> observations;
+    std::vector<defrec_patch_prediction> predictions;
+    FrameSummary summary;
+    FrameOutput output;  // of the arrays above
+
+    Fixture() {
+        data.width = 200;
+        data.height = 160;
+        data.camera = {200, 200, 100, 80, 5};
+        data.grid.columns = 11;
+        data.grid.rows = 9;
+        data.grid.spacing = 20;
+        for (int y = 0; y < data.grid.rows; ++y)
+            for (int x = 0; x < data.grid.columns; ++x) {
+                data.grid.vertex.push_back(static_cast<int32_t>(data.vertices.size()));
+                const auto p = back_project(data.camera, 20.0 * x, 20.0 * y, 200 * 5 / 80.0);
+                defrec_surface_point point{};
+                defrec_patch patch{};
+                for (int axis = 0; axis < 3; ++axis)
+                    patch.position[axis] = point.position[axis] = static_cast<float>(p[static_cast<size_t>(axis)]);
+                point.normal[2] = -1;
+                point.weight[0] = patch.weight[0] = 1;
+                data.vertices.push_back(point);
+                data.vertex_support.push_back(0);
+                data.patches.push_back(patch);
+                defrec_surface_sample sample{};
+                std::copy(std::begin(point.position), std::end(point.position), sample.position);
+                samples.push_back(sample);
+                predictions.push_back({5120 * x, 5120 * y, {}, 1, 0});
+                observations.push_back({5120 * x, 5120 * y, 4000, 1, {1, 0, 1}, 0});
+            }
+        motions.push_back(DualQuaternion<float>::identity().store());
+        summary.ransac.valid_matches = 60;
+        summary.ransac.inliers = 40;
+        output.summary = &summary;
+        output.motions = motions;
+        output.samples = samples;
+        output.observations = observations;
+        output.predictions = predictions;
+    }
+    Fixture(const Fixture&) = delete;
+    Fixture& operator=(const Fixture&) = delete;
+    Verdict verdict(bool was_found = true) { return judge(data, weigh_evidence(data, output), was_found); }
+};
+
+}  // namespace
+
+TEST_CASE("a surface seen whole is found, without reasons") {
+    Fixture f;
+    const Evidence evidence = weigh_evidence(f.data, f.output);
+    CHECK(evidence.observed_share() == 1);
+    CHECK(evidence.patches_confirmed == f.data.patches.size());
+    CHECK(evidence.patch_rms_px < 1e-3);
+    CHECK(f.verdict().found);
+    CHECK_FALSE(f.verdict().degraded);
+    CHECK(f.verdict().reasons == 0);
+}
+
+TEST_CASE("patches found elsewhere than the surface has them confirm nothing") {
+    Fixture f;
+    for (defrec_patch_observation& observation : f.output.observations) observation.u += 5 * 256;
+    CHECK(weigh_evidence(f.data, f.output).patches_confirmed == 0);
+    CHECK_FALSE(f.verdict().found);
+}
+
+TEST_CASE("row 60: in smoke a surface that was followed is kept on little evidence; to be found again it needs more") {
+    Fixture f;
+    for (size_t i = 0; i < f.output.observations.size(); ++i)
+        if (i % 11 > 3) f.output.observations[i].valid = 0;
+    f.summary.ransac.inliers = 0;
+    CHECK(f.verdict(true).found);
+    CHECK(f.verdict(true).degraded);
+    CHECK((f.verdict(true).reasons & DEFREC_REASON_LOW_CONTRAST) != 0);
+    CHECK_FALSE(f.verdict(false).found);
+}
+
+TEST_CASE("row 58: without depth and without patches the frame is lost") {
+    Fixture f;
+    for (defrec_surface_sample& sample : f.output.samples) sample.observation = DEFREC_NO_DEPTH;
+    for (defrec_patch_observation& observation : f.output.observations) observation.valid = 0;
+    const Verdict verdict = f.verdict();
+    CHECK_FALSE(verdict.found);
+    CHECK((verdict.reasons & DEFREC_REASON_NO_DEPTH) != 0);
+}
+
+TEST_CASE("row 59: half under an instrument is degraded, named occluded, and the hidden half extrapolated") {
+    Fixture f;
+    for (size_t i = 0; i < f.output.samples.size(); ++i)
+        if (i % 11 < 4) {
+            f.output.samples[i].observation = DEFREC_OCCLUDED;
+            f.output.observations[i].valid = 0;
+        }
+    const Verdict verdict = f.verdict();
+    CHECK(verdict.found);
+    CHECK(verdict.degraded);
+    CHECK((verdict.reasons & DEFREC_REASON_OCCLUDED) != 0);
+
+    VertexBelief belief;
+    believe(SurfaceModel(f.data), f.samples, false, 0, belief);
+    CHECK(belief.status[0] == DEFREC_POINT_EXTRAPOLATED);
+    CHECK(belief.status[10] == DEFREC_POINT_OBSERVED);
+    CHECK(belief.expected_error[0] > belief.expected_error[3]);
+    CHECK(belief.expected_error[3] > belief.expected_error[10]);
+}
+
+TEST_CASE("a lost frame believes no vertex, and less the longer it lasts") {
+    Fixture f;
+    VertexBelief early, late;
+    believe(SurfaceModel(f.data), f.samples, true, 1, early);
+    believe(SurfaceModel(f.data), f.samples, true, 20, late);
+    for (const uint8_t status : early.status) CHECK(status == DEFREC_POINT_UNKNOWN);
+    CHECK(late.expected_error[40] > early.expected_error[40]);
+}
+
+TEST_CASE("belief of a point below the surface is that of the vertex above it, less certain with depth") {
+    Fixture f;
+    VertexBelief belief;
+    believe(SurfaceModel(f.data), f.samples, false, 0, belief);
+    const double on[3] = {0, 0, 80}, below[3] = {0, 0, 110}, beside[3] = {300, 0, 80};
+    const SurfaceBelief at_surface = believe_at(f.data, belief, on), at_depth = believe_at(f.data, belief, below);
+    CHECK(at_surface.status == DEFREC_POINT_OBSERVED);
+    CHECK(at_surface.expected_error == doctest::Approx(belief.expected_error[0]).epsilon(0.5));
+    CHECK(at_depth.expected_error > at_surface.expected_error);
+    CHECK(believe_at(f.data, belief, beside).status == DEFREC_POINT_UNKNOWN);
+    CHECK(believe_at(f.data, belief, beside).expected_error >= at_depth.expected_error);
+}
+
+TEST_CASE("the rigid motion of a rigidly moved surface is that motion") {
+    Fixture f;
+    const double angle = 0.3, cosine = std::cos(angle), sine = std::sin(angle);
+    for (size_t i = 0; i < f.data.vertices.size(); ++i) {
+        const float* p = f.data.vertices[i].position;
+        f.output.samples[i].position[0] = static_cast<float>(cosine * p[0] - sine * p[1] + 3);
+        f.output.samples[i].position[1] = static_cast<float>(sine * p[0] + cosine * p[1] - 2);
+        f.output.samples[i].position[2] = p[2] + 7;
+    }
+    double motion[12];
+    fit_rigid_motion(SurfaceModel(f.data), f.samples, motion);
+    const double expected[12] = {cosine, -sine, 0, 3, sine, cosine, 0, -2, 0, 0, 1, 7};
+    for (int i = 0; i < 12; ++i) CHECK(motion[i] == doctest::Approx(expected[i]).epsilon(1e-4));
+}
+
+TEST_CASE("row 58: exposure of black, white and ordinary images") {
+    const std::vector<uint8_t> black(64 * 48 * 3, 2), white(64 * 48 * 3, 255);
+    std::vector<uint8_t> ordinary(64 * 48 * 3);
+    for (size_t i = 0; i < ordinary.size(); ++i) ordinary[i] = static_cast<uint8_t>(60 + i % 90);
+    CHECK(image_statistics(black.data(), 64, 48, 3).dark());
+    CHECK(image_statistics(white.data(), 64, 48, 3).saturated());
+    const ImageStatistics statistics = image_statistics(ordinary.data(), 64, 48, 3);
+    CHECK_FALSE(statistics.dark());
+    CHECK_FALSE(statistics.saturated());
+    CHECK(statistics.deviation > 5);
+    CHECK(statistics.hash != image_statistics(black.data(), 64, 48, 3).hash);
+}
+
+TEST_CASE("what the camera did not see says nothing of a rectified image's exposure") {
+    std::vector<uint8_t> gray(64 * 48, 120);
+    std::vector<int32_t> map(2 * gray.size());
+    std::fill(gray.begin() + 64 * 24, gray.end(), uint8_t{0});
+    std::fill(map.begin() + 2 * 64 * 24, map.end(), INT32_MIN);
+    CHECK(image_statistics(gray.data(), 64, 48, 1).mean == 60);
+    const ImageStatistics statistics = image_statistics(gray.data(), 64, 48, 1, map.data());
+    CHECK(statistics.mean == 120);
+    CHECK(statistics.deviation == 0);
+}

@@ -1,0 +1,134 @@
+#include "sdk/tracking/job.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <new>
+
+#include "backends/shared/motion.hpp"
+#include "sdk/base/spin.hpp"
+
+namespace defrec {
+
+TrackerJob::TrackerJob(std::shared_ptr<JobMonitor> job_monitor, const std::shared_ptr<const Device>& device, uint64_t eye_bytes,
+                       uint64_t pixels, bool keep_disparity)
+    : monitor(std::move(job_monitor)),
+      eyes{HostMemory(device, eye_bytes), HostMemory(device, eye_bytes)},
+      ignore(device, pixels),
+      memory(device, keep_disparity ? pixels : 0) {}
+
+defrec_status TrackerJob::wait(uint64_t timeout_ns) {
+    using Clock = std::chrono::steady_clock;
+    // Beyond a century the clock's arithmetic would overflow; nobody waits for a part of that.
+    constexpr uint64_t kForEver = uint64_t{100} * 365 * 24 * 3600 * 1000000000u;
+    const Clock::time_point end = Clock::now() + std::chrono::nanoseconds(std::min(timeout_ns, kForEver));
+    const auto ending = [this] { return phase >= JobPhase::kEnding; };
+    const auto done = [this] { return phase == JobPhase::kDone; };
+    std::unique_lock lock(monitor->mutex);
+    if (!changed_.wait_until(lock, end, ending)) return DEFREC_TIMEOUT;
+    if (!done()) {
+        lock.unlock();
+        constexpr std::chrono::nanoseconds kSpin = std::chrono::milliseconds(1);  // longer than the host takes
+        spin_until(std::min(kSpin, std::chrono::nanoseconds(end - Clock::now())), done);
+        lock.lock();
+        if (!changed_.wait_until(lock, end, done)) return DEFREC_TIMEOUT;
+    }
+    return status;
+}
+
+void TrackerJob::announce_end() {
+    const std::lock_guard lock(monitor->mutex);
+    phase = JobPhase::kEnding;
+    changed_.notify_all();
+}
+
+void TrackerJob::finish(defrec_status result_status, const char* text) noexcept {
+    for (FrameImage* image : {&input.eyes[0], &input.eyes[1], &input.ignore}) image->memory.reset();
+    input.samples.reset();
+    const std::lock_guard lock(monitor->mutex);
+    status = result_status;
+    try {
+        error_text_ = text;
+    } catch (const std::bad_alloc&) {
+        error_text_ = "out of memory";  // short enough to need none
+    }
+    phase = JobPhase::kDone;
+    changed_.notify_all();
+}
+
+void TrackerJob::release() {
+    std::unique_lock lock(monitor->mutex);
+    changed_.wait(lock, [this] { return phase == JobPhase::kDone; });
+    surface.reset();
+    phase = JobPhase::kFree;
+}
+
+void TrackerJob::expect_done() const {
+    const std::lock_guard lock(monitor->mutex);
+    if (phase != JobPhase::kDone) fail(DEFREC_ERROR_STATE, "the frame is not done; wait for its job first");
+    if (status < 0) fail(status, error_text_);
+}
+
+void TrackerJob::result(defrec_result& out) const {
+    expect_done();
+    out.state = state;
+    out.reasons = reasons;
+    out.epoch = epoch;
+    out.timestamp_ns = input.timestamp_ns;
+    out.frame = frame;
+    out.age = age;
+    out.features = output.summary->features;
+    std::copy(output.times.begin(), output.times.end(), out.times);
+    out.time_count = output.time_count;
+    out.disparity = output.disparity.empty() ? nullptr : output.disparity.data();
+    std::copy(std::begin(rigid_motion), std::end(rigid_motion), out.rigid_motion);
+    if (surface == nullptr) return;
+    const TemplateData& data = surface->data();
+    out.matches = evidence.matches;
+    out.inliers = evidence.inliers;
+    out.patches = evidence.patches_confirmed;
+    out.observed_share = static_cast<float>(evidence.observed_share());
+    out.mean_residual_mm = static_cast<float>(evidence.mean_residual_mm);
+    out.patch_residual_px = static_cast<float>(evidence.patch_rms_px);
+    out.motions = output.motions.data();
+    out.node_positions = node_positions.data();
+    out.node_count = output.motions.size();
+    out.vertices = vertices.data();
+    out.normals = normals.data();
+    out.vertex_status = belief.status.data();
+    out.expected_error_mm = belief.expected_error.data();
+    out.vertex_count = data.vertices.size();
+    out.landmarks = data.landmarks.data();
+    out.landmark_matches = output.matches.data();
+    out.landmark_count = data.landmarks.size();
+    out.patch_observations = output.observations.data();
+    out.patch_count = data.patches.size();
+}
+
+void TrackerJob::warp_points(const double* template_xyz, size_t count, double* xyz, uint8_t* point_status,
+                             double* expected_error_mm) const {
+    expect_done();
+    if (surface == nullptr) fail(DEFREC_ERROR_STATE, "points cannot be warped before there is a template");
+    const TemplateData& data = surface->data();
+    const auto warp = [&](const double* from) {
+        if (!std::isfinite(from[0]) || !std::isfinite(from[1]) || !std::isfinite(from[2])) {
+            constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+            return Vec3<double>{kNaN, kNaN, kNaN};
+        }
+        const Skin skin = surface->skin_of(from);
+        return apply(blend<double>(output.motions.data(), skin.node.data(), skin.weight.data()), Vec3<double>{from[0], from[1], from[2]});
+    };
+    for (size_t i = 0; i < count; ++i) {
+        const double from[3] = {template_xyz[3 * i], template_xyz[3 * i + 1], template_xyz[3 * i + 2]};
+        const Vec3<double> to = warp(from);
+        const SurfaceBelief belief_at = believe_at(data, belief, from);
+        xyz[3 * i] = to.x;
+        xyz[3 * i + 1] = to.y;
+        xyz[3 * i + 2] = to.z;
+        if (point_status != nullptr) point_status[i] = belief_at.status;
+        if (expected_error_mm != nullptr) expected_error_mm[i] = belief_at.expected_error;
+    }
+}
+
+}  // namespace defrec

@@ -1,0 +1,68 @@
+// One place in a tracker's queue: the frame's pixels, then its results, until it is released and used again.
+#pragma once
+#include <atomic>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "sdk/tracking/frame_output.hpp"
+#include "sdk/tracking/frame_state.hpp"
+#include "sdk/tracking/vertex_confidence.hpp"
+#include "sdk/tracking/tracker.hpp"
+
+namespace defrec {
+
+// Guards the phases of all jobs of a tracker; outlives the tracker while a job is held.
+struct JobMonitor {
+    std::mutex mutex;
+};
+
+enum class JobPhase { kFree, kQueued, kRunning, kEnding, kDone };
+
+class TrackerJob final : public Job {
+  public:
+    // eye_bytes: of one eye's pixels, tight. pixels: of an eye. Must outlive the tracker's queue.
+    TrackerJob(std::shared_ptr<JobMonitor> monitor, const std::shared_ptr<const Device>& device, uint64_t eye_bytes, uint64_t pixels,
+               bool keep_disparity);
+
+    defrec_status wait(uint64_t timeout_ns) override;
+    const std::string& error_text() const override { return error_text_; }
+    void result(defrec_result& out) const override;
+    void warp_points(const double* template_xyz, size_t count, double* xyz, uint8_t* status,
+                     double* expected_error_mm) const override;
+    void release() override;
+
+    // The members below belong to the tracker while the phase is queued or running.
+    std::shared_ptr<JobMonitor> monitor;
+    std::atomic<JobPhase> phase = JobPhase::kFree;  // written under the monitor's mutex
+    defrec_status status = DEFREC_OK;       // under the monitor's mutex
+
+    HostMemory eyes[2], ignore;  // copies of host pixels, tight rows; of an eye in memory, its rectified gray pixels
+    FrameInput input;            // its host pixels are these copies
+    uint64_t frame = 0;
+    std::shared_ptr<const Template> template_to_set;
+
+    // Results.
+    std::shared_ptr<const Template> surface;
+    FrameMemory memory;
+    FrameOutput& output = memory.output;
+    VertexBelief belief;
+    std::vector<float> vertices, normals, node_positions;
+    double rigid_motion[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    Evidence evidence;
+    uint32_t state = DEFREC_INITIALISING, reasons = 0, epoch = 0, age = 0;
+
+    // The device is done, the host will be at once: who waits may wake up in the meantime.
+    void announce_end();
+    // Ends the job. text says why it failed; empty for success.
+    void finish(defrec_status result_status, const char* text) noexcept;
+
+  private:
+    void expect_done() const;
+
+    std::condition_variable changed_;  // with the monitor's mutex
+    std::string error_text_;
+};
+
+}  // namespace defrec

@@ -1,0 +1,337 @@
+// The tracker through the C API, on a textured plane that is moved: states, reasons, queue, templates, repeatability.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "sdk/api/test_session.hpp"
+
+using namespace defrec::test;
+
+namespace {
+
+struct Session : TrackingSession {
+    using TrackingSession::TrackingSession;
+
+    defrec_status submit(const Pair& pair, defrec_job* job, const std::vector<uint8_t>* ignore = nullptr, uint32_t flags = 0) {
+        TrackingSession::Frame frame;
+        frame.left.pixels = pair.left.data();
+        frame.right.pixels = pair.right.data();
+        frame.ignore.pixels = ignore != nullptr ? ignore->data() : nullptr;
+        frame.flags = flags;
+        return TrackingSession::submit(frame, job);
+    }
+    // One frame from submission to result; the job is released.
+    struct Frame {
+        uint32_t state, reasons, epoch, patches, features;
+        std::vector<float> vertices;
+        std::vector<uint8_t> status;
+        double shift[3];
+    };
+    Frame track(const Pair& pair, const std::vector<uint8_t>* ignore = nullptr, uint32_t flags = 0) {
+        defrec_job job = nullptr;
+        REQUIRE_OK(submit(pair, &job, ignore, flags));
+        REQUIRE_OK(defrec_job_wait(job, UINT64_MAX));
+        defrec_result result;
+        DEFREC_INIT(&result);
+        REQUIRE_OK(defrec_job_result(job, &result));
+        Frame frame{result.state, result.reasons, result.epoch, result.patches, result.features, {}, {}, {0, 0, 0}};
+        if (result.vertex_count > 0) {
+            frame.vertices.assign(result.vertices, result.vertices + 3 * result.vertex_count);
+            frame.status.assign(result.vertex_status, result.vertex_status + result.vertex_count);
+            const double centre[3] = {0, 0, kDepth};
+            double moved[3];
+            REQUIRE_OK(defrec_job_warp_points(job, centre, 1, moved, nullptr, nullptr));
+            for (int axis = 0; axis < 3; ++axis) frame.shift[axis] = moved[axis] - centre[axis];
+        }
+        defrec_job_release(job);
+        return frame;
+    }
+};
+
+bool usable(uint32_t state) { return state == DEFREC_TRACKING || state == DEFREC_DEGRADED || state == DEFREC_RELOCALISED; }
+
+}  // namespace
+
+TEST_CASE("the first frame gives the template, and a moving surface is followed") {
+    Session session;
+    const Session::Frame first = session.track(render(0, 0));
+    CHECK(first.state == DEFREC_TRACKING);
+    CHECK(first.epoch == 1);
+    for (const double shift : first.shift) CHECK(std::abs(shift) < 0.1);
+    for (int i = 1; i <= 6; ++i) {
+        const Session::Frame frame = session.track(render(0.7 * i, -0.4 * i));
+        CAPTURE(i);
+        CHECK(frame.state == DEFREC_TRACKING);
+        CHECK(std::abs(frame.shift[0] - 0.7 * i) < 0.15);
+        CHECK(std::abs(frame.shift[1] + 0.4 * i) < 0.15);
+    }
+}
+
+TEST_CASE("row 64: a sudden shift of ten millimetres between two frames is found in the same frame") {
+    Session session;
+    session.track(render(0, 0));
+    const Session::Frame frame = session.track(render(10, 3));
+    CHECK(usable(frame.state));
+    CHECK((frame.reasons & DEFREC_REASON_FAST_MOTION) != 0);
+    CHECK(std::abs(frame.shift[0] - 10) < 0.3);
+    CHECK(std::abs(frame.shift[1] - 3) < 0.3);
+}
+
+TEST_CASE("rows 58 and 63: black frames are lost at once, and the surface is found again when it returns") {
+    Session session;
+    session.track(render(0, 0));
+    const uint32_t epoch = session.track(render(0.5, 0)).epoch;
+    Pair black;
+    for (int i = 0; i < 3; ++i) {
+        const Session::Frame frame = session.track(black);
+        CHECK(frame.state == DEFREC_LOST);
+        CHECK((frame.reasons & DEFREC_REASON_DARK) != 0);
+        for (const uint8_t status : frame.status) CHECK(status == DEFREC_POINT_UNKNOWN);
+    }
+    const Session::Frame back = session.track(render(4, 2));
+    CHECK(back.state == DEFREC_RELOCALISED);
+    CHECK(back.epoch == epoch + 1);
+    CHECK(std::abs(back.shift[0] - 4) < 0.3);
+    CHECK(session.track(render(4, 2, 1, 5)).state == DEFREC_TRACKING);
+}
+
+TEST_CASE("row 58: white frames are lost and say why") {
+    Session session;
+    session.track(render(0, 0));
+    Pair white;
+    std::fill(white.left.begin(), white.left.end(), uint8_t{255});
+    white.right = white.left;
+    const Session::Frame frame = session.track(white);
+    CHECK(frame.state == DEFREC_LOST);
+    CHECK((frame.reasons & DEFREC_REASON_SATURATED) != 0);
+}
+
+TEST_CASE("row 62: a surface without texture is never a template") {
+    Session session;
+    Pair gray;
+    std::fill(gray.left.begin(), gray.left.end(), uint8_t{120});
+    gray.right = gray.left;
+    const Session::Frame frame = session.track(gray);
+    CHECK(frame.state == DEFREC_INITIALISING);
+    CHECK((frame.reasons & (DEFREC_REASON_NO_TEXTURE | DEFREC_REASON_NO_DEPTH)) != 0);
+    CHECK(frame.vertices.empty());
+}
+
+TEST_CASE("row 67: one dark eye is lost, with the eye as the reason") {
+    Session session;
+    session.track(render(0, 0));
+    Pair half = render(0.2, 0);
+    std::fill(half.right.begin(), half.right.end(), uint8_t{0});
+    const Session::Frame frame = session.track(half);
+    CHECK(frame.state == DEFREC_LOST);
+    CHECK((frame.reasons & DEFREC_REASON_ONE_EYE) != 0);
+}
+
+TEST_CASE("row 6: exchanged eyes are named while there is no template") {
+    Session session;
+    Pair pair = render(0, 0);
+    std::swap(pair.left, pair.right);
+    const Session::Frame frame = session.track(pair);
+    CHECK(frame.state == DEFREC_INITIALISING);
+    CHECK((frame.reasons & DEFREC_REASON_EYES_SWAPPED) != 0);
+}
+
+TEST_CASE("row 54: a frozen stream is named, and followed all the same") {
+    Session session;
+    const Pair pair = render(0, 0);
+    CHECK((session.track(pair).reasons & DEFREC_REASON_FROZEN) == 0);
+    const Session::Frame again = session.track(pair);
+    CHECK((again.reasons & DEFREC_REASON_FROZEN) != 0);
+    CHECK(again.state == DEFREC_TRACKING);
+}
+
+TEST_CASE("row 51: a gap in the stream is named") {
+    Session session;
+    for (int i = 0; i < 4; ++i) CHECK((session.track(render(0.1 * i, 0)).reasons & DEFREC_REASON_GAP) == 0);
+    session.time += 10 * 33000000;
+    CHECK((session.track(render(0.5, 0)).reasons & DEFREC_REASON_GAP) != 0);
+}
+
+TEST_CASE("row 51: timestamps as far apart as there are") {
+    Session session;
+    session.time = INT64_MIN;  // and a frame's time later
+    for (int i = 0; i < 3; ++i) CHECK((session.track(render(0.1 * i, 0)).reasons & DEFREC_REASON_GAP) == 0);
+    session.time = INT64_MAX - 33000000;
+    CHECK((session.track(render(0.3, 0)).reasons & DEFREC_REASON_GAP) != 0);
+}
+
+TEST_CASE("rows 69 and 70: a long static run with noise neither moves nor drifts") {
+    Session session;
+    session.track(render(0, 0, 2, 1));
+    for (uint64_t i = 0; i < 40; ++i) {
+        const Session::Frame frame = session.track(render(0, 0, 2, 100 + i));
+        CAPTURE(i);
+        CHECK(frame.state == DEFREC_TRACKING);
+        for (const double shift : frame.shift) CHECK(std::abs(shift) < 0.12);
+    }
+}
+
+TEST_CASE("row 53: a timestamp that does not grow is refused and changes nothing") {
+    Session session;
+    session.track(render(0, 0));
+    session.time -= 33000000;
+    defrec_job job = nullptr;
+    CHECK(session.submit(render(0, 0), &job) == DEFREC_ERROR_ARGUMENT);
+    CHECK(job == nullptr);
+    CHECK(std::string(defrec_last_error()).find("timestamp") != std::string::npos);
+    CHECK(session.track(render(0.1, 0)).state == DEFREC_TRACKING);
+}
+
+TEST_CASE("a full queue is an error, not a dropped frame; jobs end in order; results stay until released") {
+    Session session;
+    const Pair pair = render(0, 0);
+    defrec_job first = nullptr, second = nullptr, third = nullptr;
+    REQUIRE_OK(session.submit(pair, &first));
+    REQUIRE_OK(session.submit(render(0.3, 0), &second));
+    CHECK(session.submit(pair, &third) == DEFREC_ERROR_BUSY);
+    REQUIRE_OK(defrec_job_wait(second, UINT64_MAX));
+    CHECK(defrec_job_wait(first, 0) == DEFREC_OK);
+    defrec_result one, two;
+    DEFREC_INIT(&one);
+    DEFREC_INIT(&two);
+    REQUIRE_OK(defrec_job_result(first, &one));
+    REQUIRE_OK(defrec_job_result(second, &two));
+    CHECK(one.frame + 1 == two.frame);
+    CHECK(one.vertices != two.vertices);
+    defrec_job_release(first);
+    REQUIRE_OK(session.submit(pair, &third));
+    defrec_job_release(second);
+    defrec_job_release(third);
+}
+
+TEST_CASE("row 29: destroying a tracker with frames queued ends them, and their jobs stay valid") {
+    Session session;
+    defrec_job first = nullptr, second = nullptr;
+    REQUIRE_OK(session.submit(render(0, 0), &first));
+    REQUIRE_OK(session.submit(render(0.1, 0), &second));
+    defrec_tracker_destroy(session.tracker);
+    session.tracker = nullptr;
+    for (defrec_job job : {first, second}) {
+        const defrec_status status = defrec_job_wait(job, UINT64_MAX);
+        CHECK((status == DEFREC_OK || status == DEFREC_ERROR_STATE));
+        defrec_job_release(job);
+    }
+}
+
+TEST_CASE("a point that is not finite is unknown, and the points beside it are none the worse") {
+    Session session;
+    defrec_job job = nullptr;
+    REQUIRE_OK(session.submit(render(0, 0), &job));
+    REQUIRE_OK(defrec_job_wait(job, UINT64_MAX));
+    constexpr double kNaN = std::numeric_limits<double>::quiet_NaN(), kInfinity = std::numeric_limits<double>::infinity();
+    const double centre[3] = {0, 0, kDepth};
+    for (const double bad : {kNaN, kInfinity, -kInfinity})
+        for (int axis = 0; axis < 3; ++axis) {
+            double points[6] = {0, 0, kDepth, 0, 0, kDepth}, error[2];
+            uint8_t status[2];
+            points[axis] = bad;
+            REQUIRE_OK(defrec_job_warp_points(job, points, 2, points, status, error));
+            for (int i = 0; i < 3; ++i) {
+                CHECK(std::isnan(points[i]));
+                CHECK(std::abs(points[3 + i] - centre[i]) < 0.1);
+            }
+            CHECK(status[0] == DEFREC_POINT_UNKNOWN);
+            CHECK(status[1] == DEFREC_POINT_OBSERVED);
+        }
+    const double far[3] = {1e300, 0, 1e-300};
+    double moved[3];
+    uint8_t status = 0;
+    REQUIRE_OK(defrec_job_warp_points(job, far, 1, moved, &status, nullptr));
+    CHECK(status == DEFREC_POINT_UNKNOWN);
+    defrec_job_release(job);
+}
+
+TEST_CASE("a template can be saved, loaded and tracked by another tracker") {
+    const std::filesystem::path path = std::filesystem::temp_directory_path() / "defrec_tracker_test_template";
+    {
+        Session session;
+        session.track(render(0, 0));
+        defrec_template surface = nullptr;
+        REQUIRE_OK(defrec_tracker_get_template(session.tracker, &surface));
+        REQUIRE_OK(defrec_template_save(surface, path.c_str()));
+        defrec_template_release(surface);
+    }
+    Session session;
+    defrec_template surface = nullptr;
+    CHECK(defrec_tracker_get_template(session.tracker, &surface) == DEFREC_ERROR_STATE);
+    REQUIRE_OK(defrec_template_load(session.context, path.c_str(), &surface));
+    REQUIRE_OK(defrec_tracker_set_template(session.tracker, surface));
+    defrec_template_release(surface);
+    const Session::Frame frame = session.track(render(2, 1));
+    CHECK(frame.state == DEFREC_RELOCALISED);
+    CHECK(std::abs(frame.shift[0] - 2) < 0.2);
+    std::filesystem::remove(path);
+}
+
+TEST_CASE("a template of another camera is refused") {
+    Session session;
+    session.track(render(0, 0));
+    defrec_template surface = nullptr;
+    REQUIRE_OK(defrec_tracker_get_template(session.tracker, &surface));
+    const auto try_on = [&](const TrackingSession::Change& change) {
+        TrackingSession other("cpu", 2, change);
+        return defrec_tracker_set_template(other.tracker, surface);
+    };
+    CHECK(try_on(nullptr) == DEFREC_OK);
+    for (double defrec_intrinsics::*member : {&defrec_intrinsics::fx, &defrec_intrinsics::fy, &defrec_intrinsics::cx, &defrec_intrinsics::cy}) {
+        const auto change = [member](defrec_rig_desc& rig, defrec_tracker_desc&) {
+            rig.left.*member += 0.5;
+            rig.right.*member += 0.5;
+        };
+        CHECK(try_on(change) == DEFREC_ERROR_ARGUMENT);
+        CHECK(std::string(defrec_last_error()).find("the rig has fx") != std::string::npos);
+    }
+    CHECK(try_on([](defrec_rig_desc& rig, defrec_tracker_desc&) { rig.translation[0] *= 1.01; }) == DEFREC_ERROR_ARGUMENT);
+    defrec_template_release(surface);
+}
+
+TEST_CASE("a template is captured anew on request") {
+    Session session;
+    const uint32_t epoch = session.track(render(0, 0)).epoch;
+    session.track(render(3, 0));
+    const Session::Frame frame = session.track(render(3, 0, 1, 3), nullptr, DEFREC_FRAME_CAPTURE_TEMPLATE);
+    CHECK(frame.epoch == epoch + 1);
+    CHECK(std::abs(frame.shift[0]) < 0.15);
+}
+
+TEST_CASE("ignored pixels give no features and no patches") {
+    Session whole, half;
+    std::vector<uint8_t> ignore(kWidth * kHeight);
+    for (size_t y = 0; y < kHeight; ++y)
+        for (size_t x = kWidth / 2; x < kWidth; ++x) ignore[y * kWidth + x] = 1;
+    const Session::Frame all = whole.track(render(0, 0)), left = half.track(render(0, 0), &ignore);
+    CHECK(left.features < all.features);
+    CHECK(left.patches < 0.7 * all.patches);
+    CHECK(left.patches > 0);
+}
+
+TEST_CASE("two runs, and one or three threads, give the same bits") {
+    Session a("cpu", 1), b("cpu", 3), c("cpu", 3);
+    for (int i = 0; i < 4; ++i) {
+        const Pair pair = render(0.6 * i, 0.2 * i, 2, static_cast<uint64_t>(i));
+        const Session::Frame one = a.track(pair), two = b.track(pair), three = c.track(pair);
+        CHECK(one.vertices == two.vertices);
+        CHECK(two.vertices == three.vertices);
+        CHECK(one.status == two.status);
+    }
+}
+
+TEST_CASE("the reference backend follows the same surface to the same place") {
+    Session cpu("cpu"), reference("reference");
+    for (int i = 0; i < 2; ++i) {
+        const Pair pair = render(1.5 * i, 0);
+        const Session::Frame fast = cpu.track(pair), plain = reference.track(pair);
+        CHECK(plain.state == fast.state);
+        for (int axis = 0; axis < 3; ++axis) CHECK(std::abs(fast.shift[axis] - plain.shift[axis]) < 0.02);
+    }
+}
