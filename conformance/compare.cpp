@@ -65,12 +65,12 @@ std::string describe(const Output& output, const Fields& fields, const Bytes& ex
                   value_text(expected, at, type), " expected");
 }
 
-Picture gray_picture(const std::string& title, const Output& output, const std::vector<double>& values, double least, double most) {
+Picture gray_picture(const std::string& title, const Output& output, const std::vector<double>& values, double minimum, double maximum) {
     Picture picture{title, output.width, output.height, {}};
-    const double scale = most > least ? 255 / (most - least) : 0;
+    const double scale = maximum > minimum ? 255 / (maximum - minimum) : 0;
     for (const double value : values) {
         const bool none = std::isnan(value);
-        const auto gray = uint8_t(none ? 0 : std::clamp((value - least) * scale, 0.0, 255.0));
+        const auto gray = uint8_t(none ? 0 : std::clamp((value - minimum) * scale, 0.0, 255.0));
         picture.pixels.insert(picture.pixels.end(), {none ? uint8_t(90) : gray, gray, none ? uint8_t(120) : gray});
     }
     return picture;
@@ -90,13 +90,13 @@ std::vector<double> image_values(const Output& output, const Bytes& bytes) {
 // Holes are violet; where the two differ the third picture is red, the brighter the farther.
 void show_images(CaseRun& run, const Output& output, const Bytes& expected, const Bytes& found) {
     const std::vector<double> a = image_values(output, expected), b = image_values(output, found);
-    double least = std::numeric_limits<double>::max(), most = std::numeric_limits<double>::lowest(), farthest = 0;
+    double minimum = std::numeric_limits<double>::max(), maximum = std::numeric_limits<double>::lowest(), farthest = 0;
     for (size_t i = 0; i < a.size(); ++i) {
-        if (!std::isnan(a[i])) least = std::min(least, a[i]), most = std::max(most, a[i]);
+        if (!std::isnan(a[i])) minimum = std::min(minimum, a[i]), maximum = std::max(maximum, a[i]);
         if (!std::isnan(a[i]) && !std::isnan(b[i])) farthest = std::max(farthest, std::abs(a[i] - b[i]));
     }
-    run.show(gray_picture(output.name + ", expected", output, a, least, most));
-    run.show(gray_picture(output.name + ", found", output, b, least, most));
+    run.show(gray_picture(output.name + ", expected", output, a, minimum, maximum));
+    run.show(gray_picture(output.name + ", found", output, b, minimum, maximum));
     Picture difference{output.name + ", difference", output.width, output.height, {}};
     for (size_t i = 0; i < a.size(); ++i) {
         const bool same = a[i] == b[i] || (std::isnan(a[i]) && std::isnan(b[i]));
@@ -129,9 +129,9 @@ void compare_exactly(CaseRun& run, const StageJob& job, size_t i, const Expected
 }
 
 double Distances::maximum() const {
-    double most = 0;
-    for (const double value : values_) most = std::isnan(value) || std::isnan(most) ? std::nan("") : std::max(most, value);
-    return most;
+    double maximum = 0;
+    for (const double value : values_) maximum = std::isnan(value) || std::isnan(maximum) ? std::nan("") : std::max(maximum, value);
+    return maximum;
 }
 
 double Distances::p99() const {

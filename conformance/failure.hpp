@@ -6,7 +6,7 @@
 
 namespace defrec::conformance {
 
-// Ends a case as failed; what() is the reason, one sentence.
+// Ends a case as failed; what() is the reason, one error message.
 class CaseFailure : public std::runtime_error {
   public:
     using std::runtime_error::runtime_error;

@@ -13,7 +13,7 @@ namespace defrec::conformance {
 namespace {
 
 constexpr size_t kGuard = 64;                 // bytes before and behind each block
-constexpr size_t kMostMemory = size_t{1} << 40;  // an allocator with checks of its own ends the process instead of saying no
+constexpr size_t kMaxMemory = size_t{1} << 40;  // an allocator with checks of its own ends the process instead of saying no
 constexpr unsigned char kGuardByte = 0xA7;
 constexpr unsigned char kFreshByte = 0x5B;    // fresh memory is not zero: nobody is to rely on that
 constexpr unsigned char kFreedByte = 0xE3;
@@ -86,7 +86,7 @@ void* Host::allocate(size_t size, size_t alignment) {
         return nullptr;
     }
     const size_t before = std::max(kGuard, alignment);
-    if (size > kMostMemory) return nullptr;
+    if (size > kMaxMemory) return nullptr;
     void* start = std::aligned_alloc(before, (before + size + kGuard + before - 1) / before * before);
     if (start == nullptr) return nullptr;
     auto* memory = static_cast<unsigned char*>(start) + before;

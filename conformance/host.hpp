@@ -34,7 +34,7 @@ class Host {
     // The nth allocation from now on (1: the next) and, if all_later, every one after it has no memory; 0: none does.
     void fail_allocation(uint64_t nth, bool all_later = false);
 
-    // What was wrong with the plugin's use of the host, one sentence, empty if nothing: bytes written before or behind a
+    // What was wrong with the plugin's use of the host, one error message, empty if nothing: bytes written before or behind a
     // block, a block freed twice, an alignment that makes no sense. Looks at the blocks that are given out, too.
     std::string misuse();
 

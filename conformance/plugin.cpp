@@ -21,7 +21,7 @@ namespace {
 
 constexpr uint64_t kLibraryCap = uint64_t{1} << 30;
 constexpr char kEntryName[] = "defrec_plugin_entry_v1";
-constexpr size_t kMostDevices = 64;
+constexpr size_t kMaxDevices = 64;
 
 PluginFiles read_manifest(const std::string& path) {
     PluginFiles files;
@@ -107,8 +107,8 @@ Instance::Instance(const Plugin& plugin, uint32_t threads) : plugin_(plugin), ho
     const defrec_plugin* table = nullptr;
     check(kEntryName, plugin.entry()(host_->table(), &table));
     require(table != nullptr, kEntryName, " succeeded without a table");
-    require(table->struct_size >= kLeastTableSize, "the plugin's table has ", table->struct_size, " bytes, at least ",
-            kLeastTableSize, " expected");
+    require(table->struct_size >= kMinTableSize, "the plugin's table has ", table->struct_size, " bytes, at least ",
+            kMinTableSize, " expected");
     table_ = table;
 }
 
@@ -120,7 +120,7 @@ Instance::~Instance() {
 
 std::vector<defrec_device_info> Instance::devices() const {
     const size_t count = table_->device_count(table_->self);
-    require(count <= kMostDevices, "the plugin claims ", count, " devices, at most ", kMostDevices, " are expected");
+    require(count <= kMaxDevices, "the plugin claims ", count, " devices, at most ", kMaxDevices, " are expected");
     std::vector<defrec_device_info> infos(count);
     for (size_t i = 0; i < count; ++i) {
         DEFREC_INIT(&infos[i]);
@@ -131,8 +131,8 @@ std::vector<defrec_device_info> Instance::devices() const {
 
 defrec_status Instance::check(const std::string& call, defrec_status status) const {
     if (status >= 0) return status;
-    const std::string sentence = host_->take_error();
-    fail_case(call, " answered ", defrec_status_name(status), sentence.empty() ? " without a sentence" : ": ", sentence);
+    const std::string message = host_->take_error();
+    fail_case(call, " answered ", defrec_status_name(status), message.empty() ? " without an error message" : ": ", message);
 }
 
 // ---- session -------------------------------------------------------------------------------------------------------

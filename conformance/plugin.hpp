@@ -1,5 +1,5 @@
 // A plugin as the suite sees it: through its files, its one symbol and its tables, with a host of our own. Failures of its
-// calls are thrown as CaseFailure with the call, the status and the plugin's sentence; table() and get() are for cases that
+// calls are thrown as CaseFailure with the call, the status and the plugin's error message; table() and get() are for cases that
 // expect a failure.
 #pragma once
 #include <cstddef>
@@ -36,7 +36,7 @@ class Plugin {
     const std::string& device_id() const { return device_id_; }
     defrec_plugin_entry_fn entry() const { return entry_; }
 
-    // What instances that have ended did wrong with their hosts since the last call, one sentence, empty if nothing.
+    // What instances that have ended did wrong with their hosts since the last call, one error message, empty if nothing.
     std::string take_misuse() const;
     void note_misuse(const std::string& text) const;
 

@@ -22,7 +22,7 @@ class Random {
     }
     uint32_t below(uint32_t count) { return uint32_t((next() >> 32) * count >> 32); }
     double unit() { return double(next() >> 11) * 0x1p-53; }  // 0 <= unit < 1
-    double within(double least, double most) { return least + (most - least) * unit(); }
+    double within(double minimum, double maximum) { return minimum + (maximum - minimum) * unit(); }
     // Mean 0, standard deviation 1: twelve uniform numbers, which needs no function of the machine's library.
     double normal() {
         double sum = -6;

@@ -9,7 +9,7 @@ namespace defrec::conformance {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr uint32_t kMostHangs = 5;  // after which a plugin is given up: each takes its whole time limit
+constexpr uint32_t kMaxHangs = 5;  // after which a plugin is given up: each takes its whole time limit
 
 double worse(double a, double b) { return std::isnan(a) || std::isnan(b) ? std::nan("") : std::max(a, b); }
 
@@ -76,8 +76,8 @@ class Run {
         if (at_end) end_ = {failure(reason + " at the end")};
         else if (in_step) lose(steps, running, reason);
         else return refusal_or_loss(reason + " between two cases");
-        if (event == ChildProcess::Event::timed_out && ++hung_ == kMostHangs)
-            return refusal_or_loss(concat("not run: the plugin did not end in ", kMostHangs, " other cases"));
+        if (event == ChildProcess::Event::timed_out && ++hung_ == kMaxHangs)
+            return refusal_or_loss(concat("not run: the plugin did not end in ", kMaxHangs, " other cases"));
         return "";
     }
 

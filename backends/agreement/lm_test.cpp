@@ -122,7 +122,7 @@ void check_agreement(const TestSurface& surface, const Solved& actual, const Sol
     CHECK(std::abs(actual.summary.matches - expected.summary.matches) <= 2);
     CHECK(std::abs(actual.summary.patches - expected.summary.patches) <= 2);
     REQUIRE(actual.motions.size() == expected.motions.size());
-    double farthest = 0, most_turned = 0;
+    double farthest = 0, max_turned = 0;
     for (size_t i = 0; i < expected.motions.size(); ++i) {
         const auto a = DualQuaternion<double>::load(actual.motions[i]),
                    e = DualQuaternion<double>::load(expected.motions[i]);
@@ -130,10 +130,10 @@ void check_agreement(const TestSurface& surface, const Solved& actual, const Sol
         const Point off = apply(a, node) - apply(e, node);
         farthest = std::max(farthest, std::sqrt(dot(off, off)));
         const auto turn = a.real - e.real;
-        most_turned = std::max(most_turned, 2 * std::sqrt(dot(turn, turn)));
+        max_turned = std::max(max_turned, 2 * std::sqrt(dot(turn, turn)));
     }
     CHECK(farthest < 0.02);
-    CHECK(most_turned < 0.005);
+    CHECK(max_turned < 0.005);
 }
 
 }  // namespace

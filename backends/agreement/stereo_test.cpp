@@ -37,12 +37,12 @@ Pair make_pair(const defrec_stereo_params& p, unsigned seed) {
     result.right = result.left;
     result.left_mask.assign(result.left.size(), 255);
     result.right_mask = result.left_mask;
-    const float most = float(p.min_disparity) + float(p.disparities) * 0.8f;
+    const float maximum = float(p.min_disparity) + float(p.disparities) * 0.8f;
     for (int y = 0; y < h; ++y)
         for (int x = 0; x < w; ++x) {
             const size_t at = size_t(y) * size_t(stride) + size_t(x);
-            float d = most * (0.6f + 0.1f * std::sin(float(x) / 40) + 0.1f * std::cos(float(y) / 30));
-            if (x > w / 2 && x < w / 2 + w / 8 && y > h / 3) d = most;
+            float d = maximum * (0.6f + 0.1f * std::sin(float(x) / 40) + 0.1f * std::cos(float(y) / 30));
+            if (x > w / 2 && x < w / 2 + w / 8 && y > h / 3) d = maximum;
             result.left[at] = uint8_t(sample(float(x) - d, y) + float(random() % 4));
             result.right[at] = uint8_t(sample(float(x), y) * 0.9f + float(random() % 4));
         }

@@ -110,10 +110,10 @@ Flow Flow::between(std::vector<Point> from, std::vector<Point> to) {
     flow.to_ = std::move(to);
     std::vector<double> nearest;
     for (const Point& a : flow.from_) {
-        double least = 1e9;
+        double minimum = 1e9;
         for (const Point& b : flow.from_)
-            if (&a != &b) least = std::min(least, std::hypot(a.x - b.x, a.y - b.y));
-        nearest.push_back(least);
+            if (&a != &b) minimum = std::min(minimum, std::hypot(a.x - b.x, a.y - b.y));
+        nearest.push_back(minimum);
     }
     if (nearest.size() < kNeighbours) return flow;
     std::nth_element(nearest.begin(), nearest.begin() + ptrdiff_t(nearest.size() / 2), nearest.end());

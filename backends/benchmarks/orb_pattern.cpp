@@ -131,7 +131,7 @@ bool outcome(const Test& test, const Patch& patch) {
     return at(test.first) < at(test.second);
 }
 
-void judge(Test& test, const std::vector<Sample>& samples) {
+void classify(Test& test, const std::vector<Sample>& samples) {
     test.bits.assign((samples.size() + 63) / 64, 0);
     size_t set = 0, changed = 0;
     for (size_t i = 0; i < samples.size(); ++i) {
@@ -196,7 +196,7 @@ void derive(const std::string& scenes) {
         const orb::Offset a = random.point(), b = random.point();
         if ((a.x - b.x) * (a.x - b.x) + (a.y - b.y) * (a.y - b.y) < kShortest) continue;
         tests.push_back({a, b, 0, 0, {}});
-        judge(tests.back(), samples);
+        classify(tests.back(), samples);
     }
     std::stable_sort(tests.begin(), tests.end(),
                      [](const Test& a, const Test& b) { return a.goodness > b.goodness; });

@@ -86,7 +86,7 @@ class Grid {
 
 // Sums over the pairs of a data set.
 struct Score {
-    double pairs = 0, features = 0, matches = 0, judged = 0, right = 0, possible = 0, spread = 0,
+    double pairs = 0, features = 0, matches = 0, classified = 0, right = 0, possible = 0, spread = 0,
            right_spread = 0, milliseconds = 0;
 };
 
@@ -126,7 +126,7 @@ void add(const ImagePair& pair, uint32_t capacity, Detect detect, Score& score) 
                           truth->x < pair.second.width - kMargin && truth->y < pair.second.height - kMargin;
         if (matches[i].feature < 0) continue;
         const Point to = pixel(second.features[size_t(matches[i].feature)]);
-        ++score.judged;
+        ++score.classified;
         if (std::hypot(to.x - truth->x, to.y - truth->y) > limit) continue;
         ++score.right;
         right.mark(from);
@@ -141,7 +141,7 @@ void add(const ImagePair& pair, uint32_t capacity, Detect detect, Score& score) 
 void print(const std::string& set, const char* method, const Score& s) {
     std::printf("| %s | %s | %.0f | %.0f | %.0f | %.2f | %.3f | %.2f | %.2f | %.1f |\n", set.c_str(), method,
                 s.features / s.pairs, s.matches / s.pairs, s.right / s.pairs,
-                s.right / std::max(1.0, s.judged), s.right / std::max(1.0, s.possible), s.spread / s.pairs,
+                s.right / std::max(1.0, s.classified), s.right / std::max(1.0, s.possible), s.spread / s.pairs,
                 s.right_spread / s.pairs, s.milliseconds / s.pairs);
     std::fflush(stdout);
 }

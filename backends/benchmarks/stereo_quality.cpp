@@ -61,10 +61,10 @@ double median_ms(int runs, const std::function<void()>& work) {
 }
 
 // Disparities in 1/16 px as px, NaN where there is none.
-cv::Mat to_pixels(const cv::Mat& disparity, int least) {
+cv::Mat to_pixels(const cv::Mat& disparity, int minimum) {
     cv::Mat result;
     disparity.convertTo(result, CV_32F, 1.0 / 16);
-    result.setTo(std::nanf(""), disparity < least);
+    result.setTo(std::nanf(""), disparity < minimum);
     return result;
 }
 
@@ -92,10 +92,10 @@ void report(const Case& scene, const char* method, const cv::Mat& disparity, dou
 void write_map(const std::string& folder, const Case& scene, const char* method, const cv::Mat& disparity) {
     if (folder.empty()) return;
     const cv::Mat known = disparity == disparity;
-    double least = 0, most = 1;
-    cv::minMaxLoc(disparity, &least, &most, nullptr, nullptr, known);
+    double minimum = 0, maximum = 1;
+    cv::minMaxLoc(disparity, &minimum, &maximum, nullptr, nullptr, known);
     cv::Mat scaled, map;
-    disparity.convertTo(scaled, CV_8U, 255 / (most - least), -least * 255 / (most - least));
+    disparity.convertTo(scaled, CV_8U, 255 / (maximum - minimum), -minimum * 255 / (maximum - minimum));
     cv::applyColorMap(scaled, map, cv::COLORMAP_TURBO);
     map.setTo(cv::Scalar::all(0), ~known);
     cv::imwrite(folder + "/" + scene.name + "-" + method + ".png", map);

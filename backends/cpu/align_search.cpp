@@ -144,14 +144,14 @@ bool window_is_masked(const AlignLevel& level, int32_t x, int32_t y, int32_t rea
     const hn::CappedTag<uint8_t, kAlignWindowRow> d;
     const int32_t count = 2 * reach + 2;
     alignas(64) uint8_t buffer[2 * kAlignWindowRow] = {};
-    auto least = hn::Set(d, 255);
+    auto minimum = hn::Set(d, 255);
     for (int32_t j = 0; j < 2 * reach + 1; ++j) {
         const uint8_t* row = window_row(level, level.mask, x - reach, y - reach + j, count, buffer);
         for (int32_t k = 0; k < count; k += int32_t(hn::Lanes(d)))
-            least = hn::Min(least, hn::IfThenElse(hn::FirstN(d, size_t(count - k)), hn::LoadU(d, row + k),
+            minimum = hn::Min(minimum, hn::IfThenElse(hn::FirstN(d, size_t(count - k)), hn::LoadU(d, row + k),
                                                   hn::Set(d, 255)));
     }
-    return !hn::AllFalse(d, hn::Eq(least, hn::Zero(d)));
+    return !hn::AllFalse(d, hn::Eq(minimum, hn::Zero(d)));
 }
 
 // The pairs of the window round (x, y).

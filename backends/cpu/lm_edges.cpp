@@ -47,7 +47,7 @@ HWY_INLINE EdgeLanes measure(const EdgeTask& task, size_t at) {
     e.qb = scale(sign, qb);
     e.relative = subtract(subtract(scale(e.wb, e.qa), scale(e.wa, e.qb)), cross(e.qa, e.qb));
     const V length = hn::Sqrt(dot(along, along));
-    e.length = hn::Max(length, hn::Set(d, float(kLeastLengthMm)));
+    e.length = hn::Max(length, hn::Set(d, float(kMinLengthMm)));
     e.now = scale(hn::Div(one, e.length), along);
     e.stretch = hn::Sub(length, hn::Load(d, edges.length.data() + at));
     const L3 rest = load_lanes(d, edges.direction_x.data() + at, edges.direction_y.data() + at,

@@ -58,7 +58,7 @@ LmGroups::LmGroups(const LmTemplate& surface, const Host& host)
         group.first_sighting = uint32_t(sighting_stride_);
         const size_t room = padded(group.landmarks + group.patches);
         sighting_stride_ += room;
-        most_row_lanes_ = std::max(most_row_lanes_, padded(group.points) + 3 * room);
+        max_row_lanes_ = std::max(max_row_lanes_, padded(group.points) + 3 * room);
     }
     sightings_.assign(size_t(kSightingComponents) * sighting_stride_, 0.0f);
 }

@@ -66,8 +66,8 @@ class LmGroups {
     const float* sighting(int component) const {
         return sightings_.data() + size_t(component) * sighting_stride_;
     }
-    size_t most_row_lanes() const {
-        return most_row_lanes_;
+    size_t max_row_lanes() const {
+        return max_row_lanes_;
     }  // rows of a group, lanes that are empty included
 
   private:
@@ -80,7 +80,7 @@ class LmGroups {
     HostVector<LmGroup> groups_;
     HostVector<float> points_, sightings_;
     HostVector<uint32_t> landmark_order_, patch_order_;
-    size_t point_stride_ = 0, sighting_stride_ = 0, most_row_lanes_ = 0;
+    size_t point_stride_ = 0, sighting_stride_ = 0, max_row_lanes_ = 0;
 };
 
 struct LmGroupTask {

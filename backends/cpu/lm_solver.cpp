@@ -141,10 +141,10 @@ void InvertDiagonal(const SolveTask& task) {
         for (size_t c = 0; c < 6; ++c)
             for (size_t r = c; r < 6; ++r) {
                 V value = hn::GatherIndex(d, work.damped.data() + 6 * c + r, index);
-                const V least = hn::Mul(value, hn::Set(d, 1e-6f));
+                const V minimum = hn::Mul(value, hn::Set(d, 1e-6f));
                 for (size_t k = 0; k < c; ++k) value = hn::NegMulAdd(factor[r][k], factor[c][k], value);
                 if (r == c)
-                    own[c][c] = hn::Div(hn::Set(d, 1.0f), factor[c][c] = hn::Sqrt(hn::Max(value, least)));
+                    own[c][c] = hn::Div(hn::Set(d, 1.0f), factor[c][c] = hn::Sqrt(hn::Max(value, minimum)));
                 else
                     factor[r][c] = hn::Mul(value, own[c][c]);
             }
@@ -223,8 +223,8 @@ void damp(const SolveTask& task) {
         std::copy(block, block + kBlockFloats, damped);
         float trace = 0;
         for (int r = 0; r < 6; ++r) trace += block[7 * r];
-        const float least = trace > 0 ? float(kLeastDiagonal) * trace : 1.0f;
-        for (int r = 0; r < 6; ++r) damped[7 * r] = block[7 * r] * (1 + task.lambda) + least;
+        const float minimum = trace > 0 ? float(kMinDiagonal) * trace : 1.0f;
+        for (int r = 0; r < 6; ++r) damped[7 * r] = block[7 * r] * (1 + task.lambda) + minimum;
     }
 }
 

@@ -121,7 +121,7 @@ HWY_NOINLINE void sum_points(const LmGroupTask& task, const LmGroup& group, cons
         const auto live = depth_lanes(d, task.params->camera, task.image, p);
         const V range = hn::Sqrt(dot(p, p)), slope = dot(n, p);
         const V difference = hn::Mul(hn::Sub(live.depth, p.z), live.inverse_z);
-        const auto facing = hn::Ge(hn::Neg(slope), hn::Mul(hn::Set(d, float(kLeastFacing)), range));
+        const auto facing = hn::Ge(hn::Neg(slope), hn::Mul(hn::Set(d, float(kMinFacing)), range));
         const auto close =
             hn::Le(hn::Mul(hn::Abs(difference), range), hn::Set(d, task.params->association_mm));
         const auto exists = hn::FirstN(d, group.points - i);
@@ -172,7 +172,7 @@ HWY_NOINLINE void sum_sightings(const LmGroupTask& task, const LmGroup& group, c
 
         // ramped_tukey of lm_terms.hpp; a patch's c is in pixels.
         const V px = hn::Div(hn::Set(d, float(task.params->camera.fx)),
-                             hn::Max(p.z, hn::Set(d, float(kLeastDepthMm))));
+                             hn::Max(p.z, hn::Set(d, float(kMinDepthMm))));
         const V inverse_a = load(LmGroups::kInverseA);
         const V inverse_c2 =
             hn::MulAdd(load(LmGroups::kPxInverseC2), hn::Mul(px, px), load(LmGroups::kInverseC2));
@@ -240,7 +240,7 @@ void sum_groups(const LmGroupTask& task, size_t first, size_t last) {
 
 size_t lm_scratch_floats(const LmGroups& groups) {
     constexpr size_t kRowFloats = kJacobian + 4, kEquations = kJacobian * kJacobian + kJacobian;
-    return padded(kEquations) + groups.most_row_lanes() * kRowFloats;
+    return padded(kEquations) + groups.max_row_lanes() * kRowFloats;
 }
 
 }  // namespace defrec::cpu

@@ -47,9 +47,9 @@ V64 distance(const Landmark& landmark, const uint64_t (*word)[2][kMatchGroup / 2
 void take_best(V32* best, MatchKeys& keys) {
     const D32 d;
     for (size_t place = 0; place < 3; ++place) {
-        const V32 least = hn::MinOfLanes(d, best[0]);
-        keys[place] = hn::GetLane(least);
-        const auto taken = hn::Eq(best[0], least);
+        const V32 minimum = hn::MinOfLanes(d, best[0]);
+        keys[place] = hn::GetLane(minimum);
+        const auto taken = hn::Eq(best[0], minimum);
         best[0] = hn::IfThenElse(taken, best[1], best[0]);
         best[1] = hn::IfThenElse(taken, best[2], best[1]);
     }

@@ -25,7 +25,7 @@ struct Largest {
         return hn::Max(a, b);
     }
 };
-struct Least {
+struct Minimum {
     template <class V>
     static HWY_INLINE V inner(V a, V b) {
         return hn::Max(a, b);
@@ -65,9 +65,9 @@ struct Circle {
 
 // Scores of as many pixels as D has lanes; 0 where they are not above the threshold.
 template <class D>
-HWY_INLINE hn::Vec<D> scores_at(D d, const uint8_t* pixel, const Circle& circle, uint8_t least) {
+HWY_INLINE hn::Vec<D> scores_at(D d, const uint8_t* pixel, const Circle& circle, uint8_t minimum) {
     using V = hn::Vec<D>;
-    const V threshold = hn::Set(d, least);
+    const V threshold = hn::Set(d, minimum);
     const auto too_small = [&](V score) { return hn::Eq(hn::SaturatedSub(score, threshold), hn::Zero(d)); };
     const V centre = hn::LoadU(d, pixel);
     V p[16];
@@ -80,7 +80,7 @@ HWY_INLINE hn::Vec<D> scores_at(D d, const uint8_t* pixel, const Circle& circle,
     }
     if (hn::AllTrue(d, too_small(difference(brightest, darkest, centre)))) return hn::Zero(d);
     for (size_t i = 1; i < 16; i += 2) p[i] = hn::LoadU(d, pixel + circle.offset[i]);
-    const V score = difference(best_run<Largest>(p), best_run<Least>(p), centre);
+    const V score = difference(best_run<Largest>(p), best_run<Minimum>(p), centre);
     return hn::IfThenZeroElse(too_small(score), score);
 }
 
@@ -107,14 +107,14 @@ void find_usable(const uint8_t* mask, size_t stride, uint32_t rows, uint8_t* usa
         usable;  // least of 7 pixels beside each other, first for all rows, then replaced from above
     for (uint32_t y = 0; y < rows + 6; ++y) {
         const uint8_t* row = mask + y * stride;
-        V8 least = hn::LoadU(d, row - 3);
-        for (ptrdiff_t dx = -2; dx <= 3; ++dx) least = hn::Min(least, hn::LoadU(d, row + dx));
-        hn::Store(least, d, usable + y * lanes);
+        V8 minimum = hn::LoadU(d, row - 3);
+        for (ptrdiff_t dx = -2; dx <= 3; ++dx) minimum = hn::Min(minimum, hn::LoadU(d, row + dx));
+        hn::Store(minimum, d, usable + y * lanes);
     }
     for (uint32_t y = 0; y < rows; ++y) {
-        V8 least = hn::Load(d, across + y * lanes);
-        for (uint32_t dy = 1; dy < 7; ++dy) least = hn::Min(least, hn::Load(d, across + (y + dy) * lanes));
-        hn::Store(least, d, usable + y * lanes);
+        V8 minimum = hn::Load(d, across + y * lanes);
+        for (uint32_t dy = 1; dy < 7; ++dy) minimum = hn::Min(minimum, hn::Load(d, across + (y + dy) * lanes));
+        hn::Store(minimum, d, usable + y * lanes);
     }
 }
 

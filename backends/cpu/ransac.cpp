@@ -96,16 +96,16 @@ class Ransac final : public Stage {
         const uint32_t needed = needed_support(params_, count_, hypotheses_[best].support);
 
         // The largest weight belongs to the least distance.
-        float* least = axis(7);
-        std::fill(least, least + count_, std::numeric_limits<float>::max());
+        float* minimum = axis(7);
+        std::fill(minimum, minimum + count_, std::numeric_limits<float>::max());
         for (uint32_t k = 0; k < references; ++k) {
             if (hypotheses_[k].support < needed) continue;
             out.references += 1;
             const float* squares = squares_.data() + k * stride_;
-            for (uint32_t i = 0; i < count_; ++i) least[i] = std::min(least[i], squares[i]);
+            for (uint32_t i = 0; i < count_; ++i) minimum[i] = std::min(minimum[i], squares[i]);
         }
         for (uint32_t i = 0; i < count_; ++i) {
-            const float weight = std::min(threshold_ / std::sqrt(least[i]), 1.0f);
+            const float weight = std::min(threshold_ / std::sqrt(minimum[i]), 1.0f);
             if (!(weight >= kKeptWeight)) continue;
             weighted[matches_[i]].weight = weight;
             out.inliers += 1;

@@ -124,11 +124,11 @@ void SampleRow(const PaddedImage& gray, const PaddedImage& ignore, int32_t width
 uint8_t RowMaximum(const uint8_t* row, size_t n) {
     const hn::ScalableTag<uint8_t> d;
     const size_t step = hn::Lanes(d);
-    auto most = hn::Zero(d);
+    auto maximum = hn::Zero(d);
     size_t x = 0;
-    for (; x + step <= n; x += step) most = hn::Max(most, hn::LoadU(d, row + x));
+    for (; x + step <= n; x += step) maximum = hn::Max(maximum, hn::LoadU(d, row + x));
     alignas(64) uint8_t lanes[HWY_MAX_BYTES];
-    hn::Store(most, d, lanes);
+    hn::Store(maximum, d, lanes);
     uint8_t result = *std::max_element(lanes, lanes + step);
     for (; x < n; ++x) result = std::max(result, row[x]);
     return result;
@@ -149,9 +149,9 @@ void ClearNearHighlights(const uint8_t* const* rows, size_t row_count, size_t n,
     }
     const auto limit = hn::Set(d, threshold);
     const auto largest = [&](size_t x) HWY_ATTR {
-        auto most = hn::LoadU(d, scratch + x);
-        for (size_t k = 1; k <= 2 * r; ++k) most = hn::Max(most, hn::LoadU(d, scratch + x + k));
-        return most;
+        auto maximum = hn::LoadU(d, scratch + x);
+        for (size_t k = 1; k <= 2 * r; ++k) maximum = hn::Max(maximum, hn::LoadU(d, scratch + x + k));
+        return maximum;
     };
     size_t x = 0;
     for (; x + step <= n; x += step) {

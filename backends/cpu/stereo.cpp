@@ -238,7 +238,7 @@ class Stereo final : public Stage {
         give(f[1], half_, b.half_refined);
     }
 
-    // Leaves the hypothesis in field 0 and the evidence, islands and all, in field 1.
+    // Leaves the hypothesis in field 0 and the evidence, speckles and all, in field 1.
     void refine_full(const StereoBuffers& b) {
         Field* f = full_.fields;
         each_row(full_.height, [&](int y) {
@@ -254,7 +254,7 @@ class Stereo final : public Stage {
         job.radius = int(p_.refine_radius);
         job.hypothesis = f[0].view();
         job.result = f[1].plane();
-        job.judge = true;
+        job.classify = true;
         job.left_mask = full_.left_mask.view();
         job.right_mask = full_.right_mask.view();
         job.standing = full_.standing.view();
@@ -269,7 +269,7 @@ class Stereo final : public Stage {
     void finish(const StereoBuffers& b) {
         Field* f = full_.fields;
         bands(full_.height, [&](int y0, int y1, int32_t*) {
-            drop_islands_rows(f[1].view(), full_.width, full_.height, y0, y1, int(p_.support), f[2].plane(),
+            drop_speckles_rows(f[1].view(), full_.width, full_.height, y0, y1, int(p_.support), f[2].plane(),
                               confidence_.plane());
         });
         give(f[2], full_, b.evidence);

@@ -121,8 +121,8 @@ void StandingRow(Plane<const int16_t> supported, Plane<const int16_t> dense, int
                  int edge, int16_t* extent, uint8_t* dst) {
     const I16 d;
     const hn::Rebind<uint8_t, I16> d8;
-    int16_t* least = extent + kMargin;
-    int16_t* most = least + width + 2 * kMargin;
+    int16_t* minimum = extent + kMargin;
+    int16_t* maximum = minimum + width + 2 * kMargin;
     const int lanes = int(hn::Lanes(d));
     const int first = std::max(0, y - kEdgeRadius), last = std::min(height - 1, y + kEdgeRadius);
     for (int x = 0; x < width; x += lanes) {
@@ -131,18 +131,18 @@ void StandingRow(Plane<const int16_t> supported, Plane<const int16_t> dense, int
             low = hn::Min(low, hn::LoadU(d, dense.row(v) + x));
             high = hn::Max(high, hn::LoadU(d, dense.row(v) + x));
         }
-        hn::StoreU(low, d, least + x);
-        hn::StoreU(high, d, most + x);
+        hn::StoreU(low, d, minimum + x);
+        hn::StoreU(high, d, maximum + x);
     }
-    std::fill_n(least - kMargin, kMargin, least[0]);
-    std::fill_n(most - kMargin, kMargin, most[0]);
-    std::fill_n(least + width, kMargin, least[width - 1]);
-    std::fill_n(most + width, kMargin, most[width - 1]);
+    std::fill_n(minimum - kMargin, kMargin, minimum[0]);
+    std::fill_n(maximum - kMargin, kMargin, maximum[0]);
+    std::fill_n(minimum + width, kMargin, minimum[width - 1]);
+    std::fill_n(maximum + width, kMargin, maximum[width - 1]);
     for (int x = 0; x < width; x += lanes) {
-        VI16 low = hn::LoadU(d, least + x), high = hn::LoadU(d, most + x);
+        VI16 low = hn::LoadU(d, minimum + x), high = hn::LoadU(d, maximum + x);
         for (int k = 1; k <= kEdgeRadius; ++k) {
-            low = hn::Min(low, hn::Min(hn::LoadU(d, least + x - k), hn::LoadU(d, least + x + k)));
-            high = hn::Max(high, hn::Max(hn::LoadU(d, most + x - k), hn::LoadU(d, most + x + k)));
+            low = hn::Min(low, hn::Min(hn::LoadU(d, minimum + x - k), hn::LoadU(d, minimum + x + k)));
+            high = hn::Max(high, hn::Max(hn::LoadU(d, maximum + x - k), hn::LoadU(d, maximum + x + k)));
         }
         const VI16 limit = hn::Set(d, int16_t(edge));
         const auto doubtful = hn::Gt(hn::Sub(hn::LoadU(d, dense.row(y) + x), low), limit);

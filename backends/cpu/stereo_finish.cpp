@@ -1,4 +1,4 @@
-// The end of stereo: islands dropped, small holes filled. Plain loops, compiled for each of Highway's
+// The end of stereo: speckles dropped, small holes filled. Plain loops, compiled for each of Highway's
 // targets.
 #include <algorithm>
 
@@ -49,7 +49,7 @@ HWY_INLINE void MoveTo(int y, int y0, int radius, int height, Move&& move) {
     if (y - radius - 1 >= 0) move(y - radius - 1, -1);
 }
 
-void DropIslandsRows(Plane<const int16_t> evidence, int width, int height, int y0, int y1, int support,
+void DropSpecklesRows(Plane<const int16_t> evidence, int width, int height, int y0, int y1, int support,
                      Plane<int16_t> dst, Plane<uint8_t> confidence) {
     constexpr int kRadius = 4;
     ColumnCounts columns;
@@ -104,12 +104,12 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace defrec::cpu {
 
-HWY_EXPORT(DropIslandsRows);
+HWY_EXPORT(DropSpecklesRows);
 HWY_EXPORT(FillSmallRows);
 
-void drop_islands_rows(Plane<const int16_t> evidence, int width, int height, int y0, int y1, int support,
+void drop_speckles_rows(Plane<const int16_t> evidence, int width, int height, int y0, int y1, int support,
                        Plane<int16_t> dst, Plane<uint8_t> confidence) {
-    HWY_DYNAMIC_DISPATCH(DropIslandsRows)(evidence, width, height, y0, y1, support, dst, confidence);
+    HWY_DYNAMIC_DISPATCH(DropSpecklesRows)(evidence, width, height, y0, y1, support, dst, confidence);
 }
 void fill_small_rows(Plane<const int16_t> evidence, Plane<const int16_t> hypothesis, int width, int height,
                      int y0, int y1, int radius, Plane<int16_t> dst, Plane<uint8_t> confidence) {

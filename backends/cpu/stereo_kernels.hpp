@@ -32,7 +32,7 @@ struct SearchJob {
     Plane<const uint8_t> left, right, left_mask, right_mask;
     int width, height, radius, first, count;
     int left_right, texture;
-    float least_score, lead;
+    float min_score, lead;
     int32_t *left_keys, *right_keys;  // without margins; may be nullptr
     Plane<int16_t> checked;
 };
@@ -58,13 +58,13 @@ void standing_row(Plane<const int16_t> supported, Plane<const int16_t> dense, in
 void upsample_row(Plane<const int16_t> half, Plane<const uint8_t> standing, int half_width, int half_height,
                   int width, int y, int16_t* dst, uint8_t* dst_standing);
 
-// 8, 10: refinement, and at full resolution the judgement.
+// 8, 10: refinement, and at full resolution the classification.
 struct RefineJob {
     Plane<const uint8_t> left, right;
     int width, height, radius;
     Plane<const int16_t> hypothesis;  // no pixel without a disparity
     Plane<int16_t> result;            // refined field, or with judge the evidence
-    bool judge;
+    bool classify;
     Plane<const uint8_t> left_mask, right_mask, standing;
     int refine_score, texture;
     Plane<uint8_t> confidence;
@@ -73,8 +73,8 @@ struct RefineJob {
 constexpr int kRefineTile = 256;  // most columns of a tile
 void refine_tile(const RefineJob& job, int x0, int x1, int y0, int y1);
 
-// 10: evidence rows y0 .. y1 - 1 with islands dropped; their confidence is cleared.
-void drop_islands_rows(Plane<const int16_t> evidence, int width, int height, int y0, int y1, int support,
+// 10: evidence rows y0 .. y1 - 1 with speckles dropped; their confidence is cleared.
+void drop_speckles_rows(Plane<const int16_t> evidence, int width, int height, int y0, int y1, int support,
                        Plane<int16_t> dst, Plane<uint8_t> confidence);
 // 11
 void fill_small_rows(Plane<const int16_t> evidence, Plane<const int16_t> hypothesis, int width, int height,

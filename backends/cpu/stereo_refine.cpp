@@ -1,5 +1,5 @@
 // Refinement of stereo: correlation with the right image seen through the hypothesis, one pixel to either
-// side; at full resolution also the judgement. Works on tiles whose column sums stay in the first cache and
+// side; at full resolution also the classification. Works on tiles whose column sums stay in the first cache and
 // move down row by row.
 #include <algorithm>
 
@@ -35,8 +35,8 @@ struct Tile {
     alignas(64) int32_t triples[kSums][kTileInts];
     alignas(64) int16_t warped[kMaxRows][3][kTileInts];
     alignas(64) int32_t window_width[kTileInts];
-    alignas(64) int32_t least_variance[kTileInts];
-    int least_for = 0;  // the window height that least_variance was made for
+    alignas(64) int32_t min_variance[kTileInts];
+    int min_for = 0;  // the window height that least_variance was made for
 };
 
 // The right image's row at x - hypothesis - 1, + 0, + 1 in half gray levels; beyond the image 0.
@@ -172,12 +172,12 @@ HWY_INLINE Refined RefineLanes(const RefineJob& job, const Tile& tile, int x, in
     result.hypothesis = hn::PromoteTo(d, hn::LoadU(d16, job.hypothesis.row(y) + x));
     result.score = hn::ShiftRight<8>(hn::Max(z[1], hn::Max(z[0], z[2])));
     const VI32 bend = hn::Sub(hn::Add(z[1], z[1]), hn::Add(z[0], z[2])), one = hn::Set(d, 1),
-               most = hn::Set(d, 16);
+               maximum = hn::Set(d, 16);
     const auto bent = hn::Gt(bend, hn::Zero(d));
     const VI32 divisor = hn::Add(hn::IfThenElse(bent, bend, one), hn::IfThenElse(bent, bend, one));
     const VI32 step = SmallQuotient(hn::Add(hn::ShiftLeft<4>(hn::Sub(z[0], z[2])), bend), divisor);
     result.peak = hn::And(bent, hn::Lt(hn::Abs(step), hn::Set(d, 17)));
-    const VI32 moved = hn::Add(result.hypothesis, hn::Min(hn::Max(step, hn::Neg(most)), most));
+    const VI32 moved = hn::Add(result.hypothesis, hn::Min(hn::Max(step, hn::Neg(maximum)), maximum));
     result.disparity =
         hn::IfThenElse(bent, hn::Min(hn::Max(moved, hn::Zero(d)), hn::Set(d, 32000)), result.hypothesis);
     return result;
@@ -200,11 +200,11 @@ void JudgeLanes(const RefineJob& job, const Tile& tile, const Refined& refined, 
     const VI32 right_mask =
         hn::And(hn::GatherOffset(d, reinterpret_cast<const int32_t*>(job.right_mask.row(y)), column),
                 hn::Set(d, 255));
-    const VI32 least = hn::IfThenElse(known, hn::Set(d, kTrustedScore - 1), hn::Set(d, job.refine_score - 1));
+    const VI32 minimum = hn::IfThenElse(known, hn::Set(d, kTrustedScore - 1), hn::Set(d, job.refine_score - 1));
     auto good =
-        hn::And(hn::And(refined.peak, in_image), hn::And(hn::Gt(refined.score, least), hn::Gt(stands, zero)));
+        hn::And(hn::And(refined.peak, in_image), hn::And(hn::Gt(refined.score, minimum), hn::Gt(stands, zero)));
     good = hn::And(good, hn::Gt(right_mask, zero));
-    good = hn::And(good, hn::Gt(refined.left_variance, hn::Load(d, tile.least_variance + i)));
+    good = hn::And(good, hn::Gt(refined.left_variance, hn::Load(d, tile.min_variance + i)));
     const auto valid = hn::And(nonzero(job.left_mask.row(y)), hn::Or(good, known));
     const VI32 disparity = hn::IfThenElse(good, refined.disparity, refined.hypothesis);
     const VI32 score =
@@ -217,14 +217,14 @@ void JudgeLanes(const RefineJob& job, const Tile& tile, const Refined& refined, 
 
 // Windows' widths, and the largest variance that is not texture for windows of this height.
 void PrepareWindows(const RefineJob& job, Tile& tile, int x0, int x1, int window_height) {
-    if (tile.least_for == window_height) return;
-    tile.least_for = window_height;
+    if (tile.min_for == window_height) return;
+    tile.min_for = window_height;
     for (int x = x0; x < std::min(job.width, x1 + kHalo); ++x) {
         const int width = std::min(x + job.radius, job.width - 1) - std::max(x - job.radius, 0) + 1;
         const int64_t n = int64_t{width} * window_height,
-                      least = (int64_t{job.texture} * job.texture * n * n + 255) / 256 - 1;
+                      minimum = (int64_t{job.texture} * job.texture * n * n + 255) / 256 - 1;
         tile.window_width[x - x0 + kOrigin] = width;
-        tile.least_variance[x - x0 + kOrigin] = int32_t(std::min<int64_t>(least, INT32_MAX));
+        tile.min_variance[x - x0 + kOrigin] = int32_t(std::min<int64_t>(minimum, INT32_MAX));
     }
 }
 
@@ -254,7 +254,7 @@ void RefineRow(const RefineJob& job, Tile& tile, int x0, int x1, int y) {
         if (job.refined != nullptr)
             StoreUpTo(hn::DemoteTo(d16, refined.disparity), d16, job.refined + at, x1 - x);
         if (job.score != nullptr) StoreUpTo(hn::DemoteTo(d16, refined.score), d16, job.score + at, x1 - x);
-        if (job.judge)
+        if (job.classify)
             JudgeLanes(job, tile, refined, x, i, y);
         else
             hn::StoreU(hn::DemoteTo(d16, refined.disparity), d16, job.result.row(y) + x);

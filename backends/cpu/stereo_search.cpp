@@ -224,7 +224,7 @@ void CheckRow(const SearchJob& job, const SearchScratch& s, int y) {
         const VF32 score = hn::BitCast(df, hn::And(key, score_bits));
         const VF32 lead = hn::Sub(score, hn::BitCast(df, hn::And(WithoutZeros(second), score_bits)));
         const auto strong =
-            hn::And(hn::Ge(score, hn::Set(df, job.least_score)), hn::Ge(lead, hn::Set(df, job.lead)));
+            hn::And(hn::Ge(score, hn::Set(df, job.min_score)), hn::Ge(lead, hn::Set(df, job.lead)));
         const VI32 disparity = hn::Add(index, hn::Set(d32, job.first));
         const VI32 back = hn::GatherIndex(d32, s.right_index, hn::Sub(hn::Iota(d32, x), disparity));
         auto good = hn::And(hn::Gt(key, zero), hn::RebindMask(d32, strong));

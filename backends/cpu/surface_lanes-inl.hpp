@@ -106,7 +106,7 @@ HWY_INLINE DepthLanes<D> depth_lanes(D d, const defrec_camera& camera, const Dis
                                      const Lanes3<V>& p) {
     const hn::Rebind<int32_t, D> di;
     const V zero = hn::Zero(d);
-    const auto in_front = hn::Gt(p.z, hn::Set(d, float(kLeastDepthMm)));
+    const auto in_front = hn::Gt(p.z, hn::Set(d, float(kMinDepthMm)));
     const V inverse_z = hn::Div(hn::Set(d, 1.0f), hn::IfThenElse(in_front, p.z, hn::Set(d, 1.0f)));
     V u = hn::MulAdd(hn::Set(d, float(camera.fx)), hn::Mul(p.x, inverse_z), hn::Set(d, float(camera.cx)));
     V v = hn::MulAdd(hn::Set(d, float(camera.fy)), hn::Mul(p.y, inverse_z), hn::Set(d, float(camera.cy)));
@@ -127,10 +127,10 @@ HWY_INLINE DepthLanes<D> depth_lanes(D d, const defrec_camera& camera, const Dis
     const auto bottom = hn::GatherOffset(di, base, hn::Add(offset, hn::Set(di, int32_t(image.stride) * 2)));
     const auto d00 = hn::ShiftRight<16>(hn::ShiftLeft<16>(top)), d01 = hn::ShiftRight<16>(top);
     const auto d10 = hn::ShiftRight<16>(hn::ShiftLeft<16>(bottom)), d11 = hn::ShiftRight<16>(bottom);
-    const auto least = hn::Min(hn::Min(d00, d01), hn::Min(d10, d11)),
-               most = hn::Max(hn::Max(d00, d01), hn::Max(d10, d11));
-    const auto smooth = hn::And(hn::Gt(least, hn::Zero(di)),
-                                hn::Lt(hn::Sub(most, least), hn::Set(di, kLargestDepthStep + 1)));
+    const auto minimum = hn::Min(hn::Min(d00, d01), hn::Min(d10, d11)),
+               maximum = hn::Max(hn::Max(d00, d01), hn::Max(d10, d11));
+    const auto smooth = hn::And(hn::Gt(minimum, hn::Zero(di)),
+                                hn::Lt(hn::Sub(maximum, minimum), hn::Set(di, kLargestDepthStep + 1)));
 
     const V above = hn::MulAdd(right, hn::ConvertTo(d, hn::Sub(d01, d00)), hn::ConvertTo(d, d00));
     const V under = hn::MulAdd(right, hn::ConvertTo(d, hn::Sub(d11, d10)), hn::ConvertTo(d, d10));

@@ -55,7 +55,7 @@ struct alignas(16) Centre {
 
 struct PatchTask {
     defrec_align_params params;
-    int64_t least_spread;  // of a textured patch: n^2 texture^2
+    int64_t min_spread;  // of a textured patch: n^2 texture^2
     Level level;
     const uint8_t* views;  // doubled
     const Centre* centres;
@@ -77,7 +77,7 @@ __device__ defrec_patch_observation observe(const PatchTask& task, const Centre&
     const auto window = load_window<kRadius>(task.level, make_int2(predicted.x - margin, predicted.y - margin), search_radius);
     const int32_t view_width = 2 * task.level.width, view_height = 2 * task.level.height;
     const auto patch = sample_view<kRadius>(task.views + int64_t{centre.view} * view_width * view_height, view_width, view_height,
-                                            make_int2(centre.x, centre.y), prediction.view_from_live, fraction, task.least_spread);
+                                            make_int2(centre.x, centre.y), prediction.view_from_live, fraction, task.min_spread);
     if (!patch.textured) return {};
     __syncwarp();
     int2 by = make_int2(0, 0);

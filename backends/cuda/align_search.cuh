@@ -146,9 +146,9 @@ __device__ bool search(const Level& level, const Window<kRadius>& window, const 
             place = y * places + x + k;
         }
     }
-    const int32_t highest = most_of_warp(best);
+    const int32_t highest = max_of_warp(best);
     if (highest == kUnscored) return false;
-    place = -most_of_warp(best == highest ? -place : INT32_MIN);  // of equals the first
+    place = -max_of_warp(best == highest ? -place : INT32_MIN);  // of equals the first
     displacement = make_int2(place % places - search_radius, place / places - search_radius);
     return max(std::abs(displacement.x), std::abs(displacement.y)) < search_radius;
 }

@@ -18,7 +18,7 @@ __device__ uint32_t sum_of_warp(uint32_t value) {
 #endif
 }
 __device__ int32_t sum_of_warp(int32_t value) { return static_cast<int32_t>(sum_of_warp(static_cast<uint32_t>(value))); }
-__device__ int32_t most_of_warp(int32_t value) {
+__device__ int32_t max_of_warp(int32_t value) {
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ < 800
     for (int step = 16; step > 0; step /= 2) value = max(value, __shfl_xor_sync(kAllLanes, value, step));
     return value;
@@ -132,7 +132,7 @@ struct Template : Layout<kRadius> {
 // outside the view.
 template <int kRadius>
 __device__ Template<kRadius> sample_view(const uint8_t* view, int32_t width, int32_t height, int2 centre, const int32_t matrix[4],
-                                         int2 fraction, int64_t least_spread) {
+                                         int2 fraction, int64_t min_spread) {
     using L = Layout<kRadius>;
     alignas(16) __shared__ uint16_t samples[L::kSampled * L::kPitch];
     constexpr int kRounds = (L::kSampled * L::kSampled + static_cast<int>(kWarp) - 1) / static_cast<int>(kWarp);
@@ -174,7 +174,7 @@ __device__ Template<kRadius> sample_view(const uint8_t* view, int32_t width, int
     result.mean = static_cast<int32_t>(mean);
     result.t = static_cast<int32_t>(sum - n * mean);
     result.tt = static_cast<int32_t>(squares - 2 * mean * sum + n * mean * mean);
-    result.textured = !__any_sync(kAllLanes, outside) && int64_t{n} * squares - int64_t{sum} * sum >= least_spread;
+    result.textured = !__any_sync(kAllLanes, outside) && int64_t{n} * squares - int64_t{sum} * sum >= min_spread;
     return result;
 }
 

@@ -15,7 +15,7 @@ struct Solver {
     size_t shared, local;  // of a block: bytes of shared memory, floats beside
 };
 
-constexpr uint64_t kMostItems = 1u << 24;  // counted in single precision
+constexpr uint64_t kMaxItems = 1u << 24;  // counted in single precision
 
 template <class T>
 std::vector<T> part_of(const std::vector<T>& values, size_t first, size_t count) {
@@ -25,7 +25,7 @@ std::vector<T> part_of(const std::vector<T>& values, size_t first, size_t count)
 // The template on the device, and everything that a run writes.
 struct Surface {
     Solver solver;
-    uint32_t rows, most_known, most_places, most_sums;
+    uint32_t rows, max_known, max_places, max_sums;
     Buffer rest, landmarks, landmark_nodes;
     Buffer shares, known, places, row_places, items, item_nodes, item_vectors, connections, chunks, sums, terms;
     Buffer data, data_sums, scales, factors, starts, products, dots, block_sums, local, deformed, rigid;
@@ -33,9 +33,9 @@ struct Surface {
     Surface(Device& device, const Solver& chosen, const LmLists& lists, const LmPlan& plan, const defrec_lm_params& p)
         : solver(chosen),
           rows(plan.rows),
-          most_known(plan.most_known),
-          most_places(plan.most_places),
-          most_sums(plan.most_sums),
+          max_known(plan.max_known),
+          max_places(plan.max_places),
+          max_sums(plan.max_sums),
           rest(upload(device, lists.rest)),
           landmarks(upload(device, part_of(lists.items, LmLists::kItemVectors * p.points, LmLists::kItemVectors * p.landmarks))),
           landmark_nodes(upload(device, part_of(lists.item_nodes, p.points, p.landmarks))),
@@ -67,8 +67,8 @@ struct Surface {
                 places.as<LmPlace>(),   row_places.as<uint32_t>(), items.as<uint32_t>(),
                 item_nodes.as<uint4>(), item_vectors.as<float4>(), connections.as<LmConnection>(),
                 chunks.as<LmChunk>(),   sums.as<LmSum>(),          terms.as<uint16_t>(),
-                rows,                   most_known,                most_places,
-                most_sums};
+                rows,                   max_known,                max_places,
+                max_sums};
     }
     LmExchange exchange() const {
         return {data.as<float>(),     data_sums.as<float2>(), scales.as<float>(),     factors.as<float>(), starts.as<float>(),
@@ -85,8 +85,8 @@ class Lm final : public Stage {
         const Host host(&plain_host());
         LmTemplate surface(host);
         surface.read(p_, in);
-        if (uint64_t{p_.points} + p_.landmarks + p_.patches > kMostItems)
-            throw StageError(DEFREC_ERROR_UNSUPPORTED, "lm: more than " + std::to_string(kMostItems) + " points, landmarks and patches");
+        if (uint64_t{p_.points} + p_.landmarks + p_.patches > kMaxItems)
+            throw StageError(DEFREC_ERROR_UNSUPPORTED, "lm: more than " + std::to_string(kMaxItems) + " points, landmarks and patches");
         const LmLists lists(p_, surface);
         if (!choose<true>(surface, lists) && !choose<false>(surface, lists))
             throw StageError(DEFREC_ERROR_UNSUPPORTED, "lm: the device holds no block of the solver");
@@ -118,14 +118,14 @@ class Lm final : public Stage {
     // False where shared memory does not hold that. One block for each multiprocessor: more would only make barriers longer.
     template <bool kShared>
     bool choose(const LmTemplate& surface, const LmLists& lists) {
-        for (uint32_t most = device_.limits().multiprocessors; most > 0;) {
-            const LmPlan plan(surface, lists, most);
+        for (uint32_t maximum = device_.limits().multiprocessors; maximum > 0;) {
+            const LmPlan plan(surface, lists, maximum);
             const size_t local = lm_local_floats(plan);
             const Solver solver{lm_solve<kShared>, static_cast<uint32_t>(plan.shares.size()),
                                 sizeof(float) * (kLmChunkFloats + (kShared ? local : 0)), kShared ? 0 : local};
             if (solver.shared > device_.limits().shared_per_block) return false;
-            most = device_.resident_blocks(reinterpret_cast<const void*>(solver.kernel), kLmThreads, solver.shared);
-            if (most < solver.blocks) continue;
+            maximum = device_.resident_blocks(reinterpret_cast<const void*>(solver.kernel), kLmThreads, solver.shared);
+            if (maximum < solver.blocks) continue;
             surface_ = std::make_unique<Surface>(device_, solver, lists, plan, p_);
             return true;
         }

@@ -88,10 +88,10 @@ __device__ __forceinline__ void invert_factor(const float (&block)[kFactor], flo
     for (int c = 0; c < 6; ++c)
         for (int r = c; r < 6; ++r) {
             float value = block[at(r, c)];
-            const float least = value * 1e-6f;
+            const float minimum = value * 1e-6f;
             for (int k = 0; k < c; ++k) value -= factor[at(r, k)] * factor[at(c, k)];
             if (r == c)
-                own[at(c, c)] = rsqrtf(fmaxf(value, least));
+                own[at(c, c)] = rsqrtf(fmaxf(value, minimum));
             else
                 factor[at(r, c)] = value * own[at(c, c)];
         }
@@ -108,9 +108,9 @@ __device__ __forceinline__ void invert_factor(const float (&block)[kFactor], flo
 __device__ __forceinline__ void damp(const LmView& view, const float* own, float lambda, uint32_t node, uint32_t copy, float* own_factor) {
     float block[kFactor], factor[kFactor], trace = 0;
     for (uint32_t r = 0; r < 6; ++r) trace += own[7 * r];
-    const float least = trace > 0 ? float(kLeastDiagonal) * trace : 1.0f;
+    const float minimum = trace > 0 ? float(kMinDiagonal) * trace : 1.0f;
     for (uint32_t r = 0, at = 0; r < 6; ++r)
-        for (uint32_t c = 0; c <= r; ++c, ++at) block[at] = r == c ? own[7 * r] * (1 + lambda) + least : own[6 * c + r];
+        for (uint32_t c = 0; c <= r; ++c, ++at) block[at] = r == c ? own[7 * r] * (1 + lambda) + minimum : own[6 * c + r];
     invert_factor(block, factor);
     float* out = view.exchange.factors + size_t{copy} * kFactor * view.p.nodes + node;
     float* start = view.exchange.starts + size_t{copy} * 6 * view.p.nodes + 6 * node;

@@ -5,11 +5,11 @@
 namespace defrec::cuda {
 
 // What a chunk needs, always in shared memory.
-constexpr size_t kLmChunkFloats = (kRecord + kConnectionRecord) * kLmChunk + kLmMostTerms / 2;
+constexpr size_t kLmChunkFloats = (kRecord + kConnectionRecord) * kLmChunk + kLmMaxTerms / 2;
 // All else, as lm_memory takes it.
 constexpr size_t lm_local_floats(const LmPlan& plan) {
-    const size_t floats = (4 * (kPose + kPresent) + 3 * 6 + 1) * size_t{plan.most_known} + (kOwn + kOwnFactor + 1) * size_t{plan.rows} + 1 +
-                          (36 + 1) * size_t{plan.most_places} + sizeof(LmSum) / sizeof(float) * plan.most_sums;
+    const size_t floats = (4 * (kPose + kPresent) + 3 * 6 + 1) * size_t{plan.max_known} + (kOwn + kOwnFactor + 1) * size_t{plan.rows} + 1 +
+                          (36 + 1) * size_t{plan.max_places} + sizeof(LmSum) / sizeof(float) * plan.max_sums;
     return (floats + 3) / 4 * 4;
 }
 
@@ -42,18 +42,18 @@ __device__ __forceinline__ LmMemory lm_memory(const LmView& view, const LmShare&
     };
     memory.records = take(kRecord * kLmChunk);
     memory.connection_records = take(kConnectionRecord * kLmChunk);
-    memory.terms = reinterpret_cast<uint16_t*>(take(kLmMostTerms / 2));
+    memory.terms = reinterpret_cast<uint16_t*>(take(kLmMaxTerms / 2));
     if constexpr (!kShared) at = view.exchange.local + blockIdx.x * view.exchange.local_floats;
-    memory.poses = reinterpret_cast<float4*>(take(4 * kPose * size_t{surface.most_known}));
-    memory.present = reinterpret_cast<float4*>(take(4 * kPresent * size_t{surface.most_known}));
+    memory.poses = reinterpret_cast<float4*>(take(4 * kPose * size_t{surface.max_known}));
+    memory.present = reinterpret_cast<float4*>(take(4 * kPresent * size_t{surface.max_known}));
     memory.own = take(kOwn * size_t{surface.rows});
     memory.own_factors = take(kOwnFactor * size_t{surface.rows});
-    memory.matrix = take(36 * size_t{surface.most_places});
-    memory.direction = take(6 * size_t{surface.most_known});
-    memory.residual = take(6 * size_t{surface.most_known});
-    memory.solution = take(6 * size_t{surface.most_known});
-    memory.columns = reinterpret_cast<uint32_t*>(take(surface.most_places));
-    memory.known = reinterpret_cast<uint32_t*>(take(surface.most_known));
+    memory.matrix = take(36 * size_t{surface.max_places});
+    memory.direction = take(6 * size_t{surface.max_known});
+    memory.residual = take(6 * size_t{surface.max_known});
+    memory.solution = take(6 * size_t{surface.max_known});
+    memory.columns = reinterpret_cast<uint32_t*>(take(surface.max_places));
+    memory.known = reinterpret_cast<uint32_t*>(take(surface.max_known));
     memory.row_places = reinterpret_cast<uint32_t*>(take(surface.rows + 1));
     memory.sums = reinterpret_cast<LmSum*>(take(0));
     memory.count = share.last_known - share.first_known;

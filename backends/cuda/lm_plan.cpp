@@ -3,9 +3,9 @@
 
 namespace defrec::cuda {
 
-LmPlan::LmPlan(const LmTemplate& surface, const LmLists& lists, uint32_t most_blocks) {
+LmPlan::LmPlan(const LmTemplate& surface, const LmLists& lists, uint32_t max_blocks) {
     const auto nodes = uint32_t(surface.nodes.size());
-    rows = std::max((nodes + most_blocks - 1) / most_blocks, 1u);
+    rows = std::max((nodes + max_blocks - 1) / max_blocks, 1u);
     uint32_t first = 0;
     do {
         LmShare& share = shares.emplace_back();
@@ -56,7 +56,7 @@ void LmPlan::add_rows(const BlockPattern& pattern, LmShare& share) {
     std::sort(others.begin(), others.end());
     known.insert(known.end(), others.begin(), std::unique(others.begin(), others.end()));
     share.last_known = uint32_t(known.size());
-    most_known = std::max(most_known, share.last_known - share.first_known);
+    max_known = std::max(max_known, share.last_known - share.first_known);
 
     share.first_place = uint32_t(places.size());
     for (uint32_t i = share.first_node; i < share.last_node; ++i) {
@@ -66,7 +66,7 @@ void LmPlan::add_rows(const BlockPattern& pattern, LmShare& share) {
                 places.push_back({i - share.first_node, known_as(share, column)});
     }
     share.last_place = uint32_t(places.size());
-    most_places = std::max(most_places, share.last_place - share.first_place);
+    max_places = std::max(max_places, share.last_place - share.first_place);
 }
 
 uint32_t LmPlan::known_as(const LmShare& share, uint32_t node) const {
@@ -155,7 +155,7 @@ void LmPlan::add_chunk(const LmLists& lists, const LmShare& share, uint32_t chun
                      [](const LmSum& a, const LmSum& b) { return a.last_term - a.first_term > b.last_term - b.first_term; });
     here.last_sum = uint32_t(sums.size());
     here.last_term = uint32_t(terms.size());
-    most_sums = std::max(most_sums, here.last_sum - here.first_sum);
+    max_sums = std::max(max_sums, here.last_sum - here.first_sum);
 }
 
 }  // namespace defrec::cuda

@@ -7,7 +7,7 @@ namespace defrec::cuda {
 
 // Items and connections are taken in chunks of this many, each with half of a block's threads.
 constexpr uint32_t kLmChunk = 128, kLmThreads = 2 * kLmChunk;
-constexpr uint32_t kLmMostTerms = kLmChunk * DEFREC_SKIN_NODES * DEFREC_SKIN_NODES;  // of a chunk
+constexpr uint32_t kLmMaxTerms = kLmChunk * DEFREC_SKIN_NODES * DEFREC_SKIN_NODES;  // of a chunk
 
 // What a block owns: ranges of the lists below. It knows its own control points and those that share a residual with them, its own first;
 // indices of control points are among these unless said otherwise. A place is a block of the matrix beside the diagonal.
@@ -48,8 +48,8 @@ struct LmChunk {
 
 struct LmPlan {
     uint32_t rows = 1;        // most control points of a block
-    uint32_t most_known = 0;  // likewise
-    uint32_t most_places = 0, most_sums = 0;  // of a block, of a chunk
+    uint32_t max_known = 0;  // likewise
+    uint32_t max_places = 0, max_sums = 0;  // of a block, of a chunk
     std::vector<LmShare> shares;
     std::vector<uint32_t> known;  // of all control points
     std::vector<LmPlace> places;
@@ -63,7 +63,7 @@ struct LmPlan {
     std::vector<uint16_t> terms;  // slot in the chunk << 4 | k << 2 | l, of the item's control points in row and column
 
     // For at most that many blocks.
-    LmPlan(const LmTemplate& surface, const LmLists& lists, uint32_t most_blocks);
+    LmPlan(const LmTemplate& surface, const LmLists& lists, uint32_t max_blocks);
 
   private:
     using Edges = std::vector<std::vector<uint32_t>>;

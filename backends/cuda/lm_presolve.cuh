@@ -19,7 +19,7 @@ struct LmPresolve {
 };
 
 constexpr int kPresolveRounds = 5;
-constexpr float kPresolveLeastMatches = 6, kLeastSpreadMm2 = 0.01f;
+constexpr float kPresolveMinMatches = 6, kMinSpreadMm2 = 0.01f;
 
 // Whether the second singular value is certainly above a bound: the sum of the squared 2x2 minors is at most three times the product of the two
 // largest squared singular values.
@@ -112,7 +112,7 @@ __device__ __forceinline__ RigidMotion fit(const float (&sums)[kFitSums], Vec3<f
     float moment[9];
     for (int i = 0; i < 9; ++i) moment[i] = sums[kFitMoment + i] / sums[kFitWeight] - b[i / 3] * a[i % 3];
     Quaternion<float> turn{1, 0, 0, 0};
-    if (spreads_beyond(moment, kLeastSpreadMm2) || second_singular_value(moment) > kLeastSpreadMm2) {
+    if (spreads_beyond(moment, kMinSpreadMm2) || second_singular_value(moment) > kMinSpreadMm2) {
         const float4 q = nearest_quaternion(moment);
         turn = {q.w, q.x, q.y, q.z};
     }
@@ -127,7 +127,7 @@ __global__ void __launch_bounds__(kLmThreads) lm_presolve(LmPresolve given) {
     block_sums(all, match_warps);
     RigidMotion motion{{1, 0, 0, 0}, {0, 0, 0}};
     float errors[2] = {all[kMatchErrors], all[kMatchCost]};  // under the present motion: weighted squares, Tukey's cost
-    const bool enough = all[kMatchCount] >= kPresolveLeastMatches;
+    const bool enough = all[kMatchCount] >= kPresolveMinMatches;
     const Vec3<float> from_centre = mean3(all + kMatchFrom, all[kMatchCount]), to_centre = mean3(all + kMatchTo, all[kMatchCount]);
     for (int round = 0; enough && round < kPresolveRounds; ++round) {
         const float inverse_c2 = 1 / fmaxf(c2, 9 * errors[0] / all[kMatchWeights]);

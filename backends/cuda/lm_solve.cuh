@@ -110,7 +110,7 @@ __global__ void __launch_bounds__(kLmThreads, kShared ? 2 : 1) lm_solve(LmView v
         // As if it were accepted, which it almost always is.
         evaluate(view, memory, share, i < iterations, lowered(lambda), farthest, copy, loaded);
         collect();
-        if (thread == 0) judge(view.p, there, state);
+        if (thread == 0) classify(view.p, there, state);
         __syncthreads();
         if (state.accepted) {
             keep_poses(memory);

@@ -21,8 +21,8 @@ __device__ __forceinline__ double missing_cost(const LmParameters& p) {
 }
 __device__ __forceinline__ double present_cost(const double (&sums)[kSums]) { return sums[kIcp] + sums[kMatch] + sums[kPatch] + sums[kArap]; }
 
-__device__ __forceinline__ float lowered(float lambda) { return fmaxf(lambda * float(kLambdaDown), float(kLeastLambda)); }
-__device__ __forceinline__ float raised(float lambda) { return fminf(lambda * float(kLambdaUp), float(kMostLambda)); }
+__device__ __forceinline__ float lowered(float lambda) { return fmaxf(lambda * float(kLambdaDown), float(kMinLambda)); }
+__device__ __forceinline__ float raised(float lambda) { return fminf(lambda * float(kLambdaUp), float(kMaxLambda)); }
 
 __device__ __forceinline__ void begin_state(const LmParameters& p, const double (&there)[kSums], LmState& state) {
     for (uint32_t i = 0; i < kSums; ++i) state.sums[i] = there[i];
@@ -35,17 +35,17 @@ __device__ __forceinline__ void begin_state(const LmParameters& p, const double 
 }
 
 // After a step to `there`.
-__device__ __forceinline__ void judge(const LmParameters& p, const double (&there)[kSums], LmState& state) {
+__device__ __forceinline__ void classify(const LmParameters& p, const double (&there)[kSums], LmState& state) {
     ++state.iterations;
     state.accepted = false;
     if (std::isfinite(there[kFarthest])) {
         state.any_step = true;
-        state.converged = there[kFarthest] < kLeastStepMm * kLeastStepMm;
+        state.converged = there[kFarthest] < kMinStepMm * kMinStepMm;
         const double cost = present_cost(there);
         const double decrease = present_cost(state.sums) - cost + (state.sums[kMissing] - there[kMissing]) * missing_cost(p);
         state.accepted = decrease > 0;
         if (state.accepted) {
-            if (decrease < kLeastDecrease * cost) state.converged = true;
+            if (decrease < kMinDecrease * cost) state.converged = true;
             for (uint32_t i = 0; i < kSums; ++i) state.sums[i] = there[i];
         }
     }

@@ -28,7 +28,7 @@ struct LmSurface {
     const LmChunk* chunks;
     const LmSum* sums;
     const uint16_t* terms;
-    uint32_t rows, most_known, most_places, most_sums;
+    uint32_t rows, max_known, max_places, max_sums;
 };
 
 struct LmFrameView {

@@ -12,7 +12,7 @@ namespace {
 // Neighbours are compared by keys, distance << 16 | index: the least key is the nearest, then the first.
 constexpr uint32_t kNoKey = 0xffffffff;
 constexpr uint32_t kPlaces = 3;       // nearest live features of a landmark that count
-constexpr uint32_t kMostSplits = 32;  // a lane puts one split's keys together
+constexpr uint32_t kMaxSplits = 32;  // a lane puts one split's keys together
 constexpr uint32_t kSearchWarps = 4, kSearchThreads = kSearchWarps * kWarp;
 constexpr uint32_t kStaged = 64;  // live features in shared memory at once
 constexpr uint32_t kAcceptWarps = 4;
@@ -52,7 +52,7 @@ __device__ void insert(Best& best, uint32_t key) {
     best.key[2] = min(best.key[2], behind_second);
 }
 
-__device__ uint32_t least_of_warp(uint32_t key) {
+__device__ uint32_t min_of_warp(uint32_t key) {
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ < 800
     for (int step = 16; step > 0; step /= 2) key = min(key, __shfl_xor_sync(kAllLanes, key, step));
     return key;
@@ -92,7 +92,7 @@ __global__ void __launch_bounds__(kSearchThreads, 8) search(Sizes sizes, const D
             for (uint32_t i = warp; i < count; i += kSearchWarps) {
                 const uint32_t distance = hamming(own, staged[i]) << 16;
                 insert(best, distance | (begin + i));
-                const uint32_t nearer = least_of_warp(there ? distance | landmark : kNoKey);
+                const uint32_t nearer = min_of_warp(there ? distance | landmark : kNoKey);
                 if (lane == 0) nearest[begin + i - first] = min(nearest[begin + i - first], nearer);
             }
         }
@@ -134,12 +134,12 @@ __global__ void __launch_bounds__(kAcceptWarps * kWarp) accept(Sizes sizes, defr
         nearest.distance[place] = static_cast<int32_t>(best.key[place] >> 16);
     }
     const match::TwoBest two = match::choose(live, nearest);
-    const bool mutual = (least_of_warp(nearest_landmark) & 0xffff) == landmark;
+    const bool mutual = (min_of_warp(nearest_landmark) & 0xffff) == landmark;
     if (lane == 0) matches[landmark] = match::lift<float>(params, live, two, match::accepts(params, two) && mutual);
 }
 
 // Enough blocks for a large device, little to put together.
-uint32_t splits_of(uint32_t count) { return std::clamp(cover(count, kWarp), 1u, kMostSplits); }
+uint32_t splits_of(uint32_t count) { return std::clamp(cover(count, kWarp), 1u, kMaxSplits); }
 
 class Match final : public Stage {
   public:

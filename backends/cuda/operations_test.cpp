@@ -19,7 +19,7 @@ using Waits = std::vector<std::vector<size_t>>;
 
 }  // namespace
 
-TEST_CASE("a frame's beginning: both eyes, then stereo beside features") {
+TEST_CASE("a frame's beginning: both views, then stereo beside features") {
     const std::vector<Operation> frame{
         Upload{memory, memory + 900, 10},                               // 0 left
         Upload{memory + 10, memory + 910, 10},                          // 1 right

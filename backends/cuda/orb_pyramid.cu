@@ -9,8 +9,8 @@ namespace {
 
 constexpr int kLevelsAtOnce = 4;
 constexpr int kTile = 16;  // px of the last of them that a block makes
-constexpr int kMostSide = 40;  // of a block's part of the first: 5 / 4 of 5 / 4 of 5 / 4 of kTile, and what neighbours make too
-constexpr int kRim = 1, kMostPixels = (kMostSide + 2 * kRim) * (kMostSide + 2 * kRim);
+constexpr int kMaxSide = 40;  // of a block's part of the first: 5 / 4 of 5 / 4 of 5 / 4 of kTile, and what neighbours make too
+constexpr int kRim = 1, kMaxPixels = (kMaxSide + 2 * kRim) * (kMaxSide + 2 * kRim);
 constexpr int kThreads = 256;
 
 // Pixels of a level along one axis: those that the block makes, and of these those that it writes.
@@ -38,7 +38,7 @@ __device__ void find_spans(const OrbLevels& levels, int first, int last, uint32_
 using Sample = uint16_t;
 constexpr uint32_t kUsable = 256;
 
-// Calls body(column, row, index) for the block's share of width * height <= kMostPixels pixels.
+// Calls body(column, row, index) for the block's share of width * height <= kMaxPixels pixels.
 template <class Body>
 __device__ void for_pixels(int width, int height, Body body) {
     const uint32_t columns = static_cast<uint32_t>(width), count = columns * static_cast<uint32_t>(height);
@@ -109,7 +109,7 @@ __device__ void shrink(const Part& from, const Part& to, const OrbMemory& memory
 // Level 0 and those behind it up to `last`, or those behind `first`.
 __global__ void __launch_bounds__(kThreads) make_levels(OrbLevels levels, int first, int last, int stride, OrbMemory memory) {
     __shared__ Span spans[2][kLevelsAtOnce];
-    __shared__ Sample images[2][kMostPixels];
+    __shared__ Sample images[2][kMaxPixels];
     if (threadIdx.x < 2) find_spans(levels, first, last, threadIdx.x, spans[threadIdx.x]);
     __syncthreads();
     const auto part = [&](int l) { return Part{levels.level[l], spans[0][l - first], spans[1][l - first]}; };

@@ -26,7 +26,7 @@ __device__ uint32_t sum_from(uint32_t value, uint32_t lane) {
 
 // The least key, spacing * kScores or more, of which and above which there are no more corners than the capacity. By one warp.
 // of_distance: numbers of corners; counts: of each key.
-__device__ uint32_t find_least_key(uint32_t lane, uint32_t spacing, uint32_t capacity, const uint32_t* of_distance, const uint32_t* counts) {
+__device__ uint32_t find_min_key(uint32_t lane, uint32_t spacing, uint32_t capacity, const uint32_t* of_distance, const uint32_t* counts) {
     // How many are at least so far falls as the distance grows, so that the first distance that fits is the least.
     const uint32_t far = sum_from(of_distance[kWarp + lane], lane);
     const uint32_t near = sum_from(of_distance[lane], lane) + __shfl_sync(kAllLanes, far, 0);
@@ -44,20 +44,20 @@ __device__ uint32_t find_least_key(uint32_t lane, uint32_t spacing, uint32_t cap
     uint32_t of_key[kEach], sum = 0;
     for (uint32_t i = 0; i < kEach; ++i) sum += of_key[i] = counts[first_key + i];
     uint32_t count = (distance < kWarp ? kept_near : distance < kDistances ? kept_far : 0) + sum_from(sum, lane) - sum;
-    uint32_t least = distance * kScores;
+    uint32_t minimum = distance * kScores;
     for (uint32_t i = kEach; i-- > 0;) {
         count += of_key[i];
-        if (count <= capacity) least = first_key + i;
+        if (count <= capacity) minimum = first_key + i;
     }
-    for (int step = 16; step > 0; step /= 2) least = min(least, __shfl_xor_sync(kAllLanes, least, step));
-    return least;
+    for (int step = 16; step > 0; step /= 2) minimum = min(minimum, __shfl_xor_sync(kAllLanes, minimum, step));
+    return minimum;
 }
 
 // A thread looks at so many cells beside each other at once.
 constexpr uint32_t kCells = 32, kLoads = kCells * sizeof(uint16_t) / sizeof(uint4);
 
 // A bit for each of the cells: whether its key is large enough.
-__device__ uint32_t kept_of(const uint4* keys, uint32_t least_key) {
+__device__ uint32_t kept_of(const uint4* keys, uint32_t min_key) {
     uint32_t kept = 0;
 #pragma unroll
     for (uint32_t i = 0; i < kLoads; ++i) {
@@ -65,7 +65,7 @@ __device__ uint32_t kept_of(const uint4* keys, uint32_t least_key) {
         const uint32_t pairs[4] = {eight.x, eight.y, eight.z, eight.w};
 #pragma unroll
         for (uint32_t k = 0; k < 4; ++k) {
-            const uint32_t low = (pairs[k] & 0xffff) >= least_key ? 1 : 0, high = pairs[k] >> 16 >= least_key ? 2 : 0;
+            const uint32_t low = (pairs[k] & 0xffff) >= min_key ? 1 : 0, high = pairs[k] >> 16 >= min_key ? 2 : 0;
             kept |= (low | high) << (8 * i + 2 * k);
         }
     }
@@ -76,7 +76,7 @@ __device__ uint32_t kept_of(const uint4* keys, uint32_t least_key) {
 __global__ void __launch_bounds__(kThreads) choose(uint32_t spacing, uint32_t capacity, uint32_t runs, const uint4* keys,
                                                    const uint32_t* counts, uint32_t* kept, uint32_t* feature_count) {
     __shared__ uint32_t of_distance[kDistances];
-    __shared__ uint32_t shared_least_key;
+    __shared__ uint32_t shared_min_key;
     __shared__ uint32_t up_to_warp[kWarps];
     const uint32_t warp = threadIdx.x / kWarp, lane = threadIdx.x % kWarp;
     // As many threads for each distance sum its scores, four at once.
@@ -92,16 +92,16 @@ __global__ void __launch_bounds__(kThreads) choose(uint32_t spacing, uint32_t ca
     if (sharer == 0) of_distance[distance] = sum;
     __syncthreads();
     if (warp == 0) {
-        const uint32_t found = find_least_key(lane, spacing, capacity, of_distance, counts);
-        if (lane == 0) shared_least_key = found;
+        const uint32_t found = find_min_key(lane, spacing, capacity, of_distance, counts);
+        if (lane == 0) shared_min_key = found;
     }
     __syncthreads();
-    const uint32_t least_key = shared_least_key;
+    const uint32_t min_key = shared_min_key;
 
     uint32_t before = 0;  // features of the runs that have been looked at
     for (uint32_t begin = 0; begin < runs; begin += kThreads) {
         const uint32_t run = begin + threadIdx.x;
-        uint32_t flags = run < runs ? kept_of(keys + run * kLoads, least_key) : 0;
+        uint32_t flags = run < runs ? kept_of(keys + run * kLoads, min_key) : 0;
         const uint32_t own = static_cast<uint32_t>(__popc(flags)), up_to = sum_up_to(own, lane);
         if (lane == kWarp - 1) up_to_warp[warp] = up_to;
         __syncthreads();

@@ -119,13 +119,13 @@ __device__ void add_moment(float m[9], float weight, const Vec3<float>& b, const
 
 // Alternates the rotation about the origin and the weights; then how many pairs lie within the threshold.
 __device__ Rotation follow_pairs(const Pairs<Matches>& pairs, uint32_t iterations, float threshold, BlockSums& sums, uint32_t& support) {
-    constexpr float kLeastSquare = 1e-20f;  // mm^2
+    constexpr float kMinSquare = 1e-20f;  // mm^2
     Rotation rotation{};
     float limit = FLT_MAX;  // at first every weight is 1
     for (uint32_t iteration = 0; iteration < iterations; ++iteration) {
         float moment[16] = {};
         pairs.each([&](const Pair& pair) {
-            const float inverse = rsqrtf(fmaxf(squared_length(rest_of(rotation, pair.from, pair.to)), kLeastSquare));
+            const float inverse = rsqrtf(fmaxf(squared_length(rest_of(rotation, pair.from, pair.to)), kMinSquare));
             add_moment(moment, fminf(limit * inverse * inverse, 1.0f), pair.to, pair.from);
         });
         sums.add_up(moment);
@@ -142,7 +142,7 @@ __device__ Rotation follow_pairs(const Pairs<Matches>& pairs, uint32_t iteration
 }
 
 // The first block also says what the frame gave, and begins the summary. Shared memory: the bitmap.
-__global__ void __launch_bounds__(kMostThreads)
+__global__ void __launch_bounds__(kMaxThreads)
     ransac_follow(Matches matches, uint32_t landmarks, defrec_ransac_params params, Results results, defrec_ransac_summary* summary) {
     Pairs<Matches> pairs(matches, landmarks);
     Bitmap taken(dynamic_shared<uint32_t>(), landmarks);
@@ -218,7 +218,7 @@ __device__ void merge(const Matches& matches, uint32_t landmarks, const Results&
     const Frame frame = *results.frame;
     const uint32_t i = (blockIdx.x - 1) * blockDim.x + threadIdx.x;
     const Pair pair = i < landmarks ? StoredPairs{results.from, results.to}(i) : Pair{};
-    float least = FLT_MAX;
+    float minimum = FLT_MAX;
     for (uint32_t first = 0; first < frame.references; first += kTile) {
         const uint32_t count = min(kTile, frame.references - first);
         __syncthreads();
@@ -226,9 +226,9 @@ __device__ void merge(const Matches& matches, uint32_t landmarks, const Results&
         __syncthreads();
         for (uint32_t k = 0; k < count; ++k)
             if (tile[k].support >= choice.needed)
-                least = fminf(least, squared_length(rest_of(tile[k].rotation, pair.from - tile[k].from, pair.to - tile[k].to)));
+                minimum = fminf(minimum, squared_length(rest_of(tile[k].rotation, pair.from - tile[k].from, pair.to - tile[k].to)));
     }
-    float weight = pair.taken ? fminf(frame.threshold / std::sqrt(least), 1.0f) : 0;
+    float weight = pair.taken ? fminf(frame.threshold / std::sqrt(minimum), 1.0f) : 0;
     if (!(weight >= kKeptWeight)) weight = 0;
     if (i < landmarks) {
         defrec_match match = matches.matches[i];
@@ -280,7 +280,7 @@ __device__ void summarise(uint32_t landmarks, const Results& results, const Choi
 }
 
 // The first block writes the summary but for its inliers, which the others count.
-__global__ void __launch_bounds__(kMostThreads) ransac_merge(Matches matches, uint32_t landmarks, defrec_ransac_params params,
+__global__ void __launch_bounds__(kMaxThreads) ransac_merge(Matches matches, uint32_t landmarks, defrec_ransac_params params,
                                                              Results results, defrec_match* weighted, defrec_ransac_summary* summary) {
     const Choice choice = choose(params, results);
     if (blockIdx.x == 0)
@@ -313,7 +313,7 @@ class Ransac final : public Stage {
         auto* weighted = take<defrec_match>("ransac: matches out", out[0], count_);
         auto* summary = take<defrec_ransac_summary>("ransac: summary", out[1], 1);
         const Results results{frame_.as<Frame>(), hypotheses_.as<Hypothesis>(), from_.as<float4>(), to_.as<float4>()};
-        const uint32_t threads = std::clamp(std::bit_ceil(cover(count_, kHeld)), kLeastThreads, kMostThreads);
+        const uint32_t threads = std::clamp(std::bit_ceil(cover(count_, kHeld)), kMinThreads, kMaxThreads);
         recorder.launch(ransac_follow, {dim3(p_.references), dim3(threads), bitmap_bytes(count_)}, matches, count_, p_, results, summary);
         recorder.launch(ransac_merge, {dim3(1 + cover(count_, threads)), dim3(threads)}, matches, count_, p_, results, weighted, summary);
     }

@@ -6,7 +6,7 @@ namespace defrec::cuda {
 namespace {
 
 constexpr uint32_t kHeld = 8;  // pairs that a thread holds in registers; those of longer lists are read again whenever they are needed
-constexpr uint32_t kLeastThreads = 64, kMostThreads = 512;
+constexpr uint32_t kMinThreads = 64, kMaxThreads = 512;
 
 struct Pair {
     Vec3<float> from{}, to{};  // template and live, mm
@@ -63,9 +63,9 @@ __device__ void share_out(float (&values)[kCount]) {
 
 // Sums over the block. Two sets of partial sums, used in turn, so that one barrier a sum will do.
 class BlockSums {
-    static constexpr int kMost = 16;
-    using Partial = float[kMost];  // of one warp
-    using Partials = Partial[kMostThreads / kWarp];
+    static constexpr int kMax = 16;
+    using Partial = float[kMax];  // of one warp
+    using Partials = Partial[kMaxThreads / kWarp];
 
   public:
     static constexpr size_t kSharedBytes = 2 * sizeof(Partials);
@@ -73,7 +73,7 @@ class BlockSums {
     // Replaces each thread's values by their sums over the block. kCount: a power of two, at most kMost.
     template <int kCount>
     __device__ void add_up(float (&values)[kCount]) {
-        static_assert((kCount & (kCount - 1)) == 0 && kCount <= kMost);
+        static_assert((kCount & (kCount - 1)) == 0 && kCount <= kMax);
         Partial* const partial = memory()[turn_];
         const uint32_t lane = threadIdx.x % kWarp, warps = blockDim.x / kWarp;
         if constexpr (kCount > 1) share_out<kCount / 2>(values);

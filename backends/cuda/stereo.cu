@@ -112,9 +112,9 @@ class Stereo final : public Stage {
         step.right = right_.words.as<uint32_t>();
         step.radius = static_cast<int>(p_.radius);
         step.one_over_n = 1.0f / static_cast<float>(side * side);
-        step.least_score = static_cast<float>(p_.min_score) * unit;
-        step.least_lead = static_cast<float>(p_.uniqueness) * unit;
-        step.least_variance = static_cast<int>((deviation * deviation + 255) / 256);  // the least V with 256 V >= texture^2 n^2
+        step.min_score = static_cast<float>(p_.min_score) * unit;
+        step.min_lead = static_cast<float>(p_.uniqueness) * unit;
+        step.min_variance = static_cast<int>((deviation * deviation + 255) / 256);  // the least V with 256 V >= texture^2 n^2
         step.candidates = candidates_.as<uint16_t>();
         step.right_keys = right_keys;
         step.left_keys = left_keys;

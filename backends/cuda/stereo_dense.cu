@@ -12,7 +12,7 @@ using Level = DisparityPyramid::Level;
 // For the runs of columns of two images at a radius of 4, 2 x 40 x 4. At 480 x 270 there are fewer blocks than two for each multiprocessor.
 constexpr int kThreads = 320;
 
-constexpr int kMostPixels = 512;                             // of a top level that every block fills for itself, with what is coarser
+constexpr int kMaxPixels = 512;                             // of a top level that every block fills for itself, with what is coarser
 constexpr int kOwned = kRefineTile - 2 * kHalfSmoothRadius;  // side of what a block is there for
 constexpr int kRun = 4, kLine = kRun + 2 * kHalfSmoothRadius;
 static_assert(kOwned % kRun == 0 && kRefineTile % kRun == 0);
@@ -85,13 +85,13 @@ struct Part {
 
 // Most pixels of the parts of all levels that a block needs.
 template <int kRadius>
-constexpr int most_pixels() {
+constexpr int max_pixels() {
     int side = RefineTile<kRadius>::kSide, sum = 0;
     for (int level = 0; level < kTiledLevels; ++level) {
         sum += side * side;
         side = side / 2 + 3;
     }
-    return sum + std::max(side * side, 2 * kMostPixels);
+    return sum + std::max(side * side, 2 * kMaxPixels);
 }
 
 // Fills the pixels of `part` of the finest field: memory begins with them. whole: the top level is not filled yet.
@@ -140,7 +140,7 @@ template <int kRadius>
 struct Block {
     RefineTile<kRadius> tile;
     float2 means[kMeans];
-    int16_t fields[most_pixels<kRadius>()];
+    int16_t fields[max_pixels<kRadius>()];
 };
 
 template <int kRadius>
@@ -168,8 +168,8 @@ __global__ void __launch_bounds__(kThreads, 2) make_dense(DenseStep step, bool w
         const bool inside = x == at_x && y == at_y;
         tile.cells[row][column] = make_uint2(inside ? cell.x : 0, inside ? cell.y : 0);
     }
-    int* const least = &tile.columns[0][0][0];
-    int* const most = &tile.columns[1][0][0];
+    int* const minimum = &tile.columns[0][0][0];
+    int* const maximum = &tile.columns[1][0][0];
     constexpr int kRows = kOwned + 2 * kEdgeRadius;
     static_assert(kRows * kOwned <= kRefineTile * RefineTile<kRadius>::kStride && kEdgeRadius <= kMargin + kRadius);
     for (int i = thread; i < kRows * kOwned; i += kThreads) {
@@ -182,8 +182,8 @@ __global__ void __launch_bounds__(kThreads, 2) make_dense(DenseStep step, bool w
             lowest = min(lowest, disparity);
             highest = max(highest, disparity);
         }
-        least[i] = lowest;
-        most[i] = highest;
+        minimum[i] = lowest;
+        maximum[i] = highest;
     }
     __syncthreads();
     for (int i = thread; i < kOwned * kOwned; i += kThreads) {
@@ -194,8 +194,8 @@ __global__ void __launch_bounds__(kThreads, 2) make_dense(DenseStep step, bool w
 #pragma unroll
         for (int v = -kEdgeRadius; v <= kEdgeRadius; ++v) {
             const int at = i + (clamped(y + v, 0, height - 1) - y + kEdgeRadius) * kOwned;
-            lowest = min(lowest, least[at]);
-            highest = max(highest, most[at]);
+            lowest = min(lowest, minimum[at]);
+            highest = max(highest, maximum[at]);
         }
         const bool open = highest - lowest > step.edge || step.supported[y * width + x] == kNoDisparity;
         step.standing[y * shape.half_stride + x] = here - lowest > step.edge ? kDoubtful : open ? kOpen : kSettled;
@@ -241,7 +241,7 @@ __global__ void __launch_bounds__(kThreads, 2) make_dense(DenseStep step, bool w
 
 void record_dense(Recorder& recorder, const DenseStep& step) {
     const int top = top_level(step.pyramid);
-    const bool whole = step.pyramid.levels[top].width * step.pyramid.levels[top].height <= kMostPixels;
+    const bool whole = step.pyramid.levels[top].width * step.pyramid.levels[top].height <= kMaxPixels;
     if (!whole) recorder.launch(fill_top, {dim3(1), dim3(kFillThreads)}, step.pyramid, top);
     const auto columns = static_cast<uint32_t>(step.shape.half_width), rows = static_cast<uint32_t>(step.shape.half_height);
     const dim3 blocks(cover(columns, kOwned), cover(rows, kOwned));

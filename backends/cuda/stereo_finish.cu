@@ -1,4 +1,4 @@
-// Stage stereo, the end of section 10 and section 11: islands go and small holes are filled, in one pass over tiles.
+// Stage stereo, the end of section 10 and section 11: speckles go and small holes are filled, in one pass over tiles.
 #include "backends/cuda/stereo_steps.hpp"
 #include "backends/cuda/stereo_windows.cuh"
 
@@ -7,8 +7,8 @@ namespace {
 
 constexpr int kWidth = 64, kHeight = 32, kRun = 8;
 constexpr int kThreads = 576;  // for the most runs of a pass, 10 x 56
-constexpr int kIslandRadius = 4, kMostFillRadius = 8;
-constexpr int kReachWidth = kWidth + 2 * (kIslandRadius + kMostFillRadius), kReachHeight = kHeight + 2 * (kIslandRadius + kMostFillRadius);
+constexpr int kSpeckleRadius = 4, kMaxFillRadius = 8;
+constexpr int kReachWidth = kWidth + 2 * (kSpeckleRadius + kMaxFillRadius), kReachHeight = kHeight + 2 * (kSpeckleRadius + kMaxFillRadius);
 constexpr int kStride = kReachWidth + 4;  // rows eight apart in four words each do not share banks
 static_assert(kStride % 8 == 4);
 constexpr int kOne = 1 << 16;  // a cell counts its disparity above its difference to the hypothesis, which is at most 16 either way
@@ -34,13 +34,13 @@ __device__ __forceinline__ void sum_line(const int* line, int step, int radius, 
 __global__ void __launch_bounds__(kThreads) finish(FinishStep step) {
     __shared__ Tile tile;
     const StereoShape& shape = step.shape;
-    const int radius = step.fill_radius, margin = radius + kIslandRadius, thread = static_cast<int>(threadIdx.x);
+    const int radius = step.fill_radius, margin = radius + kSpeckleRadius, thread = static_cast<int>(threadIdx.x);
     const int left = static_cast<int>(blockIdx.x) * kWidth, top = static_cast<int>(blockIdx.y) * kHeight;
-    // Sizes of what the islands are judged in, which is `radius` larger all round than the tile; rounded up to runs.
+    // Sizes of what the speckles are classified in, which is `radius` larger all round than the tile; rounded up to runs.
     const int width = kWidth + 2 * radius, height = kHeight + 2 * radius;
     const int width_runs = (width + kRun - 1) / kRun, height_runs = (height + kRun - 1) / kRun;
 
-    const int reach_width = kRun * width_runs + 2 * kIslandRadius, reach_height = kRun * height_runs + 2 * kIslandRadius;
+    const int reach_width = kRun * width_runs + 2 * kSpeckleRadius, reach_height = kRun * height_runs + 2 * kSpeckleRadius;
     constexpr int kLanes = static_cast<int>(kWarp);
 #pragma unroll 4
     for (int row = thread / kLanes; row < reach_height; row += kThreads / kLanes) {
@@ -53,12 +53,12 @@ __global__ void __launch_bounds__(kThreads) finish(FinishStep step) {
         }
     }
     __syncthreads();
-    int line[kRun + 2 * kIslandRadius], counts[kRun];
+    int line[kRun + 2 * kSpeckleRadius], counts[kRun];
     for (int i = thread; i < reach_height * width_runs; i += kThreads) {
         const int row = i % reach_height, column = i / reach_height * kRun;
 #pragma unroll
-        for (int u = 0; u < kRun + 2 * kIslandRadius; ++u) line[u] = tile.cells[row][column + u];
-        sum_along<kIslandRadius, kRun>(line, counts);
+        for (int u = 0; u < kRun + 2 * kSpeckleRadius; ++u) line[u] = tile.cells[row][column + u];
+        sum_along<kSpeckleRadius, kRun>(line, counts);
 #pragma unroll
         for (int u = 0; u < kRun; ++u) tile.rows[row][column + u] = counts[u];
     }
@@ -66,8 +66,8 @@ __global__ void __launch_bounds__(kThreads) finish(FinishStep step) {
     for (int i = thread; i < width * height_runs; i += kThreads) {
         const int column = i % width, row = i / width * kRun, x = left - radius + column;
 #pragma unroll
-        for (int v = 0; v < kRun + 2 * kIslandRadius; ++v) line[v] = tile.rows[row + v][column];
-        sum_along<kIslandRadius, kRun>(line, counts);
+        for (int v = 0; v < kRun + 2 * kSpeckleRadius; ++v) line[v] = tile.rows[row + v][column];
+        sum_along<kSpeckleRadius, kRun>(line, counts);
 #pragma unroll
         for (int v = 0; v < kRun; ++v) {
             const int y = top - radius + row + v;

@@ -1,4 +1,4 @@
-// Stage stereo, sections 8 to 10 at full resolution: a block makes the hypothesis of its tile and the windows round it, refines and judges.
+// Stage stereo, sections 8 to 10 at full resolution: a block makes the hypothesis of its tile and the windows round it, refines and classifies.
 #include "backends/cuda/stereo_refine.cuh"
 #include "backends/cuda/stereo_steps.hpp"
 
@@ -55,11 +55,11 @@ __global__ void __launch_bounds__(kThreads, 4) refine(RefineStep step) {
     }
     __syncthreads();
     // The least v with 256 v >= texture^2 n^2.
-    const auto least_variance = [&](uint32_t n) {
+    const auto min_variance = [&](uint32_t n) {
         const uint64_t deviation = uint64_t{static_cast<uint32_t>(step.texture)} * n;
         return static_cast<int>((deviation * deviation + 255) >> 8);
     };
-    refine_tile<kThreads, kRefineRun>(tile, left, top, shape.width, shape.height, least_variance);
+    refine_tile<kThreads, kRefineRun>(tile, left, top, shape.width, shape.height, min_variance);
 
 #pragma unroll 4
     for (int i = thread; i < kRefineTile * kRefineTile; i += kThreads) {

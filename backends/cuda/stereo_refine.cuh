@@ -130,7 +130,7 @@ __device__ __forceinline__ void sum_run(const int* columns, int (&sums)[kRun]) {
 // least_variance(n): of texture, in a window of n pixels.
 template <int kThreads, int kRun, int kRadius, class LeastVariance>
 __device__ __forceinline__ void refine_tile(RefineTile<kRadius>& tile, int left, int top, int width, int height,
-                                            LeastVariance&& least_variance) {
+                                            LeastVariance&& min_variance) {
     static_assert(kThreads >= kRefineTile * (kRefineTile / kRun));
     const int thread = static_cast<int>(threadIdx.x);
     const bool scores = thread < kRefineTile * (kRefineTile / kRun);
@@ -156,7 +156,7 @@ __device__ __forceinline__ void refine_tile(RefineTile<kRadius>& tile, int left,
             left_sum[m] = static_cast<uint32_t>(sum[m]);
             const auto variance = static_cast<int>(n * static_cast<uint32_t>(square[m]) - left_sum[m] * left_sum[m]);
             left_root[m] = inverse_root_of_positive(variance) * 0x1p20f;
-            textured |= variance >= least_variance(n) ? 1u << m : 0u;
+            textured |= variance >= min_variance(n) ? 1u << m : 0u;
         }
     };
     const auto see_right = [&](int plane, int(&correlation)[kRun]) {

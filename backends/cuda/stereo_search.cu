@@ -229,7 +229,7 @@ __global__ void __launch_bounds__(kRuns* kGroups, 512 / (kRuns * kGroups)) searc
                 const int variance = whole ? kPixelCount * squares[m] - sums[m] * sums[m] : 0;
                 root[m] = inverse_root(variance);
                 sum[m] = static_cast<float>(sums[m]) * (reached < 0 ? step.one_over_n : 1.0f);
-                textured |= variance >= step.least_variance ? 1u << (8 * m) : 0u;
+                textured |= variance >= step.min_variance ? 1u << (8 * m) : 0u;
             }
             if (reached < 0) {
                 store(&shared.left_mean[row][pixel], sum);
@@ -299,7 +299,7 @@ __global__ void __launch_bounds__(kRuns* kGroups, 512 / (kRuns * kGroups)) searc
         const int key = contest.winner > 255 ? contest.winner : 0;
         const float lead = score_of(key) - score_of(contest.second);
         const bool good =
-            key != 0 && score_of(key) >= step.least_score && lead >= step.least_lead && shared.textured[pixel / kTile][pixel % kTile] != 0;
+            key != 0 && score_of(key) >= step.min_score && lead >= step.min_lead && shared.textured[pixel / kTile][pixel % kTile] != 0;
         step.candidates[y * shape.half_stride + x] = static_cast<uint16_t>(good ? 1 + (key & 255) : 0);
         if (step.left_keys != nullptr) step.left_keys[y * shape.half_width + x] = key;
     }

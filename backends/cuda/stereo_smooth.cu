@@ -7,8 +7,8 @@ namespace {
 
 constexpr int kWidth = 64, kHeight = 32, kRun = 8;
 constexpr int kThreads = 640;   // for the most runs of a pass, 11 x 56
-constexpr int kMostPasses = 4;  // of one kernel
-constexpr int kMostRadius = 3, kMostWidth = kWidth + 2 * kMostPasses * kMostRadius;
+constexpr int kMaxPasses = 4;  // of one kernel
+constexpr int kMaxRadius = 3, kMaxWidth = kWidth + 2 * kMaxPasses * kMaxRadius;
 constexpr int kReachPerRun = 4;  // that a run is read with on either side: whole vectors of four
 
 // A tile with `margin` pixels round it. Rows are read in vectors of four from kReachPerRun before a run's first pixel, and are so long that
@@ -37,7 +37,7 @@ __global__ void __launch_bounds__(kThreads) smooth(SmoothStep step, const int16_
 #pragma unroll 4
     for (int row = thread / static_cast<int>(kWarp); row < height; row += kThreads / static_cast<int>(kWarp)) {
 #pragma unroll
-        for (int lanes = 0; lanes < kMostWidth; lanes += static_cast<int>(kWarp)) {
+        for (int lanes = 0; lanes < kMaxWidth; lanes += static_cast<int>(kWarp)) {
             const int column = lanes + thread % static_cast<int>(kWarp), x = left + column, y = top + row;
             const bool inside = x >= 0 && y >= 0 && x < shape.width && y < shape.height;
             const int disparity = inside && column < width ? from[y * shape.full_stride + x] : kNoDisparity;
@@ -104,7 +104,7 @@ void record_smooth(Recorder& recorder, const SmoothStep& step) {
     int left = step.radius == 0 ? 0 : step.passes;  // a pass of radius 0 changes nothing
     int16_t *from = step.field, *other = step.other;
     do {
-        const int passes = std::min(left, kMostPasses);
+        const int passes = std::min(left, kMaxPasses);
         left -= passes;
         int16_t* const to = left == 0 ? step.result : other;
         const Layout layout{passes * std::max(step.radius, 1)};

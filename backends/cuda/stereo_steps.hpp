@@ -20,11 +20,11 @@ constexpr int gray_stride(int stride) { return stride + 2 * kGrayMargin; }
 
 // The field at half resolution and its coarser ones, down to one pixel, one after the other in one buffer.
 struct DisparityPyramid {
-    static constexpr int kMostLevels = 14;  // one more than half of 8192 px takes
+    static constexpr int kMaxLevels = 14;  // one more than half of 8192 px takes
     struct Level {
         int width, height, offset;
     };
-    Level levels[kMostLevels];
+    Level levels[kMaxLevels];
     int count;
     int16_t* data;
 };
@@ -53,8 +53,8 @@ struct SearchStep {
     StereoShape shape;
     const uint32_t *left, *right;  // words
     int radius;
-    float one_over_n, least_score, least_lead;
-    int least_variance;
+    float one_over_n, min_score, min_lead;
+    int min_variance;
     uint16_t* candidates;  // 1 + index of the winner, 0 for none; written where a window and a disparity fit
     int32_t* right_keys;
     int32_t* left_keys;  // or nullptr; written where candidates are
@@ -87,7 +87,7 @@ struct DenseStep {
 };
 void record_dense(Recorder& recorder, const DenseStep& step);
 
-// 8 to 10 at full resolution, islands and all
+// 8 to 10 at full resolution, speckles and all
 struct RefineStep {
     StereoShape shape;
     int radius, refine_score, texture;

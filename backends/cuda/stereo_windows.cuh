@@ -29,7 +29,7 @@ __device__ __forceinline__ float inverse_root_of_positive(int value) {
 }
 __device__ __forceinline__ float inverse_root(int value) { return value == 0 ? 0.0f : inverse_root_of_positive(value); }
 
-__device__ __forceinline__ int clamped(int value, int least, int most) { return max(least, min(value, most)); }
+__device__ __forceinline__ int clamped(int value, int minimum, int maximum) { return max(minimum, min(value, maximum)); }
 
 }  // namespace
 }  // namespace defrec::cuda

@@ -24,8 +24,8 @@ void LmProblem::damp(double lambda) {
         const double* block = &present_.blocks[surface_.pattern.find(int32_t(i), int32_t(i)) * 36];
         double trace = 0;
         for (int r = 0; r < 6; ++r) trace += block[7 * r];
-        const double least = trace > 0 ? kLeastDiagonal * trace : 1;
-        for (int r = 0; r < 6; ++r) diagonal_[i * 6 + size_t(r)] = block[7 * r] * (1 + lambda) + least;
+        const double minimum = trace > 0 ? kMinDiagonal * trace : 1;
+        for (int r = 0; r < 6; ++r) diagonal_[i * 6 + size_t(r)] = block[7 * r] * (1 + lambda) + minimum;
     }
 }
 

@@ -39,10 +39,10 @@ class Match final : public Stage {
   private:
     uint32_t nearest_landmark(const defrec_feature& feature) const {
         uint32_t nearest = 0;
-        int32_t least = match::kNoDistance;
+        int32_t minimum = match::kNoDistance;
         for (uint32_t i = 0; i < landmarks_.size(); ++i) {
             const int32_t distance = hamming(feature.descriptor, landmarks_[i].descriptor);
-            if (distance < least) least = distance, nearest = i;
+            if (distance < minimum) minimum = distance, nearest = i;
         }
         return nearest;
     }

@@ -87,7 +87,7 @@ TEST_CASE("a rotation is never a reflection, also where a mirror image would fit
               doctest::Approx(1));
 }
 
-TEST_CASE("fewer matches than the least support are not believed") {
+TEST_CASE("fewer matches than the least support are not trusted") {
     const RansacScene scene = make_ransac_scene(7, 5, 0.0, 10);
     const RansacResult result = run(scene);
     CHECK(result.summary.valid_matches == 5);

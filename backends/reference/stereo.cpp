@@ -41,8 +41,8 @@ class Stereo final : public Stage {
         give(refined.disparity, b.refined);
         give(refined.score, b.score);
         Evidence evidence =
-            judge(refined, hypothesis, stands, left_mask, right_mask, int(p_.refine_score), int(p_.texture));
-        drop_islands(evidence, int(p_.support));
+            classify(refined, hypothesis, stands, left_mask, right_mask, int(p_.refine_score), int(p_.texture));
+        drop_speckles(evidence, int(p_.support));
         give(evidence.disparity, b.evidence);
         fill_small(evidence, hypothesis, int(p_.fill_radius));
         give(evidence.disparity, b.filled);

@@ -111,7 +111,7 @@ Disparities upsample(const Disparities& half, int width, int height) {
     return result;
 }
 
-Evidence judge(const Refinement& refined, const Disparities& hypothesis,
+Evidence classify(const Refinement& refined, const Disparities& hypothesis,
                const Picture<uint8_t>& standing_half, const Mask& left_mask, const Mask& right_mask,
                int refine_score, int texture) {
     const int w = hypothesis.width, h = hypothesis.height;
@@ -135,7 +135,7 @@ Evidence judge(const Refinement& refined, const Disparities& hypothesis,
     return result;
 }
 
-void drop_islands(Evidence& evidence, int support) {
+void drop_speckles(Evidence& evidence, int support) {
     const int w = evidence.disparity.width, h = evidence.disparity.height;
     const auto count =
         window_sums(w, h, 4, [&](int x, int y) { return evidence.disparity(x, y) != kNoDisparity; });

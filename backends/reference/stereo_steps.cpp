@@ -114,13 +114,13 @@ Disparities check(const SearchResult& found, const WindowStatistics& left_stats,
     const int w = left_mask.width, h = left_mask.height,
               n = (2 * limits.radius + 1) * (2 * limits.radius + 1);
     const float unit = search_score_unit(limits.radius);
-    const float least = float(limits.min_score) * unit, lead = float(limits.uniqueness) * unit;
+    const float minimum = float(limits.min_score) * unit, lead = float(limits.uniqueness) * unit;
     const auto score = [](int key) { return std::bit_cast<float>(key & ~0xff); };
     Disparities result(w, h, kNoDisparity);
     for (int y = 0; y < h; ++y)
         for (int x = 0; x < w; ++x) {
             const int key = found.left(x, y);
-            if (key == 0 || !left_mask(x, y) || score(key) < least) continue;
+            if (key == 0 || !left_mask(x, y) || score(key) < minimum) continue;
             if (score(key) - score(found.second(x, y)) < lead) continue;
             if (int64_t{256} * left_stats.variance(x, y) < int64_t{limits.texture} * limits.texture * n * n)
                 continue;
@@ -211,15 +211,15 @@ Picture<uint8_t> standing(const Disparities& supported_disparities, const Dispar
     Picture<uint8_t> result(dense.width, dense.height);
     for (int y = 0; y < dense.height; ++y)
         for (int x = 0; x < dense.width; ++x) {
-            int least = dense(x, y), most = least;
+            int minimum = dense(x, y), maximum = minimum;
             for (int v = y - kEdgeRadius; v <= y + kEdgeRadius; ++v)
                 for (int u = x - kEdgeRadius; u <= x + kEdgeRadius; ++u) {
-                    least = std::min<int>(least, dense.clamped(u, v));
-                    most = std::max<int>(most, dense.clamped(u, v));
+                    minimum = std::min<int>(minimum, dense.clamped(u, v));
+                    maximum = std::max<int>(maximum, dense.clamped(u, v));
                 }
-            if (dense(x, y) - least > edge)
+            if (dense(x, y) - minimum > edge)
                 result(x, y) = kDoubtful;
-            else if (most - least > edge || supported_disparities(x, y) == kNoDisparity)
+            else if (maximum - minimum > edge || supported_disparities(x, y) == kNoDisparity)
                 result(x, y) = kOpen;
             else
                 result(x, y) = kSettled;

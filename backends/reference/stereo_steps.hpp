@@ -70,10 +70,10 @@ struct Evidence {
     Disparities disparity;
     Picture<uint8_t> confidence;
 };
-Evidence judge(const Refinement& refined, const Disparities& hypothesis,
+Evidence classify(const Refinement& refined, const Disparities& hypothesis,
                const Picture<uint8_t>& standing_half, const Mask& left_mask, const Mask& right_mask,
                int refine_score, int texture);                                   // 10
-void drop_islands(Evidence& evidence, int support);                              // 10
+void drop_speckles(Evidence& evidence, int support);                              // 10
 void fill_small(Evidence& evidence, const Disparities& hypothesis, int radius);  // 11
 
 }  // namespace defrec::reference

@@ -105,7 +105,7 @@ TEST_CASE("a plane facing the camera is found at any fraction of a pixel, withou
     }
 }
 
-TEST_CASE("a slanted plane is found under a gain and an offset between the eyes") {
+TEST_CASE("a slanted plane is found under a gain and an offset between the views") {
     const Texture texture(4);
     const auto truth = [](int x, int y) { return 15 + 0.06 * x + 0.05 * y; };
     const Result result = match([&](int x, int y) { return texture(x - truth(x, y), y); },
@@ -117,9 +117,9 @@ TEST_CASE("a slanted plane is found under a gain and an offset between the eyes"
 }
 
 TEST_CASE(
-    "what the right eye cannot see is a hole, and the far side of an edge is not pulled to the near one") {
+    "what the right view cannot see is a hole, and the far side of an edge is not pulled to the near one") {
     const Texture far(5), near(6);
-    // A near strip whose left edge is at x = 120 in the left image covers the right eye's view of 20 px left
+    // A near strip whose left edge is at x = 120 in the left image covers the right view: shift of 20 px left
     // of it.
     const auto right = [&](int x, int y) { return x >= 80 && x < 140 ? near(x, y) : far(x, y); };
     const Result result =

@@ -24,13 +24,13 @@ struct LmSums {
     bool any_data() const { return icp.count + match.count + patch.count > 0; }
 };
 
-constexpr double kLeastLambda = 1e-7, kMostLambda = 1e7;
+constexpr double kMinLambda = 1e-7, kMaxLambda = 1e7;
 constexpr double kLambdaDown = 1.0 / 7.5, kLambdaUp = 10;
-constexpr double kLeastDiagonal = 1e-6;       // of a block's trace, added to its diagonal
+constexpr double kMinDiagonal = 1e-6;       // of a block's trace, added to its diagonal
 constexpr double kConjugateTolerance = 1e-3;  // of the preconditioned residual's norm
-constexpr double kLeastStepMm =
+constexpr double kMinStepMm =
     0.01;  // no control point moves farther, itself or by rotation at one spacing: converged
-constexpr double kLeastDecrease = 1e-4;  // of the cost that is left: converged
+constexpr double kMinDecrease = 1e-4;  // of the cost that is left: converged
 
 inline NodePose<double> moved(const NodePose<double>& pose, const double step[6]) {
     const Quaternion<double> turn = rotation_from_vector(Vec3<double>{step[0], step[1], step[2]});
@@ -68,17 +68,17 @@ defrec_lm_summary levenberg_marquardt(Problem& problem, const defrec_lm_params& 
                                     (s[0] * s[0] + s[1] * s[1] + s[2] * s[2]);
                 largest = std::max(largest, std::max(turn, s[3] * s[3] + s[4] * s[4] + s[5] * s[5]));
             }
-            converged = largest < kLeastStepMm * kLeastStepMm;
+            converged = largest < kMinStepMm * kMinStepMm;
             const LmSums there = problem.evaluate(trial, i + 1 < params.iterations && !converged);
             accepted = there.total() < sums.total();
             if (accepted) {
-                converged = converged || sums.total() - there.total() < kLeastDecrease * there.present();
+                converged = converged || sums.total() - there.total() < kMinDecrease * there.present();
                 problem.accept();
                 std::copy(trial.begin(), trial.end(), nodes.begin());
                 sums = there;
             }
         }
-        lambda = std::clamp(lambda * (accepted ? kLambdaDown : kLambdaUp), kLeastLambda, kMostLambda);
+        lambda = std::clamp(lambda * (accepted ? kLambdaDown : kLambdaUp), kMinLambda, kMaxLambda);
     }
     if (summary.iterations > 0 && !any_step) summary.failed = 1;
 

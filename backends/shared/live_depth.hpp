@@ -9,7 +9,7 @@
 
 namespace defrec {
 
-constexpr double kLeastDepthMm = 1e-3;     // nearer points, and those behind the camera, fall nowhere
+constexpr double kMinDepthMm = 1e-3;     // nearer points, and those behind the camera, fall nowhere
 constexpr int32_t kLargestDepthStep = 32;  // 1/16 px; disparities farther apart are not interpolated between
 
 template <class T>
@@ -26,7 +26,7 @@ struct DisparityImage {
 // True, and the pixel, if p lies in front of the camera and inside the image, borders included.
 template <class T>
 constexpr bool project_inside(const defrec_camera& camera, const DisparityImage& image, Vec3<T> p, Pixel<T>& pixel) {
-    if (!(p.z > T(kLeastDepthMm))) return false;
+    if (!(p.z > T(kMinDepthMm))) return false;
     const T inverse_z = T(1) / p.z;
     pixel = {T(camera.fx) * (p.x * inverse_z) + T(camera.cx),
              T(camera.fy) * (p.y * inverse_z) + T(camera.cy)};
@@ -44,10 +44,10 @@ constexpr T live_depth(const defrec_camera& camera, const DisparityImage& image,
     const T right = pixel.u - T(x), below = pixel.v - T(y);
     const int16_t* row = image.data + size_t(y) * image.stride + size_t(x);
     const int32_t d00 = row[0], d01 = row[1], d10 = row[image.stride], d11 = row[image.stride + 1];
-    const int32_t least = std::min(std::min(d00, d01), std::min(d10, d11));
-    const int32_t most = std::max(std::max(d00, d01), std::max(d10, d11));
+    const int32_t minimum = std::min(std::min(d00, d01), std::min(d10, d11));
+    const int32_t maximum = std::max(std::max(d00, d01), std::max(d10, d11));
     T disparity;
-    if (least > 0 && most - least <= kLargestDepthStep) {
+    if (minimum > 0 && maximum - minimum <= kLargestDepthStep) {
         const T above = T(d00) + right * T(d01 - d00), under = T(d10) + right * T(d11 - d10);
         disparity = above + below * (under - above);
     } else {

@@ -10,7 +10,7 @@
 namespace defrec {
 
 constexpr double kArapShare = 0.02;      // of the data's weight, at arap_weight 1
-constexpr double kLeastLengthMm = 1e-3;  // edges that have shrunk below count as this long
+constexpr double kMinLengthMm = 1e-3;  // edges that have shrunk below count as this long
 
 // A control point in motion: its rotation, and where it is now.
 template <class T>
@@ -90,7 +90,7 @@ template <class T>
 constexpr ArapGeometry<T> arap_geometry(const NodePose<T>& a, const NodePose<T>& b, Vec3<T> rest_direction,
                               T rest_length) {
     const Vec3<T> along = b.position - a.position;
-    const T length = std::sqrt(dot(along, along)), divisor = std::max(length, T(kLeastLengthMm));
+    const T length = std::sqrt(dot(along, along)), divisor = std::max(length, T(kMinLengthMm));
     const T sign = dot(a.rotation, b.rotation) < T(0) ? T(-1) : T(1);
     return {(T(1) / divisor) * along,
             rotate(a.rotation, rest_direction),

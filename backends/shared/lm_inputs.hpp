@@ -63,7 +63,7 @@ struct LmTemplate {
             const auto last = int64_t(nodes.size());
             const bool known = edge.a >= 0 && edge.b >= 0 && edge.a < last && edge.b < last;
             const Vec3<double> along = known ? nodes[size_t(edge.b)] - nodes[size_t(edge.a)] : Vec3<double>{};
-            if (!(dot(along, along) > kLeastLengthMm * kLeastLengthMm) || !(edge.weight > 0) ||
+            if (!(dot(along, along) > kMinLengthMm * kMinLengthMm) || !(edge.weight > 0) ||
                 !std::isfinite(edge.weight))
                 throw StageError(DEFREC_ERROR_ARGUMENT,
                                  "lm: edge " + std::to_string(i) +

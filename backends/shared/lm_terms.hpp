@@ -9,7 +9,7 @@
 
 namespace defrec {
 
-constexpr double kLeastFacing =
+constexpr double kMinFacing =
     0.25;  // cosine between a surface and the direction to the camera below which ICP ignores it
 
 // A residual's share of the cost, and the weight of its square in the linearised system.
@@ -58,7 +58,7 @@ constexpr bool icp_row(const defrec_camera& camera, const DisparityImage& image,
     if (!(depth > T(0))) return false;
     const T range = std::sqrt(dot(position, position)), slope = dot(normal, position);
     const T difference = (depth - position.z) / position.z;  // of the positions, in units of the point's own
-    if (!(-slope >= T(kLeastFacing) * range) || !(std::abs(difference) * range <= association_mm))
+    if (!(-slope >= T(kMinFacing) * range) || !(std::abs(difference) * range <= association_mm))
         return false;
     row = {T(-1) * normal, difference * slope};
     return true;
@@ -115,7 +115,7 @@ constexpr void sighting_rows(Vec3<T> position, const Sighting<T>& seen, Row<T> r
 // px for one mm across the ray of a point at this depth.
 template <class T>
 constexpr T px_per_mm(const defrec_camera& camera, T depth) {
-    return T(camera.fx) / std::max(depth, T(kLeastDepthMm));
+    return T(camera.fx) / std::max(depth, T(kMinDepthMm));
 }
 
 }  // namespace defrec

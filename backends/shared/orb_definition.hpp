@@ -11,7 +11,7 @@
 namespace defrec::orb {
 
 constexpr uint32_t kMaxLevels = 8;
-constexpr uint32_t kLeastCell = 4, kLargestCell = 16;
+constexpr uint32_t kMinCell = 4, kLargestCell = 16;
 constexpr uint32_t kLargestCapacity = 65535;
 constexpr int32_t kPatchRadius = 15;  // px of the level: orientation and descriptor look no farther
 constexpr int32_t kSmoothRadius = 2;  // of the binomial window before the descriptor's comparisons
@@ -137,7 +137,7 @@ inline void check(const defrec_orb_params& p) {
          "height " + given(p.height) + "48 to 8192 expected");
     need(p.stride >= p.width, "stride " + given(p.stride) + "at least the width expected");
     need(p.levels >= 1 && p.levels <= kMaxLevels, "levels " + given(p.levels) + "1 to 8 expected");
-    need(p.cell >= kLeastCell && p.cell <= kLargestCell, "cell " + given(p.cell) + "4 to 16 px expected");
+    need(p.cell >= kMinCell && p.cell <= kLargestCell, "cell " + given(p.cell) + "4 to 16 px expected");
     need(p.threshold >= 1 && p.threshold <= 254, "threshold " + given(p.threshold) + "1 to 254 expected");
     need(p.spacing >= 1 && p.spacing <= kFarthest, "spacing " + given(p.spacing) + "1 to 63 px expected");
     need(p.capacity >= 1 && p.capacity <= kLargestCapacity,

@@ -25,7 +25,7 @@ class RigidFit {
         const Eigen::Matrix3d moment = moment_ / weight_ - b * a.transpose();
         const Eigen::JacobiSVD<Eigen::Matrix3d> svd(moment, Eigen::ComputeFullU | Eigen::ComputeFullV);
         Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-        if (svd.singularValues()(1) > kLeastSpreadMm2) {
+        if (svd.singularValues()(1) > kMinSpreadMm2) {
             const double sign = (svd.matrixU() * svd.matrixV()).determinant() < 0 ? -1 : 1;
             rotation = svd.matrixU() * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
         }
@@ -36,13 +36,13 @@ class RigidFit {
     }
 
   private:
-    static constexpr double kLeastSpreadMm2 = 1e-2;
+    static constexpr double kMinSpreadMm2 = 1e-2;
     double weight_ = 0;
     Eigen::Vector3d from_ = Eigen::Vector3d::Zero(), to_ = Eigen::Vector3d::Zero();
     Eigen::Matrix3d moment_ = Eigen::Matrix3d::Zero();
 };
 
-constexpr int kPresolveRounds = 5, kPresolveLeastMatches = 6;
+constexpr int kPresolveRounds = 5, kPresolveMinMatches = 6;
 
 // deformed: where each landmark with a preselected match is by the present motions; only those count. The
 // identity where they are too few, or where no rigid motion brings them closer by Tukey's measure.
@@ -51,7 +51,7 @@ inline DualQuaternion<double> presolve(const defrec_match* matches, std::span<co
     const auto identity = DualQuaternion<double>::identity();
     int32_t count = 0;
     for (size_t i = 0; i < deformed.size(); ++i) count += preselected(matches[i]) ? 1 : 0;
-    if (count < kPresolveLeastMatches) return identity;
+    if (count < kPresolveMinMatches) return identity;
 
     const auto squared_error = [&](const DualQuaternion<double>& motion, size_t i) {
         const Vec3<double> error = apply(motion, deformed[i]) - load3<double>(matches[i].position);

@@ -11,7 +11,7 @@ constexpr uint32_t kMaxHighlightRadius = 16;
 // Throws StageError unless the parameters are complete and within the stage's limits.
 inline void check_rectify(const defrec_rectify_params& params) {
     const uint32_t pixel = bytes_per_pixel(params.format);
-    const auto fits = [](uint32_t side, uint32_t least) { return side >= least && side <= DEFREC_MAX_SIDE; };
+    const auto fits = [](uint32_t side, uint32_t minimum) { return side >= minimum && side <= DEFREC_MAX_SIDE; };
     if (pixel == 0)
         throw StageError(DEFREC_ERROR_ARGUMENT,
                          "rectify: unknown pixel format " + std::to_string(params.format));

@@ -15,7 +15,7 @@
 
 namespace defrec {
 
-constexpr uint64_t kLeastStaging = 4096;
+constexpr uint64_t kMinStaging = 4096;
 
 // Buffer: memory that the host and the device see; has size(). kBytes: its member that tells where the host sees it.
 // threads: one at a time.
@@ -37,7 +37,7 @@ class Staging {
             if (slot.busy_until <= reached && slot.buffer.size() >= size &&
                 (best == nullptr || slot.buffer.size() < best->buffer.size()))
                 best = &slot;
-        if (best == nullptr) best = &slots_.emplace_back(Slot{make(std::bit_ceil(std::max(size, kLeastStaging))), 0});
+        if (best == nullptr) best = &slots_.emplace_back(Slot{make(std::bit_ceil(std::max(size, kMinStaging))), 0});
         best->busy_until = until;
         return *best;
     }

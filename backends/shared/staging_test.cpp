@@ -84,14 +84,14 @@ std::array<uint32_t, 4> words(uint32_t value) { return {value, value + 1, value 
 
 TEST_CASE("the smallest free buffer that is large enough is taken; new ones are powers of two, none very small") {
     TestStaging staging;
-    auto& least = staging.take(1, 0, 1, make);
-    CHECK(least.buffer.size() == kLeastStaging);
+    auto& minimum = staging.take(1, 0, 1, make);
+    CHECK(minimum.buffer.size() == kMinStaging);
     auto& large = staging.take(100000, 0, 1, make);
     CHECK(large.buffer.size() == 131072);
-    auto& middle = staging.take(kLeastStaging + 1, 0, 1, make);
-    CHECK(middle.buffer.size() == 2 * kLeastStaging);
-    CHECK(&staging.take(kLeastStaging + 1, 1, 2, make_none) == &middle);
-    CHECK(&staging.take(kLeastStaging, 1, 2, make_none) == &least);
+    auto& middle = staging.take(kMinStaging + 1, 0, 1, make);
+    CHECK(middle.buffer.size() == 2 * kMinStaging);
+    CHECK(&staging.take(kMinStaging + 1, 1, 2, make_none) == &middle);
+    CHECK(&staging.take(kMinStaging, 1, 2, make_none) == &minimum);
     CHECK(&staging.take(8, 1, 2, make_none) == &large);
     CHECK_THROWS_AS(staging.take(8, 1, 2, make_none), StageError);
 }
@@ -106,7 +106,7 @@ TEST_CASE("a buffer is used again when the device has reached the value, not bef
 TEST_CASE("a buffer that cannot be made changes nothing") {
     TestStaging staging;
     auto& only = staging.take(8, 0, 1, make);
-    CHECK_THROWS_AS(staging.take(2 * kLeastStaging, 1, 2, make_none), StageError);
+    CHECK_THROWS_AS(staging.take(2 * kMinStaging, 1, 2, make_none), StageError);
     CHECK(&staging.take(8, 1, 2, make_none) == &only);
 }
 

@@ -33,17 +33,17 @@ struct Centre {
 };
 
 constexpr uint32_t kPredictGroup = 64;
-constexpr uint32_t kMostGroups = 65535;  // along one side, on every device
+constexpr uint32_t kMaxGroups = 65535;  // along one side, on every device
 
 class Align final : public Stage {
   public:
     Align(const defrec_align_params& params, Device& device) : p_(params), device_(device) {
         check_limits(params);
-        const uint64_t most_bytes = std::min(device.limits().maxStorageBufferRange, uint32_t{INT32_MAX});
+        const uint64_t max_bytes = std::min(device.limits().maxStorageBufferRange, uint32_t{INT32_MAX});
         const uint64_t bytes = std::max<uint64_t>(uint64_t{4} * width() * height() * params.views, gray_size(params));
-        if (bytes > most_bytes)
+        if (bytes > max_bytes)
             throw StageError(DEFREC_ERROR_UNSUPPORTED, "align: an image or all views at twice their size take " + std::to_string(bytes) +
-                                                           " bytes, the device takes " + std::to_string(most_bytes));
+                                                           " bytes, the device takes " + std::to_string(max_bytes));
         for (const bool mask : {false, true})
             if (params.level > 0) {
                 halve_[mask] = device.kernel(shaders::align_halve, {params.level, mask});
@@ -133,7 +133,7 @@ class Align final : public Stage {
                              int32_t(p_.min_score),
                              masked};
         recorder.dispatch(patch_, {predictions, centres_, views_, gray, mask, of_count_, out[0]}, push,
-                          {std::min(count_, kMostGroups), cover(count_, kMostGroups)});
+                          {std::min(count_, kMaxGroups), cover(count_, kMaxGroups)});
     }
 
   private:

@@ -11,7 +11,7 @@
 namespace defrec::vulkan {
 namespace {
 
-constexpr uint32_t kMostQueues = 8;
+constexpr uint32_t kMaxQueues = 8;
 constexpr uint64_t kBufferMultiple = 16;  // so that shaders may read and the device may copy whole words
 
 }  // namespace
@@ -20,10 +20,10 @@ constexpr uint64_t kBufferMultiple = 16;  // so that shaders may read and the de
 
 Buffer::Buffer(Device& device, uint64_t size, MemoryUse use) : device_(&device), size_(size), serial_(device.next_serial()) {
     // Shaders count bytes in int.
-    const uint64_t most = std::min(device.limits().maxStorageBufferRange, uint32_t{INT32_MAX}) / kBufferMultiple * kBufferMultiple;
-    if (use == MemoryUse::device && size > most)
+    const uint64_t maximum = std::min(device.limits().maxStorageBufferRange, uint32_t{INT32_MAX}) / kBufferMultiple * kBufferMultiple;
+    if (use == MemoryUse::device && size > maximum)
         throw StageError(DEFREC_ERROR_UNSUPPORTED, "a buffer of " + std::to_string(size) + " bytes; the device's shaders reach " +
-                                                       std::to_string(most));
+                                                       std::to_string(maximum));
     VkBufferCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
     info.size = (std::max<uint64_t>(size, 1) + kBufferMultiple - 1) / kBufferMultiple * kBufferMultiple;
@@ -74,7 +74,7 @@ Device::Device(std::shared_ptr<const Driver> driver, size_t index) : driver_(std
 }
 
 void Device::create(const PhysicalDevice& chosen) {
-    const uint32_t count = std::min(chosen.queue_count, kMostQueues);
+    const uint32_t count = std::min(chosen.queue_count, kMaxQueues);
     const std::vector<float> priorities(count, 1.f);
     VkDeviceQueueCreateInfo queues{};
     queues.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;

@@ -1,5 +1,5 @@
 // Does the device compute what the exact stages rest on (docs/numerics.md) as the definition says? A driver that contracts where it must
-// not, or whose compiler is wrong, is found before anybody believes its results.
+// not, or whose compiler is wrong, is found before anybody trusts its results.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -21,7 +21,7 @@ KnownAnswers computed_answers(Device& device);
 // "" if they are equal, else how many of which kind are not.
 std::string difference(const KnownAnswers& expected, const KnownAnswers& computed);
 
-// Throws StageError(DEFREC_ERROR_UNSUPPORTED) with the sentence.
+// Throws StageError(DEFREC_ERROR_UNSUPPORTED) with the error message.
 void check_known_answers(Device& device);
 
 }  // namespace defrec::vulkan

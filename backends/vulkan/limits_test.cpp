@@ -41,10 +41,10 @@ TEST_CASE("row 48: ransac refuses more landmarks than its loops may go through")
 
 TEST_CASE("warp and align refuse more than a dispatch has work groups for") {
     if (!under_test::available()) return;
-    const uint64_t most = 64 * uint64_t{under_test::device().limits().maxComputeWorkGroupCount[0]};
-    if (most >= UINT32_MAX) return;
+    const uint64_t maximum = 64 * uint64_t{under_test::device().limits().maxComputeWorkGroupCount[0]};
+    if (maximum >= UINT32_MAX) return;
     defrec_warp_params p{};
-    p.points = uint32_t(most);
+    p.points = uint32_t(maximum);
     CHECK(refusal([&] { vulkan::make_warp(p, under_test::device()); }) == "");
     ++p.points;
     CHECK(refusal([&] { vulkan::make_warp(p, under_test::device()); }).find("points") != std::string::npos);
@@ -52,7 +52,7 @@ TEST_CASE("warp and align refuse more than a dispatch has work groups for") {
     a.width = a.stride = 64;
     a.height = 48;
     a.views = a.patch_radius = a.search_radius = 1;
-    a.patches = uint32_t(most);
+    a.patches = uint32_t(maximum);
     CHECK(refusal([&] { vulkan::make_align(a, under_test::device()); }) == "");
     ++a.patches;
     CHECK(refusal([&] { vulkan::make_align(a, under_test::device()); }).find("patches") != std::string::npos);

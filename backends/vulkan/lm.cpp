@@ -23,11 +23,11 @@ constexpr uint64_t kVector = 16, kNodeVectors = 3, kRecordVectors = 3, kEdgeVect
 constexpr uint64_t kDiagonalVectors = kBlockVectors + 2, kGradientVectors = 2 * (2 * 3 + 5);
 constexpr uint64_t kStateBytes = 88, kTermBytes = 20, kProgressBytes = 16;
 
-constexpr uint64_t kMostDispatches = 65536;  // recorded: each has a descriptor set
+constexpr uint64_t kMaxDispatches = 65536;  // recorded: each has a descriptor set
 // lavapipe ends loops, those of one invocation together, after 65,535 rounds.
 constexpr size_t kLongestLoop = 50000;
-constexpr uint32_t kMostPresolveLandmarks = 2000 * kPresolveGroup;  // 17 times over all
-constexpr uint32_t kMostItems = 1u << 28;                           // lm_blocks.glsl
+constexpr uint32_t kMaxPresolveLandmarks = 2000 * kPresolveGroup;  // 17 times over all
+constexpr uint32_t kMaxItems = 1u << 28;                           // lm_blocks.glsl
 
 // The template, and everything that a run of it writes.
 struct Surface {
@@ -98,13 +98,13 @@ class Lm final : public Stage {
         const Host host(&plain_host());
         LmTemplate surface(host);
         surface.read(p_, in);
-        check_size("lm", "points, landmarks and patches", uint64_t{p_.points} + p_.landmarks + p_.patches, kMostItems);
-        if (p_.presolve != 0) check_size("lm", "landmarks to move rigidly onto matches", p_.landmarks, kMostPresolveLandmarks);
+        check_size("lm", "points, landmarks and patches", uint64_t{p_.points} + p_.landmarks + p_.patches, kMaxItems);
+        if (p_.presolve != 0) check_size("lm", "landmarks to move rigidly onto matches", p_.landmarks, kMaxPresolveLandmarks);
         const LmBlocks lists(p_, surface);
         check_size("lm", "residuals of a control point", lists.longest, kLongestLoop * split_);
-        const uint64_t most_groups = device_.limits().maxComputeWorkGroupCount[0];
-        check_size("lm", "connected pairs of control points", lists.blocks.size(), most_groups * kBlockGroup / split_);
-        check_size("lm", "work groups of residuals", Surface::surface_groups(p_), most_groups);
+        const uint64_t max_groups = device_.limits().maxComputeWorkGroupCount[0];
+        check_size("lm", "connected pairs of control points", lists.blocks.size(), max_groups * kBlockGroup / split_);
+        check_size("lm", "work groups of residuals", Surface::surface_groups(p_), max_groups);
         surface_ = std::make_unique<Surface>(device_, lists, p_, split_);
     }
 
@@ -195,8 +195,8 @@ std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, Device& device) {
 
 std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, Device& device, uint32_t split) {
     const uint64_t steps = params.solver == DEFREC_SOLVER_INDEPENDENT ? 0 : params.cg_iterations;
-    if (params.iterations * (steps + 7) > kMostDispatches)
-        throw StageError(DEFREC_ERROR_UNSUPPORTED, "lm: at most " + std::to_string(kMostDispatches) +
+    if (params.iterations * (steps + 7) > kMaxDispatches)
+        throw StageError(DEFREC_ERROR_UNSUPPORTED, "lm: at most " + std::to_string(kMaxDispatches) +
                                                        " shaders in a run; each iteration has cg_iterations + 7");
     return std::make_unique<Lm>(params, device, split);
 }

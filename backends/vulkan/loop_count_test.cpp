@@ -75,7 +75,7 @@ class Counting {
     }
     // Checks, and says for each shader of the stage that it ran.
     void expect_below_cap(const std::string& stage) {
-        const auto counts = counter_.most_iterations();
+        const auto counts = counter_.max_iterations();
         size_t shaders = 0, looping = 0;
         for (const auto& [shader, iterations] : counts) {
             if (shader.compare(0, stage.size(), stage) != 0) continue;

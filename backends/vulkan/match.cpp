@@ -22,9 +22,9 @@ struct Push {
 };
 
 constexpr uint32_t kGroup = 64;
-constexpr uint32_t kLeastSplit = 64, kMostSplits = 32;  // enough work groups for a large device, little to put together
+constexpr uint32_t kMinSplit = 64, kMaxSplits = 32;  // enough work groups for a large device, little to put together
 
-uint32_t splits_of(uint32_t count) { return std::clamp(count / kLeastSplit, 1u, kMostSplits); }
+uint32_t splits_of(uint32_t count) { return std::clamp(count / kMinSplit, 1u, kMaxSplits); }
 Buffer keys(Device& device, uint32_t rows, uint32_t splits, uint32_t places) {
     return Buffer(device, sizeof(uint32_t) * places * splits * rows);
 }

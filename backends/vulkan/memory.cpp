@@ -61,9 +61,9 @@ bool MemoryPool::take(Block& block, VkDeviceSize size, VkDeviceSize alignment, M
         const VkDeviceSize start = round_up(gap->offset, alignment), end = gap->offset + gap->size;
         if (start + size > end) continue;
         // Each range taken may become a gap between two others.
-        if (const size_t most = block.ranges + 3; block.gaps.capacity() < most) {
+        if (const size_t maximum = block.ranges + 3; block.gaps.capacity() < maximum) {
             const auto index = gap - block.gaps.begin();
-            block.gaps.reserve(2 * most);
+            block.gaps.reserve(2 * maximum);
             gap = block.gaps.begin() + index;
         }
         ++block.ranges;

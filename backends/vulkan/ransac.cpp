@@ -19,7 +19,7 @@ constexpr uint64_t kFrameBytes = 16, kHypothesisBytes = 64, kVectorBytes = 16;
 
 constexpr uint32_t kLargestGroup = 512;
 // lavapipe ends loops, those of one invocation together, after 65,535 rounds; the pairs may have these.
-constexpr uint64_t kMostRounds = 50000;
+constexpr uint64_t kMaxRounds = 50000;
 
 // Invocations that share the pairs of one reference: few where there are few, so that sums are short.
 uint32_t group_size(uint32_t landmarks) { return std::bit_ceil(std::clamp(landmarks / 8, 64u, kLargestGroup)); }
@@ -79,7 +79,7 @@ std::unique_ptr<Stage> make_ransac(const defrec_ransac_params& params, Device& d
     check_limits(params);
     // The summary goes through the pairs ten times, whatever the iterations.
     const uint64_t rounds = std::max(params.iterations + 1, 10u);
-    check_size("ransac", "landmarks with that many iterations", params.landmarks, kMostRounds * kLargestGroup / rounds);
+    check_size("ransac", "landmarks with that many iterations", params.landmarks, kMaxRounds * kLargestGroup / rounds);
     return std::make_unique<Ransac>(params, device);
 }
 

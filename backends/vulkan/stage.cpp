@@ -4,7 +4,7 @@
 namespace defrec::vulkan {
 namespace {
 
-constexpr size_t kMostRuns = 8;  // a tracker needs two or three; an application that runs a stage by itself, one
+constexpr size_t kMaxRuns = 8;  // a tracker needs two or three; an application that runs a stage by itself, one
 
 // Any address that is not NULL tells that the buffer was given.
 template <class View>
@@ -17,10 +17,10 @@ std::vector<View> views(Buffers buffers) {
 
 }  // namespace
 
-void check_size(const char* stage, const char* what, uint64_t size, uint64_t most) {
-    if (size > most)
+void check_size(const char* stage, const char* what, uint64_t size, uint64_t maximum) {
+    if (size > maximum)
         throw StageError(DEFREC_ERROR_UNSUPPORTED, std::string(stage) + ": " + std::to_string(size) + " " + what +
-                                                       "; this device takes at most " + std::to_string(most));
+                                                       "; this device takes at most " + std::to_string(maximum));
 }
 
 std::vector<InBuffer> sizes_of_inputs(Buffers in) { return views<InBuffer>(in); }
@@ -38,7 +38,7 @@ void RecordedStage::enqueue(Queue& queue, Buffers in, Buffers out) {
     const std::lock_guard lock(mutex_);
     const auto* known = runs_.find(in, out);
     if (known == nullptr) {
-        if (runs_.size() == kMostRuns) {
+        if (runs_.size() == kMaxRuns) {
             device_.settle();
             runs_.drop_last();
         }

@@ -45,7 +45,7 @@ class RecordedStage {
 };
 
 // Throws StageError(DEFREC_ERROR_UNSUPPORTED) where a stage is asked for more of something than it can do on this device.
-void check_size(const char* stage, const char* what, uint64_t size, uint64_t most);
+void check_size(const char* stage, const char* what, uint64_t size, uint64_t maximum);
 
 // The buffers as the checks of backends/shared take them: sizes, and which are given. Their data must not be looked at.
 std::vector<InBuffer> sizes_of_inputs(Buffers in);

@@ -13,7 +13,7 @@ namespace {
 
 struct Push {
     int32_t width, height, stride, half_width, half_height, first, count;
-    float one_over_n, least_score, least_lead;
+    float one_over_n, min_score, min_lead;
     int32_t left_right, texture, support, edge, refine_score;
     int32_t has_mask, has_left_mask, wants_refined, wants_score, wants_confidence;
 };
@@ -55,7 +55,7 @@ class Stereo final : public Stage {
         : p_(params),
           size_(params),
           levels_(levels_of(size_)),
-          word_rows_(cover(uint64_t(size_.half_height), kTile) * (kTile / 4) + kMostRadius / 2 + 1),
+          word_rows_(cover(uint64_t(size_.half_height), kTile) * (kTile / 4) + kMaxRadius / 2 + 1),
           kernels_(params, device),
           left_(device, size_.pixels(), size_.half_pixels(), words()),
           right_(device, size_.pixels(), size_.half_pixels(), words()),
@@ -87,7 +87,7 @@ class Stereo final : public Stage {
     }
 
   private:
-    static constexpr int kMostRadius = 6;
+    static constexpr int kMaxRadius = 6;
     static constexpr size_t kOutputs = 15;
     using Outputs = std::array<const Buffer*, kOutputs>;
 
@@ -109,12 +109,12 @@ class Stereo final : public Stage {
               smooth_half(device.kernel(shaders::stereo_smooth, {kHalfSmoothRadius, kHalfSmoothRange})),
               upsample(device.kernel(shaders::stereo_upsample)),
               refine(device.kernel(shaders::stereo_refine, {p.refine_radius, 0})),
-              islands(device.kernel(shaders::stereo_islands)),
+              speckles(device.kernel(shaders::stereo_speckles)),
               small_holes(device.kernel(shaders::stereo_small_holes, {p.fill_radius})),
               // A smoothing of radius 0 only copies.
               smooth(device.kernel(shaders::stereo_smooth, {p.smooth_passes == 0 ? 0 : p.smooth_radius, p.smooth_range})) {}
         std::shared_ptr<const Kernel> prepare, pack, left_statistics, right_statistics, search, check, support, smooth_search, coarser,
-            fill_coarse, fill, standing, refine_half, smooth_half, upsample, refine, islands, small_holes, smooth;
+            fill_coarse, fill, standing, refine_half, smooth_half, upsample, refine, speckles, small_holes, smooth;
     };
 
     // One of the two images with what is made of it before the search.
@@ -226,7 +226,7 @@ class Stereo final : public Stage {
         give(run, half_refined_, out[9], half_refined_.size());
     }
 
-    // Leaves the evidence, islands and all, in field 0.
+    // Leaves the evidence, speckles and all, in field 0.
     void refine_full(Run& run, const Outputs& out) {
         run.recorder.dispatch(kernels_.upsample, {half_refined_, hypothesis_}, run.push, pixels(size_.width, size_.height));
         run.recorder.dispatch(kernels_.refine,
@@ -238,7 +238,7 @@ class Stereo final : public Stage {
 
     void finish(Run& run, const Outputs& out) {
         const Groups full = tiles(size_.width, size_.height);
-        run.recorder.dispatch(kernels_.islands, {fields_[0], confidence_, fields_[1]}, run.push, full);
+        run.recorder.dispatch(kernels_.speckles, {fields_[0], confidence_, fields_[1]}, run.push, full);
         give(run, fields_[1], out[13], fields_[1].size());
         run.recorder.dispatch(kernels_.small_holes, {fields_[1], hypothesis_, confidence_, fields_[0], out[1]}, run.push, full);
         give(run, fields_[0], out[14], fields_[0].size());

@@ -126,7 +126,7 @@ LoopCounter::LoopCounter(Device& device) : device_(device) {
     device.set_instrument({[this](const Shader& shader) { return counting(shader); }, std::move(results)});
 }
 
-std::map<std::string, uint32_t> LoopCounter::most_iterations() {
+std::map<std::string, uint32_t> LoopCounter::max_iterations() {
     std::vector<uint32_t> counts(kSlots);
     Queue queue(device_);
     queue.read(device_.instrument()->results, 0, counts.data(), counts.size() * sizeof(uint32_t));

@@ -13,7 +13,7 @@ class LoopCounter {
   public:
     explicit LoopCounter(Device& device);
     // By shader: the most iterations of one invocation in one dispatch so far, all its loops added. The device must be idle.
-    std::map<std::string, uint32_t> most_iterations();
+    std::map<std::string, uint32_t> max_iterations();
 
   private:
     std::vector<uint32_t> counting(const Shader& shader);

@@ -120,7 +120,7 @@ void Call::fill(defrec_device_info& info) {
 }
 
 defrec_status Call::status() const {
-    if (!succeeds()) last_error = answer_->sentence;
+    if (!succeeds()) last_error = answer_->message;
     return answer_ ? answer_->status : DEFREC_OK;
 }
 
@@ -130,10 +130,10 @@ std::uint32_t Call::version() const {
     return answer_ ? static_cast<std::uint32_t>(answer_->status) : DEFREC_API_MAJOR * 1000 + DEFREC_API_MINOR;
 }
 
-const char* Call::sentence() const {
+const char* Call::message() const {
     if (function_ == "defrec_last_error") return last_error.c_str();
     thread_local std::string text;
-    text = answer_ ? answer_->sentence : "stub";
+    text = answer_ ? answer_->message : "stub";
     return text.c_str();
 }
 
@@ -141,9 +141,9 @@ const char* Call::sentence() const {
 
 using defrec::stub::shared;
 
-void defrec_stub_answer(const char* function, int32_t status, const char* sentence) {
+void defrec_stub_answer(const char* function, int32_t status, const char* message) {
     const std::lock_guard lock(shared().mutex);
-    shared().answers[function] = {status, sentence == nullptr ? "" : sentence};
+    shared().answers[function] = {status, message == nullptr ? "" : message};
 }
 
 const char* defrec_stub_calls(void) {

@@ -13,7 +13,7 @@ namespace defrec::stub {
 
 struct Answer {
     std::int32_t status = DEFREC_OK;
-    std::string sentence;
+    std::string message;
 };
 
 // The line is in the log when the call ends.
@@ -66,7 +66,7 @@ class Call {
     defrec_status status() const;
     std::size_t count() const;
     std::uint32_t version() const;
-    const char* sentence() const;
+    const char* message() const;
 
   private:
     bool succeeds() const { return !answer_ || answer_->status >= 0; }

@@ -65,7 +65,7 @@ TEST_CASE("points are written down, and outputs filled") {
     CHECK(std::string(info.driver) == "device driver");
 }
 
-TEST_CASE("answers stay until reset; a failure writes no output and leaves its sentence in its thread") {
+TEST_CASE("answers stay until reset; a failure writes no output and leaves its error message in its thread") {
     defrec_stub_reset();
     defrec_stub_answer("defrec_rig_create", DEFREC_ERROR_ARGUMENT, "fx is -1; expected more than 0.");
     defrec_rig rig = handle<defrec_rig>(7);

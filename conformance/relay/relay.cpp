@@ -18,7 +18,7 @@ namespace {
 using namespace defrec::conformance;
 using Clock = std::chrono::steady_clock;
 
-constexpr size_t kMostBuffers = 32;
+constexpr size_t kMaxBuffers = 32;
 
 struct Instance {
     RelayPlan plan;
@@ -81,10 +81,10 @@ Queue* queue_of(defrec_pqueue* queue) { return reinterpret_cast<Queue*>(queue); 
 Buffer* buffer_of(defrec_pbuffer* buffer) { return reinterpret_cast<Buffer*>(buffer); }
 Stage* stage_of(defrec_pstage* stage) { return reinterpret_cast<Stage*>(stage); }
 
-using Targets = std::array<defrec_pbuffer*, kMostBuffers>;
+using Targets = std::array<defrec_pbuffer*, kMaxBuffers>;
 Targets targets_of(defrec_pbuffer* const* buffers, size_t count) {
     Targets targets{};
-    for (size_t i = 0; i < count && i < kMostBuffers; ++i)
+    for (size_t i = 0; i < count && i < kMaxBuffers; ++i)
         targets[i] = buffers[i] == nullptr ? nullptr : buffer_of(buffers[i])->target;
     return targets;
 }

@@ -11,7 +11,7 @@ inline constexpr const char* kReportFile = "report.json";
 inline constexpr const char* kJunitFile = "junit.xml";
 inline constexpr const char* kPageFile = "index.html";
 
-// A report could not be written, or is none; what() is a sentence.
+// A report could not be written, or is none; what() is an error message.
 class ReportError : public std::runtime_error {
   public:
     using std::runtime_error::runtime_error;

@@ -67,7 +67,7 @@ class Check {
         return brought == suite_.since.end() || brought->second <= version_;
     }
 
-    void say(std::string sentence) { found_.push_back(std::move(sentence)); }
+    void say(std::string message) { found_.push_back(std::move(message)); }
 
     void provenance() {
         const bool named =

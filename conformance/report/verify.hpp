@@ -24,7 +24,7 @@ struct Suite {
     std::map<std::string, uint32_t> since = {};  // by id: the version that brought a case; those not named were there from the first
 };
 
-// What is wrong, each one sentence; empty if the report is sound. path: report.json, or its folder, in which case the other two
+// What is wrong, each one error message; empty if the report is sound. path: report.json, or its folder, in which case the other two
 // files are checked as well. library: the plugin that the report is to be of.
 std::vector<std::string> verify_report(const std::filesystem::path& path, const Suite& suite,
                                        const std::optional<std::filesystem::path>& library = {});

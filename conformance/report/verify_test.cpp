@@ -1,4 +1,4 @@
-// A sound report is accepted; every way of embellishing one is refused, with a sentence that names it. Edits here mend the
+// A sound report is accepted; every way of embellishing one is refused, with an error message that names it. Edits here mend the
 // digests as somebody who edits would, so that it is not the checksum alone which finds them.
 #include "conformance/report/verify.hpp"
 

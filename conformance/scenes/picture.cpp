@@ -95,7 +95,7 @@ StereoPair stereo_pair(uint32_t width, uint32_t height, uint64_t seed, double di
         for (uint32_t x = 0; x < width; ++x) {
             const double left = in_strip(x, y) ? strip.at(x, y) : surface.at(x, y);
             double at = x + disparity;
-            for (int i = 0; i < 8; ++i) at = x + wave(at, y);  // the surface point that the right eye sees
+            for (int i = 0; i < 8; ++i) at = x + wave(at, y);  // the surface point that the right view sees
             const double right = in_strip(x + near, y) ? strip.at(x + near, y) : surface.at(at, y);
             pair.left.at(x, y) = to_gray(left + 1.5 * random.normal());
             pair.right.at(x, y) = to_gray(0.95 * right + 4 + 1.5 * random.normal());

@@ -32,7 +32,7 @@ Gray texture_picture(uint32_t width, uint32_t height, uint64_t seed, double dx =
 // 255, but 0 in blocks of up to `largest` px here and there.
 Gray holes_mask(uint32_t width, uint32_t height, uint64_t seed, uint32_t count, uint32_t largest);
 
-// A wavy surface with a nearer strip across, seen by two eyes, with highlights that are elsewhere in the two and noise. Masks: 0 at
+// A wavy surface with a nearer strip across, seen by two views, with highlights that are elsewhere in the two and noise. Masks: 0 at
 // highlights and a pixel round them.
 struct StereoPair {
     Gray left, right, left_mask, right_mask;

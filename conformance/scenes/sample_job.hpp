@@ -9,7 +9,7 @@ StageJob sample_job(uint32_t stage, uint64_t seed = 1);
 
 // How many inputs and outputs a run of the stage takes at most, and how many of them it cannot do without (the first ones).
 struct BufferCounts {
-    size_t least_in, most_in, least_out, most_out;
+    size_t min_in, max_in, min_out, max_out;
 };
 BufferCounts buffer_counts(uint32_t stage);
 

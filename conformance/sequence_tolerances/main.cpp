@@ -44,7 +44,7 @@ class Derivation {
           relayed_{relay_manifest(), "reference"} {}
 
     void add(const SequenceEntry& entry) {
-        const Footage& film = footage(entry.footage);
+        const RenderedSequence& film = rendered_sequence(entry.sequence);
         const Track expected = track(device_, film);
         add_errors(entry, errors_to_truth(expected, film));
         for (unsigned seed = 1; seed <= seeds_; ++seed) {
@@ -69,17 +69,17 @@ class Derivation {
 
   private:
     void add_errors(const SequenceEntry& entry, const TruthErrors& truth) {
-        const std::string kind = entry.hazy ? "hazy" : concat(entry.footage.width, "x", entry.footage.height);
+        const std::string kind = entry.hazy ? "hazy" : concat(entry.sequence.width, "x", entry.sequence.height);
         errors_["sequence.error_" + kind].add(quantile(truth.errors, 1), quantile(truth.errors, 0.99));
         std::fprintf(stderr, "%s %ux%u: error median %.4f, p95 %.4f, p99 %.4f, maximum %.4f mm, lost %.4f\n",
-                     entry.footage.scene.c_str(), entry.footage.width, entry.footage.height, quantile(truth.errors, 0.5),
+                     entry.sequence.scene.c_str(), entry.sequence.width, entry.sequence.height, quantile(truth.errors, 0.5),
                      quantile(truth.errors, 0.95), quantile(truth.errors, 0.99), quantile(truth.errors, 1), truth.lost_share());
     }
 
     void add_spread(const SequenceEntry& entry, const Track& expected, const Track& moved) {
         const std::string kind = entry.hazy ? "_hazy" : "";
         const StateDifference states = state_difference(expected, moved);
-        if (!states.other_state.empty()) throw std::runtime_error(entry.footage.scene + ": " + states.other_state);
+        if (!states.other_state.empty()) throw std::runtime_error(entry.sequence.scene + ": " + states.other_state);
         const TrackDistance apart = distance_between(expected, moved);
         const double median = quantile(apart.observed, 0.5), status = apart.other_status_share();
         spread_["sequence.observed" + kind].add(quantile(apart.observed, 1), quantile(apart.observed, 0.99));

@@ -157,7 +157,7 @@ TEST_CASE("the tables are complete, and name what is offered") {
         CHECK((plugin.table->stage(plugin.table->self, stage) != nullptr) == (stage == DEFREC_STAGE_RANSAC));
 }
 
-TEST_CASE("row 25: whatever a stage throws becomes a status with its sentence") {
+TEST_CASE("row 25: whatever a stage throws becomes a status with its error message") {
     Plugin plugin;
     CHECK(plugin.run(0) == DEFREC_OK);
     CHECK(plugin.result == std::array<uint8_t, 4>{1, 1, 1, 1});

@@ -23,7 +23,7 @@ namespace {
 constexpr int kSkipped = 5;
 constexpr unsigned kTimeLimit = 120;  // s
 
-const Footage& film() { return footage({"heartbeat", 192, 160, 8}); }
+const RenderedSequence& film() { return rendered_sequence({"heartbeat", 192, 160, 8}); }
 constexpr size_t kBefore = 4;  // frames until something happens: no set-up is left to do
 
 // The GPU that the plugin tracks on, or the end of the child.
@@ -51,7 +51,7 @@ class Session {
         if (status == DEFREC_OK) status = defrec_job_wait(job.get(), UINT64_MAX);
         require(status == expected, what, " ended with ", defrec_status_name(status), " (", defrec_last_error(), "), ",
                 defrec_status_name(expected), " expected");
-        if (status < 0) return require_sentence(what);
+        if (status < 0) return require_message(what);
         frames_.push_back(result_of(job.get(), {}));
     }
     defrec_status open_another(TrackerHandle& tracker) const {
@@ -113,7 +113,7 @@ void without_memory() {
     TrackerHandle another;
     const defrec_status status = session.open_another(another);
     require(status == DEFREC_ERROR_OUT_OF_MEMORY, "a tracker on a full GPU: ", defrec_status_name(status), " (", defrec_last_error(), ")");
-    require_sentence("defrec_tracker_create");
+    require_message("defrec_tracker_create");
     session.require_status(DEFREC_OK, "a frame of a tracker that was there before");
     all.reset();
     check_api("defrec_tracker_create on a GPU with memory again", session.open_another(another));
@@ -130,7 +130,7 @@ void with_fault(test::Fault fault) {
         session->require_status(DEFREC_ERROR_DEVICE_LOST, "a frame on a GPU that has failed");
         TrackerHandle another;
         require(session->open_another(another) == DEFREC_ERROR_DEVICE_LOST, "a tracker on a GPU that has failed: ", defrec_last_error());
-        require_sentence("defrec_tracker_create");
+        require_message("defrec_tracker_create");
     }
     while (processor.frames().size() < film().frames.size()) processor.require_status(DEFREC_OK, "a frame on the processor beside it");
     for (size_t i = 0; i < expected.frames.size(); ++i)

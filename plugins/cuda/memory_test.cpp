@@ -16,7 +16,7 @@ namespace {
 constexpr size_t kRing = 2;  // pairs of images that a producer would use in turn
 constexpr uint8_t kUntouched = 0xEE;
 
-const Footage& film() { return footage({"heartbeat", 192, 160, 6}); }
+const RenderedSequence& film() { return rendered_sequence({"heartbeat", 192, 160, 6}); }
 
 void require_cuda(cudaError_t error) { REQUIRE_MESSAGE(error == cudaSuccess, cudaGetErrorString(error)); }
 
@@ -73,21 +73,21 @@ TEST_CASE("frames in a GPU's memory give the bits of copied ones, and the surfac
     for (int life = 0; life < 3; ++life) {
         TrackerHandle tracker;
         check_api("defrec_tracker_create", defrec_tracker_create(context.get(), rig.get(), &desc, tracker.out()));
-        std::optional<Imported> eyes[kRing][2], surface;
+        std::optional<Imported> views[kRing][2], surface;
         surface.emplace(tracker.get(), size_t{width} * height * sizeof(defrec_surface_sample));
         for (size_t i = 0; i < film().frames.size(); ++i) {
             CAPTURE(life);
             CAPTURE(i);
-            auto& pair = eyes[i % kRing];
+            auto& pair = views[i % kRing];
             const FilmedFrame& filmed = film().frames[i];
             defrec_image images[2] = {image_of(film(), filmed.left), image_of(film(), filmed.right)};
-            for (size_t eye = 0; eye < 2; ++eye) {
-                if (i == kRing + 1) pair[eye].reset();  // a producer that makes its ring anew
-                if (!pair[eye]) pair[eye].emplace(tracker.get(), pitch * height);
-                require_cuda(cudaMemcpy2D(pair[eye]->address(), pitch, images[eye].pixels, row, row, height, cudaMemcpyHostToDevice));
-                images[eye].pixels = nullptr;
-                images[eye].stride = pitch;
-                images[eye].memory = pair[eye]->get();
+            for (size_t view = 0; view < 2; ++view) {
+                if (i == kRing + 1) pair[view].reset();  // a producer that makes its ring anew
+                if (!pair[view]) pair[view].emplace(tracker.get(), pitch * height);
+                require_cuda(cudaMemcpy2D(pair[view]->address(), pitch, images[view].pixels, row, row, height, cudaMemcpyHostToDevice));
+                images[view].pixels = nullptr;
+                images[view].stride = pitch;
+                images[view].memory = pair[view]->get();
             }
             defrec_frame frame;
             DEFREC_INIT(&frame);

@@ -69,7 +69,7 @@ const std::vector<Expected> kExpected = {
     {"leaks_memory", "abi/no_memory_left", "host memory", {"abi/no_thread_left"}},
     {"leaks_thread", "abi/no_thread_left", "threads are left over", {"abi/no_memory_left"}},
     {"read_touches_beyond", "abi/buffer_offsets", "wrote beyond", {"abi/buffer_round_trip"}},
-    {"refuses_with_no_text", "abi/buffer_ranges", "without telling the host a sentence", {"abi/buffer_offsets"}},
+    {"refuses_with_no_text", "abi/buffer_ranges", "without telling the host an error message", {"abi/buffer_offsets"}},
     {"signal_not_growing", "abi/signal_grows", "signal gave 1 after 1", {"abi/read_complete"}},
     {"succeeds_without_output", "abi/stage_create/rectify", "succeeded without a stage", {"abi/buffer_round_trip"}},
     {"throws_across_border", "abi/no_exception", "threw an exception", {"abi/device_ids"}},

@@ -1,4 +1,4 @@
-// What it refuses, it refuses without a sentence.
+// What it refuses, it refuses without an error message.
 #include "plugins/faulty/frame.hpp"
 
 namespace defrec::faulty {

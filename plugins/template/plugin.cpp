@@ -51,7 +51,7 @@ class HostMemory {
     uint8_t* data_;
 };
 
-// Every function below that can fail runs inside of this: no exception crosses the border, and each failure has its sentence.
+// Every function below that can fail runs inside of this: no exception crosses the border, and each failure has its error message.
 template <class Body>
 defrec_status guarded(const Instance& instance, Body&& body) noexcept {
     const defrec_host& host = *instance.host;

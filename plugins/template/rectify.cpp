@@ -7,7 +7,7 @@ namespace example {
 namespace {
 
 constexpr int32_t kMapOne = 128;  // a map's unit: 1 px
-constexpr uint32_t kMostRadius = 16;
+constexpr uint32_t kMaxRadius = 16;
 enum : uint8_t { kCovered = 1, kSaturated = 2, kNearSaturated = 4 };  // what is known of a result pixel
 
 uint32_t bytes_per_pixel(uint32_t format) {
@@ -95,7 +95,7 @@ Verdict check_rectify(const defrec_rectify_params& p) {
     if (p.source_stride < p.source_width * bytes_per_pixel(p.format) || p.stride < p.width)
         return {DEFREC_ERROR_ARGUMENT, "rectify: a stride is shorter than its row"};
     if (p.saturation < 1) return {DEFREC_ERROR_ARGUMENT, "rectify: saturation must be at least 1"};
-    if (p.highlight_radius > kMostRadius) return {DEFREC_ERROR_UNSUPPORTED, "rectify: highlight_radius is at most 16"};
+    if (p.highlight_radius > kMaxRadius) return {DEFREC_ERROR_UNSUPPORTED, "rectify: highlight_radius is at most 16"};
     return {DEFREC_OK, ""};
 }
 

@@ -5,7 +5,7 @@
 
 namespace example {
 
-// The result of a check: DEFREC_OK, or a status and the sentence for the host.
+// The result of a check: DEFREC_OK, or a status and the error message for the host.
 struct Verdict {
     defrec_status status;
     const char* text;

@@ -73,7 +73,7 @@ TEST_CASE("a run before prepare is a state error") {
     CHECK(contains(defrec_last_error(), "defrec_stage_prepare"));
 }
 
-TEST_CASE("a failure writes no output and carries the plugin's sentence") {
+TEST_CASE("a failure writes no output and carries the plugin's error message") {
     const TestContext context({stub_folder("good").string()});
     TestStage stage(context, DEFREC_STAGE_RANSAC, small_ransac());
     REQUIRE(stage.prepare() == DEFREC_OK);

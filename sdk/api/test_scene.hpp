@@ -44,15 +44,15 @@ struct Pair {
 // The plane z = kDepth + kSlope x, its material moved by (dx, dy) mm along x and y. noise: gray levels.
 inline Pair render(double dx, double dy, double noise = 0, uint64_t seed = 0) {
     Pair pair;
-    for (int eye = 0; eye < 2; ++eye) {
-        const double origin = eye * kBaseline;
-        std::vector<uint8_t>& image = eye == 0 ? pair.left : pair.right;
+    for (int view = 0; view < 2; ++view) {
+        const double origin = view * kBaseline;
+        std::vector<uint8_t>& image = view == 0 ? pair.left : pair.right;
         for (int y = 0; y < kHeight; ++y)
             for (int x = 0; x < kWidth; ++x) {
                 const double u = (x - kWidth / 2) / kFocal, v = (y - kHeight / 2) / kFocal;
                 const double z = (kDepth + kSlope * origin) / (1 - kSlope * u);
                 const double gray = texture(origin + u * z - dx, v * z - dy) +
-                                    2 * noise * hash_noise(x + 1000 * eye, y, seed + 77);
+                                    2 * noise * hash_noise(x + 1000 * view, y, seed + 77);
                 image[static_cast<size_t>(y * kWidth + x)] = static_cast<uint8_t>(std::lround(std::clamp(gray, 0.0, 255.0)));
             }
     }

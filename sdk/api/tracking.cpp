@@ -25,7 +25,7 @@ defrec_tracker_desc read_desc(const defrec_tracker_desc* given) {
     if (desc.flags != 0) fail(DEFREC_ERROR_ARGUMENT, "desc.flags has unknown bits: ", desc.flags);
     const struct {
         const char* name;
-        float value, least, most;
+        float value, minimum, maximum;
     } numbers[] = {
         {"min_depth_mm", desc.min_depth_mm, 0.1f, 1e5f},
         {"node_spacing_px", desc.node_spacing_px, 4, DEFREC_MAX_SIDE},
@@ -33,20 +33,20 @@ defrec_tracker_desc read_desc(const defrec_tracker_desc* given) {
         {"arap_weight", desc.arap_weight, 0, 1e9f},
     };
     for (const auto& number : numbers)
-        if (number.value != 0 && !(number.value >= number.least && number.value <= number.most))
-            fail(DEFREC_ERROR_ARGUMENT, "desc.", number.name, " is ", number.value, ", ", number.least, " to ", number.most,
+        if (number.value != 0 && !(number.value >= number.minimum && number.value <= number.maximum))
+            fail(DEFREC_ERROR_ARGUMENT, "desc.", number.name, " is ", number.value, ", ", number.minimum, " to ", number.maximum,
                  " expected, or 0 for the default");
     const struct {
         const char* name;
-        int64_t value, most;
+        int64_t value, maximum;
     } counts[] = {
         {"min_disparity", desc.min_disparity, DEFREC_MAX_SIDE},   {"disparities", desc.disparities, DEFREC_MAX_SIDE},
         {"max_features", desc.max_features, 65536},               {"max_patches", desc.max_patches, 65536},
         {"coarse_iterations", desc.coarse_iterations, 1000},      {"fine_iterations", desc.fine_iterations, 1000},
     };
     for (const auto& count : counts)
-        if (count.value < 0 || count.value > count.most)
-            fail(DEFREC_ERROR_ARGUMENT, "desc.", count.name, " is ", count.value, ", 0 to ", count.most, " expected");
+        if (count.value < 0 || count.value > count.maximum)
+            fail(DEFREC_ERROR_ARGUMENT, "desc.", count.name, " is ", count.value, ", 0 to ", count.maximum, " expected");
     return desc;
 }
 
@@ -102,8 +102,8 @@ FrameInput read_frame(const defrec_frame* given, const Tracker& tracker) {
     FrameInput input;
     input.timestamp_ns = frame.timestamp_ns;
     input.flags = frame.flags;
-    input.eyes[0] = read_frame_image("left", frame.left, tracker.format(), tracker.memory_stride(), tracker);
-    input.eyes[1] = read_frame_image("right", frame.right, tracker.format(), tracker.memory_stride(), tracker);
+    input.views[0] = read_frame_image("left", frame.left, tracker.format(), tracker.memory_stride(), tracker);
+    input.views[1] = read_frame_image("right", frame.right, tracker.format(), tracker.memory_stride(), tracker);
     if (frame.ignore != nullptr)
         input.ignore = read_frame_image("ignore", frame.ignore, DEFREC_FORMAT_GRAY8, tracker.rig().width(), tracker);
     if (frame.samples != nullptr) input.samples = read_memory("samples", frame.samples, tracker);

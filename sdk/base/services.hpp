@@ -41,7 +41,7 @@ class Services {
     // Forgets what the application's parallel_for did before on this thread.
     static void forget_parallel_failure() noexcept;
     // Throws Error(DEFREC_ERROR_STATE) if since then it broke its contract (threw, left bodies out): what was computed is not
-    // to be believed. what names it.
+    // to be trusted. what names it.
     static void expect_parallel_success(const char* what);
 
   private:

@@ -17,8 +17,8 @@ class SharedLoop {
   public:
     // Calls body(0 .. count-1), each once, here and on the threads that help meanwhile; returns when all have returned. bring() is called when
     // others can help: it may fetch some. One loop at a time; body and bring must not throw.
-    template <class Body, class Bring>
-    void run(uint32_t count, Body&& body, Bring&& bring) {
+    template <class Body, class Upload>
+    void run(uint32_t count, Body&& body, Upload&& upload) {
         const uint64_t number = (ticket_ >> 32) + 1;
         ticket_ = number << 32 | kNone;  // from here on nobody that saw the loop before takes anything
         body_ = [](void* arg, size_t index) { (*static_cast<std::remove_reference_t<Body>*>(arg))(index); };
@@ -26,7 +26,7 @@ class SharedLoop {
         count_ = count;
         left_ = count;
         ticket_ = number << 32;
-        bring();
+        upload();
         help();
         const auto ended = [this] { return left_ == 0; };
         constexpr std::chrono::microseconds kSpin{100};

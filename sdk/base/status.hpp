@@ -1,4 +1,4 @@
-// Names of statuses, and the sentence behind this thread's last failed call.
+// Names of statuses, and the error message behind this thread's last failed call.
 #pragma once
 #include <string_view>
 

@@ -1,4 +1,4 @@
-// A sentence in fixed memory, so that keeping it cannot fail.
+// An error message in fixed memory, so that keeping it cannot fail.
 #pragma once
 #include <cstddef>
 #include <cstring>

@@ -42,7 +42,7 @@ class Context {
     };
     static std::shared_ptr<Device> open(const DeviceEntry& entry);
     void list_devices();
-    // Why a device may be missing, to be put behind a sentence that says so; "" where every plugin was loaded.
+    // Why a device may be missing, to be put behind an error message that says so; "" where every plugin was loaded.
     std::string why_missing() const;
 
     std::shared_ptr<const Services> services_;

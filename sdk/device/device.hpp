@@ -1,5 +1,5 @@
 // The plugin tables as C++: an opened device, its queues, buffers and stages, destroyed in the right order. Every failure is
-// an Error with the plugin's own sentence. A handle here keeps its device open, a device its plugin.
+// an Error with the plugin's own error message. A handle here keeps its device open, a device its plugin.
 #pragma once
 #include <array>
 #include <atomic>

@@ -18,10 +18,10 @@
 namespace defrec {
 namespace {
 
-constexpr uint32_t kMostRecords = 1u << 22;
+constexpr uint32_t kMaxRecords = 1u << 22;
 constexpr uint32_t kLongestStride = 1u << 20;
 
-// One stage's checks, with its name in every sentence.
+// One stage's checks, with its name in every error message.
 class Checks {
   public:
     explicit Checks(uint32_t stage) : name_(stage_name(stage)) {}
@@ -33,7 +33,7 @@ class Checks {
             refuse("stride is ", stride, ", ", row, " to ", kLongestStride, " expected");
     }
     void count(const char* field, uint32_t value) const {
-        if (value > kMostRecords) refuse(field, " is ", value, ", at most ", kMostRecords, " expected");
+        if (value > kMaxRecords) refuse(field, " is ", value, ", at most ", kMaxRecords, " expected");
     }
     void camera(const defrec_camera& camera) const {
         const bool finite = std::isfinite(camera.cx) && std::isfinite(camera.cy) && std::isfinite(camera.fx) &&

@@ -15,7 +15,7 @@ class StageParams {
     uint32_t stage() const { return stage_; }
     const void* get() const;  // the stage's defrec_*_params
 
-    // Bytes that buffer `index` must have at least; 0 where the stage itself judges it. 64-bit.
+    // Bytes that buffer `index` must have at least; 0 where the stage itself classifies it. 64-bit.
     uint64_t input_bytes(size_t index) const;
     uint64_t output_bytes(size_t index) const;
 

@@ -15,7 +15,7 @@ struct PluginHostData {
 
 defrec_host make_plugin_host(PluginHostData& self);
 
-// The sentence that a plugin gave on this thread since clear_plugin_error, else the status's name.
+// The error message that a plugin gave on this thread since clear_plugin_error, else the status's name.
 void clear_plugin_error() noexcept;
 std::string plugin_error_or_name(defrec_status status);
 

@@ -16,7 +16,7 @@ namespace defrec {
 namespace {
 
 constexpr uint64_t kLibraryCap = uint64_t{1} << 30;
-constexpr size_t kMostDevices = 64;
+constexpr size_t kMaxDevices = 64;
 constexpr char kEntryName[] = "defrec_plugin_entry_v1";
 
 constexpr bool may_lack_prepare(uint32_t stage) {
@@ -87,8 +87,8 @@ void LoadedPlugin::enter(const std::string& path) {
 
 void LoadedPlugin::check_table(const std::string& path, const PluginManifest& manifest) const {
     const defrec_plugin& table = *table_;
-    if (table.struct_size < kLeastTableSize)
-        fail(DEFREC_ERROR_VERSION, path, ": the plugin's table has ", table.struct_size, " bytes, at least ", kLeastTableSize,
+    if (table.struct_size < kMinTableSize)
+        fail(DEFREC_ERROR_VERSION, path, ": the plugin's table has ", table.struct_size, " bytes, at least ", kMinTableSize,
              " expected");
     if (table.abi_minor != manifest.abi_minor)
         fail(DEFREC_ERROR_VERSION, path, ": the manifest says plugin ABI minor ", manifest.abi_minor, ", the library ",
@@ -116,8 +116,8 @@ void LoadedPlugin::check_table(const std::string& path, const PluginManifest& ma
 
 void LoadedPlugin::list_devices(const std::string& path) {
     const size_t count = table_->device_count(table_->self);
-    if (count > kMostDevices)
-        fail(DEFREC_ERROR_PLUGIN, path, ": the plugin claims ", count, " devices, at most ", kMostDevices, " are expected");
+    if (count > kMaxDevices)
+        fail(DEFREC_ERROR_PLUGIN, path, ": the plugin claims ", count, " devices, at most ", kMaxDevices, " are expected");
     std::set<std::string> ids;
     for (size_t i = 0; i < count; ++i) {
         devices_.push_back(describe_device(path, i));

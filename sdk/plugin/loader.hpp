@@ -1,4 +1,4 @@
-// Loads one plugin after its manifest and its file have been checked, or says in one sentence why not.
+// Loads one plugin after its manifest and its file have been checked, or says in one error message why not.
 #pragma once
 #include <cstddef>
 #include <memory>
@@ -13,7 +13,7 @@
 namespace defrec {
 
 // A plugin's table in minor version 0; what comes behind is asked for with DEFREC_HAS.
-constexpr uint32_t kLeastTableSize = offsetof(defrec_plugin, host_alloc);
+constexpr uint32_t kMinTableSize = offsetof(defrec_plugin, host_alloc);
 
 // A plugin's instance for one context: its table, the host that it was given and its devices. Shut down by the
 // destructor; the code stays in the process (docs/plugins.md says why).

@@ -62,7 +62,7 @@ TEST_CASE("a good plugin is loaded and its device listed") {
 }
 
 TEST_CASE("a call that misses a device says which plugins were refused and why, or that there are none") {
-    const auto sentence = [](const TestContext& context, const char* device) {
+    const auto message = [](const TestContext& context, const char* device) {
         defrec_ransac_params params;
         DEFREC_INIT(&params);
         params.landmarks = 1;
@@ -72,13 +72,13 @@ TEST_CASE("a call that misses a device says which plugins were refused and why, 
     };
     const TemporaryFolder folder;
     for (const char* device : {static_cast<const char*>(nullptr), "cpu"}) {
-        CHECK(contains(sentence(TestContext({folder.path().string()}), device), "; no plugin was found"));
+        CHECK(contains(message(TestContext({folder.path().string()}), device), "; no plugin was found"));
         write_file(folder.path() / kManifest, manifest_text(kLibrary, {}));
         const TestContext context({folder.path().string()});
-        CHECK(contains(sentence(context, device), "; a plugin was refused: " + std::string(context.plugin(0).reason)));
+        CHECK(contains(message(context, device), "; a plugin was refused: " + std::string(context.plugin(0).reason)));
         fs::remove(folder.path() / kManifest);
     }
-    CHECK_FALSE(contains(sentence(TestContext({stub_folder("good").string()}), "cpu"), "plugin"));
+    CHECK_FALSE(contains(message(TestContext({stub_folder("good").string()}), "cpu"), "plugin"));
 }
 
 TEST_CASE("row 32: a library cut off anywhere is refused") {

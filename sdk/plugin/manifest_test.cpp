@@ -22,7 +22,7 @@ PluginManifest parse(const std::string& text) {
     return parse_manifest("/m.json", std::vector<unsigned char>(text.begin(), text.end()));
 }
 
-// The sentence of the refusal; "" if there was none.
+// The error message of the refusal; "" if there was none.
 std::string refusal(const std::string& text) {
     try {
         parse(text);

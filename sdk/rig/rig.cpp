@@ -51,11 +51,11 @@ Rig::Rig(std::shared_ptr<const Services> services, const defrec_rig_desc& desc)
     Services::forget_parallel_failure();
     rectify();
     choose_camera();
-    for (int eye = 0; eye < 2; ++eye) fill_map(eye);
+    for (int view = 0; view < 2; ++view) fill_map(view);
     Services::expect_parallel_success("computing the rectification");
 }
 
-// Bouguet's: each eye turns by half the rotation between them, then both turn so that x runs along the baseline
+// Bouguet's: each view turns by half the rotation between them, then both turn so that x runs along the baseline
 // (J.-Y. Bouguet, Camera Calibration Toolbox; G. Bradski, A. Kaehler, Learning OpenCV, chapter 12).
 void Rig::rectify() {
     const Eigen::AngleAxisd turn(nearest_rotation(Eigen::Map<const RowMajor>(desc_.rotation)));
@@ -66,13 +66,13 @@ void Rig::rectify() {
     rotation_[1] = to_axis * half;
 }
 
-// The scale of the raw images, and the middle of what both eyes see in the middle of the image.
+// The scale of the raw images, and the middle of what both views see in the middle of the image.
 void Rig::choose_camera() {
     const double f = std::pow(desc_.left.fx * desc_.left.fy * desc_.right.fx * desc_.right.fy, 0.25);
     constexpr int kSteps = 16;
     const double w = desc_.width - 1.0, h = desc_.height - 1.0;
     Eigen::Vector2d low, high, middle = Eigen::Vector2d::Zero();
-    for (int eye = 0; eye < 2; ++eye) {
+    for (int view = 0; view < 2; ++view) {
         low.setConstant(std::numeric_limits<double>::max());
         high = -low;
         for (int i = 0; i <= kSteps; ++i) {
@@ -80,8 +80,8 @@ void Rig::choose_camera() {
             for (const Eigen::Vector2d& pixel : {Eigen::Vector2d(s * w, 0), Eigen::Vector2d(s * w, h), Eigen::Vector2d(0, s * h),
                                                  Eigen::Vector2d(w, s * h)}) {
                 Eigen::Vector2d direction;
-                if (!lens_[eye].unproject(pixel, direction)) continue;
-                const Eigen::Vector3d turned = rotation_[eye] * direction.homogeneous();
+                if (!lens_[view].unproject(pixel, direction)) continue;
+                const Eigen::Vector3d turned = rotation_[view] * direction.homogeneous();
                 if (turned.z() <= 0) fail(DEFREC_ERROR_UNSUPPORTED, "the cameras look in too different directions");
                 low = low.cwiseMin(turned.hnormalized());
                 high = high.cwiseMax(turned.hnormalized());
@@ -92,34 +92,34 @@ void Rig::choose_camera() {
     camera_ = {f, f, w / 2 - f * middle.x(), h / 2 - f * middle.y(), Eigen::Map<const Eigen::Vector3d>(desc_.translation).norm()};
 }
 
-void Rig::fill_map(int eye) {
+void Rig::fill_map(int view) {
     const size_t width = desc_.width, height = desc_.height;
-    map_[eye].resize(2 * width * height);
-    const double most_x = (width - 1.0) * kMapOne, most_y = (height - 1.0) * kMapOne;
+    map_[view].resize(2 * width * height);
+    const double max_x = (width - 1.0) * kMapOne, max_y = (height - 1.0) * kMapOne;
     services_->parallel_for(height, [&](size_t row) noexcept {
-        int32_t* out = map_[eye].data() + 2 * width * row;
+        int32_t* out = map_[view].data() + 2 * width * row;
         for (size_t column = 0; column < width; ++column, out += 2) {
             out[0] = out[1] = std::numeric_limits<int32_t>::min();
             Eigen::Vector2d raw;
-            if (!to_raw(eye, Eigen::Vector2d(double(column), double(row)), raw)) continue;
+            if (!to_raw(view, Eigen::Vector2d(double(column), double(row)), raw)) continue;
             const double x = std::floor(raw.x() * kMapOne + 0.5), y = std::floor(raw.y() * kMapOne + 0.5);
-            if (!(x >= 0 && x <= most_x && y >= 0 && y <= most_y)) continue;
+            if (!(x >= 0 && x <= max_x && y >= 0 && y <= max_y)) continue;
             out[0] = static_cast<int32_t>(x);
             out[1] = static_cast<int32_t>(y);
         }
     });
 }
 
-bool Rig::to_raw(int eye, const Eigen::Vector2d& rectified, Eigen::Vector2d& raw) const {
+bool Rig::to_raw(int view, const Eigen::Vector2d& rectified, Eigen::Vector2d& raw) const {
     const Eigen::Vector3d ray((rectified.x() - camera_.cx) / camera_.fx, (rectified.y() - camera_.cy) / camera_.fy, 1);
-    const Eigen::Vector3d turned = rotation_[eye].transpose() * ray;
-    return turned.z() > 0 && lens_[eye].project(turned.hnormalized(), raw);
+    const Eigen::Vector3d turned = rotation_[view].transpose() * ray;
+    return turned.z() > 0 && lens_[view].project(turned.hnormalized(), raw);
 }
 
-bool Rig::to_rectified(int eye, const Eigen::Vector2d& raw, Eigen::Vector2d& rectified) const {
+bool Rig::to_rectified(int view, const Eigen::Vector2d& raw, Eigen::Vector2d& rectified) const {
     Eigen::Vector2d direction;
-    if (!lens_[eye].unproject(raw, direction)) return false;
-    const Eigen::Vector3d turned = rotation_[eye] * direction.homogeneous();
+    if (!lens_[view].unproject(raw, direction)) return false;
+    const Eigen::Vector3d turned = rotation_[view] * direction.homogeneous();
     rectified = {camera_.fx * turned.x() / turned.z() + camera_.cx, camera_.fy * turned.y() / turned.z() + camera_.cy};
     return turned.z() > 0;
 }
@@ -139,12 +139,12 @@ void Rig::convert_pixels(const double* in, size_t count, double* out, Convert co
     }
 }
 
-void Rig::rectify_pixels(int eye, const double* raw_uv, size_t count, double* rectified_uv) const {
-    convert_pixels(raw_uv, count, rectified_uv, [&](const auto& from, auto& to) { return to_rectified(eye, from, to); });
+void Rig::rectify_pixels(int view, const double* raw_uv, size_t count, double* rectified_uv) const {
+    convert_pixels(raw_uv, count, rectified_uv, [&](const auto& from, auto& to) { return to_rectified(view, from, to); });
 }
 
-void Rig::distort_pixels(int eye, const double* rectified_uv, size_t count, double* raw_uv) const {
-    convert_pixels(rectified_uv, count, raw_uv, [&](const auto& from, auto& to) { return to_raw(eye, from, to); });
+void Rig::distort_pixels(int view, const double* rectified_uv, size_t count, double* raw_uv) const {
+    convert_pixels(rectified_uv, count, raw_uv, [&](const auto& from, auto& to) { return to_raw(view, from, to); });
 }
 
 defrec_rig_info Rig::info() const {

@@ -11,7 +11,7 @@
 
 namespace defrec {
 
-// Any thread. Immutable once made. Lengths mm, pixels px; eye 0 is the left one.
+// Any thread. Immutable once made. Lengths mm, pixels px; view 0 is the left one.
 class Rig {
   public:
     // Checks everything that defrec_rig_create promises. Throws Error whose text names the field.
@@ -21,27 +21,27 @@ class Rig {
     uint32_t width() const { return desc_.width; }  // raw and rectified images have the same size
     uint32_t height() const { return desc_.height; }
     const defrec_camera& camera() const { return camera_; }  // of both rectified images
-    // x_rectified = rotation * x_raw of that eye.
-    const Eigen::Matrix3d& rotation(int eye) const { return rotation_[eye]; }
+    // x_rectified = rotation * x_raw of that view.
+    const Eigen::Matrix3d& rotation(int view) const { return rotation_[view]; }
     const defrec_rig_desc& desc() const { return desc_; }
 
-    // The eye's map for the stage rectify: width * height pairs (x, y) of raw pixel positions in 1/128 px, row by row;
+    // The view's map for the stage rectify: width * height pairs (x, y) of raw pixel positions in 1/128 px, row by row;
     // INT32_MIN, INT32_MIN where the raw image has nothing. nullptr for an identity.
-    const int32_t* map(int eye) const { return identity_ ? nullptr : map_[eye].data(); }
+    const int32_t* map(int view) const { return identity_ ? nullptr : map_[view].data(); }
     uint64_t map_bytes() const { return uint64_t{8} * desc_.width * desc_.height; }
 
     // count pixels (u, v), raw to rectified and back; in and out may be the same. NaN where there is no answer.
-    void rectify_pixels(int eye, const double* raw_uv, size_t count, double* rectified_uv) const;
-    void distort_pixels(int eye, const double* rectified_uv, size_t count, double* raw_uv) const;
+    void rectify_pixels(int view, const double* raw_uv, size_t count, double* rectified_uv) const;
+    void distort_pixels(int view, const double* rectified_uv, size_t count, double* raw_uv) const;
 
     defrec_rig_info info() const;
 
   private:
     void rectify();
     void choose_camera();
-    void fill_map(int eye);
-    bool to_raw(int eye, const Eigen::Vector2d& rectified, Eigen::Vector2d& raw) const;
-    bool to_rectified(int eye, const Eigen::Vector2d& raw, Eigen::Vector2d& rectified) const;
+    void fill_map(int view);
+    bool to_raw(int view, const Eigen::Vector2d& rectified, Eigen::Vector2d& raw) const;
+    bool to_rectified(int view, const Eigen::Vector2d& raw, Eigen::Vector2d& rectified) const;
     template <class Convert>
     void convert_pixels(const double* in, size_t count, double* out, Convert convert) const;
 

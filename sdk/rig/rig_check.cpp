@@ -17,49 +17,49 @@ template <class... Pieces>
     fail(DEFREC_ERROR_ARGUMENT, pieces...);
 }
 
-void check_focal_length(const char* eye, const char* name, double value, uint32_t side) {
-    if (!(value > 0)) refuse(eye, ".", name, " is ", value, ", a focal length > 0 px expected");
+void check_focal_length(const char* view, const char* name, double value, uint32_t side) {
+    if (!(value > 0)) refuse(view, ".", name, " is ", value, ", a focal length > 0 px expected");
     if (value < side / 50.0 || value > side * 1000.0)
-        refuse(eye, ".", name, " is ", value, " px, which does not fit to images of ", side, " px");
+        refuse(view, ".", name, " is ", value, " px, which does not fit to images of ", side, " px");
 }
 
-void check_centre(const char* eye, const char* name, double value, uint32_t side) {
+void check_centre(const char* view, const char* name, double value, uint32_t side) {
     if (value < -1.0 * side || value > 2.0 * side)
-        refuse(eye, ".", name, " is ", value, " px, far outside images of ", side, " px");
+        refuse(view, ".", name, " is ", value, " px, far outside images of ", side, " px");
 }
 
-void check_distortion(const char* eye, const defrec_intrinsics& camera, uint32_t width, uint32_t height) {
+void check_distortion(const char* view, const defrec_intrinsics& camera, uint32_t width, uint32_t height) {
     const double tilt = std::max(std::abs(camera.distortion[12]), std::abs(camera.distortion[13]));
-    if (camera.distortion_count == 14 && tilt > 1) refuse(eye, ".distortion tilts the sensor by ", tilt, " rad");
+    if (camera.distortion_count == 14 && tilt > 1) refuse(view, ".distortion tilts the sensor by ", tilt, " rad");
     const Lens lens(camera, image_reach(camera, width, height));
     const char* reason = ".distortion is not monotone inside the image: two directions share a pixel; wrong order of coefficients?";
-    if (!lens.monotone()) refuse(eye, reason);
+    if (!lens.monotone()) refuse(view, reason);
     constexpr int kSteps = 16;
     for (int i = 0; i <= kSteps; ++i) {
         const double u = (width - 1.0) * i / kSteps, v = (height - 1.0) * i / kSteps;
         for (const Eigen::Vector2d& pixel :
              {Eigen::Vector2d(u, 0), Eigen::Vector2d(u, height - 1), Eigen::Vector2d(0, v), Eigen::Vector2d(width - 1, v)}) {
             Eigen::Vector2d direction;
-            if (!lens.unproject(pixel, direction)) refuse(eye, reason);
+            if (!lens.unproject(pixel, direction)) refuse(view, reason);
         }
     }
 }
 
-void check_camera(const char* eye, const defrec_intrinsics& camera, uint32_t width, uint32_t height) {
+void check_camera(const char* view, const defrec_intrinsics& camera, uint32_t width, uint32_t height) {
     static constexpr const char* kNames[] = {"fx", "fy", "cx", "cy"};
     const double values[] = {camera.fx, camera.fy, camera.cx, camera.cy};
     for (int i = 0; i < 4; ++i)
-        if (!std::isfinite(values[i])) refuse(eye, ".", kNames[i], " is not a finite number");
-    check_focal_length(eye, "fx", camera.fx, width);
-    check_focal_length(eye, "fy", camera.fy, height);
-    check_centre(eye, "cx", camera.cx, width);
-    check_centre(eye, "cy", camera.cy, height);
+        if (!std::isfinite(values[i])) refuse(view, ".", kNames[i], " is not a finite number");
+    check_focal_length(view, "fx", camera.fx, width);
+    check_focal_length(view, "fy", camera.fy, height);
+    check_centre(view, "cx", camera.cx, width);
+    check_centre(view, "cy", camera.cy, height);
     const uint32_t count = camera.distortion_count;
     if (count != 0 && count != 4 && count != 5 && count != 8 && count != 12 && count != 14)
-        refuse(eye, ".distortion_count is ", count, ", 0, 4, 5, 8, 12 or 14 expected");
+        refuse(view, ".distortion_count is ", count, ", 0, 4, 5, 8, 12 or 14 expected");
     for (uint32_t i = 0; i < count; ++i)
-        if (!std::isfinite(camera.distortion[i])) refuse(eye, ".distortion[", i, "] is not a finite number");
-    check_distortion(eye, camera, width, height);
+        if (!std::isfinite(camera.distortion[i])) refuse(view, ".distortion[", i, "] is not a finite number");
+    check_distortion(view, camera, width, height);
 }
 
 void check_rotation(const Eigen::Matrix3d& rotation) {
@@ -83,7 +83,7 @@ void check_baseline(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& tran
         fail(DEFREC_ERROR_UNSUPPORTED, "the baseline is not horizontal: translation is (", translation.x(), ", ", translation.y(), ", ",
              translation.z(), ") mm, ", std::round(std::acos(share) * 1800 / 3.14159265358979) / 10, " degrees from the x axis, at most 30 are supported");
     if (half.x() > 0)
-        refuse("translation[0] is ", translation.x(), ": the right camera lies to the left of the left one; are the eyes swapped?");
+        refuse("translation[0] is ", translation.x(), ": the right camera lies to the left of the left one; are the views swapped?");
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 namespace defrec {
 
 // desc: struct_size settled. Throws Error(DEFREC_ERROR_ARGUMENT), or DEFREC_ERROR_UNSUPPORTED for a baseline that is not
-// horizontal, with a sentence that names the field.
+// horizontal, with an error message that names the field.
 void check_rig(const defrec_rig_desc& desc);
 
 // The largest distance from the principal point to a corner of the image, in units of the focal length.

@@ -22,7 +22,7 @@ std::shared_ptr<const Services> services(uint32_t threads = 1) {
     return std::make_shared<const Services>(desc);
 }
 
-// A stereo endoscope, 4.6 mm between eyes that look inwards a little.
+// A stereo endoscope, 4.6 mm between views that look inwards a little.
 defrec_rig_desc endoscope(uint32_t distortion_count = 5) {
     defrec_rig_desc desc{};
     desc.struct_size = sizeof desc;
@@ -54,7 +54,7 @@ cv::Mat distortion(const defrec_intrinsics& c) {
     for (uint32_t i = 0; i < c.distortion_count; ++i) d.at<double>(int(i)) = c.distortion[i];
     return d;
 }
-const defrec_intrinsics& eye_of(const defrec_rig_desc& desc, int eye) { return eye == 0 ? desc.left : desc.right; }
+const defrec_intrinsics& view_of(const defrec_rig_desc& desc, int view) { return view == 0 ? desc.left : desc.right; }
 
 cv::Mat to_cv(const Eigen::Matrix3d& m) {
     cv::Mat result(3, 3, CV_64F);
@@ -116,11 +116,11 @@ TEST_CASE("the maps are OpenCV's initUndistortRectifyMap, for every number of co
         const defrec_rig_desc desc = endoscope(count);
         const Rig rig(services(2), desc);
         REQUIRE(!rig.identity());
-        for (int eye = 0; eye < 2; ++eye) {
+        for (int view = 0; view < 2; ++view) {
             cv::Mat map_x, map_y;
-            cv::initUndistortRectifyMap(camera_matrix(eye_of(desc, eye)), distortion(eye_of(desc, eye)), to_cv(rig.rotation(eye)),
+            cv::initUndistortRectifyMap(camera_matrix(view_of(desc, view)), distortion(view_of(desc, view)), to_cv(rig.rotation(view)),
                                         rectified_camera(rig), cv::Size(161, 119), CV_32FC1, map_x, map_y);
-            const int32_t* map = rig.map(eye);
+            const int32_t* map = rig.map(view);
             int inside = 0;
             for (int y = 0; y < 119; ++y)
                 for (int x = 0; x < 161; ++x, map += 2) {
@@ -145,20 +145,20 @@ TEST_CASE("rectified pixels are OpenCV's undistortPoints, and the way back retur
         CAPTURE(count);
         const defrec_rig_desc desc = endoscope(count);
         const Rig rig(services(), desc);
-        for (int eye = 0; eye < 2; ++eye) {
+        for (int view = 0; view < 2; ++view) {
             std::vector<cv::Point2d> raw;
             for (int y = 0; y < 119; y += 13)
                 for (int x = 0; x < 161; x += 16) raw.emplace_back(x + 0.25, y);
             std::vector<cv::Point2d> expected;
-            cv::undistortPoints(raw, expected, camera_matrix(eye_of(desc, eye)), distortion(eye_of(desc, eye)), to_cv(rig.rotation(eye)),
+            cv::undistortPoints(raw, expected, camera_matrix(view_of(desc, view)), distortion(view_of(desc, view)), to_cv(rig.rotation(view)),
                                 rectified_camera(rig), cv::TermCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 500, 1e-14));
             std::vector<double> uv(2 * raw.size());
-            rig.rectify_pixels(eye, &raw[0].x, raw.size(), uv.data());
+            rig.rectify_pixels(view, &raw[0].x, raw.size(), uv.data());
             for (size_t i = 0; i < raw.size(); ++i) {
                 CHECK(std::abs(uv[2 * i] - expected[i].x) < 1e-6);
                 CHECK(std::abs(uv[2 * i + 1] - expected[i].y) < 1e-6);
             }
-            rig.distort_pixels(eye, uv.data(), raw.size(), uv.data());
+            rig.distort_pixels(view, uv.data(), raw.size(), uv.data());
             for (size_t i = 0; i < raw.size(); ++i) {
                 CHECK(std::abs(uv[2 * i] - raw[i].x) < 1e-6);
                 CHECK(std::abs(uv[2 * i + 1] - raw[i].y) < 1e-6);
@@ -174,12 +174,12 @@ TEST_CASE("a point in front of the rig falls onto the same row of both rectified
     const Eigen::Map<const Eigen::Vector3d> offset(desc.translation);
     const Eigen::Vector3d left(3, -2, 80), right = turn * left + offset;
     double uv[2][2];
-    for (int eye = 0; eye < 2; ++eye) {
-        const Eigen::Vector3d& point = eye == 0 ? left : right;
+    for (int view = 0; view < 2; ++view) {
+        const Eigen::Vector3d& point = view == 0 ? left : right;
         std::vector<cv::Point2d> pixel;
         cv::projectPoints(std::vector<cv::Point3d>{{point.x(), point.y(), point.z()}}, cv::Mat::zeros(3, 1, CV_64F),
-                          cv::Mat::zeros(3, 1, CV_64F), camera_matrix(eye_of(desc, eye)), distortion(eye_of(desc, eye)), pixel);
-        rig.rectify_pixels(eye, &pixel[0].x, 1, uv[eye]);
+                          cv::Mat::zeros(3, 1, CV_64F), camera_matrix(view_of(desc, view)), distortion(view_of(desc, view)), pixel);
+        rig.rectify_pixels(view, &pixel[0].x, 1, uv[view]);
     }
     const double depth = (rig.rotation(0) * left).z();
     CHECK(uv[0][1] == doctest::Approx(uv[1][1]).epsilon(1e-9));
@@ -262,7 +262,7 @@ TEST_CASE("row 3: no baseline, and row 4: metres for millimetres") {
     });
 }
 
-TEST_CASE("row 5: eyes swapped in the calibration") {
+TEST_CASE("row 5: views swapped in the calibration") {
     check_refused("swapped", [](auto& d) { d.translation[0] = 4.6; });
 }
 

@@ -201,14 +201,14 @@ bool masked_near(const CaptureInput& input, int cx, int cy, int radius) {
 // The best trackable pixel of each cell of a grid over the image.
 void place_patches(TemplateData& data, const CaptureInput& input) {
     constexpr int kBorder = 8;
-    constexpr double kLeastTrackability = 0.15;
+    constexpr double kMinTrackability = 0.15;
     const double cell = std::max(12.0, std::sqrt(static_cast<double>(input.width) * input.height / input.max_patches));
     const int columns = static_cast<int>(input.width / cell), rows = static_cast<int>(input.height / cell);
     for (int row = 0; row < rows; ++row)
         for (int column = 0; column < columns; ++column) {
             const int x0 = std::max(kBorder, static_cast<int>(column * cell)), x1 = std::min(static_cast<int>(input.width) - kBorder, static_cast<int>((column + 1) * cell));
             const int y0 = std::max(kBorder, static_cast<int>(row * cell)), y1 = std::min(static_cast<int>(input.height) - kBorder, static_cast<int>((row + 1) * cell));
-            double best = kLeastTrackability;
+            double best = kMinTrackability;
             int u = -1, v = -1;
             for (int y = y0; y < y1; y += 2)
                 for (int x = x0; x < x1; x += 2) {

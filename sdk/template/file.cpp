@@ -20,7 +20,7 @@ static_assert(std::endian::native == std::endian::little, "the file's layout is 
 
 constexpr char kMagic[8] = {'d', 'e', 'f', 'r', 'e', 'c', 'T', '\n'};
 constexpr uint32_t kVersion = 1;
-constexpr uint64_t kMostBytes = uint64_t{1} << 30;
+constexpr uint64_t kMaxBytes = uint64_t{1} << 30;
 
 uint64_t checksum(const char* bytes, size_t count) {
     uint64_t hash = 1469598103934665603u;  // FNV-1a
@@ -83,8 +83,8 @@ class Reader {
 class PartialFile {
   public:
     explicit PartialFile(const std::filesystem::path& target) {
-        constexpr int kMostNames = 1000;
-        for (int i = 0; i < kMostNames && file_ == nullptr; ++i) {
+        constexpr int kMaxNames = 1000;
+        for (int i = 0; i < kMaxNames && file_ == nullptr; ++i) {
             path_ = target;
             path_ += concat(".", i, ".partial");
             file_ = std::fopen(path_.string().c_str(), "wbx");
@@ -249,7 +249,7 @@ std::shared_ptr<const Template> Template::load(Context& context, const char* pat
     // The size is the opened file's: another may be saved in its place meanwhile.
     std::ifstream file(file_path, std::ios::binary | std::ios::ate);
     const std::streamoff size = file ? std::streamoff{file.tellg()} : -1;
-    if (size < 0 || static_cast<uint64_t>(size) > kMostBytes) fail(DEFREC_ERROR_IO, name, " is too large for a template or cannot be read");
+    if (size < 0 || static_cast<uint64_t>(size) > kMaxBytes) fail(DEFREC_ERROR_IO, name, " is too large for a template or cannot be read");
     std::string bytes(static_cast<size_t>(size), '\0');
     file.seekg(0);
     if (!file.read(bytes.data(), size)) fail(DEFREC_ERROR_IO, name, " cannot be read");

@@ -162,7 +162,7 @@ std::vector<Sample> select_tissue(const CaptureInput& input, const std::vector<S
     constexpr double kStiffness = 0.3;      // smooths below about five grid cells
     constexpr double kInFront = 0.04;       // share of the disparity; 3 mm at 80 mm
     constexpr double kBehind = 0.15;
-    constexpr int kLeastSize = 3, kMostRounds = 3;
+    constexpr int kMinSize = 3, kMaxRounds = 3;
     const Surfaces surfaces = find_surfaces(input, samples, columns, rows);
     std::vector<char> accepted(surfaces.size.size(), 0);
     if (accepted.empty()) return {};
@@ -170,14 +170,14 @@ std::vector<Sample> select_tissue(const CaptureInput& input, const std::vector<S
     for (int round = 0;; ++round) {
         std::vector<Sample> tissue = samples_of(samples, surfaces, accepted, columns, rows);
         spline = smooth_spline(tissue, columns, rows, kStiffness);
-        if (round == kMostRounds) return tissue;
+        if (round == kMaxRounds) return tissue;
         std::vector<std::vector<double>> ahead(accepted.size());
         for (size_t i = 0; i < samples.size(); ++i)
             if (surfaces.label[i] >= 0)
                 ahead[static_cast<size_t>(surfaces.label[i])].push_back(samples[i].disparity / spline[i] - 1);
         bool changed = false;
         for (size_t set = 0; set < accepted.size(); ++set) {
-            if (accepted[set] || surfaces.size[set] < kLeastSize) continue;
+            if (accepted[set] || surfaces.size[set] < kMinSize) continue;
             const auto middle = ahead[set].begin() + static_cast<std::ptrdiff_t>(ahead[set].size() / 2);
             std::nth_element(ahead[set].begin(), middle, ahead[set].end());
             if (*middle > kInFront || *middle < -kBehind) continue;
@@ -206,12 +206,12 @@ bool fit_surface(const CaptureInput& input, SurfaceGrid& grid) {
                            static_cast<int>(std::lround(y * grid.spacing)), radius);
     samples = select_tissue(input, samples, grid.columns, grid.rows, grid.disparity);
     size_t measured = 0;
-    double least = 1e9, most = 0;
+    double minimum = 1e9, maximum = 0;
     for (const Sample& sample : samples)
         if (sample.weight > 0) {
             ++measured;
-            least = std::min(least, sample.disparity);
-            most = std::max(most, sample.disparity);
+            minimum = std::min(minimum, sample.disparity);
+            maximum = std::max(maximum, sample.disparity);
         }
     if (static_cast<double>(measured) < kMinimumCoverage * static_cast<double>(count)) return false;
 
@@ -221,7 +221,7 @@ bool fit_surface(const CaptureInput& input, SurfaceGrid& grid) {
     for (size_t i = 0; i < count; ++i) {
         grid.support[i] *= static_cast<float>(grid.spacing);
         // What the spline continues beyond its data must stay a plausible depth.
-        grid.disparity[i] = std::clamp(grid.disparity[i], static_cast<float>(0.8 * least), static_cast<float>(1.25 * most));
+        grid.disparity[i] = std::clamp(grid.disparity[i], static_cast<float>(0.8 * minimum), static_cast<float>(1.25 * maximum));
         if (grid.support[i] <= reach) grid.vertex[i] = 0;
     }
     return true;

@@ -22,7 +22,7 @@ struct FrameImage {
 struct FrameInput {
     int64_t timestamp_ns = 0;
     uint32_t flags = 0;                           // DEFREC_FRAME_*
-    std::array<FrameImage, 2> eyes;               // left, right
+    std::array<FrameImage, 2> views;               // left, right
     FrameImage ignore;                            // may be missing
     std::shared_ptr<const DeviceBuffer> samples;  // where the surface is left as well; may be null
 };

@@ -108,16 +108,16 @@ Evidence weigh_evidence(const TemplateData& data, const FrameOutput& output) {
     return evidence;
 }
 
-Verdict judge(const TemplateData& data, const Evidence& evidence, bool was_found) {
+Verdict classify(const TemplateData& data, const Evidence& evidence, bool was_found) {
     Verdict verdict;
     const auto inside_share = static_cast<double>(evidence.vertices_inside) / static_cast<double>(std::max<size_t>(1, data.vertices.size()));
     const double confirmed = evidence.confirmed_share(), observed = evidence.observed_share();
     // A wrong surface confirms one patch in fifty by chance, a right one in heavy smoke one in ten. What was followed up to here needs less
     // evidence than what is said to be found again.
-    const uint32_t least_patches = was_found ? 30 : 60;
-    const double least_share = was_found ? 0.05 : 0.12;
-    const bool patches_agree = evidence.patches_confirmed >= least_patches && confirmed >= least_share;
-    const bool features_agree = evidence.patches_confirmed >= 20 && confirmed >= least_share && evidence.inliers >= 15;
+    const uint32_t min_patches = was_found ? 30 : 60;
+    const double min_share = was_found ? 0.05 : 0.12;
+    const bool patches_agree = evidence.patches_confirmed >= min_patches && confirmed >= min_share;
+    const bool features_agree = evidence.patches_confirmed >= 20 && confirmed >= min_share && evidence.inliers >= 15;
     verdict.found = (patches_agree || features_agree) && observed >= 0.1 && inside_share >= 0.05;
 
     if (confirmed < 0.45) verdict.reasons |= DEFREC_REASON_LOW_CONTRAST;

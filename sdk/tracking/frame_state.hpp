@@ -44,6 +44,6 @@ struct Verdict {
     uint32_t reasons = 0;  // DEFREC_REASON_*
 };
 // was_found: the surface was followed into the frame before.
-Verdict judge(const TemplateData& data, const Evidence& evidence, bool was_found);
+Verdict classify(const TemplateData& data, const Evidence& evidence, bool was_found);
 
 }  // namespace defrec

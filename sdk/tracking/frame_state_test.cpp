@@ -1,4 +1,4 @@
-// What evidence means: states, reasons, and belief in vertices.
+// What evidence means: states, reasons, and confidence in vertices.
 #include "sdk/tracking/frame_state.hpp"
 #include "sdk/tracking/vertex_confidence.hpp"
 
@@ -59,7 +59,7 @@ struct Fixture {
     }
     Fixture(const Fixture&) = delete;
     Fixture& operator=(const Fixture&) = delete;
-    Verdict verdict(bool was_found = true) { return judge(data, weigh_evidence(data, output), was_found); }
+    Verdict verdict(bool was_found = true) { return classify(data, weigh_evidence(data, output), was_found); }
 };
 
 }  // namespace
@@ -114,34 +114,34 @@ TEST_CASE("row 59: half under an instrument is degraded, named occluded, and the
     CHECK(verdict.degraded);
     CHECK((verdict.reasons & DEFREC_REASON_OCCLUDED) != 0);
 
-    VertexBelief belief;
-    believe(SurfaceModel(f.data), f.samples, false, 0, belief);
-    CHECK(belief.status[0] == DEFREC_POINT_EXTRAPOLATED);
-    CHECK(belief.status[10] == DEFREC_POINT_OBSERVED);
-    CHECK(belief.expected_error[0] > belief.expected_error[3]);
-    CHECK(belief.expected_error[3] > belief.expected_error[10]);
+    VertexConfidence confidence;
+    estimate_confidence(SurfaceModel(f.data), f.samples, false, 0, confidence);
+    CHECK(confidence.status[0] == DEFREC_POINT_EXTRAPOLATED);
+    CHECK(confidence.status[10] == DEFREC_POINT_OBSERVED);
+    CHECK(confidence.expected_error[0] > confidence.expected_error[3]);
+    CHECK(confidence.expected_error[3] > confidence.expected_error[10]);
 }
 
-TEST_CASE("a lost frame believes no vertex, and less the longer it lasts") {
+TEST_CASE("a lost frame trusts no vertex, and less the longer it lasts") {
     Fixture f;
-    VertexBelief early, late;
-    believe(SurfaceModel(f.data), f.samples, true, 1, early);
-    believe(SurfaceModel(f.data), f.samples, true, 20, late);
+    VertexConfidence early, late;
+    estimate_confidence(SurfaceModel(f.data), f.samples, true, 1, early);
+    estimate_confidence(SurfaceModel(f.data), f.samples, true, 20, late);
     for (const uint8_t status : early.status) CHECK(status == DEFREC_POINT_UNKNOWN);
     CHECK(late.expected_error[40] > early.expected_error[40]);
 }
 
-TEST_CASE("belief of a point below the surface is that of the vertex above it, less certain with depth") {
+TEST_CASE("confidence of a point below the surface is that of the vertex above it, less certain with depth") {
     Fixture f;
-    VertexBelief belief;
-    believe(SurfaceModel(f.data), f.samples, false, 0, belief);
+    VertexConfidence confidence;
+    estimate_confidence(SurfaceModel(f.data), f.samples, false, 0, confidence);
     const double on[3] = {0, 0, 80}, below[3] = {0, 0, 110}, beside[3] = {300, 0, 80};
-    const SurfaceBelief at_surface = believe_at(f.data, belief, on), at_depth = believe_at(f.data, belief, below);
+    const SurfaceConfidence at_surface = confidence_at(f.data, confidence, on), at_depth = confidence_at(f.data, confidence, below);
     CHECK(at_surface.status == DEFREC_POINT_OBSERVED);
-    CHECK(at_surface.expected_error == doctest::Approx(belief.expected_error[0]).epsilon(0.5));
+    CHECK(at_surface.expected_error == doctest::Approx(confidence.expected_error[0]).epsilon(0.5));
     CHECK(at_depth.expected_error > at_surface.expected_error);
-    CHECK(believe_at(f.data, belief, beside).status == DEFREC_POINT_UNKNOWN);
-    CHECK(believe_at(f.data, belief, beside).expected_error >= at_depth.expected_error);
+    CHECK(confidence_at(f.data, confidence, beside).status == DEFREC_POINT_UNKNOWN);
+    CHECK(confidence_at(f.data, confidence, beside).expected_error >= at_depth.expected_error);
 }
 
 TEST_CASE("the rigid motion of a rigidly moved surface is that motion") {

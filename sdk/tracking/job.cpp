@@ -11,10 +11,10 @@
 
 namespace defrec {
 
-TrackerJob::TrackerJob(std::shared_ptr<JobMonitor> job_monitor, const std::shared_ptr<const Device>& device, uint64_t eye_bytes,
+TrackerJob::TrackerJob(std::shared_ptr<JobMonitor> job_monitor, const std::shared_ptr<const Device>& device, uint64_t view_bytes,
                        uint64_t pixels, bool keep_disparity)
     : monitor(std::move(job_monitor)),
-      eyes{HostMemory(device, eye_bytes), HostMemory(device, eye_bytes)},
+      views{HostMemory(device, view_bytes), HostMemory(device, view_bytes)},
       ignore(device, pixels),
       memory(device, keep_disparity ? pixels : 0) {}
 
@@ -44,7 +44,7 @@ void TrackerJob::announce_end() {
 }
 
 void TrackerJob::finish(defrec_status result_status, const char* text) noexcept {
-    for (FrameImage* image : {&input.eyes[0], &input.eyes[1], &input.ignore}) image->memory.reset();
+    for (FrameImage* image : {&input.views[0], &input.views[1], &input.ignore}) image->memory.reset();
     input.samples.reset();
     const std::lock_guard lock(monitor->mutex);
     status = result_status;
@@ -96,8 +96,8 @@ void TrackerJob::result(defrec_result& out) const {
     out.node_count = output.motions.size();
     out.vertices = vertices.data();
     out.normals = normals.data();
-    out.vertex_status = belief.status.data();
-    out.expected_error_mm = belief.expected_error.data();
+    out.vertex_status = confidence.status.data();
+    out.expected_error_mm = confidence.expected_error.data();
     out.vertex_count = data.vertices.size();
     out.landmarks = data.landmarks.data();
     out.landmark_matches = output.matches.data();
@@ -122,12 +122,12 @@ void TrackerJob::warp_points(const double* template_xyz, size_t count, double* x
     for (size_t i = 0; i < count; ++i) {
         const double from[3] = {template_xyz[3 * i], template_xyz[3 * i + 1], template_xyz[3 * i + 2]};
         const Vec3<double> to = warp(from);
-        const SurfaceBelief belief_at = believe_at(data, belief, from);
+        const SurfaceConfidence at_point = confidence_at(data, confidence, from);
         xyz[3 * i] = to.x;
         xyz[3 * i + 1] = to.y;
         xyz[3 * i + 2] = to.z;
-        if (point_status != nullptr) point_status[i] = belief_at.status;
-        if (expected_error_mm != nullptr) expected_error_mm[i] = belief_at.expected_error;
+        if (point_status != nullptr) point_status[i] = at_point.status;
+        if (expected_error_mm != nullptr) expected_error_mm[i] = at_point.expected_error;
     }
 }
 

@@ -22,8 +22,8 @@ enum class JobPhase { kFree, kQueued, kRunning, kEnding, kDone };
 
 class TrackerJob final : public Job {
   public:
-    // eye_bytes: of one eye's pixels, tight. pixels: of an eye. Must outlive the tracker's queue.
-    TrackerJob(std::shared_ptr<JobMonitor> monitor, const std::shared_ptr<const Device>& device, uint64_t eye_bytes, uint64_t pixels,
+    // eye_bytes: of one view's pixels, tight. pixels: of an view. Must outlive the tracker's queue.
+    TrackerJob(std::shared_ptr<JobMonitor> monitor, const std::shared_ptr<const Device>& device, uint64_t view_bytes, uint64_t pixels,
                bool keep_disparity);
 
     defrec_status wait(uint64_t timeout_ns) override;
@@ -38,7 +38,7 @@ class TrackerJob final : public Job {
     std::atomic<JobPhase> phase = JobPhase::kFree;  // written under the monitor's mutex
     defrec_status status = DEFREC_OK;       // under the monitor's mutex
 
-    HostMemory eyes[2], ignore;  // copies of host pixels, tight rows; of an eye in memory, its rectified gray pixels
+    HostMemory views[2], ignore;  // copies of host pixels, tight rows; of an view in memory, its rectified gray pixels
     FrameInput input;            // its host pixels are these copies
     uint64_t frame = 0;
     std::shared_ptr<const Template> template_to_set;
@@ -47,7 +47,7 @@ class TrackerJob final : public Job {
     std::shared_ptr<const Template> surface;
     FrameMemory memory;
     FrameOutput& output = memory.output;
-    VertexBelief belief;
+    VertexConfidence confidence;
     std::vector<float> vertices, normals, node_positions;
     double rigid_motion[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
     Evidence evidence;

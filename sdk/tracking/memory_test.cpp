@@ -71,7 +71,7 @@ std::vector<uint8_t> right_half() {
     return ignore;
 }
 
-enum class Lies { kBoth, kLeft };  // which eyes' pixels lie in memory
+enum class Lies { kBoth, kLeft };  // which views' pixels lie in memory
 
 void check_same_results(const TrackingSession::Change& change, Lies lies = Lies::kBoth) {
     TrackingSession copied("cpu", 2, change), imported("cpu", 2, change);
@@ -109,7 +109,7 @@ void check_same_results(const TrackingSession::Change& change, Lies lies = Lies:
 
 TEST_CASE("frames in memory give the same bits as copied ones") {
     SUBCASE("gray") { check_same_results([](auto&, auto&) {}); }
-    SUBCASE("one eye in memory") { check_same_results([](auto&, auto&) {}, Lies::kLeft); }
+    SUBCASE("one view in memory") { check_same_results([](auto&, auto&) {}, Lies::kLeft); }
     SUBCASE("BGR, with space between rows") {
         check_same_results([](auto&, auto& desc) {
             desc.format = DEFREC_FORMAT_BGR8;

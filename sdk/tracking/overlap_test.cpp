@@ -137,7 +137,7 @@ std::vector<std::string> play(const std::vector<Step>& steps, const char* device
 struct Gate {
     std::mutex mutex;
     std::condition_variable changed;
-    int rectified = 0;    // eyes asked for
+    int rectified = 0;    // views asked for
     int awaited = 1000;   // of them that open the gate
     bool closed = false, opened = false;
 

@@ -43,8 +43,8 @@ std::vector<defrec_surface_point> sparse_vertices(const TemplateData& data) {
 }
 
 constexpr uint32_t kDisparityStep = 16;
-constexpr uint32_t kLeastDisparities = 48;
-constexpr uint32_t kMostFramesInFlight = 16;
+constexpr uint32_t kMinDisparities = 48;
+constexpr uint32_t kMaxFramesInFlight = 16;
 constexpr uint32_t kLongestStride = 1u << 20;
 
 }  // namespace
@@ -65,8 +65,8 @@ TrackerSettings complete_settings(const defrec_tracker_desc& desc, const Rig& ri
     settings.arap_weight = or_default(desc.arap_weight, 0.2f);
     if (bytes_per_pixel(settings.format) == 0)
         fail(DEFREC_ERROR_ARGUMENT, "format is ", settings.format, "; GRAY8 (1), BGR8 (2), RGB8 (3) and BGRA8 (4) exist");
-    if (settings.frames_in_flight > kMostFramesInFlight)
-        fail(DEFREC_ERROR_ARGUMENT, "frames_in_flight is ", settings.frames_in_flight, ", at most ", kMostFramesInFlight, " are possible");
+    if (settings.frames_in_flight > kMaxFramesInFlight)
+        fail(DEFREC_ERROR_ARGUMENT, "frames_in_flight is ", settings.frames_in_flight, ", at most ", kMaxFramesInFlight, " are possible");
     const uint32_t row = rig.width() * bytes_per_pixel(settings.format);
     settings.memory_stride = or_default(desc.memory_stride, row);
     if (settings.memory_stride < row || settings.memory_stride > kLongestStride)
@@ -118,10 +118,10 @@ Pipeline::~Pipeline() = default;
 Pipeline::Observation Pipeline::make_observation() const {
     const uint64_t pixels = uint64_t{width_} * height_;
     Observation o;
-    for (int eye = 0; eye < 2; ++eye) {
-        o.raw[eye] = DeviceBuffer(device_, pixels * bytes_per_pixel(settings_.format));
-        o.gray[eye] = DeviceBuffer(device_, pixels);
-        o.mask[eye] = DeviceBuffer(device_, pixels);
+    for (int view = 0; view < 2; ++view) {
+        o.raw[view] = DeviceBuffer(device_, pixels * bytes_per_pixel(settings_.format));
+        o.gray[view] = DeviceBuffer(device_, pixels);
+        o.mask[view] = DeviceBuffer(device_, pixels);
     }
     o.ignore = DeviceBuffer(device_, pixels);
     o.disparity = DeviceBuffer(device_, pixels * sizeof(int16_t));
@@ -153,43 +153,43 @@ std::unique_ptr<DeviceStage> Pipeline::make_stereo(uint32_t min_disparity, uint3
 uint32_t Pipeline::widest_search() const {
     const defrec_camera& camera = rig_->camera();
     const double nearest = camera.fx * camera.baseline_mm / settings_.min_depth_mm;
-    return std::clamp(round_up(std::min(nearest, 0.45 * width_), kDisparityStep), kLeastDisparities, 256u);
+    return std::clamp(round_up(std::min(nearest, 0.45 * width_), kDisparityStep), kMinDisparities, 256u);
 }
 
 // A surface seen at these disparities may come nearer or go farther by half; what lies beyond is not searched from now on.
 void Pipeline::narrow_search(const SurfaceGrid& grid) {
     if (settings_.disparities != 0) return;
-    float least = 1e9f, most = 0;
+    float minimum = 1e9f, maximum = 0;
     for (size_t i = 0; i < grid.vertex.size(); ++i)
         if (grid.vertex[i] >= 0) {
-            least = std::min(least, grid.disparity[i]);
-            most = std::max(most, grid.disparity[i]);
+            minimum = std::min(minimum, grid.disparity[i]);
+            maximum = std::max(maximum, grid.disparity[i]);
         }
-    const uint32_t from = static_cast<uint32_t>(0.55 * least) / kDisparityStep * kDisparityStep;
-    const uint32_t to = std::min(round_up(1.6 * most + 4, kDisparityStep), std::max(widest_search(), round_up(most + 4, kDisparityStep)));
-    stereo_ = make_stereo(from, std::max(to - from, kLeastDisparities));
+    const uint32_t from = static_cast<uint32_t>(0.55 * minimum) / kDisparityStep * kDisparityStep;
+    const uint32_t to = std::min(round_up(1.6 * maximum + 4, kDisparityStep), std::max(widest_search(), round_up(maximum + 4, kDisparityStep)));
+    stereo_ = make_stereo(from, std::max(to - from, kMinDisparities));
 }
 
 void Pipeline::upload_maps() {
-    for (int eye = 0; eye < 2; ++eye) {
-        if (rig_->map(eye) == nullptr) continue;
-        map_[eye] = DeviceBuffer(device_, rig_->map_bytes());
-        queue_.write(map_[eye], rig_->map(eye), rig_->map_bytes());
+    for (int view = 0; view < 2; ++view) {
+        if (rig_->map(view) == nullptr) continue;
+        map_[view] = DeviceBuffer(device_, rig_->map_bytes());
+        queue_.write(map_[view], rig_->map(view), rig_->map_bytes());
     }
 }
 
 // Writes the time since the last lap into the frame's list of stage times, with `timed` after waiting for the stage.
-void Pipeline::lap(const char* stage, FrameOutput& out) {
+void Pipeline::record_time(const char* stage, FrameOutput& out) {
     if (settings_.timed) queue_.finish();
     const auto now = std::chrono::steady_clock::now();
     if (out.time_count < out.times.size())
-        out.times[out.time_count++] = {stage, std::chrono::duration<double, std::milli>(now - last_lap_).count()};
-    last_lap_ = now;
+        out.times[out.time_count++] = {stage, std::chrono::duration<double, std::milli>(now - last_time_).count()};
+    last_time_ = now;
 }
 
 namespace {
 // The image as a buffer: the application's own, or this one with the pixels in it; nullptr where there is no image.
-const DeviceBuffer* bring(Queue& queue, const FrameImage& image, const DeviceBuffer& buffer) {
+const DeviceBuffer* upload(Queue& queue, const FrameImage& image, const DeviceBuffer& buffer) {
     if (image.memory != nullptr) return image.memory.get();
     if (image.pixels == nullptr) return nullptr;
     queue.write_in_place(buffer, image.pixels, buffer.size());
@@ -202,35 +202,35 @@ void Pipeline::observe(const FrameInput& frame, std::array<uint8_t*, 2> gray, Fr
 }
 
 void Pipeline::observe_ahead(const FrameInput& frame, std::array<uint8_t*, 2> gray, FrameOutput& out) {
-    const auto followed = last_lap_;
+    const auto followed = last_time_;
     see(*ahead_, *uploads_, frame, gray, out);
-    last_lap_ = followed;
+    last_time_ = followed;
 }
 
 void Pipeline::see(Observation& o, Queue& uploads, const FrameInput& frame, std::array<uint8_t*, 2> gray, FrameOutput& out) {
     out.time_count = 0;
     o.gray_point = 0;
-    last_lap_ = std::chrono::steady_clock::now();
-    const DeviceBuffer* ignored = bring(uploads, frame.ignore, o.ignore);
-    const DeviceBuffer* raw[2] = {bring(uploads, frame.eyes[0], o.raw[0]), bring(uploads, frame.eyes[1], o.raw[1])};
+    last_time_ = std::chrono::steady_clock::now();
+    const DeviceBuffer* ignored = upload(uploads, frame.ignore, o.ignore);
+    const DeviceBuffer* raw[2] = {upload(uploads, frame.views[0], o.raw[0]), upload(uploads, frame.views[1], o.raw[1])};
     if (&uploads != &queue_) uploads.finish();  // the queue does not wait for another
-    lap("upload", out);
+    record_time("upload", out);
     bool reads_gray = false;
-    for (size_t eye = 0; eye < 2; ++eye) {
-        const bool in_memory = frame.eyes[eye].memory != nullptr;
+    for (size_t view = 0; view < 2; ++view) {
+        const bool in_memory = frame.views[view].memory != nullptr;
         DeviceStage& rectify = in_memory && rectify_memory_ != nullptr ? *rectify_memory_ : *rectify_;
-        rectify.enqueue(queue_, {raw[eye], map_[eye] ? &map_[eye] : nullptr, eye == 0 ? ignored : nullptr}, {&o.gray[eye], &o.mask[eye]});
-        if (in_memory) queue_.read(o.gray[eye], gray[eye], o.gray[eye].size());
+        rectify.enqueue(queue_, {raw[view], map_[view] ? &map_[view] : nullptr, view == 0 ? ignored : nullptr}, {&o.gray[view], &o.mask[view]});
+        if (in_memory) queue_.read(o.gray[view], gray[view], o.gray[view].size());
         reads_gray |= in_memory;
     }
     if (reads_gray) o.gray_point = queue_.signal();
-    lap("rectify", out);
+    record_time("rectify", out);
     stereo_->enqueue(queue_, {&o.gray[0], &o.gray[1], &o.mask[0], &o.mask[1]}, {&o.disparity, nullptr});
-    lap("stereo", out);
+    record_time("stereo", out);
     orb_->enqueue(queue_, {&o.gray[0], &o.mask[0]}, {&o.feature_count, &o.features});
     queue_.read(o.feature_count, &out.summary->features, sizeof out.summary->features);
     if (settings_.keep_disparity) queue_.read(o.disparity, out.disparity.data(), bytes_of(out.disparity));
-    lap("orb", out);
+    record_time("orb", out);
     queue_.signal();
 }
 
@@ -289,7 +289,7 @@ std::optional<TemplateData> Pipeline::capture() {
     return capture_template(input);
 }
 
-bool Pipeline::eyes_look_swapped() {
+bool Pipeline::views_look_swapped() {
     const uint64_t pixels = uint64_t{width_} * height_;
     host_disparity_.resize(pixels);
     const auto coverage = [&](int first, int second) {
@@ -421,24 +421,24 @@ void Pipeline::set_template(std::shared_ptr<const Template> surface) {
 void Pipeline::follow(std::span<const defrec_motion> start, const DeviceBuffer* samples, FrameOutput& out) {
     TemplateStages& t = *follow_;
     if (samples == nullptr) samples = &t.samples;
-    last_lap_ = std::chrono::steady_clock::now();
+    last_time_ = std::chrono::steady_clock::now();
     queue_.write(t.start, start.data(), start.size_bytes());
     t.match->enqueue(queue_, {&now_->feature_count, &now_->features, &now_->disparity}, {&t.matches});
-    lap("match", out);
+    record_time("match", out);
     t.ransac->enqueue(queue_, {&t.matches}, {&t.weighted, &t.ransac_summary});
-    lap("ransac", out);
+    record_time("ransac", out);
     t.solve_coarse->enqueue(queue_, {&t.start, &t.weighted, nullptr, &now_->disparity}, {&t.coarse, &t.lm_summary});
-    lap("lm coarse", out);
+    record_time("lm coarse", out);
     t.align_coarse->enqueue(queue_, {&now_->gray[0], &now_->mask[0], &t.coarse, nullptr}, {&t.observations, nullptr});
-    lap("align coarse", out);
+    record_time("align coarse", out);
     t.solve_middle->enqueue(queue_, {&t.coarse, &t.weighted, &t.observations, &now_->disparity}, {&t.middle, &t.lm_summary});
-    lap("lm middle", out);
+    record_time("lm middle", out);
     t.align_fine->enqueue(queue_, {&now_->gray[0], &now_->mask[0], &t.middle, nullptr}, {&t.observations, &t.predictions});
-    lap("align fine", out);
+    record_time("align fine", out);
     t.solve_fine->enqueue(queue_, {&t.middle, &t.weighted, &t.observations, &now_->disparity}, {&t.final, &t.lm_summary});
-    lap("lm fine", out);
+    record_time("lm fine", out);
     t.warp->enqueue(queue_, {&t.final, &now_->disparity}, {samples});
-    lap("warp", out);
+    record_time("warp", out);
     queue_.read(t.final, out.motions.data(), bytes_of(out.motions));
     queue_.read(*samples, out.samples.data(), bytes_of(out.samples));
     queue_.read(t.weighted, out.matches.data(), bytes_of(out.matches));
@@ -450,7 +450,7 @@ void Pipeline::follow(std::span<const defrec_motion> start, const DeviceBuffer* 
 
 void Pipeline::finish(FrameOutput& out) {
     queue_.wait(followed_);
-    lap("download", out);
+    record_time("download", out);
 }
 
 }  // namespace defrec

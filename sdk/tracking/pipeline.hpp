@@ -45,7 +45,7 @@ class Pipeline {
     ~Pipeline();
 
     // Rectifies a pair (host pixels in tight rows), computes disparity and features. The device may still be at it: images must stay as they
-    // are, and out is complete, when capture, finish or forget_observation has returned. gray: where the rectified pixels of an eye in memory
+    // are, and out is complete, when capture, finish or forget_observation has returned. gray: where the rectified pixels of an view in memory
     // are read back to.
     void observe(const FrameInput& frame, std::array<uint8_t*, 2> gray, FrameOutput& out);
     // The same for the frame after the one that is followed, behind that one's work; only where can_observe_ahead. The calls below go on to
@@ -62,7 +62,7 @@ class Pipeline {
     // A template from the images last observed; empty when too little of them has disparity.
     std::optional<TemplateData> capture();
     // Whether the images last observed match when left and right are exchanged.
-    bool eyes_look_swapped();
+    bool views_look_swapped();
 
     // Makes the stages and buffers for this template, and waits for all that was queued before. Allocates; keeps what it had if it fails.
     void set_template(std::shared_ptr<const Template> surface);
@@ -94,7 +94,7 @@ class Pipeline {
     std::unique_ptr<DeviceStage> make_rectify(uint32_t source_stride) const;
     void upload_maps();
     void upload_template(TemplateStages& stages, const TemplateData& data);
-    void lap(const char* stage, FrameOutput& out);
+    void record_time(const char* stage, FrameOutput& out);
     uint32_t widest_search() const;
     void narrow_search(const SurfaceGrid& grid);
     void download_front();
@@ -120,7 +120,7 @@ class Pipeline {
     uint32_t feature_capacity_ = 0;
     uint64_t followed_ = 0;  // in the queue, behind what follow began
     std::unique_ptr<TemplateStages> follow_;
-    std::chrono::steady_clock::time_point last_lap_;
+    std::chrono::steady_clock::time_point last_time_;
 };
 
 }  // namespace defrec

@@ -59,8 +59,8 @@ class Tracker::Impl {
     std::shared_ptr<Job> submit(FrameInput input) {
         std::shared_ptr<TrackerJob> job = reserve(input.timestamp_ns);
         const uint64_t row = uint64_t{rig_->width()} * channels_;
-        const KeptImage images[] = {{input.eyes[0], row, job->eyes[0].as<uint8_t>()},
-                                    {input.eyes[1], row, job->eyes[1].as<uint8_t>()},
+        const KeptImage images[] = {{input.views[0], row, job->views[0].as<uint8_t>()},
+                                    {input.views[1], row, job->views[1].as<uint8_t>()},
                                     {input.ignore, rig_->width(), job->ignore.as<uint8_t>()}};
         // A device that computes on the processor has better use for the pool.
         keep_pixels(images, rig_->height(), copying_, device_->has_host_memory() ? &context_->services() : nullptr);
@@ -217,7 +217,7 @@ class Tracker::Impl {
         job.reasons = 0;
         job.output.time_count = 0;
         job.output.summary->features = 0;
-        (pipeline_.*with)(job.input, {job.eyes[0].as<uint8_t>().data(), job.eyes[1].as<uint8_t>().data()}, job.output);
+        (pipeline_.*with)(job.input, {job.views[0].as<uint8_t>().data(), job.views[1].as<uint8_t>().data()}, job.output);
     }
 
     // Queues the images of frame `next`, if it was submitted, behind the work on the one before, so that the device has something to do while
@@ -268,18 +268,18 @@ class Tracker::Impl {
     }
 
     // Of the raw image, or where that lies in memory of the rectified one.
-    ImageStatistics statistics_of(const TrackerJob& job, int eye) const {
-        const uint8_t* pixels = job.eyes[eye].as<uint8_t>().data();
-        if (job.input.eyes[static_cast<size_t>(eye)].memory == nullptr)
+    ImageStatistics statistics_of(const TrackerJob& job, int view) const {
+        const uint8_t* pixels = job.views[view].as<uint8_t>().data();
+        if (job.input.views[static_cast<size_t>(view)].memory == nullptr)
             return image_statistics(pixels, rig_->width(), rig_->height(), channels_);
-        return image_statistics(pixels, rig_->width(), rig_->height(), 1, rig_->map(eye));
+        return image_statistics(pixels, rig_->width(), rig_->height(), 1, rig_->map(view));
     }
 
     void capture(TrackerJob& job) {
         std::optional<TemplateData> data = pipeline_.capture();
         if (!data) {
             job.reasons |= DEFREC_REASON_NO_DEPTH;
-            if (pipeline_.eyes_look_swapped()) job.reasons |= DEFREC_REASON_EYES_SWAPPED;
+            if (pipeline_.views_look_swapped()) job.reasons |= DEFREC_REASON_EYES_SWAPPED;
             return;
         }
         adopt(std::make_shared<const Template>(std::move(*data)), true);
@@ -339,7 +339,7 @@ class Tracker::Impl {
         pipeline_.finish(job.output);
         job.announce_end();
         job.evidence = weigh_evidence(surface_->data(), job.output);
-        const Verdict verdict = judge(surface_->data(), job.evidence, tracking_);
+        const Verdict verdict = classify(surface_->data(), job.evidence, tracking_);
         job.reasons |= verdict.reasons;
         degraded_ = verdict.degraded;
         return verdict.found;
@@ -363,7 +363,7 @@ class Tracker::Impl {
         tracking_ = found;
         job.epoch = epoch_;
         job.age = age_;
-        believe(*model_, job.output.samples, !found, age_, job.belief);
+        estimate_confidence(*model_, job.output.samples, !found, age_, job.confidence);
         fit_rigid_motion(*model_, job.output.samples, job.rigid_motion);
         split_samples(job.output.samples, job.vertices, job.normals);
         const std::vector<float>& nodes = surface_->data().nodes;

@@ -122,7 +122,7 @@ TEST_CASE("row 62: a surface without texture is never a template") {
     CHECK(frame.vertices.empty());
 }
 
-TEST_CASE("row 67: one dark eye is lost, with the eye as the reason") {
+TEST_CASE("row 67: one dark view is lost, with the view as the reason") {
     Session session;
     session.track(render(0, 0));
     Pair half = render(0.2, 0);
@@ -132,7 +132,7 @@ TEST_CASE("row 67: one dark eye is lost, with the eye as the reason") {
     CHECK((frame.reasons & DEFREC_REASON_ONE_EYE) != 0);
 }
 
-TEST_CASE("row 6: exchanged eyes are named while there is no template") {
+TEST_CASE("row 6: exchanged views are named while there is no template") {
     Session session;
     Pair pair = render(0, 0);
     std::swap(pair.left, pair.right);

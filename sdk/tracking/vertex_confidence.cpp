@@ -45,37 +45,37 @@ SurfaceModel::SurfaceModel(const TemplateData& given) : data(&given), cell(given
     }
 }
 
-void believe(const SurfaceModel& model, SurfaceSamples samples, bool lost, uint32_t age, VertexBelief& belief) {
+void estimate_confidence(const SurfaceModel& model, SurfaceSamples samples, bool lost, uint32_t age, VertexConfidence& confidence) {
     const SurfaceGrid& grid = model.data->grid;
     const auto count = static_cast<Eigen::Index>(samples.size());
-    belief.status.resize(samples.size());
-    belief.expected_error.resize(samples.size());
-    belief.far_mm.resize(count);
-    belief.residual_mm.resize(count);
-    belief.distance.assign(grid.vertex.size(), 1e6f);
+    confidence.status.resize(samples.size());
+    confidence.expected_error.resize(samples.size());
+    confidence.far_mm.resize(count);
+    confidence.residual_mm.resize(count);
+    confidence.distance.assign(grid.vertex.size(), 1e6f);
     for (size_t i = 0; i < samples.size(); ++i)
-        if (samples[i].observation == DEFREC_OBSERVED) belief.distance[model.cell[i]] = 0;
-    spread_distance(belief.distance, grid.columns, grid.rows);
+        if (samples[i].observation == DEFREC_OBSERVED) confidence.distance[model.cell[i]] = 0;
+    spread_distance(confidence.distance, grid.columns, grid.rows);
     static_assert(DEFREC_POINT_OBSERVED == 0 && DEFREC_POINT_EXTRAPOLATED == 1 && DEFREC_POINT_UNKNOWN == 2);
-    float *far_mm = belief.far_mm.data(), *residual_mm = belief.residual_mm.data();
-    uint8_t* status = belief.status.data();
+    float *far_mm = confidence.far_mm.data(), *residual_mm = confidence.residual_mm.data();
+    uint8_t* status = confidence.status.data();
     for (size_t i = 0; i < samples.size(); ++i) {
-        const float distance = belief.distance[model.cell[i]], far = distance * model.step_mm.data()[i];
+        const float distance = confidence.distance[model.cell[i]], far = distance * model.step_mm.data()[i];
         far_mm[i] = far;
         residual_mm[i] = distance > 0 ? 0 : kResidualShare * samples[i].residual;  // at distance 0 it is observed
         status[i] = static_cast<uint8_t>((distance > 0) + (far > kFarthestMm));
     }
     const float loss = lost ? kGrowthLost * static_cast<float>(std::min(age, kLongestGrowth)) : 0;
-    Eigen::Map<Eigen::ArrayXf>(belief.expected_error.data(), count) =
-        (model.measurement_variance + belief.residual_mm.square()).sqrt() + kGrowth * belief.far_mm.min(kFarthestGrowthMm) +
+    Eigen::Map<Eigen::ArrayXf>(confidence.expected_error.data(), count) =
+        (model.measurement_variance + confidence.residual_mm.square()).sqrt() + kGrowth * confidence.far_mm.min(kFarthestGrowthMm) +
         model.support_error + loss;
-    if (lost) std::fill(belief.status.begin(), belief.status.end(), uint8_t{DEFREC_POINT_UNKNOWN});
+    if (lost) std::fill(confidence.status.begin(), confidence.status.end(), uint8_t{DEFREC_POINT_UNKNOWN});
 }
 
-SurfaceBelief believe_at(const TemplateData& data, const VertexBelief& belief, const double xyz[3]) {
+SurfaceConfidence confidence_at(const TemplateData& data, const VertexConfidence& confidence, const double xyz[3]) {
     constexpr double kGrowthOffSurface = 0.03;  // mm of error per mm from the surface
     const SurfaceGrid& grid = data.grid;
-    SurfaceBelief at;
+    SurfaceConfidence at;
     at.expected_error = 100;
     if (!(xyz[2] > 0 && std::isfinite(xyz[2]))) return at;
     const double u = data.camera.fx * xyz[0] / xyz[2] + data.camera.cx, v = data.camera.fy * xyz[1] / xyz[2] + data.camera.cy;
@@ -101,8 +101,8 @@ SurfaceBelief believe_at(const TemplateData& data, const VertexBelief& belief, c
         squared += difference * difference;
     }
     const double step_mm = grid.spacing * data.vertices[vertex].position[2] / data.camera.fx;
-    at.status = belief.status[vertex];
-    at.expected_error = belief.expected_error[vertex] + kGrowthOffSurface * std::max(0.0, std::sqrt(squared) - 2 * step_mm);
+    at.status = confidence.status[vertex];
+    at.expected_error = confidence.expected_error[vertex] + kGrowthOffSurface * std::max(0.0, std::sqrt(squared) - 2 * step_mm);
     return at;
 }
 

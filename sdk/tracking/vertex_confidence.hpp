@@ -26,7 +26,7 @@ struct SurfaceModel {
 };
 
 // How sure a vertex is: status and expected error, from what was seen of it and round it.
-struct VertexBelief {
+struct VertexConfidence {
     std::vector<uint8_t> status;         // DEFREC_POINT_*
     std::vector<float> expected_error;   // mm, one standard deviation
     // Working memory:
@@ -34,15 +34,15 @@ struct VertexBelief {
     Eigen::ArrayXf far_mm, residual_mm;  // per vertex
 };
 // lost: every vertex becomes unknown, with errors growing by age (frames).
-void believe(const SurfaceModel& model, SurfaceSamples samples, bool lost, uint32_t age, VertexBelief& belief);
+void estimate_confidence(const SurfaceModel& model, SurfaceSamples samples, bool lost, uint32_t age, VertexConfidence& confidence);
 
 // What to believe of a point of the template frame, on the surface or off it: that of the vertices under its pixel, with an error that grows
 // with the distance (mm) from the surface.
-struct SurfaceBelief {
+struct SurfaceConfidence {
     uint8_t status = DEFREC_POINT_UNKNOWN;
     double expected_error = 0;
 };
-SurfaceBelief believe_at(const TemplateData& data, const VertexBelief& belief, const double xyz[3]);
+SurfaceConfidence confidence_at(const TemplateData& data, const VertexConfidence& confidence, const double xyz[3]);
 
 // Best rigid motion from the template's vertices to the deformed ones, 3x4 row-major (Kabsch).
 void fit_rigid_motion(const SurfaceModel& model, SurfaceSamples samples, double motion[12]);

@@ -17,7 +17,7 @@ namespace {
 
 namespace context = boost::context;
 constexpr size_t kStackBytes = 64 * 1024;
-constexpr uint32_t kMostThreads = 1024;
+constexpr uint32_t kMaxThreads = 1024;
 
 uint64_t count(const dim3& size) { return uint64_t{size.x} * size.y * size.z; }
 dim3 place_in(const dim3& size, uint64_t index) {
@@ -42,7 +42,7 @@ class Block {
     explicit Block(const KernelCall& call)
         : call_(call), threads_(count(call.grid.threads)), warps_((threads_ + 31) / 32), dynamic_(call.grid.shared / 16 + 1),
           stacks_(kStackBytes) {
-        if (threads_ == 0 || threads_ > kMostThreads) throw std::logic_error("emulation: a block has 1 to 1024 threads");
+        if (threads_ == 0 || threads_ > kMaxThreads) throw std::logic_error("emulation: a block has 1 to 1024 threads");
         lanes_.resize(threads_);
     }
 

@@ -1,4 +1,4 @@
-// What CUDA answers, as the statuses and sentences of the plugin ABI.
+// What CUDA answers, as the statuses and error messages of the plugin ABI.
 #pragma once
 #include <cuda_runtime_api.h>
 
@@ -12,7 +12,7 @@ defrec_status status_of(cudaError_t error);
 // Whether the process's context of the device is beyond use: every later call answers with the same error.
 bool is_sticky(cudaError_t error);
 
-// Throws StageError with the status and a sentence that names the call, unless all is well.
+// Throws StageError with the status and an error message that names the call, unless all is well.
 void check(cudaError_t error, const char* call);
 
 }  // namespace defrec::cuda

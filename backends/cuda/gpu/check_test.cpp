@@ -46,7 +46,7 @@ std::optional<StageError> thrown_for(cudaError_t error) {
 
 }  // namespace
 
-TEST_CASE("what CUDA answers becomes a status and a sentence that names the call and the error") {
+TEST_CASE("what CUDA answers becomes a status and an error message that names the call and the error") {
     CHECK(!thrown_for(cudaSuccess));
     for (const Row& row : kRows) {
         CAPTURE(cudaGetErrorName(row.error));

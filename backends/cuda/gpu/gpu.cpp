@@ -15,7 +15,7 @@
 namespace defrec::cuda {
 namespace {
 
-constexpr int kLeastCapability = 75;
+constexpr int kMinCapability = 75;
 
 // The driver's functions that the runtime has no counterpart for.
 struct DriverFunctions {
@@ -102,7 +102,7 @@ std::vector<GpuInfo> list_gpus(std::string& why_none) {
         cudaDeviceProp properties;
         check(cudaGetDeviceProperties(&properties, ordinal), "cudaGetDeviceProperties");
         GpuInfo info{ordinal, "cuda:" + uuid_text(properties.uuid), properties.name, driver, properties.totalGlobalMem, {}};
-        if (10 * properties.major + properties.minor < kLeastCapability)
+        if (10 * properties.major + properties.minor < kMinCapability)
             info.lacks = "compute capability " + std::to_string(properties.major) + "." + std::to_string(properties.minor) + "; 7.5 is needed";
         else if (!attribute(cudaDevAttrCooperativeLaunch, ordinal))
             info.lacks = "it cannot launch cooperative grids";

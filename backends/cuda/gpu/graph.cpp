@@ -12,7 +12,7 @@ namespace {
 constexpr size_t kSharedOfAll = 48 * 1024;
 // Bytes up to which a kernel copies instead of the device's copy engines, which take several microseconds more to begin and to end. Reading the
 // host's memory a kernel is slower than they are, and one that copies much takes multiprocessors from other trackers.
-constexpr uint64_t kMostReadByKernel = 64 * 1024, kMostWrittenByKernel = 512 * 1024;
+constexpr uint64_t kMaxReadByKernel = 64 * 1024, kMaxWrittenByKernel = 512 * 1024;
 
 using Nodes = std::vector<cudaGraphNode_t>;
 
@@ -70,7 +70,7 @@ class Builder {
         return add_copy(copy.to, copy.from, copy.size, cudaMemcpyDeviceToDevice, after);
     }
     cudaGraphNode_t add_copy(void* to, const void* from, uint64_t size, cudaMemcpyKind kind, const Nodes& after) {
-        if (size <= (kind == cudaMemcpyHostToDevice ? kMostReadByKernel : kMostWrittenByKernel)) return add(copy_call(to, from, size), after);
+        if (size <= (kind == cudaMemcpyHostToDevice ? kMaxReadByKernel : kMaxWrittenByKernel)) return add(copy_call(to, from, size), after);
         cudaGraphNode_t node = nullptr;
         check(cudaGraphAddMemcpyNode1D(&node, graph_, after.data(), after.size(), to, from, size, kind), "cudaGraphAddMemcpyNode1D");
         return node;
@@ -94,8 +94,8 @@ void allow_shared(const void* function, size_t shared, const Limits& limits) {
     check(cudaFuncGetAttributes(&attributes, function), "cudaFuncGetAttributes");
     if (shared + attributes.sharedSizeBytes <= kSharedOfAll) return;
     // All that the kernel may have, whatever it asks for now: the allowance is the kernel's, and another thread may be asking for more.
-    const int most = static_cast<int>(limits.shared_per_block) - static_cast<int>(attributes.sharedSizeBytes);
-    check(cudaFuncSetAttribute(function, cudaFuncAttributeMaxDynamicSharedMemorySize, most), "cudaFuncSetAttribute");
+    const int maximum = static_cast<int>(limits.shared_per_block) - static_cast<int>(attributes.sharedSizeBytes);
+    check(cudaFuncSetAttribute(function, cudaFuncAttributeMaxDynamicSharedMemorySize, maximum), "cudaFuncSetAttribute");
 }
 
 Graph::Graph(std::span<const Operation> operations, const Progress& progress, const Limits& limits) {

@@ -6,7 +6,7 @@
 namespace defrec::cuda {
 namespace {
 
-constexpr uint32_t kThreads = 256, kMostBlocks = 256;
+constexpr uint32_t kThreads = 256, kMaxBlocks = 256;
 
 __global__ void publish(Progress progress) {
     const uint64_t count = *progress.on_device + 1;
@@ -38,7 +38,7 @@ __global__ void __launch_bounds__(kThreads) copy(uint8_t* to, const uint8_t* fro
 
 Grid grid_for(uint64_t size, size_t word) {
     const uint64_t words = (size + word - 1) / word;
-    return {dim3(std::min(kMostBlocks, cover(std::min<uint64_t>(words, kMostBlocks * kThreads), kThreads))), dim3(kThreads)};
+    return {dim3(std::min(kMaxBlocks, cover(std::min<uint64_t>(words, kMaxBlocks * kThreads), kThreads))), dim3(kThreads)};
 }
 
 }  // namespace

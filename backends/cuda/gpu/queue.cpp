@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kLook{4};    // how long a wait looks before it sleeps: longer than a frame
 constexpr std::chrono::microseconds kSleep{100};
-constexpr size_t kMostGraphs = 128;  // a tracker's frames in flight, its two sets of buffers and an application's ring of memory combine
+constexpr size_t kMaxGraphs = 128;  // a tracker's frames in flight, its two sets of buffers and an application's ring of memory combine
 enum : uint64_t { kRun = 1, kUpload = 2, kDownload = 3 };
 
 uint64_t address(const void* memory) { return reinterpret_cast<uintptr_t>(memory); }
@@ -134,7 +134,7 @@ Graph& Queue::graph_of_pending() {
         graphs_.splice(graphs_.begin(), graphs_, known);
         return known->graph;
     }
-    if (graphs_.size() == kMostGraphs) {
+    if (graphs_.size() == kMaxGraphs) {
         check(cudaStreamSynchronize(stream_), "cudaStreamSynchronize");
         graphs_.pop_back();
     }

@@ -212,11 +212,11 @@ TEST_CASE("more sequences of operations than graphs are kept") {
 TEST_CASE("ranges of every size and alignment are copied, and nothing beside them") {
     if (!under_test::available()) return;
     Queue queue(under_test::device());
-    constexpr uint64_t kMost = (1 << 19) + 1, kRim = 32;
-    const Buffer buffer(under_test::device(), kMost + 2 * kRim);
-    std::vector<uint8_t> values(kMost), out(buffer.size());
+    constexpr uint64_t kMax = (1 << 19) + 1, kRim = 32;
+    const Buffer buffer(under_test::device(), kMax + 2 * kRim);
+    std::vector<uint8_t> values(kMax), out(buffer.size());
     for (size_t i = 0; i < values.size(); ++i) values[i] = static_cast<uint8_t>(1 + i * 2654435761u % 255);
-    for (const uint64_t size : {uint64_t{1}, uint64_t{15}, uint64_t{16}, uint64_t{17}, uint64_t{70003}, kMost - 1, kMost})
+    for (const uint64_t size : {uint64_t{1}, uint64_t{15}, uint64_t{16}, uint64_t{17}, uint64_t{70003}, kMax - 1, kMax})
         for (const uint64_t offset : {0, 1, 4, 16}) {
             under_test::device().clear(buffer.data(), buffer.size());
             queue.write(buffer, kRim + offset, values.data(), size);

@@ -4,7 +4,7 @@
 namespace defrec::cuda {
 namespace {
 
-constexpr size_t kMostRuns = 64;  // both eyes, a tracker's two sets of buffers and an application's ring of memory combine
+constexpr size_t kMaxRuns = 64;  // both views, a tracker's two sets of buffers and an application's ring of memory combine
 
 template <class View>
 std::vector<View> views(Buffers buffers) {
@@ -39,7 +39,7 @@ void RecordedStage::enqueue(Queue& queue, Buffers in, Buffers out) {
             const Gpu::Use use(gpu_);
             stage_->record(recorder, views<InBuffer>(in), views<OutBuffer>(out));
         }
-        if (runs_.size() == kMostRuns) runs_.drop_last();
+        if (runs_.size() == kMaxRuns) runs_.drop_last();
         known = &runs_.add(in, out, std::move(run));
     }
     queue.run(*known);

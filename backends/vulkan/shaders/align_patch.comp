@@ -41,14 +41,14 @@ const int kPlaces = 2 * kSearch + 1, kStrips = (kPlaces + 3) / 4;  // displaceme
 // The window of the live image that the search and the refinement see, four pixels in a word. Its first row is that of the first
 // displacement less one; displacement 0 of a row begins with its second word.
 const int kWindowRows = kSide + kPlaces + 1, kWindowWords = kStrips + kBlocks + 1, kWindow = kWindowRows * kWindowWords;
-const int kMostSums = 10, kParts = kLanes / 8;
+const int kMaxSums = 10, kParts = kLanes / 8;
 
 shared int sampled[kSampled * kSampled];
 shared uint template_pairs[kSide * 2 * kBlocks];  // two of T in 16 bits each; 0 beyond the patch
 shared uint live[kWindow];
 shared uint usable[kWindow];  // 255 or 0 for each pixel
 shared int shifted_rows[(kSide + 3) * kSide];
-shared int addends[kMostSums * kLanes], parts[kMostSums * kParts], sums[kMostSums];
+shared int addends[kMaxSums * kLanes], parts[kMaxSums * kParts], sums[kMaxSums];
 shared int some_hidden, best_score, best_place;
 
 int lane;  // gl_LocalInvocationIndex

@@ -11,14 +11,14 @@ struct DisparityImage {
     int given;                  // 0: no depth anywhere
 };
 
-const float kLeastDepthMm = 1e-3;
+const float kMinDepthMm = 1e-3;
 const int kLargestDepthStep = 32;  // 1/16 px
 const float kDisparityOne = 16.0;
 
 // True, and the pixel, if p lies in front of the camera and inside the image, borders included.
 bool project_inside(Camera camera, DisparityImage image, vec3 p, out vec2 pixel) {
     pixel = vec2(0);
-    if (!(p.z > kLeastDepthMm)) return false;
+    if (!(p.z > kMinDepthMm)) return false;
     pixel = vec2(camera.fx, camera.fy) * (p.xy * (1.0 / p.z)) + vec2(camera.cx, camera.cy);
     return pixel.x >= 0.0 && pixel.y >= 0.0 && pixel.x <= float(image.width - 1) && pixel.y <= float(image.height - 1);
 }
@@ -31,9 +31,9 @@ float live_depth(Camera camera, DisparityImage image, vec2 pixel) {
     const int at = corner.y * image.stride + corner.x;
     const int d00 = LIVE_DISPARITY(at), d01 = LIVE_DISPARITY(at + 1);
     const int d10 = LIVE_DISPARITY(at + image.stride), d11 = LIVE_DISPARITY(at + image.stride + 1);
-    const int least = min(min(d00, d01), min(d10, d11)), most = max(max(d00, d01), max(d10, d11));
+    const int minimum = min(min(d00, d01), min(d10, d11)), maximum = max(max(d00, d01), max(d10, d11));
     float disparity;
-    if (least > 0 && most - least <= kLargestDepthStep) {
+    if (minimum > 0 && maximum - minimum <= kLargestDepthStep) {
         const float above = float(d00) + beyond.x * float(d01 - d00), under = float(d10) + beyond.x * float(d11 - d10);
         disparity = above + beyond.y * (under - above);
     } else {

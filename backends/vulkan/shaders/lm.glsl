@@ -1,6 +1,6 @@
 // What the shaders of stage lm share. docs/stages/lm.md. They run in this order, all recorded before:
 //   [presolve] start, residuals, data, edges, then for each iteration: system, step ..., move, residuals beside edges; at the end finish.
-// Evaluation e (0: of the start, then one for each iteration's trial) is judged by what comes after it: by system, or by finish.
+// Evaluation e (0: of the start, then one for each iteration's trial) is classified by what comes after it: by system, or by finish.
 // Judgement e is written to states[e & 1]; what follows in the iteration looks there whether anything is left to do.
 #include "records.glsl"
 #include "motion.glsl"

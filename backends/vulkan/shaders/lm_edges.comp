@@ -22,7 +22,7 @@ layout(std430, set = 0, binding = 7) readonly buffer States { State states[2]; }
 
 layout(constant_id = 0) const uint kSplit = 8;  // of data
 
-const float kLeastLength = 1e-3;
+const float kMinLength = 1e-3;
 
 shared vec2 shares[kResidualGroup];
 
@@ -46,7 +46,7 @@ float evaluate(uint i, float scale) {
     vec4 qb = trial[kNodeVectors * edge.b];
     if (dot(qa, qb) < 0.0) qb = -qb;
     const vec3 along = trial[kNodeVectors * edge.b + 2].xyz - trial[kNodeVectors * edge.a + 2].xyz;
-    const float size = sqrt(dot(along, along)), divisor = max(size, kLeastLength), stretch = size - edge.rest.w;
+    const float size = sqrt(dot(along, along)), divisor = max(size, kMinLength), stretch = size - edge.rest.w;
     const vec3 now = along / divisor, turned_a = rotate(qa, edge.rest.xyz), turned_b = rotate(qb, -edge.rest.xyz);
     edge_records[kEdgeVectors * i] = vec4(now, divisor);
     edge_records[kEdgeVectors * i + 1] = vec4(turned_a, stretch);

@@ -1,11 +1,11 @@
-// Stage lm: judges the last evaluation, and gives out motions and summary.
+// Stage lm: classifies the last evaluation, and gives out motions and summary.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "lm.glsl"
 layout(local_size_x = 64) in;
-const uint kJudges = 64;
-const bool kJudgeKeeps = true;
-#include "lm_judge.glsl"
+const uint kClassifies = 64;
+const bool kClassifyKeeps = true;
+#include "lm_classify.glsl"
 
 layout(std430, set = 0, binding = 4) readonly buffer Given { Motion motions[]; };
 layout(std430, set = 0, binding = 5) readonly buffer Present { vec4 present[]; };
@@ -17,7 +17,7 @@ float rms(Term term) { return term.weights > 0.0 ? sqrt(term.squares / term.weig
 
 void main() {
     const uint me = gl_LocalInvocationIndex, i = gl_GlobalInvocationID.x;
-    judge(me);
+    classify(me);
     const bool failed = now.failed != 0 || (now.iterations > 0 && now.any_step == 0);
     if (i < push.nodes) {
         DualQuaternion motion = usable_motion(motions[i]);

@@ -4,10 +4,10 @@ void invert(float m[6][6], out float inverse[6][6]) {
     for (int c = 0; c < 6; ++c)
         for (int r = c; r < 6; ++r) {
             float value = m[r][c];
-            const float least = value * 1e-6;
+            const float minimum = value * 1e-6;
             for (int k = 0; k < c; ++k) value -= factor[r][k] * factor[c][k];
             if (r == c) {
-                factor[c][c] = sqrt(max(value, least));
+                factor[c][c] = sqrt(max(value, minimum));
                 own[c][c] = 1.0 / factor[c][c];
             } else {
                 factor[r][c] = value * own[c][c];

@@ -13,8 +13,8 @@ layout(std430, set = 0, binding = 4) buffer Deformed { vec4 deformed[]; };  // l
 layout(std430, set = 0, binding = 5) writeonly buffer Rigid { vec4 rigid[2]; };
 
 const int kRounds = 5;
-const float kLeastMatches = 6;
-const float kLeastSpread = 0.01;  // mm^2
+const float kMinMatches = 6;
+const float kMinSpread = 0.01;  // mm^2
 shared mat3 rotation;  // rows
 shared vec3 shift;
 
@@ -97,7 +97,7 @@ void fit(uint me, float inverse_c2) {
     moments = sum_over_group(moments, me);
     if (me == 0) {
         const mat3 m = any ? moments * (1.0 / total) : mat3(0.0);
-        rotation = second_singular_value(m) > kLeastSpread ? nearest_rotation(m) : mat3(1.0);
+        rotation = second_singular_value(m) > kMinSpread ? nearest_rotation(m) : mat3(1.0);
         shift = to - turned(rotation, from);
     }
     barrier();
@@ -122,7 +122,7 @@ void main() {
         deformed[i] = vec4(apply(blend(moved_by, weight), items[kItemVectors * item].xyz), taken ? matches[i].weight : 0.0);
         count[0].x += taken ? 1.0 : 0.0;
     }
-    const bool enough = sum_over_group(count, me)[0].x >= kLeastMatches;
+    const bool enough = sum_over_group(count, me)[0].x >= kMinMatches;
     for (int round = 0; enough && round < kRounds; ++round) {
         mat3 spread = mat3(0.0);
         for (uint i = me; i < push.landmarks; i += kSize) {

@@ -18,7 +18,7 @@ layout(std430, set = 0, binding = 7) writeonly buffer Terms { Term terms[]; };
 layout(std430, set = 0, binding = 8) readonly buffer States { State states[2]; };
 
 const uint kPoints = 0, kLandmarks = 1, kPatches = 2;
-const float kLeastFacing = 0.25;
+const float kMinFacing = 0.25;
 const float kMatchDepthRoot = 0.5;
 
 shared Term shares[kResidualGroup];
@@ -66,7 +66,7 @@ Term evaluate_point(uint item) {
     if (project_inside(push.camera, push.image, position, pixel)) depth = live_depth(push.camera, push.image, pixel);
     const float range = sqrt(dot(position, position)), slope = dot(normal, position);
     const float difference = (depth - position.z) / position.z;
-    const bool associated = depth > 0.0 && -slope >= kLeastFacing * range && abs(difference) * range <= push.association;
+    const bool associated = depth > 0.0 && -slope >= kMinFacing * range && abs(difference) * range <= push.association;
     if (!associated) {
         store(item, kNoRows, 0.0);
         return Term(0, 0, 0, 0, 1);
@@ -148,7 +148,7 @@ Term evaluate_patch(uint item, uint i) {
     const vec2 ray =
         (vec2(observation.u, observation.v) / 256.0 - vec2(push.camera.cx, push.camera.cy)) / vec2(push.camera.fx, push.camera.fy);
     const vec3 position = apply(motion_of(item), items[kItemVectors * item].xyz);
-    const float px = push.camera.fx / max(position.z, kLeastDepthMm), inverse_c = px / push.patch_tukey;
+    const float px = push.camera.fx / max(position.z, kMinDepthMm), inverse_c = px / push.patch_tukey;
     return evaluate_sighting(item, position, Sighting(ray.x, ray.y, uu, uv, vv, 0.0, 0.0), push.patch_weight, 0.0, inverse_c * inverse_c,
                              px);
 }

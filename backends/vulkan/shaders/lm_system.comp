@@ -1,13 +1,13 @@
-// Stage lm: judges the last evaluation, and if that is the present state linearises there: the control points' own blocks, which are then
+// Stage lm: classifies the last evaluation, and if that is the present state linearises there: the control points' own blocks, which are then
 // damped and inverted, or those above the diagonal. kSplit invocations share a block, each with every kSplit-th of its terms.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "lm.glsl"
 #include "lm_blocks.glsl"
 layout(constant_id = 1) const bool kDiagonal = true;
-const bool kJudgeKeeps = kDiagonal;
-const uint kJudges = kBlockGroup;
-#include "lm_judge.glsl"
+const bool kClassifyKeeps = kDiagonal;
+const uint kClassifies = kBlockGroup;
+#include "lm_classify.glsl"
 #include "lm_inverse.glsl"
 
 layout(std430, set = 0, binding = 4) readonly buffer Blocks { BlockTerms blocks[]; };
@@ -24,7 +24,7 @@ layout(std430, set = 0, binding = 14) writeonly buffer Inverses { vec4 inverses[
 layout(std430, set = 0, binding = 15) writeonly buffer Vectors { vec4 vectors[]; };
 #include "lm_vectors.glsl"
 
-const float kLeastDiagonal = 1e-6;
+const float kMinDiagonal = 1e-6;
 const uint kColumns = kBlockVectors + 2;  // of a block, and its control point's gradient
 
 // A block's quarters, the first and the third transposed, and half the gradient.
@@ -130,8 +130,8 @@ void damp(uint i, uint place, uint first) {
         for (int r = 0; r < 6; ++r) m[r][c] = shares[6 * (r / 3) + c][first][r % 3];
     float trace = 0.0;
     for (int r = 0; r < 6; ++r) trace += m[r][r];
-    const float least = trace > 0.0 ? kLeastDiagonal * trace : 1.0;
-    for (int r = 0; r < 6; ++r) m[r][r] = m[r][r] * (1.0 + now.lambda) + least;
+    const float minimum = trace > 0.0 ? kMinDiagonal * trace : 1.0;
+    for (int r = 0; r < 6; ++r) m[r][r] = m[r][r] * (1.0 + now.lambda) + minimum;
     float inverse[6][6];
     invert(m, inverse);
     for (int half_row = 0; half_row < 2; ++half_row)
@@ -156,7 +156,7 @@ void main() {
     const uint me = gl_LocalInvocationIndex, split = me % kSplit, first = me - split;
     const uint b = gl_GlobalInvocationID.x / kSplit + (kDiagonal ? 0 : push.nodes);
     const bool exists = b < (kDiagonal ? push.nodes : push.blocks);
-    judge(me);
+    classify(me);
     const bool relinearise = accepted && !stopped(now);
     if (kDiagonal && accepted && exists && split == 0)
         for (uint v = 0; v < kNodeVectors; ++v) present[kNodeVectors * b + v] = trial[kNodeVectors * b + v];

@@ -13,7 +13,7 @@ layout(std430, set = 0, binding = 5) writeonly buffer Blocks { uint in_block[]; 
 #include "orb_kept.glsl"
 
 shared uint sums[kScores];
-shared uint least_distance, least_score, in_this_block;
+shared uint min_distance, min_score, in_this_block;
 
 // Adds to each of the sums all behind it.
 void sum_from_behind(uint me) {
@@ -32,22 +32,22 @@ void main() {
     sums[me] = me < kDistances ? counts.of_distance[me] : 0;
     sum_from_behind(me);
     // Here and below one invocation finds the border.
-    if (me >= spacing && me <= kDistances && sums[me] <= capacity && (me == spacing || sums[me - 1] > capacity)) least_distance = me;
+    if (me >= spacing && me <= kDistances && sums[me] <= capacity && (me == spacing || sums[me - 1] > capacity)) min_distance = me;
     barrier();
-    const uint distance = least_distance, kept_farther = sums[distance];
+    const uint distance = min_distance, kept_farther = sums[distance];
     barrier();
 
     sums[me] = counts.of_score[distance - 1][me];
     sum_from_behind(me);
     const uint room = capacity - kept_farther, at_least = me + 1;
     if (distance == spacing) {
-        if (me == 0) least_score = kScores;
+        if (me == 0) min_score = kScores;
     } else if ((at_least == kScores || sums[at_least] <= room) && (me == 0 || sums[me] > room)) {
-        least_score = at_least;
+        min_score = at_least;
     }
     barrier();
 
-    const bvec4 kept = kept_of(int(gl_GlobalInvocationID.x), int(distance), least_score);
+    const bvec4 kept = kept_of(int(gl_GlobalInvocationID.x), int(distance), min_score);
     const uint count = uint(kept.x) + uint(kept.y) + uint(kept.z) + uint(kept.w);
     if (count != 0) atomicAdd(in_this_block, count);
     barrier();
@@ -55,6 +55,6 @@ void main() {
     in_block[gl_WorkGroupID.x] = in_this_block;
     if (gl_WorkGroupID.x == 0) {
         selection.distance = distance;
-        selection.score = least_score;
+        selection.score = min_score;
     }
 }

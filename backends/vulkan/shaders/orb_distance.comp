@@ -13,9 +13,9 @@ layout(std430, set = 0, binding = 2) writeonly buffer Distances { uint8_t distan
 layout(std430, set = 0, binding = 3) buffer CountsBuffer { Counts counts; };
 
 const int kFarthest = 63;
-const int kMostRings = 16;  // with the smallest cells
+const int kMaxRings = 16;  // with the smallest cells
 
-shared uint near_by[(kColumns + 2 * kMostRings) * (kRows + 2 * kMostRings)];  // corners of the group's cells and the rings round them
+shared uint near_by[(kColumns + 2 * kMaxRings) * (kRows + 2 * kMaxRings)];  // corners of the group's cells and the rings round them
 shared uint of_distance[kDistances];
 
 // Rings that can hold a corner nearer than the farthest.

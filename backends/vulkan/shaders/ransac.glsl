@@ -11,7 +11,7 @@ layout(push_constant) uniform Push {
 } push;
 
 const float kKeptWeight = 0.8;
-const float kLeastThreshold = 1.0;  // mm
+const float kMinThreshold = 1.0;  // mm
 const uint kNone = 0xffffffffu;
 
 // What the frame gave, found by the first shader.

@@ -70,6 +70,6 @@ void main() {
     }
     const float mean = sum_over_group(vec4(squares, 0, 0, 0), me).x / float(max(pairs, 1));
     if (me != 0) return;
-    const float threshold = push.threshold > 0.0 ? push.threshold : max(kLeastThreshold, 0.1 * sqrt(mean));
+    const float threshold = push.threshold > 0.0 ? push.threshold : max(kMinThreshold, 0.1 * sqrt(mean));
     frame = Frame(pairs, min(push.references, pairs), threshold, 0);
 }

@@ -3,7 +3,7 @@ layout(push_constant) uniform Push {
     int width, height, stride;
     int half_width, half_height;
     int first, count;  // disparities searched at half resolution
-    float one_over_n, least_score, least_lead;
+    float one_over_n, min_score, min_lead;
     int left_right, texture, support, edge, refine_score;
     int has_mask;                  // of the image that is prepared; of the right one in the refinement
     int has_left_mask;
@@ -36,6 +36,6 @@ int floor_divide(int a, int b) {
 
 // 256 variance >= (push.texture n)^2
 bool has_texture(int variance, int n) {
-    const int64_t least = int64_t(push.texture) * int64_t(n);
-    return int64_t(256) * int64_t(variance) >= least * least;
+    const int64_t minimum = int64_t(push.texture) * int64_t(n);
+    return int64_t(256) * int64_t(variance) >= minimum * minimum;
 }

@@ -24,7 +24,7 @@ void main() {
     if (key != 0 && int(left_usable[i]) != 0) {
         const int d = push.first + (key & 255);
         precise const float lead = score(key) - score(seconds[i]);
-        const bool alone = score(key) >= push.least_score && lead >= push.least_lead;
+        const bool alone = score(key) >= push.min_score && lead >= push.min_lead;
         const bool agrees = abs((right_keys[i - d] & 255) - (key & 255)) <= push.left_right;
         if (alone && agrees && int(right_mask[i - d]) != 0) disparity = 16 * d;
     }

@@ -1,4 +1,4 @@
-// Stage stereo, section 8: refinement; at full resolution also the judgement of section 10. A work group has a tile of 32 x 32 pixels:
+// Stage stereo, section 8: refinement; at full resolution also the classification of section 10. A work group has a tile of 32 x 32 pixels:
 // it makes the right image seen through the hypothesis, and then for the left image and each k sums along the columns of the windows and
 // adds these up for 8 pixels of a row each.
 #version 450
@@ -107,7 +107,7 @@ Pixel refine(int guess, ivec3 z) {
     return pixel;
 }
 
-void judge(Pixel pixel, int x, int y, bool textured) {
+void classify(Pixel pixel, int x, int y, bool textured) {
     const int at = y * push.width + x;
     if (push.wants_refined != 0) refined[at] = int16_t(pixel.disparity);
     if (push.wants_score != 0) score[at] = int16_t(pixel.score);
@@ -189,6 +189,6 @@ void main() {
         if (kHalf)
             result[at.y * size().x + at.x] = int16_t(pixel.disparity);
         else
-            judge(pixel, at.x, at.y, (three.x & 1) != 0);
+            classify(pixel, at.x, at.y, (three.x & 1) != 0);
     }
 }

@@ -14,7 +14,7 @@ layout(std430, set = 0, binding = 2) writeonly buffer Standing { uint8_t standin
 const int kRadius = 4, kTile = 32, kSide = kTile + 2 * kRadius, kInvocations = 256;
 
 shared int cells[kSide][kSide];
-shared int rows_least[kSide][kTile], rows_most[kSide][kTile];
+shared int rows_min[kSide][kTile], rows_max[kSide][kTile];
 
 void main() {
     const ivec2 tile = ivec2(gl_WorkGroupID.xy) * kTile;
@@ -26,26 +26,26 @@ void main() {
     barrier();
     for (int i = me; i < kSide * kTile; i += kInvocations) {
         const int row = i / kTile, column = i % kTile;
-        int least = cells[row][column], most = least;
+        int minimum = cells[row][column], maximum = minimum;
         for (int u = 1; u <= 2 * kRadius; ++u) {
-            least = min(least, cells[row][column + u]);
-            most = max(most, cells[row][column + u]);
+            minimum = min(minimum, cells[row][column + u]);
+            maximum = max(maximum, cells[row][column + u]);
         }
-        rows_least[row][column] = least;
-        rows_most[row][column] = most;
+        rows_min[row][column] = minimum;
+        rows_max[row][column] = maximum;
     }
     barrier();
     for (int i = me; i < kTile * kTile; i += kInvocations) {
         const int row = i / kTile, column = i % kTile, x = tile.x + column, y = tile.y + row;
         if (x >= push.half_width || y >= push.half_height) continue;
-        int least = rows_least[row][column], most = rows_most[row][column];
+        int minimum = rows_min[row][column], maximum = rows_max[row][column];
         for (int v = 1; v <= 2 * kRadius; ++v) {
-            least = min(least, rows_least[row + v][column]);
-            most = max(most, rows_most[row + v][column]);
+            minimum = min(minimum, rows_min[row + v][column]);
+            maximum = max(maximum, rows_max[row + v][column]);
         }
         const int at = y * push.half_width + x;
-        const bool doubtful = cells[row + kRadius][column + kRadius] - least > push.edge;
-        const bool open = most - least > push.edge || int(supported[at]) == kNone;
+        const bool doubtful = cells[row + kRadius][column + kRadius] - minimum > push.edge;
+        const bool open = maximum - minimum > push.edge || int(supported[at]) == kNone;
         standing[at] = uint8_t(doubtful ? kDoubtful : open ? kOpen : kSettled);
     }
 }

@@ -18,10 +18,10 @@ void add_abi_stage_case(std::vector<Case>& cases, const char* name, const char* 
 }
 
 void require_refused(const Instance& instance, const std::string& call, defrec_status status) {
-    const std::string sentence = instance.host().take_error();
+    const std::string message = instance.host().take_error();
     require(status < 0, call, " answered ", defrec_status_name(status), ", a refusal expected");
     require(std::strcmp(defrec_status_name(status), "unknown status") != 0, call, " answered ", status, ", which is no status");
-    require(!sentence.empty(), call, " answered ", defrec_status_name(status), " without telling the host a sentence");
+    require(!message.empty(), call, " answered ", defrec_status_name(status), " without telling the host an error message");
 }
 void require_refused(const Session& session, const std::string& call, defrec_status status) {
     require_refused(session.instance(), call, status);

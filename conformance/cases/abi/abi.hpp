@@ -17,7 +17,7 @@ void add_abi_stage_case(std::vector<Case>& cases, const char* name, const char* 
                         const std::function<void(CaseRun&, uint32_t stage)>& body, uint32_t first = 0,
                         uint32_t end = DEFREC_STAGE_COUNT_V1);
 
-// A refused call: the status is negative, and there is a sentence that says why.
+// A refused call: the status is negative, and there is an error message that says why.
 void require_refused(const Instance& instance, const std::string& call, defrec_status status);
 void require_refused(const Session& session, const std::string& call, defrec_status status);
 

@@ -110,22 +110,22 @@ class WrongCalls {
 
     void counts_and_nulls() {
         expect_refusal("no buffers at all", {}, {});
-        for (size_t count = 0; count < counts_.least_in; ++count)
+        for (size_t count = 0; count < counts_.min_in; ++count)
             expect_refusal(concat(count, " inputs"), first(in_, count), all(out_));
-        for (size_t count = 0; count < counts_.least_out; ++count)
+        for (size_t count = 0; count < counts_.min_out; ++count)
             expect_refusal(concat(count, " outputs"), all(in_), first(out_, count));
-        for (const size_t count : {counts_.most_in + 1, size_t{40}}) {
+        for (const size_t count : {counts_.max_in + 1, size_t{40}}) {
             auto more = all(in_);
             more.resize(count, in_[0].get());
             expect_refusal(concat(count, " inputs"), more, all(out_));
         }
-        for (const size_t count : {counts_.most_out + 1, size_t{40}}) {
+        for (const size_t count : {counts_.max_out + 1, size_t{40}}) {
             auto more = all(out_);
             more.resize(count, out_[0].get());
             expect_refusal(concat(count, " outputs"), all(in_), more);
         }
-        for (size_t i = 0; i < counts_.least_in; ++i) expect_refusal(concat("input ", i, " NULL"), without(in_, i), all(out_));
-        for (size_t i = 0; i < counts_.least_out; ++i) expect_refusal(concat("output ", i, " NULL"), all(in_), without(out_, i));
+        for (size_t i = 0; i < counts_.min_in; ++i) expect_refusal(concat("input ", i, " NULL"), without(in_, i), all(out_));
+        for (size_t i = 0; i < counts_.min_out; ++i) expect_refusal(concat("output ", i, " NULL"), all(in_), without(out_, i));
     }
 
     void too_small() {
@@ -227,7 +227,7 @@ void wrong_prepare(CaseRun& run, uint32_t stage) {
 void add_abi_stage_cases(std::vector<Case>& cases) {
     add_abi_stage_case(cases, "stage_table", "The stage's table is complete and of the definition's version.", table);
     add_abi_stage_case(cases, "stage_create", "The stage can be created and destroyed without being used.", create);
-    add_abi_stage_case(cases, "stage_limits", "Parameters beyond the definition's limits are refused with a sentence.", limits, 0,
+    add_abi_stage_case(cases, "stage_limits", "Parameters beyond the definition's limits are refused with an error message.", limits, 0,
                        kLastLimited + 1);
     add_abi_stage_case(cases, "wrong_buffers", "Too few, too many and missing buffers are refused, and no output touched.",
                        wrong_counts);

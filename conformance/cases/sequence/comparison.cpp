@@ -43,9 +43,9 @@ std::array<uint8_t, 3> colour(double share) {
             static_cast<uint8_t>(235 - 195 * high)};
 }
 
-Picture dimmed(const Footage& footage, size_t frame, std::string title) {
-    const std::vector<uint8_t>& bgr = footage.frames[frame].left;
-    Picture picture{std::move(title), footage.request.width, footage.request.height, std::vector<uint8_t>(bgr.size())};
+Picture dimmed(const RenderedSequence& sequence, size_t frame, std::string title) {
+    const std::vector<uint8_t>& bgr = sequence.frames[frame].left;
+    Picture picture{std::move(title), sequence.request.width, sequence.request.height, std::vector<uint8_t>(bgr.size())};
     for (size_t i = 0; i < bgr.size(); i += 3)
         for (size_t k = 0; k < 3; ++k) picture.pixels[i + k] = static_cast<uint8_t>((bgr[i] + bgr[i + 1] + bgr[i + 2]) / 6);
     return picture;
@@ -74,15 +74,15 @@ double quantile(std::vector<double> values, double share) {
     return *at;
 }
 
-TruthErrors errors_to_truth(const Track& track, const Footage& footage) {
+TruthErrors errors_to_truth(const Track& track, const RenderedSequence& sequence) {
     TruthErrors result;
-    for (size_t i = 0; i < footage.frames.size(); ++i) {
+    for (size_t i = 0; i < sequence.frames.size(); ++i) {
         const TrackedFrame& frame = track.frames[i];
-        for (size_t point = 0; point < footage.frames[i].truth.size(); ++point) {
-            const TruePoint& truth = footage.frames[i].truth[point];
+        for (size_t point = 0; point < sequence.frames[i].truth.size(); ++point) {
+            const TruePoint& truth = sequence.frames[i].truth[point];
             if (!truth.visible) continue;
             ++result.visible;
-            if (!frame.believed() || track.on_surface[point] == 0 || frame.point_status[point] == DEFREC_POINT_UNKNOWN) {
+            if (!frame.has_surface() || track.on_surface[point] == 0 || frame.point_status[point] == DEFREC_POINT_UNKNOWN) {
                 ++result.lost;
                 continue;
             }
@@ -101,12 +101,12 @@ StateDifference state_difference(const Track& expected, const Track& found) {
     StateDifference result;
     for (size_t i = 0; i < expected.frames.size(); ++i) {
         const TrackedFrame &a = expected.frames[i], &b = found.frames[i];
-        const std::string sentence = concat("frame ", i, " is ", describe(b), ", ", describe(a), " expected");
+        const std::string message = concat("frame ", i, " is ", describe(b), ", ", describe(a), " expected");
         if (followed_as(a) != followed_as(b) || a.epoch != b.epoch || a.vertices.size() != b.vertices.size()) {
-            result.other_state = sentence;
+            result.other_state = message;
             break;
         }
-        if ((a.state != b.state || a.reasons != b.reasons) && result.other_reasons++ == 0) result.reasons_sentence = sentence;
+        if ((a.state != b.state || a.reasons != b.reasons) && result.other_reasons++ == 0) result.reasons_message = message;
     }
     return result;
 }
@@ -116,7 +116,7 @@ TrackDistance distance_between(const Track& expected, const Track& found) {
     double worst = 0;
     for (size_t i = 0; i < expected.frames.size(); ++i) {
         const TrackedFrame &a = expected.frames[i], &b = found.frames[i];
-        if (!a.believed() || !b.believed()) continue;
+        if (!a.has_surface() || !b.has_surface()) continue;
         for (size_t vertex = 0; vertex < a.vertex_status.size(); ++vertex) {
             const uint8_t status = a.vertex_status[vertex];
             ++result.vertices;
@@ -133,13 +133,13 @@ TrackDistance distance_between(const Track& expected, const Track& found) {
     return result;
 }
 
-std::vector<Picture> distance_pictures(const Track& expected, const Track& found, const Footage& footage, size_t frame,
+std::vector<Picture> distance_pictures(const Track& expected, const Track& found, const RenderedSequence& sequence, size_t frame,
                                        double full_scale) {
     const TrackedFrame &a = expected.frames[frame], &b = found.frames[frame];
     const std::string where = concat(" in frame ", frame);
-    std::vector<Picture> pictures = {dimmed(footage, frame, "expected depth" + where),
-                                     dimmed(footage, frame, "found depth" + where),
-                                     dimmed(footage, frame, concat("distance", where, "; red: ", full_scale, " mm and more"))};
+    std::vector<Picture> pictures = {dimmed(sequence, frame, "expected depth" + where),
+                                     dimmed(sequence, frame, "found depth" + where),
+                                     dimmed(sequence, frame, concat("distance", where, "; red: ", full_scale, " mm and more"))};
     std::vector<double> depths;
     for (size_t i = 2; i < a.vertices.size(); i += 3) depths.push_back(a.vertices[i]);
     const double near = quantile(depths, 0.02), range = std::max(quantile(depths, 0.98) - near, 1e-3);

@@ -1,4 +1,4 @@
-// The comparisons of the sequence tier, on tracks made by hand, and that footage is what it says.
+// The comparisons of the sequence tier, on tracks made by hand, and that sequence is what it says.
 #include "conformance/cases/sequence/comparison.hpp"
 
 #include <doctest/doctest.h>
@@ -32,8 +32,8 @@ Track two_frames() {
     return track;
 }
 
-Footage two_points() {
-    Footage film{{"by hand", 32, 24, 2}, {}, {16, 12, 17, 12}, std::vector<FilmedFrame>(2)};
+RenderedSequence two_points() {
+    RenderedSequence film{{"by hand", 32, 24, 2}, {}, {16, 12, 17, 12}, std::vector<FilmedFrame>(2)};
     for (FilmedFrame& frame : film.frames) {
         frame.left.assign(32 * 24 * 3, 90);
         frame.truth = {{{0, 0, 80}, true}, {{1, 0, 80}, true}};
@@ -55,7 +55,7 @@ TEST_CASE("quantiles take a value that is there") {
 }
 
 TEST_CASE("errors to the truth: visible points alone, in the rectified camera, and lost ones counted") {
-    Footage film = two_points();
+    RenderedSequence film = two_points();
     Track track = two_frames();
     track.on_surface = {1, 1};
     // The camera as given is turned by a quarter about z.
@@ -86,7 +86,7 @@ TEST_CASE("states: lost or not and the epoch must be the same; other reasons are
     found.frames[1].reasons = DEFREC_REASON_LOW_CONTRAST;
     CHECK(state_difference(expected, found).other_state.empty());
     CHECK(state_difference(expected, found).other_reasons == 1);
-    CHECK(state_difference(expected, found).reasons_sentence.find("frame 1 is degraded") == 0);
+    CHECK(state_difference(expected, found).reasons_message.find("frame 1 is degraded") == 0);
     found.frames[1].state = DEFREC_LOST;
     CHECK(state_difference(expected, found).other_state.find("frame 1 is lost") == 0);
     found = expected;
@@ -128,10 +128,10 @@ TEST_CASE("the pictures show where two tracks part") {
     CHECK(pixel(2, 5, 5)[0] == 45);    // no vertex
 }
 
-TEST_CASE("footage: rendered once, small as asked, with truth for every point") {
-    const FootageRequest request{"heartbeat", 192, 160, 4};
-    const Footage& film = footage(request);
-    CHECK(&film == &footage(request));
+TEST_CASE("sequence: rendered once, small as asked, with truth for every point") {
+    const SequenceRequest request{"heartbeat", 192, 160, 4};
+    const RenderedSequence& film = rendered_sequence(request);
+    CHECK(&film == &rendered_sequence(request));
     REQUIRE(film.frames.size() == 4);
     CHECK(film.points.size() >= 2 * 50);
     for (const FilmedFrame& frame : film.frames) {
@@ -143,10 +143,10 @@ TEST_CASE("footage: rendered once, small as asked, with truth for every point") 
 }
 
 TEST_CASE("the list has limits for each of its sequences, each once") {
-    std::set<FootageRequest> seen;
+    std::set<SequenceRequest> seen;
     for (const SequenceEntry& entry : sequence_list()) {
-        CHECK(seen.insert(entry.footage).second);
-        const std::string size = std::to_string(entry.footage.width) + "x" + std::to_string(entry.footage.height);
+        CHECK(seen.insert(entry.sequence).second);
+        const std::string size = std::to_string(entry.sequence.width) + "x" + std::to_string(entry.sequence.height);
         CHECK_NOTHROW(Tolerances::of_suite().at("sequence.error_" + (entry.hazy ? "hazy" : size)));
     }
 }

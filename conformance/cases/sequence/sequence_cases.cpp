@@ -17,9 +17,9 @@ void measure(CaseRun& run, const std::string& quantity, double maximum, double p
 }
 
 void against_truth(CaseRun& run, const SequenceEntry& entry, const Track& found) {
-    const Footage& film = footage(entry.footage);
+    const RenderedSequence& film = rendered_sequence(entry.sequence);
     const TruthErrors truth = errors_to_truth(found, film);
-    const std::string kind = entry.hazy ? "hazy" : concat(entry.footage.width, "x", entry.footage.height);
+    const std::string kind = entry.hazy ? "hazy" : concat(entry.sequence.width, "x", entry.sequence.height);
     const double median = quantile(truth.errors, 0.5), p95 = quantile(truth.errors, 0.95);
     measure(run, "sequence.error_" + kind, quantile(truth.errors, 1), quantile(truth.errors, 0.99), truth.errors.size());
     measure(run, "sequence.error_p95_" + kind, p95, p95, truth.errors.size());
@@ -35,7 +35,7 @@ void against_reference(CaseRun& run, const SequenceEntry& entry, const Track& ex
     if (entry.hazy)
         measure(run, "sequence.other_reasons_hazy", states.other_reasons, states.other_reasons, found.frames.size());
     else if (states.other_reasons > 0)
-        run.note_failure(states.reasons_sentence);
+        run.note_failure(states.reasons_message);
     const double median = quantile(apart.observed, 0.5);
     measure(run, "sequence.observed" + kind, quantile(apart.observed, 1), quantile(apart.observed, 0.99), apart.observed.size());
     measure(run, "sequence.observed_median" + kind, median, median, apart.observed.size());
@@ -45,12 +45,12 @@ void against_reference(CaseRun& run, const SequenceEntry& entry, const Track& ex
     const bool passed = std::all_of(run.metrics.begin(), run.metrics.end(), [](const Metric& metric) { return metric.passed(); });
     if (passed && run.failure.empty()) return;
     const double scale = run.tolerances().at("sequence.observed" + kind).p99;
-    for (Picture& picture : distance_pictures(expected, found, footage(entry.footage), apart.worst_frame, scale))
+    for (Picture& picture : distance_pictures(expected, found, rendered_sequence(entry.sequence), apart.worst_frame, scale))
         run.show(std::move(picture));
 }
 
 // What the frames of a scene without tissue in them must be, whatever the reference says.
-void lost_without_tissue(const Footage& film, const Track& found) {
+void lost_without_tissue(const RenderedSequence& film, const Track& found) {
     for (size_t i = 0; i < film.frames.size(); ++i) {
         if (film.frames[i].shows_tissue) continue;
         const TrackedFrame& frame = found.frames[i];
@@ -81,7 +81,7 @@ void digest(CaseRun& run, const Track& track) {
 void follow(CaseRun& run, const SequenceEntry& entry) {
     const defrec_device_info& device = run.subject().info();
     if ((device.stages & kEveryStage) != kEveryStage) skip_case("the device does not offer every stage, which tracking needs");
-    const Footage& film = footage(entry.footage);
+    const RenderedSequence& film = rendered_sequence(entry.sequence);
     const Track found = track({run.subject_plugin().files().manifest, device.id}, film);
     const Track& expected = kept_track({run.reference_plugin().files().manifest, run.reference().info().id}, film);
     digest(run, found);
@@ -96,7 +96,7 @@ void follow(CaseRun& run, const SequenceEntry& entry) {
 
 void add_sequence_cases(std::vector<Case>& cases) {
     for (const SequenceEntry& entry : sequence_list()) {
-        const FootageRequest& film = entry.footage;
+        const SequenceRequest& film = entry.sequence;
         cases.push_back({concat("sequence/", film.scene, "_", film.width, "x", film.height), "sequence", "", entry.title,
                          entry.smoke, true, [&entry](CaseRun& run) { follow(run, entry); }});
     }

@@ -2,12 +2,12 @@
 #pragma once
 #include <span>
 
-#include "conformance/cases/sequence/footage.hpp"
+#include "conformance/cases/sequence/rendered_sequence.hpp"
 
 namespace defrec::conformance {
 
 struct SequenceEntry {
-    FootageRequest footage;
+    SequenceRequest sequence;
     const char* title;
     bool smoke = false;  // in the short list
     // Little texture and a veil: decisions amplify rounding far more than elsewhere, so that such scenes have limits of their

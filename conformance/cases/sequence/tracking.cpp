@@ -31,12 +31,12 @@ uint64_t digest_of(const defrec_template_info& info) {
     return digest(hash, info.image, uint64_t{info.width} * info.height);
 }
 
-// The footage's points on the template's surface, xyz in its frame.
-std::vector<double> lift(defrec_rig rig, defrec_template surface, const Footage& footage, Track& track) {
-    const size_t count = footage.points.size() / 2;
-    std::vector<double> rectified(footage.points.size()), xyz(3 * count);
+// The sequence's points on the template's surface, xyz in its frame.
+std::vector<double> lift(defrec_rig rig, defrec_template surface, const RenderedSequence& sequence, Track& track) {
+    const size_t count = sequence.points.size() / 2;
+    std::vector<double> rectified(sequence.points.size()), xyz(3 * count);
     track.on_surface.resize(count);
-    check_api("defrec_rig_rectify_pixels", defrec_rig_rectify_pixels(rig, footage.points.data(), count, rectified.data()));
+    check_api("defrec_rig_rectify_pixels", defrec_rig_rectify_pixels(rig, sequence.points.data(), count, rectified.data()));
     check_api("defrec_template_lift",
               defrec_template_lift(surface, rectified.data(), count, xyz.data(), track.on_surface.data()));
     return xyz;
@@ -81,19 +81,19 @@ TrackerHandle open_tracker(defrec_context context, defrec_rig rig, const std::st
     return tracker;
 }
 
-defrec_image image_of(const Footage& footage, const std::vector<uint8_t>& pixels) {
+defrec_image image_of(const RenderedSequence& sequence, const std::vector<uint8_t>& pixels) {
     defrec_image image;
     DEFREC_INIT(&image);
     image.format = DEFREC_FORMAT_BGR8;
-    image.width = footage.request.width;
-    image.height = footage.request.height;
+    image.width = sequence.request.width;
+    image.height = sequence.request.height;
     image.pixels = pixels.data();
     return image;
 }
 
-JobHandle submit(defrec_tracker tracker, const Footage& footage, size_t frame) {
-    const defrec_image left = image_of(footage, footage.frames[frame].left),
-                       right = image_of(footage, footage.frames[frame].right);
+JobHandle submit(defrec_tracker tracker, const RenderedSequence& sequence, size_t frame) {
+    const defrec_image left = image_of(sequence, sequence.frames[frame].left),
+                       right = image_of(sequence, sequence.frames[frame].right);
     defrec_frame desc;
     DEFREC_INIT(&desc);
     desc.timestamp_ns = kFrameNs * static_cast<int64_t>(frame + 1);
@@ -120,14 +120,14 @@ TrackedFrame result_of(defrec_job job, const std::vector<double>& points) {
     return frame;
 }
 
-Track track(const TrackingDevice& device, const Footage& footage) {
+Track track(const TrackingDevice& device, const RenderedSequence& sequence) {
     const ContextHandle context = open_context(device.manifest);
-    return track_in(context.get(), device.device_id, footage);
+    return track_in(context.get(), device.device_id, sequence);
 }
 
-Track track_in(defrec_context context, const std::string& device_id, const Footage& footage) {
+Track track_in(defrec_context context, const std::string& device_id, const RenderedSequence& sequence) {
     RigHandle rig;
-    check_api("defrec_rig_create", defrec_rig_create(context, &footage.rig, rig.out()));
+    check_api("defrec_rig_create", defrec_rig_create(context, &sequence.rig, rig.out()));
     defrec_rig_info rig_info;
     DEFREC_INIT(&rig_info);
     check_api("defrec_rig_get", defrec_rig_get(rig.get(), &rig_info));
@@ -136,8 +136,8 @@ Track track_in(defrec_context context, const std::string& device_id, const Foota
     track.camera = rig_info.camera;
     const TrackerHandle tracker = open_tracker(context, rig.get(), device_id);
     std::vector<double> points;
-    for (size_t i = 0; i < footage.frames.size(); ++i) {
-        const JobHandle job = submit(tracker.get(), footage, i);
+    for (size_t i = 0; i < sequence.frames.size(); ++i) {
+        const JobHandle job = submit(tracker.get(), sequence, i);
         check_api("defrec_job_wait", defrec_job_wait(job.get(), UINT64_MAX));
         if (i == 0) {
             TemplateHandle surface;
@@ -146,19 +146,19 @@ Track track_in(defrec_context context, const std::string& device_id, const Foota
             DEFREC_INIT(&info);
             check_api("defrec_template_get", defrec_template_get(surface.get(), &info));
             track.template_digest = digest_of(info);
-            points = lift(rig.get(), surface.get(), footage, track);
+            points = lift(rig.get(), surface.get(), sequence, track);
         }
         track.frames.push_back(result_of(job.get(), points));
     }
     return track;
 }
 
-const Track& kept_track(const TrackingDevice& device, const Footage& footage) {
+const Track& kept_track(const TrackingDevice& device, const RenderedSequence& sequence) {
     static std::mutex mutex;
-    static std::map<std::pair<TrackingDevice, FootageRequest>, std::unique_ptr<const Track>> known;
+    static std::map<std::pair<TrackingDevice, SequenceRequest>, std::unique_ptr<const Track>> known;
     const std::lock_guard lock(mutex);
-    auto& kept = known[{device, footage.request}];
-    if (kept == nullptr) kept = std::make_unique<const Track>(track(device, footage));
+    auto& kept = known[{device, sequence.request}];
+    if (kept == nullptr) kept = std::make_unique<const Track>(track(device, sequence));
     return *kept;
 }
 

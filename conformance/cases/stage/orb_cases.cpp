@@ -22,9 +22,9 @@ void compare(CaseRun& run, const StageJob& job, const Expected& expected, const 
 }
 
 uint32_t number(const Expected& expected) { return as<uint32_t>(expected.outputs[0])[0]; }
-Expects at_least(uint32_t least) {
-    return [least](const Expected& expected) {
-        require(number(expected) >= least, "the reference finds ", number(expected), " features, the case is about ", least,
+Expects at_least(uint32_t minimum) {
+    return [minimum](const Expected& expected) {
+        require(number(expected) >= minimum, "the reference finds ", number(expected), " features, the case is about ", minimum,
                 " or more");
     };
 }

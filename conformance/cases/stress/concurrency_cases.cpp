@@ -12,7 +12,7 @@ void many_trackers(CaseRun& run) {
     const TrackingDevice device = tracking_subject(run);
     undisturbed(run);
     constexpr size_t kTrackers = 8;
-    const Footage& film = stress_footage();
+    const RenderedSequence& film = stress_sequence();
     const ContextHandle context = open_context(device.manifest);
     std::vector<Track> tracks(kTrackers);
     on_threads(kTrackers, [&](size_t i) { tracks[i] = track_in(context.get(), device.device_id, film); });
@@ -25,7 +25,7 @@ void many_contexts(CaseRun& run) {
     undisturbed(run);
     constexpr size_t kContexts = 4;
     std::vector<Track> tracks(kContexts);
-    on_threads(kContexts, [&](size_t i) { tracks[i] = track(device, stress_footage()); });
+    on_threads(kContexts, [&](size_t i) { tracks[i] = track(device, stress_sequence()); });
     for (size_t i = 0; i < kContexts; ++i)
         require_same(run, tracks[i], concat("with ", kContexts, " contexts at once, in context ", i));
 }
@@ -44,7 +44,7 @@ TrackerHandle open_deep_tracker(defrec_context context, defrec_rig rig, const st
 void odd_orders(CaseRun& run) {
     const TrackingDevice device = tracking_subject(run);
     const Track& expected = undisturbed(run);
-    const Footage& film = stress_footage();
+    const RenderedSequence& film = stress_sequence();
     const size_t count = film.frames.size();
     ContextHandle context = open_context(device.manifest);
     RigHandle rig = open_rig(context.get(), film);
@@ -82,7 +82,7 @@ void many_readers(CaseRun& run) {
     const TrackingDevice device = tracking_subject(run);
     const Track& expected = undisturbed(run);
     constexpr size_t kReaders = 4;
-    const Footage& film = stress_footage();
+    const RenderedSequence& film = stress_sequence();
     const ContextHandle context = open_context(device.manifest);
     const RigHandle rig = open_rig(context.get(), film);
     const TrackerHandle tracker = open_tracker(context.get(), rig.get(), device.device_id);
@@ -106,7 +106,7 @@ void many_readers(CaseRun& run) {
 // Frames are queued and never waited for; the tracker goes while they run, and somebody waits meanwhile.
 void destroy_while_running(CaseRun& run) {
     const TrackingDevice device = tracking_subject(run);
-    const Footage& film = stress_footage();
+    const RenderedSequence& film = stress_sequence();
     const ContextHandle context = open_context(device.manifest);
     const RigHandle rig = open_rig(context.get(), film);
     for (size_t queued = 1; queued <= film.frames.size(); ++queued) {
@@ -135,7 +135,7 @@ void nothing_left_behind(CaseRun& run) {
         defrec_context_desc desc = stress_context_desc();
         memory.install(desc);
         const ContextHandle context = open_context(device.manifest, desc);
-        track_in(context.get(), device.device_id, stress_footage());
+        track_in(context.get(), device.device_id, stress_sequence());
     };
     once();
     const size_t threads = thread_count();

@@ -19,7 +19,7 @@ struct Attempt {
 
 // A tracker from the beginning to the end, going on after a frame that failed.
 Attempt attempt(defrec_context context, const std::string& device_id) {
-    const Footage& film = stress_footage();
+    const RenderedSequence& film = stress_sequence();
     const RigHandle rig = open_rig(context, film);
     Attempt result;
     defrec_tracker_desc desc;
@@ -27,13 +27,13 @@ Attempt attempt(defrec_context context, const std::string& device_id) {
     desc.device_id = device_id.c_str();
     TrackerHandle tracker;
     if (const defrec_status status = defrec_tracker_create(context, rig.get(), &desc, tracker.out()); status < 0) {
-        require_sentence("defrec_tracker_create");
+        require_message("defrec_tracker_create");
         return {status, "defrec_tracker_create", 0, 0};
     }
     for (size_t i = 0; i < film.frames.size(); ++i) {
         const JobHandle job = submit(tracker.get(), film, i);
         const defrec_status status = defrec_job_wait(job.get(), UINT64_MAX);
-        if (status < 0) require_sentence("defrec_job_wait");
+        if (status < 0) require_message("defrec_job_wait");
         if (result.status != DEFREC_OK) {
             result.frames_computed += status == DEFREC_OK ? 1 : 0;
             require(status == DEFREC_OK || status == result.status, "frame ", i, " ended with ", defrec_status_name(status),
@@ -96,7 +96,7 @@ void fail_calls(CaseRun& run, uint32_t calls, defrec_status status, size_t attem
         require(memory.live() == 0, "after call ", n, " of ", total, " was answered with ", defrec_status_name(status), ", ",
                 memory.live(), " blocks of host memory were not given back");
     }
-    require_same(run, track_in(bystander.get(), device.device_id, stress_footage()), "after the failures of others");
+    require_same(run, track_in(bystander.get(), device.device_id, stress_sequence()), "after the failures of others");
 }
 
 void device_lost(CaseRun& run) { fail_calls(run, kAnyCall, DEFREC_ERROR_DEVICE_LOST, 8); }
@@ -105,7 +105,7 @@ void device_refuses(CaseRun& run) { fail_calls(run, kCallsOfFrames, DEFREC_ERROR
 
 void slow_device(CaseRun& run) {
     const TrackingDevice device = tracking_subject(run);
-    const Footage& film = stress_footage();
+    const RenderedSequence& film = stress_sequence();
     RelayCounts counts;
     RelayPlan plan;
     plan.counts = &counts;
@@ -129,10 +129,10 @@ void slow_device(CaseRun& run) {
 void add_device_failure_cases(std::vector<Case>& cases) {
     add_stress_case(
         cases, "device_lost", kShort,
-        "A device lost at any call: a status, a sentence, nothing but destroying calls, nothing left, others unharmed.",
+        "A device lost at any call: a status, an error message, nothing but destroying calls, nothing left, others unharmed.",
         device_lost);
     add_stress_case(cases, "device_out_of_memory", kLong,
-                    "A device without memory for a queue, buffer or stage: a status, a sentence, nothing left.",
+                    "A device without memory for a queue, buffer or stage: a status, an error message, nothing left.",
                     device_out_of_memory);
     add_stress_case(cases, "device_refuses", kLong,
                     "A device that refuses one call: that frame fails with the status, later ones are tracked.", device_refuses);

@@ -5,7 +5,7 @@
 namespace defrec::conformance {
 namespace {
 
-constexpr size_t kMostFailures = 24;
+constexpr size_t kMaxFailures = 24;
 
 // From nothing to a tracker, and back to nothing. The first status that is not DEFREC_OK.
 defrec_status set_up(const TrackingDevice& device, CountingAllocator& memory, const char*& call) {
@@ -26,7 +26,7 @@ defrec_status set_up(const TrackingDevice& device, CountingAllocator& memory, co
     check_api("defrec_plugin_get", defrec_plugin_get(context.get(), 0, &info));
     if (info.verdict < 0) return info.verdict;
     call = "defrec_rig_create";
-    if (const defrec_status status = defrec_rig_create(context.get(), &stress_footage().rig, rig.out()); status < 0)
+    if (const defrec_status status = defrec_rig_create(context.get(), &stress_sequence().rig, rig.out()); status < 0)
         return status;
     defrec_tracker_desc tracker_desc;
     DEFREC_INIT(&tracker_desc);
@@ -42,13 +42,13 @@ void out_of_memory_in_set_up(CaseRun& run) {
     check_api("the undisturbed set-up", set_up(device, memory, call));
     require(memory.live() == 0, memory.live(), " blocks were not given back by an undisturbed set-up");
     const uint64_t total = memory.taken();
-    for (const uint64_t n : spread_over(total, kMostFailures)) {
+    for (const uint64_t n : spread_over(total, kMaxFailures)) {
         memory.fail_at(n);
         const defrec_status status = set_up(device, memory, call);
         memory.fail_at(0);
         require(status == DEFREC_ERROR_OUT_OF_MEMORY, call, " answered ", defrec_status_name(status), " when allocation ", n,
                 " of ", total, " failed, DEFREC_ERROR_OUT_OF_MEMORY expected");
-        require_sentence(call);
+        require_message(call);
         require(memory.live() == 0, memory.live(), " blocks were not given back after allocation ", n, " of ", total, " failed");
     }
     check_api("the set-up after the failures", set_up(device, memory, call));
@@ -61,13 +61,13 @@ struct Followed {
 
 // All frames; a frame that fails does not end it. call_after is asked after each.
 template <class Between>
-Followed follow(defrec_tracker tracker, const Footage& film, const Between& between) {
+Followed follow(defrec_tracker tracker, const RenderedSequence& film, const Between& between) {
     Followed result;
     for (size_t i = 0; i < film.frames.size(); ++i) {
         const JobHandle job = submit(tracker, film, i);
         const defrec_status status = defrec_job_wait(job.get(), UINT64_MAX);
         if (status < 0) {
-            require_sentence("defrec_job_wait");
+            require_message("defrec_job_wait");
             result.worst = status;
         } else {
             result.last_state = result_of(job.get(), {}).state;
@@ -79,7 +79,7 @@ Followed follow(defrec_tracker tracker, const Footage& film, const Between& betw
 
 void out_of_memory_in_frames(CaseRun& run) {
     const TrackingDevice device = tracking_subject(run);
-    const Footage& film = stress_footage();
+    const RenderedSequence& film = stress_sequence();
     CountingAllocator memory;
     defrec_context_desc desc = stress_context_desc();
     memory.install(desc);
@@ -95,7 +95,7 @@ void out_of_memory_in_frames(CaseRun& run) {
             total = memory.taken() - before;
         }
         const int64_t at_rest = memory.live();
-        for (const uint64_t n : spread_over(total, kMostFailures / 4)) {
+        for (const uint64_t n : spread_over(total, kMaxFailures / 4)) {
             const TrackerHandle tracker = open_tracker(context.get(), rig.get(), device.device_id);
             memory.fail_at(n);
             const Followed followed = follow(tracker.get(), film, nothing);
@@ -114,7 +114,7 @@ void out_of_memory_in_frames(CaseRun& run) {
 
 void no_allocation_in_frames(CaseRun& run) {
     const TrackingDevice device = tracking_subject(run);
-    const Footage& film = stress_footage();
+    const RenderedSequence& film = stress_sequence();
     CountingAllocator memory;
     defrec_context_desc desc = stress_context_desc();
     memory.install(desc);
@@ -134,7 +134,7 @@ void no_allocation_in_frames(CaseRun& run) {
 
 void add_memory_cases(std::vector<Case>& cases) {
     add_stress_case(cases, "out_of_memory_in_set_up", kShort,
-                    "Without memory for the nth block of a set-up there is a status and a sentence, no leak, and the next works.",
+                    "Without memory for the nth block of a set-up there is a status and an error message, no leak, and the next works.",
                     out_of_memory_in_set_up);
     add_stress_case(cases, "out_of_memory_in_frames", kLong,
                     "Without memory for the nth block of a frame the frame fails, no leak, and the next frames are tracked.",

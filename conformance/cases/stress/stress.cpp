@@ -9,7 +9,7 @@
 
 namespace defrec::conformance {
 
-const Footage& stress_footage() { return footage({"heartbeat", 192, 160, 4}); }
+const RenderedSequence& stress_sequence() { return rendered_sequence({"heartbeat", 192, 160, 4}); }
 
 TrackingDevice tracking_subject(CaseRun& run) {
     constexpr uint32_t kEveryStage = (1u << DEFREC_STAGE_COUNT_V1) - 1;
@@ -50,27 +50,27 @@ defrec_context_desc stress_context_desc() {
     return desc;
 }
 
-RigHandle open_rig(defrec_context context, const Footage& footage) {
+RigHandle open_rig(defrec_context context, const RenderedSequence& sequence) {
     RigHandle rig;
-    check_api("defrec_rig_create", defrec_rig_create(context, &footage.rig, rig.out()));
+    check_api("defrec_rig_create", defrec_rig_create(context, &sequence.rig, rig.out()));
     return rig;
 }
 
-void require_sentence(const char* call) {
-    const std::string sentence = defrec_last_error();
-    require(sentence.size() > 8 && sentence.find(' ') != std::string::npos, call, " failed with \"", sentence,
-            "\", a sentence expected");
+void require_message(const char* call) {
+    const std::string message = defrec_last_error();
+    require(message.size() > 8 && message.find(' ') != std::string::npos, call, " failed with \"", message,
+            "\", an error message expected");
 }
 
-std::vector<uint64_t> spread_over(uint64_t total, size_t most) {
+std::vector<uint64_t> spread_over(uint64_t total, size_t maximum) {
     std::vector<uint64_t> chosen;
     if (total == 0) return chosen;
-    for (size_t i = 0; i < most; ++i) chosen.push_back(1 + (total - 1) * i / std::max<size_t>(most - 1, 1));
+    for (size_t i = 0; i < maximum; ++i) chosen.push_back(1 + (total - 1) * i / std::max<size_t>(maximum - 1, 1));
     chosen.erase(std::unique(chosen.begin(), chosen.end()), chosen.end());
     return chosen;
 }
 
-const Track& undisturbed(CaseRun& run) { return kept_track(tracking_subject(run), stress_footage()); }
+const Track& undisturbed(CaseRun& run) { return kept_track(tracking_subject(run), stress_sequence()); }
 
 void require_same(CaseRun& run, const Track& found, const std::string& when) {
     const Track& expected = undisturbed(run);

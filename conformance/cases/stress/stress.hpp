@@ -11,7 +11,7 @@
 namespace defrec::conformance {
 
 // A few small frames: what is tried here is how things end, not how exact they are.
-const Footage& stress_footage();
+const RenderedSequence& stress_sequence();
 
 // Skips the case where the device cannot track.
 TrackingDevice tracking_subject(CaseRun& run);
@@ -35,13 +35,13 @@ class CountingAllocator {
 };
 
 defrec_context_desc stress_context_desc();
-RigHandle open_rig(defrec_context context, const Footage& footage);
+RigHandle open_rig(defrec_context context, const RenderedSequence& sequence);
 
-// What is checked of every failure: a sentence.
-void require_sentence(const char* call);
+// What is checked of every failure: an error message.
+void require_message(const char* call);
 
 // At most `most` of 1..total, the first and the last ones among them, the same each time.
-std::vector<uint64_t> spread_over(uint64_t total, size_t most);
+std::vector<uint64_t> spread_over(uint64_t total, size_t maximum);
 
 // The frames as the device tracks them undisturbed; computed once in a process.
 const Track& undisturbed(CaseRun& run);

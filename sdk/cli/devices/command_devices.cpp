@@ -75,9 +75,9 @@ int verify_all(const DevicesOptions& options) {
         any_device = any_device || !result.devices.empty();
         json["plugins"].push_back({{"path", result.manifest},
                                    {"good", result.is_good},
-                                   {"sentence", result.sentence},
+                                   {"error message", result.message},
                                    {"devices", result.devices}});
-        text += result.manifest + ": " + (result.is_good ? "good: " : "REFUSED: ") + result.sentence + "\n";
+        text += result.manifest + ": " + (result.is_good ? "good: " : "REFUSED: ") + result.message + "\n";
     }
     if (json["plugins"].empty()) text += "no plugin was found\n";
     print(options.json ? json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n" : text);

@@ -40,7 +40,7 @@ std::vector<std::string> manifests_in(const fs::path& folder) {
     return manifests;
 }
 
-// One frame of noise, shifted by a few pixels between the eyes: enough to run every stage that a frame begins
+// One frame of noise, shifted by a few pixels between the views: enough to run every stage that a frame begins
 // with.
 void track_noise(const Context& context, const Device& device) {
     StereoCalibration calibration;
@@ -121,9 +121,9 @@ int wait_until(pid_t child, Clock::time_point deadline, bool& timed_out) {
 }
 
 void read_until(int end, Clock::time_point deadline, std::string& text) {
-    constexpr std::size_t kMostRead = 1 << 20;
+    constexpr std::size_t kMaxRead = 1 << 20;
     char buffer[4096];
-    while (text.size() < kMostRead) {
+    while (text.size() < kMaxRead) {
         const auto left =
             std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
         pollfd waited{end, POLLIN, 0};
@@ -189,21 +189,21 @@ ProbeResult probe_in_child(const std::string& program, const std::string& manife
     result.manifest = manifest;
     const ChildOutput output = run_child({program, "devices", "--probe", manifest}, limit);
     if (output.timed_out) {
-        result.sentence =
+        result.message =
             "it did not answer within " + std::to_string(limit.count() / 1000) + " s and was ended.";
     } else if (WIFSIGNALED(output.status)) {
-        result.sentence = std::string("it crashed the process that opened it (") +
+        result.message = std::string("it crashed the process that opened it (") +
                           ::strsignal(WTERMSIG(output.status)) + ").";
     } else {
         const auto json = nlohmann::json::parse(output.text, nullptr, false);
-        if (!json.is_object() || !json.contains("good") || !json.contains("sentence") ||
+        if (!json.is_object() || !json.contains("good") || !json.contains("error message") ||
             !json.contains("devices")) {
-            result.sentence = "it ended the process that opened it, with exit code " +
+            result.message = "it ended the process that opened it, with exit code " +
                               std::to_string(WEXITSTATUS(output.status)) + ".";
             return result;
         }
         result.is_good = json["good"].get<bool>();
-        result.sentence = json["sentence"].get<std::string>();
+        result.message = json["error message"].get<std::string>();
         result.devices = json["devices"].get<std::vector<std::string>>();
     }
     return result;
@@ -213,26 +213,26 @@ int run_probe(const std::string& manifest) {
     nlohmann::json json;
     std::vector<std::string> tried;
     bool is_good = true;
-    std::string sentence;
+    std::string message;
     try {
         const Context context = open_context({1, true, {manifest}});
         for (const Plugin& plugin : list_plugins(context)) {
             if (plugin.is_loaded) continue;
             is_good = false;
-            sentence = plugin.reason;
+            message = plugin.reason;
         }
         for (const Device& device : list_devices(context)) {
             tried.push_back(device.id);
             if (device.has_every_stage()) track_noise(context, device);
         }
         if (is_good)
-            sentence = tried.empty() ? "it loads and has no device here." : "it loads and tracks a frame.";
+            message = tried.empty() ? "it loads and has no device here." : "it loads and tracks a frame.";
     } catch (const CliError& error) {
         is_good = false;
-        sentence = error.what();
+        message = error.what();
     }
     json["good"] = is_good;
-    json["sentence"] = sentence;
+    json["error message"] = message;
     json["devices"] = tried;
     print(json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) + "\n");
     return static_cast<int>(ExitCode::kOk);

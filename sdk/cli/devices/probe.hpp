@@ -11,7 +11,7 @@ namespace defrec::cli {
 struct ProbeResult {
     std::string manifest;
     bool is_good = false;
-    std::string sentence;              // what is wrong; when good, what was tried
+    std::string message;              // what is wrong; when good, what was tried
     std::vector<std::string> devices;  // ids
 };
 

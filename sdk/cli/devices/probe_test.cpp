@@ -26,19 +26,19 @@ ProbeResult probe_with(const std::string& script,
 TEST_CASE("a plugin that works is reported with its devices, and asked for by its manifest") {
     const ProbeResult result = probe_with(
         "[ \"$1 $2 $3\" = 'devices --probe /plugins/defrec_plugin_x.json' ] || exit 9\n"
-        "echo '{\"good\": true, \"sentence\": \"fine\", \"devices\": [\"x:0\"]}'");
+        "echo '{\"good\": true, \"error message\": \"fine\", \"devices\": [\"x:0\"]}'");
     CHECK(result.is_good);
-    CHECK(result.sentence == "fine");
+    CHECK(result.message == "fine");
     CHECK(result.devices == std::vector<std::string>{"x:0"});
     CHECK(result.manifest == "/plugins/defrec_plugin_x.json");
 }
 
 TEST_CASE("row 37: a plugin that crashes, exits, hangs or talks is reported") {
-    CHECK(probe_with("kill -SEGV $$").sentence.find("crashed") != std::string::npos);
-    CHECK(probe_with("kill -ABRT $$").sentence.find("crashed") != std::string::npos);
-    CHECK(probe_with("exit 3").sentence.find("exit code 3") != std::string::npos);
-    CHECK(probe_with("echo nonsense").sentence.find("exit code 0") != std::string::npos);
-    CHECK(probe_with("exec sleep 100", std::chrono::milliseconds(300)).sentence.find("did not answer") !=
+    CHECK(probe_with("kill -SEGV $$").message.find("crashed") != std::string::npos);
+    CHECK(probe_with("kill -ABRT $$").message.find("crashed") != std::string::npos);
+    CHECK(probe_with("exit 3").message.find("exit code 3") != std::string::npos);
+    CHECK(probe_with("echo nonsense").message.find("exit code 0") != std::string::npos);
+    CHECK(probe_with("exec sleep 100", std::chrono::milliseconds(300)).message.find("did not answer") !=
           std::string::npos);
     CHECK(probe_with("exec yes", std::chrono::milliseconds(300)).is_good == false);
     CHECK_FALSE(probe_with("exec >&-; exec sleep 100", std::chrono::milliseconds(300)).is_good);

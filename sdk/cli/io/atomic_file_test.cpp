@@ -69,13 +69,13 @@ TEST_CASE("a file appears when it is committed, and replaces the one before") {
 TEST_CASE("row 72: a full disk") {
     const TestFolder folder;
     const std::string path = folder / "a.csv";
-    std::string sentence;
+    std::string message;
     {
         const FileSizeLimit limit(1000);
-        sentence = output_failure([&] { write_atomically(path, std::string(100'000, 'x')); });
+        message = output_failure([&] { write_atomically(path, std::string(100'000, 'x')); });
     }
-    CHECK_MESSAGE(sentence.find("a.csv") != std::string::npos, sentence);
-    CHECK_MESSAGE(sentence.find("space") != std::string::npos, sentence);
+    CHECK_MESSAGE(message.find("a.csv") != std::string::npos, message);
+    CHECK_MESSAGE(message.find("space") != std::string::npos, message);
     CHECK(files_in(folder.path()) == 0);
 }
 

@@ -266,7 +266,7 @@ RosCamera read_ros_camera(const YamlDocument& document, CameraCalibration& camer
     return ros;
 }
 
-// camera_info has no R and T: each eye's rectification takes it to a common camera, and P of the right eye is
+// camera_info has no R and T: each view's rectification takes it to a common camera, and P of the right view is
 // [f' 0 cx' -f' B; ...] (sensor_msgs/CameraInfo). Hence R = R2^T R1 and T = R2^T (-B, 0, 0).
 StereoCalibration read_ros_pair(const YamlDocument& left_file, const YamlDocument& right_file) {
     StereoCalibration calibration;

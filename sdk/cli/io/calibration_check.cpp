@@ -21,8 +21,8 @@ constexpr double kRectifiedTolerance = 1e-9;
 
 using Rotation = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-[[noreturn]] void fail(const std::string& origin, const std::string& sentence) {
-    throw CliError(ExitCode::kCalibration, origin + ": " + sentence);
+[[noreturn]] void fail(const std::string& origin, const std::string& message) {
+    throw CliError(ExitCode::kCalibration, origin + ": " + message);
 }
 
 void check_camera(const CameraCalibration& camera) {
@@ -93,7 +93,7 @@ void check_baseline(StereoCalibration& calibration, LengthUnit unit, LengthUnit 
     if (t[0] > 0) {
         fail(calibration.translation_origin,
              "the second camera lies to the left of the first (" + text +
-                 "): the eyes look swapped. Exchange M1, D1 with M2, D2 and invert R and T, or, if only the "
+                 "): the views look swapped. Exchange M1, D1 with M2, D2 and invert R and T, or, if only the "
                  "images were "
                  "named the wrong way round, give them as --left and --right the other way and recalibrate.");
     }

@@ -71,9 +71,9 @@ std::string refusal(const std::string& source, LengthUnit unit = LengthUnit::kGu
 std::string refusal_of_text(const std::string& text, LengthUnit unit = LengthUnit::kGuarded) {
     const TestFolder folder;
     const std::string path = folder.write("calibration.yaml", text);
-    const std::string sentence = refusal(path, unit);
-    if (sentence != "accepted") CHECK(sentence.find("calibration.yaml") != std::string::npos);
-    return sentence;
+    const std::string message = refusal(path, unit);
+    if (message != "accepted") CHECK(message.find("calibration.yaml") != std::string::npos);
+    return message;
 }
 
 StereoCalibration load_text(const std::string& text, LengthUnit unit = LengthUnit::kGuarded) {
@@ -81,7 +81,7 @@ StereoCalibration load_text(const std::string& text, LengthUnit unit = LengthUni
     return load_calibration(folder.write("calibration.yaml", text), unit);
 }
 
-#define CHECK_SAYS(sentence, part) CHECK_MESSAGE((sentence).find(part) != std::string::npos, (sentence))
+#define CHECK_SAYS(message, part) CHECK_MESSAGE((message).find(part) != std::string::npos, (message))
 
 void check_good(const StereoCalibration& calibration) {
     CHECK(calibration.width == 640);
@@ -109,8 +109,8 @@ TEST_CASE("a good file gives its numbers, also with K for M and without a size")
 
 TEST_CASE("row 1: NaN and Inf are refused with file, key and line") {
     for (const char* value : {".nan", ".NaN", ".Inf", "-.inf", "nan", "inf", "1e999"}) {
-        const std::string sentence = refusal_of_text(with(kGood, "701.5", value));
-        CHECK_SAYS(sentence, "calibration.yaml:9: M1");
+        const std::string message = refusal_of_text(with(kGood, "701.5", value));
+        CHECK_SAYS(message, "calibration.yaml:9: M1");
     }
     CHECK_SAYS(refusal_of_text(with(kGood, kT, "-4.6, .Nan, 0")), "calibration.yaml:34: T");
 }
@@ -132,16 +132,16 @@ TEST_CASE("row 3: a zero or tiny baseline is refused") {
 
 TEST_CASE("row 4: metres given for millimetres are guessed, and the override is named and works") {
     const std::string metres = with(kGood, kT, "-0.0046, 0.00001, -0.00002");
-    const std::string sentence = refusal_of_text(metres);
-    CHECK_SAYS(sentence, "metres");
-    CHECK_SAYS(sentence, "--units m");
+    const std::string message = refusal_of_text(metres);
+    CHECK_SAYS(message, "metres");
+    CHECK_SAYS(message, "--units m");
     CHECK(load_text(metres, LengthUnit::kMetre).translation[0] == doctest::Approx(-4.6));
 }
 
-TEST_CASE("row 5: eyes swapped in the calibration are refused with the hint") {
-    const std::string sentence = refusal_of_text(with(kGood, kT, "4.6, 0.01, -0.02"));
-    CHECK_SAYS(sentence, "calibration.yaml:30: T");
-    CHECK_SAYS(sentence, "swapped");
+TEST_CASE("row 5: views swapped in the calibration are refused with the hint") {
+    const std::string message = refusal_of_text(with(kGood, kT, "4.6, 0.01, -0.02"));
+    CHECK_SAYS(message, "calibration.yaml:30: T");
+    CHECK_SAYS(message, "swapped");
 }
 
 TEST_CASE("row 7: an R that is no rotation is refused with the residual") {
@@ -206,10 +206,10 @@ TEST_CASE("row 11: a locale with a decimal comma changes nothing") {
     }
     if (!has_c_locale) MESSAGE("no C locale with a comma is installed; only the C++ one was tried");
     check_good(load_text(kGood));
-    const std::string sentence = refusal_of_text(with(kGood, kT, "4.6, 0.01, -0.02"));
+    const std::string message = refusal_of_text(with(kGood, kT, "4.6, 0.01, -0.02"));
     std::locale::global(before);
     std::setlocale(LC_ALL, c_before.c_str());
-    CHECK_SAYS(sentence, "T = (4.6000, 0.0100, -0.0200)");
+    CHECK_SAYS(message, "T = (4.6000, 0.0100, -0.0200)");
     CHECK_SAYS(refusal_of_text(with(kGood, "701.5", "'701,5'")), "not a number");
 }
 
@@ -247,7 +247,7 @@ TEST_CASE("row 14: empty and binary files are refused; a byte order mark and CR 
     CHECK_SAYS(refusal_of_text("# nothing\n"), "empty");
     CHECK_SAYS(refusal_of_text(std::string("M1: \0\1\2", 7)), "binary");
     CHECK_SAYS(refusal_of_text(std::string("\xFF\xFEM\0", 4)), "UTF-16");
-    CHECK_SAYS(refusal_of_text("just a sentence\n"), "key: value");
+    CHECK_SAYS(refusal_of_text("just an error message\n"), "key: value");
     CHECK_SAYS(refusal_of_text("M1: [1, 2\n"), "not valid YAML");
     check_good(load_text("\xEF\xBB\xBF" + kGood));
     std::string crlf;

@@ -76,8 +76,8 @@ std::int64_t CsvReader::integer(std::size_t column) const {
     return *value;
 }
 
-void CsvReader::fail(const std::string& sentence) const {
-    throw CliError(ExitCode::kInput, path_ + ":" + std::to_string(line_) + ": " + sentence);
+void CsvReader::fail(const std::string& message) const {
+    throw CliError(ExitCode::kInput, path_ + ":" + std::to_string(line_) + ": " + message);
 }
 
 }  // namespace defrec::cli

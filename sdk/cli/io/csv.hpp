@@ -25,7 +25,7 @@ class CsvReader {
     double number(std::size_t column) const;
     std::int64_t integer(std::size_t column) const;
 
-    [[noreturn]] void fail(const std::string& sentence) const;
+    [[noreturn]] void fail(const std::string& message) const;
 
   private:
     std::string_view take_line();

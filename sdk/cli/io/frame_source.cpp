@@ -12,7 +12,7 @@ namespace defrec::cli {
 namespace {
 
 constexpr double kDefaultFps = 30;
-constexpr std::int64_t kMostFrames = 1'000'000'000;
+constexpr std::int64_t kMaxFrames = 1'000'000'000;
 
 struct Pair {
     cv::Mat left, right;
@@ -60,7 +60,7 @@ FrameRange parse_frame_range(const std::string& text) {
     const std::vector<std::string_view> parts = split(text, ':');
     const auto bound = [&](std::string_view part) {
         const std::optional<std::int64_t> value = parse_integer(part);
-        if (!value || *value < 0 || *value > kMostFrames) {
+        if (!value || *value < 0 || *value > kMaxFrames) {
             throw CliError(ExitCode::kUsage, "--frames: '" + text +
                                                  "' is not of the form A:B, A: or :B (frames A to B-1, "
                                                  "counted from 0).");
@@ -128,7 +128,7 @@ struct FrameSource::Impl {
         fault = !left->fault().empty() ? left->fault() : right->fault();
         if (fault.empty() && has_left != has_right) {
             fault = (has_left ? right : left)->source() + ": it ends after " + std::to_string(position) +
-                    " frames, but the other eye goes on.";
+                    " frames, but the other view goes on.";
         }
         return false;
     }
@@ -183,8 +183,8 @@ const std::string& FrameSource::fault() const { return impl_->fault; }
 std::optional<std::int64_t> FrameSource::expected() const {
     std::optional<std::int64_t> end = impl_->left->claimed();
     if (impl_->right && impl_->right->claimed())
-        end = std::min(end.value_or(kMostFrames), *impl_->right->claimed());
-    if (impl_->options.range.last) end = std::min(end.value_or(kMostFrames), *impl_->options.range.last);
+        end = std::min(end.value_or(kMaxFrames), *impl_->right->claimed());
+    if (impl_->options.range.last) end = std::min(end.value_or(kMaxFrames), *impl_->options.range.last);
     if (!end) return std::nullopt;
     return std::max<std::int64_t>(0, *end - impl_->options.range.first);
 }

@@ -16,7 +16,7 @@ using namespace defrec::cli;
 
 namespace {
 
-#define CHECK_SAYS(sentence, part) CHECK_MESSAGE((sentence).find(part) != std::string::npos, (sentence))
+#define CHECK_SAYS(message, part) CHECK_MESSAGE((message).find(part) != std::string::npos, (message))
 
 cv::Mat image_of(int value, cv::Size size = {96, 64}) {
     return cv::Mat(size, CV_8UC3, cv::Scalar::all(value));
@@ -157,7 +157,7 @@ TEST_CASE("row 51: images that do not pair up are refused before anything is tra
     CHECK_SAYS(refusal(two(folder / "l/%d.png", folder / "r/%d.png")), "number 3 is missing");
 }
 
-TEST_CASE("row 56: a size that changes ends the sequence with a sentence") {
+TEST_CASE("row 56: a size that changes ends the sequence with an error message") {
     const TestFolder folder;
     const SourceOptions options = two(write_images(folder / "l", 4, 10), write_images(folder / "r", 4, 50));
     cv::imwrite(folder / "r/2.png", image_of(52, {100, 64}));
@@ -206,7 +206,7 @@ TEST_CASE("row 71: a video is read, and one that is cut short delivers what it h
     CHECK_SAYS(shorter.fault, "short.avi: it ends after 10 frames");
 }
 
-TEST_CASE("row 71: what is no source is refused with a sentence") {
+TEST_CASE("row 71: what is no source is refused with an error message") {
     const TestFolder folder;
     const std::string good = write_images(folder / "good", 1, 10);
     std::filesystem::create_directory(folder / "empty");

@@ -1,4 +1,4 @@
-// The images of one eye, one after the other.
+// The images of one view, one after the other.
 #include "sdk/cli/io/image_stream.hpp"
 
 #include <algorithm>
@@ -21,7 +21,7 @@ constexpr std::int64_t kCountTolerance = 1;
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-[[noreturn]] void fail(const std::string& sentence) { throw CliError(ExitCode::kInput, sentence); }
+[[noreturn]] void fail(const std::string& message) { throw CliError(ExitCode::kInput, message); }
 
 bool is_image_name(const fs::path& path) {
     static const std::vector<std::string> kExtensions = {".png",  ".jpg", ".jpeg", ".bmp", ".tif",

@@ -1,4 +1,4 @@
-// The images of one eye, one after the other: from a video file, a folder in name order, or a numbered
+// The images of one view, one after the other: from a video file, a folder in name order, or a numbered
 // pattern.
 #pragma once
 

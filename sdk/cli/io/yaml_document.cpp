@@ -16,11 +16,11 @@ namespace {
 
 constexpr std::size_t kLargestFile = 1'000'000;
 constexpr std::size_t kDeepestNesting = 16;
-constexpr std::size_t kMostKeys = 500;  // of one map; each key is compared with all before it
+constexpr std::size_t kMaxKeys = 500;  // of one map; each key is compared with all before it
 
 struct Refusal {
     int line;
-    std::string sentence;
+    std::string message;
 };
 
 // Builds the tree from the parser's events, so that a refused construct ends the parsing before it costs
@@ -78,7 +78,7 @@ class TreeBuilder : public YAML::EventHandler {
             throw Refusal{mark.line + 1, key + ": the key stands here again; it was first given in line " +
                                              std::to_string(earlier->line) + "."};
         }
-        if (level.node.entries.size() >= kMostKeys) {
+        if (level.node.entries.size() >= kMaxKeys) {
             throw Refusal{mark.line + 1, "more than 500 keys, the most that is read."};
         }
         level.has_key = true;
@@ -158,7 +158,7 @@ YamlDocument YamlDocument::load(const std::filesystem::path& path, ExitCode code
         if (parser.HandleNextDocument(second))
             document.fail(1, {}, "the file holds more than one YAML document.");
     } catch (const Refusal& refusal) {
-        document.fail(refusal.line, {}, refusal.sentence);
+        document.fail(refusal.line, {}, refusal.message);
     } catch (const YAML::Exception& error) {
         document.fail(error.mark.is_null() ? 1 : error.mark.line + 1, {},
                       "not valid YAML: " + error.msg + ".");
@@ -170,9 +170,9 @@ YamlDocument YamlDocument::load(const std::filesystem::path& path, ExitCode code
     return document;
 }
 
-void YamlDocument::fail(int line, const std::string& key, const std::string& sentence) const {
+void YamlDocument::fail(int line, const std::string& key, const std::string& message) const {
     throw CliError(code_,
-                   path_ + ":" + std::to_string(line) + ": " + (key.empty() ? "" : key + ": ") + sentence);
+                   path_ + ":" + std::to_string(line) + ": " + (key.empty() ? "" : key + ": ") + message);
 }
 
 void YamlDocument::require_known_keys(const YamlNode& map, const std::vector<std::string>& known,

@@ -40,8 +40,8 @@ class YamlDocument {
     const YamlNode& root() const { return root_; }
     const std::string& path() const { return path_; }
 
-    // Throws CliError: "path:line: key: sentence". An empty key is left out.
-    [[noreturn]] void fail(int line, const std::string& key, const std::string& sentence) const;
+    // Throws CliError: "path:line: key: error message". An empty key is left out.
+    [[noreturn]] void fail(int line, const std::string& key, const std::string& message) const;
 
     // Throws for a key of `map` that is not in `known`, naming the nearest that is. `where` goes before the
     // key ("M1.").

@@ -52,7 +52,7 @@ bool Connection::discard_input() {
                 break;
         }
         input_ += done;
-        if (input_ > kMostInput)
+        if (input_ > kMaxInput)
             return ends_because("was dropped, because it sent more than 1 MiB between two frames");
     }
 }

@@ -25,7 +25,7 @@ class Connection {
     // How long a receiver may take for one packet, and how much it may send in the meantime, which is thrown
     // away.
     static constexpr std::chrono::seconds kPacketTime{5};
-    static constexpr std::size_t kMostInput = 1 << 20;
+    static constexpr std::size_t kMaxInput = 1 << 20;
 
     explicit Connection(Socket socket) : socket_(std::move(socket)) { prepare_to_send(socket_); }
 

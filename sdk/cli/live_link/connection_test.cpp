@@ -149,11 +149,11 @@ TEST_CASE("a receiver that closes without a word is noticed without sending") {
 TEST_CASE("what a receiver sends is thrown away, up to a limit that begins anew with each packet") {
     Pair pair;
     for (std::uint64_t number = 1; number <= 3; ++number) {
-        pair.write(Connection::kMostInput);
+        pair.write(Connection::kMaxInput);
         pair.connection->offer(packet(number, 1000), kStart);
         CHECK(pair.read_to_the_end() == text_of(packet(number, 1000)));
     }
-    pair.write(Connection::kMostInput);
+    pair.write(Connection::kMaxInput);
     char more = '?';
     REQUIRE(::send(pair.receiver.descriptor(), &more, 1, 0) == 1);
     CHECK_FALSE(pair.connection->discard_input());

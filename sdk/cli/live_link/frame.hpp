@@ -21,7 +21,7 @@ struct LinkFrame {
     std::int64_t index = 0;         // in the input
     std::int64_t timestamp_ns = 0;  // of the input's clock
     std::uint32_t state = 0, reasons = 0, epoch = 0;
-    // The rest stays empty where the frame has no geometry to be believed.
+    // The rest stays empty where the frame has no geometry to be trusted.
     bool has_geometry = false;
     std::array<double, 12> rigid_motion{};  // from the template frame, rows of [R | t]
     std::vector<float> vertices;            // xyz interleaved

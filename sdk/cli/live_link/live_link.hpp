@@ -14,7 +14,7 @@
 namespace defrec::cli {
 
 // Holds at most, whatever receivers do: one frame that waits, and two packets for each of
-// Transmitter::kMostReceivers receivers.
+// Transmitter::kMaxReceivers receivers.
 class LiveLink {
   public:
     // How long finish() waits at most.

@@ -62,7 +62,7 @@ TEST_CASE("a damaged message is told by its checksum") {
     CHECK_THROWS_WITH(received(bytes), "a message is damaged");
 }
 
-TEST_CASE("without geometry to be believed only the state is sent") {
+TEST_CASE("without geometry to be trusted only the state is sent") {
     for (const auto& [state, name, code] :
          {std::tuple(DEFREC_LOST, "lost", igtl::StatusMessage::STATUS_NOT_FOUND),
           std::tuple(DEFREC_INITIALISING, "initialising", igtl::StatusMessage::STATUS_NOT_READY)}) {

@@ -53,7 +53,7 @@ void Transmitter::wait(milliseconds at_most) {
 }
 
 void Transmitter::accept_receivers() {
-    for (std::size_t i = 0; i < 2 * kMostReceivers; ++i) {
+    for (std::size_t i = 0; i < 2 * kMaxReceivers; ++i) {
         Socket socket;
         switch (accept_from(listener_, socket)) {
             case Accepted::kNobody:
@@ -64,10 +64,10 @@ void Transmitter::accept_receivers() {
             case Accepted::kReceiver:
                 break;
         }
-        if (connections_.size() < kMostReceivers) {
+        if (connections_.size() < kMaxReceivers) {
             add(std::move(socket));
         } else {
-            notice("a receiver was turned away; " + std::to_string(kMostReceivers) + " are connected.");
+            notice("a receiver was turned away; " + std::to_string(kMaxReceivers) + " are connected.");
         }
     }
 }
@@ -158,7 +158,7 @@ LinkCounts Transmitter::counts() const {
 }
 
 void Transmitter::notice(const std::string& text) {
-    if (notice_count_++ < kMostNotices) notices_.push_back("live link: " + text);
+    if (notice_count_++ < kMaxNotices) notices_.push_back("live link: " + text);
 }
 
 }  // namespace defrec::cli

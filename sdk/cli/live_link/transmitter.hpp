@@ -24,7 +24,7 @@ struct LinkCounts {
 // One thread at a time, but for wake().
 class Transmitter {
   public:
-    static constexpr std::size_t kMostReceivers = 8;
+    static constexpr std::size_t kMaxReceivers = 8;
     static constexpr std::chrono::milliseconds kConnectTime{2000};
     static constexpr std::chrono::milliseconds kFirstRetry{250}, kLastRetry{4000};
 
@@ -52,11 +52,11 @@ class Transmitter {
     LinkCounts counts() const;
     // Where it listens, with the port that was chosen, or what it connects to.
     const Endpoint& endpoint() const { return options_.endpoint; }
-    // What became of receivers since the last call, for people. No more than kMostNotices in a run.
+    // What became of receivers since the last call, for people. No more than kMaxNotices in a run.
     std::vector<std::string> take_notices() { return std::exchange(notices_, {}); }
 
   private:
-    static constexpr std::size_t kMostNotices = 100;
+    static constexpr std::size_t kMaxNotices = 100;
     static constexpr std::chrono::seconds kResourcePause{1};
 
     void wait(std::chrono::milliseconds at_most);

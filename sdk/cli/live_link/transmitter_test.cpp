@@ -109,17 +109,17 @@ TEST_CASE("one that vanishes or floods does no harm to the others") {
 TEST_CASE("no more receivers than stated") {
     Transmitter transmitter(kListen);
     std::vector<Socket> receivers;
-    for (std::size_t i = 0; i < Transmitter::kMostReceivers; ++i)
+    for (std::size_t i = 0; i < Transmitter::kMaxReceivers; ++i)
         receivers.push_back(connect_to(transmitter));
-    REQUIRE(step_until_receivers(transmitter, Transmitter::kMostReceivers));
+    REQUIRE(step_until_receivers(transmitter, Transmitter::kMaxReceivers));
     const Socket turned_away = connect_to(transmitter);
     REQUIRE(step_until(transmitter, [&] { return !transmitter.take_notices().empty(); }));
     CHECK(read(turned_away, 1).empty());
-    CHECK(transmitter.receivers() == Transmitter::kMostReceivers);
+    CHECK(transmitter.receivers() == Transmitter::kMaxReceivers);
     receivers.pop_back();
-    REQUIRE(step_until_receivers(transmitter, Transmitter::kMostReceivers - 1));
+    REQUIRE(step_until_receivers(transmitter, Transmitter::kMaxReceivers - 1));
     const Socket next = connect_to(transmitter);
-    CHECK(step_until_receivers(transmitter, Transmitter::kMostReceivers));
+    CHECK(step_until_receivers(transmitter, Transmitter::kMaxReceivers));
 }
 
 TEST_CASE("a server that went away is found again when it is back") {

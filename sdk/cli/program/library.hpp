@@ -34,7 +34,7 @@ T initialised() {
     return value;
 }
 
-// Throws CliError with the library's own sentence for a negative status. Statuses that speak of a device or a
+// Throws CliError with the library's own error message for a negative status. Statuses that speak of a device or a
 // plugin end with kDevice, all others with `otherwise`.
 void require(defrec_status status, ExitCode otherwise, const std::string& doing);
 

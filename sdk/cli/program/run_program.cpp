@@ -33,11 +33,11 @@ void silence_decoders() {
 
 // Frames of the user's own for bench.
 BenchSequence load_frames(const std::string& left, const std::string& right, const std::string& calibration, LengthUnit units) {
-    constexpr int kMostFrames = 200;
+    constexpr int kMaxFrames = 200;
     SourceOptions options;
     options.left = left;
     options.right = right;
-    options.range.last = kMostFrames;
+    options.range.last = kMaxFrames;
     FrameSource source(options);
     BenchSequence sequence{left, load_calibration(calibration, units), {}};
     fit_to_frames(sequence.calibration, source.width(), source.height());

@@ -33,12 +33,12 @@ void Film::advance() {
         return;
     }
     state_ = next;
-    place_eyes();
+    place_views();
     mesh_.deform(scene_.surface, state_.time, state_.motion, {&left_, &right_}, threads_);
     raster_.render(mesh_, left_, threads_, left_hits_);
     raster_.render(mesh_, right_, threads_, right_hits_);
-    paint_eye(true);
-    paint_eye(false);
+    paint_view(true);
+    paint_view(false);
     if (frame_ == 0) {
         choose_points();
     }
@@ -51,7 +51,7 @@ Film::Truth Film::truth(std::size_t point) const {
     return {in_left, visible(in_left)};
 }
 
-void Film::place_eyes() {
+void Film::place_views() {
     const CameraPose& pose = state_.camera;
     left_.rotation = pose.rotation;
     left_.translation = -pose.rotation * pose.centre;
@@ -112,8 +112,8 @@ bool Film::visible(const Eigen::Vector3d& in_left) const {
     return in_left.z() < farthest + kOcclusionSlack;
 }
 
-void Film::paint_eye(bool is_left) {
-    const Eye& eye = is_left ? left_ : right_;
+void Film::paint_view(bool is_left) {
+    const View& view = is_left ? left_ : right_;
     PictureRequest request;
     const Eigen::Vector3d lamp(0.5 * scene_.rig.translation.norm(), -3.0, 0.0);
     request.lighting.lamp =
@@ -125,12 +125,12 @@ void Film::paint_eye(bool is_left) {
     if (!is_left) {
         request.sensor.gain = {0.90f, 0.93f, 0.96f};
         request.sensor.offset = 1.5f;
-        request.eye_offset = -scene_.rig.rotation.transpose() * scene_.rig.translation;
+        request.view_offset = -scene_.rig.rotation.transpose() * scene_.rig.translation;
     }
     request.instrument = state_.instrument;
     request.smoke = state_.smoke;
     request.outside = state_.outside;
-    painter_.paint(eye, is_left ? left_hits_ : right_hits_, request, is_left ? left_bgr_ : right_bgr_);
+    painter_.paint(view, is_left ? left_hits_ : right_hits_, request, is_left ? left_bgr_ : right_bgr_);
 }
 
 std::vector<std::uint16_t> Film::disparity() const {

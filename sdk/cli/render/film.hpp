@@ -1,4 +1,4 @@
-// A scene, filmed frame by frame in memory: the pictures of both eyes and the exact truth. Writes nothing.
+// A scene, filmed frame by frame in memory: the pictures of both views and the exact truth. Writes nothing.
 #pragma once
 
 #include <Eigen/Core>
@@ -44,9 +44,9 @@ class Film {
     const std::vector<Followed>& points() const { return points_; }
 
   private:
-    void place_eyes();
+    void place_views();
     void choose_points();
-    void paint_eye(bool is_left);
+    void paint_view(bool is_left);
     bool visible(const Eigen::Vector3d& in_left) const;
 
     int width_, height_, threads_;
@@ -54,7 +54,7 @@ class Film {
     Scene scene_;
     Tissue tissue_;
     DeformedMesh mesh_;
-    Eye left_, right_;
+    View left_, right_;
     Painter painter_;
     MeshRaster raster_;
     FrameState state_;

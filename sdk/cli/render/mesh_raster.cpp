@@ -1,4 +1,4 @@
-// Which point of the deformed surface each pixel of an eye sees.
+// Which point of the deformed surface each pixel of an view sees.
 #include "sdk/cli/render/mesh_raster.hpp"
 
 #include <Eigen/Geometry>
@@ -26,17 +26,17 @@ DeformedMesh::DeformedMesh(double half_width, double half_height, double spacing
       normals(points.size()) {}
 
 DeformedMesh::Window DeformedMesh::seen_window(const Surface& surface, double time, const Motion& motion,
-                                               const std::vector<const Eye*>& eyes) const {
+                                               const std::vector<const View*>& views) const {
     Window seen{columns, -1, rows, -1};
     for (int j = 0; j < rows; j += kWindowStep) {
         for (int i = 0; i < columns; i += kWindowStep) {
             const Eigen::Vector3d point =
                 surface.at(first_s + i * spacing, first_t + j * spacing, time, motion);
-            for (const Eye* eye : eyes) {
-                const Eigen::Vector3d p = eye->from_scene(point);
+            for (const View* view : views) {
+                const Eigen::Vector3d p = view->from_scene(point);
                 const Eigen::Vector2f ray = (p.head<2>() / std::max(p.z(), kNearest)).cast<float>();
-                if (((ray - eye->lowest_ray).array() > -kWindowMargin).all() &&
-                    ((eye->highest_ray - ray).array() > -kWindowMargin).all()) {
+                if (((ray - view->lowest_ray).array() > -kWindowMargin).all() &&
+                    ((view->highest_ray - ray).array() > -kWindowMargin).all()) {
                     seen.first_column = std::min(seen.first_column, i);
                     seen.last_column = std::max(seen.last_column, i);
                     seen.first_row = std::min(seen.first_row, j);
@@ -51,8 +51,8 @@ DeformedMesh::Window DeformedMesh::seen_window(const Surface& surface, double ti
 }
 
 void DeformedMesh::deform(const Surface& surface, double time, const Motion& motion,
-                          const std::vector<const Eye*>& eyes, int threads) {
-    window = seen_window(surface, time, motion, eyes);
+                          const std::vector<const View*>& views, int threads) {
+    window = seen_window(surface, time, motion, views);
     const Window& w = window;
     parallel_rows(w.last_row - w.first_row + 1, threads, [&](int first, int last) {
         for (int j = w.first_row + first; j < w.first_row + last; ++j) {
@@ -77,7 +77,7 @@ void DeformedMesh::deform(const Surface& surface, double time, const Motion& mot
     });
 }
 
-Eye::Eye(const Lens& its_lens, int its_width, int its_height, int threads)
+View::View(const Lens& its_lens, int its_width, int its_height, int threads)
     : lens(its_lens), width(its_width), height(its_height), rays(static_cast<std::size_t>(width) * height) {
     parallel_rows(height, threads, [&](int first, int last) {
         for (int v = first; v < last; ++v) {
@@ -94,42 +94,42 @@ Eye::Eye(const Lens& its_lens, int its_width, int its_height, int threads)
     }
 }
 
-void MeshRaster::render(const DeformedMesh& mesh, const Eye& eye, int threads, std::vector<Hit>& hits) {
+void MeshRaster::render(const DeformedMesh& mesh, const View& view, int threads, std::vector<Hit>& hits) {
     seen_.resize(mesh.points.size());
-    hits.assign(static_cast<std::size_t>(eye.width) * eye.height, Hit{});
+    hits.assign(static_cast<std::size_t>(view.width) * view.height, Hit{});
     const DeformedMesh::Window& w = mesh.window;
     parallel_rows(w.last_row - w.first_row + 1, threads, [&](int first, int last) {
         for (int j = w.first_row + first; j < w.first_row + last; ++j) {
             for (int column = w.first_column; column <= w.last_column; ++column) {
                 const std::size_t i = static_cast<std::size_t>(j) * mesh.columns + column;
-                const Eigen::Vector3d point = eye.from_scene(mesh.points[i]);
+                const Eigen::Vector3d point = view.from_scene(mesh.points[i]);
                 seen_[i] = {point, -1e6f, -1e6f};
                 // Far outside the image the distortion polynomial folds back; such points are not projected.
                 if (point.z() > kNearest && point.head<2>().cwiseAbs().maxCoeff() < 0.85 * point.z()) {
-                    const Eigen::Vector2d pixel = eye.lens.project(point);
+                    const Eigen::Vector2d pixel = view.lens.project(point);
                     seen_[i].u = static_cast<float>(pixel.x());
                     seen_[i].v = static_cast<float>(pixel.y());
                 }
             }
         }
     });
-    parallel_rows(eye.height, threads, [&](int first, int last) { band(mesh, eye, first, last, hits); });
+    parallel_rows(view.height, threads, [&](int first, int last) { band(mesh, view, first, last, hits); });
 }
 
-void MeshRaster::band(const DeformedMesh& mesh, const Eye& eye, int first, int last,
+void MeshRaster::band(const DeformedMesh& mesh, const View& view, int first, int last,
                       std::vector<Hit>& hits) const {
     const DeformedMesh::Window& w = mesh.window;
     for (int j = w.first_row; j < w.last_row; ++j) {
         for (int i = w.first_column; i < w.last_column; ++i) {
             const int a = j * mesh.columns + i;
             const int b = a + 1, c = a + mesh.columns, d = c + 1;
-            triangle(mesh, eye, {a, b, c}, first, last, hits);
-            triangle(mesh, eye, {b, d, c}, first, last, hits);
+            triangle(mesh, view, {a, b, c}, first, last, hits);
+            triangle(mesh, view, {b, d, c}, first, last, hits);
         }
     }
 }
 
-void MeshRaster::triangle(const DeformedMesh& mesh, const Eye& eye, const int (&corner)[3], int first,
+void MeshRaster::triangle(const DeformedMesh& mesh, const View& view, const int (&corner)[3], int first,
                           int last, std::vector<Hit>& hits) const {
     const Seen& p = seen_[corner[0]];
     const Seen& q = seen_[corner[1]];
@@ -142,7 +142,7 @@ void MeshRaster::triangle(const DeformedMesh& mesh, const Eye& eye, const int (&
     const int v0 = std::max(first, static_cast<int>(std::floor(low_v)));
     const int v1 = std::min(last - 1, static_cast<int>(std::ceil(high_v)));
     const int u0 = std::max(0, static_cast<int>(std::floor(low_u)));
-    const int u1 = std::min(eye.width - 1, static_cast<int>(std::ceil(high_u)));
+    const int u1 = std::min(view.width - 1, static_cast<int>(std::ceil(high_u)));
     if (v0 > v1 || u0 > u1) {
         return;
     }
@@ -155,8 +155,8 @@ void MeshRaster::triangle(const DeformedMesh& mesh, const Eye& eye, const int (&
     const double volume = p.point.dot(np);
     for (int v = v0; v <= v1; ++v) {
         for (int u = u0; u <= u1; ++u) {
-            const std::size_t pixel = static_cast<std::size_t>(v) * eye.width + u;
-            const double x = eye.rays[pixel].x(), y = eye.rays[pixel].y();
+            const std::size_t pixel = static_cast<std::size_t>(v) * view.width + u;
+            const double x = view.rays[pixel].x(), y = view.rays[pixel].y();
             const double wp = np.x() * x + np.y() * y + np.z();
             const double wq = nq.x() * x + nq.y() * y + nq.z();
             const double wr = nr.x() * x + nr.y() * y + nr.z();

@@ -1,4 +1,4 @@
-// Which point of the deformed surface each pixel of an eye sees: a fine mesh of the surface, hit by the exact
+// Which point of the deformed surface each pixel of an view sees: a fine mesh of the surface, hit by the exact
 // ray of every pixel, so that lens distortion costs no accuracy.
 #pragma once
 
@@ -11,8 +11,8 @@
 
 namespace defrec::cli {
 
-/// One eye: its lens, the ray of every pixel, and its pose for the frame.
-struct Eye {
+/// One view: its lens, the ray of every pixel, and its pose for the frame.
+struct View {
     Lens lens;
     int width = 0, height = 0;
     std::vector<Eigen::Vector2f> rays;                       ///< (x/z, y/z), width * height
@@ -20,7 +20,7 @@ struct Eye {
     Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< x_eye = rotation * x_scene + translation
     Eigen::Vector3d translation = Eigen::Vector3d::Zero();
 
-    Eye(const Lens& its_lens, int its_width, int its_height, int threads);
+    View(const Lens& its_lens, int its_width, int its_height, int threads);
     Eigen::Vector3d from_scene(const Eigen::Vector3d& point) const { return rotation * point + translation; }
     Instrument from_scene(Instrument instrument) const {
         instrument.tip = from_scene(instrument.tip);
@@ -30,7 +30,7 @@ struct Eye {
 };
 
 /// A regular mesh in material coordinates, deformed for one frame. Scene's frame, mm. Only the vertices
-/// inside the window, which holds all that the eyes see, are of the frame.
+/// inside the window, which holds all that the views see, are of the frame.
 struct DeformedMesh {
     struct Window {
         int first_column = 0, last_column = -1, first_row = 0, last_row = -1;  ///< inclusive; may be empty
@@ -44,11 +44,11 @@ struct DeformedMesh {
 
     DeformedMesh(double half_width, double half_height, double spacing_mm);
     void deform(const Surface& surface, double time, const Motion& motion,
-                const std::vector<const Eye*>& eyes, int threads);
+                const std::vector<const View*>& views, int threads);
 
   private:
     Window seen_window(const Surface& surface, double time, const Motion& motion,
-                       const std::vector<const Eye*>& eyes) const;
+                       const std::vector<const View*>& views) const;
 };
 
 /// What a pixel sees of the mesh; z is 0 where it sees none.
@@ -62,15 +62,15 @@ struct Hit {
 class MeshRaster {
   public:
     /// hits: width * height. Same result for any number of threads.
-    void render(const DeformedMesh& mesh, const Eye& eye, int threads, std::vector<Hit>& hits);
+    void render(const DeformedMesh& mesh, const View& view, int threads, std::vector<Hit>& hits);
 
   private:
     struct Seen {
-        Eigen::Vector3d point;  ///< eye's frame
+        Eigen::Vector3d point;  ///< view's frame
         float u, v;
     };
-    void band(const DeformedMesh& mesh, const Eye& eye, int first, int last, std::vector<Hit>& hits) const;
-    void triangle(const DeformedMesh& mesh, const Eye& eye, const int (&corner)[3], int first, int last,
+    void band(const DeformedMesh& mesh, const View& view, int first, int last, std::vector<Hit>& hits) const;
+    void triangle(const DeformedMesh& mesh, const View& view, const int (&corner)[3], int first, int last,
                   std::vector<Hit>& hits) const;
 
     std::vector<Seen> seen_;

@@ -1,4 +1,4 @@
-// From what an eye sees to its 8-bit picture.
+// From what an view sees to its 8-bit picture.
 #include "sdk/cli/render/picture.hpp"
 
 #include <Eigen/Geometry>
@@ -52,16 +52,16 @@ float bell(std::uint64_t bits) {
     return (sum - 190.5f) * (1.0f / 64.0f);
 }
 
-Rgb drape_colour(const Eigen::Vector2f& ray, const Eigen::Vector3d& eye_offset) {
+Rgb drape_colour(const Eigen::Vector2f& ray, const Eigen::Vector3d& view_offset) {
     constexpr float kDistance = 260.0f;
-    const float x = kDistance * ray.x() + static_cast<float>(eye_offset.x());
-    const float y = kDistance * ray.y() + static_cast<float>(eye_offset.y());
+    const float x = kDistance * ray.x() + static_cast<float>(view_offset.x());
+    const float y = kDistance * ray.y() + static_cast<float>(view_offset.y());
     const float fold =
         gradient_noise(x / 90.0f, y / 40.0f, 77u) + 0.4f * gradient_noise(x / 31.0f, y / 23.0f, 78u);
     return (0.10f + 0.05f * fold) * Rgb{0.35f, 0.95f, 1.05f};
 }
 
-/// Brushed steel, lit from the lamp. `normal` and `point` in the eye's frame.
+/// Brushed steel, lit from the lamp. `normal` and `point` in the view's frame.
 Rgb steel_colour(const Eigen::Vector3f& point, const Eigen::Vector3f& normal, float along,
                  const Lighting& lighting) {
     const Eigen::Vector3f to_lamp = lighting.lamp.cast<float>() - point;
@@ -80,30 +80,30 @@ Rgb steel_colour(const Eigen::Vector3f& point, const Eigen::Vector3f& normal, fl
 
 }  // namespace
 
-void Painter::paint(const Eye& eye, const std::vector<Hit>& hits, const PictureRequest& request,
+void Painter::paint(const View& view, const std::vector<Hit>& hits, const PictureRequest& request,
                     std::vector<std::uint8_t>& bgr) {
-    light_.resize(static_cast<std::size_t>(eye.width) * eye.height);
+    light_.resize(static_cast<std::size_t>(view.width) * view.height);
     bgr.resize(3 * light_.size());
     if (request.smoke.density > 0) {
-        prepare_smoke(eye, request);
+        prepare_smoke(view, request);
     }
-    parallel_rows(eye.height, threads_,
-                  [&](int first, int last) { paint_rows(eye, hits, request, first, last); });
-    parallel_rows(eye.height, threads_,
-                  [&](int first, int last) { expose_rows(eye, request, first, last, bgr); });
+    parallel_rows(view.height, threads_,
+                  [&](int first, int last) { paint_rows(view, hits, request, first, last); });
+    parallel_rows(view.height, threads_,
+                  [&](int first, int last) { expose_rows(view, request, first, last, bgr); });
 }
 
-Rgb Painter::tissue_colour(const Eye& eye, const Hit& hit, const Eigen::Vector2f& ray,
+Rgb Painter::tissue_colour(const View& view, const Hit& hit, const Eigen::Vector2f& ray,
                            const PictureRequest& request, const Instrument* instrument) const {
     const Eigen::Vector3f point(hit.z * ray.x(), hit.z * ray.y(), hit.z);
-    const Eigen::Matrix3f turn = eye.rotation.cast<float>();
+    const Eigen::Matrix3f turn = view.rotation.cast<float>();
     const Eigen::Vector3f normal = (turn * hit.normal).normalized();
     const Eigen::Vector3f to_lamp = request.lighting.lamp.cast<float>() - point;
     const float distance = to_lamp.norm();
     const Eigen::Vector3f l = to_lamp / distance;
     const Eigen::Vector3f view = -point.normalized();
 
-    const float footprint = hit.z / static_cast<float>(eye.lens.fx);
+    const float footprint = hit.z / static_cast<float>(view.lens.fx);
     const Tissue::Sample sample = tissue_.at(hit.s, hit.t, footprint);
     const Eigen::Vector3f half = (l + view).normalized();
     const float facing = std::max(0.0f, normal.dot(l));
@@ -128,13 +128,13 @@ Rgb Painter::tissue_colour(const Eye& eye, const Hit& hit, const Eigen::Vector2f
     return lit * (facing * sample.albedo + highlight * Rgb{1.0f, 0.97f, 0.93f});
 }
 
-/// instrument: in the eye's frame.
-Rgb Painter::instrument_over(Rgb behind, const Eye& eye, const Hit& hit, const Eigen::Vector2f& ray,
+/// instrument: in the view's frame.
+Rgb Painter::instrument_over(Rgb behind, const View& view, const Hit& hit, const Eigen::Vector2f& ray,
                              const Instrument& instrument, const Lighting& lighting) {
     const Eigen::Vector3d direction(ray.x(), ray.y(), 1.0);
     const double far = hit.z > 0 ? hit.z : 1000.0;
     const Approach near = nearest_approach(instrument, Eigen::Vector3d::Zero(), direction, 1.0, far);
-    const double pixel_mm = near.along_line / eye.lens.fx;
+    const double pixel_mm = near.along_line / view.lens.fx;
     const double cover = std::clamp((instrument.radius - near.distance) / pixel_mm + 0.5, 0.0, 1.0);
     if (cover <= 0) {
         return behind;
@@ -151,48 +151,48 @@ Rgb Painter::instrument_over(Rgb behind, const Eye& eye, const Hit& hit, const E
     return mix(behind, steel, static_cast<float>(cover));
 }
 
-void Painter::paint_rows(const Eye& eye, const std::vector<Hit>& hits, const PictureRequest& request,
+void Painter::paint_rows(const View& view, const std::vector<Hit>& hits, const PictureRequest& request,
                          int first, int last) {
-    const Instrument tool = eye.from_scene(request.instrument.value_or(Instrument{}));
+    const Instrument tool = view.from_scene(request.instrument.value_or(Instrument{}));
     const Instrument* instrument = request.instrument ? &tool : nullptr;
-    const float corner = 0.25f * static_cast<float>(eye.width * eye.width + eye.height * eye.height);
+    const float corner = 0.25f * static_cast<float>(view.width * view.width + view.height * view.height);
     for (int v = first; v < last; ++v) {
-        for (int u = 0; u < eye.width; ++u) {
-            const std::size_t pixel = static_cast<std::size_t>(v) * eye.width + u;
-            const Eigen::Vector2f ray = eye.rays[pixel];
+        for (int u = 0; u < view.width; ++u) {
+            const std::size_t pixel = static_cast<std::size_t>(v) * view.width + u;
+            const Eigen::Vector2f ray = view.rays[pixel];
             const Hit& hit = hits[pixel];
             Rgb colour{0.0008f, 0.0008f, 0.0008f};
             if (request.outside == Outside::drape) {
-                colour = drape_colour(ray, request.eye_offset);
+                colour = drape_colour(ray, request.view_offset);
             } else if (request.outside == Outside::none && hit.z > 0) {
-                colour = tissue_colour(eye, hit, ray, request, instrument);
+                colour = tissue_colour(view, hit, ray, request, instrument);
             }
             if (instrument != nullptr && request.outside == Outside::none) {
-                colour = instrument_over(colour, eye, hit, ray, *instrument, request.lighting);
+                colour = instrument_over(colour, view, hit, ray, *instrument, request.lighting);
             }
             if (request.smoke.density > 0) {
                 colour = mix(colour, kSmokeColour, smoke_at(u, v));
             }
-            const float du = static_cast<float>(u) - 0.5f * static_cast<float>(eye.width);
-            const float dv = static_cast<float>(v) - 0.5f * static_cast<float>(eye.height);
+            const float du = static_cast<float>(u) - 0.5f * static_cast<float>(view.width);
+            const float dv = static_cast<float>(v) - 0.5f * static_cast<float>(view.height);
             light_[pixel] = (1.0f - 0.42f * (du * du + dv * dv) / corner) * colour;
         }
     }
 }
 
-void Painter::expose_rows(const Eye& eye, const PictureRequest& request, int first, int last,
+void Painter::expose_rows(const View& view, const PictureRequest& request, int first, int last,
                           std::vector<std::uint8_t>& bgr) const {
     constexpr float kSide = 0.14f;
     const auto row_blur = [&](int u, int v) {
-        const Rgb* row = light_.data() + static_cast<std::size_t>(v) * eye.width;
-        return kSide * (row[std::max(u - 1, 0)] + row[std::min(u + 1, eye.width - 1)]) +
+        const Rgb* row = light_.data() + static_cast<std::size_t>(v) * view.width;
+        return kSide * (row[std::max(u - 1, 0)] + row[std::min(u + 1, view.width - 1)]) +
                (1.0f - 2.0f * kSide) * row[u];
     };
     const Sensor& sensor = request.sensor;
     for (int v = first; v < last; ++v) {
-        const int above = std::max(v - 1, 0), below = std::min(v + 1, eye.height - 1);
-        for (int u = 0; u < eye.width; ++u) {
-            const std::size_t pixel = static_cast<std::size_t>(v) * eye.width + u;
+        const int above = std::max(v - 1, 0), below = std::min(v + 1, view.height - 1);
+        for (int u = 0; u < view.width; ++u) {
+            const std::size_t pixel = static_cast<std::size_t>(v) * view.width + u;
             const Rgb seen = sensor.gain * (kSide * (row_blur(u, above) + row_blur(u, below)) +
                                             (1.0f - 2.0f * kSide) * row_blur(u, v));
             const std::uint64_t bits = scramble(sensor.seed ^ (pixel * 0xD1B54A32D192ED03ull));
@@ -203,22 +203,22 @@ void Painter::expose_rows(const Eye& eye, const PictureRequest& request, int fir
     }
 }
 
-void Painter::prepare_smoke(const Eye& eye, const PictureRequest& request) {
-    veil_columns_ = (eye.width - 1) / kVeilStep + 2;
-    const int rows = (eye.height - 1) / kVeilStep + 2;
+void Painter::prepare_smoke(const View& view, const PictureRequest& request) {
+    veil_columns_ = (view.width - 1) / kVeilStep + 2;
+    const int rows = (view.height - 1) / kVeilStep + 2;
     veil_.resize(static_cast<std::size_t>(veil_columns_) * rows);
     const auto time = static_cast<float>(request.smoke.time);
     for (int j = 0; j < rows; ++j) {
         for (int i = 0; i < veil_columns_; ++i) {
             const std::size_t pixel =
-                static_cast<std::size_t>(std::min(j * kVeilStep, eye.height - 1)) * eye.width +
-                std::min(i * kVeilStep, eye.width - 1);
-            const Eigen::Vector2f ray = eye.rays[pixel];
+                static_cast<std::size_t>(std::min(j * kVeilStep, view.height - 1)) * view.width +
+                std::min(i * kVeilStep, view.width - 1);
+            const Eigen::Vector2f ray = view.rays[pixel];
             float thickness = 0;
             constexpr float kLayers[3] = {28.0f, 44.0f, 62.0f};
             for (std::uint32_t layer = 0; layer < 3; ++layer) {
-                const float x = kLayers[layer] * ray.x() + static_cast<float>(request.eye_offset.x());
-                const float y = kLayers[layer] * ray.y() + static_cast<float>(request.eye_offset.y());
+                const float x = kLayers[layer] * ray.x() + static_cast<float>(request.view_offset.x());
+                const float y = kLayers[layer] * ray.y() + static_cast<float>(request.view_offset.y());
                 const float curl = gradient_noise(x / 14.0f, y / 14.0f + 0.05f * time, 61u + layer);
                 thickness +=
                     0.40f + 0.45f * gradient_noise((x - 0.35f * time) / 17.0f + 0.6f * curl,

@@ -1,4 +1,4 @@
-// From what an eye sees to its 8-bit picture: light, highlights, instrument, smoke, lens blur and sensor.
+// From what an view sees to its 8-bit picture: light, highlights, instrument, smoke, lens blur and sensor.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,7 +22,7 @@ struct Smoke {
 enum class Outside { none, dark, drape };
 
 struct Lighting {
-    Eigen::Vector3d lamp = Eigen::Vector3d::Zero();  ///< in the eye's frame, mm
+    Eigen::Vector3d lamp = Eigen::Vector3d::Zero();  ///< in the view's frame, mm
     double distance = 80;                            ///< mm, at which exposure holds
     float exposure = 1;
 };
@@ -31,7 +31,7 @@ struct Sensor {
     Rgb gain{1, 1, 1};
     float offset = 0;        ///< grey levels
     float noise = 1;         ///< 1: standard deviation 1.2 to 2 grey levels
-    std::uint64_t seed = 0;  ///< of this eye and frame
+    std::uint64_t seed = 0;  ///< of this view and frame
 };
 
 struct PictureRequest {
@@ -40,7 +40,7 @@ struct PictureRequest {
     std::optional<Instrument> instrument;  ///< scene's frame
     Smoke smoke;
     Outside outside = Outside::none;
-    Eigen::Vector3d eye_offset = Eigen::Vector3d::Zero();  ///< mm, from the left eye; for smoke and drape
+    Eigen::Vector3d view_offset = Eigen::Vector3d::Zero();  ///< mm, from the left view; for smoke and drape
 };
 
 /// Paints the pictures of one size; holds the buffers between frames.
@@ -49,19 +49,19 @@ class Painter {
     Painter(const Tissue& tissue, int threads) : tissue_(tissue), threads_(threads) {}
 
     /// bgr: width * height * 3, written whole. Same bits for any number of threads.
-    void paint(const Eye& eye, const std::vector<Hit>& hits, const PictureRequest& request,
+    void paint(const View& view, const std::vector<Hit>& hits, const PictureRequest& request,
                std::vector<std::uint8_t>& bgr);
 
   private:
-    void paint_rows(const Eye& eye, const std::vector<Hit>& hits, const PictureRequest& request, int first,
+    void paint_rows(const View& view, const std::vector<Hit>& hits, const PictureRequest& request, int first,
                     int last);
-    Rgb tissue_colour(const Eye& eye, const Hit& hit, const Eigen::Vector2f& ray,
+    Rgb tissue_colour(const View& view, const Hit& hit, const Eigen::Vector2f& ray,
                       const PictureRequest& request, const Instrument* instrument) const;
-    static Rgb instrument_over(Rgb behind, const Eye& eye, const Hit& hit, const Eigen::Vector2f& ray,
+    static Rgb instrument_over(Rgb behind, const View& view, const Hit& hit, const Eigen::Vector2f& ray,
                                const Instrument& instrument, const Lighting& lighting);
-    void expose_rows(const Eye& eye, const PictureRequest& request, int first, int last,
+    void expose_rows(const View& view, const PictureRequest& request, int first, int last,
                      std::vector<std::uint8_t>& bgr) const;
-    void prepare_smoke(const Eye& eye, const PictureRequest& request);
+    void prepare_smoke(const View& view, const PictureRequest& request);
     float smoke_at(int u, int v) const;
 
     const Tissue& tissue_;

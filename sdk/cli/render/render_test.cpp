@@ -128,18 +128,18 @@ struct Written {
         REQUIRE(count == truth.size() * points.size());
     }
 
-    cv::Mat image(const char* eye, int frame) const {
-        const cv::Mat picture = cv::imread((folder.path / eye / numbered(frame)).string(), cv::IMREAD_COLOR);
+    cv::Mat image(const char* view, int frame) const {
+        const cv::Mat picture = cv::imread((folder.path / view / numbered(frame)).string(), cv::IMREAD_COLOR);
         REQUIRE(picture.size() == size);
         return picture;
     }
 
-    cv::Mat rectified(const char* eye, int frame) const {
-        const bool left = std::string(eye) == "left";
+    cv::Mat rectified(const char* view, int frame) const {
+        const bool left = std::string(view) == "left";
         cv::Mat x, y, gray, result;
         cv::initUndistortRectifyMap(left ? m1 : m2, left ? d1 : d2, left ? r1 : r2, left ? p1 : p2, size,
                                     CV_32FC1, x, y);
-        cv::cvtColor(image(eye, frame), gray, cv::COLOR_BGR2GRAY);
+        cv::cvtColor(image(view, frame), gray, cv::COLOR_BGR2GRAY);
         cv::remap(gray, result, x, y, cv::INTER_LINEAR);
         return result;
     }
@@ -203,8 +203,8 @@ bool match(const cv::Mat& from, cv::Point2d centre, const cv::Mat& to, cv::Point
     return true;
 }
 
-/// Matches every visible point of `frame` between the rectified eyes; the truth says where it ought to be.
-void check_eyes(const Written& w, int frame) {
+/// Matches every visible point of `frame` between the rectified views; the truth says where it ought to be.
+void check_views(const Written& w, int frame) {
     const cv::Mat left = w.rectified("left", frame), right = w.rectified("right", frame);
     std::vector<double> along, across;
     int tried = 0;
@@ -288,7 +288,7 @@ TEST_CASE(
         const Written w(scene.name, 180, 144, 1);
         CHECK(w.points.size() >= 60);
         CHECK((cv::norm(w.d1) == 0) == scene.rectified);
-        CHECK((cv::norm(w.r, cv::Mat::eye(3, 3, CV_64F)) == 0) == scene.rectified);
+        CHECK((cv::norm(w.r, cv::Mat::view(3, 3, CV_64F)) == 0) == scene.rectified);
         double worst = 0;
         for (std::size_t id = 0; id < w.points.size(); ++id) {
             CHECK(w.truth[0][id].visible);
@@ -298,10 +298,10 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("both eyes show the tissue where the truth has it, f*B/Z apart") {
-    SUBCASE("rectified") { check_eyes(Written("heartbeat", 480, 270, 1), 0); }
-    SUBCASE("raw, later, from a moved camera") { check_eyes(Written("respiration", 480, 270, 4), 3); }
-    SUBCASE("5:4") { check_eyes(Written("stretch", 360, 288, 1), 0); }
+TEST_CASE("both views show the tissue where the truth has it, f*B/Z apart") {
+    SUBCASE("rectified") { check_views(Written("heartbeat", 480, 270, 1), 0); }
+    SUBCASE("raw, later, from a moved camera") { check_views(Written("respiration", 480, 270, 4), 3); }
+    SUBCASE("5:4") { check_views(Written("stretch", 360, 288, 1), 0); }
 }
 
 TEST_CASE("the pictures move as the truth says") {
@@ -334,32 +334,32 @@ TEST_CASE("the disparity picture is f*B/Z of the truth") {
 TEST_CASE("fast-cut jumps by 10 mm and more twice, and not otherwise") {
     const Written w("fast-cut", 160, 120, 9);
     for (std::size_t frame = 1; frame < w.truth.size(); ++frame) {
-        double least = 1e9, most = 0;
+        double minimum = 1e9, maximum = 0;
         for (std::size_t id = 0; id < w.points.size(); ++id) {
             const double step = cv::norm(w.truth[frame][id].point - w.truth[frame - 1][id].point);
-            least = std::min(least, step);
-            most = std::max(most, step);
+            minimum = std::min(minimum, step);
+            maximum = std::max(maximum, step);
         }
         CAPTURE(frame);
         if (frame == 3 || frame == 6) {
-            CHECK(least >= 10.0);
+            CHECK(minimum >= 10.0);
         } else {
-            CHECK(most < 4.0);
+            CHECK(maximum < 4.0);
         }
     }
 }
 
 TEST_CASE("stretch changes distances by 30 % and more") {
     const Written w("stretch", 160, 120, 25);
-    double most = 0;
+    double maximum = 0;
     for (std::size_t id = 1; id < w.points.size(); ++id) {
         if (w.points[id].y == w.points[id - 1].y) {
             const double before = cv::norm(w.truth[0][id].point - w.truth[0][id - 1].point);
-            most = std::max(most, cv::norm(w.truth[24][id].point - w.truth[24][id - 1].point) / before);
+            maximum = std::max(maximum, cv::norm(w.truth[24][id].point - w.truth[24][id - 1].point) / before);
         }
     }
-    CHECK(most > 1.30);
-    CHECK(most < 1.50);
+    CHECK(maximum > 1.30);
+    CHECK(maximum < 1.50);
 }
 
 TEST_CASE("out of the body nothing is visible, before and after most is") {

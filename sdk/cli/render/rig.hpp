@@ -1,5 +1,5 @@
 // The stereo camera of a reference sequence: lenses with OpenCV's distortion model and the pose between the
-// eyes.
+// views.
 #pragma once
 
 #include <Eigen/Core>

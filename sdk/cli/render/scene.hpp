@@ -16,7 +16,7 @@
 
 namespace defrec::cli {
 
-/// x_camera = rotation * (x_scene - centre), for the left eye.
+/// x_camera = rotation * (x_scene - centre), for the left view.
 struct CameraPose {
     Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();

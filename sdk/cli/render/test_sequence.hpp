@@ -40,12 +40,12 @@ inline std::vector<std::filesystem::path> images_of(const std::filesystem::path&
 // Fills left/ and right/ of the folder with 2000 frames, those of the sequence again and again.
 inline void repeat_sequence(const TestFolder& sequence, const TestFolder& folder) {
     namespace fs = std::filesystem;
-    for (const char* eye : {"left", "right"}) {
-        fs::create_directory(folder / eye);
-        const std::vector<fs::path> files = images_of(sequence / eye);
+    for (const char* view : {"left", "right"}) {
+        fs::create_directory(folder / view);
+        const std::vector<fs::path> files = images_of(sequence / view);
         for (std::size_t i = 0; i < 2000; ++i) {
             const std::string number = std::to_string(100000 + i);
-            fs::create_symlink(files[i % files.size()], folder.path() / eye / (number + ".png"));
+            fs::create_symlink(files[i % files.size()], folder.path() / view / (number + ".png"));
         }
     }
 }

@@ -15,7 +15,7 @@ constexpr float kTableStep = 0.25f;   // mm
 constexpr float kSegmentStep = 0.7f;  // mm
 constexpr float kThinnest = 0.06f;    // mm, radius at which a vessel ends
 constexpr float kWidestBlur = 0.30f;  // mm, by which a vessel may be widened for a coarse camera
-constexpr std::size_t kMostSegments = 40000;
+constexpr std::size_t kMaxSegments = 40000;
 
 /// 1 for details of many pixels, 0 below two pixels.
 float resolved(float wavelength, float footprint) { return smooth_step(1.6f, 3.2f, wavelength / footprint); }
@@ -51,7 +51,7 @@ void Tissue::grow_vessels(std::uint64_t seed) {
         root.heading += static_cast<float>(std::numbers::pi);
         open.push_back(root);
     }
-    while (!open.empty() && segments_.size() < kMostSegments) {
+    while (!open.empty() && segments_.size() < kMaxSegments) {
         const Branch branch = open.back();
         open.pop_back();
         grow_branch(branch, random, open);

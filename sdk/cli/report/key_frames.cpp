@@ -9,7 +9,7 @@ namespace defrec::cli {
 namespace {
 
 /// The change that lies nearest after the one before it: its loss costs least.
-std::size_t most_crowded(const std::vector<KeyFrame>& changes) {
+std::size_t max_crowded(const std::vector<KeyFrame>& changes) {
     std::size_t result = 1;
     for (std::size_t i = 2; i < changes.size(); ++i)
         if (changes[i].frame - changes[i - 1].frame < changes[result].frame - changes[result - 1].frame)
@@ -26,7 +26,7 @@ bool KeyFrames::wants(std::int64_t frame, const std::string& state) {
     const bool even = even_.offer();
     if (as_change_ && changes_.size() == kChanges) {
         // Painting and encoding a picture that would be the one to go is not worth it.
-        const std::size_t crowded = most_crowded(changes_);
+        const std::size_t crowded = max_crowded(changes_);
         as_change_ = frame - changes_.back().frame > changes_[crowded].frame - changes_[crowded - 1].frame;
     }
     return as_change_ || even;
@@ -40,7 +40,7 @@ void KeyFrames::add(KeyFrame picture) {
     }
     changes_.push_back(std::move(picture));
     if (changes_.size() > kChanges)
-        changes_.erase(changes_.begin() + static_cast<std::ptrdiff_t>(most_crowded(changes_)));
+        changes_.erase(changes_.begin() + static_cast<std::ptrdiff_t>(max_crowded(changes_)));
 }
 
 std::vector<KeyFrame> KeyFrames::sorted() const {

@@ -59,7 +59,7 @@ class OverlayWriter {
 
     /// The file written: the path given, or one with another extension if the codec asked for it.
     const std::filesystem::path& path() const;
-    /// Empty, or a sentence for the user: which codec was used in place of H.264.
+    /// Empty, or an error message for the user: which codec was used in place of H.264.
     const std::string& note() const;
 
   private:

@@ -26,7 +26,7 @@ struct ReportMeta {
     std::string version;       ///< of defrec
     std::string overlay_file;  ///< name of the video beside the report, or empty
     std::vector<std::pair<std::string, std::string>> facts;  ///< further lines: "Calibration", "stereo.yaml"
-    std::vector<std::string> notes;                          ///< sentences the reader should know: warnings
+    std::vector<std::string> notes;                          ///< error messages the reader should know: warnings
 };
 
 /// Collects frames and writes the page. Memory is bounded whatever the length of the sequence: at most 120

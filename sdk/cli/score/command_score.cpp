@@ -21,16 +21,16 @@ struct ScoreOptions {
 
 int run_score(const ScoreOptions& options) {
     const Score score = score_folder(options.folder, options.truth, options.range);
-    const std::string sentence = exceeded(score, options.max_median, options.max_p95);
+    const std::string message = exceeded(score, options.max_median, options.max_p95);
     if (options.json) {
         nlohmann::ordered_json json = score_json(score);
-        json["passed"] = sentence.empty();
+        json["passed"] = message.empty();
         print(json.dump(2) + "\n");
     } else if (!options.quiet) {
         print(score_table(score));
     }
-    if (sentence.empty()) return static_cast<int>(ExitCode::kOk);
-    print_notice(sentence);
+    if (message.empty()) return static_cast<int>(ExitCode::kOk);
+    print_notice(message);
     return static_cast<int>(ExitCode::kBelowThreshold);
 }
 

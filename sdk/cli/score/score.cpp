@@ -226,19 +226,19 @@ nlohmann::ordered_json score_json(const Score& score) {
 }
 
 std::string exceeded(const Score& score, std::optional<double> max_median, std::optional<double> max_p95) {
-    std::string sentence;
+    std::string message;
     const ErrorSummary& visible = score.all.visible;
     const auto check = [&](const char* name, double value, std::optional<double> limit) {
         if (!limit || (visible.count > 0 && value <= *limit)) return;
-        sentence += (sentence.empty() ? "" : "; ");
-        sentence += std::string(name) + " over visible points is " +
+        message += (message.empty() ? "" : "; ");
+        message += std::string(name) + " over visible points is " +
                     (visible.count > 0 ? format_fixed(value, 3) + " mm"
                                        : std::string("not to be had, all are lost")) +
                     ", asked were at most " + format_fixed(*limit, 3) + " mm";
     };
     check("the median", visible.median, max_median);
     check("the 95th percentile", visible.p95, max_p95);
-    return sentence.empty() ? sentence : sentence + ".";
+    return message.empty() ? message : message + ".";
 }
 
 }  // namespace defrec::cli

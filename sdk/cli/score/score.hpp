@@ -44,7 +44,7 @@ Score score_folder(const std::filesystem::path& folder, const std::filesystem::p
 std::string score_table(const Score& score);
 nlohmann::ordered_json score_json(const Score& score);
 
-// What exceeds the limits, one sentence; empty when nothing does. Nothing visible to measure exceeds every
+// What exceeds the limits, one error message; empty when nothing does. Nothing visible to measure exceeds every
 // limit.
 std::string exceeded(const Score& score, std::optional<double> max_median, std::optional<double> max_p95);
 

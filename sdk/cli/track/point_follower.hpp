@@ -20,7 +20,7 @@ class PointFollower {
 
     // Finds the surface under the pixels. Before it, and for pixels without surface, every row is lost.
     void lift(const Template& surface);
-    // Writes a row for each point and returns them. job is null where the frame has no result to be believed.
+    // Writes a row for each point and returns them. job is null where the frame has no result to be trusted.
     std::vector<PointRow> add_frame(std::int64_t frame, double timestamp_ms, defrec_job job);
     void commit() { file_.commit(); }
 

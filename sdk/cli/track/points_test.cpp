@@ -23,7 +23,7 @@ std::string refusal(const std::string& text) {
     return "accepted";
 }
 
-#define CHECK_SAYS(sentence, part) CHECK_MESSAGE((sentence).find(part) != std::string::npos, (sentence))
+#define CHECK_SAYS(message, part) CHECK_MESSAGE((message).find(part) != std::string::npos, (message))
 
 }  // namespace
 

@@ -170,12 +170,12 @@ class TrackSession {
 
     void track_all() {
         // In real time a result is taken before the next frame is waited for.
-        const std::size_t most_pending = options_.realtime ? 1 : kFramesInFlight;
+        const std::size_t max_pending = options_.realtime ? 1 : kFramesInFlight;
         RealTime real_time;
         bool has_more = true;
         while (has_more || !pending_.empty()) {
             has_more = has_more && !interrupt_requested();
-            if (has_more && pending_.size() < most_pending) {
+            if (has_more && pending_.size() < max_pending) {
                 Pending next;
                 has_more = source_.next(next.frame);
                 if (!has_more) continue;
@@ -206,7 +206,7 @@ class TrackSession {
             show_link_notices();
         }
         rows_.push_back(frame_row(pending.frame, result));
-        eyes_look_swapped_ = eyes_look_swapped_ || (result.reasons & DEFREC_REASON_EYES_SWAPPED) != 0;
+        views_look_swapped_ = views_look_swapped_ || (result.reasons & DEFREC_REASON_EYES_SWAPPED) != 0;
         if (options_.meshes && has_geometry(result)) write_mesh(pending.frame.index, result);
         fill_record(rows_.back(), result, projection_, record_);
         as_output([&] {
@@ -278,7 +278,7 @@ class TrackSession {
     void finish(double seconds, std::exception_ptr& failure) {
         if (!source_.fault().empty()) notes_.push_back(source_.fault());
         if (!has_template_) notes_.emplace_back("No frame could give a template; nothing was tracked.");
-        if (eyes_look_swapped_) {
+        if (views_look_swapped_) {
             notes_.emplace_back("The two images look swapped; exchange --left and --right.");
         }
         if (interrupt_requested())
@@ -348,7 +348,7 @@ class TrackSession {
     nlohmann::ordered_json summary_;
     std::int64_t template_frame_ = 0;
     bool has_template_ = false;
-    bool eyes_look_swapped_ = false;
+    bool views_look_swapped_ = false;
 };
 
 }  // namespace

@@ -8,11 +8,11 @@
 
 namespace defrec::conformance {
 
-struct FootageRequest {
+struct SequenceRequest {
     std::string scene;  // of docs/reference_sequences.md
     uint32_t width = 0, height = 0, frames = 0;
 
-    auto operator<=>(const FootageRequest&) const = default;
+    auto operator<=>(const SequenceRequest&) const = default;
 };
 
 struct TruePoint {
@@ -26,14 +26,14 @@ struct FilmedFrame {
     bool shows_tissue = true;
 };
 
-struct Footage {
-    FootageRequest request;
+struct RenderedSequence {
+    SequenceRequest request;
     defrec_rig_desc rig;
     std::vector<double> points;  // u, v in the first left image as given, px
     std::vector<FilmedFrame> frames;
 };
 
 // Rendered once in a process and kept: every repetition and both devices get the same pixels.
-const Footage& footage(const FootageRequest& request);
+const RenderedSequence& rendered_sequence(const SequenceRequest& request);
 
 }  // namespace defrec::conformance

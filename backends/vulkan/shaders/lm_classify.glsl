@@ -6,20 +6,20 @@ layout(std430, set = 0, binding = 1) readonly buffer Terms { Term terms[]; };
 layout(std430, set = 0, binding = 2) readonly buffer ArapCosts { float arap_costs[]; };
 layout(std430, set = 0, binding = 3) readonly buffer Moves { Move moves[]; };
 
-const float kLeastLambda = 1e-7, kMostLambda = 1e7;
+const float kMinLambda = 1e-7, kMaxLambda = 1e7;
 const float kLambdaDown = 1.0 / 7.5, kLambdaUp = 10.0;
-const float kLeastStepMm = 0.01;
-const float kLeastDecrease = 1e-4;
+const float kMinStepMm = 0.01;
+const float kMinDecrease = 1e-4;
 
-shared Term term_shares[3][kJudges];
-shared float arap_shares[kJudges];
-shared Move move_shares[kJudges];
+shared Term term_shares[3][kClassifies];
+shared float arap_shares[kClassifies];
+shared Move move_shares[kClassifies];
 shared State now;
 shared bool accepted;  // the trial is the present state
 
 Term share_of_terms(uint me, uint first, uint count) {
     Term sum = kNoTerm;
-    for (uint i = me; i < count; i += kJudges) sum = plus(sum, terms[first + i]);
+    for (uint i = me; i < count; i += kClassifies) sum = plus(sum, terms[first + i]);
     return sum;
 }
 
@@ -29,11 +29,11 @@ void share_sums(uint me) {
     term_shares[1][me] = share_of_terms(me, points, landmarks);
     term_shares[2][me] = share_of_terms(me, points + landmarks, patches);
     float arap = 0.0;
-    for (uint i = me; i < groups_of(push.edges); i += kJudges) arap += arap_costs[i];
+    for (uint i = me; i < groups_of(push.edges); i += kClassifies) arap += arap_costs[i];
     arap_shares[me] = arap;
     Move move = Move(0, 0);
     if (push.evaluation > 0)
-        for (uint i = me; i < groups_of(push.nodes); i += kJudges)
+        for (uint i = me; i < groups_of(push.nodes); i += kClassifies)
             move = Move(max(move.largest, moves[i].largest), move.bad | moves[i].bad);
     move_shares[me] = move;
 }
@@ -41,7 +41,7 @@ void share_sums(uint me) {
 Term sum_of_shares(uint kind) {
     const uint count = kind == 0 ? push.points : kind == 1 ? push.landmarks : push.patches;
     Term sum = kNoTerm;
-    for (uint i = 0; i < min(groups_of(count), kJudges); ++i) sum = plus(sum, term_shares[kind][i]);
+    for (uint i = 0; i < min(groups_of(count), kClassifies); ++i) sum = plus(sum, term_shares[kind][i]);
     return sum;
 }
 
@@ -62,7 +62,7 @@ State next_state(State state, State there, Move move, float missing_cost) {
     accepted = false;
     if (move.bad == 0) {
         state.any_step = 1;
-        state.converged = move.largest < kLeastStepMm * kLeastStepMm ? 1 : 0;
+        state.converged = move.largest < kMinStepMm * kMinStepMm ? 1 : 0;
         const float present = there.icp.cost + there.match.cost + there.patch_.cost + there.arap;
         // Term by term, so that what is common to both costs, the points without a live surface above all, does not drown the difference.
         const float decrease = (state.icp.cost - there.icp.cost) + (state.match.cost - there.match.cost) +
@@ -70,19 +70,19 @@ State next_state(State state, State there, Move move, float missing_cost) {
                                float(int(state.icp.missing) - int(there.icp.missing)) * missing_cost;
         accepted = finite(present) && decrease > 0.0;
         if (accepted) {
-            if (decrease < kLeastDecrease * present) state.converged = 1;
+            if (decrease < kMinDecrease * present) state.converged = 1;
             state.icp = there.icp;
             state.match = there.match;
             state.patch_ = there.patch_;
             state.arap = there.arap;
         }
     }
-    state.lambda = clamp(state.lambda * (accepted ? kLambdaDown : kLambdaUp), kLeastLambda, kMostLambda);
+    state.lambda = clamp(state.lambda * (accepted ? kLambdaDown : kLambdaUp), kMinLambda, kMaxLambda);
     return state;
 }
 
 // Sets now and accepted. To be called by the whole work group.
-void judge(uint me) {
+void classify(uint me) {
     const bool over = push.evaluation > 0 && stopped(states[(push.evaluation - 1) & 1]);
     if (!over) share_sums(me);
     barrier();
@@ -91,8 +91,8 @@ void judge(uint me) {
     float arap = 0.0;
     Move move = Move(0, 0);
     if (!over && me == 3) {
-        for (uint i = 0; i < min(groups_of(push.edges), kJudges); ++i) arap += arap_shares[i];
-        for (uint i = 0; i < min(groups_of(push.nodes), kJudges); ++i)
+        for (uint i = 0; i < min(groups_of(push.edges), kClassifies); ++i) arap += arap_shares[i];
+        for (uint i = 0; i < min(groups_of(push.nodes), kClassifies); ++i)
             move = Move(max(move.largest, move_shares[i].largest), move.bad | move_shares[i].bad);
     }
     barrier();
@@ -120,7 +120,7 @@ void judge(uint me) {
                 now = next_state(states[(push.evaluation - 1) & 1], there, move_shares[0], missing_cost);
             }
         }
-        if (kJudgeKeeps && gl_WorkGroupID.x == 0) states[push.evaluation & 1] = now;
+        if (kClassifyKeeps && gl_WorkGroupID.x == 0) states[push.evaluation & 1] = now;
     }
     barrier();
 }

@@ -1,4 +1,4 @@
-// Stage stereo, the end of section 10: islands go.
+// Stage stereo, the end of section 10: speckles go.
 #version 450
 #extension GL_EXT_shader_8bit_storage : require
 #extension GL_EXT_shader_16bit_storage : require

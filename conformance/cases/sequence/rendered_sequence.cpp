@@ -1,5 +1,5 @@
-// See footage.hpp.
-#include "conformance/cases/sequence/footage.hpp"
+// See sequence.hpp.
+#include "conformance/cases/sequence/rendered_sequence.hpp"
 
 #include <algorithm>
 #include <map>
@@ -37,12 +37,12 @@ defrec_rig_desc rig_of(const cli::StereoRig& rig) {
     return desc;
 }
 
-Footage shoot(const FootageRequest& request) {
+RenderedSequence shoot(const SequenceRequest& request) {
     constexpr uint64_t kSeed = 1;
     const int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
     cli::Film film(request.scene, static_cast<int>(request.width), static_cast<int>(request.height),
                    static_cast<int>(request.frames), kSeed, threads);
-    Footage result{request, rig_of(film.scene().rig), {}, {}};
+    RenderedSequence result{request, rig_of(film.scene().rig), {}, {}};
     for (uint32_t i = 0; i < request.frames; ++i) {
         film.advance();
         FilmedFrame frame{film.left_bgr(), film.right_bgr(), {}, film.shows_tissue()};
@@ -58,12 +58,12 @@ Footage shoot(const FootageRequest& request) {
 
 }  // namespace
 
-const Footage& footage(const FootageRequest& request) {
+const RenderedSequence& rendered_sequence(const SequenceRequest& request) {
     static std::mutex mutex;
-    static std::map<FootageRequest, std::unique_ptr<const Footage>> known;
+    static std::map<SequenceRequest, std::unique_ptr<const RenderedSequence>> known;
     const std::lock_guard lock(mutex);
     auto& kept = known[request];
-    if (kept == nullptr) kept = std::make_unique<const Footage>(shoot(request));
+    if (kept == nullptr) kept = std::make_unique<const RenderedSequence>(shoot(request));
     return *kept;
 }
 
