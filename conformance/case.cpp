@@ -10,12 +10,13 @@ void Workbench::close_subject() {
     const std::shared_ptr<Host> host = sessions_[0]->share_host();
     sessions_[0].reset();
     require(host->misuse().empty(), host->misuse());
-    require(host->live_blocks() == 0, host->live_blocks(), " blocks of host memory (", host->live_bytes(),
-            " bytes) were not given back before the end of shutdown");
+    require(host->live_blocks() == 0, host->live_blocks(), " blocks of host memory (",
+            host->live_bytes(), " bytes) were not given back before the end of shutdown");
 }
 
 void CaseRun::digest(std::span<const std::byte> bytes) {
-    for (const std::byte byte : bytes) digest_value = (digest_value ^ uint64_t(byte)) * 0x100000001b3;  // FNV-1a
+    for (const std::byte byte : bytes)
+        digest_value = (digest_value ^ uint64_t(byte)) * 0x100000001b3;  // FNV-1a
 }
 
 std::vector<Case> all_cases() {

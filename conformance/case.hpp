@@ -17,7 +17,8 @@
 
 namespace defrec::conformance {
 
-// The plugins of one worker process, and sessions that cases share so as not to open a device each time.
+// The plugins of one worker process, and sessions that cases share so as not to open a device each
+// time.
 class Workbench {
   public:
     Workbench(const Plugin& subject, const Plugin& reference) : plugins_{&subject, &reference} {}
@@ -28,11 +29,15 @@ class Workbench {
     // After a failure nothing of the session is to be relied on.
     void forget_subject() { sessions_[0].reset(); }
     // What the subject did wrong with its host so far, empty if nothing or if it is not open.
-    std::string subject_misuse() const { return sessions_[0] == nullptr ? "" : sessions_[0]->host().misuse(); }
-    // Shuts the subject down; throws CaseFailure if it did something wrong with its host on the way, or kept memory.
+    std::string subject_misuse() const {
+        return sessions_[0] == nullptr ? "" : sessions_[0]->host().misuse();
+    }
+    // Shuts the subject down; throws CaseFailure if it did something wrong with its host on the
+    // way, or kept memory.
     void close_subject();
 
-    // What cases keep for their next repetition in this process, by a name of their own; made where it is absent.
+    // What cases keep for their next repetition in this process, by a name of their own; made where
+    // it is absent.
     template <class T, class Make>
     const T& remembered(const std::string& name, Make make) {
         std::shared_ptr<void>& kept = memory_[name];
@@ -42,7 +47,8 @@ class Workbench {
 
   private:
     Session& session(size_t which) {
-        if (sessions_[which] == nullptr) sessions_[which] = std::make_unique<Session>(*plugins_[which]);
+        if (sessions_[which] == nullptr)
+            sessions_[which] = std::make_unique<Session>(*plugins_[which]);
         return *sessions_[which];
     }
     const Plugin* plugins_[2];
@@ -56,8 +62,8 @@ class CaseRun {
     CaseRun(std::string id, Workbench& bench, const Tolerances& tolerances)
         : id_(std::move(id)), bench_(bench), tolerances_(tolerances) {}
 
-    // The device under test and the reference, open; other cases use the same sessions. A case that ends, counts or breaks
-    // something opens sessions of its own on the plugins.
+    // The device under test and the reference, open; other cases use the same sessions. A case that
+    // ends, counts or breaks something opens sessions of its own on the plugins.
     Session& subject() { return bench_.subject(); }
     Session& reference() { return bench_.reference(); }
     const Plugin& subject_plugin() const { return bench_.subject_plugin(); }
@@ -71,12 +77,14 @@ class CaseRun {
 
     // A figure beyond its limit fails the case; all of a case's figures are recorded either way.
     void measure(Metric metric) { metrics.push_back(std::move(metric)); }
-    // Fails the case, but not before its body has ended: what else there is to measure is measured. The first reason stays.
+    // Fails the case, but not before its body has ended: what else there is to measure is measured.
+    // The first reason stays.
     void note_failure(const std::string& reason) {
         if (failure.empty()) failure = reason;
     }
     void show(Picture picture) { pictures.push_back(std::move(picture)); }
-    // Adds what a device that claims DEFREC_FEATURE_REPEATABLE must give again, to the bit, in every repetition.
+    // Adds what a device that claims DEFREC_FEATURE_REPEATABLE must give again, to the bit, in
+    // every repetition.
     void digest(std::span<const std::byte> bytes);
 
     std::vector<Metric> metrics;
@@ -95,8 +103,10 @@ struct Case {
     std::string tier;   // "abi", "stage", "sequence", "stress"
     std::string stage;  // empty where the case is of no stage
     std::string title;  // one error message: what holds if it passes
-    bool smoke = false; // in the short list, which a software GPU on two cores passes within minutes
-    bool slow = false;  // may take up to ten times as long as other cases before it counts as hanging
+    bool smoke =
+        false;  // in the short list, which a software GPU on two cores passes within minutes
+    bool slow =
+        false;  // may take up to ten times as long as other cases before it counts as hanging
     std::function<void(CaseRun&)> body;
     uint32_t since = 1;  // the suite version that brought it
 };

@@ -23,7 +23,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 int milliseconds_until(Clock::time_point deadline) {
-    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
+    const auto left =
+        std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
     return int(std::clamp<int64_t>(left + 1, 0, 1 << 30));
 }
 
@@ -45,7 +46,8 @@ void MessageSender::send(const Message& message) const {
 
 ChildProcess::ChildProcess(const Body& body, Isolation isolation) {
     int ends[2];
-    if (::pipe2(ends, O_CLOEXEC) != 0) fail(DEFREC_ERROR_INTERNAL, "no pipe can be opened: ", std::strerror(errno));
+    if (::pipe2(ends, O_CLOEXEC) != 0)
+        fail(DEFREC_ERROR_INTERNAL, "no pipe can be opened: ", std::strerror(errno));
     if (isolation == Isolation::process) {
         start_process(body, ends);
     } else {
@@ -96,7 +98,8 @@ bool ChildProcess::fill(size_t count, Clock::time_point deadline, Event& event) 
         }
         const size_t before = received_.size();
         received_.resize(std::min(count, before + 65536));
-        const ssize_t got = ::read(descriptor_, received_.data() + before, received_.size() - before);
+        const ssize_t got =
+            ::read(descriptor_, received_.data() + before, received_.size() - before);
         received_.resize(before + size_t(std::max<ssize_t>(got, 0)));
         if (got < 0 && errno == EINTR) continue;
         if (got <= 0) {
@@ -132,8 +135,11 @@ std::string ChildProcess::reap(Clock::time_point deadline) {
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     pid_ = -1;
-    if (WIFSIGNALED(status)) return concat("crashed with signal ", WTERMSIG(status), " (", ::strsignal(WTERMSIG(status)), ")");
-    if (WEXITSTATUS(status) != 0) return concat("ended the process with code ", WEXITSTATUS(status));
+    if (WIFSIGNALED(status))
+        return concat("crashed with signal ", WTERMSIG(status), " (", ::strsignal(WTERMSIG(status)),
+                      ")");
+    if (WEXITSTATUS(status) != 0)
+        return concat("ended the process with code ", WEXITSTATUS(status));
     return "";
 }
 

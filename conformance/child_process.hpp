@@ -1,5 +1,6 @@
-// A forked process that sends messages: whatever it does, the process that started it goes on. Or a thread that does, for tools that
-// cannot follow a fork: then nothing outlives a crash, and what hangs, hangs.
+// A forked process that sends messages: whatever it does, the process that started it goes on. Or a
+// thread that does, for tools that cannot follow a fork: then nothing outlives a crash, and what
+// hangs, hangs.
 #pragma once
 #include <sys/types.h>
 
@@ -28,18 +29,21 @@ enum class Isolation { process, none };
 class ChildProcess {
   public:
     using Body = std::function<void(const MessageSender&)>;
-    // Runs body in a child, which then ends with code 0. To be called before any thread is started. Throws Error.
+    // Runs body in a child, which then ends with code 0. To be called before any thread is started.
+    // Throws Error.
     explicit ChildProcess(const Body& body, Isolation isolation = Isolation::process);
     ~ChildProcess();  // kills the child if it still runs; waits for the thread
     ChildProcess(const ChildProcess&) = delete;
     ChildProcess& operator=(const ChildProcess&) = delete;
 
     enum class Event { message, ended, timed_out };
-    // Waits for the next message, or the end of the child's messages, no longer than until the deadline.
+    // Waits for the next message, or the end of the child's messages, no longer than until the
+    // deadline.
     Event receive(Message& message, std::chrono::steady_clock::time_point deadline);
 
-    // After the end of its messages: waits for its end, no longer than until the deadline, then kills it. Empty if it ended well,
-    // else what happened: "crashed with signal 11 (Segmentation fault)", "did not end".
+    // After the end of its messages: waits for its end, no longer than until the deadline, then
+    // kills it. Empty if it ended well, else what happened: "crashed with signal 11 (Segmentation
+    // fault)", "did not end".
     std::string reap(std::chrono::steady_clock::time_point deadline);
 
   private:

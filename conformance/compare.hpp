@@ -16,18 +16,23 @@ struct Field {
 using Fields = std::vector<Field>;
 extern const Fields kFeatureFields, kMatchFields, kPredictionFields, kObservationFields;
 
-// Every byte of output i that the reference writes, but those that ignored(byte) names, must be the same. Measures the number that
-// differ; the first that does ends up in the reason, and an image in pictures.
-void compare_exactly(CaseRun& run, const StageJob& job, size_t i, const Expected& expected, const std::vector<Bytes>& found,
-                     const Fields& fields = {}, const std::vector<bool>& ignored = {});
+// Every byte of output i that the reference writes, but those that ignored(byte) names, must be the
+// same. Measures the number that differ; the first that does ends up in the reason, and an image in
+// pictures.
+void compare_exactly(CaseRun& run, const StageJob& job, size_t i, const Expected& expected,
+                     const std::vector<Bytes>& found, const Fields& fields = {},
+                     const std::vector<bool>& ignored = {});
 
-// Distances of one quantity, of which the largest and the one that 99 % do not exceed are held against the tolerance.
+// Distances of one quantity, of which the largest and the one that 99 % do not exceed are held
+// against the tolerance.
 class Distances {
   public:
     explicit Distances(std::string quantity) : quantity_(std::move(quantity)) {}
     void add(double distance) { values_.push_back(distance); }
     // Both the same, or apart by this much; NaN if one is no number.
-    void add(double expected, double found) { add(expected == found ? 0 : std::abs(expected - found)); }
+    void add(double expected, double found) {
+        add(expected == found ? 0 : std::abs(expected - found));
+    }
     void measure(CaseRun& run);
 
     const std::string& quantity() const { return quantity_; }

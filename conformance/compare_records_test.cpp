@@ -12,7 +12,8 @@ using namespace defrec::conformance;
 
 namespace {
 
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN(),
+                kInfinity = std::numeric_limits<float>::infinity();
 
 template <class... T>
 std::vector<Bytes> outputs(const T&... records) {
@@ -29,9 +30,10 @@ StageJob job_of(uint32_t stage, Params params) {
     return {stage, &params};
 }
 
-// Whether the quantity is within the suite's tolerance; false, too, where the comparison refuses the records outright.
-bool near_enough(SpreadOf compare, const StageJob& job, const std::vector<Bytes>& expected, const std::vector<Bytes>& found,
-                 const std::string& quantity) {
+// Whether the quantity is within the suite's tolerance; false, too, where the comparison refuses
+// the records outright.
+bool near_enough(SpreadOf compare, const StageJob& job, const std::vector<Bytes>& expected,
+                 const std::vector<Bytes>& found, const std::string& quantity) {
     Spread spread;
     try {
         compare(job, expected, found, spread);
@@ -52,7 +54,8 @@ TEST_CASE("align: a prediction that is no number in int32 is far from any") {
     const StageJob job = job_of(DEFREC_STAGE_ALIGN, params);
     const defrec_patch_observation none{};
     const auto near_to = [&](const defrec_patch_prediction& a, const defrec_patch_prediction& b) {
-        return near_enough(align_spread, job, outputs(none, a), outputs(none, b), "align.prediction");
+        return near_enough(align_spread, job, outputs(none, a), outputs(none, b),
+                           "align.prediction");
     };
     const defrec_patch_prediction expected{0, 40000, {65536, 0, 0, 65536}, 1, 0};
     defrec_patch_prediction found = expected;
@@ -68,14 +71,16 @@ TEST_CASE("align: a prediction that is no number in int32 is far from any") {
     CHECK(!near_to(expected, found));
 }
 
-TEST_CASE("ransac: beside the weight below which it becomes 0, it is that weight or 0 and nothing else") {
+TEST_CASE(
+    "ransac: beside the weight below which it becomes 0, it is that weight or 0 and nothing else") {
     const StageJob job = job_of(DEFREC_STAGE_RANSAC, defrec_ransac_params{});
     const defrec_ransac_summary summary{};
     const auto near_to = [&](float expected, float found) {
         defrec_match a{}, b{};
         a.weight = expected;
         b.weight = found;
-        return near_enough(ransac_weight_spread, job, outputs(a, summary), outputs(b, summary), "ransac.weight");
+        return near_enough(ransac_weight_spread, job, outputs(a, summary), outputs(b, summary),
+                           "ransac.weight");
     };
     CHECK(near_to(0.80005f, 0));
     CHECK(near_to(0, 0.80005f));
@@ -96,7 +101,8 @@ TEST_CASE("warp: a point at a border may fall on either side of it, but not anyw
     params.points = params.nodes = 1;
     params.tolerance_mm = 2;
     const StageJob job = job_of(DEFREC_STAGE_WARP, params);
-    const defrec_surface_sample expected{{0, 0, 80}, {0, 0, -1}, 0.3f, DEFREC_OBSERVED};  // between two pixels
+    const defrec_surface_sample expected{
+        {0, 0, 80}, {0, 0, -1}, 0.3f, DEFREC_OBSERVED};  // between two pixels
     const auto undecided = [&](float residual, uint32_t observation) {
         defrec_surface_sample found = expected;
         found.residual = residual;

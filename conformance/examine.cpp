@@ -40,14 +40,16 @@ std::string system_text() {
     utsname names{};
     uname(&names);
     const std::string distribution = value_in("/etc/os-release", "PRETTY_NAME");
-    return concat(names.sysname, " ", names.release, " ", names.machine, distribution.empty() ? "" : ", ", distribution);
+    return concat(names.sysname, " ", names.release, " ", names.machine,
+                  distribution.empty() ? "" : ", ", distribution);
 }
 
 std::string file_name(const std::string& path) { return path.substr(path.find_last_of('/') + 1); }
 
 // Who repeats the run needs these; folders say nothing to others.
 std::string command_text(const RunOptions& options) {
-    std::string text = options.backend.empty() ? concat("--plugin ", file_name(options.plugin)) : concat("--backend ", options.backend);
+    std::string text = options.backend.empty() ? concat("--plugin ", file_name(options.plugin))
+                                               : concat("--backend ", options.backend);
     if (!options.device.empty()) text.append(" --device ").append(options.device);
     for (const std::string& tier : options.tiers) text.append(" --tier ").append(tier);
     if (options.smoke) text.append(" --smoke");
@@ -58,8 +60,9 @@ std::string command_text(const RunOptions& options) {
 
 Examination find_plugins(const RunOptions& options) {
     try {
-        return {options.backend.empty() ? find_plugin(options.plugin) : find_backend(options.backend), find_backend("reference"),
-                options.device};
+        return {
+            options.backend.empty() ? find_plugin(options.plugin) : find_backend(options.backend),
+            find_backend("reference"), options.device};
     } catch (const Error& error) {
         throw Unavailable(error.what());
     }
@@ -86,14 +89,16 @@ RunRecord examine(const RunOptions& options) {
     if (terminal) settings.progress = show_progress;
     RunOutcome outcome = run_cases(who, cases, settings);
     if (terminal) std::fprintf(stderr, "\r\033[K");
-    if (!outcome.refusal.empty()) throw Unavailable(concat(who.subject.name, ": ", outcome.refusal));
+    if (!outcome.refusal.empty())
+        throw Unavailable(concat(who.subject.name, ": ", outcome.refusal));
 
     record.suite_version = kSuiteVersion;
     record.suite_revision = suite_revision().id;
     record.suite_dirty = suite_revision().dirty;
     record.command = command_text(options);
     record.seed = options.seed;
-    record.complete = options.tiers.empty() && options.cases.empty() && !options.smoke && !options.in_process;
+    record.complete =
+        options.tiers.empty() && options.cases.empty() && !options.smoke && !options.in_process;
     record.plugin_name = who.subject.name;
     record.plugin_version = who.subject.version;
     record.plugin_vendor = outcome.device.plugin_vendor;
@@ -108,7 +113,8 @@ RunRecord examine(const RunOptions& options) {
     record.system = system_text();
     record.processor = value_in("/proc/cpuinfo", "model name");
     record.cases = std::move(outcome.cases);
-    std::sort(record.cases.begin(), record.cases.end(), [](const CaseRecord& a, const CaseRecord& b) { return a.id < b.id; });
+    std::sort(record.cases.begin(), record.cases.end(),
+              [](const CaseRecord& a, const CaseRecord& b) { return a.id < b.id; });
     return record;
 }
 

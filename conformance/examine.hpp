@@ -1,4 +1,5 @@
-// One run of the suite on one plugin: from the command line's options to the record that the reports are made of.
+// One run of the suite on one plugin: from the command line's options to the record that the
+// reports are made of.
 #pragma once
 #include "conformance/options.hpp"
 #include "conformance/record.hpp"
@@ -6,7 +7,8 @@
 
 namespace defrec::conformance {
 
-inline constexpr char kSuiteVersion[] = "3";  // grows when a case is added; the case says with `since`
+inline constexpr char kSuiteVersion[] =
+    "3";  // grows when a case is added; the case says with `since`
 
 // The plugin or device cannot be examined; what() is the reason.
 class Unavailable : public std::runtime_error {

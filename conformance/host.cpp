@@ -12,10 +12,11 @@
 namespace defrec::conformance {
 namespace {
 
-constexpr size_t kGuard = 64;                 // bytes before and behind each block
-constexpr size_t kMaxMemory = size_t{1} << 40;  // an allocator with checks of its own ends the process instead of saying no
+constexpr size_t kGuard = 64;  // bytes before and behind each block
+constexpr size_t kMaxMemory =
+    size_t{1} << 40;  // an allocator with checks of its own ends the process instead of saying no
 constexpr unsigned char kGuardByte = 0xA7;
-constexpr unsigned char kFreshByte = 0x5B;    // fresh memory is not zero: nobody is to rely on that
+constexpr unsigned char kFreshByte = 0x5B;  // fresh memory is not zero: nobody is to rely on that
 constexpr unsigned char kFreedByte = 0xE3;
 
 bool intact(const unsigned char* guard, size_t size) {
@@ -36,7 +37,9 @@ Host::Host(uint32_t threads) : pool_(threads) {
         const std::lock_guard lock(of(self).mutex_);
         of(self).errors_[std::this_thread::get_id()] = text == nullptr ? "" : text;
     };
-    table_.alloc = [](void* self, size_t size, size_t alignment) { return of(self).allocate(size, alignment); };
+    table_.alloc = [](void* self, size_t size, size_t alignment) {
+        return of(self).allocate(size, alignment);
+    };
     table_.free = [](void* self, void* memory) { of(self).release(memory); };
     table_.parallel_for = [](void* self, size_t count, void (*body)(void*, size_t), void* arg) {
         of(self).pool_.parallel_for(count, body, arg);
@@ -67,9 +70,11 @@ void Host::note_misuse(const std::string& text) {
 void Host::check_guards(const void* memory, const Block& block) {
     const auto* bytes = static_cast<const unsigned char*>(memory);
     if (!intact(bytes - kGuard, kGuard))
-        note_misuse(concat("bytes before a block of ", block.size, " bytes of host memory were written"));
+        note_misuse(
+            concat("bytes before a block of ", block.size, " bytes of host memory were written"));
     if (!intact(bytes + block.size, kGuard))
-        note_misuse(concat("bytes behind a block of ", block.size, " bytes of host memory were written"));
+        note_misuse(
+            concat("bytes behind a block of ", block.size, " bytes of host memory were written"));
 }
 
 void Host::fail_allocation(uint64_t nth, bool all_later) {
@@ -82,12 +87,14 @@ void* Host::allocate(size_t size, size_t alignment) {
     if (fail_at != 0 && (number == fail_at || (fail_later_ && number > fail_at))) return nullptr;
     if (!std::has_single_bit(alignment)) {
         const std::lock_guard lock(mutex_);
-        note_misuse(concat("alloc was asked for an alignment of ", alignment, ", a power of two is expected"));
+        note_misuse(concat("alloc was asked for an alignment of ", alignment,
+                           ", a power of two is expected"));
         return nullptr;
     }
     const size_t before = std::max(kGuard, alignment);
     if (size > kMaxMemory) return nullptr;
-    void* start = std::aligned_alloc(before, (before + size + kGuard + before - 1) / before * before);
+    void* start =
+        std::aligned_alloc(before, (before + size + kGuard + before - 1) / before * before);
     if (start == nullptr) return nullptr;
     auto* memory = static_cast<unsigned char*>(start) + before;
     std::memset(memory - kGuard, kGuardByte, kGuard);
@@ -107,7 +114,8 @@ void Host::release(void* memory) {
         const std::lock_guard lock(mutex_);
         const auto found = blocks_.find(memory);
         if (found == blocks_.end())
-            return note_misuse("free was called with memory that alloc did not give, or twice with the same");
+            return note_misuse(
+                "free was called with memory that alloc did not give, or twice with the same");
         block = found->second;
         blocks_.erase(found);
         check_guards(memory, block);

@@ -1,4 +1,5 @@
-// The host that plugins under test get: it records what they say, counts and guards their memory, and fails when told to.
+// The host that plugins under test get: it records what they say, counts and guards their memory,
+// and fails when told to.
 #pragma once
 #include <atomic>
 #include <cstddef>
@@ -22,7 +23,8 @@ class Host {
 
     const defrec_host* table() const { return &table_; }
 
-    // What the plugin said of the last failure on this thread; empty if nothing since the last call of this.
+    // What the plugin said of the last failure on this thread; empty if nothing since the last call
+    // of this.
     std::string take_error();
     // The text of the last log line; empty if there was none.
     std::string last_log() const;
@@ -31,11 +33,13 @@ class Host {
     uint64_t live_blocks() const { return live_blocks_; }
     uint64_t live_bytes() const { return live_bytes_; }
     uint64_t allocations() const { return allocations_; }  // asked for so far, failed ones included
-    // The nth allocation from now on (1: the next) and, if all_later, every one after it has no memory; 0: none does.
+    // The nth allocation from now on (1: the next) and, if all_later, every one after it has no
+    // memory; 0: none does.
     void fail_allocation(uint64_t nth, bool all_later = false);
 
-    // What was wrong with the plugin's use of the host, one error message, empty if nothing: bytes written before or behind a
-    // block, a block freed twice, an alignment that makes no sense. Looks at the blocks that are given out, too.
+    // What was wrong with the plugin's use of the host, one error message, empty if nothing: bytes
+    // written before or behind a block, a block freed twice, an alignment that makes no sense.
+    // Looks at the blocks that are given out, too.
     std::string misuse();
 
   private:

@@ -1,4 +1,5 @@
-// What worker and runner tell each other: plain values as bytes, for a pipe between processes of one program.
+// What worker and runner tell each other: plain values as bytes, for a pipe between processes of
+// one program.
 #pragma once
 #include <cstdint>
 #include <string>

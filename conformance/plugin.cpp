@@ -9,12 +9,12 @@
 
 #include "conformance/failure.hpp"
 #include "include/defrec_c.h"
+#include "sdk/base/platform.hpp"
+#include "sdk/base/sha256.hpp"
 #include "sdk/device/device.hpp"
 #include "sdk/plugin/elf_file.hpp"
-#include "sdk/base/platform.hpp"
 #include "sdk/plugin/loader.hpp"
 #include "sdk/plugin/manifest.hpp"
-#include "sdk/base/sha256.hpp"
 
 namespace defrec::conformance {
 namespace {
@@ -26,17 +26,21 @@ constexpr size_t kMaxDevices = 64;
 PluginFiles read_manifest(const std::string& path) {
     PluginFiles files;
     files.manifest = platform::canonical_path(path);
-    const PluginManifest manifest = parse_manifest(path, platform::read_regular_file(path, kManifestCap));
+    const PluginManifest manifest =
+        parse_manifest(path, platform::read_regular_file(path, kManifestCap));
     if (manifest.abi_major != DEFREC_PLUGIN_ABI_MAJOR)
-        fail(DEFREC_ERROR_VERSION, path, ": made for plugin ABI ", manifest.abi_major, ", this suite examines ", DEFREC_PLUGIN_ABI_MAJOR);
+        fail(DEFREC_ERROR_VERSION, path, ": made for plugin ABI ", manifest.abi_major,
+             ", this suite examines ", DEFREC_PLUGIN_ABI_MAJOR);
     files.name = manifest.name;
     files.version = manifest.version;
-    files.library = files.manifest.substr(0, files.manifest.find_last_of('/') + 1) + manifest.library;
+    files.library =
+        files.manifest.substr(0, files.manifest.find_last_of('/') + 1) + manifest.library;
     const auto bytes = platform::read_regular_file(files.library, kLibraryCap);
     check_shared_object(files.library, bytes);
     files.sha256 = sha256_hex(bytes);
     if (files.sha256 != manifest.sha256)
-        fail(DEFREC_ERROR_PLUGIN, files.library, ": SHA-256 is ", files.sha256, ", the manifest says ", manifest.sha256);
+        fail(DEFREC_ERROR_PLUGIN, files.library, ": SHA-256 is ", files.sha256,
+             ", the manifest says ", manifest.sha256);
     return files;
 }
 
@@ -58,24 +62,29 @@ std::vector<defrec_pbuffer*> pointers(std::span<const Buffer> buffers) {
 
 const char* stage_name(uint32_t stage) { return defrec::stage_name(stage); }
 
-// ---- files ---------------------------------------------------------------------------------------------------------
+// ---- files
+// ---------------------------------------------------------------------------------------------------------
 
 PluginFiles find_plugin(const std::string& path) {
     switch (platform::path_info(path).kind) {
-        case platform::PathKind::kMissing: fail(DEFREC_ERROR_IO, path, ": no such file or folder");
+        case platform::PathKind::kMissing:
+            fail(DEFREC_ERROR_IO, path, ": no such file or folder");
         case platform::PathKind::kFolder: {
             const std::vector<std::string> found = manifests_in(path);
             if (found.size() != 1)
-                fail(DEFREC_ERROR_ARGUMENT, path, ": ", found.size(), " files defrec_plugin_*.json in this folder, one expected");
+                fail(DEFREC_ERROR_ARGUMENT, path, ": ", found.size(),
+                     " files defrec_plugin_*.json in this folder, one expected");
             return read_manifest(found[0]);
         }
-        default: return read_manifest(path);
+        default:
+            return read_manifest(path);
     }
 }
 
 PluginFiles find_backend(const std::string& name) {
     Dl_info info;
-    if (dladdr(reinterpret_cast<const void*>(&defrec_version), &info) == 0 || info.dli_fname == nullptr)
+    if (dladdr(reinterpret_cast<const void*>(&defrec_version), &info) == 0 ||
+        info.dli_fname == nullptr)
         fail(DEFREC_ERROR_INTERNAL, "the folder of libdefrec is unknown");
     const std::string library = platform::canonical_path(info.dli_fname);
     const std::string folder = library.substr(0, library.find_last_of('/') + 1);
@@ -85,12 +94,15 @@ PluginFiles find_backend(const std::string& name) {
     return read_manifest(path);
 }
 
-// ---- library and instance ------------------------------------------------------------------------------------------
+// ---- library and instance
+// ------------------------------------------------------------------------------------------
 
-Plugin::Plugin(PluginFiles files, std::string device_id) : files_(std::move(files)), device_id_(std::move(device_id)) {
+Plugin::Plugin(PluginFiles files, std::string device_id)
+    : files_(std::move(files)), device_id_(std::move(device_id)) {
     void* library = platform::open_library(files_.library);
     entry_ = reinterpret_cast<defrec_plugin_entry_fn>(platform::find_symbol(library, kEntryName));
-    if (entry_ == nullptr) fail(DEFREC_ERROR_PLUGIN, files_.library, ": does not export ", kEntryName);
+    if (entry_ == nullptr)
+        fail(DEFREC_ERROR_PLUGIN, files_.library, ": does not export ", kEntryName);
 }
 
 std::string Plugin::take_misuse() const {
@@ -103,12 +115,13 @@ void Plugin::note_misuse(const std::string& text) const {
     if (misuse_.empty()) misuse_ = text;
 }
 
-Instance::Instance(const Plugin& plugin, uint32_t threads) : plugin_(plugin), host_(std::make_shared<Host>(threads)) {
+Instance::Instance(const Plugin& plugin, uint32_t threads)
+    : plugin_(plugin), host_(std::make_shared<Host>(threads)) {
     const defrec_plugin* table = nullptr;
     check(kEntryName, plugin.entry()(host_->table(), &table));
     require(table != nullptr, kEntryName, " succeeded without a table");
-    require(table->struct_size >= kMinTableSize, "the plugin's table has ", table->struct_size, " bytes, at least ",
-            kMinTableSize, " expected");
+    require(table->struct_size >= kMinTableSize, "the plugin's table has ", table->struct_size,
+            " bytes, at least ", kMinTableSize, " expected");
     table_ = table;
 }
 
@@ -120,7 +133,8 @@ Instance::~Instance() {
 
 std::vector<defrec_device_info> Instance::devices() const {
     const size_t count = table_->device_count(table_->self);
-    require(count <= kMaxDevices, "the plugin claims ", count, " devices, at most ", kMaxDevices, " are expected");
+    require(count <= kMaxDevices, "the plugin claims ", count, " devices, at most ", kMaxDevices,
+            " are expected");
     std::vector<defrec_device_info> infos(count);
     for (size_t i = 0; i < count; ++i) {
         DEFREC_INIT(&infos[i]);
@@ -132,10 +146,12 @@ std::vector<defrec_device_info> Instance::devices() const {
 defrec_status Instance::check(const std::string& call, defrec_status status) const {
     if (status >= 0) return status;
     const std::string message = host_->take_error();
-    fail_case(call, " answered ", defrec_status_name(status), message.empty() ? " without an error message" : ": ", message);
+    fail_case(call, " answered ", defrec_status_name(status),
+              message.empty() ? " without an error message" : ": ", message);
 }
 
-// ---- session -------------------------------------------------------------------------------------------------------
+// ---- session
+// -------------------------------------------------------------------------------------------------------
 
 Session::Session(const Plugin& plugin, uint32_t threads) : instance_(plugin, threads) {
     const std::vector<defrec_device_info> infos = instance_.devices();
@@ -156,11 +172,13 @@ Session::~Session() {
 const defrec_stage_table& Session::stage_table(uint32_t stage) const {
     if (!offers(stage)) skip_case("the device does not offer the stage ", stage_name(stage));
     const defrec_stage_table* stages = table().stage(table().self, stage);
-    require(stages != nullptr, "the device claims the stage ", stage_name(stage), ", but the plugin has no table for it");
+    require(stages != nullptr, "the device claims the stage ", stage_name(stage),
+            ", but the plugin has no table for it");
     return *stages;
 }
 
-// ---- buffer, queue, stage ------------------------------------------------------------------------------------------
+// ---- buffer, queue, stage
+// ------------------------------------------------------------------------------------------
 
 Buffer::Buffer(const Session& session, uint64_t size) : session_(&session), size_(size) {
     const defrec_plugin& table = session.table();
@@ -186,11 +204,13 @@ Queue::Queue(const Session& session) : session_(session) {
 Queue::~Queue() { session_.table().queue_destroy(queue_); }
 
 void Queue::write(const Buffer& buffer, std::span<const std::byte> bytes, uint64_t offset) {
-    session_.check("write", session_.table().write(queue_, buffer.get(), offset, bytes.data(), bytes.size()));
+    session_.check(
+        "write", session_.table().write(queue_, buffer.get(), offset, bytes.data(), bytes.size()));
 }
 
 void Queue::read(const Buffer& buffer, std::span<std::byte> bytes, uint64_t offset) {
-    session_.check("read", session_.table().read(queue_, buffer.get(), offset, bytes.data(), bytes.size()));
+    session_.check("read",
+                   session_.table().read(queue_, buffer.get(), offset, bytes.data(), bytes.size()));
 }
 
 uint64_t Queue::signal() {
@@ -200,15 +220,19 @@ uint64_t Queue::signal() {
 }
 
 bool Queue::wait(uint64_t value, uint64_t timeout_ns) {
-    return session_.check("wait", session_.table().wait(queue_, value, timeout_ns)) != DEFREC_TIMEOUT;
+    return session_.check("wait", session_.table().wait(queue_, value, timeout_ns)) !=
+           DEFREC_TIMEOUT;
 }
 
-void Queue::finish() { require(wait(signal(), UINT64_MAX), "a wait without limit ended before the work"); }
+void Queue::finish() {
+    require(wait(signal(), UINT64_MAX), "a wait without limit ended before the work");
+}
 
 Stage::Stage(const Session& session, uint32_t stage, const void* params)
     : session_(session), table_(session.stage_table(stage)) {
     const std::string name = stage_name(stage);
-    // Gone once the calls have returned: what a stage needs of them it copies. Every params struct begins with its size.
+    // Gone once the calls have returned: what a stage needs of them it copies. Every params struct
+    // begins with its size.
     uint32_t size = 0;
     std::memcpy(&size, params, sizeof size);
     const auto own = std::make_unique<uint64_t[]>((size + 7) / 8);
@@ -224,7 +248,8 @@ Stage::~Stage() {
 }
 
 void Stage::prepare(Queue& queue, std::span<const Buffer> in) {
-    require(takes_prepare(), "prepare of ", stage_name(table_.stage), " is NULL, though the stage has inputs that stay");
+    require(takes_prepare(), "prepare of ", stage_name(table_.stage),
+            " is NULL, though the stage has inputs that stay");
     const auto inputs = pointers(in);
     session_.check(concat("prepare of ", stage_name(table_.stage)),
                    table_.prepare(stage_, queue.get(), inputs.data(), inputs.size()));
@@ -233,7 +258,8 @@ void Stage::prepare(Queue& queue, std::span<const Buffer> in) {
 void Stage::enqueue(Queue& queue, std::span<const Buffer> in, std::span<const Buffer> out) {
     const auto inputs = pointers(in), outputs = pointers(out);
     session_.check(concat("enqueue of ", stage_name(table_.stage)),
-                   table_.enqueue(stage_, queue.get(), inputs.data(), inputs.size(), outputs.data(), outputs.size()));
+                   table_.enqueue(stage_, queue.get(), inputs.data(), inputs.size(), outputs.data(),
+                                  outputs.size()));
 }
 
 }  // namespace defrec::conformance

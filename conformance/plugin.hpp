@@ -1,6 +1,6 @@
-// A plugin as the suite sees it: through its files, its one symbol and its tables, with a host of our own. Failures of its
-// calls are thrown as CaseFailure with the call, the status and the plugin's error message; table() and get() are for cases that
-// expect a failure.
+// A plugin as the suite sees it: through its files, its one symbol and its tables, with a host of
+// our own. Failures of its calls are thrown as CaseFailure with the call, the status and the
+// plugin's error message; table() and get() are for cases that expect a failure.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -15,7 +15,8 @@
 
 namespace defrec::conformance {
 
-// What the files say, checked as the library does before it loads a plugin (rules P2 to P7 of docs/plugins.md).
+// What the files say, checked as the library does before it loads a plugin (rules P2 to P7 of
+// docs/plugins.md).
 struct PluginFiles {
     std::string manifest;  // absolute path
     std::string library;   // absolute path
@@ -36,7 +37,8 @@ class Plugin {
     const std::string& device_id() const { return device_id_; }
     defrec_plugin_entry_fn entry() const { return entry_; }
 
-    // What instances that have ended did wrong with their hosts since the last call, one error message, empty if nothing.
+    // What instances that have ended did wrong with their hosts since the last call, one error
+    // message, empty if nothing.
     std::string take_misuse() const;
     void note_misuse(const std::string& text) const;
 
@@ -88,7 +90,9 @@ class Session {
     bool claims_repeatable() const { return (info_.features & DEFREC_FEATURE_REPEATABLE) != 0; }
     // Skips the case where the device does not offer the stage.
     const defrec_stage_table& stage_table(uint32_t stage) const;
-    defrec_status check(const std::string& call, defrec_status status) const { return instance_.check(call, status); }
+    defrec_status check(const std::string& call, defrec_status status) const {
+        return instance_.check(call, status);
+    }
 
   private:
     Instance instance_;
@@ -107,7 +111,9 @@ class Buffer {
         Buffer(std::move(other)).swap(*this);
         return *this;
     }
-    defrec_pbuffer* get() const { return buffer_; }  // nullptr: an optional buffer that is not given
+    defrec_pbuffer* get() const {
+        return buffer_;
+    }  // nullptr: an optional buffer that is not given
     uint64_t size() const { return size_; }
 
   private:

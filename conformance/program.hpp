@@ -4,7 +4,14 @@
 namespace defrec::conformance {
 
 // Exit codes, those of the program defrec.
-enum class ExitCode : int { passed = 0, internal = 1, usage = 2, unavailable = 5, failed = 6, output = 7 };
+enum class ExitCode : int {
+    passed = 0,
+    internal = 1,
+    usage = 2,
+    unavailable = 5,
+    failed = 6,
+    output = 7
+};
 
 int run_program(int argc, const char* const* argv);
 

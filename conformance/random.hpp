@@ -1,4 +1,5 @@
-// Random numbers of the cases: SplitMix64, the same on every machine, as the standard's distributions are not.
+// Random numbers of the cases: SplitMix64, the same on every machine, as the standard's
+// distributions are not.
 #pragma once
 #include <cmath>
 #include <cstdint>
@@ -23,7 +24,8 @@ class Random {
     uint32_t below(uint32_t count) { return uint32_t((next() >> 32) * count >> 32); }
     double unit() { return double(next() >> 11) * 0x1p-53; }  // 0 <= unit < 1
     double within(double minimum, double maximum) { return minimum + (maximum - minimum) * unit(); }
-    // Mean 0, standard deviation 1: twelve uniform numbers, which needs no function of the machine's library.
+    // Mean 0, standard deviation 1: twelve uniform numbers, which needs no function of the
+    // machine's library.
     double normal() {
         double sum = -6;
         for (int i = 0; i < 12; ++i) sum += unit();

@@ -9,14 +9,16 @@ namespace defrec::conformance {
 enum class Verdict {
     passed,
     failed,
-    skipped  // does not apply: the device lacks the stage, or does not claim the property; reason says which
+    skipped  // does not apply: the device lacks the stage, or does not claim the property; reason
+             // says which
 };
 
-// One measured quantity of one case, worst of its repetitions. Both figures have a limit: the largest value alone says nothing of the many,
-// a mean hides the few.
+// One measured quantity of one case, worst of its repetitions. Both figures have a limit: the
+// largest value alone says nothing of the many, a mean hides the few.
 struct Metric {
     std::string name;  // "position", "disparity"
-    std::string unit;  // "mm"; "bytes" where results are compared bit by bit, as the number that differ
+    std::string
+        unit;  // "mm"; "bytes" where results are compared bit by bit, as the number that differ
     double maximum = 0, p99 = 0;
     double limit_maximum = 0, limit_p99 = 0;  // passed up to and including these
     uint64_t samples = 0;
@@ -32,7 +34,8 @@ struct Picture {
 };
 
 struct CaseRecord {
-    std::string id;     // "stage/stereo/padded_stride": unique, the same in every version that has the case
+    std::string
+        id;  // "stage/stereo/padded_stride": unique, the same in every version that has the case
     std::string tier;   // "abi", "stage", "sequence", "stress"
     std::string stage;  // "stereo"; empty where the case is of no stage
     std::string title;  // one error message: what holds if it passes
@@ -58,8 +61,8 @@ struct RunRecord {
     std::string plugin_sha256;
     std::string device_id, device_name, device_driver;
     uint32_t device_kind = 0, device_features = 0, device_stages = 0;  // as in defrec_device_info
-    std::string system;     // kernel and distribution
-    std::string processor;  // as the system names it
+    std::string system;                                                // kernel and distribution
+    std::string processor;                                             // as the system names it
 
     std::vector<CaseRecord> cases;  // in the order of their ids
 };

@@ -9,12 +9,16 @@ namespace defrec::conformance {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr uint32_t kMaxHangs = 5;  // after which a plugin is given up: each takes its whole time limit
+constexpr uint32_t kMaxHangs =
+    5;  // after which a plugin is given up: each takes its whole time limit
 
-double worse(double a, double b) { return std::isnan(a) || std::isnan(b) ? std::nan("") : std::max(a, b); }
+double worse(double a, double b) {
+    return std::isnan(a) || std::isnan(b) ? std::nan("") : std::max(a, b);
+}
 
 void merge_metric(std::vector<Metric>& metrics, const Metric& metric) {
-    const auto known = std::find_if(metrics.begin(), metrics.end(), [&](const Metric& m) { return m.name == metric.name; });
+    const auto known = std::find_if(metrics.begin(), metrics.end(),
+                                    [&](const Metric& m) { return m.name == metric.name; });
     if (known == metrics.end()) return metrics.push_back(metric);
     known->maximum = worse(known->maximum, metric.maximum);
     known->p99 = worse(known->p99, metric.p99);
@@ -32,7 +36,11 @@ RunResult failure(std::string reason) {
 class Run {
   public:
     Run(const Examination& who, std::span<const Case> cases, const RunSettings& settings)
-        : who_(who), cases_(cases), settings_(settings), results_(cases.size()), total_(cases.size() * kRepetitions) {
+        : who_(who),
+          cases_(cases),
+          settings_(settings),
+          results_(cases.size()),
+          total_(cases.size() * kRepetitions) {
         left_ = shuffled_steps(cases.size(), settings.seed);
     }
 
@@ -44,7 +52,8 @@ class Run {
         }
         outcome.device = device_;
         const bool repeatable = (device_.features & DEFREC_FEATURE_REPEATABLE) != 0;
-        for (size_t i = 0; i < cases_.size(); ++i) outcome.cases.push_back(merge(cases_[i], results_[i], repeatable));
+        for (size_t i = 0; i < cases_.size(); ++i)
+            outcome.cases.push_back(merge(cases_[i], results_[i], repeatable));
         outcome.cases.push_back(merge(end_of_process_case(), end_, false));
         return outcome;
     }
@@ -53,31 +62,41 @@ class Run {
     // One worker, until it ends or is ended. The reason of a refusal, else empty.
     std::string run_some() {
         const std::vector<Step> steps = left_;
-        ChildProcess child([&](const MessageSender& sender) { run_worker(who_, cases_, steps, sender); },
-                           settings_.in_process ? Isolation::none : Isolation::process);
+        ChildProcess child(
+            [&](const MessageSender& sender) { run_worker(who_, cases_, steps, sender); },
+            settings_.in_process ? Isolation::none : Isolation::process);
         Message message;
         auto event = child.receive(message, in(10 * settings_.time_limit));
-        if (event == ChildProcess::Event::message && message.kind == MessageKind::refused) return message.text;
+        if (event == ChildProcess::Event::message && message.kind == MessageKind::refused)
+            return message.text;
         if (event != ChildProcess::Event::message)
-            return refusal_or_loss(concat("the plugin ", how_ended(child, event), " while it was loaded and its device opened"));
+            return refusal_or_loss(concat("the plugin ", how_ended(child, event),
+                                          " while it was loaded and its device opened"));
         device_ = message.device;
         size_t running = steps.size();
         bool in_step = false, at_end = false;
-        while ((event = child.receive(message, deadline(steps, running, in_step))) == ChildProcess::Event::message) {
+        while ((event = child.receive(message, deadline(steps, running, in_step))) ==
+               ChildProcess::Event::message) {
             running = message.step;
             in_step = message.kind == MessageKind::began;
-            if (in_step) tell(steps, running);
-            else keep(steps, running, std::move(message.result));
+            if (in_step)
+                tell(steps, running);
+            else
+                keep(steps, running, std::move(message.result));
             at_end = running == steps.size();
         }
         const std::string how = how_ended(child, event);
         if (!in_step && at_end && how.empty()) return "";
         const std::string reason = concat("the plugin ", how.empty() ? "ended the process" : how);
-        if (at_end) end_ = {failure(reason + " at the end")};
-        else if (in_step) lose(steps, running, reason);
-        else return refusal_or_loss(reason + " between two cases");
+        if (at_end)
+            end_ = {failure(reason + " at the end")};
+        else if (in_step)
+            lose(steps, running, reason);
+        else
+            return refusal_or_loss(reason + " between two cases");
         if (event == ChildProcess::Event::timed_out && ++hung_ == kMaxHangs)
-            return refusal_or_loss(concat("not run: the plugin did not end in ", kMaxHangs, " other cases"));
+            return refusal_or_loss(
+                concat("not run: the plugin did not end in ", kMaxHangs, " other cases"));
         return "";
     }
 
@@ -85,7 +104,9 @@ class Run {
         const bool slow = in_step && running < steps.size() && cases_[steps[running].one].slow;
         return in((slow ? 10 : 1) * settings_.time_limit);
     }
-    Clock::time_point in(std::chrono::seconds time) const { return settings_.in_process ? Clock::time_point::max() : Clock::now() + time; }
+    Clock::time_point in(std::chrono::seconds time) const {
+        return settings_.in_process ? Clock::time_point::max() : Clock::now() + time;
+    }
 
     static std::string how_ended(ChildProcess& child, ChildProcess::Event event) {
         const auto now = Clock::now();
@@ -151,12 +172,22 @@ std::vector<Step> shuffled_steps(size_t cases, uint64_t seed) {
     for (uint32_t repetition = 0; repetition < kRepetitions; ++repetition)
         for (size_t one = 0; one < cases; ++one) steps.push_back({uint32_t(one), repetition});
     Random random(seed);
-    for (size_t i = steps.size(); i > 1; --i) std::swap(steps[i - 1], steps[random.below(uint32_t(i))]);
+    for (size_t i = steps.size(); i > 1; --i)
+        std::swap(steps[i - 1], steps[random.below(uint32_t(i))]);
     return steps;
 }
 
 CaseRecord merge(const Case& one, std::span<const RunResult> results, bool repeatable) {
-    CaseRecord record{one.id, one.tier, one.stage, one.title, Verdict::skipped, "", {}, {}, uint32_t(results.size()), 0};
+    CaseRecord record{one.id,
+                      one.tier,
+                      one.stage,
+                      one.title,
+                      Verdict::skipped,
+                      "",
+                      {},
+                      {},
+                      uint32_t(results.size()),
+                      0};
     bool same = true;
     for (const RunResult& result : results) {
         record.seconds += result.seconds;
@@ -177,12 +208,14 @@ CaseRecord merge(const Case& one, std::span<const RunResult> results, bool repea
     }
     if (record.verdict == Verdict::passed && repeatable && !same) {
         record.verdict = Verdict::failed;
-        record.reason = "repetitions gave different bits, though the device claims to be repeatable";
+        record.reason =
+            "repetitions gave different bits, though the device claims to be repeatable";
     }
     return record;
 }
 
-RunOutcome run_cases(const Examination& who, std::span<const Case> cases, const RunSettings& settings) {
+RunOutcome run_cases(const Examination& who, std::span<const Case> cases,
+                     const RunSettings& settings) {
     return Run(who, cases, settings).take();
 }
 

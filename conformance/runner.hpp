@@ -1,4 +1,5 @@
-// Runs cases against a plugin, each three times, in child processes, and puts together what they found.
+// Runs cases against a plugin, each three times, in child processes, and puts together what they
+// found.
 #pragma once
 #include <chrono>
 #include <functional>
@@ -11,19 +12,23 @@
 namespace defrec::conformance {
 
 inline constexpr uint32_t kRepetitions = 3;
-// The case that the runner itself adds, without a body: that the plugin's life ends well in a process that ran the others.
+// The case that the runner itself adds, without a body: that the plugin's life ends well in a
+// process that ran the others.
 Case end_of_process_case();
 
 struct RunSettings {
-    uint64_t seed = 1;                   // of the order
-    std::chrono::seconds time_limit{120};  // of one repetition; ten times as long for slow cases, and for loading
-    bool in_process = false;  // no child processes, no time limits: for tools that look at one process
+    uint64_t seed = 1;  // of the order
+    std::chrono::seconds time_limit{
+        120};  // of one repetition; ten times as long for slow cases, and for loading
+    bool in_process =
+        false;  // no child processes, no time limits: for tools that look at one process
     // Told before each repetition, for whoever watches; may be empty.
     std::function<void(size_t done, size_t total, const std::string& id)> progress;
 };
 
 struct RunOutcome {
-    std::string refusal;  // not empty: the plugin or its device cannot be examined, and there is nothing else
+    std::string refusal;  // not empty: the plugin or its device cannot be examined, and there is
+                          // nothing else
     DeviceDescription device;
     std::vector<CaseRecord> cases;  // in the order of the cases given, and the end of the process
 };
@@ -34,6 +39,7 @@ std::vector<Step> shuffled_steps(size_t cases, uint64_t seed);
 // The record of a case from its repetitions, in their order.
 CaseRecord merge(const Case& one, std::span<const RunResult> results, bool repeatable);
 
-RunOutcome run_cases(const Examination& who, std::span<const Case> cases, const RunSettings& settings);
+RunOutcome run_cases(const Examination& who, std::span<const Case> cases,
+                     const RunSettings& settings);
 
 }  // namespace defrec::conformance

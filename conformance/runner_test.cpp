@@ -1,4 +1,5 @@
-// The runner on cases of its own, and on a plugin that is sound: what happens to it is in the cases' bodies.
+// The runner on cases of its own, and on a plugin that is sound: what happens to it is in the
+// cases' bodies.
 #include "conformance/runner.hpp"
 
 #include <doctest/doctest.h>
@@ -20,7 +21,8 @@ Case make(const char* id, std::function<void(CaseRun&)> body) {
     return {id, "abi", "", "A case of the test.", true, false, std::move(body)};
 }
 
-RunOutcome run(const std::vector<Case>& cases, std::chrono::seconds time_limit = std::chrono::seconds(60)) {
+RunOutcome run(const std::vector<Case>& cases,
+               std::chrono::seconds time_limit = std::chrono::seconds(60)) {
     const PluginFiles reference = find_backend("reference");
     RunSettings settings;
     settings.time_limit = time_limit;
@@ -28,20 +30,25 @@ RunOutcome run(const std::vector<Case>& cases, std::chrono::seconds time_limit =
 }
 
 const CaseRecord& record(const RunOutcome& outcome, const std::string& id) {
-    const auto found =
-        std::find_if(outcome.cases.begin(), outcome.cases.end(), [&](const CaseRecord& one) { return one.id == id; });
+    const auto found = std::find_if(outcome.cases.begin(), outcome.cases.end(),
+                                    [&](const CaseRecord& one) { return one.id == id; });
     REQUIRE(found != outcome.cases.end());
     return *found;
 }
 
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+bool contains(const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+}
 
-RunResult result(Verdict verdict, const char* reason = "", uint64_t digest = 0) { return {verdict, reason, {}, {}, digest, 0.5}; }
+RunResult result(Verdict verdict, const char* reason = "", uint64_t digest = 0) {
+    return {verdict, reason, {}, {}, digest, 0.5};
+}
 
 }  // namespace
 
 TEST_CASE("every case comes three times, in an order that the seed decides") {
-    const std::vector<Step> steps = shuffled_steps(20, 1), again = shuffled_steps(20, 1), other = shuffled_steps(20, 2);
+    const std::vector<Step> steps = shuffled_steps(20, 1), again = shuffled_steps(20, 1),
+                            other = shuffled_steps(20, 2);
     REQUIRE(steps.size() == 60);
     std::set<std::pair<uint32_t, uint32_t>> seen;
     bool same = true, different = false;
@@ -55,9 +62,11 @@ TEST_CASE("every case comes three times, in an order that the seed decides") {
     CHECK(different);
 }
 
-TEST_CASE("the worst of the repetitions counts, and all must be the same bits on a repeatable device") {
+TEST_CASE(
+    "the worst of the repetitions counts, and all must be the same bits on a repeatable device") {
     const Case one = make("abi/one", {});
-    std::vector<RunResult> results = {result(Verdict::passed), result(Verdict::passed), result(Verdict::passed)};
+    std::vector<RunResult> results = {result(Verdict::passed), result(Verdict::passed),
+                                      result(Verdict::passed)};
     results[0].metrics = {{"position", "mm", 1, 0.5, 2, 2, 10}};
     results[1].metrics = {{"position", "mm", 1.5, 0.4, 2, 2, 10}};
     const CaseRecord merged = merge(one, results, true);
@@ -85,19 +94,24 @@ TEST_CASE("the worst of the repetitions counts, and all must be the same bits on
 
 TEST_CASE("verdicts, metrics and reasons come back from the worker") {
     const std::vector<Case> cases = {
-        make("abi/passes", [](CaseRun& run) { run.measure({"position", "mm", 1, 1, 2, 2, 3}); }),
+        make("abi/passes",
+             [](CaseRun& run) {
+                 run.measure({"position", "mm", 1, 1, 2, 2, 3});
+             }),
         make("abi/fails", [](CaseRun&) { fail_case("it is ", 7); }),
-        make("abi/beyond", [](CaseRun& run) {
-            run.measure({"position", "mm", 3, 1, 2, 2, 3});
-            run.show({"a picture", 1, 1, {1, 2, 3}});
-        }),
+        make("abi/beyond",
+             [](CaseRun& run) {
+                 run.measure({"position", "mm", 3, 1, 2, 2, 3});
+                 run.show({"a picture", 1, 1, {1, 2, 3}});
+             }),
         make("abi/skips", [](CaseRun&) { skip_case("not today"); }),
         make("abi/throws", [](CaseRun&) { throw 5; }),
-        make("abi/differs", [](CaseRun& run) {
-            static uint8_t count = 0;  // the worker's
-            ++count;
-            run.digest(std::as_bytes(std::span(&count, 1)));
-        }),
+        make("abi/differs",
+             [](CaseRun& run) {
+                 static uint8_t count = 0;  // the worker's
+                 ++count;
+                 run.digest(std::as_bytes(std::span(&count, 1)));
+             }),
     };
     const RunOutcome outcome = run(cases);
     CHECK(outcome.refusal.empty());
@@ -120,9 +134,10 @@ TEST_CASE("for tools that look at one process, cases run in this one") {
     settings.in_process = true;
     const pid_t here = getpid();
     const std::vector<Case> cases = {
-        make("abi/here", [here](CaseRun&) {
-            if (getpid() != here) fail_case("another process");
-        }),
+        make("abi/here",
+             [here](CaseRun&) {
+                 if (getpid() != here) fail_case("another process");
+             }),
         make("abi/fails", [](CaseRun&) { fail_case("it is 7"); }),
     };
     const RunOutcome outcome = run_cases({reference, reference, ""}, cases, settings);
@@ -132,7 +147,9 @@ TEST_CASE("for tools that look at one process, cases run in this one") {
     CHECK(record(outcome, end_of_process_case().id).verdict == Verdict::passed);
 }
 
-TEST_CASE("what a plugin does wrong with the host of an instance that a case opened itself fails that case, and no other") {
+TEST_CASE(
+    "what a plugin does wrong with the host of an instance that a case opened itself fails that "
+    "case, and no other") {
     const auto overrun = [](CaseRun& run) {
         const Instance instance(run.subject_plugin());
         const defrec_host& host = *instance.host().table();
@@ -158,14 +175,16 @@ TEST_CASE("what a plugin does wrong with the host of an instance that a case ope
 
 TEST_CASE("a case that crashes or hangs fails with what happened, once, and the others are run") {
     const std::vector<Case> cases = {
-        make("abi/crashes", [](CaseRun&) {
-            std::signal(SIGABRT, SIG_DFL);  // or the test's own handler would report it
-            std::abort();
-        }),
+        make("abi/crashes",
+             [](CaseRun&) {
+                 std::signal(SIGABRT, SIG_DFL);  // or the test's own handler would report it
+                 std::abort();
+             }),
         make("abi/exits", [](CaseRun&) { _exit(3); }),
-        make("abi/hangs", [](CaseRun&) {
-            for (;;) pause();
-        }),
+        make("abi/hangs",
+             [](CaseRun&) {
+                 for (;;) pause();
+             }),
         make("abi/passes", [](CaseRun&) {}),
     };
     const RunOutcome outcome = run(cases, std::chrono::seconds(2));
@@ -188,8 +207,9 @@ TEST_CASE("a plugin that hangs again and again is given up") {
     REQUIRE(outcome.cases.size() == 13);
     CHECK(std::all_of(outcome.cases.begin(), outcome.cases.end(),
                       [](const CaseRecord& one) { return one.verdict == Verdict::failed; }));
-    CHECK(std::count_if(outcome.cases.begin(), outcome.cases.end(),
-                        [](const CaseRecord& one) { return contains(one.reason, "not run"); }) == 8);
+    CHECK(std::count_if(outcome.cases.begin(), outcome.cases.end(), [](const CaseRecord& one) {
+              return contains(one.reason, "not run");
+          }) == 8);
 }
 
 TEST_CASE("the same numbers come from random in every repetition, other ones in another case") {
@@ -207,7 +227,12 @@ TEST_CASE("messages survive their way, and what is cut short is refused") {
     message.step = 12;
     message.text = "text";
     message.device.id = "id";
-    message.result = {Verdict::failed, "reason", {{"m", "mm", 1, 2, 3, 4, 5}}, {{"p", 2, 1, {1, 2, 3, 4, 5, 6}}}, 77, 1.5};
+    message.result = {Verdict::failed,
+                      "reason",
+                      {{"m", "mm", 1, 2, 3, 4, 5}},
+                      {{"p", 2, 1, {1, 2, 3, 4, 5, 6}}},
+                      77,
+                      1.5};
     std::vector<unsigned char> bytes = encode(message);
     const Message back = decode(bytes);
     CHECK(back.step == 12);

@@ -7,7 +7,8 @@ namespace defrec::conformance {
 namespace {
 
 constexpr uint64_t kBehind = 160;  // bytes of an output's buffer behind what is needed
-constexpr uint64_t kFillSeed = 77;  // one for all runs: what one finds is the complement of what the next finds
+constexpr uint64_t kFillSeed =
+    77;  // one for all runs: what one finds is the complement of what the next finds
 
 // Something without pattern; the complement differs from it in every byte.
 Bytes fill(uint64_t size, uint64_t seed, bool complement) {
@@ -26,12 +27,14 @@ Bytes with_garbage(const Input& input, uint64_t seed) {
     if (input.stride == 0) return input.bytes;
     Bytes bytes = fill(input.bytes.size() + 64, seed, false);
     for (uint64_t start = 0; start < input.bytes.size(); start += input.stride)
-        std::copy_n(input.bytes.begin() + std::ptrdiff_t(start), std::min(input.row, input.bytes.size() - start),
+        std::copy_n(input.bytes.begin() + std::ptrdiff_t(start),
+                    std::min(input.row, input.bytes.size() - start),
                     bytes.begin() + std::ptrdiff_t(start));
     return bytes;
 }
 
-std::vector<Buffer> upload(const Session& session, Queue& queue, const std::vector<Bytes>& contents, const std::vector<bool>& given) {
+std::vector<Buffer> upload(const Session& session, Queue& queue, const std::vector<Bytes>& contents,
+                           const std::vector<bool>& given) {
     std::vector<Buffer> buffers;
     for (size_t i = 0; i < contents.size(); ++i) {
         buffers.push_back(given[i] ? Buffer(session, contents[i].size()) : Buffer());
@@ -44,7 +47,9 @@ std::vector<Buffer> upload(const Session& session, Queue& queue, const std::vect
 class DeviceRun {
   public:
     // seed: of what surrounds the inputs.
-    DeviceRun(const Session& session, Queue& queue, const StageJob& job, uint64_t seed, bool complement) : job_(job) {
+    DeviceRun(const Session& session, Queue& queue, const StageJob& job, uint64_t seed,
+              bool complement)
+        : job_(job) {
         std::vector<bool> given;
         for (const Input& input : job.prepare) {
             prepared_before_.push_back(with_garbage(input, seed));
@@ -73,7 +78,8 @@ class DeviceRun {
                 queue.write(prepared_[i], fill(prepared_before_[i].size(), kFillSeed, true));
         stage.enqueue(queue, in_, out_);
         for (size_t i = 0; i < prepared_.size(); ++i)
-            if (!prepared_before_[i].empty() && prepared_[i].get() != nullptr) queue.write(prepared_[i], prepared_before_[i]);
+            if (!prepared_before_[i].empty() && prepared_[i].get() != nullptr)
+                queue.write(prepared_[i], prepared_before_[i]);
     }
 
     void read(Queue& queue) {
@@ -84,10 +90,11 @@ class DeviceRun {
 
     // After the queue has finished.
     void check_inputs() const {
-        const auto check = [&](const char* what, const std::vector<Buffer>& buffers, const std::vector<Bytes>& was,
-                               const std::vector<Bytes>& is) {
+        const auto check = [&](const char* what, const std::vector<Buffer>& buffers,
+                               const std::vector<Bytes>& was, const std::vector<Bytes>& is) {
             for (size_t i = 0; i < was.size(); ++i)
-                require(buffers[i].get() == nullptr || was[i] == is[i], stage_name(job_.stage()), " changed its ", what, " ", i);
+                require(buffers[i].get() == nullptr || was[i] == is[i], stage_name(job_.stage()),
+                        " changed its ", what, " ", i);
         };
         check("input", in_, in_before_, in_after_);
         check("prepared input", prepared_, prepared_before_, prepared_after_);
@@ -104,7 +111,8 @@ class DeviceRun {
     std::vector<Bytes> before, after;  // of the outputs
 
   private:
-    static void read_all(Queue& queue, const std::vector<Buffer>& buffers, std::vector<Bytes>& contents) {
+    static void read_all(Queue& queue, const std::vector<Buffer>& buffers,
+                         std::vector<Bytes>& contents) {
         contents.resize(buffers.size());
         for (size_t i = 0; i < buffers.size(); ++i) {
             contents[i].resize(buffers[i].get() == nullptr ? 0 : buffers[i].size());
@@ -119,22 +127,28 @@ class DeviceRun {
 
 std::string place(const Output& output, uint64_t byte) {
     if (byte >= output.size) return concat("byte ", byte - output.size, " behind the end");
-    if (output.width == 0) return concat("byte ", byte % output.element, " of record ", byte / output.element);
-    const uint64_t element = byte / output.element, x = element % output.stride, y = element / output.stride;
-    return x < output.width ? concat("the element at (", x, ", ", y, ")") : concat("byte ", byte, ", between rows ", y, " and ", y + 1, ",");
+    if (output.width == 0)
+        return concat("byte ", byte % output.element, " of record ", byte / output.element);
+    const uint64_t element = byte / output.element, x = element % output.stride,
+                   y = element / output.stride;
+    return x < output.width ? concat("the element at (", x, ", ", y, ")")
+                            : concat("byte ", byte, ", between rows ", y, " and ", y + 1, ",");
 }
 
 // Written bytes are the same whatever lay there; others are what lay there.
-void check_writes(const StageJob& job, const DeviceRun& first, const DeviceRun& second, const Expected& expected) {
+void check_writes(const StageJob& job, const DeviceRun& first, const DeviceRun& second,
+                  const Expected& expected) {
     for (size_t i = 0; i < job.out.size(); ++i) {
         if (!job.out[i].given) continue;
         for (uint64_t byte = 0; byte < first.after[i].size(); ++byte) {
-            const bool untouched = first.after[i][byte] == first.before[i][byte] && second.after[i][byte] == second.before[i][byte];
+            const bool untouched = first.after[i][byte] == first.before[i][byte] &&
+                                   second.after[i][byte] == second.before[i][byte];
             if (byte < expected.written[i].size() && expected.written[i][byte]) {
-                require(!untouched, stage_name(job.stage()), " left ", place(job.out[i], byte), " of ", job.out[i].name, " as it was");
+                require(!untouched, stage_name(job.stage()), " left ", place(job.out[i], byte),
+                        " of ", job.out[i].name, " as it was");
             } else {
-                require(untouched, stage_name(job.stage()), " wrote ", place(job.out[i], byte), " of ", job.out[i].name,
-                        ", which is to stay as it was");
+                require(untouched, stage_name(job.stage()), " wrote ", place(job.out[i], byte),
+                        " of ", job.out[i].name, ", which is to stay as it was");
             }
         }
     }
@@ -155,7 +169,8 @@ Expected run_reference(Session& reference, const StageJob& job) {
     expected.outputs = first.results();
     for (size_t i = 0; i < job.out.size(); ++i) {
         std::vector<bool> written(expected.outputs[i].size());
-        for (size_t byte = 0; byte < written.size(); ++byte) written[byte] = first.after[i][byte] == second.after[i][byte];
+        for (size_t byte = 0; byte < written.size(); ++byte)
+            written[byte] = first.after[i][byte] == second.after[i][byte];
         expected.written.push_back(std::move(written));
     }
     return expected;
@@ -171,9 +186,11 @@ std::vector<Bytes> run_plainly(Session& session, const StageJob& job) {
     return run.results();
 }
 
-Found run_strictly(Session& session, const StageJob& job, const StageJob& other, const Expected& expected) {
+Found run_strictly(Session& session, const StageJob& job, const StageJob& other,
+                   const Expected& expected) {
     Queue queue(session);
-    DeviceRun first(session, queue, job, 1, false), between(session, queue, other, 2, false), second(session, queue, job, 3, true);
+    DeviceRun first(session, queue, job, 1, false), between(session, queue, other, 2, false),
+        second(session, queue, job, 3, true);
     Stage stage(session, job.stage(), job.params.get());
     first.enqueue(queue, stage);
     between.enqueue(queue, stage);

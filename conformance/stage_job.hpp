@@ -1,5 +1,6 @@
-// One run of one stage: its parameters, inputs and outputs, in host memory; and how it is run on a device so that writes where
-// none belong, results of what lay in memory and results of the run before all show.
+// One run of one stage: its parameters, inputs and outputs, in host memory; and how it is run on a
+// device so that writes where none belong, results of what lay in memory and results of the run
+// before all show.
 #pragma once
 #include <cstring>
 #include <span>
@@ -18,7 +19,8 @@ using Bytes = std::vector<std::byte>;
 struct Input {
     Bytes bytes;
     bool given = true;
-    // An image: nobody may look at what lies between its rows and behind it, so that is something else in each run. In bytes.
+    // An image: nobody may look at what lies between its rows and behind it, so that is something
+    // else in each run. In bytes.
     uint64_t row = 0, stride = 0;
     // Records: their size, and where in them floats lie (offset in bytes, number).
     uint32_t record = 0;
@@ -50,9 +52,12 @@ std::vector<std::pair<uint32_t, uint32_t>> floats_in() {
     if constexpr (std::is_same_v<T, defrec_motion>) return {{0, 8}};
     if constexpr (std::is_same_v<T, defrec_landmark>) return {{offsetof(T, position), 3}};
     if constexpr (std::is_same_v<T, defrec_match>) return {{offsetof(T, position), 4}};
-    if constexpr (std::is_same_v<T, defrec_surface_point>) return {{0, 6}, {offsetof(T, weight), 4}};
-    if constexpr (std::is_same_v<T, defrec_patch>) return {{offsetof(T, position), 9}, {offsetof(T, weight), 4}};
-    if constexpr (std::is_same_v<T, defrec_patch_observation>) return {{offsetof(T, information), 3}};
+    if constexpr (std::is_same_v<T, defrec_surface_point>)
+        return {{0, 6}, {offsetof(T, weight), 4}};
+    if constexpr (std::is_same_v<T, defrec_patch>)
+        return {{offsetof(T, position), 9}, {offsetof(T, weight), 4}};
+    if constexpr (std::is_same_v<T, defrec_patch_observation>)
+        return {{offsetof(T, information), 3}};
     if constexpr (std::is_same_v<T, defrec_edge>) return {{offsetof(T, weight), 1}};
     return {};
 }
@@ -66,7 +71,9 @@ Input records(std::span<const T> values) {
     return input;
 }
 template <class T>
-Input records(const std::vector<T>& values) { return records(std::span<const T>(values)); }
+Input records(const std::vector<T>& values) {
+    return records(std::span<const T>(values));
+}
 inline Input not_given() {
     Input input;
     input.given = false;
@@ -80,15 +87,24 @@ Input image_input(const std::vector<T>& pixels, uint32_t width, uint32_t height,
     input.stride = stride * sizeof(T);
     input.bytes.resize(input.stride * (height - 1) + input.row);
     for (uint32_t y = 0; y < height; ++y)
-        std::memcpy(input.bytes.data() + y * input.stride, pixels.data() + size_t(y) * width, input.row);
+        std::memcpy(input.bytes.data() + y * input.stride, pixels.data() + size_t(y) * width,
+                    input.row);
     return input;
 }
 template <class T>
 Output image_output(std::string name, uint32_t width, uint32_t height, uint32_t stride) {
-    return {std::move(name), (uint64_t(stride) * (height - 1) + width) * sizeof(T), sizeof(T), width, height, stride, true};
+    return {std::move(name),
+            (uint64_t(stride) * (height - 1) + width) * sizeof(T),
+            sizeof(T),
+            width,
+            height,
+            stride,
+            true};
 }
 template <class T>
-Output record_output(std::string name, uint64_t count) { return {std::move(name), count * sizeof(T), sizeof(T), 0, 0, 0, true}; }
+Output record_output(std::string name, uint64_t count) {
+    return {std::move(name), count * sizeof(T), sizeof(T), 0, 0, 0, true};
+}
 inline Output left_out(Output output) {
     output.given = false;
     return output;
@@ -96,11 +112,13 @@ inline Output left_out(Output output) {
 template <class T>
 std::vector<T> as(const Bytes& bytes) {
     std::vector<T> values(bytes.size() / sizeof(T));
-    if (!values.empty()) std::memcpy(static_cast<void*>(values.data()), bytes.data(), values.size() * sizeof(T));
+    if (!values.empty())
+        std::memcpy(static_cast<void*>(values.data()), bytes.data(), values.size() * sizeof(T));
     return values;
 }
 
-// What a job gives according to the reference: the outputs, and which of their bytes are written at all.
+// What a job gives according to the reference: the outputs, and which of their bytes are written at
+// all.
 struct Expected {
     std::vector<Bytes> outputs;
     std::vector<std::vector<bool>> written;
@@ -110,12 +128,15 @@ Expected run_reference(Session& reference, const StageJob& job);
 // The job alone on a new stage: its outputs, without any check but of the statuses.
 std::vector<Bytes> run_plainly(Session& session, const StageJob& job);
 
-// Runs the job, then the other one (of the same parameters and sizes), then the job again, on one stage without waiting in between,
-// with outputs that are larger than need be and filled with something else each time. Throws CaseFailure if an input was changed,
-// or if bytes were written that do not belong to the result or bytes of the result were not. Returns the results of the two runs.
+// Runs the job, then the other one (of the same parameters and sizes), then the job again, on one
+// stage without waiting in between, with outputs that are larger than need be and filled with
+// something else each time. Throws CaseFailure if an input was changed, or if bytes were written
+// that do not belong to the result or bytes of the result were not. Returns the results of the two
+// runs.
 struct Found {
     std::vector<Bytes> first, second;
 };
-Found run_strictly(Session& session, const StageJob& job, const StageJob& other, const Expected& expected);
+Found run_strictly(Session& session, const StageJob& job, const StageJob& other,
+                   const Expected& expected);
 
 }  // namespace defrec::conformance

@@ -14,11 +14,13 @@ TEST_CASE("every case once, in the order of the ids, with all that a report has 
     const Suite suite = this_suite();
     CHECK(suite.cases.size() == all_cases().size() + 1);
     const auto not_before = [](const CaseRecord& a, const CaseRecord& b) { return a.id >= b.id; };
-    CHECK(std::adjacent_find(suite.cases.begin(), suite.cases.end(), not_before) == suite.cases.end());
+    CHECK(std::adjacent_find(suite.cases.begin(), suite.cases.end(), not_before) ==
+          suite.cases.end());
     for (const CaseRecord& one : suite.cases) {
         CAPTURE(one.id);
         CHECK(one.id.starts_with(one.tier + "/"));
-        CHECK((one.stage.empty() || (one.id + "/").find("/" + one.stage + "/") != std::string::npos));
+        CHECK(
+            (one.stage.empty() || (one.id + "/").find("/" + one.stage + "/") != std::string::npos));
         CHECK(one.title.ends_with("."));
         CHECK(one.runs == (one.id == end_of_process_case().id ? 1 : kRepetitions));
     }

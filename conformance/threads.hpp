@@ -9,7 +9,8 @@ namespace defrec::conformance {
 void on_threads(size_t count, const std::function<void(size_t)>& body);
 
 size_t thread_count();
-// How many threads there are beyond `known`. A thread that has been joined may still show for a moment, which is waited for.
+// How many threads there are beyond `known`. A thread that has been joined may still show for a
+// moment, which is waited for.
 size_t threads_beyond(size_t known);
 
 }  // namespace defrec::conformance

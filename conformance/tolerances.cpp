@@ -20,7 +20,8 @@ template <class... Pieces>
 
 std::string text(const YAML::Node& entry, const char* key) {
     const YAML::Node node = entry[key];
-    if (!node || !node.IsScalar() || node.Scalar().empty()) refuse(entry.Mark(), key, " is missing");
+    if (!node || !node.IsScalar() || node.Scalar().empty())
+        refuse(entry.Mark(), key, " is missing");
     return node.Scalar();
 }
 
@@ -29,7 +30,8 @@ double number(const YAML::Node& entry, const char* key) {
     const std::string given = text(entry, key);
     double value = 0;
     const auto [end, error] = std::from_chars(given.data(), given.data() + given.size(), value);
-    if (error != std::errc() || end != given.data() + given.size() || !std::isfinite(value) || value < 0)
+    if (error != std::errc() || end != given.data() + given.size() || !std::isfinite(value) ||
+        value < 0)
         refuse(entry[key].Mark(), key, " is \"", given, "\", a number of at least 0 expected");
     return value;
 }
@@ -51,11 +53,15 @@ Tolerances Tolerances::parse(std::string_view yaml) {
         const YAML::Node& entry = pair.second;
         if (!entry.IsMap()) refuse(entry.Mark(), name, " has no values");
         for (const auto& item : entry)
-            if (!kKeys.contains(item.first.Scalar())) refuse(item.first.Mark(), "unknown key ", item.first.Scalar());
-        const Tolerance tolerance{text(entry, "unit"), number(entry, "maximum"), number(entry, "p99"),
-                                  text(entry, "provenance"), text(entry, "command")};
-        if (tolerance.p99 > tolerance.maximum) refuse(entry.Mark(), name, ": p99 is larger than maximum");
-        if (!tolerances.all_.emplace(name, tolerance).second) refuse(pair.first.Mark(), name, " appears twice");
+            if (!kKeys.contains(item.first.Scalar()))
+                refuse(item.first.Mark(), "unknown key ", item.first.Scalar());
+        const Tolerance tolerance{text(entry, "unit"), number(entry, "maximum"),
+                                  number(entry, "p99"), text(entry, "provenance"),
+                                  text(entry, "command")};
+        if (tolerance.p99 > tolerance.maximum)
+            refuse(entry.Mark(), name, ": p99 is larger than maximum");
+        if (!tolerances.all_.emplace(name, tolerance).second)
+            refuse(pair.first.Mark(), name, " appears twice");
     }
     return tolerances;
 }

@@ -10,7 +10,9 @@
 using namespace defrec::conformance;
 
 namespace {
-const std::string kGood = "warp.position:\n  unit: mm\n  maximum: 2e-4\n  p99: 1e-4\n  provenance: said so\n  command: none\n";
+const std::string kGood =
+    "warp.position:\n  unit: mm\n  maximum: 2e-4\n  p99: 1e-4\n  provenance: said so\n  command: "
+    "none\n";
 
 std::string without(const std::string& part, const std::string& instead = "") {
     std::string text = kGood;
@@ -24,11 +26,13 @@ TEST_CASE("a tolerance has both limits, a unit, and says where it comes from") {
     CHECK(one.p99 == 1e-4);
     CHECK(one.unit == "mm");
     CHECK(one.provenance == "said so");
-    for (const char* key : {"  unit: mm\n", "  maximum: 2e-4\n", "  p99: 1e-4\n", "  provenance: said so\n", "  command: none\n"})
+    for (const char* key : {"  unit: mm\n", "  maximum: 2e-4\n", "  p99: 1e-4\n",
+                            "  provenance: said so\n", "  command: none\n"})
         CHECK_THROWS_AS(Tolerances::parse(without(key)), defrec::Error);
     for (const char* number : {"much", "-1", "nan", "1,5", "inf"})
         CHECK_THROWS_AS(Tolerances::parse(without("2e-4", number)), defrec::Error);
-    CHECK_THROWS_AS(Tolerances::parse(without("2e-4", "5e-5")), defrec::Error);  // less than its p99
+    CHECK_THROWS_AS(Tolerances::parse(without("2e-4", "5e-5")),
+                    defrec::Error);  // less than its p99
     CHECK_THROWS_AS(Tolerances::parse(kGood + kGood), defrec::Error);
     CHECK_THROWS_AS(Tolerances::parse(kGood + "  why: not\n"), defrec::Error);
     CHECK_THROWS_AS(Tolerances::parse("- 1\n"), defrec::Error);

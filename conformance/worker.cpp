@@ -12,7 +12,13 @@ namespace {
 DeviceDescription describe(const Session& session) {
     const auto text = [](const char* given) { return std::string(given == nullptr ? "" : given); };
     const defrec_device_info& info = session.info();
-    return {text(session.table().vendor), text(info.id), text(info.name), text(info.driver), info.kind, info.features, info.stages};
+    return {text(session.table().vendor),
+            text(info.id),
+            text(info.name),
+            text(info.driver),
+            info.kind,
+            info.features,
+            info.stages};
 }
 
 void note_host_misuse(RunResult& result, const std::string& misuse) {
@@ -68,8 +74,9 @@ RunResult run_case(const Case& one, Workbench& bench, const Tolerances& toleranc
     for (const Metric& metric : run.metrics) {
         if (result.verdict != Verdict::passed || metric.passed()) continue;
         result.verdict = Verdict::failed;
-        result.reason = concat(metric.name, ": maximum ", metric.maximum, " ", metric.unit, " (limit ", metric.limit_maximum,
-                               "), p99 ", metric.p99, " (limit ", metric.limit_p99, ")");
+        result.reason =
+            concat(metric.name, ": maximum ", metric.maximum, " ", metric.unit, " (limit ",
+                   metric.limit_maximum, "), p99 ", metric.p99, " (limit ", metric.limit_p99, ")");
     }
     note_host_misuse(result, bench.subject_misuse());
     note_host_misuse(result, bench.subject_plugin().take_misuse());
@@ -80,11 +87,13 @@ RunResult run_case(const Case& one, Workbench& bench, const Tolerances& toleranc
     result.metrics = std::move(run.metrics);
     result.pictures = std::move(run.pictures);
     result.digest = run.digest_value;
-    result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    result.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return result;
 }
 
-void run_worker(const Examination& who, std::span<const Case> cases, std::span<const Step> steps, const MessageSender& sender) {
+void run_worker(const Examination& who, std::span<const Case> cases, std::span<const Step> steps,
+                const MessageSender& sender) {
     Message message;
     const auto send = [&](MessageKind kind) {
         message.kind = kind;
@@ -110,7 +119,9 @@ void run_worker(const Examination& who, std::span<const Case> cases, std::span<c
         message.step = i;
         send(MessageKind::began);
         message.step = i;
-        message.result = i < steps.size() ? run_case(cases[steps[i].one], *bench, Tolerances::of_suite()) : end_life(*bench);
+        message.result = i < steps.size()
+                             ? run_case(cases[steps[i].one], *bench, Tolerances::of_suite())
+                             : end_life(*bench);
         send(MessageKind::ended);
     }
 }

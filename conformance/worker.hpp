@@ -18,8 +18,10 @@ struct Examination {
     std::string device_id;  // of the subject; empty: its first
 };
 
-// Loads the plugins, runs the steps in their order, and tells of each; the step behind the last is the end of the plugins' life.
-void run_worker(const Examination& who, std::span<const Case> cases, std::span<const Step> steps, const MessageSender& sender);
+// Loads the plugins, runs the steps in their order, and tells of each; the step behind the last is
+// the end of the plugins' life.
+void run_worker(const Examination& who, std::span<const Case> cases, std::span<const Step> steps,
+                const MessageSender& sender);
 
 // One repetition of one case, whatever its body throws.
 RunResult run_case(const Case& one, Workbench& bench, const Tolerances& tolerances);

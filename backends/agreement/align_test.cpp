@@ -16,8 +16,10 @@ using namespace defrec::test;
 namespace {
 
 bool same(const defrec_patch_observation& a, const defrec_patch_observation& b) {
-    bool result = a.u == b.u && a.v == b.v && a.score == b.score && a.valid == b.valid && a.reserved == b.reserved;
-    for (int k = 0; k < 3; ++k) result = result && std::abs(a.information[k] - b.information[k]) <= 1e-4f;
+    bool result = a.u == b.u && a.v == b.v && a.score == b.score && a.valid == b.valid &&
+                  a.reserved == b.reserved;
+    for (int k = 0; k < 3; ++k)
+        result = result && std::abs(a.information[k] - b.information[k]) <= 1e-4f;
     return result;
 }
 
@@ -25,7 +27,8 @@ bool same(const defrec_patch_observation& a, const defrec_patch_observation& b) 
 class Pair {
   public:
     explicit Pair(const defrec_align_params& params)
-        : reference_(reference::make_align(params, host_.host())), tested_(under_test::make_align(params, host_.host())) {}
+        : reference_(reference::make_align(params, host_.host())),
+          tested_(under_test::make_align(params, host_.host())) {}
     void check_equal(const AlignScene& scene) {
         const auto expected = observe(*reference_, scene);
         under_test::on_every_target([&] {
@@ -46,8 +49,8 @@ void mask_blocks(AlignScene& scene, uint32_t seed) {
     scene.mask.assign(scene.live.size(), 1);
     std::mt19937 random(seed);
     for (int k = 0; k < 80; ++k) {
-        const size_t x = random() % (scene.params.width - 6), y = random() % (scene.params.height - 6),
-                     side = 1 + random() % 6;
+        const size_t x = random() % (scene.params.width - 6),
+                     y = random() % (scene.params.height - 6), side = 1 + random() % 6;
         for (size_t j = 0; j < side; ++j)
             for (size_t i = 0; i < side; ++i) scene.mask[(y + j) * scene.params.stride + x + i] = 0;
     }
@@ -55,7 +58,8 @@ void mask_blocks(AlignScene& scene, uint32_t seed) {
 
 }  // namespace
 
-TEST_CASE("observations equal the reference's, for every level, small to large radii and odd sizes") {
+TEST_CASE(
+    "observations equal the reference's, for every level, small to large radii and odd sizes") {
     if (!under_test::available()) return;
     for (const uint32_t level : {0u, 1u, 2u, 3u})
         for (const uint32_t radius : {1u, 4u, 5u, 7u})
@@ -81,9 +85,12 @@ TEST_CASE("observations equal the reference's, for every level, small to large r
             }
 }
 
-TEST_CASE("so do patches at the borders, stretched, turned and senseless ones, in dense and padded images") {
+TEST_CASE(
+    "so do patches at the borders, stretched, turned and senseless ones, in dense and padded "
+    "images") {
     if (!under_test::available()) return;
-    for (const auto& [width, stride] : {std::pair(211u, 211u), std::pair(211u, 256u), std::pair(212u, 212u)})
+    for (const auto& [width, stride] :
+         {std::pair(211u, 211u), std::pair(211u, 256u), std::pair(212u, 212u)})
         for (const uint32_t level : {0u, 1u}) {
             AlignSceneOptions options;
             options.width = width;
@@ -133,7 +140,8 @@ TEST_CASE("several views are told apart") {
     AlignSceneOptions other;
     other.seed = 2;
     const AlignScene second = make_align_scene(other);
-    std::vector<uint8_t> views(size_t(scene.params.stride) * scene.params.height + second.view.size(), 0);
+    std::vector<uint8_t> views(
+        size_t(scene.params.stride) * scene.params.height + second.view.size(), 0);
     std::copy(second.view.begin(), second.view.end(), views.begin());
     std::copy(scene.view.begin(), scene.view.end(),
               views.begin() + std::ptrdiff_t(scene.params.stride * scene.params.height));
@@ -141,7 +149,8 @@ TEST_CASE("several views are told apart") {
     scene.params.views = 2;
     for (size_t i = 0; i < scene.patches.size(); i += 2) scene.patches[i].view = 1;
     Pair(scene.params).check_equal(scene);
-    const auto observations = observe(*under_test::make_align(scene.params, TestHost().host()), scene);
+    const auto observations =
+        observe(*under_test::make_align(scene.params, TestHost().host()), scene);
     size_t right = 0, wrong = 0;
     for (size_t i = 0; i < observations.size(); ++i)
         (i % 2 == 0 ? right : wrong) += size_t(observations[i].valid);
@@ -206,7 +215,8 @@ std::vector<defrec_motion> motions_of_six(double turn) {
     std::vector<defrec_motion> motions;
     for (int i = 0; i < 6; ++i) {
         const Vec3<double> axis{0.3 * std::sin(i), 0.3 * std::cos(i), 1};
-        auto motion = from_rigid(rotation_from_vector(turn * axis), {0.2 + 0.05 * i, -0.4, 0.3 * std::sin(i)});
+        auto motion = from_rigid(rotation_from_vector(turn * axis),
+                                 {0.2 + 0.05 * i, -0.4, 0.3 * std::sin(i)});
         if (i % 2 == 1) motion = {-1.0 * motion.real, -1.0 * motion.dual};
         motions.push_back(motion.store());
     }
@@ -237,9 +247,11 @@ TEST_CASE("predictions agree with the reference's, and the number of threads cha
         for (const double turn : {0.0, 0.1, 0.6}) {
             const AlignScene scene = plane(level);
             const auto motions = motions_of_six(turn);
-            const Output expected = run(*reference::make_align(scene.params, one.host()), scene, motions);
+            const Output expected =
+                run(*reference::make_align(scene.params, one.host()), scene, motions);
             const Output a = run(*under_test::make_align(scene.params, one.host()), scene, motions);
-            const Output b = run(*under_test::make_align(scene.params, four.host()), scene, motions);
+            const Output b =
+                run(*under_test::make_align(scene.params, four.host()), scene, motions);
             CHECK(check_predictions(expected, a) > scene.patches.size() / 2);
             CHECK(identical(a.observations, b.observations));
             CHECK(identical(a.predictions, b.predictions));
@@ -250,18 +262,24 @@ TEST_CASE("a motion that is not finite takes no other control point's patches al
     if (!under_test::available()) return;
     const TestHost host;
     const AlignScene scene = plane(0);
-    for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()})
+    for (const float bad :
+         {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()})
         for (const bool dual : {false, true}) {
             CAPTURE(bad);
             CAPTURE(dual);
             auto motions = motions_of_six(0.1);
             (dual ? motions[2].dual : motions[2].real)[1] = bad;
-            const Output good = run(*under_test::make_align(scene.params, host.host()), scene, motions_of_six(0.1));
-            const Output got = run(*under_test::make_align(scene.params, host.host()), scene, motions);
+            const Output good =
+                run(*under_test::make_align(scene.params, host.host()), scene, motions_of_six(0.1));
+            const Output got =
+                run(*under_test::make_align(scene.params, host.host()), scene, motions);
             size_t untouched = 0;
             for (size_t i = 0; i < scene.patches.size(); ++i) {
-                if (std::count(scene.patches[i].node, scene.patches[i].node + DEFREC_SKIN_NODES, 2) != 0) continue;
-                CHECK(std::memcmp(&good.observations[i], &got.observations[i], sizeof got.observations[i]) == 0);
+                if (std::count(scene.patches[i].node, scene.patches[i].node + DEFREC_SKIN_NODES,
+                               2) != 0)
+                    continue;
+                CHECK(std::memcmp(&good.observations[i], &got.observations[i],
+                                  sizeof got.observations[i]) == 0);
                 ++untouched;
             }
             CHECK(untouched > 20);
@@ -273,8 +291,10 @@ TEST_CASE("given predictions are handed on, and what lies behind the records sta
     const TestHost host;
     const AlignScene scene = make_align_scene({});
     const auto tested = under_test::make_align(scene.params, host.host());
-    const Output got = run(*tested, scene, {}), expected = run(*reference::make_align(scene.params, host.host()), scene, {});
-    for (size_t i = 0; i < expected.observations.size(); ++i) CHECK(same(expected.observations[i], got.observations[i]));
+    const Output got = run(*tested, scene, {}),
+                 expected = run(*reference::make_align(scene.params, host.host()), scene, {});
+    for (size_t i = 0; i < expected.observations.size(); ++i)
+        CHECK(same(expected.observations[i], got.observations[i]));
     CHECK(identical(expected.predictions, got.predictions));
 
     AlignScene empty = scene;
@@ -305,5 +325,6 @@ TEST_CASE("align refuses what it cannot compute") {
     std::vector<defrec_patch_observation> observations(scene.patches.size());
     const InBuffer in[1] = {in_buffer(live)};
     const OutBuffer out[1] = {out_buffer(observations)};
-    CHECK_THROWS_AS(under_test::make_align(scene.params, host.host())->run(in, out), StageError);  // before prepare
+    CHECK_THROWS_AS(under_test::make_align(scene.params, host.host())->run(in, out),
+                    StageError);  // before prepare
 }

@@ -51,8 +51,9 @@ struct LmRun {
         const InBuffer given[] = {in(start), matches ? in(surface.matches) : InBuffer{},
                                   patches ? in(surface.observations) : InBuffer{},
                                   depth ? in(surface.disparity) : InBuffer{}};
-        const OutBuffer results[] = {{solved.motions.data(), solved.motions.size() * sizeof(defrec_motion)},
-                                     {&solved.summary, sizeof solved.summary}};
+        const OutBuffer results[] = {
+            {solved.motions.data(), solved.motions.size() * sizeof(defrec_motion)},
+            {&solved.summary, sizeof solved.summary}};
         stage.run(std::span(given, matches || patches || depth ? 4 : 1), results);
         return solved;
     }
@@ -63,7 +64,8 @@ struct LmRun {
     bool matches = true, patches = true, depth = true;
 };
 
-// Distances, mm, of the template's points that the live image shows from where they should be, ascending.
+// Distances, mm, of the template's points that the live image shows from where they should be,
+// ascending.
 std::vector<double> errors(
     const TestSurface& surface, const Solved& solved, const Deformation& truth,
     const std::function<bool(double, double)>& counts = [](double, double) { return true; }) {
@@ -71,7 +73,8 @@ std::vector<double> errors(
     for (const auto& point : surface.points) {
         const Point expected = truth(load3<double>(point.position));
         const auto pixel = surface.project(expected);
-        if (pixel.u < 0 || pixel.v < 0 || pixel.u > surface.width() - 1 || pixel.v > surface.height() - 1)
+        if (pixel.u < 0 || pixel.v < 0 || pixel.u > surface.width() - 1 ||
+            pixel.v > surface.height() - 1)
             continue;
         if (!counts(pixel.u, pixel.v)) continue;
         const Point off = TestSurface::moved(solved.motions, point) - expected;
@@ -85,7 +88,8 @@ double at(const std::vector<double>& sorted, double share) {
 }
 
 bool same(const Solved& a, const Solved& b) {
-    return std::memcmp(a.motions.data(), b.motions.data(), a.motions.size() * sizeof(defrec_motion)) == 0 &&
+    return std::memcmp(a.motions.data(), b.motions.data(),
+                       a.motions.size() * sizeof(defrec_motion)) == 0 &&
            std::memcmp(&a.summary, &b.summary, sizeof a.summary) == 0;
 }
 bool finite(const Solved& solved) {
@@ -107,7 +111,8 @@ Deformation rigid(Point turn, Point t) {
     const auto motion = from_rigid(rotation_from_vector(turn), t);
     return [motion](Point p) { return apply(motion, p - Point{0, 0, 80}) + Point{0, 0, 80}; };
 }
-// A wave across the surface with some sideways motion: not one that control points can follow exactly.
+// A wave across the surface with some sideways motion: not one that control points can follow
+// exactly.
 Point wave(Point p) {
     return {p.x + 0.8 * std::sin(p.y / 12) + 0.5, p.y + 0.5 * std::cos(p.x / 14),
             p.z + 1.5 * std::sin(p.x / 16 + p.y / 18)};
@@ -116,7 +121,8 @@ Point wave(Point p) {
 // docs/numerics.md
 void check_agreement(const TestSurface& surface, const Solved& actual, const Solved& expected) {
     CHECK(actual.summary.failed == expected.summary.failed);
-    CHECK(actual.summary.initial_cost == doctest::Approx(expected.summary.initial_cost).epsilon(2e-3));
+    CHECK(actual.summary.initial_cost ==
+          doctest::Approx(expected.summary.initial_cost).epsilon(2e-3));
     CHECK(actual.summary.final_cost == doctest::Approx(expected.summary.final_cost).epsilon(2e-3));
     CHECK(std::abs(actual.summary.icp_points - expected.summary.icp_points) <= 8);
     CHECK(std::abs(actual.summary.matches - expected.summary.matches) <= 2);
@@ -161,7 +167,8 @@ TEST_CASE("a far rigid motion, beyond every kernel, is reached by moving rigidly
     const auto truth = rigid({0.1, 0.2, -0.6}, {8, -6, 10});
     TestSurface surface({});
     surface.deform(truth);
-    for (size_t i = 0; i < surface.matches.size(); i += 5) surface.matches[i].position[0] += 25;  // outliers
+    for (size_t i = 0; i < surface.matches.size(); i += 5)
+        surface.matches[i].position[0] += 25;  // outliers
     for (const Maker make : kMakers) {
         LmRun run(surface);
         run.params.presolve = 1;
@@ -236,14 +243,15 @@ TEST_CASE("starting from everything translated gives the same surface") {
             motion = from_rigid(Quaternion<double>{1, 0, 0, 0}, {2, -3, 1}).store();
         const Solved second = moved_start(make);
         for (const auto& point : surface.points) {
-            const Point off =
-                TestSurface::moved(first.motions, point) - TestSurface::moved(second.motions, point);
+            const Point off = TestSurface::moved(first.motions, point) -
+                              TestSurface::moved(second.motions, point);
             CHECK(std::sqrt(dot(off, off)) < 0.1);
         }
     }
 }
 
-TEST_CASE("an occluded half follows its neighbours, and faster when control points are solved together") {
+TEST_CASE(
+    "an occluded half follows its neighbours, and faster when control points are solved together") {
     if (!under_test::available()) return;
     const auto truth = rigid({0, 0, 0}, {7, 7, 2});
     TestSurface surface({});
@@ -288,7 +296,8 @@ TEST_CASE("numbers that are not finite in a frame are left out and do not spread
     if (!under_test::available()) return;
     TestSurface surface({});
     surface.deform(wave);
-    const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
+    const float nan = std::numeric_limits<float>::quiet_NaN(),
+                inf = std::numeric_limits<float>::infinity();
     surface.matches[3].position[0] = nan;
     surface.matches[4].position[2] = inf;
     surface.matches[5].weight = nan;
@@ -348,8 +357,10 @@ TEST_CASE("an edge named twice or backwards counts as one with both weights") {
     }
     for (const Maker make : kMakers) {
         const Solved expected = LmRun(surface)(make), actual = LmRun(split)(make);
-        CHECK(actual.summary.final_cost == doctest::Approx(expected.summary.final_cost).epsilon(1e-4));
-        CHECK(actual.summary.arap_cost == doctest::Approx(expected.summary.arap_cost).epsilon(1e-3));
+        CHECK(actual.summary.final_cost ==
+              doctest::Approx(expected.summary.final_cost).epsilon(1e-4));
+        CHECK(actual.summary.arap_cost ==
+              doctest::Approx(expected.summary.arap_cost).epsilon(1e-3));
     }
 }
 
@@ -372,7 +383,8 @@ TEST_CASE("a template that cannot be used is refused") {
 
 TEST_CASE("lm agrees with the definition, and gives the same bits again, for 1, 2 and 3 threads") {
     if (!under_test::available()) return;
-    for (const uint32_t solver : {uint32_t(DEFREC_SOLVER_COUPLED), uint32_t(DEFREC_SOLVER_INDEPENDENT)})
+    for (const uint32_t solver :
+         {uint32_t(DEFREC_SOLVER_COUPLED), uint32_t(DEFREC_SOLVER_INDEPENDENT)})
         for (const uint32_t width : {240u, 213u}) {
             SurfaceSpec spec;
             spec.width = width;
@@ -395,11 +407,14 @@ TEST_CASE("lm agrees with the definition, and gives the same bits again, for 1, 
                 motion = from_rigid(Quaternion<double>{1, 0, 0, 0}, {0.013, 0.017, 0}).store();
             const Solved expected = run(reference::make_lm), actual = run(under_test::make_lm);
             check_agreement(surface, actual, expected);
-            for (const uint32_t threads : {1u, 2u, 3u}) CHECK(same(run(under_test::make_lm, threads), actual));
+            for (const uint32_t threads : {1u, 2u, 3u})
+                CHECK(same(run(under_test::make_lm, threads), actual));
         }
 }
 
-TEST_CASE("lm agrees with the definition where control points are many, and where templates lack something") {
+TEST_CASE(
+    "lm agrees with the definition where control points are many, and where templates lack "
+    "something") {
     if (!under_test::available()) return;
     enum { kDense, kNoEdges, kNoPoints, kNoSightings, kOneControlPoint, kCases };
     for (int which = 0; which < kCases; ++which) {
@@ -434,7 +449,8 @@ TEST_CASE("lm agrees with the definition where control points are many, and wher
         LmRun run(surface);
         run.params.iterations = 3;
         run.params.cg_iterations = 7;
-        for (auto& motion : run.start) motion = from_rigid(Quaternion<double>{1, 0, 0, 0}, {0.013, 0.017, 0}).store();
+        for (auto& motion : run.start)
+            motion = from_rigid(Quaternion<double>{1, 0, 0, 0}, {0.013, 0.017, 0}).store();
         const Solved expected = run(reference::make_lm), actual = run(under_test::make_lm);
         CHECK(expected.summary.final_cost < expected.summary.initial_cost);
         check_agreement(surface, actual, expected);

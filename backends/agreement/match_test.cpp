@@ -1,4 +1,5 @@
-// The stage match against the reference: Hamming part to the bit, lifting within float rounding; and its rules.
+// The stage match against the reference: Hamming part to the bit, lifting within float rounding;
+// and its rules.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -57,7 +58,8 @@ Scene random_scene(uint32_t landmarks, uint32_t features, uint32_t seed) {
 }
 
 std::vector<defrec_match> run(Stage& stage, const Scene& scene) {
-    const InBuffer landmarks[] = {{scene.landmarks.data(), scene.landmarks.size() * sizeof(defrec_landmark)}};
+    const InBuffer landmarks[] = {
+        {scene.landmarks.data(), scene.landmarks.size() * sizeof(defrec_landmark)}};
     stage.prepare(landmarks);
     std::vector<defrec_match> matches(scene.landmarks.size());
     const defrec_feature none{};  // the buffer is given even where it holds nothing
@@ -72,11 +74,15 @@ std::vector<defrec_match> run(Stage& stage, const Scene& scene) {
 
 std::vector<defrec_match> agreed(const Scene& scene) {
     const test::TestHost one(1), four(4);
-    const std::vector<defrec_match> expected = run(*reference::make_match(scene.params, one.host()), scene);
+    const std::vector<defrec_match> expected =
+        run(*reference::make_match(scene.params, one.host()), scene);
     under_test::on_every_target([&] {
-        const std::vector<defrec_match> fast = run(*under_test::make_match(scene.params, four.host()), scene);
-        const std::vector<defrec_match> alone = run(*under_test::make_match(scene.params, one.host()), scene);
-        CHECK((fast.empty() || std::memcmp(fast.data(), alone.data(), fast.size() * sizeof fast[0]) == 0));
+        const std::vector<defrec_match> fast =
+            run(*under_test::make_match(scene.params, four.host()), scene);
+        const std::vector<defrec_match> alone =
+            run(*under_test::make_match(scene.params, one.host()), scene);
+        CHECK((fast.empty() ||
+               std::memcmp(fast.data(), alone.data(), fast.size() * sizeof fast[0]) == 0));
         REQUIRE(fast.size() == expected.size());
         for (size_t i = 0; i < fast.size(); ++i) {
             CHECK(fast[i].feature == expected[i].feature);
@@ -95,7 +101,7 @@ std::vector<defrec_match> agreed(const Scene& scene) {
 TEST_CASE("equals the reference for any number of landmarks and features") {
     if (!under_test::available()) return;
     const uint32_t counts[][2] = {{1, 1},     {1, 40},    {40, 1}, {17, 33}, {16, 16},
-                                  {255, 301}, {500, 480}, {9, 0},  {0, 9}, {1300, 2200}};
+                                  {255, 301}, {500, 480}, {9, 0},  {0, 9},   {1300, 2200}};
     for (const auto& n : counts) {
         CAPTURE(n[0]);
         CAPTURE(n[1]);
@@ -103,7 +109,8 @@ TEST_CASE("equals the reference for any number of landmarks and features") {
         scene.params.landmarks = std::max(scene.params.landmarks, 1u);
         const std::vector<defrec_match> matches = agreed(scene);
         size_t found = 0, lifted = 0;
-        for (const defrec_match& match : matches) found += match.feature >= 0, lifted += match.weight > 0;
+        for (const defrec_match& match : matches)
+            found += match.feature >= 0, lifted += match.weight > 0;
         if (n[0] > 200) {
             CHECK(found > n[0] / 8);
             CHECK(lifted > found / 3);
@@ -141,12 +148,14 @@ TEST_CASE("ties go to the lowest index among many") {
 }
 
 TEST_CASE(
-    "the second best is at another place: the same corner on another level does not speak against a match") {
+    "the second best is at another place: the same corner on another level does not speak against "
+    "a match") {
     if (!under_test::available()) return;
     Scene scene = random_scene(1, 3, 8);
     const auto turn = [&](uint32_t f, int bits, int32_t x, int32_t y) {
         std::memcpy(scene.features[f].descriptor, scene.landmarks[0].descriptor, 32);
-        for (int bit = 0; bit < bits; ++bit) scene.features[f].descriptor[bit / 32] ^= 1u << bit % 32;
+        for (int bit = 0; bit < bits; ++bit)
+            scene.features[f].descriptor[bit / 32] ^= 1u << bit % 32;
         scene.features[f].x = x;
         scene.features[f].y = y;
     };

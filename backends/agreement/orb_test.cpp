@@ -1,4 +1,5 @@
-// The stage orb against the reference, bit by bit in every sub-stage, and properties of its definition.
+// The stage orb against the reference, bit by bit in every sub-stage, and properties of its
+// definition.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -40,14 +41,16 @@ Picture blobs(uint32_t width, uint32_t height, uint32_t padding, uint32_t seed, 
     };
     std::vector<Wave> waves;
     for (int i = 0; i < 24; ++i)
-        waves.push_back({0.6 * (unit(random) - 0.5), 0.6 * (unit(random) - 0.5), 6.28 * unit(random)});
+        waves.push_back(
+            {0.6 * (unit(random) - 0.5), 0.6 * (unit(random) - 0.5), 6.28 * unit(random)});
     for (uint32_t y = 0; y < height; ++y)
         for (uint32_t x = 0; x < width; ++x) {
             const double cx = x - width / 2.0 - shift, cy = y - height / 2.0;
             const double u = std::cos(angle) * cx + std::sin(angle) * cy,
                          v = -std::sin(angle) * cx + std::cos(angle) * cy;
             double sum = 128;
-            for (const Wave& wave : waves) sum += 14 * std::sin(wave.fx * u + wave.fy * v + wave.phase);
+            for (const Wave& wave : waves)
+                sum += 14 * std::sin(wave.fx * u + wave.fy * v + wave.phase);
             picture.at(x, y) = uint8_t(std::clamp(sum + 3 * (unit(random) - 0.5), 0.0, 255.0));
         }
     return picture;
@@ -106,8 +109,9 @@ Result run(Stage& stage, const defrec_orb_params& params, const Picture& gray, c
     const auto buffer = [](auto& values) {
         return OutBuffer{values.data(), values.size() * sizeof values[0]};
     };
-    const OutBuffer out[] = {{&result.count, 4},      buffer(result.features), buffer(result.pyramid),
-                             buffer(result.smoothed), buffer(result.scores),   buffer(result.corners),
+    const OutBuffer out[] = {{&result.count, 4},      buffer(result.features),
+                             buffer(result.pyramid),  buffer(result.smoothed),
+                             buffer(result.scores),   buffer(result.corners),
                              buffer(result.distances)};
     stage.run(in, std::span(out).first(outputs));
     return result;
@@ -120,11 +124,14 @@ void check_equal(const Result& a, const Result& b) {
     CHECK(a.corners == b.corners);
     CHECK(a.distances == b.distances);
     CHECK(a.count == b.count);
-    REQUIRE(a.features.size() == b.features.size());  // those behind the number too: nobody writes them
-    CHECK(std::memcmp(a.features.data(), b.features.data(), a.features.size() * sizeof(defrec_feature)) == 0);
+    REQUIRE(a.features.size() ==
+            b.features.size());  // those behind the number too: nobody writes them
+    CHECK(std::memcmp(a.features.data(), b.features.data(),
+                      a.features.size() * sizeof(defrec_feature)) == 0);
 }
 
-// What the reference and the backend agree on, whatever the number of threads and the instruction set.
+// What the reference and the backend agree on, whatever the number of threads and the instruction
+// set.
 Result agreed(const defrec_orb_params& params, const Picture& gray, const Picture* mask = nullptr) {
     const test::TestHost one(1), four(4);
     const auto expected = run(*reference::make_orb(params, one.host()), params, gray, mask);
@@ -139,7 +146,8 @@ Result agreed(const defrec_orb_params& params, const Picture& gray, const Pictur
 
 TEST_CASE("equals the reference at odd sizes and padded strides, with and without a mask") {
     if (!under_test::available()) return;
-    const uint32_t sizes[][3] = {{64, 48, 0}, {65, 49, 3}, {131, 97, 0}, {311, 239, 9}, {100, 203, 28}};
+    const uint32_t sizes[][3] = {
+        {64, 48, 0}, {65, 49, 3}, {131, 97, 0}, {311, 239, 9}, {100, 203, 28}};
     for (const auto& size : sizes) {
         CAPTURE(size[0]);
         const Picture gray = blobs(size[0], size[1], size[2], size[0]);
@@ -166,8 +174,9 @@ TEST_CASE("equals the reference with other parameters, cut to the capacity") {
             params.threshold = capacity == 1 ? 1 : 60;
             const Result result = agreed(params, noise);
             CHECK(result.count <= capacity);
-            const auto corners = uint32_t(
-                result.corners.size() - size_t(std::count(result.corners.begin(), result.corners.end(), 0u)));
+            const auto corners =
+                uint32_t(result.corners.size() -
+                         size_t(std::count(result.corners.begin(), result.corners.end(), 0u)));
             CHECK(result.count >= std::min(capacity, corners) / 2);
         }
 }
@@ -211,13 +220,15 @@ TEST_CASE("a flat image and one without corners above the threshold have no feat
     CHECK(agreed(params_for(flat), flat).count == 0);
     for (uint32_t y = 0; y < 80; ++y)
         for (uint32_t x = 0; x < 96; ++x) flat.at(x, y) = uint8_t(100 + (x > 40 && y > 40 ? 3 : 0));
-    CHECK(agreed(params_for(flat), flat).count == 0);  // the threshold is 5, and a score must be above it
+    CHECK(agreed(params_for(flat), flat).count ==
+          0);  // the threshold is 5, and a score must be above it
     for (uint32_t y = 0; y < 80; ++y)
         for (uint32_t x = 0; x < 96; ++x) flat.at(x, y) = uint8_t(100 + (x > 40 && y > 40 ? 5 : 0));
     CHECK(agreed(params_for(flat), flat).count > 0);
 }
 
-TEST_CASE("features keep their distance, stay off the border and off masked pixels, and come in order") {
+TEST_CASE(
+    "features keep their distance, stay off the border and off masked pixels, and come in order") {
     if (!under_test::available()) return;
     const Picture gray = blobs(320, 240, 0, 3);
     const Picture mask = mask_with_holes(320, 240, 0, 4);
@@ -229,16 +240,19 @@ TEST_CASE("features keep their distance, stay off the border and off masked pixe
     for (uint32_t i = 0; i < result.count; ++i) {
         const defrec_feature& a = result.features[i];
         const int32_t x = (a.x + 8) >> 4, y = (a.y + 8) >> 4;
-        CHECK((x >= orb::kBorder && y >= orb::kBorder && x < 320 - orb::kBorder && y < 240 - orb::kBorder));
+        CHECK((x >= orb::kBorder && y >= orb::kBorder && x < 320 - orb::kBorder &&
+               y < 240 - orb::kBorder));
         for (int32_t dy = -3; dy <= 3; ++dy)
-            for (int32_t dx = -3; dx <= 3; ++dx) CHECK(mask.pixels[size_t((y + dy) * 320 + x + dx)] != 0);
+            for (int32_t dx = -3; dx <= 3; ++dx)
+                CHECK(mask.pixels[size_t((y + dy) * 320 + x + dx)] != 0);
         for (uint32_t k = 0; k < i; ++k) {
             const defrec_feature& b = result.features[k];
             CHECK(std::max(std::abs(x - ((b.x + 8) >> 4)), std::abs(y - ((b.y + 8) >> 4))) >= 11);
         }
         if (i > 0) {
             const auto cell = [&](const defrec_feature& f) {
-                return (((f.y + 8) >> 4) - orb::kBorder) / 8 * 1000 + (((f.x + 8) >> 4) - orb::kBorder) / 8;
+                return (((f.y + 8) >> 4) - orb::kBorder) / 8 * 1000 +
+                       (((f.x + 8) >> 4) - orb::kBorder) / 8;
             };
             CHECK(cell(result.features[i - 1]) < cell(a));
         }
@@ -259,16 +273,20 @@ TEST_CASE("equals the reference where corners are few and far between") {
             defrec_orb_params params = params_for(gray);
             params.cell = cell;
             const Result result = agreed(params, gray);
-            CHECK(std::count(result.distances.begin(), result.distances.end(), uint8_t(orb::kFarthest)) > 0);
+            CHECK(std::count(result.distances.begin(), result.distances.end(),
+                             uint8_t(orb::kFarthest)) > 0);
         }
     }
 }
 
-TEST_CASE("a smaller capacity spreads the features over the whole image instead of emptying a part of it") {
+TEST_CASE(
+    "a smaller capacity spreads the features over the whole image instead of emptying a part of "
+    "it") {
     if (!under_test::available()) return;
     Picture gray = blobs(400, 320, 0, 5);
     for (uint32_t y = 0; y < 320; ++y)  // the right half is of low contrast
-        for (uint32_t x = 200; x < 400; ++x) gray.at(x, y) = uint8_t(128 + (gray.at(x, y) - 128) / 4);
+        for (uint32_t x = 200; x < 400; ++x)
+            gray.at(x, y) = uint8_t(128 + (gray.at(x, y) - 128) / 4);
     defrec_orb_params params = params_for(gray);
     params.capacity = 100;
     const Result result = agreed(params, gray);
@@ -283,8 +301,8 @@ TEST_CASE("positions of every level are those of the image, to half a pixel of t
     for (uint32_t level = 0; level < orb::kMaxLevels; ++level)
         for (uint32_t x : {0u, 1u, 17u, 200u, 1700u}) {
             const double scale = std::pow(1.25, level);
-            CHECK(std::abs(orb::to_image(16 * x + 3, level) - (16 * ((x + 0.5) * scale - 0.5) + 3 * scale)) <=
-                  0.51);
+            CHECK(std::abs(orb::to_image(16 * x + 3, level) -
+                           (16 * ((x + 0.5) * scale - 0.5) + 3 * scale)) <= 0.51);
         }
     CHECK(orb::to_image(16 * (8192 * 64 / 125 * 64 / 125 * 4 / 5) - 9, 7) < 8192 * 16);
 }
@@ -304,8 +322,10 @@ TEST_CASE("positions follow a shift of a fraction of a pixel") {
         double sum = 0, count = 0;
         for (uint32_t i = 0; i < a.count; ++i)
             for (uint32_t k = 0; k < b.count; ++k) {
-                const int32_t dx = b.features[k].x - a.features[i].x, dy = b.features[k].y - a.features[i].y;
-                if (a.features[i].level != b.features[k].level || std::abs(dx) > 24 || std::abs(dy) > 24)
+                const int32_t dx = b.features[k].x - a.features[i].x,
+                              dy = b.features[k].y - a.features[i].y;
+                if (a.features[i].level != b.features[k].level || std::abs(dx) > 24 ||
+                    std::abs(dy) > 24)
                     continue;
                 sum += dx / 16.0;
                 ++count;
@@ -338,8 +358,8 @@ TEST_CASE("orientation bins are those of the angle, and descriptors turn with th
                 continue;
             int distance = 0;
             for (int word = 0; word < 8; ++word)
-                distance +=
-                    __builtin_popcount(a.features[i].descriptor[word] ^ b.features[k].descriptor[word]);
+                distance += __builtin_popcount(a.features[i].descriptor[word] ^
+                                               b.features[k].descriptor[word]);
             ++found;
             near += distance < 64 ? 1 : 0;
             break;
@@ -354,7 +374,8 @@ TEST_CASE("row 24: buffers that are too small or missing are refused with the si
     const Picture gray = blobs(80, 64, 0, 1);
     const defrec_orb_params params = params_for(gray);
     const test::TestHost host;
-    for (const auto& stage : {reference::make_orb(params, host.host()), under_test::make_orb(params, host.host())}) {
+    for (const auto& stage :
+         {reference::make_orb(params, host.host()), under_test::make_orb(params, host.host())}) {
         uint32_t count = 0;
         std::vector<defrec_feature> features(params.capacity);
         const auto status_of = [&](uint64_t gray_size, uint64_t feature_size) {

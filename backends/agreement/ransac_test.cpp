@@ -23,19 +23,22 @@ TEST_CASE("weights and motion agree with the reference's") {
                 const TestHost host(3);
                 const RansacResult expected =
                     run_ransac(*reference::make_ransac(scene.params, host.host()), scene);
-                const RansacResult got = run_ransac(*under_test::make_ransac(scene.params, host.host()), scene);
+                const RansacResult got =
+                    run_ransac(*under_test::make_ransac(scene.params, host.host()), scene);
                 CHECK(got.summary.valid_matches == expected.summary.valid_matches);
                 CHECK(got.summary.references == expected.summary.references);
                 CHECK(std::abs(got.summary.inliers - expected.summary.inliers) <= 2);
                 CHECK(std::abs(got.summary.best_support - expected.summary.best_support) <= 2);
                 int different = 0;
                 for (size_t i = 0; i < scene.matches.size(); ++i)
-                    different += std::abs(got.matches[i].weight - expected.matches[i].weight) > 1e-3f;
+                    different +=
+                        std::abs(got.matches[i].weight - expected.matches[i].weight) > 1e-3f;
                 CHECK(different <= 2);
                 for (int k = 0; k < 9; ++k)
                     CHECK(std::abs(got.summary.rotation[k] - expected.summary.rotation[k]) < 1e-3f);
                 for (int k = 0; k < 3; ++k)
-                    CHECK(std::abs(got.summary.translation[k] - expected.summary.translation[k]) < 0.05f);
+                    CHECK(std::abs(got.summary.translation[k] - expected.summary.translation[k]) <
+                          0.05f);
             }
 }
 
@@ -45,7 +48,8 @@ TEST_CASE("the number of threads changes no bit") {
     const TestHost one(1), four(4);
     const RansacResult a = run_ransac(*under_test::make_ransac(scene.params, one.host()), scene);
     const RansacResult b = run_ransac(*under_test::make_ransac(scene.params, four.host()), scene);
-    CHECK(std::memcmp(a.matches.data(), b.matches.data(), a.matches.size() * sizeof a.matches[0]) == 0);
+    CHECK(std::memcmp(a.matches.data(), b.matches.data(), a.matches.size() * sizeof a.matches[0]) ==
+          0);
     CHECK(std::memcmp(&a.summary, &b.summary, sizeof a.summary) == 0);
 }
 
@@ -55,13 +59,14 @@ TEST_CASE("identical points, points on a line and a second run give finite numbe
     const TestHost host;
     const auto stage = under_test::make_ransac(scene.params, host.host());
     for (size_t i = 0; i < 30; ++i)
-        for (size_t k = 0; k < 3; ++k) scene.landmarks[i].position[k] = scene.matches[i].position[k] = 50;
+        for (size_t k = 0; k < 3; ++k)
+            scene.landmarks[i].position[k] = scene.matches[i].position[k] = 50;
     CHECK(run_ransac(*stage, scene).summary.inliers == 30);
-    for (size_t i = 0; i < 30; ++i) scene.landmarks[i].position[0] = scene.matches[i].position[0] = float(i);
+    for (size_t i = 0; i < 30; ++i)
+        scene.landmarks[i].position[0] = scene.matches[i].position[0] = float(i);
     const RansacResult line = run_ransac(*stage, scene);
     CHECK(line.summary.inliers == 30);
     CHECK(determinant(line.summary.rotation) == doctest::Approx(1));
     for (defrec_match& match : scene.matches) match.feature = -1;
     CHECK(run_ransac(*stage, scene).summary.valid_matches == 0);
 }
-

@@ -1,4 +1,5 @@
-// rectify equals the reference to the bit: formats, odd sizes, strides, maps, ignore images, thread counts.
+// rectify equals the reference to the bit: formats, odd sizes, strides, maps, ignore images, thread
+// counts.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -37,13 +38,15 @@ Input random_input(uint32_t format, uint32_t width, uint32_t height, uint32_t pa
     for (int i = 0; i < 9; ++i)
         std::fill_n(input.source.begin() + random() % (input.source.size() - 12), 12, uint8_t{255});
     if (ignore)
-        for (size_t i = 0; i < size_t(width) * height; ++i) input.ignore.push_back(random() % 50 == 0);
+        for (size_t i = 0; i < size_t(width) * height; ++i)
+            input.ignore.push_back(random() % 50 == 0);
     if (map)
         for (uint32_t y = 0; y < p.height; ++y)
             for (uint32_t x = 0; x < p.width; ++x) {
                 input.map.push_back(int32_t(x * 128) + int32_t(random() % 400) - 250);
-                input.map.push_back(random() % 100 == 0 ? INT32_MIN
-                                                        : int32_t(y * 128) + int32_t(random() % 800) - 200);
+                input.map.push_back(random() % 100 == 0
+                                        ? INT32_MIN
+                                        : int32_t(y * 128) + int32_t(random() % 800) - 200);
             }
     return input;
 }
@@ -51,9 +54,10 @@ Input random_input(uint32_t format, uint32_t width, uint32_t height, uint32_t pa
 std::vector<uint8_t> run(Stage& stage, const Input& input) {
     const size_t size = size_t(input.params.stride) * input.params.height;
     std::vector<uint8_t> both(2 * size, 99);
-    const InBuffer in[] = {{input.source.data(), input.source.size()},
-                           {input.map.empty() ? nullptr : input.map.data(), input.map.size() * 4},
-                           {input.ignore.empty() ? nullptr : input.ignore.data(), input.ignore.size()}};
+    const InBuffer in[] = {
+        {input.source.data(), input.source.size()},
+        {input.map.empty() ? nullptr : input.map.data(), input.map.size() * 4},
+        {input.ignore.empty() ? nullptr : input.ignore.data(), input.ignore.size()}};
     const OutBuffer out[] = {{both.data(), size}, {both.data() + size, size}};
     stage.run(in, out);
     return both;
@@ -73,9 +77,12 @@ TEST_CASE("rectify equals the reference to the bit") {
                     CAPTURE(map);
                     CAPTURE(ignore);
                     const Input input = random_input(format, width, height, width % 7, map, ignore);
-                    const auto truth = run(*reference::make_rectify(input.params, one.host()), input);
-                    CHECK((run(*under_test::make_rectify(input.params, one.host()), input) == truth));
-                    CHECK((run(*under_test::make_rectify(input.params, three.host()), input) == truth));
+                    const auto truth =
+                        run(*reference::make_rectify(input.params, one.host()), input);
+                    CHECK(
+                        (run(*under_test::make_rectify(input.params, one.host()), input) == truth));
+                    CHECK((run(*under_test::make_rectify(input.params, three.host()), input) ==
+                           truth));
                 }
 }
 

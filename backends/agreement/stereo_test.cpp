@@ -1,5 +1,5 @@
-// stereo equals the reference to the bit, sub-stage by sub-stage: odd sizes, padded strides, masks, thread
-// counts.
+// stereo equals the reference to the bit, sub-stage by sub-stage: odd sizes, padded strides, masks,
+// thread counts.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -19,8 +19,8 @@ struct Pair {
     std::vector<uint8_t> left, right, left_mask, right_mask;
 };
 
-// A textured wavy surface with a nearer strip in front, noise, masked blobs; rows have the parameters'
-// stride.
+// A textured wavy surface with a nearer strip in front, noise, masked blobs; rows have the
+// parameters' stride.
 Pair make_pair(const defrec_stereo_params& p, unsigned seed) {
     std::mt19937 random(seed);
     const int w = int(p.width), h = int(p.height), stride = int(p.stride);
@@ -29,7 +29,9 @@ Pair make_pair(const defrec_stereo_params& p, unsigned seed) {
     const auto sample = [&](float x, int y) {
         const int i = int(std::floor(x));
         const float part = x - float(i);
-        const auto at = [&](int u) { return texture[size_t(y) * size_t(w + 600) + size_t(u + 300)]; };
+        const auto at = [&](int u) {
+            return texture[size_t(y) * size_t(w + 600) + size_t(u + 300)];
+        };
         return (1 - part) * (at(i) + at(i - 1)) / 2 + part * (at(i + 1) + at(i)) / 2;
     };
     Pair result;
@@ -41,7 +43,8 @@ Pair make_pair(const defrec_stereo_params& p, unsigned seed) {
     for (int y = 0; y < h; ++y)
         for (int x = 0; x < w; ++x) {
             const size_t at = size_t(y) * size_t(stride) + size_t(x);
-            float d = maximum * (0.6f + 0.1f * std::sin(float(x) / 40) + 0.1f * std::cos(float(y) / 30));
+            float d =
+                maximum * (0.6f + 0.1f * std::sin(float(x) / 40) + 0.1f * std::cos(float(y) / 30));
             if (x > w / 2 && x < w / 2 + w / 8 && y > h / 3) d = maximum;
             result.left[at] = uint8_t(sample(float(x) - d, y) + float(random() % 4));
             result.right[at] = uint8_t(sample(float(x), y) * 0.9f + float(random() % 4));
@@ -75,10 +78,11 @@ std::vector<std::vector<uint8_t>> run(Stage& stage, const defrec_stereo_params& 
         results.emplace_back(count * kElement[i], uint8_t{77});
     }
     for (auto& result : results) out.push_back({result.data(), result.size()});
-    const InBuffer in[] = {{pair.left.data(), pair.left.size()},
-                           {pair.right.data(), pair.right.size()},
-                           masks ? InBuffer{pair.left_mask.data(), pair.left_mask.size()} : InBuffer{},
-                           masks ? InBuffer{pair.right_mask.data(), pair.right_mask.size()} : InBuffer{}};
+    const InBuffer in[] = {
+        {pair.left.data(), pair.left.size()},
+        {pair.right.data(), pair.right.size()},
+        masks ? InBuffer{pair.left_mask.data(), pair.left_mask.size()} : InBuffer{},
+        masks ? InBuffer{pair.right_mask.data(), pair.right_mask.size()} : InBuffer{}};
     stage.run(in, out);
     return results;
 }
@@ -119,7 +123,8 @@ TEST_CASE("stereo equals the reference to the bit at odd sizes") {
                              {2u, 2u, 1u},
                              {3u, 9u, 4u},
                              {40u, 5u, 20u}}) {
-        const auto width = std::get<0>(size), height = std::get<1>(size), disparities = std::get<2>(size);
+        const auto width = std::get<0>(size), height = std::get<1>(size),
+                   disparities = std::get<2>(size);
         CAPTURE(width);
         for (const bool masks : {false, true}) {
             CAPTURE(masks);
@@ -150,7 +155,9 @@ TEST_CASE("stereo equals the reference to the bit with other parameters") {
     }
 }
 
-TEST_CASE("stereo gives the same disparities when they are all it is asked for, and no smoothing if none is wanted") {
+TEST_CASE(
+    "stereo gives the same disparities when they are all it is asked for, and no smoothing if none "
+    "is wanted") {
     if (!under_test::available()) return;
     defrec_stereo_params p = params_of(150, 110, 40);
     fill_defaults(p);
@@ -190,7 +197,8 @@ TEST_CASE("rows 58 and 62: images without texture have no disparity") {
         const auto fast = run(*under_test::make_stereo(p, host.host()), p, pair, true);
         CHECK((fast == run(*reference::make_stereo(p, host.host()), p, pair, true)));
         const auto* disparity = reinterpret_cast<const int16_t*>(fast[0].data());
-        CHECK(std::all_of(disparity, disparity + 160 * 90, [](int d) { return d == DEFREC_DISPARITY_NONE; }));
+        CHECK(std::all_of(disparity, disparity + 160 * 90,
+                          [](int d) { return d == DEFREC_DISPARITY_NONE; }));
     }
 }
 

@@ -32,7 +32,8 @@ struct WarpRun {
         params.camera = lm.camera;
         fill_defaults(params);
     }
-    std::vector<defrec_surface_sample> operator()(Maker make, const std::vector<defrec_motion>& motions,
+    std::vector<defrec_surface_sample> operator()(Maker make,
+                                                  const std::vector<defrec_motion>& motions,
                                                   const std::vector<int16_t>* disparity,
                                                   uint32_t threads = 2) {
         TestHost host(threads);
@@ -50,7 +51,8 @@ struct WarpRun {
     std::vector<defrec_surface_point> points;
 };
 
-std::vector<defrec_motion> all(const TestSurface& surface, Quaternion<double> rotation, Vec3<double> t) {
+std::vector<defrec_motion> all(const TestSurface& surface, Quaternion<double> rotation,
+                               Vec3<double> t) {
     return std::vector<defrec_motion>(surface.rest().size(), from_rigid(rotation, t).store());
 }
 size_t count(const std::vector<defrec_surface_sample>& samples, uint32_t observation) {
@@ -70,7 +72,8 @@ TEST_CASE("a surface at rest is observed where it was seen") {
         CHECK(count(samples, DEFREC_OBSERVED) > samples.size() * 9 / 10);
         for (size_t i = 0; i < samples.size(); ++i) {
             for (int c = 0; c < 3; ++c) {
-                CHECK(samples[i].position[c] == doctest::Approx(surface.points[i].position[c]).epsilon(1e-5));
+                CHECK(samples[i].position[c] ==
+                      doctest::Approx(surface.points[i].position[c]).epsilon(1e-5));
                 CHECK(std::abs(samples[i].normal[c] - surface.points[i].normal[c]) < 1e-5f);
             }
             if (samples[i].observation == DEFREC_OBSERVED)
@@ -80,7 +83,8 @@ TEST_CASE("a surface at rest is observed where it was seen") {
 }
 
 TEST_CASE(
-    "a live surface in front occludes, one behind is inconsistent, and the residual is the distance in "
+    "a live surface in front occludes, one behind is inconsistent, and the residual is the "
+    "distance in "
     "depth") {
     if (!under_test::available()) return;
     TestSurface surface({});
@@ -88,11 +92,13 @@ TEST_CASE(
     for (const double shift : {-12.0, 12.0}) {
         surface.deform([&](Vec3<double> p) { return Vec3<double>{p.x, p.y, p.z + shift}; });
         for (const Maker make : kMakers) {
-            const auto samples = WarpRun(surface)(make, all(surface, still, {0, 0, 0}), &surface.disparity);
+            const auto samples =
+                WarpRun(surface)(make, all(surface, still, {0, 0, 0}), &surface.disparity);
             const uint32_t expected = shift < 0 ? DEFREC_OCCLUDED : DEFREC_INCONSISTENT;
             CHECK(count(samples, expected) + count(samples, DEFREC_OUTSIDE) == samples.size());
             for (const auto& s : samples)
-                if (s.observation != DEFREC_OUTSIDE) CHECK(std::abs(double(s.residual) - shift) < 4);
+                if (s.observation != DEFREC_OUTSIDE)
+                    CHECK(std::abs(double(s.residual) - shift) < 4);
         }
     }
 }
@@ -110,10 +116,10 @@ TEST_CASE(
         CHECK(count(blind, DEFREC_NO_DEPTH) + count(blind, DEFREC_OUTSIDE) == blind.size());
         CHECK(count(blind, DEFREC_NO_DEPTH) > blind.size() * 9 / 10);
         for (const auto& s : blind) CHECK(s.residual == 0);
-        CHECK(count(run(make, all(surface, still, {0, 0, -300}), &surface.disparity), DEFREC_OUTSIDE) ==
-              blind.size());
-        CHECK(count(run(make, all(surface, still, {500, 0, 0}), &surface.disparity), DEFREC_OUTSIDE) ==
-              blind.size());
+        CHECK(count(run(make, all(surface, still, {0, 0, -300}), &surface.disparity),
+                    DEFREC_OUTSIDE) == blind.size());
+        CHECK(count(run(make, all(surface, still, {500, 0, 0}), &surface.disparity),
+                    DEFREC_OUTSIDE) == blind.size());
         for (auto& point : run.points)
             for (float& n : point.normal) n = -n;
         const auto away = run(make, surface.rest(), &surface.disparity);

@@ -25,11 +25,12 @@ GrayImage read_image(const std::string& path) {
 }
 
 struct Camera {
-    cv::Mat matrix, distortion, turn;  // turn: from the rectified camera to the raw one, as a rotation vector
+    cv::Mat matrix, distortion,
+        turn;  // turn: from the rectified camera to the raw one, as a rotation vector
     Point project(const cv::Point3d& point) const {
         std::vector<cv::Point2d> pixel;
-        cv::projectPoints(std::vector<cv::Point3d>{point}, turn, cv::Vec3d(0, 0, 0), matrix, distortion,
-                          pixel);
+        cv::projectPoints(std::vector<cv::Point3d>{point}, turn, cv::Vec3d(0, 0, 0), matrix,
+                          distortion, pixel);
         return {pixel[0].x, pixel[0].y};
     }
 };
@@ -62,7 +63,8 @@ Truth read_truth(const std::string& path) {
         unsigned long frame;
         int id, visible;
         cv::Point3d p;
-        if (std::sscanf(line.c_str(), "%lu,%d,%lf,%lf,%lf,%d", &frame, &id, &p.x, &p.y, &p.z, &visible) == 6)
+        if (std::sscanf(line.c_str(), "%lu,%d,%lf,%lf,%lf,%d", &frame, &id, &p.x, &p.y, &p.z,
+                        &visible) == 6)
             truth[frame][id] = {p, visible != 0};
     }
     return truth;
@@ -79,17 +81,18 @@ std::map<int, Point> read_points(const std::string& path) {
     return points;
 }
 
-// Truth and points are written by different hands; a wrong camera model would spoil every number that
-// follows.
-void check_agreement(const std::string& folder, const Camera& camera, const std::map<int, Point>& points,
-                     const std::map<int, Sighting>& first) {
+// Truth and points are written by different hands; a wrong camera model would spoil every number
+// that follows.
+void check_agreement(const std::string& folder, const Camera& camera,
+                     const std::map<int, Point>& points, const std::map<int, Sighting>& first) {
     std::vector<double> errors;
     for (const auto& [id, point] : points)
         if (const auto found = first.find(id); found != first.end()) {
             const Point p = camera.project(found->second.point);
             errors.push_back(std::hypot(p.x - point.x, p.y - point.y));
         }
-    if (errors.empty()) throw std::runtime_error(folder + ": no point of points.csv is in truth.csv");
+    if (errors.empty())
+        throw std::runtime_error(folder + ": no point of points.csv is in truth.csv");
     std::nth_element(errors.begin(), errors.begin() + ptrdiff_t(errors.size() / 2), errors.end());
     if (errors[errors.size() / 2] > 0.5)
         throw std::runtime_error(folder + ": truth.csv and points.csv are " +
@@ -116,7 +119,8 @@ Flow Flow::between(std::vector<Point> from, std::vector<Point> to) {
         nearest.push_back(minimum);
     }
     if (nearest.size() < kNeighbours) return flow;
-    std::nth_element(nearest.begin(), nearest.begin() + ptrdiff_t(nearest.size() / 2), nearest.end());
+    std::nth_element(nearest.begin(), nearest.begin() + ptrdiff_t(nearest.size() / 2),
+                     nearest.end());
     flow.reach_ = 1.7 * nearest[nearest.size() / 2];
     return flow;
 }
@@ -186,7 +190,8 @@ std::vector<ImagePair> load_pair(const std::string& first, const std::string& se
     if (!homography.empty()) {
         cv::Mat h;
         cv::FileStorage(homography, cv::FileStorage::READ)["H13"] >> h;
-        if (h.rows != 3 || h.cols != 3) throw std::runtime_error(homography + ": no 3 x 3 matrix H13");
+        if (h.rows != 3 || h.cols != 3)
+            throw std::runtime_error(homography + ": no 3 x 3 matrix H13");
         h.convertTo(h, CV_64F);
         double row_major[9];
         std::copy_n(h.ptr<double>(), 9, row_major);

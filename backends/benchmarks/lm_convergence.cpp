@@ -1,5 +1,5 @@
-// Prints how stage lm of the CPU backend converges, control points solved together against each by itself:
-// markdown tables for docs/benchmarks.md. Usage: defrec_lm_convergence
+// Prints how stage lm of the CPU backend converges, control points solved together against each by
+// itself: markdown tables for docs/benchmarks.md. Usage: defrec_lm_convergence
 #include <cstdio>
 #include <ctime>
 
@@ -40,8 +40,8 @@ SurfaceSpec full_size(double connection) {
     return spec;
 }
 
-// Noise as the other stages leave it: 0.15 px of disparity over 8x8 px, 0.1 mm across and 0.2 mm along in
-// matches, 0.15 px in patches.
+// Noise as the other stages leave it: 0.15 px of disparity over 8x8 px, 0.1 mm across and 0.2 mm
+// along in matches, 0.15 px in patches.
 void add_noise(TestSurface& surface) {
     std::mt19937 random(3);
     std::normal_distribution<double> some(0, 1);
@@ -50,8 +50,8 @@ void add_noise(TestSurface& surface) {
     for (double& value : cell) value = 16 * 0.15 * some(random);
     for (size_t i = 0; i < surface.disparity.size(); ++i)
         if (surface.disparity[i] > 0)
-            surface.disparity[i] =
-                int16_t(surface.disparity[i] + std::lround(cell[i / width / 8 * cells + i % width / 8]));
+            surface.disparity[i] = int16_t(
+                surface.disparity[i] + std::lround(cell[i / width / 8 * cells + i % width / 8]));
     for (auto& match : surface.matches) {
         if (match.weight == 0) continue;
         const Point ray = (1 / double(match.position[2])) * load3<double>(match.position);
@@ -102,11 +102,13 @@ Outcome solve(const TestSurface& surface, defrec_lm_params params, const Deforma
         const Point expected = truth(load3<double>(point.position)),
                     off = TestSurface::moved(motions, point) - expected;
         const auto pixel = surface.project(expected);
-        if (pixel.u < 0 || pixel.v < 0 || pixel.u > surface.width() - 1 || pixel.v > surface.height() - 1)
+        if (pixel.u < 0 || pixel.v < 0 || pixel.u > surface.width() - 1 ||
+            pixel.v > surface.height() - 1)
             continue;
         (hidden(pixel.u, pixel.v) ? unseen : seen).push_back(std::sqrt(dot(off, off)));
     }
-    return {percentile95(seen), percentile95(unseen), double(summary.final_cost), best, summary.iterations};
+    return {percentile95(seen), percentile95(unseen), double(summary.final_cost), best,
+            summary.iterations};
 }
 
 // Half of the surface hidden, all of it moved by 10 mm: how soon the hidden half follows.
@@ -114,17 +116,21 @@ void occluded_half() {
     const Deformation truth = [](Point p) { return Point{p.x + 7, p.y + 7, p.z + 1.5}; };
     const auto hidden = [](double u, double) { return u < 480; };
     std::printf(
-        "\nHalf hidden, moved by 10 mm; error of the hidden half, 95th percentile in mm (milliseconds)\n\n"
-        "| connections | solver | 1 iteration | 3 | 5 | 10 | 20 | 50 |\n|---|---|---|---|---|---|---|---|\n");
+        "\nHalf hidden, moved by 10 mm; error of the hidden half, 95th percentile in mm "
+        "(milliseconds)\n\n"
+        "| connections | solver | 1 iteration | 3 | 5 | 10 | 20 | 50 "
+        "|\n|---|---|---|---|---|---|---|---|\n");
     for (const double connection : {1.5, 2.5, 4.0})
-        for (const uint32_t solver : {uint32_t(DEFREC_SOLVER_INDEPENDENT), uint32_t(DEFREC_SOLVER_COUPLED)}) {
+        for (const uint32_t solver :
+             {uint32_t(DEFREC_SOLVER_INDEPENDENT), uint32_t(DEFREC_SOLVER_COUPLED)}) {
             TestSurface surface(full_size(connection));
             surface.deform(truth);
             surface.hide(hidden);
             add_noise(surface);
             defrec_lm_params params = surface.lm_params();
             params.solver = solver;
-            params.match_tukey_mm = 50;  // the start is far: no kernel is to cut off what moves the surface
+            params.match_tukey_mm =
+                50;  // the start is far: no kernel is to cut off what moves the surface
             params.patch_tukey_px = 600;
             std::printf("| %.0f a control point | %s |",
                         2.0 * double(surface.edges.size()) / (double(surface.nodes.size()) / 3),
@@ -149,7 +155,8 @@ void visible_wave() {
     surface.deform(wave);
     add_noise(surface);
     std::printf(
-        "\nA wave of 3 mm, all visible; error, 95th percentile in mm / cost in mm^2 (milliseconds)\n\n"
+        "\nA wave of 3 mm, all visible; error, 95th percentile in mm / cost in mm^2 "
+        "(milliseconds)\n\n"
         "| solver | 1 iteration | 2 | 3 | 4 | 8 | 20 |\n|---|---|---|---|---|---|---|\n");
     struct Variant {
         const char* name;
@@ -166,8 +173,10 @@ void visible_wave() {
         std::printf("| %s |", variant.name);
         for (const uint32_t iterations : {1u, 2u, 3u, 4u, 8u, 20u}) {
             params.iterations = iterations;
-            const Outcome outcome = solve(surface, params, wave, [](double, double) { return false; });
-            std::printf(" %.3f / %.0f (%.1f) |", outcome.visible, outcome.cost, outcome.milliseconds);
+            const Outcome outcome =
+                solve(surface, params, wave, [](double, double) { return false; });
+            std::printf(" %.3f / %.0f (%.1f) |", outcome.visible, outcome.cost,
+                        outcome.milliseconds);
         }
         std::printf("\n");
     }
@@ -177,8 +186,9 @@ void visible_wave() {
 
 int main() {
     const TestSurface surface(full_size(2.5));
-    std::printf("%zu control points, %zu points, %zu matches, %zu patches\n", surface.nodes.size() / 3,
-                surface.points.size(), surface.landmarks.size(), surface.patches.size());
+    std::printf("%zu control points, %zu points, %zu matches, %zu patches\n",
+                surface.nodes.size() / 3, surface.points.size(), surface.landmarks.size(),
+                surface.patches.size());
     occluded_half();
     visible_wave();
 }

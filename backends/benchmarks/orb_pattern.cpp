@@ -3,11 +3,11 @@
 // usage: defrec_orb_pattern SCENES     SCENES: a folder with scenes of `defrec render`: heartbeat,
 // indentation, stretch, ...
 //
-// Candidates are pairs of points drawn from a counter-based generator, Gaussian round the feature. A test is
-// good if its bit differs between different features and stays the same where a feature is found again in a
-// later frame (with the truth of the scene saying where that is, so smoke, light, noise, scale and errors of
-// orientation all count). Tests are taken from the best down if they are not too correlated with any taken
-// before; the limit is raised until there are 256.
+// Candidates are pairs of points drawn from a counter-based generator, Gaussian round the feature.
+// A test is good if its bit differs between different features and stays the same where a feature
+// is found again in a later frame (with the truth of the scene saying where that is, so smoke,
+// light, noise, scale and errors of orientation all count). Tests are taken from the best down if
+// they are not too correlated with any taken before; the limit is raised until there are 256.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -96,8 +96,8 @@ Patch cut(const GrayImage& image, const OrbResult& result, const defrec_feature&
     return patch;
 }
 
-// Features of the first image that are found again near their true place in the second, on nearly the same
-// scale.
+// Features of the first image that are found again near their true place in the second, on nearly
+// the same scale.
 void add_samples(const ImagePair& pair, std::vector<Sample>& samples) {
     const OrbResult first = orb_features(pair.first, kCapacity, 1),
                     second = orb_features(pair.second, kCapacity, 1);
@@ -109,13 +109,14 @@ void add_samples(const ImagePair& pair, std::vector<Sample>& samples) {
         for (const defrec_feature& other : second.features) {
             const double away = std::hypot(other.x / 16.0 - place->x, other.y / 16.0 - place->y);
             const int turn = std::abs(int(other.angle) - int(feature.angle));
-            if (std::abs(int(other.level) - int(feature.level)) > 1 || std::min(turn, 32 - turn) > 4 ||
-                away >= nearest)
+            if (std::abs(int(other.level) - int(feature.level)) > 1 ||
+                std::min(turn, 32 - turn) > 4 || away >= nearest)
                 continue;
             nearest = away;
             found = &other;
         }
-        if (found) samples.push_back({cut(pair.first, first, feature), cut(pair.second, second, *found)});
+        if (found)
+            samples.push_back({cut(pair.first, first, feature), cut(pair.second, second, *found)});
     }
 }
 
@@ -170,16 +171,20 @@ std::vector<const Test*> choose(const std::vector<Test>& tests, double count) {
 
 void print(const std::vector<const Test*>& tests) {
     std::puts(
-        "// The test pattern of the stage orb: 256 pairs of points, px from the feature, a bit each.\n"
+        "// The test pattern of the stage orb: 256 pairs of points, px from the feature, a bit "
+        "each.\n"
         "// Derived by backends/benchmarks/orb_pattern.cpp from rendered scenes.\n"
-        "#pragma once\n#include <cstddef>\n#include <cstdint>\n\nnamespace defrec::orb {\n\nconstexpr size_t "
+        "#pragma once\n#include <cstddef>\n#include <cstdint>\n\nnamespace defrec::orb "
+        "{\n\nconstexpr size_t "
         "kTests = 256;\n\n"
-        "// Test i compares points 2i and 2i + 1; x^2 + y^2 <= 210, so a turned and rounded point stays "
+        "// Test i compares points 2i and 2i + 1; x^2 + y^2 <= 210, so a turned and rounded point "
+        "stays "
         "within 15 px.\n"
         "// clang-format off\nconstexpr int8_t kPattern[2 * kTests][2] = {");
     for (size_t i = 0; i < tests.size(); ++i)
         std::printf("%s{%d, %d}, {%d, %d},%s", i % 4 == 0 ? "    " : " ", tests[i]->first.x,
-                    tests[i]->first.y, tests[i]->second.x, tests[i]->second.y, i % 4 == 3 ? "\n" : "");
+                    tests[i]->first.y, tests[i]->second.x, tests[i]->second.y,
+                    i % 4 == 3 ? "\n" : "");
     std::puts("};\n// clang-format on\n\n}  // namespace defrec::orb");
 }
 

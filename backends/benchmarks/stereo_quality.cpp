@@ -1,7 +1,7 @@
-// Prints how the disparity of the CPU backend compares with OpenCV's StereoSGBM: a markdown table for
-// docs/benchmarks.md. Usage: defrec_stereo_quality SHARED_DATA [SCENES [MAPS]] - folders of real data and of
-// rendered scenes with disparity/*.png (256 x px); with MAPS, colour-mapped disparities are written there.
-// SCENES may be "-".
+// Prints how the disparity of the CPU backend compares with OpenCV's StereoSGBM: a markdown table
+// for docs/benchmarks.md. Usage: defrec_stereo_quality SHARED_DATA [SCENES [MAPS]] - folders of
+// real data and of rendered scenes with disparity/*.png (256 x px); with MAPS, colour-mapped
+// disparities are written there. SCENES may be "-".
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -89,13 +89,15 @@ void report(const Case& scene, const char* method, const cv::Mat& disparity, dou
     std::fflush(stdout);
 }
 
-void write_map(const std::string& folder, const Case& scene, const char* method, const cv::Mat& disparity) {
+void write_map(const std::string& folder, const Case& scene, const char* method,
+               const cv::Mat& disparity) {
     if (folder.empty()) return;
     const cv::Mat known = disparity == disparity;
     double minimum = 0, maximum = 1;
     cv::minMaxLoc(disparity, &minimum, &maximum, nullptr, nullptr, known);
     cv::Mat scaled, map;
-    disparity.convertTo(scaled, CV_8U, 255 / (maximum - minimum), -minimum * 255 / (maximum - minimum));
+    disparity.convertTo(scaled, CV_8U, 255 / (maximum - minimum),
+                        -minimum * 255 / (maximum - minimum));
     cv::applyColorMap(scaled, map, cv::COLORMAP_TURBO);
     map.setTo(cv::Scalar::all(0), ~known);
     cv::imwrite(folder + "/" + scene.name + "-" + method + ".png", map);
@@ -105,9 +107,9 @@ void compare(const Case& scene, const std::string& maps) {
     const test::TestHost host(2);
     const Prepared left = rectify(host, scene.left), right = rectify(host, scene.right);
     for (const bool three_way : {false, true}) {
-        const auto matcher =
-            cv::StereoSGBM::create(0, scene.disparities, 5, 8 * 25, 32 * 25, 1, 63, 10, 100, 2,
-                                   three_way ? cv::StereoSGBM::MODE_SGBM_3WAY : cv::StereoSGBM::MODE_SGBM);
+        const auto matcher = cv::StereoSGBM::create(
+            0, scene.disparities, 5, 8 * 25, 32 * 25, 1, 63, 10, 100, 2,
+            three_way ? cv::StereoSGBM::MODE_SGBM_3WAY : cv::StereoSGBM::MODE_SGBM);
         cv::Mat disparity;
         const double ms = median_ms(3, [&] { matcher->compute(left.gray, right.gray, disparity); });
         const cv::Mat pixels = to_pixels(disparity, 0);
@@ -132,8 +134,8 @@ void compare(const Case& scene, const std::string& maps) {
     write_map(maps, scene, "defrec", pixels);
 }
 
-Case middlebury(const std::string& name, const fs::path& left, const fs::path& right, const fs::path& truth,
-                double scale, int disparities) {
+Case middlebury(const std::string& name, const fs::path& left, const fs::path& right,
+                const fs::path& truth, double scale, int disparities) {
     Case result{name, cv::imread(left), cv::imread(right), {}, disparities};
     cv::imread(truth, cv::IMREAD_GRAYSCALE).convertTo(result.truth, CV_32F, scale);
     return result;
@@ -156,9 +158,12 @@ Case points_case(const fs::path& folder, int frame) {
     while (std::getline(truth, line)) {
         int of = 0, id = 0, visible = 0;
         double x = 0, y = 0, z = 0;
-        if (std::sscanf(line.c_str(), "%d,%d,%lf,%lf,%lf,%d", &of, &id, &x, &y, &z, &visible) != 6) continue;
-        const long u = std::lround(kFocal * x / z + kCentreX), v = std::lround(kFocal * y / z + kCentreY);
-        if (of != frame || visible == 0 || u < 0 || v < 0 || u >= result.truth.cols || v >= result.truth.rows)
+        if (std::sscanf(line.c_str(), "%d,%d,%lf,%lf,%lf,%d", &of, &id, &x, &y, &z, &visible) != 6)
+            continue;
+        const long u = std::lround(kFocal * x / z + kCentreX),
+                   v = std::lround(kFocal * y / z + kCentreY);
+        if (of != frame || visible == 0 || u < 0 || v < 0 || u >= result.truth.cols ||
+            v >= result.truth.rows)
             continue;
         result.truth.at<float>(int(v), int(u)) = float(kFocal * kBaseline / z);
     }
@@ -179,7 +184,8 @@ void compare_scene(const fs::path& folder, const std::string& maps) {
                {},
                0};
     scene.disparities = scene.left.cols > 640 ? 128 : 64;
-    cv::imread(folder / "disparity" / file, cv::IMREAD_UNCHANGED).convertTo(scene.truth, CV_32F, 1.0 / 256);
+    cv::imread(folder / "disparity" / file, cv::IMREAD_UNCHANGED)
+        .convertTo(scene.truth, CV_32F, 1.0 / 256);
     compare(scene, maps);
 }
 
@@ -198,18 +204,22 @@ int main(int argc, char** argv) {
         "|\n|---|---|---|---|---|---|\n");
     const fs::path cones = data / "middlebury_cones", tsukuba = data / "middlebury_tsukuba",
                    opencv = data / "opencv";
-    compare(middlebury("cones", cones / "im2.png", cones / "im6.png", cones / "disp2.png", 0.25, 64), maps);
-    compare(middlebury("tsukuba", tsukuba / "imL.png", tsukuba / "imR.png", tsukuba / "truedisp.pgm",
-                       1.0 / 16, 32),
+    compare(
+        middlebury("cones", cones / "im2.png", cones / "im6.png", cones / "disp2.png", 0.25, 64),
+        maps);
+    compare(middlebury("tsukuba", tsukuba / "imL.png", tsukuba / "imR.png",
+                       tsukuba / "truedisp.pgm", 1.0 / 16, 32),
             maps);
-    compare(middlebury("aloe", opencv / "aloeL.jpg", opencv / "aloeR.jpg", opencv / "aloeGT.png", 1, 256),
+    compare(middlebury("aloe", opencv / "aloeL.jpg", opencv / "aloeR.jpg", opencv / "aloeGT.png", 1,
+                       256),
             maps);
     for (const char* name : {"rendered_a", "rendered_b"})
         for (const int frame : {0, 9}) compare(points_case(data / name, frame), maps);
     if (argc > 2 && std::string(argv[2]) != "-") {
         std::vector<fs::path> scenes;
         for (const auto& entry : fs::directory_iterator(argv[2]))
-            if (entry.path().filename().string().front() != '.' && fs::exists(entry.path() / "disparity"))
+            if (entry.path().filename().string().front() != '.' &&
+                fs::exists(entry.path() / "disparity"))
                 scenes.push_back(entry.path());
         std::sort(scenes.begin(), scenes.end());
         for (const fs::path& scene : scenes) compare_scene(scene, maps);

@@ -1,5 +1,5 @@
-// Guided patch search, fast: patches are shared out to the host's threads, a patch is SIMD throughout.
-// Definition: docs/stages/align.md.
+// Guided patch search, fast: patches are shared out to the host's threads, a patch is SIMD
+// throughout. Definition: docs/stages/align.md.
 #include <algorithm>
 #include <cmath>
 
@@ -32,8 +32,8 @@ class Align final : public Stage {
     void prepare(std::span<const InBuffer> in) override {
         expect_buffers("align: prepare", in, 2);
         const std::span<const defrec_patch> patches = take_patches(params_, in[0]);
-        const auto* views = take<uint8_t>("align: views", in[1],
-                                          view_offset(params_, params_.views - 1) + gray_size(params_));
+        const auto* views = take<uint8_t>(
+            "align: views", in[1], view_offset(params_, params_.views - 1) + gray_size(params_));
         patches_.assign(patches.begin(), patches.end());
         centres_.clear();
         for (const defrec_patch& patch : patches_) centres_.push_back(centre_of(patch));
@@ -59,60 +59,75 @@ class Align final : public Stage {
     void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
         if (!prepared_) throw StageError(DEFREC_ERROR_STATE, "align: run before prepare");
         const AlignBuffers buffers = take_buffers(params_, patches_.size(), in, out);
-        const AlignRun run{&params_, pyramid(buffers.gray, buffers.mask), views_.data(), inverse_.data(),
-                           root_.data()};
-        host_.parallel_for((patches_.size() + kPatchesPerTask - 1) / kPatchesPerTask, [&](size_t task) {
-            AlignScratch scratch;
-            const size_t last = std::min(patches_.size(), (task + 1) * kPatchesPerTask);
-            for (size_t i = task * kPatchesPerTask; i < last; ++i) {
-                const defrec_patch_prediction prediction =
-                    buffers.given != nullptr ? buffers.given[i]
-                                             : align::predict<float>(patches_[i], buffers.motions, params_);
-                AlignPeak peak;
-                defrec_patch_observation observation{};
-                if (align_search(run, centres_[i], prediction, scratch, peak))
-                    align_refine(run, scratch, peak, observation);
-                buffers.observations[i] = observation;
-                if (buffers.predictions != nullptr) buffers.predictions[i] = prediction;
-            }
-        });
+        const AlignRun run{&params_, pyramid(buffers.gray, buffers.mask), views_.data(),
+                           inverse_.data(), root_.data()};
+        host_.parallel_for(
+            (patches_.size() + kPatchesPerTask - 1) / kPatchesPerTask, [&](size_t task) {
+                AlignScratch scratch;
+                const size_t last = std::min(patches_.size(), (task + 1) * kPatchesPerTask);
+                for (size_t i = task * kPatchesPerTask; i < last; ++i) {
+                    const defrec_patch_prediction prediction =
+                        buffers.given != nullptr
+                            ? buffers.given[i]
+                            : align::predict<float>(patches_[i], buffers.motions, params_);
+                    AlignPeak peak;
+                    defrec_patch_observation observation{};
+                    if (align_search(run, centres_[i], prediction, scratch, peak))
+                        align_refine(run, scratch, peak, observation);
+                    buffers.observations[i] = observation;
+                    if (buffers.predictions != nullptr) buffers.predictions[i] = prediction;
+                }
+            });
     }
 
   private:
     AlignCentre centre_of(const defrec_patch& patch) const {
         AlignCentre centre{0, 0, patch.view, false};
-        if (!align::to_fixed(patch.u, centre.x) || !align::to_fixed(patch.v, centre.y)) return centre;
+        if (!align::to_fixed(patch.u, centre.x) || !align::to_fixed(patch.v, centre.y))
+            return centre;
         return {align::to_level(centre.x, params_.level), align::to_level(centre.y, params_.level),
                 patch.view, true};
     }
 
-    size_t pyramid_stride(uint32_t level) const { return ((params_.width >> level) + 63) / 64 * 64; }
+    size_t pyramid_stride(uint32_t level) const {
+        return ((params_.width >> level) + 63) / 64 * 64;
+    }
     size_t pyramid_size() const {
         size_t size = 0;
-        for (uint32_t l = 1; l <= params_.level; ++l) size += pyramid_stride(l) * (params_.height >> l);
+        for (uint32_t l = 1; l <= params_.level; ++l)
+            size += pyramid_stride(l) * (params_.height >> l);
         return size;
     }
 
     // The image at the level searched; in the stage's own memory unless that is level 0.
     AlignLevel pyramid(const uint8_t* gray, const uint8_t* mask) {
-        AlignLevel level{
-            gray, mask, int32_t(params_.width), int32_t(params_.height), params_.stride, gray_size(params_)};
+        AlignLevel level{gray,
+                         mask,
+                         int32_t(params_.width),
+                         int32_t(params_.height),
+                         params_.stride,
+                         gray_size(params_)};
         size_t offset = 0;
         for (uint32_t l = 1; l <= params_.level; ++l) {
             const AlignLevel below = level;
             uint8_t *to = gray_.data() + offset, *mask_to = mask_.data() + offset;
-            level = {
-                to, mask != nullptr ? mask_to : nullptr, below.width / 2, below.height / 2, pyramid_stride(l),
-                0};
+            level = {to,
+                     mask != nullptr ? mask_to : nullptr,
+                     below.width / 2,
+                     below.height / 2,
+                     pyramid_stride(l),
+                     0};
             level.size = level.stride * size_t(level.height);
-            host_.parallel_for(size_t(level.height + kRowsPerTask - 1) / kRowsPerTask, [&](size_t task) {
-                const int32_t first = int32_t(task) * kRowsPerTask,
-                              last = std::min(level.height, first + kRowsPerTask);
-                align_halve_gray(below.gray, below.stride, to, level.stride, level.width, first, last);
-                if (mask != nullptr)
-                    align_halve_mask(below.mask, below.stride, mask_to, level.stride, level.width, first,
+            host_.parallel_for(
+                size_t(level.height + kRowsPerTask - 1) / kRowsPerTask, [&](size_t task) {
+                    const int32_t first = int32_t(task) * kRowsPerTask,
+                                  last = std::min(level.height, first + kRowsPerTask);
+                    align_halve_gray(below.gray, below.stride, to, level.stride, level.width, first,
                                      last);
-            });
+                    if (mask != nullptr)
+                        align_halve_mask(below.mask, below.stride, mask_to, level.stride,
+                                         level.width, first, last);
+                });
             offset += level.size;
         }
         return level;

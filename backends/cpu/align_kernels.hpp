@@ -1,5 +1,5 @@
-// What the files of the CPU's align share: one level's images, and the work on one patch from sampling to the
-// refined position.
+// What the files of the CPU's align share: one level's images, and the work on one patch from
+// sampling to the refined position.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -9,15 +9,16 @@
 
 namespace defrec::cpu {
 
-// The live image at the level that is searched. mask: nullptr where every pixel is usable, else 0 where not.
+// The live image at the level that is searched. mask: nullptr where every pixel is usable, else 0
+// where not.
 struct AlignLevel {
     const uint8_t *gray, *mask;
     int32_t width, height;
     size_t stride, size;  // of both, bytes
 };
 
-// A view of the template at twice the level's size, densely, each pixel followed by the one below it: four
-// bytes are a 2x2 block.
+// A view of the template at twice the level's size, densely, each pixel followed by the one below
+// it: four bytes are a 2x2 block.
 struct AlignView {
     const uint8_t* pixels;
     int32_t width, height;
@@ -42,12 +43,15 @@ using AlignSums = int32_t[kAlignScoreRows * kAlignScoreRow];
 // The memory of one patch's search. A pair is pixel x in the low and pixel x + 1 in the high half.
 struct AlignScratch {
     alignas(64) int16_t t[kAlignRows * kAlignRow], gx[kAlignRows * kAlignRow],
-        gy[kAlignRows * kAlignRow];                                                 // 0 beyond the patch
-    alignas(64) int16_t high[kAlignRows * kAlignRow], low[kAlignRows * kAlignRow];  // t * t = 4096 high + low
-    alignas(64) int32_t live[kAlignWindowRows * kAlignWindowRow];    // pairs round the predicted pixel
-    alignas(64) int32_t usable[kAlignWindowRows * kAlignWindowRow];  // pairs of 0 or 1; only where masked
-    alignas(64) int32_t
-        usable_live[kAlignWindowRows * kAlignWindowRow];  // live where usable, else 0; only where masked
+        gy[kAlignRows * kAlignRow];  // 0 beyond the patch
+    alignas(64) int16_t high[kAlignRows * kAlignRow],
+        low[kAlignRows * kAlignRow];  // t * t = 4096 high + low
+    alignas(
+        64) int32_t live[kAlignWindowRows * kAlignWindowRow];  // pairs round the predicted pixel
+    alignas(64)
+        int32_t usable[kAlignWindowRows * kAlignWindowRow];  // pairs of 0 or 1; only where masked
+    alignas(64) int32_t usable_live[kAlignWindowRows * kAlignWindowRow];  // live where usable, else
+                                                                          // 0; only where masked
     alignas(64) AlignSums i, ii, ti, n, t_sum, tt_high, tt_low;  // the last four only where masked
     bool masked;
     int32_t full_tt, full_t;  // of the whole patch
@@ -68,16 +72,17 @@ struct AlignPeak {
     int32_t fraction_x, fraction_y;  // of the predicted centre, 1/256 px
 };
 
-// Rows [first, last) of an image of half the size: the rounded mean of each 2x2 block, or 1 where all four
-// are not 0.
-void align_halve_gray(const uint8_t* in, size_t in_stride, uint8_t* out, size_t out_stride, int32_t out_width,
-                      int32_t first, int32_t last);
-void align_halve_mask(const uint8_t* in, size_t in_stride, uint8_t* out, size_t out_stride, int32_t out_width,
-                      int32_t first, int32_t last);
+// Rows [first, last) of an image of half the size: the rounded mean of each 2x2 block, or 1 where
+// all four are not 0.
+void align_halve_gray(const uint8_t* in, size_t in_stride, uint8_t* out, size_t out_stride,
+                      int32_t out_width, int32_t first, int32_t last);
+void align_halve_mask(const uint8_t* in, size_t in_stride, uint8_t* out, size_t out_stride,
+                      int32_t out_width, int32_t first, int32_t last);
 
 // Samples the patch into the scratch and searches it; false where it is not found.
-bool align_search(const AlignRun& run, const AlignCentre& centre, const defrec_patch_prediction& prediction,
-                  AlignScratch& scratch, AlignPeak& peak);
+bool align_search(const AlignRun& run, const AlignCentre& centre,
+                  const defrec_patch_prediction& prediction, AlignScratch& scratch,
+                  AlignPeak& peak);
 // To a fraction of a pixel; result is zero unless found.
 void align_refine(const AlignRun& run, const AlignScratch& scratch, const AlignPeak& peak,
                   defrec_patch_observation& result);

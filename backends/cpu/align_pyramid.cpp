@@ -12,8 +12,8 @@ namespace defrec::cpu::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 namespace {
 
-// lanes(even and odd pixels of the upper row, of the lower row) in 16 bits; scalar likewise for the rest of a
-// row.
+// lanes(even and odd pixels of the upper row, of the lower row) in 16 bits; scalar likewise for the
+// rest of a row.
 template <class Lanes, class Scalar>
 void halve(const uint8_t* in, size_t in_stride, uint8_t* out, size_t out_stride, int32_t out_width,
            int32_t first, int32_t last, Lanes lanes, Scalar scalar) {
@@ -30,18 +30,18 @@ void halve(const uint8_t* in, size_t in_stride, uint8_t* out, size_t out_stride,
         for (; x + count <= out_width; x += count) {
             const auto u = hn::BitCast(d16, hn::LoadU(d8, upper + 2 * x)),
                        l = hn::BitCast(d16, hn::LoadU(d8, lower + 2 * x));
-            const auto value =
-                lanes(d16, hn::And(u, low), hn::ShiftRight<8>(u), hn::And(l, low), hn::ShiftRight<8>(l));
-            hn::StoreU(hn::DemoteTo(half, hn::BitCast(hn::RebindToSigned<decltype(d16)>(), value)), half,
-                       to + x);
+            const auto value = lanes(d16, hn::And(u, low), hn::ShiftRight<8>(u), hn::And(l, low),
+                                     hn::ShiftRight<8>(l));
+            hn::StoreU(hn::DemoteTo(half, hn::BitCast(hn::RebindToSigned<decltype(d16)>(), value)),
+                       half, to + x);
         }
         for (; x < out_width; ++x)
             to[x] = uint8_t(scalar(upper[2 * x], upper[2 * x + 1], lower[2 * x], lower[2 * x + 1]));
     }
 }
 
-void halve_gray(const uint8_t* in, size_t in_stride, uint8_t* out, size_t out_stride, int32_t out_width,
-                int32_t first, int32_t last) {
+void halve_gray(const uint8_t* in, size_t in_stride, uint8_t* out, size_t out_stride,
+                int32_t out_width, int32_t first, int32_t last) {
     halve(
         in, in_stride, out, out_stride, out_width, first, last,
         [](auto d, auto a, auto b, auto c, auto e) HWY_ATTR {
@@ -49,8 +49,8 @@ void halve_gray(const uint8_t* in, size_t in_stride, uint8_t* out, size_t out_st
         },
         [](int a, int b, int c, int d) { return (a + b + c + d + 2) >> 2; });
 }
-void halve_mask(const uint8_t* in, size_t in_stride, uint8_t* out, size_t out_stride, int32_t out_width,
-                int32_t first, int32_t last) {
+void halve_mask(const uint8_t* in, size_t in_stride, uint8_t* out, size_t out_stride,
+                int32_t out_width, int32_t first, int32_t last) {
     halve(
         in, in_stride, out, out_stride, out_width, first, last,
         [](auto d, auto a, auto b, auto c, auto e)
@@ -67,12 +67,12 @@ namespace defrec::cpu {
 
 HWY_EXPORT(halve_gray);
 HWY_EXPORT(halve_mask);
-void align_halve_gray(const uint8_t* in, size_t in_stride, uint8_t* out, size_t out_stride, int32_t out_width,
-                      int32_t first, int32_t last) {
+void align_halve_gray(const uint8_t* in, size_t in_stride, uint8_t* out, size_t out_stride,
+                      int32_t out_width, int32_t first, int32_t last) {
     HWY_DYNAMIC_DISPATCH(halve_gray)(in, in_stride, out, out_stride, out_width, first, last);
 }
-void align_halve_mask(const uint8_t* in, size_t in_stride, uint8_t* out, size_t out_stride, int32_t out_width,
-                      int32_t first, int32_t last) {
+void align_halve_mask(const uint8_t* in, size_t in_stride, uint8_t* out, size_t out_stride,
+                      int32_t out_width, int32_t first, int32_t last) {
     HWY_DYNAMIC_DISPATCH(halve_mask)(in, in_stride, out, out_stride, out_width, first, last);
 }
 

@@ -22,8 +22,8 @@ constexpr int32_t kShiftRows = kAlignRows + 3;
 
 // A patch's pixels in rows of kAlignRow, 0 where not usable.
 struct Patch {
-    alignas(64) int16_t t[kAlignRows * kAlignRow], gx[kAlignRows * kAlignRow], gy[kAlignRows * kAlignRow],
-        usable[kAlignRows * kAlignRow];
+    alignas(64) int16_t t[kAlignRows * kAlignRow], gx[kAlignRows * kAlignRow],
+        gy[kAlignRows * kAlignRow], usable[kAlignRows * kAlignRow];
     int32_t count;  // of all rows
 };
 
@@ -83,8 +83,8 @@ TemplateSums template_sums(const Patch& patch) {
 V32 multiply_pairs(V32 a, V32 b) {
     const hn::Repartition<int16_t, D32> d;
     V32 rest = hn::Zero(D32());
-    const V32 sum =
-        hn::ReorderWidenMulAccumulate(D32(), hn::BitCast(d, a), hn::BitCast(d, b), hn::Zero(D32()), rest);
+    const V32 sum = hn::ReorderWidenMulAccumulate(D32(), hn::BitCast(d, a), hn::BitCast(d, b),
+                                                  hn::Zero(D32()), rest);
     return hn::RearrangeToOddPlusEven(sum, rest);
 }
 V32 weight_pair(int32_t low, int32_t high) {
@@ -102,7 +102,8 @@ void shift_live(const AlignScratch& scratch, const AlignPeak& peak, int32_t radi
     const V32 left = weight_pair(wx[0], wx[1]), right = weight_pair(wx[2], wx[3]);
     const V32 above = weight_pair(wy[0], wy[1]), below = weight_pair(wy[2], wy[3]);
     const int32_t side = 2 * radius + 1;
-    const int32_t* corner = scratch.live + (peak.window_y + (shift_y >> 8) - radius - 1) * kAlignWindowRow +
+    const int32_t* corner = scratch.live +
+                            (peak.window_y + (shift_y >> 8) - radius - 1) * kAlignWindowRow +
                             peak.window_x + (shift_x >> 8) - radius;
     alignas(64) int32_t rows[kShiftRows * kAlignRow];
     const int32_t lanes = int32_t(hn::Lanes(d));
@@ -111,7 +112,8 @@ void shift_live(const AlignScratch& scratch, const AlignPeak& peak, int32_t radi
             const int32_t* from = corner + row * kAlignWindowRow + column;
             const V32 sum = hn::Add(multiply_pairs(hn::LoadU(d, from - 1), left),
                                     multiply_pairs(hn::LoadU(d, from + 1), right));
-            hn::StoreU(hn::ShiftRight<4>(hn::Add(sum, hn::Set(d, 8))), d, rows + row * kAlignRow + column);
+            hn::StoreU(hn::ShiftRight<4>(hn::Add(sum, hn::Set(d, 8))), d,
+                       rows + row * kAlignRow + column);
         }
         const auto pair = [&](int32_t row) HWY_ATTR {
             const int32_t* from = rows + row * kAlignRow + column;
@@ -119,9 +121,10 @@ void shift_live(const AlignScratch& scratch, const AlignPeak& peak, int32_t radi
                           hn::ShiftLeft<16>(hn::LoadU(d, from + kAlignRow)));
         };
         for (int32_t row = 0; row < side; ++row) {
-            const V32 sum = hn::Add(multiply_pairs(pair(row), above), multiply_pairs(pair(row + 2), below));
-            hn::StoreU(hn::DemoteTo(narrow, hn::ShiftRight<10>(hn::Add(sum, hn::Set(d, 512)))), narrow,
-                       out + row * kAlignRow + column);
+            const V32 sum =
+                hn::Add(multiply_pairs(pair(row), above), multiply_pairs(pair(row + 2), below));
+            hn::StoreU(hn::DemoteTo(narrow, hn::ShiftRight<10>(hn::Add(sum, hn::Set(d, 512)))),
+                       narrow, out + row * kAlignRow + column);
         }
     }
 }
@@ -130,7 +133,8 @@ LiveSums live_sums(const Patch& patch, const int16_t* live) {
     const D16 d;
     Sum i, ii, it, igx, igy;
     for (int32_t k = 0; k < patch.count; k += int32_t(hn::Lanes(d))) {
-        const auto usable = hn::LoadU(d, patch.usable + k), value = hn::Mul(hn::LoadU(d, live + k), usable);
+        const auto usable = hn::LoadU(d, patch.usable + k),
+                   value = hn::Mul(hn::LoadU(d, live + k), usable);
         i.add(value, usable);
         ii.add(value, value);
         it.add(value, hn::LoadU(d, patch.t + k));

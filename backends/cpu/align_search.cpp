@@ -1,4 +1,5 @@
-// Sampling a patch from its view, and its ZNCC over the search window: lanes are displacements along x.
+// Sampling a patch from its view, and its ZNCC over the search window: lanes are displacements
+// along x.
 #include <algorithm>
 #include <cstring>
 #include <type_traits>
@@ -29,7 +30,8 @@ constexpr int32_t kSampleRow = 32;
 
 // Sum of the products of two rows' halves.
 V32 multiply_pairs(V32 a, V32 b, V32 sum, V32& rest) {
-    return hn::ReorderWidenMulAccumulate(D32(), hn::BitCast(D16(), a), hn::BitCast(D16(), b), sum, rest);
+    return hn::ReorderWidenMulAccumulate(D32(), hn::BitCast(D16(), a), hn::BitCast(D16(), b), sum,
+                                         rest);
 }
 V32 multiply_pairs(V32 a, V32 b) {
     V32 rest = hn::Zero(D32());
@@ -38,8 +40,8 @@ V32 multiply_pairs(V32 a, V32 b) {
 }
 
 // The patch and one pixel round it, 1/16 gray level; false where it leaves the view.
-bool sample_view(const AlignView& view, const AlignCentre& centre, const int32_t m[4], int32_t fraction_x,
-                 int32_t fraction_y, int32_t reach, int16_t* out) {
+bool sample_view(const AlignView& view, const AlignCentre& centre, const int32_t m[4],
+                 int32_t fraction_x, int32_t fraction_y, int32_t reach, int16_t* out) {
     const auto at = [centre, m](int axis, int32_t dx, int32_t dy) {
         return 256 * (axis == 0 ? centre.x : centre.y) +
                ((m[2 * axis] * dx + m[2 * axis + 1] * dy + 128) >> 8);
@@ -58,37 +60,44 @@ bool sample_view(const AlignView& view, const AlignCentre& centre, const int32_t
     for (int32_t row = 0; row < side; ++row)
         for (int32_t column = 0; column < side; column += int32_t(hn::Lanes(d))) {
             const int32_t dy = 256 * (row - reach) - fraction_y;
-            const V32 dx = hn::Sub(hn::ShiftLeft<8>(hn::Iota(d, column - reach)), hn::Set(d, fraction_x));
-            const V32 x = hn::Add(
-                hn::Set(d, 256 * centre.x),
-                hn::ShiftRight<8>(hn::Add(hn::Mul(hn::Set(d, m[0]), dx), hn::Set(d, m[1] * dy + 128))));
-            const V32 y = hn::Add(
-                hn::Set(d, 256 * centre.y),
-                hn::ShiftRight<8>(hn::Add(hn::Mul(hn::Set(d, m[2]), dx), hn::Set(d, m[3] * dy + 128))));
+            const V32 dx =
+                hn::Sub(hn::ShiftLeft<8>(hn::Iota(d, column - reach)), hn::Set(d, fraction_x));
+            const V32 x = hn::Add(hn::Set(d, 256 * centre.x),
+                                  hn::ShiftRight<8>(hn::Add(hn::Mul(hn::Set(d, m[0]), dx),
+                                                            hn::Set(d, m[1] * dy + 128))));
+            const V32 y = hn::Add(hn::Set(d, 256 * centre.y),
+                                  hn::ShiftRight<8>(hn::Add(hn::Mul(hn::Set(d, m[2]), dx),
+                                                            hn::Set(d, m[3] * dy + 128))));
             // Only lanes beyond the patch can be outside.
-            const V32 x0 = hn::Min(hn::Max(hn::ShiftRight<15>(x), hn::Zero(d)), hn::Set(d, view.width - 2));
-            const V32 y0 = hn::Min(hn::Max(hn::ShiftRight<15>(y), hn::Zero(d)), hn::Set(d, view.height - 2));
-            const V32 fx = hn::And(hn::ShiftRight<7>(x), byte), fy = hn::And(hn::ShiftRight<7>(y), byte);
+            const V32 x0 =
+                hn::Min(hn::Max(hn::ShiftRight<15>(x), hn::Zero(d)), hn::Set(d, view.width - 2));
+            const V32 y0 =
+                hn::Min(hn::Max(hn::ShiftRight<15>(y), hn::Zero(d)), hn::Set(d, view.height - 2));
+            const V32 fx = hn::And(hn::ShiftRight<7>(x), byte),
+                      fy = hn::And(hn::ShiftRight<7>(y), byte);
             const V32 offset = hn::ShiftLeft<1>(hn::Add(hn::Mul(y0, hn::Set(d, view.width)), x0));
             // Upper left, lower left, upper right, lower right.
-            const V32 four = hn::GatherOffset(d, reinterpret_cast<const int32_t*>(view.pixels), offset);
+            const V32 four =
+                hn::GatherOffset(d, reinterpret_cast<const int32_t*>(view.pixels), offset);
             const V32 weights = hn::Or(hn::Sub(hn::Set(d, 256), fx), hn::ShiftLeft<16>(fx)),
                       low_bytes = hn::Set(d, 0xff00ff);
             const V32 top = multiply_pairs(hn::And(four, low_bytes), weights);
             const V32 bottom = multiply_pairs(hn::And(hn::ShiftRight<8>(four), low_bytes), weights);
             const V32 value = hn::Add(hn::ShiftLeft<8>(top), hn::Mul(hn::Sub(bottom, top), fy));
-            hn::StoreU(hn::DemoteTo(narrow, hn::ShiftRight<12>(hn::Add(value, hn::Set(d, 2048)))), narrow,
-                       out + row * kSampleRow + column);
+            hn::StoreU(hn::DemoteTo(narrow, hn::ShiftRight<12>(hn::Add(value, hn::Set(d, 2048)))),
+                       narrow, out + row * kSampleRow + column);
         }
     return true;
 }
 
 // Template and gradient into the scratch; false without texture.
-bool prepare_template(const int16_t* sampled, const defrec_align_params& params, AlignScratch& scratch) {
+bool prepare_template(const int16_t* sampled, const defrec_align_params& params,
+                      AlignScratch& scratch) {
     const int32_t r = int32_t(params.patch_radius), side = 2 * r + 1, n = side * side;
     int32_t sum = 0;
     for (int32_t row = 1; row <= side; ++row)
-        for (int32_t column = 1; column <= side; ++column) sum += sampled[row * kSampleRow + column];
+        for (int32_t column = 1; column <= side; ++column)
+            sum += sampled[row * kSampleRow + column];
     const int16_t mean = int16_t((2 * sum + n) / (2 * n));
     const DRow d;
     const auto one = hn::Set(d, 1);
@@ -100,7 +109,8 @@ bool prepare_template(const int16_t* sampled, const defrec_align_params& params,
                 hn::StoreU(hn::IfThenElseZero(inside, value), d, to + row * kAlignRow + column);
             };
             const auto half = [&](const int16_t* high, const int16_t* low) HWY_ATTR {
-                return hn::ShiftRight<1>(hn::Add(hn::Sub(hn::LoadU(d, high), hn::LoadU(d, low)), one));
+                return hn::ShiftRight<1>(
+                    hn::Add(hn::Sub(hn::LoadU(d, high), hn::LoadU(d, low)), one));
             };
             store(hn::Sub(hn::LoadU(d, from), hn::Set(d, mean)), scratch.t);
             store(half(from + 1, from - 1), scratch.gx);
@@ -116,10 +126,10 @@ bool prepare_template(const int16_t* sampled, const defrec_align_params& params,
     return int64_t(n) * tt - int64_t(t) * t >= int64_t(n) * n * params.texture * params.texture;
 }
 
-// The bytes of a line from x on, at least 2 * kAlignWindowRow of them readable and `count` of them meant,
-// repeating the border's.
-const uint8_t* window_row(const AlignLevel& level, const uint8_t* image, int32_t x, int32_t y, int32_t count,
-                          uint8_t* buffer) {
+// The bytes of a line from x on, at least 2 * kAlignWindowRow of them readable and `count` of them
+// meant, repeating the border's.
+const uint8_t* window_row(const AlignLevel& level, const uint8_t* image, int32_t x, int32_t y,
+                          int32_t count, uint8_t* buffer) {
     const size_t line = size_t(std::clamp(y, 0, level.height - 1)) * level.stride;
     const uint8_t* row = image + line;
     if (x >= 0 && x + count <= level.width) {
@@ -148,19 +158,21 @@ bool window_is_masked(const AlignLevel& level, int32_t x, int32_t y, int32_t rea
     for (int32_t j = 0; j < 2 * reach + 1; ++j) {
         const uint8_t* row = window_row(level, level.mask, x - reach, y - reach + j, count, buffer);
         for (int32_t k = 0; k < count; k += int32_t(hn::Lanes(d)))
-            minimum = hn::Min(minimum, hn::IfThenElse(hn::FirstN(d, size_t(count - k)), hn::LoadU(d, row + k),
-                                                  hn::Set(d, 255)));
+            minimum = hn::Min(minimum, hn::IfThenElse(hn::FirstN(d, size_t(count - k)),
+                                                      hn::LoadU(d, row + k), hn::Set(d, 255)));
     }
     return !hn::AllFalse(d, hn::Eq(minimum, hn::Zero(d)));
 }
 
 // The pairs of the window round (x, y).
-void load_window(const AlignLevel& level, int32_t x, int32_t y, int32_t reach, AlignScratch& scratch) {
+void load_window(const AlignLevel& level, int32_t x, int32_t y, int32_t reach,
+                 AlignScratch& scratch) {
     const D32 d;
     const int32_t side = 2 * reach + 1, lanes = int32_t(hn::Lanes(d));
     alignas(64) uint8_t buffer[2 * kAlignWindowRow] = {};
     for (int32_t j = 0; j < side; ++j) {
-        const uint8_t* row = window_row(level, level.gray, x - reach, y - reach + j, side + 1, buffer);
+        const uint8_t* row =
+            window_row(level, level.gray, x - reach, y - reach + j, side + 1, buffer);
         for (int32_t k = 0; k < side; k += lanes)
             hn::StoreU(load_pair(row + k), d, scratch.live + j * kAlignWindowRow + k);
     }
@@ -168,10 +180,12 @@ void load_window(const AlignLevel& level, int32_t x, int32_t y, int32_t reach, A
     if (!scratch.masked) return;
     const D16 halves;
     for (int32_t j = 0; j < side; ++j) {
-        const uint8_t* row = window_row(level, level.mask, x - reach, y - reach + j, side + 1, buffer);
+        const uint8_t* row =
+            window_row(level, level.mask, x - reach, y - reach + j, side + 1, buffer);
         for (int32_t k = 0; k < side; k += lanes) {
             const int32_t at = j * kAlignWindowRow + k;
-            const auto usable = hn::Min(hn::BitCast(halves, load_pair(row + k)), hn::Set(halves, 1));
+            const auto usable =
+                hn::Min(hn::BitCast(halves, load_pair(row + k)), hn::Set(halves, 1));
             hn::StoreU(hn::BitCast(d, usable), d, scratch.usable + at);
             const auto live = hn::BitCast(halves, hn::LoadU(d, scratch.live + at));
             hn::StoreU(hn::BitCast(d, hn::Mul(usable, live)), d, scratch.usable_live + at);
@@ -192,16 +206,17 @@ void correlate_row(Radius radius, const int16_t* patch, const int32_t* window, i
             std::memcpy(&two, patch + row * kAlignRow + 2 * k, sizeof two);
             const V32 template_pair = hn::Set(d, two);
             for (int b = 0; b < kBlocks; ++b)
-                sum[b] =
-                    multiply_pairs(hn::LoadU(d, window + row * kAlignWindowRow + 2 * k + int(kLanes) * b),
-                                   template_pair, sum[b], rest[b]);
+                sum[b] = multiply_pairs(
+                    hn::LoadU(d, window + row * kAlignWindowRow + 2 * k + int(kLanes) * b),
+                    template_pair, sum[b], rest[b]);
         }
     for (int b = 0; b < kBlocks; ++b)
         hn::StoreU(hn::RearrangeToOddPlusEven(sum[b], rest[b]), d, out + int(kLanes) * b);
 }
 
 template <class Radius>
-void correlate(Radius radius, const int16_t* patch, const int32_t* window, int32_t search, AlignSums& out) {
+void correlate(Radius radius, const int16_t* patch, const int32_t* window, int32_t search,
+               AlignSums& out) {
     const int32_t lanes = int32_t(hn::Lanes(D32()));
     const int32_t blocks = (2 * search + lanes) / lanes;
     for (int32_t dy = 0; dy <= 2 * search; ++dy)
@@ -225,9 +240,11 @@ void correlate(Radius radius, const int16_t* patch, const int32_t* window, int32
         }
 }
 
-// Sums of the window's pixels, and of their squares where wanted, under the patch at each displacement.
+// Sums of the window's pixels, and of their squares where wanted, under the patch at each
+// displacement.
 template <bool kSquares, class Radius>
-void box_sums(Radius radius, const int32_t* window, int32_t search, AlignSums& out, AlignSums& out_squares) {
+void box_sums(Radius radius, const int32_t* window, int32_t search, AlignSums& out,
+              AlignSums& out_squares) {
     const D32 d;
     const V32 low = hn::Set(d, 0xffff);
     const int32_t lanes = int32_t(hn::Lanes(d)), columns = 2 * (radius + search) + 1;
@@ -264,8 +281,10 @@ VFloat reciprocal_root(VFloat x) {
     const DFloat d;
     const hn::RebindToUnsigned<DFloat> bits;
     const VFloat half = hn::Mul(hn::Set(d, 0.5f), x);
-    VFloat y = hn::BitCast(d, hn::Sub(hn::Set(bits, 0x5f3759dfu), hn::ShiftRight<1>(hn::BitCast(bits, x))));
-    for (int i = 0; i < 3; ++i) y = hn::Mul(y, hn::Sub(hn::Set(d, 1.5f), hn::Mul(hn::Mul(half, y), y)));
+    VFloat y = hn::BitCast(
+        d, hn::Sub(hn::Set(bits, 0x5f3759dfu), hn::ShiftRight<1>(hn::BitCast(bits, x))));
+    for (int i = 0; i < 3; ++i)
+        y = hn::Mul(y, hn::Sub(hn::Set(d, 1.5f), hn::Mul(hn::Mul(half, y), y)));
     return y;
 }
 
@@ -290,12 +309,12 @@ PatchTerms usable_patch(const AlignRun& run, const AlignScratch& scratch, int32_
     const D32 d;
     const DFloat f;
     const V32 n = hn::LoadU(d, scratch.n + at), one = hn::Set(d, 1);
-    const V32 tt =
-        hn::Add(hn::ShiftLeft<12>(hn::LoadU(d, scratch.tt_high + at)), hn::LoadU(d, scratch.tt_low + at));
+    const V32 tt = hn::Add(hn::ShiftLeft<12>(hn::LoadU(d, scratch.tt_high + at)),
+                           hn::LoadU(d, scratch.tt_low + at));
     // Lanes beyond the search window hold anything.
     const V32 index = hn::Sub(hn::Min(hn::Max(n, one), hn::Set(d, kAlignRows * kAlignRows)), one);
-    return patch_terms(n, hn::LoadU(d, scratch.t_sum + at), tt, hn::GatherIndex(f, run.inverse, index),
-                       hn::GatherIndex(f, run.root, index));
+    return patch_terms(n, hn::LoadU(d, scratch.t_sum + at), tt,
+                       hn::GatherIndex(f, run.inverse, index), hn::GatherIndex(f, run.root, index));
 }
 
 // kUnscored where there is no score.
@@ -306,25 +325,29 @@ V32 scores(const AlignScratch& scratch, const PatchTerms& patch, int32_t all, in
               ti = hn::LoadU(d, scratch.ti + at);
     const V32 live_variance = hn::Sub(hn::Mul(patch.n, ii), hn::Mul(i, i));
     const VFloat one = hn::Set(f, 1.0f);
-    const VFloat product = hn::Mul(hn::Mul(hn::ConvertTo(f, patch.t), hn::ConvertTo(f, i)), patch.inverse);
+    const VFloat product =
+        hn::Mul(hn::Mul(hn::ConvertTo(f, patch.t), hn::ConvertTo(f, i)), patch.inverse);
     const VFloat covariance = hn::Sub(hn::ConvertTo(f, ti), product);
     const VFloat live_root = reciprocal_root(hn::Max(hn::ConvertTo(f, live_variance), one));
-    const VFloat z = hn::Mul(hn::Mul(hn::Mul(covariance, patch.variance_root), live_root), patch.root);
-    const V32 q =
-        hn::ConvertTo(d, hn::Floor(hn::Add(hn::Mul(z, hn::Set(f, float(kOneScore))), hn::Set(f, 0.5f))));
+    const VFloat z =
+        hn::Mul(hn::Mul(hn::Mul(covariance, patch.variance_root), live_root), patch.root);
+    const V32 q = hn::ConvertTo(
+        d, hn::Floor(hn::Add(hn::Mul(z, hn::Set(f, float(kOneScore))), hn::Set(f, 0.5f))));
     const auto enough = hn::Gt(hn::ShiftLeft<2>(patch.n), hn::Set(d, 3 * all - 1));
     const auto live = hn::Gt(live_variance, hn::Zero(d));
-    const auto good = hn::And(hn::And(enough, live), hn::RebindMask(d, hn::Ge(patch.variance, one)));
+    const auto good =
+        hn::And(hn::And(enough, live), hn::RebindMask(d, hn::Ge(patch.variance, one)));
     return hn::IfThenElse(good, q, hn::Set(d, int32_t(kUnscored)));
 }
 
-// The best displacement, counted from the corner of the search window; -1 if none is scored. columns, rows:
-// those inside the image.
-int32_t best_displacement(const AlignRun& run, const AlignScratch& scratch, const int32_t columns[2],
-                          const int32_t rows[2]) {
+// The best displacement, counted from the corner of the search window; -1 if none is scored.
+// columns, rows: those inside the image.
+int32_t best_displacement(const AlignRun& run, const AlignScratch& scratch,
+                          const int32_t columns[2], const int32_t rows[2]) {
     const D32 d;
     const int32_t s = int32_t(run.params->search_radius), lanes = int32_t(hn::Lanes(d));
-    const int32_t all = int32_t((2 * run.params->patch_radius + 1) * (2 * run.params->patch_radius + 1));
+    const int32_t all =
+        int32_t((2 * run.params->patch_radius + 1) * (2 * run.params->patch_radius + 1));
     PatchTerms patch = whole_patch(run, scratch, all);
     const V32 unscored = hn::Set(d, int32_t(kUnscored));
     V32 best = unscored, best_at = hn::Set(d, -1);
@@ -358,8 +381,8 @@ void usable_sums(Radius radius, int32_t search, AlignScratch& scratch) {
         for (int32_t dx = 0; dx <= 2 * search; dx += lanes) {
             const int32_t at = dy * kAlignScoreRow + dx;
             const V32 n = hn::LoadU(d, scratch.n + at);
-            const auto some =
-                hn::And(hn::Lt(n, hn::Set(d, all)), hn::Gt(hn::ShiftLeft<2>(n), hn::Set(d, 3 * all - 1)));
+            const auto some = hn::And(hn::Lt(n, hn::Set(d, all)),
+                                      hn::Gt(hn::ShiftLeft<2>(n), hn::Set(d, 3 * all - 1)));
             const auto wanted = hn::Lt(hn::Iota(d, dx), hn::Set(d, 2 * search + 1));
             if (hn::AllFalse(d, hn::And(some, wanted))) {
                 hn::StoreU(hn::Set(d, scratch.full_t), d, scratch.t_sum + at);
@@ -368,7 +391,8 @@ void usable_sums(Radius radius, int32_t search, AlignScratch& scratch) {
                 continue;
             }
             const int32_t* from = scratch.usable + (dy + 1) * kAlignWindowRow + 1 + dx;
-            for (const auto& [patch, out] : sums) correlate_row<Radius, 1>(radius, patch, from, out + at);
+            for (const auto& [patch, out] : sums)
+                correlate_row<Radius, 1>(radius, patch, from, out + at);
         }
 }
 
@@ -394,11 +418,12 @@ void all_sums(int32_t radius, int32_t search, AlignScratch& scratch) {
     all_sums<int32_t>(radius, search, scratch);
 }
 
-bool search(const AlignRun& run, const AlignCentre& centre, const defrec_patch_prediction& prediction,
-            AlignScratch& scratch, AlignPeak& peak) {
+bool search(const AlignRun& run, const AlignCentre& centre,
+            const defrec_patch_prediction& prediction, AlignScratch& scratch, AlignPeak& peak) {
     const defrec_align_params& params = *run.params;
     if (!centre.valid || !usable(prediction, params)) return false;
-    const int32_t u = to_level(prediction.u, params.level), v = to_level(prediction.v, params.level);
+    const int32_t u = to_level(prediction.u, params.level),
+                  v = to_level(prediction.v, params.level);
     const int32_t x = (u + 128) >> 8, y = (v + 128) >> 8, r = int32_t(params.patch_radius),
                   s = int32_t(params.search_radius);
     peak.fraction_x = u - 256 * x;
@@ -408,8 +433,10 @@ bool search(const AlignRun& run, const AlignCentre& centre, const defrec_patch_p
                      peak.fraction_y, r + 1, sampled) ||
         !prepare_template(sampled, params, scratch))
         return false;
-    const int32_t columns[2] = {std::max(0, r - x + s), std::min(2 * s, run.level.width - 1 - r - x + s)};
-    const int32_t rows[2] = {std::max(0, r - y + s), std::min(2 * s, run.level.height - 1 - r - y + s)};
+    const int32_t columns[2] = {std::max(0, r - x + s),
+                                std::min(2 * s, run.level.width - 1 - r - x + s)};
+    const int32_t rows[2] = {std::max(0, r - y + s),
+                             std::min(2 * s, run.level.height - 1 - r - y + s)};
     if (columns[0] > columns[1] || rows[0] > rows[1]) return false;
     load_window(run.level, x, y, r + s + 1, scratch);
     all_sums(r, s, scratch);
@@ -431,8 +458,9 @@ HWY_AFTER_NAMESPACE();
 namespace defrec::cpu {
 
 HWY_EXPORT(search);
-bool align_search(const AlignRun& run, const AlignCentre& centre, const defrec_patch_prediction& prediction,
-                  AlignScratch& scratch, AlignPeak& peak) {
+bool align_search(const AlignRun& run, const AlignCentre& centre,
+                  const defrec_patch_prediction& prediction, AlignScratch& scratch,
+                  AlignPeak& peak) {
     return HWY_DYNAMIC_DISPATCH(search)(run, centre, prediction, scratch, peak);
 }
 

@@ -38,11 +38,12 @@ HWY_INLINE EdgeLanes measure(const EdgeTask& task, size_t at) {
     e.qa = {gather(a, 1), gather(a, 2), gather(a, 3)};
     const V wb = gather(b, 0);
     const L3 qb{gather(b, 1), gather(b, 2), gather(b, 3)};
-    const L3 along =
-        subtract(L3{gather(b, 4), gather(b, 5), gather(b, 6)}, L3{gather(a, 4), gather(a, 5), gather(a, 6)});
+    const L3 along = subtract(L3{gather(b, 4), gather(b, 5), gather(b, 6)},
+                              L3{gather(a, 4), gather(a, 5), gather(a, 6)});
 
     const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
-    const V sign = hn::IfThenElse(hn::Lt(hn::MulAdd(e.wa, wb, dot(e.qa, qb)), zero), hn::Neg(one), one);
+    const V sign =
+        hn::IfThenElse(hn::Lt(hn::MulAdd(e.wa, wb, dot(e.qa, qb)), zero), hn::Neg(one), one);
     e.wb = hn::Mul(sign, wb);
     e.qb = scale(sign, qb);
     e.relative = subtract(subtract(scale(e.wb, e.qa), scale(e.wa, e.qb)), cross(e.qa, e.qb));
@@ -59,11 +60,13 @@ HWY_INLINE EdgeLanes measure(const EdgeTask& task, size_t at) {
     e.by_length = hn::Mul(weight, hn::Set(d, task.length_weight));
     e.by_angle = hn::Mul(weight, hn::Set(d, task.angle_weight));
     e.by_rotation = hn::Mul(weight, hn::Set(d, task.rotation_weight));
-    const L3 ab = subtract(e.turned_a, e.now), ba = add(e.turned_b, e.now), turn = subtract(e.qa, e.qb);
+    const L3 ab = subtract(e.turned_a, e.now), ba = add(e.turned_b, e.now),
+             turn = subtract(e.qa, e.qb);
     const V turn_w = hn::Sub(e.wa, e.wb);
     const V twice = hn::MulAdd(e.by_length, hn::Mul(e.stretch, e.stretch),
                                hn::Mul(e.by_rotation, hn::MulAdd(turn_w, turn_w, dot(turn, turn))));
-    e.cost = hn::MulAdd(hn::Set(d, 2.0f), twice, hn::Mul(e.by_angle, hn::Add(dot(ab, ab), dot(ba, ba))));
+    e.cost =
+        hn::MulAdd(hn::Set(d, 2.0f), twice, hn::Mul(e.by_angle, hn::Add(dot(ab, ab), dot(ba, ba))));
     return e;
 }
 
@@ -79,10 +82,12 @@ HWY_INLINE Couplings couple(const EdgeLanes& e) {
     const auto fill = [&](const L3& turned, V* out) HWY_ATTR {
         const L3 t = scale(lever, turned), side = cross(t, e.now),
                  zero{hn::Zero(d), hn::Zero(d), hn::Zero(d)};
-        const V skew[9] = {zero.x, hn::Neg(t.z), t.y, t.z, zero.x, hn::Neg(t.x), hn::Neg(t.y), t.x, zero.x};
+        const V skew[9] = {zero.x,       hn::Neg(t.z), t.y, t.z,   zero.x,
+                           hn::Neg(t.x), hn::Neg(t.y), t.x, zero.x};
         const V s[3] = {side.x, side.y, side.z}, n[3] = {e.now.x, e.now.y, e.now.z};
         for (size_t r = 0; r < 3; ++r)
-            for (size_t k = 0; k < 3; ++k) out[3 * r + k] = hn::NegMulAdd(s[r], n[k], skew[3 * r + k]);
+            for (size_t k = 0; k < 3; ++k)
+                out[3 * r + k] = hn::NegMulAdd(s[r], n[k], skew[3 * r + k]);
     };
     fill(e.turned_a, c.lever_a);
     fill(e.turned_b, c.lever_b);
@@ -96,17 +101,18 @@ HWY_INLINE Couplings couple(const EdgeLanes& e) {
     return c;
 }
 
-// Stores count (a multiple of 4) components of all lanes; lane i's component c is then at (c / 4 * lanes + i)
+// Stores count (a multiple of 4) components of all lanes; lane i's component c is then at (c / 4 *
+// lanes + i)
 // * 4 + c % 4.
 HWY_INLINE void interleave(const V* components, size_t count, float* out) {
     const D d;
     for (size_t c = 0; c < count; c += 4)
-        hn::StoreInterleaved4(components[c], components[c + 1], components[c + 2], components[c + 3], d,
-                              out + c * hn::Lanes(d));
+        hn::StoreInterleaved4(components[c], components[c + 1], components[c + 2],
+                              components[c + 3], d, out + c * hn::Lanes(d));
 }
 
-// The block of rows a and columns b, row-major: that is b's row and a's column, column-major, as the lower
-// half stores it.
+// The block of rows a and columns b, row-major: that is b's row and a's column, column-major, as
+// the lower half stores it.
 HWY_INLINE void between(const EdgeLanes& e, const Couplings& c, float* out) {
     const D d;
     const V half = hn::Mul(hn::Set(d, -0.5f), e.by_rotation);
@@ -149,8 +155,8 @@ HWY_INLINE void own(V by_angle, V by_rotation, const L3& turned, const V* lever,
 HWY_INLINE void add_own(const float* values, size_t lane, size_t lanes, float* node) {
     const hn::FixedTag<float, 4> d4;
     for (size_t c = 0; c < kNodeFloats; c += 4)
-        hn::StoreU(hn::Add(hn::LoadU(d4, node + c), hn::Load(d4, values + c * lanes + 4 * lane)), d4,
-                   node + c);
+        hn::StoreU(hn::Add(hn::LoadU(d4, node + c), hn::Load(d4, values + c * lanes + 4 * lane)),
+                   d4, node + c);
 }
 
 double SumEdges(const EdgeTask& task) {
@@ -175,8 +181,8 @@ double SumEdges(const EdgeTask& task) {
         const V along = hn::NegMulAdd(lever, dot(lean, e.now),
                                       hn::Mul(hn::Mul(hn::Set(d, 2.0f), e.by_length), e.stretch));
         const L3 pull = add(scale(along, e.now), scale(lever, lean));
-        own(e.by_angle, e.by_rotation, e.turned_a, c.lever_a, c.shift, turn_a, scale(hn::Set(d, -1.0f), pull),
-            node_a);
+        own(e.by_angle, e.by_rotation, e.turned_a, c.lever_a, c.shift, turn_a,
+            scale(hn::Set(d, -1.0f), pull), node_a);
         own(e.by_angle, e.by_rotation, e.turned_b, c.lever_b, c.shift, turn_b, pull, node_b);
 
         for (size_t i = 0; i < std::min(lanes, edges.count - at); ++i) {

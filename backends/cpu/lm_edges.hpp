@@ -10,7 +10,7 @@ namespace defrec::cpu {
 struct LmEdges {
     HostVector<int32_t> a, b;
     HostVector<float> direction_x, direction_y, direction_z, length;
-    HostVector<float> weight;    // with the data's: set at the start of a run; 0 after the last edge
+    HostVector<float> weight;  // with the data's: set at the start of a run; 0 after the last edge
     HostVector<uint32_t> block;  // in the system's lower half
     size_t count = 0;
 
@@ -25,8 +25,8 @@ struct EdgeTask {
     float* lower;  // the system's; each edge's block is written
     float* nodes;  // kNodeFloats per control point, set by the caller to 0
 };
-// Per control point: upper triangle of omega-omega, omega-tau row-major, upper triangle of tau-tau, gradient,
-// one unused.
+// Per control point: upper triangle of omega-omega, omega-tau row-major, upper triangle of tau-tau,
+// gradient, one unused.
 constexpr size_t kNodeFloats = 28;
 // Returns the cost.
 double sum_edges(const EdgeTask& task);

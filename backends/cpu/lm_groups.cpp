@@ -9,7 +9,8 @@ enum List : uint32_t { kPoint, kLandmark, kPatch };
 std::vector<SkinKey> sorted_keys(const LmTemplate& surface) {
     std::vector<SkinKey> keys;
     const auto add = [&](const auto& items, List list) {
-        for (size_t i = 0; i < items.size(); ++i) keys.push_back({Skin(items[i]).node, list, uint32_t(i)});
+        for (size_t i = 0; i < items.size(); ++i)
+            keys.push_back({Skin(items[i]).node, list, uint32_t(i)});
     };
     add(surface.points, kPoint);
     add(surface.landmarks, kLandmark);
@@ -33,7 +34,8 @@ LmGroups::LmGroups(const LmTemplate& surface, const Host& host)
         if (i == 0 || keys[i].node != keys[i - 1].node) {
             source.resize(padded(source.size()), source.empty() ? 0 : source.back());
             groups_.push_back({keys[i].node, uint32_t(source.size()), 0, 0, 0,
-                               uint32_t(landmark_order_.size()), 0, uint32_t(patch_order_.size()), 0});
+                               uint32_t(landmark_order_.size()), 0, uint32_t(patch_order_.size()),
+                               0});
         }
         LmGroup& group = groups_.back();
         if (keys[i].list == kPoint) source.push_back(keys[i].index), ++group.points;
@@ -51,7 +53,8 @@ LmGroups::LmGroups(const LmTemplate& surface, const Host& host)
             points_[(kX + c) * point_stride_ + i] = point.position[c];
             points_[(kNormalX + c) * point_stride_ + i] = point.normal[c];
         }
-        for (size_t k = 0; k < kSkin; ++k) points_[(kWeight + k) * point_stride_ + i] = skin.weight[k];
+        for (size_t k = 0; k < kSkin; ++k)
+            points_[(kWeight + k) * point_stride_ + i] = skin.weight[k];
     }
 
     for (LmGroup& group : groups_) {
@@ -64,8 +67,9 @@ LmGroups::LmGroups(const LmTemplate& surface, const Host& host)
 }
 
 template <class Item>
-void LmGroups::store_sighting(size_t at, const Item& item, const Sighting<float>& seen, float weight,
-                              float inverse_a, float inverse_c2, float px_inverse_c2) {
+void LmGroups::store_sighting(size_t at, const Item& item, const Sighting<float>& seen,
+                              float weight, float inverse_a, float inverse_c2,
+                              float px_inverse_c2) {
     const Skin skin(item);
     const auto set = [&](int component, float value) {
         sightings_[size_t(component) * sighting_stride_ + at] = value;
@@ -84,21 +88,24 @@ void LmGroups::set_frame(const defrec_lm_params& params, const LmFrame& frame) {
     const float ramp = LmConstants(params).match_slope;
     for (LmGroup& group : groups_) {
         group.sightings = 0;
-        for (size_t i = group.first_landmark; frame.matches && i < group.first_landmark + group.landmarks;
-             ++i) {
+        for (size_t i = group.first_landmark;
+             frame.matches && i < group.first_landmark + group.landmarks; ++i) {
             const defrec_match& match = frame.matches[landmark_order_[i]];
             if (!has_depth(match)) continue;
             const bool chosen = match.weight > 0;
-            store_sighting(group.first_sighting + group.sightings++, surface_.landmarks[landmark_order_[i]],
+            store_sighting(group.first_sighting + group.sightings++,
+                           surface_.landmarks[landmark_order_[i]],
                            match_sighting(load3<float>(match.position)),
-                           params.match_weight * (chosen ? match.weight : 1.0f), chosen ? 0.0f : ramp,
-                           match_c2, 0.0f);
+                           params.match_weight * (chosen ? match.weight : 1.0f),
+                           chosen ? 0.0f : ramp, match_c2, 0.0f);
         }
-        for (size_t i = group.first_patch; frame.observations && i < group.first_patch + group.patches; ++i) {
+        for (size_t i = group.first_patch;
+             frame.observations && i < group.first_patch + group.patches; ++i) {
             Sighting<float> seen;
             if (!patch_sighting(params.camera, frame.observations[patch_order_[i]], seen)) continue;
-            store_sighting(group.first_sighting + group.sightings++, surface_.patches[patch_order_[i]], seen,
-                           params.patch_weight, 0.0f, 0.0f, patch_c2);
+            store_sighting(group.first_sighting + group.sightings++,
+                           surface_.patches[patch_order_[i]], seen, params.patch_weight, 0.0f, 0.0f,
+                           patch_c2);
         }
         pad_sightings(group);
     }

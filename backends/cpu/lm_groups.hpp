@@ -1,6 +1,6 @@
-// What stage lm sees of the surface: points, landmarks and patches that the same control points move, side by
-// side for SIMD, and the sums over each such group. A group's sums are computed by one thread in one order;
-// only then are groups added, in their order.
+// What stage lm sees of the surface: points, landmarks and patches that the same control points
+// move, side by side for SIMD, and the sums over each such group. A group's sums are computed by
+// one thread in one order; only then are groups added, in their order.
 #pragma once
 #include "backends/cpu/skin_clusters.hpp"
 #include "backends/shared/levenberg_marquardt.hpp"
@@ -14,12 +14,13 @@ constexpr size_t kJacobian = 6 * kSkin;  // entries of a row
 struct LmGroup {
     std::array<int32_t, kSkin> node;
     uint32_t first_point, points;
-    uint32_t first_sighting, sightings;  // sightings of the present frame; room for landmarks + patches
+    uint32_t first_sighting,
+        sightings;  // sightings of the present frame; room for landmarks + patches
     uint32_t first_landmark, landmarks, first_patch, patches;  // in landmark_order, patch_order
 };
 
-// The parts of a group's normal equations, for its own control points: blocks (k, l), k >= l, in the order
-// (0,0) (1,0) (1,1) (2,0) ...
+// The parts of a group's normal equations, for its own control points: blocks (k, l), k >= l, in
+// the order (0,0) (1,0) (1,1) (2,0) ...
 struct LmGroupSums {
     static constexpr size_t kPairs = kSkin * (kSkin + 1) / 2;
     float blocks[kPairs][36];  // column-major
@@ -35,7 +36,16 @@ struct LmGroupSums {
 class LmGroups {
   public:
     // Components of points and of sightings: component c of item i is at c * stride + i.
-    enum { kX, kY, kZ, kNormalX, kNormalY, kNormalZ, kWeight, kPointComponents = kWeight + int(kSkin) };
+    enum {
+        kX,
+        kY,
+        kZ,
+        kNormalX,
+        kNormalY,
+        kNormalZ,
+        kWeight,
+        kPointComponents = kWeight + int(kSkin)
+    };
     enum {
         kSeenX,
         kSeenY,
@@ -62,7 +72,9 @@ class LmGroups {
     void set_frame(const defrec_lm_params& params, const LmFrame& frame);
 
     std::span<const LmGroup> groups() const { return groups_; }
-    const float* point(int component) const { return points_.data() + size_t(component) * point_stride_; }
+    const float* point(int component) const {
+        return points_.data() + size_t(component) * point_stride_;
+    }
     const float* sighting(int component) const {
         return sightings_.data() + size_t(component) * sighting_stride_;
     }

@@ -1,10 +1,10 @@
-// J^T J and J^T r of one group's rows, with rows in SIMD lanes. Included once per target by files that use
-// Highway's foreach_target.
+// J^T J and J^T r of one group's rows, with rows in SIMD lanes. Included once per target by files
+// that use Highway's foreach_target.
 //
-// Rows are stored lanes by lanes: for each vector of L rows, seven pieces of 4 L floats; piece g holds
-// entries 4 g .. 4 g + 3 of each row, row after row, and the last piece holds the residual. So a vector of L
-// floats holds the same four entries of L / 4 rows, and a product of a broadcast entry with it adds to the
-// same column of L / 4 partial sums of the 24 x 24 matrix.
+// Rows are stored lanes by lanes: for each vector of L rows, seven pieces of 4 L floats; piece g
+// holds entries 4 g .. 4 g + 3 of each row, row after row, and the last piece holds the residual.
+// So a vector of L floats holds the same four entries of L / 4 rows, and a product of a broadcast
+// entry with it adds to the same column of L / 4 partial sums of the 24 x 24 matrix.
 #include <hwy/highway.h>
 
 #include "backends/cpu/lm_groups.hpp"
@@ -23,8 +23,8 @@ namespace defrec::cpu::HWY_NAMESPACE {
 constexpr size_t kPieces = kJacobian / 4;
 constexpr size_t kRowFloats = kJacobian + 4;
 
-// Lower triangle of J^T J by columns, in pieces of four rows: entry (r, c) at c * kJacobian + r, for r / 4 >=
-// c / 4.
+// Lower triangle of J^T J by columns, in pieces of four rows: entry (r, c) at c * kJacobian + r,
+// for r / 4 >= c / 4.
 struct alignas(64) NormalEquations {
     float matrix[kJacobian * kJacobian];
     float gradient[kJacobian];
@@ -49,7 +49,8 @@ HWY_INLINE void store_sum(D d, V sum, float* four) {
 
 // Columns 4 gc .. 4 gc + 3, rows from piece gr: one piece, or two where that many are left.
 template <bool kTwo, class D>
-HWY_INLINE void multiply_pieces(D d, const float* rows, size_t vectors, size_t gc, size_t gr, float* matrix) {
+HWY_INLINE void multiply_pieces(D d, const float* rows, size_t vectors, size_t gc, size_t gr,
+                                float* matrix) {
     using V = hn::Vec<D>;
     const size_t lanes = hn::Lanes(d);
     V a0 = hn::Zero(d), a1 = a0, a2 = a0, a3 = a0, b0 = a0, b1 = a0, b2 = a0, b3 = a0;
@@ -57,7 +58,8 @@ HWY_INLINE void multiply_pieces(D d, const float* rows, size_t vectors, size_t g
         const float* vector = rows + v * kRowFloats * lanes;
         for (size_t part = 0; part < 4; ++part) {
             const float* at = vector + part * lanes;
-            const V column = hn::Load(d, at + gc * 4 * lanes), first = hn::Load(d, at + gr * 4 * lanes);
+            const V column = hn::Load(d, at + gc * 4 * lanes),
+                    first = hn::Load(d, at + gr * 4 * lanes);
             const V c0 = hn::Broadcast<0>(column), c1 = hn::Broadcast<1>(column),
                     c2 = hn::Broadcast<2>(column), c3 = hn::Broadcast<3>(column);
             a0 = hn::MulAdd(c0, first, a0);
@@ -92,7 +94,8 @@ HWY_NOINLINE void multiply_rows(D d, const float* rows, size_t vectors, NormalEq
     const size_t lanes = hn::Lanes(d);
     for (size_t gc = 0; gc < kPieces; ++gc) {
         size_t gr = gc;
-        for (; gr + 1 < kPieces; gr += 2) multiply_pieces<true>(d, rows, vectors, gc, gr, out.matrix);
+        for (; gr + 1 < kPieces; gr += 2)
+            multiply_pieces<true>(d, rows, vectors, gc, gr, out.matrix);
         if (gr < kPieces) multiply_pieces<false>(d, rows, vectors, gc, gr, out.matrix);
     }
     V sum[kPieces];

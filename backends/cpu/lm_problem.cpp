@@ -64,7 +64,8 @@ LmSums LmProblem::evaluate(std::span<const NodePose<double>> nodes, bool lineari
 }
 
 bool LmProblem::solve(double lambda, double* step) {
-    const uint32_t iterations = params_.solver == DEFREC_SOLVER_INDEPENDENT ? 0 : params_.cg_iterations;
+    const uint32_t iterations =
+        params_.solver == DEFREC_SOLVER_INDEPENDENT ? 0 : params_.cg_iterations;
     if (!solve_system({&pattern_, &present_, &workspace_, float(lambda), iterations})) return false;
     std::copy_n(workspace_.x.begin(), 6 * pattern_.rows(), step);
     return true;
@@ -81,8 +82,9 @@ void LmProblem::set_nodes(std::span<const NodePose<double>> nodes) {
 
 void LmProblem::sum_surface(size_t task, bool linearise) {
     const size_t count = sums_.size(), room = scratch_.size() / kTasks;
-    const LmGroupTask work{
-        &groups_, motions_.data(), &params_, image_, linearise, scratch_.data() + task * room, sums_.data()};
+    const LmGroupTask work{&groups_,    motions_.data(), &params_,
+                           image_,      linearise,       scratch_.data() + task * room,
+                           sums_.data()};
     sum_groups(work, count * task / kTasks, count * (task + 1) / kTasks);
 }
 
@@ -108,8 +110,9 @@ void LmProblem::measure_data() {
     const double usual = sum > 0 ? squares / sum : 0;
     for (size_t i = 0; i < edges_.count; ++i) {
         const double data = (data_[size_t(edges_.a[i])] + data_[size_t(edges_.b[i])]) / 2;
-        edges_.weight[i] = float(kArapShare * double(params_.arap_weight) * double(surface_.edges[i].weight) /
-                                 surface_.mean_degree * (data + usual) / 2);
+        edges_.weight[i] =
+            float(kArapShare * double(params_.arap_weight) * double(surface_.edges[i].weight) /
+                  surface_.mean_degree * (data + usual) / 2);
     }
 }
 
@@ -134,7 +137,8 @@ void LmProblem::assemble() {
         size_t pair = 0;
         for (size_t k = 0; k < kSkin; ++k)
             for (size_t l = 0; l <= k; ++l, ++pair) {
-                if (k != l && node[k] == node[l]) continue;  // a repeated control point has no weight
+                if (k != l && node[k] == node[l])
+                    continue;  // a repeated control point has no weight
                 float* block = (k == l ? trial_.diagonal.data() : trial_.lower.data()) +
                                size_t(places_[g][pair]) * kBlockFloats;
                 for (size_t i = 0; i < 36; ++i) block[i] += sums_[g].blocks[pair][i];

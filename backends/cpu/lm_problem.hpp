@@ -1,6 +1,6 @@
-// The cost of stage lm, its linearised system and its solution on the CPU: groups of the surface and the
-// edges in parallel, then their sums added in one order, so that the number of threads does not show in the
-// result.
+// The cost of stage lm, its linearised system and its solution on the CPU: groups of the surface
+// and the edges in parallel, then their sums added in one order, so that the number of threads does
+// not show in the result.
 #pragma once
 #include "backends/cpu/lm_edges.hpp"
 #include "backends/cpu/lm_groups.hpp"
@@ -39,7 +39,7 @@ class LmProblem {
     LmEdges edges_;
     DisparityImage image_{};
     HostVector<std::array<uint32_t, LmGroupSums::kPairs>>
-        places_;                        // of each group's blocks: in the lower half, or a control point
+        places_;  // of each group's blocks: in the lower half, or a control point
     HostVector<uint32_t> unconnected_;  // blocks of the lower half that no edge writes
     HostVector<LmGroupSums> sums_;
     HostVector<float> scratch_;

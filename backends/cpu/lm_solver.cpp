@@ -1,5 +1,5 @@
-// Solves the system of stage lm: control points by themselves (Cholesky of their 6x6 blocks), or all of them
-// by conjugate gradients that those blocks precondition. One thread; sums in one order.
+// Solves the system of stage lm: control points by themselves (Cholesky of their 6x6 blocks), or
+// all of them by conjugate gradients that those blocks precondition. One thread; sums in one order.
 #include <cmath>
 
 #include "backends/cpu/lm_system.hpp"
@@ -60,7 +60,8 @@ HWY_INLINE void store(const Block& b, float* at) {
 }
 HWY_INLINE Block multiply_add(const Block& a, const Block& b, const Block& c) {
     Block sum;
-    for (size_t i = 0; i < Block::kParts; ++i) sum.part[i] = hn::MulAdd(a.part[i], b.part[i], c.part[i]);
+    for (size_t i = 0; i < Block::kParts; ++i)
+        sum.part[i] = hn::MulAdd(a.part[i], b.part[i], c.part[i]);
     return sum;
 }
 
@@ -75,9 +76,9 @@ HWY_INLINE void repeat(const float* x, float* block) {
         for (size_t r = 0; r < 6; ++r) block[6 * c + r] = x[r];
 }
 
-// result = matrix * x. Entry by entry a block multiplies its column's x, spread, for its own row's result,
-// and its row's x, repeated, for the result of the row that its transpose stands in; the entries are added up
-// at the end of each row.
+// result = matrix * x. Entry by entry a block multiplies its column's x, spread, for its own row's
+// result, and its row's x, repeated, for the result of the row that its transpose stands in; the
+// entries are added up at the end of each row.
 HWY_INLINE void multiply(const LowerPattern& pattern, const LmSystem& system, LmWorkspace& work,
                          const float* x, float* result) {
     const size_t rows = pattern.rows();
@@ -87,8 +88,8 @@ HWY_INLINE void multiply(const LowerPattern& pattern, const LmSystem& system, Lm
     for (size_t i = 0; i < rows; ++i) {
         repeat(x + 6 * i, repeated);
         const Block across = load(repeated);
-        Block sum = multiply_add(load(&work.damped[i * kBlockFloats]), load(&work.spread[i * kBlockFloats]),
-                                 load(none));
+        Block sum = multiply_add(load(&work.damped[i * kBlockFloats]),
+                                 load(&work.spread[i * kBlockFloats]), load(none));
         for (size_t b = pattern.start[i]; b < pattern.start[i + 1]; ++b) {
             const size_t j = size_t(pattern.column[b]);
             const Block block = load(&system.lower[b * kBlockFloats]);
@@ -98,8 +99,8 @@ HWY_INLINE void multiply(const LowerPattern& pattern, const LmSystem& system, Lm
         }
         store(sum, sums);
         for (size_t r = 0; r < 6; ++r)
-            result[6 * i + r] =
-                ((sums[r] + sums[6 + r]) + (sums[12 + r] + sums[18 + r])) + (sums[24 + r] + sums[30 + r]);
+            result[6 * i + r] = ((sums[r] + sums[6 + r]) + (sums[12 + r] + sums[18 + r])) +
+                                (sums[24 + r] + sums[30 + r]);
     }
     for (size_t i = 0; i < rows; ++i)
         for (size_t c = 0; c < 6; ++c) {
@@ -108,8 +109,8 @@ HWY_INLINE void multiply(const LowerPattern& pattern, const LmSystem& system, Lm
         }
 }
 
-// result = inverse diagonal * x. Columns are read eight wide; what lies beyond six is overwritten by the next
-// row, or is padding.
+// result = inverse diagonal * x. Columns are read eight wide; what lies beyond six is overwritten
+// by the next row, or is padding.
 HWY_INLINE void precondition(const LmWorkspace& work, size_t rows, const float* x, float* result) {
     const hn::FixedTag<float, 4> d4;
     for (size_t i = 0; i < rows; ++i) {
@@ -126,8 +127,8 @@ HWY_INLINE void precondition(const LmWorkspace& work, size_t rows, const float* 
     std::fill(result + 6 * rows, result + work.x.size(), 0.0f);
 }
 
-// Inverses of the damped diagonal blocks by Cholesky, a block in each lane. Pivots that vanish in single
-// precision are raised.
+// Inverses of the damped diagonal blocks by Cholesky, a block in each lane. Pivots that vanish in
+// single precision are raised.
 void InvertDiagonal(const SolveTask& task) {
     const D d;
     const hn::Rebind<int32_t, D> di;
@@ -135,23 +136,27 @@ void InvertDiagonal(const SolveTask& task) {
     LmWorkspace& work = *task.workspace;
     alignas(64) float out[kBlockFloats * 8];
     for (size_t i = 0; i < rows; i += lanes) {
-        const auto index = hn::Mul(hn::Min(hn::Iota(di, int32_t(i)), hn::Set(di, int32_t(rows) - 1)),
-                                   hn::Set(di, int32_t(kBlockFloats)));
+        const auto index =
+            hn::Mul(hn::Min(hn::Iota(di, int32_t(i)), hn::Set(di, int32_t(rows) - 1)),
+                    hn::Set(di, int32_t(kBlockFloats)));
         V factor[6][6], own[6][6];  // block = factor factor^T; own = factor^-1
         for (size_t c = 0; c < 6; ++c)
             for (size_t r = c; r < 6; ++r) {
                 V value = hn::GatherIndex(d, work.damped.data() + 6 * c + r, index);
                 const V minimum = hn::Mul(value, hn::Set(d, 1e-6f));
-                for (size_t k = 0; k < c; ++k) value = hn::NegMulAdd(factor[r][k], factor[c][k], value);
+                for (size_t k = 0; k < c; ++k)
+                    value = hn::NegMulAdd(factor[r][k], factor[c][k], value);
                 if (r == c)
-                    own[c][c] = hn::Div(hn::Set(d, 1.0f), factor[c][c] = hn::Sqrt(hn::Max(value, minimum)));
+                    own[c][c] =
+                        hn::Div(hn::Set(d, 1.0f), factor[c][c] = hn::Sqrt(hn::Max(value, minimum)));
                 else
                     factor[r][c] = hn::Mul(value, own[c][c]);
             }
         for (size_t c = 0; c < 6; ++c)
             for (size_t r = c + 1; r < 6; ++r) {
                 V value = hn::Zero(d);
-                for (size_t k = c; k < r; ++k) value = hn::NegMulAdd(factor[r][k], own[k][c], value);
+                for (size_t k = c; k < r; ++k)
+                    value = hn::NegMulAdd(factor[r][k], own[k][c], value);
                 own[r][c] = hn::Mul(value, own[r][r]);
             }
         V inverse[kBlockFloats];
@@ -167,7 +172,8 @@ void InvertDiagonal(const SolveTask& task) {
                                   out + k * lanes);
         for (size_t lane = 0; lane < std::min(lanes, rows - i); ++lane)
             for (size_t k = 0; k < kBlockFloats; k += 4)
-                std::copy_n(out + k * lanes + 4 * lane, 4, &work.inverse[(i + lane) * kBlockFloats + k]);
+                std::copy_n(out + k * lanes + 4 * lane, 4,
+                            &work.inverse[(i + lane) * kBlockFloats + k]);
     }
 }
 
@@ -246,15 +252,16 @@ LowerPattern::LowerPattern(const BlockPattern& pattern, const Host& host)
     : start(HostAllocator<uint32_t>(host)), column(HostAllocator<int32_t>(host)) {
     start.push_back(0);
     for (size_t i = 0; i < pattern.rows(); ++i) {
-        for (size_t b = pattern.row_start(i); b < pattern.row_start(i + 1) && size_t(pattern.column(b)) < i;
-             ++b)
+        for (size_t b = pattern.row_start(i);
+             b < pattern.row_start(i + 1) && size_t(pattern.column(b)) < i; ++b)
             column.push_back(pattern.column(b));
         start.push_back(uint32_t(column.size()));
     }
 }
 
 size_t LowerPattern::find(int32_t row, int32_t column_of_row) const {
-    const auto first = column.begin() + start[size_t(row)], last = column.begin() + start[size_t(row) + 1];
+    const auto first = column.begin() + start[size_t(row)],
+               last = column.begin() + start[size_t(row) + 1];
     return size_t(std::lower_bound(first, last, column_of_row) - column.begin());
 }
 

@@ -1,5 +1,5 @@
-// The data terms of stage lm over groups of surface points, in SIMD lanes. The formulas are those of
-// backends/shared/lm_terms.hpp.
+// The data terms of stage lm over groups of surface points, in SIMD lanes. The formulas are those
+// of backends/shared/lm_terms.hpp.
 #include "backends/cpu/lm_groups.hpp"
 
 #undef HWY_TARGET_INCLUDE
@@ -33,11 +33,13 @@ struct TermLanes {
         squares = hn::MulAdd(shared, square, squares);
         count += int32_t(hn::CountTrue(d, hn::Gt(shared, hn::Zero(d))));
     }
-    HWY_INLINE LmGroupSums::Term sums() const { return {total(cost), total(weights), total(squares), count}; }
+    HWY_INLINE LmGroupSums::Term sums() const {
+        return {total(cost), total(weights), total(squares), count};
+    }
 };
 
-// A residual's derivative by the increments of the four control points is their weight times (arm x gradient,
-// gradient).
+// A residual's derivative by the increments of the four control points is their weight times (arm x
+// gradient, gradient).
 struct Levers {
     Lanes3<V> arm[kSkin];
     V weight[kSkin];
@@ -47,13 +49,14 @@ struct Levers {
         const D d;
         for (size_t k = 0; k < kSkin; ++k) {
             const NodeMotion& motion = motions[node[k]];
-            const Lanes3<V> from = subtract(
-                rest, {hn::Set(d, motion.rest[0]), hn::Set(d, motion.rest[1]), hn::Set(d, motion.rest[2])});
+            const Lanes3<V> from =
+                subtract(rest, {hn::Set(d, motion.rest[0]), hn::Set(d, motion.rest[1]),
+                                hn::Set(d, motion.rest[2])});
             const auto row = [&](size_t r) HWY_ATTR {
-                return dot(
-                    Lanes3<V>{hn::Set(d, motion.rotation[3 * r]), hn::Set(d, motion.rotation[3 * r + 1]),
-                              hn::Set(d, motion.rotation[3 * r + 2])},
-                    from);
+                return dot(Lanes3<V>{hn::Set(d, motion.rotation[3 * r]),
+                                     hn::Set(d, motion.rotation[3 * r + 1]),
+                                     hn::Set(d, motion.rotation[3 * r + 2])},
+                           from);
             };
             arm[k] = {row(0), row(1), row(2)};
             weight[k] = weights[k];
@@ -70,8 +73,8 @@ struct Levers {
         }
         const size_t lanes = hn::Lanes(d);
         for (size_t g = 0; g < kPieces; ++g)
-            hn::StoreInterleaved4(entry[4 * g], entry[4 * g + 1], entry[4 * g + 2], entry[4 * g + 3], d,
-                                  out + g * 4 * lanes);
+            hn::StoreInterleaved4(entry[4 * g], entry[4 * g + 1], entry[4 * g + 2],
+                                  entry[4 * g + 3], d, out + g * 4 * lanes);
         const V zero = hn::Zero(d);
         hn::StoreInterleaved4(residual, zero, zero, zero, d, out + kPieces * 4 * lanes);
     }
@@ -95,8 +98,8 @@ struct Rows {
 };
 
 // Point to plane.
-HWY_NOINLINE void sum_points(const LmGroupTask& task, const LmGroup& group, const GroupMotion& motions,
-                             Rows& rows, LmGroupSums& sums) {
+HWY_NOINLINE void sum_points(const LmGroupTask& task, const LmGroup& group,
+                             const GroupMotion& motions, Rows& rows, LmGroupSums& sums) {
     const D d;
     const size_t lanes = hn::Lanes(d);
     const LmGroups& groups = *task.groups;
@@ -115,8 +118,8 @@ HWY_NOINLINE void sum_points(const LmGroupTask& task, const LmGroup& group, cons
         const auto motion = blend_lanes(d, motions, skin);
         const Lanes3<V> rest{load(LmGroups::kX), load(LmGroups::kY), load(LmGroups::kZ)};
         const Lanes3<V> p = motion.point(rest);
-        const Lanes3<V> n = motion.direction(
-            Lanes3<V>{load(LmGroups::kNormalX), load(LmGroups::kNormalY), load(LmGroups::kNormalZ)});
+        const Lanes3<V> n = motion.direction(Lanes3<V>{
+            load(LmGroups::kNormalX), load(LmGroups::kNormalY), load(LmGroups::kNormalZ)});
 
         const auto live = depth_lanes(d, task.params->camera, task.image, p);
         const V range = hn::Sqrt(dot(p, p)), slope = dot(n, p);
@@ -147,8 +150,8 @@ HWY_NOINLINE void sum_points(const LmGroupTask& task, const LmGroup& group, cons
 }
 
 // Matches and patches.
-HWY_NOINLINE void sum_sightings(const LmGroupTask& task, const LmGroup& group, const GroupMotion& motions,
-                                Rows& rows, LmGroupSums& sums) {
+HWY_NOINLINE void sum_sightings(const LmGroupTask& task, const LmGroup& group,
+                                const GroupMotion& motions, Rows& rows, LmGroupSums& sums) {
     const D d;
     const size_t lanes = hn::Lanes(d);
     const LmGroups& groups = *task.groups;
@@ -161,10 +164,12 @@ HWY_NOINLINE void sum_sightings(const LmGroupTask& task, const LmGroup& group, c
         const V skin[kSkin] = {load(LmGroups::kSeenWeight), load(LmGroups::kSeenWeight + 1),
                                load(LmGroups::kSeenWeight + 2), load(LmGroups::kSeenWeight + 3)};
         const auto motion = blend_lanes(d, motions, skin);
-        const Lanes3<V> rest{load(LmGroups::kSeenX), load(LmGroups::kSeenY), load(LmGroups::kSeenZ)};
+        const Lanes3<V> rest{load(LmGroups::kSeenX), load(LmGroups::kSeenY),
+                             load(LmGroups::kSeenZ)};
         const Lanes3<V> p = motion.point(rest);
-        const V u = load(LmGroups::kSeenU), v = load(LmGroups::kSeenV), uu = load(LmGroups::kSeenUU),
-                uv = load(LmGroups::kSeenUV), vv = load(LmGroups::kSeenVV), root = load(LmGroups::kSeenRoot);
+        const V u = load(LmGroups::kSeenU), v = load(LmGroups::kSeenV),
+                uu = load(LmGroups::kSeenUU), uv = load(LmGroups::kSeenUV),
+                vv = load(LmGroups::kSeenVV), root = load(LmGroups::kSeenRoot);
         const V across = hn::NegMulAdd(u, p.z, p.x), down = hn::NegMulAdd(v, p.z, p.y);
         const V r0 = hn::MulAdd(uu, across, hn::Mul(uv, down)), r1 = hn::Mul(vv, down);
         const V r2 = hn::Mul(root, hn::Sub(p.z, load(LmGroups::kSeenDepth)));
@@ -178,14 +183,15 @@ HWY_NOINLINE void sum_sightings(const LmGroupTask& task, const LmGroup& group, c
             hn::MulAdd(load(LmGroups::kPxInverseC2), hn::Mul(px, px), load(LmGroups::kInverseC2));
         const V ends = hn::Max(inverse_a, hn::Sqrt(inverse_c2));
         const V distance = hn::Min(hn::Sqrt(squared), hn::Div(one, ends));
-        const V d2 = hn::Mul(distance, distance), x = hn::Mul(d2, inverse_c2), left = hn::Sub(one, x);
+        const V d2 = hn::Mul(distance, distance), x = hn::Mul(d2, inverse_c2),
+                left = hn::Sub(one, x);
         const V slant = hn::Mul(distance, inverse_a);
         const V robust = hn::Mul(hn::Max(hn::Sub(one, slant), zero), hn::Mul(left, left));
-        const V lost = hn::Mul(
-            hn::Add(slant, slant),
-            hn::MulAdd(x, hn::MulSub(x, hn::Set(d, 1.0f / 7), hn::Set(d, 0.4f)), hn::Set(d, 1.0f / 3)));
-        const V cost =
-            hn::Mul(d2, hn::Sub(hn::MulAdd(x, hn::MulSub(x, hn::Set(d, 1.0f / 3), one), one), lost));
+        const V lost = hn::Mul(hn::Add(slant, slant),
+                               hn::MulAdd(x, hn::MulSub(x, hn::Set(d, 1.0f / 7), hn::Set(d, 0.4f)),
+                                          hn::Set(d, 1.0f / 3)));
+        const V cost = hn::Mul(
+            d2, hn::Sub(hn::MulAdd(x, hn::MulSub(x, hn::Set(d, 1.0f / 3), one), one), lost));
 
         const V term_weight = load(LmGroups::kTermWeight);
         const auto exists = hn::Gt(term_weight, zero);

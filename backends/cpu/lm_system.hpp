@@ -1,12 +1,12 @@
-// The linear system of stage lm: a symmetric matrix of 6x6 blocks of which the lower half is stored, and its
-// solution.
+// The linear system of stage lm: a symmetric matrix of 6x6 blocks of which the lower half is
+// stored, and its solution.
 #pragma once
 #include "backends/shared/block_pattern.hpp"
 
 namespace defrec::cpu {
 
-// Where the blocks below the diagonal are: row i has blocks start[i] .. start[i + 1] - 1, in columns below i,
-// ascending.
+// Where the blocks below the diagonal are: row i has blocks start[i] .. start[i + 1] - 1, in
+// columns below i, ascending.
 struct LowerPattern {
     HostVector<uint32_t> start;
     HostVector<int32_t> column;
@@ -18,8 +18,8 @@ struct LowerPattern {
     size_t find(int32_t row, int32_t column_of_row) const;
 };
 
-// Blocks are stored column-major, 36 entries and four that are 0, so that each begins at a multiple of the
-// SIMD width.
+// Blocks are stored column-major, 36 entries and four that are 0, so that each begins at a multiple
+// of the SIMD width.
 constexpr size_t kBlockFloats = 40;
 
 struct LmSystem {
@@ -34,8 +34,9 @@ struct LmWorkspace {
     HostVector<float> damped;   // diagonal blocks with damping
     HostVector<float> inverse;  // of them
     HostVector<float> x, residual, direction, product, conditioned;
-    HostVector<float> spread;      // direction: each entry six times
-    HostVector<float> transposed;  // partial sums of the upper half's products, kBlockFloats per row
+    HostVector<float> spread;  // direction: each entry six times
+    HostVector<float>
+        transposed;  // partial sums of the upper half's products, kBlockFloats per row
 
     LmWorkspace(const LowerPattern& pattern, const Host& host);
 };

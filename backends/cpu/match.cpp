@@ -1,5 +1,5 @@
-// The stage match on a CPU: every landmark against every live feature, both directions at once, then the
-// tests and lifting to 3D.
+// The stage match on a CPU: every landmark against every live feature, both directions at once,
+// then the tests and lifting to 3D.
 #include <algorithm>
 #include <cstring>
 
@@ -12,7 +12,8 @@ namespace {
 
 class Match final : public Stage {
   public:
-    Match(const defrec_match_params& params, const Host& host, const HostAllocator<uint32_t>& memory)
+    Match(const defrec_match_params& params, const Host& host,
+          const HostAllocator<uint32_t>& memory)
         : params_(params),
           host_(host),
           blocks_(2 * host.concurrency()),
@@ -73,8 +74,8 @@ class Match final : public Stage {
         uint32_t* nearest = &nearest_[b * members_];
         std::fill_n(nearest, groups * kMatchGroup, kNoKey);
         const auto border = [&](size_t k) { return uint32_t(k * count_ / blocks_); };
-        match_block({landmarks_.data(), border(b), border(b + 1), groups_.data(), groups, index_.data(),
-                     best_.data(), nearest});
+        match_block({landmarks_.data(), border(b), border(b + 1), groups_.data(), groups,
+                     index_.data(), best_.data(), nearest});
     }
 
     defrec_match_params params_;

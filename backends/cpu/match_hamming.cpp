@@ -20,7 +20,8 @@ using V8 = hn::Vec<D8>;
 
 // Bits set in each byte.
 V8 count_bits(V64 v) {
-    alignas(16) static constexpr uint8_t kBits[16] = {0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4};
+    alignas(16) static constexpr uint8_t kBits[16] = {0, 1, 1, 2, 1, 2, 2, 3,
+                                                      1, 2, 2, 3, 2, 3, 3, 4};
     const D8 d;
     const V8 table = hn::LoadDup128(d, kBits), nibble = hn::Set(d, 15);
     const V8 low = hn::And(hn::BitCast(d, v), nibble);
@@ -39,7 +40,8 @@ V64 distance(const Landmark& landmark, const uint64_t (*word)[2][kMatchGroup / 2
     const D64 d;
     V8 sum = count_bits(hn::Xor(landmark.word[0], hn::LoadU(d, word[0][parity] + lane)));
     for (size_t w = 1; w < 4; ++w)
-        sum = hn::Add(sum, count_bits(hn::Xor(landmark.word[w], hn::LoadU(d, word[w][parity] + lane))));
+        sum = hn::Add(sum,
+                      count_bits(hn::Xor(landmark.word[w], hn::LoadU(d, word[w][parity] + lane))));
     return hn::SumsOf8(sum);
 }
 
@@ -62,7 +64,8 @@ void compare(const MatchBlock& block, uint32_t first) {
     const D32 d32;
     Landmark landmark[kTogether];
     for (size_t k = 0; k < kTogether; ++k) {
-        for (size_t w = 0; w < 4; ++w) landmark[k].word[w] = hn::Set(d64, block.landmarks[first + k][w]);
+        for (size_t w = 0; w < 4; ++w)
+            landmark[k].word[w] = hn::Set(d64, block.landmarks[first + k][w]);
         landmark[k].best[0] = landmark[k].best[1] = landmark[k].best[2] = hn::Set(d32, kNoKey);
     }
     for (size_t g = 0; g < block.group_count; ++g)
@@ -73,7 +76,8 @@ void compare(const MatchBlock& block, uint32_t first) {
             for (size_t k = 0; k < kTogether; ++k) {
                 const V64 even = distance(landmark[k], block.groups[g].word, 0, lane),
                           odd = distance(landmark[k], block.groups[g].word, 1, lane);
-                const V32 shifted = hn::BitCast(d32, hn::Or(hn::ShiftLeft<16>(even), hn::ShiftLeft<48>(odd)));
+                const V32 shifted =
+                    hn::BitCast(d32, hn::Or(hn::ShiftLeft<16>(even), hn::ShiftLeft<48>(odd)));
                 const V32 key = hn::Or(shifted, index);
                 V32* best = landmark[k].best;
                 const V32 behind_first = hn::Max(best[0], key);

@@ -1,5 +1,5 @@
-// The inner loop of the stage match, compiled for every instruction set and chosen at run time. Not the
-// stage: see match.cpp.
+// The inner loop of the stage match, compiled for every instruction set and chosen at run time. Not
+// the stage: see match.cpp.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -7,8 +7,8 @@
 
 namespace defrec::cpu {
 
-// Descriptors in groups of 16: of each of the four 64-bit words first those of the even members, then those
-// of the odd ones.
+// Descriptors in groups of 16: of each of the four 64-bit words first those of the even members,
+// then those of the odd ones.
 constexpr size_t kMatchGroup = 16;
 struct MatchGroup {
     alignas(64) uint64_t word[4][2][kMatchGroup / 2];
@@ -18,8 +18,8 @@ using MatchDescriptor = std::array<uint64_t, 4>;
 using MatchKeys = std::array<uint32_t, 3>;
 constexpr uint32_t kNoKey = 0xffffffff;
 
-// Compares landmarks [first, last) with all groups. Keys are distance << 16 | index, so the least is the
-// nearest, then the first.
+// Compares landmarks [first, last) with all groups. Keys are distance << 16 | index, so the least
+// is the nearest, then the first.
 struct MatchBlock {
     const MatchDescriptor* landmarks;
     uint32_t first, last;

@@ -53,8 +53,9 @@ class Orb final : public Stage {
         masks_.resize(rows * stride_);
         scores_.resize(rows * stride_);
         smoothed_.resize(rows * stride_);
-        scratch_.resize(std::max<size_t>(bands_.size(), (params.height + kRowsAtOnce - 1) / kRowsAtOnce) *
-                        stride_);
+        scratch_.resize(
+            std::max<size_t>(bands_.size(), (params.height + kRowsAtOnce - 1) / kRowsAtOnce) *
+            stride_);
         for (uint32_t bin = 0; bin < DEFREC_ORB_ANGLE_BINS; ++bin)
             fill_offsets(turned_pattern(bin), offsets_[bin]);
     }
@@ -68,7 +69,8 @@ class Orb final : public Stage {
         host_.parallel_for(bands_.size(), [&](size_t band) { examine(band); });
         host_.parallel_for(bands_.size(), [&](size_t index) {
             const Band& band = bands_[index];
-            for (uint32_t y = band.first; y < band.last; ++y) selection_.find_distances(band.level, y);
+            for (uint32_t y = band.first; y < band.last; ++y)
+                selection_.find_distances(band.level, y);
         });
         const uint32_t count = *buffers.count = selection_.choose(kept_);
         host_.parallel_for((count + kFeaturesAtOnce - 1) / kFeaturesAtOnce, [&](size_t chunk) {
@@ -84,7 +86,9 @@ class Orb final : public Stage {
 
   private:
     void fill_offsets(const Pattern& pattern, OrbOffsets& offsets) const {
-        const auto offset = [&](const Offset& point) { return point.y * int32_t(stride_) + point.x; };
+        const auto offset = [&](const Offset& point) {
+            return point.y * int32_t(stride_) + point.x;
+        };
         for (size_t i = 0; i < kTests; ++i)
             offsets.test[i] = {offset(pattern[2 * i]), offset(pattern[2 * i + 1])};
     }
@@ -108,24 +112,27 @@ class Orb final : public Stage {
             const uint32_t first = uint32_t(piece) * kRowsAtOnce,
                            last = std::min(first + kRowsAtOnce, level.height);
             if (l == 0) {
-                orb_soften({gray_, params_.stride}, level.width, level.height, of_level(pixels_, 0), first,
-                           last, &scratch_[piece * stride_]);
+                orb_soften({gray_, params_.stride}, level.width, level.height, of_level(pixels_, 0),
+                           first, last, &scratch_[piece * stride_]);
                 for (uint32_t y = first; mask_ != nullptr && y < last; ++y)
-                    std::copy_n(mask_ + size_t(y) * params_.stride, level.width, of_level(masks_, 0).row(y));
+                    std::copy_n(mask_ + size_t(y) * params_.stride, level.width,
+                                of_level(masks_, 0).row(y));
                 return;
             }
             orb_shrink(image(l - 1), of_level(pixels_, l), level.width, first, last);
-            if (mask_ != nullptr) orb_shrink_mask(mask(l - 1), of_level(masks_, l), level.width, first, last);
+            if (mask_ != nullptr)
+                orb_shrink_mask(mask(l - 1), of_level(masks_, l), level.width, first, last);
         });
     }
 
-    // Corners of a band and the smoothed rows beside it; the first and the last band of a level have those at
-    // its edges too.
+    // Corners of a band and the smoothed rows beside it; the first and the last band of a level
+    // have those at its edges too.
     void examine(size_t index) {
         const Band& band = bands_[index];
         const Level& level = layout_.level[band.level];
         const auto top = [&](uint32_t row) {
-            return std::min(uint32_t(kBorder) + row * params_.cell, level.height - uint32_t(kBorder));
+            return std::min(uint32_t(kBorder) + row * params_.cell,
+                            level.height - uint32_t(kBorder));
         };
         for (uint32_t y = band.first; y < band.last; ++y) {
             orb_find_corners({image(band.level), mask(band.level), level.width, top(y), top(y + 1),
@@ -133,15 +140,17 @@ class Orb final : public Stage {
                               selection_.row(band.level, y)});
             selection_.take_row(band.level, y);
         }
-        orb_smooth(image(band.level), level.width, of_level(smoothed_, band.level),
-                   band.first == 0 ? uint32_t(kSmoothRadius) : top(band.first),
-                   band.last == level.cells_y ? level.height - uint32_t(kSmoothRadius) : top(band.last),
-                   &scratch_[index * stride_]);
+        orb_smooth(
+            image(band.level), level.width, of_level(smoothed_, band.level),
+            band.first == 0 ? uint32_t(kSmoothRadius) : top(band.first),
+            band.last == level.cells_y ? level.height - uint32_t(kSmoothRadius) : top(band.last),
+            &scratch_[index * stride_]);
     }
 
     // A patch is 31 cache misses; asked for one feature ahead they cost nothing.
     void fetch(const OrbKept& kept) const {
-        for (uint32_t y = kept.y - uint32_t(kPatchRadius); y <= kept.y + uint32_t(kPatchRadius); ++y) {
+        for (uint32_t y = kept.y - uint32_t(kPatchRadius); y <= kept.y + uint32_t(kPatchRadius);
+             ++y) {
             const uint16_t* smoothed = of_level(smoothed_, kept.level).row(y) + kept.x;
             hwy::Prefetch(smoothed - kPatchRadius);
             hwy::Prefetch(smoothed + kPatchRadius);
@@ -157,7 +166,8 @@ class Orb final : public Stage {
                                uint16_t(bin),
                                kept.score,
                                {}};
-        orb_describe(of_level(smoothed_, kept.level).row(kept.y) + kept.x, offsets_[bin], feature.descriptor);
+        orb_describe(of_level(smoothed_, kept.level).row(kept.y) + kept.x, offsets_[bin],
+                     feature.descriptor);
         return feature;
     }
 
@@ -173,7 +183,8 @@ class Orb final : public Stage {
         write_levels(to.pyramid, pixels_);
         write_levels(to.smoothed, smoothed_);
         write_levels(to.scores, scores_);
-        if (to.corners != nullptr) std::copy(selection_.packed().begin(), selection_.packed().end(), to.corners);
+        if (to.corners != nullptr)
+            std::copy(selection_.packed().begin(), selection_.packed().end(), to.corners);
         if (to.distances != nullptr)
             std::copy(selection_.distances().begin(), selection_.distances().end(), to.distances);
     }

@@ -13,8 +13,8 @@
 #define DEFREC_CPU_ORB_DISC
 namespace defrec::cpu {
 
-// 255 inside the disc, 0 outside; row y and its mirror image share one. Column 15 is the centre, column 31 is
-// outside.
+// 255 inside the disc, 0 outside; row y and its mirror image share one. Column 15 is the centre,
+// column 31 is outside.
 struct OrbDisc {
     alignas(64) uint8_t row[orb::kPatchRadius + 1][32];
 };
@@ -35,8 +35,8 @@ HWY_BEFORE_NAMESPACE();
 namespace defrec::cpu::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Sums of a column stay below 2^13, those of y times difference below 2^15, so 16 bits hold both until the
-// end.
+// Sums of a column stay below 2^13, those of y times difference below 2^15, so 16 bits hold both
+// until the end.
 uint32_t orientation(OrbImage<const uint8_t> image, uint32_t x, uint32_t y) {
     const hn::CappedTag<int16_t, 32> d;
     const hn::Rebind<uint8_t, decltype(d)> d8;
@@ -64,7 +64,8 @@ uint32_t orientation(OrbImage<const uint8_t> image, uint32_t x, uint32_t y) {
         my = hn::ReorderWidenMulAccumulate(d32, turning, hn::Set(d, int16_t{1}), my, odd);
         my = hn::Add(my, odd);
     }
-    return orb::angle_bin(hn::GetLane(hn::SumOfLanes(d32, mx)), hn::GetLane(hn::SumOfLanes(d32, my)));
+    return orb::angle_bin(hn::GetLane(hn::SumOfLanes(d32, mx)),
+                          hn::GetLane(hn::SumOfLanes(d32, my)));
 }
 
 }  // namespace defrec::cpu::HWY_NAMESPACE
@@ -79,7 +80,8 @@ uint32_t orb_orientation(OrbImage<const uint8_t> image, uint32_t x, uint32_t y) 
     return HWY_DYNAMIC_DISPATCH(orientation)(image, x, y);
 }
 
-// Not vectors: a gather takes longer than the loads it stands for on every processor it was tried on.
+// Not vectors: a gather takes longer than the loads it stands for on every processor it was tried
+// on.
 void orb_describe(const uint16_t* pixel, const OrbOffsets& offsets, uint32_t* descriptor) {
     for (size_t word = 0; word < orb::kTests / 32; ++word) {
         const OrbOffsets::Test* test = &offsets.test[32 * word];

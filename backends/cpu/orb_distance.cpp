@@ -25,7 +25,8 @@ void near_distances(const OrbCells& cells, uint32_t row, uint8_t* distances) {
             for (ptrdiff_t dx = -kRim; dx <= kRim; ++dx) {
                 const ptrdiff_t other = ptrdiff_t(own) + dy * ptrdiff_t(cells.stride) + dx;
                 const bool earlier = dy < 0 || (dy == 0 && dx < 0);
-                const auto weaker = hn::Lt(hn::LoadU(d, cells.score + other), earlier ? score : just_above);
+                const auto weaker =
+                    hn::Lt(hn::LoadU(d, cells.score + other), earlier ? score : just_above);
                 const auto away = hn::Max(hn::Abs(hn::Sub(hn::LoadU(d, cells.x + other), x)),
                                           hn::Abs(hn::Sub(hn::LoadU(d, cells.y + other), y)));
                 nearest = hn::IfThenElse(weaker, nearest, hn::Min(nearest, away));

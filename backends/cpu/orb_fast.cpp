@@ -13,8 +13,8 @@ HWY_BEFORE_NAMESPACE();
 namespace defrec::cpu::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// The largest over all runs of 9 pixels of the circle of the least of the run (and, with Min and Max
-// exchanged, the other way round). Runs that start at 2k and 2k + 1 share 8.
+// The largest over all runs of 9 pixels of the circle of the least of the run (and, with Min and
+// Max exchanged, the other way round). Runs that start at 2k and 2k + 1 share 8.
 struct Largest {
     template <class V>
     static HWY_INLINE V inner(V a, V b) {
@@ -59,7 +59,8 @@ HWY_INLINE V difference(V brightest_run, V darkest_run, V centre) {
 struct Circle {
     ptrdiff_t offset[16];
     explicit Circle(size_t stride) {
-        for (size_t i = 0; i < 16; ++i) offset[i] = orb::kCircle[i].y * ptrdiff_t(stride) + orb::kCircle[i].x;
+        for (size_t i = 0; i < 16; ++i)
+            offset[i] = orb::kCircle[i].y * ptrdiff_t(stride) + orb::kCircle[i].x;
     }
 };
 
@@ -68,7 +69,9 @@ template <class D>
 HWY_INLINE hn::Vec<D> scores_at(D d, const uint8_t* pixel, const Circle& circle, uint8_t minimum) {
     using V = hn::Vec<D>;
     const V threshold = hn::Set(d, minimum);
-    const auto too_small = [&](V score) { return hn::Eq(hn::SaturatedSub(score, threshold), hn::Zero(d)); };
+    const auto too_small = [&](V score) {
+        return hn::Eq(hn::SaturatedSub(score, threshold), hn::Zero(d));
+    };
     const V centre = hn::LoadU(d, pixel);
     V p[16];
     for (size_t i = 0; i < 16; i += 2) p[i] = hn::LoadU(d, pixel + circle.offset[i]);
@@ -98,13 +101,13 @@ orb::Offset refine(OrbImage<const uint8_t> image, uint32_t x, uint32_t y) {
 using D8 = hn::ScalableTag<uint8_t>;
 using V8 = hn::Vec<D8>;
 
-// Of rows [0, rows + 6) of the mask, whose row 3 is the band's first: 0 where any pixel within 3 cannot be
-// used.
+// Of rows [0, rows + 6) of the mask, whose row 3 is the band's first: 0 where any pixel within 3
+// cannot be used.
 void find_usable(const uint8_t* mask, size_t stride, uint32_t rows, uint8_t* usable) {
     const D8 d;
     const size_t lanes = hn::Lanes(d);
-    const uint8_t* across =
-        usable;  // least of 7 pixels beside each other, first for all rows, then replaced from above
+    const uint8_t* across = usable;  // least of 7 pixels beside each other, first for all rows,
+                                     // then replaced from above
     for (uint32_t y = 0; y < rows + 6; ++y) {
         const uint8_t* row = mask + y * stride;
         V8 minimum = hn::LoadU(d, row - 3);
@@ -113,12 +116,14 @@ void find_usable(const uint8_t* mask, size_t stride, uint32_t rows, uint8_t* usa
     }
     for (uint32_t y = 0; y < rows; ++y) {
         V8 minimum = hn::Load(d, across + y * lanes);
-        for (uint32_t dy = 1; dy < 7; ++dy) minimum = hn::Min(minimum, hn::Load(d, across + (y + dy) * lanes));
+        for (uint32_t dy = 1; dy < 7; ++dy)
+            minimum = hn::Min(minimum, hn::Load(d, across + (y + dy) * lanes));
         hn::Store(minimum, d, usable + y * lanes);
     }
 }
 
-// score << 8 | (15 - y) << 4 | (15 - x): the largest is the strongest, then the first in raster order.
+// score << 8 | (15 - y) << 4 | (15 - x): the largest is the strongest, then the first in raster
+// order.
 uint32_t pack_corner(uint32_t key) {
     return key < 256 ? 0 : (key >> 8) << 16 | (15 - (key >> 4 & 15)) << 8 | (15 - (key & 15));
 }
@@ -136,7 +141,8 @@ void find_corners(const OrbBand& band) {
     for (uint32_t x = uint32_t(orb::kBorder); x < end; x += step) {
         const auto inside = hn::FirstN(d, std::min(end - x, lanes));
         if (band.mask.data != nullptr)
-            find_usable(band.mask.row(band.first - 3) + x, band.mask.stride, band.last - band.first, usable);
+            find_usable(band.mask.row(band.first - 3) + x, band.mask.stride, band.last - band.first,
+                        usable);
         V8 best = hn::Zero(d), best_row = hn::Zero(d);
         for (uint32_t y = band.first; y < band.last; ++y) {
             V8 score = hn::IfThenElseZero(
@@ -155,8 +161,8 @@ void find_corners(const OrbBand& band) {
             uint32_t key = 0;
             for (uint32_t i = 0; i < band.cell; ++i) {
                 const uint32_t lane = c * band.cell + i;
-                key = std::max(
-                    key, uint32_t(best_of_column[lane]) << 8 | (15u - row_of_column[lane]) << 4 | (15 - i));
+                key = std::max(key, uint32_t(best_of_column[lane]) << 8 |
+                                        (15u - row_of_column[lane]) << 4 | (15 - i));
             }
             *corner++ = pack_corner(key);
         }

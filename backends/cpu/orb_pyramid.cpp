@@ -14,8 +14,8 @@ namespace defrec::cpu::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 // 8 results come from 10 pixels of one load of 16.
-void shrink(OrbImage<const uint8_t> source, OrbImage<uint8_t> result, uint32_t width, uint32_t first,
-            uint32_t last) {
+void shrink(OrbImage<const uint8_t> source, OrbImage<uint8_t> result, uint32_t width,
+            uint32_t first, uint32_t last) {
     const hn::Full128<uint16_t> d;
     const hn::Full128<uint8_t> d8;
     const hn::Half<decltype(d8)> half;
@@ -40,18 +40,18 @@ void shrink(OrbImage<const uint8_t> source, OrbImage<uint8_t> result, uint32_t w
         const auto upper_weight = hn::Set(d, uint16_t(7 - 2 * phase)),
                    lower_weight = hn::Set(d, uint16_t(1 + 2 * phase));
         for (uint32_t x = 0, sx = 0; x < width; x += 8, sx += 10) {
-            const auto down =
-                hn::Add(hn::Mul(across(upper + sx), upper_weight), hn::Mul(across(lower + sx), lower_weight));
+            const auto down = hn::Add(hn::Mul(across(upper + sx), upper_weight),
+                                      hn::Mul(across(lower + sx), lower_weight));
             const auto mean = hn::ShiftRight<6>(hn::Add(down, hn::Set(d, uint16_t{32})));
-            hn::StoreU(hn::DemoteTo(half, hn::BitCast(hn::RebindToSigned<decltype(d)>(), mean)), half,
-                       result.row(y) + x);
+            hn::StoreU(hn::DemoteTo(half, hn::BitCast(hn::RebindToSigned<decltype(d)>(), mean)),
+                       half, result.row(y) + x);
         }
     }
 }
 
 // 12 results come from 15 pixels of one load of 16; any value but 0 is usable.
-void shrink_mask(OrbImage<const uint8_t> source, OrbImage<uint8_t> result, uint32_t width, uint32_t first,
-                 uint32_t last) {
+void shrink_mask(OrbImage<const uint8_t> source, OrbImage<uint8_t> result, uint32_t width,
+                 uint32_t first, uint32_t last) {
     const hn::Full128<uint8_t> d;
     alignas(16) static constexpr uint8_t kLeft[16] = {0, 1, 2, 3, 5, 6, 7, 8, 10, 11, 12, 13};
     const auto left = hn::Load(d, kLeft), right = hn::Add(left, hn::Set(d, uint8_t{1}));
@@ -60,8 +60,8 @@ void shrink_mask(OrbImage<const uint8_t> source, OrbImage<uint8_t> result, uint3
         const uint8_t* lower = upper + source.stride;
         for (uint32_t x = 0, sx = 0; x < width; x += 12, sx += 15) {
             const auto down = hn::Min(hn::LoadU(d, upper + sx), hn::LoadU(d, lower + sx));
-            hn::StoreU(hn::Min(hn::TableLookupBytes(down, left), hn::TableLookupBytes(down, right)), d,
-                       result.row(y) + x);
+            hn::StoreU(hn::Min(hn::TableLookupBytes(down, left), hn::TableLookupBytes(down, right)),
+                       d, result.row(y) + x);
         }
     }
 }
@@ -76,9 +76,12 @@ void soften(OrbImage<const uint8_t> gray, uint32_t width, uint32_t height, OrbIm
         const uint8_t* rows[3] = {gray.row(y == 0 ? 0 : y - 1), gray.row(y),
                                   gray.row(std::min(y + 1, height - 1))};
         for (uint32_t x = 0;; x = std::min(x + lanes, width - lanes)) {
-            const auto at = [&](const uint8_t* p) { return hn::PromoteTo(d, hn::LoadU(d8, p + x)); };
+            const auto at = [&](const uint8_t* p) {
+                return hn::PromoteTo(d, hn::LoadU(d8, p + x));
+            };
             const auto centre = at(rows[1]);
-            hn::StoreU(hn::Add(hn::Add(at(rows[0]), at(rows[2])), hn::Add(centre, centre)), d, down + x);
+            hn::StoreU(hn::Add(hn::Add(at(rows[0]), at(rows[2])), hn::Add(centre, centre)), d,
+                       down + x);
             if (x + lanes >= width) break;
         }
         down[-1] = down[0];
@@ -86,15 +89,17 @@ void soften(OrbImage<const uint8_t> gray, uint32_t width, uint32_t height, OrbIm
         for (uint32_t x = 0; x < width; x += lanes) {
             const auto centre = hn::LoadU(d, down + x),
                        sides = hn::Add(hn::LoadU(d, down + x - 1), hn::LoadU(d, down + x + 1));
-            const auto sum = hn::Add(hn::Add(sides, hn::Add(centre, centre)), hn::Set(d, uint16_t{8}));
-            const auto mean = hn::BitCast(hn::RebindToSigned<decltype(d)>(), hn::ShiftRight<4>(sum));
+            const auto sum =
+                hn::Add(hn::Add(sides, hn::Add(centre, centre)), hn::Set(d, uint16_t{8}));
+            const auto mean =
+                hn::BitCast(hn::RebindToSigned<decltype(d)>(), hn::ShiftRight<4>(sum));
             hn::StoreU(hn::DemoteTo(d8, mean), d8, result.row(y) + x);
         }
     }
 }
 
-void smooth(OrbImage<const uint8_t> image, uint32_t width, OrbImage<uint16_t> result, uint32_t first,
-            uint32_t last, uint16_t* scratch) {
+void smooth(OrbImage<const uint8_t> image, uint32_t width, OrbImage<uint16_t> result,
+            uint32_t first, uint32_t last, uint16_t* scratch) {
     const hn::ScalableTag<uint16_t> d;
     const hn::Rebind<uint8_t, decltype(d)> d8;
     const uint32_t lanes = uint32_t(hn::Lanes(d));
@@ -106,10 +111,12 @@ void smooth(OrbImage<const uint8_t> image, uint32_t width, OrbImage<uint16_t> re
         const uint8_t* centre = image.row(y);
         const size_t s = image.stride;
         for (uint32_t x = 0; x < width; x += lanes) {
-            const auto at = [&](const uint8_t* p) { return hn::PromoteTo(d, hn::LoadU(d8, p + x)); };
-            hn::StoreU(
-                binomial(at(centre - 2 * s), at(centre - s), at(centre), at(centre + 2 * s), at(centre + s)),
-                d, scratch + x);
+            const auto at = [&](const uint8_t* p) {
+                return hn::PromoteTo(d, hn::LoadU(d8, p + x));
+            };
+            hn::StoreU(binomial(at(centre - 2 * s), at(centre - s), at(centre), at(centre + 2 * s),
+                                at(centre + s)),
+                       d, scratch + x);
         }
         uint16_t* to = result.row(y);
         const uint32_t end = width - 2;
@@ -135,23 +142,23 @@ HWY_EXPORT(shrink);
 HWY_EXPORT(shrink_mask);
 HWY_EXPORT(smooth);
 
-void orb_soften(OrbImage<const uint8_t> gray, uint32_t width, uint32_t height, OrbImage<uint8_t> result,
-                uint32_t first, uint32_t last, uint16_t* scratch) {
+void orb_soften(OrbImage<const uint8_t> gray, uint32_t width, uint32_t height,
+                OrbImage<uint8_t> result, uint32_t first, uint32_t last, uint16_t* scratch) {
     HWY_DYNAMIC_DISPATCH(soften)(gray, width, height, result, first, last, scratch);
 }
 
-void orb_shrink(OrbImage<const uint8_t> source, OrbImage<uint8_t> result, uint32_t width, uint32_t first,
-                uint32_t last) {
+void orb_shrink(OrbImage<const uint8_t> source, OrbImage<uint8_t> result, uint32_t width,
+                uint32_t first, uint32_t last) {
     HWY_DYNAMIC_DISPATCH(shrink)(source, result, width, first, last);
 }
 
-void orb_shrink_mask(OrbImage<const uint8_t> source, OrbImage<uint8_t> result, uint32_t width, uint32_t first,
-                     uint32_t last) {
+void orb_shrink_mask(OrbImage<const uint8_t> source, OrbImage<uint8_t> result, uint32_t width,
+                     uint32_t first, uint32_t last) {
     HWY_DYNAMIC_DISPATCH(shrink_mask)(source, result, width, first, last);
 }
 
-void orb_smooth(OrbImage<const uint8_t> image, uint32_t width, OrbImage<uint16_t> result, uint32_t first,
-                uint32_t last, uint16_t* scratch) {
+void orb_smooth(OrbImage<const uint8_t> image, uint32_t width, OrbImage<uint16_t> result,
+                uint32_t first, uint32_t last, uint16_t* scratch) {
     HWY_DYNAMIC_DISPATCH(smooth)(image, width, result, first, last, scratch);
 }
 

@@ -46,7 +46,8 @@ void OrbSelection::take_row(uint32_t level, uint32_t y) {
     const size_t first = y * cells.stride;
     for (uint32_t x = 0; x < cells.cells_x; ++x) {
         cells.x[first + x] = int16_t(uint32_t(kBorder) + x * params_.cell + (corners[x] & 255));
-        cells.y[first + x] = int16_t(uint32_t(kBorder) + y * params_.cell + (corners[x] >> 8 & 255));
+        cells.y[first + x] =
+            int16_t(uint32_t(kBorder) + y * params_.cell + (corners[x] >> 8 & 255));
         cells.score[first + x] = int16_t(corners[x] >> 16);
     }
 }
@@ -60,7 +61,8 @@ void OrbSelection::find_distances(uint32_t level, uint32_t y) {
         distances[x] = uint8_t(look_farther(cells, int32_t(x), int32_t(y), near[x]));
 }
 
-// Rings of cells from the first that near distances leave out, until no cell of the next ring can be nearer.
+// Rings of cells from the first that near distances leave out, until no cell of the next ring can
+// be nearer.
 int32_t OrbSelection::look_farther(const OrbCells& cells, int32_t cell_x, int32_t cell_y,
                                    int32_t nearest) const {
     const int32_t columns = int32_t(cells.cells_x), rows = int32_t(cells.cells_y),
@@ -69,17 +71,20 @@ int32_t OrbSelection::look_farther(const OrbCells& cells, int32_t cell_x, int32_
     const size_t own = index(cell_x, cell_y);
     const auto look = [&](int32_t x, int32_t y, bool earlier) {
         const size_t other = index(x, y);
-        if (cells.score[other] > cells.score[own] || (earlier && cells.score[other] == cells.score[own]))
+        if (cells.score[other] > cells.score[own] ||
+            (earlier && cells.score[other] == cells.score[own]))
             nearest = std::min(nearest, std::max(std::abs(cells.x[other] - cells.x[own]),
                                                  std::abs(cells.y[other] - cells.y[own])));
     };
     for (int32_t ring = int32_t(kOrbRim) + 1; (ring - 1) * cell + 1 < nearest; ++ring) {
-        const int32_t left = std::max(cell_x - ring, 0), right = std::min(cell_x + ring, columns - 1);
+        const int32_t left = std::max(cell_x - ring, 0),
+                      right = std::min(cell_x + ring, columns - 1);
         if (cell_y - ring >= 0)
             for (int32_t x = left; x <= right; ++x) look(x, cell_y - ring, true);
         if (cell_y + ring < rows)
             for (int32_t x = left; x <= right; ++x) look(x, cell_y + ring, false);
-        for (int32_t y = std::max(cell_y - ring + 1, 0); y <= std::min(cell_y + ring - 1, rows - 1); ++y) {
+        for (int32_t y = std::max(cell_y - ring + 1, 0); y <= std::min(cell_y + ring - 1, rows - 1);
+             ++y) {
             if (cell_x - ring >= 0) look(cell_x - ring, y, y <= cell_y);
             if (cell_x + ring < columns) look(cell_x + ring, y, y < cell_y);
         }
@@ -92,7 +97,8 @@ OrbSelection::Limits OrbSelection::choose_limits() const {
     for (const uint8_t distance : distances_) ++of_distance[distance];
     Limits limits{kFarthest + 1, 256};
     uint32_t count = 0;
-    while (limits.distance > params_.spacing && count + of_distance[limits.distance - 1] <= params_.capacity)
+    while (limits.distance > params_.spacing &&
+           count + of_distance[limits.distance - 1] <= params_.capacity)
         count += of_distance[--limits.distance];
     if (limits.distance == params_.spacing) return limits;
     uint32_t of_score[256] = {};
@@ -114,7 +120,8 @@ uint32_t OrbSelection::choose(HostVector<OrbKept>& kept) const {
                 const uint32_t distance = distances[x];
                 if (distance + 1 < limits.distance || distance == 0) continue;
                 const size_t cell = y * cells.stride + x;
-                if (distance < limits.distance && uint32_t(cells.score[cell]) < limits.score) continue;
+                if (distance < limits.distance && uint32_t(cells.score[cell]) < limits.score)
+                    continue;
                 kept[count++] = {uint16_t(cells.x[cell]), uint16_t(cells.y[cell]), uint8_t(l),
                                  uint8_t(cells.score[cell])};
             }

@@ -12,8 +12,8 @@ struct OrbKept {
     uint8_t level, score;
 };
 
-// The corners of all levels, one for each cell. No allocation but in the constructor; rows of cells may be
-// given to different threads.
+// The corners of all levels, one for each cell. No allocation but in the constructor; rows of cells
+// may be given to different threads.
 class OrbSelection {
   public:
     OrbSelection(const defrec_orb_params& params, const orb::Layout& layout,
@@ -24,7 +24,8 @@ class OrbSelection {
     void take_row(uint32_t level, uint32_t y);
     // After all rows of the level have been taken.
     void find_distances(uint32_t level, uint32_t y);
-    // After all distances have been found: the features, in order; returns how many, at most the capacity.
+    // After all distances have been found: the features, in order; returns how many, at most the
+    // capacity.
     uint32_t choose(HostVector<OrbKept>& kept) const;
 
     const HostVector<uint32_t>& packed() const { return packed_; }
@@ -37,7 +38,8 @@ class OrbSelection {
     size_t first_of_row(uint32_t level, uint32_t y) const {
         return layout_.level[level].first_cell + size_t(y) * layout_.level[level].cells_x;
     }
-    int32_t look_farther(const OrbCells& cells, int32_t cell_x, int32_t cell_y, int32_t nearest) const;
+    int32_t look_farther(const OrbCells& cells, int32_t cell_x, int32_t cell_y,
+                         int32_t nearest) const;
     Limits choose_limits() const;
 
     defrec_orb_params params_;

@@ -43,7 +43,8 @@ class Ransac final : public Stage {
             {axis(0), axis(1), axis(2)}, {axis(3), axis(4), axis(5)}, axis(6), padded_};
         host_.parallel_for(references, [&](size_t k) {
             ransac_follow(pairs, reference_index(params_.seed, uint32_t(k), references, count_),
-                          params_.iterations, threshold_, hypotheses_[k], squares_.data() + k * stride_);
+                          params_.iterations, threshold_, hypotheses_[k],
+                          squares_.data() + k * stride_);
         });
         *summary = merge(references, weighted);
     }
@@ -131,7 +132,8 @@ class Ransac final : public Stage {
                 if (!(squares[i] < limit)) continue;
                 for (size_t r = 0; r < 3; ++r)
                     for (size_t c = 0; c < 3; ++c)
-                        m[3 * r + c] += (double(axis(3 + r)[i]) - sum[3 + r]) * (double(axis(c)[i]) - sum[c]);
+                        m[3 * r + c] +=
+                            (double(axis(3 + r)[i]) - sum[3 + r]) * (double(axis(c)[i]) - sum[c]);
             }
             nearest_rotation(m, out.rotation);
             for (size_t r = 0; r < 3; ++r) {
@@ -162,7 +164,8 @@ class Ransac final : public Stage {
     size_t stride_ = 0, padded_ = 0;
     uint32_t count_ = 0;  // usable matches
     float threshold_ = 0;
-    HostVector<float> arrays_ = empty<float>();  // template xyz, live xyz, used, least squared distance
+    HostVector<float> arrays_ =
+        empty<float>();  // template xyz, live xyz, used, least squared distance
     HostVector<uint32_t> matches_ = empty<uint32_t>();
     HostVector<RansacHypothesis> hypotheses_ = empty<RansacHypothesis>();
     HostVector<float> squares_ = empty<float>();

@@ -1,5 +1,5 @@
-// One hypothesis of 1-point RANSAC: lanes are matches, a pass over them reweights and accumulates the next
-// correlation at once.
+// One hypothesis of 1-point RANSAC: lanes are matches, a pass over them reweights and accumulates
+// the next correlation at once.
 #include <limits>
 
 #include "backends/cpu/ransac_kernels.hpp"
@@ -80,8 +80,8 @@ void follow(const RansacPairs& pairs, size_t reference, uint32_t iterations, flo
         const V square = squared_distance(out.rotation, relative_to(pairs.from, reference, at),
                                           relative_to(pairs.to, reference, at));
         hn::Store(square, d, squares + at);
-        support = hn::Add(
-            support, hn::IfThenElseZero(hn::Lt(square, hn::Set(d, limit)), hn::Load(d, pairs.used + at)));
+        support = hn::Add(support, hn::IfThenElseZero(hn::Lt(square, hn::Set(d, limit)),
+                                                      hn::Load(d, pairs.used + at)));
     }
     out.support = uint32_t(hn::GetLane(hn::SumOfLanes(d, support)));
 }

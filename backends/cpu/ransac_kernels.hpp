@@ -1,5 +1,5 @@
-// What the files of the CPU's ransac share: the usable matches as structure of arrays, and one hypothesis's
-// work on them.
+// What the files of the CPU's ransac share: the usable matches as structure of arrays, and one
+// hypothesis's work on them.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -18,12 +18,13 @@ struct RansacHypothesis {
     float rotation[9];  // row-major
 };
 
-// Follows the pair `reference` through `iterations` alternations of rotation and weights. squares: of each
-// pair's distance, mm^2, `padded` long.
+// Follows the pair `reference` through `iterations` alternations of rotation and weights. squares:
+// of each pair's distance, mm^2, `padded` long.
 void ransac_follow(const RansacPairs& pairs, size_t reference, uint32_t iterations, float threshold,
                    RansacHypothesis& out, float* squares);
 
-// The rotation R, row-major, that maximises the sum of R_ij m_ij; never a reflection. The identity for m = 0.
+// The rotation R, row-major, that maximises the sum of R_ij m_ij; never a reflection. The identity
+// for m = 0.
 void nearest_rotation(const double m[9], float out[9]);
 
 }  // namespace defrec::cpu

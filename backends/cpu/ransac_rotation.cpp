@@ -1,5 +1,6 @@
-// The rotation nearest to a 3x3 correlation, as the eigenvector of Horn's (1987) symmetric 4x4 matrix; its
-// largest eigenvalue by Newton's method on the characteristic polynomial (Theobald 2005).
+// The rotation nearest to a 3x3 correlation, as the eigenvector of Horn's (1987) symmetric 4x4
+// matrix; its largest eigenvalue by Newton's method on the characteristic polynomial (Theobald
+// 2005).
 #include <Eigen/Dense>
 #include <cmath>
 
@@ -25,14 +26,15 @@ Matrix4d horn_matrix(const Matrix3d& m) {
 double cofactor(const Matrix4d& a, int row, int column) {
     const int r[3] = {row == 0, 1 + (row <= 1), 2 + (row <= 2)},
               c[3] = {column == 0, 1 + (column <= 1), 2 + (column <= 2)};
-    const double minor = a(r[0], c[0]) * (a(r[1], c[1]) * a(r[2], c[2]) - a(r[1], c[2]) * a(r[2], c[1])) -
-                         a(r[0], c[1]) * (a(r[1], c[0]) * a(r[2], c[2]) - a(r[1], c[2]) * a(r[2], c[0])) +
-                         a(r[0], c[2]) * (a(r[1], c[0]) * a(r[2], c[1]) - a(r[1], c[1]) * a(r[2], c[0]));
+    const double minor =
+        a(r[0], c[0]) * (a(r[1], c[1]) * a(r[2], c[2]) - a(r[1], c[2]) * a(r[2], c[1])) -
+        a(r[0], c[1]) * (a(r[1], c[0]) * a(r[2], c[2]) - a(r[1], c[2]) * a(r[2], c[0])) +
+        a(r[0], c[2]) * (a(r[1], c[0]) * a(r[2], c[1]) - a(r[1], c[1]) * a(r[2], c[0]));
     return (row + column) % 2 == 0 ? minor : -minor;
 }
 
-// The eigenvector of a's largest eigenvalue; false where that is a double one, or nearly: points on a line.
-// |m| = 1.
+// The eigenvector of a's largest eigenvalue; false where that is a double one, or nearly: points on
+// a line. |m| = 1.
 bool dominant_eigenvector(const Matrix3d& m, Vector4d& out) {
     const Matrix4d a = horn_matrix(m);
     const double c2 = -2.0 * m.squaredNorm(), c1 = -8.0 * m.determinant();

@@ -29,7 +29,9 @@ class Rectify final : public Stage {
     }
 
   private:
-    size_t padded_size() const { return (size_t{p_.source_width} + 1) * (p_.source_height + 1) + 4; }
+    size_t padded_size() const {
+        return (size_t{p_.source_width} + 1) * (p_.source_height + 1) + 4;
+    }
 
     template <class Row>
     void bands(uint32_t rows, Row&& row) const {
@@ -61,8 +63,8 @@ class Rectify final : public Stage {
         if (b.map != nullptr) {
             const int32_t stride = int32_t(padded_stride_);
             const PaddedImage ignore{b.ignore != nullptr ? ignore_.data() : nullptr, stride};
-            sample_row({gray_.data(), stride}, ignore, int32_t(p_.source_width), int32_t(p_.source_height),
-                       b.map + 2 * w * y, gray, mask, w);
+            sample_row({gray_.data(), stride}, ignore, int32_t(p_.source_width),
+                       int32_t(p_.source_height), b.map + 2 * w * y, gray, mask, w);
         } else {
             gray_row(p_.format, b.source + size_t(y) * p_.source_stride, gray, w);
             if (b.ignore != nullptr)

@@ -63,8 +63,8 @@ void GrayRow(uint32_t format, const uint8_t* src, uint8_t* dst, size_t n) {
 
 // One vector of samples, as int32 lanes: the gray value, and all ones where the pixel is covered.
 template <class D, class V>
-HWY_INLINE V Sample(D d, const PaddedImage& gray, const PaddedImage& ignore, int32_t width, int32_t height,
-                    V mx, V my, V& covered) {
+HWY_INLINE V Sample(D d, const PaddedImage& gray, const PaddedImage& ignore, int32_t width,
+                    int32_t height, V mx, V my, V& covered) {
     const hn::RebindToUnsigned<D> du;
     const auto within = [d](V v, int32_t last) HWY_ATTR {
         return hn::And(hn::Gt(v, hn::Set(d, -1)), hn::Lt(v, hn::Set(d, last * 128 + 1)));
@@ -80,15 +80,16 @@ HWY_INLINE V Sample(D d, const PaddedImage& gray, const PaddedImage& ignore, int
         return hn::GatherOffset(d, reinterpret_cast<const int32_t*>(image.pixels + next), offset);
     };
     const auto blend = [&](V taps) HWY_ATTR {
-        const auto second =
-            hn::BitCast(d, hn::And(hn::ShiftRight<8>(hn::BitCast(du, taps)), hn::BitCast(du, byte)));
+        const auto second = hn::BitCast(
+            d, hn::And(hn::ShiftRight<8>(hn::BitCast(du, taps)), hn::BitCast(du, byte)));
         return hn::Add(hn::Mul(hn::And(taps, byte), hn::Sub(one, wx)), hn::Mul(second, wx));
     };
     const auto top = blend(pair(gray, 0)), bottom = blend(pair(gray, gray.stride));
     const auto sum = hn::Add(hn::Mul(top, hn::Sub(one, wy)), hn::Mul(bottom, wy));
     covered = hn::VecFromMask(d, inside);
     if (ignore.pixels != nullptr) {
-        const auto taps = hn::And(hn::Or(pair(ignore, 0), pair(ignore, ignore.stride)), hn::Set(d, 0xffff));
+        const auto taps =
+            hn::And(hn::Or(pair(ignore, 0), pair(ignore, ignore.stride)), hn::Set(d, 0xffff));
         covered = hn::IfThenElseZero(hn::Eq(taps, hn::Zero(d)), covered);
     }
     return hn::IfThenElseZero(inside, hn::ShiftRight<14>(hn::Add(sum, hn::Set(d, 8192))));
@@ -113,7 +114,8 @@ void SampleRow(const PaddedImage& gray, const PaddedImage& ignore, int32_t width
         hn::LoadInterleaved2(d, from, mx, my);
         const auto value = Sample(d, gray, ignore, width, height, mx, my, covered);
         hn::StoreU(hn::DemoteTo(d8, value), d8, whole ? dst + x : rest_gray);
-        hn::StoreU(hn::DemoteTo(d8, hn::And(covered, hn::Set(d, 255))), d8, whole ? mask + x : rest_mask);
+        hn::StoreU(hn::DemoteTo(d8, hn::And(covered, hn::Set(d, 255))), d8,
+                   whole ? mask + x : rest_mask);
         if (!whole) {
             std::copy(rest_gray, rest_gray + (n - x), dst + x);
             std::copy(rest_mask, rest_mask + (n - x), mask + x);
@@ -144,13 +146,15 @@ void ClearNearHighlights(const uint8_t* const* rows, size_t row_count, size_t n,
     for (size_t k = 1; k < row_count; ++k) {
         size_t x = 0;
         for (; x + step <= n; x += step)
-            hn::StoreU(hn::Max(hn::LoadU(d, scratch + r + x), hn::LoadU(d, rows[k] + x)), d, scratch + r + x);
+            hn::StoreU(hn::Max(hn::LoadU(d, scratch + r + x), hn::LoadU(d, rows[k] + x)), d,
+                       scratch + r + x);
         for (; x < n; ++x) scratch[r + x] = std::max(scratch[r + x], rows[k][x]);
     }
     const auto limit = hn::Set(d, threshold);
     const auto largest = [&](size_t x) HWY_ATTR {
         auto maximum = hn::LoadU(d, scratch + x);
-        for (size_t k = 1; k <= 2 * r; ++k) maximum = hn::Max(maximum, hn::LoadU(d, scratch + x + k));
+        for (size_t k = 1; k <= 2 * r; ++k)
+            maximum = hn::Max(maximum, hn::LoadU(d, scratch + x + k));
         return maximum;
     };
     size_t x = 0;
@@ -187,7 +191,9 @@ void sample_row(const PaddedImage& gray, const PaddedImage& ignore, int32_t widt
 void ignore_row(const uint8_t* ignore, uint8_t* mask, size_t n) {
     for (size_t x = 0; x < n; ++x) mask[x] = ignore[x] != 0 ? 0 : 255;
 }
-uint8_t row_maximum(const uint8_t* row, size_t n) { return HWY_DYNAMIC_DISPATCH(RowMaximum)(row, n); }
+uint8_t row_maximum(const uint8_t* row, size_t n) {
+    return HWY_DYNAMIC_DISPATCH(RowMaximum)(row, n);
+}
 void clear_near_highlights(const uint8_t* const* rows, size_t row_count, size_t n, int radius,
                            uint8_t threshold, uint8_t* scratch, uint8_t* mask) {
     HWY_DYNAMIC_DISPATCH(ClearNearHighlights)(rows, row_count, n, radius, threshold, scratch, mask);

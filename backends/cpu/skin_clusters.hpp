@@ -1,5 +1,5 @@
-// Surface points grouped by the control points that move them: within a group the motions are the same for
-// all, and SIMD lanes are points.
+// Surface points grouped by the control points that move them: within a group the motions are the
+// same for all, and SIMD lanes are points.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -69,7 +69,8 @@ struct GroupMotion {
         const float* first = motions[node[0]].dual_quaternion;
         for (size_t k = 0; k < kSkin; ++k) {
             const float* q = motions[node[k]].dual_quaternion;
-            const float cosine = q[0] * first[0] + q[1] * first[1] + q[2] * first[2] + q[3] * first[3];
+            const float cosine =
+                q[0] * first[0] + q[1] * first[1] + q[2] * first[2] + q[3] * first[3];
             for (size_t i = 0; i < 8; ++i) dual_quaternion[k][i] = cosine < 0 ? -q[i] : q[i];
         }
     }

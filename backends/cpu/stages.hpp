@@ -1,5 +1,6 @@
-// Every stage fast on a CPU: Highway with run-time dispatch, the host's threads, no allocation per frame.
-// One maker per stage; parameters arrive checked and complete. docs/stages.md defines what each computes.
+// Every stage fast on a CPU: Highway with run-time dispatch, the host's threads, no allocation per
+// frame. One maker per stage; parameters arrive checked and complete. docs/stages.md defines what
+// each computes.
 #pragma once
 #include <memory>
 

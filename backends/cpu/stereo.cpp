@@ -66,7 +66,8 @@ class Stereo final : public Stage {
                                   size_t(4 * size_.width + 2)) +
                          15) /
                         16 * 16),
-          scratch_(scratch_ints_ * size_t((size_.height + kBand - 1) / kBand), HostAllocator<int32_t>(host)) {
+          scratch_(scratch_ints_ * size_t((size_.height + kBand - 1) / kBand),
+                   HostAllocator<int32_t>(host)) {
         for (int w = size_.half_width, h = size_.half_height; w > 1 || h > 1;) {
             w = (w + 1) / 2;
             h = (h + 1) / 2;
@@ -117,15 +118,16 @@ class Stereo final : public Stage {
     void prepare_images(const StereoBuffers& b) {
         const int w = size_.width, h = size_.height;
         bands(h, [&](int y0, int y1, int32_t* scratch) {
-            const auto one = [&](const uint8_t* gray, const uint8_t* mask, Bytes& image, Bytes& image_mask,
-                                 int y) {
+            const auto one = [&](const uint8_t* gray, const uint8_t* mask, Bytes& image,
+                                 Bytes& image_mask, int y) {
                 pad_row(gray + ptrdiff_t(y) * size_.stride, image.row(y), w);
                 if (mask == nullptr) {
                     std::memset(image_mask.row(y), 255, size_t(w));
                     return;
                 }
                 pad_row(mask + ptrdiff_t(y) * size_.stride, image_mask.row(y), w);
-                inpaint_row({gray, size_.stride}, {mask, size_.stride}, w, h, y, image.row(y), scratch);
+                inpaint_row({gray, size_.stride}, {mask, size_.stride}, w, h, y, image.row(y),
+                            scratch);
             };
             for (int y = y0; y < y1; ++y) {
                 one(b.left, b.left_mask, full_.left, full_.left_mask, y);
@@ -135,10 +137,12 @@ class Stereo final : public Stage {
         give(full_.left, full_, b.prepared_left);
         give(full_.right, full_, b.prepared_right);
         each_row(half_.height, [&](int y) {
-            halve_row(full_.left.row(2 * y), full_.left.row(2 * y + 1), half_.left.row(y), half_.width);
-            halve_row(full_.right.row(2 * y), full_.right.row(2 * y + 1), half_.right.row(y), half_.width);
-            halve_mask_row(full_.left_mask.row(2 * y), full_.left_mask.row(2 * y + 1), half_.left_mask.row(y),
-                           half_.width);
+            halve_row(full_.left.row(2 * y), full_.left.row(2 * y + 1), half_.left.row(y),
+                      half_.width);
+            halve_row(full_.right.row(2 * y), full_.right.row(2 * y + 1), half_.right.row(y),
+                      half_.width);
+            halve_mask_row(full_.left_mask.row(2 * y), full_.left_mask.row(2 * y + 1),
+                           half_.left_mask.row(y), half_.width);
             halve_mask_row(full_.right_mask.row(2 * y), full_.right_mask.row(2 * y + 1),
                            half_.right_mask.row(y), half_.width);
         });
@@ -164,7 +168,8 @@ class Stereo final : public Stage {
                             b.left_keys,
                             b.right_keys,
                             f[2].plane()};
-        bands(half_.height, [&](int y0, int y1, int32_t* scratch) { search_rows(job, y0, y1, scratch); });
+        bands(half_.height,
+              [&](int y0, int y1, int32_t* scratch) { search_rows(job, y0, y1, scratch); });
         give(f[2], half_, b.checked);
         each_row(half_.height, [&](int y) {
             supported_row(f[2].view(), half_.width, half_.height, y, int(p_.support), f[0].row(y));
@@ -173,9 +178,11 @@ class Stereo final : public Stage {
         smooth(half_, f[0], f[2], f[1], kHalfSmoothRadius, kSearchSmoothRange);
     }
 
-    void smooth(const Level& level, const Field& from, Field& between, Field& to, int radius, int range) {
-        each_row(level.height,
-                 [&](int y) { smooth_along_row(from.row(y), level.width, radius, range, between.row(y)); });
+    void smooth(const Level& level, const Field& from, Field& between, Field& to, int radius,
+                int range) {
+        each_row(level.height, [&](int y) {
+            smooth_along_row(from.row(y), level.width, radius, range, between.row(y));
+        });
         each_row(level.height, [&](int y) {
             smooth_along_columns(between.view(), level.width, level.height, y, radius, range,
                                  none_row_.row(0), to.row(y));
@@ -186,7 +193,8 @@ class Stereo final : public Stage {
     bool fill_all(Field& field) {
         if (coarser_.empty()) return field.row(0)[0] != kNoDisparity;  // a half image of one pixel
         const auto coarser = [&](const Field& from, int width, int height, Field& to, int y) {
-            coarser_row(from.row(2 * y), 2 * y + 1 < height ? from.row(2 * y + 1) : none_row_.row(0), width,
+            coarser_row(from.row(2 * y),
+                        2 * y + 1 < height ? from.row(2 * y + 1) : none_row_.row(0), width,
                         to.row(y));
         };
         const auto fill = [&](Field& fine, int width, const Coarser& c, int y) {
@@ -269,13 +277,13 @@ class Stereo final : public Stage {
     void finish(const StereoBuffers& b) {
         Field* f = full_.fields;
         bands(full_.height, [&](int y0, int y1, int32_t*) {
-            drop_speckles_rows(f[1].view(), full_.width, full_.height, y0, y1, int(p_.support), f[2].plane(),
-                              confidence_.plane());
+            drop_speckles_rows(f[1].view(), full_.width, full_.height, y0, y1, int(p_.support),
+                               f[2].plane(), confidence_.plane());
         });
         give(f[2], full_, b.evidence);
         bands(full_.height, [&](int y0, int y1, int32_t*) {
-            fill_small_rows(f[2].view(), f[0].view(), full_.width, full_.height, y0, y1, int(p_.fill_radius),
-                            f[1].plane(), confidence_.plane());
+            fill_small_rows(f[2].view(), f[0].view(), full_.width, full_.height, y0, y1,
+                            int(p_.fill_radius), f[1].plane(), confidence_.plane());
         });
         give(f[1], full_, b.filled);
         for (uint32_t pass = 0; pass < p_.smooth_passes; ++pass)
@@ -283,7 +291,8 @@ class Stereo final : public Stage {
         each_row(full_.height, [&](int y) {
             std::copy_n(f[1].row(y), full_.width, b.disparity + ptrdiff_t(y) * size_.stride);
             if (b.confidence != nullptr)
-                std::copy_n(confidence_.row(y), full_.width, b.confidence + ptrdiff_t(y) * size_.stride);
+                std::copy_n(confidence_.row(y), full_.width,
+                            b.confidence + ptrdiff_t(y) * size_.stride);
         });
     }
 
@@ -294,7 +303,8 @@ class Stereo final : public Stage {
         };
         none(b.dense, size_.half_pixels());
         none(b.half_refined, size_.half_pixels());
-        for (int16_t* field : {b.hypothesis, b.refined, b.evidence, b.filled}) none(field, size_.pixels());
+        for (int16_t* field : {b.hypothesis, b.refined, b.evidence, b.filled})
+            none(field, size_.pixels());
         if (b.score != nullptr) std::fill_n(b.score, size_.pixels(), int16_t{0});
         for (int y = 0; y < full_.height; ++y) {
             none(b.disparity + ptrdiff_t(y) * size_.stride, size_t(full_.width));

@@ -17,14 +17,16 @@ using VI16 = hn::Vec<I16>;
 
 void EndRow(int16_t* row, int width) { std::fill_n(row + width, kMargin, int16_t(kNoDisparity)); }
 
-// All ones where a and b are disparities at most range apart. A missing one saturates the difference.
+// All ones where a and b are disparities at most range apart. A missing one saturates the
+// difference.
 HWY_INLINE hn::Mask<I16> Agree(VI16 difference, VI16 range) {
     const I16 d;
     return hn::And(hn::Lt(difference, hn::Add(range, hn::Set(d, 1))),
                    hn::Gt(hn::Add(difference, range), hn::Set(d, -1)));
 }
 
-void SupportedRow(Plane<const int16_t> field, int width, int height, int y, int support, int16_t* dst) {
+void SupportedRow(Plane<const int16_t> field, int width, int height, int y, int support,
+                  int16_t* dst) {
     const I16 d;
     const VI16 none = hn::Set(d, kNoDisparity), range = hn::Set(d, kSupportRange);
     for (int x = 0; x < width; x += int(hn::Lanes(d))) {
@@ -34,8 +36,8 @@ void SupportedRow(Plane<const int16_t> field, int width, int height, int y, int 
             if (v < 0 || v >= height) continue;
             for (int u = -4; u <= 4; u += 2) {
                 const VI16 other = hn::LoadU(d, field.row(v) + x + u);
-                agreeing =
-                    hn::Sub(agreeing, hn::VecFromMask(d, Agree(hn::SaturatedSub(other, centre), range)));
+                agreeing = hn::Sub(
+                    agreeing, hn::VecFromMask(d, Agree(hn::SaturatedSub(other, centre), range)));
             }
         }
         const auto kept = hn::Gt(agreeing, hn::Set(d, int16_t(support - 1)));
@@ -57,7 +59,8 @@ HWY_INLINE VI16 Smoothed(VI16 centre, int radius, VI16 range, Neighbour&& neighb
         count = hn::Sub(count, hn::VecFromMask(d, agrees));
     }
     // The reciprocal of count, looked up by its two bytes.
-    alignas(16) static constexpr int16_t kTable[8] = {0, 32767, 16384, 10923, 8192, 6554, 5461, 4681};
+    alignas(16) static constexpr int16_t kTable[8] = {0,    32767, 16384, 10923,
+                                                      8192, 6554,  5461,  4681};
     const VI16 bytes = hn::Add(hn::Mul(count, hn::Set(d, 0x0202)), hn::Set(d, 0x0100));
     const VI16 table = hn::LoadDup128(d, kTable);
     const VI16 reciprocal = hn::TableLookupBytes(table, bytes);
@@ -75,8 +78,8 @@ void SmoothAlongRow(const int16_t* src, int width, int radius, int range, int16_
     EndRow(dst, width);
 }
 
-void SmoothAlongColumns(Plane<const int16_t> field, int width, int height, int y, int radius, int range,
-                        const int16_t* none_row, int16_t* dst) {
+void SmoothAlongColumns(Plane<const int16_t> field, int width, int height, int y, int radius,
+                        int range, const int16_t* none_row, int16_t* dst) {
     const I16 d;
     const VI16 limit = hn::Set(d, int16_t(range));
     const int16_t* rows[7];
@@ -99,8 +102,8 @@ void CoarserRow(const int16_t* HWY_RESTRICT upper, const int16_t* HWY_RESTRICT l
             sum += value != kNoDisparity ? value : 0;
             count += value != kNoDisparity;
         }
-        // floor((2 sum + count) / (2 count)); the factor is a sixth in 18 bits, exact for the sums that
-        // occur.
+        // floor((2 sum + count) / (2 count)); the factor is a sixth in 18 bits, exact for the sums
+        // that occur.
         const int third = int((uint32_t(2 * sum + 3) * 43691u) >> 18), half = (sum + 1) >> 1,
                   quarter = (sum + 2) >> 2;
         const int mean = count == 4 ? quarter : count == 3 ? third : count == 2 ? half : sum;
@@ -109,7 +112,8 @@ void CoarserRow(const int16_t* HWY_RESTRICT upper, const int16_t* HWY_RESTRICT l
     EndRow(dst, (width + 1) / 2);
 }
 
-void FillRow(int16_t* row, int width, const int16_t* coarse, const int16_t* coarse2, int coarse_width) {
+void FillRow(int16_t* row, int width, const int16_t* coarse, const int16_t* coarse2,
+             int coarse_width) {
     for (int x = 0; x < width; ++x) {
         if (row[x] != kNoDisparity) continue;
         const int u = x / 2, u2 = std::clamp(x % 2 == 0 ? u - 1 : u + 1, 0, coarse_width - 1);
@@ -117,8 +121,8 @@ void FillRow(int16_t* row, int width, const int16_t* coarse, const int16_t* coar
     }
 }
 
-void StandingRow(Plane<const int16_t> supported, Plane<const int16_t> dense, int width, int height, int y,
-                 int edge, int16_t* extent, uint8_t* dst) {
+void StandingRow(Plane<const int16_t> supported, Plane<const int16_t> dense, int width, int height,
+                 int y, int edge, int16_t* extent, uint8_t* dst) {
     const I16 d;
     const hn::Rebind<uint8_t, I16> d8;
     int16_t* minimum = extent + kMargin;
@@ -141,8 +145,10 @@ void StandingRow(Plane<const int16_t> supported, Plane<const int16_t> dense, int
     for (int x = 0; x < width; x += lanes) {
         VI16 low = hn::LoadU(d, minimum + x), high = hn::LoadU(d, maximum + x);
         for (int k = 1; k <= kEdgeRadius; ++k) {
-            low = hn::Min(low, hn::Min(hn::LoadU(d, minimum + x - k), hn::LoadU(d, minimum + x + k)));
-            high = hn::Max(high, hn::Max(hn::LoadU(d, maximum + x - k), hn::LoadU(d, maximum + x + k)));
+            low =
+                hn::Min(low, hn::Min(hn::LoadU(d, minimum + x - k), hn::LoadU(d, minimum + x + k)));
+            high = hn::Max(high,
+                           hn::Max(hn::LoadU(d, maximum + x - k), hn::LoadU(d, maximum + x + k)));
         }
         const VI16 limit = hn::Set(d, int16_t(edge));
         const auto doubtful = hn::Gt(hn::Sub(hn::LoadU(d, dense.row(y) + x), low), limit);
@@ -161,13 +167,14 @@ void CopyPadded(const T* row, int width, T* dst) {
     std::fill_n(dst + width, kMargin, row[width - 1]);
 }
 
-void UpsampleRow(Plane<const int16_t> half, Plane<const uint8_t> standing, int half_width, int half_height,
-                 int width, int y, int16_t* dst, uint8_t* dst_standing) {
+void UpsampleRow(Plane<const int16_t> half, Plane<const uint8_t> standing, int half_width,
+                 int half_height, int width, int y, int16_t* dst, uint8_t* dst_standing) {
     const I16 d;
     const hn::Rebind<uint8_t, I16> d8;
     const int v = std::min(y / 2, half_height - 1);
     const int v2 = std::clamp(y % 2 == 0 ? y / 2 - 1 : y / 2 + 1, 0, half_height - 1);
-    int16_t near_memory[DEFREC_MAX_SIDE / 2 + 2 * kMargin], far_memory[DEFREC_MAX_SIDE / 2 + 2 * kMargin];
+    int16_t near_memory[DEFREC_MAX_SIDE / 2 + 2 * kMargin],
+        far_memory[DEFREC_MAX_SIDE / 2 + 2 * kMargin];
     uint8_t standing_memory[DEFREC_MAX_SIDE / 2 + 2 * kMargin];
     int16_t *near = near_memory + kMargin, *far = far_memory + kMargin;
     uint8_t* known = standing_memory + kMargin;
@@ -208,29 +215,32 @@ HWY_EXPORT(FillRow);
 HWY_EXPORT(StandingRow);
 HWY_EXPORT(UpsampleRow);
 
-void supported_row(Plane<const int16_t> field, int width, int height, int y, int support, int16_t* dst) {
+void supported_row(Plane<const int16_t> field, int width, int height, int y, int support,
+                   int16_t* dst) {
     HWY_DYNAMIC_DISPATCH(SupportedRow)(field, width, height, y, support, dst);
 }
 void smooth_along_row(const int16_t* src, int width, int radius, int range, int16_t* dst) {
     HWY_DYNAMIC_DISPATCH(SmoothAlongRow)(src, width, radius, range, dst);
 }
-void smooth_along_columns(Plane<const int16_t> field, int width, int height, int y, int radius, int range,
-                          const int16_t* none_row, int16_t* dst) {
+void smooth_along_columns(Plane<const int16_t> field, int width, int height, int y, int radius,
+                          int range, const int16_t* none_row, int16_t* dst) {
     HWY_DYNAMIC_DISPATCH(SmoothAlongColumns)(field, width, height, y, radius, range, none_row, dst);
 }
 void coarser_row(const int16_t* upper, const int16_t* lower, int width, int16_t* dst) {
     HWY_DYNAMIC_DISPATCH(CoarserRow)(upper, lower, width, dst);
 }
-void fill_row(int16_t* row, int width, const int16_t* coarse, const int16_t* coarse2, int coarse_width) {
+void fill_row(int16_t* row, int width, const int16_t* coarse, const int16_t* coarse2,
+              int coarse_width) {
     HWY_DYNAMIC_DISPATCH(FillRow)(row, width, coarse, coarse2, coarse_width);
 }
-void standing_row(Plane<const int16_t> supported, Plane<const int16_t> dense, int width, int height, int y,
-                  int edge, int16_t* extent, uint8_t* dst) {
+void standing_row(Plane<const int16_t> supported, Plane<const int16_t> dense, int width, int height,
+                  int y, int edge, int16_t* extent, uint8_t* dst) {
     HWY_DYNAMIC_DISPATCH(StandingRow)(supported, dense, width, height, y, edge, extent, dst);
 }
-void upsample_row(Plane<const int16_t> half, Plane<const uint8_t> standing, int half_width, int half_height,
-                  int width, int y, int16_t* dst, uint8_t* dst_standing) {
-    HWY_DYNAMIC_DISPATCH(UpsampleRow)(half, standing, half_width, half_height, width, y, dst, dst_standing);
+void upsample_row(Plane<const int16_t> half, Plane<const uint8_t> standing, int half_width,
+                  int half_height, int width, int y, int16_t* dst, uint8_t* dst_standing) {
+    HWY_DYNAMIC_DISPATCH(UpsampleRow)
+    (half, standing, half_width, half_height, width, y, dst, dst_standing);
 }
 
 }  // namespace defrec::cpu

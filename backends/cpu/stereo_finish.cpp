@@ -1,5 +1,5 @@
-// The end of stereo: speckles dropped, small holes filled. Plain loops, compiled for each of Highway's
-// targets.
+// The end of stereo: speckles dropped, small holes filled. Plain loops, compiled for each of
+// Highway's targets.
 #include <algorithm>
 
 #include "backends/cpu/stereo_kernels.hpp"
@@ -13,8 +13,8 @@
 HWY_BEFORE_NAMESPACE();
 namespace defrec::cpu::HWY_NAMESPACE {
 
-// Counts and, with a hypothesis, deviations from it over the columns of a window, with zeros on both sides of
-// the row.
+// Counts and, with a hypothesis, deviations from it over the columns of a window, with zeros on
+// both sides of the row.
 struct ColumnCounts {
     int16_t counts_memory[DEFREC_MAX_SIDE + 2 * kMargin] = {};
     int16_t sums_memory[DEFREC_MAX_SIDE + 2 * kMargin] = {};
@@ -23,34 +23,39 @@ struct ColumnCounts {
 };
 
 void AddCounts(const int16_t* HWY_RESTRICT row, int width, int sign, int16_t* HWY_RESTRICT counts) {
-    for (int x = 0; x < width; ++x) counts[x] = int16_t(counts[x] + (row[x] != kNoDisparity ? sign : 0));
+    for (int x = 0; x < width; ++x)
+        counts[x] = int16_t(counts[x] + (row[x] != kNoDisparity ? sign : 0));
 }
 
-void AddDeviations(const int16_t* HWY_RESTRICT row, const int16_t* HWY_RESTRICT hypothesis, int width,
-                   int sign, int16_t* HWY_RESTRICT sums) {
+void AddDeviations(const int16_t* HWY_RESTRICT row, const int16_t* HWY_RESTRICT hypothesis,
+                   int width, int sign, int16_t* HWY_RESTRICT sums) {
     for (int x = 0; x < width; ++x)
         sums[x] = int16_t(sums[x] + (row[x] != kNoDisparity ? sign * (row[x] - hypothesis[x]) : 0));
 }
 
-void WindowOf(const int16_t* HWY_RESTRICT columns, int width, int radius, int16_t* HWY_RESTRICT windows) {
+void WindowOf(const int16_t* HWY_RESTRICT columns, int width, int radius,
+              int16_t* HWY_RESTRICT windows) {
     for (int x = 0; x < width; ++x) windows[x] = columns[x];
     for (int u = 1; u <= radius; ++u)
-        for (int x = 0; x < width; ++x) windows[x] = int16_t(windows[x] + columns[x - u] + columns[x + u]);
+        for (int x = 0; x < width; ++x)
+            windows[x] = int16_t(windows[x] + columns[x - u] + columns[x + u]);
 }
 
-// Calls move(row, sign) for the rows that enter (+1) and leave (-1) so that the window is centred on y.
+// Calls move(row, sign) for the rows that enter (+1) and leave (-1) so that the window is centred
+// on y.
 template <class Move>
 HWY_INLINE void MoveTo(int y, int y0, int radius, int height, Move&& move) {
     if (y == y0) {
-        for (int v = std::max(0, y - radius); v <= std::min(height - 1, y + radius); ++v) move(v, 1);
+        for (int v = std::max(0, y - radius); v <= std::min(height - 1, y + radius); ++v)
+            move(v, 1);
         return;
     }
     if (y + radius < height) move(y + radius, 1);
     if (y - radius - 1 >= 0) move(y - radius - 1, -1);
 }
 
-void DropSpecklesRows(Plane<const int16_t> evidence, int width, int height, int y0, int y1, int support,
-                     Plane<int16_t> dst, Plane<uint8_t> confidence) {
+void DropSpecklesRows(Plane<const int16_t> evidence, int width, int height, int y0, int y1,
+                      int support, Plane<int16_t> dst, Plane<uint8_t> confidence) {
     constexpr int kRadius = 4;
     ColumnCounts columns;
     int16_t counts[DEFREC_MAX_SIDE];
@@ -70,8 +75,9 @@ void DropSpecklesRows(Plane<const int16_t> evidence, int width, int height, int 
     }
 }
 
-void FillSmallRows(Plane<const int16_t> evidence, Plane<const int16_t> hypothesis, int width, int height,
-                   int y0, int y1, int radius, Plane<int16_t> dst, Plane<uint8_t> confidence) {
+void FillSmallRows(Plane<const int16_t> evidence, Plane<const int16_t> hypothesis, int width,
+                   int height, int y0, int y1, int radius, Plane<int16_t> dst,
+                   Plane<uint8_t> confidence) {
     const int side = 2 * radius + 1;
     ColumnCounts columns;
     int16_t counts[DEFREC_MAX_SIDE], sums[DEFREC_MAX_SIDE];
@@ -107,13 +113,16 @@ namespace defrec::cpu {
 HWY_EXPORT(DropSpecklesRows);
 HWY_EXPORT(FillSmallRows);
 
-void drop_speckles_rows(Plane<const int16_t> evidence, int width, int height, int y0, int y1, int support,
-                       Plane<int16_t> dst, Plane<uint8_t> confidence) {
-    HWY_DYNAMIC_DISPATCH(DropSpecklesRows)(evidence, width, height, y0, y1, support, dst, confidence);
+void drop_speckles_rows(Plane<const int16_t> evidence, int width, int height, int y0, int y1,
+                        int support, Plane<int16_t> dst, Plane<uint8_t> confidence) {
+    HWY_DYNAMIC_DISPATCH(DropSpecklesRows)
+    (evidence, width, height, y0, y1, support, dst, confidence);
 }
-void fill_small_rows(Plane<const int16_t> evidence, Plane<const int16_t> hypothesis, int width, int height,
-                     int y0, int y1, int radius, Plane<int16_t> dst, Plane<uint8_t> confidence) {
-    HWY_DYNAMIC_DISPATCH(FillSmallRows)(evidence, hypothesis, width, height, y0, y1, radius, dst, confidence);
+void fill_small_rows(Plane<const int16_t> evidence, Plane<const int16_t> hypothesis, int width,
+                     int height, int y0, int y1, int radius, Plane<int16_t> dst,
+                     Plane<uint8_t> confidence) {
+    HWY_DYNAMIC_DISPATCH(FillSmallRows)
+    (evidence, hypothesis, width, height, y0, y1, radius, dst, confidence);
 }
 
 }  // namespace defrec::cpu

@@ -1,5 +1,5 @@
-// The sub-stages of stereo on rows, vectorised and dispatched at run time. Not the stage: that is stereo.cpp.
-// docs/stages/stereo.md defines each; the numbers are its sections.
+// The sub-stages of stereo on rows, vectorised and dispatched at run time. Not the stage: that is
+// stereo.cpp. docs/stages/stereo.md defines each; the numbers are its sections.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -19,8 +19,8 @@ struct Plane {
 
 // 1: a row's copy with its ends repeated through the margins.
 void pad_row(const uint8_t* src, uint8_t* dst, int width);
-// 1: dst row y where mask is 0 becomes the mean of the usable neighbours in gray. scratch: 4 * width + 2
-// int32.
+// 1: dst row y where mask is 0 becomes the mean of the usable neighbours in gray. scratch: 4 *
+// width + 2 int32.
 void inpaint_row(Plane<const uint8_t> gray, Plane<const uint8_t> mask, int width, int height, int y,
                  uint8_t* dst, int32_t* scratch);
 // 2: one row of the half image, margins included, from two rows.
@@ -42,21 +42,24 @@ void search_rows(const SearchJob& job, int y0, int y1, int32_t* scratch);
 
 // Fields of disparities have kNoDisparity in their margins, and the functions keep it so.
 // 5
-void supported_row(Plane<const int16_t> field, int width, int height, int y, int support, int16_t* dst);
+void supported_row(Plane<const int16_t> field, int width, int height, int y, int support,
+                   int16_t* dst);
 // 6, 12: along rows, then along columns.
 void smooth_along_row(const int16_t* src, int width, int radius, int range, int16_t* dst);
-void smooth_along_columns(Plane<const int16_t> field, int width, int height, int y, int radius, int range,
-                          const int16_t* none_row, int16_t* dst);
+void smooth_along_columns(Plane<const int16_t> field, int width, int height, int y, int radius,
+                          int range, const int16_t* none_row, int16_t* dst);
 // 6: one row of the next coarser field, and the filled row from it.
 void coarser_row(const int16_t* upper, const int16_t* lower, int width, int16_t* dst);
-void fill_row(int16_t* row, int width, const int16_t* coarse, const int16_t* coarse2, int coarse_width);
-// 7: dst[x] = kSettled, kOpen or kDoubtful. extent: the field's least and largest values along the columns, 2
+void fill_row(int16_t* row, int width, const int16_t* coarse, const int16_t* coarse2,
+              int coarse_width);
+// 7: dst[x] = kSettled, kOpen or kDoubtful. extent: the field's least and largest values along the
+// columns, 2
 // * (width + 2 * kMargin) int16.
-void standing_row(Plane<const int16_t> supported, Plane<const int16_t> dense, int width, int height, int y,
-                  int edge, int16_t* extent, uint8_t* dst);
+void standing_row(Plane<const int16_t> supported, Plane<const int16_t> dense, int width, int height,
+                  int y, int edge, int16_t* extent, uint8_t* dst);
 // 9: row y of the field at full resolution and of what is known of it.
-void upsample_row(Plane<const int16_t> half, Plane<const uint8_t> standing, int half_width, int half_height,
-                  int width, int y, int16_t* dst, uint8_t* dst_standing);
+void upsample_row(Plane<const int16_t> half, Plane<const uint8_t> standing, int half_width,
+                  int half_height, int width, int y, int16_t* dst, uint8_t* dst_standing);
 
 // 8, 10: refinement, and at full resolution the classification.
 struct RefineJob {
@@ -74,10 +77,11 @@ constexpr int kRefineTile = 256;  // most columns of a tile
 void refine_tile(const RefineJob& job, int x0, int x1, int y0, int y1);
 
 // 10: evidence rows y0 .. y1 - 1 with speckles dropped; their confidence is cleared.
-void drop_speckles_rows(Plane<const int16_t> evidence, int width, int height, int y0, int y1, int support,
-                       Plane<int16_t> dst, Plane<uint8_t> confidence);
+void drop_speckles_rows(Plane<const int16_t> evidence, int width, int height, int y0, int y1,
+                        int support, Plane<int16_t> dst, Plane<uint8_t> confidence);
 // 11
-void fill_small_rows(Plane<const int16_t> evidence, Plane<const int16_t> hypothesis, int width, int height,
-                     int y0, int y1, int radius, Plane<int16_t> dst, Plane<uint8_t> confidence);
+void fill_small_rows(Plane<const int16_t> evidence, Plane<const int16_t> hypothesis, int width,
+                     int height, int y0, int y1, int radius, Plane<int16_t> dst,
+                     Plane<uint8_t> confidence);
 
 }  // namespace defrec::cpu

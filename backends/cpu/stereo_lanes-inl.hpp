@@ -24,8 +24,8 @@ HWY_INLINE VI32 PairProducts(VI32 a, VI32 b) {
     const hn::Repartition<int16_t, I32> d16;
 #if HWY_ARCH_X86
     VI32 unused = hn::Zero(d32);
-    return hn::ReorderWidenMulAccumulate(d32, hn::BitCast(d16, a), hn::BitCast(d16, b), hn::Zero(d32),
-                                         unused);
+    return hn::ReorderWidenMulAccumulate(d32, hn::BitCast(d16, a), hn::BitCast(d16, b),
+                                         hn::Zero(d32), unused);
 #else
     const auto low = [](VI32 v) HWY_ATTR { return hn::ShiftRight<16>(hn::ShiftLeft<16>(v)); };
     return hn::Add(hn::Mul(low(a), low(b)), hn::Mul(hn::ShiftRight<16>(a), hn::ShiftRight<16>(b)));
@@ -37,7 +37,8 @@ HWY_INLINE VF32 InverseRoot(VI32 value) {
     const I32 d32;
     const F32 df;
     const VF32 x = hn::ConvertTo(df, value);
-    VF32 y = hn::BitCast(df, hn::Sub(hn::Set(d32, 0x5f375a86), hn::ShiftRight<1>(hn::BitCast(d32, x))));
+    VF32 y =
+        hn::BitCast(df, hn::Sub(hn::Set(d32, 0x5f375a86), hn::ShiftRight<1>(hn::BitCast(d32, x))));
     const VF32 half = hn::Mul(hn::Set(df, 0.5f), x);
     for (int step = 0; step < 2; ++step)
         y = hn::Mul(y, hn::Sub(hn::Set(df, 1.5f), hn::Mul(hn::Mul(half, y), y)));

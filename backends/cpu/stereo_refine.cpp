@@ -1,6 +1,6 @@
-// Refinement of stereo: correlation with the right image seen through the hypothesis, one pixel to either
-// side; at full resolution also the classification. Works on tiles whose column sums stay in the first cache and
-// move down row by row.
+// Refinement of stereo: correlation with the right image seen through the hypothesis, one pixel to
+// either side; at full resolution also the classification. Works on tiles whose column sums stay in
+// the first cache and move down row by row.
 #include <algorithm>
 
 #include "backends/cpu/stereo_kernels.hpp"
@@ -17,8 +17,9 @@ namespace defrec::cpu::HWY_NAMESPACE {
 
 constexpr int kHalo = 16;           // columns on both sides of a tile that its windows reach into
 constexpr int kOrigin = 2 * kHalo;  // where a tile's first column lies in its arrays
-constexpr int kTileInts = kRefineTile + 4 * kHalo;  // with room for vectors that reach over the ends
-constexpr int kMaxRows = 2 * 6 + 2;                 // window rows and the one that leaves
+constexpr int kTileInts =
+    kRefineTile + 4 * kHalo;         // with room for vectors that reach over the ends
+constexpr int kMaxRows = 2 * 6 + 2;  // window rows and the one that leaves
 
 enum Sum {
     kLeft,
@@ -29,7 +30,8 @@ enum Sum {
     kSums = kProducts + 3
 };
 
-// Sums over the columns of the window, and the warped rows that are inside it. Column x0 is element kOrigin.
+// Sums over the columns of the window, and the warped rows that are inside it. Column x0 is element
+// kOrigin.
 struct Tile {
     alignas(64) int32_t columns[kSums][kTileInts];
     alignas(64) int32_t triples[kSums][kTileInts];
@@ -52,7 +54,8 @@ HWY_INLINE void WarpLanes(const RefineJob& job, int x, int y, VI32 (&out)[3]) {
     const VI32 first =
         hn::Min(hn::Max(hn::ShiftRight<4>(position), hn::Set(d, -3)), hn::Set(d, job.width + 1));
     const uint8_t* row = job.right.row(y) - 1;
-    const auto taps = hn::BitCast(du, hn::GatherOffset(d, reinterpret_cast<const int32_t*>(row), first));
+    const auto taps =
+        hn::BitCast(du, hn::GatherOffset(d, reinterpret_cast<const int32_t*>(row), first));
     const auto byte = hn::Set(du, 255);
     const VI32 t0 = hn::BitCast(d, hn::And(taps, byte)),
                t1 = hn::BitCast(d, hn::And(hn::ShiftRight<8>(taps), byte));
@@ -61,9 +64,10 @@ HWY_INLINE void WarpLanes(const RefineJob& job, int x, int y, VI32 (&out)[3]) {
     const auto inside = hn::Lt(column, hn::Set(d, job.width));
     const auto blend = [&](VI32 a, VI32 b) HWY_ATTR {
         // Both products fit in one 16-bit half each.
-        const VI32 taps2 = hn::Or(a, hn::ShiftLeft<16>(b)), weights = hn::Or(rest, hn::ShiftLeft<16>(part));
-        return hn::IfThenElseZero(inside,
-                                  hn::ShiftRight<3>(hn::Add(PairProducts(taps2, weights), hn::Set(d, 4))));
+        const VI32 taps2 = hn::Or(a, hn::ShiftLeft<16>(b)),
+                   weights = hn::Or(rest, hn::ShiftLeft<16>(part));
+        return hn::IfThenElseZero(
+            inside, hn::ShiftRight<3>(hn::Add(PairProducts(taps2, weights), hn::Set(d, 4))));
     };
     out[0] = blend(t0, t1);
     out[1] = blend(t1, t2);
@@ -83,7 +87,8 @@ void MoveRows(const RefineJob& job, Tile& tile, int x0, int x1, int enter, int l
         const auto inside = hn::Lt(hn::Iota(d, x), hn::Set(d, job.width));
         const auto left_row = [&](int y) HWY_ATTR {
             return y < 0 ? zero
-                         : hn::IfThenElseZero(inside, hn::PromoteTo(d, hn::LoadU(d8, job.left.row(y) + x)));
+                         : hn::IfThenElseZero(inside,
+                                              hn::PromoteTo(d, hn::LoadU(d8, job.left.row(y) + x)));
         };
         const auto add = [&](int sum, VI32 change) HWY_ATTR {
             int32_t* at = tile.columns[sum] + i;
@@ -97,12 +102,14 @@ void MoveRows(const RefineJob& job, Tile& tile, int x0, int x1, int enter, int l
         if (enter >= 0) WarpLanes(job, x, enter, in);
         for (int k = 0; k < 3; ++k) {
             const VI32 out =
-                leave < 0 ? zero : hn::PromoteTo(d, hn::Load(d16, tile.warped[leave % rows][k] + i));
+                leave < 0 ? zero
+                          : hn::PromoteTo(d, hn::Load(d16, tile.warped[leave % rows][k] + i));
             const VI32 change = hn::Sub(in[k], out);
             add(kWarped + k, change);
             add(kSquares + k, PairProducts(change, hn::Add(in[k], out)));
             add(kProducts + k, PairProducts(l_pair, hn::Or(in[k], hn::ShiftLeft<16>(out))));
-            if (enter >= 0) hn::Store(hn::DemoteTo(d16, in[k]), d16, tile.warped[enter % rows][k] + i);
+            if (enter >= 0)
+                hn::Store(hn::DemoteTo(d16, in[k]), d16, tile.warped[enter % rows][k] + i);
         }
     }
 }
@@ -157,7 +164,8 @@ HWY_INLINE Refined RefineLanes(const RefineJob& job, const Tile& tile, int x, in
     const VI32 n = hn::Mul(hn::Load(d, tile.window_width + i), hn::Set(d, window_height));
     const VI32 s = WindowSum(tile, kLeft, i, job.radius);
     Refined result;
-    result.left_variance = hn::Sub(hn::Mul(n, WindowSum(tile, kLeftSquares, i, job.radius)), hn::Mul(s, s));
+    result.left_variance =
+        hn::Sub(hn::Mul(n, WindowSum(tile, kLeftSquares, i, job.radius)), hn::Mul(s, s));
     const VF32 left_inverse = hn::Mul(InverseRoot(result.left_variance), hn::Set(df, 0x1p20f));
     VI32 z[3];
     for (int k = 0; k < 3; ++k) {
@@ -167,7 +175,8 @@ HWY_INLINE Refined RefineLanes(const RefineJob& job, const Tile& tile, int x, in
         const VI32 variance =
             hn::Sub(hn::Mul(n, WindowSum(tile, kSquares + k, i, job.radius)), hn::Mul(t, t));
         z[k] = hn::ConvertTo(
-            d, hn::Mul(hn::Mul(hn::ConvertTo(df, covariance), InverseRoot(variance)), left_inverse));
+            d,
+            hn::Mul(hn::Mul(hn::ConvertTo(df, covariance), InverseRoot(variance)), left_inverse));
     }
     result.hypothesis = hn::PromoteTo(d, hn::LoadU(d16, job.hypothesis.row(y) + x));
     result.score = hn::ShiftRight<8>(hn::Max(z[1], hn::Max(z[0], z[2])));
@@ -177,19 +186,22 @@ HWY_INLINE Refined RefineLanes(const RefineJob& job, const Tile& tile, int x, in
     const VI32 divisor = hn::Add(hn::IfThenElse(bent, bend, one), hn::IfThenElse(bent, bend, one));
     const VI32 step = SmallQuotient(hn::Add(hn::ShiftLeft<4>(hn::Sub(z[0], z[2])), bend), divisor);
     result.peak = hn::And(bent, hn::Lt(hn::Abs(step), hn::Set(d, 17)));
-    const VI32 moved = hn::Add(result.hypothesis, hn::Min(hn::Max(step, hn::Neg(maximum)), maximum));
-    result.disparity =
-        hn::IfThenElse(bent, hn::Min(hn::Max(moved, hn::Zero(d)), hn::Set(d, 32000)), result.hypothesis);
+    const VI32 moved =
+        hn::Add(result.hypothesis, hn::Min(hn::Max(step, hn::Neg(maximum)), maximum));
+    result.disparity = hn::IfThenElse(bent, hn::Min(hn::Max(moved, hn::Zero(d)), hn::Set(d, 32000)),
+                                      result.hypothesis);
     return result;
 }
 
-void JudgeLanes(const RefineJob& job, const Tile& tile, const Refined& refined, int x, int i, int y) {
+void JudgeLanes(const RefineJob& job, const Tile& tile, const Refined& refined, int x, int i,
+                int y) {
     const I32 d;
     const hn::Rebind<int16_t, I32> d16;
     const hn::Rebind<uint8_t, I32> d8;
     const VI32 zero = hn::Zero(d);
-    const auto nonzero = [&](const uint8_t* row)
-                             HWY_ATTR { return hn::Gt(hn::PromoteTo(d, hn::LoadU(d8, row + x)), zero); };
+    const auto nonzero = [&](const uint8_t* row) HWY_ATTR {
+        return hn::Gt(hn::PromoteTo(d, hn::LoadU(d8, row + x)), zero);
+    };
     const VI32 stands = hn::PromoteTo(d, hn::LoadU(d8, job.standing.row(y) + x));
     const auto known = hn::Eq(stands, hn::Set(d, kSettled));
     const VI32 position = hn::Sub(hn::ShiftLeft<4>(hn::Iota(d, x)), refined.disparity);
@@ -197,12 +209,13 @@ void JudgeLanes(const RefineJob& job, const Tile& tile, const Refined& refined, 
     // Lanes past the row's end hold no position; they read its last pixel.
     const VI32 column = hn::Min(hn::Max(hn::ShiftRight<4>(hn::Add(position, hn::Set(d, 8))), zero),
                                 hn::Set(d, job.width - 1));
-    const VI32 right_mask =
-        hn::And(hn::GatherOffset(d, reinterpret_cast<const int32_t*>(job.right_mask.row(y)), column),
-                hn::Set(d, 255));
-    const VI32 minimum = hn::IfThenElse(known, hn::Set(d, kTrustedScore - 1), hn::Set(d, job.refine_score - 1));
-    auto good =
-        hn::And(hn::And(refined.peak, in_image), hn::And(hn::Gt(refined.score, minimum), hn::Gt(stands, zero)));
+    const VI32 right_mask = hn::And(
+        hn::GatherOffset(d, reinterpret_cast<const int32_t*>(job.right_mask.row(y)), column),
+        hn::Set(d, 255));
+    const VI32 minimum =
+        hn::IfThenElse(known, hn::Set(d, kTrustedScore - 1), hn::Set(d, job.refine_score - 1));
+    auto good = hn::And(hn::And(refined.peak, in_image),
+                        hn::And(hn::Gt(refined.score, minimum), hn::Gt(stands, zero)));
     good = hn::And(good, hn::Gt(right_mask, zero));
     good = hn::And(good, hn::Gt(refined.left_variance, hn::Load(d, tile.min_variance + i)));
     const auto valid = hn::And(nonzero(job.left_mask.row(y)), hn::Or(good, known));
@@ -212,7 +225,8 @@ void JudgeLanes(const RefineJob& job, const Tile& tile, const Refined& refined, 
     const VI32 confidence = hn::Min(hn::Max(score, hn::Set(d, 1)), hn::Set(d, 255));
     hn::StoreU(hn::DemoteTo(d16, hn::IfThenElse(valid, disparity, hn::Set(d, kNoDisparity))), d16,
                job.result.row(y) + x);
-    hn::StoreU(hn::DemoteTo(d8, hn::IfThenElseZero(valid, confidence)), d8, job.confidence.row(y) + x);
+    hn::StoreU(hn::DemoteTo(d8, hn::IfThenElseZero(valid, confidence)), d8,
+               job.confidence.row(y) + x);
 }
 
 // Windows' widths, and the largest variance that is not texture for windows of this height.
@@ -228,8 +242,8 @@ void PrepareWindows(const RefineJob& job, Tile& tile, int x0, int x1, int window
     }
 }
 
-// Copies what belongs to the row from a vector's lanes; a tile's neighbours may be working on what lies
-// beyond it.
+// Copies what belongs to the row from a vector's lanes; a tile's neighbours may be working on what
+// lies beyond it.
 template <class T, class D, class V>
 HWY_INLINE void StoreUpTo(V values, D d, T* to, int count) {
     if (count >= int(hn::Lanes(d))) {
@@ -244,7 +258,8 @@ HWY_INLINE void StoreUpTo(V values, D d, T* to, int count) {
 void RefineRow(const RefineJob& job, Tile& tile, int x0, int x1, int y) {
     const I32 d;
     const hn::Rebind<int16_t, I32> d16;
-    const int window_height = std::min(y + job.radius, job.height - 1) - std::max(y - job.radius, 0) + 1;
+    const int window_height =
+        std::min(y + job.radius, job.height - 1) - std::max(y - job.radius, 0) + 1;
     PrepareWindows(job, tile, x0, x1, window_height);
     MakeTriples(job, tile, x0, x1);
     for (int x = x0; x < x1; x += int(hn::Lanes(d))) {
@@ -253,7 +268,8 @@ void RefineRow(const RefineJob& job, Tile& tile, int x0, int x1, int y) {
         const size_t at = size_t(y) * size_t(job.width) + size_t(x);
         if (job.refined != nullptr)
             StoreUpTo(hn::DemoteTo(d16, refined.disparity), d16, job.refined + at, x1 - x);
-        if (job.score != nullptr) StoreUpTo(hn::DemoteTo(d16, refined.score), d16, job.score + at, x1 - x);
+        if (job.score != nullptr)
+            StoreUpTo(hn::DemoteTo(d16, refined.score), d16, job.score + at, x1 - x);
         if (job.classify)
             JudgeLanes(job, tile, refined, x, i, y);
         else

@@ -1,6 +1,6 @@
-// The search of stereo at half resolution: window sums, correlation, winners, checks. Lanes are pixels of a
-// row; the products of a column of the window are kept for each disparity and updated from row to row, the
-// scores are never stored.
+// The search of stereo at half resolution: window sums, correlation, winners, checks. Lanes are
+// pixels of a row; the products of a column of the window are kept for each disparity and updated
+// from row to row, the scores are never stored.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -18,8 +18,8 @@
 HWY_BEFORE_NAMESPACE();
 namespace defrec::cpu::HWY_NAMESPACE {
 
-// Where the parts of the scratch memory lie. Rows have kMargin zeros on both sides; those of the right image
-// enough for every x - d.
+// Where the parts of the scratch memory lie. Rows have kMargin zeros on both sides; those of the
+// right image enough for every x - d.
 struct SearchScratch {
     SearchScratch(const SearchJob& job, int32_t* memory) {
         const size_t row = RowInts(job.width), reach = ReachInts(job.first + job.count);
@@ -48,15 +48,19 @@ struct SearchScratch {
     }
     // A row's elements up to the next row's: the margin of one is that of the next.
     static size_t RowInts(int width) { return (size_t(width) + 15) / 16 * 16 + kMargin; }
-    static size_t ReachInts(int disparities) { return (size_t(disparities) + 15) / 16 * 16 + kMargin; }
+    static size_t ReachInts(int disparities) {
+        return (size_t(disparities) + 15) / 16 * 16 + kMargin;
+    }
     static size_t Total(int width, int first, int count) {
-        const size_t row = RowInts(width), parts = size_t(count) + size_t((count + kGroup - 1) / kGroup) + 14;
+        const size_t row = RowInts(width),
+                     parts = size_t(count) + size_t((count + kGroup - 1) / kGroup) + 14;
         return parts * row + 11 * size_t{kMargin} + 5 * ReachInts(first + count);
     }
 
     size_t row_ints;
     int32_t *columns, *best, *triple, *left_pairs, *right_pairs;
-    int32_t *left_sums, *left_squares, *right_sums, *right_squares;  // over the columns of the window
+    int32_t *left_sums, *left_squares, *right_sums,
+        *right_squares;  // over the columns of the window
     int32_t *left_variance, *right_best, *right_index;
     float *left_mean, *left_inverse, *right_sum, *right_inverse;
 };
@@ -88,16 +92,17 @@ void UpdateColumns(const SearchJob& job, const SearchScratch& s) {
         int32_t* column = s.columns + size_t(index) * s.row_ints;
         const int32_t* right = s.right_pairs - d;
         for (int x = d / lanes * lanes; x < job.width; x += lanes) {
-            const VI32 products = PairProducts(hn::Load(d32, s.left_pairs + x), hn::LoadU(d32, right + x));
+            const VI32 products =
+                PairProducts(hn::Load(d32, s.left_pairs + x), hn::LoadU(d32, right + x));
             hn::Store(hn::Add(hn::Load(d32, column + x), products), d32, column + x);
         }
     }
 }
 
-// Sum, n^2 times variance and its inverse root of the windows round the row's pixels; 0 where a window is not
-// inside.
-HWY_INLINE void WindowStatistics(const int32_t* sums, const int32_t* squares, int x, int radius, int width,
-                                 VI32& sum, VI32& variance, VF32& inverse) {
+// Sum, n^2 times variance and its inverse root of the windows round the row's pixels; 0 where a
+// window is not inside.
+HWY_INLINE void WindowStatistics(const int32_t* sums, const int32_t* squares, int x, int radius,
+                                 int width, VI32& sum, VI32& variance, VF32& inverse) {
     const I32 d32;
     VI32 total = hn::Zero(d32), square = hn::Zero(d32);
     for (int u = -radius; u <= radius; ++u) {
@@ -105,11 +110,12 @@ HWY_INLINE void WindowStatistics(const int32_t* sums, const int32_t* squares, in
         square = hn::Add(square, hn::LoadU(d32, squares + x + u));
     }
     const VI32 column = hn::Iota(d32, x);
-    const auto inside =
-        hn::And(hn::Gt(column, hn::Set(d32, radius - 1)), hn::Lt(column, hn::Set(d32, width - radius)));
+    const auto inside = hn::And(hn::Gt(column, hn::Set(d32, radius - 1)),
+                                hn::Lt(column, hn::Set(d32, width - radius)));
     const int n = (2 * radius + 1) * (2 * radius + 1);
     sum = hn::IfThenElseZero(inside, total);
-    variance = hn::IfThenElseZero(inside, hn::Sub(hn::Mul(hn::Set(d32, n), square), hn::Mul(total, total)));
+    variance = hn::IfThenElseZero(inside,
+                                  hn::Sub(hn::Mul(hn::Set(d32, n), square), hn::Mul(total, total)));
     inverse = InverseRoot(variance);
 }
 
@@ -120,11 +126,13 @@ void RowStatistics(const SearchJob& job, const SearchScratch& s) {
     for (int x = 0; x < job.width; x += int(hn::Lanes(d32))) {
         VI32 sum, variance;
         VF32 inverse;
-        WindowStatistics(s.left_sums, s.left_squares, x, job.radius, job.width, sum, variance, inverse);
+        WindowStatistics(s.left_sums, s.left_squares, x, job.radius, job.width, sum, variance,
+                         inverse);
         hn::Store(variance, d32, s.left_variance + x);
         hn::Store(inverse, df, s.left_inverse + x);
         hn::Store(hn::Mul(hn::ConvertTo(df, sum), hn::Set(df, one_over_n)), df, s.left_mean + x);
-        WindowStatistics(s.right_sums, s.right_squares, x, job.radius, job.width, sum, variance, inverse);
+        WindowStatistics(s.right_sums, s.right_squares, x, job.radius, job.width, sum, variance,
+                         inverse);
         hn::Store(inverse, df, s.right_inverse + x);
         hn::Store(hn::ConvertTo(df, sum), df, s.right_sum + x);
     }
@@ -132,7 +140,8 @@ void RowStatistics(const SearchJob& job, const SearchScratch& s) {
 
 // Scores of one disparity along the row, into the best of its group and of the right pixels.
 template <class WindowSum>
-HWY_INLINE void ScoreRow(const SearchJob& job, const SearchScratch& s, int index, WindowSum&& window_sum) {
+HWY_INLINE void ScoreRow(const SearchJob& job, const SearchScratch& s, int index,
+                         WindowSum&& window_sum) {
     const I32 d32;
     const F32 df;
     const int lanes = int(hn::Lanes(d32)), d = job.first + index;
@@ -144,7 +153,8 @@ HWY_INLINE void ScoreRow(const SearchJob& job, const SearchScratch& s, int index
     for (int x = (d + job.radius) / lanes * lanes; x < job.width - job.radius; x += lanes) {
         const VF32 expected = hn::Mul(hn::Load(df, s.left_mean + x), hn::LoadU(df, right_sum + x));
         const VF32 covariance = hn::Sub(hn::ConvertTo(df, window_sum(x)), expected);
-        const VF32 inverse = hn::Mul(hn::Load(df, s.left_inverse + x), hn::LoadU(df, right_inverse + x));
+        const VF32 inverse =
+            hn::Mul(hn::Load(df, s.left_inverse + x), hn::LoadU(df, right_inverse + x));
         const VI32 key = hn::Or(hn::And(hn::BitCast(d32, hn::Mul(covariance, inverse)), keep), tag);
         hn::Store(hn::Max(hn::Load(d32, best + x), key), d32, best + x);
         hn::StoreU(hn::Max(hn::LoadU(d32, right_best + x), key), d32, right_best + x);
@@ -162,19 +172,21 @@ void ScoreAll(const SearchJob& job, const SearchScratch& s) {
             // Nine columns are three times three.
             const int begin = std::max(0, (d + job.radius) / lanes * lanes - lanes);
             for (int x = begin; x < job.width; x += lanes)
-                hn::Store(hn::Add(hn::Add(hn::LoadU(d32, column + x - 1), hn::Load(d32, column + x)),
-                                  hn::LoadU(d32, column + x + 1)),
-                          d32, s.triple + x);
+                hn::Store(
+                    hn::Add(hn::Add(hn::LoadU(d32, column + x - 1), hn::Load(d32, column + x)),
+                            hn::LoadU(d32, column + x + 1)),
+                    d32, s.triple + x);
             ScoreRow(job, s, index, [&](int x) HWY_ATTR {
-                return hn::Add(hn::Add(hn::LoadU(d32, s.triple + x - 3), hn::Load(d32, s.triple + x)),
-                               hn::LoadU(d32, s.triple + x + 3));
+                return hn::Add(
+                    hn::Add(hn::LoadU(d32, s.triple + x - 3), hn::Load(d32, s.triple + x)),
+                    hn::LoadU(d32, s.triple + x + 3));
             });
         } else {
             ScoreRow(job, s, index, [&](int x) HWY_ATTR {
                 VI32 sum = hn::Load(d32, column + x);
                 for (int u = 1; u <= job.radius; ++u)
-                    sum =
-                        hn::Add(sum, hn::Add(hn::LoadU(d32, column + x - u), hn::LoadU(d32, column + x + u)));
+                    sum = hn::Add(sum, hn::Add(hn::LoadU(d32, column + x - u),
+                                               hn::LoadU(d32, column + x + u)));
                 return sum;
             });
         }
@@ -217,26 +229,30 @@ void CheckRow(const SearchJob& job, const SearchScratch& s, int y) {
         VI32 second = zero;
         for (int g = 0; g < groups; ++g) {
             const auto far = hn::Gt(hn::Abs(hn::Sub(group, hn::Set(d32, g))), one);
-            second =
-                hn::Max(second, hn::IfThenElseZero(far, hn::Load(d32, s.best + size_t(g) * s.row_ints + x)));
+            second = hn::Max(second, hn::IfThenElseZero(
+                                         far, hn::Load(d32, s.best + size_t(g) * s.row_ints + x)));
         }
         const VI32 score_bits = hn::Set(d32, ~0xff);
         const VF32 score = hn::BitCast(df, hn::And(key, score_bits));
-        const VF32 lead = hn::Sub(score, hn::BitCast(df, hn::And(WithoutZeros(second), score_bits)));
+        const VF32 lead =
+            hn::Sub(score, hn::BitCast(df, hn::And(WithoutZeros(second), score_bits)));
         const auto strong =
             hn::And(hn::Ge(score, hn::Set(df, job.min_score)), hn::Ge(lead, hn::Set(df, job.lead)));
         const VI32 disparity = hn::Add(index, hn::Set(d32, job.first));
         const VI32 back = hn::GatherIndex(d32, s.right_index, hn::Sub(hn::Iota(d32, x), disparity));
         auto good = hn::And(hn::Gt(key, zero), hn::RebindMask(d32, strong));
-        good = hn::And(good, hn::Lt(hn::Abs(hn::Sub(back, index)), hn::Set(d32, job.left_right + 1)));
+        good =
+            hn::And(good, hn::Lt(hn::Abs(hn::Sub(back, index)), hn::Set(d32, job.left_right + 1)));
         good = hn::And(good, hn::Gt(hn::Load(d32, s.left_variance + x), hn::Set(d32, texture - 1)));
         good = hn::And(good, hn::Gt(hn::PromoteTo(d32, hn::LoadU(d8, left_mask + x)), zero));
-        const VI32 result = hn::IfThenElse(good, hn::ShiftLeft<4>(disparity), hn::Set(d32, kNoDisparity));
+        const VI32 result =
+            hn::IfThenElse(good, hn::ShiftLeft<4>(disparity), hn::Set(d32, kNoDisparity));
         hn::StoreU(hn::DemoteTo(d16, result), d16, job.checked.row(y) + x);
     }
     std::fill_n(job.checked.row(y) + job.width, kMargin, int16_t(kNoDisparity));
     const size_t bytes = size_t(job.width) * sizeof(int32_t);
-    if (job.left_keys != nullptr) std::memcpy(job.left_keys + size_t(y) * size_t(job.width), s.triple, bytes);
+    if (job.left_keys != nullptr)
+        std::memcpy(job.left_keys + size_t(y) * size_t(job.width), s.triple, bytes);
     if (job.right_keys != nullptr)
         std::memcpy(job.right_keys + size_t(y) * size_t(job.width), s.right_best, bytes);
 }
@@ -244,16 +260,20 @@ void CheckRow(const SearchJob& job, const SearchScratch& s, int y) {
 void EmptyRow(const SearchJob& job, int y) {
     const size_t bytes = size_t(job.width) * sizeof(int32_t);
     std::fill_n(job.checked.row(y), job.width, int16_t(kNoDisparity));
-    if (job.left_keys != nullptr) std::memset(job.left_keys + size_t(y) * size_t(job.width), 0, bytes);
-    if (job.right_keys != nullptr) std::memset(job.right_keys + size_t(y) * size_t(job.width), 0, bytes);
+    if (job.left_keys != nullptr)
+        std::memset(job.left_keys + size_t(y) * size_t(job.width), 0, bytes);
+    if (job.right_keys != nullptr)
+        std::memset(job.right_keys + size_t(y) * size_t(job.width), 0, bytes);
 }
 
-// Moves the window of every column on so that it is centred on row y; the first time it gathers the whole
-// window.
+// Moves the window of every column on so that it is centred on row y; the first time it gathers the
+// whole window.
 void MoveWindow(const SearchJob& job, const SearchScratch& s, int y, bool first) {
     const int r = job.radius;
     const auto add = [&](int a, int b, int sign) {
-        const auto row = [](Plane<const uint8_t> image, int v) { return v < 0 ? nullptr : image.row(v); };
+        const auto row = [](Plane<const uint8_t> image, int v) {
+            return v < 0 ? nullptr : image.row(v);
+        };
         MakePairs(row(job.left, a), row(job.left, b), 1, job.width, s.left_pairs);
         MakePairs(row(job.right, a), row(job.right, b), sign, job.width, s.right_pairs);
         UpdateColumns(job, s);
@@ -268,8 +288,10 @@ void MoveWindow(const SearchJob& job, const SearchScratch& s, int y, bool first)
     }
     const int enter = y + r, leave = y - r - 1;
     add(enter, leave, -1);
-    UpdateColumnSums(job.left.row(enter), job.left.row(leave), job.width, s.left_sums, s.left_squares);
-    UpdateColumnSums(job.right.row(enter), job.right.row(leave), job.width, s.right_sums, s.right_squares);
+    UpdateColumnSums(job.left.row(enter), job.left.row(leave), job.width, s.left_sums,
+                     s.left_squares);
+    UpdateColumnSums(job.right.row(enter), job.right.row(leave), job.width, s.right_sums,
+                     s.right_squares);
 }
 
 void SearchRows(const SearchJob& job, int y0, int y1, int32_t* memory) {

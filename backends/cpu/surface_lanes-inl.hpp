@@ -1,6 +1,6 @@
-// Points of a surface in SIMD lanes: their deformation, and the live depth under them. The formulas of
-// backends/shared/motion.hpp and live_depth.hpp. Included once per target by files that use Highway's
-// foreach_target.
+// Points of a surface in SIMD lanes: their deformation, and the live depth under them. The formulas
+// of backends/shared/motion.hpp and live_depth.hpp. Included once per target by files that use
+// Highway's foreach_target.
 #include <hwy/highway.h>
 
 #include "backends/cpu/skin_clusters.hpp"
@@ -65,28 +65,35 @@ struct MotionLanes {
     Lanes3<V> axis, translation;
 
     HWY_INLINE Lanes3<V> direction(const Lanes3<V>& v) const { return rotate(w, axis, v); }
-    HWY_INLINE Lanes3<V> point(const Lanes3<V>& p) const { return add(rotate(w, axis, p), translation); }
+    HWY_INLINE Lanes3<V> point(const Lanes3<V>& p) const {
+        return add(rotate(w, axis, p), translation);
+    }
 };
 
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE MotionLanes<V> blend_lanes(D d, const GroupMotion& group, const V weight[kSkin]) {
     V sum[8];
-    for (size_t i = 0; i < 8; ++i) sum[i] = hn::Mul(weight[0], hn::Set(d, group.dual_quaternion[0][i]));
+    for (size_t i = 0; i < 8; ++i)
+        sum[i] = hn::Mul(weight[0], hn::Set(d, group.dual_quaternion[0][i]));
     for (size_t k = 1; k < kSkin; ++k)
         for (size_t i = 0; i < 8; ++i)
             sum[i] = hn::MulAdd(weight[k], hn::Set(d, group.dual_quaternion[k][i]), sum[i]);
-    const V squared = hn::MulAdd(
-        sum[0], sum[0], hn::MulAdd(sum[1], sum[1], hn::MulAdd(sum[2], sum[2], hn::Mul(sum[3], sum[3]))));
+    const V squared =
+        hn::MulAdd(sum[0], sum[0],
+                   hn::MulAdd(sum[1], sum[1], hn::MulAdd(sum[2], sum[2], hn::Mul(sum[3], sum[3]))));
     const auto usable = hn::Gt(squared, hn::Set(d, 1e-12f));
-    const V inverse = hn::Div(hn::Set(d, 1.0f), hn::Sqrt(hn::IfThenElse(usable, squared, hn::Set(d, 1.0f))));
+    const V inverse =
+        hn::Div(hn::Set(d, 1.0f), hn::Sqrt(hn::IfThenElse(usable, squared, hn::Set(d, 1.0f))));
     for (size_t i = 0; i < 8; ++i)
-        sum[i] = hn::IfThenElse(usable, hn::Mul(sum[i], inverse), hn::Set(d, group.dual_quaternion[0][i]));
+        sum[i] = hn::IfThenElse(usable, hn::Mul(sum[i], inverse),
+                                hn::Set(d, group.dual_quaternion[0][i]));
     // t = 2 dual real*
     const Lanes3<V> axis{sum[1], sum[2], sum[3]}, dual{sum[5], sum[6], sum[7]};
     const Lanes3<V> turn = cross(axis, dual);
     const V two = hn::Set(d, 2.0f);
     const auto component = [&](V dual_part, V axis_part, V turn_part) HWY_ATTR {
-        return hn::Mul(two, hn::Add(hn::NegMulAdd(sum[4], axis_part, hn::Mul(sum[0], dual_part)), turn_part));
+        return hn::Mul(
+            two, hn::Add(hn::NegMulAdd(sum[4], axis_part, hn::Mul(sum[0], dual_part)), turn_part));
     };
     return {sum[0],
             axis,
@@ -94,8 +101,8 @@ HWY_INLINE MotionLanes<V> blend_lanes(D d, const GroupMotion& group, const V wei
              component(dual.z, axis.z, turn.z)}};
 }
 
-// What the disparity image says under points: whether they fall inside, whether there is depth, and how deep
-// (mm, where there is).
+// What the disparity image says under points: whether they fall inside, whether there is depth, and
+// how deep (mm, where there is).
 template <class D, class V = hn::Vec<D>>
 struct DepthLanes {
     hn::Mask<D> inside, known;
@@ -108,8 +115,10 @@ HWY_INLINE DepthLanes<D> depth_lanes(D d, const defrec_camera& camera, const Dis
     const V zero = hn::Zero(d);
     const auto in_front = hn::Gt(p.z, hn::Set(d, float(kMinDepthMm)));
     const V inverse_z = hn::Div(hn::Set(d, 1.0f), hn::IfThenElse(in_front, p.z, hn::Set(d, 1.0f)));
-    V u = hn::MulAdd(hn::Set(d, float(camera.fx)), hn::Mul(p.x, inverse_z), hn::Set(d, float(camera.cx)));
-    V v = hn::MulAdd(hn::Set(d, float(camera.fy)), hn::Mul(p.y, inverse_z), hn::Set(d, float(camera.cy)));
+    V u = hn::MulAdd(hn::Set(d, float(camera.fx)), hn::Mul(p.x, inverse_z),
+                     hn::Set(d, float(camera.cx)));
+    V v = hn::MulAdd(hn::Set(d, float(camera.fy)), hn::Mul(p.y, inverse_z),
+                     hn::Set(d, float(camera.cy)));
     const auto across = hn::And(hn::Ge(u, zero), hn::Le(u, hn::Set(d, float(image.width - 1))));
     const auto down = hn::And(hn::Ge(v, zero), hn::Le(v, hn::Set(d, float(image.height - 1))));
     const auto inside = hn::And(in_front, hn::And(across, down));
@@ -121,16 +130,20 @@ HWY_INLINE DepthLanes<D> depth_lanes(D d, const defrec_camera& camera, const Dis
     const V right = hn::Sub(u, hn::ConvertTo(d, x)), below = hn::Sub(v, hn::ConvertTo(d, y));
 
     // One 32-bit load takes a pixel and its right neighbour.
-    const auto offset = hn::ShiftLeft<1>(hn::Add(hn::Mul(y, hn::Set(di, int32_t(image.stride))), x));
+    const auto offset =
+        hn::ShiftLeft<1>(hn::Add(hn::Mul(y, hn::Set(di, int32_t(image.stride))), x));
     const auto* base = reinterpret_cast<const int32_t*>(image.data);
     const auto top = hn::GatherOffset(di, base, offset);
-    const auto bottom = hn::GatherOffset(di, base, hn::Add(offset, hn::Set(di, int32_t(image.stride) * 2)));
+    const auto bottom =
+        hn::GatherOffset(di, base, hn::Add(offset, hn::Set(di, int32_t(image.stride) * 2)));
     const auto d00 = hn::ShiftRight<16>(hn::ShiftLeft<16>(top)), d01 = hn::ShiftRight<16>(top);
-    const auto d10 = hn::ShiftRight<16>(hn::ShiftLeft<16>(bottom)), d11 = hn::ShiftRight<16>(bottom);
+    const auto d10 = hn::ShiftRight<16>(hn::ShiftLeft<16>(bottom)),
+               d11 = hn::ShiftRight<16>(bottom);
     const auto minimum = hn::Min(hn::Min(d00, d01), hn::Min(d10, d11)),
                maximum = hn::Max(hn::Max(d00, d01), hn::Max(d10, d11));
-    const auto smooth = hn::And(hn::Gt(minimum, hn::Zero(di)),
-                                hn::Lt(hn::Sub(maximum, minimum), hn::Set(di, kLargestDepthStep + 1)));
+    const auto smooth =
+        hn::And(hn::Gt(minimum, hn::Zero(di)),
+                hn::Lt(hn::Sub(maximum, minimum), hn::Set(di, kLargestDepthStep + 1)));
 
     const V above = hn::MulAdd(right, hn::ConvertTo(d, hn::Sub(d01, d00)), hn::ConvertTo(d, d00));
     const V under = hn::MulAdd(right, hn::ConvertTo(d, hn::Sub(d11, d10)), hn::ConvertTo(d, d10));
@@ -138,13 +151,16 @@ HWY_INLINE DepthLanes<D> depth_lanes(D d, const defrec_camera& camera, const Dis
     const V half = hn::Set(d, 0.5f);
     const auto to_right = hn::RebindMask(di, hn::Ge(right, half)),
                to_below = hn::RebindMask(di, hn::Ge(below, half));
-    const auto nearest =
-        hn::IfThenElse(to_below, hn::IfThenElse(to_right, d11, d10), hn::IfThenElse(to_right, d01, d00));
-    const V disparity = hn::IfThenElse(hn::RebindMask(d, smooth), between, hn::ConvertTo(d, nearest));
+    const auto nearest = hn::IfThenElse(to_below, hn::IfThenElse(to_right, d11, d10),
+                                        hn::IfThenElse(to_right, d01, d00));
+    const V disparity =
+        hn::IfThenElse(hn::RebindMask(d, smooth), between, hn::ConvertTo(d, nearest));
     const auto known = hn::And(inside, hn::Gt(disparity, zero));
-    const V product = hn::Set(d, float(double(DEFREC_DISPARITY_ONE) * camera.fx * camera.baseline_mm));
+    const V product =
+        hn::Set(d, float(double(DEFREC_DISPARITY_ONE) * camera.fx * camera.baseline_mm));
     return {inside, known,
-            hn::IfThenElseZero(known, hn::Div(product, hn::IfThenElse(known, disparity, hn::Set(d, 1.0f)))),
+            hn::IfThenElseZero(
+                known, hn::Div(product, hn::IfThenElse(known, disparity, hn::Set(d, 1.0f)))),
             inverse_z};
 }
 

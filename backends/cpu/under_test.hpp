@@ -14,7 +14,8 @@ constexpr const char* kBackend = "cpu";
 constexpr bool kReadsCounts = true;  // numbers in buffers are known when a run begins
 inline bool available() { return true; }
 
-// Calls check() for everything that the backend's code may run on: every instruction set of this processor.
+// Calls check() for everything that the backend's code may run on: every instruction set of this
+// processor.
 template <class Check>
 void on_every_target(Check&& check) {
     for (const int64_t target : {HWY_SSE4, HWY_AVX2, HWY_AVX3}) {

@@ -32,11 +32,14 @@ class Warp : public Stage {
         const DisparityImage image = take_disparity("warp disparity", params_, in, 1);
         auto* samples = take<defrec_surface_sample>("warp samples", out[0], params_.points);
 
-        for (size_t i = 0; i < params_.nodes; ++i) motions_[i].set(usable_motion<double>(motions[i]), {});
-        const WarpTask task{&points_, motions_.data(), params_.camera, image, params_.tolerance_mm, samples};
+        for (size_t i = 0; i < params_.nodes; ++i)
+            motions_[i].set(usable_motion<double>(motions[i]), {});
+        const WarpTask task{&points_, motions_.data(),      params_.camera,
+                            image,    params_.tolerance_mm, samples};
         const size_t groups = points_.groups.size();
-        host_.parallel_for(
-            kTasks, [&](size_t i) { warp_groups(task, groups * i / kTasks, groups * (i + 1) / kTasks); });
+        host_.parallel_for(kTasks, [&](size_t i) {
+            warp_groups(task, groups * i / kTasks, groups * (i + 1) / kTasks);
+        });
     }
 
   private:

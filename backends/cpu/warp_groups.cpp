@@ -17,7 +17,8 @@ namespace defrec::cpu::HWY_NAMESPACE {
 using D = hn::CappedTag<float, kLanes>;
 using V = hn::Vec<D>;
 
-// What the frame says of each point, as stage warp numbers it, and the live depth minus the point's.
+// What the frame says of each point, as stage warp numbers it, and the live depth minus the
+// point's.
 HWY_INLINE hn::Vec<hn::Rebind<uint32_t, D>> observe(const WarpTask& task, const Lanes3<V>& p,
                                                     const Lanes3<V>& n, V& residual) {
     const D d;
@@ -28,8 +29,8 @@ HWY_INLINE hn::Vec<hn::Rebind<uint32_t, D>> observe(const WarpTask& task, const 
     const auto close = hn::And(facing, hn::Le(hn::Abs(residual), hn::Set(d, task.tolerance_mm)));
     const auto in_front = hn::And(facing, hn::Lt(residual, hn::Zero(d)));
     const auto code = [&](uint32_t value) HWY_ATTR { return hn::Set(du, value); };
-    auto result =
-        hn::IfThenElse(hn::RebindMask(du, in_front), code(DEFREC_OCCLUDED), code(DEFREC_INCONSISTENT));
+    auto result = hn::IfThenElse(hn::RebindMask(du, in_front), code(DEFREC_OCCLUDED),
+                                 code(DEFREC_INCONSISTENT));
     result = hn::IfThenElse(hn::RebindMask(du, close), code(DEFREC_OBSERVED), result);
     result = hn::IfThenElse(hn::RebindMask(du, live.known), result, code(DEFREC_NO_DEPTH));
     return hn::IfThenElse(hn::RebindMask(du, live.inside), result, code(DEFREC_OUTSIDE));
@@ -45,7 +46,8 @@ void WarpGroups(const WarpTask& task, size_t first, size_t last) {
         const WarpGroup& group = points.groups[g];
         const GroupMotion motions(task.motions, group.node);
         for (size_t at = group.first; at < group.first + group.count; at += lanes) {
-            const auto load = [&](size_t c) HWY_ATTR { return hn::Load(d, points.component(c) + at); };
+            const auto load = [&](size_t c)
+                                  HWY_ATTR { return hn::Load(d, points.component(c) + at); };
             const V weight[kSkin] = {load(6), load(7), load(8), load(9)};
             const auto motion = blend_lanes(d, motions, weight);
             const Lanes3<V> p = motion.point(Lanes3<V>{load(0), load(1), load(2)});

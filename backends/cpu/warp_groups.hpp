@@ -1,4 +1,5 @@
-// The template's points as stage warp stores them: grouped by control points, one array per component.
+// The template's points as stage warp stores them: grouped by control points, one array per
+// component.
 #pragma once
 #include "backends/cpu/skin_clusters.hpp"
 #include "backends/shared/live_depth.hpp"

@@ -1,4 +1,5 @@
-// Stage align: the live image's level, then a warp for each patch, from its prediction to its observation. docs/stages/align.md.
+// Stage align: the live image's level, then a warp for each patch, from its prediction to its
+// observation. docs/stages/align.md.
 #include "backends/cuda/align_refine.cuh"
 #include "backends/cuda/align_search.cuh"
 #include "backends/cuda/stages.hpp"
@@ -9,7 +10,8 @@
 namespace defrec::cuda {
 namespace {
 
-// ---- section 2 -------------------------------------------------------------------------------------------------
+// ---- section 2
+// -------------------------------------------------------------------------------------------------
 
 constexpr uint32_t kHalveWidth = 32, kHalveHeight = 8;
 
@@ -19,7 +21,9 @@ __device__ int32_t level_at(const uint8_t* image, int32_t stride, int32_t x, int
     if constexpr (kLevel == 0) {
         return __ldg(image + int64_t{y} * stride + x);
     } else {
-        const auto at = [&](int32_t dx, int32_t dy) { return level_at<kLevel - 1, kMask>(image, stride, 2 * x + dx, 2 * y + dy); };
+        const auto at = [&](int32_t dx, int32_t dy) {
+            return level_at<kLevel - 1, kMask>(image, stride, 2 * x + dx, 2 * y + dy);
+        };
         const int32_t a = at(0, 0), b = at(1, 0), c = at(0, 1), d = at(1, 1);
         return kMask ? min(min(a, b), min(c, d)) : (a + b + c + d + 2) >> 2;
     }
@@ -36,17 +40,22 @@ struct Copies {
 };
 
 template <int kLevel>
-__global__ void __launch_bounds__(kHalveWidth * kHalveHeight) align_halve(Source from, Copies to) {
+__global__ void __launch_bounds__(kHalveWidth* kHalveHeight) align_halve(Source from, Copies to) {
     const int32_t x = static_cast<int32_t>(blockIdx.x * kHalveWidth + threadIdx.x);
     const int32_t y = static_cast<int32_t>(blockIdx.y * kHalveHeight + threadIdx.y);
     if (x >= to.stride || y >= to.height) return;
     const int64_t at = int64_t{y} * to.stride + x;
     const bool in_image = x < to.width;
-    to.gray[at] = in_image ? static_cast<uint8_t>(level_at<kLevel, false>(from.gray, from.stride, x, y)) : 0;
-    if (from.mask != nullptr) to.mask[at] = in_image ? static_cast<uint8_t>(level_at<kLevel, true>(from.mask, from.stride, x, y)) : 0;
+    to.gray[at] =
+        in_image ? static_cast<uint8_t>(level_at<kLevel, false>(from.gray, from.stride, x, y)) : 0;
+    if (from.mask != nullptr)
+        to.mask[at] =
+            in_image ? static_cast<uint8_t>(level_at<kLevel, true>(from.mask, from.stride, x, y))
+                     : 0;
 }
 
-// ---- sections 1 and 3 to 6 -------------------------------------------------------------------------------------
+// ---- sections 1 and 3 to 6
+// -------------------------------------------------------------------------------------
 
 // A patch's centre in its view, 1/256 px of the level.
 struct alignas(16) Centre {
@@ -67,17 +76,22 @@ struct PatchTask {
 };
 
 template <int kRadius>
-__device__ defrec_patch_observation observe(const PatchTask& task, const Centre& centre, const defrec_patch_prediction& prediction) {
+__device__ defrec_patch_observation observe(const PatchTask& task, const Centre& centre,
+                                            const defrec_patch_prediction& prediction) {
     const defrec_align_params& params = task.params;
     if (!usable(prediction, params) || centre.valid == 0) return {};
-    const int32_t search_radius = static_cast<int32_t>(params.search_radius), margin = kRadius + search_radius + 1;
-    const int32_t u = to_level(prediction.u, params.level), v = to_level(prediction.v, params.level);
+    const int32_t search_radius = static_cast<int32_t>(params.search_radius),
+                  margin = kRadius + search_radius + 1;
+    const int32_t u = to_level(prediction.u, params.level),
+                  v = to_level(prediction.v, params.level);
     const int2 predicted = make_int2((u + 128) >> 8, (v + 128) >> 8);
     const int2 fraction = make_int2(u - 256 * predicted.x, v - 256 * predicted.y);
-    const auto window = load_window<kRadius>(task.level, make_int2(predicted.x - margin, predicted.y - margin), search_radius);
+    const auto window = load_window<kRadius>(
+        task.level, make_int2(predicted.x - margin, predicted.y - margin), search_radius);
     const int32_t view_width = 2 * task.level.width, view_height = 2 * task.level.height;
-    const auto patch = sample_view<kRadius>(task.views + int64_t{centre.view} * view_width * view_height, view_width, view_height,
-                                            make_int2(centre.x, centre.y), prediction.view_from_live, fraction, task.min_spread);
+    const auto patch = sample_view<kRadius>(
+        task.views + int64_t{centre.view} * view_width * view_height, view_width, view_height,
+        make_int2(centre.x, centre.y), prediction.view_from_live, fraction, task.min_spread);
     if (!patch.textured) return {};
     __syncwarp();
     int2 by = make_int2(0, 0);
@@ -93,7 +107,8 @@ __global__ void __launch_bounds__(kWarp) align_patch(PatchTask task) {
     const uint32_t index = blockIdx.x;
     const Centre centre = task.centres[index];
     const defrec_patch_prediction prediction =
-        task.given != nullptr ? task.given[index] : predict<float>(task.patches[index], task.motions, task.params);
+        task.given != nullptr ? task.given[index]
+                              : predict<float>(task.patches[index], task.motions, task.params);
     const defrec_patch_observation observation = observe<kRadius>(task, centre, prediction);
     if (threadIdx.x != 0) return;
     if (task.predictions != nullptr) task.predictions[index] = prediction;
@@ -112,7 +127,8 @@ class Align final : public Stage {
     void prepare(std::span<const InBuffer> in) override {
         expect_buffers("align: prepare", in, 2);
         const std::span<const defrec_patch> patches = take_patches(p_, in[0]);
-        const auto* views = take<uint8_t>("align: views", in[1], view_offset(p_, p_.views - 1) + gray_size(p_));
+        const auto* views =
+            take<uint8_t>("align: views", in[1], view_offset(p_, p_.views - 1) + gray_size(p_));
         std::vector<Centre> centres;
         for (const defrec_patch& patch : patches) {
             Centre centre{0, 0, patch.view, 0};
@@ -123,11 +139,13 @@ class Align final : public Stage {
         }
         std::vector<uint8_t> doubled;
         for (uint32_t i = 0; i < p_.views; ++i) add_view(p_, views + view_offset(p_, i), doubled);
-        template_ = {upload(device_, doubled), upload(device_, centres), upload(device_, std::vector(patches.begin(), patches.end())),
+        template_ = {upload(device_, doubled), upload(device_, centres),
+                     upload(device_, std::vector(patches.begin(), patches.end())),
                      static_cast<uint32_t>(patches.size())};
     }
 
-    void record(Recorder& recorder, std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
+    void record(Recorder& recorder, std::span<const InBuffer> in,
+                std::span<const OutBuffer> out) override {
         if (!template_.views) throw StageError(DEFREC_ERROR_STATE, "align: run before prepare");
         const AlignBuffers given = take_buffers(p_, template_.count, in, out);
         if (template_.count == 0) return;
@@ -143,13 +161,20 @@ class Align final : public Stage {
                              given.observations,
                              given.predictions};
         switch (p_.patch_radius) {
-            case 1: return launch<1>(recorder, task);
-            case 2: return launch<2>(recorder, task);
-            case 3: return launch<3>(recorder, task);
-            case 4: return launch<4>(recorder, task);
-            case 5: return launch<5>(recorder, task);
-            case 6: return launch<6>(recorder, task);
-            default: return launch<7>(recorder, task);
+            case 1:
+                return launch<1>(recorder, task);
+            case 2:
+                return launch<2>(recorder, task);
+            case 3:
+                return launch<3>(recorder, task);
+            case 4:
+                return launch<4>(recorder, task);
+            case 5:
+                return launch<5>(recorder, task);
+            case 6:
+                return launch<6>(recorder, task);
+            default:
+                return launch<7>(recorder, task);
         }
     }
 
@@ -158,19 +183,22 @@ class Align final : public Stage {
     uint32_t height() const { return p_.height >> p_.level; }
     uint32_t stride() const { return (width() + 3) / 4 * 4; }
 
-    // Whether the caller's images can be searched as they are: rows of whole words, and nothing between them.
+    // Whether the caller's images can be searched as they are: rows of whole words, and nothing
+    // between them.
     bool in_place() const { return p_.level == 0 && p_.stride == stride() && p_.width == stride(); }
 
     // The live image and the mask that are searched.
     Level level_of(Recorder& recorder, const AlignBuffers& given) const {
         const auto level = [&](const uint8_t* gray, const uint8_t* mask) {
-            return Level{reinterpret_cast<const uint32_t*>(gray), reinterpret_cast<const uint32_t*>(mask), static_cast<int32_t>(width()),
+            return Level{reinterpret_cast<const uint32_t*>(gray),
+                         reinterpret_cast<const uint32_t*>(mask), static_cast<int32_t>(width()),
                          static_cast<int32_t>(height()), static_cast<int32_t>(stride() / 4)};
         };
         if (in_place()) return level(given.gray, given.mask);
-        const Copies copies{gray_.as<uint8_t>(), mask_.as<uint8_t>(), static_cast<int32_t>(width()), static_cast<int32_t>(height()),
-                            static_cast<int32_t>(stride())};
-        constexpr decltype(&align_halve<0>) kKernels[] = {align_halve<0>, align_halve<1>, align_halve<2>, align_halve<3>};
+        const Copies copies{gray_.as<uint8_t>(), mask_.as<uint8_t>(), static_cast<int32_t>(width()),
+                            static_cast<int32_t>(height()), static_cast<int32_t>(stride())};
+        constexpr decltype(&align_halve<0>) kKernels[] = {align_halve<0>, align_halve<1>,
+                                                          align_halve<2>, align_halve<3>};
         const dim3 blocks(cover(stride(), kHalveWidth), cover(height(), kHalveHeight));
         recorder.launch(kKernels[p_.level], {blocks, dim3(kHalveWidth, kHalveHeight)},
                         Source{given.gray, given.mask, static_cast<int32_t>(p_.stride)}, copies);
@@ -180,7 +208,9 @@ class Align final : public Stage {
     void launch(Recorder& recorder, const PatchTask& task) const {
         const int32_t words = WindowSize<kRadius>(static_cast<int32_t>(p_.search_radius)).size();
         const size_t windows = task.level.mask != nullptr ? 2 : 1;
-        recorder.launch(align_patch<kRadius>, {dim3(template_.count), dim3(kWarp), windows * static_cast<size_t>(words) * sizeof(uint32_t)},
+        recorder.launch(align_patch<kRadius>,
+                        {dim3(template_.count), dim3(kWarp),
+                         windows * static_cast<size_t>(words) * sizeof(uint32_t)},
                         task);
     }
 

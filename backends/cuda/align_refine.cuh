@@ -1,4 +1,5 @@
-// Stage align, sections 5 and 6: Gauss-Newton on the shift of the live image. A lane has some rows of one of the patch's columns.
+// Stage align, sections 5 and 6: Gauss-Newton on the shift of the live image. A lane has some rows
+// of one of the patch's columns.
 #pragma once
 #include "backends/cuda/align_window.cuh"
 
@@ -10,7 +11,9 @@ struct PatchPixel {
     int32_t t, gx, gy, taken;
 };
 
-__device__ uint32_t pack(int32_t low, int32_t high) { return (static_cast<uint32_t>(low) & 0xffff) | (static_cast<uint32_t>(high) << 16); }
+__device__ uint32_t pack(int32_t low, int32_t high) {
+    return (static_cast<uint32_t>(low) & 0xffff) | (static_cast<uint32_t>(high) << 16);
+}
 
 template <int kRadius>
 class Refinement {
@@ -18,7 +21,8 @@ class Refinement {
 
   public:
     // pixel: of the window, the patch's centre.
-    __device__ Refinement(const Window<kRadius>& window, const Template<kRadius>& patch, int2 pixel) : window_(window) {
+    __device__ Refinement(const Window<kRadius>& window, const Template<kRadius>& patch, int2 pixel)
+        : window_(window) {
         const int32_t lane = static_cast<int32_t>(threadIdx.x), column = lane % L::kSide;
         const bool idle = lane >= L::kGroups * L::kSide;
         const int32_t row = idle ? 0 : lane / L::kSide * L::kRows;
@@ -27,7 +31,8 @@ class Refinement {
             pixels_[k] = {};
             if (idle || row + k >= L::kSide || !usable_at(first_.x, first_.y + k)) continue;
             const int32_t y = row + k;
-            pixels_[k] = {patch.at(column, y) - patch.mean, (patch.at(column + 1, y) - patch.at(column - 1, y) + 1) >> 1,
+            pixels_[k] = {patch.at(column, y) - patch.mean,
+                          (patch.at(column + 1, y) - patch.at(column - 1, y) + 1) >> 1,
                           (patch.at(column, y + 1) - patch.at(column, y - 1) + 1) >> 1, 1};
         }
     }
@@ -46,8 +51,9 @@ class Refinement {
             s.gxt += p.gx * p.t;
             s.gyt += p.gy * p.t;
         }
-        return {sum_of_warp(s.n),   sum_of_warp(s.t),   sum_of_warp(s.tt),  sum_of_warp(s.gx),  sum_of_warp(s.gy),
-                sum_of_warp(s.gxx), sum_of_warp(s.gxy), sum_of_warp(s.gyy), sum_of_warp(s.gxt), sum_of_warp(s.gyt)};
+        return {sum_of_warp(s.n),   sum_of_warp(s.t),   sum_of_warp(s.tt),  sum_of_warp(s.gx),
+                sum_of_warp(s.gy),  sum_of_warp(s.gxx), sum_of_warp(s.gxy), sum_of_warp(s.gyy),
+                sum_of_warp(s.gxt), sum_of_warp(s.gyt)};
     }
 
     // Of the live image shifted by `shift`.
@@ -55,19 +61,23 @@ class Refinement {
         int32_t wx[4], wy[4], rows[L::kRows + 3];
         cubic_weights(shift.x & 255, wx);
         cubic_weights(shift.y & 255, wy);
-        const int32_t left = static_cast<int32_t>(pack(wx[0], wx[1])), right = static_cast<int32_t>(pack(wx[2], wx[3]));
+        const int32_t left = static_cast<int32_t>(pack(wx[0], wx[1])),
+                      right = static_cast<int32_t>(pack(wx[2], wx[3]));
         const int32_t byte = first_.x - 1 + (shift.x >> 8), top = first_.y - 1 + (shift.y >> 8);
         const uint32_t* word = window_.live + top * window_.size.words + (byte >> 2);
         for (int k = 0; k < L::kRows + 3; ++k, word += window_.size.words) {
             // Less 128, so that bytes have a sign; the weights add up to 256.
-            const uint32_t four = __funnelshift_r(word[0], word[1], 8 * static_cast<uint32_t>(byte & 3)) ^ 0x80808080u;
+            const uint32_t four =
+                __funnelshift_r(word[0], word[1], 8 * static_cast<uint32_t>(byte & 3)) ^
+                0x80808080u;
             const int32_t pixels = static_cast<int32_t>(four);
             rows[k] = __dp2a_lo(left, pixels, __dp2a_hi(right, pixels, 128 * 256 + 8)) >> 4;
         }
         LiveSums s;
         for (int k = 0; k < L::kRows; ++k) {
             const PatchPixel& p = pixels_[k];
-            const int32_t sum = wy[0] * rows[k] + wy[1] * rows[k + 1] + wy[2] * rows[k + 2] + wy[3] * rows[k + 3];
+            const int32_t sum =
+                wy[0] * rows[k] + wy[1] * rows[k + 1] + wy[2] * rows[k + 2] + wy[3] * rows[k + 3];
             const int32_t i = p.taken * ((sum + 512) >> 10);
             s.i += i;
             s.ii += i * i;
@@ -75,12 +85,15 @@ class Refinement {
             s.igx += i * p.gx;
             s.igy += i * p.gy;
         }
-        return {sum_of_warp(s.i), sum_of_warp(s.ii), sum_of_warp(s.it), sum_of_warp(s.igx), sum_of_warp(s.igy)};
+        return {sum_of_warp(s.i), sum_of_warp(s.ii), sum_of_warp(s.it), sum_of_warp(s.igx),
+                sum_of_warp(s.igy)};
     }
 
   private:
     __device__ bool usable_at(int32_t byte, int32_t row) const {
-        return !window_.masked || ((window_.usable[row * window_.size.words + (byte >> 2)] >> (8 * (byte & 3))) & 1) != 0;
+        return !window_.masked ||
+               ((window_.usable[row * window_.size.words + (byte >> 2)] >> (8 * (byte & 3))) & 1) !=
+                   0;
     }
 
     const Window<kRadius>& window_;
@@ -88,10 +101,13 @@ class Refinement {
     PatchPixel pixels_[L::kRows];
 };
 
-// Where the patch lies, found at a pixel of the level, which is that pixel of the window. fraction: of the predicted centre.
+// Where the patch lies, found at a pixel of the level, which is that pixel of the window. fraction:
+// of the predicted centre.
 template <int kRadius>
-__device__ defrec_patch_observation refine(const defrec_align_params& params, const Window<kRadius>& window, const Template<kRadius>& patch,
-                                           int2 pixel, int2 window_pixel, int2 fraction) {
+__device__ defrec_patch_observation refine(const defrec_align_params& params,
+                                           const Window<kRadius>& window,
+                                           const Template<kRadius>& patch, int2 pixel,
+                                           int2 window_pixel, int2 fraction) {
     const Refinement<kRadius> refinement(window, patch, window_pixel);
     const TemplateSums sums = refinement.template_sums();
     const ShiftSystem system = make_shift_system(sums, __frcp_rn(static_cast<float>(sums.n)));

@@ -1,5 +1,5 @@
-// What stages need of a device: memory, and how large it is. Gpu (gpu.hpp) is one that CUDA drives, EmulatedDevice (emulation/) one that
-// the processor plays.
+// What stages need of a device: memory, and how large it is. Gpu (gpu.hpp) is one that CUDA drives,
+// EmulatedDevice (emulation/) one that the processor plays.
 #pragma once
 #include <atomic>
 #include <cstddef>
@@ -11,9 +11,9 @@ namespace defrec::cuda {
 
 struct Limits {
     uint32_t multiprocessors;
-    uint32_t shared_per_block;            // bytes, the most that a kernel may ask for
-    uint32_t shared_per_multiprocessor;   // bytes
-    uint32_t compute_capability;          // 10 * major + minor
+    uint32_t shared_per_block;           // bytes, the most that a kernel may ask for
+    uint32_t shared_per_multiprocessor;  // bytes
+    uint32_t compute_capability;         // 10 * major + minor
 };
 
 // Outlives everything made from it. threads: any.
@@ -28,8 +28,10 @@ class Device {
     // These wait.
     virtual void copy_to_device(std::byte* to, const void* from, uint64_t size) = 0;
     virtual void clear(std::byte* memory, uint64_t size) = 0;
-    // How many blocks of a kernel the device holds at once: the most that a cooperative grid may have. function: of a KernelCall.
-    virtual uint32_t resident_blocks(const void* function, uint32_t threads, size_t shared) const = 0;
+    // How many blocks of a kernel the device holds at once: the most that a cooperative grid may
+    // have. function: of a KernelCall.
+    virtual uint32_t resident_blocks(const void* function, uint32_t threads,
+                                     size_t shared) const = 0;
 };
 
 // A number that nothing else in this process has.
@@ -42,7 +44,8 @@ inline uint64_t next_serial() {
 class Buffer {
   public:
     Buffer() = default;
-    Buffer(Device& device, uint64_t size) : device_(&device), data_(device.allocate(size)), size_(size), serial_(next_serial()) {}
+    Buffer(Device& device, uint64_t size)
+        : device_(&device), data_(device.allocate(size)), size_(size), serial_(next_serial()) {}
     Buffer(Buffer&& other) noexcept { swap(other); }
     Buffer& operator=(Buffer&& other) noexcept {
         Buffer(std::move(other)).swap(*this);
@@ -63,7 +66,8 @@ class Buffer {
     explicit operator bool() const { return data_ != nullptr; }
     std::byte* data() const { return data_; }
     uint64_t size() const { return size_; }
-    // Tells it from another that had its address before: what the driver has made for one does not work on the other.
+    // Tells it from another that had its address before: what the driver has made for one does not
+    // work on the other.
     uint64_t serial() const { return serial_; }
     template <class T>
     T* as() const {

@@ -1,4 +1,5 @@
-// The language of the kernels: CUDA's, from nvcc, or what emulation/ has of it for a plain C++ compiler.
+// The language of the kernels: CUDA's, from nvcc, or what emulation/ has of it for a plain C++
+// compiler.
 #pragma once
 #ifdef DEFREC_CUDA_EMULATED
 #include "backends/cuda/emulation/device_code.hpp"

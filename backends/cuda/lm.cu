@@ -27,17 +27,21 @@ struct Surface {
     Solver solver;
     uint32_t rows, max_known, max_places, max_sums;
     Buffer rest, landmarks, landmark_nodes;
-    Buffer shares, known, places, row_places, items, item_nodes, item_vectors, connections, chunks, sums, terms;
-    Buffer data, data_sums, scales, factors, starts, products, dots, block_sums, local, deformed, rigid;
+    Buffer shares, known, places, row_places, items, item_nodes, item_vectors, connections, chunks,
+        sums, terms;
+    Buffer data, data_sums, scales, factors, starts, products, dots, block_sums, local, deformed,
+        rigid;
 
-    Surface(Device& device, const Solver& chosen, const LmLists& lists, const LmPlan& plan, const defrec_lm_params& p)
+    Surface(Device& device, const Solver& chosen, const LmLists& lists, const LmPlan& plan,
+            const defrec_lm_params& p)
         : solver(chosen),
           rows(plan.rows),
           max_known(plan.max_known),
           max_places(plan.max_places),
           max_sums(plan.max_sums),
           rest(upload(device, lists.rest)),
-          landmarks(upload(device, part_of(lists.items, LmLists::kItemVectors * p.points, LmLists::kItemVectors * p.landmarks))),
+          landmarks(upload(device, part_of(lists.items, LmLists::kItemVectors * p.points,
+                                           LmLists::kItemVectors * p.landmarks))),
           landmark_nodes(upload(device, part_of(lists.item_nodes, p.points, p.landmarks))),
           shares(upload(device, plan.shares)),
           known(upload(device, plan.known)),
@@ -63,16 +67,28 @@ struct Surface {
           rigid(make_buffer<float4>(device, 2)) {}
 
     LmSurface view() const {
-        return {rest.as<float4>(),      shares.as<LmShare>(),      known.as<uint32_t>(),
-                places.as<LmPlace>(),   row_places.as<uint32_t>(), items.as<uint32_t>(),
-                item_nodes.as<uint4>(), item_vectors.as<float4>(), connections.as<LmConnection>(),
-                chunks.as<LmChunk>(),   sums.as<LmSum>(),          terms.as<uint16_t>(),
-                rows,                   max_known,                max_places,
+        return {rest.as<float4>(),
+                shares.as<LmShare>(),
+                known.as<uint32_t>(),
+                places.as<LmPlace>(),
+                row_places.as<uint32_t>(),
+                items.as<uint32_t>(),
+                item_nodes.as<uint4>(),
+                item_vectors.as<float4>(),
+                connections.as<LmConnection>(),
+                chunks.as<LmChunk>(),
+                sums.as<LmSum>(),
+                terms.as<uint16_t>(),
+                rows,
+                max_known,
+                max_places,
                 max_sums};
     }
     LmExchange exchange() const {
-        return {data.as<float>(),     data_sums.as<float2>(), scales.as<float>(),     factors.as<float>(), starts.as<float>(),
-                products.as<float>(), dots.as<float4>(),      block_sums.as<float>(), local.as<float>(),   solver.local};
+        return {data.as<float>(),    data_sums.as<float2>(), scales.as<float>(),
+                factors.as<float>(), starts.as<float>(),     products.as<float>(),
+                dots.as<float4>(),   block_sums.as<float>(), local.as<float>(),
+                solver.local};
     }
 };
 
@@ -86,13 +102,17 @@ class Lm final : public Stage {
         LmTemplate surface(host);
         surface.read(p_, in);
         if (uint64_t{p_.points} + p_.landmarks + p_.patches > kMaxItems)
-            throw StageError(DEFREC_ERROR_UNSUPPORTED, "lm: more than " + std::to_string(kMaxItems) + " points, landmarks and patches");
+            throw StageError(
+                DEFREC_ERROR_UNSUPPORTED,
+                "lm: more than " + std::to_string(kMaxItems) + " points, landmarks and patches");
         const LmLists lists(p_, surface);
         if (!choose<true>(surface, lists) && !choose<false>(surface, lists))
-            throw StageError(DEFREC_ERROR_UNSUPPORTED, "lm: the device holds no block of the solver");
+            throw StageError(DEFREC_ERROR_UNSUPPORTED,
+                             "lm: the device holds no block of the solver");
     }
 
-    void record(Recorder& recorder, std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
+    void record(Recorder& recorder, std::span<const InBuffer> in,
+                std::span<const OutBuffer> out) override {
         if (!surface_) throw StageError(DEFREC_ERROR_STATE, "lm: run before prepare");
         const LmFrame frame = LmFrame::read(p_, in);
         expect_buffers("lm out", out, 2);
@@ -102,29 +122,37 @@ class Lm final : public Stage {
         const LmSurface surface = s.view();
         const bool presolve = p_.presolve != 0 && frame.matches != nullptr;
         if (presolve)
-            recorder.launch(lm_presolve, {dim3(1), dim3(kLmThreads)},
-                            LmPresolve{s.landmarks.as<float4>(), s.landmark_nodes.as<int4>(), p_.landmarks, p_.match_tukey_mm, frame.motions,
-                                       frame.matches, s.deformed.as<float4>(), s.rigid.as<float4>()});
-        const LmFrameView given{frame.motions, frame.matches, frame.observations, presolve ? s.rigid.as<float4>() : nullptr};
-        recorder.launch(s.solver.kernel, {dim3(s.solver.blocks), dim3(kLmThreads), s.solver.shared, true},
-                        LmView{parameters(frame.disparity), surface, given, s.exchange(), motions, summary});
+            recorder.launch(
+                lm_presolve, {dim3(1), dim3(kLmThreads)},
+                LmPresolve{s.landmarks.as<float4>(), s.landmark_nodes.as<int4>(), p_.landmarks,
+                           p_.match_tukey_mm, frame.motions, frame.matches, s.deformed.as<float4>(),
+                           s.rigid.as<float4>()});
+        const LmFrameView given{frame.motions, frame.matches, frame.observations,
+                                presolve ? s.rigid.as<float4>() : nullptr};
+        recorder.launch(
+            s.solver.kernel, {dim3(s.solver.blocks), dim3(kLmThreads), s.solver.shared, true},
+            LmView{parameters(frame.disparity), surface, given, s.exchange(), motions, summary});
     }
 
   private:
     LmParameters parameters(const DisparityImage& image) const {
         const uint32_t steps = p_.solver == DEFREC_SOLVER_INDEPENDENT ? 0 : p_.cg_iterations;
-        return {LmConstants(p_), p_.camera, image, p_.nodes, p_.points, p_.landmarks, p_.iterations, steps};
+        return {LmConstants(p_), p_.camera,    image,         p_.nodes,
+                p_.points,       p_.landmarks, p_.iterations, steps};
     }
-    // False where shared memory does not hold that. One block for each multiprocessor: more would only make barriers longer.
+    // False where shared memory does not hold that. One block for each multiprocessor: more would
+    // only make barriers longer.
     template <bool kShared>
     bool choose(const LmTemplate& surface, const LmLists& lists) {
         for (uint32_t maximum = device_.limits().multiprocessors; maximum > 0;) {
             const LmPlan plan(surface, lists, maximum);
             const size_t local = lm_local_floats(plan);
             const Solver solver{lm_solve<kShared>, static_cast<uint32_t>(plan.shares.size()),
-                                sizeof(float) * (kLmChunkFloats + (kShared ? local : 0)), kShared ? 0 : local};
+                                sizeof(float) * (kLmChunkFloats + (kShared ? local : 0)),
+                                kShared ? 0 : local};
             if (solver.shared > device_.limits().shared_per_block) return false;
-            maximum = device_.resident_blocks(reinterpret_cast<const void*>(solver.kernel), kLmThreads, solver.shared);
+            maximum = device_.resident_blocks(reinterpret_cast<const void*>(solver.kernel),
+                                              kLmThreads, solver.shared);
             if (maximum < solver.blocks) continue;
             surface_ = std::make_unique<Surface>(device_, solver, lists, plan, p_);
             return true;
@@ -139,6 +167,8 @@ class Lm final : public Stage {
 
 }  // namespace
 
-std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, Device& device) { return std::make_unique<Lm>(params, device); }
+std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, Device& device) {
+    return std::make_unique<Lm>(params, device);
+}
 
 }  // namespace defrec::cuda

@@ -8,8 +8,10 @@ namespace defrec::cuda {
 constexpr size_t kLmChunkFloats = (kRecord + kConnectionRecord) * kLmChunk + kLmMaxTerms / 2;
 // All else, as lm_memory takes it.
 constexpr size_t lm_local_floats(const LmPlan& plan) {
-    const size_t floats = (4 * (kPose + kPresent) + 3 * 6 + 1) * size_t{plan.max_known} + (kOwn + kOwnFactor + 1) * size_t{plan.rows} + 1 +
-                          (36 + 1) * size_t{plan.max_places} + sizeof(LmSum) / sizeof(float) * plan.max_sums;
+    const size_t floats = (4 * (kPose + kPresent) + 3 * 6 + 1) * size_t{plan.max_known} +
+                          (kOwn + kOwnFactor + 1) * size_t{plan.rows} + 1 +
+                          (36 + 1) * size_t{plan.max_places} +
+                          sizeof(LmSum) / sizeof(float) * plan.max_sums;
     return (floats + 3) / 4 * 4;
 }
 
@@ -22,9 +24,9 @@ struct LmMemory {
     float* matrix;                           // its places
     uint32_t* columns;                       // likewise
     uint32_t* known;
-    uint32_t* row_places;                    // of its own control points, and the end
-    LmSum* sums;                             // of the chunk
-    uint32_t count;                          // of known control points
+    uint32_t* row_places;  // of its own control points, and the end
+    LmSum* sums;           // of the chunk
+    uint32_t count;        // of known control points
 };
 
 namespace {
@@ -59,7 +61,8 @@ __device__ __forceinline__ LmMemory lm_memory(const LmView& view, const LmShare&
     memory.count = share.last_known - share.first_known;
     for (uint32_t i = threadIdx.x; i < share.last_place - share.first_place; i += kLmThreads)
         memory.columns[i] = surface.places[share.first_place + i].column;
-    for (uint32_t i = threadIdx.x; i < memory.count; i += kLmThreads) memory.known[i] = surface.known[share.first_known + i];
+    for (uint32_t i = threadIdx.x; i < memory.count; i += kLmThreads)
+        memory.known[i] = surface.known[share.first_known + i];
     for (uint32_t i = threadIdx.x; i <= share.last_node - share.first_node; i += kLmThreads)
         memory.row_places[i] = surface.row_places[share.first_node + i] - share.first_place;
     __syncthreads();
@@ -67,9 +70,15 @@ __device__ __forceinline__ LmMemory lm_memory(const LmView& view, const LmShare&
 }
 
 __device__ __forceinline__ Vec3<float> vector_of(float4 v) { return {v.x, v.y, v.z}; }
-__device__ __forceinline__ Quaternion<float> quaternion_of(float4 q) { return {q.x, q.y, q.z, q.w}; }
-__device__ __forceinline__ float4 pack(Vec3<float> v, float w) { return make_float4(v.x, v.y, v.z, w); }
-__device__ __forceinline__ float4 pack(Quaternion<float> q) { return make_float4(q.w, q.x, q.y, q.z); }
+__device__ __forceinline__ Quaternion<float> quaternion_of(float4 q) {
+    return {q.x, q.y, q.z, q.w};
+}
+__device__ __forceinline__ float4 pack(Vec3<float> v, float w) {
+    return make_float4(v.x, v.y, v.z, w);
+}
+__device__ __forceinline__ float4 pack(Quaternion<float> q) {
+    return make_float4(q.w, q.x, q.y, q.z);
+}
 
 }  // namespace
 }  // namespace defrec::cuda

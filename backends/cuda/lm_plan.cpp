@@ -24,7 +24,8 @@ LmPlan::LmPlan(const LmTemplate& surface, const LmLists& lists, uint32_t max_blo
         add_rows(surface.pattern, share);
         add_connections(lists, of_node, share);
         add_items(lists, of_block[b], share);
-        const uint32_t longest = std::max(share.last_item - share.first_item, share.last_connection - share.first_connection);
+        const uint32_t longest = std::max(share.last_item - share.first_item,
+                                          share.last_connection - share.first_connection);
         share.first_chunk = uint32_t(chunks.size());
         share.chunks = (longest + kLmChunk - 1) / kLmChunk;
         for (uint32_t chunk = 0; chunk < share.chunks; ++chunk) add_chunk(lists, share, chunk);
@@ -40,7 +41,9 @@ std::vector<std::vector<uint32_t>> LmPlan::items_of_blocks(const LmLists& lists)
         of_block[uint32_t(node[0]) / rows].push_back(item);
         for (size_t k = 1; k < DEFREC_SKIN_NODES; ++k) {
             std::vector<uint32_t>& there = of_block[uint32_t(node[k]) / rows];
-            if (lists.weight(item, k) == 0 || (!there.empty() && (there.back() & ~kLmUncounted) == item)) continue;
+            if (lists.weight(item, k) == 0 ||
+                (!there.empty() && (there.back() & ~kLmUncounted) == item))
+                continue;
             there.push_back(item | kLmUncounted);
         }
     }
@@ -51,8 +54,11 @@ void LmPlan::add_rows(const BlockPattern& pattern, LmShare& share) {
     share.first_known = uint32_t(known.size());
     for (uint32_t i = share.first_node; i < share.last_node; ++i) known.push_back(i);
     std::vector<uint32_t> others;
-    for (size_t b = pattern.row_start(share.first_node); share.first_node < share.last_node && b < pattern.row_start(share.last_node); ++b)
-        if (const auto column = uint32_t(pattern.column(b)); column < share.first_node || column >= share.last_node) others.push_back(column);
+    for (size_t b = pattern.row_start(share.first_node);
+         share.first_node < share.last_node && b < pattern.row_start(share.last_node); ++b)
+        if (const auto column = uint32_t(pattern.column(b));
+            column < share.first_node || column >= share.last_node)
+            others.push_back(column);
     std::sort(others.begin(), others.end());
     known.insert(known.end(), others.begin(), std::unique(others.begin(), others.end()));
     share.last_known = uint32_t(known.size());
@@ -72,7 +78,9 @@ void LmPlan::add_rows(const BlockPattern& pattern, LmShare& share) {
 uint32_t LmPlan::known_as(const LmShare& share, uint32_t node) const {
     if (node >= share.first_node && node < share.last_node) return node - share.first_node;
     const auto others = known.begin() + share.first_known + (share.last_node - share.first_node);
-    return uint32_t(std::lower_bound(others, known.begin() + share.last_known, node) - known.begin()) - share.first_known;
+    return uint32_t(std::lower_bound(others, known.begin() + share.last_known, node) -
+                    known.begin()) -
+           share.first_known;
 }
 
 // Of two that the block knows, the first its own.
@@ -89,9 +97,14 @@ void LmPlan::add_connections(const LmLists& lists, const Edges& of_node, LmShare
             const LmEdge& edge = lists.edges[e];
             const bool forwards = edge.a == i;
             const float sign = forwards ? 1.0f : -1.0f;
-            const uint32_t row = known_as(share, i), column = known_as(share, forwards ? edge.b : edge.a);
-            connections.push_back({{sign * edge.rest[0], sign * edge.rest[1], sign * edge.rest[2], edge.rest[3]}, row, column,
-                                   place(share, row, column) | (forwards ? 0 : kLmUncounted), edge.share});
+            const uint32_t row = known_as(share, i),
+                           column = known_as(share, forwards ? edge.b : edge.a);
+            connections.push_back(
+                {{sign * edge.rest[0], sign * edge.rest[1], sign * edge.rest[2], edge.rest[3]},
+                 row,
+                 column,
+                 place(share, row, column) | (forwards ? 0 : kLmUncounted),
+                 edge.share});
         }
     share.last_connection = uint32_t(connections.size());
 }
@@ -104,7 +117,8 @@ void LmPlan::add_items(const LmLists& lists, const std::vector<uint32_t>& given,
         const auto vectors = lists.items.begin() + std::ptrdiff_t(LmLists::kItemVectors * which);
         item_vectors.insert(item_vectors.end(), vectors, vectors + LmLists::kItemVectors);
         auto& nodes = item_nodes.emplace_back();
-        for (size_t k = 0; k < DEFREC_SKIN_NODES; ++k) nodes[k] = known_as(share, uint32_t(lists.item_nodes[which][k]));
+        for (size_t k = 0; k < DEFREC_SKIN_NODES; ++k)
+            nodes[k] = known_as(share, uint32_t(lists.item_nodes[which][k]));
     }
     share.last_item = uint32_t(items.size());
 }
@@ -118,17 +132,22 @@ void LmPlan::add_chunk(const LmLists& lists, const LmShare& share, uint32_t chun
         for (uint32_t k = 0; k < DEFREC_SKIN_NODES; ++k)
             for (uint32_t l = 0; l < DEFREC_SKIN_NODES; ++l) {
                 const uint32_t i = item_nodes[at][k], j = item_nodes[at][l];
-                if (i >= count || lists.weight(item, k) == 0 || lists.weight(item, l) == 0) continue;
-                found.push_back({i == j ? i : count + place(share, i, j), uint16_t(slot << 4 | k << 2 | l)});
+                if (i >= count || lists.weight(item, k) == 0 || lists.weight(item, l) == 0)
+                    continue;
+                found.push_back(
+                    {i == j ? i : count + place(share, i, j), uint16_t(slot << 4 | k << 2 | l)});
             }
     }
-    std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::stable_sort(found.begin(), found.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
 
     LmChunk& here = chunks.emplace_back();
     here.first_sum = uint32_t(sums.size());
     here.first_term = uint32_t(terms.size());
     const auto slot_of = [&](uint32_t connection) {  // within the chunk
-        return uint16_t(std::min(std::max(connection, share.first_connection + from) - share.first_connection - from, kLmChunk));
+        return uint16_t(std::min(
+            std::max(connection, share.first_connection + from) - share.first_connection - from,
+            kLmChunk));
     };
     uint32_t connection = share.first_connection;
     for (uint32_t row = 0; row < count; ++row) {
@@ -140,7 +159,8 @@ void LmPlan::add_chunk(const LmLists& lists, const LmShare& share, uint32_t chun
     for (size_t next = 0; next < found.size();) {
         const uint32_t target = found[next].first;
         const auto first = uint16_t(next);
-        while (next < found.size() && found[next].first == target) terms.push_back(found[next++].second);
+        while (next < found.size() && found[next].first == target)
+            terms.push_back(found[next++].second);
         const auto last = uint16_t(next);
         if (target < count) {
             LmSum& own = sums[beside - count + target];
@@ -152,7 +172,9 @@ void LmPlan::add_chunk(const LmLists& lists, const LmShare& share, uint32_t chun
     }
     // Longest first: what a warp does last is short.
     std::stable_sort(sums.begin() + std::ptrdiff_t(beside), sums.end(),
-                     [](const LmSum& a, const LmSum& b) { return a.last_term - a.first_term > b.last_term - b.first_term; });
+                     [](const LmSum& a, const LmSum& b) {
+                         return a.last_term - a.first_term > b.last_term - b.first_term;
+                     });
     here.last_sum = uint32_t(sums.size());
     here.last_term = uint32_t(terms.size());
     max_sums = std::max(max_sums, here.last_sum - here.first_sum);

@@ -1,5 +1,6 @@
-// How the blocks of the solver share stage lm's control points, and what of the template enters each one's rows of the system.
-// Everything is in a fixed order, so that sums are the same from run to run.
+// How the blocks of the solver share stage lm's control points, and what of the template enters
+// each one's rows of the system. Everything is in a fixed order, so that sums are the same from run
+// to run.
 #pragma once
 #include "backends/shared/lm_lists.hpp"
 
@@ -9,8 +10,9 @@ namespace defrec::cuda {
 constexpr uint32_t kLmChunk = 128, kLmThreads = 2 * kLmChunk;
 constexpr uint32_t kLmMaxTerms = kLmChunk * DEFREC_SKIN_NODES * DEFREC_SKIN_NODES;  // of a chunk
 
-// What a block owns: ranges of the lists below. It knows its own control points and those that share a residual with them, its own first;
-// indices of control points are among these unless said otherwise. A place is a block of the matrix beside the diagonal.
+// What a block owns: ranges of the lists below. It knows its own control points and those that
+// share a residual with them, its own first; indices of control points are among these unless said
+// otherwise. A place is a block of the matrix beside the diagonal.
 struct LmShare {
     uint32_t first_node, last_node;  // its own, of all
     uint32_t first_known, last_known;
@@ -24,7 +26,8 @@ struct LmPlace {
     uint32_t row, column;
 };
 
-constexpr uint32_t kLmUncounted = 1u << 31;  // of an item or a connection's place: the residual is another's to count
+constexpr uint32_t kLmUncounted =
+    1u << 31;  // of an item or a connection's place: the residual is another's to count
 
 // An edge as one of its two control points sees it: j from i.
 struct alignas(16) LmConnection {
@@ -34,8 +37,8 @@ struct alignas(16) LmConnection {
     float share;     // of the data's weight that S is
 };
 
-// The terms of a chunk that enter one block of the matrix: the control point's own where target < rows, else place target - rows. Ranges
-// are among the chunk's.
+// The terms of a chunk that enter one block of the matrix: the control point's own where target <
+// rows, else place target - rows. Ranges are among the chunk's.
 struct LmSum {
     uint32_t target;
     uint16_t first_term, last_term;
@@ -47,20 +50,21 @@ struct LmChunk {
 };
 
 struct LmPlan {
-    uint32_t rows = 1;        // most control points of a block
-    uint32_t max_known = 0;  // likewise
+    uint32_t rows = 1;                      // most control points of a block
+    uint32_t max_known = 0;                 // likewise
     uint32_t max_places = 0, max_sums = 0;  // of a block, of a chunk
     std::vector<LmShare> shares;
     std::vector<uint32_t> known;  // of all control points
     std::vector<LmPlace> places;
     std::vector<uint32_t> row_places;  // of each control point: its first place, and the end
-    std::vector<uint32_t> items;  // of the template
+    std::vector<uint32_t> items;       // of the template
     std::vector<std::array<uint32_t, DEFREC_SKIN_NODES>> item_nodes;
     std::vector<Vector4> item_vectors;  // LmLists::kItemVectors each
     std::vector<LmConnection> connections;
     std::vector<LmChunk> chunks;
     std::vector<LmSum> sums;
-    std::vector<uint16_t> terms;  // slot in the chunk << 4 | k << 2 | l, of the item's control points in row and column
+    std::vector<uint16_t> terms;  // slot in the chunk << 4 | k << 2 | l, of the item's control
+                                  // points in row and column
 
     // For at most that many blocks.
     LmPlan(const LmTemplate& surface, const LmLists& lists, uint32_t max_blocks);

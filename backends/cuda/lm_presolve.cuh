@@ -1,4 +1,5 @@
-// Stage lm, section 4: the rigid motion that brings the deformed landmarks onto their preselected matches. One block.
+// Stage lm, section 4: the rigid motion that brings the deformed landmarks onto their preselected
+// matches. One block.
 #pragma once
 #include "backends/cuda/lm_memory.cuh"
 #include "backends/cuda/lm_sums.cuh"
@@ -21,12 +22,13 @@ struct LmPresolve {
 constexpr int kPresolveRounds = 5;
 constexpr float kPresolveMinMatches = 6, kMinSpreadMm2 = 0.01f;
 
-// Whether the second singular value is certainly above a bound: the sum of the squared 2x2 minors is at most three times the product of the two
-// largest squared singular values.
+// Whether the second singular value is certainly above a bound: the sum of the squared 2x2 minors
+// is at most three times the product of the two largest squared singular values.
 __device__ __forceinline__ bool spreads_beyond(const float (&m)[9], float bound) {
     const Vec3<float> a{m[0], m[1], m[2]}, b{m[3], m[4], m[5]}, c{m[6], m[7], m[8]};
     const Vec3<float> ab = cross(a, b), bc = cross(b, c), ca = cross(c, a);
-    const float minors = dot(ab, ab) + dot(bc, bc) + dot(ca, ca), all = dot(a, a) + dot(b, b) + dot(c, c);
+    const float minors = dot(ab, ab) + dot(bc, bc) + dot(ca, ca),
+                all = dot(a, a) + dot(b, b) + dot(c, c);
     return minors > 3 * bound * bound * all;
 }
 
@@ -39,7 +41,8 @@ __device__ float second_singular_value(const float (&m)[9]) {
         const float across = dot(a, b), aa = dot(a, a), bb = dot(b, b);
         if (!(std::abs(across) > 1e-9f * (aa + bb))) return false;
         const float theta = (bb - aa) / (2 * across);
-        const float t = (theta < 0 ? -1.0f : 1.0f) / (std::abs(theta) + std::sqrt(theta * theta + 1));
+        const float t =
+            (theta < 0 ? -1.0f : 1.0f) / (std::abs(theta) + std::sqrt(theta * theta + 1));
         const float c = 1 / std::sqrt(t * t + 1), s = t * c;
         p = c * a - s * b;
         q = s * a + c * b;
@@ -59,13 +62,23 @@ __device__ float second_singular_value(const float (&m)[9]) {
 // Weighted sums over the matches, from and to each about a point of their own.
 enum LmFitSumOf : uint32_t { kFitFrom, kFitTo = 3, kFitMoment = 6, kFitWeight = 15, kFitSums };
 // Of all preselected matches.
-enum LmMatchSumOf : uint32_t { kMatchFrom, kMatchTo = 3, kMatchCount = 6, kMatchWeights, kMatchErrors, kMatchCost, kMatchSums = 16 };
+enum LmMatchSumOf : uint32_t {
+    kMatchFrom,
+    kMatchTo = 3,
+    kMatchCount = 6,
+    kMatchWeights,
+    kMatchErrors,
+    kMatchCost,
+    kMatchSums = 16
+};
 
 struct RigidMotion {
     Quaternion<float> rotation;
     Vec3<float> shift;
 };
-__device__ __forceinline__ Vec3<float> moved_by(const RigidMotion& motion, Vec3<float> p) { return rotate(motion.rotation, p) + motion.shift; }
+__device__ __forceinline__ Vec3<float> moved_by(const RigidMotion& motion, Vec3<float> p) {
+    return rotate(motion.rotation, p) + motion.shift;
+}
 
 __device__ __forceinline__ void add3(float* sums, float weight, Vec3<float> v) {
     sums[0] += weight * v.x;
@@ -77,7 +90,8 @@ __device__ __forceinline__ Vec3<float> mean3(const float* sums, float weight) {
 }
 
 // Deforms the landmarks, and sums over those that count.
-__device__ __forceinline__ void deform_landmarks(const LmPresolve& given, float inverse_c2, float (&sums)[kMatchSums]) {
+__device__ __forceinline__ void deform_landmarks(const LmPresolve& given, float inverse_c2,
+                                                 float (&sums)[kMatchSums]) {
     for (uint32_t i = threadIdx.x; i < given.landmarks; i += kLmThreads) {
         const defrec_match& match = given.matches[i];
         const bool taken = preselected(match);
@@ -87,10 +101,13 @@ __device__ __forceinline__ void deform_landmarks(const LmPresolve& given, float 
             const int4 nodes = given.item_nodes[i];
             const int32_t node[DEFREC_SKIN_NODES] = {nodes.x, nodes.y, nodes.z, nodes.w};
             float weight[DEFREC_SKIN_NODES];
-            for (uint32_t k = 0; k < DEFREC_SKIN_NODES; ++k) weight[k] = vectors[LmLists::kItemArms + k].w;
-            const auto motion =
-                blend_with<float>([&given](int32_t k) { return usable_motion<float>(given.motions[k]); }, node, weight);
-            const Vec3<float> from = apply(motion, vector_of(vectors[0])), to = load3<float>(match.position);
+            for (uint32_t k = 0; k < DEFREC_SKIN_NODES; ++k)
+                weight[k] = vectors[LmLists::kItemArms + k].w;
+            const auto motion = blend_with<float>(
+                [&given](int32_t k) { return usable_motion<float>(given.motions[k]); }, node,
+                weight);
+            const Vec3<float> from = apply(motion, vector_of(vectors[0])),
+                              to = load3<float>(match.position);
             const float squared = dot(from - to, from - to);
             deformed = pack(from, match.weight);
             add3(sums + kMatchFrom, 1, from);
@@ -105,12 +122,15 @@ __device__ __forceinline__ void deform_landmarks(const LmPresolve& given, float 
 }
 
 // The best motion by the sums of a round, by every thread for itself.
-__device__ __forceinline__ RigidMotion fit(const float (&sums)[kFitSums], Vec3<float> from_centre, Vec3<float> to_centre) {
+__device__ __forceinline__ RigidMotion fit(const float (&sums)[kFitSums], Vec3<float> from_centre,
+                                           Vec3<float> to_centre) {
     if (!(sums[kFitWeight] > 0)) return {{1, 0, 0, 0}, {0, 0, 0}};
-    const Vec3<float> from = mean3(sums + kFitFrom, sums[kFitWeight]), to = mean3(sums + kFitTo, sums[kFitWeight]);
+    const Vec3<float> from = mean3(sums + kFitFrom, sums[kFitWeight]),
+                      to = mean3(sums + kFitTo, sums[kFitWeight]);
     const float a[3] = {from.x, from.y, from.z}, b[3] = {to.x, to.y, to.z};
     float moment[9];
-    for (int i = 0; i < 9; ++i) moment[i] = sums[kFitMoment + i] / sums[kFitWeight] - b[i / 3] * a[i % 3];
+    for (int i = 0; i < 9; ++i)
+        moment[i] = sums[kFitMoment + i] / sums[kFitWeight] - b[i / 3] * a[i % 3];
     Quaternion<float> turn{1, 0, 0, 0};
     if (spreads_beyond(moment, kMinSpreadMm2) || second_singular_value(moment) > kMinSpreadMm2) {
         const float4 q = nearest_quaternion(moment);
@@ -120,22 +140,28 @@ __device__ __forceinline__ RigidMotion fit(const float (&sums)[kFitSums], Vec3<f
 }
 
 __global__ void __launch_bounds__(kLmThreads) lm_presolve(LmPresolve given) {
-    __shared__ float match_warps[kLmWarps][kMatchSums], fit_warps[kLmWarps][kFitSums], error_warps[kLmWarps][2];
+    __shared__ float match_warps[kLmWarps][kMatchSums], fit_warps[kLmWarps][kFitSums],
+        error_warps[kLmWarps][2];
     const float c2 = given.match_tukey * given.match_tukey;
     float all[kMatchSums] = {};
     deform_landmarks(given, 1 / c2, all);
     block_sums(all, match_warps);
     RigidMotion motion{{1, 0, 0, 0}, {0, 0, 0}};
-    float errors[2] = {all[kMatchErrors], all[kMatchCost]};  // under the present motion: weighted squares, Tukey's cost
+    float errors[2] = {
+        all[kMatchErrors],
+        all[kMatchCost]};  // under the present motion: weighted squares, Tukey's cost
     const bool enough = all[kMatchCount] >= kPresolveMinMatches;
-    const Vec3<float> from_centre = mean3(all + kMatchFrom, all[kMatchCount]), to_centre = mean3(all + kMatchTo, all[kMatchCount]);
+    const Vec3<float> from_centre = mean3(all + kMatchFrom, all[kMatchCount]),
+                      to_centre = mean3(all + kMatchTo, all[kMatchCount]);
     for (int round = 0; enough && round < kPresolveRounds; ++round) {
         const float inverse_c2 = 1 / fmaxf(c2, 9 * errors[0] / all[kMatchWeights]);
         float sums[kFitSums] = {};
         for (uint32_t i = threadIdx.x; i < given.landmarks; i += kLmThreads) {
             const float4 landmark = given.deformed[i];
             if (landmark.w == 0) continue;
-            const Vec3<float> from = vector_of(landmark), to = load3<float>(given.matches[i].position), off = moved_by(motion, from) - to;
+            const Vec3<float> from = vector_of(landmark),
+                              to = load3<float>(given.matches[i].position),
+                              off = moved_by(motion, from) - to;
             const float weight = landmark.w * tukey(dot(off, off), inverse_c2).weight;
             const Vec3<float> a = from - from_centre, b = to - to_centre;
             add3(sums + kFitFrom, weight, a);
@@ -151,7 +177,8 @@ __global__ void __launch_bounds__(kLmThreads) lm_presolve(LmPresolve given) {
         for (uint32_t i = threadIdx.x; i < given.landmarks; i += kLmThreads) {
             const float4 landmark = given.deformed[i];
             if (landmark.w == 0) continue;
-            const Vec3<float> off = moved_by(motion, vector_of(landmark)) - load3<float>(given.matches[i].position);
+            const Vec3<float> off =
+                moved_by(motion, vector_of(landmark)) - load3<float>(given.matches[i].position);
             errors[0] += landmark.w * dot(off, off);
             errors[1] += landmark.w * tukey(dot(off, off), 1 / c2).cost;
         }

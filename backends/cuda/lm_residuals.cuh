@@ -1,4 +1,5 @@
-// Residuals of items and connections by the trial poses, a thread each: their sums, and what the system wants of them.
+// Residuals of items and connections by the trial poses, a thread each: their sums, and what the
+// system wants of them.
 #pragma once
 #include "backends/cuda/lm_memory.cuh"
 #include "backends/cuda/lm_sums.cuh"
@@ -21,9 +22,11 @@ __device__ __forceinline__ void add_row(const Row<float>& row, float weight, Nor
     term.pull = term.pull + row.value * w;
 }
 
-// A residual of squared size `squared`, in the summary's unit, enters the sums; returns its weight in the system.
+// A residual of squared size `squared`, in the summary's unit, enters the sums; returns its weight
+// in the system.
 template <uint32_t kTerm>
-__device__ __forceinline__ float count_residual(const Robust<float>& robust, float weight, float squared, bool counted, float (&sums)[kSums]) {
+__device__ __forceinline__ float count_residual(const Robust<float>& robust, float weight,
+                                                float squared, bool counted, float (&sums)[kSums]) {
     const float total = weight * robust.weight;
     if (counted) {
         sums[kTerm] += weight * robust.cost;
@@ -38,58 +41,73 @@ __device__ __forceinline__ float count_residual(const Robust<float>& robust, flo
 
 // unit: of the residual in the summary, per mm.
 template <uint32_t kTerm>
-__device__ __forceinline__ void evaluate_sighting(Vec3<float> position, const Sighting<float>& seen, float weight, float inverse_a,
-                                                  float inverse_c2, float unit, bool counted, float (&sums)[kSums], NormalTerm& term) {
+__device__ __forceinline__ void evaluate_sighting(Vec3<float> position, const Sighting<float>& seen,
+                                                  float weight, float inverse_a, float inverse_c2,
+                                                  float unit, bool counted, float (&sums)[kSums],
+                                                  NormalTerm& term) {
     Row<float> rows[3];
     sighting_rows(position, seen, rows);
-    const float squared = rows[0].value * rows[0].value + rows[1].value * rows[1].value + rows[2].value * rows[2].value;
-    term.weight = count_residual<kTerm>(ramped_tukey(squared, inverse_a, inverse_c2), weight, squared * unit * unit, counted, sums);
+    const float squared = rows[0].value * rows[0].value + rows[1].value * rows[1].value +
+                          rows[2].value * rows[2].value;
+    term.weight = count_residual<kTerm>(ramped_tukey(squared, inverse_a, inverse_c2), weight,
+                                        squared * unit * unit, counted, sums);
     if (!(term.weight > 0)) return;
     for (const Row<float>& row : rows) add_row(row, term.weight, term);
 }
 
-__device__ __forceinline__ void evaluate_point(const LmView& view, const DualQuaternion<float>& motion, const float4* item, bool counted,
+__device__ __forceinline__ void evaluate_point(const LmView& view,
+                                               const DualQuaternion<float>& motion,
+                                               const float4* item, bool counted,
                                                float (&sums)[kSums], NormalTerm& term) {
     const LmParameters& p = view.p;
     Row<float> row{};
-    if (!icp_row(p.camera, p.image, p.association, apply(motion, vector_of(item[0])), rotate(motion, vector_of(item[1])), row)) {
+    if (!icp_row(p.camera, p.image, p.association, apply(motion, vector_of(item[0])),
+                 rotate(motion, vector_of(item[1])), row)) {
         if (counted) sums[kMissing] += 1;
         return;
     }
     const float squared = row.value * row.value;
-    term.weight = count_residual<kIcp>(tukey(squared, 1 / (p.icp_tukey * p.icp_tukey)), p.icp_weight, squared, counted, sums);
+    term.weight = count_residual<kIcp>(tukey(squared, 1 / (p.icp_tukey * p.icp_tukey)),
+                                       p.icp_weight, squared, counted, sums);
     if (term.weight > 0) add_row(row, term.weight, term);
 }
 
-__device__ __forceinline__ void evaluate_match(const LmView& view, uint32_t landmark, Vec3<float> position, bool counted,
+__device__ __forceinline__ void evaluate_match(const LmView& view, uint32_t landmark,
+                                               Vec3<float> position, bool counted,
                                                float (&sums)[kSums], NormalTerm& term) {
     const LmParameters& p = view.p;
     const defrec_match& match = view.frame.matches[landmark];
     if (!has_depth(match)) return;
     const bool preselected = match.weight > 0;
-    evaluate_sighting<kMatch>(position, match_sighting(load3<float>(match.position)), p.match_weight * (preselected ? match.weight : 1.0f),
-                              preselected ? 0.0f : p.match_slope, 1 / (p.match_tukey * p.match_tukey), 1, counted, sums, term);
+    evaluate_sighting<kMatch>(position, match_sighting(load3<float>(match.position)),
+                              p.match_weight * (preselected ? match.weight : 1.0f),
+                              preselected ? 0.0f : p.match_slope,
+                              1 / (p.match_tukey * p.match_tukey), 1, counted, sums, term);
 }
 
-__device__ __forceinline__ void evaluate_patch(const LmView& view, uint32_t patch, Vec3<float> position, bool counted,
+__device__ __forceinline__ void evaluate_patch(const LmView& view, uint32_t patch,
+                                               Vec3<float> position, bool counted,
                                                float (&sums)[kSums], NormalTerm& term) {
     const LmParameters& p = view.p;
     Sighting<float> sighting{};
     if (!patch_sighting(p.camera, view.frame.observations[patch], sighting)) return;
     const float px = px_per_mm(p.camera, position.z), inverse_c = px / p.patch_tukey;
-    evaluate_sighting<kPatch>(position, sighting, p.patch_weight, 0.0f, inverse_c * inverse_c, px, counted, sums, term);
+    evaluate_sighting<kPatch>(position, sighting, p.patch_weight, 0.0f, inverse_c * inverse_c, px,
+                              counted, sums, term);
 }
 
 // The one at that place in the list of items. Its record goes to slot, if wanted.
-__device__ __forceinline__ void evaluate_item(const LmView& view, const LmMemory& memory, uint32_t which, uint32_t slot, bool record,
+__device__ __forceinline__ void evaluate_item(const LmView& view, const LmMemory& memory,
+                                              uint32_t which, uint32_t slot, bool record,
                                               float (&sums)[kSums]) {
     const uint32_t given = view.surface.items[which], item = given & ~kLmUncounted;
     const bool counted = (given & kLmUncounted) == 0;
     const LmParameters& p = view.p;
     const float4* vectors = view.surface.item_vectors + LmLists::kItemVectors * size_t{which};
     const uint4 nodes = view.surface.item_nodes[which];
-    const int32_t node[DEFREC_SKIN_NODES] = {static_cast<int32_t>(nodes.x), static_cast<int32_t>(nodes.y), static_cast<int32_t>(nodes.z),
-                                             static_cast<int32_t>(nodes.w)};
+    const int32_t node[DEFREC_SKIN_NODES] = {
+        static_cast<int32_t>(nodes.x), static_cast<int32_t>(nodes.y), static_cast<int32_t>(nodes.z),
+        static_cast<int32_t>(nodes.w)};
     float4 arms[DEFREC_SKIN_NODES];
     float weight[DEFREC_SKIN_NODES];
     for (int k = 0; k < DEFREC_SKIN_NODES; ++k) {
@@ -98,7 +116,8 @@ __device__ __forceinline__ void evaluate_item(const LmView& view, const LmMemory
     }
     const auto motion = blend_with<float>(
         [&memory](int32_t k) {
-            return DualQuaternion<float>{quaternion_of(memory.poses[kPose * k]), quaternion_of(memory.poses[kPose * k + 1])};
+            return DualQuaternion<float>{quaternion_of(memory.poses[kPose * k]),
+                                         quaternion_of(memory.poses[kPose * k + 1])};
         },
         node, weight);
 
@@ -106,9 +125,12 @@ __device__ __forceinline__ void evaluate_item(const LmView& view, const LmMemory
     if (item < p.points) {
         evaluate_point(view, motion, vectors, counted, sums, term);
     } else if (item < p.points + p.landmarks) {
-        if (view.frame.matches != nullptr) evaluate_match(view, item - p.points, apply(motion, vector_of(vectors[0])), counted, sums, term);
+        if (view.frame.matches != nullptr)
+            evaluate_match(view, item - p.points, apply(motion, vector_of(vectors[0])), counted,
+                           sums, term);
     } else if (view.frame.observations != nullptr) {
-        evaluate_patch(view, item - p.points - p.landmarks, apply(motion, vector_of(vectors[0])), counted, sums, term);
+        evaluate_patch(view, item - p.points - p.landmarks, apply(motion, vector_of(vectors[0])),
+                       counted, sums, term);
     }
     if (!record) return;
     float* out = memory.records + slot;
@@ -121,7 +143,8 @@ __device__ __forceinline__ void evaluate_item(const LmView& view, const LmMemory
     store(kPull, term.pull);
     out[kWeight * kLmChunk] = term.weight;
     for (uint32_t k = 0; k < DEFREC_SKIN_NODES; ++k) {
-        store(kArms + 3 * k, rotate(quaternion_of(memory.poses[kPose * node[k]]), vector_of(arms[k])));
+        store(kArms + 3 * k,
+              rotate(quaternion_of(memory.poses[kPose * node[k]]), vector_of(arms[k])));
         out[(kSkin + k) * kLmChunk] = weight[k];
     }
 }
@@ -131,16 +154,19 @@ __device__ __forceinline__ NodePose<float> pose_of(const LmMemory& memory, uint3
 }
 
 // An edge from i's side. Its record goes to slot, and the block between the two to the matrix.
-__device__ __forceinline__ void evaluate_connection(const LmView& view, const LmMemory& memory, uint32_t which, uint32_t slot,
-                                                    bool record, float (&sums)[kSums]) {
+__device__ __forceinline__ void evaluate_connection(const LmView& view, const LmMemory& memory,
+                                                    uint32_t which, uint32_t slot, bool record,
+                                                    float (&sums)[kSums]) {
     const LmParameters& p = view.p;
     const LmConnection& connection = view.surface.connections[which];
     const NodePose<float> i = pose_of(memory, connection.i), j = pose_of(memory, connection.j);
     const float scale = view.exchange.scales[which];
     const Vec3<float> direction{connection.rest[0], connection.rest[1], connection.rest[2]};
     const auto geometry = arap_geometry(i, j, direction, connection.rest[3]);
-    const ArapWeights<float> weights{scale * p.length_weight, scale * p.angle_weight, scale * p.rotation_weight};
-    if ((connection.place & kLmUncounted) == 0) sums[kArap] += arap_cost(geometry, i.rotation, weights);
+    const ArapWeights<float> weights{scale * p.length_weight, scale * p.angle_weight,
+                                     scale * p.rotation_weight};
+    if ((connection.place & kLmUncounted) == 0)
+        sums[kArap] += arap_cost(geometry, i.rotation, weights);
     if (!record) return;
     const ArapTerm<float> term = arap_term(geometry, i.rotation, weights);
     float* out = memory.connection_records + slot;
@@ -151,7 +177,8 @@ __device__ __forceinline__ void evaluate_connection(const LmView& view, const Lm
         out[(kGradient + k) * kLmChunk] = term.gradient_a[k];
     }
     for (uint32_t r = 0; r < 3; ++r)
-        for (uint32_t c = 0; c < 3; ++c) out[(kLever + 3 * r + c) * kLmChunk] = term.aa[6 * r + 3 + c];
+        for (uint32_t c = 0; c < 3; ++c)
+            out[(kLever + 3 * r + c) * kLmChunk] = term.aa[6 * r + 3 + c];
     float* block = memory.matrix + 36 * size_t{connection.place & ~kLmUncounted};
     for (uint32_t k = 0; k < 36; ++k) block[k] += term.ab[k];
 }

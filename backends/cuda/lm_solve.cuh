@@ -1,4 +1,5 @@
-// The whole of stage lm but for the rigid motion before it, as one kernel whose blocks all run at once. docs/stages/lm.md.
+// The whole of stage lm but for the rigid motion before it, as one kernel whose blocks all run at
+// once. docs/stages/lm.md.
 #pragma once
 #include "backends/cuda/lm_gradients.cuh"
 #include "backends/cuda/lm_linearise.cuh"
@@ -7,8 +8,11 @@
 namespace defrec::cuda {
 namespace {
 
-__device__ __forceinline__ void set_pose(const LmView& view, const LmMemory& memory, uint32_t node, const NodePose<float>& pose) {
-    const auto motion = from_rigid(pose.rotation, pose.position - rotate(pose.rotation, vector_of(view.surface.rest[memory.known[node]])));
+__device__ __forceinline__ void set_pose(const LmView& view, const LmMemory& memory, uint32_t node,
+                                         const NodePose<float>& pose) {
+    const auto motion = from_rigid(
+        pose.rotation,
+        pose.position - rotate(pose.rotation, vector_of(view.surface.rest[memory.known[node]])));
     memory.poses[kPose * node] = pack(motion.real);
     memory.poses[kPose * node + 1] = pack(motion.dual);
     memory.poses[kPose * node + 2] = pack(pose.position, 0);
@@ -22,7 +26,8 @@ __device__ __forceinline__ void keep_poses(const LmMemory& memory) {
     }
 }
 __device__ __forceinline__ NodePose<float> present_pose(const LmMemory& memory, uint32_t node) {
-    return {quaternion_of(memory.present[kPresent * node]), vector_of(memory.present[kPresent * node + 1])};
+    return {quaternion_of(memory.present[kPresent * node]),
+            vector_of(memory.present[kPresent * node + 1])};
 }
 // And the other way round.
 __device__ __forceinline__ void restore_poses(const LmView& view, const LmMemory& memory) {
@@ -34,10 +39,12 @@ __device__ __forceinline__ void restore_poses(const LmView& view, const LmMemory
 __device__ __forceinline__ void start_poses(const LmView& view, const LmMemory& memory) {
     for (uint32_t i = threadIdx.x; i < memory.count; i += kLmThreads) {
         const auto motion = usable_motion<float>(view.frame.motions[memory.known[i]]);
-        NodePose<float> pose{motion.real, apply(motion, vector_of(view.surface.rest[memory.known[i]]))};
+        NodePose<float> pose{motion.real,
+                             apply(motion, vector_of(view.surface.rest[memory.known[i]]))};
         if (view.frame.rigid != nullptr) {
             const Quaternion<float> turn = quaternion_of(view.frame.rigid[0]);
-            pose = {turn * pose.rotation, rotate(turn, pose.position) + vector_of(view.frame.rigid[1])};
+            pose = {turn * pose.rotation,
+                    rotate(turn, pose.position) + vector_of(view.frame.rigid[1])};
         }
         set_pose(view, memory, i, pose);
     }
@@ -46,17 +53,21 @@ __device__ __forceinline__ void start_poses(const LmView& view, const LmMemory& 
 }
 
 // From the present poses by the solution to the trial. Returns kFarthest's part.
-__device__ __forceinline__ float move(const LmView& view, const LmMemory& memory, const LmShare& share, uint32_t copy) {
+__device__ __forceinline__ float move(const LmView& view, const LmMemory& memory,
+                                      const LmShare& share, uint32_t copy) {
     const float* factors = view.exchange.factors + size_t{copy} * kFactor * view.p.nodes;
     float farthest = 0;
     for (uint32_t i = threadIdx.x; i < memory.count; i += kLmThreads) {
         float step[6] = {};
         for (uint32_t r = 0, at = 0; r < 6; ++r) {
             const float value = memory.solution[6 * i + r];
-            for (uint32_t c = 0; c <= r; ++c, ++at) step[c] = fmaf(factors[size_t{at} * view.p.nodes + memory.known[i]], value, step[c]);
+            for (uint32_t c = 0; c <= r; ++c, ++at)
+                step[c] =
+                    fmaf(factors[size_t{at} * view.p.nodes + memory.known[i]], value, step[c]);
         }
         const Vec3<float> turn{step[0], step[1], step[2]}, shift{step[3], step[4], step[5]};
-        const float turned = view.p.spacing2 * dot(turn, turn), shifted = dot(shift, shift), longest = fmaxf(turned, shifted);
+        const float turned = view.p.spacing2 * dot(turn, turn), shifted = dot(shift, shift),
+                    longest = fmaxf(turned, shifted);
         const bool good = std::isfinite(turned) && std::isfinite(shifted);
         NodePose<float> pose = present_pose(memory, i);
         if (good) {
@@ -64,20 +75,24 @@ __device__ __forceinline__ float move(const LmView& view, const LmMemory& memory
             pose = {(1 / std::sqrt(dot(rotation, rotation))) * rotation, pose.position + shift};
         }
         set_pose(view, memory, i, pose);
-        if (i < share.last_node - share.first_node) farthest = fmaxf(farthest, good ? longest : __uint_as_float(0x7f800000));
+        if (i < share.last_node - share.first_node)
+            farthest = fmaxf(farthest, good ? longest : __uint_as_float(0x7f800000));
     }
     __syncthreads();
     return farthest;
 }
 
-__device__ __forceinline__ void give_results(const LmView& view, const LmMemory& memory, const LmShare& share, const LmState& state) {
+__device__ __forceinline__ void give_results(const LmView& view, const LmMemory& memory,
+                                             const LmShare& share, const LmState& state) {
     const bool failed = state.failed || (state.iterations > 0 && !state.any_step);
     for (uint32_t i = threadIdx.x; i < share.last_node - share.first_node; i += kLmThreads) {
         const uint32_t node = share.first_node + i;
         auto motion = usable_motion<float>(view.frame.motions[node]);
         if (!failed) {
             const NodePose<float> pose = present_pose(memory, i);
-            motion = from_rigid(pose.rotation, pose.position - rotate(pose.rotation, vector_of(view.surface.rest[node])));
+            motion = from_rigid(
+                pose.rotation,
+                pose.position - rotate(pose.rotation, vector_of(view.surface.rest[node])));
         }
         view.results[node] = motion.store();
     }

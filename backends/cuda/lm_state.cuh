@@ -14,17 +14,26 @@ struct LmState {
     bool any_step, converged, failed, accepted;
 };
 
-__device__ __forceinline__ bool stopped(const LmState& state) { return state.converged || state.failed; }
+__device__ __forceinline__ bool stopped(const LmState& state) {
+    return state.converged || state.failed;
+}
 
 __device__ __forceinline__ double missing_cost(const LmParameters& p) {
     return double(p.icp_weight) * double(p.icp_tukey) * double(p.icp_tukey) / 3;
 }
-__device__ __forceinline__ double present_cost(const double (&sums)[kSums]) { return sums[kIcp] + sums[kMatch] + sums[kPatch] + sums[kArap]; }
+__device__ __forceinline__ double present_cost(const double (&sums)[kSums]) {
+    return sums[kIcp] + sums[kMatch] + sums[kPatch] + sums[kArap];
+}
 
-__device__ __forceinline__ float lowered(float lambda) { return fmaxf(lambda * float(kLambdaDown), float(kMinLambda)); }
-__device__ __forceinline__ float raised(float lambda) { return fminf(lambda * float(kLambdaUp), float(kMaxLambda)); }
+__device__ __forceinline__ float lowered(float lambda) {
+    return fmaxf(lambda * float(kLambdaDown), float(kMinLambda));
+}
+__device__ __forceinline__ float raised(float lambda) {
+    return fminf(lambda * float(kLambdaUp), float(kMaxLambda));
+}
 
-__device__ __forceinline__ void begin_state(const LmParameters& p, const double (&there)[kSums], LmState& state) {
+__device__ __forceinline__ void begin_state(const LmParameters& p, const double (&there)[kSums],
+                                            LmState& state) {
     for (uint32_t i = 0; i < kSums; ++i) state.sums[i] = there[i];
     state.initial_cost = present_cost(there) + there[kMissing] * missing_cost(p);
     state.lambda = p.damping;
@@ -35,14 +44,16 @@ __device__ __forceinline__ void begin_state(const LmParameters& p, const double 
 }
 
 // After a step to `there`.
-__device__ __forceinline__ void classify(const LmParameters& p, const double (&there)[kSums], LmState& state) {
+__device__ __forceinline__ void classify(const LmParameters& p, const double (&there)[kSums],
+                                         LmState& state) {
     ++state.iterations;
     state.accepted = false;
     if (std::isfinite(there[kFarthest])) {
         state.any_step = true;
         state.converged = there[kFarthest] < kMinStepMm * kMinStepMm;
         const double cost = present_cost(there);
-        const double decrease = present_cost(state.sums) - cost + (state.sums[kMissing] - there[kMissing]) * missing_cost(p);
+        const double decrease = present_cost(state.sums) - cost +
+                                (state.sums[kMissing] - there[kMissing]) * missing_cost(p);
         state.accepted = decrease > 0;
         if (state.accepted) {
             if (decrease < kMinDecrease * cost) state.converged = true;
@@ -52,7 +63,8 @@ __device__ __forceinline__ void classify(const LmParameters& p, const double (&t
     state.lambda = state.accepted ? lowered(state.lambda) : raised(state.lambda);
 }
 
-__device__ __forceinline__ defrec_lm_summary summarise(const LmParameters& p, const LmState& state, bool failed) {
+__device__ __forceinline__ defrec_lm_summary summarise(const LmParameters& p, const LmState& state,
+                                                       bool failed) {
     const auto rms = [&state](uint32_t term) {
         const double weights = state.sums[kWeights + term];
         return weights > 0 ? float(std::sqrt(state.sums[kResidualSquares + term] / weights)) : 0.0f;

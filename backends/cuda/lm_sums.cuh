@@ -7,7 +7,8 @@ namespace {
 
 constexpr uint32_t kLmWarps = kLmThreads / kWarp;
 
-// values[i]: a lane's part of sum i. Each exchange halves what a lane is still concerned with: lane l ends with sum l * kCount / 32.
+// values[i]: a lane's part of sum i. Each exchange halves what a lane is still concerned with: lane
+// l ends with sum l * kCount / 32.
 template <uint32_t kCount, uint32_t kApart = kWarp / 2>
 __device__ __forceinline__ float warp_sums(float (&values)[kCount]) {
     const bool upper = (threadIdx.x & kApart) != 0;
@@ -19,16 +20,19 @@ __device__ __forceinline__ float warp_sums(float (&values)[kCount]) {
         constexpr uint32_t kHalf = kCount / 2;
         float kept[kHalf];
         for (uint32_t i = 0; i < kHalf; ++i) {
-            const float passed = __shfl_xor_sync(kAllLanes, upper ? values[i] : values[kHalf + i], kApart);
+            const float passed =
+                __shfl_xor_sync(kAllLanes, upper ? values[i] : values[kHalf + i], kApart);
             kept[i] = (upper ? values[kHalf + i] : values[i]) + passed;
         }
         return warp_sums<kHalf, kApart / 2>(kept);
     }
 }
 
-// The sums over the block, to all threads. A barrier must lie between two calls with the same memory.
+// The sums over the block, to all threads. A barrier must lie between two calls with the same
+// memory.
 template <uint32_t kCount>
-__device__ __forceinline__ void block_sums(float (&values)[kCount], float (&warps)[kLmWarps][kCount]) {
+__device__ __forceinline__ void block_sums(float (&values)[kCount],
+                                           float (&warps)[kLmWarps][kCount]) {
     constexpr uint32_t kLanes = kWarp / kCount;  // that end with the same sum
     const uint32_t lane = threadIdx.x % kWarp;
     const float sum = warp_sums(values);
@@ -43,14 +47,18 @@ __device__ __forceinline__ void block_sums(float (&values)[kCount], float (&warp
 
 // Over all residuals. Counts stay below 2^24 in a block, and are exact.
 enum LmSumOf : uint32_t {
-    kIcp, kMatch, kPatch, kTerms,  // costs of the terms with residuals
+    kIcp,
+    kMatch,
+    kPatch,
+    kTerms,  // costs of the terms with residuals
     kArap = kTerms,
-    kWeights,                      // of each term, then likewise
+    kWeights,  // of each term, then likewise
     kResidualSquares = kWeights + kTerms,
     kCounts = kResidualSquares + kTerms,
-    kMissing = kCounts + kTerms,   // points without live surface
-    kFarthest,                     // not a sum: the longest squared step, mm^2; infinite where one is not finite
-    kUnused, kSums
+    kMissing = kCounts + kTerms,  // points without live surface
+    kFarthest,  // not a sum: the longest squared step, mm^2; infinite where one is not finite
+    kUnused,
+    kSums
 };
 
 // Leaves the block's part where the others find it.
@@ -59,14 +67,16 @@ __device__ __forceinline__ void publish_sums(float (&values)[kSums], float farth
     constexpr uint32_t kLanes = kWarp / kSums;
     const uint32_t lane = threadIdx.x % kWarp;
     float sum = warp_sums(values);
-    for (uint32_t apart = kWarp / 2; apart > 0; apart /= 2) farthest = fmaxf(farthest, __shfl_xor_sync(kAllLanes, farthest, apart));
+    for (uint32_t apart = kWarp / 2; apart > 0; apart /= 2)
+        farthest = fmaxf(farthest, __shfl_xor_sync(kAllLanes, farthest, apart));
     if (lane / kLanes == kFarthest) sum = farthest;
     if (lane % kLanes == 0) warps[threadIdx.x / kWarp][lane / kLanes] = sum;
     __syncthreads();
     if (threadIdx.x >= kSums) return;
     sum = warps[0][threadIdx.x];
     for (uint32_t w = 1; w < kLmWarps; ++w)
-        sum = threadIdx.x == kFarthest ? fmaxf(sum, warps[w][threadIdx.x]) : sum + warps[w][threadIdx.x];
+        sum = threadIdx.x == kFarthest ? fmaxf(sum, warps[w][threadIdx.x])
+                                       : sum + warps[w][threadIdx.x];
     sums[blockIdx.x * kSums + threadIdx.x] = sum;
 }
 
@@ -75,9 +85,12 @@ __device__ __forceinline__ void collect_sums(const float* sums, double (&total)[
     constexpr uint32_t kGroups = kLmThreads / kSums;
     __shared__ double parts[kGroups][kSums];
     const uint32_t which = threadIdx.x % kSums, group = threadIdx.x / kSums;
-    const auto add = [which](double a, double b) { return which == kFarthest ? (a < b ? b : a) : a + b; };
+    const auto add = [which](double a, double b) {
+        return which == kFarthest ? (a < b ? b : a) : a + b;
+    };
     double part = 0;
-    for (uint32_t block = group; block < gridDim.x; block += kGroups) part = add(part, double(sums[block * kSums + which]));
+    for (uint32_t block = group; block < gridDim.x; block += kGroups)
+        part = add(part, double(sums[block * kSums + which]));
     parts[group][which] = part;
     __syncthreads();
     if (group == 0) {

@@ -11,9 +11,13 @@ struct Touched {
 
 Touched touched(const Operation& operation) {
     if (const auto* upload = std::get_if<Upload>(&operation))
-        return {0, {{static_cast<const std::byte*>(upload->from), upload->size}}, {{upload->to, upload->size}}};
+        return {0,
+                {{static_cast<const std::byte*>(upload->from), upload->size}},
+                {{upload->to, upload->size}}};
     if (const auto* download = std::get_if<Download>(&operation))
-        return {0, {{download->from, download->size}}, {{static_cast<const std::byte*>(download->to), download->size}}};
+        return {0,
+                {{download->from, download->size}},
+                {{static_cast<const std::byte*>(download->to), download->size}}};
     const StageRun& run = *std::get<std::shared_ptr<const StageRun>>(operation);
     return {run.stage, run.reads, run.writes};
 }
@@ -26,7 +30,8 @@ bool overlap(std::span<const MemoryRange> some, std::span<const MemoryRange> oth
 }
 
 bool must_wait(const Touched& later, const Touched& earlier) {
-    return (later.stage != 0 && later.stage == earlier.stage) || overlap(later.reads, earlier.writes) || overlap(later.writes, earlier.writes) ||
+    return (later.stage != 0 && later.stage == earlier.stage) ||
+           overlap(later.reads, earlier.writes) || overlap(later.writes, earlier.writes) ||
            overlap(later.writes, earlier.reads);
 }
 
@@ -37,7 +42,8 @@ std::vector<std::vector<size_t>> dependencies(std::span<const Operation> operati
     std::vector<Touched> memory;
     for (const Operation& operation : operations) memory.push_back(touched(operation));
     std::vector<std::vector<size_t>> result(count);
-    std::vector<std::vector<bool>> after(count, std::vector<bool>(count));  // [i][j]: i comes after j, by whatever way
+    std::vector<std::vector<bool>> after(
+        count, std::vector<bool>(count));  // [i][j]: i comes after j, by whatever way
     for (size_t i = 0; i < count; ++i)
         for (size_t j = i; j-- > 0;) {
             if (after[i][j] || !must_wait(memory[i], memory[j])) continue;

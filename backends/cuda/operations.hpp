@@ -33,8 +33,9 @@ struct Download {
 };
 using Operation = std::variant<std::shared_ptr<const StageRun>, Upload, Download>;
 
-// For each operation those before it that it waits for: whose writes it reads or writes, or whose reads it writes, or which share the memory of a stage.
-// Those that others in the list wait for already are left out.
+// For each operation those before it that it waits for: whose writes it reads or writes, or whose
+// reads it writes, or which share the memory of a stage. Those that others in the list wait for
+// already are left out.
 std::vector<std::vector<size_t>> dependencies(std::span<const Operation> operations);
 
 }  // namespace defrec::cuda

@@ -1,5 +1,6 @@
-// Stage orb: the pyramid, the corner of each cell, distances between them, the choice, and a description of each feature; one kernel for
-// each, all levels at once (the pyramid: four). docs/stages/orb.md.
+// Stage orb: the pyramid, the corner of each cell, distances between them, the choice, and a
+// description of each feature; one kernel for each, all levels at once (the pyramid: four).
+// docs/stages/orb.md.
 #include "backends/cuda/orb_steps.hpp"
 #include "backends/cuda/stages.hpp"
 
@@ -16,8 +17,13 @@ OrbLevels levels_of(const defrec_orb_params& params, const orb::Layout& layout) 
     for (uint32_t l = 0; l < layout.levels; ++l) {
         const orb::Level& level = layout.level[l];
         const uint32_t stride = stride_of(level);
-        levels.level[l] = {static_cast<int>(level.width),   static_cast<int>(level.height),  static_cast<int>(stride), pixels,
-                           static_cast<int>(level.cells_x), static_cast<int>(level.cells_y), static_cast<uint32_t>(level.first_cell),
+        levels.level[l] = {static_cast<int>(level.width),
+                           static_cast<int>(level.height),
+                           static_cast<int>(stride),
+                           pixels,
+                           static_cast<int>(level.cells_x),
+                           static_cast<int>(level.cells_y),
+                           static_cast<uint32_t>(level.first_cell),
                            static_cast<uint32_t>(level.first_pixel)};
         pixels += stride * level.height;
     }
@@ -26,7 +32,8 @@ OrbLevels levels_of(const defrec_orb_params& params, const orb::Layout& layout) 
 // Of all levels, and what is read beyond the last row.
 uint64_t pixels_of(const orb::Layout& layout) {
     uint64_t pixels = kWord;
-    for (uint32_t l = 0; l < layout.levels; ++l) pixels += uint64_t{stride_of(layout.level[l])} * layout.level[l].height;
+    for (uint32_t l = 0; l < layout.levels; ++l)
+        pixels += uint64_t{stride_of(layout.level[l])} * layout.level[l].height;
     return pixels;
 }
 // Parts of it are read that nobody writes.
@@ -46,11 +53,13 @@ class Orb final : public Stage {
           pyramid_(cleared(device, pixels_of(layout_))),
           usable_(device, pyramid_.size()),
           corners_(make_buffer<uint32_t>(device, layout_.cells)),
-          keys_(cleared(device, sizeof(uint16_t) * kOrbKeysAtOnce * cover(layout_.cells, kOrbKeysAtOnce))),
+          keys_(cleared(device,
+                        sizeof(uint16_t) * kOrbKeysAtOnce * cover(layout_.cells, kOrbKeysAtOnce))),
           counts_(make_buffer<uint32_t>(device, kOrbKeys)),
           kept_(make_buffer<uint32_t>(device, params.capacity)) {}
 
-    void record(Recorder& recorder, std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
+    void record(Recorder& recorder, std::span<const InBuffer> in,
+                std::span<const OutBuffer> out) override {
         const orb::Buffers given = orb::take_buffers(p_, layout_, in, out);
         const OrbMemory memory{given.gray,
                                given.mask,
@@ -65,7 +74,8 @@ class Orb final : public Stage {
         recorder.beside([&] { record_orb_pyramid(recorder, p_, levels_, memory); },
                         [&] { recorder.fill(counts_.data(), 0, counts_.size()); },
                         [&] {
-                            if (given.scores != nullptr) recorder.fill(given.scores, 0, layout_.pixels);
+                            if (given.scores != nullptr)
+                                recorder.fill(given.scores, 0, layout_.pixels);
                         });
         record_orb_corners(recorder, p_, levels_, memory, given.scores);
         record_orb_distances(recorder, levels_, memory, given.distances);

@@ -1,15 +1,17 @@
-// Stage orb, sections 3 and 4 (docs/stages/orb.md): a block scores the pixels of its cells and finds each cell's corner, in one pass.
+// Stage orb, sections 3 and 4 (docs/stages/orb.md): a block scores the pixels of its cells and
+// finds each cell's corner, in one pass.
 #include "backends/cuda/orb_score.cuh"
 #include "backends/cuda/orb_steps.hpp"
 
 namespace defrec::cuda {
 namespace {
 
-// A block has two halves of whole cells, one below the other. Its pixels are kept and scored in pairs, of the upper half's and the lower
-// half's that lies at the same place.
+// A block has two halves of whole cells, one below the other. Its pixels are kept and scored in
+// pairs, of the upper half's and the lower half's that lies at the same place.
 constexpr int kWidth = 64, kHalf = 16;  // px, at most
 constexpr int kThreads = 256, kWarps = kThreads / static_cast<int>(kWarp);
-// Blocks of a multiprocessor at once. Older ones have no minimum of pairs and need more registers for it.
+// Blocks of a multiprocessor at once. Older ones have no minimum of pairs and need more registers
+// for it.
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ < 900
 constexpr int kResident = 3;
 #else
@@ -17,14 +19,15 @@ constexpr int kResident = 6;
 #endif
 constexpr int kRowGroups = kThreads / kWidth;  // threads that share a column
 constexpr int kRim = orb::kCircleRadius;
-constexpr int kRowWords = (kWidth + 2 * kRim + 3 + 3) / 4, kRow = 4 * kRowWords;  // words of 4 px, wherever the first pixel lies in its word
+constexpr int kRowWords = (kWidth + 2 * kRim + 3 + 3) / 4,
+              kRow = 4 * kRowWords;  // words of 4 px, wherever the first pixel lies in its word
 constexpr int kRows = kHalf + 2 * kRim, kBothRows = 2 * kHalf + 2 * kRim;
 constexpr int kMaskWords = 3;  // with a bit for each pixel of a row
 
 struct Block {
-    int x, y, half;       // the first pixel; rows of a half
-    int across, down;     // cells of a half
-    int cell_x, cell_y;   // the first cell
+    int x, y, half;      // the first pixel; rows of a half
+    int across, down;    // cells of a half
+    int cell_x, cell_y;  // the first cell
 };
 __device__ Block this_block(const OrbLevels& levels) {
     Block block;
@@ -38,27 +41,37 @@ __device__ Block this_block(const OrbLevels& levels) {
     return block;
 }
 
-// pairs[row][column]: pixels with the rim; column 0 is the first pixel of the word that holds the rim's first.
-__device__ void load_pairs(const OrbLevel& level, const Block& block, const uint8_t* pyramid, uint4* pairs) {
+// pairs[row][column]: pixels with the rim; column 0 is the first pixel of the word that holds the
+// rim's first.
+__device__ void load_pairs(const OrbLevel& level, const Block& block, const uint8_t* pyramid,
+                           uint4* pairs) {
     const auto* words = reinterpret_cast<const uint32_t*>(pyramid + level.first);
-    const int stride = level.stride / 4, first_word = (block.x - kRim) / 4, first_row = block.y - kRim;
-    for (int i = static_cast<int>(threadIdx.x); i < (block.half + 2 * kRim) * kRowWords; i += kThreads) {
+    const int stride = level.stride / 4, first_word = (block.x - kRim) / 4,
+              first_row = block.y - kRim;
+    for (int i = static_cast<int>(threadIdx.x); i < (block.half + 2 * kRim) * kRowWords;
+         i += kThreads) {
         const int row = i / kRowWords, word = min(first_word + i % kRowWords, stride - 1);
         const uint32_t upper = words[min(first_row + row, level.height - 1) * stride + word];
-        const uint32_t lower = words[min(first_row + row + block.half, level.height - 1) * stride + word];
-        pairs[i] =
-            make_uint4(__byte_perm(upper, lower, 0x4400) & 0x00ff00ff, __byte_perm(upper, lower, 0x5511) & 0x00ff00ff,
-                       __byte_perm(upper, lower, 0x6622) & 0x00ff00ff, __byte_perm(upper, lower, 0x7733) & 0x00ff00ff);
+        const uint32_t lower =
+            words[min(first_row + row + block.half, level.height - 1) * stride + word];
+        pairs[i] = make_uint4(__byte_perm(upper, lower, 0x4400) & 0x00ff00ff,
+                              __byte_perm(upper, lower, 0x5511) & 0x00ff00ff,
+                              __byte_perm(upper, lower, 0x6622) & 0x00ff00ff,
+                              __byte_perm(upper, lower, 0x7733) & 0x00ff00ff);
     }
 }
 
 // A bit for each pixel of the block with its rim: whether it is usable.
-__device__ void load_mask(const OrbLevel& level, const Block& block, const uint8_t* usable, uint32_t (*mask)[kMaskWords]) {
-    const int warp = static_cast<int>(threadIdx.x / kWarp), lane = static_cast<int>(threadIdx.x % kWarp);
+__device__ void load_mask(const OrbLevel& level, const Block& block, const uint8_t* usable,
+                          uint32_t (*mask)[kMaskWords]) {
+    const int warp = static_cast<int>(threadIdx.x / kWarp),
+              lane = static_cast<int>(threadIdx.x % kWarp);
     for (int row = warp; row < 2 * (block.half + kRim); row += kWarps) {
-        const uint8_t* from = usable + level.first + min(block.y - kRim + row, level.height - 1) * level.stride;
+        const uint8_t* from =
+            usable + level.first + min(block.y - kRim + row, level.height - 1) * level.stride;
         for (int word = 0; word < kMaskWords; ++word) {
-            const int x = min(block.x - kRim + static_cast<int>(kWarp) * word + lane, level.width - 1);
+            const int x =
+                min(block.x - kRim + static_cast<int>(kWarp) * word + lane, level.width - 1);
             const uint32_t bits = __ballot_sync(kAllLanes, from[x] != 0);
             if (lane == 0) mask[row][word] = bits;
         }
@@ -66,7 +79,8 @@ __device__ void load_mask(const OrbLevel& level, const Block& block, const uint8
 }
 
 // A bit for each pixel of one row of the block: whether it may have a score.
-__device__ uint64_t scored_pixels(const OrbLevel& level, const Block& block, const uint32_t (*mask)[kMaskWords], int row) {
+__device__ uint64_t scored_pixels(const OrbLevel& level, const Block& block,
+                                  const uint32_t (*mask)[kMaskWords], int row) {
     const int columns = level.width - orb::kBorder - block.x;
     if (block.y + row >= level.height - orb::kBorder || columns <= 0) return 0;
     const uint64_t in_level = columns < kWidth ? (uint64_t{1} << columns) - 1 : ~uint64_t{0};
@@ -83,31 +97,41 @@ __device__ uint64_t scored_pixels(const OrbLevel& level, const Block& block, con
     return all;
 }
 
-// Corners of a cell are compared by keys, score << 8 | (15 - y) << 4 | (15 - x): the largest is the strongest, then the first in raster order.
+// Corners of a cell are compared by keys, score << 8 | (15 - y) << 4 | (15 - x): the largest is the
+// strongest, then the first in raster order.
 constexpr uint32_t kLastPlace = orb::kLargestCell - 1;
 __device__ uint32_t place_key(int x, int y) {
     return (kLastPlace - static_cast<uint32_t>(y)) << 4 | (kLastPlace - static_cast<uint32_t>(x));
 }
 __device__ uint32_t corner_of(uint32_t key) {
-    return key < 256 ? 0 : key >> 8 << 16 | (kLastPlace - (key >> 4 & 15)) << 8 | (kLastPlace - (key & 15));
+    return key < 256
+               ? 0
+               : key >> 8 << 16 | (kLastPlace - (key >> 4 & 15)) << 8 | (kLastPlace - (key & 15));
 }
 
 // The best key of the block's column among those rows of its cells that are the thread's share.
-__device__ uint32_t best_of_column(const OrbLevel& level, const Block& block, int cell, uint32_t threshold, int column, int first_row,
-                                   int end_row, const uint32_t* pairs, const uint32_t (*scored)[kWidth / 32], uint8_t* scores) {
+__device__ uint32_t best_of_column(const OrbLevel& level, const Block& block, int cell,
+                                   uint32_t threshold, int column, int first_row, int end_row,
+                                   const uint32_t* pairs, const uint32_t (*scored)[kWidth / 32],
+                                   uint8_t* scores) {
     uint32_t best = 0;
     const uint32_t bit = static_cast<uint32_t>(column) % 32;
     for (int row = first_row; row < end_row; ++row) {
-        const uint32_t upper = scored[row][column / 32] >> bit & 1, lower = scored[row + block.half][column / 32] >> bit & 1;
+        const uint32_t upper = scored[row][column / 32] >> bit & 1,
+                       lower = scored[row + block.half][column / 32] >> bit & 1;
         if ((upper | lower) == 0) continue;
         const uint32_t* centre = pairs + (row + kRim) * kRow + (block.x - kRim) % 4 + kRim + column;
         uint32_t circle[16];
         load_circle<kRow>(centre, circle, std::make_index_sequence<16>());
         const uint32_t both = corner_scores(*centre, circle);
-        const auto counting = [&](uint32_t score, uint32_t may) { return may != 0 && score > threshold ? score : 0; };
-        const uint32_t upper_score = counting(both & 0xffff, upper), lower_score = counting(both >> 16, lower);
+        const auto counting = [&](uint32_t score, uint32_t may) {
+            return may != 0 && score > threshold ? score : 0;
+        };
+        const uint32_t upper_score = counting(both & 0xffff, upper),
+                       lower_score = counting(both >> 16, lower);
         const uint32_t place = place_key(column % cell, row % cell);
-        best = __vmaxu2(best, pair_of(upper_score != 0 ? upper_score << 8 | place : 0, lower_score != 0 ? lower_score << 8 | place : 0));
+        best = __vmaxu2(best, pair_of(upper_score != 0 ? upper_score << 8 | place : 0,
+                                      lower_score != 0 ? lower_score << 8 | place : 0));
         if (scores == nullptr) continue;
         uint8_t* at = scores + level.first_pixel + (block.y + row) * level.width + block.x + column;
         if (upper_score != 0) at[0] = static_cast<uint8_t>(upper_score);
@@ -116,8 +140,9 @@ __device__ uint32_t best_of_column(const OrbLevel& level, const Block& block, in
     return best;
 }
 
-__global__ void __launch_bounds__(kThreads, kResident) find_corners(OrbLevels levels, uint32_t threshold, const uint8_t* pyramid,
-                                                            const uint8_t* usable, uint32_t* corners, uint8_t* scores) {
+__global__ void __launch_bounds__(kThreads, kResident)
+    find_corners(OrbLevels levels, uint32_t threshold, const uint8_t* pyramid,
+                 const uint8_t* usable, uint32_t* corners, uint8_t* scores) {
     __shared__ uint4 pair_words[kRows * kRowWords];
     __shared__ uint32_t mask[kBothRows][kMaskWords];
     __shared__ uint32_t scored[2 * kHalf][kWidth / 32];
@@ -134,29 +159,34 @@ __global__ void __launch_bounds__(kThreads, kResident) find_corners(OrbLevels le
         __syncthreads();
     }
     if (thread < 2 * block.half) {
-        const uint64_t bits = scored_pixels(level, block, usable != nullptr ? mask : nullptr, thread);
+        const uint64_t bits =
+            scored_pixels(level, block, usable != nullptr ? mask : nullptr, thread);
         scored[thread][0] = static_cast<uint32_t>(bits);
         scored[thread][1] = static_cast<uint32_t>(bits >> 32);
     }
     __syncthreads();
 
-    // The row groups share out the rows of cells, and where there are fewer of these, the rows within.
+    // The row groups share out the rows of cells, and where there are fewer of these, the rows
+    // within.
     const int shares = kRowGroups / block.down, share = (cell + shares - 1) / shares;
     const int column = thread % kWidth, group = thread / kWidth, cell_row = group / shares;
     if (cell_row < block.down && column < block.across * cell) {
         const int first = group % shares * share, end = min(first + share, cell);
-        of_column[group][column] = best_of_column(level, block, cell, threshold, column, cell_row * cell + first, cell_row * cell + end, pairs,
-                                                  scored, scores);
+        of_column[group][column] =
+            best_of_column(level, block, cell, threshold, column, cell_row * cell + first,
+                           cell_row * cell + end, pairs, scored, scores);
     }
     __syncthreads();
     if (thread >= block.across * block.down) return;
     const int x = thread % block.across, y = thread / block.across;
     uint32_t best = 0;
     for (int i = 0; i < shares; ++i)
-        for (int k = 0; k < cell; ++k) best = __vmaxu2(best, of_column[y * shares + i][x * cell + k]);
+        for (int k = 0; k < cell; ++k)
+            best = __vmaxu2(best, of_column[y * shares + i][x * cell + k]);
     const auto keep = [&](int cell_y, uint32_t key) {
         if (block.cell_x + x < level.cells_x && cell_y < level.cells_y)
-            corners[level.first_cell + static_cast<uint32_t>(cell_y * level.cells_x + block.cell_x + x)] = corner_of(key);
+            corners[level.first_cell + static_cast<uint32_t>(cell_y * level.cells_x + block.cell_x +
+                                                             x)] = corner_of(key);
     };
     keep(block.cell_y + y, best & 0xffff);
     keep(block.cell_y + block.down + y, best >> 16);
@@ -164,12 +194,15 @@ __global__ void __launch_bounds__(kThreads, kResident) find_corners(OrbLevels le
 
 }  // namespace
 
-void record_orb_corners(Recorder& recorder, const defrec_orb_params& params, const OrbLevels& levels, const OrbMemory& memory,
-                        uint8_t* scores) {
+void record_orb_corners(Recorder& recorder, const defrec_orb_params& params,
+                        const OrbLevels& levels, const OrbMemory& memory, uint8_t* scores) {
     const int across = kWidth / levels.cell, down = 2 * (kHalf / levels.cell);
-    const auto blocks = [](int cells, int side) { return cover(static_cast<uint32_t>(cells), static_cast<uint32_t>(side)); };
+    const auto blocks = [](int cells, int side) {
+        return cover(static_cast<uint32_t>(cells), static_cast<uint32_t>(side));
+    };
     const OrbLevel& largest = levels.level[0];
-    const dim3 grid(blocks(largest.cells_x, across), blocks(largest.cells_y, down), static_cast<uint32_t>(levels.count));
+    const dim3 grid(blocks(largest.cells_x, across), blocks(largest.cells_y, down),
+                    static_cast<uint32_t>(levels.count));
     recorder.launch(find_corners, {grid, kThreads}, levels, params.threshold, memory.pyramid,
                     memory.mask != nullptr ? memory.usable : nullptr, memory.corners, scores);
 }

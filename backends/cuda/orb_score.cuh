@@ -15,11 +15,15 @@ constexpr uint32_t kPairOfOnes = 0x00010001;
 
 // The circle's pixels round `centre`, in order.
 template <int kStride, class T, size_t... kPlaces>
-__device__ void load_circle(const T* centre, uint32_t (&circle)[16], std::index_sequence<kPlaces...>) {
-    ((circle[kPlaces] = centre[std::integral_constant<int, orb::kCircle[kPlaces].y * kStride + orb::kCircle[kPlaces].x>::value]), ...);
+__device__ void load_circle(const T* centre, uint32_t (&circle)[16],
+                            std::index_sequence<kPlaces...>) {
+    ((circle[kPlaces] = centre[std::integral_constant<int, orb::kCircle[kPlaces].y * kStride +
+                                                               orb::kCircle[kPlaces].x>::value]),
+     ...);
 }
 
-// Without threshold, of two pixels and their circles. The runs of 9 that start at 2k and at 2k + 1 share 8.
+// Without threshold, of two pixels and their circles. The runs of 9 that start at 2k and at 2k + 1
+// share 8.
 __device__ inline uint32_t corner_scores(uint32_t centre, const uint32_t (&circle)[16]) {
     uint32_t least2[8], most2[8];
 #pragma unroll
@@ -37,7 +41,8 @@ __device__ inline uint32_t corner_scores(uint32_t centre, const uint32_t (&circl
 #pragma unroll
     for (int k = 0; k < 8; ++k) {
         const uint32_t one = circle[2 * k], other = circle[(2 * k + 9) % 16];
-        const uint32_t least8 = __vminu2(least4[k], least4[(k + 2) % 8]), most8 = __vmaxu2(most4[k], most4[(k + 2) % 8]);
+        const uint32_t least8 = __vminu2(least4[k], least4[(k + 2) % 8]),
+                       most8 = __vmaxu2(most4[k], most4[(k + 2) % 8]);
         brightest = __vmaxu2(brightest, __vminu2(least8, __vmaxu2(one, other)));
         darkest = __vminu2(darkest, __vmaxu2(most8, __vminu2(one, other)));
     }

@@ -24,32 +24,43 @@ __device__ uint32_t sum_from(uint32_t value, uint32_t lane) {
     return value;
 }
 
-// The least key, spacing * kScores or more, of which and above which there are no more corners than the capacity. By one warp.
-// of_distance: numbers of corners; counts: of each key.
-__device__ uint32_t find_min_key(uint32_t lane, uint32_t spacing, uint32_t capacity, const uint32_t* of_distance, const uint32_t* counts) {
-    // How many are at least so far falls as the distance grows, so that the first distance that fits is the least.
+// The least key, spacing * kScores or more, of which and above which there are no more corners than
+// the capacity. By one warp. of_distance: numbers of corners; counts: of each key.
+__device__ uint32_t find_min_key(uint32_t lane, uint32_t spacing, uint32_t capacity,
+                                 const uint32_t* of_distance, const uint32_t* counts) {
+    // How many are at least so far falls as the distance grows, so that the first distance that
+    // fits is the least.
     const uint32_t far = sum_from(of_distance[kWarp + lane], lane);
     const uint32_t near = sum_from(of_distance[lane], lane) + __shfl_sync(kAllLanes, far, 0);
     const uint32_t near_fits = __ballot_sync(kAllLanes, lane >= spacing && near <= capacity);
     const uint32_t far_fits = __ballot_sync(kAllLanes, kWarp + lane >= spacing && far <= capacity);
-    const auto first_of = [](uint32_t bits) { return static_cast<uint32_t>(__ffs(static_cast<int>(bits))) - 1; };
-    const uint32_t distance = near_fits != 0 ? first_of(near_fits) : far_fits != 0 ? kWarp + first_of(far_fits) : kDistances;
+    const auto first_of = [](uint32_t bits) {
+        return static_cast<uint32_t>(__ffs(static_cast<int>(bits))) - 1;
+    };
+    const uint32_t distance = near_fits != 0  ? first_of(near_fits)
+                              : far_fits != 0 ? kWarp + first_of(far_fits)
+                                              : kDistances;
     if (distance == spacing) return distance * kScores;
 
-    // Of those a pixel nearer, the scores that fit too: each lane looks at some, the last lane at the best.
+    // Of those a pixel nearer, the scores that fit too: each lane looks at some, the last lane at
+    // the best.
     const uint32_t kept_near = __shfl_sync(kAllLanes, near, static_cast<int>(distance % kWarp));
     const uint32_t kept_far = __shfl_sync(kAllLanes, far, static_cast<int>(distance % kWarp));
     constexpr uint32_t kEach = kScores / kWarp;
     const uint32_t first_key = (distance - 1) * kScores + kEach * lane;
     uint32_t of_key[kEach], sum = 0;
     for (uint32_t i = 0; i < kEach; ++i) sum += of_key[i] = counts[first_key + i];
-    uint32_t count = (distance < kWarp ? kept_near : distance < kDistances ? kept_far : 0) + sum_from(sum, lane) - sum;
+    uint32_t count = (distance < kWarp        ? kept_near
+                      : distance < kDistances ? kept_far
+                                              : 0) +
+                     sum_from(sum, lane) - sum;
     uint32_t minimum = distance * kScores;
     for (uint32_t i = kEach; i-- > 0;) {
         count += of_key[i];
         if (count <= capacity) minimum = first_key + i;
     }
-    for (int step = 16; step > 0; step /= 2) minimum = min(minimum, __shfl_xor_sync(kAllLanes, minimum, step));
+    for (int step = 16; step > 0; step /= 2)
+        minimum = min(minimum, __shfl_xor_sync(kAllLanes, minimum, step));
     return minimum;
 }
 
@@ -65,16 +76,19 @@ __device__ uint32_t kept_of(const uint4* keys, uint32_t min_key) {
         const uint32_t pairs[4] = {eight.x, eight.y, eight.z, eight.w};
 #pragma unroll
         for (uint32_t k = 0; k < 4; ++k) {
-            const uint32_t low = (pairs[k] & 0xffff) >= min_key ? 1 : 0, high = pairs[k] >> 16 >= min_key ? 2 : 0;
+            const uint32_t low = (pairs[k] & 0xffff) >= min_key ? 1 : 0,
+                           high = pairs[k] >> 16 >= min_key ? 2 : 0;
             kept |= (low | high) << (8 * i + 2 * k);
         }
     }
     return kept;
 }
 
-// One block, whose threads share out the cells in runs. runs: of kCells; keys behind the last cell are 0.
-__global__ void __launch_bounds__(kThreads) choose(uint32_t spacing, uint32_t capacity, uint32_t runs, const uint4* keys,
-                                                   const uint32_t* counts, uint32_t* kept, uint32_t* feature_count) {
+// One block, whose threads share out the cells in runs. runs: of kCells; keys behind the last cell
+// are 0.
+__global__ void __launch_bounds__(kThreads)
+    choose(uint32_t spacing, uint32_t capacity, uint32_t runs, const uint4* keys,
+           const uint32_t* counts, uint32_t* kept, uint32_t* feature_count) {
     __shared__ uint32_t of_distance[kDistances];
     __shared__ uint32_t shared_min_key;
     __shared__ uint32_t up_to_warp[kWarps];
@@ -85,7 +99,8 @@ __global__ void __launch_bounds__(kThreads) choose(uint32_t spacing, uint32_t ca
     uint32_t sum = 0;
 #pragma unroll
     for (uint32_t i = 0; i < kEach; ++i) {
-        const uint4 four = reinterpret_cast<const uint4*>(counts + distance * kScores)[i * kSharers + sharer];
+        const uint4 four =
+            reinterpret_cast<const uint4*>(counts + distance * kScores)[i * kSharers + sharer];
         sum += four.x + four.y + four.z + four.w;
     }
     for (int step = kSharers / 2; step > 0; step /= 2) sum += __shfl_xor_sync(kAllLanes, sum, step);
@@ -106,8 +121,10 @@ __global__ void __launch_bounds__(kThreads) choose(uint32_t spacing, uint32_t ca
         if (lane == kWarp - 1) up_to_warp[warp] = up_to;
         __syncthreads();
         const uint32_t up_to_lanes_warp = sum_up_to(up_to_warp[lane], lane);
-        const uint32_t before_warp = __shfl_sync(kAllLanes, up_to_lanes_warp, static_cast<int>(warp) - 1);
-        for (uint32_t at = before + (warp > 0 ? before_warp : 0) + up_to - own; flags != 0; flags &= flags - 1)
+        const uint32_t before_warp =
+            __shfl_sync(kAllLanes, up_to_lanes_warp, static_cast<int>(warp) - 1);
+        for (uint32_t at = before + (warp > 0 ? before_warp : 0) + up_to - own; flags != 0;
+             flags &= flags - 1)
             kept[at++] = kCells * run + static_cast<uint32_t>(__ffs(static_cast<int>(flags))) - 1;
         before += __shfl_sync(kAllLanes, up_to_lanes_warp, static_cast<int>(kWarps) - 1);
         __syncthreads();
@@ -117,9 +134,11 @@ __global__ void __launch_bounds__(kThreads) choose(uint32_t spacing, uint32_t ca
 
 }  // namespace
 
-void record_orb_selection(Recorder& recorder, const defrec_orb_params& params, uint32_t cells, const OrbMemory& memory) {
-    recorder.launch(choose, {1, kThreads}, params.spacing, params.capacity, cover(cells, kCells), reinterpret_cast<const uint4*>(memory.keys),
-                    memory.counts, memory.kept, memory.feature_count);
+void record_orb_selection(Recorder& recorder, const defrec_orb_params& params, uint32_t cells,
+                          const OrbMemory& memory) {
+    recorder.launch(choose, {1, kThreads}, params.spacing, params.capacity, cover(cells, kCells),
+                    reinterpret_cast<const uint4*>(memory.keys), memory.counts, memory.kept,
+                    memory.feature_count);
 }
 static_assert(kCells == kOrbKeysAtOnce);
 

@@ -43,7 +43,8 @@ struct StoredPairs {
     }
 };
 
-// ---- each reference on its own ---------------------------------------------------------------------------------
+// ---- each reference on its own
+// ---------------------------------------------------------------------------------
 
 // One bit for each match, set if it takes part. Every warp has to call these.
 class Bitmap {
@@ -57,7 +58,8 @@ class Bitmap {
     __device__ uint32_t set_bits() const {
         uint32_t own = 0;
         for (uint32_t i = threadIdx.x % kWarp; i < count_; i += kWarp) own += __popc(words_[i]);
-        for (uint32_t other = 1; other < kWarp; other *= 2) own += __shfl_xor_sync(kAllLanes, own, other);
+        for (uint32_t other = 1; other < kWarp; other *= 2)
+            own += __shfl_xor_sync(kAllLanes, own, other);
         return own;
     }
     // Where the set bit is that has `rank` others before it.
@@ -117,15 +119,18 @@ __device__ void add_moment(float m[9], float weight, const Vec3<float>& b, const
     }
 }
 
-// Alternates the rotation about the origin and the weights; then how many pairs lie within the threshold.
-__device__ Rotation follow_pairs(const Pairs<Matches>& pairs, uint32_t iterations, float threshold, BlockSums& sums, uint32_t& support) {
+// Alternates the rotation about the origin and the weights; then how many pairs lie within the
+// threshold.
+__device__ Rotation follow_pairs(const Pairs<Matches>& pairs, uint32_t iterations, float threshold,
+                                 BlockSums& sums, uint32_t& support) {
     constexpr float kMinSquare = 1e-20f;  // mm^2
     Rotation rotation{};
     float limit = FLT_MAX;  // at first every weight is 1
     for (uint32_t iteration = 0; iteration < iterations; ++iteration) {
         float moment[16] = {};
         pairs.each([&](const Pair& pair) {
-            const float inverse = rsqrtf(fmaxf(squared_length(rest_of(rotation, pair.from, pair.to)), kMinSquare));
+            const float inverse =
+                rsqrtf(fmaxf(squared_length(rest_of(rotation, pair.from, pair.to)), kMinSquare));
             add_moment(moment, fminf(limit * inverse * inverse, 1.0f), pair.to, pair.from);
         });
         sums.add_up(moment);
@@ -134,7 +139,8 @@ __device__ Rotation follow_pairs(const Pairs<Matches>& pairs, uint32_t iteration
     }
     float within[1] = {};
     pairs.each([&](const Pair& pair) {
-        if (pair.taken && squared_length(rest_of(rotation, pair.from, pair.to)) < limit) within[0] += 1;
+        if (pair.taken && squared_length(rest_of(rotation, pair.from, pair.to)) < limit)
+            within[0] += 1;
     });
     sums.add_up(within);
     support = static_cast<uint32_t>(within[0]);
@@ -143,7 +149,8 @@ __device__ Rotation follow_pairs(const Pairs<Matches>& pairs, uint32_t iteration
 
 // The first block also says what the frame gave, and begins the summary. Shared memory: the bitmap.
 __global__ void __launch_bounds__(kMaxThreads)
-    ransac_follow(Matches matches, uint32_t landmarks, defrec_ransac_params params, Results results, defrec_ransac_summary* summary) {
+    ransac_follow(Matches matches, uint32_t landmarks, defrec_ransac_params params, Results results,
+                  defrec_ransac_summary* summary) {
     Pairs<Matches> pairs(matches, landmarks);
     Bitmap taken(dynamic_shared<uint32_t>(), landmarks);
     const bool first_block = blockIdx.x == 0;
@@ -170,17 +177,21 @@ __global__ void __launch_bounds__(kMaxThreads)
     }
     if (blockIdx.x >= references) return;
 
-    const Pair origin = matches(taken.find(reference_index(params.seed, blockIdx.x, references, count)));
+    const Pair origin =
+        matches(taken.find(reference_index(params.seed, blockIdx.x, references, count)));
     pairs.turn_about(origin.from, origin.to);
     uint32_t support = 0;
     const Rotation rotation = follow_pairs(pairs, params.iterations, threshold, sums, support);
-    if (threadIdx.x == 0) results.hypotheses[blockIdx.x] = {rotation, origin.from, origin.to, support};
+    if (threadIdx.x == 0)
+        results.hypotheses[blockIdx.x] = {rotation, origin.from, origin.to, support};
 }
 
-// ---- what they agree on ----------------------------------------------------------------------------------------
+// ---- what they agree on
+// ----------------------------------------------------------------------------------------
 
 struct Choice {
-    uint32_t best, needed;  // the reference with the largest support, of equals the first; the support that acceptance takes
+    uint32_t best, needed;  // the reference with the largest support, of equals the first; the
+                            // support that acceptance takes
     uint32_t accepted;      // how many references
     bool any;               // the best one is among them
 };
@@ -197,21 +208,26 @@ __device__ Choice choose(const defrec_ransac_params& params, const Results& resu
         }
     }
     for (uint32_t with = 1; with < kWarp; with *= 2) {
-        const uint32_t other = __shfl_xor_sync(kAllLanes, support, with), its = __shfl_xor_sync(kAllLanes, best, with);
+        const uint32_t other = __shfl_xor_sync(kAllLanes, support, with),
+                       its = __shfl_xor_sync(kAllLanes, best, with);
         if (other > support || (other == support && its < best)) {
             support = other;
             best = its;
         }
     }
     Choice choice{best, needed_support(params, frame.pairs, support), 0, false};
-    for (uint32_t k = lane; k < frame.references; k += kWarp) choice.accepted += results.hypotheses[k].support >= choice.needed;
-    for (uint32_t with = 1; with < kWarp; with *= 2) choice.accepted += __shfl_xor_sync(kAllLanes, choice.accepted, with);
+    for (uint32_t k = lane; k < frame.references; k += kWarp)
+        choice.accepted += results.hypotheses[k].support >= choice.needed;
+    for (uint32_t with = 1; with < kWarp; with *= 2)
+        choice.accepted += __shfl_xor_sync(kAllLanes, choice.accepted, with);
     choice.any = choice.accepted > 0;
     return choice;
 }
 
-// Each thread's match gets its largest weight over the accepted references: that of the least distance.
-__device__ void merge(const Matches& matches, uint32_t landmarks, const Results& results, const Choice& choice, defrec_match* weighted,
+// Each thread's match gets its largest weight over the accepted references: that of the least
+// distance.
+__device__ void merge(const Matches& matches, uint32_t landmarks, const Results& results,
+                      const Choice& choice, defrec_match* weighted,
                       defrec_ransac_summary* summary) {
     constexpr uint32_t kTile = 32;
     __shared__ Hypothesis tile[kTile];
@@ -226,7 +242,9 @@ __device__ void merge(const Matches& matches, uint32_t landmarks, const Results&
         __syncthreads();
         for (uint32_t k = 0; k < count; ++k)
             if (tile[k].support >= choice.needed)
-                minimum = fminf(minimum, squared_length(rest_of(tile[k].rotation, pair.from - tile[k].from, pair.to - tile[k].to)));
+                minimum = fminf(minimum,
+                                squared_length(rest_of(tile[k].rotation, pair.from - tile[k].from,
+                                                       pair.to - tile[k].to)));
     }
     float weight = pair.taken ? fminf(frame.threshold / std::sqrt(minimum), 1.0f) : 0;
     if (!(weight >= kKeptWeight)) weight = 0;
@@ -240,7 +258,8 @@ __device__ void merge(const Matches& matches, uint32_t landmarks, const Results&
 }
 
 // Fits the best reference's motion to its inliers, now without the reference as centre.
-__device__ void summarise(uint32_t landmarks, const Results& results, const Choice& choice, defrec_ransac_summary* summary) {
+__device__ void summarise(uint32_t landmarks, const Results& results, const Choice& choice,
+                          defrec_ransac_summary* summary) {
     const Frame frame = *results.frame;
     const float limit = frame.threshold * frame.threshold;
     Rotation rotation{{1, 0, 0, 0, 1, 0, 0, 0, 1}};
@@ -255,16 +274,20 @@ __device__ void summarise(uint32_t landmarks, const Results& results, const Choi
         for (uint32_t round = 0; round <= kRefinements; ++round) {
             float sum[16] = {};  // moment about the origin, template and live points, count
             pairs.each([&](const Pair& pair) {
-                if (!pair.taken || !(squared_length(rest_of(rotation, pair.from, pair.to) - shift) < limit)) return;
+                if (!pair.taken ||
+                    !(squared_length(rest_of(rotation, pair.from, pair.to) - shift) < limit))
+                    return;
                 add_moment(sum, 1, pair.to, pair.from);
-                const float points[7] = {pair.from.x, pair.from.y, pair.from.z, pair.to.x, pair.to.y, pair.to.z, 1};
+                const float points[7] = {
+                    pair.from.x, pair.from.y, pair.from.z, pair.to.x, pair.to.y, pair.to.z, 1};
                 for (int i = 0; i < 7; ++i) sum[9 + i] += points[i];
             });
             sums.add_up(sum);
             support = static_cast<uint32_t>(sum[15]);
             if (round == kRefinements || support == 0) break;
             const float share = 1 / sum[15];
-            const Vec3<float> from{share * sum[9], share * sum[10], share * sum[11]}, to{share * sum[12], share * sum[13], share * sum[14]};
+            const Vec3<float> from{share * sum[9], share * sum[10], share * sum[11]},
+                to{share * sum[12], share * sum[13], share * sum[14]};
             add_moment(sum, -sum[15], to, from);  // now about the means
             rotation = nearest_rotation(sum);
             shift = rest_of(rotation, from, to);
@@ -280,8 +303,9 @@ __device__ void summarise(uint32_t landmarks, const Results& results, const Choi
 }
 
 // The first block writes the summary but for its inliers, which the others count.
-__global__ void __launch_bounds__(kMaxThreads) ransac_merge(Matches matches, uint32_t landmarks, defrec_ransac_params params,
-                                                             Results results, defrec_match* weighted, defrec_ransac_summary* summary) {
+__global__ void __launch_bounds__(kMaxThreads)
+    ransac_merge(Matches matches, uint32_t landmarks, defrec_ransac_params params, Results results,
+                 defrec_match* weighted, defrec_ransac_summary* summary) {
     const Choice choice = choose(params, results);
     if (blockIdx.x == 0)
         summarise(landmarks, results, choice, summary);
@@ -305,20 +329,28 @@ class Ransac final : public Stage {
         count_ = static_cast<uint32_t>(landmarks.size());
     }
 
-    void record(Recorder& recorder, std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
+    void record(Recorder& recorder, std::span<const InBuffer> in,
+                std::span<const OutBuffer> out) override {
         expect_buffers("ransac: in", in, 1);
         expect_buffers("ransac: out", out, 2);
         if (!landmarks_) throw StageError(DEFREC_ERROR_STATE, "ransac: run before prepare");
-        const Matches matches{landmarks_.as<defrec_landmark>(), take<defrec_match>("ransac: matches", in[0], count_)};
+        const Matches matches{landmarks_.as<defrec_landmark>(),
+                              take<defrec_match>("ransac: matches", in[0], count_)};
         auto* weighted = take<defrec_match>("ransac: matches out", out[0], count_);
         auto* summary = take<defrec_ransac_summary>("ransac: summary", out[1], 1);
-        const Results results{frame_.as<Frame>(), hypotheses_.as<Hypothesis>(), from_.as<float4>(), to_.as<float4>()};
-        const uint32_t threads = std::clamp(std::bit_ceil(cover(count_, kHeld)), kMinThreads, kMaxThreads);
-        recorder.launch(ransac_follow, {dim3(p_.references), dim3(threads), bitmap_bytes(count_)}, matches, count_, p_, results, summary);
-        recorder.launch(ransac_merge, {dim3(1 + cover(count_, threads)), dim3(threads)}, matches, count_, p_, results, weighted, summary);
+        const Results results{frame_.as<Frame>(), hypotheses_.as<Hypothesis>(), from_.as<float4>(),
+                              to_.as<float4>()};
+        const uint32_t threads =
+            std::clamp(std::bit_ceil(cover(count_, kHeld)), kMinThreads, kMaxThreads);
+        recorder.launch(ransac_follow, {dim3(p_.references), dim3(threads), bitmap_bytes(count_)},
+                        matches, count_, p_, results, summary);
+        recorder.launch(ransac_merge, {dim3(1 + cover(count_, threads)), dim3(threads)}, matches,
+                        count_, p_, results, weighted, summary);
     }
 
-    static size_t bitmap_bytes(uint32_t landmarks) { return size_t{cover(landmarks, 32)} * sizeof(uint32_t); }
+    static size_t bitmap_bytes(uint32_t landmarks) {
+        return size_t{cover(landmarks, 32)} * sizeof(uint32_t);
+    }
 
   private:
     defrec_ransac_params p_;
@@ -331,8 +363,10 @@ class Ransac final : public Stage {
 
 std::unique_ptr<Stage> make_ransac(const defrec_ransac_params& params, Device& device) {
     check_limits(params);
-    if (Ransac::bitmap_bytes(params.landmarks) + BlockSums::kSharedBytes > device.limits().shared_per_block)
-        throw StageError(DEFREC_ERROR_UNSUPPORTED, "ransac: " + std::to_string(params.landmarks) + " landmarks are too many for this device");
+    if (Ransac::bitmap_bytes(params.landmarks) + BlockSums::kSharedBytes >
+        device.limits().shared_per_block)
+        throw StageError(DEFREC_ERROR_UNSUPPORTED, "ransac: " + std::to_string(params.landmarks) +
+                                                       " landmarks are too many for this device");
     return std::make_unique<Ransac>(params, device);
 }
 

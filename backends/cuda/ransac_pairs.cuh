@@ -1,11 +1,13 @@
-// What the kernels of ransac share: the matched points of a block's threads, and sums over a block in an order that never changes.
+// What the kernels of ransac share: the matched points of a block's threads, and sums over a block
+// in an order that never changes.
 #pragma once
 #include "backends/cuda/ransac_rotation.cuh"
 
 namespace defrec::cuda {
 namespace {
 
-constexpr uint32_t kHeld = 8;  // pairs that a thread holds in registers; those of longer lists are read again whenever they are needed
+constexpr uint32_t kHeld = 8;  // pairs that a thread holds in registers; those of longer lists are
+                               // read again whenever they are needed
 constexpr uint32_t kMinThreads = 64, kMaxThreads = 512;
 
 struct Pair {
@@ -50,12 +52,14 @@ struct Pairs {
     }
 };
 
-// Leaves in values[0] of each lane the sum over the warp of values[lane % kCount]: each step hands half of what is left to a partner.
+// Leaves in values[0] of each lane the sum over the warp of values[lane % kCount]: each step hands
+// half of what is left to a partner.
 template <int kHalf, int kCount>
 __device__ void share_out(float (&values)[kCount]) {
     const bool upper = (threadIdx.x & kHalf) != 0;
     for (int i = 0; i < kHalf; ++i) {
-        const float give = upper ? values[i] : values[i + kHalf], keep = upper ? values[i + kHalf] : values[i];
+        const float give = upper ? values[i] : values[i + kHalf],
+                    keep = upper ? values[i + kHalf] : values[i];
         values[i] = keep + __shfl_xor_sync(kAllLanes, give, kHalf);
     }
     if constexpr (kHalf > 1) share_out<kHalf / 2>(values);
@@ -70,7 +74,8 @@ class BlockSums {
   public:
     static constexpr size_t kSharedBytes = 2 * sizeof(Partials);
 
-    // Replaces each thread's values by their sums over the block. kCount: a power of two, at most kMost.
+    // Replaces each thread's values by their sums over the block. kCount: a power of two, at most
+    // kMost.
     template <int kCount>
     __device__ void add_up(float (&values)[kCount]) {
         static_assert((kCount & (kCount - 1)) == 0 && kCount <= kMax);
@@ -78,7 +83,8 @@ class BlockSums {
         const uint32_t lane = threadIdx.x % kWarp, warps = blockDim.x / kWarp;
         if constexpr (kCount > 1) share_out<kCount / 2>(values);
         float sum = values[0];
-        for (uint32_t other = kCount; other < kWarp; other *= 2) sum += __shfl_xor_sync(kAllLanes, sum, other);
+        for (uint32_t other = kCount; other < kWarp; other *= 2)
+            sum += __shfl_xor_sync(kAllLanes, sum, other);
         if (lane < kCount) partial[threadIdx.x / kWarp][lane] = sum;
         __syncthreads();
         sum = 0;

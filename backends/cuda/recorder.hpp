@@ -1,4 +1,5 @@
-// Records the work of a stage, once for each set of buffers it is run with: kernels and what each has to wait for.
+// Records the work of a stage, once for each set of buffers it is run with: kernels and what each
+// has to wait for.
 #pragma once
 #include <algorithm>
 #include <cstdint>
@@ -45,9 +46,11 @@ class Recorder {
         if (size != 0) add(Fill{static_cast<std::byte*>(memory), value, size});
     }
     void copy(void* to, const void* from, uint64_t size) {
-        if (size != 0 && to != from) add(Copy{static_cast<std::byte*>(to), static_cast<const std::byte*>(from), size});
+        if (size != 0 && to != from)
+            add(Copy{static_cast<std::byte*>(to), static_cast<const std::byte*>(from), size});
     }
-    // Each part is a function that records; none may read or write what another writes. What follows waits for all.
+    // Each part is a function that records; none may read or write what another writes. What
+    // follows waits for all.
     template <class... Parts>
     void beside(Parts&&... parts) {
         const std::vector<uint32_t> before = recording_.last;
@@ -56,7 +59,8 @@ class Recorder {
             recording_.last = before;
             part();
             for (const uint32_t node : recording_.last)
-                if (std::find(after.begin(), after.end(), node) == after.end()) after.push_back(node);
+                if (std::find(after.begin(), after.end(), node) == after.end())
+                    after.push_back(node);
         };
         (record(parts), ...);
         recording_.last = after;

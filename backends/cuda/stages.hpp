@@ -1,5 +1,6 @@
-// Every stage as CUDA kernels. One maker per stage; parameters arrive checked and complete. docs/stages.md defines what each computes.
-// A maker throws StageError(DEFREC_ERROR_UNSUPPORTED) where the device is too small.
+// Every stage as CUDA kernels. One maker per stage; parameters arrive checked and complete.
+// docs/stages.md defines what each computes. A maker throws StageError(DEFREC_ERROR_UNSUPPORTED)
+// where the device is too small.
 #pragma once
 #include <memory>
 

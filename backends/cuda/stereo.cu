@@ -1,5 +1,6 @@
-// Stage stereo: half resolution from the images to a refined field, then full resolution from the hypothesis to the result.
-// docs/stages/stereo.md. Seven kernels, one after the other; large images and many passes of smoothing take one more each.
+// Stage stereo: half resolution from the images to a refined field, then full resolution from the
+// hypothesis to the result. docs/stages/stereo.md. Seven kernels, one after the other; large images
+// and many passes of smoothing take one more each.
 #include <bit>
 
 #include "backends/cuda/stages.hpp"
@@ -11,11 +12,20 @@ namespace {
 int padded(int count) { return (count + 15) / 16 * 16; }
 
 StereoShape shape_of(const StereoSizes& size) {
-    return {size.width, size.height, size.stride, padded(size.width), size.half_width, size.half_height, padded(size.half_width),
-            size.first, size.count};
+    return {size.width,
+            size.height,
+            size.stride,
+            padded(size.width),
+            size.half_width,
+            size.half_height,
+            padded(size.half_width),
+            size.first,
+            size.count};
 }
 
-uint64_t area(int stride, int height) { return static_cast<uint64_t>(stride) * static_cast<uint64_t>(height); }
+uint64_t area(int stride, int height) {
+    return static_cast<uint64_t>(stride) * static_cast<uint64_t>(height);
+}
 
 // Without memory.
 DisparityPyramid pyramid_of(const StereoSizes& size) {
@@ -32,7 +42,8 @@ DisparityPyramid pyramid_of(const StereoSizes& size) {
 struct Image {
     Image(Device& device, const StereoShape& shape)
         : half_mask(device, area(shape.half_stride, shape.half_height)),
-          words(make_buffer<uint32_t>(device, area(shape.half_stride, (shape.half_height + kBandRows - 1) / kBandRows))),
+          words(make_buffer<uint32_t>(
+              device, area(shape.half_stride, (shape.half_height + kBandRows - 1) / kBandRows))),
           gray_(device, area(gray_stride(shape.full_stride), shape.height)),
           half_(device, area(gray_stride(shape.half_stride), shape.half_height)) {}
     PreparedImage prepared(const uint8_t* source, const uint8_t* mask, uint8_t* given) const {
@@ -58,7 +69,8 @@ class Stereo final : public Stage {
           candidates_(make_buffer<uint16_t>(device, left_.half_mask.size())),
           right_keys_(make_buffer<int32_t>(device, size_.half_pixels())),
           supported_(make_buffer<int16_t>(device, size_.half_pixels())),
-          fields_(make_buffer<int16_t>(device, static_cast<uint64_t>(pyramid_.levels[pyramid_.count - 1].offset) + 1)),
+          fields_(make_buffer<int16_t>(
+              device, static_cast<uint64_t>(pyramid_.levels[pyramid_.count - 1].offset) + 1)),
           standing_(device, left_.half_mask.size()),
           half_refined_(make_buffer<int16_t>(device, size_.half_pixels())),
           hypothesis_(make_buffer<int16_t>(device, area(shape_.full_stride, shape_.height))),
@@ -68,10 +80,12 @@ class Stereo final : public Stage {
         pyramid_.data = fields_.as<int16_t>();
     }
 
-    void record(Recorder& recorder, std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
+    void record(Recorder& recorder, std::span<const InBuffer> in,
+                std::span<const OutBuffer> out) override {
         const StereoBuffers given = stereo_buffers(size_, in, out);
         const auto own = [](auto* wanted, const Buffer& buffer) {
-            return wanted != nullptr ? wanted : buffer.as<std::remove_pointer_t<decltype(wanted)>>();
+            return wanted != nullptr ? wanted
+                                     : buffer.as<std::remove_pointer_t<decltype(wanted)>>();
         };
         int32_t* const right_keys = own(given.right_keys, right_keys_);
         int16_t* const supported = own(given.supported, supported_);
@@ -79,27 +93,37 @@ class Stereo final : public Stage {
         const int radius = static_cast<int>(p_.radius);
 
         // What the search leaves out has no winner.
-        if (given.left_keys != nullptr) recorder.fill(given.left_keys, 0, size_.half_pixels() * sizeof(int32_t));
-        record_prepare(recorder, {shape_,
-                                  {left_.prepared(given.left, given.left_mask, given.prepared_left),
-                                   right_.prepared(given.right, given.right_mask, given.prepared_right)},
-                                  right_keys,
-                                  words_aligned(given)});
+        if (given.left_keys != nullptr)
+            recorder.fill(given.left_keys, 0, size_.half_pixels() * sizeof(int32_t));
+        record_prepare(recorder,
+                       {shape_,
+                        {left_.prepared(given.left, given.left_mask, given.prepared_left),
+                         right_.prepared(given.right, given.right_mask, given.prepared_right)},
+                        right_keys,
+                        words_aligned(given)});
         record_search(recorder, search_step(given.left_keys, right_keys));
         record_agree(recorder,
-                     {shape_, radius, static_cast<int>(p_.left_right), static_cast<int>(p_.support), candidates_.as<uint16_t>(), right_keys,
-                      left_.half_mask.as<uint8_t>(), right_.half_mask.as<uint8_t>(), given.checked, supported, pyramid_});
-        record_dense(recorder, {shape_, radius, static_cast<int>(p_.edge), pyramid_, left_.half(), right_.half(), supported, given.dense,
-                                standing_.as<uint8_t>(), half_refined});
-        record_refine(recorder, {shape_, static_cast<int>(p_.refine_radius), static_cast<int>(p_.refine_score),
-                                 static_cast<int>(p_.texture), left_.gray(), right_.gray(), given.left_mask, given.right_mask, half_refined,
-                                 standing_.as<uint8_t>(), hypothesis_.as<int16_t>(), evidence_.as<int16_t>(), confidence_.as<uint8_t>(),
-                                 given.hypothesis, given.refined, given.score});
-        record_finish(recorder, {shape_, static_cast<int>(p_.support), static_cast<int>(p_.fill_radius), hypothesis_.as<int16_t>(),
-                                 evidence_.as<int16_t>(), confidence_.as<uint8_t>(), filled_.as<int16_t>(), given.evidence, given.filled,
-                                 given.confidence});
-        record_smooth(recorder, {shape_, static_cast<int>(p_.smooth_radius), static_cast<int>(p_.smooth_range),
-                                 static_cast<int>(p_.smooth_passes), filled_.as<int16_t>(), evidence_.as<int16_t>(), given.disparity});
+                     {shape_, radius, static_cast<int>(p_.left_right), static_cast<int>(p_.support),
+                      candidates_.as<uint16_t>(), right_keys, left_.half_mask.as<uint8_t>(),
+                      right_.half_mask.as<uint8_t>(), given.checked, supported, pyramid_});
+        record_dense(recorder, {shape_, radius, static_cast<int>(p_.edge), pyramid_, left_.half(),
+                                right_.half(), supported, given.dense, standing_.as<uint8_t>(),
+                                half_refined});
+        record_refine(recorder,
+                      {shape_, static_cast<int>(p_.refine_radius),
+                       static_cast<int>(p_.refine_score), static_cast<int>(p_.texture),
+                       left_.gray(), right_.gray(), given.left_mask, given.right_mask, half_refined,
+                       standing_.as<uint8_t>(), hypothesis_.as<int16_t>(), evidence_.as<int16_t>(),
+                       confidence_.as<uint8_t>(), given.hypothesis, given.refined, given.score});
+        record_finish(
+            recorder,
+            {shape_, static_cast<int>(p_.support), static_cast<int>(p_.fill_radius),
+             hypothesis_.as<int16_t>(), evidence_.as<int16_t>(), confidence_.as<uint8_t>(),
+             filled_.as<int16_t>(), given.evidence, given.filled, given.confidence});
+        record_smooth(recorder,
+                      {shape_, static_cast<int>(p_.smooth_radius),
+                       static_cast<int>(p_.smooth_range), static_cast<int>(p_.smooth_passes),
+                       filled_.as<int16_t>(), evidence_.as<int16_t>(), given.disparity});
     }
 
   private:
@@ -114,7 +138,8 @@ class Stereo final : public Stage {
         step.one_over_n = 1.0f / static_cast<float>(side * side);
         step.min_score = static_cast<float>(p_.min_score) * unit;
         step.min_lead = static_cast<float>(p_.uniqueness) * unit;
-        step.min_variance = static_cast<int>((deviation * deviation + 255) / 256);  // the least V with 256 V >= texture^2 n^2
+        step.min_variance = static_cast<int>((deviation * deviation + 255) /
+                                             256);  // the least V with 256 V >= texture^2 n^2
         step.candidates = candidates_.as<uint16_t>();
         step.right_keys = right_keys;
         step.left_keys = left_keys;
@@ -122,7 +147,8 @@ class Stereo final : public Stage {
     }
     bool words_aligned(const StereoBuffers& given) const {
         uintptr_t all = static_cast<uintptr_t>(size_.stride);
-        for (const uint8_t* image : {given.left, given.right, given.left_mask, given.right_mask}) all |= std::bit_cast<uintptr_t>(image);
+        for (const uint8_t* image : {given.left, given.right, given.left_mask, given.right_mask})
+            all |= std::bit_cast<uintptr_t>(image);
         return all % 4 == 0;
     }
 

@@ -1,4 +1,5 @@
-// Stage stereo, the end of section 10 and section 11: speckles go and small holes are filled, in one pass over tiles.
+// Stage stereo, the end of section 10 and section 11: speckles go and small holes are filled, in
+// one pass over tiles.
 #include "backends/cuda/stereo_steps.hpp"
 #include "backends/cuda/stereo_windows.cuh"
 
@@ -8,10 +9,12 @@ namespace {
 constexpr int kWidth = 64, kHeight = 32, kRun = 8;
 constexpr int kThreads = 576;  // for the most runs of a pass, 10 x 56
 constexpr int kSpeckleRadius = 4, kMaxFillRadius = 8;
-constexpr int kReachWidth = kWidth + 2 * (kSpeckleRadius + kMaxFillRadius), kReachHeight = kHeight + 2 * (kSpeckleRadius + kMaxFillRadius);
+constexpr int kReachWidth = kWidth + 2 * (kSpeckleRadius + kMaxFillRadius),
+              kReachHeight = kHeight + 2 * (kSpeckleRadius + kMaxFillRadius);
 constexpr int kStride = kReachWidth + 4;  // rows eight apart in four words each do not share banks
 static_assert(kStride % 8 == 4);
-constexpr int kOne = 1 << 16;  // a cell counts its disparity above its difference to the hypothesis, which is at most 16 either way
+constexpr int kOne = 1 << 16;  // a cell counts its disparity above its difference to the
+                               // hypothesis, which is at most 16 either way
 
 struct Tile {
     alignas(16) int cells[kReachHeight][kStride];
@@ -34,21 +37,28 @@ __device__ __forceinline__ void sum_line(const int* line, int step, int radius, 
 __global__ void __launch_bounds__(kThreads) finish(FinishStep step) {
     __shared__ Tile tile;
     const StereoShape& shape = step.shape;
-    const int radius = step.fill_radius, margin = radius + kSpeckleRadius, thread = static_cast<int>(threadIdx.x);
-    const int left = static_cast<int>(blockIdx.x) * kWidth, top = static_cast<int>(blockIdx.y) * kHeight;
-    // Sizes of what the speckles are classified in, which is `radius` larger all round than the tile; rounded up to runs.
+    const int radius = step.fill_radius, margin = radius + kSpeckleRadius,
+              thread = static_cast<int>(threadIdx.x);
+    const int left = static_cast<int>(blockIdx.x) * kWidth,
+              top = static_cast<int>(blockIdx.y) * kHeight;
+    // Sizes of what the speckles are classified in, which is `radius` larger all round than the
+    // tile; rounded up to runs.
     const int width = kWidth + 2 * radius, height = kHeight + 2 * radius;
     const int width_runs = (width + kRun - 1) / kRun, height_runs = (height + kRun - 1) / kRun;
 
-    const int reach_width = kRun * width_runs + 2 * kSpeckleRadius, reach_height = kRun * height_runs + 2 * kSpeckleRadius;
+    const int reach_width = kRun * width_runs + 2 * kSpeckleRadius,
+              reach_height = kRun * height_runs + 2 * kSpeckleRadius;
     constexpr int kLanes = static_cast<int>(kWarp);
 #pragma unroll 4
     for (int row = thread / kLanes; row < reach_height; row += kThreads / kLanes) {
 #pragma unroll
         for (int lanes = 0; lanes < kReachWidth; lanes += kLanes) {
-            const int column = lanes + thread % kLanes, x = left - margin + column, y = top - margin + row;
-            const bool inside = column < reach_width && x >= 0 && y >= 0 && x < shape.width && y < shape.height;
-            const int evidence = inside ? __ldg(step.evidence + y * shape.full_stride + x) : kNoDisparity;
+            const int column = lanes + thread % kLanes, x = left - margin + column,
+                      y = top - margin + row;
+            const bool inside =
+                column < reach_width && x >= 0 && y >= 0 && x < shape.width && y < shape.height;
+            const int evidence =
+                inside ? __ldg(step.evidence + y * shape.full_stride + x) : kNoDisparity;
             if (column < reach_width) tile.cells[row][column] = evidence != kNoDisparity;
         }
     }
@@ -72,18 +82,22 @@ __global__ void __launch_bounds__(kThreads) finish(FinishStep step) {
         for (int v = 0; v < kRun; ++v) {
             const int y = top - radius + row + v;
             const bool inside = x >= 0 && y >= 0 && x < shape.width && y < shape.height;
-            const int at = inside ? y * shape.full_stride + x : 0, found = __ldg(step.evidence + at),
-                      hypothesis = __ldg(step.hypothesis + at);
-            const int evidence = inside && 25 * counts[v] >= 81 * step.support ? found : kNoDisparity;
-            tile.cells[row + v][column] = evidence == kNoDisparity ? 0 : kOne + evidence - hypothesis;
-            if (step.given_evidence != nullptr && inside && x >= left && x < left + kWidth && y >= top && y < top + kHeight)
+            const int at = inside ? y * shape.full_stride + x : 0,
+                      found = __ldg(step.evidence + at), hypothesis = __ldg(step.hypothesis + at);
+            const int evidence =
+                inside && 25 * counts[v] >= 81 * step.support ? found : kNoDisparity;
+            tile.cells[row + v][column] =
+                evidence == kNoDisparity ? 0 : kOne + evidence - hypothesis;
+            if (step.given_evidence != nullptr && inside && x >= left && x < left + kWidth &&
+                y >= top && y < top + kHeight)
                 step.given_evidence[y * shape.width + x] = static_cast<int16_t>(evidence);
         }
     }
     __syncthreads();
     for (int i = thread; i < height * (kWidth / kRun); i += kThreads) {
         const int row = i % height, column = i / height * kRun;
-        sum_line(&tile.cells[row][column], 1, radius, [&](int u, int sum) { tile.rows[row][column + u] = sum; });
+        sum_line(&tile.cells[row][column], 1, radius,
+                 [&](int u, int sum) { tile.rows[row][column + u] = sum; });
     }
     __syncthreads();
     const int enough = (2 * radius + 1) * (2 * radius + 1);
@@ -103,8 +117,12 @@ __global__ void __launch_bounds__(kThreads) finish(FinishStep step) {
                 disparity = max(0, hypothesis + quotient - (dividend - 2 * m * quotient < 0));
             }
             if (step.given_confidence != nullptr)
-                step.given_confidence[int64_t{y} * shape.stride + x] = known ? __ldg(step.confidence + at) : filled ? kFilledConfidence : 0;
-            if (step.given_filled != nullptr) step.given_filled[y * shape.width + x] = static_cast<int16_t>(disparity);
+                step.given_confidence[int64_t{y} * shape.stride + x] =
+                    known    ? __ldg(step.confidence + at)
+                    : filled ? kFilledConfidence
+                             : 0;
+            if (step.given_filled != nullptr)
+                step.given_filled[y * shape.width + x] = static_cast<int16_t>(disparity);
             step.filled[at] = static_cast<int16_t>(disparity);
         });
     }
@@ -113,8 +131,10 @@ __global__ void __launch_bounds__(kThreads) finish(FinishStep step) {
 }  // namespace
 
 void record_finish(Recorder& recorder, const FinishStep& step) {
-    const auto columns = static_cast<uint32_t>(step.shape.width), rows = static_cast<uint32_t>(step.shape.height);
-    recorder.launch(finish, {dim3(cover(columns, kWidth), cover(rows, kHeight)), dim3(kThreads)}, step);
+    const auto columns = static_cast<uint32_t>(step.shape.width),
+               rows = static_cast<uint32_t>(step.shape.height);
+    recorder.launch(finish, {dim3(cover(columns, kWidth), cover(rows, kHeight)), dim3(kThreads)},
+                    step);
 }
 
 }  // namespace defrec::cuda

@@ -1,4 +1,5 @@
-// Stage stereo, sections 1 and 2: both images inpainted and halved. A block has a tile of one of them; most tiles have nothing to inpaint.
+// Stage stereo, sections 1 and 2: both images inpainted and halved. A block has a tile of one of
+// them; most tiles have nothing to inpaint.
 #include "backends/cuda/stereo_steps.hpp"
 #include "backends/cuda/stereo_windows.cuh"
 
@@ -7,17 +8,20 @@ namespace {
 
 constexpr int kWidth = 64, kHeight = 32, kThreads = 256, kRun = 8;
 constexpr int kHalfWidth = kWidth / 2, kHalfHeight = kHeight / 2;
-constexpr int kReachWidth = kWidth + 2 * kInpaintRadius, kReachHeight = kHeight + 2 * kInpaintRadius;
+constexpr int kReachWidth = kWidth + 2 * kInpaintRadius,
+              kReachHeight = kHeight + 2 * kInpaintRadius;
 constexpr int kOne = 1 << 20;  // a cell counts its pixel above the sum of grays
 
 struct alignas(16) Tile {
     uint32_t gray[kHeight][kWidth / 4], usable[kHeight][kWidth / 4];  // usable: bytes 0 or 1
     int cells[kReachHeight][kReachWidth + 4], rows[kReachHeight][kWidth + 4];
 };
-static_assert(kInpaintRadius % 4 == 0 && kReachWidth % 8 == 0 && kWidth % 8 == 0);  // rows of vectors, an odd number of them
+static_assert(kInpaintRadius % 4 == 0 && kReachWidth % 8 == 0 &&
+              kWidth % 8 == 0);  // rows of vectors, an odd number of them
 
 // Four pixels of a row; 0 outside the image.
-__device__ uint32_t four_pixels(const uint8_t* image, const StereoShape& shape, int x, int y, bool aligned) {
+__device__ uint32_t four_pixels(const uint8_t* image, const StereoShape& shape, int x, int y,
+                                bool aligned) {
     if (x < 0 || y < 0 || y >= shape.height || x >= shape.width) return 0;
     const uint8_t* at = image + int64_t{y} * shape.stride + x;
     if (aligned && x + 4 <= shape.width) return *reinterpret_cast<const uint32_t*>(at);
@@ -27,16 +31,24 @@ __device__ uint32_t four_pixels(const uint8_t* image, const StereoShape& shape, 
 }
 
 // Bytes that are not 0 become 1.
-__device__ uint32_t nonzero_bytes(uint32_t word) { return (((word & 0x7f7f7f7f) + 0x7f7f7f7f) | word) >> 7 & 0x01010101; }
+__device__ uint32_t nonzero_bytes(uint32_t word) {
+    return (((word & 0x7f7f7f7f) + 0x7f7f7f7f) | word) >> 7 & 0x01010101;
+}
 
-__device__ void inpaint(Tile& tile, const PreparedImage& image, const StereoShape& shape, int left, int top, bool aligned) {
+__device__ void inpaint(Tile& tile, const PreparedImage& image, const StereoShape& shape, int left,
+                        int top, bool aligned) {
     const int thread = static_cast<int>(threadIdx.x);
     for (int i = thread; i < kReachWidth / 4 * kReachHeight; i += kThreads) {
-        const int column = i % (kReachWidth / 4) * 4, row = i / (kReachWidth / 4), x = left - kInpaintRadius + column,
-                  y = top - kInpaintRadius + row;
-        const uint32_t gray = four_pixels(image.source, shape, x, y, aligned), mask = four_pixels(image.mask, shape, x, y, aligned);
-        const auto cell = [&](int k) { return (mask >> (8 * k) & 0xff) != 0 ? kOne + static_cast<int>(gray >> (8 * k) & 0xff) : 0; };
-        *reinterpret_cast<int4*>(&tile.cells[row][column]) = make_int4(cell(0), cell(1), cell(2), cell(3));
+        const int column = i % (kReachWidth / 4) * 4, row = i / (kReachWidth / 4),
+                  x = left - kInpaintRadius + column, y = top - kInpaintRadius + row;
+        const uint32_t gray = four_pixels(image.source, shape, x, y, aligned),
+                       mask = four_pixels(image.mask, shape, x, y, aligned);
+        const auto cell = [&](int k) {
+            return (mask >> (8 * k) & 0xff) != 0 ? kOne + static_cast<int>(gray >> (8 * k) & 0xff)
+                                                 : 0;
+        };
+        *reinterpret_cast<int4*>(&tile.cells[row][column]) =
+            make_int4(cell(0), cell(1), cell(2), cell(3));
     }
     __syncthreads();
     alignas(16) int line[kRun + 2 * kInpaintRadius];
@@ -45,11 +57,13 @@ __device__ void inpaint(Tile& tile, const PreparedImage& image, const StereoShap
         const int row = i % kReachHeight, column = i / kReachHeight * kRun;
 #pragma unroll
         for (int u = 0; u < kRun + 2 * kInpaintRadius; u += 4)
-            *reinterpret_cast<int4*>(line + u) = *reinterpret_cast<const int4*>(&tile.cells[row][column + u]);
+            *reinterpret_cast<int4*>(line + u) =
+                *reinterpret_cast<const int4*>(&tile.cells[row][column + u]);
         sum_along<kInpaintRadius, kRun>(line, sums);
 #pragma unroll
         for (int u = 0; u < kRun; u += 4)
-            *reinterpret_cast<int4*>(&tile.rows[row][column + u]) = make_int4(sums[u], sums[u + 1], sums[u + 2], sums[u + 3]);
+            *reinterpret_cast<int4*>(&tile.rows[row][column + u]) =
+                make_int4(sums[u], sums[u + 1], sums[u + 2], sums[u + 3]);
     }
     __syncthreads();
     auto* const gray = reinterpret_cast<uint8_t*>(tile.gray);
@@ -70,24 +84,30 @@ __device__ void inpaint(Tile& tile, const PreparedImage& image, const StereoShap
     __syncthreads();
 }
 
-__device__ void halve(const Tile& tile, const PreparedImage& image, const StereoShape& shape, int left, int top) {
+__device__ void halve(const Tile& tile, const PreparedImage& image, const StereoShape& shape,
+                      int left, int top) {
     const auto* const gray = reinterpret_cast<const uint8_t*>(tile.gray);
     const auto* const usable = reinterpret_cast<const uint8_t*>(tile.usable);
-    for (int i = static_cast<int>(threadIdx.x); i < kHalfWidth * (kHalfHeight / kBandRows); i += kThreads) {
-        const int column = i % kHalfWidth, band = i / kHalfWidth, x = left / 2 + column, y = top / 2 + band * kBandRows;
+    for (int i = static_cast<int>(threadIdx.x); i < kHalfWidth * (kHalfHeight / kBandRows);
+         i += kThreads) {
+        const int column = i % kHalfWidth, band = i / kHalfWidth, x = left / 2 + column,
+                  y = top / 2 + band * kBandRows;
         if (x >= shape.half_width || y >= shape.half_height) continue;
         uint32_t word = 0;
 #pragma unroll
         for (int k = 0; k < kBandRows; ++k) {
             if (y + k >= shape.half_height) break;
             const int at = 2 * (band * kBandRows + k) * kWidth + 2 * column;
-            const int half = (gray[at] + gray[at + 1] + gray[at + kWidth] + gray[at + kWidth + 1] + 2) >> 2;
+            const int half =
+                (gray[at] + gray[at + 1] + gray[at + kWidth] + gray[at + kWidth + 1] + 2) >> 2;
             uint8_t* const row = image.half + (y + k) * gray_stride(shape.half_stride);
             row[x] = static_cast<uint8_t>(half);
-            if (x == 0) *reinterpret_cast<uint32_t*>(row - 4) = 0x01010101u * static_cast<uint32_t>(half);
+            if (x == 0)
+                *reinterpret_cast<uint32_t*>(row - 4) = 0x01010101u * static_cast<uint32_t>(half);
             if (x == shape.half_width - 1)
                 for (int u = 1; u <= 8; ++u) row[x + u] = static_cast<uint8_t>(half);
-            image.half_mask[(y + k) * shape.half_stride + x] = usable[at] & usable[at + 1] & usable[at + kWidth] & usable[at + kWidth + 1];
+            image.half_mask[(y + k) * shape.half_stride + x] =
+                usable[at] & usable[at + 1] & usable[at + kWidth] & usable[at + kWidth + 1];
             word |= static_cast<uint32_t>((half - 128) & 255) << (8 * k);
         }
         image.words[y / kBandRows * shape.half_stride + x] = word;
@@ -98,11 +118,13 @@ __global__ void __launch_bounds__(kThreads) prepare(PrepareStep step) {
     __shared__ Tile tile;
     const StereoShape& shape = step.shape;
     const PreparedImage& image = blockIdx.z == 0 ? step.images[0] : step.images[1];
-    const int left = static_cast<int>(blockIdx.x) * kWidth, top = static_cast<int>(blockIdx.y) * kHeight;
+    const int left = static_cast<int>(blockIdx.x) * kWidth,
+              top = static_cast<int>(blockIdx.y) * kHeight;
     const int thread = static_cast<int>(threadIdx.x);
     bool masked = false;
     for (int i = thread; i < kHeight * (kWidth / 4); i += kThreads) {
-        const int quad = i % (kWidth / 4), row = i / (kWidth / 4), x = left + 4 * quad, y = top + row;
+        const int quad = i % (kWidth / 4), row = i / (kWidth / 4), x = left + 4 * quad,
+                  y = top + row;
         tile.gray[row][quad] = four_pixels(image.source, shape, x, y, step.words_aligned);
         uint32_t usable = 0x01010101;
         if (image.mask != nullptr && y < shape.height) {
@@ -114,10 +136,12 @@ __global__ void __launch_bounds__(kThreads) prepare(PrepareStep step) {
     if (__syncthreads_or(masked) != 0) inpaint(tile, image, shape, left, top, step.words_aligned);
 
     for (int i = thread; i < kHeight * (kWidth / 4); i += kThreads) {
-        const int quad = i % (kWidth / 4), row = i / (kWidth / 4), x = left + 4 * quad, y = top + row;
+        const int quad = i % (kWidth / 4), row = i / (kWidth / 4), x = left + 4 * quad,
+                  y = top + row;
         if (y >= shape.height || x >= shape.width) continue;
         uint32_t word = tile.gray[row][quad];
-        uint32_t* const to = reinterpret_cast<uint32_t*>(image.gray + y * gray_stride(shape.full_stride) + x);
+        uint32_t* const to =
+            reinterpret_cast<uint32_t*>(image.gray + y * gray_stride(shape.full_stride) + x);
         if (x == 0) to[-1] = 0x01010101u * (word & 0xff);
         if (x + 4 >= shape.width) {
             const int after = 8 * (shape.width - x);  // bits of pixels of the image
@@ -134,15 +158,18 @@ __global__ void __launch_bounds__(kThreads) prepare(PrepareStep step) {
     if (blockIdx.z == 0) return;
     for (int i = thread; i < kHalfWidth * kHalfHeight; i += kThreads) {
         const int x = left / 2 + i % kHalfWidth, y = top / 2 + i / kHalfWidth;
-        if (x < shape.half_width && y < shape.half_height) step.right_keys[y * shape.half_width + x] = 0;
+        if (x < shape.half_width && y < shape.half_height)
+            step.right_keys[y * shape.half_width + x] = 0;
     }
 }
 
 }  // namespace
 
 void record_prepare(Recorder& recorder, const PrepareStep& step) {
-    const auto columns = static_cast<uint32_t>(step.shape.width), rows = static_cast<uint32_t>(step.shape.height);
-    recorder.launch(prepare, {dim3(cover(columns, kWidth), cover(rows, kHeight), 2), dim3(kThreads)}, step);
+    const auto columns = static_cast<uint32_t>(step.shape.width),
+               rows = static_cast<uint32_t>(step.shape.height);
+    recorder.launch(prepare,
+                    {dim3(cover(columns, kWidth), cover(rows, kHeight), 2), dim3(kThreads)}, step);
 }
 
 }  // namespace defrec::cuda

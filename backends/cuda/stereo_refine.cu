@@ -1,4 +1,5 @@
-// Stage stereo, sections 8 to 10 at full resolution: a block makes the hypothesis of its tile and the windows round it, refines and classifies.
+// Stage stereo, sections 8 to 10 at full resolution: a block makes the hypothesis of its tile and
+// the windows round it, refines and classifies.
 #include "backends/cuda/stereo_refine.cuh"
 #include "backends/cuda/stereo_steps.hpp"
 
@@ -9,11 +10,14 @@ constexpr int kThreads = 160;  // for the runs of columns of one image at a radi
 
 // Section 9. x, y may lie outside the image where the result is not used.
 template <int kSide>
-__device__ int upsampled(const int16_t (&half)[kSide][kSide + 2], int first_u, int first_v, int x, int y) {
-    const int u = (x >> 1) - first_u, v = (y >> 1) - first_v, u2 = (x & 1) == 0 ? u - 1 : u + 1, v2 = (y & 1) == 0 ? v - 1 : v + 1;
+__device__ int upsampled(const int16_t (&half)[kSide][kSide + 2], int first_u, int first_v, int x,
+                         int y) {
+    const int u = (x >> 1) - first_u, v = (y >> 1) - first_v, u2 = (x & 1) == 0 ? u - 1 : u + 1,
+              v2 = (y & 1) == 0 ? v - 1 : v + 1;
     const int a = half[v][u], b = half[v][u2], c = half[v2][u], d = half[v2][u2];
     if (a == kNoDisparity) return kNoDisparity;
-    const bool one_surface = max(max(a, b), max(c, d)) - min(min(a, b), min(c, d)) <= kUpsampleRange;
+    const bool one_surface =
+        max(max(a, b), max(c, d)) - min(min(a, b), min(c, d)) <= kUpsampleRange;
     return one_surface ? (9 * a + 3 * b + 3 * c + d + 4) >> 3 : 2 * a;
 }
 
@@ -31,25 +35,30 @@ __global__ void __launch_bounds__(kThreads, 4) refine(RefineStep step) {
     Block<kRadius>& block = *dynamic_shared<Block<kRadius>>();
     auto& [tile, half, hypotheses] = block;
     const StereoShape& shape = step.shape;
-    const int left = static_cast<int>(blockIdx.x) * kRefineTile, top = static_cast<int>(blockIdx.y) * kRefineTile;
+    const int left = static_cast<int>(blockIdx.x) * kRefineTile,
+              top = static_cast<int>(blockIdx.y) * kRefineTile;
     const int thread = static_cast<int>(threadIdx.x);
 
     const int first_u = ((left - kRadius) >> 1) - 1, first_v = ((top - kRadius) >> 1) - 1;
     for (int i = thread; i < kHalfSide * kHalfSide; i += kThreads) {
         const int u = i % kHalfSide, v = i / kHalfSide;
-        const int at_u = clamped(first_u + u, 0, shape.half_width - 1), at_v = clamped(first_v + v, 0, shape.half_height - 1);
+        const int at_u = clamped(first_u + u, 0, shape.half_width - 1),
+                  at_v = clamped(first_v + v, 0, shape.half_height - 1);
         half[v][u] = __ldg(step.half + at_v * shape.half_width + at_u);
     }
     __syncthreads();
 #pragma unroll 5
     for (int i = thread; i < kSide * kSide; i += kThreads) {
-        const int column = i % kSide - kRadius, row = i / kSide - kRadius, x = left + column, y = top + row;
+        const int column = i % kSide - kRadius, row = i / kSide - kRadius, x = left + column,
+                  y = top + row;
         const int hypothesis = upsampled(half, first_u, first_v, x, y);
         // Outside the image some pixel is read that does not matter.
-        const int at_x = clamped(x, 0, shape.width - 1), line = clamped(y, 0, shape.height - 1) * gray_stride(shape.full_stride);
+        const int at_x = clamped(x, 0, shape.width - 1),
+                  line = clamped(y, 0, shape.height - 1) * gray_stride(shape.full_stride);
         const uint2 cell = refine_cell(step.left[line + at_x], step.right + line, hypothesis, at_x);
         const bool inside = x == at_x && y >= 0 && y < shape.height;
-        tile.cells[row + kRadius][column + kRadius] = make_uint2(inside ? cell.x : 0, inside ? cell.y : 0);
+        tile.cells[row + kRadius][column + kRadius] =
+            make_uint2(inside ? cell.x : 0, inside ? cell.y : 0);
         if (column >= 0 && row >= 0 && column < kRefineTile && row < kRefineTile)
             hypotheses[row][column] = static_cast<int16_t>(hypothesis);
     }
@@ -68,19 +77,23 @@ __global__ void __launch_bounds__(kThreads, 4) refine(RefineStep step) {
         const Refined refined = unpack(tile.result(column, row));
         const int hypothesis = hypotheses[row][column];
         const bool any = hypothesis != kNoDisparity;
-        const int refined_disparity = any ? moved(hypothesis, refined.move) : kNoDisparity, score = any ? refined.score : 0;
+        const int refined_disparity = any ? moved(hypothesis, refined.move) : kNoDisparity,
+                  score = any ? refined.score : 0;
         const int u = min(x >> 1, shape.half_width - 1), v = min(y >> 1, shape.half_height - 1);
         const int64_t line = int64_t{y} * shape.stride;
         const int q = 16 * x - refined_disparity;
         // All reads before any decision: then they do not wait for each other.
         const int stands = __ldg(step.standing + v * shape.half_stride + u);
         const int left_usable = step.left_mask == nullptr ? 1 : __ldg(step.left_mask + line + x);
-        const int right_usable = step.right_mask == nullptr ? 1 : __ldg(step.right_mask + line + clamped((q + 8) >> 4, 0, shape.width - 1));
+        const int right_usable =
+            step.right_mask == nullptr
+                ? 1
+                : __ldg(step.right_mask + line + clamped((q + 8) >> 4, 0, shape.width - 1));
         int disparity = kNoDisparity, confidence = 0;
         if (any && stands != kDoubtful && left_usable != 0) {
             const bool known = stands == kSettled;
-            const bool good =
-                refined.peak && q >= 0 && right_usable != 0 && refined.textured && score >= (known ? kTrustedScore : step.refine_score);
+            const bool good = refined.peak && q >= 0 && right_usable != 0 && refined.textured &&
+                              score >= (known ? kTrustedScore : step.refine_score);
             if (good || known) {
                 disparity = good ? refined_disparity : hypothesis;
                 confidence = clamped(good ? score >> 4 : score >> 5, 1, 255);
@@ -90,8 +103,10 @@ __global__ void __launch_bounds__(kThreads, 4) refine(RefineStep step) {
         step.hypothesis[at] = static_cast<int16_t>(hypothesis);
         step.evidence[at] = static_cast<int16_t>(disparity);
         step.confidence[at] = static_cast<uint8_t>(confidence);
-        if (step.given_hypothesis != nullptr) step.given_hypothesis[given] = static_cast<int16_t>(hypothesis);
-        if (step.given_refined != nullptr) step.given_refined[given] = static_cast<int16_t>(refined_disparity);
+        if (step.given_hypothesis != nullptr)
+            step.given_hypothesis[given] = static_cast<int16_t>(hypothesis);
+        if (step.given_refined != nullptr)
+            step.given_refined[given] = static_cast<int16_t>(refined_disparity);
         if (step.given_score != nullptr) step.given_score[given] = static_cast<int16_t>(score);
     }
 }
@@ -99,7 +114,8 @@ __global__ void __launch_bounds__(kThreads, 4) refine(RefineStep step) {
 }  // namespace
 
 void record_refine(Recorder& recorder, const RefineStep& step) {
-    const auto columns = static_cast<uint32_t>(step.shape.width), rows = static_cast<uint32_t>(step.shape.height);
+    const auto columns = static_cast<uint32_t>(step.shape.width),
+               rows = static_cast<uint32_t>(step.shape.height);
     const dim3 blocks(cover(columns, kRefineTile), cover(rows, kRefineTile));
     with_radius(step.radius, [&]<int kRadius>(std::integral_constant<int, kRadius>) {
         recorder.launch(refine<kRadius>, {blocks, dim3(kThreads), sizeof(Block<kRadius>)}, step);

@@ -1,9 +1,11 @@
 // Stage stereo, section 3: the search, and what section 4 asks of a left pixel alone.
 //
-// A block has kBandRows rows of a tile of left pixels, and goes through the disparities kGroups groups of four at a time. A thread has one
-// group for a run of pixels: it keeps the sums of products along the columns of its windows, for each of the four disparities, and moves
-// them down from row to row by a product entering and one leaving. Windows, scores and the best of the group, for the left and for the
-// right pixels, follow in registers; groups meet in shared memory. There is no volume of costs.
+// A block has kBandRows rows of a tile of left pixels, and goes through the disparities kGroups
+// groups of four at a time. A thread has one group for a run of pixels: it keeps the sums of
+// products along the columns of its windows, for each of the four disparities, and moves them down
+// from row to row by a product entering and one leaving. Windows, scores and the best of the group,
+// for the left and for the right pixels, follow in registers; groups meet in shared memory. There
+// is no volume of costs.
 #include "backends/cuda/stereo_steps.hpp"
 #include "backends/cuda/stereo_windows.cuh"
 
@@ -14,7 +16,8 @@ constexpr int kRun = 8, kRuns = 8, kTile = kRun * kRuns, kRows = kBandRows;
 constexpr int kMoves = kRows - 1;         // of the columns' sums, from the first row to the last
 constexpr int kMeet = kRun + kGroup - 1;  // right pixels that a thread's pixels meet
 constexpr int kWindowRun = 4;             // whose statistics a thread makes at once
-constexpr int kMagic = 0x4b400000;        // the bits of 1.5 * 2^23: to them an integer below 2^22 is added, and the float subtracted
+constexpr int kMagic = 0x4b400000;  // the bits of 1.5 * 2^23: to them an integer below 2^22 is
+                                    // added, and the float subtracted
 constexpr int kInvalid = static_cast<int>(0x80000000);  // makes a key negative
 
 constexpr int padded(int count) { return (count + 3) / 4 * 4; }
@@ -36,14 +39,18 @@ struct alignas(16) Contest {
     }
 };
 
-// Columns are of windows, others are pixels. The right ones begin with what the first pixel meets at the largest disparity.
+// Columns are of windows, others are pixels. The right ones begin with what the first pixel meets
+// at the largest disparity.
 template <int kRadius, int kGroups>
 struct Search {
     static constexpr int kThreads = kRuns * kGroups;
-    static constexpr int kSide = 2 * kRadius + 1, kWords = (kSide + 3) / 4, kBandWords = (kSide + kMoves + 3) / 4;
-    static constexpr int kLeftLine = padded(kRun + 2 * kRadius), kRightLine = padded(kMeet + 2 * kRadius);  // columns that a thread reads
+    static constexpr int kSide = 2 * kRadius + 1, kWords = (kSide + 3) / 4,
+                         kBandWords = (kSide + kMoves + 3) / 4;
+    static constexpr int kLeftLine = padded(kRun + 2 * kRadius),
+                         kRightLine = padded(kMeet + 2 * kRadius);  // columns that a thread reads
     static constexpr int kReach = kTile + kGroup * kGroups;
-    static constexpr int kLeftColumns = kTile - kRun + kLeftLine, kRightColumns = kReach - kRun - kGroup + kRightLine;
+    static constexpr int kLeftColumns = kTile - kRun + kLeftLine,
+                         kRightColumns = kReach - kRun - kGroup + kRightLine;
     static constexpr int kBestStride = kRows * kTile + 4;
     static constexpr int kPixels = kRows * kTile / kThreads;  // whose groups a thread compares
     // Bytes of the last word of a column's first window.
@@ -55,8 +62,9 @@ struct Search {
         int right_sums[kRows][kRightColumns], right_squares[kRows][kRightColumns];
     };
     struct alignas(16) Shared {
-        // Rows of a column's first window, four in a word; and for each move a word whose dot product with that of the other image is the
-        // product entering less the one leaving: l, ~l', 1 and r, r', r'.
+        // Rows of a column's first window, four in a word; and for each move a word whose dot
+        // product with that of the other image is the product entering less the one leaving: l,
+        // ~l', 1 and r, r', r'.
         int left[kWords + kMoves][kLeftColumns], right[kWords + kMoves][kRightColumns];
         float left_mean[kRows][kTile], left_root[kRows][kTile];
         float right_sum[kRows][kReach], right_root[kRows][kReach];
@@ -70,23 +78,30 @@ struct Search {
     };
 };
 
-__device__ __forceinline__ int row_of(const uint32_t* words, int row) { return static_cast<int>(words[row / 4] >> (8 * (row % 4)) & 0xff); }
+__device__ __forceinline__ int row_of(const uint32_t* words, int row) {
+    return static_cast<int>(words[row / 4] >> (8 * (row % 4)) & 0xff);
+}
 
 // A column of a band: its words for the search, and sums and squares of its windows.
 template <class S, bool kLeft, int kColumns>
-__device__ __forceinline__ void stage_column(const SearchStep& step, const uint32_t* image, int x, int band, int column,
-                                             int (&words)[S::kWords + kMoves][kColumns], int (&sums)[kRows][kColumns],
+__device__ __forceinline__ void stage_column(const SearchStep& step, const uint32_t* image, int x,
+                                             int band, int column,
+                                             int (&words)[S::kWords + kMoves][kColumns],
+                                             int (&sums)[kRows][kColumns],
                                              int (&squares)[kRows][kColumns]) {
     const StereoShape& shape = step.shape;
     uint32_t rows[S::kBandWords];
 #pragma unroll
     for (int q = 0; q < S::kBandWords; ++q)
-        rows[q] =
-            x >= 0 && x < shape.half_width && (band + q) * kBandRows < shape.half_height ? image[(band + q) * shape.half_stride + x] : 0;
+        rows[q] = x >= 0 && x < shape.half_width && (band + q) * kBandRows < shape.half_height
+                      ? image[(band + q) * shape.half_stride + x]
+                      : 0;
     int sum = 0, square = 0;
 #pragma unroll
     for (int q = 0; q < S::kWords; ++q) {
-        const auto all = static_cast<int>(rows[q]), inside = static_cast<int>(q == S::kWords - 1 ? rows[q] & S::kLastBytes : rows[q]);
+        const auto all = static_cast<int>(rows[q]),
+                   inside =
+                       static_cast<int>(q == S::kWords - 1 ? rows[q] & S::kLastBytes : rows[q]);
         sum = __dp4a(inside, 0x01010101, sum);
         square = __dp4a(inside, inside, square);
         words[q][column] = kLeft ? inside : all;
@@ -97,7 +112,8 @@ __device__ __forceinline__ void stage_column(const SearchStep& step, const uint3
     for (int move = 0; move < kMoves; ++move) {
         const int enters = row_of(rows, S::kSide + move), leaves = row_of(rows, move);
         const auto entering = static_cast<int8_t>(enters), leaving = static_cast<int8_t>(leaves);
-        words[S::kWords + move][column] = kLeft ? enters | (leaves ^ 0xff) << 8 | 1 << 16 : enters | leaves << 8 | leaves << 16;
+        words[S::kWords + move][column] =
+            kLeft ? enters | (leaves ^ 0xff) << 8 | 1 << 16 : enters | leaves << 8 | leaves << 16;
         sum += entering - leaving;
         square += entering * entering - leaving * leaving;
         sums[move + 1][column] = sum;
@@ -130,7 +146,8 @@ __device__ __forceinline__ void load_ints(const int* from, int (&to)[kCount]) {
 
 // One row's windows of kWindowRun pixels from the sums along their columns.
 template <int kRadius, int kColumns>
-__device__ __forceinline__ void window_run(const int (&columns)[kRows][kColumns], int row, int first, int (&sums)[kWindowRun]) {
+__device__ __forceinline__ void window_run(const int (&columns)[kRows][kColumns], int row,
+                                           int first, int (&sums)[kWindowRun]) {
     int line[padded(kWindowRun + 2 * kRadius)], used[kWindowRun + 2 * kRadius];
     load_ints(&columns[row][first], line);
 #pragma unroll
@@ -146,7 +163,8 @@ __device__ __forceinline__ float score_of(int key) { return __int_as_float(key &
 
 // Keys of the thread's pixels in its four disparities. sums: along the columns.
 template <class S, int kRadius>
-__device__ __forceinline__ void score_row(typename S::Shared& shared, int row, int run, int reach, int slot, const int (&tags)[kGroup],
+__device__ __forceinline__ void score_row(typename S::Shared& shared, int row, int run, int reach,
+                                          int slot, const int (&tags)[kGroup],
                                           const int (&sums)[kGroup][kRun + 2 * kRadius]) {
     float left_mean[kRun], left_root[kRun], right_sum[kRun + kGroup], right_root[kRun + kGroup];
     load_floats(&shared.left_mean[row][kRun * run], left_mean);
@@ -180,9 +198,12 @@ __device__ __forceinline__ void score_row(typename S::Shared& shared, int row, i
     }
     int* const to = &shared.best[slot][row * kTile + kRun * run];
 #pragma unroll
-    for (int m = 0; m < kRun; m += 4) *reinterpret_cast<int4*>(to + m) = make_int4(best[m], best[m + 1], best[m + 2], best[m + 3]);
+    for (int m = 0; m < kRun; m += 4)
+        *reinterpret_cast<int4*>(to + m) =
+            make_int4(best[m], best[m + 1], best[m + 2], best[m + 3]);
 #pragma unroll
-    for (int i = 0; i < kMeet; ++i) atomicMax(&shared.right_keys[row][i % 4][reach / 4 + i / 4], met[i]);
+    for (int i = 0; i < kMeet; ++i)
+        atomicMax(&shared.right_keys[row][i % 4][reach / 4 + i / 4], met[i]);
 }
 
 template <int kRadius, int kGroups>
@@ -190,28 +211,33 @@ __global__ void __launch_bounds__(kRuns* kGroups, 512 / (kRuns * kGroups)) searc
     using S = Search<kRadius, kGroups>;
     __shared__ typename S::Shared shared;
     const StereoShape& shape = step.shape;
-    const int thread = static_cast<int>(threadIdx.x), slot = thread % kGroups, run = thread / kGroups;
+    const int thread = static_cast<int>(threadIdx.x), slot = thread % kGroups,
+              run = thread / kGroups;
     const int band = static_cast<int>(blockIdx.y), top = kRadius + band * kRows;
     const int left = kRadius + shape.first + static_cast<int>(blockIdx.x) * kTile;
-    const int reach = kGroup * (kGroups - 1 - slot) + kRun * run;  // the first right pixel that the thread meets
+    const int reach =
+        kGroup * (kGroups - 1 - slot) + kRun * run;  // the first right pixel that the thread meets
     const int groups = (shape.count + kGroup - 1) / kGroup;
     for (int first_group = 0; first_group < groups; first_group += kGroups) {
         const int right = left - shape.first - kGroup * (first_group + kGroups - 1) - (kGroup - 1);
         for (int i = thread; i < S::kLeftColumns + S::kRightColumns; i += S::kThreads) {
             const int j = i - S::kLeftColumns;
             if (j < 0)
-                stage_column<S, true>(step, step.left, left - kRadius + i, band, i, shared.left, shared.columns.left_sums,
-                                      shared.columns.left_squares);
+                stage_column<S, true>(step, step.left, left - kRadius + i, band, i, shared.left,
+                                      shared.columns.left_sums, shared.columns.left_squares);
             else
-                stage_column<S, false>(step, step.right, right - kRadius + j, band, j, shared.right, shared.columns.right_sums,
-                                       shared.columns.right_squares);
+                stage_column<S, false>(step, step.right, right - kRadius + j, band, j, shared.right,
+                                       shared.columns.right_sums, shared.columns.right_squares);
         }
-        for (int i = thread; i < kRows * S::kReach; i += S::kThreads) (&shared.right_keys[0][0][0])[i] = 0;
+        for (int i = thread; i < kRows * S::kReach; i += S::kThreads)
+            (&shared.right_keys[0][0][0])[i] = 0;
         __syncthreads();
 
-        constexpr int kWindowRuns = (kTile + S::kReach) / kWindowRun, kPixelCount = S::kSide * S::kSide;
+        constexpr int kWindowRuns = (kTile + S::kReach) / kWindowRun,
+                      kPixelCount = S::kSide * S::kSide;
         for (int i = thread; i < kRows * kWindowRuns; i += S::kThreads) {
-            const int row = i / kWindowRuns, pixel = i % kWindowRuns * kWindowRun, reached = pixel - kTile, y = top + row;
+            const int row = i / kWindowRuns, pixel = i % kWindowRuns * kWindowRun,
+                      reached = pixel - kTile, y = top + row;
             int sums[kWindowRun], squares[kWindowRun];
             float sum[kWindowRun], root[kWindowRun];
             uint32_t textured = 0;
@@ -225,7 +251,8 @@ __global__ void __launch_bounds__(kRuns* kGroups, 512 / (kRuns * kGroups)) searc
 #pragma unroll
             for (int m = 0; m < kWindowRun; ++m) {
                 const int x = (reached < 0 ? left + pixel : right + reached) + m;
-                const bool whole = x >= kRadius && x < shape.half_width - kRadius && y < shape.half_height - kRadius;
+                const bool whole = x >= kRadius && x < shape.half_width - kRadius &&
+                                   y < shape.half_height - kRadius;
                 const int variance = whole ? kPixelCount * squares[m] - sums[m] * sums[m] : 0;
                 root[m] = inverse_root(variance);
                 sum[m] = static_cast<float>(sums[m]) * (reached < 0 ? step.one_over_n : 1.0f);
@@ -284,23 +311,27 @@ __global__ void __launch_bounds__(kRuns* kGroups, 512 / (kRuns * kGroups)) searc
             shared.contests[p][thread] = contest;
         }
         for (int i = thread; i < kRows * S::kReach; i += S::kThreads) {
-            const int row = i / S::kReach, at = i % S::kReach, key = shared.right_keys[row][at % 4][at / 4];
+            const int row = i / S::kReach, at = i % S::kReach,
+                      key = shared.right_keys[row][at % 4][at / 4];
             // A key of 255 or less has the score 0.
-            if (key > 255) atomicMax(&step.right_keys[(top + row) * shape.half_width + right + at], key);
+            if (key > 255)
+                atomicMax(&step.right_keys[(top + row) * shape.half_width + right + at], key);
         }
         __syncthreads();
     }
 
 #pragma unroll
     for (int p = 0; p < S::kPixels; ++p) {
-        const int pixel = thread + p * S::kThreads, x = left + pixel % kTile, y = top + pixel / kTile;
+        const int pixel = thread + p * S::kThreads, x = left + pixel % kTile,
+                  y = top + pixel / kTile;
         if (x >= shape.half_width - kRadius || y >= shape.half_height - kRadius) continue;
         const Contest& contest = shared.contests[p][thread];
         const int key = contest.winner > 255 ? contest.winner : 0;
         const float lead = score_of(key) - score_of(contest.second);
-        const bool good =
-            key != 0 && score_of(key) >= step.min_score && lead >= step.min_lead && shared.textured[pixel / kTile][pixel % kTile] != 0;
-        step.candidates[y * shape.half_stride + x] = static_cast<uint16_t>(good ? 1 + (key & 255) : 0);
+        const bool good = key != 0 && score_of(key) >= step.min_score && lead >= step.min_lead &&
+                          shared.textured[pixel / kTile][pixel % kTile] != 0;
+        step.candidates[y * shape.half_stride + x] =
+            static_cast<uint16_t>(good ? 1 + (key & 255) : 0);
         if (step.left_keys != nullptr) step.left_keys[y * shape.half_width + x] = key;
     }
 }
@@ -326,9 +357,11 @@ void record_with(Recorder& recorder, const SearchStep& step, dim3 blocks) {
 
 void record_search(Recorder& recorder, const SearchStep& step) {
     const StereoShape& shape = step.shape;
-    const int columns = shape.half_width - 2 * step.radius - shape.first, rows = shape.half_height - 2 * step.radius;
+    const int columns = shape.half_width - 2 * step.radius - shape.first,
+              rows = shape.half_height - 2 * step.radius;
     if (columns <= 0 || rows <= 0) return;
-    const dim3 blocks(cover(static_cast<uint32_t>(columns), kTile), cover(static_cast<uint32_t>(rows), kRows));
+    const dim3 blocks(cover(static_cast<uint32_t>(columns), kTile),
+                      cover(static_cast<uint32_t>(rows), kRows));
     if (shape.count <= kGroup * 8)
         record_with<8>(recorder, step, blocks);
     else

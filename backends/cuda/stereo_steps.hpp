@@ -1,4 +1,5 @@
-// The kernels of stage stereo, as the stage records them one after the other. docs/stages/stereo.md; the numbers are its sections.
+// The kernels of stage stereo, as the stage records them one after the other.
+// docs/stages/stereo.md; the numbers are its sections.
 #pragma once
 #include "backends/cuda/recorder.hpp"
 #include "backends/shared/stereo_layout.hpp"
@@ -7,18 +8,21 @@ namespace defrec::cuda {
 
 constexpr int kBandRows = 4;  // of a half image, in one word of `words`
 
-// Sizes in pixels. Rows of the caller's images are `stride` apart and those of what he gets of the sub-stages have no gaps; rows of our own
-// are `full_stride` and `half_stride` apart, multiples of 16.
+// Sizes in pixels. Rows of the caller's images are `stride` apart and those of what he gets of the
+// sub-stages have no gaps; rows of our own are `full_stride` and `half_stride` apart, multiples
+// of 16.
 struct StereoShape {
     int width, height, stride, full_stride;
     int half_width, half_height, half_stride;
     int first, count;  // disparities of the search
 };
-// Gray images of ours have more between their rows, for pixels that repeat a row's first and last: four before it, and at least six after.
+// Gray images of ours have more between their rows, for pixels that repeat a row's first and last:
+// four before it, and at least six after.
 constexpr int kGrayMargin = 16;
 constexpr int gray_stride(int stride) { return stride + 2 * kGrayMargin; }
 
-// The field at half resolution and its coarser ones, down to one pixel, one after the other in one buffer.
+// The field at half resolution and its coarser ones, down to one pixel, one after the other in one
+// buffer.
 struct DisparityPyramid {
     static constexpr int kMaxLevels = 14;  // one more than half of 8192 px takes
     struct Level {
@@ -30,15 +34,18 @@ struct DisparityPyramid {
 };
 // Those that the kernel before the filling makes: level 4 at most.
 constexpr int kTiledLevels = 4;
-constexpr int top_level(const DisparityPyramid& pyramid) { return pyramid.count > kTiledLevels ? kTiledLevels : pyramid.count - 1; }
+constexpr int top_level(const DisparityPyramid& pyramid) {
+    return pyramid.count > kTiledLevels ? kTiledLevels : pyramid.count - 1;
+}
 
 // 1, 2
 struct PreparedImage {
     const uint8_t *source, *mask;  // mask: nullptr if all is usable
     uint8_t *gray, *half;          // their first pixels; with margins
     uint8_t* half_mask;
-    uint32_t* words;  // the half image, less 128: at (x, q) the rows 4 q to 4 q + 3; 0 below the image
-    uint8_t* given;   // gray without gaps, or nullptr
+    uint32_t*
+        words;  // the half image, less 128: at (x, q) the rows 4 q to 4 q + 3; 0 below the image
+    uint8_t* given;  // gray without gaps, or nullptr
 };
 struct PrepareStep {
     StereoShape shape;
@@ -55,7 +62,8 @@ struct SearchStep {
     int radius;
     float one_over_n, min_score, min_lead;
     int min_variance;
-    uint16_t* candidates;  // 1 + index of the winner, 0 for none; written where a window and a disparity fit
+    uint16_t* candidates;  // 1 + index of the winner, 0 for none; written where a window and a
+                           // disparity fit
     int32_t* right_keys;
     int32_t* left_keys;  // or nullptr; written where candidates are
 };

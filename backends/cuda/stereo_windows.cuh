@@ -8,7 +8,8 @@ namespace {
 
 // Sums over windows of 2 kRadius + 1 along a line.
 template <int kRadius, int kRun>
-__device__ __forceinline__ void sum_along(const int (&line)[kRun + 2 * kRadius], int (&sums)[kRun]) {
+__device__ __forceinline__ void sum_along(const int (&line)[kRun + 2 * kRadius],
+                                          int (&sums)[kRun]) {
     int sum = 0;
 #pragma unroll
     for (int i = 0; i <= 2 * kRadius; ++i) sum += line[i];
@@ -27,9 +28,13 @@ __device__ __forceinline__ float inverse_root_of_positive(int value) {
     y = y * (1.5f - (half * y) * y);
     return y * (1.5f - (half * y) * y);
 }
-__device__ __forceinline__ float inverse_root(int value) { return value == 0 ? 0.0f : inverse_root_of_positive(value); }
+__device__ __forceinline__ float inverse_root(int value) {
+    return value == 0 ? 0.0f : inverse_root_of_positive(value);
+}
 
-__device__ __forceinline__ int clamped(int value, int minimum, int maximum) { return max(minimum, min(value, maximum)); }
+__device__ __forceinline__ int clamped(int value, int minimum, int maximum) {
+    return max(minimum, min(value, maximum));
+}
 
 }  // namespace
 }  // namespace defrec::cuda

@@ -5,7 +5,8 @@
 namespace defrec::cuda {
 namespace {
 
-constexpr uint32_t kThreads = 64;  // small blocks, so that a few thousand points reach all multiprocessors
+constexpr uint32_t kThreads =
+    64;  // small blocks, so that a few thousand points reach all multiprocessors
 
 // The template's points in parts, so that neighbouring threads load side by side.
 struct Points {
@@ -16,7 +17,8 @@ struct Points {
     uint32_t count;
 };
 
-__device__ uint32_t observe(const defrec_camera& camera, const DisparityImage& image, float tolerance_mm, const Vec3<float>& position,
+__device__ uint32_t observe(const defrec_camera& camera, const DisparityImage& image,
+                            float tolerance_mm, const Vec3<float>& position,
                             const Vec3<float>& normal, float& residual) {
     residual = 0;
     Pixel<float> pixel{};
@@ -29,8 +31,9 @@ __device__ uint32_t observe(const defrec_camera& camera, const DisparityImage& i
     return residual < 0 ? DEFREC_OCCLUDED : DEFREC_INCONSISTENT;
 }
 
-__global__ void __launch_bounds__(kThreads) warp(Points points, const defrec_motion* motions, defrec_camera camera, DisparityImage image,
-                                                 float tolerance_mm, float4* samples) {
+__global__ void __launch_bounds__(kThreads)
+    warp(Points points, const defrec_motion* motions, defrec_camera camera, DisparityImage image,
+         float tolerance_mm, float4* samples) {
     const uint32_t i = blockIdx.x * kThreads + threadIdx.x;
     if (i >= points.count) return;
     const float4 place = points.place[i], weights = points.weight[i];
@@ -38,13 +41,15 @@ __global__ void __launch_bounds__(kThreads) warp(Points points, const defrec_mot
     const int4 nodes = points.node[i];
     const int32_t node[DEFREC_SKIN_NODES] = {nodes.x, nodes.y, nodes.z, nodes.w};
     const float weight[DEFREC_SKIN_NODES] = {weights.x, weights.y, weights.z, weights.w};
-    const auto motion = blend_with<float>([motions](int32_t k) { return usable_motion<float>(motions[k]); }, node, weight);
+    const auto motion = blend_with<float>(
+        [motions](int32_t k) { return usable_motion<float>(motions[k]); }, node, weight);
     const Vec3<float> position = apply(motion, Vec3<float>{place.x, place.y, place.z});
     const Vec3<float> normal = rotate(motion, Vec3<float>{place.w, facing.x, facing.y});
     float residual = 0;
     const uint32_t observation = observe(camera, image, tolerance_mm, position, normal, residual);
     samples[2 * uint64_t{i}] = make_float4(position.x, position.y, position.z, normal.x);
-    samples[2 * uint64_t{i} + 1] = make_float4(normal.y, normal.z, residual, __uint_as_float(observation));
+    samples[2 * uint64_t{i} + 1] =
+        make_float4(normal.y, normal.z, residual, __uint_as_float(observation));
 }
 
 class Warp final : public Stage {
@@ -60,25 +65,28 @@ class Warp final : public Stage {
         std::vector<float2> facing;
         std::vector<int4> node;
         for (const defrec_surface_point& point : std::span(points, p_.points)) {
-            place.push_back({point.position[0], point.position[1], point.position[2], point.normal[0]});
+            place.push_back(
+                {point.position[0], point.position[1], point.position[2], point.normal[0]});
             facing.push_back({point.normal[1], point.normal[2]});
             node.push_back({point.node[0], point.node[1], point.node[2], point.node[3]});
             weight.push_back({point.weight[0], point.weight[1], point.weight[2], point.weight[3]});
         }
-        points_ = {upload(device_, place), upload(device_, facing), upload(device_, node), upload(device_, weight)};
+        points_ = {upload(device_, place), upload(device_, facing), upload(device_, node),
+                   upload(device_, weight)};
     }
 
-    void record(Recorder& recorder, std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
+    void record(Recorder& recorder, std::span<const InBuffer> in,
+                std::span<const OutBuffer> out) override {
         if (!points_.place) throw StageError(DEFREC_ERROR_STATE, "warp: run before prepare");
         expect_buffers("warp in", in, 1, 1);
         expect_buffers("warp out", out, 1);
         const auto* motions = take<defrec_motion>("warp motions", in[0], p_.nodes);
         const DisparityImage image = take_disparity("warp disparity", p_, in, 1);
         auto* samples = take<defrec_surface_sample>("warp samples", out[0], p_.points);
-        const Points points{points_.place.as<float4>(), points_.facing.as<float2>(), points_.node.as<int4>(), points_.weight.as<float4>(),
-                            p_.points};
-        recorder.launch(warp, {dim3(cover(p_.points, kThreads)), dim3(kThreads)}, points, motions, p_.camera, image, p_.tolerance_mm,
-                        reinterpret_cast<float4*>(samples));
+        const Points points{points_.place.as<float4>(), points_.facing.as<float2>(),
+                            points_.node.as<int4>(), points_.weight.as<float4>(), p_.points};
+        recorder.launch(warp, {dim3(cover(p_.points, kThreads)), dim3(kThreads)}, points, motions,
+                        p_.camera, image, p_.tolerance_mm, reinterpret_cast<float4*>(samples));
     }
 
   private:
@@ -91,6 +99,8 @@ class Warp final : public Stage {
 
 }  // namespace
 
-std::unique_ptr<Stage> make_warp(const defrec_warp_params& params, Device& device) { return std::make_unique<Warp>(params, device); }
+std::unique_ptr<Stage> make_warp(const defrec_warp_params& params, Device& device) {
+    return std::make_unique<Warp>(params, device);
+}
 
 }  // namespace defrec::cuda

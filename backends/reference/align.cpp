@@ -1,5 +1,5 @@
-// Guided patch search: where pieces of the template's images lie in the live image, to a fraction of a pixel.
-// Definition: docs/stages/align.md.
+// Guided patch search: where pieces of the template's images lie in the live image, to a fraction
+// of a pixel. Definition: docs/stages/align.md.
 #include <algorithm>
 #include <vector>
 
@@ -16,7 +16,9 @@ using namespace align;
 struct Image {
     int32_t width = 0, height = 0;
     std::vector<uint8_t> pixels;
-    const uint8_t& at(int32_t x, int32_t y) const { return pixels[size_t(y) * size_t(width) + size_t(x)]; }
+    const uint8_t& at(int32_t x, int32_t y) const {
+        return pixels[size_t(y) * size_t(width) + size_t(x)];
+    }
     uint8_t& at(int32_t x, int32_t y) { return pixels[size_t(y) * size_t(width) + size_t(x)]; }
 };
 
@@ -57,7 +59,8 @@ Image doubled(const Image& in) {
     return out;
 }
 
-// A patch sampled from its view with one pixel more on every side, 1/16 gray level, less its rounded mean.
+// A patch sampled from its view with one pixel more on every side, 1/16 gray level, less its
+// rounded mean.
 class Sampled {
   public:
     explicit Sampled(int32_t radius)
@@ -66,8 +69,12 @@ class Sampled {
         return values_[size_t((y + radius_ + 1) * (2 * radius_ + 3) + x + radius_ + 1)];
     }
     int32_t at(int32_t x, int32_t y) const { return const_cast<Sampled*>(this)->at(x, y); }
-    int32_t gradient_x(int32_t x, int32_t y) const { return (at(x + 1, y) - at(x - 1, y) + 1) >> 1; }
-    int32_t gradient_y(int32_t x, int32_t y) const { return (at(x, y + 1) - at(x, y - 1) + 1) >> 1; }
+    int32_t gradient_x(int32_t x, int32_t y) const {
+        return (at(x + 1, y) - at(x - 1, y) + 1) >> 1;
+    }
+    int32_t gradient_y(int32_t x, int32_t y) const {
+        return (at(x, y + 1) - at(x, y - 1) + 1) >> 1;
+    }
 
   private:
     int32_t radius_;
@@ -87,13 +94,13 @@ class Align final : public Stage {
     void prepare(std::span<const InBuffer> in) override {
         expect_buffers("align: prepare", in, 2);
         const std::span<const defrec_patch> patches = take_patches(params_, in[0]);
-        const auto* views = take<uint8_t>("align: views", in[1],
-                                          view_offset(params_, params_.views - 1) + gray_size(params_));
+        const auto* views = take<uint8_t>(
+            "align: views", in[1], view_offset(params_, params_.views - 1) + gray_size(params_));
         patches_.assign(patches.begin(), patches.end());
         views_.clear();
         for (uint32_t i = 0; i < params_.views; ++i)
-            views_.push_back(
-                doubled(gray_level(copy_image(views + view_offset(params_, i), params_), params_.level)));
+            views_.push_back(doubled(
+                gray_level(copy_image(views + view_offset(params_, i), params_), params_.level)));
         prepared_ = true;
     }
 
@@ -101,8 +108,9 @@ class Align final : public Stage {
         if (!prepared_) throw StageError(DEFREC_ERROR_STATE, "align: run before prepare");
         const AlignBuffers buffers = take_buffers(params_, patches_.size(), in, out);
         live_ = gray_level(copy_image(buffers.gray, params_), params_.level);
-        mask_ =
-            buffers.mask != nullptr ? mask_level(copy_image(buffers.mask, params_), params_.level) : Image{};
+        mask_ = buffers.mask != nullptr
+                    ? mask_level(copy_image(buffers.mask, params_), params_.level)
+                    : Image{};
         for (size_t i = 0; i < patches_.size(); ++i) {
             const defrec_patch_prediction prediction =
                 buffers.given != nullptr ? buffers.given[i]
@@ -114,12 +122,14 @@ class Align final : public Stage {
 
   private:
     int32_t radius() const { return int32_t(params_.patch_radius); }
-    uint32_t pixels() const { return (2 * params_.patch_radius + 1) * (2 * params_.patch_radius + 1); }
+    uint32_t pixels() const {
+        return (2 * params_.patch_radius + 1) * (2 * params_.patch_radius + 1);
+    }
 
-    // fraction: of the patch's centre in the live image, 1/256 px. False where the patch leaves its view or
-    // has no texture.
-    bool sample(const defrec_patch& patch, const int32_t matrix[4], int32_t fraction_x, int32_t fraction_y,
-                Sampled& out) const {
+    // fraction: of the patch's centre in the live image, 1/256 px. False where the patch leaves its
+    // view or has no texture.
+    bool sample(const defrec_patch& patch, const int32_t matrix[4], int32_t fraction_x,
+                int32_t fraction_y, Sampled& out) const {
         const Image& view = views_[size_t(patch.view)];
         int32_t centre_x = 0, centre_y = 0;
         if (!to_fixed(patch.u, centre_x) || !to_fixed(patch.v, centre_y)) return false;
@@ -135,7 +145,8 @@ class Align final : public Stage {
                 const int32_t x0 = x >> 15, y0 = y >> 15, fx = (x >> 7) & 255, fy = (y >> 7) & 255;
                 if (x0 < 0 || y0 < 0 || x0 + 1 >= view.width || y0 + 1 >= view.height) return false;
                 const int32_t top = view.at(x0, y0) * (256 - fx) + view.at(x0 + 1, y0) * fx;
-                const int32_t bottom = view.at(x0, y0 + 1) * (256 - fx) + view.at(x0 + 1, y0 + 1) * fx;
+                const int32_t bottom =
+                    view.at(x0, y0 + 1) * (256 - fx) + view.at(x0 + 1, y0 + 1) * fx;
                 out.at(ox, oy) = (top * (256 - fy) + bottom * fy + 2048) >> 12;
                 if (inner(ox, oy)) sum += out.at(ox, oy);
             }
@@ -150,7 +161,9 @@ class Align final : public Stage {
             }
         return n * squares - rest * rest >= int64_t(n) * n * params_.texture * params_.texture;
     }
-    bool inner(int32_t x, int32_t y) const { return std::max(std::abs(x), std::abs(y)) <= radius(); }
+    bool inner(int32_t x, int32_t y) const {
+        return std::max(std::abs(x), std::abs(y)) <= radius();
+    }
 
     // ZNCC of the sampled patch with the live window round (x, y), 1/65536, over the usable pixels.
     int32_t score(const Sampled& patch, int32_t x, int32_t y) const {
@@ -169,24 +182,28 @@ class Align final : public Stage {
                 ti += value * gray;
             }
         // Modulo 2^32: the products may be larger, the difference is not.
-        const int32_t live_variance = int32_t(uint32_t(n) * uint32_t(ii) - uint32_t(i) * uint32_t(i));
+        const int32_t live_variance =
+            int32_t(uint32_t(n) * uint32_t(ii) - uint32_t(i) * uint32_t(i));
         if (4 * n < 3 * int32_t(pixels()) || live_variance < 1) return kUnscored;
         const float inverse = inverse_[size_t(n - 1)];
         const float patch_variance = float(tt) - (float(t) * float(t)) * inverse;
         if (!(patch_variance >= 1.0f)) return kUnscored;
         const float covariance = float(ti) - (float(t) * float(i)) * inverse;
-        const float z =
-            ((covariance * reciprocal_sqrt(patch_variance)) * reciprocal_sqrt(float(live_variance))) *
-            root_[size_t(n - 1)];
+        const float z = ((covariance * reciprocal_sqrt(patch_variance)) *
+                         reciprocal_sqrt(float(live_variance))) *
+                        root_[size_t(n - 1)];
         return int32_t(std::floor(z * float(kOneScore) + 0.5f));
     }
 
-    bool usable_at(int32_t x, int32_t y) const { return mask_.pixels.empty() || mask_.at(x, y) != 0; }
+    bool usable_at(int32_t x, int32_t y) const {
+        return mask_.pixels.empty() || mask_.at(x, y) != 0;
+    }
 
     defrec_patch_observation observe(const defrec_patch& patch,
                                      const defrec_patch_prediction& prediction) const {
         if (!usable(prediction, params_)) return {};
-        const int32_t u = to_level(prediction.u, params_.level), v = to_level(prediction.v, params_.level);
+        const int32_t u = to_level(prediction.u, params_.level),
+                      v = to_level(prediction.v, params_.level);
         int32_t x = (u + 128) >> 8, y = (v + 128) >> 8;
         const int32_t fraction_x = u - 256 * x, fraction_y = v - 256 * y;
         Sampled sampled(radius());
@@ -196,7 +213,8 @@ class Align final : public Stage {
         return refine(sampled, x, y, fraction_x, fraction_y);
     }
 
-    // Moves (x, y) to the best displacement within the search radius; false if it lies at the border.
+    // Moves (x, y) to the best displacement within the search radius; false if it lies at the
+    // border.
     bool search(const Sampled& sampled, int32_t& x, int32_t& y) const {
         const int32_t s = int32_t(params_.search_radius);
         int32_t best = kUnscored, best_x = 0, best_y = 0;
@@ -214,18 +232,20 @@ class Align final : public Stage {
     }
 
     // Gauss-Newton on the shift of the live image, starting from the pixel (x, y).
-    defrec_patch_observation refine(const Sampled& sampled, int32_t x, int32_t y, int32_t fraction_x,
-                                    int32_t fraction_y) const {
+    defrec_patch_observation refine(const Sampled& sampled, int32_t x, int32_t y,
+                                    int32_t fraction_x, int32_t fraction_y) const {
         defrec_patch_observation out{};
         const int32_t r = radius();
-        if (x < r + 2 || y < r + 2 || x + r + 2 >= live_.width || y + r + 2 >= live_.height) return out;
+        if (x < r + 2 || y < r + 2 || x + r + 2 >= live_.width || y + r + 2 >= live_.height)
+            return out;
         const TemplateSums sums = template_sums(sampled, x, y);
         const ShiftSystem system = make_shift_system(sums, inverse_[size_t(sums.n - 1)]);
         if (!system.solvable) return out;
         int32_t shift_x = 0, shift_y = 0, score = 0;
         for (int32_t k = 0; k < kShiftSteps; ++k) {
             int32_t dx = 0, dy = 0;
-            if (!shift_step(system, sums, live_sums(sampled, x, y, shift_x, shift_y), dx, dy, score))
+            if (!shift_step(system, sums, live_sums(sampled, x, y, shift_x, shift_y), dx, dy,
+                            score))
                 return out;
             shift_x += dx;
             shift_y += dy;
@@ -261,7 +281,8 @@ class Align final : public Stage {
         return s;
     }
 
-    LiveSums live_sums(const Sampled& sampled, int32_t x, int32_t y, int32_t shift_x, int32_t shift_y) const {
+    LiveSums live_sums(const Sampled& sampled, int32_t x, int32_t y, int32_t shift_x,
+                       int32_t shift_y) const {
         LiveSums s;
         for (int32_t oy = -radius(); oy <= radius(); ++oy)
             for (int32_t ox = -radius(); ox <= radius(); ++ox) {
@@ -276,8 +297,8 @@ class Align final : public Stage {
         return s;
     }
 
-    // The live image at a pixel plus a shift in 1/256 px, cubic along rows and then along columns, 1/4 gray
-    // level.
+    // The live image at a pixel plus a shift in 1/256 px, cubic along rows and then along columns,
+    // 1/4 gray level.
     int32_t shifted(int32_t x, int32_t y, int32_t shift_x, int32_t shift_y) const {
         x += shift_x >> 8;
         y += shift_y >> 8;

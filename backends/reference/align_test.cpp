@@ -39,7 +39,8 @@ AlignScene picture(uint8_t (*draw)(int x, int y)) {
     AlignScene scene = make_align_scene(options);
     const defrec_align_params& p = scene.params;
     for (uint32_t y = 0; y < p.height; ++y)
-        for (uint32_t x = 0; x < p.width; ++x) scene.view[size_t(y) * p.stride + x] = draw(int(x), int(y));
+        for (uint32_t x = 0; x < p.width; ++x)
+            scene.view[size_t(y) * p.stride + x] = draw(int(x), int(y));
     scene.live = scene.view;
     scene.patches[0].u = 100.25f;
     scene.patches[0].v = 80.5f;
@@ -53,7 +54,8 @@ defrec_patch_observation observe_one(const AlignScene& scene) {
 
 }  // namespace
 
-TEST_CASE("positions are exact to a tenth of a pixel under shift, rotation, scale, gain and noise") {
+TEST_CASE(
+    "positions are exact to a tenth of a pixel under shift, rotation, scale, gain and noise") {
     for (const uint32_t level : {0u, 1u})
         for (const double angle : {0.0, 0.3})
             for (const double scale : {0.9, 1.0, 1.15}) {
@@ -99,9 +101,11 @@ TEST_CASE("row 61: masked pixels do not count, and too few usable ones are no ob
     const Accuracy clean = accuracy(scene);
     scene.mask.assign(scene.live.size(), 255);
     std::mt19937 random(3);
-    // Highlights of 3x3 px; masks grow round them (stage rectify), as interpolation reaches two pixels far.
+    // Highlights of 3x3 px; masks grow round them (stage rectify), as interpolation reaches two
+    // pixels far.
     for (int k = 0; k < 40; ++k) {
-        const size_t x = random() % (scene.params.width - 7), y = random() % (scene.params.height - 7);
+        const size_t x = random() % (scene.params.width - 7),
+                     y = random() % (scene.params.height - 7);
         for (size_t j = 0; j < 7; ++j)
             for (size_t i = 0; i < 7; ++i) {
                 const size_t at = (y + j) * scene.params.stride + x + i;
@@ -148,12 +152,14 @@ TEST_CASE("a patch that leaves its view, or a prediction that is senseless, is n
     scene.predictions[2].u = INT32_MAX;
     scene.predictions[3].view_from_live[1] = INT32_MIN;
     scene.predictions[4].valid = 0;
-    const auto observations = observe(*reference::make_align(scene.params, TestHost().host()), scene);
+    const auto observations =
+        observe(*reference::make_align(scene.params, TestHost().host()), scene);
     for (size_t i = 0; i < 5; ++i) CHECK(observations[i].valid == 0);
     CHECK(observations[5].valid == 1);
 }
 
-TEST_CASE("a prediction is the projection of the moved patch and the derivative of the projection") {
+TEST_CASE(
+    "a prediction is the projection of the moved patch and the derivative of the projection") {
     AlignSceneOptions options;
     options.patches = 3;
     AlignScene scene = make_align_scene(options);

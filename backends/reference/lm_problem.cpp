@@ -22,8 +22,8 @@ LmProblem::LmProblem(const defrec_lm_params& params, const LmTemplate& surface, 
 void LmProblem::blend_motions(std::span<const NodePose<double>> nodes) {
     for (size_t i = 0; i < nodes.size(); ++i) {
         poses_[i] = nodes[i];
-        motions_[i] =
-            from_rigid(nodes[i].rotation, nodes[i].position - rotate(nodes[i].rotation, surface_.nodes[i]));
+        motions_[i] = from_rigid(nodes[i].rotation,
+                                 nodes[i].position - rotate(nodes[i].rotation, surface_.nodes[i]));
     }
 }
 
@@ -79,17 +79,21 @@ void LmProblem::add_rows(const Item& item, std::span<const Row<double>> rows, do
     for (const Row<double>& row : rows) {
         double jacobian[DEFREC_SKIN_NODES][6];
         for (int k = 0; k < DEFREC_SKIN_NODES; ++k) {
-            const Vec3<double> shift = double(item.weight[k]) * row.gradient, turn = cross(arm[k], shift);
+            const Vec3<double> shift = double(item.weight[k]) * row.gradient,
+                               turn = cross(arm[k], shift);
             const double j[6] = {turn.x, turn.y, turn.z, shift.x, shift.y, shift.z};
             std::copy(j, j + 6, jacobian[k]);
         }
         for (int k = 0; k < DEFREC_SKIN_NODES; ++k) {
             for (int r = 0; r < 6; ++r)
-                trial_.gradient[size_t(item.node[k]) * 6 + size_t(r)] += weight * row.value * jacobian[k][r];
+                trial_.gradient[size_t(item.node[k]) * 6 + size_t(r)] +=
+                    weight * row.value * jacobian[k][r];
             for (int l = 0; l < DEFREC_SKIN_NODES; ++l) {
-                double* block = &trial_.blocks[surface_.pattern.find(item.node[k], item.node[l]) * 36];
+                double* block =
+                    &trial_.blocks[surface_.pattern.find(item.node[k], item.node[l]) * 36];
                 for (int r = 0; r < 6; ++r)
-                    for (int c = 0; c < 6; ++c) block[r * 6 + c] += weight * jacobian[k][r] * jacobian[l][c];
+                    for (int c = 0; c < 6; ++c)
+                        block[r * 6 + c] += weight * jacobian[k][r] * jacobian[l][c];
             }
         }
     }
@@ -97,7 +101,8 @@ void LmProblem::add_rows(const Item& item, std::span<const Row<double>> rows, do
 
 namespace {
 // A residual of squared size `squared` enters the sums; returns its weight in the system.
-double count_residual(LmSums::Term& term, const Robust<double>& robust, double weight, double squared) {
+double count_residual(LmSums::Term& term, const Robust<double>& robust, double weight,
+                      double squared) {
     term.cost += weight * robust.cost;
     if (!(robust.weight * weight > 0)) return 0;
     ++term.count;
@@ -115,8 +120,8 @@ void LmProblem::add_points(LmSums& sums) {
         const Vec3<double> position = apply(motion, load3<double>(point.position)),
                            normal = rotate(motion, load3<double>(point.normal));
         Row<double> row;
-        if (!icp_row(params_.camera, frame_.disparity, double(params_.association_mm), position, normal,
-                     row)) {
+        if (!icp_row(params_.camera, frame_.disparity, double(params_.association_mm), position,
+                     normal, row)) {
             sums.missing += weight / (3 * inverse_c2);
             continue;
         }
@@ -134,9 +139,10 @@ void LmProblem::add_matches(LmSums& sums) {
         if (!has_depth(match)) continue;
         const bool preselected = match.weight > 0;
         const double inverse_a = preselected ? 0 : 1 / (5 * double(params_.match_threshold_mm));
-        const double weight = double(params_.match_weight) * (preselected ? double(match.weight) : 1);
-        add_sighting(surface_.landmarks[i], match_sighting(load3<double>(match.position)), weight, inverse_a,
-                     inverse_c2, 1, sums.match);
+        const double weight =
+            double(params_.match_weight) * (preselected ? double(match.weight) : 1);
+        add_sighting(surface_.landmarks[i], match_sighting(load3<double>(match.position)), weight,
+                     inverse_a, inverse_c2, 1, sums.match);
     }
 }
 
@@ -149,8 +155,8 @@ void LmProblem::add_patches(LmSums& sums) {
         const auto motion = blend<double>(motions_.data(), patch.node, patch.weight);
         const double px = px_per_mm(params_.camera, apply(motion, load3<double>(patch.position)).z);
         const double tukey_mm = double(params_.patch_tukey_px) / px;
-        add_sighting(patch, sighting, double(params_.patch_weight), 0, 1 / (tukey_mm * tukey_mm), px,
-                     sums.patch);
+        add_sighting(patch, sighting, double(params_.patch_weight), 0, 1 / (tukey_mm * tukey_mm),
+                     px, sums.patch);
     }
 }
 
@@ -161,10 +167,10 @@ void LmProblem::add_sighting(const Item& item, const Sighting<double>& sighting,
     const auto motion = blend<double>(motions_.data(), item.node, item.weight);
     Row<double> rows[3];
     sighting_rows(apply(motion, load3<double>(item.position)), sighting, rows);
-    const double squared =
-        rows[0].value * rows[0].value + rows[1].value * rows[1].value + rows[2].value * rows[2].value;
-    const double total =
-        count_residual(term, ramped_tukey(squared, inverse_a, inverse_c2), weight, squared * unit * unit);
+    const double squared = rows[0].value * rows[0].value + rows[1].value * rows[1].value +
+                           rows[2].value * rows[2].value;
+    const double total = count_residual(term, ramped_tukey(squared, inverse_a, inverse_c2), weight,
+                                        squared * unit * unit);
     if (linearise_ && total > 0) add_rows(item, rows, total);
 }
 
@@ -174,10 +180,12 @@ double LmProblem::add_edges(std::span<const NodePose<double>> nodes) {
     for (size_t i = 0; i < surface_.edges.size(); ++i) {
         const defrec_edge& edge = surface_.edges[i];
         const NodePose<double>&a = nodes[size_t(edge.a)], &b = nodes[size_t(edge.b)];
-        const auto geometry = arap_geometry(a, b, surface_.rest_direction[i], surface_.rest_length[i]);
-        const ArapWeights<double> weights{arap_scale_[i] * double(params_.length_weight),
-                                          arap_scale_[i] * double(params_.angle_weight) * spacing2,
-                                          arap_scale_[i] * double(params_.rotation_weight) * spacing2};
+        const auto geometry =
+            arap_geometry(a, b, surface_.rest_direction[i], surface_.rest_length[i]);
+        const ArapWeights<double> weights{
+            arap_scale_[i] * double(params_.length_weight),
+            arap_scale_[i] * double(params_.angle_weight) * spacing2,
+            arap_scale_[i] * double(params_.rotation_weight) * spacing2};
         if (!linearise_) {
             cost += arap_cost(geometry, a.rotation, weights);
             continue;

@@ -7,7 +7,8 @@
 
 namespace defrec::reference {
 
-// The normal equations: blocks in the order of the template's pattern, and half the gradient of the cost.
+// The normal equations: blocks in the order of the template's pattern, and half the gradient of the
+// cost.
 struct LmSystem {
     HostVector<double> blocks;    // 36 each, row-major
     HostVector<double> gradient;  // 6 per control point
@@ -40,8 +41,8 @@ class LmProblem {
     double add_edges(std::span<const NodePose<double>> nodes);
     void measure_data();
     template <class Item>
-    void add_sighting(const Item& item, const Sighting<double>& sighting, double weight, double inverse_a,
-                      double inverse_c2, double unit, LmSums::Term& term);
+    void add_sighting(const Item& item, const Sighting<double>& sighting, double weight,
+                      double inverse_a, double inverse_c2, double unit, LmSums::Term& term);
     template <class Item>
     void add_rows(const Item& item, std::span<const Row<double>> rows, double weight);
     void add_term(const defrec_edge& edge, const ArapTerm<double>& term);

@@ -1,5 +1,5 @@
-// The two solvers of stage lm: every control point by itself, as the paper does, and all of them together by
-// conjugate gradients.
+// The two solvers of stage lm: every control point by itself, as the paper does, and all of them
+// together by conjugate gradients.
 #include <Eigen/Dense>
 
 #include "backends/reference/lm_problem.hpp"
@@ -13,9 +13,11 @@ using Vector6 = Eigen::Matrix<double, 6, 1>;
 bool LmProblem::solve(double lambda, double* step) {
     damp(lambda);
     for (size_t i = 0; i < right_.size(); ++i) right_[i] = -present_.gradient[i];
-    const bool solved = params_.solver == DEFREC_SOLVER_INDEPENDENT ? solve_blocks(right_.data(), step)
-                                                                    : solve_coupled(right_.data(), step);
-    return solved && std::all_of(step, step + right_.size(), [](double x) { return std::isfinite(x); });
+    const bool solved = params_.solver == DEFREC_SOLVER_INDEPENDENT
+                            ? solve_blocks(right_.data(), step)
+                            : solve_coupled(right_.data(), step);
+    return solved &&
+           std::all_of(step, step + right_.size(), [](double x) { return std::isfinite(x); });
 }
 
 // Marquardt's damping. What has no weight at all gets one, and stays where it is.
@@ -25,15 +27,16 @@ void LmProblem::damp(double lambda) {
         double trace = 0;
         for (int r = 0; r < 6; ++r) trace += block[7 * r];
         const double minimum = trace > 0 ? kMinDiagonal * trace : 1;
-        for (int r = 0; r < 6; ++r) diagonal_[i * 6 + size_t(r)] = block[7 * r] * (1 + lambda) + minimum;
+        for (int r = 0; r < 6; ++r)
+            diagonal_[i * 6 + size_t(r)] = block[7 * r] * (1 + lambda) + minimum;
     }
 }
 
 // The diagonal blocks alone.
 bool LmProblem::solve_blocks(const double* right, double* x) const {
     for (size_t i = 0; i < surface_.nodes.size(); ++i) {
-        Matrix6 block =
-            Eigen::Map<const Matrix6>(&present_.blocks[surface_.pattern.find(int32_t(i), int32_t(i)) * 36]);
+        Matrix6 block = Eigen::Map<const Matrix6>(
+            &present_.blocks[surface_.pattern.find(int32_t(i), int32_t(i)) * 36]);
         block.diagonal() = Eigen::Map<const Vector6>(&diagonal_[6 * i]);
         const Eigen::LLT<Matrix6> factor(block);
         if (factor.info() != Eigen::Success) return false;
@@ -60,8 +63,8 @@ void LmProblem::multiply(const double* x, double* product) const {
 bool LmProblem::solve_coupled(const double* right, double* result) {
     using Vector = Eigen::Map<Eigen::VectorXd>;
     const auto size = Eigen::Index(diagonal_.size());
-    Vector x(result, size), r(residual_.data(), size), p(direction_.data(), size), q(product_.data(), size),
-        z(conditioned_.data(), size);
+    Vector x(result, size), r(residual_.data(), size), p(direction_.data(), size),
+        q(product_.data(), size), z(conditioned_.data(), size);
     x.setZero();
     r = Eigen::Map<const Eigen::VectorXd>(right, size);
     if (!solve_blocks(r.data(), z.data())) return false;

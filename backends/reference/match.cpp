@@ -28,10 +28,13 @@ class Match final : public Stage {
     void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
         const match::Inputs inputs = match::take_inputs(params_, in);
         defrec_match* matches = match::take_matches(landmarks_.size(), out);
-        for (uint32_t f = 0; f < inputs.count; ++f) best_landmark_[f] = nearest_landmark(inputs.features[f]);
+        for (uint32_t f = 0; f < inputs.count; ++f)
+            best_landmark_[f] = nearest_landmark(inputs.features[f]);
         for (size_t i = 0; i < landmarks_.size(); ++i) {
-            const match::TwoBest best = match::choose(inputs, nearest_features(landmarks_[i], inputs));
-            const bool accepted = match::accepts(params_, best) && best_landmark_[size_t(best.feature)] == i;
+            const match::TwoBest best =
+                match::choose(inputs, nearest_features(landmarks_[i], inputs));
+            const bool accepted =
+                match::accepts(params_, best) && best_landmark_[size_t(best.feature)] == i;
             matches[i] = match::lift<double>(params_, inputs, best, accepted);
         }
     }
@@ -46,7 +49,8 @@ class Match final : public Stage {
         }
         return nearest;
     }
-    static match::Nearest nearest_features(const defrec_landmark& landmark, const match::Inputs& inputs) {
+    static match::Nearest nearest_features(const defrec_landmark& landmark,
+                                           const match::Inputs& inputs) {
         match::Nearest nearest;
         for (uint32_t f = 0; f < inputs.count; ++f) {
             const int32_t distance = hamming(landmark.descriptor, inputs.features[f].descriptor);

@@ -23,7 +23,8 @@ struct Corner {  // of one cell; score 0: none
     uint32_t score;
 };
 
-// Section "pyramid", level 0: the mean under a binomial window of 3 x 3, the image continued by its edge.
+// Section "pyramid", level 0: the mean under a binomial window of 3 x 3, the image continued by its
+// edge.
 void soften(const defrec_orb_params& params, const uint8_t* gray, View<uint8_t> result) {
     constexpr int32_t kWeight[3] = {1, 2, 1};
     const int32_t width = int32_t(params.width), height = int32_t(params.height);
@@ -66,8 +67,8 @@ void shrink_mask(const Level& level, View<const uint8_t> source, View<uint8_t> r
     for (uint32_t y = 0; y < level.height; ++y)
         for (uint32_t x = 0; x < level.width; ++x) {
             const int32_t sx = resample(x).source, sy = resample(y).source;
-            const bool usable = source.at(sx, sy) && source.at(sx + 1, sy) && source.at(sx, sy + 1) &&
-                                source.at(sx + 1, sy + 1);
+            const bool usable = source.at(sx, sy) && source.at(sx + 1, sy) &&
+                                source.at(sx, sy + 1) && source.at(sx + 1, sy + 1);
             result.at(int32_t(x), int32_t(y)) = usable ? 255 : 0;
         }
 }
@@ -88,8 +89,8 @@ void smooth(const Level& level, View<const uint8_t> image, View<uint16_t> result
         }
 }
 
-// Section "corner score": the largest t for which 9 pixels of the circle in a row are all brighter than the
-// centre by t or all darker by t.
+// Section "corner score": the largest t for which 9 pixels of the circle in a row are all brighter
+// than the centre by t or all darker by t.
 uint32_t corner_score(View<const uint8_t> image, int32_t x, int32_t y) {
     int32_t difference[16];
     for (size_t i = 0; i < 16; ++i)
@@ -113,13 +114,14 @@ bool usable_around(View<const uint8_t> mask, int32_t x, int32_t y) {
     return true;
 }
 
-void score(const Level& level, View<const uint8_t> image, View<const uint8_t> mask, uint32_t threshold,
-           View<uint8_t> result) {
+void score(const Level& level, View<const uint8_t> image, View<const uint8_t> mask,
+           uint32_t threshold, View<uint8_t> result) {
     for (int32_t y = 0; y < int32_t(level.height); ++y)
         for (int32_t x = 0; x < int32_t(level.width); ++x) {
             uint32_t s = 0;
             if (x >= kBorder && y >= kBorder && x < int32_t(level.width) - kBorder &&
-                y < int32_t(level.height) - kBorder && (mask.data == nullptr || usable_around(mask, x, y)))
+                y < int32_t(level.height) - kBorder &&
+                (mask.data == nullptr || usable_around(mask, x, y)))
                 s = corner_score(image, x, y);
             result.at(x, y) = uint8_t(s > threshold ? s : 0);
         }
@@ -131,32 +133,37 @@ void find_corners(const Level& level, uint32_t cell, View<const uint8_t> scores,
         for (uint32_t cx = 0; cx < level.cells_x; ++cx) {
             Corner best{0, 0, 0};
             const int32_t x0 = kBorder + int32_t(cx * cell), y0 = kBorder + int32_t(cy * cell);
-            for (int32_t y = y0; y < std::min(y0 + int32_t(cell), int32_t(level.height) - kBorder); ++y)
-                for (int32_t x = x0; x < std::min(x0 + int32_t(cell), int32_t(level.width) - kBorder); ++x)
+            for (int32_t y = y0; y < std::min(y0 + int32_t(cell), int32_t(level.height) - kBorder);
+                 ++y)
+                for (int32_t x = x0;
+                     x < std::min(x0 + int32_t(cell), int32_t(level.width) - kBorder); ++x)
                     if (scores.at(x, y) > best.score) best = {x, y, scores.at(x, y)};
             corners[cy * level.cells_x + cx] = best;
         }
 }
 
-// Section "distance": Chebyshev distance of each corner to the nearest stronger one, at most kFarthest; 0
-// without a corner.
+// Section "distance": Chebyshev distance of each corner to the nearest stronger one, at most
+// kFarthest; 0 without a corner.
 void find_distances(const Level& level, const Corner* corners, uint8_t* distances) {
     const size_t count = size_t(level.cells_x) * level.cells_y;
     for (size_t i = 0; i < count; ++i) {
         int32_t nearest = corners[i].score > 0 ? int32_t(kFarthest) : 0;
         for (size_t k = 0; k < count && nearest > 0; ++k)
-            if (corners[k].score > corners[i].score || (corners[k].score == corners[i].score && k < i))
+            if (corners[k].score > corners[i].score ||
+                (corners[k].score == corners[i].score && k < i))
                 nearest = std::min(nearest, std::max(std::abs(corners[k].x - corners[i].x),
                                                      std::abs(corners[k].y - corners[i].y)));
         distances[i] = uint8_t(nearest);
     }
 }
 
-// Section "selection": corners at least `distance` from any stronger one are kept, and of those exactly one
-// nearer the ones with at least `score`.
+// Section "selection": corners at least `distance` from any stronger one are kept, and of those
+// exactly one nearer the ones with at least `score`.
 struct Limits {
     uint32_t distance, score;
-    bool keeps(uint32_t d, uint32_t s) const { return d >= distance || (d + 1 == distance && s >= score); }
+    bool keeps(uint32_t d, uint32_t s) const {
+        return d >= distance || (d + 1 == distance && s >= score);
+    }
 };
 Limits choose_limits(const defrec_orb_params& params, size_t cells, const Corner* corners,
                      const uint8_t* distances) {
@@ -218,7 +225,8 @@ class Orb final : public Stage {
           corners_(layout_.cells, memory),
           distances_(layout_.cells, memory),
           patterns_(DEFREC_ORB_ANGLE_BINS, memory) {
-        for (uint32_t bin = 0; bin < DEFREC_ORB_ANGLE_BINS; ++bin) patterns_[bin] = turned_pattern(bin);
+        for (uint32_t bin = 0; bin < DEFREC_ORB_ANGLE_BINS; ++bin)
+            patterns_[bin] = turned_pattern(bin);
     }
 
     void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
@@ -232,10 +240,12 @@ class Orb final : public Stage {
             score(level, image(l),
                   mask ? View<const uint8_t>(constant(of_level(masks_, l))) : View<const uint8_t>{},
                   params_.threshold, of_level(scores_, l));
-            find_corners(level, params_.cell, constant(of_level(scores_, l)), &corners_[level.first_cell]);
+            find_corners(level, params_.cell, constant(of_level(scores_, l)),
+                         &corners_[level.first_cell]);
             find_distances(level, &corners_[level.first_cell], &distances_[level.first_cell]);
         }
-        const Limits limits = choose_limits(params_, layout_.cells, corners_.data(), distances_.data());
+        const Limits limits =
+            choose_limits(params_, layout_.cells, corners_.data(), distances_.data());
         *buffers.count = write_features(limits, buffers.features);
         write_substages(buffers);
     }
@@ -258,7 +268,9 @@ class Orb final : public Stage {
                         masks_.data() + size_t(y) * params_.width);
         for (uint32_t l = 1; l < layout_.levels; ++l) {
             shrink(layout_.level[l], image(l - 1), of_level(pyramid_, l));
-            if (mask) shrink_mask(layout_.level[l], constant(of_level(masks_, l - 1)), of_level(masks_, l));
+            if (mask)
+                shrink_mask(layout_.level[l], constant(of_level(masks_, l - 1)),
+                            of_level(masks_, l));
         }
     }
 
@@ -266,8 +278,8 @@ class Orb final : public Stage {
         uint32_t count = 0;
         for (uint32_t l = 0; l < layout_.levels; ++l) {
             const Level& level = layout_.level[l];
-            for (size_t i = level.first_cell; i < level.first_cell + size_t(level.cells_x) * level.cells_y;
-                 ++i) {
+            for (size_t i = level.first_cell;
+                 i < level.first_cell + size_t(level.cells_x) * level.cells_y; ++i) {
                 const Corner& corner = corners_[i];
                 if (distances_[i] == 0 || !limits.keeps(distances_[i], corner.score)) continue;
                 defrec_feature& feature = features[count++];
@@ -290,7 +302,8 @@ class Orb final : public Stage {
         if (to.pyramid != nullptr) std::copy(pyramid_.begin(), pyramid_.end(), to.pyramid);
         if (to.smoothed != nullptr) std::copy(smoothed_.begin(), smoothed_.end(), to.smoothed);
         if (to.scores != nullptr) std::copy(scores_.begin(), scores_.end(), to.scores);
-        for (size_t i = 0; to.corners != nullptr && i < layout_.cells; ++i) to.corners[i] = packed(corners_[i]);
+        for (size_t i = 0; to.corners != nullptr && i < layout_.cells; ++i)
+            to.corners[i] = packed(corners_[i]);
         if (to.distances != nullptr) std::copy(distances_.begin(), distances_.end(), to.distances);
     }
     uint32_t packed(const Corner& corner) const {

@@ -1,5 +1,5 @@
-// 1-point RANSAC with reweighting (Zhou and Jagadeesan 2019, section 2.1): which matches move together.
-// Definition: docs/stages/ransac.md.
+// 1-point RANSAC with reweighting (Zhou and Jagadeesan 2019, section 2.1): which matches move
+// together. Definition: docs/stages/ransac.md.
 #include <Eigen/Dense>
 #include <vector>
 
@@ -51,14 +51,16 @@ class Ransac final : public Stage {
         pairs_.clear();
         for (uint32_t i = 0; i < landmarks_.size(); ++i) {
             if (usable(landmarks_[i], matches[i]))
-                pairs_.push_back({i, Eigen::Map<const Eigen::Vector3f>(landmarks_[i].position).cast<double>(),
-                                  Eigen::Map<const Eigen::Vector3f>(matches[i].position).cast<double>()});
+                pairs_.push_back(
+                    {i, Eigen::Map<const Eigen::Vector3f>(landmarks_[i].position).cast<double>(),
+                     Eigen::Map<const Eigen::Vector3f>(matches[i].position).cast<double>()});
             weighted[i] = matches[i];
             weighted[i].weight = 0;
         }
         threshold_ = params_.threshold_mm > 0 ? double(params_.threshold_mm) : default_threshold();
 
-        const uint32_t count = uint32_t(pairs_.size()), references = std::min(params_.references, count);
+        const uint32_t count = uint32_t(pairs_.size()),
+                       references = std::min(params_.references, count);
         std::vector<Hypothesis> hypotheses;
         for (uint32_t k = 0; k < references; ++k)
             hypotheses.push_back(follow(reference_index(params_.seed, k, references, count)));
@@ -71,7 +73,8 @@ class Ransac final : public Stage {
         Vector3d centre = Vector3d::Zero();
         for (const Pair& pair : pairs_) centre += pair.to / double(pairs_.size());
         double squares = 0;
-        for (const Pair& pair : pairs_) squares += (pair.to - centre).squaredNorm() / double(pairs_.size());
+        for (const Pair& pair : pairs_)
+            squares += (pair.to - centre).squaredNorm() / double(pairs_.size());
         return std::max(kMinThreshold, 0.1 * std::sqrt(squares));
     }
 
@@ -89,7 +92,8 @@ class Ransac final : public Stage {
             out.rotation = nearest_rotation(m);
             for (size_t k = 0; k < pairs_.size(); ++k) {
                 out.distance[k] =
-                    (pairs_[k].to - origin.to - out.rotation * (pairs_[k].from - origin.from)).norm();
+                    (pairs_[k].to - origin.to - out.rotation * (pairs_[k].from - origin.from))
+                        .norm();
                 weight[k] = std::min(threshold_ / out.distance[k], 1.0);
             }
         }
@@ -97,7 +101,8 @@ class Ransac final : public Stage {
         return out;
     }
 
-    defrec_ransac_summary merge(const std::vector<Hypothesis>& hypotheses, defrec_match* weighted) const {
+    defrec_ransac_summary merge(const std::vector<Hypothesis>& hypotheses,
+                                defrec_match* weighted) const {
         defrec_ransac_summary out{};
         out.rotation[0] = out.rotation[4] = out.rotation[8] = 1;
         out.valid_matches = int32_t(pairs_.size());
@@ -139,14 +144,16 @@ class Ransac final : public Stage {
             to /= count;
             Matrix3d m = Matrix3d::Zero();
             for (size_t k = 0; k < pairs_.size(); ++k)
-                if (distance[k] < threshold_) m += (pairs_[k].to - to) * (pairs_[k].from - from).transpose();
+                if (distance[k] < threshold_)
+                    m += (pairs_[k].to - to) * (pairs_[k].from - from).transpose();
             rotation = nearest_rotation(m);
             translation = to - rotation * from;
             for (size_t k = 0; k < pairs_.size(); ++k)
                 distance[k] = (pairs_[k].to - rotation * pairs_[k].from - translation).norm();
         }
         for (const double d : distance) out.best_support += d < threshold_;
-        Eigen::Map<Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>(out.rotation) = rotation.cast<float>();
+        Eigen::Map<Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>(out.rotation) =
+            rotation.cast<float>();
         Eigen::Map<Eigen::Vector3f>(out.translation) = translation.cast<float>();
     }
 

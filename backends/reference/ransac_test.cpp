@@ -22,8 +22,8 @@ TEST_CASE("rotations up to 60 degrees with 85 % outliers are found in 19 of 20 s
         for (uint32_t seed = 1; seed <= 20; ++seed) {
             const RansacScene scene = make_ransac_scene(seed, 300, 0.85, degrees);
             const RansacResult result = run(scene);
-            found +=
-                result.summary.references > 0 && degrees_between(result.summary.rotation, scene.rotation) < 3;
+            found += result.summary.references > 0 &&
+                     degrees_between(result.summary.rotation, scene.rotation) < 3;
             for (size_t i = 0; i < scene.matches.size(); ++i) {
                 right += scene.right[i];
                 kept += result.matches[i].weight > 0;
@@ -40,7 +40,8 @@ TEST_CASE("with half the matches right the motion is exact, and the summary says
     const RansacScene scene = make_ransac_scene(4, 400, 0.5, 25);
     const RansacResult result = run(scene);
     CHECK(degrees_between(result.summary.rotation, scene.rotation) < 0.5);
-    CHECK((Eigen::Map<const Eigen::Vector3f>(result.summary.translation).cast<double>() - scene.translation)
+    CHECK((Eigen::Map<const Eigen::Vector3f>(result.summary.translation).cast<double>() -
+           scene.translation)
               .norm() < 1.0);
     CHECK(result.summary.valid_matches == 400);
     CHECK(result.summary.references >= 8);
@@ -55,7 +56,8 @@ TEST_CASE("only weights change, and they are 0 or at least the bound") {
     const RansacResult result = run(scene);
     for (size_t i = 0; i < scene.matches.size(); ++i) {
         defrec_match match = result.matches[i];
-        CHECK((match.weight == 0.0f || (match.weight >= ransac::kKeptWeight && match.weight <= 1.0f)));
+        CHECK((match.weight == 0.0f ||
+               (match.weight >= ransac::kKeptWeight && match.weight <= 1.0f)));
         match.weight = scene.matches[i].weight;
         CHECK(std::memcmp(&match, &scene.matches[i], sizeof match) == 0);
     }
@@ -96,7 +98,8 @@ TEST_CASE("fewer matches than the least support are not trusted") {
     CHECK(run(make_ransac_scene(7, 8, 0.0, 10)).summary.references > 0);
 }
 
-TEST_CASE("matches without feature, without depth or with numbers that are not finite take no part") {
+TEST_CASE(
+    "matches without feature, without depth or with numbers that are not finite take no part") {
     RansacScene scene = make_ransac_scene(8, 60, 0.0, 10);
     scene.matches[0].feature = -1;
     scene.matches[1].weight = 0;
@@ -112,11 +115,13 @@ TEST_CASE("matches without feature, without depth or with numbers that are not f
 TEST_CASE("identical points, points on a line and no points at all give finite numbers") {
     RansacScene scene = make_ransac_scene(9, 30, 0.0, 0);
     for (size_t i = 0; i < 30; ++i)
-        for (size_t k = 0; k < 3; ++k) scene.landmarks[i].position[k] = scene.matches[i].position[k] = 50;
+        for (size_t k = 0; k < 3; ++k)
+            scene.landmarks[i].position[k] = scene.matches[i].position[k] = 50;
     RansacResult result = run(scene);
     CHECK(determinant(result.summary.rotation) == doctest::Approx(1));
     CHECK(result.summary.inliers == 30);
-    for (size_t i = 0; i < 30; ++i) scene.landmarks[i].position[0] = scene.matches[i].position[0] = float(i);
+    for (size_t i = 0; i < 30; ++i)
+        scene.landmarks[i].position[0] = scene.matches[i].position[0] = float(i);
     result = run(scene);
     CHECK(determinant(result.summary.rotation) == doctest::Approx(1));
     CHECK(result.summary.inliers == 30);
@@ -128,7 +133,8 @@ TEST_CASE("identical points, points on a line and no points at all give finite n
 
 TEST_CASE("two parts that move differently are both kept") {
     RansacScene scene = make_ransac_scene(10, 300, 0.0, 0);
-    const Eigen::Matrix3f turn = Eigen::AngleAxisf(0.8f, Eigen::Vector3f::UnitZ()).toRotationMatrix();
+    const Eigen::Matrix3f turn =
+        Eigen::AngleAxisf(0.8f, Eigen::Vector3f::UnitZ()).toRotationMatrix();
     for (size_t i = 0; i < 300; ++i) {
         Eigen::Map<Eigen::Vector3f> live(scene.matches[i].position);
         if (scene.landmarks[i].position[0] > 0) live = (turn * live).eval();

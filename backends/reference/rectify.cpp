@@ -20,14 +20,16 @@ class Rectify final : public Stage {
             for (int x = 0; x < int(p_.width); ++x) sample(b, x, y);
         for (int y = 0; y < int(p_.height); ++y)
             for (int x = 0; x < int(p_.width); ++x)
-                b.mask[size_t(y) * p_.stride + x] = covered_[at(x, y)] && !near_highlight(x, y) ? 255 : 0;
+                b.mask[size_t(y) * p_.stride + x] =
+                    covered_[at(x, y)] && !near_highlight(x, y) ? 255 : 0;
     }
 
   private:
     size_t at(int x, int y) const { return size_t(y) * p_.width + x; }
 
     int source_gray(const uint8_t* source, int x, int y) const {
-        const uint8_t* s = source + size_t(y) * p_.source_stride + size_t(x) * bytes_per_pixel(p_.format);
+        const uint8_t* s =
+            source + size_t(y) * p_.source_stride + size_t(x) * bytes_per_pixel(p_.format);
         if (p_.format == DEFREC_FORMAT_GRAY8) return s[0];
         const bool rgb = p_.format == DEFREC_FORMAT_RGB8;
         const int red = rgb ? s[0] : s[2], blue = rgb ? s[2] : s[0];
@@ -49,8 +51,10 @@ class Rectify final : public Stage {
         }
         const int i = mx >> 7, j = my >> 7, wx = mx & 127, wy = my & 127;
         const int i1 = std::min(i + 1, last_x), j1 = std::min(j + 1, last_y);
-        const int top = (128 - wx) * source_gray(b.source, i, j) + wx * source_gray(b.source, i1, j);
-        const int bottom = (128 - wx) * source_gray(b.source, i, j1) + wx * source_gray(b.source, i1, j1);
+        const int top =
+            (128 - wx) * source_gray(b.source, i, j) + wx * source_gray(b.source, i1, j);
+        const int bottom =
+            (128 - wx) * source_gray(b.source, i, j1) + wx * source_gray(b.source, i1, j1);
         gray = uint8_t(((128 - wy) * top + wy * bottom + 8192) >> 14);
         saturated_[at(x, y)] = gray >= p_.saturation;
         covered_[at(x, y)] = !ignored(b, i, j, i1, j1);

@@ -41,7 +41,8 @@ TEST_CASE("gray weighs red, green and blue by BT.601 in every format") {
           std::vector<uint8_t>{77, 149, 29});
     CHECK(run(params_of(DEFREC_FORMAT_BGR8, 3, 1), {255, 0, 0, 0, 255, 0, 0, 0, 255}).gray ==
           std::vector<uint8_t>{29, 149, 77});
-    CHECK(run(params_of(DEFREC_FORMAT_BGRA8, 1, 1), {255, 255, 255, 3}).gray == std::vector<uint8_t>{255});
+    CHECK(run(params_of(DEFREC_FORMAT_BGRA8, 1, 1), {255, 255, 255, 3}).gray ==
+          std::vector<uint8_t>{255});
     CHECK(run(params_of(DEFREC_FORMAT_GRAY8, 2, 1), {9, 11}).gray == std::vector<uint8_t>{9, 11});
 }
 
@@ -50,7 +51,8 @@ TEST_CASE("a map samples between pixels, up to and including the last one") {
     params.width = 6;
     params.height = 1;
     const std::vector<uint8_t> source{0, 100, 40, 200};
-    const Result result = run(params, source, {64, 0, 0, 64, 64, 64, 128, 128, 129, 0, INT32_MIN, INT32_MIN});
+    const Result result =
+        run(params, source, {64, 0, 0, 64, 64, 64, 128, 128, 129, 0, INT32_MIN, INT32_MIN});
     CHECK(result.gray == std::vector<uint8_t>{50, 20, 85, 200, 0, 0});
     CHECK(result.mask == std::vector<uint8_t>{255, 255, 255, 255, 0, 0});
 }

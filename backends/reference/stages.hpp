@@ -1,5 +1,6 @@
-// The definition of every stage as plain code: double precision where floating, one thread, no cleverness.
-// One maker per stage; parameters arrive checked and complete. docs/stages.md defines what each computes.
+// The definition of every stage as plain code: double precision where floating, one thread, no
+// cleverness. One maker per stage; parameters arrive checked and complete. docs/stages.md defines
+// what each computes.
 #pragma once
 #include <memory>
 

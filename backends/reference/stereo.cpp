@@ -40,14 +40,15 @@ class Stereo final : public Stage {
         const Refinement refined = refine(left, right, hypothesis, int(p_.refine_radius));
         give(refined.disparity, b.refined);
         give(refined.score, b.score);
-        Evidence evidence =
-            classify(refined, hypothesis, stands, left_mask, right_mask, int(p_.refine_score), int(p_.texture));
+        Evidence evidence = classify(refined, hypothesis, stands, left_mask, right_mask,
+                                     int(p_.refine_score), int(p_.texture));
         drop_speckles(evidence, int(p_.support));
         give(evidence.disparity, b.evidence);
         fill_small(evidence, hypothesis, int(p_.fill_radius));
         give(evidence.disparity, b.filled);
         for (uint32_t pass = 0; pass < p_.smooth_passes; ++pass)
-            evidence.disparity = smooth(evidence.disparity, int(p_.smooth_radius), int(p_.smooth_range));
+            evidence.disparity =
+                smooth(evidence.disparity, int(p_.smooth_radius), int(p_.smooth_range));
         give_rows(evidence.disparity, b.disparity);
         give_rows(evidence.confidence, b.confidence);
     }
@@ -55,15 +56,21 @@ class Stereo final : public Stage {
   private:
     // The refined field of disparities at half resolution, and how far it is settled.
     Disparities search_half(const StereoBuffers& b, const Gray& full_left, const Gray& full_right,
-                            const Mask& left_mask, const Mask& right_mask, Picture<uint8_t>& stands) const {
+                            const Mask& left_mask, const Mask& right_mask,
+                            Picture<uint8_t>& stands) const {
         const int r = int(p_.radius);
         const Gray left = halve(full_left), right = halve(full_right);
         const WindowStatistics left_stats = statistics(left, r), right_stats = statistics(right, r);
-        const SearchResult found = search(left, right, left_stats, right_stats, r, size_.first, size_.count);
+        const SearchResult found =
+            search(left, right, left_stats, right_stats, r, size_.first, size_.count);
         give(found.left, b.left_keys);
         give(found.right, b.right_keys);
-        const CheckLimits limits{
-            r, size_.first, int(p_.min_score), int(p_.uniqueness), int(p_.texture), int(p_.left_right)};
+        const CheckLimits limits{r,
+                                 size_.first,
+                                 int(p_.min_score),
+                                 int(p_.uniqueness),
+                                 int(p_.texture),
+                                 int(p_.left_right)};
         const Disparities checked =
             check(found, left_stats, halve_mask(left_mask), halve_mask(right_mask), limits);
         give(checked, b.checked);

@@ -34,8 +34,8 @@ Picture<int64_t> window_sums(int w, int h, int radius, Value&& value) {
     return result;
 }
 
-// The right image seen through the hypothesis, one pixel to the left, on the spot, and one to the right; half
-// gray levels.
+// The right image seen through the hypothesis, one pixel to the left, on the spot, and one to the
+// right; half gray levels.
 std::array<Picture<int16_t>, 3> warp(const Gray& right, const Disparities& hypothesis) {
     const int w = right.width, h = right.height;
     std::array<Picture<int16_t>, 3> result{Picture<int16_t>(w, h), Picture<int16_t>(w, h),
@@ -45,7 +45,8 @@ std::array<Picture<int16_t>, 3> warp(const Gray& right, const Disparities& hypot
             const int d = hypothesis(x, y) == kNoDisparity ? 0 : hypothesis(x, y);
             const int position = 16 * x - d, column = position >> 4, part = position & 15;
             for (int k = 0; k < 3; ++k) {
-                const int first = right.clamped(column + k - 1, y), second = right.clamped(column + k, y);
+                const int first = right.clamped(column + k - 1, y),
+                          second = right.clamped(column + k, y);
                 result[size_t(k)](x, y) = int16_t(((16 - part) * first + part * second + 4) >> 3);
             }
         }
@@ -63,8 +64,10 @@ Refinement refine(const Gray& left, const Gray& right, const Disparities& hypoth
     std::vector<Picture<int64_t>> sum, squares, products;
     for (const Picture<int16_t>& image : warped) {
         sum.push_back(window_sums(w, h, radius, [&](int x, int y) { return image(x, y); }));
-        squares.push_back(window_sums(w, h, radius, [&](int x, int y) { return image(x, y) * image(x, y); }));
-        products.push_back(window_sums(w, h, radius, [&](int x, int y) { return left(x, y) * image(x, y); }));
+        squares.push_back(
+            window_sums(w, h, radius, [&](int x, int y) { return image(x, y) * image(x, y); }));
+        products.push_back(
+            window_sums(w, h, radius, [&](int x, int y) { return left(x, y) * image(x, y); }));
     }
     Refinement result{hypothesis, Picture<int16_t>(w, h), Mask(w, h), Picture<int64_t>(w, h),
                       Picture<int32_t>(w, h)};
@@ -99,10 +102,12 @@ Disparities upsample(const Disparities& half, int width, int height) {
     Disparities result(width, height);
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
-            const int u = x / 2, v = y / 2, u2 = x % 2 == 0 ? u - 1 : u + 1, v2 = y % 2 == 0 ? v - 1 : v + 1;
+            const int u = x / 2, v = y / 2, u2 = x % 2 == 0 ? u - 1 : u + 1,
+                      v2 = y % 2 == 0 ? v - 1 : v + 1;
             const int a = half.clamped(u, v), b = half.clamped(u2, v), c = half.clamped(u, v2),
                       d = half.clamped(u2, v2);
-            const bool one_surface = std::max({a, b, c, d}) - std::min({a, b, c, d}) <= kUpsampleRange;
+            const bool one_surface =
+                std::max({a, b, c, d}) - std::min({a, b, c, d}) <= kUpsampleRange;
             if (a == kNoDisparity)
                 result(x, y) = kNoDisparity;
             else
@@ -112,8 +117,8 @@ Disparities upsample(const Disparities& half, int width, int height) {
 }
 
 Evidence classify(const Refinement& refined, const Disparities& hypothesis,
-               const Picture<uint8_t>& standing_half, const Mask& left_mask, const Mask& right_mask,
-               int refine_score, int texture) {
+                  const Picture<uint8_t>& standing_half, const Mask& left_mask,
+                  const Mask& right_mask, int refine_score, int texture) {
     const int w = hypothesis.width, h = hypothesis.height;
     Evidence result{Disparities(w, h, kNoDisparity), Picture<uint8_t>(w, h)};
     for (int y = 0; y < h; ++y)
@@ -137,8 +142,8 @@ Evidence classify(const Refinement& refined, const Disparities& hypothesis,
 
 void drop_speckles(Evidence& evidence, int support) {
     const int w = evidence.disparity.width, h = evidence.disparity.height;
-    const auto count =
-        window_sums(w, h, 4, [&](int x, int y) { return evidence.disparity(x, y) != kNoDisparity; });
+    const auto count = window_sums(
+        w, h, 4, [&](int x, int y) { return evidence.disparity(x, y) != kNoDisparity; });
     for (int y = 0; y < h; ++y)
         for (int x = 0; x < w; ++x)
             if (25 * count(x, y) < 81 * support) {
@@ -152,14 +157,15 @@ void fill_small(Evidence& evidence, const Disparities& hypothesis, int radius) {
     const Disparities before = evidence.disparity;
     const auto known = [&](int x, int y) { return before(x, y) != kNoDisparity; };
     const auto count = window_sums(w, h, radius, known);
-    const auto sum = window_sums(
-        w, h, radius, [&](int x, int y) { return known(x, y) ? before(x, y) - hypothesis(x, y) : 0; });
+    const auto sum = window_sums(w, h, radius, [&](int x, int y) {
+        return known(x, y) ? before(x, y) - hypothesis(x, y) : 0;
+    });
     for (int y = 0; y < h; ++y)
         for (int x = 0; x < w; ++x) {
             const int64_t n = count(x, y);
             if (known(x, y) || 2 * n < side * side) continue;
-            evidence.disparity(x, y) =
-                int16_t(std::max<int64_t>(0, hypothesis(x, y) + floor_divide(2 * sum(x, y) + n, 2 * n)));
+            evidence.disparity(x, y) = int16_t(
+                std::max<int64_t>(0, hypothesis(x, y) + floor_divide(2 * sum(x, y) + n, 2 * n)));
             evidence.confidence(x, y) = kFilledConfidence;
         }
 }

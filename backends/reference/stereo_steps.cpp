@@ -1,4 +1,5 @@
-// The sub-stages of stereo up to the hypothesis; the rest is stereo_refine.cpp. docs/stages/stereo.md.
+// The sub-stages of stereo up to the hypothesis; the rest is stereo_refine.cpp.
+// docs/stages/stereo.md.
 #include "backends/reference/stereo_steps.hpp"
 
 #include <algorithm>
@@ -32,8 +33,8 @@ Gray halve(const Gray& gray) {
     Gray result(gray.width / 2, gray.height / 2);
     for (int y = 0; y < result.height; ++y)
         for (int x = 0; x < result.width; ++x)
-            result(x, y) = uint8_t((gray(2 * x, 2 * y) + gray(2 * x + 1, 2 * y) + gray(2 * x, 2 * y + 1) +
-                                    gray(2 * x + 1, 2 * y + 1) + 2) >>
+            result(x, y) = uint8_t((gray(2 * x, 2 * y) + gray(2 * x + 1, 2 * y) +
+                                    gray(2 * x, 2 * y + 1) + gray(2 * x + 1, 2 * y + 1) + 2) >>
                                    2);
     return result;
 }
@@ -68,17 +69,20 @@ WindowStatistics statistics(const Gray& gray, int radius) {
 
 SearchResult search(const Gray& left, const Gray& right, const WindowStatistics& left_stats,
                     const WindowStatistics& right_stats, int radius, int first, int count) {
-    const int w = left.width, h = left.height, side = 2 * radius + 1, groups = (count + kGroup - 1) / kGroup;
+    const int w = left.width, h = left.height, side = 2 * radius + 1,
+              groups = (count + kGroup - 1) / kGroup;
     const float one_over_n = 1.0f / float(side * side);
     SearchResult result{Picture<int32_t>(w, h), Picture<int32_t>(w, h), Picture<int32_t>(w, h)};
-    std::vector<int> columns(size_t(w) *
-                             size_t(count));  // products of one column of the window, for each disparity
+    std::vector<int> columns(
+        size_t(w) * size_t(count));  // products of one column of the window, for each disparity
     for (int y = radius; y < h - radius; ++y) {
         Picture<int32_t> best(w, groups);
         for (int index = 0; index < count; ++index) {
             const int d = first + index;
             int* column = columns.data() + size_t(index) * size_t(w);
-            const auto product = [&](int x, int v) { return (left(x, v) - 128) * (right(x - d, v) - 128); };
+            const auto product = [&](int x, int v) {
+                return (left(x, v) - 128) * (right(x - d, v) - 128);
+            };
             for (int x = d; x < w; ++x) {
                 if (y == radius)
                     for (int v = 0; v < side; ++v) column[x] += product(x, v);
@@ -91,7 +95,8 @@ SearchResult search(const Gray& left, const Gray& right, const WindowStatistics&
                 const float mean = float(left_stats.sum(x, y)) * one_over_n;
                 const float expected = mean * float(right_stats.sum(x - d, y));
                 const float covariance = float(sum) - expected;
-                const float score = covariance * (left_stats.inverse(x, y) * right_stats.inverse(x - d, y));
+                const float score =
+                    covariance * (left_stats.inverse(x, y) * right_stats.inverse(x - d, y));
                 if (!(score > 0)) continue;
                 const int key = (std::bit_cast<int>(score) & ~0xff) | index;
                 best(x, index / kGroup) = std::max(best(x, index / kGroup), key);
@@ -109,8 +114,8 @@ SearchResult search(const Gray& left, const Gray& right, const WindowStatistics&
     return result;
 }
 
-Disparities check(const SearchResult& found, const WindowStatistics& left_stats, const Mask& left_mask,
-                  const Mask& right_mask, const CheckLimits& limits) {
+Disparities check(const SearchResult& found, const WindowStatistics& left_stats,
+                  const Mask& left_mask, const Mask& right_mask, const CheckLimits& limits) {
     const int w = left_mask.width, h = left_mask.height,
               n = (2 * limits.radius + 1) * (2 * limits.radius + 1);
     const float unit = search_score_unit(limits.radius);
@@ -122,7 +127,8 @@ Disparities check(const SearchResult& found, const WindowStatistics& left_stats,
             const int key = found.left(x, y);
             if (key == 0 || !left_mask(x, y) || score(key) < minimum) continue;
             if (score(key) - score(found.second(x, y)) < lead) continue;
-            if (int64_t{256} * left_stats.variance(x, y) < int64_t{limits.texture} * limits.texture * n * n)
+            if (int64_t{256} * left_stats.variance(x, y) <
+                int64_t{limits.texture} * limits.texture * n * n)
                 continue;
             const int d = limits.first + (key & 255);
             if (!right_mask(x - d, y)) continue;
@@ -151,7 +157,8 @@ Disparities supported(const Disparities& disparities, int support) {
 
 namespace {
 
-Disparities smooth_along(const Disparities& disparities, int radius, int range, int step_x, int step_y) {
+Disparities smooth_along(const Disparities& disparities, int radius, int range, int step_x,
+                         int step_y) {
     Disparities result = disparities;
     for (int y = 0; y < disparities.height; ++y)
         for (int x = 0; x < disparities.width; ++x) {
@@ -181,7 +188,8 @@ Disparities fill_all(const Disparities& disparities) {
     const int w = disparities.width, h = disparities.height;
     const auto none = [](int d) { return d == kNoDisparity; };
     if (std::all_of(disparities.pixels.begin(), disparities.pixels.end(), none)) return disparities;
-    if (std::none_of(disparities.pixels.begin(), disparities.pixels.end(), none)) return disparities;
+    if (std::none_of(disparities.pixels.begin(), disparities.pixels.end(), none))
+        return disparities;
     Disparities coarse((w + 1) / 2, (h + 1) / 2, kNoDisparity);
     for (int y = 0; y < coarse.height; ++y)
         for (int x = 0; x < coarse.width; ++x) {
@@ -199,15 +207,17 @@ Disparities fill_all(const Disparities& disparities) {
     for (int y = 0; y < h; ++y)
         for (int x = 0; x < w; ++x) {
             if (!none(disparities(x, y))) continue;
-            const int u = x / 2, v = y / 2, u2 = x % 2 == 0 ? u - 1 : u + 1, v2 = y % 2 == 0 ? v - 1 : v + 1;
-            result(x, y) = int16_t((9 * coarse(u, v) + 3 * coarse.clamped(u2, v) + 3 * coarse.clamped(u, v2) +
-                                    coarse.clamped(u2, v2) + 8) >>
+            const int u = x / 2, v = y / 2, u2 = x % 2 == 0 ? u - 1 : u + 1,
+                      v2 = y % 2 == 0 ? v - 1 : v + 1;
+            result(x, y) = int16_t((9 * coarse(u, v) + 3 * coarse.clamped(u2, v) +
+                                    3 * coarse.clamped(u, v2) + coarse.clamped(u2, v2) + 8) >>
                                    4);
         }
     return result;
 }
 
-Picture<uint8_t> standing(const Disparities& supported_disparities, const Disparities& dense, int edge) {
+Picture<uint8_t> standing(const Disparities& supported_disparities, const Disparities& dense,
+                          int edge) {
     Picture<uint8_t> result(dense.width, dense.height);
     for (int y = 0; y < dense.height; ++y)
         for (int x = 0; x < dense.width; ++x) {

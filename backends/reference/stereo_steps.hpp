@@ -1,5 +1,5 @@
-// The sub-stages of stereo, each a function from whole images to whole images. docs/stages/stereo.md, section
-// by section.
+// The sub-stages of stereo, each a function from whole images to whole images.
+// docs/stages/stereo.md, section by section.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -12,13 +12,20 @@ template <class T>
 struct Picture {
     Picture(int w, int h, T value = T())
         : width(w), height(h), pixels(std::size_t(w) * std::size_t(h), value) {}
-    T& operator()(int x, int y) { return pixels[std::size_t(y) * std::size_t(width) + std::size_t(x)]; }
+    T& operator()(int x, int y) {
+        return pixels[std::size_t(y) * std::size_t(width) + std::size_t(x)];
+    }
     const T& operator()(int x, int y) const {
         return pixels[std::size_t(y) * std::size_t(width) + std::size_t(x)];
     }
     // The nearest pixel of the picture.
     const T& clamped(int x, int y) const {
-        return (*this)(x < 0 ? 0 : x < width ? x : width - 1, y < 0 ? 0 : y < height ? y : height - 1);
+        return (*this)(x < 0       ? 0
+                       : x < width ? x
+                                   : width - 1,
+                       y < 0        ? 0
+                       : y < height ? y
+                                    : height - 1);
     }
     bool contains(int x, int y) const { return x >= 0 && y >= 0 && x < width && y < height; }
 
@@ -49,11 +56,11 @@ SearchResult search(const Gray& left, const Gray& right, const WindowStatistics&
 struct CheckLimits {
     int radius, first, min_score, uniqueness, texture, left_right;
 };
-Disparities check(const SearchResult& found, const WindowStatistics& left_stats, const Mask& left_mask,
-                  const Mask& right_mask, const CheckLimits& limits);                         // 4
+Disparities check(const SearchResult& found, const WindowStatistics& left_stats,
+                  const Mask& left_mask, const Mask& right_mask, const CheckLimits& limits);  // 4
 Disparities supported(const Disparities& disparities, int support);                           // 5
-Disparities smooth(const Disparities& disparities, int radius, int range);                    // 6, 12
-Disparities fill_all(const Disparities& disparities);                                         // 6
+Disparities smooth(const Disparities& disparities, int radius, int range);  // 6, 12
+Disparities fill_all(const Disparities& disparities);                       // 6
 Picture<uint8_t> standing(const Disparities& supported, const Disparities& dense, int edge);  // 7
 
 struct Refinement {
@@ -63,17 +70,18 @@ struct Refinement {
     Picture<int64_t> variance;  // n^2 times the variance of the left window
     Picture<int32_t> count;     // n
 };
-Refinement refine(const Gray& left, const Gray& right, const Disparities& hypothesis, int radius);  // 8
-Disparities upsample(const Disparities& half, int width, int height);                               // 9
+Refinement refine(const Gray& left, const Gray& right, const Disparities& hypothesis,
+                  int radius);                                         // 8
+Disparities upsample(const Disparities& half, int width, int height);  // 9
 
 struct Evidence {
     Disparities disparity;
     Picture<uint8_t> confidence;
 };
 Evidence classify(const Refinement& refined, const Disparities& hypothesis,
-               const Picture<uint8_t>& standing_half, const Mask& left_mask, const Mask& right_mask,
-               int refine_score, int texture);                                   // 10
-void drop_speckles(Evidence& evidence, int support);                              // 10
+                  const Picture<uint8_t>& standing_half, const Mask& left_mask,
+                  const Mask& right_mask, int refine_score, int texture);        // 10
+void drop_speckles(Evidence& evidence, int support);                             // 10
 void fill_small(Evidence& evidence, const Disparities& hypothesis, int radius);  // 11
 
 }  // namespace defrec::reference

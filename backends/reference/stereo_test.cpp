@@ -1,5 +1,5 @@
-// Properties of the definition of stereo: known surfaces are found, without a bias towards whole pixels, and
-// nothing is invented.
+// Properties of the definition of stereo: known surfaces are found, without a bias towards whole
+// pixels, and nothing is invented.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -29,7 +29,8 @@ class Texture {
     }
     double operator()(double x, double y) const {
         double value = 120;
-        for (const Wave& wave : waves_) value += wave.height * std::sin(wave.u * x + wave.v * y + wave.phase);
+        for (const Wave& wave : waves_)
+            value += wave.height * std::sin(wave.u * x + wave.v * y + wave.phase);
         return value;
     }
 
@@ -44,7 +45,9 @@ struct Result {
     std::vector<int16_t> disparity;
     std::vector<uint8_t> confidence;
     double at(int x, int y) const { return disparity[size_t(y * kWidth + x)] / 16.0; }
-    bool known(int x, int y) const { return disparity[size_t(y * kWidth + x)] != DEFREC_DISPARITY_NONE; }
+    bool known(int x, int y) const {
+        return disparity[size_t(y * kWidth + x)] != DEFREC_DISPARITY_NONE;
+    }
 };
 
 using Image = std::function<double(int, int)>;
@@ -117,13 +120,15 @@ TEST_CASE("a slanted plane is found under a gain and an offset between the views
 }
 
 TEST_CASE(
-    "what the right view cannot see is a hole, and the far side of an edge is not pulled to the near one") {
+    "what the right view cannot see is a hole, and the far side of an edge is not pulled to the "
+    "near one") {
     const Texture far(5), near(6);
-    // A near strip whose left edge is at x = 120 in the left image covers the right view: shift of 20 px left
-    // of it.
+    // A near strip whose left edge is at x = 120 in the left image covers the right view: shift of
+    // 20 px left of it.
     const auto right = [&](int x, int y) { return x >= 80 && x < 140 ? near(x, y) : far(x, y); };
     const Result result =
-        match([&](int x, int y) { return x >= 120 && x < 180 ? near(x - 40, y) : far(x - 20, y); }, right);
+        match([&](int x, int y) { return x >= 120 && x < 180 ? near(x - 40, y) : far(x - 20, y); },
+              right);
     int invented = 0;
     for (int y = 10; y < kHeight - 10; ++y)
         for (int x = 50; x < kWidth - 10; ++x) {
@@ -141,11 +146,14 @@ TEST_CASE("row 61: a masked region has no evidence of its own; a small one is fi
     const Texture texture(7);
     std::vector<uint8_t> mask(size_t{kWidth} * kHeight, 255);
     const auto cut = [&](int x0, int size) {
-        for (int y = 40; y < 40 + size; ++y) std::fill_n(mask.begin() + y * kWidth + x0, size, uint8_t{0});
+        for (int y = 40; y < 40 + size; ++y)
+            std::fill_n(mask.begin() + y * kWidth + x0, size, uint8_t{0});
     };
     cut(80, 40);
     cut(160, 6);
-    const auto left = [&](int x, int y) { return mask[size_t(y * kWidth + x)] ? texture(x - 20, y) : 255.0; };
+    const auto left = [&](int x, int y) {
+        return mask[size_t(y * kWidth + x)] ? texture(x - 20, y) : 255.0;
+    };
     const Result result = match(
         left, [&](int x, int y) { return texture(x, y); }, mask);
     CHECK_FALSE(result.known(100, 60));
@@ -160,9 +168,9 @@ TEST_CASE("row 69: repetitive texture is refused") {
     const auto stripes = [](int x, int) { return 120 + 60 * std::sin(x * 6.283185 / 14); };
     const Errors found = errors(match(stripes, stripes), [](int, int) { return 0.0; });
     CHECK(found.coverage < 0.05);
-    const Errors plain = errors(
-        match([&](int x, int y) { return texture(x, y); }, [&](int x, int y) { return texture(x, y); }),
-        [](int, int) { return 0.0; });
+    const Errors plain = errors(match([&](int x, int y) { return texture(x, y); },
+                                      [&](int x, int y) { return texture(x, y); }),
+                                [](int, int) { return 0.0; });
     CHECK(plain.coverage > 0.95);
 }
 

@@ -36,7 +36,8 @@ class Warp : public Stage {
     }
 
   private:
-    defrec_surface_sample sample(const defrec_surface_point& point, const DisparityImage& image) const {
+    defrec_surface_sample sample(const defrec_surface_point& point,
+                                 const DisparityImage& image) const {
         const auto motion = blend<double>(motions_.data(), point.node, point.weight);
         const Vec3<double> position = apply(motion, load3<double>(point.position));
         const Vec3<double> normal = rotate(motion, load3<double>(point.normal));

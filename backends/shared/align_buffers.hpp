@@ -15,18 +15,20 @@ inline size_t view_offset(const defrec_align_params& params, size_t view) {
     return view * params.stride * params.height;
 }
 
-// The patches given to prepare: as many as the buffer holds, at most params.patches. Throws unless they name
-// views and control points that exist.
-inline std::span<const defrec_patch> take_patches(const defrec_align_params& params, const InBuffer& buffer) {
+// The patches given to prepare: as many as the buffer holds, at most params.patches. Throws unless
+// they name views and control points that exist.
+inline std::span<const defrec_patch> take_patches(const defrec_align_params& params,
+                                                  const InBuffer& buffer) {
     const size_t count = std::min<size_t>(params.patches, buffer.size / sizeof(defrec_patch));
     const std::span<const defrec_patch> patches(buffer.as<defrec_patch>(), count);
     for (size_t i = 0; i < count; ++i) {
         bool good = patches[i].view >= 0 && uint32_t(patches[i].view) < params.views;
-        for (const int32_t node : patches[i].node) good = good && node >= 0 && uint32_t(node) < params.nodes;
+        for (const int32_t node : patches[i].node)
+            good = good && node >= 0 && uint32_t(node) < params.nodes;
         if (!good)
-            throw StageError(
-                DEFREC_ERROR_ARGUMENT,
-                "align: patch " + std::to_string(i) + " names a view or a control point that does not exist");
+            throw StageError(DEFREC_ERROR_ARGUMENT,
+                             "align: patch " + std::to_string(i) +
+                                 " names a view or a control point that does not exist");
     }
     return patches;
 }
@@ -50,7 +52,8 @@ inline AlignBuffers take_buffers(const defrec_align_params& params, size_t patch
         take_optional<defrec_patch_prediction>("align: predictions", in, 3, patches),
         take<defrec_patch_observation>("align: observations", out[0], patches),
         take_optional<defrec_patch_prediction>("align: predictions out", out, 1, patches)};
-    if (buffers.gray == nullptr) throw StageError(DEFREC_ERROR_ARGUMENT, "align: no live image given");
+    if (buffers.gray == nullptr)
+        throw StageError(DEFREC_ERROR_ARGUMENT, "align: no live image given");
     if (buffers.motions == nullptr && buffers.given == nullptr && patches > 0)
         throw StageError(DEFREC_ERROR_ARGUMENT, "align: neither motions nor predictions given");
     return buffers;

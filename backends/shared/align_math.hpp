@@ -1,5 +1,6 @@
-// Formulas of the stage align that every backend shares: prediction, levels, the reciprocal square root, the
-// fit of the peak. docs/stages/align.md explains them; search and sampling are each backend's own.
+// Formulas of the stage align that every backend shares: prediction, levels, the reciprocal square
+// root, the fit of the peak. docs/stages/align.md explains them; search and sampling are each
+// backend's own.
 #pragma once
 #include <bit>
 #include <cmath>
@@ -18,12 +19,14 @@ enum {
 enum { kShiftSteps = 4 };               // Gauss-Newton steps
 constexpr float kFullPrecision = 0.1f;  // px; a patch located this well has information 1
 
-// Coordinates of level 0 to those of a level and back, 1/256 px: pixel centres of a level lie between those
-// below it.
+// Coordinates of level 0 to those of a level and back, 1/256 px: pixel centres of a level lie
+// between those below it.
 constexpr int32_t to_level(int32_t position, uint32_t level) {
     return ((position + 128 + ((1 << level) >> 1)) >> level) - 128;
 }
-constexpr int32_t from_level(int32_t position, uint32_t level) { return (position + 128) * (1 << level) - 128; }
+constexpr int32_t from_level(int32_t position, uint32_t level) {
+    return (position + 128) * (1 << level) - 128;
+}
 
 // px to 1/256 px; false if it is not finite or far outside every image.
 constexpr bool to_fixed(double px, int32_t& out) {
@@ -43,7 +46,7 @@ constexpr float reciprocal_sqrt(float x) {
 // Where a patch is expected, and how the view's pixels map there.
 template <class T>
 constexpr defrec_patch_prediction predict(const defrec_patch& patch, const defrec_motion* motions,
-                                const defrec_align_params& params) {
+                                          const defrec_align_params& params) {
     defrec_patch_prediction out{};
     const defrec_camera& camera = params.camera;
     const DualQuaternion<T> motion = blend<T>(motions, patch.node, patch.weight);
@@ -76,7 +79,8 @@ constexpr defrec_patch_prediction predict(const defrec_patch& patch, const defre
     return out;
 }
 
-// Whether a prediction, which may be a caller's, can be followed without leaving the ranges of fixed point.
+// Whether a prediction, which may be a caller's, can be followed without leaving the ranges of
+// fixed point.
 constexpr bool usable(const defrec_patch_prediction& p, const defrec_align_params& params) {
     if (p.valid != 1 || p.u < 0 || p.v < 0 || p.u > int32_t(params.width - 1) * 256 ||
         p.v > int32_t(params.height - 1) * 256)
@@ -86,7 +90,8 @@ constexpr bool usable(const defrec_patch_prediction& p, const defrec_align_param
     return true;
 }
 
-// Sums over a patch's pixels: t the template, gx and gy its gradient, i the live image; docs/stages/align.md.
+// Sums over a patch's pixels: t the template, gx and gy its gradient, i the live image;
+// docs/stages/align.md.
 struct TemplateSums {
     int32_t n = 0, t = 0, tt = 0, gx = 0, gy = 0, gxx = 0, gxy = 0, gyy = 0, gxt = 0, gyt = 0;
 };
@@ -94,11 +99,12 @@ struct LiveSums {
     int32_t i = 0, ii = 0, it = 0, igx = 0, igy = 0;
 };
 
-// The normal equations of the shift between template and live image, gain and offset eliminated. Floats,
-// exact operations only.
+// The normal equations of the shift between template and live image, gain and offset eliminated.
+// Floats, exact operations only.
 struct ShiftSystem {
     float inverse_n, inverse_tt, tt, gx_t, gy_t;
-    float xx, xy, yy;  // damped by 1/1024 of the trace, so that a direction without texture stays where it is
+    float xx, xy,
+        yy;  // damped by 1/1024 of the trace, so that a direction without texture stays where it is
     float inverse_determinant;
     float raw_xx, raw_yy;  // not damped
     bool solvable;
@@ -129,10 +135,10 @@ constexpr ShiftSystem make_shift_system(const TemplateSums& s, float inverse_n) 
     return out;
 }
 
-// One Gauss-Newton step of the shift, 1/256 px, and the ZNCC before it, 1/65536; false where the images do
-// not correlate.
-constexpr bool shift_step(const ShiftSystem& system, const TemplateSums& t, const LiveSums& s, int32_t& dx,
-                       int32_t& dy, int32_t& score) {
+// One Gauss-Newton step of the shift, 1/256 px, and the ZNCC before it, 1/65536; false where the
+// images do not correlate.
+constexpr bool shift_step(const ShiftSystem& system, const TemplateSums& t, const LiveSums& s,
+                          int32_t& dx, int32_t& dy, int32_t& score) {
     const auto covariance = [&system](int32_t a, int32_t b, int32_t ab) {
         return float(ab) - (float(a) * float(b)) * system.inverse_n;
     };
@@ -146,16 +152,16 @@ constexpr bool shift_step(const ShiftSystem& system, const TemplateSums& t, cons
     const float scale = (system.inverse_determinant * inverse_gain) * 256.0f;
     const float step_x = (system.yy * x - system.xy * y) * scale,
                 step_y = (system.xx * y - system.xy * x) * scale;
-    score = int32_t(
-        std::floor(((it * reciprocal_sqrt(system.tt)) * reciprocal_sqrt(ii)) * float(kOneScore) + 0.5f));
+    score = int32_t(std::floor(
+        ((it * reciprocal_sqrt(system.tt)) * reciprocal_sqrt(ii)) * float(kOneScore) + 0.5f));
     if (!(std::abs(step_x) < 512.0f) || !(std::abs(step_y) < 512.0f)) return false;
     dx = int32_t(std::floor(0.5f - step_x));
     dy = int32_t(std::floor(0.5f - step_y));
     return true;
 }
 
-// Catmull-Rom weights of the pixels -1, 0, 1, 2 at a fraction, 1/256 px; the weights are 1/256 and add up to
-// 256.
+// Catmull-Rom weights of the pixels -1, 0, 1, 2 at a fraction, 1/256 px; the weights are 1/256 and
+// add up to 256.
 constexpr void cubic_weights(int32_t fraction, int32_t out[4]) {
     const int64_t t = fraction;
     out[0] = int32_t((-t * t * t + 2 * 256 * t * t - 65536 * t + 65536) >> 17);
@@ -164,11 +170,11 @@ constexpr void cubic_weights(int32_t fraction, int32_t out[4]) {
     out[2] = 256 - out[0] - out[1] - out[3];
 }
 
-// How well a found patch is located, as a 2x2 matrix uu, uv, vv at level 0 in units of 1 / kFullPrecision^2,
-// eigenvalues within 0 .. 1: the Fisher information of a shift estimated from n pixels with white noise, n
-// z^2 / (1 - z^2) G / tt with the score z.
-constexpr void information(const ShiftSystem& system, uint32_t pixels, int32_t score, uint32_t level,
-                        float out[3]) {
+// How well a found patch is located, as a 2x2 matrix uu, uv, vv at level 0 in units of 1 /
+// kFullPrecision^2, eigenvalues within 0 .. 1: the Fisher information of a shift estimated from n
+// pixels with white noise, n z^2 / (1 - z^2) G / tt with the score z.
+constexpr void information(const ShiftSystem& system, uint32_t pixels, int32_t score,
+                           uint32_t level, float out[3]) {
     const float z = float(score) / float(kOneScore);
     const float noise = std::fmax(1.0f - z * z, 0.01f);
     const float scale = kFullPrecision * kFullPrecision * float(pixels) * z * z /

@@ -1,5 +1,5 @@
-// Which pairs of control points share a residual: the pattern of a symmetric block sparse matrix, rows with
-// ascending columns.
+// Which pairs of control points share a residual: the pattern of a symmetric block sparse matrix,
+// rows with ascending columns.
 #pragma once
 #include <algorithm>
 

@@ -1,5 +1,5 @@
-// The minimiser of stage lm (docs/stages/lm.md): steps, damping, when to stop. What it minimises is a Problem
-// of the backend's own.
+// The minimiser of stage lm (docs/stages/lm.md): steps, damping, when to stop. What it minimises is
+// a Problem of the backend's own.
 #pragma once
 #include <cmath>
 #include <span>
@@ -11,13 +11,15 @@ namespace defrec {
 // Cost by term, and what the summary says of the data.
 struct LmSums {
     struct Term {
-        double cost = 0, weights = 0, squares = 0;  // squares: of the residuals, by the same weights
-        int32_t count = 0;                          // residuals with weight > 0
+        double cost = 0, weights = 0,
+               squares = 0;  // squares: of the residuals, by the same weights
+        int32_t count = 0;   // residuals with weight > 0
         double rms() const { return weights > 0 ? std::sqrt(squares / weights) : 0; }
     };
     Term icp, match, patch;
     double arap = 0;
-    double missing = 0;  // cost of the points without a live surface: what one too far from it costs
+    double missing =
+        0;  // cost of the points without a live surface: what one too far from it costs
 
     double present() const { return icp.cost + match.cost + patch.cost + arap; }
     double total() const { return present() + missing; }
@@ -26,7 +28,7 @@ struct LmSums {
 
 constexpr double kMinLambda = 1e-7, kMaxLambda = 1e7;
 constexpr double kLambdaDown = 1.0 / 7.5, kLambdaUp = 10;
-constexpr double kMinDiagonal = 1e-6;       // of a block's trace, added to its diagonal
+constexpr double kMinDiagonal = 1e-6;         // of a block's trace, added to its diagonal
 constexpr double kConjugateTolerance = 1e-3;  // of the preconditioned residual's norm
 constexpr double kMinStepMm =
     0.01;  // no control point moves farther, itself or by rotation at one spacing: converged
@@ -40,14 +42,15 @@ inline NodePose<double> moved(const NodePose<double>& pose, const double step[6]
 }
 
 // nodes: in, where to start; out, the minimum. trial: as many; step: 6 each. Problem has
-//   LmSums begin(nodes)                  linearises, and fixes what depends on the start; the system becomes
-//   the present one LmSums evaluate(nodes, linearise)    the cost there, and if wanted its system void
-//   accept()                        the system last linearised becomes the present one bool solve(lambda,
-//   step)             of the present one; false if there is no finite solution
+//   LmSums begin(nodes)                  linearises, and fixes what depends on the start; the
+//   system becomes the present one LmSums evaluate(nodes, linearise)    the cost there, and if
+//   wanted its system void accept()                        the system last linearised becomes the
+//   present one bool solve(lambda, step)             of the present one; false if there is no
+//   finite solution
 template <class Problem>
 defrec_lm_summary levenberg_marquardt(Problem& problem, const defrec_lm_params& params,
-                                      std::span<NodePose<double>> nodes, std::span<NodePose<double>> trial,
-                                      std::span<double> step) {
+                                      std::span<NodePose<double>> nodes,
+                                      std::span<NodePose<double>> trial, std::span<double> step) {
     defrec_lm_summary summary{};
     LmSums sums = problem.begin(nodes);
     summary.initial_cost = float(sums.total());
@@ -64,15 +67,18 @@ defrec_lm_summary levenberg_marquardt(Problem& problem, const defrec_lm_params& 
             for (size_t k = 0; k < nodes.size(); ++k) {
                 const double* s = &step[6 * k];
                 trial[k] = moved(nodes[k], s);
-                const double turn = double(params.node_spacing_mm) * double(params.node_spacing_mm) *
+                const double turn = double(params.node_spacing_mm) *
+                                    double(params.node_spacing_mm) *
                                     (s[0] * s[0] + s[1] * s[1] + s[2] * s[2]);
-                largest = std::max(largest, std::max(turn, s[3] * s[3] + s[4] * s[4] + s[5] * s[5]));
+                largest =
+                    std::max(largest, std::max(turn, s[3] * s[3] + s[4] * s[4] + s[5] * s[5]));
             }
             converged = largest < kMinStepMm * kMinStepMm;
             const LmSums there = problem.evaluate(trial, i + 1 < params.iterations && !converged);
             accepted = there.total() < sums.total();
             if (accepted) {
-                converged = converged || sums.total() - there.total() < kMinDecrease * there.present();
+                converged =
+                    converged || sums.total() - there.total() < kMinDecrease * there.present();
                 problem.accept();
                 std::copy(trial.begin(), trial.end(), nodes.begin());
                 sums = there;

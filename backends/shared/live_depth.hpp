@@ -1,5 +1,5 @@
-// Where a point of the rectified camera falls in the image, and how deep the live surface lies there by the
-// disparity image. The rule that lm and warp share (docs/stages/warp.md).
+// Where a point of the rectified camera falls in the image, and how deep the live surface lies
+// there by the disparity image. The rule that lm and warp share (docs/stages/warp.md).
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -9,8 +9,9 @@
 
 namespace defrec {
 
-constexpr double kMinDepthMm = 1e-3;     // nearer points, and those behind the camera, fall nowhere
-constexpr int32_t kLargestDepthStep = 32;  // 1/16 px; disparities farther apart are not interpolated between
+constexpr double kMinDepthMm = 1e-3;  // nearer points, and those behind the camera, fall nowhere
+constexpr int32_t kLargestDepthStep =
+    32;  // 1/16 px; disparities farther apart are not interpolated between
 
 template <class T>
 struct Pixel {
@@ -25,7 +26,8 @@ struct DisparityImage {
 
 // True, and the pixel, if p lies in front of the camera and inside the image, borders included.
 template <class T>
-constexpr bool project_inside(const defrec_camera& camera, const DisparityImage& image, Vec3<T> p, Pixel<T>& pixel) {
+constexpr bool project_inside(const defrec_camera& camera, const DisparityImage& image, Vec3<T> p,
+                              Pixel<T>& pixel) {
     if (!(p.z > T(kMinDepthMm))) return false;
     const T inverse_z = T(1) / p.z;
     pixel = {T(camera.fx) * (p.x * inverse_z) + T(camera.cx),
@@ -34,8 +36,8 @@ constexpr bool project_inside(const defrec_camera& camera, const DisparityImage&
            pixel.v <= T(image.height - 1);
 }
 
-// Depth, mm, at a pixel inside the image; 0 where there is none. Between four valid disparities that lie
-// close together it is bilinear in disparity, else it is that of the nearest pixel.
+// Depth, mm, at a pixel inside the image; 0 where there is none. Between four valid disparities
+// that lie close together it is bilinear in disparity, else it is that of the nearest pixel.
 template <class T>
 constexpr T live_depth(const defrec_camera& camera, const DisparityImage& image, Pixel<T> pixel) {
     if (image.data == nullptr) return T(0);

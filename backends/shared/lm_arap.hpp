@@ -1,6 +1,6 @@
-// The as-rigid-as-possible term of stage lm for one edge (the paper's f_ARAP): cost, gradient and 6x6 blocks.
-// Formulas on a scalar type T; docs/stages/lm.md derives them. Increments of a control point are (omega,
-// tau): x' = exp(omega) (x - c) + c + tau about its position c.
+// The as-rigid-as-possible term of stage lm for one edge (the paper's f_ARAP): cost, gradient and
+// 6x6 blocks. Formulas on a scalar type T; docs/stages/lm.md derives them. Increments of a control
+// point are (omega, tau): x' = exp(omega) (x - c) + c + tau about its position c.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 
 namespace defrec {
 
-constexpr double kArapShare = 0.02;      // of the data's weight, at arap_weight 1
+constexpr double kArapShare = 0.02;    // of the data's weight, at arap_weight 1
 constexpr double kMinLengthMm = 1e-3;  // edges that have shrunk below count as this long
 
 // A control point in motion: its rotation, and where it is now.
@@ -19,8 +19,8 @@ struct NodePose {
     Vec3<T> position;
 };
 
-// Weights of one edge, its own and the data's included; angle and rotation weights already hold the squared
-// node spacing (mm^2).
+// Weights of one edge, its own and the data's included; angle and rotation weights already hold the
+// squared node spacing (mm^2).
 template <class T>
 struct ArapWeights {
     T length, angle, rotation;
@@ -87,8 +87,8 @@ struct ArapGeometry {
     Quaternion<T> qb;   // b's rotation in the hemisphere of a's
 };
 template <class T>
-constexpr ArapGeometry<T> arap_geometry(const NodePose<T>& a, const NodePose<T>& b, Vec3<T> rest_direction,
-                              T rest_length) {
+constexpr ArapGeometry<T> arap_geometry(const NodePose<T>& a, const NodePose<T>& b,
+                                        Vec3<T> rest_direction, T rest_length) {
     const Vec3<T> along = b.position - a.position;
     const T length = std::sqrt(dot(along, along)), divisor = std::max(length, T(kMinLengthMm));
     const T sign = dot(a.rotation, b.rotation) < T(0) ? T(-1) : T(1);
@@ -100,7 +100,8 @@ constexpr ArapGeometry<T> arap_geometry(const NodePose<T>& a, const NodePose<T>&
             sign * b.rotation};
 }
 
-// Both directions of the edge: 2 length^2, |angle_ab|^2 + |angle_ba|^2, 2 |rotation|^2, each with its weight.
+// Both directions of the edge: 2 length^2, |angle_ab|^2 + |angle_ba|^2, 2 |rotation|^2, each with
+// its weight.
 template <class T>
 constexpr T arap_cost(const ArapGeometry<T>& g, Quaternion<T> qa, const ArapWeights<T>& w) {
     const Vec3<T> ab = g.turned_a - g.now, ba = g.turned_b + g.now;
@@ -110,7 +111,8 @@ constexpr T arap_cost(const ArapGeometry<T>& g, Quaternion<T> qa, const ArapWeig
 }
 
 template <class T>
-constexpr ArapTerm<T> arap_term(const ArapGeometry<T>& g, Quaternion<T> qa, const ArapWeights<T>& w) {
+constexpr ArapTerm<T> arap_term(const ArapGeometry<T>& g, Quaternion<T> qa,
+                                const ArapWeights<T>& w) {
     using namespace detail;
     ArapTerm<T> term{};
     term.cost = arap_cost(g, qa, w);
@@ -143,7 +145,8 @@ constexpr ArapTerm<T> arap_term(const ArapGeometry<T>& g, Quaternion<T> qa, cons
     const auto couple = [&](T* block, int row, int column, T scale, const T m[9], bool transposed) {
         for (int r = 0; r < 3; ++r)
             for (int c = 0; c < 3; ++c)
-                block[(row + r) * 6 + column + c] += scale * (transposed ? m[c * 3 + r] : m[r * 3 + c]);
+                block[(row + r) * 6 + column + c] +=
+                    scale * (transposed ? m[c * 3 + r] : m[r * 3 + c]);
     };
     const T lever = w.angle / g.length;
     multiply3(cross_a, across, product);  // omega_a against tau_a (+) and tau_b (-)
@@ -161,7 +164,8 @@ constexpr ArapTerm<T> arap_term(const ArapGeometry<T>& g, Quaternion<T> qa, cons
     add_gradient(term.gradient_a, 0, w.rotation, turn);
     add_gradient(term.gradient_b, 0, -w.rotation, turn);
     const Vec3<T> lean = g.turned_b - g.turned_a;
-    const Vec3<T> pull = T(2) * w.length * g.stretch * g.now + lever * (lean - dot(lean, g.now) * g.now);
+    const Vec3<T> pull =
+        T(2) * w.length * g.stretch * g.now + lever * (lean - dot(lean, g.now) * g.now);
     add_gradient(term.gradient_b, 3, T(1), pull);
     add_gradient(term.gradient_a, 3, T(-1), pull);
     return term;

@@ -27,14 +27,15 @@ struct LmTemplate {
           patches(HostAllocator<defrec_patch>(host)),
           pattern(host) {}
 
-    // Throws where something cannot be used: an index out of range, a number that is not finite, an edge of
-    // length 0.
+    // Throws where something cannot be used: an index out of range, a number that is not finite, an
+    // edge of length 0.
     void read(const defrec_lm_params& params, std::span<const InBuffer> in) {
         expect_buffers("lm prepare", in, 5);
         const float* xyz = take<float>("lm control points", in[0], size_t(params.nodes) * 3);
         const auto* given_edges = take<defrec_edge>("lm edges", in[1], params.edges);
         const auto* given_points = take<defrec_surface_point>("lm points", in[2], params.points);
-        const auto* given_landmarks = take<defrec_surface_point>("lm landmarks", in[3], params.landmarks);
+        const auto* given_landmarks =
+            take<defrec_surface_point>("lm landmarks", in[3], params.landmarks);
         const auto* given_patches = take<defrec_patch>("lm patches", in[4], params.patches);
         if (!all_finite(xyz, size_t(params.nodes) * 3))
             throw StageError(DEFREC_ERROR_ARGUMENT, "lm: a control point's position is not finite");
@@ -62,7 +63,8 @@ struct LmTemplate {
             const defrec_edge& edge = given[i];
             const auto last = int64_t(nodes.size());
             const bool known = edge.a >= 0 && edge.b >= 0 && edge.a < last && edge.b < last;
-            const Vec3<double> along = known ? nodes[size_t(edge.b)] - nodes[size_t(edge.a)] : Vec3<double>{};
+            const Vec3<double> along =
+                known ? nodes[size_t(edge.b)] - nodes[size_t(edge.a)] : Vec3<double>{};
             if (!(dot(along, along) > kMinLengthMm * kMinLengthMm) || !(edge.weight > 0) ||
                 !std::isfinite(edge.weight))
                 throw StageError(DEFREC_ERROR_ARGUMENT,
@@ -118,9 +120,10 @@ struct LmTemplate {
 // The parameters of the cost as the terms take them, in single precision.
 struct LmConstants {
     float icp_weight, match_weight, patch_weight;
-    float icp_tukey, match_tukey, patch_tukey;           // mm, mm, px
-    float association, match_slope;                      // mm; 1 / (5 H)
-    float length_weight, angle_weight, rotation_weight;  // the last two times the squared node spacing
+    float icp_tukey, match_tukey, patch_tukey;  // mm, mm, px
+    float association, match_slope;             // mm; 1 / (5 H)
+    float length_weight, angle_weight,
+        rotation_weight;  // the last two times the squared node spacing
     float spacing2, damping;
 
     explicit LmConstants(const defrec_lm_params& params)
@@ -134,7 +137,8 @@ struct LmConstants {
           match_slope(1 / (5 * params.match_threshold_mm)),
           length_weight(params.length_weight),
           angle_weight(params.angle_weight * (params.node_spacing_mm * params.node_spacing_mm)),
-          rotation_weight(params.rotation_weight * (params.node_spacing_mm * params.node_spacing_mm)),
+          rotation_weight(params.rotation_weight *
+                          (params.node_spacing_mm * params.node_spacing_mm)),
           spacing2(params.node_spacing_mm * params.node_spacing_mm),
           damping(params.damping) {}
 };
@@ -148,10 +152,11 @@ struct LmFrame {
 
     static LmFrame read(const defrec_lm_params& params, std::span<const InBuffer> in) {
         expect_buffers("lm in", in, 1, 3);
-        return {take<defrec_motion>("lm motions", in[0], params.nodes),
-                take_optional<defrec_match>("lm matches", in, 1, params.landmarks),
-                take_optional<defrec_patch_observation>("lm patch observations", in, 2, params.patches),
-                take_disparity("lm disparity", params, in, 3)};
+        return {
+            take<defrec_motion>("lm motions", in[0], params.nodes),
+            take_optional<defrec_match>("lm matches", in, 1, params.landmarks),
+            take_optional<defrec_patch_observation>("lm patch observations", in, 2, params.patches),
+            take_disparity("lm disparity", params, in, 3)};
     }
 };
 
@@ -159,6 +164,8 @@ struct LmFrame {
 constexpr bool has_depth(const defrec_match& match) {
     return match.position[2] > 0 && all_finite(match.position, 3) && std::isfinite(match.weight);
 }
-constexpr bool preselected(const defrec_match& match) { return has_depth(match) && match.weight > 0; }
+constexpr bool preselected(const defrec_match& match) {
+    return has_depth(match) && match.weight > 0;
+}
 
 }  // namespace defrec

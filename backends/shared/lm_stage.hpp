@@ -41,13 +41,13 @@ class LmStage : public Stage {
         }
         if (params_.presolve != 0 && frame.matches != nullptr) move_rigidly(frame.matches);
         problem_->set_frame(frame);
-        *summary =
-            levenberg_marquardt(*problem_, params_, std::span(nodes_), std::span(trial_), std::span(step_));
+        *summary = levenberg_marquardt(*problem_, params_, std::span(nodes_), std::span(trial_),
+                                       std::span(step_));
         for (size_t i = 0; i < params_.nodes; ++i) {
             const NodePose<double>& node = nodes_[i];
             if (!summary->failed)
-                motions_[i] =
-                    from_rigid(node.rotation, node.position - rotate(node.rotation, surface_.nodes[i]));
+                motions_[i] = from_rigid(node.rotation,
+                                         node.position - rotate(node.rotation, surface_.nodes[i]));
             motions[i] = motions_[i].store();
         }
     }

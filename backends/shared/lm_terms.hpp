@@ -1,6 +1,6 @@
-// The terms of the cost that stage lm minimises, each for one residual: robust kernels, surface residuals
-// with their Jacobians. Formulas on a scalar type T; docs/stages/lm.md derives them. The ARAP term is in
-// lm_arap.hpp, the minimiser in levenberg_marquardt.hpp.
+// The terms of the cost that stage lm minimises, each for one residual: robust kernels, surface
+// residuals with their Jacobians. Formulas on a scalar type T; docs/stages/lm.md derives them. The
+// ARAP term is in lm_arap.hpp, the minimiser in levenberg_marquardt.hpp.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -18,7 +18,8 @@ struct Robust {
     T cost, weight;
 };
 
-// Tukey's kernel of a squared residual: weight (1 - x)^2 with x = squared / c^2, cost its integral. c > 0.
+// Tukey's kernel of a squared residual: weight (1 - x)^2 with x = squared / c^2, cost its integral.
+// c > 0.
 template <class T>
 constexpr Robust<T> tukey(T squared, T inverse_c2) {
     const T x = std::min(squared * inverse_c2, T(1));
@@ -26,11 +27,12 @@ constexpr Robust<T> tukey(T squared, T inverse_c2) {
     return {(T(1) - rest * rest * rest) / (T(3) * inverse_c2), rest * rest};
 }
 
-// The paper's weight of matches that were not preselected, 1 - d / a up to d = a, times Tukey's; cost its
-// integral.
+// The paper's weight of matches that were not preselected, 1 - d / a up to d = a, times Tukey's;
+// cost its integral.
 template <class T>
 constexpr Robust<T> ramped_tukey(T squared, T inverse_a, T inverse_c2) {
-    const T distance = std::min(std::sqrt(squared), std::min(T(1) / inverse_a, T(1) / std::sqrt(inverse_c2)));
+    const T distance =
+        std::min(std::sqrt(squared), std::min(T(1) / inverse_a, T(1) / std::sqrt(inverse_c2)));
     const T d2 = distance * distance;
     const T x = d2 * inverse_c2;
     const T rest = T(1) - x;
@@ -39,33 +41,34 @@ constexpr Robust<T> ramped_tukey(T squared, T inverse_a, T inverse_c2) {
     return {d2 * (T(1) - x + x * x / T(3) - lost), std::max(ramp, T(0)) * rest * rest};
 }
 
-// A residual along one direction: value is its size, gradient its derivative by the deformed point's
-// position.
+// A residual along one direction: value is its size, gradient its derivative by the deformed
+// point's position.
 template <class T>
 struct Row {
     Vec3<T> gradient;
     T value;
 };
 
-// Point to plane: how far the live surface lies from a deformed point, along the point's normal, mm. False
-// where no live surface is associated with the point.
+// Point to plane: how far the live surface lies from a deformed point, along the point's normal,
+// mm. False where no live surface is associated with the point.
 template <class T>
-constexpr bool icp_row(const defrec_camera& camera, const DisparityImage& image, T association_mm, Vec3<T> position,
-             Vec3<T> normal, Row<T>& row) {
+constexpr bool icp_row(const defrec_camera& camera, const DisparityImage& image, T association_mm,
+                       Vec3<T> position, Vec3<T> normal, Row<T>& row) {
     Pixel<T> pixel;
     if (!project_inside(camera, image, position, pixel)) return false;
     const T depth = live_depth(camera, image, pixel);
     if (!(depth > T(0))) return false;
     const T range = std::sqrt(dot(position, position)), slope = dot(normal, position);
-    const T difference = (depth - position.z) / position.z;  // of the positions, in units of the point's own
+    const T difference =
+        (depth - position.z) / position.z;  // of the positions, in units of the point's own
     if (!(-slope >= T(kMinFacing) * range) || !(std::abs(difference) * range <= association_mm))
         return false;
     row = {T(-1) * normal, difference * slope};
     return true;
 }
 
-// Where a point of the template was seen in the live image: the direction of its ray, how certain that is
-// across the ray, and maybe how deep.
+// Where a point of the template was seen in the live image: the direction of its ray, how certain
+// that is across the ray, and maybe how deep.
 template <class T>
 struct Sighting {
     T u, v;         // x / z, y / z of the ray
@@ -77,18 +80,25 @@ constexpr double kMatchDepthWeight = 0.25;  // stereo depth is less certain than
 
 template <class T>
 constexpr Sighting<T> match_sighting(Vec3<T> live) {
-    return {live.x / live.z, live.y / live.z, T(1), T(0), T(1), live.z, T(std::sqrt(kMatchDepthWeight))};
+    return {live.x / live.z,
+            live.y / live.z,
+            T(1),
+            T(0),
+            T(1),
+            live.z,
+            T(std::sqrt(kMatchDepthWeight))};
 }
 
-// Information more than 1 along some direction is scaled down. False where there is no information, or none
-// that can be used.
+// Information more than 1 along some direction is scaled down. False where there is no information,
+// or none that can be used.
 template <class T>
 constexpr bool patch_sighting(const defrec_camera& camera, const defrec_patch_observation& seen,
-                    Sighting<T>& sighting) {
+                              Sighting<T>& sighting) {
     const T a = T(seen.information[0]), b = T(seen.information[1]), c = T(seen.information[2]);
     const T half = (a - c) / T(2);
     const T largest = (a + c) / T(2) + std::sqrt(half * half + b * b);
-    if (seen.valid != 1 || !std::isfinite(largest) || !(largest > T(0)) || !(a >= T(0)) || !(c >= T(0)))
+    if (seen.valid != 1 || !std::isfinite(largest) || !(largest > T(0)) || !(a >= T(0)) ||
+        !(c >= T(0)))
         return false;
     const T scale = T(1) / std::max(largest, T(1));
     const T uu = std::sqrt(a * scale), uv = uu > T(0) ? b * scale / uu : T(0);
@@ -107,7 +117,8 @@ constexpr bool patch_sighting(const defrec_camera& camera, const defrec_patch_ob
 template <class T>
 constexpr void sighting_rows(Vec3<T> position, const Sighting<T>& seen, Row<T> rows[3]) {
     const T across = position.x - seen.u * position.z, down = position.y - seen.v * position.z;
-    rows[0] = {{seen.uu, seen.uv, -(seen.uu * seen.u + seen.uv * seen.v)}, seen.uu * across + seen.uv * down};
+    rows[0] = {{seen.uu, seen.uv, -(seen.uu * seen.u + seen.uv * seen.v)},
+               seen.uu * across + seen.uv * down};
     rows[1] = {{T(0), seen.vv, -seen.vv * seen.v}, seen.vv * down};
     rows[2] = {{T(0), T(0), seen.root}, seen.root * (position.z - seen.depth)};
 }

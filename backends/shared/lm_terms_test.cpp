@@ -1,5 +1,5 @@
-// The terms of stage lm: kernels are the integrals of their weights, and every Jacobian is the derivative of
-// its residual.
+// The terms of stage lm: kernels are the integrals of their weights, and every Jacobian is the
+// derivative of its residual.
 #include "backends/shared/lm_terms.hpp"
 
 #include <doctest/doctest.h>
@@ -16,7 +16,9 @@ using V = Vec3<double>;
 
 struct Random {
     std::mt19937 engine{11};
-    double operator()(double size) { return size * std::uniform_real_distribution<double>(-1, 1)(engine); }
+    double operator()(double size) {
+        return size * std::uniform_real_distribution<double>(-1, 1)(engine);
+    }
     V vector(double size) { return {(*this)(size), (*this)(size), (*this)(size)}; }
     NodePose<double> pose() { return {rotation_from_vector(vector(0.8)), vector(4) + V{0, 0, 80}}; }
 };
@@ -39,7 +41,8 @@ TEST_CASE("a kernel's cost is the integral of twice the distance times its weigh
         constexpr double kStep = 1e-4;
         for (double d = 0; d < 5; d += kStep) {
             const double middle = d + kStep / 2;
-            integral += 2 * middle * ramped_tukey(middle * middle, inverse_a, inverse_c2).weight * kStep;
+            integral +=
+                2 * middle * ramped_tukey(middle * middle, inverse_a, inverse_c2).weight * kStep;
             const double end = d + kStep;
             CHECK(ramped_tukey(end * end, inverse_a, inverse_c2).cost ==
                   doctest::Approx(integral).epsilon(1e-6));
@@ -50,7 +53,8 @@ TEST_CASE("a kernel's cost is the integral of twice the distance times its weigh
         CHECK(plain.cost == doctest::Approx(ramped.cost));
         CHECK(plain.weight == doctest::Approx(ramped.weight));
     }
-    CHECK(ramped_tukey(4.0, 0.25, 1e-12).weight == doctest::Approx(0.5));  // the paper's 1 - d / (5 H)
+    CHECK(ramped_tukey(4.0, 0.25, 1e-12).weight ==
+          doctest::Approx(0.5));  // the paper's 1 - d / (5 H)
 }
 
 TEST_CASE("the gradient of a sighting is the derivative of its residual by the point") {
@@ -85,7 +89,8 @@ TEST_CASE("the gradient of a sighting is the derivative of its residual by the p
 }
 
 TEST_CASE(
-    "a patch's residual is what its information says, in mm at its depth, and never more than a sure "
+    "a patch's residual is what its information says, in mm at its depth, and never more than a "
+    "sure "
     "patch's") {
     const defrec_camera camera{500, 500, 240, 130, 4.6};
     defrec_patch_observation seen{};
@@ -109,7 +114,8 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "the ICP residual is the distance along the normal, and its gradient moves it for a flat live surface") {
+    "the ICP residual is the distance along the normal, and its gradient moves it for a flat live "
+    "surface") {
     const defrec_camera camera{500, 500, 120, 80, 4.6};
     const std::vector<int16_t> flat(240 * 160, int16_t(16 * 500 * 4.6 / 80));
     const double depth = 16 * 500 * 4.6 / flat[0];
@@ -147,19 +153,22 @@ TEST_CASE("ARAP: gradient and blocks are those of its residuals by finite differ
             const auto q = pa.rotation - g.qb;
             const double l = std::sqrt(2 * weights.length), n = std::sqrt(weights.angle),
                          r = std::sqrt(2 * weights.rotation);
-            return std::vector<double>{l * g.stretch, n * ab.x, n * ab.y, n * ab.z, n * ba.x, n * ba.y,
-                                       n * ba.z,      r * q.w,  r * q.x,  r * q.y,  r * q.z};
+            return std::vector<double>{l * g.stretch, n * ab.x, n * ab.y, n * ab.z,
+                                       n * ba.x,      n * ba.y, n * ba.z, r * q.w,
+                                       r * q.x,       r * q.y,  r * q.z};
         };
         const auto at = residuals(a, b);
         std::vector<std::vector<double>> jacobian;
         constexpr double kStep = 1e-5;
         for (int i = 0; i < 12; ++i) {
             const auto side = [&](double size) {
-                return residuals(i < 6 ? nudged(a, i, size) : a, i < 6 ? b : nudged(b, i - 6, size));
+                return residuals(i < 6 ? nudged(a, i, size) : a,
+                                 i < 6 ? b : nudged(b, i - 6, size));
             };
             const auto ahead = side(kStep), behind = side(-kStep);
             auto& column = jacobian.emplace_back();
-            for (size_t r = 0; r < at.size(); ++r) column.push_back((ahead[r] - behind[r]) / (2 * kStep));
+            for (size_t r = 0; r < at.size(); ++r)
+                column.push_back((ahead[r] - behind[r]) / (2 * kStep));
         }
         const auto product = [](const std::vector<double>& x, const std::vector<double>& y) {
             double sum = 0;
@@ -169,7 +178,9 @@ TEST_CASE("ARAP: gradient and blocks are those of its residuals by finite differ
 
         const auto term = arap_term(arap_geometry(a, b, direction, length), a.rotation, weights);
         CHECK(term.cost == doctest::Approx(product(at, at)));
-        const auto close = [](double expected) { return doctest::Approx(expected).epsilon(1e-6).scale(1); };
+        const auto close = [](double expected) {
+            return doctest::Approx(expected).epsilon(1e-6).scale(1);
+        };
         for (size_t i = 0; i < 6; ++i) {
             CHECK(term.gradient_a[i] == close(product(jacobian[i], at)));
             CHECK(term.gradient_b[i] == close(product(jacobian[6 + i], at)));
@@ -194,7 +205,8 @@ TEST_CASE("ARAP costs nothing under a rigid motion, and something under any othe
     };
     for (int trial = 0; trial < 10; ++trial) {
         const auto motion = from_rigid(rotation_from_vector(random.vector(2)), random.vector(30));
-        const NodePose<double> a{motion.real, apply(motion, pa)}, b{-1.0 * motion.real, apply(motion, pb)};
+        const NodePose<double> a{motion.real, apply(motion, pa)},
+            b{-1.0 * motion.real, apply(motion, pb)};
         CHECK(cost(a, b) < 1e-20);
         for (int i = 0; i < 6; ++i) {
             CHECK(cost(nudged(a, i, 0.1), b) > 1e-4);
@@ -203,8 +215,8 @@ TEST_CASE("ARAP costs nothing under a rigid motion, and something under any othe
     }
     // acos would have an infinite slope here; the difference of unit vectors has none.
     const NodePose<double> coincident{{1, 0, 0, 0}, pa};
-    const auto term =
-        arap_term(arap_geometry(coincident, coincident, direction, length), coincident.rotation, weights);
+    const auto term = arap_term(arap_geometry(coincident, coincident, direction, length),
+                                coincident.rotation, weights);
     CHECK(std::isfinite(term.cost));
     for (const double value : term.ab) CHECK(std::isfinite(value));
 }

@@ -1,5 +1,5 @@
-// What every backend of the stage match shares (docs/stages/match.md): its buffers, the tests of a match, and
-// lifting to 3D.
+// What every backend of the stage match shares (docs/stages/match.md): its buffers, the tests of a
+// match, and lifting to 3D.
 #pragma once
 #include <algorithm>
 #include <span>
@@ -12,12 +12,12 @@ namespace defrec::match {
 
 constexpr int32_t kNoDistance = 257;  // farther than any
 
-// The same corner is often found on two levels: features this near each other, 1/16 px in x and y, are one
-// place.
+// The same corner is often found on two levels: features this near each other, 1/16 px in x and y,
+// are one place.
 constexpr int32_t kSamePlace = 64;
 
-// The three nearest live features of a landmark, -1 where there are fewer; of equally near ones those of
-// lower index.
+// The three nearest live features of a landmark, -1 where there are fewer; of equally near ones
+// those of lower index.
 struct Nearest {
     int32_t feature[3] = {-1, -1, -1};
     int32_t distance[3] = {kNoDistance, kNoDistance, kNoDistance};
@@ -40,8 +40,10 @@ inline void check(const defrec_match_params& p) {
         if (!good) throw StageError(DEFREC_ERROR_ARGUMENT, "match: " + text);
     };
     const auto given = [](uint32_t value) { return std::to_string(value) + " given, "; };
-    need(p.landmarks >= 1 && p.landmarks <= 65535, "landmarks " + given(p.landmarks) + "1 to 65535 expected");
-    need(p.features >= 1 && p.features <= 65535, "features " + given(p.features) + "1 to 65535 expected");
+    need(p.landmarks >= 1 && p.landmarks <= 65535,
+         "landmarks " + given(p.landmarks) + "1 to 65535 expected");
+    need(p.features >= 1 && p.features <= 65535,
+         "features " + given(p.features) + "1 to 65535 expected");
     need(p.max_distance <= 256, "max_distance " + given(p.max_distance) + "at most 256 expected");
     need(p.ratio <= 256, "ratio " + given(p.ratio) + "at most 256 expected");
     need(p.width >= 2 && p.height >= 2, "a disparity image of at least 2 x 2 pixels expected");
@@ -62,7 +64,8 @@ inline Inputs take_inputs(const defrec_match_params& p, std::span<const InBuffer
     Inputs inputs{};
     inputs.count = std::min(*take<uint32_t>("match feature count", in[0], 1), p.features);
     inputs.features = take<defrec_feature>("match features", in[1], inputs.count);
-    inputs.disparity = take<int16_t>("match disparity", in[2], size_t(p.stride) * (p.height - 1) + p.width);
+    inputs.disparity =
+        take<int16_t>("match disparity", in[2], size_t(p.stride) * (p.height - 1) + p.width);
     return inputs;
 }
 
@@ -74,8 +77,11 @@ inline defrec_match* take_matches(size_t landmarks, std::span<const OutBuffer> o
 constexpr TwoBest choose(const Inputs& inputs, const Nearest& nearest) {
     TwoBest best{nearest.feature[0], nearest.distance[0], nearest.distance[1]};
     if (nearest.feature[1] < 0) return best;
-    const defrec_feature &a = inputs.features[nearest.feature[0]], &b = inputs.features[nearest.feature[1]];
-    const auto near = [](int32_t p, int32_t q) { return p - q <= kSamePlace && q - p <= kSamePlace; };
+    const defrec_feature &a = inputs.features[nearest.feature[0]],
+                         &b = inputs.features[nearest.feature[1]];
+    const auto near = [](int32_t p, int32_t q) {
+        return p - q <= kSamePlace && q - p <= kSamePlace;
+    };
     if (near(a.x, b.x) && near(a.y, b.y)) best.second = nearest.distance[2];
     return best;
 }
@@ -88,7 +94,8 @@ constexpr bool accepts(const defrec_match_params& p, const TwoBest& best) {
 
 // The record of one landmark. T: the precision of the lifting.
 template <class T>
-constexpr defrec_match lift(const defrec_match_params& p, const Inputs& inputs, const TwoBest& best, bool accepted) {
+constexpr defrec_match lift(const defrec_match_params& p, const Inputs& inputs, const TwoBest& best,
+                            bool accepted) {
     defrec_match match{};
     match.feature = accepted ? best.feature : -1;
     match.distance = std::min(best.distance, 256);
@@ -99,7 +106,8 @@ constexpr defrec_match lift(const defrec_match_params& p, const Inputs& inputs, 
                          std::clamp(T(feature.y) / T(16), T(0), T(p.height - 1))};
     match.u = float(pixel.u);
     match.v = float(pixel.v);
-    const T z = live_depth(p.camera, DisparityImage{inputs.disparity, p.width, p.height, p.stride}, pixel);
+    const T z =
+        live_depth(p.camera, DisparityImage{inputs.disparity, p.width, p.height, p.stride}, pixel);
     if (!(z > T(0))) return match;
     match.position[0] = float((pixel.u - T(p.camera.cx)) * z / T(p.camera.fx));
     match.position[1] = float((pixel.v - T(p.camera.cy)) * z / T(p.camera.fy));

@@ -1,6 +1,6 @@
-// Rigid motions as unit dual quaternions, and the blending of control points' motions that docs/stages.md
-// defines. Plain formulas on a scalar type T (float or double), one order of operations; used by align, lm,
-// warp and the SDK.
+// Rigid motions as unit dual quaternions, and the blending of control points' motions that
+// docs/stages.md defines. Plain formulas on a scalar type T (float or double), one order of
+// operations; used by align, lm, warp and the SDK.
 #pragma once
 #include <cmath>
 #include <cstdint>
@@ -63,8 +63,10 @@ constexpr Quaternion<T> operator*(T s, Quaternion<T> q) {
 }
 template <class T>
 constexpr Quaternion<T> operator*(Quaternion<T> a, Quaternion<T> b) {
-    return {a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z, a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
-            a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x, a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
+    return {a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z,
+            a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
+            a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x,
+            a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
 }
 template <class T>
 constexpr Quaternion<T> conjugate(Quaternion<T> q) {
@@ -80,7 +82,9 @@ template <class T>
 struct DualQuaternion {
     Quaternion<T> real, dual;
 
-    static constexpr DualQuaternion identity() { return {{T(1), T(0), T(0), T(0)}, {T(0), T(0), T(0), T(0)}}; }
+    static constexpr DualQuaternion identity() {
+        return {{T(1), T(0), T(0), T(0)}, {T(0), T(0), T(0), T(0)}};
+    }
     static constexpr DualQuaternion load(const defrec_motion& m) {
         return {{T(m.real[0]), T(m.real[1]), T(m.real[2]), T(m.real[3])},
                 {T(m.dual[0]), T(m.dual[1]), T(m.dual[2]), T(m.dual[3])}};
@@ -151,17 +155,20 @@ constexpr Quaternion<T> rotation_from_vector(Vec3<T> r) {
     return (T(1) / std::sqrt(dot(q, q))) * q;
 }
 
-// rotation: row-major 3x3 rotation matrix. The quaternion's largest component is computed first (Shepperd
-// 1978); w >= 0.
+// rotation: row-major 3x3 rotation matrix. The quaternion's largest component is computed first
+// (Shepperd 1978); w >= 0.
 template <class T>
 constexpr Quaternion<T> rotation_from_matrix(const T rotation[9]) {
     const T xx = rotation[0], yy = rotation[4], zz = rotation[8];
-    const T four[4] = {T(1) + xx + yy + zz, T(1) + xx - yy - zz, T(1) - xx + yy - zz, T(1) - xx - yy + zz};
+    const T four[4] = {T(1) + xx + yy + zz, T(1) + xx - yy - zz, T(1) - xx + yy - zz,
+                       T(1) - xx - yy + zz};
     int largest = 0;
     for (int i = 1; i < 4; ++i)
         if (four[i] > four[largest]) largest = i;
-    const T x = rotation[7] - rotation[5], y = rotation[2] - rotation[6], z = rotation[3] - rotation[1];
-    const T xy = rotation[1] + rotation[3], xz = rotation[2] + rotation[6], yz = rotation[5] + rotation[7];
+    const T x = rotation[7] - rotation[5], y = rotation[2] - rotation[6],
+            z = rotation[3] - rotation[1];
+    const T xy = rotation[1] + rotation[3], xz = rotation[2] + rotation[6],
+            yz = rotation[5] + rotation[7];
     const Quaternion<T> candidates[4] = {
         {four[0], x, y, z}, {x, four[1], xy, xz}, {y, xy, four[2], yz}, {z, xz, yz, four[3]}};
     const Quaternion<T> q = candidates[largest];
@@ -178,7 +185,8 @@ constexpr DualQuaternion<T> from_rigid(const T rotation[9], const T t[3]) {
 // The inverse of from_rigid; m must be unit.
 template <class T>
 constexpr void to_rigid(const DualQuaternion<T>& m, T rotation[9], T t[3]) {
-    const Vec3<T> columns[3] = {rotate(m, Vec3<T>{T(1), T(0), T(0)}), rotate(m, Vec3<T>{T(0), T(1), T(0)}),
+    const Vec3<T> columns[3] = {rotate(m, Vec3<T>{T(1), T(0), T(0)}),
+                                rotate(m, Vec3<T>{T(0), T(1), T(0)}),
                                 rotate(m, Vec3<T>{T(0), T(0), T(1)})};
     for (int c = 0; c < 3; ++c) {
         rotation[0 + c] = columns[c].x;
@@ -191,12 +199,12 @@ constexpr void to_rigid(const DualQuaternion<T>& m, T rotation[9], T t[3]) {
     t[2] = v.z;
 }
 
-// The motion of a point moved by DEFREC_SKIN_NODES control points (docs/stages.md): dual quaternion blending
-// (Kavan et al. 2008), real part of length 1. motion_at(k) gives the DualQuaternion<T> of control point k.
-// Where the sum vanishes: the first control point's motion.
+// The motion of a point moved by DEFREC_SKIN_NODES control points (docs/stages.md): dual quaternion
+// blending (Kavan et al. 2008), real part of length 1. motion_at(k) gives the DualQuaternion<T> of
+// control point k. Where the sum vanishes: the first control point's motion.
 template <class T, class MotionAt>
 constexpr DualQuaternion<T> blend_with(MotionAt&& motion_at, const int32_t node[DEFREC_SKIN_NODES],
-                             const float weight[DEFREC_SKIN_NODES]) {
+                                       const float weight[DEFREC_SKIN_NODES]) {
     const DualQuaternion<T> first = motion_at(node[0]);
     Quaternion<T> real = T(weight[0]) * first.real, dual = T(weight[0]) * first.dual;
     for (int k = 1; k < DEFREC_SKIN_NODES; ++k) {
@@ -211,13 +219,16 @@ constexpr DualQuaternion<T> blend_with(MotionAt&& motion_at, const int32_t node[
     return {scale * real, scale * dual};
 }
 template <class T>
-constexpr DualQuaternion<T> blend(const defrec_motion* motions, const int32_t node[DEFREC_SKIN_NODES],
-                        const float weight[DEFREC_SKIN_NODES]) {
-    return blend_with<T>([motions](int32_t k) { return DualQuaternion<T>::load(motions[k]); }, node, weight);
+constexpr DualQuaternion<T> blend(const defrec_motion* motions,
+                                  const int32_t node[DEFREC_SKIN_NODES],
+                                  const float weight[DEFREC_SKIN_NODES]) {
+    return blend_with<T>([motions](int32_t k) { return DualQuaternion<T>::load(motions[k]); }, node,
+                         weight);
 }
 template <class T>
-constexpr DualQuaternion<T> blend(const DualQuaternion<T>* motions, const int32_t node[DEFREC_SKIN_NODES],
-                        const float weight[DEFREC_SKIN_NODES]) {
+constexpr DualQuaternion<T> blend(const DualQuaternion<T>* motions,
+                                  const int32_t node[DEFREC_SKIN_NODES],
+                                  const float weight[DEFREC_SKIN_NODES]) {
     return blend_with<T>([motions](int32_t k) { return motions[k]; }, node, weight);
 }
 

@@ -20,7 +20,8 @@ Rigid rigid(double angle, Eigen::Vector3d axis, Eigen::Vector3d t) {
 }
 Vec3<double> matrix_apply(const Rigid& r, Vec3<double> p) {
     const double* m = r.rotation;
-    return {m[0] * p.x + m[1] * p.y + m[2] * p.z + r.t[0], m[3] * p.x + m[4] * p.y + m[5] * p.z + r.t[1],
+    return {m[0] * p.x + m[1] * p.y + m[2] * p.z + r.t[0],
+            m[3] * p.x + m[4] * p.y + m[5] * p.z + r.t[1],
             m[6] * p.x + m[7] * p.y + m[8] * p.z + r.t[2]};
 }
 double distance(Vec3<double> a, Vec3<double> b) { return std::sqrt(dot(a - b, a - b)); }
@@ -73,15 +74,17 @@ TEST_CASE("blending equal motions gives that motion, whatever the signs of the q
     const DualQuaternion<double> motions[2] = {m, {-1.0 * m.real, -1.0 * m.dual}};
     const int32_t node[4] = {0, 1, 1, 0};
     const float weight[4] = {0.5f, 0.25f, 0.25f, 0.0f};
-    CHECK(distance(apply(blend(motions, node, weight), {1, 2, 3}), matrix_apply(r, {1, 2, 3})) < 1e-12);
+    CHECK(distance(apply(blend(motions, node, weight), {1, 2, 3}), matrix_apply(r, {1, 2, 3})) <
+          1e-12);
 }
 
 TEST_CASE(
-    "blending two translations averages them, and blending half a rotation with none gives its middle") {
+    "blending two translations averages them, and blending half a rotation with none gives its "
+    "middle") {
     const Rigid a = rigid(0, {1, 0, 0}, {2, 0, 0}), b = rigid(0, {1, 0, 0}, {0, 4, 0}),
                 c = rigid(1.0, {0, 0, 1}, {0, 0, 0});
-    const DualQuaternion<double> motions[3] = {from_rigid(a.rotation, a.t), from_rigid(b.rotation, b.t),
-                                               from_rigid(c.rotation, c.t)};
+    const DualQuaternion<double> motions[3] = {
+        from_rigid(a.rotation, a.t), from_rigid(b.rotation, b.t), from_rigid(c.rotation, c.t)};
     const float weight[4] = {0.5f, 0.5f, 0.0f, 0.0f};
     const int32_t shifts[4] = {0, 1, 0, 0};
     CHECK(distance(apply(blend(motions, shifts, weight), {0, 0, 0}), {1, 2, 0}) < 1e-12);

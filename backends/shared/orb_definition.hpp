@@ -1,5 +1,5 @@
-// Constants and small formulas of the stage orb (docs/stages/orb.md) that every backend shares: sizes,
-// circles, angles, positions.
+// Constants and small formulas of the stage orb (docs/stages/orb.md) that every backend shares:
+// sizes, circles, angles, positions.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -47,8 +47,8 @@ constexpr std::array<int32_t, kPatchRadius + 1> kDiscHalfWidth = {15, 15, 15, 15
 
 // Bin of the direction (x, y), 0 for (0, 0); |x|, |y| < 2^20.
 constexpr uint32_t angle_bin(int32_t x, int32_t y) {
-    // round(1024 * cos, sin) of the borders between the bins of the first quarter turn: 5.625 + k * 11.25
-    // degrees.
+    // round(1024 * cos, sin) of the borders between the bins of the first quarter turn: 5.625 + k
+    // * 11.25 degrees.
     constexpr Offset kBinBorder[8] = {{1019, 100}, {980, 297}, {903, 483}, {792, 650},
                                       {650, 792},  {483, 903}, {297, 980}, {100, 1019}};
     const int32_t ax = x < 0 ? -x : x, ay = y < 0 ? -y : y;
@@ -58,7 +58,8 @@ constexpr uint32_t angle_bin(int32_t x, int32_t y) {
     return y < 0 ? (32 - k) % 32 : k;
 }
 
-// One level of the pyramid and where its parts lie when the levels stand one after the other without padding.
+// One level of the pyramid and where its parts lie when the levels stand one after the other
+// without padding.
 struct Level {
     uint32_t width, height;     // px
     uint32_t cells_x, cells_y;  // 0 where the border leaves nothing
@@ -75,8 +76,9 @@ inline Layout make_layout(const defrec_orb_params& params) {
     Layout layout;
     layout.levels = params.levels;
     const auto cells = [&](uint32_t side) {
-        return side > 2 * uint32_t(kBorder) ? (side - 2 * uint32_t(kBorder) + params.cell - 1) / params.cell
-                                            : 0;
+        return side > 2 * uint32_t(kBorder)
+                   ? (side - 2 * uint32_t(kBorder) + params.cell - 1) / params.cell
+                   : 0;
     };
     uint32_t width = params.width, height = params.height;
     for (uint32_t l = 0; l < params.levels; ++l, width = width * 4 / 5, height = height * 4 / 5) {
@@ -89,8 +91,8 @@ inline Layout make_layout(const defrec_orb_params& params) {
     return layout;
 }
 
-// Where the corner score peaks between pixels, 1/16 px from the middle one, -7 to 7: the vertex of the
-// parabola through the scores of three neighbours.
+// Where the corner score peaks between pixels, 1/16 px from the middle one, -7 to 7: the vertex of
+// the parabola through the scores of three neighbours.
 constexpr int32_t peak(int32_t before, int32_t middle, int32_t after) {
     const int32_t curvature = 2 * middle - before - after, slope = 8 * (after - before);
     if (curvature <= 0) return 0;
@@ -107,7 +109,8 @@ constexpr int32_t to_image(uint32_t sixteenths, uint32_t level) {
     return int32_t(((sixteenths + 8) * five + half) >> (2 * level)) - 8;
 }
 
-// The 512 points of the test pattern turned by one orientation bin: test i compares points 2i and 2i + 1.
+// The 512 points of the test pattern turned by one orientation bin: test i compares points 2i and
+// 2i + 1.
 using Pattern = std::array<Offset, 2 * kTests>;
 inline Pattern turned_pattern(uint32_t bin) {
     // round(16384 * cos) of k * 11.25 degrees, k = 0 .. 8
@@ -137,15 +140,20 @@ inline void check(const defrec_orb_params& p) {
          "height " + given(p.height) + "48 to 8192 expected");
     need(p.stride >= p.width, "stride " + given(p.stride) + "at least the width expected");
     need(p.levels >= 1 && p.levels <= kMaxLevels, "levels " + given(p.levels) + "1 to 8 expected");
-    need(p.cell >= kMinCell && p.cell <= kLargestCell, "cell " + given(p.cell) + "4 to 16 px expected");
-    need(p.threshold >= 1 && p.threshold <= 254, "threshold " + given(p.threshold) + "1 to 254 expected");
-    need(p.spacing >= 1 && p.spacing <= kFarthest, "spacing " + given(p.spacing) + "1 to 63 px expected");
+    need(p.cell >= kMinCell && p.cell <= kLargestCell,
+         "cell " + given(p.cell) + "4 to 16 px expected");
+    need(p.threshold >= 1 && p.threshold <= 254,
+         "threshold " + given(p.threshold) + "1 to 254 expected");
+    need(p.spacing >= 1 && p.spacing <= kFarthest,
+         "spacing " + given(p.spacing) + "1 to 63 px expected");
     need(p.capacity >= 1 && p.capacity <= kLargestCapacity,
          "capacity " + given(p.capacity) + "1 to 65535 expected");
 }
 
 // Bytes that an image buffer needs at least.
-inline size_t image_bytes(const defrec_orb_params& p) { return size_t(p.stride) * (p.height - 1) + p.width; }
+inline size_t image_bytes(const defrec_orb_params& p) {
+    return size_t(p.stride) * (p.height - 1) + p.width;
+}
 
 // The buffers of one run; optional ones are nullptr where not given.
 struct Buffers {
@@ -158,8 +166,8 @@ struct Buffers {
     uint32_t* corners;
     uint8_t* distances;
 };
-inline Buffers take_buffers(const defrec_orb_params& p, const Layout& layout, std::span<const InBuffer> in,
-                            std::span<const OutBuffer> out) {
+inline Buffers take_buffers(const defrec_orb_params& p, const Layout& layout,
+                            std::span<const InBuffer> in, std::span<const OutBuffer> out) {
     expect_buffers("orb input", in, 1, 1);
     expect_buffers("orb output", out, 2, 5);
     return {take<uint8_t>("orb gray", in[0], image_bytes(p)),

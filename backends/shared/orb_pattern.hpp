@@ -8,7 +8,8 @@ namespace defrec::orb {
 
 constexpr size_t kTests = 256;
 
-// Test i compares points 2i and 2i + 1; x^2 + y^2 <= 210, so a turned and rounded point stays within 15 px.
+// Test i compares points 2i and 2i + 1; x^2 + y^2 <= 210, so a turned and rounded point stays
+// within 15 px.
 // clang-format off
 constexpr int8_t kPattern[2 * kTests][2] = {
     {0, 1}, {0, 3}, {-1, -4}, {-1, 2}, {1, 4}, {1, -3}, {-7, -4}, {-2, 1},

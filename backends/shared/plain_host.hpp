@@ -1,4 +1,5 @@
-// A host whose allocator is the C library's, for what reads templates through a host where none gave one.
+// A host whose allocator is the C library's, for what reads templates through a host where none
+// gave one.
 #pragma once
 #include <cstdlib>
 

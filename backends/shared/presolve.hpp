@@ -1,5 +1,5 @@
-// The rigid motion that brings deformed landmarks onto their matches, found before stage lm iterates
-// (docs/stages/lm.md).
+// The rigid motion that brings deformed landmarks onto their matches, found before stage lm
+// iterates (docs/stages/lm.md).
 #pragma once
 #include <Eigen/Dense>
 
@@ -8,8 +8,8 @@
 
 namespace defrec {
 
-// The weighted least-squares rigid motion from -> to (Kabsch 1976, with Umeyama's determinant guard). Where
-// the points do not fix a rotation it is a translation.
+// The weighted least-squares rigid motion from -> to (Kabsch 1976, with Umeyama's determinant
+// guard). Where the points do not fix a rotation it is a translation.
 class RigidFit {
   public:
     void add(double weight, Vec3<double> from, Vec3<double> to) {
@@ -23,15 +23,18 @@ class RigidFit {
         if (!(weight_ > 0)) return DualQuaternion<double>::identity();
         const Eigen::Vector3d a = from_ / weight_, b = to_ / weight_;
         const Eigen::Matrix3d moment = moment_ / weight_ - b * a.transpose();
-        const Eigen::JacobiSVD<Eigen::Matrix3d> svd(moment, Eigen::ComputeFullU | Eigen::ComputeFullV);
+        const Eigen::JacobiSVD<Eigen::Matrix3d> svd(moment,
+                                                    Eigen::ComputeFullU | Eigen::ComputeFullV);
         Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
         if (svd.singularValues()(1) > kMinSpreadMm2) {
             const double sign = (svd.matrixU() * svd.matrixV()).determinant() < 0 ? -1 : 1;
-            rotation = svd.matrixU() * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
+            rotation = svd.matrixU() * Eigen::Vector3d(1, 1, sign).asDiagonal() *
+                       svd.matrixV().transpose();
         }
         const Eigen::Vector3d t = b - rotation * a;
-        const double m[9] = {rotation(0, 0), rotation(0, 1), rotation(0, 2), rotation(1, 0), rotation(1, 1),
-                             rotation(1, 2), rotation(2, 0), rotation(2, 1), rotation(2, 2)};
+        const double m[9] = {rotation(0, 0), rotation(0, 1), rotation(0, 2),
+                             rotation(1, 0), rotation(1, 1), rotation(1, 2),
+                             rotation(2, 0), rotation(2, 1), rotation(2, 2)};
         return from_rigid(m, t.data());
     }
 
@@ -44,10 +47,11 @@ class RigidFit {
 
 constexpr int kPresolveRounds = 5, kPresolveMinMatches = 6;
 
-// deformed: where each landmark with a preselected match is by the present motions; only those count. The
-// identity where they are too few, or where no rigid motion brings them closer by Tukey's measure.
-inline DualQuaternion<double> presolve(const defrec_match* matches, std::span<const Vec3<double>> deformed,
-                                       double tukey_mm) {
+// deformed: where each landmark with a preselected match is by the present motions; only those
+// count. The identity where they are too few, or where no rigid motion brings them closer by
+// Tukey's measure.
+inline DualQuaternion<double> presolve(const defrec_match* matches,
+                                       std::span<const Vec3<double>> deformed, double tukey_mm) {
     const auto identity = DualQuaternion<double>::identity();
     int32_t count = 0;
     for (size_t i = 0; i < deformed.size(); ++i) count += preselected(matches[i]) ? 1 : 0;

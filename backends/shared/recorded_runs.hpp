@@ -20,8 +20,9 @@ class RecordedRuns {
 
     // That for these buffers, which thereby becomes the last used; nullptr: there is none.
     const Run* find(Buffers in, Buffers out) {
-        const auto found =
-            std::find_if(known_.begin(), known_.end(), [&](const Known& known) { return same(known.in, in) && same(known.out, out); });
+        const auto found = std::find_if(known_.begin(), known_.end(), [&](const Known& known) {
+            return same(known.in, in) && same(known.out, out);
+        });
         if (found == known_.end()) return nullptr;
         known_.splice(known_.begin(), known_, found);
         return &known_.front().run;
@@ -41,15 +42,18 @@ class RecordedRuns {
         Serials in, out;
         Run run;
     };
-    static uint64_t serial(const Buffer* buffer) { return buffer == nullptr ? 0 : buffer->serial(); }
+    static uint64_t serial(const Buffer* buffer) {
+        return buffer == nullptr ? 0 : buffer->serial();
+    }
     static Serials serials(Buffers buffers) {
         Serials result;
         std::transform(buffers.begin(), buffers.end(), std::back_inserter(result), serial);
         return result;
     }
     static bool same(const Serials& known, Buffers given) {
-        return std::equal(given.begin(), given.end(), known.begin(), known.end(),
-                          [](const Buffer* buffer, uint64_t number) { return serial(buffer) == number; });
+        return std::equal(
+            given.begin(), given.end(), known.begin(), known.end(),
+            [](const Buffer* buffer, uint64_t number) { return serial(buffer) == number; });
     }
     std::list<Known> known_;  // the last used first
 };

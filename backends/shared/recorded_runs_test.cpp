@@ -26,14 +26,24 @@ int found(Runs& runs, const Given& in, const Given& out) {
 
 }  // namespace
 
-TEST_CASE("a run is found for the very same buffers: inputs, outputs, their order, and which were not given") {
+TEST_CASE(
+    "a run is found for the very same buffers: inputs, outputs, their order, and which were not "
+    "given") {
     Runs runs;
     const Given ab{&kA, &kB}, c{&kC};
     CHECK(found(runs, ab, c) == 0);
     CHECK(*runs.add(ab, c, std::make_unique<int>(5)) == 5);
     CHECK(found(runs, ab, c) == 5);
-    for (const auto& [in, out] : {std::pair<Given, Given>{{&kB, &kA}, c}, {{&kA}, {&kB, &kC}}, {{&kA, &kB, &kC}, {}}, {{&kA, nullptr}, c},
-                                  {{nullptr, &kB}, c}, {{&kA, &kB, nullptr}, c}, {ab, {nullptr}}, {ab, {}}, {ab, {&kA}}, {{}, {}}})
+    for (const auto& [in, out] : {std::pair<Given, Given>{{&kB, &kA}, c},
+                                  {{&kA}, {&kB, &kC}},
+                                  {{&kA, &kB, &kC}, {}},
+                                  {{&kA, nullptr}, c},
+                                  {{nullptr, &kB}, c},
+                                  {{&kA, &kB, nullptr}, c},
+                                  {ab, {nullptr}},
+                                  {ab, {}},
+                                  {ab, {&kA}},
+                                  {{}, {}}})
         CHECK(found(runs, in, out) == 0);
     const Given partly{&kA, nullptr};
     runs.add(partly, c, std::make_unique<int>(6));

@@ -1,4 +1,5 @@
-// What every host-memory backend's rectify checks and how it reads its buffers; docs/stages/rectify.md.
+// What every host-memory backend's rectify checks and how it reads its buffers;
+// docs/stages/rectify.md.
 #pragma once
 #include "backends/shared/stage.hpp"
 #include "backends/shared/stage_defaults_rectify.hpp"
@@ -11,7 +12,9 @@ constexpr uint32_t kMaxHighlightRadius = 16;
 // Throws StageError unless the parameters are complete and within the stage's limits.
 inline void check_rectify(const defrec_rectify_params& params) {
     const uint32_t pixel = bytes_per_pixel(params.format);
-    const auto fits = [](uint32_t side, uint32_t minimum) { return side >= minimum && side <= DEFREC_MAX_SIDE; };
+    const auto fits = [](uint32_t side, uint32_t minimum) {
+        return side >= minimum && side <= DEFREC_MAX_SIDE;
+    };
     if (pixel == 0)
         throw StageError(DEFREC_ERROR_ARGUMENT,
                          "rectify: unknown pixel format " + std::to_string(params.format));
@@ -24,8 +27,8 @@ inline void check_rectify(const defrec_rectify_params& params) {
     if (params.saturation == 0)
         throw StageError(DEFREC_ERROR_ARGUMENT, "rectify: saturation must be at least 1");
     if (params.highlight_radius > kMaxHighlightRadius)
-        throw StageError(DEFREC_ERROR_UNSUPPORTED,
-                         "rectify: highlight_radius is at most " + std::to_string(kMaxHighlightRadius));
+        throw StageError(DEFREC_ERROR_UNSUPPORTED, "rectify: highlight_radius is at most " +
+                                                       std::to_string(kMaxHighlightRadius));
 }
 
 struct RectifyBuffers {
@@ -40,8 +43,8 @@ inline RectifyBuffers rectify_buffers(const defrec_rectify_params& p, std::span<
                                       std::span<const OutBuffer> out) {
     expect_buffers("rectify in", in, 1, 2);
     expect_buffers("rectify out", out, 2);
-    const size_t source_bytes =
-        size_t{p.source_stride} * (p.source_height - 1) + size_t{p.source_width} * bytes_per_pixel(p.format);
+    const size_t source_bytes = size_t{p.source_stride} * (p.source_height - 1) +
+                                size_t{p.source_width} * bytes_per_pixel(p.format);
     const size_t result_bytes = size_t{p.stride} * (p.height - 1) + p.width;
     RectifyBuffers buffers;
     buffers.source = take<uint8_t>("rectify source", in[0], source_bytes);

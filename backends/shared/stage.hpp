@@ -1,5 +1,6 @@
-// What a stage of a backend in host memory looks like from outside: made from parameters, prepared with a template, run on buffers.
-// plugins/base puts it behind the plugin ABI. Not part of any public interface.
+// What a stage of a backend in host memory looks like from outside: made from parameters, prepared
+// with a template, run on buffers. plugins/base puts it behind the plugin ABI. Not part of any
+// public interface.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -16,7 +17,8 @@ namespace defrec {
 // What a stage throws; plugins/base turns it into the status and the text of the last error.
 class StageError : public std::runtime_error {
   public:
-    StageError(defrec_status status, const std::string& text) : std::runtime_error(text), status_(status) {}
+    StageError(defrec_status status, const std::string& text)
+        : std::runtime_error(text), status_(status) {}
     defrec_status status() const { return status_; }
 
   private:
@@ -35,10 +37,13 @@ class Host {
     }
     void release(void* memory) const { table_->free(table_->self, memory); }
 
-    // Calls body(0 .. count-1), each once, on any threads; returns when all have returned. body must not throw.
+    // Calls body(0 .. count-1), each once, on any threads; returns when all have returned. body
+    // must not throw.
     template <class Body>
     void parallel_for(size_t count, Body&& body) const {
-        auto call = [](void* arg, size_t index) { (*static_cast<std::remove_reference_t<Body>*>(arg))(index); };
+        auto call = [](void* arg, size_t index) {
+            (*static_cast<std::remove_reference_t<Body>*>(arg))(index);
+        };
         table_->parallel_for(table_->self, count, call, &body);
     }
     size_t concurrency() const { return table_->concurrency(table_->self); }
@@ -61,7 +66,9 @@ class HostAllocator {
     void deallocate(T* memory, size_t) { host_.release(memory); }
     const Host& host() const { return host_; }
     template <class U>
-    bool operator==(const HostAllocator<U>& other) const { return host_ == other.host(); }
+    bool operator==(const HostAllocator<U>& other) const {
+        return host_ == other.host();
+    }
 
   private:
     Host host_;
@@ -74,13 +81,17 @@ struct InBuffer {
     const void* data = nullptr;
     uint64_t size = 0;
     template <class T>
-    const T* as() const { return static_cast<const T*>(data); }
+    const T* as() const {
+        return static_cast<const T*>(data);
+    }
 };
 struct OutBuffer {
     void* data = nullptr;
     uint64_t size = 0;
     template <class T>
-    T* as() const { return static_cast<T*>(data); }
+    T* as() const {
+        return static_cast<T*>(data);
+    }
 };
 
 class Stage {
@@ -94,43 +105,57 @@ class Stage {
     virtual void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) = 0;
 };
 
-// Throws unless there are exactly `required` buffers plus up to `optional` more, and the required ones are given.
-inline void expect_buffers(const char* what, std::span<const InBuffer> buffers, size_t required, size_t optional = 0);
-inline void expect_buffers(const char* what, std::span<const OutBuffer> buffers, size_t required, size_t optional = 0);
+// Throws unless there are exactly `required` buffers plus up to `optional` more, and the required
+// ones are given.
+inline void expect_buffers(const char* what, std::span<const InBuffer> buffers, size_t required,
+                           size_t optional = 0);
+inline void expect_buffers(const char* what, std::span<const OutBuffer> buffers, size_t required,
+                           size_t optional = 0);
 
 namespace detail {
 template <class Buffer>
-void expect_buffers(const char* what, std::span<const Buffer> buffers, size_t required, size_t optional) {
+void expect_buffers(const char* what, std::span<const Buffer> buffers, size_t required,
+                    size_t optional) {
     if (buffers.size() < required || buffers.size() > required + optional)
-        throw StageError(DEFREC_ERROR_ARGUMENT, std::string(what) + ": " + std::to_string(buffers.size()) + " buffers given, " +
-                                                    std::to_string(required) + " to " + std::to_string(required + optional) +
-                                                    " expected");
+        throw StageError(DEFREC_ERROR_ARGUMENT,
+                         std::string(what) + ": " + std::to_string(buffers.size()) +
+                             " buffers given, " + std::to_string(required) + " to " +
+                             std::to_string(required + optional) + " expected");
     for (size_t i = 0; i < required; ++i)
         if (buffers[i].data == nullptr && buffers[i].size != 0)
-            throw StageError(DEFREC_ERROR_ARGUMENT, std::string(what) + ": buffer " + std::to_string(i) + " is NULL");
+            throw StageError(DEFREC_ERROR_ARGUMENT,
+                             std::string(what) + ": buffer " + std::to_string(i) + " is NULL");
 }
 template <class T, class Buffer>
 auto take(const char* what, const Buffer& buffer, size_t count) {
     if (buffer.size < count * sizeof(T))
-        throw StageError(DEFREC_ERROR_ARGUMENT, std::string(what) + ": buffer of " + std::to_string(buffer.size) + " bytes given, " +
+        throw StageError(DEFREC_ERROR_ARGUMENT, std::string(what) + ": buffer of " +
+                                                    std::to_string(buffer.size) + " bytes given, " +
                                                     std::to_string(count * sizeof(T)) + " needed");
     return buffer.template as<T>();
 }
 }  // namespace detail
-inline void expect_buffers(const char* what, std::span<const InBuffer> buffers, size_t required, size_t optional) {
+inline void expect_buffers(const char* what, std::span<const InBuffer> buffers, size_t required,
+                           size_t optional) {
     detail::expect_buffers(what, buffers, required, optional);
 }
-inline void expect_buffers(const char* what, std::span<const OutBuffer> buffers, size_t required, size_t optional) {
+inline void expect_buffers(const char* what, std::span<const OutBuffer> buffers, size_t required,
+                           size_t optional) {
     detail::expect_buffers(what, buffers, required, optional);
 }
 // The buffer as count elements of T; throws with the size needed if it is smaller.
 template <class T>
-const T* take(const char* what, const InBuffer& buffer, size_t count) { return detail::take<T>(what, buffer, count); }
+const T* take(const char* what, const InBuffer& buffer, size_t count) {
+    return detail::take<T>(what, buffer, count);
+}
 template <class T>
-T* take(const char* what, const OutBuffer& buffer, size_t count) { return detail::take<T>(what, buffer, count); }
+T* take(const char* what, const OutBuffer& buffer, size_t count) {
+    return detail::take<T>(what, buffer, count);
+}
 // The same for an optional buffer: nullptr where it was not given.
 template <class T, class Buffer>
-auto take_optional(const char* what, std::span<const Buffer> buffers, size_t index, size_t count) -> decltype(take<T>(what, buffers[0], count)) {
+auto take_optional(const char* what, std::span<const Buffer> buffers, size_t index, size_t count)
+    -> decltype(take<T>(what, buffers[0], count)) {
     if (index >= buffers.size() || buffers[index].data == nullptr) return nullptr;
     return take<T>(what, buffers[index], count);
 }

@@ -27,11 +27,14 @@ inline void check_limits(const defrec_align_params& params) {
     if (params.patch_radius < 1 || params.patch_radius > uint32_t(kAlignMaxPatchRadius))
         refuse("patch_radius " + std::to_string(params.patch_radius) + " given, 1 to 7 supported");
     if (params.search_radius < 1 || params.search_radius > uint32_t(kAlignMaxSearchRadius))
-        refuse("search_radius " + std::to_string(params.search_radius) + " given, 1 to 16 supported");
+        refuse("search_radius " + std::to_string(params.search_radius) +
+               " given, 1 to 16 supported");
     if (params.width < DEFREC_MIN_WIDTH || params.height < DEFREC_MIN_HEIGHT ||
-        params.width > DEFREC_MAX_SIDE || params.height > DEFREC_MAX_SIDE || params.stride < params.width)
+        params.width > DEFREC_MAX_SIDE || params.height > DEFREC_MAX_SIDE ||
+        params.stride < params.width)
         refuse("images of " + std::to_string(params.width) + " x " + std::to_string(params.height) +
-               ", stride " + std::to_string(params.stride) + " given, 64 x 48 to 8192 x 8192 supported");
+               ", stride " + std::to_string(params.stride) +
+               " given, 64 x 48 to 8192 x 8192 supported");
     if (params.views < 1) refuse("no views given");
 }
 

@@ -1,5 +1,6 @@
-// What a queue of a device keeps in the host's memory, whatever drives the device: staging buffers, each used again once the device is past
-// a value, and reads that wait to be delivered. A queue's values count its submissions: 1, 2 ...
+// What a queue of a device keeps in the host's memory, whatever drives the device: staging buffers,
+// each used again once the device is past a value, and reads that wait to be delivered. A queue's
+// values count its submissions: 1, 2 ...
 #pragma once
 #include <algorithm>
 #include <bit>
@@ -17,8 +18,8 @@ namespace defrec {
 
 constexpr uint64_t kMinStaging = 4096;
 
-// Buffer: memory that the host and the device see; has size(). kBytes: its member that tells where the host sees it.
-// threads: one at a time.
+// Buffer: memory that the host and the device see; has size(). kBytes: its member that tells where
+// the host sees it. threads: one at a time.
 template <class Buffer, std::byte* (Buffer::*kBytes)() const>
 class Staging {
   public:
@@ -28,8 +29,9 @@ class Staging {
         std::byte* bytes() const { return (buffer.*kBytes)(); }
     };
 
-    // The smallest free one that is large enough; a new one from make(size) where there is none, which ends once a frame has been through.
-    // It is busy until the device, now at `reached`, has reached `until`, and stays where it is.
+    // The smallest free one that is large enough; a new one from make(size) where there is none,
+    // which ends once a frame has been through. It is busy until the device, now at `reached`, has
+    // reached `until`, and stays where it is.
     template <class Make>
     Slot& take(uint64_t size, uint64_t reached, uint64_t until, Make&& make) {
         Slot* best = nullptr;
@@ -37,12 +39,14 @@ class Staging {
             if (slot.busy_until <= reached && slot.buffer.size() >= size &&
                 (best == nullptr || slot.buffer.size() < best->buffer.size()))
                 best = &slot;
-        if (best == nullptr) best = &slots_.emplace_back(Slot{make(std::bit_ceil(std::max(size, kMinStaging))), 0});
+        if (best == nullptr)
+            best = &slots_.emplace_back(Slot{make(std::bit_ceil(std::max(size, kMinStaging))), 0});
         best->busy_until = until;
         return *best;
     }
 
-    // What the slot holds at the value that it was just taken until goes to dst when that value is delivered.
+    // What the slot holds at the value that it was just taken until goes to dst when that value is
+    // delivered.
     void deliver_later(Slot& slot, void* dst, uint64_t size) {
         reads_.push_back({&slot, dst, size, slot.busy_until});
         // Until its bytes are delivered, not only until they are copied.
@@ -65,8 +69,8 @@ class Staging {
             return true;
         });
     }
-    // What has gathered since the submission of that value will not run. Its reads must not be delivered: the next submission gets the
-    // value that they wait for.
+    // What has gathered since the submission of that value will not run. Its reads must not be
+    // delivered: the next submission gets the value that they wait for.
     void drop_after(uint64_t submitted) noexcept {
         std::erase_if(reads_, [&](const PendingRead& read) {
             if (read.value <= submitted) return false;
@@ -103,7 +107,8 @@ std::vector<std::byte> contents(Queue& queue, const Buffer& buffer) {
 class HostCopies {
   public:
     template <class Queue, class Buffers>
-    HostCopies(Queue& queue, const Buffers& buffers) : bytes_(buffers.size()), views_(buffers.size()) {
+    HostCopies(Queue& queue, const Buffers& buffers)
+        : bytes_(buffers.size()), views_(buffers.size()) {
         for (size_t i = 0; i < buffers.size(); ++i) {
             if (buffers[i] == nullptr) continue;
             bytes_[i] = contents(queue, *buffers[i]);

@@ -1,4 +1,5 @@
-// Staging buffers, and a queue made of them whose device the test plays: it copies when it is told to.
+// Staging buffers, and a queue made of them whose device the test plays: it copies when it is told
+// to.
 #include "backends/shared/staging.hpp"
 
 #include <doctest/doctest.h>
@@ -31,12 +32,15 @@ class TestQueue {
     void write(const Memory& buffer, uint64_t offset, const void* src, uint64_t size) {
         TestStaging::Slot& slot = take(size);
         std::memcpy(slot.bytes(), src, size);
-        gathered_.push_back([&slot, to = buffer.data() + offset, size] { std::memcpy(to, slot.bytes(), size); });
+        gathered_.push_back(
+            [&slot, to = buffer.data() + offset, size] { std::memcpy(to, slot.bytes(), size); });
     }
     void read(const Memory& buffer, uint64_t offset, void* dst, uint64_t size) {
         if (size == 0) return;
         TestStaging::Slot& slot = take(size);
-        gathered_.push_back([&slot, from = buffer.data() + offset, size] { std::memcpy(slot.bytes(), from, size); });
+        gathered_.push_back([&slot, from = buffer.data() + offset, size] {
+            std::memcpy(slot.bytes(), from, size);
+        });
         staging_.deliver_later(slot, dst, size);
     }
     uint64_t signal() {
@@ -82,7 +86,9 @@ std::array<uint32_t, 4> words(uint32_t value) { return {value, value + 1, value 
 
 }  // namespace
 
-TEST_CASE("the smallest free buffer that is large enough is taken; new ones are powers of two, none very small") {
+TEST_CASE(
+    "the smallest free buffer that is large enough is taken; new ones are powers of two, none very "
+    "small") {
     TestStaging staging;
     auto& minimum = staging.take(1, 0, 1, make);
     CHECK(minimum.buffer.size() == kMinStaging);
@@ -110,7 +116,9 @@ TEST_CASE("a buffer that cannot be made changes nothing") {
     CHECK(&staging.take(8, 1, 2, make_none) == &only);
 }
 
-TEST_CASE("a read keeps its buffer until it is delivered, however far the device is, and many more are taken") {
+TEST_CASE(
+    "a read keeps its buffer until it is delivered, however far the device is, and many more are "
+    "taken") {
     TestStaging staging;
     uint32_t out = 0;
     const uint32_t value = 42;
@@ -129,7 +137,9 @@ TEST_CASE("a read keeps its buffer until it is delivered, however far the device
     CHECK(out == 0);
 }
 
-TEST_CASE("a read that is forgotten is not delivered, and its buffer is the device's until it is past it") {
+TEST_CASE(
+    "a read that is forgotten is not delivered, and its buffer is the device's until it is past "
+    "it") {
     TestStaging staging;
     uint32_t out = 7, other = 7;
     auto& slot = staging.take(4, 0, 2, make);
@@ -200,7 +210,9 @@ TEST_CASE("contents that cannot be had are forgotten") {
     CHECK(queue.forgotten == 2);
 }
 
-TEST_CASE("whenever the device copies and whichever submissions fail, a read brings what was last written, or nothing") {
+TEST_CASE(
+    "whenever the device copies and whichever submissions fail, a read brings what was last "
+    "written, or nothing") {
     std::mt19937 random(1);
     const auto below = [&](uint32_t limit) { return static_cast<uint32_t>(random() % limit); };
     constexpr uint32_t kPlaces = 8;
@@ -241,12 +253,19 @@ TEST_CASE("whenever the device copies and whichever submissions fail, a read bri
                         if (read.value > queue.submitted()) read.lost = true;
                 }
                 break;
-            case 6: queue.run_until(queue.submitted() - below(std::min<uint32_t>(3, uint32_t(queue.submitted()) + 1))); break;
+            case 6:
+                queue.run_until(queue.submitted() -
+                                below(std::min<uint32_t>(3, uint32_t(queue.submitted()) + 1)));
+                break;
             default: {
-                const uint64_t value = queue.submitted() - below(std::min<uint32_t>(3, uint32_t(queue.submitted()) + 1));
+                const uint64_t value = queue.submitted() - below(std::min<uint32_t>(
+                                                               3, uint32_t(queue.submitted()) + 1));
                 queue.wait(value, UINT64_MAX);
-                for (const Read& read : reads) REQUIRE(read.out == (read.value <= value && !read.lost ? read.expected : kUntouched));
-                for (; !reads.empty() && reads.front().value <= value; reads.pop_front()) ++(reads.front().lost ? lost : delivered);
+                for (const Read& read : reads)
+                    REQUIRE(read.out ==
+                            (read.value <= value && !read.lost ? read.expected : kUntouched));
+                for (; !reads.empty() && reads.front().value <= value; reads.pop_front())
+                    ++(reads.front().lost ? lost : delivered);
             }
         }
     }

@@ -9,13 +9,14 @@ namespace defrec {
 
 constexpr int kNoDisparity = DEFREC_DISPARITY_NONE;
 constexpr int kInpaintRadius = 8;
-constexpr int kGroup = 4;             // disparities of the search that share one entry of the uniqueness test
+constexpr int kGroup = 4;  // disparities of the search that share one entry of the uniqueness test
 constexpr int kSupportRange = 32;     // 1/16 px of half resolution
 constexpr int kEdgeRadius = 4;        // px of half resolution
 constexpr int kHalfSmoothRadius = 2;  // px of half resolution
 constexpr int kSearchSmoothRange = 24, kHalfSmoothRange = 16;
 constexpr int kUpsampleRange = 48;  // 1/16 px of half resolution
-constexpr int kTrustedScore = 512;  // 1/4096: least refined ZNCC where the search has settled the disparity
+constexpr int kTrustedScore =
+    512;  // 1/4096: least refined ZNCC where the search has settled the disparity
 constexpr int kFilledConfidence = 8;
 // What is known of a pixel's hypothesis before it is refined.
 enum : uint8_t { kDoubtful = 0, kOpen = 1, kSettled = 2 };
@@ -62,9 +63,11 @@ struct StereoSizes {
     int first, count;  // disparities searched at half resolution: first .. first + count - 1
 };
 
-// Scores of the search are 1 / n of the correlation coefficient, n pixels in the window; this is 1/4096 of
-// the coefficient.
-inline float search_score_unit(int radius) { return 0x1p-12f / float((2 * radius + 1) * (2 * radius + 1)); }
+// Scores of the search are 1 / n of the correlation coefficient, n pixels in the window; this is
+// 1/4096 of the coefficient.
+inline float search_score_unit(int radius) {
+    return 0x1p-12f / float((2 * radius + 1) * (2 * radius + 1));
+}
 
 struct StereoBuffers {
     const uint8_t *left, *right, *left_mask, *right_mask;  // the masks may be nullptr
@@ -73,7 +76,8 @@ struct StereoBuffers {
     // The results of the sub-stages, without gaps between rows; may be nullptr.
     uint8_t *prepared_left, *prepared_right;
     int32_t *left_keys, *right_keys;
-    int16_t *checked, *supported, *dense, *half_refined, *hypothesis, *refined, *score, *evidence, *filled;
+    int16_t *checked, *supported, *dense, *half_refined, *hypothesis, *refined, *score, *evidence,
+        *filled;
 };
 
 inline StereoBuffers stereo_buffers(const StereoSizes& size, std::span<const InBuffer> in,

@@ -1,4 +1,5 @@
-// Checks of what a template gives to prepare, so that run can trust it: indices in range, numbers finite.
+// Checks of what a template gives to prepare, so that run can trust it: indices in range, numbers
+// finite.
 #pragma once
 #include <cmath>
 #include <string>
@@ -35,15 +36,19 @@ void check_skinned(const char* what, const Point* points, size_t count, size_t n
 // A motion of unit length; the identity where the given one has no finite value or no rotation.
 template <class T>
 constexpr DualQuaternion<T> usable_motion(const defrec_motion& motion) {
-    if (!all_finite(motion.real, 4) || !all_finite(motion.dual, 4)) return DualQuaternion<T>::identity();
+    if (!all_finite(motion.real, 4) || !all_finite(motion.dual, 4))
+        return DualQuaternion<T>::identity();
     return normalise(DualQuaternion<T>::load(motion));
 }
 
 // The optional disparity image among a stage's inputs; its last row may end with its last pixel.
 template <class Params>
-DisparityImage take_disparity(const char* what, const Params& params, std::span<const InBuffer> in, size_t index) {
-    const size_t pixels = params.height == 0 ? 0 : size_t(params.height - 1) * params.stride + params.width;
-    return {take_optional<int16_t>(what, in, index, pixels), params.width, params.height, params.stride};
+DisparityImage take_disparity(const char* what, const Params& params, std::span<const InBuffer> in,
+                              size_t index) {
+    const size_t pixels =
+        params.height == 0 ? 0 : size_t(params.height - 1) * params.stride + params.width;
+    return {take_optional<int16_t>(what, in, index, pixels), params.width, params.height,
+            params.stride};
 }
 
 }  // namespace defrec

@@ -1,5 +1,5 @@
-// Scenes for the tests of align: a texture known at every real position, seen in a view and, moved by an
-// affine map, in a live image.
+// Scenes for the tests of align: a texture known at every real position, seen in a view and, moved
+// by an affine map, in a live image.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -50,8 +50,8 @@ struct AlignScene {
     std::vector<std::array<double, 2>> truth;  // px
 };
 struct AlignSceneOptions {
-    uint32_t width = 211, height = 157, stride = 224, level = 0, patch_radius = 5, search_radius = 4,
-             seed = 1, patches = 150;
+    uint32_t width = 211, height = 157, stride = 224, level = 0, patch_radius = 5,
+             search_radius = 4, seed = 1, patches = 150;
     double angle = 0, scale = 1, shift_x = 1.3, shift_y = -2.6, noise = 1, gain = 1, offset = 0;
     double prediction_error = 2;  // px, of each coordinate
 };
@@ -77,8 +77,11 @@ inline AlignScene make_align_scene(const AlignSceneOptions& o) {
                (Texture::unit(random) + Texture::unit(random) - Texture::unit(random) -
                 Texture::unit(random));
     };
-    const auto gray = [](double value) { return uint8_t(std::clamp(std::floor(value + 0.5), 0.0, 255.0)); };
-    const double c = o.scale * std::cos(o.angle), s = o.scale * std::sin(o.angle), square = o.scale * o.scale;
+    const auto gray = [](double value) {
+        return uint8_t(std::clamp(std::floor(value + 0.5), 0.0, 255.0));
+    };
+    const double c = o.scale * std::cos(o.angle), s = o.scale * std::sin(o.angle),
+                 square = o.scale * o.scale;
     const double inverse[4] = {c / square, s / square, -s / square, c / square};
     const double cx = o.width / 2.0, cy = o.height / 2.0;
     scene.view.resize(size_t(p.stride) * (p.height - 1) + p.width, 77);
@@ -102,8 +105,11 @@ inline AlignScene make_align_scene(const AlignSceneOptions& o) {
         const double dx = double(patch.u) - cx, dy = double(patch.v) - cy;
         const double u = cx + o.shift_x + c * dx - s * dy, v = cy + o.shift_y + s * dx + c * dy;
         if (u < margin || v < margin || u > o.width - margin || v > o.height - margin) continue;
-        defrec_patch_prediction prediction{
-            int32_t(std::floor((u + error()) * 256)), int32_t(std::floor((v + error()) * 256)), {}, 1, 0};
+        defrec_patch_prediction prediction{int32_t(std::floor((u + error()) * 256)),
+                                           int32_t(std::floor((v + error()) * 256)),
+                                           {},
+                                           1,
+                                           0};
         for (int k = 0; k < 4; ++k)
             prediction.view_from_live[k] = int32_t(std::floor(inverse[k] * 65536 + 0.5));
         scene.patches.push_back(patch);

@@ -1,6 +1,6 @@
-// What backends/agreement asks of a backend, where its stages run on a device and in_host_memory() shapes them like those of host-memory
-// backends. Included by those who have in defrec::under_test that, device(), available(), kBackend, and the name `backend` for the
-// namespace of the makers.
+// What backends/agreement asks of a backend, where its stages run on a device and in_host_memory()
+// shapes them like those of host-memory backends. Included by those who have in defrec::under_test
+// that, device(), available(), kBackend, and the name `backend` for the namespace of the makers.
 #pragma once
 
 namespace defrec::under_test {

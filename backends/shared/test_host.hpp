@@ -1,4 +1,5 @@
-// The host that tests of stages run under: plain allocation, and parallel_for over a few threads in a scattered order.
+// The host that tests of stages run under: plain allocation, and parallel_for over a few threads in
+// a scattered order.
 #pragma once
 #include <atomic>
 #include <cstdlib>

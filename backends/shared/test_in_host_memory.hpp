@@ -1,4 +1,5 @@
-// A device's stage in the shape of host-memory backends, so that the same tests hold every backend to the reference (backends/agreement).
+// A device's stage in the shape of host-memory backends, so that the same tests hold every backend
+// to the reference (backends/agreement).
 #pragma once
 #include <optional>
 

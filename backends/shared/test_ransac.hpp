@@ -1,4 +1,5 @@
-// Scenes for the tests of ransac: points on a bent surface, turned and moved, some of their matches wrong.
+// Scenes for the tests of ransac: points on a bent surface, turned and moved, some of their matches
+// wrong.
 #pragma once
 #include <Eigen/Geometry>
 #include <cstring>
@@ -25,9 +26,10 @@ struct RansacResult {
 
 inline double signed_unit(std::mt19937& random) { return double(random()) / 2147483648.0 - 1.0; }
 
-// count matches of which the share `outliers` lands elsewhere on the surface; noise is uniform with 0.5 mm
-// standard deviation.
-inline RansacScene make_ransac_scene(uint32_t seed, uint32_t count, double outliers, double degrees) {
+// count matches of which the share `outliers` lands elsewhere on the surface; noise is uniform with
+// 0.5 mm standard deviation.
+inline RansacScene make_ransac_scene(uint32_t seed, uint32_t count, double outliers,
+                                     double degrees) {
     RansacScene scene;
     DEFREC_INIT(&scene.params);
     scene.params.landmarks = count;
@@ -40,9 +42,11 @@ inline RansacScene make_ransac_scene(uint32_t seed, uint32_t count, double outli
         const double u = unit(), v = unit();
         return Eigen::Vector3d(45 * u, 26 * v, 80 + 6 * std::sin(2 * u) + 5 * std::cos(2.3 * v));
     };
-    const Eigen::Vector3d axis = Eigen::Vector3d(unit(), unit(), unit()).normalized(), centre(0, 0, 80);
+    const Eigen::Vector3d axis = Eigen::Vector3d(unit(), unit(), unit()).normalized(),
+                          centre(0, 0, 80);
     scene.rotation = Eigen::AngleAxisd(degrees * 3.14159265358979 / 180, axis).toRotationMatrix();
-    scene.translation = centre - scene.rotation * centre + 3 * Eigen::Vector3d(unit(), unit(), unit());
+    scene.translation =
+        centre - scene.rotation * centre + 3 * Eigen::Vector3d(unit(), unit(), unit());
     for (uint32_t i = 0; i < count; ++i) {
         const bool right = (unit() + 1) / 2 >= outliers;
         const Eigen::Vector3d from = surface(), noise(unit(), unit(), unit());
@@ -63,7 +67,8 @@ inline RansacScene make_ransac_scene(uint32_t seed, uint32_t count, double outli
 }
 
 inline RansacResult run_ransac(Stage& stage, const RansacScene& scene) {
-    const InBuffer prepare[1] = {{scene.landmarks.data(), scene.landmarks.size() * sizeof(defrec_landmark)}};
+    const InBuffer prepare[1] = {
+        {scene.landmarks.data(), scene.landmarks.size() * sizeof(defrec_landmark)}};
     stage.prepare(prepare);
     RansacResult result;
     result.matches.resize(scene.matches.size());

@@ -1,6 +1,6 @@
-// A surface that deforms by a given function, as tests and benchmarks of lm and warp see it: template,
-// control points, and the disparity image, matches and patch observations of the deformed surface. Exact but
-// for the rounding of disparities to 1/16 px.
+// A surface that deforms by a given function, as tests and benchmarks of lm and warp see it:
+// template, control points, and the disparity image, matches and patch observations of the deformed
+// surface. Exact but for the rounding of disparities to 1/16 px.
 #pragma once
 #include <functional>
 #include <random>
@@ -23,12 +23,14 @@ using Deformation = std::function<Vec3<double>(Vec3<double>)>;
 class TestSurface {
   public:
     explicit TestSurface(const SurfaceSpec& spec) : spec_(spec) {
-        camera = {spec.focal, spec.focal, (spec.width - 1) / 2.0, (spec.height - 1) / 2.0, spec.baseline};
+        camera = {spec.focal, spec.focal, (spec.width - 1) / 2.0, (spec.height - 1) / 2.0,
+                  spec.baseline};
         columns_ = int(std::ceil((spec.width - 1) / spec.node_step)) + 1;
         rows_ = int(std::ceil((spec.height - 1) / spec.node_step)) + 1;
         spacing_mm = float(spec.node_step * spec.depth / spec.focal);
         for (int y = 0; y < rows_; ++y)
-            for (int x = 0; x < columns_; ++x) push(nodes, lift(x * spec.node_step, y * spec.node_step));
+            for (int x = 0; x < columns_; ++x)
+                push(nodes, lift(x * spec.node_step, y * spec.node_step));
         connect();
         for (double v = 0; v <= spec.height - 1; v += spec.point_step)
             for (double u = 0; u <= spec.width - 1; u += spec.point_step)
@@ -85,11 +87,14 @@ class TestSurface {
     double width() const { return spec_.width; }
     double height() const { return spec_.height; }
     std::vector<defrec_motion> rest() const {
-        return std::vector<defrec_motion>(nodes.size() / 3, DualQuaternion<double>::identity().store());
+        return std::vector<defrec_motion>(nodes.size() / 3,
+                                          DualQuaternion<double>::identity().store());
     }
     // Where motions take a point of the template.
-    static Vec3<double> moved(const std::vector<defrec_motion>& motions, const defrec_surface_point& point) {
-        return apply(blend<double>(motions.data(), point.node, point.weight), load3<double>(point.position));
+    static Vec3<double> moved(const std::vector<defrec_motion>& motions,
+                              const defrec_surface_point& point) {
+        return apply(blend<double>(motions.data(), point.node, point.weight),
+                     load3<double>(point.position));
     }
     Pixel<double> project(Vec3<double> p) const {
         return {camera.fx * p.x / p.z + camera.cx, camera.fy * p.y / p.z + camera.cy};
@@ -182,8 +187,8 @@ class TestSurface {
                     const auto o = project(p), a = project(moved_at(at.x + kStep, at.y)),
                                b = project(moved_at(at.x, at.y + kStep));
                     const double eu = x - o.u, ev = y - o.v;
-                    const double au = (a.u - o.u) / kStep, av = (a.v - o.v) / kStep, bu = (b.u - o.u) / kStep,
-                                 bv = (b.v - o.v) / kStep;
+                    const double au = (a.u - o.u) / kStep, av = (a.v - o.v) / kStep,
+                                 bu = (b.u - o.u) / kStep, bv = (b.v - o.v) / kStep;
                     const double det = au * bv - av * bu;
                     at.x += (eu * bv - ev * bu) / det;
                     at.y += (au * ev - av * eu) / det;

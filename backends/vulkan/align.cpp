@@ -1,4 +1,5 @@
-// Guided patch search in shaders: the live image's level and the predictions, then one work group for each patch. docs/stages/align.md.
+// Guided patch search in shaders: the live image's level and the predictions, then one work group
+// for each patch. docs/stages/align.md.
 #include <cmath>
 
 #include "backends/shared/align_buffers.hpp"
@@ -39,17 +40,22 @@ class Align final : public Stage {
   public:
     Align(const defrec_align_params& params, Device& device) : p_(params), device_(device) {
         check_limits(params);
-        const uint64_t max_bytes = std::min(device.limits().maxStorageBufferRange, uint32_t{INT32_MAX});
-        const uint64_t bytes = std::max<uint64_t>(uint64_t{4} * width() * height() * params.views, gray_size(params));
+        const uint64_t max_bytes =
+            std::min(device.limits().maxStorageBufferRange, uint32_t{INT32_MAX});
+        const uint64_t bytes =
+            std::max<uint64_t>(uint64_t{4} * width() * height() * params.views, gray_size(params));
         if (bytes > max_bytes)
-            throw StageError(DEFREC_ERROR_UNSUPPORTED, "align: an image or all views at twice their size take " + std::to_string(bytes) +
-                                                           " bytes, the device takes " + std::to_string(max_bytes));
+            throw StageError(DEFREC_ERROR_UNSUPPORTED,
+                             "align: an image or all views at twice their size take " +
+                                 std::to_string(bytes) + " bytes, the device takes " +
+                                 std::to_string(max_bytes));
         for (const bool mask : {false, true})
             if (params.level > 0) {
                 halve_[mask] = device.kernel(shaders::align_halve, {params.level, mask});
                 level_[mask] = Buffer(device, uint64_t{width()} * height());
             }
-        check_size("align", "patches", params.patches, uint64_t{device.limits().maxComputeWorkGroupCount[0]} * kPredictGroup);
+        check_size("align", "patches", params.patches,
+                   uint64_t{device.limits().maxComputeWorkGroupCount[0]} * kPredictGroup);
         predict_ = device.kernel(shaders::align_predict);
         patch_ = device.kernel(shaders::align_patch, {params.patch_radius, params.search_radius});
         const uint32_t side = 2 * params.patch_radius + 1;
@@ -64,7 +70,8 @@ class Align final : public Stage {
     void prepare(std::span<const InBuffer> in) override {
         expect_buffers("align: prepare", in, 2);
         const std::span<const defrec_patch> patches = take_patches(p_, in[0]);
-        const auto* views = take<uint8_t>("align: views", in[1], view_offset(p_, p_.views - 1) + gray_size(p_));
+        const auto* views =
+            take<uint8_t>("align: views", in[1], view_offset(p_, p_.views - 1) + gray_size(p_));
         std::vector<Centre> centres;
         for (const defrec_patch& patch : patches) {
             Centre centre{0, 0, patch.view, 0};
@@ -74,7 +81,8 @@ class Align final : public Stage {
             centres.push_back(centre);
         }
         std::vector<uint8_t> doubled;
-        for (uint32_t i = 0; i < p_.views; ++i) align::add_view(p_, views + view_offset(p_, i), doubled);
+        for (uint32_t i = 0; i < p_.views; ++i)
+            align::add_view(p_, views + view_offset(p_, i), doubled);
         Buffer uploaded_views = device_.upload(doubled);
         Buffer uploaded_patches = device_.upload(patches.data(), patches.size_bytes());
         Buffer uploaded_centres = device_.upload(centres);
@@ -87,7 +95,8 @@ class Align final : public Stage {
 
     void record(Recorder& recorder, Buffers in, Buffers out) override {
         if (!views_) throw StageError(DEFREC_ERROR_STATE, "align: run before prepare");
-        const AlignBuffers given = take_buffers(p_, count_, sizes_of_inputs(in), sizes_of_outputs(out));
+        const AlignBuffers given =
+            take_buffers(p_, count_, sizes_of_inputs(in), sizes_of_outputs(out));
         if (count_ == 0) return;
         const bool masked = given.mask != nullptr;
         const Buffer* predictions = given.predictions != nullptr ? out[1] : &predictions_;
@@ -132,8 +141,8 @@ class Align final : public Stage {
                              p_.texture,
                              int32_t(p_.min_score),
                              masked};
-        recorder.dispatch(patch_, {predictions, centres_, views_, gray, mask, of_count_, out[0]}, push,
-                          {std::min(count_, kMaxGroups), cover(count_, kMaxGroups)});
+        recorder.dispatch(patch_, {predictions, centres_, views_, gray, mask, of_count_, out[0]},
+                          push, {std::min(count_, kMaxGroups), cover(count_, kMaxGroups)});
     }
 
   private:
@@ -150,6 +159,8 @@ class Align final : public Stage {
 
 }  // namespace
 
-std::unique_ptr<Stage> make_align(const defrec_align_params& params, Device& device) { return std::make_unique<Align>(params, device); }
+std::unique_ptr<Stage> make_align(const defrec_align_params& params, Device& device) {
+    return std::make_unique<Align>(params, device);
+}
 
 }  // namespace defrec::vulkan

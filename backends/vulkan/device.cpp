@@ -12,30 +12,38 @@ namespace defrec::vulkan {
 namespace {
 
 constexpr uint32_t kMaxQueues = 8;
-constexpr uint64_t kBufferMultiple = 16;  // so that shaders may read and the device may copy whole words
+constexpr uint64_t kBufferMultiple =
+    16;  // so that shaders may read and the device may copy whole words
 
 }  // namespace
 
-// ---- buffers -----------------------------------------------------------------------------------------------
+// ---- buffers
+// -----------------------------------------------------------------------------------------------
 
-Buffer::Buffer(Device& device, uint64_t size, MemoryUse use) : device_(&device), size_(size), serial_(device.next_serial()) {
+Buffer::Buffer(Device& device, uint64_t size, MemoryUse use)
+    : device_(&device), size_(size), serial_(device.next_serial()) {
     // Shaders count bytes in int.
-    const uint64_t maximum = std::min(device.limits().maxStorageBufferRange, uint32_t{INT32_MAX}) / kBufferMultiple * kBufferMultiple;
+    const uint64_t maximum = std::min(device.limits().maxStorageBufferRange, uint32_t{INT32_MAX}) /
+                             kBufferMultiple * kBufferMultiple;
     if (use == MemoryUse::device && size > maximum)
-        throw StageError(DEFREC_ERROR_UNSUPPORTED, "a buffer of " + std::to_string(size) + " bytes; the device's shaders reach " +
+        throw StageError(DEFREC_ERROR_UNSUPPORTED, "a buffer of " + std::to_string(size) +
+                                                       " bytes; the device's shaders reach " +
                                                        std::to_string(maximum));
     VkBufferCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO;
-    info.size = (std::max<uint64_t>(size, 1) + kBufferMultiple - 1) / kBufferMultiple * kBufferMultiple;
+    info.size =
+        (std::max<uint64_t>(size, 1) + kBufferMultiple - 1) / kBufferMultiple * kBufferMultiple;
     info.usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT;
-    if (use == MemoryUse::device) info.usage |= VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
+    if (use == MemoryUse::device)
+        info.usage |= VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT;
     const VolkDeviceTable& vk = device.vk();
     check(vk.vkCreateBuffer(device.handle(), &info, nullptr, &handle_), "vkCreateBuffer");
     try {
         VkMemoryRequirements requirements;
         vk.vkGetBufferMemoryRequirements(device.handle(), handle_, &requirements);
         range_ = device.memory().allocate(requirements, use);
-        check(vk.vkBindBufferMemory(device.handle(), handle_, range_.memory, range_.offset), "vkBindBufferMemory");
+        check(vk.vkBindBufferMemory(device.handle(), handle_, range_.memory, range_.offset),
+              "vkBindBufferMemory");
     } catch (...) {
         if (range_.block != nullptr) device.memory().release(range_);
         vk.vkDestroyBuffer(device.handle(), handle_, nullptr);
@@ -57,11 +65,14 @@ void Buffer::swap(Buffer& other) noexcept {
     std::swap(serial_, other.serial_);
 }
 
-// ---- device ------------------------------------------------------------------------------------------------
+// ---- device
+// ------------------------------------------------------------------------------------------------
 
-Device::Device(std::shared_ptr<const Driver> driver, size_t index) : driver_(std::move(driver)), index_(index) {
+Device::Device(std::shared_ptr<const Driver> driver, size_t index)
+    : driver_(std::move(driver)), index_(index) {
     const PhysicalDevice& chosen = physical();
-    if (!chosen.lacks.empty()) throw StageError(DEFREC_ERROR_UNSUPPORTED, chosen.name + " lacks " + chosen.lacks);
+    if (!chosen.lacks.empty())
+        throw StageError(DEFREC_ERROR_UNSUPPORTED, chosen.name + " lacks " + chosen.lacks);
     VkPhysicalDeviceProperties properties;
     vkGetPhysicalDeviceProperties(chosen.handle, &properties);
     limits_ = properties.limits;
@@ -110,7 +121,8 @@ void Device::create(const PhysicalDevice& chosen) {
     }
     VkPipelineCacheCreateInfo cache{};
     cache.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO;
-    check(vk_.vkCreatePipelineCache(handle_, &cache, nullptr, &pipeline_cache_), "vkCreatePipelineCache");
+    check(vk_.vkCreatePipelineCache(handle_, &cache, nullptr, &pipeline_cache_),
+          "vkCreatePipelineCache");
     nothing_ = Buffer(*this, kBufferMultiple);
     clear(nothing_);
 }
@@ -120,7 +132,8 @@ void Device::destroy() noexcept {
     nothing_ = Buffer();
     instrument_ = {};
     kernels_.clear();
-    if (pipeline_cache_ != VK_NULL_HANDLE) vk_.vkDestroyPipelineCache(handle_, pipeline_cache_, nullptr);
+    if (pipeline_cache_ != VK_NULL_HANDLE)
+        vk_.vkDestroyPipelineCache(handle_, pipeline_cache_, nullptr);
     memory_.reset();
     vk_.vkDestroyDevice(handle_, nullptr);
 }
@@ -130,7 +143,8 @@ Device::~Device() {
     destroy();
 }
 
-std::shared_ptr<const Kernel> Device::kernel(const Shader& shader, std::initializer_list<uint32_t> constants) {
+std::shared_ptr<const Kernel> Device::kernel(const Shader& shader,
+                                             std::initializer_list<uint32_t> constants) {
     const std::lock_guard lock(kernel_mutex_);
     std::shared_ptr<const Kernel>& kernel = kernels_[{shader.name, constants}];
     if (kernel == nullptr) kernel = std::make_shared<const Kernel>(*this, shader, constants);
@@ -161,7 +175,8 @@ void Device::settle() noexcept {
     }
 }
 
-// ---- work that is waited for ---------------------------------------------------------------------------------
+// ---- work that is waited for
+// ---------------------------------------------------------------------------------
 
 template <class Record>
 void Device::run_now(Record&& record) {
@@ -178,7 +193,8 @@ void Device::run_now(Record&& record) {
         allocate.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
         allocate.commandBufferCount = 1;
         VkCommandBuffer commands = VK_NULL_HANDLE;
-        check(vk_.vkAllocateCommandBuffers(handle_, &allocate, &commands), "vkAllocateCommandBuffers");
+        check(vk_.vkAllocateCommandBuffers(handle_, &allocate, &commands),
+              "vkAllocateCommandBuffers");
         VkCommandBufferBeginInfo begin{};
         begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
         begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
@@ -213,7 +229,9 @@ Buffer Device::upload(const void* data, uint64_t size) {
 }
 
 void Device::clear(const Buffer& buffer) {
-    run_now([&](VkCommandBuffer commands) { vk_.vkCmdFillBuffer(commands, buffer.handle(), 0, VK_WHOLE_SIZE, 0); });
+    run_now([&](VkCommandBuffer commands) {
+        vk_.vkCmdFillBuffer(commands, buffer.handle(), 0, VK_WHOLE_SIZE, 0);
+    });
 }
 
 }  // namespace defrec::vulkan

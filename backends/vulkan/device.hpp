@@ -1,4 +1,5 @@
-// An opened device: its functions, memory, pipelines and queues. It outlives everything made from it.
+// An opened device: its functions, memory, pipelines and queues. It outlives everything made from
+// it.
 #pragma once
 #include <volk.h>
 
@@ -20,7 +21,8 @@ namespace defrec::vulkan {
 class Device;
 class Queue;
 
-// Memory that the device uses. Its size is as asked for; what lies behind it up to a multiple of 16 bytes belongs to it.
+// Memory that the device uses. Its size is as asked for; what lies behind it up to a multiple of 16
+// bytes belongs to it.
 class Buffer {
   public:
     Buffer() = default;
@@ -35,7 +37,7 @@ class Buffer {
     explicit operator bool() const { return handle_ != VK_NULL_HANDLE; }
     VkBuffer handle() const { return handle_; }
     uint64_t size() const { return size_; }
-    uint64_t serial() const { return serial_; }        // never given twice by a device
+    uint64_t serial() const { return serial_; }          // never given twice by a device
     std::byte* mapped() const { return range_.mapped; }  // nullptr for MemoryUse::device
 
   private:
@@ -72,7 +74,8 @@ class Kernel {
 
 constexpr uint32_t kPushBytes = 128;  // what every device has
 
-// Changes shaders before they are compiled, so that they tell a test what they do: each then has one binding more, behind its own, for results.
+// Changes shaders before they are compiled, so that they tell a test what they do: each then has
+// one binding more, behind its own, for results.
 struct Instrument {
     std::function<std::vector<uint32_t>(const Shader&)> rewrite;
     Buffer results;
@@ -104,14 +107,17 @@ class Device {
     // Stands for an optional buffer that was not given.
     const Buffer& nothing() const { return nothing_; }
 
-    // The shader with constants, its specialization constants 0, 1, 2 ...; compiled once and kept as long as the device.
-    std::shared_ptr<const Kernel> kernel(const Shader& shader, std::initializer_list<uint32_t> constants = {});
+    // The shader with constants, its specialization constants 0, 1, 2 ...; compiled once and kept
+    // as long as the device.
+    std::shared_ptr<const Kernel> kernel(const Shader& shader,
+                                         std::initializer_list<uint32_t> constants = {});
     VkPipelineCache pipeline_cache() const { return pipeline_cache_; }
     // Before the first kernel is made.
     void set_instrument(Instrument instrument) { instrument_ = std::move(instrument); }
     const Instrument* instrument() const { return instrument_.rewrite ? &instrument_ : nullptr; }
 
-    // Submits what every queue has pending and waits until the device is idle: then anything may be destroyed. Never throws.
+    // Submits what every queue has pending and waits until the device is idle: then anything may be
+    // destroyed. Never throws.
     void settle() noexcept;
 
   private:

@@ -9,7 +9,8 @@ namespace defrec::vulkan {
 namespace {
 
 std::string version_text(uint32_t version) {
-    return std::to_string(VK_API_VERSION_MAJOR(version)) + "." + std::to_string(VK_API_VERSION_MINOR(version)) + "." +
+    return std::to_string(VK_API_VERSION_MAJOR(version)) + "." +
+           std::to_string(VK_API_VERSION_MINOR(version)) + "." +
            std::to_string(VK_API_VERSION_PATCH(version));
 }
 
@@ -32,8 +33,10 @@ bool find_queue_family(VkPhysicalDevice device, uint32_t& family, uint32_t& coun
     return found;
 }
 
-std::string missing_features(VkPhysicalDevice device, const VkPhysicalDeviceProperties& properties) {
-    if (properties.apiVersion < VK_API_VERSION_1_2) return "Vulkan 1.2 (it has " + version_text(properties.apiVersion) + ")";
+std::string missing_features(VkPhysicalDevice device,
+                             const VkPhysicalDeviceProperties& properties) {
+    if (properties.apiVersion < VK_API_VERSION_1_2)
+        return "Vulkan 1.2 (it has " + version_text(properties.apiVersion) + ")";
     VkPhysicalDeviceVulkan12Features v12{};
     v12.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES;
     VkPhysicalDeviceVulkan11Features v11{};
@@ -48,9 +51,11 @@ std::string missing_features(VkPhysicalDevice device, const VkPhysicalDeviceProp
     if (!v11.storageBuffer16BitAccess) return "16 bit access to storage buffers";
     if (!features.features.shaderInt64) return "64 bit integers in shaders";
     if (properties.limits.maxComputeSharedMemorySize < 32768) return "32 KiB of shared memory";
-    if (properties.limits.maxComputeWorkGroupInvocations < 1024 || properties.limits.maxComputeWorkGroupSize[0] < 1024)
+    if (properties.limits.maxComputeWorkGroupInvocations < 1024 ||
+        properties.limits.maxComputeWorkGroupSize[0] < 1024)
         return "work groups of 1024 invocations";
-    if (properties.limits.maxPerStageDescriptorStorageBuffers < 16) return "16 storage buffers in one shader";
+    if (properties.limits.maxPerStageDescriptorStorageBuffers < 16)
+        return "16 storage buffers in one shader";
     return {};
 }
 
@@ -71,20 +76,24 @@ PhysicalDevice describe(VkPhysicalDevice handle) {
     std::snprintf(id, sizeof id, "vulkan:%04x:%04x", properties.vendorID, properties.deviceID);
     device.id = id;
     device.name = properties.deviceName;
-    device.driver = std::string(driver.driverName) + " " + driver.driverInfo + ", Vulkan " + version_text(properties.apiVersion);
+    device.driver = std::string(driver.driverName) + " " + driver.driverInfo + ", Vulkan " +
+                    version_text(properties.apiVersion);
     for (uint32_t i = 0; i < memory.memoryHeapCount; ++i)
         if ((memory.memoryHeaps[i].flags & VK_MEMORY_HEAP_DEVICE_LOCAL_BIT) != 0)
-            device.memory_bytes = std::max<uint64_t>(device.memory_bytes, memory.memoryHeaps[i].size);
+            device.memory_bytes =
+                std::max<uint64_t>(device.memory_bytes, memory.memoryHeaps[i].size);
     device.software = properties.deviceType == VK_PHYSICAL_DEVICE_TYPE_CPU;
     device.lacks = missing_features(handle, properties);
-    if (!find_queue_family(handle, device.queue_family, device.queue_count)) device.lacks = "a queue that computes";
+    if (!find_queue_family(handle, device.queue_family, device.queue_count))
+        device.lacks = "a queue that computes";
     return device;
 }
 
 }  // namespace
 
 std::shared_ptr<const Driver> Driver::open() {
-    // volk's table is the process's. Its functions are the loader's own, which serve every instance, so it is filled once.
+    // volk's table is the process's. Its functions are the loader's own, which serve every
+    // instance, so it is filled once.
     static std::mutex mutex;
     static bool instance_functions = false;
     const std::lock_guard lock(mutex);
@@ -113,9 +122,10 @@ void Driver::find_devices() {
     if (vkEnumeratePhysicalDevices(instance_, &count, handles.data()) != VK_SUCCESS) return;
     for (VkPhysicalDevice handle : handles) {
         PhysicalDevice device = describe(handle);
-        const auto alike = std::count_if(devices_.begin(), devices_.end(), [&](const PhysicalDevice& other) {
-            return other.id.compare(0, device.id.size(), device.id) == 0;
-        });
+        const auto alike =
+            std::count_if(devices_.begin(), devices_.end(), [&](const PhysicalDevice& other) {
+                return other.id.compare(0, device.id.size(), device.id) == 0;
+            });
         if (alike != 0) device.id.append(":").append(std::to_string(alike));
         devices_.push_back(std::move(device));
     }

@@ -1,4 +1,5 @@
-// The Vulkan loader, one instance, and the devices it shows. Without a loader or a driver there are none, which is no error.
+// The Vulkan loader, one instance, and the devices it shows. Without a loader or a driver there are
+// none, which is no error.
 #pragma once
 #include <volk.h>
 
@@ -10,7 +11,8 @@ namespace defrec::vulkan {
 
 struct PhysicalDevice {
     VkPhysicalDevice handle;
-    std::string id;       // "vulkan:10de:2335", vendor and device as hexadecimal; ":1", ":2" behind those alike
+    std::string
+        id;  // "vulkan:10de:2335", vendor and device as hexadecimal; ":1", ":2" behind those alike
     std::string name, driver;
     uint64_t memory_bytes;  // device-local
     bool software;          // lavapipe and its like: computed on the processor

@@ -13,7 +13,8 @@ uint32_t count_bindings(std::span<const uint32_t> code) {
     constexpr uint32_t kOpDecorate = 71, kDecorationBinding = 33;
     uint32_t count = 0;
     for (size_t i = kHeaderWords; i < code.size() && code[i] >> 16 != 0; i += code[i] >> 16)
-        if ((code[i] & 0xffff) == kOpDecorate && code[i] >> 16 >= 4 && code[i + 2] == kDecorationBinding)
+        if ((code[i] & 0xffff) == kOpDecorate && code[i] >> 16 >= 4 &&
+            code[i + 2] == kDecorationBinding)
             count = std::max(count, code[i + 3] + 1);
     return count;
 }
@@ -23,12 +24,15 @@ uint32_t count_bindings(std::span<const uint32_t> code) {
 Kernel::Kernel(Device& device, const Shader& shader, std::vector<uint32_t> constants)
     : device_(device), name_(shader.name) {
     const VolkDeviceTable& vk = device.vk();
-    const std::vector<uint32_t> rewritten = device.instrument() ? device.instrument()->rewrite(shader) : std::vector<uint32_t>();
-    const std::span<const uint32_t> code = device.instrument() ? std::span<const uint32_t>(rewritten) : shader.code;
+    const std::vector<uint32_t> rewritten =
+        device.instrument() ? device.instrument()->rewrite(shader) : std::vector<uint32_t>();
+    const std::span<const uint32_t> code =
+        device.instrument() ? std::span<const uint32_t>(rewritten) : shader.code;
     bindings_ = count_bindings(code);
     std::vector<VkDescriptorSetLayoutBinding> bindings(bindings_);
     for (uint32_t i = 0; i < bindings_; ++i)
-        bindings[i] = {i, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr};
+        bindings[i] = {i, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1, VK_SHADER_STAGE_COMPUTE_BIT,
+                       nullptr};
     VkDescriptorSetLayoutCreateInfo set_info{};
     set_info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
     set_info.bindingCount = bindings_;
@@ -46,8 +50,10 @@ Kernel::Kernel(Device& device, const Shader& shader, std::vector<uint32_t> const
     module_info.pCode = code.data();
 
     std::vector<VkSpecializationMapEntry> entries(constants.size());
-    for (uint32_t i = 0; i < entries.size(); ++i) entries[i] = {i, uint32_t(i * sizeof(uint32_t)), sizeof(uint32_t)};
-    const VkSpecializationInfo specialization{uint32_t(entries.size()), entries.data(), constants.size() * sizeof(uint32_t),
+    for (uint32_t i = 0; i < entries.size(); ++i)
+        entries[i] = {i, uint32_t(i * sizeof(uint32_t)), sizeof(uint32_t)};
+    const VkSpecializationInfo specialization{uint32_t(entries.size()), entries.data(),
+                                              constants.size() * sizeof(uint32_t),
                                               constants.data()};
     VkComputePipelineCreateInfo info{};
     info.sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO;
@@ -56,12 +62,15 @@ Kernel::Kernel(Device& device, const Shader& shader, std::vector<uint32_t> const
     info.stage.pName = "main";
     info.stage.pSpecializationInfo = &specialization;
     try {
-        check(vk.vkCreateDescriptorSetLayout(device.handle(), &set_info, nullptr, &set_layout_), "vkCreateDescriptorSetLayout");
-        check(vk.vkCreatePipelineLayout(device.handle(), &layout_info, nullptr, &layout_), "vkCreatePipelineLayout");
-        check(vk.vkCreateShaderModule(device.handle(), &module_info, nullptr, &info.stage.module), "vkCreateShaderModule");
+        check(vk.vkCreateDescriptorSetLayout(device.handle(), &set_info, nullptr, &set_layout_),
+              "vkCreateDescriptorSetLayout");
+        check(vk.vkCreatePipelineLayout(device.handle(), &layout_info, nullptr, &layout_),
+              "vkCreatePipelineLayout");
+        check(vk.vkCreateShaderModule(device.handle(), &module_info, nullptr, &info.stage.module),
+              "vkCreateShaderModule");
         info.layout = layout_;
-        const VkResult result =
-            vk.vkCreateComputePipelines(device.handle(), device.pipeline_cache(), 1, &info, nullptr, &pipeline_);
+        const VkResult result = vk.vkCreateComputePipelines(
+            device.handle(), device.pipeline_cache(), 1, &info, nullptr, &pipeline_);
         vk.vkDestroyShaderModule(device.handle(), info.stage.module, nullptr);
         check(result, "vkCreateComputePipelines");
     } catch (...) {

@@ -15,9 +15,14 @@ namespace defrec::vulkan {
 namespace {
 
 constexpr uint32_t kGroups = 16, kGroupSize = 256, kCount = kGroups * kGroupSize;
-constexpr const char* kKinds[] = {"products and sums of floats", "inverse square roots", "floats rounded to integers",
-                                  "32 bit integers",             "64 bit integers",      "sums over a work group",
-                                  "bytes and shorts in memory",  "loops"};
+constexpr const char* kKinds[] = {"products and sums of floats",
+                                  "inverse square roots",
+                                  "floats rounded to integers",
+                                  "32 bit integers",
+                                  "64 bit integers",
+                                  "sums over a work group",
+                                  "bytes and shorts in memory",
+                                  "loops"};
 constexpr size_t kAnswers = std::size(kKinds);
 constexpr size_t kMemory = 6;  // kept in bytes and shorts, not in words
 
@@ -53,22 +58,27 @@ uint32_t tree_sum(uint32_t group) {
 }  // namespace
 
 KnownAnswers expected_answers() {
-    KnownAnswers result{std::vector<uint32_t>(kCount * kAnswers), std::vector<uint8_t>(kCount), std::vector<int16_t>(kCount)};
+    KnownAnswers result{std::vector<uint32_t>(kCount * kAnswers), std::vector<uint8_t>(kCount),
+                        std::vector<int16_t>(kCount)};
     uint32_t group_sum = 0;
     for (uint32_t i = 0; i < kCount; ++i) {
         if (i % kGroupSize == 0) group_sum = tree_sum(i / kGroupSize);
         uint32_t* answers = &result.words[i * kAnswers];
         const uint32_t r0 = scrambled(2 * i), r1 = scrambled(2 * i + 1);
         const auto s0 = static_cast<int32_t>(r0), s1 = static_cast<int32_t>(r1);
-        const float x = float(s0 >> 8), y = float(s1 >> 10) * 0.00048828125f, z = float(static_cast<int32_t>(r0 ^ r1) >> 12);
+        const float x = float(s0 >> 8), y = float(s1 >> 10) * 0.00048828125f,
+                    z = float(static_cast<int32_t>(r0 ^ r1) >> 12);
         const float product = x * y, sum = product + z, difference = z - product;
         answers[0] = std::bit_cast<uint32_t>(sum) ^ (std::bit_cast<uint32_t>(difference) << 1);
         answers[1] = std::bit_cast<uint32_t>(inverse_root(float((r0 >> 4) | 1)));
         const float scaled = sum * 0.0009765625f;
-        answers[2] = static_cast<uint32_t>(static_cast<int32_t>(std::floor(scaled)) * 3 + static_cast<int32_t>(scaled));
-        const int32_t quotient = s0 / static_cast<int32_t>((r1 & 0xffff) | 1), shifted = s0 >> (r1 & 15);
+        answers[2] = static_cast<uint32_t>(static_cast<int32_t>(std::floor(scaled)) * 3 +
+                                           static_cast<int32_t>(scaled));
+        const int32_t quotient = s0 / static_cast<int32_t>((r1 & 0xffff) | 1),
+                      shifted = s0 >> (r1 & 15);
         answers[3] = static_cast<uint32_t>(quotient) * 31 + static_cast<uint32_t>(shifted) +
-                     static_cast<uint32_t>(std::popcount(r0)) * 7 + static_cast<uint32_t>(std::countr_zero(r1 | 0x80000000u));
+                     static_cast<uint32_t>(std::popcount(r0)) * 7 +
+                     static_cast<uint32_t>(std::countr_zero(r1 | 0x80000000u));
         uint64_t wide = uint64_t{r0} * r1 + 0x9e3779b97f4a7c15u;
         wide = (wide ^ (wide >> 30)) * 0xbf58476d1ce4e5b9u;
         const int64_t narrow = (int64_t{s0} * s1) >> 7;
@@ -82,8 +92,10 @@ KnownAnswers expected_answers() {
 }
 
 KnownAnswers computed_answers(Device& device) {
-    KnownAnswers result{std::vector<uint32_t>(kCount * kAnswers), std::vector<uint8_t>(kCount), std::vector<int16_t>(kCount)};
-    const Buffer words(device, result.words.size() * sizeof(uint32_t)), bytes(device, kCount), shorts(device, kCount * sizeof(int16_t));
+    KnownAnswers result{std::vector<uint32_t>(kCount * kAnswers), std::vector<uint8_t>(kCount),
+                        std::vector<int16_t>(kCount)};
+    const Buffer words(device, result.words.size() * sizeof(uint32_t)), bytes(device, kCount),
+        shorts(device, kCount * sizeof(int16_t));
     Recording recording(device);
     Recorder recorder(recording);
     recorder.dispatch(device.kernel(shaders::known_answer), {words, bytes, shorts}, 0, {kGroups});
@@ -99,13 +111,18 @@ KnownAnswers computed_answers(Device& device) {
 
 std::string difference(const KnownAnswers& expected, const KnownAnswers& computed) {
     std::array<size_t, kAnswers> wrong{};
-    for (size_t i = 0; i < expected.words.size(); ++i) wrong[i % kAnswers] += expected.words[i] != computed.words[i];
+    for (size_t i = 0; i < expected.words.size(); ++i)
+        wrong[i % kAnswers] += expected.words[i] != computed.words[i];
     for (size_t i = 0; i < kCount; ++i)
-        wrong[kMemory] += expected.bytes[i] != computed.bytes[i] || expected.shorts[i] != computed.shorts[i];
+        wrong[kMemory] +=
+            expected.bytes[i] != computed.bytes[i] || expected.shorts[i] != computed.shorts[i];
     std::string text;
     for (size_t kind = 0; kind < kAnswers; ++kind) {
         if (wrong[kind] == 0) continue;
-        text.append(text.empty() ? "" : ", ").append(std::to_string(wrong[kind])).append(" of ").append(std::to_string(kCount));
+        text.append(text.empty() ? "" : ", ")
+            .append(std::to_string(wrong[kind]))
+            .append(" of ")
+            .append(std::to_string(kCount));
         text.append(" wrong in ").append(kKinds[kind]);
     }
     return text;
@@ -114,7 +131,9 @@ std::string difference(const KnownAnswers& expected, const KnownAnswers& compute
 void check_known_answers(Device& device) {
     const std::string wrong = difference(expected_answers(), computed_answers(device));
     if (!wrong.empty())
-        throw StageError(DEFREC_ERROR_UNSUPPORTED, device.physical().name + " does not compute as the stages' definition needs: " + wrong);
+        throw StageError(
+            DEFREC_ERROR_UNSUPPORTED,
+            device.physical().name + " does not compute as the stages' definition needs: " + wrong);
 }
 
 }  // namespace defrec::vulkan

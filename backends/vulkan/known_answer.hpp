@@ -1,5 +1,6 @@
-// Does the device compute what the exact stages rest on (docs/numerics.md) as the definition says? A driver that contracts where it must
-// not, or whose compiler is wrong, is found before anybody trusts its results.
+// Does the device compute what the exact stages rest on (docs/numerics.md) as the definition says?
+// A driver that contracts where it must not, or whose compiler is wrong, is found before anybody
+// trusts its results.
 #pragma once
 #include <cstdint>
 #include <string>

@@ -22,7 +22,8 @@ TEST_CASE("row 48: every wrong answer is found, and its kind named") {
     CHECK(difference(right, wrong) == "1 of 4096 wrong in products and sums of floats");
     wrong.words[8 * 5 + 7] ^= 0x80000000u;
     wrong.words[8 * 6 + 7] ^= 1;
-    CHECK(difference(right, wrong) == "1 of 4096 wrong in products and sums of floats, 2 of 4096 wrong in loops");
+    CHECK(difference(right, wrong) ==
+          "1 of 4096 wrong in products and sums of floats, 2 of 4096 wrong in loops");
     wrong = right;
     wrong.bytes[4095] ^= 1;
     wrong.shorts[0] = int16_t(wrong.shorts[0] + 1);

@@ -24,7 +24,9 @@ std::string refusal(const auto& make) {
 
 TEST_CASE("a buffer whose bytes an int does not count is refused") {
     if (!under_test::available()) return;
-    CHECK(refusal([] { vulkan::Buffer(under_test::device(), uint64_t{1} << 31); }).find("2147483648 bytes") != std::string::npos);
+    CHECK(refusal([] {
+              vulkan::Buffer(under_test::device(), uint64_t{1} << 31);
+          }).find("2147483648 bytes") != std::string::npos);
 }
 
 TEST_CASE("row 48: ransac refuses more landmarks than its loops may go through") {
@@ -41,13 +43,15 @@ TEST_CASE("row 48: ransac refuses more landmarks than its loops may go through")
 
 TEST_CASE("warp and align refuse more than a dispatch has work groups for") {
     if (!under_test::available()) return;
-    const uint64_t maximum = 64 * uint64_t{under_test::device().limits().maxComputeWorkGroupCount[0]};
+    const uint64_t maximum =
+        64 * uint64_t{under_test::device().limits().maxComputeWorkGroupCount[0]};
     if (maximum >= UINT32_MAX) return;
     defrec_warp_params p{};
     p.points = uint32_t(maximum);
     CHECK(refusal([&] { vulkan::make_warp(p, under_test::device()); }) == "");
     ++p.points;
-    CHECK(refusal([&] { vulkan::make_warp(p, under_test::device()); }).find("points") != std::string::npos);
+    CHECK(refusal([&] { vulkan::make_warp(p, under_test::device()); }).find("points") !=
+          std::string::npos);
     defrec_align_params a{};
     a.width = a.stride = 64;
     a.height = 48;
@@ -55,5 +59,6 @@ TEST_CASE("warp and align refuse more than a dispatch has work groups for") {
     a.patches = uint32_t(maximum);
     CHECK(refusal([&] { vulkan::make_align(a, under_test::device()); }) == "");
     ++a.patches;
-    CHECK(refusal([&] { vulkan::make_align(a, under_test::device()); }).find("patches") != std::string::npos);
+    CHECK(refusal([&] { vulkan::make_align(a, under_test::device()); }).find("patches") !=
+          std::string::npos);
 }

@@ -1,7 +1,9 @@
-// Stage lm in shaders: a fixed sequence of them for all iterations; what decides lies on the device. docs/stages/lm.md.
+// Stage lm in shaders: a fixed sequence of them for all iterations; what decides lies on the
+// device. docs/stages/lm.md.
+#include "backends/vulkan/lm.hpp"
+
 #include "backends/shared/plain_host.hpp"
 #include "backends/vulkan/camera.hpp"
-#include "backends/vulkan/lm.hpp"
 #include "backends/vulkan/lm_blocks.hpp"
 #include "backends/vulkan/stages.hpp"
 #include "shaders.hpp"
@@ -19,7 +21,8 @@ struct Push {
 };
 constexpr uint32_t kMatchesGiven = 1, kObservationsGiven = 2, kPresolve = 4;
 constexpr uint32_t kResidualGroup = 64, kBlockGroup = 64, kPresolveGroup = 256;
-constexpr uint64_t kVector = 16, kNodeVectors = 3, kRecordVectors = 3, kEdgeVectors = 4, kBlockVectors = 12;
+constexpr uint64_t kVector = 16, kNodeVectors = 3, kRecordVectors = 3, kEdgeVectors = 4,
+                   kBlockVectors = 12;
 constexpr uint64_t kDiagonalVectors = kBlockVectors + 2, kGradientVectors = 2 * (2 * 3 + 5);
 constexpr uint64_t kStateBytes = 88, kTermBytes = 20, kProgressBytes = 16;
 
@@ -32,8 +35,10 @@ constexpr uint32_t kMaxItems = 1u << 28;                           // lm_blocks.
 // The template, and everything that a run of it writes.
 struct Surface {
     uint32_t edges, blocks;
-    Buffer rest, items, item_nodes, edge_list, block_list, item_terms, edge_terms, row_starts, columns;
-    Buffer trial, present, records, edge_records, scales, data, data_sums, terms, arap_costs, moves, states;
+    Buffer rest, items, item_nodes, edge_list, block_list, item_terms, edge_terms, row_starts,
+        columns;
+    Buffer trial, present, records, edge_records, scales, data, data_sums, terms, arap_costs, moves,
+        states;
     Buffer matrix, diagonal, inverses, vectors, progress, products;
     Buffer deformed, rigid;
 
@@ -70,7 +75,8 @@ struct Surface {
           rigid(device, 2 * kVector) {}
 
     static uint32_t surface_groups(const defrec_lm_params& p) {
-        return cover(p.points, kResidualGroup) + cover(p.landmarks, kResidualGroup) + cover(p.patches, kResidualGroup);
+        return cover(p.points, kResidualGroup) + cover(p.landmarks, kResidualGroup) +
+               cover(p.patches, kResidualGroup);
     }
 };
 
@@ -98,12 +104,16 @@ class Lm final : public Stage {
         const Host host(&plain_host());
         LmTemplate surface(host);
         surface.read(p_, in);
-        check_size("lm", "points, landmarks and patches", uint64_t{p_.points} + p_.landmarks + p_.patches, kMaxItems);
-        if (p_.presolve != 0) check_size("lm", "landmarks to move rigidly onto matches", p_.landmarks, kMaxPresolveLandmarks);
+        check_size("lm", "points, landmarks and patches",
+                   uint64_t{p_.points} + p_.landmarks + p_.patches, kMaxItems);
+        if (p_.presolve != 0)
+            check_size("lm", "landmarks to move rigidly onto matches", p_.landmarks,
+                       kMaxPresolveLandmarks);
         const LmBlocks lists(p_, surface);
         check_size("lm", "residuals of a control point", lists.longest, kLongestLoop * split_);
         const uint64_t max_groups = device_.limits().maxComputeWorkGroupCount[0];
-        check_size("lm", "connected pairs of control points", lists.blocks.size(), max_groups * kBlockGroup / split_);
+        check_size("lm", "connected pairs of control points", lists.blocks.size(),
+                   max_groups * kBlockGroup / split_);
         check_size("lm", "work groups of residuals", Surface::surface_groups(p_), max_groups);
         surface_ = std::make_unique<Surface>(device_, lists, p_, split_);
     }
@@ -123,44 +133,59 @@ class Lm final : public Stage {
         const Surface& s = *surface_;
         Push push = first_push(matches != nullptr, observations != nullptr, disparity != nullptr);
 
-        const Groups node_groups{cover(p_.nodes, kResidualGroup)}, shared_groups{cover(uint64_t{p_.nodes} * split_, kBlockGroup)};
-        const std::initializer_list<Binding> item_buffers = {disparity,    s.items,   s.item_nodes, s.trial, matches,
-                                                             observations, s.records, s.terms,      s.states};
+        const Groups node_groups{cover(p_.nodes, kResidualGroup)},
+            shared_groups{cover(uint64_t{p_.nodes} * split_, kBlockGroup)};
+        const std::initializer_list<Binding> item_buffers = {disparity, s.items, s.item_nodes,
+                                                             s.trial,   matches, observations,
+                                                             s.records, s.terms, s.states};
         const auto residuals = [&] {
             recorder.dispatch(points_, item_buffers, push, {cover(p_.points, kResidualGroup)});
             recorder.beside(landmarks_, item_buffers, push, {cover(p_.landmarks, kResidualGroup)});
             recorder.beside(patches_, item_buffers, push, {cover(p_.patches, kResidualGroup)});
         };
-        const std::initializer_list<Binding> edge_buffers = {s.edge_list, s.trial, s.data, s.data_sums, s.scales, s.edge_records,
+        const std::initializer_list<Binding> edge_buffers = {s.edge_list,  s.trial,  s.data,
+                                                             s.data_sums,  s.scales, s.edge_records,
                                                              s.arap_costs, s.states};
         const Groups edge_groups{cover(s.edges, kResidualGroup)};
-        const std::initializer_list<Binding> system_buffers = {s.states,     s.terms,   s.arap_costs,   s.moves, s.block_list, s.item_terms,
-                                                               s.edge_terms, s.items,   s.records,      s.edge_records,        s.trial,
-                                                               s.present,    s.matrix,  s.diagonal,     s.inverses,            s.vectors};
+        const std::initializer_list<Binding> system_buffers = {
+            s.states,     s.terms,    s.arap_costs, s.moves,        s.block_list, s.item_terms,
+            s.edge_terms, s.items,    s.records,    s.edge_records, s.trial,      s.present,
+            s.matrix,     s.diagonal, s.inverses,   s.vectors};
 
         if ((push.given & kPresolve) != 0)
-            recorder.dispatch(presolve_, {motions, s.items, s.item_nodes, matches, s.deformed, s.rigid}, push, {1});
+            recorder.dispatch(presolve_,
+                              {motions, s.items, s.item_nodes, matches, s.deformed, s.rigid}, push,
+                              {1});
         recorder.dispatch(start_, {motions, s.rest, s.rigid, s.trial}, push, node_groups);
         residuals();
-        recorder.dispatch(data_, {s.block_list, s.item_terms, s.items, s.records, s.data, s.data_sums}, push, shared_groups);
+        recorder.dispatch(data_,
+                          {s.block_list, s.item_terms, s.items, s.records, s.data, s.data_sums},
+                          push, shared_groups);
         recorder.dispatch(edges_, edge_buffers, push, edge_groups);
         for (uint32_t i = 0; i < p_.iterations; ++i) {
             push.evaluation = i;
             recorder.dispatch(diagonal_, system_buffers, push, shared_groups);
-            recorder.beside(above_, system_buffers, push, {cover(uint64_t{s.blocks - p_.nodes} * split_, kBlockGroup)});
+            recorder.beside(above_, system_buffers, push,
+                            {cover(uint64_t{s.blocks - p_.nodes} * split_, kBlockGroup)});
             const uint32_t steps = p_.solver == DEFREC_SOLVER_INDEPENDENT ? 0 : p_.cg_iterations;
             for (push.step = 0; push.step < steps; ++push.step)
-                recorder.dispatch(step_, {s.states, s.progress, s.products, s.vectors, s.matrix, s.row_starts, s.columns, s.inverses},
+                recorder.dispatch(step_,
+                                  {s.states, s.progress, s.products, s.vectors, s.matrix,
+                                   s.row_starts, s.columns, s.inverses},
                                   push, shared_groups);
-            recorder.dispatch(move_, {s.states, s.progress, s.products, s.vectors, s.rest, s.present, s.trial, s.moves}, push,
-                              node_groups);
+            recorder.dispatch(
+                move_,
+                {s.states, s.progress, s.products, s.vectors, s.rest, s.present, s.trial, s.moves},
+                push, node_groups);
             push.evaluation = i + 1;
             push.step = 0;
             residuals();
             recorder.beside(edges_, edge_buffers, push, edge_groups);
         }
-        recorder.dispatch(finish_, {s.states, s.terms, s.arap_costs, s.moves, motions, s.present, s.trial, out[0], out[1]}, push,
-                          node_groups);
+        recorder.dispatch(
+            finish_,
+            {s.states, s.terms, s.arap_costs, s.moves, motions, s.present, s.trial, out[0], out[1]},
+            push, node_groups);
     }
 
   private:
@@ -183,7 +208,8 @@ class Lm final : public Stage {
     defrec_lm_params p_;
     Device& device_;
     uint32_t split_;
-    std::shared_ptr<const Kernel> presolve_, start_, points_, landmarks_, patches_, data_, edges_, diagonal_, above_, step_, move_, finish_;
+    std::shared_ptr<const Kernel> presolve_, start_, points_, landmarks_, patches_, data_, edges_,
+        diagonal_, above_, step_, move_, finish_;
     std::unique_ptr<Surface> surface_;
 };
 
@@ -196,8 +222,9 @@ std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, Device& device) {
 std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, Device& device, uint32_t split) {
     const uint64_t steps = params.solver == DEFREC_SOLVER_INDEPENDENT ? 0 : params.cg_iterations;
     if (params.iterations * (steps + 7) > kMaxDispatches)
-        throw StageError(DEFREC_ERROR_UNSUPPORTED, "lm: at most " + std::to_string(kMaxDispatches) +
-                                                       " shaders in a run; each iteration has cg_iterations + 7");
+        throw StageError(DEFREC_ERROR_UNSUPPORTED,
+                         "lm: at most " + std::to_string(kMaxDispatches) +
+                             " shaders in a run; each iteration has cg_iterations + 7");
     return std::make_unique<Lm>(params, device, split);
 }
 

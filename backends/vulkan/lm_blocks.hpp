@@ -1,4 +1,5 @@
-// What the shaders of stage lm read of the template: its items, and for each block of the system what enters it, in a fixed order.
+// What the shaders of stage lm read of the template: its items, and for each block of the system
+// what enters it, in a fixed order.
 #pragma once
 #include "backends/shared/lm_lists.hpp"
 

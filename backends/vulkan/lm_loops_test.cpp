@@ -1,12 +1,12 @@
-// Stage lm on a device, beside what backends/agreement holds: what discrete devices run, on whatever device there is, and long loops.
-#include "backends/vulkan/lm.hpp"
-
+// Stage lm on a device, beside what backends/agreement holds: what discrete devices run, on
+// whatever device there is, and long loops.
 #include <doctest/doctest.h>
 
 #include "backends/reference/stages.hpp"
 #include "backends/shared/stage_defaults_lm.hpp"
 #include "backends/shared/test_host.hpp"
 #include "backends/shared/test_surface.hpp"
+#include "backends/vulkan/lm.hpp"
 #include "backends/vulkan/test_device.hpp"
 
 using namespace defrec;
@@ -25,13 +25,16 @@ struct Solved {
 };
 
 Solved solve(const TestSurface& surface, const std::unique_ptr<Stage>& stage) {
-    const InBuffer prepared[] = {in(surface.nodes), in(surface.edges), in(surface.points), in(surface.landmarks), in(surface.patches)};
+    const InBuffer prepared[] = {in(surface.nodes), in(surface.edges), in(surface.points),
+                                 in(surface.landmarks), in(surface.patches)};
     stage->prepare(prepared);
     const std::vector<defrec_motion> start = surface.rest();
     Solved solved{start, {}};
-    const InBuffer given[] = {in(start), in(surface.matches), in(surface.observations), in(surface.disparity)};
-    const OutBuffer results[] = {{solved.motions.data(), solved.motions.size() * sizeof(defrec_motion)},
-                                 {&solved.summary, sizeof solved.summary}};
+    const InBuffer given[] = {in(start), in(surface.matches), in(surface.observations),
+                              in(surface.disparity)};
+    const OutBuffer results[] = {
+        {solved.motions.data(), solved.motions.size() * sizeof(defrec_motion)},
+        {&solved.summary, sizeof solved.summary}};
     stage->run(given, results);
     return solved;
 }
@@ -66,8 +69,11 @@ TestSurface one_control_point(double point_step) {
 TEST_CASE("lm computes the same by one, two, and eight invocations for each block") {
     if (!under_test::available()) return;
     TestSurface surface({});
-    surface.deform([](Vec3<double> p) { return Vec3<double>{p.x + 0.6, p.y - 0.4, p.z + 1.5 * std::sin(p.x / 16)}; });
-    for (const uint32_t solver : {uint32_t(DEFREC_SOLVER_COUPLED), uint32_t(DEFREC_SOLVER_INDEPENDENT)}) {
+    surface.deform([](Vec3<double> p) {
+        return Vec3<double>{p.x + 0.6, p.y - 0.4, p.z + 1.5 * std::sin(p.x / 16)};
+    });
+    for (const uint32_t solver :
+         {uint32_t(DEFREC_SOLVER_COUPLED), uint32_t(DEFREC_SOLVER_INDEPENDENT)}) {
         defrec_lm_params params = surface.lm_params();
         params.solver = solver;
         params.iterations = 3;
@@ -77,12 +83,15 @@ TEST_CASE("lm computes the same by one, two, and eight invocations for each bloc
         for (const uint32_t split : {2u, 8u}) {
             CAPTURE(split);
             const Solved actual = solve(surface, make(params, split));
-            CHECK(actual.summary.final_cost == doctest::Approx(expected.summary.final_cost).epsilon(1e-4));
+            CHECK(actual.summary.final_cost ==
+                  doctest::Approx(expected.summary.final_cost).epsilon(1e-4));
             CHECK(actual.summary.iterations == expected.summary.iterations);
             for (size_t i = 0; i < actual.motions.size(); ++i)
                 for (int c = 0; c < 4; ++c) {
-                    CHECK(std::abs(actual.motions[i].real[c] - expected.motions[i].real[c]) < 1e-4f);
-                    CHECK(std::abs(actual.motions[i].dual[c] - expected.motions[i].dual[c]) < 1e-2f);
+                    CHECK(std::abs(actual.motions[i].real[c] - expected.motions[i].real[c]) <
+                          1e-4f);
+                    CHECK(std::abs(actual.motions[i].dual[c] - expected.motions[i].dual[c]) <
+                          1e-2f);
                 }
         }
     }
@@ -97,7 +106,8 @@ TEST_CASE("lm sums all residuals of a control point that has very many, and refu
     params.iterations = 1;
     fill_defaults(params);
     const TestHost host(1);
-    const Solved expected = solve(surface, reference::make_lm(params, host.host())), actual = solve(surface, make(params, 1));
+    const Solved expected = solve(surface, reference::make_lm(params, host.host())),
+                 actual = solve(surface, make(params, 1));
     CHECK(actual.summary.final_cost == doctest::Approx(expected.summary.final_cost).epsilon(1e-3));
     for (int c = 0; c < 4; ++c) {
         CHECK(std::abs(actual.motions[0].real[c] - expected.motions[0].real[c]) < 1e-5f);

@@ -1,5 +1,5 @@
-// lavapipe ends the loops of an invocation after 65,535 iterations in all, without a word. Every stage at the parameters and sizes that make its
-// loops longest, with shaders that count them.
+// lavapipe ends the loops of an invocation after 65,535 iterations in all, without a word. Every
+// stage at the parameters and sizes that make its loops longest, with shaders that count them.
 #include <doctest/doctest.h>
 
 #include <random>
@@ -48,8 +48,8 @@ class Counting {
 
     Device& device() { return device_; }
     // An empty input stands for one that is not given.
-    void run(std::unique_ptr<vulkan::Stage> stage, const std::vector<Bytes>& prepared, const std::vector<Bytes>& in,
-             const std::vector<size_t>& out_sizes) {
+    void run(std::unique_ptr<vulkan::Stage> stage, const std::vector<Bytes>& prepared,
+             const std::vector<Bytes>& in, const std::vector<size_t>& out_sizes) {
         Queue queue(device_);
         RecordedStage recorded(device_, std::move(stage));
         std::vector<Buffer> owned;
@@ -104,7 +104,8 @@ TEST_CASE("row 48: the loops of rectify") {
     p.source_height = p.height = 100;
     p.highlight_radius = 16;
     fill_defaults(p);
-    counting.run(make_rectify(p, counting.device()), {}, {noise(4 * 300 * 100), {}, {}}, {300 * 100, 300 * 100});
+    counting.run(make_rectify(p, counting.device()), {}, {noise(4 * 300 * 100), {}, {}},
+                 {300 * 100, 300 * 100});
     counting.expect_below_cap("rectify");
 }
 
@@ -122,7 +123,8 @@ TEST_CASE("row 48: the loops of stereo") {
         fill_defaults(p);
         const size_t pixels = size_t{p.width} * p.height;
         const Bytes image = noise(pixels);
-        counting.run(make_stereo(p, counting.device()), {}, {image, image, image, image}, {2 * pixels, pixels});
+        counting.run(make_stereo(p, counting.device()), {}, {image, image, image, image},
+                     {2 * pixels, pixels});
         counting.expect_below_cap("stereo");
     }
 }
@@ -142,7 +144,8 @@ TEST_CASE("row 48: the loops of orb") {
         fill_defaults(p);
         const size_t pixels = size_t{p.width} * p.height;
         for (const Bytes& gray : {noise(pixels), sparse(pixels, 40961)})
-            counting.run(make_orb(p, counting.device()), {}, {gray, {}}, {4, p.capacity * sizeof(defrec_feature)});
+            counting.run(make_orb(p, counting.device()), {}, {gray, {}},
+                         {4, p.capacity * sizeof(defrec_feature)});
         counting.expect_below_cap("orb");
     }
 }
@@ -158,8 +161,10 @@ TEST_CASE("row 48: the loops of match") {
         p.height = 48;
         p.camera = {100, 100, 32, 24, 5};
         fill_defaults(p);
-        counting.run(make_match(p, counting.device()), {noise(p.landmarks * sizeof(defrec_landmark))},
-                     {records<uint32_t>({p.features}), noise(p.features * sizeof(defrec_feature)), noise(64 * 48 * 2)},
+        counting.run(make_match(p, counting.device()),
+                     {noise(p.landmarks * sizeof(defrec_landmark))},
+                     {records<uint32_t>({p.features}), noise(p.features * sizeof(defrec_feature)),
+                      noise(64 * 48 * 2)},
                      {p.landmarks * sizeof(defrec_match)});
         counting.expect_below_cap("match");
     }
@@ -186,7 +191,8 @@ TEST_CASE("row 48: the loops of align") {
     const Bytes image = noise(200 * 160);
     const defrec_patch_prediction prediction{100 * 256, 80 * 256, {65536, 0, 0, 65536}, 1, 0};
     counting.run(make_align(p, counting.device()), {records(std::vector(4, patch)), image},
-                 {image, {}, {}, records(std::vector(4, prediction))}, {4 * sizeof(defrec_patch_observation)});
+                 {image, {}, {}, records(std::vector(4, prediction))},
+                 {4 * sizeof(defrec_patch_observation)});
     counting.expect_below_cap("align");
 }
 

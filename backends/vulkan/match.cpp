@@ -1,4 +1,5 @@
-// Stage match in shaders: both directions of the search side by side, in splits, then one match for each landmark. docs/stages/match.md.
+// Stage match in shaders: both directions of the search side by side, in splits, then one match for
+// each landmark. docs/stages/match.md.
 #include <algorithm>
 #include <vector>
 
@@ -22,7 +23,9 @@ struct Push {
 };
 
 constexpr uint32_t kGroup = 64;
-constexpr uint32_t kMinSplit = 64, kMaxSplits = 32;  // enough work groups for a large device, little to put together
+constexpr uint32_t kMinSplit = 64,
+                   kMaxSplits =
+                       32;  // enough work groups for a large device, little to put together
 
 uint32_t splits_of(uint32_t count) { return std::clamp(count / kMinSplit, 1u, kMaxSplits); }
 Buffer keys(Device& device, uint32_t rows, uint32_t splits, uint32_t places) {
@@ -55,15 +58,19 @@ class Match final : public Stage {
         match::take_matches(landmark_count_, sizes_of_outputs(out));
         if (landmark_count_ == 0) return;
         // How many there are only the device knows.
-        const auto features = static_cast<uint32_t>(std::min<uint64_t>(p_.features, ins[1].size / sizeof(defrec_feature)));
-        const Sizes sizes{landmark_count_, features, splits_of(features), splits_of(landmark_count_)};
+        const auto features = static_cast<uint32_t>(
+            std::min<uint64_t>(p_.features, ins[1].size / sizeof(defrec_feature)));
+        const Sizes sizes{landmark_count_, features, splits_of(features),
+                          splits_of(landmark_count_)};
         recorder.dispatch(of_landmarks_, {landmarks_, in[1], in[0], feature_keys_}, sizes,
                           {cover(sizes.landmarks, kGroup), sizes.feature_splits});
         if (features > 0)
             recorder.beside(of_features_, {landmarks_, in[1], in[0], landmark_keys_}, sizes,
                             {cover(sizes.features, kGroup), sizes.landmark_splits});
-        const Push push{sizes, Camera(p_.camera), DisparityImage(p_, true), p_.max_distance, p_.ratio};
-        recorder.dispatch(accept_, {feature_keys_, landmark_keys_, in[1], in[2], out[0]}, push, {cover(sizes.landmarks, kGroup)});
+        const Push push{sizes, Camera(p_.camera), DisparityImage(p_, true), p_.max_distance,
+                        p_.ratio};
+        recorder.dispatch(accept_, {feature_keys_, landmark_keys_, in[1], in[2], out[0]}, push,
+                          {cover(sizes.landmarks, kGroup)});
     }
 
   private:

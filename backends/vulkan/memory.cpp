@@ -12,11 +12,14 @@ constexpr VkDeviceSize kBlock = VkDeviceSize{16} << 20;
 constexpr size_t kFirstGaps = 8;
 constexpr VkDeviceSize kOwnBlock = kBlock / 4;  // larger requests get a block to themselves
 
-VkDeviceSize round_up(VkDeviceSize value, VkDeviceSize multiple) { return (value + multiple - 1) / multiple * multiple; }
+VkDeviceSize round_up(VkDeviceSize value, VkDeviceSize multiple) {
+    return (value + multiple - 1) / multiple * multiple;
+}
 
 }  // namespace
 
-MemoryPool::MemoryPool(VkPhysicalDevice physical, VkDevice device, const VolkDeviceTable& vk) : device_(device), vk_(vk) {
+MemoryPool::MemoryPool(VkPhysicalDevice physical, VkDevice device, const VolkDeviceTable& vk)
+    : device_(device), vk_(vk) {
     vkGetPhysicalDeviceMemoryProperties(physical, &properties_);
 }
 
@@ -25,14 +28,18 @@ MemoryPool::~MemoryPool() {
 }
 
 uint32_t MemoryPool::memory_type(uint32_t allowed, MemoryUse use) const {
-    constexpr VkMemoryPropertyFlags kHost = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
+    constexpr VkMemoryPropertyFlags kHost =
+        VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
     const VkMemoryPropertyFlags needed = use == MemoryUse::device ? 0 : kHost;
-    const VkMemoryPropertyFlags liked = use == MemoryUse::device     ? VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT
-                                        : use == MemoryUse::download ? VK_MEMORY_PROPERTY_HOST_CACHED_BIT
-                                                                     : 0;
+    const VkMemoryPropertyFlags liked =
+        use == MemoryUse::device     ? VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT
+        : use == MemoryUse::download ? VK_MEMORY_PROPERTY_HOST_CACHED_BIT
+                                     : 0;
     for (const VkMemoryPropertyFlags wanted : {needed | liked, needed})
         for (uint32_t i = 0; i < properties_.memoryTypeCount; ++i)
-            if ((allowed >> i & 1) != 0 && (properties_.memoryTypes[i].propertyFlags & wanted) == wanted) return i;
+            if ((allowed >> i & 1) != 0 &&
+                (properties_.memoryTypes[i].propertyFlags & wanted) == wanted)
+                return i;
     throw StageError(DEFREC_ERROR_UNSUPPORTED, "the device has no memory that the host can write");
 }
 
@@ -47,7 +54,8 @@ MemoryPool::Block& MemoryPool::add_block(uint32_t type, VkDeviceSize size, bool 
     check(vk_.vkAllocateMemory(device_, &info, nullptr, &block.memory), "vkAllocateMemory");
     if (map) {
         void* mapped = nullptr;
-        const VkResult result = vk_.vkMapMemory(device_, block.memory, 0, VK_WHOLE_SIZE, 0, &mapped);
+        const VkResult result =
+            vk_.vkMapMemory(device_, block.memory, 0, VK_WHOLE_SIZE, 0, &mapped);
         if (result != VK_SUCCESS) vk_.vkFreeMemory(device_, block.memory, nullptr);
         check(result, "vkMapMemory");
         block.mapped = static_cast<std::byte*>(mapped);
@@ -71,7 +79,8 @@ bool MemoryPool::take(Block& block, VkDeviceSize size, VkDeviceSize alignment, M
         gap = block.gaps.erase(gap);
         if (after.size != 0) gap = block.gaps.insert(gap, after);
         if (before.size != 0) block.gaps.insert(gap, before);
-        range = {block.memory, start, size, block.mapped == nullptr ? nullptr : block.mapped + start, &block};
+        range = {block.memory, start, size,
+                 block.mapped == nullptr ? nullptr : block.mapped + start, &block};
         return true;
     }
     return false;
@@ -97,7 +106,8 @@ void MemoryPool::release(const MemoryRange& range) noexcept {
     Block& block = *static_cast<Block*>(range.block);
     --block.ranges;
     auto& gaps = block.gaps;
-    auto next = std::find_if(gaps.begin(), gaps.end(), [&](const Gap& gap) { return gap.offset > range.offset; });
+    auto next = std::find_if(gaps.begin(), gaps.end(),
+                             [&](const Gap& gap) { return gap.offset > range.offset; });
     next = gaps.insert(next, {range.offset, range.size});
     const auto join = [&](auto first) {
         const auto second = first + 1;

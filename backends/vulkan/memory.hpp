@@ -1,4 +1,5 @@
-// Device memory in blocks: a driver allows only some thousand allocations, and a few dozen trackers need more buffers than that.
+// Device memory in blocks: a driver allows only some thousand allocations, and a few dozen trackers
+// need more buffers than that.
 #pragma once
 #include <volk.h>
 

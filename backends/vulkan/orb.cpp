@@ -22,7 +22,8 @@ constexpr uint32_t kBlock = 1024;  // cells that a work group of the selection l
 // Shaders read a word or two beyond the last row.
 constexpr uint64_t kSlackWords = 4;
 // As shaders/orb_selection.glsl lays them out.
-constexpr uint64_t kDistances = orb::kFarthest + 1, kCountBytes = 4 * (kDistances + kDistances * 256), kSelectionBytes = 20;
+constexpr uint64_t kDistances = orb::kFarthest + 1,
+                   kCountBytes = 4 * (kDistances + kDistances * 256), kSelectionBytes = 20;
 
 uint32_t words_for(uint32_t width) { return cover(width, 4); }
 
@@ -31,15 +32,17 @@ std::vector<Level> table_of(const Layout& layout) {
     uint32_t words = 0;
     for (uint32_t l = 0; l < layout.levels; ++l) {
         const orb::Level& level = layout.level[l];
-        table.push_back({int32_t(level.width), int32_t(level.height), int32_t(level.cells_x), int32_t(level.cells_y),
-                         int32_t(words_for(level.width)), int32_t(words), int32_t(level.first_cell), int32_t(level.first_pixel)});
+        table.push_back({int32_t(level.width), int32_t(level.height), int32_t(level.cells_x),
+                         int32_t(level.cells_y), int32_t(words_for(level.width)), int32_t(words),
+                         int32_t(level.first_cell), int32_t(level.first_pixel)});
         words += words_for(level.width) * level.height;
     }
     return table;
 }
 uint64_t words_of(const Layout& layout) {
     uint64_t words = kSlackWords;
-    for (uint32_t l = 0; l < layout.levels; ++l) words += uint64_t{words_for(layout.level[l].width)} * layout.level[l].height;
+    for (uint32_t l = 0; l < layout.levels; ++l)
+        words += uint64_t{words_for(layout.level[l].width)} * layout.level[l].height;
     return words;
 }
 
@@ -48,8 +51,11 @@ std::vector<uint32_t> pattern_table() {
     std::vector<uint32_t> table;
     for (uint32_t bin = 0; bin < DEFREC_ORB_ANGLE_BINS; ++bin) {
         const orb::Pattern pattern = orb::turned_pattern(bin);
-        const auto point = [](const orb::Offset& p) { return uint32_t(p.x & 255) | uint32_t(p.y & 255) << 8; };
-        for (size_t i = 0; i < pattern.size(); i += 2) table.push_back(point(pattern[i]) | point(pattern[i + 1]) << 16);
+        const auto point = [](const orb::Offset& p) {
+            return uint32_t(p.x & 255) | uint32_t(p.y & 255) << 8;
+        };
+        for (size_t i = 0; i < pattern.size(); i += 2)
+            table.push_back(point(pattern[i]) | point(pattern[i + 1]) << 16);
     }
     return table;
 }
@@ -80,7 +86,8 @@ class Orb final : public Stage {
           blocks_(device, 4 * cover(layout_.cells, kBlock)),
           selection_(device, kSelectionBytes),
           kept_(device, 4 * uint64_t{params.capacity}) {
-        for (uint32_t l = 1; l < params.levels; ++l) shrink_.push_back(device.kernel(shaders::orb_shrink, {l}));
+        for (uint32_t l = 1; l < params.levels; ++l)
+            shrink_.push_back(device.kernel(shaders::orb_shrink, {l}));
     }
 
     void record(Recorder& recorder, Buffers in, Buffers out) override {
@@ -89,30 +96,43 @@ class Orb final : public Stage {
         const Buffer& corners = optional(5) ? *out[5] : corners_;
         const Buffer& distances = optional(6) ? *out[6] : distances_;
         const Buffer* mask = given.mask ? in[1] : nullptr;
-        const Push push{int32_t(p_.levels),   int32_t(layout_.cells), int32_t(p_.cell),   int32_t(p_.threshold), int32_t(p_.spacing),
-                        int32_t(p_.capacity), int32_t(p_.stride),     int32_t(given.mask), given.exported};
+        const Push push{int32_t(p_.levels),    int32_t(layout_.cells), int32_t(p_.cell),
+                        int32_t(p_.threshold), int32_t(p_.spacing),    int32_t(p_.capacity),
+                        int32_t(p_.stride),    int32_t(given.mask),    given.exported};
         const auto blocks_of = [&](uint32_t l) {
-            return Groups{cover(layout_.level[l].width, 4 * 32), cover(layout_.level[l].height, 4 * 4)};
+            return Groups{cover(layout_.level[l].width, 4 * 32),
+                          cover(layout_.level[l].height, 4 * 4)};
         };
         const Groups blocks{blocks_of(0).x, blocks_of(0).y, p_.levels};
 
         recorder.fill(counts_, 0);
         recorder.beside(soften_, {levels_, in[0], mask, pyramid_, masks_}, push, blocks_of(0));
-        for (uint32_t l = 1; l < p_.levels; ++l) recorder.dispatch(shrink_[l - 1], {levels_, pyramid_, masks_}, push, blocks_of(l));
+        for (uint32_t l = 1; l < p_.levels; ++l)
+            recorder.dispatch(shrink_[l - 1], {levels_, pyramid_, masks_}, push, blocks_of(l));
         const auto score = device_.kernel(shaders::orb_score, {given.mask ? 1u : 0u});
         recorder.dispatch(score, {levels_, pyramid_, masks_, scores_}, push, blocks);
         recorder.beside(smooth_, {levels_, pyramid_, smoothed_}, push, blocks);
-        const Groups cells{cover(uint64_t{layout_.level[0].cells_x} * layout_.level[0].cells_y, 128), 1, p_.levels};
+        const Groups cells{
+            cover(uint64_t{layout_.level[0].cells_x} * layout_.level[0].cells_y, 128), 1,
+            p_.levels};
         recorder.dispatch(corner_, {levels_, scores_, corners}, push, cells);
-        recorder.dispatch(distance_, {levels_, corners, distances, counts_}, push,
-                          {cover(layout_.level[0].cells_x, 16), cover(layout_.level[0].cells_y, 8), p_.levels});
+        recorder.dispatch(
+            distance_, {levels_, corners, distances, counts_}, push,
+            {cover(layout_.level[0].cells_x, 16), cover(layout_.level[0].cells_y, 8), p_.levels});
         const Groups selection{cover(layout_.cells, kBlock)};
-        recorder.dispatch(count_, {levels_, corners, distances, counts_, selection_, blocks_}, push, selection);
-        recorder.dispatch(gather_, {levels_, corners, distances, blocks_, selection_, kept_, out[0]}, push, selection);
-        recorder.dispatch_indirect(describe_, {levels_, pyramid_, smoothed_, corners, kept_, patterns_, out[1]}, push, selection_);
+        recorder.dispatch(count_, {levels_, corners, distances, counts_, selection_, blocks_}, push,
+                          selection);
+        recorder.dispatch(gather_,
+                          {levels_, corners, distances, blocks_, selection_, kept_, out[0]}, push,
+                          selection);
+        recorder.dispatch_indirect(
+            describe_, {levels_, pyramid_, smoothed_, corners, kept_, patterns_, out[1]}, push,
+            selection_);
         if (given.exported != 0)
-            recorder.beside(export_, {levels_, pyramid_, smoothed_, scores_, optional(2), optional(3), optional(4)}, push,
-                            {cover(p_.width, 32), cover(p_.height, 8), p_.levels});
+            recorder.beside(
+                export_,
+                {levels_, pyramid_, smoothed_, scores_, optional(2), optional(3), optional(4)},
+                push, {cover(p_.width, 32), cover(p_.height, 8), p_.levels});
     }
 
   private:
@@ -124,11 +144,14 @@ class Orb final : public Stage {
         expect_buffers("orb input", in, 1, 1);
         expect_buffers("orb output", out, 2, 5);
         take<uint8_t>("orb gray", in[0], orb::image_bytes(p_));
-        const bool mask = take_optional<uint8_t>("orb mask", in, 1, orb::image_bytes(p_)) != nullptr;
+        const bool mask =
+            take_optional<uint8_t>("orb mask", in, 1, orb::image_bytes(p_)) != nullptr;
         take<uint32_t>("orb feature count", out[0], 1);
         take<defrec_feature>("orb features", out[1], p_.capacity);
-        const bool pyramid = take_optional<uint8_t>("orb pyramid", out, 2, layout_.pixels) != nullptr;
-        const bool smoothed = take_optional<uint16_t>("orb smoothed", out, 3, layout_.pixels) != nullptr;
+        const bool pyramid =
+            take_optional<uint8_t>("orb pyramid", out, 2, layout_.pixels) != nullptr;
+        const bool smoothed =
+            take_optional<uint16_t>("orb smoothed", out, 3, layout_.pixels) != nullptr;
         const bool scores = take_optional<uint8_t>("orb scores", out, 4, layout_.pixels) != nullptr;
         take_optional<uint32_t>("orb corners", out, 5, layout_.cells);
         take_optional<uint8_t>("orb distances", out, 6, layout_.cells);
@@ -138,7 +161,8 @@ class Orb final : public Stage {
     defrec_orb_params p_;
     Device& device_;
     Layout layout_;
-    std::shared_ptr<const Kernel> soften_, smooth_, corner_, distance_, count_, gather_, describe_, export_;
+    std::shared_ptr<const Kernel> soften_, smooth_, corner_, distance_, count_, gather_, describe_,
+        export_;
     std::vector<std::shared_ptr<const Kernel>> shrink_;  // to levels 1, 2 ...
     Buffer levels_, patterns_;
     // Images as shaders/orb.glsl lays them out, then what there is one of for each cell.

@@ -14,7 +14,8 @@ namespace defrec::vulkan {
 
 constexpr uint64_t kLookNs = 4'000'000;  // how long a wait looks before it sleeps: about a frame
 
-Queue::Queue(Device& device) : device_(device), vk_(device.vk()), shared_(device.next_shared_queue()) {
+Queue::Queue(Device& device)
+    : device_(device), vk_(device.vk()), shared_(device.next_shared_queue()) {
     VkSemaphoreTypeCreateInfo type{};
     type.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO;
     type.semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE;
@@ -23,11 +24,14 @@ Queue::Queue(Device& device) : device_(device), vk_(device.vk()), shared_(device
     semaphore.pNext = &type;
     VkCommandPoolCreateInfo pool{};
     pool.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
-    pool.flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT | VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT;
+    pool.flags =
+        VK_COMMAND_POOL_CREATE_TRANSIENT_BIT | VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT;
     pool.queueFamilyIndex = device.physical().queue_family;
     try {
-        check(vk_.vkCreateSemaphore(device.handle(), &semaphore, nullptr, &semaphore_), "vkCreateSemaphore");
-        check(vk_.vkCreateCommandPool(device.handle(), &pool, nullptr, &pool_), "vkCreateCommandPool");
+        check(vk_.vkCreateSemaphore(device.handle(), &semaphore, nullptr, &semaphore_),
+              "vkCreateSemaphore");
+        check(vk_.vkCreateCommandPool(device.handle(), &pool, nullptr, &pool_),
+              "vkCreateCommandPool");
         device.attach(*this);
     } catch (...) {
         destroy();
@@ -101,8 +105,10 @@ bool Queue::wait(uint64_t value, uint64_t timeout_ns) {
     info.pValues = &value;
     const auto start = Clock::now();
     look_for(value, start + std::chrono::nanoseconds(std::min(timeout_ns, kLookNs)));
-    const auto looked = static_cast<uint64_t>(std::chrono::nanoseconds(Clock::now() - start).count());
-    const VkResult result = vk_.vkWaitSemaphores(device_.handle(), &info, timeout_ns - std::min(timeout_ns, looked));
+    const auto looked =
+        static_cast<uint64_t>(std::chrono::nanoseconds(Clock::now() - start).count());
+    const VkResult result =
+        vk_.vkWaitSemaphores(device_.handle(), &info, timeout_ns - std::min(timeout_ns, looked));
     check(result, "vkWaitSemaphores");
     if (result == VK_TIMEOUT) return false;
     const std::lock_guard lock(mutex_);
@@ -110,7 +116,8 @@ bool Queue::wait(uint64_t value, uint64_t timeout_ns) {
     return true;
 }
 
-// Waking a thread costs a good part of a short wait; where the device is the processor itself, looking would take its time.
+// Waking a thread costs a good part of a short wait; where the device is the processor itself,
+// looking would take its time.
 void Queue::look_for(uint64_t value, Clock::time_point end) {
     if (device_.physical().software) return;
     while (completed() < value && Clock::now() < end) std::this_thread::yield();
@@ -118,18 +125,21 @@ void Queue::look_for(uint64_t value, Clock::time_point end) {
 
 uint64_t Queue::completed() {
     uint64_t value = 0;
-    check(vk_.vkGetSemaphoreCounterValue(device_.handle(), semaphore_, &value), "vkGetSemaphoreCounterValue");
+    check(vk_.vkGetSemaphoreCounterValue(device_.handle(), semaphore_, &value),
+          "vkGetSemaphoreCounterValue");
     return value;
 }
 
 Queue::HostStaging::Slot& Queue::take(HostStaging& staging, uint64_t size, MemoryUse use) {
-    return staging.take(size, completed(), submitted_ + 1, [&](uint64_t at_least) { return Buffer(device_, at_least, use); });
+    return staging.take(size, completed(), submitted_ + 1,
+                        [&](uint64_t at_least) { return Buffer(device_, at_least, use); });
 }
 
 VkCommandBuffer Queue::copies() {
     if (open_ != VK_NULL_HANDLE) return open_;
     const uint64_t done = completed();
-    auto free = std::find_if(transients_.begin(), transients_.end(), [&](const Transient& t) { return t.busy_until <= done; });
+    auto free = std::find_if(transients_.begin(), transients_.end(),
+                             [&](const Transient& t) { return t.busy_until <= done; });
     if (free == transients_.end()) {
         VkCommandBufferAllocateInfo allocate{};
         allocate.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO;
@@ -137,7 +147,8 @@ VkCommandBuffer Queue::copies() {
         allocate.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
         allocate.commandBufferCount = 1;
         VkCommandBuffer commands = VK_NULL_HANDLE;
-        check(vk_.vkAllocateCommandBuffers(device_.handle(), &allocate, &commands), "vkAllocateCommandBuffers");
+        check(vk_.vkAllocateCommandBuffers(device_.handle(), &allocate, &commands),
+              "vkAllocateCommandBuffers");
         free = transients_.insert(transients_.end(), {commands, 0});
     }
     VkCommandBufferBeginInfo begin{};
@@ -148,7 +159,8 @@ VkCommandBuffer Queue::copies() {
     return open_ = free->commands;
 }
 
-void Queue::copy(const Buffer& from, uint64_t from_offset, const Buffer& to, uint64_t to_offset, uint64_t size) {
+void Queue::copy(const Buffer& from, uint64_t from_offset, const Buffer& to, uint64_t to_offset,
+                 uint64_t size) {
     VkCommandBuffer commands = copies();
     record_barrier(vk_, commands);
     const VkBufferCopy region{from_offset, to_offset, size};
@@ -162,7 +174,8 @@ void Queue::close_copies() {
     barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
     barrier.srcAccessMask = VK_ACCESS_TRANSFER_WRITE_BIT;
     barrier.dstAccessMask = VK_ACCESS_HOST_READ_BIT;
-    vk_.vkCmdPipelineBarrier(open_, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_PIPELINE_STAGE_HOST_BIT, 0, 1, &barrier, 0, nullptr, 0, nullptr);
+    vk_.vkCmdPipelineBarrier(open_, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_PIPELINE_STAGE_HOST_BIT, 0,
+                             1, &barrier, 0, nullptr, 0, nullptr);
     const VkResult result = vk_.vkEndCommandBuffer(open_);
     const VkCommandBuffer closed = std::exchange(open_, VK_NULL_HANDLE);
     if (result != VK_SUCCESS) drop_pending();

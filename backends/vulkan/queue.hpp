@@ -1,5 +1,5 @@
-// In-order work on a device. Commands gather until a signal and are then submitted together; a timeline semaphore tells how far the
-// device is. Nothing waits but wait and the destructor.
+// In-order work on a device. Commands gather until a signal and are then submitted together; a
+// timeline semaphore tells how far the device is. Nothing waits but wait and the destructor.
 #pragma once
 #include <volk.h>
 
@@ -30,7 +30,8 @@ class Queue {
     void read(const Buffer& buffer, uint64_t offset, void* dst, uint64_t size);
     // A read into dst that was not delivered yet never is.
     void forget_read(const void* dst);
-    // A point after all work so far; grows by one. If it fails, nothing that gathered runs, and no read of it is delivered.
+    // A point after all work so far; grows by one. If it fails, nothing that gathered runs, and no
+    // read of it is delivered.
     uint64_t signal();
     // False: not yet, or never signalled.
     bool wait(uint64_t value, uint64_t timeout_ns);
@@ -49,7 +50,8 @@ class Queue {
     VkCommandBuffer copies();
     void close_copies();
     HostStaging::Slot& take(HostStaging& staging, uint64_t size, MemoryUse use);
-    void copy(const Buffer& from, uint64_t from_offset, const Buffer& to, uint64_t to_offset, uint64_t size);
+    void copy(const Buffer& from, uint64_t from_offset, const Buffer& to, uint64_t to_offset,
+              uint64_t size);
     void submit();
     void drop_pending() noexcept;
     void look_for(uint64_t value, Clock::time_point end);
@@ -62,7 +64,7 @@ class Queue {
     VkSemaphore semaphore_ = VK_NULL_HANDLE;
     VkCommandPool pool_ = VK_NULL_HANDLE;
 
-    std::mutex mutex_;  // of all below
+    std::mutex mutex_;        // of all below
     uint64_t submitted_ = 0;  // value of the last submission
     std::vector<VkCommandBuffer> pending_;
     std::vector<Transient> transients_;

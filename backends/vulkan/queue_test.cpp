@@ -1,4 +1,5 @@
-// What a queue does when reads are forgotten, and when the device's calls fail: the failures are put in place of the device's functions.
+// What a queue does when reads are forgotten, and when the device's calls fail: the failures are
+// put in place of the device's functions.
 #include "backends/vulkan/queue.hpp"
 
 #include <doctest/doctest.h>
@@ -12,9 +13,12 @@ using namespace defrec::vulkan;
 
 namespace {
 
-VKAPI_ATTR VkResult VKAPI_CALL no_submission(VkQueue, uint32_t, const VkSubmitInfo*, VkFence) { return VK_ERROR_OUT_OF_HOST_MEMORY; }
+VKAPI_ATTR VkResult VKAPI_CALL no_submission(VkQueue, uint32_t, const VkSubmitInfo*, VkFence) {
+    return VK_ERROR_OUT_OF_HOST_MEMORY;
+}
 VKAPI_ATTR VkResult VKAPI_CALL no_end(VkCommandBuffer) { return VK_ERROR_OUT_OF_DEVICE_MEMORY; }
-VKAPI_ATTR VkResult VKAPI_CALL no_memory(VkDevice, const VkMemoryAllocateInfo*, const VkAllocationCallbacks*, VkDeviceMemory*) {
+VKAPI_ATTR VkResult VKAPI_CALL no_memory(VkDevice, const VkMemoryAllocateInfo*,
+                                         const VkAllocationCallbacks*, VkDeviceMemory*) {
     return VK_ERROR_OUT_OF_DEVICE_MEMORY;
 }
 
@@ -22,7 +26,7 @@ VKAPI_ATTR VkResult VKAPI_CALL no_memory(VkDevice, const VkMemoryAllocateInfo*, 
 template <class Function>
 class Replaced {
   public:
-    Replaced(const Device& device, Function VolkDeviceTable::* member, Function by)
+    Replaced(const Device& device, Function VolkDeviceTable::*member, Function by)
         : place_(const_cast<VolkDeviceTable&>(device.vk()).*member), real_(place_) {
         place_ = by;
     }

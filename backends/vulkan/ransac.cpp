@@ -1,4 +1,5 @@
-// Stage ransac in shaders: all references side by side, then what they agree on. docs/stages/ransac.md.
+// Stage ransac in shaders: all references side by side, then what they agree on.
+// docs/stages/ransac.md.
 #include <algorithm>
 #include <bit>
 
@@ -18,11 +19,15 @@ struct Push {
 constexpr uint64_t kFrameBytes = 16, kHypothesisBytes = 64, kVectorBytes = 16;
 
 constexpr uint32_t kLargestGroup = 512;
-// lavapipe ends loops, those of one invocation together, after 65,535 rounds; the pairs may have these.
+// lavapipe ends loops, those of one invocation together, after 65,535 rounds; the pairs may have
+// these.
 constexpr uint64_t kMaxRounds = 50000;
 
-// Invocations that share the pairs of one reference: few where there are few, so that sums are short.
-uint32_t group_size(uint32_t landmarks) { return std::bit_ceil(std::clamp(landmarks / 8, 64u, kLargestGroup)); }
+// Invocations that share the pairs of one reference: few where there are few, so that sums are
+// short.
+uint32_t group_size(uint32_t landmarks) {
+    return std::bit_ceil(std::clamp(landmarks / 8, 64u, kLargestGroup));
+}
 
 class Ransac final : public Stage {
   public:
@@ -61,7 +66,8 @@ class Ransac final : public Stage {
                         static_cast<uint32_t>(params_.seed >> 32)};
         recorder.dispatch(gather_, {landmarks_, in[0], from_, to_, pair_of_, frame_}, push, {1});
         recorder.dispatch(follow_, {from_, to_, frame_, hypotheses_}, push, {params_.references});
-        recorder.dispatch(merge_, {frame_, hypotheses_, from_, to_, pair_of_, in[0], out[0]}, push, {cover(landmark_count_, 64)});
+        recorder.dispatch(merge_, {frame_, hypotheses_, from_, to_, pair_of_, in[0], out[0]}, push,
+                          {cover(landmark_count_, 64)});
         recorder.dispatch(summary_, {frame_, hypotheses_, from_, to_, out[0], out[1]}, push, {1});
     }
 
@@ -79,7 +85,8 @@ std::unique_ptr<Stage> make_ransac(const defrec_ransac_params& params, Device& d
     check_limits(params);
     // The summary goes through the pairs ten times, whatever the iterations.
     const uint64_t rounds = std::max(params.iterations + 1, 10u);
-    check_size("ransac", "landmarks with that many iterations", params.landmarks, kMaxRounds * kLargestGroup / rounds);
+    check_size("ransac", "landmarks with that many iterations", params.landmarks,
+               kMaxRounds * kLargestGroup / rounds);
     return std::make_unique<Ransac>(params, device);
 }
 

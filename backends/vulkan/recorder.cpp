@@ -27,7 +27,8 @@ Recording::Recording(Device& device) : device_(device) {
 
 Recording::~Recording() {
     const VolkDeviceTable& vk = device_.vk();
-    for (VkDescriptorPool pool : descriptor_pools_) vk.vkDestroyDescriptorPool(device_.handle(), pool, nullptr);
+    for (VkDescriptorPool pool : descriptor_pools_)
+        vk.vkDestroyDescriptorPool(device_.handle(), pool, nullptr);
     vk.vkDestroyCommandPool(device_.handle(), pool_, nullptr);
 }
 
@@ -39,11 +40,13 @@ void Recording::add_descriptor_pool() {
     info.poolSizeCount = 1;
     info.pPoolSizes = &size;
     VkDescriptorPool pool = VK_NULL_HANDLE;
-    check(device_.vk().vkCreateDescriptorPool(device_.handle(), &info, nullptr, &pool), "vkCreateDescriptorPool");
+    check(device_.vk().vkCreateDescriptorPool(device_.handle(), &info, nullptr, &pool),
+          "vkCreateDescriptorPool");
     descriptor_pools_.push_back(pool);
 }
 
-VkDescriptorSet Recording::descriptor_set(const Kernel& kernel, std::initializer_list<Binding> bindings) {
+VkDescriptorSet Recording::descriptor_set(const Kernel& kernel,
+                                          std::initializer_list<Binding> bindings) {
     const VolkDeviceTable& vk = device_.vk();
     const VkDescriptorSetLayout layout = kernel.set_layout();
     VkDescriptorSetAllocateInfo info{};
@@ -73,7 +76,8 @@ VkDescriptorSet Recording::descriptor_set(const Kernel& kernel, std::initializer
         writes[count].pBufferInfo = &buffers[count];
         ++count;
     };
-    for (const Binding& binding : bindings) write(binding.buffer == nullptr ? device_.nothing() : *binding.buffer);
+    for (const Binding& binding : bindings)
+        write(binding.buffer == nullptr ? device_.nothing() : *binding.buffer);
     if (device_.instrument() != nullptr) write(device_.instrument()->results);
     vk.vkUpdateDescriptorSets(device_.handle(), count, writes.data(), 0, nullptr);
     return set;
@@ -82,24 +86,31 @@ VkDescriptorSet Recording::descriptor_set(const Kernel& kernel, std::initializer
 Recorder::Recorder(Recording& recording) : recording_(recording), vk_(recording.device_.vk()) {
     VkCommandBufferBeginInfo begin{};
     begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
-    begin.flags = VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT;  // a frame may be queued before the last one is done
+    begin.flags = VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT;  // a frame may be queued before the
+                                                                 // last one is done
     check(vk_.vkBeginCommandBuffer(recording_.commands(), &begin), "vkBeginCommandBuffer");
 }
 
-void Recorder::finish() { check(vk_.vkEndCommandBuffer(recording_.commands()), "vkEndCommandBuffer"); }
+void Recorder::finish() {
+    check(vk_.vkEndCommandBuffer(recording_.commands()), "vkEndCommandBuffer");
+}
 
-void Recorder::bind(const std::shared_ptr<const Kernel>& kernel, std::initializer_list<Binding> bindings, const void* push,
-                    uint32_t push_size) {
-    const size_t expected = kernel->bindings() - (recording_.device_.instrument() != nullptr ? 1 : 0);
+void Recorder::bind(const std::shared_ptr<const Kernel>& kernel,
+                    std::initializer_list<Binding> bindings, const void* push, uint32_t push_size) {
+    const size_t expected =
+        kernel->bindings() - (recording_.device_.instrument() != nullptr ? 1 : 0);
     if (bindings.size() != expected)
-        throw StageError(DEFREC_ERROR_INTERNAL, std::string("shader ") + kernel->name() + " has " + std::to_string(expected) +
-                                                    " buffers, " + std::to_string(bindings.size()) + " given");
+        throw StageError(DEFREC_ERROR_INTERNAL, std::string("shader ") + kernel->name() + " has " +
+                                                    std::to_string(expected) + " buffers, " +
+                                                    std::to_string(bindings.size()) + " given");
     const VkDescriptorSet set = recording_.descriptor_set(*kernel, bindings);
     recording_.kernels_.push_back(kernel);
     VkCommandBuffer commands = recording_.commands();
     vk_.vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, kernel->pipeline());
-    vk_.vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, kernel->layout(), 0, 1, &set, 0, nullptr);
-    vk_.vkCmdPushConstants(commands, kernel->layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, push_size, push);
+    vk_.vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, kernel->layout(), 0, 1,
+                                &set, 0, nullptr);
+    vk_.vkCmdPushConstants(commands, kernel->layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, push_size,
+                           push);
 }
 
 void Recorder::barrier() { record_barrier(vk_, recording_.commands()); }
@@ -120,10 +131,12 @@ void record_barrier(const VolkDeviceTable& vk, VkCommandBuffer commands) {
     VkMemoryBarrier barrier{};
     barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
     barrier.srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
-    barrier.dstAccessMask = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_READ_BIT |
-                            VK_ACCESS_TRANSFER_WRITE_BIT | VK_ACCESS_INDIRECT_COMMAND_READ_BIT;
-    constexpr VkPipelineStageFlags kWork =
-        VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT | VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT;
+    barrier.dstAccessMask = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT |
+                            VK_ACCESS_TRANSFER_READ_BIT | VK_ACCESS_TRANSFER_WRITE_BIT |
+                            VK_ACCESS_INDIRECT_COMMAND_READ_BIT;
+    constexpr VkPipelineStageFlags kWork = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT |
+                                           VK_PIPELINE_STAGE_TRANSFER_BIT |
+                                           VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT;
     vk.vkCmdPipelineBarrier(commands, kWork, kWork, 0, 1, &barrier, 0, nullptr, 0, nullptr);
 }
 

@@ -1,4 +1,5 @@
-// Stage rectify in shaders: sampling, then the mask grown along rows and along columns. docs/stages/rectify.md.
+// Stage rectify in shaders: sampling, then the mask grown along rows and along columns.
+// docs/stages/rectify.md.
 #include "backends/shared/rectify_buffers.hpp"
 #include "backends/vulkan/stages.hpp"
 #include "shaders.hpp"
@@ -24,10 +25,13 @@ class Rectify final : public Stage {
           near_(device, state_.size()) {}
 
     void record(Recorder& recorder, Buffers in, Buffers out) override {
-        const RectifyBuffers given = rectify_buffers(p_, sizes_of_inputs(in), sizes_of_outputs(out));
+        const RectifyBuffers given =
+            rectify_buffers(p_, sizes_of_inputs(in), sizes_of_outputs(out));
         const auto optional = [&](size_t i) { return i < in.size() ? in[i] : nullptr; };
-        const Push push{int32_t(p_.width),        int32_t(p_.height),        int32_t(p_.stride),        int32_t(p_.source_width),
-                        int32_t(p_.source_height), int32_t(p_.source_stride), int32_t(p_.saturation),    int32_t(p_.highlight_radius),
+        const Push push{int32_t(p_.width),         int32_t(p_.height),
+                        int32_t(p_.stride),        int32_t(p_.source_width),
+                        int32_t(p_.source_height), int32_t(p_.source_stride),
+                        int32_t(p_.saturation),    int32_t(p_.highlight_radius),
                         given.map != nullptr,      given.ignore != nullptr};
         const Groups groups{cover(p_.width, 32), cover(p_.height, 8)};
         recorder.dispatch(sample_, {in[0], optional(1), optional(2), out[0], state_}, push, groups);

@@ -4,14 +4,16 @@
 namespace defrec::vulkan {
 namespace {
 
-constexpr size_t kMaxRuns = 8;  // a tracker needs two or three; an application that runs a stage by itself, one
+constexpr size_t kMaxRuns =
+    8;  // a tracker needs two or three; an application that runs a stage by itself, one
 
 // Any address that is not NULL tells that the buffer was given.
 template <class View>
 std::vector<View> views(Buffers buffers) {
     std::vector<View> result;
     for (const Buffer* buffer : buffers)
-        result.push_back(buffer == nullptr ? View{} : View{const_cast<Buffer*>(buffer), buffer->size()});
+        result.push_back(buffer == nullptr ? View{}
+                                           : View{const_cast<Buffer*>(buffer), buffer->size()});
     return result;
 }
 
@@ -19,8 +21,9 @@ std::vector<View> views(Buffers buffers) {
 
 void check_size(const char* stage, const char* what, uint64_t size, uint64_t maximum) {
     if (size > maximum)
-        throw StageError(DEFREC_ERROR_UNSUPPORTED, std::string(stage) + ": " + std::to_string(size) + " " + what +
-                                                       "; this device takes at most " + std::to_string(maximum));
+        throw StageError(DEFREC_ERROR_UNSUPPORTED,
+                         std::string(stage) + ": " + std::to_string(size) + " " + what +
+                             "; this device takes at most " + std::to_string(maximum));
 }
 
 std::vector<InBuffer> sizes_of_inputs(Buffers in) { return views<InBuffer>(in); }

@@ -1,5 +1,6 @@
-// Every stage as compute shaders. One maker per stage; parameters arrive checked and complete. docs/stages.md defines what each computes.
-// A maker throws StageError(DEFREC_ERROR_UNSUPPORTED) where the device's limits are too small.
+// Every stage as compute shaders. One maker per stage; parameters arrive checked and complete.
+// docs/stages.md defines what each computes. A maker throws StageError(DEFREC_ERROR_UNSUPPORTED)
+// where the device's limits are too small.
 #pragma once
 #include "backends/vulkan/stage.hpp"
 

@@ -22,7 +22,8 @@ struct Opened {
     Opened() {
         if (driver == nullptr) return;
         while (index < driver->devices().size() && !driver->devices()[index].lacks.empty()) ++index;
-        if (index < driver->devices().size()) device = std::make_unique<vulkan::Device>(driver, index);
+        if (index < driver->devices().size())
+            device = std::make_unique<vulkan::Device>(driver, index);
     }
 };
 Opened& opened() {

@@ -1,4 +1,5 @@
-// The device that tests of the Vulkan backend run on, and its stages in the shape of host-memory backends.
+// The device that tests of the Vulkan backend run on, and its stages in the shape of host-memory
+// backends.
 #pragma once
 #include <memory>
 

@@ -13,10 +13,31 @@ constexpr uint32_t kSlots = 256;
 
 // SPIR-V 1.5: opcodes and enumerants used here.
 enum : uint32_t {
-    kEntryPoint = 15, kTypeInt = 21, kTypeRuntimeArray = 29, kTypeStruct = 30, kTypePointer = 32, kConstant = 43, kFunction = 54,
-    kFunctionEnd = 56, kVariable = 59, kLoad = 61, kStore = 62, kAccessChain = 65, kDecorate = 71, kMemberDecorate = 72, kIAdd = 128,
-    kAtomicUMax = 239, kLoopMerge = 246, kReturn = 253,
-    kPrivate = 6, kStorageBuffer = 12, kBlock = 2, kArrayStride = 6, kBinding = 33, kDescriptorSet = 34, kOffset = 35
+    kEntryPoint = 15,
+    kTypeInt = 21,
+    kTypeRuntimeArray = 29,
+    kTypeStruct = 30,
+    kTypePointer = 32,
+    kConstant = 43,
+    kFunction = 54,
+    kFunctionEnd = 56,
+    kVariable = 59,
+    kLoad = 61,
+    kStore = 62,
+    kAccessChain = 65,
+    kDecorate = 71,
+    kMemberDecorate = 72,
+    kIAdd = 128,
+    kAtomicUMax = 239,
+    kLoopMerge = 246,
+    kReturn = 253,
+    kPrivate = 6,
+    kStorageBuffer = 12,
+    kBlock = 2,
+    kArrayStride = 6,
+    kBinding = 33,
+    kDescriptorSet = 34,
+    kOffset = 35
 };
 
 // The module as instructions, and numbers for new results.
@@ -24,7 +45,8 @@ class Module {
   public:
     explicit Module(std::span<const uint32_t> code) : header_(code.begin(), code.begin() + 5) {
         for (size_t at = 5; at < code.size(); at += code[at] >> 16)
-            instructions_.emplace_back(code.begin() + std::ptrdiff_t(at), code.begin() + std::ptrdiff_t(at + (code[at] >> 16)));
+            instructions_.emplace_back(code.begin() + std::ptrdiff_t(at),
+                                       code.begin() + std::ptrdiff_t(at + (code[at] >> 16)));
     }
     using Instruction = std::vector<uint32_t>;
     std::vector<Instruction>& instructions() { return instructions_; }
@@ -38,7 +60,8 @@ class Module {
 
     std::vector<uint32_t> words() const {
         std::vector<uint32_t> result = header_;
-        for (const Instruction& instruction : instructions_) result.insert(result.end(), instruction.begin(), instruction.end());
+        for (const Instruction& instruction : instructions_)
+            result.insert(result.end(), instruction.begin(), instruction.end());
         return result;
     }
 
@@ -49,7 +72,8 @@ class Module {
 
 }  // namespace
 
-// A private counter, one more in the header of every loop; where main returns, the largest goes to the shader's slot of the results.
+// A private counter, one more in the header of every loop; where main returns, the largest goes to
+// the shader's slot of the results.
 std::vector<uint32_t> LoopCounter::counting(const Shader& shader) {
     Module module(shader.code);
     auto& code = module.instructions();
@@ -61,18 +85,24 @@ std::vector<uint32_t> LoopCounter::counting(const Shader& shader) {
 
     uint32_t uint_type = 0, main_function = 0, binding = 0;
     for (const auto& instruction : code) {
-        if (opcode(instruction) == kTypeInt && instruction[2] == 32 && instruction[3] == 0) uint_type = instruction[1];
+        if (opcode(instruction) == kTypeInt && instruction[2] == 32 && instruction[3] == 0)
+            uint_type = instruction[1];
         if (opcode(instruction) == kEntryPoint) main_function = instruction[2];
-        if (opcode(instruction) == kDecorate && instruction[2] == kBinding) binding = std::max(binding, instruction[3] + 1);
+        if (opcode(instruction) == kDecorate && instruction[2] == kBinding)
+            binding = std::max(binding, instruction[3] + 1);
     }
-    if (uint_type == 0 || main_function == 0) throw std::logic_error("not a shader as glslang writes it");
+    if (uint_type == 0 || main_function == 0)
+        throw std::logic_error("not a shader as glslang writes it");
 
-    const uint32_t array = module.fresh(), block = module.fresh(), block_pointer = module.fresh(), results = module.fresh();
-    const uint32_t element_pointer = module.fresh(), private_pointer = module.fresh(), counter = module.fresh();
+    const uint32_t array = module.fresh(), block = module.fresh(), block_pointer = module.fresh(),
+                   results = module.fresh();
+    const uint32_t element_pointer = module.fresh(), private_pointer = module.fresh(),
+                   counter = module.fresh();
     const uint32_t zero = module.fresh(), one = module.fresh(), slot_constant = module.fresh();
     const std::vector<Module::Instruction> decorations{
-        make(kDecorate, {array, kArrayStride, 4}),       make(kMemberDecorate, {block, 0, kOffset, 0}), make(kDecorate, {block, kBlock}),
-        make(kDecorate, {results, kDescriptorSet, 0}), make(kDecorate, {results, kBinding, binding})};
+        make(kDecorate, {array, kArrayStride, 4}), make(kMemberDecorate, {block, 0, kOffset, 0}),
+        make(kDecorate, {block, kBlock}), make(kDecorate, {results, kDescriptorSet, 0}),
+        make(kDecorate, {results, kBinding, binding})};
     const std::vector<Module::Instruction> globals{
         make(kTypeRuntimeArray, {array, uint_type}),
         make(kTypeStruct, {block, array}),
@@ -111,7 +141,8 @@ std::vector<uint32_t> LoopCounter::counting(const Shader& shader) {
         if (op == kReturn && in_main) {
             const uint32_t count = module.fresh(), place = module.fresh(), old = module.fresh();
             result.push_back(make(kLoad, {uint_type, count, counter}));
-            result.push_back(make(kAccessChain, {element_pointer, place, results, zero, slot_constant}));
+            result.push_back(
+                make(kAccessChain, {element_pointer, place, results, zero, slot_constant}));
             result.push_back(make(kAtomicUMax, {uint_type, old, place, one, zero, count}));
         }
         result.push_back(std::move(instruction));
@@ -123,7 +154,8 @@ std::vector<uint32_t> LoopCounter::counting(const Shader& shader) {
 LoopCounter::LoopCounter(Device& device) : device_(device) {
     Buffer results(device, kSlots * sizeof(uint32_t));
     device.clear(results);
-    device.set_instrument({[this](const Shader& shader) { return counting(shader); }, std::move(results)});
+    device.set_instrument(
+        {[this](const Shader& shader) { return counting(shader); }, std::move(results)});
 }
 
 std::map<std::string, uint32_t> LoopCounter::max_iterations() {
@@ -132,7 +164,8 @@ std::map<std::string, uint32_t> LoopCounter::max_iterations() {
     queue.read(device_.instrument()->results, 0, counts.data(), counts.size() * sizeof(uint32_t));
     queue.wait(queue.signal(), UINT64_MAX);
     std::map<std::string, uint32_t> result;
-    for (size_t slot = 0; slot < shaders_.size(); ++slot) result[shaders_[slot]] = std::max(result[shaders_[slot]], counts[slot]);
+    for (size_t slot = 0; slot < shaders_.size(); ++slot)
+        result[shaders_[slot]] = std::max(result[shaders_[slot]], counts[slot]);
     return result;
 }
 

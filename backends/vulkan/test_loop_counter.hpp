@@ -12,7 +12,8 @@ namespace defrec::vulkan::test {
 class LoopCounter {
   public:
     explicit LoopCounter(Device& device);
-    // By shader: the most iterations of one invocation in one dispatch so far, all its loops added. The device must be idle.
+    // By shader: the most iterations of one invocation in one dispatch so far, all its loops added.
+    // The device must be idle.
     std::map<std::string, uint32_t> max_iterations();
 
   private:

@@ -1,4 +1,5 @@
-// Run only by a test of its own, under the validation layers: they must see this fault, or their silence over all other tests says nothing.
+// Run only by a test of its own, under the validation layers: they must see this fault, or their
+// silence over all other tests says nothing.
 #include <doctest/doctest.h>
 
 #include "backends/vulkan/test_device.hpp"

@@ -18,7 +18,8 @@ struct Push {
 
 class Warp final : public Stage {
   public:
-    Warp(const defrec_warp_params& params, Device& device) : p_(params), device_(device), warp_(device.kernel(shaders::warp)) {}
+    Warp(const defrec_warp_params& params, Device& device)
+        : p_(params), device_(device), warp_(device.kernel(shaders::warp)) {}
 
     void prepare(std::span<const InBuffer> in) override {
         expect_buffers("warp prepare", in, 1);
@@ -36,8 +37,10 @@ class Warp final : public Stage {
         take<defrec_motion>("warp motions", ins[0], p_.nodes);
         take<defrec_surface_sample>("warp samples", outs[0], p_.points);
         const bool has_disparity = take_disparity("warp disparity", p_, ins, 1).data != nullptr;
-        const Push push{Camera(p_.camera), DisparityImage(p_, has_disparity), p_.tolerance_mm, int32_t(p_.points)};
-        recorder.dispatch(warp_, {points_, in[0], has_disparity ? in[1] : nullptr, out[0]}, push, {cover(p_.points, kGroup)});
+        const Push push{Camera(p_.camera), DisparityImage(p_, has_disparity), p_.tolerance_mm,
+                        int32_t(p_.points)};
+        recorder.dispatch(warp_, {points_, in[0], has_disparity ? in[1] : nullptr, out[0]}, push,
+                          {cover(p_.points, kGroup)});
     }
 
   private:
@@ -50,7 +53,8 @@ class Warp final : public Stage {
 }  // namespace
 
 std::unique_ptr<Stage> make_warp(const defrec_warp_params& params, Device& device) {
-    check_size("warp", "points", params.points, uint64_t{device.limits().maxComputeWorkGroupCount[0]} * kGroup);
+    check_size("warp", "points", params.points,
+               uint64_t{device.limits().maxComputeWorkGroupCount[0]} * kGroup);
     return std::make_unique<Warp>(params, device);
 }
 

@@ -65,8 +65,9 @@ bool Call::is_given_structure(const char* name, const void* out) {
 }
 
 void Call::handle(const char* name, const void* value) {
-    add(name,
-        value == nullptr ? "NULL" : std::string("0x") + number(reinterpret_cast<std::uintptr_t>(value), 16));
+    add(name, value == nullptr
+                  ? "NULL"
+                  : std::string("0x") + number(reinterpret_cast<std::uintptr_t>(value), 16));
 }
 
 void Call::text(const char* name, const char* value) {
@@ -85,7 +86,8 @@ void Call::structure(const char* name, const void* value) {
 }
 
 void Call::doubles(const char* name, const double* values, std::size_t count) {
-    add(name, values == nullptr ? "NULL" : list(count, [&](std::size_t i) { return number(values[i]); }));
+    add(name,
+        values == nullptr ? "NULL" : list(count, [&](std::size_t i) { return number(values[i]); }));
 }
 
 std::string Call::buffer(const defrec_const_buffer& in) {
@@ -102,7 +104,8 @@ void Call::copy(const void* from, std::size_t size, void* to, std::uint32_t stru
     const std::size_t known = struct_size < size ? struct_size : size;
     if (known > sizeof struct_size) {
         std::memcpy(static_cast<char*>(to) + sizeof struct_size,
-                    static_cast<const char*>(from) + sizeof struct_size, known - sizeof struct_size);
+                    static_cast<const char*>(from) + sizeof struct_size,
+                    known - sizeof struct_size);
     }
 }
 
@@ -127,7 +130,8 @@ defrec_status Call::status() const {
 std::size_t Call::count() const { return answer_ ? static_cast<std::size_t>(answer_->status) : 0; }
 
 std::uint32_t Call::version() const {
-    return answer_ ? static_cast<std::uint32_t>(answer_->status) : DEFREC_API_MAJOR * 1000 + DEFREC_API_MINOR;
+    return answer_ ? static_cast<std::uint32_t>(answer_->status)
+                   : DEFREC_API_MAJOR * 1000 + DEFREC_API_MINOR;
 }
 
 const char* Call::message() const {

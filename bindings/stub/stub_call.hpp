@@ -1,5 +1,5 @@
-// One call of a function of the stub libdefrec: writes its arguments down, fills its outputs, answers. Used
-// by what GenerateStub.cmake makes.
+// One call of a function of the stub libdefrec: writes its arguments down, fills its outputs,
+// answers. Used by what GenerateStub.cmake makes.
 #pragma once
 
 #include <cstddef>
@@ -35,7 +35,9 @@ class Call {
     void doubles(const char* name, const double* values, std::size_t count);
     template <typename Buffer>
     void buffers(const char* name, const Buffer* values, std::size_t count) {
-        add(name, values == nullptr ? "NULL" : list(count, [&](std::size_t i) { return buffer(values[i]); }));
+        add(name, values == nullptr ? "NULL" : list(count, [&](std::size_t i) {
+                return buffer(values[i]);
+            }));
     }
 
     template <typename Handle>

@@ -30,8 +30,9 @@ TEST_CASE("arguments are written down as the header names and types them") {
     defrec_stage stage = nullptr;
     CHECK(defrec_stage_create(nullptr, "cpu", DEFREC_STAGE_ORB, &params, &stage) == DEFREC_OK);
     const std::string created = calls();
-    CHECK(created.find("(context=NULL, device_id=\"cpu\", stage=2, params=2400000034120000000000") !=
-          std::string::npos);
+    CHECK(
+        created.find("(context=NULL, device_id=\"cpu\", stage=2, params=2400000034120000000000") !=
+        std::string::npos);
     char made[32];
     std::snprintf(made, sizeof made, ", out=%p)\n", static_cast<void*>(stage));
     CHECK(created.find(made) != std::string::npos);
@@ -40,7 +41,8 @@ TEST_CASE("arguments are written down as the header names and types them") {
     std::uint8_t bytes[] = {7, 7};
     const defrec_buffer out = {bytes, sizeof bytes};
     defrec_stage_run(handle<defrec_stage>(0x20), in, 2, &out, 1);
-    CHECK(calls() == "defrec_stage_run(stage=0x20, in=[3, NULL], in_count=2, out=[2], out_count=1)\n");
+    CHECK(calls() ==
+          "defrec_stage_run(stage=0x20, in=[3, NULL], in_count=2, out=[2], out_count=1)\n");
     CHECK(bytes[1] == 7);
 }
 
@@ -51,7 +53,8 @@ TEST_CASE("points are written down, and outputs filled") {
     std::uint8_t status[2] = {};
     CHECK(defrec_job_warp_points(nullptr, xyz, 2, moved, status, nullptr) == DEFREC_OK);
     CHECK(calls() ==
-          "defrec_job_warp_points(job=NULL, template_xyz=[1.5, -2, 0.25, 4, 5, 6], count=2, xyz=written, "
+          "defrec_job_warp_points(job=NULL, template_xyz=[1.5, -2, 0.25, 4, 5, 6], count=2, "
+          "xyz=written, "
           "status=written, expected_error_mm=NULL)\n");
     CHECK(moved[5] == 6);
     CHECK(status[1] == 2);
@@ -65,11 +68,15 @@ TEST_CASE("points are written down, and outputs filled") {
     CHECK(std::string(info.driver) == "device driver");
 }
 
-TEST_CASE("answers stay until reset; a failure writes no output and leaves its error message in its thread") {
+TEST_CASE(
+    "answers stay until reset; a failure writes no output and leaves its error message in its "
+    "thread") {
     defrec_stub_reset();
-    defrec_stub_answer("defrec_rig_create", DEFREC_ERROR_ARGUMENT, "fx is -1; expected more than 0.");
+    defrec_stub_answer("defrec_rig_create", DEFREC_ERROR_ARGUMENT,
+                       "fx is -1; expected more than 0.");
     defrec_rig rig = handle<defrec_rig>(7);
-    for (int i = 0; i < 2; ++i) CHECK(defrec_rig_create(nullptr, nullptr, &rig) == DEFREC_ERROR_ARGUMENT);
+    for (int i = 0; i < 2; ++i)
+        CHECK(defrec_rig_create(nullptr, nullptr, &rig) == DEFREC_ERROR_ARGUMENT);
     CHECK(rig == handle<defrec_rig>(7));
     CHECK(calls().find("defrec_rig_create(context=NULL, desc=NULL, out=untouched)\n") == 0);
     CHECK(std::string(defrec_last_error()) == "fx is -1; expected more than 0.");

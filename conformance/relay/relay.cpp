@@ -1,4 +1,5 @@
-// See relay.hpp. Every handle is wrapped, since the functions of a table get nothing else that tells which instance is meant.
+// See relay.hpp. Every handle is wrapped, since the functions of a table get nothing else that
+// tells which instance is meant.
 #include "conformance/relay/relay.hpp"
 
 #include <array>
@@ -55,8 +56,12 @@ struct Device {
 };
 // Members that a plugin need not have.
 bool has_host_alloc(const Instance& instance) { return DEFREC_HAS(instance.target, host_alloc); }
-bool has_write_in_place(const Instance& instance) { return DEFREC_HAS(instance.target, write_in_place); }
-bool has_buffer_import(const Instance& instance) { return DEFREC_HAS(instance.target, buffer_import); }
+bool has_write_in_place(const Instance& instance) {
+    return DEFREC_HAS(instance.target, write_in_place);
+}
+bool has_buffer_import(const Instance& instance) {
+    return DEFREC_HAS(instance.target, buffer_import);
+}
 
 struct Queue {
     Instance* instance;
@@ -89,7 +94,8 @@ Targets targets_of(defrec_pbuffer* const* buffers, size_t count) {
     return targets;
 }
 
-// ---- the plugin's table ----------------------------------------------------------------------------------
+// ---- the plugin's table
+// ----------------------------------------------------------------------------------
 
 size_t DEFREC_CALL device_count(void* self) {
     const auto* instance = static_cast<Instance*>(self);
@@ -103,9 +109,11 @@ defrec_status DEFREC_CALL device_info(void* self, size_t index, defrec_device_in
 
 defrec_status DEFREC_CALL device_open(void* self, size_t index, defrec_pdevice** out) {
     auto* instance = static_cast<Instance*>(self);
-    if (const defrec_status status = instance->admit(kRelayOpen); status != DEFREC_OK) return status;
+    if (const defrec_status status = instance->admit(kRelayOpen); status != DEFREC_OK)
+        return status;
     defrec_pdevice* target = nullptr;
-    const defrec_status status = instance->target->device_open(instance->target->self, index, &target);
+    const defrec_status status =
+        instance->target->device_open(instance->target->self, index, &target);
     if (status < 0) return status;
     *out = reinterpret_cast<defrec_pdevice*>(new Device{instance, target});
     ++instance->plan.counts->devices;
@@ -119,10 +127,12 @@ void DEFREC_CALL device_close(defrec_pdevice* handle) {
     delete device;
 }
 
-defrec_status DEFREC_CALL buffer_create(defrec_pdevice* handle, uint64_t size, defrec_pbuffer** out) {
+defrec_status DEFREC_CALL buffer_create(defrec_pdevice* handle, uint64_t size,
+                                        defrec_pbuffer** out) {
     const Device* device = device_of(handle);
     Instance* instance = device->instance;
-    if (const defrec_status status = instance->admit(kRelayCreate); status != DEFREC_OK) return status;
+    if (const defrec_status status = instance->admit(kRelayCreate); status != DEFREC_OK)
+        return status;
     defrec_pbuffer* target = nullptr;
     const defrec_status status = instance->target->buffer_create(device->target, size, &target);
     if (status < 0) return status;
@@ -141,7 +151,8 @@ void DEFREC_CALL buffer_destroy(defrec_pbuffer* handle) {
 defrec_status DEFREC_CALL queue_create(defrec_pdevice* handle, defrec_pqueue** out) {
     const Device* device = device_of(handle);
     Instance* instance = device->instance;
-    if (const defrec_status status = instance->admit(kRelayCreate); status != DEFREC_OK) return status;
+    if (const defrec_status status = instance->admit(kRelayCreate); status != DEFREC_OK)
+        return status;
     defrec_pqueue* target = nullptr;
     const defrec_status status = instance->target->queue_create(device->target, &target);
     if (status < 0) return status;
@@ -157,25 +168,33 @@ void DEFREC_CALL queue_destroy(defrec_pqueue* handle) {
     delete queue;
 }
 
-defrec_status DEFREC_CALL write(defrec_pqueue* handle, defrec_pbuffer* buffer, uint64_t offset, const void* src, uint64_t size) {
+defrec_status DEFREC_CALL write(defrec_pqueue* handle, defrec_pbuffer* buffer, uint64_t offset,
+                                const void* src, uint64_t size) {
     const Queue* queue = queue_of(handle);
-    if (const defrec_status status = queue->instance->admit(kRelayTransfer); status != DEFREC_OK) return status;
-    return queue->instance->target->write(queue->target, buffer_of(buffer)->target, offset, src, size);
+    if (const defrec_status status = queue->instance->admit(kRelayTransfer); status != DEFREC_OK)
+        return status;
+    return queue->instance->target->write(queue->target, buffer_of(buffer)->target, offset, src,
+                                          size);
 }
 
-defrec_status DEFREC_CALL read(defrec_pqueue* handle, defrec_pbuffer* buffer, uint64_t offset, void* dst, uint64_t size) {
+defrec_status DEFREC_CALL read(defrec_pqueue* handle, defrec_pbuffer* buffer, uint64_t offset,
+                               void* dst, uint64_t size) {
     const Queue* queue = queue_of(handle);
-    if (const defrec_status status = queue->instance->admit(kRelayTransfer); status != DEFREC_OK) return status;
-    return queue->instance->target->read(queue->target, buffer_of(buffer)->target, offset, dst, size);
+    if (const defrec_status status = queue->instance->admit(kRelayTransfer); status != DEFREC_OK)
+        return status;
+    return queue->instance->target->read(queue->target, buffer_of(buffer)->target, offset, dst,
+                                         size);
 }
 
 defrec_status DEFREC_CALL signal(defrec_pqueue* handle, uint64_t* out_value) {
     Queue* queue = queue_of(handle);
-    if (const defrec_status status = queue->instance->admit(kRelaySignal); status != DEFREC_OK) return status;
+    if (const defrec_status status = queue->instance->admit(kRelaySignal); status != DEFREC_OK)
+        return status;
     const defrec_status status = queue->instance->target->signal(queue->target, out_value);
     if (status >= 0 && queue->instance->plan.delay_ns > 0) {
         const std::lock_guard lock(queue->mutex);
-        queue->ready[*out_value] = Clock::now() + std::chrono::nanoseconds(queue->instance->plan.delay_ns);
+        queue->ready[*out_value] =
+            Clock::now() + std::chrono::nanoseconds(queue->instance->plan.delay_ns);
     }
     return status;
 }
@@ -186,23 +205,28 @@ std::chrono::nanoseconds left_of_delay(Queue& queue, uint64_t value) {
     const auto point = queue.ready.lower_bound(value);
     return point == queue.ready.end()
                ? std::chrono::nanoseconds(0)
-               : std::max(std::chrono::nanoseconds(0), std::chrono::nanoseconds(point->second - Clock::now()));
+               : std::max(std::chrono::nanoseconds(0),
+                          std::chrono::nanoseconds(point->second - Clock::now()));
 }
 
 defrec_status DEFREC_CALL wait(defrec_pqueue* handle, uint64_t value, uint64_t timeout_ns) {
     Queue* queue = queue_of(handle);
     const bool counts = timeout_ns == UINT64_MAX;
-    if (const defrec_status status = queue->instance->admit(kRelayWait, counts); status != DEFREC_OK) return status;
+    if (const defrec_status status = queue->instance->admit(kRelayWait, counts);
+        status != DEFREC_OK)
+        return status;
     const auto left = static_cast<uint64_t>(left_of_delay(*queue, value).count());
     std::this_thread::sleep_for(std::chrono::nanoseconds(std::min(left, timeout_ns)));
     if (left > timeout_ns) return DEFREC_TIMEOUT;
-    return queue->instance->target->wait(queue->target, value, timeout_ns == UINT64_MAX ? UINT64_MAX : timeout_ns - left);
+    return queue->instance->target->wait(queue->target, value,
+                                         timeout_ns == UINT64_MAX ? UINT64_MAX : timeout_ns - left);
 }
 
 defrec_status DEFREC_CALL host_alloc(defrec_pdevice* handle, uint64_t size, void** out) {
     const Device* device = device_of(handle);
     Instance* instance = device->instance;
-    if (const defrec_status status = instance->admit(kRelayCreate); status != DEFREC_OK) return status;
+    if (const defrec_status status = instance->admit(kRelayCreate); status != DEFREC_OK)
+        return status;
     const defrec_status status = instance->target->host_alloc(device->target, size, out);
     if (status >= 0) ++instance->plan.counts->host_memories;
     return status;
@@ -214,18 +238,24 @@ void DEFREC_CALL host_free(defrec_pdevice* handle, void* memory) {
     --device->instance->plan.counts->host_memories;
 }
 
-defrec_status DEFREC_CALL write_in_place(defrec_pqueue* handle, defrec_pbuffer* buffer, uint64_t offset, const void* src, uint64_t size) {
+defrec_status DEFREC_CALL write_in_place(defrec_pqueue* handle, defrec_pbuffer* buffer,
+                                         uint64_t offset, const void* src, uint64_t size) {
     const Queue* queue = queue_of(handle);
-    if (const defrec_status status = queue->instance->admit(kRelayTransfer); status != DEFREC_OK) return status;
-    return queue->instance->target->write_in_place(queue->target, buffer_of(buffer)->target, offset, src, size);
+    if (const defrec_status status = queue->instance->admit(kRelayTransfer); status != DEFREC_OK)
+        return status;
+    return queue->instance->target->write_in_place(queue->target, buffer_of(buffer)->target, offset,
+                                                   src, size);
 }
 
-defrec_status DEFREC_CALL buffer_import(defrec_pdevice* handle, uint32_t kind, void* memory, uint64_t size, defrec_pbuffer** out) {
+defrec_status DEFREC_CALL buffer_import(defrec_pdevice* handle, uint32_t kind, void* memory,
+                                        uint64_t size, defrec_pbuffer** out) {
     const Device* device = device_of(handle);
     Instance* instance = device->instance;
-    if (const defrec_status status = instance->admit(kRelayCreate); status != DEFREC_OK) return status;
+    if (const defrec_status status = instance->admit(kRelayCreate); status != DEFREC_OK)
+        return status;
     defrec_pbuffer* target = nullptr;
-    const defrec_status status = instance->target->buffer_import(device->target, kind, memory, size, &target);
+    const defrec_status status =
+        instance->target->buffer_import(device->target, kind, memory, size, &target);
     if (status < 0) return status;
     *out = reinterpret_cast<defrec_pbuffer*>(new Buffer{instance, target, size});
     ++instance->plan.counts->buffers;
@@ -245,7 +275,8 @@ void DEFREC_CALL shutdown(void* self) {
     delete instance;
 }
 
-// ---- the stages' tables ----------------------------------------------------------------------------------
+// ---- the stages' tables
+// ----------------------------------------------------------------------------------
 
 template <uint32_t kStage>
 const defrec_stage_table* target_table(const Instance& instance) {
@@ -262,12 +293,14 @@ template <uint32_t kStage>
 defrec_status DEFREC_CALL create(defrec_pdevice* handle, const void* params, defrec_pstage** out) {
     const Device* device = device_of(handle);
     Instance* instance = device->instance;
-    if (const defrec_status status = instance->admit(kRelayCreate); status != DEFREC_OK) return status;
+    if (const defrec_status status = instance->admit(kRelayCreate); status != DEFREC_OK)
+        return status;
     const defrec_stage_table* table = target_table<kStage>(*instance);
     defrec_pstage* target = nullptr;
     const defrec_status status = table->create(device->target, params, &target);
     if (status < 0) return status;
-    const uint64_t motions = kStage == DEFREC_STAGE_LM ? static_cast<const defrec_lm_params*>(params)->nodes : 0;
+    const uint64_t motions =
+        kStage == DEFREC_STAGE_LM ? static_cast<const defrec_lm_params*>(params)->nodes : 0;
     *out = reinterpret_cast<defrec_pstage*>(new Stage{instance, target, table, motions});
     ++instance->plan.counts->stages;
     return status;
@@ -280,10 +313,13 @@ void DEFREC_CALL destroy(defrec_pstage* handle) {
     delete stage;
 }
 
-defrec_status DEFREC_CALL prepare(defrec_pstage* handle, defrec_pqueue* queue, defrec_pbuffer* const* in, size_t in_count) {
+defrec_status DEFREC_CALL prepare(defrec_pstage* handle, defrec_pqueue* queue,
+                                  defrec_pbuffer* const* in, size_t in_count) {
     const Stage* stage = stage_of(handle);
-    if (const defrec_status status = stage->instance->admit(kRelayPrepare); status != DEFREC_OK) return status;
-    return stage->table->prepare(stage->target, queue_of(queue)->target, targets_of(in, in_count).data(), in_count);
+    if (const defrec_status status = stage->instance->admit(kRelayPrepare); status != DEFREC_OK)
+        return status;
+    return stage->table->prepare(stage->target, queue_of(queue)->target,
+                                 targets_of(in, in_count).data(), in_count);
 }
 
 // Uniform in -1..1, a function of seed and counter (SplitMix64's finaliser).
@@ -294,15 +330,19 @@ double noise(uint64_t seed, uint64_t counter) {
     return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-52 - 1;
 }
 
-// dual = 0.5 * t * real: a shift d of the translation adds 0.5 * d * real (the product of quaternions, d being (0, d)).
+// dual = 0.5 * t * real: a shift d of the translation adds 0.5 * d * real (the product of
+// quaternions, d being (0, d)).
 void shift(defrec_motion& motion, const std::array<double, 3>& d) {
     const float* q = motion.real;
-    const double added[4] = {-d[0] * q[1] - d[1] * q[2] - d[2] * q[3], d[0] * q[0] + d[1] * q[3] - d[2] * q[2],
-                             d[1] * q[0] + d[2] * q[1] - d[0] * q[3], d[2] * q[0] + d[0] * q[2] - d[1] * q[1]};
-    for (int i = 0; i < 4; ++i) motion.dual[i] = static_cast<float>(motion.dual[i] + 0.5 * added[i]);
+    const double added[4] = {
+        -d[0] * q[1] - d[1] * q[2] - d[2] * q[3], d[0] * q[0] + d[1] * q[3] - d[2] * q[2],
+        d[1] * q[0] + d[2] * q[1] - d[0] * q[3], d[2] * q[0] + d[0] * q[2] - d[1] * q[1]};
+    for (int i = 0; i < 4; ++i)
+        motion.dual[i] = static_cast<float>(motion.dual[i] + 0.5 * added[i]);
 }
 
-defrec_status jitter(Instance& instance, const Stage& stage, const Queue& queue, const Buffer& buffer) {
+defrec_status jitter(Instance& instance, const Stage& stage, const Queue& queue,
+                     const Buffer& buffer) {
     const defrec_plugin& target = *instance.target;
     std::vector<defrec_motion> motions(stage.motions);
     const uint64_t size = motions.size() * sizeof(defrec_motion);
@@ -313,19 +353,24 @@ defrec_status jitter(Instance& instance, const Stage& stage, const Queue& queue,
     if (status < 0) return status;
     for (defrec_motion& motion : motions) {
         std::array<double, 3> d;
-        for (double& x : d) x = instance.plan.jitter_mm * noise(instance.plan.jitter_seed, ++instance.jitter_counter);
+        for (double& x : d)
+            x = instance.plan.jitter_mm *
+                noise(instance.plan.jitter_seed, ++instance.jitter_counter);
         shift(motion, d);
     }
     return target.write(queue.target, buffer.target, 0, motions.data(), size);
 }
 
-defrec_status DEFREC_CALL enqueue(defrec_pstage* handle, defrec_pqueue* queue, defrec_pbuffer* const* in, size_t in_count,
+defrec_status DEFREC_CALL enqueue(defrec_pstage* handle, defrec_pqueue* queue,
+                                  defrec_pbuffer* const* in, size_t in_count,
                                   defrec_pbuffer* const* out, size_t out_count) {
     const Stage* stage = stage_of(handle);
     Instance& instance = *stage->instance;
-    if (const defrec_status status = instance.admit(kRelayEnqueue); status != DEFREC_OK) return status;
-    const defrec_status status = stage->table->enqueue(stage->target, queue_of(queue)->target, targets_of(in, in_count).data(),
-                                                       in_count, targets_of(out, out_count).data(), out_count);
+    if (const defrec_status status = instance.admit(kRelayEnqueue); status != DEFREC_OK)
+        return status;
+    const defrec_status status = stage->table->enqueue(
+        stage->target, queue_of(queue)->target, targets_of(in, in_count).data(), in_count,
+        targets_of(out, out_count).data(), out_count);
     if (status < 0 || instance.plan.jitter_mm <= 0 || stage->motions == 0) return status;
     return jitter(instance, *stage, *queue_of(queue), *buffer_of(out[0]));
 }
@@ -356,10 +401,12 @@ thread_local std::optional<RelayPlan> armed;
 
 extern "C" DEFREC_PLUGIN_EXPORT void defrec_relay_arm(const RelayPlan& plan) { armed = plan; }
 
-extern "C" DEFREC_PLUGIN_EXPORT defrec_status DEFREC_CALL defrec_plugin_entry_v1(const defrec_host* host,
-                                                                                 const defrec_plugin** out) {
+extern "C" DEFREC_PLUGIN_EXPORT defrec_status DEFREC_CALL
+defrec_plugin_entry_v1(const defrec_host* host, const defrec_plugin** out) {
     if (!armed) {
-        host->error(host->self, "the relay is a part of the conformance suite, and nothing told it what to relay");
+        host->error(
+            host->self,
+            "the relay is a part of the conformance suite, and nothing told it what to relay");
         return DEFREC_ERROR_UNSUPPORTED;
     }
     auto instance = std::make_unique<Instance>();

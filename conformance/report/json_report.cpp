@@ -12,7 +12,9 @@ namespace {
 
 using nlohmann::json;
 
-std::string digest(const void* data, size_t size) { return sha256_hex(std::span(static_cast<const unsigned char*>(data), size)); }
+std::string digest(const void* data, size_t size) {
+    return sha256_hex(std::span(static_cast<const unsigned char*>(data), size));
+}
 std::string digest(const std::string& text) { return digest(text.data(), text.size()); }
 
 // JSON has no number for these, and they must not be lost: they are why a case failed.
@@ -33,7 +35,10 @@ json to_json(const Metric& m) {
 }
 
 json to_json(const Picture& p) {
-    return {{"title", p.title}, {"width", p.width}, {"height", p.height}, {"sha256", digest(p.pixels.data(), p.pixels.size())}};
+    return {{"title", p.title},
+            {"width", p.width},
+            {"height", p.height},
+            {"sha256", digest(p.pixels.data(), p.pixels.size())}};
 }
 
 json to_json(const CaseRecord& c) {
@@ -52,7 +57,9 @@ json to_json(const CaseRecord& c) {
             {"seconds", number(c.seconds)}};
 }
 
-json to_json(const Counts& counts) { return {{"passed", counts.passed}, {"failed", counts.failed}, {"skipped", counts.skipped}}; }
+json to_json(const Counts& counts) {
+    return {{"passed", counts.passed}, {"failed", counts.failed}, {"skipped", counts.skipped}};
+}
 
 json counts_of(const RunRecord& run) {
     json tiers = json::object();
@@ -64,7 +71,10 @@ json to_json(const RunRecord& run) {
     json cases = json::array();
     for (const CaseRecord& c : run.cases) cases.push_back(to_json(c));
     return {{"format", kReportFormat},
-            {"suite", {{"version", run.suite_version}, {"revision", run.suite_revision}, {"dirty", run.suite_dirty}}},
+            {"suite",
+             {{"version", run.suite_version},
+              {"revision", run.suite_revision},
+              {"dirty", run.suite_dirty}}},
             {"run",
              {{"started", run.started},
               {"command", run.command},
@@ -132,12 +142,14 @@ class Reader {
         else if (value == "NaN")
             out = std::numeric_limits<double>::quiet_NaN();
         else if (value == "Infinity" || value == "-Infinity")
-            out = value == "Infinity" ? std::numeric_limits<double>::infinity() : -std::numeric_limits<double>::infinity();
+            out = value == "Infinity" ? std::numeric_limits<double>::infinity()
+                                      : -std::numeric_limits<double>::infinity();
         else
             wrong(name, "a number");
     }
     void finish() const {
-        if (read_ != object_.size()) throw ReportError(where_ + " has members that the schema does not name");
+        if (read_ != object_.size())
+            throw ReportError(where_ + " has members that the schema does not name");
     }
     [[noreturn]] void wrong(const char* name, const char* expected) const {
         throw ReportError(where_ + "/" + name + " is not " + expected);
@@ -184,11 +196,14 @@ CaseRecord case_of(const json& value, const std::string& where) {
     in.read("title", c.title);
     std::string verdict;
     in.read("verdict", verdict);
-    c.verdict = verdict == "passed" ? Verdict::passed : verdict == "failed" ? Verdict::failed : Verdict::skipped;
+    c.verdict = verdict == "passed"   ? Verdict::passed
+                : verdict == "failed" ? Verdict::failed
+                                      : Verdict::skipped;
     if (verdict != verdict_name(c.verdict)) in.wrong("verdict", "passed, failed or skipped");
     in.read("reason", c.reason);
     for (const json& m : in.array("metrics")) c.metrics.push_back(metric_of(m, where + "/metrics"));
-    for (const json& p : in.array("pictures")) c.pictures.push_back(picture_of(p, where + "/pictures"));
+    for (const json& p : in.array("pictures"))
+        c.pictures.push_back(picture_of(p, where + "/pictures"));
     in.read("runs", c.runs);
     in.read("seconds", c.seconds);
     in.finish();
@@ -204,7 +219,9 @@ std::string content_digest(json report) {
 
 std::string report_text(const RunRecord& run, const std::string& junit, const std::string& page) {
     json report = to_json(run);
-    report["digests"] = {{"content", content_digest(report)}, {kJunitFile, digest(junit)}, {kPageFile, digest(page)}};
+    report["digests"] = {{"content", content_digest(report)},
+                         {kJunitFile, digest(junit)},
+                         {kPageFile, digest(page)}};
     return report.dump(1) + "\n";
 }
 
@@ -214,8 +231,8 @@ RunRecord record_of(const json& report) {
     unsigned format = 0;
     in.read("format", format);
     if (format != kReportFormat)
-        throw ReportError("the report has format " + std::to_string(format) + ", this program reads " +
-                          std::to_string(kReportFormat));
+        throw ReportError("the report has format " + std::to_string(format) +
+                          ", this program reads " + std::to_string(kReportFormat));
     Reader suite = in.object("suite");
     suite.read("version", run.suite_version);
     suite.read("revision", run.suite_revision);
@@ -244,8 +261,10 @@ RunRecord record_of(const json& report) {
     device.read("features", run.device_features);
     device.read("stages", run.device_stages);
     device.finish();
-    for (const json& c : in.array("cases")) run.cases.push_back(case_of(c, "case " + std::to_string(run.cases.size())));
-    if (in.member("counts") != counts_of(run)) throw ReportError("the counts do not follow from the cases");
+    for (const json& c : in.array("cases"))
+        run.cases.push_back(case_of(c, "case " + std::to_string(run.cases.size())));
+    if (in.member("counts") != counts_of(run))
+        throw ReportError("the counts do not follow from the cases");
     Reader digests = in.object("digests");
     std::string text;
     for (const char* name : {"content", kJunitFile, kPageFile}) digests.read(name, text);

@@ -27,24 +27,28 @@ std::string attribute(const char* name, const std::string& value) {
 }
 
 std::string totals(const Counts& counts) {
-    return attribute("tests", std::to_string(counts.total())) + attribute("failures", std::to_string(counts.failed)) +
-           attribute("errors", "0") + attribute("skipped", std::to_string(counts.skipped));
+    return attribute("tests", std::to_string(counts.total())) +
+           attribute("failures", std::to_string(counts.failed)) + attribute("errors", "0") +
+           attribute("skipped", std::to_string(counts.skipped));
 }
 
 std::string metric_lines(const CaseRecord& c) {
     std::string text;
     for (const Metric& m : c.metrics)
         text += m.name + " [" + m.unit + "]: maximum " + number("%.9g", m.maximum) + " (limit " +
-                number("%.9g", m.limit_maximum) + "), p99 " + number("%.9g", m.p99) + " (limit " + number("%.9g", m.limit_p99) +
-                "), " + std::to_string(m.samples) + " samples\n";
+                number("%.9g", m.limit_maximum) + "), p99 " + number("%.9g", m.p99) + " (limit " +
+                number("%.9g", m.limit_p99) + "), " + std::to_string(m.samples) + " samples\n";
     return escaped(text);
 }
 
 std::string test_case(const CaseRecord& c) {
-    std::string text = "    <testcase" + attribute("classname", c.stage.empty() ? c.tier : c.tier + "." + c.stage) +
-                       attribute("name", c.id) + attribute("time", number("%.3f", c.seconds)) + ">\n";
+    std::string text = "    <testcase" +
+                       attribute("classname", c.stage.empty() ? c.tier : c.tier + "." + c.stage) +
+                       attribute("name", c.id) + attribute("time", number("%.3f", c.seconds)) +
+                       ">\n";
     if (c.verdict == Verdict::failed)
-        text += "      <failure" + attribute("message", c.reason) + ">" + metric_lines(c) + "</failure>\n";
+        text += "      <failure" + attribute("message", c.reason) + ">" + metric_lines(c) +
+                "</failure>\n";
     else if (c.verdict == Verdict::skipped)
         text += "      <skipped" + attribute("message", c.reason) + "/>\n";
     else if (!c.metrics.empty())
@@ -58,8 +62,8 @@ std::string junit_xml(const RunRecord& run) {
     double seconds = 0;
     for (const CaseRecord& c : run.cases) seconds += c.seconds;
     std::string xml = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites" +
-                      attribute("name", "defrec-conformance " + run.device_id) + totals(count_cases(run)) +
-                      attribute("time", number("%.3f", seconds)) + ">\n";
+                      attribute("name", "defrec-conformance " + run.device_id) +
+                      totals(count_cases(run)) + attribute("time", number("%.3f", seconds)) + ">\n";
     for (const std::string& tier : tiers_of(run)) {
         std::string cases;
         double tier_seconds = 0;
@@ -69,8 +73,8 @@ std::string junit_xml(const RunRecord& run) {
             tier_seconds += c.seconds;
         }
         xml += "  <testsuite" + attribute("name", tier) + totals(count_cases(run, tier)) +
-               attribute("time", number("%.3f", tier_seconds)) + attribute("timestamp", run.started) + ">\n" + cases +
-               "  </testsuite>\n";
+               attribute("time", number("%.3f", tier_seconds)) +
+               attribute("timestamp", run.started) + ">\n" + cases + "  </testsuite>\n";
     }
     return xml + "</testsuites>\n";
 }

@@ -47,7 +47,8 @@ std::vector<std::string> tiers_of(const RunRecord& run) {
     std::vector<std::string> tiers{"abi", "stage", "sequence", "stress"};
     for (const CaseRecord& c : run.cases)
         if (std::find(tiers.begin(), tiers.end(), c.tier) == tiers.end()) tiers.push_back(c.tier);
-    std::erase_if(tiers, [&](const std::string& tier) { return count_cases(run, tier).total() == 0; });
+    std::erase_if(tiers,
+                  [&](const std::string& tier) { return count_cases(run, tier).total() == 0; });
     return tiers;
 }
 
@@ -64,7 +65,8 @@ const char* verdict_name(Verdict verdict) {
 }
 
 double share_of_limit(const Metric& metric) {
-    return std::max(share(metric.maximum, metric.limit_maximum), share(metric.p99, metric.limit_p99));
+    return std::max(share(metric.maximum, metric.limit_maximum),
+                    share(metric.p99, metric.limit_p99));
 }
 
 void write_report(const RunRecord& given, const std::filesystem::path& folder) {

@@ -23,16 +23,20 @@ std::string file_text(const std::filesystem::path& path) {
     return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+bool contains(const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+}
 
 }  // namespace
 
 TEST_CASE("three files, for a run that passed and one that failed") {
     const std::filesystem::path root = DEFREC_SAMPLE_REPORT;
     std::filesystem::remove_all(root);
-    for (const auto& [name, run] : {std::pair("passed", sample_run()), std::pair("failed", sample_failed_run())}) {
+    for (const auto& [name, run] :
+         {std::pair("passed", sample_run()), std::pair("failed", sample_failed_run())}) {
         write_report(run, root / name);
-        for (const char* file : {kReportFile, kJunitFile, kPageFile}) CHECK(file_text(root / name / file).size() > 500);
+        for (const char* file : {kReportFile, kJunitFile, kPageFile})
+            CHECK(file_text(root / name / file).size() > 500);
         CHECK(std::distance(std::filesystem::directory_iterator(root / name), {}) == 3);
     }
     CHECK_THROWS_AS(write_report(sample_run(), root / "passed" / kReportFile), ReportError);
@@ -49,7 +53,8 @@ TEST_CASE("every figure survives") {
     CHECK(std::isnan(read.cases[1].metrics[1].maximum));
     CHECK(read.cases[1].metrics[1].p99 == std::numeric_limits<double>::infinity());
     CHECK(read.cases[2].pictures.size() == 3);
-    CHECK(read.cases[2].reason == "3 of 64897 disparities differ by up to 16/16 px; \xEF\xBF\xBD the first at <211, 17>.");
+    CHECK(read.cases[2].reason ==
+          "3 of 64897 disparities differ by up to 16/16 px; \xEF\xBF\xBD the first at <211, 17>.");
     CHECK(report["counts"]["all"] == nlohmann::json{{"passed", 1}, {"failed", 2}, {"skipped", 1}});
     CHECK(report["counts"]["tiers"]["abi"]["passed"] == 1);
 }
@@ -76,7 +81,8 @@ TEST_CASE("a report with a member too many, too few or of another type is none")
 }
 
 TEST_CASE("text: what is no UTF-8, and what XML forbids, is replaced") {
-    CHECK(valid_text("plain \xC3\xA9\xE2\x82\xAC\xF0\x9F\x98\x80\n") == "plain \xC3\xA9\xE2\x82\xAC\xF0\x9F\x98\x80\n");
+    CHECK(valid_text("plain \xC3\xA9\xE2\x82\xAC\xF0\x9F\x98\x80\n") ==
+          "plain \xC3\xA9\xE2\x82\xAC\xF0\x9F\x98\x80\n");
     const std::string mark = "\xEF\xBF\xBD";
     CHECK(valid_text(std::string_view("\0", 1)) == mark);
     CHECK(valid_text("\x1B") == mark);

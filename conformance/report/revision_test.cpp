@@ -1,5 +1,5 @@
-// WriteRevision.cmake in a repository of its own: what a commit, a change and a copy outside of git give, and that an unchanged
-// revision does not touch the header.
+// WriteRevision.cmake in a repository of its own: what a commit, a change and a copy outside of git
+// give, and that an unchanged revision does not touch the header.
 #include "conformance/report/revision.hpp"
 
 #include <doctest/doctest.h>
@@ -25,7 +25,8 @@ TEST_CASE("the header follows the tree") {
     fs::remove_all(root);
     const fs::path tree = root / "tree", header = root / "revision.hpp";
     fs::create_directories(tree);
-    const std::string git = "git -C '" + tree.string() + "' -c user.name=a -c user.email=a@b.invalid ";
+    const std::string git =
+        "git -C '" + tree.string() + "' -c user.name=a -c user.email=a@b.invalid ";
     const auto value = [&] {
         run("cmake '-DTREE=" + tree.string() + "' '-DHEADER=" + header.string() +
             "' -P '" DEFREC_SOURCE_DIR "/conformance/report/WriteRevision.cmake'");
@@ -61,6 +62,7 @@ TEST_CASE("the header follows the tree") {
 
 TEST_CASE("this build's own revision") {
     const std::string id = defrec::conformance::suite_revision().id;
-    const bool hash = id.size() == 40 && id.find_first_not_of("0123456789abcdef") == std::string::npos;
+    const bool hash =
+        id.size() == 40 && id.find_first_not_of("0123456789abcdef") == std::string::npos;
     CHECK((hash || id == "unknown"));
 }

@@ -12,11 +12,13 @@ inline Picture sample_picture(const char* title, uint32_t phase) {
     for (uint32_t y = 0; y < picture.height; ++y)
         for (uint32_t x = 0; x < picture.width; ++x)
             for (uint32_t k = 0; k < 3; ++k)
-                picture.pixels.push_back(static_cast<uint8_t>(128 + 90 * std::sin(0.3 * (x + phase)) * std::cos(0.2 * y + k)));
+                picture.pixels.push_back(static_cast<uint8_t>(
+                    128 + 90 * std::sin(0.3 * (x + phase)) * std::cos(0.2 * y + k)));
     return picture;
 }
 
-inline CaseRecord sample_case(const char* id, const char* tier, const char* stage, const char* title) {
+inline CaseRecord sample_case(const char* id, const char* tier, const char* stage,
+                              const char* title) {
     CaseRecord c;
     c.id = id;
     c.tier = tier;
@@ -50,13 +52,18 @@ inline RunRecord sample_run() {
     run.device_stages = 0x7F;  // all but warp
     run.system = "Linux 6.1, Debian GNU/Linux 12";
     run.processor = "A processor";
-    run.cases.push_back(sample_case("abi/unknown_tail", "abi", "", "A longer struct is accepted if its tail is zero."));
-    run.cases.push_back(sample_case("sequence/heartbeat", "sequence", "", "Tracks a beating organ as the reference does."));
+    run.cases.push_back(sample_case("abi/unknown_tail", "abi", "",
+                                    "A longer struct is accepted if its tail is zero."));
+    run.cases.push_back(sample_case("sequence/heartbeat", "sequence", "",
+                                    "Tracks a beating organ as the reference does."));
     run.cases.back().metrics.push_back({"error_to_truth", "mm", 1.4375, 0.8125, 2.0, 1.0, 1600});
-    run.cases.back().metrics.push_back({"distance_to_reference", "mm", 0.001, 0.0005, 0.02, 0.01, 8000});
-    run.cases.push_back(sample_case("stage/stereo/odd_size", "stage", "stereo", "Odd sizes give the reference's disparities."));
+    run.cases.back().metrics.push_back(
+        {"distance_to_reference", "mm", 0.001, 0.0005, 0.02, 0.01, 8000});
+    run.cases.push_back(sample_case("stage/stereo/odd_size", "stage", "stereo",
+                                    "Odd sizes give the reference's disparities."));
     run.cases.back().metrics.push_back({"disparity", "1/16 px", 0, 0, 0, 0, 64897});
-    run.cases.push_back(sample_case("stage/warp/position", "stage", "warp", "Warped points lie where the reference puts them."));
+    run.cases.push_back(sample_case("stage/warp/position", "stage", "warp",
+                                    "Warped points lie where the reference puts them."));
     run.cases.back().verdict = Verdict::skipped;
     run.cases.back().reason = "The device does not offer the stage warp.";
     run.cases.back().runs = 0;
@@ -70,7 +77,8 @@ inline RunRecord sample_failed_run() {
     stereo.verdict = Verdict::failed;
     stereo.reason = "3 of 64897 disparities differ by up to 16/16 px; \x01 the first at <211, 17>.";
     stereo.metrics[0].maximum = 16;
-    stereo.pictures = {sample_picture("expected", 0), sample_picture("found", 1), sample_picture("difference", 30)};
+    stereo.pictures = {sample_picture("expected", 0), sample_picture("found", 1),
+                       sample_picture("difference", 30)};
     CaseRecord& sequence = run.cases[1];
     sequence.verdict = Verdict::failed;
     sequence.reason = "A vertex is no number\nin frame 3.";

@@ -14,7 +14,12 @@ struct Character {
 Character decode(std::string_view text) {
     const auto byte = [&](size_t i) { return static_cast<unsigned char>(text[i]); };
     const uint32_t first = byte(0);
-    const size_t length = first < 0x80 ? 1 : first < 0xC2 ? 0 : first < 0xE0 ? 2 : first < 0xF0 ? 3 : first < 0xF5 ? 4 : 0;
+    const size_t length = first < 0x80   ? 1
+                          : first < 0xC2 ? 0
+                          : first < 0xE0 ? 2
+                          : first < 0xF0 ? 3
+                          : first < 0xF5 ? 4
+                                         : 0;
     if (length == 0 || length > text.size()) return {};
     uint32_t code = length == 1 ? first : first & (0x7Fu >> length);
     for (size_t i = 1; i < length; ++i) {
@@ -28,7 +33,8 @@ Character decode(std::string_view text) {
 
 // The Char production of XML 1.0.
 bool allowed(uint32_t code) {
-    return code == 0x9 || code == 0xA || code == 0xD || (code >= 0x20 && code != 0xFFFE && code != 0xFFFF);
+    return code == 0x9 || code == 0xA || code == 0xD ||
+           (code >= 0x20 && code != 0xFFFE && code != 0xFFFF);
 }
 
 }  // namespace
@@ -49,9 +55,9 @@ std::string valid_text(std::string_view text) {
 
 RunRecord with_valid_text(RunRecord run) {
     const auto repair = [](auto&... texts) { ((texts = valid_text(texts)), ...); };
-    repair(run.suite_version, run.suite_revision, run.started, run.command, run.plugin_name, run.plugin_version,
-           run.plugin_vendor, run.plugin_library, run.plugin_sha256, run.device_id, run.device_name, run.device_driver,
-           run.system, run.processor);
+    repair(run.suite_version, run.suite_revision, run.started, run.command, run.plugin_name,
+           run.plugin_version, run.plugin_vendor, run.plugin_library, run.plugin_sha256,
+           run.device_id, run.device_name, run.device_driver, run.system, run.processor);
     for (CaseRecord& c : run.cases) {
         repair(c.id, c.tier, c.stage, c.title, c.reason);
         for (Metric& m : c.metrics) repair(m.name, m.unit);

@@ -1,5 +1,6 @@
-// A sound report is accepted; every way of embellishing one is refused, with an error message that names it. Edits here mend the
-// digests as somebody who edits would, so that it is not the checksum alone which finds them.
+// A sound report is accepted; every way of embellishing one is refused, with an error message that
+// names it. Edits here mend the digests as somebody who edits would, so that it is not the checksum
+// alone which finds them.
 #include "conformance/report/verify.hpp"
 
 #include <doctest/doctest.h>
@@ -26,7 +27,8 @@ Suite sample_suite() {
 
 class Submitted {
   public:
-    explicit Submitted(const RunRecord& run) : folder_(std::filesystem::path(DEFREC_BUILD_DIR) / "conformance_verify_test") {
+    explicit Submitted(const RunRecord& run)
+        : folder_(std::filesystem::path(DEFREC_BUILD_DIR) / "conformance_verify_test") {
         std::filesystem::remove_all(folder_);
         write_report(run, folder_);
     }
@@ -156,7 +158,8 @@ TEST_CASE("the other two files, and the library") {
     check_one(submitted.violations(), "junit.xml is not");
     std::filesystem::remove(submitted.file(kJunitFile));
     check_one(submitted.violations(), "junit.xml is missing");
-    check_one(verify_report(submitted.file(kReportFile), sample_suite(), submitted.file(kPageFile)), "which index.html has not");
+    check_one(verify_report(submitted.file(kReportFile), sample_suite(), submitted.file(kPageFile)),
+              "which index.html has not");
 }
 
 TEST_CASE("what is no report at all") {

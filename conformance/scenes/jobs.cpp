@@ -18,17 +18,22 @@ Input optional_picture(const Gray* picture, uint32_t stride) {
 }  // namespace
 
 Input colour_input(const Gray& picture, uint32_t format, uint32_t stride_bytes) {
-    const uint32_t channels = format == DEFREC_FORMAT_GRAY8 ? 1 : format == DEFREC_FORMAT_BGRA8 ? 4 : 3;
+    const uint32_t channels = format == DEFREC_FORMAT_GRAY8   ? 1
+                              : format == DEFREC_FORMAT_BGRA8 ? 4
+                                                              : 3;
     std::vector<uint8_t> pixels;
     for (const uint8_t gray : picture.pixels)
-        for (uint32_t c = 0; c < channels; ++c) pixels.push_back(uint8_t(c == 3 ? gray * 7 : std::min(255, gray + 23 * int(c))));
+        for (uint32_t c = 0; c < channels; ++c)
+            pixels.push_back(uint8_t(c == 3 ? gray * 7 : std::min(255, gray + 23 * int(c))));
     Input input = image_input(pixels, picture.width * channels, picture.height, stride_bytes);
     return input;
 }
 
-// ---- rectify -------------------------------------------------------------------------------------------------------
+// ---- rectify
+// -------------------------------------------------------------------------------------------------------
 
-StageJob rectify_job(const defrec_rectify_params& params, const Gray& source, const std::vector<int32_t>* map, const Gray* ignore) {
+StageJob rectify_job(const defrec_rectify_params& params, const Gray& source,
+                     const std::vector<int32_t>* map, const Gray* ignore) {
     StageJob job(DEFREC_STAGE_RECTIFY, &params);
     const auto& p = complete<defrec_rectify_params>(job);
     job.in.push_back(colour_input(source, p.format, p.source_stride));
@@ -46,54 +51,74 @@ std::vector<int32_t> bent_map(const defrec_rectify_params& params, uint64_t seed
     std::vector<int32_t> map;
     for (uint32_t y = 0; y < height; ++y)
         for (uint32_t x = 0; x < width; ++x) {
-            const double u = double(x) / width - 0.5, v = double(y) / height - 0.5, bend = 1 + 0.3 * (u * u + v * v);
+            const double u = double(x) / width - 0.5, v = double(y) / height - 0.5,
+                         bend = 1 + 0.3 * (u * u + v * v);
             const bool outside = random.below(97) == 0;
-            map.push_back(outside ? INT32_MIN
-                                  : int32_t(128 * params.source_width * (0.5 + 1.05 * bend * u + 0.03 * v)) +
-                                        int32_t(random.below(9)));
-            map.push_back(outside ? INT32_MIN : int32_t(128 * params.source_height * (0.5 + 1.05 * bend * v - 0.03 * u)));
+            map.push_back(
+                outside ? INT32_MIN
+                        : int32_t(128 * params.source_width * (0.5 + 1.05 * bend * u + 0.03 * v)) +
+                              int32_t(random.below(9)));
+            map.push_back(
+                outside ? INT32_MIN
+                        : int32_t(128 * params.source_height * (0.5 + 1.05 * bend * v - 0.03 * u)));
         }
     return map;
 }
 
-// ---- stereo --------------------------------------------------------------------------------------------------------
+// ---- stereo
+// --------------------------------------------------------------------------------------------------------
 
-StageJob stereo_job(const defrec_stereo_params& params, const Gray& left, const Gray& right, const Gray* left_mask,
-                    const Gray* right_mask, bool extras) {
+StageJob stereo_job(const defrec_stereo_params& params, const Gray& left, const Gray& right,
+                    const Gray* left_mask, const Gray* right_mask, bool extras) {
     StageJob job(DEFREC_STAGE_STEREO, &params);
     const auto& p = complete<defrec_stereo_params>(job);
     const uint32_t w = p.width, h = p.height, w2 = w / 2, h2 = h / 2;
-    job.in = {picture_input(left, p.stride), picture_input(right, p.stride), optional_picture(left_mask, p.stride),
-              optional_picture(right_mask, p.stride)};
-    job.out = {image_output<int16_t>("disparity", w, h, p.stride), image_output<uint8_t>("confidence", w, h, p.stride),
-               image_output<uint8_t>("left inpainted", w, h, w), image_output<uint8_t>("right inpainted", w, h, w),
-               image_output<int32_t>("left winners", w2, h2, w2), image_output<int32_t>("right winners", w2, h2, w2),
-               image_output<int16_t>("checked", w2, h2, w2), image_output<int16_t>("supported", w2, h2, w2),
-               image_output<int16_t>("dense", w2, h2, w2), image_output<int16_t>("half refined", w2, h2, w2),
-               image_output<int16_t>("hypothesis", w, h, w), image_output<int16_t>("refined", w, h, w),
-               image_output<int16_t>("score", w, h, w), image_output<int16_t>("evidence", w, h, w),
+    job.in = {picture_input(left, p.stride), picture_input(right, p.stride),
+              optional_picture(left_mask, p.stride), optional_picture(right_mask, p.stride)};
+    job.out = {image_output<int16_t>("disparity", w, h, p.stride),
+               image_output<uint8_t>("confidence", w, h, p.stride),
+               image_output<uint8_t>("left inpainted", w, h, w),
+               image_output<uint8_t>("right inpainted", w, h, w),
+               image_output<int32_t>("left winners", w2, h2, w2),
+               image_output<int32_t>("right winners", w2, h2, w2),
+               image_output<int16_t>("checked", w2, h2, w2),
+               image_output<int16_t>("supported", w2, h2, w2),
+               image_output<int16_t>("dense", w2, h2, w2),
+               image_output<int16_t>("half refined", w2, h2, w2),
+               image_output<int16_t>("hypothesis", w, h, w),
+               image_output<int16_t>("refined", w, h, w),
+               image_output<int16_t>("score", w, h, w),
+               image_output<int16_t>("evidence", w, h, w),
                image_output<int16_t>("filled", w, h, w)};
     if (!extras)
         for (size_t i = 1; i < job.out.size(); ++i) job.out[i].given = false;
     return job;
 }
 
-// ---- orb -----------------------------------------------------------------------------------------------------------
+// ---- orb
+// -----------------------------------------------------------------------------------------------------------
 
-StageJob orb_job(const defrec_orb_params& params, const Gray& picture, const Gray* mask, bool extras) {
+StageJob orb_job(const defrec_orb_params& params, const Gray& picture, const Gray* mask,
+                 bool extras) {
     StageJob job(DEFREC_STAGE_ORB, &params);
     const auto& p = complete<defrec_orb_params>(job);
     uint64_t pixels = 0, cells = 0;
     constexpr uint32_t kBorder = 17;  // px, docs/stages/orb.md
-    for (uint32_t level = 0, w = p.width, h = p.height; level < p.levels; ++level, w = 4 * w / 5, h = 4 * h / 5) {
-        const auto count = [&](uint32_t side) { return (side - 2 * kBorder + p.cell - 1) / p.cell; };
+    for (uint32_t level = 0, w = p.width, h = p.height; level < p.levels;
+         ++level, w = 4 * w / 5, h = 4 * h / 5) {
+        const auto count = [&](uint32_t side) {
+            return (side - 2 * kBorder + p.cell - 1) / p.cell;
+        };
         pixels += uint64_t(w) * h;
         if (w > 2 * kBorder && h > 2 * kBorder) cells += uint64_t(count(w)) * count(h);
     }
     job.in = {picture_input(picture, p.stride), optional_picture(mask, p.stride)};
-    job.out = {record_output<uint32_t>("number", 1), record_output<defrec_feature>("features", p.capacity),
-               record_output<uint8_t>("pyramid", pixels), record_output<uint16_t>("smoothed", pixels),
-               record_output<uint8_t>("scores", pixels), record_output<uint32_t>("corners", cells),
+    job.out = {record_output<uint32_t>("number", 1),
+               record_output<defrec_feature>("features", p.capacity),
+               record_output<uint8_t>("pyramid", pixels),
+               record_output<uint16_t>("smoothed", pixels),
+               record_output<uint8_t>("scores", pixels),
+               record_output<uint32_t>("corners", cells),
                record_output<uint8_t>("distances", cells)};
     if (!extras)
         for (size_t i = 2; i < job.out.size(); ++i) job.out[i].given = false;

@@ -8,7 +8,8 @@ namespace defrec::conformance {
 namespace {
 
 double lattice(uint64_t seed, int64_t x, int64_t y) {
-    return Random(seed ^ (uint64_t(x) * 0x9e3779b97f4a7c15 + uint64_t(y) * 0xc2b2ae3d27d4eb4f)).within(-1, 1);
+    return Random(seed ^ (uint64_t(x) * 0x9e3779b97f4a7c15 + uint64_t(y) * 0xc2b2ae3d27d4eb4f))
+        .within(-1, 1);
 }
 
 double smooth(double t) { return t * t * (3 - 2 * t); }
@@ -26,7 +27,8 @@ uint8_t to_gray(double value) { return uint8_t(std::clamp(std::floor(value + 0.5
 // Highlights: discs of 255, and 0 in the mask a pixel farther.
 void add_highlights(Gray& picture, Gray& mask, Random random, int count) {
     for (int k = 0; k < count; ++k) {
-        const double x0 = random.within(0, picture.width), y0 = random.within(0, picture.height), radius = random.within(1, 4);
+        const double x0 = random.within(0, picture.width), y0 = random.within(0, picture.height),
+                     radius = random.within(1, 4);
         for (uint32_t y = 0; y < picture.height; ++y)
             for (uint32_t x = 0; x < picture.width; ++x) {
                 const double d = std::hypot(x - x0, y - y0);
@@ -58,12 +60,14 @@ Gray random_picture(uint32_t width, uint32_t height, uint64_t seed) {
     return picture;
 }
 
-Gray texture_picture(uint32_t width, uint32_t height, uint64_t seed, double dx, double dy, double noise) {
+Gray texture_picture(uint32_t width, uint32_t height, uint64_t seed, double dx, double dy,
+                     double noise) {
     Gray picture = flat_picture(width, height, 0);
     const Texture texture(seed);
     Random random(seed + 1);
     for (uint32_t y = 0; y < height; ++y)
-        for (uint32_t x = 0; x < width; ++x) picture.at(x, y) = to_gray(texture.at(x - dx, y - dy) + noise * random.normal());
+        for (uint32_t x = 0; x < width; ++x)
+            picture.at(x, y) = to_gray(texture.at(x - dx, y - dy) + noise * random.normal());
     return picture;
 }
 
@@ -71,7 +75,8 @@ Gray holes_mask(uint32_t width, uint32_t height, uint64_t seed, uint32_t count, 
     Gray mask = flat_picture(width, height, 255);
     Random random(seed);
     for (uint32_t k = 0; k < count; ++k) {
-        const uint32_t x0 = random.below(width), y0 = random.below(height), side = 1 + random.below(largest);
+        const uint32_t x0 = random.below(width), y0 = random.below(height),
+                       side = 1 + random.below(largest);
         for (uint32_t y = y0; y < std::min(height, y0 + side); ++y)
             for (uint32_t x = x0; x < std::min(width, x0 + side); ++x) mask.at(x, y) = 0;
     }
@@ -88,14 +93,15 @@ StereoPair stereo_pair(uint32_t width, uint32_t height, uint64_t seed, double di
         const double slanted = x + 0.15 * y;
         return slanted >= strip_from && slanted <= strip_to;
     };
-    StereoPair pair{flat_picture(width, height, 0), flat_picture(width, height, 0), flat_picture(width, height, 255),
-                    flat_picture(width, height, 255)};
+    StereoPair pair{flat_picture(width, height, 0), flat_picture(width, height, 0),
+                    flat_picture(width, height, 255), flat_picture(width, height, 255)};
     Random random(seed + 2);
     for (uint32_t y = 0; y < height; ++y)
         for (uint32_t x = 0; x < width; ++x) {
             const double left = in_strip(x, y) ? strip.at(x, y) : surface.at(x, y);
             double at = x + disparity;
-            for (int i = 0; i < 8; ++i) at = x + wave(at, y);  // the surface point that the right view sees
+            for (int i = 0; i < 8; ++i)
+                at = x + wave(at, y);  // the surface point that the right view sees
             const double right = in_strip(x + near, y) ? strip.at(x + near, y) : surface.at(at, y);
             pair.left.at(x, y) = to_gray(left + 1.5 * random.normal());
             pair.right.at(x, y) = to_gray(0.95 * right + 4 + 1.5 * random.normal());

@@ -1,4 +1,5 @@
-// Synthetic gray images of the cases: tissue-like texture, stereo pairs of a wavy surface, and what is none of that.
+// Synthetic gray images of the cases: tissue-like texture, stereo pairs of a wavy surface, and what
+// is none of that.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -28,12 +29,13 @@ class Texture {
 Gray flat_picture(uint32_t width, uint32_t height, uint8_t value);
 Gray random_picture(uint32_t width, uint32_t height, uint64_t seed);
 // The texture, moved by (dx, dy), with noise of that standard deviation.
-Gray texture_picture(uint32_t width, uint32_t height, uint64_t seed, double dx = 0, double dy = 0, double noise = 1.5);
+Gray texture_picture(uint32_t width, uint32_t height, uint64_t seed, double dx = 0, double dy = 0,
+                     double noise = 1.5);
 // 255, but 0 in blocks of up to `largest` px here and there.
 Gray holes_mask(uint32_t width, uint32_t height, uint64_t seed, uint32_t count, uint32_t largest);
 
-// A wavy surface with a nearer strip across, seen by two views, with highlights that are elsewhere in the two and noise. Masks: 0 at
-// highlights and a pixel round them.
+// A wavy surface with a nearer strip across, seen by two views, with highlights that are elsewhere
+// in the two and noise. Masks: 0 at highlights and a pixel round them.
 struct StereoPair {
     Gray left, right, left_mask, right_mask;
 };

@@ -39,14 +39,20 @@ StageJob sample_orb(uint64_t seed) {
 
 StageJob sample_job(uint32_t stage, uint64_t seed) {
     switch (stage) {
-        case DEFREC_STAGE_RECTIFY: return sample_rectify(seed);
-        case DEFREC_STAGE_STEREO: return sample_stereo(seed);
-        case DEFREC_STAGE_ORB: return sample_orb(seed);
-        case DEFREC_STAGE_MATCH: return match_job(match_scene(seed, 40, 60));
+        case DEFREC_STAGE_RECTIFY:
+            return sample_rectify(seed);
+        case DEFREC_STAGE_STEREO:
+            return sample_stereo(seed);
+        case DEFREC_STAGE_ORB:
+            return sample_orb(seed);
+        case DEFREC_STAGE_MATCH:
+            return match_job(match_scene(seed, 40, 60));
         case DEFREC_STAGE_ALIGN:
-            return align_job(align_scene(blank<defrec_align_params>(), seed, {.width = 80, .height = 64}),
-                             align_motions | align_mask);
-        case DEFREC_STAGE_RANSAC: return ransac_job(ransac_scene(seed, 60, 0.3, 20));
+            return align_job(
+                align_scene(blank<defrec_align_params>(), seed, {.width = 80, .height = 64}),
+                align_motions | align_mask);
+        case DEFREC_STAGE_RANSAC:
+            return ransac_job(ransac_scene(seed, 60, 0.3, 20));
         case DEFREC_STAGE_LM: {
             const test::TestSurface surface = test_surface(seed, 64, 48);
             auto params = blank<defrec_lm_params>();
@@ -55,15 +61,18 @@ StageJob sample_job(uint32_t stage, uint64_t seed) {
         }
         case DEFREC_STAGE_WARP: {
             const test::TestSurface surface = test_surface(seed, 64, 48);
-            return warp_job(surface, blank<defrec_warp_params>(), loose_motions(surface, seed, 0.05, 2));
+            return warp_job(surface, blank<defrec_warp_params>(),
+                            loose_motions(surface, seed, 0.05, 2));
         }
-        default: fail(DEFREC_ERROR_INTERNAL, "there is no stage ", stage);
+        default:
+            fail(DEFREC_ERROR_INTERNAL, "there is no stage ", stage);
     }
 }
 
 BufferCounts buffer_counts(uint32_t stage) {
-    static constexpr BufferCounts kCounts[] = {{1, 3, 2, 2}, {2, 4, 1, 15}, {1, 2, 2, 7}, {3, 3, 1, 1},
-                                               {1, 4, 1, 2}, {1, 1, 2, 2},  {1, 4, 2, 2}, {1, 2, 1, 1}};
+    static constexpr BufferCounts kCounts[] = {{1, 3, 2, 2}, {2, 4, 1, 15}, {1, 2, 2, 7},
+                                               {3, 3, 1, 1}, {1, 4, 1, 2},  {1, 1, 2, 2},
+                                               {1, 4, 2, 2}, {1, 2, 1, 1}};
     return kCounts[stage];
 }
 

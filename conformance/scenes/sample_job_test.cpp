@@ -12,7 +12,9 @@ namespace {
 class Samples {
   public:
     Samples() : plugin_(find_backend("reference"), ""), session_(plugin_) {}
-    std::vector<Bytes> outputs(uint32_t stage, uint64_t seed = 1) { return run_plainly(session_, sample_job(stage, seed)); }
+    std::vector<Bytes> outputs(uint32_t stage, uint64_t seed = 1) {
+        return run_plainly(session_, sample_job(stage, seed));
+    }
     Session& session() { return session_; }
 
   private:
@@ -35,7 +37,8 @@ TEST_CASE("images: pixels that are usable and such that are not, disparities and
     CHECK(count<uint8_t>(mask, [](uint8_t m) { return m == 0; }) > 20);
     const std::vector<Bytes> stereo = samples.outputs(DEFREC_STAGE_STEREO);
     const size_t pixels = stereo[0].size() / 2;
-    const size_t holes = count<int16_t>(stereo[0], [](int16_t d) { return d == DEFREC_DISPARITY_NONE; });
+    const size_t holes =
+        count<int16_t>(stereo[0], [](int16_t d) { return d == DEFREC_DISPARITY_NONE; });
     CHECK(holes > 50);
     CHECK(holes < pixels * 3 / 4);
     CHECK(as<uint32_t>(samples.outputs(DEFREC_STAGE_ORB)[0])[0] >= 10);
@@ -44,11 +47,13 @@ TEST_CASE("images: pixels that are usable and such that are not, disparities and
 TEST_CASE("templates: matches, patches, references, a solution and observed points") {
     Samples samples;
     const size_t matches =
-        count<defrec_match>(samples.outputs(DEFREC_STAGE_MATCH)[0], [](const defrec_match& m) { return m.position[2] > 0; });
+        count<defrec_match>(samples.outputs(DEFREC_STAGE_MATCH)[0],
+                            [](const defrec_match& m) { return m.position[2] > 0; });
     CHECK(matches >= 8);
     CHECK(matches < 40);
-    CHECK(count<defrec_patch_observation>(samples.outputs(DEFREC_STAGE_ALIGN)[0],
-                                          [](const defrec_patch_observation& o) { return o.valid == 1; }) >= 8);
+    CHECK(count<defrec_patch_observation>(
+              samples.outputs(DEFREC_STAGE_ALIGN)[0],
+              [](const defrec_patch_observation& o) { return o.valid == 1; }) >= 8);
     const auto ransac = as<defrec_ransac_summary>(samples.outputs(DEFREC_STAGE_RANSAC)[1])[0];
     CHECK(ransac.references > 0);
     CHECK(ransac.inliers > 20);
@@ -59,15 +64,20 @@ TEST_CASE("templates: matches, patches, references, a solution and observed poin
     CHECK(lm.icp_points > 20);
     CHECK(lm.patches > 20);
     const Bytes warp = samples.outputs(DEFREC_STAGE_WARP)[0];
-    CHECK(count<defrec_surface_sample>(warp, [](const defrec_surface_sample& s) { return s.observation == DEFREC_OBSERVED; }) > 20);
-    CHECK(count<defrec_surface_sample>(warp, [](const defrec_surface_sample& s) { return s.observation != DEFREC_OBSERVED; }) > 0);
+    CHECK(count<defrec_surface_sample>(warp, [](const defrec_surface_sample& s) {
+              return s.observation == DEFREC_OBSERVED;
+          }) > 20);
+    CHECK(count<defrec_surface_sample>(warp, [](const defrec_surface_sample& s) {
+              return s.observation != DEFREC_OBSERVED;
+          }) > 0);
 }
 
 TEST_CASE("another seed gives another job of the same sizes, and the same seed the same") {
     Samples samples;
     for (uint32_t stage = 0; stage < DEFREC_STAGE_COUNT_V1; ++stage) {
         CAPTURE(stage);
-        const auto one = samples.outputs(stage, 1), again = samples.outputs(stage, 1), other = samples.outputs(stage, 2);
+        const auto one = samples.outputs(stage, 1), again = samples.outputs(stage, 1),
+                   other = samples.outputs(stage, 2);
         CHECK(one == again);
         CHECK(one != other);
         REQUIRE(one.size() == other.size());

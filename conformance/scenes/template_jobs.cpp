@@ -16,15 +16,18 @@ void random_descriptor(Random& random, uint32_t descriptor[8]) {
     for (int word = 0; word < 8; ++word) descriptor[word] = uint32_t(random.next() >> 32);
 }
 
-Input disparity_input(const std::vector<int16_t>& disparity, uint32_t width, uint32_t height, uint32_t stride) {
+Input disparity_input(const std::vector<int16_t>& disparity, uint32_t width, uint32_t height,
+                      uint32_t stride) {
     return image_input(disparity, width, height, stride);
 }
 
 }  // namespace
 
-// ---- match ---------------------------------------------------------------------------------------------------------
+// ---- match
+// ---------------------------------------------------------------------------------------------------------
 
-MatchScene match_scene(uint64_t seed, uint32_t landmarks, uint32_t features, uint32_t width, uint32_t height) {
+MatchScene match_scene(uint64_t seed, uint32_t landmarks, uint32_t features, uint32_t width,
+                       uint32_t height) {
     MatchScene scene;
     scene.params = blank<defrec_match_params>();
     scene.params.landmarks = landmarks;
@@ -39,7 +42,8 @@ MatchScene match_scene(uint64_t seed, uint32_t landmarks, uint32_t features, uin
         feature.x = int32_t(random.below(16 * width));
         feature.y = int32_t(random.below(16 * height));
         random_descriptor(random, feature.descriptor);
-        if (i > 0 && random.below(6) == 0) {  // a second level's copy of the corner before, or the same elsewhere
+        if (i > 0 && random.below(6) ==
+                         0) {  // a second level's copy of the corner before, or the same elsewhere
             std::copy_n(scene.features[i - 1].descriptor, 8, feature.descriptor);
             feature.descriptor[3] ^= 1u << random.below(32);
             if (random.below(2) == 0) {
@@ -62,8 +66,10 @@ MatchScene match_scene(uint64_t seed, uint32_t landmarks, uint32_t features, uin
     }
     for (uint32_t y = 0; y < height; ++y)
         for (uint32_t x = 0; x < width; ++x) {
-            const double wave = 130 + 20 * std::sin(x / 11.0) + 12 * std::cos(y / 7.0) + (x > width / 2 ? 60 : 0);
-            scene.disparity.push_back(random.below(9) == 0 ? int16_t(DEFREC_DISPARITY_NONE) : int16_t(wave));
+            const double wave =
+                130 + 20 * std::sin(x / 11.0) + 12 * std::cos(y / 7.0) + (x > width / 2 ? 60 : 0);
+            scene.disparity.push_back(random.below(9) == 0 ? int16_t(DEFREC_DISPARITY_NONE)
+                                                           : int16_t(wave));
         }
     return scene;
 }
@@ -78,7 +84,8 @@ StageJob match_job(const MatchScene& scene) {
     return job;
 }
 
-// ---- align ---------------------------------------------------------------------------------------------------------
+// ---- align
+// ---------------------------------------------------------------------------------------------------------
 
 AlignScene align_scene(const defrec_align_params& params, uint64_t seed, const AlignOptions& o) {
     constexpr double kFocal = 300, kDepth = 80;
@@ -105,8 +112,10 @@ AlignScene align_scene(const defrec_align_params& params, uint64_t seed, const A
     for (uint32_t y = 0; y < o.height; ++y)
         for (uint32_t x = 0; x < o.width; ++x) {
             const double px = (x - cx) * z / kFocal - step.x, py = (y - cy) * z / kFocal - step.y;
-            const double u = cx + kFocal * (c * px - s * py) / kDepth, v = cy + kFocal * (s * px + c * py) / kDepth;
-            scene.live.at(x, y) = uint8_t(std::clamp(texture.at(u, v) + o.noise * random.normal() + 0.5, 0.0, 255.0));
+            const double u = cx + kFocal * (c * px - s * py) / kDepth,
+                         v = cy + kFocal * (s * px + c * py) / kDepth;
+            scene.live.at(x, y) =
+                uint8_t(std::clamp(texture.at(u, v) + o.noise * random.normal() + 0.5, 0.0, 255.0));
         }
     scene.mask = holes_mask(o.width, o.height, seed + 51, 15, 9);
     for (uint32_t i = 0; i < o.patches; ++i) {
@@ -122,14 +131,16 @@ AlignScene align_scene(const defrec_align_params& params, uint64_t seed, const A
         scene.patches.push_back(patch);
         const Vec3<double> seen = apply(motion, load3<double>(patch.position));
         const auto error = [&] { return o.prediction_error * random.within(-1, 1); };
-        const auto fixed = [](double value, double one) { return int32_t(std::floor(value * one + 0.5)); };
+        const auto fixed = [](double value, double one) {
+            return int32_t(std::floor(value * one + 0.5));
+        };
         const double stretch = z / kDepth;
-        scene.predictions.push_back(
-            {fixed(cx + kFocal * seen.x / seen.z + error(), 256),
-             fixed(cy + kFocal * seen.y / seen.z + error(), 256),
-             {fixed(stretch * c, 65536), fixed(-stretch * s, 65536), fixed(stretch * s, 65536), fixed(stretch * c, 65536)},
-             random.below(12) == 0 ? 0 : 1,
-             0});
+        scene.predictions.push_back({fixed(cx + kFocal * seen.x / seen.z + error(), 256),
+                                     fixed(cy + kFocal * seen.y / seen.z + error(), 256),
+                                     {fixed(stretch * c, 65536), fixed(-stretch * s, 65536),
+                                      fixed(stretch * s, 65536), fixed(stretch * c, 65536)},
+                                     random.below(12) == 0 ? 0 : 1,
+                                     0});
     }
     return scene;
 }
@@ -140,13 +151,15 @@ StageJob align_job(const AlignScene& scene, int given) {
     Input views;
     for (const Gray& view : scene.views) {
         const Input one = picture_input(view, p.stride);
-        views.bytes.resize((views.bytes.empty() ? 0 : size_t(p.stride) * p.height * (&view - scene.views.data())));
+        views.bytes.resize(
+            (views.bytes.empty() ? 0 : size_t(p.stride) * p.height * (&view - scene.views.data())));
         views.bytes.insert(views.bytes.end(), one.bytes.begin(), one.bytes.end());
     }
     views.row = p.width;
     views.stride = p.stride;
     job.prepare = {records(scene.patches), views};
-    job.in = {picture_input(scene.live, p.stride), (given & align_mask) != 0 ? picture_input(scene.mask, p.stride) : not_given(),
+    job.in = {picture_input(scene.live, p.stride),
+              (given & align_mask) != 0 ? picture_input(scene.mask, p.stride) : not_given(),
               (given & align_motions) != 0 ? records(scene.motions) : not_given(),
               (given & align_predictions) != 0 ? records(scene.predictions) : not_given()};
     job.out = {record_output<defrec_patch_observation>("observations", scene.patches.size()),
@@ -155,7 +168,8 @@ StageJob align_job(const AlignScene& scene, int given) {
     return job;
 }
 
-// ---- ransac --------------------------------------------------------------------------------------------------------
+// ---- ransac
+// --------------------------------------------------------------------------------------------------------
 
 RansacScene ransac_scene(uint64_t seed, uint32_t count, double outliers, double degrees) {
     RansacScene scene;
@@ -170,11 +184,13 @@ RansacScene ransac_scene(uint64_t seed, uint32_t count, double outliers, double 
     };
     Vec3<double> axis{random.within(-1, 1), random.within(-1, 1), random.within(-1, 1)};
     axis = (degrees * 3.14159265358979 / 180 / std::sqrt(dot(axis, axis))) * axis;
-    const Vec3<double> centre{0, 0, 80}, step{random.within(-3, 3), random.within(-3, 3), random.within(-3, 3)};
+    const Vec3<double> centre{0, 0, 80},
+        step{random.within(-3, 3), random.within(-3, 3), random.within(-3, 3)};
     const auto motion = from_rigid(rotation_from_vector(axis), step);
     for (uint32_t i = 0; i < count; ++i) {
         const Vec3<double> from = surface(), goal = random.unit() >= outliers ? from : surface();
-        const Vec3<double> noise{random.within(-0.9, 0.9), random.within(-0.9, 0.9), random.within(-0.9, 0.9)};
+        const Vec3<double> noise{random.within(-0.9, 0.9), random.within(-0.9, 0.9),
+                                 random.within(-0.9, 0.9)};
         defrec_landmark landmark{};
         defrec_match match{};
         match.feature = int32_t(i);
@@ -193,11 +209,13 @@ StageJob ransac_job(const RansacScene& scene) {
     StageJob job(DEFREC_STAGE_RANSAC, &scene.params);
     job.prepare = {records(scene.landmarks)};
     job.in = {records(scene.matches)};
-    job.out = {record_output<defrec_match>("matches", scene.matches.size()), record_output<defrec_ransac_summary>("summary", 1)};
+    job.out = {record_output<defrec_match>("matches", scene.matches.size()),
+               record_output<defrec_ransac_summary>("summary", 1)};
     return job;
 }
 
-// ---- lm, warp ------------------------------------------------------------------------------------------------------
+// ---- lm, warp
+// ------------------------------------------------------------------------------------------------------
 
 test::TestSurface test_surface(uint64_t seed, uint32_t width, uint32_t height) {
     test::SurfaceSpec spec;
@@ -205,16 +223,19 @@ test::TestSurface test_surface(uint64_t seed, uint32_t width, uint32_t height) {
     spec.height = height;
     spec.focal = 1.1 * width;
     spec.node_step = 16;
-    spec.point_step = 4.3;  // points on whole pixels would sit on the borders of every decision about depth
+    spec.point_step =
+        4.3;  // points on whole pixels would sit on the borders of every decision about depth
     spec.landmarks = 90;
     spec.patches = 60;
     test::TestSurface surface(spec);
-    std::erase_if(surface.points, [&](const defrec_surface_point& point) {  // and these on the image's
-        const auto pixel = surface.project(load3<double>(point.position));
-        return pixel.u < 1 || pixel.v < 1;
-    });
+    std::erase_if(surface.points,
+                  [&](const defrec_surface_point& point) {  // and these on the image's
+                      const auto pixel = surface.project(load3<double>(point.position));
+                      return pixel.u < 1 || pixel.v < 1;
+                  });
     Random random(seed);
-    const double a = random.within(0.4, 0.9), b = random.within(0.3, 0.6), c = random.within(0.8, 1.6);
+    const double a = random.within(0.4, 0.9), b = random.within(0.3, 0.6),
+                 c = random.within(0.8, 1.6);
     surface.deform([=](Vec3<double> p) {
         return Vec3<double>{p.x + a * std::sin(p.y / 12) + 0.5, p.y + b * std::cos(p.x / 14),
                             p.z + c * std::sin(p.x / 16 + p.y / 18)};
@@ -222,11 +243,13 @@ test::TestSurface test_surface(uint64_t seed, uint32_t width, uint32_t height) {
     return surface;
 }
 
-std::vector<defrec_motion> loose_motions(const test::TestSurface& surface, uint64_t seed, double turn, double step_mm) {
+std::vector<defrec_motion> loose_motions(const test::TestSurface& surface, uint64_t seed,
+                                         double turn, double step_mm) {
     Random random(seed);
     std::vector<defrec_motion> motions;
     const auto some = [&](double size) {
-        return Vec3<double>{random.within(-size, size), random.within(-size, size), random.within(-size, size)};
+        return Vec3<double>{random.within(-size, size), random.within(-size, size),
+                            random.within(-size, size)};
     };
     for (size_t i = 0; i < surface.nodes.size() / 3; ++i) {
         const auto rotation = rotation_from_vector(some(turn));
@@ -236,7 +259,8 @@ std::vector<defrec_motion> loose_motions(const test::TestSurface& surface, uint6
     return motions;
 }
 
-StageJob lm_job(const test::TestSurface& surface, defrec_lm_params params, const std::vector<defrec_motion>& start, int given) {
+StageJob lm_job(const test::TestSurface& surface, defrec_lm_params params,
+                const std::vector<defrec_motion>& start, int given) {
     const defrec_lm_params own = surface.lm_params();
     params.struct_size = sizeof params;
     params.nodes = own.nodes;
@@ -250,17 +274,20 @@ StageJob lm_job(const test::TestSurface& surface, defrec_lm_params params, const
     if (params.node_spacing_mm == 0) params.node_spacing_mm = own.node_spacing_mm;
     StageJob job(DEFREC_STAGE_LM, &params);
     const auto& p = complete<defrec_lm_params>(job);
-    job.prepare = {records(surface.nodes), records(surface.edges), records(surface.points), records(surface.landmarks),
-                   records(surface.patches)};
+    job.prepare = {records(surface.nodes), records(surface.edges), records(surface.points),
+                   records(surface.landmarks), records(surface.patches)};
     job.in = {records(start), (given & lm_matches) != 0 ? records(surface.matches) : not_given(),
               (given & lm_patches) != 0 ? records(surface.observations) : not_given(),
-              (given & lm_depth) != 0 ? disparity_input(surface.disparity, p.width, p.height, p.stride) : not_given()};
-    job.out = {record_output<defrec_motion>("motions", p.nodes), record_output<defrec_lm_summary>("summary", 1)};
+              (given & lm_depth) != 0
+                  ? disparity_input(surface.disparity, p.width, p.height, p.stride)
+                  : not_given()};
+    job.out = {record_output<defrec_motion>("motions", p.nodes),
+               record_output<defrec_lm_summary>("summary", 1)};
     return job;
 }
 
-StageJob warp_job(const test::TestSurface& surface, defrec_warp_params params, const std::vector<defrec_motion>& motions,
-                  bool depth) {
+StageJob warp_job(const test::TestSurface& surface, defrec_warp_params params,
+                  const std::vector<defrec_motion>& motions, bool depth) {
     params.struct_size = sizeof params;
     params.nodes = uint32_t(motions.size());
     params.points = uint32_t(surface.points.size());
@@ -270,7 +297,9 @@ StageJob warp_job(const test::TestSurface& surface, defrec_warp_params params, c
     StageJob job(DEFREC_STAGE_WARP, &params);
     const auto& p = complete<defrec_warp_params>(job);
     job.prepare = {records(surface.points)};
-    job.in = {records(motions), depth ? disparity_input(surface.disparity, p.width, p.height, p.stride) : not_given()};
+    job.in = {
+        records(motions),
+        depth ? disparity_input(surface.disparity, p.width, p.height, p.stride) : not_given()};
     job.out = {record_output<defrec_surface_sample>("samples", p.points)};
     return job;
 }

@@ -1,6 +1,6 @@
-// The program defrec_sequence_tolerances, which derives the tolerances of the sequence tier: it tracks every sequence of the tier
-// on the reference, and again on the reference whose lm moves every control point by a random amount below --jitter, and prints
-// tolerances.yaml's entries.
+// The program defrec_sequence_tolerances, which derives the tolerances of the sequence tier: it
+// tracks every sequence of the tier on the reference, and again on the reference whose lm moves
+// every control point by a random amount below --jitter, and prints tolerances.yaml's entries.
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
@@ -61,7 +61,8 @@ class Derivation {
 
     void print() const {
         for (const auto& [name, worst] : errors_)
-            print(name, worst, kErrorFactor, "mm", "1.5 times the reference's own worst over the tier's sequences");
+            print(name, worst, kErrorFactor, "mm",
+                  "1.5 times the reference's own worst over the tier's sequences");
         for (const auto& [name, worst] : spread_)
             print(name, worst, kSpreadFactor, unit_of(name),
                   "4 times the largest spread of the reference over the tier's sequences");
@@ -69,42 +70,55 @@ class Derivation {
 
   private:
     void add_errors(const SequenceEntry& entry, const TruthErrors& truth) {
-        const std::string kind = entry.hazy ? "hazy" : concat(entry.sequence.width, "x", entry.sequence.height);
-        errors_["sequence.error_" + kind].add(quantile(truth.errors, 1), quantile(truth.errors, 0.99));
-        std::fprintf(stderr, "%s %ux%u: error median %.4f, p95 %.4f, p99 %.4f, maximum %.4f mm, lost %.4f\n",
-                     entry.sequence.scene.c_str(), entry.sequence.width, entry.sequence.height, quantile(truth.errors, 0.5),
-                     quantile(truth.errors, 0.95), quantile(truth.errors, 0.99), quantile(truth.errors, 1), truth.lost_share());
+        const std::string kind =
+            entry.hazy ? "hazy" : concat(entry.sequence.width, "x", entry.sequence.height);
+        errors_["sequence.error_" + kind].add(quantile(truth.errors, 1),
+                                              quantile(truth.errors, 0.99));
+        std::fprintf(
+            stderr, "%s %ux%u: error median %.4f, p95 %.4f, p99 %.4f, maximum %.4f mm, lost %.4f\n",
+            entry.sequence.scene.c_str(), entry.sequence.width, entry.sequence.height,
+            quantile(truth.errors, 0.5), quantile(truth.errors, 0.95), quantile(truth.errors, 0.99),
+            quantile(truth.errors, 1), truth.lost_share());
     }
 
     void add_spread(const SequenceEntry& entry, const Track& expected, const Track& moved) {
         const std::string kind = entry.hazy ? "_hazy" : "";
         const StateDifference states = state_difference(expected, moved);
-        if (!states.other_state.empty()) throw std::runtime_error(entry.sequence.scene + ": " + states.other_state);
+        if (!states.other_state.empty())
+            throw std::runtime_error(entry.sequence.scene + ": " + states.other_state);
         const TrackDistance apart = distance_between(expected, moved);
         const double median = quantile(apart.observed, 0.5), status = apart.other_status_share();
-        spread_["sequence.observed" + kind].add(quantile(apart.observed, 1), quantile(apart.observed, 0.99));
+        spread_["sequence.observed" + kind].add(quantile(apart.observed, 1),
+                                                quantile(apart.observed, 0.99));
         spread_["sequence.observed_median" + kind].add(median, median);
-        spread_["sequence.extrapolated" + kind].add(quantile(apart.extrapolated, 1), quantile(apart.extrapolated, 0.99));
+        spread_["sequence.extrapolated" + kind].add(quantile(apart.extrapolated, 1),
+                                                    quantile(apart.extrapolated, 0.99));
         spread_["sequence.other_status" + kind].add(status, status);
         spread_["sequence.other_reasons" + kind].add(states.other_reasons, states.other_reasons);
         std::fprintf(stderr,
-                     "  observed median %.5f, p99 %.4f, maximum %.4f mm; extrapolated p99 %.4f, maximum %.4f mm; status %.5f; "
+                     "  observed median %.5f, p99 %.4f, maximum %.4f mm; extrapolated p99 %.4f, "
+                     "maximum %.4f mm; status %.5f; "
                      "reasons %u\n",
-                     median, quantile(apart.observed, 0.99), quantile(apart.observed, 1), quantile(apart.extrapolated, 0.99),
-                     quantile(apart.extrapolated, 1), status, states.other_reasons);
+                     median, quantile(apart.observed, 0.99), quantile(apart.observed, 1),
+                     quantile(apart.extrapolated, 0.99), quantile(apart.extrapolated, 1), status,
+                     states.other_reasons);
     }
 
     static const char* unit_of(const std::string& name) {
-        return name.find("status") != std::string::npos ? "share" : name.find("reasons") != std::string::npos ? "frames" : "mm";
+        return name.find("status") != std::string::npos    ? "share"
+               : name.find("reasons") != std::string::npos ? "frames"
+                                                           : "mm";
     }
 
-    void print(const std::string& name, const Worst& worst, double factor, const char* unit, const char* how) const {
+    void print(const std::string& name, const Worst& worst, double factor, const char* unit,
+               const char* how) const {
         if (worst.maximum == 0) return;  // exact
         std::printf(
-            "%s:\n  unit: %s\n  maximum: %.3g\n  p99: %.3g\n  provenance: %s (%.3g, p99 %.3g)\n  command: "
+            "%s:\n  unit: %s\n  maximum: %.3g\n  p99: %.3g\n  provenance: %s (%.3g, p99 %.3g)\n  "
+            "command: "
             "defrec_sequence_tolerances --jitter %g --seeds %u\n",
-            name.c_str(), unit, rounded_up(factor * worst.maximum), rounded_up(factor * worst.p99), how, worst.maximum, worst.p99,
-            jitter_, seeds_);
+            name.c_str(), unit, rounded_up(factor * worst.maximum), rounded_up(factor * worst.p99),
+            how, worst.maximum, worst.p99, jitter_, seeds_);
     }
 
     double jitter_;

@@ -32,7 +32,8 @@ struct Derived {
 float jittered(float value, Random& random) {
     const uint32_t kind = random.below(3);
     if (kind == 0 || value == 0 || !std::isfinite(value)) return value;
-    return std::nextafter(value, kind == 1 ? std::numeric_limits<float>::max() : std::numeric_limits<float>::lowest());
+    return std::nextafter(value, kind == 1 ? std::numeric_limits<float>::max()
+                                           : std::numeric_limits<float>::lowest());
 }
 
 void jitter(Input& input, Random& random) {
@@ -58,12 +59,15 @@ StageJob jittered(StageJob job, uint64_t seed) {
 // What ransac only hands on is no result of it: the matches as they were, with the found weights.
 Bytes with_weights_of(Bytes matches, const Bytes& found) {
     for (size_t i = offsetof(defrec_match, weight); i < matches.size(); i += sizeof(defrec_match))
-        std::copy_n(found.begin() + std::ptrdiff_t(i), sizeof(float), matches.begin() + std::ptrdiff_t(i));
+        std::copy_n(found.begin() + std::ptrdiff_t(i), sizeof(float),
+                    matches.begin() + std::ptrdiff_t(i));
     return matches;
 }
 
-void derive_from(const StageCase& one, Workbench& bench, bool measure_subject, std::map<std::string, Derived>& all) {
-    CaseRun run(concat("stage/", stage_name(one.stage), "/", one.name), bench, Tolerances::of_suite());
+void derive_from(const StageCase& one, Workbench& bench, bool measure_subject,
+                 std::map<std::string, Derived>& all) {
+    CaseRun run(concat("stage/", stage_name(one.stage), "/", one.name), bench,
+                Tolerances::of_suite());
     const StageJob job = one.make(run, 0);
     const std::vector<Bytes> expected = run_plainly(bench.reference(), job);
     for (int k = 0; k < kJitters; ++k) {
@@ -71,7 +75,8 @@ void derive_from(const StageCase& one, Workbench& bench, bool measure_subject, s
         std::vector<Bytes> found = run_plainly(bench.reference(), jittered(job, uint64_t(k)));
         if (one.stage == DEFREC_STAGE_RANSAC) found[0] = with_weights_of(expected[0], found[0]);
         one.spread(job, expected, found, spread);
-        for (const auto& [name, distances] : spread.all()) all[name].spread.add(distances, run.id());
+        for (const auto& [name, distances] : spread.all())
+            all[name].spread.add(distances, run.id());
     }
     if (!measure_subject) return;
     Spread spread;
@@ -81,18 +86,21 @@ void derive_from(const StageCase& one, Workbench& bench, bool measure_subject, s
 
 void print(const std::string& name, const Derived& derived, bool with_backend) {
     const Tolerance& tolerance = Tolerances::of_suite().at(name);
-    std::printf("%-19s spread %.2e, p99 %.2e (%s); 4 times %.2e, %.2e; allowed %.2e, %.2e", name.c_str(), derived.spread.maximum,
-                derived.spread.p99, derived.spread.from.c_str(), kMargin * derived.spread.maximum, kMargin * derived.spread.p99,
-                tolerance.maximum, tolerance.p99);
+    std::printf("%-19s spread %.2e, p99 %.2e (%s); 4 times %.2e, %.2e; allowed %.2e, %.2e",
+                name.c_str(), derived.spread.maximum, derived.spread.p99,
+                derived.spread.from.c_str(), kMargin * derived.spread.maximum,
+                kMargin * derived.spread.p99, tolerance.maximum, tolerance.p99);
     if (with_backend)
-        std::printf("; backend %.2e, %.2e (%s)", derived.backend.maximum, derived.backend.p99, derived.backend.from.c_str());
+        std::printf("; backend %.2e, %.2e (%s)", derived.backend.maximum, derived.backend.p99,
+                    derived.backend.from.c_str());
     std::printf("\n");
 }
 
 }  // namespace
 
 void print_derived_tolerances(const std::string& backend) {
-    const Plugin reference(find_backend("reference"), ""), subject(find_backend(backend.empty() ? "reference" : backend), "");
+    const Plugin reference(find_backend("reference"), ""),
+        subject(find_backend(backend.empty() ? "reference" : backend), "");
     Workbench bench(subject, reference);
     std::map<std::string, Derived> all;
     for (const StageCase& one : stage_cases()) {
@@ -100,7 +108,8 @@ void print_derived_tolerances(const std::string& backend) {
         try {
             derive_from(one, bench, !backend.empty(), all);
         } catch (const CaseFailure& failure) {
-            std::printf("%s/%s: a decision fell differently: %s\n", stage_name(one.stage), one.name.c_str(), failure.what());
+            std::printf("%s/%s: a decision fell differently: %s\n", stage_name(one.stage),
+                        one.name.c_str(), failure.what());
         }
     }
     for (const auto& [name, derived] : all) print(name, derived, !backend.empty());

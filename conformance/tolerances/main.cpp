@@ -1,4 +1,5 @@
-// The program defrec_tolerances [BACKEND]: prints what the tolerances of the stage tier are derived from, and how far a backend's results are.
+// The program defrec_tolerances [BACKEND]: prints what the tolerances of the stage tier are derived
+// from, and how far a backend's results are.
 #include <cstdio>
 #include <exception>
 

@@ -1,11 +1,12 @@
-/* What the fragments of the guides use without declaring it. Nothing of this is defined anywhere: fragments are compiled, not run. */
+/* What the fragments of the guides use without declaring it. Nothing of this is defined anywhere:
+ * fragments are compiled, not run. */
 #ifndef DEFREC_EXAMPLE_NAMES_H
 #define DEFREC_EXAMPLE_NAMES_H
 #include <defrec_c.h>
 #include <stdio.h>
 
 void check(defrec_status status);
-void report(defrec_status status, const char *text);
+void report(defrec_status status, const char* text);
 void show(defrec_job job);
 defrec_frame newest_frame(void);
 uint64_t clock_ns(void);
@@ -29,12 +30,12 @@ extern int64_t now;
 
 /* Images in device memory. */
 extern struct {
-    void *pixels;
+    void* pixels;
     defrec_memory memory;
 } slots[4];
 extern size_t l, r, pitch;
-extern void *producer;
-void cudaStreamSynchronize(void *stream);
+extern void* producer;
+void cudaStreamSynchronize(void* stream);
 
 /* A preoperative model. */
 extern size_t count;

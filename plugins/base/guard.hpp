@@ -1,4 +1,5 @@
-// What every plugin in C++ needs at the border of the plugin ABI: the barrier that no exception crosses, and the filling of tables.
+// What every plugin in C++ needs at the border of the plugin ABI: the barrier that no exception
+// crosses, and the filling of tables.
 #pragma once
 #include "backends/shared/stage.hpp"
 
@@ -30,17 +31,19 @@ defrec_status guarded(const defrec_host& host, Body&& body) noexcept {
 
 // Whether the host offers everything that a plugin of this version calls.
 inline bool complete_host(const defrec_host* host) {
-    return DEFREC_HAS(host, concurrency) && host->log != nullptr && host->error != nullptr && host->alloc != nullptr &&
-           host->free != nullptr && host->parallel_for != nullptr;
+    return DEFREC_HAS(host, concurrency) && host->log != nullptr && host->error != nullptr &&
+           host->alloc != nullptr && host->free != nullptr && host->parallel_for != nullptr;
 }
 
 constexpr uint32_t kStageVersion = 1;  // of every definition in docs/stages
 constexpr bool has_prepare(uint32_t stage) {
-    return stage != DEFREC_STAGE_RECTIFY && stage != DEFREC_STAGE_STEREO && stage != DEFREC_STAGE_ORB;
+    return stage != DEFREC_STAGE_RECTIFY && stage != DEFREC_STAGE_STEREO &&
+           stage != DEFREC_STAGE_ORB;
 }
 
 // A stage's table; prepare is left out where the stage has none.
-constexpr defrec_stage_table fill_stage_table(uint32_t stage, decltype(defrec_stage_table::supports) supports,
+constexpr defrec_stage_table fill_stage_table(uint32_t stage,
+                                              decltype(defrec_stage_table::supports) supports,
                                               decltype(defrec_stage_table::create) create,
                                               decltype(defrec_stage_table::destroy) destroy,
                                               decltype(defrec_stage_table::prepare) prepare,

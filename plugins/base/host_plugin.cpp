@@ -15,11 +15,15 @@ struct HostDevice {
 
 class HostBuffer {
   public:
-    HostBuffer(const Host& host, uint64_t size) : memory_(host.allocate(std::max<uint64_t>(size, 1), 64), {host}), data_(memory_.get()), size_(size) {
+    HostBuffer(const Host& host, uint64_t size)
+        : memory_(host.allocate(std::max<uint64_t>(size, 1), 64), {host}),
+          data_(memory_.get()),
+          size_(size) {
         std::memset(data_, 0, size);
     }
     // The caller's memory.
-    HostBuffer(const Host& host, void* data, uint64_t size) : memory_(nullptr, {host}), data_(data), size_(size) {}
+    HostBuffer(const Host& host, void* data, uint64_t size)
+        : memory_(nullptr, {host}), data_(data), size_(size) {}
 
     void* data() const { return data_; }
     uint64_t size() const { return size_; }
@@ -58,7 +62,9 @@ class HostStage {
 
     explicit HostStage(std::unique_ptr<Stage> stage) : stage_(std::move(stage)) {}
     void prepare(HostQueue&, Buffers in) { stage_->prepare(Views<InBuffer>(in)); }
-    void enqueue(HostQueue&, Buffers in, Buffers out) { stage_->run(Views<InBuffer>(in), Views<OutBuffer>(out)); }
+    void enqueue(HostQueue&, Buffers in, Buffers out) {
+        stage_->run(Views<InBuffer>(in), Views<OutBuffer>(out));
+    }
 
   private:
     template <class View>
@@ -83,7 +89,8 @@ class HostBackend {
     using Buffer = HostBuffer;
     using Queue = HostQueue;
     using Stage = HostStage;
-    HostBackend(const HostPluginDescription& description, const defrec_host* host) : description_(description), host_(host) {}
+    HostBackend(const HostPluginDescription& description, const defrec_host* host)
+        : description_(description), host_(host) {}
 
     const char* name() const { return description_.name; }
     const char* version() const { return description_.version; }
@@ -95,16 +102,21 @@ class HostBackend {
         info.id = description_.name;
         info.name = description_.device_name;
         info.driver = description_.version;
-        info.memory_bytes = static_cast<uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
+        info.memory_bytes = static_cast<uint64_t>(sysconf(_SC_PHYS_PAGES)) *
+                            static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
         info.features = DEFREC_FEATURE_REPEATABLE;
     }
-    std::unique_ptr<HostDevice> open(size_t) const { return std::unique_ptr<HostDevice>(new HostDevice{host_}); }
+    std::unique_ptr<HostDevice> open(size_t) const {
+        return std::unique_ptr<HostDevice>(new HostDevice{host_});
+    }
 
     HostBuffer make_buffer(HostDevice&, uint64_t size) const { return HostBuffer(host_, size); }
     HostBuffer import_buffer(HostDevice&, uint32_t kind, void* memory, uint64_t size) const {
         if (kind != DEFREC_MEMORY_HOST)
-            throw StageError(DEFREC_ERROR_UNSUPPORTED, std::string(name()) + " computes in the processor's memory, kind " +
-                                                           std::to_string(DEFREC_MEMORY_HOST) + "; kind " + std::to_string(kind) + " was given");
+            throw StageError(DEFREC_ERROR_UNSUPPORTED,
+                             std::string(name()) + " computes in the processor's memory, kind " +
+                                 std::to_string(DEFREC_MEMORY_HOST) + "; kind " +
+                                 std::to_string(kind) + " was given");
         return HostBuffer(host_, memory, size);
     }
 

@@ -130,10 +130,13 @@ class Plugin {
 }  // namespace
 
 TEST_CASE("makers stand at the stage that their parameters belong to, whatever their order") {
-    constexpr auto kMakers = makers_of<make_nothing<defrec_warp_params>, make_nothing<defrec_rectify_params>>();
+    constexpr auto kMakers =
+        makers_of<make_nothing<defrec_warp_params>, make_nothing<defrec_rectify_params>>();
     for (uint32_t stage = 0; stage < kMakers.size(); ++stage)
-        CHECK((kMakers[stage] != nullptr) == (stage == DEFREC_STAGE_WARP || stage == DEFREC_STAGE_RECTIFY));
-    CHECK((kMakers[DEFREC_STAGE_WARP] == makers_of<make_nothing<defrec_warp_params>>()[DEFREC_STAGE_WARP]));
+        CHECK((kMakers[stage] != nullptr) ==
+              (stage == DEFREC_STAGE_WARP || stage == DEFREC_STAGE_RECTIFY));
+    CHECK((kMakers[DEFREC_STAGE_WARP] ==
+           makers_of<make_nothing<defrec_warp_params>>()[DEFREC_STAGE_WARP]));
 }
 
 TEST_CASE("the tables are complete, and name what is offered") {
@@ -154,7 +157,8 @@ TEST_CASE("the tables are complete, and name what is offered") {
     CHECK(info.stages == 1u << DEFREC_STAGE_RANSAC);
     CHECK(plugin.table->device_info(plugin.table->self, 1, &info) == DEFREC_ERROR_ARGUMENT);
     for (uint32_t stage = 0; stage < 10; ++stage)
-        CHECK((plugin.table->stage(plugin.table->self, stage) != nullptr) == (stage == DEFREC_STAGE_RANSAC));
+        CHECK((plugin.table->stage(plugin.table->self, stage) != nullptr) ==
+              (stage == DEFREC_STAGE_RANSAC));
 }
 
 TEST_CASE("row 25: whatever a stage throws becomes a status with its error message") {
@@ -194,7 +198,8 @@ TEST_CASE("imported memory is worked in where it lies, and stays the caller's") 
     const defrec_plugin& table = *plugin.table;
     alignas(16) uint8_t memory[16] = {1, 2, 3, 4};
     defrec_pbuffer* buffer = nullptr;
-    REQUIRE(table.buffer_import(plugin.device, DEFREC_MEMORY_HOST, memory, 8, &buffer) == DEFREC_OK);
+    REQUIRE(table.buffer_import(plugin.device, DEFREC_MEMORY_HOST, memory, 8, &buffer) ==
+            DEFREC_OK);
     uint8_t bytes[4] = {};
     REQUIRE(table.read(plugin.queue, buffer, 0, bytes, 4) == DEFREC_OK);
     CHECK(bytes[3] == 4);
@@ -206,18 +211,25 @@ TEST_CASE("imported memory is worked in where it lies, and stays the caller's") 
     CHECK(memory[0] == 1);
 }
 
-TEST_CASE("memory that cannot be imported: another kind, NULL, not aligned, empty, beyond the address space") {
+TEST_CASE(
+    "memory that cannot be imported: another kind, NULL, not aligned, empty, beyond the address "
+    "space") {
     Plugin plugin;
     const defrec_plugin& table = *plugin.table;
     alignas(16) uint8_t memory[32];
     defrec_pbuffer* buffer = nullptr;
-    CHECK(table.buffer_import(plugin.device, DEFREC_MEMORY_CUDA, memory, 16, &buffer) == DEFREC_ERROR_UNSUPPORTED);
+    CHECK(table.buffer_import(plugin.device, DEFREC_MEMORY_CUDA, memory, 16, &buffer) ==
+          DEFREC_ERROR_UNSUPPORTED);
     CHECK(plugin.recorder.error.find("kind 2 was given") != std::string::npos);
-    CHECK(table.buffer_import(plugin.device, DEFREC_MEMORY_HOST, nullptr, 16, &buffer) == DEFREC_ERROR_ARGUMENT);
-    CHECK(table.buffer_import(plugin.device, DEFREC_MEMORY_HOST, memory + 8, 16, &buffer) == DEFREC_ERROR_ARGUMENT);
+    CHECK(table.buffer_import(plugin.device, DEFREC_MEMORY_HOST, nullptr, 16, &buffer) ==
+          DEFREC_ERROR_ARGUMENT);
+    CHECK(table.buffer_import(plugin.device, DEFREC_MEMORY_HOST, memory + 8, 16, &buffer) ==
+          DEFREC_ERROR_ARGUMENT);
     CHECK(plugin.recorder.error.find("multiple of 16") != std::string::npos);
-    CHECK(table.buffer_import(plugin.device, DEFREC_MEMORY_HOST, memory, 0, &buffer) == DEFREC_ERROR_ARGUMENT);
-    CHECK(table.buffer_import(plugin.device, DEFREC_MEMORY_HOST, memory, UINT64_MAX, &buffer) == DEFREC_ERROR_ARGUMENT);
+    CHECK(table.buffer_import(plugin.device, DEFREC_MEMORY_HOST, memory, 0, &buffer) ==
+          DEFREC_ERROR_ARGUMENT);
+    CHECK(table.buffer_import(plugin.device, DEFREC_MEMORY_HOST, memory, UINT64_MAX, &buffer) ==
+          DEFREC_ERROR_ARGUMENT);
     CHECK(buffer == nullptr);
 }
 

@@ -1,4 +1,5 @@
-// Puts a backend behind the plugin ABI: fills the plugin's table and those of its stages, every entry behind the barrier of guard.hpp.
+// Puts a backend behind the plugin ABI: fills the plugin's table and those of its stages, every
+// entry behind the barrier of guard.hpp.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -10,7 +11,8 @@
 
 #include "plugins/base/guard.hpp"
 
-// What the host sees of a plugin's objects: where their failures are told. PluginOf derives the rest.
+// What the host sees of a plugin's objects: where their failures are told. PluginOf derives the
+// rest.
 struct defrec_pdevice_ {
     const defrec_host& host;
 };
@@ -26,7 +28,8 @@ struct defrec_pstage_ {
 
 namespace defrec {
 
-// How a plugin makes a stage: from its complete parameters (the defrec_*_params that belong to it) and what its backend wants beside them.
+// How a plugin makes a stage: from its complete parameters (the defrec_*_params that belong to it)
+// and what its backend wants beside them.
 template <class Made, class Context>
 using MakerOf = std::unique_ptr<Made> (*)(const void* params, Context& context);
 
@@ -56,7 +59,8 @@ struct Making<std::unique_ptr<Made> (*)(const Params&, Context&)> {
     }
 };
 }  // namespace detail
-// A backend's maker functions as MakerOf, each at its DEFREC_STAGE_*, whatever their order; nullptr where there is none.
+// A backend's maker functions as MakerOf, each at its DEFREC_STAGE_*, whatever their order; nullptr
+// where there is none.
 template <auto kFirst, auto... kOthers>
 consteval auto makers_of() {
     using Maker = typename detail::Making<decltype(kFirst)>::Maker;
@@ -65,8 +69,11 @@ consteval auto makers_of() {
         if (makers[stage] != nullptr) throw "two functions make the same stage";
         makers[stage] = maker;
     };
-    add(detail::Making<decltype(kFirst)>::kStage, detail::Making<decltype(kFirst)>::template make<kFirst>);
-    (add(detail::Making<decltype(kOthers)>::kStage, detail::Making<decltype(kOthers)>::template make<kOthers>), ...);
+    add(detail::Making<decltype(kFirst)>::kStage,
+        detail::Making<decltype(kFirst)>::template make<kFirst>);
+    (add(detail::Making<decltype(kOthers)>::kStage,
+         detail::Making<decltype(kOthers)>::template make<kOthers>),
+     ...);
     return makers;
 }
 
@@ -74,10 +81,10 @@ consteval auto makers_of() {
 //   Device   settle() noexcept: after it, buffers and stages may be destroyed
 //   Buffer   size()
 //   Queue    Queue(Device&), write, read, signal, wait: as those of backends/vulkan/queue.hpp
-//   Stage    prepare(Queue&, in), enqueue(Queue&, in, out): spans of const Buffer*, nullptr: not given; kMaxBuffers
-//   name(), version(), device_count(), offers(stage)
-//   describe(index, defrec_device_info&)     sets what is the device's own; stages: those offered, of which it may take some away
-//   open(index)                              a unique_ptr<Device>
+//   Stage    prepare(Queue&, in), enqueue(Queue&, in, out): spans of const Buffer*, nullptr: not
+//   given; kMaxBuffers name(), version(), device_count(), offers(stage) describe(index,
+//   defrec_device_info&)     sets what is the device's own; stages: those offered, of which it may
+//   take some away open(index)                              a unique_ptr<Device>
 //   make_buffer(Device&, size)               of zeros
 //   make_stage(Device&, stage, params)
 //   check_support(Device&, stage, params)    throws what make_stage would
@@ -89,7 +96,8 @@ template <class Backend>
 class PluginOf {
   public:
     template <class... Given>
-    explicit PluginOf(const defrec_host& host, Given&&... given) : host_(host), backend_(std::forward<Given>(given)...) {
+    explicit PluginOf(const defrec_host& host, Given&&... given)
+        : host_(host), backend_(std::forward<Given>(given)...) {
         fill_table();
     }
     PluginOf(const PluginOf&) = delete;
@@ -119,7 +127,8 @@ class PluginOf {
     static Queue& of(defrec_pqueue* queue) { return *static_cast<Queue*>(queue); }
     static Stage& of(defrec_pstage* stage) { return *static_cast<Stage*>(stage); }
 
-    // ---- devices ---------------------------------------------------------------------------------------------------
+    // ---- devices
+    // ---------------------------------------------------------------------------------------------------
 
     static size_t device_count(void* self) { return of(self).backend_.device_count(); }
 
@@ -147,21 +156,27 @@ class PluginOf {
     }
     static void device_close(defrec_pdevice* device) { delete static_cast<Device*>(device); }
 
-    // ---- buffers ---------------------------------------------------------------------------------------------------
+    // ---- buffers
+    // ---------------------------------------------------------------------------------------------------
 
-    static defrec_status buffer_create(defrec_pdevice* device, uint64_t size, defrec_pbuffer** out) {
+    static defrec_status buffer_create(defrec_pdevice* device, uint64_t size,
+                                       defrec_pbuffer** out) {
         return guarded(device->host, [&] {
             auto& on = *of(device).device;
             *out = new Buffer{{device->host}, on, of(device).backend.make_buffer(on, size)};
         });
     }
-    static defrec_status buffer_import(defrec_pdevice* device, uint32_t kind, void* memory, uint64_t size, defrec_pbuffer** out) {
+    static defrec_status buffer_import(defrec_pdevice* device, uint32_t kind, void* memory,
+                                       uint64_t size, defrec_pbuffer** out) {
         return guarded(device->host, [&] {
             const auto address = reinterpret_cast<uintptr_t>(memory);
-            if (memory == nullptr || address % 16 != 0) reject("memory is imported from an address that is a multiple of 16");
-            if (size == 0 || size > UINTPTR_MAX - address) reject("the size does not fit the address space, or is zero");
+            if (memory == nullptr || address % 16 != 0)
+                reject("memory is imported from an address that is a multiple of 16");
+            if (size == 0 || size > UINTPTR_MAX - address)
+                reject("the size does not fit the address space, or is zero");
             auto& on = *of(device).device;
-            *out = new Buffer{{device->host}, on, of(device).backend.import_buffer(on, kind, memory, size)};
+            *out = new Buffer{
+                {device->host}, on, of(device).backend.import_buffer(on, kind, memory, size)};
         });
     }
     static void buffer_destroy(defrec_pbuffer* buffer) {
@@ -171,30 +186,46 @@ class PluginOf {
     }
 
     static defrec_status host_alloc(defrec_pdevice* device, uint64_t size, void** out) {
-        return guarded(device->host, [&] { *out = of(device).backend.allocate_host(*of(device).device, size); });
+        return guarded(device->host,
+                       [&] { *out = of(device).backend.allocate_host(*of(device).device, size); });
     }
-    static void host_free(defrec_pdevice* device, void* memory) { of(device).backend.release_host(*of(device).device, memory); }
+    static void host_free(defrec_pdevice* device, void* memory) {
+        of(device).backend.release_host(*of(device).device, memory);
+    }
 
-    // ---- queues ----------------------------------------------------------------------------------------------------
+    // ---- queues
+    // ----------------------------------------------------------------------------------------------------
 
     static defrec_status queue_create(defrec_pdevice* device, defrec_pqueue** out) {
-        return guarded(device->host, [&] { *out = new Queue{{device->host}, typename Backend::Queue(*of(device).device)}; });
+        return guarded(device->host, [&] {
+            *out = new Queue{{device->host}, typename Backend::Queue(*of(device).device)};
+        });
     }
     static void queue_destroy(defrec_pqueue* queue) { delete static_cast<Queue*>(queue); }
 
     static const auto& in_range(defrec_pbuffer* buffer, uint64_t offset, uint64_t size) {
         const auto& range = of(buffer).buffer;
-        if (offset > range.size() || size > range.size() - offset) reject("the range does not lie in the buffer");
+        if (offset > range.size() || size > range.size() - offset)
+            reject("the range does not lie in the buffer");
         return range;
     }
-    static defrec_status write(defrec_pqueue* queue, defrec_pbuffer* buffer, uint64_t offset, const void* src, uint64_t size) {
-        return guarded(queue->host, [&] { of(queue).queue.write(in_range(buffer, offset, size), offset, src, size); });
+    static defrec_status write(defrec_pqueue* queue, defrec_pbuffer* buffer, uint64_t offset,
+                               const void* src, uint64_t size) {
+        return guarded(queue->host, [&] {
+            of(queue).queue.write(in_range(buffer, offset, size), offset, src, size);
+        });
     }
-    static defrec_status write_in_place(defrec_pqueue* queue, defrec_pbuffer* buffer, uint64_t offset, const void* src, uint64_t size) {
-        return guarded(queue->host, [&] { of(queue).queue.write_in_place(in_range(buffer, offset, size), offset, src, size); });
+    static defrec_status write_in_place(defrec_pqueue* queue, defrec_pbuffer* buffer,
+                                        uint64_t offset, const void* src, uint64_t size) {
+        return guarded(queue->host, [&] {
+            of(queue).queue.write_in_place(in_range(buffer, offset, size), offset, src, size);
+        });
     }
-    static defrec_status read(defrec_pqueue* queue, defrec_pbuffer* buffer, uint64_t offset, void* dst, uint64_t size) {
-        return guarded(queue->host, [&] { of(queue).queue.read(in_range(buffer, offset, size), offset, dst, size); });
+    static defrec_status read(defrec_pqueue* queue, defrec_pbuffer* buffer, uint64_t offset,
+                              void* dst, uint64_t size) {
+        return guarded(queue->host, [&] {
+            of(queue).queue.read(in_range(buffer, offset, size), offset, dst, size);
+        });
     }
 
     static defrec_status signal(defrec_pqueue* queue, uint64_t* out_value) {
@@ -202,24 +233,29 @@ class PluginOf {
     }
     static defrec_status wait(defrec_pqueue* queue, uint64_t value, uint64_t timeout_ns) {
         bool reached = false;
-        const defrec_status status = guarded(queue->host, [&] { reached = of(queue).queue.wait(value, timeout_ns); });
+        const defrec_status status =
+            guarded(queue->host, [&] { reached = of(queue).queue.wait(value, timeout_ns); });
         return status == DEFREC_OK && !reached ? DEFREC_TIMEOUT : status;
     }
 
-    // ---- stages ----------------------------------------------------------------------------------------------------
+    // ---- stages
+    // ----------------------------------------------------------------------------------------------------
 
     using Buffers = std::span<const typename Backend::Buffer* const>;
     using BufferArray = std::array<const typename Backend::Buffer*, Backend::Stage::kMaxBuffers>;
 
     static Buffers collect(defrec_pbuffer* const* buffers, size_t count, BufferArray& out) {
         if (count > out.size()) reject("too many buffers");
-        for (size_t i = 0; i < count; ++i) out[i] = buffers[i] == nullptr ? nullptr : &of(buffers[i]).buffer;
+        for (size_t i = 0; i < count; ++i)
+            out[i] = buffers[i] == nullptr ? nullptr : &of(buffers[i]).buffer;
         return {out.data(), count};
     }
 
     template <uint32_t kStage>
     static defrec_status supports(defrec_pdevice* device, const void* params) {
-        return guarded(device->host, [&] { of(device).backend.check_support(*of(device).device, kStage, params); });
+        return guarded(device->host, [&] {
+            of(device).backend.check_support(*of(device).device, kStage, params);
+        });
     }
     template <uint32_t kStage>
     static defrec_status create(defrec_pdevice* device, const void* params, defrec_pstage** out) {
@@ -234,39 +270,50 @@ class PluginOf {
         delete &of(stage);
     }
 
-    static defrec_status prepare(defrec_pstage* stage, defrec_pqueue* queue, defrec_pbuffer* const* in, size_t in_count) {
+    static defrec_status prepare(defrec_pstage* stage, defrec_pqueue* queue,
+                                 defrec_pbuffer* const* in, size_t in_count) {
         return guarded(stage->host, [&] {
             BufferArray inputs;
             of(stage).stage.prepare(of(queue).queue, collect(in, in_count, inputs));
         });
     }
-    static defrec_status enqueue(defrec_pstage* stage, defrec_pqueue* queue, defrec_pbuffer* const* in, size_t in_count,
+    static defrec_status enqueue(defrec_pstage* stage, defrec_pqueue* queue,
+                                 defrec_pbuffer* const* in, size_t in_count,
                                  defrec_pbuffer* const* out, size_t out_count) {
         return guarded(stage->host, [&] {
             BufferArray inputs, outputs;
-            of(stage).stage.enqueue(of(queue).queue, collect(in, in_count, inputs), collect(out, out_count, outputs));
+            of(stage).stage.enqueue(of(queue).queue, collect(in, in_count, inputs),
+                                    collect(out, out_count, outputs));
         });
     }
 
     template <size_t... kStages>
-    static constexpr std::array<defrec_stage_table, sizeof...(kStages)> make_stage_tables(std::index_sequence<kStages...>) {
-        return {fill_stage_table(kStages, supports<kStages>, create<kStages>, destroy, prepare, enqueue)...};
+    static constexpr std::array<defrec_stage_table, sizeof...(kStages)> make_stage_tables(
+        std::index_sequence<kStages...>) {
+        return {fill_stage_table(kStages, supports<kStages>, create<kStages>, destroy, prepare,
+                                 enqueue)...};
     }
     static const defrec_stage_table* stage(void* self, uint32_t stage) {
-        static constexpr auto kTables = make_stage_tables(std::make_index_sequence<DEFREC_STAGE_COUNT_V1>());
-        return stage < kTables.size() && of(self).backend_.offers(stage) ? &kTables[stage] : nullptr;
+        static constexpr auto kTables =
+            make_stage_tables(std::make_index_sequence<DEFREC_STAGE_COUNT_V1>());
+        return stage < kTables.size() && of(self).backend_.offers(stage) ? &kTables[stage]
+                                                                         : nullptr;
     }
 
-    // ---- the plugin ------------------------------------------------------------------------------------------------
+    // ---- the plugin
+    // ------------------------------------------------------------------------------------------------
 
     static void shutdown(void* self) { delete &of(self); }
 
     static constexpr bool kAllocatesHost =
-        requires(Backend& backend, typename Backend::Device& device) { backend.release_host(device, backend.allocate_host(device, 1)); };
-    static constexpr bool kImports = requires(Backend& backend, typename Backend::Device& device) {
+        requires(Backend & backend, typename Backend::Device& device) {
+        backend.release_host(device, backend.allocate_host(device, 1));
+    };
+    static constexpr bool kImports = requires(Backend & backend, typename Backend::Device& device) {
         backend.import_buffer(device, 0u, nullptr, uint64_t{0});
     };
-    static constexpr bool kWritesInPlace = requires(typename Backend::Queue& queue, const typename Backend::Buffer& buffer) {
+    static constexpr bool kWritesInPlace =
+        requires(typename Backend::Queue & queue, const typename Backend::Buffer& buffer) {
         queue.write_in_place(buffer, 0, nullptr, 0);
     };
 
@@ -306,10 +353,13 @@ class PluginOf {
 
 // The body of defrec_plugin_entry_v1. Every call makes an independent backend from what is given.
 template <class Backend, class... Given>
-defrec_status enter_plugin(const defrec_host* host, const defrec_plugin** out, Given&&... given) noexcept {
+defrec_status enter_plugin(const defrec_host* host, const defrec_plugin** out,
+                           Given&&... given) noexcept {
     if (host == nullptr || out == nullptr) return DEFREC_ERROR_ARGUMENT;
     if (!complete_host(host)) return DEFREC_ERROR_VERSION;
-    return guarded(*host, [&] { *out = &(new PluginOf<Backend>(*host, std::forward<Given>(given)...))->table(); });
+    return guarded(*host, [&] {
+        *out = &(new PluginOf<Backend>(*host, std::forward<Given>(given)...))->table();
+    });
 }
 
 }  // namespace defrec

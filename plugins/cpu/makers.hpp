@@ -1,11 +1,12 @@
-// Every stage of backend cpu as plugins/base takes them: for the plugin, and for those of tests that change something about it.
+// Every stage of backend cpu as plugins/base takes them: for the plugin, and for those of tests
+// that change something about it.
 #pragma once
 #include "backends/cpu/stages.hpp"
 #include "plugins/base/host_plugin.hpp"
 
 namespace defrec::cpu {
 
-inline constexpr std::array kMakers =
-    makers_of<make_rectify, make_stereo, make_orb, make_match, make_align, make_ransac, make_lm, make_warp>();
+inline constexpr std::array kMakers = makers_of<make_rectify, make_stereo, make_orb, make_match,
+                                                make_align, make_ransac, make_lm, make_warp>();
 
 }  // namespace defrec::cpu

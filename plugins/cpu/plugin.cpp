@@ -12,7 +12,7 @@ const HostPluginDescription kDescription{
 };
 }  // namespace
 
-extern "C" DEFREC_PLUGIN_EXPORT defrec_status DEFREC_CALL defrec_plugin_entry_v1(const defrec_host* host,
-                                                                                const defrec_plugin** out) {
+extern "C" DEFREC_PLUGIN_EXPORT defrec_status DEFREC_CALL
+defrec_plugin_entry_v1(const defrec_host* host, const defrec_plugin** out) {
     return enter_host_plugin(kDescription, host, out);
 }

@@ -1,7 +1,7 @@
 // See fault.hpp.
-#include "plugins/cuda/fault.hpp"
-
 #include <cuda_runtime.h>
+
+#include "plugins/cuda/fault.hpp"
 
 namespace defrec::test {
 namespace {

@@ -1,5 +1,8 @@
-// What becomes of an application when its GPU has no memory left or fails: the calls say so, the process lives, and the processor goes on tracking.
-// A fault spoils CUDA for the process that it happens in: each case runs in a child. This process never calls CUDA, which no fork survives.
+// What becomes of an application when its GPU has no memory left or fails: the calls say so, the
+// process lives, and the processor goes on tracking. A fault spoils CUDA for the process that it
+// happens in: each case runs in a child. This process never calls CUDA, which no fork survives.
+#include "plugins/cuda/fault.hpp"
+
 #include <cuda_runtime_api.h>
 #include <doctest/doctest.h>
 #include <sys/wait.h>
@@ -13,7 +16,6 @@
 #include "conformance/cases/stress/stress.hpp"
 #include "conformance/failure.hpp"
 #include "conformance/plugin.hpp"
-#include "plugins/cuda/fault.hpp"
 
 using namespace defrec;
 using namespace defrec::conformance;
@@ -38,19 +40,22 @@ cuda::GpuInfo gpu_or_skip() {
 class Session {
   public:
     Session(const std::string& backend, const std::string& device)
-        : context_(open_context(find_backend(backend).manifest)), device_(device), rig_(open_rig(context_.get(), film())),
+        : context_(open_context(find_backend(backend).manifest)),
+          device_(device),
+          rig_(open_rig(context_.get(), film())),
           tracker_(open_tracker(context_.get(), rig_.get(), device)) {}
 
     void follow_first() {
-        for (size_t i = 0; i < kBefore; ++i) require_status(DEFREC_OK, "a frame before anything happened");
+        for (size_t i = 0; i < kBefore; ++i)
+            require_status(DEFREC_OK, "a frame before anything happened");
     }
     // The next frame, which has to end so.
     void require_status(defrec_status expected, const char* what) {
         defrec_status status = DEFREC_OK;
         const JobHandle job = try_submit(status);
         if (status == DEFREC_OK) status = defrec_job_wait(job.get(), UINT64_MAX);
-        require(status == expected, what, " ended with ", defrec_status_name(status), " (", defrec_last_error(), "), ",
-                defrec_status_name(expected), " expected");
+        require(status == expected, what, " ended with ", defrec_status_name(status), " (",
+                defrec_last_error(), "), ", defrec_status_name(expected), " expected");
         if (status < 0) return require_message(what);
         frames_.push_back(result_of(job.get(), {}));
     }
@@ -65,7 +70,8 @@ class Session {
   private:
     JobHandle try_submit(defrec_status& status) {
         const FilmedFrame& filmed = film().frames[next_];
-        const defrec_image left = image_of(film(), filmed.left), right = image_of(film(), filmed.right);
+        const defrec_image left = image_of(film(), filmed.left),
+                           right = image_of(film(), filmed.right);
         defrec_frame frame;
         DEFREC_INIT(&frame);
         frame.timestamp_ns = static_cast<int64_t>(++next_) * 40'000'000;
@@ -112,7 +118,9 @@ void without_memory() {
     std::optional<AllMemory> all(gpu.ordinal);
     TrackerHandle another;
     const defrec_status status = session.open_another(another);
-    require(status == DEFREC_ERROR_OUT_OF_MEMORY, "a tracker on a full GPU: ", defrec_status_name(status), " (", defrec_last_error(), ")");
+    require(status == DEFREC_ERROR_OUT_OF_MEMORY,
+            "a tracker on a full GPU: ", defrec_status_name(status), " (", defrec_last_error(),
+            ")");
     require_message("defrec_tracker_create");
     session.require_status(DEFREC_OK, "a frame of a tracker that was there before");
     all.reset();
@@ -129,12 +137,15 @@ void with_fault(test::Fault fault) {
     for (Session* session : {&first, &second, &first}) {
         session->require_status(DEFREC_ERROR_DEVICE_LOST, "a frame on a GPU that has failed");
         TrackerHandle another;
-        require(session->open_another(another) == DEFREC_ERROR_DEVICE_LOST, "a tracker on a GPU that has failed: ", defrec_last_error());
+        require(session->open_another(another) == DEFREC_ERROR_DEVICE_LOST,
+                "a tracker on a GPU that has failed: ", defrec_last_error());
         require_message("defrec_tracker_create");
     }
-    while (processor.frames().size() < film().frames.size()) processor.require_status(DEFREC_OK, "a frame on the processor beside it");
+    while (processor.frames().size() < film().frames.size())
+        processor.require_status(DEFREC_OK, "a frame on the processor beside it");
     for (size_t i = 0; i < expected.frames.size(); ++i)
-        require(processor.frames()[i].vertices == expected.frames[i].vertices, "the processor's frame ", i, " is another beside the failed GPU");
+        require(processor.frames()[i].vertices == expected.frames[i].vertices,
+                "the processor's frame ", i, " is another beside the failed GPU");
 }
 
 // 0, or what the child ended with.
@@ -160,7 +171,9 @@ int in_child(void (*body)()) {
 
 }  // namespace
 
-TEST_CASE("a GPU without memory refuses a tracker; those that it has go on, and another fits when there is room again") {
+TEST_CASE(
+    "a GPU without memory refuses a tracker; those that it has go on, and another fits when there "
+    "is room again") {
     CHECK(in_child(without_memory) == 0);
 }
 

@@ -1,4 +1,5 @@
-// Frames that lie in a GPU's memory, and results that stay there: the same bits as by way of the host.
+// Frames that lie in a GPU's memory, and results that stay there: the same bits as by way of the
+// host.
 #include <cuda_runtime_api.h>
 #include <doctest/doctest.h>
 
@@ -18,7 +19,9 @@ constexpr uint8_t kUntouched = 0xEE;
 
 const RenderedSequence& film() { return rendered_sequence({"heartbeat", 192, 160, 6}); }
 
-void require_cuda(cudaError_t error) { REQUIRE_MESSAGE(error == cudaSuccess, cudaGetErrorString(error)); }
+void require_cuda(cudaError_t error) {
+    REQUIRE_MESSAGE(error == cudaSuccess, cudaGetErrorString(error));
+}
 
 // Memory of the GPU that a tracker knows.
 class Imported {
@@ -49,7 +52,9 @@ class Imported {
 
 }  // namespace
 
-TEST_CASE("frames in a GPU's memory give the bits of copied ones, and the surface is left there as the result has it") {
+TEST_CASE(
+    "frames in a GPU's memory give the bits of copied ones, and the surface is left there as the "
+    "result has it") {
     std::string why_none;
     const std::optional<cuda::GpuInfo> gpu = test::find_gpu(why_none);
     if (!gpu) {
@@ -72,7 +77,8 @@ TEST_CASE("frames in a GPU's memory give the bits of copied ones, and the surfac
     // Several lives of everything: what comes later gets the addresses of what was freed.
     for (int life = 0; life < 3; ++life) {
         TrackerHandle tracker;
-        check_api("defrec_tracker_create", defrec_tracker_create(context.get(), rig.get(), &desc, tracker.out()));
+        check_api("defrec_tracker_create",
+                  defrec_tracker_create(context.get(), rig.get(), &desc, tracker.out()));
         std::optional<Imported> views[kRing][2], surface;
         surface.emplace(tracker.get(), size_t{width} * height * sizeof(defrec_surface_sample));
         for (size_t i = 0; i < film().frames.size(); ++i) {
@@ -80,11 +86,13 @@ TEST_CASE("frames in a GPU's memory give the bits of copied ones, and the surfac
             CAPTURE(i);
             auto& pair = views[i % kRing];
             const FilmedFrame& filmed = film().frames[i];
-            defrec_image images[2] = {image_of(film(), filmed.left), image_of(film(), filmed.right)};
+            defrec_image images[2] = {image_of(film(), filmed.left),
+                                      image_of(film(), filmed.right)};
             for (size_t view = 0; view < 2; ++view) {
                 if (i == kRing + 1) pair[view].reset();  // a producer that makes its ring anew
                 if (!pair[view]) pair[view].emplace(tracker.get(), pitch * height);
-                require_cuda(cudaMemcpy2D(pair[view]->address(), pitch, images[view].pixels, row, row, height, cudaMemcpyHostToDevice));
+                require_cuda(cudaMemcpy2D(pair[view]->address(), pitch, images[view].pixels, row,
+                                          row, height, cudaMemcpyHostToDevice));
                 images[view].pixels = nullptr;
                 images[view].stride = pitch;
                 images[view].memory = pair[view]->get();
@@ -96,7 +104,8 @@ TEST_CASE("frames in a GPU's memory give the bits of copied ones, and the surfac
             frame.right = &images[1];
             frame.samples = surface->get();
             JobHandle job;
-            check_api("defrec_tracker_submit", defrec_tracker_submit(tracker.get(), &frame, job.out()));
+            check_api("defrec_tracker_submit",
+                      defrec_tracker_submit(tracker.get(), &frame, job.out()));
             check_api("defrec_job_wait", defrec_job_wait(job.get(), UINT64_MAX));
             const TrackedFrame found = result_of(job.get(), {});
             CHECK(found.state == expected.frames[i].state);
@@ -106,13 +115,16 @@ TEST_CASE("frames in a GPU's memory give the bits of copied ones, and the surfac
             const size_t count = found.vertices.size() / 3;
             REQUIRE(count > 0);
             std::vector<defrec_surface_sample> left(count + 1);
-            require_cuda(cudaMemcpy(left.data(), surface->address(), left.size() * sizeof left[0], cudaMemcpyDeviceToHost));
+            require_cuda(cudaMemcpy(left.data(), surface->address(), left.size() * sizeof left[0],
+                                    cudaMemcpyDeviceToHost));
             bool same = true;
             for (size_t vertex = 0; vertex < count; ++vertex)
-                same &= std::equal(left[vertex].position, left[vertex].position + 3, &found.vertices[3 * vertex]);
+                same &= std::equal(left[vertex].position, left[vertex].position + 3,
+                                   &found.vertices[3 * vertex]);
             CHECK(same);
             const auto* beyond = reinterpret_cast<const uint8_t*>(&left[count]);
-            CHECK(std::all_of(beyond, beyond + sizeof left[0], [](uint8_t byte) { return byte == kUntouched; }));
+            CHECK(std::all_of(beyond, beyond + sizeof left[0],
+                              [](uint8_t byte) { return byte == kUntouched; }));
         }
     }
 }

@@ -1,6 +1,7 @@
-/* A libcuda.so.1 of long ago, for a test: all that CUDA's runtime asks of a driver before it refuses it. */
-int cuDriverGetVersion(int *version);
-int cuDriverGetVersion(int *version) {
+/* A libcuda.so.1 of long ago, for a test: all that CUDA's runtime asks of a driver before it
+ * refuses it. */
+int cuDriverGetVersion(int* version);
+int cuDriverGetVersion(int* version) {
     *version = 10020;
     return 0;
 }

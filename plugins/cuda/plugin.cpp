@@ -1,14 +1,17 @@
-// The plugin `cuda`: backends/cuda behind the plugin ABI, one device for each GPU that the CUDA driver shows.
+// The plugin `cuda`: backends/cuda behind the plugin ABI, one device for each GPU that the CUDA
+// driver shows.
+#include "plugins/base/plugin.hpp"
+
 #include "backends/cuda/gpu/gpu.hpp"
 #include "backends/cuda/gpu/recorded_stage.hpp"
 #include "backends/cuda/stages.hpp"
-#include "plugins/base/plugin.hpp"
 
 namespace defrec {
 namespace {
 
-constexpr auto kMakers = makers_of<cuda::make_rectify, cuda::make_stereo, cuda::make_orb, cuda::make_match, cuda::make_align,
-                                   cuda::make_ransac, cuda::make_lm, cuda::make_warp>();
+constexpr auto kMakers =
+    makers_of<cuda::make_rectify, cuda::make_stereo, cuda::make_orb, cuda::make_match,
+              cuda::make_align, cuda::make_ransac, cuda::make_lm, cuda::make_warp>();
 
 class CudaBackend {
   public:
@@ -20,7 +23,8 @@ class CudaBackend {
     explicit CudaBackend(const defrec_host* host) {
         std::string why_none;
         gpus_ = cuda::list_gpus(why_none);
-        if (gpus_.empty()) host->log(host->self, DEFREC_LOG_INFO, ("no CUDA device: " + why_none).c_str());
+        if (gpus_.empty())
+            host->log(host->self, DEFREC_LOG_INFO, ("no CUDA device: " + why_none).c_str());
     }
 
     const char* name() const { return "cuda"; }
@@ -35,13 +39,15 @@ class CudaBackend {
         info.name = gpu.name.c_str();
         info.driver = gpu.driver.c_str();
         info.memory_bytes = gpu.memory_bytes;
-        // A device that lacks what the stages need is listed with none, so that nobody wonders where it is.
+        // A device that lacks what the stages need is listed with none, so that nobody wonders
+        // where it is.
         if (!gpu.lacks.empty()) info.stages = 0;
         info.features = DEFREC_FEATURE_REPEATABLE;
     }
     std::unique_ptr<Device> open(size_t index) const {
         const cuda::GpuInfo& gpu = gpus_[index];
-        if (!gpu.lacks.empty()) throw StageError(DEFREC_ERROR_UNSUPPORTED, gpu.name + ": " + gpu.lacks);
+        if (!gpu.lacks.empty())
+            throw StageError(DEFREC_ERROR_UNSUPPORTED, gpu.name + ": " + gpu.lacks);
         return std::make_unique<Device>(gpu.ordinal);
     }
 
@@ -52,17 +58,23 @@ class CudaBackend {
     }
     Buffer import_buffer(Device& gpu, uint32_t kind, void* memory, uint64_t size) const {
         if (kind != DEFREC_MEMORY_CUDA)
-            throw StageError(DEFREC_ERROR_UNSUPPORTED, "cuda computes in memory of a CUDA device, kind " + std::to_string(DEFREC_MEMORY_CUDA) +
-                                                           "; kind " + std::to_string(kind) + " was given");
+            throw StageError(DEFREC_ERROR_UNSUPPORTED,
+                             "cuda computes in memory of a CUDA device, kind " +
+                                 std::to_string(DEFREC_MEMORY_CUDA) + "; kind " +
+                                 std::to_string(kind) + " was given");
         gpu.expect_device_memory(memory, size);
         return Buffer::borrowed(memory, size);
     }
     void* allocate_host(Device& gpu, uint64_t size) const { return gpu.allocate_host(size); }
     void release_host(Device& gpu, void* memory) const noexcept { gpu.release_host(memory); }
 
-    Stage make_stage(Device& gpu, uint32_t stage, const void* params) const { return Stage(gpu, kMakers[stage](params, gpu)); }
+    Stage make_stage(Device& gpu, uint32_t stage, const void* params) const {
+        return Stage(gpu, kMakers[stage](params, gpu));
+    }
     // Makers refuse what the device cannot do; what that takes is made and thrown away.
-    void check_support(Device& gpu, uint32_t stage, const void* params) const { kMakers[stage](params, gpu); }
+    void check_support(Device& gpu, uint32_t stage, const void* params) const {
+        kMakers[stage](params, gpu);
+    }
 
   private:
     std::vector<cuda::GpuInfo> gpus_;
@@ -71,7 +83,7 @@ class CudaBackend {
 }  // namespace
 }  // namespace defrec
 
-extern "C" DEFREC_PLUGIN_EXPORT defrec_status DEFREC_CALL defrec_plugin_entry_v1(const defrec_host* host,
-                                                                                const defrec_plugin** out) {
+extern "C" DEFREC_PLUGIN_EXPORT defrec_status DEFREC_CALL
+defrec_plugin_entry_v1(const defrec_host* host, const defrec_plugin** out) {
     return defrec::enter_plugin<defrec::CudaBackend>(host, out, host);
 }

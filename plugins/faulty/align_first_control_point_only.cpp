@@ -5,7 +5,8 @@ namespace defrec::faulty {
 namespace {
 class Wrong final : public Right<defrec_align_params> {
   public:
-    Wrong(const Params& given, const Host& host) : Right(given, host), patches_(HostAllocator<defrec_patch>(host)) {}
+    Wrong(const Params& given, const Host& host)
+        : Right(given, host), patches_(HostAllocator<defrec_patch>(host)) {}
     void prepare(Inputs in) override {
         const auto* first = in[0].as<defrec_patch>();
         patches_.assign(first, first + in[0].size / sizeof *first);

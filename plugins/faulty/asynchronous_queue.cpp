@@ -1,5 +1,6 @@
-// See asynchronous_queue.hpp. Whatever a queue claims, nothing here touches memory that is gone: what was to be read is
-// copied by a thread that is in a call, and destroying a stage or a buffer waits for the work.
+// See asynchronous_queue.hpp. Whatever a queue claims, nothing here touches memory that is gone:
+// what was to be read is copied by a thread that is in a call, and destroying a stage or a buffer
+// waits for the work.
 #include "plugins/faulty/asynchronous_queue.hpp"
 
 #include <chrono>
@@ -13,7 +14,8 @@
 namespace defrec::faulty {
 namespace {
 
-constexpr auto kDelay = std::chrono::milliseconds(20);  // before each stage: longer than any host takes to look at the result
+constexpr auto kDelay = std::chrono::milliseconds(
+    20);  // before each stage: longer than any host takes to look at the result
 
 struct Work {
     defrec_pstage* stage;
@@ -67,7 +69,8 @@ class Worker {
             if (stop_) return;
             lock.unlock();
             std::this_thread::sleep_for(kDelay);
-            good.stages[0].enqueue(work_.stage, queue_, work_.in.data(), work_.in.size(), work_.out.data(), work_.out.size());
+            good.stages[0].enqueue(work_.stage, queue_, work_.in.data(), work_.in.size(),
+                                   work_.out.data(), work_.out.size());
             lock.lock();
             busy_ = false;
             changed_.notify_all();
@@ -92,7 +95,8 @@ Worker& worker_of(defrec_pqueue* queue) {
 }
 // Gives what was to be read, as it is at present.
 void give_reads(defrec_pqueue* queue, Worker& worker) {
-    for (const Read& r : worker.take_reads()) good.plugin.read(queue, r.buffer, r.offset, r.to, r.size);
+    for (const Read& r : worker.take_reads())
+        good.plugin.read(queue, r.buffer, r.offset, r.to, r.size);
 }
 // Ends everything asked for so far.
 void finish(defrec_pqueue* queue) {
@@ -122,21 +126,25 @@ void destroy_queue(defrec_pqueue* queue) {
     }
     good.plugin.queue_destroy(queue);
 }
-defrec_status enqueue(defrec_pstage* stage, defrec_pqueue* queue, defrec_pbuffer* const* in, size_t in_count,
-                      defrec_pbuffer* const* out, size_t out_count) {
+defrec_status enqueue(defrec_pstage* stage, defrec_pqueue* queue, defrec_pbuffer* const* in,
+                      size_t in_count, defrec_pbuffer* const* out, size_t out_count) {
     worker_of(queue).start({stage, {in, in + in_count}, {out, out + out_count}});
     return DEFREC_OK;
 }
-defrec_status prepare(defrec_pstage* stage, defrec_pqueue* queue, defrec_pbuffer* const* in, size_t in_count) {
+defrec_status prepare(defrec_pstage* stage, defrec_pqueue* queue, defrec_pbuffer* const* in,
+                      size_t in_count) {
     finish(queue);
     return good.stages[DEFREC_STAGE_WARP].prepare(stage, queue, in, in_count);
 }
-defrec_status write(defrec_pqueue* queue, defrec_pbuffer* buffer, uint64_t offset, const void* src, uint64_t size) {
+defrec_status write(defrec_pqueue* queue, defrec_pbuffer* buffer, uint64_t offset, const void* src,
+                    uint64_t size) {
     finish(queue);
     return good.plugin.write(queue, buffer, offset, src, size);
 }
-defrec_status read(defrec_pqueue* queue, defrec_pbuffer* buffer, uint64_t offset, void* dst, uint64_t size) {
-    const defrec_status status = good.plugin.read(queue, buffer, offset, dst, size);  // now, for its checks
+defrec_status read(defrec_pqueue* queue, defrec_pbuffer* buffer, uint64_t offset, void* dst,
+                   uint64_t size) {
+    const defrec_status status =
+        good.plugin.read(queue, buffer, offset, dst, size);  // now, for its checks
     if (status == DEFREC_OK) worker_of(queue).read_later({buffer, offset, dst, size});
     return status;
 }

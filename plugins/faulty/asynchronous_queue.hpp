@@ -1,5 +1,5 @@
-// A queue that computes on a thread of its own, later than it was asked to: what a device does. It waits as it should, or
-// claims at once that everything is done.
+// A queue that computes on a thread of its own, later than it was asked to: what a device does. It
+// waits as it should, or claims at once that everything is done.
 #pragma once
 #include "plugins/faulty/frame.hpp"
 

@@ -5,8 +5,9 @@
 
 namespace defrec::faulty {
 const Fault fault{.change = [](Tables& tables) {
-    tables.stages[DEFREC_STAGE_RECTIFY].enqueue = [](defrec_pstage*, defrec_pqueue*, defrec_pbuffer* const*, size_t,
-                                                     defrec_pbuffer* const*, size_t) -> defrec_status {
+    tables.stages[DEFREC_STAGE_RECTIFY].enqueue =
+        [](defrec_pstage*, defrec_pqueue*, defrec_pbuffer* const*, size_t, defrec_pbuffer* const*,
+           size_t) -> defrec_status {
         std::raise(SIGSEGV);
         return DEFREC_ERROR_INTERNAL;
     };

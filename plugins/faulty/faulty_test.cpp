@@ -13,7 +13,8 @@ const std::filesystem::path kFolder = DEFREC_BUILD_DIR "/faulty";
 TEST_CASE("every faulty plugin loads, with every stage") {
     const defrec::test::TestContext context({kFolder});
     size_t manifests = 0;
-    for (const auto& entry : std::filesystem::directory_iterator(kFolder)) manifests += entry.path().extension() == ".json";
+    for (const auto& entry : std::filesystem::directory_iterator(kFolder))
+        manifests += entry.path().extension() == ".json";
     REQUIRE(manifests > 0);
     REQUIRE(defrec_plugin_count(context.get()) == manifests);
     for (size_t i = 0; i < manifests; ++i) {

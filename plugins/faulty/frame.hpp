@@ -1,5 +1,5 @@
-// What every faulty plugin consists of: the stages of backend cpu behind plugins/base, and one thing changed. Each fault is a
-// file that defines `fault`; the file's name is the plugin's.
+// What every faulty plugin consists of: the stages of backend cpu behind plugins/base, and one
+// thing changed. Each fault is a file that defines `fault`; the file's name is the plugin's.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -27,7 +27,8 @@ struct Fault {
 };
 extern const Fault fault;
 
-// ---- faults in a stage ---------------------------------------------------------------------------------------------
+// ---- faults in a stage
+// ---------------------------------------------------------------------------------------------
 
 using Inputs = std::span<const InBuffer>;
 using Outputs = std::span<const OutBuffer>;
@@ -37,7 +38,8 @@ template <class P>
 class Right : public Stage {
   public:
     using Params = P;
-    Right(const Params& params, const Host& host) : params_(params), stage_(cpu::kMakers[StageOf<Params>::value](&params, host)) {}
+    Right(const Params& params, const Host& host)
+        : params_(params), stage_(cpu::kMakers[StageOf<Params>::value](&params, host)) {}
     void prepare(Inputs in) override { stage_->prepare(in); }
     void run(Inputs in, Outputs out) override { stage_->run(in, out); }
 
@@ -62,7 +64,9 @@ constexpr Fault in_stage() {
 // A stage's inputs, of which some are to be changed.
 class ChangedInputs {
   public:
-    explicit ChangedInputs(Inputs in) : count_(in.size()) { std::copy(in.begin(), in.end(), buffers_.begin()); }
+    explicit ChangedInputs(Inputs in) : count_(in.size()) {
+        std::copy(in.begin(), in.end(), buffers_.begin());
+    }
     InBuffer& operator[](size_t index) { return buffers_[index]; }
     void leave_out(size_t index) {
         if (index < count_) buffers_[index] = {};

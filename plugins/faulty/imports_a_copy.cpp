@@ -3,7 +3,8 @@
 
 namespace defrec::faulty {
 const Fault fault{.change = [](Tables& tables) {
-    tables.plugin.buffer_import = [](defrec_pdevice* device, uint32_t kind, void* memory, uint64_t size, defrec_pbuffer** out) {
+    tables.plugin.buffer_import = [](defrec_pdevice* device, uint32_t kind, void* memory,
+                                     uint64_t size, defrec_pbuffer** out) {
         defrec_pbuffer* imported = nullptr;
         defrec_status status = good.plugin.buffer_import(device, kind, memory, size, &imported);
         if (status != DEFREC_OK) return status;

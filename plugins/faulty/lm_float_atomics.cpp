@@ -1,5 +1,6 @@
-// The weight of the matches at each control point is added up by several threads with float atomics, in whatever order they
-// come, and each match is scaled by what rounding made of it: right to single precision, and never twice the same.
+// The weight of the matches at each control point is added up by several threads with float
+// atomics, in whatever order they come, and each match is scaled by what rounding made of it: right
+// to single precision, and never twice the same.
 #include <atomic>
 #include <barrier>
 #include <chrono>
@@ -40,12 +41,16 @@ class Wrong final : public Right<defrec_lm_params> {
         for (size_t t = 0; t < kThreads; ++t)
             threads.emplace_back([&, t] {
                 for (size_t first = 0; first < landmarks_.size(); first += kThreads) {
-                    together.arrive_and_wait();  // or the first thread would be done before the last begins
+                    together.arrive_and_wait();  // or the first thread would be done before the
+                                                 // last begins
                     // Idle cores would race less than a device does.
-                    for (auto turns = std::chrono::steady_clock::now().time_since_epoch().count() % 7; turns > 0; --turns)
+                    for (auto turns =
+                             std::chrono::steady_clock::now().time_since_epoch().count() % 7;
+                         turns > 0; --turns)
                         std::this_thread::yield();
                     if (first + t < landmarks_.size())
-                        add(first + t, [&](size_t node, float value) { racing[node].fetch_add(value); });
+                        add(first + t,
+                            [&](size_t node, float value) { racing[node].fetch_add(value); });
                 }
             });
         for (std::thread& thread : threads) thread.join();
@@ -61,7 +66,8 @@ class Wrong final : public Right<defrec_lm_params> {
     template <class Add>
     void add(size_t landmark, Add&& add_to) const {
         for (int k = 0; k < DEFREC_SKIN_NODES; ++k)
-            add_to(size_t(landmarks_[landmark].node[k]), matches_[landmark].weight * landmarks_[landmark].weight[k]);
+            add_to(size_t(landmarks_[landmark].node[k]),
+                   matches_[landmark].weight * landmarks_[landmark].weight[k]);
     }
 
     std::vector<defrec_surface_point> landmarks_;

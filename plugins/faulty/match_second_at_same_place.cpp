@@ -8,13 +8,15 @@ namespace defrec::faulty {
 namespace {
 class Wrong final : public Right<defrec_match_params> {
   public:
-    Wrong(const Params& given, const Host& host) : Right(given, host), landmarks_(HostAllocator<defrec_landmark>(host)) {
+    Wrong(const Params& given, const Host& host)
+        : Right(given, host), landmarks_(HostAllocator<defrec_landmark>(host)) {
         landmarks_.reserve(given.landmarks);
     }
     void prepare(Inputs in) override {
         Right::prepare(in);
         const auto* first = in[0].as<defrec_landmark>();
-        landmarks_.assign(first, first + std::min<size_t>(params().landmarks, in[0].size / sizeof *first));
+        landmarks_.assign(first,
+                          first + std::min<size_t>(params().landmarks, in[0].size / sizeof *first));
     }
     void run(Inputs in, Outputs out) override {
         Right::run(in, out);
@@ -36,7 +38,8 @@ class Wrong final : public Right<defrec_match_params> {
     }
 
   private:
-    static int32_t second_distance(const defrec_landmark& landmark, const defrec_feature* features, uint32_t count) {
+    static int32_t second_distance(const defrec_landmark& landmark, const defrec_feature* features,
+                                   uint32_t count) {
         int32_t best = 256, second = 256;
         for (uint32_t f = 0; f < count; ++f) {
             int32_t distance = 0;

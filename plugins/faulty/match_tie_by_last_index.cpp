@@ -18,7 +18,8 @@ class Wrong final : public Right<defrec_match_params> {
         Right::run(changed, out);
         auto* matches = out[0].as<defrec_match>();
         for (size_t i = 0; i < landmarks_; ++i)
-            if (matches[i].feature >= 0) matches[i].feature = int32_t(count) - 1 - matches[i].feature;
+            if (matches[i].feature >= 0)
+                matches[i].feature = int32_t(count) - 1 - matches[i].feature;
     }
     void prepare(Inputs in) override {
         Right::prepare(in);

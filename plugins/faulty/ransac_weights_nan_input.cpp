@@ -1,4 +1,5 @@
-// A match whose position is not a number keeps a weight that is none either, instead of taking no part.
+// A match whose position is not a number keeps a weight that is none either, instead of taking no
+// part.
 #include <cmath>
 
 #include "plugins/faulty/frame.hpp"

@@ -3,9 +3,11 @@
 
 namespace defrec::faulty {
 const Fault fault{.change = [](Tables& tables) {
-    tables.plugin.read = [](defrec_pqueue* queue, defrec_pbuffer* buffer, uint64_t offset, void* dst, uint64_t size) {
+    tables.plugin.read = [](defrec_pqueue* queue, defrec_pbuffer* buffer, uint64_t offset,
+                            void* dst, uint64_t size) {
         const defrec_status status = good.plugin.read(queue, buffer, offset, dst, size);
-        for (uint64_t i = size; status == DEFREC_OK && i % 4 != 0; ++i) static_cast<unsigned char*>(dst)[i] = 0;
+        for (uint64_t i = size; status == DEFREC_OK && i % 4 != 0; ++i)
+            static_cast<unsigned char*>(dst)[i] = 0;
         return status;
     };
 }};

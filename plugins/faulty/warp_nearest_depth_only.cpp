@@ -29,7 +29,8 @@ class Wrong final : public Right<defrec_warp_params> {
         sample.observation = DEFREC_NO_DEPTH;
         if (disparity <= 0) return;
         const defrec_camera& camera = params().camera;
-        const double difference = double(DEFREC_DISPARITY_ONE) * camera.fx * camera.baseline_mm / disparity - position.z;
+        const double difference =
+            double(DEFREC_DISPARITY_ONE) * camera.fx * camera.baseline_mm / disparity - position.z;
         sample.residual = float(difference);
         if (!(dot(normal, position) < 0))
             sample.observation = DEFREC_INCONSISTENT;

@@ -8,7 +8,8 @@ class Wrong final : public Right<defrec_rectify_params> {
     using Right::Right;
     void run(Inputs in, Outputs out) override {
         Right::run(in, out);
-        out[1].as<uint8_t>()[size_t(params().stride) * (params().height - 1) + params().width] ^= 0xFF;
+        out[1].as<uint8_t>()[size_t(params().stride) * (params().height - 1) + params().width] ^=
+            0xFF;
     }
 };
 }  // namespace

@@ -1,5 +1,6 @@
-// Stage rectify as its definition has it (docs/stages/rectify.md): a gray image, sampled through a map, and the mask of
-// what may be used of it. Integer throughout, so its bytes are those of every other backend.
+// Stage rectify as its definition has it (docs/stages/rectify.md): a gray image, sampled through a
+// map, and the mask of what may be used of it. Integer throughout, so its bytes are those of every
+// other backend.
 #pragma once
 #include <defrec_plugin.h>
 
@@ -28,6 +29,7 @@ uint64_t rectify_result_bytes(const defrec_rectify_params& params);
 uint64_t rectify_scratch_bytes(const defrec_rectify_params& params);
 
 // Computes gray and mask, on the host's threads. Does not allocate and does not throw.
-void rectify(const defrec_rectify_params& params, const defrec_host& host, const RectifyImages& images, uint8_t* scratch);
+void rectify(const defrec_rectify_params& params, const defrec_host& host,
+             const RectifyImages& images, uint8_t* scratch);
 
 }  // namespace example

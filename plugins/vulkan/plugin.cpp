@@ -1,13 +1,16 @@
-// The plugin `vulkan`: backends/vulkan behind the plugin ABI, one device for each that the Vulkan loader shows.
+// The plugin `vulkan`: backends/vulkan behind the plugin ABI, one device for each that the Vulkan
+// loader shows.
+#include "plugins/base/plugin.hpp"
+
 #include "backends/vulkan/known_answer.hpp"
 #include "backends/vulkan/stages.hpp"
-#include "plugins/base/plugin.hpp"
 
 namespace defrec {
 namespace {
 
-constexpr auto kMakers = makers_of<vulkan::make_rectify, vulkan::make_stereo, vulkan::make_orb, vulkan::make_match, vulkan::make_align,
-                                   vulkan::make_ransac, vulkan::make_lm, vulkan::make_warp>();
+constexpr auto kMakers =
+    makers_of<vulkan::make_rectify, vulkan::make_stereo, vulkan::make_orb, vulkan::make_match,
+              vulkan::make_align, vulkan::make_ransac, vulkan::make_lm, vulkan::make_warp>();
 
 class VulkanBackend {
   public:
@@ -28,7 +31,8 @@ class VulkanBackend {
         info.name = device.name.c_str();
         info.driver = device.driver.c_str();
         info.memory_bytes = device.memory_bytes;
-        // A device that lacks what the stages need is listed with none, so that nobody wonders where it is.
+        // A device that lacks what the stages need is listed with none, so that nobody wonders
+        // where it is.
         if (!device.lacks.empty()) info.stages = 0;
         info.features = DEFREC_FEATURE_REPEATABLE;
         if (device.software) info.features |= DEFREC_FEATURE_SOFTWARE;
@@ -44,18 +48,23 @@ class VulkanBackend {
         device.clear(buffer);
         return buffer;
     }
-    Stage make_stage(Device& device, uint32_t stage, const void* params) const { return Stage(device, kMakers[stage](params, device)); }
+    Stage make_stage(Device& device, uint32_t stage, const void* params) const {
+        return Stage(device, kMakers[stage](params, device));
+    }
     // Makers refuse what the device cannot do; what that takes is made and thrown away.
-    void check_support(Device& device, uint32_t stage, const void* params) const { kMakers[stage](params, device); }
+    void check_support(Device& device, uint32_t stage, const void* params) const {
+        kMakers[stage](params, device);
+    }
 
   private:
-    std::shared_ptr<const vulkan::Driver> driver_ = vulkan::Driver::open();  // nullptr: no loader, no devices
+    std::shared_ptr<const vulkan::Driver> driver_ =
+        vulkan::Driver::open();  // nullptr: no loader, no devices
 };
 
 }  // namespace
 }  // namespace defrec
 
-extern "C" DEFREC_PLUGIN_EXPORT defrec_status DEFREC_CALL defrec_plugin_entry_v1(const defrec_host* host,
-                                                                                const defrec_plugin** out) {
+extern "C" DEFREC_PLUGIN_EXPORT defrec_status DEFREC_CALL
+defrec_plugin_entry_v1(const defrec_host* host, const defrec_plugin** out) {
     return defrec::enter_plugin<defrec::VulkanBackend>(host, out);
 }

@@ -7,11 +7,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-void check(defrec_status status, const char *doing) {
+void check(defrec_status status, const char* doing) {
     if (status < 0) fail("%s: %s (%s)", doing, defrec_last_error(), defrec_status_name(status));
 }
 
-void fail(const char *format, ...) {
+void fail(const char* format, ...) {
     va_list values;
     va_start(values, format);
     vfprintf(stderr, format, values);
@@ -20,13 +20,14 @@ void fail(const char *format, ...) {
     exit(1);
 }
 
-defrec_rig_desc parse_camera(const char *text, uint32_t width, uint32_t height) {
+defrec_rig_desc parse_camera(const char* text, uint32_t width, uint32_t height) {
     defrec_rig_desc rig;
-    defrec_intrinsics *eye = &rig.left;
+    defrec_intrinsics* eye = &rig.left;
     double baseline_mm = 0;
     char rest = 0;
     DEFREC_INIT(&rig);
-    if (sscanf(text, "%lf,%lf,%lf,%lf,%lf%c", &eye->fx, &eye->fy, &eye->cx, &eye->cy, &baseline_mm, &rest) != 5)
+    if (sscanf(text, "%lf,%lf,%lf,%lf,%lf%c", &eye->fx, &eye->fy, &eye->cx, &eye->cy, &baseline_mm,
+               &rest) != 5)
         fail("the camera is \"%s\"; FX,FY,CX,CY,BASELINE_MM expected", text);
     rig.width = width;
     rig.height = height;
@@ -36,14 +37,14 @@ defrec_rig_desc parse_camera(const char *text, uint32_t width, uint32_t height) 
     return rig;
 }
 
-static int is_png(const struct dirent *entry) {
+static int is_png(const struct dirent* entry) {
     const size_t length = strlen(entry->d_name);
     return length > 4 && strcmp(entry->d_name + length - 4, ".png") == 0;
 }
 
-image_folder open_folder(const char *path) {
+image_folder open_folder(const char* path) {
     image_folder folder = {NULL, 0};
-    struct dirent **entries;
+    struct dirent** entries;
     const int count = scandir(path, &entries, is_png, alphasort);
     int i;
     if (count < 0) fail("%s: cannot be read as a folder", path);
@@ -62,13 +63,13 @@ image_folder open_folder(const char *path) {
     return folder;
 }
 
-void close_folder(image_folder *folder) {
+void close_folder(image_folder* folder) {
     size_t i;
     for (i = 0; i < folder->count; ++i) free(folder->paths[i]);
     free(folder->paths);
 }
 
-void read_image(const char *path, uint32_t format, image *out) {
+void read_image(const char* path, uint32_t format, image* out) {
     png_image png;
     memset(&png, 0, sizeof png);
     png.version = PNG_IMAGE_VERSION;
@@ -80,12 +81,14 @@ void read_image(const char *path, uint32_t format, image *out) {
         out->pixels = malloc(PNG_IMAGE_SIZE(png));
         if (out->pixels == NULL) fail("out of memory");
     } else if (out->width != png.width || out->height != png.height) {
-        fail("%s: is %ux%u, the images before it were %ux%u", path, png.width, png.height, out->width, out->height);
+        fail("%s: is %ux%u, the images before it were %ux%u", path, png.width, png.height,
+             out->width, out->height);
     }
-    if (png_image_finish_read(&png, NULL, out->pixels, 0, NULL) == 0) fail("%s: %s", path, png.message);
+    if (png_image_finish_read(&png, NULL, out->pixels, 0, NULL) == 0)
+        fail("%s: %s", path, png.message);
 }
 
-defrec_image view_of(const image *source, uint32_t format) {
+defrec_image view_of(const image* source, uint32_t format) {
     defrec_image view;
     DEFREC_INIT(&view);
     view.format = format;
@@ -95,27 +98,29 @@ defrec_image view_of(const image *source, uint32_t format) {
     return view;
 }
 
-stereo_sequence open_sequence(const char *left_folder, const char *right_folder) {
+stereo_sequence open_sequence(const char* left_folder, const char* right_folder) {
     stereo_sequence sequence;
     memset(&sequence, 0, sizeof sequence);
     sequence.left_files = open_folder(left_folder);
     sequence.right_files = open_folder(right_folder);
     if (sequence.left_files.count != sequence.right_files.count)
-        fail("%s has %zu images, %s has %zu", left_folder, sequence.left_files.count, right_folder, sequence.right_files.count);
+        fail("%s has %zu images, %s has %zu", left_folder, sequence.left_files.count, right_folder,
+             sequence.right_files.count);
     read_frame(&sequence, 0);
-    if (sequence.left.width != sequence.right.width || sequence.left.height != sequence.right.height)
+    if (sequence.left.width != sequence.right.width ||
+        sequence.left.height != sequence.right.height)
         fail("%s: is not of the size of the left image", sequence.right_files.paths[0]);
     return sequence;
 }
 
-size_t frame_count(const stereo_sequence *sequence) { return sequence->left_files.count; }
+size_t frame_count(const stereo_sequence* sequence) { return sequence->left_files.count; }
 
-void read_frame(stereo_sequence *sequence, size_t index) {
+void read_frame(stereo_sequence* sequence, size_t index) {
     read_image(sequence->left_files.paths[index], DEFREC_FORMAT_BGR8, &sequence->left);
     read_image(sequence->right_files.paths[index], DEFREC_FORMAT_BGR8, &sequence->right);
 }
 
-void close_sequence(stereo_sequence *sequence) {
+void close_sequence(stereo_sequence* sequence) {
     close_folder(&sequence->left_files);
     close_folder(&sequence->right_files);
     free(sequence->left.pixels);

@@ -5,12 +5,16 @@
 
 #include "input.h"
 
-static const char *kind_name(uint32_t kind) {
+static const char* kind_name(uint32_t kind) {
     switch (kind) {
-        case DEFREC_DEVICE_CPU: return "CPU";
-        case DEFREC_DEVICE_CUDA: return "CUDA";
-        case DEFREC_DEVICE_VULKAN: return "Vulkan";
-        default: return "unknown";
+        case DEFREC_DEVICE_CPU:
+            return "CPU";
+        case DEFREC_DEVICE_CUDA:
+            return "CUDA";
+        case DEFREC_DEVICE_VULKAN:
+            return "Vulkan";
+        default:
+            return "unknown";
     }
 }
 
@@ -23,16 +27,19 @@ static int count_bits(uint32_t mask) {
 int main(void) {
     defrec_context context;
     size_t i;
-    check(defrec_context_create(NULL, &context), "loading the plugins"); /* those beside the library */
-    printf("defrec %s, API %u.%u\n", defrec_version_string(), defrec_version() / 1000, defrec_version() % 1000);
+    check(defrec_context_create(NULL, &context),
+          "loading the plugins"); /* those beside the library */
+    printf("defrec %s, API %u.%u\n", defrec_version_string(), defrec_version() / 1000,
+           defrec_version() % 1000);
 
     for (i = 0; i < defrec_device_count(context); ++i) {
         defrec_device_info device;
         DEFREC_INIT(&device);
         check(defrec_device_get(context, i, &device), "reading a device");
-        printf("device %s: %s (%s), driver %s, %" PRIu64 " MiB, %d of %d stages, ", device.id, device.name, kind_name(device.kind),
-               device.driver[0] == '\0' ? "none" : device.driver, device.memory_bytes >> 20, count_bits(device.stages),
-               DEFREC_STAGE_COUNT_V1);
+        printf("device %s: %s (%s), driver %s, %" PRIu64 " MiB, %d of %d stages, ", device.id,
+               device.name, kind_name(device.kind),
+               device.driver[0] == '\0' ? "none" : device.driver, device.memory_bytes >> 20,
+               count_bits(device.stages), DEFREC_STAGE_COUNT_V1);
         if (device.conformance != 0)
             printf("conformance suite %u passed\n", device.conformance);
         else

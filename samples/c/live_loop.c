@@ -1,7 +1,7 @@
-/* How a navigation system drives defrec: a camera delivers when it likes, the loop takes the newest frame, waits for its result until
- * a deadline, and goes on with what it has.
- *   live_loop LEFT RIGHT FX,FY,CX,CY,BASELINE_MM DEADLINE_MS [DEVICE_ID]
- * The camera is a thread that reads a sequence at 30 frames a second. One line for each result: in time, or late. */
+/* How a navigation system drives defrec: a camera delivers when it likes, the loop takes the newest
+ * frame, waits for its result until a deadline, and goes on with what it has. live_loop LEFT RIGHT
+ * FX,FY,CX,CY,BASELINE_MM DEADLINE_MS [DEVICE_ID] The camera is a thread that reads a sequence at
+ * 30 frames a second. One line for each result: in time, or late. */
 #define _POSIX_C_SOURCE 200809L
 #include <pthread.h>
 #include <stdio.h>
@@ -28,14 +28,14 @@ typedef struct {
     int is_new, has_ended;
 } camera;
 
-static void exchange(image *a, image *b) {
+static void exchange(image* a, image* b) {
     const image kept = *a;
     *a = *b;
     *b = kept;
 }
 
-static void *deliver_frames(void *argument) {
-    camera *source = argument;
+static void* deliver_frames(void* argument) {
+    camera* source = argument;
     const int64_t start = now_ns();
     size_t i;
     for (i = 0; i < frame_count(&source->sequence); ++i) {
@@ -66,10 +66,11 @@ typedef struct {
 } camera_frame;
 
 /* 0: there will be none any more. */
-static int take_newest(camera *source, camera_frame *out) {
+static int take_newest(camera* source, camera_frame* out) {
     int is_new;
     pthread_mutex_lock(&source->mutex);
-    while (!source->is_new && !source->has_ended) pthread_cond_wait(&source->changed, &source->mutex);
+    while (!source->is_new && !source->has_ended)
+        pthread_cond_wait(&source->changed, &source->mutex);
     is_new = source->is_new;
     if (is_new) {
         exchange(&out->left, &source->left);
@@ -94,7 +95,7 @@ typedef struct {
 
 static const struct {
     uint32_t reason;
-    const char *name;
+    const char* name;
 } reason_names[] = {
     {DEFREC_REASON_DARK, "dark"},
     {DEFREC_REASON_SATURATED, "saturated"},
@@ -113,7 +114,7 @@ static const struct {
 };
 
 static void show_reasons(uint32_t reasons) {
-    const char *separator = ": ";
+    const char* separator = ": ";
     size_t i;
     for (i = 0; i < sizeof reason_names / sizeof *reason_names; ++i)
         if ((reasons & reason_names[i].reason) != 0) {
@@ -124,32 +125,41 @@ static void show_reasons(uint32_t reasons) {
     if (reasons != 0) printf("%sothers (0x%x)", separator, reasons); /* of a later library */
 }
 
-static const char *state_name(uint32_t state) {
+static const char* state_name(uint32_t state) {
     switch (state) {
-        case DEFREC_INITIALISING: return "initialising";
-        case DEFREC_TRACKING: return "tracking";
-        case DEFREC_DEGRADED: return "degraded";
-        case DEFREC_LOST: return "lost";
-        case DEFREC_RELOCALISED: return "relocalised";
-        default: return "unknown"; /* of a later library */
+        case DEFREC_INITIALISING:
+            return "initialising";
+        case DEFREC_TRACKING:
+            return "tracking";
+        case DEFREC_DEGRADED:
+            return "degraded";
+        case DEFREC_LOST:
+            return "lost";
+        case DEFREC_RELOCALISED:
+            return "relocalised";
+        default:
+            return "unknown"; /* of a later library */
     }
 }
 
-/* What a display does with it: a frame that is tracked or degraded moves the plan; a lost one hides it, or shows it as old. */
-static void show(const pending_result *pending) {
+/* What a display does with it: a frame that is tracked or degraded moves the plan; a lost one hides
+ * it, or shows it as old. */
+static void show(const pending_result* pending) {
     defrec_result result;
     DEFREC_INIT(&result);
     check(defrec_job_result(pending->job, &result), "reading the result");
-    printf("frame %zu %s: %s", pending->number, now_ns() <= pending->deadline_ns ? "in time" : "late", state_name(result.state));
+    printf("frame %zu %s: %s", pending->number,
+           now_ns() <= pending->deadline_ns ? "in time" : "late", state_name(result.state));
     show_reasons(result.reasons);
     printf("\n");
 }
 
 /* Shows the results that are there by the deadline, oldest first, and gives their places back. */
-static void take_results(pending_result *pending, size_t *count, int64_t until_ns) {
+static void take_results(pending_result* pending, size_t* count, int64_t until_ns) {
     while (*count > 0) {
         const int64_t left_ns = until_ns - now_ns();
-        const defrec_status status = defrec_job_wait(pending[0].job, left_ns > 0 ? (uint64_t)left_ns : 0);
+        const defrec_status status =
+            defrec_job_wait(pending[0].job, left_ns > 0 ? (uint64_t)left_ns : 0);
         if (status == DEFREC_TIMEOUT) return;
         check(status, "tracking a frame");
         show(&pending[0]);
@@ -158,7 +168,7 @@ static void take_results(pending_result *pending, size_t *count, int64_t until_n
     }
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char** argv) {
     camera source;
     camera_frame newest;
     pthread_t camera_thread;
@@ -171,8 +181,10 @@ int main(int argc, char **argv) {
     defrec_rig_desc rig_desc;
     defrec_tracker tracker;
     defrec_tracker_desc tracker_desc;
-    if (argc < 5 || argc > 6 || sscanf(argv[4], "%lf%c", &deadline_ms, &rest) != 1 || !(deadline_ms >= 0 && deadline_ms <= 60000)) {
-        fprintf(stderr, "usage: live_loop LEFT RIGHT FX,FY,CX,CY,BASELINE_MM DEADLINE_MS [DEVICE_ID]\n");
+    if (argc < 5 || argc > 6 || sscanf(argv[4], "%lf%c", &deadline_ms, &rest) != 1 ||
+        !(deadline_ms >= 0 && deadline_ms <= 60000)) {
+        fprintf(stderr,
+                "usage: live_loop LEFT RIGHT FX,FY,CX,CY,BASELINE_MM DEADLINE_MS [DEVICE_ID]\n");
         return 2;
     }
     memset(&source, 0, sizeof source);
@@ -189,11 +201,13 @@ int main(int argc, char **argv) {
     tracker_desc.device_id = argc == 6 ? argv[5] : NULL; /* NULL: the fastest there is */
     tracker_desc.frames_in_flight = PLACES;
     check(defrec_tracker_create(context, rig, &tracker_desc, &tracker), "making the tracker");
-    if (pthread_create(&camera_thread, NULL, deliver_frames, &source) != 0) fail("no thread for the camera");
+    if (pthread_create(&camera_thread, NULL, deliver_frames, &source) != 0)
+        fail("no thread for the camera");
 
     while (take_newest(&source, &newest)) {
         const int64_t deadline_ns = newest.arrived_ns + (int64_t)(deadline_ms * 1e6);
-        defrec_image left = view_of(&newest.left, DEFREC_FORMAT_BGR8), right = view_of(&newest.right, DEFREC_FORMAT_BGR8);
+        defrec_image left = view_of(&newest.left, DEFREC_FORMAT_BGR8),
+                     right = view_of(&newest.right, DEFREC_FORMAT_BGR8);
         defrec_frame frame;
         defrec_job job;
         defrec_status status;
@@ -214,8 +228,8 @@ int main(int argc, char **argv) {
     }
     pthread_join(camera_thread, NULL);
     take_results(pending, &pending_count, INT64_MAX);
-    printf("%zu frames from the camera, %zu tracked, %zu dropped\n", frame_count(&source.sequence), submitted,
-           frame_count(&source.sequence) - submitted);
+    printf("%zu frames from the camera, %zu tracked, %zu dropped\n", frame_count(&source.sequence),
+           submitted, frame_count(&source.sequence) - submitted);
 
     defrec_tracker_destroy(tracker);
     defrec_rig_destroy(rig);

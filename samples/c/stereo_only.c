@@ -6,10 +6,10 @@
 
 #include "input.h"
 
-static void write_pgm(const char *path, const int16_t *disparity, uint32_t width, uint32_t height) {
+static void write_pgm(const char* path, const int16_t* disparity, uint32_t width, uint32_t height) {
     const size_t count = (size_t)width * height;
     size_t i;
-    FILE *file = fopen(path, "wb");
+    FILE* file = fopen(path, "wb");
     if (file == NULL) fail("%s: cannot be written", path);
     fprintf(file, "P5\n%u %u\n65535\n", width, height);
     for (i = 0; i < count; ++i) {
@@ -20,7 +20,7 @@ static void write_pgm(const char *path, const int16_t *disparity, uint32_t width
     if (fclose(file) != 0) fail("%s: could not be written to its end", path);
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char** argv) {
     image left = {0, 0, NULL}, right = {0, 0, NULL};
     defrec_context context;
     defrec_stage stereo;
@@ -34,16 +34,20 @@ int main(int argc, char **argv) {
     }
     read_image(argv[1], DEFREC_FORMAT_GRAY8, &left);
     read_image(argv[2], DEFREC_FORMAT_GRAY8, &right);
-    if (left.width != right.width || left.height != right.height) fail("%s: is not of the size of the left image", argv[2]);
+    if (left.width != right.width || left.height != right.height)
+        fail("%s: is not of the size of the left image", argv[2]);
     pixels = (size_t)left.width * left.height;
 
     check(defrec_context_create(NULL, &context), "loading the plugins");
     DEFREC_INIT(&params); /* what stays 0 is the default */
     params.width = left.width;
     params.height = left.height;
-    check(defrec_stage_create(context, argc == 5 ? argv[4] : NULL, DEFREC_STAGE_STEREO, &params, &stereo), "making the stage");
+    check(defrec_stage_create(context, argc == 5 ? argv[4] : NULL, DEFREC_STAGE_STEREO, &params,
+                              &stereo),
+          "making the stage");
 
-    /* docs/stages/stereo.md lists the buffers; those that are optional may be left out at the end. */
+    /* docs/stages/stereo.md lists the buffers; those that are optional may be left out at the end.
+     */
     in[0].data = left.pixels;
     in[1].data = right.pixels;
     in[0].size = in[1].size = pixels;

@@ -1,6 +1,7 @@
 /* Follows pixels of the first left image through a stereo sequence.
  *   track_folder LEFT RIGHT FX,FY,CX,CY,BASELINE_MM POINTS.csv OUT.csv [DEVICE_ID]
- * POINTS.csv has the columns id,u,v (px). OUT.csv has where each point is in each frame: mm, rectified left camera. */
+ * POINTS.csv has the columns id,u,v (px). OUT.csv has where each point is in each frame: mm,
+ * rectified left camera. */
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -8,26 +9,26 @@
 
 typedef struct {
     size_t count;
-    long *id;
-    double *uv;
-    uint8_t *found;  /* 1: the template has a surface there */
-    double *at_rest; /* xyz, template frame */
-    double *now;     /* xyz, rectified left camera of the frame */
-    uint8_t *status;
-    double *expected_error_mm;
+    long* id;
+    double* uv;
+    uint8_t* found;  /* 1: the template has a surface there */
+    double* at_rest; /* xyz, template frame */
+    double* now;     /* xyz, rectified left camera of the frame */
+    uint8_t* status;
+    double* expected_error_mm;
 } followed_points;
 
-static void *allocate(size_t count, size_t size) {
-    void *memory = calloc(count, size);
+static void* allocate(size_t count, size_t size) {
+    void* memory = calloc(count, size);
     if (memory == NULL) fail("out of memory");
     return memory;
 }
 
-static followed_points read_points(const char *path) {
+static followed_points read_points(const char* path) {
     enum { MOST = 1000000 };
     followed_points points;
     char line[256];
-    FILE *file = fopen(path, "r");
+    FILE* file = fopen(path, "r");
     if (file == NULL || fgets(line, sizeof line, file) == NULL) fail("%s: cannot be read", path);
     points.count = 0;
     while (fgets(line, sizeof line, file) != NULL) ++points.count;
@@ -43,7 +44,7 @@ static followed_points read_points(const char *path) {
     points.count = 0;
     fgets(line, sizeof line, file); /* the head */
     while (fgets(line, sizeof line, file) != NULL) {
-        double *uv = points.uv + 2 * points.count;
+        double* uv = points.uv + 2 * points.count;
         char rest;
         line[strcspn(line, "\r\n")] = '\0';
         if (sscanf(line, "%ld,%lf,%lf %c", &points.id[points.count], &uv[0], &uv[1], &rest) != 3)
@@ -54,7 +55,7 @@ static followed_points read_points(const char *path) {
     return points;
 }
 
-static void free_points(followed_points *points) {
+static void free_points(followed_points* points) {
     free(points->id);
     free(points->uv);
     free(points->found);
@@ -65,28 +66,31 @@ static void free_points(followed_points *points) {
 }
 
 /* From pixels to places on the surface, once there is one. */
-static void lift(followed_points *points, defrec_rig rig, defrec_tracker tracker) {
+static void lift(followed_points* points, defrec_rig rig, defrec_tracker tracker) {
     defrec_template surface;
-    check(defrec_rig_rectify_pixels(rig, points->uv, points->count, points->uv), "rectifying the points");
+    check(defrec_rig_rectify_pixels(rig, points->uv, points->count, points->uv),
+          "rectifying the points");
     check(defrec_tracker_get_template(tracker, &surface), "reading the template");
-    check(defrec_template_lift(surface, points->uv, points->count, points->at_rest, points->found), "finding the surface under the points");
+    check(defrec_template_lift(surface, points->uv, points->count, points->at_rest, points->found),
+          "finding the surface under the points");
     defrec_template_release(surface);
 }
 
-static void write_points(FILE *file, size_t frame, const followed_points *points, int is_known) {
+static void write_points(FILE* file, size_t frame, const followed_points* points, int is_known) {
     size_t i;
     for (i = 0; i < points->count; ++i) {
-        const double *xyz = points->now + 3 * i;
+        const double* xyz = points->now + 3 * i;
         fprintf(file, "%zu,%ld,", frame, points->id[i]);
         if (!is_known || points->found[i] == 0 || points->status[i] == DEFREC_POINT_UNKNOWN)
             fprintf(file, ",,,lost,\n");
         else
             fprintf(file, "%.4f,%.4f,%.4f,%s,%.4f\n", xyz[0], xyz[1], xyz[2],
-                    points->status[i] == DEFREC_POINT_OBSERVED ? "tracked" : "extrapolated", points->expected_error_mm[i]);
+                    points->status[i] == DEFREC_POINT_OBSERVED ? "tracked" : "extrapolated",
+                    points->expected_error_mm[i]);
     }
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char** argv) {
     stereo_sequence sequence;
     defrec_context context;
     defrec_rig rig;
@@ -94,11 +98,13 @@ int main(int argc, char **argv) {
     defrec_tracker tracker;
     defrec_tracker_desc tracker_desc;
     followed_points points;
-    FILE *out;
+    FILE* out;
     size_t i;
     int has_template = 0;
     if (argc < 6 || argc > 7) {
-        fprintf(stderr, "usage: track_folder LEFT RIGHT FX,FY,CX,CY,BASELINE_MM POINTS.csv OUT.csv [DEVICE_ID]\n");
+        fprintf(stderr,
+                "usage: track_folder LEFT RIGHT FX,FY,CX,CY,BASELINE_MM POINTS.csv OUT.csv "
+                "[DEVICE_ID]\n");
         return 2;
     }
     sequence = open_sequence(argv[1], argv[2]);
@@ -126,7 +132,8 @@ int main(int argc, char **argv) {
         frame.timestamp_ns = timestamp_of(i);
         frame.left = &left;
         frame.right = &right;
-        check(defrec_tracker_submit(tracker, &frame, &job), "submitting a frame"); /* the pixels are copied */
+        check(defrec_tracker_submit(tracker, &frame, &job),
+              "submitting a frame"); /* the pixels are copied */
         check(defrec_job_wait(job, UINT64_MAX), "tracking a frame");
         DEFREC_INIT(&result);
         check(defrec_job_result(job, &result), "reading the result");
@@ -137,7 +144,8 @@ int main(int argc, char **argv) {
             has_template = 1;
         }
         if (has_template)
-            check(defrec_job_warp_points(job, points.at_rest, points.count, points.now, points.status, points.expected_error_mm),
+            check(defrec_job_warp_points(job, points.at_rest, points.count, points.now,
+                                         points.status, points.expected_error_mm),
                   "warping the points");
         write_points(out, i, &points, has_template);
         defrec_job_release(job);

@@ -1,8 +1,9 @@
-/* Moves a preoperative model along with the tissue: a mesh goes in, one mesh for each frame comes out, with what to believe of it.
- *   warp_mesh LEFT RIGHT FX,FY,CX,CY,BASELINE_MM MESH.obj OUT_FOLDER [DEVICE_ID]
- * MESH.obj is in the template frame (the rectified left camera of the frame that gave the template; an application registers its
- * model to that), in mm. OUT_FOLDER/000000.ply and so on are in the rectified left camera of their frame; status is DEFREC_POINT_*,
- * expected_error_mm one standard deviation. */
+/* Moves a preoperative model along with the tissue: a mesh goes in, one mesh for each frame comes
+ * out, with what to believe of it. warp_mesh LEFT RIGHT FX,FY,CX,CY,BASELINE_MM MESH.obj OUT_FOLDER
+ * [DEVICE_ID] MESH.obj is in the template frame (the rectified left camera of the frame that gave
+ * the template; an application registers its model to that), in mm. OUT_FOLDER/000000.ply and so on
+ * are in the rectified left camera of their frame; status is DEFREC_POINT_*, expected_error_mm one
+ * standard deviation. */
 #define _POSIX_C_SOURCE 200809L
 #include <errno.h>
 #include <stdio.h>
@@ -13,22 +14,22 @@
 
 typedef struct {
     size_t vertex_count, triangle_count;
-    double *vertices;    /* xyz */
-    uint32_t *triangles; /* three indices from 0 */
+    double* vertices;    /* xyz */
+    uint32_t* triangles; /* three indices from 0 */
 } mesh;
 
-static void *allocate(size_t count, size_t size) {
-    void *memory = calloc(count, size);
+static void* allocate(size_t count, size_t size) {
+    void* memory = calloc(count, size);
     if (memory == NULL) fail("out of memory");
     return memory;
 }
 
 /* The lines "v X Y Z" and "f A B C" of an OBJ file. */
-static mesh read_obj(const char *path) {
+static mesh read_obj(const char* path) {
     mesh model = {0, 0, NULL, NULL};
     char line[256];
     size_t i;
-    FILE *file = fopen(path, "r");
+    FILE* file = fopen(path, "r");
     if (file == NULL) fail("%s: cannot be read", path);
     while (fgets(line, sizeof line, file) != NULL) {
         model.vertex_count += strncmp(line, "v ", 2) == 0;
@@ -40,8 +41,8 @@ static mesh read_obj(const char *path) {
     rewind(file);
     model.vertex_count = model.triangle_count = 0;
     while (fgets(line, sizeof line, file) != NULL) {
-        double *v = model.vertices + 3 * model.vertex_count;
-        uint32_t *f = model.triangles + 3 * model.triangle_count;
+        double* v = model.vertices + 3 * model.vertex_count;
+        uint32_t* f = model.triangles + 3 * model.triangle_count;
         char rest;
         line[strcspn(line, "\r\n")] = '\0';
         if (strncmp(line, "v ", 2) == 0) {
@@ -56,28 +57,38 @@ static mesh read_obj(const char *path) {
     }
     fclose(file);
     for (i = 0; i < 3 * model.triangle_count; ++i)
-        if (model.triangles[i]-- == 0 || model.triangles[i] >= model.vertex_count) fail("%s: a triangle names a vertex that is not there", path);
+        if (model.triangles[i]-- == 0 || model.triangles[i] >= model.vertex_count)
+            fail("%s: a triangle names a vertex that is not there", path);
     return model;
 }
 
-static void write_ply(const char *folder, size_t frame, const mesh *model, const double *xyz, const uint8_t *status, const double *expected_error_mm) {
+static void write_ply(const char* folder, size_t frame, const mesh* model, const double* xyz,
+                      const uint8_t* status, const double* expected_error_mm) {
     char path[4096];
     size_t i;
-    FILE *file;
+    FILE* file;
     snprintf(path, sizeof path, "%s/%06zu.ply", folder, frame);
     file = fopen(path, "w");
     if (file == NULL) fail("%s: cannot be written", path);
-    fprintf(file, "ply\nformat ascii 1.0\ncomment millimetres, left rectified camera\nelement vertex %zu\n", model->vertex_count);
-    fprintf(file, "property float x\nproperty float y\nproperty float z\nproperty uchar status\nproperty float expected_error_mm\n");
-    fprintf(file, "element face %zu\nproperty list uchar uint vertex_indices\nend_header\n", model->triangle_count);
+    fprintf(
+        file,
+        "ply\nformat ascii 1.0\ncomment millimetres, left rectified camera\nelement vertex %zu\n",
+        model->vertex_count);
+    fprintf(file,
+            "property float x\nproperty float y\nproperty float z\nproperty uchar status\nproperty "
+            "float expected_error_mm\n");
+    fprintf(file, "element face %zu\nproperty list uchar uint vertex_indices\nend_header\n",
+            model->triangle_count);
     for (i = 0; i < model->vertex_count; ++i)
-        fprintf(file, "%.4f %.4f %.4f %u %.4f\n", xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2], status[i], expected_error_mm[i]);
+        fprintf(file, "%.4f %.4f %.4f %u %.4f\n", xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2],
+                status[i], expected_error_mm[i]);
     for (i = 0; i < model->triangle_count; ++i)
-        fprintf(file, "3 %u %u %u\n", model->triangles[3 * i], model->triangles[3 * i + 1], model->triangles[3 * i + 2]);
+        fprintf(file, "3 %u %u %u\n", model->triangles[3 * i], model->triangles[3 * i + 1],
+                model->triangles[3 * i + 2]);
     if (fclose(file) != 0) fail("%s: could not be written to its end", path);
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char** argv) {
     stereo_sequence sequence;
     mesh model;
     defrec_context context;
@@ -86,10 +97,12 @@ int main(int argc, char **argv) {
     defrec_tracker tracker;
     defrec_tracker_desc tracker_desc;
     double *xyz, *expected_error_mm;
-    uint8_t *status;
+    uint8_t* status;
     size_t i;
     if (argc < 6 || argc > 7) {
-        fprintf(stderr, "usage: warp_mesh LEFT RIGHT FX,FY,CX,CY,BASELINE_MM MESH.obj OUT_FOLDER [DEVICE_ID]\n");
+        fprintf(stderr,
+                "usage: warp_mesh LEFT RIGHT FX,FY,CX,CY,BASELINE_MM MESH.obj OUT_FOLDER "
+                "[DEVICE_ID]\n");
         return 2;
     }
     sequence = open_sequence(argv[1], argv[2]);
@@ -123,7 +136,9 @@ int main(int argc, char **argv) {
         DEFREC_INIT(&result);
         check(defrec_job_result(job, &result), "reading the result");
         if (result.vertex_count > 0) { /* there is a template */
-            check(defrec_job_warp_points(job, model.vertices, model.vertex_count, xyz, status, expected_error_mm), "warping the mesh");
+            check(defrec_job_warp_points(job, model.vertices, model.vertex_count, xyz, status,
+                                         expected_error_mm),
+                  "warping the mesh");
             write_ply(argv[5], i, &model, xyz, status, expected_error_mm);
         }
         defrec_job_release(job);

@@ -1,11 +1,14 @@
-/* Both public headers, used as a C or C++ program would; compiled in the tests as C99 and as C++, every warning an error. */
+/* Both public headers, used as a C or C++ program would; compiled in the tests as C99 and as C++,
+ * every warning an error. */
 #include "include/defrec_c.h"
 #include "include/defrec_plugin.h"
 
 typedef char api_is_one[DEFREC_API_MAJOR == 1 && DEFREC_PLUGIN_ABI_MAJOR == 1 ? 1 : -1];
 
-int has_wait(const defrec_plugin *plugin);
-int has_wait(const defrec_plugin *plugin) { return DEFREC_HAS(plugin, wait) && DEFREC_HAS(plugin, stage); }
+int has_wait(const defrec_plugin* plugin);
+int has_wait(const defrec_plugin* plugin) {
+    return DEFREC_HAS(plugin, wait) && DEFREC_HAS(plugin, stage);
+}
 
 int main(void) {
     defrec_context_desc desc;

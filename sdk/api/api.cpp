@@ -1,4 +1,5 @@
-// The exported functions for contexts, rigs and stages: check, catch, forward. api_tracking.cpp has the rest.
+// The exported functions for contexts, rigs and stages: check, catch, forward. api_tracking.cpp has
+// the rest.
 #include <limits>
 
 #include "sdk/api/call.hpp"
@@ -18,33 +19,41 @@ defrec_context_desc read_desc(const defrec_context_desc* given) {
     if (given == nullptr) return {};
     const auto desc = read_struct<defrec_context_desc>("desc", given);
     constexpr uint32_t kKnown = DEFREC_CONTEXT_ONLY_GIVEN_PLUGINS | DEFREC_CONTEXT_USE_ENVIRONMENT;
-    if ((desc.flags & ~kKnown) != 0) fail(DEFREC_ERROR_ARGUMENT, "desc.flags has unknown bits: ", desc.flags & ~kKnown);
-    if (desc.plugin_path_count > 1000) fail(DEFREC_ERROR_ARGUMENT, "desc.plugin_path_count is ", desc.plugin_path_count);
+    if ((desc.flags & ~kKnown) != 0)
+        fail(DEFREC_ERROR_ARGUMENT, "desc.flags has unknown bits: ", desc.flags & ~kKnown);
+    if (desc.plugin_path_count > 1000)
+        fail(DEFREC_ERROR_ARGUMENT, "desc.plugin_path_count is ", desc.plugin_path_count);
     if (desc.plugin_paths == nullptr && desc.plugin_path_count != 0)
-        fail(DEFREC_ERROR_ARGUMENT, "desc.plugin_paths is NULL with a count of ", desc.plugin_path_count);
+        fail(DEFREC_ERROR_ARGUMENT, "desc.plugin_paths is NULL with a count of ",
+             desc.plugin_path_count);
     for (size_t i = 0; i < desc.plugin_path_count; ++i)
-        if (desc.plugin_paths[i] == nullptr) fail(DEFREC_ERROR_ARGUMENT, "desc.plugin_paths[", i, "] is NULL");
+        if (desc.plugin_paths[i] == nullptr)
+            fail(DEFREC_ERROR_ARGUMENT, "desc.plugin_paths[", i, "] is NULL");
     return desc;
 }
 
 void check_pixels(const char* name, const double* in, size_t count, const double* out) {
     if (count == 0) return;
-    if (in == nullptr || out == nullptr) fail(DEFREC_ERROR_ARGUMENT, name, " or the output is NULL with a count of ", count);
-    if (count > std::numeric_limits<size_t>::max() / 64) fail(DEFREC_ERROR_ARGUMENT, "count is ", count);
+    if (in == nullptr || out == nullptr)
+        fail(DEFREC_ERROR_ARGUMENT, name, " or the output is NULL with a count of ", count);
+    if (count > std::numeric_limits<size_t>::max() / 64)
+        fail(DEFREC_ERROR_ARGUMENT, "count is ", count);
 }
 
 }  // namespace
 
 extern "C" {
 
-// ---- library -------------------------------------------------------------------------------------------------------
+// ---- library
+// -------------------------------------------------------------------------------------------------------
 
 uint32_t defrec_version(void) { return DEFREC_API_MAJOR * 1000 + DEFREC_API_MINOR; }
 const char* defrec_version_string(void) { return DEFREC_RELEASE; }
 const char* defrec_status_name(defrec_status status) { return status_name(status); }
 const char* defrec_last_error(void) { return last_error(); }
 
-// ---- context -------------------------------------------------------------------------------------------------------
+// ---- context
+// -------------------------------------------------------------------------------------------------------
 
 defrec_status defrec_context_create(const defrec_context_desc* desc, defrec_context* out) {
     return api_call([&] {
@@ -64,9 +73,12 @@ size_t defrec_plugin_count(defrec_context context) {
 defrec_status defrec_plugin_get(defrec_context context, size_t index, defrec_plugin_info* out) {
     return api_call([&] {
         const auto& candidates = find_handle(context)->candidates();
-        if (index >= candidates.size()) fail(DEFREC_ERROR_ARGUMENT, "index is ", index, ", there are ", candidates.size(), " plugins");
+        if (index >= candidates.size())
+            fail(DEFREC_ERROR_ARGUMENT, "index is ", index, ", there are ", candidates.size(),
+                 " plugins");
         const PluginCandidate& plugin = candidates[index];
-        write_struct(out, defrec_plugin_info{sizeof(defrec_plugin_info), plugin.verdict, plugin.name.c_str(), plugin.path.c_str(),
+        write_struct(out, defrec_plugin_info{sizeof(defrec_plugin_info), plugin.verdict,
+                                             plugin.name.c_str(), plugin.path.c_str(),
                                              plugin.version.c_str(), plugin.reason.c_str()});
     });
 }
@@ -80,19 +92,24 @@ size_t defrec_device_count(defrec_context context) {
 defrec_status defrec_device_get(defrec_context context, size_t index, defrec_device_info* out) {
     return api_call([&] {
         const auto& devices = find_handle(context)->devices();
-        if (index >= devices.size()) fail(DEFREC_ERROR_ARGUMENT, "index is ", index, ", there are ", devices.size(), " devices");
+        if (index >= devices.size())
+            fail(DEFREC_ERROR_ARGUMENT, "index is ", index, ", there are ", devices.size(),
+                 " devices");
         write_struct(out, devices[index]);
     });
 }
 
-// ---- rigs ----------------------------------------------------------------------------------------------------------
+// ---- rigs
+// ----------------------------------------------------------------------------------------------------------
 
-defrec_status defrec_rig_create(defrec_context context, const defrec_rig_desc* desc, defrec_rig* out) {
+defrec_status defrec_rig_create(defrec_context context, const defrec_rig_desc* desc,
+                                defrec_rig* out) {
     return api_call([&] {
         expect_out(out);
         auto object = std::make_shared<RigObject>();
         object->context = find_handle(context);
-        object->rig = std::make_shared<const Rig>(object->context->allocator(), read_struct<defrec_rig_desc>("desc", desc));
+        object->rig = std::make_shared<const Rig>(object->context->allocator(),
+                                                  read_struct<defrec_rig_desc>("desc", desc));
         *out = add_handle<defrec_rig>(std::move(object));
     });
 }
@@ -103,7 +120,8 @@ defrec_status defrec_rig_get(defrec_rig rig, defrec_rig_info* out) {
     return api_call([&] { write_struct(out, find_handle(rig)->rig->info()); });
 }
 
-defrec_status defrec_rig_rectify_pixels(defrec_rig rig, const double* raw_uv, size_t count, double* rectified_uv) {
+defrec_status defrec_rig_rectify_pixels(defrec_rig rig, const double* raw_uv, size_t count,
+                                        double* rectified_uv) {
     return api_call([&] {
         const auto object = find_handle(rig);
         check_pixels("raw_uv", raw_uv, count, rectified_uv);
@@ -111,7 +129,8 @@ defrec_status defrec_rig_rectify_pixels(defrec_rig rig, const double* raw_uv, si
     });
 }
 
-defrec_status defrec_rig_distort_pixels(defrec_rig rig, const double* rectified_uv, size_t count, double* raw_uv) {
+defrec_status defrec_rig_distort_pixels(defrec_rig rig, const double* rectified_uv, size_t count,
+                                        double* raw_uv) {
     return api_call([&] {
         const auto object = find_handle(rig);
         check_pixels("rectified_uv", rectified_uv, count, raw_uv);
@@ -119,22 +138,24 @@ defrec_status defrec_rig_distort_pixels(defrec_rig rig, const double* rectified_
     });
 }
 
-// ---- stages on their own -------------------------------------------------------------------------------------------
+// ---- stages on their own
+// -------------------------------------------------------------------------------------------
 
-defrec_status defrec_stage_create(defrec_context context, const char* device_id, uint32_t stage, const void* params,
-                                  defrec_stage* out) {
+defrec_status defrec_stage_create(defrec_context context, const char* device_id, uint32_t stage,
+                                  const void* params, defrec_stage* out) {
     return api_call([&] {
         expect_out(out);
         const auto owner = find_handle(context);
         const StageParams complete(stage, params);
-        *out = add_handle<defrec_stage>(
-            std::make_shared<StageObject>(owner, owner->open_device(device_id, 1u << stage), complete));
+        *out = add_handle<defrec_stage>(std::make_shared<StageObject>(
+            owner, owner->open_device(device_id, 1u << stage), complete));
     });
 }
 
 void defrec_stage_destroy(defrec_stage stage) { destroy_handle(stage); }
 
-defrec_status defrec_stage_prepare(defrec_stage stage, const defrec_const_buffer* in, size_t in_count) {
+defrec_status defrec_stage_prepare(defrec_stage stage, const defrec_const_buffer* in,
+                                   size_t in_count) {
     return api_call([&] {
         const auto object = find_handle(stage);
         const OneThread one(object->inside);
@@ -142,8 +163,8 @@ defrec_status defrec_stage_prepare(defrec_stage stage, const defrec_const_buffer
     });
 }
 
-defrec_status defrec_stage_run(defrec_stage stage, const defrec_const_buffer* in, size_t in_count, const defrec_buffer* out,
-                               size_t out_count) {
+defrec_status defrec_stage_run(defrec_stage stage, const defrec_const_buffer* in, size_t in_count,
+                               const defrec_buffer* out, size_t out_count) {
     return api_call([&] {
         const auto object = find_handle(stage);
         const OneThread one(object->inside);

@@ -1,12 +1,12 @@
-// What every exported function goes through: no call from a callback, no exception past this point, the application's
-// floating point mode as it was.
+// What every exported function goes through: no call from a callback, no exception past this point,
+// the application's floating point mode as it was.
 #pragma once
 #include <new>
 #include <type_traits>
 
+#include "sdk/api/handles.hpp"
 #include "sdk/base/callback.hpp"
 #include "sdk/base/error.hpp"
-#include "sdk/api/handles.hpp"
 #include "sdk/base/platform.hpp"
 #include "sdk/base/status.hpp"
 
@@ -17,10 +17,12 @@ inline defrec_status report(defrec_status status, std::string_view text) noexcep
     return status;
 }
 
-// body returns nothing (success) or a status. A negative status that is returned, not thrown, has set the last error.
+// body returns nothing (success) or a status. A negative status that is returned, not thrown, has
+// set the last error.
 template <class Body>
 defrec_status api_call(Body&& body) noexcept {
-    if (CallbackScope::inside()) return report(DEFREC_ERROR_STATE, "a callback may not call defrec");
+    if (CallbackScope::inside())
+        return report(DEFREC_ERROR_STATE, "a callback may not call defrec");
     try {
         const platform::DefaultFloatingPoint mode;
         if constexpr (std::is_void_v<decltype(body())>) {
@@ -40,7 +42,8 @@ defrec_status api_call(Body&& body) noexcept {
     }
 }
 
-// A destroy function: NULL is fine, anything that is not a live handle is left alone and sets the last error.
+// A destroy function: NULL is fine, anything that is not a live handle is left alone and sets the
+// last error.
 template <class Handle>
 void destroy_handle(Handle handle) noexcept {
     if (handle != nullptr) api_call([&] { remove_handle(handle); });

@@ -1,4 +1,5 @@
-// The application's callbacks: they may throw or call back, and nothing of it gets into the library or through it.
+// The application's callbacks: they may throw or call back, and nothing of it gets into the library
+// or through it.
 #include <doctest/doctest.h>
 
 #include <atomic>
@@ -9,8 +10,8 @@
 #include <thread>
 
 #include "sdk/api/test_context.hpp"
-#include "sdk/base/test_files.hpp"
 #include "sdk/api/test_frames.hpp"
+#include "sdk/base/test_files.hpp"
 
 using namespace defrec::test;
 
@@ -209,7 +210,8 @@ TEST_CASE("row 28: two threads in one handle are serialised or busy, never wrong
     const TestContext context({stub_folder("good").string()});
     const defrec_ransac_params params = small_ransac();
     defrec_stage stage = nullptr;
-    REQUIRE(defrec_stage_create(context.get(), nullptr, DEFREC_STAGE_RANSAC, &params, &stage) == DEFREC_OK);
+    REQUIRE(defrec_stage_create(context.get(), nullptr, DEFREC_STAGE_RANSAC, &params, &stage) ==
+            DEFREC_OK);
     std::vector<uint8_t> nothing(48);
     const defrec_const_buffer landmarks{nothing.data(), nothing.size()};
     REQUIRE(defrec_stage_prepare(stage, &landmarks, 1) == DEFREC_OK);
@@ -222,9 +224,12 @@ TEST_CASE("row 28: two threads in one handle are serialised or busy, never wrong
                 const defrec_const_buffer from{in.data(), in.size()};
                 const defrec_buffer to{out.data(), out.size()};
                 const defrec_status status = defrec_stage_run(stage, &from, 1, &to, 1);
-                if (status == DEFREC_ERROR_BUSY) ++busy;
-                else if (status == DEFREC_OK && in == out) ++good;
-                else ++wrong;
+                if (status == DEFREC_ERROR_BUSY)
+                    ++busy;
+                else if (status == DEFREC_OK && in == out)
+                    ++good;
+                else
+                    ++wrong;
             }
         });
     for (std::thread& thread : threads) thread.join();

@@ -1,8 +1,7 @@
 // After fork the child's copies of handles are of no use, and say so.
+#include <doctest/doctest.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-#include <doctest/doctest.h>
 
 #include "sdk/api/test_context.hpp"
 #include "sdk/api/test_frames.hpp"

@@ -12,26 +12,35 @@
 namespace defrec::detail {
 namespace {
 
-// A handle: 0xDF and the kind in the highest two bytes, which no address has, then the serial number.
+// A handle: 0xDF and the kind in the highest two bytes, which no address has, then the serial
+// number.
 constexpr uint64_t kMark = 0xDF;
 constexpr uint64_t kSerialMask = (uint64_t{1} << 48) - 1;
 static_assert(sizeof(void*) == 8, "handles need 64 bits");
 
 const char* kind_name(HandleKind kind) {
     switch (kind) {
-        case HandleKind::kContext: return "context";
-        case HandleKind::kRig: return "rig";
-        case HandleKind::kTracker: return "tracker";
-        case HandleKind::kTemplate: return "template";
-        case HandleKind::kJob: return "job";
-        case HandleKind::kStage: return "stage";
-        case HandleKind::kMemory: return "memory";
+        case HandleKind::kContext:
+            return "context";
+        case HandleKind::kRig:
+            return "rig";
+        case HandleKind::kTracker:
+            return "tracker";
+        case HandleKind::kTemplate:
+            return "template";
+        case HandleKind::kJob:
+            return "job";
+        case HandleKind::kStage:
+            return "stage";
+        case HandleKind::kMemory:
+            return "memory";
     }
     return "unknown";
 }
 
 struct Table {
-    explicit Table(uint64_t first) : process(platform::process_id()), first_serial(first), next_serial(first) {}
+    explicit Table(uint64_t first)
+        : process(platform::process_id()), first_serial(first), next_serial(first) {}
     const uint64_t process;
     const uint64_t first_serial;
     std::atomic<uint64_t> next_serial;
@@ -40,8 +49,9 @@ struct Table {
     std::pmr::unordered_map<uint64_t, std::shared_ptr<void>> objects{&memory};
 };
 
-// This process's table. A child after fork gets a new one: the parent's mutex may be locked for ever there, and its
-// objects have lost their threads. Tables are never freed, so that handles outlive static destructors.
+// This process's table. A child after fork gets a new one: the parent's mutex may be locked for
+// ever there, and its objects have lost their threads. Tables are never freed, so that handles
+// outlive static destructors.
 Table& table() {
     static std::atomic<Table*> current{new Table(1)};
     Table* mine = current.load(std::memory_order_acquire);
@@ -61,14 +71,16 @@ void check_bits(const Table& own, HandleKind kind, const void* handle) {
     if (bits >> 56 != kMark || found < 1 || found > static_cast<uint64_t>(HandleKind::kMemory))
         fail(DEFREC_ERROR_HANDLE, "not a handle of defrec, a ", kind_name(kind), " is expected");
     if (found != static_cast<uint64_t>(kind))
-        fail(DEFREC_ERROR_HANDLE, "a ", kind_name(static_cast<HandleKind>(found)), " handle was given, a ", kind_name(kind),
-             " is expected");
+        fail(DEFREC_ERROR_HANDLE, "a ", kind_name(static_cast<HandleKind>(found)),
+             " handle was given, a ", kind_name(kind), " is expected");
     if ((bits & kSerialMask) < own.first_serial)
-        fail(DEFREC_ERROR_STATE, "this ", kind_name(kind), " was made before the process forked and cannot be used in the child");
+        fail(DEFREC_ERROR_STATE, "this ", kind_name(kind),
+             " was made before the process forked and cannot be used in the child");
 }
 
 [[noreturn]] void refuse_dead(HandleKind kind) {
-    fail(DEFREC_ERROR_HANDLE, "this ", kind_name(kind), " handle was destroyed already, or never existed");
+    fail(DEFREC_ERROR_HANDLE, "this ", kind_name(kind),
+         " handle was destroyed already, or never existed");
 }
 
 }  // namespace

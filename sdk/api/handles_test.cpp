@@ -1,4 +1,5 @@
-// A hostile caller: NULL, destroyed, random and foreign handles, NULL and senseless arguments, for every exported function.
+// A hostile caller: NULL, destroyed, random and foreign handles, NULL and senseless arguments, for
+// every exported function.
 #include <doctest/doctest.h>
 
 #include <cstring>
@@ -7,8 +8,8 @@
 #include <string>
 
 #include "sdk/api/test_context.hpp"
-#include "sdk/base/test_files.hpp"
 #include "sdk/api/test_frames.hpp"
+#include "sdk/base/test_files.hpp"
 
 using namespace defrec::test;
 
@@ -30,33 +31,56 @@ Struct init() {
     return s;
 }
 
-// Every function that takes the handle first and answers with a status, called with otherwise good arguments.
+// Every function that takes the handle first and answers with a status, called with otherwise good
+// arguments.
 const std::vector<Use<defrec_context>> kContextUses = {
-    {"defrec_plugin_get", [](auto h) { auto out = init<defrec_plugin_info>(); return defrec_plugin_get(h, 0, &out); }},
-    {"defrec_device_get", [](auto h) { auto out = init<defrec_device_info>(); return defrec_device_get(h, 0, &out); }},
-    {"defrec_rig_create", [](auto h) {
+    {"defrec_plugin_get",
+     [](auto h) {
+         auto out = init<defrec_plugin_info>();
+         return defrec_plugin_get(h, 0, &out);
+     }},
+    {"defrec_device_get",
+     [](auto h) {
+         auto out = init<defrec_device_info>();
+         return defrec_device_get(h, 0, &out);
+     }},
+    {"defrec_rig_create",
+     [](auto h) {
          const defrec_rig_desc desc = small_rig();
          defrec_rig out = nullptr;
          const defrec_status status = defrec_rig_create(h, &desc, &out);
          defrec_rig_destroy(out);
          return status;
      }},
-    {"defrec_stage_create", [](auto h) {
+    {"defrec_stage_create",
+     [](auto h) {
          const defrec_ransac_params params = small_ransac();
          defrec_stage out = nullptr;
-         const defrec_status status = defrec_stage_create(h, "stub", DEFREC_STAGE_RANSAC, &params, &out);
+         const defrec_status status =
+             defrec_stage_create(h, "stub", DEFREC_STAGE_RANSAC, &params, &out);
          defrec_stage_destroy(out);
          return status;
      }},
 };
 const std::vector<Use<defrec_rig>> kRigUses = {
-    {"defrec_rig_get", [](auto h) { auto out = init<defrec_rig_info>(); return defrec_rig_get(h, &out); }},
-    {"defrec_rig_rectify_pixels", [](auto h) { return defrec_rig_rectify_pixels(h, numbers, 4, numbers); }},
-    {"defrec_rig_distort_pixels", [](auto h) { return defrec_rig_distort_pixels(h, numbers, 4, numbers); }},
+    {"defrec_rig_get",
+     [](auto h) {
+         auto out = init<defrec_rig_info>();
+         return defrec_rig_get(h, &out);
+     }},
+    {"defrec_rig_rectify_pixels",
+     [](auto h) { return defrec_rig_rectify_pixels(h, numbers, 4, numbers); }},
+    {"defrec_rig_distort_pixels",
+     [](auto h) { return defrec_rig_distort_pixels(h, numbers, 4, numbers); }},
 };
 const std::vector<Use<defrec_stage>> kStageUses = {
-    {"defrec_stage_prepare", [](auto h) { const defrec_const_buffer in{bytes, 48}; return defrec_stage_prepare(h, &in, 1); }},
-    {"defrec_stage_run", [](auto h) {
+    {"defrec_stage_prepare",
+     [](auto h) {
+         const defrec_const_buffer in{bytes, 48};
+         return defrec_stage_prepare(h, &in, 1);
+     }},
+    {"defrec_stage_run",
+     [](auto h) {
          const defrec_const_buffer in{bytes, 64};
          const defrec_buffer out{numbers, 64};
          return defrec_stage_run(h, &in, 1, &out, 1);
@@ -64,27 +88,43 @@ const std::vector<Use<defrec_stage>> kStageUses = {
 };
 // These need more than a live handle to succeed, so only dead ones are tried.
 const std::vector<Use<defrec_tracker>> kTrackerUses = {
-    {"defrec_tracker_submit", [](auto h) {
+    {"defrec_tracker_submit",
+     [](auto h) {
          const SmallFrame frame;
          defrec_job out = nullptr;
          return defrec_tracker_submit(h, &frame.frame, &out);
      }},
-    {"defrec_memory_import", [](auto h) {
+    {"defrec_memory_import",
+     [](auto h) {
          auto desc = init<defrec_memory_desc>();
          defrec_memory out = nullptr;
          return defrec_memory_import(h, &desc, &out);
      }},
-    {"defrec_tracker_get_template", [](auto h) { defrec_template out = nullptr; return defrec_tracker_get_template(h, &out); }},
+    {"defrec_tracker_get_template",
+     [](auto h) {
+         defrec_template out = nullptr;
+         return defrec_tracker_get_template(h, &out);
+     }},
     {"defrec_tracker_set_template", [](auto h) { return defrec_tracker_set_template(h, nullptr); }},
 };
 const std::vector<Use<defrec_job>> kJobUses = {
     {"defrec_job_wait", [](auto h) { return defrec_job_wait(h, 0); }},
-    {"defrec_job_result", [](auto h) { auto out = init<defrec_result>(); return defrec_job_result(h, &out); }},
-    {"defrec_job_warp_points", [](auto h) { return defrec_job_warp_points(h, numbers, 1, numbers, nullptr, nullptr); }},
+    {"defrec_job_result",
+     [](auto h) {
+         auto out = init<defrec_result>();
+         return defrec_job_result(h, &out);
+     }},
+    {"defrec_job_warp_points",
+     [](auto h) { return defrec_job_warp_points(h, numbers, 1, numbers, nullptr, nullptr); }},
 };
 const std::vector<Use<defrec_template>> kTemplateUses = {
-    {"defrec_template_get", [](auto h) { auto out = init<defrec_template_info>(); return defrec_template_get(h, &out); }},
-    {"defrec_template_lift", [](auto h) { return defrec_template_lift(h, numbers, 1, numbers, bytes); }},
+    {"defrec_template_get",
+     [](auto h) {
+         auto out = init<defrec_template_info>();
+         return defrec_template_get(h, &out);
+     }},
+    {"defrec_template_lift",
+     [](auto h) { return defrec_template_lift(h, numbers, 1, numbers, bytes); }},
     {"defrec_template_save", [](auto h) { return defrec_template_save(h, "/nowhere/template"); }},
 };
 
@@ -97,10 +137,17 @@ void check_dead_handles(const std::vector<Use<Handle>>& uses, Handle destroyed, 
         CHECK(use.call(static_cast<Handle>(foreign)) == DEFREC_ERROR_HANDLE);
         if (destroyed != nullptr) CHECK(use.call(destroyed) == DEFREC_ERROR_HANDLE);
         int on_stack = 0;
-        const uint64_t random[] = {1, 8, 0xDEADBEEF, 0xDF00000000000001, 0xDF07000000000001, 0xDFFF000000000001,
-                                   UINT64_MAX, reinterpret_cast<uintptr_t>(&on_stack)};
+        const uint64_t random[] = {1,
+                                   8,
+                                   0xDEADBEEF,
+                                   0xDF00000000000001,
+                                   0xDF07000000000001,
+                                   0xDFFF000000000001,
+                                   UINT64_MAX,
+                                   reinterpret_cast<uintptr_t>(&on_stack)};
         for (const uint64_t bits : random)
-            CHECK(use.call(reinterpret_cast<Handle>(static_cast<uintptr_t>(bits))) == DEFREC_ERROR_HANDLE);
+            CHECK(use.call(reinterpret_cast<Handle>(static_cast<uintptr_t>(bits))) ==
+                  DEFREC_ERROR_HANDLE);
     }
 }
 
@@ -124,7 +171,8 @@ TEST_CASE("row 16: every function answers NULL, destroyed, random and foreign ha
     defrec_stage stage = nullptr;
     defrec_context other = nullptr;
     REQUIRE(defrec_rig_create(context.get(), &rig_desc, &rig) == DEFREC_OK);
-    REQUIRE(defrec_stage_create(context.get(), nullptr, DEFREC_STAGE_RANSAC, &ransac, &stage) == DEFREC_OK);
+    REQUIRE(defrec_stage_create(context.get(), nullptr, DEFREC_STAGE_RANSAC, &ransac, &stage) ==
+            DEFREC_OK);
     REQUIRE(defrec_context_create(nullptr, &other) == DEFREC_OK);
     check_live_handle(kContextUses, context.get());
     check_live_handle(kRigUses, rig);
@@ -204,8 +252,10 @@ TEST_CASE("row 16: NULL in the place of a required argument, and nothing is writ
     CHECK(defrec_rig_distort_pixels(rig, numbers, 1, nullptr) == DEFREC_ERROR_ARGUMENT);
     CHECK(defrec_rig_rectify_pixels(rig, nullptr, 0, nullptr) == DEFREC_OK);
     CHECK(defrec_rig_rectify_pixels(rig, numbers, SIZE_MAX, numbers) == DEFREC_ERROR_ARGUMENT);
-    CHECK(defrec_stage_create(c, nullptr, DEFREC_STAGE_RANSAC, nullptr, &stage) == DEFREC_ERROR_ARGUMENT);
-    CHECK(defrec_stage_create(c, nullptr, DEFREC_STAGE_RANSAC, &ransac, nullptr) == DEFREC_ERROR_ARGUMENT);
+    CHECK(defrec_stage_create(c, nullptr, DEFREC_STAGE_RANSAC, nullptr, &stage) ==
+          DEFREC_ERROR_ARGUMENT);
+    CHECK(defrec_stage_create(c, nullptr, DEFREC_STAGE_RANSAC, &ransac, nullptr) ==
+          DEFREC_ERROR_ARGUMENT);
     CHECK(defrec_tracker_create(c, rig, nullptr, &tracker) == DEFREC_ERROR_ARGUMENT);
     CHECK(defrec_tracker_create(c, nullptr, nullptr, &tracker) == DEFREC_ERROR_ARGUMENT);
     CHECK(defrec_tracker_create(c, rig, nullptr, nullptr) == DEFREC_ERROR_ARGUMENT);
@@ -247,12 +297,15 @@ TEST_CASE("row 18: indices out of range, unknown flags, stages, devices") {
     const defrec_ransac_params params = small_ransac();
     defrec_stage stage = nullptr;
     CHECK(defrec_stage_create(context.get(), "stub", 99, &params, &stage) == DEFREC_ERROR_ARGUMENT);
-    CHECK(defrec_stage_create(context.get(), "Stub", DEFREC_STAGE_RANSAC, &params, &stage) == DEFREC_ERROR_ARGUMENT);
+    CHECK(defrec_stage_create(context.get(), "Stub", DEFREC_STAGE_RANSAC, &params, &stage) ==
+          DEFREC_ERROR_ARGUMENT);
     CHECK(contains(defrec_last_error(), "there are: stub"));
     const auto warp = small_warp();
-    CHECK(defrec_stage_create(context.get(), "stub", DEFREC_STAGE_WARP, &warp, &stage) == DEFREC_ERROR_UNSUPPORTED);
+    CHECK(defrec_stage_create(context.get(), "stub", DEFREC_STAGE_WARP, &warp, &stage) ==
+          DEFREC_ERROR_UNSUPPORTED);
     CHECK(contains(defrec_last_error(), "warp"));
-    CHECK(defrec_stage_create(context.get(), nullptr, DEFREC_STAGE_WARP, &warp, &stage) == DEFREC_ERROR_UNSUPPORTED);
+    CHECK(defrec_stage_create(context.get(), nullptr, DEFREC_STAGE_WARP, &warp, &stage) ==
+          DEFREC_ERROR_UNSUPPORTED);
     CHECK(stage == nullptr);
 }
 
@@ -266,12 +319,14 @@ TEST_CASE("row 17: struct_size is checked in every struct, and outputs are writt
         out.info.struct_size = size;
         CHECK(defrec_device_get(context.get(), 0, &out.info) == DEFREC_ERROR_VERSION);
     }
-    for (const uint32_t size : {uint32_t{4}, uint32_t{16}, uint32_t(sizeof out.info), uint32_t(sizeof out)}) {
+    for (const uint32_t size :
+         {uint32_t{4}, uint32_t{16}, uint32_t(sizeof out.info), uint32_t(sizeof out)}) {
         std::memset(&out, 0xA5, sizeof out);
         out.info.struct_size = size;
         CHECK(defrec_device_get(context.get(), 0, &out.info) == DEFREC_OK);
         const auto* raw = reinterpret_cast<const unsigned char*>(&out);
-        for (size_t i = std::min<size_t>(size, sizeof out.info); i < sizeof out; ++i) CHECK(raw[i] == 0xA5);
+        for (size_t i = std::min<size_t>(size, sizeof out.info); i < sizeof out; ++i)
+            CHECK(raw[i] == 0xA5);
     }
     struct {
         defrec_rig_desc desc;

@@ -1,5 +1,6 @@
-// Row 50: memory runs out at the nth allocation, for every n: the call fails with DEFREC_ERROR_OUT_OF_MEMORY, nothing leaks, and
-// the next call works. Frames allocate nothing. Replaces operator new for the whole process, the library and its plugins included.
+// Row 50: memory runs out at the nth allocation, for every n: the call fails with
+// DEFREC_ERROR_OUT_OF_MEMORY, nothing leaks, and the next call works. Frames allocate nothing.
+// Replaces operator new for the whole process, the library and its plugins included.
 #include <doctest/doctest.h>
 
 #include <atomic>
@@ -8,9 +9,9 @@
 #include <new>
 
 #include "sdk/api/test_context.hpp"
-#include "sdk/base/test_files.hpp"
 #include "sdk/api/test_frames.hpp"
 #include "sdk/api/test_session.hpp"
+#include "sdk/base/test_files.hpp"
 
 namespace {
 
@@ -25,9 +26,10 @@ bool fails_now() {
 void* take(size_t size, size_t alignment) {
     if (fails_now()) return nullptr;
     ++taken;
-    void* memory = alignment <= alignof(std::max_align_t)
-                       ? std::malloc(size == 0 ? 1 : size)
-                       : std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+    void* memory =
+        alignment <= alignof(std::max_align_t)
+            ? std::malloc(size == 0 ? 1 : size)
+            : std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
     if (memory != nullptr) ++live;
     return memory;
 }
@@ -46,8 +48,12 @@ void give(void* memory) {
 
 void* operator new(size_t size) { return take_or_throw(size, 1); }
 void* operator new[](size_t size) { return take_or_throw(size, 1); }
-void* operator new(size_t size, std::align_val_t alignment) { return take_or_throw(size, size_t(alignment)); }
-void* operator new[](size_t size, std::align_val_t alignment) { return take_or_throw(size, size_t(alignment)); }
+void* operator new(size_t size, std::align_val_t alignment) {
+    return take_or_throw(size, size_t(alignment));
+}
+void* operator new[](size_t size, std::align_val_t alignment) {
+    return take_or_throw(size, size_t(alignment));
+}
 void* operator new(size_t size, const std::nothrow_t&) noexcept { return take(size, 1); }
 void* operator new[](size_t size, const std::nothrow_t&) noexcept { return take(size, 1); }
 void operator delete(void* memory) noexcept { give(memory); }
@@ -74,10 +80,13 @@ void host_give(void*, void* memory) {
     std::free(memory);
 }
 
-// With two small plugins, and the reference if asked for: checking its file takes long under a sanitizer.
+// With two small plugins, and the reference if asked for: checking its file takes long under a
+// sanitizer.
 defrec_status make_context(defrec_context* out, bool with_reference = false) {
-    static const std::string good = stub_folder("good").string(), twin = stub_folder("twin").string();
-    static const std::string reference = std::string(DEFREC_BUILD_DIR) + "/lib/defrec_plugin_reference.json";
+    static const std::string good = stub_folder("good").string(),
+                             twin = stub_folder("twin").string();
+    static const std::string reference =
+        std::string(DEFREC_BUILD_DIR) + "/lib/defrec_plugin_reference.json";
     const char* places[] = {good.c_str(), twin.c_str(), reference.c_str()};
     defrec_context_desc desc;
     DEFREC_INIT(&desc);
@@ -90,7 +99,8 @@ defrec_status make_context(defrec_context* out, bool with_reference = false) {
     return defrec_context_create(&desc, out);
 }
 
-// scenario makes something and destroys it again, and returns the first status that was not DEFREC_OK.
+// scenario makes something and destroys it again, and returns the first status that was not
+// DEFREC_OK.
 void check_every_failure(const std::function<defrec_status()>& scenario, long step = 1) {
     for (int i = 0; i < 3; ++i) REQUIRE(scenario() == DEFREC_OK);
     long n = 0;
@@ -164,7 +174,8 @@ TEST_CASE("row 50: memory runs out while a stage is made, prepared and run") {
         params.source_width = 65;
         params.source_height = 49;
         defrec_stage stage = nullptr;
-        defrec_status status = defrec_stage_create(context, "reference", DEFREC_STAGE_RECTIFY, &params, &stage);
+        defrec_status status =
+            defrec_stage_create(context, "reference", DEFREC_STAGE_RECTIFY, &params, &stage);
         const defrec_const_buffer in{source.data(), source.size()};
         const defrec_buffer out[] = {{gray.data(), gray.size()}, {mask.data(), mask.size()}};
         if (status == DEFREC_OK) status = defrec_stage_run(stage, &in, 1, out, 2);
@@ -210,8 +221,9 @@ TEST_CASE("once there is a template, frames allocate nothing") {
         defrec_result result;
         DEFREC_INIT(&result);
         for (const defrec_status status :
-             {session.submit({{pair.left.data()}, {pair.right.data()}, {}}, &job), defrec_job_wait(job, UINT64_MAX),
-              defrec_job_result(job, &result), defrec_job_warp_points(job, centre, 1, centre, nullptr, nullptr)})
+             {session.submit({{pair.left.data()}, {pair.right.data()}, {}}, &job),
+              defrec_job_wait(job, UINT64_MAX), defrec_job_result(job, &result),
+              defrec_job_warp_points(job, centre, 1, centre, nullptr, nullptr)})
             worst = std::min(worst, status);
         if (result.state != DEFREC_TRACKING) worst = DEFREC_ERROR_INTERNAL;
         defrec_job_release(job);

@@ -4,11 +4,11 @@
 #include <mutex>
 #include <shared_mutex>
 
-#include "sdk/device/context.hpp"
-#include "sdk/base/error.hpp"
 #include "sdk/api/handles.hpp"
-#include "sdk/rig/rig.hpp"
+#include "sdk/base/error.hpp"
+#include "sdk/device/context.hpp"
 #include "sdk/device/stage_runner.hpp"
+#include "sdk/rig/rig.hpp"
 #include "sdk/template/template.hpp"
 #include "sdk/tracking/tracker.hpp"
 
@@ -48,7 +48,8 @@ struct JobObject {
     bool released = false;
 };
 struct StageObject {
-    StageObject(std::shared_ptr<Context> owner, std::shared_ptr<const Device> device, const StageParams& params)
+    StageObject(std::shared_ptr<Context> owner, std::shared_ptr<const Device> device,
+                const StageParams& params)
         : context(std::move(owner)), runner(std::move(device), params) {}
     std::shared_ptr<Context> context;
     StageRunner runner;

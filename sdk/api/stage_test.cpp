@@ -1,12 +1,13 @@
-// Stages on their own through the C API, with the stub plugin, whose stage ransac copies input 0 to output 0, and the reference.
+// Stages on their own through the C API, with the stub plugin, whose stage ransac copies input 0 to
+// output 0, and the reference.
 #include <doctest/doctest.h>
 
 #include <cstring>
 #include <numeric>
 
 #include "sdk/api/test_context.hpp"
-#include "sdk/base/test_files.hpp"
 #include "sdk/api/test_frames.hpp"
+#include "sdk/base/test_files.hpp"
 
 using namespace defrec::test;
 
@@ -16,7 +17,8 @@ class TestStage {
   public:
     template <class Params>
     TestStage(const TestContext& context, uint32_t stage, const Params& params) {
-        const defrec_status status = defrec_stage_create(context.get(), nullptr, stage, &params, &handle_);
+        const defrec_status status =
+            defrec_stage_create(context.get(), nullptr, stage, &params, &handle_);
         INFO(defrec_last_error());
         REQUIRE(status == DEFREC_OK);
     }
@@ -48,7 +50,9 @@ defrec_rectify_params rectify_params() {
     return params;
 }
 
-std::string reference() { return std::string(DEFREC_BUILD_DIR) + "/lib/defrec_plugin_reference.json"; }
+std::string reference() {
+    return std::string(DEFREC_BUILD_DIR) + "/lib/defrec_plugin_reference.json";
+}
 
 }  // namespace
 
@@ -84,7 +88,8 @@ TEST_CASE("a failure writes no output and carries the plugin's error message") {
     defrec_ransac_params many = small_ransac();
     many.landmarks = 1001;
     defrec_stage refused = nullptr;
-    CHECK(defrec_stage_create(context.get(), nullptr, DEFREC_STAGE_RANSAC, &many, &refused) == DEFREC_ERROR_UNSUPPORTED);
+    CHECK(defrec_stage_create(context.get(), nullptr, DEFREC_STAGE_RANSAC, &many, &refused) ==
+          DEFREC_ERROR_UNSUPPORTED);
     CHECK(contains(defrec_last_error(), "at most 1000 landmarks"));
 }
 
@@ -97,7 +102,8 @@ TEST_CASE("row 16: NULL and senseless buffers") {
     CHECK(defrec_stage_run(stage.get(), nullptr, 0, nullptr, 0) == DEFREC_ERROR_ARGUMENT);
     CHECK(stage.run({{nullptr, 40}}, {{bytes, 40}}) == DEFREC_ERROR_ARGUMENT);
     CHECK(stage.run({{bytes, UINT64_MAX}}, {{bytes, 40}}) == DEFREC_ERROR_ARGUMENT);
-    CHECK(stage.run(std::vector<defrec_const_buffer>(1000, {bytes, 1}), {{bytes, 40}}) == DEFREC_ERROR_ARGUMENT);
+    CHECK(stage.run(std::vector<defrec_const_buffer>(1000, {bytes, 1}), {{bytes, 40}}) ==
+          DEFREC_ERROR_ARGUMENT);
     CHECK(stage.run({{bytes, 40}}, {{bytes + 8, 40}}) == DEFREC_OK);
 }
 
@@ -106,33 +112,40 @@ TEST_CASE("row 46: a lost device says so ever after, and others go on") {
     TestStage stage(context, DEFREC_STAGE_RANSAC, small_ransac());
     REQUIRE(stage.prepare() == DEFREC_OK);
     uint8_t bytes[40] = {};
-    for (int i = 0; i < 2; ++i) CHECK(stage.run({{bytes, 40}}, {{bytes, 40}}) == DEFREC_ERROR_DEVICE_LOST);
+    for (int i = 0; i < 2; ++i)
+        CHECK(stage.run({{bytes, 40}}, {{bytes, 40}}) == DEFREC_ERROR_DEVICE_LOST);
     CHECK(contains(defrec_last_error(), "lost before"));
     TestStage fresh(context, DEFREC_STAGE_RANSAC, small_ransac());
     CHECK(fresh.prepare() == DEFREC_OK);
 }
 
-TEST_CASE("row 39: a plugin that succeeds without a device, or never ends a wait, broke its contract") {
+TEST_CASE(
+    "row 39: a plugin that succeeds without a device, or never ends a wait, broke its contract") {
     const TestContext no_device({stub_folder("no_device").string()});
     const defrec_ransac_params params = small_ransac();
     defrec_stage stage = nullptr;
-    CHECK(defrec_stage_create(no_device.get(), nullptr, DEFREC_STAGE_RANSAC, &params, &stage) == DEFREC_ERROR_PLUGIN);
+    CHECK(defrec_stage_create(no_device.get(), nullptr, DEFREC_STAGE_RANSAC, &params, &stage) ==
+          DEFREC_ERROR_PLUGIN);
     const TestContext never({stub_folder("never_done").string()});
     TestStage waiting(never, DEFREC_STAGE_RANSAC, params);
     CHECK(waiting.prepare() == DEFREC_ERROR_PLUGIN);
 }
 
-TEST_CASE("row 24: a buffer that is too small is named with the size needed, and guard bytes stay") {
+TEST_CASE(
+    "row 24: a buffer that is too small is named with the size needed, and guard bytes stay") {
     const TestContext context({reference()});
     TestStage stage(context, DEFREC_STAGE_RECTIFY, rectify_params());
     const size_t source_size = 65 * 49, needed = 80 * 48 + 65;
     std::vector<uint8_t> source(source_size, 100), gray(needed + 32, 0xA5), mask(needed + 32, 0xA5);
-    CHECK(stage.run({{source.data(), source_size - 1}}, {{gray.data(), needed}, {mask.data(), needed}}) == DEFREC_ERROR_ARGUMENT);
+    CHECK(stage.run({{source.data(), source_size - 1}},
+                    {{gray.data(), needed}, {mask.data(), needed}}) == DEFREC_ERROR_ARGUMENT);
     CHECK(contains(defrec_last_error(), "in[0] has 3184 bytes, 3185 are needed"));
-    CHECK(stage.run({{source.data(), source_size}}, {{gray.data(), needed}, {mask.data(), needed - 1}}) == DEFREC_ERROR_ARGUMENT);
+    CHECK(stage.run({{source.data(), source_size}},
+                    {{gray.data(), needed}, {mask.data(), needed - 1}}) == DEFREC_ERROR_ARGUMENT);
     CHECK(contains(defrec_last_error(), "out[1] has 3904 bytes, 3905 are needed"));
     for (const uint8_t byte : gray) REQUIRE(byte == 0xA5);
-    CHECK(stage.run({{source.data(), source_size}}, {{gray.data(), needed}, {mask.data(), needed}}) == DEFREC_OK);
+    CHECK(stage.run({{source.data(), source_size}},
+                    {{gray.data(), needed}, {mask.data(), needed}}) == DEFREC_OK);
     for (size_t i = 0; i < gray.size(); ++i) {
         const bool inside = i < needed && i % 80 < 65;
         REQUIRE(gray[i] == (inside ? 100 : 0xA5));
@@ -157,9 +170,11 @@ TEST_CASE("row 18: parameters are checked before a device sees them") {
     CHECK(stage == nullptr);
     defrec_warp_params warp = small_warp();
     warp.camera.fx = 0;
-    CHECK(defrec_stage_create(context.get(), nullptr, DEFREC_STAGE_WARP, &warp, &stage) == DEFREC_ERROR_ARGUMENT);
+    CHECK(defrec_stage_create(context.get(), nullptr, DEFREC_STAGE_WARP, &warp, &stage) ==
+          DEFREC_ERROR_ARGUMENT);
     warp = small_warp();
     warp.points = UINT32_MAX;
-    CHECK(defrec_stage_create(context.get(), nullptr, DEFREC_STAGE_WARP, &warp, &stage) == DEFREC_ERROR_ARGUMENT);
+    CHECK(defrec_stage_create(context.get(), nullptr, DEFREC_STAGE_WARP, &warp, &stage) ==
+          DEFREC_ERROR_ARGUMENT);
     CHECK(stage == nullptr);
 }

@@ -21,7 +21,9 @@ class TestContext {
         INFO(defrec_last_error());
         REQUIRE(status == DEFREC_OK);
     }
-    explicit TestContext(const defrec_context_desc& desc) { REQUIRE(defrec_context_create(&desc, &handle_) == DEFREC_OK); }
+    explicit TestContext(const defrec_context_desc& desc) {
+        REQUIRE(defrec_context_create(&desc, &handle_) == DEFREC_OK);
+    }
     ~TestContext() { defrec_context_destroy(handle_); }
     TestContext(const TestContext&) = delete;
     TestContext& operator=(const TestContext&) = delete;
@@ -46,6 +48,8 @@ class TestContext {
     defrec_context handle_ = nullptr;
 };
 
-inline bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+inline bool contains(const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+}
 
 }  // namespace defrec::test

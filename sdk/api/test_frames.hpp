@@ -42,7 +42,8 @@ inline defrec_warp_params small_warp() {
 // Two gray images, 64 x 48.
 struct SmallFrame {
     SmallFrame() : pixels(64 * 48) {
-        for (size_t i = 0; i < pixels.size(); ++i) pixels[i] = static_cast<uint8_t>(i * 7 + i / 64 * 13);
+        for (size_t i = 0; i < pixels.size(); ++i)
+            pixels[i] = static_cast<uint8_t>(i * 7 + i / 64 * 13);
         DEFREC_INIT(&image);
         image.format = DEFREC_FORMAT_GRAY8;
         image.width = 64;

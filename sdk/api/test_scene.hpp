@@ -11,7 +11,8 @@ inline constexpr int kWidth = 320, kHeight = 240;
 inline constexpr double kFocal = 340, kBaseline = 5, kDepth = 80, kSlope = 0.15;
 
 inline double hash_noise(int64_t x, int64_t y, uint64_t octave) {
-    uint64_t h = static_cast<uint64_t>(x) * 0x9e3779b97f4a7c15u ^ static_cast<uint64_t>(y) * 0xc2b2ae3d27d4eb4fu ^ octave * 0x165667b19e3779f9u;
+    uint64_t h = static_cast<uint64_t>(x) * 0x9e3779b97f4a7c15u ^
+                 static_cast<uint64_t>(y) * 0xc2b2ae3d27d4eb4fu ^ octave * 0x165667b19e3779f9u;
     h ^= h >> 29;
     h *= 0xbf58476d1ce4e5b9u;
     h ^= h >> 32;
@@ -32,7 +33,8 @@ inline double texture(double x, double y) {
     double value = 0;
     for (uint64_t octave = 0; octave < 4; ++octave) {
         const double scale = 0.35 * static_cast<double>(1u << octave);
-        value += smooth_noise(x * scale, y * scale, octave) * 70 / static_cast<double>(1u << (octave / 2));
+        value += smooth_noise(x * scale, y * scale, octave) * 70 /
+                 static_cast<double>(1u << (octave / 2));
     }
     return std::clamp(125 + value, 0.0, 255.0);
 }
@@ -41,7 +43,8 @@ struct Pair {
     std::vector<uint8_t> left = std::vector<uint8_t>(kWidth * kHeight), right = left;
 };
 
-// The plane z = kDepth + kSlope x, its material moved by (dx, dy) mm along x and y. noise: gray levels.
+// The plane z = kDepth + kSlope x, its material moved by (dx, dy) mm along x and y. noise: gray
+// levels.
 inline Pair render(double dx, double dy, double noise = 0, uint64_t seed = 0) {
     Pair pair;
     for (int view = 0; view < 2; ++view) {
@@ -53,7 +56,8 @@ inline Pair render(double dx, double dy, double noise = 0, uint64_t seed = 0) {
                 const double z = (kDepth + kSlope * origin) / (1 - kSlope * u);
                 const double gray = texture(origin + u * z - dx, v * z - dy) +
                                     2 * noise * hash_noise(x + 1000 * view, y, seed + 77);
-                image[static_cast<size_t>(y * kWidth + x)] = static_cast<uint8_t>(std::lround(std::clamp(gray, 0.0, 255.0)));
+                image[static_cast<size_t>(y * kWidth + x)] =
+                    static_cast<uint8_t>(std::lround(std::clamp(gray, 0.0, 255.0)));
             }
     }
     return pair;

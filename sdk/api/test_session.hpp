@@ -1,4 +1,5 @@
-// A tracker of the scene in test_scene.hpp, through the C API, and everything that a frame gave as bytes.
+// A tracker of the scene in test_scene.hpp, through the C API, and everything that a frame gave as
+// bytes.
 #pragma once
 #include <doctest/doctest.h>
 
@@ -21,8 +22,9 @@ struct TrackingSession {
     uint32_t format = 0;
     int64_t time = 0;
 
-    explicit TrackingSession(const char* device = "cpu", uint32_t threads = 2, const Change& change = nullptr,
-                             const std::function<void(defrec_context_desc&)>& change_context = nullptr) {
+    explicit TrackingSession(
+        const char* device = "cpu", uint32_t threads = 2, const Change& change = nullptr,
+        const std::function<void(defrec_context_desc&)>& change_context = nullptr) {
         defrec_context_desc context_desc;
         DEFREC_INIT(&context_desc);
         context_desc.threads = threads;
@@ -84,21 +86,27 @@ struct TrackingSession {
         frame.flags = given.flags;
         frame.left = &images[0];
         frame.right = &images[1];
-        frame.ignore = given.ignore.pixels != nullptr || given.ignore.memory != nullptr ? &images[2] : nullptr;
+        frame.ignore =
+            given.ignore.pixels != nullptr || given.ignore.memory != nullptr ? &images[2] : nullptr;
         frame.samples = given.samples;
         return defrec_tracker_submit(tracker, &frame, job);
     }
 };
 
-// All of a frame's result but its times, to be compared bit by bit; the job is waited for and released.
+// All of a frame's result but its times, to be compared bit by bit; the job is waited for and
+// released.
 inline std::string take_result(defrec_job job) {
     REQUIRE_OK(defrec_job_wait(job, UINT64_MAX));
     defrec_result r;
     DEFREC_INIT(&r);
     REQUIRE_OK(defrec_job_result(job, &r));
     std::string bytes;
-    const auto add = [&](const void* from, size_t size) { bytes.append(static_cast<const char*>(from), size); };
-    const auto add_array = [&](const auto* from, uint64_t count) { add(from, count * sizeof *from); };
+    const auto add = [&](const void* from, size_t size) {
+        bytes.append(static_cast<const char*>(from), size);
+    };
+    const auto add_array = [&](const auto* from, uint64_t count) {
+        add(from, count * sizeof *from);
+    };
     add(&r.state, offsetof(defrec_result, motions) - offsetof(defrec_result, state));
     add_array(r.motions, r.node_count);
     add_array(r.node_positions, 3 * r.node_count);

@@ -1,8 +1,7 @@
-// What a tracker's functions answer to bad frames and handles, with the reference backend and small images. Tracking itself:
-// tracker_test.cpp.
-#include <unistd.h>
-
+// What a tracker's functions answer to bad frames and handles, with the reference backend and small
+// images. Tracking itself: tracker_test.cpp.
 #include <doctest/doctest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
@@ -48,7 +47,8 @@ class TestTracker {
     defrec_context context() const { return context_.get(); }
 
     // Submits a good frame after the change; expects this status and leaves no job behind.
-    void check_submit(defrec_status expected, const char* words, const std::function<void(defrec_frame&, defrec_image&)>& change) {
+    void check_submit(defrec_status expected, const char* words,
+                      const std::function<void(defrec_frame&, defrec_image&)>& change) {
         SmallFrame frame;
         frame.frame.timestamp_ns = ++time_;
         defrec_image changed = frame.image;
@@ -78,17 +78,28 @@ class TestTracker {
 TEST_CASE("rows 16 to 24: bad frames are refused with the reason, and the queue stays as it was") {
     TestTracker tracker;
     // More refusals than places in the queue.
-    tracker.check_submit(DEFREC_ERROR_ARGUMENT, "left is NULL", [](auto& f, auto&) { f.left = nullptr; });
-    tracker.check_submit(DEFREC_ERROR_ARGUMENT, "right is NULL", [](auto& f, auto&) { f.right = nullptr; });
-    tracker.check_submit(DEFREC_ERROR_ARGUMENT, "pixels is NULL", [](auto&, auto& i) { i.pixels = nullptr; });
-    tracker.check_submit(DEFREC_ERROR_ARGUMENT, "unknown bits", [](auto& f, auto&) { f.flags = 2; });
-    tracker.check_submit(DEFREC_ERROR_ARGUMENT, "stride is 63", [](auto&, auto& i) { i.stride = 63; });
-    tracker.check_submit(DEFREC_ERROR_ARGUMENT, "stride", [](auto&, auto& i) { i.stride = UINT64_MAX; });
-    tracker.check_submit(DEFREC_ERROR_ARGUMENT, "unknown format", [](auto&, auto& i) { i.format = 77; });
-    tracker.check_submit(DEFREC_ERROR_ARGUMENT, "format 2 given", [](auto&, auto& i) { i.format = DEFREC_FORMAT_BGR8, i.height = 48; });
-    tracker.check_submit(DEFREC_ERROR_ARGUMENT, "expected", [](auto&, auto& i) { i.width = i.height = 1; });
-    tracker.check_submit(DEFREC_ERROR_VERSION, "struct_size", [](auto& f, auto&) { f.struct_size = 0; });
-    tracker.check_submit(DEFREC_ERROR_VERSION, "struct_size", [](auto&, auto& i) { i.struct_size = 2; });
+    tracker.check_submit(DEFREC_ERROR_ARGUMENT, "left is NULL",
+                         [](auto& f, auto&) { f.left = nullptr; });
+    tracker.check_submit(DEFREC_ERROR_ARGUMENT, "right is NULL",
+                         [](auto& f, auto&) { f.right = nullptr; });
+    tracker.check_submit(DEFREC_ERROR_ARGUMENT, "pixels is NULL",
+                         [](auto&, auto& i) { i.pixels = nullptr; });
+    tracker.check_submit(DEFREC_ERROR_ARGUMENT, "unknown bits",
+                         [](auto& f, auto&) { f.flags = 2; });
+    tracker.check_submit(DEFREC_ERROR_ARGUMENT, "stride is 63",
+                         [](auto&, auto& i) { i.stride = 63; });
+    tracker.check_submit(DEFREC_ERROR_ARGUMENT, "stride",
+                         [](auto&, auto& i) { i.stride = UINT64_MAX; });
+    tracker.check_submit(DEFREC_ERROR_ARGUMENT, "unknown format",
+                         [](auto&, auto& i) { i.format = 77; });
+    tracker.check_submit(DEFREC_ERROR_ARGUMENT, "format 2 given",
+                         [](auto&, auto& i) { i.format = DEFREC_FORMAT_BGR8, i.height = 48; });
+    tracker.check_submit(DEFREC_ERROR_ARGUMENT, "expected",
+                         [](auto&, auto& i) { i.width = i.height = 1; });
+    tracker.check_submit(DEFREC_ERROR_VERSION, "struct_size",
+                         [](auto& f, auto&) { f.struct_size = 0; });
+    tracker.check_submit(DEFREC_ERROR_VERSION, "struct_size",
+                         [](auto&, auto& i) { i.struct_size = 2; });
     tracker.check_submit(DEFREC_ERROR_ARGUMENT, "ignore", [](auto& f, auto& i) {
         static defrec_image ignore;
         ignore = i;
@@ -102,11 +113,12 @@ TEST_CASE("rows 16 to 24: bad frames are refused with the reason, and the queue 
 TEST_CASE("row 10: an image of another size than the rig's is refused, never scaled") {
     TestTracker tracker;
     std::vector<uint8_t> large(66 * 50);
-    tracker.check_submit(DEFREC_ERROR_ARGUMENT, "66 x 50 pixels given, the rig has 64 x 48", [&](auto&, auto& i) {
-        i.width = 66;
-        i.height = 50;
-        i.pixels = large.data();
-    });
+    tracker.check_submit(DEFREC_ERROR_ARGUMENT, "66 x 50 pixels given, the rig has 64 x 48",
+                         [&](auto&, auto& i) {
+                             i.width = 66;
+                             i.height = 50;
+                             i.pixels = large.data();
+                         });
 }
 
 TEST_CASE("row 28: frames submitted from several threads are queued whole, or the call is busy") {
@@ -121,12 +133,15 @@ TEST_CASE("row 28: frames submitted from several threads are queued whole, or th
                 frame.frame.timestamp_ns = ++time;
                 defrec_job job = nullptr;
                 switch (defrec_tracker_submit(tracker.get(), &frame.frame, &job)) {
-                    case DEFREC_OK: ++queued; break;
+                    case DEFREC_OK:
+                        ++queued;
+                        break;
                     case DEFREC_ERROR_BUSY:      // another thread is inside
                     case DEFREC_ERROR_ARGUMENT:  // another thread's later timestamp came first
                         ++refused;
                         break;
-                    default: ++wrong;
+                    default:
+                        ++wrong;
                 }
                 if (job != nullptr && defrec_job_wait(job, UINT64_MAX) != DEFREC_OK) ++wrong;
                 defrec_job_release(job);
@@ -138,7 +153,8 @@ TEST_CASE("row 28: frames submitted from several threads are queued whole, or th
     CHECK(queued + refused == 30);
 }
 
-TEST_CASE("row 16: a released job is dead, and a result is written no further than the caller's struct") {
+TEST_CASE(
+    "row 16: a released job is dead, and a result is written no further than the caller's struct") {
     TestTracker tracker;
     SmallFrame frame;
     frame.frame.timestamp_ns = tracker.next_time();
@@ -154,21 +170,25 @@ TEST_CASE("row 16: a released job is dead, and a result is written no further th
         out.result.struct_size = size;
         CHECK(defrec_job_result(job, &out.result) == DEFREC_OK);
         const auto* raw = reinterpret_cast<const unsigned char*>(&out);
-        for (size_t i = std::min<size_t>(size, sizeof out.result); i < sizeof out; ++i) REQUIRE(raw[i] == 0xA5);
+        for (size_t i = std::min<size_t>(size, sizeof out.result); i < sizeof out; ++i)
+            REQUIRE(raw[i] == 0xA5);
     }
     out.result.struct_size = 0;
     CHECK(defrec_job_result(job, &out.result) == DEFREC_ERROR_VERSION);
     CHECK(defrec_job_result(job, nullptr) == DEFREC_ERROR_ARGUMENT);
     double point[3] = {1, 2, 80};
-    CHECK(defrec_job_warp_points(job, nullptr, 1, point, nullptr, nullptr) == DEFREC_ERROR_ARGUMENT);
-    CHECK(defrec_job_warp_points(job, point, SIZE_MAX, point, nullptr, nullptr) == DEFREC_ERROR_ARGUMENT);
+    CHECK(defrec_job_warp_points(job, nullptr, 1, point, nullptr, nullptr) ==
+          DEFREC_ERROR_ARGUMENT);
+    CHECK(defrec_job_warp_points(job, point, SIZE_MAX, point, nullptr, nullptr) ==
+          DEFREC_ERROR_ARGUMENT);
     defrec_job_release(job);
     CHECK(defrec_job_wait(job, 0) == DEFREC_ERROR_HANDLE);
     CHECK(defrec_job_result(job, &out.result) == DEFREC_ERROR_HANDLE);
     CHECK(defrec_job_warp_points(job, point, 1, point, nullptr, nullptr) == DEFREC_ERROR_HANDLE);
 }
 
-TEST_CASE("a tracker's destroyed handle is dead, its jobs are not, and everything may go in any order") {
+TEST_CASE(
+    "a tracker's destroyed handle is dead, its jobs are not, and everything may go in any order") {
     auto tracker = std::make_unique<TestTracker>();
     SmallFrame frame;
     frame.frame.timestamp_ns = 1;
@@ -219,7 +239,9 @@ TEST_CASE("row 18: descriptions of trackers out of range") {
     CHECK(status_after([](auto& d) { d.frames_in_flight = 17; }) == DEFREC_ERROR_ARGUMENT);
     CHECK(status_after([](auto& d) { d.device_id = "cuda:7"; }) == DEFREC_ERROR_ARGUMENT);
     CHECK(status_after([](auto& d) { d.node_spacing_px = -1; }) == DEFREC_ERROR_ARGUMENT);
-    CHECK(status_after([](auto& d) { d.vertex_spacing_px = std::numeric_limits<float>::quiet_NaN(); }) == DEFREC_ERROR_ARGUMENT);
+    CHECK(status_after([](auto& d) {
+              d.vertex_spacing_px = std::numeric_limits<float>::quiet_NaN();
+          }) == DEFREC_ERROR_ARGUMENT);
     CHECK(status_after([](auto& d) { d.max_features = UINT32_MAX; }) == DEFREC_ERROR_ARGUMENT);
     CHECK(status_after([](auto& d) { d.disparities = UINT32_MAX; }) == DEFREC_ERROR_ARGUMENT);
     CHECK(made == nullptr);

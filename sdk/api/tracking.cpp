@@ -16,7 +16,8 @@ void expect_given(const char* name, Pointer* pointer) {
 }
 
 void check_count(size_t count) {
-    if (count > std::numeric_limits<size_t>::max() / 64) fail(DEFREC_ERROR_ARGUMENT, "count is ", count);
+    if (count > std::numeric_limits<size_t>::max() / 64)
+        fail(DEFREC_ERROR_ARGUMENT, "count is ", count);
 }
 
 // Numbers that no tracker can mean, before anything is computed from them.
@@ -33,20 +34,25 @@ defrec_tracker_desc read_desc(const defrec_tracker_desc* given) {
         {"arap_weight", desc.arap_weight, 0, 1e9f},
     };
     for (const auto& number : numbers)
-        if (number.value != 0 && !(number.value >= number.minimum && number.value <= number.maximum))
-            fail(DEFREC_ERROR_ARGUMENT, "desc.", number.name, " is ", number.value, ", ", number.minimum, " to ", number.maximum,
-                 " expected, or 0 for the default");
+        if (number.value != 0 &&
+            !(number.value >= number.minimum && number.value <= number.maximum))
+            fail(DEFREC_ERROR_ARGUMENT, "desc.", number.name, " is ", number.value, ", ",
+                 number.minimum, " to ", number.maximum, " expected, or 0 for the default");
     const struct {
         const char* name;
         int64_t value, maximum;
     } counts[] = {
-        {"min_disparity", desc.min_disparity, DEFREC_MAX_SIDE},   {"disparities", desc.disparities, DEFREC_MAX_SIDE},
-        {"max_features", desc.max_features, 65536},               {"max_patches", desc.max_patches, 65536},
-        {"coarse_iterations", desc.coarse_iterations, 1000},      {"fine_iterations", desc.fine_iterations, 1000},
+        {"min_disparity", desc.min_disparity, DEFREC_MAX_SIDE},
+        {"disparities", desc.disparities, DEFREC_MAX_SIDE},
+        {"max_features", desc.max_features, 65536},
+        {"max_patches", desc.max_patches, 65536},
+        {"coarse_iterations", desc.coarse_iterations, 1000},
+        {"fine_iterations", desc.fine_iterations, 1000},
     };
     for (const auto& count : counts)
         if (count.value < 0 || count.value > count.maximum)
-            fail(DEFREC_ERROR_ARGUMENT, "desc.", count.name, " is ", count.value, ", 0 to ", count.maximum, " expected");
+            fail(DEFREC_ERROR_ARGUMENT, "desc.", count.name, " is ", count.value, ", 0 to ",
+                 count.maximum, " expected");
     return desc;
 }
 
@@ -69,29 +75,38 @@ defrec_memory_desc read_desc(const defrec_memory_desc* given) {
         fail(DEFREC_ERROR_ARGUMENT, "desc.kind is ", desc.kind, "; HOST (1) and CUDA (2) exist");
     const auto address = reinterpret_cast<uintptr_t>(desc.address);
     if (desc.address == nullptr) fail(DEFREC_ERROR_ARGUMENT, "desc.address is NULL");
-    if (address % 16 != 0) fail(DEFREC_ERROR_ARGUMENT, "desc.address is ", address % 16, " bytes past a multiple of 16, where memory begins");
+    if (address % 16 != 0)
+        fail(DEFREC_ERROR_ARGUMENT, "desc.address is ", address % 16,
+             " bytes past a multiple of 16, where memory begins");
     if (desc.size == 0 || desc.size > UINTPTR_MAX - address)
-        fail(DEFREC_ERROR_ARGUMENT, "desc.size is ", desc.size, ", at least 1 and no more than the address space expected");
+        fail(DEFREC_ERROR_ARGUMENT, "desc.size is ", desc.size,
+             ", at least 1 and no more than the address space expected");
     return desc;
 }
 
-std::shared_ptr<const DeviceBuffer> read_memory(const char* what, defrec_memory given, const Tracker& tracker) {
+std::shared_ptr<const DeviceBuffer> read_memory(const char* what, defrec_memory given,
+                                                const Tracker& tracker) {
     std::shared_ptr<const DeviceBuffer> memory = find_handle(given)->buffer;
-    if (!tracker.can_use(*memory)) fail(DEFREC_ERROR_ARGUMENT, what, ": the memory was imported for another tracker");
+    if (!tracker.can_use(*memory))
+        fail(DEFREC_ERROR_ARGUMENT, what, ": the memory was imported for another tracker");
     return memory;
 }
 
 // memory_stride: what an image in memory has from row to row.
-FrameImage read_frame_image(const char* what, const defrec_image* given, uint32_t format, uint64_t memory_stride, const Tracker& tracker) {
+FrameImage read_frame_image(const char* what, const defrec_image* given, uint32_t format,
+                            uint64_t memory_stride, const Tracker& tracker) {
     defrec_image image = read_image(what, given);
     expect_image(what, image, tracker.rig().width(), tracker.rig().height(), format);
-    if (image.memory == nullptr) return {static_cast<const uint8_t*>(image.pixels), image.stride, nullptr};
+    if (image.memory == nullptr)
+        return {static_cast<const uint8_t*>(image.pixels), image.stride, nullptr};
     if (image.stride != 0 && image.stride != memory_stride)
-        fail(DEFREC_ERROR_ARGUMENT, what, ": stride is ", image.stride, " bytes, this tracker takes ", memory_stride, " in memory");
+        fail(DEFREC_ERROR_ARGUMENT, what, ": stride is ", image.stride,
+             " bytes, this tracker takes ", memory_stride, " in memory");
     image.stride = memory_stride;
     FrameImage read{nullptr, memory_stride, read_memory(what, image.memory, tracker)};
     if (read.memory->size() < image_bytes(image))
-        fail(DEFREC_ERROR_ARGUMENT, what, ": the memory has ", read.memory->size(), " bytes, ", image_bytes(image), " are needed");
+        fail(DEFREC_ERROR_ARGUMENT, what, ": the memory has ", read.memory->size(), " bytes, ",
+             image_bytes(image), " are needed");
     return read;
 }
 
@@ -102,10 +117,13 @@ FrameInput read_frame(const defrec_frame* given, const Tracker& tracker) {
     FrameInput input;
     input.timestamp_ns = frame.timestamp_ns;
     input.flags = frame.flags;
-    input.views[0] = read_frame_image("left", frame.left, tracker.format(), tracker.memory_stride(), tracker);
-    input.views[1] = read_frame_image("right", frame.right, tracker.format(), tracker.memory_stride(), tracker);
+    input.views[0] =
+        read_frame_image("left", frame.left, tracker.format(), tracker.memory_stride(), tracker);
+    input.views[1] =
+        read_frame_image("right", frame.right, tracker.format(), tracker.memory_stride(), tracker);
     if (frame.ignore != nullptr)
-        input.ignore = read_frame_image("ignore", frame.ignore, DEFREC_FORMAT_GRAY8, tracker.rig().width(), tracker);
+        input.ignore = read_frame_image("ignore", frame.ignore, DEFREC_FORMAT_GRAY8,
+                                        tracker.rig().width(), tracker);
     if (frame.samples != nullptr) input.samples = read_memory("samples", frame.samples, tracker);
     return input;
 }
@@ -114,7 +132,8 @@ FrameInput read_frame(const defrec_frame* given, const Tracker& tracker) {
 
 extern "C" {
 
-defrec_status defrec_tracker_create(defrec_context context, defrec_rig rig, const defrec_tracker_desc* desc, defrec_tracker* out) {
+defrec_status defrec_tracker_create(defrec_context context, defrec_rig rig,
+                                    const defrec_tracker_desc* desc, defrec_tracker* out) {
     return api_call([&] {
         expect_given("out", out);
         auto object = std::make_shared<TrackerObject>();
@@ -127,7 +146,8 @@ defrec_status defrec_tracker_create(defrec_context context, defrec_rig rig, cons
 
 void defrec_tracker_destroy(defrec_tracker tracker) { destroy_handle(tracker); }
 
-defrec_status defrec_memory_import(defrec_tracker tracker, const defrec_memory_desc* desc, defrec_memory* out) {
+defrec_status defrec_memory_import(defrec_tracker tracker, const defrec_memory_desc* desc,
+                                   defrec_memory* out) {
     return api_call([&] {
         expect_given("out", out);
         const auto owner = find_handle(tracker);
@@ -141,7 +161,8 @@ defrec_status defrec_memory_import(defrec_tracker tracker, const defrec_memory_d
 
 void defrec_memory_release(defrec_memory memory) { destroy_handle(memory); }
 
-defrec_status defrec_tracker_submit(defrec_tracker tracker, const defrec_frame* frame, defrec_job* out) {
+defrec_status defrec_tracker_submit(defrec_tracker tracker, const defrec_frame* frame,
+                                    defrec_job* out) {
     return api_call([&] {
         expect_given("out", out);
         const auto object = find_handle(tracker);
@@ -189,8 +210,8 @@ defrec_status defrec_job_result(defrec_job job, defrec_result* out) {
     });
 }
 
-defrec_status defrec_job_warp_points(defrec_job job, const double* template_xyz, size_t count, double* xyz, uint8_t* status,
-                                     double* expected_error_mm) {
+defrec_status defrec_job_warp_points(defrec_job job, const double* template_xyz, size_t count,
+                                     double* xyz, uint8_t* status, double* expected_error_mm) {
     return api_call([&] {
         const JobUse use(job);
         check_count(count);
@@ -202,13 +223,15 @@ defrec_status defrec_job_warp_points(defrec_job job, const double* template_xyz,
     });
 }
 
-// ---- templates -----------------------------------------------------------------------------------------------------
+// ---- templates
+// -----------------------------------------------------------------------------------------------------
 
 defrec_status defrec_tracker_get_template(defrec_tracker tracker, defrec_template* out) {
     return api_call([&] {
         expect_given("out", out);
         const auto object = find_handle(tracker);
-        *out = add_handle<defrec_template>(std::make_shared<TemplateObject>(object->tracker->current_template()));
+        *out = add_handle<defrec_template>(
+            std::make_shared<TemplateObject>(object->tracker->current_template()));
     });
 }
 
@@ -233,7 +256,8 @@ defrec_status defrec_template_get(defrec_template surface, defrec_template_info*
     });
 }
 
-defrec_status defrec_template_lift(defrec_template surface, const double* uv, size_t count, double* xyz, uint8_t* found) {
+defrec_status defrec_template_lift(defrec_template surface, const double* uv, size_t count,
+                                   double* xyz, uint8_t* found) {
     return api_call([&] {
         const auto object = find_handle(surface);
         check_count(count);
@@ -259,7 +283,8 @@ defrec_status defrec_template_load(defrec_context context, const char* path, def
         expect_given("out", out);
         expect_given("path", path);
         const auto owner = find_handle(context);
-        *out = add_handle<defrec_template>(std::make_shared<TemplateObject>(Template::load(*owner, path)));
+        *out = add_handle<defrec_template>(
+            std::make_shared<TemplateObject>(Template::load(*owner, path)));
     });
 }
 

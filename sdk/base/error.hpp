@@ -1,5 +1,6 @@
-// How the inside of the library reports a failure: an exception with a status and one error message. api_call.hpp turns it into
-// the status and the last error of a C call; it never leaves the library.
+// How the inside of the library reports a failure: an exception with a status and one error
+// message. api_call.hpp turns it into the status and the last error of a C call; it never leaves
+// the library.
 #pragma once
 #include <charconv>
 #include <concepts>
@@ -13,7 +14,8 @@ namespace defrec {
 
 class Error : public std::runtime_error {
   public:
-    Error(defrec_status status, const std::string& text) : std::runtime_error(text), status_(status) {}
+    Error(defrec_status status, const std::string& text)
+        : std::runtime_error(text), status_(status) {}
     defrec_status status() const { return status_; }
 
   private:
@@ -24,8 +26,8 @@ namespace detail {
 inline void append(std::string& text, std::string_view piece) { text += piece; }
 // Shortest form that reads back as the same number, in the C locale whatever the process's locale.
 template <class Number>
-    requires(std::integral<Number> || std::floating_point<Number>) && (!std::same_as<Number, bool>)
-void append(std::string& text, Number number) {
+requires(std::integral<Number> || std::floating_point<Number>) &&
+    (!std::same_as<Number, bool>)void append(std::string& text, Number number) {
     char digits[64];
     text.append(digits, std::to_chars(digits, digits + sizeof digits, number).ptr);
 }

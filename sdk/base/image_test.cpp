@@ -23,7 +23,8 @@ defrec_image good() {
     return image;
 }
 
-std::string refusal(const std::function<void(defrec_image&)>& change, defrec_status status = DEFREC_ERROR_ARGUMENT) {
+std::string refusal(const std::function<void(defrec_image&)>& change,
+                    defrec_status status = DEFREC_ERROR_ARGUMENT) {
     defrec_image image = good();
     change(image);
     try {
@@ -34,7 +35,9 @@ std::string refusal(const std::function<void(defrec_image&)>& change, defrec_sta
     }
     return "";
 }
-bool contains(const std::string& text, const char* part) { return text.find(part) != std::string::npos; }
+bool contains(const std::string& text, const char* part) {
+    return text.find(part) != std::string::npos;
+}
 
 }  // namespace
 
@@ -57,29 +60,37 @@ TEST_CASE("an image in memory has no pixels, and keeps a stride of 0") {
     given.pixels = nullptr;
     given.memory = memory;
     CHECK(read_image("left", &given).stride == 0);
-    CHECK(contains(refusal([&](auto& i) { i.memory = memory; }), "left: both pixels and memory are given"));
-    CHECK(contains(refusal([&](auto& i) { i.pixels = nullptr, i.memory = memory, i.stride = 191; }), "stride is 191 bytes"));
+    CHECK(contains(refusal([&](auto& i) { i.memory = memory; }),
+                   "left: both pixels and memory are given"));
+    CHECK(contains(refusal([&](auto& i) { i.pixels = nullptr, i.memory = memory, i.stride = 191; }),
+                   "stride is 191 bytes"));
 }
 
 TEST_CASE("row 18: unknown formats") {
-    for (const uint32_t format : {0u, 5u, UINT32_MAX}) CHECK(contains(refusal([&](auto& i) { i.format = format; }), "format"));
+    for (const uint32_t format : {0u, 5u, UINT32_MAX})
+        CHECK(contains(refusal([&](auto& i) { i.format = format; }), "format"));
 }
 
 TEST_CASE("row 20: strides shorter than a row, and such that the size overflows") {
-    CHECK(contains(refusal([](auto& i) { i.stride = 191; }), "stride is 191 bytes, a row of 64 pixels has 192"));
+    CHECK(contains(refusal([](auto& i) { i.stride = 191; }),
+                   "stride is 191 bytes, a row of 64 pixels has 192"));
     CHECK(contains(refusal([](auto& i) { i.stride = UINT64_MAX; }), "stride"));
     CHECK(contains(refusal([](auto& i) { i.stride = UINT64_MAX / 47; }), "stride"));
     CHECK(contains(refusal([](auto& i) { i.stride = uint64_t{1} << 32; }), "stride"));
 }
 
 TEST_CASE("row 21: 0 x 0, 1 x 1, below the least and above the largest size") {
-    const uint32_t sizes[][2] = {{0, 0}, {1, 1}, {63, 48}, {64, 47}, {8193, 48}, {64, 8193}, {32767, 32767}, {UINT32_MAX, UINT32_MAX}};
+    const uint32_t sizes[][2] = {{0, 0},     {1, 1},     {63, 48},       {64, 47},
+                                 {8193, 48}, {64, 8193}, {32767, 32767}, {UINT32_MAX, UINT32_MAX}};
     for (const auto& size : sizes)
-        CHECK(contains(refusal([&](auto& i) { i.width = size[0], i.height = size[1]; }), "64 x 48 to 8192 x 8192 expected"));
+        CHECK(contains(refusal([&](auto& i) { i.width = size[0], i.height = size[1]; }),
+                       "64 x 48 to 8192 x 8192 expected"));
 }
 
 TEST_CASE("row 23: pixels at the end of the address space") {
-    CHECK(contains(refusal([](auto& i) { i.pixels = reinterpret_cast<const void*>(UINTPTR_MAX - 100); }), "address space"));
+    CHECK(contains(
+        refusal([](auto& i) { i.pixels = reinterpret_cast<const void*>(UINTPTR_MAX - 100); }),
+        "address space"));
 }
 
 TEST_CASE("row 10: an image of another size or format than the rig's is refused") {

@@ -1,4 +1,5 @@
-// Every call that depends on the operating system, behind plain functions. platform_posix.cpp implements them.
+// Every call that depends on the operating system, behind plain functions. platform_posix.cpp
+// implements them.
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -13,12 +14,13 @@ namespace defrec::platform {
 // Identifies this process; a child after fork has another.
 uint64_t process_id() noexcept;
 
-// Starts a thread of the library: it receives none of the application's signals (but real-time ones, SIGPWR and
-// SIGXCPU, by which runtimes stop threads) and computes in the default floating point mode, whatever the mode of the
-// starting thread. Throws Error(DEFREC_ERROR_OUT_OF_MEMORY).
+// Starts a thread of the library: it receives none of the application's signals (but real-time
+// ones, SIGPWR and SIGXCPU, by which runtimes stop threads) and computes in the default floating
+// point mode, whatever the mode of the starting thread. Throws Error(DEFREC_ERROR_OUT_OF_MEMORY).
 std::thread start_thread(std::function<void()> body);
 
-// For a scope: default rounding, no flushing of denormals; the thread's own mode is back afterwards.
+// For a scope: default rounding, no flushing of denormals; the thread's own mode is back
+// afterwards.
 class DefaultFloatingPoint {
   public:
     DefaultFloatingPoint() noexcept;
@@ -33,7 +35,8 @@ class DefaultFloatingPoint {
 // The processor's hint that this is a spin loop.
 void spin_pause() noexcept;
 
-// ---- files ---------------------------------------------------------------------------------------------------------
+// ---- files
+// ---------------------------------------------------------------------------------------------------------
 
 enum class PathKind { kMissing, kFile, kFolder, kOther };
 struct PathInfo {
@@ -50,13 +53,16 @@ std::vector<std::string> list_folder(const std::string& path);
 // Error(DEFREC_ERROR_PLUGIN) for what is no regular file or larger than cap.
 std::vector<unsigned char> read_regular_file(const std::string& path, uint64_t cap);
 
-// ---- libraries -----------------------------------------------------------------------------------------------------
+// ---- libraries
+// -----------------------------------------------------------------------------------------------------
 
-// The value of an environment variable; nothing where it is unset or the process runs with privileges of its own.
+// The value of an environment variable; nothing where it is unset or the process runs with
+// privileges of its own.
 std::optional<std::string> trusted_environment(const char* name);
 // The folder of the file that holds this code; empty if unknown.
 std::string own_folder();
-// Loads a library for ever, all symbols bound, none given to others. Throws Error(DEFREC_ERROR_PLUGIN).
+// Loads a library for ever, all symbols bound, none given to others. Throws
+// Error(DEFREC_ERROR_PLUGIN).
 void* open_library(const std::string& path);
 // nullptr where it is missing.
 void* find_symbol(void* library, const char* name) noexcept;

@@ -21,7 +21,8 @@
 namespace defrec::platform {
 namespace {
 
-// But for those by which Mono stops threads during a collection: it waits for ever for a thread that has been in a callback and blocks them.
+// But for those by which Mono stops threads during a collection: it waits for ever for a thread
+// that has been in a callback and blocks them.
 class SignalsBlocked {
   public:
     SignalsBlocked() {
@@ -63,7 +64,9 @@ DefaultFloatingPoint::DefaultFloatingPoint() noexcept {
     std::fegetenv(reinterpret_cast<std::fenv_t*>(saved_));
     std::fesetenv(FE_DFL_ENV);
 }
-DefaultFloatingPoint::~DefaultFloatingPoint() { std::fesetenv(reinterpret_cast<const std::fenv_t*>(saved_)); }
+DefaultFloatingPoint::~DefaultFloatingPoint() {
+    std::fesetenv(reinterpret_cast<const std::fenv_t*>(saved_));
+}
 
 void spin_pause() noexcept {
 #if defined(__x86_64__) || defined(__i386__)
@@ -85,7 +88,8 @@ PathInfo path_info(const std::string& path) noexcept {
 bool is_absolute(std::string_view path) noexcept { return !path.empty() && path.front() == '/'; }
 
 std::string canonical_path(const std::string& path) {
-    const std::unique_ptr<char, decltype(&std::free)> real(realpath(path.c_str(), nullptr), std::free);
+    const std::unique_ptr<char, decltype(&std::free)> real(realpath(path.c_str(), nullptr),
+                                                           std::free);
     return real == nullptr ? std::string() : std::string(real.get());
 }
 
@@ -111,7 +115,8 @@ std::vector<unsigned char> read_regular_file(const std::string& path, uint64_t c
     if (fstat(file.value, &info) != 0) fail(DEFREC_ERROR_IO, path, ": ", std::strerror(errno));
     if (!S_ISREG(info.st_mode)) fail(DEFREC_ERROR_PLUGIN, path, ": not a regular file");
     const auto size = static_cast<uint64_t>(info.st_size);
-    if (size > cap) fail(DEFREC_ERROR_PLUGIN, path, ": ", size, " bytes, at most ", cap, " are read");
+    if (size > cap)
+        fail(DEFREC_ERROR_PLUGIN, path, ": ", size, " bytes, at most ", cap, " are read");
     std::vector<unsigned char> bytes(size);
     uint64_t have = 0;
     while (have < size) {
@@ -132,7 +137,8 @@ std::optional<std::string> trusted_environment(const char* name) {
 
 std::string own_folder() {
     Dl_info info;
-    if (dladdr(reinterpret_cast<const void*>(&own_folder), &info) == 0 || info.dli_fname == nullptr) return {};
+    if (dladdr(reinterpret_cast<const void*>(&own_folder), &info) == 0 || info.dli_fname == nullptr)
+        return {};
     const std::string file = canonical_path(info.dli_fname);
     return file.substr(0, file.find_last_of('/') + 1);
 }

@@ -39,9 +39,11 @@ Services::Services(const defrec_context_desc& desc) : desc_(desc) {
     if ((desc.alloc == nullptr) != (desc.free == nullptr))
         fail(DEFREC_ERROR_ARGUMENT, "alloc and free must both be given or both be NULL");
     if (desc.threads > kMaxThreads)
-        fail(DEFREC_ERROR_ARGUMENT, "threads is ", desc.threads, ", at most ", kMaxThreads, " are expected");
+        fail(DEFREC_ERROR_ARGUMENT, "threads is ", desc.threads, ", at most ", kMaxThreads,
+             " are expected");
     if (desc.log_level < 0 || desc.log_level > DEFREC_LOG_ERROR)
-        fail(DEFREC_ERROR_ARGUMENT, "log_level is ", desc.log_level, ", 0 to ", int{DEFREC_LOG_ERROR}, " expected");
+        fail(DEFREC_ERROR_ARGUMENT, "log_level is ", desc.log_level, ", 0 to ",
+             int{DEFREC_LOG_ERROR}, " expected");
     if (desc_.log_level == 0) desc_.log_level = DEFREC_LOG_INFO;
     // Plugin paths belong to the application and are not used after the search.
     desc_.plugin_paths = nullptr;
@@ -71,7 +73,8 @@ void* Services::allocate(size_t size, size_t alignment) const noexcept {
     }
     alignment = std::max(alignment, sizeof(void*));
     if (size > SIZE_MAX - alignment) return nullptr;
-    return std::aligned_alloc(alignment, (std::max<size_t>(size, 1) + alignment - 1) / alignment * alignment);
+    return std::aligned_alloc(alignment,
+                              (std::max<size_t>(size, 1) + alignment - 1) / alignment * alignment);
 }
 
 void Services::release(void* memory) const noexcept {
@@ -84,7 +87,8 @@ void Services::release(void* memory) const noexcept {
     }
 }
 
-void Services::parallel_for_raw(size_t count, void (*body)(void* arg, size_t index), void* arg) const noexcept {
+void Services::parallel_for_raw(size_t count, void (*body)(void* arg, size_t index),
+                                void* arg) const noexcept {
     if (pool_ != nullptr) return pool_->parallel_for(count, body, arg);
     LentLoop loop{body, arg, count, {}};
     const CallbackScope scope;
@@ -102,7 +106,8 @@ void Services::forget_parallel_failure() noexcept { parallel_failure = false; }
 
 void Services::expect_parallel_success(const char* what) {
     if (std::exchange(parallel_failure, false))
-        fail(DEFREC_ERROR_STATE, what, ": the application's parallel_for did not call every body once");
+        fail(DEFREC_ERROR_STATE, what,
+             ": the application's parallel_for did not call every body once");
 }
 
 }  // namespace defrec

@@ -1,4 +1,5 @@
-// What a context lends to everything made from it, plugins included: log, memory, threads. No plugins, no devices.
+// What a context lends to everything made from it, plugins included: log, memory, threads. No
+// plugins, no devices.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -12,7 +13,8 @@
 
 namespace defrec {
 
-// Every function may be called from any thread. The application's callbacks are called from here and nowhere else.
+// Every function may be called from any thread. The application's callbacks are called from here
+// and nowhere else.
 class Services {
   public:
     // desc is complete (copied in, defaults not filled). Throws Error.
@@ -27,12 +29,15 @@ class Services {
     void* allocate(size_t size, size_t alignment) const noexcept;
     void release(void* memory) const noexcept;
 
-    // Calls body(arg, 0 .. count-1), each once, on any threads, and returns when all have returned. A call from within a
-    // body runs on the calling thread alone. The body must not throw.
-    void parallel_for_raw(size_t count, void (*body)(void* arg, size_t index), void* arg) const noexcept;
+    // Calls body(arg, 0 .. count-1), each once, on any threads, and returns when all have returned.
+    // A call from within a body runs on the calling thread alone. The body must not throw.
+    void parallel_for_raw(size_t count, void (*body)(void* arg, size_t index),
+                          void* arg) const noexcept;
     template <class Body>
     void parallel_for(size_t count, Body&& body) const noexcept {
-        auto call = [](void* arg, size_t index) { (*static_cast<std::remove_reference_t<Body>*>(arg))(index); };
+        auto call = [](void* arg, size_t index) {
+            (*static_cast<std::remove_reference_t<Body>*>(arg))(index);
+        };
         parallel_for_raw(count, call, const_cast<void*>(static_cast<const void*>(&body)));
     }
     // Threads that parallel_for uses, at least 1.
@@ -40,8 +45,8 @@ class Services {
 
     // Forgets what the application's parallel_for did before on this thread.
     static void forget_parallel_failure() noexcept;
-    // Throws Error(DEFREC_ERROR_STATE) if since then it broke its contract (threw, left bodies out): what was computed is not
-    // to be trusted. what names it.
+    // Throws Error(DEFREC_ERROR_STATE) if since then it broke its contract (threw, left bodies
+    // out): what was computed is not to be trusted. what names it.
     static void expect_parallel_success(const char* what);
 
   private:
@@ -70,7 +75,9 @@ class ContextAllocator {
     void deallocate(T* memory, size_t) noexcept { services_->release(memory); }
     const std::shared_ptr<const Services>& services() const { return services_; }
     template <class U>
-    bool operator==(const ContextAllocator<U>& other) const { return services_ == other.services(); }
+    bool operator==(const ContextAllocator<U>& other) const {
+        return services_ == other.services();
+    }
 
   private:
     std::shared_ptr<const Services> services_;

@@ -1,4 +1,5 @@
-// A loop that its caller runs with the help of whoever has nothing else to do: short work, for which nobody need be woken.
+// A loop that its caller runs with the help of whoever has nothing else to do: short work, for
+// which nobody need be woken.
 #pragma once
 #include <atomic>
 #include <chrono>
@@ -15,13 +16,17 @@ namespace defrec {
 // Outlives those that help.
 class SharedLoop {
   public:
-    // Calls body(0 .. count-1), each once, here and on the threads that help meanwhile; returns when all have returned. bring() is called when
-    // others can help: it may fetch some. One loop at a time; body and bring must not throw.
+    // Calls body(0 .. count-1), each once, here and on the threads that help meanwhile; returns
+    // when all have returned. bring() is called when others can help: it may fetch some. One loop
+    // at a time; body and bring must not throw.
     template <class Body, class Upload>
     void run(uint32_t count, Body&& body, Upload&& upload) {
         const uint64_t number = (ticket_ >> 32) + 1;
-        ticket_ = number << 32 | kNone;  // from here on nobody that saw the loop before takes anything
-        body_ = [](void* arg, size_t index) { (*static_cast<std::remove_reference_t<Body>*>(arg))(index); };
+        ticket_ =
+            number << 32 | kNone;  // from here on nobody that saw the loop before takes anything
+        body_ = [](void* arg, size_t index) {
+            (*static_cast<std::remove_reference_t<Body>*>(arg))(index);
+        };
         arg_ = const_cast<void*>(static_cast<const void*>(&body));
         count_ = count;
         left_ = count;
@@ -51,8 +56,9 @@ class SharedLoop {
 
   private:
     static constexpr uint64_t kNone = UINT32_MAX;
-    std::atomic<uint64_t> ticket_{kNone};  // the loop's number, and in the lower half the index that is taken next
-    std::atomic<uint32_t> count_{0}, left_{0};  // left_: bodies that have not returned
+    std::atomic<uint64_t> ticket_{
+        kNone};  // the loop's number, and in the lower half the index that is taken next
+    std::atomic<uint32_t> count_{0}, left_{0};         // left_: bodies that have not returned
     void (*body_)(void* arg, size_t index) = nullptr;  // these two as the ticket says
     void* arg_ = nullptr;
     std::mutex mutex_;

@@ -13,9 +13,11 @@ using defrec::SharedLoop;
 TEST_CASE("a loop that nobody helps runs on its caller; one of nothing ends") {
     SharedLoop loop;
     std::vector<int> times(100);
-    loop.run(static_cast<uint32_t>(times.size()), [&](size_t i) { ++times[i]; }, [] {});
+    loop.run(
+        static_cast<uint32_t>(times.size()), [&](size_t i) { ++times[i]; }, [] {});
     CHECK(std::count(times.begin(), times.end(), 1) == 100);
-    loop.run(0, [&](size_t) { times[0] = -1; }, [&] { loop.help(); });
+    loop.run(
+        0, [&](size_t) { times[0] = -1; }, [&] { loop.help(); });
     CHECK(times[0] == 1);
 }
 
@@ -32,7 +34,8 @@ TEST_CASE("a helper takes its share, and the loop does not end before it has") {
             } else {
                 helping = true;
                 while (!may_end) std::this_thread::yield();
-                std::this_thread::sleep_for(std::chrono::milliseconds(2));  // longer than the caller looks
+                std::this_thread::sleep_for(
+                    std::chrono::milliseconds(2));  // longer than the caller looks
                 helped = true;
             }
         },
@@ -55,7 +58,8 @@ TEST_CASE("helpers that come and go do every index of every loop once") {
     size_t wrong = 0;
     for (size_t round = 0; round < 3000; ++round) {
         std::vector<int> times(round % 17);
-        loop.run(static_cast<uint32_t>(times.size()), [&](size_t i) { ++times[i]; }, [] {});
+        loop.run(
+            static_cast<uint32_t>(times.size()), [&](size_t i) { ++times[i]; }, [] {});
         wrong += times.size() - static_cast<size_t>(std::count(times.begin(), times.end(), 1));
     }
     stop = true;

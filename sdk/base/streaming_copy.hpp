@@ -1,4 +1,5 @@
-// A copy whose result the processor will not look at soon, but a device: it goes past the caches, from which a device reads memory at half the speed.
+// A copy whose result the processor will not look at soon, but a device: it goes past the caches,
+// from which a device reads memory at half the speed.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -18,7 +19,8 @@ inline void streaming_copy(uint8_t* to, const uint8_t* from, size_t size) {
         from += head;
         size -= head;
         for (; size >= 16; size -= 16, to += 16, from += 16)
-            _mm_stream_si128(reinterpret_cast<__m128i*>(to), _mm_loadu_si128(reinterpret_cast<const __m128i*>(from)));
+            _mm_stream_si128(reinterpret_cast<__m128i*>(to),
+                             _mm_loadu_si128(reinterpret_cast<const __m128i*>(from)));
         _mm_sfence();
     }
 #endif

@@ -1,4 +1,5 @@
-// The rule of struct_size (head of include/defrec_c.h): how a struct of another version is read and written.
+// The rule of struct_size (head of include/defrec_c.h): how a struct of another version is read and
+// written.
 #pragma once
 #include <algorithm>
 #include <cstring>
@@ -19,14 +20,16 @@ inline uint32_t checked_struct_size(const char* what, const void* given) {
     return size;
 }
 
-// The caller's struct as this library knows it: missing fields zero, an unknown tail refused unless it is zero.
+// The caller's struct as this library knows it: missing fields zero, an unknown tail refused unless
+// it is zero.
 template <class Struct>
 Struct read_struct(const char* what, const void* given) {
     const uint32_t size = checked_struct_size(what, given);
     const auto* bytes = static_cast<const unsigned char*>(given);
     const auto is_zero = [](unsigned char byte) { return byte == 0; };
     if (size > sizeof(Struct) && !std::all_of(bytes + sizeof(Struct), bytes + size, is_zero))
-        fail(DEFREC_ERROR_VERSION, what, " uses fields that this library does not know: struct_size is ", size, ", known are ",
+        fail(DEFREC_ERROR_VERSION, what,
+             " uses fields that this library does not know: struct_size is ", size, ", known are ",
              sizeof(Struct), " bytes");
     Struct result{};
     std::memcpy(static_cast<void*>(&result), given, std::min<size_t>(size, sizeof result));

@@ -63,6 +63,7 @@ TEST_CASE("row 24: of an output as many bytes are written as both sides know") {
         const auto* bytes = reinterpret_cast<const unsigned char*>(&out);
         CHECK(out[0].known.struct_size == size);
         CHECK(out[0].known.a == 1);
-        for (size_t i = std::min<size_t>(size, sizeof value); i < sizeof out; ++i) CHECK(bytes[i] == 0xA5);
+        for (size_t i = std::min<size_t>(size, sizeof value); i < sizeof out; ++i)
+            CHECK(bytes[i] == 0xA5);
     }
 }

@@ -38,17 +38,19 @@ inline std::vector<unsigned char> read_file(const std::filesystem::path& path) {
 }
 
 inline void write_file(const std::filesystem::path& path, const std::vector<unsigned char>& bytes) {
-    std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+    std::ofstream(path, std::ios::binary)
+        .write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
 }
 inline void write_file(const std::filesystem::path& path, const std::string& text) {
     write_file(path, std::vector<unsigned char>(text.begin(), text.end()));
 }
 
 // The manifest of a plugin "good" in library bytes; hash "" means the right one.
-inline std::string manifest_text(const std::string& library, const std::vector<unsigned char>& bytes, std::string hash = "") {
+inline std::string manifest_text(const std::string& library,
+                                 const std::vector<unsigned char>& bytes, std::string hash = "") {
     if (hash.empty()) hash = sha256_hex(bytes);
-    return R"({"name": "good", "version": "1", "library": ")" + library + R"(", "abi_major": 1, "abi_minor": 1, "sha256": ")" +
-           hash + "\"}";
+    return R"({"name": "good", "version": "1", "library": ")" + library +
+           R"(", "abi_major": 1, "abi_minor": 1, "sha256": ")" + hash + "\"}";
 }
 
 // Where CMake put the plugin <name> of sdk/plugin/test_plugins.

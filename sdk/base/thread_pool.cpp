@@ -1,5 +1,6 @@
-// See thread_pool.hpp. Stages run many short loops in a frame, so a thread without work looks for some for a little while
-// before it sleeps; sleeping and waking cost more than most gaps between two loops.
+// See thread_pool.hpp. Stages run many short loops in a frame, so a thread without work looks for
+// some for a little while before it sleeps; sleeping and waking cost more than most gaps between
+// two loops.
 #include "sdk/base/thread_pool.hpp"
 
 #include <algorithm>
@@ -19,7 +20,8 @@ thread_local bool in_loop = false;
 ThreadPool::ThreadPool(uint32_t threads) {
     try {
         workers_.reserve(threads - 1);
-        for (uint32_t i = 1; i < threads; ++i) workers_.push_back(platform::start_thread([this] { work(); }));
+        for (uint32_t i = 1; i < threads; ++i)
+            workers_.push_back(platform::start_thread([this] { work(); }));
     } catch (...) {
         stop();
         throw;

@@ -14,14 +14,16 @@ class ThreadPool {
   public:
     using Body = void (*)(void* arg, size_t index);
 
-    // threads: of a parallel loop, the caller's included, at least 1. Throws Error(OUT_OF_MEMORY) if one cannot be started.
+    // threads: of a parallel loop, the caller's included, at least 1. Throws Error(OUT_OF_MEMORY)
+    // if one cannot be started.
     explicit ThreadPool(uint32_t threads);
     ~ThreadPool();
     ThreadPool(const ThreadPool&) = delete;
     ThreadPool& operator=(const ThreadPool&) = delete;
 
-    // Calls body(arg, 0 .. count-1), each once, and returns when all have returned. Any thread; while another thread's loop
-    // runs, and from within a body, the whole loop runs on the calling thread.
+    // Calls body(arg, 0 .. count-1), each once, and returns when all have returned. Any thread;
+    // while another thread's loop runs, and from within a body, the whole loop runs on the calling
+    // thread.
     void parallel_for(size_t count, Body body, void* arg) noexcept;
     uint32_t threads() const { return static_cast<uint32_t>(workers_.size()) + 1; }
 

@@ -1,19 +1,19 @@
 #include "sdk/base/thread_pool.hpp"
 
 #include <doctest/doctest.h>
+#include <pthread.h>
 
 #include <chrono>
 #include <csignal>
 #include <memory>
-
-#include <pthread.h>
 
 using defrec::ThreadPool;
 
 namespace {
 
 struct Counts {
-    explicit Counts(size_t count) : hits(std::make_unique<std::atomic<int>[]>(count)), size(count) {}
+    explicit Counts(size_t count)
+        : hits(std::make_unique<std::atomic<int>[]>(count)), size(count) {}
     std::unique_ptr<std::atomic<int>[]> hits;
     size_t size;
     static void body(void* arg, size_t index) { ++static_cast<Counts*>(arg)->hits[index]; }
@@ -38,7 +38,8 @@ TEST_CASE("every index is called once, for any number of threads and indices") {
     }
 }
 
-TEST_CASE("many short loops, one after the other and with pauses in which the threads fall asleep") {
+TEST_CASE(
+    "many short loops, one after the other and with pauses in which the threads fall asleep") {
     ThreadPool pool(3);
     for (int i = 0; i < 3000; ++i) {
         Counts counts(5);

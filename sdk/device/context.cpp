@@ -12,10 +12,14 @@ int speed_class(const LoadedPlugin::DeviceEntry& device) {
     if (device.id == "reference") return 5;
     if ((device.features & DEFREC_FEATURE_SOFTWARE) != 0) return 4;
     switch (device.kind) {
-        case DEFREC_DEVICE_CUDA: return 0;
-        case DEFREC_DEVICE_VULKAN: return 1;
-        case DEFREC_DEVICE_CPU: return 2;
-        default: return 3;
+        case DEFREC_DEVICE_CUDA:
+            return 0;
+        case DEFREC_DEVICE_VULKAN:
+            return 1;
+        case DEFREC_DEVICE_CPU:
+            return 2;
+        default:
+            return 3;
     }
 }
 
@@ -41,10 +45,12 @@ void Context::list_devices() {
         if (candidate.plugin == nullptr) continue;
         for (size_t i = 0; i < candidate.plugin->devices().size(); ++i) {
             const std::string& id = candidate.plugin->devices()[i].id;
-            const bool taken = std::any_of(devices_.begin(), devices_.end(),
-                                           [&](const DeviceEntry& other) { return other.description().id == id; });
+            const bool taken =
+                std::any_of(devices_.begin(), devices_.end(),
+                            [&](const DeviceEntry& other) { return other.description().id == id; });
             if (taken)
-                log(DEFREC_LOG_WARNING, concat(candidate.path, ": its device ", id, " is left out: another plugin has one of that id"));
+                log(DEFREC_LOG_WARNING, concat(candidate.path, ": its device ", id,
+                                               " is left out: another plugin has one of that id"));
             else
                 devices_.push_back({candidate.plugin, i});
         }
@@ -56,8 +62,9 @@ void Context::list_devices() {
     });
     for (const DeviceEntry& entry : devices_) {
         const LoadedPlugin::DeviceEntry& device = entry.description();
-        device_infos_.push_back({sizeof(defrec_device_info), device.kind, device.id.c_str(), device.name.c_str(),
-                                 device.driver.c_str(), device.memory_bytes, device.stages, device.features, device.conformance, 0});
+        device_infos_.push_back({sizeof(defrec_device_info), device.kind, device.id.c_str(),
+                                 device.name.c_str(), device.driver.c_str(), device.memory_bytes,
+                                 device.stages, device.features, device.conformance, 0});
     }
 }
 
@@ -65,7 +72,8 @@ std::shared_ptr<Device> Context::open_device(const char* id, uint32_t stages) co
     if (id == nullptr) {
         for (const DeviceEntry& entry : devices_)
             if ((stages & ~entry.description().stages) == 0) return open(entry);
-        fail(DEFREC_ERROR_UNSUPPORTED, "none of the ", devices_.size(), " devices offers ", missing_stages(stages), why_missing());
+        fail(DEFREC_ERROR_UNSUPPORTED, "none of the ", devices_.size(), " devices offers ",
+             missing_stages(stages), why_missing());
     }
     std::string known;
     for (const DeviceEntry& entry : devices_) {
@@ -75,10 +83,12 @@ std::shared_ptr<Device> Context::open_device(const char* id, uint32_t stages) co
             continue;
         }
         if ((stages & ~device.stages) != 0)
-            fail(DEFREC_ERROR_UNSUPPORTED, "device ", device.id, " does not offer ", missing_stages(stages & ~device.stages));
+            fail(DEFREC_ERROR_UNSUPPORTED, "device ", device.id, " does not offer ",
+                 missing_stages(stages & ~device.stages));
         return open(entry);
     }
-    fail(DEFREC_ERROR_ARGUMENT, "no device is called \"", id, "\"; there are: ", known.empty() ? "none" : known, why_missing());
+    fail(DEFREC_ERROR_ARGUMENT, "no device is called \"", id,
+         "\"; there are: ", known.empty() ? "none" : known, why_missing());
 }
 
 std::shared_ptr<Device> Context::open(const DeviceEntry& entry) {
@@ -90,7 +100,8 @@ std::string Context::why_missing() const {
     if (candidates_.empty()) return "; no plugin was found";
     std::string text;
     for (const PluginCandidate& candidate : candidates_)
-        if (candidate.plugin == nullptr) text += concat("; a plugin was refused: ", candidate.reason);
+        if (candidate.plugin == nullptr)
+            text += concat("; a plugin was refused: ", candidate.reason);
     return text;
 }
 

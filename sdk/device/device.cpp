@@ -11,16 +11,19 @@
 namespace defrec {
 
 const char* stage_name(uint32_t stage) {
-    static constexpr const char* kNames[] = {"rectify", "stereo", "orb", "match", "align", "ransac", "lm", "warp"};
+    static constexpr const char* kNames[] = {"rectify", "stereo", "orb", "match",
+                                             "align",   "ransac", "lm",  "warp"};
     static_assert(std::size(kNames) == DEFREC_STAGE_COUNT_V1);
     return stage < std::size(kNames) ? kNames[stage] : "unknown stage";
 }
 
-Device::Device(std::shared_ptr<const LoadedPlugin> plugin, size_t index, std::string id, uint32_t stages)
+Device::Device(std::shared_ptr<const LoadedPlugin> plugin, size_t index, std::string id,
+               uint32_t stages)
     : plugin_(std::move(plugin)), table_(&plugin_->table()), id_(std::move(id)), stages_(stages) {
     defrec_pdevice* opened = nullptr;
     call("device_open", table_->device_open, table_->self, index, &opened);
-    if (opened == nullptr) fail(DEFREC_ERROR_PLUGIN, id_, ": device_open succeeded without a device");
+    if (opened == nullptr)
+        fail(DEFREC_ERROR_PLUGIN, id_, ": device_open succeeded without a device");
     device_ = opened;
 }
 
@@ -49,19 +52,26 @@ defrec_status Device::end_call(const char* what, defrec_status status) const {
     fail(status, id_, ": ", what, ": ", plugin_error_or_name(status));
 }
 
-DeviceBuffer::DeviceBuffer(std::shared_ptr<const Device> device, uint64_t size) : device_(std::move(device)), size_(size) {
+DeviceBuffer::DeviceBuffer(std::shared_ptr<const Device> device, uint64_t size)
+    : device_(std::move(device)), size_(size) {
     const defrec_plugin& table = device_->table();
-    device_->call("buffer_create", table.buffer_create, device_->get(), std::max<uint64_t>(size, 1), &buffer_);
-    if (buffer_ == nullptr) fail(DEFREC_ERROR_PLUGIN, device_->id(), ": buffer_create succeeded without a buffer");
+    device_->call("buffer_create", table.buffer_create, device_->get(), std::max<uint64_t>(size, 1),
+                  &buffer_);
+    if (buffer_ == nullptr)
+        fail(DEFREC_ERROR_PLUGIN, device_->id(), ": buffer_create succeeded without a buffer");
 }
 
-DeviceBuffer DeviceBuffer::import(std::shared_ptr<const Device> device, uint32_t kind, void* memory, uint64_t size) {
+DeviceBuffer DeviceBuffer::import(std::shared_ptr<const Device> device, uint32_t kind, void* memory,
+                                  uint64_t size) {
     const defrec_plugin& table = device->table();
     if (!DEFREC_HAS(&table, buffer_import))
-        fail(DEFREC_ERROR_UNSUPPORTED, "device ", device->id(), " does not take the application's memory as it is");
+        fail(DEFREC_ERROR_UNSUPPORTED, "device ", device->id(),
+             " does not take the application's memory as it is");
     DeviceBuffer buffer;
-    device->call("buffer_import", table.buffer_import, device->get(), kind, memory, size, &buffer.buffer_);
-    if (buffer.buffer_ == nullptr) fail(DEFREC_ERROR_PLUGIN, device->id(), ": buffer_import succeeded without a buffer");
+    device->call("buffer_import", table.buffer_import, device->get(), kind, memory, size,
+                 &buffer.buffer_);
+    if (buffer.buffer_ == nullptr)
+        fail(DEFREC_ERROR_PLUGIN, device->id(), ": buffer_import succeeded without a buffer");
     buffer.device_ = std::move(device);
     buffer.size_ = size;
     return buffer;
@@ -71,11 +81,13 @@ DeviceBuffer::~DeviceBuffer() {
     if (buffer_ != nullptr) device_->table().buffer_destroy(buffer_);
 }
 
-HostMemory::HostMemory(std::shared_ptr<const Device> device, uint64_t size) : device_(std::move(device)), size_(size) {
+HostMemory::HostMemory(std::shared_ptr<const Device> device, uint64_t size)
+    : device_(std::move(device)), size_(size) {
     if (size == 0) return;
     if (device_->has_host_memory()) {
         device_->call("host_alloc", device_->table().host_alloc, device_->get(), size, &memory_);
-        if (memory_ == nullptr) fail(DEFREC_ERROR_PLUGIN, device_->id(), ": host_alloc succeeded without memory");
+        if (memory_ == nullptr)
+            fail(DEFREC_ERROR_PLUGIN, device_->id(), ": host_alloc succeeded without memory");
     } else {
         memory_ = device_->services().allocate(size, 64);
         if (memory_ == nullptr) throw std::bad_alloc();
@@ -93,7 +105,8 @@ HostMemory::~HostMemory() {
 
 Queue::Queue(std::shared_ptr<const Device> device) : device_(std::move(device)) {
     device_->call("queue_create", device_->table().queue_create, device_->get(), &queue_);
-    if (queue_ == nullptr) fail(DEFREC_ERROR_PLUGIN, device_->id(), ": queue_create succeeded without a queue");
+    if (queue_ == nullptr)
+        fail(DEFREC_ERROR_PLUGIN, device_->id(), ": queue_create succeeded without a queue");
 }
 
 Queue::~Queue() {
@@ -103,7 +116,8 @@ Queue::~Queue() {
 namespace {
 void check_range(const char* what, const DeviceBuffer& buffer, uint64_t offset, uint64_t size) {
     if (offset > buffer.size() || size > buffer.size() - offset)
-        fail(DEFREC_ERROR_INTERNAL, what, " of ", size, " bytes at ", offset, " does not lie in a buffer of ", buffer.size());
+        fail(DEFREC_ERROR_INTERNAL, what, " of ", size, " bytes at ", offset,
+             " does not lie in a buffer of ", buffer.size());
 }
 }  // namespace
 
@@ -112,7 +126,8 @@ void Queue::write(const DeviceBuffer& buffer, const void* src, uint64_t size, ui
     device_->call("write", device_->table().write, queue_, buffer.get(), offset, src, size);
 }
 
-void Queue::write_in_place(const DeviceBuffer& buffer, const void* src, uint64_t size, uint64_t offset) {
+void Queue::write_in_place(const DeviceBuffer& buffer, const void* src, uint64_t size,
+                           uint64_t offset) {
     const defrec_plugin& table = device_->table();
     if (!DEFREC_HAS(&table, write_in_place)) return write(buffer, src, size, offset);
     check_range("write", buffer, offset, size);
@@ -131,23 +146,27 @@ uint64_t Queue::signal() {
 }
 
 bool Queue::wait(uint64_t value, uint64_t timeout_ns) {
-    return device_->call("wait", device_->table().wait, queue_, value, timeout_ns) != DEFREC_TIMEOUT;
+    return device_->call("wait", device_->table().wait, queue_, value, timeout_ns) !=
+           DEFREC_TIMEOUT;
 }
 
 void Queue::finish() { wait(signal()); }
 
 void Queue::wait(uint64_t value) {
-    if (!wait(value, UINT64_MAX)) fail(DEFREC_ERROR_PLUGIN, device_->id(), ": a wait without limit ended before the work");
+    if (!wait(value, UINT64_MAX))
+        fail(DEFREC_ERROR_PLUGIN, device_->id(), ": a wait without limit ended before the work");
 }
 
 DeviceStage::DeviceStage(std::shared_ptr<const Device> device, uint32_t stage, const void* params)
     : device_(std::move(device)), table_(device_->stage_table(stage)) {
     if (table_ == nullptr)
-        fail(DEFREC_ERROR_UNSUPPORTED, "device ", device_->id(), " does not offer the stage ", stage_name(stage));
+        fail(DEFREC_ERROR_UNSUPPORTED, "device ", device_->id(), " does not offer the stage ",
+             stage_name(stage));
     const std::string name = stage_name(stage);
     device_->call(("support for " + name).c_str(), table_->supports, device_->get(), params);
     device_->call(("creating " + name).c_str(), table_->create, device_->get(), params, &stage_);
-    if (stage_ == nullptr) fail(DEFREC_ERROR_PLUGIN, device_->id(), ": creating ", name, " succeeded without a stage");
+    if (stage_ == nullptr)
+        fail(DEFREC_ERROR_PLUGIN, device_->id(), ": creating ", name, " succeeded without a stage");
 }
 
 DeviceStage::~DeviceStage() {
@@ -155,24 +174,29 @@ DeviceStage::~DeviceStage() {
 }
 
 size_t DeviceStage::collect(BufferSpan buffers, Pointers& out) {
-    if (buffers.size() > out.size()) fail(DEFREC_ERROR_ARGUMENT, buffers.size(), " buffers given, at most ", out.size(), " expected");
-    for (size_t i = 0; i < buffers.size(); ++i) out[i] = buffers[i] == nullptr ? nullptr : buffers[i]->get();
+    if (buffers.size() > out.size())
+        fail(DEFREC_ERROR_ARGUMENT, buffers.size(), " buffers given, at most ", out.size(),
+             " expected");
+    for (size_t i = 0; i < buffers.size(); ++i)
+        out[i] = buffers[i] == nullptr ? nullptr : buffers[i]->get();
     return buffers.size();
 }
 
 void DeviceStage::prepare(Queue& queue, BufferSpan in) {
     if (table_->prepare == nullptr)
-        fail(DEFREC_ERROR_ARGUMENT, "the stage ", stage_name(table_->stage), " has nothing to prepare");
+        fail(DEFREC_ERROR_ARGUMENT, "the stage ", stage_name(table_->stage),
+             " has nothing to prepare");
     Pointers inputs;
     const size_t in_count = collect(in, inputs);
-    device_->call(stage_name(table_->stage), table_->prepare, stage_, queue.get(), inputs.data(), in_count);
+    device_->call(stage_name(table_->stage), table_->prepare, stage_, queue.get(), inputs.data(),
+                  in_count);
 }
 
 void DeviceStage::enqueue(Queue& queue, BufferSpan in, BufferSpan out) {
     Pointers inputs, outputs;
     const size_t in_count = collect(in, inputs), out_count = collect(out, outputs);
-    device_->call(stage_name(table_->stage), table_->enqueue, stage_, queue.get(), inputs.data(), in_count, outputs.data(),
-                  out_count);
+    device_->call(stage_name(table_->stage), table_->enqueue, stage_, queue.get(), inputs.data(),
+                  in_count, outputs.data(), out_count);
 }
 
 }  // namespace defrec

@@ -1,5 +1,6 @@
-// The plugin tables as C++: an opened device, its queues, buffers and stages, destroyed in the right order. Every failure is
-// an Error with the plugin's own error message. A handle here keeps its device open, a device its plugin.
+// The plugin tables as C++: an opened device, its queues, buffers and stages, destroyed in the
+// right order. Every failure is an Error with the plugin's own error message. A handle here keeps
+// its device open, a device its plugin.
 #pragma once
 #include <array>
 #include <atomic>
@@ -21,7 +22,8 @@ class Services;      // services.hpp
 class Device {
   public:
     // index: the plugin's own.
-    Device(std::shared_ptr<const LoadedPlugin> plugin, size_t index, std::string id, uint32_t stages);
+    Device(std::shared_ptr<const LoadedPlugin> plugin, size_t index, std::string id,
+           uint32_t stages);
     ~Device();
     Device(const Device&) = delete;
     Device& operator=(const Device&) = delete;
@@ -36,8 +38,9 @@ class Device {
     // nullptr where the device does not offer the stage.
     const defrec_stage_table* stage_table(uint32_t stage) const;
 
-    // Calls one function of the plugin and throws unless it answers with 0 or more, which is returned. what names the call
-    // in the text: "enqueue of stereo". After DEFREC_ERROR_DEVICE_LOST every further call fails with the same, uncalled.
+    // Calls one function of the plugin and throws unless it answers with 0 or more, which is
+    // returned. what names the call in the text: "enqueue of stereo". After
+    // DEFREC_ERROR_DEVICE_LOST every further call fails with the same, uncalled.
     template <class Function, class... Args>
     defrec_status call(const char* what, Function function, Args... args) const {
         begin_call(what);
@@ -62,9 +65,10 @@ class DeviceBuffer {
     DeviceBuffer() = default;
     // Zeroed memory of that many bytes.
     DeviceBuffer(std::shared_ptr<const Device> device, uint64_t size);
-    // The caller's memory, without a copy; it must outlive the buffer. kind: DEFREC_MEMORY_*. Throws Error(DEFREC_ERROR_UNSUPPORTED)
-    // where the device cannot reach it.
-    static DeviceBuffer import(std::shared_ptr<const Device> device, uint32_t kind, void* memory, uint64_t size);
+    // The caller's memory, without a copy; it must outlive the buffer. kind: DEFREC_MEMORY_*.
+    // Throws Error(DEFREC_ERROR_UNSUPPORTED) where the device cannot reach it.
+    static DeviceBuffer import(std::shared_ptr<const Device> device, uint32_t kind, void* memory,
+                               uint64_t size);
     DeviceBuffer(DeviceBuffer&& other) noexcept { swap(other); }
     DeviceBuffer& operator=(DeviceBuffer&& other) noexcept {
         DeviceBuffer(std::move(other)).swap(*this);
@@ -88,9 +92,9 @@ class DeviceBuffer {
     uint64_t size_ = 0;
 };
 
-// Memory of the host, zeroed and 64-byte aligned, that the device's copies reach without a detour; the context's allocator's
-// where the plugin has none of its own. Must outlive the queues whose work uses it. Movable; empty after a move and when made
-// without arguments.
+// Memory of the host, zeroed and 64-byte aligned, that the device's copies reach without a detour;
+// the context's allocator's where the plugin has none of its own. Must outlive the queues whose
+// work uses it. Movable; empty after a move and when made without arguments.
 class HostMemory {
   public:
     HostMemory() = default;
@@ -105,9 +109,13 @@ class HostMemory {
     uint64_t size() const { return size_; }  // bytes
     // What lies there as values of a trivial type; a remainder is left out.
     template <class T>
-    std::span<T> as() { return {static_cast<T*>(memory_), size_ / sizeof(T)}; }
+    std::span<T> as() {
+        return {static_cast<T*>(memory_), size_ / sizeof(T)};
+    }
     template <class T>
-    std::span<const T> as() const { return {static_cast<const T*>(memory_), size_ / sizeof(T)}; }
+    std::span<const T> as() const {
+        return {static_cast<const T*>(memory_), size_ / sizeof(T)};
+    }
 
   private:
     void swap(HostMemory& other) noexcept {
@@ -120,7 +128,8 @@ class HostMemory {
     uint64_t size_ = 0;
 };
 
-// In-order work on a device; one thread at a time, but wait from any. Destroying it waits for its work.
+// In-order work on a device; one thread at a time, but wait from any. Destroying it waits for its
+// work.
 class Queue {
   public:
     explicit Queue(std::shared_ptr<const Device> device);
@@ -130,8 +139,10 @@ class Queue {
 
     // Bytes; src is read before it returns. Throws if the range does not lie in the buffer.
     void write(const DeviceBuffer& buffer, const void* src, uint64_t size, uint64_t offset = 0);
-    // As write, but src may be read until a later signal has been waited for; where it is a HostMemory nothing is copied in between.
-    void write_in_place(const DeviceBuffer& buffer, const void* src, uint64_t size, uint64_t offset = 0);
+    // As write, but src may be read until a later signal has been waited for; where it is a
+    // HostMemory nothing is copied in between.
+    void write_in_place(const DeviceBuffer& buffer, const void* src, uint64_t size,
+                        uint64_t offset = 0);
     // dst is complete after a later signal has been waited for.
     void read(const DeviceBuffer& buffer, void* dst, uint64_t size, uint64_t offset = 0);
     // A point after all work so far; grows.
@@ -159,8 +170,9 @@ class DeviceStage {
   public:
     enum { kMaxBuffers = 24 };
 
-    // params: the stage's defrec_*_params, checked and with every default filled in (stage_params.hpp). Throws
-    // Error(DEFREC_ERROR_UNSUPPORTED) with the plugin's limit where the device cannot.
+    // params: the stage's defrec_*_params, checked and with every default filled in
+    // (stage_params.hpp). Throws Error(DEFREC_ERROR_UNSUPPORTED) with the plugin's limit where the
+    // device cannot.
     DeviceStage(std::shared_ptr<const Device> device, uint32_t stage, const void* params);
     ~DeviceStage();
     DeviceStage(const DeviceStage&) = delete;

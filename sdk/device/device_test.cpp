@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "sdk/device/context.hpp"
 #include "sdk/base/test_files.hpp"
+#include "sdk/device/context.hpp"
 
 namespace {
 
@@ -17,7 +17,8 @@ struct Memory {
     size_t live = 0;
     static void* take(void* user, size_t size, size_t alignment) {
         ++static_cast<Memory*>(user)->live;
-        void* memory = std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+        void* memory =
+            std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
         std::memset(memory, 0x5b, size);
         return memory;
     }
@@ -65,8 +66,11 @@ defrec_status status_of_import(const std::shared_ptr<Device>& device, uint32_t k
 
 }  // namespace
 
-TEST_CASE("host memory is the plugin's where it has some, else the context's: aligned, zero, and its device stays open") {
-    for (const auto& [name, own] : {std::pair{"host_memory", true}, {"good", false}, {"older_minor", false}}) {
+TEST_CASE(
+    "host memory is the plugin's where it has some, else the context's: aligned, zero, and its "
+    "device stays open") {
+    for (const auto& [name, own] :
+         {std::pair{"host_memory", true}, {"good", false}, {"older_minor", false}}) {
         CAPTURE(name);
         Memory memory;
         std::shared_ptr<Device> device = open_stub(name, memory);
@@ -96,20 +100,25 @@ TEST_CASE("empty host memory takes none") {
     CHECK(memory.live == before);
 }
 
-TEST_CASE("a write in place reads its source when the queue gets there; without it the source is copied at once") {
+TEST_CASE(
+    "a write in place reads its source when the queue gets there; without it the source is copied "
+    "at once") {
     Memory memory;
     CHECK(changed_on_the_way(open_stub("host_memory", memory)) == 2);
     CHECK(changed_on_the_way(open_stub("good", memory)) == 1);
     CHECK(changed_on_the_way(open_stub("older_minor", memory)) == 1);
 }
 
-TEST_CASE("imported memory is the buffer's own; kinds out of reach and plugins without import are refused") {
+TEST_CASE(
+    "imported memory is the buffer's own; kinds out of reach and plugins without import are "
+    "refused") {
     Memory memory;
     const std::shared_ptr<Device> device = open_stub("host_memory", memory);
     uint8_t bytes[64] = {}, back[64] = {};
     {
         Queue queue(device);
-        const DeviceBuffer buffer = DeviceBuffer::import(device, DEFREC_MEMORY_HOST, bytes, sizeof bytes);
+        const DeviceBuffer buffer =
+            DeviceBuffer::import(device, DEFREC_MEMORY_HOST, bytes, sizeof bytes);
         const uint8_t value = 7;
         queue.write(buffer, &value, 1, 63);
         CHECK(bytes[63] == 7);
@@ -121,5 +130,6 @@ TEST_CASE("imported memory is the buffer's own; kinds out of reach and plugins w
     CHECK(bytes[63] == 7);
     CHECK(status_of_import(device, DEFREC_MEMORY_HOST, bytes) == DEFREC_OK);
     CHECK(status_of_import(device, DEFREC_MEMORY_CUDA, bytes) == DEFREC_ERROR_UNSUPPORTED);
-    CHECK(status_of_import(open_stub("good", memory), DEFREC_MEMORY_HOST, bytes) == DEFREC_ERROR_UNSUPPORTED);
+    CHECK(status_of_import(open_stub("good", memory), DEFREC_MEMORY_HOST, bytes) ==
+          DEFREC_ERROR_UNSUPPORTED);
 }

@@ -19,8 +19,9 @@ class StageParams {
     uint64_t input_bytes(size_t index) const;
     uint64_t output_bytes(size_t index) const;
 
-    using Any = std::variant<defrec_rectify_params, defrec_stereo_params, defrec_orb_params, defrec_match_params,
-                             defrec_align_params, defrec_ransac_params, defrec_lm_params, defrec_warp_params>;
+    using Any = std::variant<defrec_rectify_params, defrec_stereo_params, defrec_orb_params,
+                             defrec_match_params, defrec_align_params, defrec_ransac_params,
+                             defrec_lm_params, defrec_warp_params>;
 
   private:
     uint32_t stage_;

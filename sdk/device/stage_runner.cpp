@@ -8,15 +8,21 @@ namespace {
 template <class Buffer, class Needed>
 void check_buffers(const char* what, const Buffer* buffers, size_t count, Needed needed) {
     if (count > DeviceStage::kMaxBuffers)
-        fail(DEFREC_ERROR_ARGUMENT, what, ": ", count, " buffers given, at most ", int{DeviceStage::kMaxBuffers}, " expected");
-    if (buffers == nullptr && count != 0) fail(DEFREC_ERROR_ARGUMENT, what, " is NULL with a count of ", count);
+        fail(DEFREC_ERROR_ARGUMENT, what, ": ", count, " buffers given, at most ",
+             int{DeviceStage::kMaxBuffers}, " expected");
+    if (buffers == nullptr && count != 0)
+        fail(DEFREC_ERROR_ARGUMENT, what, " is NULL with a count of ", count);
     for (size_t i = 0; i < count; ++i) {
         if (buffers[i].data == nullptr) {
-            if (buffers[i].size != 0) fail(DEFREC_ERROR_ARGUMENT, what, "[", i, "].data is NULL with a size of ", buffers[i].size);
+            if (buffers[i].size != 0)
+                fail(DEFREC_ERROR_ARGUMENT, what, "[", i, "].data is NULL with a size of ",
+                     buffers[i].size);
         } else if (buffers[i].size < needed(i)) {
-            fail(DEFREC_ERROR_ARGUMENT, what, "[", i, "] has ", buffers[i].size, " bytes, ", needed(i), " are needed");
+            fail(DEFREC_ERROR_ARGUMENT, what, "[", i, "] has ", buffers[i].size, " bytes, ",
+                 needed(i), " are needed");
         } else if (buffers[i].size > PTRDIFF_MAX) {
-            fail(DEFREC_ERROR_ARGUMENT, what, "[", i, "].size is ", buffers[i].size, ", more than any memory has");
+            fail(DEFREC_ERROR_ARGUMENT, what, "[", i, "].size is ", buffers[i].size,
+                 ", more than any memory has");
         }
     }
 }
@@ -56,9 +62,11 @@ void StageRunner::prepare(const defrec_const_buffer* in, size_t in_count) {
     needs_prepare_ = false;
 }
 
-void StageRunner::run(const defrec_const_buffer* in, size_t in_count, const defrec_buffer* out, size_t out_count) {
+void StageRunner::run(const defrec_const_buffer* in, size_t in_count, const defrec_buffer* out,
+                      size_t out_count) {
     if (needs_prepare_)
-        fail(DEFREC_ERROR_STATE, "the stage ", stage_name(params_.stage()), " needs defrec_stage_prepare before its first run");
+        fail(DEFREC_ERROR_STATE, "the stage ", stage_name(params_.stage()),
+             " needs defrec_stage_prepare before its first run");
     check_buffers("in", in, in_count, [this](size_t i) { return params_.input_bytes(i); });
     check_buffers("out", out, out_count, [this](size_t i) { return params_.output_bytes(i); });
     in_.resize(std::max(in_.size(), in_count));
@@ -69,7 +77,8 @@ void StageRunner::run(const defrec_const_buffer* in, size_t in_count, const defr
     stage_.enqueue(queue_, given(in_, in_count), given(out_, out_count));
     queue_.finish();
     for (size_t i = 0; i < out_count; ++i)
-        if (out[i].data != nullptr && out[i].size != 0) queue_.read(out_[i], out[i].data, out[i].size);
+        if (out[i].data != nullptr && out[i].size != 0)
+            queue_.read(out_[i], out[i].data, out[i].size);
     queue_.finish();
 }
 

@@ -1,4 +1,5 @@
-// One stage on its own, on host memory: buffers of the device that follow the caller's, up, run, down.
+// One stage on its own, on host memory: buffers of the device that follow the caller's, up, run,
+// down.
 #pragma once
 #include <algorithm>
 #include <memory>
@@ -14,9 +15,11 @@ class StageRunner {
   public:
     StageRunner(std::shared_ptr<const Device> device, const StageParams& params);
 
-    // docs/stages.md names the buffers. Throw Error whose text names the buffer and the size needed; then no output is written.
+    // docs/stages.md names the buffers. Throw Error whose text names the buffer and the size
+    // needed; then no output is written.
     void prepare(const defrec_const_buffer* in, size_t in_count);
-    void run(const defrec_const_buffer* in, size_t in_count, const defrec_buffer* out, size_t out_count);
+    void run(const defrec_const_buffer* in, size_t in_count, const defrec_buffer* out,
+             size_t out_count);
 
   private:
     using Buffers = std::vector<DeviceBuffer>;

@@ -1,4 +1,5 @@
-// See elf_file.hpp. Reads the headers of 64-bit ELF, little endian: all that the supported platforms use.
+// See elf_file.hpp. Reads the headers of 64-bit ELF, little endian: all that the supported
+// platforms use.
 #include "sdk/plugin/elf_file.hpp"
 
 #include <elf.h>
@@ -20,10 +21,12 @@ constexpr uint16_t kMachine = EM_AARCH64;
 
 class ElfFile {
   public:
-    ElfFile(const std::string& path, std::span<const unsigned char> bytes) : path_(path), bytes_(bytes) {}
+    ElfFile(const std::string& path, std::span<const unsigned char> bytes)
+        : path_(path), bytes_(bytes) {}
 
     void check() {
-        if (bytes_.size() < sizeof header_ || std::memcmp(bytes_.data(), ELFMAG, SELFMAG) != 0) refuse("not a shared object");
+        if (bytes_.size() < sizeof header_ || std::memcmp(bytes_.data(), ELFMAG, SELFMAG) != 0)
+            refuse("not a shared object");
         std::memcpy(&header_, bytes_.data(), sizeof header_);
         check_header();
         check_segments();
@@ -31,11 +34,14 @@ class ElfFile {
     }
 
   private:
-    [[noreturn]] void refuse(const char* reason) const { fail(DEFREC_ERROR_PLUGIN, path_, ": ", reason); }
+    [[noreturn]] void refuse(const char* reason) const {
+        fail(DEFREC_ERROR_PLUGIN, path_, ": ", reason);
+    }
 
     void expect_inside(uint64_t offset, uint64_t size, const char* what) const {
         if (offset > bytes_.size() || size > bytes_.size() - offset)
-            fail(DEFREC_ERROR_PLUGIN, path_, ": truncated: ", what, " ends beyond the ", bytes_.size(), " bytes of the file");
+            fail(DEFREC_ERROR_PLUGIN, path_, ": truncated: ", what, " ends beyond the ",
+                 bytes_.size(), " bytes of the file");
     }
 
     template <class Record>
@@ -50,13 +56,16 @@ class ElfFile {
             header_.e_ident[EI_VERSION] != EV_CURRENT)
             refuse("made for another kind of processor (not 64-bit little endian)");
         if (header_.e_machine != kMachine)
-            fail(DEFREC_ERROR_PLUGIN, path_, ": made for another processor: machine ", header_.e_machine, ", expected ", kMachine);
+            fail(DEFREC_ERROR_PLUGIN, path_, ": made for another processor: machine ",
+                 header_.e_machine, ", expected ", kMachine);
         if (header_.e_type != ET_DYN) refuse("not a shared object");
-        if (header_.e_ehsize != sizeof(Elf64_Ehdr) || header_.e_phentsize != sizeof(Elf64_Phdr)) refuse("damaged header");
+        if (header_.e_ehsize != sizeof(Elf64_Ehdr) || header_.e_phentsize != sizeof(Elf64_Phdr))
+            refuse("damaged header");
     }
 
     void check_segments() const {
-        expect_inside(header_.e_phoff, uint64_t{header_.e_phnum} * sizeof(Elf64_Phdr), "the segment table");
+        expect_inside(header_.e_phoff, uint64_t{header_.e_phnum} * sizeof(Elf64_Phdr),
+                      "the segment table");
         bool loads = false, dynamic = false;
         for (size_t i = 0; i < header_.e_phnum; ++i) {
             const auto segment = record<Elf64_Phdr>(header_.e_phoff, i);
@@ -64,7 +73,8 @@ class ElfFile {
             dynamic = dynamic || segment.p_type == PT_DYNAMIC;
             if (segment.p_type != PT_LOAD && segment.p_type != PT_DYNAMIC) continue;
             expect_inside(segment.p_offset, segment.p_filesz, "a segment");
-            if (segment.p_type == PT_LOAD && segment.p_filesz > segment.p_memsz) refuse("damaged segment table");
+            if (segment.p_type == PT_LOAD && segment.p_filesz > segment.p_memsz)
+                refuse("damaged segment table");
         }
         if (!loads || !dynamic) refuse("not a shared object");
     }
@@ -72,7 +82,8 @@ class ElfFile {
     void check_sections() const {
         if (header_.e_shoff == 0) return;
         if (header_.e_shentsize != sizeof(Elf64_Shdr)) refuse("damaged header");
-        expect_inside(header_.e_shoff, uint64_t{header_.e_shnum} * sizeof(Elf64_Shdr), "the section table");
+        expect_inside(header_.e_shoff, uint64_t{header_.e_shnum} * sizeof(Elf64_Shdr),
+                      "the section table");
         for (size_t i = 0; i < header_.e_shnum; ++i) {
             const auto section = record<Elf64_Shdr>(header_.e_shoff, i);
             if (section.sh_type != SHT_NOBITS && section.sh_type != SHT_NULL)
@@ -87,6 +98,8 @@ class ElfFile {
 
 }  // namespace
 
-void check_shared_object(const std::string& path, std::span<const unsigned char> bytes) { ElfFile(path, bytes).check(); }
+void check_shared_object(const std::string& path, std::span<const unsigned char> bytes) {
+    ElfFile(path, bytes).check();
+}
 
 }  // namespace defrec

@@ -1,5 +1,5 @@
-// Whether a file's bytes are a complete shared object for this process. The dynamic loader does not ask: it maps what the
-// headers claim and dies of SIGBUS where the file is shorter.
+// Whether a file's bytes are a complete shared object for this process. The dynamic loader does not
+// ask: it maps what the headers claim and dies of SIGBUS where the file is shorter.
 #pragma once
 #include <span>
 #include <string>

@@ -41,7 +41,9 @@ std::string refusal_after(Change change) {
     return refusal(bytes);
 }
 
-bool contains(const std::string& text, const char* part) { return text.find(part) != std::string::npos; }
+bool contains(const std::string& text, const char* part) {
+    return text.find(part) != std::string::npos;
+}
 
 }  // namespace
 
@@ -54,15 +56,19 @@ TEST_CASE("row 32: a library cut off anywhere is refused") {
     const Bytes& whole = good_library();
     size_t cuts = 0;
     for (size_t size = 0; size < whole.size(); size += size < 4096 ? 1 : 61, ++cuts)
-        CHECK_MESSAGE(refusal(Bytes(whole.begin(), whole.begin() + std::ptrdiff_t(size))) != "", "cut to ", size);
+        CHECK_MESSAGE(refusal(Bytes(whole.begin(), whole.begin() + std::ptrdiff_t(size))) != "",
+                      "cut to ", size);
     CHECK(refusal(Bytes(whole.begin(), whole.end() - 1)) != "");
     CHECK(cuts > 300);
 }
 
 TEST_CASE("row 33: other processors, classes and kinds of files are refused") {
-    CHECK(contains(refusal_after([](Elf64_Ehdr& h) { h.e_machine = EM_PPC64; }), "another processor"));
-    CHECK(contains(refusal_after([](Elf64_Ehdr& h) { h.e_ident[EI_CLASS] = ELFCLASS32; }), "another kind of processor"));
-    CHECK(contains(refusal_after([](Elf64_Ehdr& h) { h.e_ident[EI_DATA] = ELFDATA2MSB; }), "another kind of processor"));
+    CHECK(contains(refusal_after([](Elf64_Ehdr& h) { h.e_machine = EM_PPC64; }),
+                   "another processor"));
+    CHECK(contains(refusal_after([](Elf64_Ehdr& h) { h.e_ident[EI_CLASS] = ELFCLASS32; }),
+                   "another kind of processor"));
+    CHECK(contains(refusal_after([](Elf64_Ehdr& h) { h.e_ident[EI_DATA] = ELFDATA2MSB; }),
+                   "another kind of processor"));
     CHECK(contains(refusal_after([](Elf64_Ehdr& h) { h.e_type = ET_REL; }), "not a shared object"));
     CHECK(contains(refusal_after([](Elf64_Ehdr& h) { h.e_phentsize = 8; }), "damaged"));
     CHECK(contains(refusal_after([](Elf64_Ehdr& h) { h.e_phoff = UINT64_MAX - 8; }), "truncated"));

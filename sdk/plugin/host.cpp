@@ -12,10 +12,13 @@ thread_local TextBuffer<512> plugin_text;
 const Services& services(void* self) { return *static_cast<PluginHostData*>(self)->services; }
 
 void host_log(void* self, int32_t level, const char* text) {
-    services(self).log(level, static_cast<PluginHostData*>(self)->source, text == nullptr ? "" : text);
+    services(self).log(level, static_cast<PluginHostData*>(self)->source,
+                       text == nullptr ? "" : text);
 }
 void host_error(void*, const char* text) { plugin_text.set(text == nullptr ? "" : text); }
-void* host_alloc(void* self, size_t size, size_t alignment) { return services(self).allocate(size, alignment); }
+void* host_alloc(void* self, size_t size, size_t alignment) {
+    return services(self).allocate(size, alignment);
+}
 void host_free(void* self, void* memory) { services(self).release(memory); }
 void host_parallel_for(void* self, size_t count, void (*body)(void*, size_t), void* arg) {
     services(self).parallel_for_raw(count, body, arg);

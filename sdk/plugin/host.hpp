@@ -1,4 +1,5 @@
-// The host's side of the plugin ABI: the table of services handed to a plugin, and the error text that came back.
+// The host's side of the plugin ABI: the table of services handed to a plugin, and the error text
+// that came back.
 #pragma once
 #include <string>
 
@@ -15,7 +16,8 @@ struct PluginHostData {
 
 defrec_host make_plugin_host(PluginHostData& self);
 
-// The error message that a plugin gave on this thread since clear_plugin_error, else the status's name.
+// The error message that a plugin gave on this thread since clear_plugin_error, else the status's
+// name.
 void clear_plugin_error() noexcept;
 std::string plugin_error_or_name(defrec_status status);
 

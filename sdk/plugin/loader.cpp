@@ -5,12 +5,12 @@
 #include <cstring>
 #include <set>
 
-#include "sdk/device/device.hpp"
-#include "sdk/plugin/elf_file.hpp"
 #include "sdk/base/error.hpp"
 #include "sdk/base/platform.hpp"
-#include "sdk/plugin/search.hpp"
 #include "sdk/base/sha256.hpp"
+#include "sdk/device/device.hpp"
+#include "sdk/plugin/elf_file.hpp"
+#include "sdk/plugin/search.hpp"
 
 namespace defrec {
 namespace {
@@ -20,38 +20,45 @@ constexpr size_t kMaxDevices = 64;
 constexpr char kEntryName[] = "defrec_plugin_entry_v1";
 
 constexpr bool may_lack_prepare(uint32_t stage) {
-    return stage == DEFREC_STAGE_RECTIFY || stage == DEFREC_STAGE_STEREO || stage == DEFREC_STAGE_ORB;
+    return stage == DEFREC_STAGE_RECTIFY || stage == DEFREC_STAGE_STEREO ||
+           stage == DEFREC_STAGE_ORB;
 }
 
-std::string text_of(const char* text) { return text == nullptr ? std::string() : std::string(text, strnlen(text, 256)); }
+std::string text_of(const char* text) {
+    return text == nullptr ? std::string() : std::string(text, strnlen(text, 256));
+}
 
 // Fills a candidate; throws Error with the reason of a refusal.
 void load_candidate(const std::shared_ptr<const Services>& services, PluginCandidate& candidate) {
     const platform::PathInfo info = platform::path_info(candidate.path);
-    if (info.world_writable) fail(DEFREC_ERROR_PLUGIN, candidate.path, ": anybody may write to this file");
+    if (info.world_writable)
+        fail(DEFREC_ERROR_PLUGIN, candidate.path, ": anybody may write to this file");
     const PluginManifest manifest =
         parse_manifest(candidate.path, platform::read_regular_file(candidate.path, kManifestCap));
     candidate.name = manifest.name;
     candidate.version = manifest.version;
     if (manifest.abi_major != DEFREC_PLUGIN_ABI_MAJOR)
-        fail(DEFREC_ERROR_VERSION, candidate.path, ": made for plugin ABI ", manifest.abi_major, ".", manifest.abi_minor,
-             ", this library speaks ", DEFREC_PLUGIN_ABI_MAJOR, ".", DEFREC_PLUGIN_ABI_MINOR);
+        fail(DEFREC_ERROR_VERSION, candidate.path, ": made for plugin ABI ", manifest.abi_major,
+             ".", manifest.abi_minor, ", this library speaks ", DEFREC_PLUGIN_ABI_MAJOR, ".",
+             DEFREC_PLUGIN_ABI_MINOR);
 
     const std::string folder = candidate.path.substr(0, candidate.path.find_last_of('/') + 1);
     const std::string library = folder + manifest.library;
     const std::vector<unsigned char> bytes = platform::read_regular_file(library, kLibraryCap);
-    if (platform::path_info(library).world_writable) fail(DEFREC_ERROR_PLUGIN, library, ": anybody may write to this file");
+    if (platform::path_info(library).world_writable)
+        fail(DEFREC_ERROR_PLUGIN, library, ": anybody may write to this file");
     check_shared_object(library, bytes);
     const std::string hash = sha256_hex(bytes);
     if (hash != manifest.sha256)
-        fail(DEFREC_ERROR_PLUGIN, library, ": SHA-256 is ", hash, ", the manifest says ", manifest.sha256,
-             ": the file was changed or damaged");
+        fail(DEFREC_ERROR_PLUGIN, library, ": SHA-256 is ", hash, ", the manifest says ",
+             manifest.sha256, ": the file was changed or damaged");
     candidate.plugin = std::make_shared<const LoadedPlugin>(services, library, manifest);
 }
 
 }  // namespace
 
-LoadedPlugin::LoadedPlugin(std::shared_ptr<const Services> services, const std::string& path, const PluginManifest& manifest)
+LoadedPlugin::LoadedPlugin(std::shared_ptr<const Services> services, const std::string& path,
+                           const PluginManifest& manifest)
     : services_(std::move(services)),
       name_(manifest.name),
       host_data_{services_.get(), name_.c_str()},
@@ -70,7 +77,8 @@ LoadedPlugin::~LoadedPlugin() { table_->shutdown(table_->self); }
 
 void LoadedPlugin::enter(const std::string& path) {
     void* library = platform::open_library(path);
-    const auto entry = reinterpret_cast<defrec_plugin_entry_fn>(platform::find_symbol(library, kEntryName));
+    const auto entry =
+        reinterpret_cast<defrec_plugin_entry_fn>(platform::find_symbol(library, kEntryName));
     if (entry == nullptr) fail(DEFREC_ERROR_PLUGIN, path, ": does not export ", kEntryName);
     clear_plugin_error();
     const defrec_plugin* table = nullptr;
@@ -81,35 +89,44 @@ void LoadedPlugin::enter(const std::string& path) {
         fail(DEFREC_ERROR_PLUGIN, path, ": ", kEntryName, " threw an exception");
     }
     if (status < 0) fail(status, path, ": ", kEntryName, ": ", plugin_error_or_name(status));
-    if (table == nullptr) fail(DEFREC_ERROR_PLUGIN, path, ": ", kEntryName, " succeeded without a table");
+    if (table == nullptr)
+        fail(DEFREC_ERROR_PLUGIN, path, ": ", kEntryName, " succeeded without a table");
     table_ = table;
 }
 
 void LoadedPlugin::check_table(const std::string& path, const PluginManifest& manifest) const {
     const defrec_plugin& table = *table_;
     if (table.struct_size < kMinTableSize)
-        fail(DEFREC_ERROR_VERSION, path, ": the plugin's table has ", table.struct_size, " bytes, at least ", kMinTableSize,
-             " expected");
+        fail(DEFREC_ERROR_VERSION, path, ": the plugin's table has ", table.struct_size,
+             " bytes, at least ", kMinTableSize, " expected");
     if (table.abi_minor != manifest.abi_minor)
-        fail(DEFREC_ERROR_VERSION, path, ": the manifest says plugin ABI minor ", manifest.abi_minor, ", the library ",
-             table.abi_minor);
+        fail(DEFREC_ERROR_VERSION, path, ": the manifest says plugin ABI minor ",
+             manifest.abi_minor, ", the library ", table.abi_minor);
     if (table.name == nullptr || manifest.name != table.name)
-        fail(DEFREC_ERROR_PLUGIN, path, ": the library calls itself \"", text_of(table.name), "\", the manifest \"", manifest.name,
-             "\"");
+        fail(DEFREC_ERROR_PLUGIN, path, ": the library calls itself \"", text_of(table.name),
+             "\", the manifest \"", manifest.name, "\"");
     const struct {
         const char* name;
         bool given;
     } entries[] = {
-        {"device_count", table.device_count != nullptr},   {"device_info", table.device_info != nullptr},
-        {"device_open", table.device_open != nullptr},     {"device_close", table.device_close != nullptr},
-        {"buffer_create", table.buffer_create != nullptr}, {"buffer_destroy", table.buffer_destroy != nullptr},
-        {"queue_create", table.queue_create != nullptr},   {"queue_destroy", table.queue_destroy != nullptr},
-        {"write", table.write != nullptr},                 {"read", table.read != nullptr},
-        {"signal", table.signal != nullptr},               {"wait", table.wait != nullptr},
-        {"stage", table.stage != nullptr},                 {"shutdown", table.shutdown != nullptr},
+        {"device_count", table.device_count != nullptr},
+        {"device_info", table.device_info != nullptr},
+        {"device_open", table.device_open != nullptr},
+        {"device_close", table.device_close != nullptr},
+        {"buffer_create", table.buffer_create != nullptr},
+        {"buffer_destroy", table.buffer_destroy != nullptr},
+        {"queue_create", table.queue_create != nullptr},
+        {"queue_destroy", table.queue_destroy != nullptr},
+        {"write", table.write != nullptr},
+        {"read", table.read != nullptr},
+        {"signal", table.signal != nullptr},
+        {"wait", table.wait != nullptr},
+        {"stage", table.stage != nullptr},
+        {"shutdown", table.shutdown != nullptr},
     };
     for (const auto& entry : entries)
-        if (!entry.given) fail(DEFREC_ERROR_PLUGIN, path, ": the plugin's table has NULL for ", entry.name);
+        if (!entry.given)
+            fail(DEFREC_ERROR_PLUGIN, path, ": the plugin's table has NULL for ", entry.name);
     if (DEFREC_HAS(&table, host_alloc) && !DEFREC_HAS(&table, host_free))
         fail(DEFREC_ERROR_PLUGIN, path, ": the plugin's table has host_alloc without host_free");
 }
@@ -117,21 +134,25 @@ void LoadedPlugin::check_table(const std::string& path, const PluginManifest& ma
 void LoadedPlugin::list_devices(const std::string& path) {
     const size_t count = table_->device_count(table_->self);
     if (count > kMaxDevices)
-        fail(DEFREC_ERROR_PLUGIN, path, ": the plugin claims ", count, " devices, at most ", kMaxDevices, " are expected");
+        fail(DEFREC_ERROR_PLUGIN, path, ": the plugin claims ", count, " devices, at most ",
+             kMaxDevices, " are expected");
     std::set<std::string> ids;
     for (size_t i = 0; i < count; ++i) {
         devices_.push_back(describe_device(path, i));
         if (!ids.insert(devices_.back().id).second)
-            fail(DEFREC_ERROR_PLUGIN, path, ": two of the plugin's devices are called ", devices_.back().id);
+            fail(DEFREC_ERROR_PLUGIN, path, ": two of the plugin's devices are called ",
+                 devices_.back().id);
     }
 }
 
-LoadedPlugin::DeviceEntry LoadedPlugin::describe_device(const std::string& path, size_t index) const {
+LoadedPlugin::DeviceEntry LoadedPlugin::describe_device(const std::string& path,
+                                                        size_t index) const {
     defrec_device_info info{};
     info.struct_size = sizeof info;
     clear_plugin_error();
     const defrec_status status = table_->device_info(table_->self, index, &info);
-    if (status < 0) fail(status, path, ": device_info of device ", index, ": ", plugin_error_or_name(status));
+    if (status < 0)
+        fail(status, path, ": device_info of device ", index, ": ", plugin_error_or_name(status));
     DeviceEntry entry;
     entry.id = text_of(info.id);
     entry.name = text_of(info.name);
@@ -150,18 +171,23 @@ LoadedPlugin::DeviceEntry LoadedPlugin::describe_device(const std::string& path,
 void LoadedPlugin::check_stage(const std::string& path, uint32_t stage) const {
     const defrec_stage_table* table = table_->stage(table_->self, stage);
     const char* name = stage_name(stage);
-    if (table == nullptr) fail(DEFREC_ERROR_PLUGIN, path, ": a device claims the stage ", name, ", but it has no table");
+    if (table == nullptr)
+        fail(DEFREC_ERROR_PLUGIN, path, ": a device claims the stage ", name,
+             ", but it has no table");
     if (table->struct_size < sizeof *table || table->stage != stage)
-        fail(DEFREC_ERROR_PLUGIN, path, ": the table of the stage ", name, " has a wrong size or number");
+        fail(DEFREC_ERROR_PLUGIN, path, ": the table of the stage ", name,
+             " has a wrong size or number");
     if (table->stage_version != 1)
-        fail(DEFREC_ERROR_VERSION, path, ": the stage ", name, " follows version ", table->stage_version,
-             " of its definition, this library version 1");
-    if (table->supports == nullptr || table->create == nullptr || table->destroy == nullptr || table->enqueue == nullptr ||
-        (table->prepare == nullptr && !may_lack_prepare(stage)))
-        fail(DEFREC_ERROR_PLUGIN, path, ": the table of the stage ", name, " has NULL for a function");
+        fail(DEFREC_ERROR_VERSION, path, ": the stage ", name, " follows version ",
+             table->stage_version, " of its definition, this library version 1");
+    if (table->supports == nullptr || table->create == nullptr || table->destroy == nullptr ||
+        table->enqueue == nullptr || (table->prepare == nullptr && !may_lack_prepare(stage)))
+        fail(DEFREC_ERROR_PLUGIN, path, ": the table of the stage ", name,
+             " has NULL for a function");
 }
 
-std::vector<PluginCandidate> load_plugins(const std::shared_ptr<const Services>& services, const defrec_context_desc& desc) {
+std::vector<PluginCandidate> load_plugins(const std::shared_ptr<const Services>& services,
+                                          const defrec_context_desc& desc) {
     std::vector<PluginCandidate> candidates;
     for (FoundManifest& found : find_manifests(*services, desc)) {
         PluginCandidate candidate;
@@ -174,10 +200,11 @@ std::vector<PluginCandidate> load_plugins(const std::shared_ptr<const Services>&
                 load_candidate(services, candidate);
                 for (const PluginCandidate& other : candidates)
                     if (other.plugin != nullptr && other.name == candidate.name)
-                        fail(DEFREC_ERROR_PLUGIN, candidate.path, ": a plugin called ", candidate.name,
-                             " was loaded before, from ", other.path);
+                        fail(DEFREC_ERROR_PLUGIN, candidate.path, ": a plugin called ",
+                             candidate.name, " was loaded before, from ", other.path);
             } catch (const Error& error) {
-                if (error.status() == DEFREC_ERROR_OUT_OF_MEMORY) throw;  // says nothing of the plugin
+                if (error.status() == DEFREC_ERROR_OUT_OF_MEMORY)
+                    throw;  // says nothing of the plugin
                 candidate.plugin = nullptr;
                 candidate.verdict = error.status();
                 candidate.reason = error.what();

@@ -1,4 +1,5 @@
-// Loads one plugin after its manifest and its file have been checked, or says in one error message why not.
+// Loads one plugin after its manifest and its file have been checked, or says in one error message
+// why not.
 #pragma once
 #include <cstddef>
 #include <memory>
@@ -6,17 +7,17 @@
 #include <vector>
 
 #include "include/defrec_plugin.h"
+#include "sdk/base/services.hpp"
 #include "sdk/plugin/host.hpp"
 #include "sdk/plugin/manifest.hpp"
-#include "sdk/base/services.hpp"
 
 namespace defrec {
 
 // A plugin's table in minor version 0; what comes behind is asked for with DEFREC_HAS.
 constexpr uint32_t kMinTableSize = offsetof(defrec_plugin, host_alloc);
 
-// A plugin's instance for one context: its table, the host that it was given and its devices. Shut down by the
-// destructor; the code stays in the process (docs/plugins.md says why).
+// A plugin's instance for one context: its table, the host that it was given and its devices. Shut
+// down by the destructor; the code stays in the process (docs/plugins.md says why).
 class LoadedPlugin {
   public:
     struct DeviceEntry {
@@ -25,8 +26,10 @@ class LoadedPlugin {
         uint64_t memory_bytes = 0;
     };
 
-    // path: the library, absolute, its file already checked. Throws Error with the reason of the refusal.
-    LoadedPlugin(std::shared_ptr<const Services> services, const std::string& path, const PluginManifest& manifest);
+    // path: the library, absolute, its file already checked. Throws Error with the reason of the
+    // refusal.
+    LoadedPlugin(std::shared_ptr<const Services> services, const std::string& path,
+                 const PluginManifest& manifest);
     ~LoadedPlugin();
     LoadedPlugin(const LoadedPlugin&) = delete;
     LoadedPlugin& operator=(const LoadedPlugin&) = delete;
@@ -55,11 +58,12 @@ class LoadedPlugin {
 struct PluginCandidate {
     std::string name, path, version;  // name: the manifest's, or its file name where it has none
     defrec_status verdict = DEFREC_OK;
-    std::string reason;                      // "" when loaded
+    std::string reason;                          // "" when loaded
     std::shared_ptr<const LoadedPlugin> plugin;  // null when refused
 };
 
 // Every candidate in the order of the search. Never throws for a bad plugin; std::bad_alloc only.
-std::vector<PluginCandidate> load_plugins(const std::shared_ptr<const Services>& services, const defrec_context_desc& desc);
+std::vector<PluginCandidate> load_plugins(const std::shared_ptr<const Services>& services,
+                                          const defrec_context_desc& desc);
 
 }  // namespace defrec

@@ -1,8 +1,7 @@
 // The loader through the C API: every refusal has a reason, and the rest goes on.
-#include <sys/stat.h>
-
 #include <doctest/doctest.h>
 #include <elf.h>
+#include <sys/stat.h>
 
 #include <cstring>
 
@@ -17,8 +16,10 @@ namespace {
 constexpr char kLibrary[] = "defrec_plugin_good.so";
 constexpr char kManifest[] = "defrec_plugin_good.json";
 
-// The one candidate found in a folder is refused, with this status and these words, beside a good plugin that is loaded.
-void check_refused(const fs::path& folder, defrec_status verdict, const std::vector<std::string>& words) {
+// The one candidate found in a folder is refused, with this status and these words, beside a good
+// plugin that is loaded.
+void check_refused(const fs::path& folder, defrec_status verdict,
+                   const std::vector<std::string>& words) {
     const TestContext context({folder.string(), stub_folder("twin").string()});
     REQUIRE(defrec_plugin_count(context.get()) == 2);
     const defrec_plugin_info info = context.plugin(0);
@@ -32,13 +33,15 @@ void check_refused(const fs::path& folder, defrec_status verdict, const std::vec
 
 // A copy of the plugin "good" whose library, and by default the manifest with it, was changed.
 template <class Change>
-void check_changed(Change change, bool adapt_manifest, defrec_status verdict, const std::vector<std::string>& words) {
+void check_changed(Change change, bool adapt_manifest, defrec_status verdict,
+                   const std::vector<std::string>& words) {
     const TemporaryFolder folder;
     const auto original = read_file(stub_folder("good") / kLibrary);
     auto bytes = original;
     change(bytes);
     write_file(folder.path() / kLibrary, bytes);
-    write_file(folder.path() / kManifest, manifest_text(kLibrary, adapt_manifest ? bytes : original));
+    write_file(folder.path() / kManifest,
+               manifest_text(kLibrary, adapt_manifest ? bytes : original));
     check_refused(folder.path(), verdict, words);
 }
 
@@ -61,21 +64,25 @@ TEST_CASE("a good plugin is loaded and its device listed") {
     CHECK(device.stages == 1u << DEFREC_STAGE_RANSAC);
 }
 
-TEST_CASE("a call that misses a device says which plugins were refused and why, or that there are none") {
+TEST_CASE(
+    "a call that misses a device says which plugins were refused and why, or that there are none") {
     const auto message = [](const TestContext& context, const char* device) {
         defrec_ransac_params params;
         DEFREC_INIT(&params);
         params.landmarks = 1;
         defrec_stage stage = nullptr;
-        REQUIRE(defrec_stage_create(context.get(), device, DEFREC_STAGE_RANSAC, &params, &stage) < 0);
+        REQUIRE(defrec_stage_create(context.get(), device, DEFREC_STAGE_RANSAC, &params, &stage) <
+                0);
         return std::string(defrec_last_error());
     };
     const TemporaryFolder folder;
     for (const char* device : {static_cast<const char*>(nullptr), "cpu"}) {
-        CHECK(contains(message(TestContext({folder.path().string()}), device), "; no plugin was found"));
+        CHECK(contains(message(TestContext({folder.path().string()}), device),
+                       "; no plugin was found"));
         write_file(folder.path() / kManifest, manifest_text(kLibrary, {}));
         const TestContext context({folder.path().string()});
-        CHECK(contains(message(context, device), "; a plugin was refused: " + std::string(context.plugin(0).reason)));
+        CHECK(contains(message(context, device),
+                       "; a plugin was refused: " + std::string(context.plugin(0).reason)));
         fs::remove(folder.path() / kManifest);
     }
     CHECK_FALSE(contains(message(TestContext({stub_folder("good").string()}), "cpu"), "plugin"));
@@ -83,9 +90,11 @@ TEST_CASE("a call that misses a device says which plugins were refused and why, 
 
 TEST_CASE("row 32: a library cut off anywhere is refused") {
     const size_t whole = read_file(stub_folder("good") / kLibrary).size();
-    for (const size_t size : {size_t{0}, size_t{1}, size_t{63}, size_t{64}, size_t{500}, size_t{4096}, whole / 2, whole - 1}) {
+    for (const size_t size : {size_t{0}, size_t{1}, size_t{63}, size_t{64}, size_t{500},
+                              size_t{4096}, whole / 2, whole - 1}) {
         CAPTURE(size);
-        check_changed([&](auto& bytes) { bytes.resize(size); }, true, DEFREC_ERROR_PLUGIN, {kLibrary});
+        check_changed([&](auto& bytes) { bytes.resize(size); }, true, DEFREC_ERROR_PLUGIN,
+                      {kLibrary});
     }
 }
 
@@ -131,23 +140,29 @@ TEST_CASE("row 34: one flipped bit is refused") {
     const size_t whole = read_file(stub_folder("good") / kLibrary).size();
     for (size_t at = 100; at < whole; at += whole / 20)
         check_changed([&](auto& bytes) { bytes[at] ^= 4; }, false, DEFREC_ERROR_PLUGIN, {kLibrary});
-    check_changed([&](auto& bytes) { bytes[whole / 2] ^= 1; }, false, DEFREC_ERROR_PLUGIN, {"SHA-256", "changed or damaged"});
+    check_changed([&](auto& bytes) { bytes[whole / 2] ^= 1; }, false, DEFREC_ERROR_PLUGIN,
+                  {"SHA-256", "changed or damaged"});
 }
 
 TEST_CASE("row 35: a library without the entry, or that needs a symbol nobody has") {
-    check_refused(stub_folder("missing_symbol"), DEFREC_ERROR_PLUGIN, {"does not export defrec_plugin_entry_v1"});
-    check_refused(stub_folder("undefined_symbol"), DEFREC_ERROR_PLUGIN, {"stub_symbol_that_nobody_defines"});
+    check_refused(stub_folder("missing_symbol"), DEFREC_ERROR_PLUGIN,
+                  {"does not export defrec_plugin_entry_v1"});
+    check_refused(stub_folder("undefined_symbol"), DEFREC_ERROR_PLUGIN,
+                  {"stub_symbol_that_nobody_defines"});
 }
 
 TEST_CASE("row 36: plugins of an older and of a newer ABI") {
     check_refused(stub_folder("older_abi"), DEFREC_ERROR_VERSION, {"ABI 0.9", "speaks 1.1"});
     check_refused(stub_folder("newer_abi"), DEFREC_ERROR_VERSION, {"ABI 2.0", "speaks 1.1"});
     check_refused(stub_folder("other_minor"), DEFREC_ERROR_VERSION, {"minor 2", "the library 1"});
-    check_refused(stub_folder("other_stage_version"), DEFREC_ERROR_VERSION, {"stage ransac", "version 2"});
+    check_refused(stub_folder("other_stage_version"), DEFREC_ERROR_VERSION,
+                  {"stage ransac", "version 2"});
     check_refused(stub_folder("short_table"), DEFREC_ERROR_VERSION, {"16 bytes"});
 }
 
-TEST_CASE("a plugin of an older minor version is loaded, whose table is shorter; so is one that offers all") {
+TEST_CASE(
+    "a plugin of an older minor version is loaded, whose table is shorter; so is one that offers "
+    "all") {
     for (const char* name : {"older_minor", "host_memory"}) {
         CAPTURE(name);
         const TestContext context({stub_folder(name).string()});
@@ -161,7 +176,8 @@ TEST_CASE("row 37: tables with NULL in them, and entries that fail") {
     check_refused(stub_folder("null_entry"), DEFREC_ERROR_PLUGIN, {"NULL for read"});
     check_refused(stub_folder("null_stage_entry"), DEFREC_ERROR_PLUGIN, {"stage ransac", "NULL"});
     check_refused(stub_folder("claims_stage"), DEFREC_ERROR_PLUGIN, {"claims the stage lm"});
-    check_refused(stub_folder("host_alloc_alone"), DEFREC_ERROR_PLUGIN, {"host_alloc without host_free"});
+    check_refused(stub_folder("host_alloc_alone"), DEFREC_ERROR_PLUGIN,
+                  {"host_alloc without host_free"});
     check_refused(stub_folder("no_table"), DEFREC_ERROR_PLUGIN, {"without a table"});
     check_refused(stub_folder("no_id"), DEFREC_ERROR_PLUGIN, {"no id"});
     check_refused(stub_folder("many_devices"), DEFREC_ERROR_PLUGIN, {"at most 64"});
@@ -169,13 +185,15 @@ TEST_CASE("row 37: tables with NULL in them, and entries that fail") {
 }
 
 TEST_CASE("row 41: duplicate names and ids are resolved the same way every time") {
-    check_refused(stub_folder("duplicate_ids"), DEFREC_ERROR_PLUGIN, {"two of the plugin's devices", "stub"});
+    check_refused(stub_folder("duplicate_ids"), DEFREC_ERROR_PLUGIN,
+                  {"two of the plugin's devices", "stub"});
 
     const TemporaryFolder folder;
     const auto bytes = read_file(stub_folder("good") / kLibrary);
     write_file(folder.path() / kLibrary, bytes);
     write_file(folder.path() / kManifest, manifest_text(kLibrary, bytes));
-    const TestContext context({stub_folder("good").string(), folder.path().string(), stub_folder("twin").string()});
+    const TestContext context(
+        {stub_folder("good").string(), folder.path().string(), stub_folder("twin").string()});
     REQUIRE(defrec_plugin_count(context.get()) == 3);
     CHECK(context.plugin(0).verdict == DEFREC_OK);
     CHECK(context.plugin(1).verdict == DEFREC_ERROR_PLUGIN);

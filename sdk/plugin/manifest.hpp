@@ -11,7 +11,7 @@ struct PluginManifest {
     std::string version;  // for people
     std::string library;  // a file name beside the manifest
     uint32_t abi_major = 0, abi_minor = 0;
-    std::string sha256;   // of the library, 64 lower-case hexadecimal digits
+    std::string sha256;  // of the library, 64 lower-case hexadecimal digits
 };
 
 inline constexpr uint64_t kManifestCap = 65536;  // bytes

@@ -15,7 +15,8 @@ namespace {
 const std::string kHash(64, 'a');
 
 std::string good_text() {
-    return R"({"name": "cpu", "version": "0.1", "library": "cpu.so", "abi_major": 1, "abi_minor": 0, "sha256": ")" + kHash + "\"}";
+    return R"({"name": "cpu", "version": "0.1", "library": "cpu.so", "abi_major": 1, "abi_minor": 0, "sha256": ")" +
+           kHash + "\"}";
 }
 
 PluginManifest parse(const std::string& text) {
@@ -41,7 +42,9 @@ std::string with(const std::string& from, const std::string& to) {
     return text.replace(at, from.size(), to);
 }
 
-bool contains(const std::string& text, const char* part) { return text.find(part) != std::string::npos; }
+bool contains(const std::string& text, const char* part) {
+    return text.find(part) != std::string::npos;
+}
 
 }  // namespace
 
@@ -60,7 +63,10 @@ TEST_CASE("row 32: a manifest that is not one flat object with the known keys is
     CHECK(contains(refusal("cpu"), "not an object"));
     CHECK(contains(refusal("[1, 2]"), "lists"));
     CHECK(refusal("{") != "");
-    CHECK(contains(refusal(std::string("\x7f""ELF\0\1", 6)), "not a text file"));
+    CHECK(contains(refusal(std::string("\x7f"
+                                       "ELF\0\1",
+                                       6)),
+                   "not a text file"));
     CHECK(contains(refusal(with("\"0.1\"", "{\"a\": 1}")), "objects inside"));
     CHECK(contains(refusal(with("\"0.1\"", "[]")), "lists"));
     CHECK(contains(refusal(with("\"0.1\"", "")), "missing"));
@@ -86,7 +92,8 @@ TEST_CASE("row 32: every value is checked") {
     CHECK(contains(refusal(with("\"cpu.so\"", "\"..\"")), "library is"));
     CHECK(contains(refusal(with("\"abi_major\": 1", "\"abi_major\": 1.5")), "abi_major is"));
     CHECK(contains(refusal(with("\"abi_major\": 1", "\"abi_major\": -1")), "abi_major is"));
-    CHECK(contains(refusal(with("\"abi_major\": 1", "\"abi_major\": 99999999999")), "abi_major is"));
+    CHECK(
+        contains(refusal(with("\"abi_major\": 1", "\"abi_major\": 99999999999")), "abi_major is"));
     CHECK(contains(refusal(with(kHash, kHash + "0")), "sha256 is"));
     CHECK(contains(refusal(with(kHash, std::string(64, 'A'))), "sha256 is"));
 }

@@ -11,7 +11,9 @@
 namespace defrec {
 namespace {
 
-bool is_manifest_name(std::string_view name) { return name.starts_with("defrec_plugin_") && name.ends_with(".json"); }
+bool is_manifest_name(std::string_view name) {
+    return name.starts_with("defrec_plugin_") && name.ends_with(".json");
+}
 
 class Search {
   public:
@@ -20,13 +22,17 @@ class Search {
     // Reports why nothing is found there; a missing path only if asked.
     void look_in(const std::string& path, bool report_missing) {
         if (!platform::is_absolute(path)) {
-            return refuse(DEFREC_ERROR_ARGUMENT, path, "not an absolute path, so it is not searched");
+            return refuse(DEFREC_ERROR_ARGUMENT, path,
+                          "not an absolute path, so it is not searched");
         }
         const platform::PathInfo info = platform::path_info(path);
         switch (info.kind) {
-            case platform::PathKind::kFolder: return look_in_folder(path, info.world_writable);
-            case platform::PathKind::kFile: return add(path);
-            case platform::PathKind::kOther: return refuse(DEFREC_ERROR_PLUGIN, path, "neither a folder nor a regular file");
+            case platform::PathKind::kFolder:
+                return look_in_folder(path, info.world_writable);
+            case platform::PathKind::kFile:
+                return add(path);
+            case platform::PathKind::kOther:
+                return refuse(DEFREC_ERROR_PLUGIN, path, "neither a folder nor a regular file");
             case platform::PathKind::kMissing:
                 if (report_missing) refuse(DEFREC_ERROR_IO, path, "no such file or folder");
         }
@@ -36,14 +42,17 @@ class Search {
 
   private:
     void look_in_folder(const std::string& folder, bool world_writable) {
-        if (world_writable) return refuse(DEFREC_ERROR_PLUGIN, folder, "anybody may write to this folder, so it is not searched");
+        if (world_writable)
+            return refuse(DEFREC_ERROR_PLUGIN, folder,
+                          "anybody may write to this folder, so it is not searched");
         for (const std::string& name : platform::list_folder(folder))
             if (is_manifest_name(name)) add(folder + (folder.ends_with('/') ? "" : "/") + name);
     }
 
     void add(const std::string& path) {
         const std::string real = platform::canonical_path(path);
-        if (seen_.insert(real.empty() ? path : real).second) found_.push_back({path, "", DEFREC_OK});
+        if (seen_.insert(real.empty() ? path : real).second)
+            found_.push_back({path, "", DEFREC_OK});
     }
 
     void refuse(defrec_status verdict, const std::string& path, const char* reason) {
@@ -59,7 +68,8 @@ class Search {
 
 }  // namespace
 
-std::vector<FoundManifest> find_manifests(const Services& services, const defrec_context_desc& desc) {
+std::vector<FoundManifest> find_manifests(const Services& services,
+                                          const defrec_context_desc& desc) {
     Search search(services);
     for (size_t i = 0; i < desc.plugin_path_count; ++i) search.look_in(desc.plugin_paths[i], true);
     if (desc.flags & DEFREC_CONTEXT_ONLY_GIVEN_PLUGINS) return search.take();

@@ -1,5 +1,6 @@
-// Where manifests are looked for: the application's absolute paths; the folders of DEFREC_PLUGIN_PATH, if the application
-// allows it and the process has no privileges of its own; the folder of this library. Never the working folder.
+// Where manifests are looked for: the application's absolute paths; the folders of
+// DEFREC_PLUGIN_PATH, if the application allows it and the process has no privileges of its own;
+// the folder of this library. Never the working folder.
 #pragma once
 #include <string>
 #include <vector>
@@ -15,8 +16,9 @@ struct FoundManifest {
     defrec_status verdict = DEFREC_OK;
 };
 
-// In the order of the search, names of one folder sorted, each file once. Folders that anybody may write to are logged
-// and reported as refused.
-std::vector<FoundManifest> find_manifests(const Services& services, const defrec_context_desc& desc);
+// In the order of the search, names of one folder sorted, each file once. Folders that anybody may
+// write to are logged and reported as refused.
+std::vector<FoundManifest> find_manifests(const Services& services,
+                                          const defrec_context_desc& desc);
 
 }  // namespace defrec

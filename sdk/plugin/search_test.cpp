@@ -1,8 +1,7 @@
 // Where plugins are looked for, through the C API.
+#include <doctest/doctest.h>
 #include <sys/stat.h>
 #include <unistd.h>
-
-#include <doctest/doctest.h>
 
 #include <cstdlib>
 #include <mutex>
@@ -27,7 +26,8 @@ struct Log {
 
 std::vector<std::string> paths_of(const TestContext& context) {
     std::vector<std::string> paths;
-    for (size_t i = 0; i < defrec_plugin_count(context.get()); ++i) paths.emplace_back(context.plugin(i).path);
+    for (size_t i = 0; i < defrec_plugin_count(context.get()); ++i)
+        paths.emplace_back(context.plugin(i).path);
     return paths;
 }
 
@@ -39,7 +39,9 @@ bool any_from(const TestContext& context, const fs::path& folder) {
 
 class Environment {
   public:
-    Environment(const char* name, const std::string& value) : name_(name) { setenv(name, value.c_str(), 1); }
+    Environment(const char* name, const std::string& value) : name_(name) {
+        setenv(name, value.c_str(), 1);
+    }
     ~Environment() { unsetenv(name_); }
 
   private:
@@ -58,7 +60,8 @@ defrec_context_desc with_flags(uint32_t flags) {
 
 TEST_CASE("the folder of the library itself is searched, unless told not to") {
     CHECK(any_from(TestContext(with_flags(0)), fs::path(DEFREC_BUILD_DIR) / "lib"));
-    CHECK(defrec_plugin_count(TestContext(with_flags(DEFREC_CONTEXT_ONLY_GIVEN_PLUGINS)).get()) == 0);
+    CHECK(defrec_plugin_count(TestContext(with_flags(DEFREC_CONTEXT_ONLY_GIVEN_PLUGINS)).get()) ==
+          0);
 }
 
 TEST_CASE("devices come fastest first, the reference last, whatever the order of the search") {
@@ -75,14 +78,19 @@ TEST_CASE("devices come fastest first, the reference last, whatever the order of
     CHECK(device.stages == (1u << DEFREC_STAGE_COUNT_V1) - 1);
 }
 
-TEST_CASE("given places come first and in their order; names within a folder are sorted; each file counts once") {
+TEST_CASE(
+    "given places come first and in their order; names within a folder are sorted; each file "
+    "counts once") {
     const TemporaryFolder folder;
-    for (const char* name : {"defrec_plugin_b.json", "defrec_plugin_a.json", "other.json", "defrec_plugin_c.txt"})
+    for (const char* name :
+         {"defrec_plugin_b.json", "defrec_plugin_a.json", "other.json", "defrec_plugin_c.txt"})
         write_file(folder.path() / name, std::string("{"));
-    fs::create_symlink(folder.path() / "defrec_plugin_a.json", folder.path() / "defrec_plugin_z.json");
+    fs::create_symlink(folder.path() / "defrec_plugin_a.json",
+                       folder.path() / "defrec_plugin_z.json");
     const std::string good = (stub_folder("good") / "defrec_plugin_good.json").string();
     const TestContext context({good, folder.path().string(), stub_folder("good").string()});
-    const std::vector<std::string> expected = {good, (folder.path() / "defrec_plugin_a.json").string(),
+    const std::vector<std::string> expected = {good,
+                                               (folder.path() / "defrec_plugin_a.json").string(),
                                                (folder.path() / "defrec_plugin_b.json").string()};
     CHECK(paths_of(context) == expected);
 }
@@ -91,7 +99,8 @@ TEST_CASE("relative paths, bare names and missing places are reported and not se
     const TemporaryFolder folder;
     const fs::path before = fs::current_path();
     fs::current_path(stub_folder("good"));
-    const TestContext context({".", "defrec_plugin_good.json", "defrec_plugin_good.so", "", (folder.path() / "gone").string()});
+    const TestContext context({".", "defrec_plugin_good.json", "defrec_plugin_good.so", "",
+                               (folder.path() / "gone").string()});
     fs::current_path(before);
     REQUIRE(defrec_plugin_count(context.get()) == 5);
     for (size_t i = 0; i < 4; ++i) {
@@ -105,7 +114,8 @@ TEST_CASE("relative paths, bare names and missing places are reported and not se
 TEST_CASE("row 43: folders and files that anybody may write to are ignored and logged") {
     const TemporaryFolder folder;
     const auto bytes = read_file(stub_folder("good") / "defrec_plugin_good.so");
-    const fs::path library = folder.path() / "defrec_plugin_good.so", manifest = folder.path() / "defrec_plugin_good.json";
+    const fs::path library = folder.path() / "defrec_plugin_good.so",
+                   manifest = folder.path() / "defrec_plugin_good.json";
     write_file(library, bytes);
     write_file(manifest, manifest_text("defrec_plugin_good.so", bytes));
     Log log;
@@ -123,7 +133,8 @@ TEST_CASE("row 43: folders and files that anybody may write to are ignored and l
         const fs::perms before = fs::status(open).permissions();
         fs::permissions(open, fs::perms::others_write, fs::perm_options::add);
         CHECK(verdict() == DEFREC_ERROR_PLUGIN);
-        CHECK(contains(log.text, std::string("sdk: ").append(open.string()).append(": anybody may write")));
+        CHECK(contains(log.text,
+                       std::string("sdk: ").append(open.string()).append(": anybody may write")));
         fs::permissions(open, before);
     }
     CHECK(verdict() == DEFREC_OK);
@@ -134,7 +145,9 @@ TEST_CASE("row 42: the environment counts only where the application allows it")
     places.append(stub_folder("good").string()).append("::relative:");
     const Environment path("DEFREC_PLUGIN_PATH", places);
     CHECK(!any_from(TestContext(with_flags(0)), stub_folder("good")));
-    CHECK(!any_from(TestContext(with_flags(DEFREC_CONTEXT_ONLY_GIVEN_PLUGINS | DEFREC_CONTEXT_USE_ENVIRONMENT)), stub_folder("good")));
+    CHECK(!any_from(
+        TestContext(with_flags(DEFREC_CONTEXT_ONLY_GIVEN_PLUGINS | DEFREC_CONTEXT_USE_ENVIRONMENT)),
+        stub_folder("good")));
     const TestContext context(with_flags(DEFREC_CONTEXT_USE_ENVIRONMENT));
     CHECK(any_from(context, stub_folder("good")));
     CHECK(context.plugin(0).verdict == DEFREC_OK);
@@ -152,7 +165,9 @@ std::string output_of(const std::string& command) {
 }
 }  // namespace
 
-TEST_CASE("row 42: a process with privileges of its own ignores the environment even where it is allowed") {
+TEST_CASE(
+    "row 42: a process with privileges of its own ignores the environment even where it is "
+    "allowed") {
     const Environment path("DEFREC_PLUGIN_PATH", stub_folder("good").string());
     const fs::path probe = fs::path(DEFREC_BUILD_DIR) / "bin" / "defrec_privileged_probe";
     CHECK(output_of(probe.string()) == "1\n");

@@ -24,8 +24,10 @@ Eigen::Matrix3d tilt_matrix(double tx, double ty) {
 
 Lens::Lens(const defrec_intrinsics& intrinsics, double reach) : intrinsics_(intrinsics) {
     const double* d = intrinsics_.distortion;
-    for (uint32_t i = 0; i < intrinsics_.distortion_count; ++i) distorted_ = distorted_ || d[i] != 0;
-    std::fill(intrinsics_.distortion + intrinsics_.distortion_count, intrinsics_.distortion + 14, 0.0);
+    for (uint32_t i = 0; i < intrinsics_.distortion_count; ++i)
+        distorted_ = distorted_ || d[i] != 0;
+    std::fill(intrinsics_.distortion + intrinsics_.distortion_count, intrinsics_.distortion + 14,
+              0.0);
     tilt_ = tilt_matrix(d[TX], d[TY]);
     untilt_ = tilt_.inverse();
     find_limit(reach);
@@ -33,7 +35,8 @@ Lens::Lens(const defrec_intrinsics& intrinsics, double reach) : intrinsics_(intr
 
 double Lens::radial(double r2) const {
     const double* d = intrinsics_.distortion;
-    return (1 + r2 * (d[K1] + r2 * (d[K2] + r2 * d[K3]))) / (1 + r2 * (d[K4] + r2 * (d[K5] + r2 * d[K6])));
+    return (1 + r2 * (d[K1] + r2 * (d[K2] + r2 * d[K3]))) /
+           (1 + r2 * (d[K4] + r2 * (d[K5] + r2 * d[K6])));
 }
 
 // Walks outwards in small steps while the distorted radius grows, to a good deal beyond reach.
@@ -57,20 +60,23 @@ Eigen::Vector2d Lens::distort(const Eigen::Vector2d& direction) const {
     const double* d = intrinsics_.distortion;
     const double x = direction.x(), y = direction.y(), r2 = direction.squaredNorm(), r4 = r2 * r2;
     const double scale = radial(r2);
-    const Eigen::Vector3d flat(x * scale + 2 * d[P1] * x * y + d[P2] * (r2 + 2 * x * x) + d[S1] * r2 + d[S2] * r4,
-                               y * scale + d[P1] * (r2 + 2 * y * y) + 2 * d[P2] * x * y + d[S3] * r2 + d[S4] * r4, 1);
+    const Eigen::Vector3d flat(
+        x * scale + 2 * d[P1] * x * y + d[P2] * (r2 + 2 * x * x) + d[S1] * r2 + d[S2] * r4,
+        y * scale + d[P1] * (r2 + 2 * y * y) + 2 * d[P2] * x * y + d[S3] * r2 + d[S4] * r4, 1);
     return (tilt_ * flat).hnormalized();
 }
 
 bool Lens::project(const Eigen::Vector2d& direction, Eigen::Vector2d& pixel) const {
     if (distorted_ && direction.squaredNorm() > limit2_) return false;
     const Eigen::Vector2d image = distorted_ ? distort(direction) : direction;
-    pixel = {intrinsics_.fx * image.x() + intrinsics_.cx, intrinsics_.fy * image.y() + intrinsics_.cy};
+    pixel = {intrinsics_.fx * image.x() + intrinsics_.cx,
+             intrinsics_.fy * image.y() + intrinsics_.cy};
     return true;
 }
 
 bool Lens::unproject(const Eigen::Vector2d& pixel, Eigen::Vector2d& direction) const {
-    const Eigen::Vector2d image((pixel.x() - intrinsics_.cx) / intrinsics_.fx, (pixel.y() - intrinsics_.cy) / intrinsics_.fy);
+    const Eigen::Vector2d image((pixel.x() - intrinsics_.cx) / intrinsics_.fx,
+                                (pixel.y() - intrinsics_.cy) / intrinsics_.fy);
     if (distorted_) return undistort(image, direction);
     direction = image;
     return image.allFinite();

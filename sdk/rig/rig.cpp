@@ -55,20 +55,24 @@ Rig::Rig(std::shared_ptr<const Services> services, const defrec_rig_desc& desc)
     Services::expect_parallel_success("computing the rectification");
 }
 
-// Bouguet's: each view turns by half the rotation between them, then both turn so that x runs along the baseline
-// (J.-Y. Bouguet, Camera Calibration Toolbox; G. Bradski, A. Kaehler, Learning OpenCV, chapter 12).
+// Bouguet's: each view turns by half the rotation between them, then both turn so that x runs along
+// the baseline (J.-Y. Bouguet, Camera Calibration Toolbox; G. Bradski, A. Kaehler, Learning OpenCV,
+// chapter 12).
 void Rig::rectify() {
     const Eigen::AngleAxisd turn(nearest_rotation(Eigen::Map<const RowMajor>(desc_.rotation)));
-    const Eigen::Matrix3d half = Eigen::AngleAxisd(-turn.angle() / 2, turn.axis()).toRotationMatrix();
+    const Eigen::Matrix3d half =
+        Eigen::AngleAxisd(-turn.angle() / 2, turn.axis()).toRotationMatrix();
     const Eigen::Vector3d baseline = half * Eigen::Map<const Eigen::Vector3d>(desc_.translation);
-    const Eigen::Quaterniond to_axis = Eigen::Quaterniond::FromTwoVectors(baseline, -Eigen::Vector3d::UnitX());
+    const Eigen::Quaterniond to_axis =
+        Eigen::Quaterniond::FromTwoVectors(baseline, -Eigen::Vector3d::UnitX());
     rotation_[0] = to_axis * half.transpose();
     rotation_[1] = to_axis * half;
 }
 
 // The scale of the raw images, and the middle of what both views see in the middle of the image.
 void Rig::choose_camera() {
-    const double f = std::pow(desc_.left.fx * desc_.left.fy * desc_.right.fx * desc_.right.fy, 0.25);
+    const double f =
+        std::pow(desc_.left.fx * desc_.left.fy * desc_.right.fx * desc_.right.fy, 0.25);
     constexpr int kSteps = 16;
     const double w = desc_.width - 1.0, h = desc_.height - 1.0;
     Eigen::Vector2d low, high, middle = Eigen::Vector2d::Zero();
@@ -77,19 +81,22 @@ void Rig::choose_camera() {
         high = -low;
         for (int i = 0; i <= kSteps; ++i) {
             const double s = double(i) / kSteps;
-            for (const Eigen::Vector2d& pixel : {Eigen::Vector2d(s * w, 0), Eigen::Vector2d(s * w, h), Eigen::Vector2d(0, s * h),
-                                                 Eigen::Vector2d(w, s * h)}) {
+            for (const Eigen::Vector2d& pixel :
+                 {Eigen::Vector2d(s * w, 0), Eigen::Vector2d(s * w, h), Eigen::Vector2d(0, s * h),
+                  Eigen::Vector2d(w, s * h)}) {
                 Eigen::Vector2d direction;
                 if (!lens_[view].unproject(pixel, direction)) continue;
                 const Eigen::Vector3d turned = rotation_[view] * direction.homogeneous();
-                if (turned.z() <= 0) fail(DEFREC_ERROR_UNSUPPORTED, "the cameras look in too different directions");
+                if (turned.z() <= 0)
+                    fail(DEFREC_ERROR_UNSUPPORTED, "the cameras look in too different directions");
                 low = low.cwiseMin(turned.hnormalized());
                 high = high.cwiseMax(turned.hnormalized());
             }
         }
         middle += (low + high) / 4;
     }
-    camera_ = {f, f, w / 2 - f * middle.x(), h / 2 - f * middle.y(), Eigen::Map<const Eigen::Vector3d>(desc_.translation).norm()};
+    camera_ = {f, f, w / 2 - f * middle.x(), h / 2 - f * middle.y(),
+               Eigen::Map<const Eigen::Vector3d>(desc_.translation).norm()};
 }
 
 void Rig::fill_map(int view) {
@@ -102,7 +109,8 @@ void Rig::fill_map(int view) {
             out[0] = out[1] = std::numeric_limits<int32_t>::min();
             Eigen::Vector2d raw;
             if (!to_raw(view, Eigen::Vector2d(double(column), double(row)), raw)) continue;
-            const double x = std::floor(raw.x() * kMapOne + 0.5), y = std::floor(raw.y() * kMapOne + 0.5);
+            const double x = std::floor(raw.x() * kMapOne + 0.5),
+                         y = std::floor(raw.y() * kMapOne + 0.5);
             if (!(x >= 0 && x <= max_x && y >= 0 && y <= max_y)) continue;
             out[0] = static_cast<int32_t>(x);
             out[1] = static_cast<int32_t>(y);
@@ -111,7 +119,8 @@ void Rig::fill_map(int view) {
 }
 
 bool Rig::to_raw(int view, const Eigen::Vector2d& rectified, Eigen::Vector2d& raw) const {
-    const Eigen::Vector3d ray((rectified.x() - camera_.cx) / camera_.fx, (rectified.y() - camera_.cy) / camera_.fy, 1);
+    const Eigen::Vector3d ray((rectified.x() - camera_.cx) / camera_.fx,
+                              (rectified.y() - camera_.cy) / camera_.fy, 1);
     const Eigen::Vector3d turned = rotation_[view].transpose() * ray;
     return turned.z() > 0 && lens_[view].project(turned.hnormalized(), raw);
 }
@@ -120,7 +129,8 @@ bool Rig::to_rectified(int view, const Eigen::Vector2d& raw, Eigen::Vector2d& re
     Eigen::Vector2d direction;
     if (!lens_[view].unproject(raw, direction)) return false;
     const Eigen::Vector3d turned = rotation_[view] * direction.homogeneous();
-    rectified = {camera_.fx * turned.x() / turned.z() + camera_.cx, camera_.fy * turned.y() / turned.z() + camera_.cy};
+    rectified = {camera_.fx * turned.x() / turned.z() + camera_.cx,
+                 camera_.fy * turned.y() / turned.z() + camera_.cy};
     return turned.z() > 0;
 }
 
@@ -140,11 +150,13 @@ void Rig::convert_pixels(const double* in, size_t count, double* out, Convert co
 }
 
 void Rig::rectify_pixels(int view, const double* raw_uv, size_t count, double* rectified_uv) const {
-    convert_pixels(raw_uv, count, rectified_uv, [&](const auto& from, auto& to) { return to_rectified(view, from, to); });
+    convert_pixels(raw_uv, count, rectified_uv,
+                   [&](const auto& from, auto& to) { return to_rectified(view, from, to); });
 }
 
 void Rig::distort_pixels(int view, const double* rectified_uv, size_t count, double* raw_uv) const {
-    convert_pixels(rectified_uv, count, raw_uv, [&](const auto& from, auto& to) { return to_raw(view, from, to); });
+    convert_pixels(rectified_uv, count, raw_uv,
+                   [&](const auto& from, auto& to) { return to_raw(view, from, to); });
 }
 
 defrec_rig_info Rig::info() const {

@@ -1,4 +1,5 @@
-// Two calibrated cameras: checks, rectification, the maps for the stage rectify, and pixels to and fro.
+// Two calibrated cameras: checks, rectification, the maps for the stage rectify, and pixels to and
+// fro.
 #pragma once
 #include <Eigen/Core>
 #include <array>
@@ -6,8 +7,8 @@
 #include <memory>
 
 #include "include/defrec_c.h"
-#include "sdk/rig/lens.hpp"
 #include "sdk/base/services.hpp"
+#include "sdk/rig/lens.hpp"
 
 namespace defrec {
 
@@ -17,7 +18,7 @@ class Rig {
     // Checks everything that defrec_rig_create promises. Throws Error whose text names the field.
     Rig(std::shared_ptr<const Services> services, const defrec_rig_desc& desc);
 
-    bool identity() const { return identity_; }  // frames are rectified already
+    bool identity() const { return identity_; }     // frames are rectified already
     uint32_t width() const { return desc_.width; }  // raw and rectified images have the same size
     uint32_t height() const { return desc_.height; }
     const defrec_camera& camera() const { return camera_; }  // of both rectified images
@@ -25,12 +26,14 @@ class Rig {
     const Eigen::Matrix3d& rotation(int view) const { return rotation_[view]; }
     const defrec_rig_desc& desc() const { return desc_; }
 
-    // The view's map for the stage rectify: width * height pairs (x, y) of raw pixel positions in 1/128 px, row by row;
-    // INT32_MIN, INT32_MIN where the raw image has nothing. nullptr for an identity.
+    // The view's map for the stage rectify: width * height pairs (x, y) of raw pixel positions in
+    // 1/128 px, row by row; INT32_MIN, INT32_MIN where the raw image has nothing. nullptr for an
+    // identity.
     const int32_t* map(int view) const { return identity_ ? nullptr : map_[view].data(); }
     uint64_t map_bytes() const { return uint64_t{8} * desc_.width * desc_.height; }
 
-    // count pixels (u, v), raw to rectified and back; in and out may be the same. NaN where there is no answer.
+    // count pixels (u, v), raw to rectified and back; in and out may be the same. NaN where there
+    // is no answer.
     void rectify_pixels(int view, const double* raw_uv, size_t count, double* rectified_uv) const;
     void distort_pixels(int view, const double* rectified_uv, size_t count, double* raw_uv) const;
 

@@ -28,11 +28,26 @@ defrec_rig_desc endoscope(uint32_t distortion_count = 5) {
     desc.struct_size = sizeof desc;
     desc.width = 161;
     desc.height = 119;
-    desc.left = {170, 171, 81.5, 60.25, {-0.31, 0.12, 0.001, -0.0007, -0.02, 0.01, 0.02, 0.003, 0.002, -0.001, 0.0015, 0.001, 0.02, -0.03}, distortion_count, 0};
-    desc.right = {168, 169.5, 78.25, 58.5, {-0.28, 0.10, -0.0012, 0.0004, 0.01, 0.02, -0.01, 0.002, -0.001, 0.002, 0.001, -0.002, -0.01, 0.02}, distortion_count, 0};
-    const Eigen::Matrix3d turn =
-        (Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitY()) * Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitX()) *
-         Eigen::AngleAxisd(-0.02, Eigen::Vector3d::UnitZ())).toRotationMatrix();
+    desc.left = {170,
+                 171,
+                 81.5,
+                 60.25,
+                 {-0.31, 0.12, 0.001, -0.0007, -0.02, 0.01, 0.02, 0.003, 0.002, -0.001, 0.0015,
+                  0.001, 0.02, -0.03},
+                 distortion_count,
+                 0};
+    desc.right = {168,
+                  169.5,
+                  78.25,
+                  58.5,
+                  {-0.28, 0.10, -0.0012, 0.0004, 0.01, 0.02, -0.01, 0.002, -0.001, 0.002, 0.001,
+                   -0.002, -0.01, 0.02},
+                  distortion_count,
+                  0};
+    const Eigen::Matrix3d turn = (Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitY()) *
+                                  Eigen::AngleAxisd(0.01, Eigen::Vector3d::UnitX()) *
+                                  Eigen::AngleAxisd(-0.02, Eigen::Vector3d::UnitZ()))
+                                     .toRotationMatrix();
     Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(desc.rotation) = turn;
     desc.translation[0] = -4.6;
     desc.translation[1] = 0.1;
@@ -48,13 +63,17 @@ defrec_rig_desc rectified() {
     return desc;
 }
 
-cv::Mat camera_matrix(const defrec_intrinsics& c) { return (cv::Mat_<double>(3, 3) << c.fx, 0, c.cx, 0, c.fy, c.cy, 0, 0, 1); }
+cv::Mat camera_matrix(const defrec_intrinsics& c) {
+    return (cv::Mat_<double>(3, 3) << c.fx, 0, c.cx, 0, c.fy, c.cy, 0, 0, 1);
+}
 cv::Mat distortion(const defrec_intrinsics& c) {
     cv::Mat d = cv::Mat::zeros(1, std::max(4, int(c.distortion_count)), CV_64F);
     for (uint32_t i = 0; i < c.distortion_count; ++i) d.at<double>(int(i)) = c.distortion[i];
     return d;
 }
-const defrec_intrinsics& view_of(const defrec_rig_desc& desc, int view) { return view == 0 ? desc.left : desc.right; }
+const defrec_intrinsics& view_of(const defrec_rig_desc& desc, int view) {
+    return view == 0 ? desc.left : desc.right;
+}
 
 cv::Mat to_cv(const Eigen::Matrix3d& m) {
     cv::Mat result(3, 3, CV_64F);
@@ -99,8 +118,9 @@ TEST_CASE("the rectifying rotations are those of OpenCV's stereoRectify") {
         desc.translation[2] = offset(random);
         const Rig rig(services(), desc);
         cv::Mat r1, r2, p1, p2, q;
-        cv::stereoRectify(camera_matrix(desc.left), distortion(desc.left), camera_matrix(desc.right), distortion(desc.right),
-                          cv::Size(161, 119), cv::Mat(3, 3, CV_64F, desc.rotation).clone(),
+        cv::stereoRectify(camera_matrix(desc.left), distortion(desc.left),
+                          camera_matrix(desc.right), distortion(desc.right), cv::Size(161, 119),
+                          cv::Mat(3, 3, CV_64F, desc.rotation).clone(),
                           cv::Mat(3, 1, CV_64F, desc.translation).clone(), r1, r2, p1, p2, q);
         CHECK(cv::norm(r1 - to_cv(rig.rotation(0)), cv::NORM_INF) < 1e-9);
         CHECK(cv::norm(r2 - to_cv(rig.rotation(1)), cv::NORM_INF) < 1e-9);
@@ -118,8 +138,10 @@ TEST_CASE("the maps are OpenCV's initUndistortRectifyMap, for every number of co
         REQUIRE(!rig.identity());
         for (int view = 0; view < 2; ++view) {
             cv::Mat map_x, map_y;
-            cv::initUndistortRectifyMap(camera_matrix(view_of(desc, view)), distortion(view_of(desc, view)), to_cv(rig.rotation(view)),
-                                        rectified_camera(rig), cv::Size(161, 119), CV_32FC1, map_x, map_y);
+            cv::initUndistortRectifyMap(camera_matrix(view_of(desc, view)),
+                                        distortion(view_of(desc, view)), to_cv(rig.rotation(view)),
+                                        rectified_camera(rig), cv::Size(161, 119), CV_32FC1, map_x,
+                                        map_y);
             const int32_t* map = rig.map(view);
             int inside = 0;
             for (int y = 0; y < 119; ++y)
@@ -150,8 +172,10 @@ TEST_CASE("rectified pixels are OpenCV's undistortPoints, and the way back retur
             for (int y = 0; y < 119; y += 13)
                 for (int x = 0; x < 161; x += 16) raw.emplace_back(x + 0.25, y);
             std::vector<cv::Point2d> expected;
-            cv::undistortPoints(raw, expected, camera_matrix(view_of(desc, view)), distortion(view_of(desc, view)), to_cv(rig.rotation(view)),
-                                rectified_camera(rig), cv::TermCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 500, 1e-14));
+            cv::undistortPoints(
+                raw, expected, camera_matrix(view_of(desc, view)), distortion(view_of(desc, view)),
+                to_cv(rig.rotation(view)), rectified_camera(rig),
+                cv::TermCriteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 500, 1e-14));
             std::vector<double> uv(2 * raw.size());
             rig.rectify_pixels(view, &raw[0].x, raw.size(), uv.data());
             for (size_t i = 0; i < raw.size(); ++i) {
@@ -167,7 +191,9 @@ TEST_CASE("rectified pixels are OpenCV's undistortPoints, and the way back retur
     }
 }
 
-TEST_CASE("a point in front of the rig falls onto the same row of both rectified images, at the disparity f B / Z") {
+TEST_CASE(
+    "a point in front of the rig falls onto the same row of both rectified images, at the "
+    "disparity f B / Z") {
     const defrec_rig_desc desc = endoscope(14);
     const Rig rig(services(), desc);
     const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> turn(desc.rotation);
@@ -177,13 +203,16 @@ TEST_CASE("a point in front of the rig falls onto the same row of both rectified
     for (int view = 0; view < 2; ++view) {
         const Eigen::Vector3d& point = view == 0 ? left : right;
         std::vector<cv::Point2d> pixel;
-        cv::projectPoints(std::vector<cv::Point3d>{{point.x(), point.y(), point.z()}}, cv::Mat::zeros(3, 1, CV_64F),
-                          cv::Mat::zeros(3, 1, CV_64F), camera_matrix(view_of(desc, view)), distortion(view_of(desc, view)), pixel);
+        cv::projectPoints(std::vector<cv::Point3d>{{point.x(), point.y(), point.z()}},
+                          cv::Mat::zeros(3, 1, CV_64F), cv::Mat::zeros(3, 1, CV_64F),
+                          camera_matrix(view_of(desc, view)), distortion(view_of(desc, view)),
+                          pixel);
         rig.rectify_pixels(view, &pixel[0].x, 1, uv[view]);
     }
     const double depth = (rig.rotation(0) * left).z();
     CHECK(uv[0][1] == doctest::Approx(uv[1][1]).epsilon(1e-9));
-    CHECK(uv[0][0] - uv[1][0] == doctest::Approx(rig.camera().fx * rig.camera().baseline_mm / depth).epsilon(1e-9));
+    CHECK(uv[0][0] - uv[1][0] ==
+          doctest::Approx(rig.camera().fx * rig.camera().baseline_mm / depth).epsilon(1e-9));
 }
 
 TEST_CASE("the rectified view keeps the scale and stays in the middle") {
@@ -216,7 +245,8 @@ TEST_CASE("cameras that are rectified already are used as they are") {
     zeros.left.distortion_count = zeros.right.distortion_count = 5;
     CHECK(Rig(services(), zeros).identity());
     const std::function<void(defrec_rig_desc&)> changes[] = {
-        [](auto& d) { d.left.fx += 0.01; }, [](auto& d) { d.right.cy += 0.01; }, [](auto& d) { d.translation[1] = 0.01; },
+        [](auto& d) { d.left.fx += 0.01; }, [](auto& d) { d.right.cy += 0.01; },
+        [](auto& d) { d.translation[1] = 0.01; },
         [](auto& d) { d.left.distortion_count = 4, d.left.distortion[0] = 0.01; }};
     for (const auto& change : changes) {
         defrec_rig_desc desc = rectified();
@@ -236,7 +266,8 @@ TEST_CASE("pixels without an answer give NaN, not a guess") {
 }
 
 TEST_CASE("row 1: numbers that are not finite are refused by name") {
-    const double bad[] = {std::nan(""), std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+    const double bad[] = {std::nan(""), std::numeric_limits<double>::infinity(),
+                          -std::numeric_limits<double>::infinity()};
     for (const double value : bad) {
         check_refused("left.fx", [&](auto& d) { d.left.fx = value; });
         check_refused("right.cy", [&](auto& d) { d.right.cy = value; });
@@ -255,7 +286,8 @@ TEST_CASE("row 2: focal lengths and principal points that cannot be are refused"
 }
 
 TEST_CASE("row 3: no baseline, and row 4: metres for millimetres") {
-    check_refused("translation is 0", [](auto& d) { d.translation[0] = d.translation[1] = d.translation[2] = 0; });
+    check_refused("translation is 0",
+                  [](auto& d) { d.translation[0] = d.translation[1] = d.translation[2] = 0; });
     check_refused("4.6 mm", [](auto& d) {
         d.translation[0] = -0.0046;
         d.translation[1] = d.translation[2] = 0;
@@ -268,17 +300,28 @@ TEST_CASE("row 5: views swapped in the calibration") {
 
 TEST_CASE("row 7: a matrix that is no rotation is refused with the residual") {
     check_refused("differs from the identity by", [](auto& d) { d.rotation[0] *= 1.01; });
-    check_refused("rotation", [](auto& d) { for (double& value : d.rotation) value = 0; });
-    check_refused("determinant", [](auto& d) { for (double& value : d.rotation) value = -value; });
+    check_refused("rotation", [](auto& d) {
+        for (double& value : d.rotation) value = 0;
+    });
+    check_refused("determinant", [](auto& d) {
+        for (double& value : d.rotation) value = -value;
+    });
 }
 
 TEST_CASE("row 8: vertical and forward baselines are unsupported") {
-    check_refused("not horizontal", [](auto& d) { d.translation[0] = 0, d.translation[1] = -4.6; }, DEFREC_ERROR_UNSUPPORTED);
-    check_refused("not horizontal", [](auto& d) { d.translation[0] = 0, d.translation[2] = 4.6; }, DEFREC_ERROR_UNSUPPORTED);
-    check_refused(" mm, 90 degrees", [](auto& d) {
-        for (int i = 0; i < 9; ++i) d.rotation[i] = i % 4 == 0;
-        d.translation[0] = d.translation[2] = 0, d.translation[1] = -4.6;
-    }, DEFREC_ERROR_UNSUPPORTED);
+    check_refused(
+        "not horizontal", [](auto& d) { d.translation[0] = 0, d.translation[1] = -4.6; },
+        DEFREC_ERROR_UNSUPPORTED);
+    check_refused(
+        "not horizontal", [](auto& d) { d.translation[0] = 0, d.translation[2] = 4.6; },
+        DEFREC_ERROR_UNSUPPORTED);
+    check_refused(
+        " mm, 90 degrees",
+        [](auto& d) {
+            for (int i = 0; i < 9; ++i) d.rotation[i] = i % 4 == 0;
+            d.translation[0] = d.translation[2] = 0, d.translation[1] = -4.6;
+        },
+        DEFREC_ERROR_UNSUPPORTED);
 }
 
 TEST_CASE("row 9: distortion of a wrong length, or not monotone inside the image") {

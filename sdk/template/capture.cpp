@@ -21,7 +21,8 @@ struct Tangents {
     bool valid = false;
 };
 
-// Over a whole grid cell to either side, since within one bilinear interpolation has kinks; at the surface's rim to one side.
+// Over a whole grid cell to either side, since within one bilinear interpolation has kinks; at the
+// surface's rim to one side.
 Tangents tangents_at(const TemplateData& data, double u, double v) {
     const double step = data.grid.spacing;
     const auto along = [&](double du, double dv, Eigen::Vector3d& tangent) {
@@ -29,11 +30,13 @@ Tangents tangents_at(const TemplateData& data, double u, double v) {
         double at[2];
         for (int side = 0; side < 2; ++side) {
             const double sign = side == 0 ? -1 : 1;
-            const double x = std::clamp(u + sign * du, 0.0, data.width - 1.0), y = std::clamp(v + sign * dv, 0.0, data.height - 1.0);
+            const double x = std::clamp(u + sign * du, 0.0, data.width - 1.0),
+                         y = std::clamp(v + sign * dv, 0.0, data.height - 1.0);
             double disparity = 0, support = 0;
             const bool there = grid_disparity(data, x, y, disparity, support);
             if (!there && !grid_disparity(data, u, v, disparity, support)) return false;
-            end[side] = as_vector(back_project(data.camera, there ? x : u, there ? y : v, disparity));
+            end[side] =
+                as_vector(back_project(data.camera, there ? x : u, there ? y : v, disparity));
             at[side] = there ? (x - u) + (y - v) : 0;
         }
         if (!(at[1] - at[0] > 0)) return false;
@@ -46,10 +49,12 @@ Tangents tangents_at(const TemplateData& data, double u, double v) {
 }
 
 // A surface point at a pixel; false outside the surface or without control points.
-bool surface_point(const TemplateData& data, double u, double v, defrec_surface_point& out, Tangents& tangents) {
+bool surface_point(const TemplateData& data, double u, double v, defrec_surface_point& out,
+                   Tangents& tangents) {
     double disparity = 0, support = 0;
     Skin skin;
-    if (!grid_disparity(data, u, v, disparity, support) || !grid_skin(data.node_grid, u, v, skin)) return false;
+    if (!grid_disparity(data, u, v, disparity, support) || !grid_skin(data.node_grid, u, v, skin))
+        return false;
     tangents = tangents_at(data, u, v);
     if (!tangents.valid) return false;
     const Eigen::Vector3d position = as_vector(back_project(data.camera, u, v, disparity));
@@ -66,7 +71,8 @@ bool surface_point(const TemplateData& data, double u, double v, defrec_surface_
     return true;
 }
 
-// Control points on a grid that spans the image; one exists where the surface is within half a spacing.
+// Control points on a grid that spans the image; one exists where the surface is within half a
+// spacing.
 void place_nodes(TemplateData& data, double spacing_px) {
     NodeGrid& grid = data.node_grid;
     grid.columns = std::max(2, static_cast<int>(std::lround((data.width - 1) / spacing_px)) + 1);
@@ -79,7 +85,8 @@ void place_nodes(TemplateData& data, double spacing_px) {
             const double u = x * grid.spacing_u, v = y * grid.spacing_v;
             double disparity = 0, support = 0;
             if (!grid_disparity(data, u, v, disparity, support)) continue;
-            grid.node[static_cast<size_t>(y * grid.columns + x)] = static_cast<int32_t>(data.nodes.size() / 3);
+            grid.node[static_cast<size_t>(y * grid.columns + x)] =
+                static_cast<int32_t>(data.nodes.size() / 3);
             for (const double value : back_project(data.camera, u, v, disparity))
                 data.nodes.push_back(static_cast<float>(value));
         }
@@ -101,7 +108,8 @@ double median(std::vector<double> values) {
     return *middle;
 }
 
-// Connections to everything within 2.5 spacings: dense, as the paper asks, so that smoothness travels far in one iteration.
+// Connections to everything within 2.5 spacings: dense, as the paper asks, so that smoothness
+// travels far in one iteration.
 void connect_nodes(TemplateData& data) {
     const size_t count = data.nodes.size() / 3;
     const NodeGrid& grid = data.node_grid;
@@ -110,7 +118,9 @@ void connect_nodes(TemplateData& data) {
         for (int x = 0; x + 1 < grid.columns; ++x) {
             const int32_t a = grid.node[static_cast<size_t>(y * grid.columns + x)];
             const int32_t b = grid.node[static_cast<size_t>(y * grid.columns + x + 1)];
-            if (a >= 0 && b >= 0) steps.push_back(distance(data.nodes, static_cast<size_t>(a), static_cast<size_t>(b)));
+            if (a >= 0 && b >= 0)
+                steps.push_back(
+                    distance(data.nodes, static_cast<size_t>(a), static_cast<size_t>(b)));
         }
     data.node_spacing_mm = median(std::move(steps));
     const double spacing = data.node_spacing_mm;
@@ -149,7 +159,8 @@ void place_vertices(TemplateData& data) {
             const int32_t a = vertex(0, 0), b = vertex(1, 0), c = vertex(0, 1), d = vertex(1, 1);
             const auto add = [&](int32_t i, int32_t j, int32_t k) {
                 if (i < 0 || j < 0 || k < 0) return;
-                for (const int32_t index : {i, j, k}) data.triangles.push_back(static_cast<uint32_t>(index));
+                for (const int32_t index : {i, j, k})
+                    data.triangles.push_back(static_cast<uint32_t>(index));
             };
             add(a, c, b);
             add(b, c, d);
@@ -160,19 +171,22 @@ void place_landmarks(TemplateData& data, const CaptureInput& input) {
     for (const defrec_feature& feature : input.features) {
         const double u = feature.x / 16.0, v = feature.y / 16.0;
         double disparity = 0, support = 0;
-        if (!grid_disparity(data, u, v, disparity, support) || support > data.grid.spacing) continue;
+        if (!grid_disparity(data, u, v, disparity, support) || support > data.grid.spacing)
+            continue;
         defrec_surface_point point{};
         Tangents tangents;
         if (!surface_point(data, u, v, point, tangents)) continue;
         defrec_landmark landmark{};
-        std::copy(std::begin(feature.descriptor), std::end(feature.descriptor), landmark.descriptor);
+        std::copy(std::begin(feature.descriptor), std::end(feature.descriptor),
+                  landmark.descriptor);
         std::copy(std::begin(point.position), std::end(point.position), landmark.position);
         data.landmarks.push_back(landmark);
         data.landmark_points.push_back(point);
     }
 }
 
-// Smaller eigenvalue of the structure tensor over a 9x9 window, per pixel of the window, squared gray levels (Shi and Tomasi 1994).
+// Smaller eigenvalue of the structure tensor over a 9x9 window, per pixel of the window, squared
+// gray levels (Shi and Tomasi 1994).
 double trackability(const CaptureInput& input, int cx, int cy) {
     constexpr int kRadius = 4;
     double xx = 0, xy = 0, yy = 0;
@@ -180,7 +194,8 @@ double trackability(const CaptureInput& input, int cx, int cy) {
         const uint8_t* row = input.gray + static_cast<size_t>(y) * input.width;
         for (int x = cx - kRadius; x <= cx + kRadius; ++x) {
             const double gx = 0.5 * (row[x + 1] - row[x - 1]);
-            const double gy = 0.5 * (row[x + static_cast<int>(input.width)] - row[x - static_cast<int>(input.width)]);
+            const double gy = 0.5 * (row[x + static_cast<int>(input.width)] -
+                                     row[x - static_cast<int>(input.width)]);
             xx += gx * gx;
             xy += gx * gy;
             yy += gy * gy;
@@ -194,7 +209,9 @@ double trackability(const CaptureInput& input, int cx, int cy) {
 bool masked_near(const CaptureInput& input, int cx, int cy, int radius) {
     for (int y = cy - radius; y <= cy + radius; y += 2)
         for (int x = cx - radius; x <= cx + radius; x += 2)
-            if (input.mask != nullptr && input.mask[static_cast<size_t>(y) * input.width + static_cast<size_t>(x)] == 0) return true;
+            if (input.mask != nullptr &&
+                input.mask[static_cast<size_t>(y) * input.width + static_cast<size_t>(x)] == 0)
+                return true;
     return false;
 }
 
@@ -202,12 +219,18 @@ bool masked_near(const CaptureInput& input, int cx, int cy, int radius) {
 void place_patches(TemplateData& data, const CaptureInput& input) {
     constexpr int kBorder = 8;
     constexpr double kMinTrackability = 0.15;
-    const double cell = std::max(12.0, std::sqrt(static_cast<double>(input.width) * input.height / input.max_patches));
-    const int columns = static_cast<int>(input.width / cell), rows = static_cast<int>(input.height / cell);
+    const double cell = std::max(
+        12.0, std::sqrt(static_cast<double>(input.width) * input.height / input.max_patches));
+    const int columns = static_cast<int>(input.width / cell),
+              rows = static_cast<int>(input.height / cell);
     for (int row = 0; row < rows; ++row)
         for (int column = 0; column < columns; ++column) {
-            const int x0 = std::max(kBorder, static_cast<int>(column * cell)), x1 = std::min(static_cast<int>(input.width) - kBorder, static_cast<int>((column + 1) * cell));
-            const int y0 = std::max(kBorder, static_cast<int>(row * cell)), y1 = std::min(static_cast<int>(input.height) - kBorder, static_cast<int>((row + 1) * cell));
+            const int x0 = std::max(kBorder, static_cast<int>(column * cell)),
+                      x1 = std::min(static_cast<int>(input.width) - kBorder,
+                                    static_cast<int>((column + 1) * cell));
+            const int y0 = std::max(kBorder, static_cast<int>(row * cell)),
+                      y1 = std::min(static_cast<int>(input.height) - kBorder,
+                                    static_cast<int>((row + 1) * cell));
             double best = kMinTrackability;
             int u = -1, v = -1;
             for (int y = y0; y < y1; y += 2)
@@ -215,7 +238,9 @@ void place_patches(TemplateData& data, const CaptureInput& input) {
                     const double score = trackability(input, x, y);
                     if (score <= best || masked_near(input, x, y, 5)) continue;
                     double disparity = 0, support = 0;
-                    if (!grid_disparity(data, x, y, disparity, support) || support > data.grid.spacing) continue;
+                    if (!grid_disparity(data, x, y, disparity, support) ||
+                        support > data.grid.spacing)
+                        continue;
                     best = score;
                     u = x;
                     v = y;

@@ -22,8 +22,9 @@ struct CaptureInput {
 // Smallest share of the image that must have disparity before a template is made of it.
 inline constexpr double kMinimumCoverage = 0.15;
 
-// The largest connected surface, smoothed, holes filled and its rim continued a little beyond the measured disparities (vertex_support
-// tells how far). Empty when too little of the image has disparity.
+// The largest connected surface, smoothed, holes filled and its rim continued a little beyond the
+// measured disparities (vertex_support tells how far). Empty when too little of the image has
+// disparity.
 std::optional<TemplateData> capture_template(const CaptureInput& input);
 
 }  // namespace defrec

@@ -27,7 +27,8 @@ struct Scene {
             for (uint32_t x = 0; x < kWidth; ++x) {
                 const double d = disparity_at(x, y);
                 const size_t i = y * kWidth + x;
-                disparity[i] = d > 0 ? static_cast<int16_t>(std::lround(16 * d)) : int16_t{DEFREC_DISPARITY_NONE};
+                disparity[i] = d > 0 ? static_cast<int16_t>(std::lround(16 * d))
+                                     : int16_t{DEFREC_DISPARITY_NONE};
                 gray[i] = static_cast<uint8_t>(128 + 40 * std::sin(0.5 * x) * std::cos(0.4 * y));
             }
         for (int32_t y = 20; y < 190; y += 30)
@@ -53,7 +54,9 @@ struct Scene {
     }
 };
 
-double smooth_disparity(double x, double y) { return 25 + 0.01 * x + 2 * std::sin(0.015 * y + 0.01 * x); }
+double smooth_disparity(double x, double y) {
+    return 25 + 0.01 * x + 2 * std::sin(0.015 * y + 0.01 * x);
+}
 
 double lift_error_mm(const TemplateData& data, double u, double v, double true_disparity) {
     double disparity = 0, support = 0;
@@ -69,7 +72,8 @@ TEST_CASE("a smooth surface is lifted to within what 1/16 px of disparity allows
     const auto data = defrec::capture_template(scene.prepared());
     REQUIRE(data.has_value());
     for (double v = 3; v < kHeight; v += 17.3)
-        for (double u = 3; u < kWidth; u += 19.7) CHECK(lift_error_mm(*data, u, v, smooth_disparity(u, v)) < 0.1);
+        for (double u = 3; u < kWidth; u += 19.7)
+            CHECK(lift_error_mm(*data, u, v, smooth_disparity(u, v)) < 0.1);
 }
 
 TEST_CASE("holes are filled from their rim and say how far the evidence is") {
@@ -89,19 +93,25 @@ TEST_CASE("holes are filled from their rim and say how far the evidence is") {
 
 TEST_CASE("an instrument in front is no part of the surface, nor is anything placed on it") {
     const auto on_instrument = [](double x, double y) { return x > 200 && x < 260 && y > 60; };
-    const auto with_instrument = [&](double x, double y) { return on_instrument(x, y) ? 60 : smooth_disparity(x, y); };
+    const auto with_instrument = [&](double x, double y) {
+        return on_instrument(x, y) ? 60 : smooth_disparity(x, y);
+    };
     Scene scene(with_instrument);
     const auto data = defrec::capture_template(scene.prepared());
     REQUIRE(data.has_value());
-    for (const defrec_surface_point& vertex : data->vertices) CHECK(vertex.position[2] > 400 * 5 / 40.0);
+    for (const defrec_surface_point& vertex : data->vertices)
+        CHECK(vertex.position[2] > 400 * 5 / 40.0);
     for (const defrec_patch& patch : data->patches) {
         const bool inside = patch.u > 210 && patch.u < 250 && patch.v > 70;
         CHECK_FALSE(inside);
     }
-    for (const defrec_surface_point& landmark : data->landmark_points) CHECK(landmark.position[2] > 400 * 5 / 40.0);
+    for (const defrec_surface_point& landmark : data->landmark_points)
+        CHECK(landmark.position[2] > 400 * 5 / 40.0);
 }
 
-TEST_CASE("triangles face the camera and name vertices that exist; normals have unit length towards the camera") {
+TEST_CASE(
+    "triangles face the camera and name vertices that exist; normals have unit length towards the "
+    "camera") {
     Scene scene(smooth_disparity);
     const auto data = defrec::capture_template(scene.prepared());
     REQUIRE(data.has_value());
@@ -118,7 +128,8 @@ TEST_CASE("triangles face the camera and name vertices that exist; normals have 
             a[axis] = p[1][axis] - p[0][axis];
             b[axis] = p[2][axis] - p[0][axis];
         }
-        const double normal_dot_ray = (a[1] * b[2] - a[2] * b[1]) * p[0][0] + (a[2] * b[0] - a[0] * b[2]) * p[0][1] +
+        const double normal_dot_ray = (a[1] * b[2] - a[2] * b[1]) * p[0][0] +
+                                      (a[2] * b[0] - a[0] * b[2]) * p[0][1] +
                                       (a[0] * b[1] - a[1] * b[0]) * p[0][2];
         CHECK(normal_dot_ray < 0);
     }
@@ -141,10 +152,12 @@ TEST_CASE("skins sum to one and reproduce positions, so that a uniform stretch i
             REQUIRE(static_cast<size_t>(vertex.node[k]) < data->nodes.size() / 3);
             sum += vertex.weight[k];
             for (int axis = 0; axis < 3; ++axis)
-                blended[axis] += vertex.weight[k] * data->nodes[static_cast<size_t>(3 * vertex.node[k] + axis)];
+                blended[axis] +=
+                    vertex.weight[k] * data->nodes[static_cast<size_t>(3 * vertex.node[k] + axis)];
         }
         CHECK(sum == doctest::Approx(1).epsilon(1e-5));
-        for (int axis = 0; axis < 2; ++axis) CHECK(std::abs(blended[axis] - vertex.position[axis]) < 0.6);
+        for (int axis = 0; axis < 2; ++axis)
+            CHECK(std::abs(blended[axis] - vertex.position[axis]) < 0.6);
     }
 }
 

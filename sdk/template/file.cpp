@@ -1,4 +1,5 @@
-// A template as a file: a header with a version, the arrays one after the other, a checksum. Little endian.
+// A template as a file: a header with a version, the arrays one after the other, a checksum. Little
+// endian.
 #include <bit>
 #include <cerrno>
 #include <cmath>
@@ -24,7 +25,8 @@ constexpr uint64_t kMaxBytes = uint64_t{1} << 30;
 
 uint64_t checksum(const char* bytes, size_t count) {
     uint64_t hash = 1469598103934665603u;  // FNV-1a
-    for (size_t i = 0; i < count; ++i) hash = (hash ^ static_cast<uint8_t>(bytes[i])) * 1099511628211u;
+    for (size_t i = 0; i < count; ++i)
+        hash = (hash ^ static_cast<uint8_t>(bytes[i])) * 1099511628211u;
     return hash;
 }
 
@@ -66,7 +68,9 @@ class Reader {
         std::memcpy(values.data(), bytes_.data() + at_, count * sizeof(T));
         at_ += count * sizeof(T);
     }
-    [[noreturn]] void broken(const char* why) const { fail(DEFREC_ERROR_IO, path_, " is not a usable template: ", why); }
+    [[noreturn]] void broken(const char* why) const {
+        fail(DEFREC_ERROR_IO, path_, " is not a usable template: ", why);
+    }
     size_t position() const { return at_; }
 
   private:
@@ -78,8 +82,8 @@ class Reader {
     size_t at_ = 0;
 };
 
-// A reader never meets half a file: it is written beside its place, under a name of its own, since several may be saved to one path at the
-// same time, and renamed. What was not renamed is removed.
+// A reader never meets half a file: it is written beside its place, under a name of its own, since
+// several may be saved to one path at the same time, and renamed. What was not renamed is removed.
 class PartialFile {
   public:
     explicit PartialFile(const std::filesystem::path& target) {
@@ -158,7 +162,8 @@ void visit_arrays(Data& data, Visit&& visit) {
 
 bool skin_in_range(const int32_t* node, const float* weight, size_t nodes) {
     for (int k = 0; k < DEFREC_SKIN_NODES; ++k)
-        if (node[k] < 0 || static_cast<size_t>(node[k]) >= nodes || !std::isfinite(weight[k])) return false;
+        if (node[k] < 0 || static_cast<size_t>(node[k]) >= nodes || !std::isfinite(weight[k]))
+            return false;
     return true;
 }
 
@@ -167,7 +172,9 @@ bool all_finite(const float* values, size_t count) {
         if (!std::isfinite(values[i])) return false;
     return true;
 }
-bool all_finite(const std::vector<float>& values) { return all_finite(values.data(), values.size()); }
+bool all_finite(const std::vector<float>& values) {
+    return all_finite(values.data(), values.size());
+}
 
 bool above_zero(double value) { return value > 0 && std::isfinite(value); }
 
@@ -175,48 +182,59 @@ bool above_zero(double value) { return value > 0 && std::isfinite(value); }
 const char* fault_of(const TemplateData& data) {
     const auto side_ok = [](uint32_t side) { return side > 0 && side <= DEFREC_MAX_SIDE; };
     if (!side_ok(data.width) || !side_ok(data.height)) return "its image size is out of range";
-    if (data.image.size() != size_t{data.width} * data.height) return "its image has another size than it says";
+    if (data.image.size() != size_t{data.width} * data.height)
+        return "its image has another size than it says";
     const defrec_camera& camera = data.camera;
-    if (!above_zero(camera.fx) || !above_zero(camera.fy) || !above_zero(camera.baseline_mm) || !std::isfinite(camera.cx) ||
-        !std::isfinite(camera.cy))
+    if (!above_zero(camera.fx) || !above_zero(camera.fy) || !above_zero(camera.baseline_mm) ||
+        !std::isfinite(camera.cx) || !std::isfinite(camera.cy))
         return "its camera is impossible";
     const auto grid_size = [](int columns, int rows) {
         return columns >= 2 && rows >= 2 && columns <= DEFREC_MAX_SIDE && rows <= DEFREC_MAX_SIDE
-                   ? static_cast<size_t>(columns) * static_cast<size_t>(rows) : 0;
+                   ? static_cast<size_t>(columns) * static_cast<size_t>(rows)
+                   : 0;
     };
     const size_t cells = grid_size(data.grid.columns, data.grid.rows);
     const SurfaceGrid& grid = data.grid;
-    if (cells == 0 || grid.disparity.size() != cells || grid.support.size() != cells || grid.vertex.size() != cells ||
-        !above_zero(grid.spacing) || !all_finite(grid.disparity) || !all_finite(grid.support))
+    if (cells == 0 || grid.disparity.size() != cells || grid.support.size() != cells ||
+        grid.vertex.size() != cells || !above_zero(grid.spacing) || !all_finite(grid.disparity) ||
+        !all_finite(grid.support))
         return "its surface grid is inconsistent";
     const size_t node_cells = grid_size(data.node_grid.columns, data.node_grid.rows);
-    if (node_cells == 0 || data.node_grid.node.size() != node_cells || !above_zero(data.node_grid.spacing_u) ||
-        !above_zero(data.node_grid.spacing_v))
+    if (node_cells == 0 || data.node_grid.node.size() != node_cells ||
+        !above_zero(data.node_grid.spacing_u) || !above_zero(data.node_grid.spacing_v))
         return "its grid of control points is inconsistent";
     const size_t nodes = data.nodes.size() / 3, vertices = data.vertices.size();
-    if (nodes == 0 || data.nodes.size() % 3 != 0 || !all_finite(data.nodes)) return "its control points are unusable";
-    if (vertices == 0 || data.vertex_support.size() != vertices || data.triangles.size() % 3 != 0 || !all_finite(data.vertex_support))
+    if (nodes == 0 || data.nodes.size() % 3 != 0 || !all_finite(data.nodes))
+        return "its control points are unusable";
+    if (vertices == 0 || data.vertex_support.size() != vertices || data.triangles.size() % 3 != 0 ||
+        !all_finite(data.vertex_support))
         return "its surface is empty or inconsistent";
-    if (data.landmark_points.size() != data.landmarks.size()) return "its landmarks are inconsistent";
+    if (data.landmark_points.size() != data.landmarks.size())
+        return "its landmarks are inconsistent";
     if (!above_zero(data.node_spacing_mm)) return "its control points have no spacing";
     for (const int32_t vertex : data.grid.vertex)
-        if (vertex < -1 || (vertex >= 0 && static_cast<size_t>(vertex) >= vertices)) return "a vertex index is out of range";
+        if (vertex < -1 || (vertex >= 0 && static_cast<size_t>(vertex) >= vertices))
+            return "a vertex index is out of range";
     for (const int32_t node : data.node_grid.node)
-        if (node < -1 || (node >= 0 && static_cast<size_t>(node) >= nodes)) return "a control point index is out of range";
+        if (node < -1 || (node >= 0 && static_cast<size_t>(node) >= nodes))
+            return "a control point index is out of range";
     for (const uint32_t index : data.triangles)
         if (index >= vertices) return "a triangle's index is out of range";
     for (const defrec_edge& edge : data.edges)
-        if (edge.a < 0 || edge.a >= edge.b || static_cast<size_t>(edge.b) >= nodes || !above_zero(edge.weight))
+        if (edge.a < 0 || edge.a >= edge.b || static_cast<size_t>(edge.b) >= nodes ||
+            !above_zero(edge.weight))
             return "a connection is out of range";
     for (const defrec_landmark& landmark : data.landmarks)
         if (!all_finite(landmark.position, 3)) return "a landmark is out of range";
     for (const auto* points : {&data.vertices, &data.landmark_points})
         for (const defrec_surface_point& point : *points)
-            if (!skin_in_range(point.node, point.weight, nodes) || !all_finite(point.position, 3) || !all_finite(point.normal, 3))
+            if (!skin_in_range(point.node, point.weight, nodes) || !all_finite(point.position, 3) ||
+                !all_finite(point.normal, 3))
                 return "a surface point is out of range";
     for (const defrec_patch& patch : data.patches)
-        if (patch.view != 0 || !skin_in_range(patch.node, patch.weight, nodes) || !all_finite(patch.position, 3) ||
-            !all_finite(patch.tangent_u, 3) || !all_finite(patch.tangent_v, 3) || !all_finite(&patch.u, 1) || !all_finite(&patch.v, 1))
+        if (patch.view != 0 || !skin_in_range(patch.node, patch.weight, nodes) ||
+            !all_finite(patch.position, 3) || !all_finite(patch.tangent_u, 3) ||
+            !all_finite(patch.tangent_v, 3) || !all_finite(&patch.u, 1) || !all_finite(&patch.v, 1))
             return "a patch is out of range";
     return nullptr;
 }
@@ -234,22 +252,28 @@ void Template::save(const char* path) const {
 
     const std::filesystem::path target = std::filesystem::u8path(path);
     std::error_code ignored;
-    if (std::filesystem::exists(target, ignored) && !std::filesystem::is_regular_file(target, ignored))
-        fail(DEFREC_ERROR_IO, "the template cannot be written to ", path, ": what is there is no file, and would be replaced");
+    if (std::filesystem::exists(target, ignored) &&
+        !std::filesystem::is_regular_file(target, ignored))
+        fail(DEFREC_ERROR_IO, "the template cannot be written to ", path,
+             ": what is there is no file, and would be replaced");
     PartialFile file(target);
-    if (!file.write(bytes.data(), bytes.size()) || !file.write(&sum, sizeof sum) || !file.rename_to(target))
-        fail(DEFREC_ERROR_IO, "the template cannot be written to ", path, ": ", std::generic_category().message(file.error()));
+    if (!file.write(bytes.data(), bytes.size()) || !file.write(&sum, sizeof sum) ||
+        !file.rename_to(target))
+        fail(DEFREC_ERROR_IO, "the template cannot be written to ", path, ": ",
+             std::generic_category().message(file.error()));
 }
 
 std::shared_ptr<const Template> Template::load(Context& context, const char* path) {
     const std::string name(path);
     std::error_code error;
     const std::filesystem::path file_path = std::filesystem::u8path(name);
-    if (!std::filesystem::is_regular_file(file_path, error)) fail(DEFREC_ERROR_IO, name, " is not a file");
+    if (!std::filesystem::is_regular_file(file_path, error))
+        fail(DEFREC_ERROR_IO, name, " is not a file");
     // The size is the opened file's: another may be saved in its place meanwhile.
     std::ifstream file(file_path, std::ios::binary | std::ios::ate);
     const std::streamoff size = file ? std::streamoff{file.tellg()} : -1;
-    if (size < 0 || static_cast<uint64_t>(size) > kMaxBytes) fail(DEFREC_ERROR_IO, name, " is too large for a template or cannot be read");
+    if (size < 0 || static_cast<uint64_t>(size) > kMaxBytes)
+        fail(DEFREC_ERROR_IO, name, " is too large for a template or cannot be read");
     std::string bytes(static_cast<size_t>(size), '\0');
     file.seekg(0);
     if (!file.read(bytes.data(), size)) fail(DEFREC_ERROR_IO, name, " cannot be read");
@@ -260,7 +284,9 @@ std::shared_ptr<const Template> Template::load(Context& context, const char* pat
     if (std::memcmp(magic, kMagic, sizeof magic) != 0) reader.broken("it does not begin as one");
     uint32_t version = 0;
     reader.value(version);
-    if (version != kVersion) fail(DEFREC_ERROR_VERSION, name, " has layout ", version, ", this library reads ", kVersion);
+    if (version != kVersion)
+        fail(DEFREC_ERROR_VERSION, name, " has layout ", version, ", this library reads ",
+             kVersion);
     TemplateData data;
     visit_scalars(data, [&](auto& value) { reader.value(value); });
     visit_arrays(data, [&](auto& values) { reader.array(values); });
@@ -270,7 +296,8 @@ std::shared_ptr<const Template> Template::load(Context& context, const char* pat
     if (reader.position() != bytes.size()) reader.broken("something follows its end");
     if (sum != checksum(bytes.data(), end)) reader.broken("its checksum does not fit");
     if (const char* fault = fault_of(data)) reader.broken(fault);
-    context.log(DEFREC_LOG_INFO, concat("template with ", data.vertices.size(), " vertices loaded from ", name));
+    context.log(DEFREC_LOG_INFO,
+                concat("template with ", data.vertices.size(), " vertices loaded from ", name));
     return std::make_shared<const Template>(std::move(data));
 }
 

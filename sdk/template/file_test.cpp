@@ -8,9 +8,9 @@
 #include <limits>
 #include <thread>
 
-#include "sdk/template/template.hpp"
 #include "sdk/api/test_context.hpp"
 #include "sdk/base/test_files.hpp"
+#include "sdk/template/template.hpp"
 
 namespace {
 
@@ -77,14 +77,17 @@ TEST_CASE("numbers of a file that are not finite are refused") {
         {"camera", [](TemplateData& d, double v) { d.camera.cy = v; }},
         {"camera", [](TemplateData& d, double v) { d.camera.baseline_mm = v; }},
         {"surface grid", [](TemplateData& d, double v) { d.grid.spacing = v; }},
-        {"surface grid", [](TemplateData& d, double v) { d.grid.disparity[3] = static_cast<float>(v); }},
-        {"surface grid", [](TemplateData& d, double v) { d.grid.support[3] = static_cast<float>(v); }},
+        {"surface grid",
+         [](TemplateData& d, double v) { d.grid.disparity[3] = static_cast<float>(v); }},
+        {"surface grid",
+         [](TemplateData& d, double v) { d.grid.support[3] = static_cast<float>(v); }},
         {"grid of control points", [](TemplateData& d, double v) { d.node_grid.spacing_u = v; }},
         {"grid of control points", [](TemplateData& d, double v) { d.node_grid.spacing_v = v; }},
         {"spacing", [](TemplateData& d, double v) { d.node_spacing_mm = v; }},
         {"control points", [](TemplateData& d, double v) { d.nodes[2] = static_cast<float>(v); }},
         {"surface", [](TemplateData& d, double v) { d.vertex_support[3] = static_cast<float>(v); }},
-        {"surface point", [](TemplateData& d, double v) { d.vertices[3].position[2] = static_cast<float>(v); }},
+        {"surface point",
+         [](TemplateData& d, double v) { d.vertices[3].position[2] = static_cast<float>(v); }},
         {"connection",
          [](TemplateData& d, double v) {
              d.nodes.insert(d.nodes.end(), {10, 30, 50});
@@ -98,7 +101,8 @@ TEST_CASE("numbers of a file that are not finite are refused") {
          }},
     };
     for (const Place& place : places)
-        for (const double value : {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
+        for (const double value :
+             {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
             TemplateData data = square();
             place.set(data, value);
             CAPTURE(&place - places);
@@ -141,7 +145,8 @@ TEST_CASE("templates that are saved to one path at the same time are each whole"
             }
         --saving;
     };
-    std::thread threads[] = {std::thread(save, std::cref(templates[0])), std::thread(save, std::cref(templates[1]))};
+    std::thread threads[] = {std::thread(save, std::cref(templates[0])),
+                             std::thread(save, std::cref(templates[1]))};
     const defrec::test::TestContext context;
     while (saving > 0) {
         defrec_template loaded = nullptr;

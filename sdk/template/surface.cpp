@@ -16,10 +16,13 @@ struct Sample {
     double weight = 0;  // share of the window that had disparity; 0: none
 };
 
-// Value at the window's centre of a plane fitted to the window's disparities, twice, the second time without outliers.
+// Value at the window's centre of a plane fitted to the window's disparities, twice, the second
+// time without outliers.
 Sample fit_window(const CaptureInput& input, int cx, int cy, int radius) {
-    const int x0 = std::max(0, cx - radius), x1 = std::min(static_cast<int>(input.width) - 1, cx + radius);
-    const int y0 = std::max(0, cy - radius), y1 = std::min(static_cast<int>(input.height) - 1, cy + radius);
+    const int x0 = std::max(0, cx - radius),
+              x1 = std::min(static_cast<int>(input.width) - 1, cx + radius);
+    const int y0 = std::max(0, cy - radius),
+              y1 = std::min(static_cast<int>(input.height) - 1, cy + radius);
     Eigen::Vector3d plane = Eigen::Vector3d::Zero();
     double limit = std::numeric_limits<double>::infinity();
     int used = 0;
@@ -30,7 +33,8 @@ Sample fit_window(const CaptureInput& input, int cx, int cy, int radius) {
         used = 0;
         for (int y = y0; y <= y1; ++y)
             for (int x = x0; x <= x1; ++x) {
-                const int16_t raw = input.disparity[static_cast<size_t>(y) * input.width + static_cast<size_t>(x)];
+                const int16_t raw =
+                    input.disparity[static_cast<size_t>(y) * input.width + static_cast<size_t>(x)];
                 if (raw <= 0) continue;
                 const double d = raw / static_cast<double>(DEFREC_DISPARITY_ONE);
                 const Eigen::Vector3d row(1, x - cx, y - cy);
@@ -52,11 +56,14 @@ Sample fit_window(const CaptureInput& input, int cx, int cy, int radius) {
     return {plane[0], std::hypot(plane[1], plane[2]), used / area};
 }
 
-// Surface steeper than this against the line of sight (about 56 degrees) is taken for the blurred edge of something in front.
+// Surface steeper than this against the line of sight (about 56 degrees) is taken for the blurred
+// edge of something in front.
 constexpr double kSteepest = 1.5;
 
 // Slope of the disparity, px per px, of a surface as steep as that.
-double steepest_disparity(const CaptureInput& input, double disparity) { return kSteepest * disparity / input.camera.fx; }
+double steepest_disparity(const CaptureInput& input, double disparity) {
+    return kSteepest * disparity / input.camera.fx;
+}
 
 // Sets of neighbouring samples without a step between them.
 struct Surfaces {
@@ -64,7 +71,8 @@ struct Surfaces {
     std::vector<int> size;   // samples per set
 };
 
-Surfaces find_surfaces(const CaptureInput& input, const std::vector<Sample>& samples, int columns, int rows) {
+Surfaces find_surfaces(const CaptureInput& input, const std::vector<Sample>& samples, int columns,
+                       int rows) {
     Surfaces surfaces;
     std::vector<int>& label = surfaces.label;
     label.assign(samples.size(), -1);
@@ -99,10 +107,12 @@ Surfaces find_surfaces(const CaptureInput& input, const std::vector<Sample>& sam
 }
 
 // The samples of accepted surfaces, but for those next to a rejected one: windows there saw both.
-std::vector<Sample> samples_of(const std::vector<Sample>& samples, const Surfaces& surfaces, const std::vector<char>& accepted,
-                               int columns, int rows) {
+std::vector<Sample> samples_of(const std::vector<Sample>& samples, const Surfaces& surfaces,
+                               const std::vector<char>& accepted, int columns, int rows) {
     constexpr int kMargin = 2;
-    const auto belongs = [&](size_t i) { return surfaces.label[i] >= 0 && accepted[static_cast<size_t>(surfaces.label[i])]; };
+    const auto belongs = [&](size_t i) {
+        return surfaces.label[i] >= 0 && accepted[static_cast<size_t>(surfaces.label[i])];
+    };
     std::vector<Sample> kept = samples;
     for (int y = 0; y < rows; ++y)
         for (int x = 0; x < columns; ++x) {
@@ -120,7 +130,8 @@ std::vector<Sample> samples_of(const std::vector<Sample>& samples, const Surface
 }
 
 // Minimises sum weight (D - d)^2 + stiffness * (D_xx^2 + 2 D_xy^2 + D_yy^2) in units of the grid.
-std::vector<float> smooth_spline(const std::vector<Sample>& samples, int columns, int rows, double stiffness) {
+std::vector<float> smooth_spline(const std::vector<Sample>& samples, int columns, int rows,
+                                 double stiffness) {
     std::vector<Eigen::Triplet<double>> entries;
     entries.reserve(samples.size() * 40);
     Eigen::VectorXd right = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(samples.size()));
@@ -136,11 +147,13 @@ std::vector<float> smooth_spline(const std::vector<Sample>& samples, int columns
             entries.emplace_back(i, i, sample.weight + 1e-9);
             right[i] = sample.weight * sample.disparity;
             if (x > 0 && x + 1 < columns) add({{i - 1, 1}, {i, -2}, {i + 1, 1}}, stiffness);
-            if (y > 0 && y + 1 < rows) add({{i - columns, 1}, {i, -2}, {i + columns, 1}}, stiffness);
+            if (y > 0 && y + 1 < rows)
+                add({{i - columns, 1}, {i, -2}, {i + columns, 1}}, stiffness);
             if (x + 1 < columns && y + 1 < rows)
                 add({{i, 1}, {i + 1, -1}, {i + columns, -1}, {i + columns + 1, 1}}, 2 * stiffness);
         }
-    Eigen::SparseMatrix<double> matrix(static_cast<Eigen::Index>(samples.size()), static_cast<Eigen::Index>(samples.size()));
+    Eigen::SparseMatrix<double> matrix(static_cast<Eigen::Index>(samples.size()),
+                                       static_cast<Eigen::Index>(samples.size()));
     matrix.setFromTriplets(entries.begin(), entries.end());
     Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> solver(matrix);
     const Eigen::VectorXd solution = solver.solve(right);
@@ -155,18 +168,20 @@ std::vector<float> distance_to_samples(const std::vector<Sample>& samples, int c
     return distance;
 }
 
-// The largest surface and those that continue it: what an instrument cuts in two is one tissue, what lies in front of its continuation is
-// the instrument. spline: fitted to the samples that are returned.
-std::vector<Sample> select_tissue(const CaptureInput& input, const std::vector<Sample>& samples, int columns, int rows,
-                                  std::vector<float>& spline) {
-    constexpr double kStiffness = 0.3;      // smooths below about five grid cells
-    constexpr double kInFront = 0.04;       // share of the disparity; 3 mm at 80 mm
+// The largest surface and those that continue it: what an instrument cuts in two is one tissue,
+// what lies in front of its continuation is the instrument. spline: fitted to the samples that are
+// returned.
+std::vector<Sample> select_tissue(const CaptureInput& input, const std::vector<Sample>& samples,
+                                  int columns, int rows, std::vector<float>& spline) {
+    constexpr double kStiffness = 0.3;  // smooths below about five grid cells
+    constexpr double kInFront = 0.04;   // share of the disparity; 3 mm at 80 mm
     constexpr double kBehind = 0.15;
     constexpr int kMinSize = 3, kMaxRounds = 3;
     const Surfaces surfaces = find_surfaces(input, samples, columns, rows);
     std::vector<char> accepted(surfaces.size.size(), 0);
     if (accepted.empty()) return {};
-    accepted[static_cast<size_t>(std::max_element(surfaces.size.begin(), surfaces.size.end()) - surfaces.size.begin())] = 1;
+    accepted[static_cast<size_t>(std::max_element(surfaces.size.begin(), surfaces.size.end()) -
+                                 surfaces.size.begin())] = 1;
     for (int round = 0;; ++round) {
         std::vector<Sample> tissue = samples_of(samples, surfaces, accepted, columns, rows);
         spline = smooth_spline(tissue, columns, rows, kStiffness);
@@ -174,11 +189,13 @@ std::vector<Sample> select_tissue(const CaptureInput& input, const std::vector<S
         std::vector<std::vector<double>> ahead(accepted.size());
         for (size_t i = 0; i < samples.size(); ++i)
             if (surfaces.label[i] >= 0)
-                ahead[static_cast<size_t>(surfaces.label[i])].push_back(samples[i].disparity / spline[i] - 1);
+                ahead[static_cast<size_t>(surfaces.label[i])].push_back(
+                    samples[i].disparity / spline[i] - 1);
         bool changed = false;
         for (size_t set = 0; set < accepted.size(); ++set) {
             if (accepted[set] || surfaces.size[set] < kMinSize) continue;
-            const auto middle = ahead[set].begin() + static_cast<std::ptrdiff_t>(ahead[set].size() / 2);
+            const auto middle =
+                ahead[set].begin() + static_cast<std::ptrdiff_t>(ahead[set].size() / 2);
             std::nth_element(ahead[set].begin(), middle, ahead[set].end());
             if (*middle > kInFront || *middle < -kBehind) continue;
             accepted[set] = 1;
@@ -192,7 +209,8 @@ std::vector<Sample> select_tissue(const CaptureInput& input, const std::vector<S
 
 bool fit_surface(const CaptureInput& input, SurfaceGrid& grid) {
     grid.spacing = input.vertex_spacing_px;
-    // The last column and row lie on the image's rim or just beyond it, so that every pixel has vertices round it.
+    // The last column and row lie on the image's rim or just beyond it, so that every pixel has
+    // vertices round it.
     grid.columns = static_cast<int>(std::ceil((input.width - 1) / grid.spacing)) + 1;
     grid.rows = static_cast<int>(std::ceil((input.height - 1) / grid.spacing)) + 1;
     const size_t count = static_cast<size_t>(grid.columns) * static_cast<size_t>(grid.rows);
@@ -221,7 +239,8 @@ bool fit_surface(const CaptureInput& input, SurfaceGrid& grid) {
     for (size_t i = 0; i < count; ++i) {
         grid.support[i] *= static_cast<float>(grid.spacing);
         // What the spline continues beyond its data must stay a plausible depth.
-        grid.disparity[i] = std::clamp(grid.disparity[i], static_cast<float>(0.8 * minimum), static_cast<float>(1.25 * maximum));
+        grid.disparity[i] = std::clamp(grid.disparity[i], static_cast<float>(0.8 * minimum),
+                                       static_cast<float>(1.25 * maximum));
         if (grid.support[i] <= reach) grid.vertex[i] = 0;
     }
     return true;

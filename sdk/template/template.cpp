@@ -58,7 +58,8 @@ Skin Template::skin_of(const double xyz[3]) const {
         nearest.emplace_back(squared, static_cast<int32_t>(i));
     }
     const size_t used = std::min<size_t>(DEFREC_SKIN_NODES, nearest.size());
-    std::partial_sort(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(used), nearest.end());
+    std::partial_sort(nearest.begin(), nearest.begin() + static_cast<std::ptrdiff_t>(used),
+                      nearest.end());
     double sum = 0;
     for (size_t k = 0; k < used; ++k) sum += 1 / (nearest[k].first + 1e-3);
     for (size_t k = 0; k < DEFREC_SKIN_NODES; ++k) {
@@ -68,12 +69,14 @@ Skin Template::skin_of(const double xyz[3]) const {
     return skin;
 }
 
-bool grid_disparity(const TemplateData& data, double u, double v, double& disparity, double& support) {
+bool grid_disparity(const TemplateData& data, double u, double v, double& disparity,
+                    double& support) {
     const SurfaceGrid& grid = data.grid;
     if (!(u >= -0.5 && v >= -0.5 && u <= data.width - 0.5 && v <= data.height - 0.5)) return false;
     const double x = std::clamp(u / grid.spacing, 0.0, grid.columns - 1.0);
     const double y = std::clamp(v / grid.spacing, 0.0, grid.rows - 1.0);
-    const int x0 = std::min(static_cast<int>(x), grid.columns - 2), y0 = std::min(static_cast<int>(y), grid.rows - 2);
+    const int x0 = std::min(static_cast<int>(x), grid.columns - 2),
+              y0 = std::min(static_cast<int>(y), grid.rows - 2);
     const double fx = x - x0, fy = y - y0;
     double sum = 0, value = 0, distance = 0;
     for (int dy = 0; dy < 2; ++dy)
@@ -94,7 +97,8 @@ bool grid_disparity(const TemplateData& data, double u, double v, double& dispar
 bool grid_skin(const NodeGrid& grid, double u, double v, Skin& skin) {
     const double x = std::clamp(u / grid.spacing_u, 0.0, grid.columns - 1.0);
     const double y = std::clamp(v / grid.spacing_v, 0.0, grid.rows - 1.0);
-    const int x0 = std::min(static_cast<int>(x), grid.columns - 2), y0 = std::min(static_cast<int>(y), grid.rows - 2);
+    const int x0 = std::min(static_cast<int>(x), grid.columns - 2),
+              y0 = std::min(static_cast<int>(y), grid.rows - 2);
     const double fx = x - x0, fy = y - y0;
     double sum = 0;
     int used = 0;
@@ -116,7 +120,8 @@ bool grid_skin(const NodeGrid& grid, double u, double v, Skin& skin) {
             skin.node[slot] = skin.node[0];
             skin.weight[slot] = 0;
         } else {
-            skin.weight[slot] = sum > 1e-6 ? static_cast<float>(skin.weight[slot] / sum) : 1.f / static_cast<float>(used);
+            skin.weight[slot] = sum > 1e-6 ? static_cast<float>(skin.weight[slot] / sum)
+                                           : 1.f / static_cast<float>(used);
         }
     }
     return true;
@@ -124,8 +129,8 @@ bool grid_skin(const NodeGrid& grid, double u, double v, Skin& skin) {
 
 void spread_distance(std::vector<float>& distance, int columns, int rows) {
     constexpr float kSide = 1, kCorner = 1.41421356f;
-    // beside: the cell before or after in the row; row: the one above or below. Beyond the border stands a cell inside, no nearer than
-    // what it stands for, which changes nothing.
+    // beside: the cell before or after in the row; row: the one above or below. Beyond the border
+    // stands a cell inside, no nearer than what it stands for, which changes nothing.
     const auto relax = [&](float& here, float beside, const float* row, int x) {
         if (here <= 0) return;
         const float corner = std::min(row[std::max(x - 1, 0)], row[std::min(x + 1, columns - 1)]);
@@ -133,15 +138,18 @@ void spread_distance(std::vector<float>& distance, int columns, int rows) {
     };
     for (int y = 0; y < rows; ++y) {
         float* row = distance.data() + y * columns;
-        for (int x = 0; x < columns; ++x) relax(row[x], row[std::max(x - 1, 0)], row - (y > 0 ? columns : 0), x);
+        for (int x = 0; x < columns; ++x)
+            relax(row[x], row[std::max(x - 1, 0)], row - (y > 0 ? columns : 0), x);
     }
     for (int y = rows - 1; y >= 0; --y) {
         float* row = distance.data() + y * columns;
-        for (int x = columns - 1; x >= 0; --x) relax(row[x], row[std::min(x + 1, columns - 1)], row + (y < rows - 1 ? columns : 0), x);
+        for (int x = columns - 1; x >= 0; --x)
+            relax(row[x], row[std::min(x + 1, columns - 1)], row + (y < rows - 1 ? columns : 0), x);
     }
 }
 
-std::array<double, 3> back_project(const defrec_camera& camera, double u, double v, double disparity) {
+std::array<double, 3> back_project(const defrec_camera& camera, double u, double v,
+                                   double disparity) {
     const double z = camera.fx * camera.baseline_mm / disparity;
     return {(u - camera.cx) * z / camera.fx, (v - camera.cy) * z / camera.fy, z};
 }

@@ -1,4 +1,5 @@
-// The template: the surface of one frame with its control points, landmarks and patches. Immutable once made, shared between trackers.
+// The template: the surface of one frame with its control points, landmarks and patches. Immutable
+// once made, shared between trackers.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -22,17 +23,19 @@ struct Skin {
 // A regular grid over the template's image. Vertices, triangles and lifting all come from it.
 struct SurfaceGrid {
     int columns = 0, rows = 0;
-    double spacing = 0;              // px
-    std::vector<float> disparity;    // px, smoothed; columns * rows; only where vertex >= 0 it means something
-    std::vector<float> support;      // px to the nearest pixel with measured disparity; 0: measured here
-    std::vector<int32_t> vertex;     // index of the template's vertex, -1: no surface
+    double spacing = 0;  // px
+    std::vector<float>
+        disparity;  // px, smoothed; columns * rows; only where vertex >= 0 it means something
+    std::vector<float>
+        support;  // px to the nearest pixel with measured disparity; 0: measured here
+    std::vector<int32_t> vertex;  // index of the template's vertex, -1: no surface
 };
 
 // Control points on a regular grid over the template's image.
 struct NodeGrid {
     int columns = 0, rows = 0;
-    double spacing_u = 0, spacing_v = 0; // px
-    std::vector<int32_t> node;           // index of the control point, -1: none
+    double spacing_u = 0, spacing_v = 0;  // px
+    std::vector<int32_t> node;            // index of the control point, -1: none
 };
 
 struct TemplateData {
@@ -40,16 +43,16 @@ struct TemplateData {
     defrec_camera camera{};
     SurfaceGrid grid;
     NodeGrid node_grid;
-    double node_spacing_mm = 0;               // median distance between neighbouring control points
+    double node_spacing_mm = 0;  // median distance between neighbouring control points
     std::vector<defrec_surface_point> vertices;
-    std::vector<float> vertex_support;        // px to the nearest measured disparity, per vertex
+    std::vector<float> vertex_support;  // px to the nearest measured disparity, per vertex
     std::vector<uint32_t> triangles;
-    std::vector<float> nodes;                 // xyz
+    std::vector<float> nodes;  // xyz
     std::vector<defrec_edge> edges;
     std::vector<defrec_landmark> landmarks;
     std::vector<defrec_surface_point> landmark_points;
     std::vector<defrec_patch> patches;
-    std::vector<uint8_t> image;               // width * height
+    std::vector<uint8_t> image;  // width * height
 };
 
 class Template {
@@ -60,7 +63,8 @@ class Template {
 
     void info(defrec_template_info& out) const;
 
-    // Surface points under pixels (u, v) of the rectified left image: xyz in mm; found is 0 where there is no surface.
+    // Surface points under pixels (u, v) of the rectified left image: xyz in mm; found is 0 where
+    // there is no surface.
     void lift(const double* uv, size_t count, double* xyz, uint8_t* found) const;
 
     // The control points that move a point of the template frame, on the surface or off it.
@@ -74,14 +78,18 @@ class Template {
     TemplateData data_;
 };
 
-// Disparity of the grid at a pixel, by bilinear interpolation over the vertices round it; false outside the surface.
-bool grid_disparity(const TemplateData& data, double u, double v, double& disparity, double& support);
+// Disparity of the grid at a pixel, by bilinear interpolation over the vertices round it; false
+// outside the surface.
+bool grid_disparity(const TemplateData& data, double u, double v, double& disparity,
+                    double& support);
 // The control points round a pixel, bilinear; false where there are none.
 bool grid_skin(const NodeGrid& grid, double u, double v, Skin& skin);
-// Lowers every value of a grid to the least of the others plus the distance there, in grid steps (chamfer: 1 to a side, sqrt 2 to a corner).
-// With 0 at some places and much at all others: the distance to the nearest of these places.
+// Lowers every value of a grid to the least of the others plus the distance there, in grid steps
+// (chamfer: 1 to a side, sqrt 2 to a corner). With 0 at some places and much at all others: the
+// distance to the nearest of these places.
 void spread_distance(std::vector<float>& distance, int columns, int rows);
 // The point at (u, v) with that disparity.
-std::array<double, 3> back_project(const defrec_camera& camera, double u, double v, double disparity);
+std::array<double, 3> back_project(const defrec_camera& camera, double u, double v,
+                                   double disparity);
 
 }  // namespace defrec

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "sdk/api/test_context.hpp"
-#include "sdk/base/test_files.hpp"
 #include "sdk/api/test_frames.hpp"
+#include "sdk/base/test_files.hpp"
 
 using namespace defrec::test;
 
@@ -21,7 +21,9 @@ TEST_CASE("what a lost device may still copy from and to stays until its queue i
     desc.threads = 1;
     desc.log_level = DEFREC_LOG_ERROR;
     desc.log_user = &errors;
-    desc.log = [](void* user, int32_t, const char*, const char* text) { *static_cast<std::string*>(user) += text; };
+    desc.log = [](void* user, int32_t, const char*, const char* text) {
+        *static_cast<std::string*>(user) += text;
+    };
     {
         const TestContext context(desc);
         const defrec_rig_desc rig_desc = small_rig();

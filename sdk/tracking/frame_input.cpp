@@ -14,7 +14,8 @@ constexpr uint64_t kBand = 64 * 1024;    // bytes that a thread copies at a time
 constexpr uint64_t kShare = 512 * 1024;  // bytes: what one thread copies while another wakes up
 }  // namespace
 
-void keep_pixels(std::span<const KeptImage> images, uint32_t height, SharedLoop& loop, const Services* helpers) {
+void keep_pixels(std::span<const KeptImage> images, uint32_t height, SharedLoop& loop,
+                 const Services* helpers) {
     uint64_t largest = 0;
     for (const KeptImage& kept : images)
         if (kept.image.pixels != nullptr) largest = std::max(largest, kept.row_bytes * height);
@@ -33,9 +34,12 @@ void keep_pixels(std::span<const KeptImage> images, uint32_t height, SharedLoop&
         const bool tight = kept.image.stride == kept.row_bytes;
         const size_t rows = tight ? last - first : 1;
         for (size_t y = first; y < last; y += rows)
-            copy(&kept.copy[y * kept.row_bytes], kept.image.pixels + y * kept.image.stride, rows * kept.row_bytes);
+            copy(&kept.copy[y * kept.row_bytes], kept.image.pixels + y * kept.image.stride,
+                 rows * kept.row_bytes);
     };
-    const size_t shares = helpers != nullptr && largest > kShare ? images.size() * ((largest + kShare - 1) / kShare) : 0;
+    const size_t shares = helpers != nullptr && largest > kShare
+                              ? images.size() * ((largest + kShare - 1) / kShare)
+                              : 0;
     Services::forget_parallel_failure();
     loop.run(static_cast<uint32_t>(images.size() * bands), copy_band, [&] {
         if (shares > 0) helpers->parallel_for(shares, [&loop](size_t) { loop.help(); });

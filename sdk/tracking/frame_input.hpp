@@ -11,7 +11,8 @@ class DeviceBuffer;  // device.hpp
 class Services;      // services.hpp
 class SharedLoop;    // shared_loop.hpp
 
-// Where an image lies: pixels of the host, or memory of the tracker's device. Neither: there is none.
+// Where an image lies: pixels of the host, or memory of the tracker's device. Neither: there is
+// none.
 struct FrameImage {
     const uint8_t* pixels = nullptr;
     uint64_t stride = 0;  // bytes from row to row
@@ -22,7 +23,7 @@ struct FrameImage {
 struct FrameInput {
     int64_t timestamp_ns = 0;
     uint32_t flags = 0;                           // DEFREC_FRAME_*
-    std::array<FrameImage, 2> views;               // left, right
+    std::array<FrameImage, 2> views;              // left, right
     FrameImage ignore;                            // may be missing
     std::shared_ptr<const DeviceBuffer> samples;  // where the surface is left as well; may be null
 };
@@ -33,9 +34,10 @@ struct KeptImage {
     uint64_t row_bytes;
     std::span<uint8_t> copy;
 };
-// Copies pixels of the host; the images are these copies afterwards. loop: who helps it helps copying. helpers: whose threads copy as well where it
-// is much, for a device that reads the copies by itself; may be nullptr.
-// Throws what Services::expect_parallel_success does.
-void keep_pixels(std::span<const KeptImage> images, uint32_t height, SharedLoop& loop, const Services* helpers);
+// Copies pixels of the host; the images are these copies afterwards. loop: who helps it helps
+// copying. helpers: whose threads copy as well where it is much, for a device that reads the copies
+// by itself; may be nullptr. Throws what Services::expect_parallel_success does.
+void keep_pixels(std::span<const KeptImage> images, uint32_t height, SharedLoop& loop,
+                 const Services* helpers);
 
 }  // namespace defrec

@@ -28,9 +28,12 @@ void check_kept(const Services* helpers, bool with_ignore) {
     images[0].stride = images[1].stride = kStride;
     if (with_ignore) images[2].pixels = ignore.data();
     images[2].stride = kIgnoreRow;
-    std::vector<uint8_t> copies[3] = {std::vector<uint8_t>(kRow * kHeight), std::vector<uint8_t>(kRow * kHeight),
+    std::vector<uint8_t> copies[3] = {std::vector<uint8_t>(kRow * kHeight),
+                                      std::vector<uint8_t>(kRow * kHeight),
                                       std::vector<uint8_t>(kIgnoreRow * kHeight)};
-    const KeptImage kept[] = {{images[0], kRow, copies[0]}, {images[1], kRow, copies[1]}, {images[2], kIgnoreRow, copies[2]}};
+    const KeptImage kept[] = {{images[0], kRow, copies[0]},
+                              {images[1], kRow, copies[1]},
+                              {images[2], kIgnoreRow, copies[2]}};
     SharedLoop loop;
     keep_pixels(kept, kHeight, loop, helpers);
     CHECK(images[0].pixels == copies[0].data());
@@ -38,7 +41,8 @@ void check_kept(const Services* helpers, bool with_ignore) {
     size_t wrong = 0;
     for (size_t y = 0; y < kHeight; ++y)
         for (size_t x = 0; x < kRow; ++x)
-            wrong += copies[0][y * kRow + x] != left[y * kStride + x] || copies[1][y * kRow + x] != right[y * kStride + x];
+            wrong += copies[0][y * kRow + x] != left[y * kStride + x] ||
+                     copies[1][y * kRow + x] != right[y * kStride + x];
     CHECK(wrong == 0);
     CHECK((images[2].pixels == copies[2].data()) == with_ignore);
     CHECK(copies[2] == (with_ignore ? ignore : std::vector<uint8_t>(ignore.size())));
@@ -56,7 +60,9 @@ TEST_CASE("pixels are kept without padding, by one thread or several") {
     }
 }
 
-TEST_CASE("an application's parallel_for that leaves bands out is noticed, and the images stay the application's") {
+TEST_CASE(
+    "an application's parallel_for that leaves bands out is noticed, and the images stay the "
+    "application's") {
     defrec_context_desc desc{};
     desc.parallel_for = [](void*, size_t count, void (*body)(void*, size_t), void* arg) {
         for (size_t i = 1; i < count; ++i) body(arg, i);

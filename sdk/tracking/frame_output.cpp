@@ -4,7 +4,8 @@
 namespace defrec {
 namespace {
 
-// Hands out pieces of a block one after the other, each on a cache line of its own; without a block it only counts.
+// Hands out pieces of a block one after the other, each on a cache line of its own; without a block
+// it only counts.
 class Carver {
   public:
     explicit Carver(std::span<std::byte> block) : block_(block) {}

@@ -18,11 +18,11 @@ struct FrameSummary {
 struct FrameOutput {
     FrameSummary* summary = nullptr;
     std::span<defrec_motion> motions;
-    std::span<defrec_surface_sample> samples;            // per vertex
-    std::span<defrec_match> matches;                     // per landmark, with preselected weights
-    std::span<defrec_patch_observation> observations;    // per patch
-    std::span<defrec_patch_prediction> predictions;      // per patch, of the last search
-    std::span<int16_t> disparity;                        // only if kept
+    std::span<defrec_surface_sample> samples;          // per vertex
+    std::span<defrec_match> matches;                   // per landmark, with preselected weights
+    std::span<defrec_patch_observation> observations;  // per patch
+    std::span<defrec_patch_prediction> predictions;    // per patch, of the last search
+    std::span<int16_t> disparity;                      // only if kept
     std::array<defrec_stage_time, DEFREC_MAX_TIMED_STAGES> times{};
     uint32_t time_count = 0;
 };
@@ -33,7 +33,8 @@ class FrameMemory {
     // disparities: pixels of the disparity image, 0 if it is not kept.
     FrameMemory(std::shared_ptr<const Device> device, uint64_t disparities);
 
-    // Makes the arrays as large as the template wants them. Allocates where they grow; no work of a queue may use them.
+    // Makes the arrays as large as the template wants them. Allocates where they grow; no work of a
+    // queue may use them.
     void fit(const TemplateData& data);
 
     FrameOutput output;

@@ -38,7 +38,8 @@ class GraySums {
         if (count_ == 0) return result;
         const double n = static_cast<double>(count_);
         result.mean = static_cast<double>(sum_) / n;
-        result.deviation = std::sqrt(std::max(0.0, static_cast<double>(squares_) / n - result.mean * result.mean));
+        result.deviation =
+            std::sqrt(std::max(0.0, static_cast<double>(squares_) / n - result.mean * result.mean));
         result.saturated_share = static_cast<double>(saturated_) / n;
         result.hash = hash_;
         return result;
@@ -50,7 +51,8 @@ class GraySums {
 
 }  // namespace
 
-ImageStatistics image_statistics(const uint8_t* pixels, uint32_t width, uint32_t height, uint32_t channels, const int32_t* map) {
+ImageStatistics image_statistics(const uint8_t* pixels, uint32_t width, uint32_t height,
+                                 uint32_t channels, const int32_t* map) {
     constexpr uint32_t kStep = 4;
     const uint32_t channel = channels >= 3 ? 1 : 0;  // green, or the only one
     GraySums sums;
@@ -83,7 +85,8 @@ Evidence weigh_evidence(const TemplateData& data, const FrameOutput& output) {
         evidence.vertices_occluded += sample.observation == DEFREC_OCCLUDED;
         evidence.vertices_without_depth += sample.observation == DEFREC_NO_DEPTH;
     }
-    if (evidence.vertices_observed > 0) evidence.mean_residual_mm = residuals / evidence.vertices_observed;
+    if (evidence.vertices_observed > 0)
+        evidence.mean_residual_mm = residuals / evidence.vertices_observed;
 
     constexpr double kConfirmedPx = 2;
     double squares = 0;
@@ -93,8 +96,8 @@ Evidence weigh_evidence(const TemplateData& data, const FrameOutput& output) {
         const defrec_patch_observation& observation = output.observations[i];
         if (observation.valid == 0) continue;
         const defrec_patch& patch = data.patches[i];
-        const Vec3<double> p =
-            apply(blend<double>(output.motions.data(), patch.node, patch.weight), load3<double>(patch.position));
+        const Vec3<double> p = apply(blend<double>(output.motions.data(), patch.node, patch.weight),
+                                     load3<double>(patch.position));
         if (!(p.z > 0)) continue;
         const double du = data.camera.fx * p.x / p.z + data.camera.cx - observation.u / 256.0;
         const double dv = data.camera.fy * p.y / p.z + data.camera.cy - observation.v / 256.0;
@@ -102,7 +105,8 @@ Evidence weigh_evidence(const TemplateData& data, const FrameOutput& output) {
         ++evidence.patches_confirmed;
         squares += du * du + dv * dv;
     }
-    if (evidence.patches_confirmed > 0) evidence.patch_rms_px = std::sqrt(squares / evidence.patches_confirmed);
+    if (evidence.patches_confirmed > 0)
+        evidence.patch_rms_px = std::sqrt(squares / evidence.patches_confirmed);
     evidence.matches = static_cast<uint32_t>(std::max(0, output.summary->ransac.valid_matches));
     evidence.inliers = static_cast<uint32_t>(std::max(0, output.summary->ransac.inliers));
     return evidence;
@@ -110,14 +114,16 @@ Evidence weigh_evidence(const TemplateData& data, const FrameOutput& output) {
 
 Verdict classify(const TemplateData& data, const Evidence& evidence, bool was_found) {
     Verdict verdict;
-    const auto inside_share = static_cast<double>(evidence.vertices_inside) / static_cast<double>(std::max<size_t>(1, data.vertices.size()));
+    const auto inside_share = static_cast<double>(evidence.vertices_inside) /
+                              static_cast<double>(std::max<size_t>(1, data.vertices.size()));
     const double confirmed = evidence.confirmed_share(), observed = evidence.observed_share();
-    // A wrong surface confirms one patch in fifty by chance, a right one in heavy smoke one in ten. What was followed up to here needs less
-    // evidence than what is said to be found again.
+    // A wrong surface confirms one patch in fifty by chance, a right one in heavy smoke one in ten.
+    // What was followed up to here needs less evidence than what is said to be found again.
     const uint32_t min_patches = was_found ? 30 : 60;
     const double min_share = was_found ? 0.05 : 0.12;
     const bool patches_agree = evidence.patches_confirmed >= min_patches && confirmed >= min_share;
-    const bool features_agree = evidence.patches_confirmed >= 20 && confirmed >= min_share && evidence.inliers >= 15;
+    const bool features_agree =
+        evidence.patches_confirmed >= 20 && confirmed >= min_share && evidence.inliers >= 15;
     verdict.found = (patches_agree || features_agree) && observed >= 0.1 && inside_share >= 0.05;
 
     if (confirmed < 0.45) verdict.reasons |= DEFREC_REASON_LOW_CONTRAST;

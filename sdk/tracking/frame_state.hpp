@@ -1,5 +1,5 @@
-// What one frame's evidence means: its state, the reasons, and for each vertex what to believe and how far. Pure functions of the
-// evidence; the tracker holds the memory.
+// What one frame's evidence means: its state, the reasons, and for each vertex what to believe and
+// how far. Pure functions of the evidence; the tracker holds the memory.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -18,28 +18,33 @@ struct ImageStatistics {
     bool dark() const { return mean < 6; }
     bool saturated() const { return saturated_share > 0.6; }
 };
-// pixels: tight rows of width * channels bytes. map: of a rectified image, the rig's, for what the camera did not see is not looked at;
-// may be nullptr.
-ImageStatistics image_statistics(const uint8_t* pixels, uint32_t width, uint32_t height, uint32_t channels, const int32_t* map = nullptr);
+// pixels: tight rows of width * channels bytes. map: of a rectified image, the rig's, for what the
+// camera did not see is not looked at; may be nullptr.
+ImageStatistics image_statistics(const uint8_t* pixels, uint32_t width, uint32_t height,
+                                 uint32_t channels, const int32_t* map = nullptr);
 
 struct Evidence {
-    uint32_t vertices_inside = 0;   // in the image
+    uint32_t vertices_inside = 0;  // in the image
     uint32_t vertices_observed = 0;
     uint32_t vertices_occluded = 0;
     uint32_t vertices_without_depth = 0;
-    double mean_residual_mm = 0;    // of observed vertices, absolute
-    uint32_t patches_expected = 0;  // predicted inside the image
-    uint32_t patches_confirmed = 0; // found where the deformed surface has them
-    double patch_rms_px = 0;        // of the confirmed
+    double mean_residual_mm = 0;     // of observed vertices, absolute
+    uint32_t patches_expected = 0;   // predicted inside the image
+    uint32_t patches_confirmed = 0;  // found where the deformed surface has them
+    double patch_rms_px = 0;         // of the confirmed
     uint32_t matches = 0, inliers = 0;
 
-    double observed_share() const { return vertices_inside > 0 ? static_cast<double>(vertices_observed) / vertices_inside : 0; }
-    double confirmed_share() const { return patches_expected > 0 ? static_cast<double>(patches_confirmed) / patches_expected : 0; }
+    double observed_share() const {
+        return vertices_inside > 0 ? static_cast<double>(vertices_observed) / vertices_inside : 0;
+    }
+    double confirmed_share() const {
+        return patches_expected > 0 ? static_cast<double>(patches_confirmed) / patches_expected : 0;
+    }
 };
 Evidence weigh_evidence(const TemplateData& data, const FrameOutput& output);
 
 struct Verdict {
-    bool found = false;    // the surface was followed into this frame
+    bool found = false;  // the surface was followed into this frame
     bool degraded = false;
     uint32_t reasons = 0;  // DEFREC_REASON_*
 };

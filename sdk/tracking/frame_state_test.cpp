@@ -1,18 +1,19 @@
 // What evidence means: states, reasons, and confidence in vertices.
 #include "sdk/tracking/frame_state.hpp"
-#include "sdk/tracking/vertex_confidence.hpp"
 
 #include <doctest/doctest.h>
 
 #include <cmath>
 
 #include "backends/shared/motion.hpp"
+#include "sdk/tracking/vertex_confidence.hpp"
 
 namespace {
 
 using namespace defrec;
 
-// A flat template of 11x9 vertices at 80 mm with one control point and a patch at every vertex, and a frame that saw all of it.
+// A flat template of 11x9 vertices at 80 mm with one control point and a patch at every vertex, and
+// a frame that saw all of it.
 struct Fixture {
     TemplateData data;
     std::vector<defrec_motion> motions;
@@ -36,7 +37,8 @@ struct Fixture {
                 defrec_surface_point point{};
                 defrec_patch patch{};
                 for (int axis = 0; axis < 3; ++axis)
-                    patch.position[axis] = point.position[axis] = static_cast<float>(p[static_cast<size_t>(axis)]);
+                    patch.position[axis] = point.position[axis] =
+                        static_cast<float>(p[static_cast<size_t>(axis)]);
                 point.normal[2] = -1;
                 point.weight[0] = patch.weight[0] = 1;
                 data.vertices.push_back(point);
@@ -59,7 +61,9 @@ struct Fixture {
     }
     Fixture(const Fixture&) = delete;
     Fixture& operator=(const Fixture&) = delete;
-    Verdict verdict(bool was_found = true) { return classify(data, weigh_evidence(data, output), was_found); }
+    Verdict verdict(bool was_found = true) {
+        return classify(data, weigh_evidence(data, output), was_found);
+    }
 };
 
 }  // namespace
@@ -82,7 +86,9 @@ TEST_CASE("patches found elsewhere than the surface has them confirm nothing") {
     CHECK_FALSE(f.verdict().found);
 }
 
-TEST_CASE("row 60: in smoke a surface that was followed is kept on little evidence; to be found again it needs more") {
+TEST_CASE(
+    "row 60: in smoke a surface that was followed is kept on little evidence; to be found again it "
+    "needs more") {
     Fixture f;
     for (size_t i = 0; i < f.output.observations.size(); ++i)
         if (i % 11 > 3) f.output.observations[i].valid = 0;
@@ -102,7 +108,9 @@ TEST_CASE("row 58: without depth and without patches the frame is lost") {
     CHECK((verdict.reasons & DEFREC_REASON_NO_DEPTH) != 0);
 }
 
-TEST_CASE("row 59: half under an instrument is degraded, named occluded, and the hidden half extrapolated") {
+TEST_CASE(
+    "row 59: half under an instrument is degraded, named occluded, and the hidden half "
+    "extrapolated") {
     Fixture f;
     for (size_t i = 0; i < f.output.samples.size(); ++i)
         if (i % 11 < 4) {
@@ -131,12 +139,15 @@ TEST_CASE("a lost frame trusts no vertex, and less the longer it lasts") {
     CHECK(late.expected_error[40] > early.expected_error[40]);
 }
 
-TEST_CASE("confidence of a point below the surface is that of the vertex above it, less certain with depth") {
+TEST_CASE(
+    "confidence of a point below the surface is that of the vertex above it, less certain with "
+    "depth") {
     Fixture f;
     VertexConfidence confidence;
     estimate_confidence(SurfaceModel(f.data), f.samples, false, 0, confidence);
     const double on[3] = {0, 0, 80}, below[3] = {0, 0, 110}, beside[3] = {300, 0, 80};
-    const SurfaceConfidence at_surface = confidence_at(f.data, confidence, on), at_depth = confidence_at(f.data, confidence, below);
+    const SurfaceConfidence at_surface = confidence_at(f.data, confidence, on),
+                            at_depth = confidence_at(f.data, confidence, below);
     CHECK(at_surface.status == DEFREC_POINT_OBSERVED);
     CHECK(at_surface.expected_error == doctest::Approx(confidence.expected_error[0]).epsilon(0.5));
     CHECK(at_depth.expected_error > at_surface.expected_error);

@@ -11,7 +11,8 @@
 
 namespace defrec {
 
-TrackerJob::TrackerJob(std::shared_ptr<JobMonitor> job_monitor, const std::shared_ptr<const Device>& device, uint64_t view_bytes,
+TrackerJob::TrackerJob(std::shared_ptr<JobMonitor> job_monitor,
+                       const std::shared_ptr<const Device>& device, uint64_t view_bytes,
                        uint64_t pixels, bool keep_disparity)
     : monitor(std::move(job_monitor)),
       views{HostMemory(device, view_bytes), HostMemory(device, view_bytes)},
@@ -22,14 +23,16 @@ defrec_status TrackerJob::wait(uint64_t timeout_ns) {
     using Clock = std::chrono::steady_clock;
     // Beyond a century the clock's arithmetic would overflow; nobody waits for a part of that.
     constexpr uint64_t kForEver = uint64_t{100} * 365 * 24 * 3600 * 1000000000u;
-    const Clock::time_point end = Clock::now() + std::chrono::nanoseconds(std::min(timeout_ns, kForEver));
+    const Clock::time_point end =
+        Clock::now() + std::chrono::nanoseconds(std::min(timeout_ns, kForEver));
     const auto ending = [this] { return phase >= JobPhase::kEnding; };
     const auto done = [this] { return phase == JobPhase::kDone; };
     std::unique_lock lock(monitor->mutex);
     if (!changed_.wait_until(lock, end, ending)) return DEFREC_TIMEOUT;
     if (!done()) {
         lock.unlock();
-        constexpr std::chrono::nanoseconds kSpin = std::chrono::milliseconds(1);  // longer than the host takes
+        constexpr std::chrono::nanoseconds kSpin =
+            std::chrono::milliseconds(1);  // longer than the host takes
         spin_until(std::min(kSpin, std::chrono::nanoseconds(end - Clock::now())), done);
         lock.lock();
         if (!changed_.wait_until(lock, end, done)) return DEFREC_TIMEOUT;
@@ -44,7 +47,8 @@ void TrackerJob::announce_end() {
 }
 
 void TrackerJob::finish(defrec_status result_status, const char* text) noexcept {
-    for (FrameImage* image : {&input.views[0], &input.views[1], &input.ignore}) image->memory.reset();
+    for (FrameImage* image : {&input.views[0], &input.views[1], &input.ignore})
+        image->memory.reset();
     input.samples.reset();
     const std::lock_guard lock(monitor->mutex);
     status = result_status;
@@ -66,7 +70,8 @@ void TrackerJob::release() {
 
 void TrackerJob::expect_done() const {
     const std::lock_guard lock(monitor->mutex);
-    if (phase != JobPhase::kDone) fail(DEFREC_ERROR_STATE, "the frame is not done; wait for its job first");
+    if (phase != JobPhase::kDone)
+        fail(DEFREC_ERROR_STATE, "the frame is not done; wait for its job first");
     if (status < 0) fail(status, error_text_);
 }
 
@@ -106,10 +111,11 @@ void TrackerJob::result(defrec_result& out) const {
     out.patch_count = data.patches.size();
 }
 
-void TrackerJob::warp_points(const double* template_xyz, size_t count, double* xyz, uint8_t* point_status,
-                             double* expected_error_mm) const {
+void TrackerJob::warp_points(const double* template_xyz, size_t count, double* xyz,
+                             uint8_t* point_status, double* expected_error_mm) const {
     expect_done();
-    if (surface == nullptr) fail(DEFREC_ERROR_STATE, "points cannot be warped before there is a template");
+    if (surface == nullptr)
+        fail(DEFREC_ERROR_STATE, "points cannot be warped before there is a template");
     const TemplateData& data = surface->data();
     const auto warp = [&](const double* from) {
         if (!std::isfinite(from[0]) || !std::isfinite(from[1]) || !std::isfinite(from[2])) {
@@ -117,10 +123,12 @@ void TrackerJob::warp_points(const double* template_xyz, size_t count, double* x
             return Vec3<double>{kNaN, kNaN, kNaN};
         }
         const Skin skin = surface->skin_of(from);
-        return apply(blend<double>(output.motions.data(), skin.node.data(), skin.weight.data()), Vec3<double>{from[0], from[1], from[2]});
+        return apply(blend<double>(output.motions.data(), skin.node.data(), skin.weight.data()),
+                     Vec3<double>{from[0], from[1], from[2]});
     };
     for (size_t i = 0; i < count; ++i) {
-        const double from[3] = {template_xyz[3 * i], template_xyz[3 * i + 1], template_xyz[3 * i + 2]};
+        const double from[3] = {template_xyz[3 * i], template_xyz[3 * i + 1],
+                                template_xyz[3 * i + 2]};
         const Vec3<double> to = warp(from);
         const SurfaceConfidence at_point = confidence_at(data, confidence, from);
         xyz[3 * i] = to.x;

@@ -1,4 +1,5 @@
-// One place in a tracker's queue: the frame's pixels, then its results, until it is released and used again.
+// One place in a tracker's queue: the frame's pixels, then its results, until it is released and
+// used again.
 #pragma once
 #include <atomic>
 #include <condition_variable>
@@ -8,8 +9,8 @@
 
 #include "sdk/tracking/frame_output.hpp"
 #include "sdk/tracking/frame_state.hpp"
-#include "sdk/tracking/vertex_confidence.hpp"
 #include "sdk/tracking/tracker.hpp"
+#include "sdk/tracking/vertex_confidence.hpp"
 
 namespace defrec {
 
@@ -23,8 +24,8 @@ enum class JobPhase { kFree, kQueued, kRunning, kEnding, kDone };
 class TrackerJob final : public Job {
   public:
     // eye_bytes: of one view's pixels, tight. pixels: of an view. Must outlive the tracker's queue.
-    TrackerJob(std::shared_ptr<JobMonitor> monitor, const std::shared_ptr<const Device>& device, uint64_t view_bytes, uint64_t pixels,
-               bool keep_disparity);
+    TrackerJob(std::shared_ptr<JobMonitor> monitor, const std::shared_ptr<const Device>& device,
+               uint64_t view_bytes, uint64_t pixels, bool keep_disparity);
 
     defrec_status wait(uint64_t timeout_ns) override;
     const std::string& error_text() const override { return error_text_; }
@@ -36,10 +37,11 @@ class TrackerJob final : public Job {
     // The members below belong to the tracker while the phase is queued or running.
     std::shared_ptr<JobMonitor> monitor;
     std::atomic<JobPhase> phase = JobPhase::kFree;  // written under the monitor's mutex
-    defrec_status status = DEFREC_OK;       // under the monitor's mutex
+    defrec_status status = DEFREC_OK;               // under the monitor's mutex
 
-    HostMemory views[2], ignore;  // copies of host pixels, tight rows; of an view in memory, its rectified gray pixels
-    FrameInput input;            // its host pixels are these copies
+    HostMemory views[2], ignore;  // copies of host pixels, tight rows; of an view in memory, its
+                                  // rectified gray pixels
+    FrameInput input;             // its host pixels are these copies
     uint64_t frame = 0;
     std::shared_ptr<const Template> template_to_set;
 

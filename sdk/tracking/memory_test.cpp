@@ -1,4 +1,5 @@
-// Frames in memory of the device, and results left there, on devices that compute in the processor's.
+// Frames in memory of the device, and results left there, on devices that compute in the
+// processor's.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -39,12 +40,15 @@ class Memory {
 
 // A gray image in a tracker's format, rows `stride` bytes apart (0: tight).
 std::vector<uint8_t> in_format(const std::vector<uint8_t>& gray, uint32_t format, size_t stride) {
-    const size_t channels = format == DEFREC_FORMAT_GRAY8 ? 1 : format == DEFREC_FORMAT_BGRA8 ? 4 : 3;
+    const size_t channels = format == DEFREC_FORMAT_GRAY8   ? 1
+                            : format == DEFREC_FORMAT_BGRA8 ? 4
+                                                            : 3;
     if (stride == 0) stride = kWidth * channels;
     std::vector<uint8_t> pixels(stride * kHeight, 0xEE);
     for (size_t y = 0; y < kHeight; ++y)
         for (size_t x = 0; x < kWidth; ++x)
-            for (size_t c = 0; c < channels; ++c) pixels[y * stride + x * channels + c] = gray[y * kWidth + x];
+            for (size_t c = 0; c < channels; ++c)
+                pixels[y * stride + x * channels + c] = gray[y * kWidth + x];
     return pixels;
 }
 
@@ -54,14 +58,22 @@ struct Step {
     uint32_t flags = 0;
 };
 
-// A template, motion, a frozen stream, an ignored half, both kinds of blind frames, a surface found again, a template on request.
+// A template, motion, a frozen stream, an ignored half, both kinds of blind frames, a surface found
+// again, a template on request.
 std::vector<Step> story() {
     Pair black, white;
     std::fill(white.left.begin(), white.left.end(), uint8_t{255});
     white.right = white.left;
     const Pair moved = render(0.7, -0.4, 2, 1);
-    return {{black},          {render(0, 0)}, {moved}, {moved},           {render(1.2, 0, 2, 2), true},
-            {black},          {white},        {render(4, 2)},              {render(4, 2, 2, 3), false, DEFREC_FRAME_CAPTURE_TEMPLATE},
+    return {{black},
+            {render(0, 0)},
+            {moved},
+            {moved},
+            {render(1.2, 0, 2, 2), true},
+            {black},
+            {white},
+            {render(4, 2)},
+            {render(4, 2, 2, 3), false, DEFREC_FRAME_CAPTURE_TEMPLATE},
             {render(4.5, 2)}};
 }
 
@@ -87,7 +99,8 @@ void check_same_results(const TrackingSession::Change& change, Lies lies = Lies:
         const Step& step = steps[place];
         TrackingSession::Frame frame;
         frame.flags = step.flags;
-        const std::vector<uint8_t> pixels[2] = {in_format(step.pair.left, desc.format, 0), in_format(step.pair.right, desc.format, 0)};
+        const std::vector<uint8_t> pixels[2] = {in_format(step.pair.left, desc.format, 0),
+                                                in_format(step.pair.right, desc.format, 0)};
         frame.left.pixels = pixels[0].data();
         frame.right.pixels = pixels[1].data();
         if (step.ignore) frame.ignore.pixels = ignore.data();
@@ -95,8 +108,10 @@ void check_same_results(const TrackingSession::Change& change, Lies lies = Lies:
         REQUIRE_OK(copied.submit(frame, &job));
         const std::string expected = take_result(job);
 
-        const Memory left(imported.tracker, in_format(step.pair.left, desc.format, desc.memory_stride));
-        const Memory right(imported.tracker, in_format(step.pair.right, desc.format, desc.memory_stride));
+        const Memory left(imported.tracker,
+                          in_format(step.pair.left, desc.format, desc.memory_stride));
+        const Memory right(imported.tracker,
+                           in_format(step.pair.right, desc.format, desc.memory_stride));
         frame.left = {nullptr, left.get(), desc.memory_stride};
         if (lies == Lies::kBoth) frame.right = {nullptr, right.get(), 0};
         if (step.ignore) frame.ignore = {nullptr, ignore_memory.get(), 0};
@@ -108,8 +123,12 @@ void check_same_results(const TrackingSession::Change& change, Lies lies = Lies:
 }  // namespace
 
 TEST_CASE("frames in memory give the same bits as copied ones") {
-    SUBCASE("gray") { check_same_results([](auto&, auto&) {}); }
-    SUBCASE("one view in memory") { check_same_results([](auto&, auto&) {}, Lies::kLeft); }
+    SUBCASE("gray") {
+        check_same_results([](auto&, auto&) {});
+    }
+    SUBCASE("one view in memory") {
+        check_same_results([](auto&, auto&) {}, Lies::kLeft);
+    }
     SUBCASE("BGR, with space between rows") {
         check_same_results([](auto&, auto& desc) {
             desc.format = DEFREC_FORMAT_BGR8;
@@ -127,7 +146,8 @@ TEST_CASE("frames in memory give the same bits as copied ones") {
 
 TEST_CASE("the surface is left in memory as the result has it, of lost frames too") {
     TrackingSession session;
-    const Memory samples(session.tracker, std::vector<uint8_t>(8192 * sizeof(defrec_surface_sample), 0xEE));
+    const Memory samples(session.tracker,
+                         std::vector<uint8_t>(8192 * sizeof(defrec_surface_sample), 0xEE));
     const std::vector<Step> steps = story();
     for (size_t place = 0; place < steps.size(); ++place) {
         CAPTURE(place);
@@ -147,19 +167,22 @@ TEST_CASE("the surface is left in memory as the result has it, of lost frames to
         bool same = true;
         for (uint64_t i = 0; i < result.vertex_count; ++i)
             for (int axis = 0; axis < 3; ++axis)
-                same &= left[i].position[axis] == result.vertices[3 * i + static_cast<uint64_t>(axis)] &&
+                same &= left[i].position[axis] ==
+                            result.vertices[3 * i + static_cast<uint64_t>(axis)] &&
                         left[i].normal[axis] == result.normals[3 * i + static_cast<uint64_t>(axis)];
         CHECK(same);
         CHECK((result.vertex_count > 0) == (result.state != DEFREC_INITIALISING));
         const size_t end = result.vertex_count * sizeof(defrec_surface_sample);
         REQUIRE(end < samples.bytes().size());
-        CHECK(std::all_of(samples.bytes().begin() + static_cast<ptrdiff_t>(end), samples.bytes().end(),
-                          [](uint8_t byte) { return byte == 0xEE; }));
+        CHECK(std::all_of(samples.bytes().begin() + static_cast<ptrdiff_t>(end),
+                          samples.bytes().end(), [](uint8_t byte) { return byte == 0xEE; }));
         defrec_job_release(job);
     }
 }
 
-TEST_CASE("memory too small for the samples is how the job fails, with the size needed; the next frame is followed") {
+TEST_CASE(
+    "memory too small for the samples is how the job fails, with the size needed; the next frame "
+    "is followed") {
     TrackingSession session;
     const Memory small(session.tracker, std::vector<uint8_t>(64));
     const Pair pair = render(0, 0);
@@ -179,7 +202,8 @@ TEST_CASE("memory too small for the samples is how the job fails, with the size 
     DEFREC_INIT(&result);
     REQUIRE_OK(defrec_job_result(job, &result));
     CHECK(result.state == DEFREC_TRACKING);
-    CHECK(contains(text, "samples: the memory has 64 bytes, " + std::to_string(32 * result.vertex_count) + " are needed"));
+    CHECK(contains(text, "samples: the memory has 64 bytes, " +
+                             std::to_string(32 * result.vertex_count) + " are needed"));
     defrec_job_release(job);
 }
 
@@ -221,10 +245,12 @@ TEST_CASE("memory that cannot be imported is refused with the reason") {
     CHECK(out == nullptr);
 }
 
-TEST_CASE("frames whose memory does not fit are refused with the reason, and the queue stays as it was") {
+TEST_CASE(
+    "frames whose memory does not fit are refused with the reason, and the queue stays as it was") {
     TrackingSession session, other;
     const Pair pair = render(0, 0);
-    const Memory left(session.tracker, pair.left), short_of_one(session.tracker, {pair.left.begin(), pair.left.end() - 1});
+    const Memory left(session.tracker, pair.left),
+        short_of_one(session.tracker, {pair.left.begin(), pair.left.end() - 1});
     const Memory foreign(other.tracker, pair.left);
     Memory released(session.tracker, pair.left);
     released.release();
@@ -238,15 +264,23 @@ TEST_CASE("frames whose memory does not fit are refused with the reason, and the
         CHECK(contains(defrec_last_error(), words));
         CHECK(job == nullptr);
     };
-    check(DEFREC_ERROR_ARGUMENT, "left: the memory was imported for another tracker", [&](auto& f) { f.left.memory = foreign.get(); });
-    check(DEFREC_ERROR_ARGUMENT, "samples: the memory was imported for another tracker", [&](auto& f) { f.samples = foreign.get(); });
-    check(DEFREC_ERROR_ARGUMENT, "left: the memory has 76799 bytes, 76800 are needed", [&](auto& f) { f.left.memory = short_of_one.get(); });
-    check(DEFREC_ERROR_ARGUMENT, "left: stride is 336 bytes, this tracker takes 320 in memory", [&](auto& f) { f.left.stride = 336; });
-    check(DEFREC_ERROR_ARGUMENT, "left: both pixels and memory are given", [&](auto& f) { f.left.pixels = pair.left.data(); });
-    check(DEFREC_ERROR_ARGUMENT, "right: pixels is NULL", [&](auto& f) { f.right.pixels = nullptr; });
-    check(DEFREC_ERROR_HANDLE, "destroyed already", [&](auto& f) { f.left.memory = released.get(); });
+    check(DEFREC_ERROR_ARGUMENT, "left: the memory was imported for another tracker",
+          [&](auto& f) { f.left.memory = foreign.get(); });
+    check(DEFREC_ERROR_ARGUMENT, "samples: the memory was imported for another tracker",
+          [&](auto& f) { f.samples = foreign.get(); });
+    check(DEFREC_ERROR_ARGUMENT, "left: the memory has 76799 bytes, 76800 are needed",
+          [&](auto& f) { f.left.memory = short_of_one.get(); });
+    check(DEFREC_ERROR_ARGUMENT, "left: stride is 336 bytes, this tracker takes 320 in memory",
+          [&](auto& f) { f.left.stride = 336; });
+    check(DEFREC_ERROR_ARGUMENT, "left: both pixels and memory are given",
+          [&](auto& f) { f.left.pixels = pair.left.data(); });
+    check(DEFREC_ERROR_ARGUMENT, "right: pixels is NULL",
+          [&](auto& f) { f.right.pixels = nullptr; });
+    check(DEFREC_ERROR_HANDLE, "destroyed already",
+          [&](auto& f) { f.left.memory = released.get(); });
     check(DEFREC_ERROR_HANDLE, "destroyed already", [&](auto& f) { f.samples = released.get(); });
-    check(DEFREC_ERROR_HANDLE, "a tracker handle was given", [&](auto& f) { f.left.memory = reinterpret_cast<defrec_memory>(session.tracker); });
+    check(DEFREC_ERROR_HANDLE, "a tracker handle was given",
+          [&](auto& f) { f.left.memory = reinterpret_cast<defrec_memory>(session.tracker); });
     TrackingSession::Frame frame;
     frame.left.memory = left.get();
     frame.right.pixels = pair.right.data();
@@ -263,7 +297,8 @@ TEST_CASE("a tracker's stride in memory is at least a row") {
         DEFREC_INIT(&desc);
         desc.format = DEFREC_FORMAT_GRAY8;
         desc.memory_stride = stride;
-        CHECK(defrec_tracker_create(session.context, session.rig, &desc, &tracker) == DEFREC_ERROR_ARGUMENT);
+        CHECK(defrec_tracker_create(session.context, session.rig, &desc, &tracker) ==
+              DEFREC_ERROR_ARGUMENT);
         CHECK(contains(defrec_last_error(), "memory_stride is " + std::to_string(stride)));
     }
     CHECK(tracker == nullptr);
@@ -274,7 +309,8 @@ TEST_CASE("memory, job, tracker and context may go in any order") {
     int order[] = {0, 1, 2, 3};
     do {
         auto session = std::make_unique<TrackingSession>();
-        Memory left(session->tracker, pair.left), samples(session->tracker, std::vector<uint8_t>(1 << 18));
+        Memory left(session->tracker, pair.left),
+            samples(session->tracker, std::vector<uint8_t>(1 << 18));
         TrackingSession::Frame frame;
         frame.left.memory = left.get();
         frame.right.pixels = pair.right.data();
@@ -282,10 +318,18 @@ TEST_CASE("memory, job, tracker and context may go in any order") {
         defrec_job job = nullptr;
         REQUIRE_OK(session->submit(frame, &job));
         for (const int what : order) switch (what) {
-                case 0: left.release(), samples.release(); break;
-                case 1: defrec_job_release(job); break;
-                case 2: defrec_tracker_destroy(session->tracker); break;
-                case 3: defrec_context_destroy(session->context); break;
+                case 0:
+                    left.release(), samples.release();
+                    break;
+                case 1:
+                    defrec_job_release(job);
+                    break;
+                case 2:
+                    defrec_tracker_destroy(session->tracker);
+                    break;
+                case 3:
+                    defrec_context_destroy(session->context);
+                    break;
             }
         session->tracker = nullptr;
         session->context = nullptr;

@@ -1,4 +1,5 @@
-// The next frame's images are worked on while the host concludes a frame; nothing but the time may tell.
+// The next frame's images are worked on while the host concludes a frame; nothing but the time may
+// tell.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -17,7 +18,8 @@ using namespace defrec::test;
 
 namespace {
 
-// A device in the processor's memory whose queues have threads of their own: sdk/plugin/test_plugins/asynchronous_plugin.cpp.
+// A device in the processor's memory whose queues have threads of their own:
+// sdk/plugin/test_plugins/asynchronous_plugin.cpp.
 const std::string kAsynchronous = std::string(DEFREC_BUILD_DIR) + "/test_plugins/asynchronous";
 const char* const kPaths[] = {kAsynchronous.c_str()};
 void add_asynchronous(defrec_context_desc& desc) {
@@ -28,7 +30,8 @@ void add_asynchronous(defrec_context_desc& desc) {
 struct Step {
     Pair pair;
     uint32_t flags = 0;
-    bool ignore = false, little_room = false, set_template = false, refused = false, in_memory = false;
+    bool ignore = false, little_room = false, set_template = false, refused = false,
+         in_memory = false;
 };
 
 std::vector<Step> story() {
@@ -61,7 +64,8 @@ std::vector<Step> story() {
 }
 
 // What each step gave, or how it failed. waiting: frames kept in the queue.
-std::vector<std::string> play(const std::vector<Step>& steps, const char* device, uint32_t waiting) {
+std::vector<std::string> play(const std::vector<Step>& steps, const char* device,
+                              uint32_t waiting) {
     TrackingSession session(
         device, 2,
         [&](auto&, auto& desc) {
@@ -137,8 +141,8 @@ std::vector<std::string> play(const std::vector<Step>& steps, const char* device
 struct Gate {
     std::mutex mutex;
     std::condition_variable changed;
-    int rectified = 0;    // views asked for
-    int awaited = 1000;   // of them that open the gate
+    int rectified = 0;   // views asked for
+    int awaited = 1000;  // of them that open the gate
     bool closed = false, opened = false;
 
     static void log(void* user, int32_t, const char*, const char* text) {
@@ -148,13 +152,16 @@ struct Gate {
         if (event == "asked for 0") ++gate.rectified;
         gate.changed.notify_all();
         if (event == "done with 7" && std::exchange(gate.closed, false))
-            gate.opened = gate.changed.wait_for(lock, std::chrono::seconds(30), [&] { return gate.rectified >= gate.awaited; });
+            gate.opened = gate.changed.wait_for(lock, std::chrono::seconds(30),
+                                                [&] { return gate.rectified >= gate.awaited; });
     }
 };
 
 }  // namespace
 
-TEST_CASE("a full queue gives the same bits as frames one by one: failures, lost frames and new templates included") {
+TEST_CASE(
+    "a full queue gives the same bits as frames one by one: failures, lost frames and new "
+    "templates included") {
     const std::vector<Step> steps = story();
     const auto check = [&](const char* device, std::initializer_list<uint32_t> full) {
         const std::vector<std::string> expected = play(steps, device, 1);
@@ -165,8 +172,11 @@ TEST_CASE("a full queue gives the same bits as frames one by one: failures, lost
                 CAPTURE(waiting);
                 CAPTURE(i);
                 CHECK((results[i] == expected[i]));
-                if (steps[i].little_room) CHECK(contains(results[i], "samples: the memory has 64 bytes"));
-                if (steps[i].refused) CHECK(contains(results[i], "these pixels are refused") == (std::string(device) == "asynchronous"));
+                if (steps[i].little_room)
+                    CHECK(contains(results[i], "samples: the memory has 64 bytes"));
+                if (steps[i].refused)
+                    CHECK(contains(results[i], "these pixels are refused") ==
+                          (std::string(device) == "asynchronous"));
             }
         }
     };
@@ -203,7 +213,8 @@ TEST_CASE("the device is asked for the next frame's images before it is done wit
 TEST_CASE("a tracker that is destroyed with a frame observed ahead ends that frame") {
     for (int run = 0; run < 8; ++run) {
         TrackingSession session(
-            "asynchronous", 2, [](auto&, auto& desc) { desc.frames_in_flight = 3; }, add_asynchronous);
+            "asynchronous", 2, [](auto&, auto& desc) { desc.frames_in_flight = 3; },
+            add_asynchronous);
         const Pair pair = render(0, 0);
         TrackingSession::Frame frame;
         frame.left.pixels = pair.left.data();

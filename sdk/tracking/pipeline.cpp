@@ -16,7 +16,9 @@ namespace defrec {
 namespace {
 
 template <class T>
-uint64_t bytes_of(const T& values) { return std::span(values).size_bytes(); }
+uint64_t bytes_of(const T& values) {
+    return std::span(values).size_bytes();
+}
 
 template <class Params>
 Params make_params() {
@@ -29,7 +31,8 @@ uint32_t round_up(double value, uint32_t multiple) {
     return static_cast<uint32_t>(std::ceil(std::max(value, 1.0) / multiple)) * multiple;
 }
 
-// Every kSparseStep-th vertex along rows and columns: neighbouring disparities share their windows, so a denser cloud tells lm little more.
+// Every kSparseStep-th vertex along rows and columns: neighbouring disparities share their windows,
+// so a denser cloud tells lm little more.
 constexpr int kSparseStep = 2;
 constexpr float kIcpWeight = 2;  // of one of these; measured on the reference sequences
 std::vector<defrec_surface_point> sparse_vertices(const TemplateData& data) {
@@ -58,20 +61,24 @@ TrackerSettings complete_settings(const defrec_tracker_desc& desc, const Rig& ri
     settings.disparities = desc.disparities;
     settings.min_disparity = static_cast<uint32_t>(std::max(0, desc.min_disparity));
     settings.min_depth_mm = or_default(desc.min_depth_mm, 20.f);
-    settings.node_spacing_px = or_default(desc.node_spacing_px, static_cast<float>(rig.width()) / 24);
-    settings.vertex_spacing_px = or_default(desc.vertex_spacing_px, std::max(4.f, static_cast<float>(rig.width()) / 120));
+    settings.node_spacing_px =
+        or_default(desc.node_spacing_px, static_cast<float>(rig.width()) / 24);
+    settings.vertex_spacing_px =
+        or_default(desc.vertex_spacing_px, std::max(4.f, static_cast<float>(rig.width()) / 120));
     settings.max_features = or_default(desc.max_features, 1024u);
     settings.max_patches = or_default(desc.max_patches, 1024u);
     settings.arap_weight = or_default(desc.arap_weight, 0.2f);
     if (bytes_per_pixel(settings.format) == 0)
-        fail(DEFREC_ERROR_ARGUMENT, "format is ", settings.format, "; GRAY8 (1), BGR8 (2), RGB8 (3) and BGRA8 (4) exist");
+        fail(DEFREC_ERROR_ARGUMENT, "format is ", settings.format,
+             "; GRAY8 (1), BGR8 (2), RGB8 (3) and BGRA8 (4) exist");
     if (settings.frames_in_flight > kMaxFramesInFlight)
-        fail(DEFREC_ERROR_ARGUMENT, "frames_in_flight is ", settings.frames_in_flight, ", at most ", kMaxFramesInFlight, " are possible");
+        fail(DEFREC_ERROR_ARGUMENT, "frames_in_flight is ", settings.frames_in_flight, ", at most ",
+             kMaxFramesInFlight, " are possible");
     const uint32_t row = rig.width() * bytes_per_pixel(settings.format);
     settings.memory_stride = or_default(desc.memory_stride, row);
     if (settings.memory_stride < row || settings.memory_stride > kLongestStride)
-        fail(DEFREC_ERROR_ARGUMENT, "memory_stride is ", desc.memory_stride, " bytes, ", row, " (a row of the rig's images) to ", kLongestStride,
-             " expected");
+        fail(DEFREC_ERROR_ARGUMENT, "memory_stride is ", desc.memory_stride, " bytes, ", row,
+             " (a row of the rig's images) to ", kLongestStride, " expected");
     settings.keep_disparity = desc.keep_disparity != 0;
     settings.timed = desc.timed != 0;
     settings.coarse_iterations = or_default(desc.coarse_iterations, 3u);
@@ -83,21 +90,29 @@ TrackerSettings complete_settings(const defrec_tracker_desc& desc, const Rig& ri
 struct Pipeline::TemplateStages {
     std::shared_ptr<const Template> surface;
     DeviceBuffer nodes, edges, points, sparse_points, landmarks, landmark_points, patches, views;
-    DeviceBuffer start, coarse, middle, final, matches, weighted, ransac_summary, lm_summary, predictions, observations, samples;
-    std::unique_ptr<DeviceStage> match, ransac, solve_coarse, align_coarse, solve_middle, align_fine, solve_fine, warp;
+    DeviceBuffer start, coarse, middle, final, matches, weighted, ransac_summary, lm_summary,
+        predictions, observations, samples;
+    std::unique_ptr<DeviceStage> match, ransac, solve_coarse, align_coarse, solve_middle,
+        align_fine, solve_fine, warp;
 };
 
-Pipeline::Pipeline(std::shared_ptr<Context> context, std::shared_ptr<const Rig> rig, std::shared_ptr<Device> device,
-                   const TrackerSettings& settings)
-    : context_(std::move(context)), rig_(std::move(rig)), device_(std::move(device)), settings_(settings),
-      width_(rig_->width()), height_(rig_->height()), queue_(device_) {
+Pipeline::Pipeline(std::shared_ptr<Context> context, std::shared_ptr<const Rig> rig,
+                   std::shared_ptr<Device> device, const TrackerSettings& settings)
+    : context_(std::move(context)),
+      rig_(std::move(rig)),
+      device_(std::move(device)),
+      settings_(settings),
+      width_(rig_->width()),
+      height_(rig_->height()),
+      queue_(device_) {
     const uint32_t row = width_ * bytes_per_pixel(settings_.format);
     rectify_ = make_rectify(row);
     if (settings_.memory_stride != row) rectify_memory_ = make_rectify(settings_.memory_stride);
     upload_maps();
 
-    stereo_ = settings_.disparities != 0 ? make_stereo(settings_.min_disparity, settings_.disparities)
-                                         : make_stereo(0, widest_search());
+    stereo_ = settings_.disparities != 0
+                  ? make_stereo(settings_.min_disparity, settings_.disparities)
+                  : make_stereo(0, widest_search());
 
     auto orb = make_params<defrec_orb_params>();
     orb.width = width_;
@@ -140,7 +155,8 @@ std::unique_ptr<DeviceStage> Pipeline::make_rectify(uint32_t source_stride) cons
     return std::make_unique<DeviceStage>(device_, DEFREC_STAGE_RECTIFY, &params);
 }
 
-std::unique_ptr<DeviceStage> Pipeline::make_stereo(uint32_t min_disparity, uint32_t disparities) const {
+std::unique_ptr<DeviceStage> Pipeline::make_stereo(uint32_t min_disparity,
+                                                   uint32_t disparities) const {
     auto params = make_params<defrec_stereo_params>();
     params.width = width_;
     params.height = height_;
@@ -153,10 +169,12 @@ std::unique_ptr<DeviceStage> Pipeline::make_stereo(uint32_t min_disparity, uint3
 uint32_t Pipeline::widest_search() const {
     const defrec_camera& camera = rig_->camera();
     const double nearest = camera.fx * camera.baseline_mm / settings_.min_depth_mm;
-    return std::clamp(round_up(std::min(nearest, 0.45 * width_), kDisparityStep), kMinDisparities, 256u);
+    return std::clamp(round_up(std::min(nearest, 0.45 * width_), kDisparityStep), kMinDisparities,
+                      256u);
 }
 
-// A surface seen at these disparities may come nearer or go farther by half; what lies beyond is not searched from now on.
+// A surface seen at these disparities may come nearer or go farther by half; what lies beyond is
+// not searched from now on.
 void Pipeline::narrow_search(const SurfaceGrid& grid) {
     if (settings_.disparities != 0) return;
     float minimum = 1e9f, maximum = 0;
@@ -166,7 +184,8 @@ void Pipeline::narrow_search(const SurfaceGrid& grid) {
             maximum = std::max(maximum, grid.disparity[i]);
         }
     const uint32_t from = static_cast<uint32_t>(0.55 * minimum) / kDisparityStep * kDisparityStep;
-    const uint32_t to = std::min(round_up(1.6 * maximum + 4, kDisparityStep), std::max(widest_search(), round_up(maximum + 4, kDisparityStep)));
+    const uint32_t to = std::min(round_up(1.6 * maximum + 4, kDisparityStep),
+                                 std::max(widest_search(), round_up(maximum + 4, kDisparityStep)));
     stereo_ = make_stereo(from, std::max(to - from, kMinDisparities));
 }
 
@@ -178,17 +197,20 @@ void Pipeline::upload_maps() {
     }
 }
 
-// Writes the time since the last lap into the frame's list of stage times, with `timed` after waiting for the stage.
+// Writes the time since the last lap into the frame's list of stage times, with `timed` after
+// waiting for the stage.
 void Pipeline::record_time(const char* stage, FrameOutput& out) {
     if (settings_.timed) queue_.finish();
     const auto now = std::chrono::steady_clock::now();
     if (out.time_count < out.times.size())
-        out.times[out.time_count++] = {stage, std::chrono::duration<double, std::milli>(now - last_time_).count()};
+        out.times[out.time_count++] = {
+            stage, std::chrono::duration<double, std::milli>(now - last_time_).count()};
     last_time_ = now;
 }
 
 namespace {
-// The image as a buffer: the application's own, or this one with the pixels in it; nullptr where there is no image.
+// The image as a buffer: the application's own, or this one with the pixels in it; nullptr where
+// there is no image.
 const DeviceBuffer* upload(Queue& queue, const FrameImage& image, const DeviceBuffer& buffer) {
     if (image.memory != nullptr) return image.memory.get();
     if (image.pixels == nullptr) return nullptr;
@@ -201,35 +223,43 @@ void Pipeline::observe(const FrameInput& frame, std::array<uint8_t*, 2> gray, Fr
     see(*now_, queue_, frame, gray, out);
 }
 
-void Pipeline::observe_ahead(const FrameInput& frame, std::array<uint8_t*, 2> gray, FrameOutput& out) {
+void Pipeline::observe_ahead(const FrameInput& frame, std::array<uint8_t*, 2> gray,
+                             FrameOutput& out) {
     const auto followed = last_time_;
     see(*ahead_, *uploads_, frame, gray, out);
     last_time_ = followed;
 }
 
-void Pipeline::see(Observation& o, Queue& uploads, const FrameInput& frame, std::array<uint8_t*, 2> gray, FrameOutput& out) {
+void Pipeline::see(Observation& o, Queue& uploads, const FrameInput& frame,
+                   std::array<uint8_t*, 2> gray, FrameOutput& out) {
     out.time_count = 0;
     o.gray_point = 0;
     last_time_ = std::chrono::steady_clock::now();
     const DeviceBuffer* ignored = upload(uploads, frame.ignore, o.ignore);
-    const DeviceBuffer* raw[2] = {upload(uploads, frame.views[0], o.raw[0]), upload(uploads, frame.views[1], o.raw[1])};
+    const DeviceBuffer* raw[2] = {upload(uploads, frame.views[0], o.raw[0]),
+                                  upload(uploads, frame.views[1], o.raw[1])};
     if (&uploads != &queue_) uploads.finish();  // the queue does not wait for another
     record_time("upload", out);
     bool reads_gray = false;
     for (size_t view = 0; view < 2; ++view) {
         const bool in_memory = frame.views[view].memory != nullptr;
-        DeviceStage& rectify = in_memory && rectify_memory_ != nullptr ? *rectify_memory_ : *rectify_;
-        rectify.enqueue(queue_, {raw[view], map_[view] ? &map_[view] : nullptr, view == 0 ? ignored : nullptr}, {&o.gray[view], &o.mask[view]});
+        DeviceStage& rectify =
+            in_memory && rectify_memory_ != nullptr ? *rectify_memory_ : *rectify_;
+        rectify.enqueue(
+            queue_, {raw[view], map_[view] ? &map_[view] : nullptr, view == 0 ? ignored : nullptr},
+            {&o.gray[view], &o.mask[view]});
         if (in_memory) queue_.read(o.gray[view], gray[view], o.gray[view].size());
         reads_gray |= in_memory;
     }
     if (reads_gray) o.gray_point = queue_.signal();
     record_time("rectify", out);
-    stereo_->enqueue(queue_, {&o.gray[0], &o.gray[1], &o.mask[0], &o.mask[1]}, {&o.disparity, nullptr});
+    stereo_->enqueue(queue_, {&o.gray[0], &o.gray[1], &o.mask[0], &o.mask[1]},
+                     {&o.disparity, nullptr});
     record_time("stereo", out);
     orb_->enqueue(queue_, {&o.gray[0], &o.mask[0]}, {&o.feature_count, &o.features});
     queue_.read(o.feature_count, &out.summary->features, sizeof out.summary->features);
-    if (settings_.keep_disparity) queue_.read(o.disparity, out.disparity.data(), bytes_of(out.disparity));
+    if (settings_.keep_disparity)
+        queue_.read(o.disparity, out.disparity.data(), bytes_of(out.disparity));
     record_time("orb", out);
     queue_.signal();
 }
@@ -243,7 +273,8 @@ void Pipeline::forget_observation(FrameOutput& out) {
     out.summary->features = 0;
 }
 
-void Pipeline::leave_samples(std::span<const defrec_surface_sample> samples, const DeviceBuffer& memory) {
+void Pipeline::leave_samples(std::span<const defrec_surface_sample> samples,
+                             const DeviceBuffer& memory) {
     queue_.write(memory, samples.data(), samples.size_bytes());
     queue_.finish();
 }
@@ -269,7 +300,8 @@ void Pipeline::download_front() {
     queue_.read(now_->feature_count, &host_feature_count_, sizeof host_feature_count_);
     queue_.finish();
     if (host_feature_count_ > feature_capacity_)
-        fail(DEFREC_ERROR_PLUGIN, "the plugin gave ", host_feature_count_, " features where at most ", feature_capacity_, " fit");
+        fail(DEFREC_ERROR_PLUGIN, "the plugin gave ", host_feature_count_,
+             " features where at most ", feature_capacity_, " fit");
     host_features_.resize(host_feature_count_);
 }
 
@@ -293,10 +325,14 @@ bool Pipeline::views_look_swapped() {
     const uint64_t pixels = uint64_t{width_} * height_;
     host_disparity_.resize(pixels);
     const auto coverage = [&](int first, int second) {
-        stereo_->enqueue(queue_, {&now_->gray[first], &now_->gray[second], &now_->mask[first], &now_->mask[second]}, {&now_->disparity, nullptr});
+        stereo_->enqueue(
+            queue_,
+            {&now_->gray[first], &now_->gray[second], &now_->mask[first], &now_->mask[second]},
+            {&now_->disparity, nullptr});
         queue_.read(now_->disparity, host_disparity_.data(), bytes_of(host_disparity_));
         queue_.finish();
-        const auto known = std::count_if(host_disparity_.begin(), host_disparity_.end(), [](int16_t d) { return d > 0; });
+        const auto known = std::count_if(host_disparity_.begin(), host_disparity_.end(),
+                                         [](int16_t d) { return d > 0; });
         return static_cast<double>(known) / static_cast<double>(pixels);
     };
     const double exchanged = coverage(1, 0), given = coverage(0, 1);
@@ -325,10 +361,15 @@ void Pipeline::set_template(std::shared_ptr<const Template> surface) {
     t.surface = std::move(surface);
     upload_template(t, data);
 
-    const uint32_t nodes = static_cast<uint32_t>(data.nodes.size() / 3), landmarks = static_cast<uint32_t>(data.landmarks.size());
-    const uint32_t patches = static_cast<uint32_t>(data.patches.size()), points = static_cast<uint32_t>(data.vertices.size());
-    const auto buffer = [&](uint64_t count, uint64_t size) { return DeviceBuffer(device_, std::max<uint64_t>(count * size, 16)); };
-    for (DeviceBuffer* motions : {&t.start, &t.coarse, &t.middle, &t.final}) *motions = buffer(nodes, sizeof(defrec_motion));
+    const uint32_t nodes = static_cast<uint32_t>(data.nodes.size() / 3),
+                   landmarks = static_cast<uint32_t>(data.landmarks.size());
+    const uint32_t patches = static_cast<uint32_t>(data.patches.size()),
+                   points = static_cast<uint32_t>(data.vertices.size());
+    const auto buffer = [&](uint64_t count, uint64_t size) {
+        return DeviceBuffer(device_, std::max<uint64_t>(count * size, 16));
+    };
+    for (DeviceBuffer* motions : {&t.start, &t.coarse, &t.middle, &t.final})
+        *motions = buffer(nodes, sizeof(defrec_motion));
     t.matches = buffer(landmarks, sizeof(defrec_match));
     t.weighted = buffer(landmarks, sizeof(defrec_match));
     t.ransac_summary = buffer(1, sizeof(defrec_ransac_summary));
@@ -371,7 +412,8 @@ void Pipeline::set_template(std::shared_ptr<const Template> surface) {
     t.align_coarse = make_align(1, 8);
     t.align_fine = make_align(0, 4);
 
-    const auto make_lm = [&](uint32_t iterations, bool presolve, float match_weight, float patch_tukey_px, float icp_tukey_mm) {
+    const auto make_lm = [&](uint32_t iterations, bool presolve, float match_weight,
+                             float patch_tukey_px, float icp_tukey_mm) {
         auto lm = make_params<defrec_lm_params>();
         lm.nodes = nodes;
         lm.edges = static_cast<uint32_t>(data.edges.size());
@@ -393,13 +435,15 @@ void Pipeline::set_template(std::shared_ptr<const Template> surface) {
         lm.match_threshold_mm = 2.f;
         fill_defaults(lm);
         auto stage = std::make_unique<DeviceStage>(device_, DEFREC_STAGE_LM, &lm);
-        stage->prepare(queue_, {&t.nodes, &t.edges, &t.sparse_points, &t.landmark_points, &t.patches});
+        stage->prepare(queue_,
+                       {&t.nodes, &t.edges, &t.sparse_points, &t.landmark_points, &t.patches});
         return stage;
     };
-    // The paper's weight while features alone tell where the surface went; once patches do so to a fraction of a pixel, features whose
-    // positions are good to about a pixel only hold what has no patch.
-    // Patches far from where the surface is so far are what a local deformation looks like, so their kernel is wide at first. Live depth far
-    // from it is more and more likely an instrument's, so the kernel of ICP narrows.
+    // The paper's weight while features alone tell where the surface went; once patches do so to a
+    // fraction of a pixel, features whose positions are good to about a pixel only hold what has no
+    // patch. Patches far from where the surface is so far are what a local deformation looks like,
+    // so their kernel is wide at first. Live depth far from it is more and more likely an
+    // instrument's, so the kernel of ICP narrows.
     t.solve_coarse = make_lm(settings_.coarse_iterations, true, 10.f, 12.f, 3.f);
     t.solve_middle = make_lm(settings_.coarse_iterations, false, 1.f, 12.f, 1.5f);
     t.solve_fine = make_lm(settings_.fine_iterations, false, 0.5f, 8.f, 1.f);
@@ -418,24 +462,31 @@ void Pipeline::set_template(std::shared_ptr<const Template> surface) {
     follow_ = std::move(stages);
 }
 
-void Pipeline::follow(std::span<const defrec_motion> start, const DeviceBuffer* samples, FrameOutput& out) {
+void Pipeline::follow(std::span<const defrec_motion> start, const DeviceBuffer* samples,
+                      FrameOutput& out) {
     TemplateStages& t = *follow_;
     if (samples == nullptr) samples = &t.samples;
     last_time_ = std::chrono::steady_clock::now();
     queue_.write(t.start, start.data(), start.size_bytes());
-    t.match->enqueue(queue_, {&now_->feature_count, &now_->features, &now_->disparity}, {&t.matches});
+    t.match->enqueue(queue_, {&now_->feature_count, &now_->features, &now_->disparity},
+                     {&t.matches});
     record_time("match", out);
     t.ransac->enqueue(queue_, {&t.matches}, {&t.weighted, &t.ransac_summary});
     record_time("ransac", out);
-    t.solve_coarse->enqueue(queue_, {&t.start, &t.weighted, nullptr, &now_->disparity}, {&t.coarse, &t.lm_summary});
+    t.solve_coarse->enqueue(queue_, {&t.start, &t.weighted, nullptr, &now_->disparity},
+                            {&t.coarse, &t.lm_summary});
     record_time("lm coarse", out);
-    t.align_coarse->enqueue(queue_, {&now_->gray[0], &now_->mask[0], &t.coarse, nullptr}, {&t.observations, nullptr});
+    t.align_coarse->enqueue(queue_, {&now_->gray[0], &now_->mask[0], &t.coarse, nullptr},
+                            {&t.observations, nullptr});
     record_time("align coarse", out);
-    t.solve_middle->enqueue(queue_, {&t.coarse, &t.weighted, &t.observations, &now_->disparity}, {&t.middle, &t.lm_summary});
+    t.solve_middle->enqueue(queue_, {&t.coarse, &t.weighted, &t.observations, &now_->disparity},
+                            {&t.middle, &t.lm_summary});
     record_time("lm middle", out);
-    t.align_fine->enqueue(queue_, {&now_->gray[0], &now_->mask[0], &t.middle, nullptr}, {&t.observations, &t.predictions});
+    t.align_fine->enqueue(queue_, {&now_->gray[0], &now_->mask[0], &t.middle, nullptr},
+                          {&t.observations, &t.predictions});
     record_time("align fine", out);
-    t.solve_fine->enqueue(queue_, {&t.middle, &t.weighted, &t.observations, &now_->disparity}, {&t.final, &t.lm_summary});
+    t.solve_fine->enqueue(queue_, {&t.middle, &t.weighted, &t.observations, &now_->disparity},
+                          {&t.final, &t.lm_summary});
     record_time("lm fine", out);
     t.warp->enqueue(queue_, {&t.final, &now_->disparity}, {samples});
     record_time("warp", out);

@@ -1,4 +1,5 @@
-// The tracker: a queue of frames, a thread that computes them in order, and the results until they are released.
+// The tracker: a queue of frames, a thread that computes them in order, and the results until they
+// are released.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -33,7 +34,8 @@ class Job {
 class Tracker {
   public:
     // desc as the caller gave it, checked for size and flags; defaults are filled in here.
-    Tracker(std::shared_ptr<Context> context, std::shared_ptr<const Rig> rig, const defrec_tracker_desc& desc);
+    Tracker(std::shared_ptr<Context> context, std::shared_ptr<const Rig> rig,
+            const defrec_tracker_desc& desc);
     ~Tracker();
     Tracker(const Tracker&) = delete;
     Tracker& operator=(const Tracker&) = delete;
@@ -42,15 +44,16 @@ class Tracker {
     std::shared_ptr<Job> submit(FrameInput input);
 
     // The caller's memory as a buffer that frames of this tracker may use. Any thread.
-    std::shared_ptr<const DeviceBuffer> import_memory(uint32_t kind, void* address, uint64_t size) const;
+    std::shared_ptr<const DeviceBuffer> import_memory(uint32_t kind, void* address,
+                                                      uint64_t size) const;
     bool can_use(const DeviceBuffer& memory) const;  // it was imported here
 
     // Throws Error(DEFREC_ERROR_STATE) before there is one.
     std::shared_ptr<const Template> current_template() const;
     void set_template(std::shared_ptr<const Template> surface);
 
-    uint32_t format() const;          // of the frames
-    uint32_t memory_stride() const;   // of left and right images in memory
+    uint32_t format() const;         // of the frames
+    uint32_t memory_stride() const;  // of left and right images in memory
     const Rig& rig() const;
 
   private:

@@ -1,4 +1,5 @@
-// The tracker through the C API, on a textured plane that is moved: states, reasons, queue, templates, repeatability.
+// The tracker through the C API, on a textured plane that is moved: states, reasons, queue,
+// templates, repeatability.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -17,7 +18,8 @@ namespace {
 struct Session : TrackingSession {
     using TrackingSession::TrackingSession;
 
-    defrec_status submit(const Pair& pair, defrec_job* job, const std::vector<uint8_t>* ignore = nullptr, uint32_t flags = 0) {
+    defrec_status submit(const Pair& pair, defrec_job* job,
+                         const std::vector<uint8_t>* ignore = nullptr, uint32_t flags = 0) {
         TrackingSession::Frame frame;
         frame.left.pixels = pair.left.data();
         frame.right.pixels = pair.right.data();
@@ -32,14 +34,16 @@ struct Session : TrackingSession {
         std::vector<uint8_t> status;
         double shift[3];
     };
-    Frame track(const Pair& pair, const std::vector<uint8_t>* ignore = nullptr, uint32_t flags = 0) {
+    Frame track(const Pair& pair, const std::vector<uint8_t>* ignore = nullptr,
+                uint32_t flags = 0) {
         defrec_job job = nullptr;
         REQUIRE_OK(submit(pair, &job, ignore, flags));
         REQUIRE_OK(defrec_job_wait(job, UINT64_MAX));
         defrec_result result;
         DEFREC_INIT(&result);
         REQUIRE_OK(defrec_job_result(job, &result));
-        Frame frame{result.state, result.reasons, result.epoch, result.patches, result.features, {}, {}, {0, 0, 0}};
+        Frame frame{result.state, result.reasons, result.epoch, result.patches, result.features, {},
+                    {},           {0, 0, 0}};
         if (result.vertex_count > 0) {
             frame.vertices.assign(result.vertices, result.vertices + 3 * result.vertex_count);
             frame.status.assign(result.vertex_status, result.vertex_status + result.vertex_count);
@@ -53,7 +57,9 @@ struct Session : TrackingSession {
     }
 };
 
-bool usable(uint32_t state) { return state == DEFREC_TRACKING || state == DEFREC_DEGRADED || state == DEFREC_RELOCALISED; }
+bool usable(uint32_t state) {
+    return state == DEFREC_TRACKING || state == DEFREC_DEGRADED || state == DEFREC_RELOCALISED;
+}
 
 }  // namespace
 
@@ -72,7 +78,8 @@ TEST_CASE("the first frame gives the template, and a moving surface is followed"
     }
 }
 
-TEST_CASE("row 64: a sudden shift of ten millimetres between two frames is found in the same frame") {
+TEST_CASE(
+    "row 64: a sudden shift of ten millimetres between two frames is found in the same frame") {
     Session session;
     session.track(render(0, 0));
     const Session::Frame frame = session.track(render(10, 3));
@@ -82,7 +89,9 @@ TEST_CASE("row 64: a sudden shift of ten millimetres between two frames is found
     CHECK(std::abs(frame.shift[1] - 3) < 0.3);
 }
 
-TEST_CASE("rows 58 and 63: black frames are lost at once, and the surface is found again when it returns") {
+TEST_CASE(
+    "rows 58 and 63: black frames are lost at once, and the surface is found again when it "
+    "returns") {
     Session session;
     session.track(render(0, 0));
     const uint32_t epoch = session.track(render(0.5, 0)).epoch;
@@ -152,7 +161,8 @@ TEST_CASE("row 54: a frozen stream is named, and followed all the same") {
 
 TEST_CASE("row 51: a gap in the stream is named") {
     Session session;
-    for (int i = 0; i < 4; ++i) CHECK((session.track(render(0.1 * i, 0)).reasons & DEFREC_REASON_GAP) == 0);
+    for (int i = 0; i < 4; ++i)
+        CHECK((session.track(render(0.1 * i, 0)).reasons & DEFREC_REASON_GAP) == 0);
     session.time += 10 * 33000000;
     CHECK((session.track(render(0.5, 0)).reasons & DEFREC_REASON_GAP) != 0);
 }
@@ -160,7 +170,8 @@ TEST_CASE("row 51: a gap in the stream is named") {
 TEST_CASE("row 51: timestamps as far apart as there are") {
     Session session;
     session.time = INT64_MIN;  // and a frame's time later
-    for (int i = 0; i < 3; ++i) CHECK((session.track(render(0.1 * i, 0)).reasons & DEFREC_REASON_GAP) == 0);
+    for (int i = 0; i < 3; ++i)
+        CHECK((session.track(render(0.1 * i, 0)).reasons & DEFREC_REASON_GAP) == 0);
     session.time = INT64_MAX - 33000000;
     CHECK((session.track(render(0.3, 0)).reasons & DEFREC_REASON_GAP) != 0);
 }
@@ -187,7 +198,9 @@ TEST_CASE("row 53: a timestamp that does not grow is refused and changes nothing
     CHECK(session.track(render(0.1, 0)).state == DEFREC_TRACKING);
 }
 
-TEST_CASE("a full queue is an error, not a dropped frame; jobs end in order; results stay until released") {
+TEST_CASE(
+    "a full queue is an error, not a dropped frame; jobs end in order; results stay until "
+    "released") {
     Session session;
     const Pair pair = render(0, 0);
     defrec_job first = nullptr, second = nullptr, third = nullptr;
@@ -228,7 +241,8 @@ TEST_CASE("a point that is not finite is unknown, and the points beside it are n
     defrec_job job = nullptr;
     REQUIRE_OK(session.submit(render(0, 0), &job));
     REQUIRE_OK(defrec_job_wait(job, UINT64_MAX));
-    constexpr double kNaN = std::numeric_limits<double>::quiet_NaN(), kInfinity = std::numeric_limits<double>::infinity();
+    constexpr double kNaN = std::numeric_limits<double>::quiet_NaN(),
+                     kInfinity = std::numeric_limits<double>::infinity();
     const double centre[3] = {0, 0, kDepth};
     for (const double bad : {kNaN, kInfinity, -kInfinity})
         for (int axis = 0; axis < 3; ++axis) {
@@ -252,7 +266,8 @@ TEST_CASE("a point that is not finite is unknown, and the points beside it are n
 }
 
 TEST_CASE("a template can be saved, loaded and tracked by another tracker") {
-    const std::filesystem::path path = std::filesystem::temp_directory_path() / "defrec_tracker_test_template";
+    const std::filesystem::path path =
+        std::filesystem::temp_directory_path() / "defrec_tracker_test_template";
     {
         Session session;
         session.track(render(0, 0));
@@ -283,7 +298,8 @@ TEST_CASE("a template of another camera is refused") {
         return defrec_tracker_set_template(other.tracker, surface);
     };
     CHECK(try_on(nullptr) == DEFREC_OK);
-    for (double defrec_intrinsics::*member : {&defrec_intrinsics::fx, &defrec_intrinsics::fy, &defrec_intrinsics::cx, &defrec_intrinsics::cy}) {
+    for (double defrec_intrinsics::*member : {&defrec_intrinsics::fx, &defrec_intrinsics::fy,
+                                              &defrec_intrinsics::cx, &defrec_intrinsics::cy}) {
         const auto change = [member](defrec_rig_desc& rig, defrec_tracker_desc&) {
             rig.left.*member += 0.5;
             rig.right.*member += 0.5;
@@ -291,7 +307,8 @@ TEST_CASE("a template of another camera is refused") {
         CHECK(try_on(change) == DEFREC_ERROR_ARGUMENT);
         CHECK(std::string(defrec_last_error()).find("the rig has fx") != std::string::npos);
     }
-    CHECK(try_on([](defrec_rig_desc& rig, defrec_tracker_desc&) { rig.translation[0] *= 1.01; }) == DEFREC_ERROR_ARGUMENT);
+    CHECK(try_on([](defrec_rig_desc& rig, defrec_tracker_desc&) { rig.translation[0] *= 1.01; }) ==
+          DEFREC_ERROR_ARGUMENT);
     defrec_template_release(surface);
 }
 
@@ -299,7 +316,8 @@ TEST_CASE("a template is captured anew on request") {
     Session session;
     const uint32_t epoch = session.track(render(0, 0)).epoch;
     session.track(render(3, 0));
-    const Session::Frame frame = session.track(render(3, 0, 1, 3), nullptr, DEFREC_FRAME_CAPTURE_TEMPLATE);
+    const Session::Frame frame =
+        session.track(render(3, 0, 1, 3), nullptr, DEFREC_FRAME_CAPTURE_TEMPLATE);
     CHECK(frame.epoch == epoch + 1);
     CHECK(std::abs(frame.shift[0]) < 0.15);
 }
@@ -332,6 +350,7 @@ TEST_CASE("the reference backend follows the same surface to the same place") {
         const Pair pair = render(1.5 * i, 0);
         const Session::Frame fast = cpu.track(pair), plain = reference.track(pair);
         CHECK(plain.state == fast.state);
-        for (int axis = 0; axis < 3; ++axis) CHECK(std::abs(fast.shift[axis] - plain.shift[axis]) < 0.02);
+        for (int axis = 0; axis < 3; ++axis)
+            CHECK(std::abs(fast.shift[axis] - plain.shift[axis]) < 0.02);
     }
 }

@@ -1,5 +1,6 @@
-// See block.hpp. A block's threads are fibers of one OS thread, resumed in turn; one that waits gives way until all it waits for have come.
-// The blocks of a cooperative grid have an OS thread each; those of others are shared out among as many as there are processors.
+// See block.hpp. A block's threads are fibers of one OS thread, resumed in turn; one that waits
+// gives way until all it waits for have come. The blocks of a cooperative grid have an OS thread
+// each; those of others are shared out among as many as there are processors.
 #include "backends/cuda/emulation/block.hpp"
 
 #include <array>
@@ -30,7 +31,8 @@ struct WholeGrid {
     std::barrier<> barrier;
 };
 
-// Lanes of one warp that exchange values. There are two results, used in turn: before a lane can ask for the next but one, all have read this one.
+// Lanes of one warp that exchange values. There are two results, used in turn: before a lane can
+// ask for the next but one, all have read this one.
 struct Exchange {
     uint32_t arrived = 0;
     uint32_t turn = 0;
@@ -40,9 +42,13 @@ struct Exchange {
 class Block {
   public:
     explicit Block(const KernelCall& call)
-        : call_(call), threads_(count(call.grid.threads)), warps_((threads_ + 31) / 32), dynamic_(call.grid.shared / 16 + 1),
+        : call_(call),
+          threads_(count(call.grid.threads)),
+          warps_((threads_ + 31) / 32),
+          dynamic_(call.grid.shared / 16 + 1),
           stacks_(kStackBytes) {
-        if (threads_ == 0 || threads_ > kMaxThreads) throw std::logic_error("emulation: a block has 1 to 1024 threads");
+        if (threads_ == 0 || threads_ > kMaxThreads)
+            throw std::logic_error("emulation: a block has 1 to 1024 threads");
         lanes_.resize(threads_);
     }
 
@@ -142,7 +148,8 @@ void Block::run(uint64_t index, WholeGrid* grid) {
     for (size_t i = 0; i < threads_; ++i) {
         Lane& lane = lanes_[i];
         lane.waits = lane.done = false;
-        lane.place = {place_in(call_.grid.threads, i), place_in(call_.grid.blocks, index), call_.grid.threads, call_.grid.blocks};
+        lane.place = {place_in(call_.grid.threads, i), place_in(call_.grid.blocks, index),
+                      call_.grid.threads, call_.grid.blocks};
         lane.fiber = context::fiber(std::allocator_arg, stacks_, [this](context::fiber&& back) {
             scheduler_ = std::move(back);
             call_.body();
@@ -158,7 +165,8 @@ void Block::run(uint64_t index, WholeGrid* grid) {
         }
         if (at_grid_barrier_) {
             at_grid_barrier_ = false;
-            if (grid == nullptr) throw std::logic_error("emulation: sync_grid in a grid that is not cooperative");
+            if (grid == nullptr)
+                throw std::logic_error("emulation: sync_grid in a grid that is not cooperative");
             grid->barrier.arrive_and_wait();
             release_block();
         } else if (progress_ == before) {
@@ -178,7 +186,9 @@ uint32_t lane() { return running->lane(); }
 
 void run(const KernelCall& call) {
     const uint64_t blocks = count(call.grid.blocks);
-    const uint64_t workers = call.grid.cooperative ? blocks : std::min<uint64_t>(blocks, std::thread::hardware_concurrency());
+    const uint64_t workers = call.grid.cooperative
+                                 ? blocks
+                                 : std::min<uint64_t>(blocks, std::thread::hardware_concurrency());
     std::optional<WholeGrid> grid;
     if (call.grid.cooperative) grid.emplace(blocks);
     std::atomic<uint64_t> next{0};
@@ -186,7 +196,8 @@ void run(const KernelCall& call) {
     const auto work = [&](uint64_t worker) {
         try {
             Block block(call);
-            for (uint64_t i; (i = next.fetch_add(1)) < blocks;) block.run(i, grid ? &*grid : nullptr);
+            for (uint64_t i; (i = next.fetch_add(1)) < blocks;)
+                block.run(i, grid ? &*grid : nullptr);
         } catch (...) {
             failures[worker] = std::current_exception();
         }

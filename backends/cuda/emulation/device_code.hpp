@@ -1,5 +1,6 @@
-// What kernels use of CUDA's language, for a C++ compiler: each thread of a block is a fiber, so that barriers and exchanges within a warp
-// mean what they mean on a GPU. Tests run every kernel this way where there is no GPU. A kernel may use what is declared here and no more.
+// What kernels use of CUDA's language, for a C++ compiler: each thread of a block is a fiber, so
+// that barriers and exchanges within a warp mean what they mean on a GPU. Tests run every kernel
+// this way where there is no GPU. A kernel may use what is declared here and no more.
 #pragma once
 #include <algorithm>
 #include <bit>
@@ -20,18 +21,26 @@
 
 struct dim3 {
     uint32_t x = 1, y = 1, z = 1;
-    constexpr dim3(uint32_t width = 1, uint32_t height = 1, uint32_t depth = 1) : x(width), y(height), z(depth) {}
+    constexpr dim3(uint32_t width = 1, uint32_t height = 1, uint32_t depth = 1)
+        : x(width), y(height), z(depth) {}
 };
 using uint3 = dim3;
 
-// ---- vectors -------------------------------------------------------------------------------------------------------
+// ---- vectors
+// -------------------------------------------------------------------------------------------------------
 
-#define DEFREC_EMULATED_VECTOR(Type, Scalar)                                                                      \
-    struct alignas(2 * sizeof(Scalar)) Type##2 { Scalar x, y; };                                                  \
-    struct Type##3 { Scalar x, y, z; };                                                                           \
-    struct alignas(4 * sizeof(Scalar) < 16 ? 4 * sizeof(Scalar) : 16) Type##4 { Scalar x, y, z, w; };             \
-    inline Type##2 make_##Type##2(Scalar x, Scalar y) { return {x, y}; }                                          \
-    inline Type##3 make_##Type##3(Scalar x, Scalar y, Scalar z) { return {x, y, z}; }                             \
+#define DEFREC_EMULATED_VECTOR(Type, Scalar)                                          \
+    struct alignas(2 * sizeof(Scalar)) Type##2 {                                      \
+        Scalar x, y;                                                                  \
+    };                                                                                \
+    struct Type##3 {                                                                  \
+        Scalar x, y, z;                                                               \
+    };                                                                                \
+    struct alignas(4 * sizeof(Scalar) < 16 ? 4 * sizeof(Scalar) : 16) Type##4 {       \
+        Scalar x, y, z, w;                                                            \
+    };                                                                                \
+    inline Type##2 make_##Type##2(Scalar x, Scalar y) { return {x, y}; }              \
+    inline Type##3 make_##Type##3(Scalar x, Scalar y, Scalar z) { return {x, y, z}; } \
     inline Type##4 make_##Type##4(Scalar x, Scalar y, Scalar z, Scalar w) { return {x, y, z, w}; }
 DEFREC_EMULATED_VECTOR(char, signed char)
 DEFREC_EMULATED_VECTOR(uchar, unsigned char)
@@ -40,12 +49,17 @@ DEFREC_EMULATED_VECTOR(ushort, unsigned short)
 DEFREC_EMULATED_VECTOR(int, int)
 DEFREC_EMULATED_VECTOR(float, float)
 #undef DEFREC_EMULATED_VECTOR
-struct alignas(8) uint2 { uint32_t x, y; };
-struct alignas(16) uint4 { uint32_t x, y, z, w; };
+struct alignas(8) uint2 {
+    uint32_t x, y;
+};
+struct alignas(16) uint4 {
+    uint32_t x, y, z, w;
+};
 inline uint2 make_uint2(uint32_t x, uint32_t y) { return {x, y}; }
 inline uint4 make_uint4(uint32_t x, uint32_t y, uint32_t z, uint32_t w) { return {x, y, z, w}; }
 
-// ---- threads -------------------------------------------------------------------------------------------------------
+// ---- threads
+// -------------------------------------------------------------------------------------------------------
 
 namespace defrec::cuda::emulation {
 
@@ -75,7 +89,8 @@ T from_bits(uint64_t bits) {
     std::memcpy(&value, &bits, sizeof value);
     return value;
 }
-// The value of lane `from`, or the caller's own where that lies outside its segment of `width` lanes or did not take part.
+// The value of lane `from`, or the caller's own where that lies outside its segment of `width`
+// lanes or did not take part.
 template <class T>
 T shuffle(uint32_t mask, T value, int from, int width) {
     const uint64_t* all = exchange(mask, to_bits(value));
@@ -100,9 +115,15 @@ inline void sync_grid() { emulation::sync_whole_grid(); }
 }  // namespace defrec::cuda
 
 inline void __syncthreads() { defrec::cuda::emulation::sync_block(false); }
-inline int __syncthreads_count(int predicate) { return defrec::cuda::emulation::sync_block(predicate != 0); }
-inline int __syncthreads_or(int predicate) { return defrec::cuda::emulation::sync_block(predicate != 0) != 0; }
-inline int __syncthreads_and(int predicate) { return defrec::cuda::emulation::sync_block(predicate == 0) == 0; }
+inline int __syncthreads_count(int predicate) {
+    return defrec::cuda::emulation::sync_block(predicate != 0);
+}
+inline int __syncthreads_or(int predicate) {
+    return defrec::cuda::emulation::sync_block(predicate != 0) != 0;
+}
+inline int __syncthreads_and(int predicate) {
+    return defrec::cuda::emulation::sync_block(predicate == 0) == 0;
+}
 inline void __syncwarp(uint32_t mask = 0xffffffff) { defrec::cuda::emulation::exchange(mask, 0); }
 inline void __threadfence() {}
 inline void __threadfence_block() {}
@@ -115,15 +136,19 @@ T __shfl_sync(uint32_t mask, T value, int from, int width = 32) {
 }
 template <class T>
 T __shfl_up_sync(uint32_t mask, T value, uint32_t by, int width = 32) {
-    return defrec::cuda::emulation::shuffle(mask, value, static_cast<int>(defrec::cuda::emulation::lane()) - static_cast<int>(by), width);
+    return defrec::cuda::emulation::shuffle(
+        mask, value, static_cast<int>(defrec::cuda::emulation::lane()) - static_cast<int>(by),
+        width);
 }
 template <class T>
 T __shfl_down_sync(uint32_t mask, T value, uint32_t by, int width = 32) {
-    return defrec::cuda::emulation::shuffle(mask, value, static_cast<int>(defrec::cuda::emulation::lane() + by), width);
+    return defrec::cuda::emulation::shuffle(
+        mask, value, static_cast<int>(defrec::cuda::emulation::lane() + by), width);
 }
 template <class T>
 T __shfl_xor_sync(uint32_t mask, T value, int with, int width = 32) {
-    return defrec::cuda::emulation::shuffle(mask, value, static_cast<int>(defrec::cuda::emulation::lane()) ^ with, width);
+    return defrec::cuda::emulation::shuffle(
+        mask, value, static_cast<int>(defrec::cuda::emulation::lane()) ^ with, width);
 }
 inline uint32_t __ballot_sync(uint32_t mask, int predicate) {
     const uint64_t* all = defrec::cuda::emulation::exchange(mask, predicate != 0);
@@ -133,17 +158,22 @@ inline uint32_t __ballot_sync(uint32_t mask, int predicate) {
     return ballot;
 }
 inline int __any_sync(uint32_t mask, int predicate) { return __ballot_sync(mask, predicate) != 0; }
-inline int __all_sync(uint32_t mask, int predicate) { return __ballot_sync(mask, predicate) == mask; }
+inline int __all_sync(uint32_t mask, int predicate) {
+    return __ballot_sync(mask, predicate) == mask;
+}
 template <class T, class Combine>
 T defrec_emulated_reduction(uint32_t mask, T value, Combine&& combine) {
-    const uint64_t* all = defrec::cuda::emulation::exchange(mask, defrec::cuda::emulation::to_bits(value));
+    const uint64_t* all =
+        defrec::cuda::emulation::exchange(mask, defrec::cuda::emulation::to_bits(value));
     const uint32_t me = defrec::cuda::emulation::lane();
     for (uint32_t i = 0; i < 32; ++i)
-        if (i != me && ((mask >> i) & 1) != 0) value = combine(value, defrec::cuda::emulation::from_bits<T>(all[i]));
+        if (i != me && ((mask >> i) & 1) != 0)
+            value = combine(value, defrec::cuda::emulation::from_bits<T>(all[i]));
     return value;
 }
 inline uint32_t __reduce_min_sync(uint32_t mask, uint32_t value) {
-    return defrec_emulated_reduction(mask, value, [](uint32_t a, uint32_t b) { return std::min(a, b); });
+    return defrec_emulated_reduction(mask, value,
+                                     [](uint32_t a, uint32_t b) { return std::min(a, b); });
 }
 inline int __reduce_max_sync(uint32_t mask, int value) {
     return defrec_emulated_reduction(mask, value, [](int a, int b) { return std::max(a, b); });
@@ -152,7 +182,8 @@ inline uint32_t __reduce_add_sync(uint32_t mask, uint32_t value) {
     return defrec_emulated_reduction(mask, value, [](uint32_t a, uint32_t b) { return a + b; });
 }
 
-// ---- atomics: on integers ------------------------------------------------------------------------------------------
+// ---- atomics: on integers
+// ------------------------------------------------------------------------------------------
 
 template <class T>
 T atomicAdd(T* at, std::type_identity_t<T> value) {
@@ -162,7 +193,9 @@ T atomicAdd(T* at, std::type_identity_t<T> value) {
 template <class T, class Choose>
 T defrec_emulated_atomic(T* at, Choose&& choose) {
     T before = __atomic_load_n(at, __ATOMIC_RELAXED);
-    while (!__atomic_compare_exchange_n(at, &before, choose(before), false, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {}
+    while (!__atomic_compare_exchange_n(at, &before, choose(before), false, __ATOMIC_RELAXED,
+                                        __ATOMIC_RELAXED)) {
+    }
     return before;
 }
 template <class T>
@@ -191,7 +224,8 @@ T atomicCAS(T* at, std::type_identity_t<T> expected, std::type_identity_t<T> val
     return expected;
 }
 
-// ---- arithmetic ----------------------------------------------------------------------------------------------------
+// ---- arithmetic
+// ----------------------------------------------------------------------------------------------------
 
 using std::max;
 using std::min;
@@ -226,12 +260,18 @@ inline uint32_t __funnelshift_r(uint32_t low, uint32_t high, uint32_t by) {
 inline uint32_t __byte_perm(uint32_t x, uint32_t y, uint32_t selector) {
     const uint64_t bytes = (uint64_t{y} << 32) | x;
     uint32_t result = 0;
-    for (uint32_t i = 0; i < 4; ++i) result |= static_cast<uint32_t>((bytes >> (8 * ((selector >> (4 * i)) & 7))) & 0xff) << (8 * i);
+    for (uint32_t i = 0; i < 4; ++i)
+        result |= static_cast<uint32_t>((bytes >> (8 * ((selector >> (4 * i)) & 7))) & 0xff)
+                  << (8 * i);
     return result;
 }
 // Of the two 16-bit halves, each for itself.
-inline uint32_t __vminu2(uint32_t a, uint32_t b) { return std::min(a >> 16, b >> 16) << 16 | std::min(a & 0xffff, b & 0xffff); }
-inline uint32_t __vmaxu2(uint32_t a, uint32_t b) { return std::max(a >> 16, b >> 16) << 16 | std::max(a & 0xffff, b & 0xffff); }
+inline uint32_t __vminu2(uint32_t a, uint32_t b) {
+    return std::min(a >> 16, b >> 16) << 16 | std::min(a & 0xffff, b & 0xffff);
+}
+inline uint32_t __vmaxu2(uint32_t a, uint32_t b) {
+    return std::max(a >> 16, b >> 16) << 16 | std::max(a & 0xffff, b & 0xffff);
+}
 // c plus the products of a's and b's four bytes.
 inline uint32_t __dp4a(uint32_t a, uint32_t b, uint32_t c) {
     for (int i = 0; i < 32; i += 8) c += ((a >> i) & 0xff) * ((b >> i) & 0xff);
@@ -242,9 +282,12 @@ inline int __dp4a(int a, int b, int c) {
     return c;
 }
 // c plus the products of a's two halves and two bytes of b: its lower ones, its upper ones.
-inline uint32_t __dp2a_lo(uint32_t a, uint32_t b, uint32_t c) { return c + (a & 0xffff) * (b & 0xff) + (a >> 16) * ((b >> 8) & 0xff); }
+inline uint32_t __dp2a_lo(uint32_t a, uint32_t b, uint32_t c) {
+    return c + (a & 0xffff) * (b & 0xff) + (a >> 16) * ((b >> 8) & 0xff);
+}
 inline uint32_t __dp2a_hi(uint32_t a, uint32_t b, uint32_t c) { return __dp2a_lo(a, b >> 16, c); }
 inline int __dp2a_lo(int a, int b, int c) {
-    return c + static_cast<int16_t>(a) * static_cast<int8_t>(b) + static_cast<int16_t>(a >> 16) * static_cast<int8_t>(b >> 8);
+    return c + static_cast<int16_t>(a) * static_cast<int8_t>(b) +
+           static_cast<int16_t>(a >> 16) * static_cast<int8_t>(b >> 8);
 }
 inline int __dp2a_hi(int a, int b, int c) { return __dp2a_lo(a, b >> 16, c); }

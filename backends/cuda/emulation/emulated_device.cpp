@@ -23,14 +23,17 @@ void EmulatedDevice::copy_to_device(std::byte* to, const void* from, uint64_t si
 void EmulatedDevice::clear(std::byte* memory, uint64_t size) { std::memset(memory, 0, size); }
 uint32_t EmulatedDevice::resident_blocks(const void*, uint32_t, size_t shared) const {
     const size_t for_each = std::max<size_t>(shared, 16 * 1024);
-    return limits_.multiprocessors * static_cast<uint32_t>(limits_.shared_per_multiprocessor / for_each);
+    return limits_.multiprocessors *
+           static_cast<uint32_t>(limits_.shared_per_multiprocessor / for_each);
 }
 
 void run(const Recording& recording) {
     for (const Node& node : recording.nodes) {
         if (const auto* call = std::get_if<KernelCall>(&node.work)) emulation::run(*call);
-        if (const auto* fill = std::get_if<Fill>(&node.work)) std::memset(fill->memory, fill->value, fill->size);
-        if (const auto* copy = std::get_if<Copy>(&node.work)) std::memcpy(copy->to, copy->from, copy->size);
+        if (const auto* fill = std::get_if<Fill>(&node.work))
+            std::memset(fill->memory, fill->value, fill->size);
+        if (const auto* copy = std::get_if<Copy>(&node.work))
+            std::memcpy(copy->to, copy->from, copy->size);
     }
 }
 

@@ -7,7 +7,8 @@ namespace defrec::cuda {
 
 class EmulatedDevice final : public Device {
   public:
-    // The least that a card of compute capability 7.5 has, so that what fits here fits everywhere; few multiprocessors, to be quick.
+    // The least that a card of compute capability 7.5 has, so that what fits here fits everywhere;
+    // few multiprocessors, to be quick.
     EmulatedDevice() : EmulatedDevice({4, 64 * 1024, 64 * 1024, 75}) {}
     explicit EmulatedDevice(const Limits& limits) : limits_(limits) {}
 

@@ -20,7 +20,8 @@ __global__ void sum_of_block(const int* in, int* out) {
     __shared__ int warp_sums[32];
     const uint32_t thread = threadIdx.x + threadIdx.y * blockDim.x;
     int sum = in[blockIdx.x * blockDim.x * blockDim.y + thread];
-    for (int by = 16; by > 0; by /= 2) sum += __shfl_down_sync(kAllLanes, sum, static_cast<uint32_t>(by));
+    for (int by = 16; by > 0; by /= 2)
+        sum += __shfl_down_sync(kAllLanes, sum, static_cast<uint32_t>(by));
     if (thread % kWarp == 0) warp_sums[thread / kWarp] = sum;
     __syncthreads();
     if (thread != 0) return;

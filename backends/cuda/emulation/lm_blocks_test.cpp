@@ -1,5 +1,5 @@
-// Stage lm on devices of other sizes than the one that backends/agreement meets: how many blocks share the work, and what of it lies in
-// shared memory, does not show.
+// Stage lm on devices of other sizes than the one that backends/agreement meets: how many blocks
+// share the work, and what of it lies in shared memory, does not show.
 #include <doctest/doctest.h>
 
 #include "backends/cuda/emulation/emulated_device.hpp"
@@ -25,13 +25,18 @@ struct Solved {
 };
 
 Solved solve(const TestSurface& surface, Stage& stage) {
-    const InBuffer prepared[] = {in(surface.nodes), in(surface.edges), in(surface.points), in(surface.landmarks), in(surface.patches)};
+    const InBuffer prepared[] = {in(surface.nodes), in(surface.edges), in(surface.points),
+                                 in(surface.landmarks), in(surface.patches)};
     stage.prepare(prepared);
-    const std::vector<defrec_motion> start(surface.nodes.size() / 3, from_rigid(Quaternion<double>{1, 0, 0, 0}, {0.013, 0.017, 0}).store());
+    const std::vector<defrec_motion> start(
+        surface.nodes.size() / 3,
+        from_rigid(Quaternion<double>{1, 0, 0, 0}, {0.013, 0.017, 0}).store());
     Solved solved{start, {}};
-    const InBuffer given[] = {in(start), in(surface.matches), in(surface.observations), in(surface.disparity)};
-    const OutBuffer results[] = {{solved.motions.data(), solved.motions.size() * sizeof(defrec_motion)},
-                                 {&solved.summary, sizeof solved.summary}};
+    const InBuffer given[] = {in(start), in(surface.matches), in(surface.observations),
+                              in(surface.disparity)};
+    const OutBuffer results[] = {
+        {solved.motions.data(), solved.motions.size() * sizeof(defrec_motion)},
+        {&solved.summary, sizeof solved.summary}};
     stage.run(given, results);
     return solved;
 }
@@ -39,7 +44,8 @@ Solved solve(const TestSurface& surface, Stage& stage) {
 void check_agreement(const TestSurface& surface, const Solved& actual, const Solved& expected) {
     CHECK(actual.summary.failed == 0);
     CHECK(actual.summary.iterations == expected.summary.iterations);
-    CHECK(actual.summary.initial_cost == doctest::Approx(expected.summary.initial_cost).epsilon(1e-4));
+    CHECK(actual.summary.initial_cost ==
+          doctest::Approx(expected.summary.initial_cost).epsilon(1e-4));
     CHECK(actual.summary.final_cost == doctest::Approx(expected.summary.final_cost).epsilon(1e-3));
     double farthest = 0;
     for (size_t i = 0; i < expected.motions.size(); ++i) {
@@ -55,13 +61,17 @@ constexpr uint32_t kKb = 1024;
 
 }  // namespace
 
-TEST_CASE("lm gives the same surface whatever the number of blocks, within shared memory and beyond") {
+TEST_CASE(
+    "lm gives the same surface whatever the number of blocks, within shared memory and beyond") {
     SurfaceSpec spec;
     spec.point_step = 8;
     TestSurface surface(spec);
-    surface.deform([](Vec3<double> p) { return Vec3<double>{p.x + 0.6, p.y - 0.4, p.z + 1.5 * std::sin(p.x / 16)}; });
+    surface.deform([](Vec3<double> p) {
+        return Vec3<double>{p.x + 0.6, p.y - 0.4, p.z + 1.5 * std::sin(p.x / 16)};
+    });
     for (size_t i = 0; i < surface.matches.size(); i += 4) surface.matches[i].weight = 0;
-    for (const uint32_t solver : {uint32_t(DEFREC_SOLVER_COUPLED), uint32_t(DEFREC_SOLVER_INDEPENDENT)}) {
+    for (const uint32_t solver :
+         {uint32_t(DEFREC_SOLVER_COUPLED), uint32_t(DEFREC_SOLVER_INDEPENDENT)}) {
         defrec_lm_params params = surface.lm_params();
         params.solver = solver;
         params.iterations = 3;
@@ -70,11 +80,14 @@ TEST_CASE("lm gives the same surface whatever the number of blocks, within share
         const TestHost host(1);
         const Solved expected = solve(surface, *reference::make_lm(params, host.host()));
         CHECK(expected.summary.final_cost < 0.5f * expected.summary.initial_cost);
-        for (const auto& [multiprocessors, shared] : {std::pair{1u, 64 * kKb}, {3u, 64 * kKb}, {3u, 227 * kKb}, {13u, 64 * kKb}}) {
+        for (const auto& [multiprocessors, shared] :
+             {std::pair{1u, 64 * kKb}, {3u, 64 * kKb}, {3u, 227 * kKb}, {13u, 64 * kKb}}) {
             CAPTURE(multiprocessors);
             CAPTURE(shared);
             cuda::EmulatedDevice device({multiprocessors, shared, shared, 75});
-            check_agreement(surface, solve(surface, *under_test::in_host_memory(cuda::make_lm(params, device))), expected);
+            check_agreement(
+                surface, solve(surface, *under_test::in_host_memory(cuda::make_lm(params, device))),
+                expected);
         }
     }
 }
@@ -84,7 +97,8 @@ TEST_CASE("lm goes back after a step that it refuses") {
     SurfaceSpec spec;
     spec.point_step = 8;
     TestSurface surface(spec);
-    const auto turn = from_rigid(rotation_from_vector(Vec3<double>{0, 0, 0.5}), Vec3<double>{2, -3, 1});
+    const auto turn =
+        from_rigid(rotation_from_vector(Vec3<double>{0, 0, 0.5}), Vec3<double>{2, -3, 1});
     surface.deform([turn](Vec3<double> p) {
         const auto q = apply(turn, p - Vec3<double>{0, 0, 80});
         return Vec3<double>{q.x, q.y, q.z + 80 + 2 * std::sin(p.x / 6)};
@@ -97,9 +111,11 @@ TEST_CASE("lm goes back after a step that it refuses") {
     fill_defaults(params);
     const TestHost host(1);
     const Solved expected = solve(surface, *reference::make_lm(params, host.host()));
-    CHECK(expected.summary.damping > 10 * params.damping * float(std::pow(7.5, -expected.summary.iterations)));
+    CHECK(expected.summary.damping >
+          10 * params.damping * float(std::pow(7.5, -expected.summary.iterations)));
     cuda::EmulatedDevice device;
-    const Solved actual = solve(surface, *under_test::in_host_memory(cuda::make_lm(params, device)));
+    const Solved actual =
+        solve(surface, *under_test::in_host_memory(cuda::make_lm(params, device)));
     CHECK(actual.summary.damping == doctest::Approx(expected.summary.damping));
     check_agreement(surface, actual, expected);
 }

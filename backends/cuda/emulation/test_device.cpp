@@ -52,6 +52,8 @@ cuda::Device& device() {
     return device;
 }
 
-std::unique_ptr<Stage> in_host_memory(std::unique_ptr<cuda::Stage> stage) { return std::make_unique<InHostMemory>(std::move(stage)); }
+std::unique_ptr<Stage> in_host_memory(std::unique_ptr<cuda::Stage> stage) {
+    return std::make_unique<InHostMemory>(std::move(stage));
+}
 
 }  // namespace defrec::under_test

@@ -1,4 +1,5 @@
-// The CUDA backend's kernels as backends/agreement tests them without a GPU, on the emulated device.
+// The CUDA backend's kernels as backends/agreement tests them without a GPU, on the emulated
+// device.
 #pragma once
 #include <memory>
 

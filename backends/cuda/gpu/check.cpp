@@ -3,7 +3,8 @@
 
 namespace defrec::cuda {
 
-// Most by CUDA's own word ("the process must be terminated and relaunched", driver_types.h), the others because what the process had is gone.
+// Most by CUDA's own word ("the process must be terminated and relaunched", driver_types.h), the
+// others because what the process had is gone.
 bool is_sticky(cudaError_t error) {
     switch (error) {
         case cudaErrorContained:
@@ -25,8 +26,10 @@ bool is_sticky(cudaError_t error) {
         case cudaErrorDeviceUninitialized:
         case cudaErrorContextIsDestroyed:
         case cudaErrorMpsRpcFailure:
-        case cudaErrorUnknown: return true;
-        default: return false;
+        case cudaErrorUnknown:
+            return true;
+        default:
+            return false;
     }
 }
 
@@ -34,7 +37,8 @@ defrec_status status_of(cudaError_t error) {
     if (error == cudaSuccess) return DEFREC_OK;
     if (is_sticky(error)) return DEFREC_ERROR_DEVICE_LOST;
     switch (error) {
-        case cudaErrorMemoryAllocation: return DEFREC_ERROR_OUT_OF_MEMORY;
+        case cudaErrorMemoryAllocation:
+            return DEFREC_ERROR_OUT_OF_MEMORY;
         // No driver, no GPU, or not for this process.
         case cudaErrorInsufficientDriver:
         case cudaErrorCallRequiresNewerDriver:
@@ -60,15 +64,18 @@ defrec_status status_of(cudaError_t error) {
         // More than the GPU has.
         case cudaErrorLaunchOutOfResources:
         case cudaErrorCooperativeLaunchTooLarge:
-        case cudaErrorNotSupported: return DEFREC_ERROR_UNSUPPORTED;
-        default: return DEFREC_ERROR_INTERNAL;
+        case cudaErrorNotSupported:
+            return DEFREC_ERROR_UNSUPPORTED;
+        default:
+            return DEFREC_ERROR_INTERNAL;
     }
 }
 
 void check(cudaError_t error, const char* call) {
     if (error == cudaSuccess) return;
     cudaGetLastError();  // one that is not sticky must not be reported again by the next call
-    std::string text = std::string(call) + ": " + cudaGetErrorString(error) + " (" + cudaGetErrorName(error) + ")";
+    std::string text =
+        std::string(call) + ": " + cudaGetErrorString(error) + " (" + cudaGetErrorName(error) + ")";
     if (is_sticky(error)) text += "; nothing in this process can use the GPU any more";
     throw StageError(status_of(error), text);
 }

@@ -9,7 +9,8 @@ namespace defrec::cuda {
 // The status for an error; DEFREC_OK for cudaSuccess.
 defrec_status status_of(cudaError_t error);
 
-// Whether the process's context of the device is beyond use: every later call answers with the same error.
+// Whether the process's context of the device is beyond use: every later call answers with the same
+// error.
 bool is_sticky(cudaError_t error);
 
 // Throws StageError with the status and an error message that names the call, unless all is well.

@@ -19,7 +19,8 @@ constexpr std::array kRows{
     Row{cudaErrorMemoryAllocation, DEFREC_ERROR_OUT_OF_MEMORY},
     Row{cudaErrorInsufficientDriver, DEFREC_ERROR_UNSUPPORTED},
     Row{cudaErrorNoDevice, DEFREC_ERROR_UNSUPPORTED},
-    Row{cudaErrorDevicesUnavailable, DEFREC_ERROR_UNSUPPORTED},  // another process has it for itself
+    Row{cudaErrorDevicesUnavailable,
+        DEFREC_ERROR_UNSUPPORTED},  // another process has it for itself
     Row{cudaErrorNoKernelImageForDevice, DEFREC_ERROR_UNSUPPORTED},
     Row{cudaErrorCooperativeLaunchTooLarge, DEFREC_ERROR_UNSUPPORTED},
     Row{cudaErrorIllegalAddress, DEFREC_ERROR_DEVICE_LOST},
@@ -46,7 +47,8 @@ std::optional<StageError> thrown_for(cudaError_t error) {
 
 }  // namespace
 
-TEST_CASE("what CUDA answers becomes a status and an error message that names the call and the error") {
+TEST_CASE(
+    "what CUDA answers becomes a status and an error message that names the call and the error") {
     CHECK(!thrown_for(cudaSuccess));
     for (const Row& row : kRows) {
         CAPTURE(cudaGetErrorName(row.error));
@@ -57,7 +59,8 @@ TEST_CASE("what CUDA answers becomes a status and an error message that names th
         const std::string text = error->what();
         CHECK(text.find("cudaSomething: ") == 0);
         CHECK(text.find(cudaGetErrorName(row.error)) != std::string::npos);
-        CHECK((text.find("nothing in this process") != std::string::npos) == (row.status == DEFREC_ERROR_DEVICE_LOST));
+        CHECK((text.find("nothing in this process") != std::string::npos) ==
+              (row.status == DEFREC_ERROR_DEVICE_LOST));
     }
 }
 

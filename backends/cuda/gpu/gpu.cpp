@@ -36,8 +36,11 @@ struct DriverFunctions {
     static void find(const char* name, Function& function) {
         void* found = nullptr;
         cudaDriverEntryPointQueryResult result;
-        check(cudaGetDriverEntryPointByVersion(name, &found, 12000, cudaEnableDefault, &result), name);
-        if (result != cudaDriverEntryPointSuccess) throw StageError(DEFREC_ERROR_UNSUPPORTED, std::string("the CUDA driver lacks ") + name);
+        check(cudaGetDriverEntryPointByVersion(name, &found, 12000, cudaEnableDefault, &result),
+              name);
+        if (result != cudaDriverEntryPointSuccess)
+            throw StageError(DEFREC_ERROR_UNSUPPORTED,
+                             std::string("the CUDA driver lacks ") + name);
         function = reinterpret_cast<Function>(found);
     }
 };
@@ -64,20 +67,28 @@ uint32_t attribute(cudaDeviceAttr which, int ordinal) {
 }
 
 Limits read_limits(int ordinal) {
-    return {attribute(cudaDevAttrMultiProcessorCount, ordinal), attribute(cudaDevAttrMaxSharedMemoryPerBlockOptin, ordinal),
+    return {attribute(cudaDevAttrMultiProcessorCount, ordinal),
+            attribute(cudaDevAttrMaxSharedMemoryPerBlockOptin, ordinal),
             attribute(cudaDevAttrMaxSharedMemoryPerMultiprocessor, ordinal),
-            10 * attribute(cudaDevAttrComputeCapabilityMajor, ordinal) + attribute(cudaDevAttrComputeCapabilityMinor, ordinal)};
+            10 * attribute(cudaDevAttrComputeCapabilityMajor, ordinal) +
+                attribute(cudaDevAttrComputeCapabilityMinor, ordinal)};
 }
 
-std::string version_text(int version) { return std::to_string(version / 1000) + "." + std::to_string(version % 1000 / 10); }
+std::string version_text(int version) {
+    return std::to_string(version / 1000) + "." + std::to_string(version % 1000 / 10);
+}
 
-// CUDA tells which of its versions the driver is good for, not the driver's own; that is in the name of its library, libcuda.so.580.65.06.
+// CUDA tells which of its versions the driver is good for, not the driver's own; that is in the
+// name of its library, libcuda.so.580.65.06.
 std::string driver_text(int cuda_version) {
     const std::string cuda = "CUDA " + version_text(cuda_version);
     Dl_info library;
-    if (dladdr(reinterpret_cast<void*>(driver().push), &library) == 0 || library.dli_fname == nullptr) return cuda;
+    if (dladdr(reinterpret_cast<void*>(driver().push), &library) == 0 ||
+        library.dli_fname == nullptr)
+        return cuda;
     std::error_code error;
-    const std::string file = std::filesystem::canonical(library.dli_fname, error).filename().string();
+    const std::string file =
+        std::filesystem::canonical(library.dli_fname, error).filename().string();
     const size_t version = file.find(".so.");
     return error || version == std::string::npos ? cuda : file.substr(version + 4) + ", " + cuda;
 }
@@ -90,9 +101,10 @@ std::vector<GpuInfo> list_gpus(std::string& why_none) {
     if (error != cudaSuccess) {
         cudaGetLastError();
         cudaDriverGetVersion(&driver_version);
-        why_none = driver_version == 0 ? "there is no CUDA driver"
-                                       : "CUDA driver " + version_text(driver_version) + ", made for " + version_text(CUDART_VERSION) + ": " +
-                                             cudaGetErrorString(error);
+        why_none = driver_version == 0
+                       ? "there is no CUDA driver"
+                       : "CUDA driver " + version_text(driver_version) + ", made for " +
+                             version_text(CUDART_VERSION) + ": " + cudaGetErrorString(error);
         return {};
     }
     check(cudaDriverGetVersion(&driver_version), "cudaDriverGetVersion");
@@ -101,9 +113,15 @@ std::vector<GpuInfo> list_gpus(std::string& why_none) {
     for (int ordinal = 0; ordinal < count; ++ordinal) {
         cudaDeviceProp properties;
         check(cudaGetDeviceProperties(&properties, ordinal), "cudaGetDeviceProperties");
-        GpuInfo info{ordinal, "cuda:" + uuid_text(properties.uuid), properties.name, driver, properties.totalGlobalMem, {}};
+        GpuInfo info{ordinal,
+                     "cuda:" + uuid_text(properties.uuid),
+                     properties.name,
+                     driver,
+                     properties.totalGlobalMem,
+                     {}};
         if (10 * properties.major + properties.minor < kMinCapability)
-            info.lacks = "compute capability " + std::to_string(properties.major) + "." + std::to_string(properties.minor) + "; 7.5 is needed";
+            info.lacks = "compute capability " + std::to_string(properties.major) + "." +
+                         std::to_string(properties.minor) + "; 7.5 is needed";
         else if (!attribute(cudaDevAttrCooperativeLaunch, ordinal))
             info.lacks = "it cannot launch cooperative grids";
         gpus.push_back(std::move(info));
@@ -129,7 +147,8 @@ Gpu::~Gpu() {
     cudaStreamDestroy(stream_);
 }
 
-// An application's capture in CUDA's default mode forbids the process's other threads many calls, and one of them would spoil the capture.
+// An application's capture in CUDA's default mode forbids the process's other threads many calls,
+// and one of them would spoil the capture.
 Gpu::Use::Use(const Gpu& gpu) {
     driver().push(static_cast<CUcontext>(gpu.context_));
     cudaThreadExchangeStreamCaptureMode(&mode_);
@@ -148,8 +167,9 @@ std::byte* Gpu::allocate(uint64_t size) {
         cudaGetLastError();
         size_t free = 0, all = 0;
         cudaMemGetInfo(&free, &all);
-        throw StageError(DEFREC_ERROR_OUT_OF_MEMORY, "out of device memory: " + std::to_string(size) + " bytes asked for, " +
-                                                         std::to_string(free) + " of " + std::to_string(all) + " free");
+        throw StageError(DEFREC_ERROR_OUT_OF_MEMORY,
+                         "out of device memory: " + std::to_string(size) + " bytes asked for, " +
+                             std::to_string(free) + " of " + std::to_string(all) + " free");
     }
     check(error, "cudaMalloc");
     return static_cast<std::byte*>(memory);
@@ -174,7 +194,8 @@ uint32_t Gpu::resident_blocks(const void* function, uint32_t threads, size_t sha
     const Use use(*this);
     allow_shared(function, shared, limits_);
     int per_multiprocessor = 0;
-    check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&per_multiprocessor, function, static_cast<int>(threads), shared),
+    check(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&per_multiprocessor, function,
+                                                        static_cast<int>(threads), shared),
           "cudaOccupancyMaxActiveBlocksPerMultiprocessor");
     return static_cast<uint32_t>(per_multiprocessor) * limits_.multiprocessors;
 }
@@ -220,11 +241,13 @@ void Gpu::expect_device_memory(const void* memory, uint64_t size) const {
         cudaPointerAttributes attributes{};
         const cudaError_t error = cudaPointerGetAttributes(&attributes, at);
         if (error != cudaSuccess) cudaGetLastError();
-        if (error != cudaSuccess || (attributes.type != cudaMemoryTypeDevice && attributes.type != cudaMemoryTypeManaged))
+        if (error != cudaSuccess ||
+            (attributes.type != cudaMemoryTypeDevice && attributes.type != cudaMemoryTypeManaged))
             throw StageError(DEFREC_ERROR_ARGUMENT, "the address is not CUDA device memory");
         if (attributes.device != ordinal_)
-            throw StageError(DEFREC_ERROR_ARGUMENT, "the memory is of CUDA device " + std::to_string(attributes.device) + ", this is device " +
-                                                        std::to_string(ordinal_));
+            throw StageError(DEFREC_ERROR_ARGUMENT,
+                             "the memory is of CUDA device " + std::to_string(attributes.device) +
+                                 ", this is device " + std::to_string(ordinal_));
     }
 }
 

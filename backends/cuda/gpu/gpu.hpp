@@ -16,11 +16,11 @@ class Queue;
 
 struct GpuInfo {
     int ordinal;
-    std::string id;      // "cuda:GPU-" and the UUID
+    std::string id;  // "cuda:GPU-" and the UUID
     std::string name;
     std::string driver;  // its version, and the newest CUDA that it knows: "580.65.06, CUDA 13.0"
     uint64_t memory_bytes;
-    std::string lacks;   // why the stages do not run on it; empty: they do
+    std::string lacks;  // why the stages do not run on it; empty: they do
 };
 // Those of the machine. Empty where there is no driver or none new enough; why_none says so.
 std::vector<GpuInfo> list_gpus(std::string& why_none);
@@ -32,8 +32,9 @@ class Gpu final : public Device {
     Gpu(const Gpu&) = delete;
     Gpu& operator=(const Gpu&) = delete;
 
-    // Makes the device's primary context that of this thread, and allows it every call while another thread captures a graph; what the
-    // application had is back at the end. Every function here does it by itself; those who call CUDA on their own need it.
+    // Makes the device's primary context that of this thread, and allows it every call while
+    // another thread captures a graph; what the application had is back at the end. Every function
+    // here does it by itself; those who call CUDA on their own need it.
     class Use {
       public:
         explicit Use(const Gpu& gpu);
@@ -61,7 +62,8 @@ class Gpu final : public Device {
     // Throws StageError unless the range is memory of this device.
     void expect_device_memory(const void* memory, uint64_t size) const;
 
-    // Submits what every queue has gathered and waits until all is done: then anything may be destroyed.
+    // Submits what every queue has gathered and waits until all is done: then anything may be
+    // destroyed.
     void settle() noexcept;
 
   private:

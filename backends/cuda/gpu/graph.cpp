@@ -10,15 +10,18 @@ namespace defrec::cuda {
 namespace {
 
 constexpr size_t kSharedOfAll = 48 * 1024;
-// Bytes up to which a kernel copies instead of the device's copy engines, which take several microseconds more to begin and to end. Reading the
-// host's memory a kernel is slower than they are, and one that copies much takes multiprocessors from other trackers.
+// Bytes up to which a kernel copies instead of the device's copy engines, which take several
+// microseconds more to begin and to end. Reading the host's memory a kernel is slower than they
+// are, and one that copies much takes multiprocessors from other trackers.
 constexpr uint64_t kMaxReadByKernel = 64 * 1024, kMaxWrittenByKernel = 512 * 1024;
 
 using Nodes = std::vector<cudaGraphNode_t>;
 
 class Builder {
   public:
-    Builder(const Limits& limits) : limits_(limits) { check(cudaGraphCreate(&graph_, 0), "cudaGraphCreate"); }
+    Builder(const Limits& limits) : limits_(limits) {
+        check(cudaGraphCreate(&graph_, 0), "cudaGraphCreate");
+    }
     ~Builder() { cudaGraphDestroy(graph_); }
     Builder(const Builder&) = delete;
     Builder& operator=(const Builder&) = delete;
@@ -26,9 +29,11 @@ class Builder {
 
     // These give the nodes that later ones have to wait for.
     Nodes add(const Operation& operation, const Nodes& after) {
-        if (const auto* run = std::get_if<std::shared_ptr<const StageRun>>(&operation)) return add((*run)->recording, after);
+        if (const auto* run = std::get_if<std::shared_ptr<const StageRun>>(&operation))
+            return add((*run)->recording, after);
         if (const auto* upload = std::get_if<Upload>(&operation))
-            return {add_copy(upload->to, upload->from, upload->size, cudaMemcpyHostToDevice, after)};
+            return {
+                add_copy(upload->to, upload->from, upload->size, cudaMemcpyHostToDevice, after)};
         const auto& download = std::get<Download>(operation);
         return {add_copy(download.to, download.from, download.size, cudaMemcpyDeviceToHost, after)};
     }
@@ -41,11 +46,13 @@ class Builder {
         parameters.sharedMemBytes = static_cast<unsigned>(call.grid.shared);
         parameters.kernelParams = const_cast<void**>(call.arguments.data());
         cudaGraphNode_t node = nullptr;
-        check(cudaGraphAddKernelNode(&node, graph_, after.data(), after.size(), &parameters), "cudaGraphAddKernelNode");
+        check(cudaGraphAddKernelNode(&node, graph_, after.data(), after.size(), &parameters),
+              "cudaGraphAddKernelNode");
         if (call.grid.cooperative) {
             cudaKernelNodeAttrValue value{};
             value.cooperative = 1;
-            check(cudaGraphKernelNodeSetAttribute(node, cudaLaunchAttributeCooperative, &value), "cudaGraphKernelNodeSetAttribute");
+            check(cudaGraphKernelNodeSetAttribute(node, cudaLaunchAttributeCooperative, &value),
+                  "cudaGraphKernelNodeSetAttribute");
         }
         return node;
     }
@@ -69,10 +76,14 @@ class Builder {
         const auto& copy = std::get<Copy>(node.work);
         return add_copy(copy.to, copy.from, copy.size, cudaMemcpyDeviceToDevice, after);
     }
-    cudaGraphNode_t add_copy(void* to, const void* from, uint64_t size, cudaMemcpyKind kind, const Nodes& after) {
-        if (size <= (kind == cudaMemcpyHostToDevice ? kMaxReadByKernel : kMaxWrittenByKernel)) return add(copy_call(to, from, size), after);
+    cudaGraphNode_t add_copy(void* to, const void* from, uint64_t size, cudaMemcpyKind kind,
+                             const Nodes& after) {
+        if (size <= (kind == cudaMemcpyHostToDevice ? kMaxReadByKernel : kMaxWrittenByKernel))
+            return add(copy_call(to, from, size), after);
         cudaGraphNode_t node = nullptr;
-        check(cudaGraphAddMemcpyNode1D(&node, graph_, after.data(), after.size(), to, from, size, kind), "cudaGraphAddMemcpyNode1D");
+        check(cudaGraphAddMemcpyNode1D(&node, graph_, after.data(), after.size(), to, from, size,
+                                       kind),
+              "cudaGraphAddMemcpyNode1D");
         return node;
     }
 
@@ -93,12 +104,16 @@ void allow_shared(const void* function, size_t shared, const Limits& limits) {
     cudaFuncAttributes attributes;
     check(cudaFuncGetAttributes(&attributes, function), "cudaFuncGetAttributes");
     if (shared + attributes.sharedSizeBytes <= kSharedOfAll) return;
-    // All that the kernel may have, whatever it asks for now: the allowance is the kernel's, and another thread may be asking for more.
-    const int maximum = static_cast<int>(limits.shared_per_block) - static_cast<int>(attributes.sharedSizeBytes);
-    check(cudaFuncSetAttribute(function, cudaFuncAttributeMaxDynamicSharedMemorySize, maximum), "cudaFuncSetAttribute");
+    // All that the kernel may have, whatever it asks for now: the allowance is the kernel's, and
+    // another thread may be asking for more.
+    const int maximum =
+        static_cast<int>(limits.shared_per_block) - static_cast<int>(attributes.sharedSizeBytes);
+    check(cudaFuncSetAttribute(function, cudaFuncAttributeMaxDynamicSharedMemorySize, maximum),
+          "cudaFuncSetAttribute");
 }
 
-Graph::Graph(std::span<const Operation> operations, const Progress& progress, const Limits& limits) {
+Graph::Graph(std::span<const Operation> operations, const Progress& progress,
+             const Limits& limits) {
     Builder builder(limits);
     const std::vector<std::vector<size_t>> waits = dependencies(operations);
     std::vector<Nodes> last(operations.size());
@@ -121,6 +136,8 @@ Graph::Graph(std::span<const Operation> operations, const Progress& progress, co
 
 Graph::~Graph() { cudaGraphExecDestroy(executable_); }
 
-void Graph::launch(cudaStream_t stream) { check(cudaGraphLaunch(executable_, stream), "cudaGraphLaunch"); }
+void Graph::launch(cudaStream_t stream) {
+    check(cudaGraphLaunch(executable_, stream), "cudaGraphLaunch");
+}
 
 }  // namespace defrec::cuda

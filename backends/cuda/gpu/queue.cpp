@@ -11,18 +11,22 @@
 namespace defrec::cuda {
 namespace {
 
-constexpr std::chrono::milliseconds kLook{4};    // how long a wait looks before it sleeps: longer than a frame
+constexpr std::chrono::milliseconds kLook{
+    4};  // how long a wait looks before it sleeps: longer than a frame
 constexpr std::chrono::microseconds kSleep{100};
-constexpr size_t kMaxGraphs = 128;  // a tracker's frames in flight, its two sets of buffers and an application's ring of memory combine
+constexpr size_t kMaxGraphs = 128;  // a tracker's frames in flight, its two sets of buffers and an
+                                    // application's ring of memory combine
 enum : uint64_t { kRun = 1, kUpload = 2, kDownload = 3 };
 
 uint64_t address(const void* memory) { return reinterpret_cast<uintptr_t>(memory); }
 
 }  // namespace
 
-Queue::Queue(Gpu& gpu) : gpu_(gpu), count_(gpu, sizeof(uint64_t)), count_on_host_(gpu, sizeof(uint64_t)) {
+Queue::Queue(Gpu& gpu)
+    : gpu_(gpu), count_(gpu, sizeof(uint64_t)), count_on_host_(gpu, sizeof(uint64_t)) {
     gpu.clear(count_.data(), count_.size());
-    progress_ = {count_.as<uint64_t>(), reinterpret_cast<volatile uint64_t*>(count_on_host_.data())};
+    progress_ = {count_.as<uint64_t>(),
+                 reinterpret_cast<volatile uint64_t*>(count_on_host_.data())};
     const Gpu::Use use(gpu);
     check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "cudaStreamCreate");
     try {
@@ -47,8 +51,10 @@ void Queue::run(std::shared_ptr<const StageRun> run) {
     gather({kRun, run->serial}, run);
 }
 
-void Queue::gather(uint64_t kind, const Buffer& buffer, uint64_t offset, const void* on_host, uint64_t size, Operation operation) {
-    gather({kind, buffer.serial(), offset, gpu_.host_serial(on_host, size), address(on_host), size}, std::move(operation));
+void Queue::gather(uint64_t kind, const Buffer& buffer, uint64_t offset, const void* on_host,
+                   uint64_t size, Operation operation) {
+    gather({kind, buffer.serial(), offset, gpu_.host_serial(on_host, size), address(on_host), size},
+           std::move(operation));
 }
 
 // Both or neither: a key of other operations than these would name a wrong graph for ever.
@@ -79,7 +85,9 @@ void Queue::write_in_place(const Buffer& buffer, uint64_t offset, const void* sr
 void Queue::read(const Buffer& buffer, uint64_t offset, void* dst, uint64_t size) {
     if (size == 0) return;
     const std::lock_guard lock(mutex_);
-    const auto download_to = [&](void* to) { gather(kDownload, buffer, offset, to, size, Download{to, buffer.data() + offset, size}); };
+    const auto download_to = [&](void* to) {
+        gather(kDownload, buffer, offset, to, size, Download{to, buffer.data() + offset, size});
+    };
     if (gpu_.host_serial(dst, size) != 0) return download_to(dst);
     HostStaging::Slot& staging = take_staging(size);
     download_to(staging.bytes());
@@ -110,7 +118,8 @@ bool Queue::wait(uint64_t value, uint64_t timeout_ns) {
     const auto past = [&](std::chrono::nanoseconds time) { return Clock::now() - start >= time; };
     const auto timeout = std::chrono::nanoseconds(std::min<uint64_t>(timeout_ns, INT64_MAX));
     // Waking a thread costs a good part of a short wait.
-    while (completed() < value && !past(std::min<std::chrono::nanoseconds>(timeout, kLook))) std::this_thread::yield();
+    while (completed() < value && !past(std::min<std::chrono::nanoseconds>(timeout, kLook)))
+        std::this_thread::yield();
     while (completed() < value) {
         const Gpu::Use use(gpu_);
         const cudaError_t state = cudaStreamQuery(stream_);
@@ -125,11 +134,14 @@ bool Queue::wait(uint64_t value, uint64_t timeout_ns) {
 }
 
 Queue::HostStaging::Slot& Queue::take_staging(uint64_t size) {
-    return staging_.take(size, completed(), submitted_ + 1, [&](uint64_t at_least) { return HostBuffer(gpu_, at_least); });
+    return staging_.take(size, completed(), submitted_ + 1,
+                         [&](uint64_t at_least) { return HostBuffer(gpu_, at_least); });
 }
 
 Graph& Queue::graph_of_pending() {
-    const auto known = std::find_if(graphs_.begin(), graphs_.end(), [&](const KnownGraph& graph) { return graph.key == pending_key_; });
+    const auto known = std::find_if(graphs_.begin(), graphs_.end(), [&](const KnownGraph& graph) {
+        return graph.key == pending_key_;
+    });
     if (known != graphs_.end()) {
         graphs_.splice(graphs_.begin(), graphs_, known);
         return known->graph;

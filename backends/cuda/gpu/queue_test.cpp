@@ -1,4 +1,6 @@
 // Queues: order, what runs beside what, reads into all kinds of memory, waiting.
+#include "backends/cuda/gpu/queue.hpp"
+
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -6,7 +8,6 @@
 #include <numeric>
 #include <thread>
 
-#include "backends/cuda/gpu/queue.hpp"
 #include "backends/cuda/gpu/test_device.hpp"
 #include "backends/cuda/gpu/test_kernels.hpp"
 
@@ -27,7 +28,8 @@ std::vector<uint32_t> numbers() {
 }
 
 // out[i] = in[i] + add, slowly.
-std::shared_ptr<const cuda::StageRun> adding(uint64_t serial, uint64_t stage, const Buffer& in, const Buffer& out, uint32_t add) {
+std::shared_ptr<const cuda::StageRun> adding(uint64_t serial, uint64_t stage, const Buffer& in,
+                                             const Buffer& out, uint32_t add) {
     auto run = std::make_shared<cuda::StageRun>();
     run->serial = serial;
     run->stage = stage;
@@ -58,9 +60,12 @@ TEST_CASE("what is written comes back, whatever memory it is read into") {
 TEST_CASE("operations wait for those whose memory they touch") {
     if (!under_test::available()) return;
     Queue queue(under_test::device());
-    const Buffer first(under_test::device(), kBytes), second(under_test::device(), kBytes), third(under_test::device(), kBytes);
+    const Buffer first(under_test::device(), kBytes), second(under_test::device(), kBytes),
+        third(under_test::device(), kBytes);
     std::vector<uint32_t> values = numbers(), out(kCount);
-    const auto one = adding(1000001, 1, first, second, 1), two = adding(1000002, 2, second, third, 2), back = adding(1000003, 3, third, first, 3);
+    const auto one = adding(1000001, 1, first, second, 1),
+               two = adding(1000002, 2, second, third, 2),
+               back = adding(1000003, 3, third, first, 3);
     for (uint32_t round = 0; round < 5; ++round) {
         values[0] = round;
         queue.write(first, 0, values.data(), kBytes);
@@ -79,7 +84,8 @@ TEST_CASE("operations wait for those whose memory they touch") {
 TEST_CASE("page-locked memory that a queue reads into and from is written and read in order") {
     if (!under_test::available()) return;
     Queue queue(under_test::device());
-    const Buffer first(under_test::device(), kBytes), second(under_test::device(), kBytes), third(under_test::device(), kBytes);
+    const Buffer first(under_test::device(), kBytes), second(under_test::device(), kBytes),
+        third(under_test::device(), kBytes);
     const HostBuffer between(under_test::device(), kBytes);
     const auto slow = adding(1000004, 1, first, second, 1);
     const std::vector<uint32_t> values = numbers();
@@ -115,15 +121,19 @@ TEST_CASE("runs that have nothing to do are waited for like others") {
 }
 
 // What an application does beside its tracker: neither may notice the other.
-TEST_CASE("a capture by another thread, in the mode that CUDA has by default, and a queue's work are both left in peace") {
+TEST_CASE(
+    "a capture by another thread, in the mode that CUDA has by default, and a queue's work are "
+    "both left in peace") {
     if (!under_test::available()) return;
     const auto in_use = [](auto&& call) {
         const cuda::Gpu::Use use(under_test::device());
         return call();
     };
     cudaStream_t stream = nullptr;
-    REQUIRE(in_use([&] { return cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking); }) == cudaSuccess);
-    REQUIRE(in_use([&] { return cudaStreamBeginCapture(stream, cudaStreamCaptureModeGlobal); }) == cudaSuccess);
+    REQUIRE(in_use([&] { return cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking); }) ==
+            cudaSuccess);
+    REQUIRE(in_use([&] { return cudaStreamBeginCapture(stream, cudaStreamCaptureModeGlobal); }) ==
+            cudaSuccess);
     const std::vector<uint32_t> values = numbers();
     std::vector<std::byte> bytes;
     std::string failure;
@@ -215,29 +225,35 @@ TEST_CASE("ranges of every size and alignment are copied, and nothing beside the
     constexpr uint64_t kMax = (1 << 19) + 1, kRim = 32;
     const Buffer buffer(under_test::device(), kMax + 2 * kRim);
     std::vector<uint8_t> values(kMax), out(buffer.size());
-    for (size_t i = 0; i < values.size(); ++i) values[i] = static_cast<uint8_t>(1 + i * 2654435761u % 255);
-    for (const uint64_t size : {uint64_t{1}, uint64_t{15}, uint64_t{16}, uint64_t{17}, uint64_t{70003}, kMax - 1, kMax})
+    for (size_t i = 0; i < values.size(); ++i)
+        values[i] = static_cast<uint8_t>(1 + i * 2654435761u % 255);
+    for (const uint64_t size :
+         {uint64_t{1}, uint64_t{15}, uint64_t{16}, uint64_t{17}, uint64_t{70003}, kMax - 1, kMax})
         for (const uint64_t offset : {0, 1, 4, 16}) {
             under_test::device().clear(buffer.data(), buffer.size());
             queue.write(buffer, kRim + offset, values.data(), size);
             queue.read(buffer, 0, out.data(), out.size());
             REQUIRE(queue.wait(queue.signal(), UINT64_MAX));
-            const auto first = out.begin() + static_cast<std::ptrdiff_t>(kRim + offset), end = first + static_cast<std::ptrdiff_t>(size);
+            const auto first = out.begin() + static_cast<std::ptrdiff_t>(kRim + offset),
+                       end = first + static_cast<std::ptrdiff_t>(size);
             CHECK(std::equal(first, end, values.begin()));
             CHECK(std::count(out.begin(), first, 0) == first - out.begin());
             CHECK(std::count(end, out.end(), 0) == out.end() - end);
         }
 }
 
-// What is freed leaves its address to the next that asks, also where the driver has given the memory behind it back in between.
+// What is freed leaves its address to the next that asks, also where the driver has given the
+// memory behind it back in between.
 TEST_CASE("memory that takes the place of freed memory is not taken for it") {
     if (!under_test::available()) return;
     Queue queue(under_test::device());
     std::vector<uint32_t> values = numbers(), out(kCount);
     for (uint32_t round = 0; round < 3; ++round)
-        for (const uint64_t bytes : {uint64_t{4}, uint64_t{68}, uint64_t{4096}, kBytes, uint64_t{1} << 22}) {
+        for (const uint64_t bytes :
+             {uint64_t{4}, uint64_t{68}, uint64_t{4096}, kBytes, uint64_t{1} << 22}) {
             const Buffer buffer(under_test::device(), bytes);
-            const HostBuffer source(under_test::device(), bytes), destination(under_test::device(), bytes);
+            const HostBuffer source(under_test::device(), bytes),
+                destination(under_test::device(), bytes);
             const uint64_t used = std::min(bytes, kBytes);
             values[0] = 1000 * round + static_cast<uint32_t>(bytes);
             std::fill(out.begin(), out.end(), 0u);
@@ -251,14 +267,16 @@ TEST_CASE("memory that takes the place of freed memory is not taken for it") {
         }
 }
 
-TEST_CASE("a buffer that the device cannot hold is out of memory, with what was asked for in the text") {
+TEST_CASE(
+    "a buffer that the device cannot hold is out of memory, with what was asked for in the text") {
     if (!under_test::available()) return;
     try {
         Buffer(under_test::device(), uint64_t{1} << 50);
         FAIL("a petabyte was given");
     } catch (const StageError& error) {
         CHECK(error.status() == DEFREC_ERROR_OUT_OF_MEMORY);
-        CHECK(std::string(error.what()).find(std::to_string(uint64_t{1} << 50)) != std::string::npos);
+        CHECK(std::string(error.what()).find(std::to_string(uint64_t{1} << 50)) !=
+              std::string::npos);
     }
     uint32_t back = 1;
     Queue queue(under_test::device());

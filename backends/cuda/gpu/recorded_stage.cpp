@@ -4,18 +4,21 @@
 namespace defrec::cuda {
 namespace {
 
-constexpr size_t kMaxRuns = 64;  // both views, a tracker's two sets of buffers and an application's ring of memory combine
+constexpr size_t kMaxRuns =
+    64;  // both views, a tracker's two sets of buffers and an application's ring of memory combine
 
 template <class View>
 std::vector<View> views(Buffers buffers) {
     std::vector<View> result;
-    for (const Buffer* buffer : buffers) result.push_back(buffer == nullptr ? View{} : View{buffer->data(), buffer->size()});
+    for (const Buffer* buffer : buffers)
+        result.push_back(buffer == nullptr ? View{} : View{buffer->data(), buffer->size()});
     return result;
 }
 
 }  // namespace
 
-RecordedStage::RecordedStage(Gpu& gpu, std::unique_ptr<Stage> stage) : gpu_(gpu), stage_(std::move(stage)), serial_(next_serial()) {}
+RecordedStage::RecordedStage(Gpu& gpu, std::unique_ptr<Stage> stage)
+    : gpu_(gpu), stage_(std::move(stage)), serial_(next_serial()) {}
 
 void RecordedStage::prepare(Queue& queue, Buffers in) {
     const HostCopies given(queue, in);

@@ -1,4 +1,5 @@
-// A stage with what it recorded for each set of buffers. plugins/cuda puts it behind the plugin ABI.
+// A stage with what it recorded for each set of buffers. plugins/cuda puts it behind the plugin
+// ABI.
 #pragma once
 #include <memory>
 #include <mutex>

@@ -21,7 +21,8 @@ struct Opened {
     std::string why_none;
     std::unique_ptr<cuda::Gpu> gpu;
     Opened() {
-        if (const auto found = test::find_gpu(why_none)) gpu = std::make_unique<cuda::Gpu>(found->ordinal);
+        if (const auto found = test::find_gpu(why_none))
+            gpu = std::make_unique<cuda::Gpu>(found->ordinal);
     }
 };
 Opened& opened() {

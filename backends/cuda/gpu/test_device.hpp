@@ -1,4 +1,5 @@
-// The GPU that tests of the CUDA backend run on, and its stages in the shape of host-memory backends.
+// The GPU that tests of the CUDA backend run on, and its stages in the shape of host-memory
+// backends.
 #pragma once
 #include <memory>
 

@@ -15,7 +15,8 @@ __global__ void slow_add(const uint32_t* in, uint32_t* out, uint32_t count, uint
 
 }  // namespace
 
-void record_slow_add(Recorder& recorder, const uint32_t* in, uint32_t* out, uint32_t count, uint32_t add) {
+void record_slow_add(Recorder& recorder, const uint32_t* in, uint32_t* out, uint32_t count,
+                     uint32_t add) {
     recorder.launch(slow_add, {dim3(cover(count, kThreads)), dim3(kThreads)}, in, out, count, add);
 }
 

@@ -6,9 +6,16 @@
 namespace defrec::conformance {
 
 void add_abi_stage_case(std::vector<Case>& cases, const char* name, const char* title,
-                        const std::function<void(CaseRun&, uint32_t stage)>& body, uint32_t first, uint32_t end) {
+                        const std::function<void(CaseRun&, uint32_t stage)>& body, uint32_t first,
+                        uint32_t end) {
     for (uint32_t stage = first; stage < end; ++stage) {
-        Case one{concat("abi/", name, "/", stage_name(stage)), "abi", stage_name(stage), title, true, false, {}};
+        Case one{concat("abi/", name, "/", stage_name(stage)),
+                 "abi",
+                 stage_name(stage),
+                 title,
+                 true,
+                 false,
+                 {}};
         one.body = [body, stage](CaseRun& run) {
             run.subject().stage_table(stage);
             body(run, stage);
@@ -20,8 +27,10 @@ void add_abi_stage_case(std::vector<Case>& cases, const char* name, const char* 
 void require_refused(const Instance& instance, const std::string& call, defrec_status status) {
     const std::string message = instance.host().take_error();
     require(status < 0, call, " answered ", defrec_status_name(status), ", a refusal expected");
-    require(std::strcmp(defrec_status_name(status), "unknown status") != 0, call, " answered ", status, ", which is no status");
-    require(!message.empty(), call, " answered ", defrec_status_name(status), " without telling the host an error message");
+    require(std::strcmp(defrec_status_name(status), "unknown status") != 0, call, " answered ",
+            status, ", which is no status");
+    require(!message.empty(), call, " answered ", defrec_status_name(status),
+            " without telling the host an error message");
 }
 void require_refused(const Session& session, const std::string& call, defrec_status status) {
     require_refused(session.instance(), call, status);

@@ -15,8 +15,10 @@ void zeroed(CaseRun& run) {
             Bytes found(size, std::byte{0xFF});
             queue.read(buffer, found);
             queue.finish();
-            const auto other = std::find_if(found.begin(), found.end(), [](std::byte byte) { return byte != std::byte{0}; });
-            require(other == found.end(), "byte ", other - found.begin(), " of a new buffer of ", size, " bytes is not 0");
+            const auto other = std::find_if(found.begin(), found.end(),
+                                            [](std::byte byte) { return byte != std::byte{0}; });
+            require(other == found.end(), "byte ", other - found.begin(), " of a new buffer of ",
+                    size, " bytes is not 0");
             queue.write(buffer, pattern_bytes(size, 5));
             queue.finish();
         }
@@ -31,7 +33,8 @@ void round_trip(CaseRun& run) {
         queue.write(buffer, sent);
         queue.read(buffer, back);
         queue.finish();
-        require(back == sent, "what was written to a buffer of ", size, " bytes is not what is read from it");
+        require(back == sent, "what was written to a buffer of ", size,
+                " bytes is not what is read from it");
     }
 }
 
@@ -43,7 +46,8 @@ void offsets(CaseRun& run) {
     Bytes mirror(kSize), back(kSize);
     Random random = run.random();
     for (int i = 0; i < 60; ++i) {
-        const uint32_t offset = random.below(kSize), size = random.below(uint32_t(kSize - offset + 1));
+        const uint32_t offset = random.below(kSize),
+                       size = random.below(uint32_t(kSize - offset + 1));
         const Bytes part = pattern_bytes(size, uint64_t(i));
         queue.write(buffer, part, offset);
         std::copy(part.begin(), part.end(), mirror.begin() + offset);
@@ -53,14 +57,19 @@ void offsets(CaseRun& run) {
     require(back == mirror, "writes at offsets left other bytes than those written");
     for (int i = 0; i < 60; ++i) {
         constexpr size_t kGuard = 64;
-        const uint32_t offset = random.below(kSize), size = random.below(uint32_t(kSize - offset + 1));
+        const uint32_t offset = random.below(kSize),
+                       size = random.below(uint32_t(kSize - offset + 1));
         Bytes into(size + 2 * kGuard, std::byte{0xA5});
         queue.read(buffer, std::span(into).subspan(kGuard, size), offset);
         queue.finish();
-        require(std::equal(mirror.begin() + offset, mirror.begin() + offset + size, into.begin() + kGuard),
-                "a read of ", size, " bytes at ", offset, " gave other bytes than those that lie there");
-        const bool intact = std::all_of(into.begin(), into.begin() + kGuard, [](std::byte b) { return b == std::byte{0xA5}; }) &&
-                            std::all_of(into.end() - kGuard, into.end(), [](std::byte b) { return b == std::byte{0xA5}; });
+        require(std::equal(mirror.begin() + offset, mirror.begin() + offset + size,
+                           into.begin() + kGuard),
+                "a read of ", size, " bytes at ", offset,
+                " gave other bytes than those that lie there");
+        const bool intact = std::all_of(into.begin(), into.begin() + kGuard,
+                                        [](std::byte b) { return b == std::byte{0xA5}; }) &&
+                            std::all_of(into.end() - kGuard, into.end(),
+                                        [](std::byte b) { return b == std::byte{0xA5}; });
         require(intact, "a read of ", size, " bytes at ", offset, " wrote beyond them");
     }
 }
@@ -90,7 +99,8 @@ void in_order(CaseRun& run) {
     }
     queue.finish();
     for (size_t i = 0; i < back.size(); ++i)
-        require(back[i] == pattern_bytes(kSize, i), "read ", i, " did not give what the write before it wrote");
+        require(back[i] == pattern_bytes(kSize, i), "read ", i,
+                " did not give what the write before it wrote");
 }
 
 void ranges(CaseRun& run) {
@@ -101,21 +111,24 @@ void ranges(CaseRun& run) {
     const Buffer buffer(session, kSize);
     const Bytes kept = pattern_bytes(kSize, 3);
     queue.write(buffer, kept);
-    const std::pair<uint64_t, uint64_t> wrong[] = {{0, 101},        {1, 100},        {100, 1},       {101, 0},
-                                                   {UINT64_MAX, 2}, {2, UINT64_MAX}, {UINT64_MAX, 0}};
+    const std::pair<uint64_t, uint64_t> wrong[] = {
+        {0, 101}, {1, 100}, {100, 1}, {101, 0}, {UINT64_MAX, 2}, {2, UINT64_MAX}, {UINT64_MAX, 0}};
     Bytes memory(256, std::byte{0x3C});
     for (const auto& [offset, size] : wrong) {
-        require_refused(session, concat("read of ", size, " bytes at ", offset, " from a buffer of 100"),
+        require_refused(session,
+                        concat("read of ", size, " bytes at ", offset, " from a buffer of 100"),
                         table.read(queue.get(), buffer.get(), offset, memory.data(), size));
-        require_refused(session, concat("write of ", size, " bytes at ", offset, " to a buffer of 100"),
+        require_refused(session,
+                        concat("write of ", size, " bytes at ", offset, " to a buffer of 100"),
                         table.write(queue.get(), buffer.get(), offset, memory.data(), size));
     }
     Bytes back(kSize);
     queue.read(buffer, back);
     queue.finish();
     require(back == kept, "a refused write changed the buffer");
-    require(std::all_of(memory.begin(), memory.end(), [](std::byte b) { return b == std::byte{0x3C}; }),
-            "a refused read wrote its destination");
+    require(
+        std::all_of(memory.begin(), memory.end(), [](std::byte b) { return b == std::byte{0x3C}; }),
+        "a refused read wrote its destination");
 }
 
 void empty_ranges(CaseRun& run) {
@@ -150,14 +163,23 @@ void too_large(CaseRun& run) {
 }  // namespace
 
 void add_abi_buffer_cases(std::vector<Case>& cases) {
-    add_abi_case(cases, "buffer_zeroed", "A new buffer is zero, of memory used before too.", zeroed);
-    add_abi_case(cases, "buffer_round_trip", "Buffers of any size give back what was written.", round_trip);
-    add_abi_case(cases, "buffer_offsets", "Writes and reads touch their own bytes and no others.", offsets);
-    add_abi_case(cases, "write_reads_source", "The source of a write may change when it has returned.", source_read_at_once);
-    add_abi_case(cases, "queue_in_order", "Writes and reads of a queue happen in their order.", in_order);
-    add_abi_case(cases, "buffer_ranges", "Ranges that do not lie in the buffer are refused, and nothing is touched.", ranges);
-    add_abi_case(cases, "buffer_empty_ranges", "Writes and reads of 0 bytes are nothing.", empty_ranges);
-    add_abi_case(cases, "buffer_too_large", "A buffer larger than any memory is refused, and the device goes on.", too_large);
+    add_abi_case(cases, "buffer_zeroed", "A new buffer is zero, of memory used before too.",
+                 zeroed);
+    add_abi_case(cases, "buffer_round_trip", "Buffers of any size give back what was written.",
+                 round_trip);
+    add_abi_case(cases, "buffer_offsets", "Writes and reads touch their own bytes and no others.",
+                 offsets);
+    add_abi_case(cases, "write_reads_source",
+                 "The source of a write may change when it has returned.", source_read_at_once);
+    add_abi_case(cases, "queue_in_order", "Writes and reads of a queue happen in their order.",
+                 in_order);
+    add_abi_case(cases, "buffer_ranges",
+                 "Ranges that do not lie in the buffer are refused, and nothing is touched.",
+                 ranges);
+    add_abi_case(cases, "buffer_empty_ranges", "Writes and reads of 0 bytes are nothing.",
+                 empty_ranges);
+    add_abi_case(cases, "buffer_too_large",
+                 "A buffer larger than any memory is refused, and the device goes on.", too_large);
 }
 
 }  // namespace defrec::conformance

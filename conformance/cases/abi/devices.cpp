@@ -14,8 +14,9 @@ Bytes info_of_size(const Instance& instance, size_t index, uint32_t size) {
     Bytes bytes(size + 64, std::byte{kGuard});
     std::memset(bytes.data(), 0, size);
     std::memcpy(bytes.data(), &size, sizeof size);
-    instance.check("device_info", instance.table().device_info(instance.table().self, index,
-                                                               reinterpret_cast<defrec_device_info*>(bytes.data())));
+    instance.check("device_info", instance.table().device_info(
+                                      instance.table().self, index,
+                                      reinterpret_cast<defrec_device_info*>(bytes.data())));
     return bytes;
 }
 
@@ -24,20 +25,22 @@ void info_sizes(CaseRun& run) {
     constexpr uint32_t kWhole = sizeof(defrec_device_info);
     for (size_t i = 0; i < instance.devices().size(); ++i) {
         const Bytes whole = info_of_size(instance, i, kWhole);
-        for (const uint32_t size : {uint32_t(sizeof(uint32_t)), uint32_t(offsetof(defrec_device_info, id)),
-                                    uint32_t(offsetof(defrec_device_info, memory_bytes)), kWhole, kWhole + 32}) {
+        for (const uint32_t size :
+             {uint32_t(sizeof(uint32_t)), uint32_t(offsetof(defrec_device_info, id)),
+              uint32_t(offsetof(defrec_device_info, memory_bytes)), kWhole, kWhole + 32}) {
             const Bytes given = info_of_size(instance, i, size);
             uint32_t said = 0;
             std::memcpy(&said, given.data(), sizeof said);
             require(said == size, "device_info changed struct_size from ", size, " to ", said);
             for (uint32_t byte = sizeof said; byte < std::min(size, kWhole); ++byte)
-                require(given[byte] == whole[byte], "device_info into a struct of ", size, " bytes: byte ", byte,
-                        " is another than in a whole one");
+                require(given[byte] == whole[byte], "device_info into a struct of ", size,
+                        " bytes: byte ", byte, " is another than in a whole one");
             for (uint32_t byte = kWhole; byte < size; ++byte)
                 require(given[byte] == std::byte{0}, "device_info wrote byte ", byte,
                         " of a later version's struct, which it cannot know");
             for (uint32_t byte = size; byte < given.size(); ++byte)
-                require(given[byte] == std::byte{kGuard}, "device_info wrote byte ", byte, " of a struct of ", size, " bytes");
+                require(given[byte] == std::byte{kGuard}, "device_info wrote byte ", byte,
+                        " of a struct of ", size, " bytes");
         }
     }
 }
@@ -52,7 +55,8 @@ void info_out_of_range(CaseRun& run) {
         before = info;
         require_refused(instance, "device_info of a device that does not exist",
                         instance.table().device_info(instance.table().self, index, &info));
-        require(std::memcmp(&info, &before, sizeof info) == 0, "device_info refused, but wrote its output");
+        require(std::memcmp(&info, &before, sizeof info) == 0,
+                "device_info refused, but wrote its output");
         defrec_pdevice* device = nullptr;
         require_refused(instance, "device_open of a device that does not exist",
                         instance.table().device_open(instance.table().self, index, &device));
@@ -62,7 +66,8 @@ void info_out_of_range(CaseRun& run) {
 
 std::vector<std::string> ids(const Instance& instance) {
     std::vector<std::string> result;
-    for (const defrec_device_info& info : instance.devices()) result.emplace_back(info.id == nullptr ? "" : info.id);
+    for (const defrec_device_info& info : instance.devices())
+        result.emplace_back(info.id == nullptr ? "" : info.id);
     return result;
 }
 
@@ -70,8 +75,10 @@ void ids_stable(CaseRun& run) {
     const Instance first(run.subject_plugin()), second(run.subject_plugin());
     const std::vector<std::string> known = ids(first);
     for (const std::string& id : known)
-        require(!id.empty() && id.size() <= 255, "a device has an id of ", id.size(), " bytes, 1 to 255 expected");
-    require(std::set(known.begin(), known.end()).size() == known.size(), "two devices have the same id");
+        require(!id.empty() && id.size() <= 255, "a device has an id of ", id.size(),
+                " bytes, 1 to 255 expected");
+    require(std::set(known.begin(), known.end()).size() == known.size(),
+            "two devices have the same id");
     require(ids(first) == known, "device_info gave other ids when it was called again");
     require(ids(second) == known, "another instance gave its devices other ids");
     for (const std::string& id : known) run.digest(std::as_bytes(std::span(id)));
@@ -87,8 +94,9 @@ void info_makes_sense(CaseRun& run) {
         require(info.driver != nullptr, id, ": driver is NULL");
         require(info.memory_bytes > 0, id, ": memory_bytes is 0");
         require((info.stages & kStages) != 0, id, ": offers no stage");
-        require((info.features & ~uint32_t{DEFREC_FEATURE_REPEATABLE | DEFREC_FEATURE_SOFTWARE}) == 0, id,
-                ": claims features that this version does not have");
+        require(
+            (info.features & ~uint32_t{DEFREC_FEATURE_REPEATABLE | DEFREC_FEATURE_SOFTWARE}) == 0,
+            id, ": claims features that this version does not have");
         require(info.reserved == 0, id, ": reserved is not 0");
     }
 }
@@ -104,7 +112,8 @@ void open_twice(CaseRun& run) {
                 "device_open of an open device gave no device of its own");
         defrec_pbuffer* buffer = nullptr;
         table.device_close(first);
-        instance.check("buffer_create after another device was closed", table.buffer_create(second, 64, &buffer));
+        instance.check("buffer_create after another device was closed",
+                       table.buffer_create(second, 64, &buffer));
         table.buffer_destroy(buffer);
         table.device_close(second);
         instance.check("device_open after device_close", table.device_open(table.self, i, &first));
@@ -114,21 +123,28 @@ void open_twice(CaseRun& run) {
 
 void unknown_stages(CaseRun& run) {
     const Instance instance(run.subject_plugin());
-    for (const uint32_t stage : {uint32_t{DEFREC_STAGE_COUNT_V1}, 31u, 32u, 1000u, 0x80000000u, UINT32_MAX})
-        require(instance.table().stage(instance.table().self, stage) == nullptr, "there is a table for stage ", stage,
-                ", which does not exist");
+    for (const uint32_t stage :
+         {uint32_t{DEFREC_STAGE_COUNT_V1}, 31u, 32u, 1000u, 0x80000000u, UINT32_MAX})
+        require(instance.table().stage(instance.table().self, stage) == nullptr,
+                "there is a table for stage ", stage, ", which does not exist");
 }
 
 }  // namespace
 
 void add_abi_device_cases(std::vector<Case>& cases) {
-    add_abi_case(cases, "device_info_sizes", "device_info writes as many bytes as both sides know.", info_sizes);
-    add_abi_case(cases, "device_out_of_range", "A device that does not exist is refused, and no output touched.",
+    add_abi_case(cases, "device_info_sizes", "device_info writes as many bytes as both sides know.",
+                 info_sizes);
+    add_abi_case(cases, "device_out_of_range",
+                 "A device that does not exist is refused, and no output touched.",
                  info_out_of_range);
-    add_abi_case(cases, "device_ids", "Ids of devices are unique, and the same each time.", ids_stable);
-    add_abi_case(cases, "device_info", "Devices say what they are, and offer a stage.", info_makes_sense);
-    add_abi_case(cases, "device_open_twice", "A device can be open twice, and closed and opened again.", open_twice);
-    add_abi_case(cases, "unknown_stages", "There is no table for a stage that does not exist.", unknown_stages);
+    add_abi_case(cases, "device_ids", "Ids of devices are unique, and the same each time.",
+                 ids_stable);
+    add_abi_case(cases, "device_info", "Devices say what they are, and offer a stage.",
+                 info_makes_sense);
+    add_abi_case(cases, "device_open_twice",
+                 "A device can be open twice, and closed and opened again.", open_twice);
+    add_abi_case(cases, "unknown_stages", "There is no table for a stage that does not exist.",
+                 unknown_stages);
 }
 
 }  // namespace defrec::conformance

@@ -11,27 +11,31 @@ const auto* const kUntouched = reinterpret_cast<const defrec_plugin*>(uintptr_t{
 void null_host(CaseRun& run) {
     const defrec_plugin* table = kUntouched;
     const defrec_status status = run.subject_plugin().entry()(nullptr, &table);
-    require(status < 0, "the entry answered ", defrec_status_name(status), " to a host that is NULL, a refusal expected");
+    require(status < 0, "the entry answered ", defrec_status_name(status),
+            " to a host that is NULL, a refusal expected");
     require(table == kUntouched, "the entry refused, but wrote its output");
 }
 
 void null_out(CaseRun& run) {
     Host host(1);
     const defrec_status status = run.subject_plugin().entry()(host.table(), nullptr);
-    require(status < 0, "the entry answered ", defrec_status_name(status), " to an output that is NULL, a refusal expected");
+    require(status < 0, "the entry answered ", defrec_status_name(status),
+            " to an output that is NULL, a refusal expected");
 }
 
 // A host of version 1.0 has all members; one that says it is smaller is none.
 void short_host(CaseRun& run) {
-    for (const size_t size : {size_t{0}, size_t{8}, offsetof(defrec_host, alloc), offsetof(defrec_host, concurrency)}) {
+    for (const size_t size :
+         {size_t{0}, size_t{8}, offsetof(defrec_host, alloc), offsetof(defrec_host, concurrency)}) {
         Host host(1);
         defrec_host table = *host.table();
         table.struct_size = uint32_t(size);
         const defrec_plugin* out = kUntouched;
         const defrec_status status = run.subject_plugin().entry()(&table, &out);
-        require(status < 0, "the entry answered ", defrec_status_name(status), " to a host table of ", size,
-                " bytes, a refusal expected");
-        require(out == kUntouched, "the entry refused a host table of ", size, " bytes, but wrote its output");
+        require(status < 0, "the entry answered ", defrec_status_name(status),
+                " to a host table of ", size, " bytes, a refusal expected");
+        require(out == kUntouched, "the entry refused a host table of ", size,
+                " bytes, but wrote its output");
     }
 }
 
@@ -49,7 +53,8 @@ void newer_host(CaseRun& run) {
     const defrec_status status = run.subject_plugin().entry()(&newer.table, &table);
     require(status >= 0 && table != nullptr, "the entry answered ", defrec_status_name(status),
             " to a host of a later minor version");
-    require(table->device_count(table->self) > 0, "with a host of a later minor version there is no device");
+    require(table->device_count(table->self) > 0,
+            "with a host of a later minor version there is no device");
     table->shutdown(table->self);
 }
 
@@ -57,23 +62,33 @@ void table_complete(CaseRun& run) {
     const Instance instance(run.subject_plugin());
     const defrec_plugin& table = instance.table();
     const std::pair<const char*, bool> entries[] = {
-        {"device_count", table.device_count != nullptr},   {"device_info", table.device_info != nullptr},
-        {"device_open", table.device_open != nullptr},     {"device_close", table.device_close != nullptr},
-        {"buffer_create", table.buffer_create != nullptr}, {"buffer_destroy", table.buffer_destroy != nullptr},
-        {"queue_create", table.queue_create != nullptr},   {"queue_destroy", table.queue_destroy != nullptr},
-        {"write", table.write != nullptr},                 {"read", table.read != nullptr},
-        {"signal", table.signal != nullptr},               {"wait", table.wait != nullptr},
-        {"stage", table.stage != nullptr},                 {"shutdown", table.shutdown != nullptr},
+        {"device_count", table.device_count != nullptr},
+        {"device_info", table.device_info != nullptr},
+        {"device_open", table.device_open != nullptr},
+        {"device_close", table.device_close != nullptr},
+        {"buffer_create", table.buffer_create != nullptr},
+        {"buffer_destroy", table.buffer_destroy != nullptr},
+        {"queue_create", table.queue_create != nullptr},
+        {"queue_destroy", table.queue_destroy != nullptr},
+        {"write", table.write != nullptr},
+        {"read", table.read != nullptr},
+        {"signal", table.signal != nullptr},
+        {"wait", table.wait != nullptr},
+        {"stage", table.stage != nullptr},
+        {"shutdown", table.shutdown != nullptr},
     };
-    for (const auto& [name, given] : entries) require(given, "the plugin's table has NULL for ", name);
+    for (const auto& [name, given] : entries)
+        require(given, "the plugin's table has NULL for ", name);
 }
 
 void names(CaseRun& run) {
     const Instance instance(run.subject_plugin());
     const defrec_plugin& table = instance.table();
     const std::string& manifest = run.subject_plugin().files().name;
-    require(table.name != nullptr && manifest == table.name, "the table's name is not the manifest's, ", manifest);
-    for (const auto& [what, text] : {std::pair{"version", table.version}, {"vendor", table.vendor}}) {
+    require(table.name != nullptr && manifest == table.name,
+            "the table's name is not the manifest's, ", manifest);
+    for (const auto& [what, text] :
+         {std::pair{"version", table.version}, {"vendor", table.vendor}}) {
         require(text != nullptr && text[0] != '\0', "the table has no ", what);
         require(strnlen(text, 256) < 256, "the table's ", what, " is longer than 255 bytes");
     }
@@ -83,7 +98,8 @@ void names(CaseRun& run) {
 void instances_independent(CaseRun& run) {
     auto first = std::make_unique<Session>(run.subject_plugin());
     const Session second(run.subject_plugin());
-    require(first->table().self != second.table().self || &first->table() != &second.table(), "two entries gave one instance");
+    require(first->table().self != second.table().self || &first->table() != &second.table(),
+            "two entries gave one instance");
     first.reset();
     Queue queue(second);
     const Buffer buffer(second, 1000);
@@ -100,11 +116,15 @@ void instances_independent(CaseRun& run) {
 void add_abi_entry_cases(std::vector<Case>& cases) {
     add_abi_case(cases, "null_host", "The entry refuses a host that is NULL.", null_host);
     add_abi_case(cases, "null_out", "The entry refuses an output that is NULL.", null_out);
-    add_abi_case(cases, "short_host", "The entry refuses a host table that lacks members.", short_host);
-    add_abi_case(cases, "newer_host", "The entry accepts a host of a later minor version.", newer_host);
+    add_abi_case(cases, "short_host", "The entry refuses a host table that lacks members.",
+                 short_host);
+    add_abi_case(cases, "newer_host", "The entry accepts a host of a later minor version.",
+                 newer_host);
     add_abi_case(cases, "table_complete", "The plugin's table has every function.", table_complete);
-    add_abi_case(cases, "names", "The plugin's name is the manifest's, and it has a version and a vendor.", names);
-    add_abi_case(cases, "instances_independent", "An instance goes on when another is shut down.", instances_independent);
+    add_abi_case(cases, "names",
+                 "The plugin's name is the manifest's, and it has a version and a vendor.", names);
+    add_abi_case(cases, "instances_independent", "An instance goes on when another is shut down.",
+                 instances_independent);
 }
 
 }  // namespace defrec::conformance

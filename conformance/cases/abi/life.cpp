@@ -1,4 +1,5 @@
-// What a plugin leaves behind: threads, memory, the process's environment; and that nothing is thrown at its host.
+// What a plugin leaves behind: threads, memory, the process's environment; and that nothing is
+// thrown at its host.
 #include <signal.h>
 #include <unistd.h>
 
@@ -21,8 +22,8 @@ void use_every_stage(Session& session) {
         if (session.offers(stage)) run_plainly(session, sample_job(stage));
 }
 
-// A driver may keep threads of its own for as long as the process lives, which appear with its first use; what grows with each life
-// of an instance is the plugin's.
+// A driver may keep threads of its own for as long as the process lives, which appear with its
+// first use; what grows with each life of an instance is the plugin's.
 void no_thread_left(CaseRun& run) {
     run.reference();
     const auto live = [&] {
@@ -44,8 +45,8 @@ void no_memory_left(CaseRun& run) {
         host = session.share_host();
         use_every_stage(session);
     }
-    require(host->live_blocks() == 0, host->live_blocks(), " blocks of host memory (", host->live_bytes(),
-            " bytes) were not given back before the end of shutdown");
+    require(host->live_blocks() == 0, host->live_blocks(), " blocks of host memory (",
+            host->live_bytes(), " bytes) were not given back before the end of shutdown");
     require(host->misuse().empty(), host->misuse());
 }
 
@@ -57,7 +58,8 @@ void no_memory_kept(CaseRun& run) {
     const uint64_t before = session.host().live_bytes();
     for (int i = 0; i < 3; ++i) use_every_stage(session);
     const uint64_t after = session.host().live_bytes();
-    require(after <= before, "host memory in use grew from ", before, " to ", after, " bytes by stages and buffers that were destroyed");
+    require(after <= before, "host memory in use grew from ", before, " to ", after,
+            " bytes by stages and buffers that were destroyed");
 }
 
 struct Environment {
@@ -93,11 +95,14 @@ void environment(CaseRun& run) {
     }
     const Environment after;
     std::fesetenv(FE_DFL_ENV);  // or the cases that follow would suffer
-    require(before.rounding == after.rounding && before.control == after.control && before.exceptions == after.exceptions,
+    require(before.rounding == after.rounding && before.control == after.control &&
+                before.exceptions == after.exceptions,
             "the plugin changed the floating point mode of its caller");
     for (int i = 1; i < 32; ++i) {
-        require(sigismember(&before.mask, i) == sigismember(&after.mask, i), "the plugin changed its caller's signal mask, signal ", i);
-        require(before.handlers[i] == after.handlers[i], "the plugin changed the handler of signal ", i);
+        require(sigismember(&before.mask, i) == sigismember(&after.mask, i),
+                "the plugin changed its caller's signal mask, signal ", i);
+        require(before.handlers[i] == after.handlers[i],
+                "the plugin changed the handler of signal ", i);
     }
     require(before.locale == after.locale, "the plugin changed the locale to ", after.locale);
     require(before.folder == after.folder, "the plugin changed the working folder");
@@ -109,7 +114,8 @@ void no_exception(CaseRun& run) {
     const auto guarded = [&](const std::string& call, const auto& body) {
         try {
             body();
-        } catch (const CaseFailure&) {  // ours: a status that was no success, which other cases judge
+        } catch (
+            const CaseFailure&) {  // ours: a status that was no success, which other cases judge
         } catch (const std::exception& error) {
             fail_case(call, " threw an exception: ", error.what());
         } catch (...) {
@@ -135,10 +141,15 @@ void no_exception(CaseRun& run) {
 }  // namespace
 
 void add_abi_life_cases(std::vector<Case>& cases) {
-    add_abi_case(cases, "no_thread_left", "No thread is left when shutdown has returned.", no_thread_left);
-    add_abi_case(cases, "no_memory_left", "No host memory is left when shutdown has returned.", no_memory_left);
-    add_abi_case(cases, "no_memory_kept", "Host memory goes with what was made with it.", no_memory_kept);
-    add_abi_case(cases, "environment", "Floating point mode, signals, locale and working folder stay as they were.", environment);
+    add_abi_case(cases, "no_thread_left", "No thread is left when shutdown has returned.",
+                 no_thread_left);
+    add_abi_case(cases, "no_memory_left", "No host memory is left when shutdown has returned.",
+                 no_memory_left);
+    add_abi_case(cases, "no_memory_kept", "Host memory goes with what was made with it.",
+                 no_memory_kept);
+    add_abi_case(cases, "environment",
+                 "Floating point mode, signals, locale and working folder stay as they were.",
+                 environment);
     add_abi_case(cases, "no_exception", "No exception crosses the border.", no_exception);
 }
 

@@ -1,7 +1,7 @@
 // Queues: signal and wait.
 #include <algorithm>
-#include <optional>
 #include <chrono>
+#include <optional>
 #include <thread>
 
 #include "conformance/cases/abi/abi.hpp"
@@ -29,7 +29,8 @@ void not_reached(CaseRun& run) {
     const uint64_t value = queue.signal();
     queue.finish();
     for (const uint64_t timeout : {uint64_t{0}, uint64_t{1'000'000}})
-        require(!queue.wait(value + 1000, timeout), "wait for a value that no signal gave, ", timeout, " ns: not DEFREC_TIMEOUT");
+        require(!queue.wait(value + 1000, timeout), "wait for a value that no signal gave, ",
+                timeout, " ns: not DEFREC_TIMEOUT");
 }
 
 void past_values(CaseRun& run) {
@@ -38,7 +39,8 @@ void past_values(CaseRun& run) {
     queue.finish();
     for (const uint64_t value : {second, first, uint64_t{0}, first, second})
         for (const uint64_t timeout : {UINT64_MAX, uint64_t{0}})
-            require(queue.wait(value, timeout), "wait for a value that was reached long ago answered DEFREC_TIMEOUT");
+            require(queue.wait(value, timeout),
+                    "wait for a value that was reached long ago answered DEFREC_TIMEOUT");
 }
 
 // Work that takes a device some time.
@@ -58,7 +60,8 @@ StageJob long_job(const Session& session) {
 
 // Buffers of a job, and a stage to run it again and again.
 struct Work {
-    Work(const Session& session, Queue& queue, const StageJob& job) : stage(session, job.stage(), job.params.get()) {
+    Work(const Session& session, Queue& queue, const StageJob& job)
+        : stage(session, job.stage(), job.params.get()) {
         const auto upload = [&](const std::vector<Input>& inputs, std::vector<Buffer>& buffers) {
             for (const Input& input : inputs) {
                 buffers.push_back(input.given ? Buffer(session, input.bytes.size()) : Buffer());
@@ -67,7 +70,8 @@ struct Work {
         };
         upload(job.prepare, prepared);
         upload(job.in, in);
-        for (const Output& output : job.out) out.push_back(output.given ? Buffer(session, output.size) : Buffer());
+        for (const Output& output : job.out)
+            out.push_back(output.given ? Buffer(session, output.size) : Buffer());
         if (!prepared.empty()) stage.prepare(queue, prepared);
     }
     std::vector<Buffer> prepared, in, out;
@@ -81,7 +85,8 @@ void read_complete(CaseRun& run) {
         Queue queue(run.subject());
         Work work(run.subject(), queue, job);
         for (int i = 0; i < 2; ++i) work.stage.enqueue(queue, work.in, work.out);
-        queue.write(work.out[0], pattern_bytes(job.out[0].size, 3));  // what a read finds that comes too early
+        queue.write(work.out[0],
+                    pattern_bytes(job.out[0].size, 3));  // what a read finds that comes too early
         work.stage.enqueue(queue, work.in, work.out);
         Bytes back(job.out[0].size, std::byte{0xA5});
         queue.read(work.out[0], back);
@@ -89,15 +94,21 @@ void read_complete(CaseRun& run) {
         const Bytes then = back;
         std::this_thread::sleep_for(std::chrono::milliseconds(60));
         queue.finish();
-        require(then == back, "a read was not complete when ", how, " for a later signal had ended");
+        require(then == back, "a read was not complete when ", how,
+                " for a later signal had ended");
         Bytes again(job.out[0].size);
         queue.read(work.out[0], again);
         queue.finish();
-        require(then == again, "a read that was waited for with ", how, " gave other bytes than one afterwards");
-        if (run.subject().claims_repeatable()) require(then == expected, "a read after ", how, " gave other bytes than the same work alone");
+        require(then == again, "a read that was waited for with ", how,
+                " gave other bytes than one afterwards");
+        if (run.subject().claims_repeatable())
+            require(then == expected, "a read after ", how,
+                    " gave other bytes than the same work alone");
         run.digest(then);
     };
-    examine("a wait", [](Queue& queue, uint64_t value) { require(queue.wait(value, UINT64_MAX), "a wait without limit ended before the work"); });
+    examine("a wait", [](Queue& queue, uint64_t value) {
+        require(queue.wait(value, UINT64_MAX), "a wait without limit ended before the work");
+    });
     examine("waits of 0 ns", [](Queue& queue, uint64_t value) {
         while (!queue.wait(value, 0)) std::this_thread::yield();
     });
@@ -118,7 +129,8 @@ void wait_from_other_thread(CaseRun& run) {
         std::thread waiter([&] { status = session.table().wait(queue.get(), value, UINT64_MAX); });
         work.stage.enqueue(queue, work.in, work.out);  // meanwhile
         waiter.join();
-        require(status == DEFREC_OK, "wait on another thread answered ", defrec_status_name(status));
+        require(status == DEFREC_OK, "wait on another thread answered ",
+                defrec_status_name(status));
     }
     queue.finish();
 }
@@ -166,19 +178,27 @@ void two_queues(CaseRun& run) {
     first.read(one.out[0], a);
     second.finish();
     first.finish();
-    if (run.subject().claims_repeatable()) require(a == b, "the same work on two queues of a device gave two results");
+    if (run.subject().claims_repeatable())
+        require(a == b, "the same work on two queues of a device gave two results");
 }
 
 }  // namespace
 
 void add_abi_queue_cases(std::vector<Case>& cases) {
     add_abi_case(cases, "signal_grows", "Each signal gives a larger value.", signal_grows);
-    add_abi_case(cases, "wait_not_reached", "A wait for what is not reached ends with DEFREC_TIMEOUT.", not_reached);
-    add_abi_case(cases, "wait_past", "A wait for what was reached before ends at once.", past_values);
-    add_abi_case(cases, "read_complete", "A read is complete when a later signal was waited for.", read_complete);
-    add_abi_case(cases, "wait_other_thread", "Any thread can wait while another enqueues.", wait_from_other_thread);
-    add_abi_case(cases, "queue_destroy_waits", "queue_destroy waits for the queue's work.", destroy_waits);
-    add_abi_case(cases, "destroy_with_work", "Stage, buffers and queue can be destroyed while work is on its way.", destroy_with_work);
+    add_abi_case(cases, "wait_not_reached",
+                 "A wait for what is not reached ends with DEFREC_TIMEOUT.", not_reached);
+    add_abi_case(cases, "wait_past", "A wait for what was reached before ends at once.",
+                 past_values);
+    add_abi_case(cases, "read_complete", "A read is complete when a later signal was waited for.",
+                 read_complete);
+    add_abi_case(cases, "wait_other_thread", "Any thread can wait while another enqueues.",
+                 wait_from_other_thread);
+    add_abi_case(cases, "queue_destroy_waits", "queue_destroy waits for the queue's work.",
+                 destroy_waits);
+    add_abi_case(cases, "destroy_with_work",
+                 "Stage, buffers and queue can be destroyed while work is on its way.",
+                 destroy_with_work);
     add_abi_case(cases, "two_queues", "Two queues of a device work side by side.", two_queues);
 }
 

@@ -9,18 +9,24 @@
 namespace defrec::conformance {
 namespace {
 
-constexpr uint32_t kFirstPrepared = DEFREC_STAGE_MATCH;  // from here on stages have inputs that stay
-constexpr uint32_t kLastLimited = DEFREC_STAGE_RANSAC;   // up to here definitions state limits
+constexpr uint32_t kFirstPrepared =
+    DEFREC_STAGE_MATCH;                                 // from here on stages have inputs that stay
+constexpr uint32_t kLastLimited = DEFREC_STAGE_RANSAC;  // up to here definitions state limits
 
 void table(CaseRun& run, uint32_t stage) {
     const defrec_stage_table& table = run.subject().stage_table(stage);
-    require(table.struct_size >= sizeof table, "the table has ", table.struct_size, " bytes, at least ", sizeof table, " expected");
+    require(table.struct_size >= sizeof table, "the table has ", table.struct_size,
+            " bytes, at least ", sizeof table, " expected");
     require(table.stage == stage, "the table says that it is of stage ", table.stage);
-    require(table.stage_version == 1, "the table is of version ", table.stage_version, " of the stage's definition, 1 expected");
-    require(table.supports != nullptr && table.create != nullptr && table.destroy != nullptr && table.enqueue != nullptr,
+    require(table.stage_version == 1, "the table is of version ", table.stage_version,
+            " of the stage's definition, 1 expected");
+    require(table.supports != nullptr && table.create != nullptr && table.destroy != nullptr &&
+                table.enqueue != nullptr,
             "the table has NULL for a function");
-    require(table.prepare != nullptr || stage < kFirstPrepared, "prepare is NULL, though the stage has inputs that stay");
-    require(run.subject().table().stage(run.subject().table().self, stage) == &table, "stage() gave another table the second time");
+    require(table.prepare != nullptr || stage < kFirstPrepared,
+            "prepare is NULL, though the stage has inputs that stay");
+    require(run.subject().table().stage(run.subject().table().self, stage) == &table,
+            "stage() gave another table the second time");
 }
 
 void create(CaseRun& run, uint32_t stage) {
@@ -48,7 +54,8 @@ void refuse_all(CaseRun& run, uint32_t stage, std::initializer_list<Beyond<Param
         if (status >= 0) {
             defrec_pstage* made = nullptr;
             status = stage_table.create(session.device(), &params, &made);
-            require(status >= 0 || made == nullptr, "create refused ", what, ", but wrote its output");
+            require(status >= 0 || made == nullptr, "create refused ", what,
+                    ", but wrote its output");
             if (made != nullptr) stage_table.destroy(made);
         }
         require_refused(session, concat("supports and create with ", what), status);
@@ -58,38 +65,49 @@ void refuse_all(CaseRun& run, uint32_t stage, std::initializer_list<Beyond<Param
 void limits(CaseRun& run, uint32_t stage) {
     switch (stage) {
         case DEFREC_STAGE_RECTIFY:
-            return refuse_all<defrec_rectify_params>(run, stage,
-                                                     {{"highlight_radius 17", [](auto& p) { p.highlight_radius = 17; }}});
+            return refuse_all<defrec_rectify_params>(
+                run, stage, {{"highlight_radius 17", [](auto& p) { p.highlight_radius = 17; }}});
         case DEFREC_STAGE_STEREO:
-            return refuse_all<defrec_stereo_params>(run, stage, {{"radius 1", [](auto& p) { p.radius = 1; }},
-                                                                 {"radius 7", [](auto& p) { p.radius = 7; }},
-                                                                 {"refine_radius 7", [](auto& p) { p.refine_radius = 7; }},
-                                                                 {"511 disparities", [](auto& p) { p.disparities = 511; }},
-                                                                 {"fill_radius 9", [](auto& p) { p.fill_radius = 9; }},
-                                                                 {"smooth_radius 4", [](auto& p) { p.smooth_radius = 4; }},
-                                                                 {"smooth_range 257", [](auto& p) { p.smooth_range = 257; }},
-                                                                 {"9 smooth_passes", [](auto& p) { p.smooth_passes = 9; }}});
+            return refuse_all<defrec_stereo_params>(
+                run, stage,
+                {{"radius 1", [](auto& p) { p.radius = 1; }},
+                 {"radius 7", [](auto& p) { p.radius = 7; }},
+                 {"refine_radius 7", [](auto& p) { p.refine_radius = 7; }},
+                 {"511 disparities", [](auto& p) { p.disparities = 511; }},
+                 {"fill_radius 9", [](auto& p) { p.fill_radius = 9; }},
+                 {"smooth_radius 4", [](auto& p) { p.smooth_radius = 4; }},
+                 {"smooth_range 257", [](auto& p) { p.smooth_range = 257; }},
+                 {"9 smooth_passes", [](auto& p) { p.smooth_passes = 9; }}});
         case DEFREC_STAGE_ORB:
-            return refuse_all<defrec_orb_params>(run, stage, {{"9 levels", [](auto& p) { p.levels = 9; }},
-                                                              {"cells of 3 px", [](auto& p) { p.cell = 3; }},
-                                                              {"cells of 17 px", [](auto& p) { p.cell = 17; }},
-                                                              {"threshold 255", [](auto& p) { p.threshold = 255; }},
-                                                              {"capacity 65536", [](auto& p) { p.capacity = 65536; }},
-                                                              {"spacing 64", [](auto& p) { p.spacing = 64; }}});
+            return refuse_all<defrec_orb_params>(
+                run, stage,
+                {{"9 levels", [](auto& p) { p.levels = 9; }},
+                 {"cells of 3 px", [](auto& p) { p.cell = 3; }},
+                 {"cells of 17 px", [](auto& p) { p.cell = 17; }},
+                 {"threshold 255", [](auto& p) { p.threshold = 255; }},
+                 {"capacity 65536", [](auto& p) { p.capacity = 65536; }},
+                 {"spacing 64", [](auto& p) { p.spacing = 64; }}});
         case DEFREC_STAGE_MATCH:
-            return refuse_all<defrec_match_params>(run, stage, {{"no landmarks", [](auto& p) { p.landmarks = 0; }},
-                                                                {"65536 landmarks", [](auto& p) { p.landmarks = 65536; }},
-                                                                {"65536 features", [](auto& p) { p.features = 65536; }},
-                                                                {"max_distance 257", [](auto& p) { p.max_distance = 257; }},
-                                                                {"ratio 257", [](auto& p) { p.ratio = 257; }}});
+            return refuse_all<defrec_match_params>(
+                run, stage,
+                {{"no landmarks", [](auto& p) { p.landmarks = 0; }},
+                 {"65536 landmarks", [](auto& p) { p.landmarks = 65536; }},
+                 {"65536 features", [](auto& p) { p.features = 65536; }},
+                 {"max_distance 257", [](auto& p) { p.max_distance = 257; }},
+                 {"ratio 257", [](auto& p) { p.ratio = 257; }}});
         case DEFREC_STAGE_ALIGN:
-            return refuse_all<defrec_align_params>(run, stage, {{"level 4", [](auto& p) { p.level = 4; }},
-                                                                {"patch_radius 8", [](auto& p) { p.patch_radius = 8; }},
-                                                                {"search_radius 17", [](auto& p) { p.search_radius = 17; }}});
+            return refuse_all<defrec_align_params>(
+                run, stage,
+                {{"level 4", [](auto& p) { p.level = 4; }},
+                 {"patch_radius 8", [](auto& p) { p.patch_radius = 8; }},
+                 {"search_radius 17", [](auto& p) { p.search_radius = 17; }}});
         case DEFREC_STAGE_RANSAC:
-            return refuse_all<defrec_ransac_params>(run, stage, {{"1025 references", [](auto& p) { p.references = 1025; }},
-                                                                 {"101 iterations", [](auto& p) { p.iterations = 101; }}});
-        default: fail(DEFREC_ERROR_INTERNAL, "no limits are known of ", stage_name(stage));
+            return refuse_all<defrec_ransac_params>(
+                run, stage,
+                {{"1025 references", [](auto& p) { p.references = 1025; }},
+                 {"101 iterations", [](auto& p) { p.iterations = 101; }}});
+        default:
+            fail(DEFREC_ERROR_INTERNAL, "no limits are known of ", stage_name(stage));
     }
 }
 
@@ -99,7 +117,8 @@ class WrongCalls {
     WrongCalls(CaseRun& run, uint32_t stage)
         : run_(run), job_(sample_job(stage)), queue_(run.subject()), counts_(buffer_counts(stage)) {
         for (const Input& input : job_.prepare) prepared_.push_back(upload(input.bytes));
-        for (const Input& input : job_.in) in_.push_back(input.given ? upload(input.bytes) : Buffer());
+        for (const Input& input : job_.in)
+            in_.push_back(input.given ? upload(input.bytes) : Buffer());
         for (const Output& output : job_.out) {
             before_.push_back(pattern_bytes(output.size, before_.size()));
             out_.push_back(upload(before_.back()));
@@ -124,8 +143,10 @@ class WrongCalls {
             more.resize(count, out_[0].get());
             expect_refusal(concat(count, " outputs"), all(in_), more);
         }
-        for (size_t i = 0; i < counts_.min_in; ++i) expect_refusal(concat("input ", i, " NULL"), without(in_, i), all(out_));
-        for (size_t i = 0; i < counts_.min_out; ++i) expect_refusal(concat("output ", i, " NULL"), all(in_), without(out_, i));
+        for (size_t i = 0; i < counts_.min_in; ++i)
+            expect_refusal(concat("input ", i, " NULL"), without(in_, i), all(out_));
+        for (size_t i = 0; i < counts_.min_out; ++i)
+            expect_refusal(concat("output ", i, " NULL"), all(in_), without(out_, i));
     }
 
     void too_small() {
@@ -180,7 +201,9 @@ class WrongCalls {
         queue_.write(buffer, bytes);
         return buffer;
     }
-    static Pointers all(const std::vector<Buffer>& buffers) { return first(buffers, buffers.size()); }
+    static Pointers all(const std::vector<Buffer>& buffers) {
+        return first(buffers, buffers.size());
+    }
     static Pointers first(const std::vector<Buffer>& buffers, size_t count) {
         Pointers pointers;
         for (size_t i = 0; i < count; ++i) pointers.push_back(buffers[i].get());
@@ -194,7 +217,8 @@ class WrongCalls {
     void expect_refusal(const std::string& what, const Pointers& in, const Pointers& out) {
         const defrec_stage_table& table = run_.subject().stage_table(job_.stage());
         require_refused(run_.subject(), concat("enqueue with ", what),
-                        table.enqueue(stage_->get(), queue_.get(), in.data(), in.size(), out.data(), out.size()));
+                        table.enqueue(stage_->get(), queue_.get(), in.data(), in.size(), out.data(),
+                                      out.size()));
     }
 
     CaseRun& run_;
@@ -225,15 +249,22 @@ void wrong_prepare(CaseRun& run, uint32_t stage) {
 }  // namespace
 
 void add_abi_stage_cases(std::vector<Case>& cases) {
-    add_abi_stage_case(cases, "stage_table", "The stage's table is complete and of the definition's version.", table);
-    add_abi_stage_case(cases, "stage_create", "The stage can be created and destroyed without being used.", create);
-    add_abi_stage_case(cases, "stage_limits", "Parameters beyond the definition's limits are refused with an error message.", limits, 0,
-                       kLastLimited + 1);
-    add_abi_stage_case(cases, "wrong_buffers", "Too few, too many and missing buffers are refused, and no output touched.",
+    add_abi_stage_case(cases, "stage_table",
+                       "The stage's table is complete and of the definition's version.", table);
+    add_abi_stage_case(cases, "stage_create",
+                       "The stage can be created and destroyed without being used.", create);
+    add_abi_stage_case(
+        cases, "stage_limits",
+        "Parameters beyond the definition's limits are refused with an error message.", limits, 0,
+        kLastLimited + 1);
+    add_abi_stage_case(cases, "wrong_buffers",
+                       "Too few, too many and missing buffers are refused, and no output touched.",
                        wrong_counts);
-    add_abi_stage_case(cases, "small_buffers", "Buffers that are a byte too small are refused, and no output touched.",
+    add_abi_stage_case(cases, "small_buffers",
+                       "Buffers that are a byte too small are refused, and no output touched.",
                        small_buffers);
-    add_abi_stage_case(cases, "wrong_prepare", "Too few and too many buffers to prepare are refused.", wrong_prepare,
+    add_abi_stage_case(cases, "wrong_prepare",
+                       "Too few and too many buffers to prepare are refused.", wrong_prepare,
                        kFirstPrepared);
 }
 

@@ -1,4 +1,5 @@
-// What prepare is given: templates that make no sense are refused; and runs after it need no more memory.
+// What prepare is given: templates that make no sense are refused; and runs after it need no more
+// memory.
 #include <bit>
 #include <cstring>
 #include <limits>
@@ -26,29 +27,39 @@ std::vector<Fault> faults_of(uint32_t stage, const StageJob& job) {
     constexpr size_t kPatch = 2 * sizeof(defrec_patch);
     const auto point = [&](size_t buffer, uint32_t nodes) {
         return std::vector<Fault>{
-            {"a point with control point -1", buffer, kPoint + offsetof(defrec_surface_point, node), kMinusOne},
-            {"a point with a control point too many", buffer, kPoint + offsetof(defrec_surface_point, node) + 12, nodes},
+            {"a point with control point -1", buffer, kPoint + offsetof(defrec_surface_point, node),
+             kMinusOne},
+            {"a point with a control point too many", buffer,
+             kPoint + offsetof(defrec_surface_point, node) + 12, nodes},
             {"a point whose position is not a number", buffer, kPoint + 4, nan},
-            {"a point whose weight is infinite", buffer, kPoint + offsetof(defrec_surface_point, weight) + 4, infinity}};
+            {"a point whose weight is infinite", buffer,
+             kPoint + offsetof(defrec_surface_point, weight) + 4, infinity}};
     };
-    if (stage == DEFREC_STAGE_WARP) return point(0, static_cast<const defrec_warp_params*>(job.params.get())->nodes);
+    if (stage == DEFREC_STAGE_WARP)
+        return point(0, static_cast<const defrec_warp_params*>(job.params.get())->nodes);
     if (stage == DEFREC_STAGE_ALIGN)
-        return {{"a patch of view -1", 0, kPatch + offsetof(defrec_patch, view), kMinusOne},
-                {"a patch of a view too many", 0, kPatch + offsetof(defrec_patch, view), 1},
-                {"a patch with control point -1", 0, kPatch + offsetof(defrec_patch, node), kMinusOne},
-                {"a patch with a control point too many", 0, kPatch + offsetof(defrec_patch, node) + 8, 1}};
+        return {
+            {"a patch of view -1", 0, kPatch + offsetof(defrec_patch, view), kMinusOne},
+            {"a patch of a view too many", 0, kPatch + offsetof(defrec_patch, view), 1},
+            {"a patch with control point -1", 0, kPatch + offsetof(defrec_patch, node), kMinusOne},
+            {"a patch with a control point too many", 0, kPatch + offsetof(defrec_patch, node) + 8,
+             1}};
     const uint32_t nodes = static_cast<const defrec_lm_params*>(job.params.get())->nodes;
     constexpr size_t kEdge = 4 * sizeof(defrec_edge);
     uint32_t a = 0;
     std::memcpy(&a, job.prepare[1].bytes.data() + kEdge, sizeof a);
-    std::vector<Fault> faults = {{"a control point whose position is not a number", 0, 8, nan},
-                                 {"an edge from a control point to itself", 1, kEdge + offsetof(defrec_edge, b), a},
-                                 {"an edge to a control point too many", 1, kEdge + offsetof(defrec_edge, b), nodes},
-                                 {"an edge without weight", 1, kEdge + offsetof(defrec_edge, weight), 0},
-                                 {"an edge whose weight is not a number", 1, kEdge + offsetof(defrec_edge, weight), nan},
-                                 {"a point whose normal is not a number", 2, kPoint + offsetof(defrec_surface_point, normal), nan},
-                                 {"a landmark with control point -1", 3, kPoint + offsetof(defrec_surface_point, node), kMinusOne},
-                                 {"a patch whose position is infinite", 4, kPatch + offsetof(defrec_patch, position), infinity}};
+    std::vector<Fault> faults = {
+        {"a control point whose position is not a number", 0, 8, nan},
+        {"an edge from a control point to itself", 1, kEdge + offsetof(defrec_edge, b), a},
+        {"an edge to a control point too many", 1, kEdge + offsetof(defrec_edge, b), nodes},
+        {"an edge without weight", 1, kEdge + offsetof(defrec_edge, weight), 0},
+        {"an edge whose weight is not a number", 1, kEdge + offsetof(defrec_edge, weight), nan},
+        {"a point whose normal is not a number", 2, kPoint + offsetof(defrec_surface_point, normal),
+         nan},
+        {"a landmark with control point -1", 3, kPoint + offsetof(defrec_surface_point, node),
+         kMinusOne},
+        {"a patch whose position is infinite", 4, kPatch + offsetof(defrec_patch, position),
+         infinity}};
     for (const Fault& fault : point(2, nodes)) faults.push_back(fault);
     return faults;
 }
@@ -70,12 +81,14 @@ void bad_template(CaseRun& run, uint32_t stage) {
     Stage made(session, stage, good.params.get());
     for (const Fault& fault : faults_of(stage, good)) {
         std::vector<Input> inputs = good.prepare;
-        std::memcpy(inputs[fault.buffer].bytes.data() + fault.offset, &fault.bits, sizeof fault.bits);
+        std::memcpy(inputs[fault.buffer].bytes.data() + fault.offset, &fault.bits,
+                    sizeof fault.bits);
         const std::vector<Buffer> wrong = upload(session, queue, inputs);
         std::vector<defrec_pbuffer*> pointers;
         for (const Buffer& buffer : wrong) pointers.push_back(buffer.get());
         require_refused(session, concat("prepare with ", fault.what),
-                        session.stage_table(stage).prepare(made.get(), queue.get(), pointers.data(), pointers.size()));
+                        session.stage_table(stage).prepare(made.get(), queue.get(), pointers.data(),
+                                                           pointers.size()));
         queue.finish();
     }
     made.prepare(queue, right);
@@ -86,7 +99,8 @@ void no_allocation(CaseRun& run, uint32_t stage) {
     const Session& session = run.subject();
     const StageJob job = sample_job(stage);
     Queue queue(session);
-    const std::vector<Buffer> prepared = upload(session, queue, job.prepare), in = upload(session, queue, job.in);
+    const std::vector<Buffer> prepared = upload(session, queue, job.prepare),
+                              in = upload(session, queue, job.in);
     std::vector<Buffer> out;
     for (const Output& output : job.out) out.push_back(Buffer(session, output.size));
     Stage made(session, stage, job.params.get());
@@ -96,14 +110,16 @@ void no_allocation(CaseRun& run, uint32_t stage) {
     for (int i = 0; i < 3; ++i) made.enqueue(queue, in, out);
     queue.finish();
     const uint64_t asked = session.host().allocations() - before;
-    require(asked == 0, "enqueue of ", stage_name(stage), " asked the host for memory, ", asked, " times in three runs");
+    require(asked == 0, "enqueue of ", stage_name(stage), " asked the host for memory, ", asked,
+            " times in three runs");
 }
 
 }  // namespace
 
 void add_abi_template_cases(std::vector<Case>& cases) {
     for (const uint32_t stage : {DEFREC_STAGE_ALIGN, DEFREC_STAGE_LM, DEFREC_STAGE_WARP})
-        add_abi_stage_case(cases, "bad_template", "prepare refuses indices out of range and numbers that are not finite.",
+        add_abi_stage_case(cases, "bad_template",
+                           "prepare refuses indices out of range and numbers that are not finite.",
                            bad_template, stage, stage + 1);
     add_abi_stage_case(cases, "no_allocation", "enqueue never asks for memory.", no_allocation);
 }

@@ -1,7 +1,8 @@
 // Several threads, queues, stages and devices at once.
+#include "conformance/threads.hpp"
+
 #include "conformance/cases/abi/abi.hpp"
 #include "conformance/scenes/sample_job.hpp"
-#include "conformance/threads.hpp"
 
 namespace defrec::conformance {
 namespace {
@@ -27,7 +28,8 @@ void own_queues(CaseRun& run) {
             for (size_t i = 0; i < stages.size(); ++i) {
                 const size_t which = (i + thread) % stages.size();
                 const auto found = run_plainly(session, sample_job(stages[which]));
-                require(!session.claims_repeatable() || found == alone[which], stage_name(stages[which]),
+                require(!session.claims_repeatable() || found == alone[which],
+                        stage_name(stages[which]),
                         " gave other bits while other threads used the device");
             }
     });
@@ -86,11 +88,16 @@ void stages_side_by_side(CaseRun& run, uint32_t stage) {
 }  // namespace
 
 void add_abi_thread_cases(std::vector<Case>& cases) {
-    add_abi_case(cases, "threads_own_queues",
-                 "Several threads, each with a queue and stages of its own, get what one alone gets.", own_queues);
-    add_abi_case(cases, "threads_own_devices", "Several instances, each on a thread of its own, get what one alone gets.",
+    add_abi_case(
+        cases, "threads_own_queues",
+        "Several threads, each with a queue and stages of its own, get what one alone gets.",
+        own_queues);
+    add_abi_case(cases, "threads_own_devices",
+                 "Several instances, each on a thread of its own, get what one alone gets.",
                  own_devices);
-    add_abi_stage_case(cases, "side_by_side", "Stages of one kind side by side do not disturb each other.", stages_side_by_side);
+    add_abi_stage_case(cases, "side_by_side",
+                       "Stages of one kind side by side do not disturb each other.",
+                       stages_side_by_side);
 }
 
 }  // namespace defrec::conformance

@@ -16,14 +16,17 @@ struct TruthErrors {
     std::vector<double> errors;  // mm, of visible points that the tracker trusts in
     uint64_t visible = 0, lost = 0;
 
-    double lost_share() const { return visible > 0 ? static_cast<double>(lost) / static_cast<double>(visible) : 0; }
+    double lost_share() const {
+        return visible > 0 ? static_cast<double>(lost) / static_cast<double>(visible) : 0;
+    }
 };
 TruthErrors errors_to_truth(const Track& track, const RenderedSequence& sequence);
 
 struct StateDifference {
-    std::string
-        other_state;  // the first frame that is lost in one and not in the other, or has another epoch or number of vertices
-    uint32_t other_reasons = 0;    // frames that are followed alike for other reasons, of which degraded follows
+    std::string other_state;  // the first frame that is lost in one and not in the other, or has
+                              // another epoch or number of vertices
+    uint32_t other_reasons =
+        0;  // frames that are followed alike for other reasons, of which degraded follows
     std::string reasons_message;  // the first of them
 };
 StateDifference state_difference(const Track& expected, const Track& found);
@@ -41,8 +44,10 @@ struct TrackDistance {
 // Of frames that both trust; the tracks must have the same states.
 TrackDistance distance_between(const Track& expected, const Track& found);
 
-// A frame's vertices where they are seen: expected depth, found depth, and the distance between the two up to full_scale mm.
-std::vector<Picture> distance_pictures(const Track& expected, const Track& found, const RenderedSequence& sequence, size_t frame,
+// A frame's vertices where they are seen: expected depth, found depth, and the distance between the
+// two up to full_scale mm.
+std::vector<Picture> distance_pictures(const Track& expected, const Track& found,
+                                       const RenderedSequence& sequence, size_t frame,
                                        double full_scale);
 
 }  // namespace defrec::conformance

@@ -33,7 +33,8 @@ Track two_frames() {
 }
 
 RenderedSequence two_points() {
-    RenderedSequence film{{"by hand", 32, 24, 2}, {}, {16, 12, 17, 12}, std::vector<FilmedFrame>(2)};
+    RenderedSequence film{
+        {"by hand", 32, 24, 2}, {}, {16, 12, 17, 12}, std::vector<FilmedFrame>(2)};
     for (FilmedFrame& frame : film.frames) {
         frame.left.assign(32 * 24 * 3, 90);
         frame.truth = {{{0, 0, 80}, true}, {{1, 0, 80}, true}};
@@ -54,7 +55,8 @@ TEST_CASE("quantiles take a value that is there") {
     CHECK(std::isnan(quantile({1, std::nan(""), 2}, 0.5)));
 }
 
-TEST_CASE("errors to the truth: visible points alone, in the rectified camera, and lost ones counted") {
+TEST_CASE(
+    "errors to the truth: visible points alone, in the rectified camera, and lost ones counted") {
     RenderedSequence film = two_points();
     Track track = two_frames();
     track.on_surface = {1, 1};
@@ -97,7 +99,8 @@ TEST_CASE("states: lost or not and the epoch must be the same; other reasons are
     CHECK_FALSE(state_difference(expected, found).other_state.empty());
 }
 
-TEST_CASE("distances: observed and extrapolated apart, unknown ones left out, other statuses counted") {
+TEST_CASE(
+    "distances: observed and extrapolated apart, unknown ones left out, other statuses counted") {
     const Track expected = two_frames();
     Track found = expected;
     found.frames[1].vertices[2] += 0.5f;
@@ -120,8 +123,11 @@ TEST_CASE("the pictures show where two tracks part") {
     found.frames[0].vertices[2] += 3;
     const std::vector<Picture> pictures = distance_pictures(expected, found, two_points(), 0, 1);
     REQUIRE(pictures.size() == 3);
-    const auto pixel = [&](size_t which, size_t x, size_t y) { return &pictures[which].pixels[3 * (y * 32 + x)]; };
-    for (const Picture& picture : pictures) CHECK(picture.pixels.size() == size_t{3} * picture.width * picture.height);
+    const auto pixel = [&](size_t which, size_t x, size_t y) {
+        return &pictures[which].pixels[3 * (y * 32 + x)];
+    };
+    for (const Picture& picture : pictures)
+        CHECK(picture.pixels.size() == size_t{3} * picture.width * picture.height);
     CHECK(pixel(2, 15, 11)[0] > 200);  // the vertex that is off, red
     CHECK(pixel(2, 15, 11)[2] < 100);
     CHECK(pixel(2, 18, 13)[0] < 100);  // its neighbour, blue
@@ -146,7 +152,8 @@ TEST_CASE("the list has limits for each of its sequences, each once") {
     std::set<SequenceRequest> seen;
     for (const SequenceEntry& entry : sequence_list()) {
         CHECK(seen.insert(entry.sequence).second);
-        const std::string size = std::to_string(entry.sequence.width) + "x" + std::to_string(entry.sequence.height);
+        const std::string size =
+            std::to_string(entry.sequence.width) + "x" + std::to_string(entry.sequence.height);
         CHECK_NOTHROW(Tolerances::of_suite().at("sequence.error_" + (entry.hazy ? "hazy" : size)));
     }
 }

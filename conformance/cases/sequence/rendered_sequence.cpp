@@ -48,11 +48,13 @@ RenderedSequence shoot(const SequenceRequest& request) {
         FilmedFrame frame{film.left_bgr(), film.right_bgr(), {}, film.shows_tissue()};
         for (size_t point = 0; point < film.points().size(); ++point) {
             const cli::Film::Truth truth = film.truth(point);
-            frame.truth.push_back({{truth.position.x(), truth.position.y(), truth.position.z()}, truth.visible});
+            frame.truth.push_back(
+                {{truth.position.x(), truth.position.y(), truth.position.z()}, truth.visible});
         }
         result.frames.push_back(std::move(frame));
     }
-    for (const cli::Film::Followed& point : film.points()) result.points.insert(result.points.end(), {point.u, point.v});
+    for (const cli::Film::Followed& point : film.points())
+        result.points.insert(result.points.end(), {point.u, point.v});
     return result;
 }
 

@@ -1,4 +1,5 @@
-// The sequence tier: reference sequences through the tracker, held against their truth and against the tracker on the reference.
+// The sequence tier: reference sequences through the tracker, held against their truth and against
+// the tracker on the reference.
 #include <algorithm>
 
 #include "conformance/case.hpp"
@@ -11,7 +12,8 @@ namespace {
 
 constexpr uint32_t kEveryStage = (1u << DEFREC_STAGE_COUNT_V1) - 1;
 
-void measure(CaseRun& run, const std::string& quantity, double maximum, double p99, uint64_t samples) {
+void measure(CaseRun& run, const std::string& quantity, double maximum, double p99,
+             uint64_t samples) {
     const Tolerance& limit = run.tolerances().at(quantity);
     run.measure({quantity, limit.unit, maximum, p99, limit.maximum, limit.p99, samples});
 }
@@ -19,33 +21,41 @@ void measure(CaseRun& run, const std::string& quantity, double maximum, double p
 void against_truth(CaseRun& run, const SequenceEntry& entry, const Track& found) {
     const RenderedSequence& film = rendered_sequence(entry.sequence);
     const TruthErrors truth = errors_to_truth(found, film);
-    const std::string kind = entry.hazy ? "hazy" : concat(entry.sequence.width, "x", entry.sequence.height);
+    const std::string kind =
+        entry.hazy ? "hazy" : concat(entry.sequence.width, "x", entry.sequence.height);
     const double median = quantile(truth.errors, 0.5), p95 = quantile(truth.errors, 0.95);
-    measure(run, "sequence.error_" + kind, quantile(truth.errors, 1), quantile(truth.errors, 0.99), truth.errors.size());
+    measure(run, "sequence.error_" + kind, quantile(truth.errors, 1), quantile(truth.errors, 0.99),
+            truth.errors.size());
     measure(run, "sequence.error_p95_" + kind, p95, p95, truth.errors.size());
     measure(run, "sequence.error_median_" + kind, median, median, truth.errors.size());
     measure(run, "sequence.lost_visible", truth.lost_share(), truth.lost_share(), truth.visible);
 }
 
-void against_reference(CaseRun& run, const SequenceEntry& entry, const Track& expected, const Track& found) {
+void against_reference(CaseRun& run, const SequenceEntry& entry, const Track& expected,
+                       const Track& found) {
     const StateDifference states = state_difference(expected, found);
     if (!states.other_state.empty()) return run.note_failure(states.other_state);
     const TrackDistance apart = distance_between(expected, found);
     const std::string kind = entry.hazy ? "_hazy" : "";
     if (entry.hazy)
-        measure(run, "sequence.other_reasons_hazy", states.other_reasons, states.other_reasons, found.frames.size());
+        measure(run, "sequence.other_reasons_hazy", states.other_reasons, states.other_reasons,
+                found.frames.size());
     else if (states.other_reasons > 0)
         run.note_failure(states.reasons_message);
     const double median = quantile(apart.observed, 0.5);
-    measure(run, "sequence.observed" + kind, quantile(apart.observed, 1), quantile(apart.observed, 0.99), apart.observed.size());
+    measure(run, "sequence.observed" + kind, quantile(apart.observed, 1),
+            quantile(apart.observed, 0.99), apart.observed.size());
     measure(run, "sequence.observed_median" + kind, median, median, apart.observed.size());
-    measure(run, "sequence.extrapolated" + kind, quantile(apart.extrapolated, 1), quantile(apart.extrapolated, 0.99),
-            apart.extrapolated.size());
-    measure(run, "sequence.other_status" + kind, apart.other_status_share(), apart.other_status_share(), apart.vertices);
-    const bool passed = std::all_of(run.metrics.begin(), run.metrics.end(), [](const Metric& metric) { return metric.passed(); });
+    measure(run, "sequence.extrapolated" + kind, quantile(apart.extrapolated, 1),
+            quantile(apart.extrapolated, 0.99), apart.extrapolated.size());
+    measure(run, "sequence.other_status" + kind, apart.other_status_share(),
+            apart.other_status_share(), apart.vertices);
+    const bool passed = std::all_of(run.metrics.begin(), run.metrics.end(),
+                                    [](const Metric& metric) { return metric.passed(); });
     if (passed && run.failure.empty()) return;
     const double scale = run.tolerances().at("sequence.observed" + kind).p99;
-    for (Picture& picture : distance_pictures(expected, found, rendered_sequence(entry.sequence), apart.worst_frame, scale))
+    for (Picture& picture : distance_pictures(expected, found, rendered_sequence(entry.sequence),
+                                              apart.worst_frame, scale))
         run.show(std::move(picture));
 }
 
@@ -54,9 +64,11 @@ void lost_without_tissue(const RenderedSequence& film, const Track& found) {
     for (size_t i = 0; i < film.frames.size(); ++i) {
         if (film.frames[i].shows_tissue) continue;
         const TrackedFrame& frame = found.frames[i];
-        require(frame.state == DEFREC_LOST, "frame ", i, " shows no tissue and has state ", frame.state, ", lost expected");
+        require(frame.state == DEFREC_LOST, "frame ", i, " shows no tissue and has state ",
+                frame.state, ", lost expected");
         for (const uint8_t status : frame.vertex_status)
-            require(status == DEFREC_POINT_UNKNOWN, "frame ", i, " shows no tissue, and a vertex has status ", uint32_t(status),
+            require(status == DEFREC_POINT_UNKNOWN, "frame ", i,
+                    " shows no tissue, and a vertex has status ", uint32_t(status),
                     ", unknown expected");
     }
 }
@@ -80,10 +92,12 @@ void digest(CaseRun& run, const Track& track) {
 
 void follow(CaseRun& run, const SequenceEntry& entry) {
     const defrec_device_info& device = run.subject().info();
-    if ((device.stages & kEveryStage) != kEveryStage) skip_case("the device does not offer every stage, which tracking needs");
+    if ((device.stages & kEveryStage) != kEveryStage)
+        skip_case("the device does not offer every stage, which tracking needs");
     const RenderedSequence& film = rendered_sequence(entry.sequence);
     const Track found = track({run.subject_plugin().files().manifest, device.id}, film);
-    const Track& expected = kept_track({run.reference_plugin().files().manifest, run.reference().info().id}, film);
+    const Track& expected =
+        kept_track({run.reference_plugin().files().manifest, run.reference().info().id}, film);
     digest(run, found);
     lost_without_tissue(film, found);
     require(found.template_digest == expected.template_digest,
@@ -97,8 +111,9 @@ void follow(CaseRun& run, const SequenceEntry& entry) {
 void add_sequence_cases(std::vector<Case>& cases) {
     for (const SequenceEntry& entry : sequence_list()) {
         const SequenceRequest& film = entry.sequence;
-        cases.push_back({concat("sequence/", film.scene, "_", film.width, "x", film.height), "sequence", "", entry.title,
-                         entry.smoke, true, [&entry](CaseRun& run) { follow(run, entry); }});
+        cases.push_back({concat("sequence/", film.scene, "_", film.width, "x", film.height),
+                         "sequence", "", entry.title, entry.smoke, true,
+                         [&entry](CaseRun& run) { follow(run, entry); }});
     }
 }
 

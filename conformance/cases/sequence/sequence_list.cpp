@@ -5,20 +5,32 @@ namespace defrec::conformance {
 
 std::span<const SequenceEntry> sequence_list() {
     static const SequenceEntry kList[] = {
-        {{"heartbeat", 360, 288, 6}, "A beating organ, small pictures: as exact as stated, and as the reference has it.", true},
+        {{"heartbeat", 360, 288, 6},
+         "A beating organ, small pictures: as exact as stated, and as the reference has it.",
+         true},
         {{"out-of-body", 360, 288, 9},
          "The camera leaves the body and returns: lost at once, found again, never invented.",
          true},
-        {{"heartbeat", 640, 360, 12}, "A beating organ: as exact as stated, and as the reference has it."},
+        {{"heartbeat", 640, 360, 12},
+         "A beating organ: as exact as stated, and as the reference has it."},
         {{"respiration", 640, 360, 12},
-         "Breathing seen through distorted lenses: as exact as stated, and as the reference has it."},
+         "Breathing seen through distorted lenses: as exact as stated, and as the reference has "
+         "it."},
         {{"indentation", 640, 360, 12},
-         "An instrument presses and drags the tissue: as exact as stated, and as the reference has it."},
-        {{"fast-cut", 640, 360, 12}, "Two cuts to another view: as exact as stated, and as the reference has it."},
-        {{"out-of-body", 640, 360, 12}, "The camera leaves the body and returns: lost at once, found again, never invented."},
-        {{"smoke", 640, 360, 12}, "A smooth organ behind smoke: as exact as stated, and as the reference has it.", false, true},
-        {{"stretch", 640, 360, 12}, "Tissue pulled by a third: as exact as stated, and as the reference has it."},
-        {{"heartbeat", 960, 540, 12}, "A beating organ at the full size: as exact as stated, and as the reference has it."},
+         "An instrument presses and drags the tissue: as exact as stated, and as the reference has "
+         "it."},
+        {{"fast-cut", 640, 360, 12},
+         "Two cuts to another view: as exact as stated, and as the reference has it."},
+        {{"out-of-body", 640, 360, 12},
+         "The camera leaves the body and returns: lost at once, found again, never invented."},
+        {{"smoke", 640, 360, 12},
+         "A smooth organ behind smoke: as exact as stated, and as the reference has it.",
+         false,
+         true},
+        {{"stretch", 640, 360, 12},
+         "Tissue pulled by a third: as exact as stated, and as the reference has it."},
+        {{"heartbeat", 960, 540, 12},
+         "A beating organ at the full size: as exact as stated, and as the reference has it."},
     };
     return kList;
 }

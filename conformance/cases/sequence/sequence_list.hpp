@@ -10,8 +10,8 @@ struct SequenceEntry {
     SequenceRequest sequence;
     const char* title;
     bool smoke = false;  // in the short list
-    // Little texture and a veil: decisions amplify rounding far more than elsewhere, so that such scenes have limits of their
-    // own.
+    // Little texture and a veil: decisions amplify rounding far more than elsewhere, so that such
+    // scenes have limits of their own.
     bool hazy = false;
 };
 

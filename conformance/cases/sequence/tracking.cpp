@@ -17,7 +17,8 @@ constexpr int64_t kFrameNs = 40'000'000;
 template <class T>
 uint64_t digest(uint64_t hash, const T* items, uint64_t count) {
     const auto* bytes = reinterpret_cast<const unsigned char*>(items);
-    for (uint64_t i = 0; i < count * sizeof(T); ++i) hash = (hash ^ bytes[i]) * 0x100000001b3;  // FNV-1a
+    for (uint64_t i = 0; i < count * sizeof(T); ++i)
+        hash = (hash ^ bytes[i]) * 0x100000001b3;  // FNV-1a
     return hash;
 }
 
@@ -32,20 +33,23 @@ uint64_t digest_of(const defrec_template_info& info) {
 }
 
 // The sequence's points on the template's surface, xyz in its frame.
-std::vector<double> lift(defrec_rig rig, defrec_template surface, const RenderedSequence& sequence, Track& track) {
+std::vector<double> lift(defrec_rig rig, defrec_template surface, const RenderedSequence& sequence,
+                         Track& track) {
     const size_t count = sequence.points.size() / 2;
     std::vector<double> rectified(sequence.points.size()), xyz(3 * count);
     track.on_surface.resize(count);
-    check_api("defrec_rig_rectify_pixels", defrec_rig_rectify_pixels(rig, sequence.points.data(), count, rectified.data()));
-    check_api("defrec_template_lift",
-              defrec_template_lift(surface, rectified.data(), count, xyz.data(), track.on_surface.data()));
+    check_api("defrec_rig_rectify_pixels",
+              defrec_rig_rectify_pixels(rig, sequence.points.data(), count, rectified.data()));
+    check_api("defrec_template_lift", defrec_template_lift(surface, rectified.data(), count,
+                                                           xyz.data(), track.on_surface.data()));
     return xyz;
 }
 
 }  // namespace
 
 void check_api(const char* call, defrec_status status) {
-    if (status < 0) fail_case(call, " answered ", defrec_status_name(status), ": ", defrec_last_error());
+    if (status < 0)
+        fail_case(call, " answered ", defrec_status_name(status), ": ", defrec_last_error());
 }
 
 ContextHandle open_context(const std::string& manifest, defrec_context_desc desc) {
@@ -57,8 +61,8 @@ ContextHandle open_context(const std::string& manifest, defrec_context_desc desc
     check_api("defrec_context_create", defrec_context_create(&desc, context.out()));
     defrec_plugin_info info;
     DEFREC_INIT(&info);
-    require(defrec_plugin_count(context.get()) == 1, "the library found ", defrec_plugin_count(context.get()),
-            " plugins, one was given");
+    require(defrec_plugin_count(context.get()) == 1, "the library found ",
+            defrec_plugin_count(context.get()), " plugins, one was given");
     check_api("defrec_plugin_get", defrec_plugin_get(context.get(), 0, &info));
     require(info.verdict == DEFREC_OK, "the library refused the plugin: ", info.reason);
     return context;
@@ -112,11 +116,13 @@ TrackedFrame result_of(defrec_job job, const std::vector<double>& points) {
     if (result.vertex_count == 0) return frame;
     frame.vertices.assign(result.vertices, result.vertices + 3 * result.vertex_count);
     frame.vertex_status.assign(result.vertex_status, result.vertex_status + result.vertex_count);
-    frame.expected_error.assign(result.expected_error_mm, result.expected_error_mm + result.vertex_count);
+    frame.expected_error.assign(result.expected_error_mm,
+                                result.expected_error_mm + result.vertex_count);
     frame.points.resize(points.size());
     frame.point_status.resize(points.size() / 3);
-    check_api("defrec_job_warp_points", defrec_job_warp_points(job, points.data(), points.size() / 3, frame.points.data(),
-                                                               frame.point_status.data(), nullptr));
+    check_api("defrec_job_warp_points",
+              defrec_job_warp_points(job, points.data(), points.size() / 3, frame.points.data(),
+                                     frame.point_status.data(), nullptr));
     return frame;
 }
 
@@ -125,14 +131,16 @@ Track track(const TrackingDevice& device, const RenderedSequence& sequence) {
     return track_in(context.get(), device.device_id, sequence);
 }
 
-Track track_in(defrec_context context, const std::string& device_id, const RenderedSequence& sequence) {
+Track track_in(defrec_context context, const std::string& device_id,
+               const RenderedSequence& sequence) {
     RigHandle rig;
     check_api("defrec_rig_create", defrec_rig_create(context, &sequence.rig, rig.out()));
     defrec_rig_info rig_info;
     DEFREC_INIT(&rig_info);
     check_api("defrec_rig_get", defrec_rig_get(rig.get(), &rig_info));
     Track track;
-    std::copy(std::begin(rig_info.rotation), std::end(rig_info.rotation), track.rectification.begin());
+    std::copy(std::begin(rig_info.rotation), std::end(rig_info.rotation),
+              track.rectification.begin());
     track.camera = rig_info.camera;
     const TrackerHandle tracker = open_tracker(context, rig.get(), device_id);
     std::vector<double> points;
@@ -141,7 +149,8 @@ Track track_in(defrec_context context, const std::string& device_id, const Rende
         check_api("defrec_job_wait", defrec_job_wait(job.get(), UINT64_MAX));
         if (i == 0) {
             TemplateHandle surface;
-            check_api("defrec_tracker_get_template", defrec_tracker_get_template(tracker.get(), surface.out()));
+            check_api("defrec_tracker_get_template",
+                      defrec_tracker_get_template(tracker.get(), surface.out()));
             defrec_template_info info;
             DEFREC_INIT(&info);
             check_api("defrec_template_get", defrec_template_get(surface.get(), &info));

@@ -61,23 +61,29 @@ struct TrackedFrame {
     std::vector<double> points;          // the sequence's points now: xyz, rectified camera, mm
     std::vector<uint8_t> point_status;
 
-    bool has_surface() const { return state == DEFREC_TRACKING || state == DEFREC_DEGRADED || state == DEFREC_RELOCALISED; }
+    bool has_surface() const {
+        return state == DEFREC_TRACKING || state == DEFREC_DEGRADED || state == DEFREC_RELOCALISED;
+    }
 };
 
 struct Track {
     std::array<double, 9> rectification{};  // x_rectified = rectification * x_left
     defrec_camera camera{};
-    uint64_t template_digest = 0;     // of everything that the template consists of
-    std::vector<uint8_t> on_surface;  // of each of the sequence's points: the template has a surface there
+    uint64_t template_digest = 0;  // of everything that the template consists of
+    std::vector<uint8_t>
+        on_surface;  // of each of the sequence's points: the template has a surface there
     std::vector<TrackedFrame> frames;
 };
 
 // The result of a job that has been waited for. points: template frame, as lifted.
 TrackedFrame result_of(defrec_job job, const std::vector<double>& points);
-// Captures the template from the first frame and follows the rest, in a context of its own or a given one. Throws CaseFailure.
+// Captures the template from the first frame and follows the rest, in a context of its own or a
+// given one. Throws CaseFailure.
 Track track(const TrackingDevice& device, const RenderedSequence& sequence);
-Track track_in(defrec_context context, const std::string& device_id, const RenderedSequence& sequence);
-// The same, computed once in a process for each device and sequence: for the reference, which is slow.
+Track track_in(defrec_context context, const std::string& device_id,
+               const RenderedSequence& sequence);
+// The same, computed once in a process for each device and sequence: for the reference, which is
+// slow.
 const Track& kept_track(const TrackingDevice& device, const RenderedSequence& sequence);
 
 }  // namespace defrec::conformance

@@ -1,4 +1,5 @@
-// Stage align: predictions and information by tolerance, all else exact for the predictions that were followed.
+// Stage align: predictions and information by tolerance, all else exact for the predictions that
+// were followed.
 #include <limits>
 
 #include "conformance/cases/stage/stage_case.hpp"
@@ -16,19 +17,24 @@ StageJob with_predictions(StageJob job, const Bytes& predictions) {
     return job;
 }
 
-void compare_observations(CaseRun& run, const StageJob& job, const Expected& expected, const std::vector<Bytes>& found) {
+void compare_observations(CaseRun& run, const StageJob& job, const Expected& expected,
+                          const std::vector<Bytes>& found) {
     std::vector<bool> information(sizeof(defrec_patch_observation));
-    for (size_t byte = offsetof(defrec_patch_observation, information); byte < offsetof(defrec_patch_observation, reserved); ++byte)
+    for (size_t byte = offsetof(defrec_patch_observation, information);
+         byte < offsetof(defrec_patch_observation, reserved); ++byte)
         information[byte] = true;
     compare_exactly(run, job, 0, expected, found, kObservationFields, information);
-    const auto a = as<defrec_patch_observation>(expected.outputs[0]), b = as<defrec_patch_observation>(found[0]);
+    const auto a = as<defrec_patch_observation>(expected.outputs[0]),
+               b = as<defrec_patch_observation>(found[0]);
     Distances apart("align.information");
     for (size_t i = 0; i < a.size(); ++i)
-        for (int k = 0; k < 3; ++k) apart.add(double(a[i].information[k]), double(b[i].information[k]));
+        for (int k = 0; k < 3; ++k)
+            apart.add(double(a[i].information[k]), double(b[i].information[k]));
     apart.measure(run);
 }
 
-void compare(CaseRun& run, const StageJob& job, const Expected& expected, const std::vector<Bytes>& found) {
+void compare(CaseRun& run, const StageJob& job, const Expected& expected,
+             const std::vector<Bytes>& found) {
     if (!job.out[1].given) return compare_observations(run, job, expected, found);
     if (job.in[3].given) {
         compare_exactly(run, job, 1, expected, found, kPredictionFields);
@@ -42,14 +48,17 @@ void compare(CaseRun& run, const StageJob& job, const Expected& expected, const 
     compare_observations(run, followed, run_reference(run.reference(), followed), found);
 }
 
-void add(std::vector<StageCase>& cases, const char* name, const char* title, const defrec_align_params& params,
-         const AlignOptions& options, int given, const Change& change = {}, bool smoke = true) {
+void add(std::vector<StageCase>& cases, const char* name, const char* title,
+         const defrec_align_params& params, const AlignOptions& options, int given,
+         const Change& change = {}, bool smoke = true) {
     const auto make = [=](CaseRun&, uint32_t frame) {
         AlignScene scene = align_scene(params, 200 + frame, options);
         if (change) change(scene);
         return align_job(scene, given);
     };
-    const SpreadOf spread = (given & align_motions) != 0 && (given & align_no_prediction_output) == 0 ? align_spread : nullptr;
+    const SpreadOf spread =
+        (given & align_motions) != 0 && (given & align_no_prediction_output) == 0 ? align_spread
+                                                                                  : nullptr;
     cases.push_back({DEFREC_STAGE_ALIGN, name, title, make, compare, smoke, false, {}, spread});
 }
 
@@ -59,12 +68,16 @@ defrec_align_params base() { return blank<defrec_align_params>(); }
 void move_each_on_its_own(AlignScene& s) {
     s.params.nodes = 5;
     const auto moved = [](double turn, double x, double y) {
-        return from_rigid(rotation_from_vector(Vec3<double>{0.1 * turn, -0.1 * turn, 0.05 + turn}), {x, y, 0}).store();
+        return from_rigid(rotation_from_vector(Vec3<double>{0.1 * turn, -0.1 * turn, 0.05 + turn}),
+                          {x, y, 0})
+            .store();
     };
-    s.motions = {s.motions[0], moved(0.05, 2, 0), moved(-0.1, 0, -2), moved(0.02, -1, 1), moved(0.15, 1, 2)};
+    s.motions = {s.motions[0], moved(0.05, 2, 0), moved(-0.1, 0, -2), moved(0.02, -1, 1),
+                 moved(0.15, 1, 2)};
     for (float* part : {s.motions[2].real, s.motions[2].dual})
         for (int k = 0; k < 4; ++k) part[k] = -part[k];
-    constexpr float kWeights[3][4] = {{0.4f, 0.3f, 0.2f, 0.1f}, {0.6f, 0.4f, 0, 0}, {0.25f, 0.25f, 0.25f, 0.25f}};
+    constexpr float kWeights[3][4] = {
+        {0.4f, 0.3f, 0.2f, 0.1f}, {0.6f, 0.4f, 0, 0}, {0.25f, 0.25f, 0.25f, 0.25f}};
     for (size_t i = 0; i < s.patches.size(); ++i)
         for (size_t k = 0; k < 4; ++k) {
             s.patches[i].node[k] = int32_t((i + k) % 5);
@@ -75,71 +88,88 @@ void move_each_on_its_own(AlignScene& s) {
 void add_inputs(std::vector<StageCase>& cases) {
     add(cases, "motions", "Patches predicted from motions and found.", base(), {}, align_motions);
     add(cases, "predictions", "Given predictions are followed.", base(), {}, align_predictions);
-    add(cases, "both", "Given predictions are followed though there are motions too.", base(), {.prediction_error = 3},
-        align_motions | align_predictions, [](AlignScene& s) {
-            s.motions[0] = from_rigid(rotation_from_vector(Vec3<double>{0, 0, 0.2}), {1, 1, 0}).store();
+    add(cases, "both", "Given predictions are followed though there are motions too.", base(),
+        {.prediction_error = 3}, align_motions | align_predictions, [](AlignScene& s) {
+            s.motions[0] =
+                from_rigid(rotation_from_vector(Vec3<double>{0, 0, 0.2}), {1, 1, 0}).store();
         });
     add(cases, "mask", "Masked pixels take no part.", base(), {}, align_predictions | align_mask);
-    add(cases, "mask_motions", "Masked pixels take no part, with motions.", base(), {}, align_motions | align_mask);
-    add(cases, "observations_alone", "The result is the same if predictions are not asked for.", base(), {},
-        align_predictions | align_mask | align_no_prediction_output);
+    add(cases, "mask_motions", "Masked pixels take no part, with motions.", base(), {},
+        align_motions | align_mask);
+    add(cases, "observations_alone", "The result is the same if predictions are not asked for.",
+        base(), {}, align_predictions | align_mask | align_no_prediction_output);
     add(cases, "views", "Patches of several views.", base(), {.views = 3}, align_predictions);
-    add(cases, "no_patches", "A template without patches after one with.", base(), {.patches = 0}, align_predictions);
-    add(cases, "fewer_patches", "As many patches as prepare was given, fewer than the parameters say.", base(), {.patches = 17},
-        align_predictions, [](AlignScene& s) { s.params.patches = 300; });
+    add(cases, "no_patches", "A template without patches after one with.", base(), {.patches = 0},
+        align_predictions);
+    add(cases, "fewer_patches",
+        "As many patches as prepare was given, fewer than the parameters say.", base(),
+        {.patches = 17}, align_predictions, [](AlignScene& s) { s.params.patches = 300; });
     for (const auto& [name, title, value] :
-         {std::tuple{"flat", "A flat live image: nothing is found.", 90}, {"white", "A saturated live image.", 255}})
-        add(cases, name, title, base(), {}, align_predictions,
-            [value = value](AlignScene& s) { s.live = flat_picture(s.live.width, s.live.height, uint8_t(value)); });
+         {std::tuple{"flat", "A flat live image: nothing is found.", 90},
+          {"white", "A saturated live image.", 255}})
+        add(cases, name, title, base(), {}, align_predictions, [value = value](AlignScene& s) {
+            s.live = flat_picture(s.live.width, s.live.height, uint8_t(value));
+        });
     add(cases, "flat_view", "Patches without texture.", base(), {}, align_predictions,
         [](AlignScene& s) { s.views[0] = flat_picture(s.live.width, s.live.height, 70); });
     add(cases, "noise", "A live image of nothing but noise.", base(), {}, align_predictions,
         [](AlignScene& s) { s.live = random_picture(s.live.width, s.live.height, 4); });
-    add(cases, "extremes", "Images of black and white alone.", base(), {.angle = 0, .scale = 1, .noise = 0}, align_predictions,
-        [](AlignScene& s) {
+    add(cases, "extremes", "Images of black and white alone.", base(),
+        {.angle = 0, .scale = 1, .noise = 0}, align_predictions, [](AlignScene& s) {
             for (Gray* picture : {&s.live, &s.views[0]})
                 for (uint8_t& pixel : picture->pixels) pixel = pixel > 120 ? 255 : 0;
         });
-    add(cases, "senseless_predictions", "Predictions anywhere, turned and stretched out of all proportion.", base(),
+    add(cases, "senseless_predictions",
+        "Predictions anywhere, turned and stretched out of all proportion.", base(),
         {.patches = 120}, align_predictions, [](AlignScene& s) {
             Random random(8);
             for (defrec_patch_prediction& one : s.predictions) {
                 one.valid = random.below(9) == 0 ? 7 : 1;
                 one.u = int32_t(random.below(s.params.width * 300)) - 3000;
                 one.v = int32_t(random.below(s.params.height * 300)) - 3000;
-                for (int32_t& entry : one.view_from_live) entry = int32_t(random.below(11 * 65536)) - 5 * 65536;
+                for (int32_t& entry : one.view_from_live)
+                    entry = int32_t(random.below(11 * 65536)) - 5 * 65536;
                 if (random.below(10) == 0) one.u = random.below(2) == 0 ? INT32_MIN : INT32_MAX;
-                if (random.below(10) == 0) one.view_from_live[random.below(4)] = random.below(2) == 0 ? INT32_MIN : INT32_MAX;
+                if (random.below(10) == 0)
+                    one.view_from_live[random.below(4)] =
+                        random.below(2) == 0 ? INT32_MIN : INT32_MAX;
             }
         });
-    add(cases, "not_finite", "Motions that are not finite predict nothing.", base(), {}, align_motions, [](AlignScene& s) {
-        s.params.nodes = 3;
-        const float nan = std::numeric_limits<float>::quiet_NaN();
-        s.motions = {s.motions[0], s.motions[0], s.motions[0]};
-        s.motions[1].real[2] = nan;
-        s.motions[2].dual[1] = std::numeric_limits<float>::infinity();
-        for (size_t i = 0; i < s.patches.size(); ++i) s.patches[i].node[0] = int32_t(i % 3);
-    });
-    add(cases, "blended_motions", "Patches that several control points move, each in its own way, some with the opposite sign.",
+    add(cases, "not_finite", "Motions that are not finite predict nothing.", base(), {},
+        align_motions, [](AlignScene& s) {
+            s.params.nodes = 3;
+            const float nan = std::numeric_limits<float>::quiet_NaN();
+            s.motions = {s.motions[0], s.motions[0], s.motions[0]};
+            s.motions[1].real[2] = nan;
+            s.motions[2].dual[1] = std::numeric_limits<float>::infinity();
+            for (size_t i = 0; i < s.patches.size(); ++i) s.patches[i].node[0] = int32_t(i % 3);
+        });
+    add(cases, "blended_motions",
+        "Patches that several control points move, each in its own way, some with the opposite "
+        "sign.",
         base(), {}, align_motions, move_each_on_its_own);
     cases.back().since = 2;
     add(cases, "behind", "Patches behind the camera, and turned away.", base(), {}, align_motions,
-        [](AlignScene& s) { s.motions[0] = from_rigid(rotation_from_vector(Vec3<double>{2.9, 0, 0}), {0, 0, -60}).store(); });
+        [](AlignScene& s) {
+            s.motions[0] =
+                from_rigid(rotation_from_vector(Vec3<double>{2.9, 0, 0}), {0, 0, -60}).store();
+        });
 }
 
 void add_parameters(std::vector<StageCase>& cases) {
     defrec_align_params params = base();
     params.stride = 101;
-    add(cases, "padded_stride", "Bytes between rows are not looked at.", params, {.width = 97, .height = 71, .views = 2},
-        align_predictions | align_mask);
-    add(cases, "smallest", "The smallest image.", base(), {.width = 64, .height = 48, .patches = 60},
-        align_predictions | align_mask);
+    add(cases, "padded_stride", "Bytes between rows are not looked at.", params,
+        {.width = 97, .height = 71, .views = 2}, align_predictions | align_mask);
+    add(cases, "smallest", "The smallest image.", base(),
+        {.width = 64, .height = 48, .patches = 60}, align_predictions | align_mask);
     for (const uint32_t level : {1u, 2u, 3u}) {
         params = base();
         params.level = level;
         params.patch_radius = level == 3 ? 2 : 3;
         static constexpr const char* kNames[] = {"", "level_1", "level_2", "level_3"};
-        add(cases, kNames[level], "Searching on images that are halved.", params, {.width = 163, .height = 129, .patches = 60},
+        add(cases, kNames[level], "Searching on images that are halved.", params,
+            {.width = 163, .height = 129, .patches = 60},
             align_predictions | (level == 2 ? 0 : int(align_mask)));
     }
     params = base();
@@ -147,12 +177,12 @@ void add_parameters(std::vector<StageCase>& cases) {
     params.search_radius = 1;
     params.min_score = 400;
     params.texture = 1;
-    add(cases, "small_radii", "The smallest patches and searches.", params, {.prediction_error = 0.5},
-        align_predictions | align_mask);
+    add(cases, "small_radii", "The smallest patches and searches.", params,
+        {.prediction_error = 0.5}, align_predictions | align_mask);
     params.patch_radius = 7;
     params.search_radius = 16;
-    add(cases, "large_radii", "The largest patches and searches.", params, {.patches = 16, .prediction_error = 8},
-        align_predictions | align_mask);
+    add(cases, "large_radii", "The largest patches and searches.", params,
+        {.patches = 16, .prediction_error = 8}, align_predictions | align_mask);
     params = base();
     params.min_score = 4000;
     params.texture = 200;
@@ -160,7 +190,8 @@ void add_parameters(std::vector<StageCase>& cases) {
     params = base();
     params.search_radius = 8;
     add(cases, "camera_size", "Patches of a 640 x 480 image.", params,
-        {.width = 640, .height = 480, .patches = 500, .prediction_error = 5}, align_motions | align_mask, {}, false);
+        {.width = 640, .height = 480, .patches = 500, .prediction_error = 5},
+        align_motions | align_mask, {}, false);
 }
 
 }  // namespace

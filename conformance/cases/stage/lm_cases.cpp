@@ -15,8 +15,8 @@ struct Scene {
 };
 using Change = std::function<void(Scene&)>;
 
-void add(std::vector<StageCase>& cases, const char* name, const char* title, const Change& change = {}, uint32_t width = 144,
-         uint32_t height = 96, bool smoke = true) {
+void add(std::vector<StageCase>& cases, const char* name, const char* title,
+         const Change& change = {}, uint32_t width = 144, uint32_t height = 96, bool smoke = true) {
     const auto make = [=](CaseRun&, uint32_t frame) {
         Scene scene{test_surface(400 + frame, width, height), blank<defrec_lm_params>(), {}};
         scene.start = scene.surface.rest();
@@ -38,31 +38,37 @@ void spoil_matches(test::TestSurface& surface) {
 void add_terms(std::vector<StageCase>& cases) {
     add(cases, "everything", "Depth, matches and patches together.");
     add(cases, "matches_alone", "Matches alone.", [](Scene& s) { s.given = lm_matches; });
-    add(cases, "patches_alone", "Patch observations alone.", [](Scene& s) { s.given = lm_patches; });
+    add(cases, "patches_alone", "Patch observations alone.",
+        [](Scene& s) { s.given = lm_patches; });
     add(cases, "depth_alone", "Depth alone.", [](Scene& s) { s.given = lm_depth; });
     add(cases, "no_data", "Without data the motions stay as they were.", [](Scene& s) {
         s.given = 0;
         s.start = loose_motions(s.surface, 1);
     });
-    add(cases, "outliers", "Some matches are wrong, weighted or not.", [](Scene& s) { spoil_matches(s.surface); });
+    add(cases, "outliers", "Some matches are wrong, weighted or not.",
+        [](Scene& s) { spoil_matches(s.surface); });
     add(cases, "all_outliers", "Every match is far off.", [](Scene& s) {
         for (defrec_match& match : s.surface.matches) match.position[0] += 60;
     });
     add(cases, "hidden", "A third of the image shows nothing.",
         [](Scene& s) { s.surface.hide([](double u, double) { return u > 90; }); });
-    add(cases, "no_valid_depth", "A disparity image without any disparity.",
-        [](Scene& s) { s.surface.disparity.assign(s.surface.disparity.size(), int16_t(DEFREC_DISPARITY_NONE)); });
-    add(cases, "information", "Patches known along one direction only, or not at all.", [](Scene& s) {
-        for (size_t i = 0; i < s.surface.observations.size(); ++i) {
-            float* information = s.surface.observations[i].information;
-            const float kinds[4][3] = {{1, 0, 0}, {0.5f, 0.5f, 0.5f}, {0, 0, 0}, {0.3f, -0.1f, 2.5f}};
-            std::copy_n(kinds[i % 4], 3, information);
-        }
+    add(cases, "no_valid_depth", "A disparity image without any disparity.", [](Scene& s) {
+        s.surface.disparity.assign(s.surface.disparity.size(), int16_t(DEFREC_DISPARITY_NONE));
     });
+    add(cases, "information", "Patches known along one direction only, or not at all.",
+        [](Scene& s) {
+            for (size_t i = 0; i < s.surface.observations.size(); ++i) {
+                float* information = s.surface.observations[i].information;
+                const float kinds[4][3] = {
+                    {1, 0, 0}, {0.5f, 0.5f, 0.5f}, {0, 0, 0}, {0.3f, -0.1f, 2.5f}};
+                std::copy_n(kinds[i % 4], 3, information);
+            }
+        });
 }
 
 void add_solvers(std::vector<StageCase>& cases) {
-    add(cases, "independent", "Every control point by itself.", [](Scene& s) { s.params.solver = DEFREC_SOLVER_INDEPENDENT; });
+    add(cases, "independent", "Every control point by itself.",
+        [](Scene& s) { s.params.solver = DEFREC_SOLVER_INDEPENDENT; });
     add(cases, "presolve", "Everything is moved rigidly onto the matches first.", [](Scene& s) {
         s.params.presolve = 1;
         for (defrec_match& match : s.surface.matches) match.position[0] += 7;
@@ -78,11 +84,13 @@ void add_solvers(std::vector<StageCase>& cases) {
         for (size_t i = 5; i < s.surface.matches.size(); ++i) s.surface.matches[i] = {};
     });
     add(cases, "one_iteration", "A single step.", [](Scene& s) { s.params.iterations = 1; });
-    add(cases, "few_cg_iterations", "Three steps of conjugate gradients in each.", [](Scene& s) { s.params.cg_iterations = 3; });
-    add(cases, "started_near", "A start near the solution, as from the frame before.", [](Scene& s) {
-        s.start = loose_motions(s.surface, 3, 0.01, 0.1);
-        s.params.iterations = 4;
-    });
+    add(cases, "few_cg_iterations", "Three steps of conjugate gradients in each.",
+        [](Scene& s) { s.params.cg_iterations = 3; });
+    add(cases, "started_near", "A start near the solution, as from the frame before.",
+        [](Scene& s) {
+            s.start = loose_motions(s.surface, 3, 0.01, 0.1);
+            s.params.iterations = 4;
+        });
     add(cases, "large_damping", "A large first damping.", [](Scene& s) { s.params.damping = 10; });
 }
 
@@ -107,19 +115,23 @@ void add_parameters(std::vector<StageCase>& cases) {
         s.params.match_threshold_mm = 0.7f;
         spoil_matches(s.surface);
     });
-    add(cases, "padded_stride", "Bytes between rows are not looked at.", [](Scene& s) { s.params.stride = 131; }, 97, 71);
+    add(
+        cases, "padded_stride", "Bytes between rows are not looked at.",
+        [](Scene& s) { s.params.stride = 131; }, 97, 71);
     add(cases, "camera_size", "A surface of 480 x 360.", {}, 480, 360, false);
-    add(cases, "not_finite", "Motions, matches and observations that are not finite are left out.", [](Scene& s) {
-        const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
-        s.start[2].real[0] = nan;
-        s.start[5].dual[3] = infinity;
-        s.start[9] = {};
-        s.surface.matches[4].position[1] = nan;
-        s.surface.matches[8].position[2] = infinity;
-        s.surface.matches[11].weight = nan;
-        s.surface.observations[3].information[0] = nan;
-        s.surface.observations[6].information[2] = infinity;
-    });
+    add(cases, "not_finite", "Motions, matches and observations that are not finite are left out.",
+        [](Scene& s) {
+            const float nan = std::numeric_limits<float>::quiet_NaN(),
+                        infinity = std::numeric_limits<float>::infinity();
+            s.start[2].real[0] = nan;
+            s.start[5].dual[3] = infinity;
+            s.start[9] = {};
+            s.surface.matches[4].position[1] = nan;
+            s.surface.matches[8].position[2] = infinity;
+            s.surface.matches[11].weight = nan;
+            s.surface.observations[3].information[0] = nan;
+            s.surface.observations[6].information[2] = infinity;
+        });
 }
 
 }  // namespace

@@ -16,20 +16,24 @@ Params base(uint32_t width = 160, uint32_t height = 120) {
     return params;
 }
 
-void compare(CaseRun& run, const StageJob& job, const Expected& expected, const std::vector<Bytes>& found) {
+void compare(CaseRun& run, const StageJob& job, const Expected& expected,
+             const std::vector<Bytes>& found) {
     for (size_t i = 0; i < job.out.size(); ++i)
-        if (job.out[i].given) compare_exactly(run, job, i, expected, found, i == 1 ? kFeatureFields : Fields{});
+        if (job.out[i].given)
+            compare_exactly(run, job, i, expected, found, i == 1 ? kFeatureFields : Fields{});
 }
 
 uint32_t number(const Expected& expected) { return as<uint32_t>(expected.outputs[0])[0]; }
 Expects at_least(uint32_t minimum) {
     return [minimum](const Expected& expected) {
-        require(number(expected) >= minimum, "the reference finds ", number(expected), " features, the case is about ", minimum,
-                " or more");
+        require(number(expected) >= minimum, "the reference finds ", number(expected),
+                " features, the case is about ", minimum, " or more");
     };
 }
 Expects none() {
-    return [](const Expected& expected) { require(number(expected) == 0, "the reference finds features, the case is about none"); };
+    return [](const Expected& expected) {
+        require(number(expected) == 0, "the reference finds features, the case is about none");
+    };
 }
 
 using MakePicture = std::function<Gray(uint64_t seed)>;
@@ -38,10 +42,11 @@ struct Options {
     bool mask = false, extras = true, smoke = true, slow = false;
 };
 
-void add(std::vector<StageCase>& cases, const char* name, const char* title, const Params& params, const MakePicture& picture,
-         const Expects& expects, const Options& o = {}) {
+void add(std::vector<StageCase>& cases, const char* name, const char* title, const Params& params,
+         const MakePicture& picture, const Expects& expects, const Options& o = {}) {
     const auto make = [=](CaseRun&, uint32_t frame) {
-        const Gray gray = frame == 0 ? picture(60) : texture_picture(params.width, params.height, 61);
+        const Gray gray =
+            frame == 0 ? picture(60) : texture_picture(params.width, params.height, 61);
         const Gray mask = holes_mask(params.width, params.height, 62 + frame, 8, 24);
         return orb_job(params, gray, o.mask ? &mask : nullptr, o.extras);
     };
@@ -57,25 +62,30 @@ MakePicture noise(const Params& params) {
 
 void add_inputs(std::vector<StageCase>& cases) {
     const Params params = base();
-    add(cases, "texture", "Features of a tissue-like image.", params, texture(params), at_least(40));
-    add(cases, "mask", "No feature looks at a masked pixel.", params, texture(params), at_least(20), {.mask = true});
-    add(cases, "features_alone", "The result is the same if no sub-stage is asked for.", params, texture(params), at_least(20),
-        {.mask = true, .extras = false});
+    add(cases, "texture", "Features of a tissue-like image.", params, texture(params),
+        at_least(40));
+    add(cases, "mask", "No feature looks at a masked pixel.", params, texture(params), at_least(20),
+        {.mask = true});
+    add(cases, "features_alone", "The result is the same if no sub-stage is asked for.", params,
+        texture(params), at_least(20), {.mask = true, .extras = false});
     add(cases, "noise", "Features of nothing but noise.", params, noise(params), at_least(40));
     add(
-        cases, "flat", "A flat image after another has no features.", params, [](uint64_t) { return flat_picture(160, 120, 77); },
-        none());
+        cases, "flat", "A flat image after another has no features.", params,
+        [](uint64_t) { return flat_picture(160, 120, 77); }, none());
     add(
         cases, "white", "A saturated image after another has no features.", params,
         [](uint64_t) { return flat_picture(160, 120, 255); }, none());
-    add(cases, "extremes", "Black and white alone: the largest scores, and many ties.", params,
+    add(
+        cases, "extremes", "Black and white alone: the largest scores, and many ties.", params,
         [](uint64_t seed) {
             Gray picture = texture_picture(160, 120, seed);
             for (uint8_t& pixel : picture.pixels) pixel = pixel > 120 ? 255 : 0;
             return picture;
         },
         at_least(20));
-    add(cases, "few_dots", "Few equal corners far apart: distances at their limit, ties by place.", base(200, 160),
+    add(
+        cases, "few_dots", "Few equal corners far apart: distances at their limit, ties by place.",
+        base(200, 160),
         [](uint64_t seed) {
             Gray picture = flat_picture(200, 160, 40);
             Random random(seed);
@@ -91,24 +101,29 @@ void add_inputs(std::vector<StageCase>& cases) {
         const Gray mask = flat_picture(160, 120, frame == 0 ? 0 : 1);
         return orb_job(base(), texture_picture(160, 120, 63 + frame), &mask);
     };
-    cases.push_back({DEFREC_STAGE_ORB, "all_masked", "An image of which nothing is usable has no features.", all_masked, compare,
-                           true, false, none()});
+    cases.push_back({DEFREC_STAGE_ORB, "all_masked",
+                     "An image of which nothing is usable has no features.", all_masked, compare,
+                     true, false, none()});
 }
 
 void add_sizes(std::vector<StageCase>& cases) {
     Params params = base(131, 97);
     params.stride = 160;
-    add(cases, "padded_stride", "Bytes between rows are not looked at.", params, texture(params), at_least(20), {.mask = true});
+    add(cases, "padded_stride", "Bytes between rows are not looked at.", params, texture(params),
+        at_least(20), {.mask = true});
     params.stride = 133;
-    add(cases, "odd_stride", "An odd size with rows that begin at odd places.", params, texture(params), at_least(20),
-        {.mask = true});
+    add(cases, "odd_stride", "An odd size with rows that begin at odd places.", params,
+        texture(params), at_least(20), {.mask = true});
     params = base(DEFREC_MIN_WIDTH, DEFREC_MIN_HEIGHT);
     params.levels = 8;
-    add(cases, "smallest", "The smallest image, most of its levels without a cell.", params, texture(params), {}, {.mask = true});
+    add(cases, "smallest", "The smallest image, most of its levels without a cell.", params,
+        texture(params), {}, {.mask = true});
     params = base(DEFREC_MAX_SIDE, DEFREC_MIN_HEIGHT);
-    add(cases, "widest", "Rows as long as can be.", params, texture(params), at_least(100), {.smoke = false, .slow = true});
+    add(cases, "widest", "Rows as long as can be.", params, texture(params), at_least(100),
+        {.smoke = false, .slow = true});
     params = base(DEFREC_MIN_WIDTH, DEFREC_MAX_SIDE);
-    add(cases, "highest", "Columns as long as can be.", params, texture(params), at_least(100), {.smoke = false, .slow = true});
+    add(cases, "highest", "Columns as long as can be.", params, texture(params), at_least(100),
+        {.smoke = false, .slow = true});
     params = base(640, 480);
     params.capacity = 2048;
     add(cases, "camera_size", "An image of 640 x 480.", params, texture(params), at_least(300),
@@ -118,28 +133,32 @@ void add_sizes(std::vector<StageCase>& cases) {
 void add_parameters(std::vector<StageCase>& cases) {
     Params params = base();
     params.capacity = 30;
-    add(cases, "capacity_overflow", "More corners than the capacity: the spacing grows.", params, texture(params), at_least(10));
+    add(cases, "capacity_overflow", "More corners than the capacity: the spacing grows.", params,
+        texture(params), at_least(10));
     params.capacity = 1;
     add(cases, "capacity_one", "Room for one feature.", params, noise(params), {});
     params.capacity = 65535;
     params.spacing = 1;
     params.cell = 4;
     params.threshold = 1;
-    add(cases, "capacity_most", "Room for all: the smallest cells, spacing and threshold.", params, noise(params), at_least(200));
+    add(cases, "capacity_most", "Room for all: the smallest cells, spacing and threshold.", params,
+        noise(params), at_least(200));
     params = base();
     params.levels = 8;
     params.cell = 16;
-    add(cases, "eight_levels", "Eight levels with cells of 16 px, some levels too small for any.", params, texture(params),
-        at_least(10), {.mask = true});
+    add(cases, "eight_levels", "Eight levels with cells of 16 px, some levels too small for any.",
+        params, texture(params), at_least(10), {.mask = true});
     params.levels = 1;
     params.cell = 7;
     params.spacing = 63;
-    add(cases, "one_level", "One level, cells that do not fit evenly, the largest spacing.", params, texture(params), {});
+    add(cases, "one_level", "One level, cells that do not fit evenly, the largest spacing.", params,
+        texture(params), {});
     params = base();
     params.threshold = 60;
     add(cases, "high_threshold", "Only strong corners.", params, noise(params), at_least(10));
     params.threshold = 254;
-    add(cases, "highest_threshold", "A threshold that nothing exceeds.", params, noise(params), none());
+    add(cases, "highest_threshold", "A threshold that nothing exceeds.", params, noise(params),
+        none());
 }
 
 }  // namespace

@@ -23,17 +23,20 @@ struct Options {
     double disparity = 12;
 };
 
-void add(std::vector<StageCase>& cases, const char* name, const char* title, const Params& params, const Options& o) {
+void add(std::vector<StageCase>& cases, const char* name, const char* title, const Params& params,
+         const Options& o) {
     const auto make = [params, o](CaseRun&, uint32_t frame) {
         const StereoPair pair = stereo_pair(params.width, params.height, 40 + frame, o.disparity);
-        return stereo_job(params, pair.left, pair.right, (o.masks & left_mask) != 0 ? &pair.left_mask : nullptr,
+        return stereo_job(params, pair.left, pair.right,
+                          (o.masks & left_mask) != 0 ? &pair.left_mask : nullptr,
                           (o.masks & right_mask) != 0 ? &pair.right_mask : nullptr, o.extras);
     };
-    cases.push_back({DEFREC_STAGE_STEREO, name, title, make, compare_all_exactly, o.smoke, o.slow, {}});
+    cases.push_back(
+        {DEFREC_STAGE_STEREO, name, title, make, compare_all_exactly, o.smoke, o.slow, {}});
 }
 
-void add_pictures(std::vector<StageCase>& cases, const char* name, const char* title, const std::function<Gray(uint64_t)>& picture,
-                  bool same = false) {
+void add_pictures(std::vector<StageCase>& cases, const char* name, const char* title,
+                  const std::function<Gray(uint64_t)>& picture, bool same = false) {
     const auto make = [picture, same](CaseRun&, uint32_t frame) {
         if (frame == 1) {
             const StereoPair pair = stereo_pair(96, 64, 5, 12);
@@ -45,31 +48,45 @@ void add_pictures(std::vector<StageCase>& cases, const char* name, const char* t
 }
 
 void add_inputs(std::vector<StageCase>& cases) {
-    add(cases, "both_masks", "A wavy surface with a nearer strip and highlights, with both masks.", base(), {});
+    add(cases, "both_masks", "A wavy surface with a nearer strip and highlights, with both masks.",
+        base(), {});
     add(cases, "no_masks", "Without masks every pixel is usable.", base(), {.masks = nothing});
     add(cases, "left_mask", "With the left mask alone.", base(97, 71), {.masks = left_mask});
     add(cases, "right_mask", "With the right mask alone.", base(97, 71), {.masks = right_mask});
-    add(cases, "disparity_alone", "The result is the same if nothing else is asked for.", base(97, 71), {.extras = false});
-    add_pictures(cases, "flat", "Images without texture have no disparity.", [](uint64_t) { return flat_picture(96, 64, 90); });
-    add_pictures(cases, "black", "Black images after others have no disparity.", [](uint64_t) { return flat_picture(96, 64, 0); });
+    add(cases, "disparity_alone", "The result is the same if nothing else is asked for.",
+        base(97, 71), {.extras = false});
+    add_pictures(cases, "flat", "Images without texture have no disparity.",
+                 [](uint64_t) { return flat_picture(96, 64, 90); });
+    add_pictures(cases, "black", "Black images after others have no disparity.",
+                 [](uint64_t) { return flat_picture(96, 64, 0); });
     add_pictures(cases, "white", "White images after others have no disparity.",
                  [](uint64_t) { return flat_picture(96, 64, 255); });
-    add_pictures(cases, "noise", "Two images of nothing but noise.", [](uint64_t seed) { return random_picture(96, 64, seed); });
+    add_pictures(cases, "noise", "Two images of nothing but noise.",
+                 [](uint64_t seed) { return random_picture(96, 64, seed); });
     add_pictures(
-        cases, "same_image", "Twice the same image: disparity 0.", [](uint64_t seed) { return texture_picture(96, 64, seed); },
+        cases, "same_image", "Twice the same image: disparity 0.",
+        [](uint64_t seed) { return texture_picture(96, 64, seed); }, true);
+    add_pictures(
+        cases, "extremes", "Images of black and white alone.",
+        [](uint64_t seed) {
+            Gray picture = texture_picture(96, 64, seed);
+            for (uint8_t& pixel : picture.pixels) pixel = pixel > 120 ? 255 : 0;
+            return picture;
+        },
         true);
-    add_pictures(cases, "extremes", "Images of black and white alone.", [](uint64_t seed) {
-        Gray picture = texture_picture(96, 64, seed);
-        for (uint8_t& pixel : picture.pixels) pixel = pixel > 120 ? 255 : 0;
-        return picture;
-    }, true);
     const auto all_masked = [](CaseRun&, uint32_t frame) {
         const StereoPair pair = stereo_pair(96, 64, 8 + frame);
         const Gray none = flat_picture(96, 64, frame == 0 ? 0 : 1);
         return stereo_job(base(96, 64), pair.left, pair.right, &none, &pair.right_mask);
     };
-    cases.push_back({DEFREC_STAGE_STEREO, "all_masked", "A left image of which nothing is usable.", all_masked, compare_all_exactly,
-                           true, false, {}});
+    cases.push_back({DEFREC_STAGE_STEREO,
+                     "all_masked",
+                     "A left image of which nothing is usable.",
+                     all_masked,
+                     compare_all_exactly,
+                     true,
+                     false,
+                     {}});
 }
 
 void add_sizes(std::vector<StageCase>& cases) {
@@ -79,10 +96,13 @@ void add_sizes(std::vector<StageCase>& cases) {
     params.stride = 99;
     add(cases, "odd_stride", "An odd size with rows that begin at odd places.", params, {});
     add(cases, "smallest", "The smallest image: 2 x 2.", base(2, 2), {});
-    add(cases, "smaller_than_window", "An image smaller than the windows.", base(13, 11), {.disparity = 2});
+    add(cases, "smaller_than_window", "An image smaller than the windows.", base(13, 11),
+        {.disparity = 2});
     add(cases, "one_window_high", "Rows that just hold a window.", base(120, 19), {});
-    add(cases, "widest", "Rows as long as can be.", base(DEFREC_MAX_SIDE, 24), {.smoke = false, .slow = true});
-    add(cases, "highest", "Columns as long as can be.", base(48, DEFREC_MAX_SIDE), {.smoke = false, .slow = true});
+    add(cases, "widest", "Rows as long as can be.", base(DEFREC_MAX_SIDE, 24),
+        {.smoke = false, .slow = true});
+    add(cases, "highest", "Columns as long as can be.", base(48, DEFREC_MAX_SIDE),
+        {.smoke = false, .slow = true});
     add(cases, "camera_size", "An image of 640 x 480 with 128 disparities.",
         [] {
             Params p = base(640, 480);
@@ -102,7 +122,8 @@ void add_search(std::vector<StageCase>& cases) {
     add(cases, "one_disparity", "Searching a single disparity.", params, {.disparity = 1});
     params = base(96, 40);
     params.disparities = 510;
-    add(cases, "most_disparities", "Searching more disparities than the image has columns.", params, {.smoke = false});
+    add(cases, "most_disparities", "Searching more disparities than the image has columns.", params,
+        {.smoke = false});
     params = base();
     params.min_disparity = 1024;
     add(cases, "far_min_disparity", "Searching beyond the image: nothing is found.", params, {});

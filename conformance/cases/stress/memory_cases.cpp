@@ -19,14 +19,17 @@ defrec_status set_up(const TrackingDevice& device, CountingAllocator& memory, co
     RigHandle rig;
     TrackerHandle tracker;
     call = "defrec_context_create";
-    if (const defrec_status status = defrec_context_create(&desc, context.out()); status < 0) return status;
+    if (const defrec_status status = defrec_context_create(&desc, context.out()); status < 0)
+        return status;
     // A plugin that has no memory for its own instance is refused, with that as the reason.
     defrec_plugin_info info;
     DEFREC_INIT(&info);
     check_api("defrec_plugin_get", defrec_plugin_get(context.get(), 0, &info));
     if (info.verdict < 0) return info.verdict;
     call = "defrec_rig_create";
-    if (const defrec_status status = defrec_rig_create(context.get(), &stress_sequence().rig, rig.out()); status < 0)
+    if (const defrec_status status =
+            defrec_rig_create(context.get(), &stress_sequence().rig, rig.out());
+        status < 0)
         return status;
     defrec_tracker_desc tracker_desc;
     DEFREC_INIT(&tracker_desc);
@@ -40,16 +43,19 @@ void out_of_memory_in_set_up(CaseRun& run) {
     CountingAllocator memory;
     const char* call = "";
     check_api("the undisturbed set-up", set_up(device, memory, call));
-    require(memory.live() == 0, memory.live(), " blocks were not given back by an undisturbed set-up");
+    require(memory.live() == 0, memory.live(),
+            " blocks were not given back by an undisturbed set-up");
     const uint64_t total = memory.taken();
     for (const uint64_t n : spread_over(total, kMaxFailures)) {
         memory.fail_at(n);
         const defrec_status status = set_up(device, memory, call);
         memory.fail_at(0);
-        require(status == DEFREC_ERROR_OUT_OF_MEMORY, call, " answered ", defrec_status_name(status), " when allocation ", n,
-                " of ", total, " failed, DEFREC_ERROR_OUT_OF_MEMORY expected");
+        require(status == DEFREC_ERROR_OUT_OF_MEMORY, call, " answered ",
+                defrec_status_name(status), " when allocation ", n, " of ", total,
+                " failed, DEFREC_ERROR_OUT_OF_MEMORY expected");
         require_message(call);
-        require(memory.live() == 0, memory.live(), " blocks were not given back after allocation ", n, " of ", total, " failed");
+        require(memory.live() == 0, memory.live(), " blocks were not given back after allocation ",
+                n, " of ", total, " failed");
     }
     check_api("the set-up after the failures", set_up(device, memory, call));
 }
@@ -103,8 +109,9 @@ void out_of_memory_in_frames(CaseRun& run) {
             require(followed.worst == DEFREC_ERROR_OUT_OF_MEMORY, "the worst frame ended with ",
                     defrec_status_name(followed.worst), " when allocation ", n, " of ", total,
                     " failed, DEFREC_ERROR_OUT_OF_MEMORY expected");
-            require(followed.last_state == DEFREC_TRACKING, "the tracker has state ", followed.last_state,
-                    " in the last frame, after allocation ", n, " of ", total, " had failed in the first, tracking expected");
+            require(followed.last_state == DEFREC_TRACKING, "the tracker has state ",
+                    followed.last_state, " in the last frame, after allocation ", n, " of ", total,
+                    " had failed in the first, tracking expected");
         }
         require(memory.live() == at_rest, memory.live() - at_rest,
                 " blocks were not given back with the trackers whose frames had no memory");
@@ -134,12 +141,15 @@ void no_allocation_in_frames(CaseRun& run) {
 
 void add_memory_cases(std::vector<Case>& cases) {
     add_stress_case(cases, "out_of_memory_in_set_up", kShort,
-                    "Without memory for the nth block of a set-up there is a status and an error message, no leak, and the next works.",
+                    "Without memory for the nth block of a set-up there is a status and an error "
+                    "message, no leak, and the next works.",
                     out_of_memory_in_set_up);
     add_stress_case(cases, "out_of_memory_in_frames", kLong,
-                    "Without memory for the nth block of a frame the frame fails, no leak, and the next frames are tracked.",
+                    "Without memory for the nth block of a frame the frame fails, no leak, and the "
+                    "next frames are tracked.",
                     out_of_memory_in_frames);
-    add_stress_case(cases, "no_allocation_in_frames", kShort, "Once there is a template, frames take no memory from the host.",
+    add_stress_case(cases, "no_allocation_in_frames", kShort,
+                    "Once there is a template, frames take no memory from the host.",
                     no_allocation_in_frames);
 }
 

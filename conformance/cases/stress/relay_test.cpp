@@ -22,7 +22,8 @@ struct Relayed {
         params.source_height = 4;
         std::vector<uint8_t> source(32, 7), gray(32), mask(32);
         defrec_stage stage = nullptr;
-        defrec_status status = defrec_stage_create(context.get(), "reference", DEFREC_STAGE_RECTIFY, &params, &stage);
+        defrec_status status =
+            defrec_stage_create(context.get(), "reference", DEFREC_STAGE_RECTIFY, &params, &stage);
         const defrec_const_buffer in{source.data(), source.size()};
         const defrec_buffer out[] = {{gray.data(), gray.size()}, {mask.data(), mask.size()}};
         if (status == DEFREC_OK) status = defrec_stage_run(stage, &in, 1, out, 2);
@@ -38,7 +39,8 @@ struct Relayed {
 
 // A session with a plugin of sdk/plugin/test_plugins behind the relay.
 struct RelayedStub {
-    explicit RelayedStub(const char* name, RelayPlan plan = {}) : target(find_plugin(defrec::test::stub_folder(name).string()), "") {
+    explicit RelayedStub(const char* name, RelayPlan plan = {})
+        : target(find_plugin(defrec::test::stub_folder(name).string()), "") {
         plan.counts = &counts;
         arm_relay(target, plan);
         session = std::make_unique<Session>(relay);
@@ -138,7 +140,8 @@ TEST_CASE("members of minor 1: the relay has them where the plugin has them, and
         CHECK(relayed.counts.host_memories == 2);
         uint8_t bytes[8] = {};
         defrec_pbuffer* imported = nullptr;
-        REQUIRE(table.buffer_import(device, DEFREC_MEMORY_HOST, bytes, sizeof bytes, &imported) == DEFREC_OK);
+        REQUIRE(table.buffer_import(device, DEFREC_MEMORY_HOST, bytes, sizeof bytes, &imported) ==
+                DEFREC_OK);
         CHECK(relayed.counts.buffers == 1);
         defrec_pqueue* queue = nullptr;
         REQUIRE(table.queue_create(device, &queue) == DEFREC_OK);
@@ -147,7 +150,8 @@ TEST_CASE("members of minor 1: the relay has them where the plugin has them, and
         CHECK(table.read(queue, imported, 0, to, 8) == DEFREC_OK);
         CHECK(static_cast<uint8_t*>(to)[7] == 9);
         CHECK(bytes[7] == 9);
-        CHECK(table.buffer_import(device, DEFREC_MEMORY_CUDA, bytes, sizeof bytes, &imported) == DEFREC_ERROR_UNSUPPORTED);
+        CHECK(table.buffer_import(device, DEFREC_MEMORY_CUDA, bytes, sizeof bytes, &imported) ==
+              DEFREC_ERROR_UNSUPPORTED);
         CHECK(relayed.counts.calls == 7);
         CHECK(relayed.counts.failures == 0);
         CHECK(table.write_in_place(queue, imported, 0, from, 8) == DEFREC_OK);

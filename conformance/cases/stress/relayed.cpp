@@ -9,8 +9,10 @@ namespace defrec::conformance {
 std::string relay_manifest() {
     // The reference lies beside libdefrec, and the relay in a folder there.
     const std::string beside = find_backend("reference").manifest;
-    const std::string path = beside.substr(0, beside.find_last_of('/')) + "/defrec-conformance/defrec_plugin_relay.json";
-    require(platform::path_info(path).kind != platform::PathKind::kMissing, "the suite's relay plugin is missing: ", path);
+    const std::string path =
+        beside.substr(0, beside.find_last_of('/')) + "/defrec-conformance/defrec_plugin_relay.json";
+    require(platform::path_info(path).kind != platform::PathKind::kMissing,
+            "the suite's relay plugin is missing: ", path);
     return path;
 }
 
@@ -24,7 +26,8 @@ void arm_relay(const Plugin& target, RelayPlan plan) {
     arm(plan);
 }
 
-ContextHandle open_relayed_context(const Plugin& target, const RelayPlan& plan, defrec_context_desc desc) {
+ContextHandle open_relayed_context(const Plugin& target, const RelayPlan& plan,
+                                   defrec_context_desc desc) {
     arm_relay(target, plan);
     return open_context(relay_manifest(), desc);
 }

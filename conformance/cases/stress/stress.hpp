@@ -50,7 +50,8 @@ void require_same(CaseRun& run, const Track& found, const std::string& when);
 
 enum class StressList { kShort, kLong };  // short: in the smoke list too
 using enum StressList;
-void add_stress_case(std::vector<Case>& cases, const char* name, StressList list, const char* title, void (*body)(CaseRun&));
+void add_stress_case(std::vector<Case>& cases, const char* name, StressList list, const char* title,
+                     void (*body)(CaseRun&));
 void add_memory_cases(std::vector<Case>& cases);
 void add_concurrency_cases(std::vector<Case>& cases);
 void add_device_failure_cases(std::vector<Case>& cases);

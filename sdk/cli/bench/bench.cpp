@@ -6,12 +6,12 @@
 #include <exception>
 #include <thread>
 
-#include "sdk/cli/program/interrupt.hpp"
 #include "sdk/cli/bench/process_memory.hpp"
-#include "sdk/cli/render/film.hpp"
 #include "sdk/cli/bench/statistics.hpp"
 #include "sdk/cli/io/terminal.hpp"
 #include "sdk/cli/io/text.hpp"
+#include "sdk/cli/program/interrupt.hpp"
+#include "sdk/cli/render/film.hpp"
 #include "sdk/cli/track/tracker_config.hpp"
 
 namespace defrec::cli {
@@ -26,7 +26,13 @@ constexpr std::uint64_t kSeed = 1;
 constexpr double kFrameMs = 1000.0 / 30;
 
 CameraCalibration camera_of(const Lens& lens) {
-    return {lens.fx, lens.fy, lens.cx, lens.cy, {lens.distortion.begin(), lens.distortion.end()}, "the scene's camera", {}};
+    return {lens.fx,
+            lens.fy,
+            lens.cx,
+            lens.cy,
+            {lens.distortion.begin(), lens.distortion.end()},
+            "the scene's camera",
+            {}};
 }
 
 StereoCalibration calibration_of(const StereoRig& rig) {
@@ -36,13 +42,17 @@ StereoCalibration calibration_of(const StereoRig& rig) {
     calibration.left = camera_of(rig.left);
     calibration.right = camera_of(rig.right);
     for (int row = 0; row < 3; ++row) {
-        for (int column = 0; column < 3; ++column) calibration.rotation[static_cast<std::size_t>(3 * row + column)] = rig.rotation(row, column);
+        for (int column = 0; column < 3; ++column)
+            calibration.rotation[static_cast<std::size_t>(3 * row + column)] =
+                rig.rotation(row, column);
         calibration.translation[static_cast<std::size_t>(row)] = rig.translation[row];
     }
     return calibration;
 }
 
-double milliseconds_since(Clock::time_point start) { return std::chrono::duration<double, std::milli>(Clock::now() - start).count(); }
+double milliseconds_since(Clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
 
 // 0 1 2 1 0 1 2 ... for three frames.
 std::size_t to_and_fro(std::size_t step, std::size_t count) {
@@ -59,7 +69,10 @@ struct Setup {
 };
 
 Setup make_setup(const BenchOptions& options, const BenchSequence& sequence) {
-    Setup setup{open_context({options.threads, options.quiet, {}}), {}, {}, initialised<defrec_tracker_desc>()};
+    Setup setup{open_context({options.threads, options.quiet, {}}),
+                {},
+                {},
+                initialised<defrec_tracker_desc>()};
     setup.device = choose_device(setup.context, options.backend, options.device);
     setup.rig = make_rig(setup.context, sequence.calibration);
     setup.desc.format = format_of_channels(sequence.frames.front().left.channels);
@@ -71,24 +84,29 @@ Setup make_setup(const BenchOptions& options, const BenchSequence& sequence) {
 // A tracker that the sequence is played to, one frame after the other.
 class Player {
   public:
-    Player(const BenchOptions& options, const BenchSequence& sequence, const Setup& setup, bool timed = false) : sequence_(sequence) {
+    Player(const BenchOptions& options, const BenchSequence& sequence, const Setup& setup,
+           bool timed = false)
+        : sequence_(sequence) {
         defrec_tracker_desc desc = setup.desc;
         desc.device_id = setup.device.id.c_str();
         desc.timed = timed ? 1 : 0;
         defrec_tracker handle = nullptr;
         require(defrec_tracker_create(setup.context.get(), setup.rig.get(), &desc, &handle),
-                options.config.empty() ? ExitCode::kInternal : ExitCode::kUsage, "creating the tracker");
+                options.config.empty() ? ExitCode::kInternal : ExitCode::kUsage,
+                "creating the tracker");
         tracker_ = Tracker(handle);
     }
     // The time from submission to result, ms.
     double play() {
-        StereoFrame frame = sequence_.frames[to_and_fro(static_cast<std::size_t>(step_), sequence_.frames.size())];
+        StereoFrame frame =
+            sequence_.frames[to_and_fro(static_cast<std::size_t>(step_), sequence_.frames.size())];
         frame.index = step_;
         frame.timestamp_ms = step_ * kFrameMs;
         job_.reset();
         const Clock::time_point start = Clock::now();
         job_ = submit(tracker_, frame);
-        require(defrec_job_wait(job_.get(), UINT64_MAX), ExitCode::kInternal, "frame " + std::to_string(step_));
+        require(defrec_job_wait(job_.get(), UINT64_MAX), ExitCode::kInternal,
+                "frame " + std::to_string(step_));
         ++step_;
         return milliseconds_since(start);
     }
@@ -106,9 +124,11 @@ class Player {
     int step_ = 0;
 };
 
-// One run over the sequence; calls measured(latency in ms, result) for each frame behind the warm-up.
+// One run over the sequence; calls measured(latency in ms, result) for each frame behind the
+// warm-up.
 template <class Measured>
-void run_tracker(const BenchOptions& options, const BenchSequence& sequence, bool timed, Device& device, Measured&& measured) {
+void run_tracker(const BenchOptions& options, const BenchSequence& sequence, bool timed,
+                 Device& device, Measured&& measured) {
     const Setup setup = make_setup(options, sequence);
     device = setup.device;
     Player player(options, sequence, setup, timed);
@@ -121,7 +141,8 @@ void run_tracker(const BenchOptions& options, const BenchSequence& sequence, boo
     }
 }
 
-// Plays `frames` frames to each, all at once; their latencies. Throws what the first of them threw that failed.
+// Plays `frames` frames to each, all at once; their latencies. Throws what the first of them threw
+// that failed.
 std::vector<double> play_at_once(std::vector<Player>& players, int frames) {
     std::vector<std::vector<double>> latencies(players.size());
     std::vector<std::exception_ptr> failures(players.size());
@@ -129,7 +150,8 @@ std::vector<double> play_at_once(std::vector<Player>& players, int frames) {
     for (std::size_t i = 0; i < players.size(); ++i)
         threads.emplace_back([&, i] {
             try {
-                for (int frame = 0; frame < frames && !interrupt_requested(); ++frame) latencies[i].push_back(players[i].play());
+                for (int frame = 0; frame < frames && !interrupt_requested(); ++frame)
+                    latencies[i].push_back(players[i].play());
             } catch (...) {
                 failures[i] = std::current_exception();
             }
@@ -138,11 +160,13 @@ std::vector<double> play_at_once(std::vector<Player>& players, int frames) {
     for (const std::exception_ptr& failure : failures)
         if (failure != nullptr) std::rethrow_exception(failure);
     std::vector<double> all;
-    for (const std::vector<double>& some : latencies) all.insert(all.end(), some.begin(), some.end());
+    for (const std::vector<double>& some : latencies)
+        all.insert(all.end(), some.begin(), some.end());
     return all;
 }
 
-void run_trackers_at_once(const BenchOptions& options, const BenchSequence& sequence, BenchTimes& times) {
+void run_trackers_at_once(const BenchOptions& options, const BenchSequence& sequence,
+                          BenchTimes& times) {
     const Setup setup = make_setup(options, sequence);
     std::vector<Player> players;
     for (int i = 0; i < options.trackers; ++i) players.emplace_back(options, sequence, setup);
@@ -157,7 +181,8 @@ void add_stages(const defrec_result& result, BenchTimes& times) {
     for (std::uint32_t i = 0; i < result.time_count; ++i) {
         const auto same = [&](const auto& stage) { return stage.first == result.times[i].name; };
         auto stage = std::find_if(times.stages_ms.begin(), times.stages_ms.end(), same);
-        if (stage == times.stages_ms.end()) stage = times.stages_ms.insert(stage, {result.times[i].name, {}});
+        if (stage == times.stages_ms.end())
+            stage = times.stages_ms.insert(stage, {result.times[i].name, {}});
         stage->second.push_back(result.times[i].milliseconds);
         together += result.times[i].milliseconds;
     }
@@ -165,13 +190,16 @@ void add_stages(const defrec_result& result, BenchTimes& times) {
 }
 
 Json spread_of(const std::vector<double>& ms) {
-    return {{"min_ms", percentile(ms, 0)}, {"median_ms", percentile(ms, 0.5)}, {"p99_ms", percentile(ms, 0.99)}};
+    return {{"min_ms", percentile(ms, 0)},
+            {"median_ms", percentile(ms, 0.5)},
+            {"p99_ms", percentile(ms, 0.99)}};
 }
 
 }  // namespace
 
 BenchSequence filmed_sequence(const BenchOptions& options) {
-    Film film(kScene, options.width, options.height, kFilmedFrames, kSeed, static_cast<int>(options.threads));
+    Film film(kScene, options.width, options.height, kFilmedFrames, kSeed,
+              static_cast<int>(options.threads));
     BenchSequence sequence{kScene, calibration_of(film.scene().rig), {}};
     ProgressBar progress(options.quiet);
     for (int i = 0; i < kFilmedFrames; ++i) {
@@ -181,7 +209,8 @@ BenchSequence filmed_sequence(const BenchOptions& options) {
         const std::size_t stride = static_cast<std::size_t>(options.width) * 3;
         StereoFrame frame;
         frame.left = {pixels->data(), options.width, options.height, 3, stride};
-        frame.right = {pixels->data() + film.left_bgr().size(), options.width, options.height, 3, stride};
+        frame.right = {pixels->data() + film.left_bgr().size(), options.width, options.height, 3,
+                       stride};
         frame.pixels = std::move(pixels);
         sequence.frames.push_back(std::move(frame));
         progress.update(i + 1, kFilmedFrames, "rendering");
@@ -193,23 +222,29 @@ BenchTimes measure_times(const BenchOptions& options, const BenchSequence& seque
     BenchTimes times;
     reset_peak_memory();
     const double before = resident_megabytes();
-    run_tracker(options, sequence, false, times.device, [&](double latency, const defrec_result& result) {
-        times.latency_ms.push_back(latency);
-        times.tracked_frames += result.state != DEFREC_LOST && result.state != DEFREC_INITIALISING;
-    });
+    run_tracker(options, sequence, false, times.device,
+                [&](double latency, const defrec_result& result) {
+                    times.latency_ms.push_back(latency);
+                    times.tracked_frames +=
+                        result.state != DEFREC_LOST && result.state != DEFREC_INITIALISING;
+                });
     times.tracker_memory_mb = peak_megabytes() - before;
-    run_tracker(options, sequence, true, times.device, [&](double, const defrec_result& result) { add_stages(result, times); });
-    if (options.trackers > 1 && !interrupt_requested()) run_trackers_at_once(options, sequence, times);
+    run_tracker(options, sequence, true, times.device,
+                [&](double, const defrec_result& result) { add_stages(result, times); });
+    if (options.trackers > 1 && !interrupt_requested())
+        run_trackers_at_once(options, sequence, times);
     return times;
 }
 
-Json bench_json(const BenchOptions& options, const BenchSequence& sequence, const BenchTimes& times) {
+Json bench_json(const BenchOptions& options, const BenchSequence& sequence,
+                const BenchTimes& times) {
     const double median = percentile(times.latency_ms, 0.5);
     Json json;
     json["defrec"] = defrec_version_string();
     json["device"] = {{"id", times.device.id}, {"name", times.device.name}};
     json["threads"] = options.threads;
-    json["size"] = std::to_string(sequence.calibration.width) + "x" + std::to_string(sequence.calibration.height);
+    json["size"] = std::to_string(sequence.calibration.width) + "x" +
+                   std::to_string(sequence.calibration.height);
     json["sequence"] = sequence.name;
     json["frames"] = times.latency_ms.size();
     json["tracked_frames"] = times.tracked_frames;
@@ -219,9 +254,11 @@ Json bench_json(const BenchOptions& options, const BenchSequence& sequence, cons
     json["submit_to_result"] = spread_of(times.latency_ms);
     json["frames_per_second"] = median > 0 ? 1000 / median : 0;
     if (!times.at_once_latency_ms.empty())
-        json["at_once"] = {{"trackers", options.trackers},
-                           {"submit_to_result", spread_of(times.at_once_latency_ms)},
-                           {"frames_per_second", 1000 * static_cast<double>(times.at_once_latency_ms.size()) / times.at_once_ms}};
+        json["at_once"] = {
+            {"trackers", options.trackers},
+            {"submit_to_result", spread_of(times.at_once_latency_ms)},
+            {"frames_per_second",
+             1000 * static_cast<double>(times.at_once_latency_ms.size()) / times.at_once_ms}};
     json["peak_memory_mb"] = peak_megabytes();
     json["tracker_memory_mb"] = times.tracker_memory_mb;
     return json;
@@ -236,9 +273,10 @@ std::string bench_text(const Json& json) {
         }
         return name + "\n";
     };
-    std::string text = json["device"]["id"].get<std::string>() + ", " + json["size"].get<std::string>() +
-                       ", " + std::to_string(json["frames"].get<std::size_t>()) + " frames, " +
-                       std::to_string(json["tracked_frames"].get<std::size_t>()) + " of them tracked\n";
+    std::string text =
+        json["device"]["id"].get<std::string>() + ", " + json["size"].get<std::string>() + ", " +
+        std::to_string(json["frames"].get<std::size_t>()) + " frames, " +
+        std::to_string(json["tracked_frames"].get<std::size_t>()) + " of them tracked\n";
     text += "ms                         min    median       p99\n";
     for (const auto& [stage, times] : json["stages"].items()) {
         if (stage != "frame") text += line(stage, times);
@@ -247,13 +285,16 @@ std::string bench_text(const Json& json) {
     text += line("submit to result", json["submit_to_result"]);
     if (json.contains("at_once")) {
         const Json& at_once = json["at_once"];
-        const std::string trackers = std::to_string(at_once["trackers"].get<int>()) + " trackers at once";
+        const std::string trackers =
+            std::to_string(at_once["trackers"].get<int>()) + " trackers at once";
         text += line(trackers, at_once["submit_to_result"]);
-        text += trackers + ": " + format_fixed(at_once["frames_per_second"].get<double>(), 1) + " frames/s in all; alone: ";
+        text += trackers + ": " + format_fixed(at_once["frames_per_second"].get<double>(), 1) +
+                " frames/s in all; alone: ";
     }
-    return text + format_fixed(json["frames_per_second"].get<double>(), 1) + " frames/s; peak memory " +
-           format_fixed(json["peak_memory_mb"].get<double>(), 0) + " MB, of it tracker " +
-           format_fixed(json["tracker_memory_mb"].get<double>(), 0) + " MB\n";
+    return text + format_fixed(json["frames_per_second"].get<double>(), 1) +
+           " frames/s; peak memory " + format_fixed(json["peak_memory_mb"].get<double>(), 0) +
+           " MB, of it tracker " + format_fixed(json["tracker_memory_mb"].get<double>(), 0) +
+           " MB\n";
 }
 
 }  // namespace defrec::cli

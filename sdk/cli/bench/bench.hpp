@@ -19,7 +19,7 @@ struct BenchSequence {
 struct BenchOptions {
     int width = 960, height = 540;  // of the filmed scene
     int frames = 100, warm_up = 10;
-    int trackers = 1;  // more: they are measured at once, too, each on a thread of its own
+    int trackers = 1;    // more: they are measured at once, too, each on a thread of its own
     std::string config;  // YAML with parameters of the tracker, or empty
     std::string backend = "auto", device;
     unsigned threads = 0;
@@ -31,20 +31,25 @@ BenchSequence filmed_sequence(const BenchOptions& options);
 
 struct BenchTimes {
     Device device;
-    std::vector<std::pair<std::string, std::vector<double>>> stages_ms;  // in order of execution, each frame's; the host waits after each
-    std::vector<double> stages_together_ms;                              // of the same frames
-    std::vector<double> latency_ms;  // from submission to result, of frames between which nothing waits
-    std::vector<double> at_once_latency_ms;  // of all frames of all trackers, where several were asked for
-    double at_once_ms = 0;                   // that those frames took together
+    std::vector<std::pair<std::string, std::vector<double>>>
+        stages_ms;  // in order of execution, each frame's; the host waits after each
+    std::vector<double> stages_together_ms;  // of the same frames
+    std::vector<double>
+        latency_ms;  // from submission to result, of frames between which nothing waits
+    std::vector<double>
+        at_once_latency_ms;  // of all frames of all trackers, where several were asked for
+    double at_once_ms = 0;   // that those frames took together
     std::size_t tracked_frames = 0;
     double tracker_memory_mb = 0;  // what context and tracker added to the process at their peak
 };
 
-// Plays the sequence to and fro, twice: as an application runs it, and with a wait after each stage; then to several trackers at once. Fewer frames than asked for after
-// an interruption. Throws CliError.
+// Plays the sequence to and fro, twice: as an application runs it, and with a wait after each
+// stage; then to several trackers at once. Fewer frames than asked for after an interruption.
+// Throws CliError.
 BenchTimes measure_times(const BenchOptions& options, const BenchSequence& sequence);
 
-nlohmann::ordered_json bench_json(const BenchOptions& options, const BenchSequence& sequence, const BenchTimes& times);
+nlohmann::ordered_json bench_json(const BenchOptions& options, const BenchSequence& sequence,
+                                  const BenchTimes& times);
 // The same for people.
 std::string bench_text(const nlohmann::ordered_json& json);
 

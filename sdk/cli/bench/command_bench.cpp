@@ -3,11 +3,11 @@
 #include <memory>
 
 #include "sdk/cli/bench/bench.hpp"
+#include "sdk/cli/io/terminal.hpp"
+#include "sdk/cli/io/text.hpp"
 #include "sdk/cli/program/command_options.hpp"
 #include "sdk/cli/program/commands.hpp"
 #include "sdk/cli/program/interrupt.hpp"
-#include "sdk/cli/io/terminal.hpp"
-#include "sdk/cli/io/text.hpp"
 
 namespace defrec::cli {
 namespace {
@@ -20,17 +20,21 @@ struct Given {
 
 void parse_size(const std::string& text, BenchOptions& options) {
     const std::vector<std::string_view> parts = split(text, 'x');
-    const auto width = parse_integer(parts[0]), height = parts.size() == 2 ? parse_integer(parts[1]) : std::nullopt;
+    const auto width = parse_integer(parts[0]),
+               height = parts.size() == 2 ? parse_integer(parts[1]) : std::nullopt;
     if (!width || !height || *width < 160 || *height < 120 || *width > 3840 || *height > 2160)
-        throw CliError(ExitCode::kUsage, "--size: '" + text + "' is not WxH from 160x120 to 3840x2160.");
+        throw CliError(ExitCode::kUsage,
+                       "--size: '" + text + "' is not WxH from 160x120 to 3840x2160.");
     options.width = static_cast<int>(*width);
     options.height = static_cast<int>(*height);
 }
 
 int run_bench(const Given& given, const BenchLoader& load) {
-    if (!given.left.empty() && given.calibration.empty()) throw CliError(ExitCode::kUsage, "--left and --right need --calibration.");
+    if (!given.left.empty() && given.calibration.empty())
+        throw CliError(ExitCode::kUsage, "--left and --right need --calibration.");
     const BenchSequence sequence =
-        given.left.empty() ? filmed_sequence(given.bench) : load(given.left, given.right, given.calibration, given.units);
+        given.left.empty() ? filmed_sequence(given.bench)
+                           : load(given.left, given.right, given.calibration, given.units);
     const BenchTimes times = measure_times(given.bench, sequence);
     if (times.stages_together_ms.empty()) return static_cast<int>(ExitCode::kInterrupted);
     const auto json = bench_json(given.bench, sequence, times);
@@ -39,11 +43,15 @@ int run_bench(const Given& given, const BenchLoader& load) {
 }
 
 void add_file_options(CLI::App& command, Given& given) {
-    auto* left = command.add_option("--left", given.left, "Left images to measure on, held in memory; default: a rendered scene");
+    auto* left =
+        command.add_option("--left", given.left,
+                           "Left images to measure on, held in memory; default: a rendered scene");
     auto* right = command.add_option("--right", given.right, "Right images, likewise");
     left->type_name("P")->needs(right)->excludes("--size");
     right->type_name("P")->needs(left);
-    command.add_option("--calibration", given.calibration, "Of these images")->type_name("F")->needs(left);
+    command.add_option("--calibration", given.calibration, "Of these images")
+        ->type_name("F")
+        ->needs(left);
     add_units_option(command, given.units);
 }
 
@@ -58,31 +66,41 @@ CLI::App* add_bench_command(CLI::App& app, std::function<int()>& run, BenchLoade
             "Size of the rendered scene; default 960x540")
         ->type_name("WxH");
     if (load) add_file_options(*command, *options);
-    add_device_options(*command, options->bench.backend, options->bench.device, options->bench.threads);
-    command->add_option("--config", options->bench.config, "YAML with parameters of the tracker by name")
+    add_device_options(*command, options->bench.backend, options->bench.device,
+                       options->bench.threads);
+    command
+        ->add_option("--config", options->bench.config,
+                     "YAML with parameters of the tracker by name")
         ->type_name("F");
     command->add_option("--frames", options->bench.frames, "Frames to measure")
         ->type_name("N")
         ->check(CLI::Range(1, 1000000))
         ->capture_default_str();
-    command->add_option("--warm-up", options->bench.warm_up, "Frames tracked before, which are not measured")
+    command
+        ->add_option("--warm-up", options->bench.warm_up,
+                     "Frames tracked before, which are not measured")
         ->type_name("N")
         ->check(CLI::Range(0, 10000))
         ->capture_default_str();
-    command->add_option("--trackers", options->bench.trackers, "Measure so many trackers at once, too, each on a thread of its own")
+    command
+        ->add_option("--trackers", options->bench.trackers,
+                     "Measure so many trackers at once, too, each on a thread of its own")
         ->type_name("N")
         ->check(CLI::Range(1, 256))
         ->capture_default_str();
     command->add_flag("--json", options->bench.json, "Print JSON");
     command->add_flag("--quiet", options->bench.quiet, "No progress bar");
     command->footer(
-        "Times are of the library alone: the frames lie in memory, one is in flight at a time. The sequence is\n"
+        "Times are of the library alone: the frames lie in memory, one is in flight at a time. The "
+        "sequence is\n"
         "run twice: as an application runs it, and for the stages' times with a wait after each.\n"
         "\n"
         "Examples:\n"
         "  defrec bench --threads 2\n"
         "  defrec bench --size 360x288 --backend reference --frames 20");
-    command->callback([options, load = std::move(load), &run] { run = [options, load] { return run_bench(*options, load); }; });
+    command->callback([options, load = std::move(load), &run] {
+        run = [options, load] { return run_bench(*options, load); };
+    });
     return command;
 }
 

@@ -24,8 +24,8 @@ double peak_megabytes() {
 }
 
 void reset_peak_memory() {
-    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen("/proc/self/clear_refs", "w"),
-                                                               &std::fclose);
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(
+        std::fopen("/proc/self/clear_refs", "w"), &std::fclose);
     if (file) std::fputs("5", file.get());
 }
 

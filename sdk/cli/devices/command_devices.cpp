@@ -3,10 +3,10 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "sdk/cli/program/commands.hpp"
-#include "sdk/cli/program/library.hpp"
 #include "sdk/cli/devices/probe.hpp"
 #include "sdk/cli/io/terminal.hpp"
+#include "sdk/cli/program/commands.hpp"
+#include "sdk/cli/program/library.hpp"
 
 namespace defrec::cli {
 namespace {
@@ -44,8 +44,8 @@ int list_all(const DevicesOptions& options) {
                                    {"name", device.name},
                                    {"driver", device.driver},
                                    {"tracks", device.has_every_stage()}});
-        text +=
-            device.id + ": " + device.name + (device.has_every_stage() ? "" : " (not every stage)") + "\n";
+        text += device.id + ": " + device.name +
+                (device.has_every_stage() ? "" : " (not every stage)") + "\n";
     }
     if (devices.empty()) text += "no device\n";
     for (const Plugin& plugin : list_plugins(context)) {
@@ -55,17 +55,20 @@ int list_all(const DevicesOptions& options) {
                                    {"loaded", plugin.is_loaded},
                                    {"reason", plugin.reason},
                                    {"remark", remarks[plugin.name]}});
-        text += "plugin " + plugin.path + ": " + (plugin.is_loaded ? "loaded" : "refused: " + plugin.reason);
+        text += "plugin " + plugin.path + ": " +
+                (plugin.is_loaded ? "loaded" : "refused: " + plugin.reason);
         if (plugin.is_loaded && !remarks[plugin.name].empty()) text += ", " + remarks[plugin.name];
         text += "\n";
     }
-    if (json["plugins"].empty()) text += "no plugin was found, beside the library or in DEFREC_PLUGIN_PATH\n";
+    if (json["plugins"].empty())
+        text += "no plugin was found, beside the library or in DEFREC_PLUGIN_PATH\n";
     print(options.json ? json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n" : text);
     return static_cast<int>(devices.empty() ? ExitCode::kDevice : ExitCode::kOk);
 }
 
 int verify_all(const DevicesOptions& options) {
-    const auto limit = std::chrono::milliseconds(static_cast<std::int64_t>(options.limit_seconds * 1000));
+    const auto limit =
+        std::chrono::milliseconds(static_cast<std::int64_t>(options.limit_seconds * 1000));
     Json json{{"plugins", Json::array()}};
     std::string text;
     bool all_good = true, any_device = false;
@@ -77,7 +80,8 @@ int verify_all(const DevicesOptions& options) {
                                    {"good", result.is_good},
                                    {"error message", result.message},
                                    {"devices", result.devices}});
-        text += result.manifest + ": " + (result.is_good ? "good: " : "REFUSED: ") + result.message + "\n";
+        text += result.manifest + ": " + (result.is_good ? "good: " : "REFUSED: ") +
+                result.message + "\n";
     }
     if (json["plugins"].empty()) text += "no plugin was found\n";
     print(options.json ? json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n" : text);
@@ -88,22 +92,26 @@ int verify_all(const DevicesOptions& options) {
 
 CLI::App* add_devices_command(CLI::App& app, std::function<int()>& run) {
     auto options = std::make_shared<DevicesOptions>();
-    CLI::App* command = app.add_subcommand("devices", "Show what can compute, and why a plugin was refused");
-    command->add_flag(
-        "--verify", options->verify,
-        "Open each plugin in a process of its own and track one small frame on each of its devices");
-    command->add_option("--timeout", options->limit_seconds, "Seconds that --verify gives each plugin")
+    CLI::App* command =
+        app.add_subcommand("devices", "Show what can compute, and why a plugin was refused");
+    command->add_flag("--verify", options->verify,
+                      "Open each plugin in a process of its own and track one small frame on each "
+                      "of its devices");
+    command
+        ->add_option("--timeout", options->limit_seconds, "Seconds that --verify gives each plugin")
         ->type_name("S")
         ->check(CLI::Range(0.1, 3600.0))
         ->capture_default_str();
     command->add_flag("--json", options->json, "Print JSON");
     command->add_option("--probe", options->probe)->group("");
     command->footer(
-        "Plugins lie beside the library; folders in DEFREC_PLUGIN_PATH are searched before. Ids are what "
+        "Plugins lie beside the library; folders in DEFREC_PLUGIN_PATH are searched before. Ids "
+        "are what "
         "--device takes, the\n"
         "part before the colon is what --backend takes.\n"
         "\n"
-        "Exit code 5 when there is no device, or with --verify when a plugin is refused, crashes or hangs.");
+        "Exit code 5 when there is no device, or with --verify when a plugin is refused, crashes "
+        "or hangs.");
     command->callback([options, &run] {
         run = [options] {
             if (!options->probe.empty()) return run_probe(options->probe);

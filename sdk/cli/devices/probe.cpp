@@ -15,9 +15,9 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "sdk/cli/program/library.hpp"
 #include "sdk/cli/io/terminal.hpp"
 #include "sdk/cli/io/text.hpp"
+#include "sdk/cli/program/library.hpp"
 
 extern char** environ;  // NOLINT: POSIX asks the program to declare it
 
@@ -33,27 +33,30 @@ constexpr std::uint64_t kProbeLimitNs = 10'000'000'000;
 std::vector<std::string> manifests_in(const fs::path& folder) {
     std::vector<std::string> manifests;
     std::error_code error;
-    for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+         entry.increment(error)) {
         if (entry->path().extension() == ".json") manifests.push_back(entry->path().string());
     }
     std::sort(manifests.begin(), manifests.end());
     return manifests;
 }
 
-// One frame of noise, shifted by a few pixels between the views: enough to run every stage that a frame begins
-// with.
+// One frame of noise, shifted by a few pixels between the views: enough to run every stage that a
+// frame begins with.
 void track_noise(const Context& context, const Device& device) {
     StereoCalibration calibration;
     calibration.width = kProbeWidth;
     calibration.height = kProbeHeight;
-    calibration.left = {200, 200, kProbeWidth / 2.0, kProbeHeight / 2.0, {}, "the probe's camera", {}};
+    calibration.left = {200, 200, kProbeWidth / 2.0, kProbeHeight / 2.0, {}, "the probe's camera",
+                        {}};
     calibration.right = calibration.left;
     calibration.rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};
     calibration.translation = {-5, 0, 0};
     const Rig rig = make_rig(context, calibration);
 
     constexpr int kShift = 12;
-    std::vector<std::uint8_t> pixels(static_cast<std::size_t>(kProbeHeight) * (kProbeWidth + kShift));
+    std::vector<std::uint8_t> pixels(static_cast<std::size_t>(kProbeHeight) *
+                                     (kProbeWidth + kShift));
     std::uint32_t state = 1;
     for (std::uint8_t& pixel : pixels) {
         state = state * 1664525u + 1013904223u;
@@ -68,7 +71,8 @@ void track_noise(const Context& context, const Device& device) {
     desc.device_id = device.id.c_str();
     desc.format = DEFREC_FORMAT_GRAY8;
     defrec_tracker handle = nullptr;
-    require(defrec_tracker_create(context.get(), rig.get(), &desc, &handle), ExitCode::kDevice, device.id);
+    require(defrec_tracker_create(context.get(), rig.get(), &desc, &handle), ExitCode::kDevice,
+            device.id);
     const Tracker tracker(handle);
     const Job job = submit(tracker, frame);
     const defrec_status status = defrec_job_wait(job.get(), kProbeLimitNs);
@@ -86,7 +90,8 @@ struct ChildOutput {
 class Pipe {
   public:
     Pipe() {
-        if (::pipe2(ends_, O_CLOEXEC) != 0) throw CliError(ExitCode::kInternal, "no pipe can be opened.");
+        if (::pipe2(ends_, O_CLOEXEC) != 0)
+            throw CliError(ExitCode::kInternal, "no pipe can be opened.");
     }
     ~Pipe() {
         for (const int end : ends_) {
@@ -136,7 +141,8 @@ void read_until(int end, Clock::time_point deadline, std::string& text) {
 
 ChildOutput run_child(const std::vector<std::string>& arguments, std::chrono::milliseconds limit) {
     std::vector<char*> argv;
-    for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+    for (const std::string& argument : arguments)
+        argv.push_back(const_cast<char*>(argument.c_str()));
     argv.push_back(nullptr);
     Pipe pipe;
     posix_spawn_file_actions_t actions;
@@ -148,7 +154,8 @@ ChildOutput run_child(const std::vector<std::string>& arguments, std::chrono::mi
     const int failed = ::posix_spawn(&child, argv[0], &actions, nullptr, argv.data(), environ);
     posix_spawn_file_actions_destroy(&actions);
     if (failed != 0)
-        throw CliError(ExitCode::kInternal, arguments[0] + ": cannot be started again for the probe.");
+        throw CliError(ExitCode::kInternal,
+                       arguments[0] + ": cannot be started again for the probe.");
 
     pipe.close_write_end();
     const Clock::time_point deadline = Clock::now() + limit;
@@ -168,7 +175,8 @@ std::vector<std::string> find_manifests() {
         }
     }
     Dl_info info{};
-    if (::dladdr(reinterpret_cast<const void*>(&defrec_version), &info) != 0 && info.dli_fname != nullptr) {
+    if (::dladdr(reinterpret_cast<const void*>(&defrec_version), &info) != 0 &&
+        info.dli_fname != nullptr) {
         std::error_code error;
         folders.push_back(fs::canonical(info.dli_fname, error).parent_path());
     }
@@ -189,17 +197,17 @@ ProbeResult probe_in_child(const std::string& program, const std::string& manife
     result.manifest = manifest;
     const ChildOutput output = run_child({program, "devices", "--probe", manifest}, limit);
     if (output.timed_out) {
-        result.message =
-            "it did not answer within " + std::to_string(limit.count() / 1000) + " s and was ended.";
+        result.message = "it did not answer within " + std::to_string(limit.count() / 1000) +
+                         " s and was ended.";
     } else if (WIFSIGNALED(output.status)) {
         result.message = std::string("it crashed the process that opened it (") +
-                          ::strsignal(WTERMSIG(output.status)) + ").";
+                         ::strsignal(WTERMSIG(output.status)) + ").";
     } else {
         const auto json = nlohmann::json::parse(output.text, nullptr, false);
         if (!json.is_object() || !json.contains("good") || !json.contains("error message") ||
             !json.contains("devices")) {
             result.message = "it ended the process that opened it, with exit code " +
-                              std::to_string(WEXITSTATUS(output.status)) + ".";
+                             std::to_string(WEXITSTATUS(output.status)) + ".";
             return result;
         }
         result.is_good = json["good"].get<bool>();
@@ -226,7 +234,8 @@ int run_probe(const std::string& manifest) {
             if (device.has_every_stage()) track_noise(context, device);
         }
         if (is_good)
-            message = tried.empty() ? "it loads and has no device here." : "it loads and tracks a frame.";
+            message =
+                tried.empty() ? "it loads and has no device here." : "it loads and tracks a frame.";
     } catch (const CliError& error) {
         is_good = false;
         message = error.what();

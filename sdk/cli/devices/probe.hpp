@@ -1,5 +1,5 @@
-// `defrec devices --verify`: each plugin is opened in a process of its own, so that one that aborts or hangs
-// is reported instead of taking the program with it.
+// `defrec devices --verify`: each plugin is opened in a process of its own, so that one that aborts
+// or hangs is reported instead of taking the program with it.
 #pragma once
 
 #include <chrono>
@@ -11,7 +11,7 @@ namespace defrec::cli {
 struct ProbeResult {
     std::string manifest;
     bool is_good = false;
-    std::string message;              // what is wrong; when good, what was tried
+    std::string message;               // what is wrong; when good, what was tried
     std::vector<std::string> devices;  // ids
 };
 
@@ -22,8 +22,8 @@ std::vector<std::string> find_manifests();
 ProbeResult probe_in_child(const std::string& program, const std::string& manifest,
                            std::chrono::milliseconds limit);
 
-// The child's part: opens only this plugin, tracks one small frame on each of its devices and prints the
-// outcome as one line of JSON. Returns the exit code.
+// The child's part: opens only this plugin, tracks one small frame on each of its devices and
+// prints the outcome as one line of JSON. Returns the exit code.
 int run_probe(const std::string& manifest);
 
 }  // namespace defrec::cli

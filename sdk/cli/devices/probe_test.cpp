@@ -1,5 +1,5 @@
-// Row 37: a plugin that aborts or hangs when it is opened is reported. Scripts play the process that opens
-// it.
+// Row 37: a plugin that aborts or hangs when it is opened is reported. Scripts play the process
+// that opens it.
 #include "sdk/cli/devices/probe.hpp"
 
 #include <doctest/doctest.h>
@@ -38,8 +38,8 @@ TEST_CASE("row 37: a plugin that crashes, exits, hangs or talks is reported") {
     CHECK(probe_with("kill -ABRT $$").message.find("crashed") != std::string::npos);
     CHECK(probe_with("exit 3").message.find("exit code 3") != std::string::npos);
     CHECK(probe_with("echo nonsense").message.find("exit code 0") != std::string::npos);
-    CHECK(probe_with("exec sleep 100", std::chrono::milliseconds(300)).message.find("did not answer") !=
-          std::string::npos);
+    CHECK(probe_with("exec sleep 100", std::chrono::milliseconds(300))
+              .message.find("did not answer") != std::string::npos);
     CHECK(probe_with("exec yes", std::chrono::milliseconds(300)).is_good == false);
     CHECK_FALSE(probe_with("exec >&-; exec sleep 100", std::chrono::milliseconds(300)).is_good);
 }

@@ -12,10 +12,11 @@ void create_output_folder(const std::filesystem::path& path) {
     std::error_code error;
     std::filesystem::create_directories(path, error);
     if (error || !std::filesystem::is_directory(path)) {
-        throw CliError(ExitCode::kOutput, path.string() + ": the folder cannot be created" +
-                                              (error ? " (" + error.message() + ")"
-                                                     : std::string(" (a file of this name is there)")) +
-                                              "; choose another with --out.");
+        throw CliError(ExitCode::kOutput,
+                       path.string() + ": the folder cannot be created" +
+                           (error ? " (" + error.message() + ")"
+                                  : std::string(" (a file of this name is there)")) +
+                           "; choose another with --out.");
     }
 }
 
@@ -35,13 +36,15 @@ AtomicFile::~AtomicFile() {
 void AtomicFile::fail(const std::string& what) const {
     const std::string reason =
         errno != 0 ? " (" + std::generic_category().message(errno) + ")" : std::string();
-    throw CliError(ExitCode::kOutput, path_.string() + ": the file " + what + reason +
-                                          "; check the folder's permissions and the space on its disk.");
+    throw CliError(ExitCode::kOutput,
+                   path_.string() + ": the file " + what + reason +
+                       "; check the folder's permissions and the space on its disk.");
 }
 
 void AtomicFile::write(std::string_view bytes) {
     errno = 0;
-    if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size()) fail("cannot be written");
+    if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size())
+        fail("cannot be written");
 }
 
 void AtomicFile::commit() {

@@ -1,4 +1,5 @@
-// Files that appear whole or not at all: written under a temporary name in the same folder, then renamed.
+// Files that appear whole or not at all: written under a temporary name in the same folder, then
+// renamed.
 #pragma once
 
 #include <cstdio>
@@ -12,7 +13,8 @@ namespace defrec::cli {
 // Creates the folder and its parents. Throws CliError(kOutput).
 void create_output_folder(const std::filesystem::path& path);
 
-// Every failure (not writable, disk full) is a CliError(kOutput) that names the file. One thread at a time.
+// Every failure (not writable, disk full) is a CliError(kOutput) that names the file. One thread at
+// a time.
 class AtomicFile {
   public:
     explicit AtomicFile(const std::filesystem::path& path);

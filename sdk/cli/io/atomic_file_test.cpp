@@ -1,4 +1,5 @@
-// Row 72: a full disk and a folder that cannot be written end with exit code 7, and no half file is left.
+// Row 72: a full disk and a folder that cannot be written end with exit code 7, and no half file is
+// left.
 #include "sdk/cli/io/atomic_file.hpp"
 
 #include <doctest/doctest.h>
@@ -82,10 +83,12 @@ TEST_CASE("row 72: a full disk") {
 TEST_CASE("row 72: a folder that cannot be written or created") {
     const TestFolder folder;
     const std::string file = folder.write("file", "");
-    CHECK(output_failure([&] { write_atomically(file + "/a.csv", "x"); }).find("cannot be created") !=
-          std::string::npos);
+    CHECK(output_failure([&] {
+              write_atomically(file + "/a.csv", "x");
+          }).find("cannot be created") != std::string::npos);
     CHECK(output_failure([&] { create_output_folder(file); }).find("--out") != std::string::npos);
-    CHECK(output_failure([&] { create_output_folder(file + "/inner"); }).find("--out") != std::string::npos);
+    CHECK(output_failure([&] { create_output_folder(file + "/inner"); }).find("--out") !=
+          std::string::npos);
     std::filesystem::create_directory(folder / "taken.csv");
     CHECK(output_failure([&] { write_atomically(folder / "taken.csv", "x"); }).find("name") !=
           std::string::npos);

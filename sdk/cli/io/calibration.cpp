@@ -24,7 +24,9 @@ struct Shape {
     int rows, cols;
 };
 
-std::string shape_text(int rows, int cols) { return std::to_string(rows) + "x" + std::to_string(cols); }
+std::string shape_text(int rows, int cols) {
+    return std::to_string(rows) + "x" + std::to_string(cols);
+}
 
 const YamlEntry& require_entry(const YamlDocument& document, const std::string& key) {
     const YamlEntry* entry = document.root().find(key);
@@ -32,7 +34,8 @@ const YamlEntry& require_entry(const YamlDocument& document, const std::string& 
     return *entry;
 }
 
-const YamlEntry* find_either(const YamlDocument& document, const std::string& key, const std::string& alias) {
+const YamlEntry* find_either(const YamlDocument& document, const std::string& key,
+                             const std::string& alias) {
     const YamlEntry* first = document.root().find(key);
     const YamlEntry* second = document.root().find(alias);
     if (first != nullptr && second != nullptr) {
@@ -41,7 +44,8 @@ const YamlEntry* find_either(const YamlDocument& document, const std::string& ke
     return first != nullptr ? first : second;
 }
 
-// The shape that a `{rows, cols, dt, data}` map declares, checked before a number of its data is read.
+// The shape that a `{rows, cols, dt, data}` map declares, checked before a number of its data is
+// read.
 Shape declared_shape(const YamlDocument& document, const YamlEntry& entry) {
     document.require_known_keys(entry.value, {"rows", "cols", "dt", "data"}, entry.key + ".");
     const YamlEntry* rows = entry.value.find("rows");
@@ -59,9 +63,10 @@ Shape declared_shape(const YamlDocument& document, const YamlEntry& entry) {
             document.integer(cols->value, entry.key + ".cols", 0, kLargestSide)};
 }
 
-// The matrix under `entry`, as OpenCV's `{rows, cols, dt, data}` or as a plain list; one of `allowed` in
-// shape.
-Matrix read_matrix(const YamlDocument& document, const YamlEntry& entry, const std::vector<Shape>& allowed) {
+// The matrix under `entry`, as OpenCV's `{rows, cols, dt, data}` or as a plain list; one of
+// `allowed` in shape.
+Matrix read_matrix(const YamlDocument& document, const YamlEntry& entry,
+                   const std::vector<Shape>& allowed) {
     const YamlNode* data = &entry.value;
     Shape shape{0, 0};
     if (entry.value.kind == YamlNode::Kind::kMap) {
@@ -85,9 +90,11 @@ Matrix read_matrix(const YamlDocument& document, const YamlEntry& entry, const s
     });
     if (!is_allowed) {
         std::string wanted;
-        for (const Shape& s : allowed) wanted += (wanted.empty() ? "" : ", ") + shape_text(s.rows, s.cols);
-        document.fail(entry.line, entry.key,
-                      "the matrix is " + shape_text(shape.rows, shape.cols) + "; expected: " + wanted + ".");
+        for (const Shape& s : allowed)
+            wanted += (wanted.empty() ? "" : ", ") + shape_text(s.rows, s.cols);
+        document.fail(
+            entry.line, entry.key,
+            "the matrix is " + shape_text(shape.rows, shape.cols) + "; expected: " + wanted + ".");
     }
     if (count != shape.rows * shape.cols) {
         document.fail(data->line, entry.key,
@@ -95,7 +102,8 @@ Matrix read_matrix(const YamlDocument& document, const YamlEntry& entry, const s
                           std::to_string(shape.rows * shape.cols) + ".");
     }
     Matrix matrix{shape.rows, shape.cols, {}, {}};
-    for (const YamlNode& item : data->items) matrix.values.push_back(document.number(item, entry.key));
+    for (const YamlNode& item : data->items)
+        matrix.values.push_back(document.number(item, entry.key));
     matrix.origin = document.path() + ":" + std::to_string(entry.line) + ": " + entry.key;
     return matrix;
 }
@@ -115,10 +123,10 @@ Matrix read_distortion(const YamlDocument& document, const YamlEntry& entry) {
             return s.rows == shape.rows && s.cols == shape.cols;
         });
         if (!is_vector || !is_known) {
-            document.fail(
-                entry.line, entry.key,
-                "the distortion is " + shape_text(shape.rows, shape.cols) +
-                    "; OpenCV's models have 0, 4, 5, 8, 12 or 14 coefficients in one row or column.");
+            document.fail(entry.line, entry.key,
+                          "the distortion is " + shape_text(shape.rows, shape.cols) +
+                              "; OpenCV's models have 0, 4, 5, 8, 12 or 14 coefficients in one row "
+                              "or column.");
         }
     } else if (entry.value.kind == YamlNode::Kind::kSequence) {
         const std::size_t length = entry.value.items.size();
@@ -133,7 +141,8 @@ Matrix read_distortion(const YamlDocument& document, const YamlEntry& entry) {
     return read_matrix(document, entry, allowed);
 }
 
-void set_camera_matrix(const YamlDocument& document, const YamlEntry& entry, CameraCalibration& camera) {
+void set_camera_matrix(const YamlDocument& document, const YamlEntry& entry,
+                       CameraCalibration& camera) {
     const Matrix matrix = read_matrix(document, entry, {{3, 3}});
     const std::vector<double>& m = matrix.values;
     if (m[1] != 0 || m[3] != 0 || m[6] != 0 || m[7] != 0 || m[8] != 1) {
@@ -147,7 +156,8 @@ void set_camera_matrix(const YamlDocument& document, const YamlEntry& entry, Cam
     camera.matrix_origin = matrix.origin;
 }
 
-void set_distortion(const YamlDocument& document, const YamlEntry* entry, CameraCalibration& camera) {
+void set_distortion(const YamlDocument& document, const YamlEntry* entry,
+                    CameraCalibration& camera) {
     if (entry == nullptr) return;
     const Matrix matrix = read_distortion(document, *entry);
     camera.distortion = matrix.values;
@@ -195,9 +205,11 @@ StereoCalibration read_opencv(const YamlDocument& document) {
         set_distortion(document, document.root().find(distortion), *camera);
     }
     const Matrix rotation = read_matrix(document, require_entry(document, "R"), {{3, 3}});
-    const Matrix translation = read_matrix(document, require_entry(document, "T"), {{3, 1}, {1, 3}});
+    const Matrix translation =
+        read_matrix(document, require_entry(document, "T"), {{3, 1}, {1, 3}});
     std::copy(rotation.values.begin(), rotation.values.end(), calibration.rotation.begin());
-    std::copy(translation.values.begin(), translation.values.end(), calibration.translation.begin());
+    std::copy(translation.values.begin(), translation.values.end(),
+              calibration.translation.begin());
     calibration.rotation_origin = rotation.origin;
     calibration.translation_origin = translation.origin;
     set_size(document, calibration);
@@ -237,16 +249,17 @@ RosCamera read_ros_camera(const YamlDocument& document, CameraCalibration& camer
                                                     "binning_y",
                                                     "roi"};
     document.require_known_keys(document.root(), kKnown);
-    const auto find = [&](const std::string& name, const std::string& upper, const std::string& lower) {
+    const auto find = [&](const std::string& name, const std::string& upper,
+                          const std::string& lower) {
         const YamlEntry* entry = find_either(document, name, upper);
         return entry != nullptr ? entry : document.root().find(lower);
     };
     if (const YamlEntry* model = document.root().find("distortion_model")) {
         const std::string& name = model->value.scalar;
         if (name != "plumb_bob" && name != "rational_polynomial" && !name.empty()) {
-            document.fail(
-                model->line, "distortion_model",
-                "'" + name.substr(0, 40) + "' is not supported; plumb_bob and rational_polynomial are.");
+            document.fail(model->line, "distortion_model",
+                          "'" + name.substr(0, 40) +
+                              "' is not supported; plumb_bob and rational_polynomial are.");
         }
     }
     const YamlEntry* matrix = find("camera_matrix", "K", "k");
@@ -266,25 +279,30 @@ RosCamera read_ros_camera(const YamlDocument& document, CameraCalibration& camer
     return ros;
 }
 
-// camera_info has no R and T: each view's rectification takes it to a common camera, and P of the right view is
-// [f' 0 cx' -f' B; ...] (sensor_msgs/CameraInfo). Hence R = R2^T R1 and T = R2^T (-B, 0, 0).
+// camera_info has no R and T: each view's rectification takes it to a common camera, and P of the
+// right view is [f' 0 cx' -f' B; ...] (sensor_msgs/CameraInfo). Hence R = R2^T R1 and T = R2^T (-B,
+// 0, 0).
 StereoCalibration read_ros_pair(const YamlDocument& left_file, const YamlDocument& right_file) {
     StereoCalibration calibration;
     const RosCamera left = read_ros_camera(left_file, calibration.left);
     const RosCamera right = read_ros_camera(right_file, calibration.right);
     const std::vector<double>& p = right.projection.values;
     if (!(p[0] > 0) || !(p[5] > 0)) {
-        throw CliError(ExitCode::kCalibration,
-                       right.projection.origin + ": the focal lengths in P must be greater than 0.");
+        throw CliError(
+            ExitCode::kCalibration,
+            right.projection.origin + ": the focal lengths in P must be greater than 0.");
     }
     if (left.projection.values[3] != 0 && p[3] == 0) {
-        throw CliError(ExitCode::kCalibration,
-                       left.projection.origin +
-                           ": P of the left camera carries the baseline; give the files as left,right.");
+        throw CliError(
+            ExitCode::kCalibration,
+            left.projection.origin +
+                ": P of the left camera carries the baseline; give the files as left,right.");
     }
     const Eigen::Vector3d baseline(p[3] / p[0], p[7] / p[5], p[11]);
-    Eigen::Map<Rotation>(calibration.rotation.data()) = right.rectification.transpose() * left.rectification;
-    Eigen::Map<Eigen::Vector3d>(calibration.translation.data()) = right.rectification.transpose() * baseline;
+    Eigen::Map<Rotation>(calibration.rotation.data()) =
+        right.rectification.transpose() * left.rectification;
+    Eigen::Map<Eigen::Vector3d>(calibration.translation.data()) =
+        right.rectification.transpose() * baseline;
     calibration.rotation_origin =
         right.rectification_origin.empty() ? right.projection.origin : right.rectification_origin;
     calibration.translation_origin = right.projection.origin;

@@ -1,5 +1,5 @@
-// A stereo rig's calibration as users have it: OpenCV stereo YAML, or a pair of ROS camera_info files; read
-// strictly and checked before anything is computed from it.
+// A stereo rig's calibration as users have it: OpenCV stereo YAML, or a pair of ROS camera_info
+// files; read strictly and checked before anything is computed from it.
 #pragma once
 
 #include <array>
@@ -24,26 +24,28 @@ struct StereoCalibration {
     std::string size_origin, rotation_origin, translation_origin;
 };
 
-// The unit of T (OpenCV) or of P (ROS). kGuarded takes the format's own (mm for OpenCV, metres for ROS) and
-// refuses a baseline that only makes sense in the other.
+// The unit of T (OpenCV) or of P (ROS). kGuarded takes the format's own (mm for OpenCV, metres for
+// ROS) and refuses a baseline that only makes sense in the other.
 enum class LengthUnit { kGuarded, kMillimetre, kMetre };
 
-// `source`: an OpenCV stereo YAML file; `left.yaml,right.yaml`, two ROS camera_info files; or a folder that
-// holds left.yaml and right.yaml. Throws CliError(kCalibration) naming file, key and line.
-StereoCalibration load_calibration(const std::string& source, LengthUnit unit = LengthUnit::kGuarded);
+// `source`: an OpenCV stereo YAML file; `left.yaml,right.yaml`, two ROS camera_info files; or a
+// folder that holds left.yaml and right.yaml. Throws CliError(kCalibration) naming file, key and
+// line.
+StereoCalibration load_calibration(const std::string& source,
+                                   LengthUnit unit = LengthUnit::kGuarded);
 
-// Throws CliError(kCalibration) unless the calibration can belong to frames of this size; a calibration
-// without a size takes it. Called by load_calibration for the size that the file names.
+// Throws CliError(kCalibration) unless the calibration can belong to frames of this size; a
+// calibration without a size takes it. Called by load_calibration for the size that the file names.
 void fit_to_frames(StereoCalibration& calibration, int width, int height);
 
-// True when rows of the two images already correspond: R = 1, T = (-baseline, 0, 0), no distortion, equal
-// cameras but for the principal points' x.
+// True when rows of the two images already correspond: R = 1, T = (-baseline, 0, 0), no distortion,
+// equal cameras but for the principal points' x.
 bool is_rectified(const StereoCalibration& calibration);
 
 namespace detail {
 
-// The checks that need no image size; replaces the rotation by the nearest exact one and turns T into mm.
-// `files_unit` is the unit that the format prescribes. Throws CliError(kCalibration).
+// The checks that need no image size; replaces the rotation by the nearest exact one and turns T
+// into mm. `files_unit` is the unit that the format prescribes. Throws CliError(kCalibration).
 void check_and_normalise(StereoCalibration& calibration, LengthUnit unit, LengthUnit files_unit);
 
 }  // namespace detail

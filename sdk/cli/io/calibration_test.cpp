@@ -1,5 +1,5 @@
-// Rows 1-15 of the faults that the program answers: what is wrong with a calibration file, and what is said
-// about it.
+// Rows 1-15 of the faults that the program answers: what is wrong with a calibration file, and what
+// is said about it.
 #include "sdk/cli/io/calibration.hpp"
 
 #include <doctest/doctest.h>
@@ -81,7 +81,8 @@ StereoCalibration load_text(const std::string& text, LengthUnit unit = LengthUni
     return load_calibration(folder.write("calibration.yaml", text), unit);
 }
 
-#define CHECK_SAYS(message, part) CHECK_MESSAGE((message).find(part) != std::string::npos, (message))
+#define CHECK_SAYS(message, part) \
+    CHECK_MESSAGE((message).find(part) != std::string::npos, (message))
 
 void check_good(const StereoCalibration& calibration) {
     CHECK(calibration.width == 640);
@@ -117,14 +118,16 @@ TEST_CASE("row 1: NaN and Inf are refused with file, key and line") {
 
 TEST_CASE("row 2: focal lengths that are not positive and a centre far outside are refused") {
     CHECK_SAYS(refusal_of_text(with(kGood, "701.5", "0")), "M1: fx = 0.000");
-    CHECK_SAYS(refusal_of_text(with(kGood, "704.5", "-704.5")), "M2: fx = 703.500 and fy = -704.500");
+    CHECK_SAYS(refusal_of_text(with(kGood, "704.5", "-704.5")),
+               "M2: fx = 703.500 and fy = -704.500");
     CHECK_SAYS(refusal_of_text(with(kGood, "320.25", "5000")),
                "calibration.yaml:5: M1: the centre 5000.0,240.8");
     CHECK_SAYS(refusal_of_text(with(kGood, "0., 702.5", "0.5, 702.5")), "skew");
 }
 
 TEST_CASE("row 3: a zero or tiny baseline is refused") {
-    CHECK_SAYS(refusal_of_text(with(kGood, kT, "0, 0, 0")), "calibration.yaml:30: T: the baseline is zero");
+    CHECK_SAYS(refusal_of_text(with(kGood, kT, "0, 0, 0")),
+               "calibration.yaml:30: T: the baseline is zero");
     CHECK_SAYS(refusal_of_text(with(kGood, kT, "-0.02, 0, 0"), LengthUnit::kMillimetre),
                "outside 0.1..1000 mm");
     CHECK_SAYS(refusal_of_text(with(kGood, kT, "-2000, 0, 0")), "outside 0.1..1000 mm");
@@ -145,14 +148,15 @@ TEST_CASE("row 5: views swapped in the calibration are refused with the hint") {
 }
 
 TEST_CASE("row 7: an R that is no rotation is refused with the residual") {
-    CHECK_SAYS(refusal_of_text(with(kGood, kR, "1.1, 0., 0., 0., 1., 0., 0., 0., 1. ]\nT")), "0.210000");
+    CHECK_SAYS(refusal_of_text(with(kGood, kR, "1.1, 0., 0., 0., 1., 0., 0., 0., 1. ]\nT")),
+               "0.210000");
     CHECK_SAYS(refusal_of_text(with(kGood, kR, "-1., 0., 0., 0., 1., 0., 0., 0., 1. ]\nT")),
                "not a rotation");
     CHECK_SAYS(refusal_of_text(with(kGood, kR, "0., 0., 0., 0., 0., 0., 0., 0., 0. ]\nT")),
                "calibration.yaml:25: R");
     // Six digits are enough to be taken for a rotation, and are made one.
-    const StereoCalibration rounded =
-        load_text(with(kGood, kR, "0.999950, -0.010000, 0., 0.010000, 0.999950, 0., 0., 0., 1. ]\nT"));
+    const StereoCalibration rounded = load_text(
+        with(kGood, kR, "0.999950, -0.010000, 0., 0.010000, 0.999950, 0., 0., 0., 1. ]\nT"));
     const auto& r = rounded.rotation;
     CHECK(std::abs(r[0] * r[0] + r[3] * r[3] + r[6] * r[6] - 1) < 1e-14);
 }
@@ -163,11 +167,12 @@ TEST_CASE("row 8: vertical and forward baselines are unsupported") {
 }
 
 TEST_CASE("row 9: distortion of a wrong length or not monotone is refused") {
-    const std::string three =
-        with(kGood, "cols: 5\n   dt: d\n   data: [ " + kD1, "cols: 3\n   dt: d\n   data: [ 1, 2, 3");
+    const std::string three = with(kGood, "cols: 5\n   dt: d\n   data: [ " + kD1,
+                                   "cols: 3\n   dt: d\n   data: [ 1, 2, 3");
     CHECK_SAYS(refusal_of_text(three), "calibration.yaml:10: D1");
     CHECK_SAYS(refusal_of_text(three), "0, 4, 5, 8, 12 or 14");
-    CHECK_SAYS(refusal_of_text(with(kGood, kD1, "-2.5, 0, 0, 0, 0")), "D1: the distortion folds back");
+    CHECK_SAYS(refusal_of_text(with(kGood, kD1, "-2.5, 0, 0, 0, 0")),
+               "D1: the distortion folds back");
     CHECK_SAYS(refusal_of_text(with(kGood, kD1, "0, 0, 0, 9, 0")), "D1: the distortion folds back");
     for (const int length : {4, 8, 12, 14}) {
         std::string zeros = "-0.1";
@@ -214,7 +219,8 @@ TEST_CASE("row 11: a locale with a decimal comma changes nothing") {
 }
 
 TEST_CASE("row 12: deep, aliased and huge files are refused before they cost anything") {
-    CHECK_SAYS(refusal_of_text("M1: " + std::string(50000, '[') + std::string(50000, ']')), "16 levels");
+    CHECK_SAYS(refusal_of_text("M1: " + std::string(50000, '[') + std::string(50000, ']')),
+               "16 levels");
     std::string map = "a: 1\n";
     for (int i = 0; i < 40; ++i) {
         map.pop_back();
@@ -237,12 +243,14 @@ TEST_CASE("row 13: a duplicate key is refused, and an unknown one names the near
     CHECK_SAYS(refusal_of_text(with(kGood, "image_width", "image_widht")),
                "the nearest that is: image_width");
     CHECK_SAYS(refusal_of_text(with(kGood, "M1:", "m1:")), "calibration.yaml:5: m1");
-    CHECK_SAYS(refusal_of_text(with(kGood, "M1: !!opencv-matrix\n   rows", "M1: !!opencv-matrix\n   row")),
-               "M1.row: this key is not known; the nearest that is: rows");
+    CHECK_SAYS(
+        refusal_of_text(with(kGood, "M1: !!opencv-matrix\n   rows", "M1: !!opencv-matrix\n   row")),
+        "M1.row: this key is not known; the nearest that is: rows");
     CHECK_SAYS(refusal_of_text(with(kGood, "M1:", "K1: 1\nM1:")), "keep one of the two");
 }
 
-TEST_CASE("row 14: empty and binary files are refused; a byte order mark and CR LF change nothing") {
+TEST_CASE(
+    "row 14: empty and binary files are refused; a byte order mark and CR LF change nothing") {
     CHECK_SAYS(refusal_of_text(""), "empty");
     CHECK_SAYS(refusal_of_text("# nothing\n"), "empty");
     CHECK_SAYS(refusal_of_text(std::string("M1: \0\1\2", 7)), "binary");
@@ -261,27 +269,30 @@ TEST_CASE("row 14: empty and binary files are refused; a byte order mark and CR 
 TEST_CASE("row 15: a wrong matrix size is refused, whatever it claims") {
     const std::string huge = with(kGood, "M1: !!opencv-matrix\n   rows: 3\n   cols: 3",
                                   "M1: !!opencv-matrix\n   rows: 30000\n   cols: 30000");
-    CHECK_SAYS(refusal_of_text(huge), "calibration.yaml:5: M1: the matrix is 30000x30000; expected: 3x3");
+    CHECK_SAYS(refusal_of_text(huge),
+               "calibration.yaml:5: M1: the matrix is 30000x30000; expected: 3x3");
     const std::string beyond =
         with(kGood, "M1: !!opencv-matrix\n   rows: 3", "M1: !!opencv-matrix\n   rows: 3000000000");
     CHECK_SAYS(refusal_of_text(beyond), "M1.rows");
     CHECK_SAYS(refusal_of_text(with(kGood, kM1, "1, 2, 3")), "data holds 3 numbers");
-    CHECK_SAYS(
-        refusal_of_text(with(kGood, "M1: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d",
-                             "M1: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: " + std::string(300, 'd'))),
-        "M1.dt");
-    CHECK_SAYS(
-        refusal_of_text(with(kGood,
-                             "R: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ 1., 0., 0., "
-                             "0., 1., 0., 0., 0., 1. ]",
-                             "R: !!opencv-matrix\n   rows: 3\n   cols: 1\n   dt: d\n   data: [ 0, 0, 0 ]")),
-        "R: the matrix is 3x1; expected: 3x3");
+    CHECK_SAYS(refusal_of_text(with(
+                   kGood, "M1: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d",
+                   "M1: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: " + std::string(300, 'd'))),
+               "M1.dt");
+    CHECK_SAYS(refusal_of_text(with(
+                   kGood,
+                   "R: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ 1., 0., 0., "
+                   "0., 1., 0., 0., 0., 1. ]",
+                   "R: !!opencv-matrix\n   rows: 3\n   cols: 1\n   dt: d\n   data: [ 0, 0, 0 ]")),
+               "R: the matrix is 3x1; expected: 3x3");
 }
 
-TEST_CASE("a pair of ROS camera_info files gives the same rig; P of the right camera is in metres") {
+TEST_CASE(
+    "a pair of ROS camera_info files gives the same rig; P of the right camera is in metres") {
     const auto camera = [](const char* name, double p3) {
         return "image_width: 640\nimage_height: 480\ncamera_name: " + std::string(name) +
-               "\ncamera_matrix:\n  rows: 3\n  cols: 3\n  data: [700, 0, 320, 0, 700, 240, 0, 0, 1]\n"
+               "\ncamera_matrix:\n  rows: 3\n  cols: 3\n  data: [700, 0, 320, 0, 700, 240, 0, 0, "
+               "1]\n"
                "distortion_model: plumb_bob\n"
                "distortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [-0.1, 0, 0, 0, 0]\n"
                "rectification_matrix:\n  rows: 3\n  cols: 3\n  data: [1, 0, 0, 0, 1, 0, 0, 0, 1]\n"
@@ -323,23 +334,26 @@ TEST_CASE("rows 1-15: truncated and damaged files never crash, and what is accep
             CHECK(error.code() == ExitCode::kCalibration);
         }
     };
-    for (std::size_t length = 0; length < kGood.size(); length += 7) survives(kGood.substr(0, length));
+    for (std::size_t length = 0; length < kGood.size(); length += 7)
+        survives(kGood.substr(0, length));
     const std::string marks = "[]{}:,-?*&!|>'\"%@#\n\t 0.eE+";
     for (int i = 0; i < 1000; ++i) {
         std::string text = kGood;
         for (int flips = 1 + static_cast<int>(random() % 4); flips > 0; --flips) {
             char& target = text[random() % text.size()];
-            target = random() % 2 ? static_cast<char>(random() % 256) : marks[random() % marks.size()];
+            target =
+                random() % 2 ? static_cast<char>(random() % 256) : marks[random() % marks.size()];
         }
         survives(text);
     }
     CHECK(accepted > 0);
 }
 
-TEST_CASE("the shared calibrations load" * doctest::skip(!std::filesystem::exists(DEFREC_SHARED_DATA_DIR))) {
+TEST_CASE("the shared calibrations load" *
+          doctest::skip(!std::filesystem::exists(DEFREC_SHARED_DATA_DIR))) {
     for (const char* name : {"rendered_a", "rendered_b", "invivo1", "heart_phantom_f7"}) {
-        const StereoCalibration calibration =
-            load_calibration(std::string(DEFREC_SHARED_DATA_DIR) + "/" + name + "/calibration.yaml");
+        const StereoCalibration calibration = load_calibration(std::string(DEFREC_SHARED_DATA_DIR) +
+                                                               "/" + name + "/calibration.yaml");
         CHECK(calibration.translation[0] < 0);
         CHECK(is_rectified(calibration) == (std::string(name) != "heart_phantom_f7"));
     }

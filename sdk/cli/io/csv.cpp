@@ -15,7 +15,9 @@ constexpr std::size_t kLargestFile = 2'000'000'000;
 }  // namespace
 
 CsvReader::CsvReader(const std::filesystem::path& path, const std::vector<std::string>& columns)
-    : path_(path.string()), text_(read_text_file(path, kLargestFile, ExitCode::kInput)), columns_(columns) {
+    : path_(path.string()),
+      text_(read_text_file(path, kLargestFile, ExitCode::kInput)),
+      columns_(columns) {
     if (text_.empty()) {
         line_ = 1;
         fail("the file is empty; a header line was expected.");

@@ -1,4 +1,5 @@
-// Comma-separated files with a header line: columns by name, numbers independent of the locale, no quoting.
+// Comma-separated files with a header line: columns by name, numbers independent of the locale, no
+// quoting.
 #pragma once
 
 #include <cstdint>

@@ -18,11 +18,12 @@ enum class ExitCode : int {
     kInterrupted = 130,
 };
 
-// Ends the program with `code`; what() is one error message that says what was given, what was expected and,
-// where there is one, what to do about it.
+// Ends the program with `code`; what() is one error message that says what was given, what was
+// expected and, where there is one, what to do about it.
 class CliError : public std::runtime_error {
   public:
-    CliError(ExitCode code, const std::string& message) : std::runtime_error(message), code_(code) {}
+    CliError(ExitCode code, const std::string& message)
+        : std::runtime_error(message), code_(code) {}
     ExitCode code() const noexcept { return code_; }
 
   private:

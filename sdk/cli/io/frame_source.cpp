@@ -34,7 +34,8 @@ std::string digits_of(const std::filesystem::path& file) {
     return digits;
 }
 
-// Files are paired by their place in the order; a file lost on one side would pair all that follow wrongly.
+// Files are paired by their place in the order; a file lost on one side would pair all that follow
+// wrongly.
 void require_pairs(const ImageStream& left, const ImageStream& right) {
     const auto& a = left.files();
     const auto& b = right.files();
@@ -44,13 +45,15 @@ void require_pairs(const ImageStream& left, const ImageStream& right) {
         if (digits_of(a[i]) == digits_of(b[i])) continue;
         // Two cameras may count from different starts; then no name agrees.
         if (i == 0) break;
-        throw CliError(ExitCode::kInput, a[i].string() + " would be paired with " + b[i].string() +
-                                             ": an image is missing on one side. Remove its partner.");
+        throw CliError(ExitCode::kInput,
+                       a[i].string() + " would be paired with " + b[i].string() +
+                           ": an image is missing on one side. Remove its partner.");
     }
     if (a.size() != b.size()) {
-        throw CliError(ExitCode::kInput, "there are " + std::to_string(a.size()) + " images on the left (" +
-                                             left.source() + ") and " + std::to_string(b.size()) +
-                                             " on the right (" + right.source() + "); they must pair up.");
+        throw CliError(ExitCode::kInput, "there are " + std::to_string(a.size()) +
+                                             " images on the left (" + left.source() + ") and " +
+                                             std::to_string(b.size()) + " on the right (" +
+                                             right.source() + "); they must pair up.");
     }
 }
 
@@ -61,9 +64,10 @@ FrameRange parse_frame_range(const std::string& text) {
     const auto bound = [&](std::string_view part) {
         const std::optional<std::int64_t> value = parse_integer(part);
         if (!value || *value < 0 || *value > kMaxFrames) {
-            throw CliError(ExitCode::kUsage, "--frames: '" + text +
-                                                 "' is not of the form A:B, A: or :B (frames A to B-1, "
-                                                 "counted from 0).");
+            throw CliError(ExitCode::kUsage,
+                           "--frames: '" + text +
+                               "' is not of the form A:B, A: or :B (frames A to B-1, "
+                               "counted from 0).");
         }
         return *value;
     };
@@ -99,13 +103,15 @@ struct FrameSource::Impl {
             if (!left->skip() || (right && !right->skip())) {
                 throw CliError(ExitCode::kInput, left->source() + ": --frames begins at frame " +
                                                      std::to_string(options.range.first) +
-                                                     " but there are only " + std::to_string(position) + ".");
+                                                     " but there are only " +
+                                                     std::to_string(position) + ".");
             }
         }
         Pair pair;
         if (!read_pair(pair)) {
-            throw CliError(ExitCode::kInput,
-                           fault.empty() ? left->source() + ": not one frame could be read." : fault);
+            throw CliError(ExitCode::kInput, fault.empty()
+                                                 ? left->source() + ": not one frame could be read."
+                                                 : fault);
         }
         if (pair.left.size() != pair.right.size()) {
             throw CliError(ExitCode::kInput, "the left image is " + size_text(pair.left) +
@@ -127,8 +133,8 @@ struct FrameSource::Impl {
         if (has_left && has_right) return true;
         fault = !left->fault().empty() ? left->fault() : right->fault();
         if (fault.empty() && has_left != has_right) {
-            fault = (has_left ? right : left)->source() + ": it ends after " + std::to_string(position) +
-                    " frames, but the other view goes on.";
+            fault = (has_left ? right : left)->source() + ": it ends after " +
+                    std::to_string(position) + " frames, but the other view goes on.";
         }
         return false;
     }
@@ -137,11 +143,13 @@ struct FrameSource::Impl {
         const cv::Mat both = pair.left;
         const bool is_wide = options.layout == Layout::kSideBySide;
         if ((is_wide ? both.cols : both.rows) % 2 != 0) {
-            fault = left->source() + ": an image of " + size_text(both) + " cannot be cut into two halves" +
+            fault = left->source() + ": an image of " + size_text(both) +
+                    " cannot be cut into two halves" +
                     (is_wide ? " side by side." : " one above the other.");
             return false;
         }
-        const int width = is_wide ? both.cols / 2 : both.cols, height = is_wide ? both.rows : both.rows / 2;
+        const int width = is_wide ? both.cols / 2 : both.cols,
+                  height = is_wide ? both.rows : both.rows / 2;
         pair.left = both(cv::Rect(0, 0, width, height));
         pair.right = both(cv::Rect(both.cols - width, both.rows - height, width, height));
         return true;
@@ -184,7 +192,8 @@ std::optional<std::int64_t> FrameSource::expected() const {
     std::optional<std::int64_t> end = impl_->left->claimed();
     if (impl_->right && impl_->right->claimed())
         end = std::min(end.value_or(kMaxFrames), *impl_->right->claimed());
-    if (impl_->options.range.last) end = std::min(end.value_or(kMaxFrames), *impl_->options.range.last);
+    if (impl_->options.range.last)
+        end = std::min(end.value_or(kMaxFrames), *impl_->options.range.last);
     if (!end) return std::nullopt;
     return std::max<std::int64_t>(0, *end - impl_->options.range.first);
 }

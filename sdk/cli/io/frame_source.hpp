@@ -1,4 +1,5 @@
-// Pairs of left and right images, from two sources or from one that carries both, with their number and time.
+// Pairs of left and right images, from two sources or from one that carries both, with their number
+// and time.
 #pragma once
 
 #include <cstddef>
@@ -44,7 +45,8 @@ struct SourceOptions {
 // One thread at a time.
 class FrameSource {
   public:
-    // Throws CliError(kInput) when nothing can be read, or when image files of left and right do not pair up.
+    // Throws CliError(kInput) when nothing can be read, or when image files of left and right do
+    // not pair up.
     explicit FrameSource(const SourceOptions& options);
     ~FrameSource();
     FrameSource(const FrameSource&) = delete;
@@ -57,8 +59,8 @@ class FrameSource {
     // How many frames next() should deliver by what the source claims.
     std::optional<std::int64_t> expected() const;
 
-    // False at the end and at the first frame that cannot be used; fault() then says why, and is empty at a
-    // regular end. Frames delivered before stay valid.
+    // False at the end and at the first frame that cannot be used; fault() then says why, and is
+    // empty at a regular end. Frames delivered before stay valid.
     bool next(StereoFrame& frame);
     const std::string& fault() const;
 

@@ -16,14 +16,16 @@ using namespace defrec::cli;
 
 namespace {
 
-#define CHECK_SAYS(message, part) CHECK_MESSAGE((message).find(part) != std::string::npos, (message))
+#define CHECK_SAYS(message, part) \
+    CHECK_MESSAGE((message).find(part) != std::string::npos, (message))
 
 cv::Mat image_of(int value, cv::Size size = {96, 64}) {
     return cv::Mat(size, CV_8UC3, cv::Scalar::all(value));
 }
 
 // folder/name_0.png and so on, each of one gray value: base, base + 1, ...
-std::string write_images(const std::string& folder, int count, int base, const std::string& prefix = "") {
+std::string write_images(const std::string& folder, int count, int base,
+                         const std::string& prefix = "") {
     std::filesystem::create_directories(folder);
     for (int i = 0; i < count; ++i) {
         cv::imwrite(folder + "/" + prefix + std::to_string(i) + ".png", image_of(base + i));
@@ -32,7 +34,8 @@ std::string write_images(const std::string& folder, int count, int base, const s
 }
 
 std::string write_video(const std::string& path, int count, cv::Size size = {96, 64}) {
-    cv::VideoWriter writer(path, cv::CAP_FFMPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 25, size);
+    cv::VideoWriter writer(path, cv::CAP_FFMPEG, cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 25,
+                           size);
     REQUIRE(writer.isOpened());
     for (int i = 0; i < count; ++i) writer.write(image_of(4 * i, size));
     return path;
@@ -90,7 +93,8 @@ TEST_CASE("folders are read in the order people count in, patterns in the order 
     const TestFolder folder;
     const std::string left = write_images(folder / "left", 12, 10, "f_");
     const std::string right = write_images(folder / "right", 12, 100, "f_");
-    for (const SourceOptions& options : {two(left, right), two(left + "/f_%d.png", right + "/f_%d.png")}) {
+    for (const SourceOptions& options :
+         {two(left, right), two(left + "/f_%d.png", right + "/f_%d.png")}) {
         const Outcome outcome = read_all(options);
         CHECK(outcome.left == std::vector<int>{10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21});
         CHECK(outcome.right.back() == 111);
@@ -101,7 +105,8 @@ TEST_CASE("folders are read in the order people count in, patterns in the order 
 
 TEST_CASE("--frames A:B keeps the frame's own number") {
     const TestFolder folder;
-    SourceOptions options = two(write_images(folder / "l", 6, 10), write_images(folder / "r", 6, 50));
+    SourceOptions options =
+        two(write_images(folder / "l", 6, 10), write_images(folder / "r", 6, 50));
     options.range = parse_frame_range("2:4");
     CHECK(FrameSource(options).expected() == 2);
     CHECK(read_all(options).indices == std::vector<std::int64_t>{2, 3});
@@ -137,7 +142,8 @@ TEST_CASE("one source may carry both views") {
 
 TEST_CASE("gray and colour images of one pair are made alike") {
     const TestFolder folder;
-    const SourceOptions options = two(write_images(folder / "l", 1, 10), write_images(folder / "r", 1, 50));
+    const SourceOptions options =
+        two(write_images(folder / "l", 1, 10), write_images(folder / "r", 1, 50));
     cv::imwrite(folder / "l/0.png", cv::Mat(64, 96, CV_8UC1, cv::Scalar(10)));
     StereoFrame frame;
     REQUIRE(FrameSource(options).next(frame));
@@ -149,7 +155,8 @@ TEST_CASE("gray and colour images of one pair are made alike") {
 
 TEST_CASE("row 51: images that do not pair up are refused before anything is tracked") {
     const TestFolder folder;
-    const SourceOptions options = two(write_images(folder / "l", 6, 10), write_images(folder / "r", 6, 50));
+    const SourceOptions options =
+        two(write_images(folder / "l", 6, 10), write_images(folder / "r", 6, 50));
     std::filesystem::remove(folder / "r/5.png");
     CHECK_SAYS(refusal(options), "6 images on the left");
     std::filesystem::remove(folder / "l/3.png");
@@ -159,7 +166,8 @@ TEST_CASE("row 51: images that do not pair up are refused before anything is tra
 
 TEST_CASE("row 56: a size that changes ends the sequence with an error message") {
     const TestFolder folder;
-    const SourceOptions options = two(write_images(folder / "l", 4, 10), write_images(folder / "r", 4, 50));
+    const SourceOptions options =
+        two(write_images(folder / "l", 4, 10), write_images(folder / "r", 4, 50));
     cv::imwrite(folder / "r/2.png", image_of(52, {100, 64}));
     const Outcome outcome = read_all(options);
     CHECK(outcome.indices.size() == 2);
@@ -170,7 +178,8 @@ TEST_CASE("row 56: a size that changes ends the sequence with an error message")
 
 TEST_CASE("row 71: damaged images end the sequence after those that could be read") {
     const TestFolder folder;
-    const SourceOptions options = two(write_images(folder / "l", 4, 10), write_images(folder / "r", 4, 50));
+    const SourceOptions options =
+        two(write_images(folder / "l", 4, 10), write_images(folder / "r", 4, 50));
     folder.write("l/2.png", TestFolder::read(folder / "l/2.png").substr(0, 60));
     const Outcome outcome = read_all(options);
     CHECK(outcome.indices.size() == 2);

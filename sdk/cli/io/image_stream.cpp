@@ -27,14 +27,15 @@ bool is_image_name(const fs::path& path) {
     static const std::vector<std::string> kExtensions = {".png",  ".jpg", ".jpeg", ".bmp", ".tif",
                                                          ".tiff", ".pgm", ".ppm",  ".pnm", ".webp"};
     std::string extension = path.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+    std::transform(extension.begin(), extension.end(), extension.begin(), [](char c) {
+        return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    });
     return path.filename().string().front() != '.' &&
            std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end();
 }
 
-// Of a cut file libjpeg fills the rest with gray and says nothing; libpng complains on the standard error
-// output.
+// Of a cut file libjpeg fills the rest with gray and says nothing; libpng complains on the standard
+// error output.
 bool is_cut(const std::vector<unsigned char>& bytes) {
     constexpr std::size_t kTail = 65536;
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
@@ -50,12 +51,15 @@ cv::Mat decode_file(const fs::path& path) {
     const std::uintmax_t size = fs::file_size(path, error);
     if (error || size == 0 || size > kLargestImageFile) return {};
     std::vector<unsigned char> bytes(size);
-    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
+                                                               &std::fclose);
     if (!file || std::fread(bytes.data(), 1, bytes.size(), file.get()) != bytes.size()) return {};
     if (is_cut(bytes)) return {};
     try {
         cv::Mat image = cv::imdecode(bytes, cv::IMREAD_ANYCOLOR | cv::IMREAD_IGNORE_ORIENTATION);
-        return image.depth() == CV_8U && (image.channels() == 1 || image.channels() == 3) ? image : cv::Mat();
+        return image.depth() == CV_8U && (image.channels() == 1 || image.channels() == 3)
+                   ? image
+                   : cv::Mat();
     } catch (const cv::Exception&) {
         return {};
     }
@@ -103,7 +107,8 @@ class VideoStream : public ImageStream {
         }
         if (!is_open_) {
             fail(source_ +
-                 ": this is not a video that can be opened (a recording that was cut off while it was being "
+                 ": this is not a video that can be opened (a recording that was cut off while it "
+                 "was being "
                  "written "
                  "cannot be); a video file, a folder of images or a %06d pattern was expected.");
         }
@@ -152,8 +157,9 @@ class VideoStream : public ImageStream {
     void end() {
         is_open_ = false;
         if (claimed_ && delivered_ + kCountTolerance < *claimed_) {
-            fault_ = source_ + ": the video claims " + std::to_string(*claimed_) + " frames but only " +
-                     std::to_string(delivered_) + " could be read; it is cut short or damaged.";
+            fault_ = source_ + ": the video claims " + std::to_string(*claimed_) +
+                     " frames but only " + std::to_string(delivered_) +
+                     " could be read; it is cut short or damaged.";
         }
     }
 
@@ -166,8 +172,10 @@ class VideoStream : public ImageStream {
 std::vector<fs::path> images_in(const fs::path& folder) {
     std::vector<fs::path> files;
     std::error_code error;
-    for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
-        if (entry->is_regular_file() && is_image_name(entry->path())) files.push_back(entry->path());
+    for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+         entry.increment(error)) {
+        if (entry->is_regular_file() && is_image_name(entry->path()))
+            files.push_back(entry->path());
     }
     if (error) fail(folder.string() + ": the folder cannot be read (" + error.message() + ").");
     std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
@@ -189,37 +197,42 @@ std::optional<Pattern> parse_pattern(const std::string& name) {
     std::size_t end = percent + 1;
     while (end < name.size() && is_digit(name[end])) ++end;
     if (end >= name.size() || name[end] != 'd' || end - percent > 3) return std::nullopt;
-    const std::int64_t digits = parse_integer(name.substr(percent + 1, end - percent - 1)).value_or(1);
+    const std::int64_t digits =
+        parse_integer(name.substr(percent + 1, end - percent - 1)).value_or(1);
     return Pattern{name.substr(0, percent), name.substr(end + 1), static_cast<std::size_t>(digits)};
 }
 
-// The existing files of the pattern, from the lowest number on; a number that is missing in between is an
-// error, because from there on left and right could be paired wrongly.
+// The existing files of the pattern, from the lowest number on; a number that is missing in between
+// is an error, because from there on left and right could be paired wrongly.
 std::vector<fs::path> files_of_pattern(const std::string& source, const fs::path& folder,
                                        const Pattern& pattern) {
     std::vector<std::pair<std::int64_t, fs::path>> numbered;
     std::error_code error;
-    for (fs::directory_iterator entry(folder.empty() ? "." : folder, error), end; !error && entry != end;
-         entry.increment(error)) {
+    for (fs::directory_iterator entry(folder.empty() ? "." : folder, error), end;
+         !error && entry != end; entry.increment(error)) {
         const std::string name = entry->path().filename().string();
         if (name.size() < pattern.prefix.size() + pattern.suffix.size() ||
             !name.starts_with(pattern.prefix) || !name.ends_with(pattern.suffix)) {
             continue;
         }
-        const std::string digits =
-            name.substr(pattern.prefix.size(), name.size() - pattern.prefix.size() - pattern.suffix.size());
-        if (digits.size() < pattern.digits || !std::all_of(digits.begin(), digits.end(), is_digit)) continue;
+        const std::string digits = name.substr(
+            pattern.prefix.size(), name.size() - pattern.prefix.size() - pattern.suffix.size());
+        if (digits.size() < pattern.digits || !std::all_of(digits.begin(), digits.end(), is_digit))
+            continue;
         if (digits.size() > pattern.digits && digits.front() == '0') continue;
-        if (const auto number = parse_integer(digits)) numbered.emplace_back(*number, entry->path());
+        if (const auto number = parse_integer(digits))
+            numbered.emplace_back(*number, entry->path());
     }
     if (error || numbered.empty()) fail(source + ": no file matches this pattern.");
     std::sort(numbered.begin(), numbered.end());
     std::vector<fs::path> files;
     for (const auto& [number, path] : numbered) {
-        const std::int64_t expected = numbered.front().first + static_cast<std::int64_t>(files.size());
+        const std::int64_t expected =
+            numbered.front().first + static_cast<std::int64_t>(files.size());
         if (number != expected) {
-            fail(source + ": number " + std::to_string(expected) + " is missing; the next file is " +
-                 path.filename().string() + ". Renumber the files or give the folder instead.");
+            fail(source + ": number " + std::to_string(expected) +
+                 " is missing; the next file is " + path.filename().string() +
+                 ". Renumber the files or give the folder instead.");
         }
         files.push_back(path);
     }
@@ -232,7 +245,8 @@ bool precedes_by_name(const std::string& a, const std::string& b) {
     std::size_t i = 0, j = 0;
     while (i < a.size() && j < b.size()) {
         if (!is_digit(a[i]) || !is_digit(b[j])) {
-            if (a[i] != b[j]) return static_cast<unsigned char>(a[i]) < static_cast<unsigned char>(b[j]);
+            if (a[i] != b[j])
+                return static_cast<unsigned char>(a[i]) < static_cast<unsigned char>(b[j]);
             ++i;
             ++j;
             continue;
@@ -260,7 +274,8 @@ std::unique_ptr<ImageStream> ImageStream::open(const std::string& source) {
     if (fs::exists(status)) fail(source + ": this is neither a file nor a folder.");
     const fs::path path(source);
     if (const std::optional<Pattern> pattern = parse_pattern(path.filename().string())) {
-        return std::make_unique<FileStream>(source, files_of_pattern(source, path.parent_path(), *pattern));
+        return std::make_unique<FileStream>(source,
+                                            files_of_pattern(source, path.parent_path(), *pattern));
     }
     fail(source + ": there is no such file or folder.");
 }

@@ -1,5 +1,5 @@
-// The images of one view, one after the other: from a video file, a folder in name order, or a numbered
-// pattern.
+// The images of one view, one after the other: from a video file, a folder in name order, or a
+// numbered pattern.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +18,8 @@ namespace defrec::cli {
 // One thread at a time.
 class ImageStream {
   public:
-    // `source`: a video file, a folder of images, or a path with one %d, %4d or %06d in its file name. UTF-8.
-    // Throws CliError(kInput) when there is nothing to read.
+    // `source`: a video file, a folder of images, or a path with one %d, %4d or %06d in its file
+    // name. UTF-8. Throws CliError(kInput) when there is nothing to read.
     static std::unique_ptr<ImageStream> open(const std::string& source);
     virtual ~ImageStream() = default;
 

@@ -25,7 +25,8 @@ ProgressBar::ProgressBar(bool quiet)
 
 ProgressBar::~ProgressBar() { clear(); }
 
-void ProgressBar::update(std::int64_t done, std::optional<std::int64_t> total, const std::string& note) {
+void ProgressBar::update(std::int64_t done, std::optional<std::int64_t> total,
+                         const std::string& note) {
     if (!is_shown_) return;
     const auto now = std::chrono::steady_clock::now();
     if (is_drawn_ && now - drawn_ < kRedraw && (!total || done < *total)) return;
@@ -43,7 +44,8 @@ void ProgressBar::update(std::int64_t done, std::optional<std::int64_t> total, c
         if (done > 0) {
             line +=
                 ", " +
-                format_fixed(elapsed / static_cast<double>(done) * static_cast<double>(*total - done), 0) +
+                format_fixed(
+                    elapsed / static_cast<double>(done) * static_cast<double>(*total - done), 0) +
                 " s left";
         }
     } else {
@@ -62,11 +64,14 @@ void ProgressBar::clear() {
 }
 
 void print(const std::string& text) {
-    if (std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0) return;
+    if (std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0)
+        return;
     if (errno == EPIPE) throw CliError(ExitCode::kInterrupted, "the reader of the output is gone.");
     throw CliError(ExitCode::kOutput, "the standard output cannot be written.");
 }
 
-void print_notice(const std::string& text) { std::fputs(("defrec: " + text + "\n").c_str(), stderr); }
+void print_notice(const std::string& text) {
+    std::fputs(("defrec: " + text + "\n").c_str(), stderr);
+}
 
 }  // namespace defrec::cli

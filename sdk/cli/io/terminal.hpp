@@ -27,8 +27,8 @@ class ProgressBar {
     std::chrono::steady_clock::time_point start_, drawn_;
 };
 
-// Writes to the standard output at once; throws CliError(kInterrupted) when the reader is gone (a closed
-// pipe).
+// Writes to the standard output at once; throws CliError(kInterrupted) when the reader is gone (a
+// closed pipe).
 void print(const std::string& text);
 // "defrec: text" on the standard error output.
 void print_notice(const std::string& text);

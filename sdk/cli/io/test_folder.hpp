@@ -29,7 +29,8 @@ class TestFolder {
 
     std::string write(std::string_view name, std::string_view text) const {
         const std::string path = *this / name;
-        std::ofstream(path, std::ios::binary).write(text.data(), static_cast<std::streamsize>(text.size()));
+        std::ofstream(path, std::ios::binary)
+            .write(text.data(), static_cast<std::streamsize>(text.size()));
         return path;
     }
 

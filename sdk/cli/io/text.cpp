@@ -49,21 +49,25 @@ void turn_crlf_into_lf(std::string& text) {
 std::optional<double> parse_double(std::string_view text) {
     if (text.size() > 1 && text.front() == '+' && text[1] != '-') text.remove_prefix(1);
     const bool negative = !text.empty() && text.front() == '-';
-    const std::string magnitude = text.size() <= 5 ? lower(text.substr(negative ? 1 : 0)) : std::string();
+    const std::string magnitude =
+        text.size() <= 5 ? lower(text.substr(negative ? 1 : 0)) : std::string();
     if (magnitude == ".nan") return std::numeric_limits<double>::quiet_NaN();
     if (magnitude == ".inf") {
-        return negative ? -std::numeric_limits<double>::infinity() : std::numeric_limits<double>::infinity();
+        return negative ? -std::numeric_limits<double>::infinity()
+                        : std::numeric_limits<double>::infinity();
     }
     double value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (text.empty() || error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+    if (text.empty() || error != std::errc() || end != text.data() + text.size())
+        return std::nullopt;
     return value;
 }
 
 std::optional<std::int64_t> parse_integer(std::string_view text) {
     std::int64_t value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (text.empty() || error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+    if (text.empty() || error != std::errc() || end != text.data() + text.size())
+        return std::nullopt;
     return value;
 }
 
@@ -73,7 +77,8 @@ void append_fixed(std::string& out, double value, int decimals) {
         std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed, decimals);
     if (error != std::errc()) return;
     const char* begin = buffer;
-    const bool is_zero = std::none_of(buffer, end, [](char c) { return c != '-' && c != '0' && c != '.'; });
+    const bool is_zero =
+        std::none_of(buffer, end, [](char c) { return c != '-' && c != '0' && c != '.'; });
     if (is_zero && *begin == '-') ++begin;
     out.append(begin, static_cast<const char*>(end));
 }
@@ -127,9 +132,10 @@ void require_text(std::string_view text, const std::string& path, ExitCode code)
         const auto byte = static_cast<unsigned char>(c);
         if (c == '\n') ++line;
         if ((byte < 0x20 && c != '\n' && c != '\t' && c != '\r') || byte == 0x7F) {
-            throw CliError(code,
-                           path + ":" + std::to_string(line) +
-                               ": the file is binary (it holds control bytes); a text file was expected.");
+            throw CliError(
+                code,
+                path + ":" + std::to_string(line) +
+                    ": the file is binary (it holds control bytes); a text file was expected.");
         }
     }
 }
@@ -142,15 +148,18 @@ std::string read_text_file(const std::filesystem::path& path, std::size_t limit,
     if (!std::filesystem::is_regular_file(status))
         throw CliError(code, name + ": this is not a regular file.");
 
-    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), &std::fclose);
-    if (!file) throw CliError(code, name + ": the file cannot be opened for reading; check its permissions.");
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
+                                                               &std::fclose);
+    if (!file)
+        throw CliError(code,
+                       name + ": the file cannot be opened for reading; check its permissions.");
     std::string text;
     char buffer[1 << 16];
     while (const std::size_t got = std::fread(buffer, 1, sizeof buffer, file.get())) {
         text.append(buffer, got);
         if (text.size() > limit) {
-            throw CliError(code, name + ": the file is larger than " + std::to_string(limit / 1000) +
-                                     " kB, the most that is read.");
+            throw CliError(code, name + ": the file is larger than " +
+                                     std::to_string(limit / 1000) + " kB, the most that is read.");
         }
     }
     if (std::ferror(file.get())) throw CliError(code, name + ": reading the file failed part way.");

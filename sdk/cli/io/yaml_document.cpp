@@ -23,8 +23,8 @@ struct Refusal {
     std::string message;
 };
 
-// Builds the tree from the parser's events, so that a refused construct ends the parsing before it costs
-// anything.
+// Builds the tree from the parser's events, so that a refused construct ends the parsing before it
+// costs anything.
 class TreeBuilder : public YAML::EventHandler {
   public:
     YamlNode take_root() { return std::move(root_); }
@@ -75,8 +75,9 @@ class TreeBuilder : public YAML::EventHandler {
 
     static void take_key(Level& level, const YAML::Mark& mark, const std::string& key) {
         if (const YamlEntry* earlier = level.node.find(key)) {
-            throw Refusal{mark.line + 1, key + ": the key stands here again; it was first given in line " +
-                                             std::to_string(earlier->line) + "."};
+            throw Refusal{mark.line + 1,
+                          key + ": the key stands here again; it was first given in line " +
+                              std::to_string(earlier->line) + "."};
         }
         if (level.node.entries.size() >= kMaxKeys) {
             throw Refusal{mark.line + 1, "more than 500 keys, the most that is read."};
@@ -86,7 +87,8 @@ class TreeBuilder : public YAML::EventHandler {
         level.key_line = mark.line + 1;
     }
 
-    void add(const YAML::Mark& mark, YAML::anchor_t anchor, YamlNode::Kind kind, const std::string& value) {
+    void add(const YAML::Mark& mark, YAML::anchor_t anchor, YamlNode::Kind kind,
+             const std::string& value) {
         refuse_anchor(mark, anchor);
         YamlNode node;
         node.kind = kind;
@@ -171,8 +173,8 @@ YamlDocument YamlDocument::load(const std::filesystem::path& path, ExitCode code
 }
 
 void YamlDocument::fail(int line, const std::string& key, const std::string& message) const {
-    throw CliError(code_,
-                   path_ + ":" + std::to_string(line) + ": " + (key.empty() ? "" : key + ": ") + message);
+    throw CliError(code_, path_ + ":" + std::to_string(line) + ": " +
+                              (key.empty() ? "" : key + ": ") + message);
 }
 
 void YamlDocument::require_known_keys(const YamlNode& map, const std::vector<std::string>& known,
@@ -200,7 +202,8 @@ int YamlDocument::integer(const YamlNode& node, const std::string& key, int low,
         node.kind == YamlNode::Kind::kScalar ? parse_integer(node.scalar) : std::nullopt;
     if (!value || *value < low || *value > high) {
         fail(node.line, key,
-             "a whole number from " + std::to_string(low) + " to " + std::to_string(high) + " was expected" +
+             "a whole number from " + std::to_string(low) + " to " + std::to_string(high) +
+                 " was expected" +
                  (node.scalar.empty() ? "." : ", not '" + node.scalar.substr(0, 40) + "'."));
     }
     return static_cast<int>(*value);

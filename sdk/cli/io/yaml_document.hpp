@@ -1,6 +1,6 @@
-// A YAML file from a user as a plain tree with line numbers. Stricter than YAML: no anchors, aliases,
-// duplicate keys or second documents, at most 1 MB and 16 levels. Values stay text; numbers are read with
-// parse_double.
+// A YAML file from a user as a plain tree with line numbers. Stricter than YAML: no anchors,
+// aliases, duplicate keys or second documents, at most 1 MB and 16 levels. Values stay text;
+// numbers are read with parse_double.
 #pragma once
 
 #include <filesystem>
@@ -33,8 +33,8 @@ struct YamlEntry {
 // One file, and the exit code with which the program ends when it is wrong.
 class YamlDocument {
   public:
-    // Throws CliError(code) naming file, line and reason for every file that is not a well-formed map within
-    // the limits.
+    // Throws CliError(code) naming file, line and reason for every file that is not a well-formed
+    // map within the limits.
     static YamlDocument load(const std::filesystem::path& path, ExitCode code);
 
     const YamlNode& root() const { return root_; }
@@ -43,8 +43,8 @@ class YamlDocument {
     // Throws CliError: "path:line: key: error message". An empty key is left out.
     [[noreturn]] void fail(int line, const std::string& key, const std::string& message) const;
 
-    // Throws for a key of `map` that is not in `known`, naming the nearest that is. `where` goes before the
-    // key ("M1.").
+    // Throws for a key of `map` that is not in `known`, naming the nearest that is. `where` goes
+    // before the key ("M1.").
     void require_known_keys(const YamlNode& map, const std::vector<std::string>& known,
                             const std::string& where = {}) const;
 

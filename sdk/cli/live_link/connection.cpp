@@ -4,7 +4,8 @@
 namespace defrec::cli {
 
 void Connection::offer(const Packet& packet, Clock::time_point now) {
-    // Numbers between the last packet and this one are frames that were replaced before they became packets.
+    // Numbers between the last packet and this one are frames that were replaced before they became
+    // packets.
     offered_ += offered_ == 0 ? 1 : packet.number - last_number_;
     last_number_ = packet.number;
     if (!has_unsent()) {

@@ -18,27 +18,29 @@ struct Packet {
     std::uint64_t number = 0;
 };
 
-// Sends packets whole and in order. Of those that come while one is being sent, only the newest is kept; so a
-// receiver costs at most two packets. Not thread-safe, never waits.
+// Sends packets whole and in order. Of those that come while one is being sent, only the newest is
+// kept; so a receiver costs at most two packets. Not thread-safe, never waits.
 class Connection {
   public:
-    // How long a receiver may take for one packet, and how much it may send in the meantime, which is thrown
-    // away.
+    // How long a receiver may take for one packet, and how much it may send in the meantime, which
+    // is thrown away.
     static constexpr std::chrono::seconds kPacketTime{5};
     static constexpr std::size_t kMaxInput = 1 << 20;
 
     explicit Connection(Socket socket) : socket_(std::move(socket)) { prepare_to_send(socket_); }
 
     void offer(const Packet& packet, Clock::time_point now);
-    // Exchange what the socket allows now. False: the receiver is gone or to be dropped, end_reason() says
-    // which.
+    // Exchange what the socket allows now. False: the receiver is gone or to be dropped,
+    // end_reason() says which.
     bool send(Clock::time_point now);
     bool discard_input();
     void end_sending() { cli::end_sending(socket_); }
 
     bool has_unsent() const { return sending_.bytes != nullptr; }
     // When the receiver will be dropped; the far future while it has everything.
-    Clock::time_point deadline() const { return has_unsent() ? deadline_ : Clock::time_point::max(); }
+    Clock::time_point deadline() const {
+        return has_unsent() ? deadline_ : Clock::time_point::max();
+    }
     const Socket& socket() const { return socket_; }
     const char* end_reason() const { return end_reason_; }
 

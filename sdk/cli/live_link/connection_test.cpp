@@ -1,5 +1,5 @@
-// What a receiver is sent whatever it does: sockets whose other end the test holds, and a clock that the test
-// sets.
+// What a receiver is sent whatever it does: sockets whose other end the test holds, and a clock
+// that the test sets.
 #include "sdk/cli/live_link/connection.hpp"
 
 #include <doctest/doctest.h>
@@ -35,7 +35,8 @@ struct Pair {
     std::string read() const {
         std::string all;
         std::vector<char> part(1 << 16);
-        for (ssize_t count = 0; (count = ::recv(receiver.descriptor(), part.data(), part.size(), 0)) > 0;) {
+        for (ssize_t count = 0;
+             (count = ::recv(receiver.descriptor(), part.data(), part.size(), 0)) > 0;) {
             all.append(part.data(), static_cast<std::size_t>(count));
         }
         return all;
@@ -55,7 +56,8 @@ struct Pair {
         const std::string garbage(size, '?');
         std::size_t done = 0;
         while (done < size) {
-            const ssize_t count = ::send(receiver.descriptor(), garbage.data() + done, size - done, 0);
+            const ssize_t count =
+                ::send(receiver.descriptor(), garbage.data() + done, size - done, 0);
             if (count <= 0) break;
             done += static_cast<std::size_t>(count);
             REQUIRE(connection->discard_input());
@@ -70,7 +72,9 @@ std::string text_of(const Packet& packet) { return *packet.bytes; }
 
 }  // namespace
 
-TEST_CASE("of the packets that come while one is being sent, the newest follows, and nothing of the others") {
+TEST_CASE(
+    "of the packets that come while one is being sent, the newest follows, and nothing of the "
+    "others") {
     Pair pair;
     pair.connection->offer(packet(1, kLarge), kStart);
     REQUIRE(pair.connection->send(kStart));
@@ -100,7 +104,9 @@ TEST_CASE("frames that never became packets count as dropped, those before the f
     CHECK(pair.connection->dropped() == 2);
 }
 
-TEST_CASE("a receiver that never reads is dropped when its time is over, and newer packets give it no more") {
+TEST_CASE(
+    "a receiver that never reads is dropped when its time is over, and newer packets give it no "
+    "more") {
     Pair pair;
     CHECK(pair.connection->deadline() == Clock::time_point::max());
     pair.connection->offer(packet(1, kLarge), kStart);

@@ -13,7 +13,8 @@ struct Endpoint {
 
 // "HOST:PORT", an IPv6 address in brackets; PORT from 1 to 65535. Throws CliError(kUsage).
 Endpoint parse_target(const std::string& text);
-// "[ADDRESS:]PORT"; without an address the loopback. PORT 0 is any that is free. Throws CliError(kUsage).
+// "[ADDRESS:]PORT"; without an address the loopback. PORT 0 is any that is free. Throws
+// CliError(kUsage).
 Endpoint parse_listener(const std::string& text);
 
 // As it is typed: "localhost:18944", "[::1]:18944".

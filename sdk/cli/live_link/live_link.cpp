@@ -63,14 +63,15 @@ void LiveLink::run() try {
     notices_.push_back(std::string("live link: it ends early: ") + error.what());
 }
 
-// Sends the last frame, and closes only when receivers have read it and closed in turn: closing earlier, with
-// input unread, would let the system throw away what they have not read yet.
+// Sends the last frame, and closes only when receivers have read it and closed in turn: closing
+// earlier, with input unread, would let the system throw away what they have not read yet.
 void LiveLink::drain() {
     const Clock::time_point until = Clock::now() + kDrainTime;
     const auto left = [until] { return std::chrono::ceil<milliseconds>(until - Clock::now()); };
     transmitter_.step(milliseconds(0));
     send_newest();
-    while (left() > milliseconds(0) && (transmitter_.is_connecting() || transmitter_.has_unsent())) {
+    while (left() > milliseconds(0) &&
+           (transmitter_.is_connecting() || transmitter_.has_unsent())) {
         transmitter_.step(left());
         send_newest();
     }
@@ -88,7 +89,8 @@ void LiveLink::send_newest() {
         frame.swap(newest_);
         number = published_;
     }
-    if (frame) transmitter_.offer({std::make_shared<const std::string>(pack_messages(*frame)), number});
+    if (frame)
+        transmitter_.offer({std::make_shared<const std::string>(pack_messages(*frame)), number});
 }
 
 void LiveLink::collect_notices() {

@@ -1,5 +1,5 @@
-// The live link of `defrec track`: sends frames by OpenIGTLink in a thread of its own, so that tracking never
-// waits for the network.
+// The live link of `defrec track`: sends frames by OpenIGTLink in a thread of its own, so that
+// tracking never waits for the network.
 #pragma once
 
 #include <mutex>
@@ -20,8 +20,8 @@ class LiveLink {
     // How long finish() waits at most.
     static constexpr std::chrono::seconds kDrainTime{5};
 
-    // Throws CliError when the host is not known or nothing can listen there. A receiver that is not there
-    // yet is no failure: it is tried again until the end.
+    // Throws CliError when the host is not known or nothing can listen there. A receiver that is
+    // not there yet is no failure: it is tried again until the end.
     explicit LiveLink(const LinkOptions& options);
     // Ends at once; what was not sent stays unsent.
     ~LiveLink();

@@ -1,5 +1,5 @@
-// The link as tracking uses it: frames published by one thread, sent by another, received by OpenIGTLink's
-// own sockets.
+// The link as tracking uses it: frames published by one thread, sent by another, received by
+// OpenIGTLink's own sockets.
 #include "sdk/cli/live_link/live_link.hpp"
 
 #include <doctest/doctest.h>
@@ -61,7 +61,8 @@ TEST_CASE("the last frame arrives whole, however many came before it") {
     }
     CHECK(counts.receivers == 1);
     CHECK(counts.sent == frames.size());
-    CHECK(counts.sent + counts.dropped == static_cast<std::uint64_t>(kFrames - frames.front().index));
+    CHECK(counts.sent + counts.dropped ==
+          static_cast<std::uint64_t>(kFrames - frames.front().index));
 }
 
 TEST_CASE("a receiver that never reads holds up neither tracking nor other receivers") {
@@ -70,7 +71,8 @@ TEST_CASE("a receiver that never reads holds up neither tracking nor other recei
     const auto good = connect_to(link);
     std::atomic<bool> is_enough = false;
     std::thread publisher([&] {
-        for (std::int64_t i = 0; !is_enough; ++i) link.publish(i < 3 ? large_frame(i) : example_frame(i));
+        for (std::int64_t i = 0; !is_enough; ++i)
+            link.publish(i < 3 ? large_frame(i) : example_frame(i));
     });
     FrameReader reader(from_socket(*good));
     constexpr std::int64_t kLater = 1000;
@@ -89,11 +91,13 @@ TEST_CASE("a receiver that never reads holds up neither tracking nor other recei
     CHECK(link.finish().receivers == 2);
 }
 
-TEST_CASE("a server that listens is connected to, and gets the last frame though it was published before") {
+TEST_CASE(
+    "a server that listens is connected to, and gets the last frame though it was published "
+    "before") {
     auto server = igtl::ServerSocket::New();
     REQUIRE(server->CreateServer(0) == 0);
-    LiveLink link(
-        {LinkOptions::Kind::kConnect, {"127.0.0.1", static_cast<std::uint16_t>(server->GetServerPort())}});
+    LiveLink link({LinkOptions::Kind::kConnect,
+                   {"127.0.0.1", static_cast<std::uint16_t>(server->GetServerPort())}});
     link.publish(example_frame(3));
     std::thread finisher([&] { link.finish(); });
     const auto socket = server->WaitForConnection();
@@ -113,8 +117,8 @@ TEST_CASE("the link closes after its receivers, so that nothing that is under wa
         link.reset();
     });
     CHECK(FrameReader(from_socket(*socket)).last().index == 7);
-    // The stream has ended in one direction. A closed link would answer these with a reset; the pauses let
-    // one that closes too early do so.
+    // The stream has ended in one direction. A closed link would answer these with a reset; the
+    // pauses let one that closes too early do so.
     int sent = 0;
     for (; sent < 100 && socket->Send("?", 1) == 1; ++sent) igtl::Sleep(2);
     CHECK(sent == 100);

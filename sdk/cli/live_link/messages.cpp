@@ -30,7 +30,8 @@ int status_code(std::uint32_t state) {
 }
 
 // Completes a message and appends its bytes.
-void append(igtl::MessageBase& message, const char* device_name, const LinkFrame& frame, std::string& out) {
+void append(igtl::MessageBase& message, const char* device_name, const LinkFrame& frame,
+            std::string& out) {
     const auto time = static_cast<std::uint64_t>(std::max<std::int64_t>(0, frame.timestamp_ns));
     // OpenIGTLink's fraction counts 2^-32 s.
     const std::uint64_t fraction = ((time % kNanosecondsPerSecond) << 32) / kNanosecondsPerSecond;
@@ -43,12 +44,14 @@ void append(igtl::MessageBase& message, const char* device_name, const LinkFrame
 }
 
 bool are_finite(const std::vector<float>& values) {
-    return std::all_of(values.begin(), values.end(), [](float value) { return std::isfinite(value); });
+    return std::all_of(values.begin(), values.end(),
+                       [](float value) { return std::isfinite(value); });
 }
 
 bool has_consistent_surface(const LinkFrame& frame) {
     const std::size_t count = frame.vertex_status.size();
-    if (!frame.has_geometry || count == 0 || !frame.triangles || frame.triangles->empty()) return false;
+    if (!frame.has_geometry || count == 0 || !frame.triangles || frame.triangles->empty())
+        return false;
     return frame.triangles->size() % 3 == 0 && frame.vertices.size() == 3 * count &&
            frame.expected_error_mm.size() == count && are_finite(frame.vertices) &&
            are_finite(frame.expected_error_mm) &&
@@ -57,10 +60,10 @@ bool has_consistent_surface(const LinkFrame& frame) {
 }
 
 void append_status(const LinkFrame& frame, std::size_t vertices, std::string& out) {
-    const std::string text = "reasons=" + reason_names(frame.reasons, "|") +
-                             " epoch=" + std::to_string(frame.epoch) +
-                             " vertices=" + std::to_string(vertices) +
-                             " points=" + std::to_string(frame.has_geometry ? frame.points.size() : 0);
+    const std::string text =
+        "reasons=" + reason_names(frame.reasons, "|") + " epoch=" + std::to_string(frame.epoch) +
+        " vertices=" + std::to_string(vertices) +
+        " points=" + std::to_string(frame.has_geometry ? frame.points.size() : 0);
     const auto message = igtl::StatusMessage::New();
     message->SetCode(status_code(frame.state));
     message->SetSubCode(frame.index);
@@ -79,7 +82,8 @@ void append_transform(const LinkFrame& frame, std::string& out) {
     append(*message, "TemplateToCamera", frame, out);
 }
 
-igtl::PolyDataAttribute::Pointer vertex_scalars(const char* name, const std::vector<float>& values) {
+igtl::PolyDataAttribute::Pointer vertex_scalars(const char* name,
+                                                const std::vector<float>& values) {
     auto attribute = igtl::PolyDataAttribute::New();
     attribute->SetType(igtl::PolyDataAttribute::POINT_SCALAR, 1);
     attribute->SetName(name);
@@ -101,7 +105,8 @@ void append_surface(const LinkFrame& frame, std::string& out) {
     message->SetPoints(points);
     message->SetPolygons(triangles);
     const auto error = vertex_scalars("expected_error_mm", frame.expected_error_mm);
-    const auto status = vertex_scalars("status", {frame.vertex_status.begin(), frame.vertex_status.end()});
+    const auto status =
+        vertex_scalars("status", {frame.vertex_status.begin(), frame.vertex_status.end()});
     message->AddAttribute(error);
     message->AddAttribute(status);
     append(*message, "SurfaceInCamera", frame, out);

@@ -116,7 +116,9 @@ TEST_CASE("an empty or inconsistent surface is never sent") {
     check([](LinkFrame& frame) { frame.vertex_status.push_back(0); });
     check([](LinkFrame& frame) { frame.expected_error_mm.pop_back(); });
     check([](LinkFrame& frame) { frame.vertices[5] = std::numeric_limits<float>::quiet_NaN(); });
-    check([](LinkFrame& frame) { frame.expected_error_mm[1] = std::numeric_limits<float>::infinity(); });
+    check([](LinkFrame& frame) {
+        frame.expected_error_mm[1] = std::numeric_limits<float>::infinity();
+    });
 }
 
 TEST_CASE("a motion that is no number is not sent, nor a list of no points") {

@@ -29,17 +29,19 @@ void set_option(const Socket& socket, int level, int name, int value) {
 }
 
 Socket open_socket(const addrinfo& address) {
-    return Socket(
-        ::socket(address.ai_family, address.ai_socktype | SOCK_NONBLOCK | SOCK_CLOEXEC, address.ai_protocol));
+    return Socket(::socket(address.ai_family, address.ai_socktype | SOCK_NONBLOCK | SOCK_CLOEXEC,
+                           address.ai_protocol));
 }
 
-// TCP allows it: on the same computer, when the port that the system chose for this end is the one that
-// nobody listens at. Such a connection would keep the receiver from ever listening there.
+// TCP allows it: on the same computer, when the port that the system chose for this end is the one
+// that nobody listens at. Such a connection would keep the receiver from ever listening there.
 bool is_connected_to_itself(const Socket& socket) {
     sockaddr_storage here{}, there{};
     socklen_t here_size = sizeof here, there_size = sizeof there;
-    return ::getsockname(socket.descriptor(), reinterpret_cast<sockaddr*>(&here), &here_size) == 0 &&
-           ::getpeername(socket.descriptor(), reinterpret_cast<sockaddr*>(&there), &there_size) == 0 &&
+    return ::getsockname(socket.descriptor(), reinterpret_cast<sockaddr*>(&here), &here_size) ==
+               0 &&
+           ::getpeername(socket.descriptor(), reinterpret_cast<sockaddr*>(&there), &there_size) ==
+               0 &&
            here_size == there_size && std::memcmp(&here, &there, here_size) == 0;
 }
 
@@ -58,10 +60,12 @@ Addresses::Addresses(const Endpoint& endpoint) {
     const int error =
         ::getaddrinfo(endpoint.host.c_str(), std::to_string(endpoint.port).c_str(), &hints, &list_);
     if (error != 0) {
-        throw CliError(ExitCode::kUsage, "the host '" + endpoint.host + "' of the live link is not known (" +
+        throw CliError(ExitCode::kUsage, "the host '" + endpoint.host +
+                                             "' of the live link is not known (" +
                                              ::gai_strerror(error) + ").");
     }
-    for (const addrinfo* item = list_; item != nullptr; item = item->ai_next) items_.push_back(item);
+    for (const addrinfo* item = list_; item != nullptr; item = item->ai_next)
+        items_.push_back(item);
 }
 
 Addresses::~Addresses() {
@@ -73,11 +77,12 @@ Socket listen_at(const Endpoint& endpoint) {
     Socket socket = open_socket(addresses[0]);
     // The port is free at once after a run, though its connections linger.
     if (socket) set_option(socket, SOL_SOCKET, SO_REUSEADDR, 1);
-    if (!socket || ::bind(socket.descriptor(), addresses[0].ai_addr, addresses[0].ai_addrlen) != 0 ||
+    if (!socket ||
+        ::bind(socket.descriptor(), addresses[0].ai_addr, addresses[0].ai_addrlen) != 0 ||
         ::listen(socket.descriptor(), kBacklog) != 0) {
         const std::string reason = describe(errno);
-        throw CliError(ExitCode::kOutput,
-                       "the live link cannot listen at " + to_string(endpoint) + " (" + reason + ").");
+        throw CliError(ExitCode::kOutput, "the live link cannot listen at " + to_string(endpoint) +
+                                              " (" + reason + ").");
     }
     return socket;
 }
@@ -96,16 +101,19 @@ Endpoint local_endpoint(const Socket& listener) {
 }
 
 Accepted accept_from(const Socket& listener, Socket& receiver) {
-    receiver = Socket(::accept4(listener.descriptor(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
+    receiver =
+        Socket(::accept4(listener.descriptor(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
     if (receiver) return Accepted::kReceiver;
-    const bool has_no_resources = errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM;
+    const bool has_no_resources =
+        errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM;
     return has_no_resources ? Accepted::kNoResources : Accepted::kNobody;
 }
 
 Socket begin_to_connect(const addrinfo& address) {
     Socket socket = open_socket(address);
     if (!socket) return {};
-    if (::connect(socket.descriptor(), address.ai_addr, address.ai_addrlen) != 0 && errno != EINPROGRESS)
+    if (::connect(socket.descriptor(), address.ai_addr, address.ai_addrlen) != 0 &&
+        errno != EINPROGRESS)
         return {};
     return socket;
 }

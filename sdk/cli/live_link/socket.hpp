@@ -57,14 +57,14 @@ Endpoint local_endpoint(const Socket& listener);
 enum class Accepted { kReceiver, kNobody, kNoResources };
 Accepted accept_from(const Socket& listener, Socket& receiver);
 
-// Begins to connect; an empty socket when that failed at once. The socket turns writable when it is decided:
-// connection_error.
+// Begins to connect; an empty socket when that failed at once. The socket turns writable when it is
+// decided: connection_error.
 Socket begin_to_connect(const addrinfo& address);
 // Of a socket that turned writable: empty when connected, else what went wrong.
 std::string connection_error(const Socket& socket);
 
-// Makes an accepted or connected socket fit for frames: without delay, and with a short queue in the system,
-// so that what a slow receiver gets is not old.
+// Makes an accepted or connected socket fit for frames: without delay, and with a short queue in
+// the system, so that what a slow receiver gets is not old.
 void prepare_to_send(const Socket& socket);
 
 enum class Transfer { kSome, kNothingNow, kGone };

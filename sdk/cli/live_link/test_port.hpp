@@ -1,5 +1,5 @@
-// For tests: a port of the loopback that nobody listens at, and that is nobody else's for as long as this
-// lives. A test may listen at it with listen_at(), also again and again.
+// For tests: a port of the loopback that nobody listens at, and that is nobody else's for as long
+// as this lives. A test may listen at it with listen_at(), also again and again.
 #pragma once
 
 #include <arpa/inet.h>
@@ -26,7 +26,8 @@ class TestPort {
         const int yes = 1;
         const sockaddr_in address = loopback(0);
         if (::setsockopt(socket_.descriptor(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes) != 0 ||
-            ::bind(socket_.descriptor(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+            ::bind(socket_.descriptor(), reinterpret_cast<const sockaddr*>(&address),
+                   sizeof address) != 0) {
             throw std::runtime_error("no port is free");
         }
     }

@@ -61,8 +61,8 @@ class FrameReader {
   public:
     explicit FrameReader(ReadBytes read) : read_(std::move(read)) {}
 
-    // A frame begins with STATUS and ends where the next begins. Empty at the end of the stream. Throws for
-    // anything that is not a whole, undamaged message.
+    // A frame begins with STATUS and ends where the next begins. Empty at the end of the stream.
+    // Throws for anything that is not a whole, undamaged message.
     std::optional<ReceivedFrame> next() {
         if (!next_header_) next_header_ = read_header();
         if (!next_header_) return std::nullopt;
@@ -99,7 +99,8 @@ class FrameReader {
         auto message = Message::New();
         message->SetMessageHeader(header);
         message->AllocatePack();
-        if (!read_(message->GetPackBodyPointer(), static_cast<std::size_t>(message->GetPackBodySize()))) {
+        if (!read_(message->GetPackBodyPointer(),
+                   static_cast<std::size_t>(message->GetPackBodySize()))) {
             throw std::runtime_error("the stream ends within a message");
         }
         constexpr int kVerifyChecksum = 1;
@@ -170,7 +171,8 @@ class FrameReader {
         for (int i = 0; i < message.GetNumberOfPointElement(); ++i) {
             igtl::PointElement::Pointer element;
             message.GetPointElement(i, element);
-            ReceivedPoint point{element->GetName(), element->GetGroupName(), {}, element->GetRadius()};
+            ReceivedPoint point{
+                element->GetName(), element->GetGroupName(), {}, element->GetRadius()};
             element->GetPosition(point.xyz);
             frame.points.push_back(point);
         }
@@ -195,9 +197,10 @@ inline LinkFrame example_frame(std::int64_t index = 7) {
         frame.vertices.push_back(1.0F / static_cast<float>(i + 3) + static_cast<float>(index));
     frame.vertex_status = {0, 1, 2, 0};
     frame.expected_error_mm = {0.1F, 0.25F, 3.3F, 1e-6F};
-    frame.triangles =
-        std::make_shared<const std::vector<std::uint32_t>>(std::vector<std::uint32_t>{0, 1, 2, 2, 1, 3});
-    frame.points = {{42, "tracked", {1.5, -2.25, 60.1}, 0.3}, {-7, "extrapolated", {0.1, 0.2, 70.7}, 1.9}};
+    frame.triangles = std::make_shared<const std::vector<std::uint32_t>>(
+        std::vector<std::uint32_t>{0, 1, 2, 2, 1, 3});
+    frame.points = {{42, "tracked", {1.5, -2.25, 60.1}, 0.3},
+                    {-7, "extrapolated", {0.1, 0.2, 70.7}, 1.9}};
     return frame;
 }
 

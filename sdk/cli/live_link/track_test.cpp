@@ -1,4 +1,5 @@
-// `defrec track` with a live link, as a whole: what a receiver gets is what the output folder holds.
+// `defrec track` with a live link, as a whole: what a receiver gets is what the output folder
+// holds.
 #include <doctest/doctest.h>
 #include <fcntl.h>
 #include <igtlClientSocket.h>
@@ -13,10 +14,10 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "sdk/cli/io/text.hpp"
 #include "sdk/cli/live_link/test_port.hpp"
 #include "sdk/cli/live_link/test_receiver.hpp"
 #include "sdk/cli/render/test_sequence.hpp"
-#include "sdk/cli/io/text.hpp"
 
 using namespace defrec::cli;
 namespace fs = std::filesystem;
@@ -135,7 +136,8 @@ void check_surface(const ReceivedFrame& frame, const std::string& out) {
     REQUIRE(frame.expected_error_mm.size() == count);
     std::size_t differing = 0;
     const auto compare = [&](float received, float written) {
-        differing += std::bit_cast<std::uint32_t>(received) != std::bit_cast<std::uint32_t>(written) ? 1 : 0;
+        differing +=
+            std::bit_cast<std::uint32_t>(received) != std::bit_cast<std::uint32_t>(written) ? 1 : 0;
     };
     for (std::size_t i = 0; i < count; ++i) {
         for (std::size_t k = 0; k < 3; ++k) compare(frame.vertices[3 * i + k], take<float>(body));
@@ -170,8 +172,8 @@ void check_points(const ReceivedFrame& frame, const std::vector<std::vector<std:
     CHECK(next == frame.points.size());
 }
 
-// Each frame against the rows and the mesh that the program wrote for it; the last must be the program's
-// last.
+// Each frame against the rows and the mesh that the program wrote for it; the last must be the
+// program's last.
 void check_frames(const std::vector<ReceivedFrame>& frames, const std::string& out) {
     const auto rows = read_csv(out + "/frames.csv");
     const auto points = read_csv(out + "/points.csv");
@@ -182,8 +184,8 @@ void check_frames(const std::vector<ReceivedFrame>& frames, const std::string& o
         const auto& row = rows.at(static_cast<std::size_t>(frame.index) + 1);
         CHECK(frame.state == row[2]);
         CHECK(frame.text.starts_with("reasons=" + row[3] + " "));
-        CHECK(std::abs(frame.seconds * 1e3 + frame.fraction / 4294967.296 - parse_double(row[1]).value()) <
-              1e-3);
+        CHECK(std::abs(frame.seconds * 1e3 + frame.fraction / 4294967.296 -
+                       parse_double(row[1]).value()) < 1e-3);
         CHECK(frame.versions == std::vector<unsigned>(frame.messages.size(), 1));
         check_points(frame, points);
         const bool has_geometry = frame.state != "lost" && frame.state != "initialising";
@@ -204,7 +206,8 @@ std::vector<ReceivedFrame> receive_all(igtl::Socket& socket) {
 }  // namespace
 
 TEST_CASE(
-    "--igtl: the receiver gets what the folder holds, to the last frame, and nothing of a lost frame but its "
+    "--igtl: the receiver gets what the folder holds, to the last frame, and nothing of a lost "
+    "frame but its "
     "state") {
     const TestFolder folder;
     fs::copy(sequence().path(), folder.path(), fs::copy_options::recursive);
@@ -213,8 +216,8 @@ TEST_CASE(
     auto server = igtl::ServerSocket::New();
     REQUIRE(server->CreateServer(0) == 0);
     const std::string port = std::to_string(server->GetServerPort());
-    Program program(
-        track(folder.path(), folder / "out", {"--quiet", "--realtime", "--igtl", "127.0.0.1:" + port}));
+    Program program(track(folder.path(), folder / "out",
+                          {"--quiet", "--realtime", "--igtl", "127.0.0.1:" + port}));
     const auto socket = server->WaitForConnection();
     REQUIRE(socket.IsNotNull());
     const std::vector<ReceivedFrame> frames = receive_all(*socket);
@@ -229,13 +232,15 @@ TEST_CASE(
     CHECK(link["endpoint"] == "127.0.0.1:" + port);
     CHECK(link["receivers"] == 1);
     CHECK(link["frames_sent"] == frames.size());
-    CHECK(link["frames_dropped"] == kFrames - static_cast<int>(frames.size()) - frames.front().index);
+    CHECK(link["frames_dropped"] ==
+          kFrames - static_cast<int>(frames.size()) - frames.front().index);
     constexpr double kFramesPerSecond = 30;
     CHECK(summary["seconds"].get<double>() >= (kFrames - 1) / kFramesPerSecond);  // --realtime
 }
 
 TEST_CASE(
-    "--igtl-listen: a receiver may come late, and Ctrl-C sends the last frame before the program ends") {
+    "--igtl-listen: a receiver may come late, and Ctrl-C sends the last frame before the program "
+    "ends") {
     const TestFolder folder;
     repeat_sequence(sequence(), folder);
     Program program(track(folder.path(), folder / "out", {"--igtl-listen", "0"}));

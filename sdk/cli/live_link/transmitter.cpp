@@ -48,7 +48,8 @@ void Transmitter::wait(milliseconds at_most) {
         until = std::min(until, connection.deadline());
     }
     const auto left = std::chrono::ceil<milliseconds>(until - now);
-    ::poll(sockets.data(), sockets.size(), static_cast<int>(std::max(left, milliseconds(0)).count()));
+    ::poll(sockets.data(), sockets.size(),
+           static_cast<int>(std::max(left, milliseconds(0)).count()));
     if (sockets.front().revents != 0) wake_up_.clear();
 }
 
@@ -67,7 +68,8 @@ void Transmitter::accept_receivers() {
         if (connections_.size() < kMaxReceivers) {
             add(std::move(socket));
         } else {
-            notice("a receiver was turned away; " + std::to_string(kMaxReceivers) + " are connected.");
+            notice("a receiver was turned away; " + std::to_string(kMaxReceivers) +
+                   " are connected.");
         }
     }
 }

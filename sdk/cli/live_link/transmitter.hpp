@@ -17,8 +17,8 @@ struct LinkOptions {
 // Over all receivers of a run.
 struct LinkCounts {
     std::uint64_t receivers = 0;  // that connected
-    std::uint64_t sent = 0;       // frames, each counted for each receiver that was sent the whole of it
-    std::uint64_t dropped = 0;    // frames that a connected receiver was not sent
+    std::uint64_t sent = 0;  // frames, each counted for each receiver that was sent the whole of it
+    std::uint64_t dropped = 0;  // frames that a connected receiver was not sent
 };
 
 // One thread at a time, but for wake().
@@ -28,12 +28,13 @@ class Transmitter {
     static constexpr std::chrono::milliseconds kConnectTime{2000};
     static constexpr std::chrono::milliseconds kFirstRetry{250}, kLastRetry{4000};
 
-    // now: the clock; tests bring their own. Throws CliError when the host is not known or nothing can listen
-    // there.
-    explicit Transmitter(const LinkOptions& options, std::function<Clock::time_point()> now = &Clock::now);
+    // now: the clock; tests bring their own. Throws CliError when the host is not known or nothing
+    // can listen there.
+    explicit Transmitter(const LinkOptions& options,
+                         std::function<Clock::time_point()> now = &Clock::now);
 
-    // Waits until a socket has something to do, wake() is called or `at_most` has passed, and does what there
-    // is.
+    // Waits until a socket has something to do, wake() is called or `at_most` has passed, and does
+    // what there is.
     void step(std::chrono::milliseconds at_most);
     // Any thread: ends the step under way, or the next.
     void wake() { wake_up_.ring(); }
@@ -45,8 +46,8 @@ class Transmitter {
         return target_ && connections_.empty() && (connecting_ || now_() >= connect_at_);
     }
     bool has_unsent() const;
-    // No more packets will come. Receivers that close in turn are gone after the next step; nobody is let in
-    // any more.
+    // No more packets will come. Receivers that close in turn are gone after the next step; nobody
+    // is let in any more.
     void end_sending();
 
     LinkCounts counts() const;

@@ -24,7 +24,8 @@ Packet packet(std::uint64_t number) {
 Socket connect_to(const Transmitter& transmitter) {
     Socket socket(::socket(AF_INET, SOCK_STREAM, 0));
     const sockaddr_in address = loopback(transmitter.endpoint().port);
-    REQUIRE(::connect(socket.descriptor(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+    REQUIRE(::connect(socket.descriptor(), reinterpret_cast<const sockaddr*>(&address),
+                      sizeof address) == 0);
     return socket;
 }
 
@@ -94,16 +95,16 @@ TEST_CASE("one that vanishes or floods does no harm to the others") {
     REQUIRE(step_until_receivers(transmitter, 2));
     const std::string garbage(1 << 16, '?');
     REQUIRE(step_until(transmitter, [&] {
-        static_cast<void>(
-            ::send(flooding.descriptor(), garbage.data(), garbage.size(), MSG_DONTWAIT | MSG_NOSIGNAL));
+        static_cast<void>(::send(flooding.descriptor(), garbage.data(), garbage.size(),
+                                 MSG_DONTWAIT | MSG_NOSIGNAL));
         return transmitter.receivers() == 1;
     }));
     send(transmitter, 1);
     CHECK(read(good, 100) == *packet(1).bytes);
     CHECK(transmitter.take_notices() ==
-          std::vector<std::string>{
-              "live link: a receiver is gone.",
-              "live link: a receiver was dropped, because it sent more than 1 MiB between two frames."});
+          std::vector<std::string>{"live link: a receiver is gone.",
+                                   "live link: a receiver was dropped, because it sent more than 1 "
+                                   "MiB between two frames."});
 }
 
 TEST_CASE("no more receivers than stated") {
@@ -163,7 +164,8 @@ TEST_CASE("a server that went away is found again when it is back") {
     CHECK(read(receiver, 100) == *packet(2).bytes);
     const std::string name = to_string(endpoint);
     CHECK(transmitter.take_notices() ==
-          std::vector<std::string>{"live link: connected to " + name + ".", "live link: a receiver is gone.",
+          std::vector<std::string>{"live link: connected to " + name + ".",
+                                   "live link: a receiver is gone.",
                                    "live link: nobody is reached at " + name +
                                        " (Connection refused); it is tried again and again.",
                                    "live link: connected to " + name + "."});
@@ -182,20 +184,24 @@ TEST_CASE("a server that went away is found again when it is back") {
 TEST_CASE("a connection to itself is none") {
     const Socket socket(::socket(AF_INET, SOCK_STREAM, 0));
     sockaddr_in address = loopback(0);
-    REQUIRE(::bind(socket.descriptor(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+    REQUIRE(::bind(socket.descriptor(), reinterpret_cast<const sockaddr*>(&address),
+                   sizeof address) == 0);
     address = loopback(local_endpoint(socket).port);
-    REQUIRE(::connect(socket.descriptor(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+    REQUIRE(::connect(socket.descriptor(), reinterpret_cast<const sockaddr*>(&address),
+                      sizeof address) == 0);
     CHECK(connection_error(socket) == "Connection refused");
     const Server server({"127.0.0.1", 0});
     const Socket other(::socket(AF_INET, SOCK_STREAM, 0));
     address = loopback(local_endpoint(server.socket).port);
-    REQUIRE(::connect(other.descriptor(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+    REQUIRE(::connect(other.descriptor(), reinterpret_cast<const sockaddr*>(&address),
+                      sizeof address) == 0);
     CHECK(connection_error(other).empty());
 }
 
 TEST_CASE("what cannot be opened is said at once") {
     const Server server({"127.0.0.1", 0});
-    CHECK_THROWS_AS(Transmitter({LinkOptions::Kind::kListen, local_endpoint(server.socket)}), CliError);
+    CHECK_THROWS_AS(Transmitter({LinkOptions::Kind::kListen, local_endpoint(server.socket)}),
+                    CliError);
     CHECK_THROWS_AS(Transmitter({LinkOptions::Kind::kConnect, {"not a host", 1}}), CliError);
 }
 
@@ -213,5 +219,6 @@ TEST_CASE("after the end receivers have everything, see the end, and nobody is l
     CHECK(transmitter.take_notices().empty());
     const Socket late(::socket(AF_INET, SOCK_STREAM, 0));
     const sockaddr_in address = loopback(transmitter.endpoint().port);
-    CHECK(::connect(late.descriptor(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0);
+    CHECK(::connect(late.descriptor(), reinterpret_cast<const sockaddr*>(&address),
+                    sizeof address) != 0);
 }

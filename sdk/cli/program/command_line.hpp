@@ -9,7 +9,8 @@ class App;
 
 namespace defrec::cli {
 
-// Parses, calls `run`, which the chosen subcommand has set, and prints what was thrown; returns the exit code.
+// Parses, calls `run`, which the chosen subcommand has set, and prints what was thrown; returns the
+// exit code.
 int carry_out(CLI::App& app, const std::function<int()>& run, int argc, const char* const* argv);
 
 }  // namespace defrec::cli

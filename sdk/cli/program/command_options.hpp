@@ -10,10 +10,13 @@ namespace defrec::cli {
 
 inline void add_device_options(CLI::App& command, std::string& backend, std::string& device,
                                unsigned& threads) {
-    command.add_option("--backend", backend, "auto, cpu, reference, or another that `defrec devices` lists")
+    command
+        .add_option("--backend", backend,
+                    "auto, cpu, reference, or another that `defrec devices` lists")
         ->type_name("NAME")
         ->capture_default_str();
-    command.add_option("--device", device, "The device by its whole id, as `defrec devices` shows it")
+    command
+        .add_option("--device", device, "The device by its whole id, as `defrec devices` shows it")
         ->type_name("ID");
     command.add_option("--threads", threads, "Threads of the library; 0: one for each core")
         ->type_name("N")

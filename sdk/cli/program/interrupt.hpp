@@ -1,4 +1,5 @@
-// Ctrl-C: the first ends the work early with its outputs finished, the second ends the program at once.
+// Ctrl-C: the first ends the work early with its outputs finished, the second ends the program at
+// once.
 #pragma once
 
 namespace defrec::cli {

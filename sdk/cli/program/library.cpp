@@ -9,7 +9,8 @@ namespace defrec::cli {
 namespace {
 
 void log_to_standard_error(void*, std::int32_t level, const char* source, const char* text) {
-    std::fprintf(stderr, "defrec: %s%s: %s\n", level >= DEFREC_LOG_ERROR ? "error: " : "", source, text);
+    std::fprintf(stderr, "defrec: %s%s: %s\n", level >= DEFREC_LOG_ERROR ? "error: " : "", source,
+                 text);
 }
 
 void keep_remark(void* remarks, std::int32_t level, const char* source, const char* text) {
@@ -104,34 +105,40 @@ std::vector<Device> list_devices(const Context& context) {
     std::vector<Device> devices;
     for (std::size_t i = 0; i < defrec_device_count(context.get()); ++i) {
         auto info = initialised<defrec_device_info>();
-        require(defrec_device_get(context.get(), i, &info), ExitCode::kInternal, "listing the devices");
-        devices.push_back(
-            {info.id, info.name, info.driver != nullptr ? info.driver : "", info.kind, info.stages});
+        require(defrec_device_get(context.get(), i, &info), ExitCode::kInternal,
+                "listing the devices");
+        devices.push_back({info.id, info.name, info.driver != nullptr ? info.driver : "", info.kind,
+                           info.stages});
     }
     return devices;
 }
 
 std::vector<Plugin> list_plugins(const Context& context) {
-    const auto text = [](const char* string) { return std::string(string != nullptr ? string : ""); };
+    const auto text = [](const char* string) {
+        return std::string(string != nullptr ? string : "");
+    };
     std::vector<Plugin> plugins;
     for (std::size_t i = 0; i < defrec_plugin_count(context.get()); ++i) {
         auto info = initialised<defrec_plugin_info>();
-        require(defrec_plugin_get(context.get(), i, &info), ExitCode::kInternal, "listing the plugins");
+        require(defrec_plugin_get(context.get(), i, &info), ExitCode::kInternal,
+                "listing the plugins");
         plugins.push_back({text(info.name), text(info.path), text(info.version), text(info.reason),
                            info.verdict == DEFREC_OK});
     }
     return plugins;
 }
 
-Device choose_device(const Context& context, const std::string& backend, const std::string& device) {
+Device choose_device(const Context& context, const std::string& backend,
+                     const std::string& device) {
     for (const Device& candidate : list_devices(context)) {
         if (!device.empty() && candidate.id != device) continue;
         if (backend != "auto" && backend_of(candidate) != backend) continue;
         if (candidate.has_every_stage()) return candidate;
         if (!device.empty() || backend != "auto") {
-            throw CliError(ExitCode::kDevice, "the device '" + candidate.id +
-                                                  "' does not offer every stage that tracking needs; " +
-                                                  describe_choice(context) + ".");
+            throw CliError(ExitCode::kDevice,
+                           "the device '" + candidate.id +
+                               "' does not offer every stage that tracking needs; " +
+                               describe_choice(context) + ".");
         }
     }
     const std::string asked = !device.empty()     ? "--device " + device
@@ -157,7 +164,8 @@ Rig make_rig(const Context& context, const StereoCalibration& calibration) {
 
 defrec_rig_info rig_info(const Rig& rig) {
     auto info = initialised<defrec_rig_info>();
-    require(defrec_rig_get(rig.get(), &info), ExitCode::kInternal, "asking for the rectified camera");
+    require(defrec_rig_get(rig.get(), &info), ExitCode::kInternal,
+            "asking for the rectified camera");
     return info;
 }
 

@@ -34,8 +34,8 @@ T initialised() {
     return value;
 }
 
-// Throws CliError with the library's own error message for a negative status. Statuses that speak of a device or a
-// plugin end with kDevice, all others with `otherwise`.
+// Throws CliError with the library's own error message for a negative status. Statuses that speak
+// of a device or a plugin end with kDevice, all others with `otherwise`.
 void require(defrec_status status, ExitCode otherwise, const std::string& doing);
 
 // What plugins said of themselves (DEFREC_LOG_INFO), by their names.
@@ -62,8 +62,9 @@ struct Plugin {
 };
 std::vector<Plugin> list_plugins(const Context& context);
 
-// backend: "auto", or the part of a device's id before the colon ("cpu", "reference", "cuda"); device: a
-// whole id, or empty. Throws CliError(kDevice) naming what there is and why plugins were refused.
+// backend: "auto", or the part of a device's id before the colon ("cpu", "reference", "cuda");
+// device: a whole id, or empty. Throws CliError(kDevice) naming what there is and why plugins were
+// refused.
 Device choose_device(const Context& context, const std::string& backend, const std::string& device);
 
 // Throws CliError(kCalibration) when the library refuses the calibration. Its size must be known.

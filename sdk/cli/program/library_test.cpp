@@ -20,8 +20,8 @@ TEST_CASE("names of states") {
 
 TEST_CASE("names of several reasons") {
     CHECK(reason_names(0, "|") == "");
-    CHECK(reason_names(DEFREC_REASON_DARK | DEFREC_REASON_NO_DEPTH | DEFREC_REASON_LOW_CONTRAST, "|") ==
-          "dark|no-depth|low-contrast");
+    CHECK(reason_names(DEFREC_REASON_DARK | DEFREC_REASON_NO_DEPTH | DEFREC_REASON_LOW_CONTRAST,
+                       "|") == "dark|no-depth|low-contrast");
 }
 
 TEST_CASE("every reason of the C API has its name") {
@@ -32,8 +32,9 @@ TEST_CASE("every reason of the C API has its name") {
         if (word.rfind(prefix, 0) != 0) continue;
         layout >> equals >> value;
         std::string name = word.substr(prefix.size());
-        std::transform(name.begin(), name.end(), name.begin(),
-                       [](unsigned char c) { return c == '_' ? '-' : static_cast<char>(std::tolower(c)); });
+        std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) {
+            return c == '_' ? '-' : static_cast<char>(std::tolower(c));
+        });
         CHECK(reason_names(static_cast<std::uint32_t>(std::stoul(value)), "|") == name);
         ++found;
     }

@@ -1,5 +1,5 @@
-// The program as a user meets it: exit codes, the files that track leaves, Ctrl-C, and that the same input
-// gives the same bytes.
+// The program as a user meets it: exit codes, the files that track leaves, Ctrl-C, and that the
+// same input gives the same bytes.
 #include <doctest/doctest.h>
 #include <fcntl.h>
 #include <signal.h>
@@ -33,7 +33,8 @@ int run(const std::vector<std::string>& arguments) {
 // One small rendered sequence for all cases.
 const TestFolder& sequence() { return rendered_sequence<kFrames>(); }
 
-std::vector<std::string> track_arguments(const std::string& out, const std::vector<std::string>& more = {}) {
+std::vector<std::string> track_arguments(const std::string& out,
+                                         const std::vector<std::string>& more = {}) {
     const TestFolder& input = sequence();
     std::vector<std::string> arguments{"track",         "--quiet",
                                        "--left",        input / "left",
@@ -64,9 +65,10 @@ TEST_CASE("exit code 2: what was typed is not understood") {
     CHECK(run({"track", "--out", "x", "--calibration", "y"}) == 2);
     CHECK(run({"track", "--out", "x", "--calibration", "y", "--left", "l"}) == 2);
     CHECK(run({"track", "--out", "x", "--calibration", "y", "--stereo", "s"}) == 2);
-    CHECK(run({"track", "--out", "x", "--calibration", "y", "--stereo", "s", "--layout", "diagonal"}) == 2);
-    CHECK(run({"track", "--out", "x", "--calibration", "y", "--left", "l", "--right", "r", "--frames",
-               "3:1"}) == 2);
+    CHECK(run({"track", "--out", "x", "--calibration", "y", "--stereo", "s", "--layout",
+               "diagonal"}) == 2);
+    CHECK(run({"track", "--out", "x", "--calibration", "y", "--left", "l", "--right", "r",
+               "--frames", "3:1"}) == 2);
     CHECK(run({"score", "dir"}) == 2);
     CHECK(run({"bench", "--size", "7"}) == 2);
     const TestFolder folder;
@@ -85,21 +87,24 @@ TEST_CASE("exit codes 3, 4, 5, 6 and 7") {
     const TestFolder& input = sequence();
     const TestFolder folder;
     const std::string out = folder / "out";
-    CHECK(run({"track", "--quiet", "--left", input / "absent", "--right", input / "right", "--calibration",
-               input / "calibration.yaml", "--out", out}) == 3);
+    CHECK(run({"track", "--quiet", "--left", input / "absent", "--right", input / "right",
+               "--calibration", input / "calibration.yaml", "--out", out}) == 3);
     const std::string duplicate = folder.write("points.csv", "id,u,v\n1,5,5\n1,6,6\n");
-    CHECK(run({"track", "--quiet", "--left", input / "left", "--right", input / "right", "--calibration",
-               input / "calibration.yaml", "--points", duplicate, "--out", out}) == 3);
+    CHECK(run({"track", "--quiet", "--left", input / "left", "--right", input / "right",
+               "--calibration", input / "calibration.yaml", "--points", duplicate, "--out", out}) ==
+          3);
     const std::string broken = folder.write("calibration.yaml", "M1: 1\n");
-    CHECK(run({"track", "--quiet", "--left", input / "left", "--right", input / "right", "--calibration",
-               broken, "--out", out}) == 4);
+    CHECK(run({"track", "--quiet", "--left", input / "left", "--right", input / "right",
+               "--calibration", broken, "--out", out}) == 4);
     CHECK(run(track_arguments(out, {"--backend", "abacus"})) == 5);
     CHECK(run(track_arguments(out, {"--device", "cpu:no-such-device"})) == 5);
     CHECK(run(track_arguments(folder.write("file", "") + "/out")) == 7);
     CHECK_FALSE(fs::exists(out));
 }
 
-TEST_CASE("track leaves every file, and the same input gives the same bytes with one thread and with two") {
+TEST_CASE(
+    "track leaves every file, and the same input gives the same bytes with one thread and with "
+    "two") {
     const TestFolder folder;
     REQUIRE(run(track_arguments(folder / "a", {"--threads", "2", "--meshes"})) == 0);
     REQUIRE(run(track_arguments(folder / "b", {"--threads", "1", "--no-overlay"})) == 0);
@@ -122,9 +127,10 @@ TEST_CASE("track leaves every file, and the same input gives the same bytes with
     CHECK(summary["frames"] == kFrames);
     CHECK(summary["states"]["tracking"].get<int>() > 0);
 
-    CHECK(run({"score", folder / "a", "--truth", sequence() / "truth.csv", "--max-median", "2"}) == 0);
-    CHECK(run({"score", folder / "a", "--truth", sequence() / "truth.csv", "--max-median", "0.000001",
-               "--json"}) == 6);
+    CHECK(run({"score", folder / "a", "--truth", sequence() / "truth.csv", "--max-median", "2"}) ==
+          0);
+    CHECK(run({"score", folder / "a", "--truth", sequence() / "truth.csv", "--max-median",
+               "0.000001", "--json"}) == 6);
 }
 
 TEST_CASE("row 71: after a damaged frame the outputs hold those before, and the exit code is 3") {

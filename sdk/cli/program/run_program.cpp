@@ -15,16 +15,19 @@ constexpr char kOverview[] =
     "A first run, from nothing to a report:\n"
     "  defrec render --list\n"
     "  defrec render heartbeat --out sequence\n"
-    "  defrec track --left sequence/left --right sequence/right --calibration sequence/calibration.yaml \\\n"
+    "  defrec track --left sequence/left --right sequence/right --calibration "
+    "sequence/calibration.yaml \\\n"
     "               --points sequence/points.csv --out result\n"
     "  defrec score result --truth sequence/truth.csv\n"
     "`defrec COMMAND --help` explains each.\n"
     "\n"
-    "Exit codes: 0 ok, 1 internal error, 2 usage, 3 input unreadable, 4 calibration invalid, 5 plugin or "
+    "Exit codes: 0 ok, 1 internal error, 2 usage, 3 input unreadable, 4 calibration invalid, 5 "
+    "plugin or "
     "device\n"
     "unavailable, 6 finished but below the asked threshold, 7 output failed, 130 interrupted.";
 
-// OpenCV's and FFmpeg's own complaints would stand between ours, which say the same with file and reason.
+// OpenCV's and FFmpeg's own complaints would stand between ours, which say the same with file and
+// reason.
 void silence_decoders() {
     cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
     ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
@@ -32,7 +35,8 @@ void silence_decoders() {
 }
 
 // Frames of the user's own for bench.
-BenchSequence load_frames(const std::string& left, const std::string& right, const std::string& calibration, LengthUnit units) {
+BenchSequence load_frames(const std::string& left, const std::string& right,
+                          const std::string& calibration, LengthUnit units) {
     constexpr int kMaxFrames = 200;
     SourceOptions options;
     options.left = left;

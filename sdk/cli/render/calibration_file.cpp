@@ -24,7 +24,8 @@ Eigen::Matrix3d rectification(const StereoRig& rig) {
     cv::eigen2cv(rig.rotation, r);
     cv::eigen2cv(rig.translation, t);
     cv::stereoRectify(camera_matrix(rig.left), coefficients(rig.left), camera_matrix(rig.right),
-                      coefficients(rig.right), cv::Size(rig.width, rig.height), r, t, r1, r2, p1, p2, q);
+                      coefficients(rig.right), cv::Size(rig.width, rig.height), r, t, r1, r2, p1,
+                      p2, q);
     Eigen::Matrix3d result;
     cv::cv2eigen(r1, result);
     return result;
@@ -38,9 +39,9 @@ void write_calibration(const StereoRig& rig, const std::string& path) {
     cv::Mat r, t;
     cv::eigen2cv(rig.rotation, r);
     cv::eigen2cv(rig.translation, t);
-    file << "image_width" << rig.width << "image_height" << rig.height << "M1" << camera_matrix(rig.left)
-         << "D1" << coefficients(rig.left) << "M2" << camera_matrix(rig.right) << "D2"
-         << coefficients(rig.right) << "R" << r << "T" << t;
+    file << "image_width" << rig.width << "image_height" << rig.height << "M1"
+         << camera_matrix(rig.left) << "D1" << coefficients(rig.left) << "M2"
+         << camera_matrix(rig.right) << "D2" << coefficients(rig.right) << "R" << r << "T" << t;
 }
 
 }  // namespace defrec::cli

@@ -16,7 +16,8 @@ constexpr double kOcclusionSlack = 0.3;  // mm, between a point and the mesh in 
 
 }  // namespace
 
-Film::Film(const std::string& scene, int width, int height, int frames, std::uint64_t seed, int threads)
+Film::Film(const std::string& scene, int width, int height, int frames, std::uint64_t seed,
+           int threads)
     : width_(width),
       height_(height),
       threads_(threads),
@@ -66,17 +67,19 @@ void Film::choose_points() {
     const double edge = 0.06 * width_;
     for (int j = 0; j < rows; ++j) {
         for (int i = 0; i < columns; ++i) {
-            const double u = std::round(100 * (edge + i * (width_ - 1 - 2 * edge) / (columns - 1))) / 100;
-            const double v = std::round(100 * (edge + j * (height_ - 1 - 2 * edge) / (rows - 1))) / 100;
-            const auto pixel =
-                static_cast<std::size_t>(std::lround(v)) * width_ + static_cast<std::size_t>(std::lround(u));
+            const double u =
+                std::round(100 * (edge + i * (width_ - 1 - 2 * edge) / (columns - 1))) / 100;
+            const double v =
+                std::round(100 * (edge + j * (height_ - 1 - 2 * edge) / (rows - 1))) / 100;
+            const auto pixel = static_cast<std::size_t>(std::lround(v)) * width_ +
+                               static_cast<std::size_t>(std::lround(u));
             const Hit& hit = left_hits_[pixel];
             const Eigen::Vector2d ray = left_.lens.ray({u, v});
             const Eigen::Vector3d direction =
                 state_.camera.rotation.transpose() * Eigen::Vector3d(ray.x(), ray.y(), 1);
             Eigen::Vector2d material(hit.s, hit.t);
-            if (hit.z <= 0 || !scene_.surface.intersect(state_.camera.centre, direction, state_.time,
-                                                        state_.motion, material)) {
+            if (hit.z <= 0 || !scene_.surface.intersect(state_.camera.centre, direction,
+                                                        state_.time, state_.motion, material)) {
                 continue;
             }
             const Eigen::Vector3d point =
@@ -93,13 +96,15 @@ bool Film::visible(const Eigen::Vector3d& in_left) const {
         return false;
     }
     const Eigen::Vector2d pixel = left_.lens.project(in_left);
-    const int u = static_cast<int>(std::lround(pixel.x())), v = static_cast<int>(std::lround(pixel.y()));
+    const int u = static_cast<int>(std::lround(pixel.x())),
+              v = static_cast<int>(std::lround(pixel.y()));
     if (u < 0 || v < 0 || u >= width_ || v >= height_) {
         return false;
     }
     if (state_.instrument) {
         const Instrument tool = left_.from_scene(*state_.instrument);
-        if (nearest_approach(tool, Eigen::Vector3d::Zero(), in_left, 0.0, 1.0).distance < tool.radius) {
+        if (nearest_approach(tool, Eigen::Vector3d::Zero(), in_left, 0.0, 1.0).distance <
+            tool.radius) {
             return false;
         }
     }
@@ -120,8 +125,8 @@ void Film::paint_view(bool is_left) {
         is_left ? lamp : Eigen::Vector3d(scene_.rig.rotation * lamp + scene_.rig.translation);
     request.lighting.distance = scene_.rig.depth;
     request.lighting.exposure = scene_.exposure;
-    request.sensor.seed =
-        scramble(scramble(scene_.seed) ^ (2 * static_cast<std::uint64_t>(frame_) + (is_left ? 0 : 1)));
+    request.sensor.seed = scramble(scramble(scene_.seed) ^
+                                   (2 * static_cast<std::uint64_t>(frame_) + (is_left ? 0 : 1)));
     if (!is_left) {
         request.sensor.gain = {0.90f, 0.93f, 0.96f};
         request.sensor.offset = 1.5f;
@@ -130,7 +135,8 @@ void Film::paint_view(bool is_left) {
     request.instrument = state_.instrument;
     request.smoke = state_.smoke;
     request.outside = state_.outside;
-    painter_.paint(view, is_left ? left_hits_ : right_hits_, request, is_left ? left_bgr_ : right_bgr_);
+    painter_.paint(view, is_left ? left_hits_ : right_hits_, request,
+                   is_left ? left_bgr_ : right_bgr_);
 }
 
 std::vector<std::uint16_t> Film::disparity() const {
@@ -156,12 +162,14 @@ std::vector<std::uint16_t> Film::disparity() const {
                 continue;
             }
             if (has_tool) {
-                const Eigen::Vector3d point(hit.z * left_.rays[pixel].x(), hit.z * left_.rays[pixel].y(),
-                                            hit.z);
+                const Eigen::Vector3d point(hit.z * left_.rays[pixel].x(),
+                                            hit.z * left_.rays[pixel].y(), hit.z);
                 const Eigen::Vector3d right_centre(-scene_.rig.translation.x(), 0, 0);
                 const double margin = tool.radius + hit.z / scene_.rig.left.fx;
-                if (nearest_approach(tool, Eigen::Vector3d::Zero(), point, 0, 1).distance < margin ||
-                    nearest_approach(tool, right_centre, point - right_centre, 0, 1).distance < margin) {
+                if (nearest_approach(tool, Eigen::Vector3d::Zero(), point, 0, 1).distance <
+                        margin ||
+                    nearest_approach(tool, right_centre, point - right_centre, 0, 1).distance <
+                        margin) {
                     continue;
                 }
             }

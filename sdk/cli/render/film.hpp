@@ -1,4 +1,5 @@
-// A scene, filmed frame by frame in memory: the pictures of both views and the exact truth. Writes nothing.
+// A scene, filmed frame by frame in memory: the pictures of both views and the exact truth. Writes
+// nothing.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,7 +27,8 @@ class Film {
     };
 
     /// As RenderOptions has it; frames at least 1. Throws RenderUsageError for an unknown scene.
-    Film(const std::string& scene, int width, int height, int frames, std::uint64_t seed, int threads);
+    Film(const std::string& scene, int width, int height, int frames, std::uint64_t seed,
+         int threads);
 
     const Scene& scene() const { return scene_; }
     /// To the next frame; the first call gives frame 0. At most as often as there are frames.

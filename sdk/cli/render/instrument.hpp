@@ -20,8 +20,8 @@ struct Approach {
     double distance = 0;    ///< mm between the two
 };
 
-/// The line is taken for parameters from..to. Source: closest points of two segments, Ericson, Real-Time
-/// Collision Detection, 5.1.9; here by alternating clamps, which is exact for this pair.
+/// The line is taken for parameters from..to. Source: closest points of two segments, Ericson,
+/// Real-Time Collision Detection, 5.1.9; here by alternating clamps, which is exact for this pair.
 inline Approach nearest_approach(const Instrument& instrument, const Eigen::Vector3d& origin,
                                  const Eigen::Vector3d& direction, double from, double to) {
     const Eigen::Vector3d r = origin - instrument.tip;

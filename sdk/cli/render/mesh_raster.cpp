@@ -10,9 +10,10 @@
 namespace defrec::cli {
 namespace {
 
-constexpr double kNearest = 5.0;       // mm, in front of the lens
-constexpr int kWindowStep = 8;         // vertices
-constexpr float kWindowMargin = 0.1f;  // of a ray's slope: more than a window step at any scene's depth
+constexpr double kNearest = 5.0;  // mm, in front of the lens
+constexpr int kWindowStep = 8;    // vertices
+constexpr float kWindowMargin =
+    0.1f;  // of a ray's slope: more than a window step at any scene's depth
 
 }  // namespace
 
@@ -25,7 +26,8 @@ DeformedMesh::DeformedMesh(double half_width, double half_height, double spacing
       points(static_cast<std::size_t>(columns) * rows),
       normals(points.size()) {}
 
-DeformedMesh::Window DeformedMesh::seen_window(const Surface& surface, double time, const Motion& motion,
+DeformedMesh::Window DeformedMesh::seen_window(const Surface& surface, double time,
+                                               const Motion& motion,
                                                const std::vector<const View*>& views) const {
     Window seen{columns, -1, rows, -1};
     for (int j = 0; j < rows; j += kWindowStep) {
@@ -46,7 +48,8 @@ DeformedMesh::Window DeformedMesh::seen_window(const Surface& surface, double ti
         }
     }
     return {std::max(seen.first_column - kWindowStep, 0),
-            std::min(seen.last_column + kWindowStep, columns - 1), std::max(seen.first_row - kWindowStep, 0),
+            std::min(seen.last_column + kWindowStep, columns - 1),
+            std::max(seen.first_row - kWindowStep, 0),
             std::min(seen.last_row + kWindowStep, rows - 1)};
 }
 
@@ -64,8 +67,10 @@ void DeformedMesh::deform(const Surface& surface, double time, const Motion& mot
     });
     parallel_rows(w.last_row - w.first_row + 1, threads, [&](int first, int last) {
         for (int j = w.first_row + first; j < w.first_row + last; ++j) {
-            const std::size_t above = static_cast<std::size_t>(std::max(j - 1, w.first_row)) * columns;
-            const std::size_t below = static_cast<std::size_t>(std::min(j + 1, w.last_row)) * columns;
+            const std::size_t above =
+                static_cast<std::size_t>(std::max(j - 1, w.first_row)) * columns;
+            const std::size_t below =
+                static_cast<std::size_t>(std::min(j + 1, w.last_row)) * columns;
             const std::size_t here = static_cast<std::size_t>(j) * columns;
             for (int i = w.first_column; i <= w.last_column; ++i) {
                 const Eigen::Vector3d along_s = points[here + std::min(i + 1, w.last_column)] -
@@ -78,7 +83,10 @@ void DeformedMesh::deform(const Surface& surface, double time, const Motion& mot
 }
 
 View::View(const Lens& its_lens, int its_width, int its_height, int threads)
-    : lens(its_lens), width(its_width), height(its_height), rays(static_cast<std::size_t>(width) * height) {
+    : lens(its_lens),
+      width(its_width),
+      height(its_height),
+      rays(static_cast<std::size_t>(width) * height) {
     parallel_rows(height, threads, [&](int first, int last) {
         for (int v = first; v < last; ++v) {
             for (int u = 0; u < width; ++u) {
@@ -94,7 +102,8 @@ View::View(const Lens& its_lens, int its_width, int its_height, int threads)
     }
 }
 
-void MeshRaster::render(const DeformedMesh& mesh, const View& view, int threads, std::vector<Hit>& hits) {
+void MeshRaster::render(const DeformedMesh& mesh, const View& view, int threads,
+                        std::vector<Hit>& hits) {
     seen_.resize(mesh.points.size());
     hits.assign(static_cast<std::size_t>(view.width) * view.height, Hit{});
     const DeformedMesh::Window& w = mesh.window;
@@ -104,8 +113,10 @@ void MeshRaster::render(const DeformedMesh& mesh, const View& view, int threads,
                 const std::size_t i = static_cast<std::size_t>(j) * mesh.columns + column;
                 const Eigen::Vector3d point = view.from_scene(mesh.points[i]);
                 seen_[i] = {point, -1e6f, -1e6f};
-                // Far outside the image the distortion polynomial folds back; such points are not projected.
-                if (point.z() > kNearest && point.head<2>().cwiseAbs().maxCoeff() < 0.85 * point.z()) {
+                // Far outside the image the distortion polynomial folds back; such points are not
+                // projected.
+                if (point.z() > kNearest &&
+                    point.head<2>().cwiseAbs().maxCoeff() < 0.85 * point.z()) {
                     const Eigen::Vector2d pixel = view.lens.project(point);
                     seen_[i].u = static_cast<float>(pixel.x());
                     seen_[i].v = static_cast<float>(pixel.y());
@@ -113,7 +124,8 @@ void MeshRaster::render(const DeformedMesh& mesh, const View& view, int threads,
             }
         }
     });
-    parallel_rows(view.height, threads, [&](int first, int last) { band(mesh, view, first, last, hits); });
+    parallel_rows(view.height, threads,
+                  [&](int first, int last) { band(mesh, view, first, last, hits); });
 }
 
 void MeshRaster::band(const DeformedMesh& mesh, const View& view, int first, int last,
@@ -129,8 +141,8 @@ void MeshRaster::band(const DeformedMesh& mesh, const View& view, int first, int
     }
 }
 
-void MeshRaster::triangle(const DeformedMesh& mesh, const View& view, const int (&corner)[3], int first,
-                          int last, std::vector<Hit>& hits) const {
+void MeshRaster::triangle(const DeformedMesh& mesh, const View& view, const int (&corner)[3],
+                          int first, int last, std::vector<Hit>& hits) const {
     const Seen& p = seen_[corner[0]];
     const Seen& q = seen_[corner[1]];
     const Seen& r = seen_[corner[2]];
@@ -146,9 +158,9 @@ void MeshRaster::triangle(const DeformedMesh& mesh, const View& view, const int 
     if (v0 > v1 || u0 > u1) {
         return;
     }
-    // The ray d meets the plane at weights proportional to d.(q x r), d.(r x p), d.(p x q). The three cross
-    // products of a shared edge are negatives of each other to the bit, so that no pixel falls between two
-    // triangles.
+    // The ray d meets the plane at weights proportional to d.(q x r), d.(r x p), d.(p x q). The
+    // three cross products of a shared edge are negatives of each other to the bit, so that no
+    // pixel falls between two triangles.
     const Eigen::Vector3d np = q.point.cross(r.point);
     const Eigen::Vector3d nq = r.point.cross(p.point);
     const Eigen::Vector3d nr = p.point.cross(q.point);

@@ -1,5 +1,5 @@
-// Which point of the deformed surface each pixel of an view sees: a fine mesh of the surface, hit by the exact
-// ray of every pixel, so that lens distortion costs no accuracy.
+// Which point of the deformed surface each pixel of an view sees: a fine mesh of the surface, hit
+// by the exact ray of every pixel, so that lens distortion costs no accuracy.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,13 +15,16 @@ namespace defrec::cli {
 struct View {
     Lens lens;
     int width = 0, height = 0;
-    std::vector<Eigen::Vector2f> rays;                       ///< (x/z, y/z), width * height
-    Eigen::Vector2f lowest_ray, highest_ray;                 ///< bounds of rays
-    Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< x_eye = rotation * x_scene + translation
+    std::vector<Eigen::Vector2f> rays;        ///< (x/z, y/z), width * height
+    Eigen::Vector2f lowest_ray, highest_ray;  ///< bounds of rays
+    Eigen::Matrix3d rotation =
+        Eigen::Matrix3d::Identity();  ///< x_eye = rotation * x_scene + translation
     Eigen::Vector3d translation = Eigen::Vector3d::Zero();
 
     View(const Lens& its_lens, int its_width, int its_height, int threads);
-    Eigen::Vector3d from_scene(const Eigen::Vector3d& point) const { return rotation * point + translation; }
+    Eigen::Vector3d from_scene(const Eigen::Vector3d& point) const {
+        return rotation * point + translation;
+    }
     Instrument from_scene(Instrument instrument) const {
         instrument.tip = from_scene(instrument.tip);
         instrument.axis = rotation * instrument.axis;
@@ -29,11 +32,12 @@ struct View {
     }
 };
 
-/// A regular mesh in material coordinates, deformed for one frame. Scene's frame, mm. Only the vertices
-/// inside the window, which holds all that the views see, are of the frame.
+/// A regular mesh in material coordinates, deformed for one frame. Scene's frame, mm. Only the
+/// vertices inside the window, which holds all that the views see, are of the frame.
 struct DeformedMesh {
     struct Window {
-        int first_column = 0, last_column = -1, first_row = 0, last_row = -1;  ///< inclusive; may be empty
+        int first_column = 0, last_column = -1, first_row = 0,
+            last_row = -1;  ///< inclusive; may be empty
     };
 
     int columns = 0, rows = 0;
@@ -69,9 +73,10 @@ class MeshRaster {
         Eigen::Vector3d point;  ///< view's frame
         float u, v;
     };
-    void band(const DeformedMesh& mesh, const View& view, int first, int last, std::vector<Hit>& hits) const;
-    void triangle(const DeformedMesh& mesh, const View& view, const int (&corner)[3], int first, int last,
-                  std::vector<Hit>& hits) const;
+    void band(const DeformedMesh& mesh, const View& view, int first, int last,
+              std::vector<Hit>& hits) const;
+    void triangle(const DeformedMesh& mesh, const View& view, const int (&corner)[3], int first,
+                  int last, std::vector<Hit>& hits) const;
 
     std::vector<Seen> seen_;
 };

@@ -1,5 +1,5 @@
-// Counter-based random numbers and gradient noise: functions of their arguments alone, so that a picture does
-// not depend on the order in which threads paint it.
+// Counter-based random numbers and gradient noise: functions of their arguments alone, so that a
+// picture does not depend on the order in which threads paint it.
 #pragma once
 
 #include <cstdint>
@@ -30,8 +30,8 @@ class Random {
 };
 
 inline std::uint32_t lattice_hash(std::int32_t x, std::int32_t y, std::uint32_t seed) {
-    std::uint32_t h =
-        static_cast<std::uint32_t>(x) * 0x8DA6B343u ^ static_cast<std::uint32_t>(y) * 0xD8163841u ^ seed;
+    std::uint32_t h = static_cast<std::uint32_t>(x) * 0x8DA6B343u ^
+                      static_cast<std::uint32_t>(y) * 0xD8163841u ^ seed;
     h = (h ^ (h >> 15)) * 0x2C1B3C6Du;
     h = (h ^ (h >> 12)) * 0x297A2D39u;
     return h ^ (h >> 15);
@@ -39,8 +39,9 @@ inline std::uint32_t lattice_hash(std::int32_t x, std::int32_t y, std::uint32_t 
 
 /// One of 16 directions times the offset from the lattice point.
 inline float lattice_gradient(std::uint32_t hash, float dx, float dy) {
-    constexpr float kCos[16] = {1.0f,  0.9239f,  0.7071f,  0.3827f,  0.0f,  -0.3827f, -0.7071f, -0.9239f,
-                                -1.0f, -0.9239f, -0.7071f, -0.3827f, -0.0f, 0.3827f,  0.7071f,  0.9239f};
+    constexpr float kCos[16] = {1.0f,     0.9239f,  0.7071f, 0.3827f,  0.0f,     -0.3827f,
+                                -0.7071f, -0.9239f, -1.0f,   -0.9239f, -0.7071f, -0.3827f,
+                                -0.0f,    0.3827f,  0.7071f, 0.9239f};
     const std::uint32_t i = hash >> 28;
     return kCos[i] * dx + kCos[(i + 12) & 15] * dy;
 }
@@ -51,8 +52,8 @@ inline std::int32_t floor_to_int(float x) {
     return truncated - (static_cast<float>(truncated) > x ? 1 : 0);
 }
 
-/// Gradient noise (Perlin 2002, quintic fade) with a lattice of 1; about -1..1, mean 0, standard deviation
-/// about 0.35.
+/// Gradient noise (Perlin 2002, quintic fade) with a lattice of 1; about -1..1, mean 0, standard
+/// deviation about 0.35.
 inline float gradient_noise(float x, float y, std::uint32_t seed) {
     const std::int32_t ix = floor_to_int(x);
     const std::int32_t iy = floor_to_int(y);

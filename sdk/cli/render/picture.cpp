@@ -12,8 +12,9 @@
 namespace defrec::cli {
 namespace {
 
-constexpr int kVeilStep = 8;             // px between samples of the smoke, which is smooth
-constexpr float kHighlightFrom = 0.93f;  // cosine below which the film's slopes cannot make a highlight
+constexpr int kVeilStep = 8;  // px between samples of the smoke, which is smooth
+constexpr float kHighlightFrom =
+    0.93f;  // cosine below which the film's slopes cannot make a highlight
 constexpr Rgb kSmokeColour{0.40f, 0.39f, 0.40f};
 
 /// x to the power of 2^squarings, for highlights.
@@ -29,7 +30,8 @@ const std::array<float, 4097>& tone_curve() {
     static const std::array<float, 4097> curve = [] {
         std::array<float, 4097> c{};
         for (std::size_t i = 0; i < c.size(); ++i) {
-            c[i] = 255.0f * static_cast<float>(std::pow(static_cast<double>(i) / 4096.0, 1.0 / 2.2));
+            c[i] =
+                255.0f * static_cast<float>(std::pow(static_cast<double>(i) / 4096.0, 1.0 / 2.2));
         }
         return c;
     }();
@@ -43,12 +45,14 @@ std::uint8_t developed(float linear, float offset, float random, float noise) {
     const float level =
         curve[index] + (position - static_cast<float>(index)) * (curve[index + 1] - curve[index]);
     const float deviation = noise * (1.1f + 0.06f * std::sqrt(level + 1.0f));
-    return static_cast<std::uint8_t>(std::clamp(level + offset + deviation * random, 0.0f, 255.0f) + 0.5f);
+    return static_cast<std::uint8_t>(std::clamp(level + offset + deviation * random, 0.0f, 255.0f) +
+                                     0.5f);
 }
 
 /// Roughly normal, mean 0, deviation 1, from 21 bits: the sum of three uniform numbers.
 float bell(std::uint64_t bits) {
-    const auto sum = static_cast<float>((bits & 127u) + ((bits >> 7) & 127u) + ((bits >> 14) & 127u));
+    const auto sum =
+        static_cast<float>((bits & 127u) + ((bits >> 7) & 127u) + ((bits >> 14) & 127u));
     return (sum - 190.5f) * (1.0f / 64.0f);
 }
 
@@ -56,8 +60,8 @@ Rgb drape_colour(const Eigen::Vector2f& ray, const Eigen::Vector3d& view_offset)
     constexpr float kDistance = 260.0f;
     const float x = kDistance * ray.x() + static_cast<float>(view_offset.x());
     const float y = kDistance * ray.y() + static_cast<float>(view_offset.y());
-    const float fold =
-        gradient_noise(x / 90.0f, y / 40.0f, 77u) + 0.4f * gradient_noise(x / 31.0f, y / 23.0f, 78u);
+    const float fold = gradient_noise(x / 90.0f, y / 40.0f, 77u) +
+                       0.4f * gradient_noise(x / 31.0f, y / 23.0f, 78u);
     return (0.10f + 0.05f * fold) * Rgb{0.35f, 0.95f, 1.05f};
 }
 
@@ -122,18 +126,20 @@ Rgb Painter::tissue_colour(const View& view, const Hit& hit, const Eigen::Vector
         const Approach shade =
             nearest_approach(*instrument, point.cast<double>(), to_lamp.cast<double>(), 0.0, 1.0);
         const auto radius = static_cast<float>(instrument->radius);
-        lit *=
-            0.18f + 0.82f * smooth_step(0.85f * radius, 1.25f * radius, static_cast<float>(shade.distance));
+        lit *= 0.18f + 0.82f * smooth_step(0.85f * radius, 1.25f * radius,
+                                           static_cast<float>(shade.distance));
     }
     return lit * (facing * sample.albedo + highlight * Rgb{1.0f, 0.97f, 0.93f});
 }
 
 /// instrument: in the view's frame.
-Rgb Painter::instrument_over(Rgb behind, const View& view, const Hit& hit, const Eigen::Vector2f& ray,
-                             const Instrument& instrument, const Lighting& lighting) {
+Rgb Painter::instrument_over(Rgb behind, const View& view, const Hit& hit,
+                             const Eigen::Vector2f& ray, const Instrument& instrument,
+                             const Lighting& lighting) {
     const Eigen::Vector3d direction(ray.x(), ray.y(), 1.0);
     const double far = hit.z > 0 ? hit.z : 1000.0;
-    const Approach near = nearest_approach(instrument, Eigen::Vector3d::Zero(), direction, 1.0, far);
+    const Approach near =
+        nearest_approach(instrument, Eigen::Vector3d::Zero(), direction, 1.0, far);
     const double pixel_mm = near.along_line / view.lens.fx;
     const double cover = std::clamp((instrument.radius - near.distance) / pixel_mm + 0.5, 0.0, 1.0);
     if (cover <= 0) {
@@ -141,8 +147,8 @@ Rgb Painter::instrument_over(Rgb behind, const View& view, const Hit& hit, const
     }
     const Eigen::Vector3d on_axis = instrument.tip + near.along_axis * instrument.axis;
     const Eigen::Vector3d across = direction - direction.dot(instrument.axis) * instrument.axis;
-    const double inside =
-        std::sqrt(std::max(0.0, instrument.radius * instrument.radius - near.distance * near.distance));
+    const double inside = std::sqrt(
+        std::max(0.0, instrument.radius * instrument.radius - near.distance * near.distance));
     const Eigen::Vector3d normal =
         (near.along_line * direction - on_axis - inside * across.normalized()).normalized();
     const Eigen::Vector3d point = on_axis + instrument.radius * normal;
@@ -151,11 +157,12 @@ Rgb Painter::instrument_over(Rgb behind, const View& view, const Hit& hit, const
     return mix(behind, steel, static_cast<float>(cover));
 }
 
-void Painter::paint_rows(const View& view, const std::vector<Hit>& hits, const PictureRequest& request,
-                         int first, int last) {
+void Painter::paint_rows(const View& view, const std::vector<Hit>& hits,
+                         const PictureRequest& request, int first, int last) {
     const Instrument tool = view.from_scene(request.instrument.value_or(Instrument{}));
     const Instrument* instrument = request.instrument ? &tool : nullptr;
-    const float corner = 0.25f * static_cast<float>(view.width * view.width + view.height * view.height);
+    const float corner =
+        0.25f * static_cast<float>(view.width * view.width + view.height * view.height);
     for (int v = first; v < last; ++v) {
         for (int u = 0; u < view.width; ++u) {
             const std::size_t pixel = static_cast<std::size_t>(v) * view.width + u;
@@ -198,7 +205,8 @@ void Painter::expose_rows(const View& view, const PictureRequest& request, int f
             const std::uint64_t bits = scramble(sensor.seed ^ (pixel * 0xD1B54A32D192ED03ull));
             bgr[3 * pixel] = developed(seen.b, sensor.offset, bell(bits), 1.2f * sensor.noise);
             bgr[3 * pixel + 1] = developed(seen.g, sensor.offset, bell(bits >> 21), sensor.noise);
-            bgr[3 * pixel + 2] = developed(seen.r, sensor.offset, bell(bits >> 42), 1.1f * sensor.noise);
+            bgr[3 * pixel + 2] =
+                developed(seen.r, sensor.offset, bell(bits >> 42), 1.1f * sensor.noise);
         }
     }
 }
@@ -217,12 +225,15 @@ void Painter::prepare_smoke(const View& view, const PictureRequest& request) {
             float thickness = 0;
             constexpr float kLayers[3] = {28.0f, 44.0f, 62.0f};
             for (std::uint32_t layer = 0; layer < 3; ++layer) {
-                const float x = kLayers[layer] * ray.x() + static_cast<float>(request.view_offset.x());
-                const float y = kLayers[layer] * ray.y() + static_cast<float>(request.view_offset.y());
+                const float x =
+                    kLayers[layer] * ray.x() + static_cast<float>(request.view_offset.x());
+                const float y =
+                    kLayers[layer] * ray.y() + static_cast<float>(request.view_offset.y());
                 const float curl = gradient_noise(x / 14.0f, y / 14.0f + 0.05f * time, 61u + layer);
                 thickness +=
                     0.40f + 0.45f * gradient_noise((x - 0.35f * time) / 17.0f + 0.6f * curl,
-                                                   (y + 0.22f * time) / 15.0f + 0.5f * curl, 71u + layer);
+                                                   (y + 0.22f * time) / 15.0f + 0.5f * curl,
+                                                   71u + layer);
             }
             const float veil = 1.0f - std::exp(-std::max(0.0f, thickness));
             veil_[static_cast<std::size_t>(j) * veil_columns_ + i] = request.smoke.density * veil;

@@ -1,4 +1,5 @@
-// From what an view sees to its 8-bit picture: light, highlights, instrument, smoke, lens blur and sensor.
+// From what an view sees to its 8-bit picture: light, highlights, instrument, smoke, lens blur and
+// sensor.
 #pragma once
 
 #include <Eigen/Core>
@@ -40,7 +41,8 @@ struct PictureRequest {
     std::optional<Instrument> instrument;  ///< scene's frame
     Smoke smoke;
     Outside outside = Outside::none;
-    Eigen::Vector3d view_offset = Eigen::Vector3d::Zero();  ///< mm, from the left view; for smoke and drape
+    Eigen::Vector3d view_offset =
+        Eigen::Vector3d::Zero();  ///< mm, from the left view; for smoke and drape
 };
 
 /// Paints the pictures of one size; holds the buffers between frames.
@@ -53,12 +55,13 @@ class Painter {
                std::vector<std::uint8_t>& bgr);
 
   private:
-    void paint_rows(const View& view, const std::vector<Hit>& hits, const PictureRequest& request, int first,
-                    int last);
+    void paint_rows(const View& view, const std::vector<Hit>& hits, const PictureRequest& request,
+                    int first, int last);
     Rgb tissue_colour(const View& view, const Hit& hit, const Eigen::Vector2f& ray,
                       const PictureRequest& request, const Instrument* instrument) const;
-    static Rgb instrument_over(Rgb behind, const View& view, const Hit& hit, const Eigen::Vector2f& ray,
-                               const Instrument& instrument, const Lighting& lighting);
+    static Rgb instrument_over(Rgb behind, const View& view, const Hit& hit,
+                               const Eigen::Vector2f& ray, const Instrument& instrument,
+                               const Lighting& lighting);
     void expose_rows(const View& view, const PictureRequest& request, int first, int last,
                      std::vector<std::uint8_t>& bgr) const;
     void prepare_smoke(const View& view, const PictureRequest& request);

@@ -50,8 +50,8 @@ int carry_out(Arguments& arguments, const StopFn& stop) {
         const auto report = [&](int done, int total) {
             complete = done == total;
             if (show) {
-                std::fprintf(stderr, "\r%s: frame %d of %d%s", arguments.options.scene.c_str(), done, total,
-                             complete ? "\n" : "");
+                std::fprintf(stderr, "\r%s: frame %d of %d%s", arguments.options.scene.c_str(),
+                             done, total, complete ? "\n" : "");
             }
         };
         const int written = render_sequence(arguments.options, report, stop);
@@ -79,18 +79,24 @@ CLI::App* add_render_command(CLI::App& app, std::function<int()>& run, const Sto
     RenderOptions& options = arguments->options;
     command->add_option("scene", options.scene, "Name of the scene (see --list)");
     command->add_option("--out", options.out_dir, "Folder to write to; created where absent");
-    command->add_option("--size", arguments->size, "Width x height of the images")->capture_default_str();
-    command->add_option("--frames", options.frames, "Number of frames; 0: the scene's own number, 60")
+    command->add_option("--size", arguments->size, "Width x height of the images")
         ->capture_default_str();
-    command->add_option("--seed", options.seed, "Another seed is another organ")->capture_default_str();
+    command
+        ->add_option("--frames", options.frames, "Number of frames; 0: the scene's own number, 60")
+        ->capture_default_str();
+    command->add_option("--seed", options.seed, "Another seed is another organ")
+        ->capture_default_str();
     command->add_option("--threads", options.threads, "0: all; the result does not depend on it")
         ->capture_default_str();
-    command->add_flag("--depth", options.depth, "Also write disparity/: 16-bit PNG, 256 x px, 0 unknown");
+    command->add_flag("--depth", options.depth,
+                      "Also write disparity/: 16-bit PNG, 256 x px, 0 unknown");
     command->add_flag("--list", arguments->list, "Name the scenes and stop");
     command->add_flag("--quiet", arguments->quiet, "No progress");
-    command->footer("Example: defrec render heartbeat --out /tmp/heartbeat --size 960x540 --frames 60");
-    command->callback(
-        [&run, arguments, stop] { run = [arguments, stop] { return carry_out(*arguments, stop); }; });
+    command->footer(
+        "Example: defrec render heartbeat --out /tmp/heartbeat --size 960x540 --frames 60");
+    command->callback([&run, arguments, stop] {
+        run = [arguments, stop] { return carry_out(*arguments, stop); };
+    });
     return command;
 }
 

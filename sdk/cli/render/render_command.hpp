@@ -1,5 +1,5 @@
-// `defrec render`: writes reference sequences with exact truth (docs/reference_sequences.md). The interface
-// that the program's main function uses; nothing here knows of the tracker.
+// `defrec render`: writes reference sequences with exact truth (docs/reference_sequences.md). The
+// interface that the program's main function uses; nothing here knows of the tracker.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,8 @@ class App;
 
 namespace defrec::cli {
 
-/// The request cannot be carried out as written (unknown scene, bad size): exit code 2, what() for the user.
+/// The request cannot be carried out as written (unknown scene, bad size): exit code 2, what() for
+/// the user.
 class RenderUsageError : public std::invalid_argument {
   public:
     using std::invalid_argument::invalid_argument;
@@ -33,36 +34,40 @@ struct RenderOptions {
     int height = 540;  ///< px, 120..2160
     int frames = 0;    ///< 1..100000; 0: the scene's own number
     std::uint64_t seed = 1;
-    bool depth = false;  ///< also DIR/disparity/%06d.png: 16 bit, 256 x px, 0 unknown; rectified scenes only
-    int threads = 0;     ///< 0: as many as the machine has; the written bits do not depend on it
+    bool depth =
+        false;  ///< also DIR/disparity/%06d.png: 16 bit, 256 x px, 0 unknown; rectified scenes only
+    int threads = 0;  ///< 0: as many as the machine has; the written bits do not depend on it
 };
 
 /// Called on the calling thread after every frame; may be empty.
 using ProgressFn = std::function<void(int frames_done, int frames_total)>;
 
-/// Asked on the calling thread before every frame but the first; true ends the sequence there. May be empty.
+/// Asked on the calling thread before every frame but the first; true ends the sequence there. May
+/// be empty.
 using StopFn = std::function<bool()>;
 
 struct SceneInfo {
     std::string name;
-    std::string summary;    ///< one line
-    bool rectified = true;  ///< false: raw images with lens distortion from two cameras that are not parallel
+    std::string summary;  ///< one line
+    bool rectified =
+        true;  ///< false: raw images with lens distortion from two cameras that are not parallel
     int default_frames = 60;
 };
 
 /// Every scene that can be rendered, in the order in which they are listed.
 std::vector<SceneInfo> list_scenes();
 
-/// Writes left/, right/, calibration.yaml, points.csv and truth.csv (and disparity/) into options.out_dir,
-/// which is created where absent; frames that an earlier sequence left there are removed, and truth.csv
-/// appears when the sequence is complete or was stopped. The same options give the same bits. Returns the
-/// number of frames written. Throws RenderUsageError before anything is written, RenderOutputError when a
-/// file cannot be written.
-int render_sequence(const RenderOptions& options, const ProgressFn& progress, const StopFn& stop = {});
+/// Writes left/, right/, calibration.yaml, points.csv and truth.csv (and disparity/) into
+/// options.out_dir, which is created where absent; frames that an earlier sequence left there are
+/// removed, and truth.csv appears when the sequence is complete or was stopped. The same options
+/// give the same bits. Returns the number of frames written. Throws RenderUsageError before
+/// anything is written, RenderOutputError when a file cannot be written.
+int render_sequence(const RenderOptions& options, const ProgressFn& progress,
+                    const StopFn& stop = {});
 
-/// Adds the subcommand. When the user chose it, `run` is set to the function that carries it out and returns
-/// the exit code: 0 done, 2 usage, 7 cannot write, 130 stopped. `run` must outlive the parsing. Returns the
-/// subcommand.
+/// Adds the subcommand. When the user chose it, `run` is set to the function that carries it out
+/// and returns the exit code: 0 done, 2 usage, 7 cannot write, 130 stopped. `run` must outlive the
+/// parsing. Returns the subcommand.
 CLI::App* add_render_command(CLI::App& app, std::function<int()>& run, const StopFn& stop = {});
 
 }  // namespace defrec::cli

@@ -1,4 +1,5 @@
-// Reference sequences checked from their files alone, with OpenCV as the independent judge of geometry.
+// Reference sequences checked from their files alone, with OpenCV as the independent judge of
+// geometry.
 #include <doctest/doctest.h>
 #include <unistd.h>
 
@@ -97,9 +98,11 @@ struct Written {
         file["D2"] >> d2;
         file["R"] >> r;
         file["T"] >> t;
-        size = cv::Size(static_cast<int>(file["image_width"]), static_cast<int>(file["image_height"]));
+        size =
+            cv::Size(static_cast<int>(file["image_width"]), static_cast<int>(file["image_height"]));
         cv::Mat q;
-        cv::stereoRectify(m1, d1, m2, d2, size, r, t, r1, r2, p1, p2, q, cv::CALIB_ZERO_DISPARITY, 0);
+        cv::stereoRectify(m1, d1, m2, d2, size, r, t, r1, r2, p1, p2, q, cv::CALIB_ZERO_DISPARITY,
+                          0);
     }
 
     void read_tables(int frames) {
@@ -120,16 +123,17 @@ struct Written {
         REQUIRE(line == "frame,id,x,y,z,visible");
         std::size_t count = 0;
         for (; std::getline(rows, line); ++count) {
-            REQUIRE(std::sscanf(line.c_str(), "%d,%d,%lf,%lf,%lf,%d", &frame, &id, &x, &y, &z, &visible) ==
-                    6);
-            truth.at(static_cast<std::size_t>(frame)).at(static_cast<std::size_t>(id)) = {{x, y, z},
-                                                                                          visible != 0};
+            REQUIRE(std::sscanf(line.c_str(), "%d,%d,%lf,%lf,%lf,%d", &frame, &id, &x, &y, &z,
+                                &visible) == 6);
+            truth.at(static_cast<std::size_t>(frame)).at(static_cast<std::size_t>(id)) = {
+                {x, y, z}, visible != 0};
         }
         REQUIRE(count == truth.size() * points.size());
     }
 
     cv::Mat image(const char* view, int frame) const {
-        const cv::Mat picture = cv::imread((folder.path / view / numbered(frame)).string(), cv::IMREAD_COLOR);
+        const cv::Mat picture =
+            cv::imread((folder.path / view / numbered(frame)).string(), cv::IMREAD_COLOR);
         REQUIRE(picture.size() == size);
         return picture;
     }
@@ -137,8 +141,8 @@ struct Written {
     cv::Mat rectified(const char* view, int frame) const {
         const bool left = std::string(view) == "left";
         cv::Mat x, y, gray, result;
-        cv::initUndistortRectifyMap(left ? m1 : m2, left ? d1 : d2, left ? r1 : r2, left ? p1 : p2, size,
-                                    CV_32FC1, x, y);
+        cv::initUndistortRectifyMap(left ? m1 : m2, left ? d1 : d2, left ? r1 : r2, left ? p1 : p2,
+                                    size, CV_32FC1, x, y);
         cv::cvtColor(image(view, frame), gray, cv::COLOR_BGR2GRAY);
         cv::remap(gray, result, x, y, cv::INTER_LINEAR);
         return result;
@@ -163,15 +167,16 @@ struct Written {
 
 double median(std::vector<double> values) {
     REQUIRE(!values.empty());
-    std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
-                     values.end());
+    std::nth_element(values.begin(),
+                     values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
     return values[values.size() / 2];
 }
 
-/// Where, within `reach` px of `expected`, a patch of `from` round `centre` is found in `to`: offset from
-/// expected, with sub-pixel parabola. False near the border and where the best match is poor.
-bool match(const cv::Mat& from, cv::Point2d centre, const cv::Mat& to, cv::Point2d expected, int reach,
-           cv::Point2d& offset) {
+/// Where, within `reach` px of `expected`, a patch of `from` round `centre` is found in `to`:
+/// offset from expected, with sub-pixel parabola. False near the border and where the best match is
+/// poor.
+bool match(const cv::Mat& from, cv::Point2d centre, const cv::Mat& to, cv::Point2d expected,
+           int reach, cv::Point2d& offset) {
     constexpr int kHalf = 10;
     const int margin = kHalf + reach + 2;
     const cv::Rect2d inner(margin, margin, from.cols - 2 * margin, from.rows - 2 * margin);
@@ -180,7 +185,8 @@ bool match(const cv::Mat& from, cv::Point2d centre, const cv::Mat& to, cv::Point
     }
     cv::Mat patch, area, score;
     cv::getRectSubPix(from, {2 * kHalf + 1, 2 * kHalf + 1}, cv::Point2f(centre), patch);
-    cv::getRectSubPix(to, {2 * (kHalf + reach) + 1, 2 * (kHalf + reach) + 1}, cv::Point2f(expected), area);
+    cv::getRectSubPix(to, {2 * (kHalf + reach) + 1, 2 * (kHalf + reach) + 1}, cv::Point2f(expected),
+                      area);
     cv::matchTemplate(area, patch, score, cv::TM_CCOEFF_NORMED);
     double best = 0;
     cv::Point at;
@@ -203,7 +209,8 @@ bool match(const cv::Mat& from, cv::Point2d centre, const cv::Mat& to, cv::Point
     return true;
 }
 
-/// Matches every visible point of `frame` between the rectified views; the truth says where it ought to be.
+/// Matches every visible point of `frame` between the rectified views; the truth says where it
+/// ought to be.
 void check_views(const Written& w, int frame) {
     const cv::Mat left = w.rectified("left", frame), right = w.rectified("right", frame);
     std::vector<double> along, across;
@@ -263,7 +270,8 @@ int run_command(std::vector<std::string> arguments, const defrec::cli::StopFn& s
 
 }  // namespace
 
-TEST_CASE("the same options give the same bits, whatever the number of threads; another seed does not") {
+TEST_CASE(
+    "the same options give the same bits, whatever the number of threads; another seed does not") {
     const Written one("indentation", 200, 150, 2, true, 5, 1);
     const Written three("indentation", 200, 150, 2, true, 5, 3);
     const Written other("indentation", 200, 150, 2, true, 6, 3);
@@ -277,12 +285,14 @@ TEST_CASE("the same options give the same bits, whatever the number of threads; 
         }
     }
     CHECK(files == 2 * 3 + 3);
-    CHECK(slurp(one.folder.path / "left/000000.png") != slurp(other.folder.path / "left/000000.png"));
+    CHECK(slurp(one.folder.path / "left/000000.png") !=
+          slurp(other.folder.path / "left/000000.png"));
     CHECK(slurp(one.folder.path / "truth.csv") != slurp(other.folder.path / "truth.csv"));
 }
 
 TEST_CASE(
-    "the truth of the first frame projects onto points.csv, through the distortion where there is one") {
+    "the truth of the first frame projects onto points.csv, through the distortion where there is "
+    "one") {
     for (const auto& scene : defrec::cli::list_scenes()) {
         CAPTURE(scene.name);
         const Written w(scene.name, 180, 144, 1);
@@ -300,7 +310,9 @@ TEST_CASE(
 
 TEST_CASE("both views show the tissue where the truth has it, f*B/Z apart") {
     SUBCASE("rectified") { check_views(Written("heartbeat", 480, 270, 1), 0); }
-    SUBCASE("raw, later, from a moved camera") { check_views(Written("respiration", 480, 270, 4), 3); }
+    SUBCASE("raw, later, from a moved camera") {
+        check_views(Written("respiration", 480, 270, 4), 3);
+    }
     SUBCASE("5:4") { check_views(Written("stretch", 360, 288, 1), 0); }
 }
 
@@ -319,10 +331,12 @@ TEST_CASE("the disparity picture is f*B/Z of the truth") {
     int compared = 0;
     for (const TruthRow& row : w.truth[5]) {
         const cv::Point3d pixel = w.in_rectified(row.point);
-        const cv::Point at(static_cast<int>(std::lround(pixel.x)), static_cast<int>(std::lround(pixel.y)));
+        const cv::Point at(static_cast<int>(std::lround(pixel.x)),
+                           static_cast<int>(std::lround(pixel.y)));
         if (row.visible && disparity.at<std::uint16_t>(at) > 0) {
             // The disparity is that of the pixel's centre, up to half a pixel from the point.
-            CHECK(disparity.at<std::uint16_t>(at) / 256.0 == doctest::Approx(pixel.z).epsilon(0.01));
+            CHECK(disparity.at<std::uint16_t>(at) / 256.0 ==
+                  doctest::Approx(pixel.z).epsilon(0.01));
             ++compared;
         }
     }
@@ -355,7 +369,8 @@ TEST_CASE("stretch changes distances by 30 % and more") {
     for (std::size_t id = 1; id < w.points.size(); ++id) {
         if (w.points[id].y == w.points[id - 1].y) {
             const double before = cv::norm(w.truth[0][id].point - w.truth[0][id - 1].point);
-            maximum = std::max(maximum, cv::norm(w.truth[24][id].point - w.truth[24][id - 1].point) / before);
+            maximum = std::max(
+                maximum, cv::norm(w.truth[24][id].point - w.truth[24][id - 1].point) / before);
         }
     }
     CHECK(maximum > 1.30);
@@ -462,12 +477,12 @@ TEST_CASE("the command answers with exit codes") {
     CHECK(run_command({"render", "smoke", "--out", out, "--size", "160"}) == 2);
     CHECK(run_command({"render", "smoke", "--out", out, "--size", "160x120x3"}) == 2);
     CHECK(run_command({"render", "smoke", "--out", "/dev/null/out", "--size", "160x120"}) == 7);
-    CHECK(run_command({"render", "smoke", "--out", out, "--size", "160x120", "--frames", "2", "--quiet"}) ==
-          0);
+    CHECK(run_command({"render", "smoke", "--out", out, "--size", "160x120", "--frames", "2",
+                       "--quiet"}) == 0);
     CHECK(fs::exists(folder.path / "out/right/000001.png"));
     CHECK_FALSE(fs::exists(folder.path / "out/right/000002.png"));
-    CHECK(run_command({"render", "smoke", "--out", out, "--size", "160x120", "--frames", "1", "--quiet"}) ==
-          0);
+    CHECK(run_command({"render", "smoke", "--out", out, "--size", "160x120", "--frames", "1",
+                       "--quiet"}) == 0);
     CHECK(fs::exists(folder.path / "out/right/000000.png"));
     CHECK_FALSE(fs::exists(folder.path / "out/right/000001.png"));
     CHECK_FALSE(fs::exists(folder.path / "out/truth.csv.part"));
@@ -478,8 +493,8 @@ TEST_CASE("row 73: a stopped rendering leaves whole frames and their truth, and 
     const std::string out = (folder.path / "out").string();
     int asked = 0;
     const auto stop = [&] { return ++asked == 2; };
-    CHECK(run_command({"render", "stretch", "--out", out, "--size", "160x120", "--frames", "9"}, stop) ==
-          130);
+    CHECK(run_command({"render", "stretch", "--out", out, "--size", "160x120", "--frames", "9"},
+                      stop) == 130);
     CHECK(fs::exists(folder.path / "out/left/000001.png"));
     CHECK_FALSE(fs::exists(folder.path / "out/left/000002.png"));
     const std::string truth = slurp(folder.path / "out/truth.csv");

@@ -58,7 +58,8 @@ StereoRig make_rig(int width, int height, bool rectified) {
         rig.right.cy += 1.7 * px;
         rig.right.distortion = {-0.274, 0.117, -0.00047, 0.00072, -0.018};
         const Eigen::Vector3d axis_angle(0.0062, -0.0113, 0.0047);
-        rig.rotation = Eigen::AngleAxisd(axis_angle.norm(), axis_angle.normalized()).toRotationMatrix();
+        rig.rotation =
+            Eigen::AngleAxisd(axis_angle.norm(), axis_angle.normalized()).toRotationMatrix();
         rig.translation = {-baseline, 0.09, -0.06};
     }
     return rig;

@@ -1,5 +1,5 @@
-// The stereo camera of a reference sequence: lenses with OpenCV's distortion model and the pose between the
-// views.
+// The stereo camera of a reference sequence: lenses with OpenCV's distortion model and the pose
+// between the views.
 #pragma once
 
 #include <Eigen/Core>
@@ -28,9 +28,9 @@ struct StereoRig {
     double depth = 0;  ///< mm, at which the scene is set up
 };
 
-/// Focal length about 1,000 px at width 960, baseline 4.6 mm, depth 80 mm; images of 5:4 and narrower get the
-/// older optics: 391 px at width 360, 5.5 mm, 90 mm. A raw rig has distortion, a small rotation and vertical
-/// offsets.
+/// Focal length about 1,000 px at width 960, baseline 4.6 mm, depth 80 mm; images of 5:4 and
+/// narrower get the older optics: 391 px at width 360, 5.5 mm, 90 mm. A raw rig has distortion, a
+/// small rotation and vertical offsets.
 StereoRig make_rig(int width, int height, bool rectified);
 
 }  // namespace defrec::cli

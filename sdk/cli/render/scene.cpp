@@ -37,9 +37,9 @@ CameraPose pose_of(const Orbit& orbit, double depth) {
 
 /// What a hand or a holder adds to any camera: a few tenths of a mm.
 void add_tremor(Orbit& orbit, double time, double phase) {
-    orbit.shift +=
-        Eigen::Vector3d(0.12 * std::sin(0.61 * time + phase) + 0.07 * std::sin(1.53 * time),
-                        0.10 * std::sin(0.47 * time + 2.0 * phase), 0.14 * std::sin(0.39 * time + 1.0));
+    orbit.shift += Eigen::Vector3d(
+        0.12 * std::sin(0.61 * time + phase) + 0.07 * std::sin(1.53 * time),
+        0.10 * std::sin(0.47 * time + 2.0 * phase), 0.14 * std::sin(0.39 * time + 1.0));
     orbit.roll += 0.0016 * std::sin(0.53 * time + phase);
     orbit.pitch += 0.0009 * std::sin(0.71 * time + 3.0 * phase);
 }
@@ -65,7 +65,8 @@ FrameState heartbeat(const Setting& setting, int frame) {
     const int lost = setting.share(0.55);
     state.repeats_previous = frame == lost && frame > 0;
     state.time = frame;
-    state.motion.heartbeat = {.lift = 6.0, .shear = 2.2, .twist = 0.045, .period = 18, .wavelength = 75};
+    state.motion.heartbeat = {
+        .lift = 6.0, .shear = 2.2, .twist = 0.045, .period = 18, .wavelength = 75};
     state.motion.respiration = {.swell = 1.5, .shift = {1.5, 2.5}, .period = 75};
     Orbit orbit;
     add_tremor(orbit, frame, setting.phase);
@@ -77,13 +78,15 @@ FrameState respiration(const Setting& setting, int frame) {
     FrameState state;
     state.time = frame;
     state.motion.respiration = {.swell = 8.0, .shift = {3.0, 7.0}, .period = 46};
-    state.motion.heartbeat = {.lift = 1.5, .shear = 0.5, .twist = 0.0, .period = 19, .wavelength = 110};
+    state.motion.heartbeat = {
+        .lift = 1.5, .shear = 0.5, .twist = 0.0, .period = 19, .wavelength = 110};
     const double t = frame;
-    Orbit orbit{.yaw = 6.0 * kDegree * std::sin(kTwoPi * t / 72.0),
-                .pitch = 4.0 * kDegree * std::sin(kTwoPi * t / 55.0 + 0.4),
-                .roll = 7.0 * kDegree * std::sin(kTwoPi * t / 88.0),
-                .shift = {5.0 * std::sin(kTwoPi * t / 64.0), 3.0 * std::sin(kTwoPi * t / 49.0), 0.0},
-                .retreat = -9.0 * (0.5 - 0.5 * std::cos(kTwoPi * t / 60.0))};
+    Orbit orbit{
+        .yaw = 6.0 * kDegree * std::sin(kTwoPi * t / 72.0),
+        .pitch = 4.0 * kDegree * std::sin(kTwoPi * t / 55.0 + 0.4),
+        .roll = 7.0 * kDegree * std::sin(kTwoPi * t / 88.0),
+        .shift = {5.0 * std::sin(kTwoPi * t / 64.0), 3.0 * std::sin(kTwoPi * t / 49.0), 0.0},
+        .retreat = -9.0 * (0.5 - 0.5 * std::cos(kTwoPi * t / 60.0))};
     add_tremor(orbit, t, setting.phase);
     state.camera = pose_of(orbit, setting.depth);
     return state;
@@ -96,7 +99,8 @@ FrameState indentation(const Setting& setting, int frame) {
     const double press = 0.5 - 0.5 * std::cos(kTwoPi * std::max(0.0, t - 4.0) / 24.0);
     const Eigen::Vector2d centre(-3.0 + 13.0 * std::sin(kTwoPi * t / 52.0),
                                  1.0 - 8.0 * std::sin(kTwoPi * t / 41.0));
-    state.motion.heartbeat = {.lift = 2.8, .shear = 1.1, .twist = 0.0, .period = 18, .wavelength = 90};
+    state.motion.heartbeat = {
+        .lift = 2.8, .shear = 1.1, .twist = 0.0, .period = 18, .wavelength = 90};
     state.motion.indentation = {
         .depth = 7.0 * press,
         .sigma = 9.0,
@@ -110,7 +114,8 @@ FrameState indentation(const Setting& setting, int frame) {
     Instrument tool;
     tool.axis = Eigen::Vector3d(-0.62, 0.42, -0.66).normalized();
     const double hover = tool.radius + 5.0 * (1.0 - ease(0.0, 0.35, press));
-    tool.tip = setting.surface->at(centre.x(), centre.y(), t, state.motion) - Eigen::Vector3d(0, 0, hover);
+    tool.tip =
+        setting.surface->at(centre.x(), centre.y(), t, state.motion) - Eigen::Vector3d(0, 0, hover);
     state.instrument = tool;
     return state;
 }
@@ -118,7 +123,8 @@ FrameState indentation(const Setting& setting, int frame) {
 FrameState fast_cut(const Setting& setting, int frame) {
     FrameState state;
     state.time = frame;
-    state.motion.heartbeat = {.lift = 3.6, .shear = 1.3, .twist = 0.0, .period = 18, .wavelength = 85};
+    state.motion.heartbeat = {
+        .lift = 3.6, .shear = 1.3, .twist = 0.0, .period = 18, .wavelength = 85};
     state.motion.respiration = {.swell = 2.0, .shift = {1.0, 1.0}, .period = 70};
     Orbit orbit;
     add_tremor(orbit, frame, setting.phase);
@@ -138,13 +144,15 @@ FrameState fast_cut(const Setting& setting, int frame) {
 FrameState out_of_body(const Setting& setting, int frame) {
     FrameState state;
     state.time = frame;
-    state.motion.heartbeat = {.lift = 3.6, .shear = 1.3, .twist = 0.01, .period = 19, .wavelength = 80};
+    state.motion.heartbeat = {
+        .lift = 3.6, .shear = 1.3, .twist = 0.01, .period = 19, .wavelength = 80};
     state.motion.respiration = {.swell = 3.0, .shift = {1.0, 2.0}, .period = 70};
     const int leaves = std::max(1, setting.share(0.37)), dark_again = setting.share(0.53),
               returns = setting.share(0.60);
     const int bright = setting.share(0.43);
     const double t = frame;
-    Orbit orbit{.shift = {0.8 * std::sin(kTwoPi * t / 50.0), 0.6 * std::sin(kTwoPi * t / 40.0), 0.0}};
+    Orbit orbit{
+        .shift = {0.8 * std::sin(kTwoPi * t / 50.0), 0.6 * std::sin(kTwoPi * t / 40.0), 0.0}};
     if (frame < leaves) {
         orbit.retreat = 16.0 * ease(leaves - 8, leaves, t);
     } else if (frame < returns) {
@@ -166,9 +174,11 @@ FrameState smoke(const Setting& setting, int frame) {
     state.time = frame;
     const double t = frame;
     const double x = t / std::max(1, setting.frames - 1);
-    state.motion.heartbeat = {.lift = 3.0, .shear = 1.1, .twist = 0.0, .period = 20, .wavelength = 95};
+    state.motion.heartbeat = {
+        .lift = 3.0, .shear = 1.1, .twist = 0.0, .period = 20, .wavelength = 95};
     state.motion.respiration = {.swell = 3.0, .shift = {2.0, 3.5}, .period = 46};
-    state.smoke = {static_cast<float>(0.72 * ease(0.08, 0.45, x) * (1.0 - 0.8 * ease(0.70, 0.95, x))), t};
+    state.smoke = {
+        static_cast<float>(0.72 * ease(0.08, 0.45, x) * (1.0 - 0.8 * ease(0.70, 0.95, x))), t};
     Orbit orbit{.yaw = 2.0 * kDegree * std::sin(kTwoPi * t / 66.0),
                 .shift = {2.0 * std::sin(kTwoPi * t / 58.0), 0, 0}};
     add_tremor(orbit, t, setting.phase);
@@ -183,7 +193,8 @@ FrameState stretch(const Setting& setting, int frame) {
     state.motion.stretch = {
         .strain = 0.36 * (0.5 - 0.5 * std::cos(kTwoPi * t / 48.0)), .poisson = 0.4, .reach = 30};
     state.motion.respiration = {.swell = 1.5, .shift = {0.5, 1.5}, .period = 44};
-    state.motion.heartbeat = {.lift = 1.8, .shear = 0.6, .twist = 0.0, .period = 20, .wavelength = 100};
+    state.motion.heartbeat = {
+        .lift = 1.8, .shear = 0.6, .twist = 0.0, .period = 20, .wavelength = 100};
     Orbit orbit{.roll = 2.0 * kDegree * std::sin(kTwoPi * t / 70.0)};
     add_tremor(orbit, t, setting.phase);
     state.camera = pose_of(orbit, setting.depth);
@@ -220,7 +231,8 @@ const std::vector<Entry>& entries() {
          1.0,
          0.72f,
          fast_cut},
-        {{"out-of-body", "camera leaves the body and returns to another viewpoint; raw images", false},
+        {{"out-of-body", "camera leaves the body and returns to another viewpoint; raw images",
+          false},
          {.mottling = 0.75f, .vessels = 0.9f, .spots = 0.7f},
          0.9,
          0.72f,
@@ -255,8 +267,8 @@ std::vector<SceneInfo> list_scenes() {
 
 Scene make_scene(const std::string& name, int width, int height, int frames, std::uint64_t seed) {
     const auto& table = entries();
-    const auto entry =
-        std::find_if(table.begin(), table.end(), [&](const Entry& e) { return e.info.name == name; });
+    const auto entry = std::find_if(table.begin(), table.end(),
+                                    [&](const Entry& e) { return e.info.name == name; });
     if (entry == table.end()) {
         std::string known;
         for (const Entry& e : table) {

@@ -43,8 +43,8 @@ struct Scene {
     std::function<FrameState(int frame)> at;  ///< frame 0..frames-1, in any order
 };
 
-/// Throws RenderUsageError for an unknown name. frames as RenderOptions has it; events such as cuts fall at
-/// fixed shares of the sequence, motion has its own pace.
+/// Throws RenderUsageError for an unknown name. frames as RenderOptions has it; events such as cuts
+/// fall at fixed shares of the sequence, motion has its own pace.
 Scene make_scene(const std::string& name, int width, int height, int frames, std::uint64_t seed);
 
 }  // namespace defrec::cli

@@ -26,7 +26,8 @@ void write_png(const fs::path& path, const cv::Mat& image) {
     std::vector<unsigned char> bytes;
     cv::imencode(".png", image, bytes, {cv::IMWRITE_PNG_COMPRESSION, 1});
     std::ofstream file(path, std::ios::binary);
-    file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    file.write(reinterpret_cast<const char*>(bytes.data()),
+               static_cast<std::streamsize>(bytes.size()));
     file.close();
     if (!file) {
         throw RenderOutputError("cannot write " + path.string());
@@ -77,7 +78,8 @@ void Sequence::write_points() const {
     file << "id,u,v\n";
     for (std::size_t id = 0; id < film_.points().size(); ++id) {
         char line[80];
-        std::snprintf(line, sizeof line, "%zu,%.2f,%.2f\n", id, film_.points()[id].u, film_.points()[id].v);
+        std::snprintf(line, sizeof line, "%zu,%.2f,%.2f\n", id, film_.points()[id].u,
+                      film_.points()[id].v);
         file << line;
     }
     close_text(file, "points.csv");
@@ -86,7 +88,8 @@ void Sequence::write_points() const {
 void Sequence::write_pictures(int frame) const {
     const fs::path out(options_.out_dir);
     const auto picture = [&](const std::vector<std::uint8_t>& bgr) {
-        return cv::Mat(options_.height, options_.width, CV_8UC3, const_cast<std::uint8_t*>(bgr.data()));
+        return cv::Mat(options_.height, options_.width, CV_8UC3,
+                       const_cast<std::uint8_t*>(bgr.data()));
     };
     std::exception_ptr failure;
     std::thread other([&] {
@@ -118,8 +121,8 @@ void Sequence::write_truth(std::ofstream& file, int frame) const {
         const Film::Truth truth = film_.truth(id);
         const Eigen::Vector3d p = rectification_ * truth.position;
         char line[160];
-        std::snprintf(line, sizeof line, "%d,%zu,%.6f,%.6f,%.6f,%d\n", frame, id, p.x(), p.y(), p.z(),
-                      truth.visible ? 1 : 0);
+        std::snprintf(line, sizeof line, "%d,%zu,%.6f,%.6f,%.6f,%d\n", frame, id, p.x(), p.y(),
+                      p.z(), truth.visible ? 1 : 0);
         file << line;
     }
 }
@@ -146,7 +149,8 @@ int Sequence::render(const ProgressFn& progress, const StopFn& stop) {
     std::error_code error;
     fs::rename(unfinished, out / "truth.csv", error);
     if (error) {
-        throw RenderOutputError("cannot write " + (out / "truth.csv").string() + ": " + error.message());
+        throw RenderOutputError("cannot write " + (out / "truth.csv").string() + ": " +
+                                error.message());
     }
     return frame;
 }
@@ -183,7 +187,8 @@ void make_folders(const RenderOptions& options) {
 
 int render_sequence(const RenderOptions& options, const ProgressFn& progress, const StopFn& stop) {
     const std::string size = std::to_string(options.width) + "x" + std::to_string(options.height);
-    if (options.width < 160 || options.width > 3840 || options.height < 120 || options.height > 2160) {
+    if (options.width < 160 || options.width > 3840 || options.height < 120 ||
+        options.height > 2160) {
         throw RenderUsageError("cannot render at " + size +
                                "; sizes from 160x120 to 3840x2160 can be rendered");
     }
@@ -195,9 +200,10 @@ int render_sequence(const RenderOptions& options, const ProgressFn& progress, co
         throw RenderUsageError("no folder to write to was given; name one with --out");
     }
     const auto known = list_scenes();
-    const auto info =
-        std::find_if(known.begin(), known.end(), [&](const SceneInfo& s) { return s.name == options.scene; });
-    const int frames = options.frames > 0 || info == known.end() ? options.frames : info->default_frames;
+    const auto info = std::find_if(known.begin(), known.end(),
+                                   [&](const SceneInfo& s) { return s.name == options.scene; });
+    const int frames =
+        options.frames > 0 || info == known.end() ? options.frames : info->default_frames;
     const int threads = options.threads > 0
                             ? options.threads
                             : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));

@@ -13,11 +13,13 @@ namespace {
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
 
 /// 0..1, period 2 pi: a fast rise and a slower fall, as a beat has.
-double beat(double phase) { return std::exp(1.6 * (std::cos(phase + 0.55 * std::sin(phase)) - 1.0)); }
+double beat(double phase) {
+    return std::exp(1.6 * (std::cos(phase + 0.55 * std::sin(phase)) - 1.0));
+}
 
 /// The bodies of Surface::at, one for each cause; each adds to `moved`.
-void add_heartbeat(const Heartbeat& h, double direction, double first_phase, double s, double t, double time,
-                   Eigen::Vector3d& moved) {
+void add_heartbeat(const Heartbeat& h, double direction, double first_phase, double s, double t,
+                   double time, Eigen::Vector3d& moved) {
     const double c = std::cos(direction), d = std::sin(direction);
     const double along = c * s + d * t;
     const double across = c * t - d * s;
@@ -32,7 +34,8 @@ void add_heartbeat(const Heartbeat& h, double direction, double first_phase, dou
     moved.z() -= here * h.lift * (pulse + 0.18 * echo);
 }
 
-void add_respiration(const Respiration& r, double s, double t, double time, Eigen::Vector3d& moved) {
+void add_respiration(const Respiration& r, double s, double t, double time,
+                     Eigen::Vector3d& moved) {
     const double phase = kTwoPi * time / r.period;
     const double breath = 0.5 - 0.5 * std::cos(phase + 0.35 * std::sin(phase));
     const double lag = 0.5 - 0.5 * std::cos(phase - 0.6);
@@ -66,8 +69,9 @@ Surface::Surface(double depth, double relief, std::uint64_t seed) : depth_(depth
     for (std::size_t i = 0; i < bumps_.size(); ++i) {
         const double wavelength = random.uniform(22.0, 30.0) + 6.0 * static_cast<double>(i);
         const double direction = random.uniform(0.0, kTwoPi);
-        bumps_[i] = {kTwoPi / wavelength * std::cos(direction), kTwoPi / wavelength * std::sin(direction),
-                     random.uniform(0.0, kTwoPi), relief * 0.022 * wavelength * random.uniform(0.7, 1.2)};
+        bumps_[i] = {kTwoPi / wavelength * std::cos(direction),
+                     kTwoPi / wavelength * std::sin(direction), random.uniform(0.0, kTwoPi),
+                     relief * 0.022 * wavelength * random.uniform(0.7, 1.2)};
     }
     beat_direction_ = random.uniform(0.3, 1.0);
     beat_phase_ = random.uniform(0.0, kTwoPi);
@@ -98,16 +102,18 @@ Eigen::Vector3d Surface::at(double s, double t, double time, const Motion& motio
     return moved;
 }
 
-bool Surface::intersect(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double time,
-                        const Motion& motion, Eigen::Vector2d& material) const {
+bool Surface::intersect(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                        double time, const Motion& motion, Eigen::Vector2d& material) const {
     double s = material.x(), t = material.y();
     double z = (at(s, t, time, motion) - origin).dot(direction) / direction.squaredNorm();
     for (int i = 0; i < 50; ++i) {
         constexpr double kStep = 1e-4;
         const Eigen::Vector3d point = at(s, t, time, motion);
         Eigen::Matrix3d jacobian;
-        jacobian.col(0) = (at(s + kStep, t, time, motion) - at(s - kStep, t, time, motion)) / (2.0 * kStep);
-        jacobian.col(1) = (at(s, t + kStep, time, motion) - at(s, t - kStep, time, motion)) / (2.0 * kStep);
+        jacobian.col(0) =
+            (at(s + kStep, t, time, motion) - at(s - kStep, t, time, motion)) / (2.0 * kStep);
+        jacobian.col(1) =
+            (at(s, t + kStep, time, motion) - at(s, t - kStep, time, motion)) / (2.0 * kStep);
         jacobian.col(2) = -direction;
         const Eigen::Vector3d error = point - origin - z * direction;
         if (error.norm() < 1e-8) {

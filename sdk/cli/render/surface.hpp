@@ -1,5 +1,6 @@
-// The tissue surface as a formula: material coordinates (s, t) in mm and time in frames to a point in mm.
-// Motion is built from waves, swell, Gaussian indentation and stretch; nothing of a tracker's own model.
+// The tissue surface as a formula: material coordinates (s, t) in mm and time in frames to a point
+// in mm. Motion is built from waves, swell, Gaussian indentation and stretch; nothing of a
+// tracker's own model.
 #pragma once
 
 #include <Eigen/Core>
@@ -54,8 +55,8 @@ class Surface {
     /// Point in the scene's frame, mm. The scene's frame is the left camera of a camera at rest.
     Eigen::Vector3d at(double s, double t, double time, const Motion& motion) const;
 
-    /// Material coordinates where the ray origin + z * direction first meets the surface, within 1e-7 mm;
-    /// from a guess within a few mm. Returns false where the iteration does not converge.
+    /// Material coordinates where the ray origin + z * direction first meets the surface, within
+    /// 1e-7 mm; from a guess within a few mm. Returns false where the iteration does not converge.
     bool intersect(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double time,
                    const Motion& motion, Eigen::Vector2d& material) const;
 

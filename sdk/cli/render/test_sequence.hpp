@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "sdk/cli/render/render_command.hpp"
 #include "sdk/cli/io/test_folder.hpp"
+#include "sdk/cli/render/render_command.hpp"
 
 namespace defrec::cli {
 
@@ -32,7 +32,8 @@ const TestFolder& rendered_sequence() {
 // In the order of their names.
 inline std::vector<std::filesystem::path> images_of(const std::filesystem::path& folder) {
     std::vector<std::filesystem::path> files;
-    for (const auto& entry : std::filesystem::directory_iterator(folder)) files.push_back(entry.path());
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+        files.push_back(entry.path());
     std::sort(files.begin(), files.end());
     return files;
 }

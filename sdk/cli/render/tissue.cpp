@@ -18,7 +18,9 @@ constexpr float kWidestBlur = 0.30f;  // mm, by which a vessel may be widened fo
 constexpr std::size_t kMaxSegments = 40000;
 
 /// 1 for details of many pixels, 0 below two pixels.
-float resolved(float wavelength, float footprint) { return smooth_step(1.6f, 3.2f, wavelength / footprint); }
+float resolved(float wavelength, float footprint) {
+    return smooth_step(1.6f, 3.2f, wavelength / footprint);
+}
 
 float octave(float s, float t, float wavelength, std::uint32_t seed) {
     return gradient_noise(s / wavelength + 0.37f, t / wavelength + 0.71f, seed);
@@ -110,7 +112,8 @@ void Tissue::index_segments() {
     cell_items_.resize(static_cast<std::size_t>(cell_start_.back()));
     std::vector<std::int32_t> next(cell_start_.begin(), cell_start_.end() - 1);
     for (std::size_t i = 0; i < segments_.size(); ++i) {
-        visit(segments_[i], [&](std::size_t c) { cell_items_[next[c]++] = static_cast<std::int32_t>(i); });
+        visit(segments_[i],
+              [&](std::size_t c) { cell_items_[next[c]++] = static_cast<std::int32_t>(i); });
     }
 }
 
@@ -135,8 +138,10 @@ void Tissue::tabulate() {
 }
 
 Tissue::Coarse Tissue::coarse(float s, float t) const {
-    const float x = std::clamp((s + half_width_) / kTableStep, 0.0f, static_cast<float>(table_columns_ - 2));
-    const float y = std::clamp((t + half_height_) / kTableStep, 0.0f, static_cast<float>(table_rows_ - 2));
+    const float x =
+        std::clamp((s + half_width_) / kTableStep, 0.0f, static_cast<float>(table_columns_ - 2));
+    const float y =
+        std::clamp((t + half_height_) / kTableStep, 0.0f, static_cast<float>(table_rows_ - 2));
     const int i = static_cast<int>(x), j = static_cast<int>(y);
     const float fx = x - static_cast<float>(i), fy = y - static_cast<float>(j);
     const Coarse* row = table_.data() + static_cast<std::size_t>(j) * table_columns_ + i;
@@ -146,8 +151,9 @@ Tissue::Coarse Tissue::coarse(float s, float t) const {
         const float bottom = below[0].*m + fx * (below[1].*m - below[0].*m);
         return top + fy * (bottom - top);
     };
-    return {blend(&Coarse::wide),    blend(&Coarse::patch),   blend(&Coarse::mottle), blend(&Coarse::bed),
-            blend(&Coarse::wetness), blend(&Coarse::slope_s), blend(&Coarse::slope_t)};
+    return {blend(&Coarse::wide),   blend(&Coarse::patch),   blend(&Coarse::mottle),
+            blend(&Coarse::bed),    blend(&Coarse::wetness), blend(&Coarse::slope_s),
+            blend(&Coarse::slope_t)};
 }
 
 Rgb Tissue::mottled(float s, float t, float footprint, const Coarse& c) const {
@@ -164,11 +170,12 @@ Rgb Tissue::mottled(float s, float t, float footprint, const Coarse& c) const {
     }
     const float m = look_.mottling;
     const float fat = 0.42f * std::min(m, 1.0f) * smooth_step(0.16f, 0.85f, c.patch + 0.8f * fine);
-    const float blood =
-        0.60f * std::min(m, 1.0f) * smooth_step(0.10f, 0.60f, 0.5f * c.wide - c.patch + 0.5f * fine);
+    const float blood = 0.60f * std::min(m, 1.0f) *
+                        smooth_step(0.10f, 0.60f, 0.5f * c.wide - c.patch + 0.5f * fine);
     Rgb albedo = mix(look_.base, {0.70f, 0.36f, 0.20f}, fat);
     albedo = mix(albedo, {0.40f, 0.055f, 0.045f}, blood);
-    const float level = std::max(0.25f, 1.0f + m * (0.16f * c.wide + 0.20f * c.patch + 0.62f * fine));
+    const float level =
+        std::max(0.25f, 1.0f + m * (0.16f * c.wide + 0.20f * c.patch + 0.62f * fine));
     const float tint = m * 0.35f * fine;
     return Rgb{level, level * (1.0f + 0.6f * tint), level * (1.0f + 0.8f * tint)} * albedo;
 }
@@ -225,8 +232,10 @@ Rgb Tissue::with_spots(Rgb albedo, float s, float t, float footprint) const {
             continue;
         }
         const float radius = 0.06f + 0.13f * static_cast<float>((h >> 3) & 63u) / 63.0f;
-        const float cs = radius + (1.0f - 2.0f * radius) * static_cast<float>((h >> 9) & 255u) / 255.0f;
-        const float ct = radius + (1.0f - 2.0f * radius) * static_cast<float>((h >> 17) & 255u) / 255.0f;
+        const float cs =
+            radius + (1.0f - 2.0f * radius) * static_cast<float>((h >> 9) & 255u) / 255.0f;
+        const float ct =
+            radius + (1.0f - 2.0f * radius) * static_cast<float>((h >> 17) & 255u) / 255.0f;
         const float ds = gs - static_cast<float>(is) - cs, dt = gt - static_cast<float>(it) - ct;
         const float distance = std::sqrt(ds * ds + dt * dt);
         const float cover = (1.0f - smooth_step(0.35f * radius, radius, distance)) *

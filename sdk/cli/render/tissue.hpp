@@ -1,6 +1,6 @@
-// What the tissue looks like at a material point: albedo, roughness of the wet film and vessels. Defined by
-// formulas on material coordinates, so that it sticks to the tissue and does not pixelate when the camera
-// comes near.
+// What the tissue looks like at a material point: albedo, roughness of the wet film and vessels.
+// Defined by formulas on material coordinates, so that it sticks to the tissue and does not
+// pixelate when the camera comes near.
 #pragma once
 
 #include <cstdint>
@@ -43,7 +43,8 @@ class Tissue {
     /// Details cover |s| <= half_width, |t| <= half_height, mm; nothing is defined beyond.
     Tissue(const TissueLook& look, float half_width, float half_height, std::uint64_t seed);
 
-    /// footprint: mm of tissue under one pixel; details smaller than about two pixels fade out. Any thread.
+    /// footprint: mm of tissue under one pixel; details smaller than about two pixels fade out. Any
+    /// thread.
     Sample at(float s, float t, float footprint) const;
     Film film(float s, float t) const;
 

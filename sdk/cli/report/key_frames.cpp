@@ -12,7 +12,8 @@ namespace {
 std::size_t max_crowded(const std::vector<KeyFrame>& changes) {
     std::size_t result = 1;
     for (std::size_t i = 2; i < changes.size(); ++i)
-        if (changes[i].frame - changes[i - 1].frame < changes[result].frame - changes[result - 1].frame)
+        if (changes[i].frame - changes[i - 1].frame <
+            changes[result].frame - changes[result - 1].frame)
             result = i;
     return result;
 }
@@ -27,7 +28,8 @@ bool KeyFrames::wants(std::int64_t frame, const std::string& state) {
     if (as_change_ && changes_.size() == kChanges) {
         // Painting and encoding a picture that would be the one to go is not worth it.
         const std::size_t crowded = max_crowded(changes_);
-        as_change_ = frame - changes_.back().frame > changes_[crowded].frame - changes_[crowded - 1].frame;
+        as_change_ =
+            frame - changes_.back().frame > changes_[crowded].frame - changes_[crowded - 1].frame;
     }
     return as_change_ || even;
 }
@@ -52,7 +54,8 @@ std::vector<KeyFrame> KeyFrames::sorted() const {
                 return std::abs(change.frame - even.frame) <= crowding;
             }))
             all.push_back(even);
-    std::sort(all.begin(), all.end(), [](const KeyFrame& a, const KeyFrame& b) { return a.frame < b.frame; });
+    std::sort(all.begin(), all.end(),
+              [](const KeyFrame& a, const KeyFrame& b) { return a.frame < b.frame; });
     return all;
 }
 

@@ -30,7 +30,9 @@ int offer(KeyFrames& pictures, int count, const std::function<std::string(int)>&
 
 TEST_CASE("every one of a few state changes is kept, beside evenly spread frames") {
     KeyFrames pictures;
-    offer(pictures, 1000, [](int i) { return i < 501 ? "tracking" : i < 517 ? "lost" : "tracking"; });
+    offer(pictures, 1000, [](int i) {
+        return i < 501 ? "tracking" : i < 517 ? "lost" : "tracking";
+    });
     std::set<std::int64_t> changed, all;
     for (const KeyFrame& picture : pictures.sorted()) {
         all.insert(picture.frame);
@@ -44,7 +46,8 @@ TEST_CASE("every one of a few state changes is kept, beside evenly spread frames
 
 TEST_CASE("a flickering state does not fill the report nor cost a picture for each frame") {
     KeyFrames pictures;
-    const int taken = offer(pictures, 10'000, [](int i) { return i % 2 ? "tracking" : "degraded"; });
+    const int taken =
+        offer(pictures, 10'000, [](int i) { return i % 2 ? "tracking" : "degraded"; });
     CHECK(pictures.sorted().size() <= KeyFrames::kEven + KeyFrames::kChanges);
     CHECK(taken < 200);
 }

@@ -10,8 +10,9 @@
 namespace defrec::cli {
 
 OutputFile::OutputFile(std::filesystem::path path) : path_(std::move(path)) {
-    temporary_ = path_.parent_path() /
-                 std::filesystem::path(path_.stem()).concat(".partial").concat(path_.extension().native());
+    temporary_ =
+        path_.parent_path() /
+        std::filesystem::path(path_.stem()).concat(".partial").concat(path_.extension().native());
     errno = 0;
     const std::ofstream probe(temporary_, std::ios::binary | std::ios::trunc);
     if (!probe)
@@ -27,7 +28,8 @@ OutputFile::~OutputFile() {
 void OutputFile::commit() {
     std::error_code error;
     std::filesystem::rename(temporary_, path_, error);
-    if (error) throw std::runtime_error("cannot write '" + path_.string() + "': " + error.message());
+    if (error)
+        throw std::runtime_error("cannot write '" + path_.string() + "': " + error.message());
     temporary_.clear();
 }
 

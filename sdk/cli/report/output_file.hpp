@@ -7,8 +7,8 @@ namespace defrec::cli {
 
 class OutputFile {
   public:
-    /// Creates the temporary file beside `path` (same extension). Throws std::runtime_error if that cannot be
-    /// done.
+    /// Creates the temporary file beside `path` (same extension). Throws std::runtime_error if that
+    /// cannot be done.
     explicit OutputFile(std::filesystem::path path);
     /// Removes the temporary file unless commit() succeeded.
     ~OutputFile();

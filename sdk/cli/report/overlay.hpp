@@ -1,4 +1,5 @@
-// overlay.mp4: the left image with the deformed grid, control points, matches and state drawn on it.
+// overlay.mp4: the left image with the deformed grid, control points, matches and state drawn on
+// it.
 #pragma once
 
 #include <filesystem>
@@ -21,12 +22,13 @@ class OverlayPainter {
     OverlayPainter(const OverlayPainter&) = delete;
     OverlayPainter& operator=(const OverlayPainter&) = delete;
 
-    /// Chooses the lines of the grid: every so many pixels of the template's image, followed on the surface.
-    /// Without a template only matches and text are drawn. Throws std::invalid_argument if sizes or indices
-    /// do not agree.
+    /// Chooses the lines of the grid: every so many pixels of the template's image, followed on the
+    /// surface. Without a template only matches and text are drawn. Throws std::invalid_argument if
+    /// sizes or indices do not agree.
     void set_template(const TemplateRecord& reference);
 
-    /// Draws on `image` (CV_8UC3, BGR). Geometry whose size differs from the template's is not drawn.
+    /// Draws on `image` (CV_8UC3, BGR). Geometry whose size differs from the template's is not
+    /// drawn.
     void draw(cv::Mat& image, const FrameRecord& frame);
 
   private:
@@ -34,14 +36,16 @@ class OverlayPainter {
     std::unique_ptr<Impl> impl_;
 };
 
-/// Writes the video; encoding runs beside the caller on a thread of low priority. Everything goes to a
-/// temporary name in the same folder until finish(). One thread at a time. Every failure is a
+/// Writes the video; encoding runs beside the caller on a thread of low priority. Everything goes
+/// to a temporary name in the same folder until finish(). One thread at a time. Every failure is a
 /// std::runtime_error whose text names the file and what to do (the caller's exit code 7).
 class OverlayWriter {
   public:
-    /// width, height: of the left images, pixels >= 16. fps: > 0, of the input; anything else becomes 25.
-    /// H.264 in `path`; where this OpenCV cannot encode it, another codec, which note() then names.
-    OverlayWriter(const std::filesystem::path& path, int width, int height, double fps, Projector projector);
+    /// width, height: of the left images, pixels >= 16. fps: > 0, of the input; anything else
+    /// becomes 25. H.264 in `path`; where this OpenCV cannot encode it, another codec, which note()
+    /// then names.
+    OverlayWriter(const std::filesystem::path& path, int width, int height, double fps,
+                  Projector projector);
     /// Removes the temporary file if finish() was not reached.
     ~OverlayWriter();
     OverlayWriter(const OverlayWriter&) = delete;
@@ -49,12 +53,12 @@ class OverlayWriter {
 
     void set_template(const TemplateRecord& reference);
 
-    /// left_bgr: CV_8UC3 (or CV_8UC1) of the size given; not changed. Paints; waits if encoding is 4 frames
-    /// behind.
+    /// left_bgr: CV_8UC3 (or CV_8UC1) of the size given; not changed. Paints; waits if encoding is
+    /// 4 frames behind.
     void add(const cv::Mat& left_bgr, const FrameRecord& frame);
 
-    /// Closes the file, checks that it reads back with as many frames as were added, and gives it its name.
-    /// With no frame added no file is left. May be called once.
+    /// Closes the file, checks that it reads back with as many frames as were added, and gives it
+    /// its name. With no frame added no file is left. May be called once.
     void finish();
 
     /// The file written: the path given, or one with another extension if the codec asked for it.

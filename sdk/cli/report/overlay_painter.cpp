@@ -22,7 +22,8 @@ const cv::Scalar kControlPoint(255, 255, 255);
 const cv::Scalar kText(245, 245, 245);
 const cv::Scalar kMuted(190, 190, 190);
 
-constexpr int kNodesPerLine = 4;  // lattice nodes from one grid line to the next: lines bend with the surface
+constexpr int kNodesPerLine =
+    4;  // lattice nodes from one grid line to the next: lines bend with the surface
 constexpr int kSubpixelBits = 4;
 
 const cv::Scalar& status_colour(VertexStatus status) {
@@ -58,8 +59,8 @@ void line(cv::Mat& image, const float* a, const float* b, const cv::Scalar& colo
 
 void dot(cv::Mat& image, float u, float v, double radius, const cv::Scalar& colour) {
     if (near_image(u, v, image))
-        cv::circle(image, fixed_point(u, v), cvRound(radius * (1 << kSubpixelBits)), colour, cv::FILLED,
-                   cv::LINE_AA, kSubpixelBits);
+        cv::circle(image, fixed_point(u, v), cvRound(radius * (1 << kSubpixelBits)), colour,
+                   cv::FILLED, cv::LINE_AA, kSubpixelBits);
 }
 
 void darken(cv::Mat& image, cv::Rect area, double keep) {
@@ -81,15 +82,17 @@ class TextRow {
     TextRow(cv::Mat& image, int left, int baseline, double scale)
         : image_(image), left_(left), baseline_(baseline), scale_(scale) {}
 
-    void add(const std::string& text, const cv::Scalar& colour, const cv::Scalar* background = nullptr) {
+    void add(const std::string& text, const cv::Scalar& colour,
+             const cv::Scalar* background = nullptr) {
         int below = 0;
         const cv::Size size = cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, scale_, 1, &below);
         if (left_ + size.width > image_.cols - 2) return;
         if (background)
             cv::rectangle(image_, cv::Point(left_ - 4, baseline_ - size.height - 4),
-                          cv::Point(left_ + size.width + 4, baseline_ + below), *background, cv::FILLED);
-        cv::putText(image_, text, cv::Point(left_, baseline_), cv::FONT_HERSHEY_SIMPLEX, scale_, colour, 1,
-                    cv::LINE_AA);
+                          cv::Point(left_ + size.width + 4, baseline_ + below), *background,
+                          cv::FILLED);
+        cv::putText(image_, text, cv::Point(left_, baseline_), cv::FONT_HERSHEY_SIMPLEX, scale_,
+                    colour, 1, cv::LINE_AA);
         left_ += size.width + cvRound(36 * scale_);
     }
 
@@ -160,8 +163,10 @@ void OverlayPainter::Impl::collect_lines() {
     };
     for (int row = 0; row < lattice.rows(); ++row)
         for (int column = 0; column < lattice.columns(); ++column) {
-            if (row % kNodesPerLine == 0) add(lattice.node(column, row), lattice.node(column + 1, row));
-            if (column % kNodesPerLine == 0) add(lattice.node(column, row), lattice.node(column, row + 1));
+            if (row % kNodesPerLine == 0)
+                add(lattice.node(column, row), lattice.node(column + 1, row));
+            if (column % kNodesPerLine == 0)
+                add(lattice.node(column, row), lattice.node(column, row + 1));
         }
 }
 
@@ -182,7 +187,8 @@ void OverlayPainter::Impl::draw_matches(cv::Mat& image, const FrameRecord& frame
         for (const MatchSegment& match : frame.matched) {
             if (match.inlier != inlier) continue;
             const cv::Scalar& colour = inlier ? kInlier : kOutlier;
-            const float from[2] = {match.template_u, match.template_v}, to[2] = {match.live_u, match.live_v};
+            const float from[2] = {match.template_u, match.template_v},
+                        to[2] = {match.live_u, match.live_v};
             line(image, from, to, colour);
             dot(image, to[0], to[1], 1.6, colour);
         }
@@ -195,7 +201,8 @@ void OverlayPainter::Impl::draw_control_points(cv::Mat& image, const FrameRecord
     for (std::size_t i = 0; i < count; ++i) {
         const float u = uv[2 * i], v = uv[2 * i + 1];
         if (near_image(u, v, image))
-            cv::drawMarker(image, cv::Point(cvRound(u), cvRound(v)), kControlPoint, cv::MARKER_CROSS, 5, 1);
+            cv::drawMarker(image, cv::Point(cvRound(u), cvRound(v)), kControlPoint,
+                           cv::MARKER_CROSS, 5, 1);
     }
 }
 

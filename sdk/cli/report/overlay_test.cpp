@@ -23,7 +23,8 @@ using defrec::cli::test::SyntheticSequence;
 namespace {
 
 struct Folder {
-    fs::path path = fs::temp_directory_path() / fs::path("defrec-overlay-" + std::to_string(::getpid()));
+    fs::path path =
+        fs::temp_directory_path() / fs::path("defrec-overlay-" + std::to_string(::getpid()));
     Folder() { fs::create_directories(path); }
     ~Folder() { fs::remove_all(path); }
 };
@@ -31,7 +32,8 @@ struct Folder {
 /// Pixels where the image is near a BGR colour.
 int count_near(const cv::Mat& image, const cv::Scalar& colour, double tolerance) {
     cv::Mat mask;
-    cv::inRange(image, colour - cv::Scalar::all(tolerance), colour + cv::Scalar::all(tolerance), mask);
+    cv::inRange(image, colour - cv::Scalar::all(tolerance), colour + cv::Scalar::all(tolerance),
+                mask);
     return cv::countNonZero(mask);
 }
 
@@ -52,7 +54,8 @@ TEST_CASE("the video reads back with every frame and the grid on it") {
     cv::VideoCapture video(overlay.path().string());
     REQUIRE(video.isOpened());
     int frames = 0;
-    for (cv::Mat image; video.read(image); ++frames) CHECK(image.size() == cv::Size(480, 270 + 270 % 2));
+    for (cv::Mat image; video.read(image); ++frames)
+        CHECK(image.size() == cv::Size(480, 270 + 270 % 2));
     CHECK(frames == 25);
     CHECK(video.get(cv::CAP_PROP_FPS) == doctest::Approx(25));
 }
@@ -78,7 +81,8 @@ TEST_CASE("the grid is drawn where the surface is, in the colour of its status")
     OverlayPainter painter(sequence.projector());
     painter.set_template(sequence.reference());
 
-    cv::Mat all_observed(540, 960, CV_8UC3, cv::Scalar::all(90)), half_hidden = all_observed.clone();
+    cv::Mat all_observed(540, 960, CV_8UC3, cv::Scalar::all(90)),
+        half_hidden = all_observed.clone();
     auto frame = sequence.record(12);
     frame.matched.clear();
     frame.control_points.clear();
@@ -89,7 +93,8 @@ TEST_CASE("the grid is drawn where the surface is, in the colour of its status")
     CHECK(count_near(middle, kExtrapolated, 40) == 0);
 
     const std::size_t count = frame.vertex_status.size();
-    for (std::size_t i = count / 2; i < count; ++i) frame.vertex_status[i] = VertexStatus::extrapolated;
+    for (std::size_t i = count / 2; i < count; ++i)
+        frame.vertex_status[i] = VertexStatus::extrapolated;
     painter.draw(half_hidden, frame);
     const cv::Mat upper = half_hidden(cv::Rect(0, 80, 960, 120)),
                   lower = half_hidden(cv::Rect(0, 350, 960, 120));

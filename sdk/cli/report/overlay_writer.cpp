@@ -48,20 +48,21 @@ void OverlayWriter::Impl::open(const std::filesystem::path& path, double fps) {
         if (codec.extension) name.replace_extension(codec.extension);
         file.reset();
         file = std::make_unique<OutputFile>(name);
-        encoder =
-            std::make_unique<VideoEncoder>(file->temporary().string(), fourcc(codec.fourcc), fps, video_size);
+        encoder = std::make_unique<VideoEncoder>(file->temporary().string(), fourcc(codec.fourcc),
+                                                 fps, video_size);
         if (!encoder->opened()) {
             encoder.reset();
             continue;
         }
         if (&codec != &kCodecs[0])
-            note = "This OpenCV cannot encode H.264; the overlay is " + std::string(codec.name) + " in '" +
-                   name.filename().string() + "'.";
+            note = "This OpenCV cannot encode H.264; the overlay is " + std::string(codec.name) +
+                   " in '" + name.filename().string() + "'.";
         return;
     }
-    throw std::runtime_error("cannot write '" + path.string() +
-                             "': this OpenCV has no video encoder (Debian's libopencv-dev with ffmpeg has); "
-                             "--no-overlay goes without");
+    throw std::runtime_error(
+        "cannot write '" + path.string() +
+        "': this OpenCV has no video encoder (Debian's libopencv-dev with ffmpeg has); "
+        "--no-overlay goes without");
 }
 
 cv::Mat OverlayWriter::Impl::painted(const cv::Mat& left, const FrameRecord& frame) {
@@ -73,7 +74,8 @@ cv::Mat OverlayWriter::Impl::painted(const cv::Mat& left, const FrameRecord& fra
         left.copyTo(picture);
     painter.draw(picture, frame);
     const cv::Size odd = video_size - image_size;
-    if (odd.width) picture.col(picture.cols - 1).copyTo(canvas.col(picture.cols).rowRange(0, picture.rows));
+    if (odd.width)
+        picture.col(picture.cols - 1).copyTo(canvas.col(picture.cols).rowRange(0, picture.rows));
     if (odd.height) canvas.row(picture.rows - 1).copyTo(canvas.row(picture.rows));
     return canvas;
 }
@@ -88,9 +90,9 @@ void OverlayWriter::Impl::check_readable() const {
         last_decodes = check.grab();
     }
     if (!last_decodes)
-        throw std::runtime_error("cannot write '" + file->path().string() + "': the video is incomplete (" +
-                                 std::to_string(claimed) + " of " + std::to_string(frames) +
-                                 " frames); is the disk full?");
+        throw std::runtime_error("cannot write '" + file->path().string() +
+                                 "': the video is incomplete (" + std::to_string(claimed) + " of " +
+                                 std::to_string(frames) + " frames); is the disk full?");
 }
 
 OverlayWriter::OverlayWriter(const std::filesystem::path& path, int width, int height, double fps,
@@ -100,21 +102,26 @@ OverlayWriter::OverlayWriter(const std::filesystem::path& path, int width, int h
         throw std::runtime_error("overlay: images of at least 16 x 16 pixels are needed, got " +
                                  std::to_string(width) + " x " + std::to_string(height));
     impl_->image_size = {width, height};
-    // Chroma of the common pixel format is at half size, so an odd side gets one repeated column or row.
+    // Chroma of the common pixel format is at half size, so an odd side gets one repeated column or
+    // row.
     impl_->video_size = {width + width % 2, height + height % 2};
     impl_->open(path, std::isfinite(fps) && fps > 0 && fps <= 1000 ? fps : 25.0);
 }
 
 OverlayWriter::~OverlayWriter() = default;
 
-void OverlayWriter::set_template(const TemplateRecord& reference) { impl_->painter.set_template(reference); }
+void OverlayWriter::set_template(const TemplateRecord& reference) {
+    impl_->painter.set_template(reference);
+}
 
 void OverlayWriter::add(const cv::Mat& left_bgr, const FrameRecord& frame) {
     Impl& impl = *impl_;
-    if (left_bgr.size() != impl.image_size || (left_bgr.type() != CV_8UC3 && left_bgr.type() != CV_8UC1))
+    if (left_bgr.size() != impl.image_size ||
+        (left_bgr.type() != CV_8UC3 && left_bgr.type() != CV_8UC1))
         throw std::runtime_error("overlay: frame " + std::to_string(frame.index) + " is " +
-                                 std::to_string(left_bgr.cols) + " x " + std::to_string(left_bgr.rows) +
-                                 " where an 8-bit image of " + std::to_string(impl.image_size.width) + " x " +
+                                 std::to_string(left_bgr.cols) + " x " +
+                                 std::to_string(left_bgr.rows) + " where an 8-bit image of " +
+                                 std::to_string(impl.image_size.width) + " x " +
                                  std::to_string(impl.image_size.height) + " was expected");
     try {
         impl.encoder->push(impl.painted(left_bgr, frame));

@@ -1,5 +1,5 @@
-// The page around the data: HTML, style and script, bundled from web/ at build time by web/build.mjs, which
-// writes the definitions.
+// The page around the data: HTML, style and script, bundled from web/ at build time by
+// web/build.mjs, which writes the definitions.
 #pragma once
 
 #include <span>
@@ -7,7 +7,8 @@
 
 namespace defrec::cli {
 
-/// Pieces to be written one after the other before and after the data (JSON inside a script element).
+/// Pieces to be written one after the other before and after the data (JSON inside a script
+/// element).
 std::span<const std::string_view> page_before_data();
 std::span<const std::string_view> page_after_data();
 

@@ -35,7 +35,8 @@ json to_json(const SurfaceMoment& moment) {
 }  // namespace
 
 std::string base64(const void* data, std::size_t bytes) {
-    static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    static constexpr char kDigits[] =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     const auto* in = static_cast<const unsigned char*>(data);
     std::string out;
     out.reserve((bytes + 2) / 3 * 4);
@@ -81,8 +82,8 @@ json to_json(const std::vector<KeyFrame>& pictures) {
     return result;
 }
 
-json to_json(const SurfaceHistory& history, const std::vector<std::uint8_t>& texture_jpeg, int width,
-             int height) {
+json to_json(const SurfaceHistory& history, const std::vector<std::uint8_t>& texture_jpeg,
+             int width, int height) {
     if (history.lattice().size() == 0) return nullptr;
     std::vector<float> texture_uv;
     if (!texture_jpeg.empty()) {
@@ -93,7 +94,8 @@ json to_json(const SurfaceHistory& history, const std::vector<std::uint8_t>& tex
         }
     }
     json moments = json::array();
-    for (const SurfaceMoment& moment : history.moments().items()) moments.push_back(to_json(moment));
+    for (const SurfaceMoment& moment : history.moments().items())
+        moments.push_back(to_json(moment));
     return {{"triangles", base64(history.lattice().triangles())},
             {"rest", to_json(history.rest())},
             {"texture", base64(texture_jpeg)},

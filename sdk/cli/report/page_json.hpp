@@ -29,8 +29,8 @@ nlohmann::json to_json(const std::vector<KeyFrame>& pictures);
 nlohmann::json to_json(const SurfaceHistory& history, const std::vector<std::uint8_t>& texture_jpeg,
                        int width, int height);
 
-/// JSON text in which no character can end or comment out the script element; bytes that are not UTF-8 are
-/// replaced.
+/// JSON text in which no character can end or comment out the script element; bytes that are not
+/// UTF-8 are replaced.
 std::string embeddable(const nlohmann::json& value);
 
 }  // namespace defrec::cli

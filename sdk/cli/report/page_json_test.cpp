@@ -18,7 +18,8 @@ TEST_CASE("base64 agrees with the examples of RFC 4648") {
                                        {"foob", "Zm9vYg=="},
                                        {"fooba", "Zm9vYmE="},
                                        {"foobar", "Zm9vYmFy"}};
-    for (const auto& [plain, coded] : examples) CHECK(base64(plain, std::string(plain).size()) == coded);
+    for (const auto& [plain, coded] : examples)
+        CHECK(base64(plain, std::string(plain).size()) == coded);
 }
 
 TEST_CASE("quantised positions are within half a step, and places without one stay so") {

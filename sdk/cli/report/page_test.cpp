@@ -37,7 +37,8 @@ std::string browse(const fs::path& page, const fs::path& folder) {
         (folder / "profile").string() +
         "' --window-size=1200,3000 --virtual-time-budget=20000 "
         "--enable-logging=stderr --dump-dom 'file://" +
-        page.string() + "' >'" + (folder / "dom").string() + "' 2>'" + (folder / "log").string() + "'";
+        page.string() + "' >'" + (folder / "dom").string() + "' 2>'" + (folder / "log").string() +
+        "'";
     const int status = std::system(command.c_str());
     REQUIRE(WIFEXITED(status));
     REQUIRE(WEXITSTATUS(status) == 0);
@@ -48,7 +49,8 @@ void check_page(const std::string& dom, const std::string& log) {
     CHECK(dom.find("data-ready=\"true\"") != std::string::npos);
     CHECK(dom.find("data-errors") == std::string::npos);
     // Lines of the page's console carry this mark; warnings of the software renderer do as well.
-    for (std::size_t at = log.find(":CONSOLE"); at != std::string::npos; at = log.find(":CONSOLE", at + 1)) {
+    for (std::size_t at = log.find(":CONSOLE"); at != std::string::npos;
+         at = log.find(":CONSOLE", at + 1)) {
         const std::string line = log.substr(at, log.find('\n', at) - at);
         CAPTURE(line);
         CHECK_FALSE(line.find("Error") != std::string::npos);
@@ -63,7 +65,8 @@ TEST_CASE("the page shows itself without an error") {
         MESSAGE("skipped: chromium is not installed");
         return;
     }
-    const fs::path folder = fs::temp_directory_path() / ("defrec-page-" + std::to_string(::getpid()));
+    const fs::path folder =
+        fs::temp_directory_path() / ("defrec-page-" + std::to_string(::getpid()));
     fs::create_directories(folder);
     SUBCASE("a tracked sequence") {
         const SyntheticSequence sequence(480, 270, 20);

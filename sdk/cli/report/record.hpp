@@ -1,5 +1,5 @@
-// What `defrec track` hands to the overlay and to the report: plain values, no library handle and no OpenCV
-// type.
+// What `defrec track` hands to the overlay and to the report: plain values, no library handle and
+// no OpenCV type.
 #pragma once
 
 #include <array>
@@ -18,15 +18,18 @@ enum class VertexStatus : std::uint8_t {
     extrapolated = 2,  ///< moved by the model only: hidden, or without data near
 };
 
-/// Projects `count` points (x, y, z interleaved, mm, left rectified camera) to pixels (u, v interleaved) of
-/// the left image as it is handed to OverlayWriter::add and ReportWriter::add. Points that cannot be
-/// projected (behind the camera, not finite) give NaN. Called on the caller's thread only.
+/// Projects `count` points (x, y, z interleaved, mm, left rectified camera) to pixels (u, v
+/// interleaved) of the left image as it is handed to OverlayWriter::add and ReportWriter::add.
+/// Points that cannot be projected (behind the camera, not finite) give NaN. Called on the caller's
+/// thread only.
 using Projector = std::function<void(const float* xyz, std::size_t count, float* uv)>;
 
 /// The template as captured. Copied by whoever receives it.
 struct TemplateRecord {
-    std::vector<float> vertices;   ///< x, y, z interleaved, mm, left rectified camera of the template's frame
-    std::vector<float> vertex_uv;  ///< u, v interleaved: where each vertex lies in the template's left image
+    std::vector<float>
+        vertices;  ///< x, y, z interleaved, mm, left rectified camera of the template's frame
+    std::vector<float>
+        vertex_uv;  ///< u, v interleaved: where each vertex lies in the template's left image
     std::vector<std::uint32_t> triangles;  ///< three vertex indices each
 };
 
@@ -38,8 +41,8 @@ struct MatchSegment {
     bool inlier = false;  ///< kept by RANSAC
 };
 
-/// One frame's result. Vectors may be empty where the frame has none of it: a lost frame carries no geometry.
-/// Fill the same object again for each frame to save allocations.
+/// One frame's result. Vectors may be empty where the frame has none of it: a lost frame carries no
+/// geometry. Fill the same object again for each frame to save allocations.
 struct FrameRecord {
     std::int64_t index = 0;       ///< frame number in the input
     double timestamp_ms = 0;      ///< since the first frame, of the input's clock

@@ -1,10 +1,11 @@
-// report.html: one self-contained page about a tracked sequence. Include this header for the overlay as well.
+// report.html: one self-contained page about a tracked sequence. Include this header for the
+// overlay as well.
 //
 //     OverlayWriter overlay(dir / "overlay.mp4", width, height, fps, projector);
 //     ReportWriter report(dir / "report.html", meta, projector);
-//     when the template exists:  overlay.set_template(t); report.set_template(t, left_of_the_template);
-//     for each frame:            overlay.add(left, record); report.add(left, record);
-//     at the end, also early:    overlay.finish(); report.finish();
+//     when the template exists:  overlay.set_template(t); report.set_template(t,
+//     left_of_the_template); for each frame:            overlay.add(left, record); report.add(left,
+//     record); at the end, also early:    overlay.finish(); report.finish();
 #pragma once
 
 #include <filesystem>
@@ -18,21 +19,23 @@
 
 namespace defrec::cli {
 
-/// Texts for the head of the page: any UTF-8 (what is not UTF-8 is replaced), escaped by the writer.
+/// Texts for the head of the page: any UTF-8 (what is not UTF-8 is replaced), escaped by the
+/// writer.
 struct ReportMeta {
     std::string sequence;      ///< a name, such as the input's file name
     std::string backend;       ///< such as "cpu"
     std::string device;        ///< such as "AMD EPYC, AVX-512, 2 threads"
     std::string version;       ///< of defrec
     std::string overlay_file;  ///< name of the video beside the report, or empty
-    std::vector<std::pair<std::string, std::string>> facts;  ///< further lines: "Calibration", "stereo.yaml"
-    std::vector<std::string> notes;                          ///< error messages the reader should know: warnings
+    std::vector<std::pair<std::string, std::string>>
+        facts;                       ///< further lines: "Calibration", "stereo.yaml"
+    std::vector<std::string> notes;  ///< error messages the reader should know: warnings
 };
 
-/// Collects frames and writes the page. Memory is bounded whatever the length of the sequence: at most 120
-/// surfaces of at most about 2,000 points, 4,096 points per plotted line and 14 key frames are kept, evenly
-/// thinned as frames arrive. One thread at a time. Failures to write are std::runtime_error (the caller's
-/// exit code 7).
+/// Collects frames and writes the page. Memory is bounded whatever the length of the sequence: at
+/// most 120 surfaces of at most about 2,000 points, 4,096 points per plotted line and 14 key frames
+/// are kept, evenly thinned as frames arrive. One thread at a time. Failures to write are
+/// std::runtime_error (the caller's exit code 7).
 class ReportWriter {
   public:
     /// Fails at once if the folder of `path` cannot be written.
@@ -49,12 +52,12 @@ class ReportWriter {
     /// Throws std::invalid_argument if sizes or indices do not agree.
     void set_template(const TemplateRecord& reference, const cv::Mat& left_bgr);
 
-    /// left_bgr: as OverlayWriter::add; may be empty (no key frame then). Paints and encodes only frames it
-    /// may keep.
+    /// left_bgr: as OverlayWriter::add; may be empty (no key frame then). Paints and encodes only
+    /// frames it may keep.
     void add(const cv::Mat& left_bgr, const FrameRecord& frame);
 
-    /// Writes the page under a temporary name and renames it. May be called once; a page with no frame is
-    /// written too.
+    /// Writes the page under a temporary name and renames it. May be called once; a page with no
+    /// frame is written too.
     void finish();
 
   private:

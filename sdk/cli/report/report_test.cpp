@@ -1,4 +1,5 @@
-// The page that ReportWriter writes: whole, self-contained, bounded, and safe against what is in names.
+// The page that ReportWriter writes: whole, self-contained, bounded, and safe against what is in
+// names.
 #include "sdk/cli/report/report.hpp"
 
 #include <doctest/doctest.h>
@@ -23,7 +24,8 @@ using nlohmann::json;
 namespace {
 
 struct Folder {
-    fs::path path = fs::temp_directory_path() / fs::path("defrec-report-" + std::to_string(::getpid()));
+    fs::path path =
+        fs::temp_directory_path() / fs::path("defrec-report-" + std::to_string(::getpid()));
     Folder() { fs::create_directories(path); }
     ~Folder() { fs::remove_all(path); }
 };
@@ -39,7 +41,8 @@ json data_of(const std::string& page) {
     return json::parse(page.substr(start, page.find("</script>", start) - start));
 }
 
-void write(const SyntheticSequence& sequence, int frames, const fs::path& path, const ReportMeta& meta) {
+void write(const SyntheticSequence& sequence, int frames, const fs::path& path,
+           const ReportMeta& meta) {
     ReportWriter report(path, meta, sequence.projector());
     for (int i = 0; i < frames; ++i) {
         if (i == 1) report.set_template(sequence.reference(), sequence.image(0));
@@ -62,8 +65,8 @@ TEST_CASE("a 60 frame report is one file below 4 MB that loads nothing from else
     CHECK(page.size() < 4'000'000);
     CHECK(std::distance(fs::directory_iterator(folder.path), {}) == 1);
 
-    // The markup and style, which stand before the data, name no address; and the page forbids loading to
-    // itself.
+    // The markup and style, which stand before the data, name no address; and the page forbids
+    // loading to itself.
     CHECK(page.substr(0, page.find("id=\"data\"")).find("//") == std::string::npos);
     CHECK(page.find("Content-Security-Policy\" content=\"default-src 'none'") != std::string::npos);
     CHECK(page.find("<link") == std::string::npos);
@@ -76,7 +79,8 @@ TEST_CASE("a 60 frame report is one file below 4 MB that loads nothing from else
     CHECK(data["summary"]["stages"].size() == 5);
     CHECK(data["summary"]["frame_ms"]["median"].get<double>() == doctest::Approx(12).epsilon(0.1));
     CHECK(data["summary"]["stages"][4]["name"] == "lm");
-    CHECK(data["summary"]["stages"][4]["ms"]["median"].get<double>() == doctest::Approx(3.2).epsilon(0.01));
+    CHECK(data["summary"]["stages"][4]["ms"]["median"].get<double>() ==
+          doctest::Approx(3.2).epsilon(0.01));
     CHECK(data["surface"]["moments"].size() == 60);
     CHECK(data["key_frames"].size() <= 14);
     // initialising, tracking, degraded, tracking, lost, relocalised, tracking
@@ -85,7 +89,9 @@ TEST_CASE("a 60 frame report is one file below 4 MB that loads nothing from else
     CHECK(data["surface"]["moments"][38]["state"] == "lost");
 }
 
-TEST_CASE("row 75: names that are markup, script or not UTF-8 do no harm; no residual without a surface") {
+TEST_CASE(
+    "row 75: names that are markup, script or not UTF-8 do no harm; no residual without a "
+    "surface") {
     const Folder folder;
     const fs::path path = folder.path / fs::path(u8"Bericht ä 膜.html");
     ReportMeta meta;
@@ -134,16 +140,20 @@ TEST_CASE("a long sequence stays within its bounds") {
 
 TEST_CASE("a report without any frame is written") {
     const Folder folder;
-    ReportWriter report(folder.path / "report.html", {}, SyntheticSequence(160, 120, 2).projector());
+    ReportWriter report(folder.path / "report.html", {},
+                        SyntheticSequence(160, 120, 2).projector());
     report.finish();
     CHECK(data_of(read(folder.path / "report.html"))["summary"]["frames"] == 0);
 }
 
-TEST_CASE("row 72: a folder that is not there is refused at once, and an unfinished report leaves nothing") {
+TEST_CASE(
+    "row 72: a folder that is not there is refused at once, and an unfinished report leaves "
+    "nothing") {
     const Folder folder;
     const SyntheticSequence sequence(160, 120, 2);
-    CHECK_THROWS_WITH_AS(ReportWriter(folder.path / "none" / "report.html", {}, sequence.projector()),
-                         doctest::Contains("cannot write"), std::runtime_error);
+    CHECK_THROWS_WITH_AS(
+        ReportWriter(folder.path / "none" / "report.html", {}, sequence.projector()),
+        doctest::Contains("cannot write"), std::runtime_error);
     { ReportWriter abandoned(folder.path / "report.html", {}, sequence.projector()); }
     CHECK(fs::is_empty(folder.path));
 }

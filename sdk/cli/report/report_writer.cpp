@@ -38,7 +38,8 @@ double severity(const std::string& state) {
 
 std::vector<std::uint8_t> jpeg(const cv::Mat& image, int quality) {
     std::vector<std::uint8_t> bytes;
-    cv::imencode(".jpg", image, bytes, {cv::IMWRITE_JPEG_QUALITY, quality, cv::IMWRITE_JPEG_OPTIMIZE, 1});
+    cv::imencode(".jpg", image, bytes,
+                 {cv::IMWRITE_JPEG_QUALITY, quality, cv::IMWRITE_JPEG_OPTIMIZE, 1});
     return bytes;
 }
 
@@ -54,16 +55,17 @@ cv::Mat colour_copy(const cv::Mat& image) {
 cv::Mat shrunk(const cv::Mat& image, int width) {
     if (image.cols <= width) return image;
     cv::Mat small;
-    cv::resize(image, small, cv::Size(width, cvRound(double(image.rows) * width / image.cols)), 0, 0,
-               cv::INTER_AREA);
+    cv::resize(image, small, cv::Size(width, cvRound(double(image.rows) * width / image.cols)), 0,
+               0, cv::INTER_AREA);
     return small;
 }
 
 std::vector<std::pair<std::string, double>> stage_totals(const FrameRecord& frame) {
     std::vector<std::pair<std::string, double>> totals;
     for (const auto& stage : frame.stage_ms) {
-        const auto same = std::find_if(totals.begin(), totals.end(),
-                                       [&](const auto& total) { return total.first == stage.first; });
+        const auto same = std::find_if(totals.begin(), totals.end(), [&](const auto& total) {
+            return total.first == stage.first;
+        });
         if (same == totals.end())
             totals.push_back(stage);
         else
@@ -134,7 +136,8 @@ void ReportWriter::Impl::plot(const FrameRecord& frame) {
         series.set(series.line(name, worst), value);
     };
     set("state", Worst::largest, severity(frame.state));
-    set("residual_mm", Worst::largest, frame.vertices.empty() ? std::nan("") : frame.mean_residual_mm);
+    set("residual_mm", Worst::largest,
+        frame.vertices.empty() ? std::nan("") : frame.mean_residual_mm);
     set("features", Worst::smallest, frame.features);
     set("matches", Worst::smallest, frame.matches);
     set("inliers", Worst::smallest, frame.inliers);
@@ -172,7 +175,8 @@ void ReportWriter::Impl::take_picture(const cv::Mat& left, const FrameRecord& fr
 
 json ReportWriter::Impl::summary() const {
     json states = json::array();
-    for (const auto& [name, number] : frames_by_state) states.push_back({{"name", name}, {"frames", number}});
+    for (const auto& [name, number] : frames_by_state)
+        states.push_back({{"name", name}, {"frames", number}});
     json stage_list = json::array();
     for (const auto& [name, distribution] : stages)
         stage_list.push_back({{"name", name}, {"ms", quantiles(distribution)}});
@@ -214,12 +218,12 @@ void ReportWriter::add(const cv::Mat& left_bgr, const FrameRecord& frame) {
 }
 
 void ReportWriter::finish() {
-    const json data{
-        {"meta", to_json(impl_->meta)},
-        {"summary", impl_->summary()},
-        {"series", to_json(impl_->series)},
-        {"key_frames", to_json(impl_->pictures.sorted())},
-        {"surface", to_json(impl_->surface, impl_->texture, impl_->texture_width, impl_->texture_height)}};
+    const json data{{"meta", to_json(impl_->meta)},
+                    {"summary", impl_->summary()},
+                    {"series", to_json(impl_->series)},
+                    {"key_frames", to_json(impl_->pictures.sorted())},
+                    {"surface", to_json(impl_->surface, impl_->texture, impl_->texture_width,
+                                        impl_->texture_height)}};
     std::ofstream out(impl_->file.temporary(), std::ios::binary | std::ios::trunc);
     for (const std::string_view part : page_before_data()) out << part;
     out << embeddable(data);

@@ -14,7 +14,8 @@ constexpr float kSteps = 65534;
 
 std::uint8_t quantise_error(float mm) {
     if (!std::isfinite(mm)) return 255;
-    return static_cast<std::uint8_t>(std::lround(std::clamp(double(mm) / kErrorStepMm, 0.0, 254.0)));
+    return static_cast<std::uint8_t>(
+        std::lround(std::clamp(double(mm) / kErrorStepMm, 0.0, 254.0)));
 }
 
 }  // namespace
@@ -31,11 +32,13 @@ QuantisedPoints quantise(const std::vector<float>& xyz) {
     }
     result.xyz.resize(xyz.size(), kNoPosition);
     for (std::size_t i = 0; i + 2 < xyz.size(); i += 3) {
-        if (!std::isfinite(xyz[i]) || !std::isfinite(xyz[i + 1]) || !std::isfinite(xyz[i + 2])) continue;
+        if (!std::isfinite(xyz[i]) || !std::isfinite(xyz[i + 1]) || !std::isfinite(xyz[i + 2]))
+            continue;
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const float step = result.step[axis];
             const float value = step > 0 ? (xyz[i + axis] - result.lowest[axis]) / step : 0;
-            result.xyz[i + axis] = static_cast<std::uint16_t>(std::lround(std::clamp(value, 0.0f, kSteps)));
+            result.xyz[i + axis] =
+                static_cast<std::uint16_t>(std::lround(std::clamp(value, 0.0f, kSteps)));
         }
     }
     return result;
@@ -45,7 +48,8 @@ void SurfaceHistory::set_template(const TemplateRecord& reference) {
     check_template(reference);
     if (vertices_ > 0) moments_ = EvenlyThinned<SurfaceMoment>(kMoments);
     vertices_ = reference.vertices.size() / 3;
-    lattice_ = SurfaceLattice(reference, std::max(1.0, std::sqrt(template_area(reference) / kPoints)));
+    lattice_ =
+        SurfaceLattice(reference, std::max(1.0, std::sqrt(template_area(reference) / kPoints)));
     rest_ = quantise(lattice_.evaluate(reference.vertices));
 }
 

@@ -17,7 +17,8 @@ bool finite(const float* values, int count) {
     return std::all_of(values, values + count, [](float v) { return std::isfinite(v); });
 }
 
-/// A vertex without a place in the image (behind the camera) or in space takes its triangles with it.
+/// A vertex without a place in the image (behind the camera) or in space takes its triangles with
+/// it.
 bool finite_triangle(const TemplateRecord& reference, std::size_t triangle) {
     for (std::size_t k = 0; k < 3; ++k) {
         const std::size_t corner = reference.triangles[3 * triangle + k];
@@ -46,8 +47,8 @@ void check_template(const TemplateRecord& reference) {
                                     std::to_string(reference.triangles.size()) + " indices");
     for (const std::uint32_t corner : reference.triangles)
         if (corner >= count)
-            throw std::invalid_argument("template: a triangle names vertex " + std::to_string(corner) +
-                                        " of " + std::to_string(count));
+            throw std::invalid_argument("template: a triangle names vertex " +
+                                        std::to_string(corner) + " of " + std::to_string(count));
 }
 
 double template_area(const TemplateRecord& reference) {
@@ -65,7 +66,8 @@ double template_area(const TemplateRecord& reference) {
 }
 
 bool has_geometry(const FrameRecord& frame, std::size_t vertices) {
-    return vertices > 0 && frame.vertices.size() == 3 * vertices && frame.vertex_status.size() == vertices &&
+    return vertices > 0 && frame.vertices.size() == 3 * vertices &&
+           frame.vertex_status.size() == vertices &&
            (frame.expected_error_mm.empty() || frame.expected_error_mm.size() == vertices);
 }
 
@@ -81,7 +83,8 @@ SurfaceLattice::SurfaceLattice(const TemplateRecord& reference, double step) {
         max_v = std::max(max_v, reference.vertex_uv[i + 1]);
     }
     if (!(max_u >= origin_u_)) return;
-    const double width = double(max_u) - double(origin_u_), height = double(max_v) - double(origin_v_);
+    const double width = double(max_u) - double(origin_u_),
+                 height = double(max_v) - double(origin_v_);
     while ((width / step + 1) * (height / step + 1) > kMaxPlaces) step *= 2;
     columns_ = static_cast<int>(width / step) + 1;
     rows_ = static_cast<int>(height / step) + 1;
@@ -90,7 +93,8 @@ SurfaceLattice::SurfaceLattice(const TemplateRecord& reference, double step) {
         if (finite_triangle(reference, t)) add_triangle(reference, t, step);
 }
 
-void SurfaceLattice::add_triangle(const TemplateRecord& reference, std::size_t triangle, double step) {
+void SurfaceLattice::add_triangle(const TemplateRecord& reference, std::size_t triangle,
+                                  double step) {
     const std::uint32_t* corner = reference.triangles.data() + 3 * triangle;
     double u[3], v[3];
     for (int k = 0; k < 3; ++k) {
@@ -100,23 +104,27 @@ void SurfaceLattice::add_triangle(const TemplateRecord& reference, std::size_t t
     const double area = (u[1] - u[0]) * (v[2] - v[0]) - (v[1] - v[0]) * (u[2] - u[0]);
     if (std::abs(area) < 1e-9) return;
     const int first_column = static_cast<int>(std::ceil(std::min({u[0], u[1], u[2]}) / step));
-    const int last_column = std::min(columns_ - 1, static_cast<int>(std::max({u[0], u[1], u[2]}) / step));
+    const int last_column =
+        std::min(columns_ - 1, static_cast<int>(std::max({u[0], u[1], u[2]}) / step));
     const int first_row = static_cast<int>(std::ceil(std::min({v[0], v[1], v[2]}) / step));
     const int last_row = std::min(rows_ - 1, static_cast<int>(std::max({v[0], v[1], v[2]}) / step));
     for (int row = first_row; row <= last_row; ++row)
         for (int column = first_column; column <= last_column; ++column) {
-            std::int32_t& place = index_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
-                                         static_cast<std::size_t>(column)];
+            std::int32_t& place =
+                index_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+                       static_cast<std::size_t>(column)];
             if (place >= 0) continue;
             const double pu = column * step, pv = row * step;
             const double w1 = ((pu - u[0]) * (v[2] - v[0]) - (pv - v[0]) * (u[2] - u[0])) / area;
             const double w2 = ((u[1] - u[0]) * (pv - v[0]) - (v[1] - v[0]) * (pu - u[0])) / area;
             const double w0 = 1 - w1 - w2;
-            // The margin lets nodes on a shared edge fall into one of its triangles whatever the rounding.
+            // The margin lets nodes on a shared edge fall into one of its triangles whatever the
+            // rounding.
             if (std::min({w0, w1, w2}) < -1e-6) continue;
             place = static_cast<std::int32_t>(nodes_.size());
-            nodes_.push_back({{corner[0], corner[1], corner[2]},
-                              {static_cast<float>(w0), static_cast<float>(w1), static_cast<float>(w2)}});
+            nodes_.push_back(
+                {{corner[0], corner[1], corner[2]},
+                 {static_cast<float>(w0), static_cast<float>(w1), static_cast<float>(w2)}});
             uv_.push_back(static_cast<float>(pu + double(origin_u_)));
             uv_.push_back(static_cast<float>(pv + double(origin_v_)));
         }

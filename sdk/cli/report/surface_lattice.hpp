@@ -1,5 +1,6 @@
-// A regular lattice of points, laid over the template's image and carried by the surface: every node is a
-// fixed mixture of one triangle's corners. The overlay takes its lines from one, the report its lighter mesh.
+// A regular lattice of points, laid over the template's image and carried by the surface: every
+// node is a fixed mixture of one triangle's corners. The overlay takes its lines from one, the
+// report its lighter mesh.
 #pragma once
 
 #include <cstddef>
@@ -10,8 +11,8 @@
 
 namespace defrec::cli {
 
-/// Throws std::invalid_argument, naming the disagreement, unless vertices (finite), vertex_uv (finite) and
-/// triangles fit each other.
+/// Throws std::invalid_argument, naming the disagreement, unless vertices (finite), vertex_uv
+/// (finite) and triangles fit each other.
 void check_template(const TemplateRecord& reference);
 
 /// Area of the triangles in the template's image, square pixels.
@@ -20,7 +21,8 @@ double template_area(const TemplateRecord& reference);
 /// Whether the frame carries geometry for a template of so many vertices.
 bool has_geometry(const FrameRecord& frame, std::size_t vertices);
 
-/// The lattice's nodes in one frame; positions of nodes that cannot be placed are NaN with status unknown.
+/// The lattice's nodes in one frame; positions of nodes that cannot be placed are NaN with status
+/// unknown.
 struct LatticeState {
     std::vector<float> xyz;            ///< interleaved, mm
     std::vector<VertexStatus> status;  ///< the least certain of the triangle's corners
@@ -31,15 +33,16 @@ class SurfaceLattice {
   public:
     SurfaceLattice() = default;
 
-    /// step: distance of neighbouring nodes in pixels of the template's image, > 0; made larger if the
-    /// lattice would exceed 4 million nodes. reference: as check_template accepts it.
+    /// step: distance of neighbouring nodes in pixels of the template's image, > 0; made larger if
+    /// the lattice would exceed 4 million nodes. reference: as check_template accepts it.
     SurfaceLattice(const TemplateRecord& reference, double step);
 
     std::size_t size() const { return nodes_.size(); }
     int columns() const { return columns_; }
     int rows() const { return rows_; }
 
-    /// Index of the node at a place of the lattice, or -1 where the template has no surface (or outside).
+    /// Index of the node at a place of the lattice, or -1 where the template has no surface (or
+    /// outside).
     std::int32_t node(int column, int row) const;
 
     /// u, v interleaved, pixels of the template's image.

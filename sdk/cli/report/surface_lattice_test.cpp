@@ -16,14 +16,16 @@ TemplateRecord plane() {
     TemplateRecord result;
     for (int row = 0; row < 6; ++row)
         for (int column = 0; column < 9; ++column) {
-            const float u = 3 + 7.0f * static_cast<float>(column), v = 5 + 7.0f * static_cast<float>(row);
+            const float u = 3 + 7.0f * static_cast<float>(column),
+                        v = 5 + 7.0f * static_cast<float>(row);
             result.vertex_uv.insert(result.vertex_uv.end(), {u, v});
             result.vertices.insert(result.vertices.end(), {u, v, 50 + u});
         }
     for (std::uint32_t row = 0; row < 5; ++row)
         for (std::uint32_t column = 0; column < 8; ++column) {
             const std::uint32_t a = 9 * row + column;
-            result.triangles.insert(result.triangles.end(), {a, a + 1, a + 9, a + 1, a + 10, a + 9});
+            result.triangles.insert(result.triangles.end(),
+                                    {a, a + 1, a + 9, a + 1, a + 10, a + 9});
         }
     return result;
 }

@@ -13,7 +13,8 @@ constexpr double kDepth = 80;
 
 cv::Mat tissue(int width, int height) {
     cv::RNG random(7);
-    cv::Mat noise(height / 6 + 2, width / 6 + 2, CV_8UC1), large, fine(height, width, CV_8UC1), mixed, colour;
+    cv::Mat noise(height / 6 + 2, width / 6 + 2, CV_8UC1), large, fine(height, width, CV_8UC1),
+        mixed, colour;
     random.fill(noise, cv::RNG::UNIFORM, 60, 200);
     cv::resize(noise, large, {width, height}, 0, 0, cv::INTER_CUBIC);
     random.fill(fine, cv::RNG::UNIFORM, 80, 170);
@@ -35,16 +36,16 @@ SyntheticSequence::SyntheticSequence(int width, int height, int frames)
       texture_(tissue(width, height)) {}
 
 Projector SyntheticSequence::projector() const {
-    return
-        [f = focal_, cx = width_ / 2.0, cy = height_ / 2.0](const float* xyz, std::size_t count, float* uv) {
-            for (std::size_t i = 0; i < count; ++i) {
-                const double z = double(xyz[3 * i + 2]);
-                const bool valid = std::isfinite(z) && z > 1;
-                constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-                uv[2 * i] = valid ? static_cast<float>(cx + f * double(xyz[3 * i]) / z) : kNan;
-                uv[2 * i + 1] = valid ? static_cast<float>(cy + f * double(xyz[3 * i + 1]) / z) : kNan;
-            }
-        };
+    return [f = focal_, cx = width_ / 2.0, cy = height_ / 2.0](const float* xyz, std::size_t count,
+                                                               float* uv) {
+        for (std::size_t i = 0; i < count; ++i) {
+            const double z = double(xyz[3 * i + 2]);
+            const bool valid = std::isfinite(z) && z > 1;
+            constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+            uv[2 * i] = valid ? static_cast<float>(cx + f * double(xyz[3 * i]) / z) : kNan;
+            uv[2 * i + 1] = valid ? static_cast<float>(cy + f * double(xyz[3 * i + 1]) / z) : kNan;
+        }
+    };
 }
 
 cv::Vec3f SyntheticSequence::point(int column, int row, int frame) const {

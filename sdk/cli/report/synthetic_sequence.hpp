@@ -1,5 +1,5 @@
-// For tests: a textured surface that heaves under a camera that drifts, with an instrument and a loss of
-// tracking.
+// For tests: a textured surface that heaves under a camera that drifts, with an instrument and a
+// loss of tracking.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -16,8 +16,8 @@ class SyntheticSequence {
     TemplateRecord reference() const;
     cv::Mat image(int frame) const;
 
-    /// Frame 0 is initialising, one fifth of the way in the surface is half covered (degraded), at three
-    /// fifths it is lost for a tenth, then relocalised.
+    /// Frame 0 is initialising, one fifth of the way in the surface is half covered (degraded), at
+    /// three fifths it is lost for a tenth, then relocalised.
     FrameRecord record(int frame) const;
 
   private:

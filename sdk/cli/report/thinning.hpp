@@ -12,13 +12,15 @@
 
 namespace defrec::cli {
 
-/// Keeps between capacity / 2 and capacity items, every stride-th of those offered, the first always.
+/// Keeps between capacity / 2 and capacity items, every stride-th of those offered, the first
+/// always.
 template <typename Item>
 class EvenlyThinned {
   public:
     explicit EvenlyThinned(std::size_t capacity) : capacity_(capacity) {}
 
-    /// Asks about the next item; true: it is to be handed to keep(). Call once for each item offered.
+    /// Asks about the next item; true: it is to be handed to keep(). Call once for each item
+    /// offered.
     bool offer() { return offered_++ % stride_ == 0; }
 
     void keep(Item item) {
@@ -40,8 +42,8 @@ class EvenlyThinned {
     std::vector<Item> items_;
 };
 
-/// Quantiles of positive numbers to within 0.5 % of the value, in constant memory. Not finite values are
-/// ignored; values are clamped to 1e-4..1e6.
+/// Quantiles of positive numbers to within 0.5 % of the value, in constant memory. Not finite
+/// values are ignored; values are clamped to 1e-4..1e6.
 class Distribution {
   public:
     void add(double value) {
@@ -57,10 +59,12 @@ class Distribution {
     double quantile(double share) const {
         std::uint64_t left = static_cast<std::uint64_t>(share * static_cast<double>(total_));
         for (std::size_t bin = 0; bin < counts_.size(); ++bin) {
-            if (left < counts_[bin]) return kLowest * std::exp((static_cast<double>(bin) + 0.5) * kLogWidth);
+            if (left < counts_[bin])
+                return kLowest * std::exp((static_cast<double>(bin) + 0.5) * kLogWidth);
             left -= counts_[bin];
         }
-        return total_ ? kLowest * std::exp(static_cast<double>(counts_.size()) * kLogWidth) : std::nan("");
+        return total_ ? kLowest * std::exp(static_cast<double>(counts_.size()) * kLogWidth)
+                      : std::nan("");
     }
 
   private:
@@ -69,7 +73,8 @@ class Distribution {
     std::uint64_t total_ = 0;
 };
 
-/// Plotted lines. One sample stands for `stride` frames and holds the worst of each line among them.
+/// Plotted lines. One sample stands for `stride` frames and holds the worst of each line among
+/// them.
 class Series {
   public:
     enum class Worst { largest, smallest };

@@ -9,19 +9,21 @@
 #include "sdk/cli/report/platform.hpp"
 
 #ifdef __SANITIZE_THREAD__
-// ThreadSanitizer sees only half of what libraries that were not built with it do: ffmpeg's and x264's
-// atomics, and the locks that GDAL takes when OpenCV's imgcodecs starts it. The function's name is the
-// sanitizer's.
+// ThreadSanitizer sees only half of what libraries that were not built with it do: ffmpeg's and
+// x264's atomics, and the locks that GDAL takes when OpenCV's imgcodecs starts it. The function's
+// name is the sanitizer's.
 extern "C" __attribute__((visibility("default"))) const char* __tsan_default_suppressions();
 extern "C" const char* __tsan_default_suppressions() {
-    return "race:libavcodec.so\nrace:libavutil.so\nrace:libavformat.so\nrace:libswscale.so\nrace:libx264.so\n"
+    return "race:libavcodec.so\nrace:libavutil.so\nrace:libavformat.so\nrace:libswscale.so\nrace:"
+           "libx264.so\n"
            "deadlock:libgdal.so\n";
 }
 #endif
 
 namespace defrec::cli {
 
-VideoEncoder::VideoEncoder(const std::string& path, int fourcc, double fps, cv::Size size) : size_(size) {
+VideoEncoder::VideoEncoder(const std::string& path, int fourcc, double fps, cv::Size size)
+    : size_(size) {
     thread_ = std::thread([this, path, fourcc, fps] { run(path, fourcc, fps); });
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [this] { return ready_; });

@@ -1,5 +1,5 @@
-// Encodes video on a thread of low priority, so that the encoder's work (tens of milliseconds a frame) does
-// not stand in the way of the tracking that runs beside it.
+// Encodes video on a thread of low priority, so that the encoder's work (tens of milliseconds a
+// frame) does not stand in the way of the tracking that runs beside it.
 #pragma once
 
 #include <condition_variable>
@@ -26,7 +26,8 @@ class VideoEncoder {
     /// A picture to draw on and hand back to push(); its content is undefined.
     cv::Mat blank();
 
-    /// Takes the picture; waits while the queue is full. Throws std::runtime_error if encoding failed before.
+    /// Takes the picture; waits while the queue is full. Throws std::runtime_error if encoding
+    /// failed before.
     void push(cv::Mat picture);
 
     /// Encodes what is queued and closes the file. Throws as push(). May be called once.

@@ -4,10 +4,10 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "sdk/cli/program/commands.hpp"
 #include "sdk/cli/io/exit_code.hpp"
-#include "sdk/cli/score/score.hpp"
 #include "sdk/cli/io/terminal.hpp"
+#include "sdk/cli/program/commands.hpp"
+#include "sdk/cli/score/score.hpp"
 
 namespace defrec::cli {
 namespace {
@@ -39,32 +39,40 @@ int run_score(const ScoreOptions& options) {
 CLI::App* add_score_command(CLI::App& app, std::function<int()>& run) {
     auto options = std::make_shared<ScoreOptions>();
     CLI::App* command = app.add_subcommand("score", "Measure tracked points against the truth");
-    command->add_option("DIR", options->folder, "What `defrec track --out` wrote: points.csv, frames.csv")
+    command
+        ->add_option("DIR", options->folder,
+                     "What `defrec track --out` wrote: points.csv, frames.csv")
         ->required();
-    command->add_option("--truth", options->truth, "CSV frame,id,x,y,z,visible, as `defrec render` writes it")
+    command
+        ->add_option("--truth", options->truth,
+                     "CSV frame,id,x,y,z,visible, as `defrec render` writes it")
         ->type_name("F")
         ->required();
     command
         ->add_option("--max-median", options->max_median,
                      "Exit 6 when the median over visible points is larger")
         ->type_name("MM");
-    command->add_option("--max-p95", options->max_p95, "Exit 6 when their 95th percentile is larger")
+    command
+        ->add_option("--max-p95", options->max_p95, "Exit 6 when their 95th percentile is larger")
         ->type_name("MM");
     command
         ->add_option_function<std::string>(
-            "--frames", [options](const std::string& text) { options->range = parse_frame_range(text); },
+            "--frames",
+            [options](const std::string& text) { options->range = parse_frame_range(text); },
             "Only frames A to B-1 of the truth")
         ->type_name("A:B");
     command->add_flag("--json", options->json, "Print JSON instead of a table");
     command->add_flag("--quiet", options->quiet, "Print nothing but what exceeds a limit");
     command->footer(
-        "A visible point counts as lost when it has no row, no position or status lost. Hidden points are "
+        "A visible point counts as lost when it has no row, no position or status lost. Hidden "
+        "points are "
         "those that the\n"
         "truth says cannot be seen.\n"
         "\n"
         "Examples:\n"
         "  defrec score result --truth sequence/truth.csv\n"
-        "  defrec score result --truth sequence/truth.csv --max-median 0.3 --max-p95 1.5 && echo good "
+        "  defrec score result --truth sequence/truth.csv --max-median 0.3 --max-p95 1.5 && echo "
+        "good "
         "enough");
     command->callback([options, &run] { run = [options] { return run_score(*options); }; });
     return command;

@@ -25,7 +25,8 @@ struct Key {
 
 struct KeyHash {
     std::size_t operator()(const Key& key) const {
-        return static_cast<std::size_t>(static_cast<std::uint64_t>(key.frame) * 0x9E3779B97F4A7C15u ^
+        return static_cast<std::size_t>(static_cast<std::uint64_t>(key.frame) *
+                                            0x9E3779B97F4A7C15u ^
                                         static_cast<std::uint64_t>(key.id) * 0xC2B2AE3D27D4EB4Fu);
     }
 };
@@ -89,8 +90,12 @@ struct Group {
     }
 
     ScoreGroup finish(const std::string& name) {
-        return {name,           frames.size(), summarise(std::move(visible)), summarise(std::move(hidden)),
-                visible_points, lost_visible};
+        return {name,
+                frames.size(),
+                summarise(std::move(visible)),
+                summarise(std::move(hidden)),
+                visible_points,
+                lost_visible};
     }
 };
 
@@ -99,9 +104,11 @@ std::string padded(const std::string& text, std::size_t width, bool to_the_right
     return to_the_right ? blanks + text : text + blanks;
 }
 
-std::string table_line(const std::string& name, const ErrorSummary& summary, const std::string& lost) {
+std::string table_line(const std::string& name, const ErrorSummary& summary,
+                       const std::string& lost) {
     std::string line = padded(name, 22, false) + padded(std::to_string(summary.count), 9);
-    for (const double value : {summary.median, summary.mean, summary.rmse, summary.p95, summary.max}) {
+    for (const double value :
+         {summary.median, summary.mean, summary.rmse, summary.p95, summary.max}) {
         line += padded(summary.count > 0 ? format_fixed(value, 3) : "-", 9);
     }
     return line + padded(lost, 9) + "\n";
@@ -110,7 +117,9 @@ std::string table_line(const std::string& name, const ErrorSummary& summary, con
 Json errors_json(const ErrorSummary& summary) {
     Json json;
     json["count"] = summary.count;
-    const auto number = [&](double value) { return summary.count > 0 ? Json(value) : Json(nullptr); };
+    const auto number = [&](double value) {
+        return summary.count > 0 ? Json(value) : Json(nullptr);
+    };
     json["median_mm"] = number(summary.median);
     json["mean_mm"] = number(summary.mean);
     json["rmse_mm"] = number(summary.rmse);
@@ -140,7 +149,8 @@ ErrorSummary summarise(std::vector<double> errors) {
         const double rank = share * static_cast<double>(errors.size() - 1);
         const auto below = static_cast<std::size_t>(rank);
         const std::size_t above = std::min(below + 1, errors.size() - 1);
-        return errors[below] + (rank - static_cast<double>(below)) * (errors[above] - errors[below]);
+        return errors[below] +
+               (rank - static_cast<double>(below)) * (errors[above] - errors[below]);
     };
     double sum = 0, squares = 0;
     for (const double error : errors) {
@@ -153,7 +163,9 @@ ErrorSummary summarise(std::vector<double> errors) {
 }
 
 double ScoreGroup::lost_share() const {
-    return visible_points > 0 ? static_cast<double>(lost_visible) / static_cast<double>(visible_points) : 0;
+    return visible_points > 0
+               ? static_cast<double>(lost_visible) / static_cast<double>(visible_points)
+               : 0;
 }
 
 Score score_folder(const std::filesystem::path& folder, const std::filesystem::path& truth,
@@ -172,7 +184,8 @@ Score score_folder(const std::filesystem::path& folder, const std::filesystem::p
         if (visible != 0 && visible != 1) csv.fail("visible: 0 or 1 was expected.");
         const std::array<double, 3> true_xyz{csv.number(2), csv.number(3), csv.number(4)};
         std::optional<double> error;
-        if (const auto found = tracked.find(key); found != tracked.end() && found->second.has_position) {
+        if (const auto found = tracked.find(key);
+            found != tracked.end() && found->second.has_position) {
             const auto& xyz = found->second.xyz;
             error = std::hypot(xyz[0] - true_xyz[0], xyz[1] - true_xyz[1], xyz[2] - true_xyz[2]);
         }
@@ -207,7 +220,8 @@ std::string score_table(const Score& score) {
     table += table_line("hidden", score.all.hidden, "");
     for (const ScoreGroup& group : score.states) {
         table += table_line("  " + group.name + " visible", group.visible, percent(group));
-        if (group.hidden.count > 0) table += table_line("  " + group.name + " hidden", group.hidden, "");
+        if (group.hidden.count > 0)
+            table += table_line("  " + group.name + " hidden", group.hidden, "");
     }
     table += std::to_string(score.all.frames) + " frames";
     if (score.frames_without_visible > 0) {
@@ -225,16 +239,17 @@ nlohmann::ordered_json score_json(const Score& score) {
     return json;
 }
 
-std::string exceeded(const Score& score, std::optional<double> max_median, std::optional<double> max_p95) {
+std::string exceeded(const Score& score, std::optional<double> max_median,
+                     std::optional<double> max_p95) {
     std::string message;
     const ErrorSummary& visible = score.all.visible;
     const auto check = [&](const char* name, double value, std::optional<double> limit) {
         if (!limit || (visible.count > 0 && value <= *limit)) return;
         message += (message.empty() ? "" : "; ");
         message += std::string(name) + " over visible points is " +
-                    (visible.count > 0 ? format_fixed(value, 3) + " mm"
-                                       : std::string("not to be had, all are lost")) +
-                    ", asked were at most " + format_fixed(*limit, 3) + " mm";
+                   (visible.count > 0 ? format_fixed(value, 3) + " mm"
+                                      : std::string("not to be had, all are lost")) +
+                   ", asked were at most " + format_fixed(*limit, 3) + " mm";
     };
     check("the median", visible.median, max_median);
     check("the 95th percentile", visible.p95, max_p95);

@@ -13,7 +13,8 @@
 
 namespace defrec::cli {
 
-// Of distances in mm; NaN where count is 0. Percentiles interpolate linearly between the two nearest ranks.
+// Of distances in mm; NaN where count is 0. Percentiles interpolate linearly between the two
+// nearest ranks.
 struct ErrorSummary {
     std::size_t count = 0;
     double median = 0, mean = 0, rmse = 0, p95 = 0, max = 0;
@@ -32,7 +33,7 @@ struct ScoreGroup {
 
 struct Score {
     ScoreGroup all;
-    std::vector<ScoreGroup> states;          // in order of first appearance; empty without frames.csv
+    std::vector<ScoreGroup> states;  // in order of first appearance; empty without frames.csv
     std::size_t frames_without_visible = 0;  // the share lost does not count these
 };
 
@@ -44,8 +45,9 @@ Score score_folder(const std::filesystem::path& folder, const std::filesystem::p
 std::string score_table(const Score& score);
 nlohmann::ordered_json score_json(const Score& score);
 
-// What exceeds the limits, one error message; empty when nothing does. Nothing visible to measure exceeds every
-// limit.
-std::string exceeded(const Score& score, std::optional<double> max_median, std::optional<double> max_p95);
+// What exceeds the limits, one error message; empty when nothing does. Nothing visible to measure
+// exceeds every limit.
+std::string exceeded(const Score& score, std::optional<double> max_median,
+                     std::optional<double> max_p95);
 
 }  // namespace defrec::cli

@@ -13,7 +13,8 @@ using namespace defrec::cli;
 
 namespace {
 
-// Frame 0: ids 0, 1 visible, 2 hidden. Frame 1: id 0 lost, id 1 without a row. Frame 2: nothing visible.
+// Frame 0: ids 0, 1 visible, 2 hidden. Frame 1: id 0 lost, id 1 without a row. Frame 2: nothing
+// visible.
 const std::string kTruth =
     "frame,id,x,y,z,visible\n"
     "0,0,0,0,80,1\n0,1,10,0,80,1\n0,2,20,0,80,0\n"
@@ -21,7 +22,8 @@ const std::string kTruth =
     "2,0,0,0,80,0\n2,1,10,0,80,0\n2,2,20,0,80,0\n";
 const std::string kPoints =
     "frame,timestamp_ms,id,x,y,z,u,v,status,expected_error_mm\n"
-    "0,0,0,0,0,81,1,1,tracked,0.1\n0,0,1,13,4,80,1,1,tracked,0.1\n0,0,2,20,2,80,1,1,extrapolated,0.1\n"
+    "0,0,0,0,0,81,1,1,tracked,0.1\n0,0,1,13,4,80,1,1,tracked,0.1\n0,0,2,20,2,80,1,1,extrapolated,0."
+    "1\n"
     "1,33,0,,,,,,lost,\n1,33,2,20,0,83,1,1,extrapolated,0.1\n"
     "2,66,0,,,,,,lost,\n2,66,1,,,,,,lost,\n2,66,2,,,,,,lost,\n";
 const std::string kFrames = "frame,state,reasons\n0,tracking,\n1,degraded,occluded\n2,lost,dark\n";
@@ -108,7 +110,8 @@ TEST_CASE("files that do not fit are refused with their line") {
     const TestFolder folder;
     write_all(folder);
     folder.write("points.csv", kPoints + "1,33,2,1,2,3,1,1,tracked,0.1\n");
-    CHECK(refusal(folder).find("points.csv:10: frame 1, id 2 stands here again") != std::string::npos);
+    CHECK(refusal(folder).find("points.csv:10: frame 1, id 2 stands here again") !=
+          std::string::npos);
     folder.write("points.csv", with(kPoints, "0,0,81", "0,nan,81"));
     CHECK(refusal(folder).find("points.csv:2") != std::string::npos);
     write_all(folder);

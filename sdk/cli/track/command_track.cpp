@@ -12,10 +12,11 @@ namespace {
 void add_input_options(CLI::App& command, TrackOptions& options) {
     SourceOptions& source = options.source;
     auto* left = command.add_option(
-        "--left", source.left, "Left images: a video, a folder of images in name order, or a %06d pattern");
+        "--left", source.left,
+        "Left images: a video, a folder of images in name order, or a %06d pattern");
     auto* right = command.add_option("--right", source.right, "Right images, likewise");
-    auto* stereo =
-        command.add_option("--stereo", source.stereo, "One source that carries both views; with --layout");
+    auto* stereo = command.add_option("--stereo", source.stereo,
+                                      "One source that carries both views; with --layout");
     left->type_name("P")->needs(right);
     right->type_name("P")->needs(left);
     auto* layout = command.add_option_function<std::string>(
@@ -27,9 +28,9 @@ void add_input_options(CLI::App& command, TrackOptions& options) {
     layout->type_name("L")->check(CLI::IsMember({"side-by-side", "top-bottom"}))->needs(stereo);
     stereo->type_name("P")->needs(layout)->excludes(left)->excludes(right);
     command
-        .add_option(
-            "--calibration", options.calibration,
-            "OpenCV stereo YAML (M1 D1 M2 D2 R T, mm), or two ROS camera_info files left.yaml,right.yaml")
+        .add_option("--calibration", options.calibration,
+                    "OpenCV stereo YAML (M1 D1 M2 D2 R T, mm), or two ROS camera_info files "
+                    "left.yaml,right.yaml")
         ->type_name("F")
         ->required();
     add_units_option(command, options.units);
@@ -39,10 +40,13 @@ void add_input_options(CLI::App& command, TrackOptions& options) {
         ->type_name("F");
     command
         .add_option_function<std::string>(
-            "--frames", [&source](const std::string& text) { source.range = parse_frame_range(text); },
+            "--frames",
+            [&source](const std::string& text) { source.range = parse_frame_range(text); },
             "Only frames A to B-1, counted from 0")
         ->type_name("A:B");
-    command.add_option("--fps", source.fps, "Frames per second; default: the video's own, 30 for images")
+    command
+        .add_option("--fps", source.fps,
+                    "Frames per second; default: the video's own, 30 for images")
         ->type_name("R")
         ->check(CLI::Range(0.001, 10000.0));
 }
@@ -54,14 +58,16 @@ void add_link_options(CLI::App& command, TrackOptions& options) {
         [&link](const std::string& text) {
             link = {LinkOptions::Kind::kConnect, parse_target(text)};
         },
-        "Send each frame by OpenIGTLink to the receiver that listens there, such as 3D Slicer at port 18944");
+        "Send each frame by OpenIGTLink to the receiver that listens there, such as 3D Slicer at "
+        "port 18944");
     connect->type_name("HOST:PORT");
     auto* listen = command.add_option_function<std::string>(
         "--igtl-listen",
         [&link](const std::string& text) {
             link = {LinkOptions::Kind::kListen, parse_listener(text)};
         },
-        "Send each frame by OpenIGTLink to up to 8 receivers that connect; from this computer only, unless "
+        "Send each frame by OpenIGTLink to up to 8 receivers that connect; from this computer "
+        "only, unless "
         "ADDRESS is "
         "given; port 0: any that is free");
     listen->type_name("[ADDRESS:]PORT")->excludes(connect);
@@ -73,7 +79,8 @@ void add_link_options(CLI::App& command, TrackOptions& options) {
 
 CLI::App* add_track_command(CLI::App& app, std::function<int()>& run) {
     auto options = std::make_shared<TrackOptions>();
-    CLI::App* command = app.add_subcommand("track", "Recover how the tissue deforms, frame by frame");
+    CLI::App* command =
+        app.add_subcommand("track", "Recover how the tissue deforms, frame by frame");
     add_input_options(*command, *options);
     command->add_option("--out", options->out, "Folder for the results; created where absent")
         ->type_name("DIR")
@@ -82,7 +89,8 @@ CLI::App* add_track_command(CLI::App& app, std::function<int()>& run) {
     command->add_option("--config", options->config, "YAML with parameters of the tracker by name")
         ->type_name("F");
     command
-        ->add_option("--seed", options->seed, "Seed of the random choices; the same seed gives the same bits")
+        ->add_option("--seed", options->seed,
+                     "Seed of the random choices; the same seed gives the same bits")
         ->type_name("S");
     command->add_flag("--meshes", options->meshes,
                       "Also write the deformed surface of each frame, deformed/*.ply");
@@ -95,21 +103,27 @@ CLI::App* add_track_command(CLI::App& app, std::function<int()>& run) {
         "summary.json,\n"
         "template.ply, overlay.mp4 and report.html, which opens in a browser.\n"
         "\n"
-        "OpenIGTLink is neither encrypted nor authenticated: keep it on this computer or in a network of "
+        "OpenIGTLink is neither encrypted nor authenticated: keep it on this computer or in a "
+        "network of "
         "your own.\n"
         "A receiver that is slow or gone never slows tracking down; it misses frames.\n"
         "\n"
         "Examples:\n"
         "  defrec track --left left.mp4 --right right.mp4 --calibration stereo.yaml --out result\n"
-        "  defrec track --left left/%06d.png --right right/%06d.png --calibration stereo.yaml --points "
+        "  defrec track --left left/%06d.png --right right/%06d.png --calibration stereo.yaml "
+        "--points "
         "points.csv --out result\n"
-        "  defrec track --stereo both.mp4 --layout top-bottom --calibration left.yaml,right.yaml --frames "
+        "  defrec track --stereo both.mp4 --layout top-bottom --calibration left.yaml,right.yaml "
+        "--frames "
         "100:200 --out result\n"
-        "  defrec track --left left --right right --calibration stereo.yaml --out result --realtime --igtl "
+        "  defrec track --left left --right right --calibration stereo.yaml --out result "
+        "--realtime --igtl "
         "localhost:18944\n"
         "\n"
-        "Exit codes: 0 done, 2 usage, 3 input unreadable or cut short, 4 calibration invalid, 5 no device,\n"
-        "7 output failed, 130 interrupted. After 3 and 130 the results hold the frames tracked until then.");
+        "Exit codes: 0 done, 2 usage, 3 input unreadable or cut short, 4 calibration invalid, 5 no "
+        "device,\n"
+        "7 output failed, 130 interrupted. After 3 and 130 the results hold the frames tracked "
+        "until then.");
     command->callback([options, &run] { run = [options] { return run_track(*options); }; });
     return command;
 }

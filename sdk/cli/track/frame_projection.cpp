@@ -13,7 +13,8 @@ constexpr double kNearest = 1e-3;  // mm
 template <typename T>
 void pinhole(const defrec_camera& camera, const T* xyz, double* uv) {
     const double x = xyz[0], y = xyz[1], z = xyz[2];
-    const bool is_defined = std::isfinite(x) && std::isfinite(y) && std::isfinite(z) && z > kNearest;
+    const bool is_defined =
+        std::isfinite(x) && std::isfinite(y) && std::isfinite(z) && z > kNearest;
     constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
     uv[0] = is_defined ? camera.fx * x / z + camera.cx : kNaN;
     uv[1] = is_defined ? camera.fy * y / z + camera.cy : kNaN;
@@ -24,7 +25,8 @@ void pinhole(const defrec_camera& camera, const T* xyz, double* uv) {
 RawProjection::RawProjection(const Rig& rig) : rig_(rig), camera_(rig_info(rig).camera) {}
 
 void RawProjection::distort(double* uv, std::size_t count) const {
-    require(defrec_rig_distort_pixels(rig_.get(), uv, count, uv), ExitCode::kInternal, "mapping pixels");
+    require(defrec_rig_distort_pixels(rig_.get(), uv, count, uv), ExitCode::kInternal,
+            "mapping pixels");
 }
 
 void RawProjection::project(const double* xyz, std::size_t count, double* uv) {

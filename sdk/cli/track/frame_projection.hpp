@@ -1,4 +1,5 @@
-// From the rectified camera's millimetres to pixels of the left image as given, and back to surface points.
+// From the rectified camera's millimetres to pixels of the left image as given, and back to surface
+// points.
 #pragma once
 
 #include <array>

@@ -16,8 +16,10 @@ StereoCalibration toed_in_rig() {
     StereoCalibration calibration;
     calibration.width = 640;
     calibration.height = 480;
-    calibration.left = {620, 622, 318, 243, {-0.21, 0.08, 1e-3, -5e-4, 0}, "left camera", "left distortion"};
-    calibration.right = {618, 621, 325, 238, {-0.20, 0.07, 0, 1e-3, 0}, "right camera", "right distortion"};
+    calibration.left = {
+        620, 622, 318, 243, {-0.21, 0.08, 1e-3, -5e-4, 0}, "left camera", "left distortion"};
+    calibration.right = {
+        618, 621, 325, 238, {-0.20, 0.07, 0, 1e-3, 0}, "right camera", "right distortion"};
     cv::Matx33d rotation;
     cv::Rodrigues(cv::Vec3d(0.01, -0.03, 0.008), rotation);
     std::copy(rotation.val, rotation.val + 9, calibration.rotation.begin());
@@ -48,13 +50,15 @@ TEST_CASE("points of the rectified camera land where OpenCV projects them in the
     const cv::Matx33d to_rectified(info.rotation);
     std::vector<cv::Point3d> raw;
     for (std::size_t i = 0; i < count; ++i) {
-        const cv::Vec3d point = to_rectified.t() * cv::Vec3d(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]);
+        const cv::Vec3d point =
+            to_rectified.t() * cv::Vec3d(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]);
         raw.emplace_back(point);
     }
     const CameraCalibration& left = calibration.left;
     const cv::Matx33d camera(left.fx, 0, left.cx, 0, left.fy, left.cy, 0, 0, 1);
     std::vector<cv::Point2d> expected;
-    cv::projectPoints(raw, cv::Vec3d(0, 0, 0), cv::Vec3d(0, 0, 0), camera, left.distortion, expected);
+    cv::projectPoints(raw, cv::Vec3d(0, 0, 0), cv::Vec3d(0, 0, 0), camera, left.distortion,
+                      expected);
     for (std::size_t i = 0; i < count; ++i) {
         CHECK(uv[2 * i] == doctest::Approx(expected[i].x).epsilon(1e-6));
         CHECK(uv[2 * i + 1] == doctest::Approx(expected[i].y).epsilon(1e-6));

@@ -18,7 +18,8 @@ void PointFollower::lift(const Template& surface) {
     std::vector<std::uint8_t> found(points_.size());
     require(defrec_rig_rectify_pixels(rig_.get(), pixels.data(), points_.size(), pixels.data()),
             ExitCode::kInternal, "rectifying the points to follow");
-    require(defrec_template_lift(surface.get(), pixels.data(), points_.size(), xyz.data(), found.data()),
+    require(defrec_template_lift(surface.get(), pixels.data(), points_.size(), xyz.data(),
+                                 found.data()),
             ExitCode::kInternal, "finding the surface under the points to follow");
     for (std::size_t i = 0; i < points_.size(); ++i) {
         if (found[i] == 0) continue;
@@ -37,7 +38,8 @@ std::size_t PointFollower::points_without_surface() const {
     return is_lifted_ ? points_.size() - place_.size() : 0;
 }
 
-std::vector<PointRow> PointFollower::add_frame(std::int64_t frame, double timestamp_ms, defrec_job job) {
+std::vector<PointRow> PointFollower::add_frame(std::int64_t frame, double timestamp_ms,
+                                               defrec_job job) {
     std::vector<PointRow> rows(points_.size());
     for (std::size_t i = 0; i < points_.size(); ++i) {
         rows[i].frame = frame;
@@ -45,16 +47,17 @@ std::vector<PointRow> PointFollower::add_frame(std::int64_t frame, double timest
         rows[i].id = points_[i].id;
     }
     if (job != nullptr && !place_.empty()) {
-        require(defrec_job_warp_points(job, template_xyz_.data(), place_.size(), xyz_.data(), status_.data(),
-                                       errors_.data()),
+        require(defrec_job_warp_points(job, template_xyz_.data(), place_.size(), xyz_.data(),
+                                       status_.data(), errors_.data()),
                 ExitCode::kInternal, "warping the points to follow");
         projection_.project(xyz_.data(), place_.size(), uv_.data());
         for (std::size_t i = 0; i < place_.size(); ++i) {
             const double* xyz = &xyz_[3 * i];
-            if (status_[i] == DEFREC_POINT_UNKNOWN || !std::isfinite(xyz[0] + xyz[1] + xyz[2])) continue;
+            if (status_[i] == DEFREC_POINT_UNKNOWN || !std::isfinite(xyz[0] + xyz[1] + xyz[2]))
+                continue;
             PointRow& row = rows[place_[i]];
-            row.status =
-                status_[i] == DEFREC_POINT_OBSERVED ? PointStatus::kTracked : PointStatus::kExtrapolated;
+            row.status = status_[i] == DEFREC_POINT_OBSERVED ? PointStatus::kTracked
+                                                             : PointStatus::kExtrapolated;
             std::copy_n(xyz, 3, row.xyz);
             std::copy_n(&uv_[2 * i], 2, row.uv);
             row.expected_error_mm = errors_[i];

@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <vector>
 
-#include "sdk/cli/track/frame_projection.hpp"
 #include "sdk/cli/program/library.hpp"
+#include "sdk/cli/track/frame_projection.hpp"
 #include "sdk/cli/track/points.hpp"
 #include "sdk/cli/track/track_outputs.hpp"
 
@@ -15,12 +15,14 @@ namespace defrec::cli {
 class PointFollower {
   public:
     // Creates the file under its temporary name. Borrows rig and projection.
-    PointFollower(const std::filesystem::path& path, std::vector<FollowedPoint> points, const Rig& rig,
-                  RawProjection& projection);
+    PointFollower(const std::filesystem::path& path, std::vector<FollowedPoint> points,
+                  const Rig& rig, RawProjection& projection);
 
-    // Finds the surface under the pixels. Before it, and for pixels without surface, every row is lost.
+    // Finds the surface under the pixels. Before it, and for pixels without surface, every row is
+    // lost.
     void lift(const Template& surface);
-    // Writes a row for each point and returns them. job is null where the frame has no result to be trusted.
+    // Writes a row for each point and returns them. job is null where the frame has no result to be
+    // trusted.
     std::vector<PointRow> add_frame(std::int64_t frame, double timestamp_ms, defrec_job job);
     void commit() { file_.commit(); }
 

@@ -21,8 +21,8 @@ std::vector<FollowedPoint> read_points(const std::filesystem::path& path, int wi
         }
         if (point.u < -0.5 || point.v < -0.5 || point.u > width - 0.5 || point.v > height - 0.5) {
             csv.fail("the pixel " + format_fixed(point.u, 2) + "," + format_fixed(point.v, 2) +
-                     " lies outside the image of " + std::to_string(width) + "x" + std::to_string(height) +
-                     ".");
+                     " lies outside the image of " + std::to_string(width) + "x" +
+                     std::to_string(height) + ".");
         }
         points.push_back(point);
     }
@@ -35,7 +35,8 @@ std::vector<FollowedPoint> grid_points(int width, int height) {
     std::vector<FollowedPoint> points;
     for (int row = 0; row < kRows; ++row) {
         for (int column = 0; column < kColumns; ++column) {
-            points.push_back({row * kColumns + column, (0.05 + 0.9 * column / (kColumns - 1)) * (width - 1),
+            points.push_back({row * kColumns + column,
+                              (0.05 + 0.9 * column / (kColumns - 1)) * (width - 1),
                               (0.05 + 0.9 * row / (kRows - 1)) * (height - 1)});
         }
     }

@@ -23,14 +23,17 @@ std::string refusal(const std::string& text) {
     return "accepted";
 }
 
-#define CHECK_SAYS(message, part) CHECK_MESSAGE((message).find(part) != std::string::npos, (message))
+#define CHECK_SAYS(message, part) \
+    CHECK_MESSAGE((message).find(part) != std::string::npos, (message))
 
 }  // namespace
 
-TEST_CASE("points are read, with CR LF, a byte order mark, blank lines and columns in another order") {
+TEST_CASE(
+    "points are read, with CR LF, a byte order mark, blank lines and columns in another order") {
     const TestFolder folder;
     const auto points = read_points(
-        folder.write("p.csv", "\xEF\xBB\xBFv, id,note,u\r\n1.5,7,a,2.25\r\n\r\n0,-3,,639.4\r\n"), 640, 360);
+        folder.write("p.csv", "\xEF\xBB\xBFv, id,note,u\r\n1.5,7,a,2.25\r\n\r\n0,-3,,639.4\r\n"),
+        640, 360);
     REQUIRE(points.size() == 2);
     CHECK(points[0].id == 7);
     CHECK(points[0].u == 2.25);
@@ -39,7 +42,8 @@ TEST_CASE("points are read, with CR LF, a byte order mark, blank lines and colum
 }
 
 TEST_CASE("faulty points name the line") {
-    CHECK_SAYS(refusal("id,u,v\n1,2,3\n2,5,5\n1,4,4\n"), "points.csv:4: id 1 stands already in line 2");
+    CHECK_SAYS(refusal("id,u,v\n1,2,3\n2,5,5\n1,4,4\n"),
+               "points.csv:4: id 1 stands already in line 2");
     CHECK_SAYS(refusal("id,u,v\n1,nan,3\n"), "points.csv:2: u: 'nan'");
     CHECK_SAYS(refusal("id,u,v\n1,2,inf\n"), "points.csv:2: v: 'inf'");
     CHECK_SAYS(refusal("id,u,v\n1,640,3\n"), "points.csv:2: the pixel 640.00,3.00 lies outside");

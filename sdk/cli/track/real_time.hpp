@@ -15,8 +15,8 @@ class RealTime {
     // Returns when the frame of this time is due, the first at once, or when the user wants to end.
     void wait_for(double timestamp_ms) {
         constexpr std::chrono::milliseconds kLookAround{50};
-        const auto time =
-            std::chrono::round<Clock::duration>(std::chrono::duration<double, std::milli>(timestamp_ms));
+        const auto time = std::chrono::round<Clock::duration>(
+            std::chrono::duration<double, std::milli>(timestamp_ms));
         if (!start_) start_ = Clock::now() - time;
         const Clock::time_point due = *start_ + time;
         while (Clock::now() < due && !interrupt_requested()) {

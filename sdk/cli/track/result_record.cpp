@@ -21,7 +21,8 @@ void fill_matches(const defrec_result& result, RawProjection& projection,
     for (std::uint64_t i = 0; i < result.landmark_count; ++i) {
         const defrec_match& match = result.landmark_matches[i];
         if (match.feature < 0) continue;
-        positions.insert(positions.end(), result.landmarks[i].position, result.landmarks[i].position + 3);
+        positions.insert(positions.end(), result.landmarks[i].position,
+                         result.landmarks[i].position + 3);
         live.insert(live.end(), {static_cast<double>(match.u), static_cast<double>(match.v)});
         weights.push_back(match.weight);
     }
@@ -37,7 +38,8 @@ void fill_matches(const defrec_result& result, RawProjection& projection,
 }  // namespace
 
 bool has_geometry(const defrec_result& result) {
-    return result.state != DEFREC_LOST && result.state != DEFREC_INITIALISING && result.vertex_count > 0;
+    return result.state != DEFREC_LOST && result.state != DEFREC_INITIALISING &&
+           result.vertex_count > 0;
 }
 
 FrameRow frame_row(const StereoFrame& frame, const defrec_result& result) {
@@ -54,7 +56,8 @@ FrameRow frame_row(const StereoFrame& frame, const defrec_result& result) {
     row.patches = result.patches;
     row.observed_share = result.observed_share;
     row.mean_residual_mm = result.mean_residual_mm;
-    for (std::uint32_t i = 0; i < std::min<std::uint32_t>(result.time_count, DEFREC_MAX_TIMED_STAGES); ++i) {
+    for (std::uint32_t i = 0;
+         i < std::min<std::uint32_t>(result.time_count, DEFREC_MAX_TIMED_STAGES); ++i) {
         row.stage_ms.emplace_back(result.times[i].name, result.times[i].milliseconds);
         row.frame_ms += result.times[i].milliseconds;
     }
@@ -96,8 +99,10 @@ void fill_record(const FrameRow& row, const defrec_result& result, RawProjection
     record.vertices.assign(result.vertices, result.vertices + 3 * result.vertex_count);
     std::transform(result.vertex_status, result.vertex_status + result.vertex_count,
                    std::back_inserter(record.vertex_status), &vertex_status);
-    record.expected_error_mm.assign(result.expected_error_mm, result.expected_error_mm + result.vertex_count);
-    record.control_points.assign(result.node_positions, result.node_positions + 3 * result.node_count);
+    record.expected_error_mm.assign(result.expected_error_mm,
+                                    result.expected_error_mm + result.vertex_count);
+    record.control_points.assign(result.node_positions,
+                                 result.node_positions + 3 * result.node_count);
     fill_matches(result, projection, record.matched);
 }
 
@@ -112,14 +117,17 @@ LinkFrame link_frame(const StereoFrame& frame, const defrec_result& result,
     link.epoch = result.epoch;
     link.has_geometry = has_geometry(result);
     if (!link.has_geometry) return link;
-    std::copy(std::begin(result.rigid_motion), std::end(result.rigid_motion), link.rigid_motion.begin());
+    std::copy(std::begin(result.rigid_motion), std::end(result.rigid_motion),
+              link.rigid_motion.begin());
     link.vertices.assign(result.vertices, result.vertices + 3 * result.vertex_count);
     link.vertex_status.assign(result.vertex_status, result.vertex_status + result.vertex_count);
-    link.expected_error_mm.assign(result.expected_error_mm, result.expected_error_mm + result.vertex_count);
+    link.expected_error_mm.assign(result.expected_error_mm,
+                                  result.expected_error_mm + result.vertex_count);
     link.triangles = std::move(triangles);
     for (const PointRow& row : points) {
         if (row.status == PointStatus::kLost) continue;
-        link.points.push_back({row.id, name_of(row.status), std::to_array(row.xyz), row.expected_error_mm});
+        link.points.push_back(
+            {row.id, name_of(row.status), std::to_array(row.xyz), row.expected_error_mm});
     }
     return link;
 }

@@ -3,10 +3,10 @@
 
 #include <memory>
 
-#include "sdk/cli/track/frame_projection.hpp"
-#include "sdk/cli/program/library.hpp"
 #include "sdk/cli/live_link/frame.hpp"
+#include "sdk/cli/program/library.hpp"
 #include "sdk/cli/report/record.hpp"
+#include "sdk/cli/track/frame_projection.hpp"
 #include "sdk/cli/track/track_outputs.hpp"
 
 namespace defrec::cli {

@@ -14,7 +14,8 @@ namespace {
 constexpr int kMillimetreDecimals = 4;
 constexpr int kPixelDecimals = 3;
 constexpr int kTimeDecimals = 3;
-static_assert(std::endian::native == std::endian::little, "PLY files are written as the memory lies");
+static_assert(std::endian::native == std::endian::little,
+              "PLY files are written as the memory lies");
 
 void append_field(std::string& line, double value, int decimals) {
     line += ',';
@@ -58,7 +59,8 @@ void PointsFile::add(const PointRow& row) {
     if (row.status == PointStatus::kLost) {
         line_ += ",,,,,,lost,\n";
     } else {
-        for (const double coordinate : row.xyz) append_field(line_, coordinate, kMillimetreDecimals);
+        for (const double coordinate : row.xyz)
+            append_field(line_, coordinate, kMillimetreDecimals);
         for (const double coordinate : row.uv) append_field(line_, coordinate, kPixelDecimals);
         line_ += ',';
         line_ += name_of(row.status);
@@ -92,7 +94,8 @@ void write_frames(const std::filesystem::path& path, const std::vector<FrameRow>
     AtomicFile file(path);
     const std::vector<std::string> stages = stage_names(rows);
     std::string line =
-        "frame,timestamp_ms,state,reasons,epoch,age,features,matches,inliers,patches,observed_share,mean_"
+        "frame,timestamp_ms,state,reasons,epoch,age,features,matches,inliers,patches,observed_"
+        "share,mean_"
         "residual_mm,"
         "frame_ms";
     for (std::string column : stages) {
@@ -112,7 +115,8 @@ void write_frames(const std::filesystem::path& path, const std::vector<FrameRow>
         append_field(line, row.observed_share, kMillimetreDecimals);
         append_field(line, row.mean_residual_mm, kMillimetreDecimals);
         append_field(line, row.frame_ms, kTimeDecimals);
-        for (const std::string& stage : stages) append_field(line, stage_total(row, stage), kTimeDecimals);
+        for (const std::string& stage : stages)
+            append_field(line, stage_total(row, stage), kTimeDecimals);
         file.write(line += '\n');
     }
     file.commit();
@@ -120,10 +124,12 @@ void write_frames(const std::filesystem::path& path, const std::vector<FrameRow>
 
 void write_ply(const std::filesystem::path& path, const MeshView& mesh) {
     std::string header =
-        "ply\nformat binary_little_endian 1.0\ncomment millimetres, left rectified camera\nelement vertex ";
+        "ply\nformat binary_little_endian 1.0\ncomment millimetres, left rectified camera\nelement "
+        "vertex ";
     append_integer(header, static_cast<std::int64_t>(mesh.vertex_count));
     header += "\nproperty float x\nproperty float y\nproperty float z\n";
-    if (mesh.normals != nullptr) header += "property float nx\nproperty float ny\nproperty float nz\n";
+    if (mesh.normals != nullptr)
+        header += "property float nx\nproperty float ny\nproperty float nz\n";
     if (mesh.status != nullptr) header += "property uchar status\n";
     if (mesh.expected_error_mm != nullptr) header += "property float expected_error_mm\n";
     header += "element face ";

@@ -1,6 +1,6 @@
-// What `defrec track` leaves in its folder besides overlay and report: points.csv, frames.csv, PLY meshes.
-// The same results give the same bytes in points.csv and in the meshes; times stand only in frames.csv and
-// summary.json.
+// What `defrec track` leaves in its folder besides overlay and report: points.csv, frames.csv, PLY
+// meshes. The same results give the same bytes in points.csv and in the meshes; times stand only in
+// frames.csv and summary.json.
 #pragma once
 
 #include <cstdint>
@@ -27,8 +27,8 @@ struct PointRow {
     double expected_error_mm = 0;
 };
 
-// points.csv: frame,timestamp_ms,id,x,y,z,u,v,status,expected_error_mm. What is unknown of a lost point stays
-// empty.
+// points.csv: frame,timestamp_ms,id,x,y,z,u,v,status,expected_error_mm. What is unknown of a lost
+// point stays empty.
 class PointsFile {
   public:
     explicit PointsFile(const std::filesystem::path& path);
@@ -46,8 +46,9 @@ struct FrameRow {
     std::string state, reasons;  // reasons: names joined by |
     unsigned epoch = 0, age = 0, features = 0, matches = 0, inliers = 0, patches = 0;
     double observed_share = 0, mean_residual_mm = 0;
-    double frame_ms = 0;                                   // all stages together
-    std::vector<std::pair<std::string, double>> stage_ms;  // in order of execution; a name may come twice
+    double frame_ms = 0;  // all stages together
+    std::vector<std::pair<std::string, double>>
+        stage_ms;  // in order of execution; a name may come twice
 };
 
 // One name for each stage that occurs, in the order of first appearance.
@@ -55,8 +56,10 @@ std::vector<std::string> stage_names(const std::vector<FrameRow>& rows);
 // Milliseconds of `stage` in this frame, all its runs together; 0 when it did not run.
 double stage_total(const FrameRow& row, const std::string& stage);
 
-// frames.csv: frame,timestamp_ms,state,reasons,epoch,age,features,matches,inliers,patches,observed_share,
-// mean_residual_mm,frame_ms and a column <stage>_ms for each stage, blanks in its name turned into _.
+// frames.csv:
+// frame,timestamp_ms,state,reasons,epoch,age,features,matches,inliers,patches,observed_share,
+// mean_residual_mm,frame_ms and a column <stage>_ms for each stage, blanks in its name turned into
+// _.
 void write_frames(const std::filesystem::path& path, const std::vector<FrameRow>& rows);
 
 // Borrowed; xyz interleaved, mm. normals, status and errors may be null.
@@ -70,7 +73,8 @@ struct MeshView {
     std::size_t triangle_count = 0;
 };
 
-// Binary little-endian PLY: vertex x y z [nx ny nz] [status expected_error_mm], face vertex_indices.
+// Binary little-endian PLY: vertex x y z [nx ny nz] [status expected_error_mm], face
+// vertex_indices.
 void write_ply(const std::filesystem::path& path, const MeshView& mesh);
 
 }  // namespace defrec::cli

@@ -10,7 +10,8 @@
 
 using namespace defrec::cli;
 
-TEST_CASE("row 11: points.csv has fixed decimals whatever the locale, and empty fields for lost points") {
+TEST_CASE(
+    "row 11: points.csv has fixed decimals whatever the locale, and empty fields for lost points") {
     struct Comma : std::numpunct<char> {
         char do_decimal_point() const override { return ','; }
     };
@@ -42,7 +43,8 @@ TEST_CASE("frames.csv has a column for each stage that ran in any frame, its run
     const TestFolder folder;
     write_frames(folder / "frames.csv", {first, second});
     CHECK(TestFolder::read(folder / "frames.csv") ==
-          "frame,timestamp_ms,state,reasons,epoch,age,features,matches,inliers,patches,observed_share,"
+          "frame,timestamp_ms,state,reasons,epoch,age,features,matches,inliers,patches,observed_"
+          "share,"
           "mean_residual_mm,frame_ms,stereo_ms,align_ms,lm_fine_ms\n"
           "0,0.000,tracking,,0,0,900,0,0,0,0.0000,0.0000,0.000,1.500,1.250,0.000\n"
           "1,0.000,lost,dark|no-depth,0,0,0,0,0,0,0.0000,,0.000,2.000,0.000,3.000\n");

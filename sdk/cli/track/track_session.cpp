@@ -12,14 +12,14 @@
 #include <optional>
 
 #include "sdk/cli/io/atomic_file.hpp"
+#include "sdk/cli/io/terminal.hpp"
+#include "sdk/cli/live_link/live_link.hpp"
 #include "sdk/cli/program/interrupt.hpp"
 #include "sdk/cli/program/library.hpp"
-#include "sdk/cli/live_link/live_link.hpp"
+#include "sdk/cli/report/report.hpp"
 #include "sdk/cli/track/point_follower.hpp"
 #include "sdk/cli/track/real_time.hpp"
-#include "sdk/cli/report/report.hpp"
 #include "sdk/cli/track/result_record.hpp"
-#include "sdk/cli/io/terminal.hpp"
 #include "sdk/cli/track/track_summary.hpp"
 #include "sdk/cli/track/tracker_config.hpp"
 
@@ -35,7 +35,8 @@ cv::Mat left_image(const StereoFrame& frame) {
             const_cast<std::uint8_t*>(frame.left.pixels), frame.left.stride};
 }
 
-// The writers of overlay and report fail with plain exceptions that stand for files that cannot be written.
+// The writers of overlay and report fail with plain exceptions that stand for files that cannot be
+// written.
 template <typename Function>
 void as_output(const Function& function) {
     try {
@@ -53,11 +54,11 @@ void check_frame_size(const FrameSource& source) {
         height <= DEFREC_MAX_SIDE) {
         return;
     }
-    throw CliError(ExitCode::kInput, "the frames are " + std::to_string(width) + "x" +
-                                         std::to_string(height) + "; sizes from " +
-                                         std::to_string(DEFREC_MIN_WIDTH) + "x" +
-                                         std::to_string(DEFREC_MIN_HEIGHT) + " to " +
-                                         std::to_string(DEFREC_MAX_SIDE) + " on a side are supported.");
+    throw CliError(ExitCode::kInput,
+                   "the frames are " + std::to_string(width) + "x" + std::to_string(height) +
+                       "; sizes from " + std::to_string(DEFREC_MIN_WIDTH) + "x" +
+                       std::to_string(DEFREC_MIN_HEIGHT) + " to " +
+                       std::to_string(DEFREC_MAX_SIDE) + " on a side are supported.");
 }
 
 StereoCalibration calibration_for(const TrackOptions& options, const FrameSource& source) {
@@ -103,7 +104,8 @@ class TrackSession {
         desc_.device_id = device_.id.c_str();
         defrec_tracker tracker = nullptr;
         require(defrec_tracker_create(context_.get(), rig_.get(), &desc_, &tracker),
-                options_.config.empty() ? ExitCode::kInternal : ExitCode::kUsage, "creating the tracker");
+                options_.config.empty() ? ExitCode::kInternal : ExitCode::kUsage,
+                "creating the tracker");
         tracker_.reset(tracker);
         if (options_.meshes) create_output_folder(folder_ / "deformed");
         as_output([&] { open_report(); });
@@ -143,8 +145,9 @@ class TrackSession {
     }
 
     std::vector<FollowedPoint> points_to_follow() const {
-        return options_.points.empty() ? grid_points(source_.width(), source_.height())
-                                       : read_points(options_.points, source_.width(), source_.height());
+        return options_.points.empty()
+                   ? grid_points(source_.width(), source_.height())
+                   : read_points(options_.points, source_.width(), source_.height());
     }
 
     void open_report() {
@@ -152,14 +155,15 @@ class TrackSession {
             projection_.project(xyz, count, uv);
         };
         ReportMeta meta;
-        meta.sequence = options_.source.stereo.empty() ? options_.source.left : options_.source.stereo;
+        meta.sequence =
+            options_.source.stereo.empty() ? options_.source.left : options_.source.stereo;
         meta.backend = device_.id;
         meta.device = device_.name;
         meta.version = defrec_version_string();
-        meta.facts = {
-            {"Calibration", options_.calibration},
-            {"Frame size", std::to_string(source_.width()) + " x " + std::to_string(source_.height())},
-            {"Points", options_.points.empty() ? "a grid" : options_.points}};
+        meta.facts = {{"Calibration", options_.calibration},
+                      {"Frame size",
+                       std::to_string(source_.width()) + " x " + std::to_string(source_.height())},
+                      {"Points", options_.points.empty() ? "a grid" : options_.points}};
         if (options_.overlay) {
             overlay_ = std::make_unique<OverlayWriter>(folder_ / "overlay.mp4", source_.width(),
                                                        source_.height(), source_.fps(), projector);
@@ -194,7 +198,8 @@ class TrackSession {
         require(defrec_job_wait(pending.job.get(), UINT64_MAX), ExitCode::kInternal,
                 "frame " + std::to_string(pending.frame.index));
         auto result = initialised<defrec_result>();
-        require(defrec_job_result(pending.job.get(), &result), ExitCode::kInternal, "reading the result");
+        require(defrec_job_result(pending.job.get(), &result), ExitCode::kInternal,
+                "reading the result");
         const cv::Mat left = left_image(pending.frame);
         if (!has_template_ && result.vertex_count > 0) take_template(pending.frame, left);
 
@@ -206,14 +211,16 @@ class TrackSession {
             show_link_notices();
         }
         rows_.push_back(frame_row(pending.frame, result));
-        views_look_swapped_ = views_look_swapped_ || (result.reasons & DEFREC_REASON_EYES_SWAPPED) != 0;
+        views_look_swapped_ =
+            views_look_swapped_ || (result.reasons & DEFREC_REASON_EYES_SWAPPED) != 0;
         if (options_.meshes && has_geometry(result)) write_mesh(pending.frame.index, result);
         fill_record(rows_.back(), result, projection_, record_);
         as_output([&] {
             if (overlay_) overlay_->add(left, record_);
             report_->add(left, record_);
         });
-        progress_.update(static_cast<std::int64_t>(rows_.size()), source_.expected(), rows_.back().state);
+        progress_.update(static_cast<std::int64_t>(rows_.size()), source_.expected(),
+                         rows_.back().state);
     }
 
     void take_template(const StereoFrame& frame, const cv::Mat& left) {
@@ -222,15 +229,17 @@ class TrackSession {
                 "reading the template");
         const Template surface(handle);
         auto info = initialised<defrec_template_info>();
-        require(defrec_template_get(surface.get(), &info), ExitCode::kInternal, "reading the template");
+        require(defrec_template_get(surface.get(), &info), ExitCode::kInternal,
+                "reading the template");
         const TemplateRecord record = template_record(info, projection_);
         triangles_ = std::make_shared<const std::vector<std::uint32_t>>(record.triangles);
         std::vector<float> normals;
         for (std::uint64_t i = 0; i < info.vertex_count; ++i) {
             normals.insert(normals.end(), info.vertices[i].normal, info.vertices[i].normal + 3);
         }
-        write_ply(folder_ / "template.ply", {record.vertices.data(), normals.data(), nullptr, nullptr,
-                                             info.vertex_count, triangles_->data(), info.triangle_count});
+        write_ply(folder_ / "template.ply",
+                  {record.vertices.data(), normals.data(), nullptr, nullptr, info.vertex_count,
+                   triangles_->data(), info.triangle_count});
         points_.lift(surface);
         as_output([&] {
             if (overlay_) overlay_->set_template(record);
@@ -244,9 +253,9 @@ class TrackSession {
                              ", and the points to follow were looked up there.");
         }
         if (const std::size_t count = points_.points_without_surface(); count > 0) {
-            notes_.push_back(
-                std::to_string(count) + " of " + std::to_string(points_.count()) +
-                " points to follow lie where the template has no surface; they are lost in every frame.");
+            notes_.push_back(std::to_string(count) + " of " + std::to_string(points_.count()) +
+                             " points to follow lie where the template has no surface; they are "
+                             "lost in every frame.");
         }
     }
 
@@ -262,7 +271,8 @@ class TrackSession {
         link_facts_ = {link_->endpoint(), link_->finish()};
         show_link_notices();
         if (link_facts_->counts.receivers == 0) {
-            notes_.push_back("The live link at " + to_string(link_->endpoint()) + " reached nobody.");
+            notes_.push_back("The live link at " + to_string(link_->endpoint()) +
+                             " reached nobody.");
         }
     }
 
@@ -274,10 +284,12 @@ class TrackSession {
                    result.vertex_count, triangles_->data(), triangles_->size() / 3});
     }
 
-    // Writes what there is, also after a failure; the first file that cannot be written is reported.
+    // Writes what there is, also after a failure; the first file that cannot be written is
+    // reported.
     void finish(double seconds, std::exception_ptr& failure) {
         if (!source_.fault().empty()) notes_.push_back(source_.fault());
-        if (!has_template_) notes_.emplace_back("No frame could give a template; nothing was tracked.");
+        if (!has_template_)
+            notes_.emplace_back("No frame could give a template; nothing was tracked.");
         if (views_look_swapped_) {
             notes_.emplace_back("The two images look swapped; exchange --left and --right.");
         }
@@ -302,9 +314,9 @@ class TrackSession {
             report_->meta().notes.insert(report_->meta().notes.end(), notes_.begin(), notes_.end());
             report_->finish();
         });
-        summary_ = summarise_track({options_, device_, calibration_, rig_info(rig_), rows_, points_, notes_,
-                                    has_template_ ? std::optional(template_frame_) : std::nullopt,
-                                    link_facts_, seconds});
+        summary_ = summarise_track(
+            {options_, device_, calibration_, rig_info(rig_), rows_, points_, notes_,
+             has_template_ ? std::optional(template_frame_) : std::nullopt, link_facts_, seconds});
         attempt([&] { write_atomically(folder_ / "summary.json", summary_.dump(2) + "\n"); });
     }
 
@@ -340,7 +352,8 @@ class TrackSession {
     std::unique_ptr<OverlayWriter> overlay_;
     std::unique_ptr<ReportWriter> report_;
     std::deque<Pending> pending_;
-    std::shared_ptr<const std::vector<std::uint32_t>> triangles_;  // shared with frames that wait to be sent
+    std::shared_ptr<const std::vector<std::uint32_t>>
+        triangles_;  // shared with frames that wait to be sent
     std::vector<FrameRow> rows_;
     FrameRecord record_;
     std::vector<std::string> notes_;

@@ -26,8 +26,8 @@ struct TrackOptions {
     bool quiet = false, json = false;
 };
 
-// Returns the exit code: 0, 3 when the input ended early, 130 when interrupted; in both cases the outputs
-// hold what was tracked. Throws CliError for everything else.
+// Returns the exit code: 0, 3 when the input ended early, 130 when interrupted; in both cases the
+// outputs hold what was tracked. Throws CliError for everything else.
 int run_track(const TrackOptions& options);
 
 }  // namespace defrec::cli

@@ -19,7 +19,8 @@ Json input_json(const TrackOptions& options) {
         json["right"] = options.source.right;
     } else {
         json["stereo"] = options.source.stereo;
-        json["layout"] = options.source.layout == Layout::kSideBySide ? "side-by-side" : "top-bottom";
+        json["layout"] =
+            options.source.layout == Layout::kSideBySide ? "side-by-side" : "top-bottom";
     }
     json["calibration"] = options.calibration;
     json["points"] = options.points.empty() ? Json(nullptr) : Json(options.points);
@@ -43,8 +44,8 @@ Json camera_json(const TrackFacts& facts) {
 Json states_json(const std::vector<FrameRow>& rows) {
     Json json = Json::object();
     for (const char* state : {"initialising", "tracking", "degraded", "lost", "relocalised"}) {
-        json[state] =
-            std::count_if(rows.begin(), rows.end(), [&](const FrameRow& row) { return row.state == state; });
+        json[state] = std::count_if(rows.begin(), rows.end(),
+                                    [&](const FrameRow& row) { return row.state == state; });
     }
     return json;
 }
@@ -136,11 +137,12 @@ std::string summary_text(const Json& summary, const std::filesystem::path& folde
     const Json& points = summary["points"];
     text += std::to_string(points["count"].get<std::size_t>()) +
             " points: " + percent(points["tracked_share"]) + " tracked, " +
-            percent(points["extrapolated_share"]) + " extrapolated, " + percent(points["lost_share"]) +
-            " lost\n";
+            percent(points["extrapolated_share"]) + " extrapolated, " +
+            percent(points["lost_share"]) + " lost\n";
     const Json& frame = summary["stages"]["frame"];
-    text += "a frame takes " + format_fixed(frame["median_ms"].get<double>(), 1) + " ms (median), " +
-            format_fixed(frame["p99_ms"].get<double>(), 1) + " ms (99th percentile)\n";
+    text += "a frame takes " + format_fixed(frame["median_ms"].get<double>(), 1) +
+            " ms (median), " + format_fixed(frame["p99_ms"].get<double>(), 1) +
+            " ms (99th percentile)\n";
     return text + "report: " + (folder / "report.html").string() + "\n";
 }
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "sdk/cli/program/library.hpp"
 #include "sdk/cli/live_link/transmitter.hpp"
+#include "sdk/cli/program/library.hpp"
 #include "sdk/cli/track/point_follower.hpp"
 #include "sdk/cli/track/track_outputs.hpp"
 #include "sdk/cli/track/track_session.hpp"
@@ -35,11 +35,13 @@ struct TrackFacts {
 
 nlohmann::ordered_json summarise_track(const TrackFacts& facts);
 
-// Median and 99th percentile of each stage and of the frame: {"stereo": {"median_ms": ..., "p99_ms": ...},
+// Median and 99th percentile of each stage and of the frame: {"stereo": {"median_ms": ...,
+// "p99_ms": ...},
 // ..., "frame": ...}.
 nlohmann::ordered_json stage_statistics(const std::vector<FrameRow>& rows);
 
 // The same for a person, a few lines.
-std::string summary_text(const nlohmann::ordered_json& summary, const std::filesystem::path& folder);
+std::string summary_text(const nlohmann::ordered_json& summary,
+                         const std::filesystem::path& folder);
 
 }  // namespace defrec::cli

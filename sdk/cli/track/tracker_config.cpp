@@ -37,8 +37,8 @@ void set(const YamlDocument& document, const YamlEntry& entry, const Parameter& 
         const double value = document.number(entry.value, entry.key);
         if (value < parameter.low || value > parameter.high) {
             document.fail(entry.line, entry.key,
-                          format_fixed(value, 3) + " is outside " + format_fixed(parameter.low, 0) + ".." +
-                              format_fixed(parameter.high, 0) + ".");
+                          format_fixed(value, 3) + " is outside " + format_fixed(parameter.low, 0) +
+                              ".." + format_fixed(parameter.high, 0) + ".");
         }
         desc.*(*member) = static_cast<float>(value);
         return;
@@ -65,8 +65,9 @@ void read_config(const std::filesystem::path& path, defrec_tracker_desc& desc) {
     const YamlDocument document = YamlDocument::load(path, ExitCode::kUsage);
     document.require_known_keys(document.root(), config_keys());
     for (const YamlEntry& entry : document.root().entries) {
-        const auto* parameter = std::find_if(std::begin(kParameters), std::end(kParameters),
-                                             [&](const Parameter& p) { return entry.key == p.name; });
+        const auto* parameter =
+            std::find_if(std::begin(kParameters), std::end(kParameters),
+                         [&](const Parameter& p) { return entry.key == p.name; });
         set(document, entry, *parameter, desc);
     }
 }

@@ -12,8 +12,8 @@ namespace defrec::cli {
 // The names that a configuration file may give; each is a field of defrec_tracker_desc.
 std::vector<std::string> config_keys();
 
-// Sets what the YAML file names. Throws CliError(kUsage) naming file, key and line; an unknown key names the
-// nearest.
+// Sets what the YAML file names. Throws CliError(kUsage) naming file, key and line; an unknown key
+// names the nearest.
 void read_config(const std::filesystem::path& path, defrec_tracker_desc& desc);
 
 }  // namespace defrec::cli

@@ -29,20 +29,22 @@ TEST_CASE("named parameters are set and the others stay at their defaults") {
     const TestFolder folder;
     defrec_tracker_desc desc;
     DEFREC_INIT(&desc);
-    read_config(
-        folder.write("tracker.yaml", "max_features: 500\narap_weight: 2.5 # stiffer\nmin_disparity: 7\n"),
-        desc);
+    read_config(folder.write("tracker.yaml",
+                             "max_features: 500\narap_weight: 2.5 # stiffer\nmin_disparity: 7\n"),
+                desc);
     CHECK(desc.max_features == 500);
     CHECK(desc.arap_weight == 2.5F);
     CHECK(desc.min_disparity == 7);
     CHECK(desc.max_patches == 0);
 }
 
-TEST_CASE("row 13: unknown and duplicate parameters and values out of range are refused with the line") {
+TEST_CASE(
+    "row 13: unknown and duplicate parameters and values out of range are refused with the line") {
     CHECK(refusal("max_featurs: 500\n")
               .find("tracker.yaml:1: max_featurs: this key is not known; the nearest that is: "
                     "max_features.") != std::string::npos);
-    CHECK(refusal("fine_iterations: 1\nfine_iterations: 2\n").find("tracker.yaml:2") != std::string::npos);
+    CHECK(refusal("fine_iterations: 1\nfine_iterations: 2\n").find("tracker.yaml:2") !=
+          std::string::npos);
     CHECK(refusal("max_features: -1\n").find("0 to 65535") != std::string::npos);
     CHECK(refusal("max_features: 1.5\n").find("whole number") != std::string::npos);
     CHECK(refusal("arap_weight: nan\n").find("not finite") != std::string::npos);

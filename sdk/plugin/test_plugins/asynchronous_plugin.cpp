@@ -1,6 +1,6 @@
-// Backend cpu with queues that work on threads of their own, as a device does: everything but signal and wait is only asked for. What a
-// queue was asked for and when it was waited for is logged, so that a test sees the order. Pixels that begin with the bytes "refuse" are
-// not taken.
+// Backend cpu with queues that work on threads of their own, as a device does: everything but
+// signal and wait is only asked for. What a queue was asked for and when it was waited for is
+// logged, so that a test sees the order. Pixels that begin with the bytes "refuse" are not taken.
 #include <chrono>
 #include <condition_variable>
 #include <cstring>
@@ -28,7 +28,9 @@ const defrec_plugin* inner = nullptr;  // the same, computing when it is asked
 defrec_plugin outer;
 defrec_stage_table stages[DEFREC_STAGE_COUNT_V1];
 
-void log(const std::string& text) { host_table->log(host_table->self, DEFREC_LOG_DEBUG, text.c_str()); }
+void log(const std::string& text) {
+    host_table->log(host_table->self, DEFREC_LOG_DEBUG, text.c_str());
+}
 
 class Worker {
   public:
@@ -57,10 +59,13 @@ class Worker {
         }
         return changed_.wait_for(lock, std::chrono::nanoseconds(timeout_ns), reached);
     }
-    void finish() { wait(ask([] {}), UINT64_MAX); }
+    void finish() {
+        wait(ask([] {}), UINT64_MAX);
+    }
 
   private:
-    // What is being done stays at the front, so that done and asked for add up to what was ever asked.
+    // What is being done stays at the front, so that done and asked for add up to what was ever
+    // asked.
     void work() {
         std::unique_lock lock(mutex_);
         for (;;) {
@@ -110,12 +115,16 @@ void queue_destroy(defrec_pqueue* queue) {
     inner->queue_destroy(queue);
 }
 
-defrec_status write(defrec_pqueue* queue, defrec_pbuffer* buffer, uint64_t offset, const void* src, uint64_t size) {
+defrec_status write(defrec_pqueue* queue, defrec_pbuffer* buffer, uint64_t offset, const void* src,
+                    uint64_t size) {
     const auto* bytes = static_cast<const unsigned char*>(src);
-    worker_of(queue).ask([=, copy = std::vector<unsigned char>(bytes, bytes + size)] { inner->write(queue, buffer, offset, copy.data(), size); });
+    worker_of(queue).ask([=, copy = std::vector<unsigned char>(bytes, bytes + size)] {
+        inner->write(queue, buffer, offset, copy.data(), size);
+    });
     return DEFREC_OK;
 }
-defrec_status write_in_place(defrec_pqueue* queue, defrec_pbuffer* buffer, uint64_t offset, const void* src, uint64_t size) {
+defrec_status write_in_place(defrec_pqueue* queue, defrec_pbuffer* buffer, uint64_t offset,
+                             const void* src, uint64_t size) {
     if (size > 6 && std::memcmp(src, "refuse", 6) == 0) {
         host_table->error(host_table->self, "these pixels are refused");
         return DEFREC_ERROR_PLUGIN;
@@ -123,7 +132,8 @@ defrec_status write_in_place(defrec_pqueue* queue, defrec_pbuffer* buffer, uint6
     worker_of(queue).ask([=] { inner->write(queue, buffer, offset, src, size); });
     return DEFREC_OK;
 }
-defrec_status read(defrec_pqueue* queue, defrec_pbuffer* buffer, uint64_t offset, void* dst, uint64_t size) {
+defrec_status read(defrec_pqueue* queue, defrec_pbuffer* buffer, uint64_t offset, void* dst,
+                   uint64_t size) {
     worker_of(queue).ask([=] { inner->read(queue, buffer, offset, dst, size); });
     return DEFREC_OK;
 }
@@ -135,24 +145,28 @@ defrec_status wait(defrec_pqueue* queue, uint64_t value, uint64_t timeout_ns) {
     return worker_of(queue).wait(value, timeout_ns) ? DEFREC_OK : DEFREC_TIMEOUT;
 }
 
-defrec_status prepare(defrec_pstage* stage, defrec_pqueue* queue, defrec_pbuffer* const* in, size_t in_count) {
+defrec_status prepare(defrec_pstage* stage, defrec_pqueue* queue, defrec_pbuffer* const* in,
+                      size_t in_count) {
     worker_of(queue).finish();
     return inner->stage(inner->self, DEFREC_STAGE_WARP)->prepare(stage, queue, in, in_count);
 }
 template <size_t kStage>
-defrec_status enqueue(defrec_pstage* stage, defrec_pqueue* queue, defrec_pbuffer* const* in, size_t in_count, defrec_pbuffer* const* out,
-                      size_t out_count) {
+defrec_status enqueue(defrec_pstage* stage, defrec_pqueue* queue, defrec_pbuffer* const* in,
+                      size_t in_count, defrec_pbuffer* const* out, size_t out_count) {
     log("asked for " + std::to_string(kStage));
     const auto run = inner->stage(inner->self, kStage)->enqueue;
-    worker_of(queue).ask([=, ins = std::vector(in, in + in_count), outs = std::vector(out, out + out_count)] {
-        run(stage, queue, ins.data(), ins.size(), outs.data(), outs.size());
-        log("done with " + std::to_string(kStage));
-    });
+    worker_of(queue).ask(
+        [=, ins = std::vector(in, in + in_count), outs = std::vector(out, out + out_count)] {
+            run(stage, queue, ins.data(), ins.size(), outs.data(), outs.size());
+            log("done with " + std::to_string(kStage));
+        });
     return DEFREC_OK;
 }
 template <size_t... kStages>
 void wrap_stages(std::index_sequence<kStages...>) {
-    ((stages[kStages] = *inner->stage(inner->self, kStages), stages[kStages].enqueue = enqueue<kStages>), ...);
+    ((stages[kStages] = *inner->stage(inner->self, kStages),
+      stages[kStages].enqueue = enqueue<kStages>),
+     ...);
     for (defrec_stage_table& stage : stages) {
         if (stage.prepare != nullptr) stage.prepare = prepare;
         stage.destroy = [](defrec_pstage* object) {
@@ -165,7 +179,8 @@ void wrap_stages(std::index_sequence<kStages...>) {
 }  // namespace
 
 // One context at a time.
-extern "C" DEFREC_PLUGIN_EXPORT defrec_status DEFREC_CALL defrec_plugin_entry_v1(const defrec_host* host, const defrec_plugin** out) {
+extern "C" DEFREC_PLUGIN_EXPORT defrec_status DEFREC_CALL
+defrec_plugin_entry_v1(const defrec_host* host, const defrec_plugin** out) {
     const defrec_status status = enter_host_plugin(kDescription, host, &inner);
     if (status != DEFREC_OK) return status;
     host_table = host;
@@ -177,7 +192,9 @@ extern "C" DEFREC_PLUGIN_EXPORT defrec_status DEFREC_CALL defrec_plugin_entry_v1
     outer.read = read;
     outer.signal = signal;
     outer.wait = wait;
-    outer.stage = [](void*, uint32_t stage) -> const defrec_stage_table* { return stage < DEFREC_STAGE_COUNT_V1 ? &stages[stage] : nullptr; };
+    outer.stage = [](void*, uint32_t stage) -> const defrec_stage_table* {
+        return stage < DEFREC_STAGE_COUNT_V1 ? &stages[stage] : nullptr;
+    };
     outer.buffer_destroy = [](defrec_pbuffer* buffer) {
         finish_all();
         inner->buffer_destroy(buffer);

@@ -1,4 +1,5 @@
-/* Prints how many plugins a context finds that honours DEFREC_PLUGIN_PATH. Its test runs it with another owner's rights. */
+/* Prints how many plugins a context finds that honours DEFREC_PLUGIN_PATH. Its test runs it with
+ * another owner's rights. */
 #include <stdio.h>
 
 #include "include/defrec_c.h"
@@ -14,7 +15,8 @@ int main(void) {
     for (i = 0; i < defrec_plugin_count(context); ++i) {
         defrec_plugin_info info;
         DEFREC_INIT(&info);
-        if (defrec_plugin_get(context, i, &info) == DEFREC_OK && strcmp(info.name, "good") == 0) ++from_environment;
+        if (defrec_plugin_get(context, i, &info) == DEFREC_OK && strcmp(info.name, "good") == 0)
+            ++from_environment;
     }
     printf("%u\n", (unsigned)from_environment);
     defrec_context_destroy(context);

@@ -1,11 +1,12 @@
-/* The stage stereo on the CPU device, on a pair of images whose every pixel is shifted by the same amount. */
+/* The stage stereo on the CPU device, on a pair of images whose every pixel is shifted by the same
+ * amount. */
 #include <defrec_c.h>
 #include <stdio.h>
 #include <stdlib.h>
 
 enum { WIDTH = 160, HEIGHT = 120, SHIFT = 12 };
 
-static int fail(const char *what) {
+static int fail(const char* what) {
     fprintf(stderr, "%s: %s\n", what, defrec_last_error());
     return 1;
 }
@@ -15,7 +16,8 @@ static int has_cpu_device(defrec_context context) {
     for (size_t i = 0; i < count; ++i) {
         defrec_device_info info;
         DEFREC_INIT(&info);
-        if (defrec_device_get(context, i, &info) == DEFREC_OK && strcmp(info.id, "cpu") == 0) return 1;
+        if (defrec_device_get(context, i, &info) == DEFREC_OK && strcmp(info.id, "cpu") == 0)
+            return 1;
     }
     return 0;
 }
@@ -42,7 +44,8 @@ int main(void) {
     params.height = HEIGHT;
     params.disparities = 32;
     defrec_stage stereo;
-    if (defrec_stage_create(context, "cpu", DEFREC_STAGE_STEREO, &params, &stereo) < 0) return fail("stage");
+    if (defrec_stage_create(context, "cpu", DEFREC_STAGE_STEREO, &params, &stereo) < 0)
+        return fail("stage");
     const defrec_const_buffer in[] = {{left, sizeof left}, {right, sizeof right}};
     const defrec_buffer out[] = {{disparity, sizeof disparity}};
     if (defrec_stage_run(stereo, in, 2, out, 1) < 0) return fail("run");
@@ -52,9 +55,12 @@ int main(void) {
     int right_ones = 0, wrong_ones = 0;
     for (int i = 0; i < WIDTH * HEIGHT; ++i) {
         if (disparity[i] == DEFREC_DISPARITY_NONE) continue;
-        if (abs(disparity[i] - SHIFT * DEFREC_DISPARITY_ONE) <= 2) ++right_ones;
-        else ++wrong_ones;
+        if (abs(disparity[i] - SHIFT * DEFREC_DISPARITY_ONE) <= 2)
+            ++right_ones;
+        else
+            ++wrong_ones;
     }
-    printf("defrec %s: %d pixels right, %d wrong\n", defrec_version_string(), right_ones, wrong_ones);
+    printf("defrec %s: %d pixels right, %d wrong\n", defrec_version_string(), right_ones,
+           wrong_ones);
     return right_ones > WIDTH * HEIGHT / 2 && wrong_ones < right_ones / 100 ? 0 : 1;
 }

@@ -81,7 +81,8 @@ int main() {
         if (defrec_job_wait(job, UINT64_MAX) < 0) return fail("wait");
         if (defrec_job_result(job, &result) < 0) return fail("result");
     }
-    const double depth = kFocalLength * kBaseline / kDisparity, quarter_pixel = depth / kDisparity / 4;
+    const double depth = kFocalLength * kBaseline / kDisparity,
+                 quarter_pixel = depth / kDisparity / 4;
     double farthest = 0;
     unsigned observed = 0;
     for (uint64_t i = 0; i < result.vertex_count; ++i) {
@@ -89,8 +90,10 @@ int main() {
         ++observed;
         farthest = std::fmax(farthest, std::fabs(result.vertices[3 * i + 2] - depth));
     }
-    std::printf("state %u, %u vertices observed, at most %.3f mm off the plane\n", result.state, observed, farthest);
-    const bool good = result.state == DEFREC_TRACKING && observed > result.vertex_count / 2 && farthest < quarter_pixel;
+    std::printf("state %u, %u vertices observed, at most %.3f mm off the plane\n", result.state,
+                observed, farthest);
+    const bool good = result.state == DEFREC_TRACKING && observed > result.vertex_count / 2 &&
+                      farthest < quarter_pixel;
     defrec_job_release(job);
     defrec_tracker_destroy(tracker);
     defrec_rig_destroy(rig);
