@@ -102,7 +102,7 @@ struct Case {
     std::string id;     // tier/stage/name or tier/name; never changes its meaning
     std::string tier;   // "abi", "stage", "sequence", "stress"
     std::string stage;  // empty where the case is of no stage
-    std::string title;  // one error message: what holds if it passes
+    std::string title;  // one sentence: what holds if it passes
     bool smoke =
         false;  // in the short list, which a software GPU on two cores passes within minutes
     bool slow =

@@ -38,7 +38,7 @@ struct CaseRecord {
         id;  // "stage/stereo/padded_stride": unique, the same in every version that has the case
     std::string tier;   // "abi", "stage", "sequence", "stress"
     std::string stage;  // "stereo"; empty where the case is of no stage
-    std::string title;  // one error message: what holds if it passes
+    std::string title;  // one sentence: what holds if it passes
     Verdict verdict = Verdict::skipped;
     std::string reason;  // one error message: why it failed or was skipped; empty when passed
     std::vector<Metric> metrics;

@@ -105,11 +105,11 @@ Rgb Painter::tissue_colour(const View& view, const Hit& hit, const Eigen::Vector
     const Eigen::Vector3f to_lamp = request.lighting.lamp.cast<float>() - point;
     const float distance = to_lamp.norm();
     const Eigen::Vector3f l = to_lamp / distance;
-    const Eigen::Vector3f view = -point.normalized();
+    const Eigen::Vector3f to_camera = -point.normalized();
 
     const float footprint = hit.z / static_cast<float>(view.lens.fx);
     const Tissue::Sample sample = tissue_.at(hit.s, hit.t, footprint);
-    const Eigen::Vector3f half = (l + view).normalized();
+    const Eigen::Vector3f half = (l + to_camera).normalized();
     const float facing = std::max(0.0f, normal.dot(l));
     const float glance = std::max(0.0f, normal.dot(half));
     float highlight = 0.05f * sharpened(glance, 4);

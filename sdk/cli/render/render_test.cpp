@@ -298,7 +298,7 @@ TEST_CASE(
         const Written w(scene.name, 180, 144, 1);
         CHECK(w.points.size() >= 60);
         CHECK((cv::norm(w.d1) == 0) == scene.rectified);
-        CHECK((cv::norm(w.r, cv::Mat::view(3, 3, CV_64F)) == 0) == scene.rectified);
+        CHECK((cv::norm(w.r, cv::Mat::eye(3, 3, CV_64F)) == 0) == scene.rectified);
         double worst = 0;
         for (std::size_t id = 0; id < w.points.size(); ++id) {
             CHECK(w.truth[0][id].visible);
