@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Checks Markdown files: lines of at most 100 characters, table cells of at most 240, and no link to a file or heading that is missing.
-Code blocks, tables and lines that cannot be broken (one link, one URL) may be wider than 100.
+"""Checks Markdown files: lines of at most 100 characters, table cells of at most 240, and no link
+to a file or heading that is missing. Code blocks, tables and lines that cannot be broken (one link,
+one URL) may be wider than 100.
 
 usage: check_markdown.py [--links-only] FOLDER
 """
@@ -13,12 +14,12 @@ MAX_LINE = 100
 MAX_CELL = 240
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 UNBREAKABLE = re.compile(r"\[[^\]]*\]\([^)]*\)|`[^`]*`")  # a link, inline code
-NOT_OURS = re.compile(r"^(build.*|out|node_modules|\.(?!github).*)$")  # folders that hold no sources
+NO_SOURCES = re.compile(r"^(build.*|out|node_modules|\.(?!github).*)$")  # names of folders
 
 
 def markdown_files(folder):
     for path in sorted(folder.rglob("*.md")):
-        if not any(NOT_OURS.match(part) for part in path.relative_to(folder).parts[:-1]):
+        if not any(NO_SOURCES.match(part) for part in path.relative_to(folder).parts[:-1]):
             yield path
 
 
@@ -38,7 +39,8 @@ def anchors(path):
     for _, line in prose_lines(path.read_text()):
         if heading := re.match(r"#+ (.*)", line):
             slug = re.sub(r"[^\w\- ]", "", heading[1].strip().lower()).replace(" ", "-")
-            repeated = sum(re.fullmatch(rf"{re.escape(slug)}(-\d+)?", anchor) is not None for anchor in found)
+            same = re.compile(rf"{re.escape(slug)}(-\d+)?")
+            repeated = sum(same.fullmatch(anchor) is not None for anchor in found)
             found.add(f"{slug}-{repeated}" if repeated else slug)
     return found
 
@@ -49,8 +51,10 @@ def width_faults(text):
             longest = max(len(cell.strip()) for cell in line.split("|"))
             if longest > MAX_CELL:
                 yield number, f"a table cell of {longest} characters, at most {MAX_CELL}"
-        elif len(line) > MAX_LINE and " " in re.sub(r"^([-*]|\d+\.) ", "", UNBREAKABLE.sub("x", line.strip())):
-            yield number, f"{len(line)} characters, at most {MAX_LINE}"
+        elif len(line) > MAX_LINE:
+            words = UNBREAKABLE.sub("x", re.sub(r"^ *([-*]|\d+\.) ", "", line)).split()
+            if len(words) > 1:
+                yield number, f"{len(line)} characters, at most {MAX_LINE}"
 
 
 def link_faults(path, text):
@@ -76,8 +80,11 @@ def main():
     faults = []
     for path in paths:
         text = path.read_text()
-        found = list(link_faults(path, text)) + ([] if arguments.links_only else list(width_faults(text)))
-        faults += [f"{path.relative_to(arguments.folder)}:{number}: {what}" for number, what in sorted(found)]
+        found = list(link_faults(path, text))
+        if not arguments.links_only:
+            found += width_faults(text)
+        name = path.relative_to(arguments.folder)
+        faults += [f"{name}:{number}: {what}" for number, what in sorted(found)]
     print(f"{len(paths)} Markdown files")
     sys.exit("\n".join(faults) or not paths)
 
