@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Builds the site with Doxygen, warnings being errors, and checks it: every link leads somewhere, nothing is left of unresolved Markdown,
-every guide can be reached, and every sample is named.
+"""Builds the site with Doxygen, warnings being errors, and checks it: every link leads somewhere,
+no unresolved Markdown is left, every guide can be reached, and every sample is named.
 
 usage: build_site.py DOXYGEN DOXYFILE GUIDES SITE
 """
@@ -26,7 +26,9 @@ class Page(html.parser.HTMLParser):
         attributes = dict(attributes)
         if tag in ("script", "style", "pre", "code", "div"):
             self.open.append((tag, tag != "div" or attributes.get("class") == "fragment"))
-        self.anchors.update(value for value in (attributes.get("id"), attributes.get("name")) if value)
+        self.anchors.update(
+            value for value in (attributes.get("id"), attributes.get("name")) if value
+        )
         self.links += [value for value in (attributes.get("href"), attributes.get("src")) if value]
 
     def handle_endtag(self, tag):
@@ -54,9 +56,14 @@ def faults(site, guides):
                 yield f"{name}: {file} is not there"
             elif anchor and file in pages and anchor not in pages[file].anchors:
                 yield f"{name}: {file} has no anchor {anchor}"
-        for left_over in re.findall(r"\S*(?:\]\(|[@\\](?:ref|subpage)\b|\{#|`)\S*", "".join(page.text)):
+        for left_over in re.findall(
+            r"\S*(?:\]\(|[@\\](?:ref|subpage)\b|\{#|`)\S*", "".join(page.text)
+        ):
             yield f"{name}: unresolved: {left_over}"
-    reached, waiting = set(), ["index.html", "pages.html"]  # the start page, and what it does not name
+    reached, waiting = set(), [
+        "index.html",
+        "pages.html",
+    ]  # the start page, and what it does not name
     while waiting:
         name = waiting.pop()
         if name in pages and name not in reached:
@@ -71,12 +78,20 @@ def faults(site, guides):
 def faults_of_samples(root):
     guide = (root / "docs" / "samples.md").read_text()
     for sample in sorted((root / "samples").glob("*/*")):
-        if sample.suffix in (".c", ".h", ".cs", ".py") and f"](../{sample.relative_to(root)})" not in guide:
+        if (
+            sample.suffix in (".c", ".h", ".cs", ".py")
+            and f"](../{sample.relative_to(root)})" not in guide
+        ):
             yield f"samples.md: {sample.name} is not named"
 
 
 def main():
-    doxygen, doxyfile, guides, site = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3]), pathlib.Path(sys.argv[4])
+    doxygen, doxyfile, guides, site = (
+        sys.argv[1],
+        sys.argv[2],
+        pathlib.Path(sys.argv[3]),
+        pathlib.Path(sys.argv[4]),
+    )
     shutil.rmtree(site, ignore_errors=True)
     site.mkdir(parents=True)
     subprocess.run([doxygen, doxyfile], check=True)

@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
-"""Compiles every C block of the guides and of the README against the headers. Whole programs are linked too, and where a block
-`output` follows, run: they print that. A fragment stands in a function, or, if it defines some, in a file; what it uses without declaring
-it is in example_names.h. Whole programs in C# are compiled as well, and blocks in Python as far as Python compiles. Blocks in CMake ask for
-this version. The table of names in languages.md is held to the header, to the C# assembly's comments and to the Python package.
+"""Compiles every C block of the guides and of the README against the headers. Whole programs are
+linked too, and run where a block `output` follows, which they must print. A fragment is put into a
+function, or, if it defines some, into a file; example_names.h declares what it uses without
+declaring it. Whole programs in C# are compiled as well, and blocks in Python as far as Python
+compiles. Blocks in CMake must ask for this version. The names in the table of languages.md must
+exist in the header, in the C# assembly's comments and in the Python package.
 
 usage: check_examples.py ROOT COMPILER LIBRARY_FOLDER MCS DEFREC_DLL WORK_FOLDER
 """
@@ -16,7 +18,7 @@ INCLUDE = re.compile(r"^#include .*$", re.M)
 
 
 def examples(path):
-    """(language, line of the first line of code, code, expected output or None) of each block of code."""
+    """(language, line of the first line, code, expected output or None) of each block of code."""
     text = path.read_text()
     blocks = list(FENCE.finditer(text))
     for i, block in enumerate(blocks):
@@ -38,11 +40,32 @@ def source_of(name, line, code):
 
 class Examples:
     def __init__(self, root, compiler, library, mcs, assembly, work):
-        self.root, self.work, self.compiler, self.library = pathlib.Path(root), pathlib.Path(work), compiler, library
+        self.root, self.work, self.compiler, self.library = (
+            pathlib.Path(root),
+            pathlib.Path(work),
+            compiler,
+            library,
+        )
         self.mcs = [mcs, "-nologo", "-langversion:7", "-warnaserror", f"-reference:{assembly}"]
-        self.flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", f"-I{root}/include", f"-I{root}/docs/site"]
-        self.counts = {"fragments": 0, "programs": 0, "outputs": 0, "programs in C#": 0, "blocks in Python": 0, "packages in CMake": 0}
-        self.version = re.search(r"^project\(defrec VERSION (\d+\.\d+)", (self.root / "CMakeLists.txt").read_text(), re.M)[1]
+        self.flags = [
+            "-std=c11",
+            "-Wall",
+            "-Wextra",
+            "-Werror",
+            f"-I{root}/include",
+            f"-I{root}/docs/site",
+        ]
+        self.counts = {
+            "fragments": 0,
+            "programs": 0,
+            "outputs": 0,
+            "programs in C#": 0,
+            "blocks in Python": 0,
+            "packages in CMake": 0,
+        }
+        self.version = re.search(
+            r"^project\(defrec VERSION (\d+\.\d+)", (self.root / "CMakeLists.txt").read_text(), re.M
+        )[1]
         self.work.mkdir(parents=True, exist_ok=True)
 
     def check(self, name, language, line, code, output):
@@ -66,11 +89,26 @@ class Examples:
         source = base.with_suffix(".c")
         source.write_text(source_of(name, line, code))
         if "int main(" not in code:
-            subprocess.run([self.compiler, *self.flags, "-Wno-unused", "-fsyntax-only", source], check=True)
+            subprocess.run(
+                [self.compiler, *self.flags, "-Wno-unused", "-fsyntax-only", source], check=True
+            )
             self.counts["fragments"] += 1
             return
-        subprocess.run([self.compiler, *self.flags, "-pedantic", source, "-o", base, f"-L{self.library}", "-ldefrec", "-lm",
-                        f"-Wl,-rpath,{self.library}"], check=True)
+        subprocess.run(
+            [
+                self.compiler,
+                *self.flags,
+                "-pedantic",
+                source,
+                "-o",
+                base,
+                f"-L{self.library}",
+                "-ldefrec",
+                "-lm",
+                f"-Wl,-rpath,{self.library}",
+            ],
+            check=True,
+        )
         self.counts["programs"] += 1
         if output is not None:
             printed = subprocess.run([base], check=True, capture_output=True, text=True).stdout
@@ -80,9 +118,11 @@ class Examples:
 
 
 def check_names(root, library, assembly):
-    """Each name in code in the columns C, C# and Python of languages.md is one of that language. Gives how many there are."""
+    """Checks the names in the columns C, C# and Python of languages.md; returns their number."""
     header = set(re.findall(r"\w+", (root / "include" / "defrec_c.h").read_text()))
-    comments = re.findall(r'name="\w:Defrec\.([\w.]+)', pathlib.Path(assembly).with_suffix(".xml").read_text())
+    comments = re.findall(
+        r'name="\w:Defrec\.([\w.]+)', pathlib.Path(assembly).with_suffix(".xml").read_text()
+    )
     columns = ["C", "C#", "Python"]
     known = {"C": header.__contains__, "C#": set(comments).__contains__}
     names = {column: set() for column in columns}
@@ -93,9 +133,14 @@ def check_names(root, library, assembly):
     for column, is_known in known.items():
         if unknown := sorted(name for name in names[column] if not is_known(name)):
             sys.exit(f"languages.md: no {column}: {unknown}")
-    program = "import defrec\nfor name in {!r}:\n    eval('defrec.' + name)".format(sorted(names["Python"]))
-    subprocess.run([sys.executable, "-B", "-c", program], check=True,
-                   env={"LD_LIBRARY_PATH": library, "PYTHONPATH": str(root / "bindings" / "python")})
+    program = "import defrec\nfor name in {!r}:\n    eval('defrec.' + name)".format(
+        sorted(names["Python"])
+    )
+    subprocess.run(
+        [sys.executable, "-B", "-c", program],
+        check=True,
+        env={"LD_LIBRARY_PATH": library, "PYTHONPATH": str(root / "bindings" / "python")},
+    )
     return sum(map(len, names.values()))
 
 

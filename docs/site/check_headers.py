@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Every function of the C API says from which threads it may be called, since when it exists, which errors it gives, and names its
-parameters; the header's version is that of the newest. Every error, state, reason and status of a point is in the guide on errors. That
-anything is documented at all is Doxygen's to say.
+"""Every function of the C API says from which threads it may be called, since when it exists and
+which errors it returns, and names its parameters; the header's version is that of the newest. Every
+error, state, reason and status of a point is in the guide on errors. Doxygen checks that everything
+is documented.
 
 usage: check_headers.py defrec_c.h errors.md
 """
@@ -9,11 +10,18 @@ import pathlib
 import re
 import sys
 
-FUNCTION = re.compile(r"/\*\*((?:[^*]|\*(?!/))*)\*/\s*DEFREC_API ([\w *]+?)\s*DEFREC_CALL (\w+)\(([^)]*)\);")
+FUNCTION = re.compile(
+    r"/\*\*((?:[^*]|\*(?!/))*)\*/\s*DEFREC_API ([\w *]+?)\s*DEFREC_CALL (\w+)\(([^)]*)\);"
+)
 SPEAK_FOR_THEMSELVES = {"out"}  # besides handles, which are called as their type
 
 
-IN_GUIDE = ("DEFREC_OK", "DEFREC_LOST", "DEFREC_REASON_DARK", "DEFREC_POINT_UNKNOWN")  # one of each enumeration that is there
+IN_GUIDE = (
+    "DEFREC_OK",
+    "DEFREC_LOST",
+    "DEFREC_REASON_DARK",
+    "DEFREC_POINT_UNKNOWN",
+)  # one of each enumeration that is there
 
 
 def faults(text):
@@ -34,20 +42,28 @@ def faults(text):
         for parameter in parameters.split(","):
             words = re.findall(r"\w+", parameter)
             is_handle = len(words) == 2 and words[0] == f"defrec_{words[1]}"
-            if words != ["void"] and not is_handle and words[-1] not in SPEAK_FOR_THEMSELVES \
-                    and not re.search(rf"\b{words[-1]}\b", comment):
+            if (
+                words != ["void"]
+                and not is_handle
+                and words[-1] not in SPEAK_FOR_THEMSELVES
+                and not re.search(rf"\b{words[-1]}\b", comment)
+            ):
                 yield f"{name}: {words[-1]} is not explained"
 
 
 def faults_of_version(text):
-    version = tuple(int(re.search(rf"#define DEFREC_API_{part} (\d+)", text)[1]) for part in ("MAJOR", "MINOR"))
+    version = tuple(
+        int(re.search(rf"#define DEFREC_API_{part} (\d+)", text)[1]) for part in ("MAJOR", "MINOR")
+    )
     newest = max(tuple(map(int, found)) for found in re.findall(r"@since (\d+)\.(\d+)", text))
     if version != newest:
         yield f"DEFREC_API_MAJOR and _MINOR are {version}, the newest @since is {newest}"
 
 
 def faults_of_guide(text, guide):
-    enumerations = [re.findall(r"\b(DEFREC_\w+) *=", body) for body in re.findall(r"\benum \{([^}]*)\}", text)]
+    enumerations = [
+        re.findall(r"\b(DEFREC_\w+) *=", body) for body in re.findall(r"\benum \{([^}]*)\}", text)
+    ]
     for one in IN_GUIDE:
         for name in next(names for names in enumerations if one in names):
             if f"| `{name}` |" not in guide:

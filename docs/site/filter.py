@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Doxygen's input filter: prints a header or a guide as Doxygen understands it. The files themselves stay plain C and plain Markdown.
+"""Doxygen's input filter: prints a header or a guide as Doxygen understands it. The files
+themselves stay plain C and plain Markdown.
 
 usage: filter.py FILE
 """
@@ -11,10 +12,16 @@ import sys
 DOCS = pathlib.Path(__file__).resolve().parent.parent
 INCLUDE = DOCS.parent / "include"
 SAMPLES = DOCS.parent / "samples"
-PARENTS = {"start.md": "", "stages.md": "stages/"}  # pages whose links make the navigation tree, and where their children lie
+PARENTS = {
+    "start.md": "",
+    "stages.md": "stages/",
+}  # pages whose links make the navigation tree, and where their children lie
 
 # What begins like this and is not in the headers is a mistake, which Doxygen reports.
-LOOKS_LIKE_API = re.compile(r"defrec_(context|rig|tracker|job|template|memory)_|DEFREC_(OK|TIMEOUT|ERROR|REASON|POINT|STAGE|FORMAT|FEATURE)")
+LOOKS_LIKE_API = re.compile(
+    r"defrec_(context|rig|tracker|job|template|memory)_"
+    r"|DEFREC_(OK|TIMEOUT|ERROR|REASON|POINT|STAGE|FORMAT|FEATURE)"
+)
 
 
 def page_id(path):
@@ -29,7 +36,9 @@ def heading_id(page, heading):
 
 
 def api_code():
-    return "".join(re.sub(r"/\*.*?\*/", "", path.read_text(), flags=re.S) for path in INCLUDE.glob("*.h"))
+    return "".join(
+        re.sub(r"/\*.*?\*/", "", path.read_text(), flags=re.S) for path in INCLUDE.glob("*.h")
+    )
 
 
 def api_names():
@@ -37,27 +46,44 @@ def api_names():
 
 
 def api_constants():
-    return set(re.findall(r"\bDEFREC_[A-Z_0-9]+(?= *=)|(?<=#define )DEFREC_[A-Z_]+(?=[( ])", api_code()))
+    return set(
+        re.findall(r"\bDEFREC_[A-Z_0-9]+(?= *=)|(?<=#define )DEFREC_[A-Z_]+(?=[( ])", api_code())
+    )
 
 
 def filter_header(text):
-    # Doxygen gives a comment behind a declaration to the last of several declarators; here each has it.
+    # Doxygen attaches a comment behind a declaration to the last of several declarators only.
     def split(match):
         indent, kind, declarators, comment = match.groups()
         one_line = re.sub(r"\s*\n\s*", " ", comment)
         lines = comment.count("\n")
-        return indent + " ".join(f"{kind} {d.strip()}; {one_line}" for d in declarators.split(",")) + "\n" * lines
+        return (
+            indent
+            + " ".join(f"{kind} {d.strip()}; {one_line}" for d in declarators.split(","))
+            + "\n" * lines
+        )
 
-    text = re.sub(r"^( +)((?:const )?\w+) +([*\w, ]+,[*\w, ]+); *(/\*\*<.*?\*/)", split, text, flags=re.M | re.S)
+    text = re.sub(
+        r"^( +)((?:const )?\w+) +([*\w, ]+,[*\w, ]+); *(/\*\*<.*?\*/)",
+        split,
+        text,
+        flags=re.M | re.S,
+    )
     # Constants, macros and guides that comments name become links.
     constants = api_constants()
 
     def link(match):
-        comment = re.sub(r"(?<![`\"])(?<!@def )\bDEFREC_[A-Z_0-9]+\b(?!\*)", lambda m: ("#" if m[0] in constants else "") + m[0], match[0])
+        comment = re.sub(
+            r"(?<![`\"])(?<!@def )\bDEFREC_[A-Z_0-9]+\b(?!\*)",
+            lambda m: ("#" if m[0] in constants else "") + m[0],
+            match[0],
+        )
         return re.sub(r"\bdocs/(\w+)\.md\b", r"@ref \1", comment)
 
     text = re.sub(r"/\*\*.*?\*/", link, text, flags=re.S)
-    return text.replace("/**< ", "/**< @brief ")  # so that a struct is one table, without a section for each field
+    return text.replace(
+        "/**< ", "/**< @brief "
+    )  # so that a struct is one table, without a section for each field
 
 
 def shown_samples():
@@ -80,14 +106,23 @@ def inline_code(match):
 
 class Guide:
     def __init__(self, path):
-        self.path, self.page, self.names, self.samples = path, page_id(path), api_names(), shown_samples()
+        self.path, self.page, self.names, self.samples = (
+            path,
+            page_id(path),
+            api_names(),
+            shown_samples(),
+        )
         self.children, self.headings = set(), []
 
     def filter(self, text):
         lines, in_code = [], False
         for line in text.splitlines():
             in_code ^= line.lstrip().startswith("```")
-            line = re.sub("^```(csharp|python)$", lambda fence: {"csharp": "```cs", "python": "```py"}[fence[1]], line)
+            line = re.sub(
+                "^```(csharp|python)$",
+                lambda fence: {"csharp": "```cs", "python": "```py"}[fence[1]],
+                line,
+            )
             lines.append(line if in_code or line.startswith("    ") else self.filter_line(line))
         if self.path.name == "samples.md":
             for sample in self.samples:
@@ -108,7 +143,9 @@ class Guide:
         identity = heading_id(self.page, text)
         count = self.headings.count(identity)
         self.headings.append(identity)
-        return identity if count == 0 else f"{identity}-{count}"  # as code hosts number headings of the same name
+        return (
+            identity if count == 0 else f"{identity}-{count}"
+        )  # as code hosts number headings of the same name
 
     def name(self, match):
         word, _, member = match[1].partition(".")
@@ -132,7 +169,11 @@ class Guide:
         identity = page_id(linked)
         if anchor:
             return f'@ref {heading_id(identity, anchor)} "{label}"'
-        is_child = file.startswith(PARENTS.get(self.path.name, "//")) and identity not in self.children and linked != self.path
+        is_child = (
+            file.startswith(PARENTS.get(self.path.name, "//"))
+            and identity not in self.children
+            and linked != self.path
+        )
         self.children.add(identity)
         return f'@{"subpage" if is_child else "ref"} {identity} "{label}"'
 
