@@ -22,12 +22,12 @@ void fail(const char* format, ...) {
 
 defrec_rig_desc parse_camera(const char* text, uint32_t width, uint32_t height) {
     defrec_rig_desc rig;
-    defrec_intrinsics* eye = &rig.left;
+    defrec_intrinsics* camera = &rig.left;
     double baseline_mm = 0;
     char rest = 0;
     DEFREC_INIT(&rig);
-    if (sscanf(text, "%lf,%lf,%lf,%lf,%lf%c", &eye->fx, &eye->fy, &eye->cx, &eye->cy, &baseline_mm,
-               &rest) != 5)
+    if (sscanf(text, "%lf,%lf,%lf,%lf,%lf%c", &camera->fx, &camera->fy, &camera->cx, &camera->cy,
+               &baseline_mm, &rest) != 5)
         fail("the camera is \"%s\"; FX,FY,CX,CY,BASELINE_MM expected", text);
     rig.width = width;
     rig.height = height;

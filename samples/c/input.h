@@ -5,7 +5,7 @@
 #include <defrec_c.h>
 #include <stdint.h>
 
-/* Ends the program with the sentence that defrec has for a call that failed. */
+/* Ends the program with the error message of the call that failed. */
 void check(defrec_status status, const char* doing);
 /* Ends the program: format as printf's. */
 #if defined(__GNUC__)

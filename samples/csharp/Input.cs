@@ -7,10 +7,10 @@ using System.IO;
 using System.Runtime.InteropServices;
 using Defrec;
 
-/// <summary>Ends a sample: one sentence on stderr, exit code 1.</summary>
+/// <summary>Ends a sample: an error message on stderr, exit code 1.</summary>
 internal sealed class SampleException : Exception
 {
-    internal SampleException(string sentence) : base(sentence) { }
+    internal SampleException(string message) : base(message) { }
 }
 
 /// <summary>The command line was wrong: exit code 2.</summary>

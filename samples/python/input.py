@@ -10,7 +10,7 @@ import defrec
 
 
 def run(main, usage, least, most):
-    """Calls main with the command line's arguments; a failure ends the program with one sentence."""
+    """Calls main with the command line's arguments; a failure ends the program with an error message."""
     if not least <= len(sys.argv) - 1 <= most:
         print(f"usage: {usage}", file=sys.stderr)
         sys.exit(2)

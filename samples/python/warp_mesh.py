@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Moves a preoperative model along with the tissue: a mesh goes in, one mesh for each frame comes out, with what to
-believe of it.
+"""Moves a preoperative model along with the tissue: a mesh goes in, one mesh for each frame comes out, with
+the confidence in it.
 
 warp_mesh.py LEFT RIGHT FX,FY,CX,CY,BASELINE_MM MESH.obj OUT_FOLDER [DEVICE_ID]
 
