@@ -37,8 +37,7 @@ void same_match(size_t i, const defrec_match& a, const defrec_match& b) {
 
 }  // namespace
 
-// ---- match
-// ---------------------------------------------------------------------------------------------------------
+// ---- match ------------------------------------------------------------------
 
 void match_spread(const StageJob&, const std::vector<Bytes>& expected,
                   const std::vector<Bytes>& found, Spread& spread) {
@@ -56,8 +55,7 @@ void match_spread(const StageJob&, const std::vector<Bytes>& expected,
     }
 }
 
-// ---- align
-// ---------------------------------------------------------------------------------------------------------
+// ---- align ------------------------------------------------------------------
 
 void align_spread(const StageJob& job, const std::vector<Bytes>& expected,
                   const std::vector<Bytes>& found, Spread& spread) {
@@ -87,8 +85,7 @@ void align_spread(const StageJob& job, const std::vector<Bytes>& expected,
     }
 }
 
-// ---- ransac
-// --------------------------------------------------------------------------------------------------------
+// ---- ransac -----------------------------------------------------------------
 
 namespace {
 
@@ -134,8 +131,7 @@ void ransac_spread(const StageJob& job, const std::vector<Bytes>& expected,
         spread["ransac.translation"].add(double(s.translation[k]), double(t.translation[k]));
 }
 
-// ---- lm
-// ------------------------------------------------------------------------------------------------------------
+// ---- lm ---------------------------------------------------------------------
 
 void lm_spread(const StageJob& job, const std::vector<Bytes>& expected,
                const std::vector<Bytes>& found, Spread& spread) {
@@ -176,8 +172,7 @@ void lm_spread(const StageJob& job, const std::vector<Bytes>& expected,
     spread["lm.rms_px"].add(double(s.patch_rms), double(t.patch_rms));
 }
 
-// ---- warp
-// ----------------------------------------------------------------------------------------------------------
+// ---- warp -------------------------------------------------------------------
 
 namespace {
 

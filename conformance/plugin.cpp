@@ -62,8 +62,7 @@ std::vector<defrec_pbuffer*> pointers(std::span<const Buffer> buffers) {
 
 const char* stage_name(uint32_t stage) { return defrec::stage_name(stage); }
 
-// ---- files
-// ---------------------------------------------------------------------------------------------------------
+// ---- files ------------------------------------------------------------------
 
 PluginFiles find_plugin(const std::string& path) {
     switch (platform::path_info(path).kind) {
@@ -94,8 +93,7 @@ PluginFiles find_backend(const std::string& name) {
     return read_manifest(path);
 }
 
-// ---- library and instance
-// ------------------------------------------------------------------------------------------
+// ---- library and instance ---------------------------------------------------
 
 Plugin::Plugin(PluginFiles files, std::string device_id)
     : files_(std::move(files)), device_id_(std::move(device_id)) {
@@ -150,8 +148,7 @@ defrec_status Instance::check(const std::string& call, defrec_status status) con
               message.empty() ? " without an error message" : ": ", message);
 }
 
-// ---- session
-// -------------------------------------------------------------------------------------------------------
+// ---- session ----------------------------------------------------------------
 
 Session::Session(const Plugin& plugin, uint32_t threads) : instance_(plugin, threads) {
     const std::vector<defrec_device_info> infos = instance_.devices();
@@ -177,8 +174,7 @@ const defrec_stage_table& Session::stage_table(uint32_t stage) const {
     return *stages;
 }
 
-// ---- buffer, queue, stage
-// ------------------------------------------------------------------------------------------
+// ---- buffer, queue, stage ---------------------------------------------------
 
 Buffer::Buffer(const Session& session, uint64_t size) : session_(&session), size_(size) {
     const defrec_plugin& table = session.table();

@@ -10,8 +10,7 @@
 namespace defrec::cuda {
 namespace {
 
-// ---- section 2
-// -------------------------------------------------------------------------------------------------
+// ---- section 2 --------------------------------------------------------------
 
 constexpr uint32_t kHalveWidth = 32, kHalveHeight = 8;
 
@@ -54,8 +53,7 @@ __global__ void __launch_bounds__(kHalveWidth* kHalveHeight) align_halve(Source 
                      : 0;
 }
 
-// ---- sections 1 and 3 to 6
-// -------------------------------------------------------------------------------------
+// ---- sections 1 and 3 to 6 --------------------------------------------------
 
 // A patch's centre in its view, 1/256 px of the level.
 struct alignas(16) Centre {

@@ -43,8 +43,7 @@ struct StoredPairs {
     }
 };
 
-// ---- each reference on its own
-// ---------------------------------------------------------------------------------
+// ---- each reference on its own ----------------------------------------------
 
 // One bit for each match, set if it takes part. Every warp has to call these.
 class Bitmap {
@@ -186,8 +185,7 @@ __global__ void __launch_bounds__(kMaxThreads)
         results.hypotheses[blockIdx.x] = {rotation, origin.from, origin.to, support};
 }
 
-// ---- what they agree on
-// ----------------------------------------------------------------------------------------
+// ---- what they agree on -----------------------------------------------------
 
 struct Choice {
     uint32_t best, needed;  // the reference with the largest support, of equals the first; the

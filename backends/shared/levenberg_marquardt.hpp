@@ -42,11 +42,11 @@ inline NodePose<double> moved(const NodePose<double>& pose, const double step[6]
 }
 
 // nodes: in, where to start; out, the minimum. trial: as many; step: 6 each. Problem has
-//   LmSums begin(nodes)                  linearises, and fixes what depends on the start; the
-//   system becomes the present one LmSums evaluate(nodes, linearise)    the cost there, and if
-//   wanted its system void accept()                        the system last linearised becomes the
-//   present one bool solve(lambda, step)             of the present one; false if there is no
-//   finite solution
+// - LmSums begin(nodes): linearises, and fixes what depends on the start; the system becomes the
+//   present one
+// - LmSums evaluate(nodes, linearise): the cost there, and if wanted its system
+// - void accept(): the system last linearised becomes the present one
+// - bool solve(lambda, step): of the present one; false if there is no finite solution
 template <class Problem>
 defrec_lm_summary levenberg_marquardt(Problem& problem, const defrec_lm_params& params,
                                       std::span<NodePose<double>> nodes,

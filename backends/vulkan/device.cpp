@@ -17,8 +17,7 @@ constexpr uint64_t kBufferMultiple =
 
 }  // namespace
 
-// ---- buffers
-// -----------------------------------------------------------------------------------------------
+// ---- buffers ----------------------------------------------------------------
 
 Buffer::Buffer(Device& device, uint64_t size, MemoryUse use)
     : device_(&device), size_(size), serial_(device.next_serial()) {
@@ -65,8 +64,7 @@ void Buffer::swap(Buffer& other) noexcept {
     std::swap(serial_, other.serial_);
 }
 
-// ---- device
-// ------------------------------------------------------------------------------------------------
+// ---- device -----------------------------------------------------------------
 
 Device::Device(std::shared_ptr<const Driver> driver, size_t index)
     : driver_(std::move(driver)), index_(index) {
@@ -175,8 +173,7 @@ void Device::settle() noexcept {
     }
 }
 
-// ---- work that is waited for
-// ---------------------------------------------------------------------------------
+// ---- work that is waited for ------------------------------------------------
 
 template <class Record>
 void Device::run_now(Record&& record) {

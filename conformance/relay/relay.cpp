@@ -94,8 +94,7 @@ Targets targets_of(defrec_pbuffer* const* buffers, size_t count) {
     return targets;
 }
 
-// ---- the plugin's table
-// ----------------------------------------------------------------------------------
+// ---- the plugin's table -----------------------------------------------------
 
 size_t DEFREC_CALL device_count(void* self) {
     const auto* instance = static_cast<Instance*>(self);
@@ -275,8 +274,7 @@ void DEFREC_CALL shutdown(void* self) {
     delete instance;
 }
 
-// ---- the stages' tables
-// ----------------------------------------------------------------------------------
+// ---- the stages' tables -----------------------------------------------------
 
 template <uint32_t kStage>
 const defrec_stage_table* target_table(const Instance& instance) {

@@ -52,8 +52,7 @@ std::string chip(Verdict verdict) {
 
 std::string stage_of(const CaseRecord& c) { return c.stage.empty() ? "none" : c.stage; }
 
-// ---- the head
-// --------------------------------------------------------------------------------------------
+// ---- the head ---------------------------------------------------------------
 
 std::string outcome(const RunRecord& run) {
     const Counts counts = count_cases(run);
@@ -160,8 +159,7 @@ std::string overview(const RunRecord& run) {
     return html + "</tbody></table></section>\n";
 }
 
-// ---- cases
-// -----------------------------------------------------------------------------------------------
+// ---- cases ------------------------------------------------------------------
 
 std::string against_limit(double value, double limit) {
     return element("td", shown(value) + " of " + shown(limit),

@@ -29,8 +29,7 @@ Input colour_input(const Gray& picture, uint32_t format, uint32_t stride_bytes) 
     return input;
 }
 
-// ---- rectify
-// -------------------------------------------------------------------------------------------------------
+// ---- rectify ----------------------------------------------------------------
 
 StageJob rectify_job(const defrec_rectify_params& params, const Gray& source,
                      const std::vector<int32_t>* map, const Gray* ignore) {
@@ -65,8 +64,7 @@ std::vector<int32_t> bent_map(const defrec_rectify_params& params, uint64_t seed
     return map;
 }
 
-// ---- stereo
-// --------------------------------------------------------------------------------------------------------
+// ---- stereo -----------------------------------------------------------------
 
 StageJob stereo_job(const defrec_stereo_params& params, const Gray& left, const Gray& right,
                     const Gray* left_mask, const Gray* right_mask, bool extras) {
@@ -95,8 +93,7 @@ StageJob stereo_job(const defrec_stereo_params& params, const Gray& left, const 
     return job;
 }
 
-// ---- orb
-// -----------------------------------------------------------------------------------------------------------
+// ---- orb --------------------------------------------------------------------
 
 StageJob orb_job(const defrec_orb_params& params, const Gray& picture, const Gray* mask,
                  bool extras) {

@@ -23,8 +23,7 @@ Input disparity_input(const std::vector<int16_t>& disparity, uint32_t width, uin
 
 }  // namespace
 
-// ---- match
-// ---------------------------------------------------------------------------------------------------------
+// ---- match ------------------------------------------------------------------
 
 MatchScene match_scene(uint64_t seed, uint32_t landmarks, uint32_t features, uint32_t width,
                        uint32_t height) {
@@ -84,8 +83,7 @@ StageJob match_job(const MatchScene& scene) {
     return job;
 }
 
-// ---- align
-// ---------------------------------------------------------------------------------------------------------
+// ---- align ------------------------------------------------------------------
 
 AlignScene align_scene(const defrec_align_params& params, uint64_t seed, const AlignOptions& o) {
     constexpr double kFocal = 300, kDepth = 80;
@@ -168,8 +166,7 @@ StageJob align_job(const AlignScene& scene, int given) {
     return job;
 }
 
-// ---- ransac
-// --------------------------------------------------------------------------------------------------------
+// ---- ransac -----------------------------------------------------------------
 
 RansacScene ransac_scene(uint64_t seed, uint32_t count, double outliers, double degrees) {
     RansacScene scene;
@@ -214,8 +211,7 @@ StageJob ransac_job(const RansacScene& scene) {
     return job;
 }
 
-// ---- lm, warp
-// ------------------------------------------------------------------------------------------------------
+// ---- lm, warp ---------------------------------------------------------------
 
 test::TestSurface test_surface(uint64_t seed, uint32_t width, uint32_t height) {
     test::SurfaceSpec spec;

@@ -78,20 +78,22 @@ consteval auto makers_of() {
 }
 
 // A backend throws StageError and has
-//   Device   settle() noexcept: after it, buffers and stages may be destroyed
-//   Buffer   size()
-//   Queue    Queue(Device&), write, read, signal, wait: as those of backends/vulkan/queue.hpp
-//   Stage    prepare(Queue&, in), enqueue(Queue&, in, out): spans of const Buffer*, nullptr: not
-//   given; kMaxBuffers name(), version(), device_count(), offers(stage) describe(index,
-//   defrec_device_info&)     sets what is the device's own; stages: those offered, of which it may
-//   take some away open(index)                              a unique_ptr<Device>
-//   make_buffer(Device&, size)               of zeros
-//   make_stage(Device&, stage, params)
-//   check_support(Device&, stage, params)    throws what make_stage would
+// - Device: settle() noexcept; after it, buffers and stages may be destroyed
+// - Buffer: size()
+// - Queue: Queue(Device&), write, read, signal, wait, as those of backends/vulkan/queue.hpp
+// - Stage: prepare(Queue&, in), enqueue(Queue&, in, out); spans of const Buffer*, nullptr: not
+//   given
+// - kMaxBuffers, name(), version(), device_count(), offers(stage)
+// - describe(index, defrec_device_info&): sets what is the device's own; stages: those offered, of
+//   which it may take some away
+// - open(index): a unique_ptr<Device>
+// - make_buffer(Device&, size): of zeros
+// - make_stage(Device&, stage, params)
+// - check_support(Device&, stage, params): throws what make_stage would
 // and of minor 1 of the ABI what it can:
-//   allocate_host(Device&, size), release_host(Device&, memory) noexcept
-//   import_buffer(Device&, kind, memory, size)
-//   Queue::write_in_place, as write
+// - allocate_host(Device&, size), release_host(Device&, memory) noexcept
+// - import_buffer(Device&, kind, memory, size)
+// - Queue::write_in_place, as write
 template <class Backend>
 class PluginOf {
   public:
@@ -127,8 +129,7 @@ class PluginOf {
     static Queue& of(defrec_pqueue* queue) { return *static_cast<Queue*>(queue); }
     static Stage& of(defrec_pstage* stage) { return *static_cast<Stage*>(stage); }
 
-    // ---- devices
-    // ---------------------------------------------------------------------------------------------------
+    // ---- devices ------------------------------------------------------------
 
     static size_t device_count(void* self) { return of(self).backend_.device_count(); }
 
@@ -156,8 +157,7 @@ class PluginOf {
     }
     static void device_close(defrec_pdevice* device) { delete static_cast<Device*>(device); }
 
-    // ---- buffers
-    // ---------------------------------------------------------------------------------------------------
+    // ---- buffers ------------------------------------------------------------
 
     static defrec_status buffer_create(defrec_pdevice* device, uint64_t size,
                                        defrec_pbuffer** out) {
@@ -193,8 +193,7 @@ class PluginOf {
         of(device).backend.release_host(*of(device).device, memory);
     }
 
-    // ---- queues
-    // ----------------------------------------------------------------------------------------------------
+    // ---- queues -------------------------------------------------------------
 
     static defrec_status queue_create(defrec_pdevice* device, defrec_pqueue** out) {
         return guarded(device->host, [&] {
@@ -238,8 +237,7 @@ class PluginOf {
         return status == DEFREC_OK && !reached ? DEFREC_TIMEOUT : status;
     }
 
-    // ---- stages
-    // ----------------------------------------------------------------------------------------------------
+    // ---- stages -------------------------------------------------------------
 
     using Buffers = std::span<const typename Backend::Buffer* const>;
     using BufferArray = std::array<const typename Backend::Buffer*, Backend::Stage::kMaxBuffers>;
@@ -300,8 +298,7 @@ class PluginOf {
                                                                          : nullptr;
     }
 
-    // ---- the plugin
-    // ------------------------------------------------------------------------------------------------
+    // ---- the plugin ---------------------------------------------------------
 
     static void shutdown(void* self) { delete &of(self); }
 

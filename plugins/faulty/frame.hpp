@@ -27,8 +27,7 @@ struct Fault {
 };
 extern const Fault fault;
 
-// ---- faults in a stage
-// ---------------------------------------------------------------------------------------------
+// ---- faults in a stage ------------------------------------------------------
 
 using Inputs = std::span<const InBuffer>;
 using Outputs = std::span<const OutBuffer>;

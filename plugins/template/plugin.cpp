@@ -106,8 +106,7 @@ struct defrec_pstage_ {
 
 namespace {
 
-// ---- the stage
-// -----------------------------------------------------------------------------------------------------
+// ---- the stage --------------------------------------------------------------
 
 void check_params(const void* params) {
     const example::Verdict verdict =
@@ -177,8 +176,7 @@ const defrec_stage_table* stage_table(void*, uint32_t stage) {
     return stage == DEFREC_STAGE_RECTIFY ? &rectify : nullptr;
 }
 
-// ---- the device
-// ----------------------------------------------------------------------------------------------------
+// ---- the device -------------------------------------------------------------
 
 // A plugin for hardware says 0 here when its driver is missing; being loaded without one is no
 // error.
@@ -215,8 +213,7 @@ defrec_status device_open(void* self, size_t index, defrec_pdevice** out) {
 }
 void device_close(defrec_pdevice* device) { delete device; }
 
-// ---- buffers and queues
-// --------------------------------------------------------------------------------------------
+// ---- buffers and queues -----------------------------------------------------
 
 defrec_status buffer_create(defrec_pdevice* device, uint64_t size, defrec_pbuffer** out) {
     return guarded(device->instance, [&] { *out = new defrec_pbuffer_(device->instance, size); });

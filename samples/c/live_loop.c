@@ -1,7 +1,10 @@
 /* How a navigation system drives defrec: a camera delivers when it likes, the loop takes the newest
- * frame, waits for its result until a deadline, and goes on with what it has. live_loop LEFT RIGHT
- * FX,FY,CX,CY,BASELINE_MM DEADLINE_MS [DEVICE_ID] The camera is a thread that reads a sequence at
- * 30 frames a second. One line for each result: in time, or late. */
+ * frame, waits for its result until a deadline, and goes on with what it has.
+ *
+ *   live_loop LEFT RIGHT FX,FY,CX,CY,BASELINE_MM DEADLINE_MS [DEVICE_ID]
+ *
+ * The camera is a thread that reads a sequence at 30 frames a second. One line for each result: in
+ * time, or late. */
 #define _POSIX_C_SOURCE 200809L
 #include <pthread.h>
 #include <stdio.h>

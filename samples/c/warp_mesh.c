@@ -1,9 +1,12 @@
 /* Moves a preoperative model along with the tissue: a mesh goes in, one mesh for each frame comes
- * out, with the confidence in it. warp_mesh LEFT RIGHT FX,FY,CX,CY,BASELINE_MM MESH.obj OUT_FOLDER
- * [DEVICE_ID] MESH.obj is in the template frame (the rectified left camera of the frame that gave
- * the template; an application registers its model to that), in mm. OUT_FOLDER/000000.ply and so on
- * are in the rectified left camera of their frame; status is DEFREC_POINT_*, expected_error_mm one
- * standard deviation. */
+ * out, with the confidence in it.
+ *
+ *   warp_mesh LEFT RIGHT FX,FY,CX,CY,BASELINE_MM MESH.obj OUT_FOLDER [DEVICE_ID]
+ *
+ * MESH.obj is in the template frame (the rectified left camera of the frame that gave the template;
+ * an application registers its model to that), in mm. OUT_FOLDER/000000.ply and so on are in the
+ * rectified left camera of their frame; status is DEFREC_POINT_*, expected_error_mm one standard
+ * deviation. */
 #define _POSIX_C_SOURCE 200809L
 #include <errno.h>
 #include <stdio.h>

@@ -44,16 +44,14 @@ void check_pixels(const char* name, const double* in, size_t count, const double
 
 extern "C" {
 
-// ---- library
-// -------------------------------------------------------------------------------------------------------
+// ---- library ----------------------------------------------------------------
 
 uint32_t defrec_version(void) { return DEFREC_API_MAJOR * 1000 + DEFREC_API_MINOR; }
 const char* defrec_version_string(void) { return DEFREC_RELEASE; }
 const char* defrec_status_name(defrec_status status) { return status_name(status); }
 const char* defrec_last_error(void) { return last_error(); }
 
-// ---- context
-// -------------------------------------------------------------------------------------------------------
+// ---- context ----------------------------------------------------------------
 
 defrec_status defrec_context_create(const defrec_context_desc* desc, defrec_context* out) {
     return api_call([&] {
@@ -99,8 +97,7 @@ defrec_status defrec_device_get(defrec_context context, size_t index, defrec_dev
     });
 }
 
-// ---- rigs
-// ----------------------------------------------------------------------------------------------------------
+// ---- rigs -------------------------------------------------------------------
 
 defrec_status defrec_rig_create(defrec_context context, const defrec_rig_desc* desc,
                                 defrec_rig* out) {
@@ -138,8 +135,7 @@ defrec_status defrec_rig_distort_pixels(defrec_rig rig, const double* rectified_
     });
 }
 
-// ---- stages on their own
-// -------------------------------------------------------------------------------------------
+// ---- stages on their own ----------------------------------------------------
 
 defrec_status defrec_stage_create(defrec_context context, const char* device_id, uint32_t stage,
                                   const void* params, defrec_stage* out) {

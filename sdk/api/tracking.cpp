@@ -223,8 +223,7 @@ defrec_status defrec_job_warp_points(defrec_job job, const double* template_xyz,
     });
 }
 
-// ---- templates
-// -----------------------------------------------------------------------------------------------------
+// ---- templates --------------------------------------------------------------
 
 defrec_status defrec_tracker_get_template(defrec_tracker tracker, defrec_template* out) {
     return api_call([&] {

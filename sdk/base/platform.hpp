@@ -35,8 +35,7 @@ class DefaultFloatingPoint {
 // The processor's hint that this is a spin loop.
 void spin_pause() noexcept;
 
-// ---- files
-// ---------------------------------------------------------------------------------------------------------
+// ---- files ------------------------------------------------------------------
 
 enum class PathKind { kMissing, kFile, kFolder, kOther };
 struct PathInfo {
@@ -53,8 +52,7 @@ std::vector<std::string> list_folder(const std::string& path);
 // Error(DEFREC_ERROR_PLUGIN) for what is no regular file or larger than cap.
 std::vector<unsigned char> read_regular_file(const std::string& path, uint64_t cap);
 
-// ---- libraries
-// -----------------------------------------------------------------------------------------------------
+// ---- libraries --------------------------------------------------------------
 
 // The value of an environment variable; nothing where it is unset or the process runs with
 // privileges of its own.

@@ -161,8 +161,7 @@ StageParams::Any read_any(uint32_t stage, const void* given) {
     }
 }
 
-// ---- sizes of buffers, docs/stages.md
-// ------------------------------------------------------------------------------
+// ---- sizes of buffers, docs/stages.md ---------------------------------------
 
 uint64_t bytes_of_image(uint64_t stride, uint64_t width, uint64_t height, uint64_t element = 1) {
     return (stride * (height - 1) + width) * element;

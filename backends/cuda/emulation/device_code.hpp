@@ -26,8 +26,7 @@ struct dim3 {
 };
 using uint3 = dim3;
 
-// ---- vectors
-// -------------------------------------------------------------------------------------------------------
+// ---- vectors ----------------------------------------------------------------
 
 #define DEFREC_EMULATED_VECTOR(Type, Scalar)                                          \
     struct alignas(2 * sizeof(Scalar)) Type##2 {                                      \
@@ -58,8 +57,7 @@ struct alignas(16) uint4 {
 inline uint2 make_uint2(uint32_t x, uint32_t y) { return {x, y}; }
 inline uint4 make_uint4(uint32_t x, uint32_t y, uint32_t z, uint32_t w) { return {x, y, z, w}; }
 
-// ---- threads
-// -------------------------------------------------------------------------------------------------------
+// ---- threads ----------------------------------------------------------------
 
 namespace defrec::cuda::emulation {
 
@@ -182,8 +180,7 @@ inline uint32_t __reduce_add_sync(uint32_t mask, uint32_t value) {
     return defrec_emulated_reduction(mask, value, [](uint32_t a, uint32_t b) { return a + b; });
 }
 
-// ---- atomics: on integers
-// ------------------------------------------------------------------------------------------
+// ---- atomics: on integers ---------------------------------------------------
 
 template <class T>
 T atomicAdd(T* at, std::type_identity_t<T> value) {
@@ -224,8 +221,7 @@ T atomicCAS(T* at, std::type_identity_t<T> expected, std::type_identity_t<T> val
     return expected;
 }
 
-// ---- arithmetic
-// ----------------------------------------------------------------------------------------------------
+// ---- arithmetic -------------------------------------------------------------
 
 using std::max;
 using std::min;

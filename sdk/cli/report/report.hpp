@@ -3,9 +3,15 @@
 //
 //     OverlayWriter overlay(dir / "overlay.mp4", width, height, fps, projector);
 //     ReportWriter report(dir / "report.html", meta, projector);
-//     when the template exists:  overlay.set_template(t); report.set_template(t,
-//     left_of_the_template); for each frame:            overlay.add(left, record); report.add(left,
-//     record); at the end, also early:    overlay.finish(); report.finish();
+//     // when the template exists
+//     overlay.set_template(t);
+//     report.set_template(t, left_of_the_template);
+//     // for each frame
+//     overlay.add(left, record);
+//     report.add(left, record);
+//     // at the end, also after an interrupt
+//     overlay.finish();
+//     report.finish();
 #pragma once
 
 #include <filesystem>
