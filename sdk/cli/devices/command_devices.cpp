@@ -78,7 +78,7 @@ int verify_all(const DevicesOptions& options) {
         any_device = any_device || !result.devices.empty();
         json["plugins"].push_back({{"path", result.manifest},
                                    {"good", result.is_good},
-                                   {"error message", result.message},
+                                   {"message", result.message},
                                    {"devices", result.devices}});
         text += result.manifest + ": " + (result.is_good ? "good: " : "REFUSED: ") +
                 result.message + "\n";

@@ -204,14 +204,14 @@ ProbeResult probe_in_child(const std::string& program, const std::string& manife
                          ::strsignal(WTERMSIG(output.status)) + ").";
     } else {
         const auto json = nlohmann::json::parse(output.text, nullptr, false);
-        if (!json.is_object() || !json.contains("good") || !json.contains("error message") ||
+        if (!json.is_object() || !json.contains("good") || !json.contains("message") ||
             !json.contains("devices")) {
             result.message = "it ended the process that opened it, with exit code " +
                              std::to_string(WEXITSTATUS(output.status)) + ".";
             return result;
         }
         result.is_good = json["good"].get<bool>();
-        result.message = json["error message"].get<std::string>();
+        result.message = json["message"].get<std::string>();
         result.devices = json["devices"].get<std::vector<std::string>>();
     }
     return result;
@@ -241,7 +241,7 @@ int run_probe(const std::string& manifest) {
         message = error.what();
     }
     json["good"] = is_good;
-    json["error message"] = message;
+    json["message"] = message;
     json["devices"] = tried;
     print(json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) + "\n");
     return static_cast<int>(ExitCode::kOk);

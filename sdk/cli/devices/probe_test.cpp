@@ -26,7 +26,7 @@ ProbeResult probe_with(const std::string& script,
 TEST_CASE("a plugin that works is reported with its devices, and asked for by its manifest") {
     const ProbeResult result = probe_with(
         "[ \"$1 $2 $3\" = 'devices --probe /plugins/defrec_plugin_x.json' ] || exit 9\n"
-        "echo '{\"good\": true, \"error message\": \"fine\", \"devices\": [\"x:0\"]}'");
+        "echo '{\"good\": true, \"message\": \"fine\", \"devices\": [\"x:0\"]}'");
     CHECK(result.is_good);
     CHECK(result.message == "fine");
     CHECK(result.devices == std::vector<std::string>{"x:0"});
