@@ -34,17 +34,24 @@ template <class Made, class Context>
 using MakerOf = std::unique_ptr<Made> (*)(const void* params, Context& context);
 
 // The stage that parameters belong to, as ::value.
-// clang-format off
-template <class Params> struct StageOf;
-template <> struct StageOf<defrec_rectify_params> : std::integral_constant<uint32_t, DEFREC_STAGE_RECTIFY> {};
-template <> struct StageOf<defrec_stereo_params> : std::integral_constant<uint32_t, DEFREC_STAGE_STEREO> {};
-template <> struct StageOf<defrec_orb_params> : std::integral_constant<uint32_t, DEFREC_STAGE_ORB> {};
-template <> struct StageOf<defrec_match_params> : std::integral_constant<uint32_t, DEFREC_STAGE_MATCH> {};
-template <> struct StageOf<defrec_align_params> : std::integral_constant<uint32_t, DEFREC_STAGE_ALIGN> {};
-template <> struct StageOf<defrec_ransac_params> : std::integral_constant<uint32_t, DEFREC_STAGE_RANSAC> {};
-template <> struct StageOf<defrec_lm_params> : std::integral_constant<uint32_t, DEFREC_STAGE_LM> {};
-template <> struct StageOf<defrec_warp_params> : std::integral_constant<uint32_t, DEFREC_STAGE_WARP> {};
-// clang-format on
+template <class Params>
+struct StageOf;
+template <>
+struct StageOf<defrec_rectify_params> : std::integral_constant<uint32_t, DEFREC_STAGE_RECTIFY> {};
+template <>
+struct StageOf<defrec_stereo_params> : std::integral_constant<uint32_t, DEFREC_STAGE_STEREO> {};
+template <>
+struct StageOf<defrec_orb_params> : std::integral_constant<uint32_t, DEFREC_STAGE_ORB> {};
+template <>
+struct StageOf<defrec_match_params> : std::integral_constant<uint32_t, DEFREC_STAGE_MATCH> {};
+template <>
+struct StageOf<defrec_align_params> : std::integral_constant<uint32_t, DEFREC_STAGE_ALIGN> {};
+template <>
+struct StageOf<defrec_ransac_params> : std::integral_constant<uint32_t, DEFREC_STAGE_RANSAC> {};
+template <>
+struct StageOf<defrec_lm_params> : std::integral_constant<uint32_t, DEFREC_STAGE_LM> {};
+template <>
+struct StageOf<defrec_warp_params> : std::integral_constant<uint32_t, DEFREC_STAGE_WARP> {};
 
 namespace detail {
 template <class Function>

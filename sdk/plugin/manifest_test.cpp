@@ -15,7 +15,8 @@ namespace {
 const std::string kHash(64, 'a');
 
 std::string good_text() {
-    return R"({"name": "cpu", "version": "0.1", "library": "cpu.so", "abi_major": 1, "abi_minor": 0, "sha256": ")" +
+    return R"({"name": "cpu", "version": "0.1", "library": "cpu.so", "abi_major": 1, )"
+           R"("abi_minor": 0, "sha256": ")" +
            kHash + "\"}";
 }
 
