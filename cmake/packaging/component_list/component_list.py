@@ -155,7 +155,7 @@ def main():
     arguments = parser.parse_args()
     found = json.loads(pathlib.Path(arguments.found).read_text())
     components = found["components"]
-    if arguments.page:
+    if arguments.page and os.path.isdir(arguments.page_packages):
         components += page_components(arguments.page, arguments.page_packages)
     for component in components:
         component["ref"] = f"{component['name']}@{component['version']}"

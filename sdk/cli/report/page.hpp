@@ -1,5 +1,5 @@
-// The page around the data: HTML, style and script, bundled from web/ at build time by
-// web/build.mjs, which writes the definitions.
+// The page around the data: HTML, style and script, made of web/ at build time. web/embed_page.py
+// writes the definitions.
 #pragma once
 
 #include <span>

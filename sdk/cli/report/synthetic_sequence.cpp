@@ -156,4 +156,14 @@ FrameRecord SyntheticSequence::record(int frame) const {
     return result;
 }
 
+void SyntheticSequence::write_report(const std::filesystem::path& path,
+                                     const ReportMeta& meta) const {
+    ReportWriter report(path, meta, projector());
+    for (int i = 0; i < frames_; ++i) {
+        if (i == 1) report.set_template(reference(), image(0));
+        report.add(image(i), record(i));
+    }
+    report.finish();
+}
+
 }  // namespace defrec::cli::test

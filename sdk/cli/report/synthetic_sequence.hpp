@@ -2,9 +2,10 @@
 // loss of tracking.
 #pragma once
 
+#include <filesystem>
 #include <opencv2/core.hpp>
 
-#include "sdk/cli/report/record.hpp"
+#include "sdk/cli/report/report.hpp"
 
 namespace defrec::cli::test {
 
@@ -19,6 +20,9 @@ class SyntheticSequence {
     /// Frame 0 is initialising, one fifth of the way in the surface is half covered (degraded), at
     /// three fifths it is lost for a tenth, then relocalised.
     FrameRecord record(int frame) const;
+
+    /// The report of all frames; the template is known from the second on.
+    void write_report(const std::filesystem::path& path, const ReportMeta& meta) const;
 
   private:
     cv::Vec3f point(int column, int row, int frame) const;

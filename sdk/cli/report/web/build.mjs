@@ -1,5 +1,5 @@
-// Bundles the page and writes it as the C++ source of page.hpp.
-// node build.mjs FOLDER_OF_NODE_MODULES OUTPUT.cpp
+// Bundles the page with the packages of npm.
+// node build.mjs FOLDER_OF_NODE_MODULES OUTPUT.html
 import { readFileSync, writeFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { dirname, join } from 'node:path';
@@ -37,39 +37,4 @@ if (/<\/script|<!--/i.test(script) || /<\/style/i.test(style)) throw new Error('
 const page = readFileSync(join(here, 'index.html'), 'utf8')
   .replace('/*STYLE*/', () => style)
   .replace('/*SCRIPT*/', () => script);
-const [before, after] = page.split('/*DATA*/');
-
-// A string literal of more than 64 KiB is beyond what C++ promises.
-function literals(content) {
-  const bytes = Buffer.from(content, 'utf8');
-  const parts = [];
-  for (let start = 0; start < bytes.length; start += 60000) {
-    let part = '';
-    for (const byte of bytes.subarray(start, start + 60000)) {
-      if (byte === 0x0a) part += '\\n';
-      else if (byte === 0x22 || byte === 0x5c) part += '\\' + String.fromCharCode(byte);
-      else if (byte === 0x3f || byte < 0x20 || byte > 0x7e) part += '\\' + byte.toString(8).padStart(3, '0');
-      else part += String.fromCharCode(byte);
-    }
-    parts.push(`    "${part}"sv,\n`);
-  }
-  return parts.join('');
-}
-
-writeFileSync(output, `// Written by web/build.mjs; do not edit.
-#include "sdk/cli/report/page.hpp"
-
-using namespace std::string_view_literals;
-
-namespace defrec::cli {
-namespace {
-constexpr std::string_view kBefore[] = {
-${literals(before)}};
-constexpr std::string_view kAfter[] = {
-${literals(after)}};
-}  // namespace
-
-std::span<const std::string_view> page_before_data() { return kBefore; }
-std::span<const std::string_view> page_after_data() { return kAfter; }
-}  // namespace defrec::cli
-`);
+writeFileSync(output, page);
