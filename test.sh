@@ -11,6 +11,6 @@ case "${1:-release}" in
     *) echo "usage: ./test.sh [asan|tsan]" >&2; exit 2 ;;
 esac
 scripts/install_packages.sh
-cmake --preset "$preset" >/dev/null
+cmake --preset "$preset" -DDEFREC_BUILD_TESTS=ON >/dev/null
 cmake --build --preset "$preset"
 ctest --preset "$preset"

@@ -1,13 +1,21 @@
 #!/usr/bin/env bash
-# Installs through apt what building and testing needs and is missing (Debian 12). As another user than root, through sudo.
+# Installs through apt what is needed and missing (Debian 12). As another user than root, through sudo.
+#   scripts/install_packages.sh          for building everything and for the tests
+#   scripts/install_packages.sh build    for building the library, the plugins and the programs
 set -euo pipefail
 
-packages=(cmake ninja-build g++ pkg-config libeigen3-dev libhwy-dev libyaml-cpp-dev libcli11-dev nlohmann-json3-dev
-          doctest-dev libboost-context-dev libopencv-dev libpng-dev zlib1g-dev python3-jsonschema doxygen binutils abigail-tools dpkg-dev file
-          libopenigtlink-dev libvulkan-volk-dev libvulkan-dev glslang-tools spirv-tools mesa-vulkan-drivers vulkan-validationlayers
-          mono-mcs mono-runtime libmono-system-core4.0-cil libmono-system-drawing4.0-cil libgdiplus libnunit-cil-dev nuget
-          python3-numpy python3-pil python3-build python3-setuptools python3-wheel python3-venv mypy)
+packages=(cmake ninja-build g++ pkg-config python3 libeigen3-dev libhwy-dev libyaml-cpp-dev libcli11-dev nlohmann-json3-dev
+          libopencv-dev libopenigtlink-dev libpng-dev zlib1g-dev libvulkan-volk-dev libvulkan-dev glslang-tools spirv-tools)
 command -v node >/dev/null && command -v npm >/dev/null || packages+=(nodejs npm)
+case "${1:-all}" in
+    build) ;;
+    all)
+        packages+=(doctest-dev libboost-context-dev git binutils abigail-tools doxygen dpkg-dev file mesa-vulkan-drivers
+                   vulkan-validationlayers mono-mcs mono-runtime libmono-system-core4.0-cil libmono-system-drawing4.0-cil libgdiplus
+                   libnunit-cil-dev nuget mypy python3-build python3-jsonschema python3-numpy python3-pil python3-setuptools
+                   python3-venv python3-wheel) ;;
+    *) echo "usage: scripts/install_packages.sh [build]" >&2; exit 2 ;;
+esac
 
 missing=()
 for package in "${packages[@]}"; do
@@ -28,7 +36,10 @@ done
 [ ${#needed[@]} -gt 0 ] || exit 0
 
 as_root=()
-[ "$(id -u)" = 0 ] || as_root=(sudo)
+if [ "$(id -u)" != 0 ]; then
+    command -v sudo >/dev/null || { echo "missing, and without sudo for root to install: ${needed[*]}" >&2; exit 1; }
+    as_root=(sudo)
+fi
 echo "installing: ${needed[*]}"
 export DEBIAN_FRONTEND=noninteractive
 "${as_root[@]}" apt-get update -qq

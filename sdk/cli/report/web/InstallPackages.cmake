@@ -5,7 +5,7 @@ execute_process(COMMAND "${NPM}" ci --ignore-scripts --no-audit --no-fund --logl
   WORKING_DIRECTORY "${PACKAGES}" RESULT_VARIABLE failed OUTPUT_QUIET ERROR_VARIABLE printed)
 if(failed)
   file(REMOVE_RECURSE "${PACKAGES}/node_modules")
-  message(WARNING "npm could not install the packages of the report page, which has no 3D view and no plots so. The build after the "
-    "next configuration tries it again.\n${printed}")
+  message(WARNING "npm could not install the packages of the report page, so the page has no 3D view and no plots. "
+    "The build after the next configuration tries again.\n${printed}")
 endif()
 file(TOUCH "${STAMP}")
