@@ -136,11 +136,13 @@ typedef struct defrec_context_desc {
     uint32_t               struct_size;       /**< see DEFREC_INIT */
     uint32_t               flags;             /**< DEFREC_CONTEXT_* */
     const char *const     *plugin_paths;      /**< absolute folders or manifest files, searched first */
-    size_t                 plugin_path_count; /**< of plugin_paths, at most 1000 */
+    size_t                 plugin_path_count; /**< of plugin_paths @range 0..1000 */
     defrec_log_fn          log;               /**< NULL: no log */
     void                  *log_user;          /**< handed to log */
-    int32_t                log_level;         /**< the lowest level reported; 0: DEFREC_LOG_INFO */
-    uint32_t               threads;           /**< of the library's own pool, the caller's included; 0: one per core */
+    int32_t                log_level;         /**< the lowest level reported, DEFREC_LOG_* @default DEFREC_LOG_INFO
+                                                   @range DEFREC_LOG_* */
+    uint32_t               threads;           /**< of the library's own pool, the caller's included @default "one per core"
+                                                   @range 1..256 */
     defrec_alloc_fn        alloc;             /**< both or neither of alloc and free: maps, all memory of CPU backends, and where a
                                                    device has no page-locked memory of its own, pixels and what is read back */
     defrec_free_fn         free;              /**< see alloc */
@@ -160,7 +162,7 @@ DEFREC_API void DEFREC_CALL defrec_context_destroy(defrec_context context);
 /** A plugin that was looked at. The strings live as long as the context. */
 typedef struct defrec_plugin_info {
     uint32_t    struct_size;  /**< see DEFREC_INIT */
-    int32_t     verdict;      /**< DEFREC_OK when loaded, else why it was refused */
+    int32_t     verdict;      /**< defrec_status: DEFREC_OK when loaded, else why it was refused */
     const char *name;         /**< from the manifest; the file's name where that cannot be read */
     const char *path;         /**< of the manifest, or of the folder that was refused */
     const char *version;      /**< the plugin's own, from the manifest */
@@ -275,8 +277,9 @@ typedef struct defrec_rig_desc {
 
 /** The pinhole that both rectified images share. Frozen. */
 typedef struct defrec_camera {
-    double fx, fy, cx, cy; /**< focal lengths and centre, px */
-    double baseline_mm;    /**< distance of the two cameras, > 0 */
+    double fx, fy;         /**< focal lengths @range >0.. @unit px */
+    double cx, cy;         /**< principal point @unit px */
+    double baseline_mm;    /**< distance of the two cameras @range >0.. @unit mm */
 } defrec_camera;
 
 /** Checks the calibration in desc (finite, focal lengths > 0, a rotation, a horizontal baseline, monotone distortion) and computes the
@@ -445,91 +448,100 @@ typedef struct defrec_lm_summary {
     uint32_t reserved;           /**< 0 */
 } defrec_lm_summary;
 
-/** Parameters of stage rectify. As in all parameters, zero means default wherever the default is named; a plugin gets them with
- *  every default filled in. */
+/** Parameters of stage rectify. As in all parameters, zero means default wherever a default is named; a plugin gets them with
+ *  every default filled in and every range checked. */
 typedef struct defrec_rectify_params {
     uint32_t struct_size;        /**< see DEFREC_INIT */
-    uint32_t format;             /**< DEFREC_FORMAT_* of the source */
-    uint32_t source_width, source_height; /**< px */
-    uint32_t source_stride;      /**< bytes; default: width * bytes per pixel */
-    uint32_t width, height;      /**< of the result; default: the source's */
-    uint32_t stride;             /**< of the result, bytes; default: width */
-    uint32_t saturation;         /**< gray values from here on count as highlights and are masked; default 235, 256: none */
-    uint32_t highlight_radius;   /**< px (Chebyshev) that the mask grows round highlights, at most 16; default 4 */
+    uint32_t format;             /**< DEFREC_FORMAT_* of the source @range DEFREC_FORMAT_* */
+    uint32_t source_width, source_height; /**< of the source @range 1..DEFREC_MAX_SIDE @unit px */
+    uint32_t source_stride;      /**< of the source, from row to row @default source_width * bytes_per_pixel(format)
+                                      @range source_width * bytes_per_pixel(format)..1048576 @unit bytes */
+    uint32_t width;              /**< of the result @default source_width @range 1..DEFREC_MAX_SIDE @unit px */
+    uint32_t height;             /**< of the result @default source_height @range 1..DEFREC_MAX_SIDE @unit px */
+    uint32_t stride;             /**< of the result @default width @range width..1048576 @unit bytes */
+    uint32_t saturation;         /**< gray values from here on count as highlights and are masked; 256: none
+                                      @default 235 @range 1.. @unit gray levels */
+    uint32_t highlight_radius;   /**< (Chebyshev) that the mask grows round highlights @default 4 @range 1..16 @unit px */
 } defrec_rectify_params;
 
 /** Parameters of stage stereo. */
 typedef struct defrec_stereo_params {
     uint32_t struct_size;        /**< see DEFREC_INIT */
-    uint32_t width, height;      /**< of gray images and masks, at least 2 */
-    uint32_t stride;             /**< of gray images and masks, bytes; default: width */
-    int32_t  min_disparity;      /**< px, >= 0 */
-    uint32_t disparities;        /**< number searched, at most 510; default 128 */
-    uint32_t radius;             /**< of the correlation window of the search, px of half resolution, 2 to 6; default 4 */
-    uint32_t refine_radius;      /**< of the correlation window at full resolution, px, 2 to 6; default 4 */
-    uint32_t min_score;          /**< ZNCC of the search below this is no evidence, 1/4096; default 1600 (0.39) */
-    uint32_t refine_score;       /**< ZNCC at full resolution that a pixel needs which the search left open, 1/4096; default 2000 (0.49) */
-    uint32_t uniqueness;         /**< lead of the best score over any other that is not close to it, 1/4096; default 40 (0.01) */
-    uint32_t texture;            /**< least standard deviation of gray in the window, 1/16 gray level; default 8 */
-    uint32_t left_right;         /**< largest difference between left and right winner, px of half resolution; default 1 */
-    uint32_t edge;               /**< a range of disparities in a neighbourhood above this is a depth edge, 1/16 px of half resolution;
-                                      default 24 */
-    uint32_t support;            /**< of 25 neighbours, how many must agree with a disparity, itself included; default 10 */
-    uint32_t fill_radius;        /**< px, at most 8; holes up to about this radius are filled from their rim; default 6 */
-    uint32_t smooth_radius;      /**< px, at most 3; of the smoothing window; default 3 */
-    uint32_t smooth_range;       /**< neighbours that differ by more are another surface, 1/16 px, at most 256; default 24 */
-    uint32_t smooth_passes;      /**< at most 8; default 4 */
+    uint32_t width, height;      /**< of gray images and masks @range 2..DEFREC_MAX_SIDE @unit px */
+    uint32_t stride;             /**< of gray images and masks @default width @range width..1048576 @unit bytes */
+    int32_t  min_disparity;      /**< smallest disparity searched @range 0..1024 @unit px */
+    uint32_t disparities;        /**< number of disparities searched @default 128 @range 1..510 @unit px */
+    uint32_t radius;             /**< of the correlation window of the search @default 4 @range 2..6 @unit px of half resolution */
+    uint32_t refine_radius;      /**< of the correlation window at full resolution @default 4 @range 2..6 @unit px */
+    uint32_t min_score;          /**< ZNCC of the search below this is no evidence @default 1600 (0.39) @range 1..4096 @unit 1/4096 */
+    uint32_t refine_score;       /**< ZNCC at full resolution that a pixel needs which the search left open
+                                      @default 2000 (0.49) @range 1..4096 @unit 1/4096 */
+    uint32_t uniqueness;         /**< lead of the best score over any other that is not close to it
+                                      @default 40 (0.01) @range 1..4096 @unit 1/4096 */
+    uint32_t texture;            /**< min standard deviation of gray in the window @default 8 @range 1..2048 @unit 1/16 gray level */
+    uint32_t left_right;         /**< max difference between left and right winner @default 1 @range 1.. @unit px of half resolution */
+    uint32_t edge;               /**< a range of disparities in a neighbourhood above this is a depth edge
+                                      @default 24 @range 1..4096 @unit 1/16 px of half resolution */
+    uint32_t support;            /**< of 25 neighbours, how many must agree with a disparity, itself included @default 10 @range 1..25 */
+    uint32_t fill_radius;        /**< holes up to about this radius are filled from their rim @default 6 @range 1..8 @unit px */
+    uint32_t smooth_radius;      /**< of the smoothing window @default 3 @range 1..3 @unit px */
+    uint32_t smooth_range;       /**< neighbours that differ by more are another surface @default 24 @range 1..256 @unit 1/16 px */
+    uint32_t smooth_passes;      /**< of the smoothing @default 4 @range 1..8 */
 } defrec_stereo_params;
 
 /** Parameters of stage orb. */
 typedef struct defrec_orb_params {
     uint32_t struct_size;        /**< see DEFREC_INIT */
-    uint32_t width, height;      /**< of gray image and mask */
-    uint32_t stride;             /**< of gray image and mask, bytes; default: width */
-    uint32_t levels;             /**< of the pyramid, each 4/5 of the one below; 1..8, default 4 */
-    uint32_t cell;               /**< one corner at most for each cell of this side, px of its level; 4..16, default 8 */
-    uint32_t threshold;          /**< FAST threshold, gray levels; 1..254, default 3 */
-    uint32_t capacity;           /**< most features; 1..65535, default 2048 */
-    uint32_t spacing;            /**< least distance between features of one level, px of the level; 1..63, default 4;
-                                      grows until the features fit the capacity */
+    uint32_t width;              /**< of gray image and mask @range DEFREC_MIN_WIDTH..DEFREC_MAX_SIDE @unit px */
+    uint32_t height;             /**< of gray image and mask @range DEFREC_MIN_HEIGHT..DEFREC_MAX_SIDE @unit px */
+    uint32_t stride;             /**< of gray image and mask @default width @range width..1048576 @unit bytes */
+    uint32_t levels;             /**< of the pyramid, each 4/5 of the one below @default 4 @range 1..8 */
+    uint32_t cell;               /**< max one corner for each cell of this side @default 8 @range 4..16 @unit px of its level */
+    uint32_t threshold;          /**< of FAST @default 3 @range 1..254 @unit gray levels */
+    uint32_t capacity;           /**< max number of features @default 2048 @range 1..65535 */
+    uint32_t spacing;            /**< min distance between features of one level; grows until the features fit the capacity
+                                      @default 4 @range 1..63 @unit px of the level */
 } defrec_orb_params;
 
 /** Parameters of stage match. */
 typedef struct defrec_match_params {
     uint32_t      struct_size;   /**< see DEFREC_INIT */
-    uint32_t      landmarks;     /**< most landmarks; 1..65535 */
-    uint32_t      features;      /**< most live features; 1..65535 */
-    uint32_t      max_distance;  /**< largest Hamming distance of a match; 1..256, default 64 */
-    uint32_t      ratio;         /**< most best / second best, 1/256; 1..256, default 218 (0.85); 256: no ratio test */
-    uint32_t      width, height; /**< of the disparity image */
-    uint32_t      stride;        /**< of the disparity image, elements; default: width */
+    uint32_t      landmarks;     /**< max number of landmarks @range 1..65535 */
+    uint32_t      features;      /**< max number of live features @range 1..65535 */
+    uint32_t      max_distance;  /**< max Hamming distance of a match @default 64 @range 1..256 @unit bits */
+    uint32_t      ratio;         /**< max of best / second best; 256: no ratio test @default 218 (0.85) @range 1..256 @unit 1/256 */
+    uint32_t      width, height; /**< of the disparity image @range 2..DEFREC_MAX_SIDE @unit px */
+    uint32_t      stride;        /**< of the disparity image @default width @range width..1048576 @unit elements */
     defrec_camera camera;        /**< rectified */
 } defrec_match_params;
 
 /** Parameters of stage align. */
 typedef struct defrec_align_params {
     uint32_t      struct_size;   /**< see DEFREC_INIT */
-    uint32_t      patches;       /**< most patches */
-    uint32_t      nodes;         /**< exact count of control points */
-    uint32_t      views;         /**< images patches are taken from; default 1 */
-    uint32_t      width, height; /**< of the live image, the mask and each view */
-    uint32_t      stride;        /**< of the live image, the mask and each view, bytes; default: width */
-    uint32_t      level;         /**< search on images halved this many times; 0 to 3, default 0 */
-    uint32_t      patch_radius;  /**< px of that level, 1 to 7; default 5 */
-    uint32_t      search_radius; /**< px of that level, 1 to 16; default 4; found is what lies less far away than this */
-    uint32_t      min_score;     /**< ZNCC, 1/4096; default 2867 (0.7) */
-    uint32_t      texture;       /**< least standard deviation of the patch, 1/16 gray level; default 16 */
+    uint32_t      patches;       /**< max number of patches @range 0..4194304 */
+    uint32_t      nodes;         /**< exact count of control points @range 0..4194304 */
+    uint32_t      views;         /**< images patches are taken from @default 1 @range 1..64 */
+    uint32_t      width;         /**< of the live image, the mask and each view @range DEFREC_MIN_WIDTH..DEFREC_MAX_SIDE @unit px */
+    uint32_t      height;        /**< of the live image, the mask and each view @range DEFREC_MIN_HEIGHT..DEFREC_MAX_SIDE @unit px */
+    uint32_t      stride;        /**< of the live image, the mask and each view @default width @range width..1048576 @unit bytes */
+    uint32_t      level;         /**< search on images halved this many times @range 0..3 */
+    uint32_t      patch_radius;  /**< half the side of a patch @default 5 @range 1..7 @unit px of that level */
+    uint32_t      search_radius; /**< found is what lies less far away than this @default 4 @range 1..16 @unit px of that level */
+    uint32_t      min_score;     /**< ZNCC below this is not found @default 2867 (0.7) @range 1.. @unit 1/4096 */
+    uint32_t      texture;       /**< min standard deviation of the patch @default 16 @range 1.. @unit 1/16 gray level */
     defrec_camera camera;        /**< rectified */
 } defrec_align_params;
 
 /** Parameters of stage ransac. */
 typedef struct defrec_ransac_params {
     uint32_t struct_size;        /**< see DEFREC_INIT */
-    uint32_t landmarks;          /**< most landmarks */
-    uint32_t references;         /**< 1 to 1024; default 30 */
-    uint32_t iterations;         /**< 1 to 100; default 10 */
-    float    threshold_mm;       /**< the paper's H; default: a tenth of the RMS radius of each frame's live points, at least 1 mm */
-    uint32_t min_support;        /**< matches within H that a reference needs, itself included; default 6; 1/32 of all matches is added */
+    uint32_t landmarks;          /**< max number of landmarks @range 0..4194304 */
+    uint32_t references;         /**< matches that are tried as reference @default 30 @range 1..1024 */
+    uint32_t iterations;         /**< of reweighting, for each reference @default 10 @range 1..100 */
+    float    threshold_mm;       /**< the paper's H @default "a tenth of the RMS radius of each frame's live points, at least 1 mm"
+                                      @range 0.. @unit mm */
+    uint32_t min_support;        /**< matches within H that a reference needs, itself included; 1/32 of all matches is added
+                                      @default 6 @range 1.. */
     uint64_t seed;               /**< of the choice of references */
 } defrec_ransac_params;
 
@@ -541,39 +553,40 @@ enum {
 /** Parameters of stage lm. */
 typedef struct defrec_lm_params {
     uint32_t      struct_size;   /**< see DEFREC_INIT */
-    uint32_t      solver;        /**< DEFREC_SOLVER_*; default coupled */
-    uint32_t      nodes, edges, points, landmarks, patches; /**< exact count, as given to prepare */
-    uint32_t      width, height; /**< of the disparity image */
-    uint32_t      stride;        /**< of the disparity image, elements; default: width */
+    uint32_t      solver;        /**< DEFREC_SOLVER_* @default DEFREC_SOLVER_COUPLED @range DEFREC_SOLVER_* */
+    uint32_t      nodes, edges, points, landmarks, patches; /**< exact count, as given to prepare @range 0..4194304 */
+    uint32_t      width, height; /**< of the disparity image @range 2..DEFREC_MAX_SIDE @unit px */
+    uint32_t      stride;        /**< of the disparity image @default width @range width..1048576 @unit elements */
     defrec_camera camera;        /**< rectified */
-    uint32_t      iterations;    /**< default 10 */
-    uint32_t      cg_iterations; /**< most conjugate gradient steps in one iteration; default 20 */
+    uint32_t      iterations;    /**< of Levenberg-Marquardt @default 10 @range 1..4194304 */
+    uint32_t      cg_iterations; /**< max conjugate gradient steps in one iteration @default 20 @range 1..4194304 */
     uint32_t      presolve;      /**< 1: first move everything rigidly onto the weighted matches */
-    float         node_spacing_mm; /**< typical; lengths in the ARAP term are divided by it; default 5 */
-    float         icp_weight;      /**< of the ICP term; default 1 */
-    float         match_weight;    /**< of the match term; default 10 */
-    float         patch_weight;    /**< of the patch term; default 10 */
-    float         arap_weight;     /**< of the ARAP term; default 1 */
-    float         length_weight;   /**< of lengths within the ARAP term; default 1 */
-    float         angle_weight;    /**< of angles within the ARAP term; default 20 */
-    float         rotation_weight; /**< of rotations within the ARAP term; default 100 */
-    float         icp_tukey_mm;    /**< of the ICP term's kernel; default 3 */
-    float         match_tukey_mm;  /**< of the match term's kernel; default 5 */
-    float         patch_tukey_px;  /**< of the patch term's kernel; default 4 */
-    float         association_mm;  /**< live surface farther than this along the ray is another surface; default 10 */
-    float         damping;         /**< first lambda; default 1e-3 */
-    float         match_threshold_mm; /**< H in the weight 1 - d / (5 H) of matches that preselection left at 0; default 2 */
+    float         node_spacing_mm; /**< typical; lengths in the ARAP term are divided by it @default 5 @range 0.. @unit mm */
+    float         icp_weight;      /**< of the ICP term @default 1 @range 0.. */
+    float         match_weight;    /**< of the match term @default 10 @range 0.. */
+    float         patch_weight;    /**< of the patch term @default 10 @range 0.. */
+    float         arap_weight;     /**< of the ARAP term @default 1 @range 0.. */
+    float         length_weight;   /**< of lengths within the ARAP term @default 1 @range 0.. */
+    float         angle_weight;    /**< of angles within the ARAP term @default 20 @range 0.. */
+    float         rotation_weight; /**< of rotations within the ARAP term @default 100 @range 0.. */
+    float         icp_tukey_mm;    /**< of the ICP term's kernel @default 3 @range 0.. @unit mm */
+    float         match_tukey_mm;  /**< of the match term's kernel @default 5 @range 0.. @unit mm */
+    float         patch_tukey_px;  /**< of the patch term's kernel @default 4 @range 0.. @unit px */
+    float         association_mm;  /**< live surface farther than this along the ray is another surface @default 10 @range 0.. @unit mm */
+    float         damping;         /**< first lambda @default 1e-3 @range 0.. */
+    float         match_threshold_mm; /**< H in the weight 1 - d / (5 H) of matches that preselection left at 0
+                                           @default 2 @range 0.. @unit mm */
 } defrec_lm_params;
 
 /** Parameters of stage warp. */
 typedef struct defrec_warp_params {
     uint32_t      struct_size;     /**< see DEFREC_INIT */
-    uint32_t      nodes, points;   /**< exact count, as given to prepare */
-    uint32_t      width, height;   /**< of the disparity image */
-    uint32_t      stride;          /**< of the disparity image, elements; default: width */
+    uint32_t      nodes, points;   /**< exact count, as given to prepare @range 0..4194304 */
+    uint32_t      width, height;   /**< of the disparity image @range 2..DEFREC_MAX_SIDE @unit px */
+    uint32_t      stride;          /**< of the disparity image @default width @range width..1048576 @unit elements */
     uint32_t      reserved;        /**< 0 */
     defrec_camera camera;          /**< rectified */
-    float         tolerance_mm;    /**< live depth within this of the point's is an observation; default 2 */
+    float         tolerance_mm;    /**< live depth within this of the point's is an observation @default 2 @range 0.. @unit mm */
 } defrec_warp_params;
 
 /** Host memory that a stage writes. Frozen. */
@@ -617,25 +630,28 @@ DEFREC_API defrec_status DEFREC_CALL defrec_stage_run(defrec_stage stage, const 
 /** What a tracker is made with. */
 typedef struct defrec_tracker_desc {
     uint32_t    struct_size;           /**< see DEFREC_INIT */
-    uint32_t    flags;                 /**< 0 */
-    const char *device_id;             /**< NULL: the first device with every stage */
+    uint32_t    flags;                 /**< 0 @range 0..0 */
+    const char *device_id;             /**< of the device; NULL: the first device with every stage */
     uint64_t    seed;                  /**< of random choices: the same seed gives the same results on a repeatable device */
-    uint32_t    format;                /**< DEFREC_FORMAT_* of the frames; default BGR8 */
-    uint32_t    frames_in_flight;      /**< submitted and not yet released; default 2, most 16 */
-    uint32_t    disparities;           /**< most searched, px; default: found from the first frame */
-    int32_t     min_disparity;         /**< px; used with disparities */
-    float       min_depth_mm;          /**< nearest surface expected; default 20 */
-    float       node_spacing_px;       /**< between control points in the template's image; default: width / 24 */
-    float       vertex_spacing_px;     /**< between template vertices; default: width / 120, at least 4 */
-    uint32_t    max_features;          /**< found in a frame; default 1024 */
-    uint32_t    max_patches;           /**< of a template; default 1024 */
-    float       arap_weight;           /**< of the smoothness term; default 0.2 */
+    uint32_t    format;                /**< DEFREC_FORMAT_* of the frames @default DEFREC_FORMAT_BGR8 @range DEFREC_FORMAT_* */
+    uint32_t    frames_in_flight;      /**< submitted and not yet released @default 2 @range 1..16 */
+    uint32_t    disparities;           /**< number searched @default "found from the first frame" @range 1..510 @unit px */
+    int32_t     min_disparity;         /**< smallest searched; used with disparities @range 0..1024 @unit px */
+    float       min_depth_mm;          /**< nearest surface expected @default 20 @range 0.1..100000 @unit mm */
+    float       node_spacing_px;       /**< between control points in the template's image @default "width / 24"
+                                            @range 4..DEFREC_MAX_SIDE @unit px */
+    float       vertex_spacing_px;     /**< between template vertices in its image @default "width / 120, at least 4"
+                                            @range 1..DEFREC_MAX_SIDE @unit px */
+    uint32_t    max_features;          /**< found in a frame @default 1024 @range 1..65535 */
+    uint32_t    max_patches;           /**< of a template @default 1024 @range 1..65536 */
+    float       arap_weight;           /**< of the smoothness term @default 0.2 @range 0..1e9 */
     uint32_t    keep_disparity;        /**< 1: results carry the disparity image */
-    uint32_t    coarse_iterations;     /**< of Levenberg-Marquardt, coarse; default 3 */
-    uint32_t    fine_iterations;       /**< of Levenberg-Marquardt, fine; default 3 */
+    uint32_t    coarse_iterations;     /**< of Levenberg-Marquardt, coarse @default 3 @range 1..1000 */
+    uint32_t    fine_iterations;       /**< of Levenberg-Marquardt, fine @default 3 @range 1..1000 */
     uint32_t    timed;                 /**< 1: the host waits after each stage, so that the times of results are the device's; slower.
                                             Otherwise they are those of queueing where a device computes by itself */
-    uint32_t    memory_stride;         /**< of left and right images in a defrec_memory, bytes; default: width * bytes per pixel.
+    uint32_t    memory_stride;         /**< of left and right images in a defrec_memory
+                                            @default "width * bytes per pixel, which is also the min" @range ..1048576 @unit bytes
                                             @since 1.1 */
 } defrec_tracker_desc;
 

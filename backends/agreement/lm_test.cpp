@@ -5,9 +5,9 @@
 #include <limits>
 
 #include "backends/reference/stages.hpp"
-#include "backends/shared/stage_defaults_lm.hpp"
 #include "backends/shared/test_host.hpp"
 #include "backends/shared/test_surface.hpp"
+#include "sdk/contract/stage_params.hpp"
 #include DEFREC_UNDER_TEST
 
 using namespace defrec;

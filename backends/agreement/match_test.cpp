@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "backends/reference/stages.hpp"
-#include "backends/shared/stage_defaults_match.hpp"
 #include "backends/shared/test_host.hpp"
+#include "sdk/contract/stage_params.hpp"
 #include DEFREC_UNDER_TEST
 
 namespace {

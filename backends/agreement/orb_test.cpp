@@ -10,8 +10,8 @@
 
 #include "backends/reference/stages.hpp"
 #include "backends/shared/orb_definition.hpp"
-#include "backends/shared/stage_defaults_orb.hpp"
 #include "backends/shared/test_host.hpp"
+#include "sdk/contract/stage_params.hpp"
 #include DEFREC_UNDER_TEST
 
 namespace {
@@ -298,7 +298,7 @@ TEST_CASE(
 
 TEST_CASE("positions of every level are those of the image, to half a pixel of the level") {
     if (!under_test::available()) return;
-    for (uint32_t level = 0; level < orb::kMaxLevels; ++level)
+    for (uint32_t level = 0; level < kOrbMaxLevels; ++level)
         for (uint32_t x : {0u, 1u, 17u, 200u, 1700u}) {
             const double scale = std::pow(1.25, level);
             CHECK(std::abs(orb::to_image(16 * x + 3, level) -

@@ -6,8 +6,8 @@
 #include <random>
 
 #include "backends/reference/stages.hpp"
-#include "backends/shared/stage_defaults_rectify.hpp"
 #include "backends/shared/test_host.hpp"
+#include "sdk/contract/stage_params.hpp"
 #include DEFREC_UNDER_TEST
 
 namespace defrec {

@@ -4,9 +4,9 @@
 #include <cstring>
 
 #include "backends/reference/stages.hpp"
-#include "backends/shared/stage_defaults_warp.hpp"
 #include "backends/shared/test_host.hpp"
 #include "backends/shared/test_surface.hpp"
+#include "sdk/contract/stage_params.hpp"
 #include DEFREC_UNDER_TEST
 
 using namespace defrec;

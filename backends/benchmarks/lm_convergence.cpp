@@ -4,9 +4,9 @@
 #include <ctime>
 
 #include "backends/cpu/stages.hpp"
-#include "backends/shared/stage_defaults_lm.hpp"
 #include "backends/shared/test_host.hpp"
 #include "backends/shared/test_surface.hpp"
+#include "sdk/contract/stage_params.hpp"
 
 namespace {
 

@@ -7,9 +7,8 @@
 
 #include "backends/cpu/stages.hpp"
 #include "backends/shared/orb_definition.hpp"
-#include "backends/shared/stage_defaults_match.hpp"
-#include "backends/shared/stage_defaults_orb.hpp"
 #include "backends/shared/test_host.hpp"
+#include "sdk/contract/stage_params.hpp"
 
 namespace defrec::benchmarks {
 

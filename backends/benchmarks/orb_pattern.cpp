@@ -84,8 +84,8 @@ Patch cut(const GrayImage& image, const OrbResult& result, const defrec_feature&
     DEFREC_INIT(&params);
     params.width = image.width;
     params.height = image.height;
-    params.levels = orb::kMaxLevels;
-    params.cell = orb::kLargestCell;
+    params.levels = kOrbMaxLevels;
+    params.cell = kOrbMaxCell;
     const orb::Level level = orb::make_layout(params).level[feature.level];
     const int32_t x = on_level(feature.x, feature.level), y = on_level(feature.y, feature.level);
     Patch patch{{}, feature.angle};

@@ -14,9 +14,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "backends/cpu/stages.hpp"
-#include "backends/shared/stage_defaults_rectify.hpp"
-#include "backends/shared/stage_defaults_stereo.hpp"
 #include "backends/shared/test_host.hpp"
+#include "sdk/contract/stage_params.hpp"
 
 namespace {
 

@@ -17,7 +17,7 @@ constexpr int32_t kRowsPerTask = 64;
 class Align final : public Stage {
   public:
     Align(const defrec_align_params& params, const Host& host) : params_(params), host_(host) {
-        check_limits(params);
+        check_params(params);
         const uint32_t side = 2 * params.patch_radius + 1;
         for (uint32_t n = 1; n <= side * side; ++n) {
             inverse_.push_back(1.0f / float(n));

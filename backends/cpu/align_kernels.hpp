@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "backends/shared/align_math.hpp"
-#include "backends/shared/stage_defaults_align.hpp"
+#include "sdk/contract/stage_params.hpp"
 
 namespace defrec::cpu {
 

@@ -192,8 +192,8 @@ class Orb final : public Stage {
     defrec_orb_params params_;
     Host host_;
     Layout layout_;
-    size_t stride_;                      // of all images here, elements
-    size_t first_row_[kMaxLevels] = {};  // of each level
+    size_t stride_;                         // of all images here, elements
+    size_t first_row_[kOrbMaxLevels] = {};  // of each level
     HostVector<uint8_t> pixels_, masks_;
     HostVector<uint16_t> smoothed_;
     HostVector<uint8_t> scores_;
@@ -209,7 +209,7 @@ class Orb final : public Stage {
 }  // namespace
 
 std::unique_ptr<Stage> make_orb(const defrec_orb_params& params, const Host& host) {
-    check(params);
+    check_params(params);
     return std::make_unique<Orb>(params, host, HostAllocator<uint8_t>(host));
 }
 

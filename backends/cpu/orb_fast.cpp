@@ -135,7 +135,7 @@ void find_corners(const OrbBand& band) {
     const uint32_t end = band.width - uint32_t(orb::kBorder);
     const Circle circle(band.image.stride);
 
-    HWY_ALIGN uint8_t usable[hn::MaxLanes(d) * (orb::kLargestCell + 6)];
+    HWY_ALIGN uint8_t usable[hn::MaxLanes(d) * (kOrbMaxCell + 6)];
     HWY_ALIGN uint8_t best_of_column[hn::MaxLanes(d)], row_of_column[hn::MaxLanes(d)];
     uint32_t* corner = band.corners;
     for (uint32_t x = uint32_t(orb::kBorder); x < end; x += step) {

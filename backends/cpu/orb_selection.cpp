@@ -20,7 +20,7 @@ OrbSelection::OrbSelection(const defrec_orb_params& params, const orb::Layout& l
       packed_(layout.cells, memory),
       distances_(layout.cells, memory) {
     size_t size = 0;
-    std::array<size_t, orb::kMaxLevels> first{};
+    std::array<size_t, kOrbMaxLevels> first{};
     for (uint32_t l = 0; l < layout_.levels; ++l) {
         const orb::Level& level = layout_.level[l];
         cells_[l].cells_x = level.cells_x;

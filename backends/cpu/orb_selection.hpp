@@ -44,9 +44,9 @@ class OrbSelection {
 
     defrec_orb_params params_;
     orb::Layout layout_;
-    std::array<OrbCells, orb::kMaxLevels> cells_;  // into the arrays below
-    HostVector<int16_t> x_, y_, score_;            // with a rim
-    HostVector<uint8_t> near_;                     // distances, laid out like those
+    std::array<OrbCells, kOrbMaxLevels> cells_;  // into the arrays below
+    HostVector<int16_t> x_, y_, score_;          // with a rim
+    HostVector<uint8_t> near_;                   // distances, laid out like those
     HostVector<uint32_t> packed_;
     HostVector<uint8_t> distances_;
 };

@@ -13,7 +13,7 @@ using namespace ransac;
 class Ransac final : public Stage {
   public:
     Ransac(const defrec_ransac_params& params, const Host& host) : params_(params), host_(host) {
-        check_limits(params);
+        check_params(params);
         stride_ = (params.landmarks + kRansacPadding - 1) / kRansacPadding * kRansacPadding;
         arrays_.resize(8 * stride_);
         matches_.resize(params.landmarks);

@@ -77,12 +77,12 @@ class Rectify final : public Stage {
 
     void mask_highlights(const RectifyBuffers& b, uint32_t y) {
         const uint32_t r = p_.highlight_radius;
-        const uint8_t* rows[2 * kMaxHighlightRadius + 1];
+        const uint8_t* rows[2 * kRectifyMaxHighlightRadius + 1];
         size_t count = 0;
         for (uint32_t v = y < r ? 0 : y - r; v <= std::min(p_.height - 1, y + r); ++v)
             if (brightest_[v] >= p_.saturation) rows[count++] = b.gray + size_t(v) * p_.stride;
         if (count == 0) return;
-        uint8_t scratch[DEFREC_MAX_SIDE + 2 * kMaxHighlightRadius + 64];
+        uint8_t scratch[DEFREC_MAX_SIDE + 2 * kRectifyMaxHighlightRadius + 64];
         clear_near_highlights(rows, count, p_.width, int(r), uint8_t(p_.saturation), scratch,
                               b.mask + size_t(y) * p_.stride);
     }
@@ -97,7 +97,7 @@ class Rectify final : public Stage {
 }  // namespace
 
 std::unique_ptr<Stage> make_rectify(const defrec_rectify_params& params, const Host& host) {
-    check_rectify(params);
+    check_params(params);
     return std::make_unique<Rectify>(params, host);
 }
 

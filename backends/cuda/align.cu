@@ -5,7 +5,7 @@
 #include "backends/cuda/stages.hpp"
 #include "backends/shared/align_buffers.hpp"
 #include "backends/shared/align_view.hpp"
-#include "backends/shared/stage_defaults_align.hpp"
+#include "sdk/contract/stage_params.hpp"
 
 namespace defrec::cuda {
 namespace {
@@ -224,7 +224,7 @@ class Align final : public Stage {
 }  // namespace
 
 std::unique_ptr<Stage> make_align(const defrec_align_params& params, Device& device) {
-    check_limits(params);
+    check_params(params);
     return std::make_unique<Align>(params, device);
 }
 

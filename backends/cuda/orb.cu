@@ -97,7 +97,7 @@ class Orb final : public Stage {
 }  // namespace
 
 std::unique_ptr<Stage> make_orb(const defrec_orb_params& params, Device& device) {
-    orb::check(params);
+    check_params(params);
     return std::make_unique<Orb>(params, device);
 }
 

@@ -99,7 +99,7 @@ __device__ uint64_t scored_pixels(const OrbLevel& level, const Block& block,
 
 // Corners of a cell are compared by keys, score << 8 | (15 - y) << 4 | (15 - x): the largest is the
 // strongest, then the first in raster order.
-constexpr uint32_t kLastPlace = orb::kLargestCell - 1;
+constexpr uint32_t kLastPlace = kOrbMaxCell - 1;
 __device__ uint32_t place_key(int x, int y) {
     return (kLastPlace - static_cast<uint32_t>(y)) << 4 | (kLastPlace - static_cast<uint32_t>(x));
 }

@@ -17,7 +17,7 @@ struct OrbLevel {
 };
 struct OrbLevels {
     int count, cell;
-    OrbLevel level[orb::kMaxLevels];
+    OrbLevel level[kOrbMaxLevels];
 };
 
 // What the device reads and writes.

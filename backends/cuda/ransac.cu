@@ -360,7 +360,7 @@ class Ransac final : public Stage {
 }  // namespace
 
 std::unique_ptr<Stage> make_ransac(const defrec_ransac_params& params, Device& device) {
-    check_limits(params);
+    check_params(params);
     if (Ransac::bitmap_bytes(params.landmarks) + BlockSums::kSharedBytes >
         device.limits().shared_per_block)
         throw StageError(DEFREC_ERROR_UNSUPPORTED, "ransac: " + std::to_string(params.landmarks) +

@@ -7,7 +7,7 @@
 #include "backends/shared/align_buffers.hpp"
 #include "backends/shared/align_math.hpp"
 #include "backends/shared/align_view.hpp"
-#include "backends/shared/stage_defaults_align.hpp"
+#include "sdk/contract/stage_params.hpp"
 
 namespace defrec::reference {
 namespace {
@@ -84,7 +84,7 @@ class Sampled {
 class Align final : public Stage {
   public:
     explicit Align(const defrec_align_params& params) : params_(params) {
-        check_limits(params);
+        check_params(params);
         for (uint32_t n = 1; n <= pixels(); ++n) {
             inverse_.push_back(1.0f / float(n));
             root_.push_back(std::sqrt(float(n)));

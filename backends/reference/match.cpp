@@ -76,7 +76,7 @@ class Match final : public Stage {
 }  // namespace
 
 std::unique_ptr<Stage> make_match(const defrec_match_params& params, const Host& host) {
-    match::check(params);
+    check_params(params);
     return std::make_unique<Match>(params, HostAllocator<uint32_t>(host));
 }
 

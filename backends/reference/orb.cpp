@@ -326,7 +326,7 @@ class Orb final : public Stage {
 }  // namespace
 
 std::unique_ptr<Stage> make_orb(const defrec_orb_params& params, const Host& host) {
-    check(params);
+    check_params(params);
     return std::make_unique<Orb>(params, HostAllocator<uint8_t>(host));
 }
 

@@ -83,7 +83,7 @@ class Rectify final : public Stage {
 }  // namespace
 
 std::unique_ptr<Stage> make_rectify(const defrec_rectify_params& params, const Host& host) {
-    check_rectify(params);
+    check_params(params);
     return std::make_unique<Rectify>(params, host);
 }
 

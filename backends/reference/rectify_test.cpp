@@ -2,8 +2,8 @@
 #include <doctest/doctest.h>
 
 #include "backends/reference/stages.hpp"
-#include "backends/shared/stage_defaults_rectify.hpp"
 #include "backends/shared/test_host.hpp"
+#include "sdk/contract/stage_params.hpp"
 
 namespace defrec {
 namespace {

@@ -8,8 +8,8 @@
 #include <random>
 
 #include "backends/reference/stages.hpp"
-#include "backends/shared/stage_defaults_stereo.hpp"
 #include "backends/shared/test_host.hpp"
+#include "sdk/contract/stage_params.hpp"
 
 namespace defrec {
 namespace {

@@ -35,23 +35,6 @@ struct Inputs {
     const int16_t* disparity;
 };
 
-inline void check(const defrec_match_params& p) {
-    const auto need = [](bool good, const std::string& text) {
-        if (!good) throw StageError(DEFREC_ERROR_ARGUMENT, "match: " + text);
-    };
-    const auto given = [](uint32_t value) { return std::to_string(value) + " given, "; };
-    need(p.landmarks >= 1 && p.landmarks <= 65535,
-         "landmarks " + given(p.landmarks) + "1 to 65535 expected");
-    need(p.features >= 1 && p.features <= 65535,
-         "features " + given(p.features) + "1 to 65535 expected");
-    need(p.max_distance <= 256, "max_distance " + given(p.max_distance) + "at most 256 expected");
-    need(p.ratio <= 256, "ratio " + given(p.ratio) + "at most 256 expected");
-    need(p.width >= 2 && p.height >= 2, "a disparity image of at least 2 x 2 pixels expected");
-    need(p.stride >= p.width, "stride " + given(p.stride) + "at least the width expected");
-    need(p.camera.fx > 0 && p.camera.fy > 0 && p.camera.baseline_mm > 0,
-         "focal lengths and a baseline above 0 expected");
-}
-
 inline std::span<const defrec_landmark> take_landmarks(const defrec_match_params& p,
                                                        std::span<const InBuffer> in) {
     expect_buffers("match landmarks", in, 1);

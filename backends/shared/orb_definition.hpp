@@ -10,14 +10,12 @@
 
 namespace defrec::orb {
 
-constexpr uint32_t kMaxLevels = 8;
-constexpr uint32_t kMinCell = 4, kLargestCell = 16;
-constexpr uint32_t kLargestCapacity = 65535;
 constexpr int32_t kPatchRadius = 15;  // px of the level: orientation and descriptor look no farther
 constexpr int32_t kSmoothRadius = 2;  // of the binomial window before the descriptor's comparisons
 constexpr int32_t kCircleRadius = 3;  // of FAST's circle
 constexpr int32_t kBorder = kPatchRadius + kSmoothRadius;  // px of each level without features
-constexpr uint32_t kFarthest = 63;  // px; distances to a stronger corner are cut off here
+constexpr uint32_t kFarthest =
+    kOrbMaxSpacing;  // px; distances to a stronger corner are cut off here
 
 struct Offset {
     int32_t x, y;
@@ -68,7 +66,7 @@ struct Level {
 
 struct Layout {
     uint32_t levels = 0;
-    std::array<Level, kMaxLevels> level{};
+    std::array<Level, kOrbMaxLevels> level{};
     size_t pixels = 0, cells = 0;  // of all levels
 };
 
@@ -127,27 +125,6 @@ inline Pattern turned_pattern(uint32_t bin) {
         turned[i] = {(c * x - s * y + 8192) >> 14, (s * x + c * y + 8192) >> 14};
     }
     return turned;
-}
-
-inline void check(const defrec_orb_params& p) {
-    const auto need = [](bool good, const std::string& text) {
-        if (!good) throw StageError(DEFREC_ERROR_ARGUMENT, "orb: " + text);
-    };
-    const auto given = [](uint32_t value) { return std::to_string(value) + " given, "; };
-    need(p.width >= DEFREC_MIN_WIDTH && p.width <= DEFREC_MAX_SIDE,
-         "width " + given(p.width) + "64 to 8192 expected");
-    need(p.height >= DEFREC_MIN_HEIGHT && p.height <= DEFREC_MAX_SIDE,
-         "height " + given(p.height) + "48 to 8192 expected");
-    need(p.stride >= p.width, "stride " + given(p.stride) + "at least the width expected");
-    need(p.levels >= 1 && p.levels <= kMaxLevels, "levels " + given(p.levels) + "1 to 8 expected");
-    need(p.cell >= kMinCell && p.cell <= kLargestCell,
-         "cell " + given(p.cell) + "4 to 16 px expected");
-    need(p.threshold >= 1 && p.threshold <= 254,
-         "threshold " + given(p.threshold) + "1 to 254 expected");
-    need(p.spacing >= 1 && p.spacing <= kFarthest,
-         "spacing " + given(p.spacing) + "1 to 63 px expected");
-    need(p.capacity >= 1 && p.capacity <= kLargestCapacity,
-         "capacity " + given(p.capacity) + "1 to 65535 expected");
 }
 
 // Bytes that an image buffer needs at least.

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "backends/shared/stage_defaults_ransac.hpp"
+#include "backends/shared/stage.hpp"
 
 namespace defrec::ransac {
 

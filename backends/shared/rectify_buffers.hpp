@@ -2,34 +2,11 @@
 // docs/stages/rectify.md.
 #pragma once
 #include "backends/shared/stage.hpp"
-#include "backends/shared/stage_defaults_rectify.hpp"
+#include "sdk/contract/stage_params.hpp"
 
 namespace defrec {
 
 constexpr int32_t kMapOne = 128;  // a map's unit: 1 px
-constexpr uint32_t kMaxHighlightRadius = 16;
-
-// Throws StageError unless the parameters are complete and within the stage's limits.
-inline void check_rectify(const defrec_rectify_params& params) {
-    const uint32_t pixel = bytes_per_pixel(params.format);
-    const auto fits = [](uint32_t side, uint32_t minimum) {
-        return side >= minimum && side <= DEFREC_MAX_SIDE;
-    };
-    if (pixel == 0)
-        throw StageError(DEFREC_ERROR_ARGUMENT,
-                         "rectify: unknown pixel format " + std::to_string(params.format));
-    if (!fits(params.source_width, 1) || !fits(params.source_height, 1) || !fits(params.width, 1) ||
-        !fits(params.height, 1))
-        throw StageError(DEFREC_ERROR_ARGUMENT,
-                         "rectify: sides must be 1 to " + std::to_string(DEFREC_MAX_SIDE) + " px");
-    if (params.source_stride < params.source_width * pixel || params.stride < params.width)
-        throw StageError(DEFREC_ERROR_ARGUMENT, "rectify: a stride is shorter than its row");
-    if (params.saturation == 0)
-        throw StageError(DEFREC_ERROR_ARGUMENT, "rectify: saturation must be at least 1");
-    if (params.highlight_radius > kMaxHighlightRadius)
-        throw StageError(DEFREC_ERROR_UNSUPPORTED, "rectify: highlight_radius is at most " +
-                                                       std::to_string(kMaxHighlightRadius));
-}
 
 struct RectifyBuffers {
     const uint8_t* source;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "include/defrec_plugin.h"
+#include "sdk/contract/stage_params.hpp"
 
 namespace defrec {
 
@@ -24,6 +25,13 @@ class StageError : public std::runtime_error {
   private:
     defrec_status status_;
 };
+
+// Throws StageError where complete parameters (fill_defaults) are out of a range of defrec_c.h.
+template <class Params>
+void check_params(const Params& params) {
+    const std::string error = range_error(params);
+    if (!error.empty()) throw StageError(DEFREC_ERROR_ARGUMENT, error);
+}
 
 // The host's services as C++ sees them. Copyable; the table outlives every copy.
 class Host {

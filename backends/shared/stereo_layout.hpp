@@ -23,28 +23,6 @@ enum : uint8_t { kDoubtful = 0, kOpen = 1, kSettled = 2 };
 // round(32768 / n): 1/n in 15 bits, for means over up to 7 neighbours.
 constexpr int kReciprocal[8] = {0, 32767, 16384, 10923, 8192, 6554, 5461, 4681};
 
-// Throws StageError unless the parameters are complete and within the stage's limits.
-inline void check_stereo(const defrec_stereo_params& p) {
-    const auto need = [](bool good, const char* text) {
-        if (!good) throw StageError(DEFREC_ERROR_ARGUMENT, std::string("stereo: ") + text);
-    };
-    need(p.width >= 2 && p.height >= 2 && p.width <= DEFREC_MAX_SIDE && p.height <= DEFREC_MAX_SIDE,
-         "width and height must be 2 to 8192 px");
-    need(p.stride >= p.width, "the stride is shorter than a row");
-    need(p.min_disparity >= 0 && p.min_disparity <= 1024, "min_disparity must be 0 to 1024 px");
-    need(p.disparities >= 1 && p.disparities <= 510, "disparities must be 1 to 510");
-    need(p.radius >= 2 && p.radius <= 6 && p.refine_radius >= 2 && p.refine_radius <= 6,
-         "window radii must be 2 to 6 px");
-    need(p.min_score <= 4096 && p.refine_score <= 4096 && p.uniqueness <= 4096,
-         "scores must be at most 4096");
-    need(p.texture <= 2048, "texture must be at most 2048");
-    need(p.edge <= 4096 && p.support <= 25, "edge must be at most 4096 and support at most 25");
-    need(p.fill_radius <= 8 && p.smooth_radius <= 3,
-         "fill_radius must be at most 8 px and smooth_radius at most 3 px");
-    need(p.smooth_range <= 256 && p.smooth_passes <= 8,
-         "smooth_range must be at most 256 and smooth_passes at most 8");
-}
-
 struct StereoSizes {
     explicit StereoSizes(const defrec_stereo_params& p)
         : width(int(p.width)),

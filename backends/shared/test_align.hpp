@@ -7,8 +7,8 @@
 #include <random>
 #include <vector>
 
-#include "backends/shared/stage_defaults_align.hpp"
 #include "backends/shared/test_host.hpp"
+#include "sdk/contract/stage_params.hpp"
 
 namespace defrec::test {
 

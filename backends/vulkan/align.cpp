@@ -5,8 +5,8 @@
 #include "backends/shared/align_buffers.hpp"
 #include "backends/shared/align_math.hpp"
 #include "backends/shared/align_view.hpp"
-#include "backends/shared/stage_defaults_align.hpp"
 #include "backends/vulkan/stages.hpp"
+#include "sdk/contract/stage_params.hpp"
 #include "shaders.hpp"
 
 namespace defrec::vulkan {
@@ -39,7 +39,7 @@ constexpr uint32_t kMaxGroups = 65535;  // along one side, on every device
 class Align final : public Stage {
   public:
     Align(const defrec_align_params& params, Device& device) : p_(params), device_(device) {
-        check_limits(params);
+        check_params(params);
         const uint64_t max_bytes =
             std::min(device.limits().maxStorageBufferRange, uint32_t{INT32_MAX});
         const uint64_t bytes =

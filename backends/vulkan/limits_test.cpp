@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "backends/shared/stage_defaults_ransac.hpp"
 #include "backends/vulkan/test_device.hpp"
+#include "sdk/contract/stage_params.hpp"
 
 using namespace defrec;
 

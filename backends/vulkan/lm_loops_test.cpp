@@ -3,11 +3,11 @@
 #include <doctest/doctest.h>
 
 #include "backends/reference/stages.hpp"
-#include "backends/shared/stage_defaults_lm.hpp"
 #include "backends/shared/test_host.hpp"
 #include "backends/shared/test_surface.hpp"
 #include "backends/vulkan/lm.hpp"
 #include "backends/vulkan/test_device.hpp"
+#include "sdk/contract/stage_params.hpp"
 
 using namespace defrec;
 using namespace defrec::test;

@@ -4,14 +4,9 @@
 
 #include <random>
 
-#include "backends/shared/stage_defaults_align.hpp"
-#include "backends/shared/stage_defaults_match.hpp"
-#include "backends/shared/stage_defaults_orb.hpp"
-#include "backends/shared/stage_defaults_ransac.hpp"
-#include "backends/shared/stage_defaults_rectify.hpp"
-#include "backends/shared/stage_defaults_stereo.hpp"
 #include "backends/vulkan/test_device.hpp"
 #include "backends/vulkan/test_loop_counter.hpp"
+#include "sdk/contract/stage_params.hpp"
 
 using namespace defrec;
 using namespace defrec::vulkan;

@@ -84,7 +84,7 @@ class Match final : public Stage {
 }  // namespace
 
 std::unique_ptr<Stage> make_match(const defrec_match_params& params, Device& device) {
-    match::check(params);
+    check_params(params);
     return std::make_unique<Match>(params, device);
 }
 

@@ -82,7 +82,7 @@ class Ransac final : public Stage {
 }  // namespace
 
 std::unique_ptr<Stage> make_ransac(const defrec_ransac_params& params, Device& device) {
-    check_limits(params);
+    check_params(params);
     // The summary goes through the pairs ten times, whatever the iterations.
     const uint64_t rounds = std::max(params.iterations + 1, 10u);
     check_size("ransac", "landmarks with that many iterations", params.landmarks,

@@ -311,7 +311,7 @@ class Stereo final : public Stage {
 }  // namespace
 
 std::unique_ptr<Stage> make_stereo(const defrec_stereo_params& params, Device& device) {
-    check_stereo(params);
+    check_params(params);
     return std::make_unique<Stereo>(params, device);
 }
 

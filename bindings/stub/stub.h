@@ -1,5 +1,5 @@
 /* stub.h - what a test of a binding asks of the stub libdefrec, beside the functions of defrec_c.h.
- * GenerateStub.cmake says what the stub is. */
+ * scripts/contract/writers/stub.py says what it writes down. */
 #ifndef DEFREC_STUB_H
 #define DEFREC_STUB_H
 #include "include/defrec_c.h"

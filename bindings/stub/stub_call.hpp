@@ -1,5 +1,5 @@
 // One call of a function of the stub libdefrec: writes its arguments down, fills its outputs,
-// answers. Used by what GenerateStub.cmake makes.
+// answers. Used by stub.cpp, which is generated.
 #pragma once
 
 #include <cstddef>

@@ -81,6 +81,9 @@ def filter_header(text):
         return re.sub(r"\bdocs/(\w+)\.md\b", r"@ref \1", comment)
 
     text = re.sub(r"/\*\*.*?\*/", link, text, flags=re.S)
+    # The tags of defaults, ranges and units read as words.
+    text = re.sub(r"(\s)@(default|range|unit) ", r"\1| \2: ", text)
+    text = re.sub(r"(\| range: \S+?)\.\.(?=\S)", r"\1 to ", text)
     return text.replace(
         "/**< ", "/**< @brief "
     )  # so that a struct is one table, without a section for each field

@@ -109,7 +109,7 @@ Verdict check_rectify(const defrec_rectify_params& p) {
         return {DEFREC_ERROR_ARGUMENT, "rectify: a stride is shorter than its row"};
     if (p.saturation < 1) return {DEFREC_ERROR_ARGUMENT, "rectify: saturation must be at least 1"};
     if (p.highlight_radius > kMaxRadius)
-        return {DEFREC_ERROR_UNSUPPORTED, "rectify: highlight_radius is at most 16"};
+        return {DEFREC_ERROR_ARGUMENT, "rectify: highlight_radius is at most 16"};
     return {DEFREC_OK, ""};
 }
 

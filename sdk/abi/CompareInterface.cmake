@@ -1,4 +1,4 @@
-# Fails unless abidiff finds a library made from GenerateInterface.cmake's to be what was recorded.
+# Fails unless abidiff finds a library made from interface.c to be what was recorded.
 # cmake -DABIDIFF= -DLIBRARY= -DEXPECTED=interface.abi -P this
 cmake_minimum_required(VERSION 3.25)
 # Its exit code is a mask: 1 error, 2 usage, 4 change, 8 incompatible change.

@@ -4,6 +4,7 @@
 
 #include "sdk/api/call.hpp"
 #include "sdk/api/objects.hpp"
+#include "sdk/base/check_ranges.hpp"
 #include "sdk/base/struct_size.hpp"
 
 using namespace defrec;
@@ -21,8 +22,7 @@ defrec_context_desc read_desc(const defrec_context_desc* given) {
     constexpr uint32_t kKnown = DEFREC_CONTEXT_ONLY_GIVEN_PLUGINS | DEFREC_CONTEXT_USE_ENVIRONMENT;
     if ((desc.flags & ~kKnown) != 0)
         fail(DEFREC_ERROR_ARGUMENT, "desc.flags has unknown bits: ", desc.flags & ~kKnown);
-    if (desc.plugin_path_count > 1000)
-        fail(DEFREC_ERROR_ARGUMENT, "desc.plugin_path_count is ", desc.plugin_path_count);
+    check_ranges(desc);
     if (desc.plugin_paths == nullptr && desc.plugin_path_count != 0)
         fail(DEFREC_ERROR_ARGUMENT, "desc.plugin_paths is NULL with a count of ",
              desc.plugin_path_count);

@@ -20,42 +20,6 @@ void check_count(size_t count) {
         fail(DEFREC_ERROR_ARGUMENT, "count is ", count);
 }
 
-// Numbers that no tracker can mean, before anything is computed from them.
-defrec_tracker_desc read_desc(const defrec_tracker_desc* given) {
-    const auto desc = read_struct<defrec_tracker_desc>("desc", given);
-    if (desc.flags != 0) fail(DEFREC_ERROR_ARGUMENT, "desc.flags has unknown bits: ", desc.flags);
-    const struct {
-        const char* name;
-        float value, minimum, maximum;
-    } numbers[] = {
-        {"min_depth_mm", desc.min_depth_mm, 0.1f, 1e5f},
-        {"node_spacing_px", desc.node_spacing_px, 4, DEFREC_MAX_SIDE},
-        {"vertex_spacing_px", desc.vertex_spacing_px, 1, DEFREC_MAX_SIDE},
-        {"arap_weight", desc.arap_weight, 0, 1e9f},
-    };
-    for (const auto& number : numbers)
-        if (number.value != 0 &&
-            !(number.value >= number.minimum && number.value <= number.maximum))
-            fail(DEFREC_ERROR_ARGUMENT, "desc.", number.name, " is ", number.value, ", ",
-                 number.minimum, " to ", number.maximum, " expected, or 0 for the default");
-    const struct {
-        const char* name;
-        int64_t value, maximum;
-    } counts[] = {
-        {"min_disparity", desc.min_disparity, DEFREC_MAX_SIDE},
-        {"disparities", desc.disparities, DEFREC_MAX_SIDE},
-        {"max_features", desc.max_features, 65536},
-        {"max_patches", desc.max_patches, 65536},
-        {"coarse_iterations", desc.coarse_iterations, 1000},
-        {"fine_iterations", desc.fine_iterations, 1000},
-    };
-    for (const auto& count : counts)
-        if (count.value < 0 || count.value > count.maximum)
-            fail(DEFREC_ERROR_ARGUMENT, "desc.", count.name, " is ", count.value, ", 0 to ",
-                 count.maximum, " expected");
-    return desc;
-}
-
 // For as long as it lives the job cannot be released.
 class JobUse {
   public:
@@ -139,7 +103,8 @@ defrec_status defrec_tracker_create(defrec_context context, defrec_rig rig,
         auto object = std::make_shared<TrackerObject>();
         object->context = find_handle(context);
         const auto cameras = find_handle(rig);
-        object->tracker = std::make_unique<Tracker>(object->context, cameras->rig, read_desc(desc));
+        object->tracker = std::make_unique<Tracker>(object->context, cameras->rig,
+                                                    read_struct<defrec_tracker_desc>("desc", desc));
         *out = add_handle<defrec_tracker>(std::move(object));
     });
 }

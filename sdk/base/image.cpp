@@ -1,9 +1,9 @@
 // See image.hpp. Sizes are computed in 64 bits and checked before they are used.
 #include "sdk/base/image.hpp"
 
-#include "backends/shared/stage_defaults_rectify.hpp"
 #include "sdk/base/error.hpp"
 #include "sdk/base/struct_size.hpp"
+#include "sdk/contract/pixel_format.hpp"
 
 namespace defrec {
 

@@ -10,12 +10,12 @@
 #include "sdk/base/callback.hpp"
 #include "sdk/base/error.hpp"
 #include "sdk/base/platform.hpp"
+#include "sdk/contract/descs.hpp"
 
 namespace defrec {
 namespace {
 
 thread_local bool parallel_failure = false;
-constexpr uint32_t kMaxThreads = 256;
 
 // A loop handed to the application; counts what was done of it.
 struct LentLoop {
@@ -38,17 +38,12 @@ struct LentLoop {
 Services::Services(const defrec_context_desc& desc) : desc_(desc) {
     if ((desc.alloc == nullptr) != (desc.free == nullptr))
         fail(DEFREC_ERROR_ARGUMENT, "alloc and free must both be given or both be NULL");
-    if (desc.threads > kMaxThreads)
-        fail(DEFREC_ERROR_ARGUMENT, "threads is ", desc.threads, ", at most ", kMaxThreads,
-             " are expected");
-    if (desc.log_level < 0 || desc.log_level > DEFREC_LOG_ERROR)
-        fail(DEFREC_ERROR_ARGUMENT, "log_level is ", desc.log_level, ", 0 to ",
-             int{DEFREC_LOG_ERROR}, " expected");
-    if (desc_.log_level == 0) desc_.log_level = DEFREC_LOG_INFO;
+    fill_defaults(desc_);
     // Plugin paths belong to the application and are not used after the search.
     desc_.plugin_paths = nullptr;
     desc_.plugin_path_count = 0;
-    const uint32_t cores = std::clamp(std::thread::hardware_concurrency(), 1u, kMaxThreads);
+    const uint32_t cores =
+        std::clamp(std::thread::hardware_concurrency(), 1u, uint32_t{kContextMaxThreads});
     if (desc_.threads == 0) desc_.threads = cores;
     if (desc_.parallel_for == nullptr) pool_ = std::make_unique<ThreadPool>(desc_.threads);
 }

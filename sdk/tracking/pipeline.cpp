@@ -3,14 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "backends/shared/stage_defaults_align.hpp"
-#include "backends/shared/stage_defaults_lm.hpp"
-#include "backends/shared/stage_defaults_match.hpp"
-#include "backends/shared/stage_defaults_orb.hpp"
-#include "backends/shared/stage_defaults_ransac.hpp"
-#include "backends/shared/stage_defaults_rectify.hpp"
-#include "backends/shared/stage_defaults_stereo.hpp"
-#include "backends/shared/stage_defaults_warp.hpp"
+#include "sdk/base/check_ranges.hpp"
 
 namespace defrec {
 namespace {
@@ -47,42 +40,22 @@ std::vector<defrec_surface_point> sparse_vertices(const TemplateData& data) {
 
 constexpr uint32_t kDisparityStep = 16;
 constexpr uint32_t kMinDisparities = 48;
-constexpr uint32_t kMaxFramesInFlight = 16;
-constexpr uint32_t kLongestStride = 1u << 20;
 
 }  // namespace
 
 TrackerSettings complete_settings(const defrec_tracker_desc& desc, const Rig& rig) {
-    const auto or_default = [](auto given, auto fallback) { return given != 0 ? given : fallback; };
-    TrackerSettings settings;
-    settings.seed = desc.seed;
-    settings.format = or_default(desc.format, static_cast<uint32_t>(DEFREC_FORMAT_BGR8));
-    settings.frames_in_flight = or_default(desc.frames_in_flight, 2u);
-    settings.disparities = desc.disparities;
-    settings.min_disparity = static_cast<uint32_t>(std::max(0, desc.min_disparity));
-    settings.min_depth_mm = or_default(desc.min_depth_mm, 20.f);
-    settings.node_spacing_px =
-        or_default(desc.node_spacing_px, static_cast<float>(rig.width()) / 24);
-    settings.vertex_spacing_px =
-        or_default(desc.vertex_spacing_px, std::max(4.f, static_cast<float>(rig.width()) / 120));
-    settings.max_features = or_default(desc.max_features, 1024u);
-    settings.max_patches = or_default(desc.max_patches, 1024u);
-    settings.arap_weight = or_default(desc.arap_weight, 0.2f);
-    if (bytes_per_pixel(settings.format) == 0)
-        fail(DEFREC_ERROR_ARGUMENT, "format is ", settings.format,
-             "; GRAY8 (1), BGR8 (2), RGB8 (3) and BGRA8 (4) exist");
-    if (settings.frames_in_flight > kMaxFramesInFlight)
-        fail(DEFREC_ERROR_ARGUMENT, "frames_in_flight is ", settings.frames_in_flight, ", at most ",
-             kMaxFramesInFlight, " are possible");
+    check_ranges(desc);
+    TrackerSettings settings = desc;
+    settings.device_id = nullptr;  // the caller's
+    fill_defaults(settings);
+    const float width = static_cast<float>(rig.width());
+    if (settings.node_spacing_px == 0) settings.node_spacing_px = width / 24;
+    if (settings.vertex_spacing_px == 0) settings.vertex_spacing_px = std::max(4.f, width / 120);
     const uint32_t row = rig.width() * bytes_per_pixel(settings.format);
-    settings.memory_stride = or_default(desc.memory_stride, row);
-    if (settings.memory_stride < row || settings.memory_stride > kLongestStride)
-        fail(DEFREC_ERROR_ARGUMENT, "memory_stride is ", desc.memory_stride, " bytes, ", row,
-             " (a row of the rig's images) to ", kLongestStride, " expected");
-    settings.keep_disparity = desc.keep_disparity != 0;
-    settings.timed = desc.timed != 0;
-    settings.coarse_iterations = or_default(desc.coarse_iterations, 3u);
-    settings.fine_iterations = or_default(desc.fine_iterations, 3u);
+    if (settings.memory_stride == 0) settings.memory_stride = row;
+    if (settings.memory_stride < row)
+        fail(DEFREC_ERROR_ARGUMENT, "memory_stride is ", settings.memory_stride,
+             " bytes, at least ", row, " (a row of the rig's images) expected");
     return settings;
 }
 
@@ -110,9 +83,10 @@ Pipeline::Pipeline(std::shared_ptr<Context> context, std::shared_ptr<const Rig> 
     if (settings_.memory_stride != row) rectify_memory_ = make_rectify(settings_.memory_stride);
     upload_maps();
 
-    stereo_ = settings_.disparities != 0
-                  ? make_stereo(settings_.min_disparity, settings_.disparities)
-                  : make_stereo(0, widest_search());
+    stereo_ =
+        settings_.disparities != 0
+            ? make_stereo(static_cast<uint32_t>(settings_.min_disparity), settings_.disparities)
+            : make_stereo(0, widest_search());
 
     auto orb = make_params<defrec_orb_params>();
     orb.width = width_;

@@ -18,23 +18,7 @@
 namespace defrec {
 
 // A tracker's description with every default filled in.
-struct TrackerSettings {
-    uint64_t seed = 0;
-    uint32_t format = 0;
-    uint32_t memory_stride = 0;  // of images in memory, bytes
-    uint32_t frames_in_flight = 0;
-    uint32_t disparities = 0;  // 0: found from the first frame
-    uint32_t min_disparity = 0;
-    float min_depth_mm = 0;
-    double node_spacing_px = 0;
-    double vertex_spacing_px = 0;
-    uint32_t max_features = 0;
-    uint32_t max_patches = 0;
-    float arap_weight = 0;
-    bool keep_disparity = false;
-    bool timed = false;
-    uint32_t coarse_iterations = 0, fine_iterations = 0;
-};
+using TrackerSettings = defrec_tracker_desc;
 // Throws Error(DEFREC_ERROR_ARGUMENT) for values that are out of range.
 TrackerSettings complete_settings(const defrec_tracker_desc& desc, const Rig& rig);
 

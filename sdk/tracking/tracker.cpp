@@ -8,10 +8,10 @@
 #include <thread>
 
 #include "backends/shared/motion.hpp"
-#include "backends/shared/stage_defaults_rectify.hpp"
 #include "sdk/base/platform.hpp"
 #include "sdk/base/shared_loop.hpp"
 #include "sdk/base/spin.hpp"
+#include "sdk/contract/pixel_format.hpp"
 #include "sdk/tracking/job.hpp"
 #include "sdk/tracking/pipeline.hpp"
 

@@ -5,9 +5,9 @@
 #include "backends/cuda/emulation/emulated_device.hpp"
 #include "backends/cuda/emulation/test_device.hpp"
 #include "backends/reference/stages.hpp"
-#include "backends/shared/stage_defaults_lm.hpp"
 #include "backends/shared/test_host.hpp"
 #include "backends/shared/test_surface.hpp"
+#include "sdk/contract/stage_params.hpp"
 
 using namespace defrec;
 using namespace defrec::test;

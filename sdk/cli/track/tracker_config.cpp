@@ -6,58 +6,34 @@
 
 #include "sdk/cli/io/text.hpp"
 #include "sdk/cli/io/yaml_document.hpp"
+#include "sdk/contract/descs.hpp"
+#include "sdk/contract/tracker_options.hpp"
 
 namespace defrec::cli {
 namespace {
 
-struct Parameter {
-    const char* name;
-    std::variant<std::uint32_t defrec_tracker_desc::*, std::int32_t defrec_tracker_desc::*,
-                 float defrec_tracker_desc::*>
-        member;
-    double low, high;
-};
-
-const Parameter kParameters[] = {
-    {"disparities", &defrec_tracker_desc::disparities, 0, 1024},
-    {"min_disparity", &defrec_tracker_desc::min_disparity, 0, 4096},
-    {"min_depth_mm", &defrec_tracker_desc::min_depth_mm, 0, 10000},
-    {"node_spacing_px", &defrec_tracker_desc::node_spacing_px, 0, 1000},
-    {"vertex_spacing_px", &defrec_tracker_desc::vertex_spacing_px, 0, 1000},
-    {"max_features", &defrec_tracker_desc::max_features, 0, 65535},
-    {"max_patches", &defrec_tracker_desc::max_patches, 0, 65535},
-    {"arap_weight", &defrec_tracker_desc::arap_weight, 0, 1e6},
-    {"coarse_iterations", &defrec_tracker_desc::coarse_iterations, 0, 1000},
-    {"fine_iterations", &defrec_tracker_desc::fine_iterations, 0, 1000},
-};
-
-void set(const YamlDocument& document, const YamlEntry& entry, const Parameter& parameter,
+// The whole number or number that an entry gives; ranges are those of the library.
+void set(const YamlDocument& document, const YamlEntry& entry, const TrackerOption& option,
          defrec_tracker_desc& desc) {
-    if (const auto* member = std::get_if<float defrec_tracker_desc::*>(&parameter.member)) {
-        const double value = document.number(entry.value, entry.key);
-        if (value < parameter.low || value > parameter.high) {
-            document.fail(entry.line, entry.key,
-                          format_fixed(value, 3) + " is outside " + format_fixed(parameter.low, 0) +
-                              ".." + format_fixed(parameter.high, 0) + ".");
-        }
-        desc.*(*member) = static_cast<float>(value);
-        return;
-    }
-    const int value = document.integer(entry.value, entry.key, static_cast<int>(parameter.low),
-                                       static_cast<int>(parameter.high));
-    if (const auto* member = std::get_if<std::int32_t defrec_tracker_desc::*>(&parameter.member)) {
-        desc.*(*member) = value;
+    if (const auto* real = std::get_if<float defrec_tracker_desc::*>(&option.member)) {
+        desc.*(*real) = static_cast<float>(document.number(entry.value, entry.key));
     } else {
-        desc.*std::get<std::uint32_t defrec_tracker_desc::*>(parameter.member) =
-            static_cast<std::uint32_t>(value);
+        const int value = document.integer(entry.value, entry.key, static_cast<int>(option.low),
+                                           static_cast<int>(option.high));
+        if (const auto* count = std::get_if<std::uint32_t defrec_tracker_desc::*>(&option.member))
+            desc.*(*count) = static_cast<std::uint32_t>(value);
+        else
+            desc.*std::get<std::int32_t defrec_tracker_desc::*>(option.member) = value;
     }
+    if (const std::string error = range_error(desc); !error.empty())
+        document.fail(entry.line, entry.key, error + ".");
 }
 
 }  // namespace
 
 std::vector<std::string> config_keys() {
     std::vector<std::string> names;
-    for (const Parameter& parameter : kParameters) names.emplace_back(parameter.name);
+    for (const TrackerOption& option : kTrackerOptions) names.emplace_back(option.name);
     return names;
 }
 
@@ -65,10 +41,9 @@ void read_config(const std::filesystem::path& path, defrec_tracker_desc& desc) {
     const YamlDocument document = YamlDocument::load(path, ExitCode::kUsage);
     document.require_known_keys(document.root(), config_keys());
     for (const YamlEntry& entry : document.root().entries) {
-        const auto* parameter =
-            std::find_if(std::begin(kParameters), std::end(kParameters),
-                         [&](const Parameter& p) { return entry.key == p.name; });
-        set(document, entry, *parameter, desc);
+        const auto* option = std::find_if(std::begin(kTrackerOptions), std::end(kTrackerOptions),
+                                          [&](const auto& o) { return entry.key == o.name; });
+        set(document, entry, *option, desc);
     }
 }
 

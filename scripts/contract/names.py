@@ -1,0 +1,70 @@
+"""What the bindings call the enumerations of the headers, which have no name in C."""
+import re
+
+
+class Enumeration:
+    """prefix: of its enumerators, or the first one where they have nothing in common. zero: what C# adds for 0."""
+
+    def __init__(self, prefix, python, csharp, is_flags=False, zero=None, csharp_type="uint"):
+        self.prefix, self.python, self.csharp = prefix, python, csharp
+        self.is_flags, self.zero, self.csharp_type = is_flags, zero, csharp_type
+
+    def member(self, name):
+        """An enumerator's name without what they have in common."""
+        return name.removeprefix(self.prefix if self.prefix.endswith("_") else "DEFREC_")
+
+    def holds(self, values):
+        """Whether these enumerators are it."""
+        if self.prefix.endswith("_"):
+            return any(value["name"].startswith(self.prefix) for value in values)
+        return values[0]["name"] == self.prefix
+
+
+ENUMERATIONS = [
+    Enumeration("DEFREC_OK", "Status", "Status", csharp_type="int"),
+    Enumeration("DEFREC_LOG_", "LogLevel", "LogLevel", csharp_type="int"),
+    Enumeration("DEFREC_CONTEXT_", "ContextFlag", "ContextFlags", is_flags=True, zero="None"),
+    Enumeration("DEFREC_DEVICE_", "DeviceKind", "DeviceKind"),
+    Enumeration("DEFREC_STAGE_", "StageKind", "StageKind"),
+    Enumeration("DEFREC_FEATURE_", "DeviceFeature", "DeviceFeatures", is_flags=True, zero="None"),
+    Enumeration("DEFREC_MEMORY_", "MemoryKind", "MemoryKind"),
+    Enumeration("DEFREC_FORMAT_", "Format", "PixelFormat", zero="Default"),
+    Enumeration("DEFREC_SOLVER_", "Solver", "Solver", zero="Default"),
+    Enumeration("DEFREC_FRAME_", "FrameFlag", "FrameFlags", is_flags=True, zero="None"),
+    Enumeration("DEFREC_INITIALISING", "State", "FrameState"),
+    Enumeration("DEFREC_REASON_", "Reason", "Reasons", is_flags=True, zero="None"),
+    Enumeration("DEFREC_POINT_", "PointStatus", "PointStatus", csharp_type="byte"),
+    Enumeration("DEFREC_OBSERVED", "Observation", "Observation"),
+]
+CONSTANTS = {"DEFREC_STAGE_COUNT_V1"}  # among the enumerators of an enumeration
+
+
+def enumeration_of(values):
+    """The enumeration of these enumerators; None: constants."""
+    return next((each for each in ENUMERATIONS if each.holds(values)), None)
+
+
+def enumeration_of_field(field):
+    """The enumeration that a field's comment begins with: DEFREC_FORMAT_*, or `DEFREC_OBSERVED ...`; else None."""
+    if field.summary.startswith("defrec_status: "):
+        return ENUMERATIONS[0]
+    match = re.match(r"(DEFREC_\w+_)\*|(DEFREC_\w+) \.\.\.", field.summary)
+    return next((each for each in ENUMERATIONS if match and each.prefix in match.groups()), None)
+
+
+def pascal(name):
+    return "".join(part[:1].upper() + part[1:].lower() for part in name.split("_"))
+
+
+def camel(name):
+    made = pascal(name)
+    return made[0].lower() + made[1:]
+
+
+def sentence(text):
+    """Words as one sentence: a capital first, unless they begin with a symbol or a unit, and a full stop."""
+    text = text.strip().rstrip(".;")
+    first = re.match(r"[\w/]+", text)
+    if first and first[0].islower() and first[0] not in ("px", "mm", "uu", "xyz", "w"):
+        text = text[0].upper() + text[1:]
+    return text + "."
