@@ -103,7 +103,7 @@ class Tree(unittest.TestCase):
         self.edit("include/defrec_c.h", "@range 1..510", "@range 1..500")
         code, printed = self.run_generator("--verify")
         self.assertEqual(code, 1)
-        for path in ("contract.json", "stage_params.hpp"):
+        for path in ("contract.json", "stage_params.hpp", "StageParameters.cs", "structs.py"):
             self.assertIn(path, printed)
 
     def test_what_breaks_the_abi_is_refused(self):

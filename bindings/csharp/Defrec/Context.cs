@@ -42,8 +42,8 @@ namespace Defrec
                     var desc = new defrec_context_desc
                     {
                         struct_size = (uint)sizeof(defrec_context_desc),
-                        flags = (uint)((options.OnlyGivenPlugins ? ContextFlags.OnlyGivenPlugins : 0) |
-                                       (options.UseEnvironment ? ContextFlags.UseEnvironment : 0)),
+                        flags = (options.OnlyGivenPlugins ? ContextFlags.OnlyGivenPlugins : 0) |
+                                (options.UseEnvironment ? ContextFlags.UseEnvironment : 0),
                         plugin_paths = (byte**)path,
                         plugin_path_count = (UIntPtr)(uint)paths.Length,
                         log = log == null ? IntPtr.Zero : ContextLog.Function,

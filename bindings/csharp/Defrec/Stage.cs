@@ -135,7 +135,7 @@ namespace Defrec
             using (var use = new HandleUse(context.Handle))
             {
                 IntPtr native;
-                DefrecException.ThrowIfFailed(NativeMethods.defrec_stage_create(use.Native, device, kind, parameters, &native));
+                DefrecException.ThrowIfFailed(NativeMethods.defrec_stage_create(use.Native, device, (uint)kind, parameters, &native));
                 Handle.Adopt(native);
             }
         }

@@ -33,27 +33,8 @@ namespace Defrec
             using (var contextUse = new HandleUse(context.Handle))
             using (var rigUse = new HandleUse(rig.Handle))
             {
-                var desc = new defrec_tracker_desc
-                {
-                    struct_size = (uint)sizeof(defrec_tracker_desc),
-                    device_id = device,
-                    seed = options.Seed,
-                    format = options.Format,
-                    frames_in_flight = options.FramesInFlight,
-                    disparities = options.Disparities,
-                    min_disparity = options.MinDisparity,
-                    min_depth_mm = options.MinDepthMm,
-                    node_spacing_px = options.NodeSpacingPx,
-                    vertex_spacing_px = options.VertexSpacingPx,
-                    max_features = options.MaxFeatures,
-                    max_patches = options.MaxPatches,
-                    arap_weight = options.ArapWeight,
-                    keep_disparity = options.KeepDisparity ? 1u : 0u,
-                    coarse_iterations = options.CoarseIterations,
-                    fine_iterations = options.FineIterations,
-                    timed = options.Timed ? 1u : 0u,
-                    memory_stride = options.MemoryStride
-                };
+                var desc = new defrec_tracker_desc { struct_size = (uint)sizeof(defrec_tracker_desc), device_id = device };
+                options.CopyTo(ref desc);
                 IntPtr native;
                 DefrecException.ThrowIfFailed(NativeMethods.defrec_tracker_create(contextUse.Native, rigUse.Native, &desc, &native));
                 Handle.Adopt(native);

@@ -2,6 +2,7 @@ using System;
 using System.Collections.Generic;
 using System.IO;
 using System.Linq;
+using System.Reflection;
 using Defrec.Native;
 using NUnit.Framework;
 
@@ -42,7 +43,7 @@ namespace Defrec.Tests
             using (var context = new Context(options)) call = Stub.Call("defrec_context_create");
             var expected = new defrec_context_desc
             {
-                struct_size = 88, flags = 3, plugin_path_count = (UIntPtr)2, log_level = 4, threads = 7, alloc = (IntPtr)0x11, free = (IntPtr)0x22,
+                struct_size = 88, flags = (ContextFlags)3, plugin_path_count = (UIntPtr)2, log_level = 4, threads = 7, alloc = (IntPtr)0x11, free = (IntPtr)0x22,
                 alloc_user = (IntPtr)0x33, parallel_for = (IntPtr)0x44, parallel_for_user = (IntPtr)0x55
             };
             string hex = Stub.Hex(&expected, sizeof(defrec_context_desc));
@@ -152,20 +153,20 @@ namespace Defrec.Tests
         [Test]
         public void TrackerWithEveryOption()
         {
-            var options = new TrackerOptions
+            int size = sizeof(defrec_tracker_desc);
+            object options = new TrackerOptions { DeviceId = "" }, made = new defrec_tracker_desc { struct_size = (uint)size };
+            int value = 2;
+            foreach (PropertyInfo property in typeof(TrackerOptions).GetProperties().Where(property => property.Name != "DeviceId"))
             {
-                DeviceId = "", Seed = 0x0102030405060708, Format = PixelFormat.Bgra8, FramesInFlight = 3, Disparities = 4, MinDisparity = -5,
-                MinDepthMm = 6.5f, NodeSpacingPx = 7.5f, VertexSpacingPx = 8.5f, MaxFeatures = 9, MaxPatches = 10, ArapWeight = 11.5f,
-                KeepDisparity = true, CoarseIterations = 12, FineIterations = 13, Timed = true, MemoryStride = 14
-            };
-            var expected = new defrec_tracker_desc
-            {
-                struct_size = 88, seed = 0x0102030405060708, format = PixelFormat.Bgra8, frames_in_flight = 3, disparities = 4, min_disparity = -5,
-                min_depth_mm = 6.5f, node_spacing_px = 7.5f, vertex_spacing_px = 8.5f, max_features = 9, max_patches = 10, arap_weight = 11.5f,
-                keep_disparity = 1, coarse_iterations = 12, fine_iterations = 13, timed = 1, memory_stride = 14
-            };
-            string hex = Stub.Hex(&expected, 88), call;
-            using (var tracker = new Tracker(Context, Rig, options)) call = Stub.Call("defrec_tracker_create");
+                FieldInfo field = typeof(defrec_tracker_desc).GetField(LayoutTest.Snake(property.Name), BindingFlags.NonPublic | BindingFlags.Instance);
+                Type type = property.PropertyType;
+                object number = type == typeof(bool) ? true : type.IsEnum ? (object)PixelFormat.Bgra8 : Convert.ChangeType(++value, type);
+                property.SetValue(options, number, null);
+                field.SetValue(made, type == typeof(bool) ? 1u : number);
+            }
+            var expected = (defrec_tracker_desc)made;
+            string hex = Stub.Hex(&expected, size), call;
+            using (var tracker = new Tracker(Context, Rig, (TrackerOptions)options)) call = Stub.Call("defrec_tracker_create");
             string head = "defrec_tracker_create(context=" + Stub.Handle(Context.Handle) + ", rig=" + Stub.Handle(Rig.Handle) + ", desc=";
             Assert.That(call, Is.StringStarting(head));
             string given = call.Substring(head.Length, hex.Length);
@@ -173,8 +174,8 @@ namespace Defrec.Tests
             Assert.That(given.Substring(16, 16), Is.Not.EqualTo(hex.Substring(16, 16)), "device_id is an address");
             Assert.That(given.Substring(32), Is.EqualTo(hex.Substring(32)));
 
-            var defaults = new defrec_tracker_desc { struct_size = 88 };
-            using (new Tracker(Context, Rig)) Assert.That(Stub.Call("defrec_tracker_create"), Is.StringContaining("desc=" + Stub.Hex(&defaults, 88) + ", "));
+            var defaults = new defrec_tracker_desc { struct_size = (uint)size };
+            using (new Tracker(Context, Rig)) Assert.That(Stub.Call("defrec_tracker_create"), Is.StringContaining("desc=" + Stub.Hex(&defaults, size) + ", "));
         }
 
         [Test]

@@ -13,7 +13,7 @@ using RegexMatch = System.Text.RegularExpressions.Match;
 namespace Defrec.Tests
 {
     /// <summary>
-    /// The binding's structs, enumerators and declarations against the lists that the library's own tests keep: sdk/abi/layout.txt and
+    /// The binding's structs, enumerators and declarations against the lists that are generated from the headers: sdk/abi/layout.txt and
     /// sdk/abi/exports_libdefrec.txt. What only plugins see (names that defrec_c.h does not have) is left out.
     /// </summary>
     [TestFixture]
@@ -198,7 +198,7 @@ namespace Defrec.Tests
             return FieldsOf(type).Select(field => Snake(field.Name) + ": " + SizeOf(field) + " at " + Marshal.OffsetOf(type, field.Name)).ToList();
         }
 
-        private static string Snake(string name)
+        internal static string Snake(string name)
         {
             return Regex.Replace(name, "(?<=.)([A-Z])", "_$1").ToLowerInvariant();
         }

@@ -14,7 +14,7 @@ from ctypes import POINTER, byref, c_char_p, c_int, c_ssize_t, c_void_p, py_obje
 from typing import TYPE_CHECKING, Any, Dict, List, Optional, Sequence, Tuple, Type, Union
 
 from .enums import Format
-from .structs import Struct
+from ._struct import Struct
 
 numpy: Any
 try:

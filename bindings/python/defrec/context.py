@@ -9,6 +9,7 @@ from typing import Any, Callable, FrozenSet, Iterable, Optional, Tuple, Union
 from . import structs
 from ._handle import CallbackScope, Handle
 from ._library import LogFunction, c_path, native, text
+from ._struct import fitting
 from .enums import ContextFlag, DeviceFeature, DeviceKind, LogLevel, StageKind, Status
 
 Log = Callable[[LogLevel, str, str], None]
@@ -27,7 +28,7 @@ def library_release() -> str:
 
 def status_name(status: Union[Status, int]) -> str:
     """The name of a status in the C API: "DEFREC_ERROR_ARGUMENT"; "unknown status" for others. threads: any"""
-    return text(native.defrec_status_name(structs.fitting("status", status, ctypes.c_int32)))
+    return text(native.defrec_status_name(fitting("status", status, ctypes.c_int32)))
 
 
 @dataclass(frozen=True)

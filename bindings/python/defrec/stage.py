@@ -10,6 +10,7 @@ from . import structs
 from ._arrays import BufferLike, BufferView
 from ._handle import Handle
 from ._library import c_text, native
+from ._struct import Struct
 from .context import Context
 from .enums import StageKind
 
@@ -31,7 +32,7 @@ class Stage(Handle):
     threads: any, but prepare_buffers and run_buffers: one at a time (BusyError). Raises Error.
     """
 
-    def __init__(self, context: Context, params: structs.Struct, device_id: Optional[str] = None) -> None:
+    def __init__(self, context: Context, params: Struct, device_id: Optional[str] = None) -> None:
         if not isinstance(context, Context):
             raise TypeError(f"context is a Context, {context!r} given")
         kind = KIND_OF_PARAMS.get(type(params))
@@ -67,7 +68,7 @@ class Stage(Handle):
             native.defrec_stage_run(self._native, c_inputs, len(c_inputs), c_outputs, len(c_outputs))
 
 
-def _buffers(name: str, values: Sequence[Optional[BufferLike]], struct: Type[structs.Struct], views: ExitStack) -> Any:
+def _buffers(name: str, values: Sequence[Optional[BufferLike]], struct: Type[Struct], views: ExitStack) -> Any:
     if isinstance(values, (str, bytes, bytearray, memoryview)) or not isinstance(values, Sequence):
         raise TypeError(f"{name}: a list of buffers expected, {type(values).__name__} given")
     made = (struct * len(values))()

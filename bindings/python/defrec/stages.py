@@ -22,6 +22,7 @@ from ._arrays import (
     empty,
     head,
 )
+from ._struct import Struct
 from .context import Context
 from .stage import Stage
 from .structs import (
@@ -42,13 +43,10 @@ from .structs import (
     RansacSummary,
     RectifyParams,
     StereoParams,
-    Struct,
     SurfacePoint,
     SurfaceSample,
     WarpParams,
 )
-
-_ORB_CAPACITY = 2048
 
 
 class Rectified(NamedTuple):
@@ -181,7 +179,7 @@ class OrbStage(_ArrayStage):
     _params_type = OrbParams
 
     def _set_defaults(self) -> None:
-        self.params.capacity = self.params.capacity or _ORB_CAPACITY
+        self.params.capacity = self.params.capacity or self.params._defaults_["capacity"]
 
     def run(self, gray: BufferLike, mask: Optional[BufferLike] = None) -> RecordArray:
         """gray: (height, width) uint8. mask: likewise, nonzero usable. Gives (n,) Feature."""
@@ -218,7 +216,7 @@ class AlignStage(_ArrayStage):
     _patches: Optional[int] = None
 
     def _set_defaults(self) -> None:
-        self.params.views = self.params.views or 1
+        self.params.views = self.params.views or self.params._defaults_["views"]
 
     def prepare(self, patches: BufferLike, views: BufferLike) -> None:
         """patches: (n,) Patch, at most params.patches. views: (views, height, width) uint8, one alone

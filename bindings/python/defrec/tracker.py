@@ -4,12 +4,13 @@ from __future__ import annotations
 import collections
 import ctypes
 from contextlib import ExitStack, closing
-from typing import Any, Callable, Deque, Iterable, Iterator, List, Optional, Tuple, Union
+from typing import Any, Callable, Deque, Dict, Iterable, Iterator, List, Optional, Tuple, Union
 
 from . import structs
 from ._arrays import BYTES_PER_PIXEL, ArrayLike, BufferLike, Points, address_of, empty, image
 from ._handle import Handle
 from ._library import c_text, native
+from ._tracker_options import OPTIONS, TrackerOptions
 from .context import Context
 from .enums import Format, FrameFlag, MemoryKind, Status
 from .memory import Memory, memory_desc
@@ -18,8 +19,6 @@ from .rig import Rig
 from .template import Template
 
 _FOR_EVER = (1 << 64) - 1
-_FRAMES_IN_FLIGHT = 2
-"""The library's default."""
 
 
 class Job(Handle):
@@ -65,82 +64,38 @@ class Job(Handle):
         return WarpedPoints(xyz, status, errors)
 
 
-class Tracker(Handle):
-    """Follows the surface that a rig sees.
+class Tracker(TrackerOptions):
+    __doc__ = f"""Follows the surface that a rig observes.
 
-    Opens the device and allocates everything that a frame needs. Of what is 0, or None, the library takes its default;
-    ranges stand in defrec_c.h at defrec_tracker_desc.
+    Opens the device and allocates everything that a frame needs. Of what is 0, or None, the library takes its default.
 
     device_id: of one of Context.devices; None: the first device with every stage.
-    format: of the frames' pixels. frames_in_flight: submitted and not yet closed, 1 to 16.
-    disparities, min_disparity: the range searched, px; default: found from the first frame. min_depth_mm: nearest
-    surface expected.
-    node_spacing_px, vertex_spacing_px: between control points and between vertices in the template's image.
-    keep_disparity: results carry the disparity image. timed: times of results are the device's own; slower.
-    memory_stride: of left and right images in a Memory, bytes.
+    {OPTIONS}
 
     threads: any, but submit and set_template: one at a time (BusyError). Raises Error.
     """
 
-    def __init__(
-        self,
-        context: Context,
-        rig: Rig,
-        device_id: Optional[str] = None,
-        *,
-        format: Format = Format.BGR8,
-        frames_in_flight: int = _FRAMES_IN_FLIGHT,
-        seed: int = 0,
-        disparities: int = 0,
-        min_disparity: int = 0,
-        min_depth_mm: float = 0,
-        node_spacing_px: float = 0,
-        vertex_spacing_px: float = 0,
-        max_features: int = 0,
-        max_patches: int = 0,
-        arap_weight: float = 0,
-        coarse_iterations: int = 0,
-        fine_iterations: int = 0,
-        keep_disparity: bool = False,
-        timed: bool = False,
-        memory_stride: int = 0,
-    ) -> None:
+    def _create(self, context: Context, rig: Rig, device_id: Optional[str], options: Dict[str, Any]) -> None:
         if not isinstance(context, Context):
             raise TypeError(f"context is a Context, {context!r} given")
         if not isinstance(rig, Rig):
             raise TypeError(f"rig is a Rig, {rig!r} given")
-        if format not in BYTES_PER_PIXEL:
-            raise ValueError(f"format is {format!r}, a Format expected")
-        desc = structs.TrackerDesc(
-            seed=seed,
-            format=format,
-            frames_in_flight=frames_in_flight,
-            disparities=disparities,
-            min_disparity=min_disparity,
-            min_depth_mm=min_depth_mm,
-            node_spacing_px=node_spacing_px,
-            vertex_spacing_px=vertex_spacing_px,
-            max_features=max_features,
-            max_patches=max_patches,
-            arap_weight=arap_weight,
-            coarse_iterations=coarse_iterations,
-            fine_iterations=fine_iterations,
-            keep_disparity=bool(keep_disparity),
-            timed=bool(timed),
-            memory_stride=memory_stride,
-        )
+        if options["format"] not in BYTES_PER_PIXEL:
+            raise ValueError(f"format is {options['format']!r}, a Format expected")
+        desc = structs.TrackerDesc(**options)
         if device_id is not None:
             desc.device_id = c_text("device_id", device_id)
         handle, keep = context._open()
-        super().__init__(
+        Handle.__init__(
+            self,
             lambda out: native.defrec_tracker_create(handle, rig._native, desc, out),
             native.defrec_tracker_destroy,
             keep,
         )
         self._raw_size = rig.raw_size
         self._size = rig.size
-        self._format = Format(format)
-        self._frames_in_flight = frames_in_flight or _FRAMES_IN_FLIGHT
+        self._format = Format(desc.format)
+        self._frames_in_flight = desc.frames_in_flight or desc._defaults_["frames_in_flight"]
 
     def submit(
         self,

@@ -1,19 +1,19 @@
-"""The binding's structs, enumerators and functions are those of the ABI's own lists in sdk/abi, all of them."""
+"""The binding's structs, enumerators and functions are those of the description of the headers, all of them."""
 import ctypes
 import dataclasses
 import inspect
-import pathlib
 import re
 import types
 import unittest
 
 import defrec
 from defrec import _library, enums, structs
+from defrec._struct import C_STRUCTS
 from defrec._arrays import BYTES_PER_PIXEL
 from defrec.stage import KIND_OF_PARAMS
+from description import CONTRACT, STRUCTS
 
-ABI = pathlib.Path(__file__).resolve().parents[3] / "sdk" / "abi"
-PLUGIN_ABI = ("defrec_host", "defrec_stage_table", "defrec_plugin")
+ENUMERATORS = {value["name"]: value["value"] for enum in CONTRACT["enums"] for value in enum["values"]}
 
 PREFIXES = {
     "DEFREC_LOG_": enums.LogLevel,
@@ -44,54 +44,40 @@ def enumerator(name):
 
 
 class Abi(unittest.TestCase):
-    layout = (ABI / "layout.txt").read_text().splitlines()
-
     def test_structs(self):
-        fields = {name: [] for name in structs.C_STRUCTS}
-        for line in self.layout:
-            if match := re.fullmatch(r"(\w+)\.(\w+): (\d+) at (\d+)", line):
-                struct, field, size, offset = match[1], match[2], int(match[3]), int(match[4])
-                if struct in PLUGIN_ABI:
-                    continue
-                found = getattr(structs.C_STRUCTS[struct], field)
-                self.assertEqual((found.size, found.offset), (size, offset), line)
-                fields[struct].append(field)
-            elif match := re.fullmatch(r"(\w+): (\d+) bytes", line):
-                self.assertEqual(ctypes.sizeof(structs.C_STRUCTS[match[1]]), int(match[2]), line)
-            else:
-                self.assertRegex(line, r"DEFREC_\w+ = ")
-        for name, known in fields.items():
-            struct = structs.C_STRUCTS[name]
-            self.assertEqual([field for field, _ in struct._fields_], known)
-            if "struct_size" in known:  # its size is not in the list: the end of the last field, rounded up
-                last = getattr(struct, known[-1])
-                alignment = ctypes.alignment(struct)
-                self.assertEqual(ctypes.sizeof(struct), -(-(last.offset + last.size) // alignment) * alignment)
-                self.assertEqual(getattr(struct(), "struct_size"), ctypes.sizeof(struct))
+        self.assertEqual(list(C_STRUCTS), list(STRUCTS))
+        for described in STRUCTS.values():
+            struct = C_STRUCTS[described["name"]]
+            made = [(name, getattr(struct, name).size, getattr(struct, name).offset) for name, _ in struct._fields_]
+            self.assertEqual(made, [(field["name"], field["size"], field["offset"]) for field in described["fields"]], struct)
+            self.assertEqual(ctypes.sizeof(struct), described["size"], struct)
+            if made[0][0] == "struct_size":
+                self.assertEqual(getattr(struct(), "struct_size"), described["size"], struct)
 
     def test_enumerators(self):
-        seen = 0
-        for line in self.layout:
-            if match := re.fullmatch(r"(DEFREC_\w+) = (-?\d+)", line):
-                self.assertEqual(enumerator(match[1]), int(match[2]), line)
-                seen += 1
+        for name, value in ENUMERATORS.items():
+            self.assertEqual(enumerator(name), value, name)
         members = sum(len(kind.__members__) for kind in [*PREFIXES.values(), *WITHOUT_PREFIX])
         constants = [name for name in vars(enums) if name.isupper()]
-        self.assertEqual(seen, members + len(constants), "the binding has enumerators that the list does not have")
+        self.assertEqual(len(ENUMERATORS), members + len(constants), "the binding has enumerators that the header does not have")
 
     def test_functions(self):
-        exported = (ABI / "exports_libdefrec.txt").read_text().split()
-        self.assertEqual(sorted(_library.PROTOTYPES), exported)
-        header = (ABI.parents[1] / "include" / "defrec_c.h").read_text()
+        described = {function["name"]: function for function in CONTRACT["functions"]}
+        self.assertEqual(list(_library.PROTOTYPES), list(described))
         for name, (result, parameters) in _library.PROTOTYPES.items():
-            given = re.search(rf"DEFREC_CALL {name}\(([^)]*)\)", header)[1]
-            self.assertEqual(len(parameters), 0 if given == "void" else given.count(",") + 1, name)
-            self.assertEqual(result is _library.StatusResult, f"defrec_status DEFREC_CALL {name}(" in header, name)
+            self.assertEqual(len(parameters), len(described[name]["parameters"]), name)
+            self.assertEqual(result is _library.StatusResult, described[name]["returns"] == "defrec_status", name)
 
     def test_version(self):
-        header = (ABI.parents[1] / "include" / "defrec_c.h").read_text()
-        found = tuple(int(re.search(rf"#define DEFREC_API_{part} (\d+)", header)[1]) for part in ("MAJOR", "MINOR"))
+        found = tuple(CONTRACT["versions"][f"DEFREC_API_{part}"] for part in ("MAJOR", "MINOR"))
         self.assertEqual((_library.API_MAJOR, _library.API_MINOR), found)
+
+    def test_every_parameter_says_its_default_and_range(self):
+        for described in STRUCTS.values():
+            source = inspect.getsource(C_STRUCTS[described["name"]])
+            for field in described["fields"]:
+                if number := re.fullmatch(r"[\d.e-]+", field.get("default", "")):
+                    self.assertRegex(source, rf"{field['name']}: \w+\n    \"\"\"[^\"]*\b{number[0]}\b", described["name"])
 
     def test_everything_public_is_exported(self):
         for name in defrec.__all__:
