@@ -553,7 +553,7 @@ enum {
 /** Parameters of stage lm. */
 typedef struct defrec_lm_params {
     uint32_t      struct_size;   /**< see DEFREC_INIT */
-    uint32_t      solver;        /**< DEFREC_SOLVER_* @default DEFREC_SOLVER_COUPLED @range DEFREC_SOLVER_* */
+    uint32_t      solver;        /**< DEFREC_SOLVER_*: how a step is solved @default DEFREC_SOLVER_COUPLED @range DEFREC_SOLVER_* */
     uint32_t      nodes, edges, points, landmarks, patches; /**< exact count, as given to prepare @range 0..4194304 */
     uint32_t      width, height; /**< of the disparity image @range 2..DEFREC_MAX_SIDE @unit px */
     uint32_t      stride;        /**< of the disparity image @default width @range width..1048576 @unit elements */

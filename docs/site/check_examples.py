@@ -8,6 +8,7 @@ exist in the header, in the C# assembly's comments and in the Python package.
 
 usage: check_examples.py ROOT COMPILER LIBRARY_FOLDER MCS DEFREC_DLL WORK_FOLDER
 """
+import json
 import pathlib
 import re
 import subprocess
@@ -119,7 +120,9 @@ class Examples:
 
 def check_names(root, library, assembly):
     """Checks the names in the columns C, C# and Python of languages.md; returns their number."""
-    header = set(re.findall(r"\w+", (root / "include" / "defrec_c.h").read_text()))
+    contract = json.loads((root / "sdk" / "contract" / "contract.json").read_text())
+    kinds = ("handles", "callbacks", "structs", "functions")
+    header = {each["name"] for kind in kinds for each in contract[kind]}
     comments = re.findall(
         r'name="\w:Defrec\.([\w.]+)', pathlib.Path(assembly).with_suffix(".xml").read_text()
     )

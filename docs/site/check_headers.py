@@ -4,15 +4,13 @@ which errors it returns, and names its parameters; the header's version is that 
 error, state, reason and status of a point is in the guide on errors. Doxygen checks that everything
 is documented.
 
-usage: check_headers.py defrec_c.h errors.md
+usage: check_headers.py contract.json errors.md
 """
+import json
 import pathlib
 import re
 import sys
 
-FUNCTION = re.compile(
-    r"/\*\*((?:[^*]|\*(?!/))*)\*/\s*DEFREC_API ([\w *]+?)\s*DEFREC_CALL (\w+)\(([^)]*)\);"
-)
 SPEAK_FOR_THEMSELVES = {"out"}  # besides handles, which are called as their type
 
 
@@ -24,46 +22,43 @@ IN_GUIDE = (
 )  # one of each enumeration that is there
 
 
-def faults(text):
-    functions = FUNCTION.findall(text)
-    statuses = set(re.findall(r"\b(DEFREC_ERROR_\w+) *=", text))
-    if len(functions) != len(re.findall(r"^DEFREC_API .*DEFREC_CALL", text, re.M)):
-        yield "a function has no comment, or is not written as the others are"
-    for comment, kind, name, parameters in functions:
-        if not re.search(r"@threads (any|one)\b", comment):
+def faults(contract):
+    statuses = {value["name"] for enum in contract["enums"] for value in enum["values"]}
+    for function in contract["functions"]:
+        name, comment = function["name"], function["summary"] + " " + function.get("errors", "")
+        if function.get("threads") not in ("any", "one"):
             yield f"{name}: @threads any or one is missing"
-        if not re.search(r"@since \d+\.\d+", comment):
+        if "since" not in function:
             yield f"{name}: @since is missing"
-        if kind == "defrec_status" and "@errors" not in comment:
+        if function["returns"] == "defrec_status" and "errors" not in function:
             yield f"{name}: @errors is missing"
         for status in re.findall(r"\bDEFREC_ERROR_\w+", comment):
             if status not in statuses:
                 yield f"{name}: there is no {status}"
-        for parameter in parameters.split(","):
-            words = re.findall(r"\w+", parameter)
-            is_handle = len(words) == 2 and words[0] == f"defrec_{words[1]}"
-            if (
-                words != ["void"]
-                and not is_handle
-                and words[-1] not in SPEAK_FOR_THEMSELVES
-                and not re.search(rf"\b{words[-1]}\b", comment)
-            ):
-                yield f"{name}: {words[-1]} is not explained"
+        for parameter in function["parameters"]:
+            is_handle = parameter["type"] == f"defrec_{parameter['name']}"
+            is_explained = re.search(rf"\b{parameter['name']}\b", comment)
+            if not (is_handle or is_explained or parameter["name"] in SPEAK_FOR_THEMSELVES):
+                yield f"{name}: {parameter['name']} is not explained"
 
 
-def faults_of_version(text):
-    version = tuple(
-        int(re.search(rf"#define DEFREC_API_{part} (\d+)", text)[1]) for part in ("MAJOR", "MINOR")
-    )
-    newest = max(tuple(map(int, found)) for found in re.findall(r"@since (\d+)\.(\d+)", text))
-    if version != newest:
+def versions(described):
+    """Every @since of the C API below described."""
+    for value in described.values() if isinstance(described, dict) else described:
+        if isinstance(value, (dict, list)):
+            yield from versions(value)
+    if isinstance(described, dict) and re.fullmatch(r"\d+\.\d+", described.get("since", "")):
+        yield tuple(map(int, described["since"].split(".")))
+
+
+def faults_of_version(contract):
+    version = tuple(contract["versions"][f"DEFREC_API_{part}"] for part in ("MAJOR", "MINOR"))
+    if version != (newest := max(versions(contract))):
         yield f"DEFREC_API_MAJOR and _MINOR are {version}, the newest @since is {newest}"
 
 
-def faults_of_guide(text, guide):
-    enumerations = [
-        re.findall(r"\b(DEFREC_\w+) *=", body) for body in re.findall(r"\benum \{([^}]*)\}", text)
-    ]
+def faults_of_guide(contract, guide):
+    enumerations = [[value["name"] for value in enum["values"]] for enum in contract["enums"]]
     for one in IN_GUIDE:
         for name in next(names for names in enumerations if one in names):
             if f"| `{name}` |" not in guide:
@@ -71,8 +66,9 @@ def faults_of_guide(text, guide):
 
 
 def main():
-    text, guide = (pathlib.Path(path).read_text() for path in sys.argv[1:])
-    found = [*faults(text), *faults_of_version(text), *faults_of_guide(text, guide)]
+    contract = json.loads(pathlib.Path(sys.argv[1]).read_text())
+    guide = pathlib.Path(sys.argv[2]).read_text()
+    found = [*faults(contract), *faults_of_version(contract), *faults_of_guide(contract, guide)]
     sys.exit("\n".join(found) if found else 0)
 
 

@@ -5,6 +5,7 @@ themselves stay plain C and plain Markdown.
 usage: filter.py FILE
 """
 import html
+import json
 import pathlib
 import re
 import sys
@@ -12,6 +13,7 @@ import sys
 DOCS = pathlib.Path(__file__).resolve().parent.parent
 INCLUDE = DOCS.parent / "include"
 SAMPLES = DOCS.parent / "samples"
+CONTRACT = json.loads((DOCS.parent / "sdk" / "contract" / "contract.json").read_text())
 PARENTS = {
     "start.md": "",
     "stages.md": "stages/",
@@ -35,20 +37,15 @@ def heading_id(page, heading):
     return f"{page}-{slug}"
 
 
-def api_code():
-    return "".join(
-        re.sub(r"/\*.*?\*/", "", path.read_text(), flags=re.S) for path in INCLUDE.glob("*.h")
-    )
+def api_constants():
+    enumerators = [value["name"] for enum in CONTRACT["enums"] for value in enum["values"]]
+    return {*enumerators, *CONTRACT["macros"], *CONTRACT["versions"]}
 
 
 def api_names():
-    return set(re.findall(r"\b(?:defrec_[a-z_0-9]+|DEFREC_[A-Z_0-9]+)\b", api_code()))
-
-
-def api_constants():
-    return set(
-        re.findall(r"\bDEFREC_[A-Z_0-9]+(?= *=)|(?<=#define )DEFREC_[A-Z_]+(?=[( ])", api_code())
-    )
+    kinds = ("handles", "callbacks", "structs", "functions")
+    named = [each["name"] for kind in kinds for each in CONTRACT[kind]]
+    return {*named, *CONTRACT["opaque"], "defrec_status"} | api_constants()
 
 
 def filter_header(text):
@@ -83,10 +80,17 @@ def filter_header(text):
     text = re.sub(r"/\*\*.*?\*/", link, text, flags=re.S)
     # The tags of defaults, ranges and units read as words.
     text = re.sub(r"(\s)@(default|range|unit) ", r"\1| \2: ", text)
-    text = re.sub(r"(\| range: \S+?)\.\.(?=\S)", r"\1 to ", text)
+    text = re.sub(r"\| range: (.*?)\.\.(.*?)(?= \||\s*\*/|\n)", range_words, text)
     return text.replace(
         "/**< ", "/**< @brief "
     )  # so that a struct is one table, without a section for each field
+
+
+def range_words(match):
+    low, high = match.groups()
+    if low and high:
+        return f"| range: {low} to {high}"
+    return f"| range: at most {high}" if high else f"| range: {'above' if low[0] == '>' else 'at least'} {low.lstrip('>')}"
 
 
 def shown_samples():

@@ -14,11 +14,11 @@ import sys
 
 import header
 from contract import Contract
-from writers import abi, cpp, csharp, python_binding, stub
+from writers import abi, cpp, csharp, docs, python_binding, stub
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 HEADERS = ("defrec_c.h", "defrec_plugin.h")
-WRITERS = (cpp, abi, stub, csharp, python_binding)
+WRITERS = (cpp, abi, stub, csharp, python_binding, docs)
 
 
 def describe(include):

@@ -49,7 +49,9 @@ class Token:
 def tokens_of(text):
     found, line = [], 1
     for match in TOKEN.finditer(text):
-        if match["define"]:
+        if match["directive"] and (macro := re.match(r"# *define (DEFREC_\w+)", match[0])):
+            found.append(Token("macro", macro[1], line))
+        elif match["define"]:
             found.append(Token("define", (match["macro"], int(match["number"])), line))
         elif match["doc"]:
             found.append(Token("behind" if match["doc"].startswith("/**<") else "doc", match["doc"], line))
@@ -109,6 +111,10 @@ class Parser:
                 self.description["versions"][token.text[0]] = token.text[1]
                 self.at += 1
                 self.behind()
+            elif token.kind == "macro":
+                if token.text not in (macros := self.description["macros"]) and not token.text.endswith("_H"):
+                    macros.append(token.text)
+                self.at += 1
             elif token.kind == "behind":
                 self.fail("a comment behind nothing")
             else:
@@ -274,7 +280,7 @@ def lay_out(description):
 
 def read(headers):
     """The description of headers, (name, text) in the order in which they include each other."""
-    description = {"versions": {}, "handles": [], "opaque": [], "callbacks": [], "enums": [], "structs": [], "functions": []}
+    description = {"versions": {}, "macros": [], "handles": [], "opaque": [], "callbacks": [], "enums": [], "structs": [], "functions": []}
     for name, text in headers:
         Parser(name, text, description).parse()
     lay_out(description)

@@ -195,7 +195,7 @@ namespace Defrec
     public partial struct LmParameters
     {
         internal uint StructSize;
-        /// <summary>Solver; default Solver.Coupled.</summary>
+        /// <summary>Solver: how a step is solved; default Solver.Coupled.</summary>
         public Solver Solver;
         /// <summary>Exact count, as given to prepare; 0 to 4194304.</summary>
         public uint Nodes;

@@ -594,7 +594,7 @@ class LmParams(Struct):
 
     struct_size: U32
     solver: U32
-    """Solver; default Solver.COUPLED."""
+    """Solver: how a step is solved; default Solver.COUPLED."""
     nodes: U32
     """Exact count, as given to prepare; 0 to 4194304."""
     edges: U32
