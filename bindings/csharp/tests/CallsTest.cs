@@ -324,47 +324,5 @@ namespace Defrec.Tests
             foreach (KeyValuePair<string, Func<Stage>> maker in makers)
                 using (maker.Value()) Assert.That(Stub.Call("defrec_stage_create"), Is.StringContaining("device_id=NULL, " + maker.Key + "0"));
         }
-
-        /// <summary>Whatever function the library gains, a test above has to call it.</summary>
-        [Test]
-        public void NoFunctionIsLeftOut()
-        {
-            Stub.Answer("defrec_plugin_count", (Status)1, "");
-            Stub.Answer("defrec_device_count", (Status)1, "");
-            DefrecLibrary.NameOf(Status.Ok);
-            Assert.That(DefrecLibrary.Release, Is.EqualTo("stub"));
-            using (var context = new Context())
-            {
-                context.GetPlugins();
-                context.GetDevices();
-            }
-            Stub.Answer("defrec_rig_distort_pixels", Status.ErrorArgument, "");
-            Assert.Throws<DefrecException>(() => Rig.DistortPixels(new double[2], new double[2]));
-            Rig.RectifyPixels(new double[2], new double[2]);
-            new Rig(Context, RigDescription.Rectified(Width, Height, Camera)).Dispose();
-            using (var stage = new Stage(Context, new OrbParameters()))
-            {
-                stage.Prepare();
-                stage.Run(new StageBuffer[0], new StageBuffer[0]);
-            }
-            using (var memory = new DeviceMemory(Tracker, MemoryKind.Host, (IntPtr)16, 16))
-            using (Job job = Submit())
-            {
-                job.Wait();
-                job.GetSummary();
-                job.WarpPoints(new double[3], new double[3]);
-            }
-            using (Template template = Tracker.GetTemplate())
-            {
-                template.Lift(new double[2], new double[3], new bool[1]);
-                template.Save("/a");
-                Tracker.SetTemplate(template);
-            }
-            Template.Load(Context, "/a").Dispose();
-            new Tracker(Context, Rig).Dispose();
-            IEnumerable<string> called = Stub.Calls().Select(call => call.Substring(0, call.IndexOf('(')));
-            Assert.That(called.Distinct().OrderBy(name => name, StringComparer.Ordinal),
-                        Is.EqualTo(File.ReadAllLines(TestPaths.Exports).OrderBy(name => name, StringComparer.Ordinal)));
-        }
     }
 }

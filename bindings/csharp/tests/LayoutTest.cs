@@ -170,6 +170,29 @@ namespace Defrec.Tests
             }
         }
 
+        [Test]
+        public void EveryFunctionIsOffered()
+        {
+            const byte call = 0x28; // followed by the method's token
+            const BindingFlags all = BindingFlags.Static | BindingFlags.Instance | BindingFlags.Public | BindingFlags.NonPublic | BindingFlags.DeclaredOnly;
+            var called = new HashSet<string>();
+            foreach (MethodBase method in Binding.GetTypes().SelectMany(type => type.GetMethods(all).Concat<MethodBase>(type.GetConstructors(all))))
+            {
+                byte[] code = method.GetMethodBody() == null ? new byte[0] : method.GetMethodBody().GetILAsByteArray();
+                for (int i = 0; i + 4 < code.Length; ++i)
+                {
+                    if (code[i] != call) continue;
+                    try
+                    {
+                        MethodBase target = Binding.ManifestModule.ResolveMethod(BitConverter.ToInt32(code, i + 1));
+                        if (target.DeclaringType == typeof(NativeMethods)) called.Add(target.Name);
+                    }
+                    catch (ArgumentException) { } // not a call, but a part of another instruction
+                }
+            }
+            Assert.That(called.OrderBy(name => name, StringComparer.Ordinal), Is.EqualTo(File.ReadAllLines(TestPaths.Exports)));
+        }
+
         private bool IsOfApplications(string name)
         {
             return Regex.IsMatch(header, @"\b" + name + @"\b");
