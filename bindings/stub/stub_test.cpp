@@ -1,4 +1,4 @@
-// What the stub writes down and answers: the promises of scripts/contract/writers/stub.py and stub.h.
+// What the stub writes down and answers, as scripts/contract/writers/stub.py and stub.h promise.
 #include "bindings/stub/stub.h"
 
 #include <doctest/doctest.h>

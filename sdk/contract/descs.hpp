@@ -16,7 +16,13 @@ inline void fill_defaults(defrec_context_desc& p) {
 inline std::string range_error(const defrec_context_desc& p) {
     RangeCheck check("desc.");
     check.integer("plugin_path_count", p.plugin_path_count, 0, 1000);
-    if (p.log_level != 0) check.known("log_level", p.log_level, {DEFREC_LOG_DEBUG, DEFREC_LOG_INFO, DEFREC_LOG_WARNING, DEFREC_LOG_ERROR}, "DEBUG (1), INFO (2), WARNING (3), ERROR (4)");
+    if (p.log_level != 0)
+        check.known("log_level", p.log_level,
+        {DEFREC_LOG_DEBUG,
+         DEFREC_LOG_INFO,
+         DEFREC_LOG_WARNING,
+         DEFREC_LOG_ERROR},
+        "DEBUG (1), INFO (2), WARNING (3), ERROR (4)");
     if (p.threads != 0) check.integer("threads", p.threads, 1, 256);
     return check.error();
 }
@@ -37,13 +43,21 @@ inline void fill_defaults(defrec_tracker_desc& p) {
 inline std::string range_error(const defrec_tracker_desc& p) {
     RangeCheck check("desc.");
     check.integer("flags", p.flags, 0, 0);
-    if (p.format != 0) check.known("format", p.format, {DEFREC_FORMAT_GRAY8, DEFREC_FORMAT_BGR8, DEFREC_FORMAT_RGB8, DEFREC_FORMAT_BGRA8}, "GRAY8 (1), BGR8 (2), RGB8 (3), BGRA8 (4)");
+    if (p.format != 0)
+        check.known("format", p.format,
+        {DEFREC_FORMAT_GRAY8,
+         DEFREC_FORMAT_BGR8,
+         DEFREC_FORMAT_RGB8,
+         DEFREC_FORMAT_BGRA8},
+        "GRAY8 (1), BGR8 (2), RGB8 (3), BGRA8 (4)");
     if (p.frames_in_flight != 0) check.integer("frames_in_flight", p.frames_in_flight, 1, 16);
     if (p.disparities != 0) check.integer("disparities", p.disparities, 1, 510);
     check.integer("min_disparity", p.min_disparity, 0, 1024);
     if (p.min_depth_mm != 0) check.real("min_depth_mm", p.min_depth_mm, 0.1f, 100000.0f, false);
-    if (p.node_spacing_px != 0) check.real("node_spacing_px", p.node_spacing_px, 4.0f, DEFREC_MAX_SIDE, false);
-    if (p.vertex_spacing_px != 0) check.real("vertex_spacing_px", p.vertex_spacing_px, 1.0f, DEFREC_MAX_SIDE, false);
+    if (p.node_spacing_px != 0)
+        check.real("node_spacing_px", p.node_spacing_px, 4.0f, DEFREC_MAX_SIDE, false);
+    if (p.vertex_spacing_px != 0)
+        check.real("vertex_spacing_px", p.vertex_spacing_px, 1.0f, DEFREC_MAX_SIDE, false);
     if (p.max_features != 0) check.integer("max_features", p.max_features, 1, 65535);
     if (p.max_patches != 0) check.integer("max_patches", p.max_patches, 1, 65536);
     if (p.arap_weight != 0) check.real("arap_weight", p.arap_weight, 0.0f, 1e9f, false);

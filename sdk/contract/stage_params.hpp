@@ -21,10 +21,16 @@ inline void fill_defaults(defrec_rectify_params& p) {
 }
 inline std::string range_error(const defrec_rectify_params& p) {
     RangeCheck check("rectify: ");
-    check.known("format", p.format, {DEFREC_FORMAT_GRAY8, DEFREC_FORMAT_BGR8, DEFREC_FORMAT_RGB8, DEFREC_FORMAT_BGRA8}, "GRAY8 (1), BGR8 (2), RGB8 (3), BGRA8 (4)");
+    check.known("format", p.format,
+        {DEFREC_FORMAT_GRAY8,
+         DEFREC_FORMAT_BGR8,
+         DEFREC_FORMAT_RGB8,
+         DEFREC_FORMAT_BGRA8},
+        "GRAY8 (1), BGR8 (2), RGB8 (3), BGRA8 (4)");
     check.integer("source_width", p.source_width, 1, DEFREC_MAX_SIDE);
     check.integer("source_height", p.source_height, 1, DEFREC_MAX_SIDE);
-    check.integer("source_stride", p.source_stride, p.source_width * bytes_per_pixel(p.format), 1048576);
+    check.integer("source_stride", p.source_stride,
+        p.source_width * bytes_per_pixel(p.format), 1048576);
     check.integer("width", p.width, 1, DEFREC_MAX_SIDE);
     check.integer("height", p.height, 1, DEFREC_MAX_SIDE);
     check.integer("stride", p.stride, p.width, 1048576);
@@ -218,7 +224,10 @@ inline void fill_defaults(defrec_lm_params& p) {
 }
 inline std::string range_error(const defrec_lm_params& p) {
     RangeCheck check("lm: ");
-    check.known("solver", p.solver, {DEFREC_SOLVER_COUPLED, DEFREC_SOLVER_INDEPENDENT}, "COUPLED (1), INDEPENDENT (2)");
+    check.known("solver", p.solver,
+        {DEFREC_SOLVER_COUPLED,
+         DEFREC_SOLVER_INDEPENDENT},
+        "COUPLED (1), INDEPENDENT (2)");
     check.integer("nodes", p.nodes, 0, 4194304);
     check.integer("edges", p.edges, 0, 4194304);
     check.integer("points", p.points, 0, 4194304);

@@ -11,7 +11,9 @@ namespace defrec {
 
 struct TrackerOption {
     const char* name;
-    std::variant<uint32_t defrec_tracker_desc::*, int32_t defrec_tracker_desc::*, float defrec_tracker_desc::*> member;
+    std::variant<uint32_t defrec_tracker_desc::*, int32_t defrec_tracker_desc::*,
+                 float defrec_tracker_desc::*>
+        member;
     double low, high;  // 0 is within and means default
 };
 

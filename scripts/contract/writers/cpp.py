@@ -54,7 +54,8 @@ def checks_of(contract, struct, field, place, prefix):
     if field.range and field.range.enumerators:
         values = contract.enumerators(field.range.enumerators)
         known = ", ".join(f"{each['name'].removeprefix(field.range.enumerators[:-1])} ({each['value']})" for each in values)
-        yield f'check.known({name}, {value}, {{{", ".join(each["name"] for each in values)}}}, "{known}");'
+        yield (f"check.known({name}, {value},\n        {{" + ",\n         ".join(each["name"] for each in values)
+               + f'}},\n        "{known}");')  # fmt: skip
     elif field.range:
         ends = []
         for end, nothing in ((field.range.low, "kNoMin"), (field.range.high, "kNoMax")):
@@ -63,7 +64,8 @@ def checks_of(contract, struct, field, place, prefix):
             ends.append("true" if field.range.is_open else "false")
             yield f"check.real({name}, {value}, {', '.join(ends)});"
         else:
-            yield f"check.integer({name}, {value}, {', '.join(ends)});"
+            call = f"check.integer({name}, {value}, {', '.join(ends)});"
+            yield call if len(call) <= 96 else call.replace(f"{value}, ", f"{value},\n        ", 1)
     elif field.is_float:
         yield f"check.finite({name}, {value});"
 
@@ -76,7 +78,12 @@ def range_error(contract, struct):
     for field in struct.fields:
         is_optional = not is_complete and field.default and not field.is_hidden
         for call in checks_of(contract, struct, field, "p", ""):
-            lines.append(f"    if (p.{field.name} != 0) {call}" if is_optional else f"    {call}")
+            if is_optional:
+                start = f"    if (p.{field.name} != 0) "
+                is_short = len(start + call) <= 100 and "\n" not in call
+                lines.append(start + call if is_short else f"{start.rstrip()}\n        {call}")
+            else:
+                lines.append(f"    {call}")
     return [*lines, "    return check.error();", "}"]
 
 
@@ -126,7 +133,9 @@ def tracker_options(contract):
     body = """
 struct TrackerOption {
     const char* name;
-    std::variant<uint32_t defrec_tracker_desc::*, int32_t defrec_tracker_desc::*, float defrec_tracker_desc::*> member;
+    std::variant<uint32_t defrec_tracker_desc::*, int32_t defrec_tracker_desc::*,
+                 float defrec_tracker_desc::*>
+        member;
     double low, high;  // 0 is within and means default
 };
 
