@@ -1,11 +1,10 @@
-/* What the samples read: a camera on the command line, folders of PNG images. Nothing here is
- * defrec's. */
+/* Input of the samples: a camera on the command line, folders of PNG images. */
 #ifndef DEFREC_SAMPLES_INPUT_H
 #define DEFREC_SAMPLES_INPUT_H
 #include <defrec_c.h>
 #include <stdint.h>
 
-/* Ends the program with the error message of the call that failed. */
+/* Ends the program with defrec's error message if the call failed. */
 void check(defrec_status status, const char* doing);
 /* Ends the program: format as printf's. */
 #if defined(__GNUC__)
@@ -30,7 +29,7 @@ typedef struct {
 } image;
 /* format: DEFREC_FORMAT_BGR8 or DEFREC_FORMAT_GRAY8. image starts as zeros. */
 void read_image(const char* path, uint32_t format, image* out);
-/* The same as the tracker and the stages take it. */
+/* The image in the form that the tracker and the stages take. */
 defrec_image view_of(const image* source, uint32_t format);
 
 /* Two folders, frame by frame. */

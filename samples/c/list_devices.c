@@ -1,4 +1,4 @@
-/* Shows what can compute on this machine, and why a plugin was refused.
+/* Lists the devices of this machine, and the plugins that were refused, with the reason.
  *   list_devices */
 #include <inttypes.h>
 #include <stdio.h>
@@ -27,8 +27,8 @@ static int count_bits(uint32_t mask) {
 int main(void) {
     defrec_context context;
     size_t i;
-    check(defrec_context_create(NULL, &context),
-          "loading the plugins"); /* those beside the library */
+    /* NULL: the plugins beside the library */
+    check(defrec_context_create(NULL, &context), "loading the plugins");
     printf("defrec %s, API %u.%u\n", defrec_version_string(), defrec_version() / 1000,
            defrec_version() % 1000);
 

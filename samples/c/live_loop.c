@@ -1,10 +1,8 @@
-/* How a navigation system drives defrec: a camera delivers when it likes, the loop takes the newest
- * frame, waits for its result until a deadline, and goes on with what it has.
- *
+/* How a navigation system uses defrec: a camera delivers frames at its own pace, and the loop takes
+ * the newest frame, waits for its result until a deadline, and goes on with what is there.
  *   live_loop LEFT RIGHT FX,FY,CX,CY,BASELINE_MM DEADLINE_MS [DEVICE_ID]
- *
- * The camera is a thread that reads a sequence at 30 frames a second. One line for each result: in
- * time, or late. */
+ * The camera is a thread that reads a sequence at 30 frames a second. One line is printed for each
+ * result: in time, or late. */
 #define _POSIX_C_SOURCE 200809L
 #include <pthread.h>
 #include <stdio.h>
@@ -68,7 +66,7 @@ typedef struct {
     int64_t arrived_ns;
 } camera_frame;
 
-/* 0: there will be none any more. */
+/* 0: the camera has ended. */
 static int take_newest(camera* source, camera_frame* out) {
     int is_new;
     pthread_mutex_lock(&source->mutex);
@@ -145,8 +143,8 @@ static const char* state_name(uint32_t state) {
     }
 }
 
-/* What a display does with it: a frame that is tracked or degraded moves the plan; a lost one hides
- * it, or shows it as old. */
+/* What a display does with a result: a frame that is tracked or degraded moves the plan; a lost one
+ * hides it, or shows it as old. */
 static void show(const pending_result* pending) {
     defrec_result result;
     DEFREC_INIT(&result);
@@ -157,7 +155,7 @@ static void show(const pending_result* pending) {
     printf("\n");
 }
 
-/* Shows the results that are there by the deadline, oldest first, and gives their places back. */
+/* Shows the results that are done by the deadline, oldest first, and releases their places. */
 static void take_results(pending_result* pending, size_t* count, int64_t until_ns) {
     while (*count > 0) {
         const int64_t left_ns = until_ns - now_ns();
@@ -196,12 +194,12 @@ int main(int argc, char** argv) {
     pthread_mutex_init(&source.mutex, NULL);
     pthread_cond_init(&source.changed, NULL);
 
-    /* All that takes long comes before the camera runs: plugins, device, memory. */
+    /* Everything that takes long is done before the camera runs: plugins, device, memory. */
     check(defrec_context_create(NULL, &context), "loading the plugins");
     rig_desc = parse_camera(argv[3], source.sequence.left.width, source.sequence.left.height);
     check(defrec_rig_create(context, &rig_desc, &rig), "making the rig");
     DEFREC_INIT(&tracker_desc);
-    tracker_desc.device_id = argc == 6 ? argv[5] : NULL; /* NULL: the fastest there is */
+    tracker_desc.device_id = argc == 6 ? argv[5] : NULL; /* NULL: the fastest */
     tracker_desc.frames_in_flight = PLACES;
     check(defrec_tracker_create(context, rig, &tracker_desc, &tracker), "making the tracker");
     if (pthread_create(&camera_thread, NULL, deliver_frames, &source) != 0)
@@ -214,7 +212,7 @@ int main(int argc, char** argv) {
         defrec_frame frame;
         defrec_job job;
         defrec_status status;
-        take_results(pending, &pending_count, 0); /* what came late */
+        take_results(pending, &pending_count, 0); /* late results */
         DEFREC_INIT(&frame);
         frame.timestamp_ns = newest.arrived_ns;
         frame.left = &left;

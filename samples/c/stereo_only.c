@@ -1,4 +1,4 @@
-/* One stage by itself: the disparity of a rectified pair of images.
+/* A single stage: the disparity of a rectified pair of images.
  *   stereo_only LEFT.png RIGHT.png OUT.pgm [DEVICE_ID]
  * OUT.pgm has 16 bits a pixel: disparity in 1/16 px, 0 where there is none. */
 #include <stdio.h>
@@ -39,7 +39,7 @@ int main(int argc, char** argv) {
     pixels = (size_t)left.width * left.height;
 
     check(defrec_context_create(NULL, &context), "loading the plugins");
-    DEFREC_INIT(&params); /* what stays 0 is the default */
+    DEFREC_INIT(&params); /* 0 selects the default */
     params.width = left.width;
     params.height = left.height;
     check(defrec_stage_create(context, argc == 5 ? argv[4] : NULL, DEFREC_STAGE_STEREO, &params,

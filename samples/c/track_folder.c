@@ -1,6 +1,6 @@
 /* Follows pixels of the first left image through a stereo sequence.
  *   track_folder LEFT RIGHT FX,FY,CX,CY,BASELINE_MM POINTS.csv OUT.csv [DEVICE_ID]
- * POINTS.csv has the columns id,u,v (px). OUT.csv has where each point is in each frame: mm,
+ * POINTS.csv has the columns id,u,v (px). OUT.csv has the position of each point in each frame: mm,
  * rectified left camera. */
 #include <stdio.h>
 #include <stdlib.h>
@@ -42,7 +42,7 @@ static followed_points read_points(const char* path) {
     points.expected_error_mm = allocate(points.count, sizeof *points.expected_error_mm);
     rewind(file);
     points.count = 0;
-    fgets(line, sizeof line, file); /* the head */
+    fgets(line, sizeof line, file); /* the header */
     while (fgets(line, sizeof line, file) != NULL) {
         double* uv = points.uv + 2 * points.count;
         char rest;
@@ -65,7 +65,7 @@ static void free_points(followed_points* points) {
     free(points->expected_error_mm);
 }
 
-/* From pixels to places on the surface, once there is one. */
+/* Lifts the pixels to the surface, once there is one. */
 static void lift(followed_points* points, defrec_rig rig, defrec_tracker tracker) {
     defrec_template surface;
     check(defrec_rig_rectify_pixels(rig, points->uv, points->count, points->uv),
@@ -117,7 +117,7 @@ int main(int argc, char** argv) {
     rig_desc = parse_camera(argv[3], sequence.left.width, sequence.left.height);
     check(defrec_rig_create(context, &rig_desc, &rig), "making the rig");
     DEFREC_INIT(&tracker_desc);
-    tracker_desc.device_id = argc == 7 ? argv[6] : NULL; /* NULL: the fastest there is */
+    tracker_desc.device_id = argc == 7 ? argv[6] : NULL; /* NULL: the fastest */
     check(defrec_tracker_create(context, rig, &tracker_desc, &tracker), "making the tracker");
 
     for (i = 0; i < frame_count(&sequence); ++i) {

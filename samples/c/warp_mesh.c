@@ -1,12 +1,10 @@
-/* Moves a preoperative model along with the tissue: a mesh goes in, one mesh for each frame comes
- * out, with the confidence in it.
- *
+/* Moves a preoperative model along with the tissue: reads a mesh and writes one mesh for each
+ * frame, with a status and an expected error at each vertex.
  *   warp_mesh LEFT RIGHT FX,FY,CX,CY,BASELINE_MM MESH.obj OUT_FOLDER [DEVICE_ID]
- *
- * MESH.obj is in the template frame (the rectified left camera of the frame that gave the template;
- * an application registers its model to that), in mm. OUT_FOLDER/000000.ply and so on are in the
- * rectified left camera of their frame; status is DEFREC_POINT_*, expected_error_mm one standard
- * deviation. */
+ * MESH.obj is in the template frame (the rectified left camera of the frame that became the
+ * template; an application registers its model to that), in mm. OUT_FOLDER/000000.ply and so on
+ * are in the rectified left camera of their frame; status is DEFREC_POINT_*, expected_error_mm one
+ * standard deviation. */
 #define _POSIX_C_SOURCE 200809L
 #include <errno.h>
 #include <stdio.h>
@@ -119,7 +117,7 @@ int main(int argc, char** argv) {
     rig_desc = parse_camera(argv[3], sequence.left.width, sequence.left.height);
     check(defrec_rig_create(context, &rig_desc, &rig), "making the rig");
     DEFREC_INIT(&tracker_desc);
-    tracker_desc.device_id = argc == 7 ? argv[6] : NULL; /* NULL: the fastest there is */
+    tracker_desc.device_id = argc == 7 ? argv[6] : NULL; /* NULL: the fastest */
     check(defrec_tracker_create(context, rig, &tracker_desc, &tracker), "making the tracker");
 
     for (i = 0; i < frame_count(&sequence); ++i) {

@@ -1,4 +1,4 @@
-// What the samples read: a camera on the command line, folders of PNG images.
+// Input of the samples: a camera on the command line, folders of PNG images.
 using System;
 using System.Drawing;
 using System.Drawing.Imaging;
@@ -21,7 +21,7 @@ internal sealed class UsageException : Exception
 
 internal static class Sample
 {
-    /// <summary>Runs a sample; turns what it throws into one line on stderr.</summary>
+    /// <summary>Runs a sample; prints its exceptions as one line on stderr.</summary>
     internal static int Run(Action sample)
     {
         try
@@ -100,7 +100,7 @@ internal sealed class PngImage
         }
     }
 
-    /// <summary>The same as the tracker takes it.</summary>
+    /// <summary>The image in the form that the tracker takes.</summary>
     internal Defrec.Image View()
     {
         return new Defrec.Image(Pixels, Width, Height, Defrec.PixelFormat.Bgr8);

@@ -1,4 +1,4 @@
-// Shows what can compute on this machine, and why a plugin was refused.
+// Lists the devices of this machine, and the plugins that were refused, with the reason.
 //   list_devices
 using System;
 using Defrec;

@@ -1,7 +1,8 @@
-// How a navigation system drives defrec: a camera delivers when it likes, the loop takes the newest frame, waits for its result until
-// a deadline, and goes on with what it has.
+// How a navigation system uses defrec: a camera delivers frames at its own pace, and the loop takes
+// the newest frame, waits for its result until a deadline, and goes on with what is there.
 //   live_loop LEFT RIGHT FX,FY,CX,CY,BASELINE_MM DEADLINE_MS [DEVICE_ID]
-// The camera is a thread that reads a sequence at 30 frames a second. One line for each result: in time, or late.
+// The camera is a thread that reads a sequence at 30 frames a second. One line is printed for each
+// result: in time, or late.
 using System;
 using System.Collections.Generic;
 using System.Diagnostics;
@@ -9,7 +10,7 @@ using System.Globalization;
 using System.Threading;
 using Defrec;
 
-/// <summary>Keeps the newest frame only; whoever is slow misses some.</summary>
+/// <summary>Keeps only the newest frame; a slow loop misses some.</summary>
 internal sealed class CameraThread
 {
     private readonly StereoSequence sequence;
@@ -31,7 +32,7 @@ internal sealed class CameraThread
         thread.Start();
     }
 
-    /// <summary>Waits for a frame that was not taken yet. False: there will be none any more.</summary>
+    /// <summary>Waits for a frame that was not taken yet. False: the camera has ended.</summary>
     internal bool TakeNewest(ref PngImage intoLeft, ref PngImage intoRight, out int taken, out TimeSpan at)
     {
         lock (thread)
@@ -124,7 +125,7 @@ internal static class LiveLoop
         int submitted = 0, number;
         TimeSpan arrived;
         var pending = new Queue<Pending>();
-        // All that takes long comes before the camera runs: plugins, device, memory.
+        // Everything that takes long is done before the camera runs: plugins, device, memory.
         using (var context = new Context())
         using (var rig = new Rig(context, sequence.Rig(cameraNumbers)))
         using (var tracker = new Tracker(context, rig, new TrackerOptions { DeviceId = deviceId, FramesInFlight = Places }))
@@ -132,10 +133,10 @@ internal static class LiveLoop
             camera.Start();
             while (camera.TakeNewest(ref left, ref right, out number, out arrived))
             {
-                TakeResults(pending, TimeSpan.Zero); // what came late
+                TakeResults(pending, TimeSpan.Zero); // late results
                 Job job;
                 if (!tracker.TrySubmit(new Frame(left.View(), right.View(), 100 * arrived.Ticks), out job))
-                    continue; // both places are taken: dropped
+                    continue; // both places are taken; the frame is dropped
                 ++submitted;
                 pending.Enqueue(new Pending { Job = job, Number = number, Deadline = arrived + patience });
                 TakeResults(pending, arrived + patience);
@@ -145,7 +146,7 @@ internal static class LiveLoop
         Console.WriteLine("{0} frames from the camera, {1} tracked, {2} dropped", sequence.Count, submitted, sequence.Count - submitted);
     }
 
-    // Shows the results that are there by then, oldest first, and gives their places back.
+    // Shows the results that are done by then, oldest first, and releases their places.
     private static void TakeResults(Queue<Pending> pending, TimeSpan until)
     {
         while (pending.Count > 0)
@@ -157,7 +158,8 @@ internal static class LiveLoop
         }
     }
 
-    // What a display does with it: a frame that is tracked or degraded moves the plan; a lost one hides it, or shows it as old.
+    // What a display does with a result: a frame that is tracked or degraded moves the plan; a lost
+    // one hides it, or shows it as old.
     private static void Show(Pending done)
     {
         FrameSummary summary = done.Job.GetSummary();

@@ -1,4 +1,4 @@
-// The stage stereo alone: disparity of a rectified pair of images.
+// A single stage: the disparity of a rectified pair of images.
 //   stereo_only LEFT.png RIGHT.png OUT.pgm [DEVICE_ID]
 // OUT.pgm has 16 bits a pixel: disparity in 1/16 px, 0 where there is none.
 using System.IO;
@@ -19,12 +19,12 @@ internal static class StereoOnly
             if (left.Width != right.Width || left.Height != right.Height)
                 throw new SampleException(arguments[1] + ": is not of the size of the left image");
             var disparity = new short[left.Width * left.Height];
-            // What stays 0 is the default.
+            // 0 selects the default.
             var parameters = new StereoParameters { Width = (uint)left.Width, Height = (uint)left.Height };
             using (var context = new Context())
             using (var stereo = new Stage(context, parameters, arguments.Length > 3 ? arguments[3] : null))
             {
-                // docs/stages/stereo.md lists the buffers; those that are optional may be left out at the end.
+                // docs/stages/stereo.md lists the buffers; optional ones may be left out at the end.
                 stereo.Run(new StageBuffer[] { left.Gray(), right.Gray() }, new StageBuffer[] { disparity });
             }
             Write(arguments[2], disparity, left.Width, left.Height);

@@ -1,11 +1,12 @@
 // Follows pixels of the first left image through a stereo sequence.
 //   track_folder LEFT RIGHT FX,FY,CX,CY,BASELINE_MM POINTS.csv OUT.csv [DEVICE_ID]
-// POINTS.csv has the columns id,u,v (px). OUT.csv has where each point is in each frame: mm, rectified left camera.
+// POINTS.csv has the columns id,u,v (px). OUT.csv has the position of each point in each frame: mm,
+// rectified left camera.
 using System.Collections.Generic;
 using System.IO;
 using Defrec;
 
-/// <summary>Pixels, the points of the surface under them, and where these are now.</summary>
+/// <summary>Pixels, the points of the surface under them, and their current positions.</summary>
 internal sealed class FollowedPoints
 {
     private readonly List<string> ids = new List<string>();
@@ -18,7 +19,7 @@ internal sealed class FollowedPoints
     {
         var pixels = new List<double>();
         string[] lines = File.ReadAllLines(path);
-        for (int i = 1; i < lines.Length; ++i) // the first line is the head
+        for (int i = 1; i < lines.Length; ++i) // the first line is the header
         {
             string[] cells = lines[i].Split(',');
             if (cells.Length != 3) throw new SampleException(path + ": id,u,v expected, found \"" + lines[i] + "\"");
@@ -35,7 +36,7 @@ internal sealed class FollowedPoints
         expectedErrorMm = new double[ids.Count];
     }
 
-    /// <summary>From pixels to places on the surface. The first frame that shows a surface gives the template.</summary>
+    /// <summary>Lifts the pixels to the surface. The first frame with a surface becomes the template.</summary>
     internal void Lift(Rig rig, Tracker tracker)
     {
         if (isKnown) return;
@@ -44,7 +45,7 @@ internal sealed class FollowedPoints
         isKnown = true;
     }
 
-    /// <summary>Moves them to the frame of this job.</summary>
+    /// <summary>Moves the points to the frame of this job.</summary>
     internal void Warp(Job job)
     {
         if (isKnown) job.WarpPoints(atRest, now, status, expectedErrorMm);
@@ -83,7 +84,7 @@ internal static class TrackFolder
         var followed = new FollowedPoints(points);
         using (var context = new Context())
         using (var rig = new Rig(context, sequence.Rig(camera)))
-        using (var tracker = new Tracker(context, rig, new TrackerOptions { DeviceId = deviceId })) // null: the fastest there is
+        using (var tracker = new Tracker(context, rig, new TrackerOptions { DeviceId = deviceId })) // null: the fastest
         using (var file = new StreamWriter(outPath))
         {
             file.Write("frame,id,x,y,z,status,expected_error_mm\n");

@@ -1,8 +1,10 @@
-// Moves a preoperative model along with the tissue: a mesh goes in, one mesh for each frame comes out, with the confidence in it.
+// Moves a preoperative model along with the tissue: reads a mesh and writes one mesh for each frame,
+// with a status and an expected error at each vertex.
 //   warp_mesh LEFT RIGHT FX,FY,CX,CY,BASELINE_MM MESH.obj OUT_FOLDER [DEVICE_ID]
-// MESH.obj is in the template frame (the rectified left camera of the frame that gave the template; an application registers its
-// model to that), in mm. OUT_FOLDER/000000.ply and so on are in the rectified left camera of their frame; status is PointStatus,
-// expected_error_mm one standard deviation.
+// MESH.obj is in the template frame (the rectified left camera of the frame that became the template;
+// an application registers its model to that), in mm. OUT_FOLDER/000000.ply and so on are in the
+// rectified left camera of their frame; status is PointStatus, expected_error_mm one standard
+// deviation.
 using System;
 using System.Collections.Generic;
 using System.IO;
@@ -66,7 +68,7 @@ internal static class WarpMesh
         var status = new PointStatus[count];
         using (var context = new Context())
         using (var rig = new Rig(context, sequence.Rig(camera)))
-        using (var tracker = new Tracker(context, rig, new TrackerOptions { DeviceId = deviceId })) // null: the fastest there is
+        using (var tracker = new Tracker(context, rig, new TrackerOptions { DeviceId = deviceId })) // null: the fastest
         {
             for (int i = 0; i < sequence.Count; ++i)
             {

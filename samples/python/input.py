@@ -1,5 +1,4 @@
-"""What the samples read: a camera on the command line, folders of PNG images. Nothing here is defrec's but what it is
-given."""
+"""Input of the samples: a camera on the command line, folders of PNG images."""
 import pathlib
 import sys
 
@@ -9,9 +8,9 @@ from PIL import Image
 import defrec
 
 
-def run(main, usage, least, most):
-    """Calls main with the command line's arguments; a failure ends the program with an error message."""
-    if not least <= len(sys.argv) - 1 <= most:
+def run(main, usage, min_count, max_count):
+    """Calls main with the command line's arguments; a failure ends the program with a message."""
+    if not min_count <= len(sys.argv) - 1 <= max_count:
         print(f"usage: {usage}", file=sys.stderr)
         sys.exit(2)
     try:
@@ -42,12 +41,14 @@ def read_gray(path):
 
 
 class Sequence:
-    """Two folders of PNG images, frame by frame in the order of their names, at 30 frames a second."""
+    """Two folders of PNG images in the order of their names, at 30 frames a second."""
 
     def __init__(self, left_folder, right_folder):
         lefts, rights = _png_files(left_folder), _png_files(right_folder)
         if len(lefts) != len(rights):
-            raise ValueError(f"{left_folder} has {len(lefts)} images, {right_folder} has {len(rights)}")
+            raise ValueError(
+                f"{left_folder} has {len(lefts)} images, {right_folder} has {len(rights)}"
+            )
         self._files = list(zip(lefts, rights))
         left, _, _ = self[0]
         self.height, self.width, _ = left.shape
@@ -56,7 +57,7 @@ class Sequence:
         return len(self._files)
 
     def __getitem__(self, frame):
-        """Left image, right image, timestamp in ns: what a tracker takes."""
+        """Left image, right image, timestamp in ns."""
         left, right = self._files[frame]
         return read_rgb(left), read_rgb(right), frame * 1_000_000_000 // 30
 

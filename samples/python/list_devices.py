@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Shows what can compute on this machine, and why a plugin was refused.
+"""Lists the devices of this machine, and the plugins that were refused, with the reason.
 
 list_devices.py
 """
@@ -13,11 +13,14 @@ def main():
     with defrec.Context() as context:  # finds the plugins beside the library
         for device in context.devices:
             conformance = (
-                f"conformance suite {device.conformance} passed" if device.conformance else "no conformance certified"
+                f"conformance suite {device.conformance} passed"
+                if device.conformance
+                else "no conformance certified"
             )
             print(
-                f"device {device.id}: {device.name} ({device.kind.name}), driver {device.driver or 'none'}, "
-                f"{device.memory_bytes >> 20} MiB, {len(device.stages)} of {defrec.STAGE_COUNT_V1} stages, {conformance}"
+                f"device {device.id}: {device.name} ({device.kind.name}), "
+                f"driver {device.driver or 'none'}, {device.memory_bytes >> 20} MiB, "
+                f"{len(device.stages)} of {defrec.STAGE_COUNT_V1} stages, {conformance}"
             )
         for plugin in context.plugins:
             if plugin.verdict < 0:

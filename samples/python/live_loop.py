@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""How a navigation system drives defrec: a camera delivers when it likes, the loop takes the newest frame, waits for
-its result until a deadline, and goes on with what it has.
+"""How a navigation system uses defrec: a camera delivers frames at its own pace, and the loop takes
+the newest frame, waits for its result until a deadline, and goes on with what is there.
 
 live_loop.py LEFT RIGHT FX,FY,CX,CY,BASELINE_MM DEADLINE_MS [DEVICE_ID]
 
-The camera is a thread that reads a sequence at 30 frames a second. One line for each result: in time, or late.
+The camera is a thread that reads a sequence at 30 frames a second. One line is printed for each
+result: in time, or late.
 """
 import collections
 import math
@@ -17,7 +18,9 @@ from input import Sequence, parse_camera, run
 
 USAGE = "live_loop LEFT RIGHT FX,FY,CX,CY,BASELINE_MM DEADLINE_MS [DEVICE_ID]"
 
-Frame = collections.namedtuple("Frame", "number left right arrived")  # arrived: seconds of time.monotonic
+Frame = collections.namedtuple(
+    "Frame", "number left right arrived"
+)  # arrived: seconds of time.monotonic
 Pending = collections.namedtuple("Pending", "job number deadline")
 
 
@@ -51,7 +54,7 @@ class Camera(threading.Thread):
                 self._changed.notify()
 
     def take_newest(self):
-        """Waits for a frame; None: there will be none any more. Raises what stopped the camera."""
+        """Waits for a frame; None: the camera has ended. Raises the error that stopped it."""
         with self._changed:
             self._changed.wait_for(lambda: self._newest is not None or self._has_ended)
             newest, self._newest = self._newest, None
@@ -61,16 +64,23 @@ class Camera(threading.Thread):
 
 
 def show(pending):
-    """What a display does with it: a frame that is tracked or degraded moves the plan; a lost one hides it, or shows it
-    as old."""
+    """What a display does with a result: a frame that is tracked or degraded moves the plan; a lost
+    one hides it, or shows it as old."""
     result = pending.job.result()
     in_time = "in time" if time.monotonic() <= pending.deadline else "late"
-    reasons = ", ".join(reason.name.lower().replace("_", " ") for reason in defrec.Reason if reason in result.reasons)
-    print(f"frame {pending.number} {in_time}: {result.state.name.lower()}{': ' if reasons else ''}{reasons}")
+    reasons = ", ".join(
+        reason.name.lower().replace("_", " ")
+        for reason in defrec.Reason
+        if reason in result.reasons
+    )
+    print(
+        f"frame {pending.number} {in_time}: {result.state.name.lower()}"
+        f"{': ' if reasons else ''}{reasons}"
+    )
 
 
 def take_results(queue, until):
-    """Shows the results that are there by then, oldest first, and gives their places back."""
+    """Shows the results that are done by then, oldest first, and releases their places."""
     while queue and queue[0].job.wait(max(0, until - time.monotonic())):
         with queue[0].job:
             show(queue.popleft())
@@ -86,25 +96,32 @@ def main(left_folder, right_folder, camera, deadline_ms, device_id=None):
         sys.exit(2)
     sequence = Sequence(left_folder, right_folder)
 
-    # All that takes long comes before the camera runs: plugins, device, memory.
+    # Everything that takes long is done before the camera runs: plugins, device, memory.
     with defrec.Context() as context:
         rig = defrec.Rig.rectified(context, sequence.width, sequence.height, parse_camera(camera))
-        tracker = defrec.Tracker(context, rig, device_id, format=defrec.Format.RGB8, frames_in_flight=2)
+        tracker = defrec.Tracker(
+            context, rig, device_id, format=defrec.Format.RGB8, frames_in_flight=2
+        )
         source = Camera(sequence)
         source.start()
 
         queue, submitted = collections.deque(), 0
         while (frame := source.take_newest()) is not None:
-            take_results(queue, 0)  # what came late
+            take_results(queue, 0)  # late results
             try:
-                job = tracker.submit(frame.left, frame.right, int(frame.arrived * 1e9))  # copies the images
+                job = tracker.submit(
+                    frame.left, frame.right, int(frame.arrived * 1e9)
+                )  # copies the images
             except defrec.BusyError:
                 continue  # both places are taken; the frame is dropped
             submitted += 1
             queue.append(Pending(job, frame.number, frame.arrived + deadline))
             take_results(queue, frame.arrived + deadline)
         take_results(queue, math.inf)
-        print(f"{len(sequence)} frames from the camera, {submitted} tracked, {len(sequence) - submitted} dropped")
+        print(
+            f"{len(sequence)} frames from the camera, {submitted} tracked, "
+            f"{len(sequence) - submitted} dropped"
+        )
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""One stage by itself: the disparity of a rectified pair of images.
+"""A single stage: the disparity of a rectified pair of images.
 
 stereo_only.py LEFT.png RIGHT.png OUT.pgm [DEVICE_ID]
 
@@ -15,8 +15,10 @@ def main(left_file, right_file, out_file, device_id=None):
     left, right = read_gray(left_file), read_gray(right_file)
     height, width = left.shape
     with defrec.Context() as context:
-        # What is not named is the default.
-        stereo = defrec.StereoStage(context, defrec.StereoParams(width=width, height=height), device_id)
+        # Parameters that are not named have their default.
+        stereo = defrec.StereoStage(
+            context, defrec.StereoParams(width=width, height=height), device_id
+        )
         disparity, _ = stereo.run(left, right)
     shown = numpy.where(disparity == defrec.DISPARITY_NONE, 0, disparity)
     with open(out_file, "wb") as file:

@@ -3,7 +3,8 @@
 
 track_folder.py LEFT RIGHT FX,FY,CX,CY,BASELINE_MM POINTS.csv OUT.csv [DEVICE_ID]
 
-POINTS.csv has the columns id,u,v (px). OUT.csv has where each point is in each frame: mm, rectified left camera.
+POINTS.csv has the columns id,u,v (px). OUT.csv has the position of each point in each frame: mm,
+rectified left camera.
 """
 import csv
 
@@ -29,26 +30,39 @@ def main(left_folder, right_folder, camera, points_file, out_file, device_id=Non
 
     with defrec.Context() as context, open(out_file, "w") as out:
         rig = defrec.Rig.rectified(context, sequence.width, sequence.height, parse_camera(camera))
-        # Without a device it is the fastest there is.
+        # Without a device id, the fastest is used.
         tracker = defrec.Tracker(context, rig, device_id, format=defrec.Format.RGB8)
         print("frame,id,x,y,z,status,expected_error_mm", file=out)
 
         lifted = None
-        for job in tracker.process(sequence):  # the frames behind this one are being computed meanwhile
+        for job in tracker.process(sequence):  # later frames are computed meanwhile
             result = job.result()
             if lifted is None and len(result.vertices) > 0:
-                # The first frame that shows a surface gives the template: from pixels to places on it.
+                # The first frame with a surface becomes the template: lift the pixels to it.
                 lifted = tracker.template().lift(rig.rectify_pixels([(u, v) for _, u, v in points]))
             moved = None if lifted is None else job.warp_points(lifted.xyz)
             for i, (name, _, _) in enumerate(points):
-                if moved is None or not lifted.found[i] or moved.status[i] == defrec.PointStatus.UNKNOWN:
+                if (
+                    moved is None
+                    or not lifted.found[i]
+                    or moved.status[i] == defrec.PointStatus.UNKNOWN
+                ):
                     print(f"{result.frame},{name},,,,lost,", file=out)
                 else:
                     x, y, z = moved.xyz[i]
                     error = moved.expected_error_mm[i]
-                    status = "tracked" if moved.status[i] == defrec.PointStatus.OBSERVED else "extrapolated"
-                    print(f"{result.frame},{name},{x:.4f},{y:.4f},{z:.4f},{status},{error:.4f}", file=out)
+                    status = (
+                        "tracked"
+                        if moved.status[i] == defrec.PointStatus.OBSERVED
+                        else "extrapolated"
+                    )
+                    print(
+                        f"{result.frame},{name},{x:.4f},{y:.4f},{z:.4f},{status},{error:.4f}",
+                        file=out,
+                    )
 
 
 if __name__ == "__main__":
-    run(main, "track_folder LEFT RIGHT FX,FY,CX,CY,BASELINE_MM POINTS.csv OUT.csv [DEVICE_ID]", 5, 6)
+    run(
+        main, "track_folder LEFT RIGHT FX,FY,CX,CY,BASELINE_MM POINTS.csv OUT.csv [DEVICE_ID]", 5, 6
+    )

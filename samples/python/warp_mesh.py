@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Moves a preoperative model along with the tissue: a mesh goes in, one mesh for each frame comes out, with
-the confidence in it.
+"""Moves a preoperative model along with the tissue: reads a mesh and writes one mesh for each
+frame, with a status and an expected error at each vertex.
 
 warp_mesh.py LEFT RIGHT FX,FY,CX,CY,BASELINE_MM MESH.obj OUT_FOLDER [DEVICE_ID]
 
-MESH.obj is in the template frame (the rectified left camera of the frame that gave the template; an application
-registers its model to that), in mm. OUT_FOLDER/000000.ply and so on are in the rectified left camera of their frame;
-status is defrec.PointStatus, expected_error_mm one standard deviation.
+MESH.obj is in the template frame (the rectified left camera of the frame that became the template;
+an application registers its model to that), in mm. OUT_FOLDER/000000.ply and so on are in the
+rectified left camera of their frame; status is defrec.PointStatus, expected_error_mm one standard
+deviation.
 """
 import pathlib
 
@@ -17,7 +18,7 @@ from input import Sequence, parse_camera, run
 
 
 def read_obj(path):
-    """The lines "v X Y Z" and "f A B C" of an OBJ file: vertices (n, 3), triangles (m, 3) from 0."""
+    """Vertices (n, 3) and triangles (m, 3), from 0, of the lines "v X Y Z" and "f A B C"."""
     rows = {"v": [], "f": []}
     for line in pathlib.Path(path).read_text().splitlines():
         word, *numbers = line.split() or [""]
@@ -25,7 +26,9 @@ def read_obj(path):
             try:
                 a, b, c = (float(number) if word == "v" else int(number) for number in numbers)
             except ValueError:
-                raise ValueError(f'{path}: "v X Y Z" or "f A B C" expected, found "{line}"') from None
+                raise ValueError(
+                    f'{path}: "v X Y Z" or "f A B C" expected, found "{line}"'
+                ) from None
             rows[word].append((a, b, c))
     vertices, triangles = numpy.array(rows["v"]), numpy.array(rows["f"], int).reshape(-1, 3) - 1
     if len(vertices) == 0:
@@ -41,7 +44,10 @@ def write_ply(path, moved, triangles):
         print(f"element vertex {len(moved.xyz)}", file=file)
         for name in ("float x", "float y", "float z", "uchar status", "float expected_error_mm"):
             print(f"property {name}", file=file)
-        print(f"element face {len(triangles)}\nproperty list uchar uint vertex_indices\nend_header", file=file)
+        print(
+            f"element face {len(triangles)}\nproperty list uchar uint vertex_indices\nend_header",
+            file=file,
+        )
         for (x, y, z), status, error in zip(*moved):
             print(f"{x:.4f} {y:.4f} {z:.4f} {status} {error:.4f}", file=file)
         for a, b, c in triangles:
@@ -56,7 +62,7 @@ def main(left_folder, right_folder, camera, mesh_file, out_folder, device_id=Non
 
     with defrec.Context() as context:
         rig = defrec.Rig.rectified(context, sequence.width, sequence.height, parse_camera(camera))
-        # Without a device it is the fastest there is.
+        # Without a device id, the fastest is used.
         tracker = defrec.Tracker(context, rig, device_id, format=defrec.Format.RGB8)
         for frame, job in enumerate(tracker.process(sequence)):
             if len(job.result().vertices) > 0:  # there is a template
