@@ -1,119 +1,95 @@
-// One frame's way through the stages of a device: images up, surface down. Holds every buffer and
-// stage that a tracker needs; decides nothing: what a frame means is frame_state.hpp's business.
+// A frame's way through the stages of a device: images up, surface down. Decides nothing: what a
+// frame means is frame_state.hpp's business.
 #pragma once
-#include <chrono>
+#include <array>
 #include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
-#include "sdk/device/context.hpp"
-#include "sdk/device/device.hpp"
 #include "sdk/rig/rig.hpp"
 #include "sdk/template/capture.hpp"
-#include "sdk/template/template.hpp"
-#include "sdk/tracking/frame_input.hpp"
-#include "sdk/tracking/frame_output.hpp"
+#include "sdk/tracking/frame.hpp"
+#include "sdk/tracking/search_range.hpp"
+#include "sdk/tracking/template_stages.hpp"
+#include "sdk/tracking/tracker_settings.hpp"
 
 namespace defrec {
 
-// A tracker's description with every default filled in.
-using TrackerSettings = defrec_tracker_desc;
-// Throws Error(DEFREC_ERROR_ARGUMENT) for values that are out of range.
-TrackerSettings complete_settings(const defrec_tracker_desc& desc, const Rig& rig);
-
+// One thread. Outlives its frames. A call that fails leaves no work behind that would write into
+// the frame it was given.
 class Pipeline {
   public:
-    Pipeline(std::shared_ptr<Context> context, std::shared_ptr<const Rig> rig,
-             std::shared_ptr<Device> device, const TrackerSettings& settings);
-    ~Pipeline();
+    Pipeline(std::shared_ptr<const Rig> rig, std::shared_ptr<Device> device,
+             const TrackerSettings& settings);
+    Pipeline(const Pipeline&) = delete;
+    Pipeline& operator=(const Pipeline&) = delete;
 
-    // Rectifies a pair (host pixels in tight rows), computes disparity and features. The device may
-    // still be at it: images must stay as they are, and out is complete, when capture, finish or
-    // forget_observation has returned. gray: where the rectified pixels of an view in memory are
-    // read back to.
-    void observe(const FrameInput& frame, std::array<uint8_t*, 2> gray, FrameOutput& out);
-    // The same for the frame after the one that is followed, behind that one's work; only where
-    // can_observe_ahead. The calls below go on to mean the frame that is followed until use_ahead.
-    void observe_ahead(const FrameInput& frame, std::array<uint8_t*, 2> gray, FrameOutput& out);
-    bool can_observe_ahead() const { return uploads_.has_value(); }
-    void use_ahead() { std::swap(now_, ahead_); }
-    // Waits for gray.
-    void await_gray();
+    // Rectifies a pair, computes disparity and features, behind the work on the frame before if
+    // that is under way. The device may still be at it on return.
+    ObservedFrame observe(const FrameTask& task);
+    // Whether one more frame can be observed now. A second one only where frames are queued and
+    // their stages not timed.
+    bool can_observe() const;
+    void await_gray(const ObservedFrame& frame);
 
-    // Instead of capture and follow, where the images turn out to be of no use.
-    void forget_observation(FrameOutput& out);
-
-    // A template from the images last observed; empty when too little of them has disparity.
-    std::optional<TemplateData> capture();
-    // Whether the images last observed match when left and right are exchanged.
-    bool views_look_swapped();
+    // A template from the frame's images; empty when too little of them has disparity.
+    std::optional<TemplateData> capture(ObservedFrame& frame);
+    // Whether the images match when left and right are exchanged.
+    bool views_look_swapped(ObservedFrame& frame);
+    // Ends a frame whose images turn out to be of no use.
+    void forget(ObservedFrame frame);
 
     // Makes the stages and buffers for this template, and waits for all that was queued before.
-    // Allocates; keeps what it had if it fails.
-    void set_template(std::shared_ptr<const Template> surface);
-
-    // Follows the template into the images last observed, starting from these motions. samples:
-    // where the device leaves them; may be null. The device may still be at it.
-    void follow(std::span<const defrec_motion> start, const DeviceBuffer* samples,
-                FrameOutput& out);
-    // Waits for what observe and follow began; done tells whether it is over.
-    void finish(FrameOutput& out);
-    bool done(uint64_t timeout_ns) { return queue_.wait(followed_, timeout_ns); }
+    // Keeps what it had if it fails.
+    void set_template(const TemplateData& data);
+    // Follows the template into the frame, starting from these motions. The device may still be at
+    // it on return. Throws Error(DEFREC_ERROR_INTERNAL) without a template.
+    FollowedFrame follow(ObservedFrame frame, std::span<const defrec_motion> start);
+    bool done(const FollowedFrame& frame, uint64_t timeout_ns) {
+        return queue_.wait(frame.end_point_, timeout_ns);
+    }
+    // Waits for the end of the frame's work.
+    void finish(FollowedFrame frame);
 
     // Writes samples that did not come from follow into the memory where the device would have left
     // them.
     void leave_samples(std::span<const defrec_surface_sample> samples, const DeviceBuffer& memory);
 
-    // Waits for what is queued, after a failure: nothing may be written into a frame's output
-    // later.
-    void drain() noexcept;
-
   private:
-    struct TemplateStages;
-    // What one frame's images become on the device.
-    struct Observation {
-        DeviceBuffer raw[2], gray[2], mask[2], ignore, disparity, feature_count, features;
-        uint64_t gray_point = 0;  // in the queue, behind what await_gray waits for; 0: nothing
-    };
+    friend struct ObservedFrame::End;
 
     Observation make_observation() const;
-    void see(Observation& o, Queue& uploads, const FrameInput& frame, std::array<uint8_t*, 2> gray,
-             FrameOutput& out);
-    std::unique_ptr<DeviceStage> make_stereo(uint32_t min_disparity, uint32_t disparities) const;
+    std::unique_ptr<DeviceStage> make_stereo(const SearchRange& range) const;
     std::unique_ptr<DeviceStage> make_rectify(uint32_t source_stride) const;
     void upload_maps();
-    void upload_template(TemplateStages& stages, const TemplateData& data);
-    void record_time(const char* stage, FrameOutput& out);
-    uint32_t widest_search() const;
-    void narrow_search(const SurfaceGrid& grid);
-    void download_front();
+    ObservedFrame take_observation(const FrameTask& task);
+    void rectify(ObservedFrame& frame, Queue& uploads);
+    void download_front(ObservedFrame& frame);
+    // Waits for what is queued, after a failure.
+    void drain() noexcept;
 
-    std::shared_ptr<Context> context_;
     std::shared_ptr<const Rig> rig_;
     std::shared_ptr<Device> device_;
-    TrackerSettings settings_;
-    uint32_t width_, height_;
+    const TrackerSettings settings_;
+    const SearchRange widest_range_;
 
     // Host copies that only capturing a template needs. The queue, which goes before them, may be
     // reading into them.
-    std::vector<uint8_t> host_gray_, host_mask_;
-    std::vector<int16_t> host_disparity_;
-    std::vector<defrec_feature> host_features_;
-    uint32_t host_feature_count_ = 0;
+    struct {
+        std::vector<uint8_t> gray, mask;
+        std::vector<int16_t> disparity;
+        std::vector<defrec_feature> features;
+        uint32_t feature_count = 0;
+    } host_;
 
     Queue queue_;
-    std::optional<Queue>
-        uploads_;  // of frames that are observed ahead, beside the work on the one before
+    std::optional<Queue> uploads_;  // of a second frame, beside the work on the one before
     DeviceBuffer map_[2];
-    Observation observations_[2];  // the second only where frames are observed ahead
-    Observation *now_ = &observations_[0], *ahead_ = &observations_[1];
-    std::unique_ptr<DeviceStage> rectify_, rectify_memory_, stereo_,
-        orb_;  // rectify_memory_: where memory has another stride
-    uint32_t feature_capacity_ = 0;
-    uint64_t followed_ = 0;  // in the queue, behind what follow began
-    std::unique_ptr<TemplateStages> follow_;
-    std::chrono::steady_clock::time_point last_time_;
+    std::vector<Observation> observations_;  // as many as frames can be observed at a time
+    std::unique_ptr<DeviceStage> rectify_, stereo_, orb_;
+    std::unique_ptr<DeviceStage> rectify_memory_;  // where memory has another stride; else null
+    std::unique_ptr<TemplateStages> template_;
 };
 
 }  // namespace defrec

@@ -1,0 +1,70 @@
+// The frames of a tracker, from submission until the thread that computes takes them: who waits for
+// whom, and who copies pixels.
+#pragma once
+#include <atomic>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "sdk/base/shared_loop.hpp"
+#include "sdk/tracking/job.hpp"
+#include "sdk/tracking/tracker_settings.hpp"
+
+namespace defrec {
+
+class Rig;
+
+class FrameQueue {
+  public:
+    // Has room for settings.frames_in_flight frames, from their submission until their release.
+    FrameQueue(const std::shared_ptr<const Device>& device, const Rig& rig,
+               const TrackerSettings& settings);
+
+    // Copies the images' pixels of the host; returns when the application may use them again. One
+    // thread at a time. Throws Error(DEFREC_ERROR_BUSY) when the queue is full,
+    // Error(DEFREC_ERROR_ARGUMENT) for a timestamp that does not grow.
+    std::shared_ptr<TrackerJob> submit(FrameInput input);
+    // The frame that is submitted next brings this template along. Any thread.
+    void set_template(std::shared_ptr<const Template> surface);
+    // That template, until then; else null. Any thread.
+    std::shared_ptr<const Template> template_to_set() const;
+
+    // For the thread that computes. Waits for the frame after the last one taken; nullptr: the
+    // queue was stopped, and is empty.
+    TrackerJob* take();
+    // That frame if it is there already, to look ahead.
+    struct Next {
+        TrackerJob* job = nullptr;
+        bool may_come = false;  // where there is none yet
+    };
+    Next next() const;
+
+    // No frame is submitted any more; those in the queue are taken to be cancelled. Any thread.
+    void stop();
+    bool is_stopped() const { return stopped_; }
+
+  private:
+    std::shared_ptr<TrackerJob> reserve(int64_t timestamp_ns);
+    std::unique_lock<std::mutex> await_frame();
+
+    const uint32_t height_;
+    const uint64_t row_bytes_, ignore_row_bytes_;
+    const Services* helpers_;  // whose threads copy pixels as well; may be null
+    std::shared_ptr<JobMonitor> monitor_ = std::make_shared<JobMonitor>();
+    std::vector<std::shared_ptr<TrackerJob>> jobs_;
+    SharedLoop copying_;               // of the pixels of the frame that is being submitted
+    std::condition_variable arrived_;  // with the monitor's mutex, for the thread that computes
+    // Written under the monitor's mutex.
+    std::atomic<uint64_t> submitted_ = 0,
+                          announced_ = 0;  // frames; announced before their pixels are copied
+    std::atomic<bool> stopped_ = false;
+    // Under the monitor's mutex.
+    std::vector<TrackerJob*> order_;  // a ring: frame n at n % size
+    int64_t last_timestamp_ = 0;
+    std::shared_ptr<const Template> template_to_set_;
+
+    uint64_t taken_ = 0;  // the computing thread's own: frames
+};
+
+}  // namespace defrec

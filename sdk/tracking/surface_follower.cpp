@@ -1,0 +1,242 @@
+// See surface_follower.hpp.
+#include "sdk/tracking/surface_follower.hpp"
+
+#include <algorithm>
+#include <new>
+
+#include "backends/shared/motion.hpp"
+#include "sdk/contract/pixel_format.hpp"
+
+namespace defrec {
+namespace {
+
+defrec_surface_sample at_rest(const defrec_surface_point& point) {
+    defrec_surface_sample sample{};
+    std::copy(std::begin(point.position), std::end(point.position), sample.position);
+    std::copy(std::begin(point.normal), std::end(point.normal), sample.normal);
+    sample.observation = DEFREC_NO_DEPTH;
+    return sample;
+}
+
+FrameTask task_of(TrackerJob& job) {
+    return {job.input,
+            {job.views[0].as<uint8_t>().data(), job.views[1].as<uint8_t>().data()},
+            job.output};
+}
+
+void expect_room_for_samples(const TrackerJob& job) {
+    const uint64_t needed = job.output.samples.size() * sizeof(defrec_surface_sample);
+    if (job.input.samples != nullptr && job.input.samples->size() < needed)
+        fail(DEFREC_ERROR_ARGUMENT, "samples: the memory has ", job.input.samples->size(),
+             " bytes, ", needed, " are needed for ", job.output.samples.size(), " vertices");
+}
+
+// Nothing was searched in a frame of no use: a place in the queue must not show what an earlier
+// frame had.
+void forget_evidence(TrackerJob& job) {
+    job.evidence = {};
+    defrec_match none{};
+    none.feature = -1;
+    none.distance = none.second = 256;
+    std::fill(job.output.matches.begin(), job.output.matches.end(), none);
+    std::fill(job.output.observations.begin(), job.output.observations.end(),
+              defrec_patch_observation{});
+}
+
+}  // namespace
+
+SurfaceFollower::SurfaceFollower(std::shared_ptr<const Rig> rig,
+                                 const std::shared_ptr<Device>& device,
+                                 const TrackerSettings& settings, const FrameQueue& frames)
+    : rig_(std::move(rig)),
+      channels_(bytes_per_pixel(settings.format)),
+      frames_(frames),
+      pipeline_(rig_, device, settings) {}
+
+std::shared_ptr<const Template> SurfaceFollower::current_template() const {
+    const std::lock_guard lock(template_mutex_);
+    return template_;
+}
+
+void SurfaceFollower::compute(TrackerJob& job) noexcept {
+    try {
+        process(job);
+        job.finish(DEFREC_OK, "");
+        // Nobody waits for this. The arrays stay as they are until this thread computes another
+        // frame.
+        if (is_tracking_)
+            std::copy(job.output.samples.begin(), job.output.samples.end(), last_->samples.begin());
+    } catch (const Error& error) {
+        job.finish(error.status(), error.what());
+    } catch (const std::bad_alloc&) {
+        job.finish(DEFREC_ERROR_OUT_OF_MEMORY, "out of memory");
+    } catch (const std::exception& error) {
+        job.finish(DEFREC_ERROR_INTERNAL, error.what());
+    }
+}
+
+void SurfaceFollower::cancel(TrackerJob& job) noexcept {
+    if (ahead_ && ahead_->job == &job) ahead_.reset();
+    job.finish(DEFREC_ERROR_STATE, "the tracker was destroyed before this frame was computed");
+}
+
+void SurfaceFollower::process(TrackerJob& job) {
+    // The device begins while the host looks; frames in which there is nothing to observe are few.
+    ObservedFrame frame = observe(job);
+    check_images(job, frame);
+    if ((job.reasons & kUselessImages) != 0) {
+        pipeline_.forget(std::move(frame));
+        if (!prepare_results(job)) return;
+        forget_evidence(job);
+        conclude(job, Verdict{});
+        return;
+    }
+    if (template_ == nullptr || (job.input.flags & DEFREC_FRAME_CAPTURE_TEMPLATE) != 0)
+        capture(job, frame);
+    if (!prepare_results(job)) return;
+    const Verdict verdict = follow(job, std::move(frame));
+    conclude(job, verdict);
+}
+
+ObservedFrame SurfaceFollower::observe(TrackerJob& job) {
+    if (ahead_ && ahead_->job == &job) {
+        auto result = std::move(ahead_->result);
+        ahead_.reset();
+        if (const auto* failure = std::get_if<std::exception_ptr>(&result))
+            std::rethrow_exception(*failure);
+        return std::get<ObservedFrame>(std::move(result));
+    }
+    if (job.template_to_set != nullptr) adopt(std::exchange(job.template_to_set, nullptr), false);
+    return pipeline_.observe(task_of(job));
+}
+
+// Queues the images of the next frame, if it was submitted, behind the work on this one, so that
+// the device has something to do while the host concludes this one. A device that computes in this
+// thread is done by now, and its results are not kept waiting. false: such a frame may still come.
+bool SurfaceFollower::observe_ahead(const FollowedFrame& followed) {
+    if (ahead_ || !pipeline_.can_observe() || pipeline_.done(followed, 0)) return true;
+    const FrameQueue::Next next = frames_.next();
+    if (next.job == nullptr) return !next.may_come;
+    if (next.job->template_to_set != nullptr) return true;  // may change what stereo searches
+    try {
+        ahead_.emplace(Ahead{next.job, pipeline_.observe(task_of(*next.job))});
+    } catch (const std::exception&) {
+        ahead_.emplace(Ahead{next.job, std::current_exception()});
+    }
+    return true;
+}
+
+void SurfaceFollower::check_images(TrackerJob& job, const ObservedFrame& frame) {
+    pipeline_.await_gray(frame);
+    job.reasons = stream_.reasons(job.frame, job.input.timestamp_ns, statistics_of(job, 0),
+                                  statistics_of(job, 1));
+}
+
+// Of the raw image, or where that lies in memory of the rectified one.
+ImageStatistics SurfaceFollower::statistics_of(const TrackerJob& job, int view) const {
+    const uint8_t* pixels = job.views[view].as<uint8_t>().data();
+    if (job.input.views[static_cast<size_t>(view)].memory == nullptr)
+        return image_statistics(pixels, rig_->width(), rig_->height(), channels_);
+    return image_statistics(pixels, rig_->width(), rig_->height(), 1, rig_->map(view));
+}
+
+void SurfaceFollower::capture(TrackerJob& job, ObservedFrame& frame) {
+    std::optional<TemplateData> data = pipeline_.capture(frame);
+    if (!data) {
+        job.reasons |= DEFREC_REASON_NO_DEPTH;
+        if (pipeline_.views_look_swapped(frame)) job.reasons |= DEFREC_REASON_EYES_SWAPPED;
+        return;
+    }
+    adopt(std::make_shared<const Template>(std::move(*data)), true);
+}
+
+// is_observed: it was captured from this very frame.
+void SurfaceFollower::adopt(std::shared_ptr<const Template> surface, bool is_observed) {
+    const TemplateData& data = surface->data();
+    Surface made{SurfaceModel(data),
+                 std::vector<defrec_motion>(data.nodes.size() / 3,
+                                            DualQuaternion<float>::identity().store()),
+                 std::vector<defrec_surface_sample>(data.vertices.size())};
+    std::transform(data.vertices.begin(), data.vertices.end(), made.samples.begin(), at_rest);
+    pipeline_.set_template(data);
+    // Nothing fails from here on: the tracker has the old template or the new one.
+    last_ = std::move(made);
+    is_tracking_ = is_observed;
+    age_ = 0;
+    ++epoch_;
+    const std::lock_guard lock(template_mutex_);
+    template_ = std::move(surface);
+}
+
+// Makes room for the results with the present template; false, with the results there are, where
+// there is none.
+bool SurfaceFollower::prepare_results(TrackerJob& job) {
+    job.surface = template_;
+    if (template_ == nullptr) {
+        job.state = DEFREC_INITIALISING;
+        job.epoch = 0;
+        job.age = 0;
+        return false;
+    }
+    // A job that was last used with another template has arrays of another size.
+    const TemplateData& data = template_->data();
+    job.memory.fit(data);
+    job.vertices.resize(3 * data.vertices.size());
+    job.normals.resize(3 * data.vertices.size());
+    job.node_positions.resize(data.nodes.size());
+    expect_room_for_samples(job);
+    return true;
+}
+
+Verdict SurfaceFollower::follow(TrackerJob& job, ObservedFrame frame) {
+    FollowedFrame followed = pipeline_.follow(std::move(frame), last_->motions);
+    // A wait that ends too early may cost a call of the driver. Each looks for a while before it
+    // sleeps: many short ones would keep a core busy through a long frame.
+    uint64_t look_again_ns = 200000;
+    while (!observe_ahead(followed) && !pipeline_.done(followed, look_again_ns)) look_again_ns *= 2;
+    pipeline_.finish(std::move(followed));
+    job.announce_end();
+    job.evidence = weigh_evidence(template_->data(), job.output);
+    const Verdict verdict = classify(template_->data(), job.evidence, is_tracking_);
+    job.reasons |= verdict.reasons;
+    return verdict;
+}
+
+void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict) {
+    if (verdict.found) {
+        constexpr float kFastMm = 5;
+        if (is_tracking_ && moved_farther(last_->samples, job.output.samples, kFastMm))
+            job.reasons |= DEFREC_REASON_FAST_MOTION;
+        job.state = !is_tracking_      ? DEFREC_RELOCALISED
+                    : verdict.degraded ? DEFREC_DEGRADED
+                                       : DEFREC_TRACKING;
+        if (!is_tracking_) ++epoch_;
+        std::copy(job.output.motions.begin(), job.output.motions.end(), last_->motions.begin());
+        age_ = 0;
+    } else {
+        job.state = DEFREC_LOST;
+        std::copy(last_->motions.begin(), last_->motions.end(), job.output.motions.begin());
+        std::copy(last_->samples.begin(), last_->samples.end(), job.output.samples.begin());
+        if (job.input.samples != nullptr)
+            pipeline_.leave_samples(job.output.samples, *job.input.samples);
+        ++age_;
+    }
+    is_tracking_ = verdict.found;
+    job.epoch = epoch_;
+    job.age = age_;
+    describe_surface(job);
+}
+
+void SurfaceFollower::describe_surface(TrackerJob& job) const {
+    const bool is_lost = job.state == DEFREC_LOST;
+    estimate_confidence(last_->model, job.output.samples, is_lost, job.age, job.confidence);
+    fit_rigid_motion(last_->model, job.output.samples, job.rigid_motion);
+    split_samples(job.output.samples, job.vertices, job.normals);
+    const std::vector<float>& nodes = template_->data().nodes;
+    for (size_t i = 0; i < job.output.motions.size(); ++i) {
+        const auto motion = DualQuaternion<double>::load(job.output.motions[i]);
+        store3(apply(motion, load3<double>(&nodes[3 * i])), &job.node_positions[3 * i]);
+    }
+}
+
+}  // namespace defrec

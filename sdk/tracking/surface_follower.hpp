@@ -1,0 +1,72 @@
+// What the tracker decides about each frame: whether its images are of use, whether a template is
+// captured, whether the surface was found, and what its results are.
+#pragma once
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "sdk/tracking/frame_queue.hpp"
+#include "sdk/tracking/pipeline.hpp"
+#include "sdk/tracking/stream_check.hpp"
+
+namespace defrec {
+
+// One thread, the one that takes the frames from the queue.
+class SurfaceFollower {
+  public:
+    // frames: where the frame after the one that is followed is looked for; outlives the follower.
+    SurfaceFollower(std::shared_ptr<const Rig> rig, const std::shared_ptr<Device>& device,
+                    const TrackerSettings& settings, const FrameQueue& frames);
+
+    // Computes the frame and ends its job. In the order of the frames.
+    void compute(TrackerJob& job) noexcept;
+    // Ends its job without computing the frame.
+    void cancel(TrackerJob& job) noexcept;
+
+    // The template that is followed, null before there is one. Any thread.
+    std::shared_ptr<const Template> current_template() const;
+
+  private:
+    // A frame that was observed while the one before it was followed, or why it could not be.
+    struct Ahead {
+        const TrackerJob* job;
+        std::variant<ObservedFrame, std::exception_ptr> result;
+    };
+    // Of the template, and where its surface was last found.
+    struct Surface {
+        SurfaceModel model;
+        std::vector<defrec_motion> motions;
+        std::vector<defrec_surface_sample> samples;
+    };
+
+    void process(TrackerJob& job);
+    ObservedFrame observe(TrackerJob& job);
+    bool observe_ahead(const FollowedFrame& followed);
+    void check_images(TrackerJob& job, const ObservedFrame& frame);
+    ImageStatistics statistics_of(const TrackerJob& job, int view) const;
+    void capture(TrackerJob& job, ObservedFrame& frame);
+    void adopt(std::shared_ptr<const Template> surface, bool is_observed);
+    bool prepare_results(TrackerJob& job);
+    Verdict follow(TrackerJob& job, ObservedFrame frame);
+    void conclude(TrackerJob& job, const Verdict& verdict);
+    void describe_surface(TrackerJob& job) const;
+
+    std::shared_ptr<const Rig> rig_;
+    const uint32_t channels_;
+    const FrameQueue& frames_;
+    Pipeline pipeline_;
+
+    mutable std::mutex template_mutex_;
+    std::shared_ptr<const Template> template_;  // written under the mutex, by this thread
+
+    std::optional<Ahead> ahead_;
+    std::optional<Surface> last_;  // with the template
+    StreamCheck stream_;
+    bool is_tracking_ = false;  // the surface was found in the frame before
+    uint32_t epoch_ = 0, age_ = 0;
+};
+
+}  // namespace defrec

@@ -1,0 +1,190 @@
+// See template_stages.hpp.
+#include "sdk/tracking/template_stages.hpp"
+
+#include <algorithm>
+
+#include "sdk/tracking/make_stage.hpp"
+
+namespace defrec {
+namespace {
+
+constexpr int kSparseStep = 2;
+constexpr float kIcpWeight = 2;     // of a sparse vertex; measured on the reference sequences
+constexpr uint32_t kMinBytes = 16;  // of a buffer, whatever a template lacks
+
+template <class T>
+uint64_t bytes_of(const T& values) {
+    return std::span(values).size_bytes();
+}
+
+template <class T>
+uint32_t count_of(const std::vector<T>& values) {
+    return static_cast<uint32_t>(values.size());
+}
+
+uint32_t node_count(const TemplateData& data) { return count_of(data.nodes) / 3; }
+
+}  // namespace
+
+std::vector<defrec_surface_point> sparse_vertices(const TemplateData& data) {
+    std::vector<defrec_surface_point> points;
+    for (int y = 0; y < data.grid.rows; y += kSparseStep)
+        for (int x = 0; x < data.grid.columns; x += kSparseStep) {
+            const int32_t vertex = data.grid.vertex[static_cast<size_t>(y * data.grid.columns + x)];
+            if (vertex >= 0) points.push_back(data.vertices[static_cast<size_t>(vertex)]);
+        }
+    return points;
+}
+
+TemplateStages::TemplateStages(const std::shared_ptr<Device>& device, Queue& queue, const Rig& rig,
+                               const TrackerSettings& settings, const TemplateData& data)
+    : device_(device), settings_(settings), camera_(rig.camera()) {
+    upload_template(queue, data);
+    make_buffers(data);
+
+    auto match = make_params<defrec_match_params>();
+    match.landmarks = count_of(data.landmarks);
+    match.features = settings_.max_features;
+    match.width = data.width;
+    match.height = data.height;
+    match.camera = camera_;
+    match_ = make_stage<DEFREC_STAGE_MATCH>(device_, match);
+    match_->prepare(queue, {&landmarks_});
+
+    auto ransac = make_params<defrec_ransac_params>();
+    ransac.landmarks = count_of(data.landmarks);
+    ransac.seed = settings_.seed;
+    ransac_ = make_stage<DEFREC_STAGE_RANSAC>(device_, ransac);
+    ransac_->prepare(queue, {&landmarks_});
+
+    for (const SolverPass& pass : kSolverPasses) {
+        Pass& made = passes_.emplace_back(pass);
+        made.motions = DeviceBuffer(device_, start_.size());
+        if (pass.search) {
+            made.align = make_align(*pass.search, data);
+            made.align->prepare(queue, {&patches_, &views_});
+        }
+        made.solve = make_solve(pass, data);
+        made.solve->prepare(queue,
+                            {&nodes_, &edges_, &sparse_points_, &landmark_points_, &patches_});
+    }
+
+    auto warp = make_params<defrec_warp_params>();
+    warp.nodes = node_count(data);
+    warp.points = count_of(data.vertices);
+    warp.width = data.width;
+    warp.height = data.height;
+    warp.camera = camera_;
+    warp_ = make_stage<DEFREC_STAGE_WARP>(device_, warp);
+    warp_->prepare(queue, {&points_});
+    queue.finish();
+}
+
+void TemplateStages::upload_template(Queue& queue, const TemplateData& data) {
+    const auto upload = [&](DeviceBuffer& buffer, const auto& values) {
+        buffer = DeviceBuffer(device_, std::max<uint64_t>(bytes_of(values), kMinBytes));
+        if (!values.empty()) queue.write(buffer, values.data(), bytes_of(values));
+    };
+    upload(nodes_, data.nodes);
+    upload(edges_, data.edges);
+    upload(points_, data.vertices);
+    upload(sparse_points_, sparse_vertices(data));
+    upload(landmarks_, data.landmarks);
+    upload(landmark_points_, data.landmark_points);
+    upload(patches_, data.patches);
+    upload(views_, data.image);
+}
+
+void TemplateStages::make_buffers(const TemplateData& data) {
+    const auto buffer = [&](uint64_t count, uint64_t size) {
+        return DeviceBuffer(device_, std::max<uint64_t>(count * size, kMinBytes));
+    };
+    start_ = buffer(node_count(data), sizeof(defrec_motion));
+    matches_ = buffer(data.landmarks.size(), sizeof(defrec_match));
+    weighted_ = buffer(data.landmarks.size(), sizeof(defrec_match));
+    ransac_summary_ = buffer(1, sizeof(defrec_ransac_summary));
+    lm_summary_ = buffer(1, sizeof(defrec_lm_summary));
+    predictions_ = buffer(data.patches.size(), sizeof(defrec_patch_prediction));
+    observations_ = buffer(data.patches.size(), sizeof(defrec_patch_observation));
+    samples_ = buffer(data.vertices.size(), sizeof(defrec_surface_sample));
+}
+
+std::unique_ptr<DeviceStage> TemplateStages::make_align(const PatchSearch& search,
+                                                        const TemplateData& data) const {
+    auto align = make_params<defrec_align_params>();
+    align.patches = count_of(data.patches);
+    align.nodes = node_count(data);
+    align.width = data.width;
+    align.height = data.height;
+    align.level = search.level;
+    align.search_radius = search.radius;
+    align.camera = camera_;
+    return make_stage<DEFREC_STAGE_ALIGN>(device_, align);
+}
+
+std::unique_ptr<DeviceStage> TemplateStages::make_solve(const SolverPass& pass,
+                                                        const TemplateData& data) const {
+    auto lm = make_params<defrec_lm_params>();
+    lm.nodes = node_count(data);
+    lm.edges = count_of(data.edges);
+    lm.points = static_cast<uint32_t>(sparse_points_.size() / sizeof(defrec_surface_point));
+    lm.landmarks = count_of(data.landmarks);
+    lm.patches = count_of(data.patches);
+    lm.width = data.width;
+    lm.height = data.height;
+    lm.camera = camera_;
+    lm.node_spacing_mm = static_cast<float>(data.node_spacing_mm);
+    lm.arap_weight = settings_.arap_weight;
+    lm.icp_weight = kIcpWeight;
+    lm.cg_iterations = 6;
+    lm.match_threshold_mm = 2;
+    lm.iterations = settings_.*pass.iterations;
+    lm.presolve = pass.presolve ? 1 : 0;
+    lm.match_weight = pass.match_weight;
+    lm.patch_tukey_px = pass.patch_tukey_px;
+    lm.icp_tukey_mm = pass.icp_tukey_mm;
+    return make_stage<DEFREC_STAGE_LM>(device_, lm);
+}
+
+void TemplateStages::enqueue(Queue& queue, const Observation& observed,
+                             std::span<const defrec_motion> start, const DeviceBuffer* samples,
+                             StageTimer& timer, FrameOutput& output) {
+    if (samples == nullptr) samples = &samples_;
+    timer.start();
+    queue.write(start_, start.data(), start.size_bytes());
+    match_->enqueue(queue, {&observed.feature_count, &observed.features, &observed.disparity},
+                    {&matches_});
+    timer.end("match");
+    ransac_->enqueue(queue, {&matches_}, {&weighted_, &ransac_summary_});
+    timer.end("ransac");
+    const DeviceBuffer* motions = &start_;
+    for (const auto& [pass, align, solve, result] : passes_) {
+        if (pass.search) {
+            const DeviceBuffer* predictions =
+                pass.search->keeps_predictions ? &predictions_ : nullptr;
+            align->enqueue(queue, {&observed.gray[0], &observed.mask[0], motions, nullptr},
+                           {&observations_, predictions});
+            timer.end(pass.search->time_name);
+        }
+        const DeviceBuffer* observations = pass.search ? &observations_ : nullptr;
+        solve->enqueue(queue, {motions, &weighted_, observations, &observed.disparity},
+                       {&result, &lm_summary_});
+        timer.end(pass.time_name);
+        motions = &result;
+    }
+    warp_->enqueue(queue, {motions, &observed.disparity}, {samples});
+    timer.end("warp");
+    queue.read(*motions, output.motions.data(), bytes_of(output.motions));
+    read_back(queue, *samples, output);
+}
+
+void TemplateStages::read_back(Queue& queue, const DeviceBuffer& samples,
+                               FrameOutput& output) const {
+    queue.read(samples, output.samples.data(), bytes_of(output.samples));
+    queue.read(weighted_, output.matches.data(), bytes_of(output.matches));
+    queue.read(observations_, output.observations.data(), bytes_of(output.observations));
+    queue.read(predictions_, output.predictions.data(), bytes_of(output.predictions));
+    queue.read(ransac_summary_, &output.summary->ransac, sizeof output.summary->ransac);
+}
+
+}  // namespace defrec

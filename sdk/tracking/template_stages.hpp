@@ -1,0 +1,55 @@
+// The stages that follow a template into a frame, and their buffers: all that depends on the
+// template's counts.
+#pragma once
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "sdk/rig/rig.hpp"
+#include "sdk/template/template.hpp"
+#include "sdk/tracking/frame.hpp"
+#include "sdk/tracking/solver_passes.hpp"
+
+namespace defrec {
+
+class TemplateStages {
+  public:
+    // Through the queue, behind its work; when it returns the template's data are on the device.
+    TemplateStages(const std::shared_ptr<Device>& device, Queue& queue, const Rig& rig,
+                   const TrackerSettings& settings, const TemplateData& data);
+
+    // Follows the template into the observed images from these motions. samples: where the device
+    // leaves them, its own memory where it is nullptr.
+    void enqueue(Queue& queue, const Observation& observed, std::span<const defrec_motion> start,
+                 const DeviceBuffer* samples, StageTimer& timer, FrameOutput& output);
+
+  private:
+    struct Pass {
+        const SolverPass& pass;
+        std::unique_ptr<DeviceStage> align, solve;  // align: null without a search
+        DeviceBuffer motions;
+    };
+
+    void upload_template(Queue& queue, const TemplateData& data);
+    void make_buffers(const TemplateData& data);
+    std::unique_ptr<DeviceStage> make_align(const PatchSearch& search,
+                                            const TemplateData& data) const;
+    std::unique_ptr<DeviceStage> make_solve(const SolverPass& pass, const TemplateData& data) const;
+    void read_back(Queue& queue, const DeviceBuffer& samples, FrameOutput& output) const;
+
+    std::shared_ptr<Device> device_;
+    const TrackerSettings settings_;
+    const defrec_camera camera_;  // the rig's, of which the template's own may differ by rounding
+    DeviceBuffer nodes_, edges_, points_, sparse_points_, landmarks_, landmark_points_, patches_,
+        views_;
+    DeviceBuffer start_, matches_, weighted_, ransac_summary_, lm_summary_, predictions_,
+        observations_, samples_;
+    std::unique_ptr<DeviceStage> match_, ransac_, warp_;
+    std::vector<Pass> passes_;
+};
+
+// Every second vertex along rows and columns of the grid: neighbouring disparities share their
+// windows, so a denser cloud tells the solver little more.
+std::vector<defrec_surface_point> sparse_vertices(const TemplateData& data);
+
+}  // namespace defrec

@@ -1,0 +1,85 @@
+// A device, a rig and frames of the scene in test_scene.hpp, for tests of the tracker's parts.
+#pragma once
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <memory>
+#include <string>
+
+#include "sdk/api/test_scene.hpp"
+#include "sdk/device/context.hpp"
+#include "sdk/rig/rig.hpp"
+#include "sdk/tracking/frame.hpp"
+#include "sdk/tracking/tracker_settings.hpp"
+
+namespace defrec::test {
+
+// The manifest of the plugin "cpu", "reference", or "asynchronous": a device whose queues have
+// threads of their own.
+inline std::string manifest_of(const std::string& plugin) {
+    const std::string folder = plugin == "asynchronous" ? "/test_plugins/asynchronous" : "/lib";
+    return DEFREC_BUILD_DIR + folder + "/defrec_plugin_" + plugin + ".json";
+}
+
+struct TestDevice {
+    explicit TestDevice(const std::string& plugin) {
+        const std::string manifest = manifest_of(plugin);
+        const char* places[] = {manifest.c_str()};
+        defrec_context_desc desc{};
+        desc.flags = DEFREC_CONTEXT_ONLY_GIVEN_PLUGINS;
+        desc.plugin_paths = places;
+        desc.plugin_path_count = 1;
+        desc.threads = 2;
+        context = Context::create(desc);
+        device = context->open_device(plugin.c_str(), (1u << DEFREC_STAGE_COUNT_V1) - 1);
+
+        defrec_rig_desc rig_desc;
+        DEFREC_INIT(&rig_desc);
+        rig_desc.width = kWidth;
+        rig_desc.height = kHeight;
+        rig_desc.left.fx = rig_desc.left.fy = kFocal;
+        rig_desc.left.cx = kWidth / 2;
+        rig_desc.left.cy = kHeight / 2;
+        rig_desc.right = rig_desc.left;
+        rig_desc.rotation[0] = rig_desc.rotation[4] = rig_desc.rotation[8] = 1;
+        rig_desc.translation[0] = -kBaseline;
+        rig = std::make_shared<const Rig>(context->allocator(), rig_desc);
+    }
+
+    TrackerSettings settings(uint32_t frames_in_flight, bool timed = false) const {
+        defrec_tracker_desc desc{};
+        desc.format = DEFREC_FORMAT_GRAY8;
+        desc.frames_in_flight = frames_in_flight;
+        desc.timed = timed ? 1 : 0;
+        return complete_settings(desc, *rig);
+    }
+
+    std::shared_ptr<Context> context;
+    std::shared_ptr<Device> device;
+    std::shared_ptr<const Rig> rig;
+};
+
+// A frame and the memory of its results. Outlives the pipeline's work on it.
+struct TestFrame {
+    TestFrame(const TestDevice& on, const Pair& pair)
+        : pixels{HostMemory(on.device, pair.left.size()), HostMemory(on.device, pair.right.size())},
+          memory(on.device, 0) {
+        std::copy(pair.left.begin(), pair.left.end(), pixels[0].as<uint8_t>().begin());
+        std::copy(pair.right.begin(), pair.right.end(), pixels[1].as<uint8_t>().begin());
+        for (size_t view = 0; view < 2; ++view) {
+            input.views[view].pixels = pixels[view].as<uint8_t>().data();
+            input.views[view].stride = kWidth;
+        }
+    }
+    FrameTask task() {
+        return {
+            input, {pixels[0].as<uint8_t>().data(), pixels[1].as<uint8_t>().data()}, memory.output};
+    }
+    FrameOutput& output() { return memory.output; }
+
+    HostMemory pixels[2];
+    FrameInput input;
+    FrameMemory memory;
+};
+
+}  // namespace defrec::test

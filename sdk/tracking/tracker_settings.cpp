@@ -1,0 +1,28 @@
+// See tracker_settings.hpp.
+#include "sdk/tracking/tracker_settings.hpp"
+
+#include <algorithm>
+
+#include "sdk/base/check_ranges.hpp"
+#include "sdk/contract/pixel_format.hpp"
+#include "sdk/rig/rig.hpp"
+
+namespace defrec {
+
+TrackerSettings complete_settings(const defrec_tracker_desc& desc, const Rig& rig) {
+    check_ranges(desc);
+    TrackerSettings settings = desc;
+    settings.device_id = nullptr;  // the caller's
+    fill_defaults(settings);
+    const float width = static_cast<float>(rig.width());
+    if (settings.node_spacing_px == 0) settings.node_spacing_px = width / 24;
+    if (settings.vertex_spacing_px == 0) settings.vertex_spacing_px = std::max(4.f, width / 120);
+    const uint32_t row = rig.width() * bytes_per_pixel(settings.format);
+    if (settings.memory_stride == 0) settings.memory_stride = row;
+    if (settings.memory_stride < row)
+        fail(DEFREC_ERROR_ARGUMENT, "memory_stride is ", settings.memory_stride,
+             " bytes, at least ", row, " (a row of the rig's images) expected");
+    return settings;
+}
+
+}  // namespace defrec
