@@ -90,7 +90,9 @@ def range_words(match):
     low, high = match.groups()
     if low and high:
         return f"| range: {low} to {high}"
-    return f"| range: at most {high}" if high else f"| range: {'above' if low[0] == '>' else 'at least'} {low.lstrip('>')}"
+    if high:
+        return f"| range: at most {high}"
+    return f"| range: above {low[1:]}" if low[0] == ">" else f"| range: at least {low}"
 
 
 def shown_samples():
