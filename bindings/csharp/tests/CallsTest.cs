@@ -3,6 +3,7 @@ using System.Collections.Generic;
 using System.IO;
 using System.Linq;
 using System.Reflection;
+using System.Runtime.InteropServices;
 using Defrec.Native;
 using NUnit.Framework;
 
@@ -309,20 +310,29 @@ namespace Defrec.Tests
         [Test]
         public void EveryStageWithItsParameters()
         {
-            var makers = new Dictionary<string, Func<Stage>>
+            var makers = new[]
             {
-                { "stage=0, params=28000000" + "02000000", () => new Stage(Context, new RectifyParameters { Format = PixelFormat.Bgr8 }) },
-                { "stage=1, params=4c000000" + "02000000", () => new Stage(Context, new StereoParameters { Width = 2 }) },
-                { "stage=2, params=24000000" + "02000000", () => new Stage(Context, new OrbParameters { Width = 2 }) },
-                { "stage=3, params=48000000" + "02000000", () => new Stage(Context, new MatchParameters { Landmarks = 2 }) },
-                { "stage=4, params=58000000" + "02000000", () => new Stage(Context, new AlignParameters { Patches = 2 }) },
-                { "stage=5, params=20000000" + "02000000", () => new Stage(Context, new RansacParameters { Landmarks = 2 }) },
-                { "stage=6, params=98000000" + "02000000", () => new Stage(Context, new LmParameters { Solver = Solver.Independent }) },
-                { "stage=7, params=50000000" + "02000000", () => new Stage(Context, new WarpParameters { Nodes = 2 }) }
+                Maker<RectifyParameters>(() => new Stage(Context, new RectifyParameters { Format = PixelFormat.Bgr8 })),
+                Maker<StereoParameters>(() => new Stage(Context, new StereoParameters { Width = 2 })),
+                Maker<OrbParameters>(() => new Stage(Context, new OrbParameters { Width = 2 })),
+                Maker<MatchParameters>(() => new Stage(Context, new MatchParameters { Landmarks = 2 })),
+                Maker<AlignParameters>(() => new Stage(Context, new AlignParameters { Patches = 2 })),
+                Maker<RansacParameters>(() => new Stage(Context, new RansacParameters { Landmarks = 2 })),
+                Maker<LmParameters>(() => new Stage(Context, new LmParameters { Solver = Solver.Independent })),
+                Maker<WarpParameters>(() => new Stage(Context, new WarpParameters { Nodes = 2 }))
             };
-            Assert.That(makers.Count, Is.EqualTo(Enum.GetValues(typeof(StageKind)).Length));
-            foreach (KeyValuePair<string, Func<Stage>> maker in makers)
-                using (maker.Value()) Assert.That(Stub.Call("defrec_stage_create"), Is.StringContaining("device_id=NULL, " + maker.Key + "0"));
+            Assert.That(makers.Length, Is.EqualTo(Enum.GetValues(typeof(StageKind)).Length));
+            for (int stage = 0; stage < makers.Length; ++stage)
+            {
+                uint size = (uint)Marshal.SizeOf(makers[stage].Key);
+                string expected = "device_id=NULL, stage=" + stage + ", params=" + Stub.Hex(&size, 4) + "020000000";
+                using (makers[stage].Value()) Assert.That(Stub.Call("defrec_stage_create"), Is.StringContaining(expected));
+            }
+        }
+
+        private static KeyValuePair<Type, Func<Stage>> Maker<Parameters>(Func<Stage> make)
+        {
+            return new KeyValuePair<Type, Func<Stage>>(typeof(Parameters), make);
         }
     }
 }

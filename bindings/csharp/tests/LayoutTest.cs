@@ -173,24 +173,48 @@ namespace Defrec.Tests
         [Test]
         public void EveryFunctionIsOffered()
         {
-            const byte call = 0x28; // followed by the method's token
-            const BindingFlags all = BindingFlags.Static | BindingFlags.Instance | BindingFlags.Public | BindingFlags.NonPublic | BindingFlags.DeclaredOnly;
-            var called = new HashSet<string>();
-            foreach (MethodBase method in Binding.GetTypes().SelectMany(type => type.GetMethods(all).Concat<MethodBase>(type.GetConstructors(all))))
+            IEnumerable<string> called = Methods().SelectMany(CallsOf).Where(target => target.DeclaringType == typeof(NativeMethods)).Select(target => target.Name);
+            Assert.That(called.Distinct().OrderBy(name => name, StringComparer.Ordinal), Is.EqualTo(File.ReadAllLines(TestPaths.Exports)));
+        }
+
+        [Test]
+        public void EveryStatusIsLookedAt()
+        {
+            int count = 0;
+            foreach (MethodBase method in Methods())
             {
-                byte[] code = method.GetMethodBody() == null ? new byte[0] : method.GetMethodBody().GetILAsByteArray();
-                for (int i = 0; i + 4 < code.Length; ++i)
-                {
-                    if (code[i] != call) continue;
-                    try
-                    {
-                        MethodBase target = Binding.ManifestModule.ResolveMethod(BitConverter.ToInt32(code, i + 1));
-                        if (target.DeclaringType == typeof(NativeMethods)) called.Add(target.Name);
-                    }
-                    catch (ArgumentException) { } // not a call, but a part of another instruction
-                }
+                List<MethodInfo> calls = CallsOf(method).OfType<MethodInfo>().ToList();
+                int answers = calls.Count(target => target.DeclaringType == typeof(NativeMethods) && target.ReturnType == typeof(Status));
+                bool handsOn = method is MethodInfo && ((MethodInfo)method).ReturnType == typeof(Status);
+                bool throws = calls.Any(target => target.Name == "ThrowIfFailed");
+                Assert.That(answers == 0 || throws || handsOn, method.DeclaringType + "." + method.Name);
+                count += answers;
             }
-            Assert.That(called.OrderBy(name => name, StringComparer.Ordinal), Is.EqualTo(File.ReadAllLines(TestPaths.Exports)));
+            Assert.That(count, Is.GreaterThan(20));
+        }
+
+        private static IEnumerable<MethodBase> Methods()
+        {
+            const BindingFlags all = BindingFlags.Static | BindingFlags.Instance | BindingFlags.Public | BindingFlags.NonPublic | BindingFlags.DeclaredOnly;
+            return Binding.GetTypes().SelectMany(type => type.GetMethods(all).Concat<MethodBase>(type.GetConstructors(all)));
+        }
+
+        // The methods of the binding that a method calls.
+        private static IEnumerable<MethodBase> CallsOf(MethodBase method)
+        {
+            const byte call = 0x28; // followed by the method's token
+            byte[] code = method.GetMethodBody() == null ? new byte[0] : method.GetMethodBody().GetILAsByteArray();
+            for (int i = 0; i + 4 < code.Length; ++i)
+            {
+                if (code[i] != call) continue;
+                MethodBase target = null;
+                try
+                {
+                    target = Binding.ManifestModule.ResolveMethod(BitConverter.ToInt32(code, i + 1));
+                }
+                catch (ArgumentException) { } // not a call, but a part of another instruction
+                if (target != null && target.Module == Binding.ManifestModule) yield return target;
+            }
         }
 
         private bool IsOfApplications(string name)

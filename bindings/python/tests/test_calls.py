@@ -29,42 +29,15 @@ from defrec import (
     status_name,
     structs,
 )
-from defrec._struct import C_STRUCTS
 from defrec.result import copy_result
 from defrec.stage import KIND_OF_PARAMS
-from description import CONTRACT, STRUCTS
+from description import CONTRACT, STRUCTS, argument
 
-HANDLES = {handle["name"] for handle in CONTRACT["handles"]}
-KEPT = []  # kept until the end of the tests
 CAMERA = Camera(fx=500.5, fy=501.5, cx=50.25, cy=40.25, baseline_mm=4.5)
 
 
 def make_rig(context):
     return Rig.rectified(context, 96, 80, CAMERA)
-
-
-def argument(index, parameter):
-    """What a function is given for a parameter, and what the stub writes down."""
-    name, c_type = parameter["name"], parameter["type"]
-    struct = C_STRUCTS.get(c_type.removeprefix("const ").removesuffix(" *"))
-    if c_type in HANDLES:
-        return 0x1000 + index, hex(0x1000 + index)
-    if c_type.removesuffix(" *") in HANDLES:
-        return ctypes.byref(ctypes.c_void_p()), "^0x"
-    if c_type == "const char *":
-        return f"text {index}".encode(), f'^"text {index}"$'
-    if name in ("in", "out") and struct in (structs.ConstBuffer, structs.Buffer):
-        return ctypes.byref(struct(size=index)), rf"^\[{index}\]$"
-    if struct or c_type == "const void *":
-        made = (struct or OrbParams)()
-        KEPT.append(made)
-        given = bytes(made).hex() if c_type.startswith("const") else rf"\{{{ctypes.sizeof(made)}\}}"
-        return (ctypes.byref(made) if struct else ctypes.addressof(made)), f"^{given}$"
-    if "*" in c_type:
-        array = (ctypes.c_double * 3)()
-        KEPT.append(array)
-        return ctypes.addressof(array), r"^\[0(, 0)+\]$" if c_type.startswith("const") else "^written$"
-    return (1, "^1$") if name.endswith("count") else (index + 1, f"^{index + 1}$")
 
 
 class Calls(stub.StubTest):
