@@ -71,7 +71,7 @@ enum {
     DEFREC_ERROR_HANDLE        = -8,   /**< not a live handle of the expected kind */
     DEFREC_ERROR_BUSY          = -9,   /**< queue full, or another thread is inside this handle */
     DEFREC_ERROR_STATE         = -10,  /**< not possible now: from a callback, before a template, after a fork */
-    DEFREC_ERROR_INTERNAL      = -99   /**< a fault of the library; please report it with the sentence */
+    DEFREC_ERROR_INTERNAL      = -99   /**< a fault of the library; please report it with the error message */
 };
 
 typedef struct defrec_context_  *defrec_context;  /**< loaded plugins, their devices, threads and memory: defrec_context_create() */
@@ -97,7 +97,7 @@ DEFREC_API const char *DEFREC_CALL defrec_version_string(void);
  *  @threads any @since 1.0 */
 DEFREC_API const char *DEFREC_CALL defrec_status_name(defrec_status status);
 
-/** What went wrong in this thread's last failed call, one sentence: what was given, what was expected. Never NULL, "" before
+/** What went wrong in this thread's last failed call, an error message: what was given, what was expected. Never NULL, "" before
  *  the first failure; calls that succeed leave it. Valid until this thread calls defrec again.
  *  @threads any @since 1.0 */
 DEFREC_API const char *DEFREC_CALL defrec_last_error(void);
@@ -166,7 +166,7 @@ typedef struct defrec_plugin_info {
     const char *name;         /**< from the manifest; the file's name where that cannot be read */
     const char *path;         /**< of the manifest, or of the folder that was refused */
     const char *version;      /**< the plugin's own, from the manifest */
-    const char *reason;       /**< why it was refused, one sentence; "" when loaded */
+    const char *reason;       /**< why it was refused, an error message; "" when loaded */
 } defrec_plugin_info;
 /** The number of candidates that were looked at, loaded or refused. 0 for a bad handle.
  *  @threads any @since 1.0 */
@@ -283,10 +283,10 @@ typedef struct defrec_camera {
 } defrec_camera;
 
 /** Checks the calibration in desc (finite, focal lengths > 0, a rotation, a horizontal baseline, monotone distortion) and computes the
- *  rectification (Bouguet's, as OpenCV's stereoRectify: half the rotation to each eye, then x along the baseline).
+ *  rectification (Bouguet's, as OpenCV's stereoRectify: half the rotation to each camera, then x along the baseline).
  *  Cameras that are rectified already (no distortion, rotation = I, same intrinsics, translation along x) are used
  *  as they are, without resampling.
- *  @errors DEFREC_ERROR_ARGUMENT: the calibration is impossible, the sentence names the field. DEFREC_ERROR_UNSUPPORTED: the baseline
+ *  @errors DEFREC_ERROR_ARGUMENT: the calibration is impossible, the error message names the field. DEFREC_ERROR_UNSUPPORTED: the baseline
  *  is more than 30 degrees from the x axis, or the cameras look in too different directions.
  *  @threads any @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_rig_create(defrec_context context, const defrec_rig_desc *desc, defrec_rig *out);
@@ -617,7 +617,7 @@ DEFREC_API void DEFREC_CALL defrec_stage_destroy(defrec_stage stage);
  *  @threads one @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_stage_prepare(defrec_stage stage, const defrec_const_buffer *in, size_t in_count);
 /** Runs it on in_count inputs, in, and waits for its out_count outputs, out.
- *  @errors DEFREC_ERROR_ARGUMENT: a buffer is missing or too small, the sentence names the size needed. DEFREC_ERROR_STATE: not prepared.
+ *  @errors DEFREC_ERROR_ARGUMENT: a buffer is missing or too small, the error message names the size needed. DEFREC_ERROR_STATE: not prepared.
  *  DEFREC_ERROR_BUSY. DEFREC_ERROR_DEVICE_LOST. DEFREC_ERROR_PLUGIN.
  *  @threads one @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_stage_run(defrec_stage stage, const defrec_const_buffer *in, size_t in_count,
@@ -721,7 +721,7 @@ enum {
     DEFREC_INITIALISING = 0,           /**< no template yet */
     DEFREC_TRACKING     = 1,           /**< followed */
     DEFREC_DEGRADED     = 2,           /**< followed, with less evidence than usual: see reasons */
-    DEFREC_LOST         = 3,           /**< geometry is the last known and not to be believed */
+    DEFREC_LOST         = 3,           /**< geometry is the last known and not to be trusted */
     DEFREC_RELOCALISED  = 4            /**< found again in this frame; a new epoch */
 };
 /** Reasons for a state, a mask; also with a frame that is tracked. */
@@ -745,7 +745,7 @@ enum {
 enum {
     DEFREC_POINT_OBSERVED     = 0,     /**< live depth was measured there and agrees */
     DEFREC_POINT_EXTRAPOLATED = 1,     /**< from its neighbourhood: occluded, outside or without depth */
-    DEFREC_POINT_UNKNOWN      = 2      /**< not to be believed: the frame is lost, or nothing near it was seen */
+    DEFREC_POINT_UNKNOWN      = 2      /**< not to be trusted: the frame is lost, or nothing near it was seen */
 };
 /** Size of an array. */
 enum { DEFREC_MAX_TIMED_STAGES = 16 /**< entries of defrec_result's times */ };
@@ -796,7 +796,7 @@ typedef struct defrec_result {
 DEFREC_API defrec_status DEFREC_CALL defrec_job_result(defrec_job job, defrec_result *out);
 
 /** Moves count points template_xyz, mm, given in the template frame (on or near the surface: a preoperative model, say) to the
- *  frame of this job, xyz. For each point status (DEFREC_POINT_*) and expected_error_mm say what to believe; both may be NULL.
+ *  frame of this job, xyz. For each point status (DEFREC_POINT_*) and expected_error_mm say how far to trust it; both may be NULL.
  *  A point that is not finite comes out as NaN and DEFREC_POINT_UNKNOWN. template_xyz and xyz may be the same memory.
  *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. Of a job that failed: as it failed.
  *  @threads any @since 1.0 */

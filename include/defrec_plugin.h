@@ -34,7 +34,7 @@ typedef struct defrec_host {
     uint32_t abi_minor;   /**< of the header that the host was made with */
     void *self;           /**< goes first into each of its functions */
     void(DEFREC_CALL *log)(void *self, int32_t level, const char *text);      /**< level: DEFREC_LOG_* */
-    void(DEFREC_CALL *error)(void *self, const char *text);                   /**< the sentence behind a negative status, this thread */
+    void(DEFREC_CALL *error)(void *self, const char *text);                   /**< the error message behind a negative status, this thread */
     void *(DEFREC_CALL *alloc)(void *self, size_t size, size_t alignment);    /**< NULL when out of memory */
     void(DEFREC_CALL *free)(void *self, void *ptr);                           /**< takes back what alloc gave */
     /** Calls body(arg, 0..count-1), each once, on any threads, and returns when all have returned. Not re-entrant. */

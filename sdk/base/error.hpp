@@ -1,5 +1,5 @@
 // How the inside of the library reports a failure: an exception with a status and one error
-// message. api_call.hpp turns it into the status and the last error of a C call; it never leaves
+// message. call.hpp turns it into the status and the last error of a C call; it never leaves
 // the library.
 #pragma once
 #include <charconv>

@@ -1,4 +1,4 @@
-// Checks of the images and frames that an application hands in (docs/abi.md; faults rows 16-24).
+// Checks of the images and frames that an application hands in (docs/abi.md).
 #pragma once
 #include <cstdint>
 

@@ -7,7 +7,7 @@ namespace Defrec
     public static unsafe class DefrecLibrary
     {
         /// <summary>Version of the C API that the library offers: major * 1000 + minor.</summary>
-        /// <exception cref="DllNotFoundException">There is no library; the sentence says where it is looked for.</exception>
+        /// <exception cref="DllNotFoundException">There is no library; the error message says where it is looked for.</exception>
         public static int ApiVersion
         {
             get

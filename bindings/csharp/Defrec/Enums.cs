@@ -30,7 +30,7 @@ namespace Defrec
         ErrorBusy = -9,
         /// <summary>Not possible now: from a callback, before a template, after a fork.</summary>
         ErrorState = -10,
-        /// <summary>A fault of the library; please report it with the sentence.</summary>
+        /// <summary>A fault of the library; please report it with the error message.</summary>
         ErrorInternal = -99
     }
 
@@ -172,7 +172,7 @@ namespace Defrec
         Tracking = 1,
         /// <summary>Followed, with less evidence than usual: see reasons.</summary>
         Degraded = 2,
-        /// <summary>Geometry is the last known and not to be believed.</summary>
+        /// <summary>Geometry is the last known and not to be trusted.</summary>
         Lost = 3,
         /// <summary>Found again in this frame; a new epoch.</summary>
         Relocalised = 4
@@ -221,7 +221,7 @@ namespace Defrec
         Observed = 0,
         /// <summary>From its neighbourhood: occluded, outside or without depth.</summary>
         Extrapolated = 1,
-        /// <summary>Not to be believed: the frame is lost, or nothing near it was seen.</summary>
+        /// <summary>Not to be trusted: the frame is lost, or nothing near it was seen.</summary>
         Unknown = 2
     }
 

@@ -100,7 +100,7 @@ namespace Defrec
         public float[] Vertices { get; private set; } = new float[0];
         /// <summary>xyz per template vertex: unit length, towards the camera.</summary>
         public float[] Normals { get; private set; } = new float[0];
-        /// <summary>What to believe of each template vertex.</summary>
+        /// <summary>How far to trust each template vertex.</summary>
         public PointStatus[] VertexStatus { get; private set; } = new PointStatus[0];
         /// <summary>One standard deviation of each template vertex, mm.</summary>
         public float[] ExpectedErrorMm { get; private set; } = new float[0];

@@ -13,7 +13,7 @@ namespace Defrec
         public string Path { get; }
         /// <summary>Its own version.</summary>
         public string Version { get; }
-        /// <summary>Why it was refused, one sentence; "" when loaded.</summary>
+        /// <summary>Why it was refused, an error message; "" when loaded.</summary>
         public string Reason { get; }
 
         internal PluginInfo(ref defrec_plugin_info info)

@@ -90,7 +90,7 @@ namespace Defrec
 
         /// <summary>
         /// Moves points (x, y, z, x, ...), mm, given in the template frame (on or near the surface: a preoperative model, say) to the frame of this
-        /// job, in the rectified camera, mm. status, what to believe of each, and expectedErrorMm, one standard deviation of each, may be null.
+        /// job, in the rectified camera, mm. status, how far to trust each, and expectedErrorMm, one standard deviation of each, may be null.
         /// Arrays may be longer than needed.
         /// </summary>
         /// <exception cref="ArgumentException">templateXyz or xyz is null, an array is too short, or templateXyz not a multiple of 3 long.</exception>
@@ -105,7 +105,7 @@ namespace Defrec
             if (status != null) Check.Length(status.Length, count, nameof(status));
             if (expectedErrorMm != null) Check.Length(expectedErrorMm.Length, count, nameof(expectedErrorMm));
             fixed (double* from = templateXyz, to = xyz, error = expectedErrorMm)
-            fixed (PointStatus* belief = status) Warp(from, count, to, belief, error);
+            fixed (PointStatus* statuses = status) Warp(from, count, to, statuses, error);
         }
 
         /// <summary>Gives the job's place in the queue back; waits if it is running.</summary>

@@ -7,7 +7,7 @@ namespace Defrec
     public sealed unsafe partial class Job
     {
         /// <summary>Per control point: rectified camera from template frame. Returns how many elements were copied; destination may be longer.</summary>
-        /// <exception cref="ArgumentException">destination is null or too short; the sentence says what is needed.</exception>
+        /// <exception cref="ArgumentException">destination is null or too short; the error message says what is needed.</exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyMotions(Motion[] destination)
@@ -17,7 +17,7 @@ namespace Defrec
         }
 
         /// <summary>xyz per control point, now: rectified camera, mm. Returns how many elements were copied; destination may be longer.</summary>
-        /// <exception cref="ArgumentException">destination is null or too short; the sentence says what is needed.</exception>
+        /// <exception cref="ArgumentException">destination is null or too short; the error message says what is needed.</exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyNodePositions(float[] destination)
@@ -27,7 +27,7 @@ namespace Defrec
         }
 
         /// <summary>xyz per template vertex: rectified camera, mm. Returns how many elements were copied; destination may be longer.</summary>
-        /// <exception cref="ArgumentException">destination is null or too short; the sentence says what is needed.</exception>
+        /// <exception cref="ArgumentException">destination is null or too short; the error message says what is needed.</exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyVertices(float[] destination)
@@ -37,7 +37,7 @@ namespace Defrec
         }
 
         /// <summary>xyz per template vertex: unit length, towards the camera. Returns how many elements were copied; destination may be longer.</summary>
-        /// <exception cref="ArgumentException">destination is null or too short; the sentence says what is needed.</exception>
+        /// <exception cref="ArgumentException">destination is null or too short; the error message says what is needed.</exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyNormals(float[] destination)
@@ -46,8 +46,8 @@ namespace Defrec
             fixed (float* to = destination) return CopyNormals(to, destination.Length);
         }
 
-        /// <summary>What to believe of each template vertex. Returns how many elements were copied; destination may be longer.</summary>
-        /// <exception cref="ArgumentException">destination is null or too short; the sentence says what is needed.</exception>
+        /// <summary>How far to trust each template vertex. Returns how many elements were copied; destination may be longer.</summary>
+        /// <exception cref="ArgumentException">destination is null or too short; the error message says what is needed.</exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyVertexStatus(PointStatus[] destination)
@@ -57,7 +57,7 @@ namespace Defrec
         }
 
         /// <summary>One standard deviation of each template vertex, mm. Returns how many elements were copied; destination may be longer.</summary>
-        /// <exception cref="ArgumentException">destination is null or too short; the sentence says what is needed.</exception>
+        /// <exception cref="ArgumentException">destination is null or too short; the error message says what is needed.</exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyExpectedErrors(float[] destination)
@@ -67,7 +67,7 @@ namespace Defrec
         }
 
         /// <summary>The landmarks of the template. Returns how many elements were copied; destination may be longer.</summary>
-        /// <exception cref="ArgumentException">destination is null or too short; the sentence says what is needed.</exception>
+        /// <exception cref="ArgumentException">destination is null or too short; the error message says what is needed.</exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyLandmarks(Landmark[] destination)
@@ -77,7 +77,7 @@ namespace Defrec
         }
 
         /// <summary>One per landmark; weight 0: outlier. Returns how many elements were copied; destination may be longer.</summary>
-        /// <exception cref="ArgumentException">destination is null or too short; the sentence says what is needed.</exception>
+        /// <exception cref="ArgumentException">destination is null or too short; the error message says what is needed.</exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyLandmarkMatches(Match[] destination)
@@ -87,7 +87,7 @@ namespace Defrec
         }
 
         /// <summary>One per patch of the template. Returns how many elements were copied; destination may be longer.</summary>
-        /// <exception cref="ArgumentException">destination is null or too short; the sentence says what is needed.</exception>
+        /// <exception cref="ArgumentException">destination is null or too short; the error message says what is needed.</exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyPatchObservations(PatchObservation[] destination)
@@ -97,7 +97,7 @@ namespace Defrec
         }
 
         /// <summary>Of the rectified image, row by row, 1/16 px, <see cref="Constants.DisparityNone"/> without evidence; none unless <see cref="TrackerOptions.KeepDisparity"/>. Returns how many elements were copied; destination may be longer.</summary>
-        /// <exception cref="ArgumentException">destination is null or too short; the sentence says what is needed.</exception>
+        /// <exception cref="ArgumentException">destination is null or too short; the error message says what is needed.</exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyDisparity(short[] destination)

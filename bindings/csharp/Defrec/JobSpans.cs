@@ -19,13 +19,13 @@ namespace Defrec
             if (!status.IsEmpty) Check.Length(status.Length, count, nameof(status));
             if (!expectedErrorMm.IsEmpty) Check.Length(expectedErrorMm.Length, count, nameof(expectedErrorMm));
             fixed (double* from = &MemoryMarshal.GetReference(templateXyz), to = &MemoryMarshal.GetReference(xyz))
-            fixed (PointStatus* belief = &MemoryMarshal.GetReference(status))
+            fixed (PointStatus* statuses = &MemoryMarshal.GetReference(status))
             fixed (double* error = &MemoryMarshal.GetReference(expectedErrorMm))
-                Warp(from, count, to, status.IsEmpty ? null : belief, expectedErrorMm.IsEmpty ? null : error);
+                Warp(from, count, to, status.IsEmpty ? null : statuses, expectedErrorMm.IsEmpty ? null : error);
         }
 
         /// <summary>Like the overload for arrays.</summary>
-        /// <exception cref="ArgumentException">destination is too short; the sentence says what is needed.</exception>
+        /// <exception cref="ArgumentException">destination is too short; the error message says what is needed.</exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyMotions(Span<Motion> destination)
@@ -34,7 +34,7 @@ namespace Defrec
         }
 
         /// <summary>Like the overload for arrays.</summary>
-        /// <exception cref="ArgumentException">destination is too short; the sentence says what is needed.</exception>
+        /// <exception cref="ArgumentException">destination is too short; the error message says what is needed.</exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyNodePositions(Span<float> destination)
@@ -43,7 +43,7 @@ namespace Defrec
         }
 
         /// <summary>Like the overload for arrays.</summary>
-        /// <exception cref="ArgumentException">destination is too short; the sentence says what is needed.</exception>
+        /// <exception cref="ArgumentException">destination is too short; the error message says what is needed.</exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyVertices(Span<float> destination)
@@ -52,7 +52,7 @@ namespace Defrec
         }
 
         /// <summary>Like the overload for arrays.</summary>
-        /// <exception cref="ArgumentException">destination is too short; the sentence says what is needed.</exception>
+        /// <exception cref="ArgumentException">destination is too short; the error message says what is needed.</exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyNormals(Span<float> destination)
@@ -61,7 +61,7 @@ namespace Defrec
         }
 
         /// <summary>Like the overload for arrays.</summary>
-        /// <exception cref="ArgumentException">destination is too short; the sentence says what is needed.</exception>
+        /// <exception cref="ArgumentException">destination is too short; the error message says what is needed.</exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyVertexStatus(Span<PointStatus> destination)
@@ -70,7 +70,7 @@ namespace Defrec
         }
 
         /// <summary>Like the overload for arrays.</summary>
-        /// <exception cref="ArgumentException">destination is too short; the sentence says what is needed.</exception>
+        /// <exception cref="ArgumentException">destination is too short; the error message says what is needed.</exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyExpectedErrors(Span<float> destination)
@@ -79,7 +79,7 @@ namespace Defrec
         }
 
         /// <summary>Like the overload for arrays.</summary>
-        /// <exception cref="ArgumentException">destination is too short; the sentence says what is needed.</exception>
+        /// <exception cref="ArgumentException">destination is too short; the error message says what is needed.</exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyLandmarks(Span<Landmark> destination)
@@ -88,7 +88,7 @@ namespace Defrec
         }
 
         /// <summary>Like the overload for arrays.</summary>
-        /// <exception cref="ArgumentException">destination is too short; the sentence says what is needed.</exception>
+        /// <exception cref="ArgumentException">destination is too short; the error message says what is needed.</exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyLandmarkMatches(Span<Match> destination)
@@ -97,7 +97,7 @@ namespace Defrec
         }
 
         /// <summary>Like the overload for arrays.</summary>
-        /// <exception cref="ArgumentException">destination is too short; the sentence says what is needed.</exception>
+        /// <exception cref="ArgumentException">destination is too short; the error message says what is needed.</exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyPatchObservations(Span<PatchObservation> destination)
@@ -106,7 +106,7 @@ namespace Defrec
         }
 
         /// <summary>Like the overload for arrays.</summary>
-        /// <exception cref="ArgumentException">destination is too short; the sentence says what is needed.</exception>
+        /// <exception cref="ArgumentException">destination is too short; the error message says what is needed.</exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyDisparity(Span<short> destination)

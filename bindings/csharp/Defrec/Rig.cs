@@ -88,7 +88,7 @@ namespace Defrec
         /// </summary>
         /// <exception cref="ArgumentException">An argument is null, or an array of the wrong length.</exception>
         /// <exception cref="ObjectDisposedException">The context was disposed.</exception>
-        /// <exception cref="DefrecException">The calibration cannot be: the sentence names the number.</exception>
+        /// <exception cref="DefrecException">The calibration cannot be: the error message names the number.</exception>
         public Rig(Context context, RigDescription description)
         {
             Check.NotNull(context, nameof(context));

@@ -111,7 +111,7 @@ namespace Defrec
 
         /// <summary>
         /// Runs it and waits. An optional buffer that is not given is <c>default(StageBuffer)</c>. A buffer that is too small is an argument error whose
-        /// sentence names the size needed.
+        /// error message names the size needed.
         /// </summary>
         /// <exception cref="ArgumentException">inputs or outputs is null, or they have more than 64 buffers.</exception>
         /// <exception cref="ObjectDisposedException">The stage was disposed.</exception>

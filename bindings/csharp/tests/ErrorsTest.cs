@@ -8,7 +8,7 @@ using NUnit.Framework;
 
 namespace Defrec.Tests
 {
-    /// <summary>Whatever function fails, its status and its sentence reach the caller, and no handle is lost.</summary>
+    /// <summary>Whatever function fails, its status and its error message reach the caller, and no handle is lost.</summary>
     [TestFixture]
     public class ErrorsTest : StubTest
     {
@@ -59,11 +59,11 @@ namespace Defrec.Tests
                     Stub.Reset();
                     Stub.Answer("defrec_plugin_count", (Status)1, "");
                     Stub.Answer("defrec_device_count", (Status)1, "");
-                    string sentence = function + " was given -1\u00a0\u20ac; 5 expected (" + status + ")";
-                    Stub.Answer(function, status, sentence);
+                    string message = function + " was given -1\u00a0\u20ac; 5 expected (" + status + ")";
+                    Stub.Answer(function, status, message);
                     var failure = Assert.Throws<DefrecException>(callers[function], function);
                     Assert.That(failure.Status, Is.EqualTo(status), function);
-                    Assert.That(failure.Message, Is.EqualTo(sentence), function);
+                    Assert.That(failure.Message, Is.EqualTo(message), function);
                     string[] calls = Stub.Calls();
                     Assert.That(Stub.Unbalanced(calls), Is.Empty, function);
                     Assert.That(calls.Count(call => call == "defrec_last_error()"), Is.EqualTo(1), function);

@@ -12,7 +12,7 @@ namespace Defrec.Tests
     {
         /// <summary>The stub's functions.</summary>
         [DllImport(NativeMethods.Library, CallingConvention = CallingConvention.Cdecl)]
-        private static extern void defrec_stub_answer(byte* function, Status status, byte* sentence);
+        private static extern void defrec_stub_answer(byte* function, Status status, byte* message);
 
         [DllImport(NativeMethods.Library, CallingConvention = CallingConvention.Cdecl)]
         private static extern byte* defrec_stub_calls();
@@ -20,9 +20,9 @@ namespace Defrec.Tests
         [DllImport(NativeMethods.Library, CallingConvention = CallingConvention.Cdecl)]
         private static extern void defrec_stub_reset();
 
-        internal static void Answer(string function, Status status, string sentence)
+        internal static void Answer(string function, Status status, string message)
         {
-            fixed (byte* name = Utf8.Bytes(function, "function"), text = Utf8.Bytes(sentence, "sentence")) defrec_stub_answer(name, status, text);
+            fixed (byte* name = Utf8.Bytes(function, "function"), text = Utf8.Bytes(message, "message")) defrec_stub_answer(name, status, text);
         }
 
         /// <summary>Every call since the last time, one a line.</summary>

@@ -53,8 +53,8 @@ def _raise_failure(result: StatusResult, function: Any, arguments: Any) -> Statu
     status = result.value
     if status >= 0:
         return Status(status)
-    sentence = text(native.defrec_last_error())
-    raise (BusyError if status == Status.ERROR_BUSY else Error)(Status(status), sentence)
+    message = text(native.defrec_last_error())
+    raise (BusyError if status == Status.ERROR_BUSY else Error)(Status(status), message)
 
 
 def _declare(library: ctypes.CDLL) -> None:

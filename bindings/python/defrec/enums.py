@@ -58,7 +58,7 @@ class Status(OpenEnum):
     ERROR_STATE = -10
     """Not possible now: from a callback, before a template, after a fork."""
     ERROR_INTERNAL = -99
-    """A fault of the library; please report it with the sentence."""
+    """A fault of the library; please report it with the error message."""
 
 
 class LogLevel(OpenEnum):
@@ -187,7 +187,7 @@ class State(OpenEnum):
     DEGRADED = 2
     """Followed, with less evidence than usual: see reasons."""
     LOST = 3
-    """Geometry is the last known and not to be believed."""
+    """Geometry is the last known and not to be trusted."""
     RELOCALISED = 4
     """Found again in this frame; a new epoch."""
 
@@ -233,4 +233,4 @@ class PointStatus(OpenEnum):
     EXTRAPOLATED = 1
     """From its neighbourhood: occluded, outside or without depth."""
     UNKNOWN = 2
-    """Not to be believed: the frame is lost, or nothing near it was seen."""
+    """Not to be trusted: the frame is lost, or nothing near it was seen."""

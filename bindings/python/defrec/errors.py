@@ -5,15 +5,20 @@ from .enums import Status
 
 
 class Error(Exception):
-    """A call of libdefrec failed. str() is the library's sentence: what was given, what was expected."""
+    """A call of libdefrec failed. str() is the library's error message: what was given, what was expected."""
 
-    def __init__(self, status: Status, sentence: str) -> None:
-        super().__init__(status, sentence)
+    def __init__(self, status: Status, message: str) -> None:
+        super().__init__(status, message)
         self.status = status
-        self.sentence = sentence
+        self.message = message
+
+    @property
+    def sentence(self) -> str:
+        """Deprecated: message."""
+        return self.message
 
     def __str__(self) -> str:
-        return f"{self.sentence} (DEFREC_{self.status.name})"
+        return f"{self.message} (DEFREC_{self.status.name})"
 
 
 class BusyError(Error):

@@ -46,7 +46,7 @@ class Rig(Handle):
 
     @classmethod
     def rectified(cls, context: Context, width: int, height: int, camera: Camera) -> "Rig":
-        """A pair whose images are rectified already: both eyes have this camera, the right one baseline_mm to the
+        """A pair whose images are rectified already: both views have this camera, the right one baseline_mm to the
         right."""
         if not isinstance(camera, Camera):
             raise TypeError(f"camera is a Camera, {camera!r} given")

@@ -82,7 +82,7 @@ class PluginInfoStruct(Struct):
     version: Text
     """The plugin's own, from the manifest."""
     reason: Text
-    """Why it was refused, one sentence; "" when loaded."""
+    """Why it was refused, an error message; "" when loaded."""
 
 
 @c_struct("defrec_device_info")

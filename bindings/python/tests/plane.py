@@ -1,4 +1,4 @@
-"""A plane with texture that faces the cameras: what a pair of eyes sees of it, without any image file."""
+"""A plane with texture that faces the cameras: what a pair of cameras sees of it, without any image file."""
 import random
 
 from defrec import Camera

@@ -24,8 +24,8 @@ class Call:
         return self.line
 
 
-def answer(function, status, sentence=""):
-    _library.native.defrec_stub_answer(function.encode(), status, sentence.encode())
+def answer(function, status, message=""):
+    _library.native.defrec_stub_answer(function.encode(), status, message.encode())
 
 
 def calls():

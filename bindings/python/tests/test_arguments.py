@@ -63,7 +63,7 @@ class Arguments(stub.StubTest):
         stub.calls()
 
     def refuses(self, kinds, names, attempt, *arguments):
-        """names: a word, or words, of the sentence."""
+        """names: a word, or words, of the error message."""
         with self.assertRaises(kinds) as caught:
             attempt(*arguments)
         for name in [names] if isinstance(names, str) else names:

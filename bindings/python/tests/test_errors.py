@@ -1,4 +1,4 @@
-"""Failures: status and sentence reach the exception, and what was made is given back, once, in any order. Against the
+"""Failures: status and error message reach the exception, and what was made is given back, once, in any order. Against the
 stub."""
 import copy
 import gc
@@ -83,7 +83,8 @@ class Failures(stub.StubTest):
                 with self.assertRaises(Error) as caught:
                     attempt()
                 self.assertIs(caught.exception.status, Status.ERROR_IO)
-                self.assertEqual(caught.exception.sentence, f"{name}: é was given")
+                self.assertEqual(caught.exception.message, f"{name}: é was given")
+                self.assertEqual(caught.exception.sentence, caught.exception.message)
                 self.assertEqual(str(caught.exception), f"{name}: é was given (DEFREC_ERROR_IO)")
                 stub.answer(name, 0)
                 del caught

@@ -72,8 +72,8 @@ class Loading(unittest.TestCase):
                 self.assertEqual(done.returncode, 0, done.stderr)
             else:
                 found = f"{version // 1000}.{version % 1000}"
-                sentence = f"ImportError: {_library.FILE_NAME} has version {found} of the C API; this package needs"
-                self.assertIn(f"{sentence} {major}.{minor}", done.stderr)
+                message = f"ImportError: {_library.FILE_NAME} has version {found} of the C API; this package needs"
+                self.assertIn(f"{message} {major}.{minor}", done.stderr)
 
     def test_not_a_libdefrec(self):
         libc = next(path for path in MAPPED if "/libc.so" in path)

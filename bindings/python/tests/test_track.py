@@ -35,7 +35,7 @@ def read(path):
 
 
 def frames():
-    lefts, rights = (sorted((SEQUENCE / eye).iterdir()) for eye in ("left", "right"))
+    lefts, rights = (sorted((SEQUENCE / view).iterdir()) for view in ("left", "right"))
     for index, (left, right) in enumerate(zip(lefts, rights)):
         yield read(left), read(right), index * 1_000_000_000 // 30
 
