@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # Packs a folder that checks the GPU of another machine, which needs nothing but its driver and a C library (docs/cuda.md).
-#   scripts/pack_gpu_check.sh [--build FOLDER] OUT        FOLDER: where the project is configured, default the repository's build; OUT is made anew
+#   scripts/pack_gpu_check.sh [--build FOLDER] OUT
+# OUT is made anew. FOLDER: where the project is configured; default build-packages, which is configured for every GPU (preset packages).
 set -euo pipefail
 root="$(cd "$(dirname "$0")/.." && pwd)"
 
-build="$root/build"
+build=""
 if [ "${1:-}" = --build ] && [ $# -gt 1 ]; then
     build="$(realpath -m "$2")"
     shift 2
@@ -17,15 +18,20 @@ if [ -e "$out" ] && [ ! -e "$out/check.sh" ]; then
     exit 2
 fi
 
+if [ -z "$build" ]; then
+    cmake --preset packages >/dev/null
+    build="$root/build-packages"
+fi
 cmake --build "$build" --target defrec_gpu_check
 rm -rf "$out"
 mkdir -p "$out"/{bin,tests,lib/defrec-conformance,lib/spare}
 
 cp scripts/gpu_check/* "$out/"
 cp "$build"/bin/defrec-{bench,conformance} "$out/bin/"
-for tests in cuda_tests cuda_memory_tests cuda_fault_tests vulkan_tests; do
-    [ ! -e "$build/bin/defrec_$tests" ] || cp "$build/bin/defrec_$tests" "$out/tests/"
-done
+while read -r backend tests; do
+    echo "$backend" >>"$out/backends.txt"
+    for program in $tests; do cp "$build/bin/$program" "$out/tests/"; done
+done <"$build/gpu_check.txt"
 cp "$build/lib/libdefrec.so.1" "$out/lib/"
 cp "$build"/lib/defrec_plugin_*.{so,json} "$out/lib/"
 cp "$build"/lib/defrec-conformance/defrec_plugin_relay.{so,json} "$out/lib/defrec-conformance/"

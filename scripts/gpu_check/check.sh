@@ -2,7 +2,7 @@
 # Checks this machine's GPU: the tests of the GPU backends, the conformance suite, the benchmark, and the kernels under compute-sanitizer
 # where it is installed. Needs bash, coreutils, grep, sed and the GPU's driver.
 usage="usage: check.sh [OPTION...] [tests] [conformance] [bench] [sanitizer]     without a part: all of them
-  --backend NAME    cuda or vulkan; may be repeated. Default: those of the two that find a device
+  --backend NAME    one of backends.txt in this folder; may be repeated. Default: those that find a device
   --stage NAME      of tests, conformance and sanitizer what concerns this stage alone; may be repeated
   --tier NAME       of conformance and sanitizer this tier alone, abi, stage, sequence or stress; may be repeated
                     (conformance without --stage, --tier and --smoke is one run of the whole suite, whose report can be kept)
@@ -21,6 +21,7 @@ one_of() {  # NAME GIVEN KNOWN...
     [[ " $* " == *" $given "* ]] || fail_usage "$name: '$given' is none of $*"
 }
 whole() { [[ "$2" =~ ^[1-9][0-9]{0,6}$ ]] || fail_usage "$1: '$2' is no whole number from 1 on"; }
+mapfile -t all_backends <"$here/backends.txt"
 all_stages=(rectify stereo orb match align ransac lm warp) all_tools=(memcheck racecheck initcheck synccheck)
 parts=() backends=() stages=() tiers=() tools=() smoke=() places="$(nproc)" time_limit=3600 out=results
 while [ $# -gt 0 ]; do
@@ -29,7 +30,7 @@ while [ $# -gt 0 ]; do
     esac
     case "$1" in
         tests | conformance | bench | sanitizer) parts+=("$1") ;;
-        --backend) one_of "$1" "$2" cuda vulkan; backends+=("$2"); shift ;;
+        --backend) one_of "$1" "$2" "${all_backends[@]}"; backends+=("$2"); shift ;;
         --stage) one_of "$1" "$2" "${all_stages[@]}"; stages+=("$2"); shift ;;
         --tier) one_of "$1" "$2" abi stage sequence stress; tiers+=("$2"); shift ;;
         --tool) one_of "$1" "$2" "${all_tools[@]}"; tools+=("$2"); shift ;;
@@ -74,7 +75,7 @@ fi
 } >"$out/machine.txt" 2>&1
 
 if [ ${#backends[@]} -eq 0 ]; then
-    for backend in cuda vulkan; do
+    for backend in "${all_backends[@]}"; do
         if grep -q "^$backend:" "$out/devices.txt"; then
             backends+=("$backend")
         else

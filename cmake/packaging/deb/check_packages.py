@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Fails unless the Debian packages in a folder hold what they are to hold.
 
-check_packages.py PACKAGES LISTS LIBDIR CONFIGURATION API INSTALLED
+check_packages.py PACKAGES LISTS LIBDIR CONFIGURATION API INSTALLED BACKEND...
 
 PACKAGES has the .deb files; LISTS, for each package, NAME.txt with its files, one a line, below /usr, where @LIBDIR@ is the folder of
 libraries, @CONFIG@ the build's configuration, @API@ the version of the C API, and a line that ends in /** names all that lies below;
-INSTALLED is where `cmake --install` has put everything.
+libdefrec1-plugin.txt is the list of each backend's package, @BACKEND@ its name; INSTALLED is where `cmake --install` has put everything.
 """
 import collections
 import pathlib
@@ -82,12 +82,15 @@ def main():
     replacements = {"@LIBDIR@": sys.argv[3], "@CONFIG@": sys.argv[4].lower(), "@API@": sys.argv[5]}
     packages = {package.name: package for package in map(Package, sorted(folder.glob("*.deb")))}
     for name, package in packages.items():
-        listed = re.sub(r"@\w+@", lambda found: replacements[found[0]], (lists / f"{name}.txt").read_text())
+        stem, _, backend = name.partition("-plugin-")
+        list_path = lists / (f"{stem}-plugin.txt" if backend else f"{name}.txt")
+        values = {**replacements, "@BACKEND@": backend}
+        listed = re.sub(r"@\w+@", lambda found: values[found[0]], list_path.read_text())
         check_files(package, listed.split())
         check_modes(package)
         check_depends(package, packages)
-    recorded = {path.stem for path in lists.glob("*.txt")} - {"libdefrec1-plugin-cuda"}
-    missing = recorded - set(packages)
+    recorded = {path.stem for path in lists.glob("*.txt")} - {"libdefrec1-plugin"}
+    missing = (recorded | {f"libdefrec1-plugin-{backend}" for backend in sys.argv[7:]}) - set(packages)
     assert not missing, f"no package {missing}"
     check_together(packages, installed)
     print(f"{len(packages)} packages, {sum(len(package.files) for package in packages.values())} files")
