@@ -101,6 +101,7 @@ void ransac_weight_spread(const StageJob&, const std::vector<Bytes>& expected,
     for (size_t i = 0; i < a.size(); ++i) {
         defrec_match given = a[i], got = b[i];
         given.weight = got.weight = 0;
+        // NOLINTNEXTLINE(bugprone-suspicious-memory-comparison): the bits are compared
         if (std::memcmp(&given, &got, sizeof given) != 0) {
             same_match(i, a[i], b[i]);
             fail_case("matches[", i, "] is not as given in u, v or position");

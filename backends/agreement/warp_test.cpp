@@ -84,8 +84,7 @@ TEST_CASE("a surface at rest is observed where it was seen") {
 
 TEST_CASE(
     "a live surface in front occludes, one behind is inconsistent, and the residual is the "
-    "distance in "
-    "depth") {
+    "distance in depth") {
     if (!under_test::available()) return;
     TestSurface surface({});
     const Quaternion<double> still{1, 0, 0, 0};

@@ -178,8 +178,7 @@ void print(const std::vector<const Test*>& tests) {
         "{\n\nconstexpr size_t "
         "kTests = 256;\n\n"
         "// Test i compares points 2i and 2i + 1; x^2 + y^2 <= 210, so a turned and rounded point "
-        "stays "
-        "within 15 px.\n"
+        "stays within 15 px.\n"
         "// clang-format off\nconstexpr int8_t kPattern[2 * kTests][2] = {");
     for (size_t i = 0; i < tests.size(); ++i)
         std::printf("%s{%d, %d}, {%d, %d},%s", i % 4 == 0 ? "    " : " ", tests[i]->first.x,

@@ -90,8 +90,7 @@ TEST_CASE("the gradient of a sighting is the derivative of its residual by the p
 
 TEST_CASE(
     "a patch's residual is what its information says, in mm at its depth, and never more than a "
-    "sure "
-    "patch's") {
+    "sure patch's") {
     const defrec_camera camera{500, 500, 240, 130, 4.6};
     defrec_patch_observation seen{};
     seen.u = 240 * 256;

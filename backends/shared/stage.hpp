@@ -68,7 +68,7 @@ class HostAllocator {
   public:
     using value_type = T;
     explicit HostAllocator(const Host& host) : host_(host) {}
-    template <class U>
+    template <class U>  // NOLINTNEXTLINE(google-explicit-constructor): an allocator converts
     HostAllocator(const HostAllocator<U>& other) : host_(other.host()) {}
     T* allocate(size_t count) { return static_cast<T*>(host_.allocate(count * sizeof(T), 64)); }
     void deallocate(T* memory, size_t) { host_.release(memory); }

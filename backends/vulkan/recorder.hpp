@@ -23,8 +23,10 @@ constexpr uint32_t cover(uint64_t count, uint32_t side) {
 
 // A buffer as a shader sees it; nullptr: the device's buffer that stands for none.
 struct Binding {
+    // NOLINTBEGIN(google-explicit-constructor): a list of buffers becomes a list of bindings
     Binding(const Buffer* given) : buffer(given) {}
     Binding(const Buffer& given) : buffer(&given) {}
+    // NOLINTEND(google-explicit-constructor)
     const Buffer* buffer;
 };
 

@@ -115,8 +115,7 @@ class Derivation {
         if (worst.maximum == 0) return;  // exact
         std::printf(
             "%s:\n  unit: %s\n  maximum: %.3g\n  p99: %.3g\n  provenance: %s (%.3g, p99 %.3g)\n  "
-            "command: "
-            "defrec_sequence_tolerances --jitter %g --seeds %u\n",
+            "command: defrec_sequence_tolerances --jitter %g --seeds %u\n",
             name.c_str(), unit, rounded_up(factor * worst.maximum), rounded_up(factor * worst.p99),
             how, worst.maximum, worst.p99, jitter_, seeds_);
     }

@@ -62,8 +62,9 @@ class ContextAllocator {
     using propagate_on_container_move_assignment = std::true_type;
     using propagate_on_container_copy_assignment = std::true_type;
     using propagate_on_container_swap = std::true_type;
+    // NOLINTNEXTLINE(google-explicit-constructor): for ContextVector<T>(count, allocator())
     ContextAllocator(std::shared_ptr<const Services> services) : services_(std::move(services)) {}
-    template <class U>
+    template <class U>  // NOLINTNEXTLINE(google-explicit-constructor): an allocator converts
     ContextAllocator(const ContextAllocator<U>& other) : services_(other.services()) {}
 
     T* allocate(size_t count) {

@@ -106,8 +106,7 @@ CLI::App* add_devices_command(CLI::App& app, std::function<int()>& run) {
     command->add_option("--probe", options->probe)->group("");
     command->footer(
         "Plugins lie beside the library; folders in DEFREC_PLUGIN_PATH are searched before. Ids "
-        "are what "
-        "--device takes, the\n"
+        "are what --device takes, the\n"
         "part before the colon is what --backend takes.\n"
         "\n"
         "Exit code 5 when there is no device, or with --verify when a plugin is refused, crashes "

@@ -62,8 +62,7 @@ std::string unit_hint(LengthUnit unit, LengthUnit files_unit, double length) {
     }
     if (files_unit == LengthUnit::kMetre && length > kLargestBaseline) {
         return " It looks like millimetres where ROS prescribes metres; if it is, pass --units mm "
-               "(if it "
-               "really is "
+               "(if it really is "
                "metres, --units m).";
     }
     return {};
@@ -97,13 +96,12 @@ void check_baseline(StereoCalibration& calibration, LengthUnit unit, LengthUnit 
                  "); only rigs with the cameras side by side are supported.");
     }
     if (t[0] > 0) {
-        fail(calibration.translation_origin, "the second camera lies to the left of the first (" +
-                                                 text +
-                                                 "): the views look swapped. Exchange M1, D1 with "
-                                                 "M2, D2 and invert R and T, or, if only the "
-                                                 "images were "
-                                                 "named the wrong way round, give them as --left "
-                                                 "and --right the other way and recalibrate.");
+        fail(calibration.translation_origin,
+             "the second camera lies to the left of the first (" + text +
+                 "): the views look swapped. Exchange M1, D1 with "
+                 "M2, D2 and invert R and T, or, if only the images were named the wrong way "
+                 "round, give them as --left "
+                 "and --right the other way and recalibrate.");
     }
 }
 

@@ -2,6 +2,7 @@
 #include "sdk/cli/io/image_stream.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
@@ -108,12 +109,11 @@ class VideoStream : public ImageStream {
         if (!is_open_) {
             fail(source_ +
                  ": this is not a video that can be opened (a recording that was cut off while it "
-                 "was being "
-                 "written "
-                 "cannot be); a video file, a folder of images or a %06d pattern was expected.");
+                 "was being written cannot be); a video file, a folder of images or a %06d pattern "
+                 "was expected.");
         }
         const double count = capture_.get(cv::CAP_PROP_FRAME_COUNT);
-        if (count > 0 && count < 1e9) claimed_ = static_cast<std::int64_t>(count + 0.5);
+        if (count > 0 && count < 1e9) claimed_ = std::llround(count);
         const double fps = capture_.get(cv::CAP_PROP_FPS);
         if (fps > 0 && fps < 10000) fps_ = fps;
     }

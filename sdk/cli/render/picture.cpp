@@ -45,6 +45,7 @@ std::uint8_t developed(float linear, float offset, float random, float noise) {
     const float level =
         curve[index] + (position - static_cast<float>(index)) * (curve[index + 1] - curve[index]);
     const float deviation = noise * (1.1f + 0.06f * std::sqrt(level + 1.0f));
+    // NOLINTNEXTLINE(bugprone-incorrect-roundings): not negative; published pixels stay as they are
     return static_cast<std::uint8_t>(std::clamp(level + offset + deviation * random, 0.0f, 255.0f) +
                                      0.5f);
 }

@@ -65,15 +65,13 @@ CLI::App* add_score_command(CLI::App& app, std::function<int()>& run) {
     command->add_flag("--quiet", options->quiet, "Print nothing but what exceeds a limit");
     command->footer(
         "A visible point counts as lost when it has no row, no position or status lost. Hidden "
-        "points are "
-        "those that the\n"
+        "points are those that the\n"
         "truth says cannot be seen.\n"
         "\n"
         "Examples:\n"
         "  defrec score result --truth sequence/truth.csv\n"
         "  defrec score result --truth sequence/truth.csv --max-median 0.3 --max-p95 1.5 && echo "
-        "good "
-        "enough");
+        "good enough");
     command->callback([options, &run] { run = [options] { return run_score(*options); }; });
     return command;
 }

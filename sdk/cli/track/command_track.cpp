@@ -67,8 +67,7 @@ void add_link_options(CLI::App& command, TrackOptions& options) {
             link = {LinkOptions::Kind::kListen, parse_listener(text)};
         },
         "Send each frame by OpenIGTLink to up to 8 receivers that connect; from this computer "
-        "only, unless "
-        "ADDRESS is "
+        "only, unless ADDRESS is "
         "given; port 0: any that is free");
     listen->type_name("[ADDRESS:]PORT")->excludes(connect);
     command.add_flag("--realtime", options.realtime,
@@ -104,18 +103,15 @@ CLI::App* add_track_command(CLI::App& app, std::function<int()>& run) {
         "template.ply, overlay.mp4 and report.html, which opens in a browser.\n"
         "\n"
         "OpenIGTLink is neither encrypted nor authenticated: keep it on this computer or in a "
-        "network of "
-        "your own.\n"
+        "network of your own.\n"
         "A receiver that is slow or gone never slows tracking down; it misses frames.\n"
         "\n"
         "Examples:\n"
         "  defrec track --left left.mp4 --right right.mp4 --calibration stereo.yaml --out result\n"
         "  defrec track --left left/%06d.png --right right/%06d.png --calibration stereo.yaml "
-        "--points "
-        "points.csv --out result\n"
+        "--points points.csv --out result\n"
         "  defrec track --stereo both.mp4 --layout top-bottom --calibration left.yaml,right.yaml "
-        "--frames "
-        "100:200 --out result\n"
+        "--frames 100:200 --out result\n"
         "  defrec track --left left --right right --calibration stereo.yaml --out result "
         "--realtime --igtl "
         "localhost:18944\n"
