@@ -10,7 +10,7 @@ command -v node >/dev/null && command -v npm >/dev/null || packages+=(nodejs npm
 case "${1:-all}" in
     build) ;;
     all)
-        packages+=(doctest-dev libboost-context-dev git binutils abigail-tools doxygen dpkg-dev file mesa-vulkan-drivers
+        packages+=(doctest-dev libboost-context-dev git clang-format clang-tidy binutils abigail-tools doxygen dpkg-dev file mesa-vulkan-drivers
                    vulkan-validationlayers mono-mcs mono-runtime libmono-system-core4.0-cil libmono-system-drawing4.0-cil libgdiplus
                    libnunit-cil-dev nuget mypy python3-build python3-jsonschema python3-numpy python3-pil python3-setuptools
                    python3-venv python3-wheel) ;;
