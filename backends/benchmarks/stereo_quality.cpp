@@ -91,6 +91,7 @@ void report(const Case& scene, const char* method, const cv::Mat& disparity, dou
 void write_map(const std::string& folder, const Case& scene, const char* method,
                const cv::Mat& disparity) {
     if (folder.empty()) return;
+    // NOLINTNEXTLINE(misc-redundant-expression): NaN is unknown
     const cv::Mat known = disparity == disparity;
     double minimum = 0, maximum = 1;
     cv::minMaxLoc(disparity, &minimum, &maximum, nullptr, nullptr, known);

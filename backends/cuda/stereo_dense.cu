@@ -164,7 +164,10 @@ struct Block {
 
 template <int kRadius>
 __global__ void __launch_bounds__(kThreads, 2) make_dense(DenseStep step, bool whole) {
-    auto& [tile, means, fields] = *dynamic_shared<Block<kRadius>>();
+    Block<kRadius>& block = *dynamic_shared<Block<kRadius>>();
+    auto& tile = block.tile;
+    auto& means = block.means;
+    auto& fields = block.fields;
     constexpr int kSide = RefineTile<kRadius>::kSide, kMargin = kHalfSmoothRadius;
     const StereoShape& shape = step.shape;
     const int width = shape.half_width, height = shape.half_height,

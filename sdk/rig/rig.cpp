@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "sdk/base/error.hpp"
 #include "sdk/rig/rig_check.hpp"
@@ -41,7 +42,7 @@ Rig::Rig(std::shared_ptr<const Services> services, const defrec_rig_desc& desc)
       lens_{Lens(desc.left, image_reach(desc.left, desc.width, desc.height)),
             Lens(desc.right, image_reach(desc.right, desc.width, desc.height))},
       map_{ContextVector<int32_t>(services), ContextVector<int32_t>(services)},
-      services_(services) {
+      services_(std::move(services)) {
     rotation_.fill(Eigen::Matrix3d::Identity());
     identity_ = rectified_already(desc, lens_[0], lens_[1]);
     if (identity_) {

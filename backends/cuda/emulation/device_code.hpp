@@ -21,6 +21,7 @@
 
 struct dim3 {
     uint32_t x = 1, y = 1, z = 1;
+    // NOLINTNEXTLINE(google-explicit-constructor): as CUDA's own
     constexpr dim3(uint32_t width = 1, uint32_t height = 1, uint32_t depth = 1)
         : x(width), y(height), z(depth) {}
 };

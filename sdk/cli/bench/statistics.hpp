@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -11,7 +12,7 @@ namespace defrec::cli {
 inline double percentile(std::vector<double> values, double share) {
     if (values.empty()) return 0;
     const auto rank =
-        static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5);
+        static_cast<std::size_t>(std::lround(share * static_cast<double>(values.size() - 1)));
     std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(rank),
                      values.end());
     return values[rank];
