@@ -4,6 +4,9 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <string>
+
+#include "plugins/base/processor_name.hpp"
 
 namespace defrec {
 namespace {
@@ -90,7 +93,10 @@ class HostBackend {
     using Queue = HostQueue;
     using Stage = HostStage;
     HostBackend(const HostPluginDescription& description, const defrec_host* host)
-        : description_(description), host_(host) {}
+        : description_(description),
+          device_name_(description.device_name != nullptr ? description.device_name
+                                                          : processor_name()),
+          host_(host) {}
 
     const char* name() const { return description_.name; }
     const char* version() const { return description_.version; }
@@ -100,7 +106,7 @@ class HostBackend {
     void describe(size_t, defrec_device_info& info) const {
         info.kind = DEFREC_DEVICE_CPU;
         info.id = description_.name;
-        info.name = description_.device_name;
+        info.name = device_name_.c_str();
         info.driver = description_.version;
         info.memory_bytes = static_cast<uint64_t>(sysconf(_SC_PHYS_PAGES)) *
                             static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
@@ -128,6 +134,7 @@ class HostBackend {
 
   private:
     const HostPluginDescription& description_;
+    const std::string device_name_;
     Host host_;
 };
 

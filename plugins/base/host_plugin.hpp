@@ -10,7 +10,7 @@ using StageMaker = MakerOf<Stage, const Host>;
 struct HostPluginDescription {
     const char* name;  // also the id of its one device
     const char* version;
-    const char* device_name;  // for people
+    const char* device_name;  // for people; nullptr: the processor's model
     std::array<StageMaker, DEFREC_STAGE_COUNT_V1>
         makers;  // by DEFREC_STAGE_*; nullptr: not offered
 };

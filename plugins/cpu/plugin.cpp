@@ -7,7 +7,7 @@ using namespace defrec;
 const HostPluginDescription kDescription{
     "cpu",
     DEFREC_RELEASE,
-    "Processor, vector units and threads",
+    nullptr,
     cpu::kMakers,
 };
 }  // namespace
