@@ -77,6 +77,7 @@ class HostStage {
             for (size_t i = 0; i < count_; ++i)
                 if (buffers[i] != nullptr) views_[i] = {buffers[i]->data(), buffers[i]->size()};
         }
+        // NOLINTNEXTLINE(google-explicit-constructor): stages take spans
         operator std::span<const View>() const { return {views_.data(), count_}; }
 
       private:

@@ -362,6 +362,7 @@ defrec_status enter_plugin(const defrec_host* host, const defrec_plugin** out,
     if (host == nullptr || out == nullptr) return DEFREC_ERROR_ARGUMENT;
     if (!complete_host(host)) return DEFREC_ERROR_VERSION;
     return guarded(*host, [&] {
+        // NOLINTNEXTLINE(bugprone-unhandled-exception-at-new): guarded catches it
         *out = &(new PluginOf<Backend>(*host, std::forward<Given>(given)...))->table();
     });
 }

@@ -70,6 +70,7 @@ class ChangedInputs {
     void leave_out(size_t index) {
         if (index < count_) buffers_[index] = {};
     }
+    // NOLINTNEXTLINE(google-explicit-constructor): stages take spans
     operator Inputs() const { return {buffers_.data(), count_}; }
 
   private:
