@@ -735,11 +735,13 @@ enum {
     DEFREC_REASON_FAST_MOTION     = 1u << 6,  /**< half of the surface moved more than 5 mm since the frame before */
     DEFREC_REASON_OUT_OF_VIEW     = 1u << 7,  /**< most of the surface lies outside the image */
     DEFREC_REASON_NO_DEPTH        = 1u << 8,  /**< no disparity on most of the surface, or too little for a template */
-    DEFREC_REASON_ONE_EYE         = 1u << 9,  /**< the eyes do not match each other */
+    DEFREC_REASON_ONE_VIEW        = 1u << 9,  /**< one image is black and the other is not */
     DEFREC_REASON_FROZEN          = 1u << 10, /**< the same pixels as the frame before */
     DEFREC_REASON_GAP             = 1u << 11, /**< time since the last frame is more than twice the usual */
-    DEFREC_REASON_EYES_SWAPPED    = 1u << 12, /**< left and right seem to be exchanged */
-    DEFREC_REASON_LOW_CONTRAST    = 1u << 13  /**< smoke, blur, a wet lens: few patches are found */
+    DEFREC_REASON_VIEWS_SWAPPED   = 1u << 12, /**< left and right seem to be exchanged */
+    DEFREC_REASON_LOW_CONTRAST    = 1u << 13, /**< smoke, blur, a wet lens: few patches are found */
+    DEFREC_REASON_ONE_EYE         = 1u << 9,  /**< deprecated: the earlier name of DEFREC_REASON_ONE_VIEW */
+    DEFREC_REASON_EYES_SWAPPED    = 1u << 12  /**< deprecated: the earlier name of DEFREC_REASON_VIEWS_SWAPPED */
 };
 /** Status of a vertex or point. */
 enum {

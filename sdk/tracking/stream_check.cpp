@@ -20,7 +20,7 @@ uint32_t StreamCheck::reasons(uint64_t frame, int64_t timestamp_ns, const ImageS
                               const ImageStatistics& right) {
     uint32_t reasons = 0;
     if (left.dark() || right.dark()) reasons |= DEFREC_REASON_DARK;
-    if (left.dark() != right.dark()) reasons |= DEFREC_REASON_ONE_EYE;
+    if (left.dark() != right.dark()) reasons |= DEFREC_REASON_ONE_VIEW;
     if (left.saturated() || right.saturated()) reasons |= DEFREC_REASON_SATURATED;
     if (std::max(left.deviation, right.deviation) < kMinDeviation)
         reasons |= DEFREC_REASON_NO_TEXTURE;

@@ -8,7 +8,7 @@ namespace defrec {
 
 // Of images in which there is nothing to observe.
 inline constexpr uint32_t kUselessImages =
-    DEFREC_REASON_DARK | DEFREC_REASON_SATURATED | DEFREC_REASON_ONE_EYE;
+    DEFREC_REASON_DARK | DEFREC_REASON_SATURATED | DEFREC_REASON_ONE_VIEW;
 
 class StreamCheck {
   public:

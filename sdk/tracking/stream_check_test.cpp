@@ -33,8 +33,8 @@ TEST_CASE("exposure of either view is a reason; a dark one beside a bright one i
     const ImageStatistics good = image(1), dark = image(2, 1, 0), white = image(3, 255, 0, 1),
                           flat = image(4, 100, 0);
     CHECK(reasons(good, good) == 0);
-    CHECK(reasons(dark, good) == (DEFREC_REASON_DARK | DEFREC_REASON_ONE_EYE));
-    CHECK(reasons(good, dark) == (DEFREC_REASON_DARK | DEFREC_REASON_ONE_EYE));
+    CHECK(reasons(dark, good) == (DEFREC_REASON_DARK | DEFREC_REASON_ONE_VIEW));
+    CHECK(reasons(good, dark) == (DEFREC_REASON_DARK | DEFREC_REASON_ONE_VIEW));
     CHECK(reasons(dark, dark) == (DEFREC_REASON_DARK | DEFREC_REASON_NO_TEXTURE));
     CHECK(reasons(white, good) == DEFREC_REASON_SATURATED);
     CHECK(reasons(flat, flat) == DEFREC_REASON_NO_TEXTURE);

@@ -144,7 +144,7 @@ void SurfaceFollower::capture(TrackerJob& job, ObservedFrame& frame) {
     std::optional<TemplateData> data = pipeline_.capture(frame);
     if (!data) {
         job.reasons |= DEFREC_REASON_NO_DEPTH;
-        if (pipeline_.views_look_swapped(frame)) job.reasons |= DEFREC_REASON_EYES_SWAPPED;
+        if (pipeline_.views_look_swapped(frame)) job.reasons |= DEFREC_REASON_VIEWS_SWAPPED;
         return;
     }
     adopt(std::make_shared<const Template>(std::move(*data)), true);

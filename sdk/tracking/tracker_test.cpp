@@ -138,7 +138,7 @@ TEST_CASE("row 67: one dark view is lost, with the view as the reason") {
     std::fill(half.right.begin(), half.right.end(), uint8_t{0});
     const Session::Frame frame = session.track(half);
     CHECK(frame.state == DEFREC_LOST);
-    CHECK((frame.reasons & DEFREC_REASON_ONE_EYE) != 0);
+    CHECK((frame.reasons & DEFREC_REASON_ONE_VIEW) != 0);
 }
 
 TEST_CASE("row 6: exchanged views are named while there is no template") {
@@ -147,7 +147,7 @@ TEST_CASE("row 6: exchanged views are named while there is no template") {
     std::swap(pair.left, pair.right);
     const Session::Frame frame = session.track(pair);
     CHECK(frame.state == DEFREC_INITIALISING);
-    CHECK((frame.reasons & DEFREC_REASON_EYES_SWAPPED) != 0);
+    CHECK((frame.reasons & DEFREC_REASON_VIEWS_SWAPPED) != 0);
 }
 
 TEST_CASE("row 54: a frozen stream is named, and followed all the same") {

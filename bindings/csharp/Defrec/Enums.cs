@@ -202,16 +202,20 @@ namespace Defrec
         OutOfView = 1u << 7,
         /// <summary>No disparity on most of the surface, or too little for a template.</summary>
         NoDepth = 1u << 8,
-        /// <summary>The eyes do not match each other.</summary>
-        OneEye = 1u << 9,
+        /// <summary>One image is black and the other is not.</summary>
+        OneView = 1u << 9,
         /// <summary>The same pixels as the frame before.</summary>
         Frozen = 1u << 10,
         /// <summary>Time since the last frame is more than twice the usual.</summary>
         Gap = 1u << 11,
         /// <summary>Left and right seem to be exchanged.</summary>
-        EyesSwapped = 1u << 12,
+        ViewsSwapped = 1u << 12,
         /// <summary>Smoke, blur, a wet lens: few patches are found.</summary>
-        LowContrast = 1u << 13
+        LowContrast = 1u << 13,
+        /// <summary>Deprecated: the earlier name of Reasons.OneView.</summary>
+        OneEye = 1u << 9,
+        /// <summary>Deprecated: the earlier name of Reasons.ViewsSwapped.</summary>
+        EyesSwapped = 1u << 12
     }
 
     /// <summary>Status of a vertex or point.</summary>

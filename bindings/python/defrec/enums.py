@@ -213,16 +213,20 @@ class Reason(IntFlag):
     """Most of the surface lies outside the image."""
     NO_DEPTH = 256
     """No disparity on most of the surface, or too little for a template."""
-    ONE_EYE = 512
-    """The eyes do not match each other."""
+    ONE_VIEW = 512
+    """One image is black and the other is not."""
     FROZEN = 1024
     """The same pixels as the frame before."""
     GAP = 2048
     """Time since the last frame is more than twice the usual."""
-    EYES_SWAPPED = 4096
+    VIEWS_SWAPPED = 4096
     """Left and right seem to be exchanged."""
     LOW_CONTRAST = 8192
     """Smoke, blur, a wet lens: few patches are found."""
+    ONE_EYE = 512
+    """Deprecated: the earlier name of Reason.ONE_VIEW."""
+    EYES_SWAPPED = 4096
+    """Deprecated: the earlier name of Reason.VIEWS_SWAPPED."""
 
 
 class PointStatus(OpenEnum):

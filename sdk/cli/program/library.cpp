@@ -65,10 +65,10 @@ constexpr ReasonName kReasonNames[] = {
     {DEFREC_REASON_FAST_MOTION, "fast-motion"},
     {DEFREC_REASON_OUT_OF_VIEW, "out-of-view"},
     {DEFREC_REASON_NO_DEPTH, "no-depth"},
-    {DEFREC_REASON_ONE_EYE, "one-view"},
+    {DEFREC_REASON_ONE_VIEW, "one-view"},
     {DEFREC_REASON_FROZEN, "frozen"},
     {DEFREC_REASON_GAP, "gap"},
-    {DEFREC_REASON_EYES_SWAPPED, "views-swapped"},
+    {DEFREC_REASON_VIEWS_SWAPPED, "views-swapped"},
     {DEFREC_REASON_LOW_CONTRAST, "low-contrast"},
 };
 

@@ -212,7 +212,7 @@ class TrackSession {
         }
         rows_.push_back(frame_row(pending.frame, result));
         views_look_swapped_ =
-            views_look_swapped_ || (result.reasons & DEFREC_REASON_EYES_SWAPPED) != 0;
+            views_look_swapped_ || (result.reasons & DEFREC_REASON_VIEWS_SWAPPED) != 0;
         if (options_.meshes && has_geometry(result)) write_mesh(pending.frame.index, result);
         fill_record(rows_.back(), result, projection_, record_);
         as_output([&] {
