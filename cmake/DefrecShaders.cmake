@@ -1,12 +1,12 @@
 # defrec_embed_shaders(TARGET FOLDER)
 # Compiles every FOLDER/*.comp to SPIR-V for Vulkan 1.2, validates it, and embeds it in TARGET: FOLDER's shaders.hpp declares
-# `extern const Shader <name>;` for each. *.glsl are what they include.
+# `extern const Shader <name>;` for each. They include *.glsl and *.h of FOLDER, and the contracts of the stages.
 find_program(DEFREC_GLSLANG glslangValidator REQUIRED)
 find_program(DEFREC_SPIRV_VAL spirv-val REQUIRED)
 
 function(defrec_embed_shaders target folder)
   file(GLOB sources CONFIGURE_DEPENDS "${folder}/*.comp")
-  file(GLOB includes CONFIGURE_DEPENDS "${folder}/*.glsl")
+  file(GLOB includes CONFIGURE_DEPENDS "${folder}/*.glsl" "${folder}/*.h" "${CMAKE_SOURCE_DIR}/backends/stages/*.hpp")
   set(generated "${CMAKE_CURRENT_BINARY_DIR}/shaders")
   file(MAKE_DIRECTORY "${generated}")
   set(declarations "")
@@ -15,7 +15,7 @@ function(defrec_embed_shaders target folder)
     string(APPEND declarations "extern const Shader ${name};\n")
     set(binary "${generated}/${name}.spv")
     add_custom_command(OUTPUT "${generated}/${name}.cpp" DEPENDS "${source}" ${includes} "${CMAKE_SOURCE_DIR}/cmake/EmbedShader.cmake" VERBATIM
-      COMMAND "${DEFREC_GLSLANG}" --quiet --target-env vulkan1.2 "-I${folder}" -o "${binary}" "${source}"
+      COMMAND "${DEFREC_GLSLANG}" --quiet --target-env vulkan1.2 "-I${folder}" "-I${CMAKE_SOURCE_DIR}" -o "${binary}" "${source}"
       COMMAND "${DEFREC_SPIRV_VAL}" --target-env vulkan1.2 "${binary}"
       COMMAND "${CMAKE_COMMAND}" -DNAME=${name} "-DBINARY=${binary}" "-DOUTPUT=${generated}/${name}.cpp" -P "${CMAKE_SOURCE_DIR}/cmake/EmbedShader.cmake"
       COMMENT "Shader ${name}")

@@ -1,11 +1,12 @@
 // Guided patch search, fast: patches are shared out to the host's threads, a patch is SIMD
 // throughout. Definition: docs/stages/align.md.
+#include "backends/stages/align.hpp"
+
 #include <algorithm>
 #include <cmath>
 
 #include "backends/cpu/align_kernels.hpp"
 #include "backends/cpu/stages.hpp"
-#include "backends/shared/align_buffers.hpp"
 #include "backends/shared/align_view.hpp"
 
 namespace defrec::cpu {
@@ -30,13 +31,11 @@ class Align final : public Stage {
     }
 
     void prepare(std::span<const InBuffer> in) override {
-        expect_buffers("align: prepare", in, 2);
-        const std::span<const defrec_patch> patches = take_patches(params_, in[0]);
-        const auto* views = take<uint8_t>(
-            "align: views", in[1], view_offset(params_, params_.views - 1) + gray_size(params_));
-        patches_.assign(patches.begin(), patches.end());
+        const AlignTemplate given = read_template(params_, in);
+        patches_.assign(given.patches.begin(), given.patches.end());
         centres_.clear();
-        for (const defrec_patch& patch : patches_) centres_.push_back(centre_of(patch));
+        for (const defrec_patch& patch : patches_)
+            centres_.push_back(align::centre_of(patch, params_.level));
         const int32_t width = int32_t(params_.width >> params_.level),
                       height = int32_t(params_.height >> params_.level);
         const size_t doubled = size_t(4) * size_t(width) * size_t(height);
@@ -44,7 +43,7 @@ class Align final : public Stage {
         view_pixels_.assign(2 * doubled * params_.views, 0);
         views_.clear();
         for (uint32_t i = 0; i < params_.views; ++i) {
-            const AlignLevel level = pyramid(views + view_offset(params_, i), nullptr);
+            const AlignLevel level = pyramid(given.views + view_offset(params_, i), nullptr);
             align::double_size(level.gray, width, height, level.stride, view.data());
             uint8_t* out = view_pixels_.data() + 2 * i * doubled;
             for (size_t k = 0; k < doubled; ++k) {
@@ -58,7 +57,7 @@ class Align final : public Stage {
 
     void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
         if (!prepared_) throw StageError(DEFREC_ERROR_STATE, "align: run before prepare");
-        const AlignBuffers buffers = take_buffers(params_, patches_.size(), in, out);
+        const AlignBuffers buffers = align_buffers(params_, patches_.size(), in, out);
         const AlignRun run{&params_, pyramid(buffers.gray, buffers.mask), views_.data(),
                            inverse_.data(), root_.data()};
         host_.parallel_for(
@@ -81,14 +80,6 @@ class Align final : public Stage {
     }
 
   private:
-    AlignCentre centre_of(const defrec_patch& patch) const {
-        AlignCentre centre{0, 0, patch.view, false};
-        if (!align::to_fixed(patch.u, centre.x) || !align::to_fixed(patch.v, centre.y))
-            return centre;
-        return {align::to_level(centre.x, params_.level), align::to_level(centre.y, params_.level),
-                patch.view, true};
-    }
-
     size_t pyramid_stride(uint32_t level) const {
         return ((params_.width >> level) + 63) / 64 * 64;
     }
@@ -106,7 +97,7 @@ class Align final : public Stage {
                          int32_t(params_.width),
                          int32_t(params_.height),
                          params_.stride,
-                         gray_size(params_)};
+                         gray_bytes(params_)};
         size_t offset = 0;
         for (uint32_t l = 1; l <= params_.level; ++l) {
             const AlignLevel below = level;

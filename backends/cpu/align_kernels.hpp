@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "backends/shared/align_math.hpp"
-#include "sdk/contract/stage_params.hpp"
+#include "backends/stages/align.hpp"
 
 namespace defrec::cpu {
 
@@ -22,12 +22,6 @@ struct AlignLevel {
 struct AlignView {
     const uint8_t* pixels;
     int32_t width, height;
-};
-
-// A patch's centre in its view, 1/256 px of the level.
-struct AlignCentre {
-    int32_t x, y, view;
-    bool valid;
 };
 
 constexpr int32_t kAlignRow = 16;  // int16 from row to row of a sampled patch

@@ -85,7 +85,7 @@ void LmGroups::store_sighting(size_t at, const Item& item, const Sighting<float>
 void LmGroups::set_frame(const defrec_lm_params& params, const LmFrame& frame) {
     const float match_c2 = 1 / (params.match_tukey_mm * params.match_tukey_mm);
     const float patch_c2 = 1 / (params.patch_tukey_px * params.patch_tukey_px);
-    const float ramp = LmConstants(params).match_slope;
+    const float ramp = constants_of(params).match_slope;
     for (LmGroup& group : groups_) {
         group.sightings = 0;
         for (size_t i = group.first_landmark;

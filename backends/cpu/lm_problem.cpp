@@ -64,8 +64,7 @@ LmSums LmProblem::evaluate(std::span<const NodePose<double>> nodes, bool lineari
 }
 
 bool LmProblem::solve(double lambda, double* step) {
-    const uint32_t iterations =
-        params_.solver == DEFREC_SOLVER_INDEPENDENT ? 0 : params_.cg_iterations;
+    const uint32_t iterations = gradient_steps(params_);
     if (!solve_system({&pattern_, &present_, &workspace_, float(lambda), iterations})) return false;
     std::copy_n(workspace_.x.begin(), 6 * pattern_.rows(), step);
     return true;
@@ -89,7 +88,7 @@ void LmProblem::sum_surface(size_t task, bool linearise) {
 }
 
 void LmProblem::sum_arap(bool linearise) {
-    const LmConstants constants(params_);
+    const LmConstants constants = constants_of(params_);
     if (linearise) std::fill(edge_nodes_.begin(), edge_nodes_.end(), 0.0f);
     arap_cost_ =
         sum_edges({&edges_, poses_.data(), constants.length_weight, constants.angle_weight,

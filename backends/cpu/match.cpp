@@ -25,15 +25,16 @@ class Match final : public Stage {
           nearest_(blocks_ * members_, memory) {}
 
     void prepare(std::span<const InBuffer> in) override {
-        const std::span<const defrec_landmark> given = match::take_landmarks(params_, in);
+        const std::span<const defrec_landmark> given = read_template(params_, in);
         count_ = uint32_t(given.size());
         for (size_t i = 0; i < given.size(); ++i)
             std::memcpy(landmarks_[i].data(), given[i].descriptor, sizeof landmarks_[i]);
     }
 
     void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
-        const match::Inputs inputs = match::take_inputs(params_, in);
-        defrec_match* matches = match::take_matches(count_, out);
+        const auto given = view_buffers<MatchBuffers>(MatchBuffers::Sizes{params_, count_}, in, out);
+        const match::Inputs inputs{live_features(params_, given, in), given.features, given.disparity};
+        defrec_match* matches = given.matches;
         const size_t groups = (inputs.count + kMatchGroup - 1) / kMatchGroup;
         arrange(inputs, groups);
         host_.parallel_for(blocks_, [&](size_t b) { compare(b, groups); });

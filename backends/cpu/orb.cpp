@@ -61,7 +61,7 @@ class Orb final : public Stage {
     }
 
     void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
-        const Buffers buffers = take_buffers(params_, layout_, in, out);
+        const OrbBuffers buffers = orb_buffers(params_, layout_, in, out);
         gray_ = buffers.gray;
         mask_ = buffers.mask;
 
@@ -179,7 +179,7 @@ class Orb final : public Stage {
                 std::copy_n(of_level(from, l).row(y), layout_.level[l].width,
                             to + layout_.level[l].first_pixel + size_t(y) * layout_.level[l].width);
     }
-    void write_substages(const Buffers& to) const {
+    void write_substages(const OrbBuffers& to) const {
         write_levels(to.pyramid, pixels_);
         write_levels(to.smoothed, smoothed_);
         write_levels(to.scores, scores_);

@@ -23,20 +23,16 @@ class Ransac final : public Stage {
     }
 
     void prepare(std::span<const InBuffer> in) override {
-        const std::span<const defrec_landmark> landmarks = take_landmarks(params_, in);
+        const std::span<const defrec_landmark> landmarks = read_template(params_, in);
         landmarks_.assign(landmarks.begin(), landmarks.end());
         prepared_ = true;
     }
 
     void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
-        expect_buffers("ransac: in", in, 1);
-        expect_buffers("ransac: out", out, 2);
         if (!prepared_) throw StageError(DEFREC_ERROR_STATE, "ransac: run before prepare");
-        const auto* matches = take<defrec_match>("ransac: matches", in[0], landmarks_.size());
-        auto* weighted = take<defrec_match>("ransac: matches out", out[0], landmarks_.size());
-        auto* summary = take<defrec_ransac_summary>("ransac: summary", out[1], 1);
+        const auto b = view_buffers<RansacBuffers>(landmarks_.size(), in, out);
 
-        gather(matches, weighted);
+        gather(b.matches, b.weighted);
         threshold_ = params_.threshold_mm > 0 ? params_.threshold_mm : default_threshold();
         const uint32_t references = std::min(params_.references, count_);
         const RansacPairs pairs = {
@@ -46,7 +42,7 @@ class Ransac final : public Stage {
                           params_.iterations, threshold_, hypotheses_[k],
                           squares_.data() + k * stride_);
         });
-        *summary = merge(references, weighted);
+        *b.summary = merge(references, b.weighted);
     }
 
   private:

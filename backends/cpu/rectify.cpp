@@ -1,10 +1,11 @@
 // Stage rectify on the CPU: bands of rows over the host's threads. docs/stages/rectify.md.
+#include "backends/stages/rectify.hpp"
+
 #include <algorithm>
 #include <cstring>
 
 #include "backends/cpu/rectify_rows.hpp"
 #include "backends/cpu/stages.hpp"
-#include "backends/shared/rectify_buffers.hpp"
 
 namespace defrec::cpu {
 namespace {

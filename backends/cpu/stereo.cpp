@@ -1,11 +1,12 @@
 // Stage stereo on the CPU: memory, and the order in which its kernels pass over bands of rows.
 // docs/stages/stereo.md.
+#include "backends/stages/stereo.hpp"
+
 #include <algorithm>
 #include <cstring>
 
 #include "backends/cpu/stages.hpp"
 #include "backends/cpu/stereo_kernels.hpp"
-#include "backends/shared/stereo_layout.hpp"
 
 namespace defrec::cpu {
 namespace {
@@ -55,20 +56,17 @@ struct Level {
 class Stereo final : public Stage {
   public:
     Stereo(const defrec_stereo_params& params, const Host& host)
-        : p_(params),
-          size_(params),
+        : c_(constants_of(params)),
           host_(host),
-          full_(host, size_.width, size_.height),
-          half_(host, size_.half_width, size_.half_height),
-          confidence_(host, size_.width, size_.height),
-          none_row_(make_field(host, size_.width, 1)),
-          scratch_ints_((std::max(search_scratch_ints(size_.half_width, size_.first, size_.count),
-                                  size_t(4 * size_.width + 2)) +
-                         15) /
-                        16 * 16),
-          scratch_(scratch_ints_ * size_t((size_.height + kBand - 1) / kBand),
+          full_(host, c_.width, c_.height),
+          half_(host, c_.half_width, c_.half_height),
+          confidence_(host, c_.width, c_.height),
+          none_row_(make_field(host, c_.width, 1)),
+          scratch_ints_((std::max(search_scratch_ints(c_), size_t(4 * c_.width + 2)) + 15) / 16 *
+                        16),
+          scratch_(scratch_ints_ * size_t((c_.height + kBand - 1) / kBand),
                    HostAllocator<int32_t>(host)) {
-        for (int w = size_.half_width, h = size_.half_height; w > 1 || h > 1;) {
+        for (int w = c_.half_width, h = c_.half_height; w > 1 || h > 1;) {
             w = (w + 1) / 2;
             h = (h + 1) / 2;
             coarser_.push_back({w, h, make_field(host, w, h)});
@@ -76,7 +74,7 @@ class Stereo final : public Stage {
     }
 
     void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
-        const StereoBuffers b = stereo_buffers(size_, in, out);
+        const StereoBuffers b = view_buffers<StereoBuffers>(c_, in, out);
         prepare_images(b);
         search_half(b);
         if (!fill_all(half_.fields[1])) {
@@ -116,18 +114,17 @@ class Stereo final : public Stage {
     }
 
     void prepare_images(const StereoBuffers& b) {
-        const int w = size_.width, h = size_.height;
+        const int w = c_.width, h = c_.height;
         bands(h, [&](int y0, int y1, int32_t* scratch) {
             const auto one = [&](const uint8_t* gray, const uint8_t* mask, Bytes& image,
                                  Bytes& image_mask, int y) {
-                pad_row(gray + ptrdiff_t(y) * size_.stride, image.row(y), w);
+                pad_row(gray + ptrdiff_t(y) * c_.stride, image.row(y), w);
                 if (mask == nullptr) {
                     std::memset(image_mask.row(y), 255, size_t(w));
                     return;
                 }
-                pad_row(mask + ptrdiff_t(y) * size_.stride, image_mask.row(y), w);
-                inpaint_row({gray, size_.stride}, {mask, size_.stride}, w, h, y, image.row(y),
-                            scratch);
+                pad_row(mask + ptrdiff_t(y) * c_.stride, image_mask.row(y), w);
+                inpaint_row({gray, c_.stride}, {mask, c_.stride}, w, h, y, image.row(y), scratch);
             };
             for (int y = y0; y < y1; ++y) {
                 one(b.left, b.left_mask, full_.left, full_.left_mask, y);
@@ -151,28 +148,19 @@ class Stereo final : public Stage {
     // Leaves what is supported in field 0 and the smoothed of it in field 1.
     void search_half(const StereoBuffers& b) {
         Field* f = half_.fields;
-        const float unit = search_score_unit(int(p_.radius));
-        const SearchJob job{half_.left.view(),
-                            half_.right.view(),
-                            half_.left_mask.view(),
-                            half_.right_mask.view(),
-                            half_.width,
-                            half_.height,
-                            int(p_.radius),
-                            size_.first,
-                            size_.count,
-                            int(p_.left_right),
-                            int(p_.texture),
-                            float(p_.min_score) * unit,
-                            float(p_.uniqueness) * unit,
-                            b.left_keys,
-                            b.right_keys,
-                            f[2].plane()};
+        const SearchJob job{.c = c_,
+                            .left = half_.left.view(),
+                            .right = half_.right.view(),
+                            .left_mask = half_.left_mask.view(),
+                            .right_mask = half_.right_mask.view(),
+                            .left_keys = b.left_keys,
+                            .right_keys = b.right_keys,
+                            .checked = f[2].plane()};
         bands(half_.height,
               [&](int y0, int y1, int32_t* scratch) { search_rows(job, y0, y1, scratch); });
         give(f[2], half_, b.checked);
         each_row(half_.height, [&](int y) {
-            supported_row(f[2].view(), half_.width, half_.height, y, int(p_.support), f[0].row(y));
+            supported_row(f[2].view(), half_.width, half_.height, y, c_, f[0].row(y));
         });
         give(f[0], half_, b.supported);
         smooth(half_, f[0], f[2], f[1], kHalfSmoothRadius, kSearchSmoothRange);
@@ -230,15 +218,16 @@ class Stereo final : public Stage {
         Field* f = half_.fields;
         bands(half_.height, [&](int y0, int y1, int32_t* scratch) {
             for (int y = y0; y < y1; ++y)
-                standing_row(f[0].view(), f[1].view(), half_.width, half_.height, y, int(p_.edge),
+                standing_row(f[0].view(), f[1].view(), half_.width, half_.height, y, c_,
                              reinterpret_cast<int16_t*>(scratch), half_.standing.row(y));
         });
         RefineJob job{};
+        job.c = c_;
         job.left = half_.left.view();
         job.right = half_.right.view();
         job.width = half_.width;
         job.height = half_.height;
-        job.radius = int(p_.radius);
+        job.radius = c_.radius;
         job.hypothesis = f[1].view();
         job.result = f[0].plane();
         refine(job);
@@ -255,19 +244,18 @@ class Stereo final : public Stage {
         });
         give(f[0], full_, b.hypothesis);
         RefineJob job{};
+        job.c = c_;
         job.left = full_.left.view();
         job.right = full_.right.view();
         job.width = full_.width;
         job.height = full_.height;
-        job.radius = int(p_.refine_radius);
+        job.radius = c_.refine_radius;
         job.hypothesis = f[0].view();
         job.result = f[1].plane();
         job.classify = true;
         job.left_mask = full_.left_mask.view();
         job.right_mask = full_.right_mask.view();
         job.standing = full_.standing.view();
-        job.refine_score = int(p_.refine_score);
-        job.texture = int(p_.texture);
         job.confidence = confidence_.plane();
         job.refined = b.refined;
         job.score = b.score;
@@ -277,22 +265,22 @@ class Stereo final : public Stage {
     void finish(const StereoBuffers& b) {
         Field* f = full_.fields;
         bands(full_.height, [&](int y0, int y1, int32_t*) {
-            drop_speckles_rows(f[1].view(), full_.width, full_.height, y0, y1, int(p_.support),
-                               f[2].plane(), confidence_.plane());
+            drop_speckles_rows(f[1].view(), full_.width, full_.height, y0, y1, c_, f[2].plane(),
+                               confidence_.plane());
         });
         give(f[2], full_, b.evidence);
         bands(full_.height, [&](int y0, int y1, int32_t*) {
-            fill_small_rows(f[2].view(), f[0].view(), full_.width, full_.height, y0, y1,
-                            int(p_.fill_radius), f[1].plane(), confidence_.plane());
+            fill_small_rows(f[2].view(), f[0].view(), full_.width, full_.height, y0, y1, c_,
+                            f[1].plane(), confidence_.plane());
         });
         give(f[1], full_, b.filled);
-        for (uint32_t pass = 0; pass < p_.smooth_passes; ++pass)
-            smooth(full_, f[1], f[2], f[1], int(p_.smooth_radius), int(p_.smooth_range));
+        for (int pass = 0; pass < c_.smooth_passes; ++pass)
+            smooth(full_, f[1], f[2], f[1], c_.smooth_radius, c_.smooth_range);
         each_row(full_.height, [&](int y) {
-            std::copy_n(f[1].row(y), full_.width, b.disparity + ptrdiff_t(y) * size_.stride);
+            std::copy_n(f[1].row(y), full_.width, b.disparity + ptrdiff_t(y) * c_.stride);
             if (b.confidence != nullptr)
                 std::copy_n(confidence_.row(y), full_.width,
-                            b.confidence + ptrdiff_t(y) * size_.stride);
+                            b.confidence + ptrdiff_t(y) * c_.stride);
         });
     }
 
@@ -301,20 +289,19 @@ class Stereo final : public Stage {
         const auto none = [](int16_t* to, size_t count) {
             if (to != nullptr) std::fill_n(to, count, int16_t(kNoDisparity));
         };
-        none(b.dense, size_.half_pixels());
-        none(b.half_refined, size_.half_pixels());
+        none(b.dense, c_.half_pixels());
+        none(b.half_refined, c_.half_pixels());
         for (int16_t* field : {b.hypothesis, b.refined, b.evidence, b.filled})
-            none(field, size_.pixels());
-        if (b.score != nullptr) std::fill_n(b.score, size_.pixels(), int16_t{0});
+            none(field, c_.pixels());
+        if (b.score != nullptr) std::fill_n(b.score, c_.pixels(), int16_t{0});
         for (int y = 0; y < full_.height; ++y) {
-            none(b.disparity + ptrdiff_t(y) * size_.stride, size_t(full_.width));
+            none(b.disparity + ptrdiff_t(y) * c_.stride, size_t(full_.width));
             if (b.confidence != nullptr)
-                std::fill_n(b.confidence + ptrdiff_t(y) * size_.stride, full_.width, uint8_t{0});
+                std::fill_n(b.confidence + ptrdiff_t(y) * c_.stride, full_.width, uint8_t{0});
         }
     }
 
-    defrec_stereo_params p_;
-    StereoSizes size_;
+    StereoConstants c_;
     Host host_;
     Level full_, half_;
     Bytes confidence_;

@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "backends/cpu/stereo_kernels.hpp"
-#include "backends/shared/stereo_layout.hpp"
+#include "backends/stages/stereo.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "backends/cpu/stereo_field.cpp"
@@ -25,8 +25,8 @@ HWY_INLINE hn::Mask<I16> Agree(VI16 difference, VI16 range) {
                    hn::Gt(hn::Add(difference, range), hn::Set(d, -1)));
 }
 
-void SupportedRow(Plane<const int16_t> field, int width, int height, int y, int support,
-                  int16_t* dst) {
+void SupportedRow(Plane<const int16_t> field, int width, int height, int y,
+                  const StereoConstants& c, int16_t* dst) {
     const I16 d;
     const VI16 none = hn::Set(d, kNoDisparity), range = hn::Set(d, kSupportRange);
     for (int x = 0; x < width; x += int(hn::Lanes(d))) {
@@ -40,7 +40,7 @@ void SupportedRow(Plane<const int16_t> field, int width, int height, int y, int 
                     agreeing, hn::VecFromMask(d, Agree(hn::SaturatedSub(other, centre), range)));
             }
         }
-        const auto kept = hn::Gt(agreeing, hn::Set(d, int16_t(support - 1)));
+        const auto kept = hn::Gt(agreeing, hn::Set(d, int16_t(c.support - 1)));
         hn::StoreU(hn::IfThenElse(kept, centre, none), d, dst + x);
     }
     EndRow(dst, width);
@@ -122,7 +122,7 @@ void FillRow(int16_t* row, int width, const int16_t* coarse, const int16_t* coar
 }
 
 void StandingRow(Plane<const int16_t> supported, Plane<const int16_t> dense, int width, int height,
-                 int y, int edge, int16_t* extent, uint8_t* dst) {
+                 int y, const StereoConstants& c, int16_t* extent, uint8_t* dst) {
     const I16 d;
     const hn::Rebind<uint8_t, I16> d8;
     int16_t* minimum = extent + kMargin;
@@ -150,7 +150,7 @@ void StandingRow(Plane<const int16_t> supported, Plane<const int16_t> dense, int
             high = hn::Max(high,
                            hn::Max(hn::LoadU(d, maximum + x - k), hn::LoadU(d, maximum + x + k)));
         }
-        const VI16 limit = hn::Set(d, int16_t(edge));
+        const VI16 limit = hn::Set(d, int16_t(c.edge));
         const auto doubtful = hn::Gt(hn::Sub(hn::LoadU(d, dense.row(y) + x), low), limit);
         const auto unknown = hn::Eq(hn::LoadU(d, supported.row(y) + x), hn::Set(d, kNoDisparity));
         const auto open = hn::Or(hn::Gt(hn::Sub(high, low), limit), unknown);
@@ -215,9 +215,9 @@ HWY_EXPORT(FillRow);
 HWY_EXPORT(StandingRow);
 HWY_EXPORT(UpsampleRow);
 
-void supported_row(Plane<const int16_t> field, int width, int height, int y, int support,
-                   int16_t* dst) {
-    HWY_DYNAMIC_DISPATCH(SupportedRow)(field, width, height, y, support, dst);
+void supported_row(Plane<const int16_t> field, int width, int height, int y,
+                   const StereoConstants& c, int16_t* dst) {
+    HWY_DYNAMIC_DISPATCH(SupportedRow)(field, width, height, y, c, dst);
 }
 void smooth_along_row(const int16_t* src, int width, int radius, int range, int16_t* dst) {
     HWY_DYNAMIC_DISPATCH(SmoothAlongRow)(src, width, radius, range, dst);
@@ -234,8 +234,8 @@ void fill_row(int16_t* row, int width, const int16_t* coarse, const int16_t* coa
     HWY_DYNAMIC_DISPATCH(FillRow)(row, width, coarse, coarse2, coarse_width);
 }
 void standing_row(Plane<const int16_t> supported, Plane<const int16_t> dense, int width, int height,
-                  int y, int edge, int16_t* extent, uint8_t* dst) {
-    HWY_DYNAMIC_DISPATCH(StandingRow)(supported, dense, width, height, y, edge, extent, dst);
+                  int y, const StereoConstants& c, int16_t* extent, uint8_t* dst) {
+    HWY_DYNAMIC_DISPATCH(StandingRow)(supported, dense, width, height, y, c, extent, dst);
 }
 void upsample_row(Plane<const int16_t> half, Plane<const uint8_t> standing, int half_width,
                   int half_height, int width, int y, int16_t* dst, uint8_t* dst_standing) {

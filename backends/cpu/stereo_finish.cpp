@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "backends/cpu/stereo_kernels.hpp"
-#include "backends/shared/stereo_layout.hpp"
+#include "backends/stages/stereo.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "backends/cpu/stereo_finish.cpp"
@@ -55,8 +55,9 @@ HWY_INLINE void MoveTo(int y, int y0, int radius, int height, Move&& move) {
 }
 
 void DropSpecklesRows(Plane<const int16_t> evidence, int width, int height, int y0, int y1,
-                      int support, Plane<int16_t> dst, Plane<uint8_t> confidence) {
+                      const StereoConstants& c, Plane<int16_t> dst, Plane<uint8_t> confidence) {
     constexpr int kRadius = 4;
+    const int support = c.support;
     ColumnCounts columns;
     int16_t counts[DEFREC_MAX_SIDE];
     for (int y = y0; y < y1; ++y) {
@@ -76,9 +77,9 @@ void DropSpecklesRows(Plane<const int16_t> evidence, int width, int height, int 
 }
 
 void FillSmallRows(Plane<const int16_t> evidence, Plane<const int16_t> hypothesis, int width,
-                   int height, int y0, int y1, int radius, Plane<int16_t> dst,
+                   int height, int y0, int y1, const StereoConstants& c, Plane<int16_t> dst,
                    Plane<uint8_t> confidence) {
-    const int side = 2 * radius + 1;
+    const int radius = c.fill_radius, side = 2 * radius + 1;
     ColumnCounts columns;
     int16_t counts[DEFREC_MAX_SIDE], sums[DEFREC_MAX_SIDE];
     for (int y = y0; y < y1; ++y) {
@@ -114,15 +115,15 @@ HWY_EXPORT(DropSpecklesRows);
 HWY_EXPORT(FillSmallRows);
 
 void drop_speckles_rows(Plane<const int16_t> evidence, int width, int height, int y0, int y1,
-                        int support, Plane<int16_t> dst, Plane<uint8_t> confidence) {
+                        const StereoConstants& c, Plane<int16_t> dst, Plane<uint8_t> confidence) {
     HWY_DYNAMIC_DISPATCH(DropSpecklesRows)
-    (evidence, width, height, y0, y1, support, dst, confidence);
+    (evidence, width, height, y0, y1, c, dst, confidence);
 }
 void fill_small_rows(Plane<const int16_t> evidence, Plane<const int16_t> hypothesis, int width,
-                     int height, int y0, int y1, int radius, Plane<int16_t> dst,
+                     int height, int y0, int y1, const StereoConstants& c, Plane<int16_t> dst,
                      Plane<uint8_t> confidence) {
     HWY_DYNAMIC_DISPATCH(FillSmallRows)
-    (evidence, hypothesis, width, height, y0, y1, radius, dst, confidence);
+    (evidence, hypothesis, width, height, y0, y1, c, dst, confidence);
 }
 
 }  // namespace defrec::cpu

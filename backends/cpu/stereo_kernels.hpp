@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "backends/stages/stereo.hpp"
+
 namespace defrec::cpu {
 
 // Elements before and after each row of a plane, so that vectors may reach over the ends.
@@ -29,21 +31,19 @@ void halve_mask_row(const uint8_t* upper, const uint8_t* lower, uint8_t* dst, in
 
 // 3, 4: the search and its checks.
 struct SearchJob {
+    StereoConstants c;
     Plane<const uint8_t> left, right, left_mask, right_mask;
-    int width, height, radius, first, count;
-    int left_right, texture;
-    float min_score, lead;
     int32_t *left_keys, *right_keys;  // without margins; may be nullptr
     Plane<int16_t> checked;
 };
-size_t search_scratch_ints(int width, int first, int count);
+size_t search_scratch_ints(const StereoConstants& c);
 // Rows y0 .. y1 - 1. scratch: search_scratch_ints, cache-line aligned, any contents.
 void search_rows(const SearchJob& job, int y0, int y1, int32_t* scratch);
 
 // Fields of disparities have kNoDisparity in their margins, and the functions keep it so.
 // 5
-void supported_row(Plane<const int16_t> field, int width, int height, int y, int support,
-                   int16_t* dst);
+void supported_row(Plane<const int16_t> field, int width, int height, int y,
+                   const StereoConstants& c, int16_t* dst);
 // 6, 12: along rows, then along columns.
 void smooth_along_row(const int16_t* src, int width, int radius, int range, int16_t* dst);
 void smooth_along_columns(Plane<const int16_t> field, int width, int height, int y, int radius,
@@ -56,20 +56,20 @@ void fill_row(int16_t* row, int width, const int16_t* coarse, const int16_t* coa
 // columns, 2
 // * (width + 2 * kMargin) int16.
 void standing_row(Plane<const int16_t> supported, Plane<const int16_t> dense, int width, int height,
-                  int y, int edge, int16_t* extent, uint8_t* dst);
+                  int y, const StereoConstants& c, int16_t* extent, uint8_t* dst);
 // 9: row y of the field at full resolution and of what is known of it.
 void upsample_row(Plane<const int16_t> half, Plane<const uint8_t> standing, int half_width,
                   int half_height, int width, int y, int16_t* dst, uint8_t* dst_standing);
 
 // 8, 10: refinement, and at full resolution the classification.
 struct RefineJob {
+    StereoConstants c;
     Plane<const uint8_t> left, right;
     int width, height, radius;
     Plane<const int16_t> hypothesis;  // no pixel without a disparity
-    Plane<int16_t> result;            // refined field, or with judge the evidence
+    Plane<int16_t> result;            // refined field, or with classify the evidence
     bool classify;
     Plane<const uint8_t> left_mask, right_mask, standing;
-    int refine_score, texture;
     Plane<uint8_t> confidence;
     int16_t *refined, *score;  // without margins; may be nullptr
 };
@@ -78,10 +78,10 @@ void refine_tile(const RefineJob& job, int x0, int x1, int y0, int y1);
 
 // 10: evidence rows y0 .. y1 - 1 with speckles dropped; their confidence is cleared.
 void drop_speckles_rows(Plane<const int16_t> evidence, int width, int height, int y0, int y1,
-                        int support, Plane<int16_t> dst, Plane<uint8_t> confidence);
+                        const StereoConstants& c, Plane<int16_t> dst, Plane<uint8_t> confidence);
 // 11
 void fill_small_rows(Plane<const int16_t> evidence, Plane<const int16_t> hypothesis, int width,
-                     int height, int y0, int y1, int radius, Plane<int16_t> dst,
+                     int height, int y0, int y1, const StereoConstants& c, Plane<int16_t> dst,
                      Plane<uint8_t> confidence);
 
 }  // namespace defrec::cpu

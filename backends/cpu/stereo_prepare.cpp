@@ -3,7 +3,7 @@
 #include <cstring>
 
 #include "backends/cpu/stereo_kernels.hpp"
-#include "backends/shared/stereo_layout.hpp"
+#include "backends/stages/stereo.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "backends/cpu/stereo_prepare.cpp"

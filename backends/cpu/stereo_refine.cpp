@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "backends/cpu/stereo_kernels.hpp"
-#include "backends/shared/stereo_layout.hpp"
+#include "backends/stages/stereo.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "backends/cpu/stereo_refine.cpp"
@@ -213,7 +213,7 @@ void JudgeLanes(const RefineJob& job, const Tile& tile, const Refined& refined, 
         hn::GatherOffset(d, reinterpret_cast<const int32_t*>(job.right_mask.row(y)), column),
         hn::Set(d, 255));
     const VI32 minimum =
-        hn::IfThenElse(known, hn::Set(d, kTrustedScore - 1), hn::Set(d, job.refine_score - 1));
+        hn::IfThenElse(known, hn::Set(d, kTrustedScore - 1), hn::Set(d, job.c.refine_score - 1));
     auto good = hn::And(hn::And(refined.peak, in_image),
                         hn::And(hn::Gt(refined.score, minimum), hn::Gt(stands, zero)));
     good = hn::And(good, hn::Gt(right_mask, zero));
@@ -236,7 +236,7 @@ void PrepareWindows(const RefineJob& job, Tile& tile, int x0, int x1, int window
     for (int x = x0; x < std::min(job.width, x1 + kHalo); ++x) {
         const int width = std::min(x + job.radius, job.width - 1) - std::max(x - job.radius, 0) + 1;
         const int64_t n = int64_t{width} * window_height,
-                      minimum = (int64_t{job.texture} * job.texture * n * n + 255) / 256 - 1;
+                      minimum = (int64_t{job.c.texture} * job.c.texture * n * n + 255) / 256 - 1;
         tile.window_width[x - x0 + kOrigin] = width;
         tile.min_variance[x - x0 + kOrigin] = int32_t(std::min<int64_t>(minimum, INT32_MAX));
     }

@@ -7,7 +7,7 @@
 #include <cstring>
 
 #include "backends/cpu/stereo_kernels.hpp"
-#include "backends/shared/stereo_layout.hpp"
+#include "backends/stages/stereo.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "backends/cpu/stereo_search.cpp"
@@ -22,15 +22,15 @@ namespace defrec::cpu::HWY_NAMESPACE {
 // right image enough for every x - d.
 struct SearchScratch {
     SearchScratch(const SearchJob& job, int32_t* memory) {
-        const size_t row = RowInts(job.width), reach = ReachInts(job.first + job.count);
+        const size_t row = RowInts(job.c.half_width), reach = ReachInts(job.c.first + job.c.count);
         const auto take = [&](size_t before, size_t count) {
             int32_t* part = memory + before;
             memory += before + count;
             return part;
         };
         row_ints = row;
-        columns = take(kMargin, row * size_t(job.count));
-        best = take(kMargin, row * size_t((job.count + kGroup - 1) / kGroup));
+        columns = take(kMargin, row * size_t(job.c.count));
+        best = take(kMargin, row * size_t((job.c.count + kGroup - 1) / kGroup));
         triple = take(kMargin, row);
         left_pairs = take(kMargin, row);
         left_sums = take(kMargin, row);
@@ -51,10 +51,10 @@ struct SearchScratch {
     static size_t ReachInts(int disparities) {
         return (size_t(disparities) + 15) / 16 * 16 + kMargin;
     }
-    static size_t Total(int width, int first, int count) {
-        const size_t row = RowInts(width),
-                     parts = size_t(count) + size_t((count + kGroup - 1) / kGroup) + 14;
-        return parts * row + 11 * size_t{kMargin} + 5 * ReachInts(first + count);
+    static size_t Total(const StereoConstants& c) {
+        const size_t row = RowInts(c.half_width),
+                     parts = size_t(c.count) + size_t((c.count + kGroup - 1) / kGroup) + 14;
+        return parts * row + 11 * size_t{kMargin} + 5 * ReachInts(c.first + c.count);
     }
 
     size_t row_ints;
@@ -87,11 +87,11 @@ void UpdateColumnSums(const uint8_t* enter, const uint8_t* leave, int width, int
 void UpdateColumns(const SearchJob& job, const SearchScratch& s) {
     const I32 d32;
     const int lanes = int(hn::Lanes(d32));
-    for (int index = 0; index < job.count; ++index) {
-        const int d = job.first + index;
+    for (int index = 0; index < job.c.count; ++index) {
+        const int d = job.c.first + index;
         int32_t* column = s.columns + size_t(index) * s.row_ints;
         const int32_t* right = s.right_pairs - d;
-        for (int x = d / lanes * lanes; x < job.width; x += lanes) {
+        for (int x = d / lanes * lanes; x < job.c.half_width; x += lanes) {
             const VI32 products =
                 PairProducts(hn::Load(d32, s.left_pairs + x), hn::LoadU(d32, right + x));
             hn::Store(hn::Add(hn::Load(d32, column + x), products), d32, column + x);
@@ -122,17 +122,17 @@ HWY_INLINE void WindowStatistics(const int32_t* sums, const int32_t* squares, in
 void RowStatistics(const SearchJob& job, const SearchScratch& s) {
     const I32 d32;
     const F32 df;
-    const float one_over_n = 1.0f / float((2 * job.radius + 1) * (2 * job.radius + 1));
-    for (int x = 0; x < job.width; x += int(hn::Lanes(d32))) {
+    const float one_over_n = 1.0f / float((2 * job.c.radius + 1) * (2 * job.c.radius + 1));
+    for (int x = 0; x < job.c.half_width; x += int(hn::Lanes(d32))) {
         VI32 sum, variance;
         VF32 inverse;
-        WindowStatistics(s.left_sums, s.left_squares, x, job.radius, job.width, sum, variance,
-                         inverse);
+        WindowStatistics(s.left_sums, s.left_squares, x, job.c.radius, job.c.half_width, sum,
+                         variance, inverse);
         hn::Store(variance, d32, s.left_variance + x);
         hn::Store(inverse, df, s.left_inverse + x);
         hn::Store(hn::Mul(hn::ConvertTo(df, sum), hn::Set(df, one_over_n)), df, s.left_mean + x);
-        WindowStatistics(s.right_sums, s.right_squares, x, job.radius, job.width, sum, variance,
-                         inverse);
+        WindowStatistics(s.right_sums, s.right_squares, x, job.c.radius, job.c.half_width, sum,
+                         variance, inverse);
         hn::Store(inverse, df, s.right_inverse + x);
         hn::Store(hn::ConvertTo(df, sum), df, s.right_sum + x);
     }
@@ -144,13 +144,14 @@ HWY_INLINE void ScoreRow(const SearchJob& job, const SearchScratch& s, int index
                          WindowSum&& window_sum) {
     const I32 d32;
     const F32 df;
-    const int lanes = int(hn::Lanes(d32)), d = job.first + index;
+    const int lanes = int(hn::Lanes(d32)), d = job.c.first + index;
     int32_t* best = s.best + size_t(index / kGroup) * s.row_ints;
     int32_t* right_best = s.right_best - d;
     const float* right_sum = s.right_sum - d;
     const float* right_inverse = s.right_inverse - d;
     const VI32 keep = hn::Set(d32, ~0xff), tag = hn::Set(d32, index);
-    for (int x = (d + job.radius) / lanes * lanes; x < job.width - job.radius; x += lanes) {
+    for (int x = (d + job.c.radius) / lanes * lanes; x < job.c.half_width - job.c.radius;
+         x += lanes) {
         const VF32 expected = hn::Mul(hn::Load(df, s.left_mean + x), hn::LoadU(df, right_sum + x));
         const VF32 covariance = hn::Sub(hn::ConvertTo(df, window_sum(x)), expected);
         const VF32 inverse =
@@ -164,14 +165,14 @@ HWY_INLINE void ScoreRow(const SearchJob& job, const SearchScratch& s, int index
 void ScoreAll(const SearchJob& job, const SearchScratch& s) {
     const I32 d32;
     const int lanes = int(hn::Lanes(d32));
-    for (int index = 0; index < job.count; ++index) {
-        const int d = job.first + index;
-        if (d + 2 * job.radius >= job.width) break;
+    for (int index = 0; index < job.c.count; ++index) {
+        const int d = job.c.first + index;
+        if (d + 2 * job.c.radius >= job.c.half_width) break;
         const int32_t* column = s.columns + size_t(index) * s.row_ints;
-        if (job.radius == 4) {
+        if (job.c.radius == 4) {
             // Nine columns are three times three.
-            const int begin = std::max(0, (d + job.radius) / lanes * lanes - lanes);
-            for (int x = begin; x < job.width; x += lanes)
+            const int begin = std::max(0, (d + job.c.radius) / lanes * lanes - lanes);
+            for (int x = begin; x < job.c.half_width; x += lanes)
                 hn::Store(
                     hn::Add(hn::Add(hn::LoadU(d32, column + x - 1), hn::Load(d32, column + x)),
                             hn::LoadU(d32, column + x + 1)),
@@ -184,7 +185,7 @@ void ScoreAll(const SearchJob& job, const SearchScratch& s) {
         } else {
             ScoreRow(job, s, index, [&](int x) HWY_ATTR {
                 VI32 sum = hn::Load(d32, column + x);
-                for (int u = 1; u <= job.radius; ++u)
+                for (int u = 1; u <= job.c.radius; ++u)
                     sum = hn::Add(sum, hn::Add(hn::LoadU(d32, column + x - u),
                                                hn::LoadU(d32, column + x + u)));
                 return sum;
@@ -205,21 +206,18 @@ void CheckRow(const SearchJob& job, const SearchScratch& s, int y) {
     const F32 df;
     const hn::Rebind<int16_t, I32> d16;
     const hn::Rebind<uint8_t, I32> d8;
-    const int lanes = int(hn::Lanes(d32)), groups = (job.count + kGroup - 1) / kGroup;
-    const int64_t n = (2 * job.radius + 1) * (2 * job.radius + 1);
-    const int texture =
-        int(std::min<int64_t>((int64_t{job.texture} * job.texture * n * n + 255) / 256, INT32_MAX));
+    const int lanes = int(hn::Lanes(d32)), groups = (job.c.count + kGroup - 1) / kGroup;
     const VI32 index_bits = hn::Set(d32, 255), zero = hn::Zero(d32), one = hn::Set(d32, 1);
     const uint8_t* left_mask = job.left_mask.row(y);
     const uint8_t* right_mask = job.right_mask.row(y);
-    for (int x = 0; x < job.width; x += lanes) {
+    for (int x = 0; x < job.c.half_width; x += lanes) {
         const VI32 key = WithoutZeros(hn::Load(d32, s.right_best + x));
         hn::Store(key, d32, s.right_best + x);
         const auto usable = hn::Gt(hn::PromoteTo(d32, hn::LoadU(d8, right_mask + x)), zero);
         hn::Store(hn::IfThenElse(usable, hn::And(key, index_bits), hn::Set(d32, 1 << 20)), d32,
                   s.right_index + x);
     }
-    for (int x = 0; x < job.width; x += lanes) {
+    for (int x = 0; x < job.c.half_width; x += lanes) {
         VI32 key = zero;
         for (int g = 0; g < groups; ++g)
             key = hn::Max(key, hn::Load(d32, s.best + size_t(g) * s.row_ints + x));
@@ -236,71 +234,74 @@ void CheckRow(const SearchJob& job, const SearchScratch& s, int y) {
         const VF32 score = hn::BitCast(df, hn::And(key, score_bits));
         const VF32 lead =
             hn::Sub(score, hn::BitCast(df, hn::And(WithoutZeros(second), score_bits)));
-        const auto strong =
-            hn::And(hn::Ge(score, hn::Set(df, job.min_score)), hn::Ge(lead, hn::Set(df, job.lead)));
-        const VI32 disparity = hn::Add(index, hn::Set(d32, job.first));
+        const auto strong = hn::And(hn::Ge(score, hn::Set(df, job.c.min_score)),
+                                    hn::Ge(lead, hn::Set(df, job.c.min_lead)));
+        const VI32 disparity = hn::Add(index, hn::Set(d32, job.c.first));
         const VI32 back = hn::GatherIndex(d32, s.right_index, hn::Sub(hn::Iota(d32, x), disparity));
         auto good = hn::And(hn::Gt(key, zero), hn::RebindMask(d32, strong));
-        good =
-            hn::And(good, hn::Lt(hn::Abs(hn::Sub(back, index)), hn::Set(d32, job.left_right + 1)));
-        good = hn::And(good, hn::Gt(hn::Load(d32, s.left_variance + x), hn::Set(d32, texture - 1)));
+        good = hn::And(good,
+                       hn::Lt(hn::Abs(hn::Sub(back, index)), hn::Set(d32, job.c.left_right + 1)));
+        good = hn::And(
+            good, hn::Gt(hn::Load(d32, s.left_variance + x), hn::Set(d32, job.c.min_variance - 1)));
         good = hn::And(good, hn::Gt(hn::PromoteTo(d32, hn::LoadU(d8, left_mask + x)), zero));
         const VI32 result =
             hn::IfThenElse(good, hn::ShiftLeft<4>(disparity), hn::Set(d32, kNoDisparity));
         hn::StoreU(hn::DemoteTo(d16, result), d16, job.checked.row(y) + x);
     }
-    std::fill_n(job.checked.row(y) + job.width, kMargin, int16_t(kNoDisparity));
-    const size_t bytes = size_t(job.width) * sizeof(int32_t);
+    std::fill_n(job.checked.row(y) + job.c.half_width, kMargin, int16_t(kNoDisparity));
+    const size_t bytes = size_t(job.c.half_width) * sizeof(int32_t);
     if (job.left_keys != nullptr)
-        std::memcpy(job.left_keys + size_t(y) * size_t(job.width), s.triple, bytes);
+        std::memcpy(job.left_keys + size_t(y) * size_t(job.c.half_width), s.triple, bytes);
     if (job.right_keys != nullptr)
-        std::memcpy(job.right_keys + size_t(y) * size_t(job.width), s.right_best, bytes);
+        std::memcpy(job.right_keys + size_t(y) * size_t(job.c.half_width), s.right_best, bytes);
 }
 
 void EmptyRow(const SearchJob& job, int y) {
-    const size_t bytes = size_t(job.width) * sizeof(int32_t);
-    std::fill_n(job.checked.row(y), job.width, int16_t(kNoDisparity));
+    const size_t bytes = size_t(job.c.half_width) * sizeof(int32_t);
+    std::fill_n(job.checked.row(y), job.c.half_width, int16_t(kNoDisparity));
     if (job.left_keys != nullptr)
-        std::memset(job.left_keys + size_t(y) * size_t(job.width), 0, bytes);
+        std::memset(job.left_keys + size_t(y) * size_t(job.c.half_width), 0, bytes);
     if (job.right_keys != nullptr)
-        std::memset(job.right_keys + size_t(y) * size_t(job.width), 0, bytes);
+        std::memset(job.right_keys + size_t(y) * size_t(job.c.half_width), 0, bytes);
 }
 
 // Moves the window of every column on so that it is centred on row y; the first time it gathers the
 // whole window.
 void MoveWindow(const SearchJob& job, const SearchScratch& s, int y, bool first) {
-    const int r = job.radius;
+    const int r = job.c.radius;
     const auto add = [&](int a, int b, int sign) {
         const auto row = [](Plane<const uint8_t> image, int v) {
             return v < 0 ? nullptr : image.row(v);
         };
-        MakePairs(row(job.left, a), row(job.left, b), 1, job.width, s.left_pairs);
-        MakePairs(row(job.right, a), row(job.right, b), sign, job.width, s.right_pairs);
+        MakePairs(row(job.left, a), row(job.left, b), 1, job.c.half_width, s.left_pairs);
+        MakePairs(row(job.right, a), row(job.right, b), sign, job.c.half_width, s.right_pairs);
         UpdateColumns(job, s);
     };
     if (first) {
         for (int v = y - r; v <= y + r; v += 2) add(v, v < y + r ? v + 1 : -1, 1);
         for (int v = y - r; v <= y + r; ++v) {
-            UpdateColumnSums(job.left.row(v), nullptr, job.width, s.left_sums, s.left_squares);
-            UpdateColumnSums(job.right.row(v), nullptr, job.width, s.right_sums, s.right_squares);
+            UpdateColumnSums(job.left.row(v), nullptr, job.c.half_width, s.left_sums,
+                             s.left_squares);
+            UpdateColumnSums(job.right.row(v), nullptr, job.c.half_width, s.right_sums,
+                             s.right_squares);
         }
         return;
     }
     const int enter = y + r, leave = y - r - 1;
     add(enter, leave, -1);
-    UpdateColumnSums(job.left.row(enter), job.left.row(leave), job.width, s.left_sums,
+    UpdateColumnSums(job.left.row(enter), job.left.row(leave), job.c.half_width, s.left_sums,
                      s.left_squares);
-    UpdateColumnSums(job.right.row(enter), job.right.row(leave), job.width, s.right_sums,
+    UpdateColumnSums(job.right.row(enter), job.right.row(leave), job.c.half_width, s.right_sums,
                      s.right_squares);
 }
 
 void SearchRows(const SearchJob& job, int y0, int y1, int32_t* memory) {
-    std::memset(memory, 0, SearchScratch::Total(job.width, job.first, job.count) * sizeof(int32_t));
+    std::memset(memory, 0, SearchScratch::Total(job.c) * sizeof(int32_t));
     const SearchScratch s(job, memory);
-    const size_t group_ints = s.row_ints * size_t((job.count + kGroup - 1) / kGroup);
+    const size_t group_ints = s.row_ints * size_t((job.c.count + kGroup - 1) / kGroup);
     bool first = true;
     for (int y = y0; y < y1; ++y) {
-        if (y < job.radius || y >= job.height - job.radius) {
+        if (y < job.c.radius || y >= job.c.half_height - job.c.radius) {
             EmptyRow(job, y);
             continue;
         }
@@ -314,9 +315,7 @@ void SearchRows(const SearchJob& job, int y0, int y1, int32_t* memory) {
     }
 }
 
-size_t SearchScratchInts(int width, int first, int count) {
-    return SearchScratch::Total(width, first, count);
-}
+size_t SearchScratchInts(const StereoConstants& c) { return SearchScratch::Total(c); }
 
 }  // namespace defrec::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -327,8 +326,8 @@ namespace defrec::cpu {
 HWY_EXPORT(SearchRows);
 HWY_EXPORT(SearchScratchInts);
 
-size_t search_scratch_ints(int width, int first, int count) {
-    return HWY_DYNAMIC_DISPATCH(SearchScratchInts)(width, first, count);
+size_t search_scratch_ints(const StereoConstants& c) {
+    return HWY_DYNAMIC_DISPATCH(SearchScratchInts)(c);
 }
 void search_rows(const SearchJob& job, int y0, int y1, int32_t* scratch) {
     HWY_DYNAMIC_DISPATCH(SearchRows)(job, y0, y1, scratch);

@@ -3,9 +3,8 @@
 #include "backends/cuda/align_refine.cuh"
 #include "backends/cuda/align_search.cuh"
 #include "backends/cuda/stages.hpp"
-#include "backends/shared/align_buffers.hpp"
 #include "backends/shared/align_view.hpp"
-#include "sdk/contract/stage_params.hpp"
+#include "backends/stages/align.hpp"
 
 namespace defrec::cuda {
 namespace {
@@ -56,9 +55,7 @@ __global__ void __launch_bounds__(kHalveWidth* kHalveHeight) align_halve(Source 
 // ---- sections 1 and 3 to 6 --------------------------------------------------
 
 // A patch's centre in its view, 1/256 px of the level.
-struct alignas(16) Centre {
-    int32_t x, y, view, valid;
-};
+struct alignas(16) Centre : AlignCentre {};
 
 struct PatchTask {
     defrec_align_params params;
@@ -67,10 +64,7 @@ struct PatchTask {
     const uint8_t* views;  // doubled
     const Centre* centres;
     const defrec_patch* patches;
-    const defrec_motion* motions;
-    const defrec_patch_prediction* given;  // or nullptr
-    defrec_patch_observation* observations;
-    defrec_patch_prediction* predictions;  // or nullptr
+    AlignBuffers buffers;
 };
 
 template <int kRadius>
@@ -105,12 +99,13 @@ __global__ void __launch_bounds__(kWarp) align_patch(PatchTask task) {
     const uint32_t index = blockIdx.x;
     const Centre centre = task.centres[index];
     const defrec_patch_prediction prediction =
-        task.given != nullptr ? task.given[index]
-                              : predict<float>(task.patches[index], task.motions, task.params);
+        task.buffers.given != nullptr
+            ? task.buffers.given[index]
+            : predict<float>(task.patches[index], task.buffers.motions, task.params);
     const defrec_patch_observation observation = observe<kRadius>(task, centre, prediction);
     if (threadIdx.x != 0) return;
-    if (task.predictions != nullptr) task.predictions[index] = prediction;
-    task.observations[index] = observation;
+    if (task.buffers.predictions != nullptr) task.buffers.predictions[index] = prediction;
+    task.buffers.observations[index] = observation;
 }
 
 class Align final : public Stage {
@@ -123,41 +118,31 @@ class Align final : public Stage {
 
     bool reentrant() const override { return in_place(); }
     void prepare(std::span<const InBuffer> in) override {
-        expect_buffers("align: prepare", in, 2);
-        const std::span<const defrec_patch> patches = take_patches(p_, in[0]);
-        const auto* views =
-            take<uint8_t>("align: views", in[1], view_offset(p_, p_.views - 1) + gray_size(p_));
+        const AlignTemplate given = read_template(p_, in);
         std::vector<Centre> centres;
-        for (const defrec_patch& patch : patches) {
-            Centre centre{0, 0, patch.view, 0};
-            centre.valid = to_fixed(patch.u, centre.x) && to_fixed(patch.v, centre.y);
-            centre.x = to_level(centre.x, p_.level);
-            centre.y = to_level(centre.y, p_.level);
-            centres.push_back(centre);
-        }
+        for (const defrec_patch& patch : given.patches)
+            centres.push_back({centre_of(patch, p_.level)});
         std::vector<uint8_t> doubled;
-        for (uint32_t i = 0; i < p_.views; ++i) add_view(p_, views + view_offset(p_, i), doubled);
+        for (uint32_t i = 0; i < p_.views; ++i)
+            add_view(p_, given.views + view_offset(p_, i), doubled);
         template_ = {upload(device_, doubled), upload(device_, centres),
-                     upload(device_, std::vector(patches.begin(), patches.end())),
-                     static_cast<uint32_t>(patches.size())};
+                     upload(device_, std::vector(given.patches.begin(), given.patches.end())),
+                     static_cast<uint32_t>(given.patches.size())};
     }
 
     void record(Recorder& recorder, std::span<const InBuffer> in,
                 std::span<const OutBuffer> out) override {
         if (!template_.views) throw StageError(DEFREC_ERROR_STATE, "align: run before prepare");
-        const AlignBuffers given = take_buffers(p_, template_.count, in, out);
+        const AlignBuffers given = align_buffers(p_, template_.count, in, out);
         if (template_.count == 0) return;
         const int64_t side = 2 * int64_t{p_.patch_radius} + 1, pixels = side * side;
-        const PatchTask task{p_,
-                             pixels * pixels * p_.texture * p_.texture,
-                             level_of(recorder, given),
-                             template_.views.as<uint8_t>(),
-                             template_.centres.as<Centre>(),
-                             template_.patches.as<defrec_patch>(),
-                             given.motions,
-                             given.given,
-                             given.observations,
-                             given.predictions};
+        const PatchTask task{.params = p_,
+                             .min_spread = pixels * pixels * p_.texture * p_.texture,
+                             .level = level_of(recorder, given),
+                             .views = template_.views.as<uint8_t>(),
+                             .centres = template_.centres.as<Centre>(),
+                             .patches = template_.patches.as<defrec_patch>(),
+                             .buffers = given};
         switch (p_.patch_radius) {
             case 1:
                 return launch<1>(recorder, task);

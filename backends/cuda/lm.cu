@@ -114,31 +114,27 @@ class Lm final : public Stage {
     void record(Recorder& recorder, std::span<const InBuffer> in,
                 std::span<const OutBuffer> out) override {
         if (!surface_) throw StageError(DEFREC_ERROR_STATE, "lm: run before prepare");
-        const LmFrame frame = LmFrame::read(p_, in);
-        expect_buffers("lm out", out, 2);
-        auto* motions = take<defrec_motion>("lm motions", out[0], p_.nodes);
-        auto* summary = take<defrec_lm_summary>("lm summary", out[1], 1);
+        const auto buffers = view_buffers<LmBuffers>(p_, in, out);
         const Surface& s = *surface_;
         const LmSurface surface = s.view();
-        const bool presolve = p_.presolve != 0 && frame.matches != nullptr;
+        const bool presolve = p_.presolve != 0 && buffers.matches != nullptr;
         if (presolve)
             recorder.launch(
                 lm_presolve, {dim3(1), dim3(kLmThreads)},
                 LmPresolve{s.landmarks.as<float4>(), s.landmark_nodes.as<int4>(), p_.landmarks,
-                           p_.match_tukey_mm, frame.motions, frame.matches, s.deformed.as<float4>(),
-                           s.rigid.as<float4>()});
-        const LmFrameView given{frame.motions, frame.matches, frame.observations,
+                           p_.match_tukey_mm, buffers.motions, buffers.matches,
+                           s.deformed.as<float4>(), s.rigid.as<float4>()});
+        const LmFrameView given{buffers.motions, buffers.matches, buffers.observations,
                                 presolve ? s.rigid.as<float4>() : nullptr};
-        recorder.launch(
-            s.solver.kernel, {dim3(s.solver.blocks), dim3(kLmThreads), s.solver.shared, true},
-            LmView{parameters(frame.disparity), surface, given, s.exchange(), motions, summary});
+        recorder.launch(s.solver.kernel,
+                        {dim3(s.solver.blocks), dim3(kLmThreads), s.solver.shared, true},
+                        LmView{parameters(disparity_image(p_, buffers.disparity)), surface, given,
+                               s.exchange(), buffers.results, buffers.summary});
     }
 
   private:
     LmParameters parameters(const DisparityImage& image) const {
-        const uint32_t steps = p_.solver == DEFREC_SOLVER_INDEPENDENT ? 0 : p_.cg_iterations;
-        return {LmConstants(p_), p_.camera,    image,         p_.nodes,
-                p_.points,       p_.landmarks, p_.iterations, steps};
+        return {constants_of(p_), p_.camera, image, p_.iterations, gradient_steps(p_)};
     }
     // False where shared memory does not hold that. One block for each multiprocessor: more would
     // only make barriers longer.

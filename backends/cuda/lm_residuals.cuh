@@ -61,7 +61,7 @@ __device__ __forceinline__ void evaluate_point(const LmView& view,
                                                float (&sums)[kSums], NormalTerm& term) {
     const LmParameters& p = view.p;
     Row<float> row{};
-    if (!icp_row(p.camera, p.image, p.association, apply(motion, vector_of(item[0])),
+    if (!icp_row(p.exact_camera, p.image, p.association, apply(motion, vector_of(item[0])),
                  rotate(motion, vector_of(item[1])), row)) {
         if (counted) sums[kMissing] += 1;
         return;
@@ -90,8 +90,8 @@ __device__ __forceinline__ void evaluate_patch(const LmView& view, uint32_t patc
                                                float (&sums)[kSums], NormalTerm& term) {
     const LmParameters& p = view.p;
     Sighting<float> sighting{};
-    if (!patch_sighting(p.camera, view.frame.observations[patch], sighting)) return;
-    const float px = px_per_mm(p.camera, position.z), inverse_c = px / p.patch_tukey;
+    if (!patch_sighting(p.exact_camera, view.frame.observations[patch], sighting)) return;
+    const float px = px_per_mm(p.exact_camera, position.z), inverse_c = px / p.patch_tukey;
     evaluate_sighting<kPatch>(position, sighting, p.patch_weight, 0.0f, inverse_c * inverse_c, px,
                               counted, sums, term);
 }

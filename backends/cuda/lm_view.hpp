@@ -8,9 +8,8 @@
 namespace defrec::cuda {
 
 struct LmParameters : LmConstants {
-    defrec_camera camera;
+    defrec_camera exact_camera;  // in double precision
     DisparityImage image;
-    uint32_t nodes, points, landmarks;
     uint32_t iterations,
         steps;  // steps of the conjugate gradients; 0: every control point by itself
 };

@@ -19,10 +19,6 @@ constexpr uint32_t kSearchWarps = 4, kSearchThreads = kSearchWarps * kWarp;
 constexpr uint32_t kStaged = 64;  // live features in shared memory at once
 constexpr uint32_t kAcceptWarps = 4;
 
-struct Sizes {
-    uint32_t landmarks, features;              // the most live features
-    uint32_t landmark_splits, feature_splits;  // parts that blocks search beside each other
-};
 struct Descriptor {
     uint4 low, high;
 };
@@ -73,7 +69,7 @@ __device__ uint32_t min_of_warp(uint32_t key) {
 // and split of features the three nearest. landmark_keys: for each live feature and split of
 // landmarks the nearest. Dynamic shared memory: those of this split.
 __global__ void __launch_bounds__(kSearchThreads, 8)
-    search(Sizes sizes, const Descriptor* landmarks, const uint4* features,
+    search(MatchSizes sizes, const Descriptor* landmarks, const uint4* features,
            const uint32_t* live_count, uint32_t* feature_keys, uint32_t* landmark_keys) {
     __shared__ Descriptor staged[kStaged];
     __shared__ uint32_t of_warps[kSearchWarps][kPlaces][kWarp];
@@ -126,7 +122,7 @@ __global__ void __launch_bounds__(kSearchThreads, 8)
 
 // A warp for each landmark, a lane for each split.
 __global__ void __launch_bounds__(kAcceptWarps* kWarp)
-    accept(Sizes sizes, defrec_match_params params, match::Inputs live,
+    accept(MatchSizes sizes, defrec_match_params params, match::Inputs live,
            const uint32_t* feature_keys, const uint32_t* landmark_keys, defrec_match* matches) {
     const uint32_t landmark = blockIdx.x * kAcceptWarps + threadIdx.x / kWarp,
                    lane = threadIdx.x % kWarp;
@@ -172,7 +168,7 @@ class Match final : public Stage {
               device, uint64_t{splits_of(params.landmarks)} * params.features)) {}
 
     void prepare(std::span<const InBuffer> in) override {
-        const std::span<const defrec_landmark> given = match::take_landmarks(p_, in);
+        const std::span<const defrec_landmark> given = read_template(p_, in);
         std::vector<Descriptor> descriptors(given.size());
         for (size_t i = 0; i < given.size(); ++i)
             std::memcpy(&descriptors[i], given[i].descriptor, sizeof descriptors[i]);
@@ -182,27 +178,22 @@ class Match final : public Stage {
 
     void record(Recorder& recorder, std::span<const InBuffer> in,
                 std::span<const OutBuffer> out) override {
-        expect_buffers("match input", in, 3);
-        if (in[1].data == nullptr)
-            throw StageError(DEFREC_ERROR_ARGUMENT, "match features: none given");
-        const auto* count = take<uint32_t>("match feature count", in[0], 1);
-        const auto* disparity =
-            take<int16_t>("match disparity", in[2], size_t{p_.stride} * (p_.height - 1) + p_.width);
-        defrec_match* matches = match::take_matches(landmark_count_, out);
+        const auto given =
+            view_buffers<MatchBuffers>(MatchBuffers::Sizes{p_, landmark_count_}, in, out);
+        const uint32_t features = room_for_features(p_, in[1]);
         if (landmark_count_ == 0) return;
-        // How many there are only the device knows.
-        const auto features = static_cast<uint32_t>(
-            std::min<uint64_t>(p_.features, in[1].size / sizeof(defrec_feature)));
-        const Sizes sizes{landmark_count_, features, splits_of(landmark_count_),
-                          splits_of(features)};
+        const MatchSizes sizes{.landmarks = landmark_count_,
+                               .features = features,
+                               .feature_splits = splits_of(features),
+                               .landmark_splits = splits_of(landmark_count_)};
         const size_t shared = sizeof(uint32_t) * cover(features, sizes.feature_splits);
-        recorder.launch(search,
-                        {dim3(sizes.feature_splits, sizes.landmark_splits), kSearchThreads, shared},
-                        sizes, landmarks_.as<Descriptor>(), in[1].as<uint4>(), count,
-                        feature_keys_.as<uint32_t>(), landmark_keys_.as<uint32_t>());
+        recorder.launch(
+            search, {dim3(sizes.feature_splits, sizes.landmark_splits), kSearchThreads, shared},
+            sizes, landmarks_.as<Descriptor>(), reinterpret_cast<const uint4*>(given.features),
+            given.count, feature_keys_.as<uint32_t>(), landmark_keys_.as<uint32_t>());
         recorder.launch(accept, {cover(landmark_count_, kAcceptWarps), kAcceptWarps * kWarp}, sizes,
-                        p_, match::Inputs{features, in[1].as<defrec_feature>(), disparity},
-                        feature_keys_.as<uint32_t>(), landmark_keys_.as<uint32_t>(), matches);
+                        p_, match::Inputs{features, given.features, given.disparity},
+                        feature_keys_.as<uint32_t>(), landmark_keys_.as<uint32_t>(), given.matches);
     }
 
   private:

@@ -1,40 +1,20 @@
 // Stage orb: the pyramid, the corner of each cell, distances between them, the choice, and a
 // description of each feature; one kernel for each, all levels at once (the pyramid: four).
 // docs/stages/orb.md.
+#include <algorithm>
+
 #include "backends/cuda/orb_steps.hpp"
 #include "backends/cuda/stages.hpp"
 
 namespace defrec::cuda {
 namespace {
 
-constexpr uint32_t kWord = 4;  // px that are read at once
-
-uint32_t stride_of(const orb::Level& level) { return cover(level.width, kWord) * kWord; }
+constexpr uint32_t kWord = 4;  // px that are read at once, beyond the last row too
 
 OrbLevels levels_of(const defrec_orb_params& params, const orb::Layout& layout) {
-    OrbLevels levels{static_cast<int>(layout.levels), static_cast<int>(params.cell), {}};
-    uint32_t pixels = 0;
-    for (uint32_t l = 0; l < layout.levels; ++l) {
-        const orb::Level& level = layout.level[l];
-        const uint32_t stride = stride_of(level);
-        levels.level[l] = {static_cast<int>(level.width),
-                           static_cast<int>(level.height),
-                           static_cast<int>(stride),
-                           pixels,
-                           static_cast<int>(level.cells_x),
-                           static_cast<int>(level.cells_y),
-                           static_cast<uint32_t>(level.first_cell),
-                           static_cast<uint32_t>(level.first_pixel)};
-        pixels += stride * level.height;
-    }
+    OrbLevels levels{constants_of(params, layout), {}};
+    std::ranges::copy(device_levels(layout), levels.level);
     return levels;
-}
-// Of all levels, and what is read beyond the last row.
-uint64_t pixels_of(const orb::Layout& layout) {
-    uint64_t pixels = kWord;
-    for (uint32_t l = 0; l < layout.levels; ++l)
-        pixels += uint64_t{stride_of(layout.level[l])} * layout.level[l].height;
-    return pixels;
 }
 // Parts of it are read that nobody writes.
 Buffer cleared(Device& device, uint64_t size) {
@@ -50,7 +30,7 @@ class Orb final : public Stage {
           layout_(orb::make_layout(params)),
           levels_(levels_of(params, layout_)),
           patterns_(upload(device, orb_patterns())),
-          pyramid_(cleared(device, pixels_of(layout_))),
+          pyramid_(cleared(device, device_pixels(layout_) + kWord)),
           usable_(device, pyramid_.size()),
           corners_(make_buffer<uint32_t>(device, layout_.cells)),
           keys_(cleared(device,
@@ -60,27 +40,28 @@ class Orb final : public Stage {
 
     void record(Recorder& recorder, std::span<const InBuffer> in,
                 std::span<const OutBuffer> out) override {
-        const orb::Buffers given = orb::take_buffers(p_, layout_, in, out);
-        const OrbMemory memory{given.gray,
-                               given.mask,
-                               pyramid_.as<uint8_t>(),
-                               usable_.as<uint8_t>(),
-                               given.corners != nullptr ? given.corners : corners_.as<uint32_t>(),
-                               keys_.as<uint16_t>(),
-                               counts_.as<uint32_t>(),
-                               kept_.as<uint32_t>(),
-                               given.count,
-                               given.features};
-        recorder.beside([&] { record_orb_pyramid(recorder, p_, levels_, memory); },
+        const orb::OrbBuffers given = orb_buffers(p_, layout_, in, out);
+        const OrbMemory memory{
+            .gray = given.gray,
+            .mask = given.mask,
+            .pyramid = pyramid_.as<uint8_t>(),
+            .usable = usable_.as<uint8_t>(),
+            .corners = given.corners != nullptr ? given.corners : corners_.as<uint32_t>(),
+            .keys = keys_.as<uint16_t>(),
+            .counts = counts_.as<uint32_t>(),
+            .kept = kept_.as<uint32_t>(),
+            .feature_count = given.count,
+            .features = given.features};
+        recorder.beside([&] { record_orb_pyramid(recorder, levels_, memory); },
                         [&] { recorder.fill(counts_.data(), 0, counts_.size()); },
                         [&] {
                             if (given.scores != nullptr)
                                 recorder.fill(given.scores, 0, layout_.pixels);
                         });
-        record_orb_corners(recorder, p_, levels_, memory, given.scores);
+        record_orb_corners(recorder, levels_, memory, given.scores);
         record_orb_distances(recorder, levels_, memory, given.distances);
-        record_orb_selection(recorder, p_, static_cast<uint32_t>(layout_.cells), memory);
-        record_orb_features(recorder, p_, levels_, memory, patterns_.as<uint32_t>());
+        record_orb_selection(recorder, levels_, memory);
+        record_orb_features(recorder, levels_, memory, patterns_.as<uint32_t>());
         record_orb_images(recorder, levels_, memory, given.pyramid, given.smoothed);
     }
 

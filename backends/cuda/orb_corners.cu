@@ -141,8 +141,8 @@ __device__ uint32_t best_of_column(const OrbLevel& level, const Block& block, in
 }
 
 __global__ void __launch_bounds__(kThreads, kResident)
-    find_corners(OrbLevels levels, uint32_t threshold, const uint8_t* pyramid,
-                 const uint8_t* usable, uint32_t* corners, uint8_t* scores) {
+    find_corners(OrbLevels levels, const uint8_t* pyramid, const uint8_t* usable, uint32_t* corners,
+                 uint8_t* scores) {
     __shared__ uint4 pair_words[kRows * kRowWords];
     __shared__ uint32_t mask[kBothRows][kMaskWords];
     __shared__ uint32_t scored[2 * kHalf][kWidth / 32];
@@ -173,8 +173,8 @@ __global__ void __launch_bounds__(kThreads, kResident)
     if (cell_row < block.down && column < block.across * cell) {
         const int first = group % shares * share, end = min(first + share, cell);
         of_column[group][column] =
-            best_of_column(level, block, cell, threshold, column, cell_row * cell + first,
-                           cell_row * cell + end, pairs, scored, scores);
+            best_of_column(level, block, cell, static_cast<uint32_t>(levels.threshold), column,
+                           cell_row * cell + first, cell_row * cell + end, pairs, scored, scores);
     }
     __syncthreads();
     if (thread >= block.across * block.down) return;
@@ -194,16 +194,16 @@ __global__ void __launch_bounds__(kThreads, kResident)
 
 }  // namespace
 
-void record_orb_corners(Recorder& recorder, const defrec_orb_params& params,
-                        const OrbLevels& levels, const OrbMemory& memory, uint8_t* scores) {
+void record_orb_corners(Recorder& recorder, const OrbLevels& levels, const OrbMemory& memory,
+                        uint8_t* scores) {
     const int across = kWidth / levels.cell, down = 2 * (kHalf / levels.cell);
     const auto blocks = [](int cells, int side) {
         return cover(static_cast<uint32_t>(cells), static_cast<uint32_t>(side));
     };
     const OrbLevel& largest = levels.level[0];
     const dim3 grid(blocks(largest.cells_x, across), blocks(largest.cells_y, down),
-                    static_cast<uint32_t>(levels.count));
-    recorder.launch(find_corners, {grid, kThreads}, levels, params.threshold, memory.pyramid,
+                    static_cast<uint32_t>(levels.levels));
+    recorder.launch(find_corners, {grid, kThreads}, levels, memory.pyramid,
                     memory.mask != nullptr ? memory.usable : nullptr, memory.corners, scores);
 }
 

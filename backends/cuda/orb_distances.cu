@@ -8,7 +8,7 @@ namespace {
 constexpr int kColumns = 8, kRows = 4;  // cells of a block
 constexpr int kLanes = 8;               // that look round one cell
 constexpr int kThreads = kColumns * kRows * kLanes;
-constexpr int kFarthest = static_cast<int>(orb::kFarthest);
+using orb::kFarthest;
 
 // Rings of cells that can hold a corner nearer than the farthest.
 constexpr int rings_of(int cell) { return (kFarthest - 2) / cell + 1; }
@@ -93,7 +93,7 @@ void record_orb_distances(Recorder& recorder, const OrbLevels& levels, const Orb
     const int rings = rings_of(levels.cell);
     const dim3 blocks(cover(static_cast<uint32_t>(largest.cells_x), kColumns),
                       cover(static_cast<uint32_t>(largest.cells_y), kRows),
-                      static_cast<uint32_t>(levels.count));
+                      static_cast<uint32_t>(levels.levels));
     const size_t shared = sizeof(uint32_t) * static_cast<size_t>(kColumns + 2 * rings) *
                           static_cast<size_t>(kRows + 2 * rings);
     recorder.launch(find_distances, {blocks, kThreads, shared}, levels, memory.corners, memory.keys,

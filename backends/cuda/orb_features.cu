@@ -48,7 +48,7 @@ struct Place {
 };
 __device__ Place place_of(const OrbLevels& levels, uint32_t cell_index, const uint32_t* corners) {
     int l = 0;
-    while (l + 1 < levels.count && cell_index >= levels.level[l + 1].first_cell) ++l;
+    while (l + 1 < levels.levels && cell_index >= levels.level[l + 1].first_cell) ++l;
     const int in_level = static_cast<int>(cell_index - levels.level[l].first_cell),
               across = levels.level[l].cells_x;
     const uint32_t corner = corners[cell_index];
@@ -175,10 +175,10 @@ std::vector<uint32_t> orb_patterns() {
     return patterns;
 }
 
-void record_orb_features(Recorder& recorder, const defrec_orb_params& params,
-                         const OrbLevels& levels, const OrbMemory& memory,
+void record_orb_features(Recorder& recorder, const OrbLevels& levels, const OrbMemory& memory,
                          const uint32_t* patterns) {
-    recorder.launch(describe, {cover(params.capacity, kWarps), kWarps * kWarp}, levels,
+    recorder.launch(describe,
+                    {cover(static_cast<uint32_t>(levels.capacity), kWarps), kWarps * kWarp}, levels,
                     memory.pyramid, memory.corners, memory.kept, memory.feature_count, patterns,
                     reinterpret_cast<uint32_t*>(memory.features));
 }

@@ -39,7 +39,7 @@ void record_orb_images(Recorder& recorder, const OrbLevels& levels, const OrbMem
     const OrbLevel& largest = levels.level[0];
     const dim3 blocks(cover(static_cast<uint32_t>(largest.width), kColumns),
                       cover(static_cast<uint32_t>(largest.height), kRows),
-                      static_cast<uint32_t>(levels.count));
+                      static_cast<uint32_t>(levels.levels));
     recorder.launch(copy_images, {blocks, dim3(kColumns, kRows)}, levels, memory.pyramid, pyramid,
                     smoothed);
 }

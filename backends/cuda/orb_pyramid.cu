@@ -130,7 +130,7 @@ __device__ void shrink(const Part& from, const Part& to, const OrbMemory& memory
 
 // Level 0 and those behind it up to `last`, or those behind `first`.
 __global__ void __launch_bounds__(kThreads)
-    make_levels(OrbLevels levels, int first, int last, int stride, OrbMemory memory) {
+    make_levels(OrbLevels levels, int first, int last, OrbMemory memory) {
     __shared__ Span spans[2][kLevelsAtOnce];
     __shared__ Sample images[2][kMaxPixels];
     if (threadIdx.x < 2) find_spans(levels, first, last, threadIdx.x, spans[threadIdx.x]);
@@ -140,7 +140,7 @@ __global__ void __launch_bounds__(kThreads)
     };
     Sample *from = images[0], *to = images[1];
     if (first == 0) {
-        soften(part(0), memory, stride, to, from);
+        soften(part(0), memory, levels.stride, to, from);
     } else {
         load(part(first), memory, from);
     }
@@ -155,14 +155,13 @@ __global__ void __launch_bounds__(kThreads)
 
 }  // namespace
 
-void record_orb_pyramid(Recorder& recorder, const defrec_orb_params& params,
-                        const OrbLevels& levels, const OrbMemory& memory) {
-    for (int first = 0, last = -1; last < levels.count - 1; first = last) {
-        last = std::min(first + kLevelsAtOnce, levels.count) - 1;
+void record_orb_pyramid(Recorder& recorder, const OrbLevels& levels, const OrbMemory& memory) {
+    for (int first = 0, last = -1; last < levels.levels - 1; first = last) {
+        last = std::min(first + kLevelsAtOnce, levels.levels) - 1;
         const auto tiles = [](int side) { return cover(static_cast<uint32_t>(side), kTile); };
         const OrbLevel& level = levels.level[last];
         recorder.launch(make_levels, {dim3(tiles(level.width), tiles(level.height)), kThreads},
-                        levels, first, last, static_cast<int>(params.stride), memory);
+                        levels, first, last, memory);
     }
 }
 

@@ -87,8 +87,8 @@ __device__ uint32_t kept_of(const uint4* keys, uint32_t min_key) {
 // One block, whose threads share out the cells in runs. runs: of kCells; keys behind the last cell
 // are 0.
 __global__ void __launch_bounds__(kThreads)
-    choose(uint32_t spacing, uint32_t capacity, uint32_t runs, const uint4* keys,
-           const uint32_t* counts, uint32_t* kept, uint32_t* feature_count) {
+    choose(OrbConstants constants, uint32_t runs, const uint4* keys, const uint32_t* counts,
+           uint32_t* kept, uint32_t* feature_count) {
     __shared__ uint32_t of_distance[kDistances];
     __shared__ uint32_t shared_min_key;
     __shared__ uint32_t up_to_warp[kWarps];
@@ -107,7 +107,9 @@ __global__ void __launch_bounds__(kThreads)
     if (sharer == 0) of_distance[distance] = sum;
     __syncthreads();
     if (warp == 0) {
-        const uint32_t found = find_min_key(lane, spacing, capacity, of_distance, counts);
+        const uint32_t found =
+            find_min_key(lane, static_cast<uint32_t>(constants.spacing),
+                         static_cast<uint32_t>(constants.capacity), of_distance, counts);
         if (lane == 0) shared_min_key = found;
     }
     __syncthreads();
@@ -134,9 +136,9 @@ __global__ void __launch_bounds__(kThreads)
 
 }  // namespace
 
-void record_orb_selection(Recorder& recorder, const defrec_orb_params& params, uint32_t cells,
-                          const OrbMemory& memory) {
-    recorder.launch(choose, {1, kThreads}, params.spacing, params.capacity, cover(cells, kCells),
+void record_orb_selection(Recorder& recorder, const OrbLevels& levels, const OrbMemory& memory) {
+    recorder.launch(choose, {1, kThreads}, OrbConstants(levels),
+                    cover(static_cast<uint32_t>(levels.cells), kCells),
                     reinterpret_cast<const uint4*>(memory.keys), memory.counts, memory.kept,
                     memory.feature_count);
 }

@@ -7,16 +7,10 @@
 
 namespace defrec::cuda {
 
-struct OrbLevel {
-    int width, height;     // px
-    int stride;            // px; a multiple of 4. What is beyond the width means nothing
-    uint32_t first;        // px of the pyramid before this level
-    int cells_x, cells_y;  // 0 where the border leaves nothing
-    uint32_t first_cell;
-    uint32_t first_pixel;  // where levels stand without gaps
-};
-struct OrbLevels {
-    int count, cell;
+using orb::OrbConstants;
+using orb::OrbLevel;
+
+struct OrbLevels : OrbConstants {
     OrbLevel level[kOrbMaxLevels];
 };
 
@@ -35,19 +29,16 @@ struct OrbMemory {
 // A corner's key is its distance << 8 | its score: the larger, the sooner it is kept.
 constexpr uint32_t kOrbKeys = (orb::kFarthest + 1) << 8, kOrbKeysAtOnce = 32;
 
-void record_orb_pyramid(Recorder& recorder, const defrec_orb_params& params,
-                        const OrbLevels& levels, const OrbMemory& memory);
+void record_orb_pyramid(Recorder& recorder, const OrbLevels& levels, const OrbMemory& memory);
 // scores: nullptr, or an image of zeros without gaps.
-void record_orb_corners(Recorder& recorder, const defrec_orb_params& params,
-                        const OrbLevels& levels, const OrbMemory& memory, uint8_t* scores);
+void record_orb_corners(Recorder& recorder, const OrbLevels& levels, const OrbMemory& memory,
+                        uint8_t* scores);
 // And keys with their counts, which are zeros before. distances: as out 6 has them, or nullptr.
 void record_orb_distances(Recorder& recorder, const OrbLevels& levels, const OrbMemory& memory,
                           uint8_t* distances);
-void record_orb_selection(Recorder& recorder, const defrec_orb_params& params, uint32_t cells,
-                          const OrbMemory& memory);
+void record_orb_selection(Recorder& recorder, const OrbLevels& levels, const OrbMemory& memory);
 // patterns: orb_patterns.
-void record_orb_features(Recorder& recorder, const defrec_orb_params& params,
-                         const OrbLevels& levels, const OrbMemory& memory,
+void record_orb_features(Recorder& recorder, const OrbLevels& levels, const OrbMemory& memory,
                          const uint32_t* patterns);
 // For each orientation bin the tests, as the description looks them up.
 std::vector<uint32_t> orb_patterns();

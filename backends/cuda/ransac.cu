@@ -322,28 +322,24 @@ class Ransac final : public Stage {
           to_(make_buffer<float4>(device, params.landmarks)) {}
 
     void prepare(std::span<const InBuffer> in) override {
-        const std::span<const defrec_landmark> landmarks = take_landmarks(p_, in);
+        const std::span<const defrec_landmark> landmarks = read_template(p_, in);
         landmarks_ = upload(device_, std::vector(landmarks.begin(), landmarks.end()));
         count_ = static_cast<uint32_t>(landmarks.size());
     }
 
     void record(Recorder& recorder, std::span<const InBuffer> in,
                 std::span<const OutBuffer> out) override {
-        expect_buffers("ransac: in", in, 1);
-        expect_buffers("ransac: out", out, 2);
         if (!landmarks_) throw StageError(DEFREC_ERROR_STATE, "ransac: run before prepare");
-        const Matches matches{landmarks_.as<defrec_landmark>(),
-                              take<defrec_match>("ransac: matches", in[0], count_)};
-        auto* weighted = take<defrec_match>("ransac: matches out", out[0], count_);
-        auto* summary = take<defrec_ransac_summary>("ransac: summary", out[1], 1);
+        const auto given = view_buffers<RansacBuffers>(count_, in, out);
+        const Matches matches{landmarks_.as<defrec_landmark>(), given.matches};
         const Results results{frame_.as<Frame>(), hypotheses_.as<Hypothesis>(), from_.as<float4>(),
                               to_.as<float4>()};
         const uint32_t threads =
             std::clamp(std::bit_ceil(cover(count_, kHeld)), kMinThreads, kMaxThreads);
         recorder.launch(ransac_follow, {dim3(p_.references), dim3(threads), bitmap_bytes(count_)},
-                        matches, count_, p_, results, summary);
+                        matches, count_, p_, results, given.summary);
         recorder.launch(ransac_merge, {dim3(1 + cover(count_, threads)), dim3(threads)}, matches,
-                        count_, p_, results, weighted, summary);
+                        count_, p_, results, given.weighted, given.summary);
     }
 
     static size_t bitmap_bytes(uint32_t landmarks) {

@@ -1,22 +1,12 @@
 // Stage rectify: a block samples its tile and the rim round it, and grows the mask in shared
 // memory. docs/stages/rectify.md.
 #include "backends/cuda/stages.hpp"
-#include "backends/shared/rectify_buffers.hpp"
+#include "backends/stages/rectify.hpp"
 
 namespace defrec::cuda {
 namespace {
 
 constexpr int kTileWidth = 64, kTileHeight = 16, kThreads = 256;
-
-struct Image {
-    int width, height, stride;
-};
-struct Source {
-    const uint8_t* pixels;
-    const int2* map;        // nullptr: the pixel itself
-    const uint8_t* ignore;  // nullptr: nothing
-    Image size;
-};
 
 struct Sample {
     int gray;
@@ -24,42 +14,43 @@ struct Sample {
 };
 
 template <uint32_t kFormat>
-__device__ int gray_at(const Source& source, int x, int y) {
+__device__ int gray_at(const RectifyConstants& c, const RectifyBuffers& given, int x, int y) {
     constexpr int kBytes = bytes_per_pixel(kFormat);
-    const uint8_t* pixel = source.pixels + int64_t{y} * source.size.stride + x * kBytes;
+    const uint8_t* pixel = given.source + int64_t{y} * c.source_stride + x * kBytes;
     if constexpr (kFormat == DEFREC_FORMAT_GRAY8) return pixel[0];
     const int red = pixel[kFormat == DEFREC_FORMAT_RGB8 ? 0 : 2], green = pixel[1],
               blue = pixel[kFormat == DEFREC_FORMAT_RGB8 ? 2 : 0];
     return (77 * red + 150 * green + 29 * blue + 128) >> 8;
 }
 
-__device__ bool usable(const Source& source, int x, int y) {
-    return source.ignore == nullptr || source.ignore[int64_t{y} * source.size.width + x] == 0;
+__device__ bool usable(const RectifyConstants& c, const RectifyBuffers& given, int x, int y) {
+    return given.ignore == nullptr || given.ignore[int64_t{y} * c.source_width + x] == 0;
 }
 
 template <uint32_t kFormat>
-__device__ Sample sample(const Source& source, const Image& image, int x, int y) {
-    if (source.map == nullptr) return {gray_at<kFormat>(source, x, y), false, usable(source, x, y)};
-    const int2 at = source.map[int64_t{y} * image.width + x];
-    const int last_x = source.size.width - 1, last_y = source.size.height - 1;
+__device__ Sample sample(const RectifyConstants& c, const RectifyBuffers& given, int x, int y) {
+    if (given.map == nullptr)
+        return {gray_at<kFormat>(c, given, x, y), false, usable(c, given, x, y)};
+    const int2 at = reinterpret_cast<const int2*>(given.map)[int64_t{y} * c.width + x];
+    const int last_x = c.source_width - 1, last_y = c.source_height - 1;
     if (at.x < 0 || at.y < 0 || at.x > kMapOne * last_x || at.y > kMapOne * last_y)
         return {0, true, false};
     const int left = at.x >> 7, upper = at.y >> 7, a = at.x & 127, b = at.y & 127;
     const int right = min(left + 1, last_x), lower = min(upper + 1, last_y);
-    const int above = (128 - a) * gray_at<kFormat>(source, left, upper) +
-                      a * gray_at<kFormat>(source, right, upper);
-    const int below = (128 - a) * gray_at<kFormat>(source, left, lower) +
-                      a * gray_at<kFormat>(source, right, lower);
+    const int above = (128 - a) * gray_at<kFormat>(c, given, left, upper) +
+                      a * gray_at<kFormat>(c, given, right, upper);
+    const int below = (128 - a) * gray_at<kFormat>(c, given, left, lower) +
+                      a * gray_at<kFormat>(c, given, right, lower);
     return {((128 - b) * above + b * below + 8192) >> 14, false,
-            usable(source, left, upper) && usable(source, right, upper) &&
-                usable(source, left, lower) && usable(source, right, lower)};
+            usable(c, given, left, upper) && usable(c, given, right, upper) &&
+                usable(c, given, left, lower) && usable(c, given, right, lower)};
 }
 
 // Shared memory: which pixels of the tile with its rim are saturated, then which have one of those
 // within the radius in their row.
 template <uint32_t kFormat>
-__global__ void __launch_bounds__(kThreads)
-    rectify(Source source, Image image, int saturation, int radius, uint8_t* gray, uint8_t* mask) {
+__global__ void __launch_bounds__(kThreads) rectify(RectifyConstants c, RectifyBuffers given) {
+    const int radius = c.highlight_radius;
     const int rim_width = kTileWidth + 2 * radius, rim_height = kTileHeight + 2 * radius;
     uint8_t* const saturated = dynamic_shared<uint8_t>();
     uint8_t* const near_in_row = saturated + rim_width * rim_height;
@@ -71,13 +62,12 @@ __global__ void __launch_bounds__(kThreads)
     for (int i = thread; i < rim_width * rim_height; i += kThreads) {
         const int column = i % rim_width - radius, row = i / rim_width - radius;
         const int x = left + column, y = top + row;
-        const bool in_image = x >= 0 && y >= 0 && x < image.width && y < image.height;
-        const Sample here =
-            in_image ? sample<kFormat>(source, image, x, y) : Sample{0, true, false};
-        saturated[i] = !here.outside && here.gray >= saturation;
+        const bool in_image = x >= 0 && y >= 0 && x < c.width && y < c.height;
+        const Sample here = in_image ? sample<kFormat>(c, given, x, y) : Sample{0, true, false};
+        saturated[i] = !here.outside && here.gray >= c.saturation;
         if (column < 0 || row < 0 || column >= kTileWidth || row >= kTileHeight) continue;
         usable_here[row * kTileWidth + column] = !here.outside && here.covered;
-        if (in_image) gray[int64_t{y} * image.stride + x] = static_cast<uint8_t>(here.gray);
+        if (in_image) given.gray[int64_t{y} * c.stride + x] = static_cast<uint8_t>(here.gray);
     }
     __syncthreads();
     for (int i = thread; i < kTileWidth * rim_height; i += kThreads) {
@@ -89,10 +79,10 @@ __global__ void __launch_bounds__(kThreads)
     __syncthreads();
     for (int i = thread; i < kTileWidth * kTileHeight; i += kThreads) {
         const int x = left + i % kTileWidth, y = top + i / kTileWidth;
-        if (x >= image.width || y >= image.height) continue;
+        if (x >= c.width || y >= c.height) continue;
         uint8_t near_any = 0;
         for (int dy = 0; dy <= 2 * radius; ++dy) near_any |= near_in_row[i + dy * kTileWidth];
-        mask[int64_t{y} * image.stride + x] = usable_here[i] != 0 && near_any == 0 ? 255 : 0;
+        given.mask[int64_t{y} * c.stride + x] = usable_here[i] != 0 && near_any == 0 ? 255 : 0;
     }
 }
 
@@ -104,21 +94,13 @@ class Rectify final : public Stage {
     void record(Recorder& recorder, std::span<const InBuffer> in,
                 std::span<const OutBuffer> out) override {
         const RectifyBuffers given = rectify_buffers(p_, in, out);
-        const Source source{given.source,
-                            reinterpret_cast<const int2*>(given.map),
-                            given.ignore,
-                            {static_cast<int>(p_.source_width), static_cast<int>(p_.source_height),
-                             static_cast<int>(p_.source_stride)}};
-        const Image image{static_cast<int>(p_.width), static_cast<int>(p_.height),
-                          static_cast<int>(p_.stride)};
         const uint32_t radius = p_.highlight_radius, rim_height = kTileHeight + 2 * radius;
         const size_t shared = rim_height * (kTileWidth + 2 * radius) + rim_height * kTileWidth +
                               kTileHeight * kTileWidth;
         recorder.launch(kernel(),
                         {dim3(cover(p_.width, kTileWidth), cover(p_.height, kTileHeight)),
                          dim3(kThreads), shared},
-                        source, image, static_cast<int>(p_.saturation), static_cast<int>(radius),
-                        given.gray, given.mask);
+                        constants_of(p_), given);
     }
 
   private:

@@ -11,16 +11,8 @@ namespace {
 
 int padded(int count) { return (count + 15) / 16 * 16; }
 
-StereoShape shape_of(const StereoSizes& size) {
-    return {size.width,
-            size.height,
-            size.stride,
-            padded(size.width),
-            size.half_width,
-            size.half_height,
-            padded(size.half_width),
-            size.first,
-            size.count};
+StereoShape shape_of(const StereoConstants& constants) {
+    return {constants, padded(constants.width), padded(constants.half_width)};
 }
 
 uint64_t area(int stride, int height) {
@@ -28,7 +20,7 @@ uint64_t area(int stride, int height) {
 }
 
 // Without memory.
-DisparityPyramid pyramid_of(const StereoSizes& size) {
+DisparityPyramid pyramid_of(const StereoConstants& size) {
     DisparityPyramid pyramid{};
     int width = size.half_width, height = size.half_height, offset = 0;
     for (;; width = (width + 1) / 2, height = (height + 1) / 2) {
@@ -60,19 +52,17 @@ struct Image {
 class Stereo final : public Stage {
   public:
     Stereo(const defrec_stereo_params& params, Device& device)
-        : p_(params),
-          size_(params),
-          shape_(shape_of(size_)),
-          pyramid_(pyramid_of(size_)),
+        : shape_(shape_of(constants_of(params))),
+          pyramid_(pyramid_of(shape_)),
           left_(device, shape_),
           right_(device, shape_),
           candidates_(make_buffer<uint16_t>(device, left_.half_mask.size())),
-          right_keys_(make_buffer<int32_t>(device, size_.half_pixels())),
-          supported_(make_buffer<int16_t>(device, size_.half_pixels())),
+          right_keys_(make_buffer<int32_t>(device, shape_.half_pixels())),
+          supported_(make_buffer<int16_t>(device, shape_.half_pixels())),
           fields_(make_buffer<int16_t>(
               device, static_cast<uint64_t>(pyramid_.levels[pyramid_.count - 1].offset) + 1)),
           standing_(device, left_.half_mask.size()),
-          half_refined_(make_buffer<int16_t>(device, size_.half_pixels())),
+          half_refined_(make_buffer<int16_t>(device, shape_.half_pixels())),
           hypothesis_(make_buffer<int16_t>(device, area(shape_.full_stride, shape_.height))),
           evidence_(make_buffer<int16_t>(device, area(shape_.full_stride, shape_.height))),
           confidence_(device, area(shape_.full_stride, shape_.height)),
@@ -82,7 +72,7 @@ class Stereo final : public Stage {
 
     void record(Recorder& recorder, std::span<const InBuffer> in,
                 std::span<const OutBuffer> out) override {
-        const StereoBuffers given = stereo_buffers(size_, in, out);
+        const StereoBuffers given = view_buffers<StereoBuffers>(shape_, in, out);
         const auto own = [](auto* wanted, const Buffer& buffer) {
             return wanted != nullptr ? wanted
                                      : buffer.as<std::remove_pointer_t<decltype(wanted)>>();
@@ -90,70 +80,74 @@ class Stereo final : public Stage {
         int32_t* const right_keys = own(given.right_keys, right_keys_);
         int16_t* const supported = own(given.supported, supported_);
         int16_t* const half_refined = own(given.half_refined, half_refined_);
-        const int radius = static_cast<int>(p_.radius);
 
         // What the search leaves out has no winner.
         if (given.left_keys != nullptr)
-            recorder.fill(given.left_keys, 0, size_.half_pixels() * sizeof(int32_t));
-        record_prepare(recorder,
-                       {shape_,
-                        {left_.prepared(given.left, given.left_mask, given.prepared_left),
-                         right_.prepared(given.right, given.right_mask, given.prepared_right)},
-                        right_keys,
-                        words_aligned(given)});
-        record_search(recorder, search_step(given.left_keys, right_keys));
-        record_agree(recorder,
-                     {shape_, radius, static_cast<int>(p_.left_right), static_cast<int>(p_.support),
-                      candidates_.as<uint16_t>(), right_keys, left_.half_mask.as<uint8_t>(),
-                      right_.half_mask.as<uint8_t>(), given.checked, supported, pyramid_});
-        record_dense(recorder, {shape_, radius, static_cast<int>(p_.edge), pyramid_, left_.half(),
-                                right_.half(), supported, given.dense, standing_.as<uint8_t>(),
-                                half_refined});
-        record_refine(recorder,
-                      {shape_, static_cast<int>(p_.refine_radius),
-                       static_cast<int>(p_.refine_score), static_cast<int>(p_.texture),
-                       left_.gray(), right_.gray(), given.left_mask, given.right_mask, half_refined,
-                       standing_.as<uint8_t>(), hypothesis_.as<int16_t>(), evidence_.as<int16_t>(),
-                       confidence_.as<uint8_t>(), given.hypothesis, given.refined, given.score});
-        record_finish(
+            recorder.fill(given.left_keys, 0, shape_.half_pixels() * sizeof(int32_t));
+        record_prepare(
             recorder,
-            {shape_, static_cast<int>(p_.support), static_cast<int>(p_.fill_radius),
-             hypothesis_.as<int16_t>(), evidence_.as<int16_t>(), confidence_.as<uint8_t>(),
-             filled_.as<int16_t>(), given.evidence, given.filled, given.confidence});
-        record_smooth(recorder,
-                      {shape_, static_cast<int>(p_.smooth_radius),
-                       static_cast<int>(p_.smooth_range), static_cast<int>(p_.smooth_passes),
-                       filled_.as<int16_t>(), evidence_.as<int16_t>(), given.disparity});
+            {.shape = shape_,
+             .images = {left_.prepared(given.left, given.left_mask, given.prepared_left),
+                        right_.prepared(given.right, given.right_mask, given.prepared_right)},
+             .right_keys = right_keys,
+             .words_aligned = words_aligned(given)});
+        record_search(recorder, {.shape = shape_,
+                                 .left = left_.words.as<uint32_t>(),
+                                 .right = right_.words.as<uint32_t>(),
+                                 .candidates = candidates_.as<uint16_t>(),
+                                 .right_keys = right_keys,
+                                 .left_keys = given.left_keys});
+        record_agree(recorder, {.shape = shape_,
+                                .candidates = candidates_.as<uint16_t>(),
+                                .right_keys = right_keys,
+                                .left_mask = left_.half_mask.as<uint8_t>(),
+                                .right_mask = right_.half_mask.as<uint8_t>(),
+                                .checked = given.checked,
+                                .supported = supported,
+                                .pyramid = pyramid_});
+        record_dense(recorder, {.shape = shape_,
+                                .pyramid = pyramid_,
+                                .left = left_.half(),
+                                .right = right_.half(),
+                                .supported = supported,
+                                .dense = given.dense,
+                                .standing = standing_.as<uint8_t>(),
+                                .result = half_refined});
+        record_refine(recorder, {.shape = shape_,
+                                 .left = left_.gray(),
+                                 .right = right_.gray(),
+                                 .left_mask = given.left_mask,
+                                 .right_mask = given.right_mask,
+                                 .half = half_refined,
+                                 .standing = standing_.as<uint8_t>(),
+                                 .hypothesis = hypothesis_.as<int16_t>(),
+                                 .evidence = evidence_.as<int16_t>(),
+                                 .confidence = confidence_.as<uint8_t>(),
+                                 .given_hypothesis = given.hypothesis,
+                                 .given_refined = given.refined,
+                                 .given_score = given.score});
+        record_finish(recorder, {.shape = shape_,
+                                 .hypothesis = hypothesis_.as<int16_t>(),
+                                 .evidence = evidence_.as<int16_t>(),
+                                 .confidence = confidence_.as<uint8_t>(),
+                                 .filled = filled_.as<int16_t>(),
+                                 .given_evidence = given.evidence,
+                                 .given_filled = given.filled,
+                                 .given_confidence = given.confidence});
+        record_smooth(recorder, {.shape = shape_,
+                                 .field = filled_.as<int16_t>(),
+                                 .other = evidence_.as<int16_t>(),
+                                 .result = given.disparity});
     }
 
   private:
-    SearchStep search_step(int32_t* left_keys, int32_t* right_keys) const {
-        const float unit = search_score_unit(static_cast<int>(p_.radius));
-        const uint64_t side = 2 * uint64_t{p_.radius} + 1, deviation = p_.texture * side * side;
-        SearchStep step{};
-        step.shape = shape_;
-        step.left = left_.words.as<uint32_t>();
-        step.right = right_.words.as<uint32_t>();
-        step.radius = static_cast<int>(p_.radius);
-        step.one_over_n = 1.0f / static_cast<float>(side * side);
-        step.min_score = static_cast<float>(p_.min_score) * unit;
-        step.min_lead = static_cast<float>(p_.uniqueness) * unit;
-        step.min_variance = static_cast<int>((deviation * deviation + 255) /
-                                             256);  // the least V with 256 V >= texture^2 n^2
-        step.candidates = candidates_.as<uint16_t>();
-        step.right_keys = right_keys;
-        step.left_keys = left_keys;
-        return step;
-    }
     bool words_aligned(const StereoBuffers& given) const {
-        uintptr_t all = static_cast<uintptr_t>(size_.stride);
+        uintptr_t all = static_cast<uintptr_t>(shape_.stride);
         for (const uint8_t* image : {given.left, given.right, given.left_mask, given.right_mask})
             all |= std::bit_cast<uintptr_t>(image);
         return all % 4 == 0;
     }
 
-    defrec_stereo_params p_;
-    StereoSizes size_;
     StereoShape shape_;
     DisparityPyramid pyramid_;
     Image left_, right_;

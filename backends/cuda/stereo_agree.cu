@@ -26,7 +26,7 @@ struct Tile {
 
 __device__ __forceinline__ float check(const AgreeStep& step, int x, int y) {
     const StereoShape& shape = step.shape;
-    const int radius = step.radius;
+    const int radius = shape.radius;
     if (x < radius + shape.first || x >= shape.half_width - radius || y < radius ||
         y >= shape.half_height - radius)
         return kMissing;
@@ -38,7 +38,7 @@ __device__ __forceinline__ float check(const AgreeStep& step, int x, int y) {
     const int right_usable = __ldg(step.right_mask + row + x - d),
               back = __ldg(step.right_keys + y * shape.half_width + x - d) & 255;
     const bool good = candidate != 0 && left_usable != 0 && right_usable != 0 &&
-                      abs(back - index) <= step.left_right;
+                      abs(back - index) <= shape.left_right;
     return good ? static_cast<float>(16 * d) : kMissing;
 }
 
@@ -108,7 +108,7 @@ __global__ void __launch_bounds__(kThreads) agree(AgreeStep step) {
     for (int i = thread; i < kSupportedWidth * kSupportedHeight; i += kThreads) {
         const int u = i % kSupportedWidth, v = i / kSupportedWidth, column = u - kSmoothed,
                   row = v - kSmoothed;
-        const float disparity = supported(tile, u, v, step.support);
+        const float disparity = supported(tile, u, v, shape.support);
         tile.supported[v][u] = disparity;
         if (owned(column, row))
             step.supported[(top + row) * shape.half_width + left + column] =

@@ -228,10 +228,10 @@ __global__ void __launch_bounds__(kThreads, 2) make_dense(DenseStep step, bool w
             highest = max(highest, maximum[at]);
         }
         const bool open =
-            highest - lowest > step.edge || step.supported[y * width + x] == kNoDisparity;
-        step.standing[y * shape.half_stride + x] = here - lowest > step.edge ? kDoubtful
-                                                   : open                    ? kOpen
-                                                                             : kSettled;
+            highest - lowest > shape.edge || step.supported[y * width + x] == kNoDisparity;
+        step.standing[y * shape.half_stride + x] = here - lowest > shape.edge ? kDoubtful
+                                                   : open                     ? kOpen
+                                                                              : kSettled;
         if (step.dense != nullptr) step.dense[y * width + x] = static_cast<int16_t>(here);
     }
     __syncthreads();
@@ -282,7 +282,7 @@ void record_dense(Recorder& recorder, const DenseStep& step) {
     const auto columns = static_cast<uint32_t>(step.shape.half_width),
                rows = static_cast<uint32_t>(step.shape.half_height);
     const dim3 blocks(cover(columns, kOwned), cover(rows, kOwned));
-    with_radius(step.radius, [&]<int kRadius>(std::integral_constant<int, kRadius>) {
+    with_radius(step.shape.radius, [&]<int kRadius>(std::integral_constant<int, kRadius>) {
         recorder.launch(make_dense<kRadius>, {blocks, dim3(kThreads), sizeof(Block<kRadius>)}, step,
                         whole);
     });

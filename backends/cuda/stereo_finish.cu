@@ -37,7 +37,7 @@ __device__ __forceinline__ void sum_line(const int* line, int step, int radius, 
 __global__ void __launch_bounds__(kThreads) finish(FinishStep step) {
     __shared__ Tile tile;
     const StereoShape& shape = step.shape;
-    const int radius = step.fill_radius, margin = radius + kSpeckleRadius,
+    const int radius = shape.fill_radius, margin = radius + kSpeckleRadius,
               thread = static_cast<int>(threadIdx.x);
     const int left = static_cast<int>(blockIdx.x) * kWidth,
               top = static_cast<int>(blockIdx.y) * kHeight;
@@ -85,7 +85,7 @@ __global__ void __launch_bounds__(kThreads) finish(FinishStep step) {
             const int at = inside ? y * shape.full_stride + x : 0,
                       found = __ldg(step.evidence + at), hypothesis = __ldg(step.hypothesis + at);
             const int evidence =
-                inside && 25 * counts[v] >= 81 * step.support ? found : kNoDisparity;
+                inside && 25 * counts[v] >= 81 * shape.support ? found : kNoDisparity;
             tile.cells[row + v][column] =
                 evidence == kNoDisparity ? 0 : kOne + evidence - hypothesis;
             if (step.given_evidence != nullptr && inside && x >= left && x < left + kWidth &&

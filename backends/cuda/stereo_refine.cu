@@ -65,7 +65,7 @@ __global__ void __launch_bounds__(kThreads, 4) refine(RefineStep step) {
     __syncthreads();
     // The least v with 256 v >= texture^2 n^2.
     const auto min_variance = [&](uint32_t n) {
-        const uint64_t deviation = uint64_t{static_cast<uint32_t>(step.texture)} * n;
+        const uint64_t deviation = uint64_t{static_cast<uint32_t>(shape.texture)} * n;
         return static_cast<int>((deviation * deviation + 255) >> 8);
     };
     refine_tile<kThreads, kRefineRun>(tile, left, top, shape.width, shape.height, min_variance);
@@ -93,7 +93,7 @@ __global__ void __launch_bounds__(kThreads, 4) refine(RefineStep step) {
         if (any && stands != kDoubtful && left_usable != 0) {
             const bool known = stands == kSettled;
             const bool good = refined.peak && q >= 0 && right_usable != 0 && refined.textured &&
-                              score >= (known ? kTrustedScore : step.refine_score);
+                              score >= (known ? kTrustedScore : shape.refine_score);
             if (good || known) {
                 disparity = good ? refined_disparity : hypothesis;
                 confidence = clamped(good ? score >> 4 : score >> 5, 1, 255);
@@ -117,7 +117,7 @@ void record_refine(Recorder& recorder, const RefineStep& step) {
     const auto columns = static_cast<uint32_t>(step.shape.width),
                rows = static_cast<uint32_t>(step.shape.height);
     const dim3 blocks(cover(columns, kRefineTile), cover(rows, kRefineTile));
-    with_radius(step.radius, [&]<int kRadius>(std::integral_constant<int, kRadius>) {
+    with_radius(step.shape.refine_radius, [&]<int kRadius>(std::integral_constant<int, kRadius>) {
         recorder.launch(refine<kRadius>, {blocks, dim3(kThreads), sizeof(Block<kRadius>)}, step);
     });
 }

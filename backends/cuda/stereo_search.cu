@@ -255,8 +255,8 @@ __global__ void __launch_bounds__(kRuns* kGroups, 512 / (kRuns * kGroups)) searc
                                    y < shape.half_height - kRadius;
                 const int variance = whole ? kPixelCount * squares[m] - sums[m] * sums[m] : 0;
                 root[m] = inverse_root(variance);
-                sum[m] = static_cast<float>(sums[m]) * (reached < 0 ? step.one_over_n : 1.0f);
-                textured |= variance >= step.min_variance ? 1u << (8 * m) : 0u;
+                sum[m] = static_cast<float>(sums[m]) * (reached < 0 ? step.shape.one_over_n : 1.0f);
+                textured |= variance >= step.shape.min_variance ? 1u << (8 * m) : 0u;
             }
             if (reached < 0) {
                 store(&shared.left_mean[row][pixel], sum);
@@ -328,7 +328,7 @@ __global__ void __launch_bounds__(kRuns* kGroups, 512 / (kRuns * kGroups)) searc
         const Contest& contest = shared.contests[p][thread];
         const int key = contest.winner > 255 ? contest.winner : 0;
         const float lead = score_of(key) - score_of(contest.second);
-        const bool good = key != 0 && score_of(key) >= step.min_score && lead >= step.min_lead &&
+        const bool good = key != 0 && score_of(key) >= shape.min_score && lead >= shape.min_lead &&
                           shared.textured[pixel / kTile][pixel % kTile] != 0;
         step.candidates[y * shape.half_stride + x] =
             static_cast<uint16_t>(good ? 1 + (key & 255) : 0);
@@ -339,7 +339,7 @@ __global__ void __launch_bounds__(kRuns* kGroups, 512 / (kRuns * kGroups)) searc
 template <int kGroups>
 void record_with(Recorder& recorder, const SearchStep& step, dim3 blocks) {
     const Grid grid{blocks, dim3(kRuns * kGroups)};
-    switch (step.radius) {
+    switch (step.shape.radius) {
         case 2:
             return recorder.launch(search<2, kGroups>, grid, step);
         case 3:
@@ -357,8 +357,8 @@ void record_with(Recorder& recorder, const SearchStep& step, dim3 blocks) {
 
 void record_search(Recorder& recorder, const SearchStep& step) {
     const StereoShape& shape = step.shape;
-    const int columns = shape.half_width - 2 * step.radius - shape.first,
-              rows = shape.half_height - 2 * step.radius;
+    const int columns = shape.half_width - 2 * shape.radius - shape.first,
+              rows = shape.half_height - 2 * shape.radius;
     if (columns <= 0 || rows <= 0) return;
     const dim3 blocks(cover(static_cast<uint32_t>(columns), kTile),
                       cover(static_cast<uint32_t>(rows), kRows));

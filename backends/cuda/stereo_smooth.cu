@@ -38,7 +38,7 @@ __global__ void __launch_bounds__(kThreads)
               thread = static_cast<int>(threadIdx.x);
     float* const cells = dynamic_shared<float>();
     float* const rows = cells + layout.cells();
-    const auto range = static_cast<float>(step.range);
+    const auto range = static_cast<float>(shape.smooth_range);
 
     make_means(means);
 #pragma unroll 4
@@ -118,16 +118,17 @@ void record_smooth(Recorder& recorder, const SmoothStep& step) {
     const StereoShape& shape = step.shape;
     const auto columns = static_cast<uint32_t>(shape.width),
                rows = static_cast<uint32_t>(shape.height);
-    int left = step.radius == 0 ? 0 : step.passes;  // a pass of radius 0 changes nothing
+    int left =
+        shape.smooth_radius == 0 ? 0 : shape.smooth_passes;  // a pass of radius 0 changes nothing
     int16_t *from = step.field, *other = step.other;
     do {
         const int passes = std::min(left, kMaxPasses);
         left -= passes;
         int16_t* const to = left == 0 ? step.result : other;
-        const Layout layout{passes * std::max(step.radius, 1)};
+        const Layout layout{passes * std::max(shape.smooth_radius, 1)};
         const Grid grid{dim3(cover(columns, kWidth), cover(rows, kHeight)), dim3(kThreads),
                         2 * sizeof(float) * static_cast<size_t>(layout.cells())};
-        recorder.launch(kernel_of(step.radius), grid, step, from, to,
+        recorder.launch(kernel_of(shape.smooth_radius), grid, step, from, to,
                         left == 0 ? shape.stride : shape.full_stride, passes);
         std::swap(from, other);
     } while (left > 0);

@@ -3,7 +3,7 @@
 // what the multiprocessors add fastest.
 #pragma once
 #include "backends/cuda/device_code.hpp"
-#include "backends/shared/stereo_layout.hpp"
+#include "backends/stages/stereo.hpp"
 
 namespace defrec::cuda {
 namespace {

@@ -2,7 +2,7 @@
 // docs/stages/stereo.md; the numbers are its sections.
 #pragma once
 #include "backends/cuda/recorder.hpp"
-#include "backends/shared/stereo_layout.hpp"
+#include "backends/stages/stereo.hpp"
 
 namespace defrec::cuda {
 
@@ -11,10 +11,8 @@ constexpr int kBandRows = 4;  // of a half image, in one word of `words`
 // Sizes in pixels. Rows of the caller's images are `stride` apart and those of what he gets of the
 // sub-stages have no gaps; rows of our own are `full_stride` and `half_stride` apart, multiples
 // of 16.
-struct StereoShape {
-    int width, height, stride, full_stride;
-    int half_width, half_height, half_stride;
-    int first, count;  // disparities of the search
+struct StereoShape : StereoConstants {
+    int full_stride, half_stride;
 };
 // Gray images of ours have more between their rows, for pixels that repeat a row's first and last:
 // four before it, and at least six after.
@@ -59,9 +57,6 @@ void record_prepare(Recorder& recorder, const PrepareStep& step);
 struct SearchStep {
     StereoShape shape;
     const uint32_t *left, *right;  // words
-    int radius;
-    float one_over_n, min_score, min_lead;
-    int min_variance;
     uint16_t* candidates;  // 1 + index of the winner, 0 for none; written where a window and a
                            // disparity fit
     int32_t* right_keys;
@@ -72,7 +67,6 @@ void record_search(Recorder& recorder, const SearchStep& step);
 // 4, 5, and 6 up to the pyramid with its holes
 struct AgreeStep {
     StereoShape shape;
-    int radius, left_right, support;
     const uint16_t* candidates;
     const int32_t* right_keys;
     const uint8_t *left_mask, *right_mask;  // of half resolution
@@ -85,7 +79,6 @@ void record_agree(Recorder& recorder, const AgreeStep& step);
 // 6 to 8 at half resolution
 struct DenseStep {
     StereoShape shape;
-    int radius, edge;
     DisparityPyramid pyramid;
     const uint8_t *left, *right;  // the half images
     const int16_t* supported;
@@ -98,7 +91,6 @@ void record_dense(Recorder& recorder, const DenseStep& step);
 // 8 to 10 at full resolution, speckles and all
 struct RefineStep {
     StereoShape shape;
-    int radius, refine_score, texture;
     const uint8_t *left, *right;            // the inpainted images
     const uint8_t *left_mask, *right_mask;  // the caller's, or nullptr
     const int16_t* half;
@@ -112,7 +104,6 @@ void record_refine(Recorder& recorder, const RefineStep& step);
 // The end of 10, and 11
 struct FinishStep {
     StereoShape shape;
-    int support, fill_radius;
     const int16_t *hypothesis, *evidence;
     const uint8_t* confidence;
     int16_t* filled;
@@ -124,7 +115,6 @@ void record_finish(Recorder& recorder, const FinishStep& step);
 // 12
 struct SmoothStep {
     StereoShape shape;
-    int radius, range, passes;
     int16_t *field, *other;  // of full resolution; both are written if there are many passes
     int16_t* result;         // the caller's image
 };

@@ -1,7 +1,7 @@
 // Arithmetic that the kernels of stage stereo share.
 #pragma once
 #include "backends/cuda/device_code.hpp"
-#include "backends/shared/stereo_layout.hpp"
+#include "backends/stages/stereo.hpp"
 
 namespace defrec::cuda {
 namespace {

@@ -1,6 +1,6 @@
 // Stage warp, one thread per point. docs/stages/warp.md.
 #include "backends/cuda/stages.hpp"
-#include "backends/shared/surface_checks.hpp"
+#include "backends/stages/warp.hpp"
 
 namespace defrec::cuda {
 namespace {
@@ -14,39 +14,40 @@ struct Points {
     const float2* facing;  // normal y, z
     const int4* node;
     const float4* weight;
-    uint32_t count;
 };
 
-__device__ uint32_t observe(const defrec_camera& camera, const DisparityImage& image,
-                            float tolerance_mm, const Vec3<float>& position,
-                            const Vec3<float>& normal, float& residual) {
+__device__ uint32_t observe(const defrec_warp_params& p, const DisparityImage& image,
+                            const Vec3<float>& position, const Vec3<float>& normal,
+                            float& residual) {
     residual = 0;
     Pixel<float> pixel{};
-    if (!project_inside(camera, image, position, pixel)) return DEFREC_OUTSIDE;
-    const float depth = live_depth(camera, image, pixel);
+    if (!project_inside(p.camera, image, position, pixel)) return DEFREC_OUTSIDE;
+    const float depth = live_depth(p.camera, image, pixel);
     if (depth == 0) return DEFREC_NO_DEPTH;
     residual = depth - position.z;
     if (!(dot(normal, position) < 0)) return DEFREC_INCONSISTENT;
-    if (std::abs(residual) <= tolerance_mm) return DEFREC_OBSERVED;
+    if (std::abs(residual) <= p.tolerance_mm) return DEFREC_OBSERVED;
     return residual < 0 ? DEFREC_OCCLUDED : DEFREC_INCONSISTENT;
 }
 
 __global__ void __launch_bounds__(kThreads)
-    warp(Points points, const defrec_motion* motions, defrec_camera camera, DisparityImage image,
-         float tolerance_mm, float4* samples) {
+    warp(defrec_warp_params p, Points points, WarpBuffers b) {
     const uint32_t i = blockIdx.x * kThreads + threadIdx.x;
-    if (i >= points.count) return;
+    if (i >= p.points) return;
     const float4 place = points.place[i], weights = points.weight[i];
     const float2 facing = points.facing[i];
     const int4 nodes = points.node[i];
     const int32_t node[DEFREC_SKIN_NODES] = {nodes.x, nodes.y, nodes.z, nodes.w};
     const float weight[DEFREC_SKIN_NODES] = {weights.x, weights.y, weights.z, weights.w};
+    const defrec_motion* const motions = b.motions;
     const auto motion = blend_with<float>(
         [motions](int32_t k) { return usable_motion<float>(motions[k]); }, node, weight);
     const Vec3<float> position = apply(motion, Vec3<float>{place.x, place.y, place.z});
     const Vec3<float> normal = rotate(motion, Vec3<float>{place.w, facing.x, facing.y});
     float residual = 0;
-    const uint32_t observation = observe(camera, image, tolerance_mm, position, normal, residual);
+    const uint32_t observation =
+        observe(p, disparity_image(p, b.disparity), position, normal, residual);
+    auto* const samples = reinterpret_cast<float4*>(b.samples);
     samples[2 * uint64_t{i}] = make_float4(position.x, position.y, position.z, normal.x);
     samples[2 * uint64_t{i} + 1] =
         make_float4(normal.y, normal.z, residual, __uint_as_float(observation));
@@ -58,9 +59,7 @@ class Warp final : public Stage {
 
     bool reentrant() const override { return true; }
     void prepare(std::span<const InBuffer> in) override {
-        expect_buffers("warp prepare", in, 1);
-        const auto* points = take<defrec_surface_point>("warp points", in[0], p_.points);
-        check_skinned("warp: point", points, p_.points, p_.nodes);
+        const defrec_surface_point* points = read_template(p_, in).points;
         std::vector<float4> place, weight;
         std::vector<float2> facing;
         std::vector<int4> node;
@@ -78,15 +77,11 @@ class Warp final : public Stage {
     void record(Recorder& recorder, std::span<const InBuffer> in,
                 std::span<const OutBuffer> out) override {
         if (!points_.place) throw StageError(DEFREC_ERROR_STATE, "warp: run before prepare");
-        expect_buffers("warp in", in, 1, 1);
-        expect_buffers("warp out", out, 1);
-        const auto* motions = take<defrec_motion>("warp motions", in[0], p_.nodes);
-        const DisparityImage image = take_disparity("warp disparity", p_, in, 1);
-        auto* samples = take<defrec_surface_sample>("warp samples", out[0], p_.points);
+        const auto given = view_buffers<WarpBuffers>(p_, in, out);
         const Points points{points_.place.as<float4>(), points_.facing.as<float2>(),
-                            points_.node.as<int4>(), points_.weight.as<float4>(), p_.points};
-        recorder.launch(warp, {dim3(cover(p_.points, kThreads)), dim3(kThreads)}, points, motions,
-                        p_.camera, image, p_.tolerance_mm, reinterpret_cast<float4*>(samples));
+                            points_.node.as<int4>(), points_.weight.as<float4>()};
+        recorder.launch(warp, {dim3(cover(p_.points, kThreads)), dim3(kThreads)}, p_, points,
+                        given);
     }
 
   private:

@@ -1,13 +1,13 @@
 // Guided patch search: where pieces of the template's images lie in the live image, to a fraction
 // of a pixel. Definition: docs/stages/align.md.
+#include "backends/stages/align.hpp"
+
 #include <algorithm>
 #include <vector>
 
 #include "backends/reference/stages.hpp"
-#include "backends/shared/align_buffers.hpp"
 #include "backends/shared/align_math.hpp"
 #include "backends/shared/align_view.hpp"
-#include "sdk/contract/stage_params.hpp"
 
 namespace defrec::reference {
 namespace {
@@ -92,21 +92,18 @@ class Align final : public Stage {
     }
 
     void prepare(std::span<const InBuffer> in) override {
-        expect_buffers("align: prepare", in, 2);
-        const std::span<const defrec_patch> patches = take_patches(params_, in[0]);
-        const auto* views = take<uint8_t>(
-            "align: views", in[1], view_offset(params_, params_.views - 1) + gray_size(params_));
-        patches_.assign(patches.begin(), patches.end());
+        const AlignTemplate given = read_template(params_, in);
+        patches_.assign(given.patches.begin(), given.patches.end());
         views_.clear();
         for (uint32_t i = 0; i < params_.views; ++i)
-            views_.push_back(doubled(
-                gray_level(copy_image(views + view_offset(params_, i), params_), params_.level)));
+            views_.push_back(doubled(gray_level(
+                copy_image(given.views + view_offset(params_, i), params_), params_.level)));
         prepared_ = true;
     }
 
     void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
         if (!prepared_) throw StageError(DEFREC_ERROR_STATE, "align: run before prepare");
-        const AlignBuffers buffers = take_buffers(params_, patches_.size(), in, out);
+        const AlignBuffers buffers = align_buffers(params_, patches_.size(), in, out);
         live_ = gray_level(copy_image(buffers.gray, params_), params_.level);
         mask_ = buffers.mask != nullptr
                     ? mask_level(copy_image(buffers.mask, params_), params_.level)

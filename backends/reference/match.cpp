@@ -21,13 +21,15 @@ class Match final : public Stage {
     }
 
     void prepare(std::span<const InBuffer> in) override {
-        const std::span<const defrec_landmark> given = match::take_landmarks(params_, in);
+        const std::span<const defrec_landmark> given = read_template(params_, in);
         landmarks_.assign(given.begin(), given.end());
     }
 
     void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
-        const match::Inputs inputs = match::take_inputs(params_, in);
-        defrec_match* matches = match::take_matches(landmarks_.size(), out);
+        const auto b =
+            view_buffers<MatchBuffers>(MatchBuffers::Sizes{params_, landmarks_.size()}, in, out);
+        const match::Inputs inputs{live_features(params_, b, in), b.features, b.disparity};
+        defrec_match* matches = b.matches;
         for (uint32_t f = 0; f < inputs.count; ++f)
             best_landmark_[f] = nearest_landmark(inputs.features[f]);
         for (size_t i = 0; i < landmarks_.size(); ++i) {

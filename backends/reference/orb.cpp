@@ -230,7 +230,7 @@ class Orb final : public Stage {
     }
 
     void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
-        const Buffers buffers = take_buffers(params_, layout_, in, out);
+        const OrbBuffers buffers = orb_buffers(params_, layout_, in, out);
         const uint8_t* mask = buffers.mask;
 
         build_pyramid(buffers.gray, mask);
@@ -298,7 +298,7 @@ class Orb final : public Stage {
         return count;
     }
 
-    void write_substages(const Buffers& to) const {
+    void write_substages(const OrbBuffers& to) const {
         if (to.pyramid != nullptr) std::copy(pyramid_.begin(), pyramid_.end(), to.pyramid);
         if (to.smoothed != nullptr) std::copy(smoothed_.begin(), smoothed_.end(), to.smoothed);
         if (to.scores != nullptr) std::copy(scores_.begin(), scores_.end(), to.scores);

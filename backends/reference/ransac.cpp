@@ -35,27 +35,23 @@ class Ransac final : public Stage {
     explicit Ransac(const defrec_ransac_params& params) : params_(params) { check_params(params); }
 
     void prepare(std::span<const InBuffer> in) override {
-        const std::span<const defrec_landmark> landmarks = take_landmarks(params_, in);
+        const std::span<const defrec_landmark> landmarks = read_template(params_, in);
         landmarks_.assign(landmarks.begin(), landmarks.end());
         prepared_ = true;
     }
 
     void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
-        expect_buffers("ransac: in", in, 1);
-        expect_buffers("ransac: out", out, 2);
         if (!prepared_) throw StageError(DEFREC_ERROR_STATE, "ransac: run before prepare");
-        const auto* matches = take<defrec_match>("ransac: matches", in[0], landmarks_.size());
-        auto* weighted = take<defrec_match>("ransac: matches out", out[0], landmarks_.size());
-        auto* summary = take<defrec_ransac_summary>("ransac: summary", out[1], 1);
+        const auto b = view_buffers<RansacBuffers>(landmarks_.size(), in, out);
 
         pairs_.clear();
         for (uint32_t i = 0; i < landmarks_.size(); ++i) {
-            if (usable(landmarks_[i], matches[i]))
+            if (usable(landmarks_[i], b.matches[i]))
                 pairs_.push_back(
                     {i, Eigen::Map<const Eigen::Vector3f>(landmarks_[i].position).cast<double>(),
-                     Eigen::Map<const Eigen::Vector3f>(matches[i].position).cast<double>()});
-            weighted[i] = matches[i];
-            weighted[i].weight = 0;
+                     Eigen::Map<const Eigen::Vector3f>(b.matches[i].position).cast<double>()});
+            b.weighted[i] = b.matches[i];
+            b.weighted[i].weight = 0;
         }
         threshold_ = params_.threshold_mm > 0 ? double(params_.threshold_mm) : default_threshold();
 
@@ -64,7 +60,7 @@ class Ransac final : public Stage {
         std::vector<Hypothesis> hypotheses;
         for (uint32_t k = 0; k < references; ++k)
             hypotheses.push_back(follow(reference_index(params_.seed, k, references, count)));
-        *summary = merge(hypotheses, weighted);
+        *b.summary = merge(hypotheses, b.weighted);
     }
 
   private:

@@ -1,8 +1,9 @@
 // Stage rectify as plain code: gray, sampling through a map, mask. docs/stages/rectify.md.
+#include "backends/stages/rectify.hpp"
+
 #include <algorithm>
 
 #include "backends/reference/stages.hpp"
-#include "backends/shared/rectify_buffers.hpp"
 
 namespace defrec::reference {
 namespace {

@@ -5,16 +5,13 @@
 #include <memory>
 
 #include "backends/shared/stage.hpp"
+#include "backends/stages/list.hpp"
 
 namespace defrec::reference {
 
-std::unique_ptr<Stage> make_rectify(const defrec_rectify_params& params, const Host& host);
-std::unique_ptr<Stage> make_stereo(const defrec_stereo_params& params, const Host& host);
-std::unique_ptr<Stage> make_orb(const defrec_orb_params& params, const Host& host);
-std::unique_ptr<Stage> make_match(const defrec_match_params& params, const Host& host);
-std::unique_ptr<Stage> make_align(const defrec_align_params& params, const Host& host);
-std::unique_ptr<Stage> make_ransac(const defrec_ransac_params& params, const Host& host);
-std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, const Host& host);
-std::unique_ptr<Stage> make_warp(const defrec_warp_params& params, const Host& host);
+#define DEFREC_MAKER(name, NAME) \
+    std::unique_ptr<Stage> make_##name(const defrec_##name##_params& params, const Host& host);
+DEFREC_STAGES(DEFREC_MAKER, DEFREC_NOTHING)
+#undef DEFREC_MAKER
 
 }  // namespace defrec::reference

@@ -1,9 +1,10 @@
 // Stage stereo as plain code: the order of its sub-stages, and its buffers. docs/stages/stereo.md.
+#include "backends/stages/stereo.hpp"
+
 #include <algorithm>
 
 #include "backends/reference/stages.hpp"
 #include "backends/reference/stereo_steps.hpp"
-#include "backends/shared/stereo_layout.hpp"
 
 namespace defrec::reference {
 namespace {
@@ -13,7 +14,7 @@ void give(const Picture<T>& from, T* to) {
     if (to != nullptr) std::copy(from.pixels.begin(), from.pixels.end(), to);
 }
 
-Picture<uint8_t> read(const uint8_t* image, const StereoSizes& size) {
+Picture<uint8_t> read(const uint8_t* image, const StereoConstants& size) {
     Picture<uint8_t> result(size.width, size.height, 1);
     for (int y = 0; image != nullptr && y < size.height; ++y)
         std::copy_n(image + size_t(y) * size_t(size.stride), size.width, &result(0, y));
@@ -22,33 +23,31 @@ Picture<uint8_t> read(const uint8_t* image, const StereoSizes& size) {
 
 class Stereo final : public Stage {
   public:
-    explicit Stereo(const defrec_stereo_params& params) : p_(params), size_(params) {}
+    explicit Stereo(const defrec_stereo_params& params) : c_(constants_of(params)) {}
 
     void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
-        const StereoBuffers b = stereo_buffers(size_, in, out);
-        const Mask left_mask = read(b.left_mask, size_), right_mask = read(b.right_mask, size_);
-        const Gray left = inpaint(read(b.left, size_), left_mask),
-                   right = inpaint(read(b.right, size_), right_mask);
+        const StereoBuffers b = view_buffers<StereoBuffers>(c_, in, out);
+        const Mask left_mask = read(b.left_mask, c_), right_mask = read(b.right_mask, c_);
+        const Gray left = inpaint(read(b.left, c_), left_mask),
+                   right = inpaint(read(b.right, c_), right_mask);
         give(left, b.prepared_left);
         give(right, b.prepared_right);
 
-        Picture<uint8_t> stands(size_.half_width, size_.half_height);
+        Picture<uint8_t> stands(c_.half_width, c_.half_height);
         const Disparities half = search_half(b, left, right, left_mask, right_mask, stands);
-        const Disparities hypothesis = upsample(half, size_.width, size_.height);
+        const Disparities hypothesis = upsample(half, c_.width, c_.height);
         give(hypothesis, b.hypothesis);
 
-        const Refinement refined = refine(left, right, hypothesis, int(p_.refine_radius));
+        const Refinement refined = refine(left, right, hypothesis, c_.refine_radius);
         give(refined.disparity, b.refined);
         give(refined.score, b.score);
-        Evidence evidence = classify(refined, hypothesis, stands, left_mask, right_mask,
-                                     int(p_.refine_score), int(p_.texture));
-        drop_speckles(evidence, int(p_.support));
+        Evidence evidence = classify(refined, hypothesis, stands, left_mask, right_mask, c_);
+        drop_speckles(evidence, c_);
         give(evidence.disparity, b.evidence);
-        fill_small(evidence, hypothesis, int(p_.fill_radius));
+        fill_small(evidence, hypothesis, c_);
         give(evidence.disparity, b.filled);
-        for (uint32_t pass = 0; pass < p_.smooth_passes; ++pass)
-            evidence.disparity =
-                smooth(evidence.disparity, int(p_.smooth_radius), int(p_.smooth_range));
+        for (int pass = 0; pass < c_.smooth_passes; ++pass)
+            evidence.disparity = smooth(evidence.disparity, c_.smooth_radius, c_.smooth_range);
         give_rows(evidence.disparity, b.disparity);
         give_rows(evidence.confidence, b.confidence);
     }
@@ -58,27 +57,20 @@ class Stereo final : public Stage {
     Disparities search_half(const StereoBuffers& b, const Gray& full_left, const Gray& full_right,
                             const Mask& left_mask, const Mask& right_mask,
                             Picture<uint8_t>& stands) const {
-        const int r = int(p_.radius);
+        const int r = c_.radius;
         const Gray left = halve(full_left), right = halve(full_right);
         const WindowStatistics left_stats = statistics(left, r), right_stats = statistics(right, r);
-        const SearchResult found =
-            search(left, right, left_stats, right_stats, r, size_.first, size_.count);
+        const SearchResult found = search(left, right, left_stats, right_stats, c_);
         give(found.left, b.left_keys);
         give(found.right, b.right_keys);
-        const CheckLimits limits{r,
-                                 size_.first,
-                                 int(p_.min_score),
-                                 int(p_.uniqueness),
-                                 int(p_.texture),
-                                 int(p_.left_right)};
         const Disparities checked =
-            check(found, left_stats, halve_mask(left_mask), halve_mask(right_mask), limits);
+            check(found, left_stats, halve_mask(left_mask), halve_mask(right_mask), c_);
         give(checked, b.checked);
-        const Disparities agreed = supported(checked, int(p_.support));
+        const Disparities agreed = supported(checked, c_);
         give(agreed, b.supported);
         const Disparities dense = fill_all(smooth(agreed, kHalfSmoothRadius, kSearchSmoothRange));
         give(dense, b.dense);
-        stands = standing(agreed, dense, int(p_.edge));
+        stands = standing(agreed, dense, c_);
         const Disparities result =
             smooth(refine(left, right, dense, r).disparity, kHalfSmoothRadius, kHalfSmoothRange);
         give(result, b.half_refined);
@@ -87,12 +79,11 @@ class Stereo final : public Stage {
 
     template <class T>
     void give_rows(const Picture<T>& from, T* to) const {
-        for (int y = 0; to != nullptr && y < size_.height; ++y)
-            std::copy_n(&from(0, y), size_.width, to + size_t(y) * size_t(size_.stride));
+        for (int y = 0; to != nullptr && y < c_.height; ++y)
+            std::copy_n(&from(0, y), c_.width, to + size_t(y) * size_t(c_.stride));
     }
 
-    defrec_stereo_params p_;
-    StereoSizes size_;
+    StereoConstants c_;
 };
 
 }  // namespace

@@ -6,7 +6,7 @@
 
 #include "backends/reference/stereo_integer.hpp"
 #include "backends/reference/stereo_steps.hpp"
-#include "backends/shared/stereo_layout.hpp"
+#include "backends/stages/stereo.hpp"
 
 namespace defrec::reference {
 namespace {
@@ -118,7 +118,7 @@ Disparities upsample(const Disparities& half, int width, int height) {
 
 Evidence classify(const Refinement& refined, const Disparities& hypothesis,
                   const Picture<uint8_t>& standing_half, const Mask& left_mask,
-                  const Mask& right_mask, int refine_score, int texture) {
+                  const Mask& right_mask, const StereoConstants& c) {
     const int w = hypothesis.width, h = hypothesis.height;
     Evidence result{Disparities(w, h, kNoDisparity), Picture<uint8_t>(w, h)};
     for (int y = 0; y < h; ++y)
@@ -129,10 +129,10 @@ Evidence classify(const Refinement& refined, const Disparities& hypothesis,
             const bool known = stands == kSettled;
             const int score = refined.score(x, y), position = 16 * x - refined.disparity(x, y);
             const int64_t n = refined.count(x, y);
-            const bool good = refined.peak(x, y) && position >= 0 &&
-                              right_mask.clamped((position + 8) >> 4, y) &&
-                              score >= (known ? kTrustedScore : refine_score) &&
-                              256 * refined.variance(x, y) >= int64_t{texture} * texture * n * n;
+            const bool good =
+                refined.peak(x, y) && position >= 0 && right_mask.clamped((position + 8) >> 4, y) &&
+                score >= (known ? kTrustedScore : c.refine_score) &&
+                256 * refined.variance(x, y) >= int64_t{c.texture} * c.texture * n * n;
             if (!good && !known) continue;
             result.disparity(x, y) = good ? refined.disparity(x, y) : hypothesis(x, y);
             result.confidence(x, y) = uint8_t(std::clamp(good ? score >> 4 : score >> 5, 1, 255));
@@ -140,19 +140,20 @@ Evidence classify(const Refinement& refined, const Disparities& hypothesis,
     return result;
 }
 
-void drop_speckles(Evidence& evidence, int support) {
+void drop_speckles(Evidence& evidence, const StereoConstants& c) {
     const int w = evidence.disparity.width, h = evidence.disparity.height;
     const auto count = window_sums(
         w, h, 4, [&](int x, int y) { return evidence.disparity(x, y) != kNoDisparity; });
     for (int y = 0; y < h; ++y)
         for (int x = 0; x < w; ++x)
-            if (25 * count(x, y) < 81 * support) {
+            if (25 * count(x, y) < 81 * c.support) {
                 evidence.disparity(x, y) = kNoDisparity;
                 evidence.confidence(x, y) = 0;
             }
 }
 
-void fill_small(Evidence& evidence, const Disparities& hypothesis, int radius) {
+void fill_small(Evidence& evidence, const Disparities& hypothesis, const StereoConstants& c) {
+    const int radius = c.fill_radius;
     const int w = hypothesis.width, h = hypothesis.height, side = 2 * radius + 1;
     const Disparities before = evidence.disparity;
     const auto known = [&](int x, int y) { return before(x, y) != kNoDisparity; };

@@ -8,7 +8,7 @@
 #include <cstdlib>
 
 #include "backends/reference/stereo_integer.hpp"
-#include "backends/shared/stereo_layout.hpp"
+#include "backends/stages/stereo.hpp"
 
 namespace defrec::reference {
 
@@ -68,7 +68,8 @@ WindowStatistics statistics(const Gray& gray, int radius) {
 }
 
 SearchResult search(const Gray& left, const Gray& right, const WindowStatistics& left_stats,
-                    const WindowStatistics& right_stats, int radius, int first, int count) {
+                    const WindowStatistics& right_stats, const StereoConstants& c) {
+    const int radius = c.radius, first = c.first, count = c.count;
     const int w = left.width, h = left.height, side = 2 * radius + 1,
               groups = (count + kGroup - 1) / kGroup;
     const float one_over_n = 1.0f / float(side * side);
@@ -115,30 +116,27 @@ SearchResult search(const Gray& left, const Gray& right, const WindowStatistics&
 }
 
 Disparities check(const SearchResult& found, const WindowStatistics& left_stats,
-                  const Mask& left_mask, const Mask& right_mask, const CheckLimits& limits) {
+                  const Mask& left_mask, const Mask& right_mask, const StereoConstants& c) {
     const int w = left_mask.width, h = left_mask.height,
-              n = (2 * limits.radius + 1) * (2 * limits.radius + 1);
-    const float unit = search_score_unit(limits.radius);
-    const float minimum = float(limits.min_score) * unit, lead = float(limits.uniqueness) * unit;
+              n = (2 * c.radius + 1) * (2 * c.radius + 1);
     const auto score = [](int key) { return std::bit_cast<float>(key & ~0xff); };
     Disparities result(w, h, kNoDisparity);
     for (int y = 0; y < h; ++y)
         for (int x = 0; x < w; ++x) {
             const int key = found.left(x, y);
-            if (key == 0 || !left_mask(x, y) || score(key) < minimum) continue;
-            if (score(key) - score(found.second(x, y)) < lead) continue;
-            if (int64_t{256} * left_stats.variance(x, y) <
-                int64_t{limits.texture} * limits.texture * n * n)
+            if (key == 0 || !left_mask(x, y) || score(key) < c.min_score) continue;
+            if (score(key) - score(found.second(x, y)) < c.min_lead) continue;
+            if (int64_t{256} * left_stats.variance(x, y) < int64_t{c.texture} * c.texture * n * n)
                 continue;
-            const int d = limits.first + (key & 255);
+            const int d = c.first + (key & 255);
             if (!right_mask(x - d, y)) continue;
-            if (std::abs((found.right(x - d, y) & 255) - (key & 255)) > limits.left_right) continue;
+            if (std::abs((found.right(x - d, y) & 255) - (key & 255)) > c.left_right) continue;
             result(x, y) = int16_t(16 * d);
         }
     return result;
 }
 
-Disparities supported(const Disparities& disparities, int support) {
+Disparities supported(const Disparities& disparities, const StereoConstants& c) {
     Disparities result = disparities;
     for (int y = 0; y < disparities.height; ++y)
         for (int x = 0; x < disparities.width; ++x) {
@@ -150,7 +148,7 @@ Disparities supported(const Disparities& disparities, int support) {
                     if (disparities.contains(u, v) && disparities(u, v) != kNoDisparity &&
                         std::abs(disparities(u, v) - d) <= kSupportRange)
                         ++agreeing;
-            if (agreeing < support) result(x, y) = kNoDisparity;
+            if (agreeing < c.support) result(x, y) = kNoDisparity;
         }
     return result;
 }
@@ -217,7 +215,7 @@ Disparities fill_all(const Disparities& disparities) {
 }
 
 Picture<uint8_t> standing(const Disparities& supported_disparities, const Disparities& dense,
-                          int edge) {
+                          const StereoConstants& c) {
     Picture<uint8_t> result(dense.width, dense.height);
     for (int y = 0; y < dense.height; ++y)
         for (int x = 0; x < dense.width; ++x) {
@@ -227,9 +225,9 @@ Picture<uint8_t> standing(const Disparities& supported_disparities, const Dispar
                     minimum = std::min<int>(minimum, dense.clamped(u, v));
                     maximum = std::max<int>(maximum, dense.clamped(u, v));
                 }
-            if (dense(x, y) - minimum > edge)
+            if (dense(x, y) - minimum > c.edge)
                 result(x, y) = kDoubtful;
-            else if (maximum - minimum > edge || supported_disparities(x, y) == kNoDisparity)
+            else if (maximum - minimum > c.edge || supported_disparities(x, y) == kNoDisparity)
                 result(x, y) = kOpen;
             else
                 result(x, y) = kSettled;

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "backends/stages/stereo.hpp"
+
 namespace defrec::reference {
 
 // A picture of T, row by row without gaps.
@@ -51,17 +53,15 @@ struct SearchResult {
     Picture<int32_t> second;       // the best key of a group that is not next to the left winner's
 };
 SearchResult search(const Gray& left, const Gray& right, const WindowStatistics& left_stats,
-                    const WindowStatistics& right_stats, int radius, int first, int count);  // 3
+                    const WindowStatistics& right_stats, const StereoConstants& c);  // 3
 
-struct CheckLimits {
-    int radius, first, min_score, uniqueness, texture, left_right;
-};
 Disparities check(const SearchResult& found, const WindowStatistics& left_stats,
-                  const Mask& left_mask, const Mask& right_mask, const CheckLimits& limits);  // 4
-Disparities supported(const Disparities& disparities, int support);                           // 5
+                  const Mask& left_mask, const Mask& right_mask, const StereoConstants& c);  // 4
+Disparities supported(const Disparities& disparities, const StereoConstants& c);             // 5
 Disparities smooth(const Disparities& disparities, int radius, int range);  // 6, 12
 Disparities fill_all(const Disparities& disparities);                       // 6
-Picture<uint8_t> standing(const Disparities& supported, const Disparities& dense, int edge);  // 7
+Picture<uint8_t> standing(const Disparities& supported, const Disparities& dense,
+                          const StereoConstants& c);  // 7
 
 struct Refinement {
     Disparities disparity;      // moved, or as it was without a peak
@@ -80,8 +80,8 @@ struct Evidence {
 };
 Evidence classify(const Refinement& refined, const Disparities& hypothesis,
                   const Picture<uint8_t>& standing_half, const Mask& left_mask,
-                  const Mask& right_mask, int refine_score, int texture);        // 10
-void drop_speckles(Evidence& evidence, int support);                             // 10
-void fill_small(Evidence& evidence, const Disparities& hypothesis, int radius);  // 11
+                  const Mask& right_mask, const StereoConstants& c);                           // 10
+void drop_speckles(Evidence& evidence, const StereoConstants& c);                              // 10
+void fill_small(Evidence& evidence, const Disparities& hypothesis, const StereoConstants& c);  // 11
 
 }  // namespace defrec::reference

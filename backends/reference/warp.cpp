@@ -1,10 +1,11 @@
 // Stage warp: the template's points moved to the present frame, and what the frame says of each
 // (docs/stages/warp.md).
+#include "backends/stages/warp.hpp"
+
 #include <cmath>
 
 #include "backends/reference/stages.hpp"
 #include "backends/shared/live_depth.hpp"
-#include "backends/shared/surface_checks.hpp"
 
 namespace defrec::reference {
 namespace {
@@ -17,22 +18,18 @@ class Warp : public Stage {
           motions_(params.nodes, HostAllocator<DualQuaternion<double>>(host)) {}
 
     void prepare(std::span<const InBuffer> in) override {
-        expect_buffers("warp prepare", in, 1);
-        const auto* points = take<defrec_surface_point>("warp points", in[0], params_.points);
-        check_skinned("warp: point", points, params_.points, params_.nodes);
+        const defrec_surface_point* points = read_template(params_, in).points;
         points_.assign(points, points + params_.points);
         prepared_ = true;
     }
 
     void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
         if (!prepared_) throw StageError(DEFREC_ERROR_STATE, "warp: run before prepare");
-        expect_buffers("warp in", in, 1, 1);
-        expect_buffers("warp out", out, 1);
-        const auto* motions = take<defrec_motion>("warp motions", in[0], params_.nodes);
-        const DisparityImage image = take_disparity("warp disparity", params_, in, 1);
-        auto* samples = take<defrec_surface_sample>("warp samples", out[0], params_.points);
-        for (size_t i = 0; i < params_.nodes; ++i) motions_[i] = usable_motion<double>(motions[i]);
-        for (size_t i = 0; i < params_.points; ++i) samples[i] = sample(points_[i], image);
+        const auto b = view_buffers<WarpBuffers>(params_, in, out);
+        const DisparityImage image = disparity_image(params_, b.disparity);
+        for (size_t i = 0; i < params_.nodes; ++i)
+            motions_[i] = usable_motion<double>(b.motions[i]);
+        for (size_t i = 0; i < params_.points; ++i) b.samples[i] = sample(points_[i], image);
     }
 
   private:

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "backends/shared/motion.hpp"
+#include "backends/stages/align.hpp"
 
 namespace defrec::align {
 
@@ -189,6 +190,14 @@ constexpr void information(const ShiftSystem& system, uint32_t pixels, int32_t s
     out[0] = middle + ratio * difference;
     out[1] = ratio * uv;
     out[2] = middle - ratio * difference;
+}
+
+constexpr AlignCentre centre_of(const defrec_patch& patch, uint32_t level) {
+    AlignCentre centre{0, 0, patch.view, 0};
+    centre.valid = to_fixed(patch.u, centre.x) && to_fixed(patch.v, centre.y);
+    centre.x = to_level(centre.x, level);
+    centre.y = to_level(centre.y, level);
+    return centre;
 }
 
 }  // namespace defrec::align

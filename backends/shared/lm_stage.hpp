@@ -30,10 +30,8 @@ class LmStage : public Stage {
 
     void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
         if (!problem_) throw StageError(DEFREC_ERROR_STATE, "lm: run before prepare");
-        const LmFrame frame = LmFrame::read(params_, in);
-        expect_buffers("lm out", out, 2);
-        auto* motions = take<defrec_motion>("lm motions", out[0], params_.nodes);
-        auto* summary = take<defrec_lm_summary>("lm summary", out[1], 1);
+        const auto given = view_buffers<LmBuffers>(params_, in, out);
+        const LmFrame frame = frame_of(params_, given);
 
         for (size_t i = 0; i < params_.nodes; ++i) {
             motions_[i] = usable_motion<double>(frame.motions[i]);
@@ -41,14 +39,14 @@ class LmStage : public Stage {
         }
         if (params_.presolve != 0 && frame.matches != nullptr) move_rigidly(frame.matches);
         problem_->set_frame(frame);
-        *summary = levenberg_marquardt(*problem_, params_, std::span(nodes_), std::span(trial_),
-                                       std::span(step_));
+        *given.summary = levenberg_marquardt(*problem_, params_, std::span(nodes_),
+                                             std::span(trial_), std::span(step_));
         for (size_t i = 0; i < params_.nodes; ++i) {
             const NodePose<double>& node = nodes_[i];
-            if (!summary->failed)
+            if (!given.summary->failed)
                 motions_[i] = from_rigid(node.rotation,
                                          node.position - rotate(node.rotation, surface_.nodes[i]));
-            motions[i] = motions_[i].store();
+            given.results[i] = motions_[i].store();
         }
     }
 

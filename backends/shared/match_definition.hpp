@@ -1,12 +1,9 @@
-// What every backend of the stage match shares (docs/stages/match.md): its buffers, the tests of a
-// match, and lifting to 3D.
+// What every backend of the stage match shares (docs/stages/match.md): the tests of a match, and
+// lifting to 3D.
 #pragma once
 #include <algorithm>
-#include <span>
-#include <string>
 
-#include "backends/shared/live_depth.hpp"
-#include "backends/shared/stage.hpp"
+#include "backends/stages/match.hpp"
 
 namespace defrec::match {
 
@@ -34,28 +31,6 @@ struct Inputs {
     const defrec_feature* features;
     const int16_t* disparity;
 };
-
-inline std::span<const defrec_landmark> take_landmarks(const defrec_match_params& p,
-                                                       std::span<const InBuffer> in) {
-    expect_buffers("match landmarks", in, 1);
-    const size_t count = std::min<size_t>(p.landmarks, in[0].size / sizeof(defrec_landmark));
-    return {in[0].as<defrec_landmark>(), count};
-}
-
-inline Inputs take_inputs(const defrec_match_params& p, std::span<const InBuffer> in) {
-    expect_buffers("match input", in, 3);
-    Inputs inputs{};
-    inputs.count = std::min(*take<uint32_t>("match feature count", in[0], 1), p.features);
-    inputs.features = take<defrec_feature>("match features", in[1], inputs.count);
-    inputs.disparity =
-        take<int16_t>("match disparity", in[2], size_t(p.stride) * (p.height - 1) + p.width);
-    return inputs;
-}
-
-inline defrec_match* take_matches(size_t landmarks, std::span<const OutBuffer> out) {
-    expect_buffers("match output", out, 1);
-    return take<defrec_match>("matches", out[0], landmarks);
-}
 
 constexpr TwoBest choose(const Inputs& inputs, const Nearest& nearest) {
     TwoBest best{nearest.feature[0], nearest.distance[0], nearest.distance[1]};

@@ -1,21 +1,13 @@
-// Constants and small formulas of the stage orb (docs/stages/orb.md) that every backend shares:
-// sizes, circles, angles, positions.
+// Small formulas of the stage orb (docs/stages/orb.md) that every backend shares: circles, angles,
+// positions.
 #pragma once
 #include <array>
 #include <cstdint>
-#include <string>
 
 #include "backends/shared/orb_pattern.hpp"
-#include "backends/shared/stage.hpp"
+#include "backends/stages/orb.hpp"
 
 namespace defrec::orb {
-
-constexpr int32_t kPatchRadius = 15;  // px of the level: orientation and descriptor look no farther
-constexpr int32_t kSmoothRadius = 2;  // of the binomial window before the descriptor's comparisons
-constexpr int32_t kCircleRadius = 3;  // of FAST's circle
-constexpr int32_t kBorder = kPatchRadius + kSmoothRadius;  // px of each level without features
-constexpr uint32_t kFarthest =
-    kOrbMaxSpacing;  // px; distances to a stronger corner are cut off here
 
 struct Offset {
     int32_t x, y;
@@ -56,39 +48,6 @@ constexpr uint32_t angle_bin(int32_t x, int32_t y) {
     return y < 0 ? (32 - k) % 32 : k;
 }
 
-// One level of the pyramid and where its parts lie when the levels stand one after the other
-// without padding.
-struct Level {
-    uint32_t width, height;     // px
-    uint32_t cells_x, cells_y;  // 0 where the border leaves nothing
-    size_t first_pixel, first_cell;
-};
-
-struct Layout {
-    uint32_t levels = 0;
-    std::array<Level, kOrbMaxLevels> level{};
-    size_t pixels = 0, cells = 0;  // of all levels
-};
-
-inline Layout make_layout(const defrec_orb_params& params) {
-    Layout layout;
-    layout.levels = params.levels;
-    const auto cells = [&](uint32_t side) {
-        return side > 2 * uint32_t(kBorder)
-                   ? (side - 2 * uint32_t(kBorder) + params.cell - 1) / params.cell
-                   : 0;
-    };
-    uint32_t width = params.width, height = params.height;
-    for (uint32_t l = 0; l < params.levels; ++l, width = width * 4 / 5, height = height * 4 / 5) {
-        Level& level = layout.level[l];
-        level = {width, height, cells(width), cells(height), layout.pixels, layout.cells};
-        if (level.cells_x == 0 || level.cells_y == 0) level.cells_x = level.cells_y = 0;
-        layout.pixels += size_t(width) * height;
-        layout.cells += size_t(level.cells_x) * level.cells_y;
-    }
-    return layout;
-}
-
 // Where the corner score peaks between pixels, 1/16 px from the middle one, -7 to 7: the vertex of
 // the parabola through the scores of three neighbours.
 constexpr int32_t peak(int32_t before, int32_t middle, int32_t after) {
@@ -125,37 +84,6 @@ inline Pattern turned_pattern(uint32_t bin) {
         turned[i] = {(c * x - s * y + 8192) >> 14, (s * x + c * y + 8192) >> 14};
     }
     return turned;
-}
-
-// Bytes that an image buffer needs at least.
-inline size_t image_bytes(const defrec_orb_params& p) {
-    return size_t(p.stride) * (p.height - 1) + p.width;
-}
-
-// The buffers of one run; optional ones are nullptr where not given.
-struct Buffers {
-    const uint8_t *gray, *mask;
-    uint32_t* count;
-    defrec_feature* features;
-    uint8_t* pyramid;
-    uint16_t* smoothed;
-    uint8_t* scores;
-    uint32_t* corners;
-    uint8_t* distances;
-};
-inline Buffers take_buffers(const defrec_orb_params& p, const Layout& layout,
-                            std::span<const InBuffer> in, std::span<const OutBuffer> out) {
-    expect_buffers("orb input", in, 1, 1);
-    expect_buffers("orb output", out, 2, 5);
-    return {take<uint8_t>("orb gray", in[0], image_bytes(p)),
-            take_optional<uint8_t>("orb mask", in, 1, image_bytes(p)),
-            take<uint32_t>("orb feature count", out[0], 1),
-            take<defrec_feature>("orb features", out[1], p.capacity),
-            take_optional<uint8_t>("orb pyramid", out, 2, layout.pixels),
-            take_optional<uint16_t>("orb smoothed", out, 3, layout.pixels),
-            take_optional<uint8_t>("orb scores", out, 4, layout.pixels),
-            take_optional<uint32_t>("orb corners", out, 5, layout.cells),
-            take_optional<uint8_t>("orb distances", out, 6, layout.cells)};
 }
 
 }  // namespace defrec::orb

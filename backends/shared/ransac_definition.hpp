@@ -5,21 +5,13 @@
 #include <cmath>
 #include <cstdint>
 
-#include "backends/shared/stage.hpp"
+#include "backends/stages/ransac.hpp"
 
 namespace defrec::ransac {
 
 constexpr float kKeptWeight = 0.8f;    // matches with a smaller merged weight are not preselected
 constexpr uint32_t kRefinements = 4;   // of the best reference's motion over its inliers
 constexpr double kMinThreshold = 1.0;  // mm
-
-// The landmarks given to prepare: as many as the buffer holds, at most params.landmarks.
-inline std::span<const defrec_landmark> take_landmarks(const defrec_ransac_params& params,
-                                                       std::span<const InBuffer> in) {
-    expect_buffers("ransac: prepare", in, 1);
-    return {in[0].as<defrec_landmark>(),
-            std::min<size_t>(params.landmarks, in[0].size / sizeof(defrec_landmark))};
-}
 
 // Takes part: matched, with depth, finite.
 constexpr bool usable(const defrec_landmark& landmark, const defrec_match& match) {

@@ -113,27 +113,7 @@ class Stage {
     virtual void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) = 0;
 };
 
-// Throws unless there are exactly `required` buffers plus up to `optional` more, and the required
-// ones are given.
-inline void expect_buffers(const char* what, std::span<const InBuffer> buffers, size_t required,
-                           size_t optional = 0);
-inline void expect_buffers(const char* what, std::span<const OutBuffer> buffers, size_t required,
-                           size_t optional = 0);
-
 namespace detail {
-template <class Buffer>
-void expect_buffers(const char* what, std::span<const Buffer> buffers, size_t required,
-                    size_t optional) {
-    if (buffers.size() < required || buffers.size() > required + optional)
-        throw StageError(DEFREC_ERROR_ARGUMENT,
-                         std::string(what) + ": " + std::to_string(buffers.size()) +
-                             " buffers given, " + std::to_string(required) + " to " +
-                             std::to_string(required + optional) + " expected");
-    for (size_t i = 0; i < required; ++i)
-        if (buffers[i].data == nullptr && buffers[i].size != 0)
-            throw StageError(DEFREC_ERROR_ARGUMENT,
-                             std::string(what) + ": buffer " + std::to_string(i) + " is NULL");
-}
 template <class T, class Buffer>
 auto take(const char* what, const Buffer& buffer, size_t count) {
     if (buffer.size < count * sizeof(T))
@@ -143,14 +123,6 @@ auto take(const char* what, const Buffer& buffer, size_t count) {
     return buffer.template as<T>();
 }
 }  // namespace detail
-inline void expect_buffers(const char* what, std::span<const InBuffer> buffers, size_t required,
-                           size_t optional) {
-    detail::expect_buffers(what, buffers, required, optional);
-}
-inline void expect_buffers(const char* what, std::span<const OutBuffer> buffers, size_t required,
-                           size_t optional) {
-    detail::expect_buffers(what, buffers, required, optional);
-}
 // The buffer as count elements of T; throws with the size needed if it is smaller.
 template <class T>
 const T* take(const char* what, const InBuffer& buffer, size_t count) {
@@ -160,12 +132,4 @@ template <class T>
 T* take(const char* what, const OutBuffer& buffer, size_t count) {
     return detail::take<T>(what, buffer, count);
 }
-// The same for an optional buffer: nullptr where it was not given.
-template <class T, class Buffer>
-auto take_optional(const char* what, std::span<const Buffer> buffers, size_t index, size_t count)
-    -> decltype(take<T>(what, buffers[0], count)) {
-    if (index >= buffers.size() || buffers[index].data == nullptr) return nullptr;
-    return take<T>(what, buffers[index], count);
-}
-
 }  // namespace defrec

@@ -13,29 +13,11 @@ void on_every_target(Check&& check) {
     check();
 }
 
-inline std::unique_ptr<Stage> make_rectify(const defrec_rectify_params& params, const Host&) {
-    return in_host_memory(backend::make_rectify(params, device()));
-}
-inline std::unique_ptr<Stage> make_stereo(const defrec_stereo_params& params, const Host&) {
-    return in_host_memory(backend::make_stereo(params, device()));
-}
-inline std::unique_ptr<Stage> make_orb(const defrec_orb_params& params, const Host&) {
-    return in_host_memory(backend::make_orb(params, device()));
-}
-inline std::unique_ptr<Stage> make_match(const defrec_match_params& params, const Host&) {
-    return in_host_memory(backend::make_match(params, device()));
-}
-inline std::unique_ptr<Stage> make_align(const defrec_align_params& params, const Host&) {
-    return in_host_memory(backend::make_align(params, device()));
-}
-inline std::unique_ptr<Stage> make_ransac(const defrec_ransac_params& params, const Host&) {
-    return in_host_memory(backend::make_ransac(params, device()));
-}
-inline std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, const Host&) {
-    return in_host_memory(backend::make_lm(params, device()));
-}
-inline std::unique_ptr<Stage> make_warp(const defrec_warp_params& params, const Host&) {
-    return in_host_memory(backend::make_warp(params, device()));
-}
+#define DEFREC_MAKER(name, NAME)                                                                   \
+    inline std::unique_ptr<Stage> make_##name(const defrec_##name##_params& params, const Host&) { \
+        return in_host_memory(backend::make_##name(params, device()));                             \
+    }
+DEFREC_STAGES(DEFREC_MAKER, DEFREC_NOTHING)
+#undef DEFREC_MAKER
 
 }  // namespace defrec::under_test

@@ -3,28 +3,21 @@
 #include "backends/vulkan/lm.hpp"
 
 #include "backends/shared/plain_host.hpp"
-#include "backends/vulkan/camera.hpp"
 #include "backends/vulkan/lm_blocks.hpp"
+#include "backends/vulkan/shaders/lm_structs.h"
 #include "backends/vulkan/stages.hpp"
 #include "shaders.hpp"
 
 namespace defrec::vulkan {
 namespace {
 
-// As the shaders lay them out (lm.glsl).
 struct Push {
-    Camera camera;
-    DisparityImage image;
-    uint32_t nodes, points, landmarks, patches, edges, blocks;
     LmConstants constants;
-    uint32_t given, evaluation, step;
+    LmRun run;
 };
-constexpr uint32_t kMatchesGiven = 1, kObservationsGiven = 2, kPresolve = 4;
-constexpr uint32_t kResidualGroup = 64, kBlockGroup = 64, kPresolveGroup = 256;
-constexpr uint64_t kVector = 16, kNodeVectors = 3, kRecordVectors = 3, kEdgeVectors = 4,
-                   kBlockVectors = 12;
+constexpr uint32_t kPresolveGroup = 256;
+constexpr uint64_t kVector = 16;
 constexpr uint64_t kDiagonalVectors = kBlockVectors + 2, kGradientVectors = 2 * (2 * 3 + 5);
-constexpr uint64_t kStateBytes = 88, kTermBytes = 20, kProgressBytes = 16;
 
 constexpr uint64_t kMaxDispatches = 65536;  // recorded: each has a descriptor set
 // lavapipe ends loops, those of one invocation together, after 65,535 rounds.
@@ -61,15 +54,15 @@ struct Surface {
           scales(device, sizeof(float) * edges),
           data(device, sizeof(float) * p.nodes),
           data_sums(device, 2 * sizeof(float) * cover(uint64_t{p.nodes} * split, kBlockGroup)),
-          terms(device, kTermBytes * surface_groups(p)),
+          terms(device, sizeof(LmTerm) * surface_groups(p)),
           arap_costs(device, sizeof(float) * cover(edges, kResidualGroup)),
           moves(device, 2 * sizeof(float) * cover(p.nodes, kResidualGroup)),
-          states(device, 2 * kStateBytes),
+          states(device, 2 * sizeof(LmState)),
           matrix(device, kVector * kBlockVectors * lists.columns.size()),
           diagonal(device, kVector * kDiagonalVectors * p.nodes),
           inverses(device, kVector * kBlockVectors * p.nodes),
           vectors(device, kVector * kGradientVectors * p.nodes),
-          progress(device, 2 * kProgressBytes),
+          progress(device, 2 * sizeof(LmGradients)),
           products(device, 2 * data_sums.size()),
           deformed(device, kVector * p.landmarks),
           rigid(device, 2 * kVector) {}
@@ -120,16 +113,11 @@ class Lm final : public Stage {
 
     void record(Recorder& recorder, Buffers in, Buffers out) override {
         if (!surface_) throw StageError(DEFREC_ERROR_STATE, "lm: run before prepare");
-        const std::vector<InBuffer> ins = sizes_of_inputs(in);
-        const std::vector<OutBuffer> outs = sizes_of_outputs(out);
-        const LmFrame frame = LmFrame::read(p_, ins);
-        expect_buffers("lm out", std::span(outs), 2);
-        take<defrec_motion>("lm motions", outs[0], p_.nodes);
-        take<defrec_lm_summary>("lm summary", outs[1], 1);
+        const auto given = view_buffers<LmBuffers>(p_, sizes_of_inputs(in), sizes_of_outputs(out));
         const Buffer* motions = in[0];
-        const Buffer* matches = frame.matches != nullptr ? in[1] : nullptr;
-        const Buffer* observations = frame.observations != nullptr ? in[2] : nullptr;
-        const Buffer* disparity = frame.disparity.data != nullptr ? in[3] : nullptr;
+        const Buffer* matches = given.matches != nullptr ? in[1] : nullptr;
+        const Buffer* observations = given.observations != nullptr ? in[2] : nullptr;
+        const Buffer* disparity = given.disparity != nullptr ? in[3] : nullptr;
         const Surface& s = *surface_;
         Push push = first_push(matches != nullptr, observations != nullptr, disparity != nullptr);
 
@@ -152,7 +140,7 @@ class Lm final : public Stage {
             s.edge_terms, s.items,    s.records,    s.edge_records, s.trial,      s.present,
             s.matrix,     s.diagonal, s.inverses,   s.vectors};
 
-        if ((push.given & kPresolve) != 0)
+        if ((push.run.given & kPresolve) != 0)
             recorder.dispatch(presolve_,
                               {motions, s.items, s.item_nodes, matches, s.deformed, s.rigid}, push,
                               {1});
@@ -163,12 +151,12 @@ class Lm final : public Stage {
                           push, shared_groups);
         recorder.dispatch(edges_, edge_buffers, push, edge_groups);
         for (uint32_t i = 0; i < p_.iterations; ++i) {
-            push.evaluation = i;
+            push.run.evaluation = i;
             recorder.dispatch(diagonal_, system_buffers, push, shared_groups);
             recorder.beside(above_, system_buffers, push,
                             {cover(uint64_t{s.blocks - p_.nodes} * split_, kBlockGroup)});
-            const uint32_t steps = p_.solver == DEFREC_SOLVER_INDEPENDENT ? 0 : p_.cg_iterations;
-            for (push.step = 0; push.step < steps; ++push.step)
+            const uint32_t steps = gradient_steps(p_);
+            for (push.run.step = 0; push.run.step < steps; ++push.run.step)
                 recorder.dispatch(step_,
                                   {s.states, s.progress, s.products, s.vectors, s.matrix,
                                    s.row_starts, s.columns, s.inverses},
@@ -177,8 +165,8 @@ class Lm final : public Stage {
                 move_,
                 {s.states, s.progress, s.products, s.vectors, s.rest, s.present, s.trial, s.moves},
                 push, node_groups);
-            push.evaluation = i + 1;
-            push.step = 0;
+            push.run.evaluation = i + 1;
+            push.run.step = 0;
             residuals();
             recorder.beside(edges_, edge_buffers, push, edge_groups);
         }
@@ -190,19 +178,16 @@ class Lm final : public Stage {
 
   private:
     Push first_push(bool matches, bool observations, bool disparity) const {
-        return {Camera(p_.camera),
-                DisparityImage(p_, disparity),
-                p_.nodes,
-                p_.points,
-                p_.landmarks,
-                p_.patches,
-                surface_->edges,
-                surface_->blocks,
-                LmConstants(p_),
-                (matches ? kMatchesGiven : 0) | (observations ? kObservationsGiven : 0) |
-                    (matches && p_.presolve != 0 ? kPresolve : 0),
-                0,
-                0};
+        const uint32_t given = (matches ? kMatchesGiven : 0) |
+                               (observations ? kObservationsGiven : 0) |
+                               (matches && p_.presolve != 0 ? kPresolve : 0);
+        return {constants_of(p_),
+                {.image = disparity_grid(p_, disparity),
+                 .edges = surface_->edges,
+                 .blocks = surface_->blocks,
+                 .given = given,
+                 .evaluation = 0,
+                 .step = 0}};
     }
 
     defrec_lm_params p_;
@@ -220,7 +205,7 @@ std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, Device& device) {
 }
 
 std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, Device& device, uint32_t split) {
-    const uint64_t steps = params.solver == DEFREC_SOLVER_INDEPENDENT ? 0 : params.cg_iterations;
+    const uint64_t steps = gradient_steps(params);
     if (params.iterations * (steps + 7) > kMaxDispatches)
         throw StageError(DEFREC_ERROR_UNSUPPORTED,
                          "lm: at most " + std::to_string(kMaxDispatches) +

@@ -2,15 +2,9 @@
 // what enters it, in a fixed order.
 #pragma once
 #include "backends/shared/lm_lists.hpp"
+#include "backends/vulkan/shaders/lm_structs.h"
 
 namespace defrec::vulkan {
-
-// As lm.glsl and lm_blocks.glsl lay it out.
-struct LmBlock {
-    uint32_t first_item, last_item, first_edge, last_edge;
-    uint32_t row, column;
-    uint32_t place, transposed;
-};
 
 struct LmBlocks : LmLists {
     std::vector<LmBlock> blocks;

@@ -1,25 +1,19 @@
 // Stage match in shaders: both directions of the search side by side, in splits, then one match for
 // each landmark. docs/stages/match.md.
+#include "backends/stages/match.hpp"
+
 #include <algorithm>
 #include <vector>
 
-#include "backends/shared/match_definition.hpp"
-#include "backends/vulkan/camera.hpp"
 #include "backends/vulkan/stages.hpp"
 #include "shaders.hpp"
 
 namespace defrec::vulkan {
 namespace {
 
-// As shaders/match.glsl and match_accept.comp declare them.
-struct Sizes {
-    uint32_t landmarks, features, feature_splits, landmark_splits;
-};
 struct Push {
-    Sizes sizes;
-    Camera camera;
-    DisparityImage image;
-    uint32_t max_distance, ratio;
+    MatchSizes sizes;
+    MatchConstants constants;
 };
 
 constexpr uint32_t kGroup = 64;
@@ -44,31 +38,27 @@ class Match final : public Stage {
           landmark_keys_(keys(device, params.features, splits_of(params.landmarks), 1)) {}
 
     void prepare(std::span<const InBuffer> in) override {
-        const auto landmarks = match::take_landmarks(p_, in);
+        const auto landmarks = read_template(p_, in);
         landmarks_ = device_.upload(landmarks.data(), landmarks.size_bytes());
         landmark_count_ = static_cast<uint32_t>(landmarks.size());
     }
 
     void record(Recorder& recorder, Buffers in, Buffers out) override {
         const std::vector<InBuffer> ins = sizes_of_inputs(in);
-        expect_buffers("match input", ins, 3);
-        if (in[1] == nullptr) throw StageError(DEFREC_ERROR_ARGUMENT, "match features: none given");
-        take<uint32_t>("match feature count", ins[0], 1);
-        take<int16_t>("match disparity", ins[2], size_t{p_.stride} * (p_.height - 1) + p_.width);
-        match::take_matches(landmark_count_, sizes_of_outputs(out));
+        view_buffers<MatchBuffers>(MatchBuffers::Sizes{p_, landmark_count_}, ins,
+                                   sizes_of_outputs(out));
+        const uint32_t features = room_for_features(p_, ins[1]);
         if (landmark_count_ == 0) return;
-        // How many there are only the device knows.
-        const auto features = static_cast<uint32_t>(
-            std::min<uint64_t>(p_.features, ins[1].size / sizeof(defrec_feature)));
-        const Sizes sizes{landmark_count_, features, splits_of(features),
-                          splits_of(landmark_count_)};
+        const MatchSizes sizes{.landmarks = landmark_count_,
+                               .features = features,
+                               .feature_splits = splits_of(features),
+                               .landmark_splits = splits_of(landmark_count_)};
         recorder.dispatch(of_landmarks_, {landmarks_, in[1], in[0], feature_keys_}, sizes,
                           {cover(sizes.landmarks, kGroup), sizes.feature_splits});
         if (features > 0)
             recorder.beside(of_features_, {landmarks_, in[1], in[0], landmark_keys_}, sizes,
                             {cover(sizes.features, kGroup), sizes.landmark_splits});
-        const Push push{sizes, Camera(p_.camera), DisparityImage(p_, true), p_.max_distance,
-                        p_.ratio};
+        const Push push{sizes, constants_of(p_)};
         recorder.dispatch(accept_, {feature_keys_, landmark_keys_, in[1], in[2], out[0]}, push,
                           {cover(sizes.landmarks, kGroup)});
     }

@@ -2,6 +2,7 @@
 #include <vector>
 
 #include "backends/shared/orb_definition.hpp"
+#include "backends/vulkan/shaders/orb_structs.h"
 #include "backends/vulkan/stages.hpp"
 #include "shaders.hpp"
 
@@ -10,41 +11,20 @@ namespace {
 
 using orb::Layout;
 
-// Both as shaders/orb.glsl declares them.
-struct Level {
-    int32_t width, height, cells_x, cells_y, stride, first_word, first_cell, first_pixel;
-};
 struct Push {
-    int32_t levels, cells, cell, threshold, spacing, capacity, stride, has_mask, exported;
+    orb::OrbConstants constants;
+    OrbGiven given;
 };
 
 constexpr uint32_t kBlock = 1024;  // cells that a work group of the selection looks at
 // Shaders read a word or two beyond the last row.
 constexpr uint64_t kSlackWords = 4;
-// As shaders/orb_selection.glsl lays them out.
-constexpr uint64_t kDistances = orb::kFarthest + 1,
-                   kCountBytes = 4 * (kDistances + kDistances * 256), kSelectionBytes = 20;
 
-uint32_t words_for(uint32_t width) { return cover(width, 4); }
-
-std::vector<Level> table_of(const Layout& layout) {
-    std::vector<Level> table;
-    uint32_t words = 0;
-    for (uint32_t l = 0; l < layout.levels; ++l) {
-        const orb::Level& level = layout.level[l];
-        table.push_back({int32_t(level.width), int32_t(level.height), int32_t(level.cells_x),
-                         int32_t(level.cells_y), int32_t(words_for(level.width)), int32_t(words),
-                         int32_t(level.first_cell), int32_t(level.first_pixel)});
-        words += words_for(level.width) * level.height;
-    }
-    return table;
+std::vector<orb::OrbLevel> table_of(const Layout& layout) {
+    const auto levels = device_levels(layout);
+    return {levels.begin(), levels.begin() + layout.levels};
 }
-uint64_t words_of(const Layout& layout) {
-    uint64_t words = kSlackWords;
-    for (uint32_t l = 0; l < layout.levels; ++l)
-        words += uint64_t{words_for(layout.level[l].width)} * layout.level[l].height;
-    return words;
-}
+uint64_t words_of(const Layout& layout) { return device_pixels(layout) / 4 + kSlackWords; }
 
 // For each orientation bin and test: both points as x, y, x, y in 8 bits.
 std::vector<uint32_t> pattern_table() {
@@ -82,23 +62,26 @@ class Orb final : public Stage {
           scores_(device, pyramid_.size()),
           corners_(device, 4 * layout_.cells),
           distances_(device, layout_.cells),
-          counts_(device, kCountBytes),
+          counts_(device, sizeof(OrbCounts)),
           blocks_(device, 4 * cover(layout_.cells, kBlock)),
-          selection_(device, kSelectionBytes),
+          selection_(device, sizeof(OrbSelection)),
           kept_(device, 4 * uint64_t{params.capacity}) {
         for (uint32_t l = 1; l < params.levels; ++l)
             shrink_.push_back(device.kernel(shaders::orb_shrink, {l}));
     }
 
     void record(Recorder& recorder, Buffers in, Buffers out) override {
-        const Given given = check(sizes_of_inputs(in), sizes_of_outputs(out));
+        const orb::OrbBuffers given =
+            orb_buffers(p_, layout_, sizes_of_inputs(in), sizes_of_outputs(out));
+        const bool masked = given.mask != nullptr;
+        const int exported = (given.pyramid != nullptr ? 1 : 0) |
+                             (given.smoothed != nullptr ? 2 : 0) |
+                             (given.scores != nullptr ? 4 : 0);
         const auto optional = [&](size_t i) { return i < out.size() ? out[i] : nullptr; };
         const Buffer& corners = optional(5) ? *out[5] : corners_;
         const Buffer& distances = optional(6) ? *out[6] : distances_;
-        const Buffer* mask = given.mask ? in[1] : nullptr;
-        const Push push{int32_t(p_.levels),    int32_t(layout_.cells), int32_t(p_.cell),
-                        int32_t(p_.threshold), int32_t(p_.spacing),    int32_t(p_.capacity),
-                        int32_t(p_.stride),    int32_t(given.mask),    given.exported};
+        const Buffer* mask = masked ? in[1] : nullptr;
+        const Push push{constants_of(p_, layout_), {.mask = masked, .exported = exported}};
         const auto blocks_of = [&](uint32_t l) {
             return Groups{cover(layout_.level[l].width, 4 * 32),
                           cover(layout_.level[l].height, 4 * 4)};
@@ -109,7 +92,7 @@ class Orb final : public Stage {
         recorder.beside(soften_, {levels_, in[0], mask, pyramid_, masks_}, push, blocks_of(0));
         for (uint32_t l = 1; l < p_.levels; ++l)
             recorder.dispatch(shrink_[l - 1], {levels_, pyramid_, masks_}, push, blocks_of(l));
-        const auto score = device_.kernel(shaders::orb_score, {given.mask ? 1u : 0u});
+        const auto score = device_.kernel(shaders::orb_score, {masked ? 1u : 0u});
         recorder.dispatch(score, {levels_, pyramid_, masks_, scores_}, push, blocks);
         recorder.beside(smooth_, {levels_, pyramid_, smoothed_}, push, blocks);
         const Groups cells{
@@ -128,7 +111,7 @@ class Orb final : public Stage {
         recorder.dispatch_indirect(
             describe_, {levels_, pyramid_, smoothed_, corners, kept_, patterns_, out[1]}, push,
             selection_);
-        if (given.exported != 0)
+        if (exported != 0)
             recorder.beside(
                 export_,
                 {levels_, pyramid_, smoothed_, scores_, optional(2), optional(3), optional(4)},
@@ -136,28 +119,6 @@ class Orb final : public Stage {
     }
 
   private:
-    struct Given {
-        bool mask;
-        int32_t exported;  // a bit for each of the optional outputs 2, 3 and 4
-    };
-    Given check(std::span<const InBuffer> in, std::span<const OutBuffer> out) const {
-        expect_buffers("orb input", in, 1, 1);
-        expect_buffers("orb output", out, 2, 5);
-        take<uint8_t>("orb gray", in[0], orb::image_bytes(p_));
-        const bool mask =
-            take_optional<uint8_t>("orb mask", in, 1, orb::image_bytes(p_)) != nullptr;
-        take<uint32_t>("orb feature count", out[0], 1);
-        take<defrec_feature>("orb features", out[1], p_.capacity);
-        const bool pyramid =
-            take_optional<uint8_t>("orb pyramid", out, 2, layout_.pixels) != nullptr;
-        const bool smoothed =
-            take_optional<uint16_t>("orb smoothed", out, 3, layout_.pixels) != nullptr;
-        const bool scores = take_optional<uint8_t>("orb scores", out, 4, layout_.pixels) != nullptr;
-        take_optional<uint32_t>("orb corners", out, 5, layout_.cells);
-        take_optional<uint8_t>("orb distances", out, 6, layout_.cells);
-        return {mask, pyramid << 0 | smoothed << 1 | scores << 2};
-    }
-
     defrec_orb_params p_;
     Device& device_;
     Layout layout_;

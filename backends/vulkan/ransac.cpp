@@ -1,22 +1,18 @@
 // Stage ransac in shaders: all references side by side, then what they agree on.
 // docs/stages/ransac.md.
+#include "backends/stages/ransac.hpp"
+
 #include <algorithm>
 #include <bit>
 
-#include "backends/shared/ransac_definition.hpp"
+#include "backends/vulkan/shaders/ransac_structs.h"
 #include "backends/vulkan/stages.hpp"
 #include "shaders.hpp"
 
 namespace defrec::vulkan {
 namespace {
 
-struct Push {
-    uint32_t landmarks, references, iterations, min_support;
-    float threshold;
-    uint32_t seed_low, seed_high;
-};
-// As the shaders lay them out (ransac.glsl).
-constexpr uint64_t kFrameBytes = 16, kHypothesisBytes = 64, kVectorBytes = 16;
+constexpr uint64_t kVectorBytes = 16;
 
 constexpr uint32_t kLargestGroup = 512;
 // lavapipe ends loops, those of one invocation together, after 65,535 rounds; the pairs may have
@@ -41,29 +37,19 @@ class Ransac final : public Stage {
           from_(device, kVectorBytes * params.landmarks),
           to_(device, kVectorBytes * params.landmarks),
           pair_of_(device, sizeof(uint32_t) * params.landmarks),
-          frame_(device, kFrameBytes),
-          hypotheses_(device, kHypothesisBytes * params.references) {}
+          frame_(device, sizeof(RansacFrame)),
+          hypotheses_(device, sizeof(RansacHypothesis) * params.references) {}
 
     void prepare(std::span<const InBuffer> in) override {
-        const auto landmarks = ransac::take_landmarks(params_, in);
+        const auto landmarks = read_template(params_, in);
         landmarks_ = device_.upload(landmarks.data(), landmarks.size_bytes());
         landmark_count_ = static_cast<uint32_t>(landmarks.size());
     }
 
     void record(Recorder& recorder, Buffers in, Buffers out) override {
-        expect_buffers("ransac: in", sizes_of_inputs(in), 1);
-        expect_buffers("ransac: out", sizes_of_outputs(out), 2);
         if (!landmarks_) throw StageError(DEFREC_ERROR_STATE, "ransac: run before prepare");
-        take<defrec_match>("ransac: matches", sizes_of_inputs(in)[0], landmark_count_);
-        take<defrec_match>("ransac: matches out", sizes_of_outputs(out)[0], landmark_count_);
-        take<defrec_ransac_summary>("ransac: summary", sizes_of_outputs(out)[1], 1);
-        const Push push{landmark_count_,
-                        params_.references,
-                        params_.iterations,
-                        params_.min_support,
-                        params_.threshold_mm,
-                        static_cast<uint32_t>(params_.seed),
-                        static_cast<uint32_t>(params_.seed >> 32)};
+        view_buffers<RansacBuffers>(landmark_count_, sizes_of_inputs(in), sizes_of_outputs(out));
+        const RansacConstants push = constants_of(params_, landmark_count_);
         recorder.dispatch(gather_, {landmarks_, in[0], from_, to_, pair_of_, frame_}, push, {1});
         recorder.dispatch(follow_, {from_, to_, frame_, hypotheses_}, push, {params_.references});
         recorder.dispatch(merge_, {frame_, hypotheses_, from_, to_, pair_of_, in[0], out[0]}, push,

@@ -1,6 +1,8 @@
 // Stage rectify in shaders: sampling, then the mask grown along rows and along columns.
 // docs/stages/rectify.md.
-#include "backends/shared/rectify_buffers.hpp"
+#include "backends/stages/rectify.hpp"
+
+#include "backends/vulkan/shaders/rectify_push.h"
 #include "backends/vulkan/stages.hpp"
 #include "shaders.hpp"
 
@@ -8,10 +10,8 @@ namespace defrec::vulkan {
 namespace {
 
 struct Push {
-    int32_t width, height, stride;
-    int32_t source_width, source_height, source_stride;
-    int32_t saturation, radius;
-    int32_t has_map, has_ignore;
+    RectifyConstants constants;
+    RectifyGiven given;
 };
 
 class Rectify final : public Stage {
@@ -28,11 +28,7 @@ class Rectify final : public Stage {
         const RectifyBuffers given =
             rectify_buffers(p_, sizes_of_inputs(in), sizes_of_outputs(out));
         const auto optional = [&](size_t i) { return i < in.size() ? in[i] : nullptr; };
-        const Push push{int32_t(p_.width),         int32_t(p_.height),
-                        int32_t(p_.stride),        int32_t(p_.source_width),
-                        int32_t(p_.source_height), int32_t(p_.source_stride),
-                        int32_t(p_.saturation),    int32_t(p_.highlight_radius),
-                        given.map != nullptr,      given.ignore != nullptr};
+        const Push push{constants_of(p_), {given.map != nullptr, given.ignore != nullptr}};
         const Groups groups{cover(p_.width, 32), cover(p_.height, 8)};
         recorder.dispatch(sample_, {in[0], optional(1), optional(2), out[0], state_}, push, groups);
         recorder.dispatch(rows_, {state_, near_}, push, groups);

@@ -52,7 +52,7 @@ class RecordedStage {
 // can do on this device.
 void check_size(const char* stage, const char* what, uint64_t size, uint64_t maximum);
 
-// The buffers as the checks of backends/shared take them: sizes, and which are given. Their data
+// The buffers as the checks of backends/stages take them: sizes, and which are given. Their data
 // must not be looked at.
 std::vector<InBuffer> sizes_of_inputs(Buffers in);
 std::vector<OutBuffer> sizes_of_outputs(Buffers out);

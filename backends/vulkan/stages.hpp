@@ -2,17 +2,14 @@
 // docs/stages.md defines what each computes. A maker throws StageError(DEFREC_ERROR_UNSUPPORTED)
 // where the device's limits are too small.
 #pragma once
+#include "backends/stages/list.hpp"
 #include "backends/vulkan/stage.hpp"
 
 namespace defrec::vulkan {
 
-std::unique_ptr<Stage> make_rectify(const defrec_rectify_params& params, Device& device);
-std::unique_ptr<Stage> make_stereo(const defrec_stereo_params& params, Device& device);
-std::unique_ptr<Stage> make_orb(const defrec_orb_params& params, Device& device);
-std::unique_ptr<Stage> make_match(const defrec_match_params& params, Device& device);
-std::unique_ptr<Stage> make_align(const defrec_align_params& params, Device& device);
-std::unique_ptr<Stage> make_ransac(const defrec_ransac_params& params, Device& device);
-std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, Device& device);
-std::unique_ptr<Stage> make_warp(const defrec_warp_params& params, Device& device);
+#define DEFREC_MAKER(name, NAME) \
+    std::unique_ptr<Stage> make_##name(const defrec_##name##_params& params, Device& device);
+DEFREC_STAGES(DEFREC_MAKER, DEFREC_NOTHING)
+#undef DEFREC_MAKER
 
 }  // namespace defrec::vulkan

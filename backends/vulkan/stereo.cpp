@@ -1,11 +1,13 @@
 // Stage stereo in shaders: half resolution from the images to a refined field, then full resolution
 // from the hypothesis to the result. docs/stages/stereo.md; the shaders' names are those of its
 // sections.
+#include "backends/stages/stereo.hpp"
+
 #include <algorithm>
 #include <array>
 #include <vector>
 
-#include "backends/shared/stereo_layout.hpp"
+#include "backends/vulkan/shaders/stereo_push.h"
 #include "backends/vulkan/stages.hpp"
 #include "shaders.hpp"
 
@@ -13,16 +15,8 @@ namespace defrec::vulkan {
 namespace {
 
 struct Push {
-    int32_t width, height, stride, half_width, half_height, first, count;
-    float one_over_n, min_score, min_lead;
-    int32_t left_right, texture, support, edge, refine_score;
-    int32_t has_mask, has_left_mask, wants_refined, wants_score, wants_confidence;
-};
-struct SmoothPush {
-    int32_t width, height, to_stride;
-};
-struct PyramidPush {
-    int32_t width, height, level;
+    StereoConstants constants;
+    StereoGiven given;
 };
 
 constexpr int kTile = 32;  // side of the tile of a work group
@@ -43,7 +37,7 @@ struct Level {
 };
 
 // The field at half resolution and its coarser ones, down to one pixel.
-std::vector<Level> levels_of(const StereoSizes& size) {
+std::vector<Level> levels_of(const StereoConstants& size) {
     std::vector<Level> levels{{size.half_width, size.half_height}};
     while (levels.back().pixels() > 1)
         levels.push_back({(levels.back().width + 1) / 2, (levels.back().height + 1) / 2});
@@ -59,29 +53,28 @@ uint64_t all_pixels(const std::vector<Level>& levels) {
 class Stereo final : public Stage {
   public:
     Stereo(const defrec_stereo_params& params, Device& device)
-        : p_(params),
-          size_(params),
-          levels_(levels_of(size_)),
-          word_rows_(cover(uint64_t(size_.half_height), kTile) * (kTile / 4) + kMaxRadius / 2 + 1),
+        : c_(constants_of(params)),
+          levels_(levels_of(c_)),
+          word_rows_(cover(uint64_t(c_.half_height), kTile) * (kTile / 4) + kMaxRadius / 2 + 1),
           kernels_(params, device),
-          left_(device, size_.pixels(), size_.half_pixels(), words()),
-          right_(device, size_.pixels(), size_.half_pixels(), words()),
-          left_keys_(device, 4 * size_.half_pixels()),
-          seconds_(device, 4 * size_.half_pixels()),
-          right_keys_(device, 4 * size_.half_pixels()),
-          checked_(device, 2 * size_.half_pixels()),
-          supported_(device, 2 * size_.half_pixels()),
+          left_(device, c_.pixels(), c_.half_pixels(), words()),
+          right_(device, c_.pixels(), c_.half_pixels(), words()),
+          left_keys_(device, 4 * c_.half_pixels()),
+          seconds_(device, 4 * c_.half_pixels()),
+          right_keys_(device, 4 * c_.half_pixels()),
+          checked_(device, 2 * c_.half_pixels()),
+          supported_(device, 2 * c_.half_pixels()),
           pyramid_(device, 2 * all_pixels(levels_)),
-          standing_(device, size_.half_pixels()),
-          half_moved_(device, 2 * size_.half_pixels()),
-          half_refined_(device, 2 * size_.half_pixels()),
-          hypothesis_(device, 2 * size_.pixels()),
-          confidence_(device, size_.pixels()),
-          fields_{Buffer(device, 2 * size_.pixels()), Buffer(device, 2 * size_.pixels())} {}
+          standing_(device, c_.half_pixels()),
+          half_moved_(device, 2 * c_.half_pixels()),
+          half_refined_(device, 2 * c_.half_pixels()),
+          hypothesis_(device, 2 * c_.pixels()),
+          confidence_(device, c_.pixels()),
+          fields_{Buffer(device, 2 * c_.pixels()), Buffer(device, 2 * c_.pixels())} {}
 
     void record(Recorder& recorder, Buffers in, Buffers out) override {
         const StereoBuffers given =
-            stereo_buffers(size_, sizes_of_inputs(in), sizes_of_outputs(out));
+            view_buffers<StereoBuffers>(c_, sizes_of_inputs(in), sizes_of_outputs(out));
         const auto at = [](Buffers buffers, size_t i) {
             return i < buffers.size() ? buffers[i] : nullptr;
         };
@@ -148,30 +141,15 @@ class Stereo final : public Stage {
         const Buffer *left, *right, *left_mask, *right_mask;
     };
 
-    uint64_t words() const { return uint64_t(word_rows_) * uint64_t(size_.half_width); }
+    uint64_t words() const { return uint64_t(word_rows_) * uint64_t(c_.half_width); }
 
     Push push_of(const StereoBuffers& given) const {
-        const float unit = search_score_unit(int(p_.radius)), side = float(2 * p_.radius + 1);
-        return {size_.width,
-                size_.height,
-                size_.stride,
-                size_.half_width,
-                size_.half_height,
-                size_.first,
-                size_.count,
-                1.0f / (side * side),
-                float(p_.min_score) * unit,
-                float(p_.uniqueness) * unit,
-                int32_t(p_.left_right),
-                int32_t(p_.texture),
-                int32_t(p_.support),
-                int32_t(p_.edge),
-                int32_t(p_.refine_score),
-                given.right_mask != nullptr,
-                given.left_mask != nullptr,
-                given.refined != nullptr,
-                given.score != nullptr,
-                given.confidence != nullptr};
+        return {c_,
+                {.mask = given.right_mask != nullptr,
+                 .left_mask = given.left_mask != nullptr,
+                 .refined = given.refined != nullptr,
+                 .score = given.score != nullptr,
+                 .confidence = given.confidence != nullptr}};
     }
 
     // What a sub-stage left in `from`, if it is wanted.
@@ -180,10 +158,9 @@ class Stereo final : public Stage {
     }
 
     void prepare_images(Run& run, const Outputs& out) {
-        const Groups full = tiles(size_.width, size_.height),
-                     half = tiles(size_.half_width, size_.half_height);
+        const Groups full = tiles(c_.width, c_.height), half = tiles(c_.half_width, c_.half_height);
         Push left_push = run.push;
-        left_push.has_mask = run.push.has_left_mask;
+        left_push.given.mask = run.push.given.left_mask;
         run.recorder.dispatch(kernels_.prepare,
                               {run.left, run.left_mask, left_.gray, left_.half, left_.half_mask},
                               left_push, full);
@@ -191,7 +168,7 @@ class Stereo final : public Stage {
                             {run.right, run.right_mask, right_.gray, right_.half, right_.half_mask},
                             run.push, full);
 
-        const Groups rows{cover(uint64_t(size_.half_width), 32), cover(uint64_t(word_rows_), 4)};
+        const Groups rows{cover(uint64_t(c_.half_width), 32), cover(uint64_t(word_rows_), 4)};
         run.recorder.dispatch(kernels_.left_statistics,
                               {left_.half, left_.statistics, left_.half_mask, nullptr}, run.push,
                               half);
@@ -199,14 +176,14 @@ class Stereo final : public Stage {
                             {right_.half, right_.statistics, nullptr, right_keys_}, run.push, half);
         run.recorder.beside(kernels_.pack, {left_.half, left_.packed}, run.push, rows);
         run.recorder.beside(kernels_.pack, {right_.half, right_.packed}, run.push, rows);
-        give(run, left_.gray, out[2], size_.pixels());
-        give(run, right_.gray, out[3], size_.pixels());
+        give(run, left_.gray, out[2], c_.pixels());
+        give(run, right_.gray, out[3], c_.pixels());
     }
 
     // Leaves what is supported, and the smoothed of it as the finest field of the pyramid.
     void search(Run& run, const Outputs& out) {
-        const Groups half = pixels(size_.half_width, size_.half_height);
-        const Groups half_tiles = tiles(size_.half_width, size_.half_height);
+        const Groups half = pixels(c_.half_width, c_.half_height);
+        const Groups half_tiles = tiles(c_.half_width, c_.half_height);
         run.recorder.dispatch(kernels_.search,
                               {left_.packed, right_.packed, left_.statistics, right_.statistics,
                                left_keys_, seconds_, right_keys_},
@@ -230,7 +207,7 @@ class Stereo final : public Stage {
                levels_[size_t(last) + 1].pixels() > kOneGroupPixels)
             ++last;
         const auto level_push = [&](int level) {
-            return PyramidPush{size_.half_width, size_.half_height, level};
+            return PyramidLevel{c_.half_width, c_.half_height, level};
         };
         if (levels_.size() > 1) {
             for (int level = 0; level < last; ++level) {
@@ -245,11 +222,11 @@ class Stereo final : public Stage {
                                       pixels(filled.width, filled.height));
             }
         }
-        give(run, pyramid_, out[8], 2 * size_.half_pixels());
+        give(run, pyramid_, out[8], 2 * c_.half_pixels());
     }
 
     void refine_half(Run& run, const Outputs& out) {
-        const Groups half_tiles = tiles(size_.half_width, size_.half_height);
+        const Groups half_tiles = tiles(c_.half_width, c_.half_height);
         run.recorder.dispatch(kernels_.refine_half,
                               {left_.half, right_.half, pyramid_, half_moved_, nullptr, nullptr,
                                nullptr, nullptr, nullptr, nullptr},
@@ -264,16 +241,16 @@ class Stereo final : public Stage {
     // Leaves the evidence, speckles and all, in field 0.
     void refine_full(Run& run, const Outputs& out) {
         run.recorder.dispatch(kernels_.upsample, {half_refined_, hypothesis_}, run.push,
-                              pixels(size_.width, size_.height));
+                              pixels(c_.width, c_.height));
         run.recorder.dispatch(kernels_.refine,
                               {left_.gray, right_.gray, hypothesis_, fields_[0], run.left_mask,
                                run.right_mask, standing_, confidence_, out[11], out[12]},
-                              run.push, tiles(size_.width, size_.height));
+                              run.push, tiles(c_.width, c_.height));
         give(run, hypothesis_, out[10], hypothesis_.size());
     }
 
     void finish(Run& run, const Outputs& out) {
-        const Groups full = tiles(size_.width, size_.height);
+        const Groups full = tiles(c_.width, c_.height);
         run.recorder.dispatch(kernels_.speckles, {fields_[0], confidence_, fields_[1]}, run.push,
                               full);
         give(run, fields_[1], out[13], fields_[1].size());
@@ -281,22 +258,19 @@ class Stereo final : public Stage {
                               {fields_[1], hypothesis_, confidence_, fields_[0], out[1]}, run.push,
                               full);
         give(run, fields_[0], out[14], fields_[0].size());
-        const uint32_t passes = std::max(p_.smooth_passes, 1u);
-        for (uint32_t pass = 0; pass < passes; ++pass) {
+        const int passes = std::max(c_.smooth_passes, 1);
+        for (int pass = 0; pass < passes; ++pass) {
             const bool last = pass == passes - 1;
-            const SmoothPush push{size_.width, size_.height, last ? size_.stride : size_.width};
+            const SmoothSize push{c_.width, c_.height, last ? c_.stride : c_.width};
             run.recorder.dispatch(kernels_.smooth,
                                   {fields_[pass % 2], last ? *out[0] : fields_[(pass + 1) % 2]},
                                   push, full);
         }
     }
 
-    SmoothPush half_smoothing() const {
-        return {size_.half_width, size_.half_height, size_.half_width};
-    }
+    SmoothSize half_smoothing() const { return {c_.half_width, c_.half_height, c_.half_width}; }
 
-    defrec_stereo_params p_;
-    StereoSizes size_;
+    StereoConstants c_;
     std::vector<Level> levels_;
     uint32_t word_rows_;  // rows of words in a packed half image, up to the end of the last tile's
                           // windows

@@ -1,6 +1,6 @@
 // Stage warp in one shader. docs/stages/warp.md.
-#include "backends/shared/surface_checks.hpp"
-#include "backends/vulkan/camera.hpp"
+#include "backends/stages/warp.hpp"
+
 #include "backends/vulkan/stages.hpp"
 #include "shaders.hpp"
 
@@ -10,10 +10,8 @@ namespace {
 constexpr uint32_t kGroup = 64;
 
 struct Push {
-    Camera camera;
-    DisparityImage image;
-    float tolerance_mm;
-    int32_t points;
+    WarpConstants constants;
+    DisparityGrid image;
 };
 
 class Warp final : public Stage {
@@ -22,23 +20,16 @@ class Warp final : public Stage {
         : p_(params), device_(device), warp_(device.kernel(shaders::warp)) {}
 
     void prepare(std::span<const InBuffer> in) override {
-        expect_buffers("warp prepare", in, 1);
-        const auto* points = take<defrec_surface_point>("warp points", in[0], p_.points);
-        check_skinned("warp: point", points, p_.points, p_.nodes);
+        const defrec_surface_point* points = read_template(p_, in).points;
         points_ = device_.upload(points, p_.points * sizeof *points);
     }
 
     void record(Recorder& recorder, Buffers in, Buffers out) override {
         if (!points_) throw StageError(DEFREC_ERROR_STATE, "warp: run before prepare");
-        const std::vector<InBuffer> ins = sizes_of_inputs(in);
-        const std::vector<OutBuffer> outs = sizes_of_outputs(out);
-        expect_buffers("warp in", std::span(ins), 1, 1);
-        expect_buffers("warp out", std::span(outs), 1);
-        take<defrec_motion>("warp motions", ins[0], p_.nodes);
-        take<defrec_surface_sample>("warp samples", outs[0], p_.points);
-        const bool has_disparity = take_disparity("warp disparity", p_, ins, 1).data != nullptr;
-        const Push push{Camera(p_.camera), DisparityImage(p_, has_disparity), p_.tolerance_mm,
-                        int32_t(p_.points)};
+        const auto given =
+            view_buffers<WarpBuffers>(p_, sizes_of_inputs(in), sizes_of_outputs(out));
+        const bool has_disparity = given.disparity != nullptr;
+        const Push push{constants_of(p_), disparity_grid(p_, has_disparity)};
         recorder.dispatch(warp_, {points_, in[0], has_disparity ? in[1] : nullptr, out[0]}, push,
                           {cover(p_.points, kGroup)});
     }

@@ -5,12 +5,12 @@
 #include <cstdio>
 #include <set>
 
+#include "backends/stages/list.hpp"
 #include "conformance/report/page_css.hpp"
 #include "conformance/report/page_js.hpp"
 #include "conformance/report/png.hpp"
 #include "conformance/report/report.hpp"
 #include "conformance/report/text.hpp"
-#include "include/defrec_c.h"
 
 namespace defrec::conformance {
 namespace {
@@ -84,11 +84,10 @@ std::string device_kind(uint32_t kind) {
 }
 
 std::string device_stages(uint32_t stages) {
-    static constexpr const char* kNames[] = {"rectify", "stereo", "orb", "match",
-                                             "align",   "ransac", "lm",  "warp"};
     std::string text;
     for (uint32_t i = 0; i < DEFREC_STAGE_COUNT_V1; ++i)
-        if ((stages >> i & 1) != 0) text += (text.empty() ? "" : ", ") + std::string(kNames[i]);
+        if ((stages >> i & 1) != 0)
+            text += (text.empty() ? "" : ", ") + std::string(kStageNames[i]);
     return text.empty() ? "none" : text;
 }
 
@@ -119,8 +118,8 @@ std::string facts(const RunRecord& run) {
 }
 
 std::vector<std::string> stages_of(const RunRecord& run) {
-    std::vector<std::string> stages{"none",  "rectify", "stereo", "orb", "match",
-                                    "align", "ransac",  "lm",     "warp"};
+    std::vector<std::string> stages{"none"};
+    stages.insert(stages.end(), std::begin(kStageNames), std::end(kStageNames));
     std::set<std::string> present;
     for (const CaseRecord& c : run.cases) present.insert(stage_of(c));
     std::erase_if(stages, [&](const std::string& stage) { return !present.contains(stage); });

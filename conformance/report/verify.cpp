@@ -6,9 +6,9 @@
 #include <iterator>
 #include <span>
 
+#include "backends/stages/list.hpp"
 #include "conformance/report/json_report.hpp"
 #include "conformance/report/report.hpp"
-#include "include/defrec_c.h"
 #include "sdk/base/sha256.hpp"
 
 namespace defrec::conformance {
@@ -138,13 +138,10 @@ class Check {
     // A device without a stage skips that stage's cases; one without every stage, what needs them
     // all.
     void skipped(const CaseRecord& c) {
-        static constexpr const char* kStages[] = {"rectify", "stereo", "orb", "match",
-                                                  "align",   "ransac", "lm",  "warp"};
-        static_assert(std::size(kStages) == DEFREC_STAGE_COUNT_V1);
         bool lacking = false;
         for (uint32_t i = 0; i < DEFREC_STAGE_COUNT_V1; ++i)
-            lacking |=
-                (run_.device_stages >> i & 1) == 0 && (c.stage.empty() || c.stage == kStages[i]);
+            lacking |= (run_.device_stages >> i & 1) == 0 &&
+                       (c.stage.empty() || c.stage == kStageNames[i]);
         if (!lacking)
             say("case " + c.id +
                 " was skipped, though the device claims every stage that it needs");

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "backends/stages/orb.hpp"
+
 namespace defrec::conformance {
 namespace {
 
@@ -99,24 +101,15 @@ StageJob orb_job(const defrec_orb_params& params, const Gray& picture, const Gra
                  bool extras) {
     StageJob job(DEFREC_STAGE_ORB, &params);
     const auto& p = complete<defrec_orb_params>(job);
-    uint64_t pixels = 0, cells = 0;
-    constexpr uint32_t kBorder = 17;  // px, docs/stages/orb.md
-    for (uint32_t level = 0, w = p.width, h = p.height; level < p.levels;
-         ++level, w = 4 * w / 5, h = 4 * h / 5) {
-        const auto count = [&](uint32_t side) {
-            return (side - 2 * kBorder + p.cell - 1) / p.cell;
-        };
-        pixels += uint64_t(w) * h;
-        if (w > 2 * kBorder && h > 2 * kBorder) cells += uint64_t(count(w)) * count(h);
-    }
+    const orb::Layout layout = orb::make_layout(p);
     job.in = {picture_input(picture, p.stride), optional_picture(mask, p.stride)};
     job.out = {record_output<uint32_t>("number", 1),
                record_output<defrec_feature>("features", p.capacity),
-               record_output<uint8_t>("pyramid", pixels),
-               record_output<uint16_t>("smoothed", pixels),
-               record_output<uint8_t>("scores", pixels),
-               record_output<uint32_t>("corners", cells),
-               record_output<uint8_t>("distances", cells)};
+               record_output<uint8_t>("pyramid", layout.pixels),
+               record_output<uint16_t>("smoothed", layout.pixels),
+               record_output<uint8_t>("scores", layout.pixels),
+               record_output<uint32_t>("corners", layout.cells),
+               record_output<uint8_t>("distances", layout.cells)};
     if (!extras)
         for (size_t i = 2; i < job.out.size(); ++i) job.out[i].given = false;
     return job;

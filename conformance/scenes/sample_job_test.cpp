@@ -93,3 +93,24 @@ TEST_CASE("what the reference writes is known byte by byte") {
     CHECK(written == features * sizeof(defrec_feature));
     CHECK(!orb.written[1][written]);
 }
+
+TEST_CASE("buffers have the sizes of the stages' contracts") {
+    for (uint32_t stage = 0; stage < DEFREC_STAGE_COUNT_V1; ++stage) {
+        const StageJob job = sample_job(stage, 1);
+        CAPTURE(stage);
+        for (size_t i = 0; i < job.in.size(); ++i) {
+            CAPTURE(i);
+            if (job.in[i].given) CHECK(job.in[i].bytes.size() >= job.params.input_bytes(i));
+        }
+        size_t sized = 0;
+        for (size_t i = 0; i < job.out.size(); ++i) {
+            CAPTURE(i);
+            // What prepare decides the contract does not know beforehand.
+            if (job.params.output_bytes(i) == 0) continue;
+            CHECK(job.out[i].size == job.params.output_bytes(i));
+            ++sized;
+        }
+        const bool counted = stage == DEFREC_STAGE_MATCH || stage == DEFREC_STAGE_ALIGN;
+        CHECK((sized > 0) == !counted);
+    }
+}

@@ -9,6 +9,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "backends/stages/list.hpp"
 #include "plugins/base/guard.hpp"
 
 // What the host sees of a plugin's objects: where their failures are told. PluginOf derives the
@@ -36,22 +37,12 @@ using MakerOf = std::unique_ptr<Made> (*)(const void* params, Context& context);
 // The stage that parameters belong to, as ::value.
 template <class Params>
 struct StageOf;
-template <>
-struct StageOf<defrec_rectify_params> : std::integral_constant<uint32_t, DEFREC_STAGE_RECTIFY> {};
-template <>
-struct StageOf<defrec_stereo_params> : std::integral_constant<uint32_t, DEFREC_STAGE_STEREO> {};
-template <>
-struct StageOf<defrec_orb_params> : std::integral_constant<uint32_t, DEFREC_STAGE_ORB> {};
-template <>
-struct StageOf<defrec_match_params> : std::integral_constant<uint32_t, DEFREC_STAGE_MATCH> {};
-template <>
-struct StageOf<defrec_align_params> : std::integral_constant<uint32_t, DEFREC_STAGE_ALIGN> {};
-template <>
-struct StageOf<defrec_ransac_params> : std::integral_constant<uint32_t, DEFREC_STAGE_RANSAC> {};
-template <>
-struct StageOf<defrec_lm_params> : std::integral_constant<uint32_t, DEFREC_STAGE_LM> {};
-template <>
-struct StageOf<defrec_warp_params> : std::integral_constant<uint32_t, DEFREC_STAGE_WARP> {};
+#define DEFREC_STAGE_OF(name, NAME)        \
+    template <>                            \
+    struct StageOf<defrec_##name##_params> \
+        : std::integral_constant<uint32_t, DEFREC_STAGE_##NAME> {};
+DEFREC_STAGES(DEFREC_STAGE_OF, DEFREC_NOTHING)
+#undef DEFREC_STAGE_OF
 
 namespace detail {
 template <class Function>

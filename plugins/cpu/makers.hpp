@@ -6,7 +6,6 @@
 
 namespace defrec::cpu {
 
-inline constexpr std::array kMakers = makers_of<make_rectify, make_stereo, make_orb, make_match,
-                                                make_align, make_ransac, make_lm, make_warp>();
+inline constexpr std::array kMakers = makers_of<DEFREC_STAGES(DEFREC_STAGE_MAKER, DEFREC_COMMA)>();
 
 }  // namespace defrec::cpu

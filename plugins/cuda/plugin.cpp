@@ -6,12 +6,12 @@
 #include "backends/cuda/gpu/recorded_stage.hpp"
 #include "backends/cuda/stages.hpp"
 
+namespace defrec::cuda {
+constexpr auto kMakers = makers_of<DEFREC_STAGES(DEFREC_STAGE_MAKER, DEFREC_COMMA)>();
+}  // namespace defrec::cuda
+
 namespace defrec {
 namespace {
-
-constexpr auto kMakers =
-    makers_of<cuda::make_rectify, cuda::make_stereo, cuda::make_orb, cuda::make_match,
-              cuda::make_align, cuda::make_ransac, cuda::make_lm, cuda::make_warp>();
 
 class CudaBackend {
   public:
@@ -69,11 +69,11 @@ class CudaBackend {
     void release_host(Device& gpu, void* memory) const noexcept { gpu.release_host(memory); }
 
     Stage make_stage(Device& gpu, uint32_t stage, const void* params) const {
-        return Stage(gpu, kMakers[stage](params, gpu));
+        return Stage(gpu, cuda::kMakers[stage](params, gpu));
     }
     // Makers refuse what the device cannot do; what that takes is made and thrown away.
     void check_support(Device& gpu, uint32_t stage, const void* params) const {
-        kMakers[stage](params, gpu);
+        cuda::kMakers[stage](params, gpu);
     }
 
   private:

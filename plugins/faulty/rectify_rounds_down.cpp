@@ -1,7 +1,7 @@
 // A gray value between pixels is rounded down instead of to the nearest.
 #include <algorithm>
 
-#include "backends/shared/rectify_buffers.hpp"
+#include "backends/stages/rectify.hpp"
 #include "plugins/faulty/frame.hpp"
 
 namespace defrec::faulty {

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "backends/shared/surface_checks.hpp"
+#include "backends/stages/warp.hpp"
 #include "plugins/faulty/frame.hpp"
 
 namespace defrec::faulty {
@@ -12,8 +12,9 @@ class Wrong final : public Right<defrec_warp_params> {
     using Right::Right;
     void run(Inputs in, Outputs out) override {
         Right::run(in, out);
-        const DisparityImage image = take_disparity("warp disparity", params(), in, 1);
-        auto* samples = out[0].as<defrec_surface_sample>();
+        const auto buffers = view_buffers<WarpBuffers>(params(), in, out);
+        const DisparityImage image = disparity_image(params(), buffers.disparity);
+        defrec_surface_sample* samples = buffers.samples;
         for (size_t i = 0; image.data != nullptr && i < params().points; ++i)
             if (samples[i].observation != DEFREC_OUTSIDE) observe(image, samples[i]);
     }

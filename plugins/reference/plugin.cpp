@@ -2,6 +2,10 @@
 #include "backends/reference/stages.hpp"
 #include "plugins/base/host_plugin.hpp"
 
+namespace defrec::reference {
+constexpr auto kMakers = makers_of<DEFREC_STAGES(DEFREC_STAGE_MAKER, DEFREC_COMMA)>();
+}  // namespace defrec::reference
+
 namespace {
 using namespace defrec;
 
@@ -9,9 +13,7 @@ const HostPluginDescription kDescription{
     "reference",
     DEFREC_RELEASE,
     "Reference, plain code on one thread",
-    makers_of<reference::make_rectify, reference::make_stereo, reference::make_orb,
-              reference::make_match, reference::make_align, reference::make_ransac,
-              reference::make_lm, reference::make_warp>(),
+    reference::kMakers,
 };
 }  // namespace
 

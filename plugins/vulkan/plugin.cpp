@@ -5,12 +5,12 @@
 #include "backends/vulkan/known_answer.hpp"
 #include "backends/vulkan/stages.hpp"
 
+namespace defrec::vulkan {
+constexpr auto kMakers = makers_of<DEFREC_STAGES(DEFREC_STAGE_MAKER, DEFREC_COMMA)>();
+}  // namespace defrec::vulkan
+
 namespace defrec {
 namespace {
-
-constexpr auto kMakers =
-    makers_of<vulkan::make_rectify, vulkan::make_stereo, vulkan::make_orb, vulkan::make_match,
-              vulkan::make_align, vulkan::make_ransac, vulkan::make_lm, vulkan::make_warp>();
 
 class VulkanBackend {
   public:
@@ -49,11 +49,11 @@ class VulkanBackend {
         return buffer;
     }
     Stage make_stage(Device& device, uint32_t stage, const void* params) const {
-        return Stage(device, kMakers[stage](params, device));
+        return Stage(device, vulkan::kMakers[stage](params, device));
     }
     // Makers refuse what the device cannot do; what that takes is made and thrown away.
     void check_support(Device& device, uint32_t stage, const void* params) const {
-        kMakers[stage](params, device);
+        vulkan::kMakers[stage](params, device);
     }
 
   private:

@@ -5,16 +5,14 @@
 #include <cstring>
 #include <new>
 
+#include "backends/stages/list.hpp"
 #include "sdk/plugin/host.hpp"
 #include "sdk/plugin/loader.hpp"
 
 namespace defrec {
 
 const char* stage_name(uint32_t stage) {
-    static constexpr const char* kNames[] = {"rectify", "stereo", "orb", "match",
-                                             "align",   "ransac", "lm",  "warp"};
-    static_assert(std::size(kNames) == DEFREC_STAGE_COUNT_V1);
-    return stage < std::size(kNames) ? kNames[stage] : "unknown stage";
+    return stage < std::size(kStageNames) ? kStageNames[stage] : "unknown stage";
 }
 
 Device::Device(std::shared_ptr<const LoadedPlugin> plugin, size_t index, std::string id,

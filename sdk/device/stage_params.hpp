@@ -3,7 +3,8 @@
 #include <cstdint>
 #include <variant>
 
-#include "include/defrec_c.h"
+#include "backends/stages/contract.hpp"
+#include "backends/stages/list.hpp"
 
 namespace defrec {
 
@@ -19,13 +20,12 @@ class StageParams {
     uint64_t input_bytes(size_t index) const;
     uint64_t output_bytes(size_t index) const;
 
-    using Any = std::variant<defrec_rectify_params, defrec_stereo_params, defrec_orb_params,
-                             defrec_match_params, defrec_align_params, defrec_ransac_params,
-                             defrec_lm_params, defrec_warp_params>;
+    using Any = std::variant<DEFREC_STAGES(DEFREC_STAGE_PARAMS, DEFREC_COMMA)>;
 
   private:
     uint32_t stage_;
     Any params_;
+    BufferTable buffers_;
 };
 
 }  // namespace defrec

@@ -1,16 +1,15 @@
 // Stage align, section 2: a level of the live image, or of its mask (0: not usable), one invocation per pixel.
 #version 450
 #extension GL_EXT_shader_8bit_storage : require
+#extension GL_GOOGLE_include_directive : require
+#include "align_push.h"
 layout(local_size_x = 32, local_size_y = 4) in;
 
 layout(constant_id = 0) const int kLevel = 1;
 layout(constant_id = 1) const bool kMask = false;
 layout(std430, set = 0, binding = 0) readonly buffer From { uint8_t from[]; };
 layout(std430, set = 0, binding = 1) writeonly buffer To { uint8_t to[]; };
-layout(push_constant) uniform Push {
-    int width, height;  // of the level, which is stored densely
-    int stride;         // of the image
-} push;
+layout(push_constant) uniform Push { AlignLevelSize push; };
 
 int halve(int a, int b, int c, int d) { return kMask ? min(min(a, b), min(c, d)) : (a + b + c + d + 2) >> 2; }
 

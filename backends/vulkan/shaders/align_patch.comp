@@ -6,6 +6,8 @@
 #extension GL_GOOGLE_include_directive : require
 #include "records.glsl"
 #include "align_math.glsl"
+#include "backends/stages/align.hpp"
+#include "align_push.h"
 
 const int kLanes = 32;  // more gain nothing on a GPU, whose patches fill it, and cost lavapipe twice the time
 layout(local_size_x = kLanes) in;
@@ -13,25 +15,17 @@ layout(local_size_x = kLanes) in;
 layout(constant_id = 0) const int kRadius = 5;
 layout(constant_id = 1) const int kSearch = 4;
 
-struct Centre {  // of a patch in its view, 1/256 px of the level
-    int x, y, view, valid;
-};
 layout(std430, set = 0, binding = 0) readonly buffer Predictions { PatchPrediction predictions[]; };
-layout(std430, set = 0, binding = 1) readonly buffer Centres { Centre centres[]; };
+layout(std430, set = 0, binding = 1) readonly buffer Centres { AlignCentre centres[]; };
 layout(std430, set = 0, binding = 2) readonly buffer Views { uint8_t views[]; };  // doubled
 layout(std430, set = 0, binding = 3) readonly buffer Gray { uint8_t gray[]; };
 layout(std430, set = 0, binding = 4) readonly buffer Mask { uint8_t mask[]; };
 layout(std430, set = 0, binding = 5) readonly buffer Counts { vec2 of_count[]; };  // 1 / n, sqrt(n) at n
 layout(std430, set = 0, binding = 6) writeonly buffer Observations { PatchObservation observations[]; };
 layout(push_constant) uniform Push {
-    int width, height, stride;  // of the live image and its mask at the level
-    int last_u, last_v;         // largest coordinates of a prediction, 1/256 px
-    int view_width, view_height;
-    int level, patches;
-    uint texture;
-    int min_score;
-    int masked;
-} push;
+    AlignConstants push;
+    AlignRun run;
+};
 
 const int kSide = 2 * kRadius + 1, kPixels = kSide * kSide;
 const int kPixelsPerLane = (kPixels + kLanes - 1) / kLanes;
@@ -82,7 +76,7 @@ ivec4 bytes(uint word) { return ivec4(uvec4(word, word >> 8, word >> 16, word >>
 // ---- section 3 ---------------------------------------------------------------------------------------------
 
 bool followed(PatchPrediction p) {
-    bool good = p.valid == 1 && p.u >= 0 && p.v >= 0 && p.u <= push.last_u && p.v <= push.last_v;
+    bool good = p.valid == 1 && p.u >= 0 && p.v >= 0 && p.u <= push.max_u && p.v <= push.max_v;
     for (int i = 0; i < 4; ++i) good = good && p.view_from_live[i] >= -kMaxMatrix && p.view_from_live[i] <= kMaxMatrix;
     return good;
 }
@@ -90,7 +84,7 @@ bool followed(PatchPrediction p) {
 int view_at(int first, int x, int y) { return int(views[first + y * push.view_width + x]); }
 
 // The template into `sampled`, 1/16 gray level. Gives the sums of the patch, of its squares, and how many samples lie outside the view.
-void sample_view(Centre centre, int matrix[4], ivec2 fraction) {
+void sample_view(AlignCentre centre, int matrix[4], ivec2 fraction) {
     const int first = centre.view * push.view_width * push.view_height;
     int sum = 0, squares = 0, outside = 0;
     for (int i = lane; i < kSampled * kSampled; i += kLanes) {
@@ -123,9 +117,9 @@ void load_window(ivec2 corner) {
         uint pixels = 0u, hidden = 0u;
         for (int k = 0; k < 4; ++k)
             if (y >= 0 && y < push.height && x + k >= 0 && x + k < push.width) {
-                const int at = y * push.stride + x + k;
+                const int at = y * run.stride + x + k;
                 pixels |= uint(gray[at]) << (8 * k);
-                if (push.masked != 0 && int(mask[at]) == 0) hidden |= 255u << (8 * k);
+                if (run.masked != 0 && int(mask[at]) == 0) hidden |= 255u << (8 * k);
             }
         live[i] = pixels;
         usable[i] = ~hidden;
@@ -319,7 +313,7 @@ const PatchObservation kNotFound = PatchObservation(0, 0, 0, 0, float[3](0, 0, 0
 
 PatchObservation observe(int index) {
     const PatchPrediction prediction = predictions[index];
-    const Centre centre = centres[index];
+    const AlignCentre centre = centres[index];
     if (!followed(prediction) || centre.valid == 0) return kNotFound;
     const ivec2 position = ivec2(to_level(prediction.u, push.level), to_level(prediction.v, push.level));
     const ivec2 pixel = (position + 128) >> 8, fraction = position - 256 * pixel;
@@ -372,7 +366,7 @@ PatchObservation observe(int index) {
 void main() {
     lane = int(gl_LocalInvocationIndex);
     const int index = int(gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x);
-    if (index >= push.patches) return;
+    if (index >= run.patches) return;
     const PatchObservation observation = observe(index);
     if (lane == 0) observations[index] = observation;
 }

@@ -3,16 +3,17 @@
 #extension GL_GOOGLE_include_directive : require
 #include "records.glsl"
 #include "motion.glsl"
+#include "backends/stages/align.hpp"
+#include "align_push.h"
 layout(local_size_x = 64) in;
 
 layout(std430, set = 0, binding = 0) readonly buffer Patches { Patch patches[]; };
 layout(std430, set = 0, binding = 1) readonly buffer Motions { Motion motions[]; };
 layout(std430, set = 0, binding = 2) writeonly buffer Predictions { PatchPrediction predictions[]; };
 layout(push_constant) uniform Push {
-    float fx, fy, cx, cy;
-    float last_x, last_y, margin;  // px
-    int patches;
-} push;
+    AlignConstants push;
+    AlignRun run;
+};
 
 PatchPrediction predict(int i) {
     const PatchPrediction none = PatchPrediction(0, 0, int[4](0, 0, 0, 0), 0, 0);
@@ -21,9 +22,9 @@ PatchPrediction predict(int i) {
     const DualQuaternion motion = blend(moved_by, patches[i].weight);
     const vec3 p = apply(motion, load3(patches[i].position));
     if (!finite(vec4(p, 0)) || !(p.z > 1.0)) return none;
-    const float fx = push.fx / p.z, fy = push.fy / p.z, x = p.x / p.z, y = p.y / p.z;
-    const float u = push.fx * x + push.cx, v = push.fy * y + push.cy;
-    if (!(u >= push.margin && v >= push.margin && u <= push.last_x - push.margin && v <= push.last_y - push.margin)) return none;
+    const float fx = push.camera.fx / p.z, fy = push.camera.fy / p.z, x = p.x / p.z, y = p.y / p.z;
+    const float u = push.camera.fx * x + push.camera.cx, v = push.camera.fy * y + push.camera.cy;
+    if (!(u >= push.margin && v >= push.margin && u <= push.max_x - push.margin && v <= push.max_y - push.margin)) return none;
 
     const vec3 a = rotate(motion, load3(patches[i].tangent_u)), b = rotate(motion, load3(patches[i].tangent_v));
     const float j00 = fx * (a.x - x * a.z), j01 = fx * (b.x - x * b.z);
@@ -43,5 +44,5 @@ PatchPrediction predict(int i) {
 
 void main() {
     const int i = int(gl_GlobalInvocationID.x);
-    if (i < push.patches) predictions[i] = predict(i);
+    if (i < run.patches) predictions[i] = predict(i);
 }

@@ -1,22 +1,13 @@
 // Where a point of the rectified camera falls in the image, and how deep the live surface lies there: backends/shared/live_depth.hpp in
-// single precision. Who includes it defines LIVE_DISPARITY(i) before: the disparity at index i, an int. Camera and DisparityImage lie in
-// push constants as backends/vulkan/camera.hpp has them.
-
-struct Camera {
-    float fx, fy, cx, cy, baseline_mm;
-};
-
-struct DisparityImage {
-    int width, height, stride;  // px; at least 2 x 2
-    int given;                  // 0: no depth anywhere
-};
+// single precision. Who includes it defines LIVE_DISPARITY(i) before: the disparity at index i, an int.
+#include "backends/stages/surface.hpp"
 
 const float kMinDepthMm = 1e-3;
 const int kLargestDepthStep = 32;  // 1/16 px
 const float kDisparityOne = 16.0;
 
 // True, and the pixel, if p lies in front of the camera and inside the image, borders included.
-bool project_inside(Camera camera, DisparityImage image, vec3 p, out vec2 pixel) {
+bool project_inside(FloatCamera camera, DisparityGrid image, vec3 p, out vec2 pixel) {
     pixel = vec2(0);
     if (!(p.z > kMinDepthMm)) return false;
     pixel = vec2(camera.fx, camera.fy) * (p.xy * (1.0 / p.z)) + vec2(camera.cx, camera.cy);
@@ -24,7 +15,7 @@ bool project_inside(Camera camera, DisparityImage image, vec3 p, out vec2 pixel)
 }
 
 // Depth, mm, at a pixel inside the image; 0 where there is none.
-float live_depth(Camera camera, DisparityImage image, vec2 pixel) {
+float live_depth(FloatCamera camera, DisparityGrid image, vec2 pixel) {
     if (image.given == 0) return 0.0;
     const ivec2 corner = min(ivec2(pixel), ivec2(image.width, image.height) - 2);
     const vec2 beyond = pixel - vec2(corner);

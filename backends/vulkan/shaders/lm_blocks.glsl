@@ -2,16 +2,6 @@
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint kSplit = 8;  // divides kBlockGroup
 
-const uint kBlockGroup = 64;
-
-// Block b < nodes is control point b's own; the others are those above the diagonal.
-struct BlockTerms {
-    uint first_item, last_item;  // of item_terms
-    uint first_edge, last_edge;  // of edge_terms
-    uint row, column;            // control points
-    uint place, transposed;      // where the block and its transpose go in the matrix
-};
-
 // Of item_terms: the item, and which of its control points are the row's and the column's.
 uint term_item(uint term) { return term >> 4; }
 uint term_row(uint term) { return (term >> 2) & 3; }

@@ -1,24 +1,24 @@
 // Judgement of an evaluation: levenberg_marquardt.hpp after a step was tried. Every work group comes to it by itself, from the sums that
 // the evaluation left. Needs lm.glsl, kJudges, the invocations of a work group, and kJudgeKeeps:
 // whether this shader is the one that writes the state.
-layout(std430, set = 0, binding = 0) buffer States { State states[2]; };
-layout(std430, set = 0, binding = 1) readonly buffer Terms { Term terms[]; };
+layout(std430, set = 0, binding = 0) buffer States { LmState states[2]; };
+layout(std430, set = 0, binding = 1) readonly buffer Terms { LmTerm terms[]; };
 layout(std430, set = 0, binding = 2) readonly buffer ArapCosts { float arap_costs[]; };
-layout(std430, set = 0, binding = 3) readonly buffer Moves { Move moves[]; };
+layout(std430, set = 0, binding = 3) readonly buffer Moves { LmMove moves[]; };
 
 const float kMinLambda = 1e-7, kMaxLambda = 1e7;
 const float kLambdaDown = 1.0 / 7.5, kLambdaUp = 10.0;
 const float kMinStepMm = 0.01;
 const float kMinDecrease = 1e-4;
 
-shared Term term_shares[3][kClassifies];
+shared LmTerm term_shares[3][kClassifies];
 shared float arap_shares[kClassifies];
-shared Move move_shares[kClassifies];
-shared State now;
+shared LmMove move_shares[kClassifies];
+shared LmState now;
 shared bool accepted;  // the trial is the present state
 
-Term share_of_terms(uint me, uint first, uint count) {
-    Term sum = kNoTerm;
+LmTerm share_of_terms(uint me, uint first, uint count) {
+    LmTerm sum = kNoTerm;
     for (uint i = me; i < count; i += kClassifies) sum = plus(sum, terms[first + i]);
     return sum;
 }
@@ -29,24 +29,24 @@ void share_sums(uint me) {
     term_shares[1][me] = share_of_terms(me, points, landmarks);
     term_shares[2][me] = share_of_terms(me, points + landmarks, patches);
     float arap = 0.0;
-    for (uint i = me; i < groups_of(push.edges); i += kClassifies) arap += arap_costs[i];
+    for (uint i = me; i < groups_of(run.edges); i += kClassifies) arap += arap_costs[i];
     arap_shares[me] = arap;
-    Move move = Move(0, 0);
-    if (push.evaluation > 0)
+    LmMove move = LmMove(0, 0);
+    if (run.evaluation > 0)
         for (uint i = me; i < groups_of(push.nodes); i += kClassifies)
-            move = Move(max(move.largest, moves[i].largest), move.bad | moves[i].bad);
+            move = LmMove(max(move.largest, moves[i].largest), move.bad | moves[i].bad);
     move_shares[me] = move;
 }
 
-Term sum_of_shares(uint kind) {
+LmTerm sum_of_shares(uint kind) {
     const uint count = kind == 0 ? push.points : kind == 1 ? push.landmarks : push.patches;
-    Term sum = kNoTerm;
+    LmTerm sum = kNoTerm;
     for (uint i = 0; i < min(groups_of(count), kClassifies); ++i) sum = plus(sum, term_shares[kind][i]);
     return sum;
 }
 
-State first_state(State there, float missing_cost) {
-    State state = there;
+LmState first_state(LmState there, float missing_cost) {
+    LmState state = there;
     state.initial_cost = there.icp.cost + there.match.cost + there.patch_.cost + there.arap + float(there.icp.missing) * missing_cost;
     state.lambda = push.damping;
     state.iterations = 0;
@@ -57,7 +57,7 @@ State first_state(State there, float missing_cost) {
 }
 
 // The state after a step to `there`.
-State next_state(State state, State there, Move move, float missing_cost) {
+LmState next_state(LmState state, LmState there, LmMove move, float missing_cost) {
     ++state.iterations;
     accepted = false;
     if (move.bad == 0) {
@@ -83,17 +83,17 @@ State next_state(State state, State there, Move move, float missing_cost) {
 
 // Sets now and accepted. To be called by the whole work group.
 void classify(uint me) {
-    const bool over = push.evaluation > 0 && stopped(states[(push.evaluation - 1) & 1]);
+    const bool over = run.evaluation > 0 && stopped(states[(run.evaluation - 1) & 1]);
     if (!over) share_sums(me);
     barrier();
-    Term sum = kNoTerm;
+    LmTerm sum = kNoTerm;
     if (!over && me < 3) sum = sum_of_shares(me);
     float arap = 0.0;
-    Move move = Move(0, 0);
+    LmMove move = LmMove(0, 0);
     if (!over && me == 3) {
-        for (uint i = 0; i < min(groups_of(push.edges), kClassifies); ++i) arap += arap_shares[i];
+        for (uint i = 0; i < min(groups_of(run.edges), kClassifies); ++i) arap += arap_shares[i];
         for (uint i = 0; i < min(groups_of(push.nodes), kClassifies); ++i)
-            move = Move(max(move.largest, move_shares[i].largest), move.bad | move_shares[i].bad);
+            move = LmMove(max(move.largest, move_shares[i].largest), move.bad | move_shares[i].bad);
     }
     barrier();
     if (me < 3) term_shares[me][0] = sum;
@@ -105,22 +105,22 @@ void classify(uint me) {
     if (me == 0) {
         accepted = false;
         if (over) {
-            now = states[(push.evaluation - 1) & 1];
+            now = states[(run.evaluation - 1) & 1];
         } else {
-            State there;
+            LmState there;
             there.icp = term_shares[0][0];
             there.match = term_shares[1][0];
             there.patch_ = term_shares[2][0];
             there.arap = arap_shares[0];
             const float missing_cost = push.icp_weight * push.icp_tukey * push.icp_tukey / 3.0;
-            if (push.evaluation == 0) {
+            if (run.evaluation == 0) {
                 now = first_state(there, missing_cost);
                 accepted = true;
             } else {
-                now = next_state(states[(push.evaluation - 1) & 1], there, move_shares[0], missing_cost);
+                now = next_state(states[(run.evaluation - 1) & 1], there, move_shares[0], missing_cost);
             }
         }
-        if (kClassifyKeeps && gl_WorkGroupID.x == 0) states[push.evaluation & 1] = now;
+        if (kClassifyKeeps && gl_WorkGroupID.x == 0) states[run.evaluation & 1] = now;
     }
     barrier();
 }

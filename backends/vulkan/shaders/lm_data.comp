@@ -4,7 +4,7 @@
 #include "lm.glsl"
 #include "lm_blocks.glsl"
 
-layout(std430, set = 0, binding = 0) readonly buffer Blocks { BlockTerms blocks[]; };
+layout(std430, set = 0, binding = 0) readonly buffer Blocks { LmBlock blocks[]; };
 layout(std430, set = 0, binding = 1) readonly buffer ItemTerms { uint item_terms[]; };
 layout(std430, set = 0, binding = 2) readonly buffer Items { vec4 items[]; };
 layout(std430, set = 0, binding = 3) readonly buffer Records { vec4 records[]; };

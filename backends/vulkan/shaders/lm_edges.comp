@@ -18,7 +18,7 @@ layout(std430, set = 0, binding = 3) readonly buffer DataSums { vec2 data_sums[]
 layout(std430, set = 0, binding = 4) buffer Scales { float scales[]; };
 layout(std430, set = 0, binding = 5) writeonly buffer EdgeRecords { vec4 edge_records[]; };
 layout(std430, set = 0, binding = 6) writeonly buffer ArapCosts { float arap_costs[]; };
-layout(std430, set = 0, binding = 7) readonly buffer States { State states[2]; };
+layout(std430, set = 0, binding = 7) readonly buffer States { LmState states[2]; };
 
 layout(constant_id = 0) const uint kSplit = 8;  // of data
 
@@ -59,14 +59,14 @@ float evaluate(uint i, float scale) {
 }
 
 void main() {
-    if (push.evaluation > 0 && stopped(states[(push.evaluation - 1) & 1])) return;
+    if (run.evaluation > 0 && stopped(states[(run.evaluation - 1) & 1])) return;
     const uint me = gl_LocalInvocationIndex, i = gl_GlobalInvocationID.x;
     float usual = 0.0;
-    if (push.evaluation == 0) usual = usual_data(me);
+    if (run.evaluation == 0) usual = usual_data(me);
     float cost = 0.0;
-    if (i < push.edges) {
+    if (i < run.edges) {
         float scale;
-        if (push.evaluation == 0) {
+        if (run.evaluation == 0) {
             scale = edges[i].share * (0.5 * (data[edges[i].a] + data[edges[i].b]) + usual) * 0.5;
             scales[i] = scale;
         } else {

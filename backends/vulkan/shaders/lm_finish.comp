@@ -13,7 +13,7 @@ layout(std430, set = 0, binding = 6) readonly buffer Trial { vec4 trial[]; };
 layout(std430, set = 0, binding = 7) writeonly buffer Results { Motion results[]; };
 layout(std430, set = 0, binding = 8) writeonly buffer Summary { LmSummary summary; };
 
-float rms(Term term) { return term.weights > 0.0 ? sqrt(term.squares / term.weights) : 0.0; }
+float rms(LmTerm term) { return term.weights > 0.0 ? sqrt(term.squares / term.weights) : 0.0; }
 
 void main() {
     const uint me = gl_LocalInvocationIndex, i = gl_GlobalInvocationID.x;

@@ -8,17 +8,17 @@
 layout(std430, set = 0, binding = 4) readonly buffer Rest { vec4 rest[]; };
 layout(std430, set = 0, binding = 5) readonly buffer Present { vec4 present[]; };
 layout(std430, set = 0, binding = 6) writeonly buffer Trial { vec4 trial[]; };
-layout(std430, set = 0, binding = 7) writeonly buffer Moves { Move moves[]; };
+layout(std430, set = 0, binding = 7) writeonly buffer Moves { LmMove moves[]; };
 
-shared Move shares[kBlockGroup];
+shared LmMove shares[kBlockGroup];
 
 // The solution, half a control point's. Without conjugate gradients it is M^-1 r at the start.
 vec3 solution(uint i, uint h) {
-    if (push.step == 0) return vectors[passed_vector(1, i, kConditioned, h)].xyz;
+    if (run.step == 0) return vectors[passed_vector(1, i, kConditioned, h)].xyz;
     const vec3 before = vectors[own_vector(i, kSolution, h)].xyz;
     if (advanced.over != 0) return before;
     const vec3 direction =
-        vectors[passed_vector((push.step + 1) & 1, i, kConditioned, h)].xyz + beta * vectors[own_vector(i, kDirection, h)].xyz;
+        vectors[passed_vector((run.step + 1) & 1, i, kConditioned, h)].xyz + beta * vectors[own_vector(i, kDirection, h)].xyz;
     return before + advanced.alpha * direction;
 }
 
@@ -31,7 +31,7 @@ vec4 rotation_from_vector(vec3 r) {
     return normalize(vec4(sin(0.5 * angle) / angle * r, cos(0.5 * angle)));
 }
 
-Move take_step(uint i) {
+LmMove take_step(uint i) {
     const vec3 turn = solution(i, 0), shift = solution(i, 1);
     const float largest = max(push.spacing2 * dot(turn, turn), dot(shift, shift));
     const bool good = finite(turn) && finite(shift);
@@ -45,18 +45,18 @@ Move take_step(uint i) {
     trial[kNodeVectors * i] = motion.real;
     trial[kNodeVectors * i + 1] = motion.dual;
     trial[kNodeVectors * i + 2] = vec4(position, 0);
-    return Move(good ? largest : 0.0, good ? 0 : 1);
+    return LmMove(good ? largest : 0.0, good ? 0 : 1);
 }
 
 void main() {
-    if (stopped(states[push.evaluation & 1])) return;
+    if (stopped(states[run.evaluation & 1])) return;
     const uint me = gl_LocalInvocationIndex, i = gl_GlobalInvocationID.x;
-    if (push.step > 0) advance(me);
-    Move own = Move(0, 0);
+    if (run.step > 0) advance(me);
+    LmMove own = LmMove(0, 0);
     if (i < push.nodes) own = take_step(i);
     shares[me] = own;
     barrier();
     if (me != 0) return;
-    for (uint k = 1; k < kBlockGroup; ++k) own = Move(max(own.largest, shares[k].largest), own.bad | shares[k].bad);
+    for (uint k = 1; k < kBlockGroup; ++k) own = LmMove(max(own.largest, shares[k].largest), own.bad | shares[k].bad);
     moves[gl_WorkGroupID.x] = own;
 }

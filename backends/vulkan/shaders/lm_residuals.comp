@@ -14,14 +14,14 @@ layout(std430, set = 0, binding = 3) readonly buffer Trial { vec4 trial[]; };
 layout(std430, set = 0, binding = 4) readonly buffer Matches { Match matches[]; };
 layout(std430, set = 0, binding = 5) readonly buffer Observations { PatchObservation observations[]; };
 layout(std430, set = 0, binding = 6) writeonly buffer Records { vec4 records[]; };
-layout(std430, set = 0, binding = 7) writeonly buffer Terms { Term terms[]; };
-layout(std430, set = 0, binding = 8) readonly buffer States { State states[2]; };
+layout(std430, set = 0, binding = 7) writeonly buffer Terms { LmTerm terms[]; };
+layout(std430, set = 0, binding = 8) readonly buffer States { LmState states[2]; };
 
 const uint kPoints = 0, kLandmarks = 1, kPatches = 2;
 const float kMinFacing = 0.25;
 const float kMatchDepthRoot = 0.5;
 
-shared Term shares[kResidualGroup];
+shared LmTerm shares[kResidualGroup];
 
 // A residual's rows as the normal equations want them: G and b of lm.glsl, not yet weighted.
 struct Rows {
@@ -53,23 +53,23 @@ DualQuaternion motion_of(uint item) {
 }
 
 // A residual of squared size `squared` in the term's unit.
-Term count_residual(Robust robust, float weight, float squared) {
+LmTerm count_residual(Robust robust, float weight, float squared) {
     const bool counts = robust.weight * weight > 0.0;
-    return Term(weight * robust.cost, counts ? robust.weight : 0.0, counts ? robust.weight * squared : 0.0, counts ? 1 : 0, 0);
+    return LmTerm(weight * robust.cost, counts ? robust.weight : 0.0, counts ? robust.weight * squared : 0.0, counts ? 1 : 0, 0);
 }
 
-Term evaluate_point(uint item) {
+LmTerm evaluate_point(uint item) {
     const DualQuaternion motion = motion_of(item);
     const vec3 position = apply(motion, items[kItemVectors * item].xyz), normal = rotate(motion, items[kItemVectors * item + 1].xyz);
     vec2 pixel;
     float depth = 0.0;
-    if (project_inside(push.camera, push.image, position, pixel)) depth = live_depth(push.camera, push.image, pixel);
+    if (project_inside(push.camera, run.image, position, pixel)) depth = live_depth(push.camera, run.image, pixel);
     const float range = sqrt(dot(position, position)), slope = dot(normal, position);
     const float difference = (depth - position.z) / position.z;
     const bool associated = depth > 0.0 && -slope >= kMinFacing * range && abs(difference) * range <= push.association;
     if (!associated) {
         store(item, kNoRows, 0.0);
-        return Term(0, 0, 0, 0, 1);
+        return LmTerm(0, 0, 0, 0, 1);
     }
     const float value = difference * slope;
     const Robust robust = tukey(value * value, 1.0 / (push.icp_tukey * push.icp_tukey));
@@ -95,7 +95,7 @@ Robust ramped_tukey(float squared, float slope, float inverse_c2) {
 }
 
 // unit: of the residual in the summary, per mm.
-Term evaluate_sighting(uint item, vec3 position, Sighting seen, float weight, float slope, float inverse_c2, float unit) {
+LmTerm evaluate_sighting(uint item, vec3 position, Sighting seen, float weight, float slope, float inverse_c2, float unit) {
     const float across = position.x - seen.u * position.z, down = position.y - seen.v * position.z;
     const vec3 value = vec3(seen.uu * across + seen.uv * down, seen.vv * down, seen.root * (position.z - seen.depth));
     const float squared = dot(value, value);
@@ -110,8 +110,8 @@ Term evaluate_sighting(uint item, vec3 position, Sighting seen, float weight, fl
     return count_residual(robust, weight, squared * unit * unit);
 }
 
-Term evaluate_match(uint item, uint i) {
-    if ((push.given & kMatchesGiven) == 0 || !has_depth(matches[i])) {
+LmTerm evaluate_match(uint item, uint i) {
+    if ((run.given & kMatchesGiven) == 0 || !has_depth(matches[i])) {
         store(item, kNoRows, 0.0);
         return kNoTerm;
     }
@@ -137,9 +137,9 @@ bool usable_information(float given[3], out vec3 abc) {
     return true;
 }
 
-Term evaluate_patch(uint item, uint i) {
+LmTerm evaluate_patch(uint item, uint i) {
     vec3 abc;
-    if ((push.given & kObservationsGiven) == 0 || observations[i].valid != 1 || !usable_information(observations[i].information, abc)) {
+    if ((run.given & kObservationsGiven) == 0 || observations[i].valid != 1 || !usable_information(observations[i].information, abc)) {
         store(item, kNoRows, 0.0);
         return kNoTerm;
     }
@@ -154,7 +154,7 @@ Term evaluate_patch(uint item, uint i) {
 }
 
 // The sum of every invocation's term, to the first: eight by eight, then the eight.
-Term sum_over_group(Term own, uint me) {
+LmTerm sum_over_group(LmTerm own, uint me) {
     shares[me] = own;
     barrier();
     for (uint apart = 1; apart <= 8; apart *= 8) {
@@ -168,9 +168,9 @@ Term sum_over_group(Term own, uint me) {
 }
 
 void main() {
-    if (push.evaluation > 0 && stopped(states[(push.evaluation - 1) & 1])) return;
+    if (run.evaluation > 0 && stopped(states[(run.evaluation - 1) & 1])) return;
     const uint me = gl_LocalInvocationIndex, i = gl_GlobalInvocationID.x;
-    Term own = kNoTerm;
+    LmTerm own = kNoTerm;
     uint groups_before = 0;
     if (kKind == kPoints) {
         if (i < push.points) own = evaluate_point(i);

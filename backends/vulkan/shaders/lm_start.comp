@@ -15,7 +15,7 @@ void main() {
     const vec3 at = rest[i].xyz;
     DualQuaternion motion = usable_motion(motions[i]);
     vec3 position = apply(motion, at);
-    if ((push.given & kPresolve) != 0) {
+    if ((run.given & kPresolve) != 0) {
         position = rotate(rigid[0], position) + rigid[1].xyz;
         const vec4 rotation = multiply(rigid[0], motion.real);
         motion = from_rigid(rotation, position - rotate(rotation, at));

@@ -21,13 +21,13 @@ struct Factors {
 
 // M^-1 A p and M^-1 r of this step, half a control point's.
 vec3 conditioned_direction(Factors by, uint node, uint h) {
-    const uint copy = (push.step + 1) & 1;
+    const uint copy = (run.step + 1) & 1;
     return vectors[passed_vector(copy, node, kConditionedProduct, h)].xyz +
            by.beta * vectors[passed_vector(copy, node, kConditionedDirection, h)].xyz;
 }
 vec3 conditioned(Factors by, uint node, uint h) {
-    const vec3 before = vectors[passed_vector((push.step + 1) & 1, node, kConditioned, h)].xyz;
-    return push.step == 0 ? before : before - by.alpha * conditioned_direction(by, node, h);
+    const vec3 before = vectors[passed_vector((run.step + 1) & 1, node, kConditioned, h)].xyz;
+    return run.step == 0 ? before : before - by.alpha * conditioned_direction(by, node, h);
 }
 
 mat3 quarter(uint block, uint which) {
@@ -42,8 +42,8 @@ mat3 inverse_quarter(uint node, uint which) {
 // One half of a control point's own vectors, to this step; returns r.
 vec3 update(Factors by, uint i, uint h) {
     vec3 direction = vec3(0), direction_product = vec3(0), solution = vec3(0), residual = vectors[own_vector(i, kResidual, h)].xyz;
-    if (push.step > 0) {
-        const uint copy = (push.step + 1) & 1;
+    if (run.step > 0) {
+        const uint copy = (run.step + 1) & 1;
         direction = vectors[passed_vector(copy, i, kConditioned, h)].xyz + by.beta * vectors[own_vector(i, kDirection, h)].xyz;
         direction_product = vectors[own_vector(i, kProduct, h)].xyz + by.beta * vectors[own_vector(i, kDirectionProduct, h)].xyz;
         solution = vectors[own_vector(i, kSolution, h)].xyz + by.alpha * direction;
@@ -57,10 +57,10 @@ vec3 update(Factors by, uint i, uint h) {
 }
 
 void main() {
-    if (stopped(states[push.evaluation & 1])) return;
+    if (stopped(states[run.evaluation & 1])) return;
     const uint me = gl_LocalInvocationIndex, split = me % kSplit, first = me - split, i = gl_GlobalInvocationID.x / kSplit;
     Factors by = Factors(0, 0);
-    if (push.step > 0) {
+    if (run.step > 0) {
         advance(me);
         if (advanced.over != 0) return;
         by = Factors(advanced.alpha, beta);
@@ -88,10 +88,10 @@ void main() {
     barrier();
     vec2 own = vec2(0);
     for (uint h = split; h < 2 && i < push.nodes; h += kSplit) {
-        const uint copy = push.step & 1;
+        const uint copy = run.step & 1;
         const vec3 product = shares[h][first], x = conditioned(by, i, h);
         const vec3 conditioned_product = inverse_quarter(i, 2 * h) * shares[0][first] + inverse_quarter(i, 2 * h + 1) * shares[1][first];
-        const vec3 next_direction = push.step == 0 ? vec3(0) : conditioned_direction(by, i, h);
+        const vec3 next_direction = run.step == 0 ? vec3(0) : conditioned_direction(by, i, h);
         const vec3 residual = update(by, i, h);
         vectors[own_vector(i, kProduct, h)] = vec4(product, 0);
         vectors[passed_vector(copy, i, kConditioned, h)] = vec4(x, 0);
@@ -104,5 +104,5 @@ void main() {
     if (me != 0) return;
     vec2 sum = vec2(0);
     for (uint k = 0; k < kBlockGroup; ++k) sum += sums[k];
-    products[(push.step & 1) * product_groups() + gl_WorkGroupID.x] = sum;
+    products[(run.step & 1) * product_groups() + gl_WorkGroupID.x] = sum;
 }

@@ -10,7 +10,7 @@ const uint kClassifies = kBlockGroup;
 #include "lm_classify.glsl"
 #include "lm_inverse.glsl"
 
-layout(std430, set = 0, binding = 4) readonly buffer Blocks { BlockTerms blocks[]; };
+layout(std430, set = 0, binding = 4) readonly buffer Blocks { LmBlock blocks[]; };
 layout(std430, set = 0, binding = 5) readonly buffer ItemTerms { uint item_terms[]; };
 layout(std430, set = 0, binding = 6) readonly buffer EdgeTerms { uint edge_terms[]; };
 layout(std430, set = 0, binding = 7) readonly buffer Items { vec4 items[]; };
@@ -43,7 +43,7 @@ mat3 squares_of(uint item) {
 // [v]x m
 mat3 cross_columns(vec3 v, mat3 m) { return mat3(cross(v, m[0]), cross(v, m[1]), cross(v, m[2])); }
 
-void add_items(BlockTerms block, uint split, inout Sums sums) {
+void add_items(LmBlock block, uint split, inout Sums sums) {
     const vec4 row_rotation = trial[kNodeVectors * block.row], column_rotation = trial[kNodeVectors * block.column];
     for (uint at = block.first_item + split; at < block.last_item; at += kSplit) {
         const uint term = item_terms[at], item = term_item(term);
@@ -72,7 +72,7 @@ void add_items(BlockTerms block, uint split, inout Sums sums) {
 
 mat3 cross_matrix(vec3 v) { return mat3(0, v.z, -v.y, -v.z, 0, v.x, v.y, -v.x, 0); }
 
-void add_edges(BlockTerms block, uint split, inout Sums sums) {
+void add_edges(LmBlock block, uint split, inout Sums sums) {
     for (uint at = block.first_edge + split; at < block.last_edge; at += kSplit) {
         const uint i = kEdgeVectors * term_edge(edge_terms[at]);
         const vec3 now = edge_records[i].xyz, turned_a = edge_records[i + 1].xyz, turned_b = edge_records[i + 2].xyz;
@@ -155,13 +155,13 @@ void damp(uint i, uint place, uint first) {
 void main() {
     const uint me = gl_LocalInvocationIndex, split = me % kSplit, first = me - split;
     const uint b = gl_GlobalInvocationID.x / kSplit + (kDiagonal ? 0 : push.nodes);
-    const bool exists = b < (kDiagonal ? push.nodes : push.blocks);
+    const bool exists = b < (kDiagonal ? push.nodes : run.blocks);
     classify(me);
     const bool relinearise = accepted && !stopped(now);
     if (kDiagonal && accepted && exists && split == 0)
         for (uint v = 0; v < kNodeVectors; ++v) present[kNodeVectors * b + v] = trial[kNodeVectors * b + v];
     if (stopped(now) || !(kDiagonal || relinearise)) return;
-    BlockTerms block;
+    LmBlock block;
     if (exists) block = blocks[b];
     if (relinearise && exists) {
         Sums sums = Sums(mat3(0.0), mat3(0.0), mat3(0.0), mat3(0.0), vec3(0), vec3(0));

@@ -16,19 +16,17 @@ layout(std430, set = 0, binding = 4) writeonly buffer Matches { Match matches[];
 #include "match.glsl"
 
 layout(push_constant) uniform Push {
-    Sizes sizes;
-    Camera camera;
-    DisparityImage image;
-    uint max_distance, ratio;
-} push;
+    MatchSizes sizes;
+    MatchConstants push;
+};
 
 const int kNoDistance = 257;  // farther than any
 const int kSamePlace = 64;    // 1/16 px
 
 uvec3 three_nearest(uint landmark) {
     uvec3 best = uvec3(kNoKey);
-    for (uint i = 0; i < 3 * push.sizes.feature_splits; ++i) {
-        const uint key = feature_keys[i * push.sizes.landmarks + landmark];
+    for (uint i = 0; i < 3 * sizes.feature_splits; ++i) {
+        const uint key = feature_keys[i * sizes.landmarks + landmark];
         const uint behind_first = max(best.x, key), behind_second = max(best.y, behind_first);
         best = min(best, uvec3(key, behind_first, behind_second));
     }
@@ -36,8 +34,8 @@ uvec3 three_nearest(uint landmark) {
 }
 uint nearest_landmark(uint feature) {
     uint best = kNoKey;
-    for (uint split = 0; split < push.sizes.landmark_splits; ++split)
-        best = min(best, landmark_keys[split * push.sizes.features + feature]);
+    for (uint split = 0; split < sizes.landmark_splits; ++split)
+        best = min(best, landmark_keys[split * sizes.features + feature]);
     return best & 0xffffu;
 }
 int distance_of(uint key) { return key == kNoKey ? kNoDistance : int(key >> 16); }
@@ -48,7 +46,7 @@ bool at_one_place(uint a, uint b) {
 
 void main() {
     const uint i = gl_GlobalInvocationID.x;
-    if (i >= push.sizes.landmarks) return;
+    if (i >= sizes.landmarks) return;
     const uvec3 best = three_nearest(i);
     const uint a = best.x & 0xffffu;
     const int distance = distance_of(best.x);

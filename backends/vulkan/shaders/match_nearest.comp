@@ -12,7 +12,7 @@ layout(std430, set = 0, binding = 1) readonly buffer Features { uvec4 features[]
 layout(std430, set = 0, binding = 2) readonly buffer Count { uint live_count; };
 layout(std430, set = 0, binding = 3) writeonly buffer Keys { uint keys[]; };
 
-layout(push_constant) uniform Push { Sizes sizes; } push;
+layout(push_constant) uniform Push { MatchSizes sizes; };
 
 struct Descriptor {
     uvec4 low, high;
@@ -35,11 +35,11 @@ uint hamming(Descriptor a, Descriptor b) {
 
 void main() {
     const bool of_landmarks = kOfLandmarks != 0;
-    const uint live = min(live_count, push.sizes.features);
+    const uint live = min(live_count, sizes.features);
     const uint row = gl_GlobalInvocationID.x, split = gl_WorkGroupID.y;
-    const uint columns = of_landmarks ? live : push.sizes.landmarks;
-    const uint splits = of_landmarks ? push.sizes.feature_splits : push.sizes.landmark_splits;
-    if (row >= (of_landmarks ? push.sizes.landmarks : live)) return;
+    const uint columns = of_landmarks ? live : sizes.landmarks;
+    const uint splits = of_landmarks ? sizes.feature_splits : sizes.landmark_splits;
+    if (row >= (of_landmarks ? sizes.landmarks : live)) return;
     const uint share = (columns + splits - 1) / splits;
     const uint first = min(split * share, columns), end = min(first + share, columns);
     Descriptor own;
@@ -59,7 +59,7 @@ void main() {
         best.x = min(best.x, key);
     }
     if (of_landmarks)
-        for (uint place = 0; place < 3; ++place) keys[(3 * split + place) * push.sizes.landmarks + row] = best[place];
+        for (uint place = 0; place < 3; ++place) keys[(3 * split + place) * sizes.landmarks + row] = best[place];
     else
-        keys[split * push.sizes.features + row] = best.x;
+        keys[split * sizes.features + row] = best.x;
 }

@@ -1,4 +1,4 @@
-// Rigid motions as unit dual quaternions, and their blending: backends/shared/motion.hpp and usable_motion of surface_checks.hpp in single
+// Rigid motions as unit dual quaternions, and their blending: backends/shared/motion.hpp and usable_motion of backends/stages/surface.hpp in single
 // precision. Needs records.glsl. A quaternion w + xi + yj + zk is the vec4 (x, y, z, w).
 
 struct DualQuaternion {  // x -> R x + t; real is the rotation, dual is t * real / 2

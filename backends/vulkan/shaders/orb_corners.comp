@@ -8,7 +8,7 @@ layout(std430, set = 0, binding = 1) readonly buffer Scores { uint scores[]; };
 layout(std430, set = 0, binding = 2) writeonly buffer Corners { uint corners[]; };
 
 void main() {
-    const Level level = levels[gl_GlobalInvocationID.z];
+    const OrbLevel level = levels[gl_GlobalInvocationID.z];
     const int index = int(gl_GlobalInvocationID.x);
     if (index >= level.cells_x * level.cells_y) return;
     const ivec2 first = kBorder + push.cell * ivec2(index % level.cells_x, index / level.cells_x);
@@ -23,6 +23,6 @@ void main() {
             const ivec4 key = inside * (bytes_from(uvec3(four, 0, 0), 0) << 8 | (15 - (y - first.y)) << 4 | 15 - x);
             best = max(best, max(max(key.x, key.y), max(key.z, key.w)));
         }
-    corners[level.first_cell + index] =
+    corners[int(level.first_cell) + index] =
         best < 256 ? 0 : uint(best >> 8) << 16 | uint(15 - (best >> 4 & 15)) << 8 | uint(15 - (best & 15));
 }

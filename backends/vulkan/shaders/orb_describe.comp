@@ -82,13 +82,13 @@ void main() {
     const uint me = gl_LocalInvocationIndex;
     const int cell_index = int(kept_cells[gl_WorkGroupID.x]);
     int l = 0;
-    while (l + 1 < push.levels && cell_index >= levels[l + 1].first_cell) ++l;
-    const Level level = levels[l];
+    while (l + 1 < push.levels && cell_index >= int(levels[l + 1].first_cell)) ++l;
+    const OrbLevel level = levels[l];
     const uint corner = corners[cell_index];
-    const int in_level = cell_index - level.first_cell;
+    const int in_level = cell_index - int(level.first_cell);
     const ivec2 cell = ivec2(in_level % level.cells_x, in_level / level.cells_x);
     const ivec2 place = kBorder + push.cell * cell + ivec2(corner & 255, corner >> 8 & 255);
-    const int stride = 4 * level.stride, at = 4 * level.first_word + place.y * stride + place.x;
+    const int stride = level.stride, at = int(level.first) + place.y * stride + place.x;
 
     if (me < 5) scores[me] = score_at(at + kScored[me].y * stride + kScored[me].x, stride);
     moments[me] = me <= 2 * kRadius ? moments_of_row(at, stride, int(me) - kRadius) : ivec2(0);

@@ -4,15 +4,13 @@
 #extension GL_EXT_shader_8bit_storage : require
 #extension GL_GOOGLE_include_directive : require
 #include "orb.glsl"
-#include "orb_selection.glsl"
 const int kColumns = 16, kRows = 8;
 layout(local_size_x = kColumns, local_size_y = kRows) in;
 
 layout(std430, set = 0, binding = 1) readonly buffer Corners { uint corners[]; };
 layout(std430, set = 0, binding = 2) writeonly buffer Distances { uint8_t distances[]; };
-layout(std430, set = 0, binding = 3) buffer CountsBuffer { Counts counts; };
+layout(std430, set = 0, binding = 3) buffer CountsBuffer { OrbCounts counts; };
 
-const int kFarthest = 63;
 const int kMaxRings = 16;  // with the smallest cells
 
 shared uint near_by[(kColumns + 2 * kMaxRings) * (kRows + 2 * kMaxRings)];  // corners of the group's cells and the rings round them
@@ -21,12 +19,12 @@ shared uint of_distance[kDistances];
 // Rings that can hold a corner nearer than the farthest.
 int rings() { return (kFarthest - 2) / push.cell + 1; }
 
-void load_corners(Level level, int stride) {
+void load_corners(OrbLevel level, int stride) {
     const ivec2 first = ivec2(gl_WorkGroupID.xy) * ivec2(kColumns, kRows) - rings();
     for (int i = int(gl_LocalInvocationIndex); i < stride * (kRows + 2 * rings()); i += kColumns * kRows) {
         const ivec2 cell = first + ivec2(i % stride, i / stride);
         const bool inside = cell.x >= 0 && cell.y >= 0 && cell.x < level.cells_x && cell.y < level.cells_y;
-        near_by[i] = inside ? corners[level.first_cell + cell.y * level.cells_x + cell.x] : 0;
+        near_by[i] = inside ? corners[int(level.first_cell) + cell.y * level.cells_x + cell.x] : 0;
     }
 }
 
@@ -53,7 +51,7 @@ int nearest_stronger(int at, int stride) {
 
 void main() {
     const uint me = gl_LocalInvocationIndex;
-    const Level level = levels[gl_GlobalInvocationID.z];
+    const OrbLevel level = levels[gl_GlobalInvocationID.z];
     const int stride = kColumns + 2 * rings();
     if (me < kDistances) of_distance[me] = 0;
     load_corners(level, stride);
@@ -67,7 +65,7 @@ void main() {
             atomicAdd(of_distance[distance], 1);
             atomicAdd(counts.of_score[distance][near_by[at] >> 16], 1);
         }
-        distances[level.first_cell + cell.y * level.cells_x + cell.x] = uint8_t(distance);
+        distances[int(level.first_cell) + cell.y * level.cells_x + cell.x] = uint8_t(distance);
     }
     barrier();
     if (me < kDistances && of_distance[me] != 0) atomicAdd(counts.of_distance[me], of_distance[me]);

@@ -14,11 +14,11 @@ layout(std430, set = 0, binding = 5) writeonly buffer SmoothedOut { uint16_t smo
 layout(std430, set = 0, binding = 6) writeonly buffer ScoresOut { uint8_t scores_out[]; };
 
 void main() {
-    const Level level = levels[gl_GlobalInvocationID.z];
+    const OrbLevel level = levels[gl_GlobalInvocationID.z];
     const int x = int(gl_GlobalInvocationID.x), y = int(gl_GlobalInvocationID.y);
     if (x >= level.width || y >= level.height) return;
-    const int from = 4 * word_at(level, 0, y) + x, to = level.first_pixel + y * level.width + x;
-    if ((push.exported & 1) != 0) pyramid_out[to] = uint8_t(int(pyramid[from]));
-    if ((push.exported & 2) != 0) smoothed_out[to] = uint16_t(int(smoothed[from]));
-    if ((push.exported & 4) != 0) scores_out[to] = uint8_t(int(scores[from]));
+    const int from = 4 * word_at(level, 0, y) + x, to = int(level.first_pixel) + y * level.width + x;
+    if ((given.exported & 1) != 0) pyramid_out[to] = uint8_t(int(pyramid[from]));
+    if ((given.exported & 2) != 0) smoothed_out[to] = uint16_t(int(smoothed[from]));
+    if ((given.exported & 4) != 0) scores_out[to] = uint8_t(int(scores[from]));
 }

@@ -2,13 +2,12 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "orb.glsl"
-#include "orb_selection.glsl"
 layout(local_size_x = 256) in;
 
 layout(std430, set = 0, binding = 1) readonly buffer Corners { uint corners[]; };
 layout(std430, set = 0, binding = 2) readonly buffer Distances { uint distances[]; };
 layout(std430, set = 0, binding = 3) readonly buffer Blocks { uint in_block[]; };
-layout(std430, set = 0, binding = 4) buffer SelectionBuffer { Selection selection; };
+layout(std430, set = 0, binding = 4) buffer SelectionBuffer { OrbSelection selection; };
 layout(std430, set = 0, binding = 5) writeonly buffer Kept { uint kept_cells[]; };
 layout(std430, set = 0, binding = 6) writeonly buffer Count { uint count; };
 #include "orb_kept.glsl"

@@ -33,7 +33,7 @@ ivec4 usable(uvec3 rows[kRows]) {
 }
 
 void main() {
-    const Level level = levels[gl_GlobalInvocationID.z];
+    const OrbLevel level = levels[gl_GlobalInvocationID.z];
     const int x_word = int(gl_GlobalInvocationID.x), first = 4 * int(gl_GlobalInvocationID.y);
     if (4 * x_word >= level.width || first >= level.height) return;
     const int end = min(first + 4, level.height);

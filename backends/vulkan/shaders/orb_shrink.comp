@@ -9,7 +9,7 @@ layout(std430, set = 0, binding = 1) buffer Pyramid { uint pyramid[]; };
 layout(std430, set = 0, binding = 2) buffer Masks { uint masks[]; };
 
 // The words that hold pixels 5 x_word ... 5 x_word + 4 of a row. The last row stands for those behind it, whose pixels nobody keeps.
-ivec2 source_words(Level source, int x_word, int y) {
+ivec2 source_words(OrbLevel source, int x_word, int y) {
     const int first = word_at(source, 5 * x_word >> 2, min(y, source.height - 1));
     return ivec2(first, first + 1);
 }
@@ -20,19 +20,19 @@ uvec2 shifted(uint low, uint high, int x_word) {
     const uint fifth = high >> by & 255u;
     return uvec2(first, first >> 8 | fifth << 24);
 }
-ivec4 across(Level source, int x_word, int y) {
+ivec4 across(OrbLevel source, int x_word, int y) {
     const ivec2 at = source_words(source, x_word, y);
     const uvec2 words = shifted(pyramid[at.x], pyramid[at.y], x_word);
     return ivec4(7, 5, 3, 1) * bytes_from(uvec3(words.x, 0, 0), 0) + ivec4(1, 3, 5, 7) * bytes_from(uvec3(words.y, 0, 0), 0);
 }
-uint usable_across(Level source, int x_word, int y) {
+uint usable_across(OrbLevel source, int x_word, int y) {
     const ivec2 at = source_words(source, x_word, y);
     const uvec2 words = shifted(masks[at.x], masks[at.y], x_word);
     return words.x & words.y;
 }
 
 void main() {
-    const Level source = levels[kLevel - 1], level = levels[kLevel];
+    const OrbLevel source = levels[kLevel - 1], level = levels[kLevel];
     const int x_word = int(gl_GlobalInvocationID.x), block = int(gl_GlobalInvocationID.y);
     if (4 * x_word >= level.width || 4 * block >= level.height) return;
     ivec4 upper = across(source, x_word, 5 * block);
@@ -41,7 +41,7 @@ void main() {
         pyramid[word_at(level, x_word, 4 * block + phase)] = packed(((7 - 2 * phase) * upper + (1 + 2 * phase) * lower + 32) >> 6);
         upper = lower;
     }
-    if (push.has_mask == 0) return;
+    if (given.mask == 0) return;
     uint usable_above = usable_across(source, x_word, 5 * block);
     for (int phase = 0; phase < 4 && 4 * block + phase < level.height; ++phase) {
         const uint usable_below = usable_across(source, x_word, 5 * block + phase + 1);

@@ -10,14 +10,14 @@ layout(std430, set = 0, binding = 2) writeonly buffer Smoothed { uvec2 smoothed[
 const int kRadius = 2;
 
 // The sums under 1 4 6 4 1 along the row. Only pixels within 2 px of the edge, which are 0, take from beyond it.
-ivec4 across(Level level, int x_word, int y) {
+ivec4 across(OrbLevel level, int x_word, int y) {
     const int at = word_at(level, x_word, clamp(y, 0, level.height - 1));
     const uvec3 words = uvec3(pyramid[max(at - 1, 0)], pyramid[at], pyramid[at + 1]);
     return bytes_from(words, 2) + bytes_from(words, 6) + 4 * (bytes_from(words, 3) + bytes_from(words, 5)) + 6 * bytes_from(words, 4);
 }
 
 void main() {
-    const Level level = levels[gl_GlobalInvocationID.z];
+    const OrbLevel level = levels[gl_GlobalInvocationID.z];
     const int x_word = int(gl_GlobalInvocationID.x), first = 4 * int(gl_GlobalInvocationID.y);
     if (4 * x_word >= level.width || first >= level.height) return;
     const ivec4 x = 4 * x_word + ivec4(0, 1, 2, 3);

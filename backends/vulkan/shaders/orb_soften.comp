@@ -10,24 +10,24 @@ layout(std430, set = 0, binding = 2) readonly buffer Mask { uint8_t mask[]; };
 layout(std430, set = 0, binding = 3) writeonly buffer Pyramid { uint pyramid[]; };
 layout(std430, set = 0, binding = 4) writeonly buffer Masks { uint masks[]; };
 
-int row_of(Level level, int y) { return clamp(y, 0, level.height - 1) * push.stride; }
+int row_of(OrbLevel level, int y) { return clamp(y, 0, level.height - 1) * push.stride; }
 
 // The sums under 1 2 1 along the row.
-ivec4 across(Level level, int x, int y) {
+ivec4 across(OrbLevel level, int x, int y) {
     const int row = row_of(level, y);
     int p[6];
     for (int i = 0; i < 6; ++i) p[i] = int(gray[row + clamp(x - 1 + i, 0, level.width - 1)]);
     return ivec4(p[0], p[1], p[2], p[3]) + 2 * ivec4(p[1], p[2], p[3], p[4]) + ivec4(p[2], p[3], p[4], p[5]);
 }
 
-uint usable(Level level, int x, int y) {
+uint usable(OrbLevel level, int x, int y) {
     ivec4 bytes;
     for (int i = 0; i < 4; ++i) bytes[i] = int(mask[row_of(level, y) + min(x + i, level.width - 1)]) != 0 ? 255 : 0;
     return packed(bytes);
 }
 
 void main() {
-    const Level level = levels[0];
+    const OrbLevel level = levels[0];
     const int x_word = int(gl_GlobalInvocationID.x), first = 4 * int(gl_GlobalInvocationID.y);
     const int x = 4 * x_word;
     if (x >= level.width || first >= level.height) return;
@@ -35,7 +35,7 @@ void main() {
     for (int y = first; y < min(first + 4, level.height); ++y) {
         const ivec4 below = across(level, x, y + 1);
         pyramid[word_at(level, x_word, y)] = packed((above + 2 * here + below + 8) >> 4);
-        if (push.has_mask != 0) masks[word_at(level, x_word, y)] = usable(level, x, y);
+        if (given.mask != 0) masks[word_at(level, x_word, y)] = usable(level, x, y);
         above = here;
         here = below;
     }

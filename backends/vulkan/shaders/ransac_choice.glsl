@@ -1,6 +1,6 @@
 // Which references are accepted; for the shaders that come after all have been followed.
-layout(std430, set = 0, binding = 0) readonly buffer FrameBuffer { Frame frame; };
-layout(std430, set = 0, binding = 1) readonly buffer Hypotheses { Hypothesis hypotheses[]; };
+layout(std430, set = 0, binding = 0) readonly buffer FrameBuffer { RansacFrame frame; };
+layout(std430, set = 0, binding = 1) readonly buffer Hypotheses { RansacHypothesis hypotheses[]; };
 layout(std430, set = 0, binding = 2) readonly buffer From { vec4 from[]; };
 layout(std430, set = 0, binding = 3) readonly buffer To { vec4 to[]; };
 

@@ -8,8 +8,8 @@
 
 layout(std430, set = 0, binding = 0) readonly buffer From { vec4 from[]; };
 layout(std430, set = 0, binding = 1) readonly buffer To { vec4 to[]; };
-layout(std430, set = 0, binding = 2) readonly buffer FrameBuffer { Frame frame; };
-layout(std430, set = 0, binding = 3) writeonly buffer Hypotheses { Hypothesis hypotheses[]; };
+layout(std430, set = 0, binding = 2) readonly buffer FrameBuffer { RansacFrame frame; };
+layout(std430, set = 0, binding = 3) writeonly buffer Hypotheses { RansacHypothesis hypotheses[]; };
 
 shared mat3 rotation;
 
@@ -51,7 +51,7 @@ void main() {
         sum = sum_over_group(sum, me);
         if (me == 0) {
             if (last)
-                hypotheses[k] = Hypothesis(vec4[3](vec4(rotation[0], 0), vec4(rotation[1], 0), vec4(rotation[2], 0)), origin,
+                hypotheses[k] = RansacHypothesis(vec4[3](vec4(rotation[0], 0), vec4(rotation[1], 0), vec4(rotation[2], 0)), origin,
                                            uint(sum[0].x), uint[2](0, 0));
             else
                 rotation = nearest_rotation(sum);

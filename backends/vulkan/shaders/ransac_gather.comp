@@ -9,7 +9,7 @@ layout(std430, set = 0, binding = 1) readonly buffer Matches { Match matches[]; 
 layout(std430, set = 0, binding = 2) writeonly buffer From { vec4 from[]; };
 layout(std430, set = 0, binding = 3) buffer To { vec4 to[]; };
 layout(std430, set = 0, binding = 4) writeonly buffer PairOf { uint pair_of[]; };  // by landmark; kNone: takes no part
-layout(std430, set = 0, binding = 5) writeonly buffer FrameBuffer { Frame frame; };
+layout(std430, set = 0, binding = 5) writeonly buffer FrameBuffer { RansacFrame frame; };
 
 shared uint counts[1024];
 shared vec4 sums[1024];
@@ -70,6 +70,6 @@ void main() {
     }
     const float mean = sum_over_group(vec4(squares, 0, 0, 0), me).x / float(max(pairs, 1));
     if (me != 0) return;
-    const float threshold = push.threshold > 0.0 ? push.threshold : max(kMinThreshold, 0.1 * sqrt(mean));
-    frame = Frame(pairs, min(push.references, pairs), threshold, 0);
+    const float threshold = push.threshold_mm > 0.0 ? push.threshold_mm : max(kMinThreshold, 0.1 * sqrt(mean));
+    frame = RansacFrame(pairs, min(push.references, pairs), threshold, 0);
 }

@@ -12,8 +12,6 @@ layout(std430, set = 0, binding = 2) readonly buffer Ignore { uint8_t ignore[]; 
 layout(std430, set = 0, binding = 3) writeonly buffer Gray { uint8_t gray[]; };
 layout(std430, set = 0, binding = 4) writeonly buffer State { uint8_t state[]; };
 
-const int kMapOne = 128;
-
 int source_gray(int x, int y) {
     if (kFormat == 1) return int(source[y * push.source_stride + x]);
     const int at = y * push.source_stride + x * (kFormat == 4 ? 4 : 3);
@@ -27,14 +25,14 @@ bool ignored(int x, int y) { return int(ignore[y * push.source_width + x]) != 0;
 void main() {
     const int x = int(gl_GlobalInvocationID.x), y = int(gl_GlobalInvocationID.y);
     if (x >= push.width || y >= push.height) return;
-    const ivec2 from = push.has_map != 0 ? map[y * push.width + x] : ivec2(x, y) * kMapOne;
+    const ivec2 from = given.map != 0 ? map[y * push.width + x] : ivec2(x, y) * kMapOne;
     const ivec2 last = ivec2(push.source_width, push.source_height) - 1;
     int value = 0, found = 0;
     if (from.x >= 0 && from.y >= 0 && from.x <= last.x * kMapOne && from.y <= last.y * kMapOne) {
         const int i = from.x >> 7, j = from.y >> 7;
         const int a = from.x & (kMapOne - 1), b = from.y & (kMapOne - 1);
         const int right = min(i + 1, last.x), below = min(j + 1, last.y);
-        if (push.has_map != 0) {
+        if (given.map != 0) {
             const int top = (kMapOne - a) * source_gray(i, j) + a * source_gray(right, j);
             const int bottom = (kMapOne - a) * source_gray(i, below) + a * source_gray(right, below);
             value = ((kMapOne - b) * top + b * bottom + 8192) >> 14;
@@ -42,9 +40,9 @@ void main() {
             value = source_gray(i, j);
         }
         bool covered = true;
-        if (push.has_ignore != 0) {
+        if (given.ignore != 0) {
             covered = !ignored(i, j);
-            if (push.has_map != 0) covered = covered && !ignored(right, j) && !ignored(i, below) && !ignored(right, below);
+            if (given.map != 0) covered = covered && !ignored(right, j) && !ignored(i, below) && !ignored(right, below);
         }
         found = (covered ? kCovered : 0) | (value >= push.saturation ? kSaturated : 0);
     }

@@ -1,17 +1,10 @@
 // What the shaders of stage stereo share. The sections they name are those of docs/stages/stereo.md.
+#include "backends/stages/stereo.hpp"
+#include "stereo_push.h"
 layout(push_constant) uniform Push {
-    int width, height, stride;
-    int half_width, half_height;
-    int first, count;  // disparities searched at half resolution
-    float one_over_n, min_score, min_lead;
-    int left_right, texture, support, edge, refine_score;
-    int has_mask;                  // of the image that is prepared; of the right one in the refinement
-    int has_left_mask;
-    int wants_refined, wants_score, wants_confidence;
-} push;
-
-const int kNone = -32768;  // DEFREC_DISPARITY_NONE
-const int kDoubtful = 0, kOpen = 1, kSettled = 2;
+    StereoConstants push;
+    StereoGiven given;
+};
 
 // 0 for 0, else about 1 / sqrt(value).
 vec4 inverse_roots(ivec4 value) {

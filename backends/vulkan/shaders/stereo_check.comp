@@ -20,7 +20,7 @@ void main() {
     const int x = int(gl_GlobalInvocationID.x), y = int(gl_GlobalInvocationID.y);
     if (x >= push.half_width || y >= push.half_height) return;
     const int i = y * push.half_width + x, key = left_keys[i];
-    int disparity = kNone;
+    int disparity = kNoDisparity;
     if (key != 0 && int(left_usable[i]) != 0) {
         const int d = push.first + (key & 255);
         precise const float lead = score(key) - score(seconds[i]);

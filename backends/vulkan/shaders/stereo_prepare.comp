@@ -5,7 +5,7 @@
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
 #extension GL_GOOGLE_include_directive : require
 #include "stereo.glsl"
-const int kRadius = 8;
+const int kRadius = kInpaintRadius;
 #include "stereo_windows.glsl"
 
 layout(std430, set = 0, binding = 0) readonly buffer Source { uint8_t source[]; };
@@ -20,7 +20,7 @@ shared int any_masked;
 shared int inpainted[kTile][kTile];  // -1 - gray where masked
 
 bool inside(ivec2 at) { return all(greaterThanEqual(at, ivec2(0))) && at.x < push.width && at.y < push.height; }
-bool usable(ivec2 at) { return push.has_mask == 0 || int(mask[at.y * push.stride + at.x]) != 0; }
+bool usable(ivec2 at) { return given.mask == 0 || int(mask[at.y * push.stride + at.x]) != 0; }
 int source_gray(ivec2 at) { return int(source[at.y * push.stride + at.x]); }
 int cell(ivec2 at) { return inside(at) && usable(at) ? kOne + source_gray(at) : 0; }
 

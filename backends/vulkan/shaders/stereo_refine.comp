@@ -26,7 +26,6 @@ layout(std430, set = 0, binding = 9) writeonly buffer Score { int16_t score[]; }
 const int kTile = 32, kInvocations = 160, kSide = kTile + 2 * kRadius;
 const int kRun = 8, kQuads = kRun / 4;    // pixels of an invocation, in vectors of four
 const int kReach = kRun + 2 * kRadius;    // and with their windows
-const int kTrustedScore = 512;
 
 shared ivec2 cells[kSide][kSide];  // L, and W_-1, W_0, W_1 in 9 bits each; 0 outside the image
 shared int columns[3][kTile][kSide + 1];
@@ -42,7 +41,7 @@ void warp() {
         int gray = 0, warped = 0;
         if (x >= 0 && x < size().x && y >= 0 && y < size().y) {
             const int at = y * size().x + x, guess = int(hypothesis[at]);
-            const int p = 16 * x - (guess == kNone ? 0 : guess), j = p >> 4, f = p & 15;
+            const int p = 16 * x - (guess == kNoDisparity ? 0 : guess), j = p >> 4, f = p & 15;
             const ivec4 r = ivec4(right_at(j - 1, y), right_at(j, y), right_at(j + 1, y), right_at(j + 2, y));
             const ivec3 w = ((16 - f) * r.xyz + f * r.yzw + 4) >> 3;
             gray = int(left[at]);
@@ -97,7 +96,7 @@ struct Pixel {
 
 Pixel refine(int guess, ivec3 z) {
     Pixel pixel = Pixel(guess, guess, 0, false);
-    if (guess == kNone) return pixel;
+    if (guess == kNoDisparity) return pixel;
     pixel.score = max(z.x, max(z.y, z.z)) >> 8;
     const int bend = 2 * z.y - z.x - z.z;
     if (bend <= 0) return pixel;
@@ -109,16 +108,16 @@ Pixel refine(int guess, ivec3 z) {
 
 void classify(Pixel pixel, int x, int y, bool textured) {
     const int at = y * push.width + x;
-    if (push.wants_refined != 0) refined[at] = int16_t(pixel.disparity);
-    if (push.wants_score != 0) score[at] = int16_t(pixel.score);
+    if (given.refined != 0) refined[at] = int16_t(pixel.disparity);
+    if (given.score != 0) score[at] = int16_t(pixel.score);
     const int stands = int(standing[min(y >> 1, push.half_height - 1) * push.half_width + min(x >> 1, push.half_width - 1)]);
     const bool known = stands == kSettled;
-    const bool usable = push.has_left_mask == 0 || int(left_mask[y * push.stride + x]) != 0;
-    int disparity = kNone, sure = 0;
-    if (pixel.hypothesis != kNone && usable && stands != kDoubtful) {
+    const bool usable = given.left_mask == 0 || int(left_mask[y * push.stride + x]) != 0;
+    int disparity = kNoDisparity, sure = 0;
+    if (pixel.hypothesis != kNoDisparity && usable && stands != kDoubtful) {
         const int q = 16 * x - pixel.disparity;
         bool good = pixel.peak && q >= 0 && pixel.score >= (known ? kTrustedScore : push.refine_score) && textured;
-        if (good && push.has_mask != 0) good = int(right_mask[y * push.stride + ((q + 8) >> 4)]) != 0;
+        if (good && given.mask != 0) good = int(right_mask[y * push.stride + ((q + 8) >> 4)]) != 0;
         if (good || known) {
             disparity = good ? pixel.disparity : pixel.hypothesis;
             sure = clamp(good ? pixel.score >> 4 : pixel.score >> 5, 1, 255);

@@ -18,7 +18,7 @@ layout(std430, set = 0, binding = 4) writeonly buffer LeftKeys { int left_keys[]
 layout(std430, set = 0, binding = 5) writeonly buffer Seconds { int seconds[]; };
 layout(std430, set = 0, binding = 6) buffer RightKeys { int right_keys[]; };
 
-const int kTile = 32, kInvocations = 160, kGroup = 4;
+const int kTile = 32, kInvocations = 160;
 const int kColumns = kTile + 2 * kRadius;
 const int kRun = 8, kQuads = kRun / 4;  // pixels of an invocation, in vectors of four
 const int kKept = (kRadius + 1) / 2;    // words of the 2 kRadius rows before a window's last

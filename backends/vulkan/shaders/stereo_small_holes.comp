@@ -15,12 +15,11 @@ layout(std430, set = 0, binding = 3) writeonly buffer Filled { int16_t filled[];
 layout(std430, set = 0, binding = 4) writeonly buffer GivenConfidence { uint8_t given_confidence[]; };
 
 const int kOne = 1 << 16;  // a cell counts its pixel above the sum of differences, which are at most 16
-const int kFilledConfidence = 8;
 
 int cell(ivec2 at) {
     if (any(lessThan(at, ivec2(0))) || at.x >= push.width || at.y >= push.height) return 0;
     const int i = at.y * push.width + at.x, disparity = int(evidence[i]);
-    return disparity == kNone ? 0 : kOne + disparity - int(hypothesis[i]);
+    return disparity == kNoDisparity ? 0 : kOne + disparity - int(hypothesis[i]);
 }
 
 void main() {
@@ -34,11 +33,11 @@ void main() {
         const int i = at.y * push.width + at.x;
         const int m = (sums[j] + kOne / 2) >> 16, sum = sums[j] - m * kOne;
         int disparity = int(evidence[i]), sure = int(confidence[i]);
-        if (disparity == kNone && 2 * m >= side * side) {
+        if (disparity == kNoDisparity && 2 * m >= side * side) {
             disparity = max(0, int(hypothesis[i]) + floor_divide(2 * sum + m, 2 * m));
             sure = kFilledConfidence;
         }
         filled[i] = int16_t(disparity);
-        if (push.wants_confidence != 0) given_confidence[at.y * push.stride + at.x] = uint8_t(sure);
+        if (given.confidence != 0) given_confidence[at.y * push.stride + at.x] = uint8_t(sure);
     }
 }

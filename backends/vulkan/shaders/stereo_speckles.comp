@@ -14,7 +14,7 @@ layout(std430, set = 0, binding = 2) writeonly buffer To { int16_t to[]; };
 
 int cell(ivec2 at) {
     if (any(lessThan(at, ivec2(0))) || at.x >= push.width || at.y >= push.height) return 0;
-    return int(from[at.y * push.width + at.x]) != kNone ? 1 : 0;
+    return int(from[at.y * push.width + at.x]) != kNoDisparity ? 1 : 0;
 }
 
 void main() {
@@ -26,7 +26,7 @@ void main() {
         const ivec2 at = first + ivec2(0, j);
         if (at.x >= push.width || at.y >= push.height) continue;
         const int i = at.y * push.width + at.x;
-        to[i] = int16_t(dropped ? kNone : int(from[i]));
+        to[i] = int16_t(dropped ? kNoDisparity : int(from[i]));
         if (dropped) confidence[i] = uint8_t(0);
     }
 }

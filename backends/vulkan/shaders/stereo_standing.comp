@@ -11,7 +11,7 @@ layout(std430, set = 0, binding = 0) readonly buffer Dense { int16_t dense[]; };
 layout(std430, set = 0, binding = 1) readonly buffer Supported { int16_t supported[]; };
 layout(std430, set = 0, binding = 2) writeonly buffer Standing { uint8_t standing[]; };
 
-const int kRadius = 4, kTile = 32, kSide = kTile + 2 * kRadius, kInvocations = 256;
+const int kRadius = kEdgeRadius, kTile = 32, kSide = kTile + 2 * kRadius, kInvocations = 256;
 
 shared int cells[kSide][kSide];
 shared int rows_min[kSide][kTile], rows_max[kSide][kTile];
@@ -45,7 +45,7 @@ void main() {
         }
         const int at = y * push.half_width + x;
         const bool doubtful = cells[row + kRadius][column + kRadius] - minimum > push.edge;
-        const bool open = maximum - minimum > push.edge || int(supported[at]) == kNone;
+        const bool open = maximum - minimum > push.edge || int(supported[at]) == kNoDisparity;
         standing[at] = uint8_t(doubtful ? kDoubtful : open ? kOpen : kSettled);
     }
 }

@@ -14,29 +14,28 @@ layout(std430, set = 0, binding = 3) writeonly buffer Samples { SurfaceSample sa
 #define LIVE_DISPARITY(i) int(disparity[i])
 #include "live_depth.glsl"
 
+#include "backends/stages/warp.hpp"
 layout(push_constant) uniform Push {
-    Camera camera;
-    DisparityImage image;
-    float tolerance;
-    int points;
-} push;
+    WarpConstants push;
+    DisparityGrid image;
+};
 
 const uint kObserved = 0, kNoDepth = 1, kOccluded = 2, kOutside = 3, kInconsistent = 4;  // DEFREC_OBSERVED ...
 
 uint observe(vec3 position, vec3 normal, out float residual) {
     residual = 0.0;
     vec2 pixel;
-    if (!project_inside(push.camera, push.image, position, pixel)) return kOutside;
-    const float depth = live_depth(push.camera, push.image, pixel);
+    if (!project_inside(push.camera, image, position, pixel)) return kOutside;
+    const float depth = live_depth(push.camera, image, pixel);
     if (depth == 0.0) return kNoDepth;
     residual = depth - position.z;
     if (!(dot(normal, position) < 0.0)) return kInconsistent;
-    if (abs(residual) <= push.tolerance) return kObserved;
+    if (abs(residual) <= push.tolerance_mm) return kObserved;
     return residual < 0.0 ? kOccluded : kInconsistent;
 }
 
 void main() {
-    const int i = int(gl_GlobalInvocationID.x);
+    const uint i = gl_GlobalInvocationID.x;
     if (i >= push.points) return;
     DualQuaternion moved_by[4];
     for (int k = 0; k < 4; ++k) moved_by[k] = usable_motion(motions[points[i].node[k]]);

@@ -46,14 +46,9 @@ void examine(CaseRun& run, const StageCase& one) {
 
 std::vector<StageCase> stage_cases() {
     std::vector<StageCase> cases;
-    add_rectify_cases(cases);
-    add_stereo_cases(cases);
-    add_orb_cases(cases);
-    add_match_cases(cases);
-    add_align_cases(cases);
-    add_ransac_cases(cases);
-    add_lm_cases(cases);
-    add_warp_cases(cases);
+#define DEFREC_ADD_CASES(name, NAME) add_##name##_cases(cases);
+    DEFREC_STAGES(DEFREC_ADD_CASES, DEFREC_NOTHING)
+#undef DEFREC_ADD_CASES
     return cases;
 }
 

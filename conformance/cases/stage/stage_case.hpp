@@ -4,6 +4,7 @@
 #include <functional>
 #include <vector>
 
+#include "backends/stages/list.hpp"
 #include "conformance/compare_records.hpp"
 
 namespace defrec::conformance {
@@ -39,14 +40,9 @@ StageCase float_case(uint32_t stage, const char* name, const char* title,
                      bool smoke = true, bool slow = false);
 
 // The cases of each stage.
-void add_rectify_cases(std::vector<StageCase>& cases);
-void add_stereo_cases(std::vector<StageCase>& cases);
-void add_orb_cases(std::vector<StageCase>& cases);
-void add_match_cases(std::vector<StageCase>& cases);
-void add_align_cases(std::vector<StageCase>& cases);
-void add_ransac_cases(std::vector<StageCase>& cases);
+#define DEFREC_CASES(name, NAME) void add_##name##_cases(std::vector<StageCase>& cases);
+DEFREC_STAGES(DEFREC_CASES, DEFREC_NOTHING)
+#undef DEFREC_CASES
 void add_ransac_in_place_case(std::vector<Case>& cases);
-void add_lm_cases(std::vector<StageCase>& cases);
-void add_warp_cases(std::vector<StageCase>& cases);
 
 }  // namespace defrec::conformance

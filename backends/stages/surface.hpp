@@ -1,14 +1,48 @@
-// Checks of what a template gives to prepare, so that run can trust it: indices in range, numbers
-// finite.
-#pragma once
+// What the stages that move a surface have in common: the camera and the disparity image as shaders
+// get them, and checks of a template's contents, so that a run can trust it. Shaders include this
+// file as well, for the part outside __cplusplus.
+#ifndef DEFREC_STAGES_SURFACE
+#define DEFREC_STAGES_SURFACE
+#ifdef __cplusplus
 #include <cmath>
 #include <string>
 
 #include "backends/shared/live_depth.hpp"
-#include "backends/shared/motion.hpp"
-#include "backends/shared/stage.hpp"
+#include "backends/stages/contract.hpp"
 
 namespace defrec {
+#endif
+
+// A rectified camera in single precision.
+struct FloatCamera {
+    float fx, fy, cx, cy, baseline_mm;
+};
+
+// The size of a disparity image, px; given 0: no depth anywhere.
+struct DisparityGrid {
+    int width, height, stride;
+    int given;
+};
+
+#ifdef __cplusplus
+constexpr FloatCamera float_camera(const defrec_camera& camera) {
+    return {float(camera.fx), float(camera.fy), float(camera.cx), float(camera.cy),
+            float(camera.baseline_mm)};
+}
+
+// Params: of a stage that has the disparity image's size.
+template <class Params>
+constexpr DisparityGrid disparity_grid(const Params& params, bool given) {
+    return {int32_t(params.width), int32_t(params.height), int32_t(params.stride), given};
+}
+template <class Params>
+constexpr DisparityImage disparity_image(const Params& params, const int16_t* data) {
+    return {data, params.width, params.height, params.stride};
+}
+template <class Params>
+constexpr uint64_t disparity_elements(const Params& params) {
+    return image_elements(params.width, params.height, params.stride);
+}
 
 constexpr bool all_finite(const float* values, size_t count) {
     for (size_t i = 0; i < count; ++i)
@@ -41,14 +75,6 @@ constexpr DualQuaternion<T> usable_motion(const defrec_motion& motion) {
     return normalise(DualQuaternion<T>::load(motion));
 }
 
-// The optional disparity image among a stage's inputs; its last row may end with its last pixel.
-template <class Params>
-DisparityImage take_disparity(const char* what, const Params& params, std::span<const InBuffer> in,
-                              size_t index) {
-    const size_t pixels =
-        params.height == 0 ? 0 : size_t(params.height - 1) * params.stride + params.width;
-    return {take_optional<int16_t>(what, in, index, pixels), params.width, params.height,
-            params.stride};
-}
-
 }  // namespace defrec
+#endif
+#endif

@@ -1,0 +1,36 @@
+// The stages in the order of DEFREC_STAGE_*: the one list from which makers, names and tables are
+// made.
+#pragma once
+#include <iterator>
+
+#include "include/defrec_c.h"
+
+// X(name, NAME) for each stage, with SEPARATOR() between.
+#define DEFREC_STAGES(X, SEPARATOR) \
+    X(rectify, RECTIFY)             \
+    SEPARATOR()                     \
+    X(stereo, STEREO)               \
+    SEPARATOR()                     \
+    X(orb, ORB)                     \
+    SEPARATOR()                     \
+    X(match, MATCH)                 \
+    SEPARATOR()                     \
+    X(align, ALIGN)                 \
+    SEPARATOR()                     \
+    X(ransac, RANSAC)               \
+    SEPARATOR()                     \
+    X(lm, LM)                       \
+    SEPARATOR()                     \
+    X(warp, WARP)
+#define DEFREC_NOTHING()
+#define DEFREC_COMMA() ,
+#define DEFREC_STAGE_NAME(name, NAME) #name
+#define DEFREC_STAGE_PARAMS(name, NAME) defrec_##name##_params
+// make_<name> of the namespace it is used in.
+#define DEFREC_STAGE_MAKER(name, NAME) make_##name
+namespace defrec {
+
+inline constexpr const char* kStageNames[] = {DEFREC_STAGES(DEFREC_STAGE_NAME, DEFREC_COMMA)};
+static_assert(std::size(kStageNames) == DEFREC_STAGE_COUNT_V1);
+
+}  // namespace defrec
