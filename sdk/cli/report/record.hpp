@@ -10,12 +10,16 @@
 #include <utility>
 #include <vector>
 
+#include "include/defrec_c.h"
+
 namespace defrec::cli {
 
+/// DEFREC_POINT_*: the larger the less is known.
 enum class VertexStatus : std::uint8_t {
-    unknown = 0,       ///< no claim: not shown as geometry that is known
-    observed = 1,      ///< supported by this frame's stereo data
-    extrapolated = 2,  ///< moved by the model only: hidden, or without data near
+    observed = DEFREC_POINT_OBSERVED,  ///< supported by this frame's stereo data
+    extrapolated =
+        DEFREC_POINT_EXTRAPOLATED,   ///< moved by the model only: hidden, or without data near
+    unknown = DEFREC_POINT_UNKNOWN,  ///< no claim: not shown as geometry that is known
 };
 
 /// Projects `count` points (x, y, z interleaved, mm, left rectified camera) to pixels (u, v

@@ -29,11 +29,6 @@ bool finite_triangle(const TemplateRecord& reference, std::size_t triangle) {
     return true;
 }
 
-/// How little is known: unknown > extrapolated > observed.
-int uncertainty(VertexStatus status) {
-    return status == VertexStatus::observed ? 0 : status == VertexStatus::extrapolated ? 1 : 2;
-}
-
 }  // namespace
 
 void check_template(const TemplateRecord& reference) {
@@ -170,8 +165,7 @@ void SurfaceLattice::evaluate(const FrameRecord& frame, LatticeState& state) con
         VertexStatus status = VertexStatus::observed;
         float error = 0;
         for (int k = 0; k < 3; ++k) {
-            const VertexStatus corner = frame.vertex_status[node.corner[k]];
-            if (uncertainty(corner) > uncertainty(status)) status = corner;
+            status = std::max(status, frame.vertex_status[node.corner[k]]);
             if (!frame.expected_error_mm.empty())
                 error += node.weight[k] * frame.expected_error_mm[node.corner[k]];
         }
@@ -180,7 +174,7 @@ void SurfaceLattice::evaluate(const FrameRecord& frame, LatticeState& state) con
             p[0] = p[1] = p[2] = kNan;
             status = VertexStatus::unknown;
         }
-        state.status[n] = uncertainty(status) == 2 ? VertexStatus::unknown : status;
+        state.status[n] = status;
         if (!frame.expected_error_mm.empty()) state.error_mm[n] = error;
     }
 }

@@ -9,8 +9,7 @@ namespace defrec::cli {
 namespace {
 
 VertexStatus vertex_status(std::uint8_t status) {
-    if (status == DEFREC_POINT_OBSERVED) return VertexStatus::observed;
-    return status == DEFREC_POINT_EXTRAPOLATED ? VertexStatus::extrapolated : VertexStatus::unknown;
+    return status < DEFREC_POINT_UNKNOWN ? VertexStatus{status} : VertexStatus::unknown;
 }
 
 void fill_matches(const defrec_result& result, RawProjection& projection,

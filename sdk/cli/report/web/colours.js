@@ -16,12 +16,14 @@ export const stateMeanings = {
   relocalised: 'found again after having been lost',
 };
 
-// Indexed by VertexStatus.
+// Indexed by VertexStatus, as DEFREC_POINT_* of the C API.
 export const statuses = [
-  { name: 'unknown', colour: '#9ca3af', meaning: 'no claim is made about this place' },
   { name: 'observed', colour: '#2dd4bf', meaning: 'supported by what both cameras see in this frame' },
   { name: 'extrapolated', colour: '#fbbf24', meaning: 'hidden or without data: moved along by the model' },
+  { name: 'unknown', colour: '#9ca3af', meaning: 'no claim is made about this place' },
 ];
+
+export const unknownStatus = 2;
 
 // Dark blue to yellow, readable without red-green vision (a coarse table of the viridis map's course).
 const ramp = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]];

@@ -1,7 +1,7 @@
 // The surface in 3D: turned with the mouse, stepped through time with the slider.
 import * as THREE from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
-import { rampColour, rampGradient, statuses } from './colours.js';
+import { rampColour, rampGradient, statuses, unknownStatus } from './colours.js';
 import { byId, element, number, positions, seconds } from './data.js';
 import { stateChip } from './summary.js';
 
@@ -63,7 +63,7 @@ function vertexColour(coloring, moment, vertex) {
   if (coloring.key === 'texture') return [1, 1, 1];
   if (coloring.key === 'status') return statusColours[moment.status[vertex]];
   const value = (coloring.key === 'error' ? moment.error : moment.deformation)?.[vertex];
-  if (value === undefined || Number.isNaN(value)) return statusColours[0];
+  if (value === undefined || Number.isNaN(value)) return statusColours[unknownStatus];
   return new THREE.Color().setRGB(...rampColour(value / coloring.top), THREE.SRGBColorSpace).toArray();
 }
 
