@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <limits>
 
 #include "conformance/report/json_report.hpp"
 #include "conformance/report/junit.hpp"
 #include "conformance/report/page.hpp"
 #include "conformance/report/text.hpp"
+#include "sdk/base/atomic_file.hpp"
 
 namespace defrec::conformance {
 namespace {
@@ -19,18 +19,11 @@ double share(double value, double limit) {
     return limit > 0 ? value / limit : std::numeric_limits<double>::infinity();
 }
 
-// Under another name first: a file of this name is always whole.
 void write_file(const std::filesystem::path& path, const std::string& text) {
-    const std::filesystem::path unfinished = path.string() + ".part";
-    std::ofstream file(unfinished, std::ios::binary);
-    file.write(text.data(), static_cast<std::streamsize>(text.size()));
-    file.close();
-    std::error_code error;
-    if (file) std::filesystem::rename(unfinished, path, error);
-    if (!file || error) {
-        std::error_code ignored;
-        std::filesystem::remove(unfinished, ignored);
-        throw ReportError("cannot write " + path.string());
+    try {
+        write_atomically(path, text);
+    } catch (const FileError& error) {
+        throw ReportError(error.what());
     }
 }
 

@@ -1,9 +1,7 @@
 // A template as a file: a header with a version, the arrays one after the other, a checksum. Little
 // endian.
 #include <bit>
-#include <cerrno>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -11,6 +9,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "sdk/base/atomic_file.hpp"
 #include "sdk/device/context.hpp"
 #include "sdk/template/template.hpp"
 
@@ -80,52 +79,6 @@ class Reader {
     const std::string& path_;
     const std::string& bytes_;
     size_t at_ = 0;
-};
-
-// A reader never meets half a file: it is written beside its place, under a name of its own, since
-// several may be saved to one path at the same time, and renamed. What was not renamed is removed.
-class PartialFile {
-  public:
-    explicit PartialFile(const std::filesystem::path& target) {
-        constexpr int kMaxNames = 1000;
-        for (int i = 0; i < kMaxNames && file_ == nullptr; ++i) {
-            path_ = target;
-            path_ += concat(".", i, ".partial");
-            file_ = std::fopen(path_.string().c_str(), "wbx");
-            if (file_ == nullptr && errno != EEXIST) break;
-        }
-        is_made_ = file_ != nullptr;
-        if (!is_made_) error_ = errno;
-    }
-    ~PartialFile() {
-        if (file_ != nullptr) std::fclose(file_);
-        std::error_code ignored;
-        if (is_made_ && !is_renamed_) std::filesystem::remove(path_, ignored);
-    }
-    PartialFile(const PartialFile&) = delete;
-    PartialFile& operator=(const PartialFile&) = delete;
-
-    bool write(const void* bytes, size_t size) {
-        return file_ != nullptr && (std::fwrite(bytes, 1, size, file_) == size || failed(errno));
-    }
-    bool rename_to(const std::filesystem::path& target) {
-        if (std::fclose(std::exchange(file_, nullptr)) != 0) return failed(errno);
-        std::error_code error;
-        std::filesystem::rename(path_, target, error);
-        is_renamed_ = !error;
-        return is_renamed_ || failed(error.value());
-    }
-    int error() const { return error_; }
-
-  private:
-    bool failed(int error) {
-        error_ = error;
-        return false;
-    }
-    std::filesystem::path path_;
-    std::FILE* file_ = nullptr;
-    bool is_made_ = false, is_renamed_ = false;
-    int error_ = 0;
 };
 
 // Calls visit for every member, in the file's order; the same for reading and writing.
@@ -256,11 +209,14 @@ void Template::save(const char* path) const {
         !std::filesystem::is_regular_file(target, ignored))
         fail(DEFREC_ERROR_IO, "the template cannot be written to ", path,
              ": what is there is no file, and would be replaced");
-    PartialFile file(target);
-    if (!file.write(bytes.data(), bytes.size()) || !file.write(&sum, sizeof sum) ||
-        !file.rename_to(target))
-        fail(DEFREC_ERROR_IO, "the template cannot be written to ", path, ": ",
-             std::generic_category().message(file.error()));
+    try {
+        AtomicFile file(target);
+        file.write(bytes);
+        file.write({reinterpret_cast<const char*>(&sum), sizeof sum});
+        file.commit();
+    } catch (const FileError& error) {
+        fail(DEFREC_ERROR_IO, "the template cannot be written: ", error.what());
+    }
 }
 
 std::shared_ptr<const Template> Template::load(Context& context, const char* path) {

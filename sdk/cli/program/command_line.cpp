@@ -5,6 +5,7 @@
 #include <exception>
 #include <new>
 
+#include "sdk/base/atomic_file.hpp"
 #include "sdk/cli/io/exit_code.hpp"
 #include "sdk/cli/io/terminal.hpp"
 
@@ -21,6 +22,9 @@ int carry_out(CLI::App& app, const std::function<int()>& run, int argc, const ch
     } catch (const CliError& error) {
         print_notice(error.what());
         return static_cast<int>(error.code());
+    } catch (const FileError& error) {
+        print_notice(std::string(error.what()) + ".");
+        return static_cast<int>(ExitCode::kOutput);
     } catch (const std::bad_alloc&) {
         print_notice("out of memory.");
     } catch (const std::exception& error) {

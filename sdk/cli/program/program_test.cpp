@@ -53,7 +53,10 @@ std::size_t lines_of(const std::string& path) {
 
 bool has_partial_files(const fs::path& folder) {
     return std::any_of(fs::recursive_directory_iterator(folder), fs::recursive_directory_iterator(),
-                       [](const auto& entry) { return entry.path().extension() == ".partial"; });
+                       [](const auto& entry) {
+                           return entry.path().filename().string().find(".partial") !=
+                                  std::string::npos;
+                       });
 }
 
 }  // namespace

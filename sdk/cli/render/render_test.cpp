@@ -485,7 +485,7 @@ TEST_CASE("the command answers with exit codes") {
                        "--quiet"}) == 0);
     CHECK(fs::exists(folder.path / "out/right/000000.png"));
     CHECK_FALSE(fs::exists(folder.path / "out/right/000001.png"));
-    CHECK_FALSE(fs::exists(folder.path / "out/truth.csv.part"));
+    CHECK_FALSE(fs::exists(folder.path / "out/truth.0.partial.csv"));
 }
 
 TEST_CASE("row 73: a stopped rendering leaves whole frames and their truth, and says so") {

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <thread>
 
@@ -25,28 +24,7 @@ std::string frame_name(const char* folder, int frame) {
 void write_png(const fs::path& path, const cv::Mat& image) {
     std::vector<unsigned char> bytes;
     cv::imencode(".png", image, bytes, {cv::IMWRITE_PNG_COMPRESSION, 1});
-    std::ofstream file(path, std::ios::binary);
-    file.write(reinterpret_cast<const char*>(bytes.data()),
-               static_cast<std::streamsize>(bytes.size()));
-    file.close();
-    if (!file) {
-        throw RenderOutputError("cannot write " + path.string());
-    }
-}
-
-std::ofstream open_text(const fs::path& path) {
-    std::ofstream file(path);
-    if (!file) {
-        throw RenderOutputError("cannot write " + path.string());
-    }
-    return file;
-}
-
-void close_text(std::ofstream& file, const std::string& name) {
-    file.close();
-    if (!file) {
-        throw RenderOutputError("cannot finish writing " + name);
-    }
+    write_atomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 /// Everything that lasts from frame to frame.
@@ -65,7 +43,7 @@ class Sequence {
   private:
     void write_points() const;
     void write_pictures(int frame) const;
-    void write_truth(std::ofstream& file, int frame) const;
+    void write_truth(AtomicFile& file, int frame) const;
 
     const RenderOptions& options_;
     int frames_;
@@ -74,15 +52,14 @@ class Sequence {
 };
 
 void Sequence::write_points() const {
-    std::ofstream file = open_text(fs::path(options_.out_dir) / "points.csv");
-    file << "id,u,v\n";
+    std::string text = "id,u,v\n";
     for (std::size_t id = 0; id < film_.points().size(); ++id) {
         char line[80];
         std::snprintf(line, sizeof line, "%zu,%.2f,%.2f\n", id, film_.points()[id].u,
                       film_.points()[id].v);
-        file << line;
+        text += line;
     }
-    close_text(file, "points.csv");
+    write_atomically(fs::path(options_.out_dir) / "points.csv", text);
 }
 
 void Sequence::write_pictures(int frame) const {
@@ -116,22 +93,21 @@ void Sequence::write_pictures(int frame) const {
     }
 }
 
-void Sequence::write_truth(std::ofstream& file, int frame) const {
+void Sequence::write_truth(AtomicFile& file, int frame) const {
     for (std::size_t id = 0; id < film_.points().size(); ++id) {
         const Film::Truth truth = film_.truth(id);
         const Eigen::Vector3d p = rectification_ * truth.position;
         char line[160];
         std::snprintf(line, sizeof line, "%d,%zu,%.6f,%.6f,%.6f,%d\n", frame, id, p.x(), p.y(),
                       p.z(), truth.visible ? 1 : 0);
-        file << line;
+        file.write(line);
     }
 }
 
 int Sequence::render(const ProgressFn& progress, const StopFn& stop) {
     const fs::path out(options_.out_dir);
-    const fs::path unfinished = out / "truth.csv.part";
-    std::ofstream truth = open_text(unfinished);
-    truth << "frame,id,x,y,z,visible\n";
+    AtomicFile truth(out / "truth.csv");
+    truth.write("frame,id,x,y,z,visible\n");
     write_calibration(film_.scene().rig, (out / "calibration.yaml").string());
     int frame = 0;
     for (; frame < frames_ && (frame == 0 || !stop || !stop()); ++frame) {
@@ -145,13 +121,7 @@ int Sequence::render(const ProgressFn& progress, const StopFn& stop) {
             progress(frame + 1, frames_);
         }
     }
-    close_text(truth, unfinished.string());
-    std::error_code error;
-    fs::rename(unfinished, out / "truth.csv", error);
-    if (error) {
-        throw RenderOutputError("cannot write " + (out / "truth.csv").string() + ": " +
-                                error.message());
-    }
+    truth.commit();
     return frame;
 }
 
@@ -214,7 +184,11 @@ int render_sequence(const RenderOptions& options, const ProgressFn& progress, co
     }
     make_folders(options);
     remove_leftovers(options, frames);
-    return sequence.render(progress, stop);
+    try {
+        return sequence.render(progress, stop);
+    } catch (const FileError& error) {
+        throw RenderOutputError(error.what());
+    }
 }
 
 }  // namespace defrec::cli

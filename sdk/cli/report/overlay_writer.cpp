@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "sdk/cli/report/output_file.hpp"
+#include "sdk/base/atomic_file.hpp"
 #include "sdk/cli/report/overlay.hpp"
 #include "sdk/cli/report/video_encoder.hpp"
 
@@ -30,7 +30,7 @@ int fourcc(const char* code) { return cv::VideoWriter::fourcc(code[0], code[1], 
 
 struct OverlayWriter::Impl {
     OverlayPainter painter;
-    std::unique_ptr<OutputFile> file;
+    std::unique_ptr<AtomicFile> file;
     std::unique_ptr<VideoEncoder> encoder;
     cv::Size image_size, video_size;
     std::int64_t frames = 0;
@@ -47,7 +47,7 @@ void OverlayWriter::Impl::open(const std::filesystem::path& path, double fps) {
         std::filesystem::path name = path;
         if (codec.extension) name.replace_extension(codec.extension);
         file.reset();
-        file = std::make_unique<OutputFile>(name);
+        file = std::make_unique<AtomicFile>(name);
         encoder = std::make_unique<VideoEncoder>(file->temporary().string(), fourcc(codec.fourcc),
                                                  fps, video_size);
         if (!encoder->opened()) {

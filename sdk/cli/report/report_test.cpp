@@ -142,7 +142,7 @@ TEST_CASE(
     const SyntheticSequence sequence(160, 120, 2);
     CHECK_THROWS_WITH_AS(
         ReportWriter(folder.path / "none" / "report.html", {}, sequence.projector()),
-        doctest::Contains("cannot write"), std::runtime_error);
+        doctest::Contains("report.html: the file cannot be created"), std::runtime_error);
     { ReportWriter abandoned(folder.path / "report.html", {}, sequence.projector()); }
     CHECK(fs::is_empty(folder.path));
 }

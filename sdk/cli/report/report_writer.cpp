@@ -9,8 +9,8 @@
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
+#include "sdk/base/atomic_file.hpp"
 #include "sdk/cli/report/key_frames.hpp"
-#include "sdk/cli/report/output_file.hpp"
 #include "sdk/cli/report/page.hpp"
 #include "sdk/cli/report/page_json.hpp"
 #include "sdk/cli/report/report.hpp"
@@ -82,7 +82,7 @@ json quantiles(const Distribution& distribution) {
 }  // namespace
 
 struct ReportWriter::Impl {
-    OutputFile file;
+    AtomicFile file;
     ReportMeta meta;
     OverlayPainter painter;
     SurfaceHistory surface;
@@ -224,14 +224,9 @@ void ReportWriter::finish() {
                     {"key_frames", to_json(impl_->pictures.sorted())},
                     {"surface", to_json(impl_->surface, impl_->texture, impl_->texture_width,
                                         impl_->texture_height)}};
-    std::ofstream out(impl_->file.temporary(), std::ios::binary | std::ios::trunc);
-    for (const std::string_view part : page_before_data()) out << part;
-    out << embeddable(data);
-    for (const std::string_view part : page_after_data()) out << part;
-    out.close();
-    if (!out)
-        throw std::runtime_error("cannot write '" + impl_->file.path().string() +
-                                 "': the page could not be written whole; is the disk full?");
+    for (const std::string_view part : page_before_data()) impl_->file.write(part);
+    impl_->file.write(embeddable(data));
+    for (const std::string_view part : page_after_data()) impl_->file.write(part);
     impl_->file.commit();
 }
 

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "sdk/cli/io/atomic_file.hpp"
+#include "sdk/base/atomic_file.hpp"
 
 namespace defrec::cli {
 

@@ -11,7 +11,8 @@
 #include <opencv2/core.hpp>
 #include <optional>
 
-#include "sdk/cli/io/atomic_file.hpp"
+#include "sdk/base/atomic_file.hpp"
+#include "sdk/cli/io/output_folder.hpp"
 #include "sdk/cli/io/terminal.hpp"
 #include "sdk/cli/live_link/live_link.hpp"
 #include "sdk/cli/program/interrupt.hpp"

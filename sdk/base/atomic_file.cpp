@@ -1,0 +1,64 @@
+// See atomic_file.hpp.
+#include "sdk/base/atomic_file.hpp"
+
+#include <cerrno>
+#include <system_error>
+
+namespace defrec {
+namespace {
+
+std::string describe(const std::filesystem::path& path, const std::string& what, int error) {
+    const std::string reason =
+        error != 0 ? " (" + std::generic_category().message(error) + ")" : std::string();
+    return path.string() + ": the file " + what + reason +
+           "; check the folder's permissions and the space on its disk";
+}
+
+}  // namespace
+
+FileError::FileError(const std::filesystem::path& path, const std::string& what, int error)
+    : std::runtime_error(describe(path, what, error)) {}
+
+AtomicFile::AtomicFile(const std::filesystem::path& path)
+    : path_(path), file_(nullptr, &std::fclose) {
+    constexpr int kMaxNames = 1000;
+    for (int i = 0; i < kMaxNames && file_ == nullptr; ++i) {
+        temporary_ = path_.parent_path() / path_.stem();
+        temporary_ += "." + std::to_string(i) + ".partial";
+        temporary_ += path_.extension();
+        errno = 0;
+        file_.reset(std::fopen(temporary_.c_str(), "wbx"));
+        if (file_ == nullptr && errno != EEXIST) break;
+    }
+    if (file_ == nullptr) throw FileError(path_, "cannot be created", errno);
+}
+
+AtomicFile::~AtomicFile() {
+    if (temporary_.empty()) return;
+    file_.reset();
+    std::error_code ignored;
+    std::filesystem::remove(temporary_, ignored);
+}
+
+void AtomicFile::write(std::string_view bytes) {
+    errno = 0;
+    if (std::fwrite(bytes.data(), 1, bytes.size(), file_.get()) != bytes.size())
+        throw FileError(path_, "cannot be written", errno);
+}
+
+void AtomicFile::commit() {
+    errno = 0;
+    if (std::fclose(file_.release()) != 0) throw FileError(path_, "cannot be written", errno);
+    std::error_code error;
+    std::filesystem::rename(temporary_, path_, error);
+    if (error) throw FileError(path_, "cannot be given its name", error.value());
+    temporary_.clear();
+}
+
+void write_atomically(const std::filesystem::path& path, std::string_view bytes) {
+    AtomicFile file(path);
+    file.write(bytes);
+    file.commit();
+}
+
+}  // namespace defrec

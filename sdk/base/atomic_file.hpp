@@ -1,0 +1,45 @@
+// Files that appear whole or not at all: written under another name in the same folder, then
+// renamed.
+#pragma once
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace defrec {
+
+// A file that cannot be written: its path, what failed, and the system's reason.
+class FileError : public std::runtime_error {
+  public:
+    FileError(const std::filesystem::path& path, const std::string& what, int error);
+};
+
+// Every failure (not writable, disk full) is a FileError. One thread at a time.
+class AtomicFile {
+  public:
+    // Under a name of its own: several may be written to one path at the same time.
+    explicit AtomicFile(const std::filesystem::path& path);
+    // Removes the file unless commit() was reached.
+    ~AtomicFile();
+    AtomicFile(const AtomicFile&) = delete;
+    AtomicFile& operator=(const AtomicFile&) = delete;
+
+    const std::filesystem::path& path() const { return path_; }
+    // The file until then, with the extension of the path, for a library that writes it by its
+    // name.
+    const std::filesystem::path& temporary() const { return temporary_; }
+
+    void write(std::string_view bytes);
+    // Closes the file and gives it its name, replacing one that stood there. May be called once.
+    void commit();
+
+  private:
+    std::filesystem::path path_, temporary_;  // temporary_: empty once renamed
+    std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_;
+};
+
+void write_atomically(const std::filesystem::path& path, std::string_view bytes);
+
+}  // namespace defrec

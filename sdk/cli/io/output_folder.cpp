@@ -1,0 +1,21 @@
+// See output_folder.hpp.
+#include "sdk/cli/io/output_folder.hpp"
+
+#include <string>
+#include <system_error>
+
+#include "sdk/cli/io/exit_code.hpp"
+
+namespace defrec::cli {
+
+void create_output_folder(const std::filesystem::path& path) {
+    std::error_code error;
+    std::filesystem::create_directories(path, error);
+    if (error || !std::filesystem::is_directory(path)) {
+        const std::string reason = error ? error.message() : "a file of this name is there";
+        throw CliError(ExitCode::kOutput, path.string() + ": the folder cannot be created (" +
+                                              reason + "); choose another with --out.");
+    }
+}
+
+}  // namespace defrec::cli
