@@ -45,41 +45,31 @@ void MessageSender::send(const Message& message) const {
 }
 
 ChildProcess::ChildProcess(const Body& body, Isolation isolation) {
-    int ends[2];
-    if (::pipe2(ends, O_CLOEXEC) != 0)
-        fail(DEFREC_ERROR_INTERNAL, "no pipe can be opened: ", std::strerror(errno));
-    if (isolation == Isolation::process) {
-        start_process(body, ends);
-    } else {
-        thread_ = std::thread([body, end = ends[1]] {
-            body(MessageSender(end));
-            ::close(end);
-        });
-    }
-    descriptor_ = ends[0];
+    Pipe pipe;
+    if (!pipe.open()) fail(DEFREC_ERROR_INTERNAL, "no pipe can be opened: ", std::strerror(errno));
+    received_from_ = std::move(pipe.read_end);
+    if (isolation == Isolation::process)
+        start_process(body, std::move(pipe.write_end));
+    else
+        thread_ = std::thread(
+            [body, end = std::move(pipe.write_end)] { body(MessageSender(end.get())); });
 }
 
-void ChildProcess::start_process(const Body& body, const int (&ends)[2]) {
+void ChildProcess::start_process(const Body& body, Descriptor write_end) {
     std::fflush(nullptr);  // or the child would print it once more
     pid_ = ::fork();
-    if (pid_ < 0) {
-        ::close(ends[0]);
-        ::close(ends[1]);
-        fail(DEFREC_ERROR_INTERNAL, "no process can be started: ", std::strerror(errno));
-    }
+    if (pid_ < 0) fail(DEFREC_ERROR_INTERNAL, "no process can be started: ", std::strerror(errno));
     if (pid_ == 0) {
         ::prctl(PR_SET_PDEATHSIG, SIGKILL);
         ::signal(SIGPIPE, SIG_IGN);
-        ::close(ends[0]);
-        body(MessageSender(ends[1]));
+        received_from_.close();
+        body(MessageSender(write_end.get()));
         std::exit(0);
     }
-    ::close(ends[1]);
 }
 
 ChildProcess::~ChildProcess() {
     if (thread_.joinable()) thread_.join();
-    if (descriptor_ >= 0) ::close(descriptor_);
     if (pid_ > 0) {
         ::kill(pid_, SIGKILL);
         ::waitpid(pid_, nullptr, 0);
@@ -89,7 +79,7 @@ ChildProcess::~ChildProcess() {
 // Reads until received_ has count bytes; false with the event otherwise.
 bool ChildProcess::fill(size_t count, Clock::time_point deadline, Event& event) {
     while (received_.size() < count) {
-        pollfd waiting{descriptor_, POLLIN, 0};
+        pollfd waiting{received_from_.get(), POLLIN, 0};
         const int ready = ::poll(&waiting, 1, milliseconds_until(deadline));
         if (ready < 0 && errno == EINTR) continue;
         if (ready <= 0) {
@@ -99,7 +89,7 @@ bool ChildProcess::fill(size_t count, Clock::time_point deadline, Event& event) 
         const size_t before = received_.size();
         received_.resize(std::min(count, before + 65536));
         const ssize_t got =
-            ::read(descriptor_, received_.data() + before, received_.size() - before);
+            ::read(received_from_.get(), received_.data() + before, received_.size() - before);
         received_.resize(before + size_t(std::max<ssize_t>(got, 0)));
         if (got < 0 && errno == EINTR) continue;
         if (got <= 0) {

@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "conformance/message.hpp"
+#include "sdk/base/descriptor.hpp"
 
 namespace defrec::conformance {
 
@@ -47,12 +48,12 @@ class ChildProcess {
     std::string reap(std::chrono::steady_clock::time_point deadline);
 
   private:
-    void start_process(const Body& body, const int (&ends)[2]);
+    void start_process(const Body& body, Descriptor write_end);
     bool fill(size_t count, std::chrono::steady_clock::time_point deadline, Event& event);
 
     pid_t pid_ = -1;  // none: it is a thread
     std::thread thread_;
-    int descriptor_ = -1;
+    Descriptor received_from_;
     std::vector<unsigned char> received_;
 };
 

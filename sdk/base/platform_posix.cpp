@@ -15,6 +15,7 @@
 #include <memory>
 #include <system_error>
 
+#include "sdk/base/descriptor.hpp"
 #include "sdk/base/error.hpp"
 #include "sdk/base/platform.hpp"
 
@@ -103,16 +104,10 @@ std::vector<std::string> list_folder(const std::string& path) {
 }
 
 std::vector<unsigned char> read_regular_file(const std::string& path, uint64_t cap) {
-    struct Descriptor {
-        int value;
-        ~Descriptor() {
-            if (value >= 0) close(value);
-        }
-    };
     const Descriptor file{open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY)};
-    if (file.value < 0) fail(DEFREC_ERROR_IO, path, ": ", std::strerror(errno));
+    if (!file) fail(DEFREC_ERROR_IO, path, ": ", std::strerror(errno));
     struct stat info;
-    if (fstat(file.value, &info) != 0) fail(DEFREC_ERROR_IO, path, ": ", std::strerror(errno));
+    if (fstat(file.get(), &info) != 0) fail(DEFREC_ERROR_IO, path, ": ", std::strerror(errno));
     if (!S_ISREG(info.st_mode)) fail(DEFREC_ERROR_PLUGIN, path, ": not a regular file");
     const auto size = static_cast<uint64_t>(info.st_size);
     if (size > cap)
@@ -120,7 +115,7 @@ std::vector<unsigned char> read_regular_file(const std::string& path, uint64_t c
     std::vector<unsigned char> bytes(size);
     uint64_t have = 0;
     while (have < size) {
-        const ssize_t count = read(file.value, bytes.data() + have, size - have);
+        const ssize_t count = read(file.get(), bytes.data() + have, size - have);
         if (count < 0 && errno == EINTR) continue;
         if (count < 0) fail(DEFREC_ERROR_IO, path, ": ", std::strerror(errno));
         if (count == 0) break;

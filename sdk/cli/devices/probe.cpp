@@ -15,6 +15,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "sdk/base/descriptor.hpp"
 #include "sdk/cli/io/terminal.hpp"
 #include "sdk/cli/io/text.hpp"
 #include "sdk/cli/program/library.hpp"
@@ -87,30 +88,6 @@ struct ChildOutput {
     bool timed_out = false;
 };
 
-class Pipe {
-  public:
-    Pipe() {
-        if (::pipe2(ends_, O_CLOEXEC) != 0)
-            throw CliError(ExitCode::kInternal, "no pipe can be opened.");
-    }
-    ~Pipe() {
-        for (const int end : ends_) {
-            if (end >= 0) ::close(end);
-        }
-    }
-    Pipe(const Pipe&) = delete;
-    Pipe& operator=(const Pipe&) = delete;
-    int read_end() const { return ends_[0]; }
-    int write_end() const { return ends_[1]; }
-    void close_write_end() {
-        ::close(ends_[1]);
-        ends_[1] = -1;
-    }
-
-  private:
-    int ends_[2] = {-1, -1};
-};
-
 int wait_until(pid_t child, Clock::time_point deadline, bool& timed_out) {
     int status = 0;
     while (::waitpid(child, &status, WNOHANG) == 0) {
@@ -145,9 +122,10 @@ ChildOutput run_child(const std::vector<std::string>& arguments, std::chrono::mi
         argv.push_back(const_cast<char*>(argument.c_str()));
     argv.push_back(nullptr);
     Pipe pipe;
+    if (!pipe.open()) throw CliError(ExitCode::kInternal, "no pipe can be opened.");
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_adddup2(&actions, pipe.write_end(), STDOUT_FILENO);
+    posix_spawn_file_actions_adddup2(&actions, pipe.write_end.get(), STDOUT_FILENO);
     posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
     posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
     pid_t child = 0;
@@ -157,10 +135,10 @@ ChildOutput run_child(const std::vector<std::string>& arguments, std::chrono::mi
         throw CliError(ExitCode::kInternal,
                        arguments[0] + ": cannot be started again for the probe.");
 
-    pipe.close_write_end();
+    pipe.write_end.close();
     const Clock::time_point deadline = Clock::now() + limit;
     ChildOutput output;
-    read_until(pipe.read_end(), deadline, output.text);
+    read_until(pipe.read_end.get(), deadline, output.text);
     output.status = wait_until(child, deadline, output.timed_out);
     return output;
 }

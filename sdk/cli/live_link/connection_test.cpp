@@ -36,7 +36,7 @@ struct Pair {
         std::string all;
         std::vector<char> part(1 << 16);
         for (ssize_t count = 0;
-             (count = ::recv(receiver.descriptor(), part.data(), part.size(), 0)) > 0;) {
+             (count = ::recv(receiver.get(), part.data(), part.size(), 0)) > 0;) {
             all.append(part.data(), static_cast<std::size_t>(count));
         }
         return all;
@@ -56,8 +56,7 @@ struct Pair {
         const std::string garbage(size, '?');
         std::size_t done = 0;
         while (done < size) {
-            const ssize_t count =
-                ::send(receiver.descriptor(), garbage.data() + done, size - done, 0);
+            const ssize_t count = ::send(receiver.get(), garbage.data() + done, size - done, 0);
             if (count <= 0) break;
             done += static_cast<std::size_t>(count);
             REQUIRE(connection->discard_input());
@@ -126,7 +125,7 @@ TEST_CASE(
 TEST_CASE("a receiver that takes nothing at all has no more time, though its packet is replaced") {
     Pair pair;
     int size = 0;
-    while (::send(pair.connection->socket().descriptor(), &size, sizeof size, MSG_DONTWAIT) > 0) {
+    while (::send(pair.connection->socket().get(), &size, sizeof size, MSG_DONTWAIT) > 0) {
     }
     pair.connection->offer(packet(1, 10), kStart);
     REQUIRE(pair.connection->send(kStart));
@@ -161,7 +160,7 @@ TEST_CASE("what a receiver sends is thrown away, up to a limit that begins anew 
     }
     pair.write(Connection::kMaxInput);
     char more = '?';
-    REQUIRE(::send(pair.receiver.descriptor(), &more, 1, 0) == 1);
+    REQUIRE(::send(pair.receiver.get(), &more, 1, 0) == 1);
     CHECK_FALSE(pair.connection->discard_input());
     CHECK(std::string(pair.connection->end_reason()) ==
           "was dropped, because it sent more than 1 MiB between two frames");

@@ -25,7 +25,7 @@ constexpr int kSendBufferBytes = 128 * 1024;
 std::string describe(int error) { return std::generic_category().message(error); }
 
 void set_option(const Socket& socket, int level, int name, int value) {
-    ::setsockopt(socket.descriptor(), level, name, &value, sizeof value);
+    ::setsockopt(socket.get(), level, name, &value, sizeof value);
 }
 
 Socket open_socket(const addrinfo& address) {
@@ -38,20 +38,14 @@ Socket open_socket(const addrinfo& address) {
 bool is_connected_to_itself(const Socket& socket) {
     sockaddr_storage here{}, there{};
     socklen_t here_size = sizeof here, there_size = sizeof there;
-    return ::getsockname(socket.descriptor(), reinterpret_cast<sockaddr*>(&here), &here_size) ==
-               0 &&
-           ::getpeername(socket.descriptor(), reinterpret_cast<sockaddr*>(&there), &there_size) ==
-               0 &&
+    return ::getsockname(socket.get(), reinterpret_cast<sockaddr*>(&here), &here_size) == 0 &&
+           ::getpeername(socket.get(), reinterpret_cast<sockaddr*>(&there), &there_size) == 0 &&
            here_size == there_size && std::memcmp(&here, &there, here_size) == 0;
 }
 
 bool is_for_later(int error) { return error == EAGAIN || error == EWOULDBLOCK || error == EINTR; }
 
 }  // namespace
-
-Socket::~Socket() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-}
 
 Addresses::Addresses(const Endpoint& endpoint) {
     addrinfo hints{};
@@ -77,9 +71,8 @@ Socket listen_at(const Endpoint& endpoint) {
     Socket socket = open_socket(addresses[0]);
     // The port is free at once after a run, though its connections linger.
     if (socket) set_option(socket, SOL_SOCKET, SO_REUSEADDR, 1);
-    if (!socket ||
-        ::bind(socket.descriptor(), addresses[0].ai_addr, addresses[0].ai_addrlen) != 0 ||
-        ::listen(socket.descriptor(), kBacklog) != 0) {
+    if (!socket || ::bind(socket.get(), addresses[0].ai_addr, addresses[0].ai_addrlen) != 0 ||
+        ::listen(socket.get(), kBacklog) != 0) {
         const std::string reason = describe(errno);
         throw CliError(ExitCode::kOutput, "the live link cannot listen at " + to_string(endpoint) +
                                               " (" + reason + ").");
@@ -92,7 +85,7 @@ Endpoint local_endpoint(const Socket& listener) {
     socklen_t size = sizeof address;
     std::array<char, NI_MAXHOST> host{};
     std::array<char, NI_MAXSERV> port{};
-    if (::getsockname(listener.descriptor(), reinterpret_cast<sockaddr*>(&address), &size) != 0 ||
+    if (::getsockname(listener.get(), reinterpret_cast<sockaddr*>(&address), &size) != 0 ||
         ::getnameinfo(reinterpret_cast<const sockaddr*>(&address), size, host.data(), host.size(),
                       port.data(), port.size(), NI_NUMERICHOST | NI_NUMERICSERV) != 0) {
         throw CliError(ExitCode::kInternal, "the live link's own address is not known.");
@@ -101,8 +94,7 @@ Endpoint local_endpoint(const Socket& listener) {
 }
 
 Accepted accept_from(const Socket& listener, Socket& receiver) {
-    receiver =
-        Socket(::accept4(listener.descriptor(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
+    receiver = Socket(::accept4(listener.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
     if (receiver) return Accepted::kReceiver;
     const bool has_no_resources =
         errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM;
@@ -112,8 +104,7 @@ Accepted accept_from(const Socket& listener, Socket& receiver) {
 Socket begin_to_connect(const addrinfo& address) {
     Socket socket = open_socket(address);
     if (!socket) return {};
-    if (::connect(socket.descriptor(), address.ai_addr, address.ai_addrlen) != 0 &&
-        errno != EINPROGRESS)
+    if (::connect(socket.get(), address.ai_addr, address.ai_addrlen) != 0 && errno != EINPROGRESS)
         return {};
     return socket;
 }
@@ -121,7 +112,7 @@ Socket begin_to_connect(const addrinfo& address) {
 std::string connection_error(const Socket& socket) {
     int error = 0;
     socklen_t size = sizeof error;
-    if (::getsockopt(socket.descriptor(), SOL_SOCKET, SO_ERROR, &error, &size) != 0) error = errno;
+    if (::getsockopt(socket.get(), SOL_SOCKET, SO_ERROR, &error, &size) != 0) error = errno;
     if (error != 0) return describe(error);
     return is_connected_to_itself(socket) ? describe(ECONNREFUSED) : "";
 }
@@ -133,7 +124,7 @@ void prepare_to_send(const Socket& socket) {
 
 Transfer send_some(const Socket& socket, std::string_view bytes, std::size_t& done) {
     const ssize_t count =
-        ::send(socket.descriptor(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+        ::send(socket.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
     if (count < 0) return is_for_later(errno) ? Transfer::kNothingNow : Transfer::kGone;
     done = static_cast<std::size_t>(count);
     return Transfer::kSome;
@@ -141,14 +132,14 @@ Transfer send_some(const Socket& socket, std::string_view bytes, std::size_t& do
 
 Transfer discard_some(const Socket& socket, std::size_t& done) {
     std::array<char, 4096> scratch;
-    const ssize_t count = ::recv(socket.descriptor(), scratch.data(), scratch.size(), MSG_DONTWAIT);
+    const ssize_t count = ::recv(socket.get(), scratch.data(), scratch.size(), MSG_DONTWAIT);
     if (count < 0) return is_for_later(errno) ? Transfer::kNothingNow : Transfer::kGone;
     if (count == 0) return Transfer::kGone;
     done = static_cast<std::size_t>(count);
     return Transfer::kSome;
 }
 
-void end_sending(const Socket& socket) { ::shutdown(socket.descriptor(), SHUT_WR); }
+void end_sending(const Socket& socket) { ::shutdown(socket.get(), SHUT_WR); }
 
 WakeUp::WakeUp() : socket_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
     if (!socket_)

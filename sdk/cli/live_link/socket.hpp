@@ -4,33 +4,16 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
+#include "sdk/base/descriptor.hpp"
 #include "sdk/cli/live_link/endpoint.hpp"
 
 struct addrinfo;
 
 namespace defrec::cli {
 
-// Owns a descriptor.
-class Socket {
-  public:
-    Socket() = default;
-    explicit Socket(int descriptor) : descriptor_(descriptor) {}
-    Socket(Socket&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
-    Socket& operator=(Socket&& other) noexcept {
-        std::swap(descriptor_, other.descriptor_);
-        return *this;
-    }
-    ~Socket();
-
-    int descriptor() const { return descriptor_; }
-    explicit operator bool() const { return descriptor_ >= 0; }
-
-  private:
-    int descriptor_ = -1;
-};
+using Socket = Descriptor;
 
 // The addresses of a host, looked up once.
 class Addresses {
@@ -79,7 +62,7 @@ void end_sending(const Socket& socket);
 class WakeUp {
   public:
     WakeUp();
-    int descriptor() const { return socket_.descriptor(); }
+    int descriptor() const { return socket_.get(); }
     void ring();
     void clear();
 

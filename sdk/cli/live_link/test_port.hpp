@@ -25,9 +25,9 @@ class TestPort {
     TestPort() : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
         const int yes = 1;
         const sockaddr_in address = loopback(0);
-        if (::setsockopt(socket_.descriptor(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes) != 0 ||
-            ::bind(socket_.descriptor(), reinterpret_cast<const sockaddr*>(&address),
-                   sizeof address) != 0) {
+        if (::setsockopt(socket_.get(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes) != 0 ||
+            ::bind(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) !=
+                0) {
             throw std::runtime_error("no port is free");
         }
     }

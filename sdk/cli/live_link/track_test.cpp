@@ -36,25 +36,23 @@ class Program {
         std::vector<char*> argv;
         for (std::string& argument : arguments) argv.push_back(argument.data());
         argv.push_back(nullptr);
-        int ends[2] = {-1, -1};
-        REQUIRE(::pipe2(ends, O_CLOEXEC) == 0);
+        defrec::Pipe pipe;
+        REQUIRE(pipe.open());
         child_ = ::fork();
         REQUIRE(child_ >= 0);
         if (child_ == 0) {
-            ::dup2(ends[1], STDERR_FILENO);
+            ::dup2(pipe.write_end.get(), STDERR_FILENO);
             ::dup2(::open("/dev/null", O_WRONLY), STDOUT_FILENO);
             ::execv(argv[0], argv.data());
             ::_exit(99);
         }
-        ::close(ends[1]);
-        errors_ = ends[0];
+        errors_ = std::move(pipe.read_end);
     }
     ~Program() {
         if (child_ > 0) {
             ::kill(child_, SIGKILL);
             ::waitpid(child_, nullptr, 0);
         }
-        ::close(errors_);
     }
     Program(const Program&) = delete;
     Program& operator=(const Program&) = delete;
@@ -62,7 +60,7 @@ class Program {
     // Of the standard error output; empty at its end.
     std::string line() const {
         std::string text;
-        for (char c = 0; ::read(errors_, &c, 1) == 1 && c != '\n';) text += c;
+        for (char c = 0; ::read(errors_.get(), &c, 1) == 1 && c != '\n';) text += c;
         return text;
     }
     void interrupt() const { REQUIRE(::kill(child_, SIGINT) == 0); }
@@ -76,7 +74,7 @@ class Program {
 
   private:
     pid_t child_ = -1;
-    int errors_ = -1;
+    defrec::Descriptor errors_;
 };
 
 std::vector<std::string> track(const fs::path& images, const std::string& out,

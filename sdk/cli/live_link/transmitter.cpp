@@ -32,19 +32,19 @@ void Transmitter::wait(milliseconds at_most) {
     Clock::time_point until = now + at_most;
     std::vector<pollfd> sockets{{wake_up_.descriptor(), POLLIN, 0}};
     if (is_accepting()) {
-        sockets.push_back({listener_.descriptor(), POLLIN, 0});
+        sockets.push_back({listener_.get(), POLLIN, 0});
     } else if (listener_) {
         until = std::min(until, accept_after_);
     }
     if (connecting_) {
-        sockets.push_back({connecting_.descriptor(), POLLOUT, 0});
+        sockets.push_back({connecting_.get(), POLLOUT, 0});
         until = std::min(until, connect_until_);
     } else if (target_ && connections_.empty()) {
         until = std::min(until, connect_at_);
     }
     for (const Connection& connection : connections_) {
         const int events = connection.has_unsent() ? POLLIN | POLLOUT : POLLIN;
-        sockets.push_back({connection.socket().descriptor(), static_cast<short>(events), 0});
+        sockets.push_back({connection.socket().get(), static_cast<short>(events), 0});
         until = std::min(until, connection.deadline());
     }
     const auto left = std::chrono::ceil<milliseconds>(until - now);
@@ -81,7 +81,7 @@ void Transmitter::connect() {
         if (!connecting_) connect_failed("no connection");
         return;
     }
-    pollfd socket{connecting_.descriptor(), POLLOUT, 0};
+    pollfd socket{connecting_.get(), POLLOUT, 0};
     if (::poll(&socket, 1, 0) <= 0) {
         if (now_() >= connect_until_) connect_failed("no answer");
         return;

@@ -24,14 +24,14 @@ Packet packet(std::uint64_t number) {
 Socket connect_to(const Transmitter& transmitter) {
     Socket socket(::socket(AF_INET, SOCK_STREAM, 0));
     const sockaddr_in address = loopback(transmitter.endpoint().port);
-    REQUIRE(::connect(socket.descriptor(), reinterpret_cast<const sockaddr*>(&address),
-                      sizeof address) == 0);
+    REQUIRE(::connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) ==
+            0);
     return socket;
 }
 
 std::string read(const Socket& socket, std::size_t size) {
     std::string text(size, 0);
-    const ssize_t count = ::recv(socket.descriptor(), text.data(), size, MSG_WAITALL);
+    const ssize_t count = ::recv(socket.get(), text.data(), size, MSG_WAITALL);
     text.resize(count > 0 ? static_cast<std::size_t>(count) : 0);
     return text;
 }
@@ -60,8 +60,8 @@ struct Server {
     explicit Server(const Endpoint& endpoint) : socket(listen_at(endpoint)) {}
     Socket accept() const { return Socket(::accept(blocking(), nullptr, nullptr)); }
     int blocking() const {
-        ::fcntl(socket.descriptor(), F_SETFL, 0);
-        return socket.descriptor();
+        ::fcntl(socket.get(), F_SETFL, 0);
+        return socket.get();
     }
     Socket socket;
 };
@@ -95,8 +95,8 @@ TEST_CASE("one that vanishes or floods does no harm to the others") {
     REQUIRE(step_until_receivers(transmitter, 2));
     const std::string garbage(1 << 16, '?');
     REQUIRE(step_until(transmitter, [&] {
-        static_cast<void>(::send(flooding.descriptor(), garbage.data(), garbage.size(),
-                                 MSG_DONTWAIT | MSG_NOSIGNAL));
+        static_cast<void>(
+            ::send(flooding.get(), garbage.data(), garbage.size(), MSG_DONTWAIT | MSG_NOSIGNAL));
         return transmitter.receivers() == 1;
     }));
     send(transmitter, 1);
@@ -184,17 +184,16 @@ TEST_CASE("a server that went away is found again when it is back") {
 TEST_CASE("a connection to itself is none") {
     const Socket socket(::socket(AF_INET, SOCK_STREAM, 0));
     sockaddr_in address = loopback(0);
-    REQUIRE(::bind(socket.descriptor(), reinterpret_cast<const sockaddr*>(&address),
-                   sizeof address) == 0);
+    REQUIRE(::bind(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
     address = loopback(local_endpoint(socket).port);
-    REQUIRE(::connect(socket.descriptor(), reinterpret_cast<const sockaddr*>(&address),
-                      sizeof address) == 0);
+    REQUIRE(::connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) ==
+            0);
     CHECK(connection_error(socket) == "Connection refused");
     const Server server({"127.0.0.1", 0});
     const Socket other(::socket(AF_INET, SOCK_STREAM, 0));
     address = loopback(local_endpoint(server.socket).port);
-    REQUIRE(::connect(other.descriptor(), reinterpret_cast<const sockaddr*>(&address),
-                      sizeof address) == 0);
+    REQUIRE(::connect(other.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) ==
+            0);
     CHECK(connection_error(other).empty());
 }
 
@@ -209,16 +208,15 @@ TEST_CASE("after the end receivers have everything, see the end, and nobody is l
     Transmitter transmitter(kListen);
     const Socket receiver = connect_to(transmitter);
     // Input that nobody has read would let the system throw away what is under way.
-    REQUIRE(::send(receiver.descriptor(), "?", 1, 0) == 1);
+    REQUIRE(::send(receiver.get(), "?", 1, 0) == 1);
     REQUIRE(step_until_receivers(transmitter, 1));
     send(transmitter, 1);
     transmitter.end_sending();
     CHECK(read(receiver, 200) == *packet(1).bytes);
-    ::shutdown(receiver.descriptor(), SHUT_RDWR);
+    ::shutdown(receiver.get(), SHUT_RDWR);
     CHECK(step_until_receivers(transmitter, 0));
     CHECK(transmitter.take_notices().empty());
     const Socket late(::socket(AF_INET, SOCK_STREAM, 0));
     const sockaddr_in address = loopback(transmitter.endpoint().port);
-    CHECK(::connect(late.descriptor(), reinterpret_cast<const sockaddr*>(&address),
-                    sizeof address) != 0);
+    CHECK(::connect(late.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0);
 }
