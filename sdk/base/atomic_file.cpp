@@ -8,10 +8,10 @@ namespace defrec {
 namespace {
 
 std::string describe(const std::filesystem::path& path, const std::string& what, int error) {
-    const std::string reason =
-        error != 0 ? " (" + std::generic_category().message(error) + ")" : std::string();
-    return path.string() + ": the file " + what + reason +
-           "; check the folder's permissions and the space on its disk";
+    std::string text = path.string();
+    text.append(": the file ").append(what);
+    if (error != 0) text.append(" (").append(std::generic_category().message(error)).append(")");
+    return text.append("; check the folder's permissions and the space on its disk");
 }
 
 }  // namespace
@@ -24,7 +24,9 @@ AtomicFile::AtomicFile(const std::filesystem::path& path)
     constexpr int kMaxNames = 1000;
     for (int i = 0; i < kMaxNames && file_ == nullptr; ++i) {
         temporary_ = path_.parent_path() / path_.stem();
-        temporary_ += "." + std::to_string(i) + ".partial";
+        temporary_ += ".";
+        temporary_ += std::to_string(i);
+        temporary_ += ".partial";
         temporary_ += path_.extension();
         errno = 0;
         file_.reset(std::fopen(temporary_.c_str(), "wbx"));

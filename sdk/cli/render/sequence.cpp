@@ -5,6 +5,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <thread>
 
+#include "sdk/base/atomic_file.hpp"
 #include "sdk/cli/render/calibration_file.hpp"
 #include "sdk/cli/render/film.hpp"
 #include "sdk/cli/render/render_command.hpp"
