@@ -73,7 +73,7 @@ bool inside(ivec2 pixel, int border) {
 }
 ivec4 bytes(uint word) { return ivec4(uvec4(word, word >> 8, word >> 16, word >> 24) & 255u); }
 
-// ---- section 3 ---------------------------------------------------------------------------------------------
+// ---- section 3 --------------------------------------------------------------
 
 bool followed(PatchPrediction p) {
     bool good = p.valid == 1 && p.u >= 0 && p.v >= 0 && p.u <= push.max_u && p.v <= push.max_v;
@@ -127,7 +127,7 @@ void load_window(ivec2 corner) {
     }
 }
 
-// ---- section 4 ---------------------------------------------------------------------------------------------
+// ---- section 4 --------------------------------------------------------------
 
 struct Correlation {  // sums for four displacements in a row
     ivec4 n, t, tt, i, ii, ti;
@@ -231,7 +231,7 @@ bool search(ivec2 at, int t, int tt, out ivec2 displacement) {
     return best_score != kUnscored && max(abs(displacement.x), abs(displacement.y)) < kSearch;
 }
 
-// ---- section 5 ---------------------------------------------------------------------------------------------
+// ---- section 5 --------------------------------------------------------------
 
 struct Pixel {  // of a patch: template and its gradient, 0 where not usable
     int t, gx, gy, usable;
@@ -307,7 +307,7 @@ LiveSums live_sums(Pixel pixels[kPixelsPerLane], ivec2 first, ivec2 shift) {
     return LiveSums(sums[0], sums[1], sums[2], sums[3], sums[4]);
 }
 
-// ---- all ---------------------------------------------------------------------------------------------------
+// ---- all --------------------------------------------------------------------
 
 const PatchObservation kNotFound = PatchObservation(0, 0, 0, 0, float[3](0, 0, 0), 0);
 
