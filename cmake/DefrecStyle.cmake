@@ -3,5 +3,16 @@ if(DEFREC_BUILD_TESTS)
   add_test(NAME style/markdown
     COMMAND "${DEFREC_SYSTEM_PYTHON}" "${CMAKE_SOURCE_DIR}/scripts/check_markdown.py"
     "${CMAKE_SOURCE_DIR}")
-  set_tests_properties(style/markdown PROPERTIES LABELS style)
+  # Exit status 77: the tool is missing.
+  add_test(NAME style/format COMMAND "${CMAKE_SOURCE_DIR}/scripts/format.sh" --check)
+  set(styles style/markdown style/format)
+  # It checks what is compiled, so once is enough: not in builds with sanitizers.
+  if(NOT DEFREC_SANITIZE)
+    add_test(NAME style/tidy COMMAND "${DEFREC_SYSTEM_PYTHON}"
+      "${CMAKE_SOURCE_DIR}/scripts/tidy.py" --build "${CMAKE_BINARY_DIR}")
+    cmake_host_system_information(RESULT cores QUERY NUMBER_OF_LOGICAL_CORES)
+    set_tests_properties(style/tidy PROPERTIES PROCESSORS ${cores} TIMEOUT 3600)
+    list(APPEND styles style/tidy)
+  endif()
+  set_tests_properties(${styles} PROPERTIES LABELS style SKIP_RETURN_CODE 77)
 endif()

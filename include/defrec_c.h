@@ -1,28 +1,38 @@
 /** @file
- *  The C API of defrec. C99; no other defrec header is needed. Rules that hold everywhere in this file:
+ *  The C API of defrec. C99; no other defrec header is needed. Rules that hold everywhere in this
+ *  file:
  *
- *  - **Versions.** DEFREC_API_MAJOR changes only with an incompatible change (and with it the library's file name). Minor
- *    versions only add functions, enum values and struct fields at the end. So take a negative status that you do not know for
- *    a failure, a state that you do not know for DEFREC_LOST, and pass over flags and reasons that you do not know.
- *  - **Structs.** A struct whose first field is struct_size may grow: `DEFREC_INIT(&s)` sets the size and zeroes the rest, and
- *    zero always means "default". A struct shorter than the library's reads as if its missing fields were zero; a longer one
- *    is accepted if its unknown tail is zero. Of an output, as many bytes are written as both sides know. Structs without
- *    struct_size are frozen.
- *  - **Errors.** Functions return a defrec_status: 0 or more is success, negative is failure. On failure no output is written
- *    and nothing needs cleaning up; defrec_last_error() says what went wrong. "errors" names what a function gives beside
- *    these, which any may give: DEFREC_ERROR_ARGUMENT for NULL where something is expected, DEFREC_ERROR_VERSION for a
- *    struct_size that does not fit, DEFREC_ERROR_HANDLE, DEFREC_ERROR_STATE from a callback, after a fork, or
- *    where the application's parallel_for left a body out, DEFREC_ERROR_OUT_OF_MEMORY, DEFREC_ERROR_INTERNAL.
- *  - **Handles.** A handle keeps its parent alive, so handles may be destroyed in any order. Destroy and release functions
- *    return nothing and accept NULL. A destroyed handle is answered with DEFREC_ERROR_HANDLE where it can be recognised.
- *  - **Outputs.** `out` receives the result; a new handle is the caller's to destroy. A count of 0 with NULL is fine.
+ *  - **Versions.** DEFREC_API_MAJOR changes only with an incompatible change (and with it the
+ *    library's file name). Minor versions only add functions, enum values and struct fields at the
+ *    end. So take a negative status that you do not know for a failure, a state that you do not
+ *    know for DEFREC_LOST, and pass over flags and reasons that you do not know.
+ *  - **Structs.** A struct whose first field is struct_size may grow: `DEFREC_INIT(&s)` sets the
+ *    size and zeroes the rest, and zero always means "default". A struct shorter than the library's
+ *    reads as if its missing fields were zero; a longer one is accepted if its unknown tail is
+ *    zero. Of an output, as many bytes are written as both sides know. Structs without struct_size
+ *    are frozen.
+ *  - **Errors.** Functions return a defrec_status: 0 or more is success, negative is failure. On
+ *    failure no output is written and nothing needs cleaning up; defrec_last_error() says what went
+ *    wrong. "errors" names what a function gives beside these, which any may give:
+ *    DEFREC_ERROR_ARGUMENT for NULL where something is expected, DEFREC_ERROR_VERSION for a
+ *    struct_size that does not fit, DEFREC_ERROR_HANDLE, DEFREC_ERROR_STATE from a callback, after
+ *    a fork, or where the application's parallel_for left a body out, DEFREC_ERROR_OUT_OF_MEMORY,
+ *    DEFREC_ERROR_INTERNAL.
+ *  - **Handles.** A handle keeps its parent alive, so handles may be destroyed in any order.
+ *    Destroy and release functions return nothing and accept NULL. A destroyed handle is answered
+ *    with DEFREC_ERROR_HANDLE where it can be recognised.
+ *  - **Outputs.** `out` receives the result; a new handle is the caller's to destroy. A count of 0
+ *    with NULL is fine.
  *  - **Strings.** UTF-8, NUL-terminated.
- *  - **Threads.** "any": any thread, concurrently. "one": one thread at a time per handle; a second caller is answered with
- *    DEFREC_ERROR_BUSY. No callback may call back into defrec (DEFREC_ERROR_STATE).
+ *  - **Threads.** "any": any thread, concurrently. "one": one thread at a time per handle; a second
+ *    caller is answered with DEFREC_ERROR_BUSY. No callback may call back into defrec
+ *    (DEFREC_ERROR_STATE).
  *  - **Pixels.** (0, 0) is the centre of the top-left pixel, x to the right, y down.
- *  - **Lengths.** Millimetres. Cameras: x right, y down, z forward. "Rectified camera" is the left camera after rectification;
- *    "template frame" is the rectified camera of the frame that gave the template.
- *  - **Disparity.** A left pixel (x, y) matches the right pixel (x - d, y), d >= 0; depth = f * baseline / d.
+ *  - **Lengths.** Millimetres. Cameras: x right, y down, z forward. "Rectified camera" is the left
+ *    camera after rectification; "template frame" is the rectified camera of the frame that gave
+ *    the template.
+ *  - **Disparity.** A left pixel (x, y) matches the right pixel (x - d, y), d >= 0; depth = f *
+ *    baseline / d.
  */
 #ifndef DEFREC_C_H
 #define DEFREC_C_H
@@ -33,7 +43,8 @@
 /** @defgroup library Library, statuses and handles
  *  @{ */
 
-#define DEFREC_API_MAJOR 1 /**< of this header; a library of another major version has another file name */
+#define DEFREC_API_MAJOR 1 /**< of this header; a library of another major version has another file
+                                name */
 #define DEFREC_API_MINOR 1 /**< of this header */
 
 /** @def DEFREC_CALL
@@ -56,34 +67,45 @@
 extern "C" {
 #endif
 
-typedef int32_t defrec_status; /**< what every call answers: DEFREC_OK, DEFREC_TIMEOUT or a DEFREC_ERROR_* */
+typedef int32_t defrec_status; /**< what every call answers: DEFREC_OK, DEFREC_TIMEOUT or a
+                                    DEFREC_ERROR_* */
 /** Values of defrec_status. */
 enum {
-    DEFREC_OK                  = 0,    /**< done */
-    DEFREC_TIMEOUT             = 1,    /**< a wait ended before the work did */
-    DEFREC_ERROR_ARGUMENT      = -1,   /**< a caller's mistake */
-    DEFREC_ERROR_VERSION       = -2,   /**< sizes or versions do not fit together */
-    DEFREC_ERROR_UNSUPPORTED   = -3,   /**< valid, but this device or build cannot */
-    DEFREC_ERROR_OUT_OF_MEMORY = -4,   /**< of the process or of the device */
-    DEFREC_ERROR_DEVICE_LOST   = -5,   /**< destroy the tracker and open another device */
-    DEFREC_ERROR_PLUGIN        = -6,   /**< a plugin broke its contract, or was refused */
-    DEFREC_ERROR_IO            = -7,   /**< a file cannot be read or written, or is damaged */
-    DEFREC_ERROR_HANDLE        = -8,   /**< not a live handle of the expected kind */
-    DEFREC_ERROR_BUSY          = -9,   /**< queue full, or another thread is inside this handle */
-    DEFREC_ERROR_STATE         = -10,  /**< not possible now: from a callback, before a template, after a fork */
-    DEFREC_ERROR_INTERNAL      = -99   /**< a fault of the library; please report it with the error message */
+    DEFREC_OK                  = 0,   /**< done */
+    DEFREC_TIMEOUT             = 1,   /**< a wait ended before the work did */
+    DEFREC_ERROR_ARGUMENT      = -1,  /**< a caller's mistake */
+    DEFREC_ERROR_VERSION       = -2,  /**< sizes or versions do not fit together */
+    DEFREC_ERROR_UNSUPPORTED   = -3,  /**< valid, but this device or build cannot */
+    DEFREC_ERROR_OUT_OF_MEMORY = -4,  /**< of the process or of the device */
+    DEFREC_ERROR_DEVICE_LOST   = -5,  /**< destroy the tracker and open another device */
+    DEFREC_ERROR_PLUGIN        = -6,  /**< a plugin broke its contract, or was refused */
+    DEFREC_ERROR_IO            = -7,  /**< a file cannot be read or written, or is damaged */
+    DEFREC_ERROR_HANDLE        = -8,  /**< not a live handle of the expected kind */
+    DEFREC_ERROR_BUSY          = -9,  /**< queue full, or another thread is inside this handle */
+    DEFREC_ERROR_STATE         = -10, /**< not possible now: from a callback, before a template,
+                                           after a fork */
+    DEFREC_ERROR_INTERNAL      = -99  /**< a fault of the library; please report it with the error
+                                           message */
 };
 
-typedef struct defrec_context_  *defrec_context;  /**< loaded plugins, their devices, threads and memory: defrec_context_create() */
-typedef struct defrec_rig_      *defrec_rig;      /**< two calibrated cameras: defrec_rig_create() */
-typedef struct defrec_tracker_  *defrec_tracker;  /**< follows one surface on one device: defrec_tracker_create() */
-typedef struct defrec_template_ *defrec_template; /**< the surface that is followed: defrec_tracker_get_template() */
-typedef struct defrec_job_      *defrec_job;      /**< a submitted frame, then its result: defrec_tracker_submit() */
-typedef struct defrec_stage_    *defrec_stage;    /**< one stage on its own: defrec_stage_create() */
-typedef struct defrec_memory_   *defrec_memory;   /**< the caller's memory, known to a tracker: defrec_memory_import(). @since 1.1 */
+typedef struct defrec_context_  *defrec_context;  /**< loaded plugins, their devices, threads and
+                                                       memory: defrec_context_create() */
+typedef struct defrec_rig_      *defrec_rig;      /**< two calibrated cameras:
+                                                       defrec_rig_create() */
+typedef struct defrec_tracker_  *defrec_tracker;  /**< follows one surface on one device:
+                                                       defrec_tracker_create() */
+typedef struct defrec_template_ *defrec_template; /**< the surface that is followed:
+                                                       defrec_tracker_get_template() */
+typedef struct defrec_job_      *defrec_job;      /**< a submitted frame, then its result:
+                                                       defrec_tracker_submit() */
+typedef struct defrec_stage_    *defrec_stage;    /**< one stage on its own:
+                                                       defrec_stage_create() */
+typedef struct defrec_memory_   *defrec_memory;   /**< the caller's memory, known to a tracker:
+                                                       defrec_memory_import(). @since 1.1 */
 
 /** Makes *p all default: zero, with struct_size set. */
-#define DEFREC_INIT(p) (memset((p), 0, sizeof *(p)), (void)((p)->struct_size = (uint32_t)sizeof *(p)))
+#define DEFREC_INIT(p) \
+  (memset((p), 0, sizeof *(p)), (void)((p)->struct_size = (uint32_t)sizeof *(p)))
 
 /** major * 1000 + minor of the library in use.
  *  @threads any @since 1.0 */
@@ -97,8 +119,9 @@ DEFREC_API const char *DEFREC_CALL defrec_version_string(void);
  *  @threads any @since 1.0 */
 DEFREC_API const char *DEFREC_CALL defrec_status_name(defrec_status status);
 
-/** What went wrong in this thread's last failed call, an error message: what was given, what was expected. Never NULL, "" before
- *  the first failure; calls that succeed leave it. Valid until this thread calls defrec again.
+/** What went wrong in this thread's last failed call, an error message: what was given, what was
+ *  expected. Never NULL, "" before the first failure; calls that succeed leave it. Valid until this
+ *  thread calls defrec again.
  *  @threads any @since 1.0 */
 DEFREC_API const char *DEFREC_CALL defrec_last_error(void);
 
@@ -114,59 +137,70 @@ enum {
     DEFREC_LOG_ERROR   = 4  /**< something failed */
 };
 
-/** Receives the log. level: DEFREC_LOG_*; source: "sdk" or a plugin's name; text lives as long as the call. Called from any thread,
- *  must not call defrec. */
-typedef void(DEFREC_CALL *defrec_log_fn)(void *user, int32_t level, const char *source, const char *text);
-/** Gives size bytes at a multiple of alignment, a power of two, or NULL when out of memory. Called from any thread. */
+/** Receives the log. level: DEFREC_LOG_*; source: "sdk" or a plugin's name; text lives as long as
+ *  the call. Called from any thread, must not call defrec. */
+typedef void(DEFREC_CALL *defrec_log_fn)(
+    void *user, int32_t level, const char *source, const char *text);
+/** Gives size bytes at a multiple of alignment, a power of two, or NULL when out of memory. Called
+ *  from any thread. */
 typedef void *(DEFREC_CALL *defrec_alloc_fn)(void *user, size_t size, size_t alignment);
 /** Takes back what the defrec_alloc_fn gave. Called from any thread. */
 typedef void(DEFREC_CALL *defrec_free_fn)(void *user, void *ptr);
 /** Calls body(arg, 0..count-1), each once, on any threads, and returns when all have returned. */
-typedef void(DEFREC_CALL *defrec_parallel_for_fn)(void *user, size_t count,
-                                                  void(DEFREC_CALL *body)(void *arg, size_t index), void *arg);
+typedef void(DEFREC_CALL *defrec_parallel_for_fn)(
+    void *user, size_t count, void(DEFREC_CALL *body)(void *arg, size_t index), void *arg);
 
 /** Flags of defrec_context_desc. */
 enum {
     DEFREC_CONTEXT_ONLY_GIVEN_PLUGINS = 1u << 0, /**< look nowhere but in plugin_paths */
-    DEFREC_CONTEXT_USE_ENVIRONMENT    = 1u << 1  /**< honour DEFREC_PLUGIN_PATH (never when privileged) */
+    DEFREC_CONTEXT_USE_ENVIRONMENT    = 1u << 1  /**< honour DEFREC_PLUGIN_PATH (never when
+                                                      privileged) */
 };
 
-/** What a context is made with. Nothing it points to is kept but the callbacks and what they are given. */
+/** What a context is made with. Nothing it points to is kept but the callbacks and what they are
+ *  given. */
 typedef struct defrec_context_desc {
     uint32_t               struct_size;       /**< see DEFREC_INIT */
     uint32_t               flags;             /**< DEFREC_CONTEXT_* */
-    const char *const     *plugin_paths;      /**< absolute folders or manifest files, searched first */
+    const char *const     *plugin_paths;      /**< absolute folders or manifest files, searched
+                                                   first */
     size_t                 plugin_path_count; /**< of plugin_paths @range 0..1000 */
     defrec_log_fn          log;               /**< NULL: no log */
     void                  *log_user;          /**< handed to log */
-    int32_t                log_level;         /**< the lowest level reported, DEFREC_LOG_* @default DEFREC_LOG_INFO
-                                                   @range DEFREC_LOG_* */
-    uint32_t               threads;           /**< of the library's own pool, the caller's included @default "one per core"
-                                                   @range 1..256 */
-    defrec_alloc_fn        alloc;             /**< both or neither of alloc and free: maps, all memory of CPU backends, and where a
-                                                   device has no page-locked memory of its own, pixels and what is read back */
+    int32_t                log_level;         /**< the lowest level reported, DEFREC_LOG_*
+                                                   @default DEFREC_LOG_INFO @range DEFREC_LOG_* */
+    uint32_t               threads;           /**< of the library's own pool, the caller's included
+                                                   @default "one per core" @range 1..256 */
+    defrec_alloc_fn        alloc;             /**< both or neither of alloc and free: maps, all
+                                                   memory of CPU backends, and where a device has no
+                                                   page-locked memory of its own, pixels and what is
+                                                   read back */
     defrec_free_fn         free;              /**< see alloc */
     void                  *alloc_user;        /**< handed to alloc and free */
-    defrec_parallel_for_fn parallel_for;      /**< the application's own threads instead of the pool; may be NULL */
+    defrec_parallel_for_fn parallel_for;      /**< the application's own threads instead of the
+                                                   pool; may be NULL */
     void                  *parallel_for_user; /**< handed to parallel_for */
 } defrec_context_desc;
 
-/** Finds and loads the plugins. Succeeds with none found: look at defrec_plugin_get(). desc may be NULL.
- *  @errors DEFREC_ERROR_ARGUMENT: a field of desc is out of range, or alloc comes without free. A plugin that is refused is no error.
+/** Finds and loads the plugins. Succeeds with none found: look at defrec_plugin_get(). desc may be
+ *  NULL.
+ *  @errors DEFREC_ERROR_ARGUMENT: a field of desc is out of range, or alloc comes without free. A
+ *  plugin that is refused is no error.
  *  @threads any @since 1.0 */
-DEFREC_API defrec_status DEFREC_CALL defrec_context_create(const defrec_context_desc *desc, defrec_context *out);
+DEFREC_API defrec_status DEFREC_CALL defrec_context_create(
+    const defrec_context_desc *desc, defrec_context *out);
 /** What was made from the context goes on working, and keeps its plugins loaded.
  *  @threads any @since 1.0 */
 DEFREC_API void DEFREC_CALL defrec_context_destroy(defrec_context context);
 
 /** A plugin that was looked at. The strings live as long as the context. */
 typedef struct defrec_plugin_info {
-    uint32_t    struct_size;  /**< see DEFREC_INIT */
-    int32_t     verdict;      /**< defrec_status: DEFREC_OK when loaded, else why it was refused */
-    const char *name;         /**< from the manifest; the file's name where that cannot be read */
-    const char *path;         /**< of the manifest, or of the folder that was refused */
-    const char *version;      /**< the plugin's own, from the manifest */
-    const char *reason;       /**< why it was refused, an error message; "" when loaded */
+    uint32_t    struct_size; /**< see DEFREC_INIT */
+    int32_t     verdict;     /**< defrec_status: DEFREC_OK when loaded, else why it was refused */
+    const char *name;        /**< from the manifest; the file's name where that cannot be read */
+    const char *path;        /**< of the manifest, or of the folder that was refused */
+    const char *version;     /**< the plugin's own, from the manifest */
+    const char *reason;      /**< why it was refused, an error message; "" when loaded */
 } defrec_plugin_info;
 /** The number of candidates that were looked at, loaded or refused. 0 for a bad handle.
  *  @threads any @since 1.0 */
@@ -174,7 +208,8 @@ DEFREC_API size_t DEFREC_CALL defrec_plugin_count(defrec_context context);
 /** Candidate number index, from 0, in the order of the search.
  *  @errors DEFREC_ERROR_ARGUMENT: there is none of that index.
  *  @threads any @since 1.0 */
-DEFREC_API defrec_status DEFREC_CALL defrec_plugin_get(defrec_context context, size_t index, defrec_plugin_info *out);
+DEFREC_API defrec_status DEFREC_CALL defrec_plugin_get(
+    defrec_context context, size_t index, defrec_plugin_info *out);
 
 /** Kinds of devices. */
 enum {
@@ -197,30 +232,33 @@ enum {
 /** Features of a device. */
 enum {
     DEFREC_FEATURE_REPEATABLE = 1u << 0, /**< the same input gives the same bits */
-    DEFREC_FEATURE_SOFTWARE   = 1u << 1  /**< a graphics driver that computes on the processor, slower than the CPU backend */
+    DEFREC_FEATURE_SOFTWARE   = 1u << 1  /**< a graphics driver that computes on the processor,
+                                              slower than the CPU backend */
 };
 
 /** A device that a loaded plugin offers. The strings live as long as the context. */
 typedef struct defrec_device_info {
-    uint32_t    struct_size;   /**< see DEFREC_INIT */
-    uint32_t    kind;          /**< DEFREC_DEVICE_* */
-    const char *id;            /**< stable and unique: "cpu", "reference", "cuda:GPU-1a2b", "vulkan:10005:0000" */
-    const char *name;          /**< for people */
-    const char *driver;        /**< and its version, for people; may be "" */
-    uint64_t    memory_bytes;  /**< the device's memory */
-    uint32_t    stages;        /**< bit 1 << DEFREC_STAGE_* for each it offers */
-    uint32_t    features;      /**< DEFREC_FEATURE_* */
-    uint32_t    conformance;   /**< version of the conformance suite passed, 0 if none */
-    uint32_t    reserved;      /**< 0 */
+    uint32_t    struct_size;  /**< see DEFREC_INIT */
+    uint32_t    kind;         /**< DEFREC_DEVICE_* */
+    const char *id;           /**< stable and unique: "cpu", "reference", "cuda:GPU-1a2b",
+                                   "vulkan:10005:0000" */
+    const char *name;         /**< for people */
+    const char *driver;       /**< and its version, for people; may be "" */
+    uint64_t    memory_bytes; /**< the device's memory */
+    uint32_t    stages;       /**< bit 1 << DEFREC_STAGE_* for each it offers */
+    uint32_t    features;     /**< DEFREC_FEATURE_* */
+    uint32_t    conformance;  /**< version of the conformance suite passed, 0 if none */
+    uint32_t    reserved;     /**< 0 */
 } defrec_device_info;
 /** The number of devices of all loaded plugins. 0 for a bad handle.
  *  @threads any @since 1.0 */
 DEFREC_API size_t DEFREC_CALL defrec_device_count(defrec_context context);
-/** Device number index, from 0: fastest kind first (CUDA, Vulkan on a GPU, CPU, software, reference), then by id; the same order in
- *  every run.
+/** Device number index, from 0: fastest kind first (CUDA, Vulkan on a GPU, CPU, software,
+ *  reference), then by id; the same order in every run.
  *  @errors DEFREC_ERROR_ARGUMENT: there is none of that index.
  *  @threads any @since 1.0 */
-DEFREC_API defrec_status DEFREC_CALL defrec_device_get(defrec_context context, size_t index, defrec_device_info *out);
+DEFREC_API defrec_status DEFREC_CALL defrec_device_get(
+    defrec_context context, size_t index, defrec_device_info *out);
 
 /** @} */
 /** @defgroup rig Images and rigs
@@ -228,8 +266,9 @@ DEFREC_API defrec_status DEFREC_CALL defrec_device_get(defrec_context context, s
 
 /** Kinds of memory that a defrec_memory may name. @since 1.1 */
 enum {
-    DEFREC_MEMORY_HOST = 1,  /**< the processor's memory, for devices that compute in it */
-    DEFREC_MEMORY_CUDA = 2   /**< memory of a CUDA device (cudaMalloc), of the process's primary context */
+    DEFREC_MEMORY_HOST = 1, /**< the processor's memory, for devices that compute in it */
+    DEFREC_MEMORY_CUDA = 2  /**< memory of a CUDA device (cudaMalloc), of the process's primary
+                                 context */
 };
 
 /** Formats of pixels, 8 bits a channel. */
@@ -249,47 +288,53 @@ enum {
 
 /** An image: pixels of the host or a defrec_memory, one of the two. */
 typedef struct defrec_image {
-    uint32_t    struct_size;   /**< see DEFREC_INIT */
-    uint32_t    format;        /**< DEFREC_FORMAT_* */
-    uint32_t    width, height; /**< px */
-    uint64_t    stride;        /**< bytes from row to row; 0: width * bytes per pixel, or what memory has */
-    const void *pixels;        /**< host memory, stride * (height - 1) + width * bytes per pixel bytes; or NULL and memory */
-    defrec_memory memory;      /**< the pixels lie here, from its first byte: see defrec_memory_import(). @since 1.1 */
+    uint32_t      struct_size;   /**< see DEFREC_INIT */
+    uint32_t      format;        /**< DEFREC_FORMAT_* */
+    uint32_t      width, height; /**< px */
+    uint64_t      stride;        /**< bytes from row to row; 0: width * bytes per pixel, or what
+                                      memory has */
+    const void   *pixels;        /**< host memory, stride * (height - 1) + width * bytes per pixel
+                                      bytes; or NULL and memory */
+    defrec_memory memory;        /**< the pixels lie here, from its first byte: see
+                                      defrec_memory_import(). @since 1.1 */
 } defrec_image;
 
 /** One camera's pinhole and distortion, as OpenCV has them. Frozen. */
 typedef struct defrec_intrinsics {
-    double   fx, fy, cx, cy;       /**< focal lengths and centre, px */
-    double   distortion[14];       /**< OpenCV's order: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 tx ty */
-    uint32_t distortion_count;     /**< 0, 4, 5, 8, 12 or 14 */
-    uint32_t reserved;             /**< 0 */
+    double   fx, fy, cx, cy;   /**< focal lengths and centre, px */
+    double   distortion[14];   /**< OpenCV's order: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 tx ty */
+    uint32_t distortion_count; /**< 0, 4, 5, 8, 12 or 14 */
+    uint32_t reserved;         /**< 0 */
 } defrec_intrinsics;
 
 /** The calibration of two cameras. */
 typedef struct defrec_rig_desc {
-    uint32_t          struct_size;   /**< see DEFREC_INIT */
-    uint32_t          flags;         /**< 0 */
-    uint32_t          width, height; /**< of the raw images, px */
-    defrec_intrinsics left, right;   /**< of the raw cameras */
-    double            rotation[9];   /**< x_right = rotation * x_left + translation; row-major */
-    double            translation[3];/**< mm; x < 0 for a right camera on the right */
+    uint32_t          struct_size;    /**< see DEFREC_INIT */
+    uint32_t          flags;          /**< 0 */
+    uint32_t          width, height;  /**< of the raw images, px */
+    defrec_intrinsics left, right;    /**< of the raw cameras */
+    double            rotation[9];    /**< x_right = rotation * x_left + translation; row-major */
+    double            translation[3]; /**< mm; x < 0 for a right camera on the right */
 } defrec_rig_desc;
 
 /** The pinhole that both rectified images share. Frozen. */
 typedef struct defrec_camera {
-    double fx, fy;         /**< focal lengths @range >0.. @unit px */
-    double cx, cy;         /**< principal point @unit px */
-    double baseline_mm;    /**< distance of the two cameras @range >0.. @unit mm */
+    double fx, fy;      /**< focal lengths @range >0.. @unit px */
+    double cx, cy;      /**< principal point @unit px */
+    double baseline_mm; /**< distance of the two cameras @range >0.. @unit mm */
 } defrec_camera;
 
-/** Checks the calibration in desc (finite, focal lengths > 0, a rotation, a horizontal baseline, monotone distortion) and computes the
- *  rectification (Bouguet's, as OpenCV's stereoRectify: half the rotation to each camera, then x along the baseline).
- *  Cameras that are rectified already (no distortion, rotation = I, same intrinsics, translation along x) are used
- *  as they are, without resampling.
- *  @errors DEFREC_ERROR_ARGUMENT: the calibration is impossible, the error message names the field. DEFREC_ERROR_UNSUPPORTED: the baseline
- *  is more than 30 degrees from the x axis, or the cameras look in too different directions.
+/** Checks the calibration in desc (finite, focal lengths > 0, a rotation, a horizontal baseline,
+ *  monotone distortion) and computes the rectification (Bouguet's, as OpenCV's stereoRectify: half
+ *  the rotation to each camera, then x along the baseline). Cameras that are rectified already (no
+ *  distortion, rotation = I, same intrinsics, translation along x) are used as they are, without
+ *  resampling.
+ *  @errors DEFREC_ERROR_ARGUMENT: the calibration is impossible, the error message names the field.
+ *  DEFREC_ERROR_UNSUPPORTED: the baseline is more than 30 degrees from the x axis, or the cameras
+ *  look in too different directions.
  *  @threads any @since 1.0 */
-DEFREC_API defrec_status DEFREC_CALL defrec_rig_create(defrec_context context, const defrec_rig_desc *desc, defrec_rig *out);
+DEFREC_API defrec_status DEFREC_CALL defrec_rig_create(
+    defrec_context context, const defrec_rig_desc *desc, defrec_rig *out);
 /** Trackers made with the rig go on working.
  *  @threads any @since 1.0 */
 DEFREC_API void DEFREC_CALL defrec_rig_destroy(defrec_rig rig);
@@ -306,21 +351,23 @@ typedef struct defrec_rig_info {
  *  @errors none but those of every function.
  *  @threads any @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_rig_get(defrec_rig rig, defrec_rig_info *out);
-/** Maps count pixels (u, v) of the raw left image, raw_uv, to the rectified left image, rectified_uv; NaN where there is no
- *  answer. The two may be the same memory.
+/** Maps count pixels (u, v) of the raw left image, raw_uv, to the rectified left image,
+ *  rectified_uv; NaN where there is no answer. The two may be the same memory.
  *  @errors none but those of every function.
  *  @threads any @since 1.0 */
-DEFREC_API defrec_status DEFREC_CALL defrec_rig_rectify_pixels(defrec_rig rig, const double *raw_uv, size_t count, double *rectified_uv);
-/** The way back: count pixels of the rectified left image, rectified_uv, to the raw one, raw_uv; NaN where there is no answer.
- *  The two may be the same memory.
+DEFREC_API defrec_status DEFREC_CALL defrec_rig_rectify_pixels(
+    defrec_rig rig, const double *raw_uv, size_t count, double *rectified_uv);
+/** The way back: count pixels of the rectified left image, rectified_uv, to the raw one, raw_uv;
+ *  NaN where there is no answer. The two may be the same memory.
  *  @errors none but those of every function.
  *  @threads any @since 1.0 */
-DEFREC_API defrec_status DEFREC_CALL defrec_rig_distort_pixels(defrec_rig rig, const double *rectified_uv, size_t count, double *raw_uv);
+DEFREC_API defrec_status DEFREC_CALL defrec_rig_distort_pixels(
+    defrec_rig rig, const double *rectified_uv, size_t count, double *raw_uv);
 
 /** @} */
 /** @defgroup stage Stages on their own
- *  Records are frozen and lie in arrays without padding; floats are IEEE single. docs/stages.md defines each stage, its buffers and their
- *  order.
+ *  Records are frozen and lie in arrays without padding; floats are IEEE single. docs/stages.md
+ *  defines each stage, its buffers and their order.
  *  @{ */
 
 /** Unit of disparities. */
@@ -328,179 +375,212 @@ enum { DEFREC_DISPARITY_ONE = 16 /**< disparities are int16 in 1/16 px */ };
 /** The disparity of a pixel that has none. */
 enum { DEFREC_DISPARITY_NONE = -32768 /**< no evidence at this pixel */ };
 /** Unit of orientations. */
-enum { DEFREC_ORB_ANGLE_BINS = 32 /**< orientation bin k is the angle k * 2 pi / 32 from x towards y */ };
+enum {
+    DEFREC_ORB_ANGLE_BINS = 32 /**< orientation bin k is the angle k * 2 pi / 32 from x towards y */
+};
 /** Size of arrays. */
 enum { DEFREC_SKIN_NODES = 4 /**< control points that move one surface point */ };
 
 /** A corner with its descriptor, 48 bytes. */
 typedef struct defrec_feature {
-    int32_t  x, y;              /**< in the image, 1/16 px */
-    uint16_t level;             /**< of the pyramid */
-    uint16_t angle;             /**< orientation bin */
-    uint32_t score;             /**< corner score, larger is stronger */
-    uint32_t descriptor[8];     /**< bit i is bit i % 32 of word i / 32 */
+    int32_t  x, y;          /**< in the image, 1/16 px */
+    uint16_t level;         /**< of the pyramid */
+    uint16_t angle;         /**< orientation bin */
+    uint32_t score;         /**< corner score, larger is stronger */
+    uint32_t descriptor[8]; /**< bit i is bit i % 32 of word i / 32 */
 } defrec_feature;
 
 /** A feature of the template, 48 bytes. */
 typedef struct defrec_landmark {
-    uint32_t descriptor[8];      /**< as a feature's */
-    float    position[3];        /**< template frame, mm */
-    uint32_t reserved;           /**< 0 */
+    uint32_t descriptor[8]; /**< as a feature's */
+    float    position[3];   /**< template frame, mm */
+    uint32_t reserved;      /**< 0 */
 } defrec_landmark;
 
 /** What a landmark was matched to, 40 bytes, one for each landmark. */
 typedef struct defrec_match {
-    int32_t feature;             /**< index of the live feature, -1: none */
-    int32_t distance;            /**< Hamming distance to it, 0..256 */
-    int32_t second;              /**< to the second best at another place, 0..256 */
-    float   u, v;                /**< the live feature's pixel */
-    float   position[3];         /**< the live feature in the rectified camera, mm; 0 0 0 where depth is unknown */
-    float   weight;              /**< 0..1 after preselection (stage ransac), before it 1 for a match with depth */
-    uint32_t reserved;           /**< 0 */
+    int32_t  feature;     /**< index of the live feature, -1: none */
+    int32_t  distance;    /**< Hamming distance to it, 0..256 */
+    int32_t  second;      /**< to the second best at another place, 0..256 */
+    float    u, v;        /**< the live feature's pixel */
+    float    position[3]; /**< the live feature in the rectified camera, mm; 0 0 0 where depth is
+                               unknown */
+    float    weight;      /**< 0..1 after preselection (stage ransac), before it 1 for a match with
+                               depth */
+    uint32_t reserved;    /**< 0 */
 } defrec_match;
 
 /** A point that control points move, 56 bytes. */
 typedef struct defrec_surface_point {
-    float   position[3];         /**< template frame, mm */
-    float   normal[3];           /**< unit length, towards the camera */
-    int32_t node[DEFREC_SKIN_NODES];   /**< control points; unused entries repeat one, with weight 0 */
+    float   position[3];               /**< template frame, mm */
+    float   normal[3];                 /**< unit length, towards the camera */
+    int32_t node[DEFREC_SKIN_NODES];   /**< control points; unused entries repeat one, with weight
+                                            0 */
     float   weight[DEFREC_SKIN_NODES]; /**< sum 1 */
 } defrec_surface_point;
 
 /** A piece of the template's image that is searched in each frame, 88 bytes. */
 typedef struct defrec_patch {
-    float   u, v;                /**< its centre in the view it was taken from, px */
-    int32_t view;                /**< which view */
-    uint32_t reserved;           /**< 0 */
-    float   position[3];         /**< template frame, mm */
-    float   tangent_u[3];        /**< how position moves, mm, for one pixel to the right in the view, along the surface */
-    float   tangent_v[3];        /**< likewise for one pixel down */
-    int32_t node[DEFREC_SKIN_NODES];   /**< as a surface point's */
-    float   weight[DEFREC_SKIN_NODES]; /**< as a surface point's */
-    uint32_t reserved2;          /**< 0 */
+    float    u, v;                      /**< its centre in the view it was taken from, px */
+    int32_t  view;                      /**< which view */
+    uint32_t reserved;                  /**< 0 */
+    float    position[3];               /**< template frame, mm */
+    float    tangent_u[3];              /**< how position moves, mm, for one pixel to the right in
+                                             the view, along the surface */
+    float    tangent_v[3];              /**< likewise for one pixel down */
+    int32_t  node[DEFREC_SKIN_NODES];   /**< as a surface point's */
+    float    weight[DEFREC_SKIN_NODES]; /**< as a surface point's */
+    uint32_t reserved2;                 /**< 0 */
 } defrec_patch;
 
 /** Where a patch is expected, 32 bytes. */
 typedef struct defrec_patch_prediction {
-    int32_t u, v;                /**< predicted centre in the live image, 1/256 px */
-    int32_t view_from_live[4];   /**< 2x2 row-major, 1/65536: offset in the view = matrix * offset in the live image */
-    int32_t valid;               /**< 1: inside the image, facing the camera, not stretched out of all proportion */
-    int32_t reserved;            /**< 0 */
+    int32_t u, v;              /**< predicted centre in the live image, 1/256 px */
+    int32_t view_from_live[4]; /**< 2x2 row-major, 1/65536: offset in the view = matrix * offset in
+                                    the live image */
+    int32_t valid;             /**< 1: inside the image, facing the camera, not stretched out of all
+                                    proportion */
+    int32_t reserved;          /**< 0 */
 } defrec_patch_prediction;
 
 /** Where a patch was found, 32 bytes. */
 typedef struct defrec_patch_observation {
-    int32_t u, v;                /**< where it was found, 1/256 px */
-    int32_t score;               /**< ZNCC, 1/4096 */
-    int32_t valid;               /**< 1: found */
-    float   information[3];      /**< uu, uv, vv: curvature of the score at the peak, per px^2; 0 along a direction without texture */
-    uint32_t reserved;           /**< 0 */
+    int32_t  u, v;           /**< where it was found, 1/256 px */
+    int32_t  score;          /**< ZNCC, 1/4096 */
+    int32_t  valid;          /**< 1: found */
+    float    information[3]; /**< uu, uv, vv: curvature of the score at the peak, per px^2; 0 along
+                                  a direction without texture */
+    uint32_t reserved;       /**< 0 */
 } defrec_patch_observation;
 
 /** A unit dual quaternion, a rigid motion x -> R x + t, 32 bytes. */
 typedef struct defrec_motion {
-    float real[4];               /**< w x y z */
-    float dual[4];               /**< w x y z: 0.5 * t * real */
+    float real[4]; /**< w x y z */
+    float dual[4]; /**< w x y z: 0.5 * t * real */
 } defrec_motion;
 
 /** A connection between control points a < b, 12 bytes. */
 typedef struct defrec_edge {
-    int32_t a, b;                /**< indices of control points */
-    float   weight;              /**< > 0 */
+    int32_t a, b;   /**< indices of control points */
+    float   weight; /**< > 0 */
 } defrec_edge;
 
 /** What a frame says of a surface point. */
 enum {
-    DEFREC_OBSERVED      = 0,    /**< the live surface lies where the point is */
-    DEFREC_NO_DEPTH      = 1,    /**< no disparity there */
-    DEFREC_OCCLUDED      = 2,    /**< the live surface lies in front of it */
-    DEFREC_OUTSIDE       = 3,    /**< outside the image, or behind the camera */
-    DEFREC_INCONSISTENT  = 4     /**< the live surface lies behind it, or it faces away */
+    DEFREC_OBSERVED     = 0, /**< the live surface lies where the point is */
+    DEFREC_NO_DEPTH     = 1, /**< no disparity there */
+    DEFREC_OCCLUDED     = 2, /**< the live surface lies in front of it */
+    DEFREC_OUTSIDE      = 3, /**< outside the image, or behind the camera */
+    DEFREC_INCONSISTENT = 4  /**< the live surface lies behind it, or it faces away */
 };
 /** A surface point now, 32 bytes. */
 typedef struct defrec_surface_sample {
-    float    position[3];        /**< rectified camera, mm */
-    float    normal[3];          /**< unit length, towards the camera */
-    float    residual;           /**< live depth minus the point's depth, mm; 0 without depth */
-    uint32_t observation;        /**< DEFREC_OBSERVED ... */
+    float    position[3]; /**< rectified camera, mm */
+    float    normal[3];   /**< unit length, towards the camera */
+    float    residual;    /**< live depth minus the point's depth, mm; 0 without depth */
+    uint32_t observation; /**< DEFREC_OBSERVED ... */
 } defrec_surface_sample;
 
 /** What stage ransac found, 64 bytes. */
 typedef struct defrec_ransac_summary {
-    int32_t valid_matches;       /**< matches with depth */
-    int32_t references;          /**< accepted references */
-    int32_t inliers;             /**< matches with weight > 0.5 after merging */
-    int32_t best_support;        /**< matches within H of the best reference's rigid motion */
-    float   rotation[9];         /**< of the best reference: x_live = rotation * x_template + translation; row-major */
-    float   translation[3];      /**< mm */
+    int32_t valid_matches;  /**< matches with depth */
+    int32_t references;     /**< accepted references */
+    int32_t inliers;        /**< matches with weight > 0.5 after merging */
+    int32_t best_support;   /**< matches within H of the best reference's rigid motion */
+    float   rotation[9];    /**< of the best reference: x_live = rotation * x_template +
+                                 translation; row-major */
+    float   translation[3]; /**< mm */
 } defrec_ransac_summary;
 
 /** How stage lm ended, 64 bytes. */
 typedef struct defrec_lm_summary {
-    float    initial_cost, final_cost; /**< mm^2, all terms, weighted */
-    float    icp_cost, match_cost, patch_cost, arap_cost; /**< of the final state, weighted */
-    int32_t  iterations;         /**< taken */
+    float    initial_cost, final_cost;     /**< mm^2, all terms, weighted */
+    float    icp_cost, match_cost;         /**< of the final state, weighted */
+    float    patch_cost, arap_cost;        /**< of the final state, weighted */
+    int32_t  iterations;                   /**< taken */
     int32_t  icp_points, matches, patches; /**< residuals with weight > 0 in the final state */
-    float    icp_rms, match_rms; /**< weighted root mean squares, mm */
-    float    patch_rms;          /**< weighted root mean square, px */
-    float    damping;            /**< the last lambda */
-    int32_t  failed;             /**< 1: a system could not be solved and the motions are those given */
-    uint32_t reserved;           /**< 0 */
+    float    icp_rms, match_rms;           /**< weighted root mean squares, mm */
+    float    patch_rms;                    /**< weighted root mean square, px */
+    float    damping;                      /**< the last lambda */
+    int32_t  failed;                       /**< 1: a system could not be solved and the motions are
+                                                those given */
+    uint32_t reserved;                     /**< 0 */
 } defrec_lm_summary;
 
-/** Parameters of stage rectify. As in all parameters, zero means default wherever a default is named; a plugin gets them with
- *  every default filled in and every range checked. */
+/** Parameters of stage rectify. As in all parameters, zero means default wherever a default is
+ *  named; a plugin gets them with every default filled in and every range checked. */
 typedef struct defrec_rectify_params {
-    uint32_t struct_size;        /**< see DEFREC_INIT */
-    uint32_t format;             /**< DEFREC_FORMAT_* of the source @range DEFREC_FORMAT_* */
-    uint32_t source_width, source_height; /**< of the source @range 1..DEFREC_MAX_SIDE @unit px */
-    uint32_t source_stride;      /**< of the source, from row to row @default source_width * bytes_per_pixel(format)
-                                      @range source_width * bytes_per_pixel(format)..1048576 @unit bytes */
-    uint32_t width;              /**< of the result @default source_width @range 1..DEFREC_MAX_SIDE @unit px */
-    uint32_t height;             /**< of the result @default source_height @range 1..DEFREC_MAX_SIDE @unit px */
-    uint32_t stride;             /**< of the result @default width @range width..1048576 @unit bytes */
-    uint32_t saturation;         /**< gray values from here on count as highlights and are masked; 256: none
-                                      @default 235 @range 1.. @unit gray levels */
-    uint32_t highlight_radius;   /**< (Chebyshev) that the mask grows round highlights @default 4 @range 1..16 @unit px */
+    uint32_t struct_size;      /**< see DEFREC_INIT */
+    uint32_t format;           /**< DEFREC_FORMAT_* of the source @range DEFREC_FORMAT_* */
+    uint32_t source_width;     /**< of the source @range 1..DEFREC_MAX_SIDE @unit px */
+    uint32_t source_height;    /**< of the source @range 1..DEFREC_MAX_SIDE @unit px */
+    uint32_t source_stride;    /**< of the source, from row to row
+                                    @default source_width * bytes_per_pixel(format)
+                                    @range source_width * bytes_per_pixel(format)..1048576
+                                    @unit bytes */
+    uint32_t width;            /**< of the result @default source_width @range 1..DEFREC_MAX_SIDE
+                                    @unit px */
+    uint32_t height;           /**< of the result @default source_height @range 1..DEFREC_MAX_SIDE
+                                    @unit px */
+    uint32_t stride;           /**< of the result @default width @range width..1048576
+                                    @unit bytes */
+    uint32_t saturation;       /**< gray values from here on count as highlights and are masked;
+                                    256: none @default 235 @range 1.. @unit gray levels */
+    uint32_t highlight_radius; /**< (Chebyshev) that the mask grows round highlights @default 4
+                                    @range 1..16 @unit px */
 } defrec_rectify_params;
 
 /** Parameters of stage stereo. */
 typedef struct defrec_stereo_params {
-    uint32_t struct_size;        /**< see DEFREC_INIT */
-    uint32_t width, height;      /**< of gray images and masks @range 2..DEFREC_MAX_SIDE @unit px */
-    uint32_t stride;             /**< of gray images and masks @default width @range width..1048576 @unit bytes */
-    int32_t  min_disparity;      /**< smallest disparity searched @range 0..1024 @unit px */
-    uint32_t disparities;        /**< number of disparities searched @default 128 @range 1..510 @unit px */
-    uint32_t radius;             /**< of the correlation window of the search @default 4 @range 2..6 @unit px of half resolution */
-    uint32_t refine_radius;      /**< of the correlation window at full resolution @default 4 @range 2..6 @unit px */
-    uint32_t min_score;          /**< ZNCC of the search below this is no evidence @default 1600 (0.39) @range 1..4096 @unit 1/4096 */
-    uint32_t refine_score;       /**< ZNCC at full resolution that a pixel needs which the search left open
-                                      @default 2000 (0.49) @range 1..4096 @unit 1/4096 */
-    uint32_t uniqueness;         /**< lead of the best score over any other that is not close to it
+    uint32_t struct_size;   /**< see DEFREC_INIT */
+    uint32_t width, height; /**< of gray images and masks @range 2..DEFREC_MAX_SIDE @unit px */
+    uint32_t stride;        /**< of gray images and masks @default width @range width..1048576
+                                 @unit bytes */
+    int32_t  min_disparity; /**< smallest disparity searched @range 0..1024 @unit px */
+    uint32_t disparities;   /**< number of disparities searched @default 128 @range 1..510
+                                 @unit px */
+    uint32_t radius;        /**< of the correlation window of the search @default 4 @range 2..6
+                                 @unit px of half resolution */
+    uint32_t refine_radius; /**< of the correlation window at full resolution @default 4 @range 2..6
+                                 @unit px */
+    uint32_t min_score;     /**< ZNCC of the search below this is no evidence @default 1600 (0.39)
+                                 @range 1..4096 @unit 1/4096 */
+    uint32_t refine_score;  /**< ZNCC at full resolution that a pixel needs which the search left
+                                 open @default 2000 (0.49) @range 1..4096 @unit 1/4096 */
+    uint32_t uniqueness;    /**< lead of the best score over any other that is not close to it
                                       @default 40 (0.01) @range 1..4096 @unit 1/4096 */
-    uint32_t texture;            /**< min standard deviation of gray in the window @default 8 @range 1..2048 @unit 1/16 gray level */
-    uint32_t left_right;         /**< max difference between left and right winner @default 1 @range 1.. @unit px of half resolution */
-    uint32_t edge;               /**< a range of disparities in a neighbourhood above this is a depth edge
-                                      @default 24 @range 1..4096 @unit 1/16 px of half resolution */
-    uint32_t support;            /**< of 25 neighbours, how many must agree with a disparity, itself included @default 10 @range 1..25 */
-    uint32_t fill_radius;        /**< holes up to about this radius are filled from their rim @default 6 @range 1..8 @unit px */
-    uint32_t smooth_radius;      /**< of the smoothing window @default 3 @range 1..3 @unit px */
-    uint32_t smooth_range;       /**< neighbours that differ by more are another surface @default 24 @range 1..256 @unit 1/16 px */
-    uint32_t smooth_passes;      /**< of the smoothing @default 4 @range 1..8 */
+    uint32_t texture;       /**< min standard deviation of gray in the window @default 8
+                                 @range 1..2048 @unit 1/16 gray level */
+    uint32_t left_right;    /**< max difference between left and right winner @default 1 @range 1..
+                                 @unit px of half resolution */
+    uint32_t edge;          /**< a range of disparities in a neighbourhood above this is a depth
+                                 edge @default 24 @range 1..4096 @unit 1/16 px of half resolution */
+    uint32_t support;       /**< of 25 neighbours, how many must agree with a disparity, itself
+                                 included @default 10 @range 1..25 */
+    uint32_t fill_radius;   /**< holes up to about this radius are filled from their rim @default 6
+                                 @range 1..8 @unit px */
+    uint32_t smooth_radius; /**< of the smoothing window @default 3 @range 1..3 @unit px */
+    uint32_t smooth_range;  /**< neighbours that differ by more are another surface @default 24
+                                 @range 1..256 @unit 1/16 px */
+    uint32_t smooth_passes; /**< of the smoothing @default 4 @range 1..8 */
 } defrec_stereo_params;
 
 /** Parameters of stage orb. */
 typedef struct defrec_orb_params {
-    uint32_t struct_size;        /**< see DEFREC_INIT */
-    uint32_t width;              /**< of gray image and mask @range DEFREC_MIN_WIDTH..DEFREC_MAX_SIDE @unit px */
-    uint32_t height;             /**< of gray image and mask @range DEFREC_MIN_HEIGHT..DEFREC_MAX_SIDE @unit px */
-    uint32_t stride;             /**< of gray image and mask @default width @range width..1048576 @unit bytes */
-    uint32_t levels;             /**< of the pyramid, each 4/5 of the one below @default 4 @range 1..8 */
-    uint32_t cell;               /**< max one corner for each cell of this side @default 8 @range 4..16 @unit px of its level */
-    uint32_t threshold;          /**< of FAST @default 3 @range 1..254 @unit gray levels */
-    uint32_t capacity;           /**< max number of features @default 2048 @range 1..65535 */
-    uint32_t spacing;            /**< min distance between features of one level; grows until the features fit the capacity
-                                      @default 4 @range 1..63 @unit px of the level */
+    uint32_t struct_size; /**< see DEFREC_INIT */
+    uint32_t width;       /**< of gray image and mask @range DEFREC_MIN_WIDTH..DEFREC_MAX_SIDE
+                               @unit px */
+    uint32_t height;      /**< of gray image and mask @range DEFREC_MIN_HEIGHT..DEFREC_MAX_SIDE
+                               @unit px */
+    uint32_t stride;      /**< of gray image and mask @default width @range width..1048576
+                               @unit bytes */
+    uint32_t levels;      /**< of the pyramid, each 4/5 of the one below @default 4 @range 1..8 */
+    uint32_t cell;        /**< max one corner for each cell of this side @default 8 @range 4..16
+                               @unit px of its level */
+    uint32_t threshold;   /**< of FAST @default 3 @range 1..254 @unit gray levels */
+    uint32_t capacity;    /**< max number of features @default 2048 @range 1..65535 */
+    uint32_t spacing;     /**< min distance between features of one level; grows until the features
+                               fit the capacity @default 4 @range 1..63 @unit px of the level */
 } defrec_orb_params;
 
 /** Parameters of stage match. */
@@ -508,10 +588,13 @@ typedef struct defrec_match_params {
     uint32_t      struct_size;   /**< see DEFREC_INIT */
     uint32_t      landmarks;     /**< max number of landmarks @range 1..65535 */
     uint32_t      features;      /**< max number of live features @range 1..65535 */
-    uint32_t      max_distance;  /**< max Hamming distance of a match @default 64 @range 1..256 @unit bits */
-    uint32_t      ratio;         /**< max of best / second best; 256: no ratio test @default 218 (0.85) @range 1..256 @unit 1/256 */
+    uint32_t      max_distance;  /**< max Hamming distance of a match @default 64 @range 1..256
+                                      @unit bits */
+    uint32_t      ratio;         /**< max of best / second best; 256: no ratio test
+                                      @default 218 (0.85) @range 1..256 @unit 1/256 */
     uint32_t      width, height; /**< of the disparity image @range 2..DEFREC_MAX_SIDE @unit px */
-    uint32_t      stride;        /**< of the disparity image @default width @range width..1048576 @unit elements */
+    uint32_t      stride;        /**< of the disparity image @default width @range width..1048576
+                                      @unit elements */
     defrec_camera camera;        /**< rectified */
 } defrec_match_params;
 
@@ -521,28 +604,35 @@ typedef struct defrec_align_params {
     uint32_t      patches;       /**< max number of patches @range 0..4194304 */
     uint32_t      nodes;         /**< exact count of control points @range 0..4194304 */
     uint32_t      views;         /**< images patches are taken from @default 1 @range 1..64 */
-    uint32_t      width;         /**< of the live image, the mask and each view @range DEFREC_MIN_WIDTH..DEFREC_MAX_SIDE @unit px */
-    uint32_t      height;        /**< of the live image, the mask and each view @range DEFREC_MIN_HEIGHT..DEFREC_MAX_SIDE @unit px */
-    uint32_t      stride;        /**< of the live image, the mask and each view @default width @range width..1048576 @unit bytes */
+    uint32_t      width;         /**< of the live image, the mask and each view
+                                      @range DEFREC_MIN_WIDTH..DEFREC_MAX_SIDE @unit px */
+    uint32_t      height;        /**< of the live image, the mask and each view
+                                      @range DEFREC_MIN_HEIGHT..DEFREC_MAX_SIDE @unit px */
+    uint32_t      stride;        /**< of the live image, the mask and each view @default width
+                                      @range width..1048576 @unit bytes */
     uint32_t      level;         /**< search on images halved this many times @range 0..3 */
-    uint32_t      patch_radius;  /**< half the side of a patch @default 5 @range 1..7 @unit px of that level */
-    uint32_t      search_radius; /**< found is what lies less far away than this @default 4 @range 1..16 @unit px of that level */
-    uint32_t      min_score;     /**< ZNCC below this is not found @default 2867 (0.7) @range 1.. @unit 1/4096 */
-    uint32_t      texture;       /**< min standard deviation of the patch @default 16 @range 1.. @unit 1/16 gray level */
+    uint32_t      patch_radius;  /**< half the side of a patch @default 5 @range 1..7
+                                      @unit px of that level */
+    uint32_t      search_radius; /**< found is what lies less far away than this @default 4
+                                      @range 1..16 @unit px of that level */
+    uint32_t      min_score;     /**< ZNCC below this is not found @default 2867 (0.7) @range 1..
+                                      @unit 1/4096 */
+    uint32_t      texture;       /**< min standard deviation of the patch @default 16 @range 1..
+                                      @unit 1/16 gray level */
     defrec_camera camera;        /**< rectified */
 } defrec_align_params;
 
 /** Parameters of stage ransac. */
 typedef struct defrec_ransac_params {
-    uint32_t struct_size;        /**< see DEFREC_INIT */
-    uint32_t landmarks;          /**< max number of landmarks @range 0..4194304 */
-    uint32_t references;         /**< matches that are tried as reference @default 30 @range 1..1024 */
-    uint32_t iterations;         /**< of reweighting, for each reference @default 10 @range 1..100 */
-    float    threshold_mm;       /**< the paper's H @default "a tenth of the RMS radius of each frame's live points, at least 1 mm"
-                                      @range 0.. @unit mm */
-    uint32_t min_support;        /**< matches within H that a reference needs, itself included; 1/32 of all matches is added
-                                      @default 6 @range 1.. */
-    uint64_t seed;               /**< of the choice of references */
+    uint32_t struct_size;  /**< see DEFREC_INIT */
+    uint32_t landmarks;    /**< max number of landmarks @range 0..4194304 */
+    uint32_t references;   /**< matches that are tried as reference @default 30 @range 1..1024 */
+    uint32_t iterations;   /**< of reweighting, for each reference @default 10 @range 1..100 */
+    float    threshold_mm; /**< the paper's H @default "a tenth of the RMS radius of each frame's
+                                live points, at least 1 mm" @range 0.. @unit mm */
+    uint32_t min_support;  /**< matches within H that a reference needs, itself included; 1/32 of
+                                all matches is added @default 6 @range 1.. */
+    uint64_t seed;         /**< of the choice of references */
 } defrec_ransac_params;
 
 /** How stage lm solves for a step. */
@@ -552,41 +642,59 @@ enum {
 };
 /** Parameters of stage lm. */
 typedef struct defrec_lm_params {
-    uint32_t      struct_size;   /**< see DEFREC_INIT */
-    uint32_t      solver;        /**< DEFREC_SOLVER_*: how a step is solved @default DEFREC_SOLVER_COUPLED @range DEFREC_SOLVER_* */
-    uint32_t      nodes, edges, points, landmarks, patches; /**< exact count, as given to prepare @range 0..4194304 */
-    uint32_t      width, height; /**< of the disparity image @range 2..DEFREC_MAX_SIDE @unit px */
-    uint32_t      stride;        /**< of the disparity image @default width @range width..1048576 @unit elements */
-    defrec_camera camera;        /**< rectified */
-    uint32_t      iterations;    /**< of Levenberg-Marquardt @default 10 @range 1..4194304 */
-    uint32_t      cg_iterations; /**< max conjugate gradient steps in one iteration @default 20 @range 1..4194304 */
-    uint32_t      presolve;      /**< 1: first move everything rigidly onto the weighted matches */
-    float         node_spacing_mm; /**< typical; lengths in the ARAP term are divided by it @default 5 @range 0.. @unit mm */
-    float         icp_weight;      /**< of the ICP term @default 1 @range 0.. */
-    float         match_weight;    /**< of the match term @default 10 @range 0.. */
-    float         patch_weight;    /**< of the patch term @default 10 @range 0.. */
-    float         arap_weight;     /**< of the ARAP term @default 1 @range 0.. */
-    float         length_weight;   /**< of lengths within the ARAP term @default 1 @range 0.. */
-    float         angle_weight;    /**< of angles within the ARAP term @default 20 @range 0.. */
-    float         rotation_weight; /**< of rotations within the ARAP term @default 100 @range 0.. */
-    float         icp_tukey_mm;    /**< of the ICP term's kernel @default 3 @range 0.. @unit mm */
-    float         match_tukey_mm;  /**< of the match term's kernel @default 5 @range 0.. @unit mm */
-    float         patch_tukey_px;  /**< of the patch term's kernel @default 4 @range 0.. @unit px */
-    float         association_mm;  /**< live surface farther than this along the ray is another surface @default 10 @range 0.. @unit mm */
-    float         damping;         /**< first lambda @default 1e-3 @range 0.. */
-    float         match_threshold_mm; /**< H in the weight 1 - d / (5 H) of matches that preselection left at 0
-                                           @default 2 @range 0.. @unit mm */
+    uint32_t      struct_size;          /**< see DEFREC_INIT */
+    uint32_t      solver;               /**< DEFREC_SOLVER_*: how a step is solved
+                                             @default DEFREC_SOLVER_COUPLED
+                                             @range DEFREC_SOLVER_* */
+    uint32_t      nodes, edges, points; /**< exact count, as given to prepare @range 0..4194304 */
+    uint32_t      landmarks, patches;   /**< exact count, as given to prepare @range 0..4194304 */
+    uint32_t      width, height;        /**< of the disparity image @range 2..DEFREC_MAX_SIDE
+                                             @unit px */
+    uint32_t      stride;               /**< of the disparity image @default width
+                                             @range width..1048576 @unit elements */
+    defrec_camera camera;               /**< rectified */
+    uint32_t      iterations;           /**< of Levenberg-Marquardt @default 10 @range 1..4194304 */
+    uint32_t      cg_iterations;        /**< max conjugate gradient steps in one iteration
+                                             @default 20 @range 1..4194304 */
+    uint32_t      presolve;             /**< 1: first move everything rigidly onto the weighted
+                                             matches */
+    float         node_spacing_mm;      /**< typical; lengths in the ARAP term are divided by it
+                                             @default 5 @range 0.. @unit mm */
+    float         icp_weight;           /**< of the ICP term @default 1 @range 0.. */
+    float         match_weight;         /**< of the match term @default 10 @range 0.. */
+    float         patch_weight;         /**< of the patch term @default 10 @range 0.. */
+    float         arap_weight;          /**< of the ARAP term @default 1 @range 0.. */
+    float         length_weight;        /**< of lengths within the ARAP term @default 1
+                                             @range 0.. */
+    float         angle_weight;         /**< of angles within the ARAP term @default 20
+                                             @range 0.. */
+    float         rotation_weight;      /**< of rotations within the ARAP term @default 100
+                                             @range 0.. */
+    float         icp_tukey_mm;         /**< of the ICP term's kernel @default 3 @range 0..
+                                             @unit mm */
+    float         match_tukey_mm;       /**< of the match term's kernel @default 5 @range 0..
+                                             @unit mm */
+    float         patch_tukey_px;       /**< of the patch term's kernel @default 4 @range 0..
+                                             @unit px */
+    float         association_mm;       /**< live surface farther than this along the ray is another
+                                             surface @default 10 @range 0.. @unit mm */
+    float         damping;              /**< first lambda @default 1e-3 @range 0.. */
+    float         match_threshold_mm;   /**< H in the weight 1 - d / (5 H) of matches that
+                                             preselection left at 0 @default 2 @range 0..
+                                             @unit mm */
 } defrec_lm_params;
 
 /** Parameters of stage warp. */
 typedef struct defrec_warp_params {
-    uint32_t      struct_size;     /**< see DEFREC_INIT */
-    uint32_t      nodes, points;   /**< exact count, as given to prepare @range 0..4194304 */
-    uint32_t      width, height;   /**< of the disparity image @range 2..DEFREC_MAX_SIDE @unit px */
-    uint32_t      stride;          /**< of the disparity image @default width @range width..1048576 @unit elements */
-    uint32_t      reserved;        /**< 0 */
-    defrec_camera camera;          /**< rectified */
-    float         tolerance_mm;    /**< live depth within this of the point's is an observation @default 2 @range 0.. @unit mm */
+    uint32_t      struct_size;   /**< see DEFREC_INIT */
+    uint32_t      nodes, points; /**< exact count, as given to prepare @range 0..4194304 */
+    uint32_t      width, height; /**< of the disparity image @range 2..DEFREC_MAX_SIDE @unit px */
+    uint32_t      stride;        /**< of the disparity image @default width @range width..1048576
+                                      @unit elements */
+    uint32_t      reserved;      /**< 0 */
+    defrec_camera camera;        /**< rectified */
+    float         tolerance_mm;  /**< live depth within this of the point's is an observation
+                                      @default 2 @range 0.. @unit mm */
 } defrec_warp_params;
 
 /** Host memory that a stage writes. Frozen. */
@@ -600,28 +708,34 @@ typedef struct defrec_const_buffer {
     uint64_t    size; /**< bytes */
 } defrec_const_buffer;
 
-/** Creates one stage (DEFREC_STAGE_*) on one device. params: the stage's defrec_*_params. device_id NULL: the first device that offers
- *  the stage.
- *  @errors DEFREC_ERROR_ARGUMENT: no such stage or device, or a parameter is out of range. DEFREC_ERROR_UNSUPPORTED: no device offers the
- *  stage, or this one cannot do it with these parameters. DEFREC_ERROR_DEVICE_LOST. DEFREC_ERROR_PLUGIN.
+/** Creates one stage (DEFREC_STAGE_*) on one device. params: the stage's defrec_*_params. device_id
+ *  NULL: the first device that offers the stage.
+ *  @errors DEFREC_ERROR_ARGUMENT: no such stage or device, or a parameter is out of range.
+ *  DEFREC_ERROR_UNSUPPORTED: no device offers the stage, or this one cannot do it with these
+ *  parameters. DEFREC_ERROR_DEVICE_LOST. DEFREC_ERROR_PLUGIN.
  *  @threads any @since 1.0 */
-DEFREC_API defrec_status DEFREC_CALL defrec_stage_create(defrec_context context, const char *device_id, uint32_t stage,
-                                                         const void *params, defrec_stage *out);
+DEFREC_API defrec_status DEFREC_CALL defrec_stage_create(
+    defrec_context context, const char *device_id, uint32_t stage, const void *params,
+    defrec_stage *out);
 /** Ends a stage.
  *  @threads any @since 1.0 */
 DEFREC_API void DEFREC_CALL defrec_stage_destroy(defrec_stage stage);
-/** Gives a stage in_count inputs, in, that stay the same from run to run (a template); match, align, ransac, lm and warp need it
- *  before their first run.
- *  @errors DEFREC_ERROR_ARGUMENT: a buffer is missing, too small or holds what the definition excludes, or the stage has nothing to
- *  prepare. DEFREC_ERROR_BUSY. DEFREC_ERROR_DEVICE_LOST. DEFREC_ERROR_PLUGIN.
+/** Gives a stage in_count inputs, in, that stay the same from run to run (a template); match,
+ *  align, ransac, lm and warp need it before their first run.
+ *  @errors DEFREC_ERROR_ARGUMENT: a buffer is missing, too small or holds what the definition
+ *  excludes, or the stage has nothing to prepare. DEFREC_ERROR_BUSY. DEFREC_ERROR_DEVICE_LOST.
+ *  DEFREC_ERROR_PLUGIN.
  *  @threads one @since 1.0 */
-DEFREC_API defrec_status DEFREC_CALL defrec_stage_prepare(defrec_stage stage, const defrec_const_buffer *in, size_t in_count);
+DEFREC_API defrec_status DEFREC_CALL defrec_stage_prepare(
+    defrec_stage stage, const defrec_const_buffer *in, size_t in_count);
 /** Runs it on in_count inputs, in, and waits for its out_count outputs, out.
- *  @errors DEFREC_ERROR_ARGUMENT: a buffer is missing or too small, the error message names the size needed. DEFREC_ERROR_STATE: not prepared.
- *  DEFREC_ERROR_BUSY. DEFREC_ERROR_DEVICE_LOST. DEFREC_ERROR_PLUGIN.
+ *  @errors DEFREC_ERROR_ARGUMENT: a buffer is missing or too small, the error message names the
+ *  size needed. DEFREC_ERROR_STATE: not prepared. DEFREC_ERROR_BUSY. DEFREC_ERROR_DEVICE_LOST.
+ *  DEFREC_ERROR_PLUGIN.
  *  @threads one @since 1.0 */
-DEFREC_API defrec_status DEFREC_CALL defrec_stage_run(defrec_stage stage, const defrec_const_buffer *in, size_t in_count,
-                                                      const defrec_buffer *out, size_t out_count);
+DEFREC_API defrec_status DEFREC_CALL defrec_stage_run(
+    defrec_stage stage, const defrec_const_buffer *in, size_t in_count, const defrec_buffer *out,
+    size_t out_count);
 
 /** @} */
 /** @defgroup tracking Tracking
@@ -629,125 +743,156 @@ DEFREC_API defrec_status DEFREC_CALL defrec_stage_run(defrec_stage stage, const 
 
 /** What a tracker is made with. */
 typedef struct defrec_tracker_desc {
-    uint32_t    struct_size;           /**< see DEFREC_INIT */
-    uint32_t    flags;                 /**< 0 @range 0..0 */
-    const char *device_id;             /**< of the device; NULL: the first device with every stage */
-    uint64_t    seed;                  /**< of random choices: the same seed gives the same results on a repeatable device */
-    uint32_t    format;                /**< DEFREC_FORMAT_* of the frames @default DEFREC_FORMAT_BGR8 @range DEFREC_FORMAT_* */
-    uint32_t    frames_in_flight;      /**< submitted and not yet released @default 2 @range 1..16 */
-    uint32_t    disparities;           /**< number searched @default "found from the first frame" @range 1..510 @unit px */
-    int32_t     min_disparity;         /**< smallest searched; used with disparities @range 0..1024 @unit px */
-    float       min_depth_mm;          /**< nearest surface expected @default 20 @range 0.1..100000 @unit mm */
-    float       node_spacing_px;       /**< between control points in the template's image @default "width / 24"
-                                            @range 4..DEFREC_MAX_SIDE @unit px */
-    float       vertex_spacing_px;     /**< between template vertices in its image @default "width / 120, at least 4"
-                                            @range 1..DEFREC_MAX_SIDE @unit px */
-    uint32_t    max_features;          /**< found in a frame @default 1024 @range 1..65535 */
-    uint32_t    max_patches;           /**< of a template @default 1024 @range 1..65536 */
-    float       arap_weight;           /**< of the smoothness term @default 0.2 @range 0..1e9 */
-    uint32_t    keep_disparity;        /**< 1: results carry the disparity image */
-    uint32_t    coarse_iterations;     /**< of Levenberg-Marquardt, coarse @default 3 @range 1..1000 */
-    uint32_t    fine_iterations;       /**< of Levenberg-Marquardt, fine @default 3 @range 1..1000 */
-    uint32_t    timed;                 /**< 1: the host waits after each stage, so that the times of results are the device's; slower.
-                                            Otherwise they are those of queueing where a device computes by itself */
-    uint32_t    memory_stride;         /**< of left and right images in a defrec_memory
-                                            @default "width * bytes per pixel, which is also the min" @range ..1048576 @unit bytes
-                                            @since 1.1 */
+    uint32_t    struct_size;       /**< see DEFREC_INIT */
+    uint32_t    flags;             /**< 0 @range 0..0 */
+    const char *device_id;         /**< of the device; NULL: the first device with every stage */
+    uint64_t    seed;              /**< of random choices: the same seed gives the same results on a
+                                        repeatable device */
+    uint32_t    format;            /**< DEFREC_FORMAT_* of the frames @default DEFREC_FORMAT_BGR8
+                                        @range DEFREC_FORMAT_* */
+    uint32_t    frames_in_flight;  /**< submitted and not yet released @default 2 @range 1..16 */
+    uint32_t    disparities;       /**< number searched @default "found from the first frame"
+                                        @range 1..510 @unit px */
+    int32_t     min_disparity;     /**< smallest searched; used with disparities @range 0..1024
+                                        @unit px */
+    float       min_depth_mm;      /**< nearest surface expected @default 20 @range 0.1..100000
+                                        @unit mm */
+    float       node_spacing_px;   /**< between control points in the template's image
+                                        @default "width / 24" @range 4..DEFREC_MAX_SIDE @unit px */
+    float       vertex_spacing_px; /**< between template vertices in its image
+                                        @default "width / 120, at least 4" @range 1..DEFREC_MAX_SIDE
+                                        @unit px */
+    uint32_t    max_features;      /**< found in a frame @default 1024 @range 1..65535 */
+    uint32_t    max_patches;       /**< of a template @default 1024 @range 1..65536 */
+    float       arap_weight;       /**< of the smoothness term @default 0.2 @range 0..1e9 */
+    uint32_t    keep_disparity;    /**< 1: results carry the disparity image */
+    uint32_t    coarse_iterations; /**< of Levenberg-Marquardt, coarse @default 3 @range 1..1000 */
+    uint32_t    fine_iterations;   /**< of Levenberg-Marquardt, fine @default 3 @range 1..1000 */
+    uint32_t    timed;             /**< 1: the host waits after each stage, so that the times of
+                                        results are the device's; slower. Otherwise they are those
+                                        of queueing where a device computes by itself */
+    uint32_t    memory_stride;     /**< of left and right images in a defrec_memory
+                                        @default "width * bytes per pixel, which is also the
+                                        min" @range ..1048576 @unit bytes @since 1.1 */
 } defrec_tracker_desc;
 
-/** Opens the device and allocates everything that a frame needs; afterwards no frame allocates, but those that capture a template.
- *  @errors DEFREC_ERROR_ARGUMENT: a field of desc is out of range, or no device has that id. DEFREC_ERROR_UNSUPPORTED: no device offers
- *  every stage, or this one cannot with images of this size. DEFREC_ERROR_DEVICE_LOST. DEFREC_ERROR_PLUGIN.
+/** Opens the device and allocates everything that a frame needs; afterwards no frame allocates, but
+ *  those that capture a template.
+ *  @errors DEFREC_ERROR_ARGUMENT: a field of desc is out of range, or no device has that id.
+ *  DEFREC_ERROR_UNSUPPORTED: no device offers every stage, or this one cannot with images of this
+ *  size. DEFREC_ERROR_DEVICE_LOST. DEFREC_ERROR_PLUGIN.
  *  @threads any @since 1.0 */
-DEFREC_API defrec_status DEFREC_CALL defrec_tracker_create(defrec_context context, defrec_rig rig, const defrec_tracker_desc *desc,
-                                                           defrec_tracker *out);
-/** Waits for the frame being computed; frames still queued end with DEFREC_ERROR_STATE. Jobs stay valid until released.
+DEFREC_API defrec_status DEFREC_CALL defrec_tracker_create(
+    defrec_context context, defrec_rig rig, const defrec_tracker_desc *desc, defrec_tracker *out);
+/** Waits for the frame being computed; frames still queued end with DEFREC_ERROR_STATE. Jobs stay
+ *  valid until released.
  *  @threads any @since 1.0 */
 DEFREC_API void DEFREC_CALL defrec_tracker_destroy(defrec_tracker tracker);
 
 /** Memory of the caller. @since 1.1 */
 typedef struct defrec_memory_desc {
-    uint32_t struct_size;      /**< see DEFREC_INIT */
-    uint32_t kind;             /**< DEFREC_MEMORY_* */
-    void    *address;          /**< of that kind, a multiple of 16 */
-    uint64_t size;             /**< bytes */
+    uint32_t struct_size; /**< see DEFREC_INIT */
+    uint32_t kind;        /**< DEFREC_MEMORY_* */
+    void    *address;     /**< of that kind, a multiple of 16 */
+    uint64_t size;        /**< bytes */
 } defrec_memory_desc;
 
-/** Lets this tracker's device work in the caller's memory, desc, without a copy. The memory stays the caller's, and must outlive the
- *  handle and every job that was given it. Import once what frames use in turn: it allocates.
- *  @errors DEFREC_ERROR_ARGUMENT: no such kind, no multiple of 16, or not memory of that kind. DEFREC_ERROR_UNSUPPORTED: the device cannot
- *  reach it. DEFREC_ERROR_DEVICE_LOST.
+/** Lets this tracker's device work in the caller's memory, desc, without a copy. The memory stays
+ *  the caller's, and must outlive the handle and every job that was given it. Import once what
+ *  frames use in turn: it allocates.
+ *  @errors DEFREC_ERROR_ARGUMENT: no such kind, no multiple of 16, or not memory of that kind.
+ *  DEFREC_ERROR_UNSUPPORTED: the device cannot reach it. DEFREC_ERROR_DEVICE_LOST.
  *  @threads any @since 1.1 */
-DEFREC_API defrec_status DEFREC_CALL defrec_memory_import(defrec_tracker tracker, const defrec_memory_desc *desc, defrec_memory *out);
+DEFREC_API defrec_status DEFREC_CALL defrec_memory_import(
+    defrec_tracker tracker, const defrec_memory_desc *desc, defrec_memory *out);
 /** Frames that were submitted with it are computed all the same.
  *  @threads any @since 1.1 */
 DEFREC_API void DEFREC_CALL defrec_memory_release(defrec_memory memory);
 
 /** Flags of defrec_frame. */
-enum { DEFREC_FRAME_CAPTURE_TEMPLATE = 1u << 0 /**< make this frame the template (the first usable frame is, unless one was set) */ };
+enum {
+    DEFREC_FRAME_CAPTURE_TEMPLATE = 1u << 0 /**< make this frame the template (the first usable
+                                                 frame is, unless one was set) */
+};
 
 /** A pair of images. */
 typedef struct defrec_frame {
-    uint32_t            struct_size;   /**< see DEFREC_INIT */
-    uint32_t            flags;         /**< DEFREC_FRAME_* */
-    int64_t             timestamp_ns;  /**< strictly growing; of any clock */
-    const defrec_image *left, *right;  /**< the rig's size, the tracker's format */
-    const defrec_image *ignore;        /**< GRAY8, the rig's size: nonzero pixels of the left image are not tissue; NULL: none */
-    defrec_memory       samples;       /**< NULL, or where the device leaves a defrec_surface_sample per template vertex, those behind the
-                                            result's vertices and normals; too small is how the job fails. @since 1.1 */
+    uint32_t            struct_size;  /**< see DEFREC_INIT */
+    uint32_t            flags;        /**< DEFREC_FRAME_* */
+    int64_t             timestamp_ns; /**< strictly growing; of any clock */
+    const defrec_image *left, *right; /**< the rig's size, the tracker's format */
+    const defrec_image *ignore;       /**< GRAY8, the rig's size: nonzero pixels of the left image
+                                           are not tissue; NULL: none */
+    defrec_memory       samples;      /**< NULL, or where the device leaves a defrec_surface_sample
+                                           per template vertex, those behind the result's vertices
+                                           and normals; too small is how the job fails.
+                                           @since 1.1 */
 } defrec_frame;
 
-/** Queues a frame; jobs of one tracker run in order. Host pixels are copied before it returns. Pixels in a defrec_memory are complete
- *  when it is called and stay as they are until the job is done.
- *  @errors DEFREC_ERROR_BUSY: as many jobs as frames_in_flight are not released yet, or another thread is submitting.
- *  DEFREC_ERROR_ARGUMENT: the timestamp does not grow, or an image has another size or format than expected. Such a frame counts as never
- *  submitted.
+/** Queues a frame; jobs of one tracker run in order. Host pixels are copied before it returns.
+ *  Pixels in a defrec_memory are complete when it is called and stay as they are until the job is
+ *  done.
+ *  @errors DEFREC_ERROR_BUSY: as many jobs as frames_in_flight are not released yet, or another
+ *  thread is submitting. DEFREC_ERROR_ARGUMENT: the timestamp does not grow, or an image has
+ *  another size or format than expected. Such a frame counts as never submitted.
  *  @threads one @since 1.0 */
-DEFREC_API defrec_status DEFREC_CALL defrec_tracker_submit(defrec_tracker tracker, const defrec_frame *frame, defrec_job *out);
+DEFREC_API defrec_status DEFREC_CALL defrec_tracker_submit(
+    defrec_tracker tracker, const defrec_frame *frame, defrec_job *out);
 
-/** Waits at most timeout_ns for the job to be done; 0 only asks, UINT64_MAX waits for ever. DEFREC_OK: it is. DEFREC_TIMEOUT: not yet.
- *  Negative: how the job failed.
- *  @errors DEFREC_ERROR_DEVICE_LOST: of this job and all later ones of the tracker. DEFREC_ERROR_OUT_OF_MEMORY: making room for a template.
- *  DEFREC_ERROR_ARGUMENT: the frame's samples are too small. DEFREC_ERROR_STATE: the tracker was destroyed before.
+/** Waits at most timeout_ns for the job to be done; 0 only asks, UINT64_MAX waits for ever.
+ *  DEFREC_OK: it is. DEFREC_TIMEOUT: not yet. Negative: how the job failed.
+ *  @errors DEFREC_ERROR_DEVICE_LOST: of this job and all later ones of the tracker.
+ *  DEFREC_ERROR_OUT_OF_MEMORY: making room for a template. DEFREC_ERROR_ARGUMENT: the frame's
+ *  samples are too small. DEFREC_ERROR_STATE: the tracker was destroyed before.
  *  DEFREC_ERROR_UNSUPPORTED: the device cannot with this template. DEFREC_ERROR_PLUGIN.
  *  @threads any @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_job_wait(defrec_job job, uint64_t timeout_ns);
-/** Gives the job's place in the queue back; waits until it is done, and for other threads' calls on it.
+/** Gives the job's place in the queue back; waits until it is done, and for other threads' calls on
+ *  it.
  *  @threads any @since 1.0 */
 DEFREC_API void DEFREC_CALL defrec_job_release(defrec_job job);
 
 /** State of a frame. */
 enum {
-    DEFREC_INITIALISING = 0,           /**< no template yet */
-    DEFREC_TRACKING     = 1,           /**< followed */
-    DEFREC_DEGRADED     = 2,           /**< followed, with less evidence than usual: see reasons */
-    DEFREC_LOST         = 3,           /**< geometry is the last known and not to be trusted */
-    DEFREC_RELOCALISED  = 4            /**< found again in this frame; a new epoch */
+    DEFREC_INITIALISING = 0, /**< no template yet */
+    DEFREC_TRACKING     = 1, /**< followed */
+    DEFREC_DEGRADED     = 2, /**< followed, with less evidence than usual: see reasons */
+    DEFREC_LOST         = 3, /**< geometry is the last known and not to be trusted */
+    DEFREC_RELOCALISED  = 4  /**< found again in this frame; a new epoch */
 };
 /** Reasons for a state, a mask; also with a frame that is tracked. */
 enum {
-    DEFREC_REASON_DARK            = 1u << 0,  /**< left or right image black */
-    DEFREC_REASON_SATURATED       = 1u << 1,  /**< left or right image mostly white */
-    DEFREC_REASON_NO_TEXTURE      = 1u << 2,  /**< both images without contrast */
-    DEFREC_REASON_FEW_MATCHES     = 1u << 3,  /**< few features agree with the template's landmarks; no harm while patches are found */
-    DEFREC_REASON_OCCLUDED        = 1u << 4,  /**< something lies in front of a good part of the surface */
-    DEFREC_REASON_LARGE_RESIDUAL  = 1u << 5,  /**< measured depth and the surface lie far apart */
-    DEFREC_REASON_FAST_MOTION     = 1u << 6,  /**< half of the surface moved more than 5 mm since the frame before */
-    DEFREC_REASON_OUT_OF_VIEW     = 1u << 7,  /**< most of the surface lies outside the image */
-    DEFREC_REASON_NO_DEPTH        = 1u << 8,  /**< no disparity on most of the surface, or too little for a template */
-    DEFREC_REASON_ONE_VIEW        = 1u << 9,  /**< one image is black and the other is not */
-    DEFREC_REASON_FROZEN          = 1u << 10, /**< the same pixels as the frame before */
-    DEFREC_REASON_GAP             = 1u << 11, /**< time since the last frame is more than twice the usual */
-    DEFREC_REASON_VIEWS_SWAPPED   = 1u << 12, /**< left and right seem to be exchanged */
-    DEFREC_REASON_LOW_CONTRAST    = 1u << 13, /**< smoke, blur, a wet lens: few patches are found */
-    DEFREC_REASON_ONE_EYE         = 1u << 9,  /**< deprecated: the earlier name of DEFREC_REASON_ONE_VIEW */
-    DEFREC_REASON_EYES_SWAPPED    = 1u << 12  /**< deprecated: the earlier name of DEFREC_REASON_VIEWS_SWAPPED */
+    DEFREC_REASON_DARK           = 1u << 0,  /**< left or right image black */
+    DEFREC_REASON_SATURATED      = 1u << 1,  /**< left or right image mostly white */
+    DEFREC_REASON_NO_TEXTURE     = 1u << 2,  /**< both images without contrast */
+    DEFREC_REASON_FEW_MATCHES    = 1u << 3,  /**< few features agree with the template's landmarks;
+                                                  no harm while patches are found */
+    DEFREC_REASON_OCCLUDED       = 1u << 4,  /**< something lies in front of a good part of the
+                                                  surface */
+    DEFREC_REASON_LARGE_RESIDUAL = 1u << 5,  /**< measured depth and the surface lie far apart */
+    DEFREC_REASON_FAST_MOTION    = 1u << 6,  /**< half of the surface moved more than 5 mm since the
+                                                  frame before */
+    DEFREC_REASON_OUT_OF_VIEW    = 1u << 7,  /**< most of the surface lies outside the image */
+    DEFREC_REASON_NO_DEPTH       = 1u << 8,  /**< no disparity on most of the surface, or too little
+                                                  for a template */
+    DEFREC_REASON_ONE_VIEW       = 1u << 9,  /**< one image is black and the other is not */
+    DEFREC_REASON_FROZEN         = 1u << 10, /**< the same pixels as the frame before */
+    DEFREC_REASON_GAP            = 1u << 11, /**< time since the last frame is more than twice the
+                                                  usual */
+    DEFREC_REASON_VIEWS_SWAPPED  = 1u << 12, /**< left and right seem to be exchanged */
+    DEFREC_REASON_LOW_CONTRAST   = 1u << 13, /**< smoke, blur, a wet lens: few patches are found */
+    DEFREC_REASON_ONE_EYE        = 1u << 9,  /**< deprecated: the earlier name of
+                                                  DEFREC_REASON_ONE_VIEW */
+    DEFREC_REASON_EYES_SWAPPED   = 1u << 12  /**< deprecated: the earlier name of
+                                                  DEFREC_REASON_VIEWS_SWAPPED */
 };
 /** Status of a vertex or point. */
 enum {
-    DEFREC_POINT_OBSERVED     = 0,     /**< live depth was measured there and agrees */
-    DEFREC_POINT_EXTRAPOLATED = 1,     /**< from its neighbourhood: occluded, outside or without depth */
-    DEFREC_POINT_UNKNOWN      = 2      /**< not to be trusted: the frame is lost, or nothing near it was seen */
+    DEFREC_POINT_OBSERVED     = 0, /**< live depth was measured there and agrees */
+    DEFREC_POINT_EXTRAPOLATED = 1, /**< from its neighbourhood: occluded, outside or without
+                                        depth */
+    DEFREC_POINT_UNKNOWN      = 2  /**< not to be trusted: the frame is lost, or nothing near it was
+                                        seen */
 };
 /** Size of an array. */
 enum { DEFREC_MAX_TIMED_STAGES = 16 /**< entries of defrec_result's times */ };
@@ -757,53 +902,65 @@ typedef struct defrec_stage_time {
     double      milliseconds; /**< see timed of defrec_tracker_desc */
 } defrec_stage_time;
 
-/** A frame's result. Pointers live until the job is released; without a template they are NULL and counts 0. */
+/** A frame's result. Pointers live until the job is released; without a template they are NULL and
+ *  counts 0. */
 typedef struct defrec_result {
-    uint32_t               struct_size;      /**< see DEFREC_INIT */
-    uint32_t               state;            /**< DEFREC_INITIALISING ... */
-    uint32_t               reasons;          /**< DEFREC_REASON_* */
-    uint32_t               epoch;            /**< counts templates and relocalisations; 0 without a template */
-    int64_t                timestamp_ns;     /**< the frame's */
-    uint64_t               frame;            /**< counts submitted frames from 0 */
-    uint32_t               age;              /**< frames since the geometry was last supported by evidence */
-    uint32_t               features;         /**< found in the left image */
-    uint32_t               matches;          /**< of them matched to landmarks, with depth */
-    uint32_t               inliers;          /**< of them preselected */
-    uint32_t               patches;          /**< found by guided search */
-    float                  observed_share;   /**< 0..1 of the vertices inside the image */
-    float                  mean_residual_mm; /**< mean |depth residual| of observed vertices */
-    float                  patch_residual_px;/**< RMS distance between found and deformed patches */
-    double                 rigid_motion[12]; /**< rectified camera from template frame, 3x4 row-major: best rigid fit of all vertices */
-    const defrec_motion   *motions;          /**< per control point, rectified camera from template frame */
-    const float           *node_positions;   /**< xyz per control point, now, mm */
-    uint64_t               node_count;       /**< control points */
-    const float           *vertices;         /**< xyz per template vertex, rectified camera, mm */
-    const float           *normals;          /**< xyz per template vertex, unit length, towards the camera */
-    const uint8_t         *vertex_status;    /**< DEFREC_POINT_* per template vertex */
-    const float           *expected_error_mm;/**< one standard deviation, per template vertex */
-    uint64_t               vertex_count;     /**< template vertices */
-    const defrec_landmark *landmarks;        /**< of the template */
-    const defrec_match    *landmark_matches; /**< one per landmark; weight 0: outlier */
-    uint64_t               landmark_count;   /**< landmarks and their matches */
+    uint32_t struct_size;    /**< see DEFREC_INIT */
+    uint32_t state;          /**< DEFREC_INITIALISING ... */
+    uint32_t reasons;        /**< DEFREC_REASON_* */
+    uint32_t epoch;          /**< counts templates and relocalisations; 0 without a template */
+    int64_t  timestamp_ns;   /**< the frame's */
+    uint64_t frame;          /**< counts submitted frames from 0 */
+    uint32_t age;            /**< frames since the geometry was last supported by evidence */
+    uint32_t features;       /**< found in the left image */
+    uint32_t matches;        /**< of them matched to landmarks, with depth */
+    uint32_t inliers;        /**< of them preselected */
+    uint32_t patches;        /**< found by guided search */
+    float    observed_share; /**< 0..1 of the vertices inside the image */
+    /** Mean |depth residual| of observed vertices. */
+    float mean_residual_mm;
+    /** RMS distance between found and deformed patches */
+    float patch_residual_px;
+    /** Rectified camera from template frame, 3x4 row-major: best rigid fit of all vertices. */
+    double               rigid_motion[12];
+    const defrec_motion *motions;        /**< per control point, rectified camera from template
+                                              frame */
+    const float         *node_positions; /**< xyz per control point, now, mm */
+    uint64_t             node_count;     /**< control points */
+    const float         *vertices;       /**< xyz per template vertex, rectified camera, mm */
+    const float         *normals;        /**< xyz per template vertex, unit length, towards the
+                                              camera */
+    const uint8_t       *vertex_status;  /**< DEFREC_POINT_* per template vertex */
+    /** One standard deviation, per template vertex. */
+    const float                    *expected_error_mm;
+    uint64_t                        vertex_count;       /**< template vertices */
+    const defrec_landmark          *landmarks;          /**< of the template */
+    const defrec_match             *landmark_matches;   /**< one per landmark; weight 0: outlier */
+    uint64_t                        landmark_count;     /**< landmarks and their matches */
     const defrec_patch_observation *patch_observations; /**< one per template patch */
-    uint64_t               patch_count;      /**< template patches */
-    const int16_t         *disparity;        /**< width * height of the rectified image, 1/16 px, or NULL: see keep_disparity */
-    defrec_stage_time      times[DEFREC_MAX_TIMED_STAGES]; /**< in order of execution */
-    uint32_t               time_count;       /**< of times */
-    uint32_t               reserved;         /**< 0 */
+    uint64_t                        patch_count;        /**< template patches */
+    const int16_t                  *disparity;          /**< width * height of the rectified image,
+                                                             1/16 px, or NULL: see keep_disparity */
+    /** In order of execution. */
+    defrec_stage_time times[DEFREC_MAX_TIMED_STAGES];
+    uint32_t          time_count; /**< of times */
+    uint32_t          reserved;   /**< 0 */
 } defrec_result;
 /** The result of a job that is done: after defrec_job_wait() gave DEFREC_OK.
  *  @errors DEFREC_ERROR_STATE: not done yet. Of a job that failed: as it failed.
  *  @threads any @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_job_result(defrec_job job, defrec_result *out);
 
-/** Moves count points template_xyz, mm, given in the template frame (on or near the surface: a preoperative model, say) to the
- *  frame of this job, xyz. For each point status (DEFREC_POINT_*) and expected_error_mm say how far to trust it; both may be NULL.
- *  A point that is not finite comes out as NaN and DEFREC_POINT_UNKNOWN. template_xyz and xyz may be the same memory.
- *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. Of a job that failed: as it failed.
+/** Moves count points template_xyz, mm, given in the template frame (on or near the surface: a
+ *  preoperative model, say) to the frame of this job, xyz. For each point status (DEFREC_POINT_*)
+ *  and expected_error_mm say how far to trust it; both may be NULL. A point that is not finite
+ *  comes out as NaN and DEFREC_POINT_UNKNOWN. template_xyz and xyz may be the same memory.
+ *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. Of a job that failed: as it
+ *  failed.
  *  @threads any @since 1.0 */
-DEFREC_API defrec_status DEFREC_CALL defrec_job_warp_points(defrec_job job, const double *template_xyz, size_t count, double *xyz,
-                                                            uint8_t *status, double *expected_error_mm);
+DEFREC_API defrec_status DEFREC_CALL defrec_job_warp_points(
+    defrec_job job, const double *template_xyz, size_t count, double *xyz, uint8_t *status,
+    double *expected_error_mm);
 
 /** @} */
 /** @defgroup template Templates
@@ -812,11 +969,15 @@ DEFREC_API defrec_status DEFREC_CALL defrec_job_warp_points(defrec_job job, cons
 /** The tracker's present template, or the one that was set and awaits its first frame.
  *  @errors DEFREC_ERROR_STATE: there is none yet.
  *  @threads any @since 1.0 */
-DEFREC_API defrec_status DEFREC_CALL defrec_tracker_get_template(defrec_tracker tracker, defrec_template *out);
-/** Tracks the template surface from the next submitted frame on; the rig must have the same rectified camera and size.
- *  @errors DEFREC_ERROR_ARGUMENT: it has not. DEFREC_ERROR_BUSY: another thread is inside the tracker.
+DEFREC_API defrec_status DEFREC_CALL defrec_tracker_get_template(
+    defrec_tracker tracker, defrec_template *out);
+/** Tracks the template surface from the next submitted frame on; the rig must have the same
+ *  rectified camera and size.
+ *  @errors DEFREC_ERROR_ARGUMENT: it has not. DEFREC_ERROR_BUSY: another thread is inside the
+ *  tracker.
  *  @threads one @since 1.0 */
-DEFREC_API defrec_status DEFREC_CALL defrec_tracker_set_template(defrec_tracker tracker, defrec_template surface);
+DEFREC_API defrec_status DEFREC_CALL defrec_tracker_set_template(
+    defrec_tracker tracker, defrec_template surface);
 /** Ends the use of the template surface; trackers that follow it go on.
  *  @threads any @since 1.0 */
 DEFREC_API void DEFREC_CALL defrec_template_release(defrec_template surface);
@@ -829,7 +990,8 @@ typedef struct defrec_template_info {
     defrec_camera               camera;         /**< rectified; the template frame is its */
     const defrec_surface_point *vertices;       /**< of the surface */
     uint64_t                    vertex_count;   /**< vertices */
-    const uint32_t             *triangles;      /**< three vertex indices each, counter-clockwise seen from the camera */
+    const uint32_t             *triangles;      /**< three vertex indices each, counter-clockwise
+                                                     seen from the camera */
     uint64_t                    triangle_count; /**< triangles */
     const float                *nodes;          /**< xyz per control point, template frame */
     uint64_t                    node_count;     /**< control points */
@@ -839,28 +1001,35 @@ typedef struct defrec_template_info {
     uint64_t                    landmark_count; /**< landmarks */
     const defrec_patch         *patches;        /**< what guided search looks for */
     uint64_t                    patch_count;    /**< patches */
-    const uint8_t              *image;          /**< width * height gray values of the rectified left image */
+    const uint8_t              *image;          /**< width * height gray values of the rectified
+                                                     left image */
 } defrec_template_info;
 /** Describes the template surface.
  *  @errors none but those of every function.
  *  @threads any @since 1.0 */
-DEFREC_API defrec_status DEFREC_CALL defrec_template_get(defrec_template surface, defrec_template_info *out);
+DEFREC_API defrec_status DEFREC_CALL defrec_template_get(
+    defrec_template surface, defrec_template_info *out);
 
-/** Finds the points of the template surface under count pixels uv of the rectified left image that gave it: xyz, mm, template frame.
- *  found (1 or 0) per pixel: 0 where the template has no surface, xyz is then 0.
+/** Finds the points of the template surface under count pixels uv of the rectified left image that
+ *  gave it: xyz, mm, template frame. found (1 or 0) per pixel: 0 where the template has no surface,
+ *  xyz is then 0.
  *  @errors none but those of every function.
  *  @threads any @since 1.0 */
-DEFREC_API defrec_status DEFREC_CALL defrec_template_lift(defrec_template surface, const double *uv, size_t count, double *xyz,
-                                                          uint8_t *found);
+DEFREC_API defrec_status DEFREC_CALL defrec_template_lift(
+    defrec_template surface, const double *uv, size_t count, double *xyz, uint8_t *found);
 
-/** Writes the template surface to the file path. Nobody meets half a file: an older one is replaced when the new one is complete.
+/** Writes the template surface to the file path. Nobody meets half a file: an older one is replaced
+ *  when the new one is complete.
  *  @errors DEFREC_ERROR_IO: it cannot be written.
  *  @threads any @since 1.0 */
-DEFREC_API defrec_status DEFREC_CALL defrec_template_save(defrec_template surface, const char *path);
+DEFREC_API defrec_status DEFREC_CALL defrec_template_save(
+    defrec_template surface, const char *path);
 /** Reads a template from the file path. Its layout is versioned and checked.
- *  @errors DEFREC_ERROR_IO: it cannot be read, or is damaged. DEFREC_ERROR_VERSION: its layout is another version's.
+ *  @errors DEFREC_ERROR_IO: it cannot be read, or is damaged. DEFREC_ERROR_VERSION: its layout is
+ *  another version's.
  *  @threads any @since 1.0 */
-DEFREC_API defrec_status DEFREC_CALL defrec_template_load(defrec_context context, const char *path, defrec_template *out);
+DEFREC_API defrec_status DEFREC_CALL defrec_template_load(
+    defrec_context context, const char *path, defrec_template *out);
 
 /** @} */
 

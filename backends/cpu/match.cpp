@@ -32,8 +32,10 @@ class Match final : public Stage {
     }
 
     void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
-        const auto given = view_buffers<MatchBuffers>(MatchBuffers::Sizes{params_, count_}, in, out);
-        const match::Inputs inputs{live_features(params_, given, in), given.features, given.disparity};
+        const auto given =
+            view_buffers<MatchBuffers>(MatchBuffers::Sizes{params_, count_}, in, out);
+        const match::Inputs inputs{live_features(params_, given, in), given.features,
+                                   given.disparity};
         defrec_match* matches = given.matches;
         const size_t groups = (inputs.count + kMatchGroup - 1) / kMatchGroup;
         arrange(inputs, groups);

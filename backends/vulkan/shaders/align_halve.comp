@@ -1,4 +1,5 @@
-// Stage align, section 2: a level of the live image, or of its mask (0: not usable), one invocation per pixel.
+// Stage align, section 2: a level of the live image, or of its mask (0: not usable), one invocation
+// per pixel.
 #version 450
 #extension GL_EXT_shader_8bit_storage : require
 #extension GL_GOOGLE_include_directive : require
@@ -11,21 +12,28 @@ layout(std430, set = 0, binding = 0) readonly buffer From { uint8_t from[]; };
 layout(std430, set = 0, binding = 1) writeonly buffer To { uint8_t to[]; };
 layout(push_constant) uniform Push { AlignLevelSize push; };
 
-int halve(int a, int b, int c, int d) { return kMask ? min(min(a, b), min(c, d)) : (a + b + c + d + 2) >> 2; }
+int halve(int a, int b, int c, int d) {
+    return kMask ? min(min(a, b), min(c, d)) : (a + b + c + d + 2) >> 2;
+}
 
 int level0(int x, int y) { return int(from[y * push.stride + x]); }
 int level1(int x, int y) {
-    return halve(level0(2 * x, 2 * y), level0(2 * x + 1, 2 * y), level0(2 * x, 2 * y + 1), level0(2 * x + 1, 2 * y + 1));
+    return halve(level0(2 * x, 2 * y), level0(2 * x + 1, 2 * y), level0(2 * x, 2 * y + 1),
+                 level0(2 * x + 1, 2 * y + 1));
 }
 int level2(int x, int y) {
-    return halve(level1(2 * x, 2 * y), level1(2 * x + 1, 2 * y), level1(2 * x, 2 * y + 1), level1(2 * x + 1, 2 * y + 1));
+    return halve(level1(2 * x, 2 * y), level1(2 * x + 1, 2 * y), level1(2 * x, 2 * y + 1),
+                 level1(2 * x + 1, 2 * y + 1));
 }
 int level3(int x, int y) {
-    return halve(level2(2 * x, 2 * y), level2(2 * x + 1, 2 * y), level2(2 * x, 2 * y + 1), level2(2 * x + 1, 2 * y + 1));
+    return halve(level2(2 * x, 2 * y), level2(2 * x + 1, 2 * y), level2(2 * x, 2 * y + 1),
+                 level2(2 * x + 1, 2 * y + 1));
 }
 
 void main() {
     const int x = int(gl_GlobalInvocationID.x), y = int(gl_GlobalInvocationID.y);
     if (x >= push.width || y >= push.height) return;
-    to[y * push.width + x] = uint8_t(kLevel == 1 ? level1(x, y) : kLevel == 2 ? level2(x, y) : level3(x, y));
+    to[y * push.width + x] = uint8_t(kLevel == 1   ? level1(x, y)
+                                     : kLevel == 2 ? level2(x, y)
+                                                   : level3(x, y));
 }

@@ -1,5 +1,6 @@
-// The formulas of backends/shared/align_math.hpp that the search and the refinement need. Exact but for `information`: every operation on
-// floats is precise, and there is no division and no square root.
+// The formulas of backends/shared/align_math.hpp that the search and the refinement need. Exact but
+// for `information`: every operation on floats is precise, and there is no division and no square
+// root.
 
 const int kUnscored = -0x7fffffff - 1;
 const float kOneScore = 65536.0;
@@ -8,7 +9,9 @@ const int kDistancePenalty = 32;
 const int kShiftSteps = 4;
 const float kFullPrecision = 0.1;
 
-int to_level(int position, int level) { return ((position + 128 + ((1 << level) >> 1)) >> level) - 128; }
+int to_level(int position, int level) {
+    return ((position + 128 + ((1 << level) >> 1)) >> level) - 128;
+}
 int from_level(int position, int level) { return (position + 128) * (1 << level) - 128; }
 
 float reciprocal_sqrt(float x) {
@@ -60,11 +63,13 @@ ShiftSystem make_shift_system(TemplateSums s, float inverse_n) {
     return o;
 }
 
-// One Gauss-Newton step, 1/256 px, and the ZNCC before it, 1/65536; false where the images do not correlate.
+// One Gauss-Newton step, 1/256 px, and the ZNCC before it, 1/65536; false where the images do not
+// correlate.
 bool shift_step(ShiftSystem system, TemplateSums t, LiveSums s, out ivec2 by, out int score) {
     by = ivec2(0);
     score = 0;
-    const float ii = covariance(s.i, s.i, s.ii, system.inverse_n), it = covariance(s.i, t.t, s.it, system.inverse_n);
+    const float ii = covariance(s.i, s.i, s.ii, system.inverse_n),
+                it = covariance(s.i, t.t, s.it, system.inverse_n);
     if (!(ii >= 1.0 && it >= 1.0)) return false;
     precise const float gain = it * system.inverse_tt;
     precise const float root = reciprocal_sqrt(it);
@@ -74,7 +79,8 @@ bool shift_step(ShiftSystem system, TemplateSums t, LiveSums s, out ivec2 by, ou
     precise const float scale = (system.inverse_determinant * inverse_gain) * 256.0;
     precise const float step_x = (system.yy * x - system.xy * y) * scale;
     precise const float step_y = (system.xx * y - system.xy * x) * scale;
-    precise const float z = ((it * reciprocal_sqrt(system.tt)) * reciprocal_sqrt(ii)) * kOneScore + 0.5;
+    precise const float z =
+        ((it * reciprocal_sqrt(system.tt)) * reciprocal_sqrt(ii)) * kOneScore + 0.5;
     score = int(floor(z));
     if (!(abs(step_x) < 512.0 && abs(step_y) < 512.0)) return false;
     precise const float to_x = 0.5 - step_x, to_y = 0.5 - step_y;
@@ -95,11 +101,13 @@ ivec4 cubic_weights(int t) {
 float[3] information(ShiftSystem system, int pixels, int score, int level) {
     const float z = float(score) / kOneScore;
     const float noise = max(1.0 - z * z, 0.01);
-    const float scale = kFullPrecision * kFullPrecision * float(pixels) * z * z / (noise * system.tt * float(1 << (2 * level)));
+    const float scale = kFullPrecision * kFullPrecision * float(pixels) * z * z /
+                        (noise * system.tt * float(1 << (2 * level)));
     const float uu = scale * system.raw_xx, uv = scale * system.xy, vv = scale * system.raw_yy;
     const float mean = 0.5 * (uu + vv), difference = 0.5 * (uu - vv);
     const float radius = sqrt(difference * difference + uv * uv);
     const float largest = clamp(mean + radius, 0.0, 1.0), smallest = clamp(mean - radius, 0.0, 1.0);
-    const float middle = 0.5 * (largest + smallest), ratio = radius > 0.0 ? 0.5 * (largest - smallest) / radius : 0.0;
+    const float middle = 0.5 * (largest + smallest),
+                ratio = radius > 0.0 ? 0.5 * (largest - smallest) / radius : 0.0;
     return float[3](middle + ratio * difference, ratio * uv, middle - ratio * difference);
 }

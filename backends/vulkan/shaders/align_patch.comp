@@ -1,5 +1,5 @@
-// Stage align, sections 3 to 6: one work group samples a patch, searches it and refines its position. All sums are of integers, so that
-// their order does not show.
+// Stage align, sections 3 to 6: one work group samples a patch, searches it and refines its
+// position. All sums are of integers, so that their order does not show.
 #version 450
 #extension GL_EXT_shader_8bit_storage : require
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
@@ -9,7 +9,8 @@
 #include "backends/stages/align.hpp"
 #include "align_push.h"
 
-const int kLanes = 32;  // more gain nothing on a GPU, whose patches fill it, and cost lavapipe twice the time
+const int kLanes =
+    32;  // more gain nothing on a GPU, whose patches fill it, and cost lavapipe twice the time
 layout(local_size_x = kLanes) in;
 
 layout(constant_id = 0) const int kRadius = 5;
@@ -20,8 +21,12 @@ layout(std430, set = 0, binding = 1) readonly buffer Centres { AlignCentre centr
 layout(std430, set = 0, binding = 2) readonly buffer Views { uint8_t views[]; };  // doubled
 layout(std430, set = 0, binding = 3) readonly buffer Gray { uint8_t gray[]; };
 layout(std430, set = 0, binding = 4) readonly buffer Mask { uint8_t mask[]; };
-layout(std430, set = 0, binding = 5) readonly buffer Counts { vec2 of_count[]; };  // 1 / n, sqrt(n) at n
-layout(std430, set = 0, binding = 6) writeonly buffer Observations { PatchObservation observations[]; };
+layout(std430, set = 0, binding = 5) readonly buffer Counts {
+    vec2 of_count[];
+};  // 1 / n, sqrt(n) at n
+layout(std430, set = 0, binding = 6) writeonly buffer Observations {
+    PatchObservation observations[];
+};
 layout(push_constant) uniform Push {
     AlignConstants push;
     AlignRun run;
@@ -29,12 +34,15 @@ layout(push_constant) uniform Push {
 
 const int kSide = 2 * kRadius + 1, kPixels = kSide * kSide;
 const int kPixelsPerLane = (kPixels + kLanes - 1) / kLanes;
-const int kSampled = kSide + 2;     // with one pixel more on every side
+const int kSampled = kSide + 2;       // with one pixel more on every side
 const int kBlocks = (kSide + 3) / 4;  // of four columns
-const int kPlaces = 2 * kSearch + 1, kStrips = (kPlaces + 3) / 4;  // displacements in a row; strips of four
-// The window of the live image that the search and the refinement see, four pixels in a word. Its first row is that of the first
-// displacement less one; displacement 0 of a row begins with its second word.
-const int kWindowRows = kSide + kPlaces + 1, kWindowWords = kStrips + kBlocks + 1, kWindow = kWindowRows * kWindowWords;
+const int kPlaces = 2 * kSearch + 1,
+          kStrips = (kPlaces + 3) / 4;  // displacements in a row; strips of four
+// The window of the live image that the search and the refinement see, four pixels in a word. Its
+// first row is that of the first displacement less one; displacement 0 of a row begins with its
+// second word.
+const int kWindowRows = kSide + kPlaces + 1, kWindowWords = kStrips + kBlocks + 1,
+          kWindow = kWindowRows * kWindowWords;
 const int kMaxSums = 10, kParts = kLanes / 8;
 
 shared int sampled[kSampled * kSampled];
@@ -66,10 +74,13 @@ void add_up(int count) {
     barrier();
 }
 
-uint bytes_from(uint word, uint next, int byte) { return (word >> (8 * byte)) | ((next << 1) << (31 - 8 * byte)); }
+uint bytes_from(uint word, uint next, int byte) {
+    return (word >> (8 * byte)) | ((next << 1) << (31 - 8 * byte));
+}
 // Whether a pixel lies in the image with `border` more on every side.
 bool inside(ivec2 pixel, int border) {
-    return all(greaterThanEqual(pixel, ivec2(border))) && all(lessThan(pixel + border, ivec2(push.width, push.height)));
+    return all(greaterThanEqual(pixel, ivec2(border))) &&
+           all(lessThan(pixel + border, ivec2(push.width, push.height)));
 }
 ivec4 bytes(uint word) { return ivec4(uvec4(word, word >> 8, word >> 16, word >> 24) & 255u); }
 
@@ -77,13 +88,15 @@ ivec4 bytes(uint word) { return ivec4(uvec4(word, word >> 8, word >> 16, word >>
 
 bool followed(PatchPrediction p) {
     bool good = p.valid == 1 && p.u >= 0 && p.v >= 0 && p.u <= push.max_u && p.v <= push.max_v;
-    for (int i = 0; i < 4; ++i) good = good && p.view_from_live[i] >= -kMaxMatrix && p.view_from_live[i] <= kMaxMatrix;
+    for (int i = 0; i < 4; ++i)
+        good = good && p.view_from_live[i] >= -kMaxMatrix && p.view_from_live[i] <= kMaxMatrix;
     return good;
 }
 
 int view_at(int first, int x, int y) { return int(views[first + y * push.view_width + x]); }
 
-// The template into `sampled`, 1/16 gray level. Gives the sums of the patch, of its squares, and how many samples lie outside the view.
+// The template into `sampled`, 1/16 gray level. Gives the sums of the patch, of its squares, and
+// how many samples lie outside the view.
 void sample_view(AlignCentre centre, int matrix[4], ivec2 fraction) {
     const int first = centre.view * push.view_width * push.view_height;
     int sum = 0, squares = 0, outside = 0;
@@ -96,8 +109,10 @@ void sample_view(AlignCentre centre, int matrix[4], ivec2 fraction) {
             outside = 1;
             continue;
         }
-        const int upper = view_at(first, x0, y0) * (256 - right) + view_at(first, x0 + 1, y0) * right;
-        const int lower = view_at(first, x0, y0 + 1) * (256 - right) + view_at(first, x0 + 1, y0 + 1) * right;
+        const int upper =
+            view_at(first, x0, y0) * (256 - right) + view_at(first, x0 + 1, y0) * right;
+        const int lower =
+            view_at(first, x0, y0 + 1) * (256 - right) + view_at(first, x0 + 1, y0 + 1) * right;
         const int value = (upper * (256 - below) + lower * below + 2048) >> 12;
         sampled[i] = value;
         if (max(abs(o.x), abs(o.y)) <= kRadius) {
@@ -158,7 +173,8 @@ uvec2 template_at(int row, int block) {
 
 // at: of the strip's first word in the window.
 Correlation correlate_all(int at, int t, int tt) {
-    Correlation sums = Correlation(ivec4(kPixels), ivec4(t), ivec4(tt), ivec4(0), ivec4(0), ivec4(0));
+    Correlation sums =
+        Correlation(ivec4(kPixels), ivec4(t), ivec4(tt), ivec4(0), ivec4(0), ivec4(0));
     for (int row = 0; row < kSide; ++row, at += kWindowWords) {
         uint next = live[at];
         for (int block = 0; block < kBlocks; ++block) {
@@ -183,9 +199,12 @@ Correlation correlate_usable(int at) {
             next = live[at + block + 1];
             next_seen = usable[at + block + 1];
             correlate(sums, low(pairs[0]), word, seen);
-            correlate(sums, high(pairs[0]), bytes_from(word, next, 1), bytes_from(seen, next_seen, 1) & within(4 * block + 1));
-            correlate(sums, low(pairs[1]), bytes_from(word, next, 2), bytes_from(seen, next_seen, 2) & within(4 * block + 2));
-            correlate(sums, high(pairs[1]), bytes_from(word, next, 3), bytes_from(seen, next_seen, 3) & within(4 * block + 3));
+            correlate(sums, high(pairs[0]), bytes_from(word, next, 1),
+                      bytes_from(seen, next_seen, 1) & within(4 * block + 1));
+            correlate(sums, low(pairs[1]), bytes_from(word, next, 2),
+                      bytes_from(seen, next_seen, 2) & within(4 * block + 2));
+            correlate(sums, high(pairs[1]), bytes_from(word, next, 3),
+                      bytes_from(seen, next_seen, 3) & within(4 * block + 3));
         }
     }
     return sums;
@@ -198,16 +217,20 @@ int score_of(int n, int t, int tt, int i, int ii, int ti) {
     const vec2 count = of_count[n];
     const float patch_variance = covariance(t, t, tt, count.x);
     if (!(patch_variance >= 1.0)) return kUnscored;
-    const float patch_root = reciprocal_sqrt(patch_variance), live_root = reciprocal_sqrt(float(live_variance));
-    precise const float z = (((covariance(t, i, ti, count.x) * patch_root) * live_root) * count.y) * kOneScore + 0.5;
+    const float patch_root = reciprocal_sqrt(patch_variance),
+                live_root = reciprocal_sqrt(float(live_variance));
+    precise const float z =
+        (((covariance(t, i, ti, count.x) * patch_root) * live_root) * count.y) * kOneScore + 0.5;
     return int(floor(z));
 }
 
-// The displacement of the best score round the pixel at; false if there is none or it lies at the border. t, tt: of the whole patch.
+// The displacement of the best score round the pixel at; false if there is none or it lies at the
+// border. t, tt: of the whole patch.
 bool search(ivec2 at, int t, int tt, out ivec2 displacement) {
     int own_score = kUnscored, own_place = 0;
     for (int strip = lane; strip < kStrips * kPlaces; strip += kLanes) {
-        const int y = strip / kStrips, x = 4 * (strip % kStrips), word = (y + 1) * kWindowWords + 1 + strip % kStrips;
+        const int y = strip / kStrips, x = 4 * (strip % kStrips),
+                  word = (y + 1) * kWindowWords + 1 + strip % kStrips;
         Correlation sums;
         if (some_hidden != 0)
             sums = correlate_usable(word);
@@ -216,7 +239,8 @@ bool search(ivec2 at, int t, int tt, out ivec2 displacement) {
         for (int k = 0; k < 4; ++k) {
             const ivec2 d = ivec2(x + k, y) - kSearch, centre = at + d;
             if (d.x > kSearch || !inside(centre, kRadius)) continue;
-            const int score = score_of(sums.n[k], sums.t[k], sums.tt[k], sums.i[k], sums.ii[k], sums.ti[k]);
+            const int score =
+                score_of(sums.n[k], sums.t[k], sums.tt[k], sums.i[k], sums.ii[k], sums.ti[k]);
             const int penalised = score - kDistancePenalty * (d.x * d.x + d.y * d.y);
             if (score == kUnscored || penalised <= own_score) continue;
             own_score = penalised;
@@ -241,8 +265,10 @@ struct Pixel {  // of a patch: template and its gradient, 0 where not usable
 Pixel pixel_at(int i, int mean, ivec2 first) {
     if (i >= kPixels) return Pixel(0, 0, 0, 0);
     const int x = i % kSide, y = i / kSide, at = (y + 1) * kSampled + x + 1, column = first.x + x;
-    if (((usable[(first.y + y) * kWindowWords + (column >> 2)] >> (8 * (column & 3))) & 1u) == 0u) return Pixel(0, 0, 0, 0);
-    const int across = sampled[at + 1] - sampled[at - 1], down = sampled[at + kSampled] - sampled[at - kSampled];
+    if (((usable[(first.y + y) * kWindowWords + (column >> 2)] >> (8 * (column & 3))) & 1u) == 0u)
+        return Pixel(0, 0, 0, 0);
+    const int across = sampled[at + 1] - sampled[at - 1],
+              down = sampled[at + kSampled] - sampled[at - kSampled];
     return Pixel(sampled[at] - mean, (across + 1) >> 1, (down + 1) >> 1, 1);
 }
 
@@ -272,7 +298,8 @@ TemplateSums template_sums(Pixel pixels[kPixelsPerLane]) {
     give(8, s.gxt);
     give(9, s.gyt);
     add_up(10);
-    return TemplateSums(sums[0], sums[1], sums[2], sums[3], sums[4], sums[5], sums[6], sums[7], sums[8], sums[9]);
+    return TemplateSums(sums[0], sums[1], sums[2], sums[3], sums[4], sums[5], sums[6], sums[7],
+                        sums[8], sums[9]);
 }
 
 // Of the live image shifted by `shift`.
@@ -280,7 +307,8 @@ LiveSums live_sums(Pixel pixels[kPixelsPerLane], ivec2 first, ivec2 shift) {
     const ivec4 wx = cubic_weights(shift.x & 255), wy = cubic_weights(shift.y & 255);
     const ivec2 corner = first - 1 + (shift >> 8);
     for (int i = lane; i < (kSide + 3) * kSide; i += kLanes) {
-        const int column = corner.x + i % kSide, at = (corner.y + i / kSide) * kWindowWords + (column >> 2);
+        const int column = corner.x + i % kSide,
+                  at = (corner.y + i / kSide) * kWindowWords + (column >> 2);
         const ivec4 taps = wx * bytes(bytes_from(live[at], live[at + 1], column & 3));
         shifted_rows[i] = (taps.x + taps.y + taps.z + taps.w + 8) >> 4;
     }
@@ -289,7 +317,8 @@ LiveSums live_sums(Pixel pixels[kPixelsPerLane], ivec2 first, ivec2 shift) {
     for (int k = 0; k < kPixelsPerLane; ++k) {
         const Pixel p = pixels[k];
         const int at = min(lane + k * kLanes, kPixels - 1);
-        const int column = wy[0] * shifted_rows[at] + wy[1] * shifted_rows[at + kSide] + wy[2] * shifted_rows[at + 2 * kSide] +
+        const int column = wy[0] * shifted_rows[at] + wy[1] * shifted_rows[at + kSide] +
+                           wy[2] * shifted_rows[at + 2 * kSide] +
                            wy[3] * shifted_rows[at + 3 * kSide];
         const int i = p.usable * ((column + 512) >> 10);
         s.i += i;
@@ -315,7 +344,8 @@ PatchObservation observe(int index) {
     const PatchPrediction prediction = predictions[index];
     const AlignCentre centre = centres[index];
     if (!followed(prediction) || centre.valid == 0) return kNotFound;
-    const ivec2 position = ivec2(to_level(prediction.u, push.level), to_level(prediction.v, push.level));
+    const ivec2 position =
+        ivec2(to_level(prediction.u, push.level), to_level(prediction.v, push.level));
     const ivec2 pixel = (position + 128) >> 8, fraction = position - 256 * pixel;
     if (lane == 0) {
         some_hidden = 0;
@@ -329,21 +359,26 @@ PatchObservation observe(int index) {
     const int sum = sums[0], squares = sums[1], mean = (2 * sum + kPixels) / (2 * kPixels);
     const int64_t n = int64_t(kPixels), whole = int64_t(sum);
     const int64_t variance = n * int64_t(uint(squares)) - whole * whole;
-    if (sums[2] != 0 || variance < n * n * int64_t(push.texture) * int64_t(push.texture)) return kNotFound;
+    if (sums[2] != 0 || variance < n * n * int64_t(push.texture) * int64_t(push.texture))
+        return kNotFound;
 
     for (int i = lane; i < kSide * 2 * kBlocks; i += kLanes) {
-        const int row = i / (2 * kBlocks), column = 2 * (i % (2 * kBlocks)), at = (row + 1) * kSampled + column + 1;
+        const int row = i / (2 * kBlocks), column = 2 * (i % (2 * kBlocks)),
+                  at = (row + 1) * kSampled + column + 1;
         const uint left = column < kSide ? uint(sampled[at] - mean) & 0xffffu : 0u;
         const uint right = column + 1 < kSide ? uint(sampled[at + 1] - mean) << 16 : 0u;
         template_pairs[i] = left | right;
     }
     barrier();
     ivec2 displacement;
-    if (!search(pixel, sum - kPixels * mean, squares - 2 * mean * sum + kPixels * mean * mean, displacement)) return kNotFound;
+    if (!search(pixel, sum - kPixels * mean, squares - 2 * mean * sum + kPixels * mean * mean,
+                displacement))
+        return kNotFound;
 
     const ivec2 best = pixel + displacement;
     if (!inside(best, kRadius + 2)) return kNotFound;
-    const ivec2 first = displacement + kSearch + ivec2(4, 1);  // the patch's first pixel in the window
+    const ivec2 first =
+        displacement + kSearch + ivec2(4, 1);  // the patch's first pixel in the window
     Pixel pixels[kPixelsPerLane];
     for (int k = 0; k < kPixelsPerLane; ++k) pixels[k] = pixel_at(lane + k * kLanes, mean, first);
     const TemplateSums of_template = template_sums(pixels);
@@ -353,14 +388,16 @@ PatchObservation observe(int index) {
     int score = 0;
     for (int step = 0; step < kShiftSteps; ++step) {
         ivec2 by;
-        if (!shift_step(system, of_template, live_sums(pixels, first, shift), by, score)) return kNotFound;
+        if (!shift_step(system, of_template, live_sums(pixels, first, shift), by, score))
+            return kNotFound;
         shift += by;
-        if (any(lessThan(shift, ivec2(-256))) || any(greaterThan(shift, ivec2(255)))) return kNotFound;
+        if (any(lessThan(shift, ivec2(-256))) || any(greaterThan(shift, ivec2(255))))
+            return kNotFound;
     }
     if (score >> 4 < push.min_score) return kNotFound;
     const ivec2 found = 256 * best + fraction + shift;
-    return PatchObservation(from_level(found.x, push.level), from_level(found.y, push.level), score >> 4, 1,
-                            information(system, kPixels, score, push.level), 0);
+    return PatchObservation(from_level(found.x, push.level), from_level(found.y, push.level),
+                            score >> 4, 1, information(system, kPixels, score, push.level), 0);
 }
 
 void main() {

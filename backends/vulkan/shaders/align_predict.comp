@@ -1,4 +1,5 @@
-// Stage align, section 1: where each patch is expected, one invocation per patch; predict of backends/shared/align_math.hpp.
+// Stage align, section 1: where each patch is expected, one invocation per patch; predict of
+// backends/shared/align_math.hpp.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "records.glsl"
@@ -9,7 +10,9 @@ layout(local_size_x = 64) in;
 
 layout(std430, set = 0, binding = 0) readonly buffer Patches { Patch patches[]; };
 layout(std430, set = 0, binding = 1) readonly buffer Motions { Motion motions[]; };
-layout(std430, set = 0, binding = 2) writeonly buffer Predictions { PatchPrediction predictions[]; };
+layout(std430, set = 0, binding = 2) writeonly buffer Predictions {
+    PatchPrediction predictions[];
+};
 layout(push_constant) uniform Push {
     AlignConstants push;
     AlignRun run;
@@ -24,9 +27,12 @@ PatchPrediction predict(int i) {
     if (!finite(vec4(p, 0)) || !(p.z > 1.0)) return none;
     const float fx = push.camera.fx / p.z, fy = push.camera.fy / p.z, x = p.x / p.z, y = p.y / p.z;
     const float u = push.camera.fx * x + push.camera.cx, v = push.camera.fy * y + push.camera.cy;
-    if (!(u >= push.margin && v >= push.margin && u <= push.max_x - push.margin && v <= push.max_y - push.margin)) return none;
+    if (!(u >= push.margin && v >= push.margin && u <= push.max_x - push.margin &&
+          v <= push.max_y - push.margin))
+        return none;
 
-    const vec3 a = rotate(motion, load3(patches[i].tangent_u)), b = rotate(motion, load3(patches[i].tangent_v));
+    const vec3 a = rotate(motion, load3(patches[i].tangent_u)),
+               b = rotate(motion, load3(patches[i].tangent_v));
     const float j00 = fx * (a.x - x * a.z), j01 = fx * (b.x - x * b.z);
     const float j10 = fy * (a.y - y * a.z), j11 = fy * (b.y - y * b.z);
     if (!finite(vec4(j00, j01, j10, j11))) return none;

@@ -1,4 +1,5 @@
-// What the exact stages rest on, computed from numbered inputs: known_answer.cpp computes the same on the host.
+// What the exact stages rest on, computed from numbered inputs: known_answer.cpp computes the same
+// on the host.
 #version 450
 #extension GL_EXT_shader_8bit_storage : require
 #extension GL_EXT_shader_16bit_storage : require
@@ -37,7 +38,8 @@ void main() {
     const uint i = gl_GlobalInvocationID.x, me = gl_LocalInvocationIndex, first = i * kAnswers;
     const uint r0 = scrambled(2 * i), r1 = scrambled(2 * i + 1);
     const int s0 = int(r0), s1 = int(r1);
-    const float x = float(s0 >> 8), y = float(s1 >> 10) * 0.00048828125, z = float(int(r0 ^ r1) >> 12);
+    const float x = float(s0 >> 8), y = float(s1 >> 10) * 0.00048828125,
+                z = float(int(r0 ^ r1) >> 12);
 
     precise const float product = x * y;
     precise const float sum = product + z;
@@ -50,7 +52,8 @@ void main() {
     answers[first + 2] = uint(int(floor(scaled)) * 3 + int(scaled));
 
     const int quotient = s0 / int((r1 & 0xffff) | 1), shifted = s0 >> (r1 & 15);
-    answers[first + 3] = uint(quotient * 31 + shifted) + uint(bitCount(r0)) * 7 + uint(findLSB(r1 | 0x80000000u));
+    answers[first + 3] =
+        uint(quotient * 31 + shifted) + uint(bitCount(r0)) * 7 + uint(findLSB(r1 | 0x80000000u));
 
     uint64_t wide = uint64_t(r0) * uint64_t(r1) + 0x9e3779b97f4a7c15ul;
     wide = (wide ^ (wide >> 30)) * 0xbf58476d1ce4e5b9ul;
@@ -71,6 +74,7 @@ void main() {
     answers[first + 6] = 0;
 
     uint walk = r0;
-    for (uint step = 0; step < 100 + (r1 & 127); ++step) walk = walk * 1664525u + ((walk & 0x10000u) != 0 ? 1013904223u : r1);
+    for (uint step = 0; step < 100 + (r1 & 127); ++step)
+        walk = walk * 1664525u + ((walk & 0x10000u) != 0 ? 1013904223u : r1);
     answers[first + 7] = walk;
 }

@@ -1,5 +1,6 @@
-// Where a point of the rectified camera falls in the image, and how deep the live surface lies there: backends/shared/live_depth.hpp in
-// single precision. Who includes it defines LIVE_DISPARITY(i) before: the disparity at index i, an int.
+// Where a point of the rectified camera falls in the image, and how deep the live surface lies
+// there: backends/shared/live_depth.hpp in single precision. Who includes it defines
+// LIVE_DISPARITY(i) before: the disparity at index i, an int.
 #include "backends/stages/surface.hpp"
 
 const float kMinDepthMm = 1e-3;
@@ -11,7 +12,8 @@ bool project_inside(FloatCamera camera, DisparityGrid image, vec3 p, out vec2 pi
     pixel = vec2(0);
     if (!(p.z > kMinDepthMm)) return false;
     pixel = vec2(camera.fx, camera.fy) * (p.xy * (1.0 / p.z)) + vec2(camera.cx, camera.cy);
-    return pixel.x >= 0.0 && pixel.y >= 0.0 && pixel.x <= float(image.width - 1) && pixel.y <= float(image.height - 1);
+    return pixel.x >= 0.0 && pixel.y >= 0.0 && pixel.x <= float(image.width - 1) &&
+           pixel.y <= float(image.height - 1);
 }
 
 // Depth, mm, at a pixel inside the image; 0 where there is none.
@@ -22,10 +24,12 @@ float live_depth(FloatCamera camera, DisparityGrid image, vec2 pixel) {
     const int at = corner.y * image.stride + corner.x;
     const int d00 = LIVE_DISPARITY(at), d01 = LIVE_DISPARITY(at + 1);
     const int d10 = LIVE_DISPARITY(at + image.stride), d11 = LIVE_DISPARITY(at + image.stride + 1);
-    const int minimum = min(min(d00, d01), min(d10, d11)), maximum = max(max(d00, d01), max(d10, d11));
+    const int minimum = min(min(d00, d01), min(d10, d11)),
+              maximum = max(max(d00, d01), max(d10, d11));
     float disparity;
     if (minimum > 0 && maximum - minimum <= kLargestDepthStep) {
-        const float above = float(d00) + beyond.x * float(d01 - d00), under = float(d10) + beyond.x * float(d11 - d10);
+        const float above = float(d00) + beyond.x * float(d01 - d00),
+                    under = float(d10) + beyond.x * float(d11 - d10);
         disparity = above + beyond.y * (under - above);
     } else {
         const bool to_right = beyond.x >= 0.5, to_below = beyond.y >= 0.5;

@@ -1,7 +1,10 @@
-// What the shaders of stage lm share. docs/stages/lm.md. They run in this order, all recorded before:
-//   [presolve] start, residuals, data, edges, then for each iteration: system, step ..., move, residuals beside edges; at the end finish.
-// Evaluation e (0: of the start, then one for each iteration's trial) is classified by what comes after it: by system, or by finish.
-// Judgement e is written to states[e & 1]; what follows in the iteration looks there whether anything is left to do.
+// What the shaders of stage lm share. docs/stages/lm.md. They run in this order, all recorded
+// before:
+//   [presolve] start, residuals, data, edges, then for each iteration: system, step ..., move,
+//   residuals beside edges; at the end finish.
+// Evaluation e (0: of the start, then one for each iteration's trial) is classified by what comes
+// after it: by system, or by finish. Judgement e is written to states[e & 1]; what follows in the
+// iteration looks there whether anything is left to do.
 #include "records.glsl"
 #include "motion.glsl"
 #ifndef LIVE_DISPARITY
@@ -20,7 +23,8 @@ uint groups_of(uint count) { return (count + kResidualGroup - 1) / kResidualGrou
 
 const LmTerm kNoTerm = LmTerm(0, 0, 0, 0, 0);
 LmTerm plus(LmTerm a, LmTerm b) {
-    return LmTerm(a.cost + b.cost, a.weights + b.weights, a.squares + b.squares, a.count + b.count, a.missing + b.missing);
+    return LmTerm(a.cost + b.cost, a.weights + b.weights, a.squares + b.squares, a.count + b.count,
+                  a.missing + b.missing);
 }
 
 bool stopped(LmState state) { return state.converged != 0 || state.failed != 0; }
@@ -34,7 +38,8 @@ bool has_depth(Match match) {
 }
 bool preselected(Match match) { return has_depth(match) && match.weight > 0.0; }
 
-struct Robust {  // a residual's share of the cost, and the weight of its square in the linearised system
+struct Robust {  // a residual's share of the cost, and the weight of its square in the linearised
+                 // system
     float cost, weight;
 };
 Robust tukey(float squared, float inverse_c2) {

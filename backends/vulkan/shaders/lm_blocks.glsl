@@ -1,4 +1,5 @@
-// The blocks of the system, kSplit invocations of a work group to each, and what of the template enters them. Needs lm.glsl.
+// The blocks of the system, kSplit invocations of a work group to each, and what of the template
+// enters them. Needs lm.glsl.
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint kSplit = 8;  // divides kBlockGroup
 
@@ -7,6 +8,7 @@ uint term_item(uint term) { return term >> 4; }
 uint term_row(uint term) { return (term >> 2) & 3; }
 uint term_column(uint term) { return term & 3; }
 
-// Of edge_terms: the edge, and whether the block's control point (in a block above the diagonal: its row's) is its second.
+// Of edge_terms: the edge, and whether the block's control point (in a block above the diagonal:
+// its row's) is its second.
 uint term_edge(uint term) { return term >> 1; }
 bool term_second(uint term) { return (term & 1) != 0; }

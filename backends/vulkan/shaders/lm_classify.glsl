@@ -1,6 +1,7 @@
-// Judgement of an evaluation: levenberg_marquardt.hpp after a step was tried. Every work group comes to it by itself, from the sums that
-// the evaluation left. Needs lm.glsl, kJudges, the invocations of a work group, and kJudgeKeeps:
-// whether this shader is the one that writes the state.
+// Judgement of an evaluation: levenberg_marquardt.hpp after a step was tried. Every work group
+// comes to it by itself, from the sums that the evaluation left. Needs lm.glsl, kJudges, the
+// invocations of a work group, and kJudgeKeeps: whether this shader is the one that writes the
+// state.
 layout(std430, set = 0, binding = 0) buffer States { LmState states[2]; };
 layout(std430, set = 0, binding = 1) readonly buffer Terms { LmTerm terms[]; };
 layout(std430, set = 0, binding = 2) readonly buffer ArapCosts { float arap_costs[]; };
@@ -24,7 +25,8 @@ LmTerm share_of_terms(uint me, uint first, uint count) {
 }
 
 void share_sums(uint me) {
-    const uint points = groups_of(push.points), landmarks = groups_of(push.landmarks), patches = groups_of(push.patches);
+    const uint points = groups_of(push.points), landmarks = groups_of(push.landmarks),
+               patches = groups_of(push.patches);
     term_shares[0][me] = share_of_terms(me, 0, points);
     term_shares[1][me] = share_of_terms(me, points, landmarks);
     term_shares[2][me] = share_of_terms(me, points + landmarks, patches);
@@ -41,13 +43,15 @@ void share_sums(uint me) {
 LmTerm sum_of_shares(uint kind) {
     const uint count = kind == 0 ? push.points : kind == 1 ? push.landmarks : push.patches;
     LmTerm sum = kNoTerm;
-    for (uint i = 0; i < min(groups_of(count), kClassifies); ++i) sum = plus(sum, term_shares[kind][i]);
+    for (uint i = 0; i < min(groups_of(count), kClassifies); ++i)
+        sum = plus(sum, term_shares[kind][i]);
     return sum;
 }
 
 LmState first_state(LmState there, float missing_cost) {
     LmState state = there;
-    state.initial_cost = there.icp.cost + there.match.cost + there.patch_.cost + there.arap + float(there.icp.missing) * missing_cost;
+    state.initial_cost = there.icp.cost + there.match.cost + there.patch_.cost + there.arap +
+                         float(there.icp.missing) * missing_cost;
     state.lambda = push.damping;
     state.iterations = 0;
     state.any_step = 0;
@@ -64,10 +68,12 @@ LmState next_state(LmState state, LmState there, LmMove move, float missing_cost
         state.any_step = 1;
         state.converged = move.largest < kMinStepMm * kMinStepMm ? 1 : 0;
         const float present = there.icp.cost + there.match.cost + there.patch_.cost + there.arap;
-        // Term by term, so that what is common to both costs, the points without a live surface above all, does not drown the difference.
-        const float decrease = (state.icp.cost - there.icp.cost) + (state.match.cost - there.match.cost) +
-                               (state.patch_.cost - there.patch_.cost) + (state.arap - there.arap) +
-                               float(int(state.icp.missing) - int(there.icp.missing)) * missing_cost;
+        // Term by term, so that what is common to both costs, the points without a live surface
+        // above all, does not drown the difference.
+        const float decrease =
+            (state.icp.cost - there.icp.cost) + (state.match.cost - there.match.cost) +
+            (state.patch_.cost - there.patch_.cost) + (state.arap - there.arap) +
+            float(int(state.icp.missing) - int(there.icp.missing)) * missing_cost;
         accepted = finite(present) && decrease > 0.0;
         if (accepted) {
             if (decrease < kMinDecrease * present) state.converged = 1;
@@ -77,7 +83,8 @@ LmState next_state(LmState state, LmState there, LmMove move, float missing_cost
             state.arap = there.arap;
         }
     }
-    state.lambda = clamp(state.lambda * (accepted ? kLambdaDown : kLambdaUp), kMinLambda, kMaxLambda);
+    state.lambda =
+        clamp(state.lambda * (accepted ? kLambdaDown : kLambdaUp), kMinLambda, kMaxLambda);
     return state;
 }
 
@@ -117,7 +124,8 @@ void classify(uint me) {
                 now = first_state(there, missing_cost);
                 accepted = true;
             } else {
-                now = next_state(states[(run.evaluation - 1) & 1], there, move_shares[0], missing_cost);
+                now = next_state(states[(run.evaluation - 1) & 1], there, move_shares[0],
+                                 missing_cost);
             }
         }
         if (kClassifyKeeps && gl_WorkGroupID.x == 0) states[run.evaluation & 1] = now;

@@ -1,4 +1,5 @@
-// Stage lm: D_i, the weight of the data at each control point, at the start. kSplit invocations share a control point.
+// Stage lm: D_i, the weight of the data at each control point, at the start. kSplit invocations
+// share a control point.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "lm.glsl"
@@ -9,13 +10,16 @@ layout(std430, set = 0, binding = 1) readonly buffer ItemTerms { uint item_terms
 layout(std430, set = 0, binding = 2) readonly buffer Items { vec4 items[]; };
 layout(std430, set = 0, binding = 3) readonly buffer Records { vec4 records[]; };
 layout(std430, set = 0, binding = 4) writeonly buffer Data { float data[]; };
-layout(std430, set = 0, binding = 5) writeonly buffer DataSums { vec2 data_sums[]; };  // of each work group: D_i and its square
+layout(std430, set = 0, binding = 5) writeonly buffer DataSums {
+    vec2 data_sums[];
+};  // of each work group: D_i and its square
 
 shared float shares[kBlockGroup];
 shared vec2 sums[kBlockGroup];
 
 void main() {
-    const uint me = gl_LocalInvocationIndex, split = me % kSplit, i = gl_GlobalInvocationID.x / kSplit;
+    const uint me = gl_LocalInvocationIndex, split = me % kSplit,
+               i = gl_GlobalInvocationID.x / kSplit;
     uint next = 0, end = 0;
     if (i < push.nodes) {
         next = blocks[i].first_item + split;
@@ -24,7 +28,8 @@ void main() {
     float own = 0.0;
     for (uint at = next; at < end; at += kSplit) {
         const uint term = item_terms[at], item = term_item(term), k = term_row(term);
-        if (k == term_column(term)) own += items[kItemVectors * item + 2 + k].w * records[kRecordVectors * item].w;
+        if (k == term_column(term))
+            own += items[kItemVectors * item + 2 + k].w * records[kRecordVectors * item].w;
     }
     shares[me] = own;
     barrier();

@@ -1,5 +1,5 @@
-// Stage lm: the ARAP term of each edge by the trial motions (backends/shared/lm_arap.hpp), one invocation each. Evaluation 0 also finds
-// each edge's scale S.
+// Stage lm: the ARAP term of each edge by the trial motions (backends/shared/lm_arap.hpp), one
+// invocation each. Evaluation 0 also finds each edge's scale S.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "lm.glsl"
@@ -46,15 +46,18 @@ float evaluate(uint i, float scale) {
     vec4 qb = trial[kNodeVectors * edge.b];
     if (dot(qa, qb) < 0.0) qb = -qb;
     const vec3 along = trial[kNodeVectors * edge.b + 2].xyz - trial[kNodeVectors * edge.a + 2].xyz;
-    const float size = sqrt(dot(along, along)), divisor = max(size, kMinLength), stretch = size - edge.rest.w;
-    const vec3 now = along / divisor, turned_a = rotate(qa, edge.rest.xyz), turned_b = rotate(qb, -edge.rest.xyz);
+    const float size = sqrt(dot(along, along)), divisor = max(size, kMinLength),
+                stretch = size - edge.rest.w;
+    const vec3 now = along / divisor, turned_a = rotate(qa, edge.rest.xyz),
+               turned_b = rotate(qb, -edge.rest.xyz);
     edge_records[kEdgeVectors * i] = vec4(now, divisor);
     edge_records[kEdgeVectors * i + 1] = vec4(turned_a, stretch);
     edge_records[kEdgeVectors * i + 2] = vec4(turned_b, scale);
     edge_records[kEdgeVectors * i + 3] = multiply(qa, conjugate(qb));
     const vec3 ab = turned_a - now, ba = turned_b + now;
     const vec4 turn = qa - qb;
-    return scale * (2.0 * (push.length_weight * stretch * stretch + push.rotation_weight * dot(turn, turn)) +
+    return scale * (2.0 * (push.length_weight * stretch * stretch +
+                           push.rotation_weight * dot(turn, turn)) +
                     push.angle_weight * (dot(ab, ab) + dot(ba, ba)));
 }
 

@@ -22,14 +22,17 @@ void main() {
     if (i < push.nodes) {
         DualQuaternion motion = usable_motion(motions[i]);
         if (!failed)
-            motion = accepted ? DualQuaternion(trial[kNodeVectors * i], trial[kNodeVectors * i + 1])
-                              : DualQuaternion(present[kNodeVectors * i], present[kNodeVectors * i + 1]);
+            motion = accepted
+                         ? DualQuaternion(trial[kNodeVectors * i], trial[kNodeVectors * i + 1])
+                         : DualQuaternion(present[kNodeVectors * i], present[kNodeVectors * i + 1]);
         results[i] = store_motion(motion);
     }
     if (i != 0) return;
-    const float missing = float(now.icp.missing) * (push.icp_weight * push.icp_tukey * push.icp_tukey / 3.0);
+    const float missing =
+        float(now.icp.missing) * (push.icp_weight * push.icp_tukey * push.icp_tukey / 3.0);
     const float cost = now.icp.cost + now.match.cost + now.patch_.cost + now.arap + missing;
-    summary = LmSummary(now.initial_cost, cost, now.icp.cost, now.match.cost, now.patch_.cost, now.arap, now.iterations,
-                        int(now.icp.count), int(now.match.count), int(now.patch_.count), rms(now.icp), rms(now.match), rms(now.patch_),
-                        now.lambda, failed ? 1 : 0, 0);
+    summary =
+        LmSummary(now.initial_cost, cost, now.icp.cost, now.match.cost, now.patch_.cost, now.arap,
+                  now.iterations, int(now.icp.count), int(now.match.count), int(now.patch_.count),
+                  rms(now.icp), rms(now.match), rms(now.patch_), now.lambda, failed ? 1 : 0, 0);
 }

@@ -1,8 +1,11 @@
-// What each step of the conjugate gradients begins with: the scalars, from the sums that the step before left. Every work group finds them
-// by itself. The recurrences with one round of sums for each step are those of Chronopoulos and Gear (1989). Needs lm.glsl, lm_blocks.glsl.
+// What each step of the conjugate gradients begins with: the scalars, from the sums that the step
+// before left. Every work group finds them by itself. The recurrences with one round of sums for
+// each step are those of Chronopoulos and Gear (1989). Needs lm.glsl, lm_blocks.glsl.
 layout(std430, set = 0, binding = 0) readonly buffer States { LmState states[2]; };
 layout(std430, set = 0, binding = 1) buffer Progress { LmGradients progress[2]; };
-layout(std430, set = 0, binding = 2) buffer Products { vec2 products[]; };  // two copies; of each work group: r M^-1 r, r M^-1 A M^-1 r
+layout(std430, set = 0, binding = 2) buffer Products {
+    vec2 products[];
+};  // two copies; of each work group: r M^-1 r, r M^-1 A M^-1 r
 layout(std430, set = 0, binding = 3) buffer Vectors { vec4 vectors[]; };
 #include "lm_vectors.glsl"
 

@@ -1,4 +1,5 @@
-// The inverse of a symmetric positive 6x6 matrix by Cholesky. Pivots that vanish in single precision are raised.
+// The inverse of a symmetric positive 6x6 matrix by Cholesky. Pivots that vanish in single
+// precision are raised.
 void invert(float m[6][6], out float inverse[6][6]) {
     float factor[6][6], own[6][6];  // m = factor factor^T; own = factor^-1
     for (int c = 0; c < 6; ++c)

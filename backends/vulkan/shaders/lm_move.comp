@@ -1,4 +1,5 @@
-// Stage lm: ends the conjugate gradients, and moves the control points by the step to the next trial, one invocation each.
+// Stage lm: ends the conjugate gradients, and moves the control points by the step to the next
+// trial, one invocation each.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "lm.glsl"
@@ -17,17 +18,19 @@ vec3 solution(uint i, uint h) {
     if (run.step == 0) return vectors[passed_vector(1, i, kConditioned, h)].xyz;
     const vec3 before = vectors[own_vector(i, kSolution, h)].xyz;
     if (advanced.over != 0) return before;
-    const vec3 direction =
-        vectors[passed_vector((run.step + 1) & 1, i, kConditioned, h)].xyz + beta * vectors[own_vector(i, kDirection, h)].xyz;
+    const vec3 direction = vectors[passed_vector((run.step + 1) & 1, i, kConditioned, h)].xyz +
+                           beta * vectors[own_vector(i, kDirection, h)].xyz;
     return before + advanced.alpha * direction;
 }
 
-// The rotation by |r| radians about r. Small angles, and steps end small, by series: Vulkan lets sin and cos be off by 2^-11.
+// The rotation by |r| radians about r. Small angles, and steps end small, by series: Vulkan lets
+// sin and cos be off by 2^-11.
 vec4 rotation_from_vector(vec3 r) {
     const float angle = sqrt(dot(r, r)), x = 0.25 * angle * angle;  // half the angle, squared
     if (angle < 1.0)
-        return normalize(vec4(0.5 * (1.0 - x / 6.0 * (1.0 - x / 20.0 * (1.0 - x / 42.0))) * r,
-                              1.0 - x / 2.0 * (1.0 - x / 12.0 * (1.0 - x / 30.0 * (1.0 - x / 56.0)))));
+        return normalize(
+            vec4(0.5 * (1.0 - x / 6.0 * (1.0 - x / 20.0 * (1.0 - x / 42.0))) * r,
+                 1.0 - x / 2.0 * (1.0 - x / 12.0 * (1.0 - x / 30.0 * (1.0 - x / 56.0)))));
     return normalize(vec4(sin(0.5 * angle) / angle * r, cos(0.5 * angle)));
 }
 
@@ -57,6 +60,7 @@ void main() {
     shares[me] = own;
     barrier();
     if (me != 0) return;
-    for (uint k = 1; k < kBlockGroup; ++k) own = LmMove(max(own.largest, shares[k].largest), own.bad | shares[k].bad);
+    for (uint k = 1; k < kBlockGroup; ++k)
+        own = LmMove(max(own.largest, shares[k].largest), own.bad | shares[k].bad);
     moves[gl_WorkGroupID.x] = own;
 }

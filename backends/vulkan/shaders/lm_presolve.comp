@@ -1,4 +1,5 @@
-// Stage lm, section 4: the rigid motion that brings the deformed landmarks onto their preselected matches. One work group.
+// Stage lm, section 4: the rigid motion that brings the deformed landmarks onto their preselected
+// matches. One work group.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "lm.glsl"
@@ -9,13 +10,15 @@ layout(std430, set = 0, binding = 0) readonly buffer Motions { Motion motions[];
 layout(std430, set = 0, binding = 1) readonly buffer Items { vec4 items[]; };
 layout(std430, set = 0, binding = 2) readonly buffer ItemNodes { ivec4 item_nodes[]; };
 layout(std430, set = 0, binding = 3) readonly buffer Matches { Match matches[]; };
-layout(std430, set = 0, binding = 4) buffer Deformed { vec4 deformed[]; };  // landmarks; w: their matches' weight, 0 where not preselected
+layout(std430, set = 0, binding = 4) buffer Deformed {
+    vec4 deformed[];
+};  // landmarks; w: their matches' weight, 0 where not preselected
 layout(std430, set = 0, binding = 5) writeonly buffer Rigid { vec4 rigid[2]; };
 
 const int kRounds = 5;
 const float kMinMatches = 6;
 const float kMinSpread = 0.01;  // mm^2
-shared mat3 rotation;  // rows
+shared mat3 rotation;           // rows
 shared vec3 shift;
 
 // The second singular value of a matrix, by one-sided Jacobi rotations of its columns.
@@ -40,7 +43,8 @@ float second_singular_value(mat3 m) {
 // r: rows. The largest component is computed first (Shepperd 1978).
 vec4 quaternion_of(mat3 r) {
     const float xx = r[0].x, yy = r[1].y, zz = r[2].z;
-    const vec4 four = vec4(1.0 + xx - yy - zz, 1.0 - xx + yy - zz, 1.0 - xx - yy + zz, 1.0 + xx + yy + zz);
+    const vec4 four =
+        vec4(1.0 + xx - yy - zz, 1.0 - xx + yy - zz, 1.0 - xx - yy + zz, 1.0 + xx + yy + zz);
     const vec3 skew = vec3(r[2].y - r[1].z, r[0].z - r[2].x, r[1].x - r[0].y);
     const float xy = r[0].y + r[1].x, xz = r[0].z + r[2].x, yz = r[1].z + r[2].y;
     const float largest = max(max(four.x, four.y), max(four.z, four.w));
@@ -119,7 +123,8 @@ void main() {
             moved_by[k] = usable_motion(motions[item_nodes[item][k]]);
             weight[k] = items[kItemVectors * item + 2 + k].w;
         }
-        deformed[i] = vec4(apply(blend(moved_by, weight), items[kItemVectors * item].xyz), taken ? matches[i].weight : 0.0);
+        deformed[i] = vec4(apply(blend(moved_by, weight), items[kItemVectors * item].xyz),
+                           taken ? matches[i].weight : 0.0);
         count[0].x += taken ? 1.0 : 0.0;
     }
     const bool enough = sum_over_group(count, me)[0].x >= kMinMatches;

@@ -1,4 +1,5 @@
-// Stage lm: the residuals of points, landmarks or patches by the trial motions, one invocation each.
+// Stage lm: the residuals of points, landmarks or patches by the trial motions, one invocation
+// each.
 #version 450
 #extension GL_EXT_shader_16bit_storage : require
 #extension GL_GOOGLE_include_directive : require
@@ -12,7 +13,9 @@ layout(std430, set = 0, binding = 1) readonly buffer Items { vec4 items[]; };
 layout(std430, set = 0, binding = 2) readonly buffer ItemNodes { ivec4 item_nodes[]; };
 layout(std430, set = 0, binding = 3) readonly buffer Trial { vec4 trial[]; };
 layout(std430, set = 0, binding = 4) readonly buffer Matches { Match matches[]; };
-layout(std430, set = 0, binding = 5) readonly buffer Observations { PatchObservation observations[]; };
+layout(std430, set = 0, binding = 5) readonly buffer Observations {
+    PatchObservation observations[];
+};
 layout(std430, set = 0, binding = 6) writeonly buffer Records { vec4 records[]; };
 layout(std430, set = 0, binding = 7) writeonly buffer Terms { LmTerm terms[]; };
 layout(std430, set = 0, binding = 8) readonly buffer States { LmState states[2]; };
@@ -55,18 +58,22 @@ DualQuaternion motion_of(uint item) {
 // A residual of squared size `squared` in the term's unit.
 LmTerm count_residual(Robust robust, float weight, float squared) {
     const bool counts = robust.weight * weight > 0.0;
-    return LmTerm(weight * robust.cost, counts ? robust.weight : 0.0, counts ? robust.weight * squared : 0.0, counts ? 1 : 0, 0);
+    return LmTerm(weight * robust.cost, counts ? robust.weight : 0.0,
+                  counts ? robust.weight * squared : 0.0, counts ? 1 : 0, 0);
 }
 
 LmTerm evaluate_point(uint item) {
     const DualQuaternion motion = motion_of(item);
-    const vec3 position = apply(motion, items[kItemVectors * item].xyz), normal = rotate(motion, items[kItemVectors * item + 1].xyz);
+    const vec3 position = apply(motion, items[kItemVectors * item].xyz),
+               normal = rotate(motion, items[kItemVectors * item + 1].xyz);
     vec2 pixel;
     float depth = 0.0;
-    if (project_inside(push.camera, run.image, position, pixel)) depth = live_depth(push.camera, run.image, pixel);
+    if (project_inside(push.camera, run.image, position, pixel))
+        depth = live_depth(push.camera, run.image, pixel);
     const float range = sqrt(dot(position, position)), slope = dot(normal, position);
     const float difference = (depth - position.z) / position.z;
-    const bool associated = depth > 0.0 && -slope >= kMinFacing * range && abs(difference) * range <= push.association;
+    const bool associated =
+        depth > 0.0 && -slope >= kMinFacing * range && abs(difference) * range <= push.association;
     if (!associated) {
         store(item, kNoRows, 0.0);
         return LmTerm(0, 0, 0, 0, 1);
@@ -79,7 +86,8 @@ LmTerm evaluate_point(uint item) {
     return count_residual(robust, push.icp_weight, value * value);
 }
 
-// Where a point was seen: the direction of its ray, the Cholesky factor [uu 0; uv vv] of the information across it, and maybe the depth.
+// Where a point was seen: the direction of its ray, the Cholesky factor [uu 0; uv vv] of the
+// information across it, and maybe the depth.
 struct Sighting {
     float u, v, uu, uv, vv, depth, root;
 };
@@ -91,13 +99,16 @@ Robust ramped_tukey(float squared, float slope, float inverse_c2) {
     const float d = beyond ? farthest : sqrt(squared), d2 = d * d;
     const float x = d2 * inverse_c2, rest = 1.0 - x;
     const float lost = 2.0 * d * slope * (1.0 / 3.0 - x * (2.0 / 5.0) + x * x / 7.0);
-    return Robust(d2 * (1.0 - x + x * x / 3.0 - lost), beyond ? 0.0 : (1.0 - slope * d) * rest * rest);
+    return Robust(d2 * (1.0 - x + x * x / 3.0 - lost),
+                  beyond ? 0.0 : (1.0 - slope * d) * rest * rest);
 }
 
 // unit: of the residual in the summary, per mm.
-LmTerm evaluate_sighting(uint item, vec3 position, Sighting seen, float weight, float slope, float inverse_c2, float unit) {
+LmTerm evaluate_sighting(uint item, vec3 position, Sighting seen, float weight, float slope,
+                         float inverse_c2, float unit) {
     const float across = position.x - seen.u * position.z, down = position.y - seen.v * position.z;
-    const vec3 value = vec3(seen.uu * across + seen.uv * down, seen.vv * down, seen.root * (position.z - seen.depth));
+    const vec3 value = vec3(seen.uu * across + seen.uv * down, seen.vv * down,
+                            seen.root * (position.z - seen.depth));
     const float squared = dot(value, value);
     const Robust robust = ramped_tukey(squared, slope, inverse_c2);
     Rows rows = kNoRows;
@@ -119,38 +130,47 @@ LmTerm evaluate_match(uint item, uint i) {
     const vec3 live = load3(match.position);
     const bool chosen = match.weight > 0.0;
     const vec3 position = apply(motion_of(item), items[kItemVectors * item].xyz);
-    return evaluate_sighting(item, position, Sighting(live.x / live.z, live.y / live.z, 1.0, 0.0, 1.0, live.z, kMatchDepthRoot),
-                             push.match_weight * (chosen ? match.weight : 1.0), chosen ? 0.0 : push.match_slope,
-                             1.0 / (push.match_tukey * push.match_tukey), 1.0);
+    return evaluate_sighting(
+        item, position,
+        Sighting(live.x / live.z, live.y / live.z, 1.0, 0.0, 1.0, live.z, kMatchDepthRoot),
+        push.match_weight * (chosen ? match.weight : 1.0), chosen ? 0.0 : push.match_slope,
+        1.0 / (push.match_tukey * push.match_tukey), 1.0);
 }
 
-// The information matrix (a b; b c), scaled down where it is more than 1 along some direction. False where there is none.
+// The information matrix (a b; b c), scaled down where it is more than 1 along some direction.
+// False where there is none.
 bool usable_information(float given[3], out vec3 abc) {
     abc = vec3(0);
     const vec3 information = load3(given);
     const float size = max(max(information.x, abs(information.y)), information.z);
-    if (!finite(information) || !(size > 0.0) || !(information.x >= 0.0) || !(information.z >= 0.0)) return false;
+    if (!finite(information) || !(size > 0.0) || !(information.x >= 0.0) || !(information.z >= 0.0))
+        return false;
     const vec3 unit = information / size;  // so that squares do not overflow
     const float half_difference = 0.5 * (unit.x - unit.z);
-    const float largest = 0.5 * (unit.x + unit.z) + sqrt(half_difference * half_difference + unit.y * unit.y);
+    const float largest =
+        0.5 * (unit.x + unit.z) + sqrt(half_difference * half_difference + unit.y * unit.y);
     abc = size * largest > 1.0 ? unit / largest : information;
     return true;
 }
 
 LmTerm evaluate_patch(uint item, uint i) {
     vec3 abc;
-    if ((run.given & kObservationsGiven) == 0 || observations[i].valid != 1 || !usable_information(observations[i].information, abc)) {
+    if ((run.given & kObservationsGiven) == 0 || observations[i].valid != 1 ||
+        !usable_information(observations[i].information, abc)) {
         store(item, kNoRows, 0.0);
         return kNoTerm;
     }
     const PatchObservation observation = observations[i];
-    const float uu = sqrt(abc.x), uv = uu > 0.0 ? abc.y / uu : 0.0, vv = sqrt(max(abc.z - uv * uv, 0.0));
+    const float uu = sqrt(abc.x), uv = uu > 0.0 ? abc.y / uu : 0.0,
+                vv = sqrt(max(abc.z - uv * uv, 0.0));
     const vec2 ray =
-        (vec2(observation.u, observation.v) / 256.0 - vec2(push.camera.cx, push.camera.cy)) / vec2(push.camera.fx, push.camera.fy);
+        (vec2(observation.u, observation.v) / 256.0 - vec2(push.camera.cx, push.camera.cy)) /
+        vec2(push.camera.fx, push.camera.fy);
     const vec3 position = apply(motion_of(item), items[kItemVectors * item].xyz);
-    const float px = push.camera.fx / max(position.z, kMinDepthMm), inverse_c = px / push.patch_tukey;
-    return evaluate_sighting(item, position, Sighting(ray.x, ray.y, uu, uv, vv, 0.0, 0.0), push.patch_weight, 0.0, inverse_c * inverse_c,
-                             px);
+    const float px = push.camera.fx / max(position.z, kMinDepthMm),
+                inverse_c = px / push.patch_tukey;
+    return evaluate_sighting(item, position, Sighting(ray.x, ray.y, uu, uv, vv, 0.0, 0.0),
+                             push.patch_weight, 0.0, inverse_c * inverse_c, px);
 }
 
 // The sum of every invocation's term, to the first: eight by eight, then the eight.

@@ -6,7 +6,9 @@ layout(local_size_x = 64) in;
 
 layout(std430, set = 0, binding = 0) readonly buffer Motions { Motion motions[]; };
 layout(std430, set = 0, binding = 1) readonly buffer Rest { vec4 rest[]; };
-layout(std430, set = 0, binding = 2) readonly buffer Rigid { vec4 rigid[2]; };  // of presolve: rotation, translation
+layout(std430, set = 0, binding = 2) readonly buffer Rigid {
+    vec4 rigid[2];
+};  // of presolve: rotation, translation
 layout(std430, set = 0, binding = 3) writeonly buffer Trial { vec4 trial[]; };
 
 void main() {

@@ -1,5 +1,5 @@
-// Stage lm: one step of the conjugate gradients, preconditioned by the damped diagonal blocks; step 0 prepares. kSplit invocations share a
-// control point.
+// Stage lm: one step of the conjugate gradients, preconditioned by the damped diagonal blocks; step
+// 0 prepares. kSplit invocations share a control point.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "lm.glsl"
@@ -41,11 +41,14 @@ mat3 inverse_quarter(uint node, uint which) {
 
 // One half of a control point's own vectors, to this step; returns r.
 vec3 update(Factors by, uint i, uint h) {
-    vec3 direction = vec3(0), direction_product = vec3(0), solution = vec3(0), residual = vectors[own_vector(i, kResidual, h)].xyz;
+    vec3 direction = vec3(0), direction_product = vec3(0), solution = vec3(0),
+         residual = vectors[own_vector(i, kResidual, h)].xyz;
     if (run.step > 0) {
         const uint copy = (run.step + 1) & 1;
-        direction = vectors[passed_vector(copy, i, kConditioned, h)].xyz + by.beta * vectors[own_vector(i, kDirection, h)].xyz;
-        direction_product = vectors[own_vector(i, kProduct, h)].xyz + by.beta * vectors[own_vector(i, kDirectionProduct, h)].xyz;
+        direction = vectors[passed_vector(copy, i, kConditioned, h)].xyz +
+                    by.beta * vectors[own_vector(i, kDirection, h)].xyz;
+        direction_product = vectors[own_vector(i, kProduct, h)].xyz +
+                            by.beta * vectors[own_vector(i, kDirectionProduct, h)].xyz;
         solution = vectors[own_vector(i, kSolution, h)].xyz + by.alpha * direction;
         residual -= by.alpha * direction_product;
     }
@@ -58,7 +61,8 @@ vec3 update(Factors by, uint i, uint h) {
 
 void main() {
     if (stopped(states[run.evaluation & 1])) return;
-    const uint me = gl_LocalInvocationIndex, split = me % kSplit, first = me - split, i = gl_GlobalInvocationID.x / kSplit;
+    const uint me = gl_LocalInvocationIndex, split = me % kSplit, first = me - split,
+               i = gl_GlobalInvocationID.x / kSplit;
     Factors by = Factors(0, 0);
     if (run.step > 0) {
         advance(me);
@@ -90,7 +94,8 @@ void main() {
     for (uint h = split; h < 2 && i < push.nodes; h += kSplit) {
         const uint copy = run.step & 1;
         const vec3 product = shares[h][first], x = conditioned(by, i, h);
-        const vec3 conditioned_product = inverse_quarter(i, 2 * h) * shares[0][first] + inverse_quarter(i, 2 * h + 1) * shares[1][first];
+        const vec3 conditioned_product = inverse_quarter(i, 2 * h) * shares[0][first] +
+                                         inverse_quarter(i, 2 * h + 1) * shares[1][first];
         const vec3 next_direction = run.step == 0 ? vec3(0) : conditioned_direction(by, i, h);
         const vec3 residual = update(by, i, h);
         vectors[own_vector(i, kProduct, h)] = vec4(product, 0);

@@ -1,5 +1,6 @@
-// Stage lm: classifies the last evaluation, and if that is the present state linearises there: the control points' own blocks, which are then
-// damped and inverted, or those above the diagonal. kSplit invocations share a block, each with every kSplit-th of its terms.
+// Stage lm: classifies the last evaluation, and if that is the present state linearises there: the
+// control points' own blocks, which are then damped and inverted, or those above the diagonal.
+// kSplit invocations share a block, each with every kSplit-th of its terms.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "lm.glsl"
@@ -19,8 +20,12 @@ layout(std430, set = 0, binding = 9) readonly buffer EdgeRecords { vec4 edge_rec
 layout(std430, set = 0, binding = 10) readonly buffer Trial { vec4 trial[]; };
 layout(std430, set = 0, binding = 11) writeonly buffer Present { vec4 present[]; };
 layout(std430, set = 0, binding = 12) writeonly buffer Matrix { vec4 matrix[]; };  // damped
-layout(std430, set = 0, binding = 13) buffer Diagonal { vec4 diagonal[]; };  // not damped; block, then half the gradient
-layout(std430, set = 0, binding = 14) writeonly buffer Inverses { vec4 inverses[]; };  // of the damped diagonal
+layout(std430, set = 0, binding = 13) buffer Diagonal {
+    vec4 diagonal[];
+};  // not damped; block, then half the gradient
+layout(std430, set = 0, binding = 14) writeonly buffer Inverses {
+    vec4 inverses[];
+};  // of the damped diagonal
 layout(std430, set = 0, binding = 15) writeonly buffer Vectors { vec4 vectors[]; };
 #include "lm_vectors.glsl"
 
@@ -44,7 +49,8 @@ mat3 squares_of(uint item) {
 mat3 cross_columns(vec3 v, mat3 m) { return mat3(cross(v, m[0]), cross(v, m[1]), cross(v, m[2])); }
 
 void add_items(LmBlock block, uint split, inout Sums sums) {
-    const vec4 row_rotation = trial[kNodeVectors * block.row], column_rotation = trial[kNodeVectors * block.column];
+    const vec4 row_rotation = trial[kNodeVectors * block.row],
+               column_rotation = trial[kNodeVectors * block.column];
     for (uint at = block.first_item + split; at < block.last_item; at += kSplit) {
         const uint term = item_terms[at], item = term_item(term);
         const bool same = kDiagonal && term_row(term) == term_column(term);
@@ -75,16 +81,20 @@ mat3 cross_matrix(vec3 v) { return mat3(0, v.z, -v.y, -v.z, 0, v.x, v.y, -v.x, 0
 void add_edges(LmBlock block, uint split, inout Sums sums) {
     for (uint at = block.first_edge + split; at < block.last_edge; at += kSplit) {
         const uint i = kEdgeVectors * term_edge(edge_terms[at]);
-        const vec3 now = edge_records[i].xyz, turned_a = edge_records[i + 1].xyz, turned_b = edge_records[i + 2].xyz;
-        const float size = edge_records[i].w, stretch = edge_records[i + 1].w, scale = edge_records[i + 2].w;
+        const vec3 now = edge_records[i].xyz, turned_a = edge_records[i + 1].xyz,
+                   turned_b = edge_records[i + 2].xyz;
+        const float size = edge_records[i].w, stretch = edge_records[i + 1].w,
+                    scale = edge_records[i + 2].w;
         const vec4 relative = edge_records[i + 3];
-        const float length_weight = scale * push.length_weight, angle_weight = scale * push.angle_weight;
+        const float length_weight = scale * push.length_weight,
+                    angle_weight = scale * push.angle_weight;
         const float rotation_weight = scale * push.rotation_weight, lever = angle_weight / size;
         const mat3 along = outerProduct(now, now), across = mat3(1.0) - along;
         const mat3 shift = (2.0 * lever / size) * across + (2.0 * length_weight) * along;
         if (!kDiagonal) {
             sums.shift_shift -= shift;
-            sums.turn_turn -= 0.5 * rotation_weight * (mat3(relative.w) - cross_matrix(relative.xyz));  // transposed
+            sums.turn_turn -= 0.5 * rotation_weight *
+                              (mat3(relative.w) - cross_matrix(relative.xyz));  // transposed
             sums.turn_shift -= lever * cross_columns(turned_a, across);
             sums.shift_turn -= lever * cross_columns(turned_b, across);
             continue;
@@ -93,14 +103,17 @@ void add_edges(LmBlock block, uint split, inout Sums sums) {
         const vec3 turned = second ? turned_b : turned_a;
         const mat3 coupling = lever * cross_columns(turned, across);
         sums.shift_shift += shift;
-        sums.turn_turn += angle_weight * (mat3(1.0) - outerProduct(turned, turned)) + mat3(0.5 * rotation_weight);
+        sums.turn_turn +=
+            angle_weight * (mat3(1.0) - outerProduct(turned, turned)) + mat3(0.5 * rotation_weight);
         sums.turn_shift += coupling;
         sums.shift_turn += coupling;
         const vec3 lean = turned_b - turned_a;
-        const vec3 pull = (2.0 * length_weight * stretch) * now + lever * (lean - dot(lean, now) * now);
+        const vec3 pull =
+            (2.0 * length_weight * stretch) * now + lever * (lean - dot(lean, now) * now);
         const vec3 turn = rotation_weight * relative.xyz;
         sums.shift += second ? pull : -pull;
-        sums.turn += second ? angle_weight * cross(turned_b, now) - turn : turn - angle_weight * cross(turned_a, now);
+        sums.turn += second ? angle_weight * cross(turned_b, now) - turn
+                            : turn - angle_weight * cross(turned_a, now);
     }
 }
 
@@ -120,10 +133,12 @@ void share(Sums sums, uint me) {
 // Column c of a block's transpose; its first share holds the block.
 vec3 transposed_column(uint c, uint first) {
     const uint quarter = c / 3, from = 3 * (quarter == 1 ? 2 : quarter == 2 ? 1 : quarter);
-    return vec3(shares[from][first][c % 3], shares[from + 1][first][c % 3], shares[from + 2][first][c % 3]);
+    return vec3(shares[from][first][c % 3], shares[from + 1][first][c % 3],
+                shares[from + 2][first][c % 3]);
 }
 
-// Marquardt's damping of control point i's block, and its inverse. What has no weight at all gets one, and stays where it is.
+// Marquardt's damping of control point i's block, and its inverse. What has no weight at all gets
+// one, and stays where it is.
 void damp(uint i, uint place, uint first) {
     float m[6][6];
     for (int c = 0; c < 6; ++c)
@@ -139,13 +154,15 @@ void damp(uint i, uint place, uint first) {
             const uint at = 6 * half_row + c;  // as quarters by columns: see lm.glsl
             const int r = 3 * half_row;
             matrix[kBlockVectors * place + at] = vec4(m[r][c], m[r + 1][c], m[r + 2][c], 0);
-            inverses[kBlockVectors * i + at] = vec4(inverse[r][c], inverse[r + 1][c], inverse[r + 2][c], 0);
+            inverses[kBlockVectors * i + at] =
+                vec4(inverse[r][c], inverse[r + 1][c], inverse[r + 2][c], 0);
         }
     const vec3 turn = -shares[12][first], shift = -shares[13][first];
     vec3 x[2] = vec3[2](vec3(0), vec3(0));
     for (int h = 0; h < 2; ++h)
         for (int r = 0; r < 3; ++r)
-            for (int c = 0; c < 3; ++c) x[h][r] += inverse[3 * h + r][c] * turn[c] + inverse[3 * h + r][3 + c] * shift[c];
+            for (int c = 0; c < 3; ++c)
+                x[h][r] += inverse[3 * h + r][c] * turn[c] + inverse[3 * h + r][3 + c] * shift[c];
     for (uint h = 0; h < 2; ++h) {
         vectors[own_vector(i, kResidual, h)] = vec4(h == 0 ? turn : shift, 0);
         vectors[passed_vector(1, i, kConditioned, h)] = vec4(x[h], 0);
@@ -159,7 +176,8 @@ void main() {
     classify(me);
     const bool relinearise = accepted && !stopped(now);
     if (kDiagonal && accepted && exists && split == 0)
-        for (uint v = 0; v < kNodeVectors; ++v) present[kNodeVectors * b + v] = trial[kNodeVectors * b + v];
+        for (uint v = 0; v < kNodeVectors; ++v)
+            present[kNodeVectors * b + v] = trial[kNodeVectors * b + v];
     if (stopped(now) || !(kDiagonal || relinearise)) return;
     LmBlock block;
     if (exists) block = blocks[b];

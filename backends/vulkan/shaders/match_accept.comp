@@ -1,12 +1,17 @@
-// Stage match: what the splits found, put together, then sections 2 and 3. One invocation per landmark.
+// Stage match: what the splits found, put together, then sections 2 and 3. One invocation per
+// landmark.
 #version 450
 #extension GL_EXT_shader_16bit_storage : require
 #extension GL_GOOGLE_include_directive : require
 #include "records.glsl"
 layout(local_size_x = 64) in;
 
-layout(std430, set = 0, binding = 0) readonly buffer FeatureKeys { uint feature_keys[]; };    // three for each landmark and split
-layout(std430, set = 0, binding = 1) readonly buffer LandmarkKeys { uint landmark_keys[]; };  // for each feature and split
+layout(std430, set = 0, binding = 0) readonly buffer FeatureKeys {
+    uint feature_keys[];
+};  // three for each landmark and split
+layout(std430, set = 0, binding = 1) readonly buffer LandmarkKeys {
+    uint landmark_keys[];
+};  // for each feature and split
 layout(std430, set = 0, binding = 2) readonly buffer Features { Feature features[]; };
 layout(std430, set = 0, binding = 3) readonly buffer Disparity { int16_t disparity[]; };
 layout(std430, set = 0, binding = 4) writeonly buffer Matches { Match matches[]; };
@@ -41,7 +46,8 @@ uint nearest_landmark(uint feature) {
 int distance_of(uint key) { return key == kNoKey ? kNoDistance : int(key >> 16); }
 
 bool at_one_place(uint a, uint b) {
-    return abs(features[a].x - features[b].x) <= kSamePlace && abs(features[a].y - features[b].y) <= kSamePlace;
+    return abs(features[a].x - features[b].x) <= kSamePlace &&
+           abs(features[a].y - features[b].y) <= kSamePlace;
 }
 
 void main() {
@@ -52,9 +58,10 @@ void main() {
     const int distance = distance_of(best.x);
     const bool same = best.y != kNoKey && at_one_place(a, best.y & 0xffffu);
     const int second = distance_of(same ? best.z : best.y);
-    const bool accepted = best.x != kNoKey && distance <= int(push.max_distance) && 256 * distance <= int(push.ratio) * second &&
-                          nearest_landmark(a) == i;
-    Match match = Match(accepted ? int(a) : -1, min(distance, 256), min(second, 256), 0.0, 0.0, float[](0.0, 0.0, 0.0), 0.0, 0);
+    const bool accepted = best.x != kNoKey && distance <= int(push.max_distance) &&
+                          256 * distance <= int(push.ratio) * second && nearest_landmark(a) == i;
+    Match match = Match(accepted ? int(a) : -1, min(distance, 256), min(second, 256), 0.0, 0.0,
+                        float[](0.0, 0.0, 0.0), 0.0, 0);
     if (accepted) {
         const vec2 place = vec2(features[a].x, features[a].y) * (1.0 / 16.0);
         const vec2 pixel = clamp(place, vec2(0), vec2(push.image.width - 1, push.image.height - 1));
@@ -62,7 +69,8 @@ void main() {
         match.v = pixel.y;
         const float z = live_depth(push.camera, push.image, pixel);
         if (z > 0.0) {
-            match.position = float[]((pixel.x - push.camera.cx) * z / push.camera.fx, (pixel.y - push.camera.cy) * z / push.camera.fy, z);
+            match.position = float[]((pixel.x - push.camera.cx) * z / push.camera.fx,
+                                     (pixel.y - push.camera.cy) * z / push.camera.fy, z);
             match.weight = 1.0;
         }
     }

@@ -1,5 +1,6 @@
-// Stage match, section 1: for each landmark the three nearest live features, or for each live feature the nearest landmark. One invocation
-// per row of the table of distances and split of its columns.
+// Stage match, section 1: for each landmark the three nearest live features, or for each live
+// feature the nearest landmark. One invocation per row of the table of distances and split of its
+// columns.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "match.glsl"
@@ -43,13 +44,17 @@ void main() {
     const uint share = (columns + splits - 1) / splits;
     const uint first = min(split * share, columns), end = min(first + share, columns);
     Descriptor own;
-    if (of_landmarks) own = landmark(row);
-    else own = feature(row);
+    if (of_landmarks)
+        own = landmark(row);
+    else
+        own = feature(row);
     uvec3 best = uvec3(kNoKey);
     for (uint column = first; column < end; ++column) {
         Descriptor other;
-        if (of_landmarks) other = feature(column);
-        else other = landmark(column);
+        if (of_landmarks)
+            other = feature(column);
+        else
+            other = landmark(column);
         const uint key = hamming(own, other) << 16 | column;
         if (of_landmarks) {
             const uint behind_first = max(best.x, key), behind_second = max(best.y, behind_first);
@@ -59,7 +64,8 @@ void main() {
         best.x = min(best.x, key);
     }
     if (of_landmarks)
-        for (uint place = 0; place < 3; ++place) keys[(3 * split + place) * sizes.landmarks + row] = best[place];
+        for (uint place = 0; place < 3; ++place)
+            keys[(3 * split + place) * sizes.landmarks + row] = best[place];
     else
         keys[split * sizes.features + row] = best.x;
 }

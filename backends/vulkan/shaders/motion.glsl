@@ -1,5 +1,6 @@
-// Rigid motions as unit dual quaternions, and their blending: backends/shared/motion.hpp and usable_motion of backends/stages/surface.hpp in single
-// precision. Needs records.glsl. A quaternion w + xi + yj + zk is the vec4 (x, y, z, w).
+// Rigid motions as unit dual quaternions, and their blending: backends/shared/motion.hpp and
+// usable_motion of backends/stages/surface.hpp in single precision. Needs records.glsl. A
+// quaternion w + xi + yj + zk is the vec4 (x, y, z, w).
 
 struct DualQuaternion {  // x -> R x + t; real is the rotation, dual is t * real / 2
     vec4 real, dual;
@@ -12,16 +13,23 @@ float[3] store3(vec3 v) { return float[3](v.x, v.y, v.z); }
 
 vec4 load_quaternion(float wxyz[4]) { return vec4(wxyz[1], wxyz[2], wxyz[3], wxyz[0]); }
 float[4] store_quaternion(vec4 q) { return float[4](q.w, q.x, q.y, q.z); }
-DualQuaternion load_motion(Motion m) { return DualQuaternion(load_quaternion(m.real), load_quaternion(m.dual)); }
-Motion store_motion(DualQuaternion m) { return Motion(store_quaternion(m.real), store_quaternion(m.dual)); }
+DualQuaternion load_motion(Motion m) {
+    return DualQuaternion(load_quaternion(m.real), load_quaternion(m.dual));
+}
+Motion store_motion(DualQuaternion m) {
+    return Motion(store_quaternion(m.real), store_quaternion(m.dual));
+}
 
-vec4 multiply(vec4 a, vec4 b) { return vec4(a.w * b.xyz + b.w * a.xyz + cross(a.xyz, b.xyz), a.w * b.w - dot(a.xyz, b.xyz)); }
+vec4 multiply(vec4 a, vec4 b) {
+    return vec4(a.w * b.xyz + b.w * a.xyz + cross(a.xyz, b.xyz), a.w * b.w - dot(a.xyz, b.xyz));
+}
 vec4 conjugate(vec4 q) { return vec4(-q.xyz, q.w); }
 
 // Compilers may assume that no NaN occurs; bits cannot be assumed away.
 bool finite(vec4 v) { return all(notEqual(floatBitsToUint(v) & 0x7f800000u, uvec4(0x7f800000u))); }
 
-// The nearest unit dual quaternion; the identity where the given one has no finite value or no rotation.
+// The nearest unit dual quaternion; the identity where the given one has no finite value or no
+// rotation.
 DualQuaternion normalise_motion(DualQuaternion m) {
     if (!finite(m.real) || !finite(m.dual)) return kIdentityMotion;
     const vec4 size = abs(m.real);
@@ -46,14 +54,17 @@ vec3 apply(DualQuaternion m, vec3 p) { return rotate(m.real, p) + translation(m)
 
 // First b, then a.
 DualQuaternion compose(DualQuaternion a, DualQuaternion b) {
-    return DualQuaternion(multiply(a.real, b.real), multiply(a.real, b.dual) + multiply(a.dual, b.real));
+    return DualQuaternion(multiply(a.real, b.real),
+                          multiply(a.real, b.dual) + multiply(a.dual, b.real));
 }
 
 // Rotation given as a unit quaternion.
-DualQuaternion from_rigid(vec4 rotation, vec3 t) { return DualQuaternion(rotation, 0.5 * multiply(vec4(t, 0), rotation)); }
+DualQuaternion from_rigid(vec4 rotation, vec3 t) {
+    return DualQuaternion(rotation, 0.5 * multiply(vec4(t, 0), rotation));
+}
 
-// The motion of a point moved by four control points (docs/stages.md), real part of length 1. Where the sum vanishes or is not finite:
-// the first's.
+// The motion of a point moved by four control points (docs/stages.md), real part of length 1. Where
+// the sum vanishes or is not finite: the first's.
 DualQuaternion blend(DualQuaternion m[4], float weight[4]) {
     vec4 real = weight[0] * m[0].real, dual = weight[0] * m[0].dual;
     for (int k = 1; k < 4; ++k) {

@@ -1,26 +1,29 @@
-// The rotation R that maximises trace(R^T m), never a reflection: the eigenvector of the largest eigenvalue of Horn's (1987) symmetric 4x4
-// matrix as a quaternion, by Jacobi's method. Where R is not unique it is one of the best.
+// The rotation R that maximises trace(R^T m), never a reflection: the eigenvector of the largest
+// eigenvalue of Horn's (1987) symmetric 4x4 matrix as a quaternion, by Jacobi's method. Where R is
+// not unique it is one of the best.
 
-// One Jacobi rotation that zeroes a[p][q]; v gathers the rotations. All indices are constants, so that nothing leaves the registers.
-#define JACOBI_TURN(a, v, p, q, r, s)                                                        \
-    if (abs(a[p][q]) > 1e-12 * (abs(a[p][p]) + abs(a[q][q]))) {                              \
-        const float theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);                           \
+// One Jacobi rotation that zeroes a[p][q]; v gathers the rotations. All indices are constants, so
+// that nothing leaves the registers.
+#define JACOBI_TURN(a, v, p, q, r, s)                                                          \
+    if (abs(a[p][q]) > 1e-12 * (abs(a[p][p]) + abs(a[q][q]))) {                                \
+        const float theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);                             \
         const float t = (theta < 0.0 ? -1.0 : 1.0) / (abs(theta) + sqrt(theta * theta + 1.0)); \
-        const float c = 1.0 / sqrt(t * t + 1.0), d = t * c;                                  \
+        const float c = 1.0 / sqrt(t * t + 1.0), d = t * c;                                    \
         const float apq = a[p][q], apr = a[p][r], aps = a[p][s], aqr = a[q][r], aqs = a[q][s]; \
-        a[p][p] -= t * apq;                                                                  \
-        a[q][q] += t * apq;                                                                  \
-        a[p][q] = a[q][p] = 0.0;                                                             \
-        a[p][r] = a[r][p] = c * apr - d * aqr;                                               \
-        a[q][r] = a[r][q] = d * apr + c * aqr;                                               \
-        a[p][s] = a[s][p] = c * aps - d * aqs;                                               \
-        a[q][s] = a[s][q] = d * aps + c * aqs;                                               \
-        const vec4 vp = v[p], vq = v[q];                                                     \
-        v[p] = c * vp - d * vq;                                                              \
-        v[q] = d * vp + c * vq;                                                              \
+        a[p][p] -= t * apq;                                                                    \
+        a[q][q] += t * apq;                                                                    \
+        a[p][q] = a[q][p] = 0.0;                                                               \
+        a[p][r] = a[r][p] = c * apr - d * aqr;                                                 \
+        a[q][r] = a[r][q] = d * apr + c * aqr;                                                 \
+        a[p][s] = a[s][p] = c * aps - d * aqs;                                                 \
+        a[q][s] = a[s][q] = d * aps + c * aqs;                                                 \
+        const vec4 vp = v[p], vq = v[q];                                                       \
+        v[p] = c * vp - d * vq;                                                                \
+        v[q] = d * vp + c * vq;                                                                \
     }
 
-// m[row][column] as sum of to * from^T; rows of the result likewise. The identity for a matrix that is zero or not finite.
+// m[row][column] as sum of to * from^T; rows of the result likewise. The identity for a matrix that
+// is zero or not finite.
 mat3 nearest_rotation(mat3 m) {
     float largest = 0.0;
     for (int i = 0; i < 3; ++i)
@@ -66,6 +69,7 @@ mat3 nearest_rotation(mat3 m) {
 
 // Rows of r times v.
 vec3 turned(mat3 r, vec3 v) {
-    return vec3(r[0].x * v.x + r[0].y * v.y + r[0].z * v.z, r[1].x * v.x + r[1].y * v.y + r[1].z * v.z,
+    return vec3(r[0].x * v.x + r[0].y * v.y + r[0].z * v.z,
+                r[1].x * v.x + r[1].y * v.y + r[1].z * v.z,
                 r[2].x * v.x + r[2].y * v.y + r[2].z * v.z);
 }

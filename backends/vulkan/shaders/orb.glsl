@@ -1,5 +1,5 @@
-// What the shaders of stage orb share. Levels stand one after the other; rows begin at words of 4 pixels, whose pixels beyond the width
-// mean nothing.
+// What the shaders of stage orb share. Levels stand one after the other; rows begin at words of 4
+// pixels, whose pixels beyond the width mean nothing.
 #include "backends/stages/orb.hpp"
 #include "orb_structs.h"
 layout(std430, set = 0, binding = 0) readonly buffer Levels { OrbLevel levels[]; };
@@ -9,12 +9,17 @@ layout(push_constant) uniform Push {
     OrbGiven given;
 };
 
-int word_at(OrbLevel level, int x_word, int y) { return ((int(level.first) + y * level.stride) >> 2) + x_word; }
+int word_at(OrbLevel level, int x_word, int y) {
+    return ((int(level.first) + y * level.stride) >> 2) + x_word;
+}
 
 // Four bytes, the first being byte `first` of the words.
 ivec4 bytes_from(uvec3 words, int first) {
     ivec4 bytes;
-    for (int i = 0; i < 4; ++i) bytes[i] = int(words[(first + i) >> 2] >> (8 * ((first + i) & 3)) & 255u);
+    for (int i = 0; i < 4; ++i)
+        bytes[i] = int(words[(first + i) >> 2] >> (8 * ((first + i) & 3)) & 255u);
     return bytes;
 }
-uint packed(ivec4 bytes) { return uint(bytes.x) | uint(bytes.y) << 8 | uint(bytes.z) << 16 | uint(bytes.w) << 24; }
+uint packed(ivec4 bytes) {
+    return uint(bytes.x) | uint(bytes.y) << 8 | uint(bytes.z) << 16 | uint(bytes.w) << 24;
+}

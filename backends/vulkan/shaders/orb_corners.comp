@@ -13,16 +13,21 @@ void main() {
     if (index >= level.cells_x * level.cells_y) return;
     const ivec2 first = kBorder + push.cell * ivec2(index % level.cells_x, index / level.cells_x);
     const ivec2 end = min(first + push.cell, ivec2(level.width, level.height) - kBorder);
-    int best = 0;  // score << 8 | (15 - y) << 4 | (15 - x): the largest is the strongest, then the first in raster order
+    int best = 0;  // score << 8 | (15 - y) << 4 | (15 - x): the largest is the strongest, then the
+                   // first in raster order
     for (int y = first.y; y < end.y; ++y)
         for (int x_word = first.x >> 2; 4 * x_word < end.x; ++x_word) {
             const uint four = scores[word_at(level, x_word, y)];
             if (four == 0) continue;
             const ivec4 x = 4 * x_word + ivec4(0, 1, 2, 3) - first.x;
-            const ivec4 inside = ivec4(greaterThanEqual(x, ivec4(0))) * ivec4(lessThan(x, end.xxxx - first.x));
-            const ivec4 key = inside * (bytes_from(uvec3(four, 0, 0), 0) << 8 | (15 - (y - first.y)) << 4 | 15 - x);
+            const ivec4 inside =
+                ivec4(greaterThanEqual(x, ivec4(0))) * ivec4(lessThan(x, end.xxxx - first.x));
+            const ivec4 key = inside * (bytes_from(uvec3(four, 0, 0), 0) << 8 |
+                                        (15 - (y - first.y)) << 4 | 15 - x);
             best = max(best, max(max(key.x, key.y), max(key.z, key.w)));
         }
     corners[int(level.first_cell) + index] =
-        best < 256 ? 0 : uint(best >> 8) << 16 | uint(15 - (best >> 4 & 15)) << 8 | uint(15 - (best & 15));
+        best < 256
+            ? 0
+            : uint(best >> 8) << 16 | uint(15 - (best >> 4 & 15)) << 8 | uint(15 - (best & 15));
 }

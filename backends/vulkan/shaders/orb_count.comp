@@ -1,4 +1,5 @@
-// Stage orb, section 6: which corners are kept, which every work group finds for itself; and how many there are in each block of cells.
+// Stage orb, section 6: which corners are kept, which every work group finds for itself; and how
+// many there are in each block of cells.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "orb.glsl"
@@ -26,12 +27,15 @@ void sum_from_behind(uint me) {
 }
 
 void main() {
-    const uint me = gl_LocalInvocationIndex, spacing = uint(push.spacing), capacity = uint(push.capacity);
+    const uint me = gl_LocalInvocationIndex, spacing = uint(push.spacing),
+               capacity = uint(push.capacity);
     if (me == 0) in_this_block = 0;
     sums[me] = me < kDistances ? counts.of_distance[me] : 0;
     sum_from_behind(me);
     // Here and below one invocation finds the border.
-    if (me >= spacing && me <= kDistances && sums[me] <= capacity && (me == spacing || sums[me - 1] > capacity)) min_distance = me;
+    if (me >= spacing && me <= kDistances && sums[me] <= capacity &&
+        (me == spacing || sums[me - 1] > capacity))
+        min_distance = me;
     barrier();
     const uint distance = min_distance, kept_farther = sums[distance];
     barrier();

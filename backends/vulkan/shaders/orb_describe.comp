@@ -1,5 +1,5 @@
-// Stage orb, sections 7 to 9: one work group per feature. An invocation sums one row of the disc and makes 8 bits of the descriptor; some
-// score a neighbour.
+// Stage orb, sections 7 to 9: one work group per feature. An invocation sums one row of the disc
+// and makes 8 bits of the descriptor; some score a neighbour.
 #version 450
 #extension GL_EXT_shader_8bit_storage : require
 #extension GL_EXT_shader_16bit_storage : require
@@ -14,13 +14,17 @@ layout(std430, set = 0, binding = 1) readonly buffer Pyramid { uint8_t pyramid[]
 layout(std430, set = 0, binding = 2) readonly buffer Smoothed { uint16_t smoothed[]; };
 layout(std430, set = 0, binding = 3) readonly buffer Corners { uint corners[]; };
 layout(std430, set = 0, binding = 4) readonly buffer Kept { uint kept_cells[]; };
-layout(std430, set = 0, binding = 5) readonly buffer Patterns { uint patterns[]; };  // for each bin and test: x, y, x, y in 8 bits
+layout(std430, set = 0, binding = 5) readonly buffer Patterns {
+    uint patterns[];
+};  // for each bin and test: x, y, x, y in 8 bits
 layout(std430, set = 0, binding = 6) writeonly buffer Features { Feature features[]; };
 
 const int kRadius = 15, kBins = 32, kTests = 256;
-const int kHalfWidth[kRadius + 1] = int[](15, 15, 15, 15, 14, 14, 14, 13, 13, 12, 11, 10, 9, 8, 6, 3);
-const ivec2 kBinBorder[8] = ivec2[](ivec2(1019, 100), ivec2(980, 297), ivec2(903, 483), ivec2(792, 650), ivec2(650, 792), ivec2(483, 903),
-                                    ivec2(297, 980), ivec2(100, 1019));
+const int kHalfWidth[kRadius + 1] =
+    int[](15, 15, 15, 15, 14, 14, 14, 13, 13, 12, 11, 10, 9, 8, 6, 3);
+const ivec2 kBinBorder[8] =
+    ivec2[](ivec2(1019, 100), ivec2(980, 297), ivec2(903, 483), ivec2(792, 650), ivec2(650, 792),
+            ivec2(483, 903), ivec2(297, 980), ivec2(100, 1019));
 const ivec2 kScored[5] = ivec2[](ivec2(0, 0), ivec2(-1, 0), ivec2(1, 0), ivec2(0, -1), ivec2(0, 1));
 
 shared ivec2 moments[32];
@@ -29,14 +33,16 @@ shared uint bits[32];
 
 int score_at(int at, int stride) {
     int circle[16];
-    for (int i = 0; i < 16; ++i) circle[i] = int(pyramid[at + kCircle[i].y * stride + kCircle[i].x]);
+    for (int i = 0; i < 16; ++i)
+        circle[i] = int(pyramid[at + kCircle[i].y * stride + kCircle[i].x]);
     return corner_score(int(pyramid[at]), circle);
 }
 
 ivec2 moments_of_row(int at, int stride, int dy) {
     const int half_width = kHalfWidth[abs(dy)];
     ivec2 sum = ivec2(0);
-    for (int dx = -half_width; dx <= half_width; ++dx) sum += ivec2(dx, 1) * int(pyramid[at + dy * stride + dx]);
+    for (int dx = -half_width; dx <= half_width; ++dx)
+        sum += ivec2(dx, 1) * int(pyramid[at + dy * stride + dx]);
     return ivec2(sum.x, dy * sum.y);
 }
 
@@ -71,8 +77,10 @@ uint test_bits(int at, int stride, int bin, uint first) {
     uint result = 0;
     for (uint i = 0; i < 8; ++i) {
         const int four = int(patterns[uint(bin * kTests) + first + i]);
-        const int a = smoothed_at(at, stride, bitfieldExtract(four, 0, 8), bitfieldExtract(four, 8, 8));
-        const int b = smoothed_at(at, stride, bitfieldExtract(four, 16, 8), bitfieldExtract(four, 24, 8));
+        const int a =
+            smoothed_at(at, stride, bitfieldExtract(four, 0, 8), bitfieldExtract(four, 8, 8));
+        const int b =
+            smoothed_at(at, stride, bitfieldExtract(four, 16, 8), bitfieldExtract(four, 24, 8));
         result |= a < b ? 1u << i : 0;
     }
     return result;
@@ -102,9 +110,11 @@ void main() {
     barrier();
     const uint feature = gl_WorkGroupID.x;
     if (me < 8)
-        features[feature].descriptor[me] = bits[4 * me] | bits[4 * me + 1] << 8 | bits[4 * me + 2] << 16 | bits[4 * me + 3] << 24;
+        features[feature].descriptor[me] =
+            bits[4 * me] | bits[4 * me + 1] << 8 | bits[4 * me + 2] << 16 | bits[4 * me + 3] << 24;
     if (me != 8) return;
-    const ivec2 beyond = ivec2(peak(scores[1], scores[0], scores[2]), peak(scores[3], scores[0], scores[4]));
+    const ivec2 beyond =
+        ivec2(peak(scores[1], scores[0], scores[2]), peak(scores[3], scores[0], scores[4]));
     const uvec2 fine = uvec2(16 * place + beyond);
     features[feature].x = to_image(fine.x, uint(l));
     features[feature].y = to_image(fine.y, uint(l));

@@ -1,5 +1,6 @@
-// Stage orb, section 5: one invocation per cell looks at rings of cells round its own, until none of the next ring can be nearer. Also
-// counts the corners of each distance, and of each distance and score.
+// Stage orb, section 5: one invocation per cell looks at rings of cells round its own, until none
+// of the next ring can be nearer. Also counts the corners of each distance, and of each distance
+// and score.
 #version 450
 #extension GL_EXT_shader_8bit_storage : require
 #extension GL_GOOGLE_include_directive : require
@@ -13,7 +14,9 @@ layout(std430, set = 0, binding = 3) buffer CountsBuffer { OrbCounts counts; };
 
 const int kMaxRings = 16;  // with the smallest cells
 
-shared uint near_by[(kColumns + 2 * kMaxRings) * (kRows + 2 * kMaxRings)];  // corners of the group's cells and the rings round them
+shared uint
+    near_by[(kColumns + 2 * kMaxRings) *
+            (kRows + 2 * kMaxRings)];  // corners of the group's cells and the rings round them
 shared uint of_distance[kDistances];
 
 // Rings that can hold a corner nearer than the farthest.
@@ -21,19 +24,23 @@ int rings() { return (kFarthest - 2) / push.cell + 1; }
 
 void load_corners(OrbLevel level, int stride) {
     const ivec2 first = ivec2(gl_WorkGroupID.xy) * ivec2(kColumns, kRows) - rings();
-    for (int i = int(gl_LocalInvocationIndex); i < stride * (kRows + 2 * rings()); i += kColumns * kRows) {
+    for (int i = int(gl_LocalInvocationIndex); i < stride * (kRows + 2 * rings());
+         i += kColumns * kRows) {
         const ivec2 cell = first + ivec2(i % stride, i / stride);
-        const bool inside = cell.x >= 0 && cell.y >= 0 && cell.x < level.cells_x && cell.y < level.cells_y;
+        const bool inside =
+            cell.x >= 0 && cell.y >= 0 && cell.x < level.cells_x && cell.y < level.cells_y;
         near_by[i] = inside ? corners[int(level.first_cell) + cell.y * level.cells_x + cell.x] : 0;
     }
 }
 
-// The lesser of the nearest so far and the distance of the corner in the cell that far away, if it is stronger.
+// The lesser of the nearest so far and the distance of the corner in the cell that far away, if it
+// is stronger.
 int nearer(int nearest, int at, int stride, ivec2 to) {
     const uint own = near_by[at], other = near_by[at + to.y * stride + to.x];
     const bool earlier = to.y < 0 || (to.y == 0 && to.x < 0);
     const bool stronger = other >> 16 >= (own >> 16) + (earlier ? 0 : 1);
-    const ivec2 away = abs(push.cell * to + ivec2(other & 255, other >> 8 & 255) - ivec2(own & 255, own >> 8 & 255));
+    const ivec2 away = abs(push.cell * to + ivec2(other & 255, other >> 8 & 255) -
+                           ivec2(own & 255, own >> 8 & 255));
     return stronger ? min(nearest, max(away.x, away.y)) : nearest;
 }
 
@@ -58,7 +65,8 @@ void main() {
     barrier();
     const ivec2 cell = ivec2(gl_GlobalInvocationID.xy);
     if (cell.x < level.cells_x && cell.y < level.cells_y) {
-        const int at = (int(gl_LocalInvocationID.y) + rings()) * stride + int(gl_LocalInvocationID.x) + rings();
+        const int at = (int(gl_LocalInvocationID.y) + rings()) * stride +
+                       int(gl_LocalInvocationID.x) + rings();
         int distance = 0;
         if (near_by[at] != 0) {
             distance = nearest_stronger(at, stride);

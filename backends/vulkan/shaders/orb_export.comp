@@ -1,4 +1,5 @@
-// Stage orb: its images as the optional outputs want them, without gaps. One invocation per pixel, of all levels.
+// Stage orb: its images as the optional outputs want them, without gaps. One invocation per pixel,
+// of all levels.
 #version 450
 #extension GL_EXT_shader_8bit_storage : require
 #extension GL_EXT_shader_16bit_storage : require
@@ -17,7 +18,8 @@ void main() {
     const OrbLevel level = levels[gl_GlobalInvocationID.z];
     const int x = int(gl_GlobalInvocationID.x), y = int(gl_GlobalInvocationID.y);
     if (x >= level.width || y >= level.height) return;
-    const int from = 4 * word_at(level, 0, y) + x, to = int(level.first_pixel) + y * level.width + x;
+    const int from = 4 * word_at(level, 0, y) + x,
+              to = int(level.first_pixel) + y * level.width + x;
     if ((given.exported & 1) != 0) pyramid_out[to] = uint8_t(int(pyramid[from]));
     if ((given.exported & 2) != 0) smoothed_out[to] = uint16_t(int(smoothed[from]));
     if ((given.exported & 4) != 0) scores_out[to] = uint8_t(int(scores[from]));

@@ -18,7 +18,8 @@ shared uint before_block;
 
 void main() {
     const uint me = gl_LocalInvocationIndex;
-    const bvec4 kept = kept_of(int(gl_GlobalInvocationID.x), int(selection.distance), selection.score);
+    const bvec4 kept =
+        kept_of(int(gl_GlobalInvocationID.x), int(selection.distance), selection.score);
     const uint own = uint(kept.x) + uint(kept.y) + uint(kept.z) + uint(kept.w);
     if (me == 0) before_block = 0;
     sums[me] = own;

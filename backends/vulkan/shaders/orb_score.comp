@@ -20,7 +20,8 @@ uvec3 usable_at(int at) { return uvec3(masks[at - 1], masks[at], masks[at + 1]);
 // Of the words of 7 rows.
 ivec4 score(uvec3 rows[kRows]) {
     ivec4 circle[16];
-    for (int i = 0; i < 16; ++i) circle[i] = bytes_from(rows[kRadius + kCircle[i].y], 4 + kCircle[i].x);
+    for (int i = 0; i < 16; ++i)
+        circle[i] = bytes_from(rows[kRadius + kCircle[i].y], 4 + kCircle[i].x);
     return corner_score(bytes_from(rows[kRadius], 4), circle);
 }
 // 0 for pixels with one in the 7 x 7 round them that is not usable.
@@ -42,8 +43,10 @@ void main() {
         return;
     }
     const ivec4 x = 4 * x_word + ivec4(0, 1, 2, 3);
-    const ivec4 between = ivec4(greaterThanEqual(x, ivec4(kBorder))) * ivec4(lessThan(x, ivec4(level.width - kBorder)));
-    uvec3 pixel_rows[kRows], usable_rows[kRows];  // from 3 above to 3 below the row in turn; the last is read in the loop
+    const ivec4 between = ivec4(greaterThanEqual(x, ivec4(kBorder))) *
+                          ivec4(lessThan(x, ivec4(level.width - kBorder)));
+    uvec3 pixel_rows[kRows], usable_rows[kRows];  // from 3 above to 3 below the row in turn; the
+                                                  // last is read in the loop
     for (int i = 0; i < kRows - 1; ++i) {
         const int at = word_at(level, x_word, clamp(first - kRadius + i, 0, level.height - 1));
         pixel_rows[i] = pixels_at(at);

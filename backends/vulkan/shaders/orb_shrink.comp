@@ -1,4 +1,5 @@
-// Stage orb, section 1: a level from the one before it, and its mask; 4 x 4 pixels per invocation, which come from 5 x 5.
+// Stage orb, section 1: a level from the one before it, and its mask; 4 x 4 pixels per invocation,
+// which come from 5 x 5.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "orb.glsl"
@@ -8,7 +9,8 @@ layout(local_size_x = 32, local_size_y = 4) in;
 layout(std430, set = 0, binding = 1) buffer Pyramid { uint pyramid[]; };
 layout(std430, set = 0, binding = 2) buffer Masks { uint masks[]; };
 
-// The words that hold pixels 5 x_word ... 5 x_word + 4 of a row. The last row stands for those behind it, whose pixels nobody keeps.
+// The words that hold pixels 5 x_word ... 5 x_word + 4 of a row. The last row stands for those
+// behind it, whose pixels nobody keeps.
 ivec2 source_words(OrbLevel source, int x_word, int y) {
     const int first = word_at(source, 5 * x_word >> 2, min(y, source.height - 1));
     return ivec2(first, first + 1);
@@ -23,7 +25,8 @@ uvec2 shifted(uint low, uint high, int x_word) {
 ivec4 across(OrbLevel source, int x_word, int y) {
     const ivec2 at = source_words(source, x_word, y);
     const uvec2 words = shifted(pyramid[at.x], pyramid[at.y], x_word);
-    return ivec4(7, 5, 3, 1) * bytes_from(uvec3(words.x, 0, 0), 0) + ivec4(1, 3, 5, 7) * bytes_from(uvec3(words.y, 0, 0), 0);
+    return ivec4(7, 5, 3, 1) * bytes_from(uvec3(words.x, 0, 0), 0) +
+           ivec4(1, 3, 5, 7) * bytes_from(uvec3(words.y, 0, 0), 0);
 }
 uint usable_across(OrbLevel source, int x_word, int y) {
     const ivec2 at = source_words(source, x_word, y);
@@ -38,7 +41,8 @@ void main() {
     ivec4 upper = across(source, x_word, 5 * block);
     for (int phase = 0; phase < 4 && 4 * block + phase < level.height; ++phase) {
         const ivec4 lower = across(source, x_word, 5 * block + phase + 1);
-        pyramid[word_at(level, x_word, 4 * block + phase)] = packed(((7 - 2 * phase) * upper + (1 + 2 * phase) * lower + 32) >> 6);
+        pyramid[word_at(level, x_word, 4 * block + phase)] =
+            packed(((7 - 2 * phase) * upper + (1 + 2 * phase) * lower + 32) >> 6);
         upper = lower;
     }
     if (given.mask == 0) return;

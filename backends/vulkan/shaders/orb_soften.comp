@@ -1,4 +1,5 @@
-// Stage orb, section 1: level 0, 4 x 4 pixels per invocation; and the mask in the same shape, a byte 0 or 255.
+// Stage orb, section 1: level 0, 4 x 4 pixels per invocation; and the mask in the same shape, a
+// byte 0 or 255.
 #version 450
 #extension GL_EXT_shader_8bit_storage : require
 #extension GL_GOOGLE_include_directive : require
@@ -17,12 +18,14 @@ ivec4 across(OrbLevel level, int x, int y) {
     const int row = row_of(level, y);
     int p[6];
     for (int i = 0; i < 6; ++i) p[i] = int(gray[row + clamp(x - 1 + i, 0, level.width - 1)]);
-    return ivec4(p[0], p[1], p[2], p[3]) + 2 * ivec4(p[1], p[2], p[3], p[4]) + ivec4(p[2], p[3], p[4], p[5]);
+    return ivec4(p[0], p[1], p[2], p[3]) + 2 * ivec4(p[1], p[2], p[3], p[4]) +
+           ivec4(p[2], p[3], p[4], p[5]);
 }
 
 uint usable(OrbLevel level, int x, int y) {
     ivec4 bytes;
-    for (int i = 0; i < 4; ++i) bytes[i] = int(mask[row_of(level, y) + min(x + i, level.width - 1)]) != 0 ? 255 : 0;
+    for (int i = 0; i < 4; ++i)
+        bytes[i] = int(mask[row_of(level, y) + min(x + i, level.width - 1)]) != 0 ? 255 : 0;
     return packed(bytes);
 }
 

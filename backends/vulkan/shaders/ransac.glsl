@@ -9,4 +9,6 @@ const float kKeptWeight = 0.8;
 const float kMinThreshold = 1.0;  // mm
 const uint kNone = 0xffffffffu;
 
-float weight_at(float distance, float threshold) { return distance > threshold ? threshold / distance : 1.0; }
+float weight_at(float distance, float threshold) {
+    return distance > threshold ? threshold / distance : 1.0;
+}

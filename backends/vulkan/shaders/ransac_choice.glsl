@@ -13,9 +13,12 @@ uint best_reference() {
 }
 
 // The support that a reference needs to be accepted.
-uint needed_support(uint best) { return max(push.min_support + frame.pairs / 32, hypotheses[best].support / 4); }
+uint needed_support(uint best) {
+    return max(push.min_support + frame.pairs / 32, hypotheses[best].support / 4);
+}
 
 mat3 rotation_of(uint k) {
-    return mat3(hypotheses[k].rotation[0].xyz, hypotheses[k].rotation[1].xyz, hypotheses[k].rotation[2].xyz);
+    return mat3(hypotheses[k].rotation[0].xyz, hypotheses[k].rotation[1].xyz,
+                hypotheses[k].rotation[2].xyz);
 }
 float length_of(vec3 d) { return sqrt(d.x * d.x + d.y * d.y + d.z * d.z); }

@@ -24,7 +24,8 @@ uint64_t random_bits(uint64_t seed, uint counter) {
 // Which pair reference k is: one from each of as many equal stretches.
 uint reference_index(uint k) {
     const uint64_t seed = (uint64_t(push.seed_high) << 32) | uint64_t(push.seed_low);
-    const uint first = k * frame.pairs / frame.references, last = (k + 1) * frame.pairs / frame.references;
+    const uint first = k * frame.pairs / frame.references,
+               last = (k + 1) * frame.pairs / frame.references;
     return first + uint(((random_bits(seed, k) >> 32) * uint64_t(last - first)) >> 32);
 }
 
@@ -51,8 +52,9 @@ void main() {
         sum = sum_over_group(sum, me);
         if (me == 0) {
             if (last)
-                hypotheses[k] = RansacHypothesis(vec4[3](vec4(rotation[0], 0), vec4(rotation[1], 0), vec4(rotation[2], 0)), origin,
-                                           uint(sum[0].x), uint[2](0, 0));
+                hypotheses[k] = RansacHypothesis(
+                    vec4[3](vec4(rotation[0], 0), vec4(rotation[1], 0), vec4(rotation[2], 0)),
+                    origin, uint(sum[0].x), uint[2](0, 0));
             else
                 rotation = nearest_rotation(sum);
         }

@@ -8,7 +8,9 @@ layout(std430, set = 0, binding = 0) readonly buffer Landmarks { Landmark landma
 layout(std430, set = 0, binding = 1) readonly buffer Matches { Match matches[]; };
 layout(std430, set = 0, binding = 2) writeonly buffer From { vec4 from[]; };
 layout(std430, set = 0, binding = 3) buffer To { vec4 to[]; };
-layout(std430, set = 0, binding = 4) writeonly buffer PairOf { uint pair_of[]; };  // by landmark; kNone: takes no part
+layout(std430, set = 0, binding = 4) writeonly buffer PairOf {
+    uint pair_of[];
+};  // by landmark; kNone: takes no part
 layout(std430, set = 0, binding = 5) writeonly buffer FrameBuffer { RansacFrame frame; };
 
 shared uint counts[1024];
@@ -18,7 +20,8 @@ bool usable(float position[3]) {
     return abs(position[0]) < 1e6 && abs(position[1]) < 1e6 && abs(position[2]) < 1e6;
 }
 bool takes_part(uint i) {
-    return matches[i].feature >= 0 && matches[i].weight > 0.0 && usable(landmarks[i].position) && usable(matches[i].position);
+    return matches[i].feature >= 0 && matches[i].weight > 0.0 && usable(landmarks[i].position) &&
+           usable(matches[i].position);
 }
 vec3 vector(float v[3]) { return vec3(v[0], v[1], v[2]); }
 
@@ -70,6 +73,7 @@ void main() {
     }
     const float mean = sum_over_group(vec4(squares, 0, 0, 0), me).x / float(max(pairs, 1));
     if (me != 0) return;
-    const float threshold = push.threshold_mm > 0.0 ? push.threshold_mm : max(kMinThreshold, 0.1 * sqrt(mean));
+    const float threshold =
+        push.threshold_mm > 0.0 ? push.threshold_mm : max(kMinThreshold, 0.1 * sqrt(mean));
     frame = RansacFrame(pairs, min(push.references, pairs), threshold, 0);
 }

@@ -21,7 +21,8 @@ void main() {
             if (hypotheses[k].support < needed) continue;
             const uint origin = hypotheses[k].origin;
             const vec3 a = from[pair].xyz - from[origin].xyz, b = to[pair].xyz - to[origin].xyz;
-            weight = max(weight, weight_at(length_of(b - turned(rotation_of(k), a)), frame.threshold));
+            weight =
+                max(weight, weight_at(length_of(b - turned(rotation_of(k), a)), frame.threshold));
         }
     }
     Match match = matches[i];

@@ -1,4 +1,5 @@
-// Stage ransac: the best reference's motion, fitted to the matches that follow it, and the summary. One work group.
+// Stage ransac: the best reference's motion, fitted to the matches that follow it, and the summary.
+// One work group.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "ransac.glsl"
@@ -22,8 +23,10 @@ void main() {
     const bool accepted = frame.references > 0 && hypotheses[best].support >= needed;
 
     mat3 counts = mat3(0.0);
-    for (uint i = me; i < push.landmarks; i += kSize) counts[0].x += weighted[i].weight > 0.5 ? 1.0 : 0.0;
-    for (uint k = me; k < frame.references; k += kSize) counts[0].y += hypotheses[k].support >= needed ? 1.0 : 0.0;
+    for (uint i = me; i < push.landmarks; i += kSize)
+        counts[0].x += weighted[i].weight > 0.5 ? 1.0 : 0.0;
+    for (uint k = me; k < frame.references; k += kSize)
+        counts[0].y += hypotheses[k].support >= needed ? 1.0 : 0.0;
     counts = sum_over_group(counts, me);
     if (me == 0) {
         rotation = accepted ? rotation_of(best) : mat3(1.0);
@@ -34,7 +37,8 @@ void main() {
 
     float support = 0.0;
     for (int round = 0; accepted && round <= kRefinements; ++round) {
-        // Means first, then moments about them: in single precision moments about 0 lose what they are to tell.
+        // Means first, then moments about them: in single precision moments about 0 lose what they
+        // are to tell.
         mat3 mean = mat3(0.0);
         for (uint i = me; i < pairs; i += kSize) {
             const vec3 a = from[i].xyz, b = to[i].xyz;
@@ -48,7 +52,8 @@ void main() {
         mat3 moments = mat3(0.0);
         for (uint i = me; i < pairs; i += kSize) {
             const vec3 a = from[i].xyz, b = to[i].xyz;
-            if (length_of(b - turned(rotation, a) - translation) < frame.threshold) moments += moment(1.0, b - b0, a - a0);
+            if (length_of(b - turned(rotation, a) - translation) < frame.threshold)
+                moments += moment(1.0, b - b0, a - a0);
         }
         moments = sum_over_group(moments, me);
         if (me == 0) {
@@ -58,8 +63,9 @@ void main() {
         barrier();
     }
     if (me != 0) return;
-    summary = RansacSummary(int(pairs), frame.references > 0 ? int(counts[0].y) : 0, int(counts[0].x), int(support),
-                            float[9](rotation[0].x, rotation[0].y, rotation[0].z, rotation[1].x, rotation[1].y, rotation[1].z,
-                                     rotation[2].x, rotation[2].y, rotation[2].z),
-                            float[3](translation.x, translation.y, translation.z));
+    summary = RansacSummary(
+        int(pairs), frame.references > 0 ? int(counts[0].y) : 0, int(counts[0].x), int(support),
+        float[9](rotation[0].x, rotation[0].y, rotation[0].z, rotation[1].x, rotation[1].y,
+                 rotation[1].z, rotation[2].x, rotation[2].y, rotation[2].z),
+        float[3](translation.x, translation.y, translation.z));
 }

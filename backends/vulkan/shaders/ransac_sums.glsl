@@ -1,5 +1,5 @@
-// Sums of 3x3 matrices over a work group of kSize invocations in a fixed tree. Vectors instead of loops over nine numbers: loops count
-// (docs/vulkan.md).
+// Sums of 3x3 matrices over a work group of kSize invocations in a fixed tree. Vectors instead of
+// loops over nine numbers: loops count (docs/vulkan.md).
 layout(local_size_x_id = 0) in;
 layout(constant_id = 0) const uint kSize = 64;  // a power of two, at most 512
 
@@ -25,4 +25,6 @@ mat3 sum_over_group(mat3 own, uint me) {
 }
 
 // weight b a^T, row by row.
-mat3 moment(float weight, vec3 b, vec3 a) { return mat3(weight * b.x * a, weight * b.y * a, weight * b.z * a); }
+mat3 moment(float weight, vec3 b, vec3 a) {
+    return mat3(weight * b.x * a, weight * b.y * a, weight * b.z * a);
+}

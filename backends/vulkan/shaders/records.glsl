@@ -1,4 +1,5 @@
-// The records of defrec_c.h. All members are scalars of 4 bytes, so that std430 lays them out as C does.
+// The records of defrec_c.h. All members are scalars of 4 bytes, so that std430 lays them out as C
+// does.
 struct Feature {  // defrec_feature
     int x, y;
     uint level_angle;  // level in the low, angle in the high 16 bits

@@ -7,4 +7,5 @@ layout(push_constant) uniform Push {
 };
 
 // Of a pixel's state.
-const int kCovered = 1, kSaturated = 2, kNear = 4;  // kNear: a saturated pixel of its row lies within the radius
+const int kCovered = 1, kSaturated = 2,
+          kNear = 4;  // kNear: a saturated pixel of its row lies within the radius

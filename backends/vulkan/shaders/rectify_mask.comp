@@ -12,7 +12,9 @@ void main() {
     const int x = int(gl_GlobalInvocationID.x), y = int(gl_GlobalInvocationID.y);
     if (x >= push.width || y >= push.height) return;
     int seen = 0;
-    for (int v = max(y - push.highlight_radius, 0); v <= min(y + push.highlight_radius, push.height - 1); ++v) seen |= int(state[v * push.width + x]);
+    for (int v = max(y - push.highlight_radius, 0);
+         v <= min(y + push.highlight_radius, push.height - 1); ++v)
+        seen |= int(state[v * push.width + x]);
     const bool usable = (int(state[y * push.width + x]) & kCovered) != 0 && (seen & kNear) == 0;
     mask[y * push.stride + x] = uint8_t(usable ? 255 : 0);
 }

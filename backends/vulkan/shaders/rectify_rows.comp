@@ -13,6 +13,8 @@ void main() {
     if (x >= push.width || y >= push.height) return;
     const int row = y * push.width;
     int seen = 0;
-    for (int u = max(x - push.highlight_radius, 0); u <= min(x + push.highlight_radius, push.width - 1); ++u) seen |= int(state[row + u]);
+    for (int u = max(x - push.highlight_radius, 0);
+         u <= min(x + push.highlight_radius, push.width - 1); ++u)
+        seen |= int(state[row + u]);
     next[row + x] = uint8_t(int(state[row + x]) | ((seen & kSaturated) != 0 ? kNear : 0));
 }

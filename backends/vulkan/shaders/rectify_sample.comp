@@ -1,4 +1,5 @@
-// Stage rectify, sections 1 and 2: gray and sampling, one invocation per pixel of the result. Sets kCovered and kSaturated of its state.
+// Stage rectify, sections 1 and 2: gray and sampling, one invocation per pixel of the result. Sets
+// kCovered and kSaturated of its state.
 #version 450
 #extension GL_EXT_shader_8bit_storage : require
 #extension GL_GOOGLE_include_directive : require
@@ -34,7 +35,8 @@ void main() {
         const int right = min(i + 1, last.x), below = min(j + 1, last.y);
         if (given.map != 0) {
             const int top = (kMapOne - a) * source_gray(i, j) + a * source_gray(right, j);
-            const int bottom = (kMapOne - a) * source_gray(i, below) + a * source_gray(right, below);
+            const int bottom =
+                (kMapOne - a) * source_gray(i, below) + a * source_gray(right, below);
             value = ((kMapOne - b) * top + b * bottom + 8192) >> 14;
         } else {
             value = source_gray(i, j);
@@ -42,7 +44,9 @@ void main() {
         bool covered = true;
         if (given.ignore != 0) {
             covered = !ignored(i, j);
-            if (given.map != 0) covered = covered && !ignored(right, j) && !ignored(i, below) && !ignored(right, below);
+            if (given.map != 0)
+                covered =
+                    covered && !ignored(right, j) && !ignored(i, below) && !ignored(right, below);
         }
         found = (covered ? kCovered : 0) | (value >= push.saturation ? kSaturated : 0);
     }

@@ -1,4 +1,5 @@
-// What the shaders of stage stereo share. The sections they name are those of docs/stages/stereo.md.
+// What the shaders of stage stereo share. The sections they name are those of
+// docs/stages/stereo.md.
 #include "backends/stages/stereo.hpp"
 #include "stereo_push.h"
 layout(push_constant) uniform Push {

@@ -1,4 +1,5 @@
-// Stage stereo, section 4: which winners are disparities. stereo_statistics.comp has looked at the left pixels.
+// Stage stereo, section 4: which winners are disparities. stereo_statistics.comp has looked at the
+// left pixels.
 #version 450
 #extension GL_EXT_shader_8bit_storage : require
 #extension GL_EXT_shader_16bit_storage : require

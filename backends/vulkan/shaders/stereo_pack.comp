@@ -1,4 +1,5 @@
-// A half image as the search of stage stereo reads it: in a word four pixels of a column, minus 128, from row 4 q - radius on; 0 outside.
+// A half image as the search of stage stereo reads it: in a word four pixels of a column, minus
+// 128, from row 4 q - radius on; 0 outside.
 #version 450
 #extension GL_EXT_shader_8bit_storage : require
 #extension GL_EXT_shader_16bit_storage : require
@@ -17,7 +18,8 @@ void main() {
     int word = 0;
     for (int k = 0; k < 4; ++k) {
         const int y = 4 * q - kRadius + k;
-        if (y >= 0 && y < push.half_height) word |= ((int(gray[y * push.half_width + x]) - 128) & 255) << (8 * k);
+        if (y >= 0 && y < push.half_height)
+            word |= ((int(gray[y * push.half_width + x]) - 128) & 255) << (8 * k);
     }
     words[q * push.half_width + x] = word;
 }

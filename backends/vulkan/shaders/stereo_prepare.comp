@@ -1,4 +1,5 @@
-// Stage stereo, sections 1 and 2: one image inpainted and halved, with its mask. A work group per tile of 32 x 32 pixels.
+// Stage stereo, sections 1 and 2: one image inpainted and halved, with its mask. A work group per
+// tile of 32 x 32 pixels.
 #version 450
 #extension GL_EXT_shader_8bit_storage : require
 #extension GL_EXT_shader_16bit_storage : require
@@ -19,7 +20,9 @@ const int kOne = 1 << 20;  // a cell counts its pixel above the sum of grays
 shared int any_masked;
 shared int inpainted[kTile][kTile];  // -1 - gray where masked
 
-bool inside(ivec2 at) { return all(greaterThanEqual(at, ivec2(0))) && at.x < push.width && at.y < push.height; }
+bool inside(ivec2 at) {
+    return all(greaterThanEqual(at, ivec2(0))) && at.x < push.width && at.y < push.height;
+}
 bool usable(ivec2 at) { return given.mask == 0 || int(mask[at.y * push.stride + at.x]) != 0; }
 int source_gray(ivec2 at) { return int(source[at.y * push.stride + at.x]); }
 int cell(ivec2 at) { return inside(at) && usable(at) ? kOne + source_gray(at) : 0; }

@@ -1,6 +1,8 @@
-// Stage stereo, section 3: the search. A work group has a tile of 32 x 32 left pixels and goes through the disparities in groups of four.
-// First its invocations sum the products of a disparity along the columns of the windows; then each adds up the columns for 8 pixels of
-// a row and scores them. The right pixels that these 8 meet move on by one from disparity to disparity, and so do their best keys.
+// Stage stereo, section 3: the search. A work group has a tile of 32 x 32 left pixels and goes
+// through the disparities in groups of four. First its invocations sum the products of a disparity
+// along the columns of the windows; then each adds up the columns for 8 pixels of a row and scores
+// them. The right pixels that these 8 meet move on by one from disparity to disparity, and so do
+// their best keys.
 #version 450
 #extension GL_EXT_shader_8bit_storage : require
 #extension GL_EXT_shader_16bit_storage : require
@@ -10,7 +12,9 @@
 layout(local_size_x = 32, local_size_y = 5) in;  // the last row only helps with the columns
 
 layout(constant_id = 0) const int kRadius = 4;
-layout(std430, set = 0, binding = 0) readonly buffer LeftWords { int left_words[]; };  // stereo_pack.comp
+layout(std430, set = 0, binding = 0) readonly buffer LeftWords {
+    int left_words[];
+};  // stereo_pack.comp
 layout(std430, set = 0, binding = 1) readonly buffer RightWords { int right_words[]; };
 layout(std430, set = 0, binding = 2) readonly buffer LeftStatistics { vec2 left_statistics[]; };
 layout(std430, set = 0, binding = 3) readonly buffer RightStatistics { vec2 right_statistics[]; };
@@ -36,9 +40,11 @@ ivec4 products(int q, int x, int d) {
 }
 
 void sum_columns(int group) {
-    const int x0 = int(gl_WorkGroupID.x) * kTile - kRadius, q0 = int(gl_WorkGroupID.y) * (kTile / 4);
+    const int x0 = int(gl_WorkGroupID.x) * kTile - kRadius,
+              q0 = int(gl_WorkGroupID.y) * (kTile / 4);
     for (int i = int(gl_LocalInvocationIndex); i < kGroup * kColumns; i += kInvocations) {
-        const int k = i / kColumns, column = i % kColumns, x = x0 + column, d = push.first + group * kGroup + k;
+        const int k = i / kColumns, column = i % kColumns, x = x0 + column,
+                  d = push.first + group * kGroup + k;
         ivec4 inside[kKept];  // products of the rows that are in the window, the oldest first
         int sum = 0;
         for (int q = 0; q < kKept; ++q) {
@@ -77,14 +83,18 @@ void sum_windows(int k, out ivec4 sums[kQuads]) {
 }
 
 vec2 right_statistics_at(int x, int y) {
-    return x >= 0 && x < push.half_width && y < push.half_height ? right_statistics[y * push.half_width + x] : vec2(0.0);
+    return x >= 0 && x < push.half_width && y < push.half_height
+               ? right_statistics[y * push.half_width + x]
+               : vec2(0.0);
 }
 
 void offer_right(int x, int y, int key) {
-    if (key > 0 && x >= 0 && x < push.half_width && y < push.half_height) atomicMax(right_keys[y * push.half_width + x], key);
+    if (key > 0 && x >= 0 && x < push.half_width && y < push.half_height)
+        atomicMax(right_keys[y * push.half_width + x], key);
 }
 
-ivec4 scored(vec4 sums, vec4 left_mean, vec4 left_root, vec4 right_sum, vec4 right_root, int index) {
+ivec4 scored(vec4 sums, vec4 left_mean, vec4 left_root, vec4 right_sum, vec4 right_root,
+             int index) {
     precise const vec4 expected = left_mean * right_sum;
     precise const vec4 covariance = sums - expected;
     precise const vec4 roots = left_root * right_root;
@@ -94,18 +104,23 @@ ivec4 scored(vec4 sums, vec4 left_mean, vec4 left_root, vec4 right_sum, vec4 rig
 
 void main() {
     const bool scores = gl_LocalInvocationID.y < kTile / kRun;
-    const ivec2 first = ivec2(gl_WorkGroupID.xy) * kTile + ivec2(kRun * gl_LocalInvocationID.y, gl_LocalInvocationID.x);
+    const ivec2 first = ivec2(gl_WorkGroupID.xy) * kTile +
+                        ivec2(kRun * gl_LocalInvocationID.y, gl_LocalInvocationID.x);
     const int y = first.y, groups = (push.count + kGroup - 1) / kGroup;
 
     vec4 left_mean[kQuads], left_root[kQuads];
-    vec4 right_sum[kQuads], right_root[kQuads];  // of the right pixels that the disparity before the next meets
+    vec4 right_sum[kQuads],
+        right_root[kQuads];  // of the right pixels that the disparity before the next meets
     ivec4 right_best[kQuads];
     ivec4 winner[kQuads], second[kQuads];
-    ivec4 best[kQuads], last_best[kQuads], before[kQuads];  // keys of this group, the last one, and all before that
+    ivec4 best[kQuads], last_best[kQuads],
+        before[kQuads];  // keys of this group, the last one, and all before that
     for (int v = 0; v < kQuads; ++v) {
         for (int m = 0; m < 4; ++m) {
             const int x = first.x + 4 * v + m;
-            const vec2 left = x < push.half_width && y < push.half_height ? left_statistics[y * push.half_width + x] : vec2(0.0);
+            const vec2 left = x < push.half_width && y < push.half_height
+                                  ? left_statistics[y * push.half_width + x]
+                                  : vec2(0.0);
             const vec2 right = right_statistics_at(x - push.first + 1, y);
             left_mean[v][m] = left.x;
             left_root[v][m] = left.y;
@@ -136,7 +151,8 @@ void main() {
                     right_best[v] = ivec4(right_key, right_best[v].xyz);
                     right = leaving;
                     right_key = leaving_key;
-                    const ivec4 key = scored(vec4(sums[v]), left_mean[v], left_root[v], right_sum[v], right_root[v], index);
+                    const ivec4 key = scored(vec4(sums[v]), left_mean[v], left_root[v],
+                                             right_sum[v], right_root[v], index);
                     best[v] = max(best[v], key);
                     right_best[v] = max(right_best[v], key);
                 }

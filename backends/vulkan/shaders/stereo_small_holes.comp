@@ -12,9 +12,12 @@ layout(std430, set = 0, binding = 0) readonly buffer Evidence { int16_t evidence
 layout(std430, set = 0, binding = 1) readonly buffer Hypothesis { int16_t hypothesis[]; };
 layout(std430, set = 0, binding = 2) readonly buffer Confidence { uint8_t confidence[]; };
 layout(std430, set = 0, binding = 3) writeonly buffer Filled { int16_t filled[]; };
-layout(std430, set = 0, binding = 4) writeonly buffer GivenConfidence { uint8_t given_confidence[]; };
+layout(std430, set = 0, binding = 4) writeonly buffer GivenConfidence {
+    uint8_t given_confidence[];
+};
 
-const int kOne = 1 << 16;  // a cell counts its pixel above the sum of differences, which are at most 16
+const int kOne =
+    1 << 16;  // a cell counts its pixel above the sum of differences, which are at most 16
 
 int cell(ivec2 at) {
     if (any(lessThan(at, ivec2(0))) || at.x >= push.width || at.y >= push.height) return 0;

@@ -1,4 +1,5 @@
-// Stage stereo, smoothing of section 6: along rows, then along columns. A work group per tile of 32 x 32 pixels.
+// Stage stereo, smoothing of section 6: along rows, then along columns. A work group per tile of 32
+// x 32 pixels.
 #version 450
 #extension GL_EXT_shader_16bit_storage : require
 #extension GL_GOOGLE_include_directive : require
@@ -13,7 +14,8 @@ layout(std430, set = 0, binding = 1) writeonly buffer To { int16_t to[]; };
 layout(push_constant) uniform Push { SmoothSize push; };
 
 const int kTile = 32, kSide = kTile + 2 * kRadius, kInvocations = 160;
-const int kRun = 8, kReach = kRun + 2 * kRadius;  // pixels that an invocation smooths along a line, and these with their neighbours
+const int kRun = 8, kReach = kRun + 2 * kRadius;  // pixels that an invocation smooths along a line,
+                                                  // and these with their neighbours
 const int kReciprocal[8] = int[](0, 32767, 16384, 10923, 8192, 6554, 5461, 4681);
 
 shared int cells[kSide][kSide + 1];
@@ -30,7 +32,8 @@ void smooth_run(int line[kReach], out int result[kRun]) {
             sum += near ? difference : 0;
             n += near ? 1 : 0;
         }
-        result[i] = centre == kNoDisparity ? kNoDisparity : centre + ((sum * kReciprocal[n] + (1 << 14)) >> 15);
+        result[i] = centre == kNoDisparity ? kNoDisparity
+                                           : centre + ((sum * kReciprocal[n] + (1 << 14)) >> 15);
     }
 }
 

@@ -20,7 +20,8 @@ void main() {
     const ivec2 tile = ivec2(gl_WorkGroupID.xy) * kTile;
     const int me = int(gl_LocalInvocationIndex);
     for (int i = me; i < kSide * kSide; i += kInvocations) {
-        const ivec2 at = clamp(tile - kRadius + ivec2(i % kSide, i / kSide), ivec2(0), ivec2(push.half_width, push.half_height) - 1);
+        const ivec2 at = clamp(tile - kRadius + ivec2(i % kSide, i / kSide), ivec2(0),
+                               ivec2(push.half_width, push.half_height) - 1);
         cells[i / kSide][i % kSide] = int(dense[at.y * push.half_width + at.x]);
     }
     barrier();

@@ -1,5 +1,5 @@
-// Stage stereo, section 3: what a score needs to know of each window of a half image. Of the left image also the first checks of section 4;
-// for the right one the winners' keys are cleared.
+// Stage stereo, section 3: what a score needs to know of each window of a half image. Of the left
+// image also the first checks of section 4; for the right one the winners' keys are cleared.
 #version 450
 #extension GL_EXT_shader_8bit_storage : require
 #extension GL_EXT_shader_16bit_storage : require
@@ -11,14 +11,17 @@ layout(constant_id = 0) const int kRadius = 4;
 #include "stereo_windows.glsl"
 layout(constant_id = 1) const bool kRight = false;
 layout(std430, set = 0, binding = 0) readonly buffer Gray { uint8_t gray[]; };
-layout(std430, set = 0, binding = 1) writeonly buffer Statistics { vec2 statistics[]; };  // mean, or right sum; root of the variance
+layout(std430, set = 0, binding = 1) writeonly buffer Statistics {
+    vec2 statistics[];
+};  // mean, or right sum; root of the variance
 layout(std430, set = 0, binding = 2) buffer LeftUsable { uint8_t left_usable[]; };
 layout(std430, set = 0, binding = 3) writeonly buffer RightKeys { int right_keys[]; };
 
 int power = 1;
 
 int cell(ivec2 at) {
-    if (any(lessThan(at, ivec2(0))) || at.x >= push.half_width || at.y >= push.half_height) return 0;
+    if (any(lessThan(at, ivec2(0))) || at.x >= push.half_width || at.y >= push.half_height)
+        return 0;
     const int value = int(gray[at.y * push.half_width + at.x]) - 128;
     return power == 1 ? value : value * value;
 }

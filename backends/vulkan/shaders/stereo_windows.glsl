@@ -1,5 +1,5 @@
-// Sums over the square windows of a tile of 32 x 32 pixels, of the radius kRadius: along rows into shared memory, then each invocation
-// runs down 8 pixels of a column.
+// Sums over the square windows of a tile of 32 x 32 pixels, of the radius kRadius: along rows into
+// shared memory, then each invocation runs down 8 pixels of a column.
 layout(local_size_x = 32, local_size_y = 4) in;
 
 const int kTile = 32, kInvocations = 128, kRun = 8;
@@ -26,7 +26,8 @@ void sum_run(int line[kReach], out int sums[kRun]) {
 void sum_windows(out int sums[kRun]) {
     const ivec2 first = ivec2(gl_WorkGroupID.xy) * kTile - kRadius;
     const int me = int(gl_LocalInvocationIndex);
-    for (int i = me; i < kSide * kSide; i += kInvocations) cells[i / kSide][i % kSide] = cell(first + ivec2(i % kSide, i / kSide));
+    for (int i = me; i < kSide * kSide; i += kInvocations)
+        cells[i / kSide][i % kSide] = cell(first + ivec2(i % kSide, i / kSide));
     barrier();
     int line[kReach];
     for (int i = me; i < kSide * (kTile / kRun); i += kInvocations) {
@@ -42,4 +43,7 @@ void sum_windows(out int sums[kRun]) {
 }
 
 // The first of the invocation's pixels.
-ivec2 first_of_run() { return ivec2(gl_WorkGroupID.xy) * kTile + ivec2(gl_LocalInvocationID.x, kRun * gl_LocalInvocationID.y); }
+ivec2 first_of_run() {
+    return ivec2(gl_WorkGroupID.xy) * kTile +
+           ivec2(gl_LocalInvocationID.x, kRun * gl_LocalInvocationID.y);
+}

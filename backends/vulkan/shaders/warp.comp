@@ -20,7 +20,8 @@ layout(push_constant) uniform Push {
     DisparityGrid image;
 };
 
-const uint kObserved = 0, kNoDepth = 1, kOccluded = 2, kOutside = 3, kInconsistent = 4;  // DEFREC_OBSERVED ...
+const uint kObserved = 0, kNoDepth = 1, kOccluded = 2, kOutside = 3,
+           kInconsistent = 4;  // DEFREC_OBSERVED ...
 
 uint observe(vec3 position, vec3 normal, out float residual) {
     residual = 0.0;
@@ -40,7 +41,8 @@ void main() {
     DualQuaternion moved_by[4];
     for (int k = 0; k < 4; ++k) moved_by[k] = usable_motion(motions[points[i].node[k]]);
     const DualQuaternion motion = blend(moved_by, points[i].weight);
-    const vec3 position = apply(motion, load3(points[i].position)), normal = rotate(motion, load3(points[i].normal));
+    const vec3 position = apply(motion, load3(points[i].position)),
+               normal = rotate(motion, load3(points[i].normal));
     float residual;
     const uint observation = observe(position, normal, residual);
     samples[i] = SurfaceSample(store3(position), store3(normal), residual, observation);
