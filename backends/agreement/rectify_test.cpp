@@ -90,9 +90,11 @@ TEST_CASE("without a saturation limit no highlight is masked") {
     if (!under_test::available()) return;
     const test::TestHost host;
     Input input = random_input(DEFREC_FORMAT_GRAY8, 100, 50, 0, false, false);
-    input.params.saturation = 256;
-    const auto result = run(*under_test::make_rectify(input.params, host.host()), input);
-    CHECK(std::count(result.begin() + 5000, result.end(), 255) == 5000);
+    for (const uint32_t saturation : {256u, UINT32_MAX}) {
+        input.params.saturation = saturation;
+        const auto result = run(*under_test::make_rectify(input.params, host.host()), input);
+        CHECK(std::count(result.begin() + 5000, result.end(), 255) == 5000);
+    }
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 // docs/stages/rectify.md. Shaders include this file as well, for the part outside __cplusplus.
 #ifdef __cplusplus
 #pragma once
+#include <algorithm>
+
 #include "backends/stages/contract.hpp"
 
 namespace defrec {
@@ -24,7 +26,7 @@ constexpr RectifyConstants constants_of(const defrec_rectify_params& p) {
             .source_width = int(p.source_width),
             .source_height = int(p.source_height),
             .source_stride = int(p.source_stride),
-            .saturation = int(p.saturation),
+            .saturation = int(std::min(p.saturation, 256u)),  // from 256 on no pixel is saturated
             .highlight_radius = int(p.highlight_radius)};
 }
 

@@ -55,7 +55,9 @@ TEST_CASE("warp and align refuse more than a dispatch has work groups for") {
     defrec_align_params a{};
     a.width = a.stride = 64;
     a.height = 48;
-    a.views = a.patch_radius = a.search_radius = 1;
+    a.patch_radius = a.search_radius = 1;
+    a.camera = {100, 100, 32, 24, 5};
+    fill_defaults(a);
     a.patches = uint32_t(maximum);
     CHECK(refusal([&] { vulkan::make_align(a, under_test::device()); }) == "");
     ++a.patches;

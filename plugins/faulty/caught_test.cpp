@@ -27,7 +27,7 @@ const std::vector<Expected> kExpected = {
     // rectify
     {"rectify_rounds_down", "stage/rectify/other_size", "gray at", {"stage/rectify/bgr"}},
     {"rectify_highlight_radius_short",
-     "stage/rectify/highlight_radius_1",
+     "stage/rectify/highlight_radius_16",
      "mask at",
      {"stage/rectify/no_saturation"}},
     {"writes_one_byte_past_end",

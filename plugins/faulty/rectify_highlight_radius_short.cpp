@@ -9,7 +9,7 @@ class Wrong final : public Right<defrec_rectify_params> {
 
   private:
     static Params shortened(Params params) {
-        if (params.highlight_radius > 0) --params.highlight_radius;
+        if (params.highlight_radius > 1) --params.highlight_radius;
         return params;
     }
 };

@@ -1,4 +1,4 @@
-// The exported functions for contexts, rigs and stages: check, catch, forward. api_tracking.cpp has
+// The exported functions for contexts, rigs and stages: check, catch, forward. tracking.cpp has
 // the rest.
 #include <limits>
 

@@ -1,5 +1,5 @@
 // What a tracker's functions answer to bad frames and handles, with the reference backend and small
-// images. Tracking itself: tracker_test.cpp.
+// images. Tracking itself: sdk/tracking/tracker_test.cpp.
 #include <doctest/doctest.h>
 #include <unistd.h>
 

@@ -16,7 +16,7 @@
 
 namespace defrec {
 
-class LoadedPlugin;  // plugin_loader.hpp
+class LoadedPlugin;  // sdk/plugin/loader.hpp
 class Services;      // services.hpp
 
 class Device {

@@ -1,4 +1,4 @@
-// See plugin_host.hpp.
+// See host.hpp.
 #include "sdk/plugin/host.hpp"
 
 #include "sdk/base/status.hpp"

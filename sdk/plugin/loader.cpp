@@ -1,4 +1,4 @@
-// See plugin_loader.hpp. Everything that a manifest or a table claims is checked before it is used.
+// See loader.hpp. Everything that a manifest or a table claims is checked before it is used.
 #include "sdk/plugin/loader.hpp"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// See plugin_manifest.hpp. yaml-cpp reads the JSON as events, so that no document is built that
+// See manifest.hpp. yaml-cpp reads the JSON as events, so that no document is built that
 // could be deep or large.
 #include "sdk/plugin/manifest.hpp"
 

@@ -1,4 +1,4 @@
-// See plugin_search.hpp.
+// See search.hpp.
 #include "sdk/plugin/search.hpp"
 
 #include <algorithm>

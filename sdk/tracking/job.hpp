@@ -23,7 +23,7 @@ enum class JobPhase { kFree, kQueued, kRunning, kEnding, kDone };
 
 class TrackerJob final : public Job {
   public:
-    // eye_bytes: of one view's pixels, tight. pixels: of an view. Must outlive the tracker's queue.
+    // view_bytes: of one view's pixels, tight. pixels: of a view. Must outlive the tracker's queue.
     TrackerJob(std::shared_ptr<JobMonitor> monitor, const std::shared_ptr<const Device>& device,
                uint64_t view_bytes, uint64_t pixels, bool keep_disparity);
 
@@ -39,7 +39,7 @@ class TrackerJob final : public Job {
     std::atomic<JobPhase> phase = JobPhase::kFree;  // written under the monitor's mutex
     defrec_status status = DEFREC_OK;               // under the monitor's mutex
 
-    HostMemory views[2], ignore;  // copies of host pixels, tight rows; of an view in memory, its
+    HostMemory views[2], ignore;  // copies of host pixels, tight rows; of a view in memory, its
                                   // rectified gray pixels
     FrameInput input;             // its host pixels are these copies
     uint64_t frame = 0;

@@ -253,10 +253,9 @@ void add_abi_stage_cases(std::vector<Case>& cases) {
                        "The stage's table is complete and of the definition's version.", table);
     add_abi_stage_case(cases, "stage_create",
                        "The stage can be created and destroyed without being used.", create);
-    add_abi_stage_case(
-        cases, "stage_limits",
-        "Parameters beyond the definition's limits are refused with an error message.", limits, 0,
-        kLastLimited + 1);
+    add_abi_stage_case(cases, "stage_limits",
+                       "Parameters beyond the definition's limits are refused with a sentence.",
+                       limits, 0, kLastLimited + 1);
     add_abi_stage_case(cases, "wrong_buffers",
                        "Too few, too many and missing buffers are refused, and no output touched.",
                        wrong_counts);

@@ -140,13 +140,13 @@ void slow_device(CaseRun& run) {
 
 void add_device_failure_cases(std::vector<Case>& cases) {
     add_stress_case(cases, "device_lost", kShort,
-                    "A device lost at any call: a status, an error message, nothing but destroying "
+                    "A device lost at any call: a status, a sentence, nothing but destroying "
                     "calls, nothing left, others unharmed.",
                     device_lost);
-    add_stress_case(cases, "device_out_of_memory", kLong,
-                    "A device without memory for a queue, buffer or stage: a status, an error "
-                    "message, nothing left.",
-                    device_out_of_memory);
+    add_stress_case(
+        cases, "device_out_of_memory", kLong,
+        "A device without memory for a queue, buffer or stage: a status, a sentence, nothing left.",
+        device_out_of_memory);
     add_stress_case(
         cases, "device_refuses", kLong,
         "A device that refuses one call: that frame fails with the status, later ones are tracked.",

@@ -141,8 +141,8 @@ void no_allocation_in_frames(CaseRun& run) {
 
 void add_memory_cases(std::vector<Case>& cases) {
     add_stress_case(cases, "out_of_memory_in_set_up", kShort,
-                    "Without memory for the nth block of a set-up there is a status and an error "
-                    "message, no leak, and the next works.",
+                    "Without memory for the nth block of a set-up there is a status and a "
+                    "sentence, no leak, and the next works.",
                     out_of_memory_in_set_up);
     add_stress_case(cases, "out_of_memory_in_frames", kLong,
                     "Without memory for the nth block of a frame the frame fails, no leak, and the "

@@ -1,4 +1,4 @@
-// Which point of the deformed surface each pixel of an view sees.
+// Which point of the deformed surface each pixel of a view sees.
 #include "sdk/cli/render/mesh_raster.hpp"
 
 #include <Eigen/Geometry>

@@ -1,4 +1,4 @@
-// Which point of the deformed surface each pixel of an view sees: a fine mesh of the surface, hit
+// Which point of the deformed surface each pixel of a view sees: a fine mesh of the surface, hit
 // by the exact ray of every pixel, so that lens distortion costs no accuracy.
 #pragma once
 
@@ -18,7 +18,7 @@ struct View {
     std::vector<Eigen::Vector2f> rays;        ///< (x/z, y/z), width * height
     Eigen::Vector2f lowest_ray, highest_ray;  ///< bounds of rays
     Eigen::Matrix3d rotation =
-        Eigen::Matrix3d::Identity();  ///< x_eye = rotation * x_scene + translation
+        Eigen::Matrix3d::Identity();  ///< x_view = rotation * x_scene + translation
     Eigen::Vector3d translation = Eigen::Vector3d::Zero();
 
     View(const Lens& its_lens, int its_width, int its_height, int threads);

@@ -1,4 +1,4 @@
-// From what an view sees to its 8-bit picture.
+// From what a view sees to its 8-bit picture.
 #include "sdk/cli/render/picture.hpp"
 
 #include <Eigen/Geometry>

@@ -1,4 +1,4 @@
-// From what an view sees to its 8-bit picture: light, highlights, instrument, smoke, lens blur and
+// From what a view sees to its 8-bit picture: light, highlights, instrument, smoke, lens blur and
 // sensor.
 #pragma once
 
