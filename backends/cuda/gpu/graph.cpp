@@ -19,7 +19,7 @@ using Nodes = std::vector<cudaGraphNode_t>;
 
 class Builder {
   public:
-    Builder(const Limits& limits) : limits_(limits) {
+    explicit Builder(const Limits& limits) : limits_(limits) {
         check(cudaGraphCreate(&graph_, 0), "cudaGraphCreate");
     }
     ~Builder() { cudaGraphDestroy(graph_); }
