@@ -137,7 +137,8 @@ __global__ void __launch_bounds__(kThreads)
 }  // namespace
 
 void record_orb_selection(Recorder& recorder, const OrbLevels& levels, const OrbMemory& memory) {
-    recorder.launch(choose, {1, kThreads}, OrbConstants(levels),
+    const OrbConstants& constants = levels;  // all that the kernel reads of them
+    recorder.launch(choose, {1, kThreads}, constants,
                     cover(static_cast<uint32_t>(levels.cells), kCells),
                     reinterpret_cast<const uint4*>(memory.keys), memory.counts, memory.kept,
                     memory.feature_count);

@@ -58,7 +58,7 @@ TemplateStages::TemplateStages(const std::shared_ptr<Device>& device, Queue& que
     ransac_->prepare(queue, {&landmarks_});
 
     for (const SolverPass& pass : kSolverPasses) {
-        Pass& made = passes_.emplace_back(pass);
+        Pass& made = passes_.emplace_back(Pass{pass, nullptr, nullptr, {}});
         made.motions = DeviceBuffer(device_, start_.size());
         if (pass.search) {
             made.align = make_align(*pass.search, data);
