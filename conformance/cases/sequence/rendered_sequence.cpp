@@ -1,4 +1,4 @@
-// See sequence.hpp.
+// See rendered_sequence.hpp.
 #include "conformance/cases/sequence/rendered_sequence.hpp"
 
 #include <algorithm>
