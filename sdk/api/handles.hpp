@@ -19,7 +19,7 @@ std::shared_ptr<void> find_handle(HandleKind kind, const void* handle);
 std::shared_ptr<void> remove_handle(HandleKind kind, const void* handle);
 }  // namespace detail
 
-// Which type stands behind a C handle: specialised in api_objects.hpp with `kind` and `Object`.
+// Which type stands behind a C handle: specialised in objects.hpp with `kind` and `Object`.
 template <class Handle>
 struct HandleTraits;
 
