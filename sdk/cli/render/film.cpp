@@ -17,11 +17,11 @@ constexpr double kOcclusionSlack = 0.3;  // mm, between a point and the mesh in 
 }  // namespace
 
 Film::Film(const std::string& scene, int width, int height, int frames, std::uint64_t seed,
-           int threads)
+           int threads, const std::vector<SceneSetting>& settings)
     : width_(width),
       height_(height),
       threads_(threads),
-      scene_(make_scene(scene, width, height, frames, seed)),
+      scene_(make_scene(scene, width, height, frames, seed, settings)),
       tissue_(scene_.look, kMeshHalfWidth, kMeshHalfHeight, scene_.seed),
       mesh_(kMeshHalfWidth, kMeshHalfHeight, kMeshSpacing),
       left_(scene_.rig.left, width, height, threads),

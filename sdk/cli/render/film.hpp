@@ -26,9 +26,9 @@ class Film {
         bool visible;
     };
 
-    /// As RenderOptions has it; frames at least 1. Throws RenderUsageError for an unknown scene.
+    /// As RenderOptions has it; frames at least 1. Throws what make_scene() throws.
     Film(const std::string& scene, int width, int height, int frames, std::uint64_t seed,
-         int threads);
+         int threads, const std::vector<SceneSetting>& settings = {});
 
     const Scene& scene() const { return scene_; }
     /// To the next frame; the first call gives frame 0. At most as often as there are frames.

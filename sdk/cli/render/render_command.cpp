@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <cstdlib>
 #include <memory>
 
 namespace defrec::cli {
@@ -17,13 +18,19 @@ constexpr int kExitStopped = 130;
 struct Arguments {
     RenderOptions options;
     std::string size = "960x540";
+    std::vector<std::string> settings;
     bool list = false;
     bool quiet = false;
 };
 
 void print_scenes() {
     for (const SceneInfo& scene : list_scenes()) {
-        std::printf("%-12s  %s\n", scene.name.c_str(), scene.summary.c_str());
+        std::printf("%-15s  %s\n", scene.name.c_str(), scene.summary.c_str());
+        for (const SceneParameter& p : scene.parameters) {
+            const char* space = p.unit.empty() ? "" : " ";
+            std::printf("%17s--set %s=%g  %s (%g to %g%s%s)\n", "", p.name.c_str(), p.initial,
+                        p.summary.c_str(), p.lowest, p.highest, space, p.unit.c_str());
+        }
     }
 }
 
@@ -33,6 +40,17 @@ void parse_size(const std::string& text, RenderOptions& options) {
         static_cast<std::size_t>(used) != text.size()) {
         throw RenderUsageError("'" + text + "' is not a size; write it as 960x540");
     }
+}
+
+SceneSetting parse_setting(const std::string& text) {
+    const std::size_t equals = text.find('=');
+    char* end = nullptr;
+    const double value =
+        equals == std::string::npos ? 0 : std::strtod(text.c_str() + equals + 1, &end);
+    if (end != text.c_str() + text.size() || equals == 0 || equals + 1 == text.size()) {
+        throw RenderUsageError("'" + text + "' is not a setting; write it as NAME=NUMBER");
+    }
+    return {text.substr(0, equals), value};
 }
 
 int carry_out(Arguments& arguments, const StopFn& stop) {
@@ -45,6 +63,10 @@ int carry_out(Arguments& arguments, const StopFn& stop) {
             throw RenderUsageError("no scene was named; 'defrec render --list' names them");
         }
         parse_size(arguments.size, arguments.options);
+        arguments.options.settings.clear();
+        for (const std::string& setting : arguments.settings) {
+            arguments.options.settings.push_back(parse_setting(setting));
+        }
         const bool show = !arguments.quiet && isatty(STDERR_FILENO) != 0;
         bool complete = false;
         const auto report = [&](int done, int total) {
@@ -84,13 +106,17 @@ CLI::App* add_render_command(CLI::App& app, std::function<int()>& run, const Sto
     command
         ->add_option("--frames", options.frames, "Number of frames; 0: the scene's own number, 60")
         ->capture_default_str();
+    command
+        ->add_option("--set", arguments->settings,
+                     "NAME=NUMBER: a parameter of the scene (see --list); may be repeated")
+        ->allow_extra_args(false);
     command->add_option("--seed", options.seed, "Another seed is another organ")
         ->capture_default_str();
     command->add_option("--threads", options.threads, "0: all; the result does not depend on it")
         ->capture_default_str();
     command->add_flag("--depth", options.depth,
                       "Also write disparity/: 16-bit PNG, 256 x px, 0 unknown");
-    command->add_flag("--list", arguments->list, "Name the scenes and stop");
+    command->add_flag("--list", arguments->list, "Name the scenes with their parameters and stop");
     command->add_flag("--quiet", arguments->quiet, "No progress");
     command->footer(
         "Example: defrec render heartbeat --out /tmp/heartbeat --size 960x540 --frames 60");

@@ -14,8 +14,8 @@ class App;
 
 namespace defrec::cli {
 
-/// The request cannot be carried out as written (unknown scene, bad size): exit code 2, what() for
-/// the user.
+/// The request cannot be carried out as written (unknown scene or parameter, bad size): exit code
+/// 2, what() for the user.
 class RenderUsageError : public std::invalid_argument {
   public:
     using std::invalid_argument::invalid_argument;
@@ -27,8 +27,22 @@ class RenderOutputError : public std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
+/// A number of a scene that the user may set; every other number of a scene is fixed.
+struct SceneParameter {
+    std::string name;
+    double initial = 0, lowest = 0, highest = 0;  ///< the range is inclusive
+    std::string unit;                             ///< empty: a pure number
+    std::string summary;                          ///< one line
+};
+
+struct SceneSetting {
+    std::string parameter;
+    double value = 0;
+};
+
 struct RenderOptions {
     std::string scene;
+    std::vector<SceneSetting> settings{};  ///< the last of a parameter counts
     std::string out_dir;
     int width = 960;   ///< px, 160..3840
     int height = 540;  ///< px, 120..2160
@@ -52,6 +66,7 @@ struct SceneInfo {
     bool rectified =
         true;  ///< false: raw images with lens distortion from two cameras that are not parallel
     int default_frames = 60;
+    std::vector<SceneParameter> parameters{};  ///< may be empty
 };
 
 /// Every scene that can be rendered, in the order in which they are listed.

@@ -463,6 +463,17 @@ TEST_CASE("what cannot be rendered is refused before anything is written") {
         o.scene = "respiration";
         o.depth = true;
     });
+    refused([](RenderOptions& o) { o.settings = {{"depth", 1}}; });
+    const auto refused_for_indentation = [&](const std::string& parameter, double value) {
+        refused([&](RenderOptions& o) {
+            o.scene = "indentation";
+            o.settings = {{parameter, value}};
+        });
+    };
+    refused_for_indentation("dept", 1);
+    refused_for_indentation("depth", -0.001);
+    refused_for_indentation("depth", 12.001);
+    refused_for_indentation("depth", std::nan(""));
     std::ofstream(folder.path / "file") << "in the way";
     good.out_dir = (folder.path / "file" / "out").string();
     CHECK_THROWS_AS(defrec::cli::render_sequence(good, {}), RenderOutputError);
@@ -476,6 +487,10 @@ TEST_CASE("the command answers with exit codes") {
     CHECK(run_command({"render", "nowhere", "--out", out}) == 2);
     CHECK(run_command({"render", "smoke", "--out", out, "--size", "160"}) == 2);
     CHECK(run_command({"render", "smoke", "--out", out, "--size", "160x120x3"}) == 2);
+    for (const char* setting : {"depth", "depth=", "=3", "depth=3mm", "depth=13", "width=3"}) {
+        CAPTURE(setting);
+        CHECK(run_command({"render", "indentation", "--out", out, "--set", setting}) == 2);
+    }
     CHECK(run_command({"render", "smoke", "--out", "/dev/null/out", "--size", "160x120"}) == 7);
     CHECK(run_command({"render", "smoke", "--out", out, "--size", "160x120", "--frames", "2",
                        "--quiet"}) == 0);
@@ -486,6 +501,24 @@ TEST_CASE("the command answers with exit codes") {
     CHECK(fs::exists(folder.path / "out/right/000000.png"));
     CHECK_FALSE(fs::exists(folder.path / "out/right/000001.png"));
     CHECK_FALSE(fs::exists(folder.path / "out/truth.0.partial.csv"));
+}
+
+TEST_CASE("a parameter's own value changes nothing, another value changes the scene") {
+    const TemporaryFolder folder;
+    const auto truth = [&](const std::vector<std::string>& settings) {
+        const std::string out = (folder.path / "out").string();
+        std::vector<std::string> arguments = {"render",  "indentation", "--out", out,      "--size",
+                                              "160x120", "--frames",    "6",     "--quiet"};
+        for (const std::string& setting : settings) {
+            arguments.insert(arguments.end(), {"--set", setting});
+        }
+        CHECK(run_command(arguments) == 0);
+        return slurp(folder.path / "out/truth.csv");
+    };
+    const std::string plain = truth({});
+    CHECK(truth({"depth=7"}) == plain);
+    CHECK(truth({"depth=3", "depth=7.0"}) == plain);
+    CHECK(truth({"depth=3"}) != plain);
 }
 
 TEST_CASE("row 73: a stopped rendering leaves whole frames and their truth, and says so") {

@@ -4,7 +4,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <functional>
+#include <map>
 #include <numbers>
+#include <string_view>
 
 #include "sdk/cli/render/noise.hpp"
 
@@ -55,7 +59,9 @@ struct Setting {
     double depth;
     double phase;  ///< from the seed, rad
     const Surface* surface;
+    const std::map<std::string, double, std::less<>>* parameters;
 
+    double parameter(std::string_view name) const { return parameters->find(name)->second; }
     int share(double x) const { return static_cast<int>(std::lround(x * frames)); }
 };
 
@@ -102,7 +108,7 @@ FrameState indentation(const Setting& setting, int frame) {
     state.motion.heartbeat = {
         .lift = 2.8, .shear = 1.1, .twist = 0.0, .period = 18, .wavelength = 90};
     state.motion.indentation = {
-        .depth = 7.0 * press,
+        .depth = setting.parameter("depth") * press,
         .sigma = 9.0,
         .centre = centre,
         .drag = press * Eigen::Vector2d(3.2 * std::cos(0.11 * t), 2.4 * std::sin(0.09 * t))};
@@ -221,7 +227,9 @@ const std::vector<Entry>& entries() {
          0.9,
          0.70f,
          respiration},
-        {{"indentation", "an instrument in front presses and drags the tissue"},
+        {{.name = "indentation",
+          .summary = "an instrument in front presses and drags the tissue",
+          .parameters = {{"depth", 7, 0, 12, "mm", "how far the tip presses the tissue in"}}},
          {.mottling = 0.42f, .vessels = 0.8f, .spots = 0.4f},
          0.8,
          0.68f,
@@ -255,6 +263,41 @@ const std::vector<Entry>& entries() {
     return table;
 }
 
+std::string number(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%g", value);
+    return text;
+}
+
+/// Every parameter of the scene with the value that it has.
+std::map<std::string, double, std::less<>> parameters_of(
+    const SceneInfo& scene, const std::vector<SceneSetting>& settings) {
+    std::map<std::string, double, std::less<>> values;
+    std::string known;
+    for (const SceneParameter& p : scene.parameters) {
+        values[p.name] = p.initial;
+        known += (known.empty() ? "" : ", ") + p.name;
+    }
+    for (const SceneSetting& setting : settings) {
+        const auto p = std::find_if(
+            scene.parameters.begin(), scene.parameters.end(),
+            [&](const SceneParameter& known_one) { return known_one.name == setting.parameter; });
+        if (p == scene.parameters.end()) {
+            throw RenderUsageError("scene '" + scene.name + "' has no parameter '" +
+                                   setting.parameter + "'; " +
+                                   (known.empty() ? "it has none" : "it has " + known));
+        }
+        if (!(setting.value >= p->lowest && setting.value <= p->highest)) {
+            throw RenderUsageError("cannot set " + p->name + " of scene '" + scene.name + "' to " +
+                                   number(setting.value) + "; " + number(p->lowest) + " to " +
+                                   number(p->highest) + (p->unit.empty() ? "" : " " + p->unit) +
+                                   " can be set");
+        }
+        values[p->name] = setting.value;
+    }
+    return values;
+}
+
 }  // namespace
 
 std::vector<SceneInfo> list_scenes() {
@@ -265,7 +308,8 @@ std::vector<SceneInfo> list_scenes() {
     return scenes;
 }
 
-Scene make_scene(const std::string& name, int width, int height, int frames, std::uint64_t seed) {
+Scene make_scene(const std::string& name, int width, int height, int frames, std::uint64_t seed,
+                 const std::vector<SceneSetting>& settings) {
     const auto& table = entries();
     const auto entry = std::find_if(table.begin(), table.end(),
                                     [&](const Entry& e) { return e.info.name == name; });
@@ -276,6 +320,7 @@ Scene make_scene(const std::string& name, int width, int height, int frames, std
         }
         throw RenderUsageError("there is no scene named '" + name + "'; the scenes are " + known);
     }
+    const auto parameters = parameters_of(entry->info, settings);
     const StereoRig rig = make_rig(width, height, entry->info.rectified);
     const std::uint64_t own_seed =
         scramble(seed) ^ scramble(static_cast<std::uint64_t>(entry - table.begin()));
@@ -288,8 +333,8 @@ Scene make_scene(const std::string& name, int width, int height, int frames, std
             own_seed,
             surface,
             entry->exposure,
-            [surface, at, phase, frames, depth = rig.depth](int frame) {
-                return at(Setting{frames, depth, phase, &surface}, frame);
+            [surface, at, phase, frames, parameters, depth = rig.depth](int frame) {
+                return at(Setting{frames, depth, phase, &surface, &parameters}, frame);
             }};
 }
 

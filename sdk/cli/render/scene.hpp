@@ -6,6 +6,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "sdk/cli/render/instrument.hpp"
 #include "sdk/cli/render/picture.hpp"
@@ -43,8 +44,10 @@ struct Scene {
     std::function<FrameState(int frame)> at;  ///< frame 0..frames-1, in any order
 };
 
-/// Throws RenderUsageError for an unknown name. frames as RenderOptions has it; events such as cuts
-/// fall at fixed shares of the sequence, motion has its own pace.
-Scene make_scene(const std::string& name, int width, int height, int frames, std::uint64_t seed);
+/// Throws RenderUsageError for an unknown scene or parameter and for a value out of range. frames
+/// and settings as RenderOptions has them; events such as cuts fall at fixed shares of the
+/// sequence, motion has its own pace.
+Scene make_scene(const std::string& name, int width, int height, int frames, std::uint64_t seed,
+                 const std::vector<SceneSetting>& settings);
 
 }  // namespace defrec::cli

@@ -34,7 +34,8 @@ class Sequence {
     Sequence(const RenderOptions& options, int frames, int threads)
         : options_(options),
           frames_(frames),
-          film_(options.scene, options.width, options.height, frames, options.seed, threads),
+          film_(options.scene, options.width, options.height, frames, options.seed, threads,
+                options.settings),
           rectification_(rectification(film_.scene().rig)) {}
 
     const Scene& scene() const { return film_.scene(); }
