@@ -2,101 +2,60 @@
 #include "sdk/cli/score/score.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <unordered_map>
 
-#include "sdk/cli/io/csv.hpp"
 #include "sdk/cli/io/text.hpp"
+#include "sdk/cli/score/percentile.hpp"
+#include "sdk/cli/track/track_outputs.hpp"
 
 namespace defrec::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct Key {
-    std::int64_t frame, id;
-    bool operator==(const Key&) const = default;
-};
-
-struct KeyHash {
-    std::size_t operator()(const Key& key) const {
-        return static_cast<std::size_t>(static_cast<std::uint64_t>(key.frame) *
-                                            0x9E3779B97F4A7C15u ^
-                                        static_cast<std::uint64_t>(key.id) * 0xC2B2AE3D27D4EB4Fu);
-    }
-};
-
-struct Tracked {
-    bool has_position = false;
-    std::array<double, 3> xyz{};
-};
-
-using TrackedPoints = std::unordered_map<Key, Tracked, KeyHash>;
-
-TrackedPoints read_tracked(const std::filesystem::path& path) {
-    CsvReader csv(path, {"frame", "id", "x", "y", "z", "status"});
-    TrackedPoints points;
-    while (csv.next()) {
-        Tracked tracked;
-        tracked.has_position = csv.field(5) != "lost" && !csv.is_empty(2);
-        if (tracked.has_position) tracked.xyz = {csv.number(2), csv.number(3), csv.number(4)};
-        const Key key{csv.integer(0), csv.integer(1)};
-        if (!points.emplace(key, tracked).second) {
-            csv.fail("frame " + std::to_string(key.frame) + ", id " + std::to_string(key.id) +
-                     " stands here again.");
+// Collects the rows of one group.
+class Group {
+  public:
+    void add(const ScoredRow& row) {
+        frames_.insert(row.frame);
+        group_.visible_points += row.truly_visible ? 1 : 0;
+        if (!row.error_mm) {
+            group_.lost_visible += row.truly_visible ? 1 : 0;
+            return;
         }
-    }
-    return points;
-}
-
-struct States {
-    std::unordered_map<std::int64_t, std::string> of_frame;
-    std::vector<std::string> order;
-};
-
-States read_states(const std::filesystem::path& path) {
-    States states;
-    std::error_code error;
-    if (!std::filesystem::exists(path, error)) return states;
-    CsvReader csv(path, {"frame", "state"});
-    while (csv.next()) {
-        const std::string state(csv.field(1));
-        states.of_frame[csv.integer(0)] = state;
-        if (std::find(states.order.begin(), states.order.end(), state) == states.order.end()) {
-            states.order.push_back(state);
+        const double error = *row.error_mm;
+        (row.truly_visible ? visible_ : hidden_).push_back(error);
+        constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+        samples_[row.status].push_back({error, row.expected_mm.value_or(kNone)});
+        if (row.status == name_of(PointStatus::kTracked)) {
+            ObservedErrors& observed = group_.observed;
+            ++observed.count;
+            observed.max = std::max(observed.max, error);
+            observed.off += error > ObservedErrors::kOffMm ? 1 : 0;
         }
-    }
-    return states;
-}
-
-// Collects the rows of one group while the truth is read.
-struct Group {
-    std::set<std::int64_t> frames;
-    std::vector<double> visible, hidden;
-    std::size_t visible_points = 0, lost_visible = 0;
-
-    void add(std::int64_t frame, bool is_visible, std::optional<double> error) {
-        frames.insert(frame);
-        if (is_visible) {
-            ++visible_points;
-            lost_visible += error ? 0 : 1;
-        }
-        if (error) (is_visible ? visible : hidden).push_back(*error);
     }
 
     ScoreGroup finish(const std::string& name) {
-        return {name,
-                frames.size(),
-                summarise(std::move(visible)),
-                summarise(std::move(hidden)),
-                visible_points,
-                lost_visible};
+        group_.name = name;
+        group_.frames = frames_.size();
+        group_.visible = summarise(std::move(visible_));
+        group_.hidden = summarise(std::move(hidden_));
+        for (const auto& [status, samples] : samples_)
+            group_.statuses.push_back({status, coverage_of(samples)});
+        return std::move(group_);
     }
+
+  private:
+    ScoreGroup group_;
+    std::set<std::int64_t> frames_;
+    std::vector<double> visible_, hidden_;
+    // The more certain status first.
+    std::map<std::string, std::vector<ErrorSample>, std::greater<>> samples_;
 };
 
 std::string padded(const std::string& text, std::size_t width, bool to_the_right = true) {
@@ -112,6 +71,36 @@ std::string table_line(const std::string& name, const ErrorSummary& summary,
         line += padded(summary.count > 0 ? format_fixed(value, 3) : "-", 9);
     }
     return line + padded(lost, 9) + "\n";
+}
+
+std::string coverage_table(const Score& score) {
+    std::string table = padded("expected errors", 22, false) + padded("points", 9);
+    for (const char* name : {"within 1", "within 2", "within 3", "rms ratio", "p99 ratio"})
+        table += padded(name, 11);
+    table += "\n";
+    const auto add = [&](const std::string& indent, const ScoreGroup& group) {
+        for (const auto& [status, coverage] : group.statuses) {
+            const auto number = [&](double value, const char* unit) {
+                table += padded(coverage.count > 0 ? format_fixed(value, 2) + unit : "-", 11);
+            };
+            table += padded(indent + status, 22, false);
+            table += padded(std::to_string(coverage.count), 9);
+            for (const double share : coverage.within) number(100 * share, " %");
+            number(coverage.rms_ratio, "");
+            number(coverage.p99_ratio, "");
+            table += "\n";
+        }
+    };
+    add("", score.all);
+    for (const ScoreGroup& group : score.states) add("  " + group.name + " ", group);
+    const ObservedErrors& observed = score.all.observed;
+    if (observed.count > 0) {
+        table += std::to_string(observed.off) + " of " + std::to_string(observed.count) + " " +
+                 name_of(PointStatus::kTracked) + " points are off by more than " +
+                 format_fixed(ObservedErrors::kOffMm, 0) + " mm, the worst by " +
+                 format_fixed(observed.max, 3) + " mm\n";
+    }
+    return table;
 }
 
 Json errors_json(const ErrorSummary& summary) {
@@ -136,6 +125,12 @@ Json group_json(const ScoreGroup& group) {
     json["visible_points"] = group.visible_points;
     json["lost_visible"] = group.lost_visible;
     json["lost_share"] = group.lost_share();
+    json["observed"] = {{"count", group.observed.count},
+                        {"max_mm", group.observed.max},
+                        {"off_by_more_than_2_mm", group.observed.off}};
+    json["expected_errors"] = Json::object();
+    for (const auto& [status, coverage] : group.statuses)
+        json["expected_errors"][status] = coverage_json(coverage);
     return json;
 }
 
@@ -145,21 +140,18 @@ ErrorSummary summarise(std::vector<double> errors) {
     constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
     if (errors.empty()) return {0, kNone, kNone, kNone, kNone, kNone};
     std::sort(errors.begin(), errors.end());
-    const auto percentile = [&](double share) {
-        const double rank = share * static_cast<double>(errors.size() - 1);
-        const auto below = static_cast<std::size_t>(rank);
-        const std::size_t above = std::min(below + 1, errors.size() - 1);
-        return errors[below] +
-               (rank - static_cast<double>(below)) * (errors[above] - errors[below]);
-    };
     double sum = 0, squares = 0;
     for (const double error : errors) {
         sum += error;
         squares += error * error;
     }
     const auto count = static_cast<double>(errors.size());
-    return {errors.size(),    percentile(0.5), sum / count, std::sqrt(squares / count),
-            percentile(0.95), errors.back()};
+    return {errors.size(),
+            percentile(errors, 0.5),
+            sum / count,
+            std::sqrt(squares / count),
+            percentile(errors, 0.95),
+            errors.back()};
 }
 
 double ScoreGroup::lost_share() const {
@@ -168,39 +160,19 @@ double ScoreGroup::lost_share() const {
                : 0;
 }
 
-Score score_folder(const std::filesystem::path& folder, const std::filesystem::path& truth,
-                   const FrameRange& range) {
-    const TrackedPoints tracked = read_tracked(folder / "points.csv");
-    const States states = read_states(folder / "frames.csv");
-    CsvReader csv(truth, {"frame", "id", "x", "y", "z", "visible"});
-
+Score score_of(const ScoredRows& scored) {
     Group all;
     std::map<std::string, Group> groups;
     std::set<std::int64_t> frames_with_visible;
-    while (csv.next()) {
-        const Key key{csv.integer(0), csv.integer(1)};
-        if (key.frame < range.first || (range.last && key.frame >= *range.last)) continue;
-        const std::int64_t visible = csv.integer(5);
-        if (visible != 0 && visible != 1) csv.fail("visible: 0 or 1 was expected.");
-        const std::array<double, 3> true_xyz{csv.number(2), csv.number(3), csv.number(4)};
-        std::optional<double> error;
-        if (const auto found = tracked.find(key);
-            found != tracked.end() && found->second.has_position) {
-            const auto& xyz = found->second.xyz;
-            error = std::hypot(xyz[0] - true_xyz[0], xyz[1] - true_xyz[1], xyz[2] - true_xyz[2]);
-        }
-        if (visible == 1) frames_with_visible.insert(key.frame);
-        all.add(key.frame, visible == 1, error);
-        if (const auto state = states.of_frame.find(key.frame); state != states.of_frame.end()) {
-            groups[state->second].add(key.frame, visible == 1, error);
-        }
+    for (const ScoredRow& row : scored.rows) {
+        if (row.truly_visible) frames_with_visible.insert(row.frame);
+        all.add(row);
+        if (!row.state.empty()) groups[row.state].add(row);
     }
-    if (all.frames.empty()) csv.fail("the truth holds no row of the frames asked for.");
-
     Score score;
-    score.frames_without_visible = all.frames.size() - frames_with_visible.size();
     score.all = all.finish("all");
-    for (const std::string& state : states.order) {
+    score.frames_without_visible = score.all.frames - frames_with_visible.size();
+    for (const std::string& state : scored.states) {
         if (const auto group = groups.find(state); group != groups.end()) {
             score.states.push_back(group->second.finish(state));
         }
@@ -228,7 +200,7 @@ std::string score_table(const Score& score) {
         table += ", " + std::to_string(score.frames_without_visible) +
                  " of them without a visible point (not counted in lost)";
     }
-    return table + "\n";
+    return table + "\n\n" + coverage_table(score);
 }
 
 nlohmann::ordered_json score_json(const Score& score) {
@@ -239,21 +211,25 @@ nlohmann::ordered_json score_json(const Score& score) {
     return json;
 }
 
-std::string exceeded(const Score& score, std::optional<double> max_median,
-                     std::optional<double> max_p95) {
-    std::string message;
+std::string exceeded(const Score& score, const ScoreLimits& limits) {
+    std::vector<std::string> messages;
     const ErrorSummary& visible = score.all.visible;
     const auto check = [&](const char* name, double value, std::optional<double> limit) {
         if (!limit || (visible.count > 0 && value <= *limit)) return;
-        message += (message.empty() ? "" : "; ");
-        message += std::string(name) + " over visible points is " +
-                   (visible.count > 0 ? format_fixed(value, 3) + " mm"
-                                      : std::string("not to be had, all are lost")) +
-                   ", asked were at most " + format_fixed(*limit, 3) + " mm";
+        messages.push_back(std::string(name) + " over visible points is " +
+                           (visible.count > 0 ? format_fixed(value, 3) + " mm"
+                                              : std::string("not to be had, all are lost")) +
+                           ", asked were at most " + format_fixed(*limit, 3) + " mm");
     };
-    check("the median", visible.median, max_median);
-    check("the 95th percentile", visible.p95, max_p95);
-    return message.empty() ? message : message + ".";
+    check("the median", visible.median, limits.max_median_mm);
+    check("the 95th percentile", visible.p95, limits.max_p95_mm);
+    if (limits.calibrated) {
+        for (std::string& message : miscalibrated(score.all.statuses))
+            messages.push_back(std::move(message));
+    }
+    std::string joined;
+    for (const std::string& message : messages) joined += (joined.empty() ? "" : "; ") + message;
+    return joined.empty() ? joined : joined + ".";
 }
 
 }  // namespace defrec::cli

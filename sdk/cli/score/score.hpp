@@ -2,14 +2,13 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
-#include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "sdk/cli/io/frame_source.hpp"
+#include "sdk/cli/score/coverage.hpp"
+#include "sdk/cli/score/scored_rows.hpp"
 
 namespace defrec::cli {
 
@@ -21,6 +20,14 @@ struct ErrorSummary {
 };
 ErrorSummary summarise(std::vector<double> errors);
 
+// Of the points with status tracked, visible or hidden.
+struct ObservedErrors {
+    static constexpr double kOffMm = 2;
+    std::size_t count = 0;
+    double max = 0;       // mm
+    std::size_t off = 0;  // by more than kOffMm
+};
+
 // One group of truth rows. A point counts as lost when it has no row, no position or status lost.
 struct ScoreGroup {
     std::string name;  // a state of frames.csv
@@ -29,6 +36,8 @@ struct ScoreGroup {
     std::size_t visible_points = 0;  // rows of the truth
     std::size_t lost_visible = 0;    // of them
     double lost_share() const;       // 0..1; 0 without visible points
+    ObservedErrors observed;
+    std::vector<StatusCoverage> statuses;  // visible and hidden points with a position
 };
 
 struct Score {
@@ -37,17 +46,18 @@ struct Score {
     std::size_t frames_without_visible = 0;  // the share lost does not count these
 };
 
-// `folder` holds points.csv and, for the states, frames.csv. Truth: frame,id,x,y,z,visible. Throws
-// CliError(kInput).
-Score score_folder(const std::filesystem::path& folder, const std::filesystem::path& truth,
-                   const FrameRange& range);
+Score score_of(const ScoredRows& scored);
 
 std::string score_table(const Score& score);
 nlohmann::ordered_json score_json(const Score& score);
 
+struct ScoreLimits {
+    std::optional<double> max_median_mm, max_p95_mm;
+    bool calibrated = false;  // every status is within CoverageBands
+};
+
 // What exceeds the limits, one error message; empty when nothing does. Nothing visible to measure
 // exceeds every limit.
-std::string exceeded(const Score& score, std::optional<double> max_median,
-                     std::optional<double> max_p95);
+std::string exceeded(const Score& score, const ScoreLimits& limits);
 
 }  // namespace defrec::cli

@@ -29,7 +29,7 @@ const std::string kPoints =
 const std::string kFrames = "frame,state,reasons\n0,tracking,\n1,degraded,occluded\n2,lost,dark\n";
 
 Score score_of(const TestFolder& folder, const FrameRange& range = {}) {
-    return score_folder(folder.path(), folder / "truth.csv", range);
+    return score_of(read_scored_rows(folder.path(), folder / "truth.csv", range));
 }
 
 void write_all(const TestFolder& folder) {
@@ -94,16 +94,49 @@ TEST_CASE("limits are held, and nothing visible to measure exceeds them") {
     const TestFolder folder;
     write_all(folder);
     const Score score = score_of(folder);
-    CHECK(exceeded(score, {}, {}) == "");
-    CHECK(exceeded(score, 3.0, 5.0) == "");
-    CHECK(exceeded(score, 2.9, {}).find("the median over visible points is 3.000 mm") == 0);
-    CHECK(exceeded(score, {}, 4.0).find("95th percentile") != std::string::npos);
+    CHECK(exceeded(score, {}) == "");
+    CHECK(exceeded(score, {3.0, 5.0, false}) == "");
+    CHECK(exceeded(score, {2.9, {}, false}).find("the median over visible points is 3.000 mm") ==
+          0);
+    CHECK(exceeded(score, {{}, 4.0, false}).find("95th percentile") != std::string::npos);
     folder.write("points.csv", kPoints.substr(0, kPoints.find('\n') + 1));
     const Score empty = score_of(folder);
     CHECK(empty.all.lost_share() == 1);
-    CHECK(exceeded(empty, 1000.0, {}) != "");
+    CHECK(exceeded(empty, {1000.0, {}, false}) != "");
     CHECK(score_json(empty)["visible"]["median_mm"].is_null());
     CHECK(score_table(empty).find("100.00 %") != std::string::npos);
+}
+
+TEST_CASE("expected errors are judged for each status, over visible and hidden points") {
+    const TestFolder folder;
+    write_all(folder);
+    // The errors are 1 and 5 mm of tracked points, 2 (hidden) and 3 mm of extrapolated ones.
+    folder.write("points.csv",
+                 with(with(kPoints, "2,80,1,1,extrapolated,0.1", "2,80,1,1,extrapolated,2"),
+                      "13,4,80,1,1,tracked,0.1", "13,4,80,1,1,tracked,2"));
+    const Score score = score_of(folder);
+    REQUIRE(score.all.statuses.size() == 2);
+    CHECK(score.all.statuses[0].status == "tracked");
+    CHECK(score.all.statuses[0].coverage.within[2] == 0.5);  // ratios 10 and 2.5
+    CHECK(score.all.statuses[0].coverage.within[1] == 0);
+    CHECK(score.all.statuses[1].status == "extrapolated");
+    CHECK(score.all.statuses[1].coverage.within[0] == 0.5);  // ratios 1 and 30
+    CHECK(score.all.observed.count == 2);
+    CHECK(score.all.observed.max == doctest::Approx(5));
+    CHECK(score.all.observed.off == 1);
+    REQUIRE(score.states[1].statuses.size() == 1);
+    CHECK(score.states[1].statuses[0].coverage.count == 1);
+    const auto json = score_json(score);
+    CHECK(json["expected_errors"]["extrapolated"]["within_1"] == 0.5);
+    CHECK(json["observed"]["off_by_more_than_2_mm"] == 1);
+    CHECK(score_table(score).find("1 of 2 tracked points are off by more than 2 mm, the worst by "
+                                  "5.000 mm") != std::string::npos);
+    CHECK(exceeded(score, {{}, {}, true}).find("no status has 100 points") == 0);
+
+    folder.write("points.csv", with(kPoints, "13,4,80,1,1,tracked,0.1", "13,4,80,1,1,tracked,"));
+    CHECK(score_of(folder).all.statuses[0].coverage.without_expected == 1);
+    folder.write("points.csv", with(kPoints, "13,4,80,1,1,tracked,0.1", "13,4,80,1,1,tracked,-1"));
+    CHECK(refusal(folder).find("points.csv:3: -1 is negative") != std::string::npos);
 }
 
 TEST_CASE("files that do not fit are refused with their line") {

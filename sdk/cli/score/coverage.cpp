@@ -1,0 +1,94 @@
+// Whether expected errors hold.
+#include "sdk/cli/score/coverage.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "sdk/cli/io/text.hpp"
+#include "sdk/cli/score/percentile.hpp"
+
+namespace defrec::cli {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+double ratio_of(const ErrorSample& sample) {
+    return sample.error_mm == 0 ? 0 : sample.error_mm / sample.expected_mm;
+}
+
+std::string percent(double share) { return format_fixed(100 * share, 2) + " %"; }
+
+bool holds(const Coverage& coverage) {
+    bool all = coverage.within[0] <= CoverageBands::kMaxWithinOne;
+    for (int k = 0; k < 3; ++k) all &= coverage.within[k] >= CoverageBands::kMinWithin[k];
+    return all;
+}
+
+}  // namespace
+
+Coverage coverage_of(const std::vector<ErrorSample>& samples) {
+    Coverage coverage;
+    std::vector<double> ratios;
+    ratios.reserve(samples.size());
+    double squares = 0;
+    for (const ErrorSample& sample : samples) {
+        if (std::isnan(sample.expected_mm)) continue;
+        ratios.push_back(ratio_of(sample));
+        squares += ratios.back() * ratios.back();
+    }
+    std::sort(ratios.begin(), ratios.end());
+    coverage.count = ratios.size();
+    coverage.without_expected = samples.size() - ratios.size();
+    const auto count = static_cast<double>(ratios.size());
+    for (int k = 0; k < 3; ++k) {
+        const auto end = std::upper_bound(ratios.begin(), ratios.end(), k + 1.0);
+        coverage.within[k] =
+            ratios.empty() ? kNone : static_cast<double>(end - ratios.begin()) / count;
+    }
+    coverage.rms_ratio = ratios.empty() ? kNone : std::sqrt(squares / count);
+    coverage.p99_ratio = percentile(ratios, 0.99);
+    return coverage;
+}
+
+std::vector<std::string> miscalibrated(const std::vector<StatusCoverage>& statuses) {
+    std::vector<std::string> messages;
+    bool any_judged = false;
+    for (const auto& [status, coverage] : statuses) {
+        if (coverage.without_expected > 0) {
+            messages.push_back(std::to_string(coverage.without_expected) + " " + status +
+                               " points have no expected error");
+        }
+        if (coverage.count < CoverageBands::kMinCount) continue;
+        any_judged = true;
+        if (holds(coverage)) continue;
+        const auto& min = CoverageBands::kMinWithin;
+        messages.push_back("of the " + status + " points " + percent(coverage.within[0]) +
+                           " are within 1, " + percent(coverage.within[1]) + " within 2 and " +
+                           percent(coverage.within[2]) + " within 3 expected errors, asked were " +
+                           percent(min[0]) + " to " + percent(CoverageBands::kMaxWithinOne) +
+                           ", at least " + percent(min[1]) + " and at least " + percent(min[2]));
+    }
+    if (!any_judged) {
+        messages.push_back("no status has " + std::to_string(CoverageBands::kMinCount) +
+                           " points to judge its expected errors by");
+    }
+    return messages;
+}
+
+nlohmann::ordered_json coverage_json(const Coverage& coverage) {
+    using Json = nlohmann::ordered_json;
+    // nlohmann::json writes NaN and infinity as null.
+    Json json;
+    json["count"] = coverage.count;
+    json["without_expected_error"] = coverage.without_expected;
+    json["within_1"] = coverage.within[0];
+    json["within_2"] = coverage.within[1];
+    json["within_3"] = coverage.within[2];
+    json["rms_ratio"] = coverage.rms_ratio;
+    json["p99_ratio"] = coverage.p99_ratio;
+    return json;
+}
+
+}  // namespace defrec::cli

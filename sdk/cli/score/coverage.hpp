@@ -1,0 +1,46 @@
+// Whether expected errors hold: how often the true error lies within them.
+#pragma once
+
+#include <cstddef>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+namespace defrec::cli {
+
+// A point with a position.
+struct ErrorSample {
+    double error_mm = 0;     // distance from the truth
+    double expected_mm = 0;  // root mean square that was stated; NaN where none was
+};
+
+// Of the ratio error / expected error. Where both are 0 the ratio is 0. Shares are 0..1. NaN where
+// count is 0.
+struct Coverage {
+    std::size_t count = 0;             // samples with an expected error
+    std::size_t without_expected = 0;  // the others, which nothing else here counts
+    double within[3] = {};             // share within 1, 2 and 3 expected errors
+    double rms_ratio = 0;              // 1 for an unbiased statement
+    double p99_ratio = 0;
+};
+Coverage coverage_of(const std::vector<ErrorSample>& samples);
+
+// What an expected error means. A status with fewer points is not judged.
+struct CoverageBands {
+    static constexpr double kMinWithin[3] = {0.55, 0.93, 0.985};
+    static constexpr double kMaxWithinOne = 0.85;
+    static constexpr std::size_t kMinCount = 100;
+};
+
+struct StatusCoverage {
+    std::string status;  // as points.csv names it
+    Coverage coverage;
+};
+
+// One error message for each status outside of the bands, or with points without an expected
+// error, and one if no status can be judged. Empty when all hold.
+std::vector<std::string> miscalibrated(const std::vector<StatusCoverage>& statuses);
+
+nlohmann::ordered_json coverage_json(const Coverage& coverage);
+
+}  // namespace defrec::cli

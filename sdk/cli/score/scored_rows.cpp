@@ -1,0 +1,118 @@
+// Rows of the truth beside what was tracked for them.
+#include "sdk/cli/score/scored_rows.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <unordered_map>
+
+#include "sdk/cli/io/csv.hpp"
+
+namespace defrec::cli {
+namespace {
+
+struct Key {
+    std::int64_t frame, id;
+    bool operator==(const Key&) const = default;
+};
+
+struct KeyHash {
+    std::size_t operator()(const Key& key) const {
+        return static_cast<std::size_t>(static_cast<std::uint64_t>(key.frame) *
+                                            0x9E3779B97F4A7C15u ^
+                                        static_cast<std::uint64_t>(key.id) * 0xC2B2AE3D27D4EB4Fu);
+    }
+};
+
+// A point with a position.
+struct Tracked {
+    std::array<double, 3> xyz{};
+    std::string status;
+    std::optional<double> expected_mm;
+};
+
+// Nothing for lost points.
+using TrackedPoints = std::unordered_map<Key, std::optional<Tracked>, KeyHash>;
+
+double not_negative(const CsvReader& csv, std::size_t column) {
+    const double value = csv.number(column);
+    if (value < 0) csv.fail(std::string(csv.field(column)) + " is negative.");
+    return value;
+}
+
+TrackedPoints read_tracked(const std::filesystem::path& path) {
+    CsvReader csv(path, {"frame", "id", "x", "y", "z", "status", "expected_error_mm"});
+    TrackedPoints points;
+    while (csv.next()) {
+        std::optional<Tracked> tracked;
+        if (csv.field(5) != "lost" && !csv.is_empty(2)) {
+            tracked.emplace();
+            tracked->xyz = {csv.number(2), csv.number(3), csv.number(4)};
+            tracked->status = csv.field(5);
+            if (!csv.is_empty(6)) tracked->expected_mm = not_negative(csv, 6);
+        }
+        const Key key{csv.integer(0), csv.integer(1)};
+        if (!points.emplace(key, std::move(tracked)).second) {
+            csv.fail("frame " + std::to_string(key.frame) + ", id " + std::to_string(key.id) +
+                     " stands here again.");
+        }
+    }
+    return points;
+}
+
+struct States {
+    std::unordered_map<std::int64_t, std::string> of_frame;
+    std::vector<std::string> order;
+};
+
+States read_states(const std::filesystem::path& path) {
+    States states;
+    std::error_code error;
+    if (!std::filesystem::exists(path, error)) return states;
+    CsvReader csv(path, {"frame", "state"});
+    while (csv.next()) {
+        const std::string state(csv.field(1));
+        states.of_frame[csv.integer(0)] = state;
+        if (std::find(states.order.begin(), states.order.end(), state) == states.order.end()) {
+            states.order.push_back(state);
+        }
+    }
+    return states;
+}
+
+}  // namespace
+
+ScoredRows read_scored_rows(const std::filesystem::path& folder, const std::filesystem::path& truth,
+                            const FrameRange& range) {
+    const TrackedPoints tracked = read_tracked(folder / "points.csv");
+    States states = read_states(folder / "frames.csv");
+    CsvReader csv(truth, {"frame", "id", "x", "y", "z", "visible"});
+
+    ScoredRows scored;
+    scored.states = std::move(states.order);
+    while (csv.next()) {
+        const Key key{csv.integer(0), csv.integer(1)};
+        if (key.frame < range.first || (range.last && key.frame >= *range.last)) continue;
+        const std::int64_t visible = csv.integer(5);
+        if (visible != 0 && visible != 1) csv.fail("visible: 0 or 1 was expected.");
+        const std::array<double, 3> true_xyz{csv.number(2), csv.number(3), csv.number(4)};
+        ScoredRow row;
+        row.frame = key.frame;
+        row.truly_visible = visible == 1;
+        if (const auto state = states.of_frame.find(key.frame); state != states.of_frame.end()) {
+            row.state = state->second;
+        }
+        if (const auto found = tracked.find(key); found != tracked.end() && found->second) {
+            const Tracked& point = *found->second;
+            row.status = point.status;
+            row.expected_mm = point.expected_mm;
+            row.error_mm = std::hypot(point.xyz[0] - true_xyz[0], point.xyz[1] - true_xyz[1],
+                                      point.xyz[2] - true_xyz[2]);
+        }
+        scored.rows.push_back(std::move(row));
+    }
+    if (scored.rows.empty()) csv.fail("the truth holds no row of the frames asked for.");
+    return scored;
+}
+
+}  // namespace defrec::cli

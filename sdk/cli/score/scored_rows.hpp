@@ -1,0 +1,33 @@
+// Rows of the truth beside what was tracked for them.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sdk/cli/io/frame_source.hpp"
+
+namespace defrec::cli {
+
+struct ScoredRow {
+    std::int64_t frame = 0;
+    std::string state;  // of the frame, by frames.csv; empty where it does not say
+    bool truly_visible = false;
+    std::string status = "lost";        // as points.csv has it; lost without a row or position
+    std::optional<double> error_mm;     // distance from the truth; nothing for lost points
+    std::optional<double> expected_mm;  // nothing where none was stated
+};
+
+struct ScoredRows {
+    std::vector<ScoredRow> rows;      // in the order of the truth; not empty
+    std::vector<std::string> states;  // in order of first appearance; empty without frames.csv
+};
+
+// `folder` holds points.csv and, for the states, frames.csv. Truth: frame,id,x,y,z,visible. Throws
+// CliError(kInput).
+ScoredRows read_scored_rows(const std::filesystem::path& folder, const std::filesystem::path& truth,
+                            const FrameRange& range);
+
+}  // namespace defrec::cli
