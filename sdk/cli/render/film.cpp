@@ -101,8 +101,8 @@ bool Film::visible(const Eigen::Vector3d& in_left) const {
     if (u < 0 || v < 0 || u >= width_ || v >= height_) {
         return false;
     }
-    if (state_.instrument) {
-        const Instrument tool = left_.from_scene(*state_.instrument);
+    for (const Instrument& instrument : state_.instruments) {
+        const Instrument tool = left_.from_scene(instrument);
         if (nearest_approach(tool, Eigen::Vector3d::Zero(), in_left, 0.0, 1.0).distance <
             tool.radius) {
             return false;
@@ -132,7 +132,7 @@ void Film::paint_view(bool is_left) {
         request.sensor.offset = 1.5f;
         request.view_offset = -scene_.rig.rotation.transpose() * scene_.rig.translation;
     }
-    request.instrument = state_.instrument;
+    request.instruments = state_.instruments;
     request.smoke = state_.smoke;
     request.outside = state_.outside;
     painter_.paint(view, is_left ? left_hits_ : right_hits_, request,
@@ -145,8 +145,13 @@ std::vector<std::uint16_t> Film::disparity() const {
     if (state_.outside != Outside::none) {
         return image;
     }
-    const bool has_tool = state_.instrument.has_value();
-    const Instrument tool = left_.from_scene(state_.instrument.value_or(Instrument{}));
+    const Eigen::Vector3d right_centre(-scene_.rig.translation.x(), 0, 0);
+    const auto hides = [&](const Instrument& instrument, const Eigen::Vector3d& point) {
+        const Instrument tool = left_.from_scene(instrument);
+        const double margin = tool.radius + point.z() / scene_.rig.left.fx;
+        return nearest_approach(tool, Eigen::Vector3d::Zero(), point, 0, 1).distance < margin ||
+               nearest_approach(tool, right_centre, point - right_centre, 0, 1).distance < margin;
+    };
     for (int v = 0; v < height_; ++v) {
         for (int u = 0; u < width_; ++u) {
             const std::size_t pixel = static_cast<std::size_t>(v) * width_ + u;
@@ -161,17 +166,11 @@ std::vector<std::uint16_t> Film::disparity() const {
             if (other < 0 || std::abs(right_hits_[other_pixel].z - hit.z) > 2.0 * kOcclusionSlack) {
                 continue;
             }
-            if (has_tool) {
-                const Eigen::Vector3d point(hit.z * left_.rays[pixel].x(),
-                                            hit.z * left_.rays[pixel].y(), hit.z);
-                const Eigen::Vector3d right_centre(-scene_.rig.translation.x(), 0, 0);
-                const double margin = tool.radius + hit.z / scene_.rig.left.fx;
-                if (nearest_approach(tool, Eigen::Vector3d::Zero(), point, 0, 1).distance <
-                        margin ||
-                    nearest_approach(tool, right_centre, point - right_centre, 0, 1).distance <
-                        margin) {
-                    continue;
-                }
+            const Eigen::Vector3d point(hit.z * left_.rays[pixel].x(),
+                                        hit.z * left_.rays[pixel].y(), hit.z);
+            if (std::any_of(state_.instruments.begin(), state_.instruments.end(),
+                            [&](const Instrument& tool) { return hides(tool, point); })) {
+                continue;
             }
             image[pixel] = static_cast<std::uint16_t>(std::lround(256.0 * shift));
         }

@@ -83,6 +83,52 @@ Rgb steel_colour(const Eigen::Vector3f& point, const Eigen::Vector3f& normal, fl
     return std::min(reach * reach, 2.5f) * lighting.exposure * level * Rgb{0.93f, 0.97f, 1.0f};
 }
 
+/// A pixel's part of an instrument, in the view's frame.
+struct Steel {
+    const Instrument* instrument;
+    Approach near;
+    float cover;  ///< 0..1
+};
+
+Rgb steel_seen(const Steel& steel, const Eigen::Vector3d& direction, const Lighting& lighting) {
+    const Instrument& instrument = *steel.instrument;
+    const Approach& near = steel.near;
+    const Eigen::Vector3d on_axis = instrument.tip + near.along_axis * instrument.axis;
+    const Eigen::Vector3d across = direction - direction.dot(instrument.axis) * instrument.axis;
+    const double inside = std::sqrt(
+        std::max(0.0, instrument.radius * instrument.radius - near.distance * near.distance));
+    const Eigen::Vector3d normal =
+        (near.along_line * direction - on_axis - inside * across.normalized()).normalized();
+    const Eigen::Vector3d point = on_axis + instrument.radius * normal;
+    return steel_colour(point.cast<float>(), normal.cast<float>(),
+                        static_cast<float>(near.along_axis), lighting);
+}
+
+/// instruments: in the view's frame. seen: scratch.
+Rgb instruments_over(Rgb behind, const View& view, const Hit& hit, const Eigen::Vector2f& ray,
+                     const std::vector<Instrument>& instruments, const Lighting& lighting,
+                     std::vector<Steel>& seen) {
+    const Eigen::Vector3d direction(ray.x(), ray.y(), 1.0);
+    const double far = hit.z > 0 ? hit.z : 1000.0;
+    seen.clear();
+    for (const Instrument& instrument : instruments) {
+        const Approach near =
+            nearest_approach(instrument, Eigen::Vector3d::Zero(), direction, 1.0, far);
+        const double pixel_mm = near.along_line / view.lens.fx;
+        const double cover =
+            std::clamp((instrument.radius - near.distance) / pixel_mm + 0.5, 0.0, 1.0);
+        if (cover > 0) {
+            seen.push_back({&instrument, near, static_cast<float>(cover)});
+        }
+    }
+    std::sort(seen.begin(), seen.end(),
+              [](const Steel& a, const Steel& b) { return a.near.along_line > b.near.along_line; });
+    for (const Steel& steel : seen) {
+        behind = mix(behind, steel_seen(steel, direction, lighting), steel.cover);
+    }
+    return behind;
+}
+
 }  // namespace
 
 void Painter::paint(const View& view, const std::vector<Hit>& hits, const PictureRequest& request,
@@ -99,7 +145,8 @@ void Painter::paint(const View& view, const std::vector<Hit>& hits, const Pictur
 }
 
 Rgb Painter::tissue_colour(const View& view, const Hit& hit, const Eigen::Vector2f& ray,
-                           const PictureRequest& request, const Instrument* instrument) const {
+                           const PictureRequest& request,
+                           const std::vector<Instrument>& instruments) const {
     const Eigen::Vector3f point(hit.z * ray.x(), hit.z * ray.y(), hit.z);
     const Eigen::Matrix3f turn = view.rotation.cast<float>();
     const Eigen::Vector3f normal = (turn * hit.normal).normalized();
@@ -123,45 +170,27 @@ Rgb Painter::tissue_colour(const View& view, const Hit& hit, const Eigen::Vector
 
     const float reach = static_cast<float>(request.lighting.distance) / distance;
     float lit = reach * reach * request.lighting.exposure;
-    if (instrument != nullptr) {
+    float from_lamp = 1.0f;
+    for (const Instrument& instrument : instruments) {
         const Approach shade =
-            nearest_approach(*instrument, point.cast<double>(), to_lamp.cast<double>(), 0.0, 1.0);
-        const auto radius = static_cast<float>(instrument->radius);
-        lit *= 0.18f + 0.82f * smooth_step(0.85f * radius, 1.25f * radius,
-                                           static_cast<float>(shade.distance));
+            nearest_approach(instrument, point.cast<double>(), to_lamp.cast<double>(), 0.0, 1.0);
+        const auto radius = static_cast<float>(instrument.radius);
+        from_lamp *=
+            smooth_step(0.85f * radius, 1.25f * radius, static_cast<float>(shade.distance));
+    }
+    if (!instruments.empty()) {
+        lit *= 0.18f + 0.82f * from_lamp;
     }
     return lit * (facing * sample.albedo + highlight * Rgb{1.0f, 0.97f, 0.93f});
 }
 
-/// instrument: in the view's frame.
-Rgb Painter::instrument_over(Rgb behind, const View& view, const Hit& hit,
-                             const Eigen::Vector2f& ray, const Instrument& instrument,
-                             const Lighting& lighting) {
-    const Eigen::Vector3d direction(ray.x(), ray.y(), 1.0);
-    const double far = hit.z > 0 ? hit.z : 1000.0;
-    const Approach near =
-        nearest_approach(instrument, Eigen::Vector3d::Zero(), direction, 1.0, far);
-    const double pixel_mm = near.along_line / view.lens.fx;
-    const double cover = std::clamp((instrument.radius - near.distance) / pixel_mm + 0.5, 0.0, 1.0);
-    if (cover <= 0) {
-        return behind;
-    }
-    const Eigen::Vector3d on_axis = instrument.tip + near.along_axis * instrument.axis;
-    const Eigen::Vector3d across = direction - direction.dot(instrument.axis) * instrument.axis;
-    const double inside = std::sqrt(
-        std::max(0.0, instrument.radius * instrument.radius - near.distance * near.distance));
-    const Eigen::Vector3d normal =
-        (near.along_line * direction - on_axis - inside * across.normalized()).normalized();
-    const Eigen::Vector3d point = on_axis + instrument.radius * normal;
-    const Rgb steel = steel_colour(point.cast<float>(), normal.cast<float>(),
-                                   static_cast<float>(near.along_axis), lighting);
-    return mix(behind, steel, static_cast<float>(cover));
-}
-
 void Painter::paint_rows(const View& view, const std::vector<Hit>& hits,
                          const PictureRequest& request, int first, int last) {
-    const Instrument tool = view.from_scene(request.instrument.value_or(Instrument{}));
-    const Instrument* instrument = request.instrument ? &tool : nullptr;
+    std::vector<Instrument> instruments;
+    for (const Instrument& instrument : request.instruments) {
+        instruments.push_back(view.from_scene(instrument));
+    }
+    std::vector<Steel> steel;
     const float corner =
         0.25f * static_cast<float>(view.width * view.width + view.height * view.height);
     for (int v = first; v < last; ++v) {
@@ -173,10 +202,11 @@ void Painter::paint_rows(const View& view, const std::vector<Hit>& hits,
             if (request.outside == Outside::drape) {
                 colour = drape_colour(ray, request.view_offset);
             } else if (request.outside == Outside::none && hit.z > 0) {
-                colour = tissue_colour(view, hit, ray, request, instrument);
+                colour = tissue_colour(view, hit, ray, request, instruments);
             }
-            if (instrument != nullptr && request.outside == Outside::none) {
-                colour = instrument_over(colour, view, hit, ray, *instrument, request.lighting);
+            if (request.outside == Outside::none) {
+                colour =
+                    instruments_over(colour, view, hit, ray, instruments, request.lighting, steel);
             }
             if (request.smoke.density > 0) {
                 colour = mix(colour, kSmokeColour, smoke_at(u, v));

@@ -4,7 +4,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "sdk/cli/render/instrument.hpp"
@@ -38,7 +37,7 @@ struct Sensor {
 struct PictureRequest {
     Lighting lighting;
     Sensor sensor;
-    std::optional<Instrument> instrument;  ///< scene's frame
+    std::vector<Instrument> instruments;  ///< scene's frame
     Smoke smoke;
     Outside outside = Outside::none;
     Eigen::Vector3d view_offset =
@@ -58,10 +57,8 @@ class Painter {
     void paint_rows(const View& view, const std::vector<Hit>& hits, const PictureRequest& request,
                     int first, int last);
     Rgb tissue_colour(const View& view, const Hit& hit, const Eigen::Vector2f& ray,
-                      const PictureRequest& request, const Instrument* instrument) const;
-    static Rgb instrument_over(Rgb behind, const View& view, const Hit& hit,
-                               const Eigen::Vector2f& ray, const Instrument& instrument,
-                               const Lighting& lighting);
+                      const PictureRequest& request,
+                      const std::vector<Instrument>& instruments) const;
     void expose_rows(const View& view, const PictureRequest& request, int first, int last,
                      std::vector<std::uint8_t>& bgr) const;
     void prepare_smoke(const View& view, const PictureRequest& request);

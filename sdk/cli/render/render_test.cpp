@@ -314,12 +314,14 @@ TEST_CASE("both views show the tissue where the truth has it, f*B/Z apart") {
         check_views(Written("respiration", 480, 270, 4), 3);
     }
     SUBCASE("5:4") { check_views(Written("stretch", 360, 288, 1), 0); }
+    SUBCASE("pinched") { check_views(Written("pinch", 480, 270, 20), 19); }
 }
 
 TEST_CASE("the pictures move as the truth says") {
     SUBCASE("heartbeat") { check_follows(Written("heartbeat", 480, 270, 3), 2); }
     SUBCASE("respiration, raw") { check_follows(Written("respiration", 480, 270, 3), 2); }
     SUBCASE("stretch") { check_follows(Written("stretch", 480, 270, 6), 5); }
+    SUBCASE("pinch") { check_follows(Written("pinch", 480, 270, 12), 11); }
 }
 
 TEST_CASE("the disparity picture is f*B/Z of the truth") {
@@ -377,6 +379,32 @@ TEST_CASE("stretch changes distances by 30 % and more") {
     CHECK(maximum < 1.50);
 }
 
+TEST_CASE("pinch draws tissue together under the tip and presses it in") {
+    const Written w("pinch", 320, 180, 22);
+    const auto& rest = w.truth[0];
+    const auto& pinched = w.truth[21];
+    const auto area = [](const std::vector<TruthRow>& rows, std::size_t a, std::size_t b,
+                         std::size_t c) {
+        return 0.5 * cv::norm((rows[b].point - rows[a].point).cross(rows[c].point - rows[a].point));
+    };
+    double smallest = 1, deepest = 0;
+    for (std::size_t id = 0; id + 1 < w.points.size(); ++id) {
+        deepest = std::max(deepest, pinched[id].point.z - rest[id].point.z);
+        const cv::Point2d below(w.points[id].x,
+                                w.points[id].y + w.points[id + 1].x - w.points[id].x);
+        for (std::size_t other = id + 2; other < w.points.size(); ++other) {
+            if (w.points[id + 1].y == w.points[id].y && cv::norm(w.points[other] - below) < 4) {
+                smallest = std::min(
+                    smallest, area(pinched, id, id + 1, other) / area(rest, id, id + 1, other));
+            }
+        }
+    }
+    CHECK(smallest < 0.5);
+    CHECK(smallest > 0.3);
+    CHECK(deepest > 8);
+    CHECK(deepest < 14);
+}
+
 TEST_CASE("out of the body nothing is visible, before and after most is") {
     const Written w("out-of-body", 160, 120, 12);
     int blank = 0;
@@ -397,10 +425,11 @@ TEST_CASE("out of the body nothing is visible, before and after most is") {
     CHECK(blank <= 5);
 }
 
-TEST_CASE("points behind the instrument are hidden, and only those") {
-    const Written w("indentation", 320, 180, 5);
+/// Points that the truth calls hidden lie on steel, visible ones on tissue, in frames first and
+/// later.
+void check_hidden(const Written& w, std::size_t first, int hidden) {
     int steel = 0, tissue = 0, wrong = 0;
-    for (std::size_t frame = 0; frame < w.truth.size(); ++frame) {
+    for (std::size_t frame = first; frame < w.truth.size(); ++frame) {
         const cv::Mat image = w.image("left", static_cast<int>(frame));
         for (const TruthRow& row : w.truth[frame]) {
             const cv::Point2d pixel = w.in_raw(row.point);
@@ -417,9 +446,14 @@ TEST_CASE("points behind the instrument are hidden, and only those") {
             wrong += row.visible != red && !white ? 1 : 0;
         }
     }
-    CHECK(steel >= 10);
-    CHECK(tissue > 40 * static_cast<int>(w.truth.size()));
+    CHECK(steel >= hidden);
+    CHECK(tissue > 40 * static_cast<int>(w.truth.size() - first));
     CHECK(wrong < (steel + tissue) / 100);
+}
+
+TEST_CASE("points behind the instrument are hidden, and only those") {
+    SUBCASE("indentation") { check_hidden(Written("indentation", 320, 180, 5), 0, 10); }
+    SUBCASE("pinch") { check_hidden(Written("pinch", 320, 180, 20), 15, 20); }
 }
 
 TEST_CASE("row 51: a dropped frame repeats picture and truth of the one before") {

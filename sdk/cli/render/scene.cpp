@@ -1,69 +1,15 @@
 // The reference scenes.
 #include "sdk/cli/render/scene.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
-#include <functional>
-#include <map>
-#include <numbers>
-#include <string_view>
 
+#include "sdk/cli/render/contact_scenes.hpp"
 #include "sdk/cli/render/noise.hpp"
+#include "sdk/cli/render/scene_setting.hpp"
 
 namespace defrec::cli {
 namespace {
-
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
-constexpr double kDegree = std::numbers::pi / 180.0;
-
-/// Camera that turns about a target in front of it. Angles in rad, lengths in mm.
-struct Orbit {
-    double yaw = 0, pitch = 0, roll = 0;
-    Eigen::Vector3d shift = Eigen::Vector3d::Zero();  ///< of target and camera
-    double retreat = 0;                               ///< away from the target
-};
-
-CameraPose pose_of(const Orbit& orbit, double depth) {
-    using Eigen::AngleAxisd;
-    using Eigen::Vector3d;
-    CameraPose pose;
-    const Eigen::Matrix3d to_scene =
-        (AngleAxisd(orbit.yaw, Vector3d::UnitY()) * AngleAxisd(orbit.pitch, Vector3d::UnitX()) *
-         AngleAxisd(orbit.roll, Vector3d::UnitZ()))
-            .toRotationMatrix();
-    const Vector3d target = Vector3d(0, 0, depth) + orbit.shift;
-    pose.rotation = to_scene.transpose();
-    pose.centre = target - (depth + orbit.retreat) * to_scene.col(2);
-    return pose;
-}
-
-/// What a hand or a holder adds to any camera: a few tenths of a mm.
-void add_tremor(Orbit& orbit, double time, double phase) {
-    orbit.shift += Eigen::Vector3d(
-        0.12 * std::sin(0.61 * time + phase) + 0.07 * std::sin(1.53 * time),
-        0.10 * std::sin(0.47 * time + 2.0 * phase), 0.14 * std::sin(0.39 * time + 1.0));
-    orbit.roll += 0.0016 * std::sin(0.53 * time + phase);
-    orbit.pitch += 0.0009 * std::sin(0.71 * time + 3.0 * phase);
-}
-
-double ease(double low, double high, double x) {
-    const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
-    return t * t * (3.0 - 2.0 * t);
-}
-
-/// What a scene's own function needs of the whole.
-struct Setting {
-    int frames;
-    double depth;
-    double phase;  ///< from the seed, rad
-    const Surface* surface;
-    const std::map<std::string, double, std::less<>>* parameters;
-
-    double parameter(std::string_view name) const { return parameters->find(name)->second; }
-    int share(double x) const { return static_cast<int>(std::lround(x * frames)); }
-};
 
 FrameState heartbeat(const Setting& setting, int frame) {
     FrameState state;
@@ -122,7 +68,7 @@ FrameState indentation(const Setting& setting, int frame) {
     const double hover = tool.radius + 5.0 * (1.0 - ease(0.0, 0.35, press));
     tool.tip =
         setting.surface->at(centre.x(), centre.y(), t, state.motion) - Eigen::Vector3d(0, 0, hover);
-    state.instrument = tool;
+    state.instruments.push_back(tool);
     return state;
 }
 
@@ -259,6 +205,15 @@ const std::vector<Entry>& entries() {
          0.7,
          0.70f,
          stretch},
+        {{.name = "pinch",
+          .summary = "an instrument presses the tissue in and draws it together",
+          .parameters = {{"depth", 11, 0, 13, "mm", "how far the tip presses the tissue in"},
+                         {"area", 0.35, 0.25, 1, "", "what is left of the area under the tip"},
+                         {"drag", 2.5, 0, 4, "mm", "how far the tip then goes sideways"}}},
+         {.mottling = 0.75f, .vessels = 0.9f, .spots = 0.7f},
+         0.8,
+         0.70f,
+         pinch},
     };
     return table;
 }
@@ -270,9 +225,8 @@ std::string number(double value) {
 }
 
 /// Every parameter of the scene with the value that it has.
-std::map<std::string, double, std::less<>> parameters_of(
-    const SceneInfo& scene, const std::vector<SceneSetting>& settings) {
-    std::map<std::string, double, std::less<>> values;
+SceneParameters parameters_of(const SceneInfo& scene, const std::vector<SceneSetting>& settings) {
+    SceneParameters values;
     std::string known;
     for (const SceneParameter& p : scene.parameters) {
         values[p.name] = p.initial;
@@ -320,7 +274,7 @@ Scene make_scene(const std::string& name, int width, int height, int frames, std
         }
         throw RenderUsageError("there is no scene named '" + name + "'; the scenes are " + known);
     }
-    const auto parameters = parameters_of(entry->info, settings);
+    const SceneParameters parameters = parameters_of(entry->info, settings);
     const StereoRig rig = make_rig(width, height, entry->info.rectified);
     const std::uint64_t own_seed =
         scramble(seed) ^ scramble(static_cast<std::uint64_t>(entry - table.begin()));
@@ -333,8 +287,8 @@ Scene make_scene(const std::string& name, int width, int height, int frames, std
             own_seed,
             surface,
             entry->exposure,
-            [surface, at, phase, frames, parameters, depth = rig.depth](int frame) {
-                return at(Setting{frames, depth, phase, &surface, &parameters}, frame);
+            [surface, at, phase, frames, parameters, rig](int frame) {
+                return at(Setting{frames, rig.depth, phase, &surface, &parameters, &rig}, frame);
             }};
 }
 

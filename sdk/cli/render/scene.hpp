@@ -4,7 +4,6 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,7 +27,7 @@ struct FrameState {
     double time = 0;  ///< frames
     Motion motion;
     CameraPose camera;
-    std::optional<Instrument> instrument;
+    std::vector<Instrument> instruments;  ///< scene's frame
     Smoke smoke;
     Outside outside = Outside::none;
     bool repeats_previous = false;  ///< a dropped frame: picture and truth of the frame before

@@ -62,6 +62,15 @@ void add_stretch(const Stretch& p, double s, double t, Eigen::Vector3d& moved) {
     moved.z() += 0.12 * p.strain * p.reach * std::exp(-(s * s + t * t) / (2.0 * p.reach * p.reach));
 }
 
+void add_pinch(const Pinch& p, double s, double t, Eigen::Vector3d& moved) {
+    const double ds = s - p.centre.x(), dt = t - p.centre.y();
+    const double squared = ds * ds + dt * dt;
+    const double near = std::exp(-squared / (2.0 * p.gather_sigma * p.gather_sigma));
+    moved.x() += near * (p.drag.x() - p.gather * ds);
+    moved.y() += near * (p.drag.y() - p.gather * dt);
+    moved.z() += p.depth * std::exp(-squared / (2.0 * p.sigma * p.sigma));
+}
+
 }  // namespace
 
 Surface::Surface(double depth, double relief, std::uint64_t seed) : depth_(depth) {
@@ -98,6 +107,9 @@ Eigen::Vector3d Surface::at(double s, double t, double time, const Motion& motio
     }
     if (motion.stretch.strain != 0) {
         add_stretch(motion.stretch, s, t, moved);
+    }
+    if (motion.pinch.depth != 0 || motion.pinch.gather != 0) {
+        add_pinch(motion.pinch, s, t, moved);
     }
     return moved;
 }

@@ -1,6 +1,6 @@
 // The tissue surface as a formula: material coordinates (s, t) in mm and time in frames to a point
-// in mm. Motion is built from waves, swell, Gaussian indentation and stretch; nothing of a
-// tracker's own model.
+// in mm. Motion is built from waves, swell, Gaussian indentation, pinch and stretch; nothing of
+// a tracker's own model.
 #pragma once
 
 #include <Eigen/Core>
@@ -33,6 +33,17 @@ struct Indentation {
     Eigen::Vector2d drag = Eigen::Vector2d::Zero();    ///< mm, tangential, where pressed
 };
 
+/// An instrument's tip that draws the tissue together under it while it presses; set anew for every
+/// frame. In the plane, lengths at the centre shrink to 1 - gather.
+struct Pinch {
+    double depth = 0;                                  ///< mm away from the camera
+    double sigma = 9;                                  ///< mm, of the pit
+    double gather = 0;                                 ///< 0..0.5
+    double gather_sigma = 10.2;                        ///< mm
+    Eigen::Vector2d centre = Eigen::Vector2d::Zero();  ///< material coordinates
+    Eigen::Vector2d drag = Eigen::Vector2d::Zero();    ///< mm, tangential
+};
+
 /// Pull along s with contraction along t.
 struct Stretch {
     double strain = 0;  ///< largest, in the middle; 0.35: 35 %
@@ -45,6 +56,7 @@ struct Motion {
     Respiration respiration;
     Indentation indentation;
     Stretch stretch;
+    Pinch pinch;
 };
 
 class Surface {

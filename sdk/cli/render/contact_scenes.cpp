@@ -1,0 +1,60 @@
+// The scenes in which instruments touch the tissue hard.
+#include "sdk/cli/render/contact_scenes.hpp"
+
+namespace defrec::cli {
+namespace {
+
+/// A place and a time of an event that comes again elsewhere. Contact is 0 between the events.
+struct Recurrence {
+    double since;            ///< frames since the event began; negative before the first
+    Eigen::Vector2d centre;  ///< material coordinates
+};
+
+/// Events every `period` frames from frame `first` on, at three places in turn. An instrument is
+/// above the next place during the last `travel` frames of an event.
+Recurrence recurring(double time, double first, double period, double travel) {
+    static const Eigen::Vector2d kPlaces[] = {{-7.0, 3.0}, {11.0, -5.0}, {2.0, 7.0}};
+    const double number = std::max(0.0, std::floor((time - first) / period));
+    const auto place = [](double event) { return kPlaces[static_cast<long>(event) % 3]; };
+    const double since = time - first - number * period;
+    const double onwards = ease(period - travel, period, since);
+    return {since, place(number) + onwards * (place(number + 1) - place(number))};
+}
+
+/// Along the shaft, mm: instruments come into the view after the first frame, so that the points
+/// that they will touch are among those of points.csv.
+double retracted(double time, double arrives) { return 45.0 * (1.0 - ease(0.0, arrives, time)); }
+
+}  // namespace
+
+FrameState pinch(const Setting& setting, int frame) {
+    constexpr double kArrives = 8, kPeriod = 30, kPressed = 9, kReleases = 17, kReleased = 25;
+    FrameState state;
+    state.time = frame;
+    const double t = frame;
+    const Recurrence event = recurring(t, kArrives, kPeriod, kPeriod - kReleased);
+    const double press =
+        ease(0.0, kPressed, event.since) * (1.0 - ease(kReleases, kReleased, event.since));
+    const double sideways = ease(0.6 * kPressed, kReleases, event.since) * press;
+    state.motion.heartbeat = {
+        .lift = 2.8, .shear = 1.1, .twist = 0.0, .period = 18, .wavelength = 90};
+    state.motion.pinch = {.depth = setting.parameter("depth") * press,
+                          .gather = (1.0 - std::sqrt(setting.parameter("area"))) * press,
+                          .centre = event.centre,
+                          .drag = sideways * setting.parameter("drag") *
+                                  Eigen::Vector2d(std::cos(0.07 * t), std::sin(0.07 * t))};
+    Orbit orbit{.yaw = 2.0 * kDegree * std::sin(kTwoPi * t / 60.0),
+                .shift = {1.5 * std::sin(kTwoPi * t / 55.0), 1.0 * std::sin(kTwoPi * t / 38.0), 0}};
+    add_tremor(orbit, t, setting.phase);
+    state.camera = pose_of(orbit, setting.depth);
+    // Steeper than the wall of the pit.
+    Instrument tool;
+    tool.axis = Eigen::Vector3d(-0.46, 0.31, -0.83).normalized();
+    const double hover = tool.radius + 6.0 * (1.0 - ease(0.0, 0.2, press));
+    tool.tip = setting.surface->at(event.centre.x(), event.centre.y(), t, state.motion) -
+               Eigen::Vector3d(0, 0, hover) + retracted(t, kArrives) * tool.axis;
+    state.instruments.push_back(tool);
+    return state;
+}
+
+}  // namespace defrec::cli

@@ -1,0 +1,11 @@
+// The scenes in which instruments touch the tissue hard. docs/reference_sequences.md describes
+// them.
+#pragma once
+
+#include "sdk/cli/render/scene_setting.hpp"
+
+namespace defrec::cli {
+
+FrameState pinch(const Setting& setting, int frame);
+
+}  // namespace defrec::cli
