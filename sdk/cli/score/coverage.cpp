@@ -52,10 +52,10 @@ Coverage coverage_of(const std::vector<ErrorSample>& samples) {
     return coverage;
 }
 
-std::vector<std::string> miscalibrated(const std::vector<StatusCoverage>& statuses) {
+std::vector<std::string> miscalibrated(const std::vector<StatusConfidence>& statuses) {
     std::vector<std::string> messages;
     bool any_judged = false;
-    for (const auto& [status, coverage] : statuses) {
+    for (const auto& [status, coverage, ause] : statuses) {
         if (coverage.without_expected > 0) {
             messages.push_back(std::to_string(coverage.without_expected) + " " + status +
                                " points have no expected error");

@@ -32,14 +32,15 @@ struct CoverageBands {
     static constexpr std::size_t kMinCount = 100;
 };
 
-struct StatusCoverage {
-    std::string status;  // as points.csv names it
+struct StatusConfidence {
+    std::string status;  // as points.csv names it, or "all"
     Coverage coverage;
+    double ause = 0;  // area under the sparsification error curve
 };
 
 // One error message for each status outside of the bands, or with points without an expected
 // error, and one if no status can be judged. Empty when all hold.
-std::vector<std::string> miscalibrated(const std::vector<StatusCoverage>& statuses);
+std::vector<std::string> miscalibrated(const std::vector<StatusConfidence>& statuses);
 
 nlohmann::ordered_json coverage_json(const Coverage& coverage);
 

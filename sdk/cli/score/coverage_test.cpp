@@ -23,7 +23,7 @@ std::vector<ErrorSample> samples_of(const int (&counts)[4]) {
 }
 
 std::vector<std::string> judged(const int (&counts)[4]) {
-    return miscalibrated({{"tracked", coverage_of(samples_of(counts))}});
+    return miscalibrated({{"tracked", coverage_of(samples_of(counts)), 0}});
 }
 
 }  // namespace
@@ -68,12 +68,12 @@ TEST_CASE("each band is judged at its limit") {
 TEST_CASE("few points judge nothing, and points without an expected error are faults") {
     CHECK(judged({0, 0, 0, 99}).front().find("no status has 100 points") == 0);
     CHECK(judged({0, 0, 0, 100}).size() == 1);
-    const std::vector<StatusCoverage> statuses{
-        {"tracked", coverage_of(samples_of({70, 30, 0, 0}))},
-        {"extrapolated", coverage_of(samples_of({0, 0, 0, 99}))}};
+    const std::vector<StatusConfidence> statuses{
+        {"tracked", coverage_of(samples_of({70, 30, 0, 0})), 0},
+        {"extrapolated", coverage_of(samples_of({0, 0, 0, 99})), 0}};
     CHECK(miscalibrated(statuses).empty());
     std::vector<ErrorSample> samples = samples_of({70, 30, 0, 0});
     samples.push_back({0, kNone});
-    CHECK(miscalibrated({{"tracked", coverage_of(samples)}}).front() ==
+    CHECK(miscalibrated({{"tracked", coverage_of(samples), 0}}).front() ==
           "1 tracked points have no expected error");
 }

@@ -11,6 +11,7 @@
 
 #include "sdk/cli/io/text.hpp"
 #include "sdk/cli/score/percentile.hpp"
+#include "sdk/cli/score/sparsification.hpp"
 #include "sdk/cli/track/track_outputs.hpp"
 
 namespace defrec::cli {
@@ -18,11 +19,19 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+StatusConfidence confidence_of(const std::string& status, const std::vector<ErrorSample>& samples) {
+    return {status, coverage_of(samples), ause_of(sparsification_of(samples))};
+}
+
 // Collects the rows of one group.
 class Group {
   public:
     void add(const ScoredRow& row) {
         frames_.insert(row.frame);
+        const bool said_visible = row.status == name_of(PointStatus::kTracked);
+        constexpr double kFar = std::numeric_limits<double>::infinity();
+        rows_.push_back({row.truly_visible, said_visible, row.error_mm.value_or(kFar),
+                         row.error_px.value_or(kFar)});
         group_.visible_points += row.truly_visible ? 1 : 0;
         if (!row.error_mm) {
             group_.lost_visible += row.truly_visible ? 1 : 0;
@@ -32,7 +41,7 @@ class Group {
         (row.truly_visible ? visible_ : hidden_).push_back(error);
         constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
         samples_[row.status].push_back({error, row.expected_mm.value_or(kNone)});
-        if (row.status == name_of(PointStatus::kTracked)) {
+        if (said_visible) {
             ObservedErrors& observed = group_.observed;
             ++observed.count;
             observed.max = std::max(observed.max, error);
@@ -40,13 +49,18 @@ class Group {
         }
     }
 
-    ScoreGroup finish(const std::string& name) {
+    ScoreGroup finish(const std::string& name, bool with_pixels) {
         group_.name = name;
         group_.frames = frames_.size();
         group_.visible = summarise(std::move(visible_));
         group_.hidden = summarise(std::move(hidden_));
-        for (const auto& [status, samples] : samples_)
-            group_.statuses.push_back({status, coverage_of(samples)});
+        std::vector<ErrorSample> all;
+        for (const auto& [status, samples] : samples_) {
+            group_.statuses.push_back(confidence_of(status, samples));
+            all.insert(all.end(), samples.begin(), samples.end());
+        }
+        group_.all_statuses = confidence_of("all", all);
+        group_.visibility = visibility_of(rows_, with_pixels);
         return std::move(group_);
     }
 
@@ -54,54 +68,10 @@ class Group {
     ScoreGroup group_;
     std::set<std::int64_t> frames_;
     std::vector<double> visible_, hidden_;
+    std::vector<VisibilitySample> rows_;
     // The more certain status first.
     std::map<std::string, std::vector<ErrorSample>, std::greater<>> samples_;
 };
-
-std::string padded(const std::string& text, std::size_t width, bool to_the_right = true) {
-    const std::string blanks(text.size() < width ? width - text.size() : 0, ' ');
-    return to_the_right ? blanks + text : text + blanks;
-}
-
-std::string table_line(const std::string& name, const ErrorSummary& summary,
-                       const std::string& lost) {
-    std::string line = padded(name, 22, false) + padded(std::to_string(summary.count), 9);
-    for (const double value :
-         {summary.median, summary.mean, summary.rmse, summary.p95, summary.max}) {
-        line += padded(summary.count > 0 ? format_fixed(value, 3) : "-", 9);
-    }
-    return line + padded(lost, 9) + "\n";
-}
-
-std::string coverage_table(const Score& score) {
-    std::string table = padded("expected errors", 22, false) + padded("points", 9);
-    for (const char* name : {"within 1", "within 2", "within 3", "rms ratio", "p99 ratio"})
-        table += padded(name, 11);
-    table += "\n";
-    const auto add = [&](const std::string& indent, const ScoreGroup& group) {
-        for (const auto& [status, coverage] : group.statuses) {
-            const auto number = [&](double value, const char* unit) {
-                table += padded(coverage.count > 0 ? format_fixed(value, 2) + unit : "-", 11);
-            };
-            table += padded(indent + status, 22, false);
-            table += padded(std::to_string(coverage.count), 9);
-            for (const double share : coverage.within) number(100 * share, " %");
-            number(coverage.rms_ratio, "");
-            number(coverage.p99_ratio, "");
-            table += "\n";
-        }
-    };
-    add("", score.all);
-    for (const ScoreGroup& group : score.states) add("  " + group.name + " ", group);
-    const ObservedErrors& observed = score.all.observed;
-    if (observed.count > 0) {
-        table += std::to_string(observed.off) + " of " + std::to_string(observed.count) + " " +
-                 name_of(PointStatus::kTracked) + " points are off by more than " +
-                 format_fixed(ObservedErrors::kOffMm, 0) + " mm, the worst by " +
-                 format_fixed(observed.max, 3) + " mm\n";
-    }
-    return table;
-}
 
 Json errors_json(const ErrorSummary& summary) {
     Json json;
@@ -117,6 +87,12 @@ Json errors_json(const ErrorSummary& summary) {
     return json;
 }
 
+Json confidence_json(const StatusConfidence& confidence) {
+    Json json = coverage_json(confidence.coverage);
+    json["ause"] = confidence.ause;
+    return json;
+}
+
 Json group_json(const ScoreGroup& group) {
     Json json;
     json["frames"] = group.frames;
@@ -128,9 +104,10 @@ Json group_json(const ScoreGroup& group) {
     json["observed"] = {{"count", group.observed.count},
                         {"max_mm", group.observed.max},
                         {"off_by_more_than_2_mm", group.observed.off}};
-    json["expected_errors"] = Json::object();
-    for (const auto& [status, coverage] : group.statuses)
-        json["expected_errors"][status] = coverage_json(coverage);
+    json["expected_errors"] = {{"all", confidence_json(group.all_statuses)}};
+    for (const StatusConfidence& status : group.statuses)
+        json["expected_errors"][status.status] = confidence_json(status);
+    json["visibility"] = visibility_json(group.visibility);
     return json;
 }
 
@@ -170,37 +147,14 @@ Score score_of(const ScoredRows& scored) {
         if (!row.state.empty()) groups[row.state].add(row);
     }
     Score score;
-    score.all = all.finish("all");
+    score.all = all.finish("all", scored.has_pixels);
     score.frames_without_visible = score.all.frames - frames_with_visible.size();
     for (const std::string& state : scored.states) {
         if (const auto group = groups.find(state); group != groups.end()) {
-            score.states.push_back(group->second.finish(state));
+            score.states.push_back(group->second.finish(state, scored.has_pixels));
         }
     }
     return score;
-}
-
-std::string score_table(const Score& score) {
-    std::string table = padded("errors in mm", 22, false);
-    for (const char* name : {"points", "median", "mean", "rmse", "p95", "max", "lost"})
-        table += padded(name, 9);
-    table += "\n";
-    const auto percent = [](const ScoreGroup& group) {
-        return format_fixed(100 * group.lost_share(), 2) + " %";
-    };
-    table += table_line("visible", score.all.visible, percent(score.all));
-    table += table_line("hidden", score.all.hidden, "");
-    for (const ScoreGroup& group : score.states) {
-        table += table_line("  " + group.name + " visible", group.visible, percent(group));
-        if (group.hidden.count > 0)
-            table += table_line("  " + group.name + " hidden", group.hidden, "");
-    }
-    table += std::to_string(score.all.frames) + " frames";
-    if (score.frames_without_visible > 0) {
-        table += ", " + std::to_string(score.frames_without_visible) +
-                 " of them without a visible point (not counted in lost)";
-    }
-    return table + "\n\n" + coverage_table(score);
 }
 
 nlohmann::ordered_json score_json(const Score& score) {

@@ -9,6 +9,7 @@
 
 #include "sdk/cli/score/coverage.hpp"
 #include "sdk/cli/score/scored_rows.hpp"
+#include "sdk/cli/score/visibility.hpp"
 
 namespace defrec::cli {
 
@@ -37,7 +38,10 @@ struct ScoreGroup {
     std::size_t lost_visible = 0;    // of them
     double lost_share() const;       // 0..1; 0 without visible points
     ObservedErrors observed;
-    std::vector<StatusCoverage> statuses;  // visible and hidden points with a position
+    // Visible and hidden points with a position.
+    std::vector<StatusConfidence> statuses;
+    StatusConfidence all_statuses;
+    Visibility visibility;  // all rows; status tracked says that a point is visible
 };
 
 struct Score {

@@ -128,6 +128,10 @@ TEST_CASE("expected errors are judged for each status, over visible and hidden p
     CHECK(score.states[1].statuses[0].coverage.count == 1);
     const auto json = score_json(score);
     CHECK(json["expected_errors"]["extrapolated"]["within_1"] == 0.5);
+    CHECK(json["expected_errors"]["all"]["count"] == 4);
+    // Errors 1 and 3 with 0.1, 2 and 5 with 2. What is left: 11, 10, 8, 8 by expected and 11, 8,
+    // 6, 4 by true error, over 11.
+    CHECK(json["expected_errors"]["all"]["ause"] == doctest::Approx(2.0 / 11));
     CHECK(json["observed"]["off_by_more_than_2_mm"] == 1);
     CHECK(score_table(score).find("1 of 2 tracked points are off by more than 2 mm, the worst by "
                                   "5.000 mm") != std::string::npos);
@@ -137,6 +141,35 @@ TEST_CASE("expected errors are judged for each status, over visible and hidden p
     CHECK(score_of(folder).all.statuses[0].coverage.without_expected == 1);
     folder.write("points.csv", with(kPoints, "13,4,80,1,1,tracked,0.1", "13,4,80,1,1,tracked,-1"));
     CHECK(refusal(folder).find("points.csv:3: -1 is negative") != std::string::npos);
+}
+
+TEST_CASE("tracked points are those said to be visible, and pixels need the camera") {
+    const TestFolder folder;
+    write_all(folder);
+    const Score without = score_of(folder);
+    // Of 5 visible rows the first two are tracked, 1 and 5 mm off; the other 4 rows are hidden.
+    CHECK(without.all.visibility.count == 9);
+    CHECK(without.all.visibility.occlusion_accuracy == doctest::Approx(6.0 / 9));
+    CHECK(without.all.visibility.mm.at[1] == doctest::Approx(1.0 / 6));
+    CHECK(without.all.visibility.mm.at[2] == doctest::Approx(2.0 / 5));
+    CHECK_FALSE(without.all.visibility.px);
+
+    folder.write("summary.json", R"({"rectified_camera": {"fx": 400, "fy": 200, "cx": 3}})");
+    const auto rows = read_scored_rows(folder.path(), folder / "truth.csv", {}).rows;
+    CHECK(rows[0].error_px == doctest::Approx(0));
+    CHECK(rows[1].error_px == doctest::Approx(std::hypot(15.0, 10.0)));  // 18.03
+    CHECK_FALSE(rows[3].error_px);
+    const Score score = score_of(folder);
+    CHECK(score.all.visibility.px->at[3] == doctest::Approx(1.0 / 6));
+    CHECK(score.all.visibility.px->at[4] == doctest::Approx(2.0 / 5));
+    CHECK(score_json(score)["states"]["tracking"]["visibility"]["jaccard_px"]["32"] == 1);
+    CHECK(score_table(score).find("occlusion accuracy 66.67 % of 9 points") != std::string::npos);
+
+    folder.write("points.csv", with(kPoints, "13,4,80", "13,4,-80"));
+    CHECK(std::isinf(*read_scored_rows(folder.path(), folder / "truth.csv", {}).rows[1].error_px));
+    folder.write("summary.json", R"({"rectified_camera": {"fx": 400}})");
+    CHECK(refusal(folder).find("summary.json: a number rectified_camera/fy was expected") !=
+          std::string::npos);
 }
 
 TEST_CASE("files that do not fit are refused with their line") {

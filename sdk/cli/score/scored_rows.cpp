@@ -4,9 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
 #include <unordered_map>
 
 #include "sdk/cli/io/csv.hpp"
+#include "sdk/cli/io/exit_code.hpp"
+#include "sdk/cli/io/text.hpp"
 
 namespace defrec::cli {
 namespace {
@@ -24,9 +28,42 @@ struct KeyHash {
     }
 };
 
+using Xyz = std::array<double, 3>;
+
+double distance(const Xyz& a, const Xyz& b) {
+    return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+}
+
+// The rectified left camera; the principal point makes no difference to distances.
+struct Focal {
+    double x = 0, y = 0;  // px
+
+    double distance(const Xyz& a, const Xyz& b) const {
+        if (a[2] <= 0 || b[2] <= 0) return std::numeric_limits<double>::infinity();
+        return std::hypot(x * (a[0] / a[2] - b[0] / b[2]), y * (a[1] / a[2] - b[1] / b[2]));
+    }
+};
+
+std::optional<Focal> read_focal(const std::filesystem::path& path) {
+    std::error_code error;
+    if (!std::filesystem::exists(path, error)) return {};
+    constexpr std::size_t kLargestFile = 100'000'000;
+    const auto json =
+        nlohmann::json::parse(read_text_file(path, kLargestFile, ExitCode::kInput), nullptr, false);
+    const auto length = [&](const char* name) {
+        const nlohmann::json::json_pointer pointer(std::string("/rectified_camera/") + name);
+        if (json.is_discarded() || !json.contains(pointer) || !json[pointer].is_number()) {
+            throw CliError(ExitCode::kInput, path.string() + ": a number rectified_camera/" + name +
+                                                 " was expected.");
+        }
+        return json[pointer].get<double>();
+    };
+    return Focal{length("fx"), length("fy")};
+}
+
 // A point with a position.
 struct Tracked {
-    std::array<double, 3> xyz{};
+    Xyz xyz{};
     std::string status;
     std::optional<double> expected_mm;
 };
@@ -86,16 +123,18 @@ ScoredRows read_scored_rows(const std::filesystem::path& folder, const std::file
                             const FrameRange& range) {
     const TrackedPoints tracked = read_tracked(folder / "points.csv");
     States states = read_states(folder / "frames.csv");
+    const std::optional<Focal> focal = read_focal(folder / "summary.json");
     CsvReader csv(truth, {"frame", "id", "x", "y", "z", "visible"});
 
     ScoredRows scored;
     scored.states = std::move(states.order);
+    scored.has_pixels = focal.has_value();
     while (csv.next()) {
         const Key key{csv.integer(0), csv.integer(1)};
         if (key.frame < range.first || (range.last && key.frame >= *range.last)) continue;
         const std::int64_t visible = csv.integer(5);
         if (visible != 0 && visible != 1) csv.fail("visible: 0 or 1 was expected.");
-        const std::array<double, 3> true_xyz{csv.number(2), csv.number(3), csv.number(4)};
+        const Xyz true_xyz{csv.number(2), csv.number(3), csv.number(4)};
         ScoredRow row;
         row.frame = key.frame;
         row.truly_visible = visible == 1;
@@ -106,8 +145,8 @@ ScoredRows read_scored_rows(const std::filesystem::path& folder, const std::file
             const Tracked& point = *found->second;
             row.status = point.status;
             row.expected_mm = point.expected_mm;
-            row.error_mm = std::hypot(point.xyz[0] - true_xyz[0], point.xyz[1] - true_xyz[1],
-                                      point.xyz[2] - true_xyz[2]);
+            row.error_mm = distance(point.xyz, true_xyz);
+            if (focal) row.error_px = focal->distance(point.xyz, true_xyz);
         }
         scored.rows.push_back(std::move(row));
     }

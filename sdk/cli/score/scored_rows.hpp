@@ -15,18 +15,22 @@ struct ScoredRow {
     std::int64_t frame = 0;
     std::string state;  // of the frame, by frames.csv; empty where it does not say
     bool truly_visible = false;
-    std::string status = "lost";        // as points.csv has it; lost without a row or position
-    std::optional<double> error_mm;     // distance from the truth; nothing for lost points
+    std::string status = "lost";     // as points.csv has it; lost without a row or position
+    std::optional<double> error_mm;  // distance from the truth; nothing for lost points
+    // Distance of the projections into the rectified left camera; infinite where either position is
+    // not in front of it. Nothing for lost points and without a camera.
+    std::optional<double> error_px;
     std::optional<double> expected_mm;  // nothing where none was stated
 };
 
 struct ScoredRows {
     std::vector<ScoredRow> rows;      // in the order of the truth; not empty
     std::vector<std::string> states;  // in order of first appearance; empty without frames.csv
+    bool has_pixels = false;          // there is a camera
 };
 
-// `folder` holds points.csv and, for the states, frames.csv. Truth: frame,id,x,y,z,visible. Throws
-// CliError(kInput).
+// `folder` holds points.csv and, for the states, frames.csv; for the camera, summary.json. Truth:
+// frame,id,x,y,z,visible. Throws CliError(kInput).
 ScoredRows read_scored_rows(const std::filesystem::path& folder, const std::filesystem::path& truth,
                             const FrameRange& range);
 
