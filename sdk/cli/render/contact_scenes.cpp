@@ -27,7 +27,7 @@ double retracted(double time, double arrives) { return 45.0 * (1.0 - ease(0.0, a
 
 }  // namespace
 
-FrameState pinch(const Setting& setting, int frame) {
+FrameState pinch(const Setting& setting, double frame) {
     constexpr double kArrives = 8, kPeriod = 30, kPressed = 9, kReleases = 17, kReleased = 25;
     FrameState state;
     state.time = frame;

@@ -6,6 +6,6 @@
 
 namespace defrec::cli {
 
-FrameState pinch(const Setting& setting, int frame);
+FrameState pinch(const Setting& setting, double frame);
 
 }  // namespace defrec::cli

@@ -1,6 +1,7 @@
 // A scene, filmed.
 #include "sdk/cli/render/film.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -13,6 +14,11 @@ constexpr double kMeshHalfWidth = 96.0;  // mm of material: more than any scene'
 constexpr double kMeshHalfHeight = 78.0;
 constexpr double kMeshSpacing = 0.6;
 constexpr double kOcclusionSlack = 0.3;  // mm, between a point and the mesh in front of it
+constexpr int kExposures = 8;            // of a picture with motion blur: steps of a pixel or two
+
+bool hidden_by(const Blood& blood, const Eigen::Vector2f& material) {
+    return blood_cover(blood_inside(blood, material.x(), material.y())) > 0.5f;
+}
 
 }  // namespace
 
@@ -34,12 +40,14 @@ void Film::advance() {
         return;
     }
     state_ = next;
-    place_views();
+    misalign_right();
+    place_views(state_);
     mesh_.deform(scene_.surface, state_.time, state_.motion, {&left_, &right_}, threads_);
     raster_.render(mesh_, left_, threads_, left_hits_);
     raster_.render(mesh_, right_, threads_, right_hits_);
-    paint_view(true);
-    paint_view(false);
+    photograph(true);
+    photograph(false);
+    place_views(state_);
     if (frame_ == 0) {
         choose_points();
     }
@@ -49,15 +57,32 @@ Film::Truth Film::truth(std::size_t point) const {
     const Eigen::Vector2d& m = points_[point].material;
     const Eigen::Vector3d in_left =
         left_.from_scene(scene_.surface.at(m.x(), m.y(), state_.time, state_.motion));
-    return {in_left, visible(in_left)};
+    return {in_left, visible(m, in_left)};
 }
 
-void Film::place_views() {
-    const CameraPose& pose = state_.camera;
+void Film::place_views(const FrameState& state) {
+    const CameraPose& pose = state.camera;
     left_.rotation = pose.rotation;
     left_.translation = -pose.rotation * pose.centre;
     right_.rotation = scene_.rig.rotation * left_.rotation;
     right_.translation = scene_.rig.rotation * left_.translation + scene_.rig.translation;
+    if (misaligned_right_) {
+        const Eigen::Matrix3d roll =
+            Eigen::AngleAxisd(state_.right.roll, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+        misaligned_right_->rotation = roll * right_.rotation;
+        misaligned_right_->translation = roll * right_.translation;
+    }
+}
+
+void Film::misalign_right() {
+    misaligned_right_.reset();
+    if (state_.right.misaligned()) {
+        Lens lens = scene_.rig.right;
+        lens.fx *= state_.right.focal_ratio;
+        lens.fy *= state_.right.focal_ratio;
+        lens.cy += state_.right.offset;
+        misaligned_right_.emplace(lens, width_, height_, threads_);
+    }
 }
 
 /// A grid over the first left image, less the pixels where no tissue is seen.
@@ -84,15 +109,16 @@ void Film::choose_points() {
             }
             const Eigen::Vector3d point =
                 scene_.surface.at(material.x(), material.y(), state_.time, state_.motion);
-            if (visible(left_.from_scene(point))) {
+            if (visible(material, left_.from_scene(point))) {
                 points_.push_back({u, v, material});
             }
         }
     }
 }
 
-bool Film::visible(const Eigen::Vector3d& in_left) const {
-    if (state_.outside != Outside::none || in_left.z() <= 0) {
+bool Film::visible(const Eigen::Vector2d& material, const Eigen::Vector3d& in_left) const {
+    if (state_.outside != Outside::none || in_left.z() <= 0 ||
+        (state_.blood && hidden_by(*state_.blood, material.cast<float>()))) {
         return false;
     }
     const Eigen::Vector2d pixel = left_.lens.project(in_left);
@@ -117,26 +143,56 @@ bool Film::visible(const Eigen::Vector3d& in_left) const {
     return in_left.z() < farthest + kOcclusionSlack;
 }
 
-void Film::paint_view(bool is_left) {
-    const View& view = is_left ? left_ : right_;
+/// Paints a view. The exposure has parts at several times where the shutter is open for long; those
+/// of a right view that is late are at times of its own.
+void Film::photograph(bool is_left) {
+    const View& view = is_left ? left_ : misaligned_right_ ? *misaligned_right_ : right_;
+    const double middle = frame_ - (is_left ? 0.0 : state_.right.lag);
+    const int parts = state_.shutter > 0 ? kExposures : 1;
+    for (int part = 0; part < parts; ++part) {
+        const double time = middle + state_.shutter * ((part + 0.5) / parts - 0.5);
+        const std::vector<Hit>* hits = is_left ? &left_hits_ : &right_hits_;
+        const FrameState state = time == frame_ ? state_ : scene_.at(time);
+        if (time != frame_ || (!is_left && misaligned_right_)) {
+            place_views(state);
+            mesh_.deform(scene_.surface, state.time, state.motion, {&view}, threads_);
+            raster_.render(mesh_, view, threads_, other_hits_);
+            hits = &other_hits_;
+        }
+        painter_.expose(view, *hits, request_for(state, is_left), 1.0f / static_cast<float>(parts));
+    }
+    painter_.develop(view, sensor_of(is_left), is_left ? left_bgr_ : right_bgr_);
+}
+
+PictureRequest Film::request_for(const FrameState& state, bool is_left) const {
     PictureRequest request;
     const Eigen::Vector3d lamp(0.5 * scene_.rig.translation.norm(), -3.0, 0.0);
     request.lighting.lamp =
         is_left ? lamp : Eigen::Vector3d(scene_.rig.rotation * lamp + scene_.rig.translation);
     request.lighting.distance = scene_.rig.depth;
     request.lighting.exposure = scene_.exposure;
-    request.sensor.seed = scramble(scramble(scene_.seed) ^
-                                   (2 * static_cast<std::uint64_t>(frame_) + (is_left ? 0 : 1)));
     if (!is_left) {
-        request.sensor.gain = {0.90f, 0.93f, 0.96f};
-        request.sensor.offset = 1.5f;
         request.view_offset = -scene_.rig.rotation.transpose() * scene_.rig.translation;
     }
-    request.instruments = state_.instruments;
-    request.smoke = state_.smoke;
-    request.outside = state_.outside;
-    painter_.paint(view, is_left ? left_hits_ : right_hits_, request,
-                   is_left ? left_bgr_ : right_bgr_);
+    request.instruments = state.instruments;
+    request.blood = state.blood;
+    request.smoke = state.smoke;
+    request.focus = state.focus;
+    request.outside = state.outside;
+    return request;
+}
+
+Sensor Film::sensor_of(bool is_left) const {
+    Sensor sensor;
+    sensor.seed = scramble(scramble(scene_.seed) ^
+                           (2 * static_cast<std::uint64_t>(frame_) + (is_left ? 0 : 1)));
+    if (!is_left) {
+        constexpr Rgb kTint{0.90f, 0.93f, 0.96f};
+        sensor.gain = (state_.right.exposure / kTint.g) * kTint;
+        sensor.offset = 1.5f;
+        sensor.gamma = state_.right.gamma;
+    }
+    return sensor;
 }
 
 std::vector<std::uint16_t> Film::disparity() const {
@@ -156,7 +212,7 @@ std::vector<std::uint16_t> Film::disparity() const {
         for (int u = 0; u < width_; ++u) {
             const std::size_t pixel = static_cast<std::size_t>(v) * width_ + u;
             const Hit& hit = left_hits_[pixel];
-            if (hit.z <= 0) {
+            if (hit.z <= 0 || (state_.blood && hidden_by(*state_.blood, {hit.s, hit.t}))) {
                 continue;
             }
             const double shift = scale / hit.z;

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -46,21 +47,26 @@ class Film {
     const std::vector<Followed>& points() const { return points_; }
 
   private:
-    void place_views();
+    void place_views(const FrameState& state);
+    void misalign_right();
     void choose_points();
-    void paint_view(bool is_left);
-    bool visible(const Eigen::Vector3d& in_left) const;
+    void photograph(bool is_left);
+    PictureRequest request_for(const FrameState& state, bool is_left) const;
+    Sensor sensor_of(bool is_left) const;
+    bool visible(const Eigen::Vector2d& material, const Eigen::Vector3d& in_left) const;
 
     int width_, height_, threads_;
     int frame_ = -1;
     Scene scene_;
     Tissue tissue_;
     DeformedMesh mesh_;
-    View left_, right_;
+    View left_, right_;                     ///< as calibration.yaml has them
+    std::optional<View> misaligned_right_;  ///< the right view as it is, where it is not right_
     Painter painter_;
     MeshRaster raster_;
     FrameState state_;
-    std::vector<Hit> left_hits_, right_hits_;
+    std::vector<Hit> left_hits_, right_hits_;  ///< of left_ and right_ at the frame's time
+    std::vector<Hit> other_hits_;              ///< of another time or of misaligned_right_
     std::vector<std::uint8_t> left_bgr_, right_bgr_;
     std::vector<Followed> points_;
 };

@@ -16,6 +16,9 @@ constexpr int kVeilStep = 8;  // px between samples of the smoke, which is smoot
 constexpr float kHighlightFrom =
     0.93f;  // cosine below which the film's slopes cannot make a highlight
 constexpr Rgb kSmokeColour{0.40f, 0.39f, 0.40f};
+constexpr Rgb kThinBlood{0.30f, 0.022f, 0.018f};
+constexpr Rgb kDeepBlood{0.13f, 0.007f, 0.008f};
+constexpr float kMaxBlur = 16.0f;  // px, radius
 
 /// x to the power of 2^squarings, for highlights.
 float sharpened(float x, int squarings) {
@@ -38,16 +41,19 @@ const std::array<float, 4097>& tone_curve() {
     return curve;
 }
 
-std::uint8_t developed(float linear, float offset, float random, float noise) {
+std::uint8_t developed(float linear, const Sensor& sensor, float random, float noise) {
     const float position = std::clamp(linear, 0.0f, 1.0f) * 4096.0f;
     const int index = std::min(static_cast<int>(position), 4095);
     const auto& curve = tone_curve();
-    const float level =
+    float level =
         curve[index] + (position - static_cast<float>(index)) * (curve[index + 1] - curve[index]);
+    if (sensor.gamma != 1.0f) {
+        level = 255.0f * std::pow(level / 255.0f, sensor.gamma);
+    }
     const float deviation = noise * (1.1f + 0.06f * std::sqrt(level + 1.0f));
     // NOLINTNEXTLINE(bugprone-incorrect-roundings): not negative; published pixels stay as they are
-    return static_cast<std::uint8_t>(std::clamp(level + offset + deviation * random, 0.0f, 255.0f) +
-                                     0.5f);
+    return static_cast<std::uint8_t>(
+        std::clamp(level + sensor.offset + deviation * random, 0.0f, 255.0f) + 0.5f);
 }
 
 /// Roughly normal, mean 0, deviation 1, from 21 bits: the sum of three uniform numbers.
@@ -64,6 +70,18 @@ Rgb drape_colour(const Eigen::Vector2f& ray, const Eigen::Vector3d& view_offset)
     const float fold = gradient_noise(x / 90.0f, y / 40.0f, 77u) +
                        0.4f * gradient_noise(x / 31.0f, y / 23.0f, 78u);
     return (0.10f + 0.05f * fold) * Rgb{0.35f, 0.95f, 1.05f};
+}
+
+/// The surface of a pool: ripples, and a rounded edge.
+Tissue::Film blood_film(const Blood& blood, float inside, float s, float t) {
+    constexpr float kStep = 0.1f;
+    const auto time = static_cast<float>(blood.time);
+    const float here = blood_reach(blood, s, t);
+    const float edge = 0.6f * std::exp(-std::max(inside, 0.0f) / 0.9f) / kStep;
+    return {0.10f * gradient_noise((s - 0.22f * time) / 8.0f, t / 9.0f, blood.seed + 2) +
+                edge * (blood_reach(blood, s + kStep, t) - here),
+            0.10f * gradient_noise(s / 9.0f, (t + 0.17f * time) / 8.0f, blood.seed + 3) +
+                edge * (blood_reach(blood, s, t + kStep) - here)};
 }
 
 /// Brushed steel, lit from the lamp. `normal` and `point` in the view's frame.
@@ -131,17 +149,31 @@ Rgb instruments_over(Rgb behind, const View& view, const Hit& hit, const Eigen::
 
 }  // namespace
 
-void Painter::paint(const View& view, const std::vector<Hit>& hits, const PictureRequest& request,
-                    std::vector<std::uint8_t>& bgr) {
+void Painter::expose(const View& view, const std::vector<Hit>& hits, const PictureRequest& request,
+                     float share) {
     light_.resize(static_cast<std::size_t>(view.width) * view.height);
-    bgr.resize(3 * light_.size());
+    exposed_.resize(light_.size());
     if (request.smoke.density > 0) {
         prepare_smoke(view, request);
     }
     parallel_rows(view.height, threads_,
                   [&](int first, int last) { paint_rows(view, hits, request, first, last); });
+    if (request.focus.aperture > 0) {
+        sharp_ = light_;
+        parallel_rows(view.height, threads_, [&](int first, int last) {
+            defocus_rows(view, hits, request.focus, first, last);
+        });
+    }
+    for (std::size_t pixel = 0; pixel < light_.size(); ++pixel) {
+        exposed_[pixel] = exposed_[pixel] + share * light_[pixel];
+    }
+}
+
+void Painter::develop(const View& view, const Sensor& sensor, std::vector<std::uint8_t>& bgr) {
+    bgr.resize(3 * exposed_.size());
     parallel_rows(view.height, threads_,
-                  [&](int first, int last) { expose_rows(view, request, first, last, bgr); });
+                  [&](int first, int last) { develop_rows(view, sensor, first, last, bgr); });
+    exposed_.clear();
 }
 
 Rgb Painter::tissue_colour(const View& view, const Hit& hit, const Eigen::Vector2f& ray,
@@ -156,13 +188,21 @@ Rgb Painter::tissue_colour(const View& view, const Hit& hit, const Eigen::Vector
     const Eigen::Vector3f to_camera = -point.normalized();
 
     const float footprint = hit.z / static_cast<float>(view.lens.fx);
-    const Tissue::Sample sample = tissue_.at(hit.s, hit.t, footprint);
+    Tissue::Sample sample = tissue_.at(hit.s, hit.t, footprint);
+    const float inside = request.blood ? blood_inside(*request.blood, hit.s, hit.t) : 0.0f;
+    const float cover = blood_cover(inside);
+    if (cover > 0) {
+        const Rgb blood = mix(kDeepBlood, kThinBlood, std::exp(-inside / 5.0f));
+        sample.albedo = mix(sample.albedo, blood, cover);
+        sample.wetness = (1.0f - cover) * sample.wetness + 1.5f * cover;
+    }
     const Eigen::Vector3f half = (l + to_camera).normalized();
     const float facing = std::max(0.0f, normal.dot(l));
     const float glance = std::max(0.0f, normal.dot(half));
     float highlight = 0.05f * sharpened(glance, 4);
     if (sample.wetness > 0 && glance > kHighlightFrom) {
-        const Tissue::Film film = tissue_.film(hit.s, hit.t);
+        const Tissue::Film film = cover > 0.5f ? blood_film(*request.blood, inside, hit.s, hit.t)
+                                               : tissue_.film(hit.s, hit.t);
         const Eigen::Vector3f rough =
             (normal + film.slope_s * turn.col(0) + film.slope_t * turn.col(1)).normalized();
         highlight += 3.5f * sample.wetness * sharpened(std::max(0.0f, rough.dot(half)), 9);
@@ -218,15 +258,45 @@ void Painter::paint_rows(const View& view, const std::vector<Hit>& hits,
     }
 }
 
-void Painter::expose_rows(const View& view, const PictureRequest& request, int first, int last,
-                          std::vector<std::uint8_t>& bgr) const {
+/// Each pixel takes the mean of the disc in which its own point is blurred.
+void Painter::defocus_rows(const View& view, const std::vector<Hit>& hits, const Focus& focus,
+                           int first, int last) {
+    for (int v = first; v < last; ++v) {
+        for (int u = 0; u < view.width; ++u) {
+            const std::size_t pixel = static_cast<std::size_t>(v) * view.width + u;
+            const double z = hits[pixel].z;
+            if (z <= 0) {
+                continue;
+            }
+            const auto radius =
+                std::min(kMaxBlur, static_cast<float>(0.5 * view.lens.fx * focus.aperture *
+                                                      std::abs(1.0 / focus.distance - 1.0 / z)));
+            const int reach = static_cast<int>(radius + 0.5f);
+            Rgb sum;
+            float weights = 0;
+            for (int y = std::max(v - reach, 0); y <= std::min(v + reach, view.height - 1); ++y) {
+                for (int x = std::max(u - reach, 0); x <= std::min(u + reach, view.width - 1);
+                     ++x) {
+                    const auto distance =
+                        std::sqrt(static_cast<float>((x - u) * (x - u) + (y - v) * (y - v)));
+                    const float weight = std::clamp(radius + 0.5f - distance, 0.0f, 1.0f);
+                    sum = sum + weight * sharp_[static_cast<std::size_t>(y) * view.width + x];
+                    weights += weight;
+                }
+            }
+            light_[pixel] = (1.0f / weights) * sum;
+        }
+    }
+}
+
+void Painter::develop_rows(const View& view, const Sensor& sensor, int first, int last,
+                           std::vector<std::uint8_t>& bgr) const {
     constexpr float kSide = 0.14f;
     const auto row_blur = [&](int u, int v) {
-        const Rgb* row = light_.data() + static_cast<std::size_t>(v) * view.width;
+        const Rgb* row = exposed_.data() + static_cast<std::size_t>(v) * view.width;
         return kSide * (row[std::max(u - 1, 0)] + row[std::min(u + 1, view.width - 1)]) +
                (1.0f - 2.0f * kSide) * row[u];
     };
-    const Sensor& sensor = request.sensor;
     for (int v = first; v < last; ++v) {
         const int above = std::max(v - 1, 0), below = std::min(v + 1, view.height - 1);
         for (int u = 0; u < view.width; ++u) {
@@ -234,10 +304,9 @@ void Painter::expose_rows(const View& view, const PictureRequest& request, int f
             const Rgb seen = sensor.gain * (kSide * (row_blur(u, above) + row_blur(u, below)) +
                                             (1.0f - 2.0f * kSide) * row_blur(u, v));
             const std::uint64_t bits = scramble(sensor.seed ^ (pixel * 0xD1B54A32D192ED03ull));
-            bgr[3 * pixel] = developed(seen.b, sensor.offset, bell(bits), 1.2f * sensor.noise);
-            bgr[3 * pixel + 1] = developed(seen.g, sensor.offset, bell(bits >> 21), sensor.noise);
-            bgr[3 * pixel + 2] =
-                developed(seen.r, sensor.offset, bell(bits >> 42), 1.1f * sensor.noise);
+            bgr[3 * pixel] = developed(seen.b, sensor, bell(bits), 1.2f * sensor.noise);
+            bgr[3 * pixel + 1] = developed(seen.g, sensor, bell(bits >> 21), sensor.noise);
+            bgr[3 * pixel + 2] = developed(seen.r, sensor, bell(bits >> 42), 1.1f * sensor.noise);
         }
     }
 }
@@ -247,6 +316,7 @@ void Painter::prepare_smoke(const View& view, const PictureRequest& request) {
     const int rows = (view.height - 1) / kVeilStep + 2;
     veil_.resize(static_cast<std::size_t>(veil_columns_) * rows);
     const auto time = static_cast<float>(request.smoke.time);
+    const std::uint32_t other = 100u * request.smoke.pattern;
     for (int j = 0; j < rows; ++j) {
         for (int i = 0; i < veil_columns_; ++i) {
             const std::size_t pixel =
@@ -260,13 +330,15 @@ void Painter::prepare_smoke(const View& view, const PictureRequest& request) {
                     kLayers[layer] * ray.x() + static_cast<float>(request.view_offset.x());
                 const float y =
                     kLayers[layer] * ray.y() + static_cast<float>(request.view_offset.y());
-                const float curl = gradient_noise(x / 14.0f, y / 14.0f + 0.05f * time, 61u + layer);
+                const float curl =
+                    gradient_noise(x / 14.0f, y / 14.0f + 0.05f * time, other + 61u + layer);
                 thickness +=
                     0.40f + 0.45f * gradient_noise((x - 0.35f * time) / 17.0f + 0.6f * curl,
                                                    (y + 0.22f * time) / 15.0f + 0.5f * curl,
-                                                   71u + layer);
+                                                   other + 71u + layer);
             }
-            const float veil = 1.0f - std::exp(-std::max(0.0f, thickness));
+            const float veil =
+                1.0f - std::exp(-request.smoke.thickness * std::max(0.0f, thickness));
             veil_[static_cast<std::size_t>(j) * veil_columns_ + i] = request.smoke.density * veil;
         }
     }

@@ -6,12 +6,13 @@
 
 #include "sdk/cli/render/contact_scenes.hpp"
 #include "sdk/cli/render/noise.hpp"
+#include "sdk/cli/render/picture_scenes.hpp"
 #include "sdk/cli/render/scene_setting.hpp"
 
 namespace defrec::cli {
 namespace {
 
-FrameState heartbeat(const Setting& setting, int frame) {
+FrameState heartbeat(const Setting& setting, double frame) {
     FrameState state;
     // One frame of the stream is lost and its predecessor shown again.
     const int lost = setting.share(0.55);
@@ -26,7 +27,7 @@ FrameState heartbeat(const Setting& setting, int frame) {
     return state;
 }
 
-FrameState respiration(const Setting& setting, int frame) {
+FrameState respiration(const Setting& setting, double frame) {
     FrameState state;
     state.time = frame;
     state.motion.respiration = {.swell = 8.0, .shift = {3.0, 7.0}, .period = 46};
@@ -44,7 +45,7 @@ FrameState respiration(const Setting& setting, int frame) {
     return state;
 }
 
-FrameState indentation(const Setting& setting, int frame) {
+FrameState indentation(const Setting& setting, double frame) {
     FrameState state;
     state.time = frame;
     const double t = frame;
@@ -72,7 +73,7 @@ FrameState indentation(const Setting& setting, int frame) {
     return state;
 }
 
-FrameState fast_cut(const Setting& setting, int frame) {
+FrameState fast_cut(const Setting& setting, double frame) {
     FrameState state;
     state.time = frame;
     state.motion.heartbeat = {
@@ -93,7 +94,7 @@ FrameState fast_cut(const Setting& setting, int frame) {
     return state;
 }
 
-FrameState out_of_body(const Setting& setting, int frame) {
+FrameState out_of_body(const Setting& setting, double frame) {
     FrameState state;
     state.time = frame;
     state.motion.heartbeat = {
@@ -121,7 +122,7 @@ FrameState out_of_body(const Setting& setting, int frame) {
     return state;
 }
 
-FrameState smoke(const Setting& setting, int frame) {
+FrameState smoke(const Setting& setting, double frame) {
     FrameState state;
     state.time = frame;
     const double t = frame;
@@ -138,7 +139,7 @@ FrameState smoke(const Setting& setting, int frame) {
     return state;
 }
 
-FrameState stretch(const Setting& setting, int frame) {
+FrameState stretch(const Setting& setting, double frame) {
     FrameState state;
     state.time = frame;
     const double t = frame;
@@ -158,10 +159,12 @@ struct Entry {
     TissueLook look;
     double relief;
     float exposure;
-    FrameState (*at)(const Setting&, int);
+    FrameState (*at)(const Setting&, double);
+    void (*adapt)(const SceneParameters&, Scene&) = nullptr;  ///< of what lasts all the sequence
 };
 
 const std::vector<Entry>& entries() {
+    constexpr TissueLook kOrgan{.mottling = 0.70f, .vessels = 0.8f, .spots = 0.6f};
     static const std::vector<Entry> table = {
         {{"heartbeat", "travelling beats with twist, a little breathing; one dropped frame"},
          {.mottling = 0.80f, .vessels = 0.9f, .spots = 0.8f},
@@ -214,8 +217,90 @@ const std::vector<Entry>& entries() {
          0.8,
          0.70f,
          pinch},
+        {{.name = "late-view",
+          .summary = "the right view is late for a while",
+          .parameters = {{"lag", 1, -2, 2, "frames", "of the right view; negative: early"},
+                         {"from", 0.3, 0, 1, "", "share of the sequence at which the lag begins"},
+                         {"to", 0.5, 0, 1, "", "share of the sequence at which it ends"}}},
+         kOrgan,
+         0.9,
+         0.70f,
+         late_view},
+        {{.name = "misaligned",
+          .summary = "the right view is low, rolled, brighter and compressed",
+          .parameters =
+              {{"offset_px", 1.2, -20, 20, "px", "by which all is lower in the right image"},
+               {"roll_deg", 0.15, -5, 5, "degrees", "of the right view, lower at the right"},
+               {"focal_ratio", 1, 0.9, 1.1, "", "focal length of the right view, true/calibrated"},
+               {"exposure", 1.2, 0.3, 2, "", "of the right view, the left's is 1"},
+               {"gamma", 1.1, 0.5, 2, "", "of the right view, the left's is 1"},
+               {"quality", 60, 0, 100, "", "of JPEG, both views; 0: not compressed"},
+               {"drift", 0, 0, 1, "", "share of the sequence in which the geometry drifts"}}},
+         kOrgan,
+         0.9,
+         0.66f,
+         misaligned,
+         compress},
+        {{.name = "blood",
+          .summary = "a pool of blood spreads over the tissue",
+          .parameters = {{"cover", 0.5, 0, 0.8, "", "share of the view that is covered at last"}}},
+         kOrgan,
+         0.7,
+         0.72f,
+         blood},
+        {{.name = "heavy-smoke",
+          .summary = "thick smoke, another cloud every few frames",
+          .parameters = {{"density", 0.8, 0, 1, "", "share of the smoke where it is thickest"},
+                         {"hold", 4, 1, 60, "frames", "from one cloud to the next"},
+                         {"from", 0.1, 0, 1, "", "share of the sequence at which it begins"}}},
+         kOrgan,
+         0.8,
+         0.72f,
+         heavy_smoke},
+        {{.name = "motion-blur",
+          .summary = "fast motion during a long exposure",
+          .parameters = {{"shutter", 0.6, 0, 1, "frames", "that the exposure lasts"},
+                         {"speed", 1, 0.2, 2, "", "of the beat"}}},
+         kOrgan,
+         0.9,
+         0.72f,
+         motion_blur},
+        {{.name = "headlight",
+          .summary = "strong highlights that stay with the light while the camera moves",
+          .parameters = {{"gloss", 2.5, 0, 10, "", "strength of the highlights"}}},
+         {.mottling = 0.70f,
+          .vessels = 0.8f,
+          .spots = 0.6f,
+          .wet_share = 0.8f,
+          .film_relief = 0.4f},
+         0.9,
+         0.66f,
+         headlight,
+         polish},
+        {{.name = "defocus",
+          .summary = "blur that grows with the distance from a focus that moves",
+          .parameters = {{"aperture", 2, 0, 6, "mm", "of the lens; 0: sharp everywhere"},
+                         {"focus", 0, -30, 30, "mm",
+                          "from the tissue's middle at rest, on average"},
+                         {"breathing", 12, 0, 30, "mm", "by which the focus moves to and fro"}}},
+         kOrgan,
+         0.9,
+         0.72f,
+         defocus},
     };
     return table;
+}
+
+// The organs of the first scenes are numbered; those of later ones follow from their names, so that
+// another scene changes none of them.
+constexpr std::uint64_t kNumberedScenes = 7;
+
+std::uint64_t hash_of(const std::string& name) {
+    std::uint64_t hash = 0;
+    for (const char c : name) {
+        hash = scramble(hash ^ static_cast<unsigned char>(c));
+    }
+    return hash;
 }
 
 std::string number(double value) {
@@ -276,20 +361,27 @@ Scene make_scene(const std::string& name, int width, int height, int frames, std
     }
     const SceneParameters parameters = parameters_of(entry->info, settings);
     const StereoRig rig = make_rig(width, height, entry->info.rectified);
+    const auto place = static_cast<std::uint64_t>(entry - table.begin());
     const std::uint64_t own_seed =
-        scramble(seed) ^ scramble(static_cast<std::uint64_t>(entry - table.begin()));
+        scramble(seed) ^ scramble(place < kNumberedScenes ? place : hash_of(name));
     const Surface surface(rig.depth, entry->relief, own_seed);
     const double phase = Random(own_seed ^ 0xCA3E7A).uniform(0.0, kTwoPi);
     const auto at = entry->at;
-    return {entry->info,
-            rig,
-            entry->look,
-            own_seed,
-            surface,
-            entry->exposure,
-            [surface, at, phase, frames, parameters, rig](int frame) {
-                return at(Setting{frames, rig.depth, phase, &surface, &parameters, &rig}, frame);
-            }};
+    Scene scene{
+        entry->info,
+        rig,
+        entry->look,
+        own_seed,
+        surface,
+        entry->exposure,
+        Compression{},
+        [=](double time) {
+            return at({frames, rig.depth, phase, &surface, &parameters, &rig, own_seed}, time);
+        }};
+    if (entry->adapt != nullptr) {
+        entry->adapt(parameters, scene);
+    }
+    return scene;
 }
 
 }  // namespace defrec::cli

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,15 +23,36 @@ struct CameraPose {
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
 };
 
+/// How the right view differs from what calibration.yaml and the left view's clock say.
+struct RightView {
+    double lag = 0;          ///< frames by which it is late; negative: early
+    double offset = 0;       ///< px by which all is lower in its image
+    double roll = 0;         ///< rad about its axis: lowers what is right of the middle
+    double focal_ratio = 1;  ///< true over calibrated focal length
+    float exposure = 0.93f;  ///< of the green channel; 1: as the left view's
+    float gamma = 1;         ///< as Sensor has it
+
+    bool misaligned() const { return offset != 0 || roll != 0 || focal_ratio != 1; }
+};
+
 /// All that differs from frame to frame.
 struct FrameState {
     double time = 0;  ///< frames
     Motion motion;
     CameraPose camera;
     std::vector<Instrument> instruments;  ///< scene's frame
+    std::optional<Blood> blood;
     Smoke smoke;
+    Focus focus;
+    double shutter = 0;  ///< frames that the exposure lasts; `time` is its middle
+    RightView right;
     Outside outside = Outside::none;
     bool repeats_previous = false;  ///< a dropped frame: picture and truth of the frame before
+};
+
+/// What the video lost before it was decoded into the files.
+struct Compression {
+    int jpeg_quality = 0;  ///< 1..100 of each image; 0: not compressed
 };
 
 struct Scene {
@@ -40,7 +62,8 @@ struct Scene {
     std::uint64_t seed = 0;  ///< of this scene's organ: each scene has another
     Surface surface;
     float exposure = 1;
-    std::function<FrameState(int frame)> at;  ///< frame 0..frames-1, in any order
+    Compression compression;                    ///< of the files; a Film's pictures have none of it
+    std::function<FrameState(double time)> at;  ///< frames, whole or not, in any order
 };
 
 /// Throws RenderUsageError for an unknown scene or parameter and for a value out of range. frames

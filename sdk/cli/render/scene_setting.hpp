@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <numbers>
@@ -28,6 +29,7 @@ struct Setting {
     const Surface* surface;
     const SceneParameters* parameters;
     const StereoRig* rig;
+    std::uint64_t seed;  ///< of this scene's organ
 
     int share(double x) const { return static_cast<int>(std::lround(x * frames)); }
     /// One of those that the scene's SceneInfo names.

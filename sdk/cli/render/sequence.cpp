@@ -28,6 +28,13 @@ void write_png(const fs::path& path, const cv::Mat& image) {
     write_atomically(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
+/// What is left of an image after JPEG.
+cv::Mat after_jpeg(const cv::Mat& image, int quality) {
+    std::vector<unsigned char> bytes;
+    cv::imencode(".jpg", image, bytes, {cv::IMWRITE_JPEG_QUALITY, quality});
+    return cv::imdecode(bytes, cv::IMREAD_COLOR);
+}
+
 /// Everything that lasts from frame to frame.
 class Sequence {
   public:
@@ -67,8 +74,10 @@ void Sequence::write_points() const {
 void Sequence::write_pictures(int frame) const {
     const fs::path out(options_.out_dir);
     const auto picture = [&](const std::vector<std::uint8_t>& bgr) {
-        return cv::Mat(options_.height, options_.width, CV_8UC3,
-                       const_cast<std::uint8_t*>(bgr.data()));
+        const cv::Mat image(options_.height, options_.width, CV_8UC3,
+                            const_cast<std::uint8_t*>(bgr.data()));
+        const int quality = film_.scene().compression.jpeg_quality;
+        return quality > 0 ? after_jpeg(image, quality) : image;
     };
     std::exception_ptr failure;
     std::thread other([&] {

@@ -257,14 +257,14 @@ Tissue::Sample Tissue::at(float s, float t, float footprint) const {
     if (look_.spots > 0.0f) {
         sample.albedo = with_spots(sample.albedo, s, t, footprint);
     }
-    sample.wetness = look_.gloss * c.wetness;
+    sample.wetness = look_.gloss * (c.wetness + look_.wet_share * (1.0f - c.wetness));
     return sample;
 }
 
 Tissue::Film Tissue::film(float s, float t) const {
     const Coarse c = coarse(s, t);
-    return {0.16f * c.slope_s + 0.15f * octave(s, t, 1.3f, seed_ + 41),
-            0.16f * c.slope_t + 0.15f * octave(s, t, 1.5f, seed_ + 43)};
+    return {look_.film_relief * (0.16f * c.slope_s + 0.15f * octave(s, t, 1.3f, seed_ + 41)),
+            look_.film_relief * (0.16f * c.slope_t + 0.15f * octave(s, t, 1.5f, seed_ + 43))};
 }
 
 }  // namespace defrec::cli

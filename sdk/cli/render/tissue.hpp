@@ -26,6 +26,8 @@ struct TissueLook {
     float vessels = 1.0f;             ///< contrast of vessels and capillaries
     float spots = 1.0f;               ///< contrast of small pits and blood spots
     float gloss = 1.0f;               ///< strength of highlights
+    float wet_share = 0.0f;           ///< 0: highlights on wet patches only; 1: everywhere
+    float film_relief = 1.0f;         ///< of the wet film; less gives fewer, larger highlights
     Rgb base{0.56f, 0.150f, 0.110f};  ///< linear reflectance
 };
 
