@@ -620,6 +620,8 @@ typedef struct defrec_align_params {
     uint32_t      texture;       /**< min standard deviation of the patch @default 16 @range 1..
                                       @unit 1/16 gray level */
     defrec_camera camera;        /**< rectified */
+    uint32_t      right_view;    /**< 1: live image, mask, predictions and observations are the
+                                      right view's @range 0..1 @since 1.1 */
 } defrec_align_params;
 
 /** Parameters of stage ransac. */

@@ -240,12 +240,16 @@ size_t check_predictions(const Output& expected, const Output& got) {
 
 }  // namespace
 
-TEST_CASE("predictions agree with the reference's, and the number of threads changes no bit") {
+TEST_CASE(
+    "predictions for either view agree with the reference's, and the number of threads changes no "
+    "bit") {
     if (!under_test::available()) return;
     const TestHost one(1), four(4);
-    for (const uint32_t level : {0u, 2u})
+    for (const auto& [level, right_view] :
+         {std::pair(0u, 0u), std::pair(0u, 1u), std::pair(2u, 0u), std::pair(2u, 1u)})
         for (const double turn : {0.0, 0.1, 0.6}) {
-            const AlignScene scene = plane(level);
+            AlignScene scene = plane(level);
+            scene.params.right_view = right_view;
             const auto motions = motions_of_six(turn);
             const Output expected =
                 run(*reference::make_align(scene.params, one.host()), scene, motions);

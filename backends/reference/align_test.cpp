@@ -52,6 +52,20 @@ defrec_patch_observation observe_one(const AlignScene& scene) {
     return observe(*reference::make_align(scene.params, host.host()), scene)[0];
 }
 
+// The predictions where one control point moves all patches.
+std::vector<defrec_patch_prediction> predict(const AlignScene& scene, const defrec_motion& motion) {
+    const TestHost host;
+    const auto stage = reference::make_align(scene.params, host.host());
+    const InBuffer prepare[2] = {in_buffer(scene.patches), in_buffer(scene.view)};
+    stage->prepare(prepare);
+    std::vector<defrec_patch_observation> observations(scene.patches.size());
+    std::vector<defrec_patch_prediction> predictions(scene.patches.size());
+    const InBuffer in[3] = {in_buffer(scene.live), {}, {&motion, sizeof motion}};
+    const OutBuffer out[2] = {out_buffer(observations), out_buffer(predictions)};
+    stage->run(in, out);
+    return predictions;
+}
+
 }  // namespace
 
 TEST_CASE(
@@ -159,7 +173,8 @@ TEST_CASE("a patch that leaves its view, or a prediction that is senseless, is n
 }
 
 TEST_CASE(
-    "a prediction is the projection of the moved patch and the derivative of the projection") {
+    "a prediction is the projection of the moved patch, into the right view too, and the "
+    "derivative of the projection") {
     AlignSceneOptions options;
     options.patches = 3;
     AlignScene scene = make_align_scene(options);
@@ -174,40 +189,35 @@ TEST_CASE(
     }
     scene.patches[1].position[0] = 500;
     scene.patches[2].position[2] = -80;
-    const TestHost host;
-    const auto stage = reference::make_align(scene.params, host.host());
-    const InBuffer prepare[2] = {in_buffer(scene.patches), in_buffer(scene.view)};
-    stage->prepare(prepare);
-    const defrec_motion motions[1] = {motion.store()};
-    std::vector<defrec_patch_observation> observations(3);
-    std::vector<defrec_patch_prediction> predictions(3);
-    const InBuffer in[3] = {in_buffer(scene.live), {}, {motions, sizeof motions}};
-    const OutBuffer out[2] = {out_buffer(observations), out_buffer(predictions)};
-    stage->run(in, out);
-
-    const auto project = [&](Vec3<double> p) {
-        const Vec3<double> x = apply(motion, p);
-        return std::array<double, 2>{500 * x.x / x.z + 105, 500 * x.y / x.z + 78};
-    };
-    const Vec3<double> p = load3<double>(scene.patches[0].position),
-                       tu = load3<double>(scene.patches[0].tangent_u),
-                       tv = load3<double>(scene.patches[0].tangent_v);
-    REQUIRE(predictions[0].valid == 1);
-    CHECK(std::abs(predictions[0].u / 256.0 - project(p)[0]) < 0.003);
-    CHECK(std::abs(predictions[0].v / 256.0 - project(p)[1]) < 0.003);
-    const double e = 1e-4;
-    double j[4];
-    for (size_t k = 0; k < 2; ++k) {
-        j[2 * k] = (project(p + e * tu)[k] - project(p - e * tu)[k]) / (2 * e);
-        j[2 * k + 1] = (project(p + e * tv)[k] - project(p - e * tv)[k]) / (2 * e);
+    for (const uint32_t right_view : {0u, 1u}) {
+        CAPTURE(right_view);
+        scene.params.right_view = right_view;
+        const auto predictions = predict(scene, motion.store());
+        const auto project = [&](Vec3<double> p) {
+            const Vec3<double> x = apply(motion, p);
+            return std::array<double, 2>{500 * (x.x - (right_view != 0 ? 4.6 : 0)) / x.z + 105,
+                                         500 * x.y / x.z + 78};
+        };
+        const Vec3<double> p = load3<double>(scene.patches[0].position),
+                           tu = load3<double>(scene.patches[0].tangent_u),
+                           tv = load3<double>(scene.patches[0].tangent_v);
+        REQUIRE(predictions[0].valid == 1);
+        CHECK(std::abs(predictions[0].u / 256.0 - project(p)[0]) < 0.003);
+        CHECK(std::abs(predictions[0].v / 256.0 - project(p)[1]) < 0.003);
+        const double e = 1e-4;
+        double j[4];
+        for (size_t k = 0; k < 2; ++k) {
+            j[2 * k] = (project(p + e * tu)[k] - project(p - e * tu)[k]) / (2 * e);
+            j[2 * k + 1] = (project(p + e * tv)[k] - project(p - e * tv)[k]) / (2 * e);
+        }
+        const int32_t* m = predictions[0].view_from_live;
+        CHECK(m[0] * j[0] + m[1] * j[2] == doctest::Approx(65536).epsilon(1e-3));
+        CHECK(std::abs(m[0] * j[1] + m[1] * j[3]) < 20);
+        CHECK(std::abs(m[2] * j[0] + m[3] * j[2]) < 20);
+        CHECK(m[2] * j[1] + m[3] * j[3] == doctest::Approx(65536).epsilon(1e-3));
+        CHECK(predictions[1].valid == 0);
+        CHECK(predictions[2].valid == 0);
     }
-    const int32_t* m = predictions[0].view_from_live;
-    CHECK(m[0] * j[0] + m[1] * j[2] == doctest::Approx(65536).epsilon(1e-3));
-    CHECK(std::abs(m[0] * j[1] + m[1] * j[3]) < 20);
-    CHECK(std::abs(m[2] * j[0] + m[3] * j[2]) < 20);
-    CHECK(m[2] * j[1] + m[3] * j[3] == doctest::Approx(65536).epsilon(1e-3));
-    CHECK(predictions[1].valid == 0);
-    CHECK(predictions[2].valid == 0);
 }
 
 TEST_CASE("bad parameters and buffers are refused") {
@@ -221,6 +231,7 @@ TEST_CASE("bad parameters and buffers are refused") {
     refused([](defrec_align_params& p) { p.level = 4; });
     refused([](defrec_align_params& p) { p.patch_radius = 8; });
     refused([](defrec_align_params& p) { p.search_radius = 17; });
+    refused([](defrec_align_params& p) { p.right_view = 2; });
     const auto stage = reference::make_align(scene.params, host.host());
     CHECK_THROWS_AS(stage->run({}, {}), StageError);
     const std::vector<uint8_t> few(scene.view.size() - 1);

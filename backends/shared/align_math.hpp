@@ -51,7 +51,8 @@ constexpr defrec_patch_prediction predict(const defrec_patch& patch, const defre
     defrec_patch_prediction out{};
     const defrec_camera& camera = params.camera;
     const DualQuaternion<T> motion = blend<T>(motions, patch.node, patch.weight);
-    const Vec3<T> p = apply(motion, load3<T>(patch.position));
+    const T live_x = params.right_view != 0 ? T(camera.baseline_mm) : T(0);
+    const Vec3<T> p = apply(motion, load3<T>(patch.position)) - Vec3<T>{live_x, 0, 0};
     if (!(p.z > T(1))) return out;
     const T fx = T(camera.fx) / p.z, fy = T(camera.fy) / p.z;
     const T x = p.x / p.z, y = p.y / p.z;

@@ -12,6 +12,7 @@ namespace defrec {
 
 struct AlignConstants {
     FloatCamera camera;
+    float live_x;  // of the live image's camera in the rectified camera's frame, mm
     float max_x, max_y,
         margin;         // of a prediction: largest coordinates, and how far from the border, px
     int max_u, max_v;   // largest coordinates of a prediction, 1/256 px
@@ -31,6 +32,7 @@ struct AlignCentre {
 constexpr AlignConstants constants_of(const defrec_align_params& p) {
     const int32_t width = int32_t(p.width >> p.level), height = int32_t(p.height >> p.level);
     return {.camera = float_camera(p.camera),
+            .live_x = p.right_view != 0 ? float(p.camera.baseline_mm) : 0.0f,
             .max_x = float(p.width - 1),
             .max_y = float(p.height - 1),
             .margin = float((p.patch_radius + 2) << p.level),

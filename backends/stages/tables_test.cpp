@@ -163,6 +163,10 @@ TEST_CASE("align: constants of a level, and templates that name what does not ex
     CHECK(c.view_height == 46);
     CHECK(c.max_u == 62 * 256);
     CHECK(c.margin == 14);
+    p.camera.baseline_mm = 4;
+    CHECK(constants_of(p).live_x == 0);
+    p.right_view = 1;
+    CHECK(constants_of(p).live_x == 4);
 
     std::vector<defrec_patch> patches(4);
     const std::vector<uint8_t> views(kStride * kHeight + kImage);

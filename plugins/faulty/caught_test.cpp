@@ -64,6 +64,7 @@ const std::vector<Expected> kExpected = {
      "stage/align/blended_motions",
      "predictions[",
      {"stage/align/motions"}},
+    {"align_ignores_right_view", "stage/align/right_view", "predictions[", {"stage/align/motions"}},
     {"align_rounding", "stage/align/predictions", "observations[", {"stage/align/flat"}},
     // ransac
     {"ransac_weights_nan_input",

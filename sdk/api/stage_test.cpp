@@ -2,6 +2,7 @@
 // output 0, and the reference.
 #include <doctest/doctest.h>
 
+#include <cstddef>
 #include <cstring>
 #include <numeric>
 
@@ -177,4 +178,21 @@ TEST_CASE("row 18: parameters are checked before a device sees them") {
     CHECK(defrec_stage_create(context.get(), nullptr, DEFREC_STAGE_WARP, &warp, &stage) ==
           DEFREC_ERROR_ARGUMENT);
     CHECK(stage == nullptr);
+}
+
+TEST_CASE("row 17: parameters of a header of minor 0 end before those that came later") {
+    const TestContext context({reference()});
+    defrec_align_params params;
+    DEFREC_INIT(&params);
+    params.width = 80;
+    params.height = 60;
+    params.camera = {500, 500, 40, 30, 4};
+    params.right_view = 2;  // behind the end of the shorter struct
+    defrec_stage stage = nullptr;
+    CHECK(defrec_stage_create(context.get(), nullptr, DEFREC_STAGE_ALIGN, &params, &stage) ==
+          DEFREC_ERROR_ARGUMENT);
+    params.struct_size = offsetof(defrec_align_params, right_view);
+    REQUIRE(defrec_stage_create(context.get(), nullptr, DEFREC_STAGE_ALIGN, &params, &stage) ==
+            DEFREC_OK);
+    defrec_stage_destroy(stage);
 }

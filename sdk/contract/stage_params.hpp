@@ -176,12 +176,14 @@ inline std::string range_error(const defrec_align_params& p) {
     check.finite("camera.cx", p.camera.cx);
     check.finite("camera.cy", p.camera.cy);
     check.real("camera.baseline_mm", p.camera.baseline_mm, 0.0, kNoMax, true);
+    check.integer("right_view", p.right_view, 0, 1);
     return check.error();
 }
 inline constexpr int32_t kAlignMaxViews = 64;
 inline constexpr int32_t kAlignMaxLevel = 3;
 inline constexpr int32_t kAlignMaxPatchRadius = 7;
 inline constexpr int32_t kAlignMaxSearchRadius = 16;
+inline constexpr int32_t kAlignMaxRightView = 1;
 
 inline void fill_defaults(defrec_ransac_params& p) {
     p.struct_size = sizeof p;

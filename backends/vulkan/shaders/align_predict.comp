@@ -23,7 +23,7 @@ PatchPrediction predict(int i) {
     DualQuaternion moved_by[4];
     for (int k = 0; k < 4; ++k) moved_by[k] = load_motion(motions[patches[i].node[k]]);
     const DualQuaternion motion = blend(moved_by, patches[i].weight);
-    const vec3 p = apply(motion, load3(patches[i].position));
+    const vec3 p = apply(motion, load3(patches[i].position)) - vec3(push.live_x, 0, 0);
     if (!finite(vec4(p, 0)) || !(p.z > 1.0)) return none;
     const float fx = push.camera.fx / p.z, fy = push.camera.fy / p.z, x = p.x / p.z, y = p.y / p.z;
     const float u = push.camera.fx * x + push.camera.cx, v = push.camera.fy * y + push.camera.cy;

@@ -165,6 +165,8 @@ namespace Defrec
         public uint Texture;
         /// <summary>Rectified.</summary>
         public Camera Camera;
+        /// <summary>1: live image, mask, predictions and observations are the right view's; 0 to 1.</summary>
+        public uint RightView;
     }
 
     /// <summary>Parameters of stage ransac.</summary>

@@ -563,6 +563,8 @@ class AlignParams(Struct):
     """Min standard deviation of the patch, 1/16 gray level; at least 1; default 16."""
     camera: Camera
     """Rectified."""
+    right_view: U32
+    """1: live image, mask, predictions and observations are the right view's; 0 to 1."""
 
 
 @c_struct("defrec_ransac_params", references=30, iterations=10, min_support=6)

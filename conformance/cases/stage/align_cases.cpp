@@ -149,6 +149,16 @@ void add_inputs(std::vector<StageCase>& cases) {
         "sign.",
         base(), {}, align_motions, move_each_on_its_own);
     cases.back().since = 2;
+    defrec_align_params right = base();
+    right.right_view = 1;
+    add(cases, "right_view", "Patches predicted into the right view, and found there.", right, {},
+        align_motions | align_mask, [](AlignScene& s) {
+            const Vec3<double> baseline{s.params.camera.baseline_mm, 0, 0};
+            s.motions[0] = compose(from_rigid(Quaternion<double>{1, 0, 0, 0}, baseline),
+                                   DualQuaternion<double>::load(s.motions[0]))
+                               .store();
+        });
+    cases.back().since = 4;
     add(cases, "behind", "Patches behind the camera, and turned away.", base(), {}, align_motions,
         [](AlignScene& s) {
             s.motions[0] =
