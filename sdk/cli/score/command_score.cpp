@@ -3,16 +3,18 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "sdk/base/atomic_file.hpp"
 #include "sdk/cli/io/exit_code.hpp"
 #include "sdk/cli/io/terminal.hpp"
 #include "sdk/cli/program/commands.hpp"
 #include "sdk/cli/score/score.hpp"
+#include "sdk/cli/score/score_report.hpp"
 
 namespace defrec::cli {
 namespace {
 
 struct ScoreOptions {
-    std::string folder, truth;
+    std::string folder, truth, report;
     ScoreLimits limits;
     FrameRange range;
     bool json = false, quiet = false;
@@ -20,6 +22,8 @@ struct ScoreOptions {
 
 int run_score(const ScoreOptions& options) {
     const Score score = score_of(read_scored_rows(options.folder, options.truth, options.range));
+    if (!options.report.empty())
+        write_atomically(options.report, score_page(score, options.folder, options.truth));
     const std::string message = exceeded(score, options.limits);
     if (options.json) {
         nlohmann::ordered_json json = score_json(score);
@@ -63,6 +67,10 @@ CLI::App* add_score_command(CLI::App& app, std::function<int()>& run) {
             [options](const std::string& text) { options->range = parse_frame_range(text); },
             "Only frames A to B-1 of the truth")
         ->type_name("A:B");
+    command
+        ->add_option("--report", options->report,
+                     "Write a page with plots: reliability, coverage, sparsification")
+        ->type_name("F.html");
     command->add_flag("--json", options->json, "Print JSON instead of a table");
     command->add_flag("--quiet", options->quiet, "Print nothing but what exceeds a limit");
     command->footer(

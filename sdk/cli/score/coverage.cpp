@@ -14,10 +14,6 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-double ratio_of(const ErrorSample& sample) {
-    return sample.error_mm == 0 ? 0 : sample.error_mm / sample.expected_mm;
-}
-
 std::string percent(double share) { return format_fixed(100 * share, 2) + " %"; }
 
 bool holds(const Coverage& coverage) {
@@ -28,26 +24,32 @@ bool holds(const Coverage& coverage) {
 
 }  // namespace
 
-Coverage coverage_of(const std::vector<ErrorSample>& samples) {
-    Coverage coverage;
+std::vector<double> ratios_of(const std::vector<ErrorSample>& samples) {
     std::vector<double> ratios;
     ratios.reserve(samples.size());
-    double squares = 0;
-    for (const ErrorSample& sample : samples) {
-        if (std::isnan(sample.expected_mm)) continue;
-        ratios.push_back(ratio_of(sample));
-        squares += ratios.back() * ratios.back();
+    for (const auto& [error, expected] : samples) {
+        if (!std::isnan(expected)) ratios.push_back(error == 0 ? 0 : error / expected);
     }
     std::sort(ratios.begin(), ratios.end());
+    return ratios;
+}
+
+double share_within(const std::vector<double>& ascending_ratios, double k) {
+    if (ascending_ratios.empty()) return kNone;
+    const auto end = std::upper_bound(ascending_ratios.begin(), ascending_ratios.end(), k);
+    return static_cast<double>(end - ascending_ratios.begin()) /
+           static_cast<double>(ascending_ratios.size());
+}
+
+Coverage coverage_of(const std::vector<ErrorSample>& samples) {
+    const std::vector<double> ratios = ratios_of(samples);
+    Coverage coverage;
     coverage.count = ratios.size();
     coverage.without_expected = samples.size() - ratios.size();
-    const auto count = static_cast<double>(ratios.size());
-    for (int k = 0; k < 3; ++k) {
-        const auto end = std::upper_bound(ratios.begin(), ratios.end(), k + 1.0);
-        coverage.within[k] =
-            ratios.empty() ? kNone : static_cast<double>(end - ratios.begin()) / count;
-    }
-    coverage.rms_ratio = ratios.empty() ? kNone : std::sqrt(squares / count);
+    for (int k = 0; k < 3; ++k) coverage.within[k] = share_within(ratios, k + 1.0);
+    double squares = 0;
+    for (const double ratio : ratios) squares += ratio * ratio;
+    coverage.rms_ratio = std::sqrt(squares / static_cast<double>(ratios.size()));
     coverage.p99_ratio = percentile(ratios, 0.99);
     return coverage;
 }

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
+#include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
@@ -14,7 +16,15 @@ struct ErrorSample {
     double expected_mm = 0;  // root mean square that was stated; NaN where none was
 };
 
-// Of the ratio error / expected error. Where both are 0 the ratio is 0. Shares are 0..1. NaN where
+// The more certain status first.
+using SamplesByStatus = std::map<std::string, std::vector<ErrorSample>, std::greater<>>;
+
+// Error / expected error of the samples that have one, ascending; 0 where both are 0.
+std::vector<double> ratios_of(const std::vector<ErrorSample>& samples);
+// The share of them, 0..1, that are at most k; NaN for none.
+double share_within(const std::vector<double>& ascending_ratios, double k);
+
+// Of the ratio error / expected error. Shares are 0..1. NaN where
 // count is 0.
 struct Coverage {
     std::size_t count = 0;             // samples with an expected error

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -49,6 +48,8 @@ class Group {
         }
     }
 
+    const SamplesByStatus& samples() const { return samples_; }
+
     ScoreGroup finish(const std::string& name, bool with_pixels) {
         group_.name = name;
         group_.frames = frames_.size();
@@ -69,8 +70,7 @@ class Group {
     std::set<std::int64_t> frames_;
     std::vector<double> visible_, hidden_;
     std::vector<VisibilitySample> rows_;
-    // The more certain status first.
-    std::map<std::string, std::vector<ErrorSample>, std::greater<>> samples_;
+    SamplesByStatus samples_;
 };
 
 Json errors_json(const ErrorSummary& summary) {
@@ -147,6 +147,7 @@ Score score_of(const ScoredRows& scored) {
         if (!row.state.empty()) groups[row.state].add(row);
     }
     Score score;
+    score.samples = all.samples();
     score.all = all.finish("all", scored.has_pixels);
     score.frames_without_visible = score.all.frames - frames_with_visible.size();
     for (const std::string& state : scored.states) {

@@ -47,6 +47,7 @@ struct ScoreGroup {
 struct Score {
     ScoreGroup all;
     std::vector<ScoreGroup> states;  // in order of first appearance; empty without frames.csv
+    SamplesByStatus samples;         // of all states
     std::size_t frames_without_visible = 0;  // the share lost does not count these
 };
 

@@ -1,0 +1,190 @@
+// A page with the plots of a score.
+#include "sdk/cli/score/score_report.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sdk/cli/io/text.hpp"
+#include "sdk/cli/score/plot.hpp"
+#include "sdk/cli/score/reliability.hpp"
+#include "sdk/cli/score/sparsification.hpp"
+#include "sdk/cli/track/track_outputs.hpp"
+
+namespace defrec::cli {
+namespace {
+
+constexpr char kHead[] = R"(<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="color-scheme" content="light dark">
+<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'">
+<title>defrec: score</title>
+<style>
+:root {
+  color-scheme: light dark;
+  --paper: #f6f7f9; --card: #ffffff; --ink: #17202c; --muted: #5b6675; --line: #dfe3e9;
+  --tracked: #2563eb; --extrapolated: #d97706; --other: #16a05e;
+}
+@media (prefers-color-scheme: dark) {
+  :root {
+    --paper: #10151c; --card: #18202a; --ink: #e8edf4; --muted: #9aa7b8; --line: #2b3645;
+    --tracked: #7fb0ff; --extrapolated: #fbbf24; --other: #4ade80;
+  }
+}
+body {
+  max-width: 1200px; margin: 0 auto; padding: 24px 20px; background: var(--paper);
+  color: var(--ink); font: 15px/1.5 system-ui, "Segoe UI", Roboto, sans-serif;
+}
+h1 { margin: 0; font-size: 26px; overflow-wrap: anywhere; }
+h2 { margin: 0 0 4px; font-size: 18px; }
+.from, .hint { margin: 4px 0 12px; color: var(--muted); overflow-wrap: anywhere; }
+header { margin-bottom: 16px; }
+main { display: grid; grid-template-columns: repeat(auto-fit, minmax(330px, 1fr)); gap: 16px; }
+section {
+  padding: 16px 18px; background: var(--card); border: 1px solid var(--line); border-radius: 12px;
+}
+.wide { grid-column: 1 / -1; overflow-x: auto; }
+pre { margin: 0; font: 12.5px/1.5 ui-monospace, monospace; }
+svg { display: block; width: 100%; font-size: 12px; fill: var(--muted); }
+svg path { fill: none; stroke: currentColor; stroke-width: 2; }
+svg circle { fill: currentColor; }
+svg .grid { stroke: var(--line); stroke-width: 1; }
+.tracked { color: var(--tracked); }
+.extrapolated { color: var(--extrapolated); }
+.other { color: var(--other); }
+.all { color: var(--ink); }
+.ideal { color: var(--muted); }
+.ideal path { stroke-width: 1; stroke-dasharray: 4 4; }
+.band { color: var(--muted); opacity: 0.35; }
+.band path { stroke-width: 8; }
+.key { margin: 0; padding: 0; list-style: none; }
+.key li { display: inline-block; margin-right: 16px; }
+.key li::before { content: "\25CF\2002"; }
+</style>
+</head>
+<body>
+)";
+
+// Its CSS class, which gives the colour.
+std::string class_of(const std::string& status) {
+    for (const PointStatus known : {PointStatus::kTracked, PointStatus::kExtrapolated}) {
+        if (status == name_of(known)) return status;
+    }
+    return "other";
+}
+
+std::string key_of(const Score& score) {
+    std::string key = "<ul class=\"key\">";
+    for (const auto& [status, samples] : score.samples) {
+        key += "<li class=\"" + class_of(status) + "\">" + escaped(status) + ", " +
+               std::to_string(samples.size()) + " points</li>";
+    }
+    return key + "</ul>\n";
+}
+
+std::string section(const std::string& title, const std::string& hint, const std::string& content) {
+    return "<section><h2>" + title + "</h2><p class=\"hint\">" + hint + "</p>\n" + content +
+           "</section>\n";
+}
+
+std::string reliability_section(const Score& score) {
+    constexpr std::size_t kMaxBins = 12, kMinCount = 20;
+    Plot plot{"expected error against measured error", {}, {}, {}};
+    double min = INFINITY, max = 0;
+    for (const auto& [status, samples] : score.samples) {
+        PlotLine line{class_of(status), {}, {}};
+        for (const ReliabilityBin& bin : reliability_of(samples, kMaxBins, kMinCount)) {
+            // The axes are logarithmic.
+            if (bin.expected_mm <= 0 || bin.measured_mm <= 0) continue;
+            line.points.push_back({bin.expected_mm, bin.measured_mm});
+            line.titles.push_back(status + ", " + std::to_string(bin.count) + " points: expected " +
+                                  format_fixed(bin.expected_mm, 3) + " mm, measured " +
+                                  format_fixed(bin.measured_mm, 3) + " mm");
+            min = std::min({min, bin.expected_mm, bin.measured_mm});
+            max = std::max({max, bin.expected_mm, bin.measured_mm});
+        }
+        plot.lines.push_back(std::move(line));
+    }
+    if (max == 0) return {};
+    constexpr double kMargin = 1.2;
+    plot.x = {"expected error, mm", min / kMargin, max * kMargin, true};
+    plot.y = {"root mean square of the error, mm", min / kMargin, max * kMargin, true};
+    plot.lines.insert(plot.lines.begin(),
+                      {"ideal", {{plot.x.min, plot.x.min}, {plot.x.max, plot.x.max}}, {}});
+    return section("Reliability",
+                   "Points in bins of equal count, by their expected error. On the dashed line the "
+                   "measured error is the expected one; above it points claim too much.",
+                   plot_svg(plot));
+}
+
+std::string coverage_section(const Score& score) {
+    constexpr double kMaxRatio = 4, kStep = 0.05;
+    Plot plot{"share of points within k expected errors",
+              {"k", 0, kMaxRatio, false},
+              {"share of points within k expected errors, %", 0, 102, false},
+              {}};
+    for (int k = 1; k <= 3; ++k) {
+        plot.lines.push_back({"band",
+                              {{double(k), 100 * CoverageBands::kMinWithin[k - 1]},
+                               {double(k), k == 1 ? 100 * CoverageBands::kMaxWithinOne : 100.0}},
+                              {}});
+    }
+    for (const auto& [status, samples] : score.samples) {
+        const std::vector<double> ratios = ratios_of(samples);
+        if (ratios.empty()) continue;
+        PlotLine line{class_of(status), {}, {}};
+        for (double k = 0; k <= kMaxRatio + kStep / 2; k += kStep)
+            line.points.push_back({k, 100 * share_within(ratios, k)});
+        plot.lines.push_back(std::move(line));
+    }
+    return section("Coverage",
+                   "Expected errors hold where the lines pass through the three bars: 55 to 85 % "
+                   "within 1, at least 93 % within 2 and 98.5 % within 3 expected errors.",
+                   plot_svg(plot));
+}
+
+std::string sparsification_section(const Score& score) {
+    constexpr std::size_t kMaxPoints = 200;
+    constexpr double kMaxMean = 3;  // the last few points may have any mean
+    std::vector<ErrorSample> all;
+    for (const auto& [status, samples] : score.samples)
+        all.insert(all.end(), samples.begin(), samples.end());
+    const Sparsification curves = sparsification_of(all);
+    const std::size_t count = curves.by_true.size();
+    if (count == 0) return {};
+    const auto line_of = [&](const std::string& css_class, const std::vector<double>& means) {
+        PlotLine line{css_class, {}, {}};
+        const std::size_t steps = std::min(count, kMaxPoints);
+        for (std::size_t i = 0; i < steps; ++i) {
+            const std::size_t k = i * count / steps;
+            line.points.push_back(
+                {100 * static_cast<double>(k) / static_cast<double>(count), means[k]});
+        }
+        return line;
+    };
+    const double highest = *std::max_element(curves.by_expected.begin(), curves.by_expected.end());
+    const Plot plot{
+        "mean error of what is left against the share removed",
+        {"share of points removed, %", 0, 100, false},
+        {"mean error of the rest / of all", 0, std::clamp(highest, 1.0, kMaxMean), false},
+        {line_of("ideal", curves.by_true), line_of("all", curves.by_expected)}};
+    return section("Sparsification",
+                   "All points: the largest expected errors are removed first; dashed: the largest "
+                   "true errors. The area between the lines is AUSE, " +
+                       format_fixed(ause_of(curves), 3) + ".",
+                   plot_svg(plot));
+}
+
+}  // namespace
+
+std::string score_page(const Score& score, const std::string& folder, const std::string& truth) {
+    return kHead + ("<header><h1>" + escaped(folder) + "</h1><p class=\"from\">scored against ") +
+           escaped(truth) + "</p>" + key_of(score) + "</header>\n<main>\n" +
+           reliability_section(score) + coverage_section(score) + sparsification_section(score) +
+           "<section class=\"wide\"><pre>" + escaped(score_table(score)) +
+           "</pre></section>\n</main>\n</body>\n</html>\n";
+}
+
+}  // namespace defrec::cli
