@@ -88,6 +88,9 @@ FrameState misaligned(const Setting& setting, double time) {
 void compress(const SceneParameters& parameters, Scene& scene) {
     scene.compression.jpeg_quality =
         static_cast<int>(std::lround(parameters.find("quality")->second));
+    if (const auto contrast = parameters.find("contrast"); contrast != parameters.end()) {
+        scene.compression.h264_contrast = contrast->second;
+    }
 }
 
 FrameState blood(const Setting& setting, double time) {
@@ -125,17 +128,27 @@ FrameState heavy_smoke(const Setting& setting, double time) {
     return state;
 }
 
+FrameState compressed(const Setting& setting, double time) {
+    FrameState state = beating(time);
+    place_camera(state,
+                 {.yaw = 2.0 * kDegree * std::sin(kTwoPi * time / 61.0),
+                  .shift = {2.0 * std::sin(kTwoPi * time / 52.0),
+                            1.2 * std::sin(kTwoPi * time / 43.0), 0.0}},
+                 setting);
+    return state;
+}
+
 FrameState motion_blur(const Setting& setting, double time) {
     FrameState state = beating(time);
     state.motion.heartbeat = {.lift = 6.0,
-                              .shear = 2.6,
+                              .shear = 3.2,
                               .twist = 0.03,
-                              .period = 16.0 / setting.parameter("speed"),
+                              .period = 14.0 / setting.parameter("speed"),
                               .wavelength = 80};
     state.shutter = setting.parameter("shutter");
     place_camera(state,
-                 {.shift = {1.5 * std::sin(kTwoPi * time / 33.0),
-                            1.5 * std::sin(kTwoPi * time / 27.0), 0.0}},
+                 {.shift = {2.5 * std::sin(kTwoPi * time / 23.0),
+                            2.0 * std::sin(kTwoPi * time / 17.0), 0.0}},
                  setting);
     return state;
 }

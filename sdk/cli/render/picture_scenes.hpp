@@ -10,6 +10,7 @@ FrameState late_view(const Setting& setting, double time);
 FrameState misaligned(const Setting& setting, double time);
 FrameState blood(const Setting& setting, double time);
 FrameState heavy_smoke(const Setting& setting, double time);
+FrameState compressed(const Setting& setting, double time);
 FrameState motion_blur(const Setting& setting, double time);
 FrameState headlight(const Setting& setting, double time);
 FrameState defocus(const Setting& setting, double time);

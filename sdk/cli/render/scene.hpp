@@ -52,7 +52,8 @@ struct FrameState {
 
 /// What the video lost before it was decoded into the files.
 struct Compression {
-    int jpeg_quality = 0;  ///< 1..100 of each image; 0: not compressed
+    int jpeg_quality = 0;      ///< 1..100 of each image; 0: not compressed
+    double h264_contrast = 0;  ///< of the video of each view, after JPEG; 0: no video
 };
 
 struct Scene {

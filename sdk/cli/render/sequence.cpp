@@ -3,11 +3,13 @@
 #include <cstdio>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
+#include <optional>
 #include <thread>
 
 #include "sdk/base/atomic_file.hpp"
 #include "sdk/cli/render/calibration_file.hpp"
 #include "sdk/cli/render/film.hpp"
+#include "sdk/cli/render/h264_pass.hpp"
 #include "sdk/cli/render/render_command.hpp"
 
 namespace defrec::cli {
@@ -51,13 +53,15 @@ class Sequence {
 
   private:
     void write_points() const;
-    void write_pictures(int frame) const;
+    void write_pictures(int frame);
+    void write_decoded(int frames);
     void write_truth(AtomicFile& file, int frame) const;
 
     const RenderOptions& options_;
     int frames_;
     Film film_;
     Eigen::Matrix3d rectification_;
+    std::optional<H264Pass> left_video_, right_video_;
 };
 
 void Sequence::write_points() const {
@@ -71,7 +75,7 @@ void Sequence::write_points() const {
     write_atomically(fs::path(options_.out_dir) / "points.csv", text);
 }
 
-void Sequence::write_pictures(int frame) const {
+void Sequence::write_pictures(int frame) {
     const fs::path out(options_.out_dir);
     const auto picture = [&](const std::vector<std::uint8_t>& bgr) {
         const cv::Mat image(options_.height, options_.width, CV_8UC3,
@@ -79,16 +83,24 @@ void Sequence::write_pictures(int frame) const {
         const int quality = film_.scene().compression.jpeg_quality;
         return quality > 0 ? after_jpeg(image, quality) : image;
     };
+    const auto keep = [&](std::optional<H264Pass>& video, const char* folder,
+                          const std::vector<std::uint8_t>& bgr) {
+        if (video) {
+            video->write(picture(bgr));
+        } else {
+            write_png(out / frame_name(folder, frame), picture(bgr));
+        }
+    };
     std::exception_ptr failure;
     std::thread other([&] {
         try {
-            write_png(out / frame_name("right", frame), picture(film_.right_bgr()));
+            keep(right_video_, "right", film_.right_bgr());
         } catch (...) {
             failure = std::current_exception();
         }
     });
     try {
-        write_png(out / frame_name("left", frame), picture(film_.left_bgr()));
+        keep(left_video_, "left", film_.left_bgr());
         if (options_.depth) {
             std::vector<std::uint16_t> disparity = film_.disparity();
             write_png(out / frame_name("disparity", frame),
@@ -101,6 +113,17 @@ void Sequence::write_pictures(int frame) const {
     other.join();
     if (failure) {
         std::rethrow_exception(failure);
+    }
+}
+
+/// The pictures that went through a video, once the last of them is in it.
+void Sequence::write_decoded(int frames) {
+    const fs::path out(options_.out_dir);
+    left_video_->end_writing();
+    right_video_->end_writing();
+    for (int frame = 0; frame < frames; ++frame) {
+        write_png(out / frame_name("left", frame), left_video_->read());
+        write_png(out / frame_name("right", frame), right_video_->read());
     }
 }
 
@@ -120,6 +143,12 @@ int Sequence::render(const ProgressFn& progress, const StopFn& stop) {
     AtomicFile truth(out / "truth.csv");
     truth.write("frame,id,x,y,z,visible\n");
     write_calibration(film_.scene().rig, (out / "calibration.yaml").string());
+    const double contrast = film_.scene().compression.h264_contrast;
+    if (contrast > 0) {
+        const cv::Size size(options_.width, options_.height);
+        left_video_.emplace(out / "left.mp4", size, contrast);
+        right_video_.emplace(out / "right.mp4", size, contrast);
+    }
     int frame = 0;
     for (; frame < frames_ && (frame == 0 || !stop || !stop()); ++frame) {
         film_.advance();
@@ -131,6 +160,9 @@ int Sequence::render(const ProgressFn& progress, const StopFn& stop) {
         if (progress) {
             progress(frame + 1, frames_);
         }
+    }
+    if (left_video_) {
+        write_decoded(frame);
     }
     truth.commit();
     return frame;
