@@ -57,4 +57,74 @@ FrameState pinch(const Setting& setting, double frame) {
     return state;
 }
 
+FrameState grasp(const Setting& setting, double frame) {
+    constexpr double kArrives = 6, kPeriod = 34, kTaken = 14, kReleases = 24, kReleased = 28;
+    FrameState state;
+    state.time = frame;
+    const double t = frame;
+    const Recurrence event = recurring(t, kArrives, kPeriod, kPeriod - kReleased);
+    const double taken = ease(0.0, kTaken, event.since);
+    const double held = taken * (1.0 - ease(kReleases, kReleased, event.since));
+    const Eigen::Vector3d direction =
+        Eigen::Vector3d(0.50 * std::cos(0.10 * t), 0.50 * std::sin(0.10 * t), -0.87).normalized();
+    state.motion.heartbeat = {
+        .lift = 2.6, .shear = 1.0, .twist = 0.0, .period = 19, .wavelength = 90};
+    state.motion.pull = {.by = setting.parameter("distance") * held * direction,
+                         .centre = event.centre};
+    Orbit orbit{.pitch = 2.0 * kDegree * std::sin(kTwoPi * t / 50.0),
+                .shift = {1.5 * std::sin(kTwoPi * t / 61.0), 1.0 * std::sin(kTwoPi * t / 43.0), 0}};
+    add_tremor(orbit, t, setting.phase);
+    state.camera = pose_of(orbit, setting.depth);
+    // Half of the tip lies in the fold that it holds; when it lets go the tissue falls away from
+    // it.
+    Instrument tool;
+    tool.axis = Eigen::Vector3d(0.66, 0.36, -0.66).normalized();
+    const double gone = ease(kReleases, kReleased, event.since);
+    const double back = 1.0 - ease(kReleased, kPeriod, event.since);
+    const Eigen::Vector3d lifted = setting.parameter("distance") * gone * back * direction -
+                                   Eigen::Vector3d(0, 0, 0.5 * tool.radius);
+    tool.tip = setting.surface->at(event.centre.x(), event.centre.y(), t, state.motion) + lifted +
+               retracted(t, kArrives) * tool.axis;
+    state.instruments.push_back(tool);
+    return state;
+}
+
+FrameState two_instruments(const Setting& setting, double frame) {
+    constexpr double kArrive = 14, kLeave = 46, kLeft = 58, kPeriod = 64;
+    FrameState state;
+    state.time = frame;
+    const double t = frame;
+    const double since = std::fmod(t, kPeriod);
+    const double there = ease(2.0, kArrive, since) * (1.0 - ease(kLeave, kLeft, since));
+    const double press =
+        ease(0.9, 1.0, there) * (0.5 - 0.5 * std::cos(kTwoPi * (since - kArrive) / 20.0));
+    const Eigen::Vector2d places[2] = {
+        {6.0 + 3.0 * std::sin(kTwoPi * t / 40.0), -8.5 + 1.0 * std::sin(kTwoPi * t / 31.0)},
+        {4.0 + 3.0 * std::sin(kTwoPi * t / 36.0), 7.5 + 1.0 * std::cos(kTwoPi * t / 29.0)}};
+    state.motion.heartbeat = {
+        .lift = 2.6, .shear = 1.0, .twist = 0.0, .period = 18, .wavelength = 90};
+    state.motion.indentation = {.depth = 3.0 * press, .sigma = 7.0, .centre = places[0]};
+    Orbit orbit{.roll = 1.5 * kDegree * std::sin(kTwoPi * t / 52.0),
+                .shift = {1.0 * std::sin(kTwoPi * t / 57.0), 0, 0}};
+    add_tremor(orbit, t, setting.phase);
+    state.camera = pose_of(orbit, setting.depth);
+    // Where the shafts enter the view, as shares of its width and height.
+    const Eigen::Vector2d entries[2] = {{0.0, 0.35}, {1.0, 0.75}};
+    for (int i = 0; i < 2; ++i) {
+        const Eigen::Vector2d ray = setting.rig->left.ray(
+            {entries[i].x() * setting.rig->width, entries[i].y() * setting.rig->height});
+        const Eigen::Vector3d entry =
+            setting.parameter("distance") * Eigen::Vector3d(ray.x(), ray.y(), 1.0);
+        Instrument tool;
+        tool.radius = setting.parameter("radius");
+        const Eigen::Vector3d touched =
+            setting.surface->at(places[i].x(), places[i].y(), t, state.motion) -
+            Eigen::Vector3d(0, 0, tool.radius + (i == 0 ? 0.0 : 1.0));
+        tool.axis = (entry - touched).normalized();
+        tool.tip = touched + (1.0 - there) * 80.0 * tool.axis;
+        state.instruments.push_back(tool);
+    }
+    return state;
+}
+
 }  // namespace defrec::cli

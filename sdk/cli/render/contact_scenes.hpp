@@ -7,5 +7,7 @@
 namespace defrec::cli {
 
 FrameState pinch(const Setting& setting, double frame);
+FrameState grasp(const Setting& setting, double frame);
+FrameState two_instruments(const Setting& setting, double frame);
 
 }  // namespace defrec::cli

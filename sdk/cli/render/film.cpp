@@ -170,7 +170,7 @@ PictureRequest Film::request_for(const FrameState& state, bool is_left) const {
     request.lighting.lamp =
         is_left ? lamp : Eigen::Vector3d(scene_.rig.rotation * lamp + scene_.rig.translation);
     request.lighting.distance = scene_.rig.depth;
-    request.lighting.exposure = scene_.exposure;
+    request.lighting.exposure = scene_.exposure * state.exposure;
     if (!is_left) {
         request.view_offset = -scene_.rig.rotation.transpose() * scene_.rig.translation;
     }

@@ -8,6 +8,8 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <map>
+#include <memory>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
@@ -39,6 +41,18 @@ using defrec::cli::TruthRow;
 using defrec::cli::Written;
 
 namespace {
+
+constexpr int kSharedFrames = 24;
+
+/// The first frames of a scene, rendered once in this program.
+const Written& shared(const std::string& scene) {
+    static std::map<std::string, std::unique_ptr<const Written>> known;
+    auto& kept = known[scene];
+    if (kept == nullptr) {
+        kept = std::make_unique<const Written>(scene, 384, 216, kSharedFrames);
+    }
+    return *kept;
+}
 
 /// Matches every visible point of `frame` between the rectified views; the truth says where it
 /// ought to be.
@@ -145,14 +159,21 @@ TEST_CASE("both views show the tissue where the truth has it, f*B/Z apart") {
         check_views(Written("respiration", 480, 270, 4), 3);
     }
     SUBCASE("5:4") { check_views(Written("stretch", 360, 288, 1), 0); }
-    SUBCASE("pinched") { check_views(Written("pinch", 480, 270, 20), 19); }
+    SUBCASE("grasped") { check_views(shared("grasp"), 22); }
+    SUBCASE("near and turned") { check_views(shared("approach"), 23); }
+    SUBCASE("pinched") { check_views(shared("pinch"), 19); }
 }
 
 TEST_CASE("the pictures move as the truth says") {
     SUBCASE("heartbeat") { check_follows(Written("heartbeat", 480, 270, 3), 2); }
     SUBCASE("respiration, raw") { check_follows(Written("respiration", 480, 270, 3), 2); }
     SUBCASE("stretch") { check_follows(Written("stretch", 480, 270, 6), 5); }
-    SUBCASE("pinch") { check_follows(Written("pinch", 480, 270, 12), 11); }
+    SUBCASE("grasp") { check_follows(shared("grasp"), 11); }
+    SUBCASE("two instruments") { check_follows(shared("two-instruments"), 9); }
+    SUBCASE("approach") { check_follows(shared("approach"), 10); }
+    SUBCASE("roll") { check_follows(Written("roll", 384, 216, 8), 7); }
+    SUBCASE("slide") { check_follows(Written("slide", 384, 216, 15), 14); }
+    SUBCASE("pinch") { check_follows(shared("pinch"), 11); }
 }
 
 TEST_CASE("the disparity picture is f*B/Z of the truth") {
@@ -211,7 +232,7 @@ TEST_CASE("stretch changes distances by 30 % and more") {
 }
 
 TEST_CASE("pinch draws tissue together under the tip and presses it in") {
-    const Written w("pinch", 320, 180, 22);
+    const Written& w = shared("pinch");
     const auto& rest = w.truth[0];
     const auto& pinched = w.truth[21];
     const auto area = [](const std::vector<TruthRow>& rows, std::size_t a, std::size_t b,
@@ -234,6 +255,62 @@ TEST_CASE("pinch draws tissue together under the tip and presses it in") {
     CHECK(smallest > 0.3);
     CHECK(deepest > 8);
     CHECK(deepest < 14);
+}
+
+TEST_CASE("two instruments cover more than 40 % of the view together") {
+    const Written& w = shared("two-instruments");
+    const auto covered = [&](int frame) {
+        cv::Mat channels[3], red, bright;
+        cv::split(w.image("left", frame), channels);
+        cv::compare(channels[2], channels[1] + 22, red, cv::CMP_GT);
+        cv::compare(channels[1], 150, bright, cv::CMP_GT);
+        return 1 - cv::countNonZero(red | bright) / static_cast<double>(w.size.area());
+    };
+    CHECK(covered(0) < 0.03);
+    CHECK(covered(kSharedFrames - 1) > 0.40);
+    CHECK(covered(kSharedFrames - 1) < 0.65);
+}
+
+/// Of the distances between neighbours in the first frame, the median of what is left in the image.
+double scale(const Written& w, std::size_t frame) {
+    std::vector<double> ratios;
+    for (std::size_t id = 1; id < w.points.size(); ++id) {
+        const TruthRow &a = w.truth[frame][id - 1], &b = w.truth[frame][id];
+        if (w.points[id].y == w.points[id - 1].y && a.visible && b.visible) {
+            ratios.push_back(cv::norm(w.in_raw(b.point) - w.in_raw(a.point)) /
+                             cv::norm(w.points[id] - w.points[id - 1]));
+        }
+    }
+    return median(ratios);
+}
+
+TEST_CASE(
+    "approach comes to 0.6 of the distance, roll turns by 75 degrees, slide leaves the view") {
+    SUBCASE("approach") {
+        const Written w("approach", 160, 120, 45);
+        CHECK(scale(w, 44) > 1.5);
+        CHECK(scale(w, 44) < 1.8);
+    }
+    SUBCASE("roll") {
+        const Written w("roll", 160, 120, 59);
+        const auto direction = [&](std::size_t frame) {
+            const cv::Point3d along = w.truth[frame][1].point - w.truth[frame][0].point;
+            return std::atan2(along.y, along.x) * 180 / CV_PI;
+        };
+        CHECK(std::abs(direction(31) - direction(0)) == doctest::Approx(75).epsilon(0.05));
+        CHECK(std::abs(direction(58) - direction(0)) < 5);
+    }
+    SUBCASE("slide") {
+        const Written w("slide", 160, 120, 51);
+        const auto visible = [&](std::size_t frame) {
+            return std::count_if(w.truth[frame].begin(), w.truth[frame].end(),
+                                 [](const TruthRow& r) { return r.visible; });
+        };
+        CHECK(visible(50) < 0.6 * visible(0));
+        CHECK(visible(50) > 0.2 * visible(0));
+        // Tissue fills the view to the end.
+        CHECK(cv::countNonZero(w.rectified("left", 50) > 20) > 0.99 * w.size.area());
+    }
 }
 
 TEST_CASE("out of the body nothing is visible, before and after most is") {
@@ -284,7 +361,9 @@ void check_hidden(const Written& w, std::size_t first, int hidden) {
 
 TEST_CASE("points behind the instrument are hidden, and only those") {
     SUBCASE("indentation") { check_hidden(Written("indentation", 320, 180, 5), 0, 10); }
-    SUBCASE("pinch") { check_hidden(Written("pinch", 320, 180, 20), 15, 20); }
+    SUBCASE("pinch") { check_hidden(shared("pinch"), 15, 20); }
+    SUBCASE("grasp") { check_hidden(shared("grasp"), 18, 20); }
+    SUBCASE("two instruments") { check_hidden(shared("two-instruments"), 18, 300); }
 }
 
 TEST_CASE("row 51: a dropped frame repeats picture and truth of the one before") {

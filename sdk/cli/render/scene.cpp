@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "sdk/cli/render/camera_scenes.hpp"
 #include "sdk/cli/render/contact_scenes.hpp"
 #include "sdk/cli/render/noise.hpp"
 #include "sdk/cli/render/picture_scenes.hpp"
@@ -161,6 +162,7 @@ struct Entry {
     float exposure;
     FrameState (*at)(const Setting&, double);
     void (*adapt)(const SceneParameters&, Scene&) = nullptr;  ///< of what lasts all the sequence
+    double curvature = 0;                                     ///< as Surface has it
 };
 
 const std::vector<Entry>& entries() {
@@ -217,6 +219,47 @@ const std::vector<Entry>& entries() {
          0.8,
          0.70f,
          pinch},
+        {{.name = "grasp",
+          .summary = "an instrument takes the tissue, pulls it away and lets it go",
+          .parameters = {{"distance", 12, 0, 15, "mm", "how far the tissue is pulled"}}},
+         {.mottling = 0.75f, .vessels = 0.8f, .spots = 0.7f},
+         0.8,
+         0.70f,
+         grasp},
+        {{.name = "two-instruments",
+          .summary = "two instruments with shadows cover much of the view, one presses",
+          .parameters = {{"radius", 6, 2, 7, "mm", "of both instruments"},
+                         {"distance", 32, 30, 60, "mm",
+                          "from the camera, of the shafts where they enter the view"}}},
+         {.mottling = 0.75f, .vessels = 0.9f, .spots = 0.7f},
+         0.9,
+         0.70f,
+         two_instruments},
+        {{.name = "approach",
+          .summary = "the camera comes nearer and turns",
+          .parameters = {{"distance", 0.6, 0.4, 1, "", "nearest, as a share of the first distance"},
+                         {"turn", 15, 0, 25, "degrees", "largest"}}},
+         {.mottling = 0.80f, .vessels = 0.9f, .spots = 0.8f},
+         0.9,
+         0.66f,
+         approach},
+        {{.name = "roll",
+          .summary = "the camera rolls about its axis and back",
+          .parameters = {{"angle", 75, 0, 180, "degrees", "largest"}}},
+         {.mottling = 0.80f, .vessels = 0.9f, .spots = 0.7f},
+         0.9,
+         0.70f,
+         roll},
+        {{.name = "slide",
+          .summary = "the camera slides along curved tissue and turns with it",
+          .parameters = {{"distance", 56, 0, 64, "mm", "along the tissue, within 45 frames"},
+                         {"turn", 24, 0, 30, "degrees", "within these frames"}}},
+         {.mottling = 0.80f, .vessels = 0.9f, .spots = 0.8f},
+         0.9,
+         0.70f,
+         slide,
+         nullptr,
+         0.0047},
         {{.name = "late-view",
           .summary = "the right view is late for a while",
           .parameters = {{"lag", 1, -2, 2, "frames", "of the right view; negative: early"},
@@ -374,7 +417,7 @@ Scene make_scene(const std::string& name, int width, int height, int frames, std
     const auto place = static_cast<std::uint64_t>(entry - table.begin());
     const std::uint64_t own_seed =
         scramble(seed) ^ scramble(place < kNumberedScenes ? place : hash_of(name));
-    const Surface surface(rig.depth, entry->relief, own_seed);
+    const Surface surface(rig.depth, entry->relief, own_seed, entry->curvature);
     const double phase = Random(own_seed ^ 0xCA3E7A).uniform(0.0, kTwoPi);
     const auto at = entry->at;
     Scene scene{

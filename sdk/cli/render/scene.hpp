@@ -42,6 +42,7 @@ struct FrameState {
     CameraPose camera;
     std::vector<Instrument> instruments;  ///< scene's frame
     std::optional<Blood> blood;
+    float exposure = 1;  ///< share of the scene's: the camera's own control
     Smoke smoke;
     Focus focus;
     double shutter = 0;  ///< frames that the exposure lasts; `time` is its middle

@@ -71,9 +71,15 @@ void add_pinch(const Pinch& p, double s, double t, Eigen::Vector3d& moved) {
     moved.z() += p.depth * std::exp(-squared / (2.0 * p.sigma * p.sigma));
 }
 
+void add_pull(const Pull& p, double s, double t, Eigen::Vector3d& moved) {
+    const double ds = (s - p.centre.x()) / p.reach, dt = (t - p.centre.y()) / p.reach;
+    moved += std::exp(1.0 - std::sqrt(1.0 + ds * ds + dt * dt)) * p.by;
+}
+
 }  // namespace
 
-Surface::Surface(double depth, double relief, std::uint64_t seed) : depth_(depth) {
+Surface::Surface(double depth, double relief, std::uint64_t seed, double curvature)
+    : depth_(depth), curvature_(curvature) {
     Random random(seed ^ 0x5C3Full);
     for (std::size_t i = 0; i < bumps_.size(); ++i) {
         const double wavelength = random.uniform(22.0, 30.0) + 6.0 * static_cast<double>(i);
@@ -91,7 +97,7 @@ double Surface::rest_height(double s, double t) const {
     for (const Wave& wave : bumps_) {
         z += wave.amplitude * std::sin(wave.ks * s + wave.kt * t + wave.phase);
     }
-    return z;
+    return z + 0.5 * curvature_ * s * s;
 }
 
 Eigen::Vector3d Surface::at(double s, double t, double time, const Motion& motion) const {
@@ -110,6 +116,9 @@ Eigen::Vector3d Surface::at(double s, double t, double time, const Motion& motio
     }
     if (motion.pinch.depth != 0 || motion.pinch.gather != 0) {
         add_pinch(motion.pinch, s, t, moved);
+    }
+    if (!motion.pull.by.isZero()) {
+        add_pull(motion.pull, s, t, moved);
     }
     return moved;
 }

@@ -1,6 +1,6 @@
 // The tissue surface as a formula: material coordinates (s, t) in mm and time in frames to a point
-// in mm. Motion is built from waves, swell, Gaussian indentation, pinch and stretch; nothing of
-// a tracker's own model.
+// in mm. Motion is built from waves, swell, Gaussian indentation, pinch, pull and stretch; nothing
+// of a tracker's own model.
 #pragma once
 
 #include <Eigen/Core>
@@ -51,18 +51,27 @@ struct Stretch {
     double reach = 30;  ///< mm over which the strain fades
 };
 
+/// A place that is grasped and pulled: a tent with a rounded top; set anew for every frame.
+struct Pull {
+    Eigen::Vector3d by = Eigen::Vector3d::Zero();      ///< mm, of the top
+    double reach = 5;                                  ///< mm over which the tent falls off
+    Eigen::Vector2d centre = Eigen::Vector2d::Zero();  ///< material coordinates
+};
+
 struct Motion {
     Heartbeat heartbeat;
     Respiration respiration;
     Indentation indentation;
     Stretch stretch;
     Pinch pinch;
+    Pull pull;
 };
 
 class Surface {
   public:
-    /// depth: mm, of the middle at rest. relief: scales the bumps, 1 is 1..2 mm each.
-    Surface(double depth, double relief, std::uint64_t seed);
+    /// depth: mm, of the middle at rest. relief: scales the bumps, 1 is 1..2 mm each. curvature:
+    /// 1/mm, along s, more than every surface has.
+    Surface(double depth, double relief, std::uint64_t seed, double curvature = 0);
 
     /// Point in the scene's frame, mm. The scene's frame is the left camera of a camera at rest.
     Eigen::Vector3d at(double s, double t, double time, const Motion& motion) const;
@@ -79,6 +88,7 @@ class Surface {
     double rest_height(double s, double t) const;
 
     double depth_;
+    double curvature_;
     std::array<Wave, 7> bumps_;
     double beat_direction_;
     double beat_phase_;

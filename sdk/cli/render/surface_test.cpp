@@ -38,6 +38,13 @@ double smallest_area(const Motion& motion) {
 
 }  // namespace
 
+TEST_CASE("a grasped place goes as far as it is pulled, and folds nothing over") {
+    Motion motion;
+    motion.pull = {.by = {9, 0, -12}, .centre = {3, -2}};
+    CHECK((kFlat.at(3, -2, 0, motion) - kFlat.at(3, -2, 0, {}) - motion.pull.by).norm() < 1e-9);
+    CHECK(smallest_area(motion) > 0.1);
+}
+
 TEST_CASE("a pinch leaves 0.35 of the area, takes 5 mm off 18 mm, and folds nothing over") {
     Motion motion;
     motion.pinch = {.depth = 11, .gather = 1 - std::sqrt(0.35), .centre = {3, -2}, .drag = {0, 0}};
