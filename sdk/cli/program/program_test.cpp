@@ -130,8 +130,11 @@ TEST_CASE(
     CHECK(summary["frames"] == kFrames);
     CHECK(summary["states"]["tracking"].get<int>() > 0);
 
-    CHECK(run({"score", folder / "a", "--truth", sequence() / "truth.csv", "--max-median", "2"}) ==
-          0);
+    CHECK(run({"score", folder / "a", "--truth", sequence() / "truth.csv", "--max-median", "2",
+               "--report", folder / "score.html"}) == 0);
+    CHECK(fs::exists(folder / "score.html"));
+    // The camera of summary.json is found.
+    CHECK(TestFolder::read(folder / "score.html").find("\npx ") != std::string::npos);
     CHECK(run({"score", folder / "a", "--truth", sequence() / "truth.csv", "--max-median",
                "0.000001", "--json"}) == 6);
 }
