@@ -743,6 +743,15 @@ DEFREC_API defrec_status DEFREC_CALL defrec_stage_run(
 /** @defgroup tracking Tracking
  *  @{ */
 
+/** What a tracker does with the calibration that it measures. @since 1.1 */
+enum {
+    DEFREC_SELF_CALIBRATION_REPORT  = 0, /**< measured; given in results and reasons, and expected
+                                              errors grow by what it causes */
+    DEFREC_SELF_CALIBRATION_CORRECT = 1, /**< as reported; vertical offset, roll and ratio of focal
+                                              lengths are also corrected in rectification */
+    DEFREC_SELF_CALIBRATION_OFF     = 2  /**< not measured */
+};
+
 /** What a tracker is made with. */
 typedef struct defrec_tracker_desc {
     uint32_t    struct_size;       /**< see DEFREC_INIT */
@@ -776,6 +785,10 @@ typedef struct defrec_tracker_desc {
     uint32_t    memory_stride;     /**< of left and right images in a defrec_memory
                                         @default "width * bytes per pixel, which is also the
                                         min" @range ..1048576 @unit bytes @since 1.1 */
+    uint32_t    self_calibration;  /**< DEFREC_SELF_CALIBRATION_*: what is done about a calibration
+                                        that has drifted
+                                        @default DEFREC_SELF_CALIBRATION_REPORT
+                                        @range DEFREC_SELF_CALIBRATION_* @since 1.1 */
 } defrec_tracker_desc;
 
 /** Opens the device and allocates everything that a frame needs; afterwards no frame allocates, but
@@ -883,6 +896,10 @@ enum {
                                                   usual */
     DEFREC_REASON_VIEWS_SWAPPED  = 1u << 12, /**< left and right seem to be exchanged */
     DEFREC_REASON_LOW_CONTRAST   = 1u << 13, /**< smoke, blur, a wet lens: few patches are found */
+    DEFREC_REASON_VIEW_LATE      = 1u << 14, /**< left and right view were taken at different times
+                                                  @since 1.1 */
+    DEFREC_REASON_CALIBRATION    = 1u << 15, /**< left and right rows do not agree: the calibration
+                                                  has drifted @since 1.1 */
     DEFREC_REASON_ONE_EYE        = 1u << 9,  /**< deprecated: the earlier name of
                                                   DEFREC_REASON_ONE_VIEW */
     DEFREC_REASON_EYES_SWAPPED   = 1u << 12  /**< deprecated: the earlier name of
@@ -890,11 +907,18 @@ enum {
 };
 /** Status of a vertex or point. */
 enum {
-    DEFREC_POINT_OBSERVED     = 0, /**< live depth was measured there and agrees */
-    DEFREC_POINT_EXTRAPOLATED = 1, /**< from its neighbourhood: occluded, outside or without
-                                        depth */
+    DEFREC_POINT_OBSERVED     = 0, /**< observed in both directions: DEFREC_EVIDENCE_DEPTH and
+                                        DEFREC_EVIDENCE_LATERAL */
+    DEFREC_POINT_EXTRAPOLATED = 1, /**< from its neighbourhood: occluded, outside, without depth, or
+                                        not recognised in the image */
     DEFREC_POINT_UNKNOWN      = 2  /**< not to be trusted: the frame is lost, or nothing near it was
                                         seen */
+};
+/** What was observed of a vertex, a mask. @since 1.1 */
+enum {
+    DEFREC_EVIDENCE_DEPTH   = 1, /**< live depth was measured there and agrees */
+    DEFREC_EVIDENCE_LATERAL = 2  /**< the live image shows there what the template shows: the vertex
+                                      has not slid along the surface */
 };
 /** Size of an array. */
 enum { DEFREC_MAX_TIMED_STAGES = 16 /**< entries of defrec_result's times */ };
@@ -933,7 +957,10 @@ typedef struct defrec_result {
     const float         *normals;        /**< xyz per template vertex, unit length, towards the
                                               camera */
     const uint8_t       *vertex_status;  /**< DEFREC_POINT_* per template vertex */
-    /** One standard deviation, per template vertex. */
+    /** Root mean square of the 3D error to be expected, per template vertex: the root of the trace
+     *  of vertex_covariance. Of all vertices of a status over a sequence, 55 to 85 % have an error
+     *  within it, at least 93 % within twice and at least 98.5 % within three times it, unless
+     *  reasons say otherwise. */
     const float                    *expected_error_mm;
     uint64_t                        vertex_count;       /**< template vertices */
     const defrec_landmark          *landmarks;          /**< of the template */
@@ -945,8 +972,25 @@ typedef struct defrec_result {
                                                              1/16 px, or NULL: see keep_disparity */
     /** In order of execution. */
     defrec_stage_time times[DEFREC_MAX_TIMED_STAGES];
-    uint32_t          time_count; /**< of times */
-    uint32_t          reserved;   /**< 0 */
+    uint32_t          time_count;        /**< of times */
+    uint32_t          reserved;          /**< 0 */
+    const float      *vertex_covariance; /**< xx, xy, xz, yy, yz, zz per template vertex:
+                                              covariance of the position's error, rectified camera,
+                                              mm^2 @since 1.1 */
+    const uint8_t    *vertex_evidence;   /**< DEFREC_EVIDENCE_* per template vertex @since 1.1 */
+    /** By how many frames the right view is late in this frame, negative: early; 0 where that
+     *  cannot be measured. @since 1.1 */
+    float view_lag_frames;
+    /** Of the right view against the left at the image centre, down is positive; mean of the last
+     *  seconds, 0 where not measured. @since 1.1 */
+    float vertical_offset_px;
+    /** Of the right view against the left about the image centre, clockwise is positive; mean of
+     *  the last seconds, 0 where not measured. @since 1.1 */
+    float roll_deg;
+    /** Right focal length to left; mean of the last seconds, 1 where not measured. @since 1.1 */
+    float    focal_ratio;
+    uint32_t rig_matches; /**< between left and right view, behind the last three; 0: not measured
+                               @since 1.1 */
 } defrec_result;
 /** The result of a job that is done: after defrec_job_wait() gave DEFREC_OK.
  *  @errors DEFREC_ERROR_STATE: not done yet. Of a job that failed: as it failed.
@@ -955,14 +999,26 @@ DEFREC_API defrec_status DEFREC_CALL defrec_job_result(defrec_job job, defrec_re
 
 /** Moves count points template_xyz, mm, given in the template frame (on or near the surface: a
  *  preoperative model, say) to the frame of this job, xyz. For each point status (DEFREC_POINT_*)
- *  and expected_error_mm say how far to trust it; both may be NULL. A point that is not finite
- *  comes out as NaN and DEFREC_POINT_UNKNOWN. template_xyz and xyz may be the same memory.
+ *  and expected_error_mm (as in defrec_result) say how far to trust it; both may be NULL. A point
+ *  that is not finite comes out as NaN and DEFREC_POINT_UNKNOWN. template_xyz and xyz may be the
+ *  same memory.
  *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. Of a job that failed: as it
  *  failed.
  *  @threads any @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_job_warp_points(
     defrec_job job, const double *template_xyz, size_t count, double *xyz, uint8_t *status,
     double *expected_error_mm);
+
+/** Covariances of the errors of what defrec_job_warp_points() gives for count points template_xyz,
+ *  mm, on the surface or off it: xx, xy, xz, yy, yz, zz each, rectified camera, mm^2. The root of
+ *  the trace is the expected error. NaN for a point that is not finite. evidence
+ *  (DEFREC_EVIDENCE_*) is that of the vertex whose status the point has; may be NULL.
+ *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. Of a job that failed: as it
+ *  failed.
+ *  @threads any @since 1.1 */
+DEFREC_API defrec_status DEFREC_CALL defrec_job_point_covariances(
+    defrec_job job, const double *template_xyz, size_t count, double *covariance,
+    uint8_t *evidence);
 
 /** @} */
 /** @defgroup template Templates

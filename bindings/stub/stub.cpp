@@ -250,6 +250,21 @@ DEFREC_API defrec_status DEFREC_CALL defrec_job_warp_points(
     return call.status();
 }
 
+DEFREC_API defrec_status DEFREC_CALL defrec_job_point_covariances(
+        defrec_job job,
+        const double *template_xyz,
+        size_t count,
+        double *covariance,
+        uint8_t *evidence) {
+    Call call("defrec_job_point_covariances");
+    call.handle("job", job);
+    call.doubles("template_xyz", template_xyz, 3 * count);
+    call.integer("count", count);
+    call.made_array("covariance", covariance, 6 * count);
+    call.made_array("evidence", evidence, 1 * count);
+    return call.status();
+}
+
 DEFREC_API defrec_status DEFREC_CALL defrec_tracker_get_template(
         defrec_tracker tracker,
         defrec_template *out) {

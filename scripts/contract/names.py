@@ -30,10 +30,12 @@ ENUMERATIONS = [
     Enumeration("DEFREC_MEMORY_", "MemoryKind", "MemoryKind"),
     Enumeration("DEFREC_FORMAT_", "Format", "PixelFormat", zero="Default"),
     Enumeration("DEFREC_SOLVER_", "Solver", "Solver", zero="Default"),
+    Enumeration("DEFREC_SELF_CALIBRATION_", "SelfCalibration", "SelfCalibration"),
     Enumeration("DEFREC_FRAME_", "FrameFlag", "FrameFlags", is_flags=True, zero="None"),
     Enumeration("DEFREC_INITIALISING", "State", "FrameState"),
     Enumeration("DEFREC_REASON_", "Reason", "Reasons", is_flags=True, zero="None"),
     Enumeration("DEFREC_POINT_", "PointStatus", "PointStatus", csharp_type="byte"),
+    Enumeration("DEFREC_EVIDENCE_", "Evidence", "Evidence", is_flags=True, zero="None", csharp_type="byte"),
     Enumeration("DEFREC_OBSERVED", "Observation", "Observation"),
 ]
 CONSTANTS = {"DEFREC_STAGE_COUNT_V1"}  # among the enumerators of an enumeration
@@ -65,6 +67,6 @@ def sentence(text):
     """Words as one sentence: a capital first, unless they begin with a symbol or a unit, and a full stop."""
     text = text.strip().rstrip(".;")
     first = re.match(r"[\w/]+", text)
-    if first and first[0].islower() and first[0] not in ("px", "mm", "uu", "xyz", "w"):
+    if first and first[0].islower() and first[0] not in ("px", "mm", "uu", "xx", "xyz", "w"):
         text = text[0].upper() + text[1:]
     return text + "."

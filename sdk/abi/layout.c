@@ -288,6 +288,7 @@ int main(void) {
     FIELD(defrec_tracker_desc, fine_iterations);
     FIELD(defrec_tracker_desc, timed);
     FIELD(defrec_tracker_desc, memory_stride);
+    FIELD(defrec_tracker_desc, self_calibration);
     FIELD(defrec_memory_desc, struct_size);
     FIELD(defrec_memory_desc, kind);
     FIELD(defrec_memory_desc, address);
@@ -334,6 +335,13 @@ int main(void) {
     FIELD(defrec_result, times);
     FIELD(defrec_result, time_count);
     FIELD(defrec_result, reserved);
+    FIELD(defrec_result, vertex_covariance);
+    FIELD(defrec_result, vertex_evidence);
+    FIELD(defrec_result, view_lag_frames);
+    FIELD(defrec_result, vertical_offset_px);
+    FIELD(defrec_result, roll_deg);
+    FIELD(defrec_result, focal_ratio);
+    FIELD(defrec_result, rig_matches);
     FIELD(defrec_template_info, struct_size);
     FIELD(defrec_template_info, width);
     FIELD(defrec_template_info, height);
@@ -405,6 +413,9 @@ int main(void) {
     VALUE(DEFREC_INCONSISTENT);
     VALUE(DEFREC_SOLVER_COUPLED);
     VALUE(DEFREC_SOLVER_INDEPENDENT);
+    VALUE(DEFREC_SELF_CALIBRATION_REPORT);
+    VALUE(DEFREC_SELF_CALIBRATION_CORRECT);
+    VALUE(DEFREC_SELF_CALIBRATION_OFF);
     VALUE(DEFREC_FRAME_CAPTURE_TEMPLATE);
     VALUE(DEFREC_INITIALISING);
     VALUE(DEFREC_TRACKING);
@@ -425,11 +436,15 @@ int main(void) {
     VALUE(DEFREC_REASON_GAP);
     VALUE(DEFREC_REASON_VIEWS_SWAPPED);
     VALUE(DEFREC_REASON_LOW_CONTRAST);
+    VALUE(DEFREC_REASON_VIEW_LATE);
+    VALUE(DEFREC_REASON_CALIBRATION);
     VALUE(DEFREC_REASON_ONE_EYE);
     VALUE(DEFREC_REASON_EYES_SWAPPED);
     VALUE(DEFREC_POINT_OBSERVED);
     VALUE(DEFREC_POINT_EXTRAPOLATED);
     VALUE(DEFREC_POINT_UNKNOWN);
+    VALUE(DEFREC_EVIDENCE_DEPTH);
+    VALUE(DEFREC_EVIDENCE_LATERAL);
     VALUE(DEFREC_MAX_TIMED_STAGES);
     FIELD(defrec_host, struct_size);
     FIELD(defrec_host, abi_minor);

@@ -116,6 +116,8 @@ const std::vector<Use<defrec_job>> kJobUses = {
      }},
     {"defrec_job_warp_points",
      [](auto h) { return defrec_job_warp_points(h, numbers, 1, numbers, nullptr, nullptr); }},
+    {"defrec_job_point_covariances",
+     [](auto h) { return defrec_job_point_covariances(h, numbers, 1, numbers, nullptr); }},
 };
 const std::vector<Use<defrec_template>> kTemplateUses = {
     {"defrec_template_get",

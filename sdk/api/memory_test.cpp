@@ -214,7 +214,7 @@ TEST_CASE("once there is a template, frames allocate nothing") {
         desc.alloc = host_take;
         desc.free = host_give;
     });
-    double centre[3] = {0, 0, kDepth};
+    double centre[3] = {0, 0, kDepth}, covariance[6];
     defrec_status worst = DEFREC_OK;
     const auto track = [&](const Pair& pair) {
         defrec_job job = nullptr;
@@ -223,7 +223,8 @@ TEST_CASE("once there is a template, frames allocate nothing") {
         for (const defrec_status status :
              {session.submit({{pair.left.data()}, {pair.right.data()}, {}}, &job),
               defrec_job_wait(job, UINT64_MAX), defrec_job_result(job, &result),
-              defrec_job_warp_points(job, centre, 1, centre, nullptr, nullptr)})
+              defrec_job_warp_points(job, centre, 1, centre, nullptr, nullptr),
+              defrec_job_point_covariances(job, centre, 1, covariance, nullptr)})
             worst = std::min(worst, status);
         if (result.state != DEFREC_TRACKING) worst = DEFREC_ERROR_INTERNAL;
         defrec_job_release(job);

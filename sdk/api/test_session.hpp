@@ -114,6 +114,10 @@ inline std::string take_result(defrec_job job) {
     add_array(r.normals, 3 * r.vertex_count);
     add_array(r.vertex_status, r.vertex_count);
     add_array(r.expected_error_mm, r.vertex_count);
+    add_array(r.vertex_covariance, 6 * r.vertex_count);
+    add_array(r.vertex_evidence, r.vertex_count);
+    add(&r.view_lag_frames, offsetof(defrec_result, rig_matches) + sizeof r.rig_matches -
+                                offsetof(defrec_result, view_lag_frames));
     add_array(r.landmarks, r.landmark_count);
     add_array(r.landmark_matches, r.landmark_count);
     add_array(r.patch_observations, r.patch_count);

@@ -181,6 +181,13 @@ TEST_CASE(
           DEFREC_ERROR_ARGUMENT);
     CHECK(defrec_job_warp_points(job, point, SIZE_MAX, point, nullptr, nullptr) ==
           DEFREC_ERROR_ARGUMENT);
+    double covariance[6];
+    CHECK(defrec_job_point_covariances(job, point, 1, covariance, nullptr) == DEFREC_ERROR_STATE);
+    CHECK(defrec_job_point_covariances(job, nullptr, 1, covariance, nullptr) ==
+          DEFREC_ERROR_ARGUMENT);
+    CHECK(defrec_job_point_covariances(job, point, 1, nullptr, nullptr) == DEFREC_ERROR_ARGUMENT);
+    CHECK(defrec_job_point_covariances(job, point, SIZE_MAX, covariance, nullptr) ==
+          DEFREC_ERROR_ARGUMENT);
     defrec_job_release(job);
     CHECK(defrec_job_wait(job, 0) == DEFREC_ERROR_HANDLE);
     CHECK(defrec_job_result(job, &out.result) == DEFREC_ERROR_HANDLE);

@@ -188,6 +188,19 @@ defrec_status defrec_job_warp_points(defrec_job job, const double* template_xyz,
     });
 }
 
+defrec_status defrec_job_point_covariances(defrec_job job, const double* template_xyz, size_t count,
+                                           double* covariance, uint8_t* evidence) {
+    return api_call([&] {
+        const JobUse use(job);
+        check_count(count);
+        if (count != 0) {
+            expect_given("template_xyz", template_xyz);
+            expect_given("covariance", covariance);
+        }
+        use->point_covariances(template_xyz, count, covariance, evidence);
+    });
+}
+
 // ---- templates --------------------------------------------------------------
 
 defrec_status defrec_tracker_get_template(defrec_tracker tracker, defrec_template* out) {

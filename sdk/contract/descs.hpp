@@ -39,6 +39,7 @@ inline void fill_defaults(defrec_tracker_desc& p) {
     if (p.arap_weight == 0) p.arap_weight = 0.2f;
     if (p.coarse_iterations == 0) p.coarse_iterations = 3;
     if (p.fine_iterations == 0) p.fine_iterations = 3;
+    if (p.self_calibration == 0) p.self_calibration = DEFREC_SELF_CALIBRATION_REPORT;
 }
 inline std::string range_error(const defrec_tracker_desc& p) {
     RangeCheck check("desc.");
@@ -64,6 +65,12 @@ inline std::string range_error(const defrec_tracker_desc& p) {
     if (p.coarse_iterations != 0) check.integer("coarse_iterations", p.coarse_iterations, 1, 1000);
     if (p.fine_iterations != 0) check.integer("fine_iterations", p.fine_iterations, 1, 1000);
     if (p.memory_stride != 0) check.integer("memory_stride", p.memory_stride, kNoMin, 1048576);
+    if (p.self_calibration != 0)
+        check.known("self_calibration", p.self_calibration,
+        {DEFREC_SELF_CALIBRATION_REPORT,
+         DEFREC_SELF_CALIBRATION_CORRECT,
+         DEFREC_SELF_CALIBRATION_OFF},
+        "REPORT (0), CORRECT (1), OFF (2)");
     return check.error();
 }
 inline constexpr int32_t kTrackerMaxFlags = 0;

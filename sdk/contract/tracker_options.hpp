@@ -3,11 +3,17 @@
 // The fields of defrec_tracker_desc that `defrec track --config` sets.
 #pragma once
 #include <cstdint>
+#include <span>
 #include <variant>
 
 #include "include/defrec_c.h"
 
 namespace defrec {
+
+struct TrackerChoice {
+    const char* name;
+    uint32_t value;
+};
 
 struct TrackerOption {
     const char* name;
@@ -15,18 +21,26 @@ struct TrackerOption {
                  float defrec_tracker_desc::*>
         member;
     double low, high;  // 0 is within and means default
+    std::span<const TrackerChoice> choices;  // of an enumeration, instead of low and high
+};
+
+inline constexpr TrackerChoice kSelfCalibrationChoices[] = {
+    {"report", DEFREC_SELF_CALIBRATION_REPORT},
+    {"correct", DEFREC_SELF_CALIBRATION_CORRECT},
+    {"off", DEFREC_SELF_CALIBRATION_OFF},
 };
 
 inline constexpr TrackerOption kTrackerOptions[] = {
-    {"disparities", &defrec_tracker_desc::disparities, 0, 510},
-    {"min_disparity", &defrec_tracker_desc::min_disparity, 0, 1024},
-    {"min_depth_mm", &defrec_tracker_desc::min_depth_mm, 0, 100000},
-    {"node_spacing_px", &defrec_tracker_desc::node_spacing_px, 0, DEFREC_MAX_SIDE},
-    {"vertex_spacing_px", &defrec_tracker_desc::vertex_spacing_px, 0, DEFREC_MAX_SIDE},
-    {"max_features", &defrec_tracker_desc::max_features, 0, 65535},
-    {"max_patches", &defrec_tracker_desc::max_patches, 0, 65536},
-    {"arap_weight", &defrec_tracker_desc::arap_weight, 0, 1e9},
-    {"coarse_iterations", &defrec_tracker_desc::coarse_iterations, 0, 1000},
-    {"fine_iterations", &defrec_tracker_desc::fine_iterations, 0, 1000},
+    {"disparities", &defrec_tracker_desc::disparities, 0, 510, {}},
+    {"min_disparity", &defrec_tracker_desc::min_disparity, 0, 1024, {}},
+    {"min_depth_mm", &defrec_tracker_desc::min_depth_mm, 0, 100000, {}},
+    {"node_spacing_px", &defrec_tracker_desc::node_spacing_px, 0, DEFREC_MAX_SIDE, {}},
+    {"vertex_spacing_px", &defrec_tracker_desc::vertex_spacing_px, 0, DEFREC_MAX_SIDE, {}},
+    {"max_features", &defrec_tracker_desc::max_features, 0, 65535, {}},
+    {"max_patches", &defrec_tracker_desc::max_patches, 0, 65536, {}},
+    {"arap_weight", &defrec_tracker_desc::arap_weight, 0, 1e9, {}},
+    {"coarse_iterations", &defrec_tracker_desc::coarse_iterations, 0, 1000, {}},
+    {"fine_iterations", &defrec_tracker_desc::fine_iterations, 0, 1000, {}},
+    {"self_calibration", &defrec_tracker_desc::self_calibration, 0, 0, kSelfCalibrationChoices},
 };
 }  // namespace defrec

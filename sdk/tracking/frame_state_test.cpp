@@ -128,6 +128,13 @@ TEST_CASE(
     CHECK(confidence.status[10] == DEFREC_POINT_OBSERVED);
     CHECK(confidence.expected_error[0] > confidence.expected_error[3]);
     CHECK(confidence.expected_error[3] > confidence.expected_error[10]);
+    CHECK(confidence.evidence[0] == 0);
+    CHECK((confidence.evidence[10] & DEFREC_EVIDENCE_DEPTH) != 0);
+    for (size_t i = 0; i < confidence.expected_error.size(); ++i) {
+        const float* covariance = &confidence.covariance[6 * i];
+        CHECK(std::sqrt(covariance[0] + covariance[3] + covariance[5]) ==
+              doctest::Approx(confidence.expected_error[i]));
+    }
 }
 
 TEST_CASE("a lost frame trusts no vertex, and less the longer it lasts") {
@@ -136,6 +143,7 @@ TEST_CASE("a lost frame trusts no vertex, and less the longer it lasts") {
     estimate_confidence(SurfaceModel(f.data), f.samples, true, 1, early);
     estimate_confidence(SurfaceModel(f.data), f.samples, true, 20, late);
     for (const uint8_t status : early.status) CHECK(status == DEFREC_POINT_UNKNOWN);
+    for (const uint8_t evidence : early.evidence) CHECK(evidence == 0);
     CHECK(late.expected_error[40] > early.expected_error[40]);
 }
 
@@ -151,6 +159,10 @@ TEST_CASE(
     CHECK(at_surface.status == DEFREC_POINT_OBSERVED);
     CHECK(at_surface.expected_error == doctest::Approx(confidence.expected_error[0]).epsilon(0.5));
     CHECK(at_depth.expected_error > at_surface.expected_error);
+    for (const SurfaceConfidence& at :
+         {at_surface, at_depth, confidence_at(f.data, confidence, beside)})
+        CHECK(std::sqrt(at.covariance[0] + at.covariance[3] + at.covariance[5]) ==
+              doctest::Approx(at.expected_error));
     CHECK(confidence_at(f.data, confidence, beside).status == DEFREC_POINT_UNKNOWN);
     CHECK(confidence_at(f.data, confidence, beside).expected_error >= at_depth.expected_error);
 }

@@ -10,6 +10,15 @@
 #include "sdk/base/spin.hpp"
 
 namespace defrec {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+bool is_finite(const double xyz[3]) {
+    return std::isfinite(xyz[0]) && std::isfinite(xyz[1]) && std::isfinite(xyz[2]);
+}
+
+}  // namespace
 
 TrackerJob::TrackerJob(std::shared_ptr<JobMonitor> job_monitor,
                        const std::shared_ptr<const Device>& device, uint64_t view_bytes,
@@ -88,6 +97,11 @@ void TrackerJob::result(defrec_result& out) const {
     out.time_count = output.time_count;
     out.disparity = output.disparity.empty() ? nullptr : output.disparity.data();
     std::copy(std::begin(rigid_motion), std::end(rigid_motion), out.rigid_motion);
+    out.view_lag_frames = rig_estimate.lag_frames;
+    out.vertical_offset_px = rig_estimate.vertical_offset_px;
+    out.roll_deg = rig_estimate.roll_deg;
+    out.focal_ratio = rig_estimate.focal_ratio;
+    out.rig_matches = rig_estimate.matches;
     if (surface == nullptr) return;
     const TemplateData& data = surface->data();
     out.matches = evidence.matches;
@@ -103,6 +117,8 @@ void TrackerJob::result(defrec_result& out) const {
     out.normals = normals.data();
     out.vertex_status = confidence.status.data();
     out.expected_error_mm = confidence.expected_error.data();
+    out.vertex_covariance = confidence.covariance.data();
+    out.vertex_evidence = confidence.evidence.data();
     out.vertex_count = data.vertices.size();
     out.landmarks = data.landmarks.data();
     out.landmark_matches = output.matches.data();
@@ -111,17 +127,18 @@ void TrackerJob::result(defrec_result& out) const {
     out.patch_count = data.patches.size();
 }
 
-void TrackerJob::warp_points(const double* template_xyz, size_t count, double* xyz,
-                             uint8_t* point_status, double* expected_error_mm) const {
+const TemplateData& TrackerJob::expect_surface() const {
     expect_done();
     if (surface == nullptr)
         fail(DEFREC_ERROR_STATE, "points cannot be warped before there is a template");
-    const TemplateData& data = surface->data();
+    return surface->data();
+}
+
+void TrackerJob::warp_points(const double* template_xyz, size_t count, double* xyz,
+                             uint8_t* point_status, double* expected_error_mm) const {
+    const TemplateData& data = expect_surface();
     const auto warp = [&](const double* from) {
-        if (!std::isfinite(from[0]) || !std::isfinite(from[1]) || !std::isfinite(from[2])) {
-            constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-            return Vec3<double>{kNaN, kNaN, kNaN};
-        }
+        if (!is_finite(from)) return Vec3<double>{kNaN, kNaN, kNaN};
         const Skin skin = surface->skin_of(from);
         return apply(blend<double>(output.motions.data(), skin.node.data(), skin.weight.data()),
                      Vec3<double>{from[0], from[1], from[2]});
@@ -136,6 +153,18 @@ void TrackerJob::warp_points(const double* template_xyz, size_t count, double* x
         xyz[3 * i + 2] = to.z;
         if (point_status != nullptr) point_status[i] = at_point.status;
         if (expected_error_mm != nullptr) expected_error_mm[i] = at_point.expected_error;
+    }
+}
+
+void TrackerJob::point_covariances(const double* template_xyz, size_t count, double* covariance,
+                                   uint8_t* point_evidence) const {
+    const TemplateData& data = expect_surface();
+    for (size_t i = 0; i < count; ++i) {
+        const double* point = template_xyz + 3 * i;
+        SurfaceConfidence at_point = confidence_at(data, confidence, point);
+        if (!is_finite(point)) std::fill_n(at_point.covariance, 6, kNaN);
+        std::copy_n(at_point.covariance, 6, covariance + 6 * i);
+        if (point_evidence != nullptr) point_evidence[i] = at_point.evidence;
     }
 }
 

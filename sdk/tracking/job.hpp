@@ -9,6 +9,7 @@
 
 #include "sdk/tracking/frame_output.hpp"
 #include "sdk/tracking/frame_state.hpp"
+#include "sdk/tracking/rig_estimate.hpp"
 #include "sdk/tracking/tracker.hpp"
 #include "sdk/tracking/vertex_confidence.hpp"
 
@@ -32,6 +33,8 @@ class TrackerJob final : public Job {
     void result(defrec_result& out) const override;
     void warp_points(const double* template_xyz, size_t count, double* xyz, uint8_t* status,
                      double* expected_error_mm) const override;
+    void point_covariances(const double* template_xyz, size_t count, double* covariance,
+                           uint8_t* evidence) const override;
     void release() override;
 
     // The members below belong to the tracker while the phase is queued or running.
@@ -53,6 +56,7 @@ class TrackerJob final : public Job {
     std::vector<float> vertices, normals, node_positions;
     double rigid_motion[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
     Evidence evidence;
+    RigEstimate rig_estimate;
     uint32_t state = DEFREC_INITIALISING, reasons = 0, epoch = 0, age = 0;
 
     // The device is done, the host will be at once: who waits may wake up in the meantime.
@@ -62,6 +66,7 @@ class TrackerJob final : public Job {
 
   private:
     void expect_done() const;
+    const TemplateData& expect_surface() const;
 
     std::condition_variable changed_;  // with the monitor's mutex
     std::string error_text_;

@@ -27,6 +27,8 @@ class Job {
     virtual void result(defrec_result& out) const = 0;
     virtual void warp_points(const double* template_xyz, size_t count, double* xyz, uint8_t* status,
                              double* expected_error_mm) const = 0;
+    virtual void point_covariances(const double* template_xyz, size_t count, double* covariance,
+                                   uint8_t* evidence) const = 0;
     // Waits if it is running, then gives its place back; the object must not be used afterwards.
     virtual void release() = 0;
 };

@@ -246,10 +246,16 @@ TEST_CASE("a point that is not finite is unknown, and the points beside it are n
     const double centre[3] = {0, 0, kDepth};
     for (const double bad : {kNaN, kInfinity, -kInfinity})
         for (int axis = 0; axis < 3; ++axis) {
-            double points[6] = {0, 0, kDepth, 0, 0, kDepth}, error[2];
-            uint8_t status[2];
+            double points[6] = {0, 0, kDepth, 0, 0, kDepth}, error[2], covariances[12];
+            uint8_t status[2], evidence[2];
             points[axis] = bad;
+            REQUIRE_OK(defrec_job_point_covariances(job, points, 2, covariances, evidence));
             REQUIRE_OK(defrec_job_warp_points(job, points, 2, points, status, error));
+            for (int i = 0; i < 6; ++i) CHECK(std::isnan(covariances[i]));
+            CHECK(evidence[0] == 0);
+            CHECK((evidence[1] & DEFREC_EVIDENCE_DEPTH) != 0);
+            CHECK(std::sqrt(covariances[6] + covariances[9] + covariances[11]) ==
+                  doctest::Approx(error[1]));
             for (int i = 0; i < 3; ++i) {
                 CHECK(std::isnan(points[i]));
                 CHECK(std::abs(points[3 + i] - centre[i]) < 0.1);

@@ -19,6 +19,14 @@ constexpr float kResidualShare = 0.3f;
 constexpr float kGrowthLost = 0.5f;       // mm of error per frame
 constexpr uint32_t kLongestGrowth = 100;  // frames
 
+// Of an error that is the same in all directions. covariance: xx, xy, xz, yy, yz, zz.
+template <class Real>
+void set_isotropic(Real expected_error, Real* covariance) {
+    std::fill_n(covariance, 6, Real{0});
+    for (const int diagonal : {0, 3, 5})
+        covariance[diagonal] = expected_error * expected_error / Real{3};
+}
+
 }  // namespace
 
 SurfaceModel::SurfaceModel(const TemplateData& given) : data(&given), cell(given.vertices.size()) {
@@ -57,6 +65,8 @@ void estimate_confidence(const SurfaceModel& model, SurfaceSamples samples, bool
     const SurfaceGrid& grid = model.data->grid;
     const auto count = static_cast<Eigen::Index>(samples.size());
     confidence.status.resize(samples.size());
+    confidence.evidence.resize(samples.size());
+    confidence.covariance.resize(6 * samples.size());
     confidence.expected_error.resize(samples.size());
     confidence.far_mm.resize(count);
     confidence.residual_mm.resize(count);
@@ -84,6 +94,11 @@ void estimate_confidence(const SurfaceModel& model, SurfaceSamples samples, bool
     if (lost)
         std::fill(confidence.status.begin(), confidence.status.end(),
                   uint8_t{DEFREC_POINT_UNKNOWN});
+    for (size_t i = 0; i < samples.size(); ++i) {
+        const bool is_measured = !lost && samples[i].observation == DEFREC_OBSERVED;
+        confidence.evidence[i] = is_measured ? DEFREC_EVIDENCE_DEPTH : 0;
+        set_isotropic(confidence.expected_error[i], &confidence.covariance[6 * i]);
+    }
 }
 
 SurfaceConfidence confidence_at(const TemplateData& data, const VertexConfidence& confidence,
@@ -92,6 +107,7 @@ SurfaceConfidence confidence_at(const TemplateData& data, const VertexConfidence
     const SurfaceGrid& grid = data.grid;
     SurfaceConfidence at;
     at.expected_error = 100;
+    set_isotropic(at.expected_error, at.covariance);
     if (!(xyz[2] > 0 && std::isfinite(xyz[2]))) return at;
     const double u = data.camera.fx * xyz[0] / xyz[2] + data.camera.cx,
                  v = data.camera.fy * xyz[1] / xyz[2] + data.camera.cy;
@@ -120,8 +136,12 @@ SurfaceConfidence confidence_at(const TemplateData& data, const VertexConfidence
     }
     const double step_mm = grid.spacing * data.vertices[vertex].position[2] / data.camera.fx;
     at.status = confidence.status[vertex];
+    at.evidence = confidence.evidence[vertex];
     at.expected_error = confidence.expected_error[vertex] +
                         kGrowthOffSurface * std::max(0.0, std::sqrt(squared) - 2 * step_mm);
+    const double growth = at.expected_error / confidence.expected_error[vertex];
+    for (size_t i = 0; i < 6; ++i)
+        at.covariance[i] = growth * growth * confidence.covariance[6 * vertex + i];
     return at;
 }
 

@@ -27,10 +27,12 @@ struct SurfaceModel {
     Eigen::Vector3d centre;        // mean position
 };
 
-// How sure a vertex is: status and expected error, from what was seen of it and round it.
+// How sure a vertex is, from what was observed of it and round it.
 struct VertexConfidence {
     std::vector<uint8_t> status;        // DEFREC_POINT_*
-    std::vector<float> expected_error;  // mm, one standard deviation
+    std::vector<uint8_t> evidence;      // DEFREC_EVIDENCE_*
+    std::vector<float> covariance;      // xx, xy, xz, yy, yz, zz each, mm^2, rectified camera
+    std::vector<float> expected_error;  // mm, root of the covariance's trace
     // Working memory:
     std::vector<float> distance;  // per cell of the grid, steps to the nearest observed vertex
     Eigen::ArrayXf far_mm, residual_mm;  // per vertex
@@ -43,7 +45,9 @@ void estimate_confidence(const SurfaceModel& model, SurfaceSamples samples, bool
 // under its pixel, with an error that grows with the distance (mm) from the surface.
 struct SurfaceConfidence {
     uint8_t status = DEFREC_POINT_UNKNOWN;
+    uint8_t evidence = 0;  // DEFREC_EVIDENCE_*
     double expected_error = 0;
+    double covariance[6] = {};  // as in VertexConfidence
 };
 SurfaceConfidence confidence_at(const TemplateData& data, const VertexConfidence& confidence,
                                 const double xyz[3]);

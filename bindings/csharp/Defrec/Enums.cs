@@ -153,6 +153,17 @@ namespace Defrec
         Independent = 2
     }
 
+    /// <summary>What a tracker does with the calibration that it measures.</summary>
+    public enum SelfCalibration : uint
+    {
+        /// <summary>Measured; given in results and reasons, and expected errors grow by what it causes.</summary>
+        Report = 0,
+        /// <summary>As reported; vertical offset, roll and ratio of focal lengths are also corrected in rectification.</summary>
+        Correct = 1,
+        /// <summary>Not measured.</summary>
+        Off = 2
+    }
+
     /// <summary>Flags of defrec_frame.</summary>
     [Flags]
     public enum FrameFlags : uint
@@ -212,6 +223,10 @@ namespace Defrec
         ViewsSwapped = 1u << 12,
         /// <summary>Smoke, blur, a wet lens: few patches are found.</summary>
         LowContrast = 1u << 13,
+        /// <summary>Left and right view were taken at different times.</summary>
+        ViewLate = 1u << 14,
+        /// <summary>Left and right rows do not agree: the calibration has drifted.</summary>
+        Calibration = 1u << 15,
         /// <summary>Deprecated: the earlier name of Reasons.OneView.</summary>
         OneEye = 1u << 9,
         /// <summary>Deprecated: the earlier name of Reasons.ViewsSwapped.</summary>
@@ -221,12 +236,24 @@ namespace Defrec
     /// <summary>Status of a vertex or point.</summary>
     public enum PointStatus : byte
     {
-        /// <summary>Live depth was measured there and agrees.</summary>
+        /// <summary>Observed in both directions: Evidence.Depth and Evidence.Lateral.</summary>
         Observed = 0,
-        /// <summary>From its neighbourhood: occluded, outside or without depth.</summary>
+        /// <summary>From its neighbourhood: occluded, outside, without depth, or not recognised in the image.</summary>
         Extrapolated = 1,
         /// <summary>Not to be trusted: the frame is lost, or nothing near it was seen.</summary>
         Unknown = 2
+    }
+
+    /// <summary>What was observed of a vertex, a mask.</summary>
+    [Flags]
+    public enum Evidence : byte
+    {
+        /// <summary>None.</summary>
+        None = 0,
+        /// <summary>Live depth was measured there and agrees.</summary>
+        Depth = 1 << 0,
+        /// <summary>The live image shows there what the template shows: the vertex has not slid along the surface.</summary>
+        Lateral = 1 << 1
     }
 
     /// <summary>Which stages a device offers: bit <c>1 &lt;&lt; StageKind</c>.</summary>

@@ -44,6 +44,16 @@ namespace Defrec
         public int PatchCount { get; }
         /// <summary>Whether the result carries the disparity image.</summary>
         public bool HasDisparity { get; }
+        /// <summary>By how many frames the right view is late in this frame, negative: early; 0 where that cannot be measured.</summary>
+        public float ViewLagFrames { get; }
+        /// <summary>Of the right view against the left at the image centre, down is positive; mean of the last seconds, 0 where not measured.</summary>
+        public float VerticalOffsetPx { get; }
+        /// <summary>Of the right view against the left about the image centre, clockwise is positive; mean of the last seconds, 0 where not measured.</summary>
+        public float RollDeg { get; }
+        /// <summary>Right focal length to left; mean of the last seconds, 1 where not measured.</summary>
+        public float FocalRatio { get; }
+        /// <summary>Matches between left and right view behind the last three; 0: not measured.</summary>
+        public uint RigMatches { get; }
 
         internal unsafe FrameSummary(ref defrec_result result)
         {
@@ -66,6 +76,11 @@ namespace Defrec
             LandmarkCount = Check.ArrayLength(result.landmark_count, 1);
             PatchCount = Check.ArrayLength(result.patch_count, 1);
             HasDisparity = result.disparity != null;
+            ViewLagFrames = result.view_lag_frames;
+            VerticalOffsetPx = result.vertical_offset_px;
+            RollDeg = result.roll_deg;
+            FocalRatio = result.focal_ratio;
+            RigMatches = result.rig_matches;
         }
     }
 
@@ -102,8 +117,12 @@ namespace Defrec
         public float[] Normals { get; private set; } = new float[0];
         /// <summary>How far to trust each template vertex.</summary>
         public PointStatus[] VertexStatus { get; private set; } = new PointStatus[0];
-        /// <summary>One standard deviation of each template vertex, mm.</summary>
+        /// <summary>Root mean square of the 3D error to be expected of each template vertex, mm: the root of its covariance's trace.</summary>
         public float[] ExpectedErrorMm { get; private set; } = new float[0];
+        /// <summary>xx, xy, xz, yy, yz, zz per template vertex: covariance of the position's error, rectified camera, mm^2.</summary>
+        public float[] VertexCovariance { get; private set; } = new float[0];
+        /// <summary>What was observed of each template vertex.</summary>
+        public Evidence[] VertexEvidence { get; private set; } = new Evidence[0];
         /// <summary>The landmarks of the template.</summary>
         public Landmark[] Landmarks { get; private set; } = new Landmark[0];
         /// <summary>One per landmark; weight 0: outlier.</summary>
@@ -126,6 +145,8 @@ namespace Defrec
             float[] normals = Sized(Normals, positions.Length);
             PointStatus[] status = Sized(VertexStatus, vertices);
             float[] errors = Sized(ExpectedErrorMm, vertices);
+            float[] covariance = Sized(VertexCovariance, Check.ArrayLength(result.vertex_count, 6));
+            Evidence[] evidence = Sized(VertexEvidence, vertices);
             Landmark[] landmarkRecords = Sized(Landmarks, landmarks);
             Match[] matches = Sized(LandmarkMatches, landmarks);
             PatchObservation[] observations = Sized(PatchObservations, patches);
@@ -138,6 +159,8 @@ namespace Defrec
             fixed (float* to = normals) NativeArray.Copy(result.normals, to, normals.Length, sizeof(float));
             fixed (PointStatus* to = status) NativeArray.Copy(result.vertex_status, to, vertices, sizeof(PointStatus));
             fixed (float* to = errors) NativeArray.Copy(result.expected_error_mm, to, vertices, sizeof(float));
+            fixed (float* to = covariance) NativeArray.Copy(result.vertex_covariance, to, covariance.Length, sizeof(float));
+            fixed (Evidence* to = evidence) NativeArray.Copy(result.vertex_evidence, to, vertices, sizeof(Evidence));
             fixed (Landmark* to = landmarkRecords) NativeArray.Copy(result.landmarks, to, landmarks, sizeof(Landmark));
             fixed (Match* to = matches) NativeArray.Copy(result.landmark_matches, to, landmarks, sizeof(Match));
             fixed (PatchObservation* to = observations) NativeArray.Copy(result.patch_observations, to, patches, sizeof(PatchObservation));
@@ -158,6 +181,8 @@ namespace Defrec
             Normals = normals;
             VertexStatus = status;
             ExpectedErrorMm = errors;
+            VertexCovariance = covariance;
+            VertexEvidence = evidence;
             Landmarks = landmarkRecords;
             LandmarkMatches = matches;
             PatchObservations = observations;

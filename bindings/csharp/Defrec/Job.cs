@@ -90,7 +90,8 @@ namespace Defrec
 
         /// <summary>
         /// Moves points (x, y, z, x, ...), mm, given in the template frame (on or near the surface: a preoperative model, say) to the frame of this
-        /// job, in the rectified camera, mm. status, how far to trust each, and expectedErrorMm, one standard deviation of each, may be null.
+        /// job, in the rectified camera, mm. status, how far to trust each, and expectedErrorMm, the root mean square of the 3D error to be
+        /// expected of each, may be null.
         /// Arrays may be longer than needed.
         /// </summary>
         /// <exception cref="ArgumentException">templateXyz or xyz is null, an array is too short, or templateXyz not a multiple of 3 long.</exception>
@@ -108,6 +109,24 @@ namespace Defrec
             fixed (PointStatus* statuses = status) Warp(from, count, to, statuses, error);
         }
 
+        /// <summary>
+        /// Covariances of the errors of what <see cref="WarpPoints(double[], double[], PointStatus[], double[])"/> gives for points (x, y, z, x, ...),
+        /// mm: xx, xy, xz, yy, yz, zz each, rectified camera, mm^2. evidence, what was observed there, may be null. Arrays may be longer than needed.
+        /// </summary>
+        /// <exception cref="ArgumentException">templateXyz or covariance is null, an array is too short, or templateXyz not a multiple of 3 long.</exception>
+        /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
+        /// <exception cref="DefrecException">The job is not done, failed, or its tracker has no template.</exception>
+        public void GetPointCovariances(double[] templateXyz, double[] covariance, Evidence[] evidence = null)
+        {
+            Check.NotNull(templateXyz, nameof(templateXyz));
+            Check.NotNull(covariance, nameof(covariance));
+            int count = Check.Groups(templateXyz.Length, 3, nameof(templateXyz));
+            Check.Length(covariance.Length, 6L * count, nameof(covariance));
+            if (evidence != null) Check.Length(evidence.Length, count, nameof(evidence));
+            fixed (double* from = templateXyz, to = covariance)
+            fixed (Evidence* observed = evidence) GetCovariances(from, count, to, observed);
+        }
+
         /// <summary>Gives the job's place in the queue back; waits if it is running.</summary>
         public void Dispose()
         {
@@ -121,6 +140,16 @@ namespace Defrec
                 if (count == 0) return;
                 DefrecException.ThrowIfFailed(
                     NativeMethods.defrec_job_warp_points(use.Native, from, (UIntPtr)(uint)count, to, (byte*)status, error));
+            }
+        }
+
+        private void GetCovariances(double* from, int count, double* covariance, Evidence* evidence)
+        {
+            using (var use = new HandleUse(Handle))
+            {
+                if (count == 0) return;
+                DefrecException.ThrowIfFailed(
+                    NativeMethods.defrec_job_point_covariances(use.Native, from, (UIntPtr)(uint)count, covariance, (byte*)evidence));
             }
         }
 

@@ -56,7 +56,7 @@ namespace Defrec
             fixed (PointStatus* to = destination) return CopyVertexStatus(to, destination.Length);
         }
 
-        /// <summary>One standard deviation of each template vertex, mm. Returns how many elements were copied; destination may be longer.</summary>
+        /// <summary>Root mean square of the 3D error to be expected of each template vertex, mm. Returns how many elements were copied; destination may be longer.</summary>
         /// <exception cref="ArgumentException">destination is null or too short; the error message says what is needed.</exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
@@ -64,6 +64,26 @@ namespace Defrec
         {
             Check.NotNull(destination, nameof(destination));
             fixed (float* to = destination) return CopyExpectedErrors(to, destination.Length);
+        }
+
+        /// <summary>xx, xy, xz, yy, yz, zz per template vertex: covariance of the position's error, rectified camera, mm^2. Returns how many elements were copied; destination may be longer.</summary>
+        /// <exception cref="ArgumentException">destination is null or too short; the error message says what is needed.</exception>
+        /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
+        /// <exception cref="DefrecException">The job is not done, or failed.</exception>
+        public int CopyVertexCovariance(float[] destination)
+        {
+            Check.NotNull(destination, nameof(destination));
+            fixed (float* to = destination) return CopyVertexCovariance(to, destination.Length);
+        }
+
+        /// <summary>What was observed of each template vertex. Returns how many elements were copied; destination may be longer.</summary>
+        /// <exception cref="ArgumentException">destination is null or too short; the error message says what is needed.</exception>
+        /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
+        /// <exception cref="DefrecException">The job is not done, or failed.</exception>
+        public int CopyVertexEvidence(Evidence[] destination)
+        {
+            Check.NotNull(destination, nameof(destination));
+            fixed (Evidence* to = destination) return CopyVertexEvidence(to, destination.Length);
         }
 
         /// <summary>The landmarks of the template. Returns how many elements were copied; destination may be longer.</summary>
@@ -158,6 +178,24 @@ namespace Defrec
             {
                 defrec_result result = Read(use);
                 return Copy(result.expected_error_mm, result.vertex_count, sizeof(float), to, capacity);
+            }
+        }
+
+        private int CopyVertexCovariance(float* to, int capacity)
+        {
+            using (var use = new HandleUse(Handle))
+            {
+                defrec_result result = Read(use);
+                return Copy(result.vertex_covariance, 6 * result.vertex_count, sizeof(float), to, capacity);
+            }
+        }
+
+        private int CopyVertexEvidence(Evidence* to, int capacity)
+        {
+            using (var use = new HandleUse(Handle))
+            {
+                defrec_result result = Read(use);
+                return Copy(result.vertex_evidence, result.vertex_count, sizeof(Evidence), to, capacity);
             }
         }
 

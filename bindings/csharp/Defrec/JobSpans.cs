@@ -25,6 +25,20 @@ namespace Defrec
         }
 
         /// <summary>Like the overload for arrays.</summary>
+        /// <exception cref="ArgumentException">A span is too short, or templateXyz not a multiple of 3 long.</exception>
+        /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
+        /// <exception cref="DefrecException">The job is not done, failed, or its tracker has no template.</exception>
+        public void GetPointCovariances(ReadOnlySpan<double> templateXyz, Span<double> covariance, Span<Evidence> evidence)
+        {
+            int count = Check.Groups(templateXyz.Length, 3, nameof(templateXyz));
+            Check.Length(covariance.Length, 6L * count, nameof(covariance));
+            if (!evidence.IsEmpty) Check.Length(evidence.Length, count, nameof(evidence));
+            fixed (double* from = &MemoryMarshal.GetReference(templateXyz), to = &MemoryMarshal.GetReference(covariance))
+            fixed (Evidence* observed = &MemoryMarshal.GetReference(evidence))
+                GetCovariances(from, count, to, evidence.IsEmpty ? null : observed);
+        }
+
+        /// <summary>Like the overload for arrays.</summary>
         /// <exception cref="ArgumentException">destination is too short; the error message says what is needed.</exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
@@ -76,6 +90,24 @@ namespace Defrec
         public int CopyExpectedErrors(Span<float> destination)
         {
             fixed (float* to = &MemoryMarshal.GetReference(destination)) return CopyExpectedErrors(to, destination.Length);
+        }
+
+        /// <summary>Like the overload for arrays.</summary>
+        /// <exception cref="ArgumentException">destination is too short; the error message says what is needed.</exception>
+        /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
+        /// <exception cref="DefrecException">The job is not done, or failed.</exception>
+        public int CopyVertexCovariance(Span<float> destination)
+        {
+            fixed (float* to = &MemoryMarshal.GetReference(destination)) return CopyVertexCovariance(to, destination.Length);
+        }
+
+        /// <summary>Like the overload for arrays.</summary>
+        /// <exception cref="ArgumentException">destination is too short; the error message says what is needed.</exception>
+        /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
+        /// <exception cref="DefrecException">The job is not done, or failed.</exception>
+        public int CopyVertexEvidence(Span<Evidence> destination)
+        {
+            fixed (Evidence* to = &MemoryMarshal.GetReference(destination)) return CopyVertexEvidence(to, destination.Length);
         }
 
         /// <summary>Like the overload for arrays.</summary>

@@ -48,6 +48,8 @@ namespace Defrec
         /// the min.
         /// </summary>
         public uint MemoryStride { get; set; }
+        /// <summary>SelfCalibration: what is done about a calibration that has drifted; default SelfCalibration.Report.</summary>
+        public SelfCalibration SelfCalibration { get; set; }
 
         // All but texts, which their caller keeps in place.
         internal void CopyTo(ref defrec_tracker_desc desc)
@@ -68,6 +70,7 @@ namespace Defrec
             desc.fine_iterations = FineIterations;
             desc.timed = Timed ? 1u : 0u;
             desc.memory_stride = MemoryStride;
+            desc.self_calibration = SelfCalibration;
         }
     }
 }

@@ -83,6 +83,7 @@ namespace Defrec.Tests
                 { () => job.CopyVertices(null), "destination" },
                 { () => job.CopyMotions(null), "destination" },
                 { () => job.WarpPoints(null, three), "templateXyz" }, { () => job.WarpPoints(three, null), "xyz" },
+                { () => job.GetPointCovariances(null, new double[6]), "templateXyz" }, { () => job.GetPointCovariances(three, null), "covariance" },
                 { () => template.Lift(null, three, flags), "uv" },
                 { () => template.Lift(two, null, flags), "xyz" },
                 { () => template.Lift(two, three, null), "found" },
@@ -114,6 +115,9 @@ namespace Defrec.Tests
                 { () => job.WarpPoints(four, six), "templateXyz" }, { () => job.WarpPoints(six, four), "xyz" },
                 { () => job.WarpPoints(six, six, new PointStatus[1]), "status" },
                 { () => job.WarpPoints(six, six, null, new double[1]), "expectedErrorMm" },
+                { () => job.GetPointCovariances(four, new double[12]), "templateXyz" },
+                { () => job.GetPointCovariances(six, new double[11]), "covariance" },
+                { () => job.GetPointCovariances(six, new double[12], new Evidence[1]), "evidence" },
                 { () => template.Lift(three, six, new bool[2]), "uv" }, { () => template.Lift(four, four, new bool[2]), "xyz" },
                 { () => template.Lift(four, six, new bool[1]), "found" },
                 { () => stage.Prepare(new StageBuffer[65]), "inputs" },
@@ -174,6 +178,7 @@ namespace Defrec.Tests
         {
             Rig.RectifyPixels(new double[0], new double[0]);
             job.WarpPoints(new double[0], new double[0], new PointStatus[0], new double[0]);
+            job.GetPointCovariances(new double[0], new double[0], new Evidence[0]);
             template.Lift(new double[0], new double[0], new bool[0]);
             Assert.That(Stub.Calls(), Is.Empty);
         }

@@ -211,21 +211,29 @@ namespace Defrec.Tests
                 Assert.That(job.GetSummary().VertexCount, Is.EqualTo(0));
                 Assert.That(job.GetResult().Vertices, Is.Empty);
                 Assert.That(job.CopyVertices(new float[0]), Is.EqualTo(0));
-                Assert.That(Stub.Calls(), Is.EqualTo(Enumerable.Repeat("defrec_job_result(job=" + handle + ", out={536})", 3)));
+                Assert.That(Stub.Calls(), Is.EqualTo(Enumerable.Repeat("defrec_job_result(job=" + handle + ", out={576})", 3)));
 
                 var xyz = new double[6];
                 var status = new PointStatus[2];
                 var error = new double[2];
                 job.WarpPoints(new[] { 1.5, -2, 0.25, 4, 5, 6 }, xyz, status, error);
                 job.WarpPoints(new double[] { 1, 2, 3 }, xyz);
+                var covariance = new double[7];
+                var evidence = new Evidence[2];
+                job.GetPointCovariances(new double[] { 1, 2, 3 }, covariance);
+                job.GetPointCovariances(new double[] { 1, 2, 3 }, covariance, evidence);
                 Assert.That(xyz, Is.EqualTo(new double[] { 1, 2, 3, 4, 5, 6 }));
                 Assert.That(status, Is.EqualTo(new[] { PointStatus.Extrapolated, PointStatus.Unknown }));
                 Assert.That(error, Is.EqualTo(new double[] { 1, 2 }));
+                Assert.That(covariance, Is.EqualTo(new double[] { 1, 2, 3, 4, 5, 6, 0 }));
+                Assert.That(evidence, Is.EqualTo(new[] { Evidence.Depth, Evidence.None }));
                 Assert.That(Stub.Calls(), Is.EqualTo(new[]
                 {
                     "defrec_job_warp_points(job=" + handle + ", template_xyz=[1.5, -2, 0.25, 4, 5, 6], count=2, xyz=written, status=written, " +
                     "expected_error_mm=written)",
-                    "defrec_job_warp_points(job=" + handle + ", template_xyz=[1, 2, 3], count=1, xyz=written, status=NULL, expected_error_mm=NULL)"
+                    "defrec_job_warp_points(job=" + handle + ", template_xyz=[1, 2, 3], count=1, xyz=written, status=NULL, expected_error_mm=NULL)",
+                    "defrec_job_point_covariances(job=" + handle + ", template_xyz=[1, 2, 3], count=1, covariance=written, evidence=NULL)",
+                    "defrec_job_point_covariances(job=" + handle + ", template_xyz=[1, 2, 3], count=1, covariance=written, evidence=written)"
                 }));
                 job.Dispose();
                 Assert.That(Stub.Calls(), Is.EqualTo(new[] { "defrec_job_release(job=" + handle + ")" }));

@@ -35,6 +35,7 @@ namespace Defrec.Tests
                 { "defrec_job_wait", () => job.Wait() },
                 { "defrec_job_result", () => job.GetResult() },
                 { "defrec_job_warp_points", () => job.WarpPoints(xyz, xyz) },
+                { "defrec_job_point_covariances", () => job.GetPointCovariances(xyz, new double[6]) },
                 { "defrec_tracker_get_template", () => Tracker.GetTemplate() },
                 { "defrec_tracker_set_template", () => Tracker.SetTemplate(template) },
                 { "defrec_template_get", () => Tracker.GetTemplate() },

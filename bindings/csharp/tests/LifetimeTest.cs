@@ -123,6 +123,7 @@ namespace Defrec.Tests
                 { () => job.CopyVertices(new float[0]), "Job" },
                 { () => job.CopyDisparity(new short[0]), "Job" },
                 { () => job.WarpPoints(xyz, xyz), "Job" },
+                { () => job.GetPointCovariances(xyz, new double[6]), "Job" },
                 { () => template.GetVertices(), "Template" },
                 { () => template.GetTriangles(), "Template" },
                 { () => template.GetNodes(), "Template" },

@@ -30,8 +30,9 @@ namespace Defrec.Tests
         [Test]
         public void Points()
         {
-            double[] xyz = { 9, 1, 2, 3 }, moved = new double[4], error = new double[2];
+            double[] xyz = { 9, 1, 2, 3 }, moved = new double[4], error = new double[2], covariance = new double[7];
             var status = new PointStatus[2];
+            var evidence = new Evidence[2];
             using (Job job = Submit())
             {
                 string handle = Stub.Handle(job.Handle);
@@ -49,6 +50,18 @@ namespace Defrec.Tests
                 Assert.Throws<ArgumentException>(() => job.WarpPoints(new ReadOnlySpan<double>(xyz), new Span<double>(moved), Span<PointStatus>.Empty, Span<double>.Empty));
                 Assert.Throws<ArgumentException>(() => job.WarpPoints(new ReadOnlySpan<double>(xyz, 0, 3), new Span<double>(moved, 0, 2), Span<PointStatus>.Empty, Span<double>.Empty));
 
+                job.GetPointCovariances(new ReadOnlySpan<double>(xyz, 1, 3), new Span<double>(covariance, 1, 6), new Span<Evidence>(evidence, 1, 1));
+                job.GetPointCovariances(new ReadOnlySpan<double>(xyz, 1, 3), new Span<double>(covariance, 1, 6), Span<Evidence>.Empty);
+                Assert.That(covariance, Is.EqualTo(new double[] { 0, 1, 2, 3, 4, 5, 6 }));
+                Assert.That(evidence, Is.EqualTo(new[] { Evidence.None, Evidence.Depth }));
+                Assert.That(Stub.Calls(), Is.EqualTo(new[]
+                {
+                    "defrec_job_point_covariances(job=" + handle + ", template_xyz=[1, 2, 3], count=1, covariance=written, evidence=written)",
+                    "defrec_job_point_covariances(job=" + handle + ", template_xyz=[1, 2, 3], count=1, covariance=written, evidence=NULL)"
+                }));
+                Assert.Throws<ArgumentException>(() => job.GetPointCovariances(new ReadOnlySpan<double>(xyz, 0, 3), new Span<double>(covariance, 0, 5), Span<Evidence>.Empty));
+
+                Assert.That(job.CopyVertexCovariance(Span<float>.Empty) + job.CopyVertexEvidence(Span<Evidence>.Empty), Is.EqualTo(0));
                 Assert.That(job.CopyVertices(Span<float>.Empty) + job.CopyMotions(Span<Motion>.Empty) + job.CopyVertexStatus(Span<PointStatus>.Empty), Is.EqualTo(0));
             }
         }

@@ -119,6 +119,15 @@ namespace Defrec.Tests
                 var errors = new float[template.VertexCount];
                 Assert.That(job.CopyExpectedErrors(errors), Is.EqualTo(errors.Length));
                 Assert.That(errors, Is.EqualTo(result.ExpectedErrorMm));
+                var covariance = new float[6 * template.VertexCount];
+                Assert.That(job.CopyVertexCovariance(covariance), Is.EqualTo(covariance.Length));
+                Assert.That(covariance, Is.EqualTo(result.VertexCovariance));
+                for (int i = 0; i < errors.Length; ++i)
+                    Assert.That(Math.Sqrt(covariance[6 * i] + covariance[6 * i + 3] + covariance[6 * i + 5]), Is.EqualTo(errors[i]).Within(1e-4));
+                var evidence = new Evidence[template.VertexCount];
+                Assert.That(job.CopyVertexEvidence(evidence), Is.EqualTo(evidence.Length));
+                Assert.That(evidence, Is.EqualTo(result.VertexEvidence));
+                Assert.That(evidence.Any(seen => (seen & Evidence.Depth) != 0));
                 var disparity = new short[result.Disparity.Length];
                 Assert.That(job.CopyDisparity(disparity), Is.EqualTo(disparity.Length));
                 Assert.That(disparity, Is.EqualTo(result.Disparity));
@@ -130,6 +139,10 @@ namespace Defrec.Tests
                 // Vertices warp to where the result has them.
                 double[] atRest = template.GetVertices().SelectMany(v => new double[] { v.Position.X, v.Position.Y, v.Position.Z }).ToArray(), now = new double[atRest.Length];
                 job.WarpPoints(atRest, now);
+                var pointCovariances = new double[2 * atRest.Length];
+                job.GetPointCovariances(atRest, pointCovariances, evidence);
+                Assert.That(evidence.Zip(result.VertexEvidence, (a, b) => a == b).Count(same => same), Is.GreaterThan(evidence.Length / 2));
+                Assert.That(pointCovariances.Zip(result.VertexCovariance, (a, b) => Math.Abs(a - b)).Max(), Is.LessThan(1e-4));
                 Assert.That(now.Zip(result.Vertices, (a, b) => Math.Abs(a - b)).Max(), Is.LessThan(0.5));
 
                 // A result outlives its job.

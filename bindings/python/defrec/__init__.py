@@ -25,6 +25,7 @@ from .enums import (
     ContextFlag,
     DeviceFeature,
     DeviceKind,
+    Evidence,
     Format,
     FrameFlag,
     LogLevel,
@@ -32,6 +33,7 @@ from .enums import (
     Observation,
     PointStatus,
     Reason,
+    SelfCalibration,
     Solver,
     StageKind,
     State,
@@ -39,7 +41,7 @@ from .enums import (
 )
 from .errors import BusyError, Error
 from .memory import Memory
-from .result import Result, StageTime, WarpedPoints
+from .result import PointCovariances, Result, StageTime, WarpedPoints
 from .rig import Rig
 from .stage import Stage
 from .stages import AlignStage, LmStage, MatchStage, OrbStage, RansacStage, RectifyStage, StereoStage, WarpStage

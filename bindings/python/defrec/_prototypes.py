@@ -52,6 +52,7 @@ PROTOTYPES: Dict[str, Tuple[Any, Sequence[Any]]] = {
     "defrec_job_release": (None, [c_void_p]),
     "defrec_job_result": (StatusResult, [c_void_p, _pointer(structs.ResultStruct)]),
     "defrec_job_warp_points": (StatusResult, [c_void_p, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p]),
+    "defrec_job_point_covariances": (StatusResult, [c_void_p, c_void_p, c_size_t, c_void_p, c_void_p]),
     "defrec_tracker_get_template": (StatusResult, [c_void_p, _handle_out]),
     "defrec_tracker_set_template": (StatusResult, [c_void_p, c_void_p]),
     "defrec_template_release": (None, [c_void_p]),

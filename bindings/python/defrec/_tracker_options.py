@@ -6,7 +6,7 @@ from typing import Any, Dict, Optional
 
 from ._handle import Handle
 from .context import Context
-from .enums import Format
+from .enums import Format, SelfCalibration
 from .rig import Rig
 
 OPTIONS = """seed: of random choices: the same seed gives the same results on a repeatable device.
@@ -26,7 +26,9 @@ OPTIONS = """seed: of random choices: the same seed gives the same results on a 
     timed: the host waits after each stage, so that the times of results are the device's; slower. Otherwise they are
         those of queueing where a device computes by itself.
     memory_stride: of left and right images in a defrec_memory, bytes; at most 1048576; default width * bytes per pixel,
-        which is also the min."""
+        which is also the min.
+    self_calibration: SelfCalibration: what is done about a calibration that has drifted; default
+        SelfCalibration.REPORT."""
 
 
 class TrackerOptions(Handle):
@@ -54,6 +56,7 @@ class TrackerOptions(Handle):
         fine_iterations: int = 0,
         timed: bool = False,
         memory_stride: int = 0,
+        self_calibration: SelfCalibration = SelfCalibration.REPORT,
     ) -> None:
         self._create(
             context,
@@ -76,6 +79,7 @@ class TrackerOptions(Handle):
                 fine_iterations=fine_iterations,
                 timed=bool(timed),
                 memory_stride=memory_stride,
+                self_calibration=self_calibration,
             ),
         )
 

@@ -170,6 +170,17 @@ class Solver(OpenEnum):
     """Each control point for itself, as in the paper."""
 
 
+class SelfCalibration(OpenEnum):
+    """What a tracker does with the calibration that it measures."""
+
+    REPORT = 0
+    """Measured; given in results and reasons, and expected errors grow by what it causes."""
+    CORRECT = 1
+    """As reported; vertical offset, roll and ratio of focal lengths are also corrected in rectification."""
+    OFF = 2
+    """Not measured."""
+
+
 class FrameFlag(IntFlag):
     """Flags of defrec_frame."""
 
@@ -223,6 +234,10 @@ class Reason(IntFlag):
     """Left and right seem to be exchanged."""
     LOW_CONTRAST = 8192
     """Smoke, blur, a wet lens: few patches are found."""
+    VIEW_LATE = 16384
+    """Left and right view were taken at different times."""
+    CALIBRATION = 32768
+    """Left and right rows do not agree: the calibration has drifted."""
     ONE_EYE = 512
     """Deprecated: the earlier name of Reason.ONE_VIEW."""
     EYES_SWAPPED = 4096
@@ -233,8 +248,17 @@ class PointStatus(OpenEnum):
     """Status of a vertex or point."""
 
     OBSERVED = 0
-    """Live depth was measured there and agrees."""
+    """Observed in both directions: Evidence.DEPTH and Evidence.LATERAL."""
     EXTRAPOLATED = 1
-    """From its neighbourhood: occluded, outside or without depth."""
+    """From its neighbourhood: occluded, outside, without depth, or not recognised in the image."""
     UNKNOWN = 2
     """Not to be trusted: the frame is lost, or nothing near it was seen."""
+
+
+class Evidence(IntFlag):
+    """What was observed of a vertex, a mask."""
+
+    DEPTH = 1
+    """Live depth was measured there and agrees."""
+    LATERAL = 2
+    """The live image shows there what the template shows: the vertex has not slid along the surface."""

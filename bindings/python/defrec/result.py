@@ -27,7 +27,16 @@ class WarpedPoints(NamedTuple):
     status: ByteArray
     """(n,) uint8, PointStatus."""
     expected_error_mm: FloatArray
-    """(n,) float64, one standard deviation."""
+    """(n,) float64, root mean square of the 3D error to be expected."""
+
+
+class PointCovariances(NamedTuple):
+    """How far off the positions of WarpedPoints may be, by direction, and what was observed there."""
+
+    covariance: FloatArray
+    """(n, 6) float64, xx, xy, xz, yy, yz, zz, mm^2, rectified camera; the root of the trace is the expected error."""
+    evidence: ByteArray
+    """(n,) uint8, Evidence."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +79,7 @@ class Result:
     vertex_status: ByteArray
     """(vertices,) uint8, PointStatus."""
     expected_error_mm: FloatArray
-    """(vertices,) float32, one standard deviation."""
+    """(vertices,) float32, root mean square of the 3D error to be expected: the root of the covariance's trace."""
     landmarks: RecordArray
     """(landmarks,) Landmark, of the template."""
     landmark_matches: RecordArray
@@ -81,6 +90,20 @@ class Result:
     """(height, width) int16, 1/16 px, DISPARITY_NONE: none; None unless the tracker has keep_disparity."""
     times: Tuple[StageTime, ...]
     """In order of execution."""
+    vertex_covariance: FloatArray
+    """(vertices, 6) float32, xx, xy, xz, yy, yz, zz: covariance of the position's error, mm^2."""
+    vertex_evidence: ByteArray
+    """(vertices,) uint8, Evidence."""
+    view_lag_frames: float
+    """By how many frames the right view is late in this frame, negative: early; 0 where that cannot be measured."""
+    vertical_offset_px: float
+    """Of the right view against the left at the image centre, down is positive; mean of the last seconds."""
+    roll_deg: float
+    """Of the right view against the left about the image centre, clockwise is positive; mean of the last seconds."""
+    focal_ratio: float
+    """Right focal length to left; mean of the last seconds."""
+    rig_matches: int
+    """Between left and right view, behind the last three; 0: not measured."""
 
 
 def copy_result(r: structs.ResultStruct, size: Tuple[int, int]) -> Result:
@@ -115,4 +138,11 @@ def copy_result(r: structs.ResultStruct, size: Tuple[int, int]) -> Result:
         patch_observations=array(r.patch_observations, PatchObservation, r.patch_count),
         disparity=None if not r.disparity else array(r.disparity, "h", height, width),
         times=tuple(StageTime(text(time.name), time.milliseconds) for time in times),
+        vertex_covariance=array(r.vertex_covariance, "f", r.vertex_count, 6),
+        vertex_evidence=array(r.vertex_evidence, "B", r.vertex_count),
+        view_lag_frames=r.view_lag_frames,
+        vertical_offset_px=r.vertical_offset_px,
+        roll_deg=r.roll_deg,
+        focal_ratio=r.focal_ratio,
+        rig_matches=r.rig_matches,
     )

@@ -737,6 +737,8 @@ class TrackerDesc(Struct):
     memory_stride: U32
     """Of left and right images in a defrec_memory, bytes; at most 1048576; default width * bytes per pixel, which
     is also the min."""
+    self_calibration: U32
+    """SelfCalibration: what is done about a calibration that has drifted; default SelfCalibration.REPORT."""
 
 
 @c_struct("defrec_memory_desc")
@@ -831,7 +833,9 @@ class ResultStruct(Struct):
     vertex_status: Address
     """PointStatus per template vertex."""
     expected_error_mm: Address
-    """One standard deviation, per template vertex."""
+    """Root mean square of the 3D error to be expected, per template vertex: the root of the trace of
+    vertex_covariance. Of all vertices of a status over a sequence, 55 to 85 % have an error within it, at least 93
+    % within twice and at least 98.5 % within three times it, unless reasons say otherwise."""
     vertex_count: U64
     """Template vertices."""
     landmarks: Address
@@ -851,6 +855,22 @@ class ResultStruct(Struct):
     time_count: U32
     """Of times."""
     reserved: U32
+    vertex_covariance: Address
+    """xx, xy, xz, yy, yz, zz per template vertex: covariance of the position's error, rectified camera, mm^2."""
+    vertex_evidence: Address
+    """Evidence per template vertex."""
+    view_lag_frames: F32
+    """By how many frames the right view is late in this frame, negative: early; 0 where that cannot be measured."""
+    vertical_offset_px: F32
+    """Of the right view against the left at the image centre, down is positive; mean of the last seconds, 0 where
+    not measured."""
+    roll_deg: F32
+    """Of the right view against the left about the image centre, clockwise is positive; mean of the last seconds, 0
+    where not measured."""
+    focal_ratio: F32
+    """Right focal length to left; mean of the last seconds, 1 where not measured."""
+    rig_matches: U32
+    """Between left and right view, behind the last three; 0: not measured."""
 
 
 @c_struct("defrec_template_info")

@@ -14,7 +14,7 @@ from ._tracker_options import OPTIONS, TrackerOptions
 from .context import Context
 from .enums import Format, FrameFlag, MemoryKind, Status
 from .memory import Memory, memory_desc
-from .result import Result, WarpedPoints, copy_result
+from .result import PointCovariances, Result, WarpedPoints, copy_result
 from .rig import Rig
 from .template import Template
 
@@ -62,6 +62,19 @@ class Job(Handle):
             self._native, given.address, given.count, address_of(xyz), address_of(status), address_of(errors)
         )
         return WarpedPoints(xyz, status, errors)
+
+    def point_covariances(self, template_xyz: ArrayLike) -> PointCovariances:
+        """Waits for the frame, and gives the covariances of the errors of what warp_points gives for (n, 3) points, mm.
+
+        threads: any. Raises Error, with Status.ERROR_STATE where there is no template yet.
+        """
+        given = Points("template_xyz", template_xyz, 3)
+        self.wait()
+        covariance, evidence = empty("d", (given.count, 6)), empty("B", (given.count,))
+        native.defrec_job_point_covariances(
+            self._native, given.address, given.count, address_of(covariance), address_of(evidence)
+        )
+        return PointCovariances(covariance, evidence)
 
 
 class Tracker(TrackerOptions):

@@ -141,6 +141,7 @@ class Arguments(stub.StubTest):
             [(1j, 2, 3)],
         ):
             self.refuses((TypeError, ValueError), "template_xyz", self.job.warp_points, bad)
+            self.refuses((TypeError, ValueError), "template_xyz", self.job.point_covariances, bad)
         for bad in ([(1, 2, 3)], shaped("d", 6), array.array("d", [1, 2]), {1: 2}):
             self.refuses((TypeError, ValueError), "raw_uv", self.rig.rectify_pixels, bad)
         for good in ([(1, 2, 3)], ((1, 2, 3),), shaped("d", 1, 3), shaped("f", 1, 3), shaped("h", 1, 3)):
@@ -148,6 +149,7 @@ class Arguments(stub.StubTest):
         empty = self.job.warp_points([])
         self.assertEqual((len(empty.xyz), len(empty.status), len(empty.expected_error_mm)), (0, 0, 0))
         self.assertIn("template_xyz=[], count=0", stub.lines()[-1])
+        self.assertEqual([len(part) for part in self.job.point_covariances([])], [0, 0])
 
     @unittest.skipIf(numpy is None, "needs NumPy")
     def test_numpy_points(self):

@@ -222,9 +222,14 @@ class Calls(stub.StubTest):
             stub.answer("defrec_job_wait", Status.OK)
             self.assertEqual(len(job.result().vertices), 0)
             moved = job.warp_points([(1.5, 2.5, 3.5), (4.5, 5.5, 6.5)])
+            errors = job.point_covariances([(1.5, 2.5, 3.5), (4.5, 5.5, 6.5)])
         self.assertEqual(
             (moved.xyz.tolist(), moved.status.tolist(), moved.expected_error_mm.tolist()),
             ([[1, 2, 3], [4, 5, 6]], [1, 2], [1, 2]),
+        )
+        self.assertEqual(
+            (errors.covariance.tolist(), errors.evidence.tolist()),
+            ([[1, 2, 3, 4, 5, 6], [7, 8, 9, 10, 11, 12]], [1, 2]),
         )
         submitted, *rest = self.log()
         frame = submitted.struct("frame", structs.Frame)
@@ -240,10 +245,13 @@ class Calls(stub.StubTest):
                 f"defrec_job_wait(job={j}, timeout_ns=1500000000)",
                 f"defrec_job_wait(job={j}, timeout_ns=0)",
                 for_ever,
-                f"defrec_job_result(job={j}, out={{536}})",
+                f"defrec_job_result(job={j}, out={{576}})",
                 for_ever,
                 f"defrec_job_warp_points(job={j}, template_xyz=[1.5, 2.5, 3.5, 4.5, 5.5, 6.5], count=2, xyz=written, "
                 "status=written, expected_error_mm=written)",
+                for_ever,
+                f"defrec_job_point_covariances(job={j}, template_xyz=[1.5, 2.5, 3.5, 4.5, 5.5, 6.5], count=2, "
+                "covariance=written, evidence=written)",
                 f"defrec_job_release(job={j})",
             ],
         )
@@ -251,7 +259,8 @@ class Calls(stub.StubTest):
     def test_every_field_of_a_result_keeps_its_name(self):
         lengths = dict(
             rigid_motion=3, motions=2, node_positions=2, vertices=3, normals=3, vertex_status=3, expected_error_mm=3,
-            landmarks=4, landmark_matches=4, patch_observations=5, disparity=6, times=2,
+            landmarks=4, landmark_matches=4, patch_observations=5, disparity=6, times=2, vertex_covariance=3,
+            vertex_evidence=3,
         )  # fmt: skip
         given = structs.ResultStruct(node_count=2, vertex_count=3, landmark_count=4, patch_count=5, time_count=2)
         numbers, memory = {}, []

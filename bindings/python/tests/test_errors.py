@@ -69,6 +69,7 @@ class Failures(stub.StubTest):
             "defrec_job_wait": job.wait,
             "defrec_job_result": job.result,
             "defrec_job_warp_points": lambda: job.warp_points([(1, 2, 3)]),
+            "defrec_job_point_covariances": lambda: job.point_covariances([(1, 2, 3)]),
             "defrec_tracker_get_template": tracker.template,
             "defrec_tracker_set_template": lambda: tracker.set_template(template),
             "defrec_template_get": template.data,
@@ -181,7 +182,12 @@ class Lifetimes(stub.StubTest):
                 lambda m: things["tracker"].submit(m, IMAGE, 1),
                 lambda m: things["tracker"].submit(IMAGE, IMAGE, 1, samples=m),
             ],
-            "job": [lambda j: j.wait(), lambda j: j.result(), lambda j: j.warp_points([(1, 2, 3)])],
+            "job": [
+                lambda j: j.wait(),
+                lambda j: j.result(),
+                lambda j: j.warp_points([(1, 2, 3)]),
+                lambda j: j.point_covariances([(1, 2, 3)]),
+            ],
             "template": [
                 lambda t: t.lift([(1, 2)]),
                 lambda t: t.data(),

@@ -18,6 +18,7 @@ from defrec import (
     BusyError,
     Context,
     Error,
+    Evidence,
     Format,
     LmParams,
     LmStage,
@@ -93,7 +94,14 @@ class Tracking(LibraryTest):
                 self.assertAlmostEqual(x, -frame * plane.DEPTH_MM / plane.CAMERA.fx, delta=0.2)
                 self.assertAlmostEqual(y, 0, delta=0.2)
                 self.assertAlmostEqual(z, plane.DEPTH_MM, delta=0.5)
+                errors = job.point_covariances(lifted.xyz)
+                covariance = errors.covariance.tolist()[0]
+                trace = covariance[0] + covariance[3] + covariance[5]
+                self.assertAlmostEqual(trace**0.5, moved.expected_error_mm.tolist()[0], places=5)
+                self.assertTrue(errors.evidence.tolist()[0] & Evidence.DEPTH)
                 self.assertEqual(len(result.vertices), len(result.vertex_status))
+                self.assertEqual(len(result.vertices), len(result.vertex_covariance))
+                self.assertTrue(any(seen & Evidence.DEPTH for seen in result.vertex_evidence.tolist()))
                 self.assertEqual(result.disparity.shape, (plane.HEIGHT, plane.WIDTH))
                 self.assertEqual(result.disparity[72, 96], plane.DISPARITY * DISPARITY_ONE)
         self.assertEqual(result.times[0].name, "upload")

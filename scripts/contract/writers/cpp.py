@@ -124,26 +124,41 @@ def descriptions(contract):
 
 
 def tracker_options(contract):
-    rows = []
+    rows, choices = [], []
     for field in options(contract):
+        if field.range and field.range.enumerators:
+            names = f"k{pascal(field.name)}Choices"
+            choices += [f"inline constexpr TrackerChoice {names}[] = {{", *(
+                f'    {{"{each["name"].removeprefix(field.range.enumerators[:-1]).lower()}", {each["name"]}}},'
+                for each in contract.enumerators(field.range.enumerators)), "};"]
+            rows.append(f'    {{"{field.name}", &defrec_tracker_desc::{field.name}, 0, 0, {names}}},')
+            continue
         low = field.range.low if field.range and field.range.low else "0"
         low = "0" if not low.startswith("-") else low
         high = field.range.high if field.range and field.range.high else "2147483647"
-        rows.append(f'    {{"{field.name}", &defrec_tracker_desc::{field.name}, {low}, {high}}},')
+        rows.append(f'    {{"{field.name}", &defrec_tracker_desc::{field.name}, {low}, {high}, {{}}}},')
     body = """
+struct TrackerChoice {
+    const char* name;
+    uint32_t value;
+};
+
 struct TrackerOption {
     const char* name;
     std::variant<uint32_t defrec_tracker_desc::*, int32_t defrec_tracker_desc::*,
                  float defrec_tracker_desc::*>
         member;
     double low, high;  // 0 is within and means default
+    std::span<const TrackerChoice> choices;  // of an enumeration, instead of low and high
 };
+
+""" + "\n".join(choices) + """
 
 inline constexpr TrackerOption kTrackerOptions[] = {
 """ + "\n".join(rows) + "\n};"
     return TOP.format(
         what="// The fields of defrec_tracker_desc that `defrec track --config` sets.",
-        includes='#include <cstdint>\n#include <variant>\n\n#include "include/defrec_c.h"\n',
+        includes='#include <cstdint>\n#include <span>\n#include <variant>\n\n#include "include/defrec_c.h"\n',
         body=body,
     )
 

@@ -167,7 +167,7 @@ def enums(contract):
             if is_constant:
                 constants += [*text, f"        public const int {pascal(value['name'].removeprefix('DEFREC_'))} = {value['value']};"]
             else:
-                number = f"1u << {value['value'].bit_length() - 1}" if kind.is_flags else value["value"]
+                number = f"1{'u' * (kind.csharp_type == 'uint')} << {value['value'].bit_length() - 1}" if kind.is_flags else value["value"]
                 members.append([*text, f"        {pascal(kind.member(value['name']))} = {number}"])
         if kind:
             body += ["", *summary(enum["summary"], "    "), *(["    [Flags]"] if kind.is_flags else []),

@@ -70,6 +70,8 @@ constexpr ReasonName kReasonNames[] = {
     {DEFREC_REASON_GAP, "gap"},
     {DEFREC_REASON_VIEWS_SWAPPED, "views-swapped"},
     {DEFREC_REASON_LOW_CONTRAST, "low-contrast"},
+    {DEFREC_REASON_VIEW_LATE, "view-late"},
+    {DEFREC_REASON_CALIBRATION, "calibration"},
 };
 
 }  // namespace

@@ -12,11 +12,25 @@
 namespace defrec::cli {
 namespace {
 
-// The whole number or number that an entry gives; ranges are those of the library.
+std::uint32_t read_choice(const YamlDocument& document, const YamlEntry& entry,
+                          std::span<const TrackerChoice> choices) {
+    std::string known;
+    for (const TrackerChoice& choice : choices) {
+        if (entry.value.scalar == choice.name) return choice.value;
+        known += (known.empty() ? "" : ", ") + std::string(choice.name);
+    }
+    document.fail(entry.line, entry.key,
+                  "is " + entry.value.scalar + "; expected one of: " + known + ".");
+}
+
+// The word, whole number or number that an entry gives; ranges are those of the library.
 void set(const YamlDocument& document, const YamlEntry& entry, const TrackerOption& option,
          defrec_tracker_desc& desc) {
     if (const auto* real = std::get_if<float defrec_tracker_desc::*>(&option.member)) {
         desc.*(*real) = static_cast<float>(document.number(entry.value, entry.key));
+    } else if (!option.choices.empty()) {
+        desc.*std::get<std::uint32_t defrec_tracker_desc::*>(option.member) =
+            read_choice(document, entry, option.choices);
     } else {
         const int value = document.integer(entry.value, entry.key, static_cast<int>(option.low),
                                            static_cast<int>(option.high));

@@ -30,12 +30,14 @@ TEST_CASE("named parameters are set and the others stay at their defaults") {
     defrec_tracker_desc desc;
     DEFREC_INIT(&desc);
     read_config(folder.write("tracker.yaml",
-                             "max_features: 500\narap_weight: 2.5 # stiffer\nmin_disparity: 7\n"),
+                             "max_features: 500\narap_weight: 2.5 # stiffer\nmin_disparity: 7\n"
+                             "self_calibration: correct\n"),
                 desc);
     CHECK(desc.max_features == 500);
     CHECK(desc.arap_weight == 2.5F);
     CHECK(desc.min_disparity == 7);
     CHECK(desc.max_patches == 0);
+    CHECK(desc.self_calibration == DEFREC_SELF_CALIBRATION_CORRECT);
 }
 
 TEST_CASE(
@@ -48,5 +50,7 @@ TEST_CASE(
     CHECK(refusal("max_features: -1\n").find("0 to 65535") != std::string::npos);
     CHECK(refusal("max_features: 1.5\n").find("whole number") != std::string::npos);
     CHECK(refusal("arap_weight: nan\n").find("not finite") != std::string::npos);
+    CHECK(refusal("self_calibration: on\n").find("is on; expected one of: report, correct, off.") !=
+          std::string::npos);
     CHECK(refusal("arap_weight: [1]\n").find("a number was expected") != std::string::npos);
 }

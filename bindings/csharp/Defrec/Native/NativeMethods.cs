@@ -97,6 +97,10 @@ namespace Defrec.Native
             byte* status, double* expectedErrorMm);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_job_point_covariances(IntPtr job, double* templateXyz, UIntPtr count,
+            double* covariance, byte* evidence);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         internal static extern Status defrec_tracker_get_template(IntPtr tracker, IntPtr* @out);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]

@@ -134,6 +134,7 @@ namespace Defrec.Native
         internal uint fine_iterations;
         internal uint timed;
         internal uint memory_stride;
+        internal SelfCalibration self_calibration;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -207,6 +208,13 @@ namespace Defrec.Native
         internal defrec_stage_times times;
         internal uint time_count;
         internal uint reserved;
+        internal float* vertex_covariance;
+        internal byte* vertex_evidence;
+        internal float view_lag_frames;
+        internal float vertical_offset_px;
+        internal float roll_deg;
+        internal float focal_ratio;
+        internal uint rig_matches;
     }
 
     [StructLayout(LayoutKind.Sequential)]
