@@ -1,4 +1,4 @@
-// The scenes in which instruments touch the tissue hard.
+// The scenes in which tissue is touched hard or cut.
 #include "sdk/cli/render/contact_scenes.hpp"
 
 namespace defrec::cli {
@@ -125,6 +125,33 @@ FrameState two_instruments(const Setting& setting, double frame) {
         state.instruments.push_back(tool);
     }
     return state;
+}
+
+FrameState cut(const Setting& setting, double frame) {
+    FrameState state;
+    state.time = frame;
+    const double t = frame;
+    const double open =
+        ease(5.0, 25.0, t) *
+        (1.0 - 0.3 * (0.5 - 0.5 * std::cos(kTwoPi * std::max(0.0, t - 29.0) / 24.0)));
+    state.motion.heartbeat = {
+        .lift = 2.8, .shear = 1.1, .twist = 0.0, .period = 18, .wavelength = 90};
+    state.motion.incision = {.gap = setting.parameter("opening") * open,
+                             .half_length = 0.5 * setting.parameter("length")};
+    // The cut crosses the picture at a slant.
+    Orbit orbit{.roll = 35.0 * kDegree,
+                .shift = {2.0 + 1.5 * std::sin(kTwoPi * t / 59.0), -1.5, 0}};
+    add_tremor(orbit, t, setting.phase);
+    state.camera = pose_of(orbit, setting.depth);
+    return state;
+}
+
+void deepen(const SceneParameters& /*parameters*/, Scene& scene) {
+    scene.floor = TissueLook{.mottling = 0.35f,
+                             .vessels = 0.3f,
+                             .spots = 0.6f,
+                             .gloss = 0.5f,
+                             .base = {0.22f, 0.025f, 0.019f}};
 }
 
 }  // namespace defrec::cli

@@ -1,4 +1,4 @@
-// The scenes in which instruments touch the tissue hard. docs/reference_sequences.md describes
+// The scenes in which tissue is touched hard or cut. docs/reference_sequences.md describes
 // them.
 #pragma once
 
@@ -9,5 +9,9 @@ namespace defrec::cli {
 FrameState pinch(const Setting& setting, double frame);
 FrameState grasp(const Setting& setting, double frame);
 FrameState two_instruments(const Setting& setting, double frame);
+FrameState cut(const Setting& setting, double frame);
+
+/// Gives a cut its floor.
+void deepen(const SceneParameters& parameters, Scene& scene);
 
 }  // namespace defrec::cli

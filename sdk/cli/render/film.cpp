@@ -13,6 +13,9 @@ namespace {
 constexpr double kMeshHalfWidth = 96.0;  // mm of material: more than any scene's camera sees
 constexpr double kMeshHalfHeight = 78.0;
 constexpr double kMeshSpacing = 0.6;
+constexpr double kFloorHalfWidth = 6.0;  // mm of texture across the floor of a cut
+constexpr double kFloorSpacing = 0.25;
+constexpr double kBesideCut = 0.5;       // mm
 constexpr double kOcclusionSlack = 0.3;  // mm, between a point and the mesh in front of it
 constexpr int kExposures = 8;            // of a picture with motion blur: steps of a pixel or two
 
@@ -29,10 +32,11 @@ Film::Film(const std::string& scene, int width, int height, int frames, std::uin
       threads_(threads),
       scene_(make_scene(scene, width, height, frames, seed, settings)),
       tissue_(scene_.look, kMeshHalfWidth, kMeshHalfHeight, scene_.seed),
-      mesh_(kMeshHalfWidth, kMeshHalfHeight, kMeshSpacing),
       left_(scene_.rig.left, width, height, threads),
       right_(scene_.rig.right, width, height, threads),
-      painter_(tissue_, threads) {}
+      painter_(tissue_, threads) {
+    prepare_meshes();
+}
 
 void Film::advance() {
     const FrameState next = scene_.at(++frame_);
@@ -42,9 +46,9 @@ void Film::advance() {
     state_ = next;
     misalign_right();
     place_views(state_);
-    mesh_.deform(scene_.surface, state_.time, state_.motion, {&left_, &right_}, threads_);
-    raster_.render(mesh_, left_, threads_, left_hits_);
-    raster_.render(mesh_, right_, threads_, right_hits_);
+    deform_meshes(state_, {&left_, &right_});
+    raster_.render(meshes_, left_, threads_, left_hits_);
+    raster_.render(meshes_, right_, threads_, right_hits_);
     photograph(true);
     photograph(false);
     place_views(state_);
@@ -85,7 +89,43 @@ void Film::misalign_right() {
     }
 }
 
-/// A grid over the first left image, less the pixels where no tissue is seen.
+/// One sheet of tissue, or the two sides of a cut, which share a row of vertices where the cut is
+/// closed, and its floor, which shares their columns.
+void Film::prepare_meshes() {
+    meshes_.emplace_back(kMeshHalfWidth, kMeshHalfHeight, kMeshSpacing, kMeshSpacing);
+    if (scene_.floor) {
+        DeformedMesh below = meshes_.front();
+        below.first_drawn = meshes_.front().last_drawn = (below.rows - 1) / 2;
+        meshes_.push_back(std::move(below));
+        meshes_.emplace_back(kMeshHalfWidth, kFloorHalfWidth, kMeshSpacing, kFloorSpacing);
+        meshes_.back().is_floor = true;
+        floor_.emplace(*scene_.floor, static_cast<float>(kMeshHalfWidth),
+                       static_cast<float>(kFloorHalfWidth), ~scene_.seed);
+        painter_.set_floor(*floor_);
+    }
+}
+
+void Film::deform_meshes(const FrameState& state, const std::vector<const View*>& views) {
+    const Surface& surface = scene_.surface;
+    const double time = state.time;
+    const Motion& motion = state.motion;
+    if (!scene_.floor) {
+        meshes_[0].deform([&](double s, double t) { return surface.at(s, t, time, motion); }, views,
+                          threads_);
+        return;
+    }
+    const auto side = [&](Side which) {
+        return [&, which](double s, double t) { return surface.at(s, t, time, motion, which); };
+    };
+    meshes_[0].deform(side(Side::above), views, threads_);
+    meshes_[1].deform(side(Side::below), views, threads_);
+    meshes_[2].deform(
+        [&](double s, double t) { return surface.floor_at(s, t / kFloorHalfWidth, time, motion); },
+        views, threads_);
+}
+
+/// A grid over the first left image, less the pixels where no tissue is seen and those beside a
+/// cut.
 void Film::choose_points() {
     const int columns = 20;
     const int rows = std::max(6, static_cast<int>(std::lround(columns * 0.95 * height_ / width_)));
@@ -109,7 +149,10 @@ void Film::choose_points() {
             }
             const Eigen::Vector3d point =
                 scene_.surface.at(material.x(), material.y(), state_.time, state_.motion);
-            if (visible(material, left_.from_scene(point))) {
+            const Incision& cut = state_.motion.incision;
+            const bool beside_cut = cut.half_length > 0 && std::abs(material.y()) < kBesideCut &&
+                                    std::abs(material.x()) < cut.half_length + kBesideCut;
+            if (!beside_cut && visible(material, left_.from_scene(point))) {
                 points_.push_back({u, v, material});
             }
         }
@@ -155,8 +198,8 @@ void Film::photograph(bool is_left) {
         const FrameState state = time == frame_ ? state_ : scene_.at(time);
         if (time != frame_ || (!is_left && misaligned_right_)) {
             place_views(state);
-            mesh_.deform(scene_.surface, state.time, state.motion, {&view}, threads_);
-            raster_.render(mesh_, view, threads_, other_hits_);
+            deform_meshes(state, {&view});
+            raster_.render(meshes_, view, threads_, other_hits_);
             hits = &other_hits_;
         }
         painter_.expose(view, *hits, request_for(state, is_left), 1.0f / static_cast<float>(parts));

@@ -49,6 +49,8 @@ class Film {
   private:
     void place_views(const FrameState& state);
     void misalign_right();
+    void prepare_meshes();
+    void deform_meshes(const FrameState& state, const std::vector<const View*>& views);
     void choose_points();
     void photograph(bool is_left);
     PictureRequest request_for(const FrameState& state, bool is_left) const;
@@ -59,7 +61,8 @@ class Film {
     int frame_ = -1;
     Scene scene_;
     Tissue tissue_;
-    DeformedMesh mesh_;
+    std::optional<Tissue> floor_;  ///< of a cut
+    std::vector<DeformedMesh> meshes_;
     View left_, right_;                     ///< as calibration.yaml has them
     std::optional<View> misaligned_right_;  ///< the right view as it is, where it is not right_
     Painter painter_;

@@ -17,23 +17,26 @@ constexpr float kWindowMargin =
 
 }  // namespace
 
-DeformedMesh::DeformedMesh(double half_width, double half_height, double spacing_mm)
-    : columns(2 * static_cast<int>(std::ceil(half_width / spacing_mm)) + 1),
-      rows(2 * static_cast<int>(std::ceil(half_height / spacing_mm)) + 1),
-      spacing(spacing_mm),
-      first_s(-0.5 * (columns - 1) * spacing_mm),
-      first_t(-0.5 * (rows - 1) * spacing_mm),
+DeformedMesh::DeformedMesh(double half_width, double half_height, double s_spacing_mm,
+                           double t_spacing_mm)
+    : columns(2 * static_cast<int>(std::ceil(half_width / s_spacing_mm)) + 1),
+      rows(2 * static_cast<int>(std::ceil(half_height / t_spacing_mm)) + 1),
+      spacing_s(s_spacing_mm),
+      spacing_t(t_spacing_mm),
+      first_s(-0.5 * (columns - 1) * s_spacing_mm),
+      first_t(-0.5 * (rows - 1) * t_spacing_mm),
+      last_drawn(rows - 1),
       points(static_cast<std::size_t>(columns) * rows),
       normals(points.size()) {}
 
-DeformedMesh::Window DeformedMesh::seen_window(const Surface& surface, double time,
-                                               const Motion& motion,
+DeformedMesh::Window DeformedMesh::seen_window(const MeshFormula& at,
                                                const std::vector<const View*>& views) const {
     Window seen{columns, -1, rows, -1};
-    for (int j = 0; j < rows; j += kWindowStep) {
+    const int first = std::max(first_drawn - kWindowStep, 0);
+    const int last = std::min(last_drawn + kWindowStep, rows - 1);
+    for (int j = first - first % kWindowStep; j <= last; j += kWindowStep) {
         for (int i = 0; i < columns; i += kWindowStep) {
-            const Eigen::Vector3d point =
-                surface.at(first_s + i * spacing, first_t + j * spacing, time, motion);
+            const Eigen::Vector3d point = at(first_s + i * spacing_s, first_t + j * spacing_t);
             for (const View* view : views) {
                 const Eigen::Vector3d p = view->from_scene(point);
                 const Eigen::Vector2f ray = (p.head<2>() / std::max(p.z(), kNearest)).cast<float>();
@@ -49,19 +52,19 @@ DeformedMesh::Window DeformedMesh::seen_window(const Surface& surface, double ti
     }
     return {std::max(seen.first_column - kWindowStep, 0),
             std::min(seen.last_column + kWindowStep, columns - 1),
-            std::max(seen.first_row - kWindowStep, 0),
-            std::min(seen.last_row + kWindowStep, rows - 1)};
+            std::max({seen.first_row - kWindowStep, first_drawn - 1, 0}),
+            std::min({seen.last_row + kWindowStep, last_drawn + 1, rows - 1})};
 }
 
-void DeformedMesh::deform(const Surface& surface, double time, const Motion& motion,
-                          const std::vector<const View*>& views, int threads) {
-    window = seen_window(surface, time, motion, views);
+void DeformedMesh::deform(const MeshFormula& at, const std::vector<const View*>& views,
+                          int threads) {
+    window = seen_window(at, views);
     const Window& w = window;
     parallel_rows(w.last_row - w.first_row + 1, threads, [&](int first, int last) {
         for (int j = w.first_row + first; j < w.first_row + last; ++j) {
             for (int i = w.first_column; i <= w.last_column; ++i) {
                 points[static_cast<std::size_t>(j) * columns + i] =
-                    surface.at(first_s + i * spacing, first_t + j * spacing, time, motion);
+                    at(first_s + i * spacing_s, first_t + j * spacing_t);
             }
         }
     });
@@ -102,10 +105,17 @@ View::View(const Lens& its_lens, int its_width, int its_height, int threads)
     }
 }
 
-void MeshRaster::render(const DeformedMesh& mesh, const View& view, int threads,
+void MeshRaster::render(const std::vector<DeformedMesh>& meshes, const View& view, int threads,
                         std::vector<Hit>& hits) {
-    seen_.resize(mesh.points.size());
     hits.assign(static_cast<std::size_t>(view.width) * view.height, Hit{});
+    for (const DeformedMesh& mesh : meshes) {
+        add(mesh, view, threads, hits);
+    }
+}
+
+void MeshRaster::add(const DeformedMesh& mesh, const View& view, int threads,
+                     std::vector<Hit>& hits) {
+    seen_.resize(mesh.points.size());
     const DeformedMesh::Window& w = mesh.window;
     parallel_rows(w.last_row - w.first_row + 1, threads, [&](int first, int last) {
         for (int j = w.first_row + first; j < w.first_row + last; ++j) {
@@ -131,7 +141,8 @@ void MeshRaster::render(const DeformedMesh& mesh, const View& view, int threads,
 void MeshRaster::band(const DeformedMesh& mesh, const View& view, int first, int last,
                       std::vector<Hit>& hits) const {
     const DeformedMesh::Window& w = mesh.window;
-    for (int j = w.first_row; j < w.last_row; ++j) {
+    const int end = std::min(w.last_row, mesh.last_drawn);
+    for (int j = std::max(w.first_row, mesh.first_drawn); j < end; ++j) {
         for (int i = w.first_column; i < w.last_column; ++i) {
             const int a = j * mesh.columns + i;
             const int b = a + 1, c = a + mesh.columns, d = c + 1;
@@ -189,8 +200,9 @@ void MeshRaster::triangle(const DeformedMesh& mesh, const View& view, const int 
             const Eigen::Vector2d grid =
                 bp * material(corner[0]) + bq * material(corner[1]) + br * material(corner[2]);
             hit.z = z;
-            hit.s = static_cast<float>(mesh.first_s + mesh.spacing * grid.x());
-            hit.t = static_cast<float>(mesh.first_t + mesh.spacing * grid.y());
+            hit.s = static_cast<float>(mesh.first_s + mesh.spacing_s * grid.x());
+            hit.t = static_cast<float>(mesh.first_t + mesh.spacing_t * grid.y());
+            hit.is_floor = mesh.is_floor;
             hit.normal = static_cast<float>(bp) * mesh.normals[corner[0]] +
                          static_cast<float>(bq) * mesh.normals[corner[1]] +
                          static_cast<float>(br) * mesh.normals[corner[2]];

@@ -3,11 +3,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <vector>
 
 #include "sdk/cli/render/instrument.hpp"
 #include "sdk/cli/render/rig.hpp"
-#include "sdk/cli/render/surface.hpp"
 
 namespace defrec::cli {
 
@@ -32,6 +32,9 @@ struct View {
     }
 };
 
+/// From the coordinates of a mesh to a point in the scene's frame, mm.
+using MeshFormula = std::function<Eigen::Vector3d(double s, double t)>;
+
 /// A regular mesh in material coordinates, deformed for one frame. Scene's frame, mm. Only the
 /// vertices inside the window, which holds all that the views see, are of the frame.
 struct DeformedMesh {
@@ -41,24 +44,25 @@ struct DeformedMesh {
     };
 
     int columns = 0, rows = 0;
-    double spacing = 0, first_s = 0, first_t = 0;  ///< mm, material
-    std::vector<Eigen::Vector3d> points;           ///< columns * rows
-    std::vector<Eigen::Vector3f> normals;          ///< unit, towards the camera
+    double spacing_s = 0, spacing_t = 0, first_s = 0, first_t = 0;  ///< mm, material
+    int first_drawn = 0, last_drawn = 0;   ///< rows; those next to them serve the normals
+    bool is_floor = false;                 ///< of a cut, whose tissue looks different
+    std::vector<Eigen::Vector3d> points;   ///< columns * rows
+    std::vector<Eigen::Vector3f> normals;  ///< unit, towards the camera
     Window window;
 
-    DeformedMesh(double half_width, double half_height, double spacing_mm);
-    void deform(const Surface& surface, double time, const Motion& motion,
-                const std::vector<const View*>& views, int threads);
+    DeformedMesh(double half_width, double half_height, double s_spacing_mm, double t_spacing_mm);
+    void deform(const MeshFormula& at, const std::vector<const View*>& views, int threads);
 
   private:
-    Window seen_window(const Surface& surface, double time, const Motion& motion,
-                       const std::vector<const View*>& views) const;
+    Window seen_window(const MeshFormula& at, const std::vector<const View*>& views) const;
 };
 
 /// What a pixel sees of the mesh; z is 0 where it sees none.
 struct Hit {
     float z = 0;             ///< mm along the optical axis
     float s = 0, t = 0;      ///< material
+    bool is_floor = false;   ///< of a cut
     Eigen::Vector3f normal;  ///< scene's frame, not normalised
 };
 
@@ -66,9 +70,11 @@ struct Hit {
 class MeshRaster {
   public:
     /// hits: width * height. Same result for any number of threads.
-    void render(const DeformedMesh& mesh, const View& view, int threads, std::vector<Hit>& hits);
+    void render(const std::vector<DeformedMesh>& meshes, const View& view, int threads,
+                std::vector<Hit>& hits);
 
   private:
+    void add(const DeformedMesh& mesh, const View& view, int threads, std::vector<Hit>& hits);
     struct Seen {
         Eigen::Vector3d point;  ///< view's frame
         float u, v;

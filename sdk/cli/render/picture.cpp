@@ -188,7 +188,8 @@ Rgb Painter::tissue_colour(const View& view, const Hit& hit, const Eigen::Vector
     const Eigen::Vector3f to_camera = -point.normalized();
 
     const float footprint = hit.z / static_cast<float>(view.lens.fx);
-    Tissue::Sample sample = tissue_.at(hit.s, hit.t, footprint);
+    const Tissue& tissue = hit.is_floor ? *floor_ : tissue_;
+    Tissue::Sample sample = tissue.at(hit.s, hit.t, footprint);
     const float inside = request.blood ? blood_inside(*request.blood, hit.s, hit.t) : 0.0f;
     const float cover = blood_cover(inside);
     if (cover > 0) {
@@ -202,7 +203,7 @@ Rgb Painter::tissue_colour(const View& view, const Hit& hit, const Eigen::Vector
     float highlight = 0.05f * sharpened(glance, 4);
     if (sample.wetness > 0 && glance > kHighlightFrom) {
         const Tissue::Film film = cover > 0.5f ? blood_film(*request.blood, inside, hit.s, hit.t)
-                                               : tissue_.film(hit.s, hit.t);
+                                               : tissue.film(hit.s, hit.t);
         const Eigen::Vector3f rough =
             (normal + film.slope_s * turn.col(0) + film.slope_t * turn.col(1)).normalized();
         highlight += 3.5f * sample.wetness * sharpened(std::max(0.0f, rough.dot(half)), 9);

@@ -61,6 +61,9 @@ class Painter {
   public:
     Painter(const Tissue& tissue, int threads) : tissue_(tissue), threads_(threads) {}
 
+    /// What the floor of a cut looks like; must outlive the painter.
+    void set_floor(const Tissue& floor) { floor_ = &floor; }
+
     // A picture is one exposure or more, each a share of 1, and their development. Same bits for
     // any number of threads.
     void expose(const View& view, const std::vector<Hit>& hits, const PictureRequest& request,
@@ -82,6 +85,7 @@ class Painter {
     float smoke_at(int u, int v) const;
 
     const Tissue& tissue_;
+    const Tissue* floor_ = nullptr;
     int threads_;
     std::vector<Rgb> light_;    ///< linear, of one exposure, before the lens blurs it
     std::vector<Rgb> sharp_;    ///< light_ before the lens is out of focus

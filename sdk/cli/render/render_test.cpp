@@ -45,11 +45,11 @@ namespace {
 constexpr int kSharedFrames = 24;
 
 /// The first frames of a scene, rendered once in this program.
-const Written& shared(const std::string& scene) {
+const Written& shared(const std::string& scene, bool depth = false) {
     static std::map<std::string, std::unique_ptr<const Written>> known;
     auto& kept = known[scene];
     if (kept == nullptr) {
-        kept = std::make_unique<const Written>(scene, 384, 216, kSharedFrames);
+        kept = std::make_unique<const Written>(scene, 384, 216, kSharedFrames, depth);
     }
     return *kept;
 }
@@ -160,6 +160,7 @@ TEST_CASE("both views show the tissue where the truth has it, f*B/Z apart") {
     }
     SUBCASE("5:4") { check_views(Written("stretch", 360, 288, 1), 0); }
     SUBCASE("grasped") { check_views(shared("grasp"), 22); }
+    SUBCASE("beside an open cut") { check_views(shared("cut", true), 23); }
     SUBCASE("near and turned") { check_views(shared("approach"), 23); }
     SUBCASE("pinched") { check_views(shared("pinch"), 19); }
 }
@@ -171,6 +172,7 @@ TEST_CASE("the pictures move as the truth says") {
     SUBCASE("grasp") { check_follows(shared("grasp"), 11); }
     SUBCASE("two instruments") { check_follows(shared("two-instruments"), 9); }
     SUBCASE("approach") { check_follows(shared("approach"), 10); }
+    SUBCASE("cut") { check_follows(shared("cut", true), 23); }
     SUBCASE("roll") { check_follows(Written("roll", 384, 216, 8), 7); }
     SUBCASE("slide") { check_follows(Written("slide", 384, 216, 15), 14); }
     SUBCASE("pinch") { check_follows(shared("pinch"), 11); }
@@ -255,6 +257,49 @@ TEST_CASE("pinch draws tissue together under the tip and presses it in") {
     CHECK(smallest > 0.3);
     CHECK(deepest > 8);
     CHECK(deepest < 14);
+}
+
+TEST_CASE("a cut opens by 9 mm, its sides move apart and a dark floor lies below") {
+    const Written& w = shared("cut", true);
+    const auto& closed = w.truth[0];
+    const auto& open = w.truth[kSharedFrames - 1];
+    // The pair of neighbours that the cut parts most.
+    std::size_t one = 0, other = 0;
+    double widest = 0;
+    for (std::size_t a = 0; a < w.points.size(); ++a) {
+        for (std::size_t b = a + 1; b < w.points.size(); ++b) {
+            const double before = cv::norm(closed[b].point - closed[a].point);
+            const double wider = cv::norm(open[b].point - open[a].point) - before;
+            if (before < 6 && wider > widest) {
+                widest = wider;
+                one = a;
+                other = b;
+            }
+        }
+    }
+    CHECK(widest > 6.5);
+    CHECK(widest < 9.5);
+    CHECK(open[one].visible);
+    CHECK(open[other].visible);
+    const cv::Point3d middle = w.in_rectified(0.5 * (open[one].point + open[other].point));
+    const cv::Point pixel(static_cast<int>(std::lround(middle.x)),
+                          static_cast<int>(std::lround(middle.y)));
+    const cv::Mat disparity = cv::imread(
+        (w.folder.path / "disparity" / numbered(kSharedFrames - 1)).string(), cv::IMREAD_UNCHANGED);
+    REQUIRE(disparity.at<std::uint16_t>(pixel) > 0);
+    const double sides = 0.5 * (open[one].point.z + open[other].point.z);
+    const double floor = sides * middle.z / (disparity.at<std::uint16_t>(pixel) / 256.0);
+    CHECK(floor - sides > 4);
+    CHECK(floor - sides < 8);
+    cv::Mat red;
+    cv::extractChannel(w.image("left", kSharedFrames - 1), red, 2);
+    const cv::Point2d from = w.in_raw(open[one].point), to = w.in_raw(open[other].point);
+    std::vector<double> inside, everywhere;
+    for (double share = 0.3; share < 0.7; share += 0.02) {
+        inside.push_back(red.at<std::uint8_t>(cv::Point(from + share * (to - from))));
+    }
+    everywhere.assign(red.begin<std::uint8_t>(), red.end<std::uint8_t>());
+    CHECK(median(inside) < 0.88 * median(everywhere));
 }
 
 TEST_CASE("two instruments cover more than 40 % of the view together") {

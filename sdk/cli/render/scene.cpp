@@ -260,6 +260,15 @@ const std::vector<Entry>& entries() {
          slide,
          nullptr,
          0.0047},
+        {{.name = "cut",
+          .summary = "an incision opens and shows what lies below",
+          .parameters = {{"opening", 9, 0, 12, "mm", "width of the gap"},
+                         {"length", 36, 10, 50, "mm", "of the cut"}}},
+         {.mottling = 0.80f, .vessels = 0.9f, .spots = 0.7f},
+         0.8,
+         0.70f,
+         cut,
+         deepen},
         {{.name = "late-view",
           .summary = "the right view is late for a while",
           .parameters = {{"lag", 1, -2, 2, "frames", "of the right view; negative: early"},
@@ -428,6 +437,7 @@ Scene make_scene(const std::string& name, int width, int height, int frames, std
         surface,
         entry->exposure,
         Compression{},
+        std::nullopt,
         [=](double time) {
             return at({frames, rig.depth, phase, &surface, &parameters, &rig, own_seed}, time);
         }};

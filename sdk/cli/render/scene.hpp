@@ -65,6 +65,7 @@ struct Scene {
     Surface surface;
     float exposure = 1;
     Compression compression;                    ///< of the files; a Film's pictures have none of it
+    std::optional<TissueLook> floor;            ///< of the cut, in a scene with one
     std::function<FrameState(double time)> at;  ///< frames, whole or not, in any order
 };
 

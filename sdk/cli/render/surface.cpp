@@ -2,6 +2,7 @@
 #include "sdk/cli/render/surface.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -76,6 +77,20 @@ void add_pull(const Pull& p, double s, double t, Eigen::Vector3d& moved) {
     moved += std::exp(1.0 - std::sqrt(1.0 + ds * ds + dt * dt)) * p.by;
 }
 
+/// Width of the gap at s, mm; smooth where the cut ends.
+double gap_at(const Incision& i, double s) {
+    const double x = std::min(std::abs(s) / i.half_length, 1.0);
+    return i.gap * (1.0 - x * x) * (1.0 - x * x);
+}
+
+void add_incision(const Incision& i, Side side, double s, double t, Eigen::Vector3d& moved) {
+    const double sign = side == Side::above ? -1.0 : 1.0;
+    const double gap = gap_at(i, s), from_line = sign * t;
+    moved.y() += sign * 0.5 * gap * std::exp(-from_line / i.reach);
+    // The sides swell where they are pushed together.
+    moved.z() -= 0.12 * gap * std::exp(-from_line / (0.5 * i.reach));
+}
+
 }  // namespace
 
 Surface::Surface(double depth, double relief, std::uint64_t seed, double curvature)
@@ -101,6 +116,11 @@ double Surface::rest_height(double s, double t) const {
 }
 
 Eigen::Vector3d Surface::at(double s, double t, double time, const Motion& motion) const {
+    return at(s, t, time, motion, t < 0 ? Side::above : Side::below);
+}
+
+Eigen::Vector3d Surface::at(double s, double t, double time, const Motion& motion,
+                            Side side) const {
     Eigen::Vector3d moved(s, t, rest_height(s, t));
     if (motion.heartbeat.lift != 0 || motion.heartbeat.shear != 0) {
         add_heartbeat(motion.heartbeat, beat_direction_, beat_phase_, s, t, time, moved);
@@ -120,7 +140,24 @@ Eigen::Vector3d Surface::at(double s, double t, double time, const Motion& motio
     if (!motion.pull.by.isZero()) {
         add_pull(motion.pull, s, t, moved);
     }
+    if (motion.incision.gap != 0) {
+        add_incision(motion.incision, side, s, t, moved);
+    }
     return moved;
+}
+
+Eigen::Vector3d Surface::floor_at(double s, double across, double time,
+                                  const Motion& motion) const {
+    const Eigen::Vector3d above = at(s, 0, time, motion, Side::above);
+    const Eigen::Vector3d below = at(s, 0, time, motion, Side::below);
+    const Eigen::Vector3d half = 0.5 * (below - above);
+    Eigen::Vector3d point = across < 0 ? Eigen::Vector3d(above + (1.0 + across) * half)
+                                       : Eigen::Vector3d(below - (1.0 - across) * half);
+    const double squared = across * across;
+    const double depth =
+        motion.incision.floor * (1.0 - std::exp(-gap_at(motion.incision, s) / 2.5));
+    point.z() += depth * (1.0 - squared * squared);
+    return point;
 }
 
 bool Surface::intersect(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,

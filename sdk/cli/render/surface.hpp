@@ -1,6 +1,6 @@
 // The tissue surface as a formula: material coordinates (s, t) in mm and time in frames to a point
-// in mm. Motion is built from waves, swell, Gaussian indentation, pinch, pull and stretch; nothing
-// of a tracker's own model.
+// in mm. Motion is built from waves, swell, Gaussian indentation, pinch, pull, stretch and a cut;
+// nothing of a tracker's own model.
 #pragma once
 
 #include <Eigen/Core>
@@ -58,6 +58,18 @@ struct Pull {
     Eigen::Vector2d centre = Eigen::Vector2d::Zero();  ///< material coordinates
 };
 
+/// A cut along t = 0, |s| <= half_length, whose sides have moved apart and show a floor between
+/// them.
+struct Incision {
+    double gap = 0;          ///< mm, where it is widest
+    double half_length = 0;  ///< mm; 0: there is no cut
+    double reach = 14;       ///< mm over which the sides are pushed together
+    double floor = 7;        ///< mm below the sides, where it is deepest
+};
+
+/// Of the line t = 0, which belongs to both sides of a cut.
+enum class Side { above, below };  ///< t <= 0, t >= 0
+
 struct Motion {
     Heartbeat heartbeat;
     Respiration respiration;
@@ -65,6 +77,7 @@ struct Motion {
     Stretch stretch;
     Pinch pinch;
     Pull pull;
+    Incision incision;
 };
 
 class Surface {
@@ -75,6 +88,13 @@ class Surface {
 
     /// Point in the scene's frame, mm. The scene's frame is the left camera of a camera at rest.
     Eigen::Vector3d at(double s, double t, double time, const Motion& motion) const;
+
+    /// The same for one side of a cut, whose material goes on smoothly beyond the cut's line.
+    Eigen::Vector3d at(double s, double t, double time, const Motion& motion, Side side) const;
+
+    /// Point of a cut's floor, which spans the gap from across = -1, above, to 1, below: a trough
+    /// whose rims are the sides to the bit.
+    Eigen::Vector3d floor_at(double s, double across, double time, const Motion& motion) const;
 
     /// Material coordinates where the ray origin + z * direction first meets the surface, within
     /// 1e-7 mm; from a guess within a few mm. Returns false where the iteration does not converge.

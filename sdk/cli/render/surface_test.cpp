@@ -7,6 +7,7 @@
 #include <Eigen/LU>
 
 using defrec::cli::Motion;
+using defrec::cli::Side;
 using defrec::cli::Surface;
 
 namespace {
@@ -43,6 +44,26 @@ TEST_CASE("a grasped place goes as far as it is pulled, and folds nothing over")
     motion.pull = {.by = {9, 0, -12}, .centre = {3, -2}};
     CHECK((kFlat.at(3, -2, 0, motion) - kFlat.at(3, -2, 0, {}) - motion.pull.by).norm() < 1e-9);
     CHECK(smallest_area(motion) > 0.1);
+}
+
+TEST_CASE("the sides of a cut part by its gap and fold nothing over, the floor joins them") {
+    Motion motion;
+    motion.incision = {.gap = 9, .half_length = 18};
+    const auto side = [&](double s, Side which) { return kFlat.at(s, 0, 0, motion, which); };
+    CHECK((side(0, Side::below) - side(0, Side::above)).norm() == doctest::Approx(9));
+    CHECK(side(18, Side::below) == side(18, Side::above));
+    CHECK(kFlat.at(0, -0.5, 0, motion).y() == doctest::Approx(-4.85).epsilon(0.01));
+    CHECK(kFlat.at(0, 0.5, 0, motion).y() == doctest::Approx(4.85).epsilon(0.01));
+    CHECK(smallest_area(motion) > 0.6);
+    for (const double s : {-17.0, 0.0, 6.3}) {
+        CHECK(kFlat.floor_at(s, -1, 0, motion) == side(s, Side::above));
+        CHECK(kFlat.floor_at(s, 1, 0, motion) == side(s, Side::below));
+    }
+    CHECK(kFlat.floor_at(0, 0, 0, motion).z() - side(0, Side::above).z() > 6);
+    SUBCASE("at the ends of the parameters' ranges") {
+        motion.incision = {.gap = 12, .half_length = 5};
+        CHECK(smallest_area(motion) > 0.5);
+    }
 }
 
 TEST_CASE("a pinch leaves 0.35 of the area, takes 5 mm off 18 mm, and folds nothing over") {
