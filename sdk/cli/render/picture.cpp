@@ -51,9 +51,9 @@ std::uint8_t developed(float linear, const Sensor& sensor, float random, float n
         level = 255.0f * std::pow(level / 255.0f, sensor.gamma);
     }
     const float deviation = noise * (1.1f + 0.06f * std::sqrt(level + 1.0f));
+    const float seen = std::clamp(level + sensor.offset + deviation * random, 0.0f, 255.0f);
     // NOLINTNEXTLINE(bugprone-incorrect-roundings): not negative; published pixels stay as they are
-    return static_cast<std::uint8_t>(
-        std::clamp(level + sensor.offset + deviation * random, 0.0f, 255.0f) + 0.5f);
+    return static_cast<std::uint8_t>(seen + 0.5f);
 }
 
 /// Roughly normal, mean 0, deviation 1, from 21 bits: the sum of three uniform numbers.
@@ -272,7 +272,7 @@ void Painter::defocus_rows(const View& view, const std::vector<Hit>& hits, const
             const auto radius =
                 std::min(kMaxBlur, static_cast<float>(0.5 * view.lens.fx * focus.aperture *
                                                       std::abs(1.0 / focus.distance - 1.0 / z)));
-            const int reach = static_cast<int>(radius + 0.5f);
+            const int reach = static_cast<int>(std::ceil(radius));
             Rgb sum;
             float weights = 0;
             for (int y = std::max(v - reach, 0); y <= std::min(v + reach, view.height - 1); ++y) {

@@ -165,9 +165,8 @@ struct Entry {
     double curvature = 0;                                     ///< as Surface has it
 };
 
-const std::vector<Entry>& entries() {
-    constexpr TissueLook kOrgan{.mottling = 0.70f, .vessels = 0.8f, .spots = 0.6f};
-    static const std::vector<Entry> table = {
+std::vector<Entry> motion_entries() {
+    return {
         {{"heartbeat", "travelling beats with twist, a little breathing; one dropped frame"},
          {.mottling = 0.80f, .vessels = 0.9f, .spots = 0.8f},
          1.0,
@@ -269,6 +268,12 @@ const std::vector<Entry>& entries() {
          0.70f,
          cut,
          deepen},
+    };
+}
+
+std::vector<Entry> picture_entries() {
+    constexpr TissueLook kOrgan{.mottling = 0.70f, .vessels = 0.8f, .spots = 0.6f};
+    return {
         {{.name = "late-view",
           .summary = "the right view is late for a while",
           .parameters = {{"lag", 1, -2, 2, "frames", "of the right view; negative: early"},
@@ -341,7 +346,7 @@ const std::vector<Entry>& entries() {
          polish},
         {{.name = "defocus",
           .summary = "blur that grows with the distance from a focus that moves",
-          .parameters = {{"aperture", 2, 0, 6, "mm", "of the lens; 0: sharp everywhere"},
+          .parameters = {{"aperture", 3, 0, 6, "mm", "of the lens; 0: sharp everywhere"},
                          {"focus", 0, -30, 30, "mm",
                           "from the tissue's middle at rest, on average"},
                          {"breathing", 12, 0, 30, "mm", "by which the focus moves to and fro"}}},
@@ -350,6 +355,17 @@ const std::vector<Entry>& entries() {
          0.72f,
          defocus},
     };
+}
+
+/// In the order in which they are listed.
+const std::vector<Entry>& entries() {
+    static const std::vector<Entry> table = [] {
+        std::vector<Entry> all = motion_entries();
+        for (const Entry& entry : picture_entries()) {
+            all.push_back(entry);
+        }
+        return all;
+    }();
     return table;
 }
 
