@@ -1009,10 +1009,10 @@ DEFREC_API defrec_status DEFREC_CALL defrec_job_warp_points(
     defrec_job job, const double *template_xyz, size_t count, double *xyz, uint8_t *status,
     double *expected_error_mm);
 
-/** Covariances of the errors of what defrec_job_warp_points() gives for count points template_xyz,
- *  mm, on the surface or off it: xx, xy, xz, yy, yz, zz each, rectified camera, mm^2. The root of
- *  the trace is the expected error. NaN for a point that is not finite. evidence
- *  (DEFREC_EVIDENCE_*) is that of the vertex whose status the point has; may be NULL.
+/** How far off the positions may be that defrec_job_warp_points() gives for count points
+ *  template_xyz, mm, on the surface or off it. covariance: of each the error's xx, xy, xz, yy, yz,
+ *  zz, rectified camera, mm^2; the root of the trace is the expected error; NaN for a point that is
+ *  not finite. evidence: DEFREC_EVIDENCE_* of the vertex whose status the point has; may be NULL.
  *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. Of a job that failed: as it
  *  failed.
  *  @threads any @since 1.1 */

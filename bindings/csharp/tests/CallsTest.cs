@@ -161,7 +161,7 @@ namespace Defrec.Tests
             {
                 FieldInfo field = typeof(defrec_tracker_desc).GetField(LayoutTest.Snake(property.Name), BindingFlags.NonPublic | BindingFlags.Instance);
                 Type type = property.PropertyType;
-                object number = type == typeof(bool) ? true : type.IsEnum ? (object)PixelFormat.Bgra8 : Convert.ChangeType(++value, type);
+                object number = type == typeof(bool) ? true : type.IsEnum ? Enum.ToObject(type, ++value) : Convert.ChangeType(++value, type);
                 property.SetValue(options, number, null);
                 field.SetValue(made, type == typeof(bool) ? 1u : number);
             }

@@ -276,7 +276,9 @@ namespace Defrec.Tests
             new KeyValuePair<string, Type>("DEVICE_", typeof(DeviceKind)), new KeyValuePair<string, Type>("STAGE_COUNT_V1", typeof(Constants)),
             new KeyValuePair<string, Type>("STAGE_", typeof(StageKind)), new KeyValuePair<string, Type>("FEATURE_", typeof(DeviceFeatures)),
             new KeyValuePair<string, Type>("MEMORY_", typeof(MemoryKind)), new KeyValuePair<string, Type>("FORMAT_", typeof(PixelFormat)),
-            new KeyValuePair<string, Type>("SOLVER_", typeof(Solver)), new KeyValuePair<string, Type>("FRAME_", typeof(FrameFlags)),
+            new KeyValuePair<string, Type>("SOLVER_", typeof(Solver)),
+            new KeyValuePair<string, Type>("SELF_CALIBRATION_", typeof(SelfCalibration)), new KeyValuePair<string, Type>("EVIDENCE_", typeof(Evidence)),
+            new KeyValuePair<string, Type>("FRAME_", typeof(FrameFlags)),
             new KeyValuePair<string, Type>("REASON_", typeof(Reasons)), new KeyValuePair<string, Type>("POINT_", typeof(PointStatus))
         };
         // Those that C has without a common beginning.

@@ -24,6 +24,8 @@ PREFIXES = {
     "DEFREC_MEMORY_": enums.MemoryKind,
     "DEFREC_FORMAT_": enums.Format,
     "DEFREC_SOLVER_": enums.Solver,
+    "DEFREC_SELF_CALIBRATION_": enums.SelfCalibration,
+    "DEFREC_EVIDENCE_": enums.Evidence,
     "DEFREC_FRAME_": enums.FrameFlag,
     "DEFREC_REASON_": enums.Reason,
     "DEFREC_POINT_": enums.PointStatus,

@@ -33,12 +33,22 @@ def default_words(field):
     return value(field.computed_default or field.default, field) + (f" ({field.remark})" if field.remark else "")
 
 
-def table(fields):
+def choices(contract, field):
+    """Default and range of an option that `--config` takes as a word."""
+    prefix = field.range.enumerators[:-1]
+    words = [value["name"].removeprefix(prefix).lower() for value in contract.enumerators(field.range.enumerators)]
+    return f"`{field.default.removeprefix(prefix).lower()}`", ", ".join(f"`{word}`" for word in words)
+
+
+def table(fields, contract=None):
+    """contract: of options, whose enumerators are words of `--config`."""
     lines = ["| field | default | range | unit | |", "|---|---|---|---|---|"]
     rows, names = [], []
     for field in fields:
         summary = re.sub(r"^DEFREC_\w+_\*:? ?", "", field.summary)
-        row = f"{default_words(field)} | {range_words(field)} | {field.unit or ''} | {cell(summary)}"
+        is_word = contract and field.range and field.range.enumerators
+        default, values = choices(contract, field) if is_word else (default_words(field), range_words(field))
+        row = f"{default} | {values} | {field.unit or ''} | {cell(summary)}"
         if rows and rows[-1] == row:
             names[-1].append(f"`{field.name}`")
         else:
@@ -54,7 +64,7 @@ def parts(contract, root):
         stage = struct.name.removeprefix("defrec_").removesuffix("_params")
         fields = [field for field in struct.fields if not field.is_hidden]
         made[f"docs/stages/{stage}.md"] = [(f"<!-- {struct.name}, by scripts/contract/generate.py -->", END, table(fields))]
-    made["docs/track.md"] = [("<!-- defrec_tracker_desc, by scripts/contract/generate.py -->", END, table(options(contract)))]
+    made["docs/track.md"] = [("<!-- defrec_tracker_desc, by scripts/contract/generate.py -->", END, table(options(contract), contract))]
     return made
 
 
