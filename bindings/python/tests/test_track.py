@@ -15,7 +15,9 @@ from defrec import Context, Format, PointStatus, Rig, Tracker
 from defrec._arrays import numpy
 
 SEQUENCE, TRACKED = (pathlib.Path(os.environ[name]) for name in ("SEQUENCE", "TRACKED"))
-COLUMNS = ["frame", "id", "x", "y", "z", "status", "expected_error_mm"]
+COVARIANCE = ["xx", "xy", "xz", "yy", "yz", "zz"]
+COLUMNS = ["frame", "id", "x", "y", "z", "status", "expected_error_mm", *COVARIANCE, "evidence"]
+EVIDENCE = ["none", "depth", "lateral", "both"]
 
 
 def calibration():
@@ -53,10 +55,11 @@ class Track(unittest.TestCase):
                     if lifted is None and len(result.vertices) > 0:
                         lifted = tracker.template().lift(rig.rectify_pixels([(u, v) for _, u, v in points]))
                     moved = job.warp_points(lifted.xyz)
+                    errors = job.point_covariances(lifted.xyz)
                     for i, (name, _, _) in enumerate(points):
                         xyz, status = [moved.xyz[i, axis] for axis in range(3)], PointStatus(moved.status[i])
                         if not lifted.found[i] or status == PointStatus.UNKNOWN or not all(map(math.isfinite, xyz)):
-                            rows.append([str(result.frame), name, "", "", "", "lost", ""])
+                            rows.append([str(result.frame), name, "", "", "", "lost", *[""] * 8])
                         else:
                             known = "tracked" if status == PointStatus.OBSERVED else "extrapolated"
                             rows.append(
@@ -66,12 +69,15 @@ class Track(unittest.TestCase):
                                     *(f"{x:.4f}" for x in xyz),
                                     known,
                                     f"{moved.expected_error_mm[i]:.4f}",
+                                    *(f"{round(errors.covariance[i, k], 6) + 0.0:.6f}" for k in range(6)),
+                                    EVIDENCE[errors.evidence[i]],
                                 ]
                             )
         with open(TRACKED / "points.csv", newline="") as file:
             expected = [[row[column] for column in COLUMNS] for row in csv.DictReader(file)]
         self.assertGreater(len(expected), 1000)
         self.assertIn("tracked", {row[5] for row in expected})
+        self.assertGreater(len({row[-1] for row in expected}), 1)
         self.assertEqual(rows, expected)
 
 

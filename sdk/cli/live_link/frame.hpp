@@ -25,8 +25,9 @@ struct LinkFrame {
     bool has_geometry = false;
     std::array<double, 12> rigid_motion{};  // from the template frame, rows of [R | t]
     std::vector<float> vertices;            // xyz interleaved
-    std::vector<std::uint8_t> vertex_status;
+    std::vector<std::uint8_t> vertex_status, vertex_evidence;
     std::vector<float> expected_error_mm;
+    std::vector<float> vertex_covariance;  // xx, xy, xz, yy, yz, zz each, mm^2
     std::shared_ptr<const std::vector<std::uint32_t>> triangles;  // three vertex indices each
     std::vector<LinkPoint> points;
 };

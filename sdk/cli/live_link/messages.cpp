@@ -53,8 +53,9 @@ bool has_consistent_surface(const LinkFrame& frame) {
     if (!frame.has_geometry || count == 0 || !frame.triangles || frame.triangles->empty())
         return false;
     return frame.triangles->size() % 3 == 0 && frame.vertices.size() == 3 * count &&
-           frame.expected_error_mm.size() == count && are_finite(frame.vertices) &&
-           are_finite(frame.expected_error_mm) &&
+           frame.expected_error_mm.size() == count && frame.vertex_evidence.size() == count &&
+           frame.vertex_covariance.size() == 6 * count && are_finite(frame.vertices) &&
+           are_finite(frame.expected_error_mm) && are_finite(frame.vertex_covariance) &&
            std::all_of(frame.triangles->begin(), frame.triangles->end(),
                        [count](std::uint32_t vertex) { return vertex < count; });
 }
@@ -82,14 +83,32 @@ void append_transform(const LinkFrame& frame, std::string& out) {
     append(*message, "TemplateToCamera", frame, out);
 }
 
-igtl::PolyDataAttribute::Pointer vertex_scalars(const char* name,
-                                                const std::vector<float>& values) {
+igtl::PolyDataAttribute::Pointer vertex_attribute(const char* name, int type,
+                                                  std::size_t components,
+                                                  const std::vector<float>& values) {
     auto attribute = igtl::PolyDataAttribute::New();
-    attribute->SetType(igtl::PolyDataAttribute::POINT_SCALAR, 1);
+    attribute->SetType(type, static_cast<igtlUint32>(components));
     attribute->SetName(name);
-    attribute->SetSize(static_cast<igtlUint32>(values.size()));
+    attribute->SetSize(static_cast<igtlUint32>(values.size() / components));
     attribute->SetData(const_cast<igtlFloat32*>(values.data()));
     return attribute;
+}
+
+igtl::PolyDataAttribute::Pointer vertex_scalars(const char* name,
+                                                const std::vector<float>& values) {
+    return vertex_attribute(name, igtl::PolyDataAttribute::POINT_SCALAR, 1, values);
+}
+
+// Whole 3x3 matrices, as the protocol wants tensors.
+igtl::PolyDataAttribute::Pointer vertex_tensors(const char* name,
+                                                const std::vector<float>& covariance) {
+    constexpr std::size_t kPlaces[] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
+    std::vector<float> matrices;
+    matrices.reserve(covariance.size() / 6 * std::size(kPlaces));
+    for (std::size_t i = 0; i < covariance.size(); i += 6)
+        for (const std::size_t place : kPlaces) matrices.push_back(covariance[i + place]);
+    return vertex_attribute(name, igtl::PolyDataAttribute::POINT_TENSOR, std::size(kPlaces),
+                            matrices);
 }
 
 void append_surface(const LinkFrame& frame, std::string& out) {
@@ -107,8 +126,13 @@ void append_surface(const LinkFrame& frame, std::string& out) {
     const auto error = vertex_scalars("expected_error_mm", frame.expected_error_mm);
     const auto status =
         vertex_scalars("status", {frame.vertex_status.begin(), frame.vertex_status.end()});
+    const auto evidence =
+        vertex_scalars("evidence", {frame.vertex_evidence.begin(), frame.vertex_evidence.end()});
+    const auto covariance = vertex_tensors("covariance_mm2", frame.vertex_covariance);
     message->AddAttribute(error);
     message->AddAttribute(status);
+    message->AddAttribute(evidence);
+    message->AddAttribute(covariance);
     append(*message, "SurfaceInCamera", frame, out);
 }
 

@@ -46,6 +46,16 @@ TEST_CASE("every message of a frame arrives, with header version 1 and the frame
     CHECK(frame.triangles == *sent.triangles);
     CHECK(frame.expected_error_mm == sent.expected_error_mm);
     CHECK(frame.status == std::vector<float>{0, 1, 2, 0});
+    CHECK(frame.evidence == std::vector<float>{3, 1, 0, 2});
+    REQUIRE(frame.covariance.size() == 4 * 9);
+    for (std::size_t i = 0; i < 4; ++i)
+        for (std::size_t row = 0, k = 0; row < 3; ++row)
+            for (std::size_t column = row; column < 3; ++column, ++k) {
+                CHECK(frame.covariance[9 * i + 3 * row + column] ==
+                      sent.vertex_covariance[6 * i + k]);
+                CHECK(frame.covariance[9 * i + 3 * column + row] ==
+                      sent.vertex_covariance[6 * i + k]);
+            }
     REQUIRE(frame.points.size() == 2);
     for (std::size_t i = 0; i < 2; ++i) {
         CHECK(frame.points[i].name == std::to_string(sent.points[i].id));
@@ -106,7 +116,9 @@ TEST_CASE("an empty or inconsistent surface is never sent") {
     check([](LinkFrame& frame) {
         frame.vertices.clear();
         frame.vertex_status.clear();
+        frame.vertex_evidence.clear();
         frame.expected_error_mm.clear();
+        frame.vertex_covariance.clear();
     });
     check([](LinkFrame& frame) { frame.triangles = nullptr; });
     check([&](LinkFrame& frame) { with_triangles(frame, {}); });
@@ -115,6 +127,9 @@ TEST_CASE("an empty or inconsistent surface is never sent") {
     check([](LinkFrame& frame) { frame.vertices.pop_back(); });
     check([](LinkFrame& frame) { frame.vertex_status.push_back(0); });
     check([](LinkFrame& frame) { frame.expected_error_mm.pop_back(); });
+    check([](LinkFrame& frame) { frame.vertex_evidence.pop_back(); });
+    check([](LinkFrame& frame) { frame.vertex_covariance.pop_back(); });
+    check([](LinkFrame& frame) { frame.vertex_covariance[3] = std::nanf(""); });
     check([](LinkFrame& frame) { frame.vertices[5] = std::numeric_limits<float>::quiet_NaN(); });
     check([](LinkFrame& frame) {
         frame.expected_error_mm[1] = std::numeric_limits<float>::infinity();

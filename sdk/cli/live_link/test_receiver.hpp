@@ -34,7 +34,8 @@ struct ReceivedFrame {
     std::int64_t index = 0;
     std::string state, text;
     igtl::Matrix4x4 matrix = {};
-    std::vector<float> vertices, expected_error_mm, status;
+    std::vector<float> vertices, expected_error_mm, status, evidence;
+    std::vector<float> covariance;  // 3x3 each
     std::vector<std::uint32_t> triangles;
     std::vector<ReceivedPoint> points;
 };
@@ -155,15 +156,19 @@ class FrameReader {
         }
         for (int i = 0; i < message.GetNumberOfAttributes(); ++i) {
             igtl::PolyDataAttribute& attribute = *message.GetAttribute(static_cast<unsigned>(i));
-            if (attribute.GetType() != igtl::PolyDataAttribute::POINT_SCALAR ||
-                attribute.GetNumberOfComponents() != 1) {
-                throw std::runtime_error("an attribute is no scalar of points");
-            }
-            std::vector<float> values(attribute.GetSize());
-            attribute.GetData(values.data());
             const std::string name = attribute.GetName();
+            const bool is_tensor = name == "covariance_mm2";
+            if (attribute.GetType() != (is_tensor ? igtl::PolyDataAttribute::POINT_TENSOR
+                                                  : igtl::PolyDataAttribute::POINT_SCALAR) ||
+                attribute.GetNumberOfComponents() != (is_tensor ? 9 : 1)) {
+                throw std::runtime_error("attribute " + name + " has another type than expected");
+            }
+            std::vector<float> values(attribute.GetSize() * attribute.GetNumberOfComponents());
+            attribute.GetData(values.data());
             if (name == "expected_error_mm") frame.expected_error_mm = values;
             if (name == "status") frame.status = values;
+            if (name == "evidence") frame.evidence = values;
+            if (is_tensor) frame.covariance = values;
         }
     }
 
@@ -196,7 +201,10 @@ inline LinkFrame example_frame(std::int64_t index = 7) {
     for (int i = 0; i < 12; ++i)
         frame.vertices.push_back(1.0F / static_cast<float>(i + 3) + static_cast<float>(index));
     frame.vertex_status = {0, 1, 2, 0};
+    frame.vertex_evidence = {3, 1, 0, 2};
     frame.expected_error_mm = {0.1F, 0.25F, 3.3F, 1e-6F};
+    for (int i = 0; i < 24; ++i)
+        frame.vertex_covariance.push_back(0.01F * static_cast<float>(i) - 0.05F);
     frame.triangles = std::make_shared<const std::vector<std::uint32_t>>(
         std::vector<std::uint32_t>{0, 1, 2, 2, 1, 3});
     frame.points = {{42, "tracked", {1.5, -2.25, 60.1}, 0.3},
@@ -210,7 +218,9 @@ inline LinkFrame large_frame(std::int64_t index = 7) {
     LinkFrame frame = example_frame(index);
     frame.vertices.assign(3 * kVertices, static_cast<float>(index));
     frame.vertex_status.assign(kVertices, 0);
+    frame.vertex_evidence.assign(kVertices, 3);
     frame.expected_error_mm.assign(kVertices, 0.5F);
+    frame.vertex_covariance.assign(6 * kVertices, 0.25F);
     return frame;
 }
 

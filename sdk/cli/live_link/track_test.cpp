@@ -132,6 +132,8 @@ void check_surface(const ReceivedFrame& frame, const std::string& out) {
             std::string::npos);
     REQUIRE(frame.vertices.size() == 3 * count);
     REQUIRE(frame.expected_error_mm.size() == count);
+    REQUIRE(frame.evidence.size() == count);
+    REQUIRE(frame.covariance.size() == 9 * count);
     std::size_t differing = 0;
     const auto compare = [&](float received, float written) {
         differing +=
@@ -142,6 +144,9 @@ void check_surface(const ReceivedFrame& frame, const std::string& out) {
         for (std::size_t k = 0; k < 3; ++k) take<float>(body);  // the normal
         compare(frame.status[i], static_cast<float>(take<std::uint8_t>(body)));
         compare(frame.expected_error_mm[i], take<float>(body));
+        const float* covariance = &frame.covariance[9 * i];
+        CHECK(std::sqrt(covariance[0] + covariance[4] + covariance[8]) ==
+              doctest::Approx(frame.expected_error_mm[i]));
     }
     for (std::size_t i = 0; i < frame.triangles.size(); i += 3) {
         differing += take<char>(body) != 3 ? 1 : 0;

@@ -30,7 +30,9 @@ void PointFollower::lift(const Template& surface) {
     xyz_.resize(template_xyz_.size());
     uv_.resize(2 * place_.size());
     errors_.resize(place_.size());
+    covariances_.resize(6 * place_.size());
     status_.resize(place_.size());
+    evidence_.resize(place_.size());
     is_lifted_ = true;
 }
 
@@ -50,6 +52,9 @@ std::vector<PointRow> PointFollower::add_frame(std::int64_t frame, double timest
         require(defrec_job_warp_points(job, template_xyz_.data(), place_.size(), xyz_.data(),
                                        status_.data(), errors_.data()),
                 ExitCode::kInternal, "warping the points to follow");
+        require(defrec_job_point_covariances(job, template_xyz_.data(), place_.size(),
+                                             covariances_.data(), evidence_.data()),
+                ExitCode::kInternal, "estimating the errors of the points to follow");
         projection_.project(xyz_.data(), place_.size(), uv_.data());
         for (std::size_t i = 0; i < place_.size(); ++i) {
             const double* xyz = &xyz_[3 * i];
@@ -61,6 +66,8 @@ std::vector<PointRow> PointFollower::add_frame(std::int64_t frame, double timest
             std::copy_n(xyz, 3, row.xyz);
             std::copy_n(&uv_[2 * i], 2, row.uv);
             row.expected_error_mm = errors_[i];
+            std::copy_n(&covariances_[6 * i], 6, row.covariance);
+            row.evidence = evidence_[i];
         }
     }
     for (const PointRow& row : rows) {

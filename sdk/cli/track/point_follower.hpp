@@ -38,8 +38,8 @@ class PointFollower {
     PointsFile file_;
     std::vector<double> template_xyz_;  // of the points that were found
     std::vector<std::size_t> place_;    // where in points_ each of them stands
-    std::vector<double> xyz_, uv_, errors_;
-    std::vector<std::uint8_t> status_;
+    std::vector<double> xyz_, uv_, errors_, covariances_;
+    std::vector<std::uint8_t> status_, evidence_;
     std::size_t rows_[3] = {};
     bool is_lifted_ = false;
 };

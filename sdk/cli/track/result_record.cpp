@@ -55,6 +55,11 @@ FrameRow frame_row(const StereoFrame& frame, const defrec_result& result) {
     row.patches = result.patches;
     row.observed_share = result.observed_share;
     row.mean_residual_mm = result.mean_residual_mm;
+    row.view_lag_frames = result.view_lag_frames;
+    row.vertical_offset_px = result.vertical_offset_px;
+    row.roll_deg = result.roll_deg;
+    row.focal_ratio = result.focal_ratio;
+    row.rig_matches = result.rig_matches;
     for (std::uint32_t i = 0;
          i < std::min<std::uint32_t>(result.time_count, DEFREC_MAX_TIMED_STAGES); ++i) {
         row.stage_ms.emplace_back(result.times[i].name, result.times[i].milliseconds);
@@ -122,6 +127,10 @@ LinkFrame link_frame(const StereoFrame& frame, const defrec_result& result,
     link.vertex_status.assign(result.vertex_status, result.vertex_status + result.vertex_count);
     link.expected_error_mm.assign(result.expected_error_mm,
                                   result.expected_error_mm + result.vertex_count);
+    link.vertex_covariance.assign(result.vertex_covariance,
+                                  result.vertex_covariance + 6 * result.vertex_count);
+    link.vertex_evidence.assign(result.vertex_evidence,
+                                result.vertex_evidence + result.vertex_count);
     link.triangles = std::move(triangles);
     for (const PointRow& row : points) {
         if (row.status == PointStatus::kLost) continue;

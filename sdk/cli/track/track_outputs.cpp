@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "include/defrec_c.h"
 #include "sdk/cli/io/text.hpp"
 
 namespace defrec::cli {
@@ -14,6 +15,8 @@ namespace {
 constexpr int kMillimetreDecimals = 4;
 constexpr int kPixelDecimals = 3;
 constexpr int kTimeDecimals = 3;
+constexpr int kCovarianceDecimals = 6;
+constexpr int kRigDecimals = 4;
 static_assert(std::endian::native == std::endian::little,
               "PLY files are written as the memory lies");
 
@@ -46,8 +49,16 @@ const char* name_of(PointStatus status) {
     return "lost";
 }
 
+const char* evidence_name(std::uint32_t evidence) {
+    const bool has_depth = (evidence & DEFREC_EVIDENCE_DEPTH) != 0,
+               is_lateral = (evidence & DEFREC_EVIDENCE_LATERAL) != 0;
+    if (has_depth) return is_lateral ? "both" : "depth";
+    return is_lateral ? "lateral" : "none";
+}
+
 PointsFile::PointsFile(const std::filesystem::path& path) : file_(path) {
-    file_.write("frame,timestamp_ms,id,x,y,z,u,v,status,expected_error_mm\n");
+    file_.write(
+        "frame,timestamp_ms,id,x,y,z,u,v,status,expected_error_mm,xx,xy,xz,yy,yz,zz,evidence\n");
 }
 
 void PointsFile::add(const PointRow& row) {
@@ -57,7 +68,7 @@ void PointsFile::add(const PointRow& row) {
     line_ += ',';
     append_integer(line_, row.id);
     if (row.status == PointStatus::kLost) {
-        line_ += ",,,,,,lost,\n";
+        line_ += ",,,,,,lost,,,,,,,,\n";
     } else {
         for (const double coordinate : row.xyz)
             append_field(line_, coordinate, kMillimetreDecimals);
@@ -65,7 +76,9 @@ void PointsFile::add(const PointRow& row) {
         line_ += ',';
         line_ += name_of(row.status);
         append_field(line_, row.expected_error_mm, kMillimetreDecimals);
-        line_ += '\n';
+        for (const double element : row.covariance)
+            append_field(line_, element, kCovarianceDecimals);
+        line_.append(",").append(evidence_name(row.evidence)).append("\n");
     }
     file_.write(line_);
 }
@@ -94,10 +107,9 @@ void write_frames(const std::filesystem::path& path, const std::vector<FrameRow>
     AtomicFile file(path);
     const std::vector<std::string> stages = stage_names(rows);
     std::string line =
-        "frame,timestamp_ms,state,reasons,epoch,age,features,matches,inliers,patches,observed_"
-        "share,mean_"
-        "residual_mm,"
-        "frame_ms";
+        "frame,timestamp_ms,state,reasons,epoch,age,features,matches,inliers,patches,"
+        "observed_share,mean_residual_mm,view_lag_frames,vertical_offset_px,roll_deg,focal_ratio,"
+        "rig_matches,frame_ms";
     for (std::string column : stages) {
         std::replace(column.begin(), column.end(), ' ', '_');
         line.append(",").append(column).append("_ms");
@@ -114,6 +126,11 @@ void write_frames(const std::filesystem::path& path, const std::vector<FrameRow>
         }
         append_field(line, row.observed_share, kMillimetreDecimals);
         append_field(line, row.mean_residual_mm, kMillimetreDecimals);
+        for (const double value :
+             {row.view_lag_frames, row.vertical_offset_px, row.roll_deg, row.focal_ratio}) {
+            append_field(line, value, kRigDecimals);
+        }
+        append_count(line, row.rig_matches);
         append_field(line, row.frame_ms, kTimeDecimals);
         for (const std::string& stage : stages)
             append_field(line, stage_total(row, stage), kTimeDecimals);

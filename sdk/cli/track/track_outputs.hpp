@@ -15,6 +15,8 @@ namespace defrec::cli {
 
 enum class PointStatus { kTracked, kExtrapolated, kLost };
 const char* name_of(PointStatus status);
+// "both", "depth", "lateral" or "none".
+const char* evidence_name(std::uint32_t evidence);
 
 struct PointRow {
     std::int64_t frame = 0;
@@ -25,10 +27,12 @@ struct PointRow {
     double xyz[3] = {};  // mm, left rectified camera of this frame
     double uv[2] = {};   // pixels of the left image as given
     double expected_error_mm = 0;
+    double covariance[6] = {};   // xx, xy, xz, yy, yz, zz, mm^2
+    std::uint32_t evidence = 0;  // DEFREC_EVIDENCE_*
 };
 
-// points.csv: frame,timestamp_ms,id,x,y,z,u,v,status,expected_error_mm. What is unknown of a lost
-// point stays empty.
+// points.csv: frame,timestamp_ms,id,x,y,z,u,v,status,expected_error_mm,xx,xy,xz,yy,yz,zz,evidence.
+// What is unknown of a lost point stays empty.
 class PointsFile {
   public:
     explicit PointsFile(const std::filesystem::path& path);
@@ -46,6 +50,8 @@ struct FrameRow {
     std::string state, reasons;  // reasons: names joined by |
     unsigned epoch = 0, age = 0, features = 0, matches = 0, inliers = 0, patches = 0;
     double observed_share = 0, mean_residual_mm = 0;
+    double view_lag_frames = 0, vertical_offset_px = 0, roll_deg = 0, focal_ratio = 1;
+    unsigned rig_matches = 0;
     double frame_ms = 0;  // all stages together
     std::vector<std::pair<std::string, double>>
         stage_ms;  // in order of execution; a name may come twice
@@ -58,8 +64,8 @@ double stage_total(const FrameRow& row, const std::string& stage);
 
 // frames.csv:
 // frame,timestamp_ms,state,reasons,epoch,age,features,matches,inliers,patches,observed_share,
-// mean_residual_mm,frame_ms and a column <stage>_ms for each stage, blanks in its name turned into
-// _.
+// mean_residual_mm,view_lag_frames,vertical_offset_px,roll_deg,focal_ratio,rig_matches,frame_ms and
+// a column <stage>_ms for each stage, blanks in its name turned into _.
 void write_frames(const std::filesystem::path& path, const std::vector<FrameRow>& rows);
 
 // Borrowed; xyz interleaved, mm. normals, status and errors may be null.

@@ -212,8 +212,7 @@ class TrackSession {
             show_link_notices();
         }
         rows_.push_back(frame_row(pending.frame, result));
-        views_look_swapped_ =
-            views_look_swapped_ || (result.reasons & DEFREC_REASON_VIEWS_SWAPPED) != 0;
+        reasons_ |= result.reasons;
         if (options_.meshes && has_geometry(result)) write_mesh(pending.frame.index, result);
         fill_record(rows_.back(), result, projection_, record_);
         as_output([&] {
@@ -291,8 +290,18 @@ class TrackSession {
         if (!source_.fault().empty()) notes_.push_back(source_.fault());
         if (!has_template_)
             notes_.emplace_back("No frame could give a template; nothing was tracked.");
-        if (views_look_swapped_) {
+        if ((reasons_ & DEFREC_REASON_VIEWS_SWAPPED) != 0) {
             notes_.emplace_back("The two images look swapped; exchange --left and --right.");
+        }
+        if ((reasons_ & DEFREC_REASON_VIEW_LATE) != 0) {
+            notes_.emplace_back(
+                "In some frames left and right view were taken at different times; see "
+                "view_lag_frames in frames.csv.");
+        }
+        if ((reasons_ & DEFREC_REASON_CALIBRATION) != 0) {
+            notes_.emplace_back(
+                "The calibration has drifted; calibrate anew, or set self_calibration: correct in "
+                "--config. See rig_estimate in summary.json.");
         }
         if (interrupt_requested())
             notes_.emplace_back("Interrupted; the outputs hold the frames tracked until then.");
@@ -362,7 +371,7 @@ class TrackSession {
     nlohmann::ordered_json summary_;
     std::int64_t template_frame_ = 0;
     bool has_template_ = false;
-    bool views_look_swapped_ = false;
+    std::uint32_t reasons_ = 0;  // of all frames
 };
 
 }  // namespace

@@ -1,6 +1,7 @@
 // summary.json: a tracked sequence in numbers.
 #include "sdk/cli/track/track_summary.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "sdk/cli/bench/process_memory.hpp"
@@ -48,6 +49,30 @@ Json states_json(const std::vector<FrameRow>& rows) {
                                     [&](const FrameRow& row) { return row.state == state; });
     }
     return json;
+}
+
+// Of each reason that occurs the number of frames.
+Json reasons_json(const std::vector<FrameRow>& rows) {
+    Json json = Json::object();
+    for (const FrameRow& row : rows) {
+        if (row.reasons.empty()) continue;
+        for (const std::string_view reason : split(row.reasons, '|')) {
+            Json& frames = json[std::string(reason)];
+            frames = frames.is_null() ? 1 : frames.get<int>() + 1;
+        }
+    }
+    return json;
+}
+
+// As measured up to the last frame; null where never measured.
+Json rig_estimate_json(const std::vector<FrameRow>& rows) {
+    const auto last = std::find_if(rows.rbegin(), rows.rend(),
+                                   [](const FrameRow& row) { return row.rig_matches > 0; });
+    if (last == rows.rend()) return nullptr;
+    return {{"vertical_offset_px", last->vertical_offset_px},
+            {"roll_deg", last->roll_deg},
+            {"focal_ratio", last->focal_ratio},
+            {"matches", last->rig_matches}};
 }
 
 Json points_json(const PointFollower& points) {
@@ -111,6 +136,8 @@ Json summarise_track(const TrackFacts& facts) {
     json["last_frame"] = facts.rows.empty() ? Json(nullptr) : Json(facts.rows.back().frame);
     json["template_frame"] = facts.template_frame ? Json(*facts.template_frame) : Json(nullptr);
     json["states"] = states_json(facts.rows);
+    json["reasons"] = reasons_json(facts.rows);
+    json["rig_estimate"] = rig_estimate_json(facts.rows);
     json["points"] = points_json(facts.points);
     json["mean_observed_share"] = mean_of(facts.rows, &FrameRow::observed_share);
     json["mean_residual_mm"] = mean_of(facts.rows, &FrameRow::mean_residual_mm);
