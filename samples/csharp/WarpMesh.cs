@@ -3,8 +3,8 @@
 //   warp_mesh LEFT RIGHT FX,FY,CX,CY,BASELINE_MM MESH.obj OUT_FOLDER [DEVICE_ID]
 // MESH.obj is in the template frame (the rectified left camera of the frame that became the template;
 // an application registers its model to that), in mm. OUT_FOLDER/000000.ply and so on are in the
-// rectified left camera of their frame; status is PointStatus, expected_error_mm one standard
-// deviation.
+// rectified left camera of their frame; status is PointStatus, expected_error_mm the
+// root mean square of the error to be expected.
 using System;
 using System.Collections.Generic;
 using System.IO;

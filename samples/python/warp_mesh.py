@@ -6,8 +6,8 @@ warp_mesh.py LEFT RIGHT FX,FY,CX,CY,BASELINE_MM MESH.obj OUT_FOLDER [DEVICE_ID]
 
 MESH.obj is in the template frame (the rectified left camera of the frame that became the template;
 an application registers its model to that), in mm. OUT_FOLDER/000000.ply and so on are in the
-rectified left camera of their frame; status is defrec.PointStatus, expected_error_mm one standard
-deviation.
+rectified left camera of their frame; status is defrec.PointStatus, expected_error_mm the
+root mean square of the error to be expected.
 """
 import pathlib
 

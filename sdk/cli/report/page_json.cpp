@@ -5,6 +5,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "sdk/cli/report/ellipsoid.hpp"
+
 namespace defrec::cli {
 namespace {
 
@@ -29,6 +31,10 @@ json to_json(const SurfaceMoment& moment) {
     result["points"] = to_json(moment.points);
     result["status"] = base64(moment.status);
     if (!moment.error.empty()) result["error"] = base64(moment.error);
+    if (const Ellipsoids& ellipsoids = moment.ellipsoids; !ellipsoids.status.empty())
+        result["ellipsoids"] = {{"points", to_json(ellipsoids.points)},
+                                {"shapes", base64(ellipsoids.shapes)},
+                                {"status", base64(ellipsoids.status)}};
     return result;
 }
 
@@ -101,6 +107,7 @@ json to_json(const SurfaceHistory& history, const std::vector<std::uint8_t>& tex
             {"texture", base64(texture_jpeg)},
             {"texture_uv", base64(texture_uv)},
             {"error_step_mm", kErrorStepMm},
+            {"shape_step_mm", kShapeStepMm},
             {"stride", history.moments().stride()},
             {"moments", moments}};
 }

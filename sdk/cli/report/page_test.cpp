@@ -34,6 +34,8 @@ TEST_CASE("the page shows itself without an error") {
         if (!is_plain(read_page(page))) {
             CHECK(dom.find("class=\"uplot") != std::string::npos);
             CHECK(dom.find("expected error</option>") != std::string::npos);
+            CHECK(dom.find("data-ellipsoids=\"0\"") == std::string::npos);
+            CHECK(dom.find("data-ellipsoids=") != std::string::npos);
             CHECK(dom.find("<p id=\"no-surface\" class=\"banner\" hidden=\"\">") !=
                   std::string::npos);
         }

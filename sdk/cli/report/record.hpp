@@ -45,6 +45,13 @@ struct MatchSegment {
     bool inlier = false;  ///< kept by RANSAC
 };
 
+/// A followed point; what is lost has status unknown and nothing else.
+struct PointEstimate {
+    VertexStatus status = VertexStatus::unknown;
+    std::array<float, 3> xyz{};         ///< mm
+    std::array<float, 6> covariance{};  ///< xx, xy, xz, yy, yz, zz, mm^2
+};
+
 /// One frame's result. Vectors may be empty where the frame has none of it: a lost frame carries no
 /// geometry. Fill the same object again for each frame to save allocations.
 struct FrameRecord {
@@ -68,6 +75,7 @@ struct FrameRecord {
     std::vector<float> expected_error_mm;     ///< one each, or empty: not known
     std::vector<float> control_points;        ///< x, y, z interleaved, mm, deformed
     std::vector<MatchSegment> matched;
+    std::vector<PointEstimate> points;  ///< the same ones in every frame with geometry
 };
 
 }  // namespace defrec::cli

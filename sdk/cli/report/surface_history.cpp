@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "sdk/cli/report/ellipsoid.hpp"
+
 namespace defrec::cli {
 namespace {
 
@@ -16,6 +18,24 @@ std::uint8_t quantise_error(float mm) {
     if (!std::isfinite(mm)) return 255;
     return static_cast<std::uint8_t>(
         std::lround(std::clamp(double(mm) / kErrorStepMm, 0.0, 254.0)));
+}
+
+Ellipsoids ellipsoids(const std::vector<PointEstimate>& points) {
+    constexpr std::size_t kMax = SurfaceHistory::kEllipsoids;
+    const std::size_t stride = std::max<std::size_t>(1, (points.size() + kMax - 1) / kMax);
+    Ellipsoids result;
+    std::vector<float> centres;
+    for (std::size_t i = 0; i < points.size(); i += stride) {
+        const PointEstimate& point = points[i];
+        const bool is_known = point.status != VertexStatus::unknown;
+        for (const float coordinate : point.xyz)
+            centres.push_back(is_known ? coordinate : std::numeric_limits<float>::quiet_NaN());
+        const auto shape = ellipsoid_shape(point.covariance);
+        result.shapes.insert(result.shapes.end(), shape.begin(), shape.end());
+        result.status.push_back(static_cast<std::uint8_t>(point.status));
+    }
+    result.points = quantise(centres);
+    return result;
 }
 
 }  // namespace
@@ -69,6 +89,7 @@ void SurfaceHistory::add(const FrameRecord& frame) {
             moment.status.push_back(static_cast<std::uint8_t>(status));
         if (!frame.expected_error_mm.empty())
             for (const float error : state_.error_mm) moment.error.push_back(quantise_error(error));
+        moment.ellipsoids = ellipsoids(frame.points);
     }
     moments_.keep(std::move(moment));
 }

@@ -23,6 +23,13 @@ struct QuantisedPoints {
 };
 QuantisedPoints quantise(const std::vector<float>& xyz);
 
+/// Error ellipsoids of followed points.
+struct Ellipsoids {
+    QuantisedPoints points;            ///< centres; without position where the point is lost
+    std::vector<std::int16_t> shapes;  ///< ellipsoid_shape of each
+    std::vector<std::uint8_t> status;  ///< VertexStatus
+};
+
 struct SurfaceMoment {
     std::int64_t frame = 0;
     double timestamp_ms = 0;
@@ -32,12 +39,14 @@ struct SurfaceMoment {
     QuantisedPoints points;            ///< empty: no surface in this frame
     std::vector<std::uint8_t> status;  ///< VertexStatus
     std::vector<std::uint8_t> error;   ///< steps of kErrorStepMm; empty: not known
+    Ellipsoids ellipsoids;
 };
 
 class SurfaceHistory {
   public:
     static constexpr std::size_t kMoments = 120;
     static constexpr double kPoints = 1900;
+    static constexpr std::size_t kEllipsoids = 150;  ///< evenly chosen if more points are followed
 
     void set_template(const TemplateRecord& reference);
     void add(const FrameRecord& frame);

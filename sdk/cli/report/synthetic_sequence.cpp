@@ -138,6 +138,12 @@ FrameRecord SyntheticSequence::record(int frame) const {
                                                     : VertexStatus::observed);
             result.expected_error_mm.push_back(hidden ? 1.4f : 0.3f);
             observed += !edge && !hidden;
+            if (column % 7 == 2 && row % 7 == 2) {
+                const VertexStatus status = result.vertex_status.back();
+                const float depth = hidden ? 1.6f : 0.08f;
+                result.points.push_back(
+                    {status, {p[0], p[1], p[2]}, {0.01f, 0, 0.01f, 0.01f, 0, depth}});
+            }
             if (column % 6 == 3 && row % 6 == 3)
                 result.control_points.insert(result.control_points.end(), {p[0], p[1], p[2]});
             if (column % 5 != 2 || row % 4 != 2) continue;

@@ -12,6 +12,16 @@ VertexStatus vertex_status(std::uint8_t status) {
     return status < DEFREC_POINT_UNKNOWN ? VertexStatus{status} : VertexStatus::unknown;
 }
 
+PointEstimate point_estimate(const PointRow& row) {
+    PointEstimate point;
+    if (row.status == PointStatus::kLost) return point;
+    point.status =
+        row.status == PointStatus::kTracked ? VertexStatus::observed : VertexStatus::extrapolated;
+    std::copy(std::begin(row.xyz), std::end(row.xyz), point.xyz.begin());
+    std::copy(std::begin(row.covariance), std::end(row.covariance), point.covariance.begin());
+    return point;
+}
+
 void fill_matches(const defrec_result& result, RawProjection& projection,
                   std::vector<MatchSegment>& segments) {
     std::vector<float> positions;
@@ -80,7 +90,8 @@ TemplateRecord template_record(const defrec_template_info& info, RawProjection& 
     return record;
 }
 
-void fill_record(const FrameRow& row, const defrec_result& result, RawProjection& projection,
+void fill_record(const FrameRow& row, const defrec_result& result,
+                 const std::vector<PointRow>& points, RawProjection& projection,
                  FrameRecord& record) {
     record.index = row.frame;
     record.timestamp_ms = row.timestamp_ms;
@@ -99,6 +110,7 @@ void fill_record(const FrameRow& row, const defrec_result& result, RawProjection
     record.expected_error_mm.clear();
     record.control_points.clear();
     record.matched.clear();
+    record.points.clear();
     if (!has_geometry(result)) return;
     record.vertices.assign(result.vertices, result.vertices + 3 * result.vertex_count);
     std::transform(result.vertex_status, result.vertex_status + result.vertex_count,
@@ -108,6 +120,8 @@ void fill_record(const FrameRow& row, const defrec_result& result, RawProjection
     record.control_points.assign(result.node_positions,
                                  result.node_positions + 3 * result.node_count);
     fill_matches(result, projection, record.matched);
+    std::transform(points.begin(), points.end(), std::back_inserter(record.points),
+                   &point_estimate);
 }
 
 LinkFrame link_frame(const StereoFrame& frame, const defrec_result& result,

@@ -16,11 +16,12 @@ FrameRow frame_row(const StereoFrame& frame, const defrec_result& result);
 // Vertices, their pixels in the template's left image, triangles.
 TemplateRecord template_record(const defrec_template_info& info, RawProjection& projection);
 
+// points, here and below: the rows of this frame.
 // Fills `record` anew. A frame that is lost or still initialising carries no geometry.
-void fill_record(const FrameRow& row, const defrec_result& result, RawProjection& projection,
+void fill_record(const FrameRow& row, const defrec_result& result,
+                 const std::vector<PointRow>& points, RawProjection& projection,
                  FrameRecord& record);
 
-// points: the rows of this frame.
 LinkFrame link_frame(const StereoFrame& frame, const defrec_result& result,
                      std::shared_ptr<const std::vector<std::uint32_t>> triangles,
                      const std::vector<PointRow>& points);

@@ -214,7 +214,7 @@ class TrackSession {
         rows_.push_back(frame_row(pending.frame, result));
         reasons_ |= result.reasons;
         if (options_.meshes && has_geometry(result)) write_mesh(pending.frame.index, result);
-        fill_record(rows_.back(), result, projection_, record_);
+        fill_record(rows_.back(), result, points, projection_, record_);
         as_output([&] {
             if (overlay_) overlay_->add(left, record_);
             report_->add(left, record_);

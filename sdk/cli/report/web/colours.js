@@ -18,8 +18,8 @@ export const stateMeanings = {
 
 // Indexed by VertexStatus, as DEFREC_POINT_* of the C API.
 export const statuses = [
-  { name: 'observed', colour: '#2dd4bf', meaning: 'supported by what both cameras see in this frame' },
-  { name: 'extrapolated', colour: '#fbbf24', meaning: 'hidden or without data: moved along by the model' },
+  { name: 'observed', colour: '#2dd4bf', meaning: 'seen in this frame, in depth and in the image' },
+  { name: 'extrapolated', colour: '#fbbf24', meaning: 'hidden, without data or not recognised: moved along by the model' },
   { name: 'unknown', colour: '#9ca3af', meaning: 'no claim is made about this place' },
 ];
 

@@ -31,6 +31,10 @@ export function readData() {
     for (const moment of surface.moments) {
       if (moment.status) moment.status = bytes(moment.status);
       if (moment.error) moment.error = bytes(moment.error);
+      if (moment.ellipsoids) {
+        moment.ellipsoids.shapes = new Int16Array(bytes(moment.ellipsoids.shapes).buffer);
+        moment.ellipsoids.status = bytes(moment.ellipsoids.status);
+      }
     }
   }
   return data;

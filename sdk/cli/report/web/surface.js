@@ -29,6 +29,16 @@ function roundUp(value) {
   return [1, 2, 5, 10].map((n) => n * power).find((n) => n >= value * 0.999);
 }
 
+/** Affine matrices that map the unit sphere to the ellipsoids, in the camera of the moment; lost points are left out. */
+function decodeEllipsoids(ellipsoids, step) {
+  if (!ellipsoids) return [];
+  const centres = positions(ellipsoids.points);
+  return Array.from(ellipsoids.status, (status, i) => {
+    const [a, b, d, c, e, f] = Array.from(ellipsoids.shapes.subarray(6 * i, 6 * i + 6), (s) => s * step);
+    return { status, centre: centres.subarray(3 * i, 3 * i + 3), shape: [a, 0, 0, b, d, 0, c, e, f] };
+  }).filter(({ centre }) => !Number.isNaN(centre[0]));
+}
+
 /** Decodes the moments once: positions, deformation from the template, expected error (mm; NaN not known). */
 function decode(surface) {
   const rest = positions(surface.rest);
@@ -40,7 +50,7 @@ function decode(surface) {
     for (let v = 0; v < deformation.length; ++v)
       deformation[v] = Math.hypot(still[3 * v] - rest[3 * v], still[3 * v + 1] - rest[3 * v + 1], still[3 * v + 2] - rest[3 * v + 2]);
     const error = moment.error && Float32Array.from(moment.error, (e) => (e === 255 ? NaN : e * surface.error_step_mm));
-    return { ...moment, xyz, still, deformation, error };
+    return { ...moment, xyz, still, deformation, error, ellipsoids: decodeEllipsoids(moment.ellipsoids, surface.shape_step_mm) };
   });
   return { rest, moments };
 }
@@ -67,9 +77,10 @@ function vertexColour(coloring, moment, vertex) {
   return new THREE.Color().setRGB(...rampColour(value / coloring.top), THREE.SRGBColorSpace).toArray();
 }
 
-function showLegend(coloring) {
+function showLegend(coloring, enlarged) {
   const legend = byId('legend');
   legend.replaceChildren();
+  if (enlarged) legend.append(element('span', {}, `ellipsoids: one standard deviation${enlarged > 1 ? `, ${enlarged} ×` : ''}`));
   if (coloring.key === 'status')
     for (const { name, colour } of statuses)
       legend.append(element('span', {}, element('span', { class: 'swatch', style: `background: ${colour}` }), name));
@@ -98,7 +109,11 @@ class Scene {
     this.mesh = new THREE.Mesh(this.geometry, this.material);
     this.wires = new THREE.Mesh(this.geometry, this.lines);
     this.wires.visible = false;
-    this.group.add(this.mesh, this.wires);
+    const most = Math.max(1, ...moments.map((m) => m.ellipsoids?.length ?? 0));
+    this.ellipsoids = new THREE.InstancedMesh(new THREE.SphereGeometry(1, 16, 12), new THREE.MeshLambertMaterial({ transparent: true, opacity: 0.75 }), most);
+    this.ellipsoids.matrixAutoUpdate = false;
+    this.ellipsoids.frustumCulled = false;
+    this.group.add(this.mesh, this.wires, this.ellipsoids);
     // The light travels with the viewer, from over the left shoulder.
     const light = new THREE.DirectionalLight(0xffffff, 2.5);
     light.position.set(-0.4, 0.6, 1);
@@ -174,6 +189,24 @@ class Scene {
     this.render();
   }
 
+  /** enlarged: factor on their axes; 0: none. */
+  showEllipsoids(moment, enlarged, holdStill) {
+    const list = enlarged && moment.xyz ? moment.ellipsoids : [];
+    list.forEach(({ status, centre: [x, y, z], shape }, i) => {
+      const [xx, xy, xz, yx, yy, yz, zx, zy, zz] = shape.map((s) => s * enlarged);
+      this.ellipsoids.setMatrixAt(i, new THREE.Matrix4(xx, xy, xz, x, yx, yy, yz, y, zx, zy, zz, z, 0, 0, 0, 1));
+      this.ellipsoids.setColorAt(i, new THREE.Color(statuses[status].colour));
+    });
+    this.ellipsoids.count = list.length;
+    this.ellipsoids.matrix.identity();
+    if (holdStill && moment.rigid) this.ellipsoids.matrix.set(...moment.rigid, 0, 0, 0, 1).invert();
+    this.ellipsoids.matrixWorldNeedsUpdate = true;
+    this.ellipsoids.instanceMatrix.needsUpdate = true;
+    if (this.ellipsoids.instanceColor) this.ellipsoids.instanceColor.needsUpdate = true;
+    this.canvas.dataset.ellipsoids = list.length;
+    this.render();
+  }
+
   resize() {
     const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
     if (!width || !height) return;
@@ -200,7 +233,7 @@ function noSurface(reason) {
   byId('no-surface').hidden = false;
   byId('no-surface').textContent = reason;
   byId('surface').classList.add('empty');
-  for (const id of ['play', 'moment', 'colour-by', 'mesh-lines', 'hold-still', 'front-view']) byId(id).disabled = true;
+  for (const id of ['play', 'moment', 'colour-by', 'mesh-lines', 'hold-still', 'ellipsoids', 'front-view']) byId(id).disabled = true;
   return { select() {} };
 }
 
@@ -233,8 +266,11 @@ export async function showSurface({ surface }, onMoment) {
     const moment = moments[slider.value];
     const coloring = choices.find((c) => c.key === byId('colour-by').value);
     scene.wires.visible = byId('mesh-lines').checked;
-    scene.show(moment, surface.triangles, coloring, byId('hold-still').checked);
-    showLegend(coloring);
+    const holdStill = byId('hold-still').checked;
+    const enlarged = Number(byId('ellipsoids').value);
+    scene.show(moment, surface.triangles, coloring, holdStill);
+    scene.showEllipsoids(moment, enlarged, holdStill);
+    showLegend(coloring, enlarged);
     readout(moment);
     onMoment(moment.frame);
   };
@@ -256,7 +292,7 @@ export async function showSurface({ surface }, onMoment) {
     }, kFrameMs);
   });
   slider.addEventListener('input', () => { stop(); update(); });
-  for (const id of ['colour-by', 'mesh-lines', 'hold-still']) byId(id).addEventListener('change', update);
+  for (const id of ['colour-by', 'mesh-lines', 'hold-still', 'ellipsoids']) byId(id).addEventListener('change', update);
   byId('front-view').addEventListener('click', () => scene.look(0, 0));
   const first = moments.findIndex((m) => m.xyz);
   slider.value = Math.max(first, 0);
