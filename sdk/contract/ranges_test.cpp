@@ -75,6 +75,11 @@ TEST_CASE("floating point, cameras and formats") {
     defrec_tracker_desc desc;
     DEFREC_INIT(&desc);
     CHECK(range_error(desc) == "");
+    desc.self_calibration = DEFREC_SELF_CALIBRATION_OFF;
+    CHECK(range_error(desc) == "");
+    desc.self_calibration = 3;
+    CHECK(range_error(desc) ==
+          "desc.self_calibration is 3, one of REPORT (0), CORRECT (1), OFF (2) expected");
     desc.node_spacing_px = 3;
     CHECK(range_error(desc) == "desc.node_spacing_px is 3, 4 to 8192 expected");
     desc.format = 5;
