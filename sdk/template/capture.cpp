@@ -1,75 +1,15 @@
 #include "sdk/template/capture.hpp"
 
-#include <Eigen/Core>
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
+#include "sdk/template/check_patches.hpp"
 #include "sdk/template/surface.hpp"
+#include "sdk/template/surface_point.hpp"
 
 namespace defrec {
 namespace {
-
-using Point = std::array<double, 3>;
-
-Eigen::Vector3d as_vector(const Point& p) { return {p[0], p[1], p[2]}; }
-
-// How the surface point under a pixel moves for one pixel to the right and one down.
-struct Tangents {
-    Eigen::Vector3d u, v;
-    bool valid = false;
-};
-
-// Over a whole grid cell to either side, since within one bilinear interpolation has kinks; at the
-// surface's rim to one side.
-Tangents tangents_at(const TemplateData& data, double u, double v) {
-    const double step = data.grid.spacing;
-    const auto along = [&](double du, double dv, Eigen::Vector3d& tangent) {
-        Eigen::Vector3d end[2];
-        double at[2];
-        for (int side = 0; side < 2; ++side) {
-            const double sign = side == 0 ? -1 : 1;
-            const double x = std::clamp(u + sign * du, 0.0, data.width - 1.0),
-                         y = std::clamp(v + sign * dv, 0.0, data.height - 1.0);
-            double disparity = 0, support = 0;
-            const bool there = grid_disparity(data, x, y, disparity, support);
-            if (!there && !grid_disparity(data, u, v, disparity, support)) return false;
-            end[side] =
-                as_vector(back_project(data.camera, there ? x : u, there ? y : v, disparity));
-            at[side] = there ? (x - u) + (y - v) : 0;
-        }
-        if (!(at[1] - at[0] > 0)) return false;
-        tangent = (end[1] - end[0]) / (at[1] - at[0]);
-        return true;
-    };
-    Tangents tangents;
-    tangents.valid = along(step, 0, tangents.u) && along(0, step, tangents.v);
-    return tangents;
-}
-
-// A surface point at a pixel; false outside the surface or without control points.
-bool surface_point(const TemplateData& data, double u, double v, defrec_surface_point& out,
-                   Tangents& tangents) {
-    double disparity = 0, support = 0;
-    Skin skin;
-    if (!grid_disparity(data, u, v, disparity, support) || !grid_skin(data.node_grid, u, v, skin))
-        return false;
-    tangents = tangents_at(data, u, v);
-    if (!tangents.valid) return false;
-    const Eigen::Vector3d position = as_vector(back_project(data.camera, u, v, disparity));
-    Eigen::Vector3d normal = tangents.v.cross(tangents.u);
-    const double length = normal.norm();
-    if (!(length > 0)) return false;
-    normal *= (normal.dot(position) < 0 ? 1 : -1) / length;
-    for (int axis = 0; axis < 3; ++axis) {
-        out.position[axis] = static_cast<float>(position[axis]);
-        out.normal[axis] = static_cast<float>(normal[axis]);
-    }
-    std::copy(skin.node.begin(), skin.node.end(), out.node);
-    std::copy(skin.weight.begin(), skin.weight.end(), out.weight);
-    return true;
-}
 
 // Control points on a grid that spans the image; one exists where the surface is within half a
 // spacing.
@@ -144,8 +84,7 @@ void place_vertices(TemplateData& data) {
             const double u = std::min<double>(x * grid.spacing, data.width - 1);
             const double v = std::min<double>(y * grid.spacing, data.height - 1);
             defrec_surface_point point{};
-            Tangents tangents;
-            if (!surface_point(data, u, v, point, tangents)) continue;
+            if (!surface_point(data, u, v, point)) continue;
             index_of[index] = static_cast<int32_t>(data.vertices.size());
             data.vertices.push_back(point);
             data.vertex_support.push_back(grid.support[index]);
@@ -174,8 +113,7 @@ void place_landmarks(TemplateData& data, const CaptureInput& input) {
         if (!grid_disparity(data, u, v, disparity, support) || support > data.grid.spacing)
             continue;
         defrec_surface_point point{};
-        Tangents tangents;
-        if (!surface_point(data, u, v, point, tangents)) continue;
+        if (!surface_point(data, u, v, point)) continue;
         defrec_landmark landmark{};
         std::copy(std::begin(feature.descriptor), std::end(feature.descriptor),
                   landmark.descriptor);
@@ -246,20 +184,8 @@ void place_patches(TemplateData& data, const CaptureInput& input) {
                     v = y;
                 }
             if (u < 0) continue;
-            defrec_surface_point point{};
-            Tangents tangents;
-            if (!surface_point(data, u, v, point, tangents)) continue;
             defrec_patch patch{};
-            patch.u = static_cast<float>(u);
-            patch.v = static_cast<float>(v);
-            for (int axis = 0; axis < 3; ++axis) {
-                patch.position[axis] = point.position[axis];
-                patch.tangent_u[axis] = static_cast<float>(tangents.u[axis]);
-                patch.tangent_v[axis] = static_cast<float>(tangents.v[axis]);
-            }
-            std::copy(std::begin(point.node), std::end(point.node), patch.node);
-            std::copy(std::begin(point.weight), std::end(point.weight), patch.weight);
-            data.patches.push_back(patch);
+            if (surface_patch(data, u, v, patch)) data.patches.push_back(patch);
         }
 }
 
@@ -279,6 +205,7 @@ std::optional<TemplateData> capture_template(const CaptureInput& input) {
     place_patches(data, input);
     if (data.vertices.size() < 16 || data.triangles.empty()) return std::nullopt;
     data.image.assign(input.gray, input.gray + static_cast<size_t>(input.width) * input.height);
+    place_checks(data);
     return data;
 }
 

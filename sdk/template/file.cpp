@@ -11,6 +11,7 @@
 
 #include "sdk/base/atomic_file.hpp"
 #include "sdk/device/context.hpp"
+#include "sdk/template/check_patches.hpp"
 #include "sdk/template/template.hpp"
 
 namespace defrec {
@@ -252,6 +253,7 @@ std::shared_ptr<const Template> Template::load(Context& context, const char* pat
     if (reader.position() != bytes.size()) reader.broken("something follows its end");
     if (sum != checksum(bytes.data(), end)) reader.broken("its checksum does not fit");
     if (const char* fault = fault_of(data)) reader.broken(fault);
+    place_checks(data);
     context.log(DEFREC_LOG_INFO,
                 concat("template with ", data.vertices.size(), " vertices loaded from ", name));
     return std::make_shared<const Template>(std::move(data));

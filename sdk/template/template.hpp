@@ -53,6 +53,9 @@ struct TemplateData {
     std::vector<defrec_surface_point> landmark_points;
     std::vector<defrec_patch> patches;
     std::vector<uint8_t> image;  // width * height
+    // Made of the above, not in the file: check_patches.hpp.
+    std::vector<defrec_patch> checks;
+    std::vector<int32_t> check_of_vertex;  // index of the check whose window it lies in, -1: none
 };
 
 class Template {

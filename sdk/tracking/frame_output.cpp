@@ -38,10 +38,23 @@ uint64_t carve_fitted(std::span<std::byte> block, const TemplateData& data, Fram
     carver.take(output.matches, data.landmarks.size());
     carver.take(output.observations, data.patches.size());
     carver.take(output.predictions, data.patches.size());
+    carver.take(output.checks, data.checks.size());
+    carver.take(output.check_predictions, data.checks.size());
+    carver.take(output.right_observations, rig_patch_count(data));
     return carver.used();
 }
 
 }  // namespace
+
+size_t rig_patch_step(const TemplateData& data) {
+    constexpr size_t kEnough = 300;
+    return (data.patches.size() + kEnough - 1) / kEnough + (data.patches.empty() ? 1 : 0);
+}
+
+size_t rig_patch_count(const TemplateData& data) {
+    const size_t step = rig_patch_step(data);
+    return (data.patches.size() + step - 1) / step;
+}
 
 FrameMemory::FrameMemory(std::shared_ptr<const Device> device, uint64_t disparities)
     : device_(std::move(device)), fixed_(device_, carve_fixed({}, disparities, output)) {

@@ -18,14 +18,21 @@ struct FrameSummary {
 struct FrameOutput {
     FrameSummary* summary = nullptr;
     std::span<defrec_motion> motions;
-    std::span<defrec_surface_sample> samples;          // per vertex
-    std::span<defrec_match> matches;                   // per landmark, with preselected weights
-    std::span<defrec_patch_observation> observations;  // per patch
-    std::span<defrec_patch_prediction> predictions;    // per patch, of the last search
-    std::span<int16_t> disparity;                      // only if kept
+    std::span<defrec_surface_sample> samples;              // per vertex
+    std::span<defrec_match> matches;                       // per landmark, with preselected weights
+    std::span<defrec_patch_observation> observations;      // per patch
+    std::span<defrec_patch_prediction> predictions;        // per patch, of the last search
+    std::span<defrec_patch_observation> checks;            // per check, on the final surface
+    std::span<defrec_patch_prediction> check_predictions;  // per check
+    std::span<defrec_patch_observation> right_observations;  // per patch of rig_patches
+    std::span<int16_t> disparity;                            // only if kept
     std::array<defrec_stage_time, DEFREC_MAX_TIMED_STAGES> times{};
     uint32_t time_count = 0;
 };
+
+// The patches that are searched in the right view as well: every so many, from the first.
+size_t rig_patch_step(const TemplateData& data);
+size_t rig_patch_count(const TemplateData& data);
 
 // Must outlive the queue that reads into it.
 class FrameMemory {

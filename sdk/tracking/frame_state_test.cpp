@@ -20,6 +20,7 @@ struct Fixture {
     std::vector<defrec_surface_sample> samples;
     std::vector<defrec_patch_observation> observations;
     std::vector<defrec_patch_prediction> predictions;
+    std::vector<defrec_patch_observation> checks;
     FrameSummary summary;
     FrameOutput output;  // of the arrays above
 
@@ -49,7 +50,11 @@ struct Fixture {
                 samples.push_back(sample);
                 predictions.push_back({5120 * x, 5120 * y, {}, 1, 0});
                 observations.push_back({5120 * x, 5120 * y, 4000, 1, {1, 0, 1}, 0});
+                data.checks.push_back(patch);
+                data.check_of_vertex.push_back(static_cast<int32_t>(checks.size()));
+                checks.push_back(observations.back());
             }
+        data.nodes = {0, 0, 80};
         motions.push_back(DualQuaternion<float>::identity().store());
         summary.ransac.valid_matches = 60;
         summary.ransac.inliers = 40;
@@ -58,11 +63,20 @@ struct Fixture {
         output.samples = samples;
         output.observations = observations;
         output.predictions = predictions;
+        output.checks = checks;
+        output.check_predictions = predictions;
     }
     Fixture(const Fixture&) = delete;
     Fixture& operator=(const Fixture&) = delete;
     Verdict verdict(bool was_found = true) {
         return classify(data, weigh_evidence(data, output), was_found);
+    }
+    VertexConfidence confidence(const RigEstimate& rig = {}, SurfaceSamples last = {}) {
+        LateralEvidence lateral;
+        measure_lateral(data, output, lateral);
+        VertexConfidence result;
+        estimate_confidence(SurfaceModel(data), {samples, lateral, rig, last}, result);
+        return result;
     }
 };
 
@@ -122,14 +136,13 @@ TEST_CASE(
     CHECK(verdict.degraded);
     CHECK((verdict.reasons & DEFREC_REASON_OCCLUDED) != 0);
 
-    VertexConfidence confidence;
-    estimate_confidence(SurfaceModel(f.data), f.samples, false, 0, confidence);
+    const VertexConfidence confidence = f.confidence();
     CHECK(confidence.status[0] == DEFREC_POINT_EXTRAPOLATED);
     CHECK(confidence.status[10] == DEFREC_POINT_OBSERVED);
     CHECK(confidence.expected_error[0] > confidence.expected_error[3]);
     CHECK(confidence.expected_error[3] > confidence.expected_error[10]);
-    CHECK(confidence.evidence[0] == 0);
-    CHECK((confidence.evidence[10] & DEFREC_EVIDENCE_DEPTH) != 0);
+    CHECK((confidence.evidence[0] & DEFREC_EVIDENCE_DEPTH) == 0);
+    CHECK(confidence.evidence[10] == (DEFREC_EVIDENCE_DEPTH | DEFREC_EVIDENCE_LATERAL));
     for (size_t i = 0; i < confidence.expected_error.size(); ++i) {
         const float* covariance = &confidence.covariance[6 * i];
         CHECK(std::sqrt(covariance[0] + covariance[3] + covariance[5]) ==
@@ -137,11 +150,72 @@ TEST_CASE(
     }
 }
 
+TEST_CASE("a vertex is observed where depth and image agree with the surface, nowhere else") {
+    Fixture f;
+    f.output.samples[0].observation = DEFREC_NO_DEPTH;
+    f.checks[1].valid = 0;
+    f.checks[2].score = 1600;
+    f.data.check_of_vertex[3] = -1;
+    const VertexConfidence confidence = f.confidence();
+    CHECK(confidence.evidence[0] == DEFREC_EVIDENCE_LATERAL);
+    for (size_t i = 1; i < 4; ++i) CHECK(confidence.evidence[i] == DEFREC_EVIDENCE_DEPTH);
+    for (size_t i = 0; i < 4; ++i) {
+        CHECK(confidence.status[i] == DEFREC_POINT_EXTRAPOLATED);
+        CHECK(confidence.expected_error[i] > 2 * confidence.expected_error[5]);
+    }
+    CHECK(confidence.status[4] == DEFREC_POINT_OBSERVED);
+}
+
+TEST_CASE("where the image contradicts, the error is across the ray; without depth, along it") {
+    Fixture f;
+    constexpr size_t kMiddle = 4 * 11 + 5;  // on the optical axis
+    for (defrec_patch_observation& check : f.checks) check.valid = 0;
+    const VertexConfidence slid = f.confidence();
+    CHECK(slid.covariance[6 * kMiddle] > 0.5f * slid.covariance[6 * kMiddle + 5]);
+    Fixture g;
+    for (defrec_surface_sample& sample : g.samples) sample.observation = DEFREC_NO_DEPTH;
+    const VertexConfidence flat = g.confidence();
+    CHECK(flat.covariance[6 * kMiddle] < 0.1f * flat.covariance[6 * kMiddle + 5]);
+}
+
+TEST_CASE("patches that lie off the surface raise the error round them") {
+    Fixture f;
+    const float before = f.confidence().expected_error[40];
+    for (defrec_patch_observation& observation : f.observations) observation.u += 2 * 256;
+    const float after = f.confidence().expected_error[40];
+    CHECK(after > before + 0.2f);
+}
+
+TEST_CASE("a late view takes the depth of what moves, and leaves that of what rests") {
+    Fixture f;
+    std::vector<defrec_surface_sample> last = f.samples;
+    for (size_t i = 0; i < last.size(); ++i)
+        if (i % 11 > 5) last[i].position[0] -= 2;  // 5 px
+    RigEstimate rig;
+    rig.lag_frames = 1;
+    const VertexConfidence confidence = f.confidence(rig, last);
+    CHECK(confidence.status[0] == DEFREC_POINT_OBSERVED);
+    CHECK(confidence.status[10] == DEFREC_POINT_EXTRAPOLATED);
+    CHECK(confidence.evidence[10] == DEFREC_EVIDENCE_LATERAL);
+    // The lag moved the right view by 5 px, and a px of disparity is 6.4 mm.
+    CHECK(confidence.expected_error[10] > 15);
+    CHECK(f.confidence(rig, {}).status[10] == DEFREC_POINT_OBSERVED);
+}
+
+TEST_CASE("views whose rows do not agree give no depth to rely on, and a larger error") {
+    Fixture f;
+    RigEstimate rig;
+    rig.vertical_offset_px = 1;
+    const VertexConfidence confidence = f.confidence(rig);
+    for (const uint8_t status : confidence.status) CHECK(status == DEFREC_POINT_EXTRAPOLATED);
+    CHECK(confidence.expected_error[40] > f.confidence().expected_error[40] + 1);
+}
+
 TEST_CASE("a lost frame trusts no vertex, and less the longer it lasts") {
     Fixture f;
     VertexConfidence early, late;
-    estimate_confidence(SurfaceModel(f.data), f.samples, true, 1, early);
-    estimate_confidence(SurfaceModel(f.data), f.samples, true, 20, late);
+    forget_confidence(1, early, f.data.vertices.size());
+    forget_confidence(20, late, f.data.vertices.size());
     for (const uint8_t status : early.status) CHECK(status == DEFREC_POINT_UNKNOWN);
     for (const uint8_t evidence : early.evidence) CHECK(evidence == 0);
     CHECK(late.expected_error[40] > early.expected_error[40]);
@@ -151,8 +225,7 @@ TEST_CASE(
     "confidence of a point below the surface is that of the vertex above it, less certain with "
     "depth") {
     Fixture f;
-    VertexConfidence confidence;
-    estimate_confidence(SurfaceModel(f.data), f.samples, false, 0, confidence);
+    const VertexConfidence confidence = f.confidence();
     const double on[3] = {0, 0, 80}, below[3] = {0, 0, 110}, beside[3] = {300, 0, 80};
     const SurfaceConfidence at_surface = confidence_at(f.data, confidence, on),
                             at_depth = confidence_at(f.data, confidence, below);

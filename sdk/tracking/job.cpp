@@ -107,7 +107,7 @@ void TrackerJob::result(defrec_result& out) const {
     out.matches = evidence.matches;
     out.inliers = evidence.inliers;
     out.patches = evidence.patches_confirmed;
-    out.observed_share = static_cast<float>(evidence.observed_share());
+    out.observed_share = observed_share;
     out.mean_residual_mm = static_cast<float>(evidence.mean_residual_mm);
     out.patch_residual_px = static_cast<float>(evidence.patch_rms_px);
     out.motions = output.motions.data();

@@ -52,10 +52,12 @@ class TrackerJob final : public Job {
     std::shared_ptr<const Template> surface;
     FrameMemory memory;
     FrameOutput& output = memory.output;
+    LateralEvidence lateral;
     VertexConfidence confidence;
     std::vector<float> vertices, normals, node_positions;
     double rigid_motion[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
     Evidence evidence;
+    float observed_share = 0;  // of the vertices inside the image
     RigEstimate rig_estimate;
     uint32_t state = DEFREC_INITIALISING, reasons = 0, epoch = 0, age = 0;
 

@@ -79,7 +79,7 @@ TEST_CASE("a template is captured from one frame and followed into the next, sta
         CHECK(time_names(frame.output()) ==
               std::vector<std::string>{"upload", "rectify", "stereo", "orb", "match", "ransac",
                                        "lm coarse", "align coarse", "lm middle", "align fine",
-                                       "lm fine", "warp", "download"});
+                                       "lm fine", "check", "align right", "warp", "download"});
     }
 }
 

@@ -51,7 +51,8 @@ SurfaceFollower::SurfaceFollower(std::shared_ptr<const Rig> rig,
     : rig_(std::move(rig)),
       channels_(bytes_per_pixel(settings.format)),
       frames_(frames),
-      pipeline_(rig_, device, settings) {}
+      pipeline_(rig_, device, settings),
+      rig_monitor_(rig_->width(), rig_->height()) {}
 
 std::shared_ptr<const Template> SurfaceFollower::current_template() const {
     const std::lock_guard lock(template_mutex_);
@@ -81,6 +82,7 @@ void SurfaceFollower::cancel(TrackerJob& job) noexcept {
 }
 
 void SurfaceFollower::process(TrackerJob& job) {
+    job.rig_estimate = rig_monitor_.update({});
     // The device begins while the host looks; frames in which there is nothing to observe are few.
     ObservedFrame frame = observe(job);
     check_images(job, frame);
@@ -162,6 +164,7 @@ void SurfaceFollower::adopt(std::shared_ptr<const Template> surface, bool is_obs
     // Nothing fails from here on: the tracker has the old template or the new one.
     last_ = std::move(made);
     is_tracking_ = is_observed;
+    last_rows_.clear();
     age_ = 0;
     ++epoch_;
     const std::lock_guard lock(template_mutex_);
@@ -197,9 +200,19 @@ Verdict SurfaceFollower::follow(TrackerJob& job, ObservedFrame frame) {
     pipeline_.finish(std::move(followed));
     job.announce_end();
     job.evidence = weigh_evidence(template_->data(), job.output);
-    const Verdict verdict = classify(template_->data(), job.evidence, is_tracking_);
+    Verdict verdict = classify(template_->data(), job.evidence, is_tracking_);
+    watch_rig(job, verdict);
     job.reasons |= verdict.reasons;
     return verdict;
+}
+
+void SurfaceFollower::watch_rig(TrackerJob& job, Verdict& verdict) {
+    if (!verdict.found) return;
+    const std::vector<RowMatch> matches = match_rows(template_->data(), job.output, last_rows_);
+    job.rig_estimate = rig_monitor_.update(matches);
+    if (rig_monitor_.is_late()) verdict.reasons |= DEFREC_REASON_VIEW_LATE;
+    if (rig_monitor_.is_out_of_calibration()) verdict.reasons |= DEFREC_REASON_CALIBRATION;
+    verdict.degraded |= rig_monitor_.is_late() || rig_monitor_.is_out_of_calibration();
 }
 
 void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict) {
@@ -215,6 +228,7 @@ void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict) {
         age_ = 0;
     } else {
         job.state = DEFREC_LOST;
+        last_rows_.clear();
         std::copy(last_->motions.begin(), last_->motions.end(), job.output.motions.begin());
         std::copy(last_->samples.begin(), last_->samples.end(), job.output.samples.begin());
         if (job.input.samples != nullptr)
@@ -228,8 +242,20 @@ void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict) {
 }
 
 void SurfaceFollower::describe_surface(TrackerJob& job) const {
-    const bool is_lost = job.state == DEFREC_LOST;
-    estimate_confidence(last_->model, job.output.samples, is_lost, job.age, job.confidence);
+    if (job.state == DEFREC_LOST) {
+        forget_confidence(job.age, job.confidence, job.output.samples.size());
+    } else {
+        measure_lateral(template_->data(), job.output, job.lateral);
+        estimate_confidence(
+            last_->model,
+            {job.output.samples, job.lateral, job.rig_estimate,
+             job.state == DEFREC_RELOCALISED ? SurfaceSamples() : SurfaceSamples(last_->samples)},
+            job.confidence);
+    }
+    const auto observed = std::count(job.confidence.status.begin(), job.confidence.status.end(),
+                                     DEFREC_POINT_OBSERVED);
+    job.observed_share = static_cast<float>(observed) /
+                         static_cast<float>(std::max(1u, job.evidence.vertices_inside));
     fit_rigid_motion(last_->model, job.output.samples, job.rigid_motion);
     split_samples(job.output.samples, job.vertices, job.normals);
     const std::vector<float>& nodes = template_->data().nodes;

@@ -10,6 +10,7 @@
 
 #include "sdk/tracking/frame_queue.hpp"
 #include "sdk/tracking/pipeline.hpp"
+#include "sdk/tracking/rig_monitor.hpp"
 #include "sdk/tracking/stream_check.hpp"
 
 namespace defrec {
@@ -51,6 +52,7 @@ class SurfaceFollower {
     void adopt(std::shared_ptr<const Template> surface, bool is_observed);
     bool prepare_results(TrackerJob& job);
     Verdict follow(TrackerJob& job, ObservedFrame frame);
+    void watch_rig(TrackerJob& job, Verdict& verdict);
     void conclude(TrackerJob& job, const Verdict& verdict);
     void describe_surface(TrackerJob& job) const;
 
@@ -65,7 +67,9 @@ class SurfaceFollower {
     std::optional<Ahead> ahead_;
     std::optional<Surface> last_;  // with the template
     StreamCheck stream_;
-    bool is_tracking_ = false;  // the surface was found in the frame before
+    RigMonitor rig_monitor_;
+    std::vector<float> last_rows_;  // of the patches of the rig in the left view; NaN: not found
+    bool is_tracking_ = false;      // the surface was found in the frame before
     uint32_t epoch_ = 0, age_ = 0;
 };
 

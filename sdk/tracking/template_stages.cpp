@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "sdk/template/check_patches.hpp"
 #include "sdk/tracking/make_stage.hpp"
 
 namespace defrec {
@@ -23,6 +24,13 @@ uint32_t count_of(const std::vector<T>& values) {
 }
 
 uint32_t node_count(const TemplateData& data) { return count_of(data.nodes) / 3; }
+
+std::vector<defrec_patch> rig_patches(const TemplateData& data) {
+    std::vector<defrec_patch> patches;
+    for (size_t i = 0; i < data.patches.size(); i += rig_patch_step(data))
+        patches.push_back(data.patches[i]);
+    return patches;
+}
 
 }  // namespace
 
@@ -69,6 +77,12 @@ TemplateStages::TemplateStages(const std::shared_ptr<Device>& device, Queue& que
                             {&nodes_, &edges_, &sparse_points_, &landmark_points_, &patches_});
     }
 
+    check_ = make_check(data);
+    check_->prepare(queue, {&check_patches_, &views_});
+
+    right_search_ = make_right_search(data);
+    right_search_->prepare(queue, {&rig_patches_, &views_});
+
     auto warp = make_params<defrec_warp_params>();
     warp.nodes = node_count(data);
     warp.points = count_of(data.vertices);
@@ -92,6 +106,8 @@ void TemplateStages::upload_template(Queue& queue, const TemplateData& data) {
     upload(landmarks_, data.landmarks);
     upload(landmark_points_, data.landmark_points);
     upload(patches_, data.patches);
+    upload(check_patches_, data.checks);
+    upload(rig_patches_, rig_patches(data));
     upload(views_, data.image);
 }
 
@@ -106,6 +122,9 @@ void TemplateStages::make_buffers(const TemplateData& data) {
     lm_summary_ = buffer(1, sizeof(defrec_lm_summary));
     predictions_ = buffer(data.patches.size(), sizeof(defrec_patch_prediction));
     observations_ = buffer(data.patches.size(), sizeof(defrec_patch_observation));
+    check_predictions_ = buffer(data.checks.size(), sizeof(defrec_patch_prediction));
+    checks_ = buffer(data.checks.size(), sizeof(defrec_patch_observation));
+    right_observations_ = buffer(rig_patch_count(data), sizeof(defrec_patch_observation));
     samples_ = buffer(data.vertices.size(), sizeof(defrec_surface_sample));
 }
 
@@ -119,6 +138,35 @@ std::unique_ptr<DeviceStage> TemplateStages::make_align(const PatchSearch& searc
     align.level = search.level;
     align.search_radius = search.radius;
     align.camera = camera_;
+    return make_stage<DEFREC_STAGE_ALIGN>(device_, align);
+}
+
+// Compares rather than searches: what is found lies within a pixel or two of the surface.
+std::unique_ptr<DeviceStage> TemplateStages::make_check(const TemplateData& data) const {
+    auto align = make_params<defrec_align_params>();
+    align.patches = count_of(data.checks);
+    align.nodes = node_count(data);
+    align.width = data.width;
+    align.height = data.height;
+    align.level = check_level(data.width);
+    align.patch_radius = kCheckRadius;
+    align.search_radius = 2;
+    align.min_score = 1;
+    align.camera = camera_;
+    return make_stage<DEFREC_STAGE_ALIGN>(device_, align);
+}
+
+// Coarse and wide: it is the rows of a few hundred patches together that count.
+std::unique_ptr<DeviceStage> TemplateStages::make_right_search(const TemplateData& data) const {
+    auto align = make_params<defrec_align_params>();
+    align.patches = static_cast<uint32_t>(rig_patch_count(data));
+    align.nodes = node_count(data);
+    align.width = data.width;
+    align.height = data.height;
+    align.level = 1;
+    align.search_radius = 8;
+    align.camera = camera_;
+    align.right_view = 1;
     return make_stage<DEFREC_STAGE_ALIGN>(device_, align);
 }
 
@@ -172,6 +220,12 @@ void TemplateStages::enqueue(Queue& queue, const Observation& observed,
         timer.end(pass.time_name);
         motions = &result;
     }
+    check_->enqueue(queue, {&observed.gray[0], &observed.mask[0], motions, nullptr},
+                    {&checks_, &check_predictions_});
+    timer.end("check");
+    right_search_->enqueue(queue, {&observed.gray[1], &observed.mask[1], motions, nullptr},
+                           {&right_observations_, nullptr});
+    timer.end("align right");
     warp_->enqueue(queue, {motions, &observed.disparity}, {samples});
     timer.end("warp");
     queue.read(*motions, output.motions.data(), bytes_of(output.motions));
@@ -181,6 +235,11 @@ void TemplateStages::enqueue(Queue& queue, const Observation& observed,
 void TemplateStages::read_back(Queue& queue, const DeviceBuffer& samples,
                                FrameOutput& output) const {
     queue.read(samples, output.samples.data(), bytes_of(output.samples));
+    queue.read(right_observations_, output.right_observations.data(),
+               bytes_of(output.right_observations));
+    queue.read(checks_, output.checks.data(), bytes_of(output.checks));
+    queue.read(check_predictions_, output.check_predictions.data(),
+               bytes_of(output.check_predictions));
     queue.read(weighted_, output.matches.data(), bytes_of(output.matches));
     queue.read(observations_, output.observations.data(), bytes_of(output.observations));
     queue.read(predictions_, output.predictions.data(), bytes_of(output.predictions));

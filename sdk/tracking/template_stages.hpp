@@ -34,6 +34,8 @@ class TemplateStages {
     void make_buffers(const TemplateData& data);
     std::unique_ptr<DeviceStage> make_align(const PatchSearch& search,
                                             const TemplateData& data) const;
+    std::unique_ptr<DeviceStage> make_check(const TemplateData& data) const;
+    std::unique_ptr<DeviceStage> make_right_search(const TemplateData& data) const;
     std::unique_ptr<DeviceStage> make_solve(const SolverPass& pass, const TemplateData& data) const;
     void read_back(Queue& queue, const DeviceBuffer& samples, FrameOutput& output) const;
 
@@ -43,8 +45,9 @@ class TemplateStages {
     DeviceBuffer nodes_, edges_, points_, sparse_points_, landmarks_, landmark_points_, patches_,
         views_;
     DeviceBuffer start_, matches_, weighted_, ransac_summary_, lm_summary_, predictions_,
-        observations_, samples_;
-    std::unique_ptr<DeviceStage> match_, ransac_, warp_;
+        observations_, samples_, check_patches_, check_predictions_, checks_, rig_patches_,
+        right_observations_;
+    std::unique_ptr<DeviceStage> match_, ransac_, warp_, check_, right_search_;
     std::vector<Pass> passes_;
 };
 

@@ -5,19 +5,34 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numbers>
 
 namespace defrec {
 namespace {
 
-constexpr double kDisparitySigmaPx = 0.15, kLateralSigmaMm = 0.1;
-constexpr float kGrowth = 0.06f;          // mm of error per mm from the nearest observation
+// The variance of a vertex's error is a sum of what each kind of evidence leaves open, each times a
+// share that was fitted to rendered sequences with exact truth; docs/tracker.md says how. Across
+// the ray, both directions together:
+constexpr float kPatchShare = 0.55f;  // of the squared distance of patches, at the vertex's depth
+constexpr float kCheckShare = 0.3f;   // of the squared distance at which the check fits best
+constexpr float kMismatchShare = 0.22f;  // px^2, of 1 - ZNCC there
+constexpr float kFarLateral = 0.034f;    // per mm^2 from the nearest lateral evidence
+// Along the ray:
+constexpr float kDisparityShare = 0.0045f;      // px^2
+constexpr float kDisparityPatchShare = 0.015f;  // of the squared distance of patches, px^2
+constexpr float kResidualShare = 0.11f;         // of the squared depth residual
+constexpr float kFarObserved = 0.027f;          // per mm^2 from the nearest observed vertex
+constexpr float kSupportShare = 0.075f;         // per mm^2 that the template was extrapolated
+constexpr float kLateShare = 0.5f;              // of the squared motion during the lag, px^2
+constexpr float kRowShare = 0.155f;             // of the squared distance of the rows, px^2
+
+constexpr uint8_t kBoth = DEFREC_EVIDENCE_DEPTH | DEFREC_EVIDENCE_LATERAL;
 constexpr float kFarthestMm = 40;         // extrapolation reaches no farther
-constexpr float kFarthestGrowthMm = 100;  // nor does the error grow beyond
-constexpr double kGrowthUnsupported =
-    0.03;  // mm of error per mm that the template was extrapolated
-constexpr float kResidualShare = 0.3f;
+constexpr float kFarthestGrowthMm = 20;   // nor does the error grow beyond
 constexpr float kGrowthLost = 0.5f;       // mm of error per frame
 constexpr uint32_t kLongestGrowth = 100;  // frames
+constexpr float kErrorUnknown = 3.3f;     // mm, root mean square, with growth to its end
+constexpr float kMaxRigDoubt = 0.25f;  // mm^2 by which the rig spoils depth that is still evidence
 
 // Of an error that is the same in all directions. covariance: xx, xy, xz, yy, yz, zz.
 template <class Real>
@@ -34,22 +49,16 @@ SurfaceModel::SurfaceModel(const TemplateData& given) : data(&given), cell(given
     for (size_t i = 0; i < given.grid.vertex.size(); ++i)
         if (given.grid.vertex[i] >= 0)
             cell[static_cast<size_t>(given.grid.vertex[i])] = static_cast<uint32_t>(i);
-    step_mm.resize(count);
-    measurement_variance.resize(count);
-    support_error.resize(count);
+    step_mm.resize(given.vertices.size());
+    support_mm.resize(given.vertices.size());
     centred.setZero(4, count);
     centre.setZero();
     for (Eigen::Index i = 0; i < count; ++i) {
         const defrec_surface_point& vertex = given.vertices[static_cast<size_t>(i)];
         const double z = std::max<double>(1, vertex.position[2]);
-        const double depth_sigma =
-            kDisparitySigmaPx * z * z / (given.camera.fx * given.camera.baseline_mm);
-        step_mm[i] = static_cast<float>(given.grid.spacing * z / given.camera.fx);
-        measurement_variance[i] =
-            static_cast<float>(depth_sigma * depth_sigma + kLateralSigmaMm * kLateralSigmaMm);
-        support_error[i] =
-            static_cast<float>(kGrowthUnsupported * given.vertex_support[static_cast<size_t>(i)] *
-                               z / given.camera.fx);
+        const auto index = static_cast<size_t>(i);
+        step_mm[index] = static_cast<float>(given.grid.spacing * z / given.camera.fx);
+        support_mm[index] = static_cast<float>(given.vertex_support[index] * z / given.camera.fx);
         centre += Eigen::Map<const Eigen::Vector3f>(vertex.position).cast<double>();
     }
     centre /= static_cast<double>(std::max<Eigen::Index>(1, count));
@@ -60,45 +69,117 @@ SurfaceModel::SurfaceModel(const TemplateData& given) : data(&given), cell(given
     }
 }
 
-void estimate_confidence(const SurfaceModel& model, SurfaceSamples samples, bool lost, uint32_t age,
+namespace {
+
+void make_room(VertexConfidence& confidence, size_t vertices) {
+    confidence.status.resize(vertices);
+    confidence.evidence.resize(vertices);
+    confidence.covariance.resize(6 * vertices);
+    confidence.expected_error.resize(vertices);
+}
+
+// Px^2 of disparity that the rig gets wrong at a vertex: by what moved during a lag, and by rows of
+// the views that do not agree.
+class RigDoubt {
+  public:
+    RigDoubt(const TemplateData& data, const FrameEvidence& evidence)
+        : camera_(data.camera), lag_(evidence.last_samples.empty() ? 0 : evidence.rig.lag_frames) {
+        const double roll =
+                         std::tan(evidence.rig.roll_deg * std::numbers::pi / 180) * data.width / 2,
+                     ratio = (evidence.rig.focal_ratio - 1) * data.height / 2,
+                     offset = evidence.rig.vertical_offset_px;
+        rows_ = kRowShare * static_cast<float>(offset * offset + roll * roll + ratio * ratio);
+    }
+    float at(const FrameEvidence& evidence, size_t vertex) const {
+        if (lag_ == 0) return rows_;
+        const float *now = evidence.samples[vertex].position,
+                    *last = evidence.last_samples[vertex].position;
+        const float du = static_cast<float>(camera_.fx) * (now[0] / now[2] - last[0] / last[2]),
+                    dv = static_cast<float>(camera_.fy) * (now[1] / now[2] - last[1] / last[2]);
+        return rows_ + kLateShare * lag_ * lag_ * (du * du + dv * dv);
+    }
+
+  private:
+    const defrec_camera& camera_;
+    float lag_, rows_;
+};
+
+// Variances across the ray (both directions together) and along it (of the depth) as a covariance.
+void set_covariance(const float position[3], float across, float along, float* covariance) {
+    const float x = position[0] / position[2], y = position[1] / position[2];
+    covariance[0] = across / 2 + along * x * x;
+    covariance[1] = along * x * y;
+    covariance[2] = along * x;
+    covariance[3] = across / 2 + along * y * y;
+    covariance[4] = along * y;
+    covariance[5] = along;
+}
+
+}  // namespace
+
+void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidence,
                          VertexConfidence& confidence) {
-    const SurfaceGrid& grid = model.data->grid;
-    const auto count = static_cast<Eigen::Index>(samples.size());
-    confidence.status.resize(samples.size());
-    confidence.evidence.resize(samples.size());
-    confidence.covariance.resize(6 * samples.size());
-    confidence.expected_error.resize(samples.size());
-    confidence.far_mm.resize(count);
-    confidence.residual_mm.resize(count);
-    confidence.distance.assign(grid.vertex.size(), 1e6f);
-    for (size_t i = 0; i < samples.size(); ++i)
-        if (samples[i].observation == DEFREC_OBSERVED) confidence.distance[model.cell[i]] = 0;
-    spread_distance(confidence.distance, grid.columns, grid.rows);
-    static_assert(DEFREC_POINT_OBSERVED == 0 && DEFREC_POINT_EXTRAPOLATED == 1 &&
-                  DEFREC_POINT_UNKNOWN == 2);
-    float *far_mm = confidence.far_mm.data(), *residual_mm = confidence.residual_mm.data();
-    uint8_t* status = confidence.status.data();
+    const TemplateData& data = *model.data;
+    const SurfaceGrid& grid = data.grid;
+    const SurfaceSamples samples = evidence.samples;
+    const LateralEvidence& lateral = evidence.lateral;
+    const RigDoubt rig(data, evidence);
+    const auto fx = static_cast<float>(data.camera.fx),
+               baseline = static_cast<float>(data.camera.baseline_mm);
+    // mm of depth for a px of disparity.
+    const auto depth_per_px = [&](float z) { return z * z / (fx * baseline); };
+    make_room(confidence, samples.size());
+    confidence.to_lateral.assign(grid.vertex.size(), 1e6f);
+    confidence.to_observed.assign(grid.vertex.size(), 1e6f);
     for (size_t i = 0; i < samples.size(); ++i) {
-        const float distance = confidence.distance[model.cell[i]],
-                    far = distance * model.step_mm.data()[i];
-        far_mm[i] = far;
-        residual_mm[i] =
-            distance > 0 ? 0
-                         : kResidualShare * samples[i].residual;  // at distance 0 it is observed
-        status[i] = static_cast<uint8_t>((distance > 0) + (far > kFarthestMm));
+        const float per_px = depth_per_px(samples[i].position[2]);
+        const bool agrees = samples[i].observation == DEFREC_OBSERVED,
+                   is_confirmed = lateral.is_confirmed[i] != 0,
+                   has_depth = agrees && rig.at(evidence, i) * per_px * per_px <= kMaxRigDoubt;
+        confidence.evidence[i] = static_cast<uint8_t>((has_depth ? DEFREC_EVIDENCE_DEPTH : 0) |
+                                                      (is_confirmed ? DEFREC_EVIDENCE_LATERAL : 0));
+        if (is_confirmed) confidence.to_lateral[model.cell[i]] = 0;
+        if (is_confirmed && agrees) confidence.to_observed[model.cell[i]] = 0;
     }
-    const float loss = lost ? kGrowthLost * static_cast<float>(std::min(age, kLongestGrowth)) : 0;
-    Eigen::Map<Eigen::ArrayXf>(confidence.expected_error.data(), count) =
-        (model.measurement_variance + confidence.residual_mm.square()).sqrt() +
-        kGrowth * confidence.far_mm.min(kFarthestGrowthMm) + model.support_error + loss;
-    if (lost)
-        std::fill(confidence.status.begin(), confidence.status.end(),
-                  uint8_t{DEFREC_POINT_UNKNOWN});
+    spread_distance(confidence.to_lateral, grid.columns, grid.rows);
+    spread_distance(confidence.to_observed, grid.columns, grid.rows);
     for (size_t i = 0; i < samples.size(); ++i) {
-        const bool is_measured = !lost && samples[i].observation == DEFREC_OBSERVED;
-        confidence.evidence[i] = is_measured ? DEFREC_EVIDENCE_DEPTH : 0;
-        set_isotropic(confidence.expected_error[i], &confidence.covariance[6 * i]);
+        const float z = samples[i].position[2], mm_per_px = z / fx, per_px = depth_per_px(z);
+        const float to_observed = confidence.to_observed[model.cell[i]] * model.step_mm[i];
+        confidence.status[i] = confidence.evidence[i] == kBoth ? DEFREC_POINT_OBSERVED
+                               : to_observed <= kFarthestMm    ? DEFREC_POINT_EXTRAPOLATED
+                                                               : DEFREC_POINT_UNKNOWN;
+        const float far_lateral = std::min(confidence.to_lateral[model.cell[i]] * model.step_mm[i],
+                                           kFarthestGrowthMm),
+                    far_observed = std::min(to_observed, kFarthestGrowthMm);
+        const float patches = lateral.patch_px[i] * lateral.patch_px[i],
+                    check = lateral.check_px[i] * lateral.check_px[i];
+        const float mismatch = lateral.is_confirmed[i] != 0 ? 1 - lateral.check_score[i] : 0;
+        const float across =
+            mm_per_px * mm_per_px *
+                (kPatchShare * patches + kCheckShare * check + kMismatchShare * mismatch) +
+            kFarLateral * far_lateral * far_lateral;
+        const float residual = samples[i].observation == DEFREC_OBSERVED ? samples[i].residual : 0;
+        const float along =
+            per_px * per_px *
+                (kDisparityShare + kDisparityPatchShare * patches + rig.at(evidence, i)) +
+            kFarObserved * far_observed * far_observed +
+            kSupportShare * model.support_mm[i] * model.support_mm[i] +
+            kResidualShare * residual * residual;
+        float* covariance = &confidence.covariance[6 * i];
+        set_covariance(samples[i].position, across, along, covariance);
+        confidence.expected_error[i] = std::sqrt(covariance[0] + covariance[3] + covariance[5]);
     }
+}
+
+void forget_confidence(uint32_t age, VertexConfidence& confidence, size_t vertices) {
+    make_room(confidence, vertices);
+    const float error =
+        kErrorUnknown + kGrowthLost * static_cast<float>(std::min(age, kLongestGrowth));
+    std::fill(confidence.status.begin(), confidence.status.end(), uint8_t{DEFREC_POINT_UNKNOWN});
+    std::fill(confidence.evidence.begin(), confidence.evidence.end(), uint8_t{0});
+    std::fill(confidence.expected_error.begin(), confidence.expected_error.end(), error);
+    for (size_t i = 0; i < vertices; ++i) set_isotropic(error, &confidence.covariance[6 * i]);
 }
 
 SurfaceConfidence confidence_at(const TemplateData& data, const VertexConfidence& confidence,

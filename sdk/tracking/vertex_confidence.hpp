@@ -6,7 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "sdk/template/template.hpp"
+#include "sdk/tracking/lateral_evidence.hpp"
+#include "sdk/tracking/rig_estimate.hpp"
 
 namespace defrec {
 
@@ -19,12 +20,11 @@ struct SurfaceModel {
 
     const TemplateData* data;
     // Per vertex:
-    std::vector<uint32_t> cell;           // of the template's grid
-    Eigen::ArrayXf step_mm;               // a step of the grid
-    Eigen::ArrayXf measurement_variance;  // mm^2, of a vertex that is observed
-    Eigen::ArrayXf support_error;  // mm: how far the template's own disparity was extrapolated
-    Eigen::Matrix4Xf centred;      // position less the centre, and 0
-    Eigen::Vector3d centre;        // mean position
+    std::vector<uint32_t> cell;     // of the template's grid
+    std::vector<float> step_mm;     // a step of the grid
+    std::vector<float> support_mm;  // how far the template's own disparity was extrapolated
+    Eigen::Matrix4Xf centred;       // position less the centre, and 0
+    Eigen::Vector3d centre;         // mean position
 };
 
 // How sure a vertex is, from what was observed of it and round it.
@@ -33,13 +33,24 @@ struct VertexConfidence {
     std::vector<uint8_t> evidence;      // DEFREC_EVIDENCE_*
     std::vector<float> covariance;      // xx, xy, xz, yy, yz, zz each, mm^2, rectified camera
     std::vector<float> expected_error;  // mm, root of the covariance's trace
-    // Working memory:
-    std::vector<float> distance;  // per cell of the grid, steps to the nearest observed vertex
-    Eigen::ArrayXf far_mm, residual_mm;  // per vertex
+    // Working memory, per cell of the grid: steps to the nearest vertex with lateral evidence, and
+    // to the nearest one with depth that agrees as well.
+    std::vector<float> to_lateral, to_observed;
 };
-// lost: every vertex becomes unknown, with errors growing by age (frames).
-void estimate_confidence(const SurfaceModel& model, SurfaceSamples samples, bool lost, uint32_t age,
+
+// What a frame says of the surface. Disparity is what a rig that is late or out of calibration gets
+// wrong.
+struct FrameEvidence {
+    SurfaceSamples samples;
+    const LateralEvidence& lateral;
+    const RigEstimate& rig;
+    SurfaceSamples last_samples;  // of the frame before; empty where there is none
+};
+void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidence,
                          VertexConfidence& confidence);
+// Of a frame in which the surface was not found: every vertex is unknown, with errors that grow by
+// age (frames).
+void forget_confidence(uint32_t age, VertexConfidence& confidence, size_t vertices);
 
 // What to believe of a point of the template frame, on the surface or off it: that of the vertices
 // under its pixel, with an error that grows with the distance (mm) from the surface.

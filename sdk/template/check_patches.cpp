@@ -1,0 +1,70 @@
+// See check_patches.hpp.
+#include "sdk/template/check_patches.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sdk/template/surface_point.hpp"
+
+namespace defrec {
+namespace {
+
+// Gradients of the image halved `level` times that a sensor's noise alone does not have, squared
+// gray levels.
+constexpr double kMinTexture = 0.5;
+
+// Smaller eigenvalue of the structure tensor over the patch's window, per pixel of the window
+// (Shi and Tomasi 1994), on the image of the check's level; 0 where the window leaves the image.
+double window_texture(const TemplateData& data, double u, double v) {
+    const int step = 1 << check_level(data.width), radius = static_cast<int>(kCheckRadius);
+    const int width = static_cast<int>(data.width), height = static_cast<int>(data.height);
+    const int x0 = static_cast<int>(u) - radius * step, y0 = static_cast<int>(v) - radius * step;
+    const int reach = (2 * radius + 2) * step;
+    if (x0 < step || y0 < step || x0 + reach >= width || y0 + reach >= height) return 0;
+    const auto gray = [&](int x, int y) {
+        int sum = 0;
+        for (int dy = 0; dy < step; ++dy)
+            for (int dx = 0; dx < step; ++dx)
+                sum += data.image[static_cast<size_t>((y + dy) * width + x + dx)];
+        return static_cast<double>(sum) / (step * step);
+    };
+    double xx = 0, xy = 0, yy = 0;
+    for (int y = y0; y < y0 + (2 * radius + 1) * step; y += step)
+        for (int x = x0; x < x0 + (2 * radius + 1) * step; x += step) {
+            const double gx = 0.5 * (gray(x + step, y) - gray(x - step, y));
+            const double gy = 0.5 * (gray(x, y + step) - gray(x, y - step));
+            xx += gx * gx;
+            xy += gx * gy;
+            yy += gy * gy;
+        }
+    const double mean = 0.5 * (xx + yy), spread = std::hypot(0.5 * (xx - yy), xy);
+    return (mean - spread) / ((2 * radius + 1) * (2 * radius + 1));
+}
+
+}  // namespace
+
+void place_checks(TemplateData& data) {
+    const SurfaceGrid& grid = data.grid;
+    const double window = (2 * kCheckRadius + 1) << check_level(data.width);
+    const int step = std::max(1, static_cast<int>(window / grid.spacing));
+    data.checks.clear();
+    data.check_of_vertex.assign(data.vertices.size(), -1);
+    for (int y0 = 0; y0 < grid.rows; y0 += step)
+        for (int x0 = 0; x0 < grid.columns; x0 += step) {
+            const double u = (x0 + 0.5 * (step - 1)) * grid.spacing,
+                         v = (y0 + 0.5 * (step - 1)) * grid.spacing;
+            defrec_patch patch{};
+            if (window_texture(data, u, v) < kMinTexture || !surface_patch(data, u, v, patch))
+                continue;
+            const auto index = static_cast<int32_t>(data.checks.size());
+            data.checks.push_back(patch);
+            for (int y = y0; y < std::min(y0 + step, grid.rows); ++y)
+                for (int x = x0; x < std::min(x0 + step, grid.columns); ++x)
+                    if (const int32_t vertex =
+                            grid.vertex[static_cast<size_t>(y * grid.columns + x)];
+                        vertex >= 0)
+                        data.check_of_vertex[static_cast<size_t>(vertex)] = index;
+        }
+}
+
+}  // namespace defrec

@@ -1,0 +1,15 @@
+// Pieces of the template's image at which the deformed surface is compared with the live image.
+#pragma once
+#include "sdk/template/template.hpp"
+
+namespace defrec {
+
+// How stage align searches for them.
+inline constexpr uint32_t kCheckRadius = 6;  // px of the level
+constexpr uint32_t check_level(uint32_t image_width) { return image_width >= 640 ? 1 : 0; }
+
+// Fills checks and check_of_vertex of a template that has everything else: one patch for each piece
+// of the surface as large as a patch's window, where the window has texture in both directions.
+void place_checks(TemplateData& data);
+
+}  // namespace defrec

@@ -1,0 +1,95 @@
+// See surface_point.hpp.
+#include "sdk/template/surface_point.hpp"
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+
+namespace defrec {
+namespace {
+
+using Point = std::array<double, 3>;
+
+Eigen::Vector3d as_vector(const Point& p) { return {p[0], p[1], p[2]}; }
+
+// How the surface point under a pixel moves for one pixel to the right and one down.
+struct Tangents {
+    Eigen::Vector3d u, v;
+    bool valid = false;
+};
+
+// Over a whole grid cell to either side, since within one bilinear interpolation has kinks; at the
+// surface's rim to one side.
+Tangents tangents_at(const TemplateData& data, double u, double v) {
+    const double step = data.grid.spacing;
+    const auto along = [&](double du, double dv, Eigen::Vector3d& tangent) {
+        Eigen::Vector3d end[2];
+        double at[2];
+        for (int side = 0; side < 2; ++side) {
+            const double sign = side == 0 ? -1 : 1;
+            const double x = std::clamp(u + sign * du, 0.0, data.width - 1.0),
+                         y = std::clamp(v + sign * dv, 0.0, data.height - 1.0);
+            double disparity = 0, support = 0;
+            const bool there = grid_disparity(data, x, y, disparity, support);
+            if (!there && !grid_disparity(data, u, v, disparity, support)) return false;
+            end[side] =
+                as_vector(back_project(data.camera, there ? x : u, there ? y : v, disparity));
+            at[side] = there ? (x - u) + (y - v) : 0;
+        }
+        if (!(at[1] - at[0] > 0)) return false;
+        tangent = (end[1] - end[0]) / (at[1] - at[0]);
+        return true;
+    };
+    Tangents tangents;
+    tangents.valid = along(step, 0, tangents.u) && along(0, step, tangents.v);
+    return tangents;
+}
+
+bool point_at(const TemplateData& data, double u, double v, defrec_surface_point& out,
+              Tangents& tangents) {
+    double disparity = 0, support = 0;
+    Skin skin;
+    if (!grid_disparity(data, u, v, disparity, support) || !grid_skin(data.node_grid, u, v, skin))
+        return false;
+    tangents = tangents_at(data, u, v);
+    if (!tangents.valid) return false;
+    const Eigen::Vector3d position = as_vector(back_project(data.camera, u, v, disparity));
+    Eigen::Vector3d normal = tangents.v.cross(tangents.u);
+    const double length = normal.norm();
+    if (!(length > 0)) return false;
+    normal *= (normal.dot(position) < 0 ? 1 : -1) / length;
+    for (int axis = 0; axis < 3; ++axis) {
+        out.position[axis] = static_cast<float>(position[axis]);
+        out.normal[axis] = static_cast<float>(normal[axis]);
+    }
+    std::copy(skin.node.begin(), skin.node.end(), out.node);
+    std::copy(skin.weight.begin(), skin.weight.end(), out.weight);
+    return true;
+}
+
+}  // namespace
+
+bool surface_point(const TemplateData& data, double u, double v, defrec_surface_point& point) {
+    Tangents tangents;
+    return point_at(data, u, v, point, tangents);
+}
+
+bool surface_patch(const TemplateData& data, double u, double v, defrec_patch& patch) {
+    defrec_surface_point point{};
+    Tangents tangents;
+    if (!point_at(data, u, v, point, tangents)) return false;
+    patch = {};
+    patch.u = static_cast<float>(u);
+    patch.v = static_cast<float>(v);
+    for (int axis = 0; axis < 3; ++axis) {
+        patch.position[axis] = point.position[axis];
+        patch.tangent_u[axis] = static_cast<float>(tangents.u[axis]);
+        patch.tangent_v[axis] = static_cast<float>(tangents.v[axis]);
+    }
+    std::copy(std::begin(point.node), std::end(point.node), patch.node);
+    std::copy(std::begin(point.weight), std::end(point.weight), patch.weight);
+    return true;
+}
+
+}  // namespace defrec

@@ -1,0 +1,24 @@
+// What the left image says of where along the surface a vertex is: whether the tissue that the
+// template has there is what is seen there, and how far patches lie from where they were found.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "sdk/tracking/frame_output.hpp"
+
+namespace defrec {
+
+// Per vertex.
+struct LateralEvidence {
+    std::vector<uint8_t> is_confirmed;  // the live image shows there what the template shows
+    std::vector<float> check_px;        // how far from there it fits best; where confirmed
+    std::vector<float> check_score;     // ZNCC there, 0..1; where confirmed
+    std::vector<float> patch_px;  // root mean square distance of the patches round it from where
+                                  // they were found
+    // Working memory, per control point:
+    std::vector<float> squares, weights;
+};
+void measure_lateral(const TemplateData& data, const FrameOutput& output,
+                     LateralEvidence& evidence);
+
+}  // namespace defrec

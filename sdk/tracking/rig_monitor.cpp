@@ -1,0 +1,134 @@
+// See rig_monitor.hpp.
+#include "sdk/tracking/rig_monitor.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+namespace defrec {
+namespace {
+
+constexpr size_t kMinMatches = 30;
+constexpr double kStepSigma = 0.3;   // px, of a match
+constexpr double kLagSigma = 1.5;    // frames, before anything is known
+constexpr double kMinLag = 0.12;     // frames; less is the noise of a right rig
+constexpr double kSignificance = 5;  // standard deviations
+constexpr double kMemory = 0.97;     // of a frame's weight after the next: about a second
+// Matches of one frame err alike where stereo's windows or the image's compression do.
+constexpr double kIndependentShare = 0.2;
+constexpr double kMaxRowError = 0.4;  // px, root mean square over the image
+
+// Of offset (px), roll (px per px) and ratio of focal lengths less 1, before anything is known.
+Eigen::Vector3d prior_information() {
+    return {1 / (20.0 * 20), 1 / (0.05 * 0.05), 1 / (0.05 * 0.05)};
+}
+
+struct Fit {
+    Eigen::Matrix4d information = Eigen::Matrix4d::Zero();  // of the matches alone
+    Eigen::Vector4d weighted = Eigen::Vector4d::Zero();
+    Eigen::Vector4d values = Eigen::Vector4d::Zero();  // offset, along x, along y, lag
+    double lag_sigma = 0;
+    double matches = 0;  // sum of the robust weights
+};
+
+// Tukey's kernel, narrowing (iteratively reweighted least squares); prior: information and
+// information times mean. with_lag: else the lag is 0.
+Fit fit_rows(std::span<const RowMatch> matches, const Eigen::Matrix4d& prior,
+             const Eigen::Vector4d& prior_weighted, bool with_lag) {
+    Fit fit;
+    fit.values = prior.ldlt().solve(prior_weighted);
+    for (const double width : {24.0, 12.0, 6.0, 3.0, 2.0, 1.5, 1.5, 1.5}) {
+        fit.information.setZero();
+        fit.weighted.setZero();
+        fit.matches = 0;
+        for (const RowMatch& match : matches) {
+            const Eigen::Vector4d row(1, match.x, match.y, with_lag ? -match.speed : 0);
+            const double residual = match.step - row.dot(fit.values);
+            const double x = residual / width;
+            if (std::abs(x) >= 1) continue;
+            const double weight = (1 - x * x) * (1 - x * x) / (kStepSigma * kStepSigma);
+            fit.information += weight * row * row.transpose();
+            fit.weighted += weight * match.step * row;
+            fit.matches += (1 - x * x) * (1 - x * x);
+        }
+        fit.values = (prior + fit.information).ldlt().solve(prior_weighted + fit.weighted);
+    }
+    const Eigen::Matrix4d covariance =
+        (prior + kIndependentShare * fit.information).ldlt().solve(Eigen::Matrix4d::Identity());
+    fit.lag_sigma = std::sqrt(covariance(3, 3));
+    return fit;
+}
+
+}  // namespace
+
+std::vector<RowMatch> match_rows(const TemplateData& data, const FrameOutput& output,
+                                 std::vector<float>& rows) {
+    constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+    const size_t step = rig_patch_step(data);
+    rows.resize(rig_patch_count(data), kNone);
+    std::vector<RowMatch> matches;
+    for (size_t i = 0; i < rows.size(); ++i) {
+        const defrec_patch_observation &left = output.observations[i * step],
+                                       &right = output.right_observations[i];
+        const float last =
+            std::exchange(rows[i], left.valid == 1 ? static_cast<float>(left.v) / 256 : kNone);
+        if (left.valid != 1 || right.valid != 1) continue;
+        matches.push_back({left.u / 256.0 - 0.5 * (data.width - 1),
+                           left.v / 256.0 - 0.5 * (data.height - 1), (right.v - left.v) / 256.0,
+                           std::isnan(last) ? 0 : rows[i] - last});
+    }
+    return matches;
+}
+
+RigEstimate RigMonitor::update(std::span<const RowMatch> matches) {
+    is_late_ = false;
+    if (matches.size() < kMinMatches) return estimate(0);
+    Eigen::Matrix4d prior = Eigen::Matrix4d::Zero();
+    prior.topLeftCorner<3, 3>() = information_;
+    prior.diagonal().head<3>() += prior_information();
+    prior(3, 3) = 1 / (kLagSigma * kLagSigma);
+    Eigen::Vector4d prior_weighted = Eigen::Vector4d::Zero();
+    prior_weighted.head<3>() = weighted_;
+
+    const Fit with_lag = fit_rows(matches, prior, prior_weighted, true);
+    const double lag = with_lag.values[3];
+    is_late_ = std::abs(lag) > std::max(kMinLag, kSignificance * with_lag.lag_sigma);
+    information_ *= kMemory;
+    weighted_ *= kMemory;
+    matches_ *= kMemory;
+    if (is_late_) return estimate(lag);
+    const Fit without = fit_rows(matches, prior, prior_weighted, false);
+    information_ += kIndependentShare * without.information.topLeftCorner<3, 3>();
+    weighted_ += kIndependentShare * without.weighted.head<3>();
+    matches_ += without.matches;
+    return estimate(0);
+}
+
+bool RigMonitor::is_out_of_calibration() const {
+    const RigEstimate now = estimate(0);
+    if (now.matches < 3 * kMinMatches) return false;
+    const double roll = std::tan(now.roll_deg * std::numbers::pi / 180),
+                 along = now.focal_ratio - 1;
+    const double squared = double(now.vertical_offset_px) * now.vertical_offset_px +
+                           (roll * roll * width_ * width_ + along * along * height_ * height_) / 12;
+    return squared > kMaxRowError * kMaxRowError;
+}
+
+RigEstimate RigMonitor::estimate(double lag) const {
+    RigEstimate estimate;
+    estimate.lag_frames = static_cast<float>(lag);
+    if (matches_ < 1) return estimate;
+    Eigen::Matrix3d information = information_;
+    information.diagonal() += prior_information();
+    const Eigen::Vector3d mean = information.ldlt().solve(weighted_);
+    estimate.vertical_offset_px = static_cast<float>(mean[0]);
+    estimate.roll_deg = static_cast<float>(std::atan(mean[1]) * 180 / std::numbers::pi);
+    estimate.focal_ratio = static_cast<float>(1 + mean[2]);
+    estimate.matches = static_cast<uint32_t>(matches_);
+    return estimate;
+}
+
+}  // namespace defrec
