@@ -52,7 +52,10 @@ Rig::Rig(std::shared_ptr<const Services> services, const defrec_rig_desc& desc)
     Services::forget_parallel_failure();
     rectify();
     choose_camera();
-    for (int view = 0; view < 2; ++view) fill_map(view);
+    for (int view = 0; view < 2; ++view) {
+        map_[view].resize(2 * size_t{desc_.width} * desc_.height);
+        fill_map(view, {}, map_[view].data());
+    }
     Services::expect_parallel_success("computing the rectification");
 }
 
@@ -100,16 +103,26 @@ void Rig::choose_camera() {
                Eigen::Map<const Eigen::Vector3d>(desc_.translation).norm()};
 }
 
-void Rig::fill_map(int view) {
+std::vector<int32_t> Rig::shifted_right_map(const ViewShift& shift) const {
+    std::vector<int32_t> map(2 * size_t{desc_.width} * desc_.height);
+    fill_map(1, shift, map.data());
+    return map;
+}
+
+void Rig::fill_map(int view, const ViewShift& shift, int32_t* map) const {
     const size_t width = desc_.width, height = desc_.height;
-    map_[view].resize(2 * width * height);
+    const Eigen::Vector2d centre((width - 1.0) / 2, (height - 1.0) / 2);
+    Eigen::Matrix2d turn;
+    turn << 1 + shift.ratio, -shift.roll, shift.roll, 1 + shift.ratio;
+    const Eigen::Vector2d offset(0, shift.offset_px);
     const double max_x = (width - 1.0) * kMapOne, max_y = (height - 1.0) * kMapOne;
     services_->parallel_for(height, [&](size_t row) noexcept {
-        int32_t* out = map_[view].data() + 2 * width * row;
+        int32_t* out = map + 2 * width * row;
         for (size_t column = 0; column < width; ++column, out += 2) {
             out[0] = out[1] = std::numeric_limits<int32_t>::min();
-            Eigen::Vector2d raw;
-            if (!to_raw(view, Eigen::Vector2d(double(column), double(row)), raw)) continue;
+            const Eigen::Vector2d from = Eigen::Vector2d(double(column), double(row)) - centre;
+            Eigen::Vector2d raw = turn * from + offset + centre;
+            if (!identity_ && !to_raw(view, Eigen::Vector2d(raw), raw)) continue;
             const double x = std::floor(raw.x() * kMapOne + 0.5),
                          y = std::floor(raw.y() * kMapOne + 0.5);
             if (!(x >= 0 && x <= max_x && y >= 0 && y <= max_y)) continue;

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "include/defrec_c.h"
 #include "sdk/base/services.hpp"
@@ -30,6 +31,13 @@ class Rig {
     // 1/128 px, row by row; INT32_MIN, INT32_MIN where the raw image has nothing. nullptr for an
     // identity.
     const int32_t* map(int view) const { return identity_ ? nullptr : map_[view].data(); }
+    // The right view's map for a right camera that lies otherwise than the calibration says: a
+    // rectified pixel (x, y), from the image's centre, is seen at (x - roll y + ratio x, y + offset
+    // + roll x + ratio y). roll: rad; ratio: of the focal lengths, right to left, less 1.
+    struct ViewShift {
+        double offset_px = 0, roll = 0, ratio = 0;
+    };
+    std::vector<int32_t> shifted_right_map(const ViewShift& shift) const;
     uint64_t map_bytes() const { return uint64_t{8} * desc_.width * desc_.height; }
 
     // count pixels (u, v), raw to rectified and back; in and out may be the same. NaN where there
@@ -42,7 +50,7 @@ class Rig {
   private:
     void rectify();
     void choose_camera();
-    void fill_map(int view);
+    void fill_map(int view, const ViewShift& shift, int32_t* map) const;
     bool to_raw(int view, const Eigen::Vector2d& rectified, Eigen::Vector2d& raw) const;
     bool to_rectified(int view, const Eigen::Vector2d& raw, Eigen::Vector2d& rectified) const;
     template <class Convert>

@@ -255,6 +255,31 @@ TEST_CASE("cameras that are rectified already are used as they are") {
     }
 }
 
+TEST_CASE("the map of a right view that lies lower is the map of lower rows") {
+    const Rig rig(services(), endoscope());
+    const std::vector<int32_t> shifted = rig.shifted_right_map({.offset_px = 3});
+    const size_t row = 2 * rig.width();
+    for (size_t y = 0; y + 3 < rig.height(); ++y)
+        for (size_t i = 0; i < row; ++i)
+            REQUIRE(shifted[y * row + i] == rig.map(1)[(y + 3) * row + i]);
+}
+
+TEST_CASE("the map of a right view that is turned and enlarged, of a rectified pair") {
+    const Rig rig(services(), rectified());
+    const double roll = 0.01, ratio = 0.004;
+    const std::vector<int32_t> map =
+        rig.shifted_right_map({.offset_px = 1.5, .roll = roll, .ratio = ratio});
+    const double cx = (rig.width() - 1.0) / 2, cy = (rig.height() - 1.0) / 2;
+    for (const double x : {20.0, 80.0, 130.0})
+        for (const double y : {20.0, 60.0, 100.0}) {
+            const double u = x - roll * (y - cy) + ratio * (x - cx),
+                         v = y + 1.5 + roll * (x - cx) + ratio * (y - cy);
+            const size_t at = 2 * (static_cast<size_t>(y) * rig.width() + static_cast<size_t>(x));
+            CHECK(std::abs(map[at] / 128.0 - u) <= 0.5 / 128 + 1e-9);
+            CHECK(std::abs(map[at + 1] / 128.0 - v) <= 0.5 / 128 + 1e-9);
+        }
+}
+
 TEST_CASE("pixels without an answer give NaN, not a guess") {
     const Rig rig(services(), endoscope());
     const double nothing[] = {std::nan(""), 3, 1e9, 1e9};

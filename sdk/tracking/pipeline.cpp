@@ -99,6 +99,13 @@ void Pipeline::upload_maps() {
     }
 }
 
+void Pipeline::shift_right_view(const Rig::ViewShift& shift) {
+    const std::vector<int32_t> map = rig_->shifted_right_map(shift);
+    if (!map_[1]) map_[1] = DeviceBuffer(device_, rig_->map_bytes());
+    queue_.write(map_[1], map.data(), rig_->map_bytes());
+    queue_.finish();
+}
+
 bool Pipeline::can_observe() const {
     return std::any_of(observations_.begin(), observations_.end(),
                        [](const Observation& o) { return !o.is_taken; });

@@ -31,6 +31,9 @@ class Pipeline {
     // Whether one more frame can be observed now. A second one only where frames are queued and
     // their stages not timed.
     bool can_observe() const;
+    // Takes the right view of frames that are observed from now on to be seen like this. No frame
+    // may be on its way.
+    void shift_right_view(const Rig::ViewShift& shift);
     void await_gray(const ObservedFrame& frame);
 
     // A template from the frame's images; empty when too little of them has disparity.

@@ -19,7 +19,6 @@ constexpr double kSignificance = 5;  // standard deviations
 constexpr double kMemory = 0.97;     // of a frame's weight after the next: about a second
 // Matches of one frame err alike where stereo's windows or the image's compression do.
 constexpr double kIndependentShare = 0.2;
-constexpr double kMaxRowError = 0.4;  // px, root mean square over the image
 
 // Of offset (px), roll (px per px) and ratio of focal lengths less 1, before anything is known.
 Eigen::Vector3d prior_information() {
@@ -107,14 +106,14 @@ RigEstimate RigMonitor::update(std::span<const RowMatch> matches) {
     return estimate(0);
 }
 
-bool RigMonitor::is_out_of_calibration() const {
+double RigMonitor::row_error() const {
     const RigEstimate now = estimate(0);
-    if (now.matches < 3 * kMinMatches) return false;
+    if (now.matches < 3 * kMinMatches) return 0;
     const double roll = std::tan(now.roll_deg * std::numbers::pi / 180),
                  along = now.focal_ratio - 1;
     const double squared = double(now.vertical_offset_px) * now.vertical_offset_px +
                            (roll * roll * width_ * width_ + along * along * height_ * height_) / 12;
-    return squared > kMaxRowError * kMaxRowError;
+    return std::sqrt(squared);
 }
 
 RigEstimate RigMonitor::estimate(double lag) const {

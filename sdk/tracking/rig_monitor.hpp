@@ -35,10 +35,16 @@ class RigMonitor {
     // Whether the right view was taken at another time in the frame of the last update.
     bool is_late() const { return is_late_; }
     // Whether rows have disagreed by more than stereo bears, over the last frames.
-    bool is_out_of_calibration() const;
+    bool is_out_of_calibration() const { return row_error() > kMaxRowError; }
+    // Whether it is worth a new map.
+    bool wants_correction() const { return row_error() > kCorrectedRowError; }
 
   private:
+    static constexpr double kMaxRowError = 0.4, kCorrectedRowError = 0.15;  // px
+
     RigEstimate estimate(double lag) const;
+    // Root mean square over the image, px; 0 where too little was seen.
+    double row_error() const;
 
     uint32_t width_, height_;
     // Of the step at the centre, and its growth along x and y: information and information times

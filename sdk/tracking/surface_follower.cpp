@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <new>
+#include <numbers>
+#include <optional>
 
 #include "backends/shared/motion.hpp"
 #include "sdk/contract/pixel_format.hpp"
@@ -43,6 +45,16 @@ void forget_evidence(TrackerJob& job) {
               defrec_patch_observation{});
 }
 
+double radians(float degrees) { return degrees * std::numbers::pi / 180; }
+
+// What is left of the rig's error, and what is corrected of it.
+RigEstimate in_all(RigEstimate left, const Rig::ViewShift& corrected) {
+    left.vertical_offset_px += static_cast<float>(corrected.offset_px);
+    left.roll_deg += static_cast<float>(corrected.roll * 180 / std::numbers::pi);
+    left.focal_ratio += static_cast<float>(corrected.ratio);
+    return left;
+}
+
 }  // namespace
 
 SurfaceFollower::SurfaceFollower(std::shared_ptr<const Rig> rig,
@@ -52,7 +64,8 @@ SurfaceFollower::SurfaceFollower(std::shared_ptr<const Rig> rig,
       channels_(bytes_per_pixel(settings.format)),
       frames_(frames),
       pipeline_(rig_, device, settings),
-      rig_monitor_(rig_->width(), rig_->height()) {}
+      rig_monitor_(rig_->width(), rig_->height()),
+      corrects_rig_(settings.self_calibration == DEFREC_SELF_CALIBRATION_CORRECT) {}
 
 std::shared_ptr<const Template> SurfaceFollower::current_template() const {
     const std::lock_guard lock(template_mutex_);
@@ -82,22 +95,37 @@ void SurfaceFollower::cancel(TrackerJob& job) noexcept {
 }
 
 void SurfaceFollower::process(TrackerJob& job) {
-    job.rig_estimate = rig_monitor_.update({});
+    rig_left_ = rig_monitor_.update({});
+    job.rig_estimate = in_all(rig_left_, shift_);
     // The device begins while the host looks; frames in which there is nothing to observe are few.
-    ObservedFrame frame = observe(job);
-    check_images(job, frame);
+    std::optional<ObservedFrame> frame = observe(job);
+    check_images(job, *frame);
     if ((job.reasons & kUselessImages) != 0) {
-        pipeline_.forget(std::move(frame));
+        pipeline_.forget(*std::move(frame));
         if (!prepare_results(job)) return;
         forget_evidence(job);
         conclude(job, Verdict{});
         return;
     }
-    if (template_ == nullptr || (job.input.flags & DEFREC_FRAME_CAPTURE_TEMPLATE) != 0)
-        capture(job, frame);
-    if (!prepare_results(job)) return;
-    const Verdict verdict = follow(job, std::move(frame));
-    conclude(job, verdict);
+    const bool captures =
+        template_ == nullptr || (job.input.flags & DEFREC_FRAME_CAPTURE_TEMPLATE) != 0;
+    const uint32_t reasons = job.reasons;
+    // A template keeps the depth that it was captured with: where its own frame shows that the rig
+    // wants correction, it is captured again.
+    for (int attempts_left = captures && corrects_rig_ ? 2 : 0;; --attempts_left) {
+        if (captures) capture(job, *frame);
+        if (!prepare_results(job)) return;
+        const Verdict verdict = follow(job, *std::move(frame));
+        const bool is_corrected = corrects_rig_ && correct_rig();
+        if (!is_corrected || attempts_left == 0) {
+            conclude(job, verdict);
+            return;
+        }
+        frame.reset();
+        frame.emplace(pipeline_.observe(task_of(job)));
+        job.reasons = reasons;
+        --epoch_;
+    }
 }
 
 ObservedFrame SurfaceFollower::observe(TrackerJob& job) {
@@ -208,11 +236,24 @@ Verdict SurfaceFollower::follow(TrackerJob& job, ObservedFrame frame) {
 
 void SurfaceFollower::watch_rig(TrackerJob& job, Verdict& verdict) {
     if (!verdict.found) return;
-    const std::vector<RowMatch> matches = match_rows(template_->data(), job.output, last_rows_);
-    job.rig_estimate = rig_monitor_.update(matches);
+    rig_left_ = rig_monitor_.update(match_rows(template_->data(), job.output, last_rows_));
+    job.rig_estimate = in_all(rig_left_, shift_);
     if (rig_monitor_.is_late()) verdict.reasons |= DEFREC_REASON_VIEW_LATE;
     if (rig_monitor_.is_out_of_calibration()) verdict.reasons |= DEFREC_REASON_CALIBRATION;
     verdict.degraded |= rig_monitor_.is_late() || rig_monitor_.is_out_of_calibration();
+}
+
+// Takes what the monitor has found into the right view's map; false where that is too little.
+bool SurfaceFollower::correct_rig() {
+    if (!rig_monitor_.wants_correction()) return false;
+    shift_.offset_px += rig_left_.vertical_offset_px;
+    shift_.roll += radians(rig_left_.roll_deg);
+    shift_.ratio += rig_left_.focal_ratio - 1;
+    ahead_.reset();  // it was observed without
+    pipeline_.shift_right_view(shift_);
+    rig_monitor_.reset();
+    rig_left_ = {};
+    return true;
 }
 
 void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict) {
@@ -248,7 +289,7 @@ void SurfaceFollower::describe_surface(TrackerJob& job) const {
         measure_lateral(template_->data(), job.output, job.lateral);
         estimate_confidence(
             last_->model,
-            {job.output.samples, job.lateral, job.rig_estimate,
+            {job.output.samples, job.lateral, rig_left_,
              job.state == DEFREC_RELOCALISED ? SurfaceSamples() : SurfaceSamples(last_->samples)},
             job.confidence);
     }

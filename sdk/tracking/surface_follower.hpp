@@ -53,6 +53,7 @@ class SurfaceFollower {
     bool prepare_results(TrackerJob& job);
     Verdict follow(TrackerJob& job, ObservedFrame frame);
     void watch_rig(TrackerJob& job, Verdict& verdict);
+    bool correct_rig();
     void conclude(TrackerJob& job, const Verdict& verdict);
     void describe_surface(TrackerJob& job) const;
 
@@ -67,7 +68,10 @@ class SurfaceFollower {
     std::optional<Ahead> ahead_;
     std::optional<Surface> last_;  // with the template
     StreamCheck stream_;
-    RigMonitor rig_monitor_;
+    RigMonitor rig_monitor_;  // of what is left after the shift
+    RigEstimate rig_left_;    // its last estimate
+    Rig::ViewShift shift_;    // that the right view is corrected by
+    const bool corrects_rig_;
     std::vector<float> last_rows_;  // of the patches of the rig in the left view; NaN: not found
     bool is_tracking_ = false;      // the surface was found in the frame before
     uint32_t epoch_ = 0, age_ = 0;
