@@ -5,7 +5,7 @@
 namespace defrec {
 
 // How stage align searches for them.
-inline constexpr uint32_t kCheckRadius = 6;  // px of the level
+inline constexpr uint32_t kCheckRadius = 7;  // px of the level
 constexpr uint32_t check_level(uint32_t image_width) { return image_width >= 640 ? 1 : 0; }
 
 // Fills checks and check_of_vertex of a template that has everything else: one patch for each piece

@@ -150,7 +150,7 @@ std::unique_ptr<DeviceStage> TemplateStages::make_check(const TemplateData& data
     align.height = data.height;
     align.level = check_level(data.width);
     align.patch_radius = kCheckRadius;
-    align.search_radius = 2;
+    align.search_radius = 4 - check_level(data.width);
     align.min_score = 1;
     align.camera = camera_;
     return make_stage<DEFREC_STAGE_ALIGN>(device_, align);

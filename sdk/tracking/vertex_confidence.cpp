@@ -16,12 +16,12 @@ namespace {
 constexpr float kPatchShare = 0.55f;  // of the squared distance of patches, at the vertex's depth
 constexpr float kCheckShare = 0.3f;   // of the squared distance at which the check fits best
 constexpr float kMismatchShare = 0.22f;  // px^2, of 1 - ZNCC there
-constexpr float kFarLateral = 0.034f;    // per mm^2 from the nearest lateral evidence
+constexpr float kFarLateral = 0.04f;     // per mm^2 from the nearest lateral evidence
 // Along the ray:
 constexpr float kDisparityShare = 0.0045f;      // px^2
 constexpr float kDisparityPatchShare = 0.015f;  // of the squared distance of patches, px^2
 constexpr float kResidualShare = 0.11f;         // of the squared depth residual
-constexpr float kFarObserved = 0.027f;          // per mm^2 from the nearest observed vertex
+constexpr float kFarObserved = 0.031f;          // per mm^2 from the nearest observed vertex
 constexpr float kSupportShare = 0.075f;         // per mm^2 that the template was extrapolated
 constexpr float kLateShare = 0.5f;              // of the squared motion during the lag, px^2
 constexpr float kRowShare = 0.155f;             // of the squared distance of the rows, px^2
