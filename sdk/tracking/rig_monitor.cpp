@@ -63,12 +63,13 @@ Fit fit_rows(std::span<const RowMatch> matches, const Eigen::Matrix4d& prior,
 
 }  // namespace
 
-std::vector<RowMatch> match_rows(const TemplateData& data, const FrameOutput& output,
-                                 std::vector<float>& rows) {
+void match_rows(const TemplateData& data, const FrameOutput& output, std::vector<float>& rows,
+                std::vector<RowMatch>& matches) {
     constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
     const size_t step = rig_patch_step(data);
     rows.resize(rig_patch_count(data), kNone);
-    std::vector<RowMatch> matches;
+    matches.clear();
+    matches.reserve(rows.size());
     for (size_t i = 0; i < rows.size(); ++i) {
         const defrec_patch_observation &left = output.observations[i * step],
                                        &right = output.right_observations[i];
@@ -79,7 +80,6 @@ std::vector<RowMatch> match_rows(const TemplateData& data, const FrameOutput& ou
                            left.v / 256.0 - 0.5 * (data.height - 1), (right.v - left.v) / 256.0,
                            std::isnan(last) ? 0 : rows[i] - last});
     }
-    return matches;
 }
 
 RigEstimate RigMonitor::update(std::span<const RowMatch> matches) {

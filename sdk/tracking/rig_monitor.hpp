@@ -20,9 +20,9 @@ struct RowMatch {
 };
 
 // The frame's matches. rows: those of the rig's patches in the left view of the frame before, empty
-// where there is none; on return this frame's.
-std::vector<RowMatch> match_rows(const TemplateData& data, const FrameOutput& output,
-                                 std::vector<float>& rows);
+// where there is none; on return this frame's. Allocates the first time with a template.
+void match_rows(const TemplateData& data, const FrameOutput& output, std::vector<float>& rows,
+                std::vector<RowMatch>& matches);
 
 class RigMonitor {
   public:

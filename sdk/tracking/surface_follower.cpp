@@ -236,7 +236,8 @@ Verdict SurfaceFollower::follow(TrackerJob& job, ObservedFrame frame) {
 
 void SurfaceFollower::watch_rig(TrackerJob& job, Verdict& verdict) {
     if (!verdict.found) return;
-    rig_left_ = rig_monitor_.update(match_rows(template_->data(), job.output, last_rows_));
+    match_rows(template_->data(), job.output, last_rows_, row_matches_);
+    rig_left_ = rig_monitor_.update(row_matches_);
     job.rig_estimate = in_all(rig_left_, shift_);
     if (rig_monitor_.is_late()) verdict.reasons |= DEFREC_REASON_VIEW_LATE;
     if (rig_monitor_.is_out_of_calibration()) verdict.reasons |= DEFREC_REASON_CALIBRATION;

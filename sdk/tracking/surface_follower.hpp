@@ -72,6 +72,7 @@ class SurfaceFollower {
     RigEstimate rig_left_;    // its last estimate
     Rig::ViewShift shift_;    // that the right view is corrected by
     const bool corrects_rig_;
+    std::vector<RowMatch> row_matches_;
     std::vector<float> last_rows_;  // of the patches of the rig in the left view; NaN: not found
     bool is_tracking_ = false;      // the surface was found in the frame before
     uint32_t epoch_ = 0, age_ = 0;
