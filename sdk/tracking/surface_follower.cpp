@@ -65,6 +65,7 @@ SurfaceFollower::SurfaceFollower(std::shared_ptr<const Rig> rig,
       frames_(frames),
       pipeline_(rig_, device, settings),
       rig_monitor_(rig_->width(), rig_->height()),
+      watches_rig_(settings.self_calibration != DEFREC_SELF_CALIBRATION_OFF),
       corrects_rig_(settings.self_calibration == DEFREC_SELF_CALIBRATION_CORRECT) {}
 
 std::shared_ptr<const Template> SurfaceFollower::current_template() const {
@@ -124,7 +125,7 @@ void SurfaceFollower::process(TrackerJob& job) {
         frame.reset();
         frame.emplace(pipeline_.observe(task_of(job)));
         job.reasons = reasons;
-        --epoch_;
+        --epoch_;  // it is the same template, made better
     }
 }
 
@@ -235,7 +236,7 @@ Verdict SurfaceFollower::follow(TrackerJob& job, ObservedFrame frame) {
 }
 
 void SurfaceFollower::watch_rig(TrackerJob& job, Verdict& verdict) {
-    if (!verdict.found) return;
+    if (!verdict.found || !watches_rig_) return;
     match_rows(template_->data(), job.output, last_rows_, row_matches_);
     rig_left_ = rig_monitor_.update(row_matches_);
     job.rig_estimate = in_all(rig_left_, shift_);
@@ -253,7 +254,6 @@ bool SurfaceFollower::correct_rig() {
     ahead_.reset();  // it was observed without
     pipeline_.shift_right_view(shift_);
     rig_monitor_.reset();
-    rig_left_ = {};
     return true;
 }
 

@@ -71,7 +71,7 @@ class SurfaceFollower {
     RigMonitor rig_monitor_;  // of what is left after the shift
     RigEstimate rig_left_;    // its last estimate
     Rig::ViewShift shift_;    // that the right view is corrected by
-    const bool corrects_rig_;
+    const bool watches_rig_, corrects_rig_;
     std::vector<RowMatch> row_matches_;
     std::vector<float> last_rows_;  // of the patches of the rig in the left view; NaN: not found
     bool is_tracking_ = false;      // the surface was found in the frame before

@@ -80,8 +80,10 @@ TemplateStages::TemplateStages(const std::shared_ptr<Device>& device, Queue& que
     check_ = make_check(data);
     check_->prepare(queue, {&check_patches_, &views_});
 
-    right_search_ = make_right_search(data);
-    right_search_->prepare(queue, {&rig_patches_, &views_});
+    if (settings_.self_calibration != DEFREC_SELF_CALIBRATION_OFF) {
+        right_search_ = make_right_search(data);
+        right_search_->prepare(queue, {&rig_patches_, &views_});
+    }
 
     auto warp = make_params<defrec_warp_params>();
     warp.nodes = node_count(data);
@@ -223,9 +225,11 @@ void TemplateStages::enqueue(Queue& queue, const Observation& observed,
     check_->enqueue(queue, {&observed.gray[0], &observed.mask[0], motions, nullptr},
                     {&checks_, &check_predictions_});
     timer.end("check");
-    right_search_->enqueue(queue, {&observed.gray[1], &observed.mask[1], motions, nullptr},
-                           {&right_observations_, nullptr});
-    timer.end("align right");
+    if (right_search_) {
+        right_search_->enqueue(queue, {&observed.gray[1], &observed.mask[1], motions, nullptr},
+                               {&right_observations_, nullptr});
+        timer.end("align right");
+    }
     warp_->enqueue(queue, {motions, &observed.disparity}, {samples});
     timer.end("warp");
     queue.read(*motions, output.motions.data(), bytes_of(output.motions));
@@ -235,8 +239,9 @@ void TemplateStages::enqueue(Queue& queue, const Observation& observed,
 void TemplateStages::read_back(Queue& queue, const DeviceBuffer& samples,
                                FrameOutput& output) const {
     queue.read(samples, output.samples.data(), bytes_of(output.samples));
-    queue.read(right_observations_, output.right_observations.data(),
-               bytes_of(output.right_observations));
+    if (right_search_)
+        queue.read(right_observations_, output.right_observations.data(),
+                   bytes_of(output.right_observations));
     queue.read(checks_, output.checks.data(), bytes_of(output.checks));
     queue.read(check_predictions_, output.check_predictions.data(),
                bytes_of(output.check_predictions));

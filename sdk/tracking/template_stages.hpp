@@ -47,7 +47,8 @@ class TemplateStages {
     DeviceBuffer start_, matches_, weighted_, ransac_summary_, lm_summary_, predictions_,
         observations_, samples_, check_patches_, check_predictions_, checks_, rig_patches_,
         right_observations_;
-    std::unique_ptr<DeviceStage> match_, ransac_, warp_, check_, right_search_;
+    std::unique_ptr<DeviceStage> match_, ransac_, warp_, check_;
+    std::unique_ptr<DeviceStage> right_search_;  // null where the rig is not watched
     std::vector<Pass> passes_;
 };
 
