@@ -19,7 +19,7 @@ struct TrackingSession {
     defrec_context context = nullptr;
     defrec_rig rig = nullptr;
     defrec_tracker tracker = nullptr;
-    uint32_t format = 0;
+    uint32_t format = 0, width = 0, height = 0;  // of the frames
     int64_t time = 0;
 
     explicit TrackingSession(
@@ -46,6 +46,8 @@ struct TrackingSession {
         tracker_desc.format = DEFREC_FORMAT_GRAY8;
         if (change) change(rig_desc, tracker_desc);
         format = tracker_desc.format;
+        width = rig_desc.width;
+        height = rig_desc.height;
         REQUIRE_OK(defrec_rig_create(context, &rig_desc, &rig));
         REQUIRE_OK(defrec_tracker_create(context, rig, &tracker_desc, &tracker));
     }
@@ -74,8 +76,8 @@ struct TrackingSession {
         for (int i = 0; i < 3; ++i) {
             DEFREC_INIT(&images[i]);
             images[i].format = i < 2 ? format : uint32_t{DEFREC_FORMAT_GRAY8};
-            images[i].width = kWidth;
-            images[i].height = kHeight;
+            images[i].width = width;
+            images[i].height = height;
             images[i].stride = sources[i]->stride;
             images[i].pixels = sources[i]->pixels;
             images[i].memory = sources[i]->memory;

@@ -1,0 +1,148 @@
+// The tracker through the C API on rendered sequences with exact truth: a right view that is late
+// or lies askew, and what is said of tissue under an instrument.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "sdk/api/test_session.hpp"
+#include "sdk/cli/render/film.hpp"
+
+using namespace defrec;
+using namespace defrec::test;
+
+namespace {
+
+constexpr int kFilmWidth = 640, kFilmHeight = 360;
+constexpr uint32_t kRigReasons = DEFREC_REASON_VIEW_LATE | DEFREC_REASON_CALIBRATION;
+
+struct TrackedPoint {
+    uint8_t status;
+    double error, expected_error;  // mm
+};
+
+struct TrackedFrame {
+    defrec_result result;              // its pointers are not valid any more
+    std::vector<TrackedPoint> points;  // those on the template's surface
+};
+
+defrec_intrinsics intrinsics_of(const cli::Lens& lens) {
+    return {lens.fx, lens.fy, lens.cx, lens.cy, {}, 0, 0};
+}
+
+// Scenes whose cameras are rectified and without distortion.
+std::vector<TrackedFrame> track(const std::string& scene, int frames,
+                                const std::vector<cli::SceneSetting>& settings = {}) {
+    cli::Film film(scene, kFilmWidth, kFilmHeight, frames, 1, 2, settings);
+    const cli::StereoRig& filmed = film.scene().rig;
+    TrackingSession session("cpu", 2, [&](defrec_rig_desc& rig, defrec_tracker_desc& tracker) {
+        rig.width = kFilmWidth;
+        rig.height = kFilmHeight;
+        rig.left = intrinsics_of(filmed.left);
+        rig.right = intrinsics_of(filmed.right);
+        std::copy_n(filmed.translation.data(), 3, rig.translation);
+        tracker.format = DEFREC_FORMAT_BGR8;
+    });
+    std::vector<double> on_surface;
+    std::vector<size_t> filmed_point;  // of each point on the surface
+    std::vector<TrackedFrame> tracked;
+    for (int i = 0; i < frames; ++i) {
+        film.advance();
+        TrackingSession::Frame frame;
+        frame.left.pixels = film.left_bgr().data();
+        frame.right.pixels = film.right_bgr().data();
+        defrec_job job = nullptr;
+        REQUIRE_OK(session.submit(frame, &job));
+        REQUIRE_OK(defrec_job_wait(job, UINT64_MAX));
+        if (i == 0) {
+            defrec_template surface = nullptr;
+            REQUIRE_OK(defrec_tracker_get_template(session.tracker, &surface));
+            for (size_t p = 0; p < film.points().size(); ++p) {
+                const double pixel[2] = {film.points()[p].u, film.points()[p].v};
+                double xyz[3];
+                uint8_t found = 0;
+                REQUIRE_OK(defrec_template_lift(surface, pixel, 1, xyz, &found));
+                if (found == 0) continue;
+                on_surface.insert(on_surface.end(), xyz, xyz + 3);
+                filmed_point.push_back(p);
+            }
+            defrec_template_release(surface);
+        }
+        TrackedFrame& now = tracked.emplace_back();
+        DEFREC_INIT(&now.result);
+        REQUIRE_OK(defrec_job_result(job, &now.result));
+        std::vector<double> xyz(on_surface.size()), expected(filmed_point.size());
+        std::vector<uint8_t> status(filmed_point.size());
+        REQUIRE_OK(defrec_job_warp_points(job, on_surface.data(), filmed_point.size(), xyz.data(),
+                                          status.data(), expected.data()));
+        for (size_t p = 0; p < filmed_point.size(); ++p) {
+            const Eigen::Map<const Eigen::Vector3d> found(&xyz[3 * p]);
+            const double error = (found - film.truth(filmed_point[p]).position).norm();
+            now.points.push_back({status[p], error, expected[p]});
+        }
+        defrec_job_release(job);
+    }
+    return tracked;
+}
+
+double largest_error(const TrackedFrame& frame, bool observed_only) {
+    double largest = 0;
+    for (const TrackedPoint& point : frame.points)
+        if (!observed_only || point.status == DEFREC_POINT_OBSERVED)
+            largest = std::max(largest, point.error);
+    return largest;
+}
+
+}  // namespace
+
+TEST_CASE("a right view that is late is measured, and no depth from two times counts as observed") {
+    for (const double lag : {1.0, 0.5}) {
+        CAPTURE(lag);
+        const std::vector<TrackedFrame> frames =
+            track("late-view", 12, {{"lag", lag}, {"from", 0.34}, {"to", 0.66}});
+        double largest = 0;
+        for (size_t i = 0; i < frames.size(); ++i) {
+            CAPTURE(i);
+            const bool is_late = i >= 4 && i < 8;
+            const defrec_result& result = frames[i].result;
+            CHECK((result.reasons & kRigReasons) == (is_late ? DEFREC_REASON_VIEW_LATE : 0));
+            CHECK(std::abs(result.view_lag_frames - (is_late ? lag : 0)) <= 0.15);
+            if (!is_late) continue;
+            CHECK(largest_error(frames[i], true) <= 2);
+            largest = std::max(largest, largest_error(frames[i], false));
+        }
+        CHECK(largest > 4);  // there was something to withhold
+    }
+}
+
+TEST_CASE("a right view that lies askew is measured within ten frames, and named") {
+    constexpr double kScale = kFilmWidth / 960.0, kOffsetPx = 1.2 * kScale, kRollDeg = 0.15;
+    const std::vector<TrackedFrame> frames =
+        track("misaligned", 10, {{"offset_px", kOffsetPx}, {"roll_deg", kRollDeg}});
+    const defrec_result& last = frames.back().result;
+    CHECK((last.reasons & kRigReasons) == DEFREC_REASON_CALIBRATION);
+    CHECK(std::abs(last.vertical_offset_px - kOffsetPx) <= 0.25 * kScale);
+    CHECK(std::abs(last.roll_deg - kRollDeg) <= 0.05);
+    CHECK(std::abs(last.focal_ratio - 1) <= 0.001);
+    CHECK(last.rig_matches > 300);
+}
+
+TEST_CASE("tissue drawn together under a tip: errors of observed points are as expected") {
+    constexpr size_t kPressed = 9;  // frames until the tip is down
+    const std::vector<TrackedFrame> frames = track("pinch", 18);
+    size_t observed = 0, within = 0;
+    for (size_t i = 0; i < frames.size(); ++i) {
+        CAPTURE(i);
+        CHECK((frames[i].result.reasons & kRigReasons) == 0);
+        if (i < kPressed) continue;
+        for (const TrackedPoint& point : frames[i].points) {
+            if (point.status != DEFREC_POINT_OBSERVED) continue;
+            ++observed;
+            within += point.error <= 3 * point.expected_error;
+        }
+    }
+    CHECK(2 * observed > (frames.size() - kPressed) * frames.front().points.size());
+    CHECK(static_cast<double>(within) >= 0.97 * static_cast<double>(observed));
+}
