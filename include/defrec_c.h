@@ -943,7 +943,7 @@ typedef struct defrec_result {
     uint32_t inliers;        /**< of them preselected */
     uint32_t patches;        /**< found by guided search */
     float    observed_share; /**< 0..1 of the vertices inside the image */
-    /** Mean |depth residual| of observed vertices. */
+    /** Mean |depth residual| of the vertices whose depth agrees. */
     float mean_residual_mm;
     /** RMS distance between found and deformed patches */
     float patch_residual_px;

@@ -28,7 +28,7 @@ namespace Defrec
         public uint Patches { get; }
         /// <summary>0 to 1, of the vertices inside the image.</summary>
         public float ObservedShare { get; }
-        /// <summary>Mean |depth residual| of observed vertices.</summary>
+        /// <summary>Mean |depth residual| of the vertices whose depth agrees.</summary>
         public float MeanResidualMm { get; }
         /// <summary>Root mean square distance between found and deformed patches.</summary>
         public float PatchResidualPx { get; }

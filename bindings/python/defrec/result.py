@@ -63,7 +63,7 @@ class Result:
     observed_share: float
     """0 to 1, of the vertices inside the image."""
     mean_residual_mm: float
-    """Mean |depth residual| of observed vertices."""
+    """Mean |depth residual| of the vertices whose depth agrees."""
     patch_residual_px: float
     """RMS distance between found and deformed patches."""
     rigid_motion: FloatArray

@@ -815,7 +815,7 @@ class ResultStruct(Struct):
     observed_share: F32
     """0..1 of the vertices inside the image."""
     mean_residual_mm: F32
-    """Mean |depth residual| of observed vertices."""
+    """Mean |depth residual| of the vertices whose depth agrees."""
     patch_residual_px: F32
     """RMS distance between found and deformed patches."""
     rigid_motion: F64x12

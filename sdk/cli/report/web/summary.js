@@ -84,7 +84,7 @@ export function showReading() {
     add(element('span', {}, element('span', { class: 'swatch', style: `background: ${colour}` }), name), `${meaning}.`);
   for (const [state, meaning] of Object.entries(stateMeanings)) add(stateChip(state), `${meaning}.`);
   add('Units', 'Lengths are millimetres in the left rectified camera (x right, y down, z away from it); times are milliseconds.');
-  add('Residual', 'Mean difference in depth between the deformed surface and what stereo measured in that frame, over the observed vertices: how well the model fits, not how far it is from the truth.');
+  add('Residual', 'Mean difference in depth between the deformed surface and what stereo measured in that frame, over the vertices whose depth agrees: how well the model fits, not how far it is from the truth.');
   add('Expected error', 'The tracker\'s own estimate of how far a point may be off (root mean square).');
   add('Error ellipsoid', 'In which direction a followed point may be off: one standard deviation, enlarged as chosen.');
   add('Deformation', 'Displacement from the template with the rigid motion taken out.');
