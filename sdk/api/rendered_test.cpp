@@ -34,7 +34,8 @@ defrec_intrinsics intrinsics_of(const cli::Lens& lens) {
 
 // Scenes whose cameras are rectified and without distortion.
 std::vector<TrackedFrame> track(const std::string& scene, int frames,
-                                const std::vector<cli::SceneSetting>& settings = {}) {
+                                const std::vector<cli::SceneSetting>& settings = {},
+                                uint32_t self_calibration = DEFREC_SELF_CALIBRATION_REPORT) {
     cli::Film film(scene, kFilmWidth, kFilmHeight, frames, 1, 2, settings);
     const cli::StereoRig& filmed = film.scene().rig;
     TrackingSession session("cpu", 2, [&](defrec_rig_desc& rig, defrec_tracker_desc& tracker) {
@@ -44,6 +45,7 @@ std::vector<TrackedFrame> track(const std::string& scene, int frames,
         rig.right = intrinsics_of(filmed.right);
         std::copy_n(filmed.translation.data(), 3, rig.translation);
         tracker.format = DEFREC_FORMAT_BGR8;
+        tracker.self_calibration = self_calibration;
     });
     std::vector<double> on_surface;
     std::vector<size_t> filmed_point;  // of each point on the surface
@@ -95,6 +97,21 @@ double largest_error(const TrackedFrame& frame, bool observed_only) {
     return largest;
 }
 
+double median_error(const TrackedFrame& frame) {
+    std::vector<double> errors;
+    for (const TrackedPoint& point : frame.points) errors.push_back(point.error);
+    const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
+    std::nth_element(errors.begin(), middle, errors.end());
+    return *middle;
+}
+
+constexpr double kScale = kFilmWidth / 960.0, kOffsetPx = 1.2 * kScale, kRollDeg = 0.15;
+
+std::vector<TrackedFrame> track_askew(int frames, uint32_t self_calibration) {
+    return track("misaligned", frames, {{"offset_px", kOffsetPx}, {"roll_deg", kRollDeg}},
+                 self_calibration);
+}
+
 }  // namespace
 
 TEST_CASE("a right view that is late is measured, and no depth from two times counts as observed") {
@@ -118,15 +135,30 @@ TEST_CASE("a right view that is late is measured, and no depth from two times co
 }
 
 TEST_CASE("a right view that lies askew is measured within ten frames, and named") {
-    constexpr double kScale = kFilmWidth / 960.0, kOffsetPx = 1.2 * kScale, kRollDeg = 0.15;
-    const std::vector<TrackedFrame> frames =
-        track("misaligned", 10, {{"offset_px", kOffsetPx}, {"roll_deg", kRollDeg}});
+    const std::vector<TrackedFrame> frames = track_askew(10, DEFREC_SELF_CALIBRATION_REPORT);
     const defrec_result& last = frames.back().result;
     CHECK((last.reasons & kRigReasons) == DEFREC_REASON_CALIBRATION);
     CHECK(std::abs(last.vertical_offset_px - kOffsetPx) <= 0.25 * kScale);
     CHECK(std::abs(last.roll_deg - kRollDeg) <= 0.05);
     CHECK(std::abs(last.focal_ratio - 1) <= 0.001);
     CHECK(last.rig_matches > 300);
+}
+
+TEST_CASE(
+    "a right view that lies askew is corrected from the first result on, where that is asked") {
+    const std::vector<TrackedFrame> corrected = track_askew(5, DEFREC_SELF_CALIBRATION_CORRECT),
+                                    off = track_askew(5, DEFREC_SELF_CALIBRATION_OFF);
+    for (size_t i = 0; i < corrected.size(); ++i) {
+        CAPTURE(i);
+        const defrec_result& result = corrected[i].result;
+        CHECK((result.reasons & kRigReasons) == 0);
+        CHECK(std::abs(result.vertical_offset_px - kOffsetPx) <= 0.1 * kScale);
+        CHECK(std::abs(result.roll_deg - kRollDeg) <= 0.02);
+        CHECK(median_error(corrected[i]) < 0.5 * median_error(off[i]));
+        CHECK((off[i].result.reasons & kRigReasons) == 0);
+        CHECK(off[i].result.rig_matches == 0);
+        CHECK(off[i].result.vertical_offset_px == 0);
+    }
 }
 
 TEST_CASE("tissue drawn together under a tip: errors of observed points are as expected") {
