@@ -2,7 +2,6 @@
 #include "sdk/tracking/lateral_evidence.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "backends/shared/motion.hpp"
 
@@ -46,9 +45,9 @@ void measure_lateral(const TemplateData& data, const FrameOutput& output,
     gather_patches(data, output, evidence);
     const size_t count = data.vertices.size();
     evidence.is_confirmed.assign(count, 0);
-    evidence.check_px.assign(count, 0);
+    evidence.check_px2.assign(count, 0);
     evidence.check_score.assign(count, 0);
-    evidence.patch_px.assign(count, 0);
+    evidence.patch_px2.assign(count, 0);
     for (size_t i = 0; i < count; ++i) {
         const defrec_surface_point& vertex = data.vertices[i];
         float squares = 0, weights = 0;
@@ -56,15 +55,16 @@ void measure_lateral(const TemplateData& data, const FrameOutput& output,
             squares += vertex.weight[k] * evidence.squares[static_cast<size_t>(vertex.node[k])];
             weights += vertex.weight[k] * evidence.weights[static_cast<size_t>(vertex.node[k])];
         }
-        if (weights > 1e-3f) evidence.patch_px[i] = std::sqrt(squares / weights);
+        if (weights > 1e-3f) evidence.patch_px2[i] = squares / weights;
         if (data.check_of_vertex[i] < 0) continue;
         const auto check = static_cast<size_t>(data.check_of_vertex[i]);
         const defrec_patch_observation& found = output.checks[check];
         if (found.valid == 0 || found.score < kMinScore) continue;
         const defrec_patch_prediction& expected = output.check_predictions[check];
         evidence.is_confirmed[i] = 1;
-        evidence.check_px[i] =
-            static_cast<float>(std::hypot(found.u - expected.u, found.v - expected.v)) / 256;
+        const float du = static_cast<float>(found.u - expected.u) / 256,
+                    dv = static_cast<float>(found.v - expected.v) / 256;
+        evidence.check_px2[i] = du * du + dv * dv;
         evidence.check_score[i] = static_cast<float>(found.score) / 4096;
     }
 }

@@ -11,10 +11,10 @@ namespace defrec {
 // Per vertex.
 struct LateralEvidence {
     std::vector<uint8_t> is_confirmed;  // the live image shows there what the template shows
-    std::vector<float> check_px;        // how far from there it fits best; where confirmed
+    std::vector<float> check_px2;       // squared distance at which it fits best; where confirmed
     std::vector<float> check_score;     // ZNCC there, 0..1; where confirmed
-    std::vector<float> patch_px;  // root mean square distance of the patches round it from where
-                                  // they were found
+    std::vector<float> patch_px2;  // mean squared distance of the patches round it from where they
+                                   // were found
     // Working memory, per control point:
     std::vector<float> squares, weights;
 };

@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <limits>
 #include <numbers>
 #include <utility>
@@ -33,13 +34,19 @@ struct Fit {
     double matches = 0;  // sum of the robust weights
 };
 
-// Tukey's kernel, narrowing (iteratively reweighted least squares); prior: information and
-// information times mean. with_lag: else the lag is 0.
-Fit fit_rows(std::span<const RowMatch> matches, const Eigen::Matrix4d& prior,
-             const Eigen::Vector4d& prior_weighted, bool with_lag) {
+// Information and information times mean.
+struct Prior {
+    Eigen::Matrix4d information = Eigen::Matrix4d::Zero();
+    Eigen::Vector4d weighted = Eigen::Vector4d::Zero();
+};
+
+// Iteratively reweighted least squares from these values on, with Tukey's kernel as wide in each
+// step as widths (px) say. with_lag: else the lag is 0.
+Fit fit_rows(std::span<const RowMatch> matches, const Prior& prior, const Eigen::Vector4d& start,
+             std::initializer_list<double> widths, bool with_lag) {
     Fit fit;
-    fit.values = prior.ldlt().solve(prior_weighted);
-    for (const double width : {24.0, 12.0, 6.0, 3.0, 2.0, 1.5, 1.5, 1.5}) {
+    fit.values = start;
+    for (const double width : widths) {
         fit.information.setZero();
         fit.weighted.setZero();
         fit.matches = 0;
@@ -53,10 +60,12 @@ Fit fit_rows(std::span<const RowMatch> matches, const Eigen::Matrix4d& prior,
             fit.weighted += weight * match.step * row;
             fit.matches += (1 - x * x) * (1 - x * x);
         }
-        fit.values = (prior + fit.information).ldlt().solve(prior_weighted + fit.weighted);
+        fit.values =
+            (prior.information + fit.information).ldlt().solve(prior.weighted + fit.weighted);
     }
-    const Eigen::Matrix4d covariance =
-        (prior + kIndependentShare * fit.information).ldlt().solve(Eigen::Matrix4d::Identity());
+    const Eigen::Matrix4d covariance = (prior.information + kIndependentShare * fit.information)
+                                           .ldlt()
+                                           .solve(Eigen::Matrix4d::Identity());
     fit.lag_sigma = std::sqrt(covariance(3, 3));
     return fit;
 }
@@ -85,21 +94,20 @@ void match_rows(const TemplateData& data, const FrameOutput& output, std::vector
 RigEstimate RigMonitor::update(std::span<const RowMatch> matches) {
     is_late_ = false;
     if (matches.size() < kMinMatches) return estimate(0);
-    Eigen::Matrix4d prior = Eigen::Matrix4d::Zero();
-    prior.topLeftCorner<3, 3>() = information_;
-    prior.diagonal().head<3>() += prior_information();
-    prior(3, 3) = 1 / (kLagSigma * kLagSigma);
-    Eigen::Vector4d prior_weighted = Eigen::Vector4d::Zero();
-    prior_weighted.head<3>() = weighted_;
-
-    const Fit with_lag = fit_rows(matches, prior, prior_weighted, true);
+    Prior prior;
+    prior.information.topLeftCorner<3, 3>() = information_;
+    prior.information.diagonal().head<3>() += prior_information();
+    prior.information(3, 3) = 1 / (kLagSigma * kLagSigma);
+    prior.weighted.head<3>() = weighted_;
+    const Eigen::Vector4d mean = prior.information.ldlt().solve(prior.weighted);
+    const Fit with_lag = fit_rows(matches, prior, mean, {24, 12, 6, 3, 1.5, 1.5}, true);
     const double lag = with_lag.values[3];
     is_late_ = std::abs(lag) > std::max(kMinLag, kSignificance * with_lag.lag_sigma);
     information_ *= kMemory;
     weighted_ *= kMemory;
     matches_ *= kMemory;
     if (is_late_) return estimate(lag);
-    const Fit without = fit_rows(matches, prior, prior_weighted, false);
+    const Fit without = fit_rows(matches, prior, with_lag.values, {3, 1.5, 1.5}, false);
     information_ += kIndependentShare * without.information.topLeftCorner<3, 3>();
     weighted_ += kIndependentShare * without.weighted.head<3>();
     matches_ += without.matches;

@@ -152,8 +152,7 @@ void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidenc
         const float far_lateral = std::min(confidence.to_lateral[model.cell[i]] * model.step_mm[i],
                                            kFarthestGrowthMm),
                     far_observed = std::min(to_observed, kFarthestGrowthMm);
-        const float patches = lateral.patch_px[i] * lateral.patch_px[i],
-                    check = lateral.check_px[i] * lateral.check_px[i];
+        const float patches = lateral.patch_px2[i], check = lateral.check_px2[i];
         const float mismatch = lateral.is_confirmed[i] != 0 ? 1 - lateral.check_score[i] : 0;
         const float across =
             mm_per_px * mm_per_px *
