@@ -93,7 +93,7 @@ class Derivation {
         spread_["sequence.observed_median" + kind].add(median, median);
         spread_["sequence.extrapolated" + kind].add(quantile(apart.extrapolated, 1),
                                                     quantile(apart.extrapolated, 0.99));
-        spread_["sequence.other_status" + kind].add(status, status);
+        spread_["sequence.other_evidence" + kind].add(status, status);
         spread_["sequence.other_reasons" + kind].add(states.other_reasons, states.other_reasons);
         std::fprintf(stderr,
                      "  observed median %.5f, p99 %.4f, maximum %.4f mm; extrapolated p99 %.4f, "
@@ -105,7 +105,7 @@ class Derivation {
     }
 
     static const char* unit_of(const std::string& name) {
-        return name.find("status") != std::string::npos    ? "share"
+        return name.find("evidence") != std::string::npos  ? "share"
                : name.find("reasons") != std::string::npos ? "frames"
                                                            : "mm";
     }

@@ -48,7 +48,7 @@ void against_reference(CaseRun& run, const SequenceEntry& entry, const Track& ex
     measure(run, "sequence.observed_median" + kind, median, median, apart.observed.size());
     measure(run, "sequence.extrapolated" + kind, quantile(apart.extrapolated, 1),
             quantile(apart.extrapolated, 0.99), apart.extrapolated.size());
-    measure(run, "sequence.other_status" + kind, apart.other_status_share(),
+    measure(run, "sequence.other_evidence" + kind, apart.other_status_share(),
             apart.other_status_share(), apart.vertices);
     const bool passed = std::all_of(run.metrics.begin(), run.metrics.end(),
                                     [](const Metric& metric) { return metric.passed(); });
