@@ -47,7 +47,7 @@ uint64_t carve_fitted(std::span<std::byte> block, const TemplateData& data, Fram
 }  // namespace
 
 size_t rig_patch_step(const TemplateData& data) {
-    constexpr size_t kEnough = 300;
+    constexpr size_t kEnough = 200;
     return (data.patches.size() + kEnough - 1) / kEnough + (data.patches.empty() ? 1 : 0);
 }
 
