@@ -102,7 +102,7 @@ void SurfaceFollower::process(TrackerJob& job) {
     std::optional<ObservedFrame> frame = observe(job);
     check_images(job, *frame);
     if ((job.reasons & kUselessImages) != 0) {
-        pipeline_.forget(*std::move(frame));
+        pipeline_.forget(std::move(*frame));
         if (!prepare_results(job)) return;
         forget_evidence(job);
         conclude(job, Verdict{});
@@ -116,7 +116,7 @@ void SurfaceFollower::process(TrackerJob& job) {
     for (int attempts_left = captures && corrects_rig_ ? 2 : 0;; --attempts_left) {
         if (captures) capture(job, *frame);
         if (!prepare_results(job)) return;
-        const Verdict verdict = follow(job, *std::move(frame));
+        const Verdict verdict = follow(job, std::move(*frame));
         const bool is_corrected = corrects_rig_ && correct_rig();
         if (!is_corrected || attempts_left == 0) {
             conclude(job, verdict);
