@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "backends/shared/motion.hpp"
 
@@ -72,7 +73,24 @@ ImageStatistics image_statistics(const uint8_t* pixels, uint32_t width, uint32_t
     return sums.statistics();
 }
 
-Evidence weigh_evidence(const TemplateData& data, const FrameOutput& output) {
+void measure_patches(const TemplateData& data, const FrameOutput& output,
+                     std::vector<double>& patch_px2) {
+    const defrec_camera& camera = data.camera;
+    patch_px2.assign(data.patches.size(), std::numeric_limits<double>::quiet_NaN());
+    for (size_t i = 0; i < data.patches.size(); ++i) {
+        const defrec_patch_observation& observation = output.observations[i];
+        if (output.predictions[i].valid == 0 || observation.valid == 0) continue;
+        const defrec_patch& patch = data.patches[i];
+        const Vec3<double> p = apply(blend<double>(output.motions.data(), patch.node, patch.weight),
+                                     load3<double>(patch.position));
+        if (!(p.z > 0)) continue;
+        const double du = camera.fx * p.x / p.z + camera.cx - observation.u / 256.0;
+        const double dv = camera.fy * p.y / p.z + camera.cy - observation.v / 256.0;
+        patch_px2[i] = du * du + dv * dv;
+    }
+}
+
+Evidence weigh_evidence(const FrameOutput& output, std::span<const double> patch_px2) {
     Evidence evidence;
     double residuals = 0;
     for (const defrec_surface_sample& sample : output.samples) {
@@ -90,20 +108,11 @@ Evidence weigh_evidence(const TemplateData& data, const FrameOutput& output) {
 
     constexpr double kConfirmedPx = 2;
     double squares = 0;
-    for (size_t i = 0; i < data.patches.size(); ++i) {
-        if (output.predictions[i].valid == 0) continue;
-        ++evidence.patches_expected;
-        const defrec_patch_observation& observation = output.observations[i];
-        if (observation.valid == 0) continue;
-        const defrec_patch& patch = data.patches[i];
-        const Vec3<double> p = apply(blend<double>(output.motions.data(), patch.node, patch.weight),
-                                     load3<double>(patch.position));
-        if (!(p.z > 0)) continue;
-        const double du = data.camera.fx * p.x / p.z + data.camera.cx - observation.u / 256.0;
-        const double dv = data.camera.fy * p.y / p.z + data.camera.cy - observation.v / 256.0;
-        if (!(du * du + dv * dv <= kConfirmedPx * kConfirmedPx)) continue;
+    for (size_t i = 0; i < patch_px2.size(); ++i) {
+        evidence.patches_expected += output.predictions[i].valid != 0;
+        if (!(patch_px2[i] <= kConfirmedPx * kConfirmedPx)) continue;
         ++evidence.patches_confirmed;
-        squares += du * du + dv * dv;
+        squares += patch_px2[i];
     }
     if (evidence.patches_confirmed > 0)
         evidence.patch_rms_px = std::sqrt(squares / evidence.patches_confirmed);

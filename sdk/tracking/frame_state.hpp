@@ -41,7 +41,11 @@ struct Evidence {
         return patches_expected > 0 ? static_cast<double>(patches_confirmed) / patches_expected : 0;
     }
 };
-Evidence weigh_evidence(const TemplateData& data, const FrameOutput& output);
+// Per patch: squared distance, px^2, from where the deformed surface has it to where it was found;
+// NaN where it was not found or not expected.
+void measure_patches(const TemplateData& data, const FrameOutput& output,
+                     std::vector<double>& patch_px2);
+Evidence weigh_evidence(const FrameOutput& output, std::span<const double> patch_px2);
 
 struct Verdict {
     bool found = false;  // the surface was followed into this frame

@@ -68,12 +68,16 @@ struct Fixture {
     }
     Fixture(const Fixture&) = delete;
     Fixture& operator=(const Fixture&) = delete;
-    Verdict verdict(bool was_found = true) {
-        return classify(data, weigh_evidence(data, output), was_found);
+    std::vector<double> patch_px2() const {
+        std::vector<double> squares;
+        measure_patches(data, output, squares);
+        return squares;
     }
+    Evidence evidence() const { return weigh_evidence(output, patch_px2()); }
+    Verdict verdict(bool was_found = true) { return classify(data, evidence(), was_found); }
     VertexConfidence confidence(const RigEstimate& rig = {}, SurfaceSamples last = {}) {
         LateralEvidence lateral;
-        measure_lateral(data, output, lateral);
+        measure_lateral(data, output, patch_px2(), lateral);
         VertexConfidence result;
         estimate_confidence(SurfaceModel(data), {samples, lateral, rig, last}, result);
         return result;
@@ -84,7 +88,7 @@ struct Fixture {
 
 TEST_CASE("a surface seen whole is found, without reasons") {
     Fixture f;
-    const Evidence evidence = weigh_evidence(f.data, f.output);
+    const Evidence evidence = f.evidence();
     CHECK(evidence.observed_share() == 1);
     CHECK(evidence.patches_confirmed == f.data.patches.size());
     CHECK(evidence.patch_rms_px < 1e-3);
@@ -96,7 +100,7 @@ TEST_CASE("a surface seen whole is found, without reasons") {
 TEST_CASE("patches found elsewhere than the surface has them confirm nothing") {
     Fixture f;
     for (defrec_patch_observation& observation : f.output.observations) observation.u += 5 * 256;
-    CHECK(weigh_evidence(f.data, f.output).patches_confirmed == 0);
+    CHECK(f.evidence().patches_confirmed == 0);
     CHECK_FALSE(f.verdict().found);
 }
 

@@ -2,8 +2,7 @@
 #include "sdk/tracking/lateral_evidence.hpp"
 
 #include <algorithm>
-
-#include "backends/shared/motion.hpp"
+#include <cmath>
 
 namespace defrec {
 namespace {
@@ -14,22 +13,15 @@ constexpr int32_t kMinScore = 4096 / 2;
 constexpr float kFarthestPx = 8;  // a patch farther off says no more than one at this distance
 
 // The patches' squared distances, spread over the control points that move them.
-void gather_patches(const TemplateData& data, const FrameOutput& output,
+void gather_patches(const TemplateData& data, std::span<const double> patch_px2,
                     LateralEvidence& evidence) {
     evidence.squares.assign(data.nodes.size() / 3, 0);
     evidence.weights.assign(data.nodes.size() / 3, 0);
-    const defrec_camera& camera = data.camera;
     for (size_t i = 0; i < data.patches.size(); ++i) {
+        if (std::isnan(patch_px2[i])) continue;
         const defrec_patch& patch = data.patches[i];
-        const defrec_patch_observation& found = output.observations[i];
-        if (found.valid == 0 || output.predictions[i].valid == 0) continue;
-        const Vec3<double> p = apply(blend<double>(output.motions.data(), patch.node, patch.weight),
-                                     load3<double>(patch.position));
-        if (!(p.z > 0)) continue;
-        const double du = camera.fx * p.x / p.z + camera.cx - found.u / 256.0,
-                     dv = camera.fy * p.y / p.z + camera.cy - found.v / 256.0;
         const auto squared =
-            static_cast<float>(std::min<double>(du * du + dv * dv, kFarthestPx * kFarthestPx));
+            static_cast<float>(std::min<double>(patch_px2[i], kFarthestPx * kFarthestPx));
         for (int k = 0; k < DEFREC_SKIN_NODES; ++k) {
             const auto node = static_cast<size_t>(patch.node[k]);
             evidence.squares[node] += patch.weight[k] * squared;
@@ -41,8 +33,8 @@ void gather_patches(const TemplateData& data, const FrameOutput& output,
 }  // namespace
 
 void measure_lateral(const TemplateData& data, const FrameOutput& output,
-                     LateralEvidence& evidence) {
-    gather_patches(data, output, evidence);
+                     std::span<const double> patch_px2, LateralEvidence& evidence) {
+    gather_patches(data, patch_px2, evidence);
     const size_t count = data.vertices.size();
     evidence.is_confirmed.assign(count, 0);
     evidence.check_px2.assign(count, 0);

@@ -2,6 +2,7 @@
 // template has there is what is seen there, and how far patches lie from where they were found.
 #pragma once
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "sdk/tracking/frame_output.hpp"
@@ -18,7 +19,8 @@ struct LateralEvidence {
     // Working memory, per control point:
     std::vector<float> squares, weights;
 };
+// patch_px2: of measure_patches.
 void measure_lateral(const TemplateData& data, const FrameOutput& output,
-                     LateralEvidence& evidence);
+                     std::span<const double> patch_px2, LateralEvidence& evidence);
 
 }  // namespace defrec

@@ -228,7 +228,8 @@ Verdict SurfaceFollower::follow(TrackerJob& job, ObservedFrame frame) {
     while (!observe_ahead(followed) && !pipeline_.done(followed, look_again_ns)) look_again_ns *= 2;
     pipeline_.finish(std::move(followed));
     job.announce_end();
-    job.evidence = weigh_evidence(template_->data(), job.output);
+    measure_patches(template_->data(), job.output, patch_px2_);
+    job.evidence = weigh_evidence(job.output, patch_px2_);
     Verdict verdict = classify(template_->data(), job.evidence, is_tracking_);
     watch_rig(job, verdict);
     job.reasons |= verdict.reasons;
@@ -287,7 +288,7 @@ void SurfaceFollower::describe_surface(TrackerJob& job) const {
     if (job.state == DEFREC_LOST) {
         forget_confidence(job.age, job.confidence, job.output.samples.size());
     } else {
-        measure_lateral(template_->data(), job.output, job.lateral);
+        measure_lateral(template_->data(), job.output, patch_px2_, job.lateral);
         estimate_confidence(
             last_->model,
             {job.output.samples, job.lateral, rig_left_,

@@ -72,6 +72,7 @@ class SurfaceFollower {
     RigEstimate rig_left_;    // its last estimate
     Rig::ViewShift shift_;    // that the right view is corrected by
     const bool watches_rig_, corrects_rig_;
+    std::vector<double> patch_px2_;  // of measure_patches, of this frame
     std::vector<RowMatch> row_matches_;
     std::vector<float> last_rows_;  // of the patches of the rig in the left view; NaN: not found
     bool is_tracking_ = false;      // the surface was found in the frame before
