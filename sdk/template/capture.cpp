@@ -7,6 +7,7 @@
 #include "sdk/template/check_patches.hpp"
 #include "sdk/template/surface.hpp"
 #include "sdk/template/surface_point.hpp"
+#include "sdk/template/texture.hpp"
 
 namespace defrec {
 namespace {
@@ -123,25 +124,12 @@ void place_landmarks(TemplateData& data, const CaptureInput& input) {
     }
 }
 
-// Smaller eigenvalue of the structure tensor over a 9x9 window, per pixel of the window, squared
-// gray levels (Shi and Tomasi 1994).
 double trackability(const CaptureInput& input, int cx, int cy) {
     constexpr int kRadius = 4;
-    double xx = 0, xy = 0, yy = 0;
-    for (int y = cy - kRadius; y <= cy + kRadius; ++y) {
-        const uint8_t* row = input.gray + static_cast<size_t>(y) * input.width;
-        for (int x = cx - kRadius; x <= cx + kRadius; ++x) {
-            const double gx = 0.5 * (row[x + 1] - row[x - 1]);
-            const double gy = 0.5 * (row[x + static_cast<int>(input.width)] -
-                                     row[x - static_cast<int>(input.width)]);
-            xx += gx * gx;
-            xy += gx * gy;
-            yy += gy * gy;
-        }
-    }
-    const double area = (2 * kRadius + 1) * (2 * kRadius + 1);
-    const double mean = 0.5 * (xx + yy), spread = std::hypot(0.5 * (xx - yy), xy);
-    return (mean - spread) / area;
+    const auto gray = [&](int x, int y) {
+        return int{input.gray[static_cast<size_t>(y) * input.width + static_cast<size_t>(x)]};
+    };
+    return texture(gray, cx, cy, kRadius);
 }
 
 bool masked_near(const CaptureInput& input, int cx, int cy, int radius) {

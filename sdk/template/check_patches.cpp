@@ -2,9 +2,9 @@
 #include "sdk/template/check_patches.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "sdk/template/surface_point.hpp"
+#include "sdk/template/texture.hpp"
 
 namespace defrec {
 namespace {
@@ -13,8 +13,7 @@ namespace {
 // gray levels.
 constexpr double kMinTexture = 0.5;
 
-// Smaller eigenvalue of the structure tensor over the patch's window, per pixel of the window
-// (Shi and Tomasi 1994), on the image of the check's level; 0 where the window leaves the image.
+// Of the patch's window, on the image of the check's level; 0 where the window leaves the image.
 double window_texture(const TemplateData& data, double u, double v) {
     const int step = 1 << check_level(data.width), radius = static_cast<int>(kCheckRadius);
     const int width = static_cast<int>(data.width), height = static_cast<int>(data.height);
@@ -28,17 +27,7 @@ double window_texture(const TemplateData& data, double u, double v) {
                 sum += data.image[static_cast<size_t>((y + dy) * width + x + dx)];
         return static_cast<double>(sum) / (step * step);
     };
-    double xx = 0, xy = 0, yy = 0;
-    for (int y = y0; y < y0 + (2 * radius + 1) * step; y += step)
-        for (int x = x0; x < x0 + (2 * radius + 1) * step; x += step) {
-            const double gx = 0.5 * (gray(x + step, y) - gray(x - step, y));
-            const double gy = 0.5 * (gray(x, y + step) - gray(x, y - step));
-            xx += gx * gx;
-            xy += gx * gy;
-            yy += gy * gy;
-        }
-    const double mean = 0.5 * (xx + yy), spread = std::hypot(0.5 * (xx - yy), xy);
-    return (mean - spread) / ((2 * radius + 1) * (2 * radius + 1));
+    return texture(gray, static_cast<int>(u), static_cast<int>(v), radius, step);
 }
 
 }  // namespace
