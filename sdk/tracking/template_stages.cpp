@@ -130,44 +130,39 @@ void TemplateStages::make_buffers(const TemplateData& data) {
     samples_ = buffer(data.vertices.size(), sizeof(defrec_surface_sample));
 }
 
-std::unique_ptr<DeviceStage> TemplateStages::make_align(const PatchSearch& search,
-                                                        const TemplateData& data) const {
+defrec_align_params TemplateStages::align_params(const TemplateData& data, uint32_t patches) const {
     auto align = make_params<defrec_align_params>();
-    align.patches = count_of(data.patches);
+    align.patches = patches;
     align.nodes = node_count(data);
     align.width = data.width;
     align.height = data.height;
+    align.camera = camera_;
+    return align;
+}
+
+std::unique_ptr<DeviceStage> TemplateStages::make_align(const PatchSearch& search,
+                                                        const TemplateData& data) const {
+    defrec_align_params align = align_params(data, count_of(data.patches));
     align.level = search.level;
     align.search_radius = search.radius;
-    align.camera = camera_;
     return make_stage<DEFREC_STAGE_ALIGN>(device_, align);
 }
 
 // Compares rather than searches: what is found lies within a pixel or two of the surface.
 std::unique_ptr<DeviceStage> TemplateStages::make_check(const TemplateData& data) const {
-    auto align = make_params<defrec_align_params>();
-    align.patches = count_of(data.checks);
-    align.nodes = node_count(data);
-    align.width = data.width;
-    align.height = data.height;
+    defrec_align_params align = align_params(data, count_of(data.checks));
     align.level = check_level(data.width);
     align.patch_radius = kCheckRadius;
     align.search_radius = 4 - check_level(data.width);
     align.min_score = 1;
-    align.camera = camera_;
     return make_stage<DEFREC_STAGE_ALIGN>(device_, align);
 }
 
 // Coarse and wide: it is the rows of a few hundred patches together that count.
 std::unique_ptr<DeviceStage> TemplateStages::make_right_search(const TemplateData& data) const {
-    auto align = make_params<defrec_align_params>();
-    align.patches = static_cast<uint32_t>(rig_patch_count(data));
-    align.nodes = node_count(data);
-    align.width = data.width;
-    align.height = data.height;
+    defrec_align_params align = align_params(data, static_cast<uint32_t>(rig_patch_count(data)));
     align.level = 1;
     align.search_radius = 8;
-    align.camera = camera_;
     align.right_view = 1;
     return make_stage<DEFREC_STAGE_ALIGN>(device_, align);
 }

@@ -32,6 +32,7 @@ class TemplateStages {
 
     void upload_template(Queue& queue, const TemplateData& data);
     void make_buffers(const TemplateData& data);
+    defrec_align_params align_params(const TemplateData& data, uint32_t patches) const;
     std::unique_ptr<DeviceStage> make_align(const PatchSearch& search,
                                             const TemplateData& data) const;
     std::unique_ptr<DeviceStage> make_check(const TemplateData& data) const;
