@@ -3,7 +3,7 @@
 #include <cstdio>
 
 #include "conformance/report/report.hpp"
-#include "conformance/report/text.hpp"
+#include "sdk/base/markup.hpp"
 
 namespace defrec::conformance {
 namespace {

@@ -11,7 +11,5 @@ namespace defrec::conformance {
 std::string valid_text(std::string_view text);
 // The same for every string of a record.
 RunRecord with_valid_text(RunRecord run);
-// & < > " ' as XML and HTML want them. text: valid.
-std::string escaped(std::string_view text);
 
 }  // namespace defrec::conformance

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sdk/base/markup.hpp"
 #include "sdk/cli/io/text.hpp"
 
 namespace defrec::cli {
@@ -125,28 +126,5 @@ std::vector<double> ticks_of(const PlotAxis& axis) {
 }
 
 std::string plot_svg(const Plot& plot) { return Drawing(plot).svg(); }
-
-std::string escaped(const std::string& text) {
-    std::string out;
-    for (const char c : text) {
-        switch (c) {
-            case '&':
-                out += "&amp;";
-                break;
-            case '<':
-                out += "&lt;";
-                break;
-            case '>':
-                out += "&gt;";
-                break;
-            case '"':
-                out += "&quot;";
-                break;
-            default:
-                out += c;
-        }
-    }
-    return out;
-}
 
 }  // namespace defrec::cli

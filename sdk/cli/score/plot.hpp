@@ -32,7 +32,4 @@ std::vector<double> ticks_of(const PlotAxis& axis);
 
 std::string plot_svg(const Plot& plot);
 
-// `text` with what HTML would read as markup replaced.
-std::string escaped(const std::string& text);
-
 }  // namespace defrec::cli

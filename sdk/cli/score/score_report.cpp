@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sdk/base/markup.hpp"
 #include "sdk/cli/io/text.hpp"
 #include "sdk/cli/score/plot.hpp"
 #include "sdk/cli/score/reliability.hpp"
