@@ -14,9 +14,9 @@ FrameState approach(const Setting& setting, double frame) {
     const double turn = setting.parameter("turn") * kDegree * near;
     const double share = 1.0 - (1.0 - setting.parameter("distance")) * near;
     state.exposure = static_cast<float>(std::pow(share, 1.5));
-    Orbit orbit{.yaw = 0.8 * turn, .pitch = -0.6 * turn, .retreat = (share - 1.0) * setting.depth};
-    add_tremor(orbit, t, setting.phase);
-    state.camera = pose_of(orbit, setting.depth);
+    const Orbit orbit{
+        .yaw = 0.8 * turn, .pitch = -0.6 * turn, .retreat = (share - 1.0) * setting.depth};
+    place_camera(state, orbit, setting);
     return state;
 }
 
@@ -27,10 +27,9 @@ FrameState roll(const Setting& setting, double frame) {
     state.motion.heartbeat = {
         .lift = 2.8, .shear = 1.1, .twist = 0.01, .period = 18, .wavelength = 85};
     const double turned = 0.5 - 0.5 * std::cos(kTwoPi * std::max(0.0, t - 4.0) / 54.0);
-    Orbit orbit{.roll = setting.parameter("angle") * kDegree * turned,
-                .shift = {2.0 * std::sin(kTwoPi * t / 58.0), 0, 0}};
-    add_tremor(orbit, t, setting.phase);
-    state.camera = pose_of(orbit, setting.depth);
+    const Orbit orbit{.roll = setting.parameter("angle") * kDegree * turned,
+                      .shift = {2.0 * std::sin(kTwoPi * t / 58.0), 0, 0}};
+    place_camera(state, orbit, setting);
     return state;
 }
 
@@ -42,10 +41,9 @@ FrameState slide(const Setting& setting, double frame) {
         .lift = 2.4, .shear = 0.9, .twist = 0.0, .period = 19, .wavelength = 90};
     const double along = ease(4.0, 49.0, t) - 0.5;
     // Looks at the tissue at a right angle all the way.
-    Orbit orbit{.yaw = -setting.parameter("turn") * kDegree * along,
-                .shift = {setting.parameter("distance") * along, 0, 0}};
-    add_tremor(orbit, t, setting.phase);
-    state.camera = pose_of(orbit, setting.depth);
+    const Orbit orbit{.yaw = -setting.parameter("turn") * kDegree * along,
+                      .shift = {setting.parameter("distance") * along, 0, 0}};
+    place_camera(state, orbit, setting);
     return state;
 }
 

@@ -43,10 +43,10 @@ FrameState pinch(const Setting& setting, double frame) {
                           .centre = event.centre,
                           .drag = sideways * setting.parameter("drag") *
                                   Eigen::Vector2d(std::cos(0.07 * t), std::sin(0.07 * t))};
-    Orbit orbit{.yaw = 2.0 * kDegree * std::sin(kTwoPi * t / 60.0),
-                .shift = {1.5 * std::sin(kTwoPi * t / 55.0), 1.0 * std::sin(kTwoPi * t / 38.0), 0}};
-    add_tremor(orbit, t, setting.phase);
-    state.camera = pose_of(orbit, setting.depth);
+    const Orbit orbit{
+        .yaw = 2.0 * kDegree * std::sin(kTwoPi * t / 60.0),
+        .shift = {1.5 * std::sin(kTwoPi * t / 55.0), 1.0 * std::sin(kTwoPi * t / 38.0), 0}};
+    place_camera(state, orbit, setting);
     // Steeper than the wall of the pit.
     Instrument tool;
     tool.axis = Eigen::Vector3d(-0.46, 0.31, -0.83).normalized();
@@ -71,10 +71,10 @@ FrameState grasp(const Setting& setting, double frame) {
         .lift = 2.6, .shear = 1.0, .twist = 0.0, .period = 19, .wavelength = 90};
     state.motion.pull = {.by = setting.parameter("distance") * held * direction,
                          .centre = event.centre};
-    Orbit orbit{.pitch = 2.0 * kDegree * std::sin(kTwoPi * t / 50.0),
-                .shift = {1.5 * std::sin(kTwoPi * t / 61.0), 1.0 * std::sin(kTwoPi * t / 43.0), 0}};
-    add_tremor(orbit, t, setting.phase);
-    state.camera = pose_of(orbit, setting.depth);
+    const Orbit orbit{
+        .pitch = 2.0 * kDegree * std::sin(kTwoPi * t / 50.0),
+        .shift = {1.5 * std::sin(kTwoPi * t / 61.0), 1.0 * std::sin(kTwoPi * t / 43.0), 0}};
+    place_camera(state, orbit, setting);
     // Half of the tip lies in the fold that it holds; when it lets go the tissue falls away from
     // it.
     Instrument tool;
@@ -104,10 +104,9 @@ FrameState two_instruments(const Setting& setting, double frame) {
     state.motion.heartbeat = {
         .lift = 2.6, .shear = 1.0, .twist = 0.0, .period = 18, .wavelength = 90};
     state.motion.indentation = {.depth = 3.0 * press, .sigma = 7.0, .centre = places[0]};
-    Orbit orbit{.roll = 1.5 * kDegree * std::sin(kTwoPi * t / 52.0),
-                .shift = {1.0 * std::sin(kTwoPi * t / 57.0), 0, 0}};
-    add_tremor(orbit, t, setting.phase);
-    state.camera = pose_of(orbit, setting.depth);
+    const Orbit orbit{.roll = 1.5 * kDegree * std::sin(kTwoPi * t / 52.0),
+                      .shift = {1.0 * std::sin(kTwoPi * t / 57.0), 0, 0}};
+    place_camera(state, orbit, setting);
     // Where the shafts enter the view, as shares of its width and height.
     const Eigen::Vector2d entries[2] = {{0.0, 0.35}, {1.0, 0.75}};
     for (int i = 0; i < 2; ++i) {
@@ -139,10 +138,9 @@ FrameState cut(const Setting& setting, double frame) {
     state.motion.incision = {.gap = setting.parameter("opening") * open,
                              .half_length = 0.5 * setting.parameter("length")};
     // The cut crosses the picture at a slant.
-    Orbit orbit{.roll = 35.0 * kDegree,
-                .shift = {2.0 + 1.5 * std::sin(kTwoPi * t / 59.0), -1.5, 0}};
-    add_tremor(orbit, t, setting.phase);
-    state.camera = pose_of(orbit, setting.depth);
+    const Orbit orbit{.roll = 35.0 * kDegree,
+                      .shift = {2.0 + 1.5 * std::sin(kTwoPi * t / 59.0), -1.5, 0}};
+    place_camera(state, orbit, setting);
     return state;
 }
 

@@ -20,11 +20,6 @@ FrameState beating(double time) {
     return state;
 }
 
-void place_camera(FrameState& state, Orbit orbit, const Setting& setting) {
-    add_tremor(orbit, state.time, setting.phase);
-    state.camera = pose_of(orbit, setting.depth);
-}
-
 /// A share of the sequence, 0 in its first frame and 1 in its last.
 double progress(const Setting& setting, double time) {
     return time / std::max(1, setting.frames - 1);

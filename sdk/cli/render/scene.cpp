@@ -22,9 +22,7 @@ FrameState heartbeat(const Setting& setting, double frame) {
     state.motion.heartbeat = {
         .lift = 6.0, .shear = 2.2, .twist = 0.045, .period = 18, .wavelength = 75};
     state.motion.respiration = {.swell = 1.5, .shift = {1.5, 2.5}, .period = 75};
-    Orbit orbit;
-    add_tremor(orbit, frame, setting.phase);
-    state.camera = pose_of(orbit, setting.depth);
+    place_camera(state, {}, setting);
     return state;
 }
 
@@ -35,14 +33,13 @@ FrameState respiration(const Setting& setting, double frame) {
     state.motion.heartbeat = {
         .lift = 1.5, .shear = 0.5, .twist = 0.0, .period = 19, .wavelength = 110};
     const double t = frame;
-    Orbit orbit{
+    const Orbit orbit{
         .yaw = 6.0 * kDegree * std::sin(kTwoPi * t / 72.0),
         .pitch = 4.0 * kDegree * std::sin(kTwoPi * t / 55.0 + 0.4),
         .roll = 7.0 * kDegree * std::sin(kTwoPi * t / 88.0),
         .shift = {5.0 * std::sin(kTwoPi * t / 64.0), 3.0 * std::sin(kTwoPi * t / 49.0), 0.0},
         .retreat = -9.0 * (0.5 - 0.5 * std::cos(kTwoPi * t / 60.0))};
-    add_tremor(orbit, t, setting.phase);
-    state.camera = pose_of(orbit, setting.depth);
+    place_camera(state, orbit, setting);
     return state;
 }
 
@@ -60,11 +57,11 @@ FrameState indentation(const Setting& setting, double frame) {
         .sigma = 9.0,
         .centre = centre,
         .drag = press * Eigen::Vector2d(3.2 * std::cos(0.11 * t), 2.4 * std::sin(0.09 * t))};
-    Orbit orbit{.yaw = 3.0 * kDegree * std::sin(kTwoPi * t / 60.0),
-                .roll = 2.0 * kDegree * std::sin(kTwoPi * t / 47.0),
-                .shift = {2.5 * std::sin(kTwoPi * t / 55.0), 1.5 * std::sin(kTwoPi * t / 38.0), 0}};
-    add_tremor(orbit, t, setting.phase);
-    state.camera = pose_of(orbit, setting.depth);
+    const Orbit orbit{
+        .yaw = 3.0 * kDegree * std::sin(kTwoPi * t / 60.0),
+        .roll = 2.0 * kDegree * std::sin(kTwoPi * t / 47.0),
+        .shift = {2.5 * std::sin(kTwoPi * t / 55.0), 1.5 * std::sin(kTwoPi * t / 38.0), 0}};
+    place_camera(state, orbit, setting);
     Instrument tool;
     tool.axis = Eigen::Vector3d(-0.62, 0.42, -0.66).normalized();
     const double hover = tool.radius + 5.0 * (1.0 - ease(0.0, 0.35, press));
@@ -118,8 +115,7 @@ FrameState out_of_body(const Setting& setting, double frame) {
         orbit.shift += Eigen::Vector3d(-5.0, 2.5, 0.0);
         orbit.retreat = 6.0 - 9.0 * ease(returns, returns + 14, t);
     }
-    add_tremor(orbit, t, setting.phase);
-    state.camera = pose_of(orbit, setting.depth);
+    place_camera(state, orbit, setting);
     return state;
 }
 
@@ -133,10 +129,9 @@ FrameState smoke(const Setting& setting, double frame) {
     state.motion.respiration = {.swell = 3.0, .shift = {2.0, 3.5}, .period = 46};
     state.smoke = {
         static_cast<float>(0.72 * ease(0.08, 0.45, x) * (1.0 - 0.8 * ease(0.70, 0.95, x))), t};
-    Orbit orbit{.yaw = 2.0 * kDegree * std::sin(kTwoPi * t / 66.0),
-                .shift = {2.0 * std::sin(kTwoPi * t / 58.0), 0, 0}};
-    add_tremor(orbit, t, setting.phase);
-    state.camera = pose_of(orbit, setting.depth);
+    const Orbit orbit{.yaw = 2.0 * kDegree * std::sin(kTwoPi * t / 66.0),
+                      .shift = {2.0 * std::sin(kTwoPi * t / 58.0), 0, 0}};
+    place_camera(state, orbit, setting);
     return state;
 }
 
@@ -149,9 +144,8 @@ FrameState stretch(const Setting& setting, double frame) {
     state.motion.respiration = {.swell = 1.5, .shift = {0.5, 1.5}, .period = 44};
     state.motion.heartbeat = {
         .lift = 1.8, .shear = 0.6, .twist = 0.0, .period = 20, .wavelength = 100};
-    Orbit orbit{.roll = 2.0 * kDegree * std::sin(kTwoPi * t / 70.0)};
-    add_tremor(orbit, t, setting.phase);
-    state.camera = pose_of(orbit, setting.depth);
+    const Orbit orbit{.roll = 2.0 * kDegree * std::sin(kTwoPi * t / 70.0)};
+    place_camera(state, orbit, setting);
     return state;
 }
 

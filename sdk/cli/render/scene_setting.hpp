@@ -66,6 +66,12 @@ inline void add_tremor(Orbit& orbit, double time, double phase) {
     orbit.pitch += 0.0009 * std::sin(0.71 * time + 3.0 * phase);
 }
 
+/// At state.time, on an orbit with a hand's tremor.
+inline void place_camera(FrameState& state, Orbit orbit, const Setting& setting) {
+    add_tremor(orbit, state.time, setting.phase);
+    state.camera = pose_of(orbit, setting.depth);
+}
+
 inline double ease(double low, double high, double x) {
     const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
     return t * t * (3.0 - 2.0 * t);
