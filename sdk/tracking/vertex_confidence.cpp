@@ -129,13 +129,15 @@ void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidenc
     // mm of depth for a px of disparity.
     const auto depth_per_px = [&](float z) { return z * z / (fx * baseline); };
     make_room(confidence, samples.size());
+    confidence.rig_px2.resize(samples.size());
     confidence.to_lateral.assign(grid.vertex.size(), 1e6f);
     confidence.to_observed.assign(grid.vertex.size(), 1e6f);
     for (size_t i = 0; i < samples.size(); ++i) {
         const float per_px = depth_per_px(samples[i].position[2]);
+        const float rig_px2 = confidence.rig_px2[i] = rig.at(evidence, i);
         const bool agrees = samples[i].observation == DEFREC_OBSERVED,
                    is_confirmed = lateral.is_confirmed[i] != 0,
-                   has_depth = agrees && rig.at(evidence, i) * per_px * per_px <= kMaxRigDoubt;
+                   has_depth = agrees && rig_px2 * per_px * per_px <= kMaxRigDoubt;
         confidence.evidence[i] = static_cast<uint8_t>((has_depth ? DEFREC_EVIDENCE_DEPTH : 0) |
                                                       (is_confirmed ? DEFREC_EVIDENCE_LATERAL : 0));
         if (is_confirmed) confidence.to_lateral[model.cell[i]] = 0;
@@ -161,7 +163,7 @@ void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidenc
         const float residual = samples[i].observation == DEFREC_OBSERVED ? samples[i].residual : 0;
         const float along =
             per_px * per_px *
-                (kDisparityShare + kDisparityPatchShare * patches + rig.at(evidence, i)) +
+                (kDisparityShare + kDisparityPatchShare * patches + confidence.rig_px2[i]) +
             kFarObserved * far_observed * far_observed +
             kSupportShare * model.support_mm[i] * model.support_mm[i] +
             kResidualShare * residual * residual;

@@ -36,6 +36,7 @@ struct VertexConfidence {
     // Working memory, per cell of the grid: steps to the nearest vertex with lateral evidence, and
     // to the nearest one with depth that agrees as well.
     std::vector<float> to_lateral, to_observed;
+    std::vector<float> rig_px2;  // working memory, per vertex: disparity that the rig gets wrong
 };
 
 // What a frame says of the surface. Disparity is what a rig that is late or out of calibration gets
