@@ -4,6 +4,7 @@
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <vector>
 
@@ -129,9 +130,10 @@ std::vector<Sample> samples_of(const std::vector<Sample>& samples, const Surface
     return kept;
 }
 
-// Minimises sum weight (D - d)^2 + stiffness * (D_xx^2 + 2 D_xy^2 + D_yy^2) in units of the grid.
+// Minimises sum weight (D - d)^2 + stiffness * (D_xx^2 + 2 D_xy^2 + D_yy^2) in units of the grid,
+// and pull * D^2 where there is no sample.
 std::vector<float> smooth_spline(const std::vector<Sample>& samples, int columns, int rows,
-                                 double stiffness) {
+                                 double stiffness, double pull) {
     std::vector<Eigen::Triplet<double>> entries;
     entries.reserve(samples.size() * 40);
     Eigen::VectorXd right = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(samples.size()));
@@ -144,7 +146,7 @@ std::vector<float> smooth_spline(const std::vector<Sample>& samples, int columns
         for (int x = 0; x < columns; ++x) {
             const int i = y * columns + x;
             const Sample& sample = samples[static_cast<size_t>(i)];
-            entries.emplace_back(i, i, sample.weight + 1e-9);
+            entries.emplace_back(i, i, sample.weight > 0 ? sample.weight : pull);
             right[i] = sample.weight * sample.disparity;
             if (x > 0 && x + 1 < columns) add({{i - 1, 1}, {i, -2}, {i + 1, 1}}, stiffness);
             if (y > 0 && y + 1 < rows)
@@ -160,6 +162,21 @@ std::vector<float> smooth_spline(const std::vector<Sample>& samples, int columns
     return {solution.data(), solution.data() + solution.size()};
 }
 
+// A trend, and the detail that samples add to it. Where there is none, the trend alone goes on: the
+// slope of the last few cells says little of what lies many cells beyond.
+std::vector<float> fit_spline(std::vector<Sample> samples, int columns, int rows) {
+    constexpr double kTrendStiffness = 50;    // smooths below about 17 grid cells
+    constexpr double kDetailStiffness = 0.3;  // below about five
+    constexpr double kNoPull = 1e-9, kDetailPull = 4;
+    std::vector<float> spline = smooth_spline(samples, columns, rows, kTrendStiffness, kNoPull);
+    for (size_t i = 0; i < samples.size(); ++i)
+        samples[i].disparity -= static_cast<double>(spline[i]);
+    const std::vector<float> detail =
+        smooth_spline(samples, columns, rows, kDetailStiffness, kDetailPull);
+    std::transform(spline.begin(), spline.end(), detail.begin(), spline.begin(), std::plus<>());
+    return spline;
+}
+
 // Distance in grid steps to the nearest sample with weight.
 std::vector<float> distance_to_samples(const std::vector<Sample>& samples, int columns, int rows) {
     std::vector<float> distance(samples.size());
@@ -173,8 +190,7 @@ std::vector<float> distance_to_samples(const std::vector<Sample>& samples, int c
 // returned.
 std::vector<Sample> select_tissue(const CaptureInput& input, const std::vector<Sample>& samples,
                                   int columns, int rows, std::vector<float>& spline) {
-    constexpr double kStiffness = 0.3;  // smooths below about five grid cells
-    constexpr double kInFront = 0.04;   // share of the disparity; 3 mm at 80 mm
+    constexpr double kInFront = 0.04;  // share of the disparity; 3 mm at 80 mm
     constexpr double kBehind = 0.15;
     constexpr int kMinSize = 3, kMaxRounds = 3;
     const Surfaces surfaces = find_surfaces(input, samples, columns, rows);
@@ -184,7 +200,7 @@ std::vector<Sample> select_tissue(const CaptureInput& input, const std::vector<S
                                  surfaces.size.begin())] = 1;
     for (int round = 0;; ++round) {
         std::vector<Sample> tissue = samples_of(samples, surfaces, accepted, columns, rows);
-        spline = smooth_spline(tissue, columns, rows, kStiffness);
+        spline = fit_spline(tissue, columns, rows);
         if (round == kMaxRounds) return tissue;
         std::vector<std::vector<double>> ahead(accepted.size());
         for (size_t i = 0; i < samples.size(); ++i)
