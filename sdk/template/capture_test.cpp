@@ -78,6 +78,20 @@ TEST_CASE("a smooth surface is lifted to within what 1/16 px of disparity allows
             CHECK(lift_error_mm(*data, u, v, smooth_disparity(u, v)) < 0.1);
 }
 
+TEST_CASE("a fold wider than the smoothing keeps its height") {
+    const auto fold = [](double x, double y) {
+        const double across = (x - 160 + 0.3 * (y - 100)) / 25;
+        return smooth_disparity(x, y) + std::exp(-across * across / 2);
+    };
+    Scene scene(fold);
+    const auto data = defrec::capture_template(scene.prepared());
+    REQUIRE(data.has_value());
+    // 1 px of disparity is 2.9 mm there.
+    for (double v = 20; v < kHeight - 20; v += 9.7)
+        for (double u = 100; u < 220; u += 7.3)
+            CHECK(lift_error_mm(*data, u, v, fold(u, v)) < 0.25);
+}
+
 TEST_CASE("holes are filled from their rim and say how far the evidence is") {
     const auto with_hole = [](double x, double y) {
         return std::hypot(x - 160, y - 100) < 15 ? -1 : smooth_disparity(x, y);
