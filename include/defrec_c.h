@@ -328,7 +328,8 @@ typedef struct defrec_camera {
  *  monotone distortion) and computes the rectification (Bouguet's, as OpenCV's stereoRectify: half
  *  the rotation to each camera, then x along the baseline). Cameras that are rectified already (no
  *  distortion, rotation = I, same intrinsics, translation along x) are used as they are, without
- *  resampling.
+ *  resampling. Where a distortion is monotone over at least half of the image, the pixels beyond
+ *  are masked and a warning with their share is logged.
  *  @errors DEFREC_ERROR_ARGUMENT: the calibration is impossible, the error message names the field.
  *  DEFREC_ERROR_UNSUPPORTED: the baseline is more than 30 degrees from the x axis, or the cameras
  *  look in too different directions.

@@ -38,9 +38,8 @@ Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& matrix) {
 }  // namespace
 
 Rig::Rig(std::shared_ptr<const Services> services, const defrec_rig_desc& desc)
-    : desc_((check_rig(desc), desc)),
-      lens_{Lens(desc.left, image_reach(desc.left, desc.width, desc.height)),
-            Lens(desc.right, image_reach(desc.right, desc.width, desc.height))},
+    : desc_((check_rig(*services, desc), desc)),
+      lens_{Lens(desc.left, desc.width, desc.height), Lens(desc.right, desc.width, desc.height)},
       map_{ContextVector<int32_t>(services), ContextVector<int32_t>(services)},
       services_(std::move(services)) {
     rotation_.fill(Eigen::Matrix3d::Identity());
@@ -77,26 +76,20 @@ void Rig::rectify() {
 void Rig::choose_camera() {
     const double f =
         std::pow(desc_.left.fx * desc_.left.fy * desc_.right.fx * desc_.right.fy, 0.25);
-    constexpr int kSteps = 16;
     const double w = desc_.width - 1.0, h = desc_.height - 1.0;
     Eigen::Vector2d low, high, middle = Eigen::Vector2d::Zero();
     for (int view = 0; view < 2; ++view) {
         low.setConstant(std::numeric_limits<double>::max());
         high = -low;
-        for (int i = 0; i <= kSteps; ++i) {
-            const double s = double(i) / kSteps;
-            for (const Eigen::Vector2d& pixel :
-                 {Eigen::Vector2d(s * w, 0), Eigen::Vector2d(s * w, h), Eigen::Vector2d(0, s * h),
-                  Eigen::Vector2d(w, s * h)}) {
-                Eigen::Vector2d direction;
-                if (!lens_[view].unproject(pixel, direction)) continue;
-                const Eigen::Vector3d turned = rotation_[view] * direction.homogeneous();
-                if (turned.z() <= 0)
-                    fail(DEFREC_ERROR_UNSUPPORTED, "the cameras look in too different directions");
-                low = low.cwiseMin(turned.hnormalized());
-                high = high.cwiseMax(turned.hnormalized());
-            }
-        }
+        for_each_pixel(desc_.width, desc_.height, [&](const Eigen::Vector2d& pixel) {
+            Eigen::Vector2d direction;
+            if (!lens_[view].unproject(pixel, direction)) return;
+            const Eigen::Vector3d turned = rotation_[view] * direction.homogeneous();
+            if (turned.z() <= 0)
+                fail(DEFREC_ERROR_UNSUPPORTED, "the cameras look in too different directions");
+            low = low.cwiseMin(turned.hnormalized());
+            high = high.cwiseMax(turned.hnormalized());
+        });
         middle += (low + high) / 4;
     }
     camera_ = {f, f, w / 2 - f * middle.x(), h / 2 - f * middle.y(),

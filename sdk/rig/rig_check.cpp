@@ -12,6 +12,10 @@
 namespace defrec {
 namespace {
 
+// Fitted coefficients fold at the image's corners, where a calibration has no data; where less than
+// half is left they are more likely wrong than the corners unused.
+constexpr double kMaxFoldedShare = 0.5;
+
 template <class... Pieces>
 [[noreturn]] void refuse(const Pieces&... pieces) {
     fail(DEFREC_ERROR_ARGUMENT, pieces...);
@@ -29,30 +33,35 @@ void check_centre(const char* view, const char* name, double value, uint32_t sid
         refuse(view, ".", name, " is ", value, " px, far outside images of ", side, " px");
 }
 
-void check_distortion(const char* view, const defrec_intrinsics& camera, uint32_t width,
-                      uint32_t height) {
+// Part of the image to which the lens has no direction; 0 for the lens of a sound calibration.
+double folded_share(const Lens& lens, uint32_t width, uint32_t height) {
+    size_t pixels = 0, folded = 0;
+    for_each_pixel(width, height, [&](const Eigen::Vector2d& pixel) {
+        Eigen::Vector2d direction;
+        ++pixels;
+        folded += !lens.unproject(pixel, direction);
+    });
+    return static_cast<double>(folded) / static_cast<double>(pixels);
+}
+
+void check_distortion(const Services& services, const char* view, const defrec_intrinsics& camera,
+                      uint32_t width, uint32_t height) {
     const double tilt = std::max(std::abs(camera.distortion[12]), std::abs(camera.distortion[13]));
     if (camera.distortion_count == 14 && tilt > 1)
         refuse(view, ".distortion tilts the sensor by ", tilt, " rad");
-    const Lens lens(camera, image_reach(camera, width, height));
-    const char* reason =
-        ".distortion is not monotone inside the image: two directions share a pixel; wrong order "
-        "of coefficients?";
-    if (!lens.monotone()) refuse(view, reason);
-    constexpr int kSteps = 16;
-    for (int i = 0; i <= kSteps; ++i) {
-        const double u = (width - 1.0) * i / kSteps, v = (height - 1.0) * i / kSteps;
-        for (const Eigen::Vector2d& pixel :
-             {Eigen::Vector2d(u, 0), Eigen::Vector2d(u, height - 1), Eigen::Vector2d(0, v),
-              Eigen::Vector2d(width - 1, v)}) {
-            Eigen::Vector2d direction;
-            if (!lens.unproject(pixel, direction)) refuse(view, reason);
-        }
-    }
+    const Lens lens(camera, width, height);
+    const double share = folded_share(lens, width, height);
+    if (share == 0) return;
+    const std::string fold =
+        concat(view, ".distortion is not monotone: ", std::round(1000 * share) / 10,
+               " % of the image lie beyond ", std::round(1000 * lens.limit()) / 1000,
+               " focal lengths off the axis, where two directions share a pixel");
+    if (share > kMaxFoldedShare) refuse(fold, "; wrong order of coefficients?");
+    services.log(DEFREC_LOG_WARNING, "sdk", (fold + "; they are masked").c_str());
 }
 
-void check_camera(const char* view, const defrec_intrinsics& camera, uint32_t width,
-                  uint32_t height) {
+void check_camera(const Services& services, const char* view, const defrec_intrinsics& camera,
+                  uint32_t width, uint32_t height) {
     static constexpr const char* kNames[] = {"fx", "fy", "cx", "cy"};
     const double values[] = {camera.fx, camera.fy, camera.cx, camera.cy};
     for (int i = 0; i < 4; ++i)
@@ -67,7 +76,7 @@ void check_camera(const char* view, const defrec_intrinsics& camera, uint32_t wi
     for (uint32_t i = 0; i < count; ++i)
         if (!std::isfinite(camera.distortion[i]))
             refuse(view, ".distortion[", i, "] is not a finite number");
-    check_distortion(view, camera, width, height);
+    check_distortion(services, view, camera, width, height);
 }
 
 void check_rotation(const Eigen::Matrix3d& rotation) {
@@ -101,21 +110,15 @@ void check_baseline(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& tran
 
 }  // namespace
 
-double image_reach(const defrec_intrinsics& camera, uint32_t width, uint32_t height) {
-    const double x = std::max(std::abs(camera.cx), std::abs(width - 1.0 - camera.cx)) / camera.fx;
-    const double y = std::max(std::abs(camera.cy), std::abs(height - 1.0 - camera.cy)) / camera.fy;
-    return std::hypot(x, y);
-}
-
-void check_rig(const defrec_rig_desc& desc) {
+void check_rig(const Services& services, const defrec_rig_desc& desc) {
     if (desc.flags != 0) refuse("flags is ", desc.flags, ", 0 expected");
     if (desc.width < DEFREC_MIN_WIDTH || desc.height < DEFREC_MIN_HEIGHT ||
         desc.width > DEFREC_MAX_SIDE || desc.height > DEFREC_MAX_SIDE)
         refuse("images of ", desc.width, " x ", desc.height, " px given, ", int{DEFREC_MIN_WIDTH},
                " x ", int{DEFREC_MIN_HEIGHT}, " to ", int{DEFREC_MAX_SIDE}, " x ",
                int{DEFREC_MAX_SIDE}, " expected");
-    check_camera("left", desc.left, desc.width, desc.height);
-    check_camera("right", desc.right, desc.width, desc.height);
+    check_camera(services, "left", desc.left, desc.width, desc.height);
+    check_camera(services, "right", desc.right, desc.width, desc.height);
     const Eigen::Matrix3d rotation =
         Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(desc.rotation);
     check_rotation(rotation);

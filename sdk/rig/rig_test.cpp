@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -354,6 +355,108 @@ TEST_CASE("row 9: distortion of a wrong length, or not monotone inside the image
         check_refused("distortion_count", [&](auto& d) { d.left.distortion_count = count; });
     check_refused("not monotone", [](auto& d) { d.left.distortion[0] = -3; });
     check_refused("not monotone", [](auto& d) { d.left.distortion[2] = 2; });
+}
+
+TEST_CASE("row 105: a distortion that folds at the corners is used up to the fold") {
+    std::string log;
+    defrec_context_desc context{};
+    context.threads = 1;
+    context.log_level = DEFREC_LOG_WARNING;
+    context.log_user = &log;
+    context.log = [](void* user, int32_t, const char*, const char* text) {
+        static_cast<std::string*>(user)->append(text).append("\n");
+    };
+    const auto logging = std::make_shared<const Services>(context);
+    const auto pixels_beyond = [](const defrec_intrinsics& camera, double folds_at_px) {
+        size_t beyond = 0;
+        for (int y = 0; y < 119; ++y)
+            for (int x = 0; x < 161; ++x)
+                beyond += std::hypot(x - camera.cx, y - camera.cy) > folds_at_px;
+        return static_cast<double>(beyond) / (161 * 119);
+    };
+
+    defrec_rig_desc desc = endoscope(8);
+    // A published calibration: it folds at 0.804 from the axis, which is seen at 0.623.
+    for (defrec_intrinsics* camera : {&desc.left, &desc.right})
+        *camera = {120, 120, 80, 59, {-0.74, 2.93, 0, 0, -3.85, -0.30, 2.74, -3.85}, 8, 0};
+    constexpr double kFold = 0.804, kFoldPx = 0.623 * 120;
+    const Rig rig(logging, desc);
+    INFO(log);
+    CHECK(std::count(log.begin(), log.end(), '\n') == 2);
+    for (const char* part : {"left.distortion", "right.distortion", "masked"})
+        CHECK(log.find(part) != std::string::npos);
+    const double share = std::stod(log.substr(log.find(": ") + 2)) / 100;
+    CHECK(share == doctest::Approx(pixels_beyond(desc.left, kFoldPx)).epsilon(0.2));
+
+    for (int view = 0; view < 2; ++view) {
+        const int32_t* map = rig.map(view);
+        size_t used = 0;
+        for (int y = 0; y < 119; ++y)
+            for (int x = 0; x < 161; ++x, map += 2) {
+                const Eigen::Vector3d ray =
+                    rig.rotation(view).transpose() *
+                    Eigen::Vector3d((x - rig.camera().cx) / rig.camera().fx,
+                                    (y - rig.camera().cy) / rig.camera().fy, 1);
+                const bool is_used = map[0] != std::numeric_limits<int32_t>::min();
+                used += is_used;
+                if (ray.hnormalized().norm() > kFold) REQUIRE_FALSE(is_used);
+                if (!is_used) continue;
+                // Each direction has a pixel of its own.
+                const double raw[2] = {map[0] / 128.0, map[1] / 128.0};
+                double rectified[2];
+                REQUIRE(std::hypot(raw[0] - 80, raw[1] - 59) < kFoldPx + 0.1);
+                if (std::hypot(raw[0] - 80, raw[1] - 59) > kFoldPx - 2) continue;
+                rig.rectify_pixels(view, raw, 1, rectified);
+                REQUIRE(std::hypot(rectified[0] - x, rectified[1] - y) < 0.1);
+            }
+        CHECK(used > 161 * 119 / 2);
+    }
+    const double corner[] = {1, 1};
+    double nothing[2];
+    rig.rectify_pixels(0, corner, 1, nothing);
+    CHECK(std::isnan(nothing[0]));
+
+    // The middle of the image stays in the middle, whichever pixels have a direction.
+    const double middle[] = {80, 59};
+    double left[2], right[2];
+    rig.rectify_pixels(0, middle, 1, left);
+    rig.rectify_pixels(1, middle, 1, right);
+    CHECK(std::abs((left[0] + right[0]) / 2 - 80) < 6);
+    CHECK(std::abs((left[1] + right[1]) / 2 - 59) < 6);
+
+    log.clear();
+    desc.left.fx = desc.left.fy = desc.right.fx = desc.right.fy = 170;
+    const Rig outside(logging, desc);
+    CHECK(log.empty());
+    check_refused("right.distortion is not monotone", [&](auto& d) {
+        d.right = desc.right;
+        d.right.fx = d.right.fy = 80;
+    });
+}
+
+TEST_CASE("row 105: a distortion that folds to one side is masked on that side") {
+    defrec_rig_desc desc = endoscope(4);
+    for (defrec_intrinsics* camera : {&desc.left, &desc.right})
+        *camera = {120, 120, 80, 59, {0, 0, 0.3}, 4, 0};
+    const Rig rig(services(), desc);
+    int used = 0;
+    for (int y = 0; y < 119; ++y)
+        for (int x = 0; x < 161; ++x) {
+            const double rectified[2] = {double(x), double(y)};
+            double raw[2], back[2];
+            rig.distort_pixels(0, rectified, 1, raw);
+            if (std::isnan(raw[0])) continue;
+            rig.rectify_pixels(0, raw, 1, back);
+            REQUIRE(std::hypot(back[0] - x, back[1] - y) < 1e-3);
+            ++used;
+        }
+    CHECK(used > 161 * 119 / 2);
+    const double top[] = {80, 5}, bottom[] = {80, 110};
+    double out[2];
+    rig.rectify_pixels(0, top, 1, out);
+    CHECK(std::isnan(out[0]));
+    rig.rectify_pixels(0, bottom, 1, out);
+    CHECK_FALSE(std::isnan(out[0]));
 }
 
 TEST_CASE("row 21: sizes outside the limits, and flags") {

@@ -3,7 +3,6 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "sdk/cli/io/calibration.hpp"
 #include "sdk/cli/io/exit_code.hpp"
@@ -105,50 +104,6 @@ void check_baseline(StereoCalibration& calibration, LengthUnit unit, LengthUnit 
     }
 }
 
-// Distorted normalised coordinates by OpenCV's model of up to 12 coefficients (its tilt is a
-// homography and cannot fold the image): k1 k2 p1 p2 [k3 [k4 k5 k6 [s1 s2 s3 s4]]].
-Eigen::Vector2d distort(const std::vector<double>& coefficients, const Eigen::Vector2d& point) {
-    const auto k = [&](std::size_t i) { return i < coefficients.size() ? coefficients[i] : 0.0; };
-    const double x = point.x(), y = point.y(), r2 = x * x + y * y, r4 = r2 * r2, r6 = r4 * r2;
-    const double radial =
-        (1 + k(0) * r2 + k(1) * r4 + k(4) * r6) / (1 + k(5) * r2 + k(6) * r4 + k(7) * r6);
-    return {x * radial + 2 * k(2) * x * y + k(3) * (r2 + 2 * x * x) + k(8) * r2 + k(9) * r4,
-            y * radial + k(2) * (r2 + 2 * y * y) + 2 * k(3) * x * y + k(10) * r2 + k(11) * r4};
-}
-
-// Walks outwards from the centre until the distorted point leaves the image. A model that folds
-// back on the way maps two directions to one pixel, and cannot be inverted.
-void check_monotone(const CameraCalibration& camera, int width, int height) {
-    if (std::all_of(camera.distortion.begin(), camera.distortion.end(),
-                    [](double c) { return c == 0; }))
-        return;
-    constexpr int kDirections = 64;
-    constexpr int kSteps = 2000;
-    const double reach = 2 * std::hypot(std::max(camera.cx, width - 1 - camera.cx) / camera.fx,
-                                        std::max(camera.cy, height - 1 - camera.cy) / camera.fy);
-    for (int i = 0; i < kDirections; ++i) {
-        const double angle = 2 * std::numbers::pi * i / kDirections;
-        const Eigen::Vector2d direction(std::cos(angle), std::sin(angle));
-        double previous = distort(camera.distortion, {0, 0}).dot(direction);
-        for (int step = 1; step <= kSteps; ++step) {
-            const double radius = reach * step / kSteps;
-            const Eigen::Vector2d distorted = distort(camera.distortion, radius * direction);
-            const double u = camera.fx * distorted.x() + camera.cx,
-                         v = camera.fy * distorted.y() + camera.cy;
-            const double along = distorted.dot(direction);
-            if (!(along > previous)) {
-                fail(camera.distortion_origin,
-                     "the distortion folds back inside the image (" + format_fixed(radius, 3) +
-                         " from the axis in normalised units, near pixel " + format_fixed(u, 0) +
-                         "," + format_fixed(v, 0) +
-                         "); it is not monotone, recalibrate with fewer coefficients.");
-            }
-            if (u < 0 || v < 0 || u > width - 1 || v > height - 1) break;
-            previous = along;
-        }
-    }
-}
-
 void check_centre(const CameraCalibration& camera, int width, int height) {
     const bool is_near = camera.cx >= -0.5 * width && camera.cx <= 1.5 * width &&
                          camera.cy >= -0.5 * height && camera.cy <= 1.5 * height;
@@ -178,10 +133,8 @@ void fit_to_frames(StereoCalibration& calibration, int width, int height) {
                  std::to_string(width) + "x" + std::to_string(height) +
                  "; nothing is scaled silently, so calibrate for this size or resize the frames.");
     }
-    for (const CameraCalibration* camera : {&calibration.left, &calibration.right}) {
-        check_centre(*camera, width, height);
-        check_monotone(*camera, width, height);
-    }
+    check_centre(calibration.left, width, height);
+    check_centre(calibration.right, width, height);
     calibration.width = width;
     calibration.height = height;
 }

@@ -166,14 +166,11 @@ TEST_CASE("row 8: vertical and forward baselines are unsupported") {
     CHECK_SAYS(refusal_of_text(with(kGood, kT, "-0.1, 0, -4.6")), "in front of the other");
 }
 
-TEST_CASE("row 9: distortion of a wrong length or not monotone is refused") {
+TEST_CASE("row 9: distortion of a wrong length is refused") {
     const std::string three = with(kGood, "cols: 5\n   dt: d\n   data: [ " + kD1,
                                    "cols: 3\n   dt: d\n   data: [ 1, 2, 3");
     CHECK_SAYS(refusal_of_text(three), "calibration.yaml:10: D1");
     CHECK_SAYS(refusal_of_text(three), "0, 4, 5, 8, 12 or 14");
-    CHECK_SAYS(refusal_of_text(with(kGood, kD1, "-2.5, 0, 0, 0, 0")),
-               "D1: the distortion folds back");
-    CHECK_SAYS(refusal_of_text(with(kGood, kD1, "0, 0, 0, 9, 0")), "D1: the distortion folds back");
     for (const int length : {4, 8, 12, 14}) {
         std::string zeros = "-0.1";
         for (int i = 1; i < length; ++i) zeros += ", 0";

@@ -4,13 +4,18 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <string_view>
 
 namespace defrec::cli {
 namespace {
 
+// Why plugins were refused is told where a device is asked for (describe_choice).
+thread_local bool is_opening_library = false;
+
 void log_to_standard_error(void*, std::int32_t level, const char* source, const char* text) {
-    std::fprintf(stderr, "defrec: %s%s: %s\n", level >= DEFREC_LOG_ERROR ? "error: " : "", source,
-                 text);
+    const bool is_error = level >= DEFREC_LOG_ERROR;
+    if (is_opening_library && !is_error) return;
+    std::fprintf(stderr, "defrec: %s: %s: %s\n", is_error ? "error" : "warning", source, text);
 }
 
 void keep_remark(void* remarks, std::int32_t level, const char* source, const char* text) {
@@ -49,6 +54,15 @@ std::string describe_choice(const Context& context) {
         if (!plugin.is_loaded) text += "; " + plugin.path + " was refused: " + plugin.reason;
     }
     return text;
+}
+
+// Where in the user's file the number stands that the library refuses.
+const std::string& origin_of(const StereoCalibration& calibration, std::string_view message) {
+    const bool is_right = message.starts_with("right.");
+    const CameraCalibration& camera = is_right ? calibration.right : calibration.left;
+    return message.starts_with(is_right ? "right.distortion" : "left.distortion")
+               ? camera.distortion_origin
+               : camera.matrix_origin;
 }
 
 struct ReasonName {
@@ -91,7 +105,7 @@ Context open_context(const ContextOptions& options) {
     desc.plugin_paths = paths.data();
     desc.plugin_path_count = paths.size();
     desc.log = options.quiet ? nullptr : &log_to_standard_error;
-    desc.log_level = DEFREC_LOG_ERROR;
+    desc.log_level = DEFREC_LOG_WARNING;
     if (options.remarks != nullptr) {
         desc.log = &keep_remark;
         desc.log_user = options.remarks;
@@ -99,7 +113,10 @@ Context open_context(const ContextOptions& options) {
     }
     desc.threads = options.threads;
     defrec_context context = nullptr;
-    require(defrec_context_create(&desc, &context), ExitCode::kInternal, "opening the library");
+    is_opening_library = true;
+    const defrec_status status = defrec_context_create(&desc, &context);
+    is_opening_library = false;
+    require(status, ExitCode::kInternal, "opening the library");
     return Context(context);
 }
 
@@ -159,8 +176,8 @@ Rig make_rig(const Context& context, const StereoCalibration& calibration) {
     std::copy(calibration.rotation.begin(), calibration.rotation.end(), desc.rotation);
     std::copy(calibration.translation.begin(), calibration.translation.end(), desc.translation);
     defrec_rig rig = nullptr;
-    require(defrec_rig_create(context.get(), &desc, &rig), ExitCode::kCalibration,
-            calibration.left.matrix_origin);
+    const defrec_status status = defrec_rig_create(context.get(), &desc, &rig);
+    require(status, ExitCode::kCalibration, origin_of(calibration, defrec_last_error()));
     return Rig(rig);
 }
 

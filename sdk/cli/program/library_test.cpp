@@ -12,6 +12,48 @@
 
 using namespace defrec::cli;
 
+namespace {
+
+StereoCalibration calibration_with(const std::vector<double>& right_distortion) {
+    StereoCalibration calibration;
+    calibration.width = 640;
+    calibration.height = 480;
+    calibration.left = {700, 700, 320, 240, {}, "c.yaml:5: M1", "c.yaml:9: D1"};
+    calibration.right = {700, 700, 320, 240, right_distortion, "c.yaml:14: M2", "c.yaml:18: D2"};
+    calibration.rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    calibration.translation = {-4.6, 0, 0};
+    return calibration;
+}
+
+std::string refusal(const StereoCalibration& calibration) {
+    ContextOptions quiet;
+    quiet.quiet = true;
+    try {
+        make_rig(open_context(quiet), calibration);
+    } catch (const CliError& error) {
+        CHECK(error.code() == ExitCode::kCalibration);
+        return error.what();
+    }
+    return "";
+}
+
+}  // namespace
+
+TEST_CASE("row 9: distortion that is not monotone over most of the image is refused by its line") {
+    for (const std::vector<double>& distortion :
+         {std::vector<double>{-4, 0, 0, 0}, std::vector<double>{0, 0, 0, 9}})
+        CHECK(refusal(calibration_with(distortion))
+                  .find("c.yaml:18: D2: right.distortion is not "
+                        "monotone") == 0);
+    StereoCalibration other = calibration_with({});
+    other.right.fy = 1e9;
+    CHECK(refusal(other).find("c.yaml:14: M2: right.fy") == 0);
+}
+
+TEST_CASE("row 105: distortion that folds at the corners is taken") {
+    CHECK(refusal(calibration_with({-1.2, 0, 0, 0})) == "");
+}
+
 TEST_CASE("names of states") {
     CHECK(std::string(state_name(DEFREC_INITIALISING)) == "initialising");
     CHECK(std::string(state_name(DEFREC_TRACKING)) == "tracking");
