@@ -5,6 +5,10 @@
 #include <cstdio>
 #include <mutex>
 
+#ifdef __SANITIZE_ADDRESS__
+#include <sanitizer/lsan_interface.h>
+#endif
+
 namespace defrec::vulkan {
 namespace {
 
@@ -57,6 +61,15 @@ std::string missing_features(VkPhysicalDevice device,
     if (properties.limits.maxPerStageDescriptorStorageBuffers < 16)
         return "16 storage buffers in one shader";
     return {};
+}
+
+// Mesa's drivers keep what they find out about an AMD CPU here until the process ends, also when
+// the loader unloads them: LeakSanitizer would report it.
+VkResult enumerate(VkInstance instance, uint32_t& count, VkPhysicalDevice* handles) {
+#ifdef __SANITIZE_ADDRESS__
+    const __lsan::ScopedDisabler not_ours;
+#endif
+    return vkEnumeratePhysicalDevices(instance, &count, handles);
 }
 
 PhysicalDevice describe(VkPhysicalDevice handle) {
@@ -117,9 +130,9 @@ std::shared_ptr<const Driver> Driver::open() {
 
 void Driver::find_devices() {
     uint32_t count = 0;
-    vkEnumeratePhysicalDevices(instance_, &count, nullptr);
+    enumerate(instance_, count, nullptr);
     std::vector<VkPhysicalDevice> handles(count);
-    if (vkEnumeratePhysicalDevices(instance_, &count, handles.data()) != VK_SUCCESS) return;
+    if (enumerate(instance_, count, handles.data()) != VK_SUCCESS) return;
     for (VkPhysicalDevice handle : handles) {
         PhysicalDevice device = describe(handle);
         const auto alike =
