@@ -790,10 +790,14 @@ typedef struct defrec_tracker_desc {
                                         that has drifted
                                         @default DEFREC_SELF_CALIBRATION_REPORT
                                         @range DEFREC_SELF_CALIBRATION_* @since 1.1 */
+    uint32_t    grow;              /**< 1: tissue that comes into view joins the template
+                                        @range 0..1 @since 1.1 */
+    uint32_t    max_vertices;      /**< of a template that grows; what would exceed it does not join
+                                        @default 65536 @range 1..1000000 @since 1.1 */
 } defrec_tracker_desc;
 
 /** Opens the device and allocates everything that a frame needs; afterwards no frame allocates, but
- *  those that capture a template.
+ *  those that capture a template and those that the template grows before.
  *  @errors DEFREC_ERROR_ARGUMENT: a field of desc is out of range, or no device has that id.
  *  DEFREC_ERROR_UNSUPPORTED: no device offers every stage, or this one cannot with images of this
  *  size. DEFREC_ERROR_DEVICE_LOST. DEFREC_ERROR_PLUGIN.
@@ -841,8 +845,8 @@ typedef struct defrec_frame {
                                            are not tissue; NULL: none */
     defrec_memory       samples;      /**< NULL, or where the device leaves a defrec_surface_sample
                                            per template vertex, those behind the result's vertices
-                                           and normals; too small is how the job fails.
-                                           @since 1.1 */
+                                           and normals; too small is how the job fails, so with grow
+                                           it is made for max_vertices. @since 1.1 */
 } defrec_frame;
 
 /** Queues a frame; jobs of one tracker run in order. Host pixels are copied before it returns.
@@ -901,6 +905,10 @@ enum {
                                                   @since 1.1 */
     DEFREC_REASON_CALIBRATION    = 1u << 15, /**< left and right rows do not agree: the calibration
                                                   has drifted @since 1.1 */
+    DEFREC_REASON_TEMPLATE_GREW  = 1u << 16, /**< from this frame on the template has more vertices:
+                                                  tissue joined @since 1.1 */
+    DEFREC_REASON_TEMPLATE_FULL  = 1u << 17, /**< the template grows no more: see max_vertices
+                                                  @since 1.1 */
     DEFREC_REASON_ONE_EYE        = 1u << 9,  /**< deprecated: the earlier name of
                                                   DEFREC_REASON_ONE_VIEW */
     DEFREC_REASON_EYES_SWAPPED   = 1u << 12  /**< deprecated: the earlier name of
@@ -990,13 +998,32 @@ typedef struct defrec_result {
     float roll_deg;
     /** Right focal length to left; mean of the last seconds, 1 where not measured. @since 1.1 */
     float    focal_ratio;
-    uint32_t rig_matches; /**< between left and right view, behind the last three; 0: not measured
+    uint32_t rig_matches;    /**< between left and right view, behind the last three; 0: not measured
                                @since 1.1 */
+    uint32_t template_epoch; /**< counts the tracker's templates, and how often tissue joined them;
+                                  0 without a template @since 1.1 */
 } defrec_result;
 /** The result of a job that is done: after defrec_job_wait() gave DEFREC_OK.
  *  @errors DEFREC_ERROR_STATE: not done yet. Of a job that failed: as it failed.
  *  @threads any @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_job_result(defrec_job job, defrec_result *out);
+
+/** The template of the job's frame, with as many vertices as its result: the tracker's present one
+ *  may have grown since.
+ *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. Of a job that failed: as it
+ *  failed.
+ *  @threads any @since 1.1 */
+DEFREC_API defrec_status DEFREC_CALL defrec_job_get_template(
+    defrec_job job, defrec_template *out);
+
+/** Finds the points of the surface under count pixels uv of the rectified left image of the job's
+ *  frame: xyz, mm, template frame, from where defrec_job_warp_points() follows them. found (1 or 0)
+ *  per pixel: 0 where the frame shows no surface or is lost, xyz is then 0.
+ *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. Of a job that failed: as it
+ *  failed.
+ *  @threads any @since 1.1 */
+DEFREC_API defrec_status DEFREC_CALL defrec_job_lift_points(
+    defrec_job job, const double *uv, size_t count, double *xyz, uint8_t *found);
 
 /** Moves count points template_xyz, mm, given in the template frame (on or near the surface: a
  *  preoperative model, say) to the frame of this job, xyz. For each point status (DEFREC_POINT_*)

@@ -233,6 +233,28 @@ DEFREC_API defrec_status DEFREC_CALL defrec_job_result(defrec_job job, defrec_re
     return call.status();
 }
 
+DEFREC_API defrec_status DEFREC_CALL defrec_job_get_template(defrec_job job, defrec_template *out) {
+    Call call("defrec_job_get_template");
+    call.handle("job", job);
+    call.made_handle("out", out);
+    return call.status();
+}
+
+DEFREC_API defrec_status DEFREC_CALL defrec_job_lift_points(
+        defrec_job job,
+        const double *uv,
+        size_t count,
+        double *xyz,
+        uint8_t *found) {
+    Call call("defrec_job_lift_points");
+    call.handle("job", job);
+    call.doubles("uv", uv, 2 * count);
+    call.integer("count", count);
+    call.made_array("xyz", xyz, 3 * count);
+    call.made_array("found", found, 1 * count);
+    return call.status();
+}
+
 DEFREC_API defrec_status DEFREC_CALL defrec_job_warp_points(
         defrec_job job,
         const double *template_xyz,

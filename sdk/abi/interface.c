@@ -7,6 +7,8 @@ __typeof__(&defrec_context_create) signature_of_defrec_context_create;
 __typeof__(&defrec_context_destroy) signature_of_defrec_context_destroy;
 __typeof__(&defrec_device_count) signature_of_defrec_device_count;
 __typeof__(&defrec_device_get) signature_of_defrec_device_get;
+__typeof__(&defrec_job_get_template) signature_of_defrec_job_get_template;
+__typeof__(&defrec_job_lift_points) signature_of_defrec_job_lift_points;
 __typeof__(&defrec_job_point_covariances) signature_of_defrec_job_point_covariances;
 __typeof__(&defrec_job_release) signature_of_defrec_job_release;
 __typeof__(&defrec_job_result) signature_of_defrec_job_result;

@@ -289,6 +289,8 @@ int main(void) {
     FIELD(defrec_tracker_desc, timed);
     FIELD(defrec_tracker_desc, memory_stride);
     FIELD(defrec_tracker_desc, self_calibration);
+    FIELD(defrec_tracker_desc, grow);
+    FIELD(defrec_tracker_desc, max_vertices);
     FIELD(defrec_memory_desc, struct_size);
     FIELD(defrec_memory_desc, kind);
     FIELD(defrec_memory_desc, address);
@@ -342,6 +344,7 @@ int main(void) {
     FIELD(defrec_result, roll_deg);
     FIELD(defrec_result, focal_ratio);
     FIELD(defrec_result, rig_matches);
+    FIELD(defrec_result, template_epoch);
     FIELD(defrec_template_info, struct_size);
     FIELD(defrec_template_info, width);
     FIELD(defrec_template_info, height);
@@ -438,6 +441,8 @@ int main(void) {
     VALUE(DEFREC_REASON_LOW_CONTRAST);
     VALUE(DEFREC_REASON_VIEW_LATE);
     VALUE(DEFREC_REASON_CALIBRATION);
+    VALUE(DEFREC_REASON_TEMPLATE_GREW);
+    VALUE(DEFREC_REASON_TEMPLATE_FULL);
     VALUE(DEFREC_REASON_ONE_EYE);
     VALUE(DEFREC_REASON_EYES_SWAPPED);
     VALUE(DEFREC_POINT_OBSERVED);

@@ -114,6 +114,13 @@ const std::vector<Use<defrec_job>> kJobUses = {
          auto out = init<defrec_result>();
          return defrec_job_result(h, &out);
      }},
+    {"defrec_job_get_template",
+     [](auto h) {
+         defrec_template out = nullptr;
+         return defrec_job_get_template(h, &out);
+     }},
+    {"defrec_job_lift_points",
+     [](auto h) { return defrec_job_lift_points(h, numbers, 1, numbers, bytes); }},
     {"defrec_job_warp_points",
      [](auto h) { return defrec_job_warp_points(h, numbers, 1, numbers, nullptr, nullptr); }},
     {"defrec_job_point_covariances",

@@ -201,6 +201,28 @@ defrec_status defrec_job_point_covariances(defrec_job job, const double* templat
     });
 }
 
+defrec_status defrec_job_get_template(defrec_job job, defrec_template* out) {
+    return api_call([&] {
+        const JobUse use(job);
+        expect_given("out", out);
+        *out = add_handle<defrec_template>(std::make_shared<TemplateObject>(use->get_template()));
+    });
+}
+
+defrec_status defrec_job_lift_points(defrec_job job, const double* uv, size_t count, double* xyz,
+                                     uint8_t* found) {
+    return api_call([&] {
+        const JobUse use(job);
+        check_count(count);
+        if (count != 0) {
+            expect_given("uv", uv);
+            expect_given("xyz", xyz);
+            expect_given("found", found);
+        }
+        use->lift_points(uv, count, xyz, found);
+    });
+}
+
 // ---- templates --------------------------------------------------------------
 
 defrec_status defrec_tracker_get_template(defrec_tracker tracker, defrec_template* out) {

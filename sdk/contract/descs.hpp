@@ -40,6 +40,7 @@ inline void fill_defaults(defrec_tracker_desc& p) {
     if (p.coarse_iterations == 0) p.coarse_iterations = 3;
     if (p.fine_iterations == 0) p.fine_iterations = 3;
     if (p.self_calibration == 0) p.self_calibration = DEFREC_SELF_CALIBRATION_REPORT;
+    if (p.max_vertices == 0) p.max_vertices = 65536;
 }
 inline std::string range_error(const defrec_tracker_desc& p) {
     RangeCheck check("desc.");
@@ -71,6 +72,8 @@ inline std::string range_error(const defrec_tracker_desc& p) {
          DEFREC_SELF_CALIBRATION_CORRECT,
          DEFREC_SELF_CALIBRATION_OFF},
         "REPORT (0), CORRECT (1), OFF (2)");
+    check.integer("grow", p.grow, 0, 1);
+    if (p.max_vertices != 0) check.integer("max_vertices", p.max_vertices, 1, 1000000);
     return check.error();
 }
 inline constexpr int32_t kTrackerMaxFlags = 0;
@@ -80,4 +83,5 @@ inline constexpr int32_t kTrackerMaxMinDisparity = 1024;
 inline constexpr int32_t kTrackerMaxFeatures = 65535;
 inline constexpr int32_t kTrackerMaxCoarseIterations = 1000;
 inline constexpr int32_t kTrackerMaxFineIterations = 1000;
+inline constexpr int32_t kTrackerMaxGrow = 1;
 }  // namespace defrec

@@ -42,5 +42,7 @@ inline constexpr TrackerOption kTrackerOptions[] = {
     {"coarse_iterations", &defrec_tracker_desc::coarse_iterations, 0, 1000, {}},
     {"fine_iterations", &defrec_tracker_desc::fine_iterations, 0, 1000, {}},
     {"self_calibration", &defrec_tracker_desc::self_calibration, 0, 0, kSelfCalibrationChoices},
+    {"grow", &defrec_tracker_desc::grow, 0, 1, {}},
+    {"max_vertices", &defrec_tracker_desc::max_vertices, 0, 1000000, {}},
 };
 }  // namespace defrec

@@ -5,9 +5,10 @@
 #include <numeric>
 
 #include "sdk/template/check_patches.hpp"
+#include "sdk/template/node_edges.hpp"
+#include "sdk/template/patch_places.hpp"
 #include "sdk/template/surface.hpp"
 #include "sdk/template/surface_point.hpp"
-#include "sdk/template/texture.hpp"
 
 namespace defrec {
 namespace {
@@ -33,15 +34,6 @@ void place_nodes(TemplateData& data, double spacing_px) {
         }
 }
 
-double distance(const std::vector<float>& nodes, size_t a, size_t b) {
-    double squared = 0;
-    for (size_t axis = 0; axis < 3; ++axis) {
-        const double difference = nodes[3 * a + axis] - nodes[3 * b + axis];
-        squared += difference * difference;
-    }
-    return std::sqrt(squared);
-}
-
 double median(std::vector<double> values) {
     if (values.empty()) return 0;
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -49,10 +41,7 @@ double median(std::vector<double> values) {
     return *middle;
 }
 
-// Connections to everything within 2.5 spacings: dense, as the paper asks, so that smoothness
-// travels far in one iteration.
-void connect_nodes(TemplateData& data) {
-    const size_t count = data.nodes.size() / 3;
+void measure_node_spacing(TemplateData& data) {
     const NodeGrid& grid = data.node_grid;
     std::vector<double> steps;
     for (int y = 0; y < grid.rows; ++y)
@@ -61,17 +50,9 @@ void connect_nodes(TemplateData& data) {
             const int32_t b = grid.node[static_cast<size_t>(y * grid.columns + x + 1)];
             if (a >= 0 && b >= 0)
                 steps.push_back(
-                    distance(data.nodes, static_cast<size_t>(a), static_cast<size_t>(b)));
+                    node_distance(data.nodes, static_cast<size_t>(a), static_cast<size_t>(b)));
         }
     data.node_spacing_mm = median(std::move(steps));
-    const double spacing = data.node_spacing_mm;
-    for (size_t a = 0; a < count; ++a)
-        for (size_t b = a + 1; b < count; ++b) {
-            const double d = distance(data.nodes, a, b) / spacing;
-            if (d > 2.5) continue;
-            data.edges.push_back({static_cast<int32_t>(a), static_cast<int32_t>(b),
-                                  static_cast<float>(std::exp(-0.5 * (d / 1.5) * (d / 1.5)))});
-        }
 }
 
 void place_vertices(TemplateData& data) {
@@ -124,57 +105,16 @@ void place_landmarks(TemplateData& data, const CaptureInput& input) {
     }
 }
 
-double trackability(const CaptureInput& input, int cx, int cy) {
-    constexpr int kRadius = 4;
-    const auto gray = [&](int x, int y) {
-        return int{input.gray[static_cast<size_t>(y) * input.width + static_cast<size_t>(x)]};
-    };
-    return texture(gray, cx, cy, kRadius);
-}
-
-bool masked_near(const CaptureInput& input, int cx, int cy, int radius) {
-    for (int y = cy - radius; y <= cy + radius; y += 2)
-        for (int x = cx - radius; x <= cx + radius; x += 2)
-            if (input.mask != nullptr &&
-                input.mask[static_cast<size_t>(y) * input.width + static_cast<size_t>(x)] == 0)
-                return true;
-    return false;
-}
-
-// The best trackable pixel of each cell of a grid over the image.
 void place_patches(TemplateData& data, const CaptureInput& input) {
     constexpr int kBorder = 8;
-    constexpr double kMinTrackability = 0.15;
-    const double cell = std::max(
-        12.0, std::sqrt(static_cast<double>(input.width) * input.height / input.max_patches));
-    const int columns = static_cast<int>(input.width / cell),
-              rows = static_cast<int>(input.height / cell);
-    for (int row = 0; row < rows; ++row)
-        for (int column = 0; column < columns; ++column) {
-            const int x0 = std::max(kBorder, static_cast<int>(column * cell)),
-                      x1 = std::min(static_cast<int>(input.width) - kBorder,
-                                    static_cast<int>((column + 1) * cell));
-            const int y0 = std::max(kBorder, static_cast<int>(row * cell)),
-                      y1 = std::min(static_cast<int>(input.height) - kBorder,
-                                    static_cast<int>((row + 1) * cell));
-            double best = kMinTrackability;
-            int u = -1, v = -1;
-            for (int y = y0; y < y1; y += 2)
-                for (int x = x0; x < x1; x += 2) {
-                    const double score = trackability(input, x, y);
-                    if (score <= best || masked_near(input, x, y, 5)) continue;
-                    double disparity = 0, support = 0;
-                    if (!grid_disparity(data, x, y, disparity, support) ||
-                        support > data.grid.spacing)
-                        continue;
-                    best = score;
-                    u = x;
-                    v = y;
-                }
-            if (u < 0) continue;
-            defrec_patch patch{};
-            if (surface_patch(data, u, v, patch)) data.patches.push_back(patch);
-        }
+    const auto has_surface = [&](int u, int v) {
+        double disparity = 0, support = 0;
+        return grid_disparity(data, u, v, disparity, support) && support <= data.grid.spacing;
+    };
+    for (const Pixel pixel : trackable_pixels(input, patch_cell(input), kBorder, has_surface)) {
+        defrec_patch patch{};
+        if (surface_patch(data, pixel.u, pixel.v, patch)) data.patches.push_back(patch);
+    }
 }
 
 }  // namespace
@@ -187,7 +127,8 @@ std::optional<TemplateData> capture_template(const CaptureInput& input) {
     if (!fit_surface(input, data.grid)) return std::nullopt;
     place_nodes(data, input.node_spacing_px);
     if (data.nodes.size() < 3 * 4) return std::nullopt;
-    connect_nodes(data);
+    measure_node_spacing(data);
+    connect_nodes(data, 0);
     place_vertices(data);
     place_landmarks(data, input);
     place_patches(data, input);

@@ -14,23 +14,27 @@ namespace {
 constexpr double kMinTexture = 0.5;
 
 // Of the patch's window, on the image of the check's level; 0 where the window leaves the image.
-double window_texture(const TemplateData& data, double u, double v) {
-    const int step = 1 << check_level(data.width), radius = static_cast<int>(kCheckRadius);
-    const int width = static_cast<int>(data.width), height = static_cast<int>(data.height);
+double window_texture(const uint8_t* image, int width, int height, double u, double v) {
+    const int step = 1 << check_level(static_cast<uint32_t>(width)),
+              radius = static_cast<int>(kCheckRadius);
     const int x0 = static_cast<int>(u) - radius * step, y0 = static_cast<int>(v) - radius * step;
     const int reach = (2 * radius + 2) * step;
     if (x0 < step || y0 < step || x0 + reach >= width || y0 + reach >= height) return 0;
     const auto gray = [&](int x, int y) {
         int sum = 0;
         for (int dy = 0; dy < step; ++dy)
-            for (int dx = 0; dx < step; ++dx)
-                sum += data.image[static_cast<size_t>((y + dy) * width + x + dx)];
+            for (int dx = 0; dx < step; ++dx) sum += image[(y + dy) * width + x + dx];
         return static_cast<double>(sum) / (step * step);
     };
     return texture(gray, static_cast<int>(u), static_cast<int>(v), radius, step);
 }
 
 }  // namespace
+
+bool has_check_texture(const uint8_t* gray, uint32_t width, uint32_t height, double u, double v) {
+    return window_texture(gray, static_cast<int>(width), static_cast<int>(height), u, v) >=
+           kMinTexture;
+}
 
 void place_checks(TemplateData& data) {
     const SurfaceGrid& grid = data.grid;
@@ -43,7 +47,8 @@ void place_checks(TemplateData& data) {
             const double u = (x0 + 0.5 * (step - 1)) * grid.spacing,
                          v = (y0 + 0.5 * (step - 1)) * grid.spacing;
             defrec_patch patch{};
-            if (window_texture(data, u, v) < kMinTexture || !surface_patch(data, u, v, patch))
+            if (!has_check_texture(data.image.data(), data.width, data.height, u, v) ||
+                !surface_patch(data, u, v, patch))
                 continue;
             const auto index = static_cast<int32_t>(data.checks.size());
             data.checks.push_back(patch);

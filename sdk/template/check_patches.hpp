@@ -8,8 +8,12 @@ namespace defrec {
 inline constexpr uint32_t kCheckRadius = 7;  // px of the level
 constexpr uint32_t check_level(uint32_t image_width) { return image_width >= 640 ? 1 : 0; }
 
+// Whether the window round a pixel of an image has texture in both directions.
+bool has_check_texture(const uint8_t* gray, uint32_t width, uint32_t height, double u, double v);
+
 // Fills checks and check_of_vertex of a template that has everything else: one patch for each piece
-// of the surface as large as a patch's window, where the window has texture in both directions.
+// of the first view's surface as large as a patch's window, where the window has texture in both
+// directions.
 void place_checks(TemplateData& data);
 
 }  // namespace defrec

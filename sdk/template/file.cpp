@@ -1,5 +1,7 @@
 // A template as a file: a header with a version, the arrays one after the other, a checksum. Little
-// endian.
+// endian. Layout 1 is that of a template that has not grown; layout 2 has the parts that joined at
+// its end.
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -12,6 +14,7 @@
 #include "sdk/base/atomic_file.hpp"
 #include "sdk/device/context.hpp"
 #include "sdk/template/check_patches.hpp"
+#include "sdk/template/page.hpp"
 #include "sdk/template/template.hpp"
 
 namespace defrec {
@@ -20,7 +23,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "the file's layout is the memory's");
 
 constexpr char kMagic[8] = {'d', 'e', 'f', 'r', 'e', 'c', 'T', '\n'};
-constexpr uint32_t kVersion = 1;
+constexpr uint32_t kFirstViewVersion = 1, kGrownVersion = 2;
 constexpr uint64_t kMaxBytes = uint64_t{1} << 30;
 
 uint64_t checksum(const char* bytes, size_t count) {
@@ -114,6 +117,54 @@ void visit_arrays(Data& data, Visit&& visit) {
     visit(data.image);
 }
 
+template <class Part, class Visit>
+void visit_part_scalars(Part& part, Visit&& visit) {
+    visit(part.columns);
+    visit(part.rows);
+    visit(part.step_mm);
+    visit(part.min_disparity);
+    visit(part.max_disparity);
+    visit(part.before);
+}
+
+// What layout 2 has more. Checks of the first view are made anew, so those of parts are counted
+// from there.
+void write_parts(const TemplateData& data, Writer& writer) {
+    writer.value(data.page_end);
+    writer.value(static_cast<uint64_t>(data.parts.size()));
+    for (const GrownPart& part : data.parts) {
+        visit_part_scalars(part, [&](const auto& value) { writer.value(value); });
+        writer.array(part.vertex);
+    }
+    const TemplateCounts first = data.first_counts();
+    writer.array(std::vector(data.checks.begin() + static_cast<std::ptrdiff_t>(first.checks),
+                             data.checks.end()));
+    std::vector<int32_t> check_of_vertex;
+    for (const int32_t check : data.check_of_vertex)
+        check_of_vertex.push_back(std::max(-1, check - static_cast<int32_t>(first.checks)));
+    writer.array(check_of_vertex);
+}
+
+struct GrownChecks {
+    std::vector<defrec_patch> checks;
+    std::vector<int32_t> of_vertex;  // -1: it has one of the first view, or none
+};
+
+void read_parts(Reader& reader, TemplateData& data, GrownChecks& grown) {
+    constexpr uint64_t kMaxParts = 1 << 20;
+    uint64_t parts = 0;
+    reader.value(data.page_end);
+    reader.value(parts);
+    if (parts == 0 || parts > kMaxParts) reader.broken("its number of parts is out of range");
+    for (uint64_t i = 0; i < parts; ++i) {
+        GrownPart& part = data.parts.emplace_back();
+        visit_part_scalars(part, [&](auto& value) { reader.value(value); });
+        reader.array(part.vertex);
+    }
+    reader.array(grown.checks);
+    reader.array(grown.of_vertex);
+}
+
 bool skin_in_range(const int32_t* node, const float* weight, size_t nodes) {
     for (int k = 0; k < DEFREC_SKIN_NODES; ++k)
         if (node[k] < 0 || static_cast<size_t>(node[k]) >= nodes || !std::isfinite(weight[k]))
@@ -130,13 +181,22 @@ bool all_finite(const std::vector<float>& values) {
     return all_finite(values.data(), values.size());
 }
 
+bool patch_in_range(const TemplateData& data, const defrec_patch& patch) {
+    return patch.view >= 0 && static_cast<size_t>(patch.view) < data.views() &&
+           skin_in_range(patch.node, patch.weight, data.nodes.size() / 3) &&
+           all_finite(patch.position, 3) && all_finite(patch.tangent_u, 3) &&
+           all_finite(patch.tangent_v, 3) && all_finite(&patch.u, 1) && all_finite(&patch.v, 1);
+}
+
 bool above_zero(double value) { return value > 0 && std::isfinite(value); }
 
 // A file that was made by hand or by another version must not lead out of an array.
 const char* fault_of(const TemplateData& data) {
     const auto side_ok = [](uint32_t side) { return side > 0 && side <= DEFREC_MAX_SIDE; };
     if (!side_ok(data.width) || !side_ok(data.height)) return "its image size is out of range";
-    if (data.image.size() != size_t{data.width} * data.height)
+    if (data.views() == 0 || data.views() > kMaxViews ||
+        data.image.size() != data.views() * data.width * data.height ||
+        (data.parts.empty() && data.views() != 1))
         return "its image has another size than it says";
     const defrec_camera& camera = data.camera;
     if (!above_zero(camera.fx) || !above_zero(camera.fy) || !above_zero(camera.baseline_mm) ||
@@ -186,11 +246,59 @@ const char* fault_of(const TemplateData& data) {
                 !all_finite(point.normal, 3))
                 return "a surface point is out of range";
     for (const defrec_patch& patch : data.patches)
-        if (patch.view != 0 || !skin_in_range(patch.node, patch.weight, nodes) ||
-            !all_finite(patch.position, 3) || !all_finite(patch.tangent_u, 3) ||
-            !all_finite(patch.tangent_v, 3) || !all_finite(&patch.u, 1) || !all_finite(&patch.v, 1))
-            return "a patch is out of range";
+        if (!patch_in_range(data, patch)) return "a patch is out of range";
     return nullptr;
+}
+
+bool increasing(const TemplateCounts& a, const TemplateCounts& b) {
+    return a.vertices <= b.vertices && a.triangles <= b.triangles && a.nodes <= b.nodes &&
+           a.edges <= b.edges && a.landmarks <= b.landmarks && a.patches <= b.patches &&
+           a.checks <= b.checks;
+}
+
+// Likewise, of the parts.
+const char* fault_of_parts(const TemplateData& data, const GrownChecks& grown) {
+    const TemplateCounts first = data.first_counts();
+    TemplateCounts end = data.counts();
+    end.checks = first.checks + grown.checks.size();
+    for (auto part = data.parts.rbegin(); part != data.parts.rend(); ++part) {
+        if (!increasing(part->before, end)) return "a part's counts are out of range";
+        if (part->columns < 1 || part->rows < 1 || part->columns > DEFREC_MAX_SIDE ||
+            part->rows > DEFREC_MAX_SIDE ||
+            part->vertex.size() !=
+                static_cast<size_t>(part->columns) * static_cast<size_t>(part->rows) ||
+            !above_zero(part->step_mm) || !above_zero(part->min_disparity) ||
+            !above_zero(part->max_disparity))
+            return "a part's grid is inconsistent";
+        for (const int32_t vertex : part->vertex)
+            if (vertex < -1 || vertex >= static_cast<int64_t>(end.vertices))
+                return "a part's vertex is out of range";
+        end = part->before;
+    }
+    if (data.page_end.x > data.width || data.page_end.y > data.height ||
+        data.page_end.shelf > data.height)
+        return "the end of its last page is out of range";
+    if (grown.of_vertex.size() != (data.parts.empty() ? 0 : data.vertices.size()))
+        return "its checks are inconsistent";
+    for (const int32_t check : grown.of_vertex)
+        if (check < -1 || check >= static_cast<int64_t>(grown.checks.size()))
+            return "a check's index is out of range";
+    for (const defrec_patch& check : grown.checks)
+        if (!patch_in_range(data, check)) return "a check is out of range";
+    return nullptr;
+}
+
+// With the first view's checks made anew the parts' follow them.
+void append_checks(TemplateData& data, const GrownChecks& grown) {
+    const auto moved =
+        static_cast<int64_t>(data.checks.size()) - static_cast<int64_t>(data.first_counts().checks);
+    for (GrownPart& part : data.parts)
+        part.before.checks =
+            static_cast<uint64_t>(static_cast<int64_t>(part.before.checks) + moved);
+    const auto first = static_cast<int32_t>(data.checks.size());
+    data.checks.insert(data.checks.end(), grown.checks.begin(), grown.checks.end());
+    for (size_t i = 0; i < grown.of_vertex.size(); ++i)
+        if (grown.of_vertex[i] >= 0) data.check_of_vertex[i] = first + grown.of_vertex[i];
 }
 
 }  // namespace
@@ -198,9 +306,10 @@ const char* fault_of(const TemplateData& data) {
 void Template::save(const char* path) const {
     Writer writer;
     for (const char c : kMagic) writer.value(c);
-    writer.value(kVersion);
+    writer.value(data_.parts.empty() ? kFirstViewVersion : kGrownVersion);
     visit_scalars(data_, [&](const auto& value) { writer.value(value); });
     visit_arrays(data_, [&](const auto& values) { writer.array(values); });
+    if (!data_.parts.empty()) write_parts(data_, writer);
     const std::string& bytes = writer.bytes();
     const uint64_t sum = checksum(bytes.data(), bytes.size());
 
@@ -241,19 +350,23 @@ std::shared_ptr<const Template> Template::load(Context& context, const char* pat
     if (std::memcmp(magic, kMagic, sizeof magic) != 0) reader.broken("it does not begin as one");
     uint32_t version = 0;
     reader.value(version);
-    if (version != kVersion)
+    if (version != kFirstViewVersion && version != kGrownVersion)
         fail(DEFREC_ERROR_VERSION, name, " has layout ", version, ", this library reads ",
-             kVersion);
+             kFirstViewVersion, " and ", kGrownVersion);
     TemplateData data;
     visit_scalars(data, [&](auto& value) { reader.value(value); });
     visit_arrays(data, [&](auto& values) { reader.array(values); });
+    GrownChecks grown;
+    if (version == kGrownVersion) read_parts(reader, data, grown);
     const size_t end = reader.position();
     uint64_t sum = 0;
     reader.value(sum);
     if (reader.position() != bytes.size()) reader.broken("something follows its end");
     if (sum != checksum(bytes.data(), end)) reader.broken("its checksum does not fit");
     if (const char* fault = fault_of(data)) reader.broken(fault);
+    if (const char* fault = fault_of_parts(data, grown)) reader.broken(fault);
     place_checks(data);
+    append_checks(data, grown);
     context.log(DEFREC_LOG_INFO,
                 concat("template with ", data.vertices.size(), " vertices loaded from ", name));
     return std::make_shared<const Template>(std::move(data));

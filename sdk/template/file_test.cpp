@@ -112,6 +112,85 @@ TEST_CASE("numbers of a file that are not finite are refused") {
         }
 }
 
+namespace {
+
+// The square with another beside it that joined: two vertices, a control point, a page.
+TemplateData grown_square() {
+    TemplateData data = square();
+    defrec::GrownPart part;
+    part.columns = 2;
+    part.rows = 2;
+    part.step_mm = 20;
+    part.min_disparity = part.max_disparity = 10;
+    part.vertex = {1, 4, 3, 5};
+    part.before = data.counts();
+    for (int i = 0; i < 2; ++i) {
+        data.vertices.push_back(data.vertices[static_cast<size_t>(1 + 2 * i)]);
+        data.vertices.back().position[0] = 40;
+        data.vertices.back().node[0] = 1;
+    }
+    data.vertex_support.assign(6, 0);
+    data.nodes.insert(data.nodes.end(), {30, 10, 50});
+    data.edges = {{0, 1, 1}};
+    data.triangles = {1, 3, 4, 4, 3, 5};
+    defrec_patch patch{};
+    patch.view = 1;
+    patch.weight[0] = 1;
+    patch.tangent_u[0] = patch.tangent_v[1] = 1;
+    data.patches = {patch};
+    data.checks = {patch};
+    data.check_of_vertex = {-1, 0, -1, -1, 0, -1};
+    data.image.resize(2 * 64 * 48, 7);
+    data.parts = {part};
+    data.page_end = {16, 0, 24};
+    return data;
+}
+
+}  // namespace
+
+TEST_CASE("a template that has grown is read as it was written") {
+    const defrec::test::TemporaryFolder folder;
+    const std::string path = folder.path() / "template", again = folder.path() / "again";
+    defrec::Template(grown_square()).save(path.c_str());
+    const defrec::test::TestContext context;
+    defrec_template loaded = nullptr;
+    REQUIRE(defrec_template_load(context.get(), path.c_str(), &loaded) == DEFREC_OK);
+    REQUIRE(defrec_template_save(loaded, again.c_str()) == DEFREC_OK);
+    defrec_template_release(loaded);
+    const auto bytes = defrec::test::read_file(path);
+    CHECK(bytes == defrec::test::read_file(again));
+    CHECK(bytes[8] == 2);  // the layout
+    defrec::Template(square()).save(path.c_str());
+    CHECK(defrec::test::read_file(path)[8] == 1);
+}
+
+TEST_CASE("parts that do not fit their template are refused") {
+    struct Place {
+        const char* refusal;
+        std::function<void(TemplateData&)> spoil;
+    };
+    const Place places[] = {
+        {"image", [](TemplateData& d) { d.image.pop_back(); }},
+        {"patch", [](TemplateData& d) { d.patches[0].view = 2; }},
+        {"part's counts", [](TemplateData& d) { d.parts[0].before.vertices = 7; }},
+        {"part's counts", [](TemplateData& d) { d.parts[0].before.nodes = 3; }},
+        {"part's grid", [](TemplateData& d) { d.parts[0].columns = 3; }},
+        {"part's grid", [](TemplateData& d) { d.parts[0].step_mm = 0; }},
+        {"part's vertex", [](TemplateData& d) { d.parts[0].vertex[0] = 6; }},
+        {"page", [](TemplateData& d) { d.page_end.x = 65; }},
+        {"check", [](TemplateData& d) { d.check_of_vertex[4] = 1; }},
+        {"check", [](TemplateData& d) { d.check_of_vertex.pop_back(); }},
+        {"check", [](TemplateData& d) { d.checks[0].node[0] = 2; }},
+    };
+    for (const Place& place : places) {
+        TemplateData data = grown_square();
+        place.spoil(data);
+        CAPTURE(&place - places);
+        CHECK(reload(data) == nullptr);
+        CHECK(std::string(defrec_last_error()).find(place.refusal) != std::string::npos);
+    }
+}
+
 TEST_CASE("files of others beside a template are left alone, and none of its own") {
     const defrec::test::TemporaryFolder folder;
     const std::string path = folder.path() / "template";

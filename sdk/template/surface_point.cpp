@@ -46,22 +46,14 @@ Tangents tangents_at(const TemplateData& data, double u, double v) {
     return tangents;
 }
 
+// Where it lies and what moves it.
 bool point_at(const TemplateData& data, double u, double v, defrec_surface_point& out,
-              Tangents& tangents) {
-    double disparity = 0, support = 0;
+              SurfacePlace& place) {
     Skin skin;
-    if (!grid_disparity(data, u, v, disparity, support) || !grid_skin(data.node_grid, u, v, skin))
-        return false;
-    tangents = tangents_at(data, u, v);
-    if (!tangents.valid) return false;
-    const Eigen::Vector3d position = as_vector(back_project(data.camera, u, v, disparity));
-    Eigen::Vector3d normal = tangents.v.cross(tangents.u);
-    const double length = normal.norm();
-    if (!(length > 0)) return false;
-    normal *= (normal.dot(position) < 0 ? 1 : -1) / length;
+    if (!grid_skin(data.node_grid, u, v, skin) || !surface_place(data, u, v, place)) return false;
     for (int axis = 0; axis < 3; ++axis) {
-        out.position[axis] = static_cast<float>(position[axis]);
-        out.normal[axis] = static_cast<float>(normal[axis]);
+        out.position[axis] = static_cast<float>(place.position[axis]);
+        out.normal[axis] = static_cast<float>(place.normal[axis]);
     }
     std::copy(skin.node.begin(), skin.node.end(), out.node);
     std::copy(skin.weight.begin(), skin.weight.end(), out.weight);
@@ -70,22 +62,36 @@ bool point_at(const TemplateData& data, double u, double v, defrec_surface_point
 
 }  // namespace
 
+bool surface_place(const TemplateData& data, double u, double v, SurfacePlace& place) {
+    double disparity = 0, support = 0;
+    if (!grid_disparity(data, u, v, disparity, support)) return false;
+    const Tangents tangents = tangents_at(data, u, v);
+    if (!tangents.valid) return false;
+    const Eigen::Vector3d position = as_vector(back_project(data.camera, u, v, disparity));
+    Eigen::Vector3d normal = tangents.v.cross(tangents.u);
+    const double length = normal.norm();
+    if (!(length > 0)) return false;
+    normal *= (normal.dot(position) < 0 ? 1 : -1) / length;
+    place = {position, normal, tangents.u, tangents.v};
+    return true;
+}
+
 bool surface_point(const TemplateData& data, double u, double v, defrec_surface_point& point) {
-    Tangents tangents;
-    return point_at(data, u, v, point, tangents);
+    SurfacePlace place;
+    return point_at(data, u, v, point, place);
 }
 
 bool surface_patch(const TemplateData& data, double u, double v, defrec_patch& patch) {
     defrec_surface_point point{};
-    Tangents tangents;
-    if (!point_at(data, u, v, point, tangents)) return false;
+    SurfacePlace place;
+    if (!point_at(data, u, v, point, place)) return false;
     patch = {};
     patch.u = static_cast<float>(u);
     patch.v = static_cast<float>(v);
     for (int axis = 0; axis < 3; ++axis) {
         patch.position[axis] = point.position[axis];
-        patch.tangent_u[axis] = static_cast<float>(tangents.u[axis]);
-        patch.tangent_v[axis] = static_cast<float>(tangents.v[axis]);
+        patch.tangent_u[axis] = static_cast<float>(place.tangent_u[axis]);
+        patch.tangent_v[axis] = static_cast<float>(place.tangent_v[axis]);
     }
     std::copy(std::begin(point.node), std::end(point.node), patch.node);
     std::copy(std::begin(point.weight), std::end(point.weight), patch.weight);

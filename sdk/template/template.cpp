@@ -4,9 +4,20 @@
 #include <cmath>
 #include <utility>
 
+#include "sdk/template/surface_index.hpp"
+
 namespace defrec {
 
-Template::Template(TemplateData data) : data_(std::move(data)) {}
+TemplateCounts TemplateData::counts() const {
+    return {vertices.size(),  triangles.size() / 3, nodes.size() / 3, edges.size(),
+            landmarks.size(), patches.size(),       checks.size()};
+}
+
+Template::Template(TemplateData data)
+    : data_(std::move(data)),
+      index_(data_.parts.empty() ? nullptr : std::make_unique<SurfaceIndex>(data_)) {}
+
+Template::~Template() = default;
 
 void Template::info(defrec_template_info& out) const {
     out.width = data_.width;
@@ -39,6 +50,23 @@ void Template::lift(const double* uv, size_t count, double* xyz, uint8_t* found)
     }
 }
 
+int32_t Template::grown_vertex(const double xyz[3]) const {
+    if (index_ == nullptr) return -1;
+    const int32_t vertex = index_->nearest_vertex(data_, xyz);
+    return static_cast<int64_t>(vertex) >= static_cast<int64_t>(data_.first_counts().vertices)
+               ? vertex
+               : -1;
+}
+
+DualQuaternion<double> Template::motion_at(const double xyz[3],
+                                           const defrec_motion* motions) const {
+    if (const int32_t vertex = grown_vertex(xyz); vertex >= 0)
+        return index_->motion_at(data_, vertex, xyz, motions);
+    const Skin skin = skin_of(xyz);
+    return blend<double>(motions, skin.node.data(), skin.weight.data());
+}
+
+// The control points that move a point, on the first view's surface or off it.
 Skin Template::skin_of(const double xyz[3]) const {
     Skin skin;
     if (xyz[2] > 0) {
@@ -127,7 +155,7 @@ bool grid_skin(const NodeGrid& grid, double u, double v, Skin& skin) {
     return true;
 }
 
-void spread_distance(std::vector<float>& distance, int columns, int rows) {
+void spread_distance(std::span<float> distance, int columns, int rows) {
     constexpr float kSide = 1, kCorner = 1.41421356f;
     // beside: the cell before or after in the row; row: the one above or below. Beyond the border
     // stands a cell inside, no nearer than what it stands for, which changes nothing.

@@ -1,5 +1,5 @@
-// The template: the surface of one frame with its control points, landmarks and patches. Immutable
-// once made, shared between trackers.
+// The template: the surface of one frame with its control points, landmarks and patches, and the
+// tissue that joined it later (growth.hpp). Immutable once made, shared between trackers.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -13,6 +13,9 @@
 namespace defrec {
 
 class Context;
+class SurfaceIndex;  // surface_index.hpp
+template <class T>
+struct DualQuaternion;  // motion.hpp
 
 // What moves a point: up to DEFREC_SKIN_NODES control points with weights of sum 1.
 struct Skin {
@@ -38,6 +41,28 @@ struct NodeGrid {
     std::vector<int32_t> node;            // index of the control point, -1: none
 };
 
+// How many of each a template has.
+struct TemplateCounts {
+    uint64_t vertices = 0, triangles = 0, nodes = 0, edges = 0, landmarks = 0, patches = 0,
+             checks = 0;
+};
+
+// Tissue that joined: a piece of a regular grid over the image of the frame that showed it.
+struct GrownPart {
+    int32_t columns = 0, rows = 0;
+    float step_mm = 0;                           // between neighbours of the grid, on the surface
+    float min_disparity = 0, max_disparity = 0;  // px, of the tissue in that frame
+    std::vector<int32_t> vertex;  // index of the template's vertex: its own, those of earlier ones
+                                  // round them; -1: none
+    TemplateCounts before;        // of the template that it joined; its own follow
+};
+
+// Where the next piece of an image goes in the last of a template's pages (page.hpp).
+struct PageEnd {
+    uint32_t x = 0, y = 0;  // px
+    uint32_t shelf = 0;     // height of the row of pieces that begins at y
+};
+
 struct TemplateData {
     uint32_t width = 0, height = 0;
     defrec_camera camera{};
@@ -52,15 +77,24 @@ struct TemplateData {
     std::vector<defrec_landmark> landmarks;
     std::vector<defrec_surface_point> landmark_points;
     std::vector<defrec_patch> patches;
-    std::vector<uint8_t> image;  // width * height
+    // The image of the first view, then pages with pieces of later ones; width * height each.
+    std::vector<uint8_t> image;
+    std::vector<GrownPart> parts;
+    PageEnd page_end;
     // Made of the above, not in the file: check_patches.hpp.
     std::vector<defrec_patch> checks;
     std::vector<int32_t> check_of_vertex;  // index of the check whose window it lies in, -1: none
+
+    TemplateCounts counts() const;
+    // Of the first view.
+    TemplateCounts first_counts() const { return parts.empty() ? counts() : parts.front().before; }
+    size_t views() const { return image.size() / (size_t{width} * height); }
 };
 
 class Template {
   public:
     explicit Template(TemplateData data);
+    ~Template();
 
     const TemplateData& data() const { return data_; }
 
@@ -70,15 +104,21 @@ class Template {
     // there is no surface.
     void lift(const double* uv, size_t count, double* xyz, uint8_t* found) const;
 
-    // The control points that move a point of the template frame, on the surface or off it.
-    Skin skin_of(const double xyz[3]) const;
+    // How a point of the template frame moves, on the surface or off it; motions: of the control
+    // points.
+    DualQuaternion<double> motion_at(const double xyz[3], const defrec_motion* motions) const;
+    // The vertex that a point of tissue that joined belongs to; -1: it is none.
+    int32_t grown_vertex(const double xyz[3]) const;
 
     // The template as a file; throws Error(DEFREC_ERROR_IO).
     void save(const char* path) const;
     static std::shared_ptr<const Template> load(Context& context, const char* path);
 
   private:
+    Skin skin_of(const double xyz[3]) const;
+
     TemplateData data_;
+    std::unique_ptr<const SurfaceIndex> index_;  // null: it has not grown
 };
 
 // Disparity of the grid at a pixel, by bilinear interpolation over the vertices round it; false
@@ -90,7 +130,7 @@ bool grid_skin(const NodeGrid& grid, double u, double v, Skin& skin);
 // Lowers every value of a grid to the least of the others plus the distance there, in grid steps
 // (chamfer: 1 to a side, sqrt 2 to a corner). With 0 at some places and much at all others: the
 // distance to the nearest of these places.
-void spread_distance(std::vector<float>& distance, int columns, int rows);
+void spread_distance(std::span<float> distance, int columns, int rows);
 // The point at (u, v) with that disparity.
 std::array<double, 3> back_project(const defrec_camera& camera, double u, double v,
                                    double disparity);

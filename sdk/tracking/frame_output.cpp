@@ -48,7 +48,8 @@ uint64_t carve_fitted(std::span<std::byte> block, const TemplateData& data, Fram
 
 size_t rig_patch_step(const TemplateData& data) {
     constexpr size_t kEnough = 200;
-    return (data.patches.size() + kEnough - 1) / kEnough + (data.patches.empty() ? 1 : 0);
+    const size_t first = data.first_counts().patches;
+    return (first + kEnough - 1) / kEnough + (first == 0 ? 1 : 0);
 }
 
 size_t rig_patch_count(const TemplateData& data) {

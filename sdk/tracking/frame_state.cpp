@@ -123,8 +123,10 @@ Evidence weigh_evidence(const FrameOutput& output, std::span<const double> patch
 
 Verdict classify(const TemplateData& data, const Evidence& evidence, bool was_found) {
     Verdict verdict;
-    const auto inside_share = static_cast<double>(evidence.vertices_inside) /
-                              static_cast<double>(std::max<size_t>(1, data.vertices.size()));
+    // Of what an image can show: tissue that joined lies beside the first view.
+    const auto inside_share =
+        static_cast<double>(evidence.vertices_inside) /
+        static_cast<double>(std::max<uint64_t>(1, data.first_counts().vertices));
     const double confirmed = evidence.confirmed_share(), observed = evidence.observed_share();
     // A wrong surface confirms one patch in fifty by chance, a right one in heavy smoke one in ten.
     // What was followed up to here needs less evidence than what is said to be found again.

@@ -230,18 +230,19 @@ TEST_CASE(
     "depth") {
     Fixture f;
     const VertexConfidence confidence = f.confidence();
+    const Template surface(f.data);
     const double on[3] = {0, 0, 80}, below[3] = {0, 0, 110}, beside[3] = {300, 0, 80};
-    const SurfaceConfidence at_surface = confidence_at(f.data, confidence, on),
-                            at_depth = confidence_at(f.data, confidence, below);
+    const SurfaceConfidence at_surface = confidence_at(surface, confidence, on),
+                            at_depth = confidence_at(surface, confidence, below);
     CHECK(at_surface.status == DEFREC_POINT_OBSERVED);
     CHECK(at_surface.expected_error == doctest::Approx(confidence.expected_error[0]).epsilon(0.5));
     CHECK(at_depth.expected_error > at_surface.expected_error);
     for (const SurfaceConfidence& at :
-         {at_surface, at_depth, confidence_at(f.data, confidence, beside)})
+         {at_surface, at_depth, confidence_at(surface, confidence, beside)})
         CHECK(std::sqrt(at.covariance[0] + at.covariance[3] + at.covariance[5]) ==
               doctest::Approx(at.expected_error));
-    CHECK(confidence_at(f.data, confidence, beside).status == DEFREC_POINT_UNKNOWN);
-    CHECK(confidence_at(f.data, confidence, beside).expected_error >= at_depth.expected_error);
+    CHECK(confidence_at(surface, confidence, beside).status == DEFREC_POINT_UNKNOWN);
+    CHECK(confidence_at(surface, confidence, beside).expected_error >= at_depth.expected_error);
 }
 
 TEST_CASE("the rigid motion of a rigidly moved surface is that motion") {

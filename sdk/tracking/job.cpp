@@ -8,6 +8,7 @@
 
 #include "backends/shared/motion.hpp"
 #include "sdk/base/spin.hpp"
+#include "sdk/tracking/lift_pixels.hpp"
 
 namespace defrec {
 namespace {
@@ -89,6 +90,7 @@ void TrackerJob::result(defrec_result& out) const {
     out.state = state;
     out.reasons = reasons;
     out.epoch = epoch;
+    out.template_epoch = template_epoch;
     out.timestamp_ns = input.timestamp_ns;
     out.frame = frame;
     out.age = age;
@@ -127,27 +129,40 @@ void TrackerJob::result(defrec_result& out) const {
     out.patch_count = data.patches.size();
 }
 
-const TemplateData& TrackerJob::expect_surface() const {
+void TrackerJob::expect_surface() const {
     expect_done();
-    if (surface == nullptr)
-        fail(DEFREC_ERROR_STATE, "points cannot be warped before there is a template");
-    return surface->data();
+    if (surface == nullptr) fail(DEFREC_ERROR_STATE, "there is no template yet");
+}
+
+std::shared_ptr<const Template> TrackerJob::get_template() const {
+    expect_surface();
+    return surface;
+}
+
+void TrackerJob::lift_points(const double* uv, size_t count, double* xyz, uint8_t* found) const {
+    expect_surface();
+    if (state != DEFREC_LOST) {
+        lift_pixels(*surface, vertices, output.motions, {uv, 2 * count}, {xyz, 3 * count},
+                    {found, count});
+        return;
+    }
+    std::fill_n(xyz, 3 * count, 0.0);
+    std::fill_n(found, count, uint8_t{0});
 }
 
 void TrackerJob::warp_points(const double* template_xyz, size_t count, double* xyz,
                              uint8_t* point_status, double* expected_error_mm) const {
-    const TemplateData& data = expect_surface();
+    expect_surface();
     const auto warp = [&](const double* from) {
         if (!is_finite(from)) return Vec3<double>{kNaN, kNaN, kNaN};
-        const Skin skin = surface->skin_of(from);
-        return apply(blend<double>(output.motions.data(), skin.node.data(), skin.weight.data()),
+        return apply(surface->motion_at(from, output.motions.data()),
                      Vec3<double>{from[0], from[1], from[2]});
     };
     for (size_t i = 0; i < count; ++i) {
         const double from[3] = {template_xyz[3 * i], template_xyz[3 * i + 1],
                                 template_xyz[3 * i + 2]};
         const Vec3<double> to = warp(from);
-        const SurfaceConfidence at_point = confidence_at(data, confidence, from);
+        const SurfaceConfidence at_point = confidence_at(*surface, confidence, from);
         xyz[3 * i] = to.x;
         xyz[3 * i + 1] = to.y;
         xyz[3 * i + 2] = to.z;
@@ -158,10 +173,10 @@ void TrackerJob::warp_points(const double* template_xyz, size_t count, double* x
 
 void TrackerJob::point_covariances(const double* template_xyz, size_t count, double* covariance,
                                    uint8_t* point_evidence) const {
-    const TemplateData& data = expect_surface();
+    expect_surface();
     for (size_t i = 0; i < count; ++i) {
         const double* point = template_xyz + 3 * i;
-        SurfaceConfidence at_point = confidence_at(data, confidence, point);
+        SurfaceConfidence at_point = confidence_at(*surface, confidence, point);
         if (!is_finite(point)) std::fill_n(at_point.covariance, 6, kNaN);
         std::copy_n(at_point.covariance, 6, covariance + 6 * i);
         if (point_evidence != nullptr) point_evidence[i] = at_point.evidence;

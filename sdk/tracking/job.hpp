@@ -31,6 +31,8 @@ class TrackerJob final : public Job {
     defrec_status wait(uint64_t timeout_ns) override;
     const std::string& error_text() const override { return error_text_; }
     void result(defrec_result& out) const override;
+    std::shared_ptr<const Template> get_template() const override;
+    void lift_points(const double* uv, size_t count, double* xyz, uint8_t* found) const override;
     void warp_points(const double* template_xyz, size_t count, double* xyz, uint8_t* status,
                      double* expected_error_mm) const override;
     void point_covariances(const double* template_xyz, size_t count, double* covariance,
@@ -59,7 +61,7 @@ class TrackerJob final : public Job {
     Evidence evidence;
     float observed_share = 0;  // of the vertices inside the image
     RigEstimate rig_estimate;
-    uint32_t state = DEFREC_INITIALISING, reasons = 0, epoch = 0, age = 0;
+    uint32_t state = DEFREC_INITIALISING, reasons = 0, epoch = 0, template_epoch = 0, age = 0;
 
     // The device is done, the host will be at once: who waits may wake up in the meantime.
     void announce_end();
@@ -68,7 +70,7 @@ class TrackerJob final : public Job {
 
   private:
     void expect_done() const;
-    const TemplateData& expect_surface() const;
+    void expect_surface() const;
 
     std::condition_variable changed_;  // with the monitor's mutex
     std::string error_text_;

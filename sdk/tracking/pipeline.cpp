@@ -176,39 +176,42 @@ void Pipeline::forget(ObservedFrame frame) {
     frame.task_.output.summary->features = 0;
 }
 
-void Pipeline::download_front(ObservedFrame& frame) {
-    Observation& o = *frame.observation_;
+void Pipeline::read_front(const ObservedFrame& frame, FrontImages& images) {
+    const Observation& o = *frame.observation_;
     const size_t pixels = size_t{rig_->width()} * rig_->height();
-    host_.gray.resize(pixels);
-    host_.mask.resize(pixels);
-    host_.disparity.resize(pixels);
-    host_.features.resize(settings_.max_features);
-    read_all(queue_, o.gray[0], host_.gray);
-    read_all(queue_, o.mask[0], host_.mask);
-    read_all(queue_, o.disparity, host_.disparity);
-    read_all(queue_, o.features, host_.features);
-    queue_.read(o.feature_count, &host_.feature_count, sizeof host_.feature_count);
-    queue_.finish();
-    if (host_.feature_count > settings_.max_features)
-        fail(DEFREC_ERROR_PLUGIN, "the plugin gave ", host_.feature_count,
-             " features where at most ", settings_.max_features, " fit");
-    host_.features.resize(host_.feature_count);
+    images.gray.resize(pixels);
+    images.mask.resize(pixels);
+    images.disparity.resize(pixels);
+    images.features.resize(settings_.max_features);
+    read_all(queue_, o.gray[0], images.gray);
+    read_all(queue_, o.mask[0], images.mask);
+    read_all(queue_, o.disparity, images.disparity);
+    read_all(queue_, o.features, images.features);
+    queue_.read(o.feature_count, &images.feature_count, sizeof images.feature_count);
 }
 
-std::optional<TemplateData> Pipeline::capture(ObservedFrame& frame) {
-    download_front(frame);
+CaptureInput Pipeline::capture_input(const FrontImages& images) const {
+    if (images.feature_count > settings_.max_features)
+        fail(DEFREC_ERROR_PLUGIN, "the plugin gave ", images.feature_count,
+             " features where at most ", settings_.max_features, " fit");
     CaptureInput input;
     input.width = rig_->width();
     input.height = rig_->height();
     input.camera = rig_->camera();
-    input.gray = host_.gray.data();
-    input.mask = host_.mask.data();
-    input.disparity = host_.disparity.data();
-    input.features = host_.features;
+    input.gray = images.gray.data();
+    input.mask = images.mask.data();
+    input.disparity = images.disparity.data();
+    input.features = std::span(images.features).first(images.feature_count);
     input.vertex_spacing_px = settings_.vertex_spacing_px;
     input.node_spacing_px = settings_.node_spacing_px;
     input.max_patches = settings_.max_patches;
-    return capture_template(input);
+    return input;
+}
+
+std::optional<TemplateData> Pipeline::capture(ObservedFrame& frame) {
+    read_front(frame, host_);
+    queue_.finish();
+    return capture_template(capture_input(host_));
 }
 
 bool Pipeline::views_look_swapped(ObservedFrame& frame) {
@@ -231,7 +234,7 @@ bool Pipeline::views_look_swapped(ObservedFrame& frame) {
 void Pipeline::set_template(const TemplateData& data) {
     auto stages = std::make_unique<TemplateStages>(device_, queue_, *rig_, settings_, data);
     if (settings_.disparities == 0)
-        stereo_ = make_stereo(narrowed_search_range(data.grid, widest_range_));
+        stereo_ = make_stereo(narrowed_search_range(data, widest_range_));
     template_ = std::move(stages);
 }
 

@@ -16,6 +16,14 @@
 
 namespace defrec {
 
+// What a frame's images became, on the host.
+struct FrontImages {
+    std::vector<uint8_t> gray, mask;  // of the left view
+    std::vector<int16_t> disparity;
+    std::vector<defrec_feature> features;  // feature_count of them
+    uint32_t feature_count = 0;
+};
+
 // One thread. Outlives its frames. A call that fails leaves no work behind that would write into
 // the frame it was given.
 class Pipeline {
@@ -36,6 +44,10 @@ class Pipeline {
     void shift_right_view(const Rig::ViewShift& shift);
     void await_gray(const ObservedFrame& frame);
 
+    // Queues reading what a template is made of.
+    void read_front(const ObservedFrame& frame, FrontImages& images);
+    // That as the input of a capture, which shows the images.
+    CaptureInput capture_input(const FrontImages& images) const;
     // A template from the frame's images; empty when too little of them has disparity.
     std::optional<TemplateData> capture(ObservedFrame& frame);
     // Whether the images match when left and right are exchanged.
@@ -68,7 +80,6 @@ class Pipeline {
     void upload_maps();
     ObservedFrame take_observation(const FrameTask& task);
     void rectify(ObservedFrame& frame, Queue& uploads);
-    void download_front(ObservedFrame& frame);
     // Waits for what is queued, after a failure.
     void drain() noexcept;
 
@@ -77,14 +88,9 @@ class Pipeline {
     const TrackerSettings settings_;
     const SearchRange widest_range_;
 
-    // Host copies that only capturing a template needs. The queue, which goes before them, may be
-    // reading into them.
-    struct {
-        std::vector<uint8_t> gray, mask;
-        std::vector<int16_t> disparity;
-        std::vector<defrec_feature> features;
-        uint32_t feature_count = 0;
-    } host_;
+    // Only capturing a template needs them. The queue, which goes before them, may be reading into
+    // them.
+    FrontImages host_;
 
     Queue queue_;
     std::optional<Queue> uploads_;  // of a second frame, beside the work on the one before

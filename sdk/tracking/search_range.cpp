@@ -22,13 +22,18 @@ SearchRange widest_search_range(const defrec_camera& camera, uint32_t width, flo
         0, std::clamp(round_up(std::min(nearest, 0.45 * width)), kMinDisparities, kMaxDisparities)};
 }
 
-SearchRange narrowed_search_range(const SurfaceGrid& grid, const SearchRange& widest) {
+SearchRange narrowed_search_range(const TemplateData& data, const SearchRange& widest) {
+    const SurfaceGrid& grid = data.grid;
     float minimum = 1e9f, maximum = 0;
     for (size_t i = 0; i < grid.vertex.size(); ++i)
         if (grid.vertex[i] >= 0) {
             minimum = std::min(minimum, grid.disparity[i]);
             maximum = std::max(maximum, grid.disparity[i]);
         }
+    for (const GrownPart& part : data.parts) {
+        minimum = std::min(minimum, part.min_disparity);
+        maximum = std::max(maximum, part.max_disparity);
+    }
     const uint32_t from = static_cast<uint32_t>(0.55 * minimum) / kStep * kStep;
     const uint32_t limit = std::max(widest.disparities, round_up(maximum + 4));
     const uint32_t to = std::min(round_up(1.6 * maximum + 4), limit);

@@ -14,8 +14,8 @@ struct SearchRange {
 
 // For a surface that is not known yet: whatever is at least min_depth_mm away.
 SearchRange widest_search_range(const defrec_camera& camera, uint32_t width, float min_depth_mm);
-// For a surface that was observed at the disparities of its grid, and may come nearer or go farther
-// by half.
-SearchRange narrowed_search_range(const SurfaceGrid& grid, const SearchRange& widest);
+// For a surface that was observed at the disparities of its grid and of its parts, and may come
+// nearer or go farther by half.
+SearchRange narrowed_search_range(const TemplateData& data, const SearchRange& widest);
 
 }  // namespace defrec

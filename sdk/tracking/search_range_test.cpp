@@ -6,11 +6,12 @@ using namespace defrec;
 
 namespace {
 
-SurfaceGrid grid_of(std::vector<float> disparities) {
-    SurfaceGrid grid;
-    for (size_t i = 0; i < disparities.size(); ++i) grid.vertex.push_back(static_cast<int32_t>(i));
-    grid.disparity = std::move(disparities);
-    return grid;
+TemplateData grid_of(std::vector<float> disparities) {
+    TemplateData data;
+    for (size_t i = 0; i < disparities.size(); ++i)
+        data.grid.vertex.push_back(static_cast<int32_t>(i));
+    data.grid.disparity = std::move(disparities);
+    return data;
 }
 
 void check(const SearchRange& range, uint32_t min_disparity, uint32_t disparities) {
@@ -41,7 +42,7 @@ TEST_CASE(
 }
 
 TEST_CASE("places of the grid without a vertex say nothing") {
-    SurfaceGrid grid = grid_of({40, 45, 0, 250});
-    grid.vertex[2] = grid.vertex[3] = -1;
-    check(narrowed_search_range(grid, {0, 96}), 16, 64);
+    TemplateData data = grid_of({40, 45, 0, 250});
+    data.grid.vertex[2] = data.grid.vertex[3] = -1;
+    check(narrowed_search_range(data, {0, 96}), 16, 64);
 }

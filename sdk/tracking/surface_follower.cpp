@@ -20,6 +20,15 @@ defrec_surface_sample at_rest(const defrec_surface_point& point) {
     return sample;
 }
 
+defrec_surface_sample moved(const defrec_surface_point& point,
+                            std::span<const defrec_motion> motions) {
+    defrec_surface_sample sample = at_rest(point);
+    const auto motion = blend<double>(motions.data(), point.node, point.weight);
+    store3(apply(motion, load3<double>(point.position)), sample.position);
+    store3(rotate(motion, load3<double>(point.normal)), sample.normal);
+    return sample;
+}
+
 FrameTask task_of(TrackerJob& job) {
     return {job.input,
             {job.views[0].as<uint8_t>().data(), job.views[1].as<uint8_t>().data()},
@@ -63,6 +72,7 @@ SurfaceFollower::SurfaceFollower(std::shared_ptr<const Rig> rig,
     : rig_(std::move(rig)),
       channels_(bytes_per_pixel(settings.format)),
       frames_(frames),
+      growth_(settings),
       pipeline_(rig_, device, settings),
       rig_monitor_(rig_->width(), rig_->height()),
       watches_rig_(settings.self_calibration != DEFREC_SELF_CALIBRATION_OFF),
@@ -110,6 +120,7 @@ void SurfaceFollower::process(TrackerJob& job) {
     }
     const bool captures =
         template_ == nullptr || (job.input.flags & DEFREC_FRAME_CAPTURE_TEMPLATE) != 0;
+    if (!captures && grow()) job.reasons |= DEFREC_REASON_TEMPLATE_GREW;
     const uint32_t reasons = job.reasons;
     // A template keeps the depth that it was captured with: where its own frame shows that the rig
     // wants correction, it is captured again.
@@ -126,6 +137,7 @@ void SurfaceFollower::process(TrackerJob& job) {
         frame.emplace(pipeline_.observe(task_of(job)));
         job.reasons = reasons;
         --epoch_;  // it is the same template, made better
+        --template_epoch_;
     }
 }
 
@@ -196,8 +208,29 @@ void SurfaceFollower::adopt(std::shared_ptr<const Template> surface, bool is_obs
     last_rows_.clear();
     age_ = 0;
     ++epoch_;
+    ++template_epoch_;
+    growth_.reset();
     const std::lock_guard lock(template_mutex_);
     template_ = std::move(surface);
+}
+
+// Takes in the tissue that is to join with this frame; false where there is none.
+bool SurfaceFollower::grow() {
+    std::optional<Growth> growth = growth_.begin_frame();
+    if (!growth) return false;
+    auto surface = std::make_shared<const Template>(std::move(growth->data));
+    const TemplateData& data = surface->data();
+    Surface made{SurfaceModel(data), last_->motions, last_->samples};
+    extend_motions(data.nodes, growth->anchors, made.motions);
+    for (size_t i = made.samples.size(); i < data.vertices.size(); ++i)
+        made.samples.push_back(moved(data.vertices[i], made.motions));
+    pipeline_.set_template(data);
+    growth_.joined(data, growth->anchors);
+    last_ = std::move(made);
+    ++template_epoch_;
+    const std::lock_guard lock(template_mutex_);
+    template_ = std::move(surface);
+    return true;
 }
 
 // Makes room for the results with the present template; false, with the results there are, where
@@ -207,6 +240,7 @@ bool SurfaceFollower::prepare_results(TrackerJob& job) {
     if (template_ == nullptr) {
         job.state = DEFREC_INITIALISING;
         job.epoch = 0;
+        job.template_epoch = 0;
         job.age = 0;
         return false;
     }
@@ -221,6 +255,7 @@ bool SurfaceFollower::prepare_results(TrackerJob& job) {
 }
 
 Verdict SurfaceFollower::follow(TrackerJob& job, ObservedFrame frame) {
+    if (FrontImages* images = growth_.images()) pipeline_.read_front(frame, *images);
     FollowedFrame followed = pipeline_.follow(std::move(frame), last_->motions);
     // A wait that ends too early may cost a call of the driver. Each looks for a while before it
     // sleeps: many short ones would keep a core busy through a long frame.
@@ -269,8 +304,10 @@ void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict) {
         if (!is_tracking_) ++epoch_;
         std::copy(job.output.motions.begin(), job.output.motions.end(), last_->motions.begin());
         age_ = 0;
+        growth_.end_found_frame(pipeline_, template_, job.output);
     } else {
         job.state = DEFREC_LOST;
+        growth_.end_lost_frame();
         last_rows_.clear();
         std::copy(last_->motions.begin(), last_->motions.end(), job.output.motions.begin());
         std::copy(last_->samples.begin(), last_->samples.end(), job.output.samples.begin());
@@ -280,7 +317,9 @@ void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict) {
     }
     is_tracking_ = verdict.found;
     job.epoch = epoch_;
+    job.template_epoch = template_epoch_;
     job.age = age_;
+    if (growth_.is_full()) job.reasons |= DEFREC_REASON_TEMPLATE_FULL;
     describe_surface(job);
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "sdk/tracking/frame_queue.hpp"
+#include "sdk/tracking/map_growth.hpp"
 #include "sdk/tracking/pipeline.hpp"
 #include "sdk/tracking/rig_monitor.hpp"
 #include "sdk/tracking/stream_check.hpp"
@@ -50,6 +51,7 @@ class SurfaceFollower {
     ImageStatistics statistics_of(const TrackerJob& job, int view) const;
     void capture(TrackerJob& job, ObservedFrame& frame);
     void adopt(std::shared_ptr<const Template> surface, bool is_observed);
+    bool grow();
     bool prepare_results(TrackerJob& job);
     Verdict follow(TrackerJob& job, ObservedFrame frame);
     void watch_rig(TrackerJob& job, Verdict& verdict);
@@ -60,6 +62,7 @@ class SurfaceFollower {
     std::shared_ptr<const Rig> rig_;
     const uint32_t channels_;
     const FrameQueue& frames_;
+    MapGrowth growth_;
     Pipeline pipeline_;
 
     mutable std::mutex template_mutex_;
@@ -76,7 +79,7 @@ class SurfaceFollower {
     std::vector<RowMatch> row_matches_;
     std::vector<float> last_rows_;  // of the patches of the rig in the left view; NaN: not found
     bool is_tracking_ = false;      // the surface was found in the frame before
-    uint32_t epoch_ = 0, age_ = 0;
+    uint32_t epoch_ = 0, template_epoch_ = 0, age_ = 0;
 };
 
 }  // namespace defrec

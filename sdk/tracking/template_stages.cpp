@@ -41,6 +41,13 @@ std::vector<defrec_surface_point> sparse_vertices(const TemplateData& data) {
             const int32_t vertex = data.grid.vertex[static_cast<size_t>(y * data.grid.columns + x)];
             if (vertex >= 0) points.push_back(data.vertices[static_cast<size_t>(vertex)]);
         }
+    for (const GrownPart& part : data.parts)
+        for (int y = 0; y < part.rows; y += kSparseStep)
+            for (int x = 0; x < part.columns; x += kSparseStep) {
+                const int32_t vertex = part.vertex[static_cast<size_t>(y * part.columns + x)];
+                if (vertex >= static_cast<int64_t>(part.before.vertices))
+                    points.push_back(data.vertices[static_cast<size_t>(vertex)]);
+            }
     return points;
 }
 
@@ -134,6 +141,7 @@ defrec_align_params TemplateStages::align_params(const TemplateData& data, uint3
     auto align = make_params<defrec_align_params>();
     align.patches = patches;
     align.nodes = node_count(data);
+    align.views = static_cast<uint32_t>(data.views());
     align.width = data.width;
     align.height = data.height;
     align.camera = camera_;

@@ -53,7 +53,7 @@ class TemplateStages {
     std::vector<Pass> passes_;
 };
 
-// Every second vertex along rows and columns of the grid: neighbouring disparities share their
+// Every second vertex along rows and columns of the grids: neighbouring disparities share their
 // windows, so a denser cloud tells the solver little more.
 std::vector<defrec_surface_point> sparse_vertices(const TemplateData& data);
 

@@ -25,6 +25,8 @@ class Job {
     virtual const std::string& error_text() const = 0;
     // Throws Error(DEFREC_ERROR_STATE) unless the frame is done.
     virtual void result(defrec_result& out) const = 0;
+    virtual std::shared_ptr<const Template> get_template() const = 0;
+    virtual void lift_points(const double* uv, size_t count, double* xyz, uint8_t* found) const = 0;
     virtual void warp_points(const double* template_xyz, size_t count, double* xyz, uint8_t* status,
                              double* expected_error_mm) const = 0;
     virtual void point_covariances(const double* template_xyz, size_t count, double* covariance,

@@ -7,6 +7,8 @@
 #include <cstring>
 #include <numbers>
 
+#include "sdk/tracking/map_distance.hpp"
+
 namespace defrec {
 namespace {
 
@@ -46,9 +48,7 @@ void set_isotropic(Real expected_error, Real* covariance) {
 
 SurfaceModel::SurfaceModel(const TemplateData& given) : data(&given), cell(given.vertices.size()) {
     const auto count = static_cast<Eigen::Index>(given.vertices.size());
-    for (size_t i = 0; i < given.grid.vertex.size(); ++i)
-        if (given.grid.vertex[i] >= 0)
-            cell[static_cast<size_t>(given.grid.vertex[i])] = static_cast<uint32_t>(i);
+    cells = number_cells(given, cell);
     step_mm.resize(given.vertices.size());
     support_mm.resize(given.vertices.size());
     centred.setZero(4, count);
@@ -61,6 +61,9 @@ SurfaceModel::SurfaceModel(const TemplateData& given) : data(&given), cell(given
         support_mm[index] = static_cast<float>(given.vertex_support[index] * z / given.camera.fx);
         centre += Eigen::Map<const Eigen::Vector3f>(vertex.position).cast<double>();
     }
+    for (const GrownPart& part : given.parts)
+        std::fill(step_mm.begin() + static_cast<std::ptrdiff_t>(part.before.vertices),
+                  step_mm.end(), part.step_mm);
     centre /= static_cast<double>(std::max<Eigen::Index>(1, count));
     for (Eigen::Index i = 0; i < count; ++i) {
         const Eigen::Map<const Eigen::Vector3f> position(
@@ -120,7 +123,6 @@ void set_covariance(const float position[3], float across, float along, float* c
 void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidence,
                          VertexConfidence& confidence) {
     const TemplateData& data = *model.data;
-    const SurfaceGrid& grid = data.grid;
     const SurfaceSamples samples = evidence.samples;
     const LateralEvidence& lateral = evidence.lateral;
     const RigDoubt rig(data, evidence);
@@ -130,8 +132,8 @@ void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidenc
     const auto depth_per_px = [&](float z) { return z * z / (fx * baseline); };
     make_room(confidence, samples.size());
     confidence.rig_px2.resize(samples.size());
-    confidence.to_lateral.assign(grid.vertex.size(), 1e6f);
-    confidence.to_observed.assign(grid.vertex.size(), 1e6f);
+    confidence.to_lateral.assign(model.cells, 1e6f);
+    confidence.to_observed.assign(model.cells, 1e6f);
     for (size_t i = 0; i < samples.size(); ++i) {
         const float per_px = depth_per_px(samples[i].position[2]);
         const float rig_px2 = confidence.rig_px2[i] = rig.at(evidence, i);
@@ -143,8 +145,8 @@ void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidenc
         if (is_confirmed) confidence.to_lateral[model.cell[i]] = 0;
         if (is_confirmed && agrees) confidence.to_observed[model.cell[i]] = 0;
     }
-    spread_distance(confidence.to_lateral, grid.columns, grid.rows);
-    spread_distance(confidence.to_observed, grid.columns, grid.rows);
+    spread_over_map(data, model.cell, confidence.to_lateral);
+    spread_over_map(data, model.cell, confidence.to_observed);
     for (size_t i = 0; i < samples.size(); ++i) {
         const float z = samples[i].position[2], mm_per_px = z / fx, per_px = depth_per_px(z);
         const float to_observed = confidence.to_observed[model.cell[i]] * model.step_mm[i];
@@ -183,20 +185,18 @@ void forget_confidence(uint32_t age, VertexConfidence& confidence, size_t vertic
     for (size_t i = 0; i < vertices; ++i) set_isotropic(error, &confidence.covariance[6 * i]);
 }
 
-SurfaceConfidence confidence_at(const TemplateData& data, const VertexConfidence& confidence,
-                                const double xyz[3]) {
-    constexpr double kGrowthOffSurface = 0.03;  // mm of error per mm from the surface
+namespace {
+
+// The first view's vertex nearest to a point's pixel, within two steps of the grid; -1: there is
+// none.
+int32_t vertex_under(const TemplateData& data, const double xyz[3]) {
     const SurfaceGrid& grid = data.grid;
-    SurfaceConfidence at;
-    at.expected_error = 100;
-    set_isotropic(at.expected_error, at.covariance);
-    if (!(xyz[2] > 0 && std::isfinite(xyz[2]))) return at;
+    if (!(xyz[2] > 0 && std::isfinite(xyz[2]))) return -1;
     const double u = data.camera.fx * xyz[0] / xyz[2] + data.camera.cx,
                  v = data.camera.fy * xyz[1] / xyz[2] + data.camera.cy;
-    if (!(std::abs(u) < 1e6 && std::abs(v) < 1e6)) return at;
+    if (!(std::abs(u) < 1e6 && std::abs(v) < 1e6)) return -1;
     const int column = static_cast<int>(std::lround(u / grid.spacing)),
               row = static_cast<int>(std::lround(v / grid.spacing));
-    // The nearest vertex within two grid steps; beyond, nothing is known of the surface there.
     int32_t nearest = -1;
     int best = 9;
     for (int dy = -2; dy <= 2; ++dy)
@@ -209,14 +209,28 @@ SurfaceConfidence confidence_at(const TemplateData& data, const VertexConfidence
             nearest = vertex;
             best = dx * dx + dy * dy;
         }
-    if (nearest < 0) return at;
+    return nearest;
+}
+
+}  // namespace
+
+SurfaceConfidence confidence_at(const Template& surface, const VertexConfidence& confidence,
+                                const double xyz[3]) {
+    constexpr double kGrowthOffSurface = 0.03;  // mm of error per mm from the surface
+    const TemplateData& data = surface.data();
+    SurfaceConfidence at;
+    at.expected_error = 100;
+    set_isotropic(at.expected_error, at.covariance);
+    int32_t nearest = surface.grown_vertex(xyz);
+    if (nearest < 0) nearest = vertex_under(data, xyz);
+    if (nearest < 0) return at;  // nothing is known of the surface there
     const size_t vertex = static_cast<size_t>(nearest);
     double squared = 0;
     for (int axis = 0; axis < 3; ++axis) {
         const double difference = xyz[axis] - data.vertices[vertex].position[axis];
         squared += difference * difference;
     }
-    const double step_mm = grid.spacing * data.vertices[vertex].position[2] / data.camera.fx;
+    const double step_mm = data.grid.spacing * data.vertices[vertex].position[2] / data.camera.fx;
     at.status = confidence.status[vertex];
     at.evidence = confidence.evidence[vertex];
     at.expected_error = confidence.expected_error[vertex] +

@@ -20,11 +20,12 @@ struct SurfaceModel {
 
     const TemplateData* data;
     // Per vertex:
-    std::vector<uint32_t> cell;     // of the template's grid
-    std::vector<float> step_mm;     // a step of the grid
+    std::vector<uint32_t> cell;     // of the template's grid, then of the grids of its parts
+    std::vector<float> step_mm;     // a step of that grid
     std::vector<float> support_mm;  // how far the template's own disparity was extrapolated
     Eigen::Matrix4Xf centred;       // position less the centre, and 0
     Eigen::Vector3d centre;         // mean position
+    size_t cells = 0;               // of all grids
 };
 
 // How sure a vertex is, from what was observed of it and round it.
@@ -33,7 +34,7 @@ struct VertexConfidence {
     std::vector<uint8_t> evidence;      // DEFREC_EVIDENCE_*
     std::vector<float> covariance;      // xx, xy, xz, yy, yz, zz each, mm^2, rectified camera
     std::vector<float> expected_error;  // mm, root of the covariance's trace
-    // Working memory, per cell of the grid: steps to the nearest vertex with lateral evidence, and
+    // Working memory, per cell of the grids: steps to the nearest vertex with lateral evidence, and
     // to the nearest one with depth that agrees as well.
     std::vector<float> to_lateral, to_observed;
     std::vector<float> rig_px2;  // working memory, per vertex: disparity that the rig gets wrong
@@ -53,15 +54,16 @@ void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidenc
 // age (frames).
 void forget_confidence(uint32_t age, VertexConfidence& confidence, size_t vertices);
 
-// What to believe of a point of the template frame, on the surface or off it: that of the vertices
-// under its pixel, with an error that grows with the distance (mm) from the surface.
+// What to believe of a point of the template frame, on the surface or off it: that of the vertex
+// under its pixel, or nearest to it on tissue that joined, with an error that grows with the
+// distance (mm) from the surface.
 struct SurfaceConfidence {
     uint8_t status = DEFREC_POINT_UNKNOWN;
     uint8_t evidence = 0;  // DEFREC_EVIDENCE_*
     double expected_error = 0;
     double covariance[6] = {};  // as in VertexConfidence
 };
-SurfaceConfidence confidence_at(const TemplateData& data, const VertexConfidence& confidence,
+SurfaceConfidence confidence_at(const Template& surface, const VertexConfidence& confidence,
                                 const double xyz[3]);
 
 // Best rigid motion from the template's vertices to the deformed ones, 3x4 row-major (Kabsch).

@@ -227,6 +227,10 @@ namespace Defrec
         ViewLate = 1u << 14,
         /// <summary>Left and right rows do not agree: the calibration has drifted.</summary>
         Calibration = 1u << 15,
+        /// <summary>From this frame on the template has more vertices: tissue joined.</summary>
+        TemplateGrew = 1u << 16,
+        /// <summary>The template grows no more: see max_vertices.</summary>
+        TemplateFull = 1u << 17,
         /// <summary>Deprecated: the earlier name of Reasons.OneView.</summary>
         OneEye = 1u << 9,
         /// <summary>Deprecated: the earlier name of Reasons.ViewsSwapped.</summary>

@@ -54,6 +54,8 @@ namespace Defrec
         public float FocalRatio { get; }
         /// <summary>Matches between left and right view behind the last three; 0: not measured.</summary>
         public uint RigMatches { get; }
+        /// <summary>Counts the tracker's templates, and how often tissue joined them; 0 without a template.</summary>
+        public uint TemplateEpoch { get; }
 
         internal unsafe FrameSummary(ref defrec_result result)
         {
@@ -81,6 +83,7 @@ namespace Defrec
             RollDeg = result.roll_deg;
             FocalRatio = result.focal_ratio;
             RigMatches = result.rig_matches;
+            TemplateEpoch = result.template_epoch;
         }
     }
 

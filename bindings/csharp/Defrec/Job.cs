@@ -88,6 +88,46 @@ namespace Defrec
             }
         }
 
+        /// <summary>The template of the job's frame, with as many vertices as its result: the tracker's present one may have grown since.</summary>
+        /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
+        /// <exception cref="DefrecException">The job is not done, failed, or its tracker has no template.</exception>
+        public Template GetTemplate()
+        {
+            var template = new TemplateHandle(Handle.Log);
+            using (var use = new HandleUse(Handle))
+            {
+                IntPtr native;
+                DefrecException.ThrowIfFailed(NativeMethods.defrec_job_get_template(use.Native, &native));
+                template.Adopt(native);
+            }
+            return Template.Of(template);
+        }
+
+        /// <summary>
+        /// Finds the points of the surface under pixels (u, v, u, ...) of the rectified left image of the job's frame: x, y, z each, mm, template
+        /// frame, from where <see cref="WarpPoints(double[], double[], PointStatus[], double[])"/> follows them. found: false where there is no
+        /// surface, or the frame is lost. Arrays may be longer than needed.
+        /// </summary>
+        /// <exception cref="ArgumentException">An array is null or too short, or uv of odd length.</exception>
+        /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
+        /// <exception cref="DefrecException">The job is not done, failed, or its tracker has no template.</exception>
+        public void LiftPoints(double[] uv, double[] xyz, bool[] found)
+        {
+            Check.NotNull(uv, nameof(uv));
+            Check.NotNull(xyz, nameof(xyz));
+            Check.NotNull(found, nameof(found));
+            int count = Check.Groups(uv.Length, 2, nameof(uv));
+            Check.Length(xyz.Length, 3L * count, nameof(xyz));
+            Check.Length(found.Length, count, nameof(found));
+            fixed (double* from = uv, to = xyz)
+            fixed (bool* flags = found)
+            using (var use = new HandleUse(Handle))
+            {
+                if (count == 0) return;
+                DefrecException.ThrowIfFailed(NativeMethods.defrec_job_lift_points(use.Native, from, (UIntPtr)(uint)count, to, (byte*)flags));
+            }
+        }
+
         /// <summary>
         /// Moves points (x, y, z, x, ...), mm, given in the template frame (on or near the surface: a preoperative model, say) to the frame of this
         /// job, in the rectified camera, mm. status, how far to trust each, and expectedErrorMm, the root mean square of the 3D error to be

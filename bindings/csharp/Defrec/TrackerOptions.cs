@@ -50,6 +50,10 @@ namespace Defrec
         public uint MemoryStride { get; set; }
         /// <summary>SelfCalibration: what is done about a calibration that has drifted; default SelfCalibration.Report.</summary>
         public SelfCalibration SelfCalibration { get; set; }
+        /// <summary>Tissue that comes into view joins the template; 0 to 1.</summary>
+        public bool Grow { get; set; }
+        /// <summary>Of a template that grows; what would exceed it does not join; 1 to 1000000; default 65536.</summary>
+        public uint MaxVertices { get; set; }
 
         // All but texts, which their caller keeps in place.
         internal void CopyTo(ref defrec_tracker_desc desc)
@@ -71,6 +75,8 @@ namespace Defrec
             desc.timed = Timed ? 1u : 0u;
             desc.memory_stride = MemoryStride;
             desc.self_calibration = SelfCalibration;
+            desc.grow = Grow ? 1u : 0u;
+            desc.max_vertices = MaxVertices;
         }
     }
 }

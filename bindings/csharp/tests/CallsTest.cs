@@ -222,6 +222,12 @@ namespace Defrec.Tests
                 var evidence = new Evidence[2];
                 job.GetPointCovariances(new double[] { 1, 2, 3 }, covariance);
                 job.GetPointCovariances(new double[] { 1, 2, 3 }, covariance, evidence);
+                var lifted = new double[3];
+                job.LiftPoints(new[] { 0.5, 1.5 }, lifted, new bool[1]);
+                Template surface = job.GetTemplate();
+                string template = Stub.Handle(surface.Handle);
+                surface.Dispose();
+                Assert.That(lifted, Is.EqualTo(new double[] { 1, 2, 3 }));
                 Assert.That(xyz, Is.EqualTo(new double[] { 1, 2, 3, 4, 5, 6 }));
                 Assert.That(status, Is.EqualTo(new[] { PointStatus.Extrapolated, PointStatus.Unknown }));
                 Assert.That(error, Is.EqualTo(new double[] { 1, 2 }));
@@ -233,7 +239,10 @@ namespace Defrec.Tests
                     "expected_error_mm=written)",
                     "defrec_job_warp_points(job=" + handle + ", template_xyz=[1, 2, 3], count=1, xyz=written, status=NULL, expected_error_mm=NULL)",
                     "defrec_job_point_covariances(job=" + handle + ", template_xyz=[1, 2, 3], count=1, covariance=written, evidence=NULL)",
-                    "defrec_job_point_covariances(job=" + handle + ", template_xyz=[1, 2, 3], count=1, covariance=written, evidence=written)"
+                    "defrec_job_point_covariances(job=" + handle + ", template_xyz=[1, 2, 3], count=1, covariance=written, evidence=written)",
+                    "defrec_job_lift_points(job=" + handle + ", uv=[0.5, 1.5], count=1, xyz=written, found=written)",
+                    "defrec_job_get_template(job=" + handle + ", out=" + template + ")", "defrec_template_get(surface=" + template + ", out={160})",
+                    "defrec_template_release(surface=" + template + ")"
                 }));
                 job.Dispose();
                 Assert.That(Stub.Calls(), Is.EqualTo(new[] { "defrec_job_release(job=" + handle + ")" }));

@@ -51,6 +51,8 @@ PROTOTYPES: Dict[str, Tuple[Any, Sequence[Any]]] = {
     "defrec_job_wait": (StatusResult, [c_void_p, c_uint64]),
     "defrec_job_release": (None, [c_void_p]),
     "defrec_job_result": (StatusResult, [c_void_p, _pointer(structs.ResultStruct)]),
+    "defrec_job_get_template": (StatusResult, [c_void_p, _handle_out]),
+    "defrec_job_lift_points": (StatusResult, [c_void_p, c_void_p, c_size_t, c_void_p, c_void_p]),
     "defrec_job_warp_points": (StatusResult, [c_void_p, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p]),
     "defrec_job_point_covariances": (StatusResult, [c_void_p, c_void_p, c_size_t, c_void_p, c_void_p]),
     "defrec_tracker_get_template": (StatusResult, [c_void_p, _handle_out]),

@@ -28,7 +28,9 @@ OPTIONS = """seed: of random choices: the same seed gives the same results on a 
     memory_stride: of left and right images in a defrec_memory, bytes; at most 1048576; default width * bytes per pixel,
         which is also the min.
     self_calibration: SelfCalibration: what is done about a calibration that has drifted; default
-        SelfCalibration.REPORT."""
+        SelfCalibration.REPORT.
+    grow: tissue that comes into view joins the template; 0 to 1.
+    max_vertices: of a template that grows; what would exceed it does not join; 1 to 1000000; default 65536."""
 
 
 class TrackerOptions(Handle):
@@ -57,6 +59,8 @@ class TrackerOptions(Handle):
         timed: bool = False,
         memory_stride: int = 0,
         self_calibration: SelfCalibration = SelfCalibration.REPORT,
+        grow: bool = False,
+        max_vertices: int = 0,
     ) -> None:
         self._create(
             context,
@@ -80,6 +84,8 @@ class TrackerOptions(Handle):
                 timed=bool(timed),
                 memory_stride=memory_stride,
                 self_calibration=self_calibration,
+                grow=bool(grow),
+                max_vertices=max_vertices,
             ),
         )
 

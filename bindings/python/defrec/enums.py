@@ -238,6 +238,10 @@ class Reason(IntFlag):
     """Left and right view were taken at different times."""
     CALIBRATION = 32768
     """Left and right rows do not agree: the calibration has drifted."""
+    TEMPLATE_GREW = 65536
+    """From this frame on the template has more vertices: tissue joined."""
+    TEMPLATE_FULL = 131072
+    """The template grows no more: see max_vertices."""
     ONE_EYE = 512
     """Deprecated: the earlier name of Reason.ONE_VIEW."""
     EYES_SWAPPED = 4096

@@ -104,6 +104,8 @@ class Result:
     """Right focal length to left; mean of the last seconds."""
     rig_matches: int
     """Between left and right view, behind the last three; 0: not measured."""
+    template_epoch: int
+    """Counts the tracker's templates, and how often tissue joined them; 0 without a template."""
 
 
 def copy_result(r: structs.ResultStruct, size: Tuple[int, int]) -> Result:
@@ -145,4 +147,5 @@ def copy_result(r: structs.ResultStruct, size: Tuple[int, int]) -> Result:
         roll_deg=r.roll_deg,
         focal_ratio=r.focal_ratio,
         rig_matches=r.rig_matches,
+        template_epoch=r.template_epoch,
     )

@@ -694,7 +694,7 @@ class ConstBuffer(Struct):
 
 
 @c_struct("defrec_tracker_desc", frames_in_flight=2, min_depth_mm=20, max_features=1024, max_patches=1024,
-    arap_weight=0.2, coarse_iterations=3, fine_iterations=3)
+    arap_weight=0.2, coarse_iterations=3, fine_iterations=3, max_vertices=65536)
 class TrackerDesc(Struct):
     """What a tracker is made with."""
 
@@ -739,6 +739,10 @@ class TrackerDesc(Struct):
     is also the min."""
     self_calibration: U32
     """SelfCalibration: what is done about a calibration that has drifted; default SelfCalibration.REPORT."""
+    grow: U32
+    """1: tissue that comes into view joins the template; 0 to 1."""
+    max_vertices: U32
+    """Of a template that grows; what would exceed it does not join; 1 to 1000000; default 65536."""
 
 
 @c_struct("defrec_memory_desc")
@@ -771,7 +775,7 @@ class Frame(Struct):
     """GRAY8, the rig's size: nonzero pixels of the left image are not tissue; None: none."""
     samples: Address
     """None, or where the device leaves a defrec_surface_sample per template vertex, those behind the result's
-    vertices and normals; too small is how the job fails."""
+    vertices and normals; too small is how the job fails, so with grow it is made for max_vertices."""
 
 
 @c_struct("defrec_stage_time")
@@ -871,6 +875,8 @@ class ResultStruct(Struct):
     """Right focal length to left; mean of the last seconds, 1 where not measured."""
     rig_matches: U32
     """Between left and right view, behind the last three; 0: not measured."""
+    template_epoch: U32
+    """Counts the tracker's templates, and how often tissue joined them; 0 without a template."""
 
 
 @c_struct("defrec_template_info")

@@ -16,7 +16,7 @@ from .enums import Format, FrameFlag, MemoryKind, Status
 from .memory import Memory, memory_desc
 from .result import PointCovariances, Result, WarpedPoints, copy_result
 from .rig import Rig
-from .template import Template
+from .template import Lifted, Template
 
 _FOR_EVER = (1 << 64) - 1
 
@@ -48,6 +48,30 @@ class Job(Handle):
         with self._copying() as handle:
             native.defrec_job_result(handle, found)
             return copy_result(found, self._size)
+
+    def template(self) -> Template:
+        """Waits for the frame, and gives its template, which has as many vertices as its result: the tracker's present
+        one may have grown since.
+
+        threads: any. Raises Error, with Status.ERROR_STATE where there is no template yet.
+        """
+        self.wait()
+        handle, keep = self._open()
+        return Template(
+            lambda out: native.defrec_job_get_template(handle, out), native.defrec_template_release, keep
+        )
+
+    def lift_points(self, uv: ArrayLike) -> Lifted:
+        """Waits for the frame, and finds the surface under (n, 2) pixels of its rectified left image: points of the
+        template frame, from where warp_points follows them.
+
+        threads: any. Raises Error, with Status.ERROR_STATE where there is no template yet.
+        """
+        given = Points("uv", uv, 2)
+        self.wait()
+        xyz, found = empty("d", (given.count, 3)), empty("?", (given.count,))
+        native.defrec_job_lift_points(self._native, given.address, given.count, address_of(xyz), address_of(found))
+        return Lifted(xyz, found)
 
     def warp_points(self, template_xyz: ArrayLike) -> WarpedPoints:
         """Waits for the frame, and moves (n, 3) points to it, mm, given in the template frame (on or near the surface:

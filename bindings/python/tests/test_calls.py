@@ -223,6 +223,10 @@ class Calls(stub.StubTest):
             self.assertEqual(len(job.result().vertices), 0)
             moved = job.warp_points([(1.5, 2.5, 3.5), (4.5, 5.5, 6.5)])
             errors = job.point_covariances([(1.5, 2.5, 3.5), (4.5, 5.5, 6.5)])
+            lifted = job.lift_points([(1.5, 2.5)])
+            with job.template() as template:
+                s = hex(template._native)
+        self.assertEqual((lifted.xyz.tolist(), lifted.found.tolist()), ([[1, 2, 3]], [True]))
         self.assertEqual(
             (moved.xyz.tolist(), moved.status.tolist(), moved.expected_error_mm.tolist()),
             ([[1, 2, 3], [4, 5, 6]], [1, 2], [1, 2]),
@@ -252,6 +256,11 @@ class Calls(stub.StubTest):
                 for_ever,
                 f"defrec_job_point_covariances(job={j}, template_xyz=[1.5, 2.5, 3.5, 4.5, 5.5, 6.5], count=2, "
                 "covariance=written, evidence=written)",
+                for_ever,
+                f"defrec_job_lift_points(job={j}, uv=[1.5, 2.5], count=1, xyz=written, found=written)",
+                for_ever,
+                f"defrec_job_get_template(job={j}, out={s})",
+                f"defrec_template_release(surface={s})",
                 f"defrec_job_release(job={j})",
             ],
         )

@@ -68,6 +68,8 @@ class Failures(stub.StubTest):
             "defrec_tracker_submit": lambda: tracker.submit(IMAGE, IMAGE, 1),
             "defrec_job_wait": job.wait,
             "defrec_job_result": job.result,
+            "defrec_job_get_template": job.template,
+            "defrec_job_lift_points": lambda: job.lift_points([(1, 2)]),
             "defrec_job_warp_points": lambda: job.warp_points([(1, 2, 3)]),
             "defrec_job_point_covariances": lambda: job.point_covariances([(1, 2, 3)]),
             "defrec_tracker_get_template": tracker.template,
@@ -185,6 +187,8 @@ class Lifetimes(stub.StubTest):
             "job": [
                 lambda j: j.wait(),
                 lambda j: j.result(),
+                lambda j: j.template(),
+                lambda j: j.lift_points([(1, 2)]),
                 lambda j: j.warp_points([(1, 2, 3)]),
                 lambda j: j.point_covariances([(1, 2, 3)]),
             ],

@@ -86,6 +86,8 @@ constexpr ReasonName kReasonNames[] = {
     {DEFREC_REASON_LOW_CONTRAST, "low-contrast"},
     {DEFREC_REASON_VIEW_LATE, "view-late"},
     {DEFREC_REASON_CALIBRATION, "calibration"},
+    {DEFREC_REASON_TEMPLATE_GREW, "template-grew"},
+    {DEFREC_REASON_TEMPLATE_FULL, "template-full"},
 };
 
 }  // namespace

@@ -58,6 +58,10 @@ class ReportWriter {
     /// Throws std::invalid_argument if sizes or indices do not agree.
     void set_template(const TemplateRecord& reference, const cv::Mat& left_bgr);
 
+    /// The template with tissue that joined it, whose vertices come last. Pictures show it; the 3D
+    /// view keeps to what set_template gave.
+    void grow_template(const TemplateRecord& reference);
+
     /// left_bgr: as OverlayWriter::add; may be empty (no key frame then). Paints and encodes only
     /// frames it may keep.
     void add(const cv::Mat& left_bgr, const FrameRecord& frame);

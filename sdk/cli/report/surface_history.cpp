@@ -81,7 +81,8 @@ void SurfaceHistory::add(const FrameRecord& frame) {
     moment.state = frame.state;
     moment.reasons = frame.reasons;
     moment.rigid = frame.rigid;
-    if (has_geometry(frame, vertices_)) {
+    if (vertices_ > 0 && frame.vertices.size() >= 3 * vertices_ &&
+        has_geometry(frame, frame.vertices.size() / 3)) {
         moment.mean_residual_mm = frame.mean_residual_mm;
         lattice_.evaluate(frame, state_);
         moment.points = quantise(state_.xyz);

@@ -91,6 +91,7 @@ CLI::App* add_track_command(CLI::App& app, std::function<int()>& run) {
         ->add_option("--seed", options->seed,
                      "Seed of the random choices; the same seed gives the same bits")
         ->type_name("S");
+    command->add_flag("--grow", options->grow, "Let tissue that comes into view join the template");
     command->add_flag("--meshes", options->meshes,
                       "Also write the deformed surface of each frame, deformed/*.ply");
     command->add_flag("!--no-overlay", options->overlay, "Do not write overlay.mp4");

@@ -74,6 +74,7 @@ defrec_tracker_desc tracker_desc(const TrackOptions& options, const FrameSource&
     desc.format = format_of_channels(source.channels());
     desc.frames_in_flight = kFramesInFlight;
     if (!options.config.empty()) read_config(options.config, desc);
+    if (options.grow) desc.grow = 1;
     return desc;
 }
 
@@ -202,7 +203,17 @@ class TrackSession {
         require(defrec_job_result(pending.job.get(), &result), ExitCode::kInternal,
                 "reading the result");
         const cv::Mat left = left_image(pending.frame);
-        if (!has_template_ && result.vertex_count > 0) take_template(pending.frame, left);
+        if (result.template_epoch != template_epoch_) {
+            template_epoch_ = result.template_epoch;
+            const Template surface = template_of(pending.job);
+            const defrec_template_info info = info_of(surface);
+            const TemplateRecord record = template_record(info, projection_);
+            triangles_ = std::make_shared<const std::vector<std::uint32_t>>(record.triangles);
+            if (!has_template_)
+                take_template(pending.frame, left, surface, info, record);
+            else
+                as_output([&] { take_grown_template(record); });
+        }
 
         const std::vector<PointRow> points =
             points_.add_frame(pending.frame.index, pending.frame.timestamp_ms,
@@ -223,23 +234,38 @@ class TrackSession {
                          rows_.back().state);
     }
 
-    void take_template(const StereoFrame& frame, const cv::Mat& left) {
+    static Template template_of(const Job& job) {
         defrec_template handle = nullptr;
-        require(defrec_tracker_get_template(tracker_.get(), &handle), ExitCode::kInternal,
+        require(defrec_job_get_template(job.get(), &handle), ExitCode::kInternal,
                 "reading the template");
-        const Template surface(handle);
+        return Template(handle);
+    }
+
+    static defrec_template_info info_of(const Template& surface) {
         auto info = initialised<defrec_template_info>();
         require(defrec_template_get(surface.get(), &info), ExitCode::kInternal,
                 "reading the template");
-        const TemplateRecord record = template_record(info, projection_);
-        triangles_ = std::make_shared<const std::vector<std::uint32_t>>(record.triangles);
+        return info;
+    }
+
+    void write_template(const defrec_template_info& info, const TemplateRecord& record) const {
         std::vector<float> normals;
         for (std::uint64_t i = 0; i < info.vertex_count; ++i) {
             normals.insert(normals.end(), info.vertices[i].normal, info.vertices[i].normal + 3);
         }
         write_ply(folder_ / "template.ply",
                   {record.vertices.data(), normals.data(), nullptr, nullptr, info.vertex_count,
-                   triangles_->data(), info.triangle_count});
+                   record.triangles.data(), info.triangle_count});
+    }
+
+    void take_grown_template(const TemplateRecord& record) {
+        if (overlay_) overlay_->set_template(record);
+        report_->grow_template(record);
+    }
+
+    void take_template(const StereoFrame& frame, const cv::Mat& left, const Template& surface,
+                       const defrec_template_info& info, const TemplateRecord& record) {
+        write_template(info, record);
         points_.lift(surface);
         as_output([&] {
             if (overlay_) overlay_->set_template(record);
@@ -370,6 +396,7 @@ class TrackSession {
     std::optional<LinkFacts> link_facts_;  // when the link has ended
     nlohmann::ordered_json summary_;
     std::int64_t template_frame_ = 0;
+    std::uint32_t template_epoch_ = 0;
     bool has_template_ = false;
     std::uint32_t reasons_ = 0;  // of all frames
 };

@@ -18,6 +18,7 @@ struct TrackOptions {
     std::string points;  // empty: a grid
     std::string backend = "auto", device;
     std::string config;  // empty: the library's defaults
+    bool grow = false;
     bool meshes = false, overlay = true;
     LinkOptions link;
     bool realtime = false;  // frames are taken no faster than at their own times

@@ -93,6 +93,12 @@ namespace Defrec.Native
         internal static extern Status defrec_job_result(IntPtr job, defrec_result* @out);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_job_get_template(IntPtr job, IntPtr* @out);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_job_lift_points(IntPtr job, double* uv, UIntPtr count, double* xyz, byte* found);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         internal static extern Status defrec_job_warp_points(IntPtr job, double* templateXyz, UIntPtr count, double* xyz,
             byte* status, double* expectedErrorMm);
 

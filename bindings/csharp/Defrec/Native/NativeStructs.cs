@@ -135,6 +135,8 @@ namespace Defrec.Native
         internal uint timed;
         internal uint memory_stride;
         internal SelfCalibration self_calibration;
+        internal uint grow;
+        internal uint max_vertices;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -215,6 +217,7 @@ namespace Defrec.Native
         internal float roll_deg;
         internal float focal_ratio;
         internal uint rig_matches;
+        internal uint template_epoch;
     }
 
     [StructLayout(LayoutKind.Sequential)]

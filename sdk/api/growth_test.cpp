@@ -1,0 +1,269 @@
+// A template that grows, through the C API, on a rendered sequence with exact truth: a camera that
+// slides along tissue.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "sdk/api/test_session.hpp"
+#include "sdk/base/test_files.hpp"
+#include "sdk/cli/render/film.hpp"
+
+using namespace defrec;
+using namespace defrec::test;
+
+namespace {
+
+constexpr int kFilmWidth = 480, kFilmHeight = 270, kFrames = 26;
+
+struct Filmed {
+    std::vector<uint8_t> left, right;
+};
+
+// The sequence, rendered once.
+struct Recording {
+    cli::Film film{"slide", kFilmWidth, kFilmHeight, kFrames, 1, 2, {}};
+    std::vector<Filmed> frames;
+    Recording() {
+        for (int i = 0; i < kFrames; ++i) {
+            film.advance();
+            frames.push_back({film.left_bgr(), film.right_bgr()});
+        }
+    }
+};
+const Recording& recording() {
+    static const Recording made;
+    return made;
+}
+
+struct Session : TrackingSession {
+    explicit Session(uint32_t frames_in_flight = 2, uint32_t max_vertices = 0, uint32_t grow = 1)
+        : TrackingSession("cpu", 2, [&](defrec_rig_desc& rig_desc, defrec_tracker_desc& desc) {
+              const cli::StereoRig& filmed = recording().film.scene().rig;
+              const auto intrinsics = [](const cli::Lens& lens) {
+                  return defrec_intrinsics{lens.fx, lens.fy, lens.cx, lens.cy, {}, 0, 0};
+              };
+              rig_desc.width = kFilmWidth;
+              rig_desc.height = kFilmHeight;
+              rig_desc.left = intrinsics(filmed.left);
+              rig_desc.right = intrinsics(filmed.right);
+              std::copy_n(filmed.translation.data(), 3, rig_desc.translation);
+              desc.format = DEFREC_FORMAT_BGR8;
+              desc.frames_in_flight = frames_in_flight;
+              desc.grow = grow;
+              desc.max_vertices = max_vertices;
+          }) {}
+
+    defrec_job submit(int frame) {
+        TrackingSession::Frame images;
+        images.left.pixels = recording().frames[static_cast<size_t>(frame)].left.data();
+        images.right.pixels = recording().frames[static_cast<size_t>(frame)].right.data();
+        defrec_job job = nullptr;
+        REQUIRE_OK(TrackingSession::submit(images, &job));
+        return job;
+    }
+    // The job is done and not released.
+    defrec_job track(int frame, defrec_result& result) {
+        const defrec_job job = submit(frame);
+        REQUIRE_OK(defrec_job_wait(job, UINT64_MAX));
+        DEFREC_INIT(&result);
+        REQUIRE_OK(defrec_job_result(job, &result));
+        return job;
+    }
+};
+
+// All results, a number of frames being under way at a time.
+std::string results_of(uint32_t frames_in_flight) {
+    Session session(frames_in_flight);
+    std::string results;
+    std::deque<defrec_job> jobs;
+    for (int i = 0; i < kFrames || !jobs.empty();) {
+        if (i < kFrames && jobs.size() < frames_in_flight) {
+            jobs.push_back(session.submit(i++));
+            continue;
+        }
+        results += take_result(jobs.front());
+        jobs.pop_front();
+    }
+    return results;
+}
+
+// The share of a frame's pixels, on a grid, that lie on the surface.
+double covered_share(defrec_job job) {
+    std::vector<double> pixels;
+    for (int v = 10; v < kFilmHeight; v += 20)
+        for (int u = 10; u < kFilmWidth; u += 20)
+            pixels.insert(pixels.end(), {double(u), double(v)});
+    std::vector<double> xyz(pixels.size() / 2 * 3);
+    std::vector<uint8_t> found(pixels.size() / 2);
+    REQUIRE_OK(defrec_job_lift_points(job, pixels.data(), found.size(), xyz.data(), found.data()));
+    return static_cast<double>(std::count(found.begin(), found.end(), 1)) /
+           static_cast<double>(found.size());
+}
+
+}  // namespace
+
+TEST_CASE("a template grows with what comes into view, and held results keep their counts") {
+    Session session, fixed(2, 0, 0);
+    defrec_result first, result, without;
+    const defrec_job held = session.track(0, first);
+    uint32_t grown = 0;
+    defrec_template before = nullptr;
+    REQUIRE_OK(defrec_job_get_template(held, &before));
+    uint64_t vertices = first.vertex_count;
+    for (int i = 1; i < kFrames; ++i) {
+        CAPTURE(i);
+        const defrec_job job = session.track(i, result), other = [&] {
+            if (i == 1) defrec_job_release(fixed.track(0, without));
+            return fixed.track(i, without);
+        }();
+        CHECK((result.state == DEFREC_TRACKING || result.state == DEFREC_DEGRADED));
+        const bool grew = (result.reasons & DEFREC_REASON_TEMPLATE_GREW) != 0;
+        grown += grew;
+        CHECK((result.vertex_count > vertices) == grew);
+        CHECK(result.template_epoch == 1 + grown);
+        CHECK(result.epoch == 1);
+        CHECK(without.template_epoch == 1);
+        CHECK((without.reasons & DEFREC_REASON_TEMPLATE_GREW) == 0);
+        vertices = result.vertex_count;
+        if (i + 1 == kFrames) {
+            CHECK(covered_share(job) > covered_share(other) + 0.1);
+            CHECK(covered_share(job) > 0.8);
+            defrec_template surface = nullptr;
+            REQUIRE_OK(defrec_job_get_template(job, &surface));
+            defrec_template_info info;
+            DEFREC_INIT(&info);
+            REQUIRE_OK(defrec_template_get(surface, &info));
+            CHECK(info.vertex_count == result.vertex_count);
+            CHECK(info.node_count == result.node_count);
+            defrec_template_release(surface);
+        }
+        defrec_job_release(job);
+        defrec_job_release(other);
+    }
+    CHECK(grown >= 2);
+    defrec_template_info info;
+    DEFREC_INIT(&info);
+    REQUIRE_OK(defrec_template_get(before, &info));
+    CHECK(info.vertex_count == first.vertex_count);
+    DEFREC_INIT(&result);
+    REQUIRE_OK(defrec_job_result(held, &result));
+    CHECK(result.vertex_count == first.vertex_count);
+    CHECK(result.vertices == first.vertices);
+    defrec_template_release(before);
+    defrec_job_release(held);
+}
+
+TEST_CASE("growth gives the same bits, however many frames are under way") {
+    const std::string one = results_of(1);
+    CHECK(one == results_of(1));
+    CHECK(one == results_of(3));
+}
+
+TEST_CASE("a template that is full says so, and grows no more") {
+    defrec_result result;
+    uint64_t first = 0;
+    {
+        Session session;
+        defrec_job_release(session.track(0, result));
+        first = result.vertex_count;
+    }
+    Session session(2, static_cast<uint32_t>(first) + 1);
+    for (int i = 0; i < kFrames; ++i) {
+        defrec_job_release(session.track(i, result));
+        CHECK(result.vertex_count == first);
+    }
+    CHECK((result.reasons & DEFREC_REASON_TEMPLATE_FULL) != 0);
+    CHECK(result.template_epoch == 1);
+}
+
+TEST_CASE("a grown template goes through a file into another tracker, which goes on with it") {
+    const TemporaryFolder folder;
+    const std::string path = folder.path() / "map";
+    uint64_t vertices = 0, nodes = 0;
+    {
+        Session session;
+        defrec_result result;
+        for (int i = 0; i < kFrames; ++i) defrec_job_release(session.track(i, result));
+        vertices = result.vertex_count;
+        nodes = result.node_count;
+        defrec_template surface = nullptr;
+        REQUIRE_OK(defrec_tracker_get_template(session.tracker, &surface));
+        REQUIRE_OK(defrec_template_save(surface, path.c_str()));
+        defrec_template_release(surface);
+    }
+    Session session;
+    defrec_template surface = nullptr;
+    REQUIRE_OK(defrec_template_load(session.context, path.c_str(), &surface));
+    REQUIRE_OK(defrec_tracker_set_template(session.tracker, surface));
+    defrec_template_release(surface);
+    // From the last view on, backwards: half of it was not in the first.
+    defrec_result result;
+    for (int i = kFrames - 1; i > kFrames - 6; --i) {
+        CAPTURE(i);
+        defrec_job_release(session.track(i, result));
+        CHECK(result.state == (i == kFrames - 1 ? DEFREC_RELOCALISED : DEFREC_TRACKING));
+        CHECK(result.vertex_count >= vertices);
+        CHECK(result.node_count >= nodes);
+    }
+}
+
+TEST_CASE("pixels of any frame are lifted to points that are followed from there") {
+    Session session;
+    const cli::Film& film = recording().film;
+    const std::vector<cli::Film::Followed>& points = film.points();
+    defrec_result result;
+    std::vector<double> xyz(3 * points.size()), back(xyz.size());
+    std::vector<uint8_t> found(points.size());
+    for (int i = 0; i < 12; ++i) {
+        const defrec_job job = session.track(i, result);
+        std::vector<double> pixels;
+        if (i == 11) {
+            // Where the surface has the points of the first frame now, they are found again.
+            std::vector<double> first;
+            for (const cli::Film::Followed& point : points)
+                first.insert(first.end(), {point.u, point.v});
+            defrec_template surface = nullptr;
+            REQUIRE_OK(defrec_tracker_get_template(session.tracker, &surface));
+            REQUIRE_OK(defrec_template_lift(surface, first.data(), points.size(), xyz.data(),
+                                            found.data()));
+            defrec_template_release(surface);
+            std::vector<double> now(xyz.size());
+            REQUIRE_OK(defrec_job_warp_points(job, xyz.data(), points.size(), now.data(), nullptr,
+                                              nullptr));
+            const cli::Lens& lens = film.scene().rig.left;
+            for (size_t p = 0; p < points.size(); ++p) {
+                pixels.push_back(lens.fx * now[3 * p] / now[3 * p + 2] + lens.cx);
+                pixels.push_back(lens.fy * now[3 * p + 1] / now[3 * p + 2] + lens.cy);
+            }
+            std::vector<uint8_t> found_now(points.size());
+            REQUIRE_OK(defrec_job_lift_points(job, pixels.data(), points.size(), back.data(),
+                                              found_now.data()));
+            size_t compared = 0;
+            for (size_t p = 0; p < points.size(); ++p) {
+                if (found[p] == 0 || found_now[p] == 0) continue;
+                ++compared;
+                double squared = 0;
+                for (size_t axis = 0; axis < 3; ++axis)
+                    squared += std::pow(back[3 * p + axis] - xyz[3 * p + axis], 2);
+                CHECK(std::sqrt(squared) < 0.1);
+            }
+            CHECK(2 * compared > points.size());
+        }
+        defrec_job_release(job);
+    }
+    const double outside[4] = {-5, 20, std::nan(""), 20};
+    const defrec_job job = session.track(12, result);
+    REQUIRE_OK(defrec_job_lift_points(job, outside, 2, xyz.data(), found.data()));
+    CHECK(found[0] + found[1] == 0);
+    CHECK(xyz[0] == 0);
+    CHECK(defrec_job_lift_points(job, nullptr, 1, xyz.data(), found.data()) ==
+          DEFREC_ERROR_ARGUMENT);
+    CHECK(defrec_job_lift_points(job, outside, 1, nullptr, found.data()) == DEFREC_ERROR_ARGUMENT);
+    CHECK(defrec_job_lift_points(job, outside, 1, xyz.data(), nullptr) == DEFREC_ERROR_ARGUMENT);
+    CHECK(defrec_job_get_template(job, nullptr) == DEFREC_ERROR_ARGUMENT);
+    defrec_job_release(job);
+}

@@ -1,0 +1,86 @@
+// See scattered_skin.hpp.
+#include "sdk/template/scattered_skin.hpp"
+
+#include <array>
+#include <limits>
+
+namespace defrec {
+namespace {
+
+constexpr size_t kNearest = 12;  // a Delaunay triangle round a pixel has its corners among them
+
+struct Near {
+    int32_t index;
+    double x, y, squared;  // from the pixel
+};
+
+// Twice the area of the triangle of the origin, a and b.
+double area(const Near& a, const Near& b) { return a.x * b.y - a.y * b.x; }
+
+bool set_skin(Skin& skin, std::initializer_list<std::pair<int32_t, double>> entries) {
+    skin = Skin{};
+    skin.node.fill(entries.begin()->first);
+    size_t k = 0;
+    for (const auto& [node, weight] : entries) {
+        skin.node[k] = node;
+        skin.weight[k++] = static_cast<float>(weight);
+    }
+    return true;
+}
+
+// The point of the line from a to b that is nearest to the origin, as a share of the way.
+double nearest_on(const Near& a, const Near& b, double& squared) {
+    const double dx = b.x - a.x, dy = b.y - a.y, length = dx * dx + dy * dy;
+    const double t = length > 0 ? std::clamp(-(a.x * dx + a.y * dy) / length, 0.0, 1.0) : 0;
+    const double x = a.x + t * dx, y = a.y + t * dy;
+    squared = x * x + y * y;
+    return t;
+}
+
+}  // namespace
+
+bool scattered_skin(const PixelBuckets& nodes, double spacing, double u, double v, Skin& skin) {
+    std::vector<Near> near;
+    nodes.near(u, v, 3 * spacing, [&](const PixelPoint& point, double squared) {
+        near.push_back({point.index, point.u - u, point.v - v, squared});
+    });
+    if (near.size() < 2) return false;
+    std::sort(near.begin(), near.end(), [](const Near& a, const Near& b) {
+        return a.squared != b.squared ? a.squared < b.squared : a.index < b.index;
+    });
+    if (near.size() > kNearest) near.resize(kNearest);
+
+    // Of all triangles round the pixel the Delaunay triangle is the one in which the squared
+    // distance from the pixel, interpolated linearly, is least at the pixel.
+    double least = std::numeric_limits<double>::infinity();
+    const double smallest = 1e-3 * spacing * spacing;
+    for (size_t a = 0; a < near.size(); ++a)
+        for (size_t b = a + 1; b < near.size(); ++b)
+            for (size_t c = b + 1; c < near.size(); ++c) {
+                const double wa = area(near[b], near[c]), wb = area(near[c], near[a]),
+                             wc = area(near[a], near[b]), sum = wa + wb + wc;
+                if (std::abs(sum) < smallest) continue;
+                const double ka = wa / sum, kb = wb / sum, kc = wc / sum;
+                if (std::min({ka, kb, kc}) < -1e-9) continue;
+                const double value =
+                    ka * near[a].squared + kb * near[b].squared + kc * near[c].squared;
+                if (value >= least) continue;
+                least = value;
+                set_skin(skin, {{near[a].index, std::max(0.0, ka)},
+                                {near[b].index, std::max(0.0, kb)},
+                                {near[c].index, std::max(0.0, kc)}});
+            }
+    if (least < std::numeric_limits<double>::infinity()) return true;
+
+    for (size_t a = 0; a < near.size(); ++a)
+        for (size_t b = a + 1; b < near.size(); ++b) {
+            double squared = 0;
+            const double t = nearest_on(near[a], near[b], squared);
+            if (squared >= least) continue;
+            least = squared;
+            set_skin(skin, {{near[a].index, 1 - t}, {near[b].index, t}});
+        }
+    return true;
+}
+
+}  // namespace defrec

@@ -1,0 +1,81 @@
+#include "sdk/template/scattered_skin.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <set>
+
+using namespace defrec;
+
+namespace {
+
+constexpr double kSpacing = 10;
+
+// A grid of control points, each moved a little, so that none of the triangles is like another.
+std::vector<PixelPoint> scattered() {
+    std::vector<PixelPoint> points;
+    for (int y = 0; y < 6; ++y)
+        for (int x = 0; x < 6; ++x)
+            points.push_back({static_cast<int32_t>(points.size()),
+                              kSpacing * x + 2.3 * std::sin(5.0 * x + y),
+                              kSpacing * y + 2.3 * std::cos(3.0 * y + 2 * x)});
+    return points;
+}
+
+// The pixel that the weights give.
+std::pair<double, double> pixel_of(const std::vector<PixelPoint>& points, const Skin& skin) {
+    double u = 0, v = 0;
+    for (size_t k = 0; k < DEFREC_SKIN_NODES; ++k) {
+        const PixelPoint& point = points[static_cast<size_t>(skin.node[k])];
+        u += skin.weight[k] * point.u;
+        v += skin.weight[k] * point.v;
+    }
+    return {u, v};
+}
+
+}  // namespace
+
+TEST_CASE("weights between scattered control points reproduce positions") {
+    const std::vector<PixelPoint> points = scattered();
+    const PixelBuckets buckets(points, kSpacing);
+    for (double v = 6; v < 44; v += 1.7)
+        for (double u = 6; u < 44; u += 1.3) {
+            Skin skin;
+            REQUIRE(scattered_skin(buckets, kSpacing, u, v, skin));
+            double sum = 0;
+            for (const float weight : skin.weight) {
+                CHECK(weight >= 0);
+                sum += weight;
+            }
+            CHECK(sum == doctest::Approx(1));
+            const auto [at_u, at_v] = pixel_of(points, skin);
+            CHECK(std::hypot(at_u - u, at_v - v) < 1e-4);
+        }
+}
+
+TEST_CASE("of the triangles round a pixel the Delaunay triangle is taken") {
+    // The short diagonal of a rhombus belongs to the triangulation.
+    const std::vector<PixelPoint> rhombus = {{0, -8, 0}, {1, 8, 0}, {2, 0, -5}, {3, 0, 5}};
+    const PixelBuckets buckets(rhombus, kSpacing);
+    for (const double u : {-2.0, 2.0}) {
+        Skin skin;
+        REQUIRE(scattered_skin(buckets, kSpacing, u, 1, skin));
+        std::set<int32_t> used;
+        for (size_t k = 0; k < DEFREC_SKIN_NODES; ++k)
+            if (skin.weight[k] > 0) used.insert(skin.node[k]);
+        CHECK(used == std::set<int32_t>{u < 0 ? 0 : 1, 2, 3});
+    }
+}
+
+TEST_CASE("beyond the control points the nearest place between two of them counts") {
+    const std::vector<PixelPoint> points = scattered();
+    const PixelBuckets buckets(points, kSpacing);
+    Skin skin;
+    REQUIRE(scattered_skin(buckets, kSpacing, 25, 60, skin));
+    const auto [u, v] = pixel_of(points, skin);
+    CHECK(std::abs(u - 25) < 5);
+    CHECK(v > 45);
+    CHECK_FALSE(scattered_skin(buckets, kSpacing, 25, 500, skin));
+    const PixelBuckets alone({{7, 3, 3}}, kSpacing);
+    CHECK_FALSE(scattered_skin(alone, kSpacing, 3, 3, skin));
+}
