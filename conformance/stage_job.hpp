@@ -56,6 +56,7 @@ std::vector<std::pair<uint32_t, uint32_t>> floats_in() {
         return {{0, 6}, {offsetof(T, weight), 4}};
     if constexpr (std::is_same_v<T, defrec_patch>)
         return {{offsetof(T, position), 9}, {offsetof(T, weight), 4}};
+    if constexpr (std::is_same_v<T, defrec_patch_slope>) return {{0, 8}};
     if constexpr (std::is_same_v<T, defrec_patch_observation>)
         return {{offsetof(T, information), 3}};
     if constexpr (std::is_same_v<T, defrec_edge>) return {{offsetof(T, weight), 1}};

@@ -434,6 +434,13 @@ typedef struct defrec_patch {
     uint32_t reserved2;                 /**< 0 */
 } defrec_patch;
 
+/** How the weights of a patch change along its view, per px, 32 bytes; of a patch that its control
+    points do not strain all are 0. */
+typedef struct defrec_patch_slope {
+    float weight_u[DEFREC_SKIN_NODES]; /**< for one pixel to the right; sum 0 @unit 1/px */
+    float weight_v[DEFREC_SKIN_NODES]; /**< likewise for one pixel down @unit 1/px */
+} defrec_patch_slope;
+
 /** Where a patch is expected, 32 bytes. */
 typedef struct defrec_patch_prediction {
     int32_t u, v;              /**< predicted centre in the live image, 1/256 px */

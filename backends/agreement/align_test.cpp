@@ -169,7 +169,8 @@ struct Output {
 
 // Both outputs, the inputs being the scene's predictions or, if given, motions.
 Output run(Stage& stage, const AlignScene& scene, const std::vector<defrec_motion>& motions) {
-    const InBuffer prepare[2] = {in_buffer(scene.patches), in_buffer(scene.view)};
+    const InBuffer prepare[3] = {in_buffer(scene.patches), in_buffer(scene.view),
+                                 scene.slopes.empty() ? InBuffer{} : in_buffer(scene.slopes)};
     stage.prepare(prepare);
     const size_t count = scene.patches.size() + kBeyond;
     Output output{std::vector<defrec_patch_observation>(count, {7, 7, 7, 7, {7, 7, 7}, 7}),
@@ -194,7 +195,7 @@ AlignScene plane(uint32_t level) {
     options.level = level;
     AlignScene scene = make_align_scene(options);
     scene.params.nodes = 6;
-    std::mt19937 random(3);
+    std::mt19937 random(3), random_slopes(4);
     for (defrec_patch& patch : scene.patches) {
         patch.position[0] = (patch.u - 105) * 80 / 500;
         patch.position[1] = (patch.v - 78) * 80 / 500;
@@ -206,6 +207,10 @@ AlignScene plane(uint32_t level) {
             sum += patch.weight[k] = float(1 + random() % 8);
         }
         for (float& weight : patch.weight) weight /= sum;
+        defrec_patch_slope& slope = scene.slopes.emplace_back();
+        for (float* weights : {slope.weight_u, slope.weight_v})
+            for (int k = 1; k < DEFREC_SKIN_NODES; ++k)
+                weights[0] -= weights[k] = 0.001f * (float(random_slopes() % 9) - 4) / 4;
     }
     return scene;
 }

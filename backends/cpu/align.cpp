@@ -27,12 +27,14 @@ class Align final : public Stage {
         gray_.resize(pyramid_size());
         mask_.resize(pyramid_size());
         patches_.reserve(params.patches);
+        slopes_.reserve(params.patches);
         centres_.reserve(params.patches);
     }
 
     void prepare(std::span<const InBuffer> in) override {
         const AlignTemplate given = read_template(params_, in);
         patches_.assign(given.patches.begin(), given.patches.end());
+        slopes_.assign(given.slopes.begin(), given.slopes.end());
         centres_.clear();
         for (const defrec_patch& patch : patches_)
             centres_.push_back(align::centre_of(patch, params_.level));
@@ -66,9 +68,9 @@ class Align final : public Stage {
                 const size_t last = std::min(patches_.size(), (task + 1) * kPatchesPerTask);
                 for (size_t i = task * kPatchesPerTask; i < last; ++i) {
                     const defrec_patch_prediction prediction =
-                        buffers.given != nullptr
-                            ? buffers.given[i]
-                            : align::predict<float>(patches_[i], buffers.motions, params_);
+                        buffers.given != nullptr ? buffers.given[i]
+                                                 : align::predict<float>(patches_[i], slopes_[i],
+                                                                         buffers.motions, params_);
                     AlignPeak peak;
                     defrec_patch_observation observation{};
                     if (align_search(run, centres_[i], prediction, scratch, peak))
@@ -129,6 +131,7 @@ class Align final : public Stage {
     HostVector<float> inverse_{HostAllocator<float>(host_)},
         root_{HostAllocator<float>(host_)};  // 1 / n and sqrt(n), at n - 1
     HostVector<defrec_patch> patches_{HostAllocator<defrec_patch>(host_)};
+    HostVector<defrec_patch_slope> slopes_{HostAllocator<defrec_patch_slope>(host_)};
     HostVector<AlignCentre> centres_{HostAllocator<AlignCentre>(host_)};
     HostVector<uint8_t> view_pixels_{HostAllocator<uint8_t>(host_)};
     HostVector<AlignView> views_{HostAllocator<AlignView>(host_)};

@@ -64,6 +64,7 @@ struct PatchTask {
     const uint8_t* views;  // doubled
     const Centre* centres;
     const defrec_patch* patches;
+    const defrec_patch_slope* slopes;
     AlignBuffers buffers;
 };
 
@@ -99,9 +100,9 @@ __global__ void __launch_bounds__(kWarp) align_patch(PatchTask task) {
     const uint32_t index = blockIdx.x;
     const Centre centre = task.centres[index];
     const defrec_patch_prediction prediction =
-        task.buffers.given != nullptr
-            ? task.buffers.given[index]
-            : predict<float>(task.patches[index], task.buffers.motions, task.params);
+        task.buffers.given != nullptr ? task.buffers.given[index]
+                                      : predict<float>(task.patches[index], task.slopes[index],
+                                                       task.buffers.motions, task.params);
     const defrec_patch_observation observation = observe<kRadius>(task, centre, prediction);
     if (threadIdx.x != 0) return;
     if (task.buffers.predictions != nullptr) task.buffers.predictions[index] = prediction;
@@ -127,7 +128,7 @@ class Align final : public Stage {
             add_view(p_, given.views + view_offset(p_, i), doubled);
         template_ = {upload(device_, doubled), upload(device_, centres),
                      upload(device_, std::vector(given.patches.begin(), given.patches.end())),
-                     static_cast<uint32_t>(given.patches.size())};
+                     upload(device_, given.slopes), static_cast<uint32_t>(given.patches.size())};
     }
 
     void record(Recorder& recorder, std::span<const InBuffer> in,
@@ -142,6 +143,7 @@ class Align final : public Stage {
                              .views = template_.views.as<uint8_t>(),
                              .centres = template_.centres.as<Centre>(),
                              .patches = template_.patches.as<defrec_patch>(),
+                             .slopes = template_.slopes.as<defrec_patch_slope>(),
                              .buffers = given};
         switch (p_.patch_radius) {
             case 1:
@@ -201,7 +203,7 @@ class Align final : public Stage {
     Device& device_;
     Buffer gray_, mask_;  // live image and mask at the level, unless in place
     struct {
-        Buffer views, centres, patches;
+        Buffer views, centres, patches, slopes;
         uint32_t count = 0;
     } template_;
 };

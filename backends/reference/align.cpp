@@ -94,6 +94,7 @@ class Align final : public Stage {
     void prepare(std::span<const InBuffer> in) override {
         const AlignTemplate given = read_template(params_, in);
         patches_.assign(given.patches.begin(), given.patches.end());
+        slopes_ = given.slopes;
         views_.clear();
         for (uint32_t i = 0; i < params_.views; ++i)
             views_.push_back(doubled(gray_level(
@@ -110,8 +111,9 @@ class Align final : public Stage {
                     : Image{};
         for (size_t i = 0; i < patches_.size(); ++i) {
             const defrec_patch_prediction prediction =
-                buffers.given != nullptr ? buffers.given[i]
-                                         : predict<double>(patches_[i], buffers.motions, params_);
+                buffers.given != nullptr
+                    ? buffers.given[i]
+                    : predict<double>(patches_[i], slopes_[i], buffers.motions, params_);
             buffers.observations[i] = observe(patches_[i], prediction);
             if (buffers.predictions != nullptr) buffers.predictions[i] = prediction;
         }
@@ -313,6 +315,7 @@ class Align final : public Stage {
     defrec_align_params params_;
     std::vector<float> inverse_, root_;  // 1 / n and sqrt(n), at n - 1
     std::vector<defrec_patch> patches_;
+    std::vector<defrec_patch_slope> slopes_;
     std::vector<Image> views_;
     Image live_, mask_;
     bool prepared_ = false;

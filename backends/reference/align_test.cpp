@@ -52,15 +52,17 @@ defrec_patch_observation observe_one(const AlignScene& scene) {
     return observe(*reference::make_align(scene.params, host.host()), scene)[0];
 }
 
-// The predictions where one control point moves all patches.
-std::vector<defrec_patch_prediction> predict(const AlignScene& scene, const defrec_motion& motion) {
+// The predictions from the motions of the control points.
+std::vector<defrec_patch_prediction> predict(const AlignScene& scene,
+                                             const std::vector<defrec_motion>& motions) {
     const TestHost host;
     const auto stage = reference::make_align(scene.params, host.host());
-    const InBuffer prepare[2] = {in_buffer(scene.patches), in_buffer(scene.view)};
+    const InBuffer prepare[3] = {in_buffer(scene.patches), in_buffer(scene.view),
+                                 in_buffer(scene.slopes)};
     stage->prepare(prepare);
     std::vector<defrec_patch_observation> observations(scene.patches.size());
     std::vector<defrec_patch_prediction> predictions(scene.patches.size());
-    const InBuffer in[3] = {in_buffer(scene.live), {}, {&motion, sizeof motion}};
+    const InBuffer in[3] = {in_buffer(scene.live), {}, in_buffer(motions)};
     const OutBuffer out[2] = {out_buffer(observations), out_buffer(predictions)};
     stage->run(in, out);
     return predictions;
@@ -192,7 +194,7 @@ TEST_CASE(
     for (const uint32_t right_view : {0u, 1u}) {
         CAPTURE(right_view);
         scene.params.right_view = right_view;
-        const auto predictions = predict(scene, motion.store());
+        const auto predictions = predict(scene, {motion.store()});
         const auto project = [&](Vec3<double> p) {
             const Vec3<double> x = apply(motion, p);
             return std::array<double, 2>{500 * (x.x - (right_view != 0 ? 4.6 : 0)) / x.z + 105,
@@ -218,6 +220,60 @@ TEST_CASE(
         CHECK(predictions[1].valid == 0);
         CHECK(predictions[2].valid == 0);
     }
+}
+
+TEST_CASE("with slopes of the weights, the derivative has the strain between control points") {
+    AlignSceneOptions options;
+    options.patches = 1;
+    AlignScene scene = make_align_scene(options);
+    scene.params.nodes = 4;
+    defrec_patch& patch = scene.patches[0];
+    patch.position[2] = 80;
+    patch.tangent_u[0] = patch.tangent_v[1] = 80.0f / 500.0f;
+    // Bilinear in a cell of 30 px, the patch a third and a fifth from its first corner.
+    constexpr double kCell = 30, kU = 1.0 / 3, kV = 0.2;
+    const auto weights = [](double u, double v) {
+        return std::array<double, 4>{(1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v};
+    };
+    const auto at = [&](double u, double v) { return weights(kU + u / kCell, kV + v / kCell); };
+    defrec_patch_slope slope;
+    for (int k = 0; k < 4; ++k) {
+        const auto slot = static_cast<size_t>(k);
+        patch.node[k] = k;
+        patch.weight[k] = float(at(0, 0)[slot]);
+        slope.weight_u[k] = float((at(1, 0)[slot] - at(-1, 0)[slot]) / 2);
+        slope.weight_v[k] = float((at(0, 1)[slot] - at(0, -1)[slot]) / 2);
+    }
+    scene.slopes = {slope};
+    std::vector<defrec_motion> motions;
+    constexpr double kSteps[4][3] = {{0, 0, 0}, {-1, 0.3, 0.5}, {0.2, 0.8, -0.4}, {-0.7, 1, 1}};
+    for (const auto& step : kSteps)
+        motions.push_back(
+            from_rigid(Quaternion<double>{1, 0, 0, 0}, Vec3<double>{step[0], step[1], step[2]})
+                .store());
+    // Translations blend to their weighted mean.
+    const auto project = [&](double u, double v) {
+        std::array<double, 3> p = {u * 80 / 500, v * 80 / 500, 80};
+        const auto w = at(u, v);
+        for (size_t k = 0; k < 4; ++k)
+            for (size_t axis = 0; axis < 3; ++axis) p[axis] += w[k] * kSteps[k][axis];
+        return std::array<double, 2>{500 * p[0] / p[2], 500 * p[1] / p[2]};
+    };
+    const auto predictions = predict(scene, motions);
+    REQUIRE(predictions[0].valid == 1);
+    const double e = 1e-3;
+    double j[4];
+    for (size_t k = 0; k < 2; ++k) {
+        j[2 * k] = (project(e, 0)[k] - project(-e, 0)[k]) / (2 * e);
+        j[2 * k + 1] = (project(0, e)[k] - project(0, -e)[k]) / (2 * e);
+    }
+    const int32_t* m = predictions[0].view_from_live;
+    CHECK(m[0] * j[0] + m[1] * j[2] == doctest::Approx(65536).epsilon(1e-3));
+    CHECK(std::abs(m[0] * j[1] + m[1] * j[3]) < 20);
+    CHECK(std::abs(m[2] * j[0] + m[3] * j[2]) < 20);
+    CHECK(m[2] * j[1] + m[3] * j[3] == doctest::Approx(65536).epsilon(1e-3));
+    // It is strained by a fifth across.
+    CHECK(j[0] < 0.85);
 }
 
 TEST_CASE("bad parameters and buffers are refused") {

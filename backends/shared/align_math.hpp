@@ -46,13 +46,16 @@ constexpr float reciprocal_sqrt(float x) {
 
 // Where a patch is expected, and how the view's pixels map there.
 template <class T>
-constexpr defrec_patch_prediction predict(const defrec_patch& patch, const defrec_motion* motions,
+constexpr defrec_patch_prediction predict(const defrec_patch& patch,
+                                          const defrec_patch_slope& slope,
+                                          const defrec_motion* motions,
                                           const defrec_align_params& params) {
     defrec_patch_prediction out{};
     const defrec_camera& camera = params.camera;
     const DualQuaternion<T> motion = blend<T>(motions, patch.node, patch.weight);
     const T live_x = params.right_view != 0 ? T(camera.baseline_mm) : T(0);
-    const Vec3<T> p = apply(motion, load3<T>(patch.position)) - Vec3<T>{live_x, 0, 0};
+    const Vec3<T> rest = load3<T>(patch.position), moved = apply(motion, rest),
+                  p = moved - Vec3<T>{live_x, 0, 0};
     if (!(p.z > T(1))) return out;
     const T fx = T(camera.fx) / p.z, fy = T(camera.fy) / p.z;
     const T x = p.x / p.z, y = p.y / p.z;
@@ -62,8 +65,13 @@ constexpr defrec_patch_prediction predict(const defrec_patch& patch, const defre
           v <= T(params.height - 1) - margin))
         return out;
 
-    const Vec3<T> a = rotate(motion, load3<T>(patch.tangent_u)),
-                  b = rotate(motion, load3<T>(patch.tangent_v));
+    Vec3<T> a = rotate(motion, load3<T>(patch.tangent_u)),
+            b = rotate(motion, load3<T>(patch.tangent_v));
+    for (int k = 0; k < DEFREC_SKIN_NODES; ++k) {
+        const Vec3<T> apart = apply(DualQuaternion<T>::load(motions[patch.node[k]]), rest) - moved;
+        a = a + T(slope.weight_u[k]) * apart;
+        b = b + T(slope.weight_v[k]) * apart;
+    }
     const T j00 = fx * (a.x - x * a.z), j01 = fx * (b.x - x * b.z);
     const T j10 = fy * (a.y - y * a.z), j11 = fy * (b.y - y * b.z);
     const T det = j00 * j11 - j01 * j10;

@@ -46,6 +46,7 @@ struct AlignScene {
     defrec_align_params params{};
     std::vector<uint8_t> view, live, mask;
     std::vector<defrec_patch> patches;
+    std::vector<defrec_patch_slope> slopes;  // empty: none are given
     std::vector<defrec_patch_prediction> predictions;
     std::vector<std::array<double, 2>> truth;  // px
 };

@@ -6,6 +6,7 @@
 #include "backends/stages/surface.hpp"
 #ifdef __cplusplus
 #include <algorithm>
+#include <vector>
 
 namespace defrec {
 #endif
@@ -61,11 +62,13 @@ struct AlignTemplateBuffers {
     static constexpr const char* kName = "align prepare";
     const defrec_patch* patches;
     const uint8_t* views;
+    const defrec_patch_slope* slopes;  // nullptr: all 0
 
     template <class List>
     void list(List& list, const defrec_align_params& params) {
         list.input("patches", patches, 0);  // as many as there are
         list.input("views", views, view_offset(params, params.views - 1) + gray_bytes(params));
+        list.optional_input("slopes", slopes, 0);  // as many as there are patches
     }
 };
 
@@ -74,8 +77,10 @@ struct AlignTemplateBuffers {
 struct AlignTemplate {
     std::span<const defrec_patch> patches;
     const uint8_t* views;
+    std::vector<defrec_patch_slope> slopes;  // of each patch; 0 where none were given
 };
-// Throws unless every patch names a view and control points that exist.
+// Throws unless every patch names a view and control points that exist, and slopes, if there are
+// any, are as many.
 inline AlignTemplate read_template(const defrec_align_params& params,
                                    std::span<const InBuffer> in) {
     const auto given = view_buffers<AlignTemplateBuffers>(params, in);
@@ -90,7 +95,16 @@ inline AlignTemplate read_template(const defrec_align_params& params,
                              "align: patch " + std::to_string(i) +
                                  " names a view or a control point that does not exist");
     }
-    return {patches, given.views};
+    std::vector<defrec_patch_slope> slopes(patches.size());
+    if (given.slopes != nullptr) {
+        if (in[2].size < patches.size() * sizeof(defrec_patch_slope))
+            throw StageError(DEFREC_ERROR_ARGUMENT,
+                             "align: slopes of " +
+                                 std::to_string(in[2].size / sizeof(defrec_patch_slope)) +
+                                 " patches, there are " + std::to_string(patches.size()));
+        std::copy_n(given.slopes, slopes.size(), slopes.begin());
+    }
+    return {patches, given.views, std::move(slopes)};
 }
 
 struct AlignBuffers {

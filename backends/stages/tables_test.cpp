@@ -173,6 +173,18 @@ TEST_CASE("align: constants of a level, and templates that name what does not ex
     const auto read = [&](const std::vector<uint8_t>& given) {
         return read_template(p, std::vector<InBuffer>{buffer(patches), buffer(given)});
     };
+    const std::vector<defrec_patch_slope> slopes(3, {{0.5f}, {}});
+    const auto with_slopes = [&](size_t bytes) {
+        InBuffer given = buffer(slopes);
+        given.size = bytes;
+        return read_template(p, std::vector<InBuffer>{buffer(patches), buffer(views), given})
+            .slopes;
+    };
+    REQUIRE(with_slopes(3 * sizeof(defrec_patch_slope)).size() == 3);
+    CHECK(with_slopes(3 * sizeof(defrec_patch_slope))[2].weight_u[0] == 0.5f);
+    CHECK_THROWS_AS(with_slopes(3 * sizeof(defrec_patch_slope) - 1), StageError);
+    REQUIRE(read(views).slopes.size() == 3);
+    CHECK(read(views).slopes[2].weight_u[0] == 0);
     CHECK(read(views).patches.size() == 3);
     CHECK(read(views).views == views.data());
     CHECK_THROWS_AS(read({views.begin() + 1, views.end()}), StageError);

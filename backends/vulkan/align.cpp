@@ -63,10 +63,12 @@ class Align final : public Stage {
             align::add_view(p_, given.views + view_offset(p_, i), doubled);
         Buffer uploaded_views = device_.upload(doubled);
         Buffer uploaded_patches = device_.upload(given.patches.data(), given.patches.size_bytes());
+        Buffer uploaded_slopes = device_.upload(given.slopes);
         Buffer uploaded_centres = device_.upload(centres);
         predictions_ = Buffer(device_, given.patches.size() * sizeof(defrec_patch_prediction));
         views_ = std::move(uploaded_views);
         patches_ = std::move(uploaded_patches);
+        slopes_ = std::move(uploaded_slopes);
         centres_ = std::move(uploaded_centres);
         count_ = uint32_t(given.patches.size());
     }
@@ -95,9 +97,9 @@ class Align final : public Stage {
         if (given.given == nullptr) {
             const Groups groups{cover(count_, kPredictGroup)};
             if (p_.level > 0)
-                recorder.beside(predict_, {patches_, in[2], predictions}, push, groups);
+                recorder.beside(predict_, {patches_, slopes_, in[2], predictions}, push, groups);
             else
-                recorder.dispatch(predict_, {patches_, in[2], predictions}, push, groups);
+                recorder.dispatch(predict_, {patches_, slopes_, in[2], predictions}, push, groups);
         } else if (given.predictions != nullptr) {
             recorder.copy(*in[3], *out[1], count_ * sizeof(defrec_patch_prediction));
         }
@@ -113,7 +115,7 @@ class Align final : public Stage {
     Device& device_;
     std::shared_ptr<const Kernel> predict_, patch_, halve_[2];  // the second of two: of the mask
     Buffer level_[2];  // live image and mask at the level, where that is not 0
-    Buffer of_count_, views_, patches_, centres_, predictions_;
+    Buffer of_count_, views_, patches_, slopes_, centres_, predictions_;
     uint32_t count_ = 0;
 };
 

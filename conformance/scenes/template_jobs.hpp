@@ -29,6 +29,7 @@ struct AlignScene {
     Gray live, mask;
     std::vector<Gray> views;
     std::vector<defrec_patch> patches;
+    std::vector<defrec_patch_slope> slopes;  // empty: not given
     std::vector<defrec_motion> motions;
     std::vector<defrec_patch_prediction> predictions;
 };

@@ -65,6 +65,7 @@ const std::vector<Expected> kExpected = {
      "predictions[",
      {"stage/align/motions"}},
     {"align_ignores_right_view", "stage/align/right_view", "predictions[", {"stage/align/motions"}},
+    {"align_ignores_slopes", "stage/align/slopes", "align.matrix", {"stage/align/motions"}},
     {"align_rounding", "stage/align/predictions", "observations[", {"stage/align/flat"}},
     // ransac
     {"ransac_weights_nan_input",

@@ -54,6 +54,7 @@ defrec_landmark layout_of_defrec_landmark;
 defrec_match layout_of_defrec_match;
 defrec_surface_point layout_of_defrec_surface_point;
 defrec_patch layout_of_defrec_patch;
+defrec_patch_slope layout_of_defrec_patch_slope;
 defrec_patch_prediction layout_of_defrec_patch_prediction;
 defrec_patch_observation layout_of_defrec_patch_observation;
 defrec_motion layout_of_defrec_motion;

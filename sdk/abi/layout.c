@@ -109,6 +109,9 @@ int main(void) {
     FIELD(defrec_patch, node);
     FIELD(defrec_patch, weight);
     FIELD(defrec_patch, reserved2);
+    SIZE(defrec_patch_slope);
+    FIELD(defrec_patch_slope, weight_u);
+    FIELD(defrec_patch_slope, weight_v);
     SIZE(defrec_patch_prediction);
     FIELD(defrec_patch_prediction, u);
     FIELD(defrec_patch_prediction, v);

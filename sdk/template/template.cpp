@@ -122,19 +122,36 @@ bool grid_disparity(const TemplateData& data, double u, double v, double& dispar
     return true;
 }
 
+namespace {
+
+// The cell of the control points' grid that a pixel lies in, and where in it.
+struct GridCell {
+    int x0, y0;
+    double fx, fy;  // 0 to 1
+    GridCell(const NodeGrid& grid, double u, double v) {
+        const double x = std::clamp(u / grid.spacing_u, 0.0, grid.columns - 1.0);
+        const double y = std::clamp(v / grid.spacing_v, 0.0, grid.rows - 1.0);
+        x0 = std::min(static_cast<int>(x), grid.columns - 2);
+        y0 = std::min(static_cast<int>(y), grid.rows - 2);
+        fx = x - x0;
+        fy = y - y0;
+    }
+    int32_t node(const NodeGrid& grid, int dx, int dy) const {
+        return grid.node[static_cast<size_t>((y0 + dy) * grid.columns + x0 + dx)];
+    }
+};
+
+}  // namespace
+
 bool grid_skin(const NodeGrid& grid, double u, double v, Skin& skin) {
-    const double x = std::clamp(u / grid.spacing_u, 0.0, grid.columns - 1.0);
-    const double y = std::clamp(v / grid.spacing_v, 0.0, grid.rows - 1.0);
-    const int x0 = std::min(static_cast<int>(x), grid.columns - 2),
-              y0 = std::min(static_cast<int>(y), grid.rows - 2);
-    const double fx = x - x0, fy = y - y0;
+    const GridCell cell(grid, u, v);
     double sum = 0;
     int used = 0;
     skin = Skin{};
     for (int dy = 0; dy < 2; ++dy)
         for (int dx = 0; dx < 2; ++dx) {
-            const int32_t node = grid.node[static_cast<size_t>((y0 + dy) * grid.columns + x0 + dx)];
-            const double weight = (dx ? fx : 1 - fx) * (dy ? fy : 1 - fy);
+            const int32_t node = cell.node(grid, dx, dy);
+            const double weight = (dx ? cell.fx : 1 - cell.fx) * (dy ? cell.fy : 1 - cell.fy);
             if (node < 0) continue;
             skin.node[static_cast<size_t>(used)] = node;
             skin.weight[static_cast<size_t>(used)] = static_cast<float>(weight);
@@ -153,6 +170,20 @@ bool grid_skin(const NodeGrid& grid, double u, double v, Skin& skin) {
         }
     }
     return true;
+}
+
+defrec_patch_slope grid_slope(const NodeGrid& grid, double u, double v) {
+    const GridCell cell(grid, u, v);
+    defrec_patch_slope slope{};
+    for (int k = 0; k < 4; ++k) {  // in the order of grid_skin
+        const int dx = k % 2, dy = k / 2;
+        if (cell.node(grid, dx, dy) < 0) return {};
+        slope.weight_u[k] =
+            static_cast<float>((dx ? 1 : -1) * (dy ? cell.fy : 1 - cell.fy) / grid.spacing_u);
+        slope.weight_v[k] =
+            static_cast<float>((dy ? 1 : -1) * (dx ? cell.fx : 1 - cell.fx) / grid.spacing_v);
+    }
+    return slope;
 }
 
 void spread_distance(std::span<float> distance, int columns, int rows) {

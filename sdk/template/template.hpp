@@ -127,6 +127,8 @@ bool grid_disparity(const TemplateData& data, double u, double v, double& dispar
                     double& support);
 // The control points round a pixel, bilinear; false where there are none.
 bool grid_skin(const NodeGrid& grid, double u, double v, Skin& skin);
+// How the weights there change per pixel; 0 where one of the four control points is missing.
+defrec_patch_slope grid_slope(const NodeGrid& grid, double u, double v);
 // Lowers every value of a grid to the least of the others plus the distance there, in grid steps
 // (chamfer: 1 to a side, sqrt 2 to a corner). With 0 at some places and much at all others: the
 // distance to the nearest of these places.

@@ -32,6 +32,18 @@ std::vector<defrec_patch> rig_patches(const TemplateData& data) {
     return patches;
 }
 
+// Patches of the first view are strained; those of tissue that joined, whose control points are on
+// no such grid, are only turned.
+std::vector<defrec_patch_slope> slopes_of(const TemplateData& data,
+                                          const std::vector<defrec_patch>& patches) {
+    std::vector<defrec_patch_slope> slopes;
+    slopes.reserve(patches.size());
+    for (const defrec_patch& patch : patches)
+        slopes.push_back(patch.view == 0 ? grid_slope(data.node_grid, patch.u, patch.v)
+                                         : defrec_patch_slope{});
+    return slopes;
+}
+
 }  // namespace
 
 std::vector<defrec_surface_point> sparse_vertices(const TemplateData& data) {
@@ -77,7 +89,7 @@ TemplateStages::TemplateStages(const std::shared_ptr<Device>& device, Queue& que
         made.motions = DeviceBuffer(device_, start_.size());
         if (pass.search) {
             made.align = make_align(*pass.search, data);
-            made.align->prepare(queue, {&patches_, &views_});
+            made.align->prepare(queue, {&patches_, &views_, &slopes_});
         }
         made.solve = make_solve(pass, data);
         made.solve->prepare(queue,
@@ -85,11 +97,11 @@ TemplateStages::TemplateStages(const std::shared_ptr<Device>& device, Queue& que
     }
 
     check_ = make_check(data);
-    check_->prepare(queue, {&check_patches_, &views_});
+    check_->prepare(queue, {&check_patches_, &views_, &check_slopes_});
 
     if (settings_.self_calibration != DEFREC_SELF_CALIBRATION_OFF) {
         right_search_ = make_right_search(data);
-        right_search_->prepare(queue, {&rig_patches_, &views_});
+        right_search_->prepare(queue, {&rig_patches_, &views_, &rig_slopes_});
     }
 
     auto warp = make_params<defrec_warp_params>();
@@ -117,6 +129,9 @@ void TemplateStages::upload_template(Queue& queue, const TemplateData& data) {
     upload(patches_, data.patches);
     upload(check_patches_, data.checks);
     upload(rig_patches_, rig_patches(data));
+    upload(slopes_, slopes_of(data, data.patches));
+    upload(check_slopes_, slopes_of(data, data.checks));
+    upload(rig_slopes_, slopes_of(data, rig_patches(data)));
     upload(views_, data.image);
 }
 

@@ -44,10 +44,10 @@ class TemplateStages {
     const TrackerSettings settings_;
     const defrec_camera camera_;  // the rig's, of which the template's own may differ by rounding
     DeviceBuffer nodes_, edges_, points_, sparse_points_, landmarks_, landmark_points_, patches_,
-        views_;
+        slopes_, views_;
     DeviceBuffer start_, matches_, weighted_, ransac_summary_, lm_summary_, predictions_,
-        observations_, samples_, check_patches_, check_predictions_, checks_, rig_patches_,
-        right_observations_;
+        observations_, samples_, check_patches_, check_slopes_, check_predictions_, checks_,
+        rig_patches_, rig_slopes_, right_observations_;
     std::unique_ptr<DeviceStage> match_, ransac_, warp_, check_;
     std::unique_ptr<DeviceStage> right_search_;  // null where the rig is not watched
     std::vector<Pass> passes_;

@@ -9,8 +9,9 @@
 layout(local_size_x = 64) in;
 
 layout(std430, set = 0, binding = 0) readonly buffer Patches { Patch patches[]; };
-layout(std430, set = 0, binding = 1) readonly buffer Motions { Motion motions[]; };
-layout(std430, set = 0, binding = 2) writeonly buffer Predictions {
+layout(std430, set = 0, binding = 1) readonly buffer Slopes { PatchSlope slopes[]; };
+layout(std430, set = 0, binding = 2) readonly buffer Motions { Motion motions[]; };
+layout(std430, set = 0, binding = 3) writeonly buffer Predictions {
     PatchPrediction predictions[];
 };
 layout(push_constant) uniform Push {
@@ -23,7 +24,8 @@ PatchPrediction predict(int i) {
     DualQuaternion moved_by[4];
     for (int k = 0; k < 4; ++k) moved_by[k] = load_motion(motions[patches[i].node[k]]);
     const DualQuaternion motion = blend(moved_by, patches[i].weight);
-    const vec3 p = apply(motion, load3(patches[i].position)) - vec3(push.live_x, 0, 0);
+    const vec3 rest = load3(patches[i].position), moved = apply(motion, rest),
+               p = moved - vec3(push.live_x, 0, 0);
     if (!finite(vec4(p, 0)) || !(p.z > 1.0)) return none;
     const float fx = push.camera.fx / p.z, fy = push.camera.fy / p.z, x = p.x / p.z, y = p.y / p.z;
     const float u = push.camera.fx * x + push.camera.cx, v = push.camera.fy * y + push.camera.cy;
@@ -31,8 +33,13 @@ PatchPrediction predict(int i) {
           v <= push.max_y - push.margin))
         return none;
 
-    const vec3 a = rotate(motion, load3(patches[i].tangent_u)),
-               b = rotate(motion, load3(patches[i].tangent_v));
+    vec3 a = rotate(motion, load3(patches[i].tangent_u)),
+         b = rotate(motion, load3(patches[i].tangent_v));
+    for (int k = 0; k < 4; ++k) {
+        const vec3 apart = apply(moved_by[k], rest) - moved;
+        a += slopes[i].weight_u[k] * apart;
+        b += slopes[i].weight_v[k] * apart;
+    }
     const float j00 = fx * (a.x - x * a.z), j01 = fx * (b.x - x * b.z);
     const float j10 = fy * (a.y - y * a.z), j11 = fy * (b.y - y * b.z);
     if (!finite(vec4(j00, j01, j10, j11))) return none;

@@ -41,6 +41,11 @@ struct Patch {  // defrec_patch
     uint reserved2;
 };
 
+struct PatchSlope {  // defrec_patch_slope
+    float weight_u[4];
+    float weight_v[4];
+};
+
 struct PatchPrediction {  // defrec_patch_prediction
     int u, v;
     int view_from_live[4];

@@ -108,6 +108,19 @@ namespace Defrec
         internal uint Reserved2;
     }
 
+    /// <summary>
+    /// How the weights of a patch change along its view, per px, 32 bytes; of a patch that its control points do not strain all
+    /// are 0.
+    /// </summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public partial struct PatchSlope
+    {
+        /// <summary>For one pixel to the right; sum 0, 1/px.</summary>
+        public Float4 WeightU;
+        /// <summary>Likewise for one pixel down, 1/px.</summary>
+        public Float4 WeightV;
+    }
+
     /// <summary>Where a patch is expected, 32 bytes.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public partial struct PatchPrediction

@@ -289,6 +289,17 @@ class Patch(Struct):
     reserved2: U32
 
 
+@c_struct("defrec_patch_slope")
+class PatchSlope(Struct):
+    """How the weights of a patch change along its view, per px, 32 bytes; of a patch that its control points do not
+    strain all are 0."""
+
+    weight_u: F32x4
+    """For one pixel to the right; sum 0, 1/px."""
+    weight_v: F32x4
+    """Likewise for one pixel down, 1/px."""
+
+
 @c_struct("defrec_patch_prediction")
 class PatchPrediction(Struct):
     """Where a patch is expected, 32 bytes."""

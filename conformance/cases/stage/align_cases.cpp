@@ -85,6 +85,21 @@ void move_each_on_its_own(AlignScene& s) {
         }
 }
 
+// Weights of such control points that change across the patches, so that these are strained.
+void strain(AlignScene& s) {
+    move_each_on_its_own(s);
+    constexpr float kSlopes[2][4] = {{-0.02f, 0.015f, -0.01f, 0.015f},
+                                     {0.025f, 0, -0.02f, -0.005f}};
+    for (size_t i = 0; i < s.patches.size(); ++i) {
+        defrec_patch_slope slope{};
+        for (size_t k = 0; k < 4; ++k) {
+            slope.weight_u[k] = kSlopes[i % 2][k];
+            slope.weight_v[k] = kSlopes[(i + 1) % 2][k];
+        }
+        s.slopes.push_back(slope);
+    }
+}
+
 void add_inputs(std::vector<StageCase>& cases) {
     add(cases, "motions", "Patches predicted from motions and found.", base(), {}, align_motions);
     add(cases, "predictions", "Given predictions are followed.", base(), {}, align_predictions);
@@ -149,6 +164,9 @@ void add_inputs(std::vector<StageCase>& cases) {
         "sign.",
         base(), {}, align_motions, move_each_on_its_own);
     cases.back().since = 2;
+    add(cases, "slopes", "Patches that are strained, since their weights change across them.",
+        base(), {}, align_motions, strain);
+    cases.back().since = 5;
     defrec_align_params right = base();
     right.right_view = 1;
     add(cases, "right_view", "Patches predicted into the right view, and found there.", right, {},
