@@ -14,10 +14,12 @@ constexpr std::size_t kLargestFile = 2'000'000'000;
 
 }  // namespace
 
-CsvReader::CsvReader(const std::filesystem::path& path, const std::vector<std::string>& columns)
+CsvReader::CsvReader(const std::filesystem::path& path, const std::vector<std::string>& columns,
+                     const std::vector<std::string>& optional)
     : path_(path.string()),
       text_(read_text_file(path, kLargestFile, ExitCode::kInput)),
       columns_(columns) {
+    columns_.insert(columns_.end(), optional.begin(), optional.end());
     if (text_.empty()) {
         line_ = 1;
         fail("the file is empty; a header line was expected.");
@@ -25,16 +27,20 @@ CsvReader::CsvReader(const std::filesystem::path& path, const std::vector<std::s
     std::vector<std::string> header;
     for (const std::string_view name : split(take_line(), ',')) header.emplace_back(trim(name));
     width_ = header.size();
-    for (const std::string& column : columns) {
+    for (const std::string& column : columns_) {
         const auto found = std::find(header.begin(), header.end(), column);
+        if (found == header.end() && places_.size() >= columns.size()) {
+            places_.emplace_back();
+            continue;
+        }
         if (found == header.end()) {
             const std::string nearest = nearest_name(column, header);
             fail("the header has no column '" + column + "'" +
                  (nearest.empty() ? std::string() : "; the nearest is '" + nearest + "'") + ".");
         }
-        places_.push_back(static_cast<std::size_t>(found - header.begin()));
+        places_.emplace_back(static_cast<std::size_t>(found - header.begin()));
     }
-    fields_.resize(columns.size());
+    fields_.resize(columns_.size());
 }
 
 std::string_view CsvReader::take_line() {
@@ -54,7 +60,8 @@ bool CsvReader::next() {
             fail("the line has " + std::to_string(all.size()) + " fields, the header " +
                  std::to_string(width_) + ".");
         }
-        for (std::size_t i = 0; i < places_.size(); ++i) fields_[i] = trim(all[places_[i]]);
+        for (std::size_t i = 0; i < places_.size(); ++i)
+            if (places_[i]) fields_[i] = trim(all[*places_[i]]);
         return true;
     }
     return false;

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,8 +14,10 @@ namespace defrec::cli {
 // Every failure is a CliError(kInput) that names file and line.
 class CsvReader {
   public:
-    // Further columns than `columns` are allowed and left out; their order is free.
-    CsvReader(const std::filesystem::path& path, const std::vector<std::string>& columns);
+    // Further columns than `columns` are allowed and left out; their order is free. optional: may
+    // be missing, their fields are then empty; they come after `columns`.
+    CsvReader(const std::filesystem::path& path, const std::vector<std::string>& columns,
+              const std::vector<std::string>& optional = {});
 
     // Goes to the next line that is not empty; false at the end.
     bool next();
@@ -35,8 +38,8 @@ class CsvReader {
     std::size_t position_ = 0;
     int line_ = 0;
     std::vector<std::string> columns_;
-    std::vector<std::size_t> places_;  // where in a line each column stands
-    std::size_t width_ = 0;            // fields in the header
+    std::vector<std::optional<std::size_t>> places_;  // where in a line each column stands
+    std::size_t width_ = 0;                           // fields in the header
     std::vector<std::string_view> fields_;
 };
 

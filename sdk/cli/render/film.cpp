@@ -153,10 +153,30 @@ void Film::choose_points() {
             const bool beside_cut = cut.half_length > 0 && std::abs(material.y()) < kBesideCut &&
                                     std::abs(material.x()) < cut.half_length + kBesideCut;
             if (!beside_cut && visible(material, left_.from_scene(point))) {
-                points_.push_back({u, v, material});
+                points_.push_back({u, v, material, frame_});
             }
         }
     }
+}
+
+void Film::add_points() {
+    const std::size_t first = points_.size();
+    choose_points();
+    points_.erase(
+        std::remove_if(points_.begin() + static_cast<std::ptrdiff_t>(first), points_.end(),
+                       [&](const Followed& point) { return was_in_first_image(point.material); }),
+        points_.end());
+}
+
+bool Film::was_in_first_image(const Eigen::Vector2d& material) const {
+    const FrameState first = scene_.at(0);
+    const Eigen::Vector3d point =
+        scene_.surface.at(material.x(), material.y(), first.time, first.motion);
+    const Eigen::Vector3d in_left = first.camera.rotation * (point - first.camera.centre);
+    if (in_left.z() <= 0) return false;
+    const Eigen::Vector2d pixel = left_.lens.project(in_left);
+    return pixel.x() >= -0.5 && pixel.y() >= -0.5 && pixel.x() <= width_ - 0.5 &&
+           pixel.y() <= height_ - 0.5;
 }
 
 bool Film::visible(const Eigen::Vector2d& material, const Eigen::Vector3d& in_left) const {

@@ -19,8 +19,9 @@ namespace defrec::cli {
 class Film {
   public:
     struct Followed {
-        double u, v;               ///< px, first left image as given
+        double u, v;               ///< px, left image as given
         Eigen::Vector2d material;  ///< what is there
+        int frame = 0;             ///< whose image
     };
     struct Truth {
         Eigen::Vector3d position;  ///< left camera as given, not rectified, mm
@@ -43,8 +44,12 @@ class Film {
     /// 256 x px of the left picture's tissue, 0 unknown; rectified scenes only.
     std::vector<std::uint16_t> disparity() const;
 
-    /// A grid over the first left image, less the pixels where no tissue is seen.
+    /// A grid over the first left image, less the pixels where no tissue is seen, and those of
+    /// add_points().
     const std::vector<Followed>& points() const { return points_; }
+    /// Appends a grid over the present left image, less the pixels where no tissue is seen or
+    /// tissue that lay within the first image.
+    void add_points();
 
   private:
     void place_views(const FrameState& state);
@@ -56,6 +61,7 @@ class Film {
     PictureRequest request_for(const FrameState& state, bool is_left) const;
     Sensor sensor_of(bool is_left) const;
     bool visible(const Eigen::Vector2d& material, const Eigen::Vector3d& in_left) const;
+    bool was_in_first_image(const Eigen::Vector2d& material) const;
 
     int width_, height_, threads_;
     int frame_ = -1;

@@ -114,6 +114,12 @@ CLI::App* add_render_command(CLI::App& app, std::function<int()>& run, const Sto
         ->capture_default_str();
     command->add_option("--threads", options.threads, "0: all; the result does not depend on it")
         ->capture_default_str();
+    command
+        ->add_option("--points-at", options.points_at,
+                     "Also follow points of this frame's image, on tissue that the first image did "
+                     "not show; may be repeated")
+        ->type_name("FRAME")
+        ->allow_extra_args(false);
     command->add_flag("--depth", options.depth,
                       "Also write disparity/: 16-bit PNG, 256 x px, 0 unknown");
     command->add_flag("--list", arguments->list, "Name the scenes with their parameters and stop");

@@ -50,6 +50,7 @@ struct RenderOptions {
     std::uint64_t seed = 1;
     bool depth =
         false;  ///< also DIR/disparity/%06d.png: 16 bit, 256 x px, 0 unknown; rectified scenes only
+    std::vector<int> points_at{};  ///< frames whose images give points of tissue that is new there
     int threads = 0;  ///< 0: as many as the machine has; the written bits do not depend on it
 };
 

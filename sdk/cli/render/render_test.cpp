@@ -14,6 +14,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "sdk/cli/render/film.hpp"
 #include "sdk/cli/render/render_command.hpp"
 #include "sdk/cli/render/written_sequence.hpp"
 
@@ -522,4 +523,52 @@ TEST_CASE("row 73: a stopped rendering leaves whole frames and their truth, and 
     const std::string truth = slurp(folder.path / "out/truth.csv");
     CHECK(truth.find("\n1,0,") != std::string::npos);
     CHECK(truth.find("\n2,0,") == std::string::npos);
+}
+
+TEST_CASE(
+    "points of a later image lie on tissue that is new there, with truth from that frame on") {
+    constexpr int kGiven = 24, kCount = 26;
+    defrec::cli::Film film("slide", 320, 180, kCount, 1, 2);
+    std::size_t first = 0;
+    for (int frame = 0; frame < kCount; ++frame) {
+        film.advance();
+        if (frame == 0) {
+            first = film.points().size();
+        }
+        if (frame == kGiven) {
+            film.add_points();
+        }
+    }
+    REQUIRE(film.points().size() > first);
+    for (std::size_t id = 0; id < film.points().size(); ++id) {
+        CHECK(film.points()[id].frame == (id < first ? 0 : kGiven));
+    }
+
+    TemporaryFolder folder;
+    RenderOptions options;
+    options.scene = "slide";
+    options.out_dir = folder.path.string();
+    options.width = 320;
+    options.height = 180;
+    options.frames = kCount;
+    options.points_at = {kGiven};
+    render_sequence(options, {});
+    std::istringstream points(slurp(folder.path / "points.csv")),
+        truth(slurp(folder.path / "truth.csv"));
+    std::string line;
+    REQUIRE(std::getline(points, line));
+    CHECK(line == "id,u,v,frame");
+    REQUIRE(std::getline(truth, line));
+    std::size_t early = 0, late = 0;
+    while (std::getline(truth, line)) {
+        int frame = 0;
+        std::size_t id = 0;
+        REQUIRE(std::sscanf(line.c_str(), "%d,%zu", &frame, &id) == 2);
+        (id < first ? early : late) += 1;
+        if (id >= first) {
+            CHECK(frame >= kGiven);
+        }
+    }
+    CHECK(early == first * kCount);
+    CHECK(late == (film.points().size() - first) * (kCount - kGiven));
 }

@@ -65,12 +65,15 @@ class Sequence {
 };
 
 void Sequence::write_points() const {
-    std::string text = "id,u,v\n";
+    const bool has_frames = !options_.points_at.empty();
+    std::string text = has_frames ? "id,u,v,frame\n" : "id,u,v\n";
     for (std::size_t id = 0; id < film_.points().size(); ++id) {
         char line[80];
-        std::snprintf(line, sizeof line, "%zu,%.2f,%.2f\n", id, film_.points()[id].u,
-                      film_.points()[id].v);
+        const Film::Followed& point = film_.points()[id];
+        std::snprintf(line, sizeof line, "%zu,%.2f,%.2f", id, point.u, point.v);
         text += line;
+        if (has_frames) text.append(",").append(std::to_string(point.frame));
+        text += "\n";
     }
     write_atomically(fs::path(options_.out_dir) / "points.csv", text);
 }
@@ -152,7 +155,13 @@ int Sequence::render(const ProgressFn& progress, const StopFn& stop) {
     int frame = 0;
     for (; frame < frames_ && (frame == 0 || !stop || !stop()); ++frame) {
         film_.advance();
-        if (frame == 0) {
+        const bool gives_points =
+            frame > 0 && std::find(options_.points_at.begin(), options_.points_at.end(), frame) !=
+                             options_.points_at.end();
+        if (gives_points) {
+            film_.add_points();
+        }
+        if (frame == 0 || gives_points) {
             write_points();
         }
         write_pictures(frame);

@@ -36,7 +36,8 @@ void add_input_options(CLI::App& command, TrackOptions& options) {
     add_units_option(command, options.units);
     command
         .add_option("--points", options.points,
-                    "CSV id,u,v: pixels of the first left image to follow; default: a grid")
+                    "CSV id,u,v: pixels of the first left image to follow, or with a column frame "
+                    "of that frame's; default: a grid")
         ->type_name("F");
     command
         .add_option_function<std::string>(
@@ -92,6 +93,15 @@ CLI::App* add_track_command(CLI::App& app, std::function<int()>& run) {
                      "Seed of the random choices; the same seed gives the same bits")
         ->type_name("S");
     command->add_flag("--grow", options->grow, "Let tissue that comes into view join the template");
+    command
+        ->add_option("--from-template", options->from_template,
+                     "Follow the template of this file, which an earlier run saved, instead of one "
+                     "of the first frame")
+        ->type_name("F");
+    command
+        ->add_option("--save-template", options->save_template,
+                     "Save the template at the end, with all tissue that joined it")
+        ->type_name("F");
     command->add_flag("--meshes", options->meshes,
                       "Also write the deformed surface of each frame, deformed/*.ply");
     command->add_flag("!--no-overlay", options->overlay, "Do not write overlay.mp4");

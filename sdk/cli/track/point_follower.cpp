@@ -1,4 +1,4 @@
-// Follows chosen pixels of the first left image and writes points.csv.
+// Follows chosen pixels and writes points.csv.
 #include "sdk/cli/track/point_follower.hpp"
 
 #include <algorithm>
@@ -11,19 +11,27 @@ PointFollower::PointFollower(const std::filesystem::path& path, std::vector<Foll
                              const Rig& rig, RawProjection& projection)
     : points_(std::move(points)), rig_(rig), projection_(projection), file_(path) {}
 
-void PointFollower::lift(const Template& surface) {
+std::vector<std::size_t> PointFollower::given_in(std::optional<std::int64_t> frame) const {
+    std::vector<std::size_t> places;
+    for (std::size_t i = 0; i < points_.size(); ++i)
+        if (points_[i].frame == frame) places.push_back(i);
+    return places;
+}
+
+std::vector<double> PointFollower::rectified_pixels(const std::vector<std::size_t>& places) const {
     std::vector<double> pixels;
-    for (const FollowedPoint& point : points_) pixels.insert(pixels.end(), {point.u, point.v});
-    std::vector<double> xyz(3 * points_.size());
-    std::vector<std::uint8_t> found(points_.size());
-    require(defrec_rig_rectify_pixels(rig_.get(), pixels.data(), points_.size(), pixels.data()),
+    for (const std::size_t i : places) pixels.insert(pixels.end(), {points_[i].u, points_[i].v});
+    require(defrec_rig_rectify_pixels(rig_.get(), pixels.data(), places.size(), pixels.data()),
             ExitCode::kInternal, "rectifying the points to follow");
-    require(defrec_template_lift(surface.get(), pixels.data(), points_.size(), xyz.data(),
-                                 found.data()),
-            ExitCode::kInternal, "finding the surface under the points to follow");
-    for (std::size_t i = 0; i < points_.size(); ++i) {
+    return pixels;
+}
+
+void PointFollower::keep_found(const std::vector<std::size_t>& places,
+                               const std::vector<double>& xyz,
+                               const std::vector<std::uint8_t>& found) {
+    for (std::size_t i = 0; i < places.size(); ++i) {
         if (found[i] == 0) continue;
-        place_.push_back(i);
+        place_.push_back(places[i]);
         template_xyz_.insert(template_xyz_.end(), xyz.begin() + static_cast<std::ptrdiff_t>(3 * i),
                              xyz.begin() + static_cast<std::ptrdiff_t>(3 * i + 3));
     }
@@ -33,15 +41,43 @@ void PointFollower::lift(const Template& surface) {
     covariances_.resize(6 * place_.size());
     status_.resize(place_.size());
     evidence_.resize(place_.size());
-    is_lifted_ = true;
+    looked_up_ += places.size();
 }
 
-std::size_t PointFollower::points_without_surface() const {
-    return is_lifted_ ? points_.size() - place_.size() : 0;
+void PointFollower::lift(const Template& surface) {
+    const std::vector<std::size_t> places = given_in({});
+    const std::vector<double> pixels = rectified_pixels(places);
+    std::vector<double> xyz(3 * places.size());
+    std::vector<std::uint8_t> found(places.size());
+    require(
+        defrec_template_lift(surface.get(), pixels.data(), places.size(), xyz.data(), found.data()),
+        ExitCode::kInternal, "finding the surface under the points to follow");
+    keep_found(places, xyz, found);
 }
+
+void PointFollower::begin_at(std::int64_t frame) {
+    for (FollowedPoint& point : points_)
+        if (!point.frame) point.frame = frame;
+}
+
+void PointFollower::lift_in(std::int64_t frame, defrec_job job) {
+    const std::vector<std::size_t> places = given_in(frame);
+    if (places.empty()) return;
+    const std::vector<double> pixels = rectified_pixels(places);
+    std::vector<double> xyz(3 * places.size());
+    std::vector<std::uint8_t> found(places.size());
+    if (job != nullptr) {
+        require(defrec_job_lift_points(job, pixels.data(), places.size(), xyz.data(), found.data()),
+                ExitCode::kInternal, "finding the surface under the points to follow");
+    }
+    keep_found(places, xyz, found);
+}
+
+std::size_t PointFollower::points_without_surface() const { return looked_up_ - place_.size(); }
 
 std::vector<PointRow> PointFollower::add_frame(std::int64_t frame, double timestamp_ms,
                                                defrec_job job) {
+    lift_in(frame, job);
     std::vector<PointRow> rows(points_.size());
     for (std::size_t i = 0; i < points_.size(); ++i) {
         rows[i].frame = frame;
@@ -70,9 +106,10 @@ std::vector<PointRow> PointFollower::add_frame(std::int64_t frame, double timest
             row.evidence = evidence_[i];
         }
     }
-    for (const PointRow& row : rows) {
-        ++rows_[static_cast<std::size_t>(row.status)];
-        file_.add(row);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        if (points_[i].frame.value_or(frame) > frame) continue;
+        ++rows_[static_cast<std::size_t>(rows[i].status)];
+        file_.add(rows[i]);
     }
     return rows;
 }

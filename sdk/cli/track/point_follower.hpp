@@ -1,7 +1,8 @@
-// Follows chosen pixels of the first left image on the template's surface and writes points.csv.
+// Follows chosen pixels on the template's surface and writes points.csv.
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "sdk/cli/program/library.hpp"
@@ -18,11 +19,14 @@ class PointFollower {
     PointFollower(const std::filesystem::path& path, std::vector<FollowedPoint> points,
                   const Rig& rig, RawProjection& projection);
 
-    // Finds the surface under the pixels. Before it, and for pixels without surface, every row is
-    // lost.
+    // Finds the surface under the pixels of the image that gave the template. Before it, and for
+    // pixels without surface, every row is lost.
     void lift(const Template& surface);
-    // Writes a row for each point and returns them. job is null where the frame has no result to be
-    // trusted.
+    // Pixels without a frame are of this one's image: the template is of another recording.
+    void begin_at(std::int64_t frame);
+    // Finds the surface under the pixels that are given in this frame. Writes a row for each point
+    // that has been given so far, and returns those of all points. job is null where the frame has
+    // no result to be trusted.
     std::vector<PointRow> add_frame(std::int64_t frame, double timestamp_ms, defrec_job job);
     void commit() { file_.commit(); }
 
@@ -32,6 +36,13 @@ class PointFollower {
     std::size_t points_without_surface() const;
 
   private:
+    // The places in points_ of those given in the frame; none: without a frame.
+    std::vector<std::size_t> given_in(std::optional<std::int64_t> frame) const;
+    std::vector<double> rectified_pixels(const std::vector<std::size_t>& places) const;
+    void keep_found(const std::vector<std::size_t>& places, const std::vector<double>& xyz,
+                    const std::vector<std::uint8_t>& found);
+    void lift_in(std::int64_t frame, defrec_job job);
+
     std::vector<FollowedPoint> points_;
     const Rig& rig_;
     RawProjection& projection_;
@@ -41,7 +52,7 @@ class PointFollower {
     std::vector<double> xyz_, uv_, errors_, covariances_;
     std::vector<std::uint8_t> status_, evidence_;
     std::size_t rows_[3] = {};
-    bool is_lifted_ = false;
+    std::size_t looked_up_ = 0;  // points whose frame has come
 };
 
 }  // namespace defrec::cli

@@ -9,11 +9,14 @@
 namespace defrec::cli {
 
 std::vector<FollowedPoint> read_points(const std::filesystem::path& path, int width, int height) {
-    CsvReader csv(path, {"id", "u", "v"});
+    CsvReader csv(path, {"id", "u", "v"}, {"frame"});
     std::vector<FollowedPoint> points;
     std::unordered_map<std::int64_t, int> line_of_id;
     while (csv.next()) {
-        const FollowedPoint point{csv.integer(0), csv.number(1), csv.number(2)};
+        FollowedPoint point{csv.integer(0), csv.number(1), csv.number(2)};
+        if (!csv.is_empty(3)) point.frame = csv.integer(3);
+        if (point.frame.value_or(0) < 0)
+            csv.fail("frame " + std::string(csv.field(3)) + " is negative.");
         const auto [earlier, is_new] = line_of_id.emplace(point.id, csv.line());
         if (!is_new) {
             csv.fail("id " + std::to_string(point.id) + " stands already in line " +
@@ -37,7 +40,8 @@ std::vector<FollowedPoint> grid_points(int width, int height) {
         for (int column = 0; column < kColumns; ++column) {
             points.push_back({row * kColumns + column,
                               (0.05 + 0.9 * column / (kColumns - 1)) * (width - 1),
-                              (0.05 + 0.9 * row / (kRows - 1)) * (height - 1)});
+                              (0.05 + 0.9 * row / (kRows - 1)) * (height - 1),
+                              {}});
         }
     }
     return points;

@@ -39,6 +39,17 @@ TEST_CASE(
     CHECK(points[0].u == 2.25);
     CHECK(points[0].v == 1.5);
     CHECK(points[1].id == -3);
+    CHECK_FALSE(points[0].frame);
+}
+
+TEST_CASE("points may be given in a frame of their own") {
+    const TestFolder folder;
+    const auto points =
+        read_points(folder.write("p.csv", "id,u,v,frame\n1,2,3,20\n2,2,3,\n3,5,5,0\n"), 640, 360);
+    REQUIRE(points.size() == 3);
+    CHECK(points[0].frame == 20);
+    CHECK_FALSE(points[1].frame);
+    CHECK(points[2].frame == 0);
 }
 
 TEST_CASE("faulty points name the line") {
@@ -50,6 +61,8 @@ TEST_CASE("faulty points name the line") {
     CHECK_SAYS(refusal("id,u,v\n1,2,-1\n"), "outside");
     CHECK_SAYS(refusal("id,u,v\n1,2\n"), "points.csv:2: the line has 2 fields");
     CHECK_SAYS(refusal("id,u,v\n1.5,2,3\n"), "whole number");
+    CHECK_SAYS(refusal("id,u,v,frame\n1,2,3,x\n"), "points.csv:2: frame: 'x'");
+    CHECK_SAYS(refusal("id,u,v,frame\n1,2,3,-4\n"), "points.csv:2: frame -4 is negative");
     CHECK_SAYS(refusal("id,x,v\n1,2,3\n"), "no column 'u'");
     CHECK_SAYS(refusal("id,u,v\n"), "no point");
     CHECK_SAYS(refusal(""), "empty");

@@ -109,6 +109,7 @@ class TrackSession {
                 options_.config.empty() ? ExitCode::kInternal : ExitCode::kUsage,
                 "creating the tracker");
         tracker_.reset(tracker);
+        if (!options_.from_template.empty()) set_template();
         if (options_.meshes) create_output_folder(folder_ / "deformed");
         as_output([&] { open_report(); });
     }
@@ -132,6 +133,15 @@ class TrackSession {
     }
 
   private:
+    void set_template() {
+        defrec_template handle = nullptr;
+        require(defrec_template_load(context_.get(), options_.from_template.c_str(), &handle),
+                ExitCode::kInput, "reading the template");
+        const Template surface(handle);
+        require(defrec_tracker_set_template(tracker_.get(), surface.get()), ExitCode::kInput,
+                "following the template of " + options_.from_template);
+    }
+
     struct Pending {
         StereoFrame frame;
         Job job;
@@ -215,6 +225,10 @@ class TrackSession {
                 as_output([&] { take_grown_template(record); });
         }
 
+        if (!options_.from_template.empty() && !has_points_ && has_geometry(result)) {
+            points_.begin_at(pending.frame.index);
+            has_points_ = true;
+        }
         const std::vector<PointRow> points =
             points_.add_frame(pending.frame.index, pending.frame.timestamp_ms,
                               has_geometry(result) ? pending.job.get() : nullptr);
@@ -266,23 +280,41 @@ class TrackSession {
     void take_template(const StereoFrame& frame, const cv::Mat& left, const Template& surface,
                        const defrec_template_info& info, const TemplateRecord& record) {
         write_template(info, record);
-        points_.lift(surface);
+        if (options_.from_template.empty()) points_.lift(surface);
         as_output([&] {
             if (overlay_) overlay_->set_template(record);
             report_->set_template(record, left);
         });
         template_frame_ = frame.index;
         has_template_ = true;
-        if (frame.index != options_.source.range.first) {
+        if (options_.from_template.empty() && frame.index != options_.source.range.first) {
             notes_.push_back("The first frame could not give a template; it was taken from frame " +
                              std::to_string(frame.index) +
                              ", and the points to follow were looked up there.");
         }
+    }
+
+    // Of the whole run.
+    void note_points() {
         if (const std::size_t count = points_.points_without_surface(); count > 0) {
             notes_.push_back(std::to_string(count) + " of " + std::to_string(points_.count()) +
                              " points to follow lie where the template has no surface; they are "
                              "lost in every frame.");
         }
+    }
+
+    // The template as it was at the end, with what joined it.
+    void finish_template() {
+        if (!has_template_) return;
+        defrec_template handle = nullptr;
+        require(defrec_tracker_get_template(tracker_.get(), &handle), ExitCode::kInternal,
+                "reading the template");
+        const Template surface(handle);
+        const defrec_template_info info = info_of(surface);
+        if (options_.grow) write_template(info, template_record(info, projection_));
+        if (options_.save_template.empty()) return;
+        require(defrec_template_save(surface.get(), options_.save_template.c_str()),
+                ExitCode::kOutput, "saving the template");
     }
 
     void show_link_notices() {
@@ -314,6 +346,7 @@ class TrackSession {
     // reported.
     void finish(double seconds, std::exception_ptr& failure) {
         if (!source_.fault().empty()) notes_.push_back(source_.fault());
+        note_points();
         if (!has_template_)
             notes_.emplace_back("No frame could give a template; nothing was tracked.");
         if ((reasons_ & DEFREC_REASON_VIEWS_SWAPPED) != 0) {
@@ -339,6 +372,7 @@ class TrackSession {
             }
         };
         attempt([&] { points_.commit(); });
+        attempt([&] { finish_template(); });
         attempt([&] { write_frames(folder_ / "frames.csv", rows_); });
         attempt([&] {
             if (!overlay_) return;
@@ -398,6 +432,7 @@ class TrackSession {
     std::int64_t template_frame_ = 0;
     std::uint32_t template_epoch_ = 0;
     bool has_template_ = false;
+    bool has_points_ = false;    // their frame has come; of a template that was given
     std::uint32_t reasons_ = 0;  // of all frames
 };
 

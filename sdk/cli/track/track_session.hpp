@@ -19,6 +19,7 @@ struct TrackOptions {
     std::string backend = "auto", device;
     std::string config;  // empty: the library's defaults
     bool grow = false;
+    std::string from_template, save_template;  // files; empty: none
     bool meshes = false, overlay = true;
     LinkOptions link;
     bool realtime = false;  // frames are taken no faster than at their own times
