@@ -79,7 +79,9 @@ struct Fixture {
         LateralEvidence lateral;
         measure_lateral(data, output, patch_px2(), lateral);
         VertexConfidence result;
-        estimate_confidence(SurfaceModel(data), {samples, lateral, rig, last}, result);
+        const auto mean_residual = static_cast<float>(evidence().mean_residual_mm);
+        estimate_confidence(SurfaceModel(data), {samples, lateral, mean_residual, rig, last},
+                            result);
         return result;
     }
 };
@@ -115,6 +117,14 @@ TEST_CASE(
     CHECK(f.verdict(true).degraded);
     CHECK((f.verdict(true).reasons & DEFREC_REASON_LOW_CONTRAST) != 0);
     CHECK_FALSE(f.verdict(false).found);
+}
+
+TEST_CASE(
+    "where depth is noisy in a frame, the template's was, and every vertex may be wrong by it") {
+    Fixture f;
+    const float quiet = f.confidence().expected_error[0];
+    for (size_t i = 1; i < f.samples.size(); ++i) f.samples[i].residual = i % 2 == 0 ? 1.5f : -1.5f;
+    CHECK(f.confidence().expected_error[0] > 1.3f * quiet);
 }
 
 TEST_CASE("row 58: without depth and without patches the frame is lost") {

@@ -330,7 +330,8 @@ void SurfaceFollower::describe_surface(TrackerJob& job) const {
         measure_lateral(template_->data(), job.output, patch_px2_, job.lateral);
         estimate_confidence(
             last_->model,
-            {job.output.samples, job.lateral, rig_left_,
+            {job.output.samples, job.lateral, static_cast<float>(job.evidence.mean_residual_mm),
+             rig_left_,
              job.state == DEFREC_RELOCALISED ? SurfaceSamples() : SurfaceSamples(last_->samples)},
             job.confidence);
     }

@@ -15,16 +15,17 @@ namespace {
 // The variance of a vertex's error is a sum of what each kind of evidence leaves open, each times a
 // share that was fitted to rendered sequences with exact truth; docs/tracker.md says how. Across
 // the ray, both directions together:
-constexpr float kPatchShare = 0.55f;  // of the squared distance of patches, at the vertex's depth
-constexpr float kCheckShare = 0.3f;   // of the squared distance at which the check fits best
-constexpr float kMismatchShare = 0.22f;  // px^2, of 1 - ZNCC there
-constexpr float kFarLateral = 0.04f;     // per mm^2 from the nearest lateral evidence
+constexpr float kPatchShare = 0.52f;  // of the squared distance of patches, at the vertex's depth
+constexpr float kCheckShare = 0.43f;  // of the squared distance at which the check fits best
+constexpr float kMismatchShare = 0.15f;  // px^2, of 1 - ZNCC there
+constexpr float kFarLateral = 0.045f;    // per mm^2 from the nearest lateral evidence
 // Along the ray:
-constexpr float kDisparityShare = 0.0045f;      // px^2
-constexpr float kDisparityPatchShare = 0.015f;  // of the squared distance of patches, px^2
-constexpr float kResidualShare = 0.11f;         // of the squared depth residual
-constexpr float kFarObserved = 0.031f;          // per mm^2 from the nearest observed vertex
-constexpr float kSupportShare = 0.075f;         // per mm^2 that the template was extrapolated
+constexpr float kDisparityShare = 0.0012f;      // px^2
+constexpr float kDisparityPatchShare = 0.041f;  // of the squared distance of patches, px^2
+constexpr float kResidualShare = 0.032f;        // of the squared depth residual
+constexpr float kNoiseShare = 0.038f;           // of the squared mean depth residual of the frame
+constexpr float kFarObserved = 0.03f;           // per mm^2 from the nearest observed vertex
+constexpr float kSupportShare = 0.014f;         // per mm^2 that the template was extrapolated
 constexpr float kLateShare = 0.5f;              // of the squared motion during the lag, px^2
 constexpr float kRowShare = 0.155f;             // of the squared distance of the rows, px^2
 
@@ -128,6 +129,7 @@ void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidenc
     const RigDoubt rig(data, evidence);
     const auto fx = static_cast<float>(data.camera.fx),
                baseline = static_cast<float>(data.camera.baseline_mm);
+    const float noise = kNoiseShare * evidence.mean_residual_mm * evidence.mean_residual_mm;
     // mm of depth for a px of disparity.
     const auto depth_per_px = [&](float z) { return z * z / (fx * baseline); };
     make_room(confidence, samples.size());
@@ -168,7 +170,7 @@ void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidenc
                 (kDisparityShare + kDisparityPatchShare * patches + confidence.rig_px2[i]) +
             kFarObserved * far_observed * far_observed +
             kSupportShare * model.support_mm[i] * model.support_mm[i] +
-            kResidualShare * residual * residual;
+            kResidualShare * residual * residual + noise;
         float* covariance = &confidence.covariance[6 * i];
         set_covariance(samples[i].position, across, along, covariance);
         confidence.expected_error[i] = std::sqrt(covariance[0] + covariance[3] + covariance[5]);

@@ -45,6 +45,7 @@ struct VertexConfidence {
 struct FrameEvidence {
     SurfaceSamples samples;
     const LateralEvidence& lateral;
+    float mean_residual_mm;  // of live depth, of its absolute values
     const RigEstimate& rig;
     SurfaceSamples last_samples;  // of the frame before; empty where there is none
 };
