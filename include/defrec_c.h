@@ -1005,8 +1005,8 @@ typedef struct defrec_result {
     float roll_deg;
     /** Right focal length to left; mean of the last seconds, 1 where not measured. @since 1.1 */
     float    focal_ratio;
-    uint32_t rig_matches;    /**< between left and right view, behind the last three; 0: not measured
-                               @since 1.1 */
+    uint32_t rig_matches;    /**< between left and right view, behind the last three; 0 where not
+                                  measured @since 1.1 */
     uint32_t template_epoch; /**< counts the tracker's templates, and how often tissue joined them;
                                   0 without a template @since 1.1 */
 } defrec_result;

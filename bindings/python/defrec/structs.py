@@ -885,7 +885,7 @@ class ResultStruct(Struct):
     focal_ratio: F32
     """Right focal length to left; mean of the last seconds, 1 where not measured."""
     rig_matches: U32
-    """Between left and right view, behind the last three; 0: not measured."""
+    """Between left and right view, behind the last three; 0 where not measured."""
     template_epoch: U32
     """Counts the tracker's templates, and how often tissue joined them; 0 without a template."""
 
