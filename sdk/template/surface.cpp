@@ -165,7 +165,7 @@ std::vector<float> smooth_spline(const std::vector<Sample>& samples, int columns
 // A trend, and the detail that samples add to it. Where there is none, the trend alone goes on: the
 // slope of the last few cells says little of what lies many cells beyond.
 std::vector<float> fit_spline(std::vector<Sample> samples, int columns, int rows) {
-    constexpr double kTrendStiffness = 50;  // smooths below about 24 grid cells
+    constexpr double kTrendStiffness = 50;  // smooths below about 17 grid cells
     // Below about 11: of live depth of beating tissue in later frames a surface smoothed that much
     // is nearest; with more or less it is farther.
     constexpr double kDetailStiffness = 8;
