@@ -129,8 +129,8 @@ class Grower {
                                 seen_.width - 1.0);
     }
     double cell_v(size_t cell) const {
-        return std::min<double>(static_cast<double>(cell / columns()) * seen_.grid.spacing,
-                                seen_.height - 1.0);
+        const size_t row = cell / columns();
+        return std::min<double>(static_cast<double>(row) * seen_.grid.spacing, seen_.height - 1.0);
     }
     size_t columns() const { return static_cast<size_t>(seen_.grid.columns); }
     size_t cells() const { return seen_.grid.vertex.size(); }

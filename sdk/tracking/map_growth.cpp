@@ -56,7 +56,8 @@ void MapGrowth::joined(const TemplateData& data, std::span<const NodeAnchor> anc
     if (has_earlier_) extend_motions(data.nodes, anchors, earlier_.motions);
 }
 
-void MapGrowth::end_found_frame(const Pipeline& pipeline, std::shared_ptr<const Template> surface,
+void MapGrowth::end_found_frame(const Pipeline& pipeline,
+                                const std::shared_ptr<const Template>& surface,
                                 const FrameOutput& output) {
     if (!is_on_) return;
     if (looks_) {

@@ -33,7 +33,7 @@ class MapGrowth {
 
     // Once for each such frame, after it. The surface was found: template, its motions and its
     // vertices in the frame.
-    void end_found_frame(const Pipeline& pipeline, std::shared_ptr<const Template> surface,
+    void end_found_frame(const Pipeline& pipeline, const std::shared_ptr<const Template>& surface,
                          const FrameOutput& output);
     void end_lost_frame();
 
