@@ -43,7 +43,8 @@ struct StageJob {
     StageParams params;  // complete
     std::vector<Input> prepare, in;
     std::vector<Output> out;
-    bool prepared = true;  // false: prepare is left out
+    bool prepared = true;          // false: prepare is left out
+    size_t optional_left_out = 0;  // optional buffers at the end of prepare that are not given
 };
 
 template <class T>

@@ -156,7 +156,10 @@ StageJob align_job(const AlignScene& scene, int given) {
     views.row = p.width;
     views.stride = p.stride;
     job.prepare = {records(scene.patches), views};
-    if (!scene.slopes.empty()) job.prepare.push_back(records(scene.slopes));
+    if (scene.slopes.empty())
+        job.optional_left_out = 1;
+    else
+        job.prepare.push_back(records(scene.slopes));
     job.in = {picture_input(scene.live, p.stride),
               (given & align_mask) != 0 ? picture_input(scene.mask, p.stride) : not_given(),
               (given & align_motions) != 0 ? records(scene.motions) : not_given(),

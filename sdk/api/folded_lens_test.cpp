@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "sdk/api/test_film.hpp"
 #include "sdk/api/test_session.hpp"
-#include "sdk/cli/render/film.hpp"
 
 using namespace defrec;
 using namespace defrec::test;
@@ -83,11 +83,9 @@ TEST_CASE("row 105: a distortion that folds at the corners is tracked within the
     TrackingSession session(
         "cpu", 2,
         [&](defrec_rig_desc& rig, defrec_tracker_desc& tracker) {
-            rig.width = kFilmWidth;
-            rig.height = kFilmHeight;
+            describe_rig(filmed, kFilmWidth, kFilmHeight, rig);
             rig.left = rig.right = {
                 kFocalPx, kFocalPx, filmed.left.cx, filmed.left.cy, {kDistortion}, 4, 0};
-            std::copy_n(filmed.translation.data(), 3, rig.translation);
             tracker.format = DEFREC_FORMAT_BGR8;
         },
         [&](defrec_context_desc& context) {

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "sdk/api/test_film.hpp"
 #include "sdk/api/test_session.hpp"
 #include "sdk/base/test_files.hpp"
-#include "sdk/cli/render/film.hpp"
 
 using namespace defrec;
 using namespace defrec::test;
@@ -42,15 +42,7 @@ const Recording& recording() {
 struct Session : TrackingSession {
     explicit Session(uint32_t frames_in_flight = 2, uint32_t max_vertices = 0, uint32_t grow = 1)
         : TrackingSession("cpu", 2, [&](defrec_rig_desc& rig_desc, defrec_tracker_desc& desc) {
-              const cli::StereoRig& filmed = recording().film.scene().rig;
-              const auto intrinsics = [](const cli::Lens& lens) {
-                  return defrec_intrinsics{lens.fx, lens.fy, lens.cx, lens.cy, {}, 0, 0};
-              };
-              rig_desc.width = kFilmWidth;
-              rig_desc.height = kFilmHeight;
-              rig_desc.left = intrinsics(filmed.left);
-              rig_desc.right = intrinsics(filmed.right);
-              std::copy_n(filmed.translation.data(), 3, rig_desc.translation);
+              describe_rig(recording().film.scene().rig, kFilmWidth, kFilmHeight, rig_desc);
               desc.format = DEFREC_FORMAT_BGR8;
               desc.frames_in_flight = frames_in_flight;
               desc.grow = grow;

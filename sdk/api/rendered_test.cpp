@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "sdk/api/test_film.hpp"
 #include "sdk/api/test_session.hpp"
-#include "sdk/cli/render/film.hpp"
 
 using namespace defrec;
 using namespace defrec::test;
@@ -28,10 +28,6 @@ struct TrackedFrame {
     std::vector<TrackedPoint> points;  // those on the template's surface
 };
 
-defrec_intrinsics intrinsics_of(const cli::Lens& lens) {
-    return {lens.fx, lens.fy, lens.cx, lens.cy, {}, 0, 0};
-}
-
 // Scenes whose cameras are rectified and without distortion.
 std::vector<TrackedFrame> track(const std::string& scene, int frames,
                                 const std::vector<cli::SceneSetting>& settings = {},
@@ -39,11 +35,7 @@ std::vector<TrackedFrame> track(const std::string& scene, int frames,
     cli::Film film(scene, kFilmWidth, kFilmHeight, frames, 1, 2, settings);
     const cli::StereoRig& filmed = film.scene().rig;
     TrackingSession session("cpu", 2, [&](defrec_rig_desc& rig, defrec_tracker_desc& tracker) {
-        rig.width = kFilmWidth;
-        rig.height = kFilmHeight;
-        rig.left = intrinsics_of(filmed.left);
-        rig.right = intrinsics_of(filmed.right);
-        std::copy_n(filmed.translation.data(), 3, rig.translation);
+        describe_rig(filmed, kFilmWidth, kFilmHeight, rig);
         tracker.format = DEFREC_FORMAT_BGR8;
         tracker.self_calibration = self_calibration;
     });

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "sdk/base/median.hpp"
 #include "sdk/template/check_patches.hpp"
 #include "sdk/template/node_edges.hpp"
 #include "sdk/template/patch_places.hpp"
@@ -32,13 +33,6 @@ void place_nodes(TemplateData& data, double spacing_px) {
             for (const double value : back_project(data.camera, u, v, disparity))
                 data.nodes.push_back(static_cast<float>(value));
         }
-}
-
-double median(std::vector<double> values) {
-    if (values.empty()) return 0;
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
 }
 
 void measure_node_spacing(TemplateData& data) {

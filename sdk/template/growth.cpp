@@ -2,14 +2,14 @@
 #include "sdk/template/growth.hpp"
 
 #include <Eigen/Core>
-#include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 
 #include "backends/shared/motion.hpp"
+#include "backends/shared/rigid_fit.hpp"
+#include "sdk/base/median.hpp"
 #include "sdk/template/check_patches.hpp"
 #include "sdk/template/node_edges.hpp"
 #include "sdk/template/page.hpp"
@@ -33,42 +33,17 @@ constexpr int kMargin = 4;            // cells round what is new that a part of 
 constexpr double kPatchReach = 48;    // px round a patch that its search may sample
 constexpr int kBorder = 20;           // px; a page has other tissue beyond the image's rim
 
-Eigen::Vector3d as_vector(Point p) { return {p.x, p.y, p.z}; }
 Point as_point(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-double median(std::vector<double>& values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
-
-// The rigid motion that takes an anchor's control points at rest to where they are now (Kabsch).
-// at(i): the position of control point i now.
-template <class PositionAt>
+// The rigid motion that takes an anchor's control points at rest to where they are now.
 Motion follow_anchor(const NodeAnchor& anchor, const std::vector<float>& nodes,
-                     PositionAt&& position_at) {
-    Eigen::Vector3d from = Eigen::Vector3d::Zero(), to = Eigen::Vector3d::Zero();
-    double sum = 0;
-    const auto rest = [&](size_t k) {
-        return as_vector(load3<double>(&nodes[3 * static_cast<size_t>(anchor.node[k])]));
-    };
+                     const std::vector<Point>& now) {
+    RigidFit fit;
     for (size_t k = 0; k < NodeAnchor::kNodes; ++k) {
-        from += anchor.weight[k] * rest(k);
-        to += anchor.weight[k] * position_at(static_cast<size_t>(anchor.node[k]));
-        sum += anchor.weight[k];
+        const auto node = static_cast<size_t>(anchor.node[k]);
+        fit.add(anchor.weight[k], load3<double>(&nodes[3 * node]), now[node]);
     }
-    from /= sum;
-    to /= sum;
-    Eigen::Matrix3d moment = Eigen::Matrix3d::Zero();
-    for (size_t k = 0; k < NodeAnchor::kNodes; ++k)
-        moment += anchor.weight[k] * (position_at(static_cast<size_t>(anchor.node[k])) - to) *
-                  (rest(k) - from).transpose();
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(moment, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
-    const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> rotation =
-        svd.matrixU() * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
-    const Eigen::Vector3d shift = to - rotation * from;
-    return normalise(from_rigid<double>(rotation.data(), shift.data()));
+    return normalise(fit.solve());
 }
 
 std::vector<Point> positions_of_nodes(const std::vector<float>& nodes,
@@ -300,10 +275,8 @@ void Grower::place_nodes() {
             NewNode node{
                 u, v, place_of(u, v, disparity), {}, Motion::identity(), Motion::identity()};
             node.anchor = anchor_at(node.place);
-            node.motion = follow_anchor(node.anchor, old_.nodes,
-                                        [&](size_t i) { return as_vector(node_at_[i]); });
-            node.earlier_motion = follow_anchor(
-                node.anchor, old_.nodes, [&](size_t i) { return as_vector(earlier_node_at_[i]); });
+            node.motion = follow_anchor(node.anchor, old_.nodes, node_at_);
+            node.earlier_motion = follow_anchor(node.anchor, old_.nodes, earlier_node_at_);
             new_nodes_.push_back(node);
         }
 }
@@ -331,9 +304,8 @@ bool Grower::was_seen(size_t cell) const {
         then = node->earlier_motion;
     } else {
         const NodeAnchor anchor = anchor_at(place_of(u, v, seen_.grid.disparity[cell]));
-        now = follow_anchor(anchor, old_.nodes, [&](size_t i) { return as_vector(node_at_[i]); });
-        then = follow_anchor(anchor, old_.nodes,
-                             [&](size_t i) { return as_vector(earlier_node_at_[i]); });
+        now = follow_anchor(anchor, old_.nodes, node_at_);
+        then = follow_anchor(anchor, old_.nodes, earlier_node_at_);
     }
     const Point p = apply(compose(then, inverse(now)), place_of(u, v, seen_.grid.disparity[cell]));
     if (!(p.z > 1)) return false;
@@ -721,8 +693,7 @@ void extend_motions(const std::vector<float>& nodes, std::span<const NodeAnchor>
                     std::vector<defrec_motion>& motions) {
     const std::vector<Point> at = positions_of_nodes(nodes, motions);
     for (const NodeAnchor& anchor : anchors)
-        motions.push_back(
-            follow_anchor(anchor, nodes, [&](size_t i) { return as_vector(at[i]); }).store());
+        motions.push_back(follow_anchor(anchor, nodes, at).store());
 }
 
 }  // namespace defrec

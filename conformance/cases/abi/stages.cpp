@@ -172,9 +172,8 @@ class WrongCalls {
             require_refused(run_.subject(), concat("prepare with ", what),
                             table.prepare(stage_->get(), queue_.get(), in.data(), in.size()));
         };
-        const size_t optional = job_.stage() == DEFREC_STAGE_ALIGN ? 1 : 0;  // the slopes
         auto more = all(prepared_);
-        more.insert(more.end(), optional + 1, prepared_[0].get());
+        more.insert(more.end(), job_.optional_left_out + 1, prepared_[0].get());
         refuse("a buffer too many", more);
         refuse("no buffers", {});
     }
