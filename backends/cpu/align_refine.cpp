@@ -20,10 +20,11 @@ using V32 = hn::Vec<D32>;
 
 constexpr int32_t kShiftRows = kAlignRows + 3;
 
-// A patch's pixels in rows of kAlignRow, 0 where not usable.
+// A patch's pixels in rows of kAlignRow, 0 where not usable; x and y are offsets from its centre.
 struct Patch {
     alignas(64) int16_t t[kAlignRows * kAlignRow], gx[kAlignRows * kAlignRow],
-        gy[kAlignRows * kAlignRow], usable[kAlignRows * kAlignRow];
+        gy[kAlignRows * kAlignRow], usable[kAlignRows * kAlignRow], x[kAlignRows * kAlignRow],
+        y[kAlignRows * kAlignRow];
     int32_t count;  // of all rows
 };
 
@@ -34,8 +35,12 @@ void load_patch(const AlignScratch& scratch, const AlignPeak& peak, int32_t radi
         for (int32_t column = 0; column < kAlignRow; ++column) {
             const int32_t pair =
                 (peak.window_y - radius + row) * kAlignWindowRow + peak.window_x - radius + column;
-            out.usable[row * kAlignRow + column] =
+            const bool usable =
                 column < side && (!scratch.masked || (scratch.usable[pair] & 1) != 0);
+            const int32_t at = row * kAlignRow + column;
+            out.usable[at] = usable;
+            out.x[at] = int16_t(usable ? column - radius : 0);
+            out.y[at] = int16_t(usable ? row - radius : 0);
         }
     out.count = side * kAlignRow;
     for (int32_t k = 0; k < out.count; k += int32_t(hn::Lanes(d))) {
@@ -61,23 +66,37 @@ class Sum {
 
 TemplateSums template_sums(const Patch& patch) {
     const D16 d;
-    Sum n, t, tt, gx, gy, gxx, gxy, gyy, gxt, gyt;
+    Sum n, x, y, xx, xy, yy, t, gx, gy, xt, yt, xgx, ygx, xgy, ygy, tt, gxx, gxy, gyy, gxt, gyt;
     for (int32_t k = 0; k < patch.count; k += int32_t(hn::Lanes(d))) {
         const auto usable = hn::LoadU(d, patch.usable + k), value = hn::LoadU(d, patch.t + k);
-        const auto x = hn::LoadU(d, patch.gx + k), y = hn::LoadU(d, patch.gy + k);
+        const auto across = hn::LoadU(d, patch.gx + k), down = hn::LoadU(d, patch.gy + k);
+        const auto column = hn::LoadU(d, patch.x + k), row = hn::LoadU(d, patch.y + k);
         n.add(usable, usable);
+        x.add(column, usable);
+        y.add(row, usable);
+        xx.add(column, column);
+        xy.add(column, row);
+        yy.add(row, row);
         t.add(value, usable);
+        gx.add(across, usable);
+        gy.add(down, usable);
+        xt.add(column, value);
+        yt.add(row, value);
+        xgx.add(column, across);
+        ygx.add(row, across);
+        xgy.add(column, down);
+        ygy.add(row, down);
         tt.add(value, value);
-        gx.add(x, usable);
-        gy.add(y, usable);
-        gxx.add(x, x);
-        gxy.add(x, y);
-        gyy.add(y, y);
-        gxt.add(x, value);
-        gyt.add(y, value);
+        gxx.add(across, across);
+        gxy.add(across, down);
+        gyy.add(down, down);
+        gxt.add(across, value);
+        gyt.add(down, value);
     }
-    return {n.total(),   t.total(),   tt.total(),  gx.total(),  gy.total(),
-            gxx.total(), gxy.total(), gyy.total(), gxt.total(), gyt.total()};
+    return {n.total(),   x.total(),   y.total(),   xx.total(), xy.total(),  yy.total(),
+            t.total(),   gx.total(),  gy.total(),  xt.total(), yt.total(),  xgx.total(),
+            ygx.total(), xgy.total(), ygy.total(), tt.total(), gxx.total(), gxy.total(),
+            gyy.total(), gxt.total(), gyt.total()};
 }
 
 V32 multiply_pairs(V32 a, V32 b) {
@@ -131,17 +150,19 @@ void shift_live(const AlignScratch& scratch, const AlignPeak& peak, int32_t radi
 
 LiveSums live_sums(const Patch& patch, const int16_t* live) {
     const D16 d;
-    Sum i, ii, it, igx, igy;
+    Sum i, xi, yi, ii, it, igx, igy;
     for (int32_t k = 0; k < patch.count; k += int32_t(hn::Lanes(d))) {
         const auto usable = hn::LoadU(d, patch.usable + k),
                    value = hn::Mul(hn::LoadU(d, live + k), usable);
         i.add(value, usable);
+        xi.add(value, hn::LoadU(d, patch.x + k));
+        yi.add(value, hn::LoadU(d, patch.y + k));
         ii.add(value, value);
         it.add(value, hn::LoadU(d, patch.t + k));
         igx.add(value, hn::LoadU(d, patch.gx + k));
         igy.add(value, hn::LoadU(d, patch.gy + k));
     }
-    return {i.total(), ii.total(), it.total(), igx.total(), igy.total()};
+    return {i.total(), xi.total(), yi.total(), ii.total(), it.total(), igx.total(), igy.total()};
 }
 
 void refine(const AlignRun& run, const AlignScratch& scratch, const AlignPeak& peak,
@@ -153,17 +174,20 @@ void refine(const AlignRun& run, const AlignScratch& scratch, const AlignPeak& p
     Patch patch;
     load_patch(scratch, peak, r, patch);
     const TemplateSums sums = template_sums(patch);
-    const ShiftSystem system = make_shift_system(sums, run.inverse[sums.n - 1]);
-    if (!system.solvable) return;
+    ShiftSystem system;
     int32_t shift_x = 0, shift_y = 0, score = 0;
     for (int32_t k = 0; k < kShiftSteps; ++k) {
-        alignas(64) int16_t live[kAlignRows * kAlignRow];
-        shift_live(scratch, peak, r, shift_x, shift_y, live);
-        int32_t dx = 0, dy = 0;
-        if (!shift_step(system, sums, live_sums(patch, live), dx, dy, score)) return;
-        if (dx == 0 && dy == 0) break;  // every further step would be the same
-        shift_x += dx;
-        shift_y += dy;
+        alignas(64) int16_t shifted[kAlignRows * kAlignRow];
+        shift_live(scratch, peak, r, shift_x, shift_y, shifted);
+        const LiveSums live = live_sums(patch, shifted);
+        const ShiftStep step = k == 0
+                                   ? first_shift_step(sums, run.inverse[sums.n - 1], live, system)
+                                   : shift_step(system, live);
+        if (!step.valid) return;
+        score = step.score;
+        if (step.x == 0 && step.y == 0) break;  // every further step would be the same
+        shift_x += step.x;
+        shift_y += step.y;
         if (shift_x < -256 || shift_y < -256 || shift_x > 255 || shift_y > 255) return;
     }
     if (score >> 4 < int32_t(run.params->min_score)) return;

@@ -6,9 +6,10 @@
 namespace defrec::cuda {
 namespace {
 
-// A pixel of the patch: template and its gradient; 0 where it takes no part.
+// A pixel of the patch: its row from the centre, template and its gradient; 0 where it takes no
+// part.
 struct PatchPixel {
-    int32_t t, gx, gy, taken;
+    int32_t y, t, gx, gy, taken;
 };
 
 __device__ uint32_t pack(int32_t low, int32_t high) {
@@ -27,11 +28,12 @@ class Refinement {
         const bool idle = lane >= L::kGroups * L::kSide;
         const int32_t row = idle ? 0 : lane / L::kSide * L::kRows;
         first_ = make_int2(pixel.x - kRadius + column + kLeadingBytes, pixel.y - kRadius + row);
+        x_ = column - kRadius;
         for (int k = 0; k < L::kRows; ++k) {
             pixels_[k] = {};
             if (idle || row + k >= L::kSide || !usable_at(first_.x, first_.y + k)) continue;
             const int32_t y = row + k;
-            pixels_[k] = {patch.at(column, y) - patch.mean,
+            pixels_[k] = {y - kRadius, patch.at(column, y) - patch.mean,
                           (patch.at(column + 1, y) - patch.at(column - 1, y) + 1) >> 1,
                           (patch.at(column, y + 1) - patch.at(column, y - 1) + 1) >> 1, 1};
         }
@@ -41,19 +43,32 @@ class Refinement {
         TemplateSums s;
         for (const PatchPixel& p : pixels_) {
             s.n += p.taken;
+            s.y += p.y;
+            s.yy += p.y * p.y;
             s.t += p.t;
-            s.tt += p.t * p.t;
             s.gx += p.gx;
             s.gy += p.gy;
+            s.yt += p.y * p.t;
+            s.ygx += p.y * p.gx;
+            s.ygy += p.y * p.gy;
+            s.tt += p.t * p.t;
             s.gxx += p.gx * p.gx;
             s.gxy += p.gx * p.gy;
             s.gyy += p.gy * p.gy;
             s.gxt += p.gx * p.t;
             s.gyt += p.gy * p.t;
         }
-        return {sum_of_warp(s.n),   sum_of_warp(s.t),   sum_of_warp(s.tt),  sum_of_warp(s.gx),
-                sum_of_warp(s.gy),  sum_of_warp(s.gxx), sum_of_warp(s.gxy), sum_of_warp(s.gyy),
-                sum_of_warp(s.gxt), sum_of_warp(s.gyt)};
+        s.x = x_ * s.n;
+        s.xx = x_ * s.x;
+        s.xy = x_ * s.y;
+        s.xt = x_ * s.t;
+        s.xgx = x_ * s.gx;
+        s.xgy = x_ * s.gy;
+        for (int32_t* sum :
+             {&s.n,   &s.x,   &s.y,   &s.xx,  &s.xy, &s.yy,  &s.t,   &s.gx,  &s.gy,  &s.xt, &s.yt,
+              &s.xgx, &s.ygx, &s.xgy, &s.ygy, &s.tt, &s.gxx, &s.gxy, &s.gyy, &s.gxt, &s.gyt})
+            *sum = sum_of_warp(*sum);
+        return s;
     }
 
     // Of the live image shifted by `shift`.
@@ -80,13 +95,14 @@ class Refinement {
                 wy[0] * rows[k] + wy[1] * rows[k + 1] + wy[2] * rows[k + 2] + wy[3] * rows[k + 3];
             const int32_t i = p.taken * ((sum + 512) >> 10);
             s.i += i;
+            s.yi += p.y * i;
             s.ii += i * i;
             s.it += i * p.t;
             s.igx += i * p.gx;
             s.igy += i * p.gy;
         }
-        return {sum_of_warp(s.i), sum_of_warp(s.ii), sum_of_warp(s.it), sum_of_warp(s.igx),
-                sum_of_warp(s.igy)};
+        return {sum_of_warp(s.i),  sum_of_warp(x_ * s.i), sum_of_warp(s.yi), sum_of_warp(s.ii),
+                sum_of_warp(s.it), sum_of_warp(s.igx),    sum_of_warp(s.igy)};
     }
 
   private:
@@ -98,6 +114,7 @@ class Refinement {
 
     const Window<kRadius>& window_;
     int2 first_;  // byte and row of the window
+    int32_t x_;   // of the column, from the patch's centre
     PatchPixel pixels_[L::kRows];
 };
 
@@ -110,15 +127,18 @@ __device__ defrec_patch_observation refine(const defrec_align_params& params,
                                            int2 window_pixel, int2 fraction) {
     const Refinement<kRadius> refinement(window, patch, window_pixel);
     const TemplateSums sums = refinement.template_sums();
-    const ShiftSystem system = make_shift_system(sums, __frcp_rn(static_cast<float>(sums.n)));
-    if (!system.solvable) return {};
+    const float inverse_n = __frcp_rn(static_cast<float>(sums.n));
+    ShiftSystem system;
     int2 shift = make_int2(0, 0);
     int32_t score = 0;
-    for (int32_t step = 0; step < kShiftSteps; ++step) {
-        int32_t dx = 0, dy = 0;
-        if (!shift_step(system, sums, refinement.live_sums(shift), dx, dy, score)) return {};
-        if (dx == 0 && dy == 0) break;  // every further step would be the same
-        shift = make_int2(shift.x + dx, shift.y + dy);
+    for (int32_t k = 0; k < kShiftSteps; ++k) {
+        const LiveSums live = refinement.live_sums(shift);
+        const ShiftStep step =
+            k == 0 ? first_shift_step(sums, inverse_n, live, system) : shift_step(system, live);
+        if (!step.valid) return {};
+        score = step.score;
+        if (step.x == 0 && step.y == 0) break;  // every further step would be the same
+        shift = make_int2(shift.x + step.x, shift.y + step.y);
         if (shift.x < -256 || shift.y < -256 || shift.x > 255 || shift.y > 255) return {};
     }
     if (score >> 4 < static_cast<int32_t>(params.min_score)) return {};

@@ -238,16 +238,17 @@ class Align final : public Stage {
         if (x < r + 2 || y < r + 2 || x + r + 2 >= live_.width || y + r + 2 >= live_.height)
             return out;
         const TemplateSums sums = template_sums(sampled, x, y);
-        const ShiftSystem system = make_shift_system(sums, inverse_[size_t(sums.n - 1)]);
-        if (!system.solvable) return out;
+        const float inverse_n = inverse_[size_t(sums.n - 1)];
+        ShiftSystem system;
         int32_t shift_x = 0, shift_y = 0, score = 0;
         for (int32_t k = 0; k < kShiftSteps; ++k) {
-            int32_t dx = 0, dy = 0;
-            if (!shift_step(system, sums, live_sums(sampled, x, y, shift_x, shift_y), dx, dy,
-                            score))
-                return out;
-            shift_x += dx;
-            shift_y += dy;
+            const LiveSums live = live_sums(sampled, x, y, shift_x, shift_y);
+            const ShiftStep step =
+                k == 0 ? first_shift_step(sums, inverse_n, live, system) : shift_step(system, live);
+            if (!step.valid) return out;
+            shift_x += step.x;
+            shift_y += step.y;
+            score = step.score;
             if (shift_x < -256 || shift_y < -256 || shift_x > 255 || shift_y > 255) return out;
         }
         out.score = score >> 4;
@@ -267,7 +268,18 @@ class Align final : public Stage {
                 const int32_t t = sampled.at(ox, oy), gx = sampled.gradient_x(ox, oy),
                               gy = sampled.gradient_y(ox, oy);
                 s.n += 1;
+                s.x += ox;
+                s.y += oy;
+                s.xx += ox * ox;
+                s.xy += ox * oy;
+                s.yy += oy * oy;
                 s.t += t;
+                s.xt += ox * t;
+                s.yt += oy * t;
+                s.xgx += ox * gx;
+                s.ygx += oy * gx;
+                s.xgy += ox * gy;
+                s.ygy += oy * gy;
                 s.tt += t * t;
                 s.gx += gx;
                 s.gy += gy;
@@ -288,6 +300,8 @@ class Align final : public Stage {
                 if (!usable_at(x + ox, y + oy)) continue;
                 const int32_t i = shifted(x + ox, y + oy, shift_x, shift_y);
                 s.i += i;
+                s.xi += ox * i;
+                s.yi += oy * i;
                 s.ii += i * i;
                 s.it += i * sampled.at(ox, oy);
                 s.igx += i * sampled.gradient_x(ox, oy);

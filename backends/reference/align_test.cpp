@@ -91,6 +91,14 @@ TEST_CASE(
             }
 }
 
+TEST_CASE("light that changes across patches neither hides nor moves them") {
+    AlignSceneOptions options;
+    options.light = 1.5;
+    const Accuracy a = accuracy(make_align_scene(options));
+    CHECK(a.found > 0.85);
+    CHECK(a.rms < 0.2);
+}
+
 TEST_CASE("positions are not drawn towards whole pixels") {
     for (const double shift : {0.0, 0.25, 0.5, 0.75}) {
         AlignSceneOptions options;

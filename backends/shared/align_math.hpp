@@ -100,74 +100,134 @@ constexpr bool usable(const defrec_patch_prediction& p, const defrec_align_param
     return true;
 }
 
-// Sums over a patch's pixels: t the template, gx and gy its gradient, i the live image;
-// docs/stages/align.md.
+// Sums over a patch's usable pixels: x and y the offset from its centre, t the template, gx and gy
+// its gradient, i the live image; docs/stages/align.md.
 struct TemplateSums {
-    int32_t n = 0, t = 0, tt = 0, gx = 0, gy = 0, gxx = 0, gxy = 0, gyy = 0, gxt = 0, gyt = 0;
+    int32_t n = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0;
+    int32_t t = 0, gx = 0, gy = 0, xt = 0, yt = 0, xgx = 0, ygx = 0, xgy = 0, ygy = 0;
+    int32_t tt = 0, gxx = 0, gxy = 0, gyy = 0, gxt = 0, gyt = 0;
 };
 struct LiveSums {
-    int32_t i = 0, ii = 0, it = 0, igx = 0, igy = 0;
+    int32_t i = 0, xi = 0, yi = 0, ii = 0, it = 0, igx = 0, igy = 0;
 };
 
-// The normal equations of the shift between template and live image, gain and offset eliminated.
-// Floats, exact operations only.
+// An image's sum over the patch, and its moments along the two axes of LightFit.
+struct LightMoments {
+    float sum, x, y;
+};
+
+// What differences of the light explain of an image: an offset and, with a gradient, a plane over
+// the patch. The axes are x and what y has beyond x over the usable pixels, about their mean.
+// Floats, exact operations only, here and below.
+struct LightFit {
+    float inverse_n, x, y;         // 1 / n, sums of x and y
+    float skew;                    // of y by x
+    float inverse_xx, inverse_yy;  // of the axes' own moments; 0 without a gradient
+
+    constexpr LightMoments moments(int32_t a, int32_t xa, int32_t ya) const {
+        const float sum = float(a), along_x = float(xa) - (x * sum) * inverse_n;
+        return {sum, along_x, (float(ya) - (y * sum) * inverse_n) - skew * along_x};
+    }
+    // What is left of the sum of products of a and b.
+    constexpr float rest(int32_t ab, const LightMoments& a, const LightMoments& b) const {
+        return ((float(ab) - (a.sum * b.sum) * inverse_n) - (a.x * b.x) * inverse_xx) -
+               (a.y * b.y) * inverse_yy;
+    }
+};
+constexpr float reciprocal(float x) {
+    const float root = reciprocal_sqrt(x);
+    return root * root;
+}
+constexpr LightFit make_light_fit(const TemplateSums& s, float inverse_n, bool has_gradient) {
+    LightFit out{};
+    out.inverse_n = inverse_n;
+    if (!has_gradient) return out;
+    out.x = float(s.x);
+    out.y = float(s.y);
+    const float xx = float(s.xx) - (out.x * out.x) * inverse_n,
+                xy = float(s.xy) - (out.x * out.y) * inverse_n,
+                yy = float(s.yy) - (out.y * out.y) * inverse_n;
+    out.inverse_xx = reciprocal(xx);
+    out.skew = xy * out.inverse_xx;
+    out.inverse_yy = reciprocal(yy - out.skew * xy);
+    return out;
+}
+
+// The normal equations of the shift between template and live image; gain and light eliminated.
 struct ShiftSystem {
-    float inverse_n, inverse_tt, tt, gx_t, gy_t;
+    LightFit light;
+    LightMoments t, gx, gy;
+    float inverse_tt, tt, gx_t, gy_t;
     float xx, xy,
         yy;  // damped by 1/1024 of the trace, so that a direction without texture stays where it is
     float inverse_determinant;
     float raw_xx, raw_yy;  // not damped
     bool solvable;
 };
-constexpr ShiftSystem make_shift_system(const TemplateSums& s, float inverse_n) {
-    const auto covariance = [inverse_n](int32_t a, int32_t b, int32_t ab) {
-        return float(ab) - (float(a) * float(b)) * inverse_n;
-    };
+constexpr ShiftSystem make_shift_system(const TemplateSums& s, const LightFit& light) {
     ShiftSystem out{};
-    out.inverse_n = inverse_n;
-    out.tt = covariance(s.t, s.t, s.tt);
+    out.light = light;
+    out.t = light.moments(s.t, s.xt, s.yt);
+    out.gx = light.moments(s.gx, s.xgx, s.ygx);
+    out.gy = light.moments(s.gy, s.xgy, s.ygy);
+    out.tt = light.rest(s.tt, out.t, out.t);
     if (!(out.tt >= 1.0f)) return out;
-    const float root = reciprocal_sqrt(out.tt);
-    out.inverse_tt = root * root;
-    out.gx_t = covariance(s.gx, s.t, s.gxt);
-    out.gy_t = covariance(s.gy, s.t, s.gyt);
-    out.raw_xx = covariance(s.gx, s.gx, s.gxx) - (out.gx_t * out.gx_t) * out.inverse_tt;
-    out.raw_yy = covariance(s.gy, s.gy, s.gyy) - (out.gy_t * out.gy_t) * out.inverse_tt;
-    out.xy = covariance(s.gx, s.gy, s.gxy) - (out.gx_t * out.gy_t) * out.inverse_tt;
+    out.inverse_tt = reciprocal(out.tt);
+    out.gx_t = light.rest(s.gxt, out.gx, out.t);
+    out.gy_t = light.rest(s.gyt, out.gy, out.t);
+    out.raw_xx = light.rest(s.gxx, out.gx, out.gx) - (out.gx_t * out.gx_t) * out.inverse_tt;
+    out.raw_yy = light.rest(s.gyy, out.gy, out.gy) - (out.gy_t * out.gy_t) * out.inverse_tt;
+    out.xy = light.rest(s.gxy, out.gx, out.gy) - (out.gx_t * out.gy_t) * out.inverse_tt;
     const float damping = (out.raw_xx + out.raw_yy) * (1.0f / 1024.0f);
     out.xx = out.raw_xx + damping;
     out.yy = out.raw_yy + damping;
     const float determinant = out.xx * out.yy - out.xy * out.xy;
     if (!(determinant >= 1.0f) || !(damping > 0.0f)) return out;
-    const float root_determinant = reciprocal_sqrt(determinant);
-    out.inverse_determinant = root_determinant * root_determinant;
+    out.inverse_determinant = reciprocal(determinant);
     out.solvable = true;
     return out;
 }
 
-// One Gauss-Newton step of the shift, 1/256 px, and the ZNCC before it, 1/65536; false where the
-// images do not correlate.
-constexpr bool shift_step(const ShiftSystem& system, const TemplateSums& t, const LiveSums& s,
-                          int32_t& dx, int32_t& dy, int32_t& score) {
-    const auto covariance = [&system](int32_t a, int32_t b, int32_t ab) {
-        return float(ab) - (float(a) * float(b)) * system.inverse_n;
-    };
-    const float ii = covariance(s.i, s.i, s.ii), it = covariance(s.i, t.t, s.it);
-    if (!(ii >= 1.0f) || !(it >= 1.0f)) return false;
-    const float gain = it * system.inverse_tt;
-    const float root = reciprocal_sqrt(it);
-    const float inverse_gain = system.tt * (root * root);
-    const float x = covariance(s.i, t.gx, s.igx) - gain * system.gx_t,
-                y = covariance(s.i, t.gy, s.igy) - gain * system.gy_t;
+// A Gauss-Newton step of the shift, 1/256 px, and the ZNCC before it, 1/65536.
+struct ShiftStep {
+    int32_t x, y, score;
+    float rest;  // of the live image's squares that the template does not explain
+    bool valid;  // the images correlate, and the step is short
+};
+constexpr ShiftStep shift_step(const ShiftSystem& system, const LiveSums& s) {
+    ShiftStep out{};
+    if (!system.solvable) return out;
+    const LightFit& light = system.light;
+    const LightMoments i = light.moments(s.i, s.xi, s.yi);
+    const float ii = light.rest(s.ii, i, i), it = light.rest(s.it, i, system.t);
+    if (!(ii >= 1.0f) || !(it >= 1.0f)) return out;
+    const float gain = it * system.inverse_tt, inverse_gain = system.tt * reciprocal(it);
+    const float x = light.rest(s.igx, i, system.gx) - gain * system.gx_t,
+                y = light.rest(s.igy, i, system.gy) - gain * system.gy_t;
     const float scale = (system.inverse_determinant * inverse_gain) * 256.0f;
     const float step_x = (system.yy * x - system.xy * y) * scale,
                 step_y = (system.xx * y - system.xy * x) * scale;
-    score = int32_t(std::floor(
+    out.score = int32_t(std::floor(
         ((it * reciprocal_sqrt(system.tt)) * reciprocal_sqrt(ii)) * float(kOneScore) + 0.5f));
-    if (!(std::abs(step_x) < 512.0f) || !(std::abs(step_y) < 512.0f)) return false;
-    dx = int32_t(std::floor(0.5f - step_x));
-    dy = int32_t(std::floor(0.5f - step_y));
-    return true;
+    if (!(std::abs(step_x) < 512.0f) || !(std::abs(step_y) < 512.0f)) return out;
+    out.rest = ii - gain * it;
+    out.x = int32_t(std::floor(0.5f - step_x));
+    out.y = int32_t(std::floor(0.5f - step_y));
+    out.valid = true;
+    return out;
+}
+
+// The first step, and the system for those that follow: with a gradient of the light where that
+// explains a third of what is left without.
+constexpr ShiftStep first_shift_step(const TemplateSums& sums, float inverse_n,
+                                     const LiveSums& live, ShiftSystem& system) {
+    system = make_shift_system(sums, make_light_fit(sums, inverse_n, false));
+    const ShiftStep step = shift_step(system, live);
+    const ShiftSystem other = make_shift_system(sums, make_light_fit(sums, inverse_n, true));
+    const ShiftStep other_step = shift_step(other, live);
+    if (!other_step.valid || (step.valid && step.rest <= 1.5f * other_step.rest)) return step;
+    system = other;
+    return other_step;
 }
 
 // Catmull-Rom weights of the pixels -1, 0, 1, 2 at a fraction, 1/256 px; the weights are 1/256 and

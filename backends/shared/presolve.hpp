@@ -7,7 +7,7 @@
 
 namespace defrec {
 
-constexpr int kPresolveRounds = 5, kPresolveMinMatches = 6;
+constexpr int kPresolveRounds = 5, kPresolveMinMatches = 20;
 
 // deformed: where each landmark with a preselected match is by the present motions; only those
 // count. The identity where they are too few, or where no rigid motion brings them closer by

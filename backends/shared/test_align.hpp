@@ -54,6 +54,7 @@ struct AlignSceneOptions {
     uint32_t width = 211, height = 157, stride = 224, level = 0, patch_radius = 5,
              search_radius = 4, seed = 1, patches = 150;
     double angle = 0, scale = 1, shift_x = 1.3, shift_y = -2.6, noise = 1, gain = 1, offset = 0;
+    double light = 0;             // its steepest change along x, gray levels in a pixel
     double prediction_error = 2;  // px, of each coordinate
 };
 
@@ -94,7 +95,7 @@ inline AlignScene make_align_scene(const AlignSceneOptions& o) {
             scene.live[size_t(y) * p.stride + x] =
                 gray(o.gain * texture.at(cx + inverse[0] * dx + inverse[1] * dy,
                                          cy + inverse[2] * dx + inverse[3] * dy) +
-                     o.offset + noise());
+                     o.offset + 30 * o.light * std::sin(x / 30.0) + noise());
         }
     const double margin = double((o.patch_radius + 4) << o.level) * o.scale;
     const auto error = [&] { return o.prediction_error * (2 * Texture::unit(random) - 1); };

@@ -21,71 +21,131 @@ float reciprocal_sqrt(float x) {
     return y;
 }
 
+float reciprocal(float x) {
+    precise const float root = reciprocal_sqrt(x);
+    precise const float result = root * root;
+    return result;
+}
+
 float covariance(int a, int b, int ab, float inverse_n) {
     precise const float result = float(ab) - (float(a) * float(b)) * inverse_n;
     return result;
 }
 
-// Sums over a patch's pixels: t the template, gx and gy its gradient, i the live image.
+// Sums over a patch's usable pixels: x and y the offset from its centre, t the template, gx and gy
+// its gradient, i the live image.
 struct TemplateSums {
-    int n, t, tt, gx, gy, gxx, gxy, gyy, gxt, gyt;
+    int n, x, y, xx, xy, yy, t, gx, gy, xt, yt, xgx, ygx, xgy, ygy, tt, gxx, gxy, gyy, gxt, gyt;
 };
 struct LiveSums {
-    int i, ii, it, igx, igy;
+    int i, xi, yi, ii, it, igx, igy;
 };
 
-// The normal equations of the shift, gain and offset eliminated.
+// An image's sum over the patch, and its moments along the two axes of LightFit.
+struct LightMoments {
+    float sum, x, y;
+};
+
+// What differences of the light explain of an image: an offset and, with a gradient, a plane.
+struct LightFit {
+    float inverse_n, x, y, skew, inverse_xx, inverse_yy;
+};
+LightMoments moments(LightFit light, int a, int xa, int ya) {
+    precise const float sum = float(a);
+    precise const float x = float(xa) - (light.x * sum) * light.inverse_n;
+    precise const float y = (float(ya) - (light.y * sum) * light.inverse_n) - light.skew * x;
+    return LightMoments(sum, x, y);
+}
+float rest(LightFit light, int ab, LightMoments a, LightMoments b) {
+    precise const float result =
+        ((float(ab) - (a.sum * b.sum) * light.inverse_n) - (a.x * b.x) * light.inverse_xx) -
+        (a.y * b.y) * light.inverse_yy;
+    return result;
+}
+LightFit make_light_fit(TemplateSums s, float inverse_n, bool has_gradient) {
+    if (!has_gradient) return LightFit(inverse_n, 0.0, 0.0, 0.0, 0.0, 0.0);
+    precise const float x = float(s.x), y = float(s.y);
+    precise const float xx = float(s.xx) - (x * x) * inverse_n;
+    precise const float xy = float(s.xy) - (x * y) * inverse_n;
+    precise const float yy = float(s.yy) - (y * y) * inverse_n;
+    precise const float inverse_xx = reciprocal(xx), skew = xy * inverse_xx;
+    precise const float left = yy - skew * xy;
+    return LightFit(inverse_n, x, y, skew, inverse_xx, reciprocal(left));
+}
+
+// The normal equations of the shift, gain and light eliminated.
 struct ShiftSystem {
-    float inverse_n, inverse_tt, tt, gx_t, gy_t;
+    LightFit light;
+    LightMoments t, gx, gy;
+    float inverse_tt, tt, gx_t, gy_t;
     float xx, xy, yy;  // damped
     float inverse_determinant;
     float raw_xx, raw_yy;  // not damped
     bool solvable;
 };
-ShiftSystem make_shift_system(TemplateSums s, float inverse_n) {
+ShiftSystem make_shift_system(TemplateSums s, LightFit light) {
     precise ShiftSystem o;
-    o.inverse_n = inverse_n;
-    o.tt = covariance(s.t, s.t, s.tt, inverse_n);
-    precise const float root = reciprocal_sqrt(o.tt);
-    o.inverse_tt = root * root;
-    o.gx_t = covariance(s.gx, s.t, s.gxt, inverse_n);
-    o.gy_t = covariance(s.gy, s.t, s.gyt, inverse_n);
-    o.raw_xx = covariance(s.gx, s.gx, s.gxx, inverse_n) - (o.gx_t * o.gx_t) * o.inverse_tt;
-    o.raw_yy = covariance(s.gy, s.gy, s.gyy, inverse_n) - (o.gy_t * o.gy_t) * o.inverse_tt;
-    o.xy = covariance(s.gx, s.gy, s.gxy, inverse_n) - (o.gx_t * o.gy_t) * o.inverse_tt;
+    o.light = light;
+    o.t = moments(light, s.t, s.xt, s.yt);
+    o.gx = moments(light, s.gx, s.xgx, s.ygx);
+    o.gy = moments(light, s.gy, s.xgy, s.ygy);
+    o.tt = rest(light, s.tt, o.t, o.t);
+    o.inverse_tt = reciprocal(o.tt);
+    o.gx_t = rest(light, s.gxt, o.gx, o.t);
+    o.gy_t = rest(light, s.gyt, o.gy, o.t);
+    o.raw_xx = rest(light, s.gxx, o.gx, o.gx) - (o.gx_t * o.gx_t) * o.inverse_tt;
+    o.raw_yy = rest(light, s.gyy, o.gy, o.gy) - (o.gy_t * o.gy_t) * o.inverse_tt;
+    o.xy = rest(light, s.gxy, o.gx, o.gy) - (o.gx_t * o.gy_t) * o.inverse_tt;
     precise const float damping = (o.raw_xx + o.raw_yy) * (1.0 / 1024.0);
     o.xx = o.raw_xx + damping;
     o.yy = o.raw_yy + damping;
     precise const float determinant = o.xx * o.yy - o.xy * o.xy;
-    precise const float root_determinant = reciprocal_sqrt(determinant);
-    o.inverse_determinant = root_determinant * root_determinant;
+    o.inverse_determinant = reciprocal(determinant);
     o.solvable = o.tt >= 1.0 && determinant >= 1.0 && damping > 0.0;
     return o;
 }
 
-// One Gauss-Newton step, 1/256 px, and the ZNCC before it, 1/65536; false where the images do not
-// correlate.
-bool shift_step(ShiftSystem system, TemplateSums t, LiveSums s, out ivec2 by, out int score) {
-    by = ivec2(0);
-    score = 0;
-    const float ii = covariance(s.i, s.i, s.ii, system.inverse_n),
-                it = covariance(s.i, t.t, s.it, system.inverse_n);
-    if (!(ii >= 1.0 && it >= 1.0)) return false;
+// A Gauss-Newton step, 1/256 px, and the ZNCC before it, 1/65536; valid where the images correlate
+// and the step is short.
+struct ShiftStep {
+    ivec2 by;
+    int score;
+    float rest;  // of the live image's squares that the template does not explain
+    bool valid;
+};
+const ShiftStep kNoStep = ShiftStep(ivec2(0), 0, 0.0, false);
+ShiftStep shift_step(ShiftSystem system, LiveSums s) {
+    if (!system.solvable) return kNoStep;
+    const LightMoments i = moments(system.light, s.i, s.xi, s.yi);
+    const float ii = rest(system.light, s.ii, i, i), it = rest(system.light, s.it, i, system.t);
+    if (!(ii >= 1.0 && it >= 1.0)) return kNoStep;
     precise const float gain = it * system.inverse_tt;
-    precise const float root = reciprocal_sqrt(it);
-    precise const float inverse_gain = system.tt * (root * root);
-    precise const float x = covariance(s.i, t.gx, s.igx, system.inverse_n) - gain * system.gx_t;
-    precise const float y = covariance(s.i, t.gy, s.igy, system.inverse_n) - gain * system.gy_t;
+    precise const float inverse_gain = system.tt * reciprocal(it);
+    precise const float x = rest(system.light, s.igx, i, system.gx) - gain * system.gx_t;
+    precise const float y = rest(system.light, s.igy, i, system.gy) - gain * system.gy_t;
     precise const float scale = (system.inverse_determinant * inverse_gain) * 256.0;
     precise const float step_x = (system.yy * x - system.xy * y) * scale;
     precise const float step_y = (system.xx * y - system.xy * x) * scale;
     precise const float z =
         ((it * reciprocal_sqrt(system.tt)) * reciprocal_sqrt(ii)) * kOneScore + 0.5;
-    score = int(floor(z));
-    if (!(abs(step_x) < 512.0 && abs(step_y) < 512.0)) return false;
+    if (!(abs(step_x) < 512.0 && abs(step_y) < 512.0)) return kNoStep;
+    precise const float unexplained = ii - gain * it;
     precise const float to_x = 0.5 - step_x, to_y = 0.5 - step_y;
-    by = ivec2(floor(to_x), floor(to_y));
-    return true;
+    return ShiftStep(ivec2(floor(to_x), floor(to_y)), int(floor(z)), unexplained, true);
+}
+
+// The first step, and the system for those that follow: with a gradient of the light where that
+// explains a third of what is left without.
+ShiftStep first_shift_step(TemplateSums sums, float inverse_n, LiveSums live,
+                           out ShiftSystem system) {
+    system = make_shift_system(sums, make_light_fit(sums, inverse_n, false));
+    const ShiftStep first = shift_step(system, live);
+    const ShiftSystem other = make_shift_system(sums, make_light_fit(sums, inverse_n, true));
+    const ShiftStep other_first = shift_step(other, live);
+    precise const float limit = 1.5 * other_first.rest;
+    if (!other_first.valid || (first.valid && first.rest <= limit)) return first;
+    system = other;
+    return other_first;
 }
 
 // Catmull-Rom weights of the pixels -1, 0, 1, 2 at a fraction, 1/256 px; the weights are 1/256.

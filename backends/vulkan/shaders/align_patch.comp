@@ -43,7 +43,7 @@ const int kPlaces = 2 * kSearch + 1,
 // second word.
 const int kWindowRows = kSide + kPlaces + 1, kWindowWords = kStrips + kBlocks + 1,
           kWindow = kWindowRows * kWindowWords;
-const int kMaxSums = 10, kParts = kLanes / 8;
+const int kMaxSums = 21, kParts = kLanes / 8;
 
 shared int sampled[kSampled * kSampled];
 shared uint template_pairs[kSide * 2 * kBlocks];  // two of T in 16 bits each; 0 beyond the patch
@@ -257,30 +257,43 @@ bool search(ivec2 at, int t, int tt, out ivec2 displacement) {
 
 // ---- section 5 --------------------------------------------------------------
 
-struct Pixel {  // of a patch: template and its gradient, 0 where not usable
-    int t, gx, gy, usable;
+struct Pixel {  // of a patch: offset from its centre, template and its gradient, 0 where not usable
+    int x, y, t, gx, gy, usable;
 };
+const Pixel kUnusable = Pixel(0, 0, 0, 0, 0, 0);
 
 // first: the word and byte of the window with the patch's first pixel.
 Pixel pixel_at(int i, int mean, ivec2 first) {
-    if (i >= kPixels) return Pixel(0, 0, 0, 0);
+    if (i >= kPixels) return kUnusable;
     const int x = i % kSide, y = i / kSide, at = (y + 1) * kSampled + x + 1, column = first.x + x;
     if (((usable[(first.y + y) * kWindowWords + (column >> 2)] >> (8 * (column & 3))) & 1u) == 0u)
-        return Pixel(0, 0, 0, 0);
+        return kUnusable;
     const int across = sampled[at + 1] - sampled[at - 1],
               down = sampled[at + kSampled] - sampled[at - kSampled];
-    return Pixel(sampled[at] - mean, (across + 1) >> 1, (down + 1) >> 1, 1);
+    return Pixel(x - kRadius, y - kRadius, sampled[at] - mean, (across + 1) >> 1, (down + 1) >> 1,
+                 1);
 }
 
 TemplateSums template_sums(Pixel pixels[kPixelsPerLane]) {
-    TemplateSums s = TemplateSums(0, 0, 0, 0, 0, 0, 0, 0, 0, 0);
+    TemplateSums s = TemplateSums(0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0);
     for (int k = 0; k < kPixelsPerLane; ++k) {
         const Pixel p = pixels[k];
         s.n += p.usable;
+        s.x += p.x;
+        s.y += p.y;
+        s.xx += p.x * p.x;
+        s.xy += p.x * p.y;
+        s.yy += p.y * p.y;
         s.t += p.t;
-        s.tt += p.t * p.t;
         s.gx += p.gx;
         s.gy += p.gy;
+        s.xt += p.x * p.t;
+        s.yt += p.y * p.t;
+        s.xgx += p.x * p.gx;
+        s.ygx += p.y * p.gx;
+        s.xgy += p.x * p.gy;
+        s.ygy += p.y * p.gy;
+        s.tt += p.t * p.t;
         s.gxx += p.gx * p.gx;
         s.gxy += p.gx * p.gy;
         s.gyy += p.gy * p.gy;
@@ -288,18 +301,30 @@ TemplateSums template_sums(Pixel pixels[kPixelsPerLane]) {
         s.gyt += p.gy * p.t;
     }
     give(0, s.n);
-    give(1, s.t);
-    give(2, s.tt);
-    give(3, s.gx);
-    give(4, s.gy);
-    give(5, s.gxx);
-    give(6, s.gxy);
-    give(7, s.gyy);
-    give(8, s.gxt);
-    give(9, s.gyt);
-    add_up(10);
+    give(1, s.x);
+    give(2, s.y);
+    give(3, s.xx);
+    give(4, s.xy);
+    give(5, s.yy);
+    give(6, s.t);
+    give(7, s.gx);
+    give(8, s.gy);
+    give(9, s.xt);
+    give(10, s.yt);
+    give(11, s.xgx);
+    give(12, s.ygx);
+    give(13, s.xgy);
+    give(14, s.ygy);
+    give(15, s.tt);
+    give(16, s.gxx);
+    give(17, s.gxy);
+    give(18, s.gyy);
+    give(19, s.gxt);
+    give(20, s.gyt);
+    add_up(21);
     return TemplateSums(sums[0], sums[1], sums[2], sums[3], sums[4], sums[5], sums[6], sums[7],
-                        sums[8], sums[9]);
+                        sums[8], sums[9], sums[10], sums[11], sums[12], sums[13], sums[14],
+                        sums[15], sums[16], sums[17], sums[18], sums[19], sums[20]);
 }
 
 // Of the live image shifted by `shift`.
@@ -313,7 +338,7 @@ LiveSums live_sums(Pixel pixels[kPixelsPerLane], ivec2 first, ivec2 shift) {
         shifted_rows[i] = (taps.x + taps.y + taps.z + taps.w + 8) >> 4;
     }
     barrier();
-    LiveSums s = LiveSums(0, 0, 0, 0, 0);
+    LiveSums s = LiveSums(0, 0, 0, 0, 0, 0, 0);
     for (int k = 0; k < kPixelsPerLane; ++k) {
         const Pixel p = pixels[k];
         const int at = min(lane + k * kLanes, kPixels - 1);
@@ -322,18 +347,22 @@ LiveSums live_sums(Pixel pixels[kPixelsPerLane], ivec2 first, ivec2 shift) {
                            wy[3] * shifted_rows[at + 3 * kSide];
         const int i = p.usable * ((column + 512) >> 10);
         s.i += i;
+        s.xi += p.x * i;
+        s.yi += p.y * i;
         s.ii += i * i;
         s.it += i * p.t;
         s.igx += i * p.gx;
         s.igy += i * p.gy;
     }
     give(0, s.i);
-    give(1, s.ii);
-    give(2, s.it);
-    give(3, s.igx);
-    give(4, s.igy);
-    add_up(5);
-    return LiveSums(sums[0], sums[1], sums[2], sums[3], sums[4]);
+    give(1, s.xi);
+    give(2, s.yi);
+    give(3, s.ii);
+    give(4, s.it);
+    give(5, s.igx);
+    give(6, s.igy);
+    add_up(7);
+    return LiveSums(sums[0], sums[1], sums[2], sums[3], sums[4], sums[5], sums[6]);
 }
 
 // ---- all --------------------------------------------------------------------
@@ -382,15 +411,19 @@ PatchObservation observe(int index) {
     Pixel pixels[kPixelsPerLane];
     for (int k = 0; k < kPixelsPerLane; ++k) pixels[k] = pixel_at(lane + k * kLanes, mean, first);
     const TemplateSums of_template = template_sums(pixels);
-    const ShiftSystem system = make_shift_system(of_template, of_count[of_template.n].x);
-    if (!system.solvable) return kNotFound;
+    ShiftSystem system;
     ivec2 shift = ivec2(0);
     int score = 0;
-    for (int step = 0; step < kShiftSteps; ++step) {
-        ivec2 by;
-        if (!shift_step(system, of_template, live_sums(pixels, first, shift), by, score))
-            return kNotFound;
-        shift += by;
+    for (int k = 0; k < kShiftSteps; ++k) {
+        const LiveSums of_live = live_sums(pixels, first, shift);
+        ShiftStep step;
+        if (k == 0)
+            step = first_shift_step(of_template, of_count[of_template.n].x, of_live, system);
+        else
+            step = shift_step(system, of_live);
+        if (!step.valid) return kNotFound;
+        score = step.score;
+        shift += step.by;
         if (any(lessThan(shift, ivec2(-256))) || any(greaterThan(shift, ivec2(255))))
             return kNotFound;
     }

@@ -16,7 +16,7 @@ layout(std430, set = 0, binding = 4) buffer Deformed {
 layout(std430, set = 0, binding = 5) writeonly buffer Rigid { vec4 rigid[2]; };
 
 const int kRounds = 5;
-const float kMinMatches = 6;
+const float kMinMatches = 20;
 const float kMinSpread = 0.01;  // mm^2
 shared mat3 rotation;           // rows
 shared vec3 shift;

@@ -1,5 +1,7 @@
 // Stage align: predictions and information by tolerance, all else exact for the predictions that
 // were followed.
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "conformance/cases/stage/stage_case.hpp"
@@ -100,6 +102,16 @@ void strain(AlignScene& s) {
     }
 }
 
+// Light that changes across the image and its patches.
+void light(AlignScene& s) {
+    for (uint32_t y = 0; y < s.params.height; ++y)
+        for (uint32_t x = 0; x < s.params.width; ++x) {
+            uint8_t& gray = s.live.at(x, y);
+            const double lit = 0.7 * gray + 40 + 25 * std::sin(x / 11.0) + 20 * std::cos(y / 9.0);
+            gray = uint8_t(std::clamp(std::floor(lit + 0.5), 0.0, 255.0));
+        }
+}
+
 void add_inputs(std::vector<StageCase>& cases) {
     add(cases, "motions", "Patches predicted from motions and found.", base(), {}, align_motions);
     add(cases, "predictions", "Given predictions are followed.", base(), {}, align_predictions);
@@ -167,6 +179,9 @@ void add_inputs(std::vector<StageCase>& cases) {
     add(cases, "slopes", "Patches that are strained, since their weights change across them.",
         base(), {}, align_motions, strain);
     cases.back().since = 5;
+    add(cases, "light", "Light that changes across patches.", base(), {},
+        align_motions | align_mask, light);
+    cases.back().since = 6;
     defrec_align_params right = base();
     right.right_view = 1;
     add(cases, "right_view", "Patches predicted into the right view, and found there.", right, {},
