@@ -784,7 +784,7 @@ typedef struct defrec_tracker_desc {
     uint32_t    max_features;      /**< found in a frame @default 1024 @range 1..65535 */
     uint32_t    max_patches;       /**< of a template @default 1024 @range 1..65536 */
     float       arap_weight;       /**< of the smoothness term @default 0.2 @range 0..1e9 */
-    uint32_t    keep_disparity;    /**< 1: results carry the disparity image */
+    uint32_t    keep_disparity;    /**< 1: results carry the disparity image; with grow they do */
     uint32_t    coarse_iterations; /**< of Levenberg-Marquardt, coarse @default 3 @range 1..1000 */
     uint32_t    fine_iterations;   /**< of Levenberg-Marquardt, fine @default 3 @range 1..1000 */
     uint32_t    timed;             /**< 1: the host waits after each stage, so that the times of
@@ -1023,9 +1023,19 @@ DEFREC_API defrec_status DEFREC_CALL defrec_job_result(defrec_job job, defrec_re
 DEFREC_API defrec_status DEFREC_CALL defrec_job_get_template(
     defrec_job job, defrec_template *out);
 
-/** Finds the points of the surface under count pixels uv of the rectified left image of the job's
- *  frame: xyz, mm, template frame, from where defrec_job_warp_points() follows them. found (1 or 0)
- *  per pixel: 0 where the frame shows no surface or is lost, xyz is then 0.
+/** What was found under a pixel. @since 1.1 */
+enum {
+    DEFREC_FOUND_NONE    = 0, /**< nothing that can be followed */
+    DEFREC_FOUND_SURFACE = 1, /**< the surface */
+    DEFREC_FOUND_BESIDE  = 2  /**< tissue beside the surface, which may grow there */
+};
+
+/** Finds the points under count pixels uv of the rectified left image of the job's frame: xyz, mm,
+ *  template frame, from where defrec_job_warp_points() follows them. found (DEFREC_FOUND_*) per
+ *  pixel: where it is DEFREC_FOUND_NONE, in a lost frame everywhere, xyz is 0. DEFREC_FOUND_BESIDE
+ *  needs a tracker with grow, depth at the pixel and the surface at most 40 mm away; such a point
+ *  moves with the tissue next to it, extrapolated, until the surface reaches it. To have it lie on
+ *  the surface from then on, lift it again where defrec_job_warp_points() has it in a later frame.
  *  @errors DEFREC_ERROR_STATE: not done yet, or there is no template. Of a job that failed: as it
  *  failed.
  *  @threads any @since 1.1 */

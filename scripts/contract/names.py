@@ -35,6 +35,7 @@ ENUMERATIONS = [
     Enumeration("DEFREC_INITIALISING", "State", "FrameState"),
     Enumeration("DEFREC_REASON_", "Reason", "Reasons", is_flags=True, zero="None"),
     Enumeration("DEFREC_POINT_", "PointStatus", "PointStatus", csharp_type="byte"),
+    Enumeration("DEFREC_FOUND_", "Found", "Found", csharp_type="byte"),
     Enumeration("DEFREC_EVIDENCE_", "Evidence", "Evidence", is_flags=True, zero="None", csharp_type="byte"),
     Enumeration("DEFREC_OBSERVED", "Observation", "Observation"),
 ]

@@ -454,6 +454,9 @@ int main(void) {
     VALUE(DEFREC_EVIDENCE_DEPTH);
     VALUE(DEFREC_EVIDENCE_LATERAL);
     VALUE(DEFREC_MAX_TIMED_STAGES);
+    VALUE(DEFREC_FOUND_NONE);
+    VALUE(DEFREC_FOUND_SURFACE);
+    VALUE(DEFREC_FOUND_BESIDE);
     FIELD(defrec_host, struct_size);
     FIELD(defrec_host, abi_minor);
     FIELD(defrec_host, self);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -19,18 +20,28 @@ namespace {
 
 constexpr int kFilmWidth = 480, kFilmHeight = 270, kFrames = 26;
 
+// From that frame on, points are followed on tissue that the first did not show.
+constexpr int kNewPoints = 16;
+
 struct Filmed {
     std::vector<uint8_t> left, right;
+    std::vector<cli::Film::Truth> truth;  // of the points there are
 };
 
 // The sequence, rendered once.
 struct Recording {
     cli::Film film{"slide", kFilmWidth, kFilmHeight, kFrames, 1, 2, {}};
     std::vector<Filmed> frames;
+    size_t first_points = 0;  // of the first frame
     Recording() {
         for (int i = 0; i < kFrames; ++i) {
             film.advance();
-            frames.push_back({film.left_bgr(), film.right_bgr()});
+            if (i == kNewPoints) {
+                first_points = film.points().size();
+                film.add_points();
+            }
+            Filmed& frame = frames.emplace_back(Filmed{film.left_bgr(), film.right_bgr(), {}});
+            for (size_t p = 0; p < film.points().size(); ++p) frame.truth.push_back(film.truth(p));
         }
     }
 };
@@ -206,7 +217,7 @@ TEST_CASE("a grown template goes through a file into another tracker, which goes
 TEST_CASE("pixels of any frame are lifted to points that are followed from there") {
     Session session;
     const cli::Film& film = recording().film;
-    const std::vector<cli::Film::Followed>& points = film.points();
+    const std::span points = std::span(film.points()).first(recording().first_points);
     defrec_result result;
     std::vector<double> xyz(3 * points.size()), back(xyz.size());
     std::vector<uint8_t> found(points.size());
@@ -258,4 +269,67 @@ TEST_CASE("pixels of any frame are lifted to points that are followed from there
     CHECK(defrec_job_lift_points(job, outside, 1, xyz.data(), nullptr) == DEFREC_ERROR_ARGUMENT);
     CHECK(defrec_job_get_template(job, nullptr) == DEFREC_ERROR_ARGUMENT);
     defrec_job_release(job);
+}
+
+TEST_CASE("points beside the surface are followed until it reaches them") {
+    const size_t first = recording().first_points;
+    const std::vector<cli::Film::Followed>& points = recording().film.points();
+    const size_t count = points.size() - first;
+    const cli::Lens& lens = recording().film.scene().rig.left;
+    Session session, fixed(2, 0, 0);
+    defrec_result result;
+    std::vector<double> uv, xyz(3 * count), now(3 * count), error(count);
+    for (size_t p = first; p < points.size(); ++p) uv.insert(uv.end(), {points[p].u, points[p].v});
+    std::vector<uint8_t> found(count), status(count);
+    size_t beside = 0, settled = 0, unknown = 0, extrapolated = 0;
+    std::vector<double> errors;
+    for (int i = 0; i < kFrames; ++i) {
+        CAPTURE(i);
+        const defrec_job job = session.track(i, result);
+        if (i == kNewPoints) {
+            REQUIRE_OK(defrec_job_lift_points(job, uv.data(), count, xyz.data(), found.data()));
+            beside =
+                static_cast<size_t>(std::count(found.begin(), found.end(), DEFREC_FOUND_BESIDE));
+        }
+        if (i >= kNewPoints) {
+            REQUIRE_OK(defrec_job_warp_points(job, xyz.data(), count, now.data(), status.data(),
+                                              error.data()));
+            for (size_t p = 0; p < count; ++p) {
+                if (found[p] == DEFREC_FOUND_NONE) continue;
+                const cli::Film::Truth& truth =
+                    recording().frames[static_cast<size_t>(i)].truth[first + p];
+                unknown += status[p] == DEFREC_POINT_UNKNOWN;
+                if (found[p] == DEFREC_FOUND_BESIDE) {
+                    extrapolated += status[p] == DEFREC_POINT_EXTRAPOLATED;
+                    errors.push_back(std::hypot(now[3 * p] - truth.position[0],
+                                                now[3 * p + 1] - truth.position[1],
+                                                now[3 * p + 2] - truth.position[2]));
+                }
+                const double pixel[2] = {lens.fx * now[3 * p] / now[3 * p + 2] + lens.cx,
+                                         lens.fy * now[3 * p + 1] / now[3 * p + 2] + lens.cy};
+                uint8_t again = 0;
+                double place[3];
+                REQUIRE_OK(defrec_job_lift_points(job, pixel, 1, place, &again));
+                settled += found[p] == DEFREC_FOUND_BESIDE && i + 1 == kFrames &&
+                           again == DEFREC_FOUND_SURFACE;
+            }
+        }
+        defrec_job_release(job);
+    }
+    CHECK(beside >= 3);
+    CHECK(settled == beside);
+    CHECK(unknown == 0);
+    CHECK(extrapolated > 0);
+    std::sort(errors.begin(), errors.end());
+    CHECK(errors[errors.size() / 2] < 0.3);
+    CHECK(errors.back() < 1.5);
+    // A template that does not grow is not extended.
+    for (int i = 0; i <= kNewPoints; ++i) {
+        const defrec_job job = fixed.track(i, result);
+        if (i == kNewPoints) {
+            REQUIRE_OK(defrec_job_lift_points(job, uv.data(), count, xyz.data(), found.data()));
+            CHECK(std::count(found.begin(), found.end(), DEFREC_FOUND_BESIDE) == 0);
+        }
+        defrec_job_release(job);
+    }
 }

@@ -8,7 +8,6 @@
 #include <optional>
 
 #include "backends/shared/motion.hpp"
-#include "backends/shared/rigid_fit.hpp"
 #include "sdk/base/median.hpp"
 #include "sdk/template/check_patches.hpp"
 #include "sdk/template/node_edges.hpp"
@@ -35,25 +34,6 @@ constexpr int kBorder = 20;           // px; a page has other tissue beyond the 
 
 Point as_point(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-// The rigid motion that takes an anchor's control points at rest to where they are now.
-Motion follow_anchor(const NodeAnchor& anchor, const std::vector<float>& nodes,
-                     const std::vector<Point>& now) {
-    RigidFit fit;
-    for (size_t k = 0; k < NodeAnchor::kNodes; ++k) {
-        const auto node = static_cast<size_t>(anchor.node[k]);
-        fit.add(anchor.weight[k], load3<double>(&nodes[3 * node]), now[node]);
-    }
-    return normalise(fit.solve());
-}
-
-std::vector<Point> positions_of_nodes(const std::vector<float>& nodes,
-                                      std::span<const defrec_motion> motions) {
-    std::vector<Point> positions;
-    for (size_t i = 0; i < motions.size(); ++i)
-        positions.push_back(apply(Motion::load(motions[i]), load3<double>(&nodes[3 * i])));
-    return positions;
-}
-
 // Builds one grown template.
 class Grower {
   public:
@@ -77,7 +57,6 @@ class Grower {
     bool fits() const;
     void find_candidates();
     void place_nodes();
-    NodeAnchor anchor_at(const Point& place) const;
     const NewNode* nearest_new_node(double u, double v) const;
     void keep_what_was_seen();
     bool was_seen(size_t cell) const;
@@ -129,9 +108,9 @@ class Grower {
     const FoundFrame &earlier_, &now_;
     double scale_ = 1;   // px now for a px of the first view, for the same length on the surface
     TemplateData seen_;  // the surface of the frame now: size, camera and grid alone
-    std::vector<Point> at_, node_at_, earlier_node_at_;  // the template in the frame, mm
-    std::vector<float> covered_;   // per cell: depth of the template's surface, 0: none
-    std::vector<uint8_t> is_new_;  // per cell
+    std::vector<Point> at_, node_at_;  // the template in the frame, mm
+    std::vector<float> covered_;       // per cell: depth of the template's surface, 0: none
+    std::vector<uint8_t> is_new_;      // per cell
     std::optional<PixelBuckets> vertices_, nodes_;  // of the template in the image; then all nodes
     std::vector<NewNode> new_nodes_;
     std::vector<Motion> motions_;  // of all control points
@@ -153,8 +132,7 @@ bool Grower::fit_view() {
     }
     if (depth.empty() || rest_depth.empty()) return false;
     scale_ = std::clamp(median(rest_depth) / median(depth), 0.5, 4.0);
-    node_at_ = positions_of_nodes(old_.nodes, now_.motions);
-    earlier_node_at_ = positions_of_nodes(old_.nodes, earlier_.motions);
+    node_at_ = node_positions(old_.nodes, now_.motions);
     CaptureInput input = now_.images;
     input.vertex_spacing_px = std::max(4.0, scale_ * old_.grid.spacing);
     node_spacing_ = scale_ * old_.node_grid.spacing_u;
@@ -230,23 +208,6 @@ void Grower::find_candidates() {
                      vertices_->nearest(cell_u(i), cell_v(i), 0.5 * seen_.grid.spacing) == nullptr;
 }
 
-NodeAnchor Grower::anchor_at(const Point& place) const {
-    std::vector<std::pair<double, int32_t>> near;
-    for (size_t i = 0; i < node_at_.size(); ++i) {
-        const Point d = node_at_[i] - place;
-        near.emplace_back(dot(d, d), static_cast<int32_t>(i));
-    }
-    const size_t used = std::min(NodeAnchor::kNodes, near.size());
-    std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(used), near.end());
-    NodeAnchor anchor;
-    const double spread = 2 * std::pow(2 * old_.node_spacing_mm, 2);
-    for (size_t k = 0; k < used; ++k) {
-        anchor.node[k] = near[k].second;
-        anchor.weight[k] = std::exp((near[0].first - near[k].first) / spread);
-    }
-    return anchor;
-}
-
 // Control points on a grid over the image, as a template has them, where there is new tissue within
 // one and a half spacings and no control point is near.
 void Grower::place_nodes() {
@@ -274,9 +235,9 @@ void Grower::place_nodes() {
                 continue;
             NewNode node{
                 u, v, place_of(u, v, disparity), {}, Motion::identity(), Motion::identity()};
-            node.anchor = anchor_at(node.place);
-            node.motion = follow_anchor(node.anchor, old_.nodes, node_at_);
-            node.earlier_motion = follow_anchor(node.anchor, old_.nodes, earlier_node_at_);
+            node.anchor = anchor_at(node_at_, old_.node_spacing_mm, node.place);
+            node.motion = follow_anchor(node.anchor, old_.nodes, now_.motions);
+            node.earlier_motion = follow_anchor(node.anchor, old_.nodes, earlier_.motions);
             new_nodes_.push_back(node);
         }
 }
@@ -303,9 +264,10 @@ bool Grower::was_seen(size_t cell) const {
         now = node->motion;
         then = node->earlier_motion;
     } else {
-        const NodeAnchor anchor = anchor_at(place_of(u, v, seen_.grid.disparity[cell]));
-        now = follow_anchor(anchor, old_.nodes, node_at_);
-        then = follow_anchor(anchor, old_.nodes, earlier_node_at_);
+        const NodeAnchor anchor =
+            anchor_at(node_at_, old_.node_spacing_mm, place_of(u, v, seen_.grid.disparity[cell]));
+        now = follow_anchor(anchor, old_.nodes, now_.motions);
+        then = follow_anchor(anchor, old_.nodes, earlier_.motions);
     }
     const Point p = apply(compose(then, inverse(now)), place_of(u, v, seen_.grid.disparity[cell]));
     if (!(p.z > 1)) return false;
@@ -691,9 +653,8 @@ Growth grow_template(const TemplateData& data, const FoundFrame& earlier, const 
 
 void extend_motions(const std::vector<float>& nodes, std::span<const NodeAnchor> anchors,
                     std::vector<defrec_motion>& motions) {
-    const std::vector<Point> at = positions_of_nodes(nodes, motions);
     for (const NodeAnchor& anchor : anchors)
-        motions.push_back(follow_anchor(anchor, nodes, at).store());
+        motions.push_back(follow_anchor(anchor, nodes, motions).store());
 }
 
 }  // namespace defrec

@@ -1,10 +1,10 @@
 // Growth: tissue that came into view joins the template.
 #pragma once
-#include <array>
 #include <span>
 #include <vector>
 
 #include "sdk/template/capture.hpp"
+#include "sdk/template/node_anchor.hpp"
 
 namespace defrec {
 
@@ -12,13 +12,6 @@ namespace defrec {
 struct FoundFrame {
     CaptureInput images;
     std::span<const defrec_motion> motions;  // per control point
-};
-
-// The control points that a new one follows until it has evidence of its own.
-struct NodeAnchor {
-    static constexpr size_t kNodes = 12;
-    std::array<int32_t, kNodes> node{};
-    std::array<double, kNodes> weight{};  // 0: none
 };
 
 struct Growth {
@@ -29,8 +22,9 @@ struct Growth {
         kFull         // more than the limit, or no view left for its image
     };
     Outcome outcome = Outcome::kNothingNew;
-    TemplateData data;                // the template that it joined and what is new, when grown
-    std::vector<NodeAnchor> anchors;  // per new control point
+    TemplateData data;  // the template that it joined and what is new, when grown
+    std::vector<NodeAnchor>
+        anchors;  // per new control point: it follows them until it has evidence
 };
 
 // The template with the tissue beside it that both frames show at the same place. max_vertices: of

@@ -229,14 +229,16 @@ TEST_CASE("points on tissue that joined move with its triangles") {
         const defrec_surface_point& vertex = growth.data.vertices[i];
         const Vec3<double> rest = load3<double>(vertex.position);
         const double xyz[3] = {rest.x, rest.y, rest.z};
-        CHECK(surface.grown_vertex(xyz) == static_cast<int32_t>(i));
+        CHECK(surface.vertex_at(xyz) == static_cast<int32_t>(i));
         const Vec3<double> off =
             apply(surface.motion_at(xyz, motions.data()), rest) -
             apply(blend<double>(motions.data(), vertex.node, vertex.weight), rest);
         CHECK(std::sqrt(dot(off, off)) < 1e-3);
     }
-    const double beside[3] = {0, 0, kDepth};
-    CHECK(surface.grown_vertex(beside) < 0);
+    const double first_view[3] = {0, 0, kDepth}, beyond[3] = {100, 0, kDepth};
+    CHECK(surface.vertex_at(first_view) >= 0);
+    CHECK(surface.vertex_at(first_view) < static_cast<int32_t>(first));
+    CHECK(surface.vertex_at(beyond) < 0);
 }
 
 TEST_CASE("distances on the surface go on where tissue joined") {

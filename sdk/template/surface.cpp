@@ -225,6 +225,14 @@ std::vector<Sample> select_tissue(const CaptureInput& input, const std::vector<S
 
 }  // namespace
 
+std::optional<double> measured_disparity(const CaptureInput& input, double u, double v,
+                                         int radius) {
+    const Sample sample = fit_window(input, static_cast<int>(std::lround(u)),
+                                     static_cast<int>(std::lround(v)), radius);
+    if (sample.weight == 0) return std::nullopt;
+    return sample.disparity;
+}
+
 bool fit_surface(const CaptureInput& input, SurfaceGrid& grid) {
     grid.spacing = input.vertex_spacing_px;
     // The last column and row lie on the image's rim or just beyond it, so that every pixel has

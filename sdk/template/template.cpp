@@ -5,8 +5,37 @@
 #include <utility>
 
 #include "sdk/template/surface_index.hpp"
+#include "sdk/template/surroundings.hpp"
 
 namespace defrec {
+
+namespace {
+
+// The first view's vertex nearest to a point's pixel.
+int32_t vertex_under(const TemplateData& data, const double xyz[3]) {
+    const SurfaceGrid& grid = data.grid;
+    if (!(xyz[2] > 0 && std::isfinite(xyz[2]))) return -1;
+    const double u = data.camera.fx * xyz[0] / xyz[2] + data.camera.cx,
+                 v = data.camera.fy * xyz[1] / xyz[2] + data.camera.cy;
+    if (!(std::abs(u) < 1e6 && std::abs(v) < 1e6)) return -1;
+    const int column = static_cast<int>(std::lround(u / grid.spacing)),
+              row = static_cast<int>(std::lround(v / grid.spacing));
+    int32_t nearest = -1;
+    int best = 9;
+    for (int dy = -2; dy <= 2; ++dy)
+        for (int dx = -2; dx <= 2; ++dx) {
+            const int x = column + dx, y = row + dy;
+            if (x < 0 || y < 0 || x >= grid.columns || y >= grid.rows || dx * dx + dy * dy >= best)
+                continue;
+            const int32_t vertex = grid.vertex[static_cast<size_t>(y * grid.columns + x)];
+            if (vertex < 0) continue;
+            nearest = vertex;
+            best = dx * dx + dy * dy;
+        }
+    return nearest;
+}
+
+}  // namespace
 
 TemplateCounts TemplateData::counts() const {
     return {vertices.size(),  triangles.size() / 3, nodes.size() / 3, edges.size(),
@@ -15,7 +44,8 @@ TemplateCounts TemplateData::counts() const {
 
 Template::Template(TemplateData data)
     : data_(std::move(data)),
-      index_(data_.parts.empty() ? nullptr : std::make_unique<SurfaceIndex>(data_)) {}
+      index_(data_.parts.empty() ? nullptr : std::make_unique<SurfaceIndex>(data_)),
+      surroundings_(std::make_unique<Surroundings>(data_)) {}
 
 Template::~Template() = default;
 
@@ -56,6 +86,11 @@ int32_t Template::grown_vertex(const double xyz[3]) const {
     return static_cast<int64_t>(vertex) >= static_cast<int64_t>(data_.first_counts().vertices)
                ? vertex
                : -1;
+}
+
+int32_t Template::vertex_at(const double xyz[3]) const {
+    const int32_t grown = grown_vertex(xyz);
+    return grown >= 0 ? grown : vertex_under(data_, xyz);
 }
 
 DualQuaternion<double> Template::motion_at(const double xyz[3],

@@ -14,6 +14,7 @@ namespace defrec {
 
 class Context;
 class SurfaceIndex;  // surface_index.hpp
+class Surroundings;  // surroundings.hpp
 template <class T>
 struct DualQuaternion;  // motion.hpp
 
@@ -107,18 +108,23 @@ class Template {
     // How a point of the template frame moves, on the surface or off it; motions: of the control
     // points.
     DualQuaternion<double> motion_at(const double xyz[3], const defrec_motion* motions) const;
-    // The vertex that a point of tissue that joined belongs to; -1: it is none.
-    int32_t grown_vertex(const double xyz[3]) const;
+    // The vertex that a point belongs to: nearest to it on tissue that joined, or under its pixel
+    // in the first view; -1: there is none within two steps of the grid.
+    int32_t vertex_at(const double xyz[3]) const;
+    const Surroundings& surroundings() const { return *surroundings_; }
 
     // The template as a file; throws Error(DEFREC_ERROR_IO).
     void save(const char* path) const;
     static std::shared_ptr<const Template> load(Context& context, const char* path);
 
   private:
+    // On tissue that joined; -1: it is not.
+    int32_t grown_vertex(const double xyz[3]) const;
     Skin skin_of(const double xyz[3]) const;
 
     TemplateData data_;
     std::unique_ptr<const SurfaceIndex> index_;  // null: it has not grown
+    std::unique_ptr<const Surroundings> surroundings_;
 };
 
 // Disparity of the grid at a pixel, by bilinear interpolation over the vertices round it; false

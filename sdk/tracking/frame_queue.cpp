@@ -20,7 +20,7 @@ FrameQueue::FrameQueue(const std::shared_ptr<const Device>& device, const Rig& r
     const uint64_t pixels = uint64_t{rig.width()} * height_;
     for (uint32_t i = 0; i < settings.frames_in_flight; ++i)
         jobs_.push_back(std::make_shared<TrackerJob>(monitor_, device, row_bytes_ * height_, pixels,
-                                                     settings.keep_disparity));
+                                                     settings.keep_disparity, settings.grow != 0));
     order_.resize(settings.frames_in_flight);
 }
 

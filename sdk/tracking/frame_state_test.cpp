@@ -255,6 +255,26 @@ TEST_CASE(
     CHECK(confidence_at(surface, confidence, beside).expected_error >= at_depth.expected_error);
 }
 
+TEST_CASE("a point beside the surface is extrapolated, less certain with the distance") {
+    Fixture f;
+    const VertexConfidence confidence = f.confidence();
+    const Vec3<double> place{20, 5, 80};
+    double last = confidence.expected_error[40];
+    for (const double distance : {1.0, 5.0, 15.0}) {
+        const SurfaceConfidence at = confidence_beside(confidence, 40, distance, place);
+        CHECK(at.status == DEFREC_POINT_EXTRAPOLATED);
+        CHECK(at.evidence == 0);
+        CHECK(at.expected_error > last);
+        CHECK(std::sqrt(at.covariance[0] + at.covariance[3] + at.covariance[5]) ==
+              doctest::Approx(at.expected_error));
+        last = at.expected_error;
+    }
+    CHECK(confidence_beside(confidence, 40, 41, place).status == DEFREC_POINT_UNKNOWN);
+    VertexConfidence lost;
+    forget_confidence(1, lost, f.data.vertices.size());
+    CHECK(confidence_beside(lost, 40, 1, place).status == DEFREC_POINT_UNKNOWN);
+}
+
 TEST_CASE("the rigid motion of a rigidly moved surface is that motion") {
     Fixture f;
     const double angle = 0.3, cosine = std::cos(angle), sine = std::sin(angle);

@@ -23,11 +23,12 @@ bool is_finite(const double xyz[3]) {
 
 TrackerJob::TrackerJob(std::shared_ptr<JobMonitor> job_monitor,
                        const std::shared_ptr<const Device>& device, uint64_t view_bytes,
-                       uint64_t pixels, bool keep_disparity)
+                       uint64_t pixels, bool keep_disparity, bool grows)
     : monitor(std::move(job_monitor)),
       views{HostMemory(device, view_bytes), HostMemory(device, view_bytes)},
       ignore(device, pixels),
-      memory(device, keep_disparity ? pixels : 0) {}
+      memory(device, keep_disparity ? pixels : 0),
+      grows_(grows) {}
 
 defrec_status TrackerJob::wait(uint64_t timeout_ns) {
     using Clock = std::chrono::steady_clock;
@@ -142,30 +143,35 @@ std::shared_ptr<const Template> TrackerJob::get_template() const {
 void TrackerJob::lift_points(const double* uv, size_t count, double* xyz, uint8_t* found) const {
     expect_surface();
     if (state != DEFREC_LOST) {
-        lift_pixels(*surface, vertices, output.motions, {uv, 2 * count}, {xyz, 3 * count},
-                    {found, count});
+        lift_pixels(
+            *surface,
+            {vertices, output.motions, grows_ ? output.disparity : std::span<const int16_t>()},
+            {uv, 2 * count}, {xyz, 3 * count}, {found, count});
         return;
     }
     std::fill_n(xyz, 3 * count, 0.0);
     std::fill_n(found, count, uint8_t{0});
 }
 
+TrackerJob::WarpedPoint TrackerJob::warp(const double* template_xyz) const {
+    const double from[3] = {template_xyz[0], template_xyz[1], template_xyz[2]};
+    if (!is_finite(from)) return {{kNaN, kNaN, kNaN}, confidence_at(*surface, confidence, from)};
+    const Vec3<double> point{from[0], from[1], from[2]};
+    const PointMotion moves = point_motion(*surface, output.motions, point, grows_);
+    const Vec3<double> place = apply(moves.motion, point);
+    return {place, moves.is_beside && moves.is_near
+                       ? confidence_beside(confidence, moves.vertex, moves.distance_mm, place)
+                       : confidence_at(*surface, confidence, from)};
+}
+
 void TrackerJob::warp_points(const double* template_xyz, size_t count, double* xyz,
                              uint8_t* point_status, double* expected_error_mm) const {
     expect_surface();
-    const auto warp = [&](const double* from) {
-        if (!is_finite(from)) return Vec3<double>{kNaN, kNaN, kNaN};
-        return apply(surface->motion_at(from, output.motions.data()),
-                     Vec3<double>{from[0], from[1], from[2]});
-    };
     for (size_t i = 0; i < count; ++i) {
-        const double from[3] = {template_xyz[3 * i], template_xyz[3 * i + 1],
-                                template_xyz[3 * i + 2]};
-        const Vec3<double> to = warp(from);
-        const SurfaceConfidence at_point = confidence_at(*surface, confidence, from);
-        xyz[3 * i] = to.x;
-        xyz[3 * i + 1] = to.y;
-        xyz[3 * i + 2] = to.z;
+        const auto [place, at_point] = warp(template_xyz + 3 * i);
+        xyz[3 * i] = place.x;
+        xyz[3 * i + 1] = place.y;
+        xyz[3 * i + 2] = place.z;
         if (point_status != nullptr) point_status[i] = at_point.status;
         if (expected_error_mm != nullptr) expected_error_mm[i] = at_point.expected_error;
     }
@@ -176,7 +182,7 @@ void TrackerJob::point_covariances(const double* template_xyz, size_t count, dou
     expect_surface();
     for (size_t i = 0; i < count; ++i) {
         const double* point = template_xyz + 3 * i;
-        SurfaceConfidence at_point = confidence_at(*surface, confidence, point);
+        SurfaceConfidence at_point = warp(point).confidence;
         if (!is_finite(point)) std::fill_n(at_point.covariance, 6, kNaN);
         std::copy_n(at_point.covariance, 6, covariance + 6 * i);
         if (point_evidence != nullptr) point_evidence[i] = at_point.evidence;

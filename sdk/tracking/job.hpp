@@ -9,6 +9,7 @@
 
 #include "sdk/tracking/frame_output.hpp"
 #include "sdk/tracking/frame_state.hpp"
+#include "sdk/tracking/point_motion.hpp"
 #include "sdk/tracking/rig_estimate.hpp"
 #include "sdk/tracking/tracker.hpp"
 #include "sdk/tracking/vertex_confidence.hpp"
@@ -24,9 +25,10 @@ enum class JobPhase { kFree, kQueued, kRunning, kEnding, kDone };
 
 class TrackerJob final : public Job {
   public:
-    // view_bytes: of one view's pixels, tight. pixels: of a view. Must outlive the tracker's queue.
+    // view_bytes: of one view's pixels, tight. pixels: of a view. grows: the template may, so that
+    // points beside it are followed as well. Must outlive the tracker's queue.
     TrackerJob(std::shared_ptr<JobMonitor> monitor, const std::shared_ptr<const Device>& device,
-               uint64_t view_bytes, uint64_t pixels, bool keep_disparity);
+               uint64_t view_bytes, uint64_t pixels, bool keep_disparity, bool grows);
 
     defrec_status wait(uint64_t timeout_ns) override;
     const std::string& error_text() const override { return error_text_; }
@@ -71,7 +73,14 @@ class TrackerJob final : public Job {
   private:
     void expect_done() const;
     void expect_surface() const;
+    // A point of the template frame in this one. Of one that is not finite NaN, unknown.
+    struct WarpedPoint {
+        Vec3<double> place;
+        SurfaceConfidence confidence;
+    };
+    WarpedPoint warp(const double* template_xyz) const;
 
+    const bool grows_;
     std::condition_variable changed_;  // with the monitor's mutex
     std::string error_text_;
 };

@@ -5,10 +5,14 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "backends/shared/motion.hpp"
+#include "sdk/template/node_anchor.hpp"
 #include "sdk/template/pixel_buckets.hpp"
+#include "sdk/template/surface.hpp"
+#include "sdk/tracking/point_motion.hpp"
 
 namespace defrec {
 namespace {
@@ -65,19 +69,51 @@ bool is_inside(double position, uint32_t size) {
 
 // The point that its motion takes to a place, from a guess on.
 Point carry_back(const Template& surface, std::span<const defrec_motion> motions, Point place,
-                 Point guess) {
+                 Point guess, bool may_be_beside) {
     constexpr int kRounds = 6;  // neighbouring points move nearly alike: each gains a digit or two
-    for (int round = 0; round < kRounds; ++round) {
-        const double xyz[3] = {guess.x, guess.y, guess.z};
-        guess = apply(inverse(surface.motion_at(xyz, motions.data())), place);
-    }
+    for (int round = 0; round < kRounds; ++round)
+        guess = apply(inverse(point_motion(surface, motions, guess, may_be_beside).motion), place);
     return guess;
 }
 
+// What was measured under pixels where the surface does not reach.
+class Beside {
+  public:
+    Beside(const Template& surface, const LiftFrame& frame) : surface_(surface), frame_(frame) {
+        const TemplateData& data = surface.data();
+        input_.width = data.width;
+        input_.height = data.height;
+        input_.disparity = frame.disparity.data();
+        radius_ = std::max(3, static_cast<int>(std::lround(kReach * data.grid.spacing)));
+        nodes_ = node_positions(data.nodes, frame.motions);
+    }
+
+    // False where nothing was measured or the surface is far away.
+    bool lift(double u, double v, Point& point) const {
+        const TemplateData& data = surface_.data();
+        const std::optional<double> disparity = measured_disparity(input_, u, v, radius_);
+        if (!disparity) return false;
+        const auto [x, y, z] = back_project(data.camera, u, v, *disparity);
+        const Point place{x, y, z};
+        const NodeAnchor anchor = anchor_at(nodes_, data.node_spacing_mm, place);
+        const Point guess =
+            apply(inverse(follow_anchor(anchor, data.nodes, frame_.motions)), place);
+        point = carry_back(surface_, frame_.motions, place, guess, true);
+        return point_motion(surface_, frame_.motions, point, true).is_near;
+    }
+
+  private:
+    static constexpr double kReach = 3;  // steps of the surface's grid
+    const Template& surface_;
+    const LiftFrame& frame_;
+    CaptureInput input_;
+    int radius_;
+    std::vector<Point> nodes_;
+};
+
 }  // namespace
 
-void lift_pixels(const Template& surface, std::span<const float> vertices,
-                 std::span<const defrec_motion> motions, std::span<const double> uv,
+void lift_pixels(const Template& surface, const LiftFrame& frame, std::span<const double> uv,
                  std::span<double> xyz, std::span<uint8_t> found) {
     const TemplateData& data = surface.data();
     const defrec_camera& camera = data.camera;
@@ -93,24 +129,31 @@ void lift_pixels(const Template& surface, std::span<const float> vertices,
         std::array<Corner, 3> at{};
         bool is_before_camera = true;
         for (size_t k = 0; k < 3; ++k) {
-            const Point p = load3<double>(&vertices[3 * size_t{corners[k]}]);
+            const Point p = load3<double>(&frame.vertices[3 * size_t{corners[k]}]);
             is_before_camera &= p.z > 1;
             at[k] = {p, camera.fx * p.x / p.z + camera.cx, camera.fy * p.y / p.z + camera.cy};
         }
         if (is_before_camera) meet(corners, at, sorted, meetings);
     }
+    std::optional<Beside> beside;
+    if (!frame.disparity.empty()) beside.emplace(surface, frame);
     for (size_t i = 0; i < found.size(); ++i) {
         const Meeting& meeting = meetings[i];
-        found[i] = std::isfinite(meeting.depth) ? 1 : 0;
+        found[i] = DEFREC_FOUND_NONE;
         Point point{0, 0, 0};
-        if (found[i] != 0) {
+        if (std::isfinite(meeting.depth)) {
+            found[i] = DEFREC_FOUND_SURFACE;
             const double z = meeting.depth;
             const Point place{(uv[2 * i] - camera.cx) * z / camera.fx,
                               (uv[2 * i + 1] - camera.cy) * z / camera.fy, z};
             for (size_t k = 0; k < 3; ++k)
                 point = point + meeting.weight[k] *
                                     load3<double>(data.vertices[meeting.corner[k]].position);
-            point = carry_back(surface, motions, place, point);
+            point = carry_back(surface, frame.motions, place, point, beside.has_value());
+        } else if (beside && is_inside(uv[2 * i], data.width) &&
+                   is_inside(uv[2 * i + 1], data.height) &&
+                   beside->lift(uv[2 * i], uv[2 * i + 1], point)) {
+            found[i] = DEFREC_FOUND_BESIDE;
         }
         xyz[3 * i] = point.x;
         xyz[3 * i + 1] = point.y;

@@ -7,11 +7,18 @@
 
 namespace defrec {
 
-// vertices: xyz of the surface in the frame, mm, rectified camera. motions: of its control points
-// there. uv: pixels of the rectified left image. xyz: where template.motion_at takes to the
-// surface's points under them, 0 where there is none; found likewise.
-void lift_pixels(const Template& surface, std::span<const float> vertices,
-                 std::span<const defrec_motion> motions, std::span<const double> uv,
+// A frame in which the surface was found. vertices: xyz there, mm, rectified camera. motions: of
+// the control points. disparity: of the left image, 1/16 px; empty: only what lies on the surface
+// is lifted.
+struct LiftFrame {
+    std::span<const float> vertices;
+    std::span<const defrec_motion> motions;
+    std::span<const int16_t> disparity;
+};
+
+// uv: pixels of the rectified left image. xyz: points that point_motion (point_motion.hpp) takes to
+// what lies under them, 0 where that is nothing. found: DEFREC_FOUND_*.
+void lift_pixels(const Template& surface, const LiftFrame& frame, std::span<const double> uv,
                  std::span<double> xyz, std::span<uint8_t> found);
 
 }  // namespace defrec

@@ -342,10 +342,8 @@ void SurfaceFollower::describe_surface(TrackerJob& job) const {
     fit_rigid_motion(last_->model, job.output.samples, job.rigid_motion);
     split_samples(job.output.samples, job.vertices, job.normals);
     const std::vector<float>& nodes = template_->data().nodes;
-    for (size_t i = 0; i < job.output.motions.size(); ++i) {
-        const auto motion = DualQuaternion<double>::load(job.output.motions[i]);
-        store3(apply(motion, load3<double>(&nodes[3 * i])), &job.node_positions[3 * i]);
-    }
+    for (size_t i = 0; i < job.output.motions.size(); ++i)
+        store3(node_position(nodes, job.output.motions, i), &job.node_positions[3 * i]);
 }
 
 }  // namespace defrec

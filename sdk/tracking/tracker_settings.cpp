@@ -14,6 +14,8 @@ TrackerSettings complete_settings(const defrec_tracker_desc& desc, const Rig& ri
     TrackerSettings settings = desc;
     settings.device_id = nullptr;  // the caller's
     fill_defaults(settings);
+    // What is measured beside the surface is followed until the surface reaches it.
+    if (settings.grow != 0) settings.keep_disparity = 1;
     const float width = static_cast<float>(rig.width());
     if (settings.node_spacing_px == 0) settings.node_spacing_px = width / 24;
     if (settings.vertex_spacing_px == 0) settings.vertex_spacing_px = std::max(4.f, width / 120);

@@ -187,35 +187,6 @@ void forget_confidence(uint32_t age, VertexConfidence& confidence, size_t vertic
     for (size_t i = 0; i < vertices; ++i) set_isotropic(error, &confidence.covariance[6 * i]);
 }
 
-namespace {
-
-// The first view's vertex nearest to a point's pixel, within two steps of the grid; -1: there is
-// none.
-int32_t vertex_under(const TemplateData& data, const double xyz[3]) {
-    const SurfaceGrid& grid = data.grid;
-    if (!(xyz[2] > 0 && std::isfinite(xyz[2]))) return -1;
-    const double u = data.camera.fx * xyz[0] / xyz[2] + data.camera.cx,
-                 v = data.camera.fy * xyz[1] / xyz[2] + data.camera.cy;
-    if (!(std::abs(u) < 1e6 && std::abs(v) < 1e6)) return -1;
-    const int column = static_cast<int>(std::lround(u / grid.spacing)),
-              row = static_cast<int>(std::lround(v / grid.spacing));
-    int32_t nearest = -1;
-    int best = 9;
-    for (int dy = -2; dy <= 2; ++dy)
-        for (int dx = -2; dx <= 2; ++dx) {
-            const int x = column + dx, y = row + dy;
-            if (x < 0 || y < 0 || x >= grid.columns || y >= grid.rows || dx * dx + dy * dy >= best)
-                continue;
-            const int32_t vertex = grid.vertex[static_cast<size_t>(y * grid.columns + x)];
-            if (vertex < 0) continue;
-            nearest = vertex;
-            best = dx * dx + dy * dy;
-        }
-    return nearest;
-}
-
-}  // namespace
-
 SurfaceConfidence confidence_at(const Template& surface, const VertexConfidence& confidence,
                                 const double xyz[3]) {
     constexpr double kGrowthOffSurface = 0.03;  // mm of error per mm from the surface
@@ -223,8 +194,7 @@ SurfaceConfidence confidence_at(const Template& surface, const VertexConfidence&
     SurfaceConfidence at;
     at.expected_error = 100;
     set_isotropic(at.expected_error, at.covariance);
-    int32_t nearest = surface.grown_vertex(xyz);
-    if (nearest < 0) nearest = vertex_under(data, xyz);
+    const int32_t nearest = surface.vertex_at(xyz);
     if (nearest < 0) return at;  // nothing is known of the surface there
     const size_t vertex = static_cast<size_t>(nearest);
     double squared = 0;
@@ -240,6 +210,22 @@ SurfaceConfidence confidence_at(const Template& surface, const VertexConfidence&
     const double growth = at.expected_error / confidence.expected_error[vertex];
     for (size_t i = 0; i < 6; ++i)
         at.covariance[i] = growth * growth * confidence.covariance[6 * vertex + i];
+    return at;
+}
+
+SurfaceConfidence confidence_beside(const VertexConfidence& confidence, size_t vertex,
+                                    double distance_mm, const Vec3<double>& place) {
+    SurfaceConfidence at;
+    const auto away = static_cast<float>(std::min<double>(distance_mm, kFarthestGrowthMm));
+    const float position[3] = {static_cast<float>(place.x), static_cast<float>(place.y),
+                               static_cast<float>(place.z)};
+    float further[6];
+    set_covariance(position, kFarLateral * away * away, kFarObserved * away * away, further);
+    for (size_t i = 0; i < 6; ++i)
+        at.covariance[i] = confidence.covariance[6 * vertex + i] + further[i];
+    at.expected_error = std::sqrt(at.covariance[0] + at.covariance[3] + at.covariance[5]);
+    if (distance_mm <= kFarthestMm && confidence.status[vertex] != DEFREC_POINT_UNKNOWN)
+        at.status = DEFREC_POINT_EXTRAPOLATED;
     return at;
 }
 

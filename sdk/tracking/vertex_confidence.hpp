@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "backends/shared/motion.hpp"
 #include "sdk/tracking/lateral_evidence.hpp"
 #include "sdk/tracking/rig_estimate.hpp"
 
@@ -66,6 +67,10 @@ struct SurfaceConfidence {
 };
 SurfaceConfidence confidence_at(const Template& surface, const VertexConfidence& confidence,
                                 const double xyz[3]);
+
+// Of a place beside the surface, that far from a vertex. place: in the frame.
+SurfaceConfidence confidence_beside(const VertexConfidence& confidence, size_t vertex,
+                                    double distance_mm, const Vec3<double>& place);
 
 // Best rigid motion from the template's vertices to the deformed ones, 3x4 row-major (Kabsch).
 void fit_rigid_motion(const SurfaceModel& model, SurfaceSamples samples, double motion[12]);

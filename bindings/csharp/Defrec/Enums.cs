@@ -260,6 +260,17 @@ namespace Defrec
         Lateral = 1 << 1
     }
 
+    /// <summary>What was found under a pixel.</summary>
+    public enum Found : byte
+    {
+        /// <summary>Nothing that can be followed.</summary>
+        None = 0,
+        /// <summary>The surface.</summary>
+        Surface = 1,
+        /// <summary>Tissue beside the surface, which may grow there.</summary>
+        Beside = 2
+    }
+
     /// <summary>Which stages a device offers: bit <c>1 &lt;&lt; StageKind</c>.</summary>
     [Flags]
     public enum StageMask : uint

@@ -104,14 +104,15 @@ namespace Defrec
         }
 
         /// <summary>
-        /// Finds the points of the surface under pixels (u, v, u, ...) of the rectified left image of the job's frame: x, y, z each, mm, template
-        /// frame, from where <see cref="WarpPoints(double[], double[], PointStatus[], double[])"/> follows them. found: false where there is no
-        /// surface, or the frame is lost. Arrays may be longer than needed.
+        /// Finds the points under pixels (u, v, u, ...) of the rectified left image of the job's frame: x, y, z each, mm, template frame, from
+        /// where <see cref="WarpPoints(double[], double[], PointStatus[], double[])"/> follows them; 0 where found is None, in a lost frame
+        /// everywhere. A point that is found Beside the surface moves with the tissue next to it, extrapolated, until the surface reaches it; to
+        /// have it lie on the surface from then on, lift it again where WarpPoints has it in a later frame. Arrays may be longer than needed.
         /// </summary>
         /// <exception cref="ArgumentException">An array is null or too short, or uv of odd length.</exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, failed, or its tracker has no template.</exception>
-        public void LiftPoints(double[] uv, double[] xyz, bool[] found)
+        public void LiftPoints(double[] uv, double[] xyz, Found[] found)
         {
             Check.NotNull(uv, nameof(uv));
             Check.NotNull(xyz, nameof(xyz));
@@ -120,7 +121,7 @@ namespace Defrec
             Check.Length(xyz.Length, 3L * count, nameof(xyz));
             Check.Length(found.Length, count, nameof(found));
             fixed (double* from = uv, to = xyz)
-            fixed (bool* flags = found)
+            fixed (Found* flags = found)
             using (var use = new HandleUse(Handle))
             {
                 if (count == 0) return;

@@ -32,7 +32,7 @@ namespace Defrec
         public uint MaxPatches { get; set; }
         /// <summary>Of the smoothness term; 0 to 1e9; default 0.2.</summary>
         public float ArapWeight { get; set; }
-        /// <summary>Results carry the disparity image.</summary>
+        /// <summary>Results carry the disparity image; with grow they do.</summary>
         public bool KeepDisparity { get; set; }
         /// <summary>Of Levenberg-Marquardt, coarse; 1 to 1000; default 3.</summary>
         public uint CoarseIterations { get; set; }

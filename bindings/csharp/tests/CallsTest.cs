@@ -223,7 +223,7 @@ namespace Defrec.Tests
                 job.GetPointCovariances(new double[] { 1, 2, 3 }, covariance);
                 job.GetPointCovariances(new double[] { 1, 2, 3 }, covariance, evidence);
                 var lifted = new double[3];
-                job.LiftPoints(new[] { 0.5, 1.5 }, lifted, new bool[1]);
+                job.LiftPoints(new[] { 0.5, 1.5 }, lifted, new Found[1]);
                 Template surface = job.GetTemplate();
                 string template = Stub.Handle(surface.Handle);
                 surface.Dispose();

@@ -35,7 +35,7 @@ namespace Defrec.Tests
                 { "defrec_job_wait", () => job.Wait() },
                 { "defrec_job_result", () => job.GetResult() },
                 { "defrec_job_get_template", () => job.GetTemplate() },
-                { "defrec_job_lift_points", () => job.LiftPoints(uv, xyz, new bool[1]) },
+                { "defrec_job_lift_points", () => job.LiftPoints(uv, xyz, new Found[1]) },
                 { "defrec_job_warp_points", () => job.WarpPoints(xyz, xyz) },
                 { "defrec_job_point_covariances", () => job.GetPointCovariances(xyz, new double[6]) },
                 { "defrec_tracker_get_template", () => Tracker.GetTemplate() },

@@ -278,6 +278,7 @@ namespace Defrec.Tests
             new KeyValuePair<string, Type>("MEMORY_", typeof(MemoryKind)), new KeyValuePair<string, Type>("FORMAT_", typeof(PixelFormat)),
             new KeyValuePair<string, Type>("SOLVER_", typeof(Solver)),
             new KeyValuePair<string, Type>("SELF_CALIBRATION_", typeof(SelfCalibration)), new KeyValuePair<string, Type>("EVIDENCE_", typeof(Evidence)),
+            new KeyValuePair<string, Type>("FOUND_", typeof(Found)),
             new KeyValuePair<string, Type>("FRAME_", typeof(FrameFlags)),
             new KeyValuePair<string, Type>("REASON_", typeof(Reasons)), new KeyValuePair<string, Type>("POINT_", typeof(PointStatus))
         };

@@ -122,7 +122,7 @@ namespace Defrec.Tests
                 { () => job.Wait(), "Job" }, { () => job.GetSummary(), "Job" }, { () => job.GetResult(), "Job" },
                 { () => job.CopyVertices(new float[0]), "Job" },
                 { () => job.CopyDisparity(new short[0]), "Job" },
-                { () => job.GetTemplate(), "Job" }, { () => job.LiftPoints(uv, xyz, new bool[1]), "Job" },
+                { () => job.GetTemplate(), "Job" }, { () => job.LiftPoints(uv, xyz, new Found[1]), "Job" },
                 { () => job.WarpPoints(xyz, xyz), "Job" },
                 { () => job.GetPointCovariances(xyz, new double[6]), "Job" },
                 { () => template.GetVertices(), "Template" },

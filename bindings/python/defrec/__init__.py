@@ -27,6 +27,7 @@ from .enums import (
     DeviceKind,
     Evidence,
     Format,
+    Found,
     FrameFlag,
     LogLevel,
     MemoryKind,
@@ -41,7 +42,7 @@ from .enums import (
 )
 from .errors import BusyError, Error
 from .memory import Memory
-from .result import PointCovariances, Result, StageTime, WarpedPoints
+from .result import LiftedPoints, PointCovariances, Result, StageTime, WarpedPoints
 from .rig import Rig
 from .stage import Stage
 from .stages import AlignStage, LmStage, MatchStage, OrbStage, RansacStage, RectifyStage, StereoStage, WarpStage

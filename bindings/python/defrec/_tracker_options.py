@@ -20,7 +20,7 @@ OPTIONS = """seed: of random choices: the same seed gives the same results on a 
     max_features: found in a frame; 1 to 65535; default 1024.
     max_patches: of a template; 1 to 65536; default 1024.
     arap_weight: of the smoothness term; 0 to 1e9; default 0.2.
-    keep_disparity: results carry the disparity image.
+    keep_disparity: results carry the disparity image; with grow they do.
     coarse_iterations: of Levenberg-Marquardt, coarse; 1 to 1000; default 3.
     fine_iterations: of Levenberg-Marquardt, fine; 1 to 1000; default 3.
     timed: the host waits after each stage, so that the times of results are the device's; slower. Otherwise they are

@@ -266,3 +266,14 @@ class Evidence(IntFlag):
     """Live depth was measured there and agrees."""
     LATERAL = 2
     """The live image shows there what the template shows: the vertex has not slid along the surface."""
+
+
+class Found(OpenEnum):
+    """What was found under a pixel."""
+
+    NONE = 0
+    """Nothing that can be followed."""
+    SURFACE = 1
+    """The surface."""
+    BESIDE = 2
+    """Tissue beside the surface, which may grow there."""

@@ -19,6 +19,15 @@ class StageTime(NamedTuple):
     milliseconds: float
 
 
+class LiftedPoints(NamedTuple):
+    """What lies under pixels of a frame."""
+
+    xyz: FloatArray
+    """(n, 3) float64, mm, template frame; 0 where nothing was found."""
+    found: ByteArray
+    """(n,) uint8, Found."""
+
+
 class WarpedPoints(NamedTuple):
     """Points of the template frame, moved to a frame."""
 
@@ -87,7 +96,7 @@ class Result:
     patch_observations: RecordArray
     """(patches,) PatchObservation."""
     disparity: Optional[DisparityArray]
-    """(height, width) int16, 1/16 px, DISPARITY_NONE: none; None unless the tracker has keep_disparity."""
+    """(height, width) int16, 1/16 px, DISPARITY_NONE: none; None unless the tracker has keep_disparity or grow."""
     times: Tuple[StageTime, ...]
     """In order of execution."""
     vertex_covariance: FloatArray

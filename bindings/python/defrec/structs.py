@@ -737,7 +737,7 @@ class TrackerDesc(Struct):
     arap_weight: F32
     """Of the smoothness term; 0 to 1e9; default 0.2."""
     keep_disparity: U32
-    """1: results carry the disparity image."""
+    """1: results carry the disparity image; with grow they do."""
     coarse_iterations: U32
     """Of Levenberg-Marquardt, coarse; 1 to 1000; default 3."""
     fine_iterations: U32

@@ -14,9 +14,9 @@ from ._tracker_options import OPTIONS, TrackerOptions
 from .context import Context
 from .enums import Format, FrameFlag, MemoryKind, Status
 from .memory import Memory, memory_desc
-from .result import PointCovariances, Result, WarpedPoints, copy_result
+from .result import LiftedPoints, PointCovariances, Result, WarpedPoints, copy_result
 from .rig import Rig
-from .template import Lifted, Template
+from .template import Template
 
 _FOR_EVER = (1 << 64) - 1
 
@@ -61,17 +61,20 @@ class Job(Handle):
             lambda out: native.defrec_job_get_template(handle, out), native.defrec_template_release, keep
         )
 
-    def lift_points(self, uv: ArrayLike) -> Lifted:
-        """Waits for the frame, and finds the surface under (n, 2) pixels of its rectified left image: points of the
+    def lift_points(self, uv: ArrayLike) -> LiftedPoints:
+        """Waits for the frame, and finds what lies under (n, 2) pixels of its rectified left image: points of the
         template frame, from where warp_points follows them.
+
+        What is found BESIDE the surface moves with the tissue next to it, extrapolated, until the surface reaches
+        it; to have it lie on the surface from then on, lift it again where warp_points has it in a later frame.
 
         threads: any. Raises Error, with Status.ERROR_STATE where there is no template yet.
         """
         given = Points("uv", uv, 2)
         self.wait()
-        xyz, found = empty("d", (given.count, 3)), empty("?", (given.count,))
+        xyz, found = empty("d", (given.count, 3)), empty("B", (given.count,))
         native.defrec_job_lift_points(self._native, given.address, given.count, address_of(xyz), address_of(found))
-        return Lifted(xyz, found)
+        return LiftedPoints(xyz, found)
 
     def warp_points(self, template_xyz: ArrayLike) -> WarpedPoints:
         """Waits for the frame, and moves (n, 3) points to it, mm, given in the template frame (on or near the surface:

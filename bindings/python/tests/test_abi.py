@@ -26,6 +26,7 @@ PREFIXES = {
     "DEFREC_SOLVER_": enums.Solver,
     "DEFREC_SELF_CALIBRATION_": enums.SelfCalibration,
     "DEFREC_EVIDENCE_": enums.Evidence,
+    "DEFREC_FOUND_": enums.Found,
     "DEFREC_FRAME_": enums.FrameFlag,
     "DEFREC_REASON_": enums.Reason,
     "DEFREC_POINT_": enums.PointStatus,

@@ -226,7 +226,7 @@ class Calls(stub.StubTest):
             lifted = job.lift_points([(1.5, 2.5)])
             with job.template() as template:
                 s = hex(template._native)
-        self.assertEqual((lifted.xyz.tolist(), lifted.found.tolist()), ([[1, 2, 3]], [True]))
+        self.assertEqual((lifted.xyz.tolist(), lifted.found.tolist()), ([[1, 2, 3]], [1]))
         self.assertEqual(
             (moved.xyz.tolist(), moved.status.tolist(), moved.expected_error_mm.tolist()),
             ([[1, 2, 3], [4, 5, 6]], [1, 2], [1, 2]),

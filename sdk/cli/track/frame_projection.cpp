@@ -30,8 +30,12 @@ void RawProjection::distort(double* uv, std::size_t count) const {
 }
 
 void RawProjection::project(const double* xyz, std::size_t count, double* uv) {
-    for (std::size_t i = 0; i < count; ++i) pinhole(camera_, xyz + 3 * i, uv + 2 * i);
+    project_rectified(xyz, count, uv);
     distort(uv, count);
+}
+
+void RawProjection::project_rectified(const double* xyz, std::size_t count, double* uv) const {
+    for (std::size_t i = 0; i < count; ++i) pinhole(camera_, xyz + 3 * i, uv + 2 * i);
 }
 
 void RawProjection::project(const float* xyz, std::size_t count, float* uv) {

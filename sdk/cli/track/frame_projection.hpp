@@ -18,6 +18,8 @@ class RawProjection {
     // xyz, uv interleaved. NaN for points at or behind the camera or not finite.
     void project(const float* xyz, std::size_t count, float* uv);
     void project(const double* xyz, std::size_t count, double* uv);
+    // To pixels of the rectified left image.
+    void project_rectified(const double* xyz, std::size_t count, double* uv) const;
     // Pixels of the rectified left image to those of the image as given; NaN stays NaN.
     void distort(double* uv, std::size_t count) const;
 

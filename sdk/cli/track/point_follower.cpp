@@ -30,7 +30,8 @@ void PointFollower::keep_found(const std::vector<std::size_t>& places,
                                const std::vector<double>& xyz,
                                const std::vector<std::uint8_t>& found) {
     for (std::size_t i = 0; i < places.size(); ++i) {
-        if (found[i] == 0) continue;
+        if (found[i] == DEFREC_FOUND_NONE) continue;
+        if (found[i] == DEFREC_FOUND_BESIDE) beside_.push_back(place_.size());
         place_.push_back(places[i]);
         template_xyz_.insert(template_xyz_.end(), xyz.begin() + static_cast<std::ptrdiff_t>(3 * i),
                              xyz.begin() + static_cast<std::ptrdiff_t>(3 * i + 3));
@@ -44,14 +45,24 @@ void PointFollower::keep_found(const std::vector<std::size_t>& places,
     looked_up_ += places.size();
 }
 
-void PointFollower::lift(const Template& surface) {
-    const std::vector<std::size_t> places = given_in({});
+void PointFollower::lift(const Template& surface, std::int64_t frame, bool may_grow) {
+    std::vector<std::size_t> places = given_in({});
     const std::vector<double> pixels = rectified_pixels(places);
     std::vector<double> xyz(3 * places.size());
     std::vector<std::uint8_t> found(places.size());
     require(
         defrec_template_lift(surface.get(), pixels.data(), places.size(), xyz.data(), found.data()),
         ExitCode::kInternal, "finding the surface under the points to follow");
+    if (may_grow) {
+        for (std::size_t i = places.size(); i-- > 0;) {
+            if (found[i] != 0) continue;
+            points_[places[i]].frame = frame;
+            const auto at = static_cast<std::ptrdiff_t>(i);
+            places.erase(places.begin() + at);
+            found.erase(found.begin() + at);
+            xyz.erase(xyz.begin() + 3 * at, xyz.begin() + 3 * at + 3);
+        }
+    }
     keep_found(places, xyz, found);
 }
 
@@ -73,10 +84,40 @@ void PointFollower::lift_in(std::int64_t frame, defrec_job job) {
     keep_found(places, xyz, found);
 }
 
+void PointFollower::settle(defrec_job job) {
+    auto result = initialised<defrec_result>();
+    require(defrec_job_result(job, &result), ExitCode::kInternal, "reading the result");
+    if (std::exchange(template_epoch_, result.template_epoch) == result.template_epoch ||
+        beside_.empty())
+        return;
+    warp(job);
+    std::vector<double> xyz(3 * beside_.size()), uv(2 * beside_.size());
+    std::vector<std::uint8_t> found(beside_.size());
+    for (std::size_t i = 0; i < beside_.size(); ++i)
+        std::copy_n(&xyz_[3 * beside_[i]], 3, &xyz[3 * i]);
+    projection_.project_rectified(xyz.data(), beside_.size(), uv.data());
+    require(defrec_job_lift_points(job, uv.data(), beside_.size(), xyz.data(), found.data()),
+            ExitCode::kInternal, "finding the surface under the points to follow");
+    std::vector<std::size_t> still_beside;
+    for (std::size_t i = 0; i < beside_.size(); ++i)
+        if (found[i] == DEFREC_FOUND_SURFACE)
+            std::copy_n(&xyz[3 * i], 3, &template_xyz_[3 * beside_[i]]);
+        else
+            still_beside.push_back(beside_[i]);
+    beside_ = std::move(still_beside);
+}
+
+void PointFollower::warp(defrec_job job) {
+    require(defrec_job_warp_points(job, template_xyz_.data(), place_.size(), xyz_.data(),
+                                   status_.data(), errors_.data()),
+            ExitCode::kInternal, "warping the points to follow");
+}
+
 std::size_t PointFollower::points_without_surface() const { return looked_up_ - place_.size(); }
 
 std::vector<PointRow> PointFollower::add_frame(std::int64_t frame, double timestamp_ms,
                                                defrec_job job) {
+    if (job != nullptr) settle(job);
     lift_in(frame, job);
     std::vector<PointRow> rows(points_.size());
     for (std::size_t i = 0; i < points_.size(); ++i) {
@@ -85,9 +126,7 @@ std::vector<PointRow> PointFollower::add_frame(std::int64_t frame, double timest
         rows[i].id = points_[i].id;
     }
     if (job != nullptr && !place_.empty()) {
-        require(defrec_job_warp_points(job, template_xyz_.data(), place_.size(), xyz_.data(),
-                                       status_.data(), errors_.data()),
-                ExitCode::kInternal, "warping the points to follow");
+        warp(job);
         require(defrec_job_point_covariances(job, template_xyz_.data(), place_.size(),
                                              covariances_.data(), evidence_.data()),
                 ExitCode::kInternal, "estimating the errors of the points to follow");

@@ -19,14 +19,15 @@ class PointFollower {
     PointFollower(const std::filesystem::path& path, std::vector<FollowedPoint> points,
                   const Rig& rig, RawProjection& projection);
 
-    // Finds the surface under the pixels of the image that gave the template. Before it, and for
-    // pixels without surface, every row is lost.
-    void lift(const Template& surface);
+    // Finds the surface under the pixels of the frame that gave the template. Before it every row
+    // is lost, and of pixels without surface; but if the template may grow, add_frame() lifts them.
+    void lift(const Template& surface, std::int64_t frame, bool may_grow);
     // Pixels without a frame are of this one's image: the template is of another recording.
     void begin_at(std::int64_t frame);
-    // Finds the surface under the pixels that are given in this frame. Writes a row for each point
-    // that has been given so far, and returns those of all points. job is null where the frame has
-    // no result to be trusted.
+    // Finds what lies under the pixels that are given in this frame, and lifts those that lay
+    // beside the surface again, onto it, in the first frame in which it reaches them. Writes a row
+    // for each point that has been given so far, and returns those of all points. job is null where
+    // the frame has no result to be trusted.
     std::vector<PointRow> add_frame(std::int64_t frame, double timestamp_ms, defrec_job job);
     void commit() { file_.commit(); }
 
@@ -42,6 +43,9 @@ class PointFollower {
     void keep_found(const std::vector<std::size_t>& places, const std::vector<double>& xyz,
                     const std::vector<std::uint8_t>& found);
     void lift_in(std::int64_t frame, defrec_job job);
+    void settle(defrec_job job);
+    // Of the job's frame, the points that follow being in the template frame.
+    void warp(defrec_job job);
 
     std::vector<FollowedPoint> points_;
     const Rig& rig_;
@@ -49,6 +53,8 @@ class PointFollower {
     PointsFile file_;
     std::vector<double> template_xyz_;  // of the points that were found
     std::vector<std::size_t> place_;    // where in points_ each of them stands
+    std::vector<std::size_t> beside_;   // which of them the surface has not reached yet
+    std::uint32_t template_epoch_ = 0;  // in which beside_ was looked up
     std::vector<double> xyz_, uv_, errors_, covariances_;
     std::vector<std::uint8_t> status_, evidence_;
     std::size_t rows_[3] = {};

@@ -280,7 +280,7 @@ class TrackSession {
     void take_template(const StereoFrame& frame, const cv::Mat& left, const Template& surface,
                        const defrec_template_info& info, const TemplateRecord& record) {
         write_template(info, record);
-        if (options_.from_template.empty()) points_.lift(surface);
+        if (options_.from_template.empty()) points_.lift(surface, frame.index, desc_.grow != 0);
         as_output([&] {
             if (overlay_) overlay_->set_template(record);
             report_->set_template(record, left);

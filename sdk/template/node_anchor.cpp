@@ -1,0 +1,51 @@
+// See node_anchor.hpp.
+#include "sdk/template/node_anchor.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "backends/shared/rigid_fit.hpp"
+
+namespace defrec {
+
+NodeAnchor anchor_at(std::span<const Vec3<double>> nodes, double spacing_mm,
+                     const Vec3<double>& place) {
+    std::vector<std::pair<double, int32_t>> near;
+    near.reserve(nodes.size());
+    for (size_t i = 0; i < nodes.size(); ++i) {
+        const Vec3<double> d = nodes[i] - place;
+        near.emplace_back(dot(d, d), static_cast<int32_t>(i));
+    }
+    const size_t used = std::min(NodeAnchor::kNodes, near.size());
+    std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(used), near.end());
+    NodeAnchor anchor;
+    const double spread = 2 * std::pow(2 * spacing_mm, 2);
+    for (size_t k = 0; k < used; ++k) {
+        anchor.node[k] = near[k].second;
+        anchor.weight[k] = std::exp((near[0].first - near[k].first) / spread);
+    }
+    return anchor;
+}
+
+DualQuaternion<double> follow_anchor(const NodeAnchor& anchor, std::span<const float> rest,
+                                     std::span<const defrec_motion> motions) {
+    RigidFit fit;
+    for (size_t k = 0; k < NodeAnchor::kNodes; ++k) {
+        const auto node = static_cast<size_t>(anchor.node[k]);
+        fit.add(anchor.weight[k], load3<double>(&rest[3 * node]),
+                node_position(rest, motions, node));
+    }
+    return normalise(fit.solve());
+}
+
+std::vector<Vec3<double>> node_positions(std::span<const float> rest,
+                                         std::span<const defrec_motion> motions) {
+    std::vector<Vec3<double>> positions;
+    positions.reserve(motions.size());
+    for (size_t i = 0; i < motions.size(); ++i)
+        positions.push_back(node_position(rest, motions, i));
+    return positions;
+}
+
+}  // namespace defrec

@@ -1,0 +1,38 @@
+// The control points beside a place that has none of its own: it moves as a rigid body with them.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "backends/shared/motion.hpp"
+#include "include/defrec_c.h"
+
+namespace defrec {
+
+struct NodeAnchor {
+    static constexpr size_t kNodes = 12;
+    std::array<int32_t, kNodes> node{};
+    std::array<double, kNodes> weight{};  // 0: none
+};
+
+// The nearest ones, with weights that fall off with the distance. nodes: where they are.
+// spacing_mm: between neighbouring ones.
+NodeAnchor anchor_at(std::span<const Vec3<double>> nodes, double spacing_mm,
+                     const Vec3<double>& place);
+
+// The rigid motion (Kabsch) that takes an anchor's control points at rest to where they are. rest:
+// xyz of all. motions: of all.
+DualQuaternion<double> follow_anchor(const NodeAnchor& anchor, std::span<const float> rest,
+                                     std::span<const defrec_motion> motions);
+
+// Where a control point is; where all are. rest: xyz of all.
+inline Vec3<double> node_position(std::span<const float> rest,
+                                  std::span<const defrec_motion> motions, size_t node) {
+    return apply(DualQuaternion<double>::load(motions[node]), load3<double>(&rest[3 * node]));
+}
+std::vector<Vec3<double>> node_positions(std::span<const float> rest,
+                                         std::span<const defrec_motion> motions);
+
+}  // namespace defrec

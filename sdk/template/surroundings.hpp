@@ -1,0 +1,29 @@
+// What lies beside a template's surface: how far away, and what it moves with.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "sdk/template/node_anchor.hpp"
+#include "sdk/template/template.hpp"
+
+namespace defrec {
+
+class Surroundings {
+  public:
+    explicit Surroundings(const TemplateData& data);
+
+    struct Neighbours {
+        NodeAnchor anchor;
+        size_t vertex = 0;  // about the nearest
+        double distance_mm = 0;
+    };
+    // Of a place in the template frame.
+    Neighbours beside(const TemplateData& data, const Vec3<double>& place) const;
+
+  private:
+    std::vector<Vec3<double>> nodes_;
+    std::vector<uint32_t> first_, vertex_;  // per control point where its vertices begin; vertices
+};
+
+}  // namespace defrec
