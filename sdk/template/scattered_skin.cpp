@@ -4,6 +4,8 @@
 #include <array>
 #include <limits>
 
+#include "backends/shared/motion.hpp"
+
 namespace defrec {
 namespace {
 
@@ -81,6 +83,27 @@ bool scattered_skin(const PixelBuckets& nodes, double spacing, double u, double 
             set_skin(skin, {{near[a].index, 1 - t}, {near[b].index, t}});
         }
     return true;
+}
+
+defrec_patch_slope scattered_slope(std::span<const float> nodes, const defrec_patch& patch) {
+    const auto corner = [&](int k) {
+        return load3<double>(&nodes[3 * static_cast<size_t>(patch.node[k])]);
+    };
+    const Vec3<double> a = corner(1) - corner(0), b = corner(2) - corner(0);
+    const double aa = dot(a, a), ab = dot(a, b), bb = dot(b, b), determinant = aa * bb - ab * ab;
+    defrec_patch_slope slope{};
+    constexpr double kThin = 1e-3;  // the square of the sine of the angle at a corner
+    if (!(determinant > kThin * aa * bb)) return slope;
+    const auto along = [&](const float tangent[3], float weights[DEFREC_SKIN_NODES]) {
+        const Vec3<double> t = load3<double>(tangent);
+        const double at = dot(a, t), bt = dot(b, t);
+        weights[1] = static_cast<float>((bb * at - ab * bt) / determinant);
+        weights[2] = static_cast<float>((aa * bt - ab * at) / determinant);
+        weights[0] = -weights[1] - weights[2];
+    };
+    along(patch.tangent_u, slope.weight_u);
+    along(patch.tangent_v, slope.weight_v);
+    return slope;
 }
 
 }  // namespace defrec

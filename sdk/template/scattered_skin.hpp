@@ -1,5 +1,7 @@
 // What moves a point between control points that lie anywhere in an image.
 #pragma once
+#include <span>
+
 #include "sdk/template/pixel_buckets.hpp"
 #include "sdk/template/template.hpp"
 
@@ -11,5 +13,9 @@ namespace defrec {
 // spacing: usual distance between neighbours, px. False with less than two of them within 3
 // spacings.
 bool scattered_skin(const PixelBuckets& nodes, double spacing, double u, double v, Skin& skin);
+
+// How such weights change along a patch's tangents: as those of the triangle of the control points
+// at rest, in its plane. 0 beyond the control points. nodes: xyz of all.
+defrec_patch_slope scattered_slope(std::span<const float> nodes, const defrec_patch& patch);
 
 }  // namespace defrec

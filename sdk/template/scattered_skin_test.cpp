@@ -2,6 +2,8 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 
@@ -65,6 +67,53 @@ TEST_CASE("of the triangles round a pixel the Delaunay triangle is taken") {
             if (skin.weight[k] > 0) used.insert(skin.node[k]);
         CHECK(used == std::set<int32_t>{u < 0 ? 0 : 1, 2, 3});
     }
+}
+
+TEST_CASE("slopes are how the weights change from pixel to pixel") {
+    // A plane at an angle to the image, seen by a camera far away.
+    constexpr double kMmPerPx = 0.2;
+    const auto on_plane = [](double u, double v) {
+        return std::array<double, 3>{kMmPerPx * u, kMmPerPx * v, 80 + 0.1 * u - 0.05 * v};
+    };
+    const std::vector<PixelPoint> points = scattered();
+    const PixelBuckets buckets(points, kSpacing);
+    std::vector<float> nodes;
+    for (const PixelPoint& point : points)
+        for (const double x : on_plane(point.u, point.v)) nodes.push_back(static_cast<float>(x));
+    size_t compared = 0;
+    for (double v = 8; v < 42; v += 4.7)
+        for (double u = 8; u < 42; u += 3.3) {
+            CAPTURE(u);
+            CAPTURE(v);
+            Skin here, right, below;
+            REQUIRE(scattered_skin(buckets, kSpacing, u, v, here));
+            REQUIRE(scattered_skin(buckets, kSpacing, u + 0.1, v, right));
+            REQUIRE(scattered_skin(buckets, kSpacing, u, v + 0.1, below));
+            if (right.node != here.node || below.node != here.node) continue;
+            ++compared;
+            defrec_patch patch{};
+            std::copy(here.node.begin(), here.node.end(), patch.node);
+            for (size_t axis = 0; axis < 3; ++axis) {
+                patch.tangent_u[axis] =
+                    static_cast<float>(on_plane(u + 1, v)[axis] - on_plane(u, v)[axis]);
+                patch.tangent_v[axis] =
+                    static_cast<float>(on_plane(u, v + 1)[axis] - on_plane(u, v)[axis]);
+            }
+            const defrec_patch_slope slope = scattered_slope(nodes, patch);
+            for (size_t k = 0; k < DEFREC_SKIN_NODES; ++k) {
+                CHECK(slope.weight_u[k] == doctest::Approx((right.weight[k] - here.weight[k]) / 0.1)
+                                               .scale(0.1)
+                                               .epsilon(1e-2));
+                CHECK(slope.weight_v[k] == doctest::Approx((below.weight[k] - here.weight[k]) / 0.1)
+                                               .scale(0.1)
+                                               .epsilon(1e-2));
+            }
+        }
+    CHECK(compared > 30);
+    defrec_patch beyond{};  // two control points move it
+    beyond.node[1] = 1;
+    beyond.tangent_u[0] = beyond.tangent_v[1] = 0.2f;
+    for (const float weight : scattered_slope(nodes, beyond).weight_u) CHECK(weight == 0);
 }
 
 TEST_CASE("beyond the control points the nearest place between two of them counts") {

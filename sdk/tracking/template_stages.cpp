@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "sdk/template/check_patches.hpp"
+#include "sdk/template/scattered_skin.hpp"
 #include "sdk/tracking/make_stage.hpp"
 
 namespace defrec {
@@ -40,7 +41,7 @@ std::vector<defrec_patch_slope> slopes_of(const TemplateData& data,
     slopes.reserve(patches.size());
     for (const defrec_patch& patch : patches)
         slopes.push_back(patch.view == 0 ? grid_slope(data.node_grid, patch.u, patch.v)
-                                         : defrec_patch_slope{});
+                                         : scattered_slope(data.nodes, patch));
     return slopes;
 }
 
