@@ -19,8 +19,8 @@ class Align final : public Stage {
   public:
     Align(const defrec_align_params& params, const Host& host) : params_(params), host_(host) {
         check_params(params);
-        const uint32_t side = 2 * params.patch_radius + 1;
-        for (uint32_t n = 1; n <= side * side; ++n) {
+        // Of the largest patch there may be: lanes beyond the search window look up any of them.
+        for (int32_t n = 1; n <= kAlignRows * kAlignRows; ++n) {
             inverse_.push_back(1.0f / float(n));
             root_.push_back(std::sqrt(float(n)));
         }
