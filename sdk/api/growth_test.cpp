@@ -333,3 +333,58 @@ TEST_CASE("points beside the surface are followed until it reaches them") {
         defrec_job_release(job);
     }
 }
+
+TEST_CASE("a lost template is found again over tissue that its first view did not show") {
+    // The right part of a film in which the camera slides by more than the width of this part.
+    constexpr uint32_t kPartWidth = 256, kSkipped = kFilmWidth - kPartWidth;
+    constexpr int kThere = 35;
+    cli::Film film("slide", kFilmWidth, kFilmHeight, kThere, 1, 2, {{"period", 60}});
+    TrackingSession session("cpu", 2, [&](defrec_rig_desc& rig_desc, defrec_tracker_desc& desc) {
+        describe_rig(film.scene().rig, kPartWidth, kFilmHeight, rig_desc);
+        rig_desc.left.cx -= kSkipped;
+        rig_desc.right.cx -= kSkipped;
+        desc.format = DEFREC_FORMAT_BGR8;
+        desc.grow = 1;
+    });
+    const std::vector<uint8_t> dark(size_t{3} * kFilmWidth * kFilmHeight, 0);
+    const auto track = [&](const std::vector<uint8_t>& left, const std::vector<uint8_t>& right,
+                           defrec_result& result) {
+        TrackingSession::Frame images;
+        images.left.pixels = left.data() + size_t{3} * kSkipped;
+        images.right.pixels = right.data() + size_t{3} * kSkipped;
+        images.left.stride = images.right.stride = uint64_t{3} * kFilmWidth;
+        defrec_job job = nullptr;
+        REQUIRE_OK(session.submit(images, &job));
+        REQUIRE_OK(defrec_job_wait(job, UINT64_MAX));
+        DEFREC_INIT(&result);
+        REQUIRE_OK(defrec_job_result(job, &result));
+        return job;
+    };
+    defrec_result result;
+    uint64_t first_vertices = 0;
+    for (int i = 0; i < kThere; ++i) {
+        CAPTURE(i);
+        film.advance();
+        const defrec_job job = track(film.left_bgr(), film.right_bgr(), result);
+        if (i == 0) first_vertices = result.vertex_count;
+        CHECK((result.state == DEFREC_TRACKING || result.state == DEFREC_DEGRADED));
+        defrec_job_release(job);
+    }
+    for (int i = 0; i < 3; ++i) {
+        defrec_job_release(track(dark, dark, result));
+        CHECK(result.state == DEFREC_LOST);
+    }
+    const defrec_job job = track(film.left_bgr(), film.right_bgr(), result);
+    CHECK(result.state == DEFREC_RELOCALISED);
+    CHECK(result.observed_share > 0.5f);
+    const auto inside = [&](uint64_t vertex) {
+        const float* p = result.vertices + 3 * vertex;
+        const cli::Lens& lens = film.scene().rig.left;
+        const double u = lens.fx * p[0] / p[2] + lens.cx - kSkipped;
+        return u >= 0 && u < kPartWidth;
+    };
+    uint64_t of_first_view = 0;
+    for (uint64_t i = 0; i < first_vertices; ++i) of_first_view += inside(i);
+    CHECK(of_first_view == 0);
+    defrec_job_release(job);
+}

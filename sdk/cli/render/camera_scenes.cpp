@@ -39,7 +39,11 @@ FrameState slide(const Setting& setting, double frame) {
     const double t = frame;
     state.motion.heartbeat = {
         .lift = 2.4, .shear = 0.9, .twist = 0.0, .period = 19, .wavelength = 90};
-    const double along = ease(4.0, 49.0, t) - 0.5;
+    const double period = setting.parameter("period");
+    const double along =
+        (period > 0 ? 0.5 - 0.5 * std::cos(kTwoPi * std::max(0.0, t - 4.0) / period)
+                    : ease(4.0, 49.0, t)) -
+        0.5;
     // Looks at the tissue at a right angle all the way.
     const Orbit orbit{.yaw = -setting.parameter("turn") * kDegree * along,
                       .shift = {setting.parameter("distance") * along, 0, 0}};

@@ -356,6 +356,26 @@ TEST_CASE(
         CHECK(visible(50) > 0.2 * visible(0));
         // Tissue fills the view to the end.
         CHECK(cv::countNonZero(w.rectified("left", 50) > 20) > 0.99 * w.size.area());
+        // With a period it comes back, but for the beat and the hand's tremor.
+        defrec::cli::Film film("slide", 160, 120, 48, 1, 2, {{"period", 40}});
+        film.advance();
+        const auto truths = [&] {
+            std::vector<defrec::cli::Film::Truth> all;
+            for (std::size_t i = 0; i < film.points().size(); ++i) all.push_back(film.truth(i));
+            return all;
+        };
+        const auto first = truths();
+        const auto farthest = [&] {
+            double distance = 0;
+            const auto now = truths();
+            for (std::size_t i = 0; i < now.size(); ++i)
+                distance = std::max(distance, (now[i].position - first[i].position).norm());
+            return distance;
+        };
+        for (int i = 1; i <= 24; ++i) film.advance();
+        CHECK(farthest() > 40);
+        for (int i = 25; i <= 44; ++i) film.advance();
+        CHECK(farthest() < 8);
     }
 }
 
