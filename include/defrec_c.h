@@ -777,16 +777,20 @@ typedef struct defrec_tracker_desc {
     float       min_depth_mm;      /**< nearest surface expected @default 20 @range 0.1..100000
                                         @unit mm */
     float       node_spacing_px;   /**< between control points in the template's image
-                                        @default "width / 24" @range 4..DEFREC_MAX_SIDE @unit px */
+                                        @default "width / 32" @range 4..DEFREC_MAX_SIDE @unit px */
     float       vertex_spacing_px; /**< between template vertices in its image
                                         @default "width / 120, at least 4" @range 1..DEFREC_MAX_SIDE
                                         @unit px */
     uint32_t    max_features;      /**< found in a frame @default 1024 @range 1..65535 */
     uint32_t    max_patches;       /**< of a template @default 1024 @range 1..65536 */
-    float       arap_weight;       /**< of the smoothness term @default 0.2 @range 0..1e9 */
+    float       arap_weight;       /**< of the smoothness term at the default spacing of control
+                                        points: the tissue's stiffness, which is kept at others
+                                        @default 0.45 @range 0..1e9 */
     uint32_t    keep_disparity;    /**< 1: results carry the disparity image; with grow they do */
-    uint32_t    coarse_iterations; /**< of Levenberg-Marquardt, coarse @default 3 @range 1..1000 */
-    uint32_t    fine_iterations;   /**< of Levenberg-Marquardt, fine @default 3 @range 1..1000 */
+    uint32_t    coarse_iterations; /**< of Levenberg-Marquardt on patches that were searched in
+                                        half-size images @default 2 @range 1..1000 */
+    uint32_t    fine_iterations;   /**< of Levenberg-Marquardt on patches that were searched in the
+                                        images @default 3 @range 1..1000 */
     uint32_t    timed;             /**< 1: the host waits after each stage, so that the times of
                                         results are the device's; slower. Otherwise they are those
                                         of queueing where a device computes by itself */

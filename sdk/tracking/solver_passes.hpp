@@ -19,9 +19,12 @@ struct PatchSearch {
 // Starts from the motions of the pass before, the first one from those of the frame before.
 struct SolverPass {
     const char* time_name;
-    std::optional<PatchSearch> search;  // before solving; without, the pass uses no patches
-    uint32_t TrackerSettings::*iterations;
+    std::optional<PatchSearch> search;      // before solving; without, the pass uses no patches
+    uint32_t TrackerSettings::*iterations;  // nullptr: one
     bool presolve;
+    // Of the tracker's arap_weight. Soft where patches are to be predicted closely enough for the
+    // next search to find them: what a stiff surface takes back of a local deformation is lost.
+    float stiffness;
     // The paper's while features alone tell where the surface went. Once patches do so to a
     // fraction of a pixel, features, good to about a pixel, only hold what has no patch.
     float match_weight;
@@ -35,8 +38,9 @@ inline constexpr std::array<SolverPass, 3> kSolverPasses = {
     SolverPass{
         .time_name = "lm coarse",
         .search = std::nullopt,
-        .iterations = &TrackerSettings::coarse_iterations,
+        .iterations = nullptr,
         .presolve = true,
+        .stiffness = 1,
         .match_weight = 10,
         .patch_tukey_px = 12,
         .icp_tukey_mm = 3,
@@ -52,6 +56,7 @@ inline constexpr std::array<SolverPass, 3> kSolverPasses = {
             },
         .iterations = &TrackerSettings::coarse_iterations,
         .presolve = false,
+        .stiffness = 0.2f,
         .match_weight = 1,
         .patch_tukey_px = 12,
         .icp_tukey_mm = 1.5f,
@@ -67,6 +72,7 @@ inline constexpr std::array<SolverPass, 3> kSolverPasses = {
             },
         .iterations = &TrackerSettings::fine_iterations,
         .presolve = false,
+        .stiffness = 1,
         .match_weight = 0.5f,
         .patch_tukey_px = 8,
         .icp_tukey_mm = 1,

@@ -11,8 +11,9 @@ namespace defrec {
 namespace {
 
 constexpr int kSparseStep = 2;
-constexpr float kIcpWeight = 2;     // of a sparse vertex; measured on the reference sequences
-constexpr uint32_t kMinBytes = 16;  // of a buffer, whatever a template lacks
+constexpr float kIcpWeight = 2;        // of a sparse vertex; measured on the reference sequences
+constexpr float kRotationWeight = 40;  // tissue bends more easily than it shears
+constexpr uint32_t kMinBytes = 16;     // of a buffer, whatever a template lacks
 
 template <class T>
 uint64_t bytes_of(const T& values) {
@@ -203,11 +204,15 @@ std::unique_ptr<DeviceStage> TemplateStages::make_solve(const SolverPass& pass,
     lm.height = data.height;
     lm.camera = camera_;
     lm.node_spacing_mm = static_cast<float>(data.node_spacing_mm);
-    lm.arap_weight = settings_.arap_weight;
+    // An edge's weight follows the data of its control points, of which each has less the denser
+    // they are.
+    const double density = default_node_spacing(data.width) / data.node_grid.spacing_u;
+    lm.arap_weight = settings_.arap_weight * pass.stiffness * static_cast<float>(density * density);
+    lm.rotation_weight = kRotationWeight;
     lm.icp_weight = kIcpWeight;
-    lm.cg_iterations = 6;
+    lm.cg_iterations = 5;
     lm.match_threshold_mm = 2;
-    lm.iterations = settings_.*pass.iterations;
+    lm.iterations = pass.iterations != nullptr ? settings_.*pass.iterations : 1;
     lm.presolve = pass.presolve ? 1 : 0;
     lm.match_weight = pass.match_weight;
     lm.patch_tukey_px = pass.patch_tukey_px;

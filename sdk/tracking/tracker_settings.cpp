@@ -17,7 +17,7 @@ TrackerSettings complete_settings(const defrec_tracker_desc& desc, const Rig& ri
     // What is measured beside the surface is followed until the surface reaches it.
     if (settings.grow != 0) settings.keep_disparity = 1;
     const float width = static_cast<float>(rig.width());
-    if (settings.node_spacing_px == 0) settings.node_spacing_px = width / 24;
+    if (settings.node_spacing_px == 0) settings.node_spacing_px = default_node_spacing(rig.width());
     if (settings.vertex_spacing_px == 0) settings.vertex_spacing_px = std::max(4.f, width / 120);
     const uint32_t row = rig.width() * bytes_per_pixel(settings.format);
     if (settings.memory_stride == 0) settings.memory_stride = row;

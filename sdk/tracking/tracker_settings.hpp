@@ -10,4 +10,7 @@ using TrackerSettings = defrec_tracker_desc;
 // Throws Error(DEFREC_ERROR_ARGUMENT) for values that are out of range.
 TrackerSettings complete_settings(const defrec_tracker_desc& desc, const Rig& rig);
 
+// Between control points, px; width: of the template's image.
+constexpr float default_node_spacing(uint32_t width) { return static_cast<float>(width) / 32; }
+
 }  // namespace defrec

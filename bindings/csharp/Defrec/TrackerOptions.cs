@@ -20,7 +20,7 @@ namespace Defrec
         public int MinDisparity { get; set; }
         /// <summary>Nearest surface expected, mm; 0.1 to 100000; default 20.</summary>
         public float MinDepthMm { get; set; }
-        /// <summary>Between control points in the template's image, px; 4 to Constants.MaxSide; default width / 24.</summary>
+        /// <summary>Between control points in the template's image, px; 4 to Constants.MaxSide; default width / 32.</summary>
         public float NodeSpacingPx { get; set; }
         /// <summary>
         /// Between template vertices in its image, px; 1 to Constants.MaxSide; default width / 120, at least 4.
@@ -30,13 +30,16 @@ namespace Defrec
         public uint MaxFeatures { get; set; }
         /// <summary>Of a template; 1 to 65536; default 1024.</summary>
         public uint MaxPatches { get; set; }
-        /// <summary>Of the smoothness term; 0 to 1e9; default 0.2.</summary>
+        /// <summary>
+        /// Of the smoothness term at the default spacing of control points: the tissue's stiffness, which is kept at others; 0 to
+        /// 1e9; default 0.45.
+        /// </summary>
         public float ArapWeight { get; set; }
         /// <summary>Results carry the disparity image; with grow they do.</summary>
         public bool KeepDisparity { get; set; }
-        /// <summary>Of Levenberg-Marquardt, coarse; 1 to 1000; default 3.</summary>
+        /// <summary>Of Levenberg-Marquardt on patches that were searched in half-size images; 1 to 1000; default 2.</summary>
         public uint CoarseIterations { get; set; }
-        /// <summary>Of Levenberg-Marquardt, fine; 1 to 1000; default 3.</summary>
+        /// <summary>Of Levenberg-Marquardt on patches that were searched in the images; 1 to 1000; default 3.</summary>
         public uint FineIterations { get; set; }
         /// <summary>
         /// The host waits after each stage, so that the times of results are the device's; slower. Otherwise they are those of

@@ -15,14 +15,15 @@ OPTIONS = """seed: of random choices: the same seed gives the same results on a 
     disparities: number searched, px; 1 to 510; default found from the first frame.
     min_disparity: smallest searched; used with disparities, px; 0 to 1024.
     min_depth_mm: nearest surface expected, mm; 0.1 to 100000; default 20.
-    node_spacing_px: between control points in the template's image, px; 4 to MAX_SIDE; default width / 24.
+    node_spacing_px: between control points in the template's image, px; 4 to MAX_SIDE; default width / 32.
     vertex_spacing_px: between template vertices in its image, px; 1 to MAX_SIDE; default width / 120, at least 4.
     max_features: found in a frame; 1 to 65535; default 1024.
     max_patches: of a template; 1 to 65536; default 1024.
-    arap_weight: of the smoothness term; 0 to 1e9; default 0.2.
+    arap_weight: of the smoothness term at the default spacing of control points: the tissue's stiffness, which is kept
+        at others; 0 to 1e9; default 0.45.
     keep_disparity: results carry the disparity image; with grow they do.
-    coarse_iterations: of Levenberg-Marquardt, coarse; 1 to 1000; default 3.
-    fine_iterations: of Levenberg-Marquardt, fine; 1 to 1000; default 3.
+    coarse_iterations: of Levenberg-Marquardt on patches that were searched in half-size images; 1 to 1000; default 2.
+    fine_iterations: of Levenberg-Marquardt on patches that were searched in the images; 1 to 1000; default 3.
     timed: the host waits after each stage, so that the times of results are the device's; slower. Otherwise they are
         those of queueing where a device computes by itself.
     memory_stride: of left and right images in a defrec_memory, bytes; at most 1048576; default width * bytes per pixel,

@@ -705,7 +705,7 @@ class ConstBuffer(Struct):
 
 
 @c_struct("defrec_tracker_desc", frames_in_flight=2, min_depth_mm=20, max_features=1024, max_patches=1024,
-    arap_weight=0.2, coarse_iterations=3, fine_iterations=3, max_vertices=65536)
+    arap_weight=0.45, coarse_iterations=2, fine_iterations=3, max_vertices=65536)
 class TrackerDesc(Struct):
     """What a tracker is made with."""
 
@@ -727,7 +727,7 @@ class TrackerDesc(Struct):
     min_depth_mm: F32
     """Nearest surface expected, mm; 0.1 to 100000; default 20."""
     node_spacing_px: F32
-    """Between control points in the template's image, px; 4 to MAX_SIDE; default width / 24."""
+    """Between control points in the template's image, px; 4 to MAX_SIDE; default width / 32."""
     vertex_spacing_px: F32
     """Between template vertices in its image, px; 1 to MAX_SIDE; default width / 120, at least 4."""
     max_features: U32
@@ -735,13 +735,14 @@ class TrackerDesc(Struct):
     max_patches: U32
     """Of a template; 1 to 65536; default 1024."""
     arap_weight: F32
-    """Of the smoothness term; 0 to 1e9; default 0.2."""
+    """Of the smoothness term at the default spacing of control points: the tissue's stiffness, which is kept at
+    others; 0 to 1e9; default 0.45."""
     keep_disparity: U32
     """1: results carry the disparity image; with grow they do."""
     coarse_iterations: U32
-    """Of Levenberg-Marquardt, coarse; 1 to 1000; default 3."""
+    """Of Levenberg-Marquardt on patches that were searched in half-size images; 1 to 1000; default 2."""
     fine_iterations: U32
-    """Of Levenberg-Marquardt, fine; 1 to 1000; default 3."""
+    """Of Levenberg-Marquardt on patches that were searched in the images; 1 to 1000; default 3."""
     timed: U32
     """1: the host waits after each stage, so that the times of results are the device's; slower. Otherwise they are
     those of queueing where a device computes by itself."""
