@@ -14,8 +14,10 @@ FrameState approach(const Setting& setting, double frame) {
     const double turn = setting.parameter("turn") * kDegree * near;
     const double share = 1.0 - (1.0 - setting.parameter("distance")) * near;
     state.exposure = static_cast<float>(std::pow(share, 1.5));
-    const Orbit orbit{
-        .yaw = 0.8 * turn, .pitch = -0.6 * turn, .retreat = (share - 1.0) * setting.depth};
+    const Orbit orbit{.yaw = 0.8 * turn,
+                      .pitch = -0.6 * turn,
+                      .shift = {setting.parameter("aside") * near, 0, 0},
+                      .retreat = (share - 1.0) * setting.depth};
     place_camera(state, orbit, setting);
     return state;
 }

@@ -336,6 +336,15 @@ TEST_CASE(
         const Written w("approach", 160, 120, 45);
         CHECK(scale(w, 44) > 1.5);
         CHECK(scale(w, 44) < 1.8);
+        double x[2] = {0, 0};
+        for (const double aside : {0.0, 24.0}) {
+            defrec::cli::Film film("approach", 160, 120, 45, 1, 2, {{"aside", aside}});
+            film.advance();
+            const std::size_t middle = film.points().size() / 2;
+            for (int i = 1; i <= 44; ++i) film.advance();
+            x[aside > 0] = film.truth(middle).position.x();
+        }
+        CHECK(x[0] - x[1] == doctest::Approx(24).epsilon(0.1));
     }
     SUBCASE("roll") {
         const Written w("roll", 160, 120, 59);
