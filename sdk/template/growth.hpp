@@ -3,16 +3,9 @@
 #include <span>
 #include <vector>
 
-#include "sdk/template/capture.hpp"
-#include "sdk/template/node_anchor.hpp"
+#include "sdk/template/new_tissue.hpp"
 
 namespace defrec {
-
-// A frame in which the template was found.
-struct FoundFrame {
-    CaptureInput images;
-    std::span<const defrec_motion> motions;  // per control point
-};
 
 struct Growth {
     enum class Outcome {
@@ -23,8 +16,8 @@ struct Growth {
     };
     Outcome outcome = Outcome::kNothingNew;
     TemplateData data;  // the template that it joined and what is new, when grown
-    std::vector<NodeAnchor>
-        anchors;  // per new control point: it follows them until it has evidence
+    // Per new control point: those that it follows until it has evidence of its own.
+    std::vector<NodeAnchor> anchors;
 };
 
 // The template with the tissue beside it that both frames show at the same place. max_vertices: of
