@@ -17,14 +17,14 @@ namespace {
 // the ray, both directions together:
 constexpr float kPatchShare = 0.52f;  // of the squared distance of patches, at the vertex's depth
 constexpr float kCheckShare = 0.43f;  // of the squared distance at which the check fits best
-constexpr float kMismatchShare = 0.15f;  // px^2, of 1 - ZNCC there
-constexpr float kFarLateral = 0.045f;    // per mm^2 from the nearest lateral evidence
+constexpr float kMismatchShare = 0.16f;  // px^2, of 1 - ZNCC there
+constexpr float kFarLateral = 0.047f;    // per mm^2 from the nearest lateral evidence
 // Along the ray:
-constexpr float kDisparityShare = 0.0012f;      // px^2
-constexpr float kDisparityPatchShare = 0.041f;  // of the squared distance of patches, px^2
+constexpr float kDisparityShare = 0.0015f;      // px^2
+constexpr float kDisparityPatchShare = 0.036f;  // of the squared distance of patches, px^2
 constexpr float kResidualShare = 0.032f;        // of the squared depth residual
-constexpr float kNoiseShare = 0.038f;           // of the squared mean depth residual of the frame
-constexpr float kFarObserved = 0.03f;           // per mm^2 from the nearest observed vertex
+constexpr float kNoiseShare = 0.037f;           // of the squared mean depth residual of the frame
+constexpr float kFarObserved = 0.031f;          // per mm^2 from the nearest observed vertex
 constexpr float kSupportShare = 0.014f;         // per mm^2 that the template was extrapolated
 constexpr float kLateShare = 0.5f;              // of the squared motion during the lag, px^2
 constexpr float kRowShare = 0.155f;             // of the squared distance of the rows, px^2
