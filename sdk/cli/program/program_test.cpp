@@ -7,13 +7,19 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
 #include <cstdio>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "sdk/cli/io/csv.hpp"
 #include "sdk/cli/program/commands.hpp"
 #include "sdk/cli/render/test_sequence.hpp"
 
@@ -191,4 +197,56 @@ TEST_CASE("row 73: Ctrl-C finishes the outputs and the exit code is 130") {
     CHECK(lines_of(out + "/points.csv") == 1 + frames * 144);
     CHECK(fs::exists(out + "/report.html"));
     CHECK_FALSE(has_partial_files(out));
+}
+
+TEST_CASE("points of a later frame are followed, also those that the surface has yet to reach") {
+    constexpr std::int64_t kGiven = 17, kCount = 26;
+    const TestFolder folder;
+    const std::string sequence = folder / "sequence", out = folder / "out";
+    REQUIRE(run({"render", "slide", "--quiet", "--out", sequence, "--size", "480x270", "--frames",
+                 std::to_string(kCount), "--points-at", std::to_string(kGiven)}) == 0);
+    // Only those on tissue that the first image did not show.
+    std::string points = "id,u,v,frame\n";
+    CsvReader given(sequence + "/points.csv", {"id", "u", "v", "frame"});
+    while (given.next())
+        if (!given.is_empty(3) && given.integer(3) == kGiven)
+            points += std::string(given.field(0)) + "," + std::string(given.field(1)) + "," +
+                      std::string(given.field(2)) + "," + std::string(given.field(3)) + "\n";
+    REQUIRE(run({"track", "--quiet", "--no-overlay", "--left", sequence + "/left", "--right",
+                 sequence + "/right", "--calibration", sequence + "/calibration.yaml", "--points",
+                 folder.write("later.csv", points), "--backend", "cpu", "--grow", "--out", out}) ==
+            0);
+    std::map<std::pair<std::int64_t, std::int64_t>, std::array<double, 3>> truth;
+    CsvReader true_rows(sequence + "/truth.csv", {"frame", "id", "x", "y", "z", "visible"});
+    while (true_rows.next())
+        if (true_rows.integer(5) == 1)
+            truth[{true_rows.integer(0), true_rows.integer(1)}] = {
+                true_rows.number(2), true_rows.number(3), true_rows.number(4)};
+    std::size_t rows = 0, lost = 0, extrapolated = 0, tracked_at_end = 0, at_end = 0;
+    std::vector<double> errors;
+    CsvReader result(out + "/points.csv", {"frame", "id", "x", "y", "z", "status"});
+    while (result.next()) {
+        const std::int64_t frame = result.integer(0);
+        CHECK(frame >= kGiven);
+        const auto here = truth.find({frame, result.integer(1)});
+        if (here == truth.end()) continue;
+        ++rows;
+        at_end += frame + 1 == kCount;
+        if (result.field(5) == "lost") {
+            ++lost;
+            continue;
+        }
+        extrapolated += result.field(5) == "extrapolated";
+        tracked_at_end += frame + 1 == kCount && result.field(5) == "tracked";
+        errors.push_back(std::hypot(result.number(2) - here->second[0],
+                                    result.number(3) - here->second[1],
+                                    result.number(4) - here->second[2]));
+    }
+    CHECK(rows > 100);
+    CHECK(lost == 0);
+    CHECK(extrapolated > 0);
+    CHECK(2 * tracked_at_end > at_end);
+    std::sort(errors.begin(), errors.end());
+    CHECK(errors[errors.size() / 2] < 0.25);
+    CHECK(errors[errors.size() * 95 / 100] < 0.8);
 }
