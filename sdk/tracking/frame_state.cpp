@@ -121,7 +121,8 @@ Evidence weigh_evidence(const FrameOutput& output, std::span<const double> patch
     return evidence;
 }
 
-Verdict classify(const TemplateData& data, const Evidence& evidence, bool was_found) {
+Verdict classify(const TemplateData& data, const Evidence& evidence, bool was_found,
+                 bool uses_depth) {
     Verdict verdict;
     // Of what an image can show: tissue that joined lies beside the first view.
     const auto inside_share =
@@ -135,13 +136,15 @@ Verdict classify(const TemplateData& data, const Evidence& evidence, bool was_fo
     const bool patches_agree = evidence.patches_confirmed >= min_patches && confirmed >= min_share;
     const bool features_agree =
         evidence.patches_confirmed >= 20 && confirmed >= min_share && evidence.inliers >= 15;
-    verdict.found = (patches_agree || features_agree) && observed >= 0.1 && inside_share >= 0.05;
+    verdict.found = (patches_agree || features_agree) && (observed >= 0.1 || !uses_depth) &&
+                    inside_share >= 0.05;
 
     if (confirmed < 0.45) verdict.reasons |= DEFREC_REASON_LOW_CONTRAST;
     if (evidence.inliers < 10) verdict.reasons |= DEFREC_REASON_FEW_MATCHES;
     const double inside = std::max(1u, evidence.vertices_inside);
     if (evidence.vertices_occluded / inside > 0.25) verdict.reasons |= DEFREC_REASON_OCCLUDED;
-    if (evidence.vertices_without_depth / inside > 0.5) verdict.reasons |= DEFREC_REASON_NO_DEPTH;
+    if (uses_depth && evidence.vertices_without_depth / inside > 0.5)
+        verdict.reasons |= DEFREC_REASON_NO_DEPTH;
     if (evidence.mean_residual_mm > 1.0) verdict.reasons |= DEFREC_REASON_LARGE_RESIDUAL;
     if (inside_share < 0.5) verdict.reasons |= DEFREC_REASON_OUT_OF_VIEW;
     verdict.degraded = (verdict.reasons & ~static_cast<uint32_t>(DEFREC_REASON_FEW_MATCHES)) != 0;

@@ -52,7 +52,9 @@ struct Verdict {
     bool degraded = false;
     uint32_t reasons = 0;  // DEFREC_REASON_*
 };
-// was_found: the surface was followed into the frame before.
-Verdict classify(const TemplateData& data, const Evidence& evidence, bool was_found);
+// was_found: the surface was followed into the frame before. uses_depth: else it was followed by
+// the left image alone.
+Verdict classify(const TemplateData& data, const Evidence& evidence, bool was_found,
+                 bool uses_depth = true);
 
 }  // namespace defrec

@@ -75,13 +75,14 @@ struct Fixture {
     }
     Evidence evidence() const { return weigh_evidence(output, patch_px2()); }
     Verdict verdict(bool was_found = true) { return classify(data, evidence(), was_found); }
-    VertexConfidence confidence(const RigEstimate& rig = {}, SurfaceSamples last = {}) {
+    VertexConfidence confidence(const RigEstimate& rig = {}, SurfaceSamples last = {},
+                                bool uses_depth = true) {
         LateralEvidence lateral;
         measure_lateral(data, output, patch_px2(), lateral);
         VertexConfidence result;
         const auto mean_residual = static_cast<float>(evidence().mean_residual_mm);
-        estimate_confidence(SurfaceModel(data), {samples, lateral, mean_residual, rig, last},
-                            result);
+        estimate_confidence(SurfaceModel(data),
+                            {samples, lateral, mean_residual, rig, last, uses_depth}, result);
         return result;
     }
 };
@@ -214,6 +215,21 @@ TEST_CASE("a late view takes the depth of what moves, and leaves that of what re
     // The lag moved the right view by 5 px, and a px of disparity is 6.4 mm.
     CHECK(confidence.expected_error[10] > 15);
     CHECK(f.confidence(rig, {}).status[10] == DEFREC_POINT_OBSERVED);
+}
+
+TEST_CASE("without depth the image alone finds a surface, and no vertex is observed") {
+    Fixture f;
+    const float before = f.confidence().expected_error[40];
+    for (defrec_surface_sample& sample : f.samples) sample.observation = DEFREC_NO_DEPTH;
+    CHECK_FALSE(f.verdict().found);
+    const Verdict verdict = classify(f.data, f.evidence(), true, false);
+    CHECK(verdict.found);
+    CHECK((verdict.reasons & DEFREC_REASON_NO_DEPTH) == 0);
+    const VertexConfidence confidence = f.confidence({}, {}, false);
+    for (const uint8_t status : confidence.status) CHECK(status == DEFREC_POINT_EXTRAPOLATED);
+    for (const uint8_t evidence : confidence.evidence) CHECK(evidence == DEFREC_EVIDENCE_LATERAL);
+    CHECK(confidence.expected_error[40] > before + 1);
+    CHECK(f.confidence().status[40] == DEFREC_POINT_UNKNOWN);
 }
 
 TEST_CASE("views whose rows do not agree give no depth to rely on, and a larger error") {

@@ -58,9 +58,11 @@ class Pipeline {
     // Makes the stages and buffers for this template, and waits for all that was queued before.
     // Keeps what it had if it fails.
     void set_template(const TemplateData& data);
-    // Follows the template into the frame, starting from these motions. The device may still be at
-    // it on return. Throws Error(DEFREC_ERROR_INTERNAL) without a template.
-    FollowedFrame follow(ObservedFrame frame, std::span<const defrec_motion> start);
+    // Follows the template into the frame, starting from these motions; without depth, by the left
+    // image alone. The device may still be at it on return. Throws Error(DEFREC_ERROR_INTERNAL)
+    // without a template.
+    FollowedFrame follow(ObservedFrame frame, std::span<const defrec_motion> start,
+                         bool uses_depth = true);
     bool done(const FollowedFrame& frame, uint64_t timeout_ns) {
         return queue_.wait(frame.end_point_, timeout_ns);
     }

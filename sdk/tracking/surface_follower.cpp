@@ -115,7 +115,7 @@ void SurfaceFollower::process(TrackerJob& job) {
         pipeline_.forget(std::move(*frame));
         if (!prepare_results(job)) return;
         forget_evidence(job);
-        conclude(job, Verdict{});
+        conclude(job, Verdict{}, true);
         return;
     }
     const bool captures =
@@ -127,10 +127,22 @@ void SurfaceFollower::process(TrackerJob& job) {
     for (int attempts_left = captures && corrects_rig_ ? 2 : 0;; --attempts_left) {
         if (captures) capture(job, *frame);
         if (!prepare_results(job)) return;
-        const Verdict verdict = follow(job, std::move(*frame));
+        bool uses_depth = captures || !is_tracking_ || !is_depth_spoilt_;
+        Verdict verdict = follow(job, std::move(*frame), uses_depth);
+        watch_rig(job, verdict);
+        is_depth_spoilt_ = is_tracking_ && lag_spoils_depth(job);
+        if (uses_depth && !captures && is_depth_spoilt_) {
+            uses_depth = false;
+            const uint32_t of_rig =
+                verdict.reasons & (DEFREC_REASON_VIEW_LATE | DEFREC_REASON_CALIBRATION);
+            verdict = follow(job, pipeline_.observe(task_of(job)), uses_depth);
+            verdict.reasons |= of_rig;
+            verdict.degraded = true;
+        }
+        job.reasons |= verdict.reasons;
         const bool is_corrected = corrects_rig_ && correct_rig();
         if (!is_corrected || attempts_left == 0) {
-            conclude(job, verdict);
+            conclude(job, verdict, uses_depth);
             return;
         }
         frame.reset();
@@ -254,9 +266,9 @@ bool SurfaceFollower::prepare_results(TrackerJob& job) {
     return true;
 }
 
-Verdict SurfaceFollower::follow(TrackerJob& job, ObservedFrame frame) {
+Verdict SurfaceFollower::follow(TrackerJob& job, ObservedFrame frame, bool uses_depth) {
     if (FrontImages* images = growth_.images()) pipeline_.read_front(frame, *images);
-    FollowedFrame followed = pipeline_.follow(std::move(frame), last_->motions);
+    FollowedFrame followed = pipeline_.follow(std::move(frame), last_->motions, uses_depth);
     // A wait that ends too early may cost a call of the driver. Each looks for a while before it
     // sleeps: many short ones would keep a core busy through a long frame.
     uint64_t look_again_ns = 200000;
@@ -265,10 +277,7 @@ Verdict SurfaceFollower::follow(TrackerJob& job, ObservedFrame frame) {
     job.announce_end();
     measure_patches(template_->data(), job.output, patch_px2_);
     job.evidence = weigh_evidence(job.output, patch_px2_);
-    Verdict verdict = classify(template_->data(), job.evidence, is_tracking_);
-    watch_rig(job, verdict);
-    job.reasons |= verdict.reasons;
-    return verdict;
+    return classify(template_->data(), job.evidence, is_tracking_, uses_depth);
 }
 
 void SurfaceFollower::watch_rig(TrackerJob& job, Verdict& verdict) {
@@ -279,6 +288,27 @@ void SurfaceFollower::watch_rig(TrackerJob& job, Verdict& verdict) {
     if (rig_monitor_.is_late()) verdict.reasons |= DEFREC_REASON_VIEW_LATE;
     if (rig_monitor_.is_out_of_calibration()) verdict.reasons |= DEFREC_REASON_CALIBRATION;
     verdict.degraded |= rig_monitor_.is_late() || rig_monitor_.is_out_of_calibration();
+}
+
+// Whether depth errs more by what moved between the views' times than it does when the left image
+// alone tells where the surface is.
+bool SurfaceFollower::lag_spoils_depth(const TrackerJob& job) const {
+    constexpr double kErrorOfOneView = 1.5;  // mm
+    if (!rig_monitor_.is_late()) return false;
+    const defrec_camera& camera = template_->data().camera;
+    const double lag = rig_left_.lag_frames;
+    double squares = 0;
+    size_t count = 0;
+    for (size_t i = 0; i < job.output.samples.size(); ++i) {
+        if (job.output.samples[i].observation == DEFREC_OUTSIDE) continue;
+        const float *now = job.output.samples[i].position, *last = last_->samples[i].position;
+        const double du = now[0] / now[2] - last[0] / last[2],
+                     dv = now[1] / now[2] - last[1] / last[2];
+        const double depth = lag * now[2] * now[2] / camera.baseline_mm;
+        squares += depth * depth * (du * du + dv * dv);
+        ++count;
+    }
+    return squares > kErrorOfOneView * kErrorOfOneView * static_cast<double>(count);
 }
 
 // Takes what the monitor has found into the right view's map; false where that is too little.
@@ -293,7 +323,7 @@ bool SurfaceFollower::correct_rig() {
     return true;
 }
 
-void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict) {
+void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict, bool uses_depth) {
     if (verdict.found) {
         constexpr float kFastMm = 5;
         if (is_tracking_ && moved_farther(last_->samples, job.output.samples, kFastMm))
@@ -304,7 +334,10 @@ void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict) {
         if (!is_tracking_) ++epoch_;
         std::copy(job.output.motions.begin(), job.output.motions.end(), last_->motions.begin());
         age_ = 0;
-        growth_.end_found_frame(pipeline_, template_, job.output);
+        if (uses_depth)
+            growth_.end_found_frame(pipeline_, template_, job.output);
+        else
+            growth_.end_lost_frame();  // it would join with the wrong depth
     } else {
         job.state = DEFREC_LOST;
         growth_.end_lost_frame();
@@ -320,10 +353,10 @@ void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict) {
     job.template_epoch = template_epoch_;
     job.age = age_;
     if (growth_.is_full()) job.reasons |= DEFREC_REASON_TEMPLATE_FULL;
-    describe_surface(job);
+    describe_surface(job, uses_depth);
 }
 
-void SurfaceFollower::describe_surface(TrackerJob& job) const {
+void SurfaceFollower::describe_surface(TrackerJob& job, bool uses_depth) const {
     if (job.state == DEFREC_LOST) {
         forget_confidence(job.age, job.confidence, job.output.samples.size());
     } else {
@@ -332,7 +365,8 @@ void SurfaceFollower::describe_surface(TrackerJob& job) const {
             last_->model,
             {job.output.samples, job.lateral, static_cast<float>(job.evidence.mean_residual_mm),
              rig_left_,
-             job.state == DEFREC_RELOCALISED ? SurfaceSamples() : SurfaceSamples(last_->samples)},
+             job.state == DEFREC_RELOCALISED ? SurfaceSamples() : SurfaceSamples(last_->samples),
+             uses_depth},
             job.confidence);
     }
     const auto observed = std::count(job.confidence.status.begin(), job.confidence.status.end(),

@@ -53,11 +53,12 @@ class SurfaceFollower {
     void adopt(std::shared_ptr<const Template> surface, bool is_observed);
     bool grow();
     bool prepare_results(TrackerJob& job);
-    Verdict follow(TrackerJob& job, ObservedFrame frame);
+    Verdict follow(TrackerJob& job, ObservedFrame frame, bool uses_depth);
     void watch_rig(TrackerJob& job, Verdict& verdict);
+    bool lag_spoils_depth(const TrackerJob& job) const;
     bool correct_rig();
-    void conclude(TrackerJob& job, const Verdict& verdict);
-    void describe_surface(TrackerJob& job) const;
+    void conclude(TrackerJob& job, const Verdict& verdict, bool uses_depth);
+    void describe_surface(TrackerJob& job, bool uses_depth) const;
 
     std::shared_ptr<const Rig> rig_;
     const uint32_t channels_;
@@ -69,7 +70,8 @@ class SurfaceFollower {
     std::shared_ptr<const Template> template_;  // written under the mutex, by this thread
 
     std::optional<Ahead> ahead_;
-    std::optional<Surface> last_;  // with the template
+    bool is_depth_spoilt_ = false;  // in the last frame, by the right view's lag
+    std::optional<Surface> last_;   // with the template
     StreamCheck stream_;
     RigMonitor rig_monitor_;  // of what is left after the shift
     RigEstimate rig_left_;    // its last estimate

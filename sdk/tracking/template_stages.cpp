@@ -221,9 +221,11 @@ std::unique_ptr<DeviceStage> TemplateStages::make_solve(const SolverPass& pass,
 }
 
 void TemplateStages::enqueue(Queue& queue, const Observation& observed,
-                             std::span<const defrec_motion> start, const DeviceBuffer* samples,
-                             StageTimer& timer, FrameOutput& output) {
+                             std::span<const defrec_motion> start, bool uses_depth,
+                             const DeviceBuffer* samples, StageTimer& timer, FrameOutput& output) {
     if (samples == nullptr) samples = &samples_;
+    const DeviceBuffer* disparity = uses_depth ? &observed.disparity : nullptr;
+    const DeviceBuffer* matches = uses_depth ? &weighted_ : nullptr;  // with positions in depth
     timer.start();
     queue.write(start_, start.data(), start.size_bytes());
     match_->enqueue(queue, {&observed.feature_count, &observed.features, &observed.disparity},
@@ -241,8 +243,7 @@ void TemplateStages::enqueue(Queue& queue, const Observation& observed,
             timer.end(pass.search->time_name);
         }
         const DeviceBuffer* observations = pass.search ? &observations_ : nullptr;
-        solve->enqueue(queue, {motions, &weighted_, observations, &observed.disparity},
-                       {&result, &lm_summary_});
+        solve->enqueue(queue, {motions, matches, observations, disparity}, {&result, &lm_summary_});
         timer.end(pass.time_name);
         motions = &result;
     }
@@ -254,7 +255,7 @@ void TemplateStages::enqueue(Queue& queue, const Observation& observed,
                                {&right_observations_, nullptr});
         timer.end("align right");
     }
-    warp_->enqueue(queue, {motions, &observed.disparity}, {samples});
+    warp_->enqueue(queue, {motions, disparity}, {samples});
     timer.end("warp");
     queue.read(*motions, output.motions.data(), bytes_of(output.motions));
     read_back(queue, *samples, output);

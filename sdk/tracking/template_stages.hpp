@@ -18,10 +18,11 @@ class TemplateStages {
     TemplateStages(const std::shared_ptr<Device>& device, Queue& queue, const Rig& rig,
                    const TrackerSettings& settings, const TemplateData& data);
 
-    // Follows the template into the observed images from these motions. samples: where the device
-    // leaves them, its own memory where it is nullptr.
+    // Follows the template into the observed images from these motions. uses_depth: else by the
+    // left image alone. samples: where the device leaves them, its own memory where it is nullptr.
     void enqueue(Queue& queue, const Observation& observed, std::span<const defrec_motion> start,
-                 const DeviceBuffer* samples, StageTimer& timer, FrameOutput& output);
+                 bool uses_depth, const DeviceBuffer* samples, StageTimer& timer,
+                 FrameOutput& output);
 
   private:
     struct Pass {

@@ -28,6 +28,7 @@ constexpr float kFarObserved = 0.031f;          // per mm^2 from the nearest obs
 constexpr float kSupportShare = 0.014f;         // per mm^2 that the template was extrapolated
 constexpr float kLateShare = 0.5f;              // of the squared motion during the lag, px^2
 constexpr float kRowShare = 0.155f;             // of the squared distance of the rows, px^2
+constexpr float kOneViewShare = 1.7f;           // px^2, without the right view
 
 constexpr uint8_t kBoth = DEFREC_EVIDENCE_DEPTH | DEFREC_EVIDENCE_LATERAL;
 constexpr float kFarthestMm = 40;         // extrapolation reaches no farther
@@ -138,10 +139,13 @@ void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidenc
     confidence.to_observed.assign(model.cells, 1e6f);
     for (size_t i = 0; i < samples.size(); ++i) {
         const float per_px = depth_per_px(samples[i].position[2]);
-        const float rig_px2 = confidence.rig_px2[i] = rig.at(evidence, i);
-        const bool agrees = samples[i].observation == DEFREC_OBSERVED,
+        const float rig_px2 = confidence.rig_px2[i] =
+            evidence.uses_depth ? rig.at(evidence, i) : kOneViewShare;
+        const bool agrees = samples[i].observation == DEFREC_OBSERVED ||
+                            (!evidence.uses_depth && samples[i].observation != DEFREC_OUTSIDE),
                    is_confirmed = lateral.is_confirmed[i] != 0,
-                   has_depth = agrees && rig_px2 * per_px * per_px <= kMaxRigDoubt;
+                   has_depth =
+                       evidence.uses_depth && agrees && rig_px2 * per_px * per_px <= kMaxRigDoubt;
         confidence.evidence[i] = static_cast<uint8_t>((has_depth ? DEFREC_EVIDENCE_DEPTH : 0) |
                                                       (is_confirmed ? DEFREC_EVIDENCE_LATERAL : 0));
         if (is_confirmed) confidence.to_lateral[model.cell[i]] = 0;

@@ -49,6 +49,7 @@ struct FrameEvidence {
     float mean_residual_mm;  // of live depth, of its absolute values
     const RigEstimate& rig;
     SurfaceSamples last_samples;  // of the frame before; empty where there is none
+    bool uses_depth = true;       // else the surface was followed by the left image alone
 };
 void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidence,
                          VertexConfidence& confidence);
