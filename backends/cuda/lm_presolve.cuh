@@ -19,8 +19,7 @@ struct LmPresolve {
     float4* rigid;     // rotation, translation
 };
 
-constexpr int kPresolveRounds = 5;
-constexpr float kPresolveMinMatches = 6, kMinSpreadMm2 = 0.01f;
+constexpr float kMinSpreadMm2 = 0.01f;
 
 // Whether the second singular value is certainly above a bound: the sum of the squared 2x2 minors
 // is at most three times the product of the two largest squared singular values.
@@ -150,7 +149,7 @@ __global__ void __launch_bounds__(kLmThreads) lm_presolve(LmPresolve given) {
     float errors[2] = {
         all[kMatchErrors],
         all[kMatchCost]};  // under the present motion: weighted squares, Tukey's cost
-    const bool enough = all[kMatchCount] >= kPresolveMinMatches;
+    const bool enough = all[kMatchCount] >= static_cast<float>(kPresolveMinMatches);
     const Vec3<float> from_centre = mean3(all + kMatchFrom, all[kMatchCount]),
                       to_centre = mean3(all + kMatchTo, all[kMatchCount]);
     for (int round = 0; enough && round < kPresolveRounds; ++round) {

@@ -4,10 +4,9 @@
 #include "backends/shared/lm_inputs.hpp"
 #include "backends/shared/lm_terms.hpp"
 #include "backends/shared/rigid_fit.hpp"
+#include "backends/stages/lm.hpp"
 
 namespace defrec {
-
-constexpr int kPresolveRounds = 5, kPresolveMinMatches = 20;
 
 // deformed: where each landmark with a preselected match is by the present motions; only those
 // count. The identity where they are too few, or where no rigid motion brings them closer by

@@ -10,6 +10,9 @@
 namespace defrec {
 #endif
 
+// Before iterating: rounds, and preselected matches that are needed.
+const int kPresolveRounds = 5, kPresolveMinMatches = 20;
+
 // The parameters as the terms of the cost take them.
 struct LmConstants {
     FloatCamera camera;

@@ -15,8 +15,6 @@ layout(std430, set = 0, binding = 4) buffer Deformed {
 };  // landmarks; w: their matches' weight, 0 where not preselected
 layout(std430, set = 0, binding = 5) writeonly buffer Rigid { vec4 rigid[2]; };
 
-const int kRounds = 5;
-const float kMinMatches = 20;
 const float kMinSpread = 0.01;  // mm^2
 shared mat3 rotation;           // rows
 shared vec3 shift;
@@ -127,8 +125,8 @@ void main() {
                            taken ? matches[i].weight : 0.0);
         count[0].x += taken ? 1.0 : 0.0;
     }
-    const bool enough = sum_over_group(count, me)[0].x >= kMinMatches;
-    for (int round = 0; enough && round < kRounds; ++round) {
+    const bool enough = sum_over_group(count, me)[0].x >= float(kPresolveMinMatches);
+    for (int round = 0; enough && round < kPresolveRounds; ++round) {
         mat3 spread = mat3(0.0);
         for (uint i = me; i < push.landmarks; i += kSize) {
             if (deformed[i].w == 0.0) continue;

@@ -66,6 +66,16 @@ void add_terms(std::vector<StageCase>& cases) {
         });
 }
 
+// Only so many preselected matches are left, moved far, so that a rigid start shows.
+void keep_preselected(Scene& s, int count) {
+    s.params.presolve = 1;
+    s.given = lm_matches;
+    for (defrec_match& match : s.surface.matches) {
+        if (!(match.weight > 0) || count-- <= 0) match = {};
+        match.position[0] += 7;
+    }
+}
+
 void add_solvers(std::vector<StageCase>& cases) {
     add(cases, "independent", "Every control point by itself.",
         [](Scene& s) { s.params.solver = DEFREC_SOLVER_INDEPENDENT; });
@@ -79,10 +89,11 @@ void add_solvers(std::vector<StageCase>& cases) {
         s.params.presolve = 1;
         spoil_matches(s.surface);
     });
-    add(cases, "presolve_few", "Too few matches for a rigid start.", [](Scene& s) {
-        s.params.presolve = 1;
-        for (size_t i = 5; i < s.surface.matches.size(); ++i) s.surface.matches[i] = {};
-    });
+    add(cases, "presolve_few", "One match too few for a rigid start.",
+        [](Scene& s) { keep_preselected(s, 19); });
+    add(cases, "presolve_enough", "Just enough matches for a rigid start.",
+        [](Scene& s) { keep_preselected(s, 20); });
+    cases.back().since = 6;
     add(cases, "one_iteration", "A single step.", [](Scene& s) { s.params.iterations = 1; });
     add(cases, "few_cg_iterations", "Three steps of conjugate gradients in each.",
         [](Scene& s) { s.params.cg_iterations = 3; });
