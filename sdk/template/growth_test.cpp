@@ -9,6 +9,7 @@
 
 #include "backends/shared/motion.hpp"
 #include "sdk/template/surface_index.hpp"
+#include "sdk/template/test_capture.hpp"
 #include "sdk/tracking/map_distance.hpp"
 
 using namespace defrec;
@@ -47,16 +48,8 @@ struct View {
             }
     }
     CaptureInput input() const {
-        CaptureInput input;
-        input.width = kWidth;
-        input.height = kHeight;
-        input.camera = kCamera;
-        input.gray = gray.data();
-        input.mask = mask.data();
-        input.disparity = disparity.data();
+        CaptureInput input = test::capture_input(kWidth, kHeight, kCamera, gray, mask, disparity);
         input.features = features;
-        input.vertex_spacing_px = 8;
-        input.node_spacing_px = 20;
         input.max_patches = 200;
         return input;
     }

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "backends/shared/motion.hpp"
-#include "sdk/template/capture.hpp"
+#include "sdk/template/test_capture.hpp"
 
 using namespace defrec;
 
@@ -22,16 +22,7 @@ TemplateData plane() {
     const std::vector<int16_t> disparity(
         kWidth * kHeight,
         static_cast<int16_t>(std::lround(16 * kCamera.fx * kCamera.baseline_mm / kDepth)));
-    CaptureInput input;
-    input.width = kWidth;
-    input.height = kHeight;
-    input.camera = kCamera;
-    input.gray = gray.data();
-    input.mask = mask.data();
-    input.disparity = disparity.data();
-    input.vertex_spacing_px = 8;
-    input.node_spacing_px = 20;
-    return *capture_template(input);
+    return *capture_template(test::capture_input(kWidth, kHeight, kCamera, gray, mask, disparity));
 }
 
 }  // namespace

@@ -301,11 +301,9 @@ bool SurfaceFollower::lag_spoils_depth(const TrackerJob& job) const {
     size_t count = 0;
     for (size_t i = 0; i < job.output.samples.size(); ++i) {
         if (job.output.samples[i].observation == DEFREC_OUTSIDE) continue;
-        const float *now = job.output.samples[i].position, *last = last_->samples[i].position;
-        const double du = now[0] / now[2] - last[0] / last[2],
-                     dv = now[1] / now[2] - last[1] / last[2];
-        const double depth = lag * now[2] * now[2] / camera.baseline_mm;
-        squares += depth * depth * (du * du + dv * dv);
+        const defrec_surface_sample& now = job.output.samples[i];
+        const double depth = lag * depth_per_px(camera, now.position[2]);
+        squares += depth * depth * squared_step(camera, last_->samples[i], now);
         ++count;
     }
     return squares > kErrorOfOneView * kErrorOfOneView * static_cast<double>(count);

@@ -97,11 +97,9 @@ class RigDoubt {
     }
     float at(const FrameEvidence& evidence, size_t vertex) const {
         if (lag_ == 0) return rows_;
-        const float *now = evidence.samples[vertex].position,
-                    *last = evidence.last_samples[vertex].position;
-        const float du = static_cast<float>(camera_.fx) * (now[0] / now[2] - last[0] / last[2]),
-                    dv = static_cast<float>(camera_.fy) * (now[1] / now[2] - last[1] / last[2]);
-        return rows_ + kLateShare * lag_ * lag_ * (du * du + dv * dv);
+        const float px2 =
+            squared_step(camera_, evidence.last_samples[vertex], evidence.samples[vertex]);
+        return rows_ + kLateShare * lag_ * lag_ * px2;
     }
 
   private:
@@ -122,23 +120,28 @@ void set_covariance(const float position[3], float across, float along, float* c
 
 }  // namespace
 
+float squared_step(const defrec_camera& camera, const defrec_surface_sample& from,
+                   const defrec_surface_sample& to) {
+    const float *now = to.position, *last = from.position;
+    const float du = static_cast<float>(camera.fx) * (now[0] / now[2] - last[0] / last[2]),
+                dv = static_cast<float>(camera.fy) * (now[1] / now[2] - last[1] / last[2]);
+    return du * du + dv * dv;
+}
+
 void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidence,
                          VertexConfidence& confidence) {
     const TemplateData& data = *model.data;
     const SurfaceSamples samples = evidence.samples;
     const LateralEvidence& lateral = evidence.lateral;
     const RigDoubt rig(data, evidence);
-    const auto fx = static_cast<float>(data.camera.fx),
-               baseline = static_cast<float>(data.camera.baseline_mm);
+    const auto fx = static_cast<float>(data.camera.fx);
     const float noise = kNoiseShare * evidence.mean_residual_mm * evidence.mean_residual_mm;
-    // mm of depth for a px of disparity.
-    const auto depth_per_px = [&](float z) { return z * z / (fx * baseline); };
     make_room(confidence, samples.size());
     confidence.rig_px2.resize(samples.size());
     confidence.to_lateral.assign(model.cells, 1e6f);
     confidence.to_observed.assign(model.cells, 1e6f);
     for (size_t i = 0; i < samples.size(); ++i) {
-        const float per_px = depth_per_px(samples[i].position[2]);
+        const float per_px = depth_per_px(data.camera, samples[i].position[2]);
         const float rig_px2 = confidence.rig_px2[i] =
             evidence.uses_depth ? rig.at(evidence, i) : kOneViewShare;
         const bool agrees = samples[i].observation == DEFREC_OBSERVED ||
@@ -154,7 +157,8 @@ void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidenc
     spread_over_map(data, model.cell, confidence.to_lateral);
     spread_over_map(data, model.cell, confidence.to_observed);
     for (size_t i = 0; i < samples.size(); ++i) {
-        const float z = samples[i].position[2], mm_per_px = z / fx, per_px = depth_per_px(z);
+        const float z = samples[i].position[2], mm_per_px = z / fx,
+                    per_px = depth_per_px(data.camera, z);
         const float to_observed = confidence.to_observed[model.cell[i]] * model.step_mm[i];
         confidence.status[i] = confidence.evidence[i] == kBoth ? DEFREC_POINT_OBSERVED
                                : to_observed <= kFarthestMm    ? DEFREC_POINT_EXTRAPOLATED

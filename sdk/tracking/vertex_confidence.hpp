@@ -51,6 +51,14 @@ struct FrameEvidence {
     SurfaceSamples last_samples;  // of the frame before; empty where there is none
     bool uses_depth = true;       // else the surface was followed by the left image alone
 };
+// How far a vertex moved in the image, px^2.
+float squared_step(const defrec_camera& camera, const defrec_surface_sample& from,
+                   const defrec_surface_sample& to);
+// mm of depth at z for a px of disparity.
+inline float depth_per_px(const defrec_camera& camera, float z) {
+    return z * z / (static_cast<float>(camera.fx) * static_cast<float>(camera.baseline_mm));
+}
+
 void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidence,
                          VertexConfidence& confidence);
 // Of a frame in which the surface was not found: every vertex is unknown, with errors that grow by
