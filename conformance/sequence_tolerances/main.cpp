@@ -70,10 +70,8 @@ class Derivation {
 
   private:
     void add_errors(const SequenceEntry& entry, const TruthErrors& truth) {
-        const std::string kind =
-            entry.hazy ? "hazy" : concat(entry.sequence.width, "x", entry.sequence.height);
-        errors_["sequence.error_" + kind].add(quantile(truth.errors, 1),
-                                              quantile(truth.errors, 0.99));
+        errors_["sequence.error_" + entry.error_limits()].add(quantile(truth.errors, 1),
+                                                              quantile(truth.errors, 0.99));
         std::fprintf(
             stderr, "%s %ux%u: error median %.4f, p95 %.4f, p99 %.4f, maximum %.4f mm, lost %.4f\n",
             entry.sequence.scene.c_str(), entry.sequence.width, entry.sequence.height,
@@ -82,7 +80,7 @@ class Derivation {
     }
 
     void add_spread(const SequenceEntry& entry, const Track& expected, const Track& moved) {
-        const std::string kind = entry.hazy ? "_hazy" : "";
+        const std::string kind = entry.spread_limits();
         const StateDifference states = state_difference(expected, moved);
         if (!states.other_state.empty())
             throw std::runtime_error(entry.sequence.scene + ": " + states.other_state);

@@ -87,20 +87,23 @@ TruthErrors errors_to_truth(const Track& track, const RenderedSequence& sequence
         const TrackedFrame& frame = track.frames[i];
         for (size_t point = 0; point < sequence.frames[i].truth.size(); ++point) {
             const TruePoint& truth = sequence.frames[i].truth[point];
-            if (!truth.visible) continue;
-            ++result.visible;
-            if (!frame.has_surface() || track.on_surface[point] == 0 ||
-                frame.point_status[point] == DEFREC_POINT_UNKNOWN) {
-                ++result.lost;
-                continue;
+            const bool trusted = frame.has_surface() && track.on_surface[point] != 0 &&
+                                 frame.point_status[point] != DEFREC_POINT_UNKNOWN;
+            const bool observed = trusted && frame.point_status[point] == DEFREC_POINT_OBSERVED;
+            if (truth.visible) {
+                ++result.visible;
+                if (!trusted) ++result.lost;
             }
+            if (!trusted || !(truth.visible || observed)) continue;
             double rectified[3];
             for (size_t row = 0; row < 3; ++row) {
                 const double* r = &track.rectification[3 * row];
                 rectified[row] =
                     r[0] * truth.position[0] + r[1] * truth.position[1] + r[2] * truth.position[2];
             }
-            result.errors.push_back(distance(rectified, &frame.points[3 * point]));
+            const double error = distance(rectified, &frame.points[3 * point]);
+            if (truth.visible) result.errors.push_back(error);
+            if (observed) result.observed.push_back(error);
         }
     }
     return result;

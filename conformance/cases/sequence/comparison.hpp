@@ -13,7 +13,8 @@ namespace defrec::conformance {
 double quantile(std::vector<double> values, double share);
 
 struct TruthErrors {
-    std::vector<double> errors;  // mm, of visible points that the tracker trusts in
+    std::vector<double> errors;    // mm, of visible points that the tracker trusts in
+    std::vector<double> observed;  // mm, of all points that it calls observed
     uint64_t visible = 0, lost = 0;
 
     double lost_share() const {

@@ -68,11 +68,13 @@ TEST_CASE(
     }
     TruthErrors found = errors_to_truth(track, film);
     CHECK(found.errors == std::vector<double>{0.5, 0.25, 0.5, 0.25});
+    CHECK(found.observed == std::vector<double>{0.5, 0.5});
     CHECK(found.lost == 0);
     film.frames[0].truth[0].visible = false;
     track.frames[1].state = DEFREC_LOST;
     found = errors_to_truth(track, film);
     CHECK(found.errors == std::vector<double>{0.25});
+    CHECK(found.observed == std::vector<double>{0.5});
     CHECK(found.visible == 3);
     CHECK(found.lost == 2);
     track.on_surface[1] = 0;

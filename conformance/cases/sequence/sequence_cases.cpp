@@ -21,13 +21,14 @@ void measure(CaseRun& run, const std::string& quantity, double maximum, double p
 void against_truth(CaseRun& run, const SequenceEntry& entry, const Track& found) {
     const RenderedSequence& film = rendered_sequence(entry.sequence);
     const TruthErrors truth = errors_to_truth(found, film);
-    const std::string kind =
-        entry.hazy ? "hazy" : concat(entry.sequence.width, "x", entry.sequence.height);
+    const std::string kind = entry.error_limits();
     const double median = quantile(truth.errors, 0.5), p95 = quantile(truth.errors, 0.95);
     measure(run, "sequence.error_" + kind, quantile(truth.errors, 1), quantile(truth.errors, 0.99),
             truth.errors.size());
     measure(run, "sequence.error_p95_" + kind, p95, p95, truth.errors.size());
     measure(run, "sequence.error_median_" + kind, median, median, truth.errors.size());
+    measure(run, "sequence.error_observed", quantile(truth.observed, 1),
+            quantile(truth.observed, 0.99), truth.observed.size());
     measure(run, "sequence.lost_visible", truth.lost_share(), truth.lost_share(), truth.visible);
 }
 
@@ -36,7 +37,7 @@ void against_reference(CaseRun& run, const SequenceEntry& entry, const Track& ex
     const StateDifference states = state_difference(expected, found);
     if (!states.other_state.empty()) return run.note_failure(states.other_state);
     const TrackDistance apart = distance_between(expected, found);
-    const std::string kind = entry.hazy ? "_hazy" : "";
+    const std::string kind = entry.spread_limits();
     if (entry.hazy)
         measure(run, "sequence.other_reasons_hazy", states.other_reasons, states.other_reasons,
                 found.frames.size());
@@ -113,7 +114,7 @@ void add_sequence_cases(std::vector<Case>& cases) {
         const SequenceRequest& film = entry.sequence;
         cases.push_back({concat("sequence/", film.scene, "_", film.width, "x", film.height),
                          "sequence", "", entry.title, entry.smoke, true,
-                         [&entry](CaseRun& run) { follow(run, entry); }});
+                         [&entry](CaseRun& run) { follow(run, entry); }, entry.since});
     }
 }
 

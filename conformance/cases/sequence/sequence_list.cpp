@@ -1,7 +1,15 @@
 // See sequence_list.hpp.
 #include "conformance/cases/sequence/sequence_list.hpp"
 
+#include "sdk/base/error.hpp"
+
 namespace defrec::conformance {
+
+std::string SequenceEntry::error_limits() const {
+    if (hazy) return "hazy";
+    if (late) return "late";
+    return concat(sequence.width, "x", sequence.height);
+}
 
 std::span<const SequenceEntry> sequence_list() {
     static const SequenceEntry kList[] = {
@@ -29,6 +37,14 @@ std::span<const SequenceEntry> sequence_list() {
          true},
         {{"stretch", 640, 360, 12},
          "Tissue pulled by a third: as exact as stated, and as the reference has it."},
+        {.sequence = {"pinch", 640, 360, 12},
+         .title = "Tissue drawn together under an instrument: as exact as stated, and as the "
+                  "reference has it.",
+         .since = 7},
+        {.sequence = {"late-view", 640, 360, 12},
+         .title = "A right view that is late for a while: noticed, and as the reference has it.",
+         .late = true,
+         .since = 7},
         {{"heartbeat", 960, 540, 12},
          "A beating organ at the full size: as exact as stated, and as the reference has it."},
     };

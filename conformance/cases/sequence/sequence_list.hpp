@@ -1,6 +1,7 @@
 // Which reference sequences the suite tracks, and how long.
 #pragma once
 #include <span>
+#include <string>
 
 #include "conformance/cases/sequence/rendered_sequence.hpp"
 
@@ -13,6 +14,14 @@ struct SequenceEntry {
     // Little texture and a veil: decisions amplify rounding far more than elsewhere, so that such
     // scenes have limits of their own.
     bool hazy = false;
+    // Frames without depth: errors, which are reported, have limits of their own.
+    bool late = false;
+    uint32_t since = 1;  // the suite version that brought it
+
+    // The last part of the names of the tolerances that hold: of errors, and of the distance from
+    // the reference.
+    std::string error_limits() const;
+    std::string spread_limits() const { return hazy ? "_hazy" : ""; }
 };
 
 std::span<const SequenceEntry> sequence_list();
