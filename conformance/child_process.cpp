@@ -33,9 +33,9 @@ int milliseconds_until(Clock::time_point deadline) {
 void MessageSender::send(const Message& message) const {
     const std::vector<unsigned char> body = encode(message);
     const uint64_t size = body.size();
-    std::vector<unsigned char> bytes(sizeof size + body.size());
+    std::vector<unsigned char> bytes(sizeof size);
     std::memcpy(bytes.data(), &size, sizeof size);
-    std::copy(body.begin(), body.end(), bytes.begin() + sizeof size);
+    bytes.insert(bytes.end(), body.begin(), body.end());
     for (size_t sent = 0; sent < bytes.size();) {
         const ssize_t count = ::write(descriptor_, bytes.data() + sent, bytes.size() - sent);
         if (count < 0 && errno == EINTR) continue;
