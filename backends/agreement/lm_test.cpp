@@ -476,3 +476,19 @@ TEST_CASE("a frame does not depend on those before it") {
     CHECK(other.solve(*stage).summary.iterations == 0);
     CHECK(same(run.solve(*stage), first));
 }
+
+TEST_CASE("row 93: a template that is refused leaves the one before") {
+    if (!under_test::available()) return;
+    TestSurface surface({});
+    surface.deform(wave);
+    const LmRun run(surface);
+    TestHost host(1);
+    const auto stage = run.prepared(under_test::make_lm, host);
+    const Solved first = run.solve(*stage);
+    std::vector<defrec_edge> wrong = surface.edges;
+    wrong[2].b = int32_t(surface.nodes.size() / 3);
+    const InBuffer given[] = {in(surface.nodes), in(wrong), in(surface.points),
+                              in(surface.landmarks), in(surface.patches)};
+    CHECK_THROWS_AS(stage->prepare(given), StageError);
+    CHECK(same(run.solve(*stage), first));
+}

@@ -97,7 +97,6 @@ class Lm final : public Stage {
     Lm(const defrec_lm_params& params, Device& device) : p_(params), device_(device) {}
 
     void prepare(std::span<const InBuffer> in) override {
-        surface_.reset();
         const Host host(&plain_host());
         LmTemplate surface(host);
         surface.read(p_, in);

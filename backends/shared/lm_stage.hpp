@@ -1,7 +1,7 @@
 // Stage lm from buffers to buffers; the cost and its solvers are a backend's Problem
 // (levenberg_marquardt.hpp), which is made in prepare and told of each frame by set_frame.
 #pragma once
-#include <optional>
+#include <memory>
 
 #include "backends/shared/levenberg_marquardt.hpp"
 #include "backends/shared/lm_inputs.hpp"
@@ -15,7 +15,6 @@ class LmStage : public Stage {
     LmStage(const defrec_lm_params& params, const Host& host)
         : params_(params),
           host_(host),
-          surface_(host),
           motions_(params.nodes, HostAllocator<DualQuaternion<double>>(host)),
           nodes_(params.nodes, HostAllocator<NodePose<double>>(host)),
           trial_(params.nodes, HostAllocator<NodePose<double>>(host)),
@@ -23,29 +22,30 @@ class LmStage : public Stage {
           deformed_(params.landmarks, HostAllocator<Vec3<double>>(host)) {}
 
     void prepare(std::span<const InBuffer> in) override {
-        problem_.reset();
-        surface_.read(params_, in);
-        problem_.emplace(params_, surface_, host_);
+        auto prepared = std::make_unique<Prepared>(params_, in, host_);  // keeps the one before
+        prepared_ = std::move(prepared);
     }
 
     void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
-        if (!problem_) throw StageError(DEFREC_ERROR_STATE, "lm: run before prepare");
+        if (!prepared_) throw StageError(DEFREC_ERROR_STATE, "lm: run before prepare");
+        const LmTemplate& surface = prepared_->surface;
+        Problem& problem = prepared_->problem;
         const auto given = view_buffers<LmBuffers>(params_, in, out);
         const LmFrame frame = frame_of(params_, given);
 
         for (size_t i = 0; i < params_.nodes; ++i) {
             motions_[i] = usable_motion<double>(frame.motions[i]);
-            nodes_[i] = {motions_[i].real, apply(motions_[i], surface_.nodes[i])};
+            nodes_[i] = {motions_[i].real, apply(motions_[i], surface.nodes[i])};
         }
         if (params_.presolve != 0 && frame.matches != nullptr) move_rigidly(frame.matches);
-        problem_->set_frame(frame);
-        *given.summary = levenberg_marquardt(*problem_, params_, std::span(nodes_),
-                                             std::span(trial_), std::span(step_));
+        problem.set_frame(frame);
+        *given.summary = levenberg_marquardt(problem, params_, std::span(nodes_), std::span(trial_),
+                                             std::span(step_));
         for (size_t i = 0; i < params_.nodes; ++i) {
             const NodePose<double>& node = nodes_[i];
             if (!given.summary->failed)
                 motions_[i] = from_rigid(node.rotation,
-                                         node.position - rotate(node.rotation, surface_.nodes[i]));
+                                         node.position - rotate(node.rotation, surface.nodes[i]));
             given.results[i] = motions_[i].store();
         }
     }
@@ -54,7 +54,7 @@ class LmStage : public Stage {
     void move_rigidly(const defrec_match* matches) {
         for (size_t i = 0; i < deformed_.size(); ++i) {
             if (!preselected(matches[i])) continue;
-            const defrec_surface_point& landmark = surface_.landmarks[i];
+            const defrec_surface_point& landmark = prepared_->surface.landmarks[i];
             deformed_[i] = apply(blend<double>(motions_.data(), landmark.node, landmark.weight),
                                  load3<double>(landmark.position));
         }
@@ -63,14 +63,20 @@ class LmStage : public Stage {
             node = {motion.real * node.rotation, apply(motion, node.position)};
     }
 
+    struct Prepared {
+        Prepared(const defrec_lm_params& params, std::span<const InBuffer> in, const Host& host)
+            : surface(host), problem(params, (surface.read(params, in), surface), host) {}
+        LmTemplate surface;
+        Problem problem;  // of the surface
+    };
+
     defrec_lm_params params_;
     Host host_;
-    LmTemplate surface_;
     HostVector<DualQuaternion<double>> motions_;  // as given
     HostVector<NodePose<double>> nodes_, trial_;
     HostVector<double> step_;
     HostVector<Vec3<double>> deformed_;  // landmarks
-    std::optional<Problem> problem_;
+    std::unique_ptr<Prepared> prepared_;
 };
 
 }  // namespace defrec

@@ -93,7 +93,6 @@ class Lm final : public Stage {
           finish_(device.kernel(shaders::lm_finish)) {}
 
     void prepare(std::span<const InBuffer> in) override {
-        surface_.reset();
         const Host host(&plain_host());
         LmTemplate surface(host);
         surface.read(p_, in);

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 
 #include "sdk/base/error.hpp"
@@ -88,6 +89,10 @@ void check_rotation(const Eigen::Matrix3d& rotation) {
                ", the determinant is ", rotation.determinant());
 }
 
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kMaxBaseline = 10000;  // mm
+constexpr double kMaxTurn = 60;         // degrees
+
 void check_baseline(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation) {
     if (!translation.allFinite()) refuse("translation holds a number that is not finite");
     const double length = translation.norm();
@@ -95,13 +100,19 @@ void check_baseline(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& tran
     if (length < 0.1)
         refuse("the baseline is ", length, " mm; if the translation is in metres, it is ",
                length * 1000, " mm");
+    if (length > kMaxBaseline)
+        refuse("the baseline is ", length, " mm, at most ", kMaxBaseline, " expected");
     const Eigen::AngleAxisd turn(rotation);
+    if (turn.angle() > kMaxTurn * kDegree)
+        fail(DEFREC_ERROR_UNSUPPORTED, "the cameras look ",
+             std::round(turn.angle() / kDegree * 10) / 10, " degrees apart, at most ", kMaxTurn,
+             " are supported");
     const Eigen::Vector3d half = Eigen::AngleAxisd(-turn.angle() / 2, turn.axis()) * translation;
     const double share = std::abs(half.x()) / length;
-    if (share < std::cos(30 * 3.14159265358979 / 180))
+    if (share < std::cos(30 * kDegree))
         fail(DEFREC_ERROR_UNSUPPORTED, "the baseline is not horizontal: translation is (",
              translation.x(), ", ", translation.y(), ", ", translation.z(), ") mm, ",
-             std::round(std::acos(share) * 1800 / 3.14159265358979) / 10,
+             std::round(std::acos(share) / kDegree * 10) / 10,
              " degrees from the x axis, at most 30 are supported");
     if (half.x() > 0)
         refuse("translation[0] is ", translation.x(),

@@ -320,6 +320,22 @@ TEST_CASE("row 3: no baseline, and row 4: metres for millimetres") {
     });
 }
 
+TEST_CASE("row 99: a baseline that no rig has, and cameras that look in different directions") {
+    check_refused("the baseline is 1e+150 mm", [](auto& d) {
+        d.translation[0] = -1e150;
+        d.translation[1] = d.translation[2] = 0;
+    });
+    check_refused(
+        "100 degrees apart",
+        [](auto& d) {
+            const double angle = 100 * 3.14159265358979 / 180;
+            const double turned[9] = {std::cos(angle),  0, std::sin(angle), 0, 1, 0,
+                                      -std::sin(angle), 0, std::cos(angle)};
+            std::copy_n(turned, 9, d.rotation);
+        },
+        DEFREC_ERROR_UNSUPPORTED);
+}
+
 TEST_CASE("row 5: views swapped in the calibration") {
     check_refused("swapped", [](auto& d) { d.translation[0] = 4.6; });
 }

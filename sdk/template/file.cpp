@@ -229,6 +229,9 @@ const char* fault_of(const TemplateData& data) {
     for (const int32_t vertex : data.grid.vertex)
         if (vertex < -1 || (vertex >= 0 && static_cast<size_t>(vertex) >= vertices))
             return "a vertex index is out of range";
+    for (size_t i = 0; i < cells; ++i)
+        if (grid.vertex[i] >= 0 && !(grid.disparity[i] > 0))
+            return "a disparity of its surface is not above 0";
     for (const int32_t node : data.node_grid.node)
         if (node < -1 || (node >= 0 && static_cast<size_t>(node) >= nodes))
             return "a control point index is out of range";
@@ -340,14 +343,16 @@ std::shared_ptr<const Template> Template::load(Context& context, const char* pat
     const std::streamoff size = file ? std::streamoff{file.tellg()} : -1;
     if (size < 0 || static_cast<uint64_t>(size) > kMaxBytes)
         fail(DEFREC_ERROR_IO, name, " is too large for a template or cannot be read");
+    file.seekg(0);
+    char magic[sizeof kMagic] = {};
+    if (!file.read(magic, sizeof magic) || std::memcmp(magic, kMagic, sizeof magic) != 0)
+        fail(DEFREC_ERROR_IO, name, " is not a usable template: it does not begin as one");
     std::string bytes(static_cast<size_t>(size), '\0');
     file.seekg(0);
     if (!file.read(bytes.data(), size)) fail(DEFREC_ERROR_IO, name, " cannot be read");
 
     Reader reader(name, bytes);
-    char magic[sizeof kMagic];
     reader.value(magic);
-    if (std::memcmp(magic, kMagic, sizeof magic) != 0) reader.broken("it does not begin as one");
     uint32_t version = 0;
     reader.value(version);
     if (version != kFirstViewVersion && version != kGrownVersion)

@@ -1,5 +1,6 @@
 // Templates as files: what a file may hold, whoever wrote it.
 #include <doctest/doctest.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 
 #include <atomic>
@@ -234,4 +235,49 @@ TEST_CASE("templates that are saved to one path at the same time are each whole"
     }
     for (std::thread& thread : threads) thread.join();
     CHECK(failures == 0);
+}
+
+TEST_CASE("row 92: a surface without disparity, or with one behind the camera, is refused") {
+    for (const float disparity : {0.f, -0.f, -10.f}) {
+        TemplateData data = square();
+        data.grid.disparity[3] = disparity;
+        CAPTURE(disparity);
+        CHECK(reload(data) == nullptr);
+        CHECK(defrec::test::contains(defrec_last_error(), "disparity"));
+        data.grid.vertex[3] = -1;  // where there is no surface it means nothing
+        defrec_template loaded = reload(data);
+        CHECK(loaded != nullptr);
+        defrec_template_release(loaded);
+    }
+}
+
+TEST_CASE("row 92: pixels that no number of the grid can hold are outside of the surface") {
+    defrec_template loaded = reload(square());
+    REQUIRE(loaded != nullptr);
+    const double huge = std::numeric_limits<double>::max();
+    const double uv[] = {huge, huge, -huge, 1, 1, std::numeric_limits<double>::quiet_NaN()};
+    double xyz[9];
+    uint8_t found[3];
+    REQUIRE(defrec_template_lift(loaded, uv, 3, xyz, found) == DEFREC_OK);
+    for (const uint8_t one : found) CHECK(one == 0);
+    defrec_template_release(loaded);
+}
+
+TEST_CASE("row 94: what does not begin as a template is refused before it is read") {
+    const defrec::test::TemporaryFolder folder;
+    const std::string path = folder.path() / "sparse";
+    defrec::test::write_file(path, std::string("no template"));
+    std::filesystem::resize_file(path, uint64_t{1} << 30);  // without blocks on the disk
+    // Less memory than the file has bytes.
+    rlimit before{};
+    REQUIRE(getrlimit(RLIMIT_DATA, &before) == 0);
+    const defrec::test::TestContext context;
+    rlimit little = before;
+    little.rlim_cur = rlim_t{512} << 20;
+    REQUIRE(setrlimit(RLIMIT_DATA, &little) == 0);
+    defrec_template loaded = nullptr;
+    const defrec_status status = defrec_template_load(context.get(), path.c_str(), &loaded);
+    REQUIRE(setrlimit(RLIMIT_DATA, &before) == 0);
+    CHECK(status == DEFREC_ERROR_IO);
+    CHECK(defrec::test::contains(defrec_last_error(), "does not begin as one"));
 }
