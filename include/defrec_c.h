@@ -77,7 +77,8 @@ enum {
     DEFREC_ERROR_VERSION       = -2,  /**< sizes or versions do not fit together */
     DEFREC_ERROR_UNSUPPORTED   = -3,  /**< valid, but this device or build cannot */
     DEFREC_ERROR_OUT_OF_MEMORY = -4,  /**< of the process or of the device */
-    DEFREC_ERROR_DEVICE_LOST   = -5,  /**< destroy the tracker and open another device */
+    DEFREC_ERROR_DEVICE_LOST   = -5,  /**< gone, or did not answer in time: destroy the tracker and
+                                           open another device */
     DEFREC_ERROR_PLUGIN        = -6,  /**< a plugin broke its contract, or was refused */
     DEFREC_ERROR_IO            = -7,  /**< a file cannot be read or written, or is damaged */
     DEFREC_ERROR_HANDLE        = -8,  /**< not a live handle of the expected kind */
@@ -180,6 +181,10 @@ typedef struct defrec_context_desc {
     defrec_parallel_for_fn parallel_for;      /**< the application's own threads instead of the
                                                    pool; may be NULL */
     void                  *parallel_for_user; /**< handed to parallel_for */
+    /** How long a plugin may take to start, to return from a call or to do a frame's work; then its
+     *  device is quarantined: see DEFREC_FEATURE_QUARANTINED. @default 60000 @range 10..3600000
+     *  @unit ms @since 1.1 */
+    uint32_t plugin_deadline_ms;
 } defrec_context_desc;
 
 /** Finds and loads the plugins. Succeeds with none found: look at defrec_plugin_get(). desc may be
@@ -231,9 +236,12 @@ enum {
 };
 /** Features of a device. */
 enum {
-    DEFREC_FEATURE_REPEATABLE = 1u << 0, /**< the same input gives the same bits */
-    DEFREC_FEATURE_SOFTWARE   = 1u << 1  /**< a graphics driver that computes on the processor,
-                                              slower than the CPU backend */
+    DEFREC_FEATURE_REPEATABLE  = 1u << 0, /**< the same input gives the same bits */
+    DEFREC_FEATURE_SOFTWARE    = 1u << 1, /**< a graphics driver that computes on the processor,
+                                               slower than the CPU backend */
+    DEFREC_FEATURE_QUARANTINED = 1u << 2  /**< did not answer within plugin_deadline_ms: it is not
+                                               opened again in this context, and what it holds is
+                                               left behind @since 1.1 */
 };
 
 /** A device that a loaded plugin offers. The strings live as long as the context. */
@@ -760,10 +768,15 @@ enum {
     DEFREC_SELF_CALIBRATION_OFF     = 2  /**< not measured */
 };
 
+/** Flags of defrec_tracker_desc. @since 1.1 */
+enum {
+    DEFREC_TRACKER_FALLBACK = 1u << 0 /**< where the device is quarantined or cannot be opened, take
+                                           the next one with every stage; results name it */
+};
 /** What a tracker is made with. */
 typedef struct defrec_tracker_desc {
     uint32_t    struct_size;       /**< see DEFREC_INIT */
-    uint32_t    flags;             /**< 0 @range 0..0 */
+    uint32_t    flags;             /**< DEFREC_TRACKER_* @range 0..DEFREC_TRACKER_FALLBACK */
     const char *device_id;         /**< of the device; NULL: the first device with every stage */
     uint64_t    seed;              /**< of random choices: the same seed gives the same results on a
                                         repeatable device */
@@ -816,7 +829,8 @@ typedef struct defrec_tracker_desc {
 DEFREC_API defrec_status DEFREC_CALL defrec_tracker_create(
     defrec_context context, defrec_rig rig, const defrec_tracker_desc *desc, defrec_tracker *out);
 /** Waits for the frame being computed; frames still queued end with DEFREC_ERROR_STATE. Jobs stay
- *  valid until released.
+ *  valid until released. A device that does not answer within plugin_deadline_ms is quarantined,
+ *  and what it may still use is left behind: memory of the caller that was imported must stay.
  *  @threads any @since 1.0 */
 DEFREC_API void DEFREC_CALL defrec_tracker_destroy(defrec_tracker tracker);
 
@@ -864,14 +878,17 @@ typedef struct defrec_frame {
  *  Pixels in a defrec_memory are complete when it is called and stay as they are until the job is
  *  done.
  *  @errors DEFREC_ERROR_BUSY: as many jobs as frames_in_flight are not released yet, or another
- *  thread is submitting. DEFREC_ERROR_ARGUMENT: the timestamp does not grow, or an image has
- *  another size or format than expected. Such a frame counts as never submitted.
+ *  thread is submitting. DEFREC_ERROR_ARGUMENT: the timestamp does not grow, or is more than a day
+ *  after the last one (the frame after that is accepted: the clock may have been set), or an image
+ *  has another size or format than expected. DEFREC_ERROR_DEVICE_LOST: the device did not answer a
+ *  frame before. Such a frame counts as never submitted.
  *  @threads one @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_tracker_submit(
     defrec_tracker tracker, const defrec_frame *frame, defrec_job *out);
 
-/** Waits at most timeout_ns for the job to be done; 0 only asks, UINT64_MAX waits for ever.
- *  DEFREC_OK: it is. DEFREC_TIMEOUT: not yet. Negative: how the job failed.
+/** Waits at most timeout_ns for the job to be done; 0 only asks, UINT64_MAX waits without limit.
+ *  However long, it ends when the device has not answered for plugin_deadline_ms. DEFREC_OK: it
+ *  is. DEFREC_TIMEOUT: not yet. Negative: how the job failed.
  *  @errors DEFREC_ERROR_DEVICE_LOST: of this job and all later ones of the tracker.
  *  DEFREC_ERROR_OUT_OF_MEMORY: making room for a template. DEFREC_ERROR_ARGUMENT: the frame's
  *  samples are too small. DEFREC_ERROR_STATE: the tracker was destroyed before.
@@ -1013,6 +1030,8 @@ typedef struct defrec_result {
                                   measured @since 1.1 */
     uint32_t template_epoch; /**< counts the tracker's templates, and how often tissue joined them;
                                   0 without a template @since 1.1 */
+    /** Of the device that computed the frame. @since 1.1 */
+    const char *device_id;
 } defrec_result;
 /** The result of a job that is done: after defrec_job_wait() gave DEFREC_OK.
  *  @errors DEFREC_ERROR_STATE: not done yet. Of a job that failed: as it failed.

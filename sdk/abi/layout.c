@@ -22,6 +22,7 @@ int main(void) {
     FIELD(defrec_context_desc, alloc_user);
     FIELD(defrec_context_desc, parallel_for);
     FIELD(defrec_context_desc, parallel_for_user);
+    FIELD(defrec_context_desc, plugin_deadline_ms);
     FIELD(defrec_plugin_info, struct_size);
     FIELD(defrec_plugin_info, verdict);
     FIELD(defrec_plugin_info, name);
@@ -348,6 +349,7 @@ int main(void) {
     FIELD(defrec_result, focal_ratio);
     FIELD(defrec_result, rig_matches);
     FIELD(defrec_result, template_epoch);
+    FIELD(defrec_result, device_id);
     FIELD(defrec_template_info, struct_size);
     FIELD(defrec_template_info, width);
     FIELD(defrec_template_info, height);
@@ -399,6 +401,7 @@ int main(void) {
     VALUE(DEFREC_STAGE_COUNT_V1);
     VALUE(DEFREC_FEATURE_REPEATABLE);
     VALUE(DEFREC_FEATURE_SOFTWARE);
+    VALUE(DEFREC_FEATURE_QUARANTINED);
     VALUE(DEFREC_MEMORY_HOST);
     VALUE(DEFREC_MEMORY_CUDA);
     VALUE(DEFREC_FORMAT_GRAY8);
@@ -422,6 +425,7 @@ int main(void) {
     VALUE(DEFREC_SELF_CALIBRATION_REPORT);
     VALUE(DEFREC_SELF_CALIBRATION_CORRECT);
     VALUE(DEFREC_SELF_CALIBRATION_OFF);
+    VALUE(DEFREC_TRACKER_FALLBACK);
     VALUE(DEFREC_FRAME_CAPTURE_TEMPLATE);
     VALUE(DEFREC_INITIALISING);
     VALUE(DEFREC_TRACKING);

@@ -2,8 +2,7 @@
 // the rest.
 #include <limits>
 
-#include "sdk/api/call.hpp"
-#include "sdk/api/objects.hpp"
+#include "sdk/api/destroy.hpp"
 #include "sdk/base/check_ranges.hpp"
 #include "sdk/base/struct_size.hpp"
 
@@ -83,17 +82,17 @@ defrec_status defrec_plugin_get(defrec_context context, size_t index, defrec_plu
 
 size_t defrec_device_count(defrec_context context) {
     size_t count = 0;
-    api_call([&] { count = find_handle(context)->devices().size(); });
+    api_call([&] { count = find_handle(context)->device_count(); });
     return count;
 }
 
 defrec_status defrec_device_get(defrec_context context, size_t index, defrec_device_info* out) {
     return api_call([&] {
-        const auto& devices = find_handle(context)->devices();
-        if (index >= devices.size())
-            fail(DEFREC_ERROR_ARGUMENT, "index is ", index, ", there are ", devices.size(),
+        const auto object = find_handle(context);
+        if (index >= object->device_count())
+            fail(DEFREC_ERROR_ARGUMENT, "index is ", index, ", there are ", object->device_count(),
                  " devices");
-        write_struct(out, devices[index]);
+        write_struct(out, object->device_info(index));
     });
 }
 
@@ -144,7 +143,7 @@ defrec_status defrec_stage_create(defrec_context context, const char* device_id,
         const auto owner = find_handle(context);
         const StageParams complete(stage, params);
         *out = add_handle<defrec_stage>(std::make_shared<StageObject>(
-            owner, owner->open_device(device_id, 1u << stage), complete));
+            owner, owner->choose_device(device_id, 1u << stage).front(), complete));
     });
 }
 

@@ -1,5 +1,5 @@
 // What every exported function goes through: no call from a callback, no exception past this point,
-// the application's floating point mode as it was.
+// no cancellation within, the application's floating point mode as it was.
 #pragma once
 #include <new>
 #include <type_traits>
@@ -23,6 +23,7 @@ template <class Body>
 defrec_status api_call(Body&& body) noexcept {
     if (CallbackScope::inside())
         return report(DEFREC_ERROR_STATE, "a callback may not call defrec");
+    const platform::NoCancellation whole;
     try {
         const platform::DefaultFloatingPoint mode;
         if constexpr (std::is_void_v<decltype(body())>) {
@@ -40,13 +41,6 @@ defrec_status api_call(Body&& body) noexcept {
     } catch (...) {
         return report(DEFREC_ERROR_INTERNAL, "an exception of unknown type");
     }
-}
-
-// A destroy function: NULL is fine, anything that is not a live handle is left alone and sets the
-// last error.
-template <class Handle>
-void destroy_handle(Handle handle) noexcept {
-    if (handle != nullptr) api_call([&] { remove_handle(handle); });
 }
 
 }  // namespace defrec

@@ -135,6 +135,85 @@ TEST_CASE("row 26: a parallel_for that leaves bodies out, or calls beyond the en
     CHECK(make_rig(desc) == DEFREC_OK);
 }
 
+TEST_CASE("row 84: a parallel_for that calls one body twice and leaves one out is noticed") {
+    defrec_context_desc desc = base_desc();
+    desc.parallel_for = [](void*, size_t count, void (*body)(void*, size_t), void* arg) {
+        for (size_t i = 1; i < count; ++i) body(arg, i);
+        body(arg, count - 1);
+    };
+    CHECK(make_rig(desc) == DEFREC_ERROR_STATE);
+    CHECK(contains(defrec_last_error(), "did not call every body once"));
+}
+
+TEST_CASE("row 84: a parallel_for that calls a body twice as well runs it once") {
+    defrec_context_desc desc = base_desc();
+    desc.parallel_for = [](void*, size_t count, void (*body)(void*, size_t), void* arg) {
+        for (size_t i = 0; i < 2 * count; ++i) body(arg, i % count);
+    };
+    CHECK(make_rig(desc) == DEFREC_OK);
+}
+
+TEST_CASE("row 84: bodies that a parallel_for calls after its return do nothing") {
+    struct Late {
+        void (*body)(void*, size_t);
+        void* arg;
+        size_t count;
+    };
+    std::vector<Late> calls;
+    defrec_context_desc desc = base_desc();
+    desc.parallel_for_user = &calls;
+    desc.parallel_for = [](void* user, size_t count, void (*body)(void*, size_t), void* arg) {
+        static_cast<std::vector<Late>*>(user)->push_back({body, arg, count});
+    };
+    CHECK(make_rig(desc) == DEFREC_ERROR_STATE);
+    REQUIRE(!calls.empty());
+    for (const Late& call : calls)
+        for (size_t i = 0; i < call.count; ++i) call.body(call.arg, i);
+}
+
+TEST_CASE("row 84: what bodies use stays until those that run when a parallel_for returns end") {
+    struct Early {
+        std::thread thread;
+        std::atomic<bool> begun{false};
+    } early;
+    defrec_context_desc desc = base_desc();
+    desc.parallel_for_user = &early;
+    desc.parallel_for = [](void* user, size_t count, void (*body)(void*, size_t), void* arg) {
+        auto& self = *static_cast<Early*>(user);
+        if (self.thread.joinable()) self.thread.join();
+        self.begun = false;
+        self.thread = std::thread([=, &self] {
+            self.begun = true;
+            for (size_t i = 0; i < count; ++i) body(arg, i);
+        });
+        while (!self.begun) std::this_thread::yield();
+    };
+    // Whether a body had begun when it returned is a matter of chance.
+    for (int i = 0; i < 20; ++i) {
+        const defrec_status status = make_rig(desc);
+        CHECK((status == DEFREC_OK || status == DEFREC_ERROR_STATE));
+    }
+    early.thread.join();
+}
+
+TEST_CASE("row 101: memory of the application that is not aligned as asked counts as none") {
+    struct Log {
+        std::string text;
+        static void add(void* user, int32_t, const char*, const char* text) {
+            static_cast<Log*>(user)->text += text;
+        }
+    } log;
+    defrec_context_desc desc = base_desc();
+    desc.log = Log::add;
+    desc.log_user = &log;
+    desc.alloc = [](void*, size_t size, size_t) -> void* {
+        return static_cast<char*>(std::aligned_alloc(64, (size + 127) / 64 * 64)) + 8;
+    };
+    desc.free = [](void*, void* memory) { std::free(static_cast<char*>(memory) - 8); };
+    CHECK(make_rig(desc) == DEFREC_ERROR_OUT_OF_MEMORY);
+    CHECK(contains(log.text, "multiple of the alignment"));
+}
+
 TEST_CASE("row 27: a call from a callback is a state error and changes nothing") {
     struct Inside {
         defrec_context context = nullptr;

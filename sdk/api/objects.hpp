@@ -48,9 +48,9 @@ struct JobObject {
     bool released = false;
 };
 struct StageObject {
-    StageObject(std::shared_ptr<Context> owner, std::shared_ptr<const Device> device,
+    StageObject(std::shared_ptr<Context> owner, const DeviceChoice& device,
                 const StageParams& params)
-        : context(std::move(owner)), runner(std::move(device), params) {}
+        : context(std::move(owner)), runner(device, params) {}
     std::shared_ptr<Context> context;
     StageRunner runner;
     std::mutex inside;

@@ -241,7 +241,7 @@ TEST_CASE("row 18: descriptions of trackers out of range") {
         change(desc);
         return defrec_tracker_create(tracker.context(), tracker.rig(), &desc, &made);
     };
-    CHECK(status_after([](auto& d) { d.flags = 1; }) == DEFREC_ERROR_ARGUMENT);
+    CHECK(status_after([](auto& d) { d.flags = 2; }) == DEFREC_ERROR_ARGUMENT);
     CHECK(status_after([](auto& d) { d.format = 9; }) == DEFREC_ERROR_ARGUMENT);
     CHECK(status_after([](auto& d) { d.frames_in_flight = 17; }) == DEFREC_ERROR_ARGUMENT);
     CHECK(status_after([](auto& d) { d.device_id = "cuda:7"; }) == DEFREC_ERROR_ARGUMENT);

@@ -1,8 +1,7 @@
 // The exported functions for trackers, jobs and templates: check, catch, forward.
 #include <limits>
 
-#include "sdk/api/call.hpp"
-#include "sdk/api/objects.hpp"
+#include "sdk/api/destroy.hpp"
 #include "sdk/base/image.hpp"
 #include "sdk/base/struct_size.hpp"
 
@@ -103,13 +102,21 @@ defrec_status defrec_tracker_create(defrec_context context, defrec_rig rig,
         auto object = std::make_shared<TrackerObject>();
         object->context = find_handle(context);
         const auto cameras = find_handle(rig);
-        object->tracker = std::make_unique<Tracker>(object->context, cameras->rig,
+        object->tracker = std::make_unique<Tracker>(*object->context, cameras->rig,
                                                     read_struct<defrec_tracker_desc>("desc", desc));
         *out = add_handle<defrec_tracker>(std::move(object));
     });
 }
 
-void defrec_tracker_destroy(defrec_tracker tracker) { destroy_handle(tracker); }
+void defrec_tracker_destroy(defrec_tracker tracker) {
+    if (tracker == nullptr) return;
+    api_call([&] {
+        auto object = remove_handle(tracker);
+        // However long the frame takes, as long as the device answers.
+        if (object.use_count() == 1) object->tracker.reset();
+        let_go(std::move(object));
+    });
+}
 
 defrec_status defrec_memory_import(defrec_tracker tracker, const defrec_memory_desc* desc,
                                    defrec_memory* out) {
@@ -161,6 +168,10 @@ void defrec_job_release(defrec_job job) {
         const std::unique_lock lock(object->in_use);
         object->released = true;
         object->job->release();
+        // Without its tracker it holds the last of the device's memory.
+        if (object->job.use_count() > 1) return object->job.reset();
+        const std::shared_ptr<const Services> services = object->job->services();
+        let_go(std::move(object->job), services, {});
     });
 }
 
@@ -242,7 +253,9 @@ defrec_status defrec_tracker_set_template(defrec_tracker tracker, defrec_templat
     });
 }
 
-void defrec_template_release(defrec_template surface) { destroy_handle(surface); }
+void defrec_template_release(defrec_template surface) {
+    if (surface != nullptr) api_call([&] { remove_handle(surface); });
+}
 
 defrec_status defrec_template_get(defrec_template surface, defrec_template_info* out) {
     return api_call([&] {

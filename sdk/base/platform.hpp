@@ -11,7 +11,8 @@
 
 namespace defrec::platform {
 
-// Identifies this process; a child after fork has another.
+// Identifies this process among its ancestors; a child after fork has another, also where process
+// numbers repeat.
 uint64_t process_id() noexcept;
 
 // Starts a thread of the library: it receives none of the application's signals (but real-time
@@ -30,6 +31,18 @@ class DefaultFloatingPoint {
 
   private:
     alignas(16) unsigned char saved_[64];
+};
+
+// For a scope: a request to cancel this thread (pthread_cancel) waits for its end.
+class NoCancellation {
+  public:
+    NoCancellation() noexcept;
+    ~NoCancellation();
+    NoCancellation(const NoCancellation&) = delete;
+    NoCancellation& operator=(const NoCancellation&) = delete;
+
+  private:
+    int before_;
 };
 
 // The processor's hint that this is a spin loop.

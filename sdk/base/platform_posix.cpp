@@ -4,10 +4,12 @@
 #include <fcntl.h>
 #include <pthread.h>
 #include <signal.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <cfenv>
 #include <cstdlib>
@@ -46,7 +48,28 @@ class SignalsBlocked {
 
 }  // namespace
 
-uint64_t process_id() noexcept { return static_cast<uint64_t>(getpid()); }
+// The kernel clears the page in a child; how it came to be, and its number, do not matter.
+uint64_t process_id() noexcept {
+    static std::atomic<uint64_t> last{0};
+    static auto* const page = [] {
+        const auto size = static_cast<size_t>(sysconf(_SC_PAGESIZE));
+        void* memory =
+            mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+        if (memory == MAP_FAILED) return static_cast<std::atomic<uint64_t>*>(nullptr);
+        if (madvise(memory, size, MADV_WIPEONFORK) != 0) {
+            munmap(memory, size);
+            return static_cast<std::atomic<uint64_t>*>(nullptr);
+        }
+        return new (memory) std::atomic<uint64_t>(0);
+    }();
+    if (page == nullptr) return static_cast<uint64_t>(getpid());
+    uint64_t id = *page;
+    if (id == 0) {
+        const uint64_t fresh = ++last;
+        if (page->compare_exchange_strong(id, fresh)) return fresh;
+    }
+    return id;
+}
 
 std::thread start_thread(std::function<void()> body) {
     const SignalsBlocked blocked;  // a thread inherits the mask
@@ -68,6 +91,11 @@ DefaultFloatingPoint::DefaultFloatingPoint() noexcept {
 DefaultFloatingPoint::~DefaultFloatingPoint() {
     std::fesetenv(reinterpret_cast<const std::fenv_t*>(saved_));
 }
+
+NoCancellation::NoCancellation() noexcept {
+    pthread_setcancelstate(PTHREAD_CANCEL_DISABLE, &before_);
+}
+NoCancellation::~NoCancellation() { pthread_setcancelstate(before_, nullptr); }
 
 void spin_pause() noexcept {
 #if defined(__x86_64__) || defined(__i386__)

@@ -1,6 +1,8 @@
 // What a context lends to everything made from it, plugins included: log, memory, threads. No
 // plugins, no devices.
 #pragma once
+#include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -43,6 +45,16 @@ class Services {
     // Threads that parallel_for uses, at least 1.
     uint32_t concurrency() const noexcept;
 
+    // How long a plugin may take to answer.
+    std::chrono::milliseconds plugin_deadline() const noexcept {
+        return std::chrono::milliseconds(desc_.plugin_deadline_ms);
+    }
+    // A thread that is inside a plugin was left there. It may come back after the application is
+    // done with the context, and call what belongs to the application no more:
+    void leave_behind() const noexcept { left_behind_ = true; }
+    // from here on, where a thread was left behind. Memory that it gives back is not freed.
+    void end_callbacks() const noexcept { ended_ = left_behind_.load(); }
+
     // Forgets what the application's parallel_for did before on this thread.
     static void forget_parallel_failure() noexcept;
     // Throws Error(DEFREC_ERROR_STATE) if since then it broke its contract (threw, left bodies
@@ -51,6 +63,7 @@ class Services {
 
   private:
     defrec_context_desc desc_;
+    mutable std::atomic<bool> left_behind_{false}, ended_{false};
     std::unique_ptr<ThreadPool> pool_;  // null with the application's own threads
 };
 

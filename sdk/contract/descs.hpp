@@ -12,6 +12,7 @@ namespace defrec {
 inline void fill_defaults(defrec_context_desc& p) {
     p.struct_size = sizeof p;
     if (p.log_level == 0) p.log_level = DEFREC_LOG_INFO;
+    if (p.plugin_deadline_ms == 0) p.plugin_deadline_ms = 60000;
 }
 inline std::string range_error(const defrec_context_desc& p) {
     RangeCheck check("desc.");
@@ -24,6 +25,8 @@ inline std::string range_error(const defrec_context_desc& p) {
          DEFREC_LOG_ERROR},
         "DEBUG (1), INFO (2), WARNING (3), ERROR (4)");
     if (p.threads != 0) check.integer("threads", p.threads, 1, 256);
+    if (p.plugin_deadline_ms != 0)
+        check.integer("plugin_deadline_ms", p.plugin_deadline_ms, 10, 3600000);
     return check.error();
 }
 inline constexpr int32_t kContextMaxPluginPathCount = 1000;
@@ -44,7 +47,7 @@ inline void fill_defaults(defrec_tracker_desc& p) {
 }
 inline std::string range_error(const defrec_tracker_desc& p) {
     RangeCheck check("desc.");
-    check.integer("flags", p.flags, 0, 0);
+    check.integer("flags", p.flags, 0, DEFREC_TRACKER_FALLBACK);
     if (p.format != 0)
         check.known("format", p.format,
         {DEFREC_FORMAT_GRAY8,
@@ -76,7 +79,6 @@ inline std::string range_error(const defrec_tracker_desc& p) {
     if (p.max_vertices != 0) check.integer("max_vertices", p.max_vertices, 1, 1000000);
     return check.error();
 }
-inline constexpr int32_t kTrackerMaxFlags = 0;
 inline constexpr int32_t kTrackerMaxFramesInFlight = 16;
 inline constexpr int32_t kTrackerMaxDisparities = 510;
 inline constexpr int32_t kTrackerMaxMinDisparity = 1024;

@@ -40,60 +40,93 @@ std::shared_ptr<Context> Context::create(const defrec_context_desc& desc) {
     return context;
 }
 
+// What the plugins still give back is the application's, but for threads that were left behind.
+Context::~Context() {
+    if (services_ == nullptr) return;
+    devices_.clear();
+    candidates_.clear();
+    services_->end_callbacks();
+}
+
 void Context::list_devices() {
     for (const PluginCandidate& candidate : candidates_) {
         if (candidate.plugin == nullptr) continue;
         for (size_t i = 0; i < candidate.plugin->devices().size(); ++i) {
             const std::string& id = candidate.plugin->devices()[i].id;
-            const bool taken =
-                std::any_of(devices_.begin(), devices_.end(),
-                            [&](const DeviceEntry& other) { return other.description().id == id; });
+            const bool taken = std::any_of(
+                devices_.begin(), devices_.end(),
+                [&](const DeviceChoice& other) { return other.description().id == id; });
             if (taken)
                 log(DEFREC_LOG_WARNING, concat(candidate.path, ": its device ", id,
                                                " is left out: another plugin has one of that id"));
             else
-                devices_.push_back({candidate.plugin, i});
+                devices_.emplace_back(candidate.plugin, i);
         }
     }
-    std::sort(devices_.begin(), devices_.end(), [](const DeviceEntry& a, const DeviceEntry& b) {
+    std::sort(devices_.begin(), devices_.end(), [](const DeviceChoice& a, const DeviceChoice& b) {
         const auto &left = a.description(), &right = b.description();
         return std::make_tuple(speed_class(left), std::string_view(left.id)) <
                std::make_tuple(speed_class(right), std::string_view(right.id));
     });
-    for (const DeviceEntry& entry : devices_) {
-        const LoadedPlugin::DeviceEntry& device = entry.description();
+    for (const DeviceChoice& choice : devices_) {
+        const LoadedPlugin::DeviceEntry& device = choice.description();
         device_infos_.push_back({sizeof(defrec_device_info), device.kind, device.id.c_str(),
                                  device.name.c_str(), device.driver.c_str(), device.memory_bytes,
                                  device.stages, device.features, device.conformance, 0});
     }
 }
 
-std::shared_ptr<Device> Context::open_device(const char* id, uint32_t stages) const {
-    if (id == nullptr) {
-        for (const DeviceEntry& entry : devices_)
-            if ((stages & ~entry.description().stages) == 0) return open(entry);
+std::vector<DeviceChoice> Context::choose_device(const char* id, uint32_t stages) const {
+    std::vector<DeviceChoice> choices;
+    std::string known;
+    for (const DeviceChoice& choice : devices_) {
+        const LoadedPlugin::DeviceEntry& device = choice.description();
+        const bool offers_all = (stages & ~device.stages) == 0;
+        if (id != nullptr && device.id == id) {
+            if (!offers_all)
+                fail(DEFREC_ERROR_UNSUPPORTED, "device ", device.id, " does not offer ",
+                     missing_stages(stages & ~device.stages));
+            choices.insert(choices.begin(), choice);
+        } else if (offers_all) {
+            choices.push_back(choice);
+        }
+        known += concat(known.empty() ? "" : ", ", device.id);
+    }
+    if (id != nullptr && (choices.empty() || choices.front().description().id != id))
+        fail(DEFREC_ERROR_ARGUMENT, "no device is called \"", id,
+             "\"; there are: ", known.empty() ? "none" : known, why_missing());
+    if (choices.empty())
         fail(DEFREC_ERROR_UNSUPPORTED, "none of the ", devices_.size(), " devices offers ",
              missing_stages(stages), why_missing());
-    }
-    std::string known;
-    for (const DeviceEntry& entry : devices_) {
-        const LoadedPlugin::DeviceEntry& device = entry.description();
-        if (device.id != id) {
-            known += concat(known.empty() ? "" : ", ", device.id);
-            continue;
-        }
-        if ((stages & ~device.stages) != 0)
-            fail(DEFREC_ERROR_UNSUPPORTED, "device ", device.id, " does not offer ",
-                 missing_stages(stages & ~device.stages));
-        return open(entry);
-    }
-    fail(DEFREC_ERROR_ARGUMENT, "no device is called \"", id,
-         "\"; there are: ", known.empty() ? "none" : known, why_missing());
+    return choices;
 }
 
-std::shared_ptr<Device> Context::open(const DeviceEntry& entry) {
-    const LoadedPlugin::DeviceEntry& device = entry.description();
-    return std::make_shared<Device>(entry.plugin, entry.index, device.id, device.stages);
+bool Context::has_plugins() const {
+    return std::any_of(
+        candidates_.begin(), candidates_.end(),
+        [](const PluginCandidate& candidate) { return candidate.plugin != nullptr; });
+}
+
+defrec_device_info Context::device_info(size_t index) const {
+    defrec_device_info info = device_infos_[index];
+    if (devices_[index].is_quarantined()) info.features |= DEFREC_FEATURE_QUARANTINED;
+    return info;
+}
+
+std::shared_ptr<Device> DeviceChoice::open(std::shared_ptr<DeviceWatch> watch) const {
+    const LoadedPlugin::DeviceEntry& device = description();
+    if (is_quarantined())
+        fail(DEFREC_ERROR_DEVICE_LOST, "device ", device.id,
+             " is quarantined, because it did not answer before; choose another device");
+    return std::make_shared<Device>(plugin_, index_, device.id, device.stages, std::move(watch));
+}
+
+Error DeviceChoice::give_up(const char* call) const {
+    plugin_->quarantine(index_, call);
+    plugin_->services()->leave_behind();
+    return Error(DEFREC_ERROR_DEVICE_LOST,
+                 concat("device ", description().id, ": ", call, ": no answer within ",
+                        services()->plugin_deadline().count(), " ms; the device is quarantined"));
 }
 
 std::string Context::why_missing() const {

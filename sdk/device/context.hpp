@@ -11,6 +11,25 @@
 
 namespace defrec {
 
+// A device that a context offers; keeps its plugin.
+class DeviceChoice {
+  public:
+    DeviceChoice(std::shared_ptr<const LoadedPlugin> plugin, size_t index)
+        : plugin_(std::move(plugin)), index_(index) {}
+
+    const LoadedPlugin::DeviceEntry& description() const { return plugin_->devices()[index_]; }
+    bool is_quarantined() const { return plugin_->is_quarantined(index_); }
+    const std::shared_ptr<const Services>& services() const { return plugin_->services(); }
+    // Throws Error(DEFREC_ERROR_DEVICE_LOST) where it is quarantined.
+    std::shared_ptr<Device> open(std::shared_ptr<DeviceWatch> watch = nullptr) const;
+    // A thread is stuck in a call of its plugin, and is left there. The error that says so.
+    Error give_up(const char* call) const;
+
+  private:
+    std::shared_ptr<const LoadedPlugin> plugin_;
+    size_t index_;  // the plugin's own
+};
+
 // Any thread. Immutable once made.
 class Context {
   public:
@@ -18,13 +37,21 @@ class Context {
     // failure. Throws Error.
     static std::shared_ptr<Context> create(const defrec_context_desc& desc);
 
-    // id nullptr: the first device that offers every stage of the mask (bits 1 << DEFREC_STAGE_*).
-    // Throws Error(DEFREC_ERROR_ARGUMENT) for an unknown id, Error(DEFREC_ERROR_UNSUPPORTED) where
-    // stages are missing.
-    std::shared_ptr<Device> open_device(const char* id, uint32_t stages) const;
+    Context() = default;
+    ~Context();
+    Context(const Context&) = delete;
+    Context& operator=(const Context&) = delete;
+
+    // The device of that id, nullptr: the first one, and behind it every other that offers all
+    // stages of the mask (bits 1 << DEFREC_STAGE_*). Throws Error(DEFREC_ERROR_ARGUMENT) for an
+    // unknown id, Error(DEFREC_ERROR_UNSUPPORTED) where stages are missing.
+    std::vector<DeviceChoice> choose_device(const char* id, uint32_t stages) const;
 
     const std::vector<PluginCandidate>& candidates() const { return candidates_; }
-    const std::vector<defrec_device_info>& devices() const { return device_infos_; }
+    bool has_plugins() const;
+    size_t device_count() const { return device_infos_.size(); }
+    // As of now.
+    defrec_device_info device_info(size_t index) const;
 
     // level: DEFREC_LOG_*. Source is "sdk".
     void log(int32_t level, const std::string& text) const noexcept {
@@ -39,12 +66,6 @@ class Context {
     }
 
   private:
-    struct DeviceEntry {
-        std::shared_ptr<const LoadedPlugin> plugin;
-        size_t index;  // the plugin's own
-        const LoadedPlugin::DeviceEntry& description() const { return plugin->devices()[index]; }
-    };
-    static std::shared_ptr<Device> open(const DeviceEntry& entry);
     void list_devices();
     // Why a device may be missing, to be put behind an error message that says so; "" where every
     // plugin was loaded.
@@ -52,7 +73,7 @@ class Context {
 
     std::shared_ptr<const Services> services_;
     std::vector<PluginCandidate> candidates_;
-    std::vector<DeviceEntry> devices_;
+    std::vector<DeviceChoice> devices_;
     std::vector<defrec_device_info> device_infos_;
 };
 

@@ -11,13 +11,27 @@
 
 namespace defrec {
 
+namespace {
+#define DEFREC_NAME(name, NAME) "support for " #name
+constexpr const char* kSupportNames[] = {DEFREC_STAGES(DEFREC_NAME, DEFREC_COMMA)};
+#undef DEFREC_NAME
+#define DEFREC_NAME(name, NAME) "creating " #name
+constexpr const char* kCreateNames[] = {DEFREC_STAGES(DEFREC_NAME, DEFREC_COMMA)};
+#undef DEFREC_NAME
+}  // namespace
+
 const char* stage_name(uint32_t stage) {
     return stage < std::size(kStageNames) ? kStageNames[stage] : "unknown stage";
 }
 
 Device::Device(std::shared_ptr<const LoadedPlugin> plugin, size_t index, std::string id,
-               uint32_t stages)
-    : plugin_(std::move(plugin)), table_(&plugin_->table()), id_(std::move(id)), stages_(stages) {
+               uint32_t stages, std::shared_ptr<DeviceWatch> watch)
+    : plugin_(std::move(plugin)),
+      index_(index),
+      table_(&plugin_->table()),
+      watch_(std::move(watch)),
+      id_(std::move(id)),
+      stages_(stages) {
     defrec_pdevice* opened = nullptr;
     call("device_open", table_->device_open, table_->self, index, &opened);
     if (opened == nullptr)
@@ -26,11 +40,11 @@ Device::Device(std::shared_ptr<const LoadedPlugin> plugin, size_t index, std::st
 }
 
 Device::~Device() {
-    if (device_ != nullptr) table_->device_close(device_);
+    if (device_ != nullptr) release("device_close", table_->device_close, device_);
 }
 
 const defrec_stage_table* Device::stage_table(uint32_t stage) const {
-    return stage < 32 && (stages_ >> stage & 1) != 0 ? table_->stage(table_->self, stage) : nullptr;
+    return stage < 32 && (stages_ >> stage & 1) != 0 ? plugin_->stage_table(stage) : nullptr;
 }
 
 const Services& Device::services() const { return *plugin_->services(); }
@@ -38,7 +52,8 @@ const Services& Device::services() const { return *plugin_->services(); }
 bool Device::has_host_memory() const { return DEFREC_HAS(table_, host_alloc); }
 
 void Device::begin_call(const char* what) const {
-    if (lost_) fail(DEFREC_ERROR_DEVICE_LOST, id_, ": ", what, ": the device was lost before");
+    if (lost_ || plugin_->is_quarantined(index_))
+        fail(DEFREC_ERROR_DEVICE_LOST, id_, ": ", what, ": the device was lost before");
     clear_plugin_error();
     Services::forget_parallel_failure();
 }
@@ -48,6 +63,28 @@ defrec_status Device::end_call(const char* what, defrec_status status) const {
     if (status >= 0) return status;
     if (status == DEFREC_ERROR_DEVICE_LOST) lost_ = true;
     fail(status, id_, ": ", what, ": ", plugin_error_or_name(status));
+}
+
+void Device::refuse_exception(const char* what) const {
+    fail(DEFREC_ERROR_PLUGIN, id_, ": ", what, " threw an exception");
+}
+
+void Device::refuse_unanswered(const char* what) const {
+    lost_ = true;
+    plugin_->quarantine(index_, what);
+    fail(DEFREC_ERROR_DEVICE_LOST, id_, ": ", what, ": no answer within ", deadline().count(),
+         " ms; the device is quarantined");
+}
+
+std::chrono::milliseconds Device::deadline() const { return services().plugin_deadline(); }
+
+void Device::log_exception(const char* what) const noexcept {
+    try {
+        services().log(DEFREC_LOG_ERROR, "sdk",
+                       concat(id_, ": ", what, " threw an exception").c_str());
+    } catch (const std::bad_alloc&) {
+        // Without memory nothing is logged.
+    }
 }
 
 DeviceBuffer::DeviceBuffer(std::shared_ptr<const Device> device, uint64_t size)
@@ -76,7 +113,8 @@ DeviceBuffer DeviceBuffer::import(std::shared_ptr<const Device> device, uint32_t
 }
 
 DeviceBuffer::~DeviceBuffer() {
-    if (buffer_ != nullptr) device_->table().buffer_destroy(buffer_);
+    if (buffer_ != nullptr)
+        device_->release("buffer_destroy", device_->table().buffer_destroy, buffer_);
 }
 
 HostMemory::HostMemory(std::shared_ptr<const Device> device, uint64_t size)
@@ -96,7 +134,7 @@ HostMemory::HostMemory(std::shared_ptr<const Device> device, uint64_t size)
 HostMemory::~HostMemory() {
     if (memory_ == nullptr) return;
     if (device_->has_host_memory())
-        device_->table().host_free(device_->get(), memory_);
+        device_->release("host_free", device_->table().host_free, device_->get(), memory_);
     else
         device_->services().release(memory_);
 }
@@ -108,7 +146,8 @@ Queue::Queue(std::shared_ptr<const Device> device) : device_(std::move(device)) 
 }
 
 Queue::~Queue() {
-    if (queue_ != nullptr) device_->table().queue_destroy(queue_);
+    if (queue_ != nullptr)
+        device_->release("queue_destroy", device_->table().queue_destroy, queue_);
 }
 
 namespace {
@@ -150,9 +189,18 @@ bool Queue::wait(uint64_t value, uint64_t timeout_ns) {
 
 void Queue::finish() { wait(signal()); }
 
+// In parts, so that a device which answers, but does not finish, is told from one that does not.
 void Queue::wait(uint64_t value) {
-    if (!wait(value, UINT64_MAX))
-        fail(DEFREC_ERROR_PLUGIN, device_->id(), ": a wait without limit ended before the work");
+    using Clock = std::chrono::steady_clock;
+    constexpr int kParts = 4;
+    const std::chrono::nanoseconds part = std::chrono::nanoseconds(device_->deadline()) / kParts;
+    for (int i = 0; i < kParts; ++i) {
+        const Clock::time_point begin = Clock::now();
+        if (wait(value, static_cast<uint64_t>(part.count()))) return;
+        if (Clock::now() - begin < part / 2)
+            fail(DEFREC_ERROR_PLUGIN, device_->id(), ": a wait ended before its time and the work");
+    }
+    device_->refuse_unanswered("waiting for its work");
 }
 
 DeviceStage::DeviceStage(std::shared_ptr<const Device> device, uint32_t stage, const void* params)
@@ -160,15 +208,15 @@ DeviceStage::DeviceStage(std::shared_ptr<const Device> device, uint32_t stage, c
     if (table_ == nullptr)
         fail(DEFREC_ERROR_UNSUPPORTED, "device ", device_->id(), " does not offer the stage ",
              stage_name(stage));
-    const std::string name = stage_name(stage);
-    device_->call(("support for " + name).c_str(), table_->supports, device_->get(), params);
-    device_->call(("creating " + name).c_str(), table_->create, device_->get(), params, &stage_);
+    device_->call(kSupportNames[stage], table_->supports, device_->get(), params);
+    device_->call(kCreateNames[stage], table_->create, device_->get(), params, &stage_);
     if (stage_ == nullptr)
-        fail(DEFREC_ERROR_PLUGIN, device_->id(), ": creating ", name, " succeeded without a stage");
+        fail(DEFREC_ERROR_PLUGIN, device_->id(), ": ", kCreateNames[stage],
+             " succeeded without a stage");
 }
 
 DeviceStage::~DeviceStage() {
-    if (stage_ != nullptr) table_->destroy(stage_);
+    if (stage_ != nullptr) device_->release(stage_name(table_->stage), table_->destroy, stage_);
 }
 
 size_t DeviceStage::collect(BufferSpan buffers, Pointers& out) {

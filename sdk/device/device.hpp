@@ -4,6 +4,7 @@
 #pragma once
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <initializer_list>
 #include <memory>
@@ -13,6 +14,7 @@
 
 #include "include/defrec_plugin.h"
 #include "sdk/base/error.hpp"
+#include "sdk/device/device_watch.hpp"
 
 namespace defrec {
 
@@ -21,9 +23,9 @@ class Services;      // services.hpp
 
 class Device {
   public:
-    // index: the plugin's own.
+    // index: the plugin's own. watch: told of every call; nullptr: none.
     Device(std::shared_ptr<const LoadedPlugin> plugin, size_t index, std::string id,
-           uint32_t stages);
+           uint32_t stages, std::shared_ptr<DeviceWatch> watch = nullptr);
     ~Device();
     Device(const Device&) = delete;
     Device& operator=(const Device&) = delete;
@@ -39,20 +41,59 @@ class Device {
     const defrec_stage_table* stage_table(uint32_t stage) const;
 
     // Calls one function of the plugin and throws unless it answers with 0 or more, which is
-    // returned. what names the call in the text: "enqueue of stereo". After
+    // returned. what names the call in the text, static storage: "queue_create". After
     // DEFREC_ERROR_DEVICE_LOST every further call fails with the same, uncalled.
     template <class Function, class... Args>
     defrec_status call(const char* what, Function function, Args... args) const {
         begin_call(what);
-        return end_call(what, function(args...));
+        defrec_status status = DEFREC_OK;
+        try {
+            const Inside inside(*this, what);
+            status = function(args...);
+        } catch (...) {
+            refuse_exception(what);
+        }
+        return end_call(what, status);
     }
+    // Calls a function that returns nothing and ends something; what it throws is logged.
+    template <class Function, class... Args>
+    void release(const char* what, Function function, Args... args) const noexcept {
+        try {
+            const Inside inside(*this, what);
+            function(args...);
+        } catch (...) {
+            log_exception(what);
+        }
+    }
+    // The device did not answer in time: it is lost, and quarantined.
+    [[noreturn]] void refuse_unanswered(const char* what) const;
+    std::chrono::milliseconds deadline() const;
 
   private:
+    // The scope of a call. what: static storage.
+    class Inside {
+      public:
+        Inside(const Device& device, const char* what) : watch_(device.watch_.get()) {
+            if (watch_ != nullptr) watch_->enter(what);
+        }
+        ~Inside() {
+            if (watch_ != nullptr) watch_->leave();
+        }
+        Inside(const Inside&) = delete;
+        Inside& operator=(const Inside&) = delete;
+
+      private:
+        DeviceWatch* watch_;
+    };
     void begin_call(const char* what) const;
     defrec_status end_call(const char* what, defrec_status status) const;
+    [[noreturn]] void refuse_exception(const char* what) const;
+    void log_exception(const char* what) const noexcept;
 
     std::shared_ptr<const LoadedPlugin> plugin_;
+    const size_t index_;
     const defrec_plugin* table_;
+    const std::shared_ptr<DeviceWatch> watch_;
     std::string id_;
     uint32_t stages_;
     defrec_pdevice* device_ = nullptr;
@@ -147,9 +188,9 @@ class Queue {
     void read(const DeviceBuffer& buffer, void* dst, uint64_t size, uint64_t offset = 0);
     // A point after all work so far; grows.
     uint64_t signal();
-    // false: not yet. UINT64_MAX waits for ever.
+    // false: not yet.
     bool wait(uint64_t value, uint64_t timeout_ns);
-    // Without limit.
+    // As long as the device may take for a frame's work.
     void wait(uint64_t value);
     // signal, and wait for it.
     void finish();

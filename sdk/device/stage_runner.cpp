@@ -1,6 +1,11 @@
 // See stage_runner.hpp.
 #include "sdk/device/stage_runner.hpp"
 
+#include <algorithm>
+#include <vector>
+
+#include "sdk/base/run_within.hpp"
+
 namespace defrec {
 namespace {
 
@@ -27,38 +32,111 @@ void check_buffers(const char* what, const Buffer* buffers, size_t count, Needed
     }
 }
 
-}  // namespace
+// Bytes of the caller, who may take them back while the plugin is still at them; no data: a buffer
+// that is not given.
+struct Bytes {
+    Bytes(const void* data, uint64_t size)
+        : is_given(data != nullptr),
+          bytes(static_cast<const unsigned char*>(data),
+                static_cast<const unsigned char*>(data) + (data != nullptr ? size : 0)) {}
+    bool is_given;
+    std::vector<unsigned char> bytes;
+};
+using BytesList = std::vector<Bytes>;
 
-StageRunner::StageRunner(std::shared_ptr<const Device> device, const StageParams& params)
-    : params_(params),
-      device_(std::move(device)),
-      queue_(device_),
-      stage_(device_, params_.stage(), params_.get()),
-      needs_prepare_(device_->stage_table(params_.stage())->prepare != nullptr) {}
-
-// The device's buffer has the caller's size exactly: some stages count their records by it.
-void StageRunner::upload(Buffers& buffers, size_t index, const void* data, uint64_t size) {
-    DeviceBuffer& buffer = buffers[index];
-    if (data == nullptr) {
-        buffer = DeviceBuffer();
-        return;
-    }
-    if (buffer.size() != size || !buffer) buffer = DeviceBuffer(device_, size);
-    if (size != 0) queue_.write(buffer, data, size);
+template <class Buffer>
+BytesList copy_of(const Buffer* buffers, size_t count) {
+    BytesList list;
+    for (size_t i = 0; i < count; ++i) list.emplace_back(buffers[i].data, buffers[i].size);
+    return list;
 }
 
-std::vector<const DeviceBuffer*> StageRunner::given(const Buffers& buffers, size_t count) {
-    std::vector<const DeviceBuffer*> pointers(count);
-    for (size_t i = 0; i < count; ++i) pointers[i] = buffers[i] ? &buffers[i] : nullptr;
-    return pointers;
+}  // namespace
+
+// What the plugin's thread works on.
+class StageRunner::Work {
+  public:
+    Work(std::shared_ptr<const Device> device, const StageParams& params)
+        : device_(std::move(device)),
+          queue_(device_),
+          stage_(device_, params.stage(), params.get()),
+          needs_prepare_(device_->stage_table(params.stage())->prepare != nullptr) {}
+
+    bool needs_prepare() const { return needs_prepare_; }
+
+    void prepare(const BytesList& in) {
+        upload(prepared_, in);
+        stage_.prepare(queue_, given(prepared_, in.size()));
+        queue_.finish();
+    }
+
+    void run(const BytesList& in, BytesList& out) {
+        upload(in_, in);
+        // Up as well, so that bytes which the stage leaves alone come back as they were.
+        upload(out_, out);
+        stage_.enqueue(queue_, given(in_, in.size()), given(out_, out.size()));
+        queue_.finish();
+        for (size_t i = 0; i < out.size(); ++i)
+            if (!out[i].bytes.empty())
+                queue_.read(out_[i], out[i].bytes.data(), out[i].bytes.size());
+        queue_.finish();
+    }
+
+  private:
+    using Buffers = std::vector<DeviceBuffer>;
+
+    // The device's buffers have the caller's sizes exactly: some stages count their records by
+    // them.
+    void upload(Buffers& buffers, const BytesList& from) {
+        buffers.resize(std::max(buffers.size(), from.size()));
+        for (size_t i = 0; i < from.size(); ++i) {
+            DeviceBuffer& buffer = buffers[i];
+            const std::vector<unsigned char>& bytes = from[i].bytes;
+            if (!from[i].is_given) {
+                buffer = DeviceBuffer();
+                continue;
+            }
+            if (buffer.size() != bytes.size() || !buffer)
+                buffer = DeviceBuffer(device_, bytes.size());
+            if (!bytes.empty()) queue_.write(buffer, bytes.data(), bytes.size());
+        }
+    }
+    static std::vector<const DeviceBuffer*> given(const Buffers& buffers, size_t count) {
+        std::vector<const DeviceBuffer*> pointers(count);
+        for (size_t i = 0; i < count; ++i) pointers[i] = buffers[i] ? &buffers[i] : nullptr;
+        return pointers;
+    }
+
+    std::shared_ptr<const Device> device_;
+    Queue queue_;
+    DeviceStage stage_;
+    Buffers prepared_, in_, out_;
+    const bool needs_prepare_;
+};
+
+template <class Body>
+void StageRunner::within_deadline(const char* call, Body&& body) const {
+    if (device_.is_quarantined())
+        fail(DEFREC_ERROR_DEVICE_LOST, device_.description().id, ": ", call,
+             ": the device is quarantined, because it did not answer before");
+    if (!run_within(device_.services()->plugin_deadline(), std::forward<Body>(body)))
+        throw device_.give_up(call);
+}
+
+StageRunner::StageRunner(const DeviceChoice& device, const StageParams& params)
+    : device_(device), params_(params) {
+    const auto made = std::make_shared<std::shared_ptr<Work>>();
+    within_deadline("creating a stage", [=, choice = device_, given = params_] {
+        *made = std::make_shared<Work>(choice.open(), given);
+    });
+    work_ = std::move(*made);
+    needs_prepare_ = work_->needs_prepare();
 }
 
 void StageRunner::prepare(const defrec_const_buffer* in, size_t in_count) {
     check_buffers("in", in, in_count, [](size_t) { return uint64_t{0}; });
-    prepared_.resize(std::max(prepared_.size(), in_count));
-    for (size_t i = 0; i < in_count; ++i) upload(prepared_, i, in[i].data, in[i].size);
-    stage_.prepare(queue_, given(prepared_, in_count));
-    queue_.finish();
+    within_deadline("preparing a stage",
+                    [work = work_, inputs = copy_of(in, in_count)] { work->prepare(inputs); });
     needs_prepare_ = false;
 }
 
@@ -69,17 +147,13 @@ void StageRunner::run(const defrec_const_buffer* in, size_t in_count, const defr
              " needs defrec_stage_prepare before its first run");
     check_buffers("in", in, in_count, [this](size_t i) { return params_.input_bytes(i); });
     check_buffers("out", out, out_count, [this](size_t i) { return params_.output_bytes(i); });
-    in_.resize(std::max(in_.size(), in_count));
-    out_.resize(std::max(out_.size(), out_count));
-    for (size_t i = 0; i < in_count; ++i) upload(in_, i, in[i].data, in[i].size);
-    // Up as well, so that bytes which the stage leaves alone come back as they were.
-    for (size_t i = 0; i < out_count; ++i) upload(out_, i, out[i].data, out[i].size);
-    stage_.enqueue(queue_, given(in_, in_count), given(out_, out_count));
-    queue_.finish();
+    const auto results = std::make_shared<BytesList>(copy_of(out, out_count));
+    within_deadline("running a stage", [work = work_, inputs = copy_of(in, in_count), results] {
+        work->run(inputs, *results);
+    });
     for (size_t i = 0; i < out_count; ++i)
-        if (out[i].data != nullptr && out[i].size != 0)
-            queue_.read(out_[i], out[i].data, out[i].size);
-    queue_.finish();
+        std::copy((*results)[i].bytes.begin(), (*results)[i].bytes.end(),
+                  static_cast<unsigned char*>(out[i].data));
 }
 
 }  // namespace defrec

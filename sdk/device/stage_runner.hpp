@@ -1,11 +1,9 @@
 // One stage on its own, on host memory: buffers of the device that follow the caller's, up, run,
-// down.
+// down. No call takes longer than the plugin's deadline.
 #pragma once
-#include <algorithm>
 #include <memory>
-#include <vector>
 
-#include "sdk/device/device.hpp"
+#include "sdk/device/context.hpp"
 #include "sdk/device/stage_params.hpp"
 
 namespace defrec {
@@ -13,7 +11,8 @@ namespace defrec {
 // One thread at a time.
 class StageRunner {
   public:
-    StageRunner(std::shared_ptr<const Device> device, const StageParams& params);
+    // Opens the device.
+    StageRunner(const DeviceChoice& device, const StageParams& params);
 
     // docs/stages.md names the buffers. Throw Error whose text names the buffer and the size
     // needed; then no output is written.
@@ -22,15 +21,13 @@ class StageRunner {
              size_t out_count);
 
   private:
-    using Buffers = std::vector<DeviceBuffer>;
-    void upload(Buffers& buffers, size_t index, const void* data, uint64_t size);
-    static std::vector<const DeviceBuffer*> given(const Buffers& buffers, size_t count);
+    class Work;
+    template <class Body>
+    void within_deadline(const char* call, Body&& body) const;
 
+    DeviceChoice device_;
     StageParams params_;
-    std::shared_ptr<const Device> device_;
-    Queue queue_;
-    DeviceStage stage_;
-    Buffers prepared_, in_, out_;
+    std::shared_ptr<Work> work_;
     bool needs_prepare_;
 };
 

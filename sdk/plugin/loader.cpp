@@ -7,6 +7,7 @@
 
 #include "sdk/base/error.hpp"
 #include "sdk/base/platform.hpp"
+#include "sdk/base/run_within.hpp"
 #include "sdk/base/sha256.hpp"
 #include "sdk/device/device.hpp"
 #include "sdk/plugin/elf_file.hpp"
@@ -16,7 +17,6 @@ namespace defrec {
 namespace {
 
 constexpr uint64_t kLibraryCap = uint64_t{1} << 30;
-constexpr size_t kMaxDevices = 64;
 constexpr char kEntryName[] = "defrec_plugin_entry_v1";
 
 constexpr bool may_lack_prepare(uint32_t stage) {
@@ -24,8 +24,33 @@ constexpr bool may_lack_prepare(uint32_t stage) {
            stage == DEFREC_STAGE_ORB;
 }
 
+// What the plugin's function returns; Error with the name of the function where it throws.
+template <class Function, class... Args>
+auto ask(const std::string& path, const char* name, Function function, Args... args) {
+    try {
+        return function(args...);
+    } catch (...) {
+        fail(DEFREC_ERROR_PLUGIN, path, ": ", name, " threw an exception");
+    }
+}
+
 std::string text_of(const char* text) {
     return text == nullptr ? std::string() : std::string(text, strnlen(text, 256));
+}
+
+// On a thread of its own, which is left behind where the plugin does not return from it.
+std::shared_ptr<const LoadedPlugin> start(const std::shared_ptr<const Services>& services,
+                                          const std::string& library,
+                                          const PluginManifest& manifest) {
+    const auto started = std::make_shared<std::shared_ptr<const LoadedPlugin>>();
+    const std::chrono::milliseconds limit = services->plugin_deadline();
+    const bool is_done = run_within(limit, [=] {
+        *started = std::make_shared<const LoadedPlugin>(services, library, manifest);
+    });
+    if (is_done) return *started;
+    services->leave_behind();
+    fail(DEFREC_ERROR_PLUGIN, library, ": did not start within ", limit.count(),
+         " ms; it is left behind");
 }
 
 // Fills a candidate; throws Error with the reason of a refusal.
@@ -52,7 +77,7 @@ void load_candidate(const std::shared_ptr<const Services>& services, PluginCandi
     if (hash != manifest.sha256)
         fail(DEFREC_ERROR_PLUGIN, library, ": SHA-256 is ", hash, ", the manifest says ",
              manifest.sha256, ": the file was changed or damaged");
-    candidate.plugin = std::make_shared<const LoadedPlugin>(services, library, manifest);
+    candidate.plugin = start(services, library, manifest);
 }
 
 }  // namespace
@@ -68,12 +93,33 @@ LoadedPlugin::LoadedPlugin(std::shared_ptr<const Services> services, const std::
         check_table(path, manifest);
         list_devices(path);
     } catch (...) {
-        if (DEFREC_HAS(table_, shutdown)) table_->shutdown(table_->self);
+        shut_down();
         throw;
     }
 }
 
-LoadedPlugin::~LoadedPlugin() { table_->shutdown(table_->self); }
+LoadedPlugin::~LoadedPlugin() { shut_down(); }
+
+void LoadedPlugin::shut_down() noexcept {
+    try {
+        if (DEFREC_HAS(table_, shutdown)) table_->shutdown(table_->self);
+    } catch (...) {
+        services_->log(DEFREC_LOG_ERROR, name_.c_str(), "shutdown threw an exception");
+    }
+}
+
+void LoadedPlugin::quarantine(size_t device, const char* call) const noexcept {
+    if (quarantined_[device].exchange(true)) return;
+    try {
+        services_->log(DEFREC_LOG_ERROR, "sdk",
+                       concat("device ", devices_[device].id, " did not answer within ",
+                              services_->plugin_deadline().count(), " ms (", call,
+                              "); it is quarantined, and what it holds is left behind")
+                           .c_str());
+    } catch (const std::bad_alloc&) {
+        // Without memory nothing is logged.
+    }
+}
 
 void LoadedPlugin::enter(const std::string& path) {
     void* library = platform::open_library(path);
@@ -82,12 +128,7 @@ void LoadedPlugin::enter(const std::string& path) {
     if (entry == nullptr) fail(DEFREC_ERROR_PLUGIN, path, ": does not export ", kEntryName);
     clear_plugin_error();
     const defrec_plugin* table = nullptr;
-    defrec_status status = DEFREC_ERROR_INTERNAL;
-    try {
-        status = entry(&host_, &table);
-    } catch (...) {
-        fail(DEFREC_ERROR_PLUGIN, path, ": ", kEntryName, " threw an exception");
-    }
+    const defrec_status status = ask(path, kEntryName, entry, &host_, &table);
     if (status < 0) fail(status, path, ": ", kEntryName, ": ", plugin_error_or_name(status));
     if (table == nullptr)
         fail(DEFREC_ERROR_PLUGIN, path, ": ", kEntryName, " succeeded without a table");
@@ -132,7 +173,7 @@ void LoadedPlugin::check_table(const std::string& path, const PluginManifest& ma
 }
 
 void LoadedPlugin::list_devices(const std::string& path) {
-    const size_t count = table_->device_count(table_->self);
+    const size_t count = ask(path, "device_count", table_->device_count, table_->self);
     if (count > kMaxDevices)
         fail(DEFREC_ERROR_PLUGIN, path, ": the plugin claims ", count, " devices, at most ",
              kMaxDevices, " are expected");
@@ -145,12 +186,12 @@ void LoadedPlugin::list_devices(const std::string& path) {
     }
 }
 
-LoadedPlugin::DeviceEntry LoadedPlugin::describe_device(const std::string& path,
-                                                        size_t index) const {
+LoadedPlugin::DeviceEntry LoadedPlugin::describe_device(const std::string& path, size_t index) {
     defrec_device_info info{};
     info.struct_size = sizeof info;
     clear_plugin_error();
-    const defrec_status status = table_->device_info(table_->self, index, &info);
+    const defrec_status status =
+        ask(path, "device_info", table_->device_info, table_->self, index, &info);
     if (status < 0)
         fail(status, path, ": device_info of device ", index, ": ", plugin_error_or_name(status));
     DeviceEntry entry;
@@ -164,12 +205,12 @@ LoadedPlugin::DeviceEntry LoadedPlugin::describe_device(const std::string& path,
     entry.memory_bytes = info.memory_bytes;
     if (entry.id.empty()) fail(DEFREC_ERROR_PLUGIN, path, ": device ", index, " has no id");
     for (uint32_t stage = 0; stage < DEFREC_STAGE_COUNT_V1; ++stage)
-        if (entry.stages >> stage & 1) check_stage(path, stage);
+        if (entry.stages >> stage & 1) read_stage(path, stage);
     return entry;
 }
 
-void LoadedPlugin::check_stage(const std::string& path, uint32_t stage) const {
-    const defrec_stage_table* table = table_->stage(table_->self, stage);
+void LoadedPlugin::read_stage(const std::string& path, uint32_t stage) {
+    const defrec_stage_table* table = ask(path, "stage", table_->stage, table_->self, stage);
     const char* name = stage_name(stage);
     if (table == nullptr)
         fail(DEFREC_ERROR_PLUGIN, path, ": a device claims the stage ", name,
@@ -184,6 +225,7 @@ void LoadedPlugin::check_stage(const std::string& path, uint32_t stage) const {
         table->enqueue == nullptr || (table->prepare == nullptr && !may_lack_prepare(stage)))
         fail(DEFREC_ERROR_PLUGIN, path, ": the table of the stage ", name,
              " has NULL for a function");
+    stages_[stage] = table;
 }
 
 std::vector<PluginCandidate> load_plugins(const std::shared_ptr<const Services>& services,

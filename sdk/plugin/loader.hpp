@@ -1,6 +1,8 @@
 // Loads one plugin after its manifest and its file have been checked, or says in one error message
 // why not.
 #pragma once
+#include <array>
+#include <atomic>
 #include <cstddef>
 #include <memory>
 #include <string>
@@ -15,6 +17,7 @@ namespace defrec {
 
 // A plugin's table in minor version 0; what comes behind is asked for with DEFREC_HAS.
 constexpr uint32_t kMinTableSize = offsetof(defrec_plugin, host_alloc);
+constexpr size_t kMaxDevices = 64;  // of one plugin
 
 // A plugin's instance for one context: its table, the host that it was given and its devices. Shut
 // down by the destructor; the code stays in the process (docs/plugins.md says why).
@@ -38,13 +41,21 @@ class LoadedPlugin {
     const std::shared_ptr<const Services>& services() const { return services_; }
     const defrec_plugin& table() const { return *table_; }
     const std::vector<DeviceEntry>& devices() const { return devices_; }
+    // A device that did not answer is opened no more. Logs it the first time.
+    void quarantine(size_t device, const char* call) const noexcept;
+    bool is_quarantined(size_t device) const { return quarantined_[device]; }
+    // Checked when the plugin was loaded; nullptr where no device claimed the stage.
+    const defrec_stage_table* stage_table(uint32_t stage) const {
+        return stage < stages_.size() ? stages_[stage] : nullptr;
+    }
 
   private:
     void enter(const std::string& path);
     void check_table(const std::string& path, const PluginManifest& manifest) const;
     void list_devices(const std::string& path);
-    DeviceEntry describe_device(const std::string& path, size_t index) const;
-    void check_stage(const std::string& path, uint32_t stage) const;
+    DeviceEntry describe_device(const std::string& path, size_t index);
+    void read_stage(const std::string& path, uint32_t stage);
+    void shut_down() noexcept;
 
     std::shared_ptr<const Services> services_;
     std::string name_;
@@ -52,6 +63,8 @@ class LoadedPlugin {
     defrec_host host_;
     const defrec_plugin* table_ = nullptr;
     std::vector<DeviceEntry> devices_;
+    std::array<const defrec_stage_table*, DEFREC_STAGE_COUNT_V1> stages_{};
+    mutable std::array<std::atomic<bool>, kMaxDevices> quarantined_{};
 };
 
 // A manifest that was looked at.

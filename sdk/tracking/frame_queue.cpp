@@ -11,12 +11,14 @@
 namespace defrec {
 
 // A device that computes on the processor has better use for the pool than copying.
-FrameQueue::FrameQueue(const std::shared_ptr<const Device>& device, const Rig& rig,
+FrameQueue::FrameQueue(const std::shared_ptr<const Device>& device,
+                       std::shared_ptr<JobMonitor> monitor, const Rig& rig,
                        const TrackerSettings& settings)
     : height_(rig.height()),
       row_bytes_(uint64_t{rig.width()} * bytes_per_pixel(settings.format)),
       ignore_row_bytes_(rig.width()),
-      helpers_(device->has_host_memory() ? &device->services() : nullptr) {
+      helpers_(device->has_host_memory() ? &device->services() : nullptr),
+      monitor_(std::move(monitor)) {
     const uint64_t pixels = uint64_t{rig.width()} * height_;
     for (uint32_t i = 0; i < settings.frames_in_flight; ++i)
         jobs_.push_back(std::make_shared<TrackerJob>(monitor_, device, row_bytes_ * height_, pixels,
@@ -45,9 +47,8 @@ std::shared_ptr<TrackerJob> FrameQueue::submit(FrameInput input) {
 
 std::shared_ptr<TrackerJob> FrameQueue::reserve(int64_t timestamp_ns) {
     const std::lock_guard lock(monitor_->mutex);
-    if (submitted_ > 0 && timestamp_ns <= last_timestamp_)
-        fail(DEFREC_ERROR_ARGUMENT, "timestamp_ns is ", timestamp_ns, ", the frame before had ",
-             last_timestamp_, "; it must grow");
+    if (monitor_->is_given_up) fail(DEFREC_ERROR_DEVICE_LOST, monitor_->failure);
+    check_timestamp(timestamp_ns);
     for (const std::shared_ptr<TrackerJob>& job : jobs_)
         if (job->phase == JobPhase::kFree) {
             announced_ = submitted_ + 1;
@@ -56,6 +57,32 @@ std::shared_ptr<TrackerJob> FrameQueue::reserve(int64_t timestamp_ns) {
         }
     fail(DEFREC_ERROR_BUSY, "all ", jobs_.size(),
          " places in the queue are taken; release a job first");
+}
+
+// One wrong timestamp must not make all later ones too small. A clock that was set does not return:
+// the second frame after a jump is accepted.
+void FrameQueue::check_timestamp(int64_t timestamp_ns) {
+    constexpr uint64_t kMaxGap = uint64_t{24} * 3600 * 1000000000u;
+    const auto gap = [&](int64_t before) {
+        return static_cast<uint64_t>(timestamp_ns) - static_cast<uint64_t>(before);
+    };
+    if (timestamp_ns > INT64_MAX - static_cast<int64_t>(kMaxGap))
+        fail(DEFREC_ERROR_ARGUMENT, "timestamp_ns is ", timestamp_ns,
+             ", less than a day before the end of all timestamps");
+    if (submitted_ == 0) return;
+    if (timestamp_ns <= last_timestamp_)
+        fail(DEFREC_ERROR_ARGUMENT, "timestamp_ns is ", timestamp_ns, ", the frame before had ",
+             last_timestamp_, "; it must grow");
+    if (gap(last_timestamp_) <= kMaxGap) {
+        refused_timestamp_.reset();
+        return;
+    }
+    const bool is_confirmed = refused_timestamp_ && timestamp_ns > *refused_timestamp_ &&
+                              gap(*refused_timestamp_) <= kMaxGap;
+    if (is_confirmed) return;
+    refused_timestamp_ = timestamp_ns;
+    fail(DEFREC_ERROR_ARGUMENT, "timestamp_ns is ", timestamp_ns, ", more than a day after ",
+         last_timestamp_, " of the frame before; if the clock was set, the next frame is accepted");
 }
 
 void FrameQueue::set_template(std::shared_ptr<const Template> surface) {
@@ -72,8 +99,8 @@ std::shared_ptr<const Template> FrameQueue::template_to_set() const {
 std::unique_lock<std::mutex> FrameQueue::await_frame() {
     constexpr std::chrono::nanoseconds kSpin = std::chrono::microseconds(50),
                                        kCopying = std::chrono::milliseconds(1);
-    const auto announced = [this] { return stopped_ || announced_ > taken_; };
-    const auto arrived = [this] { return stopped_ || submitted_ > taken_; };
+    const auto announced = [this] { return is_stopped() || announced_ > taken_; };
+    const auto arrived = [this] { return is_stopped() || submitted_ > taken_; };
     spin_until(kSpin, announced);
     std::unique_lock lock(monitor_->mutex);
     arrived_.wait(lock, announced);
@@ -99,7 +126,7 @@ TrackerJob* FrameQueue::take() {
 
 FrameQueue::Next FrameQueue::next() const {
     const std::lock_guard lock(monitor_->mutex);
-    if (stopped_) return {};
+    if (is_stopped()) return {};
     if (submitted_ <= taken_) return {nullptr, true};
     return {order_[taken_ % order_.size()], true};
 }

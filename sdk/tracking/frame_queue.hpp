@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "sdk/base/shared_loop.hpp"
@@ -18,12 +19,13 @@ class Rig;
 class FrameQueue {
   public:
     // Has room for settings.frames_in_flight frames, from their submission until their release.
-    FrameQueue(const std::shared_ptr<const Device>& device, const Rig& rig,
-               const TrackerSettings& settings);
+    FrameQueue(const std::shared_ptr<const Device>& device, std::shared_ptr<JobMonitor> monitor,
+               const Rig& rig, const TrackerSettings& settings);
 
     // Copies the images' pixels of the host; returns when the application may use them again. One
     // thread at a time. Throws Error(DEFREC_ERROR_BUSY) when the queue is full,
-    // Error(DEFREC_ERROR_ARGUMENT) for a timestamp that does not grow.
+    // Error(DEFREC_ERROR_DEVICE_LOST) where the device is given up,
+    // Error(DEFREC_ERROR_ARGUMENT) for a timestamp that does not grow, or that is implausible.
     std::shared_ptr<TrackerJob> submit(FrameInput input);
     // The frame that is submitted next brings this template along. Any thread.
     void set_template(std::shared_ptr<const Template> surface);
@@ -42,16 +44,17 @@ class FrameQueue {
 
     // No frame is submitted any more; those in the queue are taken to be cancelled. Any thread.
     void stop();
-    bool is_stopped() const { return stopped_; }
+    bool is_stopped() const { return stopped_ || monitor_->is_given_up; }
 
   private:
     std::shared_ptr<TrackerJob> reserve(int64_t timestamp_ns);
+    void check_timestamp(int64_t timestamp_ns);
     std::unique_lock<std::mutex> await_frame();
 
     const uint32_t height_;
     const uint64_t row_bytes_, ignore_row_bytes_;
     const Services* helpers_;  // whose threads copy pixels as well; may be null
-    std::shared_ptr<JobMonitor> monitor_ = std::make_shared<JobMonitor>();
+    const std::shared_ptr<JobMonitor> monitor_;
     std::vector<std::shared_ptr<TrackerJob>> jobs_;
     SharedLoop copying_;               // of the pixels of the frame that is being submitted
     std::condition_variable arrived_;  // with the monitor's mutex, for the thread that computes
@@ -62,6 +65,7 @@ class FrameQueue {
     // Under the monitor's mutex.
     std::vector<TrackerJob*> order_;  // a ring: frame n at n % size
     int64_t last_timestamp_ = 0;
+    std::optional<int64_t> refused_timestamp_;  // as too far after the last
     std::shared_ptr<const Template> template_to_set_;
 
     uint64_t taken_ = 0;  // the computing thread's own: frames

@@ -14,7 +14,7 @@ namespace {
 
 struct Queued {
     TestDevice on{"reference"};
-    FrameQueue frames{on.device, *on.rig, on.settings(2)};
+    FrameQueue frames{on.device, on.monitor(), *on.rig, on.settings(2)};
     Pair pair;
     int64_t time = 0;
 
@@ -116,4 +116,25 @@ TEST_CASE("a thread that waits is woken by a frame, and by the end") {
     queued.frames.stop();
     worker.join();
     CHECK(taken.size() == 20);
+}
+
+TEST_CASE("row 91: a timestamp far ahead is refused, and those that go on are taken") {
+    Queued queued;
+    const int64_t hour = int64_t{3600} * 1000000000;
+    CHECK(queued.refused(INT64_MAX) == DEFREC_ERROR_ARGUMENT);  // also as the first
+    queued.submit_at(0)->finish(DEFREC_OK, "");
+    CHECK(queued.refused(INT64_MAX) == DEFREC_ERROR_ARGUMENT);
+    CHECK(queued.refused(INT64_MAX - 23 * hour) == DEFREC_ERROR_ARGUMENT);
+    CHECK(queued.refused(1000 * hour) == DEFREC_ERROR_ARGUMENT);
+    CHECK(queued.refused(23 * hour) == DEFREC_OK);
+}
+
+TEST_CASE("row 91: a clock that was set is believed with its second frame") {
+    Queued queued;
+    const int64_t hour = int64_t{3600} * 1000000000;
+    queued.submit_at(0);
+    CHECK(queued.refused(1000 * hour) == DEFREC_ERROR_ARGUMENT);
+    CHECK(queued.refused(1000 * hour) == DEFREC_ERROR_ARGUMENT);  // does not grow
+    CHECK(queued.refused(1000 * hour + 1) == DEFREC_OK);
+    CHECK(queued.refused(5) == DEFREC_ERROR_ARGUMENT);
 }

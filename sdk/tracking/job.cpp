@@ -30,25 +30,50 @@ TrackerJob::TrackerJob(std::shared_ptr<JobMonitor> job_monitor,
       memory(device, keep_disparity ? pixels : 0),
       grows_(grows) {}
 
+void JobMonitor::give_up(const char* call) {
+    const Error error = device.give_up(call);
+    const std::lock_guard lock(mutex);
+    if (is_given_up) return;
+    failure = error.what();
+    is_given_up = true;
+}
+
 defrec_status TrackerJob::wait(uint64_t timeout_ns) {
-    using Clock = std::chrono::steady_clock;
+    using Clock = DeviceWatch::Clock;
     // Beyond a century the clock's arithmetic would overflow; nobody waits for a part of that.
     constexpr uint64_t kForEver = uint64_t{100} * 365 * 24 * 3600 * 1000000000u;
     const Clock::time_point end =
         Clock::now() + std::chrono::nanoseconds(std::min(timeout_ns, kForEver));
-    const auto ending = [this] { return phase >= JobPhase::kEnding; };
-    const auto done = [this] { return phase == JobPhase::kDone; };
     std::unique_lock lock(monitor->mutex);
-    if (!changed_.wait_until(lock, end, ending)) return DEFREC_TIMEOUT;
-    if (!done()) {
+    const auto await = [&](const auto& reached) {
+        const auto outcome = monitor->watch->wait_until(changed_, lock, end, reached);
+        if (outcome != DeviceWatch::Outcome::kStuck) return outcome == DeviceWatch::Outcome::kDone;
+        give_up(lock);
+        return true;
+    };
+    if (!await([this] { return phase >= JobPhase::kEnding || has_ended(); })) return DEFREC_TIMEOUT;
+    if (!has_ended()) {
         lock.unlock();
         constexpr std::chrono::nanoseconds kSpin =
             std::chrono::milliseconds(1);  // longer than the host takes
-        spin_until(std::min(kSpin, std::chrono::nanoseconds(end - Clock::now())), done);
+        spin_until(std::min(kSpin, std::chrono::nanoseconds(end - Clock::now())),
+                   [this] { return phase == JobPhase::kDone; });
         lock.lock();
-        if (!changed_.wait_until(lock, end, done)) return DEFREC_TIMEOUT;
+        if (!await([this] { return has_ended(); })) return DEFREC_TIMEOUT;
     }
-    return status;
+    return phase == JobPhase::kDone ? status : DEFREC_ERROR_DEVICE_LOST;
+}
+
+void TrackerJob::give_up(std::unique_lock<std::mutex>& lock) {
+    const char* call = monitor->watch->stuck_in();
+    lock.unlock();  // a log of the application is called
+    monitor->give_up(call != nullptr ? call : "a call that took too long");
+    lock.lock();
+}
+
+std::string TrackerJob::error_text() const {
+    const std::lock_guard lock(monitor->mutex);
+    return phase == JobPhase::kDone ? error_text_ : monitor->failure;
 }
 
 void TrackerJob::announce_end() {
@@ -62,6 +87,8 @@ void TrackerJob::finish(defrec_status result_status, const char* text) noexcept 
         image->memory.reset();
     input.samples.reset();
     const std::lock_guard lock(monitor->mutex);
+    // Who asked was told that it is lost, and it is not to come back.
+    if (monitor->is_given_up) return;
     status = result_status;
     try {
         error_text_ = text;
@@ -74,13 +101,18 @@ void TrackerJob::finish(defrec_status result_status, const char* text) noexcept 
 
 void TrackerJob::release() {
     std::unique_lock lock(monitor->mutex);
-    changed_.wait(lock, [this] { return phase == JobPhase::kDone; });
+    const auto outcome = monitor->watch->wait_until(
+        changed_, lock, DeviceWatch::Clock::time_point::max(), [this] { return has_ended(); });
+    if (outcome == DeviceWatch::Outcome::kStuck) give_up(lock);
+    if (phase != JobPhase::kDone) return;  // a thread that is left behind may come back to it
     surface.reset();
     phase = JobPhase::kFree;
 }
 
 void TrackerJob::expect_done() const {
     const std::lock_guard lock(monitor->mutex);
+    if (phase != JobPhase::kDone && monitor->is_given_up)
+        fail(DEFREC_ERROR_DEVICE_LOST, monitor->failure);
     if (phase != JobPhase::kDone)
         fail(DEFREC_ERROR_STATE, "the frame is not done; wait for its job first");
     if (status < 0) fail(status, error_text_);
@@ -105,6 +137,7 @@ void TrackerJob::result(defrec_result& out) const {
     out.roll_deg = rig_estimate.roll_deg;
     out.focal_ratio = rig_estimate.focal_ratio;
     out.rig_matches = rig_estimate.matches;
+    out.device_id = monitor->device.description().id.c_str();
     if (surface == nullptr) return;
     const TemplateData& data = surface->data();
     out.matches = evidence.matches;

@@ -7,6 +7,7 @@
 #include <mutex>
 #include <string>
 
+#include "sdk/device/context.hpp"
 #include "sdk/tracking/frame_output.hpp"
 #include "sdk/tracking/frame_state.hpp"
 #include "sdk/tracking/point_motion.hpp"
@@ -16,9 +17,19 @@
 
 namespace defrec {
 
-// Guards the phases of all jobs of a tracker; outlives the tracker while a job is held.
+// What all jobs of a tracker share; outlives the tracker while a job is held.
 struct JobMonitor {
-    std::mutex mutex;
+    JobMonitor(DeviceChoice choice, std::shared_ptr<const DeviceWatch> device_watch)
+        : device(std::move(choice)), watch(std::move(device_watch)) {}
+
+    // Ends all jobs: the thread that computes is stuck in a call of the device.
+    void give_up(const char* call);
+
+    const DeviceChoice device;
+    const std::shared_ptr<const DeviceWatch> watch;
+    std::mutex mutex;                      // guards the phases
+    std::atomic<bool> is_given_up{false};  // written under the mutex
+    std::string failure;                   // under the mutex: why it is given up
 };
 
 enum class JobPhase { kFree, kQueued, kRunning, kEnding, kDone };
@@ -31,7 +42,7 @@ class TrackerJob final : public Job {
                uint64_t view_bytes, uint64_t pixels, bool keep_disparity, bool grows);
 
     defrec_status wait(uint64_t timeout_ns) override;
-    const std::string& error_text() const override { return error_text_; }
+    std::string error_text() const override;
     void result(defrec_result& out) const override;
     std::shared_ptr<const Template> get_template() const override;
     void lift_points(const double* uv, size_t count, double* xyz, uint8_t* found) const override;
@@ -40,11 +51,12 @@ class TrackerJob final : public Job {
     void point_covariances(const double* template_xyz, size_t count, double* covariance,
                            uint8_t* evidence) const override;
     void release() override;
+    std::shared_ptr<const Services> services() const override { return monitor->device.services(); }
 
     // The members below belong to the tracker while the phase is queued or running.
     std::shared_ptr<JobMonitor> monitor;
     std::atomic<JobPhase> phase = JobPhase::kFree;  // written under the monitor's mutex
-    defrec_status status = DEFREC_OK;               // under the monitor's mutex
+    defrec_status status = DEFREC_OK;  // under the monitor's mutex; of one that is done
 
     HostMemory views[2], ignore;  // copies of host pixels, tight rows; of a view in memory, its
                                   // rectified gray pixels
@@ -71,6 +83,10 @@ class TrackerJob final : public Job {
     void finish(defrec_status result_status, const char* text) noexcept;
 
   private:
+    // Under the monitor's mutex.
+    bool has_ended() const { return phase == JobPhase::kDone || monitor->is_given_up; }
+    // lock: of the monitor's mutex.
+    void give_up(std::unique_lock<std::mutex>& lock);
     void expect_done() const;
     void expect_surface() const;
     // A point of the template frame in this one. Of one that is not finite NaN, unknown.
@@ -81,7 +97,8 @@ class TrackerJob final : public Job {
     WarpedPoint warp(const double* template_xyz) const;
 
     const bool grows_;
-    std::condition_variable changed_;  // with the monitor's mutex
+    // With the monitor's mutex. Nobody is told when the device is given up: who waits looks.
+    std::condition_variable changed_;
     std::string error_text_;
 };
 

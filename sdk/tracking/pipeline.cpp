@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "sdk/contract/pixel_format.hpp"
+#include "sdk/tracking/check_output.hpp"
 #include "sdk/tracking/make_stage.hpp"
 
 namespace defrec {
@@ -190,10 +191,15 @@ void Pipeline::read_front(const ObservedFrame& frame, FrontImages& images) {
     queue_.read(o.feature_count, &images.feature_count, sizeof images.feature_count);
 }
 
+void Pipeline::check(const FrontImages& images) const {
+    check_front(images, rig_->width(), rig_->height(), settings_.max_features, widest_range_);
+}
+
+void Pipeline::check(const FrameOutput& output, const TemplateData& data) const {
+    check_output(output, data, settings_.max_features);
+}
+
 CaptureInput Pipeline::capture_input(const FrontImages& images) const {
-    if (images.feature_count > settings_.max_features)
-        fail(DEFREC_ERROR_PLUGIN, "the plugin gave ", images.feature_count,
-             " features where at most ", settings_.max_features, " fit");
     CaptureInput input;
     input.width = rig_->width();
     input.height = rig_->height();
@@ -211,6 +217,7 @@ CaptureInput Pipeline::capture_input(const FrontImages& images) const {
 std::optional<TemplateData> Pipeline::capture(ObservedFrame& frame) {
     read_front(frame, host_);
     queue_.finish();
+    check(host_);
     return capture_template(capture_input(host_));
 }
 

@@ -46,6 +46,10 @@ class Pipeline {
 
     // Queues reading what a template is made of.
     void read_front(const ObservedFrame& frame, FrontImages& images);
+    // Throw Error(DEFREC_ERROR_PLUGIN) where the device gave what its stages never give. data: of
+    // the template that was followed.
+    void check(const FrontImages& images) const;
+    void check(const FrameOutput& output, const TemplateData& data) const;
     // That as the input of a capture, which shows the images.
     CaptureInput capture_input(const FrontImages& images) const;
     // A template from the frame's images; empty when too little of them has disparity.
@@ -66,6 +70,8 @@ class Pipeline {
     bool done(const FollowedFrame& frame, uint64_t timeout_ns) {
         return queue_.wait(frame.end_point_, timeout_ns);
     }
+    // For the device's work on a frame.
+    std::chrono::nanoseconds deadline() const { return device_->deadline(); }
     // Waits for the end of the frame's work.
     void finish(FollowedFrame frame);
 

@@ -267,14 +267,19 @@ bool SurfaceFollower::prepare_results(TrackerJob& job) {
 }
 
 Verdict SurfaceFollower::follow(TrackerJob& job, ObservedFrame frame, bool uses_depth) {
-    if (FrontImages* images = growth_.images()) pipeline_.read_front(frame, *images);
+    FrontImages* const images = growth_.images();
+    if (images != nullptr) pipeline_.read_front(frame, *images);
     FollowedFrame followed = pipeline_.follow(std::move(frame), last_->motions, uses_depth);
     // A wait that ends too early may cost a call of the driver. Each looks for a while before it
     // sleeps: many short ones would keep a core busy through a long frame.
-    uint64_t look_again_ns = 200000;
-    while (!observe_ahead(followed) && !pipeline_.done(followed, look_again_ns)) look_again_ns *= 2;
+    const auto limit_ns = static_cast<uint64_t>(pipeline_.deadline().count());
+    for (uint64_t look_again_ns = 200000; look_again_ns < limit_ns && !observe_ahead(followed) &&
+                                          !pipeline_.done(followed, look_again_ns);)
+        look_again_ns *= 2;
     pipeline_.finish(std::move(followed));
     job.announce_end();
+    pipeline_.check(job.output, template_->data());
+    if (images != nullptr) pipeline_.check(*images);
     measure_patches(template_->data(), job.output, patch_px2_);
     job.evidence = weigh_evidence(job.output, patch_px2_);
     return classify(template_->data(), job.evidence, is_tracking_, uses_depth);

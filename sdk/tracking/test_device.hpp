@@ -10,6 +10,7 @@
 #include "sdk/device/context.hpp"
 #include "sdk/rig/rig.hpp"
 #include "sdk/tracking/frame.hpp"
+#include "sdk/tracking/job.hpp"
 #include "sdk/tracking/tracker_settings.hpp"
 
 namespace defrec::test {
@@ -31,7 +32,7 @@ struct TestDevice {
         desc.plugin_path_count = 1;
         desc.threads = 2;
         context = Context::create(desc);
-        device = context->open_device(plugin.c_str(), (1u << DEFREC_STAGE_COUNT_V1) - 1);
+        device = choice().open();
 
         defrec_rig_desc rig_desc;
         DEFREC_INIT(&rig_desc);
@@ -44,6 +45,15 @@ struct TestDevice {
         rig_desc.rotation[0] = rig_desc.rotation[4] = rig_desc.rotation[8] = 1;
         rig_desc.translation[0] = -kBaseline;
         rig = std::make_shared<const Rig>(context->allocator(), rig_desc);
+    }
+
+    DeviceChoice choice() const {
+        return context->choose_device(nullptr, (1u << DEFREC_STAGE_COUNT_V1) - 1).front();
+    }
+    // Of a tracker on the device.
+    std::shared_ptr<JobMonitor> monitor() const {
+        return std::make_shared<JobMonitor>(
+            choice(), std::make_shared<DeviceWatch>(choice().services()->plugin_deadline()));
     }
 
     TrackerSettings settings(uint32_t frames_in_flight, bool timed = false) const {

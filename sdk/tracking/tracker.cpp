@@ -2,9 +2,14 @@
 #include "sdk/tracking/tracker.hpp"
 
 #include <cmath>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
 #include <thread>
+#include <vector>
 
 #include "sdk/base/platform.hpp"
+#include "sdk/base/run_within.hpp"
 #include "sdk/device/context.hpp"
 #include "sdk/tracking/surface_follower.hpp"
 
@@ -34,25 +39,29 @@ void expect_template_of_rig(const TemplateData& data, const Rig& rig) {
 
 }  // namespace
 
+// Made, used and destroyed by one thread, which alone is in the plugin's hands. Other threads call
+// what is marked so.
 class Tracker::Impl {
   public:
-    Impl(std::shared_ptr<Context> context, std::shared_ptr<const Rig> rig,
-         const defrec_tracker_desc& desc)
-        : context_(std::move(context)),
-          rig_(std::move(rig)),
-          settings_(complete_settings(desc, *rig_)),
-          device_(context_->open_device(desc.device_id, kAllStages)),
-          frames_(device_, *rig_, settings_),
-          follower_(rig_, device_, settings_, frames_) {
-        worker_ = platform::start_thread([this] { work(); });
-    }
-    ~Impl() {
-        frames_.stop();
-        worker_.join();
+    Impl(const std::shared_ptr<JobMonitor>& monitor, std::shared_ptr<DeviceWatch> watch,
+         std::shared_ptr<const Rig> rig, const TrackerSettings& settings)
+        : rig_(std::move(rig)),
+          settings_(settings),
+          device_(monitor->device.open(std::move(watch))),
+          frames_(device_, monitor, *rig_, settings_),
+          follower_(rig_, device_, settings_, frames_) {}
+
+    void work() {
+        while (TrackerJob* job = frames_.take())
+            if (frames_.is_stopped())
+                follower_.cancel(*job);
+            else
+                follower_.compute(*job);
     }
 
+    // Any thread.
+    void stop() { frames_.stop(); }
     std::shared_ptr<Job> submit(FrameInput input) { return frames_.submit(std::move(input)); }
-
     std::shared_ptr<const Template> current_template() const {
         std::shared_ptr<const Template> surface = frames_.template_to_set();
         if (surface == nullptr) surface = follower_.current_template();
@@ -65,54 +74,163 @@ class Tracker::Impl {
         expect_template_of_rig(surface->data(), *rig_);
         frames_.set_template(std::move(surface));
     }
-
-    std::shared_ptr<const DeviceBuffer> import_memory(uint32_t kind, void* address,
-                                                      uint64_t size) const {
-        return std::make_shared<const DeviceBuffer>(
-            DeviceBuffer::import(device_, kind, address, size));
-    }
-    bool can_use(const DeviceBuffer& memory) const { return memory.device() == device_; }
-
-    uint32_t format() const { return settings_.format; }
-    uint32_t memory_stride() const { return settings_.memory_stride; }
+    const std::shared_ptr<Device>& device() const { return device_; }
+    const TrackerSettings& settings() const { return settings_; }
     const Rig& rig() const { return *rig_; }
 
   private:
-    void work() {
-        while (TrackerJob* job = frames_.take())
-            if (frames_.is_stopped())
-                follower_.cancel(*job);
-            else
-                follower_.compute(*job);
-    }
-
-    std::shared_ptr<Context> context_;
     std::shared_ptr<const Rig> rig_;
     TrackerSettings settings_;
     std::shared_ptr<Device> device_;
     FrameQueue frames_;
     SurfaceFollower follower_;  // goes before the frames, whose memory its device may still use
-    std::thread worker_;
 };
 
-Tracker::Tracker(std::shared_ptr<Context> context, std::shared_ptr<const Rig> rig,
-                 const defrec_tracker_desc& desc)
-    : impl_(std::make_unique<Impl>(std::move(context), std::move(rig), desc)) {}
+// The thread of an Impl, which is left behind where the plugin does not let it go.
+class Tracker::Worker {
+  public:
+    Worker(const DeviceChoice& device, const std::shared_ptr<const Rig>& rig,
+           const TrackerSettings& settings)
+        : state_(std::make_shared<State>(device)) {
+        thread_ =
+            platform::start_thread([state = state_, rig, settings] { state->live(rig, settings); });
+        std::unique_lock lock(state_->mutex);
+        const auto outcome =
+            state_->watch->wait_until(state_->changed, lock, DeviceWatch::Clock::time_point::max(),
+                                      [&] { return state_->impl != nullptr || state_->has_ended; });
+        impl_ = state_->impl;
+        if (impl_ != nullptr) return;
+        lock.unlock();
+        if (outcome == DeviceWatch::Outcome::kStuck) {
+            leave_behind();
+            throw state_->monitor->device.give_up(name_of_call());
+        }
+        thread_.join();
+        std::rethrow_exception(state_->failure);
+    }
+    ~Worker() {
+        impl_->stop();
+        impl_.reset();
+        std::unique_lock lock(state_->mutex);
+        state_->impl.reset();
+        state_->changed.notify_all();
+        const auto outcome =
+            state_->watch->wait_until(state_->changed, lock, DeviceWatch::Clock::time_point::max(),
+                                      [&] { return state_->has_ended; });
+        lock.unlock();
+        if (outcome == DeviceWatch::Outcome::kDone) {
+            thread_.join();
+        } else {
+            leave_behind();
+            state_->monitor->give_up(name_of_call());
+        }
+    }
+    Worker(const Worker&) = delete;
+    Worker& operator=(const Worker&) = delete;
+
+    Impl* operator->() const { return impl_.get(); }
+    const DeviceChoice& device() const { return state_->monitor->device; }
+
+  private:
+    // What the thread and its owner share.
+    struct State {
+        explicit State(const DeviceChoice& device)
+            : watch(std::make_shared<DeviceWatch>(device.services()->plugin_deadline())),
+              monitor(std::make_shared<JobMonitor>(device, watch)) {}
+
+        void live(const std::shared_ptr<const Rig>& rig, const TrackerSettings& settings) {
+            watch->watch_this_thread();
+            try {
+                auto own = std::make_shared<Impl>(monitor, watch, rig, settings);
+                std::unique_lock lock(mutex);
+                if (!is_left_behind) {
+                    impl = own;
+                    changed.notify_all();
+                    lock.unlock();
+                    own->work();
+                    // The last one to let it go is this thread.
+                    lock.lock();
+                    changed.wait(lock, [&] { return impl == nullptr; });
+                }
+            } catch (...) {
+                failure = std::current_exception();
+            }
+            const std::lock_guard lock(mutex);
+            has_ended = true;
+            changed.notify_all();
+        }
+
+        const std::shared_ptr<DeviceWatch> watch;
+        const std::shared_ptr<JobMonitor> monitor;
+        std::mutex mutex;
+        std::condition_variable changed;
+        // Under the mutex.
+        std::shared_ptr<Impl> impl;  // from its start until the owner lets it go
+        std::exception_ptr failure;  // why it could not start
+        bool has_ended = false, is_left_behind = false;
+    };
+
+    void leave_behind() {
+        thread_.detach();
+        const std::lock_guard lock(state_->mutex);
+        state_->is_left_behind = true;
+    }
+
+    const char* name_of_call() const {
+        const char* call = state_->watch->stuck_in();
+        return call != nullptr ? call : "a call that took too long";
+    }
+
+    std::shared_ptr<State> state_;
+    std::shared_ptr<Impl> impl_;
+    std::thread thread_;
+};
+
+Tracker::Tracker(const Context& context, const std::shared_ptr<const Rig>& rig,
+                 const defrec_tracker_desc& desc) {
+    const TrackerSettings settings = complete_settings(desc, *rig);
+    std::vector<DeviceChoice> choices = context.choose_device(desc.device_id, kAllStages);
+    if ((desc.flags & DEFREC_TRACKER_FALLBACK) == 0)
+        choices.erase(choices.begin() + 1, choices.end());
+    for (const DeviceChoice& choice : choices) try {
+            worker_ = std::make_unique<Worker>(choice, rig, settings);
+            return;
+        } catch (const Error& error) {
+            if (&choice == &choices.back()) throw;
+            context.log(DEFREC_LOG_WARNING,
+                        concat("device ", choice.description().id,
+                               " is passed over for the next one: ", error.what()));
+        }
+}
 Tracker::~Tracker() = default;
-std::shared_ptr<Job> Tracker::submit(FrameInput input) { return impl_->submit(std::move(input)); }
+
+std::shared_ptr<Job> Tracker::submit(FrameInput input) {
+    return (*worker_)->submit(std::move(input));
+}
+
 std::shared_ptr<const DeviceBuffer> Tracker::import_memory(uint32_t kind, void* address,
                                                            uint64_t size) const {
-    return impl_->import_memory(kind, address, size);
+    const DeviceChoice& choice = worker_->device();
+    const auto imported = std::make_shared<std::shared_ptr<const DeviceBuffer>>();
+    const bool is_done =
+        run_within(choice.services()->plugin_deadline(), [=, device = (*worker_)->device()] {
+            *imported = std::make_shared<const DeviceBuffer>(
+                DeviceBuffer::import(device, kind, address, size));
+        });
+    if (!is_done) throw choice.give_up("buffer_import");
+    return *imported;
 }
-bool Tracker::can_use(const DeviceBuffer& memory) const { return impl_->can_use(memory); }
+bool Tracker::can_use(const DeviceBuffer& memory) const {
+    return memory.device() == (*worker_)->device();
+}
 std::shared_ptr<const Template> Tracker::current_template() const {
-    return impl_->current_template();
+    return (*worker_)->current_template();
 }
 void Tracker::set_template(std::shared_ptr<const Template> surface) {
-    impl_->set_template(std::move(surface));
+    (*worker_)->set_template(std::move(surface));
 }
-uint32_t Tracker::format() const { return impl_->format(); }
-uint32_t Tracker::memory_stride() const { return impl_->memory_stride(); }
-const Rig& Tracker::rig() const { return impl_->rig(); }
+uint32_t Tracker::format() const { return (*worker_)->settings().format; }
+uint32_t Tracker::memory_stride() const { return (*worker_)->settings().memory_stride; }
+const Rig& Tracker::rig() const { return (*worker_)->rig(); }
 
 }  // namespace defrec

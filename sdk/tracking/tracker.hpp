@@ -12,6 +12,7 @@ namespace defrec {
 
 class Context;
 class Rig;
+class Services;
 class Template;
 
 // One submitted frame. Its memory belongs to the tracker and is used again after release().
@@ -22,7 +23,7 @@ class Job {
     // DEFREC_OK, DEFREC_TIMEOUT, or the negative status the frame ended with. Any thread.
     virtual defrec_status wait(uint64_t timeout_ns) = 0;
     // Why the frame failed; empty unless wait() gave a negative status.
-    virtual const std::string& error_text() const = 0;
+    virtual std::string error_text() const = 0;
     // Throws Error(DEFREC_ERROR_STATE) unless the frame is done.
     virtual void result(defrec_result& out) const = 0;
     virtual std::shared_ptr<const Template> get_template() const = 0;
@@ -33,12 +34,15 @@ class Job {
                                    uint8_t* evidence) const = 0;
     // Waits if it is running, then gives its place back; the object must not be used afterwards.
     virtual void release() = 0;
+    // Of the context.
+    virtual std::shared_ptr<const Services> services() const = 0;
 };
 
 class Tracker {
   public:
-    // desc as the caller gave it, checked for size and flags; defaults are filled in here.
-    Tracker(std::shared_ptr<Context> context, std::shared_ptr<const Rig> rig,
+    // desc as the caller gave it, checked for size and flags; defaults are filled in here. Neither
+    // this nor the destructor waits longer than the plugin's deadline for a call of the device.
+    Tracker(const Context& context, const std::shared_ptr<const Rig>& rig,
             const defrec_tracker_desc& desc);
     ~Tracker();
     Tracker(const Tracker&) = delete;
@@ -62,7 +66,8 @@ class Tracker {
 
   private:
     class Impl;
-    std::unique_ptr<Impl> impl_;
+    class Worker;
+    std::unique_ptr<Worker> worker_;
 };
 
 }  // namespace defrec

@@ -167,13 +167,22 @@ TEST_CASE("row 51: a gap in the stream is named") {
     CHECK((session.track(render(0.5, 0)).reasons & DEFREC_REASON_GAP) != 0);
 }
 
-TEST_CASE("row 51: timestamps as far apart as there are") {
+TEST_CASE("row 91: timestamps as far apart as there are") {
     Session session;
     session.time = INT64_MIN;  // and a frame's time later
     for (int i = 0; i < 3; ++i)
         CHECK((session.track(render(0.1 * i, 0)).reasons & DEFREC_REASON_GAP) == 0);
-    session.time = INT64_MAX - 33000000;
-    CHECK((session.track(render(0.3, 0)).reasons & DEFREC_REASON_GAP) != 0);
+    const int64_t before = session.time;
+    for (const int64_t time : {INT64_MAX, INT64_MAX - int64_t{48} * 3600 * 1000000000}) {
+        session.time = time - 33000000;
+        defrec_job job = nullptr;
+        CHECK(session.submit(render(0.3, 0), &job) == DEFREC_ERROR_ARGUMENT);
+        CHECK(std::string(defrec_last_error()).find("timestamp_ns") != std::string::npos);
+    }
+    const Session::Frame confirmed = session.track(render(0.3, 0));
+    CHECK((confirmed.reasons & DEFREC_REASON_GAP) != 0);
+    CHECK(usable(confirmed.state));
+    CHECK(session.time > before);
 }
 
 TEST_CASE("rows 69 and 70: a long static run with noise neither moves nor drifts") {

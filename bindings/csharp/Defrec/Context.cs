@@ -54,7 +54,8 @@ namespace Defrec
                         free = options.Allocator.Free,
                         alloc_user = options.Allocator.User,
                         parallel_for = options.ParallelFor.Function,
-                        parallel_for_user = options.ParallelFor.User
+                        parallel_for_user = options.ParallelFor.User,
+                        plugin_deadline_ms = (uint)options.PluginDeadlineMs
                     };
                     IntPtr native;
                     DefrecException.ThrowIfFailed(NativeMethods.defrec_context_create(&desc, &native));

@@ -58,6 +58,11 @@ namespace Defrec
         /// <summary>Of the library's own pool, the caller's included; 0: one per core.</summary>
         public int Threads { get; set; }
 
+        /// <summary>
+        /// How long a plugin may take to start, to return from a call or to do a frame's work, ms; 0: a minute. Then its device is quarantined.
+        /// </summary>
+        public int PluginDeadlineMs { get; set; }
+
         /// <summary>The application's memory.</summary>
         public NativeAllocator Allocator { get; set; }
 

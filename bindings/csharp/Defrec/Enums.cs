@@ -18,7 +18,7 @@ namespace Defrec
         ErrorUnsupported = -3,
         /// <summary>Of the process or of the device.</summary>
         ErrorOutOfMemory = -4,
-        /// <summary>Destroy the tracker and open another device.</summary>
+        /// <summary>Gone, or did not answer in time: destroy the tracker and open another device.</summary>
         ErrorDeviceLost = -5,
         /// <summary>A plugin broke its contract, or was refused.</summary>
         ErrorPlugin = -6,
@@ -100,7 +100,11 @@ namespace Defrec
         /// <summary>The same input gives the same bits.</summary>
         Repeatable = 1u << 0,
         /// <summary>A graphics driver that computes on the processor, slower than the CPU backend.</summary>
-        Software = 1u << 1
+        Software = 1u << 1,
+        /// <summary>
+        /// Did not answer within plugin_deadline_ms: it is not opened again in this context, and what it holds is left behind.
+        /// </summary>
+        Quarantined = 1u << 2
     }
 
     /// <summary>Kinds of memory that a defrec_memory may name.</summary>
@@ -320,6 +324,10 @@ namespace Defrec
         public const int OrbAngleBins = 32;
         /// <summary>Control points that move one surface point.</summary>
         public const int SkinNodes = 4;
+        /// <summary>
+        /// Where the device is quarantined or cannot be opened, take the next one with every stage; results name it.
+        /// </summary>
+        public const int TrackerFallback = 1;
         /// <summary>Entries of defrec_result's times.</summary>
         public const int MaxTimedStages = 16;
     }

@@ -70,6 +70,8 @@ class Context(Handle):
         plugin's name. It lives as long as something made from this context does; one that refers to the context itself
         keeps it until close(). An exception in it goes to sys.unraisablehook.
     log_level: the lowest level reported. threads: of the library's own pool, 0: one per core.
+    plugin_deadline_ms: how long a plugin may take to start, to return from a call or to do a frame's work, 0: a minute;
+        then its device is quarantined.
 
     The C API's alloc and parallel_for are left out: they are called for every buffer and loop from threads that
     compute, which would wait for Python's lock each time.
@@ -86,13 +88,19 @@ class Context(Handle):
         log: Optional[Log] = None,
         log_level: LogLevel = LogLevel.INFO,
         threads: int = 0,
+        plugin_deadline_ms: int = 0,
     ) -> None:
         if isinstance(plugin_paths, (str, bytes)):
             raise TypeError("plugin_paths is a list of paths, one text given")
         paths = [c_path("plugin_paths", path) for path in plugin_paths]
         if log is not None and not callable(log):
             raise TypeError(f"log is a function, {log!r} given")
-        desc = structs.ContextDesc(log_level=log_level, threads=threads, plugin_path_count=len(paths))
+        desc = structs.ContextDesc(
+            log_level=log_level,
+            threads=threads,
+            plugin_path_count=len(paths),
+            plugin_deadline_ms=plugin_deadline_ms,
+        )
         desc.flags = (ContextFlag.ONLY_GIVEN_PLUGINS if only_given_plugins else 0) | (
             ContextFlag.USE_ENVIRONMENT if use_environment else 0
         )

@@ -26,6 +26,8 @@ ORB_ANGLE_BINS = 32
 """Orientation bin k is the angle k * 2 pi / 32 from x towards y."""
 SKIN_NODES = 4
 """Control points that move one surface point."""
+TRACKER_FALLBACK = 1
+"""Where the device is quarantined or cannot be opened, take the next one with every stage; results name it."""
 MAX_TIMED_STAGES = 16
 """Entries of defrec_result's times."""
 
@@ -46,7 +48,7 @@ class Status(OpenEnum):
     ERROR_OUT_OF_MEMORY = -4
     """Of the process or of the device."""
     ERROR_DEVICE_LOST = -5
-    """Destroy the tracker and open another device."""
+    """Gone, or did not answer in time: destroy the tracker and open another device."""
     ERROR_PLUGIN = -6
     """A plugin broke its contract, or was refused."""
     ERROR_IO = -7
@@ -122,6 +124,9 @@ class DeviceFeature(IntFlag):
     """The same input gives the same bits."""
     SOFTWARE = 2
     """A graphics driver that computes on the processor, slower than the CPU backend."""
+    QUARANTINED = 4
+    """Did not answer within plugin_deadline_ms: it is not opened again in this context, and what it holds is left
+    behind."""
 
 
 class MemoryKind(OpenEnum):

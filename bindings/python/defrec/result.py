@@ -115,6 +115,8 @@ class Result:
     """Between left and right view, behind the last three; 0: not measured."""
     template_epoch: int
     """Counts the tracker's templates, and how often tissue joined them; 0 without a template."""
+    device_id: str
+    """Of the device that computed the frame."""
 
 
 def copy_result(r: structs.ResultStruct, size: Tuple[int, int]) -> Result:
@@ -157,4 +159,5 @@ def copy_result(r: structs.ResultStruct, size: Tuple[int, int]) -> Result:
         focal_ratio=r.focal_ratio,
         rig_matches=r.rig_matches,
         template_epoch=r.template_epoch,
+        device_id=text(r.device_id),
     )

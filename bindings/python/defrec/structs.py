@@ -36,7 +36,7 @@ I32x4 = Annotated[Any, c_type(I32) * 4]
 U32x8 = Annotated[Any, c_type(U32) * 8]
 
 
-@c_struct("defrec_context_desc")
+@c_struct("defrec_context_desc", plugin_deadline_ms=60000)
 class ContextDesc(Struct):
     """What a context is made with. Nothing it points to is kept but the callbacks and what they are given."""
 
@@ -66,6 +66,9 @@ class ContextDesc(Struct):
     """The application's own threads instead of the pool; may be None."""
     parallel_for_user: Address
     """Handed to parallel_for."""
+    plugin_deadline_ms: U32
+    """How long a plugin may take to start, to return from a call or to do a frame's work; then its device is
+    quarantined: see DeviceFeature.QUARANTINED, ms; 10 to 3600000; default 60000."""
 
 
 @c_struct("defrec_plugin_info")
@@ -711,7 +714,7 @@ class TrackerDesc(Struct):
 
     struct_size: U32
     flags: U32
-    """0; 0 to 0."""
+    """TRACKER_*; 0 to TRACKER_FALLBACK."""
     device_id: Text
     """Of the device; None: the first device with every stage."""
     seed: U64
@@ -889,6 +892,8 @@ class ResultStruct(Struct):
     """Between left and right view, behind the last three; 0 where not measured."""
     template_epoch: U32
     """Counts the tracker's templates, and how often tissue joined them; 0 without a template."""
+    device_id: Text
+    """Of the device that computed the frame."""
 
 
 @c_struct("defrec_template_info")

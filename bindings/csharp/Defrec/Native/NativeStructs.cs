@@ -22,6 +22,7 @@ namespace Defrec.Native
         internal IntPtr alloc_user;
         internal IntPtr parallel_for;
         internal IntPtr parallel_for_user;
+        internal uint plugin_deadline_ms;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -218,6 +219,7 @@ namespace Defrec.Native
         internal float focal_ratio;
         internal uint rig_matches;
         internal uint template_epoch;
+        internal byte* device_id;
     }
 
     [StructLayout(LayoutKind.Sequential)]

@@ -1,0 +1,208 @@
+// Backend cpu that misbehaves in one place, as a test asks for by defrec_misbehave: throws, hangs,
+// or gives what a stage never gives. One context at a time. MISBEHAVES_AT_START: the arguments of a
+// first call of it, in a plugin that no context takes.
+#include <chrono>
+#include <condition_variable>
+#include <cstddef>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include "plugins/cpu/makers.hpp"
+
+namespace {
+using namespace defrec;
+
+const HostPluginDescription kDescription{
+    PLUGIN_NAME,
+    DEFREC_RELEASE,
+    "Misbehaves",
+    cpu::kMakers,
+};
+
+const defrec_plugin* inner = nullptr;  // as it should be
+defrec_plugin outer;
+defrec_stage_table stages[DEFREC_STAGE_COUNT_V1];
+
+std::mutex mutex;
+std::condition_variable changed;
+std::string how, where;  // under the mutex, as all of these
+bool held = false;
+int inside = 0;  // calls that hang
+
+// What is done at a place before the right thing.
+void at(const char* place) {
+    std::unique_lock lock(mutex);
+    if (where != place) return;
+    if (how == "throw") throw 5;
+    if (how != "hang") return;
+    ++inside;
+    changed.notify_all();
+    changed.wait(lock, [] { return !held; });
+    --inside;
+    changed.notify_all();
+}
+bool asked_for(const char* kind, const char* place) {
+    const std::lock_guard lock(mutex);
+    return how == kind && where == place;
+}
+
+// A value that a stage never gives, behind what it gave.
+struct Lie {
+    const char* name;
+    uint32_t stage;
+    size_t output;
+    size_t offset;
+    uint32_t bits;
+};
+constexpr uint32_t kNaN = 0x7fc00000u;
+constexpr Lie kLies[] = {
+    {"count of features", DEFREC_STAGE_ORB, 0, 0, UINT32_MAX},
+    {"place of a feature", DEFREC_STAGE_ORB, 1, offsetof(defrec_feature, x), 0x7fffffffu},
+    {"level of a feature", DEFREC_STAGE_ORB, 1, offsetof(defrec_feature, level), 0xffffffffu},
+    {"disparity", DEFREC_STAGE_STEREO, 0, 320 * 120 * 2, 0x7fff7fffu},
+    {"feature of a match", DEFREC_STAGE_RANSAC, 0, offsetof(defrec_match, feature), 2000000000u},
+    {"weight of a match", DEFREC_STAGE_RANSAC, 0, offsetof(defrec_match, weight), kNaN},
+    {"inliers", DEFREC_STAGE_RANSAC, 1, offsetof(defrec_ransac_summary, inliers), 0x80000000u},
+    {"validity of a patch", DEFREC_STAGE_ALIGN, 0, offsetof(defrec_patch_observation, valid), 7},
+    {"information of a patch", DEFREC_STAGE_ALIGN, 0,
+     offsetof(defrec_patch_observation, information), kNaN},
+    {"validity of a prediction", DEFREC_STAGE_ALIGN, 1, offsetof(defrec_patch_prediction, valid),
+     7},
+    {"motion", DEFREC_STAGE_LM, 0, offsetof(defrec_motion, dual), kNaN},
+    {"motion of no length", DEFREC_STAGE_LM, 0, offsetof(defrec_motion, real), 0x7f000000u},
+    {"position", DEFREC_STAGE_WARP, 0, offsetof(defrec_surface_sample, position), kNaN},
+    {"residual", DEFREC_STAGE_WARP, 0, offsetof(defrec_surface_sample, residual), 0x7f800000u},
+    {"observation", DEFREC_STAGE_WARP, 0, offsetof(defrec_surface_sample, observation), 77},
+};
+
+template <size_t kStage>
+defrec_status enqueue(defrec_pstage* stage, defrec_pqueue* queue, defrec_pbuffer* const* in,
+                      size_t in_count, defrec_pbuffer* const* out, size_t out_count) {
+    at("enqueue");
+    const defrec_status status =
+        inner->stage(inner->self, kStage)->enqueue(stage, queue, in, in_count, out, out_count);
+    for (const Lie& lie : kLies)
+        if (lie.stage == kStage && asked_for("lie", lie.name) && lie.output < out_count &&
+            out[lie.output] != nullptr)
+            inner->write(queue, out[lie.output], lie.offset, &lie.bits, sizeof lie.bits);
+    return status;
+}
+template <size_t kStage>
+defrec_status create(defrec_pdevice* device, const void* params, defrec_pstage** out) {
+    at("create");
+    return inner->stage(inner->self, kStage)->create(device, params, out);
+}
+template <size_t... kStages>
+void wrap_stages(std::index_sequence<kStages...>) {
+    ((stages[kStages] = *inner->stage(inner->self, kStages),
+      stages[kStages].create = create<kStages>, stages[kStages].enqueue = enqueue<kStages>),
+     ...);
+    for (defrec_stage_table& stage : stages)
+        stage.destroy = [](defrec_pstage* object) {
+            at("stage destroy");
+            inner->stage(inner->self, DEFREC_STAGE_RECTIFY)->destroy(object);
+        };
+}
+
+void wrap_plugin() {
+    outer = *inner;
+    outer.device_count = [](void* self) {
+        at("device_count");
+        return inner->device_count(self);
+    };
+    outer.device_info = [](void* self, size_t index, defrec_device_info* out) {
+        at("device_info");
+        const defrec_status status = inner->device_info(self, index, out);
+        out->id = PLUGIN_NAME;
+        return status;
+    };
+    outer.device_open = [](void* self, size_t index, defrec_pdevice** out) {
+        at("device_open");
+        return inner->device_open(self, index, out);
+    };
+    outer.device_close = [](defrec_pdevice* device) {
+        at("device_close");
+        inner->device_close(device);
+    };
+    outer.buffer_create = [](defrec_pdevice* device, uint64_t size, defrec_pbuffer** out) {
+        at("buffer_create");
+        return inner->buffer_create(device, size, out);
+    };
+    outer.buffer_destroy = [](defrec_pbuffer* buffer) {
+        at("buffer_destroy");
+        inner->buffer_destroy(buffer);
+    };
+    outer.queue_destroy = [](defrec_pqueue* queue) {
+        at("queue_destroy");
+        inner->queue_destroy(queue);
+    };
+    outer.write = [](defrec_pqueue* queue, defrec_pbuffer* buffer, uint64_t offset, const void* src,
+                     uint64_t size) {
+        at("write");
+        return inner->write(queue, buffer, offset, src, size);
+    };
+    outer.read = [](defrec_pqueue* queue, defrec_pbuffer* buffer, uint64_t offset, void* dst,
+                    uint64_t size) {
+        at("read");
+        return inner->read(queue, buffer, offset, dst, size);
+    };
+    outer.signal = [](defrec_pqueue* queue, uint64_t* out_value) {
+        at("signal");
+        return inner->signal(queue, out_value);
+    };
+    outer.wait = [](defrec_pqueue* queue, uint64_t value, uint64_t timeout_ns) -> defrec_status {
+        at("wait");
+        if (!asked_for("never", "wait")) return inner->wait(queue, value, timeout_ns);
+        std::this_thread::sleep_for(std::chrono::nanoseconds(timeout_ns));
+        return DEFREC_TIMEOUT;
+    };
+    outer.stage = [](void*, uint32_t stage) -> const defrec_stage_table* {
+        at("stage");
+        return stage < DEFREC_STAGE_COUNT_V1 ? &stages[stage] : nullptr;
+    };
+    outer.buffer_import = [](defrec_pdevice* device, uint32_t kind, void* memory, uint64_t size,
+                             defrec_pbuffer** out) {
+        at("buffer_import");
+        return inner->buffer_import(device, kind, memory, size, out);
+    };
+    outer.shutdown = [](void* self) {
+        at("shutdown");
+        inner->shutdown(self);
+    };
+}
+
+}  // namespace
+
+// From now on: kind "throw", "hang", "lie" or "never" at this place; "" nowhere. What hangs goes on
+// when this is called again.
+extern "C" DEFREC_PLUGIN_EXPORT void defrec_misbehave(const char* kind, const char* place) {
+    std::unique_lock lock(mutex);
+    held = false;
+    changed.notify_all();
+    changed.wait(lock, [] { return inside == 0; });
+    how = kind;
+    where = place;
+    held = true;
+}
+
+// Waits until a call hangs.
+extern "C" DEFREC_PLUGIN_EXPORT void defrec_await_hang() {
+    std::unique_lock lock(mutex);
+    changed.wait(lock, [] { return inside > 0; });
+}
+
+extern "C" DEFREC_PLUGIN_EXPORT defrec_status DEFREC_CALL
+defrec_plugin_entry_v1(const defrec_host* host, const defrec_plugin** out) {
+#ifdef MISBEHAVES_AT_START
+    defrec_misbehave(MISBEHAVES_AT_START);
+#endif
+    at("entry");
+    const defrec_status status = enter_host_plugin(kDescription, host, &inner);
+    if (status != DEFREC_OK) return status;
+    wrap_plugin();
+    wrap_stages(std::make_index_sequence<DEFREC_STAGE_COUNT_V1>());
+    *out = &outer;
+    return DEFREC_OK;
+}

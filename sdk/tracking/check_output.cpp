@@ -1,0 +1,128 @@
+// See check_output.hpp. A first look goes over whole arrays without a branch; only where it finds
+// something a second one says what.
+#include "sdk/tracking/check_output.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "sdk/base/error.hpp"
+#include "sdk/tracking/pipeline.hpp"
+
+namespace defrec {
+namespace {
+
+constexpr int32_t kMaxScore = 4096, kMaxHamming = 256, kMaxReferences = 1024;
+
+uint32_t not_finite(float value) {
+    return (std::bit_cast<uint32_t>(value) & 0x7f800000u) == 0x7f800000u ? 1 : 0;
+}
+template <size_t kCount>
+uint32_t not_finite(const float (&values)[kCount]) {
+    uint32_t found = 0;
+    for (const float value : values) found |= not_finite(value);
+    return found;
+}
+// Unsigned, so that negative ones are above any limit.
+uint32_t above(int32_t value, int32_t max) {
+    return static_cast<uint32_t>(value) > static_cast<uint32_t>(max) ? 1 : 0;
+}
+uint32_t far_outside(int32_t coordinate) {
+    constexpr int32_t kFar = DEFREC_MAX_SIDE * 256;
+    return coordinate < -kFar || coordinate > kFar ? 1 : 0;
+}
+
+template <class Record, class IsWrong>
+void check_all(std::span<const Record> records, const char* stage, const char* buffer,
+               const IsWrong& is_wrong) {
+    uint32_t found = 0;
+    for (const Record& record : records) found |= is_wrong(record);
+    if (found == 0) return;
+    const auto wrong = std::find_if(records.begin(), records.end(),
+                                    [&](const Record& record) { return is_wrong(record) != 0; });
+    fail(DEFREC_ERROR_PLUGIN, "stage ", stage, " gave ", buffer, " ", wrong - records.begin(),
+         " a value that it never has");
+}
+
+uint32_t is_wrong(const defrec_surface_sample& sample) {
+    return not_finite(sample.position) | not_finite(sample.normal) | not_finite(sample.residual) |
+           (sample.observation > DEFREC_INCONSISTENT ? 1u : 0u);
+}
+uint32_t is_wrong(const defrec_patch_observation& patch) {
+    return not_finite(patch.information) | above(patch.valid, 1) |
+           (patch.score < -kMaxScore || patch.score > kMaxScore ? 1u : 0u) | far_outside(patch.u) |
+           far_outside(patch.v);
+}
+// Of one that is not valid nothing is used.
+uint32_t is_wrong(const defrec_patch_prediction& patch) {
+    return above(patch.valid, 1) |
+           (patch.valid == 1 ? far_outside(patch.u) | far_outside(patch.v) : 0u);
+}
+uint32_t is_wrong(const defrec_motion& motion) {
+    float length = 0;
+    for (const float value : motion.real) length += value * value;
+    return not_finite(motion.real) | not_finite(motion.dual) |
+           (length > 0.5f && length < 2 ? 0u : 1u);
+}
+uint32_t is_wrong(const defrec_match& match, int32_t features) {
+    return (match.feature < -1 || match.feature >= features ? 1u : 0u) |
+           above(match.distance, kMaxHamming) | above(match.second, kMaxHamming) |
+           not_finite(match.u) | not_finite(match.v) | not_finite(match.position) |
+           (match.weight >= 0 && match.weight <= 1 ? 0u : 1u);
+}
+uint32_t is_wrong(const defrec_ransac_summary& summary, int32_t landmarks) {
+    return above(summary.valid_matches, landmarks) | above(summary.inliers, landmarks) |
+           above(summary.best_support, landmarks) | above(summary.references, kMaxReferences) |
+           not_finite(summary.rotation) | not_finite(summary.translation);
+}
+
+void check_feature_count(uint32_t count, uint32_t max) {
+    if (count > max)
+        fail(DEFREC_ERROR_PLUGIN, "stage orb gave a count of ", count, " features where at most ",
+             max, " fit");
+}
+
+}  // namespace
+
+void check_output(const FrameOutput& output, const TemplateData& data, uint32_t max_features) {
+    const auto check = [](const auto& records, const char* stage, const char* buffer) {
+        check_all(std::span(std::as_const(records)), stage, buffer,
+                  [](const auto& record) { return is_wrong(record); });
+    };
+    const auto constant = []<class T>(std::span<T> span) { return std::span<const T>(span); };
+    const FrameSummary& summary = *output.summary;
+    check_feature_count(summary.features, max_features);
+    const auto features = static_cast<int32_t>(summary.features);
+    const auto landmarks = static_cast<int32_t>(data.landmarks.size());
+    check_all(constant(output.matches), "ransac", "match",
+              [=](const defrec_match& match) { return is_wrong(match, features); });
+    check_all(std::span<const defrec_ransac_summary>(&summary.ransac, 1), "ransac", "summary",
+              [=](const defrec_ransac_summary& one) { return is_wrong(one, landmarks); });
+    check(constant(output.motions), "lm", "motion");
+    check(constant(output.samples), "warp", "sample");
+    check(constant(output.observations), "align", "observation");
+    check(constant(output.predictions), "align", "prediction");
+    check(constant(output.checks), "align", "observation");
+    check(constant(output.check_predictions), "align", "prediction");
+    check(constant(output.right_observations), "align", "observation in the right view");
+}
+
+void check_front(const FrontImages& images, uint32_t width, uint32_t height, uint32_t max_features,
+                 const SearchRange& max_range) {
+    check_feature_count(images.feature_count, max_features);
+    const auto right = static_cast<int32_t>(16 * width), bottom = static_cast<int32_t>(16 * height);
+    check_all(std::span(images.features).first(images.feature_count), "orb", "feature",
+              [=](const defrec_feature& feature) {
+                  constexpr uint32_t kMaxLevels = 8;
+                  return above(feature.x, right) | above(feature.y, bottom) |
+                         (feature.level >= kMaxLevels ? 1u : 0u) |
+                         (feature.angle >= DEFREC_ORB_ANGLE_BINS ? 1u : 0u);
+              });
+    const auto end = static_cast<int32_t>(DEFREC_DISPARITY_ONE *
+                                          (max_range.min_disparity + max_range.disparities + 1));
+    check_all(std::span<const int16_t>(images.disparity), "stereo", "pixel", [=](int16_t value) {
+        return value != DEFREC_DISPARITY_NONE ? above(value, end) : 0u;
+    });
+}
+
+}  // namespace defrec

@@ -1,0 +1,20 @@
+// What a device gave is checked before it is believed: a plugin may be wrong, or its memory
+// damaged. Of gray images, masks and kept disparity every value means something.
+#pragma once
+#include <cstdint>
+
+#include "sdk/tracking/frame_output.hpp"
+
+namespace defrec {
+
+struct FrontImages;  // pipeline.hpp
+struct SearchRange;  // search_range.hpp
+
+// Throw Error(DEFREC_ERROR_PLUGIN) that names stage, buffer and index of a value that the stage
+// never gives.
+void check_output(const FrameOutput& output, const TemplateData& data, uint32_t max_features);
+// max_range: the widest that is searched.
+void check_front(const FrontImages& images, uint32_t width, uint32_t height, uint32_t max_features,
+                 const SearchRange& max_range);
+
+}  // namespace defrec

@@ -1,0 +1,489 @@
+// Plugins that throw, hang and lie: the call fails, the application goes on.
+#include <dlfcn.h>
+#include <doctest/doctest.h>
+#include <pthread.h>
+
+#include <cstdlib>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "sdk/api/test_context.hpp"
+#include "sdk/api/test_frames.hpp"
+#include "sdk/api/test_scene.hpp"
+#include "sdk/base/test_files.hpp"
+#include "sdk/tracking/test_device.hpp"
+
+using namespace defrec::test;
+
+namespace {
+
+// Longer than any call of a device that works.
+#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
+constexpr uint32_t kDeadlineMs = 20000;
+#else
+constexpr uint32_t kDeadlineMs = 2000;
+#endif
+
+// The application's log and memory, which it takes away when it is done with the context.
+struct Application {
+    std::mutex mutex;
+    std::string log;
+    bool is_gone = false, was_called_when_gone = false;
+
+    static void add(void* user, int32_t, const char*, const char* text) {
+        auto& self = *static_cast<Application*>(user);
+        const std::lock_guard lock(self.mutex);
+        self.log += std::string(text) + "\n";
+        self.was_called_when_gone |= self.is_gone;
+    }
+    static void* alloc(void* user, size_t size, size_t alignment) {
+        auto& self = *static_cast<Application*>(user);
+        const std::lock_guard lock(self.mutex);
+        self.was_called_when_gone |= self.is_gone;
+        return std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+    }
+    static void free(void* user, void* memory) {
+        auto& self = *static_cast<Application*>(user);
+        const std::lock_guard lock(self.mutex);
+        self.was_called_when_gone |= self.is_gone;
+        std::free(memory);
+    }
+    bool logged(const std::string& text) {
+        const std::lock_guard lock(mutex);
+        return contains(log, text);
+    }
+};
+
+std::string library_of(const std::string& plugin) {
+    return (stub_folder(plugin) / ("defrec_plugin_" + plugin + ".so")).string();
+}
+
+// A context with the plugin "misbehaving", which does as it should at first, and backend cpu; a
+// rig.
+class Session {
+  public:
+    explicit Session(const std::string& plugin = "misbehaving") {
+        const std::string places[] = {stub_folder(plugin).string(), manifest_of("cpu")};
+        const char* pointers[] = {places[0].c_str(), places[1].c_str()};
+        defrec_context_desc desc;
+        DEFREC_INIT(&desc);
+        desc.flags = DEFREC_CONTEXT_ONLY_GIVEN_PLUGINS;
+        desc.plugin_paths = pointers;
+        desc.plugin_path_count = 2;
+        desc.threads = 2;
+        desc.log = Application::add;
+        desc.alloc = Application::alloc;
+        desc.free = Application::free;
+        desc.log_user = desc.alloc_user = &application;
+        desc.plugin_deadline_ms = kDeadlineMs;
+        REQUIRE(defrec_context_create(&desc, &context) == DEFREC_OK);
+        defrec_rig_desc rig_desc;
+        DEFREC_INIT(&rig_desc);
+        rig_desc.width = kWidth;
+        rig_desc.height = kHeight;
+        rig_desc.left.fx = rig_desc.left.fy = kFocal;
+        rig_desc.left.cx = kWidth / 2;
+        rig_desc.left.cy = kHeight / 2;
+        rig_desc.right = rig_desc.left;
+        rig_desc.rotation[0] = rig_desc.rotation[4] = rig_desc.rotation[8] = 1;
+        rig_desc.translation[0] = -kBaseline;
+        REQUIRE(defrec_rig_create(context, &rig_desc, &rig) == DEFREC_OK);
+        library_ = dlopen(library_of(plugin).c_str(), RTLD_NOW);
+        REQUIRE(library_ != nullptr);
+        behave();
+    }
+    ~Session() {
+        behave();
+        end();
+        dlclose(library_);
+    }
+    Session(const Session&) = delete;
+    Session& operator=(const Session&) = delete;
+
+    // All handles go; what hangs goes on hanging.
+    void end() {
+        defrec_tracker_destroy(tracker);
+        for (defrec_job job : jobs) defrec_job_release(job);
+        jobs.clear();
+        defrec_rig_destroy(rig);
+        defrec_context_destroy(context);
+        tracker = nullptr;
+        rig = nullptr;
+        context = nullptr;
+        const std::lock_guard lock(application.mutex);
+        application.is_gone = true;
+    }
+
+    void misbehave(const char* kind, const char* place) {
+        const auto function = reinterpret_cast<void (*)(const char*, const char*)>(
+            dlsym(library_, "defrec_misbehave"));
+        REQUIRE(reinterpret_cast<void*>(function) != nullptr);
+        function(kind, place);
+    }
+    void behave() { misbehave("", ""); }
+    void await_hang() {
+        const auto function = reinterpret_cast<void (*)()>(dlsym(library_, "defrec_await_hang"));
+        REQUIRE(reinterpret_cast<void*>(function) != nullptr);
+        function();
+    }
+
+    defrec_status make_tracker(const char* device = "misbehaving", uint32_t flags = 0) {
+        defrec_tracker_desc desc;
+        DEFREC_INIT(&desc);
+        desc.device_id = device;
+        desc.flags = flags;
+        desc.format = DEFREC_FORMAT_GRAY8;
+        desc.keep_disparity = 1;
+        return defrec_tracker_create(context, rig, &desc, &tracker);
+    }
+    defrec_status submit() {
+        defrec_image images[2];
+        for (int view = 0; view < 2; ++view) {
+            DEFREC_INIT(&images[view]);
+            images[view].format = DEFREC_FORMAT_GRAY8;
+            images[view].width = kWidth;
+            images[view].height = kHeight;
+            images[view].pixels = (view == 0 ? pair.left : pair.right).data();
+        }
+        defrec_frame frame;
+        DEFREC_INIT(&frame);
+        frame.timestamp_ns = ++time;
+        frame.left = &images[0];
+        frame.right = &images[1];
+        defrec_job job = nullptr;
+        const defrec_status status = defrec_tracker_submit(tracker, &frame, &job);
+        if (job != nullptr) jobs.push_back(job);
+        return status;
+    }
+    // Submitted and waited for; its job is released if it succeeds.
+    defrec_status track() {
+        const defrec_status status = submit();
+        if (status != DEFREC_OK) return status;
+        const defrec_status result = defrec_job_wait(jobs.back(), UINT64_MAX);
+        if (result == DEFREC_OK) {
+            defrec_job_release(jobs.back());
+            jobs.pop_back();
+        }
+        return result;
+    }
+    void release_jobs() {
+        for (defrec_job job : jobs) defrec_job_release(job);
+        jobs.clear();
+    }
+    bool is_quarantined(const std::string& id) const {
+        for (size_t i = 0; i < defrec_device_count(context); ++i) {
+            defrec_device_info info;
+            DEFREC_INIT(&info);
+            REQUIRE(defrec_device_get(context, i, &info) == DEFREC_OK);
+            if (info.id == id) return (info.features & DEFREC_FEATURE_QUARANTINED) != 0;
+        }
+        return false;
+    }
+
+    Application application;
+    defrec_context context = nullptr;
+    defrec_rig rig = nullptr;
+    defrec_tracker tracker = nullptr;
+    std::vector<defrec_job> jobs;
+    const Pair pair = render(0, 0);
+    int64_t time = 0;
+
+  private:
+    void* library_ = nullptr;
+};
+
+std::string last_error() { return defrec_last_error(); }
+
+// A lost tracker and its device: everything says so, nothing waits, another device is at hand.
+void check_quarantined(Session& session) {
+    CHECK(session.is_quarantined("misbehaving"));
+    CHECK_FALSE(session.is_quarantined("cpu"));
+    CHECK(session.application.logged("quarantined"));
+    defrec_tracker_destroy(session.tracker);
+    session.tracker = nullptr;
+    session.release_jobs();
+    // Never another device in silence.
+    CHECK(session.make_tracker() == DEFREC_ERROR_DEVICE_LOST);
+    CHECK(contains(last_error(), "quarantined"));
+    REQUIRE(session.make_tracker("misbehaving", DEFREC_TRACKER_FALLBACK) == DEFREC_OK);
+    CHECK(session.application.logged("passed over"));
+    REQUIRE(session.submit() == DEFREC_OK);
+    REQUIRE(defrec_job_wait(session.jobs.back(), UINT64_MAX) == DEFREC_OK);
+    defrec_result result;
+    DEFREC_INIT(&result);
+    REQUIRE(defrec_job_result(session.jobs.back(), &result) == DEFREC_OK);
+    CHECK(std::string(result.device_id) == "cpu");
+}
+
+}  // namespace
+
+TEST_CASE("row 80: what a device's functions throw fails the frame, and the next one works") {
+    Session session;
+    REQUIRE(session.make_tracker() == DEFREC_OK);
+    for (const char* place : {"create", "enqueue", "wait", "write", "read", "signal"}) {
+        CAPTURE(place);
+        session.misbehave("throw", place);  // "create": the template's stages, in the first frame
+        CHECK(session.track() == DEFREC_ERROR_PLUGIN);
+        CHECK(contains(last_error(), "threw an exception"));
+        session.behave();
+        session.release_jobs();
+        CHECK(session.track() == DEFREC_OK);
+    }
+}
+
+TEST_CASE("row 80: what is thrown while a tracker is made is its error") {
+    for (const char* place : {"device_open", "buffer_create", "create"}) {
+        CAPTURE(place);
+        Session session;
+        session.misbehave("throw", place);
+        CHECK(session.make_tracker() == DEFREC_ERROR_PLUGIN);
+        CHECK(contains(last_error(), "threw an exception"));
+        session.behave();
+        CHECK(session.make_tracker() == DEFREC_OK);
+    }
+}
+
+TEST_CASE("row 80: what is thrown while things end is logged") {
+    for (const char* place :
+         {"stage destroy", "queue_destroy", "buffer_destroy", "device_close", "shutdown"}) {
+        CAPTURE(place);
+        Session session;
+        REQUIRE(session.make_tracker() == DEFREC_OK);
+        session.misbehave("throw", place);
+        session.end();
+        CHECK(session.application.logged("threw an exception"));
+    }
+}
+
+TEST_CASE("row 81: a plugin that throws when it is asked for its devices is refused alone") {
+    for (const std::string place : {"entry", "device_count", "device_info", "stage"}) {
+        CAPTURE(place);
+        Session session("throw_" + place);
+        defrec_plugin_info info;
+        DEFREC_INIT(&info);
+        REQUIRE(defrec_plugin_get(session.context, 0, &info) == DEFREC_OK);
+        CHECK(info.verdict == DEFREC_ERROR_PLUGIN);
+        CHECK(contains(info.reason, "threw an exception"));
+        REQUIRE(session.make_tracker("cpu") == DEFREC_OK);
+        CHECK(session.track() == DEFREC_OK);
+    }
+}
+
+TEST_CASE("row 79: a frame whose device does not answer fails, and the device is quarantined") {
+    for (const char* place : {"enqueue", "wait", "read"}) {
+        CAPTURE(place);
+        Session session;
+        REQUIRE(session.make_tracker() == DEFREC_OK);
+        REQUIRE(session.track() == DEFREC_OK);
+        session.misbehave("hang", place);
+        REQUIRE(session.submit() == DEFREC_OK);
+        REQUIRE(session.submit() == DEFREC_OK);
+        const defrec_job hanging = session.jobs.front(), queued = session.jobs.back();
+        CHECK(defrec_job_wait(hanging, 0) == DEFREC_TIMEOUT);
+        CHECK(defrec_job_wait(hanging, UINT64_MAX) == DEFREC_ERROR_DEVICE_LOST);
+        CHECK(contains(last_error(), "no answer within"));
+        CHECK(defrec_job_wait(queued, UINT64_MAX) == DEFREC_ERROR_DEVICE_LOST);
+        defrec_result result;
+        DEFREC_INIT(&result);
+        CHECK(defrec_job_result(hanging, &result) == DEFREC_ERROR_DEVICE_LOST);
+        CHECK(session.submit() == DEFREC_ERROR_DEVICE_LOST);
+        check_quarantined(session);
+        session.end();
+        // The thread that comes back finds nobody, and calls nobody.
+        session.behave();
+        CHECK_FALSE(session.application.was_called_when_gone);
+    }
+}
+
+TEST_CASE("row 79: who asks again and again is told as well") {
+    Session session;
+    REQUIRE(session.make_tracker() == DEFREC_OK);
+    session.misbehave("hang", "enqueue");
+    REQUIRE(session.submit() == DEFREC_OK);
+    defrec_status status = DEFREC_TIMEOUT;
+    while (status == DEFREC_TIMEOUT) status = defrec_job_wait(session.jobs.back(), 0);
+    CHECK(status == DEFREC_ERROR_DEVICE_LOST);
+    session.behave();
+    CHECK(defrec_job_wait(session.jobs.back(), 0) == DEFREC_ERROR_DEVICE_LOST);  // and stays so
+}
+
+TEST_CASE("row 47: work that a device never finishes is given up, though it answers") {
+    Session session;
+    REQUIRE(session.make_tracker() == DEFREC_OK);
+    session.misbehave("never", "wait");
+    CHECK(session.track() == DEFREC_ERROR_DEVICE_LOST);
+    check_quarantined(session);
+}
+
+TEST_CASE("row 79: a tracker whose device does not answer as it is made is not made") {
+    for (const char* place : {"device_open", "buffer_create", "create"}) {
+        CAPTURE(place);
+        Session session;
+        session.misbehave("hang", place);
+        CHECK(session.make_tracker() == DEFREC_ERROR_DEVICE_LOST);
+        CHECK(contains(last_error(), "no answer within"));
+        check_quarantined(session);
+    }
+}
+
+TEST_CASE("row 79: destroying returns although the plugin does not") {
+    for (const char* place :
+         {"enqueue", "stage destroy", "queue_destroy", "buffer_destroy", "device_close"}) {
+        CAPTURE(place);
+        Session session;
+        REQUIRE(session.make_tracker() == DEFREC_OK);
+        REQUIRE(session.track() == DEFREC_OK);
+        session.misbehave("hang", place);
+        REQUIRE(session.submit() == DEFREC_OK);
+        if (std::string(place) == "enqueue") session.await_hang();
+        defrec_tracker_destroy(session.tracker);
+        session.tracker = nullptr;
+        // The last job keeps the device open.
+        const bool is_last = std::string(place) == "device_close";
+        CHECK(session.application.logged("quarantined") != is_last);
+        session.end();
+        CHECK(session.application.logged("left behind"));
+        session.behave();
+        CHECK_FALSE(session.application.was_called_when_gone);
+    }
+}
+
+TEST_CASE("row 79: a plugin that does not shut down is left behind") {
+    Session session;
+    REQUIRE(session.make_tracker() == DEFREC_OK);
+    session.misbehave("hang", "shutdown");
+    session.end();
+    CHECK(session.application.logged("left behind"));
+    session.behave();
+    CHECK_FALSE(session.application.was_called_when_gone);
+}
+
+TEST_CASE("row 79: memory is imported and released in bounded time") {
+    alignas(64) static uint8_t memory[4096];
+    defrec_memory_desc desc;
+    DEFREC_INIT(&desc);
+    desc.kind = DEFREC_MEMORY_HOST;
+    desc.address = memory;
+    desc.size = sizeof memory;
+    for (const char* place : {"buffer_import", "buffer_destroy"}) {
+        CAPTURE(place);
+        Session session;
+        REQUIRE(session.make_tracker() == DEFREC_OK);
+        defrec_memory imported = nullptr;
+        if (std::string(place) == "buffer_import") {
+            session.misbehave("hang", place);
+            CHECK(defrec_memory_import(session.tracker, &desc, &imported) ==
+                  DEFREC_ERROR_DEVICE_LOST);
+        } else {
+            REQUIRE(defrec_memory_import(session.tracker, &desc, &imported) == DEFREC_OK);
+            session.misbehave("hang", place);
+            defrec_memory_release(imported);
+            CHECK(session.application.logged("left behind"));
+        }
+    }
+}
+
+TEST_CASE("row 79: a stage by itself fails in bounded time, and its outputs stay") {
+    Session session;
+    const defrec_ransac_params params = small_ransac();
+    defrec_stage stage = nullptr;
+    REQUIRE(defrec_stage_create(session.context, "misbehaving", DEFREC_STAGE_RANSAC, &params,
+                                &stage) == DEFREC_OK);
+    const std::vector<defrec_landmark> landmarks(10);
+    const defrec_const_buffer prepared{landmarks.data(), sizeof(defrec_landmark) * 10};
+    REQUIRE(defrec_stage_prepare(stage, &prepared, 1) == DEFREC_OK);
+    session.misbehave("hang", "enqueue");
+    std::vector<defrec_match> matches(10), weighted(10);
+    for (defrec_match& match : weighted) match.feature = 77;
+    defrec_ransac_summary summary{};
+    const defrec_const_buffer in{matches.data(), sizeof(defrec_match) * 10};
+    const defrec_buffer out[] = {{weighted.data(), sizeof(defrec_match) * 10},
+                                 {&summary, sizeof summary}};
+    CHECK(defrec_stage_run(stage, &in, 1, out, 2) == DEFREC_ERROR_DEVICE_LOST);
+    CHECK(weighted[0].feature == 77);
+    CHECK(defrec_stage_run(stage, &in, 1, out, 2) == DEFREC_ERROR_DEVICE_LOST);
+    CHECK(session.is_quarantined("misbehaving"));
+    defrec_stage_destroy(stage);
+    session.behave();
+    CHECK(weighted[0].feature == 77);  // it works on its own copies
+}
+
+TEST_CASE("row 37: a plugin that hangs as it starts is refused, and others work") {
+    for (const std::string place : {"entry", "device_count", "device_info"}) {
+        CAPTURE(place);
+        Session session("hang_" + place);  // lets it go on when it has been refused
+        defrec_plugin_info info;
+        DEFREC_INIT(&info);
+        REQUIRE(defrec_plugin_get(session.context, 0, &info) == DEFREC_OK);
+        CHECK(info.verdict == DEFREC_ERROR_PLUGIN);
+        CHECK(contains(info.reason, "did not start within"));
+        REQUIRE(session.make_tracker("cpu") == DEFREC_OK);
+        CHECK(session.track() == DEFREC_OK);
+    }
+}
+
+TEST_CASE("row 89: a thread that is cancelled while it waits for a job is so when it has waited") {
+    struct Waiting {
+        Session session;
+        defrec_status status = DEFREC_TIMEOUT;
+        bool went_on = false;
+    } waiting;
+    Session& session = waiting.session;
+    REQUIRE(session.make_tracker() == DEFREC_OK);
+    session.misbehave("hang", "enqueue");
+    REQUIRE(session.submit() == DEFREC_OK);
+    pthread_t thread;
+    const auto body = [](void* argument) -> void* {
+        auto& self = *static_cast<Waiting*>(argument);
+        self.status = defrec_job_wait(self.session.jobs.back(), UINT64_MAX);
+        pthread_testcancel();
+        self.went_on = true;
+        return nullptr;
+    };
+    REQUIRE(pthread_create(&thread, nullptr, body, &waiting) == 0);
+    REQUIRE(pthread_cancel(thread) == 0);
+    void* result = nullptr;
+    REQUIRE(pthread_join(thread, &result) == 0);
+    CHECK(result == PTHREAD_CANCELED);
+    CHECK(waiting.status == DEFREC_ERROR_DEVICE_LOST);
+    CHECK_FALSE(waiting.went_on);
+    session.behave();
+    session.end();
+}
+
+TEST_CASE("rows 39 and 82: what a stage never gives fails the frame, which names the stage") {
+    struct Lie {
+        const char *name, *stage;
+        bool is_of_template = false;  // matters only where one is captured
+    };
+    const Lie lies[] = {
+        {"count of features", "orb"},
+        {"place of a feature", "orb", true},
+        {"level of a feature", "orb", true},
+        {"disparity", "stereo", true},
+        {"feature of a match", "ransac"},
+        {"weight of a match", "ransac"},
+        {"inliers", "ransac"},
+        {"validity of a patch", "align"},
+        {"information of a patch", "align"},
+        {"validity of a prediction", "align"},
+        {"motion", "lm"},
+        {"motion of no length", "lm"},
+        {"position", "warp"},
+        {"residual", "warp"},
+        {"observation", "warp"},
+    };
+    for (const Lie& lie : lies) {
+        CAPTURE(lie.name);
+        Session session;
+        REQUIRE(session.make_tracker() == DEFREC_OK);
+        if (!lie.is_of_template) REQUIRE(session.track() == DEFREC_OK);
+        session.misbehave("lie", lie.name);
+        CHECK(session.track() == DEFREC_ERROR_PLUGIN);
+        CHECK(contains(last_error(), std::string("stage ") + lie.stage + " gave"));
+        session.behave();
+        session.release_jobs();
+        CHECK(session.track() == DEFREC_OK);
+    }
+}
