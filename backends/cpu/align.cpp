@@ -2,6 +2,8 @@
 // throughout. Definition: docs/stages/align.md.
 #include "backends/stages/align.hpp"
 
+#include <hwy/cache_control.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -67,6 +69,7 @@ class Align final : public Stage {
                 AlignScratch scratch;
                 const size_t last = std::min(patches_.size(), (task + 1) * kPatchesPerTask);
                 for (size_t i = task * kPatchesPerTask; i < last; ++i) {
+                    if (i + 1 < last) prefetch_view(centres_[i + 1]);
                     const defrec_patch_prediction prediction =
                         buffers.given != nullptr ? buffers.given[i]
                                                  : align::predict<float>(patches_[i], slopes_[i],
@@ -82,6 +85,22 @@ class Align final : public Stage {
     }
 
   private:
+    // The part of its view that a patch is sampled from, unless it is strongly enlarged. Views are
+    // too large for the inner caches, and every row of a patch is in another page.
+    [[gnu::always_inline]] void prefetch_view(const AlignCentre& centre) const {
+        if (!centre.valid) return;
+        const AlignView& view = views_[centre.view];
+        const int32_t reach = 2 * int32_t(params_.patch_radius) + 4;
+        const int32_t x = 2 * (centre.x >> 8), y = 2 * (centre.y >> 8);
+        const int32_t first = std::max(0, y - reach), last = std::min(view.height - 1, y + reach),
+                      left = std::max(0, x - reach), right = std::min(view.width - 1, x + reach);
+        for (int32_t row = first; row <= last; ++row) {
+            const uint8_t* line = view.pixels + 2 * size_t(row) * size_t(view.width);
+            hwy::Prefetch(line + 2 * left);
+            hwy::Prefetch(line + 2 * right);
+        }
+    }
+
     size_t pyramid_stride(uint32_t level) const {
         return ((params_.width >> level) + 63) / 64 * 64;
     }

@@ -28,6 +28,12 @@ using VFloat = hn::Vec<DFloat>;
 
 constexpr int32_t kSampleRow = 32;
 
+// x, x + 1, ... Highway's Iota of a variable goes through memory, lane by lane.
+template <class D, class T = hn::TFromD<D>>
+hn::Vec<D> columns_from(D d, int32_t x) {
+    return hn::Add(hn::Iota(d, 0), hn::Set(d, T(x)));
+}
+
 // Sum of the products of two rows' halves.
 V32 multiply_pairs(V32 a, V32 b, V32 sum, V32& rest) {
     return hn::ReorderWidenMulAccumulate(D32(), hn::BitCast(D16(), a), hn::BitCast(D16(), b), sum,
@@ -61,7 +67,7 @@ bool sample_view(const AlignView& view, const AlignCentre& centre, const int32_t
         for (int32_t column = 0; column < side; column += int32_t(hn::Lanes(d))) {
             const int32_t dy = 256 * (row - reach) - fraction_y;
             const V32 dx =
-                hn::Sub(hn::ShiftLeft<8>(hn::Iota(d, column - reach)), hn::Set(d, fraction_x));
+                hn::Sub(hn::ShiftLeft<8>(columns_from(d, column - reach)), hn::Set(d, fraction_x));
             const V32 x = hn::Add(hn::Set(d, 256 * centre.x),
                                   hn::ShiftRight<8>(hn::Add(hn::Mul(hn::Set(d, m[0]), dx),
                                                             hn::Set(d, m[1] * dy + 128))));
@@ -103,7 +109,7 @@ bool prepare_template(const int16_t* sampled, const defrec_align_params& params,
     const auto one = hn::Set(d, 1);
     for (int32_t row = 0; row < side; ++row)
         for (int32_t column = 0; column < kAlignRow; column += int32_t(hn::Lanes(d))) {
-            const auto inside = hn::Lt(hn::Iota(d, int16_t(column)), hn::Set(d, int16_t(side)));
+            const auto inside = hn::Lt(columns_from(d, column), hn::Set(d, int16_t(side)));
             const int16_t* from = sampled + (row + 1) * kSampleRow + column + 1;
             const auto store = [&](hn::Vec<DRow> value, int16_t* to) HWY_ATTR {
                 hn::StoreU(hn::IfThenElseZero(inside, value), d, to + row * kAlignRow + column);
@@ -353,7 +359,7 @@ int32_t best_displacement(const AlignRun& run, const AlignScratch& scratch,
     V32 best = unscored, best_at = hn::Set(d, -1);
     for (int32_t y = rows[0]; y <= rows[1]; ++y)
         for (int32_t x = 0; x <= 2 * s; x += lanes) {
-            const V32 column = hn::Iota(d, x), dx = hn::Sub(column, hn::Set(d, s));
+            const V32 column = columns_from(d, x), dx = hn::Sub(column, hn::Set(d, s));
             const int32_t at = y * kAlignScoreRow + x;
             if (scratch.masked) patch = usable_patch(run, scratch, at);
             const V32 q = scores(scratch, patch, all, at);
@@ -383,7 +389,7 @@ void usable_sums(Radius radius, int32_t search, AlignScratch& scratch) {
             const V32 n = hn::LoadU(d, scratch.n + at);
             const auto some = hn::And(hn::Lt(n, hn::Set(d, all)),
                                       hn::Gt(hn::ShiftLeft<2>(n), hn::Set(d, 3 * all - 1)));
-            const auto wanted = hn::Lt(hn::Iota(d, dx), hn::Set(d, 2 * search + 1));
+            const auto wanted = hn::Lt(columns_from(d, dx), hn::Set(d, 2 * search + 1));
             if (hn::AllFalse(d, hn::And(some, wanted))) {
                 hn::StoreU(hn::Set(d, scratch.full_t), d, scratch.t_sum + at);
                 hn::StoreU(hn::Set(d, scratch.full_tt >> 12), d, scratch.tt_high + at);

@@ -56,7 +56,9 @@ uint32_t orientation(OrbImage<const uint8_t> image, uint32_t x, uint32_t y) {
             sum = hn::Add(sum, hn::Add(below, above));
             turning = hn::Add(turning, hn::Mul(hn::Sub(below, above), hn::Set(d, int16_t(dy))));
         }
-        const auto lever = hn::Iota(d, int16_t(int16_t(column) - orb::kPatchRadius));
+        // Highway's Iota of a variable goes through memory, lane by lane.
+        const auto lever =
+            hn::Add(hn::Iota(d, 0), hn::Set(d, int16_t(int16_t(column) - orb::kPatchRadius)));
         auto odd = hn::Zero(d32);
         mx = hn::ReorderWidenMulAccumulate(d32, sum, lever, mx, odd);
         mx = hn::Add(mx, odd);

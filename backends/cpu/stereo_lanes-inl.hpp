@@ -18,6 +18,9 @@ using I16 = hn::ScalableTag<int16_t>;
 using VI32 = hn::Vec<I32>;
 using VF32 = hn::Vec<F32>;
 
+// x, x + 1, ... Highway's Iota of a variable goes through memory, lane by lane.
+HWY_INLINE VI32 Columns(int x) { return hn::Add(hn::Iota(I32(), 0), hn::Set(I32(), x)); }
+
 // For each int32 lane the sum of the products of its two int16 halves.
 HWY_INLINE VI32 PairProducts(VI32 a, VI32 b) {
     const I32 d32;

@@ -46,7 +46,7 @@ HWY_INLINE void WarpLanes(const RefineJob& job, int x, int y, VI32 (&out)[3]) {
     const I32 d;
     const hn::RebindToUnsigned<I32> du;
     const hn::Rebind<int16_t, I32> d16;
-    const VI32 column = hn::Iota(d, x);
+    const VI32 column = Columns(x);
     const VI32 disparity = hn::PromoteTo(d, hn::LoadU(d16, job.hypothesis.row(y) + x));
     const VI32 position = hn::Sub(hn::ShiftLeft<4>(column), disparity);
     const VI32 part = hn::And(position, hn::Set(d, 15)), rest = hn::Sub(hn::Set(d, 16), part);
@@ -84,7 +84,7 @@ void MoveRows(const RefineJob& job, Tile& tile, int x0, int x1, int enter, int l
     const VI32 zero = hn::Zero(d);
     for (int x = begin; x < end; x += int(hn::Lanes(d))) {
         const int i = x - x0 + kOrigin;
-        const auto inside = hn::Lt(hn::Iota(d, x), hn::Set(d, job.width));
+        const auto inside = hn::Lt(Columns(x), hn::Set(d, job.width));
         const auto left_row = [&](int y) HWY_ATTR {
             return y < 0 ? zero
                          : hn::IfThenElseZero(inside,
@@ -204,7 +204,7 @@ void JudgeLanes(const RefineJob& job, const Tile& tile, const Refined& refined, 
     };
     const VI32 stands = hn::PromoteTo(d, hn::LoadU(d8, job.standing.row(y) + x));
     const auto known = hn::Eq(stands, hn::Set(d, kSettled));
-    const VI32 position = hn::Sub(hn::ShiftLeft<4>(hn::Iota(d, x)), refined.disparity);
+    const VI32 position = hn::Sub(hn::ShiftLeft<4>(Columns(x)), refined.disparity);
     const auto in_image = hn::Gt(position, hn::Set(d, -1));
     // Lanes past the row's end hold no position; they read its last pixel.
     const VI32 column = hn::Min(hn::Max(hn::ShiftRight<4>(hn::Add(position, hn::Set(d, 8))), zero),

@@ -109,7 +109,7 @@ HWY_INLINE void WindowStatistics(const int32_t* sums, const int32_t* squares, in
         total = hn::Add(total, hn::LoadU(d32, sums + x + u));
         square = hn::Add(square, hn::LoadU(d32, squares + x + u));
     }
-    const VI32 column = hn::Iota(d32, x);
+    const VI32 column = Columns(x);
     const auto inside = hn::And(hn::Gt(column, hn::Set(d32, radius - 1)),
                                 hn::Lt(column, hn::Set(d32, width - radius)));
     const int n = (2 * radius + 1) * (2 * radius + 1);
@@ -237,7 +237,7 @@ void CheckRow(const SearchJob& job, const SearchScratch& s, int y) {
         const auto strong = hn::And(hn::Ge(score, hn::Set(df, job.c.min_score)),
                                     hn::Ge(lead, hn::Set(df, job.c.min_lead)));
         const VI32 disparity = hn::Add(index, hn::Set(d32, job.c.first));
-        const VI32 back = hn::GatherIndex(d32, s.right_index, hn::Sub(hn::Iota(d32, x), disparity));
+        const VI32 back = hn::GatherIndex(d32, s.right_index, hn::Sub(Columns(x), disparity));
         auto good = hn::And(hn::Gt(key, zero), hn::RebindMask(d32, strong));
         good = hn::And(good,
                        hn::Lt(hn::Abs(hn::Sub(back, index)), hn::Set(d32, job.c.left_right + 1)));
