@@ -454,6 +454,7 @@ TEST_CASE(
         const Solved expected = run(reference::make_lm), actual = run(under_test::make_lm);
         CHECK(expected.summary.final_cost < expected.summary.initial_cost);
         check_agreement(surface, actual, expected);
+        if (which == kDense) CHECK(same(run(under_test::make_lm, 3), actual));
         CHECK(actual.summary.iterations == expected.summary.iterations);
         CHECK(actual.summary.damping == doctest::Approx(expected.summary.damping));
     }

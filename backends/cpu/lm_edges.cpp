@@ -1,6 +1,8 @@
 // The ARAP term, edges in SIMD lanes. The formulas are those of backends/shared/lm_arap.hpp.
 #include "backends/cpu/lm_edges.hpp"
 
+#include <numeric>
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "backends/cpu/lm_edges.cpp"
 #include <hwy/foreach_target.h>
@@ -159,14 +161,38 @@ HWY_INLINE void add_own(const float* values, size_t lane, size_t lanes, float* n
                    d4, node + c);
 }
 
+// The part of one control point in consecutive edges.
+struct OwnSum {
+    hn::Vec<hn::FixedTag<float, 4>> sum[kNodeFloats / 4];
+
+    HWY_INLINE OwnSum() {
+        for (auto& part : sum) part = hn::Zero(hn::FixedTag<float, 4>());
+    }
+    HWY_INLINE void add(const float* values, size_t lane, size_t lanes) {
+        const hn::FixedTag<float, 4> d4;
+        for (size_t c = 0; c < kNodeFloats / 4; ++c)
+            sum[c] = hn::Add(sum[c], hn::Load(d4, values + 4 * c * lanes + 4 * lane));
+    }
+    HWY_INLINE void move_to(float* node) {
+        const hn::FixedTag<float, 4> d4;
+        for (size_t c = 0; c < kNodeFloats / 4; ++c) {
+            hn::StoreU(hn::Add(hn::LoadU(d4, node + 4 * c), sum[c]), d4, node + 4 * c);
+            sum[c] = hn::Zero(d4);
+        }
+    }
+};
+
 double SumEdges(const EdgeTask& task) {
     const D d;
-    const size_t lanes = hn::Lanes(d);
+    const size_t lanes = hn::Lanes(d), last = task.piece->last;
     const LmEdges& edges = *task.edges;
     const hn::FixedTag<float, 4> d4;
+    OwnSum sum_b;
+    float* const nodes = task.nodes - task.piece->first_node * kNodeFloats;
+    int32_t present = edges.b[task.piece->first];
     HWY_ALIGN float block[36 * kLanes], node_a[kNodeFloats * kLanes], node_b[kNodeFloats * kLanes];
     double cost = 0;
-    for (size_t at = 0; at < edges.count; at += lanes) {
+    for (size_t at = task.piece->first; at < last; at += lanes) {
         const EdgeLanes e = measure(task, at);
         cost += double(hn::GetLane(hn::SumOfLanes(d, e.cost)));
         if (!task.linearise) continue;
@@ -185,14 +211,19 @@ double SumEdges(const EdgeTask& task) {
             scale(hn::Set(d, -1.0f), pull), node_a);
         own(e.by_angle, e.by_rotation, e.turned_b, c.lever_b, c.shift, turn_b, pull, node_b);
 
-        for (size_t i = 0; i < std::min(lanes, edges.count - at); ++i) {
+        for (size_t i = 0; i < std::min(lanes, last - at); ++i) {
             float* out = task.lower + size_t(edges.block[at + i]) * kBlockFloats;
             for (size_t k = 0; k < 36; k += 4)
                 hn::Store(hn::Load(d4, block + k * lanes + 4 * i), d4, out + k);
-            add_own(node_a, i, lanes, task.nodes + size_t(edges.a[at + i]) * kNodeFloats);
-            add_own(node_b, i, lanes, task.nodes + size_t(edges.b[at + i]) * kNodeFloats);
+            add_own(node_a, i, lanes, nodes + size_t(edges.a[at + i]) * kNodeFloats);
+            if (edges.b[at + i] != present) {
+                sum_b.move_to(nodes + size_t(present) * kNodeFloats);
+                present = edges.b[at + i];
+            }
+            sum_b.add(node_b, i, lanes);
         }
     }
+    if (task.linearise) sum_b.move_to(nodes + size_t(present) * kNodeFloats);
     return cost;
 }
 
@@ -213,11 +244,19 @@ LmEdges::LmEdges(const LmTemplate& surface, const LowerPattern& pattern, const H
       direction_y(HostAllocator<float>(host)),
       direction_z(HostAllocator<float>(host)),
       length(HostAllocator<float>(host)),
+      share(HostAllocator<float>(host)),
       weight(padded(surface.edges.size()), HostAllocator<float>(host)),
       block(HostAllocator<uint32_t>(host)),
-      count(surface.edges.size()) {
+      count(surface.edges.size()),
+      pieces(HostAllocator<LmEdgePiece>(host)) {
+    std::vector<size_t> order(count);
+    std::iota(order.begin(), order.end(), size_t{0});
+    std::sort(order.begin(), order.end(), [&](size_t x, size_t y) {
+        return std::pair(surface.edges[x].b, surface.edges[x].a) <
+               std::pair(surface.edges[y].b, surface.edges[y].a);
+    });
     for (size_t i = 0; i < padded(count); ++i) {
-        const size_t at = std::min(i, count - 1);
+        const size_t at = order[std::min(i, count - 1)];
         const defrec_edge& edge = surface.edges[at];
         const Vec3<double>& direction = surface.rest_direction[at];
         a.push_back(edge.a);
@@ -226,7 +265,22 @@ LmEdges::LmEdges(const LmTemplate& surface, const LowerPattern& pattern, const H
         direction_y.push_back(float(direction.y));
         direction_z.push_back(float(direction.z));
         length.push_back(float(surface.rest_length[at]));
+        share.push_back(float(kArapShare * double(edge.weight) / surface.mean_degree));
         block.push_back(uint32_t(pattern.find(b.back(), a.back())));
+    }
+    cut();
+}
+
+void LmEdges::cut() {
+    constexpr size_t kMinEdges = 512, kMaxPieces = 16;
+    const size_t pieces_wanted = std::clamp<size_t>(count / kMinEdges, 1, kMaxPieces),
+                 each = padded((count + pieces_wanted - 1) / pieces_wanted);
+    for (size_t first = 0; first < count; first += each) {
+        const size_t last = std::min(count, first + each);
+        const size_t low = size_t(*std::min_element(&a[first], &a[first] + (last - first))),
+                     end = size_t(b[last - 1]) + 1;
+        pieces.push_back({first, last, low, end, piece_nodes});
+        piece_nodes += end - low;
     }
 }
 

@@ -22,27 +22,39 @@ std::vector<SkinKey> sorted_keys(const LmTemplate& surface) {
 }  // namespace
 
 LmGroups::LmGroups(const LmTemplate& surface, const Host& host)
-    : surface_(surface),
-      groups_(HostAllocator<LmGroup>(host)),
+    : groups_(HostAllocator<LmGroup>(host)),
       points_(HostAllocator<float>(host)),
       sightings_(HostAllocator<float>(host)),
       landmark_order_(HostAllocator<uint32_t>(host)),
-      patch_order_(HostAllocator<uint32_t>(host)) {
+      patch_order_(HostAllocator<uint32_t>(host)),
+      landmark_places_(HostAllocator<Place>(host)),
+      patch_places_(HostAllocator<Place>(host)) {
     const std::vector<SkinKey> keys = sorted_keys(surface);
     std::vector<uint32_t> source;  // of each place for a point
     for (size_t i = 0; i < keys.size(); ++i) {
         if (i == 0 || keys[i].node != keys[i - 1].node) {
-            source.resize(padded(source.size()), source.empty() ? 0 : source.back());
-            groups_.push_back({keys[i].node, uint32_t(source.size()), 0, 0, 0,
+            source.resize(padded(source.size(), kGroupLanes), source.empty() ? 0 : source.back());
+            groups_.push_back({keys[i].node, uint32_t(source.size()), 0, 0, 0, 0,
                                uint32_t(landmark_order_.size()), 0, uint32_t(patch_order_.size()),
                                0});
         }
         LmGroup& group = groups_.back();
         if (keys[i].list == kPoint) source.push_back(keys[i].index), ++group.points;
-        if (keys[i].list == kLandmark) landmark_order_.push_back(keys[i].index), ++group.landmarks;
-        if (keys[i].list == kPatch) patch_order_.push_back(keys[i].index), ++group.patches;
+        const auto place = [](const auto& item) {
+            const Skin skin(item);
+            return Place{item.position[0], item.position[1], item.position[2], skin.weight[0],
+                         skin.weight[1],   skin.weight[2],   skin.weight[3]};
+        };
+        if (keys[i].list == kLandmark) {
+            landmark_order_.push_back(keys[i].index), ++group.landmarks;
+            landmark_places_.push_back(place(surface.landmarks[keys[i].index]));
+        }
+        if (keys[i].list == kPatch) {
+            patch_order_.push_back(keys[i].index), ++group.patches;
+            patch_places_.push_back(place(surface.patches[keys[i].index]));
+        }
     }
-    source.resize(padded(source.size()), source.empty() ? 0 : source.back());
+    source.resize(padded(source.size(), kGroupLanes), source.empty() ? 0 : source.back());
 
     point_stride_ = source.size();
     points_.assign(size_t(kPointComponents) * point_stride_, 0.0f);
@@ -59,53 +71,51 @@ LmGroups::LmGroups(const LmTemplate& surface, const Host& host)
 
     for (LmGroup& group : groups_) {
         group.first_sighting = uint32_t(sighting_stride_);
-        const size_t room = padded(group.landmarks + group.patches);
+        const size_t room = padded(group.landmarks + group.patches, kGroupLanes);
         sighting_stride_ += room;
-        max_row_lanes_ = std::max(max_row_lanes_, padded(group.points) + 3 * room);
+        max_rows_ = std::max(max_rows_, padded(group.points, kGroupLanes) + 3 * room);
     }
     sightings_.assign(size_t(kSightingComponents) * sighting_stride_, 0.0f);
 }
 
-template <class Item>
-void LmGroups::store_sighting(size_t at, const Item& item, const Sighting<float>& seen,
+void LmGroups::store_sighting(size_t at, const Place& place, const Sighting<float>& seen,
                               float weight, float inverse_a, float inverse_c2,
                               float px_inverse_c2) {
-    const Skin skin(item);
     const auto set = [&](int component, float value) {
         sightings_[size_t(component) * sighting_stride_ + at] = value;
     };
-    for (int c = 0; c < 3; ++c) set(kSeenX + c, item.position[c]);
-    for (int k = 0; k < int(kSkin); ++k) set(kSeenWeight + k, skin.weight[size_t(k)]);
+    static_assert(kSeenX == 0 && kSeenWeight == 3);
+    for (int c = 0; c < int(place.size()); ++c) set(c, place[size_t(c)]);
     const float values[] = {seen.u,    seen.v,     seen.uu,       seen.uv,
                             seen.vv,   seen.depth, seen.root,     weight,
                             inverse_a, inverse_c2, px_inverse_c2, px_inverse_c2 > 0 ? 1.0f : 0.0f};
     for (int c = 0; c < int(std::size(values)); ++c) set(kSeenU + c, values[c]);
 }
 
-void LmGroups::set_frame(const defrec_lm_params& params, const LmFrame& frame) {
+void LmGroups::set_frame(const defrec_lm_params& params, const LmFrame& frame, size_t first,
+                         size_t last) {
     const float match_c2 = 1 / (params.match_tukey_mm * params.match_tukey_mm);
     const float patch_c2 = 1 / (params.patch_tukey_px * params.patch_tukey_px);
     const float ramp = constants_of(params).match_slope;
-    for (LmGroup& group : groups_) {
+    for (LmGroup& group : std::span(groups_).subspan(first, last - first)) {
         group.sightings = 0;
         for (size_t i = group.first_landmark;
              frame.matches && i < group.first_landmark + group.landmarks; ++i) {
             const defrec_match& match = frame.matches[landmark_order_[i]];
             if (!has_depth(match)) continue;
             const bool chosen = match.weight > 0;
-            store_sighting(group.first_sighting + group.sightings++,
-                           surface_.landmarks[landmark_order_[i]],
+            store_sighting(group.first_sighting + group.sightings++, landmark_places_[i],
                            match_sighting(load3<float>(match.position)),
                            params.match_weight * (chosen ? match.weight : 1.0f),
                            chosen ? 0.0f : ramp, match_c2, 0.0f);
         }
+        group.matches = group.sightings;
         for (size_t i = group.first_patch;
              frame.observations && i < group.first_patch + group.patches; ++i) {
             Sighting<float> seen;
             if (!patch_sighting(params.camera, frame.observations[patch_order_[i]], seen)) continue;
-            store_sighting(group.first_sighting + group.sightings++,
-                           surface_.patches[patch_order_[i]], seen, params.patch_weight, 0.0f, 0.0f,
-                           patch_c2);
+            store_sighting(group.first_sighting + group.sightings++, patch_places_[i], seen,
+                           params.patch_weight, 0.0f, 0.0f, patch_c2);
         }
         pad_sightings(group);
     }
@@ -114,7 +124,7 @@ void LmGroups::set_frame(const defrec_lm_params& params, const LmFrame& frame) {
 // Empty lanes repeat the last sighting with no weight, so that they compute nothing unusual.
 void LmGroups::pad_sightings(LmGroup& group) {
     const size_t end = group.first_sighting + group.sightings;
-    for (size_t at = end; group.sightings > 0 && at % kLanes != 0; ++at) {
+    for (size_t at = end; group.sightings > 0 && at % kGroupLanes != 0; ++at) {
         for (size_t c = 0; c < size_t(kSightingComponents); ++c)
             sightings_[c * sighting_stride_ + at] = sightings_[c * sighting_stride_ + end - 1];
         sightings_[size_t(kTermWeight) * sighting_stride_ + at] = 0;

@@ -10,12 +10,16 @@
 namespace defrec::cpu {
 
 constexpr size_t kJacobian = 6 * kSkin;  // entries of a row
+// Few groups have more than 8 points or 8 sightings: wider vectors would be mostly empty.
+constexpr size_t kGroupLanes = 8;
+// Rows of the linearised system come in fours (lm_normal_equations-inl.hpp).
+constexpr size_t kRowFloats = kJacobian + 4, kFourRows = 4 * kRowFloats;
 
 struct LmGroup {
     std::array<int32_t, kSkin> node;
     uint32_t first_point, points;
-    uint32_t first_sighting,
-        sightings;  // sightings of the present frame; room for landmarks + patches
+    // Of the present frame, matches before patches; room for landmarks + patches.
+    uint32_t first_sighting, sightings, matches;
     uint32_t first_landmark, landmarks, first_patch, patches;  // in landmark_order, patch_order
 };
 
@@ -68,8 +72,8 @@ class LmGroups {
 
     LmGroups(const LmTemplate& surface, const Host& host);
 
-    // Gathers the frame's matches and patch observations.
-    void set_frame(const defrec_lm_params& params, const LmFrame& frame);
+    // Gathers the frame's matches and patch observations of groups first .. last - 1.
+    void set_frame(const defrec_lm_params& params, const LmFrame& frame, size_t first, size_t last);
 
     std::span<const LmGroup> groups() const { return groups_; }
     const float* point(int component) const {
@@ -78,21 +82,19 @@ class LmGroups {
     const float* sighting(int component) const {
         return sightings_.data() + size_t(component) * sighting_stride_;
     }
-    size_t max_row_lanes() const {
-        return max_row_lanes_;
-    }  // rows of a group, lanes that are empty included
+    size_t max_rows() const { return max_rows_; }  // of a group, those without weight included
 
   private:
-    template <class Item>
-    void store_sighting(size_t at, const Item& item, const Sighting<float>& seen, float weight,
+    using Place = std::array<float, 3 + kSkin>;  // of a landmark or patch: position, weights
+    void store_sighting(size_t at, const Place& place, const Sighting<float>& seen, float weight,
                         float inverse_a, float inverse_c2, float px_inverse_c2);
     void pad_sightings(LmGroup& group);
 
-    const LmTemplate& surface_;
     HostVector<LmGroup> groups_;
     HostVector<float> points_, sightings_;
     HostVector<uint32_t> landmark_order_, patch_order_;
-    size_t point_stride_ = 0, sighting_stride_ = 0, max_row_lanes_ = 0;
+    HostVector<Place> landmark_places_, patch_places_;  // in these orders
+    size_t point_stride_ = 0, sighting_stride_ = 0, max_rows_ = 0;
 };
 
 struct LmGroupTask {

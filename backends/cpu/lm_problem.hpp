@@ -1,6 +1,6 @@
 // The cost of stage lm, its linearised system and its solution on the CPU: groups of the surface
-// and the edges in parallel, then their sums added in one order, so that the number of threads does
-// not show in the result.
+// and pieces of the edges in parallel, then the rows of the system, each of which adds their sums
+// in one order, so that the number of threads does not show in the result.
 #pragma once
 #include "backends/cpu/lm_edges.hpp"
 #include "backends/cpu/lm_groups.hpp"
@@ -22,13 +22,19 @@ class LmProblem {
     bool solve(double lambda, double* step);
 
   private:
-    static constexpr size_t kTasks = 12;
+    static constexpr size_t kTasks = 12;  // that the groups are shared out to
+    struct RowGroup {
+        uint32_t group, member;  // the row's control point is the group's member-th
+    };
 
     void set_nodes(std::span<const NodePose<double>> nodes);
+    void list_row_groups();
     void sum_surface(size_t task, bool linearise);
-    void sum_arap(bool linearise);
+    void sum_arap(size_t piece, bool linearise);
     void measure_data();
-    void assemble();
+    void weigh_edges(size_t piece);
+    void assemble(size_t part);
+    void add_groups(size_t row);
     LmSums total() const;
 
     const defrec_lm_params& params_;
@@ -42,11 +48,15 @@ class LmProblem {
         places_;  // of each group's blocks: in the lower half, or a control point
     HostVector<uint32_t> unconnected_;  // blocks of the lower half that no edge writes
     HostVector<LmGroupSums> sums_;
+    HostVector<uint32_t> row_start_;  // row i's entries of row_groups_ are row_start_[i] .. [i + 1]
+    HostVector<RowGroup> row_groups_;
     HostVector<float> scratch_;
     HostVector<NodeMotion> motions_;
     HostVector<float> poses_, edge_nodes_;
     HostVector<double> data_;
-    double arap_cost_ = 0;
+    double usual_data_ = 0;
+    std::array<LmSums, kTasks> task_sums_{};
+    HostVector<double> arap_costs_;  // of the pieces
     LmSystem present_, trial_;
     LmWorkspace workspace_;
 };

@@ -1,6 +1,9 @@
 // Solves the system of stage lm: control points by themselves (Cholesky of their 6x6 blocks), or
-// all of them by conjugate gradients that those blocks precondition. One thread; sums in one order.
+// all of them by conjugate gradients that those blocks precondition. The rows are cut into parts by
+// the pattern alone; each is one thread's at a time, and sums are added in the order of the parts.
+#include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "backends/cpu/lm_system.hpp"
 #include "backends/shared/levenberg_marquardt.hpp"
@@ -18,12 +21,12 @@ namespace hn = hwy::HWY_NAMESPACE;
 using D = hn::CappedTag<float, 8>;
 using V = hn::Vec<D>;
 
-// Vectors have padded sizes, zero beyond the last row.
-HWY_INLINE double product(const float* a, const float* b, size_t count) {
+// Sums over the numbers [first, last) of vectors; the bounds are multiples of 16.
+HWY_INLINE double product(const float* a, const float* b, size_t first, size_t last) {
     const D d;
     const size_t lanes = hn::Lanes(d);
     V even = hn::Zero(d), odd = even;
-    for (size_t i = 0; i < count; i += 2 * lanes) {
+    for (size_t i = first; i < last; i += 2 * lanes) {
         even = hn::MulAdd(hn::Load(d, a + i), hn::Load(d, b + i), even);
         odd = hn::MulAdd(hn::Load(d, a + i + lanes), hn::Load(d, b + i + lanes), odd);
     }
@@ -37,12 +40,10 @@ HWY_INLINE void add_scaled(float s, const float* x, float* y, size_t count) {
     for (size_t i = 0; i < count; i += hn::Lanes(d))
         hn::Store(hn::MulAdd(factor, hn::Load(d, x + i), hn::Load(d, y + i)), d, y + i);
 }
-// y = x + s y
-HWY_INLINE void scale_and_add(const float* x, float s, float* y, size_t count) {
+HWY_INLINE void add(const float* x, float* y, size_t count) {
     const D d;
-    const V factor = hn::Set(d, s);
     for (size_t i = 0; i < count; i += hn::Lanes(d))
-        hn::Store(hn::MulAdd(factor, hn::Load(d, y + i), hn::Load(d, x + i)), d, y + i);
+        hn::Store(hn::Add(hn::Load(d, x + i), hn::Load(d, y + i)), d, y + i);
 }
 
 // A block in registers.
@@ -65,77 +66,84 @@ HWY_INLINE Block multiply_add(const Block& a, const Block& b, const Block& c) {
     return sum;
 }
 
+// Eight numbers of which the first six are a row's; what lies beyond is overwritten, or padding.
+HWY_INLINE void store_eight(const float* from, float* to) {
+    const D d;
+    for (size_t i = 0; i < 8; i += hn::Lanes(d)) hn::StoreU(hn::LoadU(d, from + i), d, to + i);
+}
+HWY_INLINE Block multiply(const Block& a, const Block& b) {
+    Block product;
+    for (size_t i = 0; i < Block::kParts; ++i) product.part[i] = hn::Mul(a.part[i], b.part[i]);
+    return product;
+}
+
 // Each of a row's six numbers down a column of a block.
 HWY_INLINE void spread(const float* x, float* block) {
+    const D d;
     for (size_t c = 0; c < 6; ++c)
-        for (size_t r = 0; r < 6; ++r) block[6 * c + r] = x[c];
+        for (size_t i = 0; i < 8; i += hn::Lanes(d))
+            hn::StoreU(hn::Set(d, x[c]), d, block + 6 * c + i);
 }
-// The six numbers as every column.
-HWY_INLINE void repeat(const float* x, float* block) {
-    for (size_t c = 0; c < 6; ++c)
-        for (size_t r = 0; r < 6; ++r) block[6 * c + r] = x[r];
+// The six numbers as every column. twice: them, and them again.
+HWY_INLINE Block repeat(const float* twice) {
+    Block b;
+    for (size_t i = 0; i < Block::kParts; ++i)
+        b.part[i] = hn::LoadU(D(), twice + i * hn::Lanes(D()) % 6);
+    return b;
 }
-
-// result = matrix * x. Entry by entry a block multiplies its column's x, spread, for its own row's
-// result, and its row's x, repeated, for the result of the row that its transpose stands in; the
-// entries are added up at the end of each row.
-HWY_INLINE void multiply(const LowerPattern& pattern, const LmSystem& system, LmWorkspace& work,
-                         const float* x, float* result) {
-    const size_t rows = pattern.rows();
-    for (size_t i = 0; i < rows; ++i) spread(x + 6 * i, &work.spread[i * kBlockFloats]);
-    std::fill(work.transposed.begin(), work.transposed.end(), 0.0f);
-    alignas(64) float repeated[kBlockFloats] = {}, sums[kBlockFloats], none[kBlockFloats] = {};
-    for (size_t i = 0; i < rows; ++i) {
-        repeat(x + 6 * i, repeated);
-        const Block across = load(repeated);
-        Block sum = multiply_add(load(&work.damped[i * kBlockFloats]),
-                                 load(&work.spread[i * kBlockFloats]), load(none));
-        for (size_t b = pattern.start[i]; b < pattern.start[i + 1]; ++b) {
-            const size_t j = size_t(pattern.column[b]);
-            const Block block = load(&system.lower[b * kBlockFloats]);
-            sum = multiply_add(block, load(&work.spread[j * kBlockFloats]), sum);
-            float* other = &work.transposed[j * kBlockFloats];
-            store(multiply_add(block, across, load(other)), other);
-        }
-        store(sum, sums);
-        for (size_t r = 0; r < 6; ++r)
-            result[6 * i + r] = ((sums[r] + sums[6 + r]) + (sums[12 + r] + sums[18 + r])) +
-                                (sums[24 + r] + sums[30 + r]);
+// Sums over the columns of a block, and over its rows.
+HWY_INLINE void add_columns(const float* block, float* six) {
+    for (size_t r = 0; r < 6; ++r)
+        six[r] = ((block[r] + block[6 + r]) + (block[12 + r] + block[18 + r])) +
+                 (block[24 + r] + block[30 + r]);
+}
+HWY_INLINE void add_rows(const float* block, float* six) {
+    for (size_t c = 0; c < 6; ++c) {
+        const float* t = block + 6 * c;
+        six[c] = ((t[0] + t[1]) + (t[2] + t[3])) + (t[4] + t[5]);
     }
-    for (size_t i = 0; i < rows; ++i)
-        for (size_t c = 0; c < 6; ++c) {
-            const float* t = &work.transposed[i * kBlockFloats + 6 * c];
-            result[6 * i + c] += ((t[0] + t[1]) + (t[2] + t[3])) + (t[4] + t[5]);
-        }
 }
 
-// result = inverse diagonal * x. Columns are read eight wide; what lies beyond six is overwritten
-// by the next row, or is padding.
-HWY_INLINE void precondition(const LmWorkspace& work, size_t rows, const float* x, float* result) {
+// residual -> conditioned by the inverse diagonal.
+HWY_INLINE void precondition(LmWorkspace& work, const LmPart& part) {
     const hn::FixedTag<float, 4> d4;
-    for (size_t i = 0; i < rows; ++i) {
+    for (size_t i = part.first; i < part.last; ++i) {
         const float* m = &work.inverse[i * kBlockFloats];
+        const float* x = &work.residual[6 * i];
         auto low = hn::Zero(d4), high = low;
         for (size_t c = 0; c < 6; ++c) {
-            const auto factor = hn::Set(d4, x[6 * i + c]);
+            const auto factor = hn::Set(d4, x[c]);
             low = hn::MulAdd(hn::LoadU(d4, m + 6 * c), factor, low);
             high = hn::MulAdd(hn::LoadU(d4, m + 6 * c + 4), factor, high);
         }
-        hn::StoreU(low, d4, result + 6 * i);
-        hn::StoreU(high, d4, result + 6 * i + 4);
+        hn::StoreU(low, d4, &work.conditioned[6 * i]);
+        const hn::FixedTag<float, 2> d2;  // the next row may be another thread's
+        hn::StoreU(hn::LowerHalf(d2, high), d2, &work.conditioned[6 * i + 4]);
     }
-    std::fill(result + 6 * rows, result + work.x.size(), 0.0f);
+}
+
+// Marquardt's damping. What has no weight at all gets one, and stays where it is.
+void damp(const SolveTask& task, const LmPart& part) {
+    LmWorkspace& work = *task.workspace;
+    for (size_t i = part.first; i < part.last; ++i) {
+        const float* block = &task.system->diagonal[i * kBlockFloats];
+        float* damped = &work.damped[i * kBlockFloats];
+        std::copy(block, block + kBlockFloats, damped);
+        float trace = 0;
+        for (int r = 0; r < 6; ++r) trace += block[7 * r];
+        const float minimum = trace > 0 ? float(kMinDiagonal) * trace : 1.0f;
+        for (int r = 0; r < 6; ++r) damped[7 * r] = block[7 * r] * (1 + task.lambda) + minimum;
+    }
 }
 
 // Inverses of the damped diagonal blocks by Cholesky, a block in each lane. Pivots that vanish in
 // single precision are raised.
-void InvertDiagonal(const SolveTask& task) {
+void invert_diagonal(LmWorkspace& work, const LmPart& part) {
     const D d;
     const hn::Rebind<int32_t, D> di;
-    const size_t lanes = hn::Lanes(d), rows = task.pattern->rows();
-    LmWorkspace& work = *task.workspace;
+    const size_t lanes = hn::Lanes(d), rows = part.last;
     alignas(64) float out[kBlockFloats * 8];
-    for (size_t i = 0; i < rows; i += lanes) {
+    for (size_t i = part.first; i < rows; i += lanes) {
         const auto index =
             hn::Mul(hn::Min(hn::Iota(di, int32_t(i)), hn::Set(di, int32_t(rows) - 1)),
                     hn::Set(di, int32_t(kBlockFloats)));
@@ -177,34 +185,95 @@ void InvertDiagonal(const SolveTask& task) {
     }
 }
 
-void ConjugateGradients(const SolveTask& task) {
+// Conditions a part of the system, and starts from x = 0. Returns the part's share of residual
+// times conditioned residual.
+double Start(const SolveTask& task, size_t index) {
     LmWorkspace& work = *task.workspace;
-    const size_t rows = task.pattern->rows(), count = work.x.size();
-    std::fill(work.x.begin(), work.x.end(), 0.0f);
-    for (size_t i = 0; i < 6 * rows; ++i) work.residual[i] = -task.system->gradient[i];
-    precondition(work, rows, work.residual.data(), work.conditioned.data());
-    std::copy(work.conditioned.begin(), work.conditioned.end(), work.direction.begin());
-    double rho = product(work.residual.data(), work.conditioned.data(), count);
-    const double enough = kConjugateTolerance * kConjugateTolerance * rho;
-    for (uint32_t i = 0; i < task.iterations && rho > enough; ++i) {
-        multiply(*task.pattern, *task.system, work, work.direction.data(), work.product.data());
-        const double curvature = product(work.direction.data(), work.product.data(), count);
-        if (!(curvature > 0)) break;
-        const float alpha = float(rho / curvature);
-        add_scaled(alpha, work.direction.data(), work.x.data(), count);
-        add_scaled(-alpha, work.product.data(), work.residual.data(), count);
-        precondition(work, rows, work.residual.data(), work.conditioned.data());
-        const double next = product(work.residual.data(), work.conditioned.data(), count);
-        scale_and_add(work.conditioned.data(), float(next / rho), work.direction.data(), count);
-        rho = next;
-    }
+    const LmPart& part = work.parts[index];
+    damp(task, part);
+    invert_diagonal(work, part);
+    for (size_t i = 6 * part.first; i < 6 * part.last; ++i)
+        work.residual[i] = -task.system->gradient[i];
+    precondition(work, part);
+    const size_t first = part.first_number(), last = part.last_number();
+    std::fill(work.x.data() + first, work.x.data() + last, 0.0f);
+    for (auto& direction : work.direction)
+        std::fill(direction.data() + first, direction.data() + last, 0.0f);
+    return product(work.residual.data(), work.conditioned.data(), first, last);
 }
 
-void Independent(const SolveTask& task) {
+// direction = conditioned + beta direction, and the matrix times it, as far as a part's rows of the
+// lower half give it: for the rows themselves, and, by the transposed blocks, for rows before them.
+// Entry by entry a block multiplies its column's direction, spread, for its own row's result, and
+// its row's direction, repeated, for the result of the row that its transpose stands in; the
+// entries are added up in the end. Returns the part's share of direction times product.
+double Multiply(const SolveTask& task, size_t index, float beta, size_t old) {
+    const D d;
     LmWorkspace& work = *task.workspace;
-    const size_t rows = task.pattern->rows();
-    for (size_t i = 0; i < 6 * rows; ++i) work.residual[i] = -task.system->gradient[i];
-    precondition(work, rows, work.residual.data(), work.x.data());
+    const LmPart& part = work.parts[index];
+    const LowerPattern& pattern = *task.pattern;
+    const size_t low = part.low, own = 6 * (part.first - low);
+    float* direction = &work.part_direction[part.offset * 6];
+    float* spreads = &work.spread[part.offset * kBlockFloats];
+    float* transposed = &work.transposed[part.offset * kBlockFloats];
+    float* direct = &work.direct[part.first * kBlockFloats];
+    float* twice = &work.twice[part.first * 16];
+    float* result = &work.part_product[part.offset * 6];
+
+    const size_t numbers = part.last_number() - 6 * low;
+    const V factor = hn::Set(d, beta);
+    for (size_t i = 0; i < numbers; i += hn::Lanes(d))
+        hn::Store(hn::MulAdd(factor, hn::Load(d, &work.direction[old][6 * low + i]),
+                             hn::Load(d, &work.conditioned[6 * low + i])),
+                  d, direction + i);
+    std::copy(direction + own, direction + numbers, &work.direction[1 - old][part.first_number()]);
+    for (size_t j = 0; j < part.last - low; ++j)
+        spread(direction + 6 * j, spreads + j * kBlockFloats);
+    for (size_t i = 0; i < part.last - part.first; ++i) {
+        store_eight(direction + own + 6 * i, twice + 16 * i);
+        store_eight(direction + own + 6 * i, twice + 16 * i + 6);
+    }
+    std::fill(transposed, transposed + (part.last - low) * kBlockFloats, 0.0f);
+    for (size_t i = part.first; i < part.last; ++i) {
+        const Block across = repeat(twice + 16 * (i - part.first));
+        Block sum = multiply(load(&work.damped[i * kBlockFloats]),
+                             load(spreads + (i - low) * kBlockFloats));
+        for (size_t b = pattern.start[i]; b < pattern.start[i + 1]; ++b) {
+            const size_t j = (size_t(pattern.column[b]) - low) * kBlockFloats;
+            const Block block = load(&task.system->lower[b * kBlockFloats]);
+            sum = multiply_add(block, load(spreads + j), sum);
+            store(multiply_add(block, across, load(transposed + j)), transposed + j);
+        }
+        store(sum, direct + (i - part.first) * kBlockFloats);
+    }
+    for (size_t j = 0; j < part.last - low; ++j)
+        add_rows(transposed + j * kBlockFloats, result + 6 * j);
+    for (size_t i = 0; i < part.last - part.first; ++i) {
+        float six[6];
+        add_columns(direct + i * kBlockFloats, six);
+        for (size_t r = 0; r < 6; ++r) result[own + 6 * i + r] += six[r];
+    }
+    return product(direction, result, 0, numbers);
+}
+
+// A step of length alpha in a part's rows. Returns the part's share of residual times conditioned
+// residual.
+double Step(const SolveTask& task, size_t index, float alpha, size_t now) {
+    LmWorkspace& work = *task.workspace;
+    const LmPart& part = work.parts[index];
+    const size_t first = part.first_number(), last = part.last_number(), count = last - first;
+    float* product_here = &work.part_product[part.offset * 6 + first - 6 * part.low];
+    for (size_t k = index + 1; k < work.parts.size(); ++k) {
+        const LmPart& other = work.parts[k];
+        if (other.low >= part.last) continue;
+        const size_t from = std::max(first, 6 * other.low);
+        add(&work.part_product[other.offset * 6 + from - 6 * other.low],
+            product_here + from - first, last - from);
+    }
+    add_scaled(alpha, &work.direction[now][first], &work.x[first], count);
+    add_scaled(-alpha, product_here, &work.residual[first], count);
+    precondition(work, part);
+    return product(work.residual.data(), work.conditioned.data(), first, last);
 }
 
 }  // namespace defrec::cpu::HWY_NAMESPACE
@@ -214,38 +283,48 @@ HWY_AFTER_NAMESPACE();
 
 namespace defrec::cpu {
 
-HWY_EXPORT(ConjugateGradients);
-HWY_EXPORT(Independent);
-HWY_EXPORT(InvertDiagonal);
+HWY_EXPORT(Start);
+HWY_EXPORT(Multiply);
+HWY_EXPORT(Step);
 
 namespace {
 
-// Marquardt's damping. What has no weight at all gets one, and stays where it is.
-void damp(const SolveTask& task) {
-    LmWorkspace& work = *task.workspace;
-    for (size_t i = 0; i < task.pattern->rows(); ++i) {
-        const float* block = &task.system->diagonal[i * kBlockFloats];
-        float* damped = &work.damped[i * kBlockFloats];
-        std::copy(block, block + kBlockFloats, damped);
-        float trace = 0;
-        for (int r = 0; r < 6; ++r) trace += block[7 * r];
-        const float minimum = trace > 0 ? float(kMinDiagonal) * trace : 1.0f;
-        for (int r = 0; r < 6; ++r) damped[7 * r] = block[7 * r] * (1 + task.lambda) + minimum;
+// body(part) for all parts on the host's threads; the sum of what they return, in their order.
+template <class Body>
+double sum_parts(const SolveTask& task, Body&& body) {
+    std::span<double> sums = task.workspace->sums;
+    task.host->parallel_for(sums.size(), [&](size_t part) { sums[part] = body(part); });
+    return std::accumulate(sums.begin(), sums.end(), 0.0);
+}
+
+void conjugate_gradients(const SolveTask& task, double rho) {
+    const double enough = kConjugateTolerance * kConjugateTolerance * rho;
+    double beta = 0;
+    for (uint32_t i = 0; i < task.iterations && rho > enough; ++i) {
+        const size_t old = i % 2;
+        const double curvature = sum_parts(task, [&](size_t part) {
+            return HWY_DYNAMIC_DISPATCH(Multiply)(task, part, float(beta), old);
+        });
+        if (!(curvature > 0)) break;
+        const double next = sum_parts(task, [&](size_t part) {
+            return HWY_DYNAMIC_DISPATCH(Step)(task, part, float(rho / curvature), 1 - old);
+        });
+        beta = next / rho;
+        rho = next;
     }
 }
 
 }  // namespace
 
 bool solve_system(const SolveTask& task) {
-    damp(task);
-    HWY_DYNAMIC_DISPATCH(InvertDiagonal)(task);
+    LmWorkspace& work = *task.workspace;
+    const double rho =
+        sum_parts(task, [&](size_t part) { return HWY_DYNAMIC_DISPATCH(Start)(task, part); });
     if (task.iterations > 0)
-        HWY_DYNAMIC_DISPATCH(ConjugateGradients)(task);
+        conjugate_gradients(task, rho);
     else
-        HWY_DYNAMIC_DISPATCH(Independent)(task);
-    for (const float value : task.workspace->x)
-        if (!std::isfinite(value)) return false;
-    return true;
+        std::copy(work.conditioned.begin(), work.conditioned.end(), work.x.begin());
+    return std::all_of(work.x.begin(), work.x.end(), [](float x) { return std::isfinite(x); });
 }
 
 LowerPattern::LowerPattern(const BlockPattern& pattern, const Host& host)
@@ -270,16 +349,49 @@ LmSystem::LmSystem(const LowerPattern& pattern, const Host& host)
       diagonal(pattern.rows() * kBlockFloats, HostAllocator<float>(host)),
       gradient(pattern.rows() * 6, HostAllocator<float>(host)) {}
 
+HostVector<LmPart> cut_rows(const LowerPattern& pattern, const Host& host) {
+    const size_t rows = pattern.rows(),
+                 count = std::clamp<size_t>(rows / kMinPartRows, 1, kMaxParts),
+                 each = (rows + 8 * count - 1) / (8 * count) * 8;
+    HostVector<LmPart> parts{HostAllocator<LmPart>(host)};
+    size_t offset = 0;
+    for (size_t first = 0; first < rows; first += each) {
+        const size_t last = std::min(rows, first + each);
+        size_t low = first;
+        for (size_t i = first; i < last; ++i)
+            if (pattern.start[i] < pattern.start[i + 1])
+                low = std::min(low, size_t(pattern.column[pattern.start[i]]));
+        low = low / 8 * 8;
+        parts.push_back({first, last, low, offset});
+        offset += (parts.back().last_number() - 6 * low + 47) / 48 * 8;
+    }
+    return parts;
+}
+
 LmWorkspace::LmWorkspace(const LowerPattern& pattern, const Host& host)
-    : damped(pattern.rows() * kBlockFloats, HostAllocator<float>(host)),
+    : parts(cut_rows(pattern, host)),
+      sums(parts.size(), HostAllocator<double>(host)),
+      damped(pattern.rows() * kBlockFloats, HostAllocator<float>(host)),
       inverse(damped),
-      x((pattern.rows() * 6 + 2 + 15) / 16 * 16, HostAllocator<float>(host)),
+      direct(damped),
+      twice(pattern.rows() * 16, HostAllocator<float>(host)),
+      x((pattern.rows() * 6 + 15) / 16 * 16, HostAllocator<float>(host)),
       residual(x),
-      direction(x),
-      product(x),
       conditioned(x),
-      spread(damped),
-      transposed(damped) {}
+      direction{x, x},
+      spread(HostAllocator<float>(host)),
+      transposed(HostAllocator<float>(host)),
+      part_direction(HostAllocator<float>(host)),
+      part_product(HostAllocator<float>(host)) {
+    size_t places = 0;
+    if (!parts.empty())
+        places =
+            parts.back().offset + (parts.back().last_number() - 6 * parts.back().low + 47) / 48 * 8;
+    spread.resize(places * kBlockFloats);
+    transposed.resize(spread.size());
+    part_direction.resize(places * 6 + 16);
+    part_product.resize(part_direction.size());
+}
 
 }  // namespace defrec::cpu
 #endif

@@ -14,7 +14,8 @@
 HWY_BEFORE_NAMESPACE();
 namespace defrec::cpu::HWY_NAMESPACE {
 
-using D = hn::CappedTag<float, kLanes>;
+using D = hn::CappedTag<float, kGroupLanes>;
+using DWide = hn::CappedTag<float, 16>;
 using V = hn::Vec<D>;
 
 HWY_INLINE float total(V v) { return hn::GetLane(hn::SumOfLanes(D(), v)); }
@@ -37,6 +38,26 @@ struct TermLanes {
         return {total(cost), total(weights), total(squares), count};
     }
 };
+
+template <bool kUpper, class D, class V = hn::Vec<D>>
+HWY_INLINE hn::Vec<D4> four_of([[maybe_unused]] D d, V v) {
+    if constexpr (hn::MaxLanes(D()) == 4)
+        return v;
+    else if constexpr (kUpper)
+        return hn::UpperHalf(D4(), v);
+    else
+        return hn::LowerHalf(D4(), v);
+}
+template <bool kUpper, class D, class V = hn::Vec<D>>
+HWY_INLINE void store_four(D d, const V* entry, V residual, float* out) {
+    for (size_t g = 0; g < kPieces; ++g)
+        hn::StoreInterleaved4(four_of<kUpper>(d, entry[4 * g]),
+                              four_of<kUpper>(d, entry[4 * g + 1]),
+                              four_of<kUpper>(d, entry[4 * g + 2]),
+                              four_of<kUpper>(d, entry[4 * g + 3]), D4(), out + 16 * g);
+    const auto zero = hn::Zero(D4());
+    hn::StoreInterleaved4(four_of<kUpper>(d, residual), zero, zero, zero, D4(), out + 16 * kPieces);
+}
 
 // A residual's derivative by the increments of the four control points is their weight times (arm x
 // gradient, gradient).
@@ -62,35 +83,33 @@ struct Levers {
             weight[k] = weights[k];
         }
     }
-    // One vector of rows, as lm_normal_equations-inl.hpp wants them.
-    HWY_INLINE void store(const Lanes3<V>& gradient, V residual, float* out) const {
-        const D d;
+    // The rows of one vector, in fours, as lm_normal_equations-inl.hpp wants them.
+    HWY_INLINE void store(const Lanes3<V>& gradient, V residual, size_t fours, float* out) const {
         V entry[kJacobian];
         for (size_t k = 0; k < kSkin; ++k) {
             const Lanes3<V> shift = scale(weight[k], gradient), turn = cross(arm[k], shift);
             const V six[6] = {turn.x, turn.y, turn.z, shift.x, shift.y, shift.z};
             for (size_t i = 0; i < 6; ++i) entry[6 * k + i] = six[i];
         }
-        const size_t lanes = hn::Lanes(d);
-        for (size_t g = 0; g < kPieces; ++g)
-            hn::StoreInterleaved4(entry[4 * g], entry[4 * g + 1], entry[4 * g + 2],
-                                  entry[4 * g + 3], d, out + g * 4 * lanes);
-        const V zero = hn::Zero(d);
-        hn::StoreInterleaved4(residual, zero, zero, zero, d, out + kPieces * 4 * lanes);
+        store_four<false>(D(), entry, residual, out);
+        if (fours > 1) store_four<true>(D(), entry, residual, out + kFourRows);
     }
 };
 
 // The rows of a group so far, and the weight of its data at each control point.
 struct Rows {
     float* out;
-    size_t vectors = 0;
+    size_t fours = 0;
     V data[kSkin];
 
     HWY_INLINE explicit Rows(float* where) : out(where) {
         for (V& sum : data) sum = hn::Zero(D());
     }
-    HWY_INLINE void add(const Levers& levers, const Lanes3<V>& gradient, V residual) {
-        levers.store(gradient, residual, out + vectors++ * kRowFloats * hn::Lanes(D()));
+    // Those of the first `used` lanes.
+    HWY_INLINE void add(const Levers& levers, const Lanes3<V>& gradient, V residual, size_t used) {
+        const size_t more = (std::min(used, hn::Lanes(D())) + 3) / 4;
+        levers.store(gradient, residual, more, out + fours * kFourRows);
+        fours += more;
     }
     HWY_INLINE void add_data(const V* skin, V weight) {
         for (size_t k = 0; k < kSkin; ++k) data[k] = hn::MulAdd(skin[k], weight, data[k]);
@@ -142,7 +161,8 @@ HWY_NOINLINE void sum_points(const LmGroupTask& task, const LmGroup& group,
         if (hn::AllTrue(d, hn::Le(weight, zero))) continue;
         const V root = hn::Sqrt(weight);
         const Lanes3<V> gradient = scale(hn::Neg(root), n);
-        rows.add(Levers(task.motions, group.node, rest, skin), gradient, hn::Mul(root, residual));
+        rows.add(Levers(task.motions, group.node, rest, skin), gradient, hn::Mul(root, residual),
+                 group.points - i);
         rows.add_data(skin, weight);
     }
     sums.icp = term.sums();
@@ -204,12 +224,14 @@ HWY_NOINLINE void sum_sightings(const LmGroupTask& task, const LmGroup& group,
         const V weight = hn::Mul(term_weight, robust);
         const V force = hn::Sqrt(weight);
         const Levers levers(task.motions, group.node, rest, skin);
-        const auto add_row = [&](const Lanes3<V>& gradient, V residual) HWY_ATTR {
-            rows.add(levers, scale(force, gradient), hn::Mul(force, residual));
+        const auto add_row = [&](const Lanes3<V>& gradient, V residual, size_t count) HWY_ATTR {
+            rows.add(levers, scale(force, gradient), hn::Mul(force, residual), count);
         };
-        add_row({uu, uv, hn::Neg(hn::MulAdd(uu, u, hn::Mul(uv, v)))}, r0);
-        add_row({zero, vv, hn::Neg(hn::Mul(vv, v))}, r1);
-        if (!hn::AllTrue(d, hn::Eq(root, zero))) add_row({zero, zero, root}, r2);
+        const size_t used = group.sightings - i;
+        add_row({uu, uv, hn::Neg(hn::MulAdd(uu, u, hn::Mul(uv, v)))}, r0, used);
+        add_row({zero, vv, hn::Neg(hn::Mul(vv, v))}, r1, used);
+        // Only matches have depth.
+        if (i < group.matches) add_row({zero, zero, root}, r2, group.matches - i);
         rows.add_data(skin, weight);
     }
     sums.match = match.sums();
@@ -227,7 +249,7 @@ void SumGroups(const LmGroupTask& task, size_t first, size_t last) {
         sum_sightings(task, group, motions, rows, sums);
         if (!task.linearise) continue;
         for (size_t k = 0; k < kSkin; ++k) sums.data[k] = total(rows.data[k]);
-        multiply_rows(D(), rows.out, rows.vectors, *equations);
+        multiply_rows(DWide(), rows.out, rows.fours, *equations);
         cut_blocks(*equations, sums);
     }
 }
@@ -245,8 +267,8 @@ void sum_groups(const LmGroupTask& task, size_t first, size_t last) {
 }
 
 size_t lm_scratch_floats(const LmGroups& groups) {
-    constexpr size_t kRowFloats = kJacobian + 4, kEquations = kJacobian * kJacobian + kJacobian;
-    return padded(kEquations) + groups.max_row_lanes() * kRowFloats;
+    constexpr size_t kEquations = kJacobian * kJacobian + kJacobian;
+    return padded(padded(kEquations) + groups.max_rows() * kRowFloats);
 }
 
 }  // namespace defrec::cpu

@@ -1,6 +1,8 @@
 // The linear system of stage lm: a symmetric matrix of 6x6 blocks of which the lower half is
 // stored, and its solution.
 #pragma once
+#include <array>
+
 #include "backends/shared/block_pattern.hpp"
 
 namespace defrec::cpu {
@@ -29,14 +31,30 @@ struct LmSystem {
     LmSystem(const LowerPattern& pattern, const Host& host);
 };
 
+// Rows [first, last) of the lower half, whose blocks are in columns from `low` on. first and low
+// are multiples of 8, and so the vectors' numbers that belong to them begin at multiples of 16.
+struct LmPart {
+    size_t first, last, low;
+    size_t offset;  // of the first of last - low places in arrays with room for every part's
+    size_t first_number() const { return 6 * first; }
+    size_t last_number() const { return (6 * last + 15) / 16 * 16; }
+};
+constexpr size_t kMinPartRows = 64, kMaxParts = 16;
+HostVector<LmPart> cut_rows(const LowerPattern& pattern, const Host& host);
+
 // What solving needs besides; made once.
 struct LmWorkspace {
+    HostVector<LmPart> parts;
+    HostVector<double> sums;    // one per part
     HostVector<float> damped;   // diagonal blocks with damping
     HostVector<float> inverse;  // of them
-    HostVector<float> x, residual, direction, product, conditioned;
-    HostVector<float> spread;  // direction: each entry six times
-    HostVector<float>
-        transposed;  // partial sums of the upper half's products, kBlockFloats per row
+    HostVector<float> direct;   // each row's products, not yet added up; kBlockFloats per row
+    HostVector<float> twice;    // each row's direction two times; 16 per row
+    HostVector<float> x, residual, conditioned;
+    std::array<HostVector<float>, 2> direction;  // the present one, and that before
+    // A part's own, for the rows from its `low` on: direction, that with each entry six times, sums
+    // of the transposed blocks' products, and products.
+    HostVector<float> spread, transposed, part_direction, part_product;
 
     LmWorkspace(const LowerPattern& pattern, const Host& host);
 };
@@ -45,6 +63,7 @@ struct SolveTask {
     const LowerPattern* pattern;
     const LmSystem* system;
     LmWorkspace* workspace;
+    const Host* host;
     float lambda;
     uint32_t iterations;  // of conjugate gradients; 0: every control point by itself
 };

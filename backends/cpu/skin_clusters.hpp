@@ -12,7 +12,9 @@ namespace defrec::cpu {
 constexpr size_t kSkin = DEFREC_SKIN_NODES;
 constexpr size_t kLanes = 16;  // most that are used; groups begin at multiples
 
-inline size_t padded(size_t count) { return (count + kLanes - 1) / kLanes * kLanes; }
+inline size_t padded(size_t count, size_t lanes = kLanes) {
+    return (count + lanes - 1) / lanes * lanes;
+}
 
 // Control points ascending; of one that is named more than once, only the first has a weight.
 struct Skin {
