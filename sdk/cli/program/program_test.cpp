@@ -88,7 +88,7 @@ TEST_CASE("exit code 2: what was typed is not understood") {
 TEST_CASE("help and version are no errors") {
     CHECK(run({"--help"}) == 0);
     CHECK(run({"--version"}) == 0);
-    for (const char* command : {"track", "render", "score", "devices", "bench"})
+    for (const char* command : {"track", "render", "score", "evaluate", "devices", "bench"})
         CHECK(run({command, "--help"}) == 0);
 }
 

@@ -62,6 +62,7 @@ int run_program(int argc, const char* const* argv) {
     add_track_command(app, run);
     add_render_command(app, run, interrupt_requested);
     add_score_command(app, run);
+    add_evaluate_command(app, run);
     add_devices_command(app, run);
     add_bench_command(app, run, load_frames);
     return carry_out(app, run, argc, argv);

@@ -7,66 +7,13 @@
 #include "sdk/base/markup.hpp"
 #include "sdk/cli/io/text.hpp"
 #include "sdk/cli/score/plot.hpp"
+#include "sdk/cli/score/plot_page.hpp"
 #include "sdk/cli/score/reliability.hpp"
 #include "sdk/cli/score/sparsification.hpp"
 #include "sdk/cli/track/track_outputs.hpp"
 
 namespace defrec::cli {
 namespace {
-
-constexpr char kHead[] = R"(<!doctype html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta name="color-scheme" content="light dark">
-<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'">
-<title>defrec: score</title>
-<style>
-:root {
-  color-scheme: light dark;
-  --paper: #f6f7f9; --card: #ffffff; --ink: #17202c; --muted: #5b6675; --line: #dfe3e9;
-  --tracked: #2563eb; --extrapolated: #d97706; --other: #16a05e;
-}
-@media (prefers-color-scheme: dark) {
-  :root {
-    --paper: #10151c; --card: #18202a; --ink: #e8edf4; --muted: #9aa7b8; --line: #2b3645;
-    --tracked: #7fb0ff; --extrapolated: #fbbf24; --other: #4ade80;
-  }
-}
-body {
-  max-width: 1200px; margin: 0 auto; padding: 24px 20px; background: var(--paper);
-  color: var(--ink); font: 15px/1.5 system-ui, "Segoe UI", Roboto, sans-serif;
-}
-h1 { margin: 0; font-size: 26px; overflow-wrap: anywhere; }
-h2 { margin: 0 0 4px; font-size: 18px; }
-.from, .hint { margin: 4px 0 12px; color: var(--muted); overflow-wrap: anywhere; }
-header { margin-bottom: 16px; }
-main { display: grid; grid-template-columns: repeat(auto-fit, minmax(330px, 1fr)); gap: 16px; }
-section {
-  padding: 16px 18px; background: var(--card); border: 1px solid var(--line); border-radius: 12px;
-}
-.wide { grid-column: 1 / -1; overflow-x: auto; }
-pre { margin: 0; font: 12.5px/1.5 ui-monospace, monospace; }
-svg { display: block; width: 100%; font-size: 12px; fill: var(--muted); }
-svg path { fill: none; stroke: currentColor; stroke-width: 2; }
-svg circle { fill: currentColor; }
-svg .grid { stroke: var(--line); stroke-width: 1; }
-.tracked { color: var(--tracked); }
-.extrapolated { color: var(--extrapolated); }
-.other { color: var(--other); }
-.all { color: var(--ink); }
-.ideal { color: var(--muted); }
-.ideal path { stroke-width: 1; stroke-dasharray: 4 4; }
-.band { color: var(--muted); opacity: 0.35; }
-.band path { stroke-width: 8; }
-.key { margin: 0; padding: 0; list-style: none; }
-.key li { display: inline-block; margin-right: 16px; }
-.key li::before { content: "\25CF\2002"; }
-</style>
-</head>
-<body>
-)";
 
 // Its CSS class, which gives the colour.
 std::string class_of(const std::string& status) {
@@ -83,11 +30,6 @@ std::string key_of(const Score& score) {
                std::to_string(samples.size()) + " points</li>";
     }
     return key + "</ul>\n";
-}
-
-std::string section(const std::string& title, const std::string& hint, const std::string& content) {
-    return "<section><h2>" + title + "</h2><p class=\"hint\">" + hint + "</p>\n" + content +
-           "</section>\n";
 }
 
 std::string reliability_section(const Score& score) {
@@ -114,10 +56,11 @@ std::string reliability_section(const Score& score) {
     plot.y = {"root mean square of the error, mm", min / kMargin, max * kMargin, true};
     plot.lines.insert(plot.lines.begin(),
                       {"ideal", {{plot.x.min, plot.x.min}, {plot.x.max, plot.x.max}}, {}});
-    return section("Reliability",
-                   "Points in bins of equal count, by their expected error. On the dashed line the "
-                   "measured error is the expected one; above it points claim too much.",
-                   plot_svg(plot));
+    return page_section(
+        "Reliability",
+        "Points in bins of equal count, by their expected error. On the dashed line the "
+        "measured error is the expected one; above it points claim too much.",
+        plot_svg(plot));
 }
 
 std::string coverage_section(const Score& score) {
@@ -140,10 +83,11 @@ std::string coverage_section(const Score& score) {
             line.points.push_back({k, 100 * share_within(ratios, k)});
         plot.lines.push_back(std::move(line));
     }
-    return section("Coverage",
-                   "Expected errors hold where the lines pass through the three bars: 55 to 85 % "
-                   "within 1, at least 93 % within 2 and 98.5 % within 3 expected errors.",
-                   plot_svg(plot));
+    return page_section(
+        "Coverage",
+        "Expected errors hold where the lines pass through the three bars: 55 to 85 % "
+        "within 1, at least 93 % within 2 and 98.5 % within 3 expected errors.",
+        plot_svg(plot));
 }
 
 std::string sparsification_section(const Score& score) {
@@ -171,17 +115,19 @@ std::string sparsification_section(const Score& score) {
         {"share of points removed, %", 0, 100, false},
         {"mean error of the rest / of all", 0, std::clamp(highest, 1.0, kMaxMean), false},
         {line_of("ideal", curves.by_true), line_of("all", curves.by_expected)}};
-    return section("Sparsification",
-                   "All points: the largest expected errors are removed first; dashed: the largest "
-                   "true errors. The area between the lines is AUSE, " +
-                       format_fixed(ause_of(curves), 3) + ".",
-                   plot_svg(plot));
+    return page_section(
+        "Sparsification",
+        "All points: the largest expected errors are removed first; dashed: the largest "
+        "true errors. The area between the lines is AUSE, " +
+            format_fixed(ause_of(curves), 3) + ".",
+        plot_svg(plot));
 }
 
 }  // namespace
 
 std::string score_page(const Score& score, const std::string& folder, const std::string& truth) {
-    return kHead + ("<header><h1>" + escaped(folder) + "</h1><p class=\"from\">scored against ") +
+    return page_head("defrec: score") +
+           ("<header><h1>" + escaped(folder) + "</h1><p class=\"from\">scored against ") +
            escaped(truth) + "</p>" + key_of(score) + "</header>\n<main>\n" +
            reliability_section(score) + coverage_section(score) + sparsification_section(score) +
            "<section class=\"wide\"><pre>" + escaped(score_table(score)) +

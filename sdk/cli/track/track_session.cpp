@@ -181,6 +181,7 @@ class TrackSession {
                                                        source_.height(), source_.fps(), projector);
             meta.overlay_file = overlay_->path().filename().string();
         }
+        if (!options_.report) return;
         report_ = std::make_unique<ReportWriter>(folder_ / "report.html", meta, projector);
     }
 
@@ -242,7 +243,7 @@ class TrackSession {
         fill_record(rows_.back(), result, points, projection_, record_);
         as_output([&] {
             if (overlay_) overlay_->add(left, record_);
-            report_->add(left, record_);
+            if (report_) report_->add(left, record_);
         });
         progress_.update(static_cast<std::int64_t>(rows_.size()), source_.expected(),
                          rows_.back().state);
@@ -274,7 +275,7 @@ class TrackSession {
 
     void take_grown_template(const TemplateRecord& record) {
         if (overlay_) overlay_->set_template(record);
-        report_->grow_template(record);
+        if (report_) report_->grow_template(record);
     }
 
     void take_template(const StereoFrame& frame, const cv::Mat& left, const Template& surface,
@@ -283,7 +284,7 @@ class TrackSession {
         if (options_.from_template.empty()) points_.lift(surface, frame.index, desc_.grow != 0);
         as_output([&] {
             if (overlay_) overlay_->set_template(record);
-            report_->set_template(record, left);
+            if (report_) report_->set_template(record, left);
         });
         template_frame_ = frame.index;
         has_template_ = true;
@@ -378,9 +379,10 @@ class TrackSession {
             if (!overlay_) return;
             overlay_->finish();
             if (!overlay_->note().empty()) notes_.push_back(overlay_->note());
-            report_->meta().overlay_file = overlay_->path().filename().string();
+            if (report_) report_->meta().overlay_file = overlay_->path().filename().string();
         });
         attempt([&] {
+            if (!report_) return;
             report_->meta().notes.insert(report_->meta().notes.end(), notes_.begin(), notes_.end());
             report_->finish();
         });
@@ -419,8 +421,8 @@ class TrackSession {
     PointFollower points_;
     ProgressBar progress_;
     Tracker tracker_;
-    std::unique_ptr<OverlayWriter> overlay_;
-    std::unique_ptr<ReportWriter> report_;
+    std::unique_ptr<OverlayWriter> overlay_;  // null where none was asked for
+    std::unique_ptr<ReportWriter> report_;    // null where none was asked for
     std::deque<Pending> pending_;
     std::shared_ptr<const std::vector<std::uint32_t>>
         triangles_;  // shared with frames that wait to be sent

@@ -20,7 +20,7 @@ struct TrackOptions {
     std::string config;  // empty: the library's defaults
     bool grow = false;
     std::string from_template, save_template;  // files; empty: none
-    bool meshes = false, overlay = true;
+    bool meshes = false, overlay = true, report = true;
     LinkOptions link;
     bool realtime = false;  // frames are taken no faster than at their own times
     unsigned threads = 0;

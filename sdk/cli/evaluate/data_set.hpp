@@ -1,0 +1,84 @@
+// The data sets that `defrec evaluate` reads: where clips lie, how one is run, and how what was
+// measured becomes the data set's metrics.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sdk/cli/evaluate/samples.hpp"
+
+namespace defrec::cli {
+
+struct Metric {
+    std::string name;  // with its unit: median_mm
+    bool larger_is_better = false;
+};
+
+// How clips are run.
+struct RunSettings {
+    std::string config;  // of the tracker; empty: the library's defaults
+    std::string backend = "auto", device;
+    unsigned threads = 0;  // 0: one per core
+    std::uint64_t seed = 0;
+};
+
+struct ClipTask {
+    std::filesystem::path folder;  // of the clip
+    std::filesystem::path out;     // which exists, for whatever the clip leaves
+    RunSettings settings;
+};
+
+struct ClipScore {
+    Samples samples;
+    std::int64_t frames = 0;
+    double frame_ms = std::numeric_limits<double>::quiet_NaN();  // median time of a frame
+    std::string picture;                                         // JPEG; empty: none
+    std::string remark;                                          // what the picture shows
+};
+
+class DataSet {
+  public:
+    virtual ~DataSet() = default;
+
+    virtual std::string name() const = 0;
+    virtual std::string summary() const = 0;  // one line
+    // What is expected under the root, for messages.
+    virtual std::string layout() const = 0;
+    // Whether a folder under the root is a clip. What it lacks shows when it is run.
+    virtual bool is_clip(const std::filesystem::path& folder) const = 0;
+    // Throws CliError; files that are missing or wrong are named with what was expected.
+    virtual ClipScore run(const ClipTask& task) const = 0;
+
+    virtual std::vector<std::string> sample_columns() const = 0;
+    // The first one ranks the clips.
+    virtual std::vector<Metric> metrics() const = 0;
+    // Of one clip or of many, in the order of metrics(); NaN: there is none.
+    virtual std::vector<double> summarise(const Samples& samples) const = 0;
+};
+
+// In the order in which they are listed.
+const std::vector<std::unique_ptr<DataSet>>& data_sets();
+// Throws CliError(kUsage) naming those there are.
+const DataSet& data_set_of(const std::string& name);
+
+// Names of the clips under the root in name order: their folders relative to it, "." for the root
+// itself. Throws CliError(kInput) when there is none.
+std::vector<std::string> clips_of(const DataSet& data_set, const std::filesystem::path& root);
+
+// A file or folder that a clip needs.
+struct Needed {
+    std::string path;  // relative to the clip
+    std::string what;
+    bool is_folder = false;
+};
+// Throws CliError(kInput) naming the first that is absent.
+void require_entries(const std::filesystem::path& folder, const std::vector<Needed>& needed);
+
+std::unique_ptr<DataSet> make_defrec_sequences();
+
+}  // namespace defrec::cli

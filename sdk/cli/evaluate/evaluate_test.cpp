@@ -1,0 +1,245 @@
+// The whole command on rendered sequences: scores, shards, resumption and quarantine.
+#include "sdk/cli/evaluate/evaluate.hpp"
+
+#include <doctest/doctest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <map>
+
+#include "sdk/cli/evaluate/clip_store.hpp"
+#include "sdk/cli/io/csv.hpp"
+#include "sdk/cli/io/text.hpp"
+#include "sdk/cli/render/test_sequence.hpp"
+#include "sdk/cli/score/score.hpp"
+
+using namespace defrec::cli;
+namespace fs = std::filesystem;
+
+namespace {
+
+pid_t start(const std::vector<std::string>& arguments) {
+    std::vector<std::string> all{DEFREC_BUILD_DIR "/bin/defrec", "evaluate"};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    std::vector<char*> argv;
+    for (std::string& argument : all) argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    const pid_t child = ::fork();
+    if (child == 0) {
+        ::execv(argv[0], argv.data());
+        ::_exit(99);
+    }
+    return child;
+}
+
+int run(const std::vector<std::string>& arguments) {
+    const pid_t child = start(arguments);
+    int status = 0;
+    REQUIRE(::waitpid(child, &status, 0) == child);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+// Clips one, two and deep/three of the same frames with points of their own.
+const TestFolder& data_set() {
+    static const TestFolder folder;
+    static const bool is_made = [] {
+        const TestFolder& sequence = rendered_sequence<4>();
+        std::size_t clip_number = 0;
+        for (const char* clip : {"one", "two", "deep/three"}) {
+            const fs::path to = folder.path() / clip;
+            fs::create_directories(to);
+            for (const char* name : {"left", "right", "calibration.yaml", "truth.csv"})
+                fs::create_symlink(sequence.path() / name, to / name);
+            // Every third point, beginning with another.
+            CsvReader points(sequence.path() / "points.csv", {"id", "u", "v"});
+            std::string text = "id,u,v\n";
+            for (std::size_t i = clip_number++; points.next(); ++i)
+                if (i % 3 == 0)
+                    text.append(points.field(0))
+                        .append(",")
+                        .append(points.field(1))
+                        .append(",")
+                        .append(points.field(2))
+                        .append("\n");
+            folder.write((fs::path(clip) / "points.csv").string(), text);
+        }
+        return true;
+    }();
+    static_cast<void>(is_made);
+    return folder;
+}
+
+std::vector<std::string> with_out(const fs::path& out, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> arguments{"--dataset", "defrec",     data_set().path().string(),
+                                       "--out",     out.string(), "--backend",
+                                       "cpu",       "--quiet"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+}
+
+// The files that are the same from run to run.
+std::map<std::string, std::string> merged(const fs::path& out) {
+    std::map<std::string, std::string> files;
+    for (const char* name : {"results.csv", "summary.csv", "evaluation.html"})
+        files[name] = TestFolder::read(out / name);
+    return files;
+}
+
+// A whole evaluation of the three clips.
+const TestFolder& evaluated() {
+    static const TestFolder folder;
+    static const int code = run(with_out(folder.path()));
+    REQUIRE(code == 0);
+    return folder;
+}
+
+}  // namespace
+
+TEST_CASE("a clip's metrics are the score of its points") {
+    const TestFolder& out = evaluated();
+    const fs::path clip = ClipStore(out.path()).folder({"default", "deep/three"});
+    const ScoreGroup score =
+        score_of(read_scored_rows(clip, data_set() / "deep/three/truth.csv", {})).all;
+    CsvReader results(out.path() / "results.csv", {"clip", "status", "median_mm", "p95_mm",
+                                                   "lost_share", "average_jaccard_px"});
+    std::vector<std::string> clips;
+    while (results.next()) {
+        clips.emplace_back(results.field(0));
+        CHECK(results.field(1) == "done");
+        if (clips.back() != "deep/three") continue;
+        CHECK(results.number(2) == score.visible.median);
+        CHECK(results.number(3) == score.visible.p95);
+        CHECK(results.number(4) == score.lost_share());
+        CHECK(results.number(5) == score.visibility.px->average);
+    }
+    CHECK(clips == std::vector<std::string>{"deep/three", "one", "two"});
+    CHECK(fs::exists(clip / kPictureFile));
+    CHECK_FALSE(fs::exists(clip / "report.html"));
+}
+
+TEST_CASE("shards in any order, and a run that was killed and resumed, give the same bytes") {
+    const auto expected = merged(evaluated().path());
+    const TestFolder shards;
+    for (const char* shard : {"3/3", "1/3"})
+        REQUIRE(run(with_out(shards.path(), {"--shard", shard})) == 0);
+    CHECK_FALSE(fs::exists(shards / "results.csv"));
+    CHECK(run(with_out(shards.path(), {"--merge"})) == 3);  // one is missing
+    REQUIRE(run(with_out(shards.path(), {"--shard", "2/3"})) == 0);
+    REQUIRE(run(with_out(shards.path(), {"--merge"})) == 0);
+    CHECK(merged(shards.path()) == expected);
+
+    const TestFolder killed;
+    const ClipStore store(killed.path());
+    const pid_t child = start(with_out(killed.path(), {"--jobs", "2"}));
+    while (!store.outcome({"default", "deep/three"}) && !store.outcome({"default", "one"}))
+        ::usleep(1000);
+    ::kill(child, SIGKILL);
+    ::waitpid(child, nullptr, 0);
+    REQUIRE(run(with_out(killed.path(), {"--resume"})) == 0);
+    CHECK(merged(killed.path()) == expected);
+}
+
+TEST_CASE("what is done with the same options is kept, and what is not is run") {
+    const TestFolder out;
+    REQUIRE(run(with_out(out.path(), {"--subset", "t*"})) == 0);
+    const std::string mark = (ClipStore(out.path()).folder({"default", "two"}) / "mark").string();
+    const auto marked_after = [&](const std::vector<std::string>& more) {
+        std::ofstream(mark).put('x');
+        std::vector<std::string> arguments{"--subset", "two", "--resume"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        CHECK(run(with_out(out.path(), arguments)) == 0);
+        return fs::exists(mark);
+    };
+    CHECK(marked_after({}));
+    CHECK_FALSE(marked_after({"--seed", "5"}));
+    CHECK(run(with_out(out.path(), {"--subset", "two", "--merge"})) == 3);
+    CHECK(run(with_out(out.path(), {"--subset", "four*"})) == 2);
+}
+
+TEST_CASE("a clip with a file that is absent or cut is in quarantine, and the others are done") {
+    const TestFolder root, out;
+    for (const auto& entry : fs::directory_iterator(data_set().path() / "one")) {
+        for (const char* clip : {"cut", "good", "lacks"}) {
+            fs::create_directories(root.path() / clip);
+            fs::create_symlink(entry.path(), root.path() / clip / entry.path().filename());
+        }
+    }
+    fs::remove(root.path() / "lacks/points.csv");
+    fs::remove(root.path() / "cut/left");
+    fs::create_directory(root.path() / "cut/left");
+    for (const fs::path& image : images_of(data_set().path() / "one/left")) {
+        std::string bytes = TestFolder::read(image);
+        if (image.stem() == "000002") bytes.resize(bytes.size() / 2);
+        root.write((fs::path("cut/left") / image.filename()).string(), bytes);
+    }
+    CHECK(run({"--dataset", "defrec", root.path().string(), "--out", out.path().string(),
+               "--backend", "cpu", "--quiet", "--jobs", "3"}) == 6);
+    std::map<std::string, std::string> reasons;
+    CsvReader results(out.path() / "results.csv", {"clip", "status", "reason"});
+    while (results.next()) reasons[std::string(results.field(0))] = results.field(2);
+    CHECK(reasons.at("good").empty());
+    CHECK(reasons.at("lacks").find("points.csv: this file was expected") != std::string::npos);
+    CHECK(reasons.at("cut").find("000002.png: this is not a whole image") != std::string::npos);
+    CHECK(TestFolder::read(out / "evaluation.html").find("In quarantine") != std::string::npos);
+}
+
+#ifdef DEFREC_FAULTY_PLUGINS
+TEST_CASE("clips of a plugin that fails or hangs are in quarantine") {
+    const auto reason_with = [](const char* plugin, const char* time_limit) {
+        const TestFolder out;
+        ::setenv("DEFREC_PLUGIN_PATH", DEFREC_FAULTY_PLUGINS, 1);
+        const int code =
+            run({"--dataset", "defrec", data_set().path().string(), "--out", out.path().string(),
+                 "--subset", "one", "--backend", plugin, "--time-limit", time_limit, "--quiet"});
+        ::unsetenv("DEFREC_PLUGIN_PATH");
+        CHECK(code == 6);
+        CsvReader results(out.path() / "results.csv", {"reason"});
+        REQUIRE(results.next());
+        return std::string(results.field(0));
+    };
+    CHECK(reason_with("crashes_in_enqueue", "600").find("crashes_in_enqueue: rectify") !=
+          std::string::npos);
+    CHECK(reason_with("hangs_in_wait", "3").find("no end within the time limit of 3 s") == 0);
+}
+#endif
+
+TEST_CASE("parameters are variants, with a table of their effects") {
+    const TestFolder out;
+    const std::string few = out.write("few.yaml", "max_patches: 64\n");
+    const std::string same = out.write("same.yaml", "seed: 0\n");
+    CHECK(run(with_out(out.path(), {"--config", same})) == 2);
+    const std::string many = out.write("many.yaml", "max_patches: 1024\n");
+    REQUIRE(run(with_out(out.path() / "out",
+                         {"--subset", "one", "--config", many, "--config", few})) == 0);
+    CsvReader effects(out.path() / "out/effects.csv",
+                      {"variant", "metric", "value", "first", "change"});
+    std::size_t rows = 0, changed = 0;
+    while (effects.next()) {
+        ++rows;
+        // Nothing is hidden in these frames.
+        if (effects.field(0) == "many" && effects.field(1) != "hidden_p95_mm")
+            CHECK(effects.field(4) == "0");
+        changed +=
+            effects.field(0) == "few" && effects.field(1) == "median_mm" && effects.number(4) != 0;
+    }
+    CHECK(rows == 2 * 13);
+    CHECK(changed == 1);
+}
+
+TEST_CASE("what cannot be evaluated is said before anything is run") {
+    const TestFolder empty;
+    const std::string out = empty / "out";
+    CHECK(run({"--dataset", "nothing", empty.path().string(), "--out", out}) == 2);
+    CHECK(run({"--dataset", "defrec", empty.path().string(), "--out", out}) == 3);
+    CHECK(run({"--dataset", "defrec", empty / "absent", "--out", out}) == 3);
+    CHECK(run({"--dataset", "defrec", "--out", out}) == 2);
+    CHECK(run({"--dataset", "defrec", empty.path().string()}) == 2);
+    CHECK(run({empty.path().string(), "--out", out}) == 2);
+    CHECK_FALSE(fs::exists(out));
+    for (const char* shard : {"0/3", "4/3", "1", "1/x", "1/2/3", "-1/3"})
+        CHECK_THROWS_AS(parse_shard(shard), CliError);
+    CHECK(parse_shard("2/3").number == 2);
+    CHECK(run({"--list"}) == 0);
+    CHECK(run({"--dataset", "defrec", data_set().path().string(), "--list"}) == 0);
+}

@@ -1,0 +1,38 @@
+// A clip that is tracked: `defrec track` on it, and what its files say of the time and the frames.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "sdk/cli/evaluate/data_set.hpp"
+#include "sdk/cli/track/track_session.hpp"
+
+namespace defrec::cli {
+
+// Source, calibration and points of the clip are set; leaves points.csv, frames.csv and
+// summary.json in task.out. Throws CliError also where the source ended early.
+void track_clip(const ClipTask& task, TrackOptions options);
+
+struct TrackedTimes {
+    std::int64_t frames = 0;
+    double frame_ms = 0;  // median of the stages together
+};
+TrackedTimes times_of(const std::filesystem::path& out);
+
+// "degraded (few-matches)", by frames.csv; empty where it does not have the frame.
+std::string state_of(const std::filesystem::path& out, std::int64_t frame);
+
+// A point in an image: where it is, and where it was found.
+struct MarkedPoint {
+    double true_u = 0, true_v = 0;    // px
+    double found_u = 0, found_v = 0;  // NaN where it was not found
+};
+
+// The left image of a frame as JPEG, at most 480 px wide: a green ring at each true position and a
+// line from it to where the point was found; a red ring where it was not.
+std::string picture_of(const SourceOptions& source, std::int64_t frame,
+                       const std::vector<MarkedPoint>& points);
+
+}  // namespace defrec::cli
