@@ -2,6 +2,7 @@
 // rows with ascending columns.
 #pragma once
 #include <algorithm>
+#include <iterator>
 
 #include "backends/shared/stage.hpp"
 
@@ -22,17 +23,25 @@ class BlockPattern {
         pairs_.push_back({a, b});
         if (a != b) pairs_.push_back({b, a});
     }
+    // Rows by counting, then each row by itself: most pairs are there many times.
     void finish() {
-        std::sort(pairs_.begin(), pairs_.end());
-        pairs_.erase(std::unique(pairs_.begin(), pairs_.end()), pairs_.end());
         start_.assign(rows_ + 1, 0);
-        column_.clear();
-        for (const auto& [row, column] : pairs_) {
-            ++start_[size_t(row) + 1];
-            column_.push_back(column);
-        }
+        for (const auto& [row, column] : pairs_) ++start_[size_t(row) + 1];
         for (size_t i = 0; i < rows_; ++i) start_[i + 1] += start_[i];
+        std::vector<int32_t> columns(pairs_.size());
+        std::vector<uint32_t> next(start_.begin(), start_.end());
+        for (const auto& [row, column] : pairs_) columns[next[size_t(row)]++] = column;
         pairs_ = {};
+        column_.clear();
+        auto row = columns.begin();
+        for (size_t i = 0; i < rows_; ++i) {
+            const auto end = columns.begin() + start_[i + 1];
+            start_[i] = uint32_t(column_.size());
+            std::sort(row, end);
+            std::unique_copy(row, end, std::back_inserter(column_));
+            row = end;
+        }
+        start_[rows_] = uint32_t(column_.size());
     }
 
     size_t rows() const { return rows_; }

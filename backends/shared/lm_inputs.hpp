@@ -1,11 +1,14 @@
 // What stage lm is given: the template that prepare reads and checks, and one frame's observations.
 #pragma once
+#include <vector>
+
 #include "backends/shared/block_pattern.hpp"
 #include "backends/stages/lm.hpp"
 
 namespace defrec {
 
 struct LmTemplate {
+    HostVector<int32_t> given_node;  // of each control point: its number as given
     HostVector<Vec3<double>> nodes;
     HostVector<defrec_edge> edges;            // a < b, ascending, each pair once
     HostVector<Vec3<double>> rest_direction;  // of each edge, unit, from a to b
@@ -16,7 +19,8 @@ struct LmTemplate {
     double mean_degree = 1;  // mean over control points of the sum of their edges' weights
 
     explicit LmTemplate(const Host& host)
-        : nodes(HostAllocator<Vec3<double>>(host)),
+        : given_node(HostAllocator<int32_t>(host)),
+          nodes(HostAllocator<Vec3<double>>(host)),
           edges(HostAllocator<defrec_edge>(host)),
           rest_direction(HostAllocator<Vec3<double>>(host)),
           rest_length(HostAllocator<double>(host)),
@@ -25,24 +29,55 @@ struct LmTemplate {
           patches(HostAllocator<defrec_patch>(host)),
           pattern(host) {}
 
-    // Throws where something cannot be used.
-    void read(const defrec_lm_params& params, std::span<const InBuffer> in) {
+    // Throws where something cannot be used. only_used: leaves out control points that nothing
+    // refers to; what refers to the others has their new numbers.
+    void read(const defrec_lm_params& params, std::span<const InBuffer> in,
+              bool only_used = false) {
         const LmTemplateBuffers given = read_template(params, in);
-        nodes.clear();
-        for (size_t i = 0; i < params.nodes; ++i)
-            nodes.push_back(load3<double>(given.nodes + 3 * i));
-        take_edges(given.edges, params.edges);
+        edges.assign(given.edges, given.edges + params.edges);
         points.assign(given.points, given.points + params.points);
         landmarks.assign(given.landmarks, given.landmarks + params.landmarks);
         patches.assign(given.patches, given.patches + params.patches);
+        take_nodes(given.nodes, params.nodes, only_used);
+        take_edges(params.nodes);
         build_pattern();
     }
 
   private:
-    void take_edges(const defrec_edge* given, size_t count) {
-        edges.clear();
-        for (const defrec_edge& edge : std::span(given, count))
-            edges.push_back({std::min(edge.a, edge.b), std::max(edge.a, edge.b), edge.weight});
+    // Calls visit with every number of a control point.
+    template <class Function>
+    void visit_nodes(const Function& visit) {
+        for (defrec_edge& edge : edges) {
+            visit(edge.a);
+            visit(edge.b);
+        }
+        const auto visit_skins = [&](auto& items) {
+            for (auto& item : items)
+                for (int32_t& node : item.node) visit(node);
+        };
+        visit_skins(points);
+        visit_skins(landmarks);
+        visit_skins(patches);
+    }
+
+    void take_nodes(const float* given, size_t count, bool only_used) {
+        std::vector<int32_t> number(count, only_used ? -1 : 0);
+        visit_nodes([&](int32_t node) { number[size_t(node)] = 0; });
+        given_node.clear();
+        nodes.clear();
+        for (size_t i = 0; i < count; ++i) {
+            if (number[i] < 0) continue;
+            number[i] = int32_t(nodes.size());
+            given_node.push_back(int32_t(i));
+            nodes.push_back(load3<double>(given + 3 * i));
+        }
+        visit_nodes([&](int32_t& node) { node = number[size_t(node)]; });
+    }
+
+    // all_nodes: as many as were given.
+    void take_edges(size_t all_nodes) {
+        for (defrec_edge& edge : edges)
+            edge = {std::min(edge.a, edge.b), std::max(edge.a, edge.b), edge.weight};
         const auto before = [](const defrec_edge& x, const defrec_edge& y) {
             return std::pair(x.a, x.b) < std::pair(y.a, y.b);
         };
@@ -55,10 +90,10 @@ struct LmTemplate {
                 edges[kept++] = edge;
         }
         edges.resize(kept);
-        measure_edges();
+        measure_edges(all_nodes);
     }
 
-    void measure_edges() {
+    void measure_edges(size_t all_nodes) {
         rest_direction.clear();
         rest_length.clear();
         double weights = 0;
@@ -69,7 +104,7 @@ struct LmTemplate {
             rest_length.push_back(length);
             weights += 2.0 * double(edge.weight);
         }
-        mean_degree = weights > 0 ? weights / double(nodes.size()) : 1;
+        mean_degree = weights > 0 ? weights / double(all_nodes) : 1;
     }
 
     void build_pattern() {

@@ -24,6 +24,11 @@ class LmStage : public Stage {
     void prepare(std::span<const InBuffer> in) override {
         auto prepared = std::make_unique<Prepared>(params_, in, host_);  // keeps the one before
         prepared_ = std::move(prepared);
+        const size_t nodes = prepared_->surface.nodes.size();
+        motions_.resize(nodes);
+        nodes_.resize(nodes);
+        trial_.resize(nodes);
+        step_.resize(6 * nodes);
     }
 
     void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
@@ -33,25 +38,32 @@ class LmStage : public Stage {
         const auto given = view_buffers<LmBuffers>(params_, in, out);
         const LmFrame frame = frame_of(params_, given);
 
-        for (size_t i = 0; i < params_.nodes; ++i) {
-            motions_[i] = usable_motion<double>(frame.motions[i]);
+        for (size_t i = 0; i < nodes_.size(); ++i) {
+            motions_[i] = usable_motion<double>(frame.motions[surface.given_node[i]]);
             nodes_[i] = {motions_[i].real, apply(motions_[i], surface.nodes[i])};
         }
-        if (params_.presolve != 0 && frame.matches != nullptr) move_rigidly(frame.matches);
+        auto rigid = DualQuaternion<double>::identity();
+        if (params_.presolve != 0 && frame.matches != nullptr) rigid = move_rigidly(frame.matches);
         problem.set_frame(frame);
         *given.summary = levenberg_marquardt(problem, params_, std::span(nodes_), std::span(trial_),
                                              std::span(step_));
-        for (size_t i = 0; i < params_.nodes; ++i) {
+        if (nodes_.size() < params_.nodes)
+            for (size_t i = 0; i < params_.nodes; ++i) {
+                const auto motion = usable_motion<double>(frame.motions[i]);
+                given.results[i] =
+                    (given.summary->failed ? motion : compose(rigid, motion)).store();
+            }
+        for (size_t i = 0; i < nodes_.size(); ++i) {
             const NodePose<double>& node = nodes_[i];
             if (!given.summary->failed)
                 motions_[i] = from_rigid(node.rotation,
                                          node.position - rotate(node.rotation, surface.nodes[i]));
-            given.results[i] = motions_[i].store();
+            given.results[surface.given_node[i]] = motions_[i].store();
         }
     }
 
   private:
-    void move_rigidly(const defrec_match* matches) {
+    DualQuaternion<double> move_rigidly(const defrec_match* matches) {
         for (size_t i = 0; i < deformed_.size(); ++i) {
             if (!preselected(matches[i])) continue;
             const defrec_surface_point& landmark = prepared_->surface.landmarks[i];
@@ -61,11 +73,14 @@ class LmStage : public Stage {
         const auto motion = presolve(matches, deformed_, double(params_.match_tukey_mm));
         for (NodePose<double>& node : nodes_)
             node = {motion.real * node.rotation, apply(motion, node.position)};
+        return motion;
     }
 
+    // What nothing refers to is left out and stays where it is; of a large map that may be the
+    // most.
     struct Prepared {
         Prepared(const defrec_lm_params& params, std::span<const InBuffer> in, const Host& host)
-            : surface(host), problem(params, (surface.read(params, in), surface), host) {}
+            : surface(host), problem(params, (surface.read(params, in, true), surface), host) {}
         LmTemplate surface;
         Problem problem;  // of the surface
     };

@@ -23,6 +23,12 @@ struct FrameTask {
     FrameOutput& output;
 };
 
+// How a template is followed into a frame.
+struct Following {
+    bool uses_depth = true;  // false: by the left image alone
+    bool whole_map = true;   // false: what lies far outside of the image need not be solved finely
+};
+
 // What one frame's images become on the device.
 struct Observation {
     DeviceBuffer raw[2], gray[2], mask[2], ignore, disparity, feature_count, features;

@@ -246,9 +246,9 @@ void Pipeline::set_template(const TemplateData& data) {
 }
 
 FollowedFrame Pipeline::follow(ObservedFrame frame, std::span<const defrec_motion> start,
-                               bool uses_depth) {
+                               const Following& following) {
     if (template_ == nullptr) fail(DEFREC_ERROR_INTERNAL, "there is no template to follow");
-    template_->enqueue(queue_, *frame.observation_, start, uses_depth,
+    template_->enqueue(queue_, *frame.observation_, start, following,
                        frame.task_.input.samples.get(), frame.timer_, frame.task_.output);
     const uint64_t end = queue_.signal();
     return FollowedFrame(std::move(frame), end);

@@ -62,11 +62,15 @@ class Pipeline {
     // Makes the stages and buffers for this template, and waits for all that was queued before.
     // Keeps what it had if it fails.
     void set_template(const TemplateData& data);
-    // Follows the template into the frame, starting from these motions; without depth, by the left
-    // image alone. The device may still be at it on return. Throws Error(DEFREC_ERROR_INTERNAL)
-    // without a template.
+    // Follows the template into the frame, starting from these motions. The device may still be at
+    // it on return. Throws Error(DEFREC_ERROR_INTERNAL) without a template.
     FollowedFrame follow(ObservedFrame frame, std::span<const defrec_motion> start,
-                         bool uses_depth = true);
+                         const Following& following = {});
+    // Whether the last frame was solved in part; whether all that its motions show was.
+    bool solved_part() const { return template_->solved_part(); }
+    bool solved_all_seen(std::span<const defrec_motion> motions) const {
+        return template_->solved_all_seen(motions);
+    }
     bool done(const FollowedFrame& frame, uint64_t timeout_ns) {
         return queue_.wait(frame.end_point_, timeout_ns);
     }

@@ -128,14 +128,22 @@ void SurfaceFollower::process(TrackerJob& job) {
         if (captures) capture(job, *frame);
         if (!prepare_results(job)) return;
         bool uses_depth = captures || !is_tracking_ || !is_depth_spoilt_;
-        Verdict verdict = follow(job, std::move(*frame), uses_depth);
+        Following following{uses_depth, !is_tracking_};
+        Verdict verdict = follow(job, std::move(*frame), following);
+        // The frame jumped to another part of the map than it was expected in.
+        if (pipeline_.solved_part() &&
+            (!verdict.found || !pipeline_.solved_all_seen(job.output.motions))) {
+            following.whole_map = true;
+            verdict = follow(job, pipeline_.observe(task_of(job)), following);
+        }
         watch_rig(job, verdict);
         is_depth_spoilt_ = is_tracking_ && lag_spoils_depth(job);
         if (uses_depth && !captures && is_depth_spoilt_) {
             uses_depth = false;
             const uint32_t of_rig =
                 verdict.reasons & (DEFREC_REASON_VIEW_LATE | DEFREC_REASON_CALIBRATION);
-            verdict = follow(job, pipeline_.observe(task_of(job)), uses_depth);
+            following.uses_depth = false;
+            verdict = follow(job, pipeline_.observe(task_of(job)), following);
             verdict.reasons |= of_rig;
             verdict.degraded = true;
         }
@@ -266,10 +274,10 @@ bool SurfaceFollower::prepare_results(TrackerJob& job) {
     return true;
 }
 
-Verdict SurfaceFollower::follow(TrackerJob& job, ObservedFrame frame, bool uses_depth) {
+Verdict SurfaceFollower::follow(TrackerJob& job, ObservedFrame frame, const Following& following) {
     FrontImages* const images = growth_.images();
     if (images != nullptr) pipeline_.read_front(frame, *images);
-    FollowedFrame followed = pipeline_.follow(std::move(frame), last_->motions, uses_depth);
+    FollowedFrame followed = pipeline_.follow(std::move(frame), last_->motions, following);
     // A wait that ends too early may cost a call of the driver. Each looks for a while before it
     // sleeps: many short ones would keep a core busy through a long frame.
     const auto limit_ns = static_cast<uint64_t>(pipeline_.deadline().count());
@@ -282,7 +290,7 @@ Verdict SurfaceFollower::follow(TrackerJob& job, ObservedFrame frame, bool uses_
     if (images != nullptr) pipeline_.check(*images);
     measure_patches(template_->data(), job.output, patch_px2_);
     job.evidence = weigh_evidence(job.output, patch_px2_);
-    return classify(template_->data(), job.evidence, is_tracking_, uses_depth);
+    return classify(template_->data(), job.evidence, is_tracking_, following.uses_depth);
 }
 
 void SurfaceFollower::watch_rig(TrackerJob& job, Verdict& verdict) {

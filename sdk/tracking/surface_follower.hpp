@@ -53,7 +53,7 @@ class SurfaceFollower {
     void adopt(std::shared_ptr<const Template> surface, bool is_observed);
     bool grow();
     bool prepare_results(TrackerJob& job);
-    Verdict follow(TrackerJob& job, ObservedFrame frame, bool uses_depth);
+    Verdict follow(TrackerJob& job, ObservedFrame frame, const Following& following);
     void watch_rig(TrackerJob& job, Verdict& verdict);
     bool lag_spoils_depth(const TrackerJob& job) const;
     bool correct_rig();

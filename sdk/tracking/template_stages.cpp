@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "backends/shared/motion.hpp"
 #include "sdk/template/check_patches.hpp"
 #include "sdk/template/scattered_skin.hpp"
 #include "sdk/tracking/make_stage.hpp"
@@ -14,6 +15,9 @@ constexpr int kSparseStep = 2;
 constexpr float kIcpWeight = 2;        // of a sparse vertex; measured on the reference sequences
 constexpr float kRotationWeight = 40;  // tissue bends more easily than it shears
 constexpr uint32_t kMinBytes = 16;     // of a buffer, whatever a template lacks
+// Of frames that are solved in part, how often the coarse pass solves all: what lies outside of the
+// image follows it then, and by the rigid motion of the matches alone in between.
+constexpr uint32_t kWholeEvery = 8;
 
 template <class T>
 uint64_t bytes_of(const T& values) {
@@ -26,6 +30,16 @@ uint32_t count_of(const std::vector<T>& values) {
 }
 
 uint32_t node_count(const TemplateData& data) { return count_of(data.nodes) / 3; }
+
+template <class T>
+DeviceBuffer buffer_for(const std::shared_ptr<Device>& device, const std::vector<T>& values) {
+    return {device, std::max<uint64_t>(bytes_of(values), kMinBytes)};
+}
+
+template <class T>
+void write_all(Queue& queue, const DeviceBuffer& buffer, const std::vector<T>& values) {
+    if (!values.empty()) queue.write(buffer, values.data(), bytes_of(values));
+}
 
 std::vector<defrec_patch> rig_patches(const TemplateData& data) {
     std::vector<defrec_patch> patches;
@@ -69,6 +83,7 @@ TemplateStages::TemplateStages(const std::shared_ptr<Device>& device, Queue& que
                                const TrackerSettings& settings, const TemplateData& data)
     : device_(device), settings_(settings), camera_(rig.camera()) {
     upload_template(queue, data);
+    if (SolveRegion::suits(data)) make_region(data);
     make_buffers(data);
 
     auto match = make_params<defrec_match_params>();
@@ -87,16 +102,20 @@ TemplateStages::TemplateStages(const std::shared_ptr<Device>& device, Queue& que
     ransac_->prepare(queue, {&landmarks_});
 
     for (const SolverPass& pass : kSolverPasses) {
-        Pass& made = passes_.emplace_back(Pass{pass, nullptr, nullptr, {}});
+        Pass& made = passes_.emplace_back(Pass{pass, nullptr, nullptr, nullptr, {}});
         made.motions = DeviceBuffer(device_, start_.size());
         if (pass.search) {
             made.align = make_align(*pass.search, data);
             made.align->prepare(queue, {&patches_, &views_, &slopes_});
         }
-        made.solve = make_solve(pass, data);
+        const defrec_lm_params params = solve_params(pass, data);
+        made.solve = make_stage<DEFREC_STAGE_LM>(device_, params);
         made.solve->prepare(queue,
                             {&nodes_, &edges_, &sparse_points_, &landmark_points_, &patches_});
+        if (region_)
+            made.solve_region = make_stage<DEFREC_STAGE_LM>(device_, params_of_region(params));
     }
+    if (region_) write_pair(queue);
 
     check_ = make_check(data);
     check_->prepare(queue, {&check_patches_, &views_, &check_slopes_});
@@ -119,8 +138,8 @@ TemplateStages::TemplateStages(const std::shared_ptr<Device>& device, Queue& que
 
 void TemplateStages::upload_template(Queue& queue, const TemplateData& data) {
     const auto upload = [&](DeviceBuffer& buffer, const auto& values) {
-        buffer = DeviceBuffer(device_, std::max<uint64_t>(bytes_of(values), kMinBytes));
-        if (!values.empty()) queue.write(buffer, values.data(), bytes_of(values));
+        buffer = buffer_for(device_, values);
+        write_all(queue, buffer, values);
     };
     upload(nodes_, data.nodes);
     upload(edges_, data.edges);
@@ -137,11 +156,54 @@ void TemplateStages::upload_template(Queue& queue, const TemplateData& data) {
     upload(views_, data.image);
 }
 
+void TemplateStages::make_region(const TemplateData& data) {
+    const RegionLists& lists = region_.emplace(data, sparse_vertices(data)).lists();
+    region_buffers_ = {buffer_for(device_, lists.nodes), buffer_for(device_, lists.edges),
+                       buffer_for(device_, lists.points), buffer_for(device_, lists.landmarks),
+                       buffer_for(device_, lists.patches)};
+}
+
+defrec_lm_params TemplateStages::params_of_region(defrec_lm_params whole) const {
+    const RegionLists& lists = region_->lists();
+    whole.nodes = count_of(lists.nodes) / 3;
+    whole.edges = count_of(lists.edges);
+    whole.points = count_of(lists.points);
+    return whole;
+}
+
+// Motions of the control points that a region has beyond the template's, which never move.
+void TemplateStages::write_pair(Queue& queue) {
+    const std::vector<defrec_motion> rest(SolveRegion::kPair,
+                                          DualQuaternion<float>::identity().store());
+    const uint64_t offset = start_.size() - bytes_of(rest);
+    queue.write(start_, rest.data(), bytes_of(rest), offset);
+    for (const Pass& pass : passes_) queue.write(pass.motions, rest.data(), bytes_of(rest), offset);
+}
+
+// Whether a part of the map is enough for a frame that starts with these motions. Prepares the
+// stages anew where it is another part than before.
+bool TemplateStages::choose_region(Queue& queue, std::span<const defrec_motion> start) {
+    const SolveRegion::Choice choice = region_->choose(start);
+    if (choice != SolveRegion::Choice::kOther) return choice == SolveRegion::Choice::kSame;
+    const RegionLists& lists = region_->lists();
+    const RegionBuffers& buffers = region_buffers_;
+    write_all(queue, buffers.nodes, lists.nodes);
+    write_all(queue, buffers.edges, lists.edges);
+    write_all(queue, buffers.points, lists.points);
+    write_all(queue, buffers.landmarks, lists.landmarks);
+    write_all(queue, buffers.patches, lists.patches);
+    for (const Pass& pass : passes_)
+        pass.solve_region->prepare(queue, {&buffers.nodes, &buffers.edges, &buffers.points,
+                                           &buffers.landmarks, &buffers.patches});
+    return true;
+}
+
 void TemplateStages::make_buffers(const TemplateData& data) {
     const auto buffer = [&](uint64_t count, uint64_t size) {
         return DeviceBuffer(device_, std::max<uint64_t>(count * size, kMinBytes));
     };
-    start_ = buffer(node_count(data), sizeof(defrec_motion));
+    const size_t nodes = region_ ? region_->lists().nodes.size() / 3 : node_count(data);
+    start_ = buffer(nodes, sizeof(defrec_motion));
     matches_ = buffer(data.landmarks.size(), sizeof(defrec_match));
     weighted_ = buffer(data.landmarks.size(), sizeof(defrec_match));
     ransac_summary_ = buffer(1, sizeof(defrec_ransac_summary));
@@ -192,8 +254,8 @@ std::unique_ptr<DeviceStage> TemplateStages::make_right_search(const TemplateDat
     return make_stage<DEFREC_STAGE_ALIGN>(device_, align);
 }
 
-std::unique_ptr<DeviceStage> TemplateStages::make_solve(const SolverPass& pass,
-                                                        const TemplateData& data) const {
+defrec_lm_params TemplateStages::solve_params(const SolverPass& pass,
+                                              const TemplateData& data) const {
     auto lm = make_params<defrec_lm_params>();
     lm.nodes = node_count(data);
     lm.edges = count_of(data.edges);
@@ -217,15 +279,19 @@ std::unique_ptr<DeviceStage> TemplateStages::make_solve(const SolverPass& pass,
     lm.match_weight = pass.match_weight;
     lm.patch_tukey_px = pass.patch_tukey_px;
     lm.icp_tukey_mm = pass.icp_tukey_mm;
-    return make_stage<DEFREC_STAGE_LM>(device_, lm);
+    return lm;
 }
 
 void TemplateStages::enqueue(Queue& queue, const Observation& observed,
-                             std::span<const defrec_motion> start, bool uses_depth,
+                             std::span<const defrec_motion> start, const Following& following,
                              const DeviceBuffer* samples, StageTimer& timer, FrameOutput& output) {
     if (samples == nullptr) samples = &samples_;
-    const DeviceBuffer* disparity = uses_depth ? &observed.disparity : nullptr;
-    const DeviceBuffer* matches = uses_depth ? &weighted_ : nullptr;  // with positions in depth
+    uses_region_ = region_ && !following.whole_map && choose_region(queue, start);
+    const bool solves_whole_coarsely = partly_solved_ % kWholeEvery == 0;
+    partly_solved_ = uses_region_ ? partly_solved_ + 1 : 0;
+    const DeviceBuffer* disparity = following.uses_depth ? &observed.disparity : nullptr;
+    const DeviceBuffer* matches =
+        following.uses_depth ? &weighted_ : nullptr;  // with positions in depth
     timer.start();
     queue.write(start_, start.data(), start.size_bytes());
     match_->enqueue(queue, {&observed.feature_count, &observed.features, &observed.disparity},
@@ -234,7 +300,7 @@ void TemplateStages::enqueue(Queue& queue, const Observation& observed,
     ransac_->enqueue(queue, {&matches_}, {&weighted_, &ransac_summary_});
     timer.end("ransac");
     const DeviceBuffer* motions = &start_;
-    for (const auto& [pass, align, solve, result] : passes_) {
+    for (const auto& [pass, align, solve, solve_region, result] : passes_) {
         if (pass.search) {
             const DeviceBuffer* predictions =
                 pass.search->keeps_predictions ? &predictions_ : nullptr;
@@ -243,7 +309,9 @@ void TemplateStages::enqueue(Queue& queue, const Observation& observed,
             timer.end(pass.search->time_name);
         }
         const DeviceBuffer* observations = pass.search ? &observations_ : nullptr;
-        solve->enqueue(queue, {motions, matches, observations, disparity}, {&result, &lm_summary_});
+        const bool solves_part = uses_region_ && (pass.search || !solves_whole_coarsely);
+        DeviceStage& solver = solves_part ? *solve_region : *solve;
+        solver.enqueue(queue, {motions, matches, observations, disparity}, {&result, &lm_summary_});
         timer.end(pass.time_name);
         motions = &result;
     }

@@ -2,12 +2,14 @@
 // template's counts.
 #pragma once
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "sdk/rig/rig.hpp"
 #include "sdk/template/template.hpp"
 #include "sdk/tracking/frame.hpp"
+#include "sdk/tracking/solve_region.hpp"
 #include "sdk/tracking/solver_passes.hpp"
 
 namespace defrec {
@@ -18,27 +20,41 @@ class TemplateStages {
     TemplateStages(const std::shared_ptr<Device>& device, Queue& queue, const Rig& rig,
                    const TrackerSettings& settings, const TemplateData& data);
 
-    // Follows the template into the observed images from these motions. uses_depth: else by the
-    // left image alone. samples: where the device leaves them, its own memory where it is nullptr.
+    // Follows the template into the observed images from these motions. samples: where the device
+    // leaves them, its own memory where it is nullptr.
     void enqueue(Queue& queue, const Observation& observed, std::span<const defrec_motion> start,
-                 bool uses_depth, const DeviceBuffer* samples, StageTimer& timer,
+                 const Following& following, const DeviceBuffer* samples, StageTimer& timer,
                  FrameOutput& output);
+    // Whether the last frame was solved in part; whether all that its motions show was.
+    bool solved_part() const { return uses_region_; }
+    bool solved_all_seen(std::span<const defrec_motion> motions) const {
+        return !uses_region_ || region_->covers_image(motions);
+    }
 
   private:
     struct Pass {
         const SolverPass& pass;
-        std::unique_ptr<DeviceStage> align, solve;  // align: null without a search
+        // align: null without a search. solve_region: null without a region.
+        std::unique_ptr<DeviceStage> align, solve, solve_region;
         DeviceBuffer motions;
+    };
+    // What a pass is prepared with for a part of the map.
+    struct RegionBuffers {
+        DeviceBuffer nodes, edges, points, landmarks, patches;
     };
 
     void upload_template(Queue& queue, const TemplateData& data);
+    void make_region(const TemplateData& data);
+    defrec_lm_params params_of_region(defrec_lm_params whole) const;
+    void write_pair(Queue& queue);
+    bool choose_region(Queue& queue, std::span<const defrec_motion> start);
     void make_buffers(const TemplateData& data);
     defrec_align_params align_params(const TemplateData& data, uint32_t patches) const;
     std::unique_ptr<DeviceStage> make_align(const PatchSearch& search,
                                             const TemplateData& data) const;
     std::unique_ptr<DeviceStage> make_check(const TemplateData& data) const;
     std::unique_ptr<DeviceStage> make_right_search(const TemplateData& data) const;
-    std::unique_ptr<DeviceStage> make_solve(const SolverPass& pass, const TemplateData& data) const;
+    defrec_lm_params solve_params(const SolverPass& pass, const TemplateData& data) const;
     void read_back(Queue& queue, const DeviceBuffer& samples, FrameOutput& output) const;
 
     std::shared_ptr<Device> device_;
@@ -52,6 +68,10 @@ class TemplateStages {
     std::unique_ptr<DeviceStage> match_, ransac_, warp_, check_;
     std::unique_ptr<DeviceStage> right_search_;  // null where the rig is not watched
     std::vector<Pass> passes_;
+    std::optional<SolveRegion> region_;  // of a map much larger than an image
+    RegionBuffers region_buffers_;
+    bool uses_region_ = false;    // in the last frame
+    uint32_t partly_solved_ = 0;  // frames since the region was chosen
 };
 
 // Every second vertex along rows and columns of the grids: neighbouring disparities share their
