@@ -192,7 +192,8 @@ void add_stages(const defrec_result& result, BenchTimes& times) {
 Json spread_of(const std::vector<double>& ms) {
     return {{"min_ms", percentile(ms, 0)},
             {"median_ms", percentile(ms, 0.5)},
-            {"p99_ms", percentile(ms, 0.99)}};
+            {"p99_ms", percentile(ms, 0.99)},
+            {"noise_ms", median_noise(ms)}};
 }
 
 }  // namespace
@@ -236,6 +237,12 @@ BenchTimes measure_times(const BenchOptions& options, const BenchSequence& seque
     return times;
 }
 
+Json sequence_json(const BenchSequence& sequence) {
+    return {{"size", std::to_string(sequence.calibration.width) + "x" +
+                         std::to_string(sequence.calibration.height)},
+            {"sequence", sequence.name}};
+}
+
 Json bench_json(const BenchOptions& options, const BenchSequence& sequence,
                 const BenchTimes& times) {
     const double median = percentile(times.latency_ms, 0.5);
@@ -243,9 +250,7 @@ Json bench_json(const BenchOptions& options, const BenchSequence& sequence,
     json["defrec"] = defrec_version_string();
     json["device"] = {{"id", times.device.id}, {"name", times.device.name}};
     json["threads"] = options.threads;
-    json["size"] = std::to_string(sequence.calibration.width) + "x" +
-                   std::to_string(sequence.calibration.height);
-    json["sequence"] = sequence.name;
+    json.update(sequence_json(sequence));
     json["frames"] = times.latency_ms.size();
     json["tracked_frames"] = times.tracked_frames;
     json["stages"] = Json::object();

@@ -48,6 +48,8 @@ struct BenchTimes {
 // Throws CliError.
 BenchTimes measure_times(const BenchOptions& options, const BenchSequence& sequence);
 
+// What bench_json says of the sequence: its `size` and name.
+nlohmann::ordered_json sequence_json(const BenchSequence& sequence);
 nlohmann::ordered_json bench_json(const BenchOptions& options, const BenchSequence& sequence,
                                   const BenchTimes& times);
 // The same for people.

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "sdk/cli/bench/bench.hpp"
+#include "sdk/cli/bench/compare.hpp"
 #include "sdk/cli/io/terminal.hpp"
 #include "sdk/cli/io/text.hpp"
 #include "sdk/cli/program/command_options.hpp"
@@ -15,6 +16,8 @@ namespace {
 struct Given {
     BenchOptions bench;
     std::string left, right, calibration;
+    std::string recorded;  // JSON of an earlier run to compare with, or empty
+    double limit_percent = 10;
     LengthUnit units = LengthUnit::kGuarded;
 };
 
@@ -32,14 +35,27 @@ void parse_size(const std::string& text, BenchOptions& options) {
 int run_bench(const Given& given, const BenchLoader& load) {
     if (!given.left.empty() && given.calibration.empty())
         throw CliError(ExitCode::kUsage, "--left and --right need --calibration.");
+    const nlohmann::ordered_json recorded =
+        given.recorded.empty() ? nlohmann::ordered_json() : read_recorded_run(given.recorded);
     const BenchSequence sequence =
         given.left.empty() ? filmed_sequence(given.bench)
                            : load(given.left, given.right, given.calibration, given.units);
+    if (!given.recorded.empty()) check_comparable(recorded, sequence_json(sequence));
     const BenchTimes times = measure_times(given.bench, sequence);
     if (times.stages_together_ms.empty()) return static_cast<int>(ExitCode::kInterrupted);
-    const auto json = bench_json(given.bench, sequence, times);
-    print(given.bench.json ? json.dump(2) + "\n" : bench_text(json));
-    return static_cast<int>(interrupt_requested() ? ExitCode::kInterrupted : ExitCode::kOk);
+    auto json = bench_json(given.bench, sequence, times);
+    std::string text = bench_text(json);
+    bool is_slower = false;
+    if (!given.recorded.empty()) {
+        const double limit = given.limit_percent / 100;
+        const std::vector<ComparedTime> compared = compare_runs(recorded, json, limit);
+        is_slower = any_beyond(compared);
+        text += '\n' + comparison_text(compared, limit);
+        json["compared"] = comparison_json(compared);
+    }
+    print(given.bench.json ? json.dump(2) + "\n" : text);
+    if (interrupt_requested()) return static_cast<int>(ExitCode::kInterrupted);
+    return static_cast<int>(is_slower ? ExitCode::kBelowThreshold : ExitCode::kOk);
 }
 
 void add_file_options(CLI::App& command, Given& given) {
@@ -88,6 +104,16 @@ CLI::App* add_bench_command(CLI::App& app, std::function<int()>& run, BenchLoade
         ->type_name("N")
         ->check(CLI::Range(1, 256))
         ->capture_default_str();
+    auto* compare = command->add_option(
+        "--compare", options->recorded,
+        "JSON that an earlier run printed: show its times beside these, exit with 6 where a stage "
+        "or the frame is slower by more than the limit and the noise");
+    compare->type_name("F");
+    command->add_option("--limit", options->limit_percent, "Of --compare, percent")
+        ->type_name("P")
+        ->check(CLI::Range(0.0, 1000.0))
+        ->needs(compare)
+        ->capture_default_str();
     command->add_flag("--json", options->bench.json, "Print JSON");
     command->add_flag("--quiet", options->bench.quiet, "No progress bar");
     command->footer(
@@ -97,6 +123,8 @@ CLI::App* add_bench_command(CLI::App& app, std::function<int()>& run, BenchLoade
         "\n"
         "Examples:\n"
         "  defrec bench --threads 2\n"
+        "  defrec bench --threads 2 --json > before.json\n"
+        "  defrec bench --threads 2 --compare before.json --limit 5\n"
         "  defrec bench --size 360x288 --backend reference --frames 20");
     command->callback([options, load = std::move(load), &run] {
         run = [options, load] { return run_bench(*options, load); };

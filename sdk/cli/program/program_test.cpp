@@ -80,6 +80,7 @@ TEST_CASE("exit code 2: what was typed is not understood") {
                "--frames", "3:1"}) == 2);
     CHECK(run({"score", "dir"}) == 2);
     CHECK(run({"bench", "--size", "7"}) == 2);
+    CHECK(run({"bench", "--limit", "5"}) == 2);
     const TestFolder folder;
     const std::string config = folder.write("config.yaml", "max_featurs: 1\n");
     CHECK(run(track_arguments(folder / "out", {"--config", config})) == 2);
@@ -197,6 +198,22 @@ TEST_CASE("row 73: Ctrl-C finishes the outputs and the exit code is 130") {
     CHECK(lines_of(out + "/points.csv") == 1 + frames * 144);
     CHECK(fs::exists(out + "/report.html"));
     CHECK_FALSE(has_partial_files(out));
+}
+
+TEST_CASE("bench beside a recorded run: exit code 6 where something is slower beyond the limit") {
+    const TestFolder folder;
+    const auto bench_beside = [&](const char* median, const char* size = "160x120") {
+        const std::string time = std::string(R"({"median_ms": )") + median + "}";
+        const std::string recorded = folder.write(
+            "run.json", std::string(R"({"size": ")") + size +
+                            R"(", "sequence": "heartbeat", "stages": {"stereo": )" + time + "}}");
+        return run({"bench", "--quiet", "--backend", "cpu", "--size", "160x120", "--frames", "2",
+                    "--warm-up", "0", "--compare", recorded});
+    };
+    CHECK(bench_beside("1e9") == 0);
+    CHECK(bench_beside("1e-9") == 6);
+    CHECK(bench_beside("1", "960x540") == 2);
+    CHECK(run({"bench", "--compare", folder / "absent.json"}) == 3);
 }
 
 TEST_CASE("points of a later frame are followed, also those that the surface has yet to reach") {

@@ -1,0 +1,132 @@
+// See compare.hpp.
+#include "sdk/cli/bench/compare.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sdk/cli/io/text.hpp"
+
+namespace defrec::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kMaxFileBytes = 1 << 20;
+constexpr char kAllStages[] = "all stages", kSubmitToResult[] = "submit to result";
+
+// A number of an object, where it has that.
+std::optional<double> number(const Json& object, const char* name) {
+    const auto at = object.find(name);
+    return at != object.end() && at->is_number() ? std::optional(at->get<double>()) : std::nullopt;
+}
+
+// Names and times of a run, the whole frame last.
+std::vector<std::pair<std::string, Json>> times_of(const Json& run) {
+    std::vector<std::pair<std::string, Json>> times;
+    for (const auto& [name, time] : run["stages"].items())
+        times.emplace_back(name == "frame" ? kAllStages : name, time);
+    if (run.contains("submit_to_result"))
+        times.emplace_back(kSubmitToResult, run["submit_to_result"]);
+    return times;
+}
+
+std::string column(const std::string& text) {
+    return std::string(text.size() < 11 ? 11 - text.size() : 0, ' ') + text;
+}
+std::string column(std::optional<double> ms) { return column(ms ? format_fixed(*ms, 2) : "-"); }
+
+}  // namespace
+
+double difference_noise(std::optional<double> recorded, std::optional<double> present) {
+    const double a = recorded.value_or(present.value_or(0)), b = present.value_or(a);
+    return 2 * std::sqrt(a * a + b * b);
+}
+
+Json read_recorded_run(const std::filesystem::path& path) {
+    const std::string text = read_text_file(path, kMaxFileBytes, ExitCode::kInput);
+    Json run = Json::parse(text, nullptr, false);
+    const auto is_run = [](const Json& json) {
+        if (!json.is_object() || !json.contains("stages") || !json["stages"].is_object())
+            return false;
+        return std::all_of(json["stages"].begin(), json["stages"].end(), [](const Json& time) {
+            return time.is_object() && number(time, "median_ms");
+        });
+    };
+    if (!is_run(run))
+        throw CliError(ExitCode::kInput,
+                       path.string() + " is not what `defrec bench --json` prints.");
+    return run;
+}
+
+void check_comparable(const Json& recorded, const Json& present) {
+    for (const char* name : {"size", "sequence"})
+        if (recorded.value(name, Json()) != present.value(name, Json()))
+            throw CliError(ExitCode::kUsage, "--compare: the recorded run has " +
+                                                 std::string(name) + " " +
+                                                 recorded.value(name, Json()).dump() +
+                                                 ", this one " + present[name].dump() + ".");
+}
+
+std::vector<ComparedTime> compare_runs(const Json& recorded, const Json& present, double limit) {
+    std::vector<ComparedTime> times;
+    const auto before = times_of(recorded);
+    for (const auto& [name, time] : times_of(present)) {
+        const auto at = std::find_if(before.begin(), before.end(),
+                                     [&](const auto& other) { return other.first == name; });
+        ComparedTime compared{name, std::nullopt, number(time, "median_ms")};
+        if (at != before.end()) {
+            compared.recorded = number(at->second, "median_ms");
+            compared.noise =
+                difference_noise(number(at->second, "noise_ms"), number(time, "noise_ms"));
+            const double slower = compared.present.value_or(0) - compared.recorded.value_or(0);
+            compared.is_beyond = slower > limit * compared.recorded.value_or(0) + compared.noise;
+        }
+        times.push_back(std::move(compared));
+    }
+    for (const auto& [name, time] : before) {
+        const bool is_known = std::any_of(times.begin(), times.end(),
+                                          [&](const auto& other) { return other.name == name; });
+        if (!is_known) times.push_back({name, number(time, "median_ms"), std::nullopt});
+    }
+    return times;
+}
+
+bool any_beyond(const std::vector<ComparedTime>& times) {
+    return std::any_of(times.begin(), times.end(),
+                       [](const ComparedTime& time) { return time.is_beyond; });
+}
+
+std::string comparison_text(const std::vector<ComparedTime>& times, double limit) {
+    std::string text = "median, ms            recorded        now     change      noise\n";
+    for (const ComparedTime& time : times) {
+        std::string name = time.name;
+        name.resize(std::max<std::size_t>(name.size(), 19), ' ');
+        text += name + column(time.recorded) + column(time.present);
+        if (time.recorded && time.present) {
+            const double change = *time.present - *time.recorded;
+            const std::string percent = *time.recorded > 0
+                                            ? format_fixed(100 * change / *time.recorded, 1) + " %"
+                                            : std::string("-");
+            text += column((change > 0 && *time.recorded > 0 ? "+" : "") + percent) +
+                    column(format_fixed(time.noise, 2));
+            if (time.is_beyond) text += "  slower";
+        }
+        text += '\n';
+    }
+    return text + (any_beyond(times) ? "Slower by more than " : "Nothing is slower by more than ") +
+           format_fixed(100 * limit, 0) + " % and the noise.\n";
+}
+
+Json comparison_json(const std::vector<ComparedTime>& times) {
+    Json json = Json::object();
+    for (const ComparedTime& time : times) {
+        Json& entry = json[time.name] = Json::object();
+        if (time.recorded) entry["recorded_ms"] = *time.recorded;
+        if (time.present) entry["present_ms"] = *time.present;
+        entry["noise_ms"] = time.noise;
+        entry["slower"] = time.is_beyond;
+    }
+    return json;
+}
+
+}  // namespace defrec::cli
