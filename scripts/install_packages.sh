@@ -5,7 +5,7 @@
 set -euo pipefail
 
 packages=(cmake ninja-build g++ pkg-config python3 libeigen3-dev libhwy-dev libyaml-cpp-dev libcli11-dev nlohmann-json3-dev
-          libopencv-dev libopenigtlink-dev libpng-dev zlib1g-dev libvulkan-volk-dev libvulkan-dev glslang-tools spirv-tools)
+          libopencv-dev libcpp-httplib-dev libopenigtlink-dev libpng-dev zlib1g-dev libvulkan-volk-dev libvulkan-dev glslang-tools spirv-tools)
 command -v node >/dev/null && command -v npm >/dev/null || packages+=(nodejs npm)
 case "${1:-all}" in
     build) ;;

@@ -71,6 +71,14 @@ void add_link_options(CLI::App& command, TrackOptions& options) {
         "only, unless ADDRESS is "
         "given; port 0: any that is free");
     listen->type_name("[ADDRESS:]PORT")->excludes(connect);
+    command
+        .add_option_function<std::uint16_t>(
+            "--view", [&options](std::uint16_t port) { options.view_port = port; },
+            "Show frames as they are tracked on a page for browsers of this computer, and follow "
+            "points clicked there; prints its address. PORT 0 or none: any that is free")
+        ->type_name("[PORT]")
+        ->expected(0, 1)
+        ->default_str("0");
     command.add_flag("--realtime", options.realtime,
                      "Take frames no faster than at their own times, as a camera delivers them");
 }
@@ -115,7 +123,9 @@ CLI::App* add_track_command(CLI::App& app, std::function<int()>& run) {
         "\n"
         "OpenIGTLink is neither encrypted nor authenticated: keep it on this computer or in a "
         "network of your own.\n"
-        "A receiver that is slow or gone never slows tracking down; it misses frames.\n"
+        "A receiver that is slow or gone never slows tracking down; it misses frames. Nor does a "
+        "browser with\n"
+        "--view, whose address holds a token: keep it to yourself.\n"
         "\n"
         "Examples:\n"
         "  defrec track --left left.mp4 --right right.mp4 --calibration stereo.yaml --out result\n"

@@ -71,6 +71,13 @@ void PointFollower::begin_at(std::int64_t frame) {
         if (!point.frame) point.frame = frame;
 }
 
+std::int64_t PointFollower::follow(double u, double v, std::int64_t frame) {
+    std::int64_t id = 0;
+    for (const FollowedPoint& point : points_) id = std::max(id, point.id + 1);
+    points_.push_back({id, u, v, frame});
+    return id;
+}
+
 void PointFollower::lift_in(std::int64_t frame, defrec_job job) {
     const std::vector<std::size_t> places = given_in(frame);
     if (places.empty()) return;

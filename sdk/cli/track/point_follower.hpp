@@ -24,6 +24,9 @@ class PointFollower {
     void lift(const Template& surface, std::int64_t frame, bool may_grow);
     // Pixels without a frame are of this one's image: the template is of another recording.
     void begin_at(std::int64_t frame);
+    // Takes one more pixel, of the frame's image, with the next free id, which it returns. Before
+    // add_frame() of that frame.
+    std::int64_t follow(double u, double v, std::int64_t frame);
     // Finds what lies under the pixels that are given in this frame, and lifts those that lay
     // beside the surface again, onto it, in the first frame in which it reaches them. Writes a row
     // for each point that has been given so far, and returns those of all points. job is null where

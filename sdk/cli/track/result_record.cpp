@@ -12,11 +12,16 @@ VertexStatus vertex_status(std::uint8_t status) {
     return status < DEFREC_POINT_UNKNOWN ? VertexStatus{status} : VertexStatus::unknown;
 }
 
+VertexStatus vertex_status(PointStatus status) {
+    return status == PointStatus::kTracked        ? VertexStatus::observed
+           : status == PointStatus::kExtrapolated ? VertexStatus::extrapolated
+                                                  : VertexStatus::unknown;
+}
+
 PointEstimate point_estimate(const PointRow& row) {
     PointEstimate point;
+    point.status = vertex_status(row.status);
     if (row.status == PointStatus::kLost) return point;
-    point.status =
-        row.status == PointStatus::kTracked ? VertexStatus::observed : VertexStatus::extrapolated;
     std::copy(std::begin(row.xyz), std::end(row.xyz), point.xyz.begin());
     std::copy(std::begin(row.covariance), std::end(row.covariance), point.covariance.begin());
     return point;
@@ -114,7 +119,8 @@ void fill_record(const FrameRow& row, const defrec_result& result,
     if (!has_geometry(result)) return;
     record.vertices.assign(result.vertices, result.vertices + 3 * result.vertex_count);
     std::transform(result.vertex_status, result.vertex_status + result.vertex_count,
-                   std::back_inserter(record.vertex_status), &vertex_status);
+                   std::back_inserter(record.vertex_status),
+                   [](std::uint8_t status) { return vertex_status(status); });
     record.expected_error_mm.assign(result.expected_error_mm,
                                     result.expected_error_mm + result.vertex_count);
     record.control_points.assign(result.node_positions,
@@ -122,6 +128,14 @@ void fill_record(const FrameRow& row, const defrec_result& result,
     fill_matches(result, projection, record.matched);
     std::transform(points.begin(), points.end(), std::back_inserter(record.points),
                    &point_estimate);
+}
+
+std::vector<ViewPoint> view_points(const std::vector<PointRow>& points) {
+    std::vector<ViewPoint> shown;
+    for (const PointRow& row : points)
+        shown.push_back({row.id, vertex_status(row.status), row.uv[0], row.uv[1], row.xyz[0],
+                         row.xyz[1], row.xyz[2], row.expected_error_mm});
+    return shown;
 }
 
 LinkFrame link_frame(const StereoFrame& frame, const defrec_result& result,

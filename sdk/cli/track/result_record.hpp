@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "sdk/cli/live_link/frame.hpp"
+#include "sdk/cli/live_view/view_frame.hpp"
 #include "sdk/cli/program/library.hpp"
 #include "sdk/cli/report/record.hpp"
 #include "sdk/cli/track/frame_projection.hpp"
@@ -25,6 +26,8 @@ void fill_record(const FrameRow& row, const defrec_result& result,
 LinkFrame link_frame(const StereoFrame& frame, const defrec_result& result,
                      std::shared_ptr<const std::vector<std::uint32_t>> triangles,
                      const std::vector<PointRow>& points);
+
+std::vector<ViewPoint> view_points(const std::vector<PointRow>& points);
 
 // True when the geometry of this result may be shown as that of its frame.
 bool has_geometry(const defrec_result& result);

@@ -15,6 +15,7 @@
 #include "sdk/cli/io/output_folder.hpp"
 #include "sdk/cli/io/terminal.hpp"
 #include "sdk/cli/live_link/live_link.hpp"
+#include "sdk/cli/live_view/live_view.hpp"
 #include "sdk/cli/program/interrupt.hpp"
 #include "sdk/cli/program/library.hpp"
 #include "sdk/cli/report/report.hpp"
@@ -112,6 +113,7 @@ class TrackSession {
         if (!options_.from_template.empty()) set_template();
         if (options_.meshes) create_output_folder(folder_ / "deformed");
         as_output([&] { open_report(); });
+        if (options_.view_port) open_view(*options_.view_port);
     }
 
     int run() {
@@ -123,6 +125,7 @@ class TrackSession {
             failure = std::current_exception();
         }
         pending_.clear();
+        view_.reset();
         progress_.clear();
         const double seconds =
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -162,13 +165,30 @@ class TrackSession {
                    : read_points(options_.points, source_.width(), source_.height());
     }
 
-    void open_report() {
-        const Projector projector = [this](const float* xyz, std::size_t count, float* uv) {
+    const std::string& source_name() const {
+        return options_.source.stereo.empty() ? options_.source.left : options_.source.stereo;
+    }
+
+    Projector projector() {
+        return [this](const float* xyz, std::size_t count, float* uv) {
             projection_.project(xyz, count, uv);
         };
+    }
+
+    void open_view(std::uint16_t port) {
+        // On the view's threads, so with memory of its own.
+        auto projection = std::make_shared<RawProjection>(rig_);
+        view_ = std::make_unique<LiveView>(
+            port, ViewFacts{source_name(), device_.name, defrec_version_string()},
+            [projection](const float* xyz, std::size_t count, float* uv) {
+                projection->project(xyz, count, uv);
+            });
+        print_notice("live view: open " + view_->url());
+    }
+
+    void open_report() {
         ReportMeta meta;
-        meta.sequence =
-            options_.source.stereo.empty() ? options_.source.left : options_.source.stereo;
+        meta.sequence = source_name();
         meta.backend = device_.id;
         meta.device = device_.name;
         meta.version = defrec_version_string();
@@ -177,12 +197,13 @@ class TrackSession {
                        std::to_string(source_.width()) + " x " + std::to_string(source_.height())},
                       {"Points", options_.points.empty() ? "a grid" : options_.points}};
         if (options_.overlay) {
-            overlay_ = std::make_unique<OverlayWriter>(folder_ / "overlay.mp4", source_.width(),
-                                                       source_.height(), source_.fps(), projector);
+            overlay_ =
+                std::make_unique<OverlayWriter>(folder_ / "overlay.mp4", source_.width(),
+                                                source_.height(), source_.fps(), projector());
             meta.overlay_file = overlay_->path().filename().string();
         }
         if (!options_.report) return;
-        report_ = std::make_unique<ReportWriter>(folder_ / "report.html", meta, projector);
+        report_ = std::make_unique<ReportWriter>(folder_ / "report.html", meta, projector());
     }
 
     void track_all() {
@@ -230,6 +251,7 @@ class TrackSession {
             points_.begin_at(pending.frame.index);
             has_points_ = true;
         }
+        if (view_) obey_view(pending.frame);
         const std::vector<PointRow> points =
             points_.add_frame(pending.frame.index, pending.frame.timestamp_ms,
                               has_geometry(result) ? pending.job.get() : nullptr);
@@ -244,9 +266,37 @@ class TrackSession {
         as_output([&] {
             if (overlay_) overlay_->add(left, record_);
             if (report_) report_->add(left, record_);
+            if (recording_) recording_->add(left, record_);
         });
+        if (view_) view_->add(left, record_, view_points(points));
         progress_.update(static_cast<std::int64_t>(rows_.size()), source_.expected(),
                          rows_.back().state);
+    }
+
+    // What browsers asked for takes effect with this frame.
+    void obey_view(const StereoFrame& frame) {
+        for (const ViewCommand& command : view_->take_commands()) {
+            if (command.kind == ViewCommand::Kind::kFollowPoint)
+                points_.follow(command.u, command.v, frame.index);
+            else if (command.is_on != (recording_ != nullptr))
+                as_output([&] { command.is_on ? start_recording() : finish_recording(); });
+        }
+    }
+
+    void start_recording() {
+        std::array<char, 32> name{};
+        std::snprintf(name.data(), name.size(), "recording_%03d.mp4", ++recordings_);
+        recording_ = std::make_unique<OverlayWriter>(folder_ / name.data(), source_.width(),
+                                                     source_.height(), source_.fps(), projector());
+        if (has_template_) recording_->set_template(template_record_);
+        view_->set_recording(recording_->path().filename().string());
+    }
+
+    void finish_recording() {
+        if (!recording_) return;
+        recording_->finish();
+        recording_.reset();
+        if (view_) view_->set_recording("");
     }
 
     static Template template_of(const Job& job) {
@@ -273,8 +323,17 @@ class TrackSession {
                    record.triangles.data(), info.triangle_count});
     }
 
-    void take_grown_template(const TemplateRecord& record) {
+    // The parts that show it in pictures.
+    void show_template(const TemplateRecord& record) {
         if (overlay_) overlay_->set_template(record);
+        if (recording_) recording_->set_template(record);
+        if (!view_) return;
+        view_->set_template(record);
+        template_record_ = record;
+    }
+
+    void take_grown_template(const TemplateRecord& record) {
+        show_template(record);
         if (report_) report_->grow_template(record);
     }
 
@@ -283,7 +342,7 @@ class TrackSession {
         write_template(info, record);
         if (options_.from_template.empty()) points_.lift(surface, frame.index, desc_.grow != 0);
         as_output([&] {
-            if (overlay_) overlay_->set_template(record);
+            show_template(record);
             if (report_) report_->set_template(record, left);
         });
         template_frame_ = frame.index;
@@ -375,6 +434,7 @@ class TrackSession {
         attempt([&] { points_.commit(); });
         attempt([&] { finish_template(); });
         attempt([&] { write_frames(folder_ / "frames.csv", rows_); });
+        attempt([&] { finish_recording(); });
         attempt([&] {
             if (!overlay_) return;
             overlay_->finish();
@@ -421,8 +481,12 @@ class TrackSession {
     PointFollower points_;
     ProgressBar progress_;
     Tracker tracker_;
-    std::unique_ptr<OverlayWriter> overlay_;  // null where none was asked for
-    std::unique_ptr<ReportWriter> report_;    // null where none was asked for
+    std::unique_ptr<OverlayWriter> overlay_;    // null where none was asked for
+    std::unique_ptr<ReportWriter> report_;      // null where none was asked for
+    std::unique_ptr<OverlayWriter> recording_;  // null while none is made
+    int recordings_ = 0;
+    TemplateRecord template_record_;  // the present one, for recordings; only with a view
+    std::unique_ptr<LiveView> view_;  // null where none was asked for
     std::deque<Pending> pending_;
     std::shared_ptr<const std::vector<std::uint32_t>>
         triangles_;  // shared with frames that wait to be sent

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "sdk/cli/io/calibration.hpp"
@@ -22,7 +23,8 @@ struct TrackOptions {
     std::string from_template, save_template;  // files; empty: none
     bool meshes = false, overlay = true, report = true;
     LinkOptions link;
-    bool realtime = false;  // frames are taken no faster than at their own times
+    std::optional<std::uint16_t> view_port;  // of the live view; 0: any that is free
+    bool realtime = false;                   // frames are taken no faster than at their own times
     unsigned threads = 0;
     std::uint64_t seed = 0;
     bool quiet = false, json = false;

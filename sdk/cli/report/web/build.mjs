@@ -1,22 +1,21 @@
-// Bundles the page with the packages of npm.
-// node build.mjs FOLDER_OF_NODE_MODULES OUTPUT.html
+// Bundles a page with the packages of npm.
+// node build.mjs FOLDER_OF_NODE_MODULES FOLDER OUTPUT.html
+// FOLDER: with index.html and main.js
 import { readFileSync, writeFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
-import { dirname, join } from 'node:path';
-import { fileURLToPath } from 'node:url';
+import { join } from 'node:path';
 
-const [packages, output] = process.argv.slice(2);
-const here = dirname(fileURLToPath(import.meta.url));
+const [packages, folder, output] = process.argv.slice(2);
 const esbuild = createRequire(join(packages, 'package.json'))('esbuild');
 
 function licence(name) {
-  const folder = join(packages, 'node_modules', name);
-  const about = JSON.parse(readFileSync(join(folder, 'package.json'), 'utf8'));
-  return { name, version: about.version, licence: about.license, text: readFileSync(join(folder, 'LICENSE'), 'utf8').trim() };
+  const path = join(packages, 'node_modules', name);
+  const about = JSON.parse(readFileSync(join(path, 'package.json'), 'utf8'));
+  return { name, version: about.version, licence: about.license, text: readFileSync(join(path, 'LICENSE'), 'utf8').trim() };
 }
 
 const bundle = await esbuild.build({
-  entryPoints: [join(here, 'main.js')],
+  entryPoints: [join(folder, 'main.js')],
   bundle: true,
   minify: true,
   write: false,
@@ -34,7 +33,7 @@ const style = text('.css');
 if (/<\/script|<!--/i.test(script) || /<\/style/i.test(style)) throw new Error('the bundle would end its own element');
 
 // Functions as replacements: the texts may hold "$".
-const page = readFileSync(join(here, 'index.html'), 'utf8')
+const page = readFileSync(join(folder, 'index.html'), 'utf8')
   .replace('/*STYLE*/', () => style)
   .replace('/*SCRIPT*/', () => script);
 writeFileSync(output, page);

@@ -1,26 +1,27 @@
 #!/usr/bin/env python3
-"""Writes a page as the C++ source of page.hpp: embed_page.py PAGE.html OUTPUT.cpp"""
+"""Writes a page as the C++ source of functions that return its pieces.
+
+embed_page.py PAGE.html HEADER OUTPUT.cpp FUNCTION...
+HEADER: declares the functions. PAGE.html: with /*DATA*/ between the pieces of two functions
+"""
 import pathlib
 import sys
 
 # A string literal of more than 64 KiB is beyond what C++ promises.
 LITERAL_BYTES = 60000
 SOURCE = """// Written by web/embed_page.py; do not edit.
-#include "sdk/cli/report/page.hpp"
+#include "{header}"
 
 using namespace std::string_view_literals;
 
 namespace defrec::cli {{
-namespace {{
-constexpr std::string_view kBefore[] = {{
-{before}}};
-constexpr std::string_view kAfter[] = {{
-{after}}};
-}}  // namespace
-
-std::span<const std::string_view> page_before_data() {{ return kBefore; }}
-std::span<const std::string_view> page_after_data() {{ return kAfter; }}
-}}  // namespace defrec::cli
+{functions}}}  // namespace defrec::cli
+"""
+FUNCTION = """std::span<const std::string_view> {name}() {{
+    static constexpr std::string_view kPieces[] = {{
+{literals}    }};
+    return kPieces;
+}}
 """
 
 
@@ -42,8 +43,10 @@ def literals(text):
 
 
 def main():
-    before, after = pathlib.Path(sys.argv[1]).read_text(encoding="utf-8").split("/*DATA*/")
-    pathlib.Path(sys.argv[2]).write_text(SOURCE.format(before=literals(before), after=literals(after)), encoding="utf-8")
+    page, header, output, *names = sys.argv[1:]
+    pieces = pathlib.Path(page).read_text(encoding="utf-8").split("/*DATA*/")
+    functions = (FUNCTION.format(name=name, literals=literals(piece)) for name, piece in zip(names, pieces, strict=True))
+    pathlib.Path(output).write_text(SOURCE.format(header=header, functions="".join(functions)), encoding="utf-8")
 
 
 if __name__ == "__main__":

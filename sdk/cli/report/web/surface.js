@@ -1,8 +1,8 @@
 // The surface in 3D: turned with the mouse, stepped through time with the slider.
 import * as THREE from 'three';
-import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
-import { rampColour, rampGradient, statuses, unknownStatus } from './colours.js';
+import { rampGradient, statuses, unknownStatus } from './colours.js';
 import { byId, element, number, positions, seconds } from './data.js';
+import { completeTriangles, Stage, statusColours, valueColour } from './stage.js';
 import { stateChip } from './summary.js';
 
 const kFrameMs = 90;
@@ -67,14 +67,12 @@ function colourings(surface, moments) {
   return list;
 }
 
-const statusColours = statuses.map(({ colour }) => new THREE.Color(colour).toArray());
-
 function vertexColour(coloring, moment, vertex) {
   if (coloring.key === 'texture') return [1, 1, 1];
   if (coloring.key === 'status') return statusColours[moment.status[vertex]];
   const value = (coloring.key === 'error' ? moment.error : moment.deformation)?.[vertex];
   if (value === undefined || Number.isNaN(value)) return statusColours[unknownStatus];
-  return new THREE.Color().setRGB(...rampColour(value / coloring.top), THREE.SRGBColorSpace).toArray();
+  return valueColour(value / coloring.top);
 }
 
 function showLegend(coloring, enlarged) {
@@ -88,24 +86,15 @@ function showLegend(coloring, enlarged) {
     legend.append(element('span', {}, '0'), element('span', { class: 'ramp', style: `background: ${rampGradient}` }), element('span', {}, `${coloring.top} mm`));
 }
 
-class Scene {
+class Scene extends Stage {
   constructor(canvas, surface, rest, moments) {
-    this.canvas = canvas;
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
-    this.scene = new THREE.Scene();
-    this.camera = new THREE.PerspectiveCamera(35, 1, 0.5, 5000);
-    this.controls = new OrbitControls(this.camera, canvas);
-    this.controls.addEventListener('change', () => this.render());
-
+    super(canvas);
     this.geometry = new THREE.BufferGeometry();
     this.geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array(rest.length), 3));
     this.geometry.setAttribute('color', new THREE.BufferAttribute(new Float32Array(rest.length), 3));
     if (surface.texture) this.geometry.setAttribute('uv', new THREE.BufferAttribute(surface.texture_uv, 2));
     this.material = new THREE.MeshLambertMaterial({ vertexColors: true, side: THREE.DoubleSide });
     this.lines = new THREE.MeshBasicMaterial({ color: 0x0f172a, wireframe: true, transparent: true, opacity: 0.28 });
-    // The camera's x right, y down, z away becomes three.js' x right, y up, z towards the viewer.
-    this.group = new THREE.Group();
-    this.group.rotation.x = Math.PI;
     this.mesh = new THREE.Mesh(this.geometry, this.material);
     this.wires = new THREE.Mesh(this.geometry, this.lines);
     this.wires.visible = false;
@@ -114,44 +103,9 @@ class Scene {
     this.ellipsoids.matrixAutoUpdate = false;
     this.ellipsoids.frustumCulled = false;
     this.group.add(this.mesh, this.wires, this.ellipsoids);
-    // The light travels with the viewer, from over the left shoulder.
-    const light = new THREE.DirectionalLight(0xffffff, 2.5);
-    light.position.set(-0.4, 0.6, 1);
-    this.camera.add(light, light.target);
-    this.scene.add(this.group, this.camera, new THREE.HemisphereLight(0xffffff, 0x9aa0a8, 1.1));
-    this.place(rest, moments);
-    new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
-    this.resize();
+    this.enclose(rest, ...moments.flatMap((m) => (m.xyz ? [m.xyz] : [])));
+    this.fill();
     this.look(0.4, 0.45);
-  }
-
-  /** Finds the box of all moments; puts the 10 mm grid behind it. */
-  place(rest, moments) {
-    const box = new THREE.Box3();
-    const point = new THREE.Vector3();
-    for (const xyz of [rest, ...moments.flatMap((m) => (m.xyz ? [m.xyz] : []))])
-      for (let i = 0; i < xyz.length; i += 3)
-        if (!Number.isNaN(xyz[i])) box.expandByPoint(point.set(xyz[i], -xyz[i + 1], -xyz[i + 2]));
-    if (box.isEmpty()) box.expandByPoint(point.set(0, 0, -80)).expandByScalar(20);
-    this.centre = box.getCenter(new THREE.Vector3());
-    this.size = box.getSize(new THREE.Vector3());
-    const cells = Math.max(2, 2 * Math.ceil(Math.max(this.size.x, this.size.y) / 20 + 0.5));
-    this.grid = new THREE.GridHelper(10 * cells, cells, 0x94a3b8, 0x94a3b8);
-    this.grid.material.transparent = true;
-    this.grid.material.opacity = 0.35;
-    this.grid.rotation.x = Math.PI / 2;
-    this.grid.position.set(this.centre.x, this.centre.y, box.min.z - 2);
-    this.scene.add(this.grid);
-  }
-
-  /** Looks at the whole surface; the angles (radians) lead right and up from the camera's side. */
-  look(right, up) {
-    const half = Math.tan((this.camera.fov * Math.PI) / 360);
-    const distance = 1.15 * Math.max(this.size.y / 2 / half, this.size.x / 2 / half / this.camera.aspect) + this.size.z / 2;
-    const direction = new THREE.Vector3(Math.sin(right) * Math.cos(up), Math.sin(up), Math.cos(right) * Math.cos(up));
-    this.camera.position.copy(this.centre).addScaledVector(direction, distance);
-    this.controls.target.copy(this.centre);
-    this.controls.update();
   }
 
   setTexture(image) {
@@ -172,10 +126,7 @@ class Scene {
         for (let k = 0; k < 3; ++k) position[3 * v + k] = missing ? 0 : source[3 * v + k];
         colour.set(vertexColour(coloring, moment, v), 3 * v);
       }
-      const complete = [];
-      for (let t = 0; t < triangles.length; t += 3)
-        if (![0, 1, 2].some((k) => Number.isNaN(source[3 * triangles[t + k]]))) complete.push(triangles[t], triangles[t + 1], triangles[t + 2]);
-      this.geometry.setIndex(complete);
+      this.geometry.setIndex(completeTriangles(triangles, source));
       this.geometry.attributes.position.needsUpdate = true;
       this.geometry.attributes.color.needsUpdate = true;
       this.geometry.computeVertexNormals();
@@ -206,18 +157,6 @@ class Scene {
     this.canvas.dataset.ellipsoids = list.length;
     this.render();
   }
-
-  resize() {
-    const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
-    if (!width || !height) return;
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
-    this.renderer.setSize(width, height, false);
-    this.camera.aspect = width / height;
-    this.camera.updateProjectionMatrix();
-    this.render();
-  }
-
-  render() { this.renderer.render(this.scene, this.camera); }
 }
 
 function loadImage(base64) {

@@ -1,0 +1,55 @@
+// What is said in words: the state now, changes of state, points followed by click, the recording.
+import { byId, element, milliseconds, number, percent, seconds, table } from '../../report/web/data.js';
+import { statuses } from '../../report/web/colours.js';
+import { stateChip } from '../../report/web/summary.js';
+import { post } from './connection.js';
+
+const kMaxChanges = 200;
+
+/** Of a followed frame. moment: [frame, ms, state, reasons, frame_ms, observed_share] */
+export function showNow(header, moment, shownPerSecond) {
+  byId('sequence').textContent = header.sequence;
+  byId('lead').textContent = `${header.device}; defrec ${header.version}`;
+  const entries = [
+    ['State', stateChip(moment[2])], ['Reasons', moment[3] || 'none'], ['Frame', String(header.frame)], ['Time', seconds(header.timestamp_ms)],
+    ['Frame time', milliseconds(moment[4])], ['Observed', percent(moment[5])], ['Residual', `${number(header.residual_mm)} mm`],
+    ['Shown', `${number(shownPerSecond, 0)} frames/s`]];
+  byId('cards').replaceChildren(...entries.map(([name, value]) => element('div', {}, element('dt', {}, name), element('dd', {}, value))));
+}
+
+export class Changes {
+  constructor() {
+    this.rows = [];
+    this.last = '';
+  }
+
+  add([frame, ms, state, reasons]) {
+    const now = `${state}: ${reasons}`;
+    if (now === this.last) return;
+    this.last = now;
+    this.rows.unshift([String(frame), seconds(ms), stateChip(state), reasons]);
+    this.rows.length = Math.min(this.rows.length, kMaxChanges);
+    byId('changes').replaceChildren(table(['Frame', 'Time', 'State', 'Reasons'], this.rows));
+  }
+}
+
+export function showPoints(points, clicked) {
+  const rows = points.filter(([id]) => clicked.has(id)).map(([id, status, , , x, y, z, error]) => [
+    String(id), statuses[status].name, x === undefined ? '' : `${number(x)}, ${number(y)}, ${number(z)}`,
+    error === undefined ? '' : `${number(error)} mm`]);
+  byId('points').replaceChildren(rows.length ? table(['Point', 'Status', 'x, y, z in mm', 'Expected error'], rows) : element('p', { class: 'hint' }, 'None yet.'));
+}
+
+export function showRecording(name) {
+  const button = byId('record');
+  button.setAttribute('aria-pressed', name ? 'true' : 'false');
+  button.textContent = name ? 'Stop recording' : 'Record';
+  byId('recording').textContent = name;
+}
+
+export function listenToRecord() {
+  byId('record').addEventListener('click', async () => {
+    const isOn = byId('record').getAttribute('aria-pressed') === 'true';
+    byId('message').textContent = await post('/recording', { on: !isOn });
+  });
+}

@@ -1,0 +1,107 @@
+// The surface in 3D as it is now.
+import * as THREE from 'three';
+import { rampGradient, statuses } from '../../report/web/colours.js';
+import { byId, element } from '../../report/web/data.js';
+import { completeTriangles, Stage, statusColours, valueColour } from '../../report/web/stage.js';
+import { fetchSurface } from './connection.js';
+
+const kTopErrorMm = 2;
+
+class LiveSurface extends Stage {
+  constructor(canvas) {
+    super(canvas);
+    this.number = -1;
+    this.isPlaced = false;
+    this.geometry = new THREE.BufferGeometry();
+    this.texture = new THREE.CanvasTexture(document.createElement('canvas'));
+    this.texture.colorSpace = THREE.SRGBColorSpace;
+    this.material = new THREE.MeshLambertMaterial({ vertexColors: true, side: THREE.DoubleSide });
+    this.wires = new THREE.Mesh(this.geometry, new THREE.MeshBasicMaterial({ color: 0x0f172a, wireframe: true, transparent: true, opacity: 0.28 }));
+    this.mesh = new THREE.Mesh(this.geometry, this.material);
+    this.mesh.frustumCulled = this.wires.frustumCulled = false;
+    this.group.add(this.mesh, this.wires);
+    this.enclose([]);
+    this.fill();
+    byId('front-view').addEventListener('click', () => this.look(0, 0));
+  }
+
+  async take(number) {
+    const { header, sections } = await fetchSurface();
+    this.number = header.surface;
+    this.triangles = new Uint32Array(sections.triangles);
+    return this.number === number;
+  }
+
+  makeRoom(vertices) {
+    if (this.geometry.attributes.position?.count === vertices) return;
+    this.geometry.dispose();
+    for (const [name, size] of [['position', 3], ['color', 3], ['uv', 2]])
+      this.geometry.setAttribute(name, new THREE.BufferAttribute(new Float32Array(size * vertices), size));
+  }
+
+  async show(header, sections, bitmap) {
+    const xyz = new Float32Array(sections.xyz);
+    byId('no-surface').hidden = xyz.length > 0;
+    this.group.visible = xyz.length > 0;
+    if (xyz.length && (header.surface === this.number || await this.take(header.surface))) this.draw(xyz, header, sections, bitmap);
+    this.render();
+  }
+
+  draw(xyz, header, sections, bitmap) {
+    const by = byId('colour-by').value;
+    this.makeRoom(xyz.length / 3);
+    const { position, color, uv } = this.geometry.attributes;
+    position.array.set(xyz);
+    const errors = new Float32Array(sections.error), status = new Uint8Array(sections.status), pixels = new Float32Array(sections.uv);
+    for (let v = 0; v < status.length; ++v) {
+      color.array.set(by === 'tissue' ? [1, 1, 1] : by === 'status' ? statusColours[status[v]] : valueColour(errors[v] / kTopErrorMm), 3 * v);
+      uv.array[2 * v] = (pixels[2 * v] + 0.5) / header.width;
+      uv.array[2 * v + 1] = 1 - (pixels[2 * v + 1] + 0.5) / header.height;
+    }
+    for (const attribute of [position, color, uv]) attribute.needsUpdate = true;
+    this.geometry.setIndex(completeTriangles(this.triangles, xyz));
+    this.geometry.computeVertexNormals();
+    this.wires.visible = byId('mesh-lines').checked;
+    this.useTexture(by === 'tissue' ? bitmap : null);
+    this.showScale(by);
+    if (this.isPlaced) return;
+    this.isPlaced = true;
+    this.enclose(xyz);
+    this.look(0.4, 0.45);
+  }
+
+  useTexture(bitmap) {
+    if (bitmap) {
+      const canvas = this.texture.image;
+      if (canvas.width !== bitmap.width || canvas.height !== bitmap.height) {
+        canvas.width = bitmap.width;
+        canvas.height = bitmap.height;
+        this.texture.dispose();
+      }
+      canvas.getContext('2d').drawImage(bitmap, 0, 0);
+      this.texture.needsUpdate = true;
+    }
+    const map = bitmap ? this.texture : null;
+    if (this.material.map === map) return;
+    this.material.map = map;
+    this.material.needsUpdate = true;
+  }
+
+  showScale(by) {
+    if (this.scale === by) return;
+    this.scale = by;
+    byId('legend').replaceChildren(...(by === 'status'
+      ? statuses.map(({ name, colour }) => element('span', {}, element('span', { class: 'swatch', style: `background: ${colour}` }), name))
+      : by === 'error' ? [element('span', {}, '0'), element('span', { class: 'ramp', style: `background: ${rampGradient}` }), element('span', {}, `${kTopErrorMm} mm`)] : []));
+  }
+}
+
+/** null where this browser has no WebGL. */
+export function openSurface() {
+  try {
+    return new LiveSurface(byId('view'));
+  } catch {
+    byId('no-surface').textContent = 'This browser has no WebGL, which the 3D view needs. The rest of the page works without.';
+    return null;
+  }
+}
