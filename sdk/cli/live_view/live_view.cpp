@@ -95,7 +95,11 @@ struct LiveView::Impl {
             shown = newest;
             header = describe(*shown, request.after);
         }
-        return {200, body(*shown, header, request.has_overlay), "application/octet-stream"};
+        ViewAnswer answer{200, body(*shown, header, request.has_overlay),
+                          "application/octet-stream"};
+        const std::lock_guard lock(mutex);  // of the reference that is given back
+        shown.reset();
+        return answer;
     }
 
     // mutex is held.
@@ -199,7 +203,7 @@ struct LiveView::Impl {
 
     mutable std::mutex mutex;  // of what follows
     std::condition_variable changed;
-    std::shared_ptr<const Shown> newest;
+    std::shared_ptr<Shown> newest, spare;  // spare: to be filled again once nobody reads it
     std::deque<ViewMoment> history;
     TemplateRecord reference;
     std::uint64_t surface = 0;  // its number, from 1
@@ -241,19 +245,24 @@ void LiveView::set_template(const TemplateRecord& reference) {
 
 void LiveView::add(const cv::Mat& left, const FrameRecord& frame, std::vector<ViewPoint> points) {
     bool is_awaited = false;
+    std::shared_ptr<Shown> shown;
     {
         const std::lock_guard lock(impl_->mutex);
         impl_->history.push_back({frame.index, frame.timestamp_ms, frame.state, frame.reasons,
                                   frame.frame_ms, frame.observed_share});
         if (impl_->history.size() > kMaxHistory) impl_->history.pop_front();
         is_awaited = impl_->waiting > 0;
+        if (is_awaited && impl_->spare.use_count() == 1) shown = std::move(impl_->spare);
     }
     if (!is_awaited) return;
-    auto shown = std::make_shared<Shown>(Shown{frame, std::move(points), left.clone(), 0});
+    if (!shown) shown = std::make_shared<Shown>();
+    shown->record = frame;
+    shown->points = std::move(points);
+    left.copyTo(shown->left);
     {
         const std::lock_guard lock(impl_->mutex);
         shown->surface = impl_->surface;
-        impl_->newest = std::move(shown);
+        impl_->spare = std::exchange(impl_->newest, std::move(shown));
     }
     impl_->changed.notify_all();
 }
