@@ -17,6 +17,22 @@ cv::Mat coefficients(const Lens& lens) {
     return cv::Mat(1, 5, CV_64F, const_cast<double*>(lens.distortion.data())).clone();
 }
 
+void write_matrices(const StereoRig& rig, cv::FileStorage& file) {
+    cv::Mat r, t;
+    cv::eigen2cv(rig.rotation, r);
+    cv::eigen2cv(rig.translation, t);
+    file << "M1" << camera_matrix(rig.left) << "D1" << coefficients(rig.left) << "M2"
+         << camera_matrix(rig.right) << "D2" << coefficients(rig.right) << "R" << r << "T" << t;
+}
+
+cv::FileStorage open_to_write(const std::string& path) {
+    cv::FileStorage file(path, cv::FileStorage::WRITE);
+    if (!file.isOpened()) {
+        throw RenderOutputError("cannot write " + path);
+    }
+    return file;
+}
+
 }  // namespace
 
 Eigen::Matrix3d rectification(const StereoRig& rig) {
@@ -32,16 +48,14 @@ Eigen::Matrix3d rectification(const StereoRig& rig) {
 }
 
 void write_calibration(const StereoRig& rig, const std::string& path) {
-    cv::FileStorage file(path, cv::FileStorage::WRITE);
-    if (!file.isOpened()) {
-        throw RenderOutputError("cannot write " + path);
-    }
-    cv::Mat r, t;
-    cv::eigen2cv(rig.rotation, r);
-    cv::eigen2cv(rig.translation, t);
-    file << "image_width" << rig.width << "image_height" << rig.height << "M1"
-         << camera_matrix(rig.left) << "D1" << coefficients(rig.left) << "M2"
-         << camera_matrix(rig.right) << "D2" << coefficients(rig.right) << "R" << r << "T" << t;
+    cv::FileStorage file = open_to_write(path);
+    file << "image_width" << rig.width << "image_height" << rig.height;
+    write_matrices(rig, file);
+}
+
+void write_stereo_calibration(const StereoRig& rig, const std::string& path) {
+    cv::FileStorage file = open_to_write(path);
+    write_matrices(rig, file);
 }
 
 }  // namespace defrec::cli

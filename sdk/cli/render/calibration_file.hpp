@@ -13,5 +13,7 @@ Eigen::Matrix3d rectification(const StereoRig& rig);
 
 /// Writes OpenCV's stereo YAML: image_width image_height M1 D1 M2 D2 R T. Throws RenderOutputError.
 void write_calibration(const StereoRig& rig, const std::string& path);
+/// The same without the size.
+void write_stereo_calibration(const StereoRig& rig, const std::string& path);
 
 }  // namespace defrec::cli

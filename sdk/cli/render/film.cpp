@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "sdk/cli/render/noise.hpp"
 
@@ -258,6 +259,39 @@ Sensor Film::sensor_of(bool is_left) const {
     return sensor;
 }
 
+bool Film::hides(const Instrument& instrument, const Eigen::Vector3d& point,
+                 const Eigen::Vector3d& centre) const {
+    const Instrument tool = left_.from_scene(instrument);
+    const double margin = tool.radius + point.z() / scene_.rig.left.fx;
+    return nearest_approach(tool, centre, point - centre, 0, 1).distance < margin;
+}
+
+std::vector<float> Film::left_surface() const {
+    std::vector<float> xyz(3 * static_cast<std::size_t>(width_) * height_,
+                           std::numeric_limits<float>::quiet_NaN());
+    if (state_.outside != Outside::none) {
+        return xyz;
+    }
+    for (std::size_t pixel = 0; pixel < left_hits_.size(); ++pixel) {
+        const Hit& hit = left_hits_[pixel];
+        if (hit.z <= 0 || (state_.blood && hidden_by(*state_.blood, {hit.s, hit.t}))) {
+            continue;
+        }
+        const Eigen::Vector3d point(hit.z * left_.rays[pixel].x(), hit.z * left_.rays[pixel].y(),
+                                    hit.z);
+        if (std::any_of(state_.instruments.begin(), state_.instruments.end(),
+                        [&](const Instrument& tool) {
+                            return hides(tool, point, Eigen::Vector3d::Zero());
+                        })) {
+            continue;
+        }
+        for (int i = 0; i < 3; ++i) {
+            xyz[3 * pixel + static_cast<std::size_t>(i)] = static_cast<float>(point[i]);
+        }
+    }
+    return xyz;
+}
+
 std::vector<std::uint16_t> Film::disparity() const {
     std::vector<std::uint16_t> image(static_cast<std::size_t>(width_) * height_, 0);
     const double scale = scene_.rig.left.fx * -scene_.rig.translation.x();
@@ -265,12 +299,6 @@ std::vector<std::uint16_t> Film::disparity() const {
         return image;
     }
     const Eigen::Vector3d right_centre(-scene_.rig.translation.x(), 0, 0);
-    const auto hides = [&](const Instrument& instrument, const Eigen::Vector3d& point) {
-        const Instrument tool = left_.from_scene(instrument);
-        const double margin = tool.radius + point.z() / scene_.rig.left.fx;
-        return nearest_approach(tool, Eigen::Vector3d::Zero(), point, 0, 1).distance < margin ||
-               nearest_approach(tool, right_centre, point - right_centre, 0, 1).distance < margin;
-    };
     for (int v = 0; v < height_; ++v) {
         for (int u = 0; u < width_; ++u) {
             const std::size_t pixel = static_cast<std::size_t>(v) * width_ + u;
@@ -288,7 +316,10 @@ std::vector<std::uint16_t> Film::disparity() const {
             const Eigen::Vector3d point(hit.z * left_.rays[pixel].x(),
                                         hit.z * left_.rays[pixel].y(), hit.z);
             if (std::any_of(state_.instruments.begin(), state_.instruments.end(),
-                            [&](const Instrument& tool) { return hides(tool, point); })) {
+                            [&](const Instrument& tool) {
+                                return hides(tool, point, Eigen::Vector3d::Zero()) ||
+                                       hides(tool, point, right_centre);
+                            })) {
                 continue;
             }
             image[pixel] = static_cast<std::uint16_t>(std::lround(256.0 * shift));

@@ -43,6 +43,9 @@ class Film {
     Truth truth(std::size_t point) const;
     /// 256 x px of the left picture's tissue, 0 unknown; rectified scenes only.
     std::vector<std::uint16_t> disparity() const;
+    /// x y z of the tissue in each pixel of the left picture, left camera as given, mm; NaN where
+    /// none is seen.
+    std::vector<float> left_surface() const;
 
     /// A grid over the first left image, less the pixels where no tissue is seen, and those of
     /// add_points().
@@ -60,6 +63,8 @@ class Film {
     void photograph(bool is_left);
     PictureRequest request_for(const FrameState& state, bool is_left) const;
     Sensor sensor_of(bool is_left) const;
+    bool hides(const Instrument& instrument, const Eigen::Vector3d& point,
+               const Eigen::Vector3d& centre) const;
     bool visible(const Eigen::Vector2d& material, const Eigen::Vector3d& in_left) const;
     bool was_in_first_image(const Eigen::Vector2d& material) const;
 

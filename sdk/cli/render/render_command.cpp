@@ -8,6 +8,8 @@
 #include <cstdlib>
 #include <memory>
 
+#include "sdk/cli/render/layouts.hpp"
+
 namespace defrec::cli {
 namespace {
 
@@ -122,6 +124,13 @@ CLI::App* add_render_command(CLI::App& app, std::function<int()>& run, const Sto
         ->allow_extra_args(false);
     command->add_flag("--depth", options.depth,
                       "Also write disparity/: 16-bit PNG, 256 x px, 0 unknown");
+    std::vector<std::string> layouts = public_layouts();
+    layouts.insert(layouts.begin(), options.layout);
+    command
+        ->add_option("--layout", options.layout,
+                     "Of a public data set, with its truth, for `defrec evaluate`")
+        ->check(CLI::IsMember(layouts))
+        ->capture_default_str();
     command->add_flag("--list", arguments->list, "Name the scenes with their parameters and stop");
     command->add_flag("--quiet", arguments->quiet, "No progress");
     command->footer(

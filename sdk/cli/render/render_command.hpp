@@ -50,7 +50,8 @@ struct RenderOptions {
     std::uint64_t seed = 1;
     bool depth =
         false;  ///< also DIR/disparity/%06d.png: 16 bit, 256 x px, 0 unknown; rectified scenes only
-    std::vector<int> points_at{};  ///< frames whose images give points of tissue that is new there
+    std::vector<int> points_at{};   ///< frames whose images give points of tissue that is new there
+    std::string layout = "defrec";  ///< or one of public_layouts()
     int threads = 0;  ///< 0: as many as the machine has; the written bits do not depend on it
 };
 
@@ -73,11 +74,11 @@ struct SceneInfo {
 /// Every scene that can be rendered, in the order in which they are listed.
 std::vector<SceneInfo> list_scenes();
 
-/// Writes left/, right/, calibration.yaml, points.csv and truth.csv (and disparity/) into
-/// options.out_dir, which is created where absent; frames that an earlier sequence left there are
-/// removed, and truth.csv appears when the sequence is complete or was stopped. The same options
-/// give the same bits. Returns the number of frames written. Throws RenderUsageError before
-/// anything is written, RenderOutputError when a file cannot be written.
+/// With layout "defrec" writes left/, right/, calibration.yaml, points.csv and truth.csv (and
+/// disparity/) into options.out_dir, which is created where absent; frames that an earlier sequence
+/// left there are removed, and truth.csv appears when the sequence is complete or was stopped. The
+/// same options give the same bits. Returns the number of frames written. Throws RenderUsageError
+/// before anything is written, RenderOutputError when a file cannot be written.
 int render_sequence(const RenderOptions& options, const ProgressFn& progress,
                     const StopFn& stop = {});
 

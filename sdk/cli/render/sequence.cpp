@@ -10,6 +10,7 @@
 #include "sdk/cli/render/calibration_file.hpp"
 #include "sdk/cli/render/film.hpp"
 #include "sdk/cli/render/h264_pass.hpp"
+#include "sdk/cli/render/layouts.hpp"
 #include "sdk/cli/render/render_command.hpp"
 
 namespace defrec::cli {
@@ -229,6 +230,16 @@ int render_sequence(const RenderOptions& options, const ProgressFn& progress, co
     const int threads = options.threads > 0
                             ? options.threads
                             : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    if (options.layout != "defrec") {
+        const auto layouts = public_layouts();
+        if (std::find(layouts.begin(), layouts.end(), options.layout) == layouts.end()) {
+            throw RenderUsageError("there is no layout '" + options.layout + "'");
+        }
+        if (options.depth || !options.points_at.empty()) {
+            throw RenderUsageError("--depth and --points-at are of the layout defrec");
+        }
+        return render_layout(options, frames, threads, progress, stop);
+    }
     Sequence sequence(options, frames, threads);
     if (options.depth && !sequence.scene().info.rectified) {
         throw RenderUsageError("scene '" + options.scene +
