@@ -37,6 +37,18 @@ int run(const EvaluateOptions& options) {
 
 void add_run_options(CLI::App& command, EvaluateOptions& options) {
     command
+        .add_option_function<std::vector<std::string>>(
+            "--method",
+            [&options](const std::vector<std::string>& names) {
+                options.methods.clear();
+                for (const std::string& name : names)
+                    options.methods.push_back(name == "opencv" ? Method::kOpenCv : Method::kDefrec);
+            },
+            "defrec, or opencv: the baseline, Lucas-Kanade and StereoSGBM; both may be given")
+        ->type_name("NAME")
+        ->check(CLI::IsMember({"defrec", "opencv"}))
+        ->allow_extra_args(false);
+    command
         .add_option("--config", options.configs,
                     "YAML with parameters of the tracker; given again, every clip is run with each "
                     "and the effects are tabled")

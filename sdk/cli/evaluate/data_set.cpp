@@ -17,6 +17,8 @@ constexpr int kDeepestFolder = 6;
 std::vector<std::unique_ptr<DataSet>> make_data_sets() {
     std::vector<std::unique_ptr<DataSet>> sets;
     sets.push_back(make_defrec_sequences());
+    sets.push_back(make_scared());
+    sets.push_back(make_serv_ct());
     return sets;
 }
 

@@ -20,7 +20,10 @@ struct Metric {
 };
 
 // How clips are run.
+enum class Method { kDefrec, kOpenCv };
+
 struct RunSettings {
+    Method method = Method::kDefrec;
     std::string config;  // of the tracker; empty: the library's defaults
     std::string backend = "auto", device;
     unsigned threads = 0;  // 0: one per core
@@ -80,5 +83,7 @@ struct Needed {
 void require_entries(const std::filesystem::path& folder, const std::vector<Needed>& needed);
 
 std::unique_ptr<DataSet> make_defrec_sequences();
+std::unique_ptr<DataSet> make_scared();
+std::unique_ptr<DataSet> make_serv_ct();
 
 }  // namespace defrec::cli

@@ -183,8 +183,9 @@ class DefrecSequences : public DataSet {
                                        ? "median " + format_fixed(worst.median_mm, 2) + " mm"
                                        : "no median";
         score.remark = "frame " + std::to_string(worst.frame) + ": " + median + ", " +
-                       format_fixed(100 * worst.lost_share, 0) + " % lost; " +
-                       state_of(task.out, worst.frame);
+                       format_fixed(100 * worst.lost_share, 0) + " % lost";
+        const std::string state = state_of(task.out, worst.frame);
+        if (!state.empty()) score.remark += "; " + state;
         return score;
     }
 };

@@ -37,13 +37,14 @@ struct Variant {
     std::string description;  // of everything on which its results depend
 };
 
+const char* name_of(Method method) { return method == Method::kOpenCv ? "opencv" : "defrec"; }
+
 std::string description_of(const DataSet& data_set, const RunSettings& settings) {
     constexpr std::size_t kLargestConfig = 1'000'000;
-    nlohmann::ordered_json json = {{"defrec", defrec_version_string()},
-                                   {"data_set", data_set.name()},
-                                   {"backend", settings.backend},
-                                   {"device", settings.device},
-                                   {"seed", settings.seed}};
+    nlohmann::ordered_json json = {
+        {"defrec", defrec_version_string()},  {"data_set", data_set.name()},
+        {"method", name_of(settings.method)}, {"backend", settings.backend},
+        {"device", settings.device},          {"seed", settings.seed}};
     json["config"] = settings.config.empty()
                          ? ""
                          : read_text_file(settings.config, kLargestConfig, ExitCode::kUsage);
@@ -53,22 +54,28 @@ std::string description_of(const DataSet& data_set, const RunSettings& settings)
 std::vector<Variant> variants_of(const EvaluateOptions& options, const DataSet& data_set) {
     std::vector<Variant> variants;
     std::set<std::string> names;
-    const auto add = [&](const std::string& name, const std::string& config) {
+    const auto add = [&](const std::string& name, Method method, const std::string& config) {
         if (!names.insert(name).second) {
-            throw CliError(ExitCode::kUsage, "--config: two files are called " + name +
-                                                 "; their names tell their results apart.");
+            throw CliError(ExitCode::kUsage, "--config, --method: two variants are called " + name +
+                                                 "; their names tell them apart.");
         }
         Variant variant{name, options.settings, {}};
+        variant.settings.method = method;
         variant.settings.config = config;
         variant.description = description_of(data_set, variant.settings);
         variants.push_back(std::move(variant));
     };
-    for (const std::string& config : options.configs) {
-        auto desc = initialised<defrec_tracker_desc>();
-        read_config(config, desc);
-        add(fs::path(config).stem().string(), config);
+    for (const Method method : options.methods) {
+        if (method == Method::kOpenCv || options.configs.empty()) {
+            add(name_of(method), method, "");
+            continue;
+        }
+        for (const std::string& config : options.configs) {
+            auto desc = initialised<defrec_tracker_desc>();
+            read_config(config, desc);
+            add(fs::path(config).stem().string(), method, config);
+        }
     }
-    if (variants.empty()) add("default", "");
     return variants;
 }
 
@@ -204,6 +211,8 @@ class Evaluation {
                                            folder.string(),
                                            "--clip",
                                            clip.name.clip,
+                                           "--method",
+                                           name_of(settings.method),
                                            "--backend",
                                            settings.backend,
                                            "--threads",
@@ -281,6 +290,7 @@ class Evaluation {
 int run_clip(const EvaluateOptions& options, const DataSet& data_set) {
     ClipTask task{(fs::path(options.root) / options.clip).lexically_normal(), options.out,
                   options.settings};
+    task.settings.method = options.methods.front();
     if (!options.configs.empty()) task.settings.config = options.configs.front();
     write_score(task.out, data_set.run(task));
     return static_cast<int>(ExitCode::kOk);

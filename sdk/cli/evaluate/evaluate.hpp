@@ -18,9 +18,11 @@ Shard parse_shard(const std::string& text);
 
 struct EvaluateOptions {
     std::string data_set, root, out;
-    std::vector<std::string> subset;   // patterns with * and ?; empty: all clips
-    std::vector<std::string> configs;  // each is a variant; empty: the library's defaults
-    RunSettings settings;              // but for the config
+    std::vector<std::string> subset;  // patterns with * and ?; empty: all clips
+    // Each is a variant; of defrec each config is, where there are any.
+    std::vector<Method> methods{Method::kDefrec};
+    std::vector<std::string> configs;
+    RunSettings settings;  // but for method and config
     Shard shard;
     unsigned jobs = 1;           // clips at the same time
     double time_limit_s = 3600;  // of a clip

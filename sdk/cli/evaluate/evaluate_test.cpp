@@ -3,12 +3,9 @@
 
 #include <doctest/doctest.h>
 #include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <map>
 
 #include "sdk/cli/evaluate/clip_store.hpp"
+#include "sdk/cli/evaluate/program_run.hpp"
 #include "sdk/cli/io/csv.hpp"
 #include "sdk/cli/io/text.hpp"
 #include "sdk/cli/render/test_sequence.hpp"
@@ -19,26 +16,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-pid_t start(const std::vector<std::string>& arguments) {
-    std::vector<std::string> all{DEFREC_BUILD_DIR "/bin/defrec", "evaluate"};
-    all.insert(all.end(), arguments.begin(), arguments.end());
-    std::vector<char*> argv;
-    for (std::string& argument : all) argv.push_back(argument.data());
-    argv.push_back(nullptr);
-    const pid_t child = ::fork();
-    if (child == 0) {
-        ::execv(argv[0], argv.data());
-        ::_exit(99);
-    }
-    return child;
-}
-
-int run(const std::vector<std::string>& arguments) {
-    const pid_t child = start(arguments);
-    int status = 0;
-    REQUIRE(::waitpid(child, &status, 0) == child);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
+const auto& start = start_evaluate;
+const auto& run = run_evaluate_program;
 
 // Clips one, two and deep/three of the same frames with points of their own.
 const TestFolder& data_set() {
@@ -98,7 +77,7 @@ const TestFolder& evaluated() {
 
 TEST_CASE("a clip's metrics are the score of its points") {
     const TestFolder& out = evaluated();
-    const fs::path clip = ClipStore(out.path()).folder({"default", "deep/three"});
+    const fs::path clip = ClipStore(out.path()).folder({"defrec", "deep/three"});
     const ScoreGroup score =
         score_of(read_scored_rows(clip, data_set() / "deep/three/truth.csv", {})).all;
     CsvReader results(out.path() / "results.csv", {"clip", "status", "median_mm", "p95_mm",
@@ -132,7 +111,7 @@ TEST_CASE("shards in any order, and a run that was killed and resumed, give the 
     const TestFolder killed;
     const ClipStore store(killed.path());
     const pid_t child = start(with_out(killed.path(), {"--jobs", "2"}));
-    while (!store.outcome({"default", "deep/three"}) && !store.outcome({"default", "one"}))
+    while (!store.outcome({"defrec", "deep/three"}) && !store.outcome({"defrec", "one"}))
         ::usleep(1000);
     ::kill(child, SIGKILL);
     ::waitpid(child, nullptr, 0);
@@ -143,7 +122,7 @@ TEST_CASE("shards in any order, and a run that was killed and resumed, give the 
 TEST_CASE("what is done with the same options is kept, and what is not is run") {
     const TestFolder out;
     REQUIRE(run(with_out(out.path(), {"--subset", "t*"})) == 0);
-    const std::string mark = (ClipStore(out.path()).folder({"default", "two"}) / "mark").string();
+    const std::string mark = (ClipStore(out.path()).folder({"defrec", "two"}) / "mark").string();
     const auto marked_after = [&](const std::vector<std::string>& more) {
         std::ofstream(mark).put('x');
         std::vector<std::string> arguments{"--subset", "two", "--resume"};
@@ -175,9 +154,7 @@ TEST_CASE("a clip with a file that is absent or cut is in quarantine, and the ot
     }
     CHECK(run({"--dataset", "defrec", root.path().string(), "--out", out.path().string(),
                "--backend", "cpu", "--quiet", "--jobs", "3"}) == 6);
-    std::map<std::string, std::string> reasons;
-    CsvReader results(out.path() / "results.csv", {"clip", "status", "reason"});
-    while (results.next()) reasons[std::string(results.field(0))] = results.field(2);
+    const auto reasons = reasons_of(out.path());
     CHECK(reasons.at("good").empty());
     CHECK(reasons.at("lacks").find("points.csv: this file was expected") != std::string::npos);
     CHECK(reasons.at("cut").find("000002.png: this is not a whole image") != std::string::npos);

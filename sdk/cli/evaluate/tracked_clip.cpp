@@ -6,6 +6,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "sdk/cli/evaluate/opencv_method.hpp"
 #include "sdk/cli/io/csv.hpp"
 #include "sdk/cli/io/exit_code.hpp"
 #include "sdk/cli/io/text.hpp"
@@ -24,6 +25,10 @@ nlohmann::json read_summary(const fs::path& out) {
 }  // namespace
 
 void track_clip(const ClipTask& task, TrackOptions options) {
+    if (task.settings.method == Method::kOpenCv) {
+        track_by_opencv(options, task.out);
+        return;
+    }
     options.out = task.out.string();
     options.config = task.settings.config;
     options.backend = task.settings.backend;
@@ -48,6 +53,8 @@ TrackedTimes times_of(const fs::path& out) {
 }
 
 std::string state_of(const fs::path& out, std::int64_t frame) {
+    std::error_code error;
+    if (!fs::exists(out / "frames.csv", error)) return {};
     CsvReader csv(out / "frames.csv", {"frame", "state", "reasons"});
     while (csv.next()) {
         if (csv.integer(0) != frame) continue;

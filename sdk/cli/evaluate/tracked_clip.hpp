@@ -1,4 +1,4 @@
-// A clip that is tracked: `defrec track` on it, and what its files say of the time and the frames.
+// A clip that is tracked, and what its files say of the time and the frames.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,9 @@
 
 namespace defrec::cli {
 
-// Source, calibration and points of the clip are set; leaves points.csv, frames.csv and
-// summary.json in task.out. Throws CliError also where the source ended early.
+// By the task's method. Source, calibration and points of the clip are set; leaves points.csv,
+// summary.json and, but for OpenCV, frames.csv in task.out. Throws CliError also where the source
+// ended early.
 void track_clip(const ClipTask& task, TrackOptions options);
 
 struct TrackedTimes {
@@ -21,7 +22,7 @@ struct TrackedTimes {
 };
 TrackedTimes times_of(const std::filesystem::path& out);
 
-// "degraded (few-matches)", by frames.csv; empty where it does not have the frame.
+// "degraded (few-matches)", by frames.csv; empty where it, or the frame in it, is absent.
 std::string state_of(const std::filesystem::path& out, std::int64_t frame);
 
 // A point in an image: where it is, and where it was found.
