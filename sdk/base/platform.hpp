@@ -9,6 +9,8 @@
 #include <thread>
 #include <vector>
 
+#include "sdk/base/descriptor.hpp"
+
 namespace defrec::platform {
 
 // Identifies this process among its ancestors; a child after fork has another, also where process
@@ -51,19 +53,24 @@ void spin_pause() noexcept;
 // ---- files ------------------------------------------------------------------
 
 enum class PathKind { kMissing, kFile, kFolder, kOther };
-struct PathInfo {
-    PathKind kind = PathKind::kMissing;
-    bool world_writable = false;
-};
-PathInfo path_info(const std::string& path) noexcept;
+PathKind path_kind(const std::string& path) noexcept;
+// Who but the system's and this program's owners may change what lies at a path, or what is found
+// there: "<path>: <who> may write ...", of the path as it is given, of that which it leads to by
+// links, or of one of the folders above; empty where nobody may.
+std::string who_may_change(const std::string& path);
 bool is_absolute(std::string_view path) noexcept;
 // Without links and dots; empty where there is no such path.
 std::string canonical_path(const std::string& path);
-// Names in a folder, sorted by byte; empty where it cannot be read.
+// Names in a folder, sorted by byte. Throws Error(DEFREC_ERROR_IO) where it cannot be read.
 std::vector<std::string> list_folder(const std::string& path);
-// The whole of a regular file; never waits (a FIFO is refused). Throws Error(DEFREC_ERROR_IO), or
-// Error(DEFREC_ERROR_PLUGIN) for what is no regular file or larger than cap.
-std::vector<unsigned char> read_regular_file(const std::string& path, uint64_t cap);
+// A regular file, opened once.
+struct OpenedFile {
+    Descriptor descriptor;
+    std::vector<unsigned char> bytes;  // the whole of it
+};
+// Never waits (a FIFO is refused). Throws Error(DEFREC_ERROR_IO), or Error(DEFREC_ERROR_PLUGIN) for
+// what is no regular file or larger than cap.
+OpenedFile read_regular_file(const std::string& path, uint64_t cap);
 
 // ---- libraries --------------------------------------------------------------
 
@@ -72,9 +79,9 @@ std::vector<unsigned char> read_regular_file(const std::string& path, uint64_t c
 std::optional<std::string> trusted_environment(const char* name);
 // The folder of the file that holds this code; empty if unknown.
 std::string own_folder();
-// Loads a library for ever, all symbols bound, none given to others. Throws
-// Error(DEFREC_ERROR_PLUGIN).
-void* open_library(const std::string& path);
+// Loads the very file that was opened, for ever, all symbols bound, none given to others. path: its
+// name in messages. Throws Error(DEFREC_ERROR_PLUGIN).
+void* open_library(const Descriptor& file, const std::string& path);
 // nullptr where it is missing.
 void* find_symbol(void* library, const char* name) noexcept;
 

@@ -105,13 +105,63 @@ void spin_pause() noexcept {
 #endif
 }
 
-PathInfo path_info(const std::string& path) noexcept {
+PathKind path_kind(const std::string& path) noexcept {
+    struct stat info;
+    if (stat(path.c_str(), &info) != 0) return PathKind::kMissing;
+    return S_ISREG(info.st_mode)   ? PathKind::kFile
+           : S_ISDIR(info.st_mode) ? PathKind::kFolder
+                                   : PathKind::kOther;
+}
+
+namespace {
+
+// The system's, this process's, and those of this library, whose code runs here anyway.
+struct Owners {
+    uid_t users[3] = {0, geteuid(), 0};
+    gid_t groups[3] = {0, getegid(), 0};
+    Owners() {
+        Dl_info info;
+        struct stat own;
+        if (dladdr(reinterpret_cast<const void*>(&own_folder), &info) == 0 ||
+            info.dli_fname == nullptr || stat(info.dli_fname, &own) != 0)
+            return;
+        users[2] = own.st_uid;
+        groups[2] = own.st_gid;
+    }
+};
+
+// Empty where nobody else may. is_above: a folder above what matters, in which a sticky bit keeps
+// others from replacing what is not theirs.
+std::string who_may_write(const std::string& path, const Owners& owners, bool is_above) {
     struct stat info;
     if (stat(path.c_str(), &info) != 0) return {};
-    const PathKind kind = S_ISREG(info.st_mode)   ? PathKind::kFile
-                          : S_ISDIR(info.st_mode) ? PathKind::kFolder
-                                                  : PathKind::kOther;
-    return {kind, (info.st_mode & S_IWOTH) != 0};
+    if (std::count(std::begin(owners.users), std::end(owners.users), info.st_uid) == 0)
+        return concat("another user (number ", info.st_uid, ") may write");
+    if (is_above && (info.st_mode & S_ISVTX) != 0) return {};
+    if ((info.st_mode & S_IWOTH) != 0) return "anybody may write";
+    if ((info.st_mode & S_IWGRP) != 0 &&
+        std::count(std::begin(owners.groups), std::end(owners.groups), info.st_gid) == 0)
+        return concat("another group (number ", info.st_gid, ") may write");
+    return {};
+}
+
+}  // namespace
+
+std::string who_may_change(const std::string& path) {
+    const Owners owners;
+    const bool is_folder = path_kind(path) == PathKind::kFolder;
+    const char* const what = is_folder ? " to this folder" : " to this file";
+    const std::string who = who_may_write(path, owners, false);
+    if (!who.empty()) return concat(path, ": ", who, what);
+    std::string real = canonical_path(path);
+    for (size_t end = real.find_last_of('/'), above = is_folder ? 1 : 0;
+         end != std::string::npos && !real.empty(); end = real.find_last_of('/'), ++above) {
+        real.resize(end);
+        const std::string folder = real.empty() ? "/" : real;
+        const std::string other = who_may_write(folder, owners, above > 0);
+        if (!other.empty()) return concat(folder, ": ", other, " to this folder");
+    }
+    return {};
 }
 
 bool is_absolute(std::string_view path) noexcept { return !path.empty() && path.front() == '/'; }
@@ -124,15 +174,15 @@ std::string canonical_path(const std::string& path) {
 
 std::vector<std::string> list_folder(const std::string& path) {
     const std::unique_ptr<DIR, int (*)(DIR*)> folder(opendir(path.c_str()), closedir);
+    if (folder == nullptr) fail(DEFREC_ERROR_IO, path, ": ", std::strerror(errno));
     std::vector<std::string> names;
-    if (folder == nullptr) return names;
     while (const dirent* entry = readdir(folder.get())) names.emplace_back(entry->d_name);
     std::sort(names.begin(), names.end());
     return names;
 }
 
-std::vector<unsigned char> read_regular_file(const std::string& path, uint64_t cap) {
-    const Descriptor file{open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY)};
+OpenedFile read_regular_file(const std::string& path, uint64_t cap) {
+    Descriptor file{open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOCTTY)};
     if (!file) fail(DEFREC_ERROR_IO, path, ": ", std::strerror(errno));
     struct stat info;
     if (fstat(file.get(), &info) != 0) fail(DEFREC_ERROR_IO, path, ": ", std::strerror(errno));
@@ -150,7 +200,7 @@ std::vector<unsigned char> read_regular_file(const std::string& path, uint64_t c
         have += static_cast<uint64_t>(count);
     }
     bytes.resize(have);
-    return bytes;
+    return {std::move(file), std::move(bytes)};
 }
 
 std::optional<std::string> trusted_environment(const char* name) {
@@ -166,8 +216,19 @@ std::string own_folder() {
     return file.substr(0, file.find_last_of('/') + 1);
 }
 
-void* open_library(const std::string& path) {
-    void* library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
+// The loader takes two libraries of one name for the same, and numbers of descriptors come again:
+// each name is another way to write the same path, with bits as "/." and "/": those of a count, and
+// of where it lies, for a process may hold this library twice.
+void* open_library(const Descriptor& file, const std::string& path) {
+    static std::atomic<uint16_t> count{0};
+    const auto place = static_cast<uint64_t>(reinterpret_cast<uintptr_t>(&count));
+    std::string name = "/proc/self/fd";
+    for (uint64_t bits = place << 16 | count++; bits != 0; bits >>= 1)
+        name += (bits & 1) != 0 ? "/." : "/";
+    name += concat("/", file.get());
+    const bool has_proc = access(name.c_str(), R_OK) == 0;
+    void* library =
+        dlopen(has_proc ? name.c_str() : path.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
     if (library == nullptr) {
         const char* reason = dlerror();
         fail(DEFREC_ERROR_PLUGIN, path, ": ", reason == nullptr ? "cannot be loaded" : reason);

@@ -38,14 +38,21 @@ std::string text_of(const char* text) {
     return text == nullptr ? std::string() : std::string(text, strnlen(text, 256));
 }
 
+void expect_unchangeable(const std::string& path) {
+    const std::string who = platform::who_may_change(path);
+    if (!who.empty()) fail(DEFREC_ERROR_PLUGIN, who);
+}
+
 // On a thread of its own, which is left behind where the plugin does not return from it.
 std::shared_ptr<const LoadedPlugin> start(const std::shared_ptr<const Services>& services,
                                           const std::string& library,
+                                          const std::shared_ptr<const platform::OpenedFile>& file,
                                           const PluginManifest& manifest) {
     const auto started = std::make_shared<std::shared_ptr<const LoadedPlugin>>();
     const std::chrono::milliseconds limit = services->plugin_deadline();
     const bool is_done = run_within(limit, [=] {
-        *started = std::make_shared<const LoadedPlugin>(services, library, manifest);
+        *started =
+            std::make_shared<const LoadedPlugin>(services, library, file->descriptor, manifest);
     });
     if (is_done) return *started;
     services->leave_behind();
@@ -55,11 +62,9 @@ std::shared_ptr<const LoadedPlugin> start(const std::shared_ptr<const Services>&
 
 // Fills a candidate; throws Error with the reason of a refusal.
 void load_candidate(const std::shared_ptr<const Services>& services, PluginCandidate& candidate) {
-    const platform::PathInfo info = platform::path_info(candidate.path);
-    if (info.world_writable)
-        fail(DEFREC_ERROR_PLUGIN, candidate.path, ": anybody may write to this file");
-    const PluginManifest manifest =
-        parse_manifest(candidate.path, platform::read_regular_file(candidate.path, kManifestCap));
+    expect_unchangeable(candidate.path);
+    const PluginManifest manifest = parse_manifest(
+        candidate.path, platform::read_regular_file(candidate.path, kManifestCap).bytes);
     candidate.name = manifest.name;
     candidate.version = manifest.version;
     if (manifest.abi_major != DEFREC_PLUGIN_ABI_MAJOR)
@@ -69,26 +74,26 @@ void load_candidate(const std::shared_ptr<const Services>& services, PluginCandi
 
     const std::string folder = candidate.path.substr(0, candidate.path.find_last_of('/') + 1);
     const std::string library = folder + manifest.library;
-    const std::vector<unsigned char> bytes = platform::read_regular_file(library, kLibraryCap);
-    if (platform::path_info(library).world_writable)
-        fail(DEFREC_ERROR_PLUGIN, library, ": anybody may write to this file");
-    check_shared_object(library, bytes);
-    const std::string hash = sha256_hex(bytes);
+    const auto file = std::make_shared<const platform::OpenedFile>(
+        platform::read_regular_file(library, kLibraryCap));
+    expect_unchangeable(library);
+    check_shared_object(library, file->bytes);
+    const std::string hash = sha256_hex(file->bytes);
     if (hash != manifest.sha256)
         fail(DEFREC_ERROR_PLUGIN, library, ": SHA-256 is ", hash, ", the manifest says ",
              manifest.sha256, ": the file was changed or damaged");
-    candidate.plugin = start(services, library, manifest);
+    candidate.plugin = start(services, library, file, manifest);
 }
 
 }  // namespace
 
 LoadedPlugin::LoadedPlugin(std::shared_ptr<const Services> services, const std::string& path,
-                           const PluginManifest& manifest)
+                           const Descriptor& file, const PluginManifest& manifest)
     : services_(std::move(services)),
       name_(manifest.name),
       host_data_{services_.get(), name_.c_str()},
       host_(make_plugin_host(host_data_)) {
-    enter(path);
+    enter(path, file);
     try {
         check_table(path, manifest);
         list_devices(path);
@@ -121,8 +126,8 @@ void LoadedPlugin::quarantine(size_t device, const char* call) const noexcept {
     }
 }
 
-void LoadedPlugin::enter(const std::string& path) {
-    void* library = platform::open_library(path);
+void LoadedPlugin::enter(const std::string& path, const Descriptor& file) {
+    void* library = platform::open_library(file, path);
     const auto entry =
         reinterpret_cast<defrec_plugin_entry_fn>(platform::find_symbol(library, kEntryName));
     if (entry == nullptr) fail(DEFREC_ERROR_PLUGIN, path, ": does not export ", kEntryName);

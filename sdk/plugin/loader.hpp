@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "include/defrec_plugin.h"
+#include "sdk/base/descriptor.hpp"
 #include "sdk/base/services.hpp"
 #include "sdk/plugin/host.hpp"
 #include "sdk/plugin/manifest.hpp"
@@ -29,10 +30,10 @@ class LoadedPlugin {
         uint64_t memory_bytes = 0;
     };
 
-    // path: the library, absolute, its file already checked. Throws Error with the reason of the
-    // refusal.
+    // path: the library, absolute; file: the same, already checked. Throws Error with the reason of
+    // the refusal.
     LoadedPlugin(std::shared_ptr<const Services> services, const std::string& path,
-                 const PluginManifest& manifest);
+                 const Descriptor& file, const PluginManifest& manifest);
     ~LoadedPlugin();
     LoadedPlugin(const LoadedPlugin&) = delete;
     LoadedPlugin& operator=(const LoadedPlugin&) = delete;
@@ -50,7 +51,7 @@ class LoadedPlugin {
     }
 
   private:
-    void enter(const std::string& path);
+    void enter(const std::string& path, const Descriptor& file);
     void check_table(const std::string& path, const PluginManifest& manifest) const;
     void list_devices(const std::string& path);
     DeviceEntry describe_device(const std::string& path, size_t index);

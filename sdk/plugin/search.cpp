@@ -25,10 +25,9 @@ class Search {
             return refuse(DEFREC_ERROR_ARGUMENT, path,
                           "not an absolute path, so it is not searched");
         }
-        const platform::PathInfo info = platform::path_info(path);
-        switch (info.kind) {
+        switch (platform::path_kind(path)) {
             case platform::PathKind::kFolder:
-                return look_in_folder(path, info.world_writable);
+                return look_in_folder(path);
             case platform::PathKind::kFile:
                 return add(path);
             case platform::PathKind::kOther:
@@ -41,11 +40,16 @@ class Search {
     std::vector<FoundManifest> take() { return std::move(found_); }
 
   private:
-    void look_in_folder(const std::string& folder, bool world_writable) {
-        if (world_writable)
-            return refuse(DEFREC_ERROR_PLUGIN, folder,
-                          "anybody may write to this folder, so it is not searched");
-        for (const std::string& name : platform::list_folder(folder))
+    void look_in_folder(const std::string& folder) {
+        const std::string who = platform::who_may_change(folder);
+        if (!who.empty()) return refuse_with(DEFREC_ERROR_PLUGIN, folder, who);
+        std::vector<std::string> names;
+        try {
+            names = platform::list_folder(folder);
+        } catch (const Error& error) {
+            return refuse_with(error.status(), folder, error.what());
+        }
+        for (const std::string& name : names)
             if (is_manifest_name(name)) add(folder + (folder.ends_with('/') ? "" : "/") + name);
     }
 
@@ -56,7 +60,9 @@ class Search {
     }
 
     void refuse(defrec_status verdict, const std::string& path, const char* reason) {
-        const std::string text = concat(path, ": ", reason);
+        refuse_with(verdict, path, concat(path, ": ", reason));
+    }
+    void refuse_with(defrec_status verdict, const std::string& path, const std::string& text) {
         services_.log(DEFREC_LOG_WARNING, "sdk", text.c_str());
         found_.push_back({path, text, verdict});
     }

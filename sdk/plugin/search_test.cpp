@@ -1,9 +1,12 @@
 // Where plugins are looked for, through the C API.
 #include <doctest/doctest.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cstdlib>
 #include <mutex>
+#include <thread>
 
 #include "sdk/api/test_context.hpp"
 #include "sdk/base/test_files.hpp"
@@ -177,4 +180,120 @@ TEST_CASE(
     // As if another user had started a set-uid program of root's, which may read what root may,
     // wherever the build lies. LeakSanitizer cannot look into such a process, and says so.
     CHECK(output_of("setpriv --ruid=65534 " + probe.string() + " 2>/dev/null") == "0\n");
+}
+
+namespace {
+
+// The plugin "good" in a folder of its own.
+struct PluginFolder {
+    PluginFolder() {
+        write_file(library, bytes);
+        write_file(manifest, manifest_text("defrec_plugin_good.so", bytes));
+    }
+    const TemporaryFolder folder;
+    const fs::path library = folder.path() / "defrec_plugin_good.so",
+                   manifest = folder.path() / "defrec_plugin_good.json";
+    const std::vector<unsigned char> bytes =
+        read_file(stub_folder("good") / "defrec_plugin_good.so");
+};
+
+}  // namespace
+
+TEST_CASE("row 83: the checks of a folder hold for a manifest named as a file, and behind links") {
+    const PluginFolder plugin;
+    const TemporaryFolder elsewhere;
+    const fs::path link = elsewhere.path() / "defrec_plugin_good.json",
+                   folder_link = elsewhere.path() / "plugins";
+    fs::create_symlink(plugin.manifest, link);
+    fs::create_symlink(plugin.folder.path(), folder_link);
+    const std::string places[] = {plugin.manifest.string(), folder_link.string(),
+                                  (folder_link / "defrec_plugin_good.json").string()};
+    for (const std::string& place : places) {
+        CAPTURE(place);
+        CHECK(TestContext({place}).plugin(0).verdict == DEFREC_OK);
+        fs::permissions(plugin.folder.path(), fs::perms::others_write, fs::perm_options::add);
+        const TestContext refused({place});
+        CHECK(refused.plugin(0).verdict == DEFREC_ERROR_PLUGIN);
+        CHECK(contains(refused.plugin(0).reason, "anybody may write to this folder"));
+        fs::permissions(plugin.folder.path(), fs::perms::others_write, fs::perm_options::remove);
+    }
+}
+
+TEST_CASE("row 83: a folder above that anybody may write to is as bad") {
+    const PluginFolder plugin;
+    const fs::path inner = plugin.folder.path() / "inner";
+    fs::create_directory(inner);
+    for (const fs::path& file : {plugin.library, plugin.manifest})
+        fs::rename(file, inner / file.filename());
+    CHECK(TestContext({inner.string()}).plugin(0).verdict == DEFREC_OK);
+    fs::permissions(plugin.folder.path(), fs::perms::others_write, fs::perm_options::add);
+    CHECK(TestContext({inner.string()}).plugin(0).verdict == DEFREC_ERROR_PLUGIN);
+}
+
+TEST_CASE("rows 43 and 83: files of other users, and that other groups may write to") {
+    const PluginFolder plugin;
+    constexpr uid_t kOther = 54321;
+    if (geteuid() != 0) {
+        MESSAGE("only the superuser can give files away");
+        return;
+    }
+    for (const fs::path& owned : {plugin.folder.path(), plugin.library, plugin.manifest}) {
+        CAPTURE(owned.string());
+        REQUIRE(chown(owned.c_str(), kOther, gid_t(-1)) == 0);
+        CHECK(contains(TestContext({plugin.manifest.string()}).plugin(0).reason,
+                       "another user (number 54321) may write"));
+        REQUIRE(chown(owned.c_str(), 0, kOther) == 0);
+        CHECK(TestContext({plugin.manifest.string()}).plugin(0).verdict == DEFREC_OK);
+        fs::permissions(owned, fs::perms::group_write, fs::perm_options::add);
+        CHECK(contains(TestContext({plugin.manifest.string()}).plugin(0).reason,
+                       "another group (number 54321) may write"));
+        fs::permissions(owned, fs::perms::group_write, fs::perm_options::remove);
+    }
+}
+
+TEST_CASE("row 98: without descriptors the reason is that, and not that there is no plugin") {
+    const PluginFolder plugin;
+    rlimit before{};
+    REQUIRE(getrlimit(RLIMIT_NOFILE, &before) == 0);
+    const rlimit none{0, before.rlim_max};
+    std::string reason;
+    REQUIRE(setrlimit(RLIMIT_NOFILE, &none) == 0);
+    {
+        defrec_context_desc desc = with_flags(DEFREC_CONTEXT_ONLY_GIVEN_PLUGINS);
+        const std::string place = plugin.folder.path().string();
+        const char* places[] = {place.c_str()};
+        desc.plugin_paths = places;
+        desc.plugin_path_count = 1;
+        const TestContext context(desc);
+        if (defrec_plugin_count(context.get()) == 1) reason = context.plugin(0).reason;
+    }
+    REQUIRE(setrlimit(RLIMIT_NOFILE, &before) == 0);
+    CHECK_MESSAGE(contains(reason, "Too many open files"), reason);
+}
+
+TEST_CASE("row 104: what is loaded is the file whose hash was taken, whatever has its name") {
+    const PluginFolder plugin;
+    const auto other = read_file(stub_folder("twin") / "defrec_plugin_twin.so");
+    std::atomic<bool> done{false};
+    std::thread swapper([&] {
+        const fs::path fresh = plugin.folder.path() / "fresh";
+        for (size_t i = 0; !done; ++i) {
+            write_file(fresh, i % 2 == 0 ? other : plugin.bytes);
+            fs::rename(fresh, plugin.library);
+        }
+    });
+    size_t loaded = 0;
+    for (int i = 0; i < 300; ++i) {
+        const TestContext context({plugin.manifest.string()});
+        const std::string reason = context.plugin(0).reason;
+        loaded += reason.empty();
+        // Either file, and no other than the manifest means; a plugin of another name would be the
+        // other file, loaded.
+        CHECK_MESSAGE(!contains(reason, "calls itself"), reason);
+    }
+    done = true;
+    swapper.join();
+    write_file(plugin.library, plugin.bytes);
+    CHECK(TestContext({plugin.manifest.string()}).plugin(0).verdict == DEFREC_OK);
+    MESSAGE(loaded, " of 300 were loaded");
 }
