@@ -276,7 +276,7 @@ TEST_CASE("row 16: NULL in the place of a required argument, and nothing is writ
     defrec_rig_destroy(rig);
 }
 
-TEST_CASE("row 18: indices out of range, unknown flags, stages, devices") {
+TEST_CASE("rows 18 and 19: indices out of range, unknown flags, stages, devices") {
     TestContext context({stub_folder("good").string()});
     auto device = init<defrec_device_info>();
     auto plugin = init<defrec_plugin_info>();

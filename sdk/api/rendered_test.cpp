@@ -106,7 +106,8 @@ std::vector<TrackedFrame> track_askew(int frames, uint32_t self_calibration) {
 
 }  // namespace
 
-TEST_CASE("a right view that is late is measured, and depth from two times is not used") {
+TEST_CASE(
+    "rows 54 and 76: a right view that is late is measured, and depth from two times is not used") {
     for (const double lag : {1.0, 0.5}) {
         CAPTURE(lag);
         const std::vector<cli::SceneSetting> late{{"lag", lag}, {"from", 0.34}, {"to", 0.66}};
@@ -129,7 +130,7 @@ TEST_CASE("a right view that is late is measured, and depth from two times is no
     }
 }
 
-TEST_CASE("a right view that lies askew is measured within ten frames, and named") {
+TEST_CASE("row 106: a right view that lies askew is measured within ten frames, and named") {
     const std::vector<TrackedFrame> frames = track_askew(10, DEFREC_SELF_CALIBRATION_REPORT);
     const defrec_result& last = frames.back().result;
     CHECK((last.reasons & kRigReasons) == DEFREC_REASON_CALIBRATION);
@@ -140,7 +141,8 @@ TEST_CASE("a right view that lies askew is measured within ten frames, and named
 }
 
 TEST_CASE(
-    "a right view that lies askew is corrected from the first result on, where that is asked") {
+    "row 106: a right view that lies askew is corrected from the first result on, where that is "
+    "asked") {
     const std::vector<TrackedFrame> corrected = track_askew(5, DEFREC_SELF_CALIBRATION_CORRECT),
                                     off = track_askew(5, DEFREC_SELF_CALIBRATION_OFF);
     for (size_t i = 0; i < corrected.size(); ++i) {

@@ -41,7 +41,7 @@ struct Queued {
 
 }  // namespace
 
-TEST_CASE("frames are taken in their order, with copies of their pixels, and numbered") {
+TEST_CASE("row 57: frames are taken in their order, with copies of their pixels, and numbered") {
     Queued queued;
     queued.pair.left[7] = 70;
     const auto first = queued.submit();

@@ -137,7 +137,7 @@ class Session {
         desc.keep_disparity = 1;
         return defrec_tracker_create(context, rig, &desc, &tracker);
     }
-    defrec_status submit() {
+    defrec_status submit(uint32_t flags = 0) {
         defrec_image images[2];
         for (int view = 0; view < 2; ++view) {
             DEFREC_INIT(&images[view]);
@@ -149,6 +149,7 @@ class Session {
         defrec_frame frame;
         DEFREC_INIT(&frame);
         frame.timestamp_ns = ++time;
+        frame.flags = flags;
         frame.left = &images[0];
         frame.right = &images[1];
         defrec_job job = nullptr;
@@ -218,7 +219,8 @@ void check_quarantined(Session& session) {
 
 }  // namespace
 
-TEST_CASE("row 80: what a device's functions throw fails the frame, and the next one works") {
+TEST_CASE(
+    "rows 25 and 80: what a device's functions throw fails the frame, and the next one works") {
     Session session;
     REQUIRE(session.make_tracker() == DEFREC_OK);
     for (const char* place : {"create", "enqueue", "wait", "write", "read", "signal"}) {
@@ -270,7 +272,8 @@ TEST_CASE("row 81: a plugin that throws when it is asked for its devices is refu
     }
 }
 
-TEST_CASE("row 79: a frame whose device does not answer fails, and the device is quarantined") {
+TEST_CASE(
+    "rows 38 and 79: a frame whose device does not answer fails, and the device is quarantined") {
     for (const char* place : {"enqueue", "wait", "read"}) {
         CAPTURE(place);
         Session session;
@@ -486,4 +489,34 @@ TEST_CASE("rows 39 and 82: what a stage never gives fails the frame, which names
         session.release_jobs();
         CHECK(session.track() == DEFREC_OK);
     }
+}
+
+TEST_CASE(
+    "row 78: a template that cannot be adopted fails each frame until it can, or another is") {
+    Session session;
+    REQUIRE(session.make_tracker() == DEFREC_OK);
+    REQUIRE(session.track() == DEFREC_OK);
+    defrec_template surface = nullptr;
+    REQUIRE(defrec_tracker_get_template(session.tracker, &surface) == DEFREC_OK);
+    for (const bool asks_for_another : {false, true}) {
+        CAPTURE(asks_for_another);
+        defrec_tracker_destroy(session.tracker);
+        REQUIRE(session.make_tracker() == DEFREC_OK);
+        REQUIRE(defrec_tracker_set_template(session.tracker, surface) == DEFREC_OK);
+        session.misbehave("throw", "create");
+        for (int frame = 0; frame < 3; ++frame) {
+            CHECK(session.track() == DEFREC_ERROR_PLUGIN);
+            session.release_jobs();
+        }
+        session.behave();
+        REQUIRE(session.submit(asks_for_another ? DEFREC_FRAME_CAPTURE_TEMPLATE : 0) == DEFREC_OK);
+        REQUIRE(defrec_job_wait(session.jobs.back(), UINT64_MAX) == DEFREC_OK);
+        defrec_result result;
+        DEFREC_INIT(&result);
+        REQUIRE(defrec_job_result(session.jobs.back(), &result) == DEFREC_OK);
+        // A template that was set is found again; one that is captured is there.
+        CHECK(result.state == (asks_for_another ? DEFREC_TRACKING : DEFREC_RELOCALISED));
+        session.release_jobs();
+    }
+    defrec_template_release(surface);
 }

@@ -169,7 +169,14 @@ ObservedFrame SurfaceFollower::observe(TrackerJob& job) {
             std::rethrow_exception(*failure);
         return std::get<ObservedFrame>(std::move(result));
     }
-    if (job.template_to_set != nullptr) adopt(std::exchange(job.template_to_set, nullptr), false);
+    if (job.template_to_set != nullptr) to_adopt_ = std::exchange(job.template_to_set, nullptr);
+    if ((job.input.flags & DEFREC_FRAME_CAPTURE_TEMPLATE) != 0) to_adopt_ = nullptr;
+    // Where that fails, this frame does, and those after it: never is another template followed in
+    // its place.
+    if (to_adopt_ != nullptr) {
+        adopt(to_adopt_, false);
+        to_adopt_ = nullptr;
+    }
     return pipeline_.observe(task_of(job));
 }
 

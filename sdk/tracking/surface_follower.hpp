@@ -69,6 +69,7 @@ class SurfaceFollower {
     mutable std::mutex template_mutex_;
     std::shared_ptr<const Template> template_;  // written under the mutex, by this thread
 
+    std::shared_ptr<const Template> to_adopt_;  // one that was set, until that succeeds
     std::optional<Ahead> ahead_;
     bool is_depth_spoilt_ = false;  // in the last frame, by the right view's lag
     std::optional<Surface> last_;   // with the template

@@ -86,20 +86,7 @@ TemplateStages::TemplateStages(const std::shared_ptr<Device>& device, Queue& que
     if (SolveRegion::suits(data)) make_region(data);
     make_buffers(data);
 
-    auto match = make_params<defrec_match_params>();
-    match.landmarks = count_of(data.landmarks);
-    match.features = settings_.max_features;
-    match.width = data.width;
-    match.height = data.height;
-    match.camera = camera_;
-    match_ = make_stage<DEFREC_STAGE_MATCH>(device_, match);
-    match_->prepare(queue, {&landmarks_});
-
-    auto ransac = make_params<defrec_ransac_params>();
-    ransac.landmarks = count_of(data.landmarks);
-    ransac.seed = settings_.seed;
-    ransac_ = make_stage<DEFREC_STAGE_RANSAC>(device_, ransac);
-    ransac_->prepare(queue, {&landmarks_});
+    if (!data.landmarks.empty()) make_matching(queue, data);
 
     for (const SolverPass& pass : kSolverPasses) {
         Pass& made = passes_.emplace_back(Pass{pass, nullptr, nullptr, nullptr, {}});
@@ -134,6 +121,24 @@ TemplateStages::TemplateStages(const std::shared_ptr<Device>& device, Queue& que
     warp_ = make_stage<DEFREC_STAGE_WARP>(device_, warp);
     warp_->prepare(queue, {&points_});
     queue.finish();
+}
+
+// Without landmarks a surface is followed by its patches and depth.
+void TemplateStages::make_matching(Queue& queue, const TemplateData& data) {
+    auto match = make_params<defrec_match_params>();
+    match.landmarks = count_of(data.landmarks);
+    match.features = settings_.max_features;
+    match.width = data.width;
+    match.height = data.height;
+    match.camera = camera_;
+    match_ = make_stage<DEFREC_STAGE_MATCH>(device_, match);
+    match_->prepare(queue, {&landmarks_});
+
+    auto ransac = make_params<defrec_ransac_params>();
+    ransac.landmarks = count_of(data.landmarks);
+    ransac.seed = settings_.seed;
+    ransac_ = make_stage<DEFREC_STAGE_RANSAC>(device_, ransac);
+    ransac_->prepare(queue, {&landmarks_});
 }
 
 void TemplateStages::upload_template(Queue& queue, const TemplateData& data) {
@@ -290,15 +295,17 @@ void TemplateStages::enqueue(Queue& queue, const Observation& observed,
     const bool solves_whole_coarsely = partly_solved_ % kWholeEvery == 0;
     partly_solved_ = uses_region_ ? partly_solved_ + 1 : 0;
     const DeviceBuffer* disparity = following.uses_depth ? &observed.disparity : nullptr;
-    const DeviceBuffer* matches =
-        following.uses_depth ? &weighted_ : nullptr;  // with positions in depth
+    // With positions in depth.
+    const DeviceBuffer* matches = following.uses_depth && match_ != nullptr ? &weighted_ : nullptr;
     timer.start();
     queue.write(start_, start.data(), start.size_bytes());
-    match_->enqueue(queue, {&observed.feature_count, &observed.features, &observed.disparity},
-                    {&matches_});
-    timer.end("match");
-    ransac_->enqueue(queue, {&matches_}, {&weighted_, &ransac_summary_});
-    timer.end("ransac");
+    if (match_ != nullptr) {
+        match_->enqueue(queue, {&observed.feature_count, &observed.features, &observed.disparity},
+                        {&matches_});
+        timer.end("match");
+        ransac_->enqueue(queue, {&matches_}, {&weighted_, &ransac_summary_});
+        timer.end("ransac");
+    }
     const DeviceBuffer* motions = &start_;
     for (const auto& [pass, align, solve, solve_region, result] : passes_) {
         if (pass.search) {

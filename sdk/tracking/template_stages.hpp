@@ -43,6 +43,7 @@ class TemplateStages {
         DeviceBuffer nodes, edges, points, landmarks, patches;
     };
 
+    void make_matching(Queue& queue, const TemplateData& data);
     void upload_template(Queue& queue, const TemplateData& data);
     void make_region(const TemplateData& data);
     defrec_lm_params params_of_region(defrec_lm_params whole) const;

@@ -1,11 +1,14 @@
 // The tracker through the C API, on a textured plane that is moved: states, reasons, queue,
 // templates, repeatability.
 #include <doctest/doctest.h>
+#include <pthread.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -150,7 +153,7 @@ TEST_CASE("row 6: exchanged views are named while there is no template") {
     CHECK((frame.reasons & DEFREC_REASON_VIEWS_SWAPPED) != 0);
 }
 
-TEST_CASE("row 54: a frozen stream is named, and followed all the same") {
+TEST_CASE("row 55: a frozen stream is named, and followed all the same") {
     Session session;
     const Pair pair = render(0, 0);
     CHECK((session.track(pair).reasons & DEFREC_REASON_FROZEN) == 0);
@@ -185,7 +188,7 @@ TEST_CASE("row 91: timestamps as far apart as there are") {
     CHECK(session.time > before);
 }
 
-TEST_CASE("rows 69 and 70: a long static run with noise neither moves nor drifts") {
+TEST_CASE("row 70: a long static run with noise neither moves nor drifts") {
     Session session;
     session.track(render(0, 0, 2, 1));
     for (uint64_t i = 0; i < 40; ++i) {
@@ -368,4 +371,153 @@ TEST_CASE("the reference backend follows the same surface to the same place") {
         for (int axis = 0; axis < 3; ++axis)
             CHECK(std::abs(fast.shift[axis] - plain.shift[axis]) < 0.02);
     }
+}
+
+namespace {
+
+// Every value nearer to the mean, or averaged over a square of this radius.
+std::vector<uint8_t> faint(std::vector<uint8_t> image, double contrast) {
+    for (uint8_t& value : image)
+        value = static_cast<uint8_t>(std::lround(125 + contrast * (value - 125)));
+    return image;
+}
+std::vector<uint8_t> blurred(const std::vector<uint8_t>& image, int radius) {
+    std::vector<uint8_t> result = image;
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            int sum = 0, count = 0;
+            for (int v = std::max(0, y - radius); v <= std::min(kHeight - 1, y + radius); ++v)
+                for (int u = std::max(0, x - radius); u <= std::min(kWidth - 1, x + radius); ++u) {
+                    sum += image[static_cast<size_t>(v * kWidth + u)];
+                    ++count;
+                }
+            result[static_cast<size_t>(y * kWidth + x)] = static_cast<uint8_t>(sum / count);
+        }
+    return result;
+}
+
+}  // namespace
+
+TEST_CASE("row 77: texture too faint for features is followed by patches and depth") {
+    constexpr double kContrast = 0.045;
+    Session session;
+    const auto track = [&](double dx) {
+        Pair pair = render(dx, 0);
+        pair.left = faint(pair.left, kContrast);
+        pair.right = faint(pair.right, kContrast);
+        return session.track(pair);
+    };
+    const Session::Frame first = track(0);
+    CHECK(first.features == 0);
+    CHECK(first.state != DEFREC_INITIALISING);
+    const Session::Frame second = track(0.2);
+    CHECK(second.state != DEFREC_INITIALISING);
+    if (usable(second.state)) CHECK(std::abs(second.shift[0] - 0.2) < 0.15);
+}
+
+TEST_CASE("row 65: a blurred image is degraded or lost, and a sharp one is followed again") {
+    Session session;
+    session.track(render(0, 0));
+    Pair pair = render(0.2, 0);
+    pair.left = blurred(pair.left, 6);
+    pair.right = blurred(pair.right, 6);
+    const Session::Frame frame = session.track(pair);
+    CHECK((frame.state == DEFREC_DEGRADED || frame.state == DEFREC_LOST));
+    CHECK(frame.reasons != 0);
+    CHECK(usable(session.track(render(0.3, 0)).state));
+}
+
+TEST_CASE("row 69: where everything moves as one, as when the camera does, nothing deforms") {
+    Session session;
+    const Session::Frame first = session.track(render(0, 0));
+    for (int i = 1; i <= 4; ++i) {
+        const Session::Frame frame = session.track(render(0.5 * i, 0.3 * i));
+        REQUIRE(frame.vertices.size() == first.vertices.size());
+        double mean[3] = {0, 0, 0}, squares = 0;
+        size_t count = 0;
+        const auto shift = [&](size_t vertex, size_t axis) {
+            return static_cast<double>(frame.vertices[3 * vertex + axis]) -
+                   first.vertices[3 * vertex + axis];
+        };
+        for (size_t k = 0; k < frame.status.size(); ++k) {
+            if (frame.status[k] != DEFREC_POINT_OBSERVED) continue;
+            ++count;
+            for (size_t axis = 0; axis < 3; ++axis) mean[axis] += shift(k, axis);
+        }
+        REQUIRE(count > frame.status.size() / 2);
+        for (double& value : mean) value /= static_cast<double>(count);
+        for (size_t k = 0; k < frame.status.size(); ++k)
+            if (frame.status[k] == DEFREC_POINT_OBSERVED)
+                for (size_t axis = 0; axis < 2; ++axis)
+                    squares += std::pow(shift(k, axis) - mean[axis], 2);
+        CAPTURE(i);
+        CHECK(std::sqrt(squares / static_cast<double>(count)) < 0.15);
+    }
+}
+
+TEST_CASE("row 88: spacings that would make a template of minutes and gigabytes are refused") {
+    const auto refusal = [](uint32_t width, uint32_t height, float vertices, float nodes) {
+        std::string text;
+        Session session("cpu", 2, [&](defrec_rig_desc&, defrec_tracker_desc&) {});
+        defrec_rig_desc rig_desc;
+        DEFREC_INIT(&rig_desc);
+        rig_desc.width = width;
+        rig_desc.height = height;
+        rig_desc.left = {1000, 1000, width / 2.0, height / 2.0, {}, 0, 0};
+        rig_desc.right = rig_desc.left;
+        rig_desc.rotation[0] = rig_desc.rotation[4] = rig_desc.rotation[8] = 1;
+        rig_desc.translation[0] = -5;
+        defrec_rig rig = nullptr;
+        REQUIRE(defrec_rig_create(session.context, &rig_desc, &rig) == DEFREC_OK);
+        defrec_tracker_desc desc;
+        DEFREC_INIT(&desc);
+        desc.device_id = "cpu";
+        desc.vertex_spacing_px = vertices;
+        desc.node_spacing_px = nodes;
+        defrec_tracker tracker = nullptr;
+        const defrec_status status = defrec_tracker_create(session.context, rig, &desc, &tracker);
+        if (status == DEFREC_ERROR_ARGUMENT) text = defrec_last_error();
+        CHECK((status == DEFREC_OK || status == DEFREC_ERROR_ARGUMENT));
+        defrec_tracker_destroy(tracker);
+        defrec_rig_destroy(rig);
+        return text;
+    };
+    CHECK(refusal(1920, 1080, 1, 0).find("vertex_spacing_px is 1 px") != std::string::npos);
+    CHECK(refusal(1920, 1080, 0, 4).find("node_spacing_px is 4 px") != std::string::npos);
+    CHECK(refusal(320, 240, 1, 4).empty());  // of small images they are possible
+    CHECK(refusal(1920, 1080, 4, 16).empty());
+}
+
+TEST_CASE("row 101: threads of 64 KiB of stack may call everything") {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+    constexpr size_t kStack = 1 << 20;  // a sanitizer's frames are larger
+#else
+    constexpr size_t kStack = 64 << 10;
+#endif
+    const Pair pair = render(0, 0);
+    const auto body = [](void* given) -> void* {
+        const auto& frame = *static_cast<const Pair*>(given);
+        const auto session = std::make_unique<Session>();
+        const Session::Frame tracked = session->track(frame);
+        CHECK(tracked.state == DEFREC_TRACKING);
+        defrec_template surface = nullptr;
+        REQUIRE_OK(defrec_tracker_get_template(session->tracker, &surface));
+        const std::string path = std::filesystem::temp_directory_path() /
+                                 ("defrec-small-stack-" + std::to_string(getpid()));
+        REQUIRE_OK(defrec_template_save(surface, path.c_str()));
+        defrec_template_release(surface);
+        REQUIRE_OK(defrec_template_load(session->context, path.c_str(), &surface));
+        std::filesystem::remove(path);
+        REQUIRE_OK(defrec_tracker_set_template(session->tracker, surface));
+        defrec_template_release(surface);
+        CHECK(session->track(frame).state == DEFREC_RELOCALISED);
+        return nullptr;
+    };
+    pthread_attr_t attributes;
+    REQUIRE(pthread_attr_init(&attributes) == 0);
+    REQUIRE(pthread_attr_setstacksize(&attributes, kStack) == 0);
+    pthread_t thread;
+    REQUIRE(pthread_create(&thread, &attributes, body, const_cast<Pair*>(&pair)) == 0);
+    REQUIRE(pthread_join(thread, nullptr) == 0);
+    pthread_attr_destroy(&attributes);
 }
