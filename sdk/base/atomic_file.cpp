@@ -1,6 +1,8 @@
 // See atomic_file.hpp.
 #include "sdk/base/atomic_file.hpp"
 
+#include <unistd.h>
+
 #include <cerrno>
 #include <system_error>
 
@@ -50,6 +52,11 @@ void AtomicFile::write(std::string_view bytes) {
 
 void AtomicFile::commit() {
     errno = 0;
+    // Its bytes first, then its name: also where the power fails in between. What no disk stands
+    // behind cannot be synchronised.
+    if (std::fflush(file_.get()) != 0 ||
+        (::fsync(::fileno(file_.get())) != 0 && errno != EINVAL && errno != EROFS))
+        throw FileError(path_, "cannot be written", errno);
     if (std::fclose(file_.release()) != 0) throw FileError(path_, "cannot be written", errno);
     std::error_code error;
     std::filesystem::rename(temporary_, path_, error);

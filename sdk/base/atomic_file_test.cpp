@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 #include <signal.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <string>
 
@@ -121,4 +122,30 @@ TEST_CASE("row 75: paths are UTF-8") {
     const auto path = folder.path() / "größe 肝臓.csv";
     write_atomically(path, "x");
     CHECK(text_of(path) == "x");
+}
+
+TEST_CASE("row 85: a link, a FIFO or a folder in a temporary file's place is passed over") {
+    const TemporaryFolder folder;
+    const auto path = folder.path() / "a.csv", victim = folder.path() / "victim";
+    defrec::test::write_file(victim, std::string("mine"));
+    std::filesystem::create_symlink(victim, folder.path() / "a.0.partial.csv");
+    REQUIRE(::mkfifo((folder.path() / "a.1.partial.csv").c_str(), 0600) == 0);
+    std::filesystem::create_directory(folder.path() / "a.2.partial.csv");
+    write_atomically(path, "x");
+    CHECK(text_of(path) == "x");
+    CHECK(text_of(victim) == "mine");
+}
+
+TEST_CASE("row 85: a link or a FIFO in the file's own place is replaced, and not written through") {
+    const TemporaryFolder folder;
+    const auto path = folder.path() / "a.csv", victim = folder.path() / "victim";
+    defrec::test::write_file(victim, std::string("mine"));
+    std::filesystem::create_symlink(victim, path);
+    write_atomically(path, "x");
+    CHECK(text_of(path) == "x");
+    CHECK(text_of(victim) == "mine");
+    std::filesystem::remove(path);
+    REQUIRE(::mkfifo(path.c_str(), 0600) == 0);
+    write_atomically(path, "y");
+    CHECK(text_of(path) == "y");
 }

@@ -79,7 +79,7 @@ TEST_CASE("row 20: strides shorter than a row, and such that the size overflows"
     CHECK(contains(refusal([](auto& i) { i.stride = uint64_t{1} << 32; }), "stride"));
 }
 
-TEST_CASE("row 21: 0 x 0, 1 x 1, below the least and above the largest size") {
+TEST_CASE("rows 21 and 22: 0 x 0, 1 x 1, below the least and above the largest size") {
     const uint32_t sizes[][2] = {{0, 0},     {1, 1},     {63, 48},       {64, 47},
                                  {8193, 48}, {64, 8193}, {32767, 32767}, {UINT32_MAX, UINT32_MAX}};
     for (const auto& size : sizes)

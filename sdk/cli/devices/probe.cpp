@@ -36,7 +36,9 @@ std::vector<std::string> manifests_in(const fs::path& folder) {
     std::error_code error;
     for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
          entry.increment(error)) {
-        if (entry->path().extension() == ".json") manifests.push_back(entry->path().string());
+        const std::string name = entry->path().filename().string();
+        if (name.starts_with("defrec_plugin_") && name.ends_with(".json"))
+            manifests.push_back(entry->path().string());
     }
     std::sort(manifests.begin(), manifests.end());
     return manifests;
@@ -143,6 +145,16 @@ ChildOutput run_child(const std::vector<std::string>& arguments, std::chrono::mi
     return output;
 }
 
+// The plugin's code may have written it.
+bool is_reply(const nlohmann::json& json) {
+    if (!json.is_object() || !json.contains("good") || !json["good"].is_boolean() ||
+        !json.contains("message") || !json["message"].is_string() || !json.contains("devices") ||
+        !json["devices"].is_array())
+        return false;
+    return std::all_of(json["devices"].begin(), json["devices"].end(),
+                       [](const nlohmann::json& device) { return device.is_string(); });
+}
+
 }  // namespace
 
 std::vector<std::string> find_manifests() {
@@ -182,8 +194,7 @@ ProbeResult probe_in_child(const std::string& program, const std::string& manife
                          ::strsignal(WTERMSIG(output.status)) + ").";
     } else {
         const auto json = nlohmann::json::parse(output.text, nullptr, false);
-        if (!json.is_object() || !json.contains("good") || !json.contains("message") ||
-            !json.contains("devices")) {
+        if (!is_reply(json)) {
             result.message = "it ended the process that opened it, with exit code " +
                              std::to_string(WEXITSTATUS(output.status)) + ".";
             return result;

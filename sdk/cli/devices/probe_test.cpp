@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 
 #include <chrono>
+#include <cstdlib>
 #include <string>
 
 #include "sdk/cli/io/test_folder.hpp"
@@ -42,4 +43,30 @@ TEST_CASE("row 37: a plugin that crashes, exits, hangs or talks is reported") {
               .message.find("did not answer") != std::string::npos);
     CHECK(probe_with("exec yes", std::chrono::milliseconds(300)).is_good == false);
     CHECK_FALSE(probe_with("exec >&-; exec sleep 100", std::chrono::milliseconds(300)).is_good);
+}
+
+TEST_CASE("row 97: a reply that is none is reported, whatever is in it") {
+    for (const char* reply : {R"({"good": 1, "message": "", "devices": []})",
+                              R"({"good": true, "message": 5, "devices": []})",
+                              R"({"good": true, "message": "", "devices": "x"})",
+                              R"({"good": true, "message": "", "devices": [7]})",
+                              R"({"good": null, "message": {}, "devices": {}})", "[]", "{}"}) {
+        CAPTURE(reply);
+        const ProbeResult result = probe_with(std::string("echo '") + reply + "'");
+        CHECK_FALSE(result.is_good);
+        CHECK(result.message.find("exit code 0") != std::string::npos);
+    }
+}
+
+TEST_CASE("row 97: only a plugin's manifest is one") {
+    const TestFolder folder;
+    folder.write("defrec_plugin_x.json", "{}");
+    folder.write("stray.json", "{}");
+    ::setenv("DEFREC_PLUGIN_PATH", (folder / "").c_str(), 1);
+    const std::vector<std::string> manifests = find_manifests();
+    ::unsetenv("DEFREC_PLUGIN_PATH");
+    REQUIRE(!manifests.empty());
+    CHECK(manifests[0].ends_with("defrec_plugin_x.json"));
+    for (const std::string& manifest : manifests)
+        CHECK(manifest.find("stray") == std::string::npos);
 }

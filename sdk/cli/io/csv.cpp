@@ -11,6 +11,7 @@ namespace defrec::cli {
 namespace {
 
 constexpr std::size_t kLargestFile = 2'000'000'000;
+constexpr std::size_t kLongestHeader = 65536, kMostColumns = 1000;
 
 }  // namespace
 
@@ -25,7 +26,13 @@ CsvReader::CsvReader(const std::filesystem::path& path, const std::vector<std::s
         fail("the file is empty; a header line was expected.");
     }
     std::vector<std::string> header;
-    for (const std::string_view name : split(take_line(), ',')) header.emplace_back(trim(name));
+    const std::string_view names = take_line();
+    if (names.size() > kLongestHeader ||
+        static_cast<std::size_t>(std::count(names.begin(), names.end(), ',')) >= kMostColumns)
+        fail("the header has " + std::to_string(names.size()) + " bytes, at most " +
+             std::to_string(kLongestHeader) + " and " + std::to_string(kMostColumns) +
+             " columns were expected.");
+    for (const std::string_view name : split(names, ',')) header.emplace_back(trim(name));
     width_ = header.size();
     for (const std::string& column : columns_) {
         const auto found = std::find(header.begin(), header.end(), column);

@@ -2,7 +2,9 @@
 #include "sdk/cli/io/frame_source.hpp"
 
 #include <doctest/doctest.h>
+#include <sys/stat.h>
 
+#include <fstream>
 #include <functional>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
@@ -234,4 +236,30 @@ TEST_CASE("row 75: paths are UTF-8") {
     CHECK(read_all(two(images, images)).indices.size() == 2);
     const std::string video = write_video(folder / "Öl 胆.avi", 3);
     CHECK(read_all(two(video, video)).indices.size() == 3);
+}
+
+TEST_CASE("row 86: an image that claims more pixels than a view can have is not decoded") {
+    const TestFolder folder;
+    const std::string good = write_images(folder / "good", 1, 10),
+                      huge = write_images(folder / "huge", 1, 10);
+    // The sides in the header of a small file; its check sum no longer fits.
+    std::fstream file(huge + "/0.png", std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(16);
+    file.write("\0\0\x75\x30\0\0\x75\x30", 8);
+    file.close();
+    CHECK_SAYS(refusal(two(huge, good)), "of sides up to 16384 px");
+}
+
+TEST_CASE("row 87: lists of other files, and what is no file, are not opened as videos") {
+    const TestFolder folder;
+    const std::string video = write_video(folder / "video.avi", 3);
+    const std::string lists[] = {
+        folder.write("concat.mp4", "ffconcat version 1.0\nfile video.avi\n"),
+        folder.write("hls.mp4", "#EXTM3U\n#EXT-X-TARGETDURATION:1\n#EXTINF:1,\nvideo.avi\n"),
+        folder.write("itself.mp4", "ffconcat version 1.0\nfile itself.mp4\n")};
+    for (const std::string& list : lists)
+        CHECK_SAYS(refusal(two(list, video)), "not a video that can be opened");
+    const std::string fifo = folder / "fifo.mp4";
+    REQUIRE(::mkfifo(fifo.c_str(), 0600) == 0);
+    CHECK_SAYS(refusal(two(fifo, video)), "neither a file nor a folder");
 }

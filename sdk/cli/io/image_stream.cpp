@@ -8,7 +8,9 @@
 #include <opencv2/videoio.hpp>
 #include <string_view>
 
+#include "include/defrec_c.h"
 #include "sdk/cli/io/exit_code.hpp"
+#include "sdk/cli/io/image_header.hpp"
 #include "sdk/cli/io/text.hpp"
 
 namespace defrec::cli {
@@ -17,6 +19,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uintmax_t kLargestImageFile = 400'000'000;
+// Of one image: both views may lie side by side, or one above the other.
+constexpr std::uint64_t kMaxSide = 2 * DEFREC_MAX_SIDE;
 // A container may count one frame more than it holds without being cut short.
 constexpr std::int64_t kCountTolerance = 1;
 
@@ -56,6 +60,8 @@ cv::Mat decode_file(const fs::path& path) {
                                                                &std::fclose);
     if (!file || std::fread(bytes.data(), 1, bytes.size(), file.get()) != bytes.size()) return {};
     if (is_cut(bytes)) return {};
+    const std::optional<HeaderSize> claimed = image_header_size(bytes);
+    if (!claimed || claimed->width > kMaxSide || claimed->height > kMaxSide) return {};
     try {
         cv::Mat image = cv::imdecode(bytes, cv::IMREAD_ANYCOLOR | cv::IMREAD_IGNORE_ORIENTATION);
         return image.depth() == CV_8U && (image.channels() == 1 || image.channels() == 3)
@@ -64,6 +70,14 @@ cv::Mat decode_file(const fs::path& path) {
     } catch (const cv::Exception&) {
         return {};
     }
+}
+
+bool is_video(const fs::path& path) {
+    unsigned char begin[512] = {};
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
+                                                               &std::fclose);
+    if (!file) return false;
+    return begins_video({begin, std::fread(begin, 1, sizeof begin, file.get())});
 }
 
 class FileStream : public ImageStream {
@@ -77,7 +91,9 @@ class FileStream : public ImageStream {
         if (!fault_.empty() || position_ == files_.size()) return false;
         image = decode_file(files_[position_]);
         if (image.empty()) {
-            fault_ = files_[position_].string() + ": this is not a whole image that can be read.";
+            fault_ = files_[position_].string() +
+                     ": this is not a whole image that can be read, of sides up to " +
+                     std::to_string(kMaxSide) + " px.";
             return false;
         }
         ++position_;
@@ -102,7 +118,7 @@ class VideoStream : public ImageStream {
     explicit VideoStream(std::string source) {
         source_ = std::move(source);
         try {
-            is_open_ = capture_.open(source_, cv::CAP_FFMPEG);
+            is_open_ = is_video(source_) && capture_.open(source_, cv::CAP_FFMPEG);
         } catch (const cv::Exception&) {
             is_open_ = false;
         }

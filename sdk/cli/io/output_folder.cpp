@@ -1,6 +1,10 @@
 // See output_folder.hpp.
 #include "sdk/cli/io/output_folder.hpp"
 
+#include <fcntl.h>
+#include <sys/file.h>
+
+#include <cerrno>
 #include <string>
 #include <system_error>
 
@@ -16,6 +20,15 @@ void create_output_folder(const std::filesystem::path& path) {
         throw CliError(ExitCode::kOutput, path.string() + ": the folder cannot be created (" +
                                               reason + "); choose another with --out.");
     }
+}
+
+OutputFolderLock::OutputFolderLock(const std::filesystem::path& path)
+    : folder_(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    if (folder_ && ::flock(folder_.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+        throw CliError(ExitCode::kOutput,
+                       path.string() +
+                           ": another run writes to this folder; choose another with "
+                           "--out.");
 }
 
 }  // namespace defrec::cli

@@ -3,9 +3,22 @@
 
 #include <filesystem>
 
+#include "sdk/base/descriptor.hpp"
+
 namespace defrec::cli {
 
 // Creates the folder and its parents. Throws CliError(kOutput).
 void create_output_folder(const std::filesystem::path& path);
+
+// Keeps other runs out of the folder for as long as it lives: the files of two would mix. Where the
+// file system knows no locks nobody is kept out.
+class OutputFolderLock {
+  public:
+    // Throws CliError(kOutput) where another run has it.
+    explicit OutputFolderLock(const std::filesystem::path& path);
+
+  private:
+    Descriptor folder_;
+};
 
 }  // namespace defrec::cli

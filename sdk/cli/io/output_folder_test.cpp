@@ -39,3 +39,14 @@ TEST_CASE(
     create_output_folder(inner);
     CHECK(std::filesystem::is_directory(inner));
 }
+
+TEST_CASE("row 85: a second run in the same folder is refused while the first writes") {
+    const TestFolder folder;
+    const std::string path = folder / "out";
+    create_output_folder(path);
+    {
+        const OutputFolderLock first(path);
+        CHECK_THROWS_AS(OutputFolderLock{path}, CliError);
+    }
+    const OutputFolderLock next(path);
+}

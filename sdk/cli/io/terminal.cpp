@@ -71,7 +71,7 @@ void print(const std::string& text) {
 }
 
 void print_notice(const std::string& text) {
-    std::fputs(("defrec: " + text + "\n").c_str(), stderr);
+    std::fputs(("defrec: " + printable(text) + "\n").c_str(), stderr);
 }
 
 }  // namespace defrec::cli

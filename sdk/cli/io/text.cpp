@@ -173,4 +173,28 @@ std::string read_text_file(const std::filesystem::path& path, std::size_t limit,
     return text;
 }
 
+std::string printable(std::string_view text) {
+    constexpr char kDigits[] = "0123456789abcdef";
+    std::string shown;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const auto byte = static_cast<unsigned char>(text[i]);
+        // U+0080 to U+009F, which some terminals obey as well, begin with C2 in UTF-8.
+        const bool is_c1 =
+            byte == 0xC2 && i + 1 < text.size() && static_cast<unsigned char>(text[i + 1]) < 0xA0;
+        if (byte >= 0x20 && byte != 0x7F && !is_c1) {
+            shown += text[i];
+            continue;
+        }
+        shown += "\\x";
+        shown += kDigits[byte >> 4];
+        shown += kDigits[byte & 15];
+        if (!is_c1) continue;
+        const auto second = static_cast<unsigned char>(text[++i]);
+        shown += "\\x";
+        shown += kDigits[second >> 4];
+        shown += kDigits[second & 15];
+    }
+    return shown;
+}
+
 }  // namespace defrec::cli

@@ -27,6 +27,9 @@ void append_integer(std::string& out, std::int64_t value);
 std::vector<std::string_view> split(std::string_view text, char separator);
 std::string_view trim(std::string_view text);
 
+// With what a terminal would take for a command, or for the end of a line, written as \xNN.
+std::string printable(std::string_view text);
+
 // The candidate that a mistyped `name` most likely meant; empty when none is near.
 std::string nearest_name(std::string_view name, const std::vector<std::string>& candidates);
 

@@ -65,13 +65,26 @@ void Transmitter::accept_receivers() {
             case Accepted::kReceiver:
                 break;
         }
-        if (connections_.size() < kMaxReceivers) {
+        if (connections_.size() < kMaxReceivers || make_room()) {
             add(std::move(socket));
         } else {
             notice("a receiver was turned away; " + std::to_string(kMaxReceivers) +
                    " are connected.");
         }
     }
+}
+
+// Of those that have not taken a whole frame yet, or do not keep up, the one that came first.
+bool Transmitter::make_room() {
+    const auto is_idle = [](const Connection& each) { return each.sent() == 0; };
+    const auto is_behind = [](const Connection& each) { return each.has_unsent(); };
+    auto idle = std::find_if(connections_.begin(), connections_.end(), is_idle);
+    if (idle == connections_.end())
+        idle = std::find_if(connections_.begin(), connections_.end(), is_behind);
+    if (idle == connections_.end()) return false;
+    notice("a receiver that takes no frames was dropped, because another one came.");
+    end(idle);
+    return true;
 }
 
 void Transmitter::connect() {
@@ -120,12 +133,16 @@ void Transmitter::exchange() {
             continue;
         }
         if (!is_ending_) notice(std::string("a receiver ") + connection->end_reason() + ".");
-        connection->give_up();
-        ended_.sent += connection->sent();
-        ended_.dropped += connection->dropped();
-        connection = connections_.erase(connection);
+        connection = end(connection);
         connect_at_ = now + retry_;
     }
+}
+
+std::vector<Connection>::iterator Transmitter::end(std::vector<Connection>::iterator connection) {
+    connection->give_up();
+    ended_.sent += connection->sent();
+    ended_.dropped += connection->dropped();
+    return connections_.erase(connection);
 }
 
 void Transmitter::add(Socket socket) {

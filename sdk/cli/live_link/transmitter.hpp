@@ -62,6 +62,9 @@ class Transmitter {
 
     void wait(std::chrono::milliseconds at_most);
     void accept_receivers();
+    // For another receiver; false: all of them take frames.
+    bool make_room();
+    std::vector<Connection>::iterator end(std::vector<Connection>::iterator connection);
     void connect();
     void connect_failed(const std::string& reason);
     void exchange();

@@ -113,6 +113,7 @@ TEST_CASE("no more receivers than stated") {
     for (std::size_t i = 0; i < Transmitter::kMaxReceivers; ++i)
         receivers.push_back(connect_to(transmitter));
     REQUIRE(step_until_receivers(transmitter, Transmitter::kMaxReceivers));
+    send(transmitter, 1);
     const Socket turned_away = connect_to(transmitter);
     REQUIRE(step_until(transmitter, [&] { return !transmitter.take_notices().empty(); }));
     CHECK(read(turned_away, 1).empty());
@@ -121,6 +122,20 @@ TEST_CASE("no more receivers than stated") {
     REQUIRE(step_until_receivers(transmitter, Transmitter::kMaxReceivers - 1));
     const Socket next = connect_to(transmitter);
     CHECK(step_until_receivers(transmitter, Transmitter::kMaxReceivers));
+}
+
+TEST_CASE("row 102: receivers that take no frame make room for one that comes") {
+    Transmitter transmitter(kListen);
+    std::vector<Socket> idle;
+    for (std::size_t i = 0; i < Transmitter::kMaxReceivers; ++i)
+        idle.push_back(connect_to(transmitter));
+    REQUIRE(step_until_receivers(transmitter, Transmitter::kMaxReceivers));
+    const Socket next = connect_to(transmitter);
+    REQUIRE(step_until(transmitter, [&] { return !transmitter.take_notices().empty(); }));
+    CHECK(transmitter.receivers() == Transmitter::kMaxReceivers);
+    CHECK(read(idle.front(), 1).empty());  // the first that came went
+    send(transmitter, 1);
+    CHECK(read(next, 100).size() == 100);
 }
 
 TEST_CASE("a server that went away is found again when it is back") {

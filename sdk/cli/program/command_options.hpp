@@ -5,6 +5,7 @@
 #include <string>
 
 #include "sdk/cli/io/calibration.hpp"
+#include "sdk/contract/descs.hpp"
 
 namespace defrec::cli {
 
@@ -20,7 +21,7 @@ inline void add_device_options(CLI::App& command, std::string& backend, std::str
         ->type_name("ID");
     command.add_option("--threads", threads, "Threads of the library; 0: one for each core")
         ->type_name("N")
-        ->check(CLI::Range(0, 1024));
+        ->check(CLI::Range(0, int{kContextMaxThreads}));
 }
 
 inline void add_units_option(CLI::App& command, LengthUnit& units) {

@@ -86,6 +86,12 @@ TEST_CASE("exit code 2: what was typed is not understood") {
     CHECK(run(track_arguments(folder / "out", {"--config", config})) == 2);
 }
 
+TEST_CASE("row 96: more threads than there can be are a mistake of usage") {
+    const TestFolder folder;
+    CHECK(run(track_arguments(folder / "out", {"--threads", "1000"})) == 2);
+    CHECK(run(track_arguments(folder / "out", {"--threads", "257"})) == 2);
+}
+
 TEST_CASE("help and version are no errors") {
     CHECK(run({"--help"}) == 0);
     CHECK(run({"--version"}) == 0);

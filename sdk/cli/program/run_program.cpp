@@ -31,6 +31,8 @@ void silence_decoders() {
     cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
     ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
     ::setenv("OPENCV_VIDEOIO_DEBUG", "0", 0);
+    // Nor do they open files that a container names.
+    ::setenv("OPENCV_FFMPEG_CAPTURE_OPTIONS", "protocol_whitelist;file", 0);
 }
 
 // Frames of the user's own for bench.

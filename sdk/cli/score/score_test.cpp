@@ -186,3 +186,17 @@ TEST_CASE("files that do not fit are refused with their line") {
     std::filesystem::remove(folder / "points.csv");
     CHECK(refusal(folder).find("points.csv: there is no such file") != std::string::npos);
 }
+
+TEST_CASE("row 95: a header without end and states without number are refused") {
+    const TestFolder folder;
+    write_all(folder);
+    folder.write("points.csv", std::string(1'000'000, 'x') + "\n");
+    CHECK(refusal(folder).find("points.csv:1: the header has 1000000 bytes") != std::string::npos);
+    folder.write("points.csv", std::string(5000, ',') + "\n");
+    CHECK(refusal(folder).find("points.csv:1: the header has 5000 bytes") != std::string::npos);
+    write_all(folder);
+    std::string states = "frame,state\n";
+    for (int i = 0; i < 65; ++i) states += std::to_string(i) + ",state" + std::to_string(i) + "\n";
+    folder.write("frames.csv", states);
+    CHECK(refusal(folder).find("more than 64 states") != std::string::npos);
+}

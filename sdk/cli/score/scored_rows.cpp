@@ -110,9 +110,12 @@ States read_states(const std::filesystem::path& path) {
     while (csv.next()) {
         const std::string state(csv.field(1));
         states.of_frame[csv.integer(0)] = state;
-        if (std::find(states.order.begin(), states.order.end(), state) == states.order.end()) {
-            states.order.push_back(state);
-        }
+        if (std::find(states.order.begin(), states.order.end(), state) != states.order.end())
+            continue;
+        constexpr std::size_t kMostStates = 64;
+        if (states.order.size() == kMostStates)
+            csv.fail("there are more than " + std::to_string(kMostStates) + " states.");
+        states.order.push_back(state);
     }
     return states;
 }

@@ -102,6 +102,7 @@ class TrackSession {
           projection_(rig_),
           followed_(points_to_follow()),
           folder_((create_output_folder(options.out), options.out)),
+          folder_lock_(folder_),
           points_(folder_ / "points.csv", followed_, rig_, projection_),
           progress_(options.quiet) {
         desc_.device_id = device_.id.c_str();
@@ -478,6 +479,7 @@ class TrackSession {
     RawProjection projection_;
     std::vector<FollowedPoint> followed_;
     fs::path folder_;
+    OutputFolderLock folder_lock_;
     PointFollower points_;
     ProgressBar progress_;
     Tracker tracker_;
