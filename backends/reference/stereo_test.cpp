@@ -163,7 +163,7 @@ TEST_CASE("row 61: a masked region has no evidence of its own; a small one is fi
     CHECK(result.confidence[42 * kWidth + 162] < result.confidence[42 * kWidth + 200]);
 }
 
-TEST_CASE("row 69: repetitive texture is refused") {
+TEST_CASE("row 68: repetitive texture is refused") {
     const Texture texture(8);
     const auto stripes = [](int x, int) { return 120 + 60 * std::sin(x * 6.283185 / 14); };
     const Errors found = errors(match(stripes, stripes), [](int, int) { return 0.0; });

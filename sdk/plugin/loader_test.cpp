@@ -184,7 +184,7 @@ TEST_CASE("row 37: tables with NULL in them, and entries that fail") {
     check_refused(stub_folder("entry_fails"), DEFREC_ERROR_UNSUPPORTED, {"driver is too old"});
 }
 
-TEST_CASE("row 41: duplicate names and ids are resolved the same way every time") {
+TEST_CASE("row 40: duplicate names and ids are resolved the same way every time") {
     check_refused(stub_folder("duplicate_ids"), DEFREC_ERROR_PLUGIN,
                   {"two of the plugin's devices", "stub"});
 
