@@ -206,6 +206,46 @@ TEST_CASE("row 73: Ctrl-C finishes the outputs and the exit code is 130") {
     CHECK_FALSE(has_partial_files(out));
 }
 
+TEST_CASE("a trace of track: every frame's slices, in one another or apart on each thread") {
+    const TestFolder folder;
+    const std::string path = folder / "trace.json";
+    REQUIRE(run(track_arguments(folder / "out",
+                                {"--backend", "cpu", "--no-overlay", "--trace", path})) == 0);
+    using Slice = std::pair<double, double>;
+    std::map<int, std::vector<Slice>> slices;           // of each thread
+    std::map<std::pair<std::string, int>, int> counts;  // of a name and frame
+    const auto trace = nlohmann::json::parse(TestFolder::read(path));
+    for (const auto& event : trace.at("traceEvents")) {
+        if (event.at("ph") != "X") continue;
+        const double begin = event.at("ts"), duration = event.at("dur");
+        CHECK(begin >= 0);
+        CHECK(duration >= 0);
+        slices[event.at("tid")].push_back({begin, begin + duration});
+        ++counts[{event.at("name"), event.at("args").at("frame")}];
+    }
+    for (int frame = 0; frame < kFrames; ++frame)
+        for (const char* name : {"read", "submit", "wait", "overlay and report", "result", "frame",
+                                 "upload", "rectify", "stereo", "orb", "lm fine", "download"}) {
+            CAPTURE(frame);
+            CAPTURE(name);
+            CHECK(counts[{name, frame}] == 1);
+        }
+    REQUIRE(slices.size() == 3);
+    constexpr double kRounding = 0.002;  // us
+    for (const auto& [thread, all] : slices)
+        for (const Slice& a : all)
+            for (const Slice& b : all) {
+                const bool is_apart =
+                    a.second <= b.first + kRounding || b.second <= a.first + kRounding;
+                const bool is_within =
+                    (a.first >= b.first - kRounding && a.second <= b.second + kRounding) ||
+                    (b.first >= a.first - kRounding && b.second <= a.second + kRounding);
+                CHECK((is_apart || is_within));
+            }
+    CHECK(run(track_arguments(folder / "out",
+                              {"--trace", folder.write("file", "") + "/trace.json"})) == 7);
+}
+
 TEST_CASE("bench beside a recorded run: exit code 6 where something is slower beyond the limit") {
     const TestFolder folder;
     const auto bench_beside = [&](const char* median, const char* size = "160x120") {

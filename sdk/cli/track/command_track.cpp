@@ -113,6 +113,11 @@ CLI::App* add_track_command(CLI::App& app, std::function<int()>& run) {
     command->add_flag("--meshes", options->meshes,
                       "Also write the deformed surface of each frame, deformed/*.ply");
     command->add_flag("!--no-overlay", options->overlay, "Do not write overlay.mp4");
+    command
+        ->add_option("--trace", options->trace,
+                     "Write a timeline of program, device and uploads that Perfetto and "
+                     "chrome://tracing open; the host then waits after each stage and frame")
+        ->type_name("F");
     add_link_options(*command, *options);
     command->add_flag("--quiet", options->quiet, "Print nothing but errors");
     command->add_flag("--json", options->json, "Print the summary as JSON");

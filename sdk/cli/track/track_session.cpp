@@ -22,6 +22,7 @@
 #include "sdk/cli/track/point_follower.hpp"
 #include "sdk/cli/track/real_time.hpp"
 #include "sdk/cli/track/result_record.hpp"
+#include "sdk/cli/track/trace_file.hpp"
 #include "sdk/cli/track/track_summary.hpp"
 #include "sdk/cli/track/tracker_config.hpp"
 
@@ -76,6 +77,7 @@ defrec_tracker_desc tracker_desc(const TrackOptions& options, const FrameSource&
     desc.frames_in_flight = kFramesInFlight;
     if (!options.config.empty()) read_config(options.config, desc);
     if (options.grow) desc.grow = 1;
+    if (!options.trace.empty()) desc.timed = 1;
     return desc;
 }
 
@@ -113,7 +115,10 @@ class TrackSession {
         tracker_.reset(tracker);
         if (!options_.from_template.empty()) set_template();
         if (options_.meshes) create_output_folder(folder_ / "deformed");
-        as_output([&] { open_report(); });
+        as_output([&] {
+            if (!options_.trace.empty()) trace_.emplace(options_.trace, device_.id);
+            open_report();
+        });
         if (options_.view_port) open_view(*options_.view_port);
     }
 
@@ -149,6 +154,7 @@ class TrackSession {
     struct Pending {
         StereoFrame frame;
         Job job;
+        TraceFile::Clock::time_point submitted{};
     };
 
     static void source_is_given(const TrackOptions& options) {
@@ -208,18 +214,24 @@ class TrackSession {
     }
 
     void track_all() {
-        // In real time a result is taken before the next frame is waited for.
-        const std::size_t max_pending = options_.realtime ? 1 : kFramesInFlight;
+        // In real time a result is taken before the next frame is waited for; a trace has to know
+        // when the device turns to a frame.
+        const std::size_t max_pending = options_.realtime || trace_ ? 1 : kFramesInFlight;
         RealTime real_time;
         bool has_more = true;
         while (has_more || !pending_.empty()) {
             has_more = has_more && !interrupt_requested();
             if (has_more && pending_.size() < max_pending) {
                 Pending next;
+                const auto begin = TraceFile::Clock::now();
                 has_more = source_.next(next.frame);
                 if (!has_more) continue;
+                trace_host("read", next.frame, begin, TraceFile::Clock::now());
                 if (options_.realtime) real_time.wait_for(next.frame.timestamp_ms);
+                const auto begin_submit = TraceFile::Clock::now();
                 next.job = submit(tracker_, next.frame);
+                next.submitted = TraceFile::Clock::now();
+                trace_host("submit", next.frame, begin_submit, next.submitted);
                 pending_.push_back(std::move(next));
                 continue;
             }
@@ -229,12 +241,23 @@ class TrackSession {
         }
     }
 
+    void trace_host(const char* name, const StereoFrame& frame, TraceFile::Clock::time_point begin,
+                    TraceFile::Clock::time_point end) {
+        if (trace_) as_output([&] { trace_->add_host(name, frame.index, begin, end); });
+    }
+
     void take_result(const Pending& pending) {
+        const auto begin = TraceFile::Clock::now();
         require(defrec_job_wait(pending.job.get(), UINT64_MAX), ExitCode::kInternal,
                 "frame " + std::to_string(pending.frame.index));
+        const auto done = TraceFile::Clock::now();
+        trace_host("wait", pending.frame, begin, done);
         auto result = initialised<defrec_result>();
         require(defrec_job_result(pending.job.get(), &result), ExitCode::kInternal,
                 "reading the result");
+        if (trace_)
+            as_output(
+                [&] { trace_->add_device(pending.frame.index, result, pending.submitted, done); });
         const cv::Mat left = left_image(pending.frame);
         if (result.template_epoch != template_epoch_) {
             template_epoch_ = result.template_epoch;
@@ -264,12 +287,16 @@ class TrackSession {
         reasons_ |= result.reasons;
         if (options_.meshes && has_geometry(result)) write_mesh(pending.frame.index, result);
         fill_record(rows_.back(), result, points, projection_, record_);
+        const auto drawing = TraceFile::Clock::now();
         as_output([&] {
             if (overlay_) overlay_->add(left, record_);
             if (report_) report_->add(left, record_);
             if (recording_) recording_->add(left, record_);
         });
         if (view_) view_->add(left, record_, view_points(points));
+        const auto end = TraceFile::Clock::now();
+        trace_host("overlay and report", pending.frame, drawing, end);
+        trace_host("result", pending.frame, begin, end);
         progress_.update(static_cast<std::int64_t>(rows_.size()), source_.expected(),
                          rows_.back().state);
     }
@@ -434,6 +461,9 @@ class TrackSession {
         };
         attempt([&] { points_.commit(); });
         attempt([&] { finish_template(); });
+        attempt([&] {
+            if (trace_) trace_->commit();
+        });
         attempt([&] { write_frames(folder_ / "frames.csv", rows_); });
         attempt([&] { finish_recording(); });
         attempt([&] {
@@ -483,6 +513,7 @@ class TrackSession {
     PointFollower points_;
     ProgressBar progress_;
     Tracker tracker_;
+    std::optional<TraceFile> trace_;
     std::unique_ptr<OverlayWriter> overlay_;    // null where none was asked for
     std::unique_ptr<ReportWriter> report_;      // null where none was asked for
     std::unique_ptr<OverlayWriter> recording_;  // null while none is made

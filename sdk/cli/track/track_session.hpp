@@ -22,6 +22,7 @@ struct TrackOptions {
     bool grow = false;
     std::string from_template, save_template;  // files; empty: none
     bool meshes = false, overlay = true, report = true;
+    std::string trace;  // file; empty: none
     LinkOptions link;
     std::optional<std::uint16_t> view_port;  // of the live view; 0: any that is free
     bool realtime = false;                   // frames are taken no faster than at their own times
