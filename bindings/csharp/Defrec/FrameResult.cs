@@ -136,6 +136,8 @@ namespace Defrec
         public short[] Disparity { get; private set; } = new short[0];
         /// <summary>In order of execution.</summary>
         public StageTime[] Times { get; private set; } = new StageTime[0];
+        /// <summary>Of the device that computed the frame.</summary>
+        public string DeviceId { get; private set; } = "";
 
         internal void Fill(ref defrec_result result, int pixels)
         {
@@ -177,6 +179,7 @@ namespace Defrec
                 }
             }
 
+            if (!Utf8.IsAscii(result.device_id, DeviceId)) DeviceId = Utf8.Read(result.device_id);
             Summary = summary;
             Motions = motions;
             NodePositions = nodePositions;

@@ -44,7 +44,7 @@ namespace Defrec.Tests
             using (var context = new Context(options)) call = Stub.Call("defrec_context_create");
             var expected = new defrec_context_desc
             {
-                struct_size = 88, flags = (ContextFlags)3, plugin_path_count = (UIntPtr)2, log_level = 4, threads = 7, alloc = (IntPtr)0x11, free = (IntPtr)0x22,
+                struct_size = 96, flags = (ContextFlags)3, plugin_path_count = (UIntPtr)2, log_level = 4, threads = 7, alloc = (IntPtr)0x11, free = (IntPtr)0x22,
                 alloc_user = (IntPtr)0x33, parallel_for = (IntPtr)0x44, parallel_for_user = (IntPtr)0x55
             };
             string hex = Stub.Hex(&expected, sizeof(defrec_context_desc));
@@ -211,7 +211,7 @@ namespace Defrec.Tests
                 Assert.That(job.GetSummary().VertexCount, Is.EqualTo(0));
                 Assert.That(job.GetResult().Vertices, Is.Empty);
                 Assert.That(job.CopyVertices(new float[0]), Is.EqualTo(0));
-                Assert.That(Stub.Calls(), Is.EqualTo(Enumerable.Repeat("defrec_job_result(job=" + handle + ", out={576})", 3)));
+                Assert.That(Stub.Calls(), Is.EqualTo(Enumerable.Repeat("defrec_job_result(job=" + handle + ", out={584})", 3)));
 
                 var xyz = new double[6];
                 var status = new PointStatus[2];

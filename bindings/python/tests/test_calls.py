@@ -249,7 +249,7 @@ class Calls(stub.StubTest):
                 f"defrec_job_wait(job={j}, timeout_ns=1500000000)",
                 f"defrec_job_wait(job={j}, timeout_ns=0)",
                 for_ever,
-                f"defrec_job_result(job={j}, out={{576}})",
+                f"defrec_job_result(job={j}, out={{584}})",
                 for_ever,
                 f"defrec_job_warp_points(job={j}, template_xyz=[1.5, 2.5, 3.5, 4.5, 5.5, 6.5], count=2, xyz=written, "
                 "status=written, expected_error_mm=written)",
@@ -279,6 +279,9 @@ class Calls(stub.StubTest):
                 given.rigid_motion[:] = [number] * 12
             elif field.name == "times":
                 given.times[0].milliseconds = given.times[1].milliseconds = number
+            elif field.name == "device_id":
+                numbers[field.name] = "device"
+                given.device_id = b"device"
             elif field.name in lengths:
                 memory.append((ctypes.c_uint8 * 1024)(*[number] * 1024))
                 setattr(given, field.name, ctypes.addressof(memory[-1]))
