@@ -153,11 +153,14 @@ std::string who_may_change(const std::string& path) {
     const char* const what = is_folder ? " to this folder" : " to this file";
     const std::string who = who_may_write(path, owners, false);
     if (!who.empty()) return concat(path, ": ", who, what);
+    const std::string own = own_folder();
     std::string real = canonical_path(path);
     for (size_t end = real.find_last_of('/'), above = is_folder ? 1 : 0;
          end != std::string::npos && !real.empty(); end = real.find_last_of('/'), ++above) {
         real.resize(end);
         const std::string folder = real.empty() ? "/" : real;
+        // Who may change what lies above this library may change it as well.
+        if (above > 0 && own.starts_with(real + "/")) continue;
         const std::string other = who_may_write(folder, owners, above > 0);
         if (!other.empty()) return concat(folder, ": ", other, " to this folder");
     }
