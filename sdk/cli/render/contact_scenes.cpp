@@ -1,4 +1,4 @@
-// The scenes in which tissue is touched hard or cut.
+// The scenes in which tissue is touched hard or cut, or lies in lobes.
 #include "sdk/cli/render/contact_scenes.hpp"
 
 namespace defrec::cli {
@@ -140,6 +140,22 @@ FrameState cut(const Setting& setting, double frame) {
     // The cut crosses the picture at a slant.
     const Orbit orbit{.roll = 35.0 * kDegree,
                       .shift = {2.0 + 1.5 * std::sin(kTwoPi * t / 59.0), -1.5, 0}};
+    place_camera(state, orbit, setting);
+    return state;
+}
+
+FrameState lobes(const Setting& setting, double frame) {
+    FrameState state;
+    state.time = frame;
+    const double t = frame;
+    state.motion.heartbeat = {
+        .lift = 2.4, .shear = 0.9, .twist = 0.0, .period = 18, .wavelength = 90};
+    const double phase = kTwoPi * t / 36.0;
+    state.motion.lobes = {.step = setting.parameter("step"),
+                          .slide = setting.parameter("slide") *
+                                   Eigen::Vector2d(std::sin(phase), 0.08 - 0.08 * std::cos(phase))};
+    // The step crosses the picture steeply.
+    const Orbit orbit{.roll = 65.0 * kDegree, .shift = {1.5 * std::sin(kTwoPi * t / 59.0), 1.0, 0}};
     place_camera(state, orbit, setting);
     return state;
 }

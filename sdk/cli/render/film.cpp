@@ -24,6 +24,16 @@ bool hidden_by(const Blood& blood, const Eigen::Vector2f& material) {
     return blood_cover(blood_inside(blood, material.x(), material.y())) > 0.5f;
 }
 
+/// Whether a point lies within half a millimetre of a cut or of another lobe.
+bool beside_line(const Motion& motion, const Eigen::Vector2d& material) {
+    if (std::abs(material.y()) >= kBesideCut) {
+        return false;
+    }
+    const double half_length = motion.incision.half_length;
+    return motion.lobes.step != 0 ||
+           (half_length > 0 && std::abs(material.x()) < half_length + kBesideCut);
+}
+
 }  // namespace
 
 Film::Film(const std::string& scene, int width, int height, int frames, std::uint64_t seed,
@@ -90,8 +100,8 @@ void Film::misalign_right() {
     }
 }
 
-/// One sheet of tissue, or the two sides of a cut, which share a row of vertices where the cut is
-/// closed, and its floor, which shares their columns.
+/// One sheet of tissue, or two lobes and the wall between them, or the two sides of a cut, which
+/// share a row of vertices where the cut is closed, and its floor, which shares their columns.
 void Film::prepare_meshes() {
     meshes_.emplace_back(kMeshHalfWidth, kMeshHalfHeight, kMeshSpacing, kMeshSpacing);
     if (scene_.floor) {
@@ -144,16 +154,15 @@ void Film::choose_points() {
             const Eigen::Vector3d direction =
                 state_.camera.rotation.transpose() * Eigen::Vector3d(ray.x(), ray.y(), 1);
             Eigen::Vector2d material(hit.s, hit.t);
-            if (hit.z <= 0 || !scene_.surface.intersect(state_.camera.centre, direction,
-                                                        state_.time, state_.motion, material)) {
+            if (hit.z <= 0 || hit.is_floor ||
+                !scene_.surface.intersect(state_.camera.centre, direction, state_.time,
+                                          state_.motion, material)) {
                 continue;
             }
             const Eigen::Vector3d point =
                 scene_.surface.at(material.x(), material.y(), state_.time, state_.motion);
-            const Incision& cut = state_.motion.incision;
-            const bool beside_cut = cut.half_length > 0 && std::abs(material.y()) < kBesideCut &&
-                                    std::abs(material.x()) < cut.half_length + kBesideCut;
-            if (!beside_cut && visible(material, left_.from_scene(point))) {
+            if (!beside_line(state_.motion, material) &&
+                visible(material, left_.from_scene(point))) {
                 points_.push_back({u, v, material, frame_});
             }
         }

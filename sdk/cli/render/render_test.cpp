@@ -162,6 +162,7 @@ TEST_CASE("both views show the tissue where the truth has it, f*B/Z apart") {
     SUBCASE("5:4") { check_views(Written("stretch", 360, 288, 1), 0); }
     SUBCASE("grasped") { check_views(shared("grasp"), 22); }
     SUBCASE("beside an open cut") { check_views(shared("cut", true), 23); }
+    SUBCASE("lobes") { check_views(Written("lobes", 384, 216, 4), 3); }
     SUBCASE("near and turned") { check_views(shared("approach"), 23); }
     SUBCASE("pinched") { check_views(shared("pinch"), 19); }
 }
@@ -174,6 +175,7 @@ TEST_CASE("the pictures move as the truth says") {
     SUBCASE("two instruments") { check_follows(shared("two-instruments"), 9); }
     SUBCASE("approach") { check_follows(shared("approach"), 10); }
     SUBCASE("cut") { check_follows(shared("cut", true), 23); }
+    SUBCASE("lobes") { check_follows(Written("lobes", 384, 216, 8), 7); }
     SUBCASE("roll") { check_follows(Written("roll", 384, 216, 8), 7); }
     SUBCASE("slide") { check_follows(Written("slide", 384, 216, 15), 14); }
     SUBCASE("pinch") { check_follows(shared("pinch"), 11); }
@@ -258,6 +260,34 @@ TEST_CASE("pinch draws tissue together under the tip and presses it in") {
     CHECK(smallest > 0.3);
     CHECK(deepest > 8);
     CHECK(deepest < 14);
+}
+
+TEST_CASE("lobes slide on each other by 5 mm, a step of 8 mm apart, each as one") {
+    const Written w("lobes", 384, 216, 10);
+    const auto &first = w.truth[0], &last = w.truth[9];
+    int neighbours = 0, parted = 0;
+    double highest = 0;
+    for (std::size_t a = 0; a < w.points.size(); ++a) {
+        for (std::size_t b = a + 1; b < w.points.size(); ++b) {
+            const cv::Point3d before = first[b].point - first[a].point,
+                              after = last[b].point - last[a].point;
+            if (cv::norm(w.points[b] - w.points[a]) > 25) {
+                continue;
+            }
+            ++neighbours;
+            const double slid = cv::norm(after - before);
+            CHECK((slid < 1.5 || slid > 4));
+            CHECK(slid < 7);
+            if (slid > 4) {
+                ++parted;
+                highest = std::max(highest, std::abs(before.z));
+            }
+        }
+    }
+    CHECK(parted > 6);
+    CHECK(parted < neighbours / 4);
+    CHECK(highest > 7);
+    CHECK(highest < 12);
 }
 
 TEST_CASE("a cut opens by 9 mm, its sides move apart and a dark floor lies below") {

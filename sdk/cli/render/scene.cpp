@@ -264,6 +264,15 @@ std::vector<Entry> motion_entries() {
          0.70f,
          cut,
          deepen},
+        {{.name = "lobes",
+          .summary = "two lobes with a step between them slide on each other",
+          .parameters = {{"step", 8, 1, 20, "mm", "of depth between the lobes"},
+                         {"slide", 5, 0, 10, "mm", "of one lobe along the other, to either side"}}},
+         {.mottling = 0.80f, .vessels = 0.9f, .spots = 0.7f},
+         0.8,
+         0.70f,
+         lobes,
+         deepen},
     };
 }
 

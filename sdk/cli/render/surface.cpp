@@ -79,6 +79,9 @@ void add_pull(const Pull& p, double s, double t, Eigen::Vector3d& moved) {
 
 /// Width of the gap at s, mm; smooth where the cut ends.
 double gap_at(const Incision& i, double s) {
+    if (i.gap == 0) {
+        return 0;
+    }
     const double x = std::min(std::abs(s) / i.half_length, 1.0);
     return i.gap * (1.0 - x * x) * (1.0 - x * x);
 }
@@ -89,6 +92,15 @@ void add_incision(const Incision& i, Side side, double s, double t, Eigen::Vecto
     moved.y() += sign * 0.5 * gap * std::exp(-from_line / i.reach);
     // The sides swell where they are pushed together.
     moved.z() -= 0.12 * gap * std::exp(-from_line / (0.5 * i.reach));
+}
+
+void add_lobes(const Lobes& l, Side side, Eigen::Vector3d& moved) {
+    const double sign = side == Side::above ? -0.5 : 0.5;
+    moved.y() += sign * l.gap;
+    moved.z() += sign * l.step;
+    if (side == Side::below) {
+        moved.head<2>() += l.slide;
+    }
 }
 
 }  // namespace
@@ -142,6 +154,9 @@ Eigen::Vector3d Surface::at(double s, double t, double time, const Motion& motio
     }
     if (motion.incision.gap != 0) {
         add_incision(motion.incision, side, s, t, moved);
+    }
+    if (motion.lobes.step != 0) {
+        add_lobes(motion.lobes, side, moved);
     }
     return moved;
 }

@@ -1,6 +1,6 @@
 // The tissue surface as a formula: material coordinates (s, t) in mm and time in frames to a point
-// in mm. Motion is built from waves, swell, Gaussian indentation, pinch, pull, stretch and a cut;
-// nothing of a tracker's own model.
+// in mm. Motion is built from waves, swell, Gaussian indentation, pinch, pull, stretch, a cut and
+// lobes; nothing of a tracker's own model.
 #pragma once
 
 #include <Eigen/Core>
@@ -67,7 +67,15 @@ struct Incision {
     double floor = 7;        ///< mm below the sides, where it is deepest
 };
 
-/// Of the line t = 0, which belongs to both sides of a cut.
+/// Two lobes that meet at t = 0, the one below farther from the camera, and slide on each other. A
+/// wall joins them.
+struct Lobes {
+    double step = 0;                                  ///< mm of depth between them
+    double gap = 1;                                   ///< mm across the line, from rim to rim
+    Eigen::Vector2d slide = Eigen::Vector2d::Zero();  ///< mm, of the lobe below
+};
+
+/// Of the line t = 0, which belongs to both sides of a cut, or both lobes.
 enum class Side { above, below };  ///< t <= 0, t >= 0
 
 struct Motion {
@@ -78,6 +86,7 @@ struct Motion {
     Pinch pinch;
     Pull pull;
     Incision incision;
+    Lobes lobes;
 };
 
 class Surface {
@@ -89,11 +98,11 @@ class Surface {
     /// Point in the scene's frame, mm. The scene's frame is the left camera of a camera at rest.
     Eigen::Vector3d at(double s, double t, double time, const Motion& motion) const;
 
-    /// The same for one side of a cut, whose material goes on smoothly beyond the cut's line.
+    /// The same for one side of a cut or one lobe, whose material goes on smoothly beyond the line.
     Eigen::Vector3d at(double s, double t, double time, const Motion& motion, Side side) const;
 
     /// Point of a cut's floor, which spans the gap from across = -1, above, to 1, below: a trough
-    /// whose rims are the sides to the bit.
+    /// whose rims are the sides to the bit. Of lobes: the wall between them.
     Eigen::Vector3d floor_at(double s, double across, double time, const Motion& motion) const;
 
     /// Material coordinates where the ray origin + z * direction first meets the surface, within

@@ -66,6 +66,17 @@ TEST_CASE("the sides of a cut part by its gap and fold nothing over, the floor j
     }
 }
 
+TEST_CASE("lobes lie a step apart, one slides along the other, and a wall joins them") {
+    Motion motion;
+    motion.lobes = {.step = 8, .slide = {5, 0.5}};
+    const auto side = [&](double s, Side which) { return kFlat.at(s, 0, 0, motion, which); };
+    const Eigen::Vector3d between = side(3, Side::below) - side(3, Side::above);
+    CHECK((between - Eigen::Vector3d(5, 1.5, 8)).norm() < 1e-9);
+    CHECK(kFlat.at(3, -1, 0, motion).z() < kFlat.at(3, 1, 0, motion).z() - 7);
+    CHECK(kFlat.floor_at(3, -1, 0, motion) == side(3, Side::above));
+    CHECK(kFlat.floor_at(3, 1, 0, motion) == side(3, Side::below));
+}
+
 TEST_CASE("a pinch leaves 0.35 of the area, takes 5 mm off 18 mm, and folds nothing over") {
     Motion motion;
     motion.pinch = {.depth = 11, .gather = 1 - std::sqrt(0.35), .centre = {3, -2}, .drag = {0, 0}};
