@@ -154,6 +154,27 @@ TEST_CASE("an instrument in front is no part of the surface, nor is anything pla
         CHECK(landmark.position[2] > 400 * 5 / 40.0);
 }
 
+TEST_CASE("the surface ends at a step to other tissue, behind it or in front") {
+    double other = 0;
+    SUBCASE("behind") { other = 0.8; }
+    SUBCASE("in front") { other = 1.25; }
+    Scene scene([&](double x, double y) {
+        return (x + 0.3 * y < 210 ? 1 : other) * smooth_disparity(x, y);
+    });
+    const auto data = defrec::capture_template(scene.prepared());
+    REQUIRE(data.has_value());
+    for (double v = 3; v < kHeight; v += 9.3)
+        for (double u = 3; u < kWidth; u += 7.7) {
+            CAPTURE(u);
+            CAPTURE(v);
+            const double from_step = 210 - u - 0.3 * v;
+            double disparity = 0, support = 0;
+            if (from_step > 30) CHECK(lift_error_mm(*data, u, v, smooth_disparity(u, v)) < 0.2);
+            if (from_step < -20)
+                CHECK_FALSE(defrec::grid_disparity(*data, u, v, disparity, support));
+        }
+}
+
 TEST_CASE(
     "triangles face the camera and name vertices that exist; normals have unit length towards the "
     "camera") {

@@ -187,40 +187,110 @@ std::vector<float> distance_to_samples(const std::vector<Sample>& samples, int c
     return distance;
 }
 
+// Share of the disparity by which a surface that continues another may differ: 3 mm at 80 mm.
+constexpr double kStep = 0.04;
+
+// What is of the tissue, and what shows that it does not go on there.
+struct Selection {
+    std::vector<Sample> samples;  // of the tissue
+    std::vector<float> spline;    // fitted to these
+    std::vector<float> other;     // grid steps to the nearest sample of other tissue
+};
+
+// Median over each set of how far it lies in front of the spline, share of the disparity.
+std::vector<double> lead_over(const std::vector<float>& spline, const std::vector<Sample>& samples,
+                              const Surfaces& surfaces) {
+    std::vector<std::vector<double>> ahead(surfaces.size.size());
+    for (size_t i = 0; i < samples.size(); ++i)
+        if (surfaces.label[i] >= 0)
+            ahead[static_cast<size_t>(surfaces.label[i])].push_back(
+                samples[i].disparity / static_cast<double>(spline[i]) - 1);
+    std::vector<double> lead;
+    for (std::vector<double>& set : ahead) {
+        const auto middle = set.begin() + static_cast<std::ptrdiff_t>(set.size() / 2);
+        std::nth_element(set.begin(), middle, set.end());
+        lead.push_back(*middle);
+    }
+    return lead;
+}
+
+// mm: no instrument is as wide.
+constexpr double kTissueRadius = 10;
+
+// Radius of the largest disc in each set that lies within the image, mm.
+std::vector<double> disc_radii(const CaptureInput& input, const std::vector<Sample>& samples,
+                               const Surfaces& surfaces, int columns, int rows) {
+    std::vector<double> radii(surfaces.size.size(), 0);
+    const auto is_inside = [&](size_t i) {
+        const int x = static_cast<int>(i) % columns, y = static_cast<int>(i) / columns;
+        if (x == 0 || y == 0 || x + 1 == columns || y + 1 == rows) return false;
+        const auto c = static_cast<size_t>(columns);
+        const int set = surfaces.label[i];
+        return set >= 0 && surfaces.label[i - 1] == set && surfaces.label[i + 1] == set &&
+               surfaces.label[i - c] == set && surfaces.label[i + c] == set;
+    };
+    std::vector<float> distance(samples.size());
+    for (size_t i = 0; i < samples.size(); ++i) distance[i] = is_inside(i) ? 1e9f : 0.f;
+    spread_distance(distance, columns, rows);
+    for (size_t i = 0; i < samples.size(); ++i) {
+        if (distance[i] <= 0) continue;
+        double& radius = radii[static_cast<size_t>(surfaces.label[i])];
+        radius = std::max(radius, static_cast<double>(distance[i]) * input.vertex_spacing_px *
+                                      input.camera.baseline_mm / samples[i].disparity);
+    }
+    return radii;
+}
+
+// Distance in grid steps to other tissue: what is seen behind the surface's continuation, which
+// would hide it, or in front, and too wide for an instrument. Small sets may be wrong.
+std::vector<float> distance_to_other(const CaptureInput& input, const Selection& tissue,
+                                     const std::vector<Sample>& samples, const Surfaces& surfaces,
+                                     const std::vector<char>& accepted, int columns, int rows) {
+    constexpr size_t kMinShare = 50;  // of all samples: one in so many
+    const std::vector<double> lead = lead_over(tissue.spline, samples, surfaces),
+                              radii = disc_radii(input, samples, surfaces, columns, rows);
+    std::vector<float> distance(samples.size(), 1e9f);
+    for (size_t i = 0; i < samples.size(); ++i) {
+        if (surfaces.label[i] < 0) continue;
+        const auto set = static_cast<size_t>(surfaces.label[i]);
+        if (accepted[set] || static_cast<size_t>(surfaces.size[set]) * kMinShare < samples.size())
+            continue;
+        if (lead[set] < -kStep || (lead[set] > kStep && radii[set] > kTissueRadius))
+            distance[i] = 0;
+    }
+    spread_distance(distance, columns, rows);
+    return distance;
+}
+
 // The largest surface and those that continue it: what an instrument cuts in two is one tissue,
-// what lies in front of its continuation is the instrument. spline: fitted to the samples that are
-// returned.
-std::vector<Sample> select_tissue(const CaptureInput& input, const std::vector<Sample>& samples,
-                                  int columns, int rows, std::vector<float>& spline) {
-    constexpr double kInFront = 0.04;  // share of the disparity; 3 mm at 80 mm
+// what lies in front of its continuation is the instrument.
+Selection select_tissue(const CaptureInput& input, const std::vector<Sample>& samples, int columns,
+                        int rows) {
     constexpr double kBehind = 0.15;
     constexpr int kMinSize = 3, kMaxRounds = 3;
     const Surfaces surfaces = find_surfaces(input, samples, columns, rows);
     std::vector<char> accepted(surfaces.size.size(), 0);
-    if (accepted.empty()) return {};
+    Selection tissue;
+    if (accepted.empty()) return tissue;
     accepted[static_cast<size_t>(std::max_element(surfaces.size.begin(), surfaces.size.end()) -
                                  surfaces.size.begin())] = 1;
-    for (int round = 0;; ++round) {
-        std::vector<Sample> tissue = samples_of(samples, surfaces, accepted, columns, rows);
-        spline = fit_spline(tissue, columns, rows);
-        if (round == kMaxRounds) return tissue;
-        std::vector<std::vector<double>> ahead(accepted.size());
-        for (size_t i = 0; i < samples.size(); ++i)
-            if (surfaces.label[i] >= 0)
-                ahead[static_cast<size_t>(surfaces.label[i])].push_back(
-                    samples[i].disparity / spline[i] - 1);
-        bool changed = false;
+    bool changed = true;
+    for (int round = 0; changed; ++round) {
+        tissue.samples = samples_of(samples, surfaces, accepted, columns, rows);
+        tissue.spline = fit_spline(tissue.samples, columns, rows);
+        changed = false;
+        if (round == kMaxRounds) break;
+        const std::vector<double> lead = lead_over(tissue.spline, samples, surfaces);
         for (size_t set = 0; set < accepted.size(); ++set) {
-            if (accepted[set] || surfaces.size[set] < kMinSize) continue;
-            const auto middle =
-                ahead[set].begin() + static_cast<std::ptrdiff_t>(ahead[set].size() / 2);
-            std::nth_element(ahead[set].begin(), middle, ahead[set].end());
-            if (*middle > kInFront || *middle < -kBehind) continue;
+            if (accepted[set] || surfaces.size[set] < kMinSize || lead[set] > kStep ||
+                lead[set] < -kBehind)
+                continue;
             accepted[set] = 1;
             changed = true;
         }
-        if (!changed) return tissue;
     }
+    tissue.other = distance_to_other(input, tissue, samples, surfaces, accepted, columns, rows);
+    return tissue;
 }
 
 }  // namespace
@@ -248,7 +318,9 @@ bool fit_surface(const CaptureInput& input, SurfaceGrid& grid) {
             samples[static_cast<size_t>(y * grid.columns + x)] =
                 fit_window(input, static_cast<int>(std::lround(x * grid.spacing)),
                            static_cast<int>(std::lround(y * grid.spacing)), radius);
-    samples = select_tissue(input, samples, grid.columns, grid.rows, grid.disparity);
+    Selection tissue = select_tissue(input, samples, grid.columns, grid.rows);
+    samples = std::move(tissue.samples);
+    grid.disparity = std::move(tissue.spline);
     size_t measured = 0;
     double minimum = 1e9, maximum = 0;
     for (const Sample& sample : samples)
@@ -263,11 +335,12 @@ bool fit_surface(const CaptureInput& input, SurfaceGrid& grid) {
     grid.vertex.assign(count, -1);
     const double reach = 0.12 * input.width;
     for (size_t i = 0; i < count; ++i) {
+        const bool ends_here = tissue.other[i] < grid.support[i];
         grid.support[i] *= static_cast<float>(grid.spacing);
         // What the spline continues beyond its data must stay a plausible depth.
         grid.disparity[i] = std::clamp(grid.disparity[i], static_cast<float>(0.8 * minimum),
                                        static_cast<float>(1.25 * maximum));
-        if (grid.support[i] <= reach) grid.vertex[i] = 0;
+        if (grid.support[i] <= reach && !ends_here) grid.vertex[i] = 0;
     }
     return true;
 }
