@@ -24,7 +24,8 @@ std::vector<std::unique_ptr<DataSet>> make_data_sets() {
 
 void find_clips(const DataSet& data_set, const fs::path& folder, const fs::path& root, int depth,
                 std::vector<std::string>& clips) {
-    if (data_set.is_clip(folder)) clips.push_back(fs::relative(folder, root).generic_string());
+    // By its name, also where it is a link.
+    if (data_set.is_clip(folder)) clips.push_back(folder.lexically_relative(root).generic_string());
     if (depth == kDeepestFolder) return;
     std::error_code error;
     for (const auto& entry : fs::directory_iterator(folder, error)) {
@@ -59,7 +60,8 @@ std::vector<std::string> clips_of(const DataSet& data_set, const fs::path& root)
     if (!fs::is_directory(root, error))
         throw CliError(ExitCode::kInput, root.string() + ": there is no such folder.");
     std::vector<std::string> clips;
-    find_clips(data_set, root, root, 0, clips);
+    const fs::path base = root.has_filename() ? root : root.parent_path();  // "a/" is "a"
+    find_clips(data_set, base, base, 0, clips);
     if (clips.empty()) {
         throw CliError(ExitCode::kInput, root.string() + ": no clip of data set " +
                                              data_set.name() + " was found; expected was " +

@@ -204,6 +204,21 @@ TEST_CASE("parameters are variants, with a table of their effects") {
     CHECK(changed == 1);
 }
 
+TEST_CASE("clips are named by their folders under the root, also where these are links") {
+    const TestFolder root, elsewhere;
+    elsewhere.write("truth.csv", "");
+    fs::create_directories(root / "deep/er");
+    fs::create_directory(root / ".hidden");
+    for (const char* link : {"b10", "b9", "deep/er/c", ".hidden/d"})
+        fs::create_directory_symlink(elsewhere.path(), root.path() / link);
+    const std::vector<std::string> expected{"b9", "b10", "deep/er/c"};
+    const DataSet& sequences = data_set_of("defrec");
+    CHECK(clips_of(sequences, root.path()) == expected);
+    CHECK(clips_of(sequences, root / "") == expected);
+    CHECK(clips_of(sequences, root.path() / "b9") == std::vector<std::string>{"."});
+    CHECK(clips_of(sequences, root / "deep/er/c/") == std::vector<std::string>{"."});
+}
+
 TEST_CASE("what cannot be evaluated is said before anything is run") {
     const TestFolder empty;
     const std::string out = empty / "out";

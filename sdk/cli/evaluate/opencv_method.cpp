@@ -70,7 +70,13 @@ class Stereo {
         cv::Mat right, units;
         cv::remap(gray_of(frame.left), gray_, left_x_, left_y_, cv::INTER_LINEAR);
         cv::remap(gray_of(frame.right), right, right_x_, right_y_, cv::INTER_LINEAR);
-        matcher_->compute(gray_, right, units);
+        // OpenCV leaves out as many columns on the left as it searches disparities.
+        const int margin = matcher_->getNumDisparities();
+        cv::Mat wide_left, wide_right;
+        cv::copyMakeBorder(gray_, wide_left, 0, 0, margin, 0, cv::BORDER_REPLICATE);
+        cv::copyMakeBorder(right, wide_right, 0, 0, margin, 0, cv::BORDER_REPLICATE);
+        matcher_->compute(wide_left, wide_right, units);
+        units = units.colRange(margin, units.cols);
         constexpr double kUnitsPerPx = cv::StereoMatcher::DISP_SCALE;
         units.convertTo(disparity_, CV_32F, 1 / kUnitsPerPx);
     }
