@@ -73,7 +73,7 @@ class LibraryMeter : public DepthMeter {
         if (column < 0 || row < 0 || column >= long(info_.width) || row >= long(info_.height))
             return 0;
         const int units = disparity[row * long(info_.width) + column];
-        if (units == DEFREC_DISPARITY_NONE || units <= 0) return 0;
+        if (units <= 0) return 0;  // also DEFREC_DISPARITY_NONE
         const defrec_camera& camera = info_.camera;
         constexpr double kOne = DEFREC_DISPARITY_ONE;
         const double z = camera.fx * camera.baseline_mm * kOne / units;
