@@ -27,7 +27,7 @@ PluginFiles read_manifest(const std::string& path) {
     PluginFiles files;
     files.manifest = platform::canonical_path(path);
     const PluginManifest manifest =
-        parse_manifest(path, platform::read_regular_file(path, kManifestCap));
+        parse_manifest(path, platform::read_regular_file(path, kManifestCap).bytes);
     if (manifest.abi_major != DEFREC_PLUGIN_ABI_MAJOR)
         fail(DEFREC_ERROR_VERSION, path, ": made for plugin ABI ", manifest.abi_major,
              ", this suite examines ", DEFREC_PLUGIN_ABI_MAJOR);
@@ -35,7 +35,8 @@ PluginFiles read_manifest(const std::string& path) {
     files.version = manifest.version;
     files.library =
         files.manifest.substr(0, files.manifest.find_last_of('/') + 1) + manifest.library;
-    const auto bytes = platform::read_regular_file(files.library, kLibraryCap);
+    const std::vector<unsigned char> bytes =
+        platform::read_regular_file(files.library, kLibraryCap).bytes;
     check_shared_object(files.library, bytes);
     files.sha256 = sha256_hex(bytes);
     if (files.sha256 != manifest.sha256)
@@ -65,7 +66,7 @@ const char* stage_name(uint32_t stage) { return defrec::stage_name(stage); }
 // ---- files ------------------------------------------------------------------
 
 PluginFiles find_plugin(const std::string& path) {
-    switch (platform::path_info(path).kind) {
+    switch (platform::path_kind(path)) {
         case platform::PathKind::kMissing:
             fail(DEFREC_ERROR_IO, path, ": no such file or folder");
         case platform::PathKind::kFolder: {
@@ -88,16 +89,21 @@ PluginFiles find_backend(const std::string& name) {
     const std::string library = platform::canonical_path(info.dli_fname);
     const std::string folder = library.substr(0, library.find_last_of('/') + 1);
     const std::string path = folder + "defrec_plugin_" + name + ".json";
-    if (platform::path_info(path).kind == platform::PathKind::kMissing)
+    if (platform::path_kind(path) == platform::PathKind::kMissing)
         fail(DEFREC_ERROR_UNSUPPORTED, "there is no plugin called ", name, " in ", folder);
     return read_manifest(path);
+}
+
+void* open_plugin_library(const std::string& path) {
+    const platform::OpenedFile file = platform::read_regular_file(path, kLibraryCap);
+    return platform::open_library(file.descriptor, path);
 }
 
 // ---- library and instance ---------------------------------------------------
 
 Plugin::Plugin(PluginFiles files, std::string device_id)
     : files_(std::move(files)), device_id_(std::move(device_id)) {
-    void* library = platform::open_library(files_.library);
+    void* library = open_plugin_library(files_.library);
     entry_ = reinterpret_cast<defrec_plugin_entry_fn>(platform::find_symbol(library, kEntryName));
     if (entry_ == nullptr)
         fail(DEFREC_ERROR_PLUGIN, files_.library, ": does not export ", kEntryName);

@@ -26,6 +26,8 @@ struct PluginFiles {
 PluginFiles find_plugin(const std::string& path);
 // The plugin of that name in the folder of libdefrec. Throws Error.
 PluginFiles find_backend(const std::string& name);
+// Loads it for ever. Throws Error.
+void* open_plugin_library(const std::string& path);
 
 // The library in this process, and which of its devices is meant.
 class Plugin {

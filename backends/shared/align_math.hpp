@@ -13,6 +13,7 @@ namespace defrec::align {
 
 enum { kUnscored = INT32_MIN };   // a displacement that cannot be scored
 enum { kOneScore = 65536 };       // ZNCC 1 in the search's scores
+enum { kTooHighScore = 65602 };   // ZNCC 1.001: what is left to explain is mostly rounding
 enum { kMaxMatrix = 4 * 65536 };  // largest entry of view_from_live that is followed, 1/65536
 enum {
     kDistancePenalty = 32
@@ -207,8 +208,11 @@ constexpr ShiftStep shift_step(const ShiftSystem& system, const LiveSums& s) {
     const float scale = (system.inverse_determinant * inverse_gain) * 256.0f;
     const float step_x = (system.yy * x - system.xy * y) * scale,
                 step_y = (system.xx * y - system.xy * x) * scale;
-    out.score = int32_t(std::floor(
-        ((it * reciprocal_sqrt(system.tt)) * reciprocal_sqrt(ii)) * float(kOneScore) + 0.5f));
+    const float z =
+        ((it * reciprocal_sqrt(system.tt)) * reciprocal_sqrt(ii)) * float(kOneScore) + 0.5f;
+    if (!(z < float(kTooHighScore))) return out;
+    const int32_t score = int32_t(std::floor(z));
+    out.score = score < kOneScore ? score : int32_t(kOneScore);
     if (!(std::abs(step_x) < 512.0f) || !(std::abs(step_y) < 512.0f)) return out;
     out.rest = ii - gain * it;
     out.x = int32_t(std::floor(0.5f - step_x));

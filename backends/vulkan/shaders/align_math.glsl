@@ -4,6 +4,7 @@
 
 const int kUnscored = -0x7fffffff - 1;
 const float kOneScore = 65536.0;
+const float kTooHighScore = 65602.0;  // ZNCC 1.001: what is left to explain is mostly rounding
 const int kMaxMatrix = 4 * 65536;
 const int kDistancePenalty = 32;
 const int kShiftSteps = 4;
@@ -128,10 +129,12 @@ ShiftStep shift_step(ShiftSystem system, LiveSums s) {
     precise const float step_y = (system.xx * y - system.xy * x) * scale;
     precise const float z =
         ((it * reciprocal_sqrt(system.tt)) * reciprocal_sqrt(ii)) * kOneScore + 0.5;
+    if (!(z < kTooHighScore)) return kNoStep;
     if (!(abs(step_x) < 512.0 && abs(step_y) < 512.0)) return kNoStep;
     precise const float unexplained = ii - gain * it;
     precise const float to_x = 0.5 - step_x, to_y = 0.5 - step_y;
-    return ShiftStep(ivec2(floor(to_x), floor(to_y)), int(floor(z)), unexplained, true);
+    return ShiftStep(ivec2(floor(to_x), floor(to_y)), min(int(floor(z)), int(kOneScore)), unexplained,
+                     true);
 }
 
 // The first step, and the system for those that follow: with a gradient of the light where that

@@ -11,14 +11,14 @@ std::string relay_manifest() {
     const std::string beside = find_backend("reference").manifest;
     const std::string path =
         beside.substr(0, beside.find_last_of('/')) + "/defrec-conformance/defrec_plugin_relay.json";
-    require(platform::path_info(path).kind != platform::PathKind::kMissing,
+    require(platform::path_kind(path) != platform::PathKind::kMissing,
             "the suite's relay plugin is missing: ", path);
     return path;
 }
 
 void arm_relay(const Plugin& target, RelayPlan plan) {
     static const RelayArm arm = [] {
-        void* library = platform::open_library(find_plugin(relay_manifest()).library);
+        void* library = open_plugin_library(find_plugin(relay_manifest()).library);
         return reinterpret_cast<RelayArm>(platform::find_symbol(library, "defrec_relay_arm"));
     }();
     require(arm != nullptr, "the suite's relay plugin does not export defrec_relay_arm");
