@@ -133,8 +133,8 @@ ShiftStep shift_step(ShiftSystem system, LiveSums s) {
     if (!(abs(step_x) < 512.0 && abs(step_y) < 512.0)) return kNoStep;
     precise const float unexplained = ii - gain * it;
     precise const float to_x = 0.5 - step_x, to_y = 0.5 - step_y;
-    return ShiftStep(ivec2(floor(to_x), floor(to_y)), min(int(floor(z)), int(kOneScore)), unexplained,
-                     true);
+    return ShiftStep(ivec2(floor(to_x), floor(to_y)), min(int(floor(z)), int(kOneScore)),
+                     unexplained, true);
 }
 
 // The first step, and the system for those that follow: with a gradient of the light where that
