@@ -393,22 +393,33 @@ void fill_stages(Instance& instance, std::integer_sequence<uint32_t, kStages...>
     (fill_stage<kStages>(instance), ...);
 }
 
-thread_local std::optional<RelayPlan> armed;
+// The library may enter a plugin on a thread of its own.
+std::mutex armed_mutex;
+std::optional<RelayPlan> armed;
+
+std::optional<RelayPlan> take_armed() {
+    const std::lock_guard lock(armed_mutex);
+    return std::exchange(armed, std::nullopt);
+}
 
 }  // namespace
 
-extern "C" DEFREC_PLUGIN_EXPORT void defrec_relay_arm(const RelayPlan& plan) { armed = plan; }
+extern "C" DEFREC_PLUGIN_EXPORT void defrec_relay_arm(const RelayPlan& plan) {
+    const std::lock_guard lock(armed_mutex);
+    armed = plan;
+}
 
 extern "C" DEFREC_PLUGIN_EXPORT defrec_status DEFREC_CALL
 defrec_plugin_entry_v1(const defrec_host* host, const defrec_plugin** out) {
-    if (!armed) {
+    std::optional<RelayPlan> plan = take_armed();
+    if (!plan) {
         host->error(
             host->self,
             "the relay is a part of the conformance suite, and nothing told it what to relay");
         return DEFREC_ERROR_UNSUPPORTED;
     }
     auto instance = std::make_unique<Instance>();
-    instance->plan = *std::exchange(armed, std::nullopt);
+    instance->plan = *std::move(plan);
     instance->host = host;
     const defrec_status status = instance->plan.target(host, &instance->target);
     if (status < 0) return status;

@@ -48,7 +48,7 @@ struct RelayPlan {
     uint64_t jitter_seed = 0;
 };
 
-// For the next instance that is made on this thread, and only for that. Exported as
+// For the next instance that is made, and only for that. Exported as
 // "defrec_relay_arm".
 using RelayArm = void (*)(const RelayPlan& plan);
 

@@ -59,7 +59,7 @@ void odd_orders(CaseRun& run) {
     const defrec_image image = image_of(film, film.frames[0].left);
     defrec_frame late;
     DEFREC_INIT(&late);
-    late.timestamp_ns = INT64_MAX;
+    late.timestamp_ns = 3600'000'000'000;  // an hour
     late.left = late.right = &image;
     JobHandle refused;
     const defrec_status full = defrec_tracker_submit(tracker.get(), &late, refused.out());
