@@ -411,7 +411,7 @@ extern "C" DEFREC_PLUGIN_EXPORT void defrec_relay_arm(const RelayPlan& plan) {
 
 extern "C" DEFREC_PLUGIN_EXPORT defrec_status DEFREC_CALL
 defrec_plugin_entry_v1(const defrec_host* host, const defrec_plugin** out) {
-    std::optional<RelayPlan> plan = take_armed();
+    const std::optional<RelayPlan> plan = take_armed();
     if (!plan) {
         host->error(
             host->self,
@@ -419,7 +419,7 @@ defrec_plugin_entry_v1(const defrec_host* host, const defrec_plugin** out) {
         return DEFREC_ERROR_UNSUPPORTED;
     }
     auto instance = std::make_unique<Instance>();
-    instance->plan = *std::move(plan);
+    instance->plan = *plan;
     instance->host = host;
     const defrec_status status = instance->plan.target(host, &instance->target);
     if (status < 0) return status;

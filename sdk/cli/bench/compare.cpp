@@ -20,13 +20,18 @@ std::optional<double> number(const Json& object, const char* name) {
     return at != object.end() && at->is_number() ? std::optional(at->get<double>()) : std::nullopt;
 }
 
+struct NamedTime {
+    std::string name;
+    Json time;
+};
+
 // Names and times of a run, the whole frame last.
-std::vector<std::pair<std::string, Json>> times_of(const Json& run) {
-    std::vector<std::pair<std::string, Json>> times;
+std::vector<NamedTime> times_of(const Json& run) {
+    std::vector<NamedTime> times;
     for (const auto& [name, time] : run["stages"].items())
-        times.emplace_back(name == "frame" ? kAllStages : name, time);
+        times.push_back({name == "frame" ? kAllStages : name, time});
     if (run.contains("submit_to_result"))
-        times.emplace_back(kSubmitToResult, run["submit_to_result"]);
+        times.push_back({kSubmitToResult, run["submit_to_result"]});
     return times;
 }
 
@@ -70,23 +75,25 @@ void check_comparable(const Json& recorded, const Json& present) {
 std::vector<ComparedTime> compare_runs(const Json& recorded, const Json& present, double limit) {
     std::vector<ComparedTime> times;
     const auto before = times_of(recorded);
-    for (const auto& [name, time] : times_of(present)) {
-        const auto at = std::find_if(before.begin(), before.end(),
-                                     [&](const auto& other) { return other.first == name; });
-        ComparedTime compared{name, std::nullopt, number(time, "median_ms")};
+    for (const NamedTime& now : times_of(present)) {
+        const auto at = std::find_if(before.begin(), before.end(), [&](const NamedTime& other) {
+            return other.name == now.name;
+        });
+        ComparedTime compared{now.name, std::nullopt, number(now.time, "median_ms")};
         if (at != before.end()) {
-            compared.recorded = number(at->second, "median_ms");
+            compared.recorded = number(at->time, "median_ms");
             compared.noise =
-                difference_noise(number(at->second, "noise_ms"), number(time, "noise_ms"));
+                difference_noise(number(at->time, "noise_ms"), number(now.time, "noise_ms"));
             const double slower = compared.present.value_or(0) - compared.recorded.value_or(0);
             compared.is_beyond = slower > limit * compared.recorded.value_or(0) + compared.noise;
         }
         times.push_back(std::move(compared));
     }
-    for (const auto& [name, time] : before) {
-        const bool is_known = std::any_of(times.begin(), times.end(),
-                                          [&](const auto& other) { return other.name == name; });
-        if (!is_known) times.push_back({name, number(time, "median_ms"), std::nullopt});
+    for (const NamedTime& gone : before) {
+        const bool is_known =
+            std::any_of(times.begin(), times.end(),
+                        [&](const ComparedTime& other) { return other.name == gone.name; });
+        if (!is_known) times.push_back({gone.name, number(gone.time, "median_ms"), std::nullopt});
     }
     return times;
 }
