@@ -5,10 +5,25 @@
 #include <cstdint>
 #include <vector>
 
+#include "include/defrec_c.h"
+
 namespace defrec::test {
 
 inline constexpr int kWidth = 320, kHeight = 240;
 inline constexpr double kFocal = 340, kBaseline = 5, kDepth = 80, kSlope = 0.15;
+
+// Of the two cameras.
+inline defrec_rig_desc scene_rig() {
+    defrec_rig_desc desc;
+    DEFREC_INIT(&desc);
+    desc.width = kWidth;
+    desc.height = kHeight;
+    desc.left = {kFocal, kFocal, kWidth / 2, kHeight / 2, {}, 0, 0};
+    desc.right = desc.left;
+    desc.rotation[0] = desc.rotation[4] = desc.rotation[8] = 1;
+    desc.translation[0] = -kBaseline;
+    return desc;
+}
 
 inline double hash_noise(int64_t x, int64_t y, uint64_t octave) {
     uint64_t h = static_cast<uint64_t>(x) * 0x9e3779b97f4a7c15u ^

@@ -30,16 +30,7 @@ struct TrackingSession {
         context_desc.threads = threads;
         if (change_context) change_context(context_desc);
         REQUIRE_OK(defrec_context_create(&context_desc, &context));
-        defrec_rig_desc rig_desc;
-        DEFREC_INIT(&rig_desc);
-        rig_desc.width = kWidth;
-        rig_desc.height = kHeight;
-        rig_desc.left.fx = rig_desc.left.fy = kFocal;
-        rig_desc.left.cx = kWidth / 2;
-        rig_desc.left.cy = kHeight / 2;
-        rig_desc.right = rig_desc.left;
-        rig_desc.rotation[0] = rig_desc.rotation[4] = rig_desc.rotation[8] = 1;
-        rig_desc.translation[0] = -kBaseline;
+        defrec_rig_desc rig_desc = scene_rig();
         defrec_tracker_desc tracker_desc;
         DEFREC_INIT(&tracker_desc);
         tracker_desc.device_id = device;

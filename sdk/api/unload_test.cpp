@@ -27,14 +27,7 @@ TEST_CASE("rows 41 and 90: the library stays when it is closed with a frame unde
     FIND(tracker_submit);
     defrec_context context = nullptr;
     REQUIRE(context_create(nullptr, &context) == DEFREC_OK);
-    defrec_rig_desc rig_desc;
-    DEFREC_INIT(&rig_desc);
-    rig_desc.width = kWidth;
-    rig_desc.height = kHeight;
-    rig_desc.left = {kFocal, kFocal, kWidth / 2, kHeight / 2, {}, 0, 0};
-    rig_desc.right = rig_desc.left;
-    rig_desc.rotation[0] = rig_desc.rotation[4] = rig_desc.rotation[8] = 1;
-    rig_desc.translation[0] = -kBaseline;
+    const defrec_rig_desc rig_desc = scene_rig();
     defrec_rig rig = nullptr;
     REQUIRE(rig_create(context, &rig_desc, &rig) == DEFREC_OK);
     defrec_tracker_desc tracker_desc;

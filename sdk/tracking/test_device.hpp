@@ -33,18 +33,7 @@ struct TestDevice {
         desc.threads = 2;
         context = Context::create(desc);
         device = choice().open();
-
-        defrec_rig_desc rig_desc;
-        DEFREC_INIT(&rig_desc);
-        rig_desc.width = kWidth;
-        rig_desc.height = kHeight;
-        rig_desc.left.fx = rig_desc.left.fy = kFocal;
-        rig_desc.left.cx = kWidth / 2;
-        rig_desc.left.cy = kHeight / 2;
-        rig_desc.right = rig_desc.left;
-        rig_desc.rotation[0] = rig_desc.rotation[4] = rig_desc.rotation[8] = 1;
-        rig_desc.translation[0] = -kBaseline;
-        rig = std::make_shared<const Rig>(context->allocator(), rig_desc);
+        rig = std::make_shared<const Rig>(context->allocator(), scene_rig());
     }
 
     DeviceChoice choice() const {
