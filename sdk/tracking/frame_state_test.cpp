@@ -87,6 +87,8 @@ struct Fixture {
     }
 };
 
+constexpr size_t kMiddle = 4 * 11 + 5;  // the vertex on the optical axis
+
 }  // namespace
 
 TEST_CASE("a surface seen whole is found, without reasons") {
@@ -183,7 +185,6 @@ TEST_CASE("a vertex is observed where depth and image agree with the surface, no
 
 TEST_CASE("where the image contradicts, the error is across the ray; without depth, along it") {
     Fixture f;
-    constexpr size_t kMiddle = 4 * 11 + 5;  // on the optical axis
     for (defrec_patch_observation& check : f.checks) check.valid = 0;
     const VertexConfidence slid = f.confidence();
     CHECK(slid.covariance[6 * kMiddle] > 0.5f * slid.covariance[6 * kMiddle + 5]);
@@ -191,6 +192,16 @@ TEST_CASE("where the image contradicts, the error is across the ray; without dep
     for (defrec_surface_sample& sample : g.samples) sample.observation = DEFREC_NO_DEPTH;
     const VertexConfidence flat = g.confidence();
     CHECK(flat.covariance[6 * kMiddle] < 0.1f * flat.covariance[6 * kMiddle + 5]);
+}
+
+TEST_CASE("checks that fit here and there, among checks that do not, are no evidence") {
+    Fixture f;
+    for (size_t i = 0; i < f.checks.size(); ++i)
+        if (i % 3 == 0) f.checks[i].score = 1600;
+    CHECK(f.confidence().evidence[kMiddle] == (DEFREC_EVIDENCE_DEPTH | DEFREC_EVIDENCE_LATERAL));
+    for (size_t i = 0; i < f.checks.size(); ++i)
+        if (i % 2 == 0) f.checks[i].score = 1600;
+    CHECK(f.confidence().evidence[kMiddle] == DEFREC_EVIDENCE_DEPTH);
 }
 
 TEST_CASE("patches that lie off the surface raise the error round them") {

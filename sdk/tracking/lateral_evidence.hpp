@@ -9,15 +9,20 @@
 
 namespace defrec {
 
+// Working memory, per control point: what the patches that it moves say, weighted as it moves them.
+struct NodeMeans {
+    std::vector<float> sums, weights;
+};
+
 // Per vertex.
 struct LateralEvidence {
-    std::vector<uint8_t> is_confirmed;  // the live image shows there what the template shows
-    std::vector<float> check_px2;       // squared distance at which it fits best; where confirmed
-    std::vector<float> check_score;     // ZNCC there, 0..1; where confirmed
+    // The live image shows there what the template shows, and does so at most checks round it.
+    std::vector<uint8_t> is_confirmed;
+    std::vector<float> check_px2;    // squared distance at which it fits best; where confirmed
+    std::vector<float> check_score;  // ZNCC there, 0..1; where confirmed
     std::vector<float> patch_px2;  // mean squared distance of the patches round it from where they
                                    // were found
-    // Working memory, per control point:
-    std::vector<float> squares, weights;
+    NodeMeans distances, fitting;  // px^2 of patches; 1 of checks that fit, 0 of others
 };
 // patch_px2: of measure_patches.
 void measure_lateral(const TemplateData& data, const FrameOutput& output,
