@@ -39,6 +39,7 @@ FrameRecord frame(std::int64_t index) {
     record.index = index;
     record.state = "tracking";
     record.frame_ms = 20;
+    record.stage_ms = {{"align", 1.5}, {"lm", 2}, {"align", 0.25}};
     record.observed_share = 0.5;
     record.vertices = triangle().vertices;
     record.vertex_status.assign(3, VertexStatus::extrapolated);
@@ -126,6 +127,7 @@ TEST_CASE("a browser gets the page, and frames with pictures, surface and points
     CHECK(packet.header["sequence"] == "a <sequence>");
     CHECK(packet.header["width"] == kWidth);
     CHECK(packet.header["points"] == nlohmann::json({{4, 0, 10, 20, 1, 2, 80, 0.125}, {5, 2}}));
+    CHECK(packet.header["stages"].dump() == R"([["align",1.5],["lm",2.0],["align",0.25]])");
     CHECK(packet.header["moments"][0] == nlohmann::json({3, 0, "tracking", "", 20, 0.5}));
     for (const char* name : {"left", "overlay"}) {
         const std::string& bytes = packet.sections.at(name);

@@ -59,6 +59,9 @@ async function look() {
   await page.mouse.click(box.x + 0.45 * box.width, box.y + 0.55 * box.height);
   await page.waitForFunction(() => document.documentElement.dataset.clicked === '1');
   await page.waitForFunction(() => document.querySelector('#points table')?.textContent.includes('mm'));
+  const stages = await page.$$eval('#stages dt', (names) => names.map((name) => [name.textContent, parseFloat(name.nextElementSibling.textContent)]));
+  assert.ok(stages.some(([name, ms]) => name === 'stereo' && ms > 0), `times of stages: ${JSON.stringify(stages)}`);
+  assert.equal(new Set(stages.map(([name]) => name)).size, stages.length);
   await page.click('#record');
   await page.waitForFunction(() => document.querySelector('#recording').textContent === 'recording_001.mp4');
   assert.ok(await page.evaluate(() => document.querySelector('#surface #no-surface').hidden || document.documentElement.dataset.plain !== undefined));

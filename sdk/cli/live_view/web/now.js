@@ -17,6 +17,18 @@ export function showNow(header, moment, shownPerSecond) {
   byId('cards').replaceChildren(...entries.map(([name, value]) => element('div', {}, element('dt', {}, name), element('dd', {}, value))));
 }
 
+/** header.stages: [name, ms] in the order of execution; a stage that ran twice comes twice. */
+export function showStages(stages) {
+  const total = new Map();
+  for (const [name, ms] of stages) total.set(name, (total.get(name) ?? 0) + ms);
+  const longest = Math.max(...total.values(), Number.MIN_VALUE);
+  byId('stages').replaceChildren(...[...total].flatMap(([name, ms]) => {
+    const bar = element('span', { class: 'bar' });
+    bar.style.width = `${(100 * ms) / longest}%`;
+    return [element('dt', {}, name), element('dd', {}, element('span', { class: 'time' }, milliseconds(ms)), bar)];
+  }));
+}
+
 export class Changes {
   constructor() {
     this.rows = [];

@@ -2,7 +2,7 @@
 import { byId } from '../../report/web/data.js';
 import { ready } from '../../report/web/health.js';
 import { watchFrames } from './connection.js';
-import { Changes, listenToRecord, showNow, showPoints, showRecording } from './now.js';
+import { Changes, listenToRecord, showNow, showPoints, showRecording, showStages } from './now.js';
 import { Picture } from './picture.js';
 
 export async function watch(surface, timeline) {
@@ -27,6 +27,7 @@ export async function watch(surface, timeline) {
     const rate = shown.length > 1 ? (1000 * (shown.length - 1)) / (shown.at(-1) - shown[0]) : NaN;
     const now = header.moments.find(([frame]) => frame === header.frame) ?? header.moments.at(-1);
     if (now) showNow(header, now, rate);
+    showStages(header.stages);
     showPoints(header.points, clicked);
     showRecording(header.recording);
     picture.show(overlay ?? left, header, clicked);
