@@ -11,7 +11,6 @@
 namespace defrec::vulkan {
 namespace {
 
-constexpr uint32_t kMaxQueues = 8;
 constexpr uint64_t kBufferMultiple =
     16;  // so that shaders may read and the device may copy whole words
 
@@ -66,93 +65,14 @@ void Buffer::swap(Buffer& other) noexcept {
 
 // ---- device -----------------------------------------------------------------
 
-Device::Device(std::shared_ptr<const Driver> driver, size_t index)
-    : driver_(std::move(driver)), index_(index) {
-    const PhysicalDevice& chosen = physical();
-    if (!chosen.lacks.empty())
-        throw StageError(DEFREC_ERROR_UNSUPPORTED, chosen.name + " lacks " + chosen.lacks);
-    VkPhysicalDeviceProperties properties;
-    vkGetPhysicalDeviceProperties(chosen.handle, &properties);
-    limits_ = properties.limits;
-    try {
-        create(chosen);
-    } catch (...) {
-        destroy();
-        throw;
-    }
-}
-
-void Device::create(const PhysicalDevice& chosen) {
-    const uint32_t count = std::min(chosen.queue_count, kMaxQueues);
-    const std::vector<float> priorities(count, 1.f);
-    VkDeviceQueueCreateInfo queues{};
-    queues.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO;
-    queues.queueFamilyIndex = chosen.queue_family;
-    queues.queueCount = count;
-    queues.pQueuePriorities = priorities.data();
-
-    VkPhysicalDeviceVulkan12Features v12{};
-    v12.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES;
-    v12.timelineSemaphore = VK_TRUE;
-    v12.storageBuffer8BitAccess = VK_TRUE;
-    VkPhysicalDeviceVulkan11Features v11{};
-    v11.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_1_FEATURES;
-    v11.pNext = &v12;
-    v11.storageBuffer16BitAccess = VK_TRUE;
-    VkPhysicalDeviceFeatures2 features{};
-    features.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2;
-    features.pNext = &v11;
-    features.features.shaderInt64 = VK_TRUE;
-    features.features.robustBufferAccess = VK_TRUE;  // every device has it
-
-    VkDeviceCreateInfo info{};
-    info.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
-    info.pNext = &features;
-    info.queueCreateInfoCount = 1;
-    info.pQueueCreateInfos = &queues;
-    check(vkCreateDevice(chosen.handle, &info, nullptr, &handle_), "vkCreateDevice");
-    volkLoadDeviceTable(&vk_, handle_);
-    memory_ = std::make_unique<MemoryPool>(chosen.handle, handle_, vk_);
-    for (uint32_t i = 0; i < count; ++i) {
-        shared_queues_.push_back(std::make_unique<SharedQueue>());
-        vk_.vkGetDeviceQueue(handle_, chosen.queue_family, i, &shared_queues_.back()->handle);
-    }
-    VkPipelineCacheCreateInfo cache{};
-    cache.sType = VK_STRUCTURE_TYPE_PIPELINE_CACHE_CREATE_INFO;
-    check(vk_.vkCreatePipelineCache(handle_, &cache, nullptr, &pipeline_cache_),
-          "vkCreatePipelineCache");
-    nothing_ = Buffer(*this, kBufferMultiple);
+Device::Device(std::shared_ptr<LogicalDevice> logical)
+    : logical_(std::move(logical)),
+      memory_(physical().handle, handle(), vk()),
+      nothing_(*this, kBufferMultiple) {
     clear(nothing_);
 }
 
-void Device::destroy() noexcept {
-    if (handle_ == VK_NULL_HANDLE) return;
-    nothing_ = Buffer();
-    instrument_ = {};
-    kernels_.clear();
-    if (pipeline_cache_ != VK_NULL_HANDLE)
-        vk_.vkDestroyPipelineCache(handle_, pipeline_cache_, nullptr);
-    memory_.reset();
-    vk_.vkDestroyDevice(handle_, nullptr);
-}
-
-Device::~Device() {
-    settle();
-    destroy();
-}
-
-std::shared_ptr<const Kernel> Device::kernel(const Shader& shader,
-                                             std::initializer_list<uint32_t> constants) {
-    const std::lock_guard lock(kernel_mutex_);
-    std::shared_ptr<const Kernel>& kernel = kernels_[{shader.name, constants}];
-    if (kernel == nullptr) kernel = std::make_shared<const Kernel>(*this, shader, constants);
-    return kernel;
-}
-
-Device::SharedQueue& Device::next_shared_queue() {
-    const std::lock_guard lock(queue_mutex_);
-    return *shared_queues_[shares_++ % shared_queues_.size()];
-}
+Device::~Device() { settle(); }
 
 void Device::attach(Queue& queue) {
     const std::lock_guard lock(queue_mutex_);
@@ -166,51 +86,53 @@ void Device::detach(Queue& queue) noexcept {
 
 void Device::settle() noexcept {
     const std::lock_guard lock(queue_mutex_);
-    for (Queue* queue : queues_) queue->flush_pending();
-    for (const auto& shared : shared_queues_) {
-        const std::lock_guard submit_lock(shared->mutex);
-        vk_.vkQueueWaitIdle(shared->handle);  // a lost device is idle too
-    }
+    for (Queue* queue : queues_) queue->settle();
 }
 
 // ---- work that is waited for ------------------------------------------------
 
 template <class Record>
 void Device::run_now(Record&& record) {
+    const VolkDeviceTable& vk = this->vk();
     VkCommandPoolCreateInfo pool_info{};
     pool_info.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
     pool_info.flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT;
     pool_info.queueFamilyIndex = physical().queue_family;
-    VkCommandPool pool = VK_NULL_HANDLE;
-    check(vk_.vkCreateCommandPool(handle_, &pool_info, nullptr, &pool), "vkCreateCommandPool");
-    try {
-        VkCommandBufferAllocateInfo allocate{};
-        allocate.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO;
-        allocate.commandPool = pool;
-        allocate.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
-        allocate.commandBufferCount = 1;
-        VkCommandBuffer commands = VK_NULL_HANDLE;
-        check(vk_.vkAllocateCommandBuffers(handle_, &allocate, &commands),
-              "vkAllocateCommandBuffers");
-        VkCommandBufferBeginInfo begin{};
-        begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
-        begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
-        check(vk_.vkBeginCommandBuffer(commands, &begin), "vkBeginCommandBuffer");
-        record(commands);
-        check(vk_.vkEndCommandBuffer(commands), "vkEndCommandBuffer");
-        VkSubmitInfo submit{};
-        submit.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
-        submit.commandBufferCount = 1;
-        submit.pCommandBuffers = &commands;
-        SharedQueue& queue = *shared_queues_[0];
-        const std::lock_guard lock(queue.mutex);
-        check(vk_.vkQueueSubmit(queue.handle, 1, &submit, VK_NULL_HANDLE), "vkQueueSubmit");
-        check(vk_.vkQueueWaitIdle(queue.handle), "vkQueueWaitIdle");
-    } catch (...) {
-        vk_.vkDestroyCommandPool(handle_, pool, nullptr);
-        throw;
-    }
-    vk_.vkDestroyCommandPool(handle_, pool, nullptr);
+    VkFenceCreateInfo fence_info{};
+    fence_info.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO;
+    struct Used {
+        const Device& device;
+        VkCommandPool pool = VK_NULL_HANDLE;
+        VkFence fence = VK_NULL_HANDLE;
+        LogicalDevice::HardwareQueue& queue = device.logical().acquire_queue();
+        ~Used() {
+            device.logical().release_queue(queue);
+            device.vk().vkDestroyFence(device.handle(), fence, nullptr);
+            device.vk().vkDestroyCommandPool(device.handle(), pool, nullptr);
+        }
+    } used{*this};
+    check(vk.vkCreateCommandPool(handle(), &pool_info, nullptr, &used.pool), "vkCreateCommandPool");
+    check(vk.vkCreateFence(handle(), &fence_info, nullptr, &used.fence), "vkCreateFence");
+    VkCommandBufferAllocateInfo allocate{};
+    allocate.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO;
+    allocate.commandPool = used.pool;
+    allocate.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
+    allocate.commandBufferCount = 1;
+    VkCommandBuffer commands = VK_NULL_HANDLE;
+    check(vk.vkAllocateCommandBuffers(handle(), &allocate, &commands), "vkAllocateCommandBuffers");
+    VkCommandBufferBeginInfo begin{};
+    begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
+    begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
+    check(vk.vkBeginCommandBuffer(commands, &begin), "vkBeginCommandBuffer");
+    record(commands);
+    check(vk.vkEndCommandBuffer(commands), "vkEndCommandBuffer");
+    VkSubmitInfo submit{};
+    submit.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
+    submit.commandBufferCount = 1;
+    submit.pCommandBuffers = &commands;
+    logical_->check(logical_->submit(used.queue, submit, used.fence), "vkQueueSubmit");
+    logical_->check(vk.vkWaitForFences(handle(), 1, &used.fence, VK_TRUE, UINT64_MAX),
+                    "vkWaitForFences");
 }
 
 Buffer Device::upload(const void* data, uint64_t size) {
@@ -220,14 +142,14 @@ Buffer Device::upload(const void* data, uint64_t size) {
     std::memcpy(staging.mapped(), data, size);
     run_now([&](VkCommandBuffer commands) {
         const VkBufferCopy region{0, 0, size};
-        vk_.vkCmdCopyBuffer(commands, staging.handle(), buffer.handle(), 1, &region);
+        vk().vkCmdCopyBuffer(commands, staging.handle(), buffer.handle(), 1, &region);
     });
     return buffer;
 }
 
 void Device::clear(const Buffer& buffer) {
     run_now([&](VkCommandBuffer commands) {
-        vk_.vkCmdFillBuffer(commands, buffer.handle(), 0, VK_WHOLE_SIZE, 0);
+        vk().vkCmdFillBuffer(commands, buffer.handle(), 0, VK_WHOLE_SIZE, 0);
     });
 }
 

@@ -1,8 +1,8 @@
-// Class Kernel of device.hpp.
+// Class Kernel of logical_device.hpp.
 #include <algorithm>
 
 #include "backends/vulkan/check.hpp"
-#include "backends/vulkan/device.hpp"
+#include "backends/vulkan/logical_device.hpp"
 
 namespace defrec::vulkan {
 namespace {
@@ -21,13 +21,13 @@ uint32_t count_bindings(std::span<const uint32_t> code) {
 
 }  // namespace
 
-Kernel::Kernel(Device& device, const Shader& shader, std::vector<uint32_t> constants)
+Kernel::Kernel(const LogicalDevice& device, const Shader& shader, std::vector<uint32_t> constants,
+               const Rewrite& rewrite)
     : device_(device), name_(shader.name) {
     const VolkDeviceTable& vk = device.vk();
-    const std::vector<uint32_t> rewritten =
-        device.instrument() ? device.instrument()->rewrite(shader) : std::vector<uint32_t>();
+    const std::vector<uint32_t> rewritten = rewrite ? rewrite(shader) : std::vector<uint32_t>();
     const std::span<const uint32_t> code =
-        device.instrument() ? std::span<const uint32_t>(rewritten) : shader.code;
+        rewrite ? std::span<const uint32_t>(rewritten) : shader.code;
     bindings_ = count_bindings(code);
     std::vector<VkDescriptorSetLayoutBinding> bindings(bindings_);
     for (uint32_t i = 0; i < bindings_; ++i)

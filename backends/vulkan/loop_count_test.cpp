@@ -39,7 +39,7 @@ Bytes records(const std::vector<Record>& values) {
 // A device whose shaders count.
 class Counting {
   public:
-    Counting() : device_(under_test::driver(), under_test::device_index()), counter_(device_) {}
+    Counting() : device_(under_test::new_logical_device()), counter_(device_) {}
 
     Device& device() { return device_; }
     // An empty input stands for one that is not given.

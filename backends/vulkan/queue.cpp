@@ -15,7 +15,7 @@ namespace defrec::vulkan {
 constexpr uint64_t kLookNs = 4'000'000;  // how long a wait looks before it sleeps: about a frame
 
 Queue::Queue(Device& device)
-    : device_(device), vk_(device.vk()), shared_(device.next_shared_queue()) {
+    : device_(device), vk_(device.vk()), shared_(device.logical().acquire_queue()) {
     VkSemaphoreTypeCreateInfo type{};
     type.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO;
     type.semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE;
@@ -40,17 +40,14 @@ Queue::Queue(Device& device)
 }
 
 Queue::~Queue() {
-    flush_pending();
-    {
-        const std::lock_guard lock(shared_.mutex);
-        vk_.vkQueueWaitIdle(shared_.handle);
-    }
+    settle();
     // Reads that nobody waited for stay undone: after a failure their destinations may be gone.
     destroy();
 }
 
 void Queue::destroy() noexcept {
     device_.detach(*this);
+    device_.logical().release_queue(shared_);
     vk_.vkDestroyCommandPool(device_.handle(), pool_, nullptr);
     vk_.vkDestroySemaphore(device_.handle(), semaphore_, nullptr);
 }
@@ -109,7 +106,7 @@ bool Queue::wait(uint64_t value, uint64_t timeout_ns) {
         static_cast<uint64_t>(std::chrono::nanoseconds(Clock::now() - start).count());
     const VkResult result =
         vk_.vkWaitSemaphores(device_.handle(), &info, timeout_ns - std::min(timeout_ns, looked));
-    check(result, "vkWaitSemaphores");
+    device_.logical().check(result, "vkWaitSemaphores");
     if (result == VK_TIMEOUT) return false;
     const std::lock_guard lock(mutex_);
     download_.deliver(value);
@@ -125,8 +122,8 @@ void Queue::look_for(uint64_t value, Clock::time_point end) {
 
 uint64_t Queue::completed() {
     uint64_t value = 0;
-    check(vk_.vkGetSemaphoreCounterValue(device_.handle(), semaphore_, &value),
-          "vkGetSemaphoreCounterValue");
+    device_.logical().check(vk_.vkGetSemaphoreCounterValue(device_.handle(), semaphore_, &value),
+                            "vkGetSemaphoreCounterValue");
     return value;
 }
 
@@ -197,13 +194,9 @@ void Queue::submit() {
     info.pCommandBuffers = pending_.data();
     info.signalSemaphoreCount = 1;
     info.pSignalSemaphores = &semaphore_;
-    VkResult result;
-    {
-        const std::lock_guard lock(shared_.mutex);
-        result = vk_.vkQueueSubmit(shared_.handle, 1, &info, VK_NULL_HANDLE);
-    }
+    const VkResult result = device_.logical().submit(shared_, info);
     if (result != VK_SUCCESS) drop_pending();
-    check(result, "vkQueueSubmit");
+    device_.logical().check(result, "vkQueueSubmit");
     pending_.clear();
     submitted_ = value;
 }
@@ -222,6 +215,22 @@ void Queue::flush_pending() noexcept {
     } catch (const std::exception&) {
         flush_failure_ = std::current_exception();
     }
+}
+
+// Only for its own work: the hardware's queue may have that of others.
+void Queue::settle() noexcept {
+    flush_pending();
+    uint64_t value;
+    {
+        const std::lock_guard lock(mutex_);
+        value = submitted_;
+    }
+    VkSemaphoreWaitInfo info{};
+    info.sType = VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO;
+    info.semaphoreCount = 1;
+    info.pSemaphores = &semaphore_;
+    info.pValues = &value;
+    vk_.vkWaitSemaphores(device_.handle(), &info, UINT64_MAX);  // a lost device is idle too
 }
 
 }  // namespace defrec::vulkan

@@ -55,12 +55,13 @@ class Queue {
     void submit();
     void drop_pending() noexcept;
     void look_for(uint64_t value, Clock::time_point end);
-    void flush_pending() noexcept;  // submits; for Device::settle
+    void flush_pending() noexcept;  // submits
+    void settle() noexcept;         // for Device::settle
     void destroy() noexcept;
 
     Device& device_;
     const VolkDeviceTable& vk_;
-    Device::SharedQueue& shared_;
+    LogicalDevice::HardwareQueue& shared_;
     VkSemaphore semaphore_ = VK_NULL_HANDLE;
     VkCommandPool pool_ = VK_NULL_HANDLE;
 

@@ -7,6 +7,7 @@
 #include <array>
 
 #include "backends/vulkan/test_device.hpp"
+#include "backends/vulkan/test_replaced.hpp"
 
 using namespace defrec;
 using namespace defrec::vulkan;
@@ -22,32 +23,6 @@ VKAPI_ATTR VkResult VKAPI_CALL no_memory(VkDevice, const VkMemoryAllocateInfo*,
     return VK_ERROR_OUT_OF_DEVICE_MEMORY;
 }
 
-// One of a device's functions replaced while it lives.
-template <class Function>
-class Replaced {
-  public:
-    Replaced(const Device& device, Function VolkDeviceTable::*member, Function by)
-        : place_(const_cast<VolkDeviceTable&>(device.vk()).*member), real_(place_) {
-        place_ = by;
-    }
-    ~Replaced() { place_ = real_; }
-    Replaced(const Replaced&) = delete;
-    Replaced& operator=(const Replaced&) = delete;
-
-  private:
-    Function& place_;
-    Function real_;
-};
-
-defrec_status status_of(const auto& call) {
-    try {
-        call();
-    } catch (const StageError& error) {
-        return error.status();
-    }
-    return DEFREC_OK;
-}
-
 using Words = std::array<uint32_t, 4>;
 constexpr Words kUntouched{7, 7, 7, 7}, kWritten{1, 2, 3, 4};
 
@@ -55,7 +30,7 @@ constexpr Words kUntouched{7, 7, 7, 7}, kWritten{1, 2, 3, 4};
 
 TEST_CASE("reads of a submission that failed are never delivered") {
     if (!under_test::available()) return;
-    Device device(under_test::driver(), under_test::device_index());
+    Device device(under_test::new_logical_device());
     const Buffer buffer = device.upload(kWritten.data(), sizeof kWritten);
     Queue queue(device);
     Words lost = kUntouched, read = kUntouched;
@@ -84,7 +59,7 @@ TEST_CASE("reads of a submission that failed are never delivered") {
 
 TEST_CASE("a read that is forgotten leaves its destination as it is, and others are delivered") {
     if (!under_test::available()) return;
-    Device device(under_test::driver(), under_test::device_index());
+    Device device(under_test::new_logical_device());
     const Buffer buffer = device.upload(kWritten.data(), sizeof kWritten);
     Queue queue(device);
     Words forgotten = kUntouched, read = kUntouched;
@@ -102,7 +77,7 @@ TEST_CASE("a read that is forgotten leaves its destination as it is, and others 
 
 TEST_CASE("contents of a buffer that cannot be had leave nothing to deliver") {
     if (!under_test::available()) return;
-    Device device(under_test::driver(), under_test::device_index());
+    Device device(under_test::new_logical_device());
     const Buffer buffer = device.upload(kWritten.data(), sizeof kWritten);
     Queue queue(device);
     Words before = kUntouched;
@@ -120,7 +95,7 @@ TEST_CASE("contents of a buffer that cannot be had leave nothing to deliver") {
 
 TEST_CASE("memory that is not to be had leaves the device as it was") {
     if (!under_test::available()) return;
-    Device device(under_test::driver(), under_test::device_index());
+    Device device(under_test::new_logical_device());
     {
         const Replaced replaced(device, &VolkDeviceTable::vkAllocateMemory, no_memory);
         CHECK(status_of([&] { Buffer(device, 64 << 20); }) == DEFREC_ERROR_OUT_OF_MEMORY);

@@ -23,7 +23,8 @@ struct Opened {
         if (driver == nullptr) return;
         while (index < driver->devices().size() && !driver->devices()[index].lacks.empty()) ++index;
         if (index < driver->devices().size())
-            device = std::make_unique<vulkan::Device>(driver, index);
+            device = std::make_unique<vulkan::Device>(
+                std::make_shared<vulkan::LogicalDevice>(driver, index));
     }
 };
 Opened& opened() {
@@ -43,8 +44,11 @@ vulkan::Device& device() {
     return *opened().device;
 }
 
-std::shared_ptr<const vulkan::Driver> driver() { return opened().driver; }
+const std::shared_ptr<const vulkan::Driver>& driver() { return opened().driver; }
 size_t device_index() { return opened().index; }
+std::shared_ptr<vulkan::LogicalDevice> new_logical_device() {
+    return std::make_shared<vulkan::LogicalDevice>(driver(), device_index());
+}
 
 std::unique_ptr<Stage> in_host_memory(std::unique_ptr<vulkan::Stage> stage) {
     return std::make_unique<test::InHostMemory<Types>>(device(), std::move(stage));

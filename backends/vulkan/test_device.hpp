@@ -14,8 +14,9 @@ constexpr const char* kBackend = "vulkan";
 bool available();
 vulkan::Device& device();
 // The same for tests that open it themselves.
-std::shared_ptr<const vulkan::Driver> driver();
+const std::shared_ptr<const vulkan::Driver>& driver();
 size_t device_index();
+std::shared_ptr<vulkan::LogicalDevice> new_logical_device();
 
 std::unique_ptr<Stage> in_host_memory(std::unique_ptr<vulkan::Stage> stage);
 

@@ -2,7 +2,7 @@
 // loader shows.
 #include "plugins/base/plugin.hpp"
 
-#include "backends/vulkan/known_answer.hpp"
+#include "backends/vulkan/shared_device.hpp"
 #include "backends/vulkan/stages.hpp"
 
 namespace defrec::vulkan {
@@ -38,9 +38,7 @@ class VulkanBackend {
         if (device.software) info.features |= DEFREC_FEATURE_SOFTWARE;
     }
     std::unique_ptr<Device> open(size_t index) const {
-        auto device = std::make_unique<Device>(driver_, index);
-        vulkan::check_known_answers(*device);
-        return device;
+        return std::make_unique<Device>(vulkan::shared_device(driver_, index));
     }
 
     Buffer make_buffer(Device& device, uint64_t size) const {
@@ -58,7 +56,7 @@ class VulkanBackend {
 
   private:
     std::shared_ptr<const vulkan::Driver> driver_ =
-        vulkan::Driver::open();  // nullptr: no loader, no devices
+        vulkan::shared_driver();  // nullptr: no loader, no devices
 };
 
 }  // namespace
