@@ -872,6 +872,12 @@ typedef struct defrec_frame {
                                            per template vertex, those behind the result's vertices
                                            and normals; too small is how the job fails, so with grow
                                            it is made for max_vertices. @since 1.1 */
+    uint64_t            deadline_ns;  /**< when the job is to be done, from the call of
+                                           defrec_tracker_submit; 0: no deadline. What is not
+                                           expected to fit is left out: DEFREC_REASON_COARSE,
+                                           DEFREC_REASON_UNCHECKED, in this order. A job that is
+                                           late all the same says so: DEFREC_REASON_OVERDUE
+                                           @unit ns @since 1.1 */
 } defrec_frame;
 
 /** Queues a frame; jobs of one tracker run in order. Host pixels are copied before it returns.
@@ -937,6 +943,13 @@ enum {
                                                   tissue joined @since 1.1 */
     DEFREC_REASON_TEMPLATE_FULL  = 1u << 17, /**< the template grows no more: see max_vertices
                                                   @since 1.1 */
+    DEFREC_REASON_COARSE         = 1u << 18, /**< for want of time the surface was not refined in
+                                                  the images' full size, or not searched widely
+                                                  @since 1.1 */
+    DEFREC_REASON_UNCHECKED      = 1u << 19, /**< for want of time the surface was not compared with
+                                                  the image: no vertex counts as observed @since
+                                                  1.1 */
+    DEFREC_REASON_OVERDUE        = 1u << 20, /**< done after its deadline @since 1.1 */
     DEFREC_REASON_ONE_EYE        = 1u << 9,  /**< deprecated: the earlier name of
                                                   DEFREC_REASON_ONE_VIEW */
     DEFREC_REASON_EYES_SWAPPED   = 1u << 12  /**< deprecated: the earlier name of

@@ -89,6 +89,34 @@ void Device::settle() noexcept {
     for (Queue* queue : queues_) queue->settle();
 }
 
+// ---- memory of the host ------------------------------------------------------
+
+void* Device::allocate_host(uint64_t size) {
+    Buffer buffer(*this, size, MemoryUse::host);
+    std::byte* memory = buffer.mapped();
+    std::memset(memory, 0, size);
+    const std::lock_guard lock(host_mutex_);
+    host_.emplace(memory, std::move(buffer));
+    return memory;
+}
+
+void Device::release_host(void* memory) noexcept {
+    const std::lock_guard lock(host_mutex_);
+    host_.erase(static_cast<const std::byte*>(memory));
+}
+
+Device::HostRange Device::find_host(const void* memory, uint64_t size) const {
+    const auto* begin = static_cast<const std::byte*>(memory);
+    const std::lock_guard lock(host_mutex_);
+    auto found = host_.upper_bound(begin);
+    if (found == host_.begin()) return {};
+    --found;
+    const auto offset = static_cast<uint64_t>(begin - found->first);
+    const uint64_t there = found->second.size();
+    if (offset > there || size > there - offset) return {};
+    return {&found->second, offset};
+}
+
 // ---- work that is waited for ------------------------------------------------
 
 template <class Record>

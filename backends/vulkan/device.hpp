@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <initializer_list>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <vector>
@@ -74,6 +75,15 @@ class Device {
     }
     // Zeroes a buffer that nothing uses yet, and waits.
     void clear(const Buffer& buffer);
+    // Memory of the host that copies of queues reach as it is, zero, 64-byte aligned.
+    void* allocate_host(uint64_t size);
+    void release_host(void* memory) noexcept;
+    // Where such memory is for the device; buffer: nullptr where not all of it is.
+    struct HostRange {
+        const Buffer* buffer = nullptr;
+        uint64_t offset = 0;
+    };
+    HostRange find_host(const void* memory, uint64_t size) const;
     // Stands for an optional buffer that was not given.
     const Buffer& nothing() const { return nothing_; }
 
@@ -104,6 +114,8 @@ class Device {
     std::atomic<uint64_t> serials_{0};
     Buffer nothing_;
     Instrument instrument_;
+    mutable std::mutex host_mutex_;
+    std::map<const std::byte*, Buffer> host_;  // by where they begin
     std::mutex queue_mutex_;
     std::vector<Queue*> queues_;
 };

@@ -9,6 +9,7 @@ namespace defrec::vulkan {
 namespace {
 
 constexpr VkDeviceSize kBlock = VkDeviceSize{16} << 20;
+constexpr VkDeviceSize kHostAlignment = 64;  // every device maps blocks at a multiple of it
 constexpr size_t kFirstGaps = 8;
 constexpr VkDeviceSize kOwnBlock = kBlock / 4;  // larger requests get a block to themselves
 
@@ -32,9 +33,9 @@ uint32_t MemoryPool::memory_type(uint32_t allowed, MemoryUse use) const {
         VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
     const VkMemoryPropertyFlags needed = use == MemoryUse::device ? 0 : kHost;
     const VkMemoryPropertyFlags liked =
-        use == MemoryUse::device     ? VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT
-        : use == MemoryUse::download ? VK_MEMORY_PROPERTY_HOST_CACHED_BIT
-                                     : 0;
+        use == MemoryUse::device   ? VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT
+        : use == MemoryUse::upload ? 0
+                                   : VK_MEMORY_PROPERTY_HOST_CACHED_BIT;
     for (const VkMemoryPropertyFlags wanted : {needed | liked, needed})
         for (uint32_t i = 0; i < properties_.memoryTypeCount; ++i)
             if ((allowed >> i & 1) != 0 &&
@@ -90,14 +91,16 @@ MemoryRange MemoryPool::allocate(const VkMemoryRequirements& requirements, Memor
     const std::lock_guard lock(mutex_);
     const uint32_t type = memory_type(requirements.memoryTypeBits, use);
     const bool map = use != MemoryUse::device;
+    const VkDeviceSize alignment =
+        std::max(requirements.alignment, use == MemoryUse::host ? kHostAlignment : 1);
     MemoryRange range;
     if (requirements.size < kOwnBlock)
         for (Block& block : blocks_)
             if (block.type == type && (block.mapped != nullptr) == map &&
-                take(block, requirements.size, requirements.alignment, range))
+                take(block, requirements.size, alignment, range))
                 return range;
     Block& block = add_block(type, requirements.size < kOwnBlock ? kBlock : requirements.size, map);
-    take(block, requirements.size, requirements.alignment, range);
+    take(block, requirements.size, alignment, range);
     return range;
 }
 

@@ -15,6 +15,7 @@ enum class MemoryUse {
     device,    // shaders read and write it
     upload,    // the host writes, the device copies from it
     download,  // the device copies to it, the host reads
+    host,      // both ways; begins at a multiple of 64 bytes
 };
 
 // A range of a block. mapped: where the host sees it, nullptr for MemoryUse::device.

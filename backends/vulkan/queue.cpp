@@ -66,9 +66,18 @@ void Queue::write(const Buffer& buffer, uint64_t offset, const void* src, uint64
     copy(from.buffer, 0, buffer, offset, size);
 }
 
+void Queue::write_in_place(const Buffer& buffer, uint64_t offset, const void* src, uint64_t size) {
+    const Device::HostRange from = device_.find_host(src, size);
+    if (size == 0 || from.buffer == nullptr) return write(buffer, offset, src, size);
+    const std::lock_guard lock(mutex_);
+    copy(*from.buffer, from.offset, buffer, offset, size);
+}
+
 void Queue::read(const Buffer& buffer, uint64_t offset, void* dst, uint64_t size) {
     if (size == 0) return;
+    const Device::HostRange there = device_.find_host(dst, size);
     const std::lock_guard lock(mutex_);
+    if (there.buffer != nullptr) return copy(buffer, offset, *there.buffer, there.offset, size);
     HostStaging::Slot& to = take(download_, size, MemoryUse::download);
     copy(buffer, offset, to.buffer, 0, size);
     download_.deliver_later(to, dst, size);
@@ -156,10 +165,27 @@ VkCommandBuffer Queue::copies() {
     return open_ = free->commands;
 }
 
+// Copies that have nothing in common run beside each other.
 void Queue::copy(const Buffer& from, uint64_t from_offset, const Buffer& to, uint64_t to_offset,
                  uint64_t size) {
+    const bool is_first = open_ == VK_NULL_HANDLE;
     VkCommandBuffer commands = copies();
-    record_barrier(vk_, commands);
+    const Range source{from.serial(), from_offset, from_offset + size},
+        target{to.serial(), to_offset, to_offset + size};
+    const auto touches = [](const std::vector<Range>& ranges, const Range& range) {
+        return std::any_of(ranges.begin(), ranges.end(), [&](const Range& other) {
+            return other.serial == range.serial && other.begin < range.end &&
+                   range.begin < other.end;
+        });
+    };
+    if (is_first || touches(copied_to_, source) || touches(copied_to_, target) ||
+        touches(copied_from_, target)) {
+        record_barrier(vk_, commands);
+        copied_from_.clear();
+        copied_to_.clear();
+    }
+    copied_from_.push_back(source);
+    copied_to_.push_back(target);
     const VkBufferCopy region{from_offset, to_offset, size};
     vk_.vkCmdCopyBuffer(commands, from.handle(), to.handle(), 1, &region);
 }

@@ -26,7 +26,11 @@ class Queue {
     void run(VkCommandBuffer commands);
     // src is read before it returns.
     void write(const Buffer& buffer, uint64_t offset, const void* src, uint64_t size);
-    // dst is filled by the first wait for a later signal that succeeds, or not at all.
+    // src, if in memory of Device::allocate_host, is read until a later signal has been waited for;
+    // other memory as write does.
+    void write_in_place(const Buffer& buffer, uint64_t offset, const void* src, uint64_t size);
+    // dst is filled by the first wait for a later signal that succeeds, or not at all; memory of
+    // Device::allocate_host by the device itself.
     void read(const Buffer& buffer, uint64_t offset, void* dst, uint64_t size);
     // A read into dst that was not delivered yet never is.
     void forget_read(const void* dst);
@@ -43,6 +47,9 @@ class Queue {
     struct Transient {
         VkCommandBuffer commands;
         uint64_t busy_until;
+    };
+    struct Range {
+        uint64_t serial, begin, end;  // of a buffer, bytes
     };
     using HostStaging = Staging<Buffer, &Buffer::mapped>;
 
@@ -70,6 +77,7 @@ class Queue {
     std::vector<VkCommandBuffer> pending_;
     std::vector<Transient> transients_;
     VkCommandBuffer open_ = VK_NULL_HANDLE;  // the transient that copies are being recorded into
+    std::vector<Range> copied_from_, copied_to_;  // behind the last barrier there
     HostStaging upload_, download_;
     std::exception_ptr flush_failure_;  // for the next signal to report
 };

@@ -4,7 +4,9 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
+#include <memory>
 
 #include "backends/vulkan/test_device.hpp"
 #include "backends/vulkan/test_replaced.hpp"
@@ -103,4 +105,41 @@ TEST_CASE("memory that is not to be had leaves the device as it was") {
     const Buffer buffer = device.upload(kWritten.data(), sizeof kWritten);
     Queue queue(device);
     CHECK(contents(queue, buffer).size() == sizeof kWritten);
+}
+
+TEST_CASE("memory of the host is read and written where it lies") {
+    if (!under_test::available()) return;
+    Device device(under_test::new_logical_device());
+    constexpr uint64_t kSize = 3 * sizeof(Words);
+    struct Release {
+        Device& device;
+        void operator()(void* memory) const { device.release_host(memory); }
+    };
+    const std::unique_ptr<void, Release> memory(device.allocate_host(kSize), {device});
+    CHECK(reinterpret_cast<uintptr_t>(memory.get()) % 64 == 0);
+    auto* words = static_cast<Words*>(memory.get());
+    CHECK(std::all_of(words, words + 3, [](const Words& w) { return w == Words{}; }));
+    CHECK(device.find_host(words + 1, 2 * sizeof(Words)).offset == sizeof(Words));
+    CHECK(device.find_host(words + 1, 2 * sizeof(Words) + 1).buffer == nullptr);
+    CHECK(device.find_host(words + 3, 1).buffer == nullptr);
+
+    const Buffer buffer(device, 2 * sizeof(Words));
+    Queue queue(device);
+    words[0] = kUntouched;
+    queue.write_in_place(buffer, 0, &words[0], sizeof(Words));
+    queue.write_in_place(buffer, sizeof(Words), kWritten.data(), sizeof(Words));
+    words[0] = kWritten;  // what the device reads
+    SUBCASE("one after another where they have something in common") {
+        queue.read(buffer, sizeof(Words), &words[1], sizeof(Words));
+        queue.write_in_place(buffer, sizeof(Words), &words[0], sizeof(Words));
+        queue.read(buffer, 0, &words[2], sizeof(Words));
+        queue.read(buffer, sizeof(Words), &words[2], sizeof(Words));
+    }
+    SUBCASE("without a wait for the host to deliver them") {
+        queue.read(buffer, 0, &words[1], sizeof(Words));
+        queue.read(buffer, sizeof(Words), &words[2], sizeof(Words));
+    }
+    device.settle();
+    CHECK(words[1] == kWritten);
+    CHECK(words[2] == kWritten);
 }

@@ -46,6 +46,9 @@ class VulkanBackend {
         device.clear(buffer);
         return buffer;
     }
+    void* allocate_host(Device& device, uint64_t size) const { return device.allocate_host(size); }
+    void release_host(Device& device, void* memory) const noexcept { device.release_host(memory); }
+
     Stage make_stage(Device& device, uint32_t stage, const void* params) const {
         return Stage(device, vulkan::kMakers[stage](params, device));
     }

@@ -55,6 +55,13 @@ def enumeration_of_field(field):
     return next((each for each in ENUMERATIONS if match and each.prefix in match.groups()), None)
 
 
+def tracker_flags(contract):
+    """The flags of defrec_tracker_desc, each an option of its own in the bindings: `option` is its name."""
+    prefix = "DEFREC_TRACKER_"
+    values = [value for enum in contract.enums for value in enum["values"] if value["name"].startswith(prefix)]
+    return [{**value, "option": value["name"].removeprefix(prefix).lower()} for value in values]
+
+
 def pascal(name):
     return "".join(part[:1].upper() + part[1:].lower() for part in name.split("_"))
 

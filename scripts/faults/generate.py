@@ -14,9 +14,11 @@ import sys
 from rows import SECTIONS, WITHOUT_TEST
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "scripts"))
+from test_names import test_names  # noqa: E402
+
 FOLDERS = ("backends", "conformance", "plugins", "sdk")
 PAGE = ROOT / "docs" / "faults.md"
-TEST_CASE = re.compile(r'TEST_CASE\(\s*((?:"(?:[^"\\]|\\.)*"\s*)+)\)')
 NUMBERS = re.compile(r"rows? (\d+(?:(?:, | and |-| to )\d+)*):")
 
 HEAD = """# Faults and how they are answered
@@ -47,8 +49,7 @@ def tests():
     paths = sorted(str(path.relative_to(ROOT)) for folder in FOLDERS for path in (ROOT / folder).rglob("*_test.cpp"))
     found = collections.defaultdict(list)
     for path in paths:
-        for match in TEST_CASE.finditer((ROOT / path).read_text()):
-            name = "".join(re.findall(r'"((?:[^"\\]|\\.)*)"', match.group(1)))
+        for name in test_names(ROOT / path):
             if not re.match(r"rows? \d", name):
                 continue
             for number in numbers_of(name):

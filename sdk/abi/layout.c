@@ -306,6 +306,7 @@ int main(void) {
     FIELD(defrec_frame, right);
     FIELD(defrec_frame, ignore);
     FIELD(defrec_frame, samples);
+    FIELD(defrec_frame, deadline_ns);
     SIZE(defrec_stage_time);
     FIELD(defrec_stage_time, name);
     FIELD(defrec_stage_time, milliseconds);
@@ -450,6 +451,9 @@ int main(void) {
     VALUE(DEFREC_REASON_CALIBRATION);
     VALUE(DEFREC_REASON_TEMPLATE_GREW);
     VALUE(DEFREC_REASON_TEMPLATE_FULL);
+    VALUE(DEFREC_REASON_COARSE);
+    VALUE(DEFREC_REASON_UNCHECKED);
+    VALUE(DEFREC_REASON_OVERDUE);
     VALUE(DEFREC_REASON_ONE_EYE);
     VALUE(DEFREC_REASON_EYES_SWAPPED);
     VALUE(DEFREC_POINT_OBSERVED);

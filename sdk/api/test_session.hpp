@@ -60,6 +60,7 @@ struct TrackingSession {
         Image left, right, ignore;
         uint32_t flags = 0;
         defrec_memory samples = nullptr;
+        uint64_t deadline_ns = 0;
     };
     defrec_status submit(const Frame& given, defrec_job* job) {
         defrec_image images[3];
@@ -82,6 +83,7 @@ struct TrackingSession {
         frame.ignore =
             given.ignore.pixels != nullptr || given.ignore.memory != nullptr ? &images[2] : nullptr;
         frame.samples = given.samples;
+        frame.deadline_ns = given.deadline_ns;
         return defrec_tracker_submit(tracker, &frame, job);
     }
 };

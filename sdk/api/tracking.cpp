@@ -73,13 +73,24 @@ FrameImage read_frame_image(const char* what, const defrec_image* given, uint32_
     return read;
 }
 
+// begin: of the call that the time counts from.
+FrameInput::Clock::time_point read_deadline(uint64_t deadline_ns,
+                                            FrameInput::Clock::time_point begin) {
+    const std::chrono::nanoseconds most = FrameInput::Clock::time_point::max() - begin;
+    if (deadline_ns == 0 || deadline_ns >= static_cast<uint64_t>(most.count()))
+        return FrameInput::Clock::time_point::max();
+    return begin + std::chrono::nanoseconds(deadline_ns);
+}
+
 FrameInput read_frame(const defrec_frame* given, const Tracker& tracker) {
+    const FrameInput::Clock::time_point begin = FrameInput::Clock::now();
     const auto frame = read_struct<defrec_frame>("frame", given);
     if ((frame.flags & ~uint32_t{DEFREC_FRAME_CAPTURE_TEMPLATE}) != 0)
         fail(DEFREC_ERROR_ARGUMENT, "frame.flags has unknown bits: ", frame.flags);
     FrameInput input;
     input.timestamp_ns = frame.timestamp_ns;
     input.flags = frame.flags;
+    input.deadline = read_deadline(frame.deadline_ns, begin);
     input.views[0] =
         read_frame_image("left", frame.left, tracker.format(), tracker.memory_stride(), tracker);
     input.views[1] =

@@ -9,12 +9,15 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <cfenv>
 #include <cstdlib>
 #include <cstring>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <system_error>
 
 #include "sdk/base/descriptor.hpp"
@@ -221,21 +224,38 @@ std::string own_folder() {
 
 // The loader takes two libraries of one name for the same, and numbers of descriptors come again:
 // each name is another way to write the same path, with bits as "/." and "/": those of a count, and
-// of where it lies, for a process may hold this library twice.
+// of where it lies, for a process may hold this library twice. The loader keeps every name it was
+// given, so a file that it has already is asked for by the name that it had.
 void* open_library(const Descriptor& file, const std::string& path) {
+    static std::mutex mutex;
+    static std::map<std::array<int64_t, 5>, std::string> names;  // of files that are loaded
     static std::atomic<uint16_t> count{0};
-    const auto place = static_cast<uint64_t>(reinterpret_cast<uintptr_t>(&count));
-    std::string name = "/proc/self/fd";
-    for (uint64_t bits = place << 16 | count++; bits != 0; bits >>= 1)
-        name += (bits & 1) != 0 ? "/." : "/";
-    name += concat("/", file.get());
-    const bool has_proc = access(name.c_str(), R_OK) == 0;
-    void* library =
-        dlopen(has_proc ? name.c_str() : path.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
+    struct stat info;
+    if (fstat(file.get(), &info) != 0) fail(DEFREC_ERROR_IO, path, ": ", std::strerror(errno));
+    const std::array<int64_t, 5> identity{
+        static_cast<int64_t>(info.st_dev), static_cast<int64_t>(info.st_ino),
+        static_cast<int64_t>(info.st_size), static_cast<int64_t>(info.st_ctim.tv_sec),
+        static_cast<int64_t>(info.st_ctim.tv_nsec)};
+    std::string name;
+    {
+        const std::lock_guard lock(mutex);
+        if (const auto known = names.find(identity); known != names.end()) name = known->second;
+    }
+    if (name.empty()) {
+        name = "/proc/self/fd";
+        const auto place = static_cast<uint64_t>(reinterpret_cast<uintptr_t>(&count));
+        for (uint64_t bits = place << 16 | count++; bits != 0; bits >>= 1)
+            name += (bits & 1) != 0 ? "/." : "/";
+        name += concat("/", file.get());
+        if (access(name.c_str(), R_OK) != 0) name = path;  // there is no /proc
+    }
+    void* library = dlopen(name.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
     if (library == nullptr) {
         const char* reason = dlerror();
         fail(DEFREC_ERROR_PLUGIN, path, ": ", reason == nullptr ? "cannot be loaded" : reason);
     }
+    const std::lock_guard lock(mutex);
+    names.emplace(identity, name);
     return library;
 }
 

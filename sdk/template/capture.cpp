@@ -14,38 +14,38 @@
 namespace defrec {
 namespace {
 
-// Control points on a grid that spans the image; one exists where the surface is within half a
-// spacing.
-void place_nodes(TemplateData& data, double spacing_px) {
+// Control points on a grid that spans the image, for each piece of the surface; one exists where
+// the piece is within half a spacing.
+void place_nodes(TemplateData& data, size_t pieces, double spacing_px) {
     NodeGrid& grid = data.node_grid;
     grid.columns = std::max(2, static_cast<int>(std::lround((data.width - 1) / spacing_px)) + 1);
     grid.rows = std::max(2, static_cast<int>(std::lround((data.height - 1) / spacing_px)) + 1);
     grid.spacing_u = (data.width - 1.0) / (grid.columns - 1);
     grid.spacing_v = (data.height - 1.0) / (grid.rows - 1);
-    grid.node.assign(static_cast<size_t>(grid.columns) * static_cast<size_t>(grid.rows), -1);
-    for (int y = 0; y < grid.rows; ++y)
-        for (int x = 0; x < grid.columns; ++x) {
-            const double u = x * grid.spacing_u, v = y * grid.spacing_v;
-            double disparity = 0, support = 0;
-            if (!grid_disparity(data, u, v, disparity, support)) continue;
-            grid.node[static_cast<size_t>(y * grid.columns + x)] =
-                static_cast<int32_t>(data.nodes.size() / 3);
-            for (const double value : back_project(data.camera, u, v, disparity))
-                data.nodes.push_back(static_cast<float>(value));
-        }
+    grid.node.assign(grid.cells() * pieces, -1);
+    size_t cell = 0;
+    for (size_t piece = 0; piece < pieces; ++piece)
+        for (int y = 0; y < grid.rows; ++y)
+            for (int x = 0; x < grid.columns; ++x, ++cell) {
+                const double u = x * grid.spacing_u, v = y * grid.spacing_v;
+                double disparity = 0, support = 0;
+                if (!grid_disparity(data, static_cast<int>(piece), u, v, disparity, support))
+                    continue;
+                grid.node[cell] = static_cast<int32_t>(data.nodes.size() / 3);
+                for (const double value : back_project(data.camera, u, v, disparity))
+                    data.nodes.push_back(static_cast<float>(value));
+                if (pieces > 1) data.node_piece.push_back(static_cast<uint8_t>(piece));
+            }
 }
 
 void measure_node_spacing(TemplateData& data) {
     const NodeGrid& grid = data.node_grid;
     std::vector<double> steps;
-    for (int y = 0; y < grid.rows; ++y)
-        for (int x = 0; x + 1 < grid.columns; ++x) {
-            const int32_t a = grid.node[static_cast<size_t>(y * grid.columns + x)];
-            const int32_t b = grid.node[static_cast<size_t>(y * grid.columns + x + 1)];
-            if (a >= 0 && b >= 0)
+    for (size_t first = 0; first < grid.node.size(); first += static_cast<size_t>(grid.columns))
+        for (size_t i = first; i + 1 < first + static_cast<size_t>(grid.columns); ++i)
+            if (const int32_t a = grid.node[i], b = grid.node[i + 1]; a >= 0 && b >= 0)
                 steps.push_back(
                     node_distance(data.nodes, static_cast<size_t>(a), static_cast<size_t>(b)));
-        }
     data.node_spacing_mm = median(std::move(steps));
 }
 
@@ -60,7 +60,10 @@ void place_vertices(TemplateData& data) {
             const double u = std::min<double>(x * grid.spacing, data.width - 1);
             const double v = std::min<double>(y * grid.spacing, data.height - 1);
             defrec_surface_point point{};
-            if (!surface_point(data, u, v, point)) continue;
+            // On the image's rim the piece round a pixel may be another one than its vertex is of.
+            if (!surface_point(data, u, v, point) ||
+                (!grid.piece.empty() && data.piece_of(point) != grid.piece[index]))
+                continue;
             index_of[index] = static_cast<int32_t>(data.vertices.size());
             data.vertices.push_back(point);
             data.vertex_support.push_back(grid.support[index]);
@@ -74,6 +77,10 @@ void place_vertices(TemplateData& data) {
             const int32_t a = vertex(0, 0), b = vertex(1, 0), c = vertex(0, 1), d = vertex(1, 1);
             const auto add = [&](int32_t i, int32_t j, int32_t k) {
                 if (i < 0 || j < 0 || k < 0) return;
+                const auto piece = [&](int32_t of) {
+                    return data.piece_of(data.vertices[static_cast<size_t>(of)]);
+                };
+                if (piece(i) != piece(j) || piece(j) != piece(k)) return;
                 for (const int32_t index : {i, j, k})
                     data.triangles.push_back(static_cast<uint32_t>(index));
             };
@@ -118,8 +125,9 @@ std::optional<TemplateData> capture_template(const CaptureInput& input) {
     data.width = input.width;
     data.height = input.height;
     data.camera = input.camera;
-    if (!fit_surface(input, data.grid)) return std::nullopt;
-    place_nodes(data, input.node_spacing_px);
+    const size_t pieces = fit_surface(input, data.grid);
+    if (pieces == 0) return std::nullopt;
+    place_nodes(data, pieces, input.node_spacing_px);
     if (data.nodes.size() < 3 * 4) return std::nullopt;
     measure_node_spacing(data);
     connect_nodes(data, 0);

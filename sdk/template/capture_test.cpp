@@ -3,11 +3,14 @@
 
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cmath>
 #include <functional>
 #include <random>
 #include <set>
 #include <vector>
+
+#include "backends/shared/motion.hpp"
 
 namespace {
 
@@ -154,7 +157,16 @@ TEST_CASE("an instrument in front is no part of the surface, nor is anything pla
         CHECK(landmark.position[2] > 400 * 5 / 40.0);
 }
 
-TEST_CASE("the surface ends at a step to other tissue, behind it or in front") {
+// Whether all that several control points move is moved by those of one piece.
+bool is_of_one_piece(const TemplateData& data, const auto& item) {
+    for (int k = 0; k < DEFREC_SKIN_NODES; ++k)
+        if (item.weight[k] > 0 &&
+            data.piece_of_node(static_cast<size_t>(item.node[k])) != data.piece_of(item))
+            return false;
+    return true;
+}
+
+TEST_CASE("tissue behind a step or in front of it is a piece of its own, joined by nothing") {
     double other = 0;
     SUBCASE("behind") { other = 0.8; }
     SUBCASE("in front") { other = 1.25; }
@@ -163,16 +175,65 @@ TEST_CASE("the surface ends at a step to other tissue, behind it or in front") {
     });
     const auto data = defrec::capture_template(scene.prepared());
     REQUIRE(data.has_value());
+    REQUIRE(data->pieces() == 2);
     for (double v = 3; v < kHeight; v += 9.3)
         for (double u = 3; u < kWidth; u += 7.7) {
             CAPTURE(u);
             CAPTURE(v);
             const double from_step = 210 - u - 0.3 * v;
-            double disparity = 0, support = 0;
-            if (from_step > 30) CHECK(lift_error_mm(*data, u, v, smooth_disparity(u, v)) < 0.2);
-            if (from_step < -20)
-                CHECK_FALSE(defrec::grid_disparity(*data, u, v, disparity, support));
+            if (std::abs(from_step) < 30) continue;
+            const bool is_first = from_step > 0;
+            CHECK(defrec::grid_piece(*data, u, v) == (is_first ? 0 : 1));
+            CHECK(lift_error_mm(*data, u, v, (is_first ? 1 : other) * smooth_disparity(u, v)) <
+                  0.25);
         }
+    std::array<size_t, 2> vertices{};
+    for (const defrec_surface_point& vertex : data->vertices) {
+        CHECK(is_of_one_piece(*data, vertex));
+        ++vertices[data->piece_of(vertex)];
+    }
+    CHECK(vertices[0] > vertices[1]);
+    CHECK(vertices[1] > data->vertices.size() / 4);
+    for (const defrec_surface_point& landmark : data->landmark_points)
+        CHECK(is_of_one_piece(*data, landmark));
+    for (const auto* patches : {&data->patches, &data->checks})
+        for (const defrec_patch& patch : *patches) CHECK(is_of_one_piece(*data, patch));
+    for (const defrec_edge& edge : data->edges)
+        CHECK(data->piece_of_node(static_cast<size_t>(edge.a)) ==
+              data->piece_of_node(static_cast<size_t>(edge.b)));
+    for (size_t i = 0; i < data->triangles.size(); i += 3)
+        for (size_t k = 1; k < 3; ++k)
+            CHECK(data->piece_of(data->vertices[data->triangles[i + k]]) ==
+                  data->piece_of(data->vertices[data->triangles[i]]));
+}
+
+TEST_CASE("points belong to the piece that was seen at their pixel, and move with it") {
+    Scene scene([](double x, double y) { return (x < 160 ? 1 : 0.8) * smooth_disparity(x, y); });
+    auto data = defrec::capture_template(scene.prepared());
+    REQUIRE(data.has_value());
+    const defrec::Template surface(std::move(*data));
+    std::vector<defrec_motion> motions(surface.data().nodes.size() / 3);
+    for (size_t i = 0; i < motions.size(); ++i) {
+        const double aside = surface.data().piece_of_node(i) == 1 ? 7 : 0;
+        motions[i] = defrec::from_rigid(defrec::Quaternion<double>{1, 0, 0, 0},
+                                        defrec::Vec3<double>{aside, 0, 0})
+                         .store();
+    }
+    const double uv[] = {80, 90, 240, 90, 150, 40, 170, 160};
+    double xyz[12];
+    uint8_t found[4];
+    surface.lift(uv, 4, xyz, found);
+    for (size_t i = 0; i < 4; ++i) {
+        REQUIRE(found[i] == 1);
+        const double* point = xyz + 3 * i;
+        const bool is_second = uv[2 * i] > 160;
+        CHECK(surface.piece_at(point) == (is_second ? 1 : 0));
+        const auto moved = defrec::apply(surface.motion_at(point, motions.data()),
+                                         defrec::Vec3<double>{point[0], point[1], point[2]});
+        CHECK(moved.x - point[0] == doctest::Approx(is_second ? 7 : 0));
+        const auto vertex = static_cast<size_t>(surface.vertex_at(point));
+        CHECK(surface.data().piece_of(surface.data().vertices[vertex]) == (is_second ? 1 : 0));
+    }
 }
 
 TEST_CASE(

@@ -56,7 +56,8 @@ void place_checks(TemplateData& data) {
                 for (int x = x0; x < std::min(x0 + step, grid.columns); ++x)
                     if (const int32_t vertex =
                             grid.vertex[static_cast<size_t>(y * grid.columns + x)];
-                        vertex >= 0)
+                        vertex >= 0 && data.piece_of(data.vertices[static_cast<size_t>(vertex)]) ==
+                                           data.piece_of(patch))
                         data.check_of_vertex[static_cast<size_t>(vertex)] = index;
         }
 }

@@ -1,6 +1,6 @@
 // A template as a file: a header with a version, the arrays one after the other, a checksum. Little
 // endian. Layout 1 is that of a template that has not grown; layout 2 has the parts that joined at
-// its end.
+// its end; layout 3, of a surface of several pieces, the pieces of its control points before them.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -23,7 +23,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "the file's layout is the memory's");
 
 constexpr char kMagic[8] = {'d', 'e', 'f', 'r', 'e', 'c', 'T', '\n'};
-constexpr uint32_t kFirstViewVersion = 1, kGrownVersion = 2;
+constexpr uint32_t kFirstViewVersion = 1, kGrownVersion = 2, kPiecesVersion = 3;
 constexpr uint64_t kMaxBytes = uint64_t{1} << 30;
 
 uint64_t checksum(const char* bytes, size_t count) {
@@ -155,7 +155,7 @@ void read_parts(Reader& reader, TemplateData& data, GrownChecks& grown) {
     uint64_t parts = 0;
     reader.value(data.page_end);
     reader.value(parts);
-    if (parts == 0 || parts > kMaxParts) reader.broken("its number of parts is out of range");
+    if (parts > kMaxParts) reader.broken("its number of parts is out of range");
     for (uint64_t i = 0; i < parts; ++i) {
         GrownPart& part = data.parts.emplace_back();
         visit_part_scalars(part, [&](auto& value) { reader.value(value); });
@@ -214,12 +214,16 @@ const char* fault_of(const TemplateData& data) {
         !all_finite(grid.support))
         return "its surface grid is inconsistent";
     const size_t node_cells = grid_size(data.node_grid.columns, data.node_grid.rows);
-    if (node_cells == 0 || data.node_grid.node.size() != node_cells ||
+    if (node_cells == 0 || data.node_grid.node.empty() ||
+        data.node_grid.node.size() % node_cells != 0 ||
+        data.node_grid.node.size() / node_cells > data.pieces() ||
         !above_zero(data.node_grid.spacing_u) || !above_zero(data.node_grid.spacing_v))
         return "its grid of control points is inconsistent";
     const size_t nodes = data.nodes.size() / 3, vertices = data.vertices.size();
     if (nodes == 0 || data.nodes.size() % 3 != 0 || !all_finite(data.nodes))
         return "its control points are unusable";
+    if (!data.node_piece.empty() && (data.node_piece.size() != nodes || data.pieces() > kMaxPieces))
+        return "the pieces of its control points are out of range";
     if (vertices == 0 || data.vertex_support.size() != vertices || data.triangles.size() % 3 != 0 ||
         !all_finite(data.vertex_support))
         return "its surface is empty or inconsistent";
@@ -237,6 +241,10 @@ const char* fault_of(const TemplateData& data) {
             return "a control point index is out of range";
     for (const uint32_t index : data.triangles)
         if (index >= vertices) return "a triangle's index is out of range";
+    for (size_t i = 0; i < data.node_grid.node.size(); ++i)
+        if (const int32_t node = data.node_grid.node[i];
+            node >= 0 && data.piece_of_node(static_cast<size_t>(node)) != i / node_cells)
+            return "a control point is on the grid of another piece";
     for (const defrec_edge& edge : data.edges)
         if (edge.a < 0 || edge.a >= edge.b || static_cast<size_t>(edge.b) >= nodes ||
             !above_zero(edge.weight))
@@ -281,7 +289,8 @@ const char* fault_of_parts(const TemplateData& data, const GrownChecks& grown) {
     if (data.page_end.x > data.width || data.page_end.y > data.height ||
         data.page_end.shelf > data.height)
         return "the end of its last page is out of range";
-    if (grown.of_vertex.size() != (data.parts.empty() ? 0 : data.vertices.size()))
+    if (grown.of_vertex.size() != data.vertices.size() &&
+        !(data.parts.empty() && grown.of_vertex.empty()))
         return "its checks are inconsistent";
     for (const int32_t check : grown.of_vertex)
         if (check < -1 || check >= static_cast<int64_t>(grown.checks.size()))
@@ -289,6 +298,15 @@ const char* fault_of_parts(const TemplateData& data, const GrownChecks& grown) {
     for (const defrec_patch& check : grown.checks)
         if (!patch_in_range(data, check)) return "a check is out of range";
     return nullptr;
+}
+
+// The first view's pieces, from what moves its vertices.
+void restore_grid_pieces(TemplateData& data) {
+    if (data.node_piece.empty()) return;
+    data.grid.piece.assign(data.grid.vertex.size(), 0);
+    for (size_t i = 0; i < data.grid.vertex.size(); ++i)
+        if (const int32_t vertex = data.grid.vertex[i]; vertex >= 0)
+            data.grid.piece[i] = data.piece_of(data.vertices[static_cast<size_t>(vertex)]);
 }
 
 // With the first view's checks made anew the parts' follow them.
@@ -309,10 +327,14 @@ void append_checks(TemplateData& data, const GrownChecks& grown) {
 void Template::save(const char* path) const {
     Writer writer;
     for (const char c : kMagic) writer.value(c);
-    writer.value(data_.parts.empty() ? kFirstViewVersion : kGrownVersion);
+    const bool has_pieces = !data_.node_piece.empty();
+    writer.value(has_pieces            ? kPiecesVersion
+                 : data_.parts.empty() ? kFirstViewVersion
+                                       : kGrownVersion);
     visit_scalars(data_, [&](const auto& value) { writer.value(value); });
     visit_arrays(data_, [&](const auto& values) { writer.array(values); });
-    if (!data_.parts.empty()) write_parts(data_, writer);
+    if (has_pieces) writer.array(data_.node_piece);
+    if (has_pieces || !data_.parts.empty()) write_parts(data_, writer);
     const std::string& bytes = writer.bytes();
     const uint64_t sum = checksum(bytes.data(), bytes.size());
 
@@ -355,14 +377,17 @@ std::shared_ptr<const Template> Template::load(Context& context, const char* pat
     reader.value(magic);
     uint32_t version = 0;
     reader.value(version);
-    if (version != kFirstViewVersion && version != kGrownVersion)
+    if (version < kFirstViewVersion || version > kPiecesVersion)
         fail(DEFREC_ERROR_VERSION, name, " has layout ", version, ", this library reads ",
-             kFirstViewVersion, " and ", kGrownVersion);
+             kFirstViewVersion, " to ", kPiecesVersion);
     TemplateData data;
     visit_scalars(data, [&](auto& value) { reader.value(value); });
     visit_arrays(data, [&](auto& values) { reader.array(values); });
     GrownChecks grown;
-    if (version == kGrownVersion) read_parts(reader, data, grown);
+    if (version == kPiecesVersion) reader.array(data.node_piece);
+    if (version != kFirstViewVersion) read_parts(reader, data, grown);
+    if (version == kGrownVersion && data.parts.empty())
+        reader.broken("its number of parts is out of range");
     const size_t end = reader.position();
     uint64_t sum = 0;
     reader.value(sum);
@@ -370,6 +395,7 @@ std::shared_ptr<const Template> Template::load(Context& context, const char* pat
     if (sum != checksum(bytes.data(), end)) reader.broken("its checksum does not fit");
     if (const char* fault = fault_of(data)) reader.broken(fault);
     if (const char* fault = fault_of_parts(data, grown)) reader.broken(fault);
+    restore_grid_pieces(data);
     place_checks(data);
     append_checks(data, grown);
     context.log(DEFREC_LOG_INFO,

@@ -23,7 +23,7 @@ TemplateData square() {
     data.width = 64;
     data.height = 48;
     data.camera = {100, 100, 32, 24, 5};
-    data.grid = {2, 2, 40, {10, 10, 10, 10}, {0, 0, 0, 0}, {0, 1, 2, 3}};
+    data.grid = {2, 2, 40, {10, 10, 10, 10}, {0, 0, 0, 0}, {0, 1, 2, 3}, {}};
     data.node_grid = {2, 2, 40, 40, {0, 0, 0, 0}};
     data.node_spacing_mm = 20;
     for (int i = 0; i < 4; ++i) {
@@ -38,6 +38,18 @@ TemplateData square() {
     data.vertex_support.assign(4, 0);
     data.nodes = {10, 10, 50};
     data.image.assign(64 * 48, 128);
+    return data;
+}
+
+// Its lower two vertices are of another piece, which another control point moves.
+TemplateData two_pieces() {
+    TemplateData data = square();
+    data.nodes.insert(data.nodes.end(), {10, 20, 50});
+    data.node_piece = {0, 1};
+    data.node_grid.node = {0, 0, -1, -1, -1, -1, 1, 1};
+    data.grid.piece = {0, 0, 1, 1};
+    for (size_t i = 2; i < 4; ++i) std::fill_n(data.vertices[i].node, DEFREC_SKIN_NODES, 1);
+    data.check_of_vertex.assign(4, -1);
     return data;
 }
 
@@ -163,6 +175,36 @@ TEST_CASE("a template that has grown is read as it was written") {
     CHECK(bytes[8] == 2);  // the layout
     defrec::Template(square()).save(path.c_str());
     CHECK(defrec::test::read_file(path)[8] == 1);
+}
+
+TEST_CASE("a template of several pieces is read as it was written") {
+    const defrec::test::TemporaryFolder folder;
+    const std::string path = folder.path() / "template", again = folder.path() / "again";
+    defrec::Template(two_pieces()).save(path.c_str());
+    const defrec::test::TestContext context;
+    defrec_template loaded = nullptr;
+    REQUIRE(defrec_template_load(context.get(), path.c_str(), &loaded) == DEFREC_OK);
+    REQUIRE(defrec_template_save(loaded, again.c_str()) == DEFREC_OK);
+    defrec_template_release(loaded);
+    const auto bytes = defrec::test::read_file(path);
+    CHECK(bytes == defrec::test::read_file(again));
+    CHECK(bytes[8] == 3);  // the layout
+}
+
+TEST_CASE("pieces that do not fit their template are refused") {
+    const std::function<void(TemplateData&)> faults[] = {
+        [](TemplateData& d) { d.node_piece.pop_back(); },
+        [](TemplateData& d) { d.node_piece[1] = defrec::kMaxPieces; },
+        [](TemplateData& d) { d.node_piece[1] = 0; },
+        [](TemplateData& d) { d.node_grid.node.push_back(0); },
+        [](TemplateData& d) { std::swap(d.node_grid.node[0], d.node_grid.node[6]); },
+    };
+    for (const auto& spoil : faults) {
+        TemplateData data = two_pieces();
+        spoil(data);
+        CAPTURE(&spoil - faults);
+        CHECK(reload(data) == nullptr);
+    }
 }
 
 TEST_CASE("parts that do not fit their template are refused") {

@@ -54,15 +54,16 @@ class Grower {
 
     const TemplateData& old_;
     const FoundFrame &earlier_, &now_;
-    NewTissue tissue_;                   // of the frame now
-    std::optional<PixelBuckets> nodes_;  // old and new ones, in the image
-    std::vector<Motion> motions_;        // of all control points
-    GrownPart part_;                     // over the whole image until it is cropped
+    NewTissue tissue_;                 // of the frame now
+    std::vector<PixelBuckets> nodes_;  // old and new ones, in the image, piece by piece
+    std::vector<Motion> motions_;      // of all control points
+    GrownPart part_;                   // over the whole image until it is cropped
 };
 
 void Grower::append_nodes(Growth& growth) {
     TemplateData& data = growth.data;
-    std::vector<PixelPoint> fresh, all;
+    std::vector<PixelPoint> fresh;
+    std::vector<std::vector<PixelPoint>> all(old_.pieces());
     for (size_t i = 0; i < tissue_.cells(); ++i)
         if (tissue_.is_new[i] != 0)
             fresh.push_back({static_cast<int32_t>(i), tissue_.cell_u(i), tissue_.cell_v(i)});
@@ -70,18 +71,25 @@ void Grower::append_nodes(Growth& growth) {
     for (const defrec_motion& motion : now_.motions) motions_.push_back(Motion::load(motion));
     for (size_t i = 0; i < tissue_.node_at.size(); ++i)
         if (tissue_.node_at[i].z > 1)
-            all.push_back({static_cast<int32_t>(i), tissue_.pixel_u(tissue_.node_at[i]),
-                           tissue_.pixel_v(tissue_.node_at[i])});
+            all[old_.piece_of_node(i)].push_back({static_cast<int32_t>(i),
+                                                  tissue_.pixel_u(tissue_.node_at[i]),
+                                                  tissue_.pixel_v(tissue_.node_at[i])});
     for (const NewTissue::Node& node : tissue_.nodes) {
-        if (new_cells.nearest(node.u, node.v, 1.5 * tissue_.node_spacing) == nullptr) continue;
-        all.push_back({static_cast<int32_t>(motions_.size()), node.u, node.v});
+        const auto of_piece = [&](const PixelPoint& point) {
+            return tissue_.piece(static_cast<size_t>(point.index)) == node.piece;
+        };
+        if (new_cells.nearest(node.u, node.v, 1.5 * tissue_.node_spacing, of_piece) == nullptr)
+            continue;
+        if (!data.node_piece.empty()) data.node_piece.push_back(node.piece);
+        all[node.piece].push_back({static_cast<int32_t>(motions_.size()), node.u, node.v});
         motions_.push_back(node.motion);
         growth.anchors.push_back(node.anchor);
         const Point rest = apply(inverse(node.motion), node.place);
         for (const double value : {rest.x, rest.y, rest.z})
             data.nodes.push_back(static_cast<float>(value));
     }
-    nodes_.emplace(all, tissue_.node_spacing);
+    for (const std::vector<PixelPoint>& nodes : all)
+        nodes_.emplace_back(nodes, tissue_.node_spacing);
     connect_nodes(data, tissue_.node_at.size());
 }
 
@@ -89,8 +97,10 @@ void Grower::append_nodes(Growth& growth) {
 bool Grower::carry(double u, double v, defrec_surface_point& point, SurfacePlace& place,
                    Motion& motion) const {
     Skin skin;
-    if (!surface_place(tissue_.seen, u, v, place) ||
-        !scattered_skin(*nodes_, tissue_.node_spacing, u, v, skin))
+    const int seen_piece = grid_piece(tissue_.seen, u, v);
+    const int piece = seen_piece < 0 ? -1 : tissue_.piece_of_seen[static_cast<size_t>(seen_piece)];
+    if (piece < 0 || !surface_place(tissue_.seen, u, v, place) ||
+        !scattered_skin(nodes_[static_cast<size_t>(piece)], tissue_.node_spacing, u, v, skin))
         return false;
     motion = blend<double>(motions_.data(), skin.node.data(), skin.weight.data());
     store3(apply(inverse(motion), as_point(place.position)), point.position);
@@ -156,8 +166,7 @@ void Grower::append_triangles(TemplateData& data) {
     const double spacing = tissue_.seen.grid.spacing;
     for (size_t i = 0; i < tissue_.cells(); ++i)
         if (part_.vertex[i] < 0)
-            if (const PixelPoint* near =
-                    tissue_.vertices->nearest(tissue_.cell_u(i), tissue_.cell_v(i), 1.5 * spacing))
+            if (const PixelPoint* near = tissue_.nearest_vertex(old_, i, 1.5 * spacing))
                 part_.vertex[i] = near->index;
     const auto first_new = static_cast<int32_t>(part_.before.vertices);
     const auto pixel = [&](size_t cell) {
@@ -170,6 +179,10 @@ void Grower::append_triangles(TemplateData& data) {
     const auto add = [&](size_t a, size_t b, size_t c) {
         const int32_t i = part_.vertex[a], j = part_.vertex[b], k = part_.vertex[c];
         if (i < 0 || j < 0 || k < 0 || std::max({i, j, k}) < first_new) return false;
+        const auto piece = [&](int32_t vertex) {
+            return data.piece_of(data.vertices[static_cast<size_t>(vertex)]);
+        };
+        if (piece(i) != piece(j) || piece(j) != piece(k)) return false;
         const auto [ua, va] = pixel(a);
         const auto [ub, vb] = pixel(b);
         const auto [uc, vc] = pixel(c);
@@ -289,7 +302,8 @@ void Grower::append_checks(TemplateData& data, std::vector<defrec_patch>& checks
                 !carry_patch(u, v, check))
                 continue;
             for (const size_t vertex : within)
-                data.check_of_vertex[vertex] = static_cast<int32_t>(checks.size());
+                if (data.piece_of(data.vertices[vertex]) == data.piece_of(check))
+                    data.check_of_vertex[vertex] = static_cast<int32_t>(checks.size());
             checks.push_back(check);
         }
 }

@@ -26,14 +26,15 @@ struct View {
     std::vector<int16_t> disparity;
     std::vector<defrec_feature> features;
 
-    explicit View(double aside, double depth = kDepth)
-        : gray(kWidth * kHeight),
-          mask(kWidth * kHeight, 255),
-          disparity(
-              kWidth * kHeight,
-              static_cast<int16_t>(std::lround(16 * kCamera.fx * kCamera.baseline_mm / depth))) {
+    explicit View(double aside, double depth = kDepth) : View(aside, depth, depth) {}
+    // Below the middle of the image another depth.
+    View(double aside, double depth_above, double depth_below)
+        : gray(kWidth * kHeight), mask(kWidth * kHeight, 255), disparity(kWidth * kHeight) {
         for (uint32_t y = 0; y < kHeight; ++y)
             for (uint32_t x = 0; x < kWidth; ++x) {
+                const double depth = y < kHeight / 2 ? depth_above : depth_below;
+                disparity[y * kWidth + x] = static_cast<int16_t>(
+                    std::lround(16 * kCamera.fx * kCamera.baseline_mm / depth));
                 const double along = (x - kCamera.cx) * depth / kCamera.fx + aside,
                              down = (y - kCamera.cy) * depth / kCamera.fy;
                 gray[y * kWidth + x] = static_cast<uint8_t>(
@@ -109,6 +110,55 @@ TEST_CASE("tissue beside the surface joins it, and what there was keeps its plac
         static_cast<double>(grown.vertices.size()) / static_cast<double>(old.vertices.size());
     CHECK(share == doctest::Approx(1 + 12.0 / 75).epsilon(0.05));
     CHECK(growth.anchors.size() == (grown.nodes.size() - old.nodes.size()) / 3);
+}
+
+TEST_CASE("each piece grows by its own tissue, and nothing joins the pieces") {
+    constexpr double kBelow = 100;
+    const TemplateData old = *capture_template(View(0, kDepth, kBelow).input());
+    REQUIRE(old.pieces() == 2);
+    const View earlier(11.5, kDepth, kBelow), now(12, kDepth, kBelow);
+    const auto then = moved_aside(old, 11.5), motions = moved_aside(old, 12);
+    const Growth growth =
+        grow_template(old, {earlier.input(), then}, {now.input(), motions}, 100000);
+    REQUIRE(growth.outcome == Growth::Outcome::kGrown);
+    const TemplateData& grown = growth.data;
+    CHECK(grown.node_piece.size() == grown.nodes.size() / 3);
+    CHECK(grown.pieces() == 2);
+    const auto depth_of = [](size_t piece) { return piece == 0 ? kDepth : kBelow; };
+    const bool first_is_above = old.vertices.front().position[2] < (kDepth + kBelow) / 2;
+    size_t joined[2] = {};
+    for (size_t i = old.vertices.size(); i < grown.vertices.size(); ++i) {
+        const defrec_surface_point& vertex = grown.vertices[i];
+        const size_t piece = grown.piece_of(vertex);
+        ++joined[piece];
+        CHECK(vertex.position[2] ==
+              doctest::Approx(depth_of(first_is_above ? piece : 1 - piece)).epsilon(0.01));
+        for (int k = 0; k < DEFREC_SKIN_NODES; ++k)
+            CHECK(grown.piece_of_node(static_cast<size_t>(vertex.node[k])) == piece);
+    }
+    CHECK(joined[0] > 50);
+    CHECK(joined[1] > 50);
+    for (size_t i = 0; i < grown.triangles.size(); i += 3)
+        for (size_t k = 1; k < 3; ++k)
+            CHECK(grown.piece_of(grown.vertices[grown.triangles[i + k]]) ==
+                  grown.piece_of(grown.vertices[grown.triangles[i]]));
+    for (const defrec_edge& edge : grown.edges)
+        CHECK(grown.piece_of_node(static_cast<size_t>(edge.a)) ==
+              grown.piece_of_node(static_cast<size_t>(edge.b)));
+    for (const NodeAnchor& anchor : growth.anchors)
+        for (size_t k = 0; k < NodeAnchor::kNodes; ++k)
+            if (anchor.weight[k] > 0)
+                CHECK(grown.piece_of_node(static_cast<size_t>(anchor.node[k])) ==
+                      grown.piece_of_node(static_cast<size_t>(anchor.node[0])));
+
+    // What is known on one piece says nothing of the other.
+    std::vector<uint32_t> cell(grown.vertices.size());
+    std::vector<float> distance(number_cells(grown, cell), 1e6f);
+    distance[cell[0]] = 0;
+    spread_over_map(grown, cell, distance);
+    for (size_t i = 0; i < grown.vertices.size(); ++i)
+        CHECK((distance[cell[i]] < 1e5f) ==
+              (grown.piece_of(grown.vertices[i]) == grown.piece_of(grown.vertices[0])));
 }
 
 TEST_CASE("what joins lies at rest where it belongs") {

@@ -32,9 +32,11 @@ class TissueFinder {
     void project_surface();
     void cover(const std::array<size_t, 3>& corners);
     bool fits() const;
+    void find_pieces();
     void find_candidates();
     void place_nodes();
-    const NewTissue::Node* nearest_new_node(double u, double v) const;
+    const NewTissue::Node* nearest_new_node(double u, double v, int piece) const;
+    NodeAnchor anchor_of(const Point& place, int piece) const;
     void keep_what_was_seen();
     bool was_seen(size_t cell) const;
     void keep_whole_pieces();
@@ -45,13 +47,15 @@ class TissueFinder {
     const TemplateData& old_;
     const FoundFrame &earlier_, &now_;
     NewTissue& found_;
-    std::vector<float> covered_;  // per cell: depth of the template's surface, 0: none
+    std::vector<float> covered_;     // per cell: depth of the template's surface, 0: none
+    std::vector<uint8_t> covering_;  // and its piece
 };
 
 Search TissueFinder::find() {
     if (!fit_view()) return Search::kNothing;
     project_surface();
     if (!fits()) return Search::kUnfit;
+    find_pieces();
     find_candidates();
     place_nodes();
     keep_what_was_seen();
@@ -83,7 +87,7 @@ bool TissueFinder::fit_view() {
     CaptureInput input = now_.images;
     input.vertex_spacing_px = std::max(4.0, found_.scale * old_.grid.spacing);
     found_.node_spacing = found_.scale * old_.node_grid.spacing_u;
-    return fit_surface(input, found_.seen.grid);
+    return fit_surface(input, found_.seen.grid) > 0;
 }
 
 void TissueFinder::project_surface() {
@@ -94,6 +98,7 @@ void TissueFinder::project_surface() {
                               found_.pixel_v(found_.vertex_at[i])});
     found_.vertices.emplace(points, found_.seen.grid.spacing);
     covered_.assign(found_.cells(), 0);
+    covering_.assign(found_.cells(), 0);
     for (size_t i = 0; i + 2 < old_.triangles.size(); i += 3)
         cover({old_.triangles[i], old_.triangles[i + 1], old_.triangles[i + 2]});
 }
@@ -131,7 +136,10 @@ void TissueFinder::cover(const std::array<size_t, 3>& corners) {
                                  weight[2] * found_.vertex_at[corners[2]].z;
             float& cell =
                 covered_[static_cast<size_t>(y) * found_.columns() + static_cast<size_t>(x)];
-            if (cell == 0 || depth < cell) cell = static_cast<float>(depth);
+            if (cell != 0 && depth >= cell) continue;
+            cell = static_cast<float>(depth);
+            covering_[static_cast<size_t>(y) * found_.columns() + static_cast<size_t>(x)] =
+                old_.piece_of(old_.vertices[corners[0]]);
         }
 }
 
@@ -150,11 +158,29 @@ bool TissueFinder::fits() const {
            median(misfit) <= kMaxMisfitMm;
 }
 
+// Which of the template's pieces lies where each piece of the surface now is.
+void TissueFinder::find_pieces() {
+    std::vector<std::array<size_t, kMaxPieces>> votes(kMaxPieces);
+    const std::vector<uint8_t>& seen_piece = found_.seen.grid.piece;
+    for (size_t i = 0; i < found_.cells(); ++i) {
+        if (covered_[i] == 0 || found_.seen.grid.vertex[i] < 0) continue;
+        const double depth =
+            found_.place_of(found_.cell_u(i), found_.cell_v(i), found_.seen.grid.disparity[i]).z;
+        if (std::abs(depth - covered_[i]) <= kSameDepth * depth)
+            ++votes[seen_piece.empty() ? 0 : size_t{seen_piece[i]}][covering_[i]];
+    }
+    for (const auto& vote : votes) {
+        const auto most = std::max_element(vote.begin(), vote.end());
+        found_.piece_of_seen.push_back(*most >= kMinNew ? static_cast<int>(most - vote.begin())
+                                                        : -1);
+    }
+}
+
 // Cells with measured tissue and no surface, not closer to it than neighbours of the grid are.
 void TissueFinder::find_candidates() {
     found_.is_new.assign(found_.cells(), 0);
     for (size_t i = 0; i < found_.cells(); ++i)
-        found_.is_new[i] = found_.seen.grid.vertex[i] >= 0 &&
+        found_.is_new[i] = found_.seen.grid.vertex[i] >= 0 && found_.piece(i) >= 0 &&
                            found_.seen.grid.support[i] <= found_.seen.grid.spacing &&
                            covered_[i] == 0 &&
                            found_.vertices->nearest(found_.cell_u(i), found_.cell_v(i),
@@ -181,26 +207,55 @@ void TissueFinder::place_nodes() {
         for (int x = 0; x < across; ++x) {
             const double u = x * (found_.seen.width - 1.0) / (across - 1),
                          v = y * (found_.seen.height - 1.0) / (down - 1);
+            const int seen_piece = grid_piece(found_.seen, u, v);
+            const int piece =
+                seen_piece < 0 ? -1 : found_.piece_of_seen[static_cast<size_t>(seen_piece)];
+            if (piece < 0) continue;
+            const auto of_node = [&](const PixelPoint& point) {
+                return old_.piece_of_node(static_cast<size_t>(point.index)) == piece;
+            };
+            const auto of_cell = [&](const PixelPoint& point) {
+                return found_.piece(static_cast<size_t>(point.index)) == piece;
+            };
             double disparity = 0, support = 0;
-            if (!grid_disparity(found_.seen, u, v, disparity, support) ||
-                nodes.nearest(u, v, 0.65 * found_.node_spacing) != nullptr ||
-                new_cells.nearest(u, v, 1.5 * found_.node_spacing) == nullptr)
+            if (!grid_disparity(found_.seen, seen_piece, u, v, disparity, support) ||
+                nodes.nearest(u, v, 0.65 * found_.node_spacing, of_node) != nullptr ||
+                new_cells.nearest(u, v, 1.5 * found_.node_spacing, of_cell) == nullptr)
                 continue;
-            NewTissue::Node node{
-                u, v, found_.place_of(u, v, disparity), {}, Motion::identity(), Motion::identity()};
-            node.anchor = anchor_at(found_.node_at, old_.node_spacing_mm, node.place);
+            NewTissue::Node node{u,
+                                 v,
+                                 found_.place_of(u, v, disparity),
+                                 {},
+                                 Motion::identity(),
+                                 Motion::identity(),
+                                 static_cast<uint8_t>(piece)};
+            node.anchor = anchor_of(node.place, piece);
             node.motion = follow_anchor(node.anchor, old_.nodes, now_.motions);
             node.earlier_motion = follow_anchor(node.anchor, old_.nodes, earlier_.motions);
             found_.nodes.push_back(node);
         }
 }
 
-const NewTissue::Node* TissueFinder::nearest_new_node(double u, double v) const {
+// Of a place on one of the template's pieces.
+NodeAnchor TissueFinder::anchor_of(const Point& place, int piece) const {
+    std::vector<Point> nodes;
+    std::vector<int32_t> index;
+    for (size_t i = 0; i < found_.node_at.size(); ++i)
+        if (old_.piece_of_node(i) == piece) {
+            nodes.push_back(found_.node_at[i]);
+            index.push_back(static_cast<int32_t>(i));
+        }
+    NodeAnchor anchor = anchor_at(nodes, {}, old_.node_spacing_mm, place);
+    for (int32_t& node : anchor.node) node = index[static_cast<size_t>(node)];
+    return anchor;
+}
+
+const NewTissue::Node* TissueFinder::nearest_new_node(double u, double v, int piece) const {
     const NewTissue::Node* nearest = nullptr;
     double least = std::numeric_limits<double>::infinity();
     for (const NewTissue::Node& node : found_.nodes) {
         const double squared = (node.u - u) * (node.u - u) + (node.v - v) * (node.v - v);
-        if (squared >= least) continue;
+        if (squared >= least || node.piece != piece) continue;
         least = squared;
         nearest = &node;
     }
@@ -211,15 +266,14 @@ const NewTissue::Node* TissueFinder::nearest_new_node(double u, double v) const 
 // tissue beside it.
 bool TissueFinder::was_seen(size_t cell) const {
     const double u = found_.cell_u(cell), v = found_.cell_v(cell);
-    const NewTissue::Node* node = nearest_new_node(u, v);
+    const NewTissue::Node* node = nearest_new_node(u, v, found_.piece(cell));
     Motion now = Motion::identity(), then = now;
     if (node != nullptr) {
         now = node->motion;
         then = node->earlier_motion;
     } else {
         const NodeAnchor anchor =
-            anchor_at(found_.node_at, old_.node_spacing_mm,
-                      found_.place_of(u, v, found_.seen.grid.disparity[cell]));
+            anchor_of(found_.place_of(u, v, found_.seen.grid.disparity[cell]), found_.piece(cell));
         now = follow_anchor(anchor, old_.nodes, now_.motions);
         then = follow_anchor(anchor, old_.nodes, earlier_.motions);
     }
@@ -263,6 +317,7 @@ std::vector<size_t> TissueFinder::connected(size_t seed, std::vector<uint8_t>& d
             const size_t other =
                 static_cast<size_t>(ny) * found_.columns() + static_cast<size_t>(nx);
             if (done[other] != 0 || !belongs(other)) continue;
+            if (found_.piece(other) != found_.piece(seed)) continue;
             done[other] = 1;
             piece.push_back(other);
         }
@@ -275,8 +330,7 @@ void TissueFinder::keep_whole_pieces() {
     std::vector<uint8_t> done(found_.cells(), 0);
     const auto belongs = [&](size_t cell) { return found_.is_new[cell] == 1; };
     const auto touches = [&](size_t cell) {
-        return found_.vertices->nearest(found_.cell_u(cell), found_.cell_v(cell),
-                                        1.5 * found_.seen.grid.spacing) != nullptr;
+        return found_.nearest_vertex(old_, cell, 1.5 * found_.seen.grid.spacing) != nullptr;
     };
     for (size_t seed = 0; seed < found_.cells(); ++seed) {
         if (done[seed] != 0 || !belongs(seed)) continue;
@@ -296,8 +350,8 @@ void TissueFinder::fill_holes() {
     };
     const auto can_join = [&](size_t cell) {
         const size_t x = cell % found_.columns(), y = cell / found_.columns();
-        return found_.seen.grid.vertex[cell] >= 0 && x > 0 && y > 0 && x + 1 < found_.columns() &&
-               y + 1 < static_cast<size_t>(found_.seen.grid.rows);
+        return found_.seen.grid.vertex[cell] >= 0 && found_.piece(cell) >= 0 && x > 0 && y > 0 &&
+               x + 1 < found_.columns() && y + 1 < static_cast<size_t>(found_.seen.grid.rows);
     };
     for (size_t seed = 0; seed < found_.cells(); ++seed) {
         if (done[seed] != 0 || !belongs(seed)) continue;

@@ -26,6 +26,7 @@ struct NewTissue {
         Vec3<double> place;
         NodeAnchor anchor;
         DualQuaternion<double> motion, earlier_motion;
+        uint8_t piece = 0;  // of the template's surface
     };
 
     double scale = 1;   // px for a px of the first view, for the same length on the surface
@@ -33,6 +34,8 @@ struct NewTissue {
     std::vector<Vec3<double>> vertex_at, node_at;  // the template there, mm
     std::optional<PixelBuckets> vertices;          // of the template, in the image
     std::vector<uint8_t> is_new;                   // per cell
+    // The template's pieces that those of the surface in the frame continue; -1: none.
+    std::vector<int> piece_of_seen;
     std::vector<Node> nodes;
     double node_spacing = 0;  // px
 
@@ -48,6 +51,22 @@ struct NewTissue {
     double cell_v(size_t cell) const {
         const size_t row = cell / columns();
         return std::min<double>(static_cast<double>(row) * seen.grid.spacing, seen.height - 1.0);
+    }
+    // The template's piece that a cell belongs to, where there is a surface; -1: none.
+    int piece(size_t cell) const {
+        const std::vector<uint8_t>& seen_piece = seen.grid.piece;
+        return piece_of_seen[seen_piece.empty() ? 0 : size_t{seen_piece[cell]}];
+    }
+    // The template's nearest vertex at most that far from a cell, of its piece where the cell has a
+    // surface; nullptr: none.
+    const PixelPoint* nearest_vertex(const TemplateData& data, size_t cell, double distance) const {
+        if (seen.grid.vertex[cell] < 0)
+            return vertices->nearest(cell_u(cell), cell_v(cell), distance);
+        const int wanted = piece(cell);
+        return vertices->nearest(
+            cell_u(cell), cell_v(cell), distance, [&](const PixelPoint& point) {
+                return data.piece_of(data.vertices[static_cast<size_t>(point.index)]) == wanted;
+            });
     }
     // The cell nearest to a pixel.
     size_t cell_at(double u, double v) const {

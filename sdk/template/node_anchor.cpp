@@ -9,13 +9,18 @@
 
 namespace defrec {
 
-NodeAnchor anchor_at(std::span<const Vec3<double>> nodes, double spacing_mm,
-                     const Vec3<double>& place) {
+NodeAnchor anchor_at(std::span<const Vec3<double>> nodes, std::span<const uint8_t> piece,
+                     double spacing_mm, const Vec3<double>& place) {
     std::vector<std::pair<double, int32_t>> near;
     near.reserve(nodes.size());
     for (size_t i = 0; i < nodes.size(); ++i) {
         const Vec3<double> d = nodes[i] - place;
         near.emplace_back(dot(d, d), static_cast<int32_t>(i));
+    }
+    if (!piece.empty() && !near.empty()) {
+        const auto of = [&](const auto& entry) { return piece[static_cast<size_t>(entry.second)]; };
+        const uint8_t nearest = of(*std::min_element(near.begin(), near.end()));
+        std::erase_if(near, [&](const auto& entry) { return of(entry) != nearest; });
     }
     const size_t used = std::min(NodeAnchor::kNodes, near.size());
     std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(used), near.end());

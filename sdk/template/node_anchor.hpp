@@ -17,10 +17,11 @@ struct NodeAnchor {
     std::array<double, kNodes> weight{};  // 0: none
 };
 
-// The nearest ones, with weights that fall off with the distance. nodes: where they are.
-// spacing_mm: between neighbouring ones.
-NodeAnchor anchor_at(std::span<const Vec3<double>> nodes, double spacing_mm,
-                     const Vec3<double>& place);
+// The nearest one and the nearest of its piece of the surface, with weights that fall off with the
+// distance. nodes: where they are. piece: of the surface, per node; empty: there is one.
+// spacing_mm: between neighbouring nodes.
+NodeAnchor anchor_at(std::span<const Vec3<double>> nodes, std::span<const uint8_t> piece,
+                     double spacing_mm, const Vec3<double>& place);
 
 // The rigid motion (Kabsch) that takes an anchor's control points at rest to where they are. rest:
 // xyz of all. motions: of all.

@@ -19,6 +19,7 @@ void connect_nodes(TemplateData& data, size_t first) {
     const size_t count = data.nodes.size() / 3;
     for (size_t a = 0; a < count; ++a)
         for (size_t b = std::max(a + 1, first); b < count; ++b) {
+            if (data.piece_of_node(a) != data.piece_of_node(b)) continue;
             const double d = node_distance(data.nodes, a, b) / data.node_spacing_mm;
             if (d > 2.5) continue;
             data.edges.push_back({static_cast<int32_t>(a), static_cast<int32_t>(b),

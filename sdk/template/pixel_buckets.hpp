@@ -39,10 +39,15 @@ class PixelBuckets {
 
     // The nearest point at most that far away; nullptr: there is none.
     const PixelPoint* nearest(double u, double v, double distance) const {
+        return nearest(u, v, distance, [](const PixelPoint&) { return true; });
+    }
+    // Likewise, of those that belong.
+    template <class Belongs>
+    const PixelPoint* nearest(double u, double v, double distance, Belongs&& belongs) const {
         const PixelPoint* best = nullptr;
         double least = 0;
         near(u, v, distance, [&](const PixelPoint& point, double squared) {
-            if (best != nullptr && squared >= least) return;
+            if ((best != nullptr && squared >= least) || !belongs(point)) return;
             best = &point;
             least = squared;
         });

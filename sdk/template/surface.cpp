@@ -57,6 +57,9 @@ Sample fit_window(const CaptureInput& input, int cx, int cy, int radius) {
     return {plane[0], std::hypot(plane[1], plane[2]), used / area};
 }
 
+// Share of the view that another piece of the surface has depth on, at least.
+constexpr double kMinPieceShare = 0.01;
+
 // Surface steeper than this against the line of sight (about 56 degrees) is taken for the blurred
 // edge of something in front.
 constexpr double kSteepest = 1.5;
@@ -190,11 +193,12 @@ std::vector<float> distance_to_samples(const std::vector<Sample>& samples, int c
 // Share of the disparity by which a surface that continues another may differ: 3 mm at 80 mm.
 constexpr double kStep = 0.04;
 
-// What is of the tissue, and what shows that it does not go on there.
-struct Selection {
-    std::vector<Sample> samples;  // of the tissue
+// A piece of the surface.
+struct Piece {
+    std::vector<char> accepted;   // per set of samples: it is of the piece
+    std::vector<Sample> samples;  // of the piece
     std::vector<float> spline;    // fitted to these
-    std::vector<float> other;     // grid steps to the nearest sample of other tissue
+    std::vector<char> other;      // per set: tissue that shows that the piece does not go on there
 };
 
 // Median over each set of how far it lies in front of the spline, share of the disparity.
@@ -241,56 +245,105 @@ std::vector<double> disc_radii(const CaptureInput& input, const std::vector<Samp
     return radii;
 }
 
-// Distance in grid steps to other tissue: what is seen behind the surface's continuation, which
-// would hide it, or in front, and too wide for an instrument. Small sets may be wrong.
-std::vector<float> distance_to_other(const CaptureInput& input, const Selection& tissue,
-                                     const std::vector<Sample>& samples, const Surfaces& surfaces,
-                                     const std::vector<char>& accepted, int columns, int rows) {
+// Per set: whether it is other tissue, seen behind the piece's continuation, which would hide it,
+// or in front, and too wide for an instrument. Small sets may be wrong.
+std::vector<char> find_other(const CaptureInput& input, const Piece& piece,
+                             const std::vector<Sample>& samples, const Surfaces& surfaces,
+                             int columns, int rows) {
     constexpr size_t kMinShare = 50;  // of all samples: one in so many
-    const std::vector<double> lead = lead_over(tissue.spline, samples, surfaces),
+    const std::vector<double> lead = lead_over(piece.spline, samples, surfaces),
                               radii = disc_radii(input, samples, surfaces, columns, rows);
-    std::vector<float> distance(samples.size(), 1e9f);
-    for (size_t i = 0; i < samples.size(); ++i) {
-        if (surfaces.label[i] < 0) continue;
-        const auto set = static_cast<size_t>(surfaces.label[i]);
-        if (accepted[set] || static_cast<size_t>(surfaces.size[set]) * kMinShare < samples.size())
-            continue;
-        if (lead[set] < -kStep || (lead[set] > kStep && radii[set] > kTissueRadius))
-            distance[i] = 0;
-    }
+    std::vector<char> other(surfaces.size.size(), 0);
+    for (size_t set = 0; set < other.size(); ++set)
+        other[set] = piece.accepted[set] == 0 &&
+                     static_cast<size_t>(surfaces.size[set]) * kMinShare >= samples.size() &&
+                     (lead[set] < -kStep || (lead[set] > kStep && radii[set] > kTissueRadius));
+    return other;
+}
+
+// Distance in grid steps to the nearest sample of the sets.
+std::vector<float> distance_to_sets(const Surfaces& surfaces, const std::vector<char>& sets,
+                                    int columns, int rows) {
+    std::vector<float> distance(surfaces.label.size(), 1e9f);
+    for (size_t i = 0; i < distance.size(); ++i)
+        if (surfaces.label[i] >= 0 && sets[static_cast<size_t>(surfaces.label[i])]) distance[i] = 0;
     spread_distance(distance, columns, rows);
     return distance;
 }
 
-// The largest surface and those that continue it: what an instrument cuts in two is one tissue,
-// what lies in front of its continuation is the instrument.
-Selection select_tissue(const CaptureInput& input, const std::vector<Sample>& samples, int columns,
-                        int rows) {
+// The sets that continue a piece: what an instrument cuts in two is one tissue, what lies in front
+// of its continuation is the instrument. seed: its largest set. taken: sets of earlier pieces; of
+// the others it takes those that are nearer to it than to these.
+Piece select_piece(const CaptureInput& input, const std::vector<Sample>& samples,
+                   const Surfaces& surfaces, size_t seed, const std::vector<char>& taken,
+                   int columns, int rows) {
     constexpr double kBehind = 0.15;
     constexpr int kMinSize = 3, kMaxRounds = 3;
-    const Surfaces surfaces = find_surfaces(input, samples, columns, rows);
-    std::vector<char> accepted(surfaces.size.size(), 0);
-    Selection tissue;
-    if (accepted.empty()) return tissue;
-    accepted[static_cast<size_t>(std::max_element(surfaces.size.begin(), surfaces.size.end()) -
-                                 surfaces.size.begin())] = 1;
+    Piece piece;
+    piece.accepted.assign(surfaces.size.size(), 0);
+    piece.accepted[seed] = 1;
+    std::vector<int> nearer(surfaces.size.size(), 0);
+    const std::vector<float> to_taken = distance_to_sets(surfaces, taken, columns, rows),
+                             to_seed = distance_to_sets(surfaces, piece.accepted, columns, rows);
+    for (size_t i = 0; i < samples.size(); ++i)
+        if (surfaces.label[i] >= 0)
+            nearer[static_cast<size_t>(surfaces.label[i])] += to_seed[i] < to_taken[i] ? 1 : -1;
     bool changed = true;
     for (int round = 0; changed; ++round) {
-        tissue.samples = samples_of(samples, surfaces, accepted, columns, rows);
-        tissue.spline = fit_spline(tissue.samples, columns, rows);
+        piece.samples = samples_of(samples, surfaces, piece.accepted, columns, rows);
+        piece.spline = fit_spline(piece.samples, columns, rows);
         changed = false;
         if (round == kMaxRounds) break;
-        const std::vector<double> lead = lead_over(tissue.spline, samples, surfaces);
-        for (size_t set = 0; set < accepted.size(); ++set) {
-            if (accepted[set] || surfaces.size[set] < kMinSize || lead[set] > kStep ||
-                lead[set] < -kBehind)
+        const std::vector<double> lead = lead_over(piece.spline, samples, surfaces);
+        for (size_t set = 0; set < piece.accepted.size(); ++set) {
+            if (piece.accepted[set] || taken[set] || nearer[set] < 0 ||
+                surfaces.size[set] < kMinSize || lead[set] > kStep || lead[set] < -kBehind)
                 continue;
-            accepted[set] = 1;
+            piece.accepted[set] = 1;
             changed = true;
         }
     }
-    tissue.other = distance_to_other(input, tissue, samples, surfaces, accepted, columns, rows);
-    return tissue;
+    piece.other = find_other(input, piece, samples, surfaces, columns, rows);
+    return piece;
+}
+
+// The largest surface with what continues it, then the largest of the tissue that is no part of the
+// pieces so far, and so on.
+std::vector<Piece> select_pieces(const CaptureInput& input, const std::vector<Sample>& samples,
+                                 const Surfaces& surfaces, int columns, int rows) {
+    std::vector<Piece> pieces;
+    std::vector<char> taken(surfaces.size.size(), 0), waiting(surfaces.size.size(), 1);
+    const auto measured = [](const Piece& piece) {
+        return static_cast<size_t>(
+            std::count_if(piece.samples.begin(), piece.samples.end(),
+                          [](const Sample& sample) { return sample.weight > 0; }));
+    };
+    while (pieces.size() < kMaxPieces) {
+        size_t seed = waiting.size();
+        for (size_t set = 0; set < waiting.size(); ++set)
+            if (waiting[set] && !taken[set] &&
+                (seed == waiting.size() || surfaces.size[set] > surfaces.size[seed]))
+                seed = set;
+        if (seed == waiting.size()) break;
+        Piece piece = select_piece(input, samples, surfaces, seed, taken, columns, rows);
+        if (pieces.empty()) waiting = piece.other;
+        waiting[seed] = 0;
+        if (!pieces.empty() && static_cast<double>(measured(piece)) <
+                                   kMinPieceShare * static_cast<double>(samples.size()))
+            continue;
+        for (size_t set = 0; set < taken.size(); ++set) taken[set] |= piece.accepted[set];
+        pieces.push_back(std::move(piece));
+    }
+    return pieces;
+}
+
+// Tissue of the other pieces, and what shows that this one does not go on.
+std::vector<char> sets_beside(const std::vector<Piece>& pieces, size_t piece) {
+    std::vector<char> sets = pieces[piece].other;
+    for (size_t other = 0; other < pieces.size(); ++other)
+        for (size_t set = 0; set < sets.size(); ++set)
+            if (other != piece) sets[set] |= pieces[other].accepted[set];
+    return sets;
 }
 
 }  // namespace
@@ -303,7 +356,7 @@ std::optional<double> measured_disparity(const CaptureInput& input, double u, do
     return sample.disparity;
 }
 
-bool fit_surface(const CaptureInput& input, SurfaceGrid& grid) {
+size_t fit_surface(const CaptureInput& input, SurfaceGrid& grid) {
     grid.spacing = input.vertex_spacing_px;
     // The last column and row lie on the image's rim or just beyond it, so that every pixel has
     // vertices round it.
@@ -318,31 +371,49 @@ bool fit_surface(const CaptureInput& input, SurfaceGrid& grid) {
             samples[static_cast<size_t>(y * grid.columns + x)] =
                 fit_window(input, static_cast<int>(std::lround(x * grid.spacing)),
                            static_cast<int>(std::lround(y * grid.spacing)), radius);
-    Selection tissue = select_tissue(input, samples, grid.columns, grid.rows);
-    samples = std::move(tissue.samples);
-    grid.disparity = std::move(tissue.spline);
+    const Surfaces surfaces = find_surfaces(input, samples, grid.columns, grid.rows);
+    const std::vector<Piece> pieces =
+        select_pieces(input, samples, surfaces, grid.columns, grid.rows);
     size_t measured = 0;
-    double minimum = 1e9, maximum = 0;
-    for (const Sample& sample : samples)
-        if (sample.weight > 0) {
-            ++measured;
-            minimum = std::min(minimum, sample.disparity);
-            maximum = std::max(maximum, sample.disparity);
-        }
-    if (static_cast<double>(measured) < kMinimumCoverage * static_cast<double>(count)) return false;
+    for (const Piece& piece : pieces)
+        for (const Sample& sample : piece.samples) measured += sample.weight > 0;
+    if (static_cast<double>(measured) < kMinimumCoverage * static_cast<double>(count)) return 0;
 
-    grid.support = distance_to_samples(samples, grid.columns, grid.rows);
     grid.vertex.assign(count, -1);
-    const double reach = 0.12 * input.width;
-    for (size_t i = 0; i < count; ++i) {
-        const bool ends_here = tissue.other[i] < grid.support[i];
-        grid.support[i] *= static_cast<float>(grid.spacing);
-        // What the spline continues beyond its data must stay a plausible depth.
-        grid.disparity[i] = std::clamp(grid.disparity[i], static_cast<float>(0.8 * minimum),
-                                       static_cast<float>(1.25 * maximum));
-        if (grid.support[i] <= reach && !ends_here) grid.vertex[i] = 0;
+    grid.piece.assign(pieces.size() > 1 ? count : 0, 0);
+    for (size_t index = 0; index < pieces.size(); ++index) {
+        const Piece& piece = pieces[index];
+        double minimum = 1e9, maximum = 0;
+        for (const Sample& sample : piece.samples)
+            if (sample.weight > 0) {
+                minimum = std::min(minimum, sample.disparity);
+                maximum = std::max(maximum, sample.disparity);
+            }
+        std::vector<float> support = distance_to_samples(piece.samples, grid.columns, grid.rows);
+        const std::vector<float> beside =
+            distance_to_sets(surfaces, sets_beside(pieces, index), grid.columns, grid.rows);
+        const double reach = 0.12 * input.width;
+        if (index == 0) {
+            grid.disparity = piece.spline;
+            grid.support.assign(count, 0);
+        }
+        for (size_t i = 0; i < count; ++i) {
+            const bool ends_here = beside[i] < support[i];
+            support[i] *= static_cast<float>(grid.spacing);
+            const bool is_covered =
+                support[i] <= reach && !ends_here &&
+                (index == 0 || grid.vertex[i] < 0 || support[i] < grid.support[i]);
+            if (index > 0 && !is_covered) continue;
+            grid.support[i] = support[i];
+            // What the spline continues beyond its data must stay a plausible depth.
+            grid.disparity[i] = std::clamp(piece.spline[i], static_cast<float>(0.8 * minimum),
+                                           static_cast<float>(1.25 * maximum));
+            if (!is_covered) continue;
+            grid.vertex[i] = 0;
+            if (index > 0) grid.piece[i] = static_cast<uint8_t>(index);
+        }
     }
-    return true;
+    return pieces.size();
 }
 
 }  // namespace defrec

@@ -7,9 +7,9 @@
 
 namespace defrec {
 
-// Grid with disparity, support and vertex (0 where there is surface, -1 where not). False when too
-// little disparity was measured.
-bool fit_surface(const CaptureInput& input, SurfaceGrid& grid);
+// Grid with disparity, support, vertex (0 where there is surface, -1 where not) and piece. How many
+// pieces the surface has; 0 when too little disparity was measured.
+size_t fit_surface(const CaptureInput& input, SurfaceGrid& grid);
 
 // Disparity, px, at a pixel: of a plane fitted to what was measured at most radius px away, without
 // outliers; nothing where that is too little. Needs the size and the disparity alone.

@@ -23,6 +23,7 @@ struct Tangents {
 // surface's rim to one side.
 Tangents tangents_at(const TemplateData& data, double u, double v) {
     const double step = data.grid.spacing;
+    const int piece = grid_piece(data, u, v);
     const auto along = [&](double du, double dv, Eigen::Vector3d& tangent) {
         Eigen::Vector3d end[2];
         double at[2];
@@ -31,8 +32,8 @@ Tangents tangents_at(const TemplateData& data, double u, double v) {
             const double x = std::clamp(u + sign * du, 0.0, data.width - 1.0),
                          y = std::clamp(v + sign * dv, 0.0, data.height - 1.0);
             double disparity = 0, support = 0;
-            const bool there = grid_disparity(data, x, y, disparity, support);
-            if (!there && !grid_disparity(data, u, v, disparity, support)) return false;
+            const bool there = grid_disparity(data, piece, x, y, disparity, support);
+            if (!there && !grid_disparity(data, piece, u, v, disparity, support)) return false;
             end[side] =
                 as_vector(back_project(data.camera, there ? x : u, there ? y : v, disparity));
             at[side] = there ? (x - u) + (y - v) : 0;
@@ -50,7 +51,10 @@ Tangents tangents_at(const TemplateData& data, double u, double v) {
 bool point_at(const TemplateData& data, double u, double v, defrec_surface_point& out,
               SurfacePlace& place) {
     Skin skin;
-    if (!grid_skin(data.node_grid, u, v, skin) || !surface_place(data, u, v, place)) return false;
+    const int piece = grid_piece(data, u, v);
+    if (piece < 0 || !grid_skin(data.node_grid, static_cast<size_t>(piece), u, v, skin) ||
+        !surface_place(data, u, v, place))
+        return false;
     for (int axis = 0; axis < 3; ++axis) {
         out.position[axis] = static_cast<float>(place.position[axis]);
         out.normal[axis] = static_cast<float>(place.normal[axis]);

@@ -28,10 +28,18 @@ Surroundings::Surroundings(const TemplateData& data)
         vertex_[next[main_node(data.vertices[i])]++] = static_cast<uint32_t>(i);
 }
 
+size_t Surroundings::nearest_node(const Vec3<double>& place) const {
+    const auto squared = [&](const Vec3<double>& node) { return dot(node - place, node - place); };
+    const auto nearest =
+        std::min_element(nodes_.begin(), nodes_.end(),
+                         [&](const auto& a, const auto& b) { return squared(a) < squared(b); });
+    return static_cast<size_t>(nearest - nodes_.begin());
+}
+
 Surroundings::Neighbours Surroundings::beside(const TemplateData& data,
                                               const Vec3<double>& place) const {
     Neighbours found;
-    found.anchor = anchor_at(nodes_, data.node_spacing_mm, place);
+    found.anchor = anchor_at(nodes_, data.node_piece, data.node_spacing_mm, place);
     double least = std::numeric_limits<double>::infinity();
     for (const int32_t node : found.anchor.node) {
         const auto index = static_cast<size_t>(node);

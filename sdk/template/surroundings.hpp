@@ -18,6 +18,8 @@ class Surroundings {
         size_t vertex = 0;  // about the nearest
         double distance_mm = 0;
     };
+    // The control point nearest to a place in the template frame.
+    size_t nearest_node(const Vec3<double>& place) const;
     // Of a place in the template frame.
     Neighbours beside(const TemplateData& data, const Vec3<double>& place) const;
 

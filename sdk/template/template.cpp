@@ -11,13 +11,22 @@ namespace defrec {
 
 namespace {
 
-// The first view's vertex nearest to a point's pixel.
-int32_t vertex_under(const TemplateData& data, const double xyz[3]) {
-    const SurfaceGrid& grid = data.grid;
-    if (!(xyz[2] > 0 && std::isfinite(xyz[2]))) return -1;
+struct PixelAt {
+    double u, v;
+    bool is_valid;  // before the camera
+};
+PixelAt pixel_of(const TemplateData& data, const double xyz[3]) {
+    if (!(xyz[2] > 0 && std::isfinite(xyz[2]))) return {0, 0, false};
     const double u = data.camera.fx * xyz[0] / xyz[2] + data.camera.cx,
                  v = data.camera.fy * xyz[1] / xyz[2] + data.camera.cy;
-    if (!(std::abs(u) < 1e6 && std::abs(v) < 1e6)) return -1;
+    return {u, v, std::abs(u) < 1e6 && std::abs(v) < 1e6};
+}
+
+// The first view's vertex of a piece nearest to a point's pixel.
+int32_t vertex_under(const TemplateData& data, int piece, const double xyz[3]) {
+    const SurfaceGrid& grid = data.grid;
+    const auto [u, v, is_valid] = pixel_of(data, xyz);
+    if (!is_valid) return -1;
     const int column = static_cast<int>(std::lround(u / grid.spacing)),
               row = static_cast<int>(std::lround(v / grid.spacing));
     int32_t nearest = -1;
@@ -27,8 +36,9 @@ int32_t vertex_under(const TemplateData& data, const double xyz[3]) {
             const int x = column + dx, y = row + dy;
             if (x < 0 || y < 0 || x >= grid.columns || y >= grid.rows || dx * dx + dy * dy >= best)
                 continue;
-            const int32_t vertex = grid.vertex[static_cast<size_t>(y * grid.columns + x)];
-            if (vertex < 0) continue;
+            const size_t cell = static_cast<size_t>(y * grid.columns + x);
+            const int32_t vertex = grid.vertex[cell];
+            if (vertex < 0 || (!grid.piece.empty() && grid.piece[cell] != piece)) continue;
             nearest = vertex;
             best = dx * dx + dy * dy;
         }
@@ -40,6 +50,11 @@ int32_t vertex_under(const TemplateData& data, const double xyz[3]) {
 TemplateCounts TemplateData::counts() const {
     return {vertices.size(),  triangles.size() / 3, nodes.size() / 3, edges.size(),
             landmarks.size(), patches.size(),       checks.size()};
+}
+
+size_t TemplateData::pieces() const {
+    return node_piece.empty() ? 1
+                              : size_t{*std::max_element(node_piece.begin(), node_piece.end())} + 1;
 }
 
 Template::Template(TemplateData data)
@@ -90,7 +105,17 @@ int32_t Template::grown_vertex(const double xyz[3]) const {
 
 int32_t Template::vertex_at(const double xyz[3]) const {
     const int32_t grown = grown_vertex(xyz);
-    return grown >= 0 ? grown : vertex_under(data_, xyz);
+    return grown >= 0 ? grown : vertex_under(data_, piece_at(xyz), xyz);
+}
+
+uint8_t Template::piece_at(const double xyz[3]) const {
+    if (data_.node_piece.empty()) return 0;
+    if (const int32_t vertex = grown_vertex(xyz); vertex >= 0)
+        return data_.piece_of(data_.vertices[static_cast<size_t>(vertex)]);
+    if (const auto [u, v, is_valid] = pixel_of(data_, xyz); is_valid)
+        if (const int piece = grid_piece(data_, u, v); piece >= 0)
+            return static_cast<uint8_t>(piece);
+    return data_.piece_of_node(surroundings_->nearest_node({xyz[0], xyz[1], xyz[2]}));
 }
 
 DualQuaternion<double> Template::motion_at(const double xyz[3],
@@ -104,15 +129,17 @@ DualQuaternion<double> Template::motion_at(const double xyz[3],
 // The control points that move a point, on the first view's surface or off it.
 Skin Template::skin_of(const double xyz[3]) const {
     Skin skin;
+    const uint8_t piece = piece_at(xyz);
     if (xyz[2] > 0) {
         const double u = data_.camera.fx * xyz[0] / xyz[2] + data_.camera.cx;
         const double v = data_.camera.fy * xyz[1] / xyz[2] + data_.camera.cy;
-        if (grid_skin(data_.node_grid, u, v, skin)) return skin;
+        if (grid_skin(data_.node_grid, piece, u, v, skin)) return skin;
     }
     // Beside the surface: the nearest control points, by inverse squared distance.
     std::vector<std::pair<double, int32_t>> nearest;
     nearest.reserve(data_.nodes.size() / 3);
     for (size_t i = 0; i < data_.nodes.size() / 3; ++i) {
+        if (data_.piece_of_node(i) != piece) continue;
         double squared = 0;
         for (int axis = 0; axis < 3; ++axis) {
             const double difference = xyz[axis] - data_.nodes[3 * i + static_cast<size_t>(axis)];
@@ -132,29 +159,93 @@ Skin Template::skin_of(const double xyz[3]) const {
     return skin;
 }
 
-bool grid_disparity(const TemplateData& data, double u, double v, double& disparity,
-                    double& support) {
+namespace {
+
+// The four vertices of the surface's grid round a pixel, with bilinear weights.
+struct Corners {
+    bool is_inside = false;
+    std::array<size_t, 4> cell{};
+    std::array<double, 4> weight{};
+};
+
+Corners corners_of(const TemplateData& data, double u, double v) {
     const SurfaceGrid& grid = data.grid;
-    if (!(u >= -0.5 && v >= -0.5 && u <= data.width - 0.5 && v <= data.height - 0.5)) return false;
+    Corners corners;
+    corners.is_inside = u >= -0.5 && v >= -0.5 && u <= data.width - 0.5 && v <= data.height - 0.5;
+    if (!corners.is_inside) return corners;
     const double x = std::clamp(u / grid.spacing, 0.0, grid.columns - 1.0);
     const double y = std::clamp(v / grid.spacing, 0.0, grid.rows - 1.0);
     const int x0 = std::min(static_cast<int>(x), grid.columns - 2),
               y0 = std::min(static_cast<int>(y), grid.rows - 2);
     const double fx = x - x0, fy = y - y0;
+    for (int k = 0; k < 4; ++k) {
+        const int dx = k % 2, dy = k / 2;
+        const auto slot = static_cast<size_t>(k);
+        corners.cell[slot] = static_cast<size_t>((y0 + dy) * grid.columns + x0 + dx);
+        corners.weight[slot] = (dx ? fx : 1 - fx) * (dy ? fy : 1 - fy);
+    }
+    return corners;
+}
+
+bool belongs(const SurfaceGrid& grid, size_t cell, int piece) {
+    return grid.vertex[cell] >= 0 && (grid.piece.empty() ? 0 : grid.piece[cell]) == piece;
+}
+
+// Where enough of the weight is the piece's.
+bool disparity_at(const SurfaceGrid& grid, const Corners& corners, int piece, double& disparity,
+                  double& support) {
     double sum = 0, value = 0, distance = 0;
-    for (int dy = 0; dy < 2; ++dy)
-        for (int dx = 0; dx < 2; ++dx) {
-            const size_t index = static_cast<size_t>((y0 + dy) * grid.columns + x0 + dx);
-            const double weight = (dx ? fx : 1 - fx) * (dy ? fy : 1 - fy);
-            if (grid.vertex[index] < 0) continue;
-            sum += weight;
-            value += weight * grid.disparity[index];
-            distance += weight * grid.support[index];
-        }
+    for (size_t k = 0; k < 4; ++k) {
+        const size_t index = corners.cell[k];
+        if (!belongs(grid, index, piece)) continue;
+        sum += corners.weight[k];
+        value += corners.weight[k] * grid.disparity[index];
+        distance += corners.weight[k] * grid.support[index];
+    }
     if (sum < 0.5) return false;
     disparity = value / sum;
     support = distance / sum;
     return true;
+}
+
+int piece_of_corners(const SurfaceGrid& grid, const Corners& corners) {
+    if (!corners.is_inside) return -1;
+    if (grid.piece.empty()) return 0;
+    int heaviest = -1;
+    double most = 0;
+    for (size_t k = 0; k < 4; ++k) {
+        if (grid.vertex[corners.cell[k]] < 0) continue;
+        const int piece = grid.piece[corners.cell[k]];
+        double sum = 0;
+        for (size_t other = 0; other < 4; ++other)
+            if (belongs(grid, corners.cell[other], piece)) sum += corners.weight[other];
+        if (sum <= most) continue;
+        most = sum;
+        heaviest = piece;
+    }
+    return most < 0.5 ? -1 : heaviest;
+}
+
+}  // namespace
+
+int grid_piece(const TemplateData& data, double u, double v) {
+    const Corners corners = corners_of(data, u, v);
+    const int piece = piece_of_corners(data.grid, corners);
+    double disparity = 0, support = 0;
+    return piece >= 0 && disparity_at(data.grid, corners, piece, disparity, support) ? piece : -1;
+}
+
+bool grid_disparity(const TemplateData& data, int piece, double u, double v, double& disparity,
+                    double& support) {
+    const Corners corners = corners_of(data, u, v);
+    return corners.is_inside && disparity_at(data.grid, corners, piece, disparity, support);
+}
+
+bool grid_disparity(const TemplateData& data, double u, double v, double& disparity,
+                    double& support) {
+    const Corners corners = corners_of(data, u, v);
+    const int piece = piece_of_corners(data.grid, corners);
+    return piece >= 0 && disparity_at(data.grid, corners, piece, disparity, support);
 }
 
 namespace {
@@ -171,21 +262,23 @@ struct GridCell {
         fx = x - x0;
         fy = y - y0;
     }
-    int32_t node(const NodeGrid& grid, int dx, int dy) const {
-        return grid.node[static_cast<size_t>((y0 + dy) * grid.columns + x0 + dx)];
+    int32_t node(const NodeGrid& grid, size_t piece, int dx, int dy) const {
+        return grid
+            .node[piece * grid.cells() + static_cast<size_t>((y0 + dy) * grid.columns + x0 + dx)];
     }
 };
 
 }  // namespace
 
-bool grid_skin(const NodeGrid& grid, double u, double v, Skin& skin) {
+bool grid_skin(const NodeGrid& grid, size_t piece, double u, double v, Skin& skin) {
+    if ((piece + 1) * grid.cells() > grid.node.size()) return false;  // it joined later
     const GridCell cell(grid, u, v);
     double sum = 0;
     int used = 0;
     skin = Skin{};
     for (int dy = 0; dy < 2; ++dy)
         for (int dx = 0; dx < 2; ++dx) {
-            const int32_t node = cell.node(grid, dx, dy);
+            const int32_t node = cell.node(grid, piece, dx, dy);
             const double weight = (dx ? cell.fx : 1 - cell.fx) * (dy ? cell.fy : 1 - cell.fy);
             if (node < 0) continue;
             skin.node[static_cast<size_t>(used)] = node;
@@ -207,12 +300,12 @@ bool grid_skin(const NodeGrid& grid, double u, double v, Skin& skin) {
     return true;
 }
 
-defrec_patch_slope grid_slope(const NodeGrid& grid, double u, double v) {
+defrec_patch_slope grid_slope(const NodeGrid& grid, size_t piece, double u, double v) {
     const GridCell cell(grid, u, v);
     defrec_patch_slope slope{};
     for (int k = 0; k < 4; ++k) {  // in the order of grid_skin
         const int dx = k % 2, dy = k / 2;
-        if (cell.node(grid, dx, dy) < 0) return {};
+        if (cell.node(grid, piece, dx, dy) < 0) return {};
         slope.weight_u[k] =
             static_cast<float>((dx ? 1 : -1) * (dy ? cell.fy : 1 - cell.fy) / grid.spacing_u);
         slope.weight_v[k] =

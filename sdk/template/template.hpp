@@ -33,13 +33,16 @@ struct SurfaceGrid {
     std::vector<float>
         support;  // px to the nearest pixel with measured disparity; 0: measured here
     std::vector<int32_t> vertex;  // index of the template's vertex, -1: no surface
+    std::vector<uint8_t> piece;   // of the surface, where vertex >= 0; empty: there is one
 };
 
-// Control points on a regular grid over the template's image.
+// Control points on regular grids over the template's image, one grid for each piece of the
+// surface.
 struct NodeGrid {
     int columns = 0, rows = 0;
     double spacing_u = 0, spacing_v = 0;  // px
-    std::vector<int32_t> node;            // index of the control point, -1: none
+    std::vector<int32_t> node;            // index of the control point, -1: none; piece by piece
+    size_t cells() const { return static_cast<size_t>(columns) * static_cast<size_t>(rows); }
 };
 
 // How many of each a template has.
@@ -73,7 +76,8 @@ struct TemplateData {
     std::vector<defrec_surface_point> vertices;
     std::vector<float> vertex_support;  // px to the nearest measured disparity, per vertex
     std::vector<uint32_t> triangles;
-    std::vector<float> nodes;  // xyz
+    std::vector<float> nodes;         // xyz
+    std::vector<uint8_t> node_piece;  // of the surface, per control point; empty: there is one
     std::vector<defrec_edge> edges;
     std::vector<defrec_landmark> landmarks;
     std::vector<defrec_surface_point> landmark_points;
@@ -87,6 +91,13 @@ struct TemplateData {
     std::vector<int32_t> check_of_vertex;  // index of the check whose window it lies in, -1: none
 
     TemplateCounts counts() const;
+    // Surfaces without a connection between them. What control points move belongs to theirs.
+    size_t pieces() const;
+    uint8_t piece_of_node(size_t node) const { return node_piece.empty() ? 0 : node_piece[node]; }
+    template <class Item>
+    uint8_t piece_of(const Item& item) const {
+        return piece_of_node(static_cast<size_t>(item.node[0]));
+    }
     // Of the first view.
     TemplateCounts first_counts() const { return parts.empty() ? counts() : parts.front().before; }
     size_t views() const { return image.size() / (size_t{width} * height); }
@@ -108,6 +119,8 @@ class Template {
     // How a point of the template frame moves, on the surface or off it; motions: of the control
     // points.
     DualQuaternion<double> motion_at(const double xyz[3], const defrec_motion* motions) const;
+    // The piece of the surface that a point belongs to.
+    uint8_t piece_at(const double xyz[3]) const;
     // The vertex that a point belongs to: nearest to it on tissue that joined, or under its pixel
     // in the first view; -1: there is none within two steps of the grid.
     int32_t vertex_at(const double xyz[3]) const;
@@ -127,14 +140,21 @@ class Template {
     std::unique_ptr<const Surroundings> surroundings_;
 };
 
-// Disparity of the grid at a pixel, by bilinear interpolation over the vertices round it; false
+constexpr size_t kMaxPieces = 8;  // of a surface
+
+// The piece of the grid's surface at a pixel, to which most of the vertices round it belong; -1:
 // outside the surface.
+int grid_piece(const TemplateData& data, double u, double v);
+// Disparity of the grid at a pixel, by bilinear interpolation over the vertices of a piece round
+// it, or of the piece that lies there; false outside.
+bool grid_disparity(const TemplateData& data, int piece, double u, double v, double& disparity,
+                    double& support);
 bool grid_disparity(const TemplateData& data, double u, double v, double& disparity,
                     double& support);
-// The control points round a pixel, bilinear; false where there are none.
-bool grid_skin(const NodeGrid& grid, double u, double v, Skin& skin);
+// The control points of a piece round a pixel, bilinear; false where there are none.
+bool grid_skin(const NodeGrid& grid, size_t piece, double u, double v, Skin& skin);
 // How the weights there change per pixel; 0 where one of the four control points is missing.
-defrec_patch_slope grid_slope(const NodeGrid& grid, double u, double v);
+defrec_patch_slope grid_slope(const NodeGrid& grid, size_t piece, double u, double v);
 // Lowers every value of a grid to the least of the others plus the distance there, in grid steps
 // (chamfer: 1 to a side, sqrt 2 to a corner). With 0 at some places and much at all others: the
 // distance to the nearest of these places.

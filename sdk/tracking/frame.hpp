@@ -7,6 +7,7 @@
 #include <memory>
 #include <utility>
 
+#include "sdk/tracking/frame_effort.hpp"
 #include "sdk/tracking/frame_input.hpp"
 #include "sdk/tracking/stage_timer.hpp"
 
@@ -27,6 +28,8 @@ struct FrameTask {
 struct Following {
     bool uses_depth = true;  // false: by the left image alone
     bool whole_map = true;   // false: what lies far outside of the image need not be solved finely
+    bool searches_widely = false;  // patches are searched farther away, in coarser images
+    Effort effort = Effort::kFull;
 };
 
 // What one frame's images become on the device.

@@ -1,6 +1,7 @@
 // A submitted frame, checked: its images have the rig's size and the tracker's format.
 #pragma once
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -26,6 +27,8 @@ struct FrameInput {
     std::array<FrameImage, 2> views;              // left, right
     FrameImage ignore;                            // may be missing
     std::shared_ptr<const DeviceBuffer> samples;  // where the surface is left as well; may be null
+    using Clock = std::chrono::steady_clock;
+    Clock::time_point deadline = Clock::time_point::max();  // of the job
 };
 
 // An image and where its pixels are to be kept, in rows of that many bytes without padding.

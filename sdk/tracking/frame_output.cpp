@@ -1,6 +1,8 @@
 // See frame_output.hpp.
 #include "sdk/tracking/frame_output.hpp"
 
+#include <algorithm>
+
 namespace defrec {
 namespace {
 
@@ -66,6 +68,15 @@ void FrameMemory::fit(const TemplateData& data) {
     const uint64_t bytes = carve_fitted({}, data, output);
     if (bytes > fitted_.size()) fitted_ = HostMemory(device_, bytes);
     carve_fitted(fitted_.as<std::byte>(), data, output);
+}
+
+void FrameMemory::keep(std::vector<std::byte>& kept) const {
+    const std::span<const std::byte> block = fitted_.as<std::byte>();
+    kept.assign(block.begin(), block.end());
+}
+
+void FrameMemory::restore(const std::vector<std::byte>& kept) {
+    std::copy(kept.begin(), kept.end(), fitted_.as<std::byte>().begin());
 }
 
 }  // namespace defrec

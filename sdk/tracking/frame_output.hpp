@@ -1,9 +1,11 @@
 // What the device's stages give for one frame, and the memory that it is read back into.
 #pragma once
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "sdk/device/device.hpp"
 #include "sdk/template/template.hpp"
@@ -44,6 +46,10 @@ class FrameMemory {
     // Makes the arrays as large as the template wants them. Allocates where they grow; no work of a
     // queue may use them.
     void fit(const TemplateData& data);
+
+    // What following the template gave, out of the way of another attempt, and back again.
+    void keep(std::vector<std::byte>& kept) const;
+    void restore(const std::vector<std::byte>& kept);
 
     FrameOutput output;
 

@@ -139,7 +139,7 @@ Verdict classify(const TemplateData& data, const Evidence& evidence, bool was_fo
     verdict.found = (patches_agree || features_agree) && (observed >= 0.1 || !uses_depth) &&
                     inside_share >= 0.05;
 
-    if (confirmed < 0.45) verdict.reasons |= DEFREC_REASON_LOW_CONTRAST;
+    if (evidence.confirms_few()) verdict.reasons |= DEFREC_REASON_LOW_CONTRAST;
     if (evidence.inliers < 10) verdict.reasons |= DEFREC_REASON_FEW_MATCHES;
     const double inside = std::max(1u, evidence.vertices_inside);
     if (evidence.vertices_occluded / inside > 0.25) verdict.reasons |= DEFREC_REASON_OCCLUDED;

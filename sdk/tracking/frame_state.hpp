@@ -40,6 +40,7 @@ struct Evidence {
     double confirmed_share() const {
         return patches_expected > 0 ? static_cast<double>(patches_confirmed) / patches_expected : 0;
     }
+    bool confirms_few() const { return confirmed_share() < 0.45; }
 };
 // Per patch: squared distance, px^2, from where the deformed surface has it to where it was found;
 // NaN where it was not found or not expected.

@@ -95,7 +95,7 @@ class Beside {
         if (!disparity) return false;
         const auto [x, y, z] = back_project(data.camera, u, v, *disparity);
         const Point place{x, y, z};
-        const NodeAnchor anchor = anchor_at(nodes_, data.node_spacing_mm, place);
+        const NodeAnchor anchor = anchor_at(nodes_, data.node_piece, data.node_spacing_mm, place);
         const Point guess =
             apply(inverse(follow_anchor(anchor, data.nodes, frame_.motions)), place);
         point = carry_back(surface_, frame_.motions, place, guess, true);

@@ -47,8 +47,10 @@ size_t number_cells(const TemplateData& data, std::vector<uint32_t>& cell) {
     return cells;
 }
 
-void spread_over_map(const TemplateData& data, std::span<const uint32_t> cell,
-                     std::span<float> distance) {
+namespace {
+
+void spread_over_piece(const TemplateData& data, std::span<const uint32_t> cell,
+                       std::span<float> distance) {
     const auto spread_first_view = [&] {
         spread_distance(distance.first(data.grid.vertex.size()), data.grid.columns, data.grid.rows);
     };
@@ -64,6 +66,29 @@ void spread_over_map(const TemplateData& data, std::span<const uint32_t> cell,
         spread_over_part(*part, first, cell, distance);
     }
     spread_first_view();
+}
+
+}  // namespace
+
+void spread_over_map(const TemplateData& data, std::span<const uint32_t> cell,
+                     std::span<float> distance) {
+    const size_t pieces = data.pieces();
+    if (pieces == 1) {
+        spread_over_piece(data, cell, distance);
+        return;
+    }
+    // From a piece's vertices to its own alone.
+    std::vector<float> known(distance.size());
+    for (size_t piece = 0; piece < pieces; ++piece) {
+        std::fill(known.begin(), known.end(), 1e6f);
+        const auto for_own = [&](auto&& visit) {
+            for (size_t i = 0; i < data.vertices.size(); ++i)
+                if (data.piece_of(data.vertices[i]) == piece) visit(cell[i]);
+        };
+        for_own([&](uint32_t own) { known[own] = distance[own]; });
+        spread_over_piece(data, cell, known);
+        for_own([&](uint32_t own) { distance[own] = known[own]; });
+    }
 }
 
 }  // namespace defrec

@@ -14,7 +14,7 @@ namespace defrec {
 size_t number_cells(const TemplateData& data, std::vector<uint32_t>& cell);
 
 // As spread_distance, over all grids: from one to the next where a part's grid has a vertex of an
-// earlier one. distance: per cell.
+// earlier one, and never from one piece of the surface to another. distance: per cell.
 void spread_over_map(const TemplateData& data, std::span<const uint32_t> cell,
                      std::span<float> distance);
 

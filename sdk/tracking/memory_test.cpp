@@ -58,8 +58,19 @@ struct Step {
     uint32_t flags = 0;
 };
 
-// A template, motion, a frozen stream, an ignored half, both kinds of blind frames, a surface found
-// again, a template on request.
+// Something else in front of most of the tissue.
+Pair hidden(Pair pair) {
+    const Pair other = render(40, 25);
+    for (size_t i = 0; i < pair.left.size(); ++i)
+        if (i % kWidth < kWidth * 5 / 8) {
+            pair.left[i] = other.left[i];
+            pair.right[i] = other.right[i];
+        }
+    return pair;
+}
+
+// A template, motion, a frozen stream, an ignored half, tissue that a wide search does not find
+// either, both kinds of blind frames, a surface found again, a template on request.
 std::vector<Step> story() {
     Pair black, white;
     std::fill(white.left.begin(), white.left.end(), uint8_t{255});
@@ -70,6 +81,7 @@ std::vector<Step> story() {
             {moved},
             {moved},
             {render(1.2, 0, 2, 2), true},
+            {hidden(render(1.2, 0, 2, 3))},
             {black},
             {white},
             {render(4, 2)},

@@ -248,17 +248,19 @@ void Pipeline::set_template(const TemplateData& data) {
 FollowedFrame Pipeline::follow(ObservedFrame frame, std::span<const defrec_motion> start,
                                const Following& following) {
     if (template_ == nullptr) fail(DEFREC_ERROR_INTERNAL, "there is no template to follow");
+    frame.observation_->has_work = true;
     template_->enqueue(queue_, *frame.observation_, start, following,
                        frame.task_.input.samples.get(), frame.timer_, frame.task_.output);
     const uint64_t end = queue_.signal();
     return FollowedFrame(std::move(frame), end);
 }
 
-void Pipeline::finish(FollowedFrame followed) {
+ObservedFrame Pipeline::finish(FollowedFrame followed) {
     queue_.wait(followed.end_point_);
     ObservedFrame& frame = followed.frame_;
     frame.observation_->has_work = false;
     frame.timer_.end("download");
+    return std::move(frame);
 }
 
 void Pipeline::leave_samples(std::span<const defrec_surface_sample> samples,

@@ -76,8 +76,8 @@ class Pipeline {
     }
     // For the device's work on a frame.
     std::chrono::nanoseconds deadline() const { return device_->deadline(); }
-    // Waits for the end of the frame's work.
-    void finish(FollowedFrame frame);
+    // Waits for the end of the frame's work. The frame can be followed once more.
+    ObservedFrame finish(FollowedFrame frame);
 
     // Writes samples that did not come from follow into the memory where the device would have left
     // them.

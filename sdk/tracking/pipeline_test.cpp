@@ -2,6 +2,7 @@
 // after a failure.
 #include "sdk/tracking/pipeline.hpp"
 
+#include <algorithm>
 #include <cstring>
 #include <vector>
 
@@ -81,6 +82,43 @@ TEST_CASE("a template is captured from one frame and followed into the next, sta
                                        "lm coarse", "align coarse", "lm middle", "align fine",
                                        "lm fine", "check", "align right", "warp", "download"});
     }
+}
+
+TEST_CASE("a smaller effort leaves stages out, and they have found nothing") {
+    const TestDevice on("cpu");
+    Pipeline pipeline(on.rig, on.device, on.settings(1));
+    const TemplateData data = set_template(on, pipeline);
+    TestFrame frame(on, render(1.5, 0));
+    frame.memory.fit(data);
+    const auto follow = [&](Effort effort) {
+        Following following;
+        following.effort = effort;
+        pipeline.finish(
+            pipeline.follow(pipeline.observe(frame.task()), no_motion(data), following));
+        std::vector<std::string> names = time_names(frame.output());
+        names.erase(names.begin(), std::find(names.begin(), names.end(), "lm coarse"));
+        return names;
+    };
+    const auto found = [](const auto& records) {
+        return std::count_if(records.begin(), records.end(),
+                             [](const auto& record) { return record.valid != 0; });
+    };
+    const FrameOutput& output = frame.output();
+    CHECK(follow(Effort::kCoarse) == std::vector<std::string>{"lm coarse", "align coarse",
+                                                              "lm middle", "check", "align right",
+                                                              "warp", "download"});
+    CHECK(found(output.predictions) > 0);
+    CHECK(found(output.checks) > 0);
+    CHECK(found(output.right_observations) > 0);
+    const std::string surface = bytes_of(output.samples);
+
+    CHECK(follow(Effort::kUnchecked) ==
+          std::vector<std::string>{"lm coarse", "align coarse", "lm middle", "warp", "download"});
+    CHECK(found(output.predictions) > 0);
+    CHECK(found(output.checks) == 0);
+    CHECK(found(output.check_predictions) == 0);
+    CHECK(found(output.right_observations) == 0);
+    CHECK((bytes_of(output.samples) == surface));
 }
 
 TEST_CASE(

@@ -24,7 +24,7 @@ constexpr double kRoom = 1.6;
 
 // How much more a first view without holes would have.
 double fullness(const TemplateData& data) {
-    const auto cells = static_cast<double>(data.node_grid.node.size());
+    const auto cells = static_cast<double>(data.node_grid.cells());
     return cells / static_cast<double>(std::max<uint64_t>(1, data.first_counts().nodes));
 }
 

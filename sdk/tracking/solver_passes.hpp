@@ -11,9 +11,9 @@ namespace defrec {
 // Where the surface that the pass before found has its patches, they are searched for.
 struct PatchSearch {
     const char* time_name;
-    uint32_t level;          // of the image pyramid
-    uint32_t radius;         // pixels of that level
-    bool keeps_predictions;  // for the frame's results
+    uint32_t level;        // of the image pyramid
+    uint32_t radius;       // pixels of that level
+    uint32_t wide_radius;  // likewise, of a wide search, which is a level higher in large images
 };
 
 // Starts from the motions of the pass before, the first one from those of the frame before.
@@ -34,6 +34,7 @@ struct SolverPass {
     float icp_tukey_mm;
 };
 
+// The last one is left out where time is short.
 inline constexpr std::array<SolverPass, 3> kSolverPasses = {
     SolverPass{
         .time_name = "lm coarse",
@@ -42,7 +43,7 @@ inline constexpr std::array<SolverPass, 3> kSolverPasses = {
         .presolve = true,
         .stiffness = 1,
         .match_weight = 10,
-        .patch_tukey_px = 12,
+        .patch_tukey_px = 24,
         .icp_tukey_mm = 3,
     },
     SolverPass{
@@ -52,13 +53,13 @@ inline constexpr std::array<SolverPass, 3> kSolverPasses = {
                 .time_name = "align coarse",
                 .level = 1,
                 .radius = 8,
-                .keeps_predictions = false,
+                .wide_radius = 12,
             },
         .iterations = &TrackerSettings::coarse_iterations,
         .presolve = false,
         .stiffness = 0.2f,
         .match_weight = 1,
-        .patch_tukey_px = 12,
+        .patch_tukey_px = 24,
         .icp_tukey_mm = 1.5f,
     },
     SolverPass{
@@ -68,7 +69,7 @@ inline constexpr std::array<SolverPass, 3> kSolverPasses = {
                 .time_name = "align fine",
                 .level = 0,
                 .radius = 4,
-                .keeps_predictions = true,
+                .wide_radius = 8,
             },
         .iterations = &TrackerSettings::fine_iterations,
         .presolve = false,

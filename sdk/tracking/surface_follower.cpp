@@ -29,6 +29,8 @@ defrec_surface_sample moved(const defrec_surface_point& point,
     return sample;
 }
 
+constexpr uint32_t kReasonsOfRig = DEFREC_REASON_VIEW_LATE | DEFREC_REASON_CALIBRATION;
+
 FrameTask task_of(TrackerJob& job) {
     return {job.input,
             {job.views[0].as<uint8_t>().data(), job.views[1].as<uint8_t>().data()},
@@ -85,7 +87,11 @@ std::shared_ptr<const Template> SurfaceFollower::current_template() const {
 
 void SurfaceFollower::compute(TrackerJob& job) noexcept {
     try {
+        chosen_.reset();
         process(job);
+        const FrameInput::Clock::time_point end = FrameInput::Clock::now();
+        if (chosen_) effort_times_.add(chosen_->effort, end - chosen_->time);
+        if (end > job.input.deadline) job.reasons |= DEFREC_REASON_OVERDUE;
         job.finish(DEFREC_OK, "");
         // Nobody waits for this. The arrays stay as they are until this thread computes another
         // frame.
@@ -128,24 +134,35 @@ void SurfaceFollower::process(TrackerJob& job) {
         if (captures) capture(job, *frame);
         if (!prepare_results(job)) return;
         bool uses_depth = captures || !is_tracking_ || !is_depth_spoilt_;
-        Following following{uses_depth, !is_tracking_};
-        Verdict verdict = follow(job, std::move(*frame), following);
+        Following following{
+            .uses_depth = uses_depth, .whole_map = !is_tracking_, .effort = begin_effort(job)};
+        Verdict verdict = follow(job, frame, last_->motions, following);
         // The frame jumped to another part of the map than it was expected in.
         if (pipeline_.solved_part() &&
             (!verdict.found || !pipeline_.solved_all_seen(job.output.motions))) {
             following.whole_map = true;
-            verdict = follow(job, pipeline_.observe(task_of(job)), following);
+            following.effort = begin_effort(job);
+            verdict = follow(job, frame, last_->motions, following);
         }
         watch_rig(job, verdict);
         is_depth_spoilt_ = is_tracking_ && lag_spoils_depth(job);
         if (uses_depth && !captures && is_depth_spoilt_) {
             uses_depth = false;
-            const uint32_t of_rig =
-                verdict.reasons & (DEFREC_REASON_VIEW_LATE | DEFREC_REASON_CALIBRATION);
+            const uint32_t of_rig = verdict.reasons & kReasonsOfRig;
             following.uses_depth = false;
-            verdict = follow(job, pipeline_.observe(task_of(job)), following);
+            following.effort = begin_effort(job);
+            verdict = follow(job, frame, last_->motions, following);
             verdict.reasons |= of_rig;
             verdict.degraded = true;
+        } else if (!captures && is_tracking_ && job.evidence.confirms_few() &&
+                   wide_search_.is_due()) {
+            const Chosen again = choose_effort(job);
+            if (again.effort == Effort::kFull) {
+                chosen_ = again;
+                search_widely(job, frame, following, verdict);
+            } else {
+                verdict.reasons |= DEFREC_REASON_COARSE;
+            }
         }
         job.reasons |= verdict.reasons;
         const bool is_corrected = corrects_rig_ && correct_rig();
@@ -281,23 +298,64 @@ bool SurfaceFollower::prepare_results(TrackerJob& job) {
     return true;
 }
 
-Verdict SurfaceFollower::follow(TrackerJob& job, ObservedFrame frame, const Following& following) {
+// If the frame is followed from here on.
+SurfaceFollower::Chosen SurfaceFollower::choose_effort(const TrackerJob& job) const {
+    const FrameInput::Clock::time_point now = FrameInput::Clock::now();
+    return {effort_times_.choose(job.input.deadline - now), now};
+}
+
+Effort SurfaceFollower::begin_effort(const TrackerJob& job) {
+    chosen_ = choose_effort(job);
+    return chosen_->effort;
+}
+
+Verdict SurfaceFollower::follow(TrackerJob& job, std::optional<ObservedFrame>& frame,
+                                std::span<const defrec_motion> start, const Following& following) {
     FrontImages* const images = growth_.images();
-    if (images != nullptr) pipeline_.read_front(frame, *images);
-    FollowedFrame followed = pipeline_.follow(std::move(frame), last_->motions, following);
+    if (images != nullptr) pipeline_.read_front(*frame, *images);
+    FollowedFrame followed = pipeline_.follow(std::move(*frame), start, following);
     // A wait that ends too early may cost a call of the driver. Each looks for a while before it
     // sleeps: many short ones would keep a core busy through a long frame.
     const auto limit_ns = static_cast<uint64_t>(pipeline_.deadline().count());
     for (uint64_t look_again_ns = 200000; look_again_ns < limit_ns && !observe_ahead(followed) &&
                                           !pipeline_.done(followed, look_again_ns);)
         look_again_ns *= 2;
-    pipeline_.finish(std::move(followed));
+    frame.emplace(pipeline_.finish(std::move(followed)));
     job.announce_end();
     pipeline_.check(job.output, template_->data());
     if (images != nullptr) pipeline_.check(*images);
     measure_patches(template_->data(), job.output, patch_px2_);
     job.evidence = weigh_evidence(job.output, patch_px2_);
-    return classify(template_->data(), job.evidence, is_tracking_, following.uses_depth);
+    Verdict verdict = classify(template_->data(), job.evidence, is_tracking_, following.uses_depth);
+    verdict.reasons |= reasons_of(following.effort);
+    verdict.degraded |= following.effort != Effort::kFull;
+    return verdict;
+}
+
+// Tissue that is blurred or has moved far shows few of its patches near where they are expected;
+// coarser images, searched farther round what was found so far, show more. Where an instrument
+// hides them they show fewer, and what was found before is kept.
+void SurfaceFollower::search_widely(TrackerJob& job, std::optional<ObservedFrame>& frame,
+                                    Following following, Verdict& verdict) {
+    const Evidence before = job.evidence;
+    job.memory.keep(before_);
+    const std::vector<defrec_motion> start(job.output.motions.begin(), job.output.motions.end());
+    following.searches_widely = true;
+    const Verdict wide = follow(job, frame, verdict.found ? start : last_->motions, following);
+    const bool is_better = wide.found && job.evidence.confirmed_share() > before.confirmed_share();
+    wide_search_.end(is_better);
+    if (is_better) {
+        const uint32_t kept = verdict.reasons & (DEFREC_REASON_LOW_CONTRAST | kReasonsOfRig);
+        verdict = wide;
+        verdict.reasons |= kept;
+        verdict.degraded = true;
+        return;
+    }
+    job.memory.restore(before_);
+    job.evidence = before;
+    measure_patches(template_->data(), job.output, patch_px2_);
+    if (job.input.samples != nullptr)
+        pipeline_.leave_samples(job.output.samples, *job.input.samples);
 }
 
 void SurfaceFollower::watch_rig(TrackerJob& job, Verdict& verdict) {
@@ -352,10 +410,10 @@ void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict, bool use
         if (!is_tracking_) ++epoch_;
         std::copy(job.output.motions.begin(), job.output.motions.end(), last_->motions.begin());
         age_ = 0;
-        if (uses_depth)
+        if (uses_depth && chosen_->effort == Effort::kFull)
             growth_.end_found_frame(pipeline_, template_, job.output);
         else
-            growth_.end_lost_frame();  // it would join with the wrong depth
+            growth_.end_lost_frame();  // it would join in the wrong place
     } else {
         job.state = DEFREC_LOST;
         growth_.end_lost_frame();

@@ -5,9 +5,11 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <variant>
 #include <vector>
 
+#include "sdk/tracking/backoff.hpp"
 #include "sdk/tracking/frame_queue.hpp"
 #include "sdk/tracking/map_growth.hpp"
 #include "sdk/tracking/pipeline.hpp"
@@ -44,6 +46,12 @@ class SurfaceFollower {
         std::vector<defrec_surface_sample> samples;
     };
 
+    // What is computed of a frame, and from when on.
+    struct Chosen {
+        Effort effort;
+        FrameInput::Clock::time_point time;
+    };
+
     void process(TrackerJob& job);
     ObservedFrame observe(TrackerJob& job);
     bool observe_ahead(const FollowedFrame& followed);
@@ -53,7 +61,12 @@ class SurfaceFollower {
     void adopt(std::shared_ptr<const Template> surface, bool is_observed);
     bool grow();
     bool prepare_results(TrackerJob& job);
-    Verdict follow(TrackerJob& job, ObservedFrame frame, const Following& following);
+    Chosen choose_effort(const TrackerJob& job) const;
+    Effort begin_effort(const TrackerJob& job);
+    Verdict follow(TrackerJob& job, std::optional<ObservedFrame>& frame,
+                   std::span<const defrec_motion> start, const Following& following);
+    void search_widely(TrackerJob& job, std::optional<ObservedFrame>& frame, Following following,
+                       Verdict& verdict);
     void watch_rig(TrackerJob& job, Verdict& verdict);
     bool lag_spoils_depth(const TrackerJob& job) const;
     bool correct_rig();
@@ -79,9 +92,13 @@ class SurfaceFollower {
     Rig::ViewShift shift_;    // that the right view is corrected by
     const bool watches_rig_, corrects_rig_;
     std::vector<double> patch_px2_;  // of measure_patches, of this frame
+    Backoff wide_search_{8};
+    std::vector<std::byte> before_;  // a wide search: what following the template gave
     std::vector<RowMatch> row_matches_;
     std::vector<float> last_rows_;  // of the patches of the rig in the left view; NaN: not found
-    bool is_tracking_ = false;      // the surface was found in the frame before
+    std::optional<Chosen> chosen_;  // for this frame; none: it is not followed
+    EffortTimes effort_times_;
+    bool is_tracking_ = false;  // the surface was found in the frame before
     uint32_t epoch_ = 0, template_epoch_ = 0, age_ = 0;
 };
 

@@ -55,8 +55,9 @@ std::vector<defrec_patch_slope> slopes_of(const TemplateData& data,
     std::vector<defrec_patch_slope> slopes;
     slopes.reserve(patches.size());
     for (const defrec_patch& patch : patches)
-        slopes.push_back(patch.view == 0 ? grid_slope(data.node_grid, patch.u, patch.v)
-                                         : scattered_slope(data.nodes, patch));
+        slopes.push_back(patch.view == 0
+                             ? grid_slope(data.node_grid, data.piece_of(patch), patch.u, patch.v)
+                             : scattered_slope(data.nodes, patch));
     return slopes;
 }
 
@@ -89,12 +90,9 @@ TemplateStages::TemplateStages(const std::shared_ptr<Device>& device, Queue& que
     if (!data.landmarks.empty()) make_matching(queue, data);
 
     for (const SolverPass& pass : kSolverPasses) {
-        Pass& made = passes_.emplace_back(Pass{pass, nullptr, nullptr, nullptr, {}});
+        Pass& made = passes_.emplace_back(Pass{pass, nullptr, nullptr, nullptr, nullptr, {}});
         made.motions = DeviceBuffer(device_, start_.size());
-        if (pass.search) {
-            made.align = make_align(*pass.search, data);
-            made.align->prepare(queue, {&patches_, &views_, &slopes_});
-        }
+        if (pass.search) prepare_search(queue, made, data);
         const defrec_lm_params params = solve_params(pass, data);
         made.solve = make_stage<DEFREC_STAGE_LM>(device_, params);
         made.solve->prepare(queue,
@@ -232,12 +230,21 @@ defrec_align_params TemplateStages::align_params(const TemplateData& data, uint3
     return align;
 }
 
-std::unique_ptr<DeviceStage> TemplateStages::make_align(const PatchSearch& search,
+std::unique_ptr<DeviceStage> TemplateStages::make_align(uint32_t level, uint32_t radius,
                                                         const TemplateData& data) const {
     defrec_align_params align = align_params(data, count_of(data.patches));
-    align.level = search.level;
-    align.search_radius = search.radius;
+    align.level = level;
+    align.search_radius = radius;
     return make_stage<DEFREC_STAGE_ALIGN>(device_, align);
+}
+
+void TemplateStages::prepare_search(Queue& queue, Pass& pass, const TemplateData& data) {
+    const PatchSearch& search = *pass.pass.search;
+    pass.align = make_align(search.level, search.radius, data);
+    pass.align_widely =
+        make_align(search.level + check_level(data.width), search.wide_radius, data);
+    for (const auto& align : {&pass.align, &pass.align_widely})
+        (*align)->prepare(queue, {&patches_, &views_, &slopes_});
 }
 
 // Compares rather than searches: what is found lies within a pixel or two of the surface.
@@ -307,11 +314,14 @@ void TemplateStages::enqueue(Queue& queue, const Observation& observed,
         timer.end("ransac");
     }
     const DeviceBuffer* motions = &start_;
-    for (const auto& [pass, align, solve, solve_region, result] : passes_) {
+    const size_t passes = passes_.size() - (following.effort == Effort::kFull ? 0 : 1);
+    for (const auto& [pass, align, align_widely, solve, solve_region, result] :
+         std::span(passes_).first(passes)) {
         if (pass.search) {
             const DeviceBuffer* predictions =
-                pass.search->keeps_predictions ? &predictions_ : nullptr;
-            align->enqueue(queue, {&observed.gray[0], &observed.mask[0], motions, nullptr},
+                &pass == &passes_[passes - 1].pass ? &predictions_ : nullptr;
+            DeviceStage& search = following.searches_widely ? *align_widely : *align;
+            search.enqueue(queue, {&observed.gray[0], &observed.mask[0], motions, nullptr},
                            {&observations_, predictions});
             timer.end(pass.search->time_name);
         }
@@ -322,29 +332,43 @@ void TemplateStages::enqueue(Queue& queue, const Observation& observed,
         timer.end(pass.time_name);
         motions = &result;
     }
-    check_->enqueue(queue, {&observed.gray[0], &observed.mask[0], motions, nullptr},
-                    {&checks_, &check_predictions_});
-    timer.end("check");
-    if (right_search_) {
-        right_search_->enqueue(queue, {&observed.gray[1], &observed.mask[1], motions, nullptr},
-                               {&right_observations_, nullptr});
-        timer.end("align right");
-    }
+    const bool is_checked = following.effort != Effort::kUnchecked;
+    if (is_checked) check_surface(queue, observed, motions, timer);
     warp_->enqueue(queue, {motions, disparity}, {samples});
     timer.end("warp");
     queue.read(*motions, output.motions.data(), bytes_of(output.motions));
-    read_back(queue, *samples, output);
+    read_back(queue, *samples, is_checked, output);
 }
 
-void TemplateStages::read_back(Queue& queue, const DeviceBuffer& samples,
+void TemplateStages::check_surface(Queue& queue, const Observation& observed,
+                                   const DeviceBuffer* motions, StageTimer& timer) {
+    check_->enqueue(queue, {&observed.gray[0], &observed.mask[0], motions, nullptr},
+                    {&checks_, &check_predictions_});
+    timer.end("check");
+    if (!right_search_) return;
+    right_search_->enqueue(queue, {&observed.gray[1], &observed.mask[1], motions, nullptr},
+                           {&right_observations_, nullptr});
+    timer.end("align right");
+}
+
+void TemplateStages::read_back(Queue& queue, const DeviceBuffer& samples, bool is_checked,
                                FrameOutput& output) const {
     queue.read(samples, output.samples.data(), bytes_of(output.samples));
-    if (right_search_)
-        queue.read(right_observations_, output.right_observations.data(),
-                   bytes_of(output.right_observations));
-    queue.read(checks_, output.checks.data(), bytes_of(output.checks));
-    queue.read(check_predictions_, output.check_predictions.data(),
-               bytes_of(output.check_predictions));
+    if (is_checked) {
+        if (right_search_)
+            queue.read(right_observations_, output.right_observations.data(),
+                       bytes_of(output.right_observations));
+        queue.read(checks_, output.checks.data(), bytes_of(output.checks));
+        queue.read(check_predictions_, output.check_predictions.data(),
+                   bytes_of(output.check_predictions));
+    } else {
+        const auto find_none = [](auto records) {
+            std::fill(records.begin(), records.end(), typename decltype(records)::value_type{});
+        };
+        find_none(output.right_observations);
+        find_none(output.checks);
+        find_none(output.check_predictions);
+    }
     queue.read(weighted_, output.matches.data(), bytes_of(output.matches));
     queue.read(observations_, output.observations.data(), bytes_of(output.observations));
     queue.read(predictions_, output.predictions.data(), bytes_of(output.predictions));

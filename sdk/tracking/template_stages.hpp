@@ -34,8 +34,8 @@ class TemplateStages {
   private:
     struct Pass {
         const SolverPass& pass;
-        // align: null without a search. solve_region: null without a region.
-        std::unique_ptr<DeviceStage> align, solve, solve_region;
+        // align, align_widely: null without a search. solve_region: null without a region.
+        std::unique_ptr<DeviceStage> align, align_widely, solve, solve_region;
         DeviceBuffer motions;
     };
     // What a pass is prepared with for a part of the map.
@@ -51,12 +51,16 @@ class TemplateStages {
     bool choose_region(Queue& queue, std::span<const defrec_motion> start);
     void make_buffers(const TemplateData& data);
     defrec_align_params align_params(const TemplateData& data, uint32_t patches) const;
-    std::unique_ptr<DeviceStage> make_align(const PatchSearch& search,
+    std::unique_ptr<DeviceStage> make_align(uint32_t level, uint32_t radius,
                                             const TemplateData& data) const;
+    void prepare_search(Queue& queue, Pass& pass, const TemplateData& data);
     std::unique_ptr<DeviceStage> make_check(const TemplateData& data) const;
     std::unique_ptr<DeviceStage> make_right_search(const TemplateData& data) const;
     defrec_lm_params solve_params(const SolverPass& pass, const TemplateData& data) const;
-    void read_back(Queue& queue, const DeviceBuffer& samples, FrameOutput& output) const;
+    void check_surface(Queue& queue, const Observation& observed, const DeviceBuffer* motions,
+                       StageTimer& timer);
+    void read_back(Queue& queue, const DeviceBuffer& samples, bool is_checked,
+                   FrameOutput& output) const;
 
     std::shared_ptr<Device> device_;
     const TrackerSettings settings_;

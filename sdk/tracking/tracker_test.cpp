@@ -415,6 +415,23 @@ TEST_CASE("row 77: texture too faint for features is followed by patches and dep
     if (usable(second.state)) CHECK(std::abs(second.shift[0] - 0.2) < 0.15);
 }
 
+// Searches near where the surface was would find it up to 16 px away.
+TEST_CASE("without features, a jump by more than a search is wide is followed by a wide search") {
+    constexpr double kContrast = 0.07, kJump = 4.7;  // mm, 20 px
+    Session session;
+    const auto track = [&](double dx) {
+        Pair pair = render(dx, 0);
+        pair.left = faint(pair.left, kContrast);
+        pair.right = faint(pair.right, kContrast);
+        return session.track(pair);
+    };
+    CHECK(track(0).features < 20);
+    const Session::Frame second = track(kJump);
+    CHECK(second.state == DEFREC_DEGRADED);
+    CHECK((second.reasons & DEFREC_REASON_LOW_CONTRAST) != 0);
+    CHECK(std::abs(second.shift[0] - kJump) < 0.15);
+}
+
 TEST_CASE("row 65: a blurred image is degraded or lost, and a sharp one is followed again") {
     Session session;
     session.track(render(0, 0));

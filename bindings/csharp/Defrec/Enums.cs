@@ -235,6 +235,12 @@ namespace Defrec
         TemplateGrew = 1u << 16,
         /// <summary>The template grows no more: see max_vertices.</summary>
         TemplateFull = 1u << 17,
+        /// <summary>For want of time the surface was not refined in the images' full size, or not searched widely.</summary>
+        Coarse = 1u << 18,
+        /// <summary>For want of time the surface was not compared with the image: no vertex counts as observed.</summary>
+        Unchecked = 1u << 19,
+        /// <summary>Done after its deadline.</summary>
+        Overdue = 1u << 20,
         /// <summary>Deprecated: the earlier name of Reasons.OneView.</summary>
         OneEye = 1u << 9,
         /// <summary>Deprecated: the earlier name of Reasons.ViewsSwapped.</summary>

@@ -132,6 +132,11 @@ namespace Defrec
         /// Where the device leaves a <see cref="SurfaceSample"/> per template vertex; null: nowhere. Too small is how the job fails.
         /// </summary>
         public DeviceMemory Samples { get; set; }
+        /// <summary>
+        /// ns from the call of <see cref="Tracker.Submit(Frame)"/> until the job is to be done; 0: no deadline. What is not expected to fit is left
+        /// out: <see cref="Reasons.Coarse"/>, <see cref="Reasons.Unchecked"/>, in this order. A late job has <see cref="Reasons.Overdue"/>.
+        /// </summary>
+        public ulong DeadlineNs { get; set; }
 
         /// <summary>A pair of images.</summary>
         public Frame(Image left, Image right, long timestampNs) : this()

@@ -7,10 +7,11 @@ namespace Defrec
     /// Follows a surface from frame to frame. Submit from one thread at a time: a second caller is answered with
     /// <see cref="Status.ErrorBusy"/>. Different trackers are independent.
     /// </summary>
-    public sealed unsafe class Tracker : IDisposable
+    public sealed unsafe partial class Tracker : IDisposable
     {
         internal readonly TrackerHandle Handle;
         private readonly int pixels; // of the rectified image
+        private readonly uint framesInFlight; // 0: the library's default
 
         /// <summary>Opens the fastest device that has every stage; frames are Bgr8.</summary>
         /// <exception cref="ArgumentNullException">An argument is null.</exception>
@@ -28,6 +29,7 @@ namespace Defrec
             Check.NotNull(rig, nameof(rig));
             Check.NotNull(options, nameof(options));
             pixels = rig.Width * rig.Height;
+            framesInFlight = options.FramesInFlight;
             Handle = new TrackerHandle(context.Handle.Log);
             fixed (byte* device = Utf8.Bytes(options.DeviceId, "options.DeviceId"))
             using (var contextUse = new HandleUse(context.Handle))
@@ -140,7 +142,8 @@ namespace Defrec
                     left = &left,
                     right = &right,
                     ignore = frame.Ignore.IsGiven ? &ignore : null,
-                    samples = samplesUse.Native
+                    samples = samplesUse.Native,
+                    deadline_ns = frame.DeadlineNs
                 };
                 IntPtr created;
                 Status status = NativeMethods.defrec_tracker_submit(use.Native, &native, &created);

@@ -14,6 +14,7 @@ installed=$(echo "$work"/installed/Defrec.*)
 # The binaries contain Eigen, whose licence goes with it.
 grep -q '^eigen .*libdefrec' "$installed/notices.txt"
 grep -q '"bomFormat": "CycloneDX"' "$installed/bom.json"
+grep -q '"spdxVersion": "SPDX-2.3"' "$installed/bom.spdx.json"
 
 # As a build tool lays a program out: assembly and native files beside it.
 cp "$installed"/lib/netstandard2.0/Defrec.dll "$installed/$native"/* "$work/program"

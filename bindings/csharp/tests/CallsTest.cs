@@ -157,7 +157,7 @@ namespace Defrec.Tests
             int size = sizeof(defrec_tracker_desc);
             object options = new TrackerOptions { DeviceId = "" }, made = new defrec_tracker_desc { struct_size = (uint)size };
             int value = 2;
-            foreach (PropertyInfo property in typeof(TrackerOptions).GetProperties().Where(property => property.Name != "DeviceId"))
+            foreach (PropertyInfo property in typeof(TrackerOptions).GetProperties().Where(property => property.Name != "DeviceId" && property.Name != "Fallback"))
             {
                 FieldInfo field = typeof(defrec_tracker_desc).GetField(LayoutTest.Snake(property.Name), BindingFlags.NonPublic | BindingFlags.Instance);
                 Type type = property.PropertyType;
@@ -177,23 +177,27 @@ namespace Defrec.Tests
 
             var defaults = new defrec_tracker_desc { struct_size = (uint)size };
             using (new Tracker(Context, Rig)) Assert.That(Stub.Call("defrec_tracker_create"), Is.StringContaining("desc=" + Stub.Hex(&defaults, size) + ", "));
+
+            var fallback = new defrec_tracker_desc { struct_size = (uint)size, flags = 1 };
+            using (new Tracker(Context, Rig, new TrackerOptions { Fallback = true }))
+                Assert.That(Stub.Call("defrec_tracker_create"), Is.StringContaining("desc=" + Stub.Hex(&fallback, size) + ", "));
         }
 
         [Test]
         public void FramesAndJobs()
         {
             string tracker = Stub.Handle(Tracker.Handle);
-            var frame = new Frame(GrayImage(), GrayImage(), 0x1122334455667788) { CaptureTemplate = true, Ignore = GrayImage() };
+            var frame = new Frame(GrayImage(), GrayImage(), 0x1122334455667788) { CaptureTemplate = true, Ignore = GrayImage(), DeadlineNs = 0x0102030405060708 };
             using (Job job = Tracker.Submit(frame))
             {
                 string handle = Stub.Handle(job.Handle), call = Stub.Call("defrec_tracker_submit");
-                string head = "defrec_tracker_submit(tracker=" + tracker + ", frame=30000000010000008877665544332211";
+                string head = "defrec_tracker_submit(tracker=" + tracker + ", frame=38000000010000008877665544332211";
                 Assert.That(call, Is.StringStarting(head));
                 // left, right, ignore are given, and each lies elsewhere; samples is not.
                 string[] addresses = { call.Substring(head.Length, 16), call.Substring(head.Length + 16, 16), call.Substring(head.Length + 32, 16) };
                 Assert.That(addresses, Is.Unique);
                 Assert.That(addresses, Has.None.EqualTo("0000000000000000"));
-                Assert.That(call, Is.StringEnding("0000000000000000, out=" + handle + ")"));
+                Assert.That(call, Is.StringEnding("00000000000000000807060504030201, out=" + handle + ")"));
 
                 job.Wait();
                 Assert.That(job.Wait(TimeSpan.FromTicks(25000)), Is.True);
@@ -267,7 +271,7 @@ namespace Defrec.Tests
                 using (Tracker.Submit(new Frame(image, image, 1) { Samples = memory }))
                 {
                     IntPtr native = memory.Handle.DangerousGetHandle();
-                    Assert.That(Stub.Call("defrec_tracker_submit"), Is.StringContaining(Stub.Hex(&native, 8) + ", out="));
+                    Assert.That(Stub.Call("defrec_tracker_submit"), Is.StringContaining(Stub.Hex(&native, 8) + "0000000000000000, out="));
                 }
                 Stub.Calls();
             }

@@ -122,7 +122,7 @@ namespace Defrec.Tests
 
         private static void IsOffered(Type native, params Type[] types)
         {
-            // The length of an array is the array's; there are no flags yet.
+            // The length of an array is the array's; flags are properties of their own.
             var hidden = new[] { "struct_size", "reserved", "flags", "time_count" };
             List<string> properties = types.SelectMany(type => type.GetProperties()).Select(property => property.Name).ToList();
             foreach (FieldInfo field in FieldsOf(native).Where(field => !hidden.Contains(field.Name)))

@@ -1,5 +1,10 @@
 """defrec recovers, in real time, how a tissue surface deforms in stereo video. docs/python.md is the guide.
 
+    for frame in defrec.track("left/", "right/", "calibration.yaml"):
+        print(frame)                                    # state, points, expected error
+
+and, with everything in one's own hands:
+
     with defrec.Context() as context:
         rig = defrec.Rig(context, 960, 540, M1, D1, M2, D2, R, T)
         tracker = defrec.Tracker(context, rig)
@@ -11,6 +16,7 @@
 Lengths are mm. Cameras: x right, y down, z forward. Pixel (0, 0) is the centre of the top-left pixel. What fails in the
 library raises Error; what cannot be passed to it raises TypeError or ValueError.
 """
+from .calibration import Calibration
 from .context import Context, DeviceInfo, PluginInfo, library_release, library_version, status_name
 from .enums import (
     DISPARITY_NONE,
@@ -22,6 +28,7 @@ from .enums import (
     ORB_ANGLE_BINS,
     SKIN_NODES,
     STAGE_COUNT_V1,
+    TRACKER_FALLBACK,
     ContextFlag,
     DeviceFeature,
     DeviceKind,
@@ -71,9 +78,11 @@ from .structs import (
 )
 from .template import Lifted, Template, TemplateData
 from .tracker import Job, Tracker
+from .tracking import FollowedPoints, RigEstimate, TrackedFrame, Tracking, track
 
 __all__ = [name for name in dir() if not name.startswith("_") and name[0].isupper()] + [
     "library_release",
     "library_version",
     "status_name",
+    "track",
 ]

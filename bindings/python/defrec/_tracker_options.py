@@ -6,7 +6,7 @@ from typing import Any, Dict, Optional
 
 from ._handle import Handle
 from .context import Context
-from .enums import Format, SelfCalibration
+from .enums import TRACKER_FALLBACK, Format, SelfCalibration
 from .rig import Rig
 
 OPTIONS = """seed: of random choices: the same seed gives the same results on a repeatable device.
@@ -31,7 +31,8 @@ OPTIONS = """seed: of random choices: the same seed gives the same results on a 
     self_calibration: SelfCalibration: what is done about a calibration that has drifted; default
         SelfCalibration.REPORT.
     grow: tissue that comes into view joins the template; 0 to 1.
-    max_vertices: of a template that grows; what would exceed it does not join; 1 to 1000000; default 65536."""
+    max_vertices: of a template that grows; what would exceed it does not join; 1 to 1000000; default 65536.
+    fallback: where the device is quarantined or cannot be opened, take the next one with every stage; results name it."""
 
 
 class TrackerOptions(Handle):
@@ -62,12 +63,14 @@ class TrackerOptions(Handle):
         self_calibration: SelfCalibration = SelfCalibration.REPORT,
         grow: bool = False,
         max_vertices: int = 0,
+        fallback: bool = False,
     ) -> None:
         self._create(
             context,
             rig,
             device_id,
             dict(
+                flags=(TRACKER_FALLBACK if fallback else 0),
                 seed=seed,
                 format=format,
                 frames_in_flight=frames_in_flight,

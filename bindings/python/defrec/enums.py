@@ -247,6 +247,12 @@ class Reason(IntFlag):
     """From this frame on the template has more vertices: tissue joined."""
     TEMPLATE_FULL = 131072
     """The template grows no more: see max_vertices."""
+    COARSE = 262144
+    """For want of time the surface was not refined in the images' full size, or not searched widely."""
+    UNCHECKED = 524288
+    """For want of time the surface was not compared with the image: no vertex counts as observed."""
+    OVERDUE = 1048576
+    """Done after its deadline."""
     ONE_EYE = 512
     """Deprecated: the earlier name of Reason.ONE_VIEW."""
     EYES_SWAPPED = 4096

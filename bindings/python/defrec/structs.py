@@ -791,6 +791,10 @@ class Frame(Struct):
     samples: Address
     """None, or where the device leaves a defrec_surface_sample per template vertex, those behind the result's
     vertices and normals; too small is how the job fails, so with grow it is made for max_vertices."""
+    deadline_ns: U64
+    """When the job is to be done, from the call of defrec_tracker_submit; 0: no deadline. What is not expected to
+    fit is left out: Reason.COARSE, Reason.UNCHECKED, in this order. A job that is late all the same says so:
+    Reason.OVERDUE, ns."""
 
 
 @c_struct("defrec_stage_time")

@@ -146,6 +146,7 @@ class Tracker(TrackerOptions):
         ignore: Union[BufferLike, Memory, None] = None,
         capture_template: bool = False,
         samples: Optional[Memory] = None,
+        deadline_ns: int = 0,
     ) -> Job:
         """Queues a frame and returns at once; jobs run in order.
 
@@ -157,12 +158,18 @@ class Tracker(TrackerOptions):
         ignore: (height, width) uint8 or bool; nonzero pixels of the left image are not tissue.
         capture_template: make this frame the template (the first usable frame is, unless one was set).
         samples: where the device leaves a SurfaceSample per template vertex.
+        deadline_ns: from this call until the job is to be done; 0: no deadline. What is not expected to fit is left out:
+            Reason.COARSE, Reason.UNCHECKED, in this order. A late job has Reason.OVERDUE.
 
         threads: one. Raises BusyError with a full queue, Error for a timestamp that does not grow; TypeError and
         ValueError for images of another type or shape.
         """
         handle, tracker_keep = self._open()
-        frame = structs.Frame(timestamp_ns=timestamp_ns, flags=FrameFlag.CAPTURE_TEMPLATE if capture_template else 0)
+        frame = structs.Frame(
+            timestamp_ns=timestamp_ns,
+            flags=FrameFlag.CAPTURE_TEMPLATE if capture_template else 0,
+            deadline_ns=deadline_ns,
+        )
         keep: List[Any] = [tracker_keep]
         with ExitStack() as views:
             left_image = self._image("left", left, self._format, views, keep)
@@ -197,17 +204,18 @@ class Tracker(TrackerOptions):
             return job.result()
 
     def process(self, frames: Iterable[Tuple[BufferLike, BufferLike, int]]) -> Iterator[Job]:
-        """Tracks a recording: takes (left, right, timestamp_ns), gives each frame's job, done, in order, and closes it
-        when the next is asked for. Meanwhile the frames behind it are computed, as many as frames_in_flight allows.
-        Errors: submit and Job.wait."""
+        """Tracks a sequence: takes (left, right, timestamp_ns), gives each frame's job, done, in order, and closes it
+        when the next is asked for. Meanwhile the frames behind it are computed, as many as frames_in_flight allows;
+        with 1, each frame's job is given before the next frame is taken, as a camera needs it. Errors: submit and
+        Job.wait."""
         pending: Deque[Job] = collections.deque()
         try:
             for left, right, timestamp_ns in frames:
+                pending.append(self.submit(left, right, timestamp_ns))
                 if len(pending) == self._frames_in_flight:
                     with pending.popleft() as job:
                         job.wait()
                         yield job
-                pending.append(self.submit(left, right, timestamp_ns))
             while pending:
                 with pending.popleft() as job:
                     job.wait()

@@ -20,6 +20,7 @@ run(python, "-m", "pip", "--disable-pip-version-check", "install", "--quiet", "-
 (notices,) = folder.glob("lib/python3*/site-packages/defrec-*.dist-info/notices.txt")
 assert "\neigen " in notices.read_text(), "the wheel contains Eigen, whose licence goes with it"
 assert '"CycloneDX"' in notices.with_name("bom.json").read_text()
+assert '"SPDX-2.3"' in notices.with_name("bom.spdx.json").read_text()
 shutil.copy(pathlib.Path(__file__).parent / "plane.py", folder)
 run(
     python,

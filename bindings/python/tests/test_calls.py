@@ -8,6 +8,7 @@ from unittest import mock
 
 import stub
 from defrec import (
+    TRACKER_FALLBACK,
     BusyError,
     Camera,
     Context,
@@ -200,6 +201,13 @@ class Calls(stub.StubTest):
         self.assertEqual((created.arguments["context"], created.arguments["rig"]), (self.c, hex(rig._native)))
         self.assertEqual(str(destroyed), f"defrec_tracker_destroy(tracker={handle})")
 
+    def test_fallback(self):
+        with make_rig(self.context) as rig:
+            self.log()
+            Tracker(self.context, rig, "cpu", fallback=True).close()
+        desc = self.log()[0].struct("desc", structs.TrackerDesc)
+        self.assertEqual(desc.flags, TRACKER_FALLBACK)
+
     def test_device_id(self):
         def read(context, rig, desc, out):
             self.assertEqual(desc.device_id, b"cuda:GPU-1a2b")
@@ -213,7 +221,7 @@ class Calls(stub.StubTest):
         image = bytes(96 * 80 * 3)
         tracker = Tracker(self.context, make_rig(self.context))
         self.log()
-        with tracker.submit(image, image, -(1 << 63) + 5, capture_template=True) as job:
+        with tracker.submit(image, image, -(1 << 63) + 5, capture_template=True, deadline_ns=1 << 63) as job:
             j = hex(job._native)
             self.assertTrue(job.wait())
             self.assertTrue(job.wait(1.5))
@@ -239,7 +247,8 @@ class Calls(stub.StubTest):
         frame = submitted.struct("frame", structs.Frame)
         self.assertEqual(submitted.arguments["tracker"], hex(tracker._native))
         self.assertEqual(
-            (frame.timestamp_ns, frame.flags, frame.ignore, frame.samples), (-(1 << 63) + 5, 1, None, None)
+            (frame.timestamp_ns, frame.flags, frame.ignore, frame.samples, frame.deadline_ns),
+            (-(1 << 63) + 5, 1, None, None, 1 << 63),
         )
         for_ever = f"defrec_job_wait(job={j}, timeout_ns=18446744073709551615)"
         self.assertEqual(

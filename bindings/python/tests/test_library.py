@@ -106,6 +106,20 @@ class Tracking(LibraryTest):
                 self.assertEqual(result.disparity[72, 96], plane.DISPARITY * DISPARITY_ONE)
         self.assertEqual(result.times[0].name, "upload")
 
+    def test_fallback_is_another_device_only_where_it_was_asked_for(self):
+        folder = os.environ["MISBEHAVING"]
+        misbehave = ctypes.CDLL(os.path.join(folder, "defrec_plugin_misbehaving.so")).defrec_misbehave
+        with Context([folder], threads=2) as context:
+            rig = Rig.rectified(context, plane.WIDTH, plane.HEIGHT, plane.CAMERA)
+            misbehave(b"throw", b"device_open")
+            self.addCleanup(misbehave, b"", b"")
+            with self.assertRaises(Error) as raised:
+                Tracker(context, rig, "misbehaving", format=Format.GRAY8)
+            self.assertEqual(raised.exception.status, Status.ERROR_PLUGIN)
+            with rig, Tracker(context, rig, "misbehaving", format=Format.GRAY8, fallback=True) as tracker:
+                device = tracker.track(*FRAMES[0], 0).device_id
+            self.assertIn(device, {each.id for each in context.devices} - {"misbehaving"})
+
     def test_process_is_submit_and_wait(self):
         alone = self.tracker()
         expected = [raw(alone.track(left, right, i).vertices) for i, (left, right) in enumerate(FRAMES)]

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Fails unless a component list is well formed and says what the binaries link.
+"""Fails unless the component lists are well formed, agree and say what the binaries link.
 
-check_component_list.py bom.json SCHEMA FOLDER_OF_LIBRARIES FOLDER_OF_PROGRAMS
+check_component_list.py bom.json SCHEMA bom.spdx.json SCHEMA FOLDER_OF_LIBRARIES FOLDER_OF_PROGRAMS
 """
 import functools
 import json
@@ -83,11 +83,34 @@ def check_versions(bom):
             assert component["version"] in installed, f"{component['name']} {component['version']}, from package version {installed}"
 
 
+def licences(component):
+    return [entry.get("expression") or entry["license"].get("id") or entry["license"]["name"] for entry in component["licenses"]]
+
+
+def check_spdx(bom, edges, spdx):
+    """The list in SPDX names the same components and the same uses."""
+    expected = sorted([c["name"], c["version"], c["purl"], *licences(c)] for c in [bom["metadata"]["component"], *bom["components"]])
+    packages = spdx["packages"]
+    found = sorted([p["name"], p["versionInfo"], p["externalRefs"][0]["referenceLocator"], p["licenseDeclared"]] for p in packages)
+    assert found == expected, f"SPDX lists {found}, CycloneDX {expected}"
+    identifiers = [package["SPDXID"] for package in packages] + [spdx["SPDXID"]]
+    assert len(set(identifiers)) == len(identifiers), "an SPDXID is used twice"
+    ends = [relation[end] for relation in spdx["relationships"] for end in ("spdxElementId", "relatedSpdxElement")]
+    assert set(ends) <= set(identifiers), f"relationships with what is not listed: {set(ends) - set(identifiers)}"
+    uses = sum(len(targets) for targets in edges.values())
+    assert len(spdx["relationships"]) == uses + 1, f"{len(spdx['relationships'])} relationships for {uses} uses and the document's"
+    named = {licence for package in packages for licence in re.findall(r"LicenseRef-[\w.-]+", package["licenseDeclared"])}
+    explained = {entry["licenseId"] for entry in spdx.get("hasExtractedLicensingInfos", [])}
+    assert named == explained, f"licences without a text, or texts without a use: {named ^ explained}"
+
+
 def main():
-    list_path, schema_path, libraries, programs = map(pathlib.Path, sys.argv[1:])
-    bom = json.loads(list_path.read_text())
+    list_path, schema_path, spdx_path, spdx_schema_path, libraries, programs = map(pathlib.Path, sys.argv[1:])
+    bom, spdx = json.loads(list_path.read_text()), json.loads(spdx_path.read_text())
     jsonschema.validate(bom, json.loads(schema_path.read_text()))
+    jsonschema.validate(spdx, json.loads(spdx_schema_path.read_text()))
     edges = check_references(bom)
+    check_spdx(bom, edges, spdx)
     check_versions(bom)
     checked = check_linked(bom, edges, libraries, programs)
     print(f"{len(bom['components'])} components, {checked} linked libraries accounted for")

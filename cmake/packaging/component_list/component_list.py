@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Writes the component list (CycloneDX 1.5, JSON) and the notices of what is contained in the binaries.
+"""Writes the component list (CycloneDX 1.5 and SPDX 2.3, JSON) and the notices of what is contained in the binaries.
 
-component_list.py FOUND.json --list bom.json --notices notices.txt [--page package-lock.json --page-packages node_modules]
+component_list.py FOUND.json --list bom.json --spdx bom.spdx.json --notices notices.txt [--page package-lock.json --page-packages node_modules]
 
 FOUND.json is what CMake found: our parts, and each component's name, version, licence, one of its files, how it takes part and in which
 parts. Which Debian package a file belongs to, dpkg says here. The page is the report of `defrec track`, bundled from npm packages.
@@ -16,6 +16,8 @@ import platform
 import subprocess
 import urllib.parse
 import uuid
+
+from spdx import spdx_document
 
 PAGE_PART = "defrec"
 TYPES = {"linked": "library", "contained": "library", "tool": "application"}
@@ -85,6 +87,7 @@ def own_entry(part, version):
         "version": version,
         "scope": "required",
         "licenses": [licence_entry("Apache-2.0")],
+        "purl": f"pkg:generic/{part}@{version}",
     }
 
 
@@ -149,6 +152,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("found")
     parser.add_argument("--list", required=True)
+    parser.add_argument("--spdx", required=True)
     parser.add_argument("--notices", required=True)
     parser.add_argument("--page")
     parser.add_argument("--page-packages")
@@ -161,6 +165,8 @@ def main():
         component["ref"] = f"{component['name']}@{component['version']}"
     bom = component_list(found["parts"], found["version"], components)
     pathlib.Path(arguments.list).write_text(json.dumps(bom, indent=2) + "\n")
+    texts = {component["licence"]: licence_text(component) for component in components if component["licence"].startswith("LicenseRef-")}
+    pathlib.Path(arguments.spdx).write_text(json.dumps(spdx_document(bom, texts), indent=2) + "\n")
     pathlib.Path(arguments.notices).write_text(notices(components))
 
 

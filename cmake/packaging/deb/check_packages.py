@@ -14,7 +14,7 @@ import subprocess
 import sys
 
 # Of a package alone, and not in other installations.
-PACKAGE_DOCS = re.compile(r"share/doc/[^/]+/(copyright|changelog\.Debian\.gz|bom\.json|notices\.txt)|share/lintian/overrides/[^/]+")
+PACKAGE_DOCS = re.compile(r"share/doc/[^/]+/(copyright|changelog\.Debian\.gz|bom(\.spdx)?\.json|notices\.txt)|share/lintian/overrides/[^/]+")
 
 
 def run(*command):

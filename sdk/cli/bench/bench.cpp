@@ -24,6 +24,9 @@ constexpr char kScene[] = "heartbeat";
 constexpr int kFilmedFrames = 16;  // played to and fro, so that no cut is in the sequence
 constexpr std::uint64_t kSeed = 1;
 constexpr double kFrameMs = 1000.0 / 30;
+// Of frames whose time was short.
+constexpr std::array kShortReasons = {DEFREC_REASON_COARSE, DEFREC_REASON_UNCHECKED,
+                                      DEFREC_REASON_OVERDUE};
 
 CameraCalibration camera_of(const Lens& lens) {
     return {lens.fx,
@@ -86,7 +89,7 @@ class Player {
   public:
     Player(const BenchOptions& options, const BenchSequence& sequence, const Setup& setup,
            bool timed = false)
-        : sequence_(sequence) {
+        : sequence_(sequence), deadline_ns_(options.deadline_ns) {
         defrec_tracker_desc desc = setup.desc;
         desc.device_id = setup.device.id.c_str();
         desc.timed = timed ? 1 : 0;
@@ -104,7 +107,7 @@ class Player {
         frame.timestamp_ms = step_ * kFrameMs;
         job_.reset();
         const Clock::time_point start = Clock::now();
-        job_ = submit(tracker_, frame);
+        job_ = submit(tracker_, frame, deadline_ns_);
         require(defrec_job_wait(job_.get(), UINT64_MAX), ExitCode::kInternal,
                 "frame " + std::to_string(step_));
         ++step_;
@@ -119,6 +122,7 @@ class Player {
 
   private:
     const BenchSequence& sequence_;
+    const std::uint64_t deadline_ns_;
     Tracker tracker_;
     Job job_;
     int step_ = 0;
@@ -190,10 +194,9 @@ void add_stages(const defrec_result& result, BenchTimes& times) {
 }
 
 Json spread_of(const std::vector<double>& ms) {
-    return {{"min_ms", percentile(ms, 0)},
-            {"median_ms", percentile(ms, 0.5)},
-            {"p99_ms", percentile(ms, 0.99)},
-            {"noise_ms", median_noise(ms)}};
+    return {{"min_ms", percentile(ms, 0)},    {"median_ms", percentile(ms, 0.5)},
+            {"p99_ms", percentile(ms, 0.99)}, {"p999_ms", percentile(ms, 0.999)},
+            {"max_ms", percentile(ms, 1)},    {"noise_ms", median_noise(ms)}};
 }
 
 }  // namespace
@@ -228,10 +231,13 @@ BenchTimes measure_times(const BenchOptions& options, const BenchSequence& seque
                     times.latency_ms.push_back(latency);
                     times.tracked_frames +=
                         result.state != DEFREC_LOST && result.state != DEFREC_INITIALISING;
+                    for (std::size_t i = 0; i < kShortReasons.size(); ++i)
+                        times.short_frames[i] += (result.reasons & kShortReasons[i]) != 0;
                 });
     times.tracker_memory_mb = peak_megabytes() - before;
-    run_tracker(options, sequence, true, times.device,
-                [&](double, const defrec_result& result) { add_stages(result, times); });
+    if (options.stages)
+        run_tracker(options, sequence, true, times.device,
+                    [&](double, const defrec_result& result) { add_stages(result, times); });
     if (options.trackers > 1 && !interrupt_requested())
         run_trackers_at_once(options, sequence, times);
     return times;
@@ -255,8 +261,13 @@ Json bench_json(const BenchOptions& options, const BenchSequence& sequence,
     json["tracked_frames"] = times.tracked_frames;
     json["stages"] = Json::object();
     for (const auto& [name, ms] : times.stages_ms) json["stages"][name] = spread_of(ms);
-    json["stages"]["frame"] = spread_of(times.stages_together_ms);
+    if (options.stages) json["stages"]["frame"] = spread_of(times.stages_together_ms);
     json["submit_to_result"] = spread_of(times.latency_ms);
+    if (options.deadline_ns != 0) {
+        json["deadline_ms"] = 1e-6 * static_cast<double>(options.deadline_ns);
+        for (std::size_t i = 0; i < kShortReasons.size(); ++i)
+            json["short_frames"][reason_names(kShortReasons[i], "|")] = times.short_frames[i];
+    }
     json["frames_per_second"] = median > 0 ? 1000 / median : 0;
     if (!times.at_once_latency_ms.empty())
         json["at_once"] = {
@@ -272,7 +283,7 @@ Json bench_json(const BenchOptions& options, const BenchSequence& sequence,
 std::string bench_text(const Json& json) {
     const auto line = [](std::string name, const Json& times) {
         name.resize(std::max<std::size_t>(name.size(), 20), ' ');
-        for (const char* value : {"min_ms", "median_ms", "p99_ms"}) {
+        for (const char* value : {"min_ms", "median_ms", "p99_ms", "p999_ms", "max_ms"}) {
             const std::string text = format_fixed(times[value].get<double>(), 2);
             name.append(text.size() < 10 ? 10 - text.size() : 0, ' ').append(text);
         }
@@ -282,12 +293,21 @@ std::string bench_text(const Json& json) {
         json["device"]["id"].get<std::string>() + ", " + json["size"].get<std::string>() + ", " +
         std::to_string(json["frames"].get<std::size_t>()) + " frames, " +
         std::to_string(json["tracked_frames"].get<std::size_t>()) + " of them tracked\n";
-    text += "ms                         min    median       p99\n";
+    text += "ms                         min    median       p99     p99.9     worst\n";
     for (const auto& [stage, times] : json["stages"].items()) {
         if (stage != "frame") text += line(stage, times);
     }
-    text += line("all stages", json["stages"]["frame"]);
+    if (json["stages"].contains("frame")) text += line("all stages", json["stages"]["frame"]);
     text += line("submit to result", json["submit_to_result"]);
+    if (json.contains("short_frames")) {
+        text += "deadline " + format_fixed(json["deadline_ms"].get<double>(), 2) + " ms:";
+        for (const auto& [reason, frames] : json["short_frames"].items())
+            text.append(" ")
+                .append(std::to_string(frames.get<std::size_t>()))
+                .append(" ")
+                .append(reason);
+        text += " frames\n";
+    }
     if (json.contains("at_once")) {
         const Json& at_once = json["at_once"];
         const std::string trackers =

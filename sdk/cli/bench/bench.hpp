@@ -1,6 +1,8 @@
 // How long a frame takes on a device, stage by stage, on frames held in memory.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -20,7 +22,9 @@ struct BenchOptions {
     int width = 960, height = 540;  // of the filmed scene
     int frames = 100, warm_up = 10;
     int trackers = 1;    // more: they are measured at once, too, each on a thread of its own
-    std::string config;  // YAML with parameters of the tracker, or empty
+    bool stages = true;  // false: only from submission to result
+    std::uint64_t deadline_ns = 0;  // of each frame, from its submission; 0: none
+    std::string config;             // YAML with parameters of the tracker, or empty
     std::string backend = "auto", device;
     unsigned threads = 0;
     bool json = false, quiet = false;
@@ -40,12 +44,13 @@ struct BenchTimes {
         at_once_latency_ms;  // of all frames of all trackers, where several were asked for
     double at_once_ms = 0;   // that those frames took together
     std::size_t tracked_frames = 0;
+    std::array<std::size_t, 3> short_frames{};  // of these: coarse, unchecked, overdue
     double tracker_memory_mb = 0;  // what context and tracker added to the process at their peak
 };
 
-// Plays the sequence to and fro, twice: as an application runs it, and with a wait after each
-// stage; then to several trackers at once. Fewer frames than asked for after an interruption.
-// Throws CliError.
+// Plays the sequence to and fro, twice: as an application runs it, and (with options.stages) with a
+// wait after each stage; then to several trackers at once. Fewer frames than asked for after an
+// interruption. Throws CliError.
 BenchTimes measure_times(const BenchOptions& options, const BenchSequence& sequence);
 
 // What bench_json says of the sequence: its `size` and name.

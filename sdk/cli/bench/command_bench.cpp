@@ -42,7 +42,7 @@ int run_bench(const Given& given, const BenchLoader& load) {
                            : load(given.left, given.right, given.calibration, given.units);
     if (!given.recorded.empty()) check_comparable(recorded, sequence_json(sequence));
     const BenchTimes times = measure_times(given.bench, sequence);
-    if (times.stages_together_ms.empty()) return static_cast<int>(ExitCode::kInterrupted);
+    if (times.latency_ms.empty()) return static_cast<int>(ExitCode::kInterrupted);
     auto json = bench_json(given.bench, sequence, times);
     std::string text = bench_text(json);
     bool is_slower = false;
@@ -98,6 +98,9 @@ CLI::App* add_bench_command(CLI::App& app, std::function<int()>& run, BenchLoade
         ->type_name("N")
         ->check(CLI::Range(0, 10000))
         ->capture_default_str();
+    command->add_flag("!--no-stages", options->bench.stages,
+                      "Only the times from submission to result, in one run");
+    add_deadline_option(*command, options->bench.deadline_ns);
     command
         ->add_option("--trackers", options->bench.trackers,
                      "Measure so many trackers at once, too, each on a thread of its own")

@@ -42,6 +42,11 @@ double number_or_nan(const Json& value) {
     return value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
 }
 
+// What a clip has printed need not be UTF-8.
+std::string text_of(const Json& json) {
+    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
 [[noreturn]] void cannot(const fs::path& path, const std::string& what,
                          const std::error_code& error) {
     throw CliError(ExitCode::kOutput, path.string() + ": the folder cannot be " + what + " (" +
@@ -53,9 +58,11 @@ double number_or_nan(const Json& value) {
 void write_score(const fs::path& folder, const ClipScore& score) {
     score.samples.write(folder / kSamplesFile);
     if (!score.picture.empty()) write_atomically(folder / kPictureFile, score.picture);
-    const Json json = {
-        {"frames", score.frames}, {"frame_ms", score.frame_ms}, {"remark", score.remark}};
-    write_atomically(folder / kScoreFile, json.dump(2) + "\n");
+    const Json json = {{"frames", score.frames},
+                       {"frame_ms", score.frame_ms.median},
+                       {"frame_p95_ms", score.frame_ms.p95},
+                       {"remark", score.remark}};
+    write_atomically(folder / kScoreFile, text_of(json));
 }
 
 fs::path ClipStore::folder(const ClipName& name) const {
@@ -86,7 +93,7 @@ void ClipStore::commit(const ClipName& name, const Outcome& outcome) const {
                  {"failure", outcome.failure},
                  {"settings", outcome.settings},
                  {"seconds", outcome.seconds}};
-    write_atomically(from / kOutcomeFile, json.dump(2) + "\n");
+    write_atomically(from / kOutcomeFile, text_of(json));
     std::error_code error;
     fs::remove_all(to, error);
     if (!error) fs::rename(from, to, error);
@@ -109,7 +116,8 @@ std::optional<Outcome> ClipStore::outcome(const ClipName& name) const {
         if (!outcome.failure.empty()) return outcome;
         const Json score = read(kScoreFile);
         outcome.frames = score.at("frames").get<std::int64_t>();
-        outcome.frame_ms = number_or_nan(score.at("frame_ms"));
+        outcome.frame_ms = {number_or_nan(score.at("frame_ms")),
+                            number_or_nan(score.at("frame_p95_ms"))};
         outcome.remark = score.at("remark").get<std::string>();
         return outcome;
     } catch (const Json::exception& fault) {

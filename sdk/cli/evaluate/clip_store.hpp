@@ -20,7 +20,7 @@ struct Outcome {
     std::string settings;  // what it was made with
     double seconds = 0;    // of its process
     std::int64_t frames = 0;
-    double frame_ms = 0;  // NaN: not known
+    FrameTimes frame_ms;
     std::string remark;
 };
 

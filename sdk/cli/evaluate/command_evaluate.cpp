@@ -58,6 +58,11 @@ void add_run_options(CLI::App& command, EvaluateOptions& options) {
                        options.settings.threads);
     command.add_option("--seed", options.settings.seed, "Seed of the random choices")
         ->type_name("S");
+    command
+        .add_option("--video", options.settings.video,
+                    "Names of the videos in a clip, for data sets that do not fix them "
+                    "(stir-2026: left.mp4,right.mp4)")
+        ->type_name("NAMES");
     command.add_option("--jobs", options.jobs, "Clips at the same time")
         ->type_name("N")
         ->check(CLI::Range(1, 1024))

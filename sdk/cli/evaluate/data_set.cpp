@@ -6,6 +6,7 @@
 #include "sdk/cli/io/exit_code.hpp"
 #include "sdk/cli/io/image_stream.hpp"
 #include "sdk/cli/io/text.hpp"
+#include "sdk/cli/score/percentile.hpp"
 
 namespace defrec::cli {
 namespace {
@@ -19,6 +20,8 @@ std::vector<std::unique_ptr<DataSet>> make_data_sets() {
     sets.push_back(make_defrec_sequences());
     sets.push_back(make_scared());
     sets.push_back(make_serv_ct());
+    sets.push_back(make_stir());
+    sets.push_back(make_stir_2026());
     return sets;
 }
 
@@ -39,6 +42,11 @@ void find_clips(const DataSet& data_set, const fs::path& folder, const fs::path&
 }
 
 }  // namespace
+
+FrameTimes frame_times_of(std::vector<double> milliseconds) {
+    std::sort(milliseconds.begin(), milliseconds.end());
+    return {percentile(milliseconds, 0.5), percentile(milliseconds, 0.95)};
+}
 
 const std::vector<std::unique_ptr<DataSet>>& data_sets() {
     static const std::vector<std::unique_ptr<DataSet>> sets = make_data_sets();

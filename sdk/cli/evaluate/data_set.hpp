@@ -28,6 +28,7 @@ struct RunSettings {
     std::string backend = "auto", device;
     unsigned threads = 0;  // 0: one per core
     std::uint64_t seed = 0;
+    std::string video;  // its name in a clip, where the data set leaves it open; empty: the usual
 };
 
 struct ClipTask {
@@ -36,12 +37,19 @@ struct ClipTask {
     RunSettings settings;
 };
 
+// Median and 95th percentile of the time of a frame in ms; NaN: not known.
+struct FrameTimes {
+    double median = std::numeric_limits<double>::quiet_NaN();
+    double p95 = std::numeric_limits<double>::quiet_NaN();
+};
+FrameTimes frame_times_of(std::vector<double> milliseconds);
+
 struct ClipScore {
     Samples samples;
     std::int64_t frames = 0;
-    double frame_ms = std::numeric_limits<double>::quiet_NaN();  // median time of a frame
-    std::string picture;                                         // JPEG; empty: none
-    std::string remark;                                          // what the picture shows
+    FrameTimes frame_ms;
+    std::string picture;  // JPEG; empty: none
+    std::string remark;   // what the picture shows
 };
 
 class DataSet {
@@ -62,6 +70,10 @@ class DataSet {
     virtual std::vector<Metric> metrics() const = 0;
     // Of one clip or of many, in the order of metrics(); NaN: there is none.
     virtual std::vector<double> summarise(const Samples& samples) const = 0;
+
+    // Predictions that a clip leaves in the data set's own format, in its folder: JSON objects with
+    // a member for the clip. Merging joins those of all clips.
+    virtual std::vector<std::string> prediction_files() const { return {}; }
 };
 
 // In the order in which they are listed.
@@ -85,5 +97,7 @@ void require_entries(const std::filesystem::path& folder, const std::vector<Need
 std::unique_ptr<DataSet> make_defrec_sequences();
 std::unique_ptr<DataSet> make_scared();
 std::unique_ptr<DataSet> make_serv_ct();
+std::unique_ptr<DataSet> make_stir();
+std::unique_ptr<DataSet> make_stir_2026();
 
 }  // namespace defrec::cli

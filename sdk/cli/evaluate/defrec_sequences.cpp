@@ -172,10 +172,8 @@ class DefrecSequences : public DataSet {
         options.points = (clip / "points.csv").string();
         track_clip(task, options);
         const ScoredRows scored = read_scored_rows(task.out, clip / "truth.csv", {});
-        ClipScore score{samples_of(scored, sample_columns()), 0, 0, {}, {}};
-        const TrackedTimes times = times_of(task.out);
-        score.frames = times.frames;
-        score.frame_ms = times.frame_ms;
+        ClipScore score{samples_of(scored, sample_columns()), 0, {}, {}, {}};
+        set_times(task.out, score);
         const WorstFrame worst = worst_frame(score.samples);
         score.picture = picture_of(options.source, worst.frame,
                                    marked_points(clip, task.out, options.source, worst.frame));

@@ -7,12 +7,11 @@
 
 #include "sdk/base/atomic_file.hpp"
 #include "sdk/cli/io/output_folder.hpp"
-#include "sdk/cli/score/percentile.hpp"
 
 namespace defrec::cli {
 
 DepthClip::DepthClip(const ClipTask& task, const DataSet& data_set)
-    : task_(task), score_{Samples(data_set.sample_columns()), 0, 0, {}, {}} {
+    : task_(task), score_{Samples(data_set.sample_columns()), 0, {}, {}, {}} {
     create_output_folder(task.out / "depth");
 }
 
@@ -50,8 +49,7 @@ void DepthClip::consider(double error, const StereoFrame& frame, const cv::Mat& 
 
 ClipScore DepthClip::finish() {
     score_.frames = static_cast<std::int64_t>(times_.size());
-    std::sort(times_.begin(), times_.end());
-    score_.frame_ms = percentile(times_, 0.5);
+    score_.frame_ms = frame_times_of(std::move(times_));
     return std::move(score_);
 }
 

@@ -30,6 +30,8 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
+constexpr std::size_t kLargestPredictions = 1'000'000'000;
+
 // One set of parameters with which every clip is run.
 struct Variant {
     std::string name;
@@ -41,10 +43,13 @@ const char* name_of(Method method) { return method == Method::kOpenCv ? "opencv"
 
 std::string description_of(const DataSet& data_set, const RunSettings& settings) {
     constexpr std::size_t kLargestConfig = 1'000'000;
-    nlohmann::ordered_json json = {
-        {"defrec", defrec_version_string()},  {"data_set", data_set.name()},
-        {"method", name_of(settings.method)}, {"backend", settings.backend},
-        {"device", settings.device},          {"seed", settings.seed}};
+    nlohmann::ordered_json json = {{"defrec", defrec_version_string()},
+                                   {"data_set", data_set.name()},
+                                   {"method", name_of(settings.method)},
+                                   {"backend", settings.backend},
+                                   {"device", settings.device},
+                                   {"seed", settings.seed},
+                                   {"video", settings.video}};
     json["config"] = settings.config.empty()
                          ? ""
                          : read_text_file(settings.config, kLargestConfig, ExitCode::kUsage);
@@ -157,6 +162,9 @@ class Evaluation {
         write_atomically(out / "times.csv", times_csv(results));
         if (variants_.size() > 1) write_atomically(out / "effects.csv", effects_csv(results));
         write_atomically(out / "evaluation.html", results_page(results));
+        for (const VariantResults& variant : results.variants)
+            for (const std::string& file : data_set_.prediction_files())
+                join_predictions(variant, file);
         if (!options_.quiet) {
             print(results_text(results) + "page: " + (out / "evaluation.html").string() + "\n");
         }
@@ -224,6 +232,7 @@ class Evaluation {
         };
         add("--device", settings.device);
         add("--config", settings.config);
+        add("--video", settings.video);
         running_.push_back(
             {clip.name, clip.variant, folder, Clock::now(),
              std::make_unique<ClipProcess>(arguments, folder / "log.txt",
@@ -276,6 +285,20 @@ class Evaluation {
         }
         results.pooled = data_set_.summarise(all);
         return results;
+    }
+
+    // predictions/a/b.json of a variant: predictions/a/<variant>/b.json.
+    void join_predictions(const VariantResults& variant, const fs::path& file) const {
+        nlohmann::ordered_json joined = nlohmann::ordered_json::object();
+        for (const ClipResult& clip : variant.clips) {
+            if (!clip.outcome.failure.empty()) continue;
+            joined.update(nlohmann::ordered_json::parse(
+                read_text_file(clip.folder / file, kLargestPredictions, ExitCode::kInput)));
+        }
+        const fs::path folder =
+            fs::path(options_.out) / "predictions" / file.parent_path() / variant.variant;
+        create_output_folder(folder);
+        write_atomically(folder / file.filename(), joined.dump() + "\n");
     }
 
     const EvaluateOptions& options_;

@@ -11,7 +11,6 @@
 
 #include "sdk/base/atomic_file.hpp"
 #include "sdk/cli/io/text.hpp"
-#include "sdk/cli/score/percentile.hpp"
 #include "sdk/cli/track/points.hpp"
 #include "sdk/cli/track/track_outputs.hpp"
 
@@ -166,7 +165,8 @@ class LucasKanade {
                         ? grid_points(source_.width(), source_.height())
                         : read_points(options.points, source_.width(), source_.height())),
           out_(out),
-          points_(out / "points.csv") {
+          points_(out / "points.csv"),
+          frames_(out / kFrameTimesFile) {
         std::vector<cv::Point2f> raw;
         for (const FollowedPoint& point : followed_)
             raw.emplace_back(static_cast<float>(point.u), static_cast<float>(point.v));
@@ -176,19 +176,21 @@ class LucasKanade {
 
     void run() {
         points_.write("frame,timestamp_ms,id,x,y,z,u,v,status,expected_error_mm\n");
+        frames_.write("frame,frame_ms\n");
         StereoFrame frame;
         while (source_.next(frame)) {
             const auto start = std::chrono::steady_clock::now();
             stereo_.set(frame);
             if (!before_.empty()) follow(frame.index);
             before_ = stereo_.gray().clone();
-            times_.push_back(
-                std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-                    .count());
+            const std::chrono::duration<double, std::milli> time =
+                std::chrono::steady_clock::now() - start;
             write_rows(frame);
+            frames_.write(std::to_string(frame.index) + "," + format_fixed(time.count(), 3) + "\n");
         }
         if (!source_.fault().empty()) throw CliError(ExitCode::kInput, source_.fault());
         points_.commit();
+        frames_.commit();
         write_summary();
     }
 
@@ -255,15 +257,11 @@ class LucasKanade {
     }
 
     void write_summary() {
-        std::sort(times_.begin(), times_.end());
-        const nlohmann::ordered_json json = {
-            {"rectified_camera",
-             {{"fx", stereo_.focal()},
-              {"fy", stereo_.focal()},
-              {"cx", stereo_.centre().x},
-              {"cy", stereo_.centre().y}}},
-            {"frames", times_.size()},
-            {"stages", {{"frame", {{"median_ms", percentile(times_, 0.5)}}}}}};
+        const nlohmann::ordered_json json = {{"rectified_camera",
+                                              {{"fx", stereo_.focal()},
+                                               {"fy", stereo_.focal()},
+                                               {"cx", stereo_.centre().x},
+                                               {"cy", stereo_.centre().y}}}};
         write_atomically(out_ / "summary.json", json.dump(2) + "\n");
     }
 
@@ -271,11 +269,10 @@ class LucasKanade {
     Stereo stereo_;
     std::vector<FollowedPoint> followed_;
     std::filesystem::path out_;
-    AtomicFile points_;
+    AtomicFile points_, frames_;
     std::vector<cv::Point2f> place_;  // in the rectified left image
     std::vector<bool> is_lost_;
     cv::Mat before_;  // the image before
-    std::vector<double> times_;
 };
 
 }  // namespace

@@ -52,8 +52,8 @@ std::size_t VariantResults::quarantined() const {
 double VariantResults::frame_ms() const {
     std::vector<double> times;
     for (const ClipResult& clip : clips) {
-        if (clip.outcome.failure.empty() && !std::isnan(clip.outcome.frame_ms))
-            times.push_back(clip.outcome.frame_ms);
+        if (clip.outcome.failure.empty() && !std::isnan(clip.outcome.frame_ms.median))
+            times.push_back(clip.outcome.frame_ms.median);
     }
     std::sort(times.begin(), times.end());
     return percentile(times, 0.5);
@@ -102,12 +102,13 @@ std::string summary_csv(const Results& results) {
 }
 
 std::string times_csv(const Results& results) {
-    std::string text = "variant,clip,frames,frame_ms,seconds\n";
+    std::string text = "variant,clip,frames,frame_ms,frame_p95_ms,seconds\n";
     for (const VariantResults& variant : results.variants) {
         for (const ClipResult& clip : variant.clips) {
-            text += line_of({field(variant.variant), field(clip.clip),
-                             std::to_string(clip.outcome.frames), exact(clip.outcome.frame_ms),
-                             format_fixed(clip.outcome.seconds, 3)});
+            text +=
+                line_of({field(variant.variant), field(clip.clip),
+                         std::to_string(clip.outcome.frames), exact(clip.outcome.frame_ms.median),
+                         exact(clip.outcome.frame_ms.p95), format_fixed(clip.outcome.seconds, 3)});
         }
     }
     return text;

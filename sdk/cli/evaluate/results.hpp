@@ -41,7 +41,8 @@ bool is_worse(const Metric& metric, double a, double b);
 // same bytes.
 std::string results_csv(const Results& results);
 std::string summary_csv(const Results& results);
-// times.csv: frames, median time of a frame and time of the process, of each clip.
+// times.csv: frames, median and 95th percentile of the time of a frame, and time of the process,
+// of each clip.
 std::string times_csv(const Results& results);
 // effects.csv: each metric of each variant, beside that of the first.
 std::string effects_csv(const Results& results);

@@ -19,7 +19,7 @@ ClipResult clip_of(const std::string& name, double error, double share) {
     ClipResult clip;
     clip.clip = name;
     clip.outcome.frames = 2;
-    clip.outcome.frame_ms = 10 * error;
+    clip.outcome.frame_ms = {10 * error, 20 * error};
     clip.outcome.seconds = 1;
     clip.outcome.remark = "frame 1 of " + name;
     clip.values = {error, share};
@@ -50,7 +50,7 @@ TEST_CASE("tables have a row for each clip and for each variant") {
           "two,a,done,2,1,,\n");
     CHECK(summary_csv(results) ==
           "variant,clips,quarantined,error_mm,share\none,3,1,1,0.5\ntwo,1,0,1.5,\n");
-    CHECK(times_csv(results).find("one,b,2,20,1.000\n") != std::string::npos);
+    CHECK(times_csv(results).find("one,b,2,20,40,1.000\n") != std::string::npos);
     CHECK(effects_csv(results) ==
           "variant,metric,value,first,change\n"
           "one,error_mm,1,1,0\none,share,0.5,0.5,0\none,frame_ms,12.5,12.5,0\n"
@@ -117,7 +117,7 @@ TEST_CASE("a clip's folder is one component, appears whole, and replaces an earl
     CHECK_FALSE(store.outcome(name));
     const std::filesystem::path partial = store.begin(name);
     CHECK(partial != store.folder(name));
-    ClipScore score{Samples({"x"}), 7, 2.5, "jpeg", "a remark"};
+    ClipScore score{Samples({"x"}), 7, {2.5, 3.5}, "jpeg", "a remark"};
     score.samples.add({1});
     write_score(partial, score);
     CHECK_FALSE(store.outcome(name));
@@ -128,15 +128,16 @@ TEST_CASE("a clip's folder is one component, appears whole, and replaces an earl
     const auto read = store.outcome(name);
     REQUIRE(read);
     CHECK(read->frames == 7);
-    CHECK(read->frame_ms == 2.5);
+    CHECK(read->frame_ms.median == 2.5);
+    CHECK(read->frame_ms.p95 == 3.5);
     CHECK(read->remark == "a remark");
     CHECK(read->seconds == 1.5);
     CHECK(std::filesystem::exists(store.folder(name) / kPictureFile));
 
     store.begin(name);
-    outcome.failure = "it crashed";
+    outcome.failure = "it crashed \xff";
     store.commit(name, outcome);
-    CHECK(store.outcome(name)->failure == "it crashed");
+    CHECK(store.outcome(name)->failure == "it crashed \xef\xbf\xbd");
     CHECK_FALSE(std::filesystem::exists(store.folder(name) / kPictureFile));
     CHECK_FALSE(std::filesystem::exists(partial));
     folder.write("clips/default/a%2Fb%20c/clip.json", "{}");

@@ -1,10 +1,10 @@
 // SERV-CT: disparity and depth of rectified images, against CT.
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
 #include "sdk/cli/evaluate/depth_clip.hpp"
+#include "sdk/cli/evaluate/json_file.hpp"
 #include "sdk/cli/evaluate/serv_ct_errors.hpp"
 #include "sdk/cli/io/image_stream.hpp"
 #include "sdk/cli/io/text.hpp"
@@ -14,50 +14,18 @@ namespace defrec::cli {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 // 16-bit images hold 256 times the value; 0 is unknown.
 constexpr double kScale = 256;
 
-// A 3x4 matrix: rows in rows, or OpenCV's {"rows", "cols", "data"}.
-std::array<double, 12> read_matrix(const fs::path& path, const Json& json, const char* name) {
-    std::array<double, 12> matrix{};
-    std::vector<Json> values;
-    const Json* source = json.contains(name) ? &json[name] : nullptr;
-    if (source != nullptr && source->is_object() && source->contains("data"))
-        source = &(*source)["data"];
-    if (source != nullptr && source->is_array()) {
-        for (const Json& item : *source) {
-            if (item.is_array())
-                values.insert(values.end(), item.begin(), item.end());
-            else
-                values.push_back(item);
-        }
-    }
-    const bool is_matrix =
-        values.size() == matrix.size() &&
-        std::all_of(values.begin(), values.end(), [](const Json& v) { return v.is_number(); });
-    if (!is_matrix) {
-        throw CliError(ExitCode::kCalibration,
-                       path.string() + ": " + name + ", a 3x4 matrix of numbers, was expected.");
-    }
-    std::transform(values.begin(), values.end(), matrix.begin(),
-                   [](const Json& v) { return v.get<double>(); });
-    return matrix;
-}
-
 StereoCalibration read_calibration(const fs::path& path, cv::Size size) {
-    constexpr std::size_t kLargestFile = 1'000'000;
-    const Json json =
-        Json::parse(read_text_file(path, kLargestFile, ExitCode::kCalibration), nullptr, false);
-    if (json.is_discarded() || !json.is_object()) {
-        throw CliError(ExitCode::kCalibration,
-                       path.string() + ": JSON with P1 and P2 was expected.");
-    }
-    const auto left = read_matrix(path, json, "P1"), right = read_matrix(path, json, "P2");
+    const nlohmann::json json = read_json_object(path, "P1 and P2", ExitCode::kCalibration);
+    constexpr char kShape[] = "a 3x4 matrix of numbers";
+    const auto left = matrix_of(path, json, "P1", {12}, kShape);
+    const auto right = matrix_of(path, json, "P2", {12}, kShape);
     StereoCalibration calibration;
-    const auto camera_of = [](const std::array<double, 12>& p, const std::string& origin) {
+    const auto camera_of = [](const std::vector<double>& p, const std::string& origin) {
         CameraCalibration camera{p[0], p[5], p[2], p[6], {}, {}, {}};
         camera.matrix_origin = camera.distortion_origin = origin;
         return camera;

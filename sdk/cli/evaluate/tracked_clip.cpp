@@ -46,10 +46,19 @@ void track_clip(const ClipTask& task, TrackOptions options) {
     throw CliError(code, notes.empty() ? "tracking ended early." : notes);
 }
 
-TrackedTimes times_of(const fs::path& out) {
-    const nlohmann::json summary = read_summary(out);
-    return {summary["frames"].get<std::int64_t>(),
-            summary["stages"]["frame"]["median_ms"].get<double>()};
+std::vector<double> frame_times_in(const fs::path& out) {
+    std::vector<double> times;
+    std::error_code error;
+    const fs::path frames = out / "frames.csv";
+    CsvReader csv(fs::exists(frames, error) ? frames : out / kFrameTimesFile, {"frame_ms"});
+    while (csv.next()) times.push_back(csv.number(0));
+    return times;
+}
+
+void set_times(const fs::path& out, ClipScore& score) {
+    const std::vector<double> times = frame_times_in(out);
+    score.frames = static_cast<std::int64_t>(times.size());
+    score.frame_ms = frame_times_of(times);
 }
 
 std::string state_of(const fs::path& out, std::int64_t frame) {

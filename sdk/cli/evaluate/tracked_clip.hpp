@@ -12,17 +12,16 @@
 namespace defrec::cli {
 
 // By the task's method. Source, calibration and points of the clip are set; leaves points.csv,
-// summary.json and, but for OpenCV, frames.csv in task.out. Throws CliError also where the source
-// ended early.
+// summary.json and frames.csv, by OpenCV frame_times.csv, in task.out. Throws CliError also where
+// the source ended early.
 void track_clip(const ClipTask& task, TrackOptions options);
 
-struct TrackedTimes {
-    std::int64_t frames = 0;
-    double frame_ms = 0;  // median of the stages together
-};
-TrackedTimes times_of(const std::filesystem::path& out);
+// Of each frame the time of all stages together, ms.
+std::vector<double> frame_times_in(const std::filesystem::path& out);
+// Sets the score's frames and their times.
+void set_times(const std::filesystem::path& out, ClipScore& score);
 
-// "degraded (few-matches)", by frames.csv; empty where it, or the frame in it, is absent.
+// "degraded (few-matches)", by frames.csv; empty for OpenCV, which has no states.
 std::string state_of(const std::filesystem::path& out, std::int64_t frame);
 
 // A point in an image: where it is, and where it was found.

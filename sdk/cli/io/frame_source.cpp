@@ -2,8 +2,11 @@
 #include "sdk/cli/io/frame_source.hpp"
 
 #include <algorithm>
+#include <array>
 #include <opencv2/imgproc.hpp>
 
+#include "sdk/cli/camera/camera_name.hpp"
+#include "sdk/cli/camera/camera_source.hpp"
 #include "sdk/cli/io/exit_code.hpp"
 #include "sdk/cli/io/image_stream.hpp"
 #include "sdk/cli/io/text.hpp"
@@ -16,7 +19,14 @@ constexpr std::int64_t kMaxFrames = 1'000'000'000;
 
 struct Pair {
     cv::Mat left, right;
+    double time_ms = 0;  // of cameras
+    // What the images show, where they do not own their pixels.
+    std::array<std::shared_ptr<const void>, 2> memory;
 };
+
+bool is_camera(const std::string& source) {
+    return parse_camera(source).kind != CameraName::Kind::kNone;
+}
 
 std::string size_text(const cv::Mat& image) {
     return std::to_string(image.cols) + "x" + std::to_string(image.rows);
@@ -85,6 +95,8 @@ FrameRange parse_frame_range(const std::string& text) {
 struct FrameSource::Impl {
     SourceOptions options;
     std::unique_ptr<ImageStream> left, right;  // right is null for a source that carries both
+    std::unique_ptr<CameraSource> cameras;     // instead of both
+    std::optional<double> first_ms;            // time of the first frame, of cameras
     std::int64_t position = 0;                 // index of the next frame
     double fps = kDefaultFps;
     std::string fault;
@@ -93,15 +105,10 @@ struct FrameSource::Impl {
     int channels = 3;
 
     void open() {
-        left = ImageStream::open(options.stereo.empty() ? options.left : options.stereo);
-        if (options.stereo.empty()) {
-            right = ImageStream::open(options.right);
-            require_pairs(*left, *right);
-        }
-        fps = options.fps > 0 ? options.fps : left->fps() > 0 ? left->fps() : kDefaultFps;
+        open_sources();
         for (; position < options.range.first; ++position) {
-            if (!left->skip() || (right && !right->skip())) {
-                throw CliError(ExitCode::kInput, left->source() + ": --frames begins at frame " +
+            if (!skip()) {
+                throw CliError(ExitCode::kInput, source_name() + ": --frames begins at frame " +
                                                      std::to_string(options.range.first) +
                                                      " but there are only " +
                                                      std::to_string(position) + ".");
@@ -110,7 +117,7 @@ struct FrameSource::Impl {
         Pair pair;
         if (!read_pair(pair)) {
             throw CliError(ExitCode::kInput, fault.empty()
-                                                 ? left->source() + ": not one frame could be read."
+                                                 ? source_name() + ": not one frame could be read."
                                                  : fault);
         }
         if (pair.left.size() != pair.right.size()) {
@@ -118,12 +125,46 @@ struct FrameSource::Impl {
                                                  " and the right image " + size_text(pair.right) +
                                                  "; they must be of one size.");
         }
+        const double own = cameras ? cameras->fps() : left->fps();
+        fps = options.fps > 0 ? options.fps : own > 0 ? own : kDefaultFps;
         size = pair.left.size();
         channels = std::max(pair.left.channels(), pair.right.channels());
         first = std::move(pair);
     }
 
+    void open_sources() {
+        const bool is_one = !options.stereo.empty();
+        const std::vector<std::string> names =
+            is_one ? std::vector{options.stereo} : std::vector{options.left, options.right};
+        const auto live = std::count_if(names.begin(), names.end(), &is_camera);
+        if (live == static_cast<std::ptrdiff_t>(names.size())) {
+            cameras = std::make_unique<CameraSource>(
+                CameraOptions{names, options.fps, options.reconnect_seconds});
+            return;
+        }
+        if (live > 0) {
+            throw CliError(ExitCode::kInput, "one of " + options.left + " and " + options.right +
+                                                 " is a camera and the other is not.");
+        }
+        left = ImageStream::open(names.front());
+        if (is_one) return;
+        right = ImageStream::open(names.back());
+        require_pairs(*left, *right);
+    }
+
+    // Of the left view, or of the source that carries both.
+    const std::string& source_name() const {
+        return options.stereo.empty() ? options.left : options.stereo;
+    }
+
+    bool skip() {
+        if (!cameras) return left->skip() && (!right || right->skip());
+        CameraPair ignored;
+        return cameras->read(ignored);
+    }
+
     bool read_pair(Pair& pair) {
+        if (cameras) return read_cameras(pair);
         const bool has_left = left->read(pair.left);
         if (!right) {
             if (!has_left) fault = left->fault();
@@ -139,11 +180,24 @@ struct FrameSource::Impl {
         return false;
     }
 
+    bool read_cameras(Pair& pair) {
+        CameraPair images;
+        if (!cameras->read(images)) {
+            fault = cameras->fault();
+            return false;
+        }
+        pair = {images.left.image,
+                images.right.image,
+                images.left.time_ms,
+                {images.left.memory, images.right.memory}};
+        return options.stereo.empty() || split_views(pair);
+    }
+
     bool split_views(Pair& pair) {
         const cv::Mat both = pair.left;
         const bool is_wide = options.layout == Layout::kSideBySide;
         if ((is_wide ? both.cols : both.rows) % 2 != 0) {
-            fault = left->source() + ": an image of " + size_text(both) +
+            fault = source_name() + ": an image of " + size_text(both) +
                     " cannot be cut into two halves" +
                     (is_wide ? " side by side." : " one above the other.");
             return false;
@@ -158,7 +212,8 @@ struct FrameSource::Impl {
     bool has_size(const Pair& pair) {
         for (const cv::Mat* image : {&pair.left, &pair.right}) {
             if (image->size() == size) continue;
-            fault = (image == &pair.left || !right ? left : right)->source() + ": frame " +
+            const bool is_right = image == &pair.right && options.stereo.empty();
+            fault = (is_right ? options.right : source_name()) + ": frame " +
                     std::to_string(position) + " is " + size_text(*image) + ", those before are " +
                     std::to_string(size.width) + "x" + std::to_string(size.height) +
                     "; the size must not change.";
@@ -188,8 +243,18 @@ int FrameSource::channels() const { return impl_->channels; }
 double FrameSource::fps() const { return impl_->fps; }
 const std::string& FrameSource::fault() const { return impl_->fault; }
 
+bool FrameSource::is_live() const { return impl_->cameras != nullptr; }
+
+std::optional<CameraCounts> FrameSource::camera_counts() const {
+    return is_live() ? std::optional(impl_->cameras->counts()) : std::nullopt;
+}
+
+void FrameSource::set_notice_handler(std::function<void(const std::string&)> handler) {
+    if (is_live()) impl_->cameras->set_notice_handler(std::move(handler));
+}
+
 std::optional<std::int64_t> FrameSource::expected() const {
-    std::optional<std::int64_t> end = impl_->left->claimed();
+    std::optional<std::int64_t> end = is_live() ? std::nullopt : impl_->left->claimed();
     if (impl_->right && impl_->right->claimed())
         end = std::min(end.value_or(kMaxFrames), *impl_->right->claimed());
     if (impl_->options.range.last)
@@ -212,7 +277,9 @@ bool FrameSource::next(StereoFrame& frame) {
     impl.unify_channels(pair->left);
     impl.unify_channels(pair->right);
     frame.index = impl.position++;
-    frame.timestamp_ms = static_cast<double>(frame.index) * 1000.0 / impl.fps;
+    if (!impl.first_ms) impl.first_ms = pair->time_ms;
+    frame.timestamp_ms = impl.cameras ? pair->time_ms - *impl.first_ms
+                                      : static_cast<double>(frame.index) * 1000.0 / impl.fps;
     frame.left = view_of(pair->left);
     frame.right = view_of(pair->right);
     frame.pixels = std::move(pair);

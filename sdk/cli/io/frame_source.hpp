@@ -1,12 +1,15 @@
 // Pairs of left and right images, from two sources or from one that carries both, with their number
-// and time.
+// and time: recorded ones, or those of cameras.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+
+#include "sdk/cli/camera/camera_counts.hpp"
 
 namespace defrec::cli {
 
@@ -18,8 +21,8 @@ struct ImageView {
 };
 
 struct StereoFrame {
-    std::int64_t index = 0;  // in the source, from 0
-    double timestamp_ms = 0;
+    std::int64_t index = 0;              // in the source, from 0; of cameras counted by next()
+    double timestamp_ms = 0;             // of cameras from the first frame on
     ImageView left, right;               // same size and channels
     std::shared_ptr<const void> pixels;  // keeps what the views show
 };
@@ -39,14 +42,15 @@ struct SourceOptions {
     std::string stereo;                   // this with
     Layout layout = Layout::kSideBySide;  // left on the left, or left on top
     FrameRange range;
-    double fps = 0;  // 0: the source's own, else 30
+    double fps = 0;                 // 0: the source's own, else 30
+    double reconnect_seconds = 60;  // for which a camera that stopped is looked for
 };
 
 // One thread at a time.
 class FrameSource {
   public:
     // Throws CliError(kInput) when nothing can be read, or when image files of left and right do
-    // not pair up.
+    // not pair up. A source that starts like a camera's name (camera_name.hpp) is a camera.
     explicit FrameSource(const SourceOptions& options);
     ~FrameSource();
     FrameSource(const FrameSource&) = delete;
@@ -56,6 +60,13 @@ class FrameSource {
     int height() const;
     int channels() const;
     double fps() const;
+    // Images come from cameras: next() waits for them, and passes over those that it came too late
+    // for.
+    bool is_live() const;
+    // Empty for recorded images.
+    std::optional<CameraCounts> camera_counts() const;
+    // See CameraSource.
+    void set_notice_handler(std::function<void(const std::string&)> handler);
     // How many frames next() should deliver by what the source claims.
     std::optional<std::int64_t> expected() const;
 

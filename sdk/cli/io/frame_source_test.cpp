@@ -225,7 +225,7 @@ TEST_CASE("row 71: what is no source is refused with an error message") {
     CHECK_SAYS(refusal(two(good, folder / "empty")), "no image");
     CHECK_SAYS(refusal(two(folder.write("text.mp4", "not a video"), good)), "not a video");
     CHECK_SAYS(refusal(two(folder.write("empty.mp4", ""), good)), "not a video");
-    CHECK_SAYS(refusal(two("/dev/zero", good)), "neither a file nor a folder");
+    CHECK_SAYS(refusal(two("/dev/zero", good)), "is a camera and the other is not");
     CHECK_SAYS(refusal(two(folder / "good/x_%06d.png", good)), "no file matches");
     CHECK_SAYS(refusal(two(folder / "good/%s.png", good)), "no such file");
 }

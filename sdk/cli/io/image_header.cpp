@@ -92,6 +92,8 @@ std::optional<HeaderSize> pnm_size(Bytes bytes) {
         }
         for (; at < bytes.size() && bytes[at] >= '0' && bytes[at] <= '9'; ++at)
             side = std::min(kMost, 10 * side + (bytes[at] - '0'));
+        // Decoders differ in where such a number ends.
+        if (at < bytes.size() && !is_space(bytes[at])) return std::nullopt;
     }
     return known(sides[0], sides[1]);
 }

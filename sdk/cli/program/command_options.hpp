@@ -24,6 +24,17 @@ inline void add_device_options(CLI::App& command, std::string& backend, std::str
         ->check(CLI::Range(0, int{kContextMaxThreads}));
 }
 
+inline void add_deadline_option(CLI::App& command, std::uint64_t& deadline_ns) {
+    command
+        .add_option_function<double>(
+            "--deadline",
+            [&deadline_ns](double ms) { deadline_ns = static_cast<std::uint64_t>(1e6 * ms); },
+            "When a frame is to be done after its submission, ms: what is not expected to fit is "
+            "left out, and the frame's reasons say so; default: no deadline")
+        ->type_name("MS")
+        ->check(CLI::Range(1e-6, 1e6));
+}
+
 inline void add_units_option(CLI::App& command, LengthUnit& units) {
     command
         .add_option_function<std::string>(

@@ -33,16 +33,6 @@ defrec_intrinsics intrinsics_of(const CameraCalibration& camera) {
     return intrinsics;
 }
 
-defrec_image image_of(const ImageView& view) {
-    auto image = initialised<defrec_image>();
-    image.format = format_of_channels(view.channels);
-    image.width = static_cast<std::uint32_t>(view.width);
-    image.height = static_cast<std::uint32_t>(view.height);
-    image.stride = view.stride;
-    image.pixels = view.pixels;
-    return image;
-}
-
 std::string backend_of(const Device& device) { return device.id.substr(0, device.id.find(':')); }
 
 // What can be chosen, and why what cannot be chosen was refused.
@@ -88,6 +78,9 @@ constexpr ReasonName kReasonNames[] = {
     {DEFREC_REASON_CALIBRATION, "calibration"},
     {DEFREC_REASON_TEMPLATE_GREW, "template-grew"},
     {DEFREC_REASON_TEMPLATE_FULL, "template-full"},
+    {DEFREC_REASON_COARSE, "coarse"},
+    {DEFREC_REASON_UNCHECKED, "unchecked"},
+    {DEFREC_REASON_OVERDUE, "overdue"},
 };
 
 }  // namespace
@@ -194,13 +187,24 @@ std::uint32_t format_of_channels(int channels) {
     return channels == 1 ? DEFREC_FORMAT_GRAY8 : DEFREC_FORMAT_BGR8;
 }
 
-Job submit(const Tracker& tracker, const StereoFrame& frame) {
+defrec_image image_of(const ImageView& view) {
+    auto image = initialised<defrec_image>();
+    image.format = format_of_channels(view.channels);
+    image.width = static_cast<std::uint32_t>(view.width);
+    image.height = static_cast<std::uint32_t>(view.height);
+    image.stride = view.stride;
+    image.pixels = view.pixels;
+    return image;
+}
+
+Job submit(const Tracker& tracker, const StereoFrame& frame, std::uint64_t deadline_ns) {
     constexpr double kNanosecondsPerMillisecond = 1e6;
     const defrec_image left = image_of(frame.left), right = image_of(frame.right);
     auto desc = initialised<defrec_frame>();
     desc.timestamp_ns = std::llround(frame.timestamp_ms * kNanosecondsPerMillisecond);
     desc.left = &left;
     desc.right = &right;
+    desc.deadline_ns = deadline_ns;
     defrec_job job = nullptr;
     require(defrec_tracker_submit(tracker.get(), &desc, &job), ExitCode::kInternal,
             "frame " + std::to_string(frame.index));

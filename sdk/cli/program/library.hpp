@@ -71,8 +71,9 @@ Device choose_device(const Context& context, const std::string& backend, const s
 Rig make_rig(const Context& context, const StereoCalibration& calibration);
 defrec_rig_info rig_info(const Rig& rig);
 
-// Queues a frame. Throws CliError.
-Job submit(const Tracker& tracker, const StereoFrame& frame);
+defrec_image image_of(const ImageView& view);
+// Queues a frame. deadline_ns: 0: none. Throws CliError.
+Job submit(const Tracker& tracker, const StereoFrame& frame, std::uint64_t deadline_ns = 0);
 // The library's image format for views of this many channels.
 std::uint32_t format_of_channels(int channels);
 

@@ -13,7 +13,8 @@ void add_input_options(CLI::App& command, TrackOptions& options) {
     SourceOptions& source = options.source;
     auto* left = command.add_option(
         "--left", source.left,
-        "Left images: a video, a folder of images in name order, or a %06d pattern");
+        "Left images: a video, a folder of images in name order, or a %06d pattern; or a camera: "
+        "/dev/video0, rtsp://ADDRESS or gst:PIPELINE of GStreamer");
     auto* right = command.add_option("--right", source.right, "Right images, likewise");
     auto* stereo = command.add_option("--stereo", source.stereo,
                                       "One source that carries both views; with --layout");
@@ -47,9 +48,14 @@ void add_input_options(CLI::App& command, TrackOptions& options) {
         ->type_name("A:B");
     command
         .add_option("--fps", source.fps,
-                    "Frames per second; default: the video's own, 30 for images")
+                    "Frames per second; default: the video's or camera's own, 30 for images")
         ->type_name("R")
         ->check(CLI::Range(0.001, 10000.0));
+    command
+        .add_option("--reconnect", source.reconnect_seconds,
+                    "How long to try to start a camera again that stopped; default: 60")
+        ->type_name("SECONDS")
+        ->check(CLI::Range(0.0, 1e6));
 }
 
 void add_link_options(CLI::App& command, TrackOptions& options) {
@@ -100,6 +106,7 @@ CLI::App* add_track_command(CLI::App& app, std::function<int()>& run) {
         ->add_option("--seed", options->seed,
                      "Seed of the random choices; the same seed gives the same bits")
         ->type_name("S");
+    add_deadline_option(*command, options->deadline_ns);
     command->add_flag("--grow", options->grow, "Let tissue that comes into view join the template");
     command
         ->add_option("--from-template", options->from_template,
@@ -141,6 +148,8 @@ CLI::App* add_track_command(CLI::App& app, std::function<int()>& run) {
         "  defrec track --left left --right right --calibration stereo.yaml --out result "
         "--realtime --igtl "
         "localhost:18944\n"
+        "  defrec track --left /dev/video0 --right /dev/video2 --calibration stereo.yaml --out "
+        "result --view\n"
         "\n"
         "Exit codes: 0 done, 2 usage, 3 input unreadable or cut short, 4 calibration invalid, 5 no "
         "device,\n"

@@ -120,6 +120,11 @@ class TrackSession {
             open_report();
         });
         if (options_.view_port) open_view(*options_.view_port);
+        source_.set_notice_handler([this](const std::string& notice) {
+            if (options_.quiet) return;
+            progress_.clear();
+            print_notice(notice);
+        });
     }
 
     int run() {
@@ -216,7 +221,9 @@ class TrackSession {
     void track_all() {
         // In real time a result is taken before the next frame is waited for; a trace has to know
         // when the device turns to a frame.
-        const std::size_t max_pending = options_.realtime || trace_ ? 1 : kFramesInFlight;
+        const bool has_pace = options_.realtime && !source_.is_live();
+        const std::size_t max_pending =
+            has_pace || source_.is_live() || trace_ ? 1 : kFramesInFlight;
         RealTime real_time;
         bool has_more = true;
         while (has_more || !pending_.empty()) {
@@ -227,9 +234,9 @@ class TrackSession {
                 has_more = source_.next(next.frame);
                 if (!has_more) continue;
                 trace_host("read", next.frame, begin, TraceFile::Clock::now());
-                if (options_.realtime) real_time.wait_for(next.frame.timestamp_ms);
+                if (has_pace) real_time.wait_for(next.frame.timestamp_ms);
                 const auto begin_submit = TraceFile::Clock::now();
-                next.job = submit(tracker_, next.frame);
+                next.job = submit(tracker_, next.frame, options_.deadline_ns);
                 next.submitted = TraceFile::Clock::now();
                 trace_host("submit", next.frame, begin_submit, next.submitted);
                 pending_.push_back(std::move(next));
@@ -477,9 +484,10 @@ class TrackSession {
             report_->meta().notes.insert(report_->meta().notes.end(), notes_.begin(), notes_.end());
             report_->finish();
         });
-        summary_ = summarise_track(
-            {options_, device_, calibration_, rig_info(rig_), rows_, points_, notes_,
-             has_template_ ? std::optional(template_frame_) : std::nullopt, link_facts_, seconds});
+        summary_ =
+            summarise_track({options_, device_, calibration_, rig_info(rig_), rows_, points_,
+                             notes_, has_template_ ? std::optional(template_frame_) : std::nullopt,
+                             link_facts_, source_.camera_counts(), seconds});
         attempt([&] { write_atomically(folder_ / "summary.json", summary_.dump(2) + "\n"); });
     }
 

@@ -18,7 +18,8 @@ struct TrackOptions {
     std::string out;
     std::string points;  // empty: a grid
     std::string backend = "auto", device;
-    std::string config;  // empty: the library's defaults
+    std::string config;             // empty: the library's defaults
+    std::uint64_t deadline_ns = 0;  // of each frame, from its submission; 0: none
     bool grow = false;
     std::string from_template, save_template;  // files; empty: none
     bool meshes = false, overlay = true, report = true;

@@ -95,6 +95,18 @@ Json link_json(const TrackFacts& facts) {
             {"frames_dropped", facts.link->counts.dropped}};
 }
 
+Json cameras_json(const TrackFacts& facts) {
+    if (!facts.cameras) return nullptr;
+    const PairCounts& pairs = facts.cameras->pairs;
+    const auto count = static_cast<double>(std::max<std::int64_t>(1, pairs.pairs));
+    return {{"frames_received", pairs.pairs},
+            {"frames_dropped", pairs.dropped},
+            {"images_unpaired", pairs.unpaired},
+            {"mean_difference_ms", pairs.difference_sum_ms / count},
+            {"reconnections", facts.cameras->reconnections},
+            {"longest_gap_ms", facts.cameras->longest_gap_ms}};
+}
+
 double mean_of(const std::vector<FrameRow>& rows, double FrameRow::*member) {
     double sum = 0;
     std::size_t count = 0;
@@ -143,6 +155,7 @@ Json summarise_track(const TrackFacts& facts) {
     json["mean_residual_mm"] = mean_of(facts.rows, &FrameRow::mean_residual_mm);
     json["stages"] = stage_statistics(facts.rows);
     json["live_link"] = link_json(facts);
+    json["cameras"] = cameras_json(facts);
     json["seconds"] = facts.seconds;
     json["peak_memory_mb"] = peak_megabytes();
     json["notes"] = facts.notes;

@@ -29,8 +29,9 @@ struct TrackFacts {
     const PointFollower& points;
     const std::vector<std::string>& notes;
     std::optional<std::int64_t> template_frame;
-    std::optional<LinkFacts> link;  // empty without a live link
-    double seconds;                 // reading, tracking and drawing together
+    std::optional<LinkFacts> link;        // empty without a live link
+    std::optional<CameraCounts> cameras;  // empty for recorded images
+    double seconds;                       // reading, tracking and drawing together
 };
 
 nlohmann::ordered_json summarise_track(const TrackFacts& facts);

@@ -159,6 +159,7 @@ namespace Defrec.Native
         internal defrec_image* right;
         internal defrec_image* ignore;
         internal IntPtr samples;
+        internal ulong deadline_ns;
     }
 
     [StructLayout(LayoutKind.Sequential)]

@@ -1,0 +1,396 @@
+"""A sequence in one call: track(left, right, calibration) gives frame after frame."""
+from __future__ import annotations
+
+import base64
+import collections
+import html
+import importlib
+import io
+import math
+import os
+import pathlib
+import re
+from dataclasses import dataclass
+from typing import Any, Deque, Generator, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
+
+from ._arrays import ArrayLike, BufferLike, ByteArray, FloatArray, numpy
+from .calibration import CalibrationLike, rig_of
+from .context import Context
+from .enums import Format, PointStatus, Reason, State
+from .result import Result
+from .rig import Rig
+from .template import Template
+from .tracker import Job, Tracker
+
+Images = Union[str, "os.PathLike[str]", Iterable[Any]]
+"""A folder of images in the order of their names, or images: files or arrays."""
+
+_EXTENSIONS = {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".ppm", ".pnm", ".webp"}
+_COLOURS = {PointStatus.OBSERVED: (64, 220, 96), PointStatus.EXTRAPOLATED: (255, 176, 32)}
+
+
+class FollowedPoints(NamedTuple):
+    """The points that are followed, in one frame."""
+
+    uv: FloatArray
+    """(n, 2) float64, px of the left image as it was given; NaN where there is no answer."""
+    xyz: FloatArray
+    """(n, 3) float64, mm, rectified left camera."""
+    status: ByteArray
+    """(n,) uint8, PointStatus; UNKNOWN where the template has no surface under the pixel."""
+    expected_error_mm: FloatArray
+    """(n,) float64, root mean square of the 3D error to be expected."""
+    covariance: FloatArray
+    """(n, 6) float64, xx, xy, xz, yy, yz, zz of the error, mm^2."""
+    evidence: ByteArray
+    """(n,) uint8, Evidence: what was observed there."""
+
+
+class RigEstimate(NamedTuple):
+    """How far the cameras are from their calibration; see Result."""
+
+    view_lag_frames: float
+    vertical_offset_px: float
+    roll_deg: float
+    focal_ratio: float
+    matches: int
+
+
+@dataclass(frozen=True, repr=False)
+class TrackedFrame:
+    """What track() gives for a frame. It owns its arrays. In a notebook it shows itself."""
+
+    index: int
+    """In the sequence, from 0."""
+    image: Any
+    """The left image, as it was given or read."""
+    format: Format
+    result: Result
+    """State, reasons, surface and everything else that the library says of the frame."""
+    points: Optional[FollowedPoints]
+    """None before there is a template."""
+
+    @property
+    def state(self) -> State:
+        """Of the tracker after this frame."""
+        return self.result.state
+
+    @property
+    def reasons(self) -> List[str]:
+        """Names of what is wrong, most frames: none."""
+        return [reason.name or "" for reason in Reason if reason in self.result.reasons]
+
+    @property
+    def rig_estimate(self) -> Optional[RigEstimate]:
+        """None where it was not measured."""
+        r = self.result
+        if r.rig_matches == 0:
+            return None
+        return RigEstimate(r.view_lag_frames, r.vertical_offset_px, r.roll_deg, r.focal_ratio, r.rig_matches)
+
+    def counts(self) -> Tuple[int, int, int]:
+        """How many points are tracked, extrapolated and lost."""
+        statuses = [] if self.points is None else self.points.status.tolist()
+        observed, extrapolated = (
+            statuses.count(status) for status in (PointStatus.OBSERVED, PointStatus.EXTRAPOLATED)
+        )
+        return observed, extrapolated, len(statuses) - observed - extrapolated
+
+    def median_expected_error_mm(self) -> float:
+        """Of the points that are not lost; NaN without any."""
+        if self.points is None:
+            return math.nan
+        known: List[float] = sorted(
+            error
+            for error, status in zip(self.points.expected_error_mm.tolist(), self.points.status.tolist())
+            if status != PointStatus.UNKNOWN
+        )
+        return known[len(known) // 2] if known else math.nan
+
+    def __repr__(self) -> str:
+        observed, extrapolated, lost = self.counts()
+        reasons = f" ({', '.join(self.reasons)})" if self.reasons else ""
+        return (
+            f"<TrackedFrame {self.index}: {self.state.name}{reasons}, {observed} points tracked, {extrapolated} "
+            f"extrapolated, {lost} lost, expected error {self.median_expected_error_mm():.2f} mm>"
+        )
+
+    def picture(self) -> Any:
+        """The left image with the points, as a Pillow image: tracked ones green, extrapolated ones orange. Raises
+        ImportError without Pillow."""
+        draws = importlib.import_module("PIL.ImageDraw")
+        picture = _pillow_image(self.image, self.format)
+        draw = draws.Draw(picture)
+        radius = max(2, picture.width // 240)
+        for (u, v), colour in self._drawn_points():
+            draw.ellipse((u - radius, v - radius, u + radius, v + radius), outline=colour, width=max(1, radius // 2))
+        return picture
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draws the left image, and the points coloured by their expected error, with matplotlib; returns the axes.
+        Raises ImportError without matplotlib."""
+        if axes is None:
+            axes = importlib.import_module("matplotlib.pyplot").subplots()[1]
+        axes.imshow(_pillow_image(self.image, self.format))
+        axes.set_title(repr(self)[1:-1].split(",")[0])
+        axes.set_axis_off()
+        if self.points is not None:
+            for status, marker in ((PointStatus.OBSERVED, "o"), (PointStatus.EXTRAPOLATED, "x")):
+                chosen = [i for i, each in enumerate(self.points.status.tolist()) if each == status]
+                if not chosen:
+                    continue
+                uv, errors = self.points.uv.tolist(), self.points.expected_error_mm.tolist()
+                drawn = axes.scatter(
+                    [uv[i][0] for i in chosen],
+                    [uv[i][1] for i in chosen],
+                    c=[errors[i] for i in chosen],
+                    vmin=0,
+                    vmax=2,
+                    marker=marker,
+                    s=12,
+                    label=status.name.lower(),
+                )
+                if status == PointStatus.OBSERVED:
+                    axes.figure.colorbar(drawn, ax=axes, label="expected error, mm")
+        return axes
+
+    def _drawn_points(self) -> Iterator[Tuple[Tuple[float, float], Tuple[int, int, int]]]:
+        if self.points is None:
+            return
+        for (u, v), status in zip(self.points.uv.tolist(), self.points.status.tolist()):
+            if status in _COLOURS and math.isfinite(u) and math.isfinite(v):
+                yield (u, v), _COLOURS[PointStatus(status)]
+
+    def _repr_html_(self) -> str:
+        observed, extrapolated, lost = self.counts()
+        rows = [
+            ("frame", str(self.index)),
+            ("state", self.state.name.lower()),
+            ("reasons", ", ".join(self.reasons).lower() or "none"),
+            ("points", f"{observed} tracked, {extrapolated} extrapolated, {lost} lost"),
+            ("expected error, median", f"{self.median_expected_error_mm():.2f} mm"),
+            ("surface", f"{len(self.result.vertices)} vertices, {100 * self.result.observed_share:.0f} % observed"),
+        ]
+        estimate = self.rig_estimate
+        if estimate is not None:
+            rows.append(
+                ("rig", f"right view {estimate.vertical_offset_px:+.2f} px low, rolled {estimate.roll_deg:+.3f} degrees")
+            )
+        table = "".join(f"<tr><th>{name}</th><td>{html.escape(value)}</td></tr>" for name, value in rows)
+        try:
+            file = io.BytesIO()
+            self.picture().save(file, "PNG")
+        except ImportError:
+            return f"<table>{table}</table>"
+        data = base64.b64encode(file.getvalue()).decode()
+        return f'<table>{table}</table><img alt="left image with points" src="data:image/png;base64,{data}">'
+
+
+class Tracking(Iterator[TrackedFrame]):
+    """What track() returns: iterates over the frames. rig and tracker may be used meanwhile; close(), or with, frees
+    them before the sequence has ended."""
+
+    def __init__(
+        self,
+        left: Images,
+        right: Images,
+        calibration: CalibrationLike,
+        points: Optional[ArrayLike],
+        timestamps_ns: Iterable[int],
+        device_id: Optional[str],
+        options: Any,
+    ) -> None:
+        self._images = _pairs(left, right)
+        try:
+            first = next(self._images)
+        except StopIteration:
+            raise ValueError("left and right have no images") from None
+        self.width, self.height, found = _shape(first[0])
+        if options.get("format") is None:
+            # Files are read as red, green, blue; arrays of three channels are OpenCV's.
+            options["format"] = Format.RGB8 if found == Format.BGR8 and _is_file(left) else found
+        self._format = Format(options["format"])
+        self._timestamps = iter(timestamps_ns)
+        self.context = Context()
+        self.rig: Rig = rig_of(self.context, calibration, self.width, self.height)
+        self.tracker = Tracker(self.context, self.rig, device_id, **options)
+        self._pixels = _grid(self.width, self.height) if points is None else points
+        self._xyz: Any = None  # of the points, template frame
+        self._found: List[bool] = []
+        self._pending: Deque[Any] = collections.deque()  # left images of frames that are computed
+        self._count = 0
+        self._frames = self._track(first)
+
+    def __iter__(self) -> "Tracking":
+        return self
+
+    def __next__(self) -> TrackedFrame:
+        return next(self._frames)
+
+    def __enter__(self) -> "Tracking":
+        return self
+
+    def __exit__(self, *ignored: Any) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<Tracking of {self.width}x{self.height} images, {self._count} frames so far>"
+
+    def close(self) -> None:
+        """Ends the sequence, and frees tracker, rig and context."""
+        self._frames.close()
+        for handle in (self.tracker, self.rig, self.context):
+            handle.close()
+
+    def template(self) -> Template:
+        """The present template. Raises Error before there is one."""
+        return self.tracker.template()
+
+    def _submitted(self, first: Tuple[Any, Any]) -> Iterator[Tuple[BufferLike, BufferLike, int]]:
+        pair: Optional[Tuple[Any, Any]] = first
+        while pair is not None:
+            timestamp = next(self._timestamps, None)
+            if timestamp is None:
+                raise ValueError("there are more images than timestamps_ns")
+            self._pending.append(pair[0])
+            yield pair[0], pair[1], timestamp
+            pair = next(self._images, None)
+
+    def _track(self, first: Tuple[Any, Any]) -> Generator[TrackedFrame, None, None]:
+        for job in self.tracker.process(self._submitted(first)):
+            result = job.result()
+            frame = TrackedFrame(self._count, self._pending.popleft(), self._format, result, self._follow(job, result))
+            self._count += 1
+            yield frame
+
+    def _follow(self, job: Job, result: Result) -> Optional[FollowedPoints]:
+        if len(result.vertices) == 0:
+            return None
+        if self._xyz is None:
+            with job.template() as template:
+                lifted = template.lift(self.rig.rectify_pixels(self._pixels))
+            self._xyz, self._found = lifted.xyz, lifted.found.tolist()
+        moved, errors = job.warp_points(self._xyz), job.point_covariances(self._xyz)
+        evidence = errors.evidence
+        for i, found in enumerate(self._found):
+            if not found:
+                moved.status[i], evidence[i] = PointStatus.UNKNOWN, 0
+        uv = self.rig.distort_pixels(self._project(moved.xyz.tolist()))
+        return FollowedPoints(uv, moved.xyz, moved.status, moved.expected_error_mm, errors.covariance, evidence)
+
+    def _project(self, xyz: Sequence[Sequence[float]]) -> List[Tuple[float, float]]:
+        c = self.rig.camera
+        return [
+            (c.fx * x / z + c.cx, c.fy * y / z + c.cy) if z > 0 else (math.nan, math.nan) for x, y, z in xyz
+        ]
+
+
+def track(
+    left: Images,
+    right: Images,
+    calibration: CalibrationLike,
+    points: Optional[ArrayLike] = None,
+    *,
+    fps: float = 30.0,
+    timestamps_ns: Optional[Iterable[int]] = None,
+    device_id: Optional[str] = None,
+    **options: Any,
+) -> Tracking:
+    """Tracks a sequence, and gives a TrackedFrame for each pair of images.
+
+    left, right: a folder of images, files, or uint8 arrays, each (height, width) or (height, width, 3 or 4). Files are
+        read with Pillow, as gray or RGB8. Arrays of 3 channels are BGR8 unless format says otherwise. Arrays may come
+        from a camera; frames_in_flight=1 then keeps the tracker from waiting for the next one.
+    calibration: a file of OpenCV or a mapping with M1 D1 M2 D2 R T (mm), a Calibration, or the Camera of rectified
+        images.
+    points: (n, 2) pixels of the first left image to follow; None: a grid of 16 x 9.
+    fps, timestamps_ns: times of the frames, by their rate or each by itself, ns.
+    device_id, options: of Tracker.
+
+    Raises ValueError and TypeError for images and arguments that do not fit together, OSError for files, and Error.
+    """
+    if timestamps_ns is None:
+        if not 0.001 <= fps <= 10000:
+            raise ValueError(f"fps is {fps}, 0.001 to 10000 expected")
+        timestamps_ns = _times(fps)
+    return Tracking(left, right, calibration, points, timestamps_ns, device_id, options)
+
+
+def _times(fps: float) -> Iterator[int]:
+    frame = 0
+    while True:
+        yield int(frame * 1e9 / fps)
+        frame += 1
+
+
+def _grid(width: int, height: int) -> List[Tuple[float, float]]:
+    return [
+        ((0.05 + 0.9 * column / 15) * (width - 1), (0.05 + 0.9 * row / 8) * (height - 1))
+        for row in range(9)
+        for column in range(16)
+    ]
+
+
+def _is_file(images: Images) -> bool:
+    return isinstance(images, (str, os.PathLike))
+
+
+def _name_order(path: pathlib.Path) -> List[Tuple[int, str]]:
+    """As people count: frame_9 before frame_10."""
+    return [(int(part), "") if part.isdigit() else (-1, part) for part in re.split(r"(\d+)", path.name)]
+
+
+def _read(images: Images) -> Iterator[Any]:
+    if isinstance(images, (str, os.PathLike)):
+        folder = pathlib.Path(images)
+        files = sorted((file for file in folder.iterdir() if file.suffix.lower() in _EXTENSIONS), key=_name_order)
+        if not files:
+            raise ValueError(f"{folder}: no images in it")
+        images = files
+    for image in images:
+        yield _image_file(image) if isinstance(image, (str, os.PathLike)) else image
+
+
+def _image_file(path: Union[str, "os.PathLike[str]"]) -> Any:
+    with importlib.import_module("PIL.Image").open(path) as image:
+        gray = image.mode in ("L", "1")
+        return _pixels(image.convert("L" if gray else "RGB"))
+
+
+def _pixels(image: Any) -> Any:
+    """Of a Pillow image, with a shape: NumPy's array or a memoryview."""
+    if numpy is not None:
+        return numpy.asarray(image)
+    channels = len(image.getbands())
+    shape = [image.height, image.width] + ([channels] if channels > 1 else [])
+    return memoryview(image.tobytes()).cast("B", shape)
+
+
+def _pairs(left: Images, right: Images) -> Iterator[Tuple[Any, Any]]:
+    lefts, rights, end = _read(left), _read(right), object()
+    for number, image in enumerate(lefts):
+        partner = next(rights, end)
+        if partner is end:
+            raise ValueError(f"right has {number} images, left has more")
+        yield image, partner
+    if next(rights, end) is not end:
+        raise ValueError("right has more images than left")
+
+
+def _shape(image: Any) -> Tuple[int, int, Format]:
+    """Width, height and format."""
+    shape = getattr(image, "shape", None)
+    formats = {1: Format.GRAY8, 3: Format.BGR8, 4: Format.BGRA8}
+    channels = 1 if shape is not None and len(shape) == 2 else shape[2] if shape is not None and len(shape) == 3 else 0
+    if channels not in formats:
+        raise ValueError(f"an image has shape {shape}; (height, width) or (height, width, 3 or 4) expected")
+    assert shape is not None
+    return shape[1], shape[0], formats[channels]
+
+
+def _pillow_image(image: Any, format: Format) -> Any:
+    width, height, _ = _shape(image)
+    modes = {Format.GRAY8: ("L", "L"), Format.RGB8: ("RGB", "RGB"), Format.BGR8: ("RGB", "BGR")}
+    mode, raw = modes.get(format, ("RGBA", "BGRA"))
+    data = image.tobytes() if hasattr(image, "tobytes") else bytes(image)
+    return importlib.import_module("PIL.Image").frombytes(mode, (width, height), data, "raw", raw).convert("RGB")

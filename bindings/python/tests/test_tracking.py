@@ -1,0 +1,178 @@
+"""defrec.track on a reference sequence: its points are those of `defrec track`; what a frame shows of itself.
+
+SEQUENCE and TRACKED, from the environment: what `defrec render` wrote and what `defrec track` made of it.
+"""
+import csv
+import math
+import os
+import pathlib
+import unittest
+
+from PIL import Image
+
+import defrec
+from defrec._arrays import numpy
+from defrec.tracking import _read
+
+SEQUENCE, TRACKED = (pathlib.Path(os.environ[name]) for name in ("SEQUENCE", "TRACKED"))
+LEFT, RIGHT, CALIBRATION = (SEQUENCE / name for name in ("left", "right", "calibration.yaml"))
+STATUS = {"tracked": defrec.PointStatus.OBSERVED, "extrapolated": defrec.PointStatus.EXTRAPOLATED}
+
+
+def points():
+    with open(SEQUENCE / "points.csv", newline="") as file:
+        return [(float(row["u"]), float(row["v"])) for row in csv.DictReader(file)]
+
+
+def start(**options):
+    options = {"device_id": "cpu", **options}
+    return defrec.track(LEFT, RIGHT, CALIBRATION, **options)
+
+
+class RecordingAxes:
+    """What plot() asks of matplotlib's axes."""
+
+    def __init__(self):
+        self.calls = []
+        self.figure = self
+
+    def __getattr__(self, name):
+        return lambda *arguments, **named: self.calls.append((name, arguments, named))
+
+
+class Track(unittest.TestCase):
+    def test_points_equal_those_of_defrec_track(self):
+        with open(TRACKED / "points.csv", newline="") as file:
+            rows = list(csv.DictReader(file))
+        given, compared = points(), 0
+        for frame in start(points=given):
+            for i, row in enumerate(rows[frame.index * len(given) : (frame.index + 1) * len(given)]):
+                self.assertEqual(int(row["frame"]), frame.index)
+                self.assertEqual(frame.points.status[i], STATUS.get(row["status"], defrec.PointStatus.UNKNOWN))
+                if row["status"] == "lost":
+                    continue
+                self.assertEqual([f"{frame.points.xyz[i, k]:.4f}" for k in range(3)], [row[k] for k in "xyz"])
+                self.assertEqual(f"{frame.points.expected_error_mm[i]:.4f}", row["expected_error_mm"])
+                self.assertAlmostEqual(frame.points.covariance[i, 0], float(row["xx"]), delta=1e-6)
+                self.assertAlmostEqual(frame.points.uv[i, 0], float(row["u"]), delta=1e-3)
+                self.assertAlmostEqual(frame.points.uv[i, 1], float(row["v"]), delta=1e-3)
+                compared += 1
+        self.assertGreater(compared, 1000)
+        self.assertEqual(frame.index, 11)
+
+    def test_a_grid_is_followed_by_default(self):
+        with start() as tracking:
+            frame = next(tracking)
+            self.assertEqual(sum(frame.counts()), 144)
+            self.assertGreater(frame.counts()[0], 72)
+            self.assertAlmostEqual(frame.points.uv[0, 0], 0.05 * 319, delta=0.1)
+            self.assertEqual(len(tracking.template().data().vertices), len(frame.result.vertices))
+            self.assertIn("1 frames so far", repr(tracking))
+
+    def test_a_frame_outlives_what_made_it(self):
+        tracking = start()
+        frame = next(tracking)
+        before = frame.points.xyz.tolist()
+        for _ in tracking:
+            pass
+        tracking.close()
+        self.assertEqual(frame.points.xyz.tolist(), before)
+        with self.assertRaises(defrec.Error):
+            tracking.template()
+
+    def test_arrays_of_another_order_of_colours_give_the_same(self):
+        if numpy is None:
+            self.skipTest("turning arrays round is NumPy's")
+        expected = next(start())
+        left, right = (
+            [numpy.ascontiguousarray(image[:, :, ::-1]) for image in list(_read(folder))[:2]] for folder in (LEFT, RIGHT)
+        )
+        for calibration in (CALIBRATION, defrec.Calibration.load(CALIBRATION), vars(defrec.Calibration.load(CALIBRATION))):
+            found = next(defrec.track(left, right, calibration, device_id="cpu"))
+            self.assertEqual(found.format, defrec.Format.BGR8)
+            self.assertEqual(found.points.xyz.tolist(), expected.points.xyz.tolist())
+            self.assertEqual(found.picture().tobytes(), expected.picture().tobytes())
+
+    def test_gray_files_and_times_of_ones_own(self):
+        gray = [Image.open(path).convert("L") for path in sorted(LEFT.iterdir())[:2]]
+        shape = (gray[0].height, gray[0].width)
+        images = [memoryview(image.tobytes()).cast("B", shape) for image in gray]
+        frames = list(
+            defrec.track(images, images, defrec.Calibration.load(CALIBRATION), device_id="cpu", timestamps_ns=[5, 70])
+        )
+        self.assertEqual([frame.result.timestamp_ns for frame in frames], [5, 70])
+        self.assertEqual(frames[0].format, defrec.Format.GRAY8)
+        # Two views that are one show nothing at any depth.
+        self.assertIsNone(frames[0].points)
+        self.assertTrue(math.isnan(frames[0].median_expected_error_mm()))
+        self.assertEqual(frames[0].counts(), (0, 0, 0))
+        self.assertIn("0 points tracked", repr(frames[0]))
+
+    def test_with_one_frame_in_flight_no_later_image_is_waited_for(self):
+        taken = []
+
+        def images(folder):
+            for image in _read(folder):
+                taken.append(folder)
+                yield image
+
+        for frame in defrec.track(images(LEFT), images(RIGHT), CALIBRATION, device_id="cpu", frames_in_flight=1):
+            self.assertEqual(len(taken), 2 * (frame.index + 1))
+
+    def test_a_notebook_shows_a_frame(self):
+        frame = next(start(points=points()))
+        text = frame._repr_html_()
+        self.assertIn("<th>state</th><td>tracking</td>", text)
+        self.assertIn('src="data:image/png;base64,iVBOR', text)
+        observed, extrapolated, lost = frame.counts()
+        self.assertIn(f"{observed} tracked, {extrapolated} extrapolated, {lost} lost", text)
+        self.assertIn("<TrackedFrame 0: TRACKING", repr(frame))
+        # A point that is tracked is drawn in green where it is.
+        i = frame.points.status.tolist().index(defrec.PointStatus.OBSERVED)
+        u, v = (round(x) for x in frame.points.uv.tolist()[i])
+        box = frame.picture().crop((u - 4, v - 4, u + 5, v + 5))
+        self.assertIn((64, 220, 96), box.getdata())
+
+    def test_plot_draws_into_axes(self):
+        frame = next(start(points=points()))
+        axes = RecordingAxes()
+        self.assertIs(frame.plot(axes), axes)
+        scattered = [call for call in axes.calls if call[0] == "scatter"]
+        self.assertEqual(len(scattered[0][1][0]), frame.counts()[0])
+        self.assertEqual(axes.calls[0][1][0].size, (320, 240))
+
+    def test_the_rig_estimate_is_that_of_the_result(self):
+        frames = list(start())
+        measured = [frame for frame in frames if frame.rig_estimate is not None]
+        self.assertTrue(measured)
+        estimate = measured[-1].rig_estimate
+        self.assertEqual(estimate.matches, measured[-1].result.rig_matches)
+        self.assertLess(abs(estimate.vertical_offset_px), 0.5)
+        self.assertIn("right view", measured[-1]._repr_html_())
+
+    def test_what_does_not_fit_is_refused(self):
+        flat = memoryview(bytes(96 * 64)).cast("B", (64, 96))
+        camera = defrec.Camera(fx=300, fy=300, cx=48, cy=32, baseline_mm=4)
+        for message, arguments in {
+            "no images": ([], [], camera),
+            "no images in it": (SEQUENCE, RIGHT, camera),
+            "right has 0 images": ([flat], [], camera),
+            "has shape": ([memoryview(b"12")], [flat], camera),
+            "calibration has no D1, M2": ([flat], [flat], {"M1": 1, "D2": 1, "R": 1, "T": 1}),
+            "no matrix M1": ([flat], [flat], SEQUENCE / "points.csv"),
+        }.items():
+            with self.subTest(message), self.assertRaisesRegex(ValueError, message):
+                defrec.track(*arguments, device_id="cpu")
+        with self.assertRaises(OSError):
+            defrec.track("no such folder", RIGHT, camera)
+        with self.assertRaisesRegex(ValueError, "fps is 0"):
+            defrec.track(LEFT, RIGHT, camera, fps=0)
+        with self.assertRaisesRegex(ValueError, "more images than timestamps_ns"):
+            list(start(timestamps_ns=[0, 1]))
+        more = defrec.track([flat], [flat, flat], camera, device_id="cpu")
+        with self.assertRaisesRegex(ValueError, "right has more images"):
+            list(more)
+
+
+if __name__ == "__main__":
+    unittest.main()

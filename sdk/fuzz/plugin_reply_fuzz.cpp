@@ -1,0 +1,141 @@
+// What a plugin's stages give for a frame: it is refused, or all that the host computes from it is
+// defined.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "sdk/base/error.hpp"
+#include "sdk/template/capture.hpp"
+#include "sdk/template/check_patches.hpp"
+#include "sdk/tracking/check_output.hpp"
+#include "sdk/tracking/frame_state.hpp"
+#include "sdk/tracking/lateral_evidence.hpp"
+#include "sdk/tracking/rig_monitor.hpp"
+#include "sdk/tracking/vertex_confidence.hpp"
+
+namespace {
+
+using namespace defrec;
+
+constexpr uint32_t kWidth = 96, kHeight = 72, kMaxFeatures = 100;
+
+// Of a textured plane.
+Template make_template() {
+    std::vector<uint8_t> gray(kWidth * kHeight), mask(gray.size(), 255);
+    for (uint32_t i = 0; i < gray.size(); ++i) {
+        const double x = i % kWidth, y = i / kWidth;
+        gray[i] = static_cast<uint8_t>(128 + 60 * std::sin(0.9 * x) * std::cos(0.7 * y));
+    }
+    const std::vector<int16_t> disparity(gray.size(), 96);
+    CaptureInput input;
+    input.width = kWidth;
+    input.height = kHeight;
+    input.camera = {100, 100, kWidth / 2, kHeight / 2, 5};
+    input.gray = gray.data();
+    input.mask = mask.data();
+    input.disparity = disparity.data();
+    input.node_spacing_px = 20;
+    std::optional<TemplateData> data = capture_template(input);
+    if (!data) __builtin_trap();
+    return Template(std::move(*data));
+}
+
+// The bytes go over what a good frame gives, again and again: each run of three says where.
+class Reply {
+  public:
+    explicit Reply(const TemplateData& data)
+        : motions_(data.nodes.size() / 3, DualQuaternion<float>::identity().store()),
+          samples_(data.vertices.size()),
+          matches_(data.landmarks.size()),
+          observations_(data.patches.size()),
+          predictions_(data.patches.size()),
+          checks_(data.checks.size()),
+          check_predictions_(data.checks.size()),
+          right_(rig_patch_count(data)) {
+        for (size_t i = 0; i < samples_.size(); ++i) {
+            std::copy_n(data.vertices[i].position, 3, samples_[i].position);
+            std::copy_n(data.vertices[i].normal, 3, samples_[i].normal);
+        }
+        output.summary = &summary_;
+        output.motions = motions_;
+        output.samples = samples_;
+        output.matches = matches_;
+        output.observations = observations_;
+        output.predictions = predictions_;
+        output.checks = checks_;
+        output.check_predictions = check_predictions_;
+        output.right_observations = right_;
+    }
+    void overwrite(const uint8_t* data, size_t size) {
+        const std::span<std::byte> arrays[] = {
+            std::as_writable_bytes(std::span(&summary_, 1)),
+            std::as_writable_bytes(std::span(motions_)),
+            std::as_writable_bytes(std::span(samples_)),
+            std::as_writable_bytes(std::span(matches_)),
+            std::as_writable_bytes(std::span(observations_)),
+            std::as_writable_bytes(std::span(predictions_)),
+            std::as_writable_bytes(std::span(checks_)),
+            std::as_writable_bytes(std::span(check_predictions_)),
+            std::as_writable_bytes(std::span(right_))};
+        constexpr size_t kValue = sizeof(uint32_t), kStep = 3 + kValue;
+        for (; size >= kStep; data += kStep, size -= kStep) {
+            const std::span<std::byte> array = arrays[data[0] % std::size(arrays)];
+            const size_t values = array.size() / kValue;
+            if (values == 0) continue;
+            const size_t place = (data[1] + 256u * data[2]) % values;
+            std::memcpy(array.data() + place * kValue, data + 3, kValue);
+        }
+    }
+
+    FrameOutput output;
+
+  private:
+    FrameSummary summary_;
+    std::vector<defrec_motion> motions_;
+    std::vector<defrec_surface_sample> samples_;
+    std::vector<defrec_match> matches_;
+    std::vector<defrec_patch_observation> observations_;
+    std::vector<defrec_patch_prediction> predictions_;
+    std::vector<defrec_patch_observation> checks_;
+    std::vector<defrec_patch_prediction> check_predictions_;
+    std::vector<defrec_patch_observation> right_;
+};
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+    static const Template surface = make_template();
+    const TemplateData& model_data = surface.data();
+    static const SurfaceModel model(model_data);
+    Reply reply(model_data);
+    const std::vector<defrec_surface_sample> last(reply.output.samples.begin(),
+                                                  reply.output.samples.end());
+    reply.overwrite(data, size);
+    try {
+        check_output(reply.output, model_data, kMaxFeatures);
+    } catch (const Error&) {
+        return 0;
+    }
+    std::vector<double> patch_px2;
+    measure_patches(model_data, reply.output, patch_px2);
+    const Evidence evidence = weigh_evidence(reply.output, patch_px2);
+    static_cast<void>(classify(model_data, evidence, true));
+    LateralEvidence lateral;
+    measure_lateral(model_data, reply.output, patch_px2, lateral);
+    std::vector<float> rows;
+    std::vector<RowMatch> row_matches;
+    RigMonitor monitor(kWidth, kHeight);
+    for (int frame = 0; frame < 2; ++frame) {
+        match_rows(model_data, reply.output, rows, row_matches);
+        const RigEstimate rig = monitor.update(row_matches);
+        VertexConfidence confidence;
+        estimate_confidence(model,
+                            {reply.output.samples, lateral,
+                             static_cast<float>(evidence.mean_residual_mm), rig, last, true},
+                            confidence);
+        double motion[12];
+        fit_rigid_motion(model, reply.output.samples, motion);
+    }
+    return 0;
+}
