@@ -5,8 +5,8 @@ usage: tidy.py [--build FOLDER] [--jobs N] [FILE|FOLDER...]
 
 Needs a folder that is configured and built: its compile_commands.json, and the headers that the
 build writes. Most of the time goes into headers that many sources share, so sources that are
-compiled alike are checked together, as one translation unit that includes them; where that does not
-compile, each by itself. A unit without findings is not checked again until one of its files, the
+compiled alike are checked together, as one translation unit that includes them. Where that does not
+compile, the sources at fault are checked apart. A unit without findings is not checked again until one of its files, the
 checks or clang-tidy change. CUDA sources are checked as the C++ that tests without a GPU compile.
 Left out: tests, the plugins that are faulty on purpose, and the generated program of the layout.
 
@@ -36,6 +36,7 @@ DECLARATION = re.compile(
     r"^(?!namespace|template|extern|HWY_)\w[^;{=(\n]*?(?<!::)\b(\w+)(?:<[^>]*>)?\s*[\[{=(;]",
     re.MULTILINE)
 FINDING = re.compile(r"^(?=\S+:\d+:\d+: (?:warning|error):)", re.MULTILINE)
+ERROR = re.compile(r"^(\S+?):\d+:\d+: error:", re.MULTILINE)
 INCLUDED = re.compile(r"^\.+ (.*)$", re.MULTILINE)  # what option -H prints
 
 
@@ -98,6 +99,18 @@ def units_of(sources):
     return [unit for alike in units.values() for unit in alike]
 
 
+def parts_of(unit, output):
+    """Two units in place of one that does not compile: the sources in which clang-tidy says that
+    errors are, and the others; or halves, where errors are in headers alone."""
+    failed = {Path(path).resolve() for path in ERROR.findall(output)} & set(unit.sources)
+    if not failed or len(failed) == len(unit.sources):
+        failed = set(unit.sources[:len(unit.sources) // 2])
+    parts = Unit(unit.arguments), Unit(unit.arguments)
+    for source in unit.sources:
+        parts[source in failed].add(source, set())
+    return parts
+
+
 class Checker:
     def __init__(self, clang_tidy, folder):
         self.clang_tidy = clang_tidy
@@ -131,7 +144,7 @@ class Checker:
             [self.clang_tidy, "--quiet", f"--config-file={CHECKS}", str(file), "--",
              *unit.arguments, "-H"], capture_output=True, text=True, cwd=ROOT, check=False)
         if "clang-diagnostic-error" in run.stdout and len(unit.sources) > 1:
-            return "".join(self.check(part) for part in self.parts(unit))
+            return "".join(self.check(part) for part in parts_of(unit, run.stdout))
         if run.stdout.strip() or run.returncode != 0:
             return run.stdout or run.stderr
         files = sorted({str(source) for source in unit.sources} |
@@ -140,13 +153,6 @@ class Checker:
         record.write_text(json.dumps(
             {"fingerprint": self.fingerprint(unit.arguments, files), "files": files}))
         return ""
-
-    @staticmethod
-    def parts(unit):
-        for source in unit.sources:
-            part = Unit(unit.arguments)
-            part.add(source, set())
-            yield part
 
 
 def find_clang_tidy():

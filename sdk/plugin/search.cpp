@@ -15,9 +15,9 @@ bool is_manifest_name(std::string_view name) {
     return name.starts_with("defrec_plugin_") && name.ends_with(".json");
 }
 
-class Search {
+class PluginSearch {
   public:
-    explicit Search(const Services& services) : services_(services) {}
+    explicit PluginSearch(const Services& services) : services_(services) {}
 
     // Reports why nothing is found there; a missing path only if asked.
     void look_in(const std::string& path, bool report_missing) {
@@ -76,7 +76,7 @@ class Search {
 
 std::vector<FoundManifest> find_manifests(const Services& services,
                                           const defrec_context_desc& desc) {
-    Search search(services);
+    PluginSearch search(services);
     for (size_t i = 0; i < desc.plugin_path_count; ++i) search.look_in(desc.plugin_paths[i], true);
     if (desc.flags & DEFREC_CONTEXT_ONLY_GIVEN_PLUGINS) return search.take();
     if (desc.flags & DEFREC_CONTEXT_USE_ENVIRONMENT) {

@@ -8,13 +8,13 @@
 #include <limits>
 #include <utility>
 
+#include "backends/stages/rectify.hpp"
 #include "sdk/base/error.hpp"
 #include "sdk/rig/rig_check.hpp"
 
 namespace defrec {
 namespace {
 
-constexpr int32_t kMapOne = 128;  // a map's unit: 1 px
 using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
 bool same_cameras(const defrec_rig_desc& desc) {

@@ -112,9 +112,10 @@ void place_patches(TemplateData& data, const CaptureInput& input) {
         double disparity = 0, support = 0;
         return grid_disparity(data, u, v, disparity, support) && support <= data.grid.spacing;
     };
-    for (const Pixel pixel : trackable_pixels(input, patch_cell(input), kBorder, has_surface)) {
+    for (const PatchPlace place :
+         trackable_places(input, patch_cell(input), kBorder, has_surface)) {
         defrec_patch patch{};
-        if (surface_patch(data, pixel.u, pixel.v, patch)) data.patches.push_back(patch);
+        if (surface_patch(data, place.u, place.v, patch)) data.patches.push_back(patch);
     }
 }
 

@@ -259,11 +259,11 @@ bool Grower::append_patches(TemplateData& data) {
                grid_disparity(tissue_.seen, u, v, disparity, support) &&
                support <= tissue_.seen.grid.spacing;
     };
-    for (const Pixel pixel :
-         trackable_pixels(now_.images, std::max(12.0, tissue_.scale * patch_cell(now_.images)),
+    for (const PatchPlace place :
+         trackable_places(now_.images, std::max(12.0, tissue_.scale * patch_cell(now_.images)),
                           kBorder, has_new_surface)) {
         defrec_patch patch{};
-        if (carry_patch(pixel.u, pixel.v, patch)) data.patches.push_back(patch);
+        if (carry_patch(place.u, place.v, patch)) data.patches.push_back(patch);
     }
     append_checks(data, data.checks);
     std::vector<defrec_patch*> taken;

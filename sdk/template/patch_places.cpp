@@ -35,9 +35,9 @@ double patch_cell(const CaptureInput& input) {
                     std::sqrt(static_cast<double>(input.width) * input.height / input.max_patches));
 }
 
-std::vector<Pixel> trackable_pixels(const CaptureInput& input, double cell, int border,
-                                    const std::function<bool(int u, int v)>& is_wanted) {
-    std::vector<Pixel> pixels;
+std::vector<PatchPlace> trackable_places(const CaptureInput& input, double cell, int border,
+                                         const std::function<bool(int u, int v)>& is_wanted) {
+    std::vector<PatchPlace> places;
     const int columns = static_cast<int>(input.width / cell),
               rows = static_cast<int>(input.height / cell);
     for (int row = 0; row < rows; ++row)
@@ -49,7 +49,7 @@ std::vector<Pixel> trackable_pixels(const CaptureInput& input, double cell, int 
                       y1 = std::min(static_cast<int>(input.height) - border,
                                     static_cast<int>((row + 1) * cell));
             double best = kMinTrackability;
-            Pixel at{-1, -1};
+            PatchPlace at{-1, -1};
             for (int y = y0; y < y1; y += 2)
                 for (int x = x0; x < x1; x += 2) {
                     const double score = trackability(input, x, y);
@@ -57,9 +57,9 @@ std::vector<Pixel> trackable_pixels(const CaptureInput& input, double cell, int 
                     best = score;
                     at = {x, y};
                 }
-            if (at.u >= 0) pixels.push_back(at);
+            if (at.u >= 0) places.push_back(at);
         }
-    return pixels;
+    return places;
 }
 
 }  // namespace defrec

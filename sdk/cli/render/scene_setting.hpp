@@ -8,16 +8,13 @@
 #include <cstdint>
 #include <functional>
 #include <map>
-#include <numbers>
 #include <string>
 #include <string_view>
 
+#include "sdk/cli/render/angles.hpp"
 #include "sdk/cli/render/scene.hpp"
 
 namespace defrec::cli {
-
-inline constexpr double kTwoPi = 2.0 * std::numbers::pi;
-inline constexpr double kDegree = std::numbers::pi / 180.0;
 
 using SceneParameters = std::map<std::string, double, std::less<>>;
 

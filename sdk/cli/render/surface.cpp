@@ -4,14 +4,12 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "sdk/cli/render/angles.hpp"
 #include "sdk/cli/render/noise.hpp"
 
 namespace defrec::cli {
 namespace {
-
-constexpr double kTwoPi = 2.0 * std::numbers::pi;
 
 /// 0..1, period 2 pi: a fast rise and a slower fall, as a beat has.
 double beat(double phase) {

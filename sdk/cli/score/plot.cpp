@@ -11,7 +11,8 @@ namespace defrec::cli {
 namespace {
 
 // px of the SVG's own coordinates.
-constexpr double kWidth = 360, kHeight = 320, kLeft = 56, kRight = 12, kTop = 10, kBottom = 46;
+constexpr double kPlotWidth = 360, kPlotHeight = 320, kLeft = 56, kRight = 12, kTop = 10,
+                 kBottom = 46;
 
 double share_of(const PlotAxis& axis, double value) {
     return axis.logarithmic ? std::log(value / axis.min) / std::log(axis.max / axis.min)
@@ -31,7 +32,7 @@ class Drawing {
     explicit Drawing(const Plot& plot) : plot_(plot) {}
 
     std::string svg() {
-        out_ = "<svg viewBox=\"0 0 " + tick_label(kWidth) + " " + tick_label(kHeight) +
+        out_ = "<svg viewBox=\"0 0 " + tick_label(kPlotWidth) + " " + tick_label(kPlotHeight) +
                "\" role=\"img\"><title>" + escaped(plot_.title) + "</title>";
         add_axes();
         // A nested SVG clips what it holds to its own rectangle.
@@ -91,7 +92,7 @@ class Drawing {
     }
 
     const Plot& plot_;
-    const double width_ = kWidth - kLeft - kRight, height_ = kHeight - kTop - kBottom;
+    const double width_ = kPlotWidth - kLeft - kRight, height_ = kPlotHeight - kTop - kBottom;
     std::string out_;
 };
 

@@ -8,7 +8,7 @@
 namespace defrec::cli {
 namespace {
 
-constexpr std::size_t kNameWidth = 26, kWidth = 11;
+constexpr std::size_t kNameWidth = 26, kColumnWidth = 11;
 
 // One line of a table: a name on the left, then columns on their right edges.
 class Line {
@@ -17,7 +17,7 @@ class Line {
         if (text_.size() < kNameWidth) text_.append(kNameWidth - text_.size(), ' ');
     }
     Line& text(const std::string& column) {
-        if (column.size() < kWidth) text_.append(kWidth - column.size(), ' ');
+        if (column.size() < kColumnWidth) text_.append(kColumnWidth - column.size(), ' ');
         text_ += column;
         return *this;
     }
