@@ -205,7 +205,7 @@ typedef struct defrec_plugin_info {
     const char *name;        /**< from the manifest; the file's name where that cannot be read */
     const char *path;        /**< of the manifest, or of the folder that was refused */
     const char *version;     /**< the plugin's own, from the manifest */
-    const char *reason;      /**< why it was refused, an error message; "" when loaded */
+    const char *reason;      /**< why it was refused, or devices of it left out; else "" */
 } defrec_plugin_info;
 /** The number of candidates that were looked at, loaded or refused. 0 for a bad handle.
  *  @threads any @since 1.0 */

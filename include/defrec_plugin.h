@@ -94,7 +94,7 @@ typedef struct defrec_plugin {
     void       *self;                              /**< goes first into the functions that have no
                                                         device or queue */
     size_t(DEFREC_CALL *device_count)(void *self); /**< 0 without a driver */
-    /** Describes device number index; its strings live until shutdown. */
+    /** Describes device number index; its strings live until shutdown. Failing leaves it out. */
     defrec_status(DEFREC_CALL *device_info)(void *self, size_t index, defrec_device_info *out);
     /** Each time another handle. */
     defrec_status(DEFREC_CALL *device_open)(void *self, size_t index, defrec_pdevice **out);

@@ -34,6 +34,7 @@ class CudaBackend {
 
     void describe(size_t index, defrec_device_info& info) const {
         const cuda::GpuInfo& gpu = gpus_[index];
+        if (!gpu.broken.empty()) throw StageError(DEFREC_ERROR_DEVICE_LOST, gpu.broken);
         info.kind = DEFREC_DEVICE_CUDA;
         info.id = gpu.id.c_str();
         info.name = gpu.name.c_str();

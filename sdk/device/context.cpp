@@ -114,11 +114,10 @@ defrec_device_info Context::device_info(size_t index) const {
 }
 
 std::shared_ptr<Device> DeviceChoice::open(std::shared_ptr<DeviceWatch> watch) const {
-    const LoadedPlugin::DeviceEntry& device = description();
     if (is_quarantined())
-        fail(DEFREC_ERROR_DEVICE_LOST, "device ", device.id,
+        fail(DEFREC_ERROR_DEVICE_LOST, "device ", description().id,
              " is quarantined, because it did not answer before; choose another device");
-    return std::make_shared<Device>(plugin_, index_, device.id, device.stages, std::move(watch));
+    return std::make_shared<Device>(plugin_, index_, std::move(watch));
 }
 
 Error DeviceChoice::give_up(const char* call) const {
@@ -135,6 +134,8 @@ std::string Context::why_missing() const {
     for (const PluginCandidate& candidate : candidates_)
         if (candidate.plugin == nullptr)
             text += concat("; a plugin was refused: ", candidate.reason);
+        else if (!candidate.reason.empty())
+            text += concat("; ", candidate.reason);
     return text;
 }
 

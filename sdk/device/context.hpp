@@ -27,7 +27,7 @@ class DeviceChoice {
 
   private:
     std::shared_ptr<const LoadedPlugin> plugin_;
-    size_t index_;  // the plugin's own
+    size_t index_;  // in the plugin's devices()
 };
 
 // Any thread. Immutable once made.

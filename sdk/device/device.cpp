@@ -24,16 +24,17 @@ const char* stage_name(uint32_t stage) {
     return stage < std::size(kStageNames) ? kStageNames[stage] : "unknown stage";
 }
 
-Device::Device(std::shared_ptr<const LoadedPlugin> plugin, size_t index, std::string id,
-               uint32_t stages, std::shared_ptr<DeviceWatch> watch)
+Device::Device(std::shared_ptr<const LoadedPlugin> plugin, size_t index,
+               std::shared_ptr<DeviceWatch> watch)
     : plugin_(std::move(plugin)),
       index_(index),
       table_(&plugin_->table()),
       watch_(std::move(watch)),
-      id_(std::move(id)),
-      stages_(stages) {
+      id_(plugin_->devices()[index].id),
+      stages_(plugin_->devices()[index].stages) {
     defrec_pdevice* opened = nullptr;
-    call("device_open", table_->device_open, table_->self, index, &opened);
+    call("device_open", table_->device_open, table_->self, plugin_->devices()[index].index,
+         &opened);
     if (opened == nullptr)
         fail(DEFREC_ERROR_PLUGIN, id_, ": device_open succeeded without a device");
     device_ = opened;

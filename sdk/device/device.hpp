@@ -23,9 +23,9 @@ class Services;      // services.hpp
 
 class Device {
   public:
-    // index: the plugin's own. watch: told of every call; nullptr: none.
-    Device(std::shared_ptr<const LoadedPlugin> plugin, size_t index, std::string id,
-           uint32_t stages, std::shared_ptr<DeviceWatch> watch = nullptr);
+    // index: in the plugin's devices(). watch: told of every call; nullptr: none.
+    Device(std::shared_ptr<const LoadedPlugin> plugin, size_t index,
+           std::shared_ptr<DeviceWatch> watch = nullptr);
     ~Device();
     Device(const Device&) = delete;
     Device& operator=(const Device&) = delete;

@@ -83,6 +83,7 @@ void load_candidate(const std::shared_ptr<const Services>& services, PluginCandi
         fail(DEFREC_ERROR_PLUGIN, library, ": SHA-256 is ", hash, ", the manifest says ",
              manifest.sha256, ": the file was changed or damaged");
     candidate.plugin = start(services, library, file, manifest);
+    candidate.reason = candidate.plugin->left_out();
 }
 
 }  // namespace
@@ -184,22 +185,30 @@ void LoadedPlugin::list_devices(const std::string& path) {
              kMaxDevices, " are expected");
     std::set<std::string> ids;
     for (size_t i = 0; i < count; ++i) {
-        devices_.push_back(describe_device(path, i));
-        if (!ids.insert(devices_.back().id).second)
-            fail(DEFREC_ERROR_PLUGIN, path, ": two of the plugin's devices are called ",
-                 devices_.back().id);
+        std::optional<DeviceEntry> entry = describe_device(path, i);
+        if (!entry.has_value()) continue;
+        if (!ids.insert(entry->id).second)
+            fail(DEFREC_ERROR_PLUGIN, path, ": two of the plugin's devices are called ", entry->id);
+        devices_.push_back(*std::move(entry));
     }
 }
 
-LoadedPlugin::DeviceEntry LoadedPlugin::describe_device(const std::string& path, size_t index) {
+std::optional<LoadedPlugin::DeviceEntry> LoadedPlugin::describe_device(const std::string& path,
+                                                                       size_t index) {
     defrec_device_info info{};
     info.struct_size = sizeof info;
     clear_plugin_error();
     const defrec_status status =
         ask(path, "device_info", table_->device_info, table_->self, index, &info);
-    if (status < 0)
-        fail(status, path, ": device_info of device ", index, ": ", plugin_error_or_name(status));
+    if (status < 0) {
+        const std::string reason =
+            concat("device ", index, " is left out: ", plugin_error_or_name(status));
+        services_->log(DEFREC_LOG_WARNING, "sdk", concat(path, ": ", reason).c_str());
+        left_out_ += concat(left_out_.empty() ? concat(path, ": ") : "; ", reason);
+        return std::nullopt;
+    }
     DeviceEntry entry;
+    entry.index = index;
     entry.id = text_of(info.id);
     entry.name = text_of(info.name);
     entry.driver = text_of(info.driver);

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,7 @@ constexpr size_t kMaxDevices = 64;  // of one plugin
 class LoadedPlugin {
   public:
     struct DeviceEntry {
+        size_t index = 0;  // the plugin's own
         std::string id, name, driver;
         uint32_t kind = 0, stages = 0, features = 0, conformance = 0;
         uint64_t memory_bytes = 0;
@@ -41,8 +43,11 @@ class LoadedPlugin {
     const std::string& name() const { return name_; }
     const std::shared_ptr<const Services>& services() const { return services_; }
     const defrec_plugin& table() const { return *table_; }
+    // Those that the plugin could describe.
     const std::vector<DeviceEntry>& devices() const { return devices_; }
-    // A device that did not answer is opened no more. Logs it the first time.
+    // The others, each with the plugin's reason, as one error message; "" where there are none.
+    const std::string& left_out() const { return left_out_; }
+    // A device that did not answer is opened no more. device: of devices(). Logs it the first time.
     void quarantine(size_t device, const char* call) const noexcept;
     bool is_quarantined(size_t device) const { return quarantined_[device]; }
     // Checked when the plugin was loaded; nullptr where no device claimed the stage.
@@ -54,7 +59,8 @@ class LoadedPlugin {
     void enter(const std::string& path, const Descriptor& file);
     void check_table(const std::string& path, const PluginManifest& manifest) const;
     void list_devices(const std::string& path);
-    DeviceEntry describe_device(const std::string& path, size_t index);
+    // Nothing where the plugin says that it cannot; left_out_ then has the reason.
+    std::optional<DeviceEntry> describe_device(const std::string& path, size_t index);
     void read_stage(const std::string& path, uint32_t stage);
     void shut_down() noexcept;
 
@@ -64,6 +70,7 @@ class LoadedPlugin {
     defrec_host host_;
     const defrec_plugin* table_ = nullptr;
     std::vector<DeviceEntry> devices_;
+    std::string left_out_;
     std::array<const defrec_stage_table*, DEFREC_STAGE_COUNT_V1> stages_{};
     mutable std::array<std::atomic<bool>, kMaxDevices> quarantined_{};
 };
@@ -72,7 +79,7 @@ class LoadedPlugin {
 struct PluginCandidate {
     std::string name, path, version;  // name: the manifest's, or its file name where it has none
     defrec_status verdict = DEFREC_OK;
-    std::string reason;                          // "" when loaded
+    std::string reason;                          // of the refusal; when loaded, left_out()
     std::shared_ptr<const LoadedPlugin> plugin;  // null when refused
 };
 

@@ -184,6 +184,46 @@ TEST_CASE("row 37: tables with NULL in them, and entries that fail") {
     check_refused(stub_folder("entry_fails"), DEFREC_ERROR_UNSUPPORTED, {"driver is too old"});
 }
 
+TEST_CASE("a device that cannot be described is left out with its reason; the others are used") {
+    const TestContext context({stub_folder("broken_device").string()});
+    REQUIRE(defrec_plugin_count(context.get()) == 1);
+    const defrec_plugin_info plugin = context.plugin(0);
+    CHECK(plugin.verdict == DEFREC_OK);
+    CHECK(contains(plugin.reason, "device 1 is left out: the stub fell off the bus"));
+    REQUIRE(defrec_device_count(context.get()) == 2);
+    for (const auto& [index, id] : {std::pair{size_t{0}, "stub:0"}, {size_t{1}, "stub:2"}}) {
+        defrec_device_info device;
+        DEFREC_INIT(&device);
+        REQUIRE(defrec_device_get(context.get(), index, &device) == DEFREC_OK);
+        CHECK(std::string(device.id) == id);
+    }
+    defrec_ransac_params params;
+    DEFREC_INIT(&params);
+    params.landmarks = 1;
+    defrec_stage stage = nullptr;
+    CHECK(defrec_stage_create(context.get(), "stub:2", DEFREC_STAGE_RANSAC, &params, &stage) ==
+          DEFREC_OK);
+    defrec_stage_destroy(stage);
+    CHECK(defrec_stage_create(context.get(), "stub:0", DEFREC_STAGE_RANSAC, &params, &stage) ==
+          DEFREC_ERROR_DEVICE_LOST);
+    CHECK(contains(defrec_last_error(), "device 0 was opened"));
+    CHECK(defrec_stage_create(context.get(), "stub:1", DEFREC_STAGE_RANSAC, &params, &stage) ==
+          DEFREC_ERROR_ARGUMENT);
+    CHECK(contains(defrec_last_error(), "the stub fell off the bus"));
+}
+
+TEST_CASE("a plugin of broken devices alone is loaded without any, and says why") {
+    const TestContext context(
+        {stub_folder("broken_devices").string(), stub_folder("twin").string()});
+    REQUIRE(defrec_plugin_count(context.get()) == 2);
+    const defrec_plugin_info plugin = context.plugin(0);
+    CHECK(plugin.verdict == DEFREC_OK);
+    CHECK(contains(plugin.reason, "device 0 is left out: the stub is full; device 1 is left out"));
+    CHECK(contains(plugin.reason, "device 2 is left out"));
+    CHECK(std::string(context.plugin(1).reason).empty());
+    CHECK(defrec_device_count(context.get()) == 1);
+}
+
 TEST_CASE("row 40: duplicate names and ids are resolved the same way every time") {
     check_refused(stub_folder("duplicate_ids"), DEFREC_ERROR_PLUGIN,
                   {"two of the plugin's devices", "stub"});

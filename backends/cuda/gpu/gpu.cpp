@@ -93,6 +93,20 @@ std::string driver_text(int cuda_version) {
     return error || version == std::string::npos ? cuda : file.substr(version + 4) + ", " + cuda;
 }
 
+// Fills all but the ordinal and the driver. Throws StageError where CUDA cannot.
+void describe(GpuInfo& info) {
+    cudaDeviceProp properties;
+    check(cudaGetDeviceProperties(&properties, info.ordinal), "cudaGetDeviceProperties");
+    info.id = "cuda:" + uuid_text(properties.uuid);
+    info.name = properties.name;
+    info.memory_bytes = properties.totalGlobalMem;
+    if (10 * properties.major + properties.minor < kMinCapability)
+        info.lacks = "compute capability " + std::to_string(properties.major) + "." +
+                     std::to_string(properties.minor) + "; 7.5 is needed";
+    else if (!attribute(cudaDevAttrCooperativeLaunch, info.ordinal))
+        info.lacks = "it cannot launch cooperative grids";
+}
+
 }  // namespace
 
 std::vector<GpuInfo> list_gpus(std::string& why_none) {
@@ -111,19 +125,14 @@ std::vector<GpuInfo> list_gpus(std::string& why_none) {
     const std::string driver = count == 0 ? "" : driver_text(driver_version);
     std::vector<GpuInfo> gpus;
     for (int ordinal = 0; ordinal < count; ++ordinal) {
-        cudaDeviceProp properties;
-        check(cudaGetDeviceProperties(&properties, ordinal), "cudaGetDeviceProperties");
-        GpuInfo info{ordinal,
-                     "cuda:" + uuid_text(properties.uuid),
-                     properties.name,
-                     driver,
-                     properties.totalGlobalMem,
-                     {}};
-        if (10 * properties.major + properties.minor < kMinCapability)
-            info.lacks = "compute capability " + std::to_string(properties.major) + "." +
-                         std::to_string(properties.minor) + "; 7.5 is needed";
-        else if (!attribute(cudaDevAttrCooperativeLaunch, ordinal))
-            info.lacks = "it cannot launch cooperative grids";
+        GpuInfo info{};
+        info.ordinal = ordinal;
+        info.driver = driver;
+        try {
+            describe(info);
+        } catch (const StageError& broken) {
+            info.broken = "GPU " + std::to_string(ordinal) + ": " + broken.what();
+        }
         gpus.push_back(std::move(info));
     }
     if (gpus.empty()) why_none = "there is no CUDA device";

@@ -20,7 +20,8 @@ struct GpuInfo {
     std::string name;
     std::string driver;  // its version, and the newest CUDA that it knows: "580.65.06, CUDA 13.0"
     uint64_t memory_bytes;
-    std::string lacks;  // why the stages do not run on it; empty: they do
+    std::string lacks;   // why the stages do not run on it; empty: they do
+    std::string broken;  // why nothing but the ordinal is known of it; empty: it is
 };
 // Those of the machine. Empty where there is no driver or none new enough; why_none says so.
 std::vector<GpuInfo> list_gpus(std::string& why_none);

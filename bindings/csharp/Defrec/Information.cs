@@ -13,7 +13,8 @@ namespace Defrec
         public string Path { get; }
         /// <summary>Its own version.</summary>
         public string Version { get; }
-        /// <summary>Why it was refused, an error message; "" when loaded.</summary>
+        /// <summary>Why it was refused, an error message; when loaded, which of its devices are
+        /// left out and why, "" where none is.</summary>
         public string Reason { get; }
 
         internal PluginInfo(ref defrec_plugin_info info)

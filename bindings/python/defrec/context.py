@@ -41,7 +41,7 @@ class PluginInfo:
     verdict: Status
     """OK when loaded, else why it was refused."""
     reason: str
-    """Why it was refused, an error message; empty when loaded."""
+    """Why it was refused, an error message; when loaded, which of its devices are left out and why."""
 
 
 @dataclass(frozen=True)

@@ -85,7 +85,7 @@ class PluginInfoStruct(Struct):
     version: Text
     """The plugin's own, from the manifest."""
     reason: Text
-    """Why it was refused, an error message; "" when loaded."""
+    """Why it was refused, or devices of it left out; else ""."""
 
 
 @c_struct("defrec_device_info")

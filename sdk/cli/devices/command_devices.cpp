@@ -57,6 +57,7 @@ int list_all(const DevicesOptions& options) {
                                    {"remark", remarks[plugin.name]}});
         text += "plugin " + plugin.path + ": " +
                 (plugin.is_loaded ? "loaded" : "refused: " + plugin.reason);
+        if (plugin.is_loaded && !plugin.reason.empty()) text += ", but " + plugin.reason;
         if (plugin.is_loaded && !remarks[plugin.name].empty()) text += ", " + remarks[plugin.name];
         text += "\n";
     }

@@ -214,7 +214,7 @@ int run_probe(const std::string& manifest) {
     try {
         const Context context = open_context({1, true, {manifest}});
         for (const Plugin& plugin : list_plugins(context)) {
-            if (plugin.is_loaded) continue;
+            if (plugin.is_loaded && plugin.reason.empty()) continue;
             is_good = false;
             message = plugin.reason;
         }

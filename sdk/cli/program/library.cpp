@@ -41,7 +41,10 @@ std::string describe_choice(const Context& context) {
     for (const Device& device : list_devices(context)) text += " " + device.id;
     if (list_devices(context).empty()) text += " nothing";
     for (const Plugin& plugin : list_plugins(context)) {
-        if (!plugin.is_loaded) text += "; " + plugin.path + " was refused: " + plugin.reason;
+        if (!plugin.is_loaded)
+            text += "; " + plugin.path + " was refused: " + plugin.reason;
+        else if (!plugin.reason.empty())
+            text += "; " + plugin.reason;
     }
     return text;
 }

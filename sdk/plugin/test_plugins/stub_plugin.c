@@ -50,6 +50,8 @@ static size_t device_count(void* self) {
     return 2;
 #elif defined(STUB_MANY_DEVICES)
     return (size_t)-1;
+#elif defined(STUB_BROKEN_DEVICE) || defined(STUB_BROKEN_DEVICES)
+    return 3;
 #else
     return 1;
 #endif
@@ -59,11 +61,19 @@ static defrec_status device_info(void* self, size_t index, defrec_device_info* o
     defrec_device_info info;
     (void)self;
     (void)index;
+#ifdef STUB_BROKEN_DEVICE
+    if (index == 1) return failed(DEFREC_ERROR_DEVICE_LOST, "the stub fell off the bus");
+#elif defined(STUB_BROKEN_DEVICES)
+    if (index == 0) return failed(DEFREC_ERROR_OUT_OF_MEMORY, "the stub is full");
+    return DEFREC_ERROR_DEVICE_LOST;
+#endif
     memset(&info, 0, sizeof info);
     info.struct_size = out->struct_size;
     info.kind = DEFREC_DEVICE_CPU;
 #ifdef STUB_NO_ID
     info.id = NULL;
+#elif defined(STUB_BROKEN_DEVICE)
+    info.id = index == 0 ? "stub:0" : "stub:2";
 #else
     info.id = "stub";
 #endif
@@ -85,6 +95,10 @@ static defrec_status device_open(void* self, size_t index, defrec_pdevice** out)
 #ifdef STUB_NO_DEVICE
     (void)out;
     return DEFREC_OK;
+#elif defined(STUB_BROKEN_DEVICE)
+    if (index == 0) return failed(DEFREC_ERROR_DEVICE_LOST, "device 0 was opened");
+    *out = malloc(sizeof **out);
+    return *out == NULL ? DEFREC_ERROR_OUT_OF_MEMORY : DEFREC_OK;
 #else
     *out = malloc(sizeof **out);
     return *out == NULL ? DEFREC_ERROR_OUT_OF_MEMORY : DEFREC_OK;
