@@ -773,7 +773,7 @@ enum {
     DEFREC_TRACKER_FALLBACK = 1u << 0 /**< where the device is quarantined or cannot be opened, take
                                            the next one with every stage; results name it */
 };
-/** What a tracker is made with. */
+/** What a tracker is made with. device_id "BACKEND:*": its device with the fewest trackers. */
 typedef struct defrec_tracker_desc {
     uint32_t    struct_size;       /**< see DEFREC_INIT */
     uint32_t    flags;             /**< DEFREC_TRACKER_* @range 0..DEFREC_TRACKER_FALLBACK */

@@ -143,7 +143,7 @@ defrec_status defrec_stage_create(defrec_context context, const char* device_id,
         const auto owner = find_handle(context);
         const StageParams complete(stage, params);
         *out = add_handle<defrec_stage>(std::make_shared<StageObject>(
-            owner, owner->choose_device(device_id, 1u << stage).front(), complete));
+            owner, owner->choose_device(device_id, 1u << stage).devices.front(), complete));
     });
 }
 

@@ -23,6 +23,13 @@ int speed_class(const LoadedPlugin::DeviceEntry& device) {
     }
 }
 
+// "cuda:0" and "cuda" are of "cuda:*".
+bool is_of_backend(std::string_view id, std::string_view asked) {
+    if (!asked.ends_with(":*")) return false;
+    const std::string_view backend = asked.substr(0, asked.size() - 2);
+    return id.substr(0, id.find(':')) == backend;
+}
+
 std::string missing_stages(uint32_t missing) {
     std::string names;
     for (uint32_t stage = 0; stage < DEFREC_STAGE_COUNT_V1; ++stage)
@@ -76,29 +83,48 @@ void Context::list_devices() {
     }
 }
 
-std::vector<DeviceChoice> Context::choose_device(const char* id, uint32_t stages) const {
-    std::vector<DeviceChoice> choices;
-    std::string known;
+DeviceSelection Context::choose_device(const char* id, uint32_t stages) const {
+    const std::string_view asked = id != nullptr ? id : "";
+    std::vector<DeviceChoice> wanted, others;
+    std::string known, lacking;
     for (const DeviceChoice& choice : devices_) {
         const LoadedPlugin::DeviceEntry& device = choice.description();
+        const bool is_wanted = device.id == asked || is_of_backend(device.id, asked);
         const bool offers_all = (stages & ~device.stages) == 0;
-        if (id != nullptr && device.id == id) {
-            if (!offers_all)
-                fail(DEFREC_ERROR_UNSUPPORTED, "device ", device.id, " does not offer ",
-                     missing_stages(stages & ~device.stages));
-            choices.insert(choices.begin(), choice);
-        } else if (offers_all) {
-            choices.push_back(choice);
-        }
+        if (offers_all)
+            (is_wanted ? wanted : others).push_back(choice);
+        else if (is_wanted && lacking.empty())
+            lacking = concat("device ", device.id, " does not offer ",
+                             missing_stages(stages & ~device.stages));
         known += concat(known.empty() ? "" : ", ", device.id);
     }
-    if (id != nullptr && (choices.empty() || choices.front().description().id != id))
+    if (id != nullptr && wanted.empty() && !lacking.empty())
+        fail(DEFREC_ERROR_UNSUPPORTED, lacking);
+    if (id != nullptr && wanted.empty())
         fail(DEFREC_ERROR_ARGUMENT, "no device is called \"", id,
              "\"; there are: ", known.empty() ? "none" : known, why_missing());
-    if (choices.empty())
+    if (wanted.empty() && others.empty())
         fail(DEFREC_ERROR_UNSUPPORTED, "none of the ", devices_.size(), " devices offers ",
              missing_stages(stages), why_missing());
-    return choices;
+    DeviceSelection selection{std::move(wanted), 1};
+    selection.equal = std::max<size_t>(selection.devices.size(), 1);
+    selection.devices.insert(selection.devices.end(), others.begin(), others.end());
+    return selection;
+}
+
+DeviceLoan Context::lend(DeviceSelection& selection) const {
+    const std::lock_guard lock(lending_);  // two trackers made at once see each other
+    const auto least = std::min_element(
+        selection.devices.begin(),
+        selection.devices.begin() + static_cast<std::ptrdiff_t>(selection.equal),
+        [](const DeviceChoice& left, const DeviceChoice& right) {
+            return std::make_tuple(left.is_quarantined(), left.tracker_count().load()) <
+                   std::make_tuple(right.is_quarantined(), right.tracker_count().load());
+        });
+    DeviceLoan loan(*least);
+    selection.devices.erase(least);
+    selection.equal = std::max<size_t>(selection.equal - 1, 1);
+    return loan;
 }
 
 bool Context::has_plugins() const {

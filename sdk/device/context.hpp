@@ -1,7 +1,10 @@
 // A context: the application's callbacks, the plugins that were found and the devices they offer.
 #pragma once
+#include <atomic>
 #include <memory>
+#include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sdk/base/error.hpp"
@@ -20,6 +23,8 @@ class DeviceChoice {
     const LoadedPlugin::DeviceEntry& description() const { return plugin_->devices()[index_]; }
     bool is_quarantined() const { return plugin_->is_quarantined(index_); }
     const std::shared_ptr<const Services>& services() const { return plugin_->services(); }
+    // Of this context, made or being made.
+    std::atomic<size_t>& tracker_count() const { return plugin_->tracker_count(index_); }
     // Throws Error(DEFREC_ERROR_DEVICE_LOST) where it is quarantined.
     std::shared_ptr<Device> open(std::shared_ptr<DeviceWatch> watch = nullptr) const;
     // A thread is stuck in a call of its plugin, and is left there. The error that says so.
@@ -30,7 +35,36 @@ class DeviceChoice {
     size_t index_;  // in the plugin's devices()
 };
 
-// Any thread. Immutable once made.
+// What a call may take, best first. The first `equal` of them are what it asked for.
+struct DeviceSelection {
+    std::vector<DeviceChoice> devices;
+    size_t equal = 1;
+};
+
+// Counts as a tracker of a device as long as it lives. Movable.
+class DeviceLoan {
+  public:
+    DeviceLoan() = default;
+    explicit DeviceLoan(const DeviceChoice& device)
+        : device_(std::make_unique<DeviceChoice>(device)) {
+        ++device_->tracker_count();
+    }
+    ~DeviceLoan() {
+        if (device_ != nullptr) --device_->tracker_count();
+    }
+    DeviceLoan(DeviceLoan&&) = default;
+    DeviceLoan& operator=(DeviceLoan&& other) noexcept {
+        std::swap(device_, other.device_);
+        return *this;
+    }
+
+    const DeviceChoice& device() const { return *device_; }
+
+  private:
+    std::unique_ptr<DeviceChoice> device_;
+};
+
+// Any thread. But for what is counted immutable once made.
 class Context {
   public:
     // Looks for plugins, loads them and orders their devices. A plugin that is refused is no
@@ -42,10 +76,14 @@ class Context {
     Context(const Context&) = delete;
     Context& operator=(const Context&) = delete;
 
-    // The device of that id, nullptr: the first one, and behind it every other that offers all
-    // stages of the mask (bits 1 << DEFREC_STAGE_*). Throws Error(DEFREC_ERROR_ARGUMENT) for an
-    // unknown id, Error(DEFREC_ERROR_UNSUPPORTED) where stages are missing.
-    std::vector<DeviceChoice> choose_device(const char* id, uint32_t stages) const;
+    // The device of that id ("BACKEND:*": all of that backend, nullptr: the first one), and behind
+    // it every other that offers all stages of the mask (bits 1 << DEFREC_STAGE_*). Throws
+    // Error(DEFREC_ERROR_ARGUMENT) for an unknown id, Error(DEFREC_ERROR_UNSUPPORTED) where stages
+    // are missing.
+    DeviceSelection choose_device(const char* id, uint32_t stages) const;
+    // Takes the next device out of a selection that is not empty: of the equal ones the one with
+    // the fewest trackers that is not quarantined, the first among several.
+    DeviceLoan lend(DeviceSelection& selection) const;
 
     const std::vector<PluginCandidate>& candidates() const { return candidates_; }
     bool has_plugins() const;
@@ -75,6 +113,7 @@ class Context {
     std::vector<PluginCandidate> candidates_;
     std::vector<DeviceChoice> devices_;
     std::vector<defrec_device_info> device_infos_;
+    mutable std::mutex lending_;
 };
 
 }  // namespace defrec

@@ -39,7 +39,10 @@ std::shared_ptr<Device> open_stub(const char* name, Memory& memory) {
     desc.alloc = Memory::take;
     desc.free = Memory::give;
     desc.alloc_user = &memory;
-    return Context::create(desc)->choose_device("stub", 1u << DEFREC_STAGE_RANSAC).front().open();
+    return Context::create(desc)
+        ->choose_device("stub", 1u << DEFREC_STAGE_RANSAC)
+        .devices.front()
+        .open();
 }
 
 // What a buffer holds when its source changed between the write and the read.

@@ -50,6 +50,8 @@ class LoadedPlugin {
     // A device that did not answer is opened no more. device: of devices(). Logs it the first time.
     void quarantine(size_t device, const char* call) const noexcept;
     bool is_quarantined(size_t device) const { return quarantined_[device]; }
+    // Trackers on a device of devices(), counted by DeviceLoan.
+    std::atomic<size_t>& tracker_count(size_t device) const { return trackers_[device]; }
     // Checked when the plugin was loaded; nullptr where no device claimed the stage.
     const defrec_stage_table* stage_table(uint32_t stage) const {
         return stage < stages_.size() ? stages_[stage] : nullptr;
@@ -73,6 +75,7 @@ class LoadedPlugin {
     std::string left_out_;
     std::array<const defrec_stage_table*, DEFREC_STAGE_COUNT_V1> stages_{};
     mutable std::array<std::atomic<bool>, kMaxDevices> quarantined_{};
+    mutable std::array<std::atomic<size_t>, kMaxDevices> trackers_{};
 };
 
 // A manifest that was looked at.

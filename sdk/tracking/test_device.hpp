@@ -37,7 +37,7 @@ struct TestDevice {
     }
 
     DeviceChoice choice() const {
-        return context->choose_device(nullptr, (1u << DEFREC_STAGE_COUNT_V1) - 1).front();
+        return context->choose_device(nullptr, (1u << DEFREC_STAGE_COUNT_V1) - 1).devices.front();
     }
     // Of a tracker on the device.
     std::shared_ptr<JobMonitor> monitor() const {

@@ -189,18 +189,22 @@ class Tracker::Worker {
 Tracker::Tracker(const Context& context, const std::shared_ptr<const Rig>& rig,
                  const defrec_tracker_desc& desc) {
     const TrackerSettings settings = complete_settings(desc, *rig);
-    std::vector<DeviceChoice> choices = context.choose_device(desc.device_id, kAllStages);
+    DeviceSelection selection = context.choose_device(desc.device_id, kAllStages);
     if ((desc.flags & DEFREC_TRACKER_FALLBACK) == 0)
-        choices.erase(choices.begin() + 1, choices.end());
-    for (const DeviceChoice& choice : choices) try {
-            worker_ = std::make_unique<Worker>(choice, rig, settings);
-            return;
+        selection.devices.erase(
+            selection.devices.begin() + static_cast<std::ptrdiff_t>(selection.equal),
+            selection.devices.end());
+    while (worker_ == nullptr) {
+        loan_ = context.lend(selection);
+        try {
+            worker_ = std::make_unique<Worker>(loan_.device(), rig, settings);
         } catch (const Error& error) {
-            if (&choice == &choices.back()) throw;
+            if (selection.devices.empty()) throw;
             context.log(DEFREC_LOG_WARNING,
-                        concat("device ", choice.description().id,
+                        concat("device ", loan_.device().description().id,
                                " is passed over for the next one: ", error.what()));
         }
+    }
 }
 Tracker::~Tracker() = default;
 

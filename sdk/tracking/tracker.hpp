@@ -6,11 +6,11 @@
 #include <string>
 
 #include "include/defrec_c.h"
+#include "sdk/device/context.hpp"
 #include "sdk/tracking/frame_input.hpp"
 
 namespace defrec {
 
-class Context;
 class Rig;
 class Services;
 class Template;
@@ -67,6 +67,7 @@ class Tracker {
   private:
     class Impl;
     class Worker;
+    DeviceLoan loan_;
     std::unique_ptr<Worker> worker_;
 };
 

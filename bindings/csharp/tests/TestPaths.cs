@@ -15,6 +15,8 @@ namespace Defrec.Tests
         internal static string Tracked { get { return Get("DEFREC_TEST_TRACKED"); } }
         /// <summary>Folder of the plugin that computes and logs on threads of its own.</summary>
         internal static string AsynchronousPlugin { get { return Get("DEFREC_TEST_ASYNCHRONOUS_PLUGIN"); } }
+        /// <summary>Folder of the plugin with several devices, one of them broken.</summary>
+        internal static string SeveralDevicesPlugin { get { return Get("DEFREC_TEST_SEVERAL_DEVICES_PLUGIN"); } }
         /// <summary>Where tests may write.</summary>
         internal static string Scratch
         {

@@ -82,6 +82,23 @@ namespace Defrec.Tests
         }
 
         [Test]
+        public void TrackersAreSpreadOverTheDevicesOfABackend()
+        {
+            const string Spread = "several_devices:*";
+            var options = new ContextOptions { OnlyGivenPlugins = true };
+            options.PluginPaths.Add(TestPaths.SeveralDevicesPlugin);
+            using (var session = new TrackingSession(new TrackerOptions { DeviceId = Spread }, options))
+            using (var second = new Tracker(session.Context, session.Rig, new TrackerOptions { DeviceId = Spread }))
+            using (Job job = session.Track(0))
+            using (Job other = second.Submit(session.Frames.Left.View(), session.Frames.Right.View(), 0))
+            {
+                other.Wait();
+                Assert.That(job.GetResult().DeviceId, Is.EqualTo("several_devices:0"));
+                Assert.That(other.GetResult().DeviceId, Is.EqualTo("several_devices:2"), "number 1 cannot be opened");
+            }
+        }
+
+        [Test]
         public void AResultIsWhole()
         {
             using (var session = new TrackingSession(new TrackerOptions { KeepDisparity = true }))

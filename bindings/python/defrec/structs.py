@@ -710,7 +710,7 @@ class ConstBuffer(Struct):
 @c_struct("defrec_tracker_desc", frames_in_flight=2, min_depth_mm=20, max_features=1024, max_patches=1024,
     arap_weight=0.45, coarse_iterations=2, fine_iterations=3, max_vertices=65536)
 class TrackerDesc(Struct):
-    """What a tracker is made with."""
+    """What a tracker is made with. device_id "BACKEND:*": its device with the fewest trackers."""
 
     struct_size: U32
     flags: U32

@@ -120,6 +120,15 @@ class Tracking(LibraryTest):
                 device = tracker.track(*FRAMES[0], 0).device_id
             self.assertIn(device, {each.id for each in context.devices} - {"misbehaving"})
 
+    def test_trackers_are_spread_over_the_devices_of_a_backend(self):
+        with Context([os.environ["SEVERAL_DEVICES"]], threads=2) as context:
+            with Rig.rectified(context, plane.WIDTH, plane.HEIGHT, plane.CAMERA) as rig:
+                trackers = [Tracker(context, rig, "several_devices:*", format=Format.GRAY8) for _ in range(3)]
+                devices = [tracker.track(*FRAMES[0], 0).device_id for tracker in trackers]
+                for tracker in trackers:
+                    tracker.close()
+        self.assertEqual(devices, [f"several_devices:{number}" for number in (0, 2, 0)])
+
     def test_process_is_submit_and_wait(self):
         alone = self.tracker()
         expected = [raw(alone.track(left, right, i).vertices) for i, (left, right) in enumerate(FRAMES)]

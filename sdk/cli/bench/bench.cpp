@@ -171,13 +171,16 @@ std::vector<double> play_at_once(std::vector<Player>& players, int frames) {
 
 void run_trackers_at_once(const BenchOptions& options, const BenchSequence& sequence,
                           BenchTimes& times) {
-    const Setup setup = make_setup(options, sequence);
+    Setup setup = make_setup(options, sequence);
+    if (options.spread) setup.device.id = backend_of(setup.device) + ":*";
     std::vector<Player> players;
     for (int i = 0; i < options.trackers; ++i) players.emplace_back(options, sequence, setup);
     play_at_once(players, options.warm_up);
     const Clock::time_point start = Clock::now();
     times.at_once_latency_ms = play_at_once(players, options.frames);
     times.at_once_ms = milliseconds_since(start);
+    if (interrupt_requested()) return;
+    for (const Player& player : players) ++times.at_once_trackers[player.result().device_id];
 }
 
 void add_stages(const defrec_result& result, BenchTimes& times) {
@@ -272,6 +275,7 @@ Json bench_json(const BenchOptions& options, const BenchSequence& sequence,
     if (!times.at_once_latency_ms.empty())
         json["at_once"] = {
             {"trackers", options.trackers},
+            {"devices", times.at_once_trackers},
             {"submit_to_result", spread_of(times.at_once_latency_ms)},
             {"frames_per_second",
              1000 * static_cast<double>(times.at_once_latency_ms.size()) / times.at_once_ms}};
@@ -314,7 +318,11 @@ std::string bench_text(const Json& json) {
             std::to_string(at_once["trackers"].get<int>()) + " trackers at once";
         text += line(trackers, at_once["submit_to_result"]);
         text += trackers + ": " + format_fixed(at_once["frames_per_second"].get<double>(), 1) +
-                " frames/s in all; alone: ";
+                " frames/s in all";
+        if (at_once["devices"].size() > 1)
+            for (const auto& [device, count] : at_once["devices"].items())
+                text += ", " + std::to_string(count.get<int>()) + " of them on " + device;
+        text += "; alone: ";
     }
     return text + format_fixed(json["frames_per_second"].get<double>(), 1) +
            " frames/s; peak memory " + format_fixed(json["peak_memory_mb"].get<double>(), 0) +

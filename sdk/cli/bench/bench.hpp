@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -21,8 +22,9 @@ struct BenchSequence {
 struct BenchOptions {
     int width = 960, height = 540;  // of the filmed scene
     int frames = 100, warm_up = 10;
-    int trackers = 1;    // more: they are measured at once, too, each on a thread of its own
-    bool stages = true;  // false: only from submission to result
+    int trackers = 1;     // more: they are measured at once, too, each on a thread of its own
+    bool spread = false;  // those over all devices of the backend
+    bool stages = true;   // false: only from submission to result
     std::uint64_t deadline_ns = 0;  // of each frame, from its submission; 0: none
     std::string config;             // YAML with parameters of the tracker, or empty
     std::string backend = "auto", device;
@@ -43,6 +45,7 @@ struct BenchTimes {
     std::vector<double>
         at_once_latency_ms;  // of all frames of all trackers, where several were asked for
     double at_once_ms = 0;   // that those frames took together
+    std::map<std::string, int> at_once_trackers;  // by the id of their device
     std::size_t tracked_frames = 0;
     std::array<std::size_t, 3> short_frames{};  // of these: coarse, unchecked, overdue
     double tracker_memory_mb = 0;  // what context and tracker added to the process at their peak

@@ -107,6 +107,8 @@ CLI::App* add_bench_command(CLI::App& app, std::function<int()>& run, BenchLoade
         ->type_name("N")
         ->check(CLI::Range(1, 256))
         ->capture_default_str();
+    command->add_flag("--spread", options->bench.spread,
+                      "Spread those trackers over all devices of the backend");
     auto* compare = command->add_option(
         "--compare", options->recorded,
         "JSON that an earlier run printed: show its times beside these, exit with 6 where a stage "

@@ -33,8 +33,6 @@ defrec_intrinsics intrinsics_of(const CameraCalibration& camera) {
     return intrinsics;
 }
 
-std::string backend_of(const Device& device) { return device.id.substr(0, device.id.find(':')); }
-
 // What can be chosen, and why what cannot be chosen was refused.
 std::string describe_choice(const Context& context) {
     std::string text = "available:";
@@ -117,6 +115,8 @@ Context open_context(const ContextOptions& options) {
     require(status, ExitCode::kInternal, "opening the library");
     return Context(context);
 }
+
+std::string backend_of(const Device& device) { return device.id.substr(0, device.id.find(':')); }
 
 std::vector<Device> list_devices(const Context& context) {
     std::vector<Device> devices;

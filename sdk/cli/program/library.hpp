@@ -62,9 +62,10 @@ struct Plugin {
 };
 std::vector<Plugin> list_plugins(const Context& context);
 
-// backend: "auto", or the part of a device's id before the colon ("cpu", "reference", "cuda");
-// device: a whole id, or empty. Throws CliError(kDevice) naming what there is and why plugins were
-// refused.
+// The part of its id before the colon: "cpu", "reference", "cuda".
+std::string backend_of(const Device& device);
+// backend: "auto", or a device's; device: a whole id, or empty. Throws CliError(kDevice) naming
+// what there is and why plugins were refused.
 Device choose_device(const Context& context, const std::string& backend, const std::string& device);
 
 // Throws CliError(kCalibration) when the library refuses the calibration. Its size must be known.
