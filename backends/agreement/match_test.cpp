@@ -4,7 +4,9 @@
 
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "backends/reference/stages.hpp"
@@ -133,6 +135,30 @@ TEST_CASE("ties go to the lowest index, and a match must be mutual") {
     CHECK(matches[1].feature == -1);  // features prefer landmark 0
     CHECK(matches[1].distance == 0);
     CHECK(matches[2].feature == -1);
+}
+
+TEST_CASE("features at the ends of the numbers are not at one place") {
+    if (!under_test::available()) return;
+    constexpr int32_t kFirst = std::numeric_limits<int32_t>::min(),
+                      kLast = std::numeric_limits<int32_t>::max();
+    Scene scene = random_scene(1, 3, 2);
+    for (defrec_feature& feature : scene.features)
+        std::memcpy(feature.descriptor, scene.landmarks[0].descriptor, 32);
+    scene.features[1].descriptor[0] ^= 1;
+    scene.features[2].descriptor[0] ^= 3;
+    const int32_t places[][2] = {{kFirst, kLast}, {kLast, kFirst}, {kFirst, 0}, {0, kFirst}};
+    for (const auto& place : places) {
+        scene.features[0].x = place[0];
+        scene.features[1].x = place[1];
+        scene.features[0].y = scene.features[1].y = 0;
+        CHECK(agreed(scene)[0].second == 1);
+        std::swap(scene.features[0].x, scene.features[0].y);
+        std::swap(scene.features[1].x, scene.features[1].y);
+        CHECK(agreed(scene)[0].second == 1);
+    }
+    scene.features[0] = scene.features[1];
+    std::memcpy(scene.features[0].descriptor, scene.landmarks[0].descriptor, 32);
+    CHECK(agreed(scene)[0].second == 2);
 }
 
 TEST_CASE("ties go to the lowest index among many") {

@@ -11,7 +11,7 @@ constexpr int32_t kNoDistance = 257;  // farther than any
 
 // The same corner is often found on two levels: features this near each other, 1/16 px in x and y,
 // are one place.
-constexpr int32_t kSamePlace = 64;
+constexpr uint32_t kSamePlace = 64;
 
 // The three nearest live features of a landmark, -1 where there are fewer; of equally near ones
 // those of lower index.
@@ -37,8 +37,8 @@ constexpr TwoBest choose(const Inputs& inputs, const Nearest& nearest) {
     if (nearest.feature[1] < 0) return best;
     const defrec_feature &a = inputs.features[nearest.feature[0]],
                          &b = inputs.features[nearest.feature[1]];
-    const auto near = [](int32_t p, int32_t q) {
-        return p - q <= kSamePlace && q - p <= kSamePlace;
+    const auto near = [](int32_t p, int32_t q) {  // places are whatever the caller gave
+        return (p > q ? uint32_t(p) - uint32_t(q) : uint32_t(q) - uint32_t(p)) <= kSamePlace;
     };
     if (near(a.x, b.x) && near(a.y, b.y)) best.second = nearest.distance[2];
     return best;

@@ -26,7 +26,7 @@ layout(push_constant) uniform Push {
 };
 
 const int kNoDistance = 257;  // farther than any
-const int kSamePlace = 64;    // 1/16 px
+const uint kSamePlace = 64;   // 1/16 px
 
 uvec3 three_nearest(uint landmark) {
     uvec3 best = uvec3(kNoKey);
@@ -45,9 +45,11 @@ uint nearest_landmark(uint feature) {
 }
 int distance_of(uint key) { return key == kNoKey ? kNoDistance : int(key >> 16); }
 
+// Places are whatever the caller gave.
+bool near(int p, int q) { return (p > q ? uint(p) - uint(q) : uint(q) - uint(p)) <= kSamePlace; }
+
 bool at_one_place(uint a, uint b) {
-    return abs(features[a].x - features[b].x) <= kSamePlace &&
-           abs(features[a].y - features[b].y) <= kSamePlace;
+    return near(features[a].x, features[b].x) && near(features[a].y, features[b].y);
 }
 
 void main() {

@@ -7,6 +7,7 @@
 
 #include "sdk/base/atomic_file.hpp"
 #include "sdk/cli/io/exit_code.hpp"
+#include "sdk/cli/io/json_text.hpp"
 #include "sdk/cli/io/output_folder.hpp"
 #include "sdk/cli/io/text.hpp"
 
@@ -42,11 +43,6 @@ double number_or_nan(const Json& value) {
     return value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
 }
 
-// What a clip has printed need not be UTF-8.
-std::string text_of(const Json& json) {
-    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-}
-
 [[noreturn]] void cannot(const fs::path& path, const std::string& what,
                          const std::error_code& error) {
     throw CliError(ExitCode::kOutput, path.string() + ": the folder cannot be " + what + " (" +
@@ -62,7 +58,7 @@ void write_score(const fs::path& folder, const ClipScore& score) {
                        {"frame_ms", score.frame_ms.median},
                        {"frame_p95_ms", score.frame_ms.p95},
                        {"remark", score.remark}};
-    write_atomically(folder / kScoreFile, text_of(json));
+    write_atomically(folder / kScoreFile, json_text(json, 2) + "\n");
 }
 
 fs::path ClipStore::folder(const ClipName& name) const {
@@ -93,7 +89,7 @@ void ClipStore::commit(const ClipName& name, const Outcome& outcome) const {
                  {"failure", outcome.failure},
                  {"settings", outcome.settings},
                  {"seconds", outcome.seconds}};
-    write_atomically(from / kOutcomeFile, text_of(json));
+    write_atomically(from / kOutcomeFile, json_text(json, 2) + "\n");
     std::error_code error;
     fs::remove_all(to, error);
     if (!error) fs::rename(from, to, error);

@@ -17,6 +17,7 @@
 #include "sdk/cli/evaluate/clip_process.hpp"
 #include "sdk/cli/evaluate/clip_store.hpp"
 #include "sdk/cli/evaluate/results.hpp"
+#include "sdk/cli/io/json_text.hpp"
 #include "sdk/cli/io/output_folder.hpp"
 #include "sdk/cli/io/terminal.hpp"
 #include "sdk/cli/io/text.hpp"
@@ -53,7 +54,7 @@ std::string description_of(const DataSet& data_set, const RunSettings& settings)
     json["config"] = settings.config.empty()
                          ? ""
                          : read_text_file(settings.config, kLargestConfig, ExitCode::kUsage);
-    return json.dump();
+    return json_text(json);
 }
 
 std::vector<Variant> variants_of(const EvaluateOptions& options, const DataSet& data_set) {
@@ -298,7 +299,7 @@ class Evaluation {
         const fs::path folder =
             fs::path(options_.out) / "predictions" / file.parent_path() / variant.variant;
         create_output_folder(folder);
-        write_atomically(folder / file.filename(), joined.dump() + "\n");
+        write_atomically(folder / file.filename(), json_text(joined) + "\n");
     }
 
     const EvaluateOptions& options_;

@@ -10,6 +10,7 @@
 #include <opencv2/video/tracking.hpp>
 
 #include "sdk/base/atomic_file.hpp"
+#include "sdk/cli/io/json_text.hpp"
 #include "sdk/cli/io/text.hpp"
 #include "sdk/cli/track/points.hpp"
 #include "sdk/cli/track/track_outputs.hpp"
@@ -262,7 +263,7 @@ class LucasKanade {
                                                {"fy", stereo_.focal()},
                                                {"cx", stereo_.centre().x},
                                                {"cy", stereo_.centre().y}}}};
-        write_atomically(out_ / "summary.json", json.dump(2) + "\n");
+        write_atomically(out_ / "summary.json", json_text(json, 2) + "\n");
     }
 
     FrameSource source_;

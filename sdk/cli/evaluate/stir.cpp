@@ -10,6 +10,7 @@
 #include "sdk/cli/evaluate/json_file.hpp"
 #include "sdk/cli/evaluate/point_tracks.hpp"
 #include "sdk/cli/evaluate/stir_metrics.hpp"
+#include "sdk/cli/io/json_text.hpp"
 #include "sdk/cli/io/text.hpp"
 #include "sdk/cli/score/percentile.hpp"
 
@@ -116,7 +117,7 @@ Marks read_marks(const fs::path& segmentation, const fs::path& right_segmentatio
 template <typename Point>
 void write_predictions(const fs::path& path, const fs::path& sequence,
                        const std::vector<Point>& points) {
-    std::string text = nlohmann::json(sequence.string()).dump().insert(0, 1, '{').append(":[");
+    std::string text = json_text(nlohmann::json(sequence.string())).insert(0, 1, '{').append(":[");
     for (std::size_t i = 0; i < points.size(); ++i)
         text.append(i > 0 ? "," : "").append(json_of(points[i]));
     write_atomically(path, text + "]}\n");

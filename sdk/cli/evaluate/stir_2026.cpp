@@ -7,6 +7,7 @@
 #include "sdk/cli/evaluate/json_file.hpp"
 #include "sdk/cli/evaluate/point_tracks.hpp"
 #include "sdk/cli/evaluate/stir_2026_metrics.hpp"
+#include "sdk/cli/io/json_text.hpp"
 #include "sdk/cli/io/output_folder.hpp"
 #include "sdk/cli/io/text.hpp"
 
@@ -140,7 +141,7 @@ std::vector<Predicted> predictions_of(const PointTracks& tracks, std::int64_t fr
 void write_predictions(const ClipTask& task, const std::string& sequence, const PointTracks& tracks,
                        const std::vector<TruePoint>& start) {
     const std::vector<double> times = frame_times_in(task.out);
-    std::string mono = Json(sequence).dump().insert(0, 1, '{').append(":{");
+    std::string mono = json_text(Json(sequence)).insert(0, 1, '{').append(":{");
     std::string stereo = mono;
     for (std::int64_t frame = 0; frame <= tracks.last(); ++frame) {
         std::string coords, coords3d, visibilities;

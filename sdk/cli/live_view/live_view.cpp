@@ -13,6 +13,7 @@
 #include <optional>
 #include <utility>
 
+#include "sdk/cli/io/json_text.hpp"
 #include "sdk/cli/live_view/page.hpp"
 #include "sdk/cli/live_view/view_packet.hpp"
 #include "sdk/cli/live_view/view_server.hpp"
@@ -146,7 +147,7 @@ struct LiveView::Impl {
         packet.add("uv", uv.data(), uv.size());
         packet.add("error", record.expected_error_mm.data(), record.expected_error_mm.size());
         packet.add("status", record.vertex_status.data(), record.vertex_status.size());
-        return packet.body(header.dump());
+        return packet.body(json_text(header));
     }
 
     // painting is held.
@@ -162,7 +163,8 @@ struct LiveView::Impl {
         ViewPacket packet;
         const std::lock_guard lock(mutex);
         packet.add("triangles", reference.triangles.data(), reference.triangles.size());
-        return {200, packet.body(Json{{"surface", surface}}.dump()), "application/octet-stream"};
+        return {200, packet.body(json_text(Json{{"surface", surface}})),
+                "application/octet-stream"};
     }
 
     ViewAnswer follow_point(const ViewRequest& request) {

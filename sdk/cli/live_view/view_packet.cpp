@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 
+#include "sdk/cli/io/json_text.hpp"
+
 namespace defrec::cli {
 namespace {
 
@@ -18,7 +20,7 @@ std::string ViewPacket::body(std::string_view header) const {
     nlohmann::ordered_json json = nlohmann::ordered_json::parse(header);
     json["sections"] = nlohmann::ordered_json::array();
     for (const auto& [name, bytes] : sections_) json["sections"].push_back({name, bytes.size()});
-    std::string text = json.dump();
+    std::string text = json_text(json);
     fill_up(text, ' ');
     const auto length = static_cast<std::uint32_t>(text.size());
     std::string body(reinterpret_cast<const char*>(&length), sizeof length);

@@ -5,6 +5,7 @@
 
 #include "sdk/base/atomic_file.hpp"
 #include "sdk/cli/io/exit_code.hpp"
+#include "sdk/cli/io/json_text.hpp"
 #include "sdk/cli/io/terminal.hpp"
 #include "sdk/cli/program/commands.hpp"
 #include "sdk/cli/score/score.hpp"
@@ -28,7 +29,7 @@ int run_score(const ScoreOptions& options) {
     if (options.json) {
         nlohmann::ordered_json json = score_json(score);
         json["passed"] = message.empty();
-        print(json.dump(2) + "\n");
+        print(json_text(json, 2) + "\n");
     } else if (!options.quiet) {
         print(score_table(score));
     }

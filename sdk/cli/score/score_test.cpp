@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sdk/cli/io/exit_code.hpp"
+#include "sdk/cli/io/json_text.hpp"
 #include "sdk/cli/io/test_folder.hpp"
 
 using namespace defrec::cli;
@@ -49,6 +50,15 @@ std::string refusal(const TestFolder& folder) {
 }
 
 }  // namespace
+
+TEST_CASE("a status that is no UTF-8 does not keep JSON from being written") {
+    const TestFolder folder;
+    write_all(folder);
+    folder.write("points.csv",
+                 "frame,timestamp_ms,id,x,y,z,u,v,status,expected_error_mm\n"
+                 "0,0,0,0,0,81,1,1,caf\xe9,0.1\n");
+    CHECK(json_text(score_json(score_of(folder))).find("caf\xef\xbf\xbd") != std::string::npos);
+}
 
 TEST_CASE("the summary of a sample") {
     std::vector<double> errors;

@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
+#include "sdk/cli/io/json_text.hpp"
+
 namespace defrec::cli {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr int kProcess = 1;
 constexpr std::string_view kUpload = "upload";
@@ -25,11 +25,10 @@ double microseconds(std::int64_t ns) { return static_cast<double>(ns) / 1000; }
 TraceFile::TraceFile(const std::filesystem::path& path, const std::string& device)
     : file_(path), start_ns_(nanoseconds(Clock::now())) {
     file_.write("{\"displayTimeUnit\": \"ms\", \"traceEvents\": [\n");
-    write_event(Json{{"ph", "M"},
-                     {"name", "process_name"},
-                     {"pid", kProcess},
-                     {"args", {{"name", "defrec track"}}}}
-                    .dump());
+    write_event({{"ph", "M"},
+                 {"name", "process_name"},
+                 {"pid", kProcess},
+                 {"args", {{"name", "defrec track"}}}});
     name_thread(kProgram, "program");
     name_thread(kDevice, "device " + device);
     name_thread(kUploads, "uploads");
@@ -62,34 +61,32 @@ void TraceFile::commit() {
 }
 
 void TraceFile::name_thread(Thread thread, const std::string& name) {
-    write_event(Json{{"ph", "M"},
-                     {"name", "thread_name"},
-                     {"pid", kProcess},
-                     {"tid", int{thread}},
-                     {"args", {{"name", name}}}}
-                    .dump());
-    write_event(Json{{"ph", "M"},
-                     {"name", "thread_sort_index"},
-                     {"pid", kProcess},
-                     {"tid", int{thread}},
-                     {"args", {{"sort_index", int{thread}}}}}
-                    .dump());
+    write_event({{"ph", "M"},
+                 {"name", "thread_name"},
+                 {"pid", kProcess},
+                 {"tid", int{thread}},
+                 {"args", {{"name", name}}}});
+    write_event({{"ph", "M"},
+                 {"name", "thread_sort_index"},
+                 {"pid", kProcess},
+                 {"tid", int{thread}},
+                 {"args", {{"sort_index", int{thread}}}}});
 }
 
 void TraceFile::add(const char* category, const std::string& name, Thread thread,
                     std::int64_t frame, std::int64_t begin_ns, std::int64_t end_ns) {
-    write_event(Json{{"ph", "X"},
-                     {"cat", category},
-                     {"name", name},
-                     {"pid", kProcess},
-                     {"tid", int{thread}},
-                     {"ts", microseconds(begin_ns - start_ns_)},
-                     {"dur", microseconds(end_ns - begin_ns)},
-                     {"args", {{"frame", frame}}}}
-                    .dump());
+    write_event({{"ph", "X"},
+                 {"cat", category},
+                 {"name", name},
+                 {"pid", kProcess},
+                 {"tid", int{thread}},
+                 {"ts", microseconds(begin_ns - start_ns_)},
+                 {"dur", microseconds(end_ns - begin_ns)},
+                 {"args", {{"frame", frame}}}});
 }
 
-void TraceFile::write_event(const std::string& json) {
+void TraceFile::write_event(const nlohmann::ordered_json& event) {
+    const std::string json = json_text(event);
     file_.write(is_empty_ ? json : ",\n" + json);
     is_empty_ = false;
 }

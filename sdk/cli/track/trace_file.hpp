@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "include/defrec_c.h"
@@ -34,7 +35,7 @@ class TraceFile {
     void name_thread(Thread thread, const std::string& name);
     void add(const char* category, const std::string& name, Thread thread, std::int64_t frame,
              std::int64_t begin_ns, std::int64_t end_ns);
-    void write_event(const std::string& json);
+    void write_event(const nlohmann::ordered_json& event);
 
     AtomicFile file_;
     std::int64_t start_ns_;

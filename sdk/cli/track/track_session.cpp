@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "sdk/base/atomic_file.hpp"
+#include "sdk/cli/io/json_text.hpp"
 #include "sdk/cli/io/output_folder.hpp"
 #include "sdk/cli/io/terminal.hpp"
 #include "sdk/cli/live_link/live_link.hpp"
@@ -488,7 +489,7 @@ class TrackSession {
             summarise_track({options_, device_, calibration_, rig_info(rig_), rows_, points_,
                              notes_, has_template_ ? std::optional(template_frame_) : std::nullopt,
                              link_facts_, source_.camera_counts(), seconds});
-        attempt([&] { write_atomically(folder_ / "summary.json", summary_.dump(2) + "\n"); });
+        attempt([&] { write_atomically(folder_ / "summary.json", json_text(summary_, 2) + "\n"); });
     }
 
     int report_end() const {
@@ -498,7 +499,7 @@ class TrackSession {
             print_notice(source_.fault());
         }
         if (options_.json) {
-            print(summary_.dump(2) + "\n");
+            print(json_text(summary_, 2) + "\n");
         } else if (!options_.quiet) {
             print(summary_text(summary_, folder_));
         }
