@@ -1,5 +1,4 @@
-# defrec_add_backend(NAME SOURCES ... LIBRARIES ... [MAPS ...] [CONTAINS ...] [GPU] [GPU_TESTS ...]
-#   COMPONENT <install component> | PACKAGE_TITLE <words> PACKAGE_TEXT <lines> [PACKAGE_SECTION ...] [PACKAGE_RECOMMENDS ...] [PACKAGE_SUGGESTS ...])
+# defrec_add_backend(NAME SOURCES ... LIBRARIES ... [MAPS ...] [CONTAINS ...] [GPU] [GPU_TESTS ...] [COMPONENT <install component>])
 # Registers a backend of the tree: makes its plugin defrec_plugin_NAME.so, exporting nothing but the plugin's entry, and its manifest, both
 # in the folder of libdefrec. Whoever deals with all backends asks here which there are: the tests of exports and of mapped libraries,
 # conformance's short list, the component list, the packages for Debian, Python and C#, and the folder that checks a GPU.
@@ -8,7 +7,7 @@
 #   GPU         it computes on a device that a machine may lack: its short list is skipped there, and a GPU check examines it elsewhere
 #   GPU_TESTS   test programs that go into that folder
 #   COMPONENT   it is installed with that component; without, it has one of its own, plugin_NAME, and with it a Debian package, which
-#               PACKAGE_* describe
+#               debian/control describes
 #
 # defrec_list_plugins(TARGETS FILES)
 # Sets the two variables: the targets of all plugins made so, and their libraries and manifests. Each target has the properties
@@ -17,17 +16,13 @@ include(DefrecPluginManifest)
 set(DEFREC_PLUGIN_FOLDER "${CMAKE_INSTALL_LIBDIR}")
 
 function(defrec_add_backend name)
-  set(values COMPONENT PACKAGE_TITLE PACKAGE_TEXT PACKAGE_SECTION)
-  set(lists MAPS CONTAINS GPU_TESTS PACKAGE_RECOMMENDS PACKAGE_SUGGESTS)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "GPU" "${values}" "SOURCES;LIBRARIES;${lists}")
+  set(lists MAPS CONTAINS GPU_TESTS)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "GPU" "COMPONENT" "SOURCES;LIBRARIES;${lists}")
   if(arg_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "defrec_add_backend: unknown arguments ${arg_UNPARSED_ARGUMENTS}")
   endif()
   set(component "${arg_COMPONENT}")
   if(NOT component)
-    if(NOT arg_PACKAGE_TITLE OR NOT arg_PACKAGE_TEXT)
-      message(FATAL_ERROR "defrec_add_backend: ${name} has a package of its own, and no PACKAGE_TITLE or PACKAGE_TEXT")
-    endif()
     set(component plugin_${name})
   endif()
   set(target defrec_plugin_${name})
@@ -41,7 +36,7 @@ function(defrec_add_backend name)
   defrec_add_plugin_manifest(${target} NAME ${name})
   defrec_install_plugin(${target} COMPONENT ${component})
   set_target_properties(${target} PROPERTIES DEFREC_BACKEND "${name}")
-  foreach(property IN ITEMS GPU ${values} ${lists})
+  foreach(property IN ITEMS GPU COMPONENT ${lists})
     set_target_properties(${target} PROPERTIES DEFREC_${property} "${arg_${property}}")
   endforeach()
   set_property(GLOBAL APPEND PROPERTY DEFREC_PLUGINS ${target})

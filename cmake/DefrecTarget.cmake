@@ -1,7 +1,8 @@
 # What every target of the project is built with.
 # Debian's folder of libraries (lib/x86_64-linux-gnu) under any prefix, so that one build serves its packages and any other folder.
 if(CMAKE_LIBRARY_ARCHITECTURE)
-  set(CMAKE_INSTALL_LIBDIR "lib/${CMAKE_LIBRARY_ARCHITECTURE}" CACHE PATH "Folder of libraries, below the prefix")
+  # STRING: CMake would make an absolute path of a PATH that is given on the command line.
+  set(CMAKE_INSTALL_LIBDIR "lib/${CMAKE_LIBRARY_ARCHITECTURE}" CACHE STRING "Folder of libraries, below the prefix")
 endif()
 include(GNUInstallDirs)
 
