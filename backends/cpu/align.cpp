@@ -43,17 +43,12 @@ class Align final : public Stage {
         const int32_t width = int32_t(params_.width >> params_.level),
                       height = int32_t(params_.height >> params_.level);
         const size_t doubled = size_t(4) * size_t(width) * size_t(height);
-        HostVector<uint8_t> view(doubled, 0, HostAllocator<uint8_t>(host_));
-        view_pixels_.assign(2 * doubled * params_.views, 0);
+        view_pixels_.assign(doubled * params_.views + kAlignViewSlack, 0);
         views_.clear();
         for (uint32_t i = 0; i < params_.views; ++i) {
             const AlignLevel level = pyramid(given.views + view_offset(params_, i), nullptr);
-            align::double_size(level.gray, width, height, level.stride, view.data());
-            uint8_t* out = view_pixels_.data() + 2 * i * doubled;
-            for (size_t k = 0; k < doubled; ++k) {
-                out[2 * k] = view[k];
-                out[2 * k + 1] = view[std::min(k + size_t(2 * width), doubled - 1)];
-            }
+            uint8_t* out = view_pixels_.data() + i * doubled;
+            align::double_size(level.gray, width, height, level.stride, out);
             views_.push_back({out, 2 * width, 2 * height});
         }
         prepared_ = true;
@@ -95,9 +90,9 @@ class Align final : public Stage {
         const int32_t first = std::max(0, y - reach), last = std::min(view.height - 1, y + reach),
                       left = std::max(0, x - reach), right = std::min(view.width - 1, x + reach);
         for (int32_t row = first; row <= last; ++row) {
-            const uint8_t* line = view.pixels + 2 * size_t(row) * size_t(view.width);
-            hwy::Prefetch(line + 2 * left);
-            hwy::Prefetch(line + 2 * right);
+            const uint8_t* line = view.pixels + size_t(row) * size_t(view.width);
+            hwy::Prefetch(line + left);
+            hwy::Prefetch(line + right);
         }
     }
 

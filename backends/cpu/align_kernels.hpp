@@ -17,8 +17,9 @@ struct AlignLevel {
     size_t stride, size;  // of both, bytes
 };
 
-// A view of the template at twice the level's size, densely, each pixel followed by the one below
-// it: four bytes are a 2x2 block.
+constexpr size_t kAlignViewSlack = 2;  // bytes behind the last view that can be read
+
+// A view of the template at twice the level's size, densely.
 struct AlignView {
     const uint8_t* pixels;
     int32_t width, height;

@@ -81,14 +81,17 @@ bool sample_view(const AlignView& view, const AlignCentre& centre, const int32_t
                 hn::Min(hn::Max(hn::ShiftRight<15>(y), hn::Zero(d)), hn::Set(d, view.height - 2));
             const V32 fx = hn::And(hn::ShiftRight<7>(x), byte),
                       fy = hn::And(hn::ShiftRight<7>(y), byte);
-            const V32 offset = hn::ShiftLeft<1>(hn::Add(hn::Mul(y0, hn::Set(d, view.width)), x0));
-            // Upper left, lower left, upper right, lower right.
-            const V32 four =
-                hn::GatherOffset(d, reinterpret_cast<const int32_t*>(view.pixels), offset);
-            const V32 weights = hn::Or(hn::Sub(hn::Set(d, 256), fx), hn::ShiftLeft<16>(fx)),
-                      low_bytes = hn::Set(d, 0xff00ff);
-            const V32 top = multiply_pairs(hn::And(four, low_bytes), weights);
-            const V32 bottom = multiply_pairs(hn::And(hn::ShiftRight<8>(four), low_bytes), weights);
+            const V32 offset = hn::Add(hn::Mul(y0, hn::Set(d, view.width)), x0);
+            const V32 weights = hn::Or(hn::Sub(hn::Set(d, 256), fx), hn::ShiftLeft<16>(fx));
+            // Two pixels of a row, of the four bytes from the left one on.
+            const auto blend = [&](const uint8_t* pixels) HWY_ATTR {
+                const V32 four =
+                    hn::GatherOffset(d, reinterpret_cast<const int32_t*>(pixels), offset);
+                const V32 pair = hn::Or(hn::And(four, byte),
+                                        hn::ShiftLeft<8>(hn::And(four, hn::Set(d, 0xff00))));
+                return multiply_pairs(pair, weights);
+            };
+            const V32 top = blend(view.pixels), bottom = blend(view.pixels + view.width);
             const V32 value = hn::Add(hn::ShiftLeft<8>(top), hn::Mul(hn::Sub(bottom, top), fy));
             hn::StoreU(hn::DemoteTo(narrow, hn::ShiftRight<12>(hn::Add(value, hn::Set(d, 2048)))),
                        narrow, out + row * kSampleRow + column);

@@ -6,6 +6,7 @@
 
 #include "backends/cpu/orb_kernels.hpp"
 #include "backends/cpu/orb_selection.hpp"
+#include "backends/cpu/scratch_pool.hpp"
 #include "backends/cpu/stages.hpp"
 
 namespace defrec::cpu {
@@ -34,7 +35,7 @@ class Orb final : public Stage {
           pixels_(memory),
           masks_(memory),
           smoothed_(memory),
-          scores_(memory),
+          scores_(host, params.cell * stride_, SIZE_MAX),
           scratch_(memory),
           selection_(params, layout_, memory),
           bands_(memory),
@@ -51,7 +52,6 @@ class Orb final : public Stage {
         }
         pixels_.resize(rows * stride_);
         masks_.resize(rows * stride_);
-        scores_.resize(rows * stride_);
         smoothed_.resize(rows * stride_);
         scratch_.resize(
             std::max<size_t>(bands_.size(), (params.height + kRowsAtOnce - 1) / kRowsAtOnce) *
@@ -66,7 +66,10 @@ class Orb final : public Stage {
         mask_ = buffers.mask;
 
         for (uint32_t l = 0; l < layout_.levels; ++l) build_level(l);
-        host_.parallel_for(bands_.size(), [&](size_t band) { examine(band); });
+        if (buffers.scores != nullptr) std::fill_n(buffers.scores, layout_.pixels, uint8_t{0});
+        host_.parallel_for(bands_.size(), [&](size_t band) {
+            scores_.lend([&](uint8_t* scores) { examine(band, scores, buffers.scores); });
+        });
         host_.parallel_for(bands_.size(), [&](size_t index) {
             const Band& band = bands_[index];
             for (uint32_t y = band.first; y < band.last; ++y)
@@ -126,8 +129,9 @@ class Orb final : public Stage {
     }
 
     // Corners of a band and the smoothed rows beside it; the first and the last band of a level
-    // have those at its edges too.
-    void examine(size_t index) {
+    // have those at its edges too. scores: of a row of cells. all_scores: of all levels, or
+    // nullptr.
+    void examine(size_t index, uint8_t* scores, uint8_t* all_scores) {
         const Band& band = bands_[index];
         const Level& level = layout_.level[band.level];
         const auto top = [&](uint32_t row) {
@@ -135,9 +139,19 @@ class Orb final : public Stage {
                             level.height - uint32_t(kBorder));
         };
         for (uint32_t y = band.first; y < band.last; ++y) {
-            orb_find_corners({image(band.level), mask(band.level), level.width, top(y), top(y + 1),
-                              params_.cell, params_.threshold, of_level(scores_, band.level),
+            orb_find_corners({image(band.level),
+                              mask(band.level),
+                              level.width,
+                              top(y),
+                              top(y + 1),
+                              params_.cell,
+                              params_.threshold,
+                              {scores, stride_},
                               selection_.row(band.level, y)});
+            for (uint32_t v = top(y); all_scores != nullptr && v < top(y + 1); ++v)
+                std::copy(scores + (v - top(y)) * stride_ + kBorder,
+                          scores + (v - top(y)) * stride_ + level.width - kBorder,
+                          all_scores + level.first_pixel + size_t(v) * level.width + kBorder);
             selection_.take_row(band.level, y);
         }
         orb_smooth(
@@ -182,7 +196,6 @@ class Orb final : public Stage {
     void write_substages(const OrbBuffers& to) const {
         write_levels(to.pyramid, pixels_);
         write_levels(to.smoothed, smoothed_);
-        write_levels(to.scores, scores_);
         if (to.corners != nullptr)
             std::copy(selection_.packed().begin(), selection_.packed().end(), to.corners);
         if (to.distances != nullptr)
@@ -196,7 +209,7 @@ class Orb final : public Stage {
     size_t first_row_[kOrbMaxLevels] = {};  // of each level
     HostVector<uint8_t> pixels_, masks_;
     HostVector<uint16_t> smoothed_;
-    HostVector<uint8_t> scores_;
+    ScratchPool<uint8_t> scores_;
     HostVector<uint16_t> scratch_;  // a row for each piece of work
     OrbSelection selection_;
     HostVector<Band> bands_;

@@ -150,7 +150,7 @@ void find_corners(const OrbBand& band) {
             if (band.mask.data != nullptr)
                 score = hn::IfThenZeroElse(
                     hn::Eq(hn::Load(d, usable + (y - band.first) * lanes), hn::Zero(d)), score);
-            hn::StoreU(score, d, band.scores.row(y) + x);
+            hn::StoreU(score, d, band.scores.row(y - band.first) + x);
             const auto as_good = hn::Eq(hn::Max(best, score), best);
             best_row = hn::IfThenElse(as_good, best_row, hn::Set(d, uint8_t(y - band.first)));
             best = hn::Max(best, score);

@@ -37,9 +37,9 @@ void orb_smooth(OrbImage<const uint8_t> image, uint32_t width, OrbImage<uint16_t
                 uint32_t first, uint32_t last, uint16_t* scratch);
 
 // One row of cells: columns [kBorder, width - kBorder), rows [first, last), last - first <= cell.
-// Writes the scores, with up to kOrbSlack zeros to their right, and one packed corner for each cell
-// (score << 16 | y in the cell << 8 | x in the cell, 0: none). mask: data nullptr where there is
-// none.
+// Writes the scores, those of row first to row 0, with up to kOrbSlack zeros to their right, and
+// one packed corner for each cell (score << 16 | y in the cell << 8 | x in the cell, 0: none).
+// mask: data nullptr where there is none.
 struct OrbBand {
     OrbImage<const uint8_t> image, mask;
     uint32_t width, first, last, cell, threshold;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "backends/cpu/scratch_pool.hpp"
 #include "backends/cpu/stages.hpp"
 #include "backends/cpu/stereo_kernels.hpp"
 
@@ -62,10 +63,10 @@ class Stereo final : public Stage {
           half_(host, c_.half_width, c_.half_height),
           confidence_(host, c_.width, c_.height),
           none_row_(make_field(host, c_.width, 1)),
-          scratch_ints_((std::max(search_scratch_ints(c_), size_t(4 * c_.width + 2)) + 15) / 16 *
-                        16),
-          scratch_(scratch_ints_ * size_t((c_.height + kBand - 1) / kBand),
-                   HostAllocator<int32_t>(host)) {
+          scratch_(host,
+                   std::max({search_scratch_ints(c_), size_t(4 * c_.width + 2),
+                             (smooth_scratch(c_.width) + 1) / 2}),
+                   size_t((c_.height + kBand - 1) / kBand)) {
         for (int w = c_.half_width, h = c_.half_height; w > 1 || h > 1;) {
             w = (w + 1) / 2;
             h = (h + 1) / 2;
@@ -93,17 +94,23 @@ class Stereo final : public Stage {
         Field field;
     };
 
-    // work(y0, y1, scratch) for bands of rows.
+    // work(y0, y1), or work(y0, y1, scratch), for bands of rows.
     template <class Work>
     void bands(int rows, Work&& work) {
         host_.parallel_for(size_t((rows + kBand - 1) / kBand), [&](size_t band) {
             const int y0 = int(band) * kBand;
-            work(y0, std::min(rows, y0 + kBand), scratch_.data() + band * scratch_ints_);
+            work(y0, std::min(rows, y0 + kBand));
+        });
+    }
+    template <class Work>
+    void bands_with_scratch(int rows, Work&& work) {
+        bands(rows, [&](int y0, int y1) {
+            scratch_.lend([&](int32_t* scratch) { work(y0, y1, scratch); });
         });
     }
     template <class Work>
     void each_row(int rows, Work&& work) {
-        bands(rows, [&](int y0, int y1, int32_t*) {
+        bands(rows, [&](int y0, int y1) {
             for (int y = y0; y < y1; ++y) work(y);
         });
     }
@@ -115,7 +122,7 @@ class Stereo final : public Stage {
 
     void prepare_images(const StereoBuffers& b) {
         const int w = c_.width, h = c_.height;
-        bands(h, [&](int y0, int y1, int32_t* scratch) {
+        bands_with_scratch(h, [&](int y0, int y1, int32_t* scratch) {
             const auto one = [&](const uint8_t* gray, const uint8_t* mask, Bytes& image,
                                  Bytes& image_mask, int y) {
                 pad_row(gray + ptrdiff_t(y) * c_.stride, image.row(y), w);
@@ -156,24 +163,22 @@ class Stereo final : public Stage {
                             .left_keys = b.left_keys,
                             .right_keys = b.right_keys,
                             .checked = f[2].plane()};
-        bands(half_.height,
-              [&](int y0, int y1, int32_t* scratch) { search_rows(job, y0, y1, scratch); });
+        bands_with_scratch(half_.height, [&](int y0, int y1, int32_t* scratch) {
+            search_rows(job, y0, y1, scratch);
+        });
         give(f[2], half_, b.checked);
         each_row(half_.height, [&](int y) {
             supported_row(f[2].view(), half_.width, half_.height, y, c_, f[0].row(y));
         });
         give(f[0], half_, b.supported);
-        smooth(half_, f[0], f[2], f[1], kHalfSmoothRadius, kSearchSmoothRange);
+        smooth(half_, f[0], f[1], kHalfSmoothRadius, kSearchSmoothRange);
     }
 
-    void smooth(const Level& level, const Field& from, Field& between, Field& to, int radius,
-                int range) {
-        each_row(level.height, [&](int y) {
-            smooth_along_row(from.row(y), level.width, radius, range, between.row(y));
-        });
-        each_row(level.height, [&](int y) {
-            smooth_along_columns(between.view(), level.width, level.height, y, radius, range,
-                                 none_row_.row(0), to.row(y));
+    void smooth(const Level& level, const Field& from, Field& to, int radius, int range) {
+        const SmoothJob job{from.view(), to.plane(), level.width,     level.height,
+                            radius,      range,      none_row_.row(0)};
+        bands_with_scratch(level.height, [&](int y0, int y1, int32_t* scratch) {
+            smooth_rows(job, y0, y1, reinterpret_cast<int16_t*>(scratch));
         });
     }
 
@@ -216,7 +221,7 @@ class Stereo final : public Stage {
     // From the dense field 1 and the supported field 0; leaves the result in field 1.
     void refine_half(const StereoBuffers& b) {
         Field* f = half_.fields;
-        bands(half_.height, [&](int y0, int y1, int32_t* scratch) {
+        bands_with_scratch(half_.height, [&](int y0, int y1, int32_t* scratch) {
             for (int y = y0; y < y1; ++y)
                 standing_row(f[0].view(), f[1].view(), half_.width, half_.height, y, c_,
                              reinterpret_cast<int16_t*>(scratch), half_.standing.row(y));
@@ -231,7 +236,7 @@ class Stereo final : public Stage {
         job.hypothesis = f[1].view();
         job.result = f[0].plane();
         refine(job);
-        smooth(half_, f[0], f[2], f[1], kHalfSmoothRadius, kHalfSmoothRange);
+        smooth(half_, f[0], f[1], kHalfSmoothRadius, kHalfSmoothRange);
         give(f[1], half_, b.half_refined);
     }
 
@@ -264,20 +269,21 @@ class Stereo final : public Stage {
 
     void finish(const StereoBuffers& b) {
         Field* f = full_.fields;
-        bands(full_.height, [&](int y0, int y1, int32_t*) {
+        bands(full_.height, [&](int y0, int y1) {
             drop_speckles_rows(f[1].view(), full_.width, full_.height, y0, y1, c_, f[2].plane(),
                                confidence_.plane());
         });
         give(f[2], full_, b.evidence);
-        bands(full_.height, [&](int y0, int y1, int32_t*) {
+        bands(full_.height, [&](int y0, int y1) {
             fill_small_rows(f[2].view(), f[0].view(), full_.width, full_.height, y0, y1, c_,
                             f[1].plane(), confidence_.plane());
         });
         give(f[1], full_, b.filled);
         for (int pass = 0; pass < c_.smooth_passes; ++pass)
-            smooth(full_, f[1], f[2], f[1], c_.smooth_radius, c_.smooth_range);
+            smooth(full_, f[1 + pass % 2], f[2 - pass % 2], c_.smooth_radius, c_.smooth_range);
+        const Field& smoothed = f[1 + c_.smooth_passes % 2];
         each_row(full_.height, [&](int y) {
-            std::copy_n(f[1].row(y), full_.width, b.disparity + ptrdiff_t(y) * c_.stride);
+            std::copy_n(smoothed.row(y), full_.width, b.disparity + ptrdiff_t(y) * c_.stride);
             if (b.confidence != nullptr)
                 std::copy_n(confidence_.row(y), full_.width,
                             b.confidence + ptrdiff_t(y) * c_.stride);
@@ -307,8 +313,7 @@ class Stereo final : public Stage {
     Bytes confidence_;
     Field none_row_;
     std::vector<Coarser> coarser_;
-    size_t scratch_ints_;  // of one band
-    HostVector<int32_t> scratch_;
+    ScratchPool<int32_t> scratch_;
 };
 
 }  // namespace

@@ -78,18 +78,33 @@ void SmoothAlongRow(const int16_t* src, int width, int radius, int range, int16_
     EndRow(dst, width);
 }
 
-void SmoothAlongColumns(Plane<const int16_t> field, int width, int height, int y, int radius,
-                        int range, const int16_t* none_row, int16_t* dst) {
+// rows: those of the columns' window.
+void SmoothAlongColumns(const int16_t* const* rows, int width, int radius, int range,
+                        int16_t* dst) {
     const I16 d;
     const VI16 limit = hn::Set(d, int16_t(range));
-    const int16_t* rows[7];
-    for (int k = -radius; k <= radius; ++k)
-        rows[k + radius] = y + k >= 0 && y + k < height ? field.row(y + k) : none_row;
     for (int x = 0; x < width; x += int(hn::Lanes(d)))
         hn::StoreU(Smoothed(hn::LoadU(d, rows[radius] + x), radius, limit,
                             [&](int k) HWY_ATTR { return hn::LoadU(d, rows[k + radius] + x); }),
                    d, dst + x);
     EndRow(dst, width);
+}
+
+void SmoothRows(const SmoothJob& job, int y0, int y1, int16_t* scratch) {
+    const ptrdiff_t stride = ptrdiff_t(smooth_scratch(job.width) / kSmoothRing);
+    const auto along = [&](int y) { return scratch + y % kSmoothRing * stride; };
+    for (int y = std::max(0, y0 - job.radius); y < y1 + job.radius; ++y) {
+        if (y < job.height)
+            SmoothAlongRow(job.from.row(y), job.width, job.radius, job.range, along(y));
+        const int centre = y - job.radius;
+        if (centre < y0) continue;
+        const int16_t* rows[2 * kMaxSmoothRadius + 1];
+        for (int k = -job.radius; k <= job.radius; ++k) {
+            const int row = centre + k;
+            rows[k + job.radius] = row >= 0 && row < job.height ? along(row) : job.none_row;
+        }
+        SmoothAlongColumns(rows, job.width, job.radius, job.range, job.to.row(centre));
+    }
 }
 
 void CoarserRow(const int16_t* HWY_RESTRICT upper, const int16_t* HWY_RESTRICT lower, int width,
@@ -208,8 +223,7 @@ HWY_AFTER_NAMESPACE();
 namespace defrec::cpu {
 
 HWY_EXPORT(SupportedRow);
-HWY_EXPORT(SmoothAlongRow);
-HWY_EXPORT(SmoothAlongColumns);
+HWY_EXPORT(SmoothRows);
 HWY_EXPORT(CoarserRow);
 HWY_EXPORT(FillRow);
 HWY_EXPORT(StandingRow);
@@ -219,12 +233,8 @@ void supported_row(Plane<const int16_t> field, int width, int height, int y,
                    const StereoConstants& c, int16_t* dst) {
     HWY_DYNAMIC_DISPATCH(SupportedRow)(field, width, height, y, c, dst);
 }
-void smooth_along_row(const int16_t* src, int width, int radius, int range, int16_t* dst) {
-    HWY_DYNAMIC_DISPATCH(SmoothAlongRow)(src, width, radius, range, dst);
-}
-void smooth_along_columns(Plane<const int16_t> field, int width, int height, int y, int radius,
-                          int range, const int16_t* none_row, int16_t* dst) {
-    HWY_DYNAMIC_DISPATCH(SmoothAlongColumns)(field, width, height, y, radius, range, none_row, dst);
+void smooth_rows(const SmoothJob& job, int y0, int y1, int16_t* scratch) {
+    HWY_DYNAMIC_DISPATCH(SmoothRows)(job, y0, y1, scratch);
 }
 void coarser_row(const int16_t* upper, const int16_t* lower, int width, int16_t* dst) {
     HWY_DYNAMIC_DISPATCH(CoarserRow)(upper, lower, width, dst);

@@ -44,10 +44,20 @@ void search_rows(const SearchJob& job, int y0, int y1, int32_t* scratch);
 // 5
 void supported_row(Plane<const int16_t> field, int width, int height, int y,
                    const StereoConstants& c, int16_t* dst);
-// 6, 12: along rows, then along columns.
-void smooth_along_row(const int16_t* src, int width, int radius, int range, int16_t* dst);
-void smooth_along_columns(Plane<const int16_t> field, int width, int height, int y, int radius,
-                          int range, const int16_t* none_row, int16_t* dst);
+// 6, 12: along rows, and along columns as soon as the rows of a window are there.
+struct SmoothJob {
+    Plane<const int16_t> from;
+    Plane<int16_t> to;  // another one
+    int width, height, radius, range;
+    const int16_t* none_row;
+};
+constexpr int kMaxSmoothRadius = 3;
+constexpr int kSmoothRing = 2 * kMaxSmoothRadius + 1;
+constexpr size_t smooth_scratch(int width) {
+    return kSmoothRing * ((size_t(width) + kMargin - 1) / kMargin * kMargin + kMargin);
+}
+// Rows y0 .. y1 - 1. scratch: smooth_scratch.
+void smooth_rows(const SmoothJob& job, int y0, int y1, int16_t* scratch);
 // 6: one row of the next coarser field, and the filled row from it.
 void coarser_row(const int16_t* upper, const int16_t* lower, int width, int16_t* dst);
 void fill_row(int16_t* row, int width, const int16_t* coarse, const int16_t* coarse2,

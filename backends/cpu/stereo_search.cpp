@@ -83,19 +83,16 @@ void UpdateColumnSums(const uint8_t* enter, const uint8_t* leave, int width, int
     }
 }
 
-// Adds the pairs' products to the columns of every disparity.
-void UpdateColumns(const SearchJob& job, const SearchScratch& s) {
+// Adds the pairs' products to the columns of a disparity.
+HWY_INLINE void UpdateColumns(const SearchJob& job, const SearchScratch& s, int index) {
     const I32 d32;
-    const int lanes = int(hn::Lanes(d32));
-    for (int index = 0; index < job.c.count; ++index) {
-        const int d = job.c.first + index;
-        int32_t* column = s.columns + size_t(index) * s.row_ints;
-        const int32_t* right = s.right_pairs - d;
-        for (int x = d / lanes * lanes; x < job.c.half_width; x += lanes) {
-            const VI32 products =
-                PairProducts(hn::Load(d32, s.left_pairs + x), hn::LoadU(d32, right + x));
-            hn::Store(hn::Add(hn::Load(d32, column + x), products), d32, column + x);
-        }
+    const int lanes = int(hn::Lanes(d32)), d = job.c.first + index;
+    int32_t* column = s.columns + size_t(index) * s.row_ints;
+    const int32_t* right = s.right_pairs - d;
+    for (int x = d / lanes * lanes; x < job.c.half_width; x += lanes) {
+        const VI32 products =
+            PairProducts(hn::Load(d32, s.left_pairs + x), hn::LoadU(d32, right + x));
+        hn::Store(hn::Add(hn::Load(d32, column + x), products), d32, column + x);
     }
 }
 
@@ -162,12 +159,15 @@ HWY_INLINE void ScoreRow(const SearchJob& job, const SearchScratch& s, int index
     }
 }
 
+// A disparity's columns are brought up to date just before they are used: those of all of them are
+// more than the first caches hold.
 void ScoreAll(const SearchJob& job, const SearchScratch& s) {
     const I32 d32;
     const int lanes = int(hn::Lanes(d32));
     for (int index = 0; index < job.c.count; ++index) {
         const int d = job.c.first + index;
         if (d + 2 * job.c.radius >= job.c.half_width) break;
+        UpdateColumns(job, s, index);
         const int32_t* column = s.columns + size_t(index) * s.row_ints;
         if (job.c.radius == 4) {
             // Nine columns are three times three.
@@ -265,20 +265,23 @@ void EmptyRow(const SearchJob& job, int y) {
         std::memset(job.right_keys + size_t(y) * size_t(job.c.half_width), 0, bytes);
 }
 
-// Moves the window of every column on so that it is centred on row y; the first time it gathers the
-// whole window.
+// Moves the window on so that it is centred on row y, but for the products of the last two rows,
+// whose pairs it leaves for ScoreAll; the first time it gathers the whole window.
 void MoveWindow(const SearchJob& job, const SearchScratch& s, int y, bool first) {
     const int r = job.c.radius;
-    const auto add = [&](int a, int b, int sign) {
+    const auto make_pairs = [&](int a, int b, int sign) {
         const auto row = [](Plane<const uint8_t> image, int v) {
             return v < 0 ? nullptr : image.row(v);
         };
         MakePairs(row(job.left, a), row(job.left, b), 1, job.c.half_width, s.left_pairs);
         MakePairs(row(job.right, a), row(job.right, b), sign, job.c.half_width, s.right_pairs);
-        UpdateColumns(job, s);
     };
     if (first) {
-        for (int v = y - r; v <= y + r; v += 2) add(v, v < y + r ? v + 1 : -1, 1);
+        for (int v = y - r; v < y + r; v += 2) {
+            make_pairs(v, v + 1, 1);
+            for (int index = 0; index < job.c.count; ++index) UpdateColumns(job, s, index);
+        }
+        make_pairs(y + r, -1, 1);
         for (int v = y - r; v <= y + r; ++v) {
             UpdateColumnSums(job.left.row(v), nullptr, job.c.half_width, s.left_sums,
                              s.left_squares);
@@ -288,7 +291,7 @@ void MoveWindow(const SearchJob& job, const SearchScratch& s, int y, bool first)
         return;
     }
     const int enter = y + r, leave = y - r - 1;
-    add(enter, leave, -1);
+    make_pairs(enter, leave, -1);
     UpdateColumnSums(job.left.row(enter), job.left.row(leave), job.c.half_width, s.left_sums,
                      s.left_squares);
     UpdateColumnSums(job.right.row(enter), job.right.row(leave), job.c.half_width, s.right_sums,
