@@ -36,6 +36,11 @@ endif()
 add_compile_options($<$<COMPILE_LANGUAGE:C,CXX>:-Wall$<SEMICOLON>-Wextra$<SEMICOLON>-Wpedantic$<SEMICOLON>-Wshadow$<SEMICOLON>-Werror>)
 # Contraction would make a result depend on the compiler and the instruction set; docs/numerics.md.
 add_compile_options($<$<COMPILE_LANGUAGE:C,CXX>:-ffp-contract=off>)
+# On ARM, g++ 12.2 adds masks, -1 where true, for a sum of comparisons, when it makes vectors of straight-line code (the bin of an angle in
+# stage orb was negative). Loops it makes vectors of correctly.
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "aarch64|ARM64" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  add_compile_options($<$<COMPILE_LANGUAGE:C,CXX>:-fno-tree-slp-vectorize>)
+endif()
 # What has debug information, and is meant for others, does not tell where it was built.
 add_compile_options("$<$<AND:$<CONFIG:RelWithDebInfo>,$<COMPILE_LANGUAGE:C,CXX>>:-ffile-prefix-map=${CMAKE_BINARY_DIR}=build;-ffile-prefix-map=${CMAKE_SOURCE_DIR}=.>")
 if(DEFREC_SANITIZE)

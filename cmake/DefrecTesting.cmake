@@ -1,6 +1,9 @@
 # defrec_add_tests(TARGET SOURCES <name>_test.cpp... [LIBRARIES ...] [LABELS ...] [DEFINITIONS ...])
 # One doctest program, and in ctest one test for each source file, named after its path without _test.
 #
+# In a build for another machine these run by CMAKE_CROSSCOMPILING_EMULATOR. Left out there are tests in which this machine's compilers and
+# interpreters use what was built: of the bindings, of the packages, of the samples.
+#
 # Tests are built where all that they need is installed, which is more than the programs need: DEFREC_BUILD_TESTS is OFF elsewhere.
 if(DEFREC_BUILD_TESTS AND NOT EXISTS "${CMAKE_SOURCE_DIR}/cmake/test_main.cpp")
   message(STATUS "Tests: left out, this is a tarball without them")
@@ -13,7 +16,7 @@ if(DEFREC_BUILD_TESTS)
   find_program(DEFREC_MCS mcs)
   find_program(DEFREC_MONO mono)
   find_program(DEFREC_NUGET nuget)
-  find_file(DEFREC_NUNIT nunit.framework.dll PATHS /usr/lib/cli/nunit.framework-2.6.3 NO_DEFAULT_PATH)
+  find_file(DEFREC_NUNIT nunit.framework.dll PATHS /usr/lib/cli/nunit.framework-2.6.3 NO_DEFAULT_PATH NO_CMAKE_FIND_ROOT_PATH)
   find_program(DEFREC_MYPY mypy PATHS /usr/bin NO_DEFAULT_PATH)
   set(missing "")
   foreach(needed IN ITEMS doctest_FOUND Boost_FOUND DOXYGEN_FOUND DEFREC_MCS DEFREC_MONO DEFREC_NUGET DEFREC_NUNIT DEFREC_MYPY)

@@ -174,7 +174,7 @@ void refine(const AlignRun& run, const AlignScratch& scratch, const AlignPeak& p
     Patch patch;
     load_patch(scratch, peak, r, patch);
     const TemplateSums sums = template_sums(patch);
-    ShiftSystem system;
+    ShiftSystem system{};
     int32_t shift_x = 0, shift_y = 0, score = 0;
     for (int32_t k = 0; k < kShiftSteps; ++k) {
         alignas(64) int16_t shifted[kAlignRows * kAlignRow];

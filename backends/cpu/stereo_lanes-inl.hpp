@@ -23,9 +23,9 @@ HWY_INLINE VI32 Columns(int x) { return hn::Add(hn::Iota(I32(), 0), hn::Set(I32(
 
 // For each int32 lane the sum of the products of its two int16 halves.
 HWY_INLINE VI32 PairProducts(VI32 a, VI32 b) {
+#if HWY_ARCH_X86
     const I32 d32;
     const hn::Repartition<int16_t, I32> d16;
-#if HWY_ARCH_X86
     VI32 unused = hn::Zero(d32);
     return hn::ReorderWidenMulAccumulate(d32, hn::BitCast(d16, a), hn::BitCast(d16, b),
                                          hn::Zero(d32), unused);

@@ -2,7 +2,6 @@
 """Writes the component list (CycloneDX 1.5 and SPDX 2.3, JSON) and the notices of what is contained in the binaries.
 
 component_list.py FOUND.json --list bom.json --spdx bom.spdx.json --notices notices.txt [--page package-lock.json --page-packages node_modules]
-
 FOUND.json is what CMake found: our parts, and each component's name, version, licence, one of its files, how it takes part and in which
 parts. Which Debian package a file belongs to, dpkg says here. The page is the report of `defrec track`, bundled from npm packages.
 """
@@ -24,19 +23,24 @@ TYPES = {"linked": "library", "contained": "library", "tool": "application"}
 
 
 @functools.lru_cache(maxsize=None)
-def debian_package(file):
-    """Of a file: name, version, architecture and source of its package; None if it has none."""
+def debian_package(file, sysroot):
+    """Of a file: name, version, architecture and source of its package; None if it has none. A file below the sysroot is of a package there."""
     path = os.path.realpath(file)
+    query = ["dpkg-query"]
+    if sysroot and path.startswith(f"{os.path.realpath(sysroot)}/"):
+        path = path.removeprefix(os.path.realpath(sysroot))
+        file = file.removeprefix(sysroot)
+        query.append(f"--admindir={sysroot}/var/lib/dpkg")
     # Files of /lib are known by that name although /lib is a link to /usr/lib.
     for candidate in (file, path, path.removeprefix("/usr")):
         try:
-            found = subprocess.run(["dpkg-query", "-S", candidate], capture_output=True, text=True)
+            found = subprocess.run([*query, "-S", candidate], capture_output=True, text=True)
         except FileNotFoundError:
             return None
         if found.returncode == 0:
             name = found.stdout.partition(": ")[0].split(",")[0]
             fields = "${Package}\t${Version}\t${Architecture}\t${source:Package}"
-            return subprocess.run(["dpkg-query", "-W", "-f", fields, name], capture_output=True, text=True, check=True).stdout.split("\t")
+            return subprocess.run([*query, "-W", "-f", fields, name], capture_output=True, text=True, check=True).stdout.split("\t")
     return None
 
 
@@ -49,7 +53,7 @@ def distribution():
 
 
 def package_url(component):
-    package = debian_package(component["file"])
+    package = debian_package(component["file"], component["sysroot"])
     if package is None:
         return f"pkg:generic/{component['name']}@{component['version']}"
     name, version, architecture, source = package
@@ -132,10 +136,11 @@ def component_list(parts, version, components):
 def licence_text(component):
     if "licence_file" in component:
         return pathlib.Path(component["licence_file"]).read_text()
-    package = debian_package(component["file"])
+    package = debian_package(component["file"], component["sysroot"])
     if package is None:
         return f"Licence: {component['licence']}\n"
-    return pathlib.Path(f"/usr/share/doc/{package[0]}/copyright").read_text()
+    below = component["sysroot"] if component["file"].startswith(f"{component['sysroot']}/") else ""
+    return pathlib.Path(f"{below}/usr/share/doc/{package[0]}/copyright").read_text()
 
 
 def notices(components):
@@ -163,6 +168,7 @@ def main():
         components += page_components(arguments.page, arguments.page_packages)
     for component in components:
         component["ref"] = f"{component['name']}@{component['version']}"
+        component["sysroot"] = found["sysroot"]
     bom = component_list(found["parts"], found["version"], components)
     pathlib.Path(arguments.list).write_text(json.dumps(bom, indent=2) + "\n")
     texts = {component["licence"]: licence_text(component) for component in components if component["licence"].startswith("LicenseRef-")}
