@@ -55,7 +55,9 @@ sample stereo_only "$left/000000.png" "$right/000000.png" "$work/disparity.pgm" 
 
 for deadline in 10000 0; do
     sample live_loop "$left" "$right" "$camera" "$deadline" cpu >"$work/live.txt"
-    tracked_frames=$(grep -cE '^frame [0-9]+ (in time|late): tracking' "$work/live.txt")
+    grep -qE '^frame [0-9]+ (in time|late): tracking' "$work/live.txt"
+    # Behind many dropped frames the tissue may have moved far, and the frame is degraded or lost.
+    tracked_frames=$(grep -cE '^frame [0-9]+ (in time|late): (tracking|degraded|lost|relocalised)' "$work/live.txt")
     grep -q "^$frames frames from the camera, $tracked_frames tracked, $((frames - tracked_frames)) dropped\$" "$work/live.txt"
     if [ "$deadline" = 0 ] && grep 'in time' "$work/live.txt"; then exit 1; fi
 done
