@@ -18,8 +18,10 @@ targets=("$@")
 
 run_one() { # TARGET SECONDS
     local folder="build-fuzz/corpus/$1" found="build-fuzz/findings" log="build-fuzz/$1.log" status=0
+    local lengths=(-len_control=20)
+    [ "$1" != template ] || lengths=() # it begins with whole files
     mkdir -p "$folder" "$found" "sdk/fuzz/corpus/$1"
-    "build-fuzz/fuzz/defrec_$1_fuzz" -max_total_time="$2" -max_len=1000000 -len_control=20 -timeout=60 -rss_limit_mb=4096 \
+    "build-fuzz/fuzz/defrec_$1_fuzz" -max_total_time="$2" -max_len=1000000 "${lengths[@]}" -timeout=60 -rss_limit_mb=4096 \
         -print_final_stats=1 -artifact_prefix="$found/$1-" "$folder" "sdk/fuzz/corpus/$1" >"$log" 2>&1 || status=$?
     awk -v target="$1" -v status="$status" '
         / cov: / { for (i = 1; i < NF; ++i) if ($i == "cov:") covered = $(i + 1) }
