@@ -349,6 +349,16 @@ LmSystem::LmSystem(const LowerPattern& pattern, const Host& host)
       diagonal(pattern.rows() * kBlockFloats, HostAllocator<float>(host)),
       gradient(pattern.rows() * 6, HostAllocator<float>(host)) {}
 
+namespace {
+
+// Rows that a part's arrays have room for: store_eight reads two numbers behind the last row's, and
+// those behind belong to another thread.
+size_t places_of(const LmPart& part) {
+    return (part.last_number() - 6 * part.low + 2 + 47) / 48 * 8;
+}
+
+}  // namespace
+
 HostVector<LmPart> cut_rows(const LowerPattern& pattern, const Host& host) {
     const size_t rows = pattern.rows(),
                  count = std::clamp<size_t>(rows / kMinPartRows, 1, kMaxParts),
@@ -363,7 +373,7 @@ HostVector<LmPart> cut_rows(const LowerPattern& pattern, const Host& host) {
                 low = std::min(low, size_t(pattern.column[pattern.start[i]]));
         low = low / 8 * 8;
         parts.push_back({first, last, low, offset});
-        offset += (parts.back().last_number() - 6 * low + 47) / 48 * 8;
+        offset += places_of(parts.back());
     }
     return parts;
 }
@@ -384,9 +394,7 @@ LmWorkspace::LmWorkspace(const LowerPattern& pattern, const Host& host)
       part_direction(HostAllocator<float>(host)),
       part_product(HostAllocator<float>(host)) {
     size_t places = 0;
-    if (!parts.empty())
-        places =
-            parts.back().offset + (parts.back().last_number() - 6 * parts.back().low + 47) / 48 * 8;
+    if (!parts.empty()) places = parts.back().offset + places_of(parts.back());
     spread.resize(places * kBlockFloats);
     transposed.resize(spread.size());
     part_direction.resize(places * 6 + 16);
