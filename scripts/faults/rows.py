@@ -10,7 +10,7 @@ SECTIONS = (
         (3, "no baseline, or a tiny one", "refused"),
         (4, "metres given for millimetres", "refused with the guess, and how to say otherwise"),
         (5, "left and right exchanged in the calibration", "refused with the hint"),
-        (6, "left and right images exchanged", "lost, with `DEFREC_REASON_VIEWS_SWAPPED`"),
+        (6, "left and right images exchanged", "lost or without a template, with `DEFREC_REASON_VIEWS_SWAPPED`"),
         (7, "a matrix that is no rotation", "refused with the residual"),
         (8, "a vertical or forward baseline", "`DEFREC_ERROR_UNSUPPORTED`"),
         (9, "distortion of a wrong length, or that folds over most of the image", "refused"),
@@ -66,7 +66,7 @@ SECTIONS = (
     )),
     ("Stream", (
         (51, "a frame that is missing, or is there twice", "`DEFREC_REASON_GAP`; unpaired files are refused"),
-        (52, "the same frame again", "named by its reason"),
+        (52, "the same frame again", "its timestamp is refused; with a later one `DEFREC_REASON_FROZEN`"),
         (53, "a timestamp that does not grow", "refused, and changes nothing"),
         (54, "left and right taken at different times", "`DEFREC_REASON_VIEW_LATE` with the lag"),
         (55, "a frozen stream", "`DEFREC_REASON_FROZEN`"),
@@ -75,7 +75,8 @@ SECTIONS = (
     )),
     ("Scene", (
         (58, "black, white or saturated images", "lost, with the exposure as the reason"),
-        (59, "an instrument before the surface", "degraded; what is hidden is extrapolated"),
+        (59, "an instrument before the surface",
+         "degraded, what is hidden is extrapolated; before all of it lost, the last surface with its age"),
         (60, "smoke", "degraded while there is evidence"),
         (61, "highlights", "masked"),
         (62, "no texture", "no template and no depth is invented"),
@@ -135,9 +136,6 @@ SECTIONS = (
 WITHOUT_TEST = {
     44: "the tests `plugins/vulkan/loads_lacking_*` and `plugins/cuda` load the plugins where driver or loader are missing",
     45: "needs a device whose memory can be used up; drivers in software hand out more than they have",
-    49: "all tests in `backends/agreement` and the conformance suite compare each backend with the reference",
-    52: "a frame that comes again is the frozen stream of row 55, or has a timestamp of row 53",
     66: "`DEFREC_REASON_LARGE_RESIDUAL` is tested with the states of a frame; the rendered scenes `blood` and `pinch` are in "
         "the conformance suite",
-    74: "the tests `sdk/cli/live_link/*` have slow, gone and garbage clients",
 }

@@ -165,6 +165,7 @@ void SurfaceFollower::process(TrackerJob& job) {
             }
         }
         job.reasons |= verdict.reasons;
+        if (!verdict.found && uses_depth) look_for_swapped_views(job, *frame);
         const bool is_corrected = corrects_rig_ && correct_rig();
         if (!is_corrected || attempts_left == 0) {
             conclude(job, verdict, uses_depth);
@@ -356,6 +357,14 @@ void SurfaceFollower::search_widely(TrackerJob& job, std::optional<ObservedFrame
     measure_patches(template_->data(), job.output, patch_px2_);
     if (job.input.samples != nullptr)
         pipeline_.leave_samples(job.output.samples, *job.input.samples);
+}
+
+// Of a frame that is lost: without depth, although the exchanged views would have some.
+void SurfaceFollower::look_for_swapped_views(TrackerJob& job, ObservedFrame& frame) {
+    if ((job.reasons & DEFREC_REASON_NO_DEPTH) == 0 || !swapped_search_.is_due()) return;
+    const bool look_swapped = pipeline_.views_look_swapped(frame);
+    swapped_search_.end(look_swapped);
+    if (look_swapped) job.reasons |= DEFREC_REASON_VIEWS_SWAPPED;
 }
 
 void SurfaceFollower::watch_rig(TrackerJob& job, Verdict& verdict) {

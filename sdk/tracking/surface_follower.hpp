@@ -67,6 +67,7 @@ class SurfaceFollower {
                    std::span<const defrec_motion> start, const Following& following);
     void search_widely(TrackerJob& job, std::optional<ObservedFrame>& frame, Following following,
                        Verdict& verdict);
+    void look_for_swapped_views(TrackerJob& job, ObservedFrame& frame);
     void watch_rig(TrackerJob& job, Verdict& verdict);
     bool lag_spoils_depth(const TrackerJob& job) const;
     bool correct_rig();
@@ -92,7 +93,7 @@ class SurfaceFollower {
     Rig::ViewShift shift_;    // that the right view is corrected by
     const bool watches_rig_, corrects_rig_;
     std::vector<double> patch_px2_;  // of measure_patches, of this frame
-    Backoff wide_search_{8};
+    Backoff wide_search_{8}, swapped_search_{32};
     std::vector<std::byte> before_;  // a wide search: what following the template gave
     std::vector<RowMatch> row_matches_;
     std::vector<float> last_rows_;  // of the patches of the rig in the left view; NaN: not found

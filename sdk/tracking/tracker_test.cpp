@@ -32,7 +32,8 @@ struct Session : TrackingSession {
     }
     // One frame from submission to result; the job is released.
     struct Frame {
-        uint32_t state, reasons, epoch, patches, features;
+        uint32_t state, reasons, epoch, patches, features, age;
+        float largest_error;  // that is expected, mm
         std::vector<float> vertices;
         std::vector<uint8_t> status;
         double shift[3];
@@ -45,11 +46,21 @@ struct Session : TrackingSession {
         defrec_result result;
         DEFREC_INIT(&result);
         REQUIRE_OK(defrec_job_result(job, &result));
-        Frame frame{result.state, result.reasons, result.epoch, result.patches, result.features, {},
-                    {},           {0, 0, 0}};
+        Frame frame{result.state,
+                    result.reasons,
+                    result.epoch,
+                    result.patches,
+                    result.features,
+                    result.age,
+                    0,
+                    {},
+                    {},
+                    {0, 0, 0}};
         if (result.vertex_count > 0) {
             frame.vertices.assign(result.vertices, result.vertices + 3 * result.vertex_count);
             frame.status.assign(result.vertex_status, result.vertex_status + result.vertex_count);
+            frame.largest_error = *std::max_element(result.expected_error_mm,
+                                                    result.expected_error_mm + result.vertex_count);
             const double centre[3] = {0, 0, kDepth};
             double moved[3];
             REQUIRE_OK(defrec_job_warp_points(job, centre, 1, moved, nullptr, nullptr));
@@ -59,6 +70,33 @@ struct Session : TrackingSession {
         return frame;
     }
 };
+
+bool all_unknown(const Session::Frame& frame) {
+    return std::all_of(frame.status.begin(), frame.status.end(),
+                       [](uint8_t status) { return status == DEFREC_POINT_UNKNOWN; });
+}
+
+// Something smooth and gray, 40 mm from the cameras, before the left `share` of the image.
+Pair covered(Pair pair, double share) {
+    const int shift = static_cast<int>(std::lround(kFocal * kBaseline / 40));
+    const int edge = static_cast<int>(std::lround(share * (kWidth + shift)));
+    for (int view = 0; view < 2; ++view)
+        for (int y = 0; y < kHeight; ++y)
+            for (int x = 0; x < std::min(kWidth, edge - view * shift); ++x)
+                (view == 0 ? pair.left : pair.right)[static_cast<size_t>(y * kWidth + x)] =
+                    static_cast<uint8_t>(
+                        110 + std::lround(30 * smooth_noise(0.2 * (x + view * shift), 0.2 * y, 9)));
+    return pair;
+}
+
+// In the frame after those that were lost.
+void check_found_again(const Session::Frame& frame, uint32_t epoch_before, double shift) {
+    CHECK(frame.state == DEFREC_RELOCALISED);
+    CHECK((frame.reasons & DEFREC_REASON_VIEWS_SWAPPED) == 0);
+    CHECK(frame.epoch == epoch_before + 1);
+    CHECK(frame.age == 0);
+    CHECK(std::abs(frame.shift[0] - shift) < 0.3);
+}
 
 bool usable(uint32_t state) {
     return state == DEFREC_TRACKING || state == DEFREC_DEGRADED || state == DEFREC_RELOCALISED;
@@ -93,6 +131,35 @@ TEST_CASE(
 }
 
 TEST_CASE(
+    "row 59: an instrument before a part of the surface degrades; before all of it the last "
+    "surface is kept with its age, and nothing of it counts as observed") {
+    Session session;
+    session.track(render(0, 0));
+    session.track(render(0.2, 0));
+    const Session::Frame half = session.track(covered(render(0.4, 0), 0.45));
+    CHECK(half.state == DEFREC_DEGRADED);
+    CHECK((half.reasons & DEFREC_REASON_OCCLUDED) != 0);
+    const auto count = [](const Session::Frame& frame, uint8_t status) {
+        return std::count(frame.status.begin(), frame.status.end(), status);
+    };
+    CHECK(count(half, DEFREC_POINT_OBSERVED) > 0);
+    CHECK(count(half, DEFREC_POINT_OBSERVED) < 0.65 * static_cast<double>(half.status.size()));
+    CHECK(std::abs(half.shift[0] - 0.4) < 0.5);
+    float error = 0;
+    for (uint32_t age = 1; age <= 3; ++age) {
+        CAPTURE(age);
+        const Session::Frame all = session.track(covered(render(0.4, 0), 1));
+        CHECK(all.state == DEFREC_LOST);
+        CHECK(all.age == age);
+        CHECK(count(all, DEFREC_POINT_UNKNOWN) == static_cast<std::ptrdiff_t>(all.status.size()));
+        CHECK(all.vertices == half.vertices);
+        CHECK(all.largest_error > error);
+        error = all.largest_error;
+    }
+    check_found_again(session.track(render(0.6, 0)), half.epoch, 0.6);
+}
+
+TEST_CASE(
     "rows 58 and 63: black frames are lost at once, and the surface is found again when it "
     "returns") {
     Session session;
@@ -103,12 +170,9 @@ TEST_CASE(
         const Session::Frame frame = session.track(black);
         CHECK(frame.state == DEFREC_LOST);
         CHECK((frame.reasons & DEFREC_REASON_DARK) != 0);
-        for (const uint8_t status : frame.status) CHECK(status == DEFREC_POINT_UNKNOWN);
+        CHECK(all_unknown(frame));
     }
-    const Session::Frame back = session.track(render(4, 2));
-    CHECK(back.state == DEFREC_RELOCALISED);
-    CHECK(back.epoch == epoch + 1);
-    CHECK(std::abs(back.shift[0] - 4) < 0.3);
+    check_found_again(session.track(render(4, 2)), epoch, 4);
     CHECK(session.track(render(4, 2, 1, 5)).state == DEFREC_TRACKING);
 }
 
@@ -153,6 +217,22 @@ TEST_CASE("row 6: exchanged views are named while there is no template") {
     CHECK((frame.reasons & DEFREC_REASON_VIEWS_SWAPPED) != 0);
 }
 
+TEST_CASE("row 6: views that are exchanged while the surface is followed lose it, and are named") {
+    Session session;
+    session.track(render(0, 0));
+    const uint32_t epoch = session.track(render(0.3, 0)).epoch;
+    for (int i = 0; i < 3; ++i) {
+        CAPTURE(i);
+        Pair pair = render(0.3 + 0.1 * i, 0);
+        std::swap(pair.left, pair.right);
+        const Session::Frame frame = session.track(pair);
+        CHECK(frame.state == DEFREC_LOST);
+        CHECK((frame.reasons & DEFREC_REASON_VIEWS_SWAPPED) != 0);
+        CHECK(all_unknown(frame));
+    }
+    check_found_again(session.track(render(0.6, 0)), epoch, 0.6);
+}
+
 TEST_CASE("row 55: a frozen stream is named, and followed all the same") {
     Session session;
     const Pair pair = render(0, 0);
@@ -160,6 +240,29 @@ TEST_CASE("row 55: a frozen stream is named, and followed all the same") {
     const Session::Frame again = session.track(pair);
     CHECK((again.reasons & DEFREC_REASON_FROZEN) != 0);
     CHECK(again.state == DEFREC_TRACKING);
+}
+
+TEST_CASE("row 52: a frame that comes twice is named or refused, and the stream goes on") {
+    Session session;
+    for (int i = 0; i < 4; ++i) session.track(render(0.3 * i, 0));
+    const Pair pair = render(1.2, 0);
+    const Session::Frame first = session.track(pair);
+    // With its own timestamp again.
+    session.time -= 33000000;
+    defrec_job job = nullptr;
+    CHECK(session.submit(pair, &job) == DEFREC_ERROR_ARGUMENT);
+    CHECK(job == nullptr);
+    CHECK(std::string(defrec_last_error()).find("timestamp") != std::string::npos);
+    // With a later one.
+    const Session::Frame second = session.track(pair);
+    CHECK(second.state == DEFREC_TRACKING);
+    CHECK((second.reasons & DEFREC_REASON_FROZEN) != 0);
+    CHECK(second.epoch == first.epoch);
+    CHECK(std::abs(second.shift[0] - first.shift[0]) < 0.1);
+    const Session::Frame next = session.track(render(1.5, 0));
+    CHECK(next.state == DEFREC_TRACKING);
+    CHECK((next.reasons & (DEFREC_REASON_FROZEN | DEFREC_REASON_GAP)) == 0);
+    CHECK(std::abs(next.shift[0] - 1.5) < 0.15);
 }
 
 TEST_CASE("row 51: a gap in the stream is named") {

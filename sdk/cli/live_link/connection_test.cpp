@@ -72,8 +72,8 @@ std::string text_of(const Packet& packet) { return *packet.bytes; }
 }  // namespace
 
 TEST_CASE(
-    "of the packets that come while one is being sent, the newest follows, and nothing of the "
-    "others") {
+    "row 74: of the packets that come while one is being sent, the newest follows, and nothing of "
+    "the others") {
     Pair pair;
     pair.connection->offer(packet(1, kLarge), kStart);
     REQUIRE(pair.connection->send(kStart));
@@ -104,8 +104,8 @@ TEST_CASE("frames that never became packets count as dropped, those before the f
 }
 
 TEST_CASE(
-    "a receiver that never reads is dropped when its time is over, and newer packets give it no "
-    "more") {
+    "row 74: a receiver that never reads is dropped when its time is over, and newer packets give "
+    "it no more") {
     Pair pair;
     CHECK(pair.connection->deadline() == Clock::time_point::max());
     pair.connection->offer(packet(1, kLarge), kStart);
@@ -133,7 +133,7 @@ TEST_CASE("a receiver that takes nothing at all has no more time, though its pac
     CHECK_FALSE(pair.connection->send(kStart + Connection::kPacketTime));
 }
 
-TEST_CASE("a receiver that vanishes within a message raises no signal") {
+TEST_CASE("row 74: a receiver that vanishes within a message raises no signal") {
     void (*const before)(int) = std::signal(SIGPIPE, SIG_DFL);
     Pair pair;
     pair.connection->offer(packet(1, kLarge), kStart);
@@ -151,7 +151,9 @@ TEST_CASE("a receiver that closes without a word is noticed without sending") {
     CHECK_FALSE(pair.connection->discard_input());
 }
 
-TEST_CASE("what a receiver sends is thrown away, up to a limit that begins anew with each packet") {
+TEST_CASE(
+    "row 74: what a receiver sends is thrown away, up to a limit that begins anew with each "
+    "packet") {
     Pair pair;
     for (std::uint64_t number = 1; number <= 3; ++number) {
         pair.write(Connection::kMaxInput);

@@ -65,7 +65,7 @@ TEST_CASE("the last frame arrives whole, however many came before it") {
           static_cast<std::uint64_t>(kFrames - frames.front().index));
 }
 
-TEST_CASE("a receiver that never reads holds up neither tracking nor other receivers") {
+TEST_CASE("row 74: a receiver that never reads holds up neither tracking nor other receivers") {
     LiveLink link(kListen);
     const auto stuck = connect_to(link);
     const auto good = connect_to(link);

@@ -85,7 +85,7 @@ TEST_CASE("every receiver gets what comes after it has connected") {
     CHECK(transmitter.counts().dropped == 0);
 }
 
-TEST_CASE("one that vanishes or floods does no harm to the others") {
+TEST_CASE("row 74: a receiver that vanishes or sends garbage does no harm to the others") {
     Transmitter transmitter(kListen);
     const Socket good = connect_to(transmitter);
     Socket vanishing = connect_to(transmitter);
