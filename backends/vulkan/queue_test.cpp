@@ -95,7 +95,7 @@ TEST_CASE("contents of a buffer that cannot be had leave nothing to deliver") {
     CHECK(before == kWritten);
 }
 
-TEST_CASE("memory that is not to be had leaves the device as it was") {
+TEST_CASE("row 45: memory that is not to be had leaves the device as it was") {
     if (!under_test::available()) return;
     Device device(under_test::new_logical_device());
     {

@@ -83,7 +83,7 @@ SECTIONS = (
         (63, "the camera leaves and comes back", "lost, then found again with a new epoch"),
         (64, "a sudden shift", "found in the same frame, or lost"),
         (65, "a blurred image, a wet lens", "degraded or lost, with a reason"),
-        (66, "blood, tissue that is cut", "a reason and a larger expected error"),
+        (66, "blood, tissue that is cut", "observed no more, a larger expected error; a reason where much is hidden"),
         (67, "one dark view", "lost, with `DEFREC_REASON_ONE_VIEW`"),
         (68, "repetitive texture", "refused as ambiguous"),
         (69, "only the camera moves", "nothing deforms"),
@@ -92,7 +92,7 @@ SECTIONS = (
     ("Program", (
         (71, "a corrupt or short video", "frames up to there are used; exit code 3"),
         (72, "a disk that is full or cannot be written", "exit code 7; no half file"),
-        (73, "Ctrl-C", "outputs are finished; exit code 130"),
+        (73, "Ctrl-C, a closed pipe", "outputs are finished; exit code 130"),
         (74, "a network client that is slow, gone or sends garbage", "the newest frame wins; it is dropped"),
         (75, "names that are not ASCII", "UTF-8 everywhere"),
     )),
@@ -134,8 +134,5 @@ SECTIONS = (
 
 # Why a fault has no test that bears its number.
 WITHOUT_TEST = {
-    44: "the tests `plugins/vulkan/loads_lacking_*` and `plugins/cuda` load the plugins where driver or loader are missing",
-    45: "needs a device whose memory can be used up; drivers in software hand out more than they have",
-    66: "`DEFREC_REASON_LARGE_RESIDUAL` is tested with the states of a frame; the rendered scenes `blood` and `pinch` are in "
-        "the conformance suite",
+    44: "`plugins/vulkan/loads_lacking_*`, and `plugins/cuda` where there is no CUDA driver",
 }

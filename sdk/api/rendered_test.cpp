@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -97,6 +98,30 @@ double median_error(const TrackedFrame& frame) {
     return *middle;
 }
 
+bool is_observed(const TrackedPoint& point) { return point.status == DEFREC_POINT_OBSERVED; }
+
+std::ptrdiff_t count_observed(const TrackedFrame& frame) {
+    return std::count_if(frame.points.begin(), frame.points.end(), is_observed);
+}
+
+double mean_expected_error(const TrackedFrame& frame) {
+    double sum = 0;
+    for (const TrackedPoint& point : frame.points) sum += point.expected_error;
+    return sum / static_cast<double>(frame.points.size());
+}
+
+// Of the observed points, those whose error is at most three times the expected one.
+double share_as_expected(std::span<const TrackedFrame> frames) {
+    double observed = 0, within = 0;
+    for (const TrackedFrame& frame : frames)
+        for (const TrackedPoint& point : frame.points) {
+            if (!is_observed(point)) continue;
+            ++observed;
+            within += point.error <= 3 * point.expected_error;
+        }
+    return within / observed;
+}
+
 constexpr double kScale = kFilmWidth / 960.0, kOffsetPx = 1.2 * kScale, kRollDeg = 0.15;
 
 std::vector<TrackedFrame> track_askew(int frames, uint32_t self_calibration) {
@@ -161,17 +186,33 @@ TEST_CASE(
 TEST_CASE("tissue drawn together under a tip: errors of observed points are as expected") {
     constexpr size_t kPressed = 9;  // frames until the tip is down
     const std::vector<TrackedFrame> frames = track("pinch", 18);
-    size_t observed = 0, within = 0;
-    for (size_t i = 0; i < frames.size(); ++i) {
-        CAPTURE(i);
-        CHECK((frames[i].result.reasons & kRigReasons) == 0);
-        if (i < kPressed) continue;
-        for (const TrackedPoint& point : frames[i].points) {
-            if (point.status != DEFREC_POINT_OBSERVED) continue;
-            ++observed;
-            within += point.error <= 3 * point.expected_error;
-        }
-    }
-    CHECK(2 * observed > (frames.size() - kPressed) * frames.front().points.size());
-    CHECK(static_cast<double>(within) >= 0.97 * static_cast<double>(observed));
+    for (const TrackedFrame& frame : frames) CHECK((frame.result.reasons & kRigReasons) == 0);
+    const std::span pressed = std::span(frames).subspan(kPressed);
+    std::ptrdiff_t observed = 0;
+    for (const TrackedFrame& frame : pressed) observed += count_observed(frame);
+    CHECK(2 * static_cast<size_t>(observed) > pressed.size() * frames.front().points.size());
+    CHECK(share_as_expected(pressed) >= 0.97);
+}
+
+TEST_CASE(
+    "row 66: tissue under spreading blood counts as observed no more, its expected error grows, "
+    "and "
+    "the frame says why") {
+    const std::vector<TrackedFrame> frames = track("blood", 16, {{"cover", 0.7}});
+    const TrackedFrame &first = frames.front(), &last = frames.back();
+    CHECK(first.result.state == DEFREC_TRACKING);
+    CHECK(last.result.state == DEFREC_DEGRADED);
+    CHECK((last.result.reasons & (DEFREC_REASON_NO_DEPTH | DEFREC_REASON_LARGE_RESIDUAL)) != 0);
+    CHECK(count_observed(last) < count_observed(first) / 2);
+    CHECK(mean_expected_error(last) > 5 * mean_expected_error(first));
+    CHECK(share_as_expected(frames) >= 0.97);
+}
+
+TEST_CASE("row 66: beside a cut that opens, errors of observed points are as expected") {
+    const std::vector<TrackedFrame> frames = track("cut", 16);
+    const TrackedFrame &first = frames.front(), &last = frames.back();
+    CHECK(count_observed(last) > 0);
+    CHECK(count_observed(last) < count_observed(first));
+    CHECK(mean_expected_error(last) > 1.3 * mean_expected_error(first));
+    CHECK(share_as_expected(frames) >= 0.97);
 }

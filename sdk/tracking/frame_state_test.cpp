@@ -139,6 +139,17 @@ TEST_CASE("row 58: without depth and without patches the frame is lost") {
     CHECK((verdict.reasons & DEFREC_REASON_NO_DEPTH) != 0);
 }
 
+TEST_CASE("row 66: a surface that depth lies far from is degraded, and says so") {
+    Fixture f;
+    for (defrec_surface_sample& sample : f.output.samples) sample.residual = 0.9f;
+    CHECK((f.verdict().reasons & DEFREC_REASON_LARGE_RESIDUAL) == 0);
+    for (defrec_surface_sample& sample : f.output.samples) sample.residual = -1.1f;
+    const Verdict verdict = f.verdict();
+    CHECK(verdict.found);
+    CHECK(verdict.degraded);
+    CHECK((verdict.reasons & DEFREC_REASON_LARGE_RESIDUAL) != 0);
+}
+
 TEST_CASE(
     "row 59: half under an instrument is degraded, named occluded, and the hidden half "
     "extrapolated") {

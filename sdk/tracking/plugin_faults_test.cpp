@@ -122,17 +122,11 @@ class Session {
     }
 
     void misbehave(const char* kind, const char* place) {
-        const auto function = reinterpret_cast<void (*)(const char*, const char*)>(
-            dlsym(library_, "defrec_misbehave"));
-        REQUIRE(reinterpret_cast<void*>(function) != nullptr);
-        function(kind, place);
+        function<void(const char*, const char*)>("defrec_misbehave")(kind, place);
     }
     void behave() { misbehave("", ""); }
-    void await_hang() {
-        const auto function = reinterpret_cast<void (*)()>(dlsym(library_, "defrec_await_hang"));
-        REQUIRE(reinterpret_cast<void*>(function) != nullptr);
-        function();
-    }
+    bool is_yet_to_misbehave() const { return function<bool()>("defrec_is_yet_to_misbehave")(); }
+    void await_hang() { function<void()>("defrec_await_hang")(); }
 
     defrec_status make_tracker(const char* device = "misbehaving", uint32_t flags = 0) {
         defrec_tracker_desc desc;
@@ -205,6 +199,12 @@ class Session {
     int64_t time = 0;
 
   private:
+    template <class Signature>
+    Signature* function(const char* name) const {
+        void* const symbol = dlsym(library_, name);
+        REQUIRE(symbol != nullptr);
+        return reinterpret_cast<Signature*>(symbol);
+    }
     void* library_ = nullptr;
 };
 
@@ -310,6 +310,38 @@ TEST_CASE(
         CHECK(session.submit() == DEFREC_ERROR_DEVICE_LOST);
         check_quarantined(session);
         check_nobody_called(session);
+    }
+}
+
+TEST_CASE(
+    "row 45: a device without memory at any one allocation is an error, and the next call works") {
+    for (const std::string place : {"buffer_create", "create"}) {
+        CAPTURE(place);
+        int in_creation = 0, in_frame = 0;
+        for (int allocation = 0;; ++allocation) {
+            CAPTURE(allocation);
+            Session session;
+            session.misbehave("memory", (place + " " + std::to_string(allocation)).c_str());
+            const defrec_status made = session.make_tracker();
+            if (made != DEFREC_OK) {
+                CHECK(made == DEFREC_ERROR_OUT_OF_MEMORY);
+                CHECK(session.tracker == nullptr);
+                ++in_creation;
+                REQUIRE(session.make_tracker() == DEFREC_OK);
+            }
+            const defrec_status tracked = session.track();  // the first makes its template's stages
+            if (tracked != DEFREC_OK) {
+                CHECK(made == DEFREC_OK);
+                CHECK(tracked == DEFREC_ERROR_OUT_OF_MEMORY);
+                ++in_frame;
+                session.release_jobs();
+                REQUIRE(session.track() == DEFREC_OK);
+            }
+            CHECK_FALSE(session.is_quarantined("misbehaving"));
+            if (session.is_yet_to_misbehave()) break;
+        }
+        CHECK(in_creation > 0);
+        CHECK(in_frame > 0);
     }
 }
 

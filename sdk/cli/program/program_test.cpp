@@ -57,6 +57,21 @@ std::size_t lines_of(const std::string& path) {
     return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
 }
 
+// The program in a process of its own. output: its standard output; -1: this process's.
+pid_t start_program(std::vector<std::string> arguments, int output = -1) {
+    arguments.insert(arguments.begin(), DEFREC_BUILD_DIR "/bin/defrec");
+    std::vector<char*> argv;
+    for (std::string& argument : arguments) argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    const pid_t child = ::fork();
+    if (child == 0) {
+        if (output >= 0) ::dup2(output, STDOUT_FILENO);
+        ::execv(argv[0], argv.data());
+        ::_exit(99);
+    }
+    return child;
+}
+
 bool has_partial_files(const fs::path& folder) {
     return std::any_of(fs::recursive_directory_iterator(folder), fs::recursive_directory_iterator(),
                        [](const auto& entry) {
@@ -168,26 +183,9 @@ TEST_CASE("row 73: Ctrl-C finishes the outputs and the exit code is 130") {
     const TestFolder folder;
     repeat_sequence(sequence(), folder);
     const std::string out = folder / "out";
-    std::vector<std::string> arguments{DEFREC_BUILD_DIR "/bin/defrec",
-                                       "track",
-                                       "--quiet",
-                                       "--left",
-                                       folder / "left",
-                                       "--right",
-                                       folder / "right",
-                                       "--calibration",
-                                       sequence() / "calibration.yaml",
-                                       "--out",
-                                       out,
-                                       "--no-overlay"};
-    std::vector<char*> argv;
-    for (std::string& argument : arguments) argv.push_back(argument.data());
-    argv.push_back(nullptr);
-    const pid_t child = ::fork();
-    if (child == 0) {
-        ::execv(argv[0], argv.data());
-        ::_exit(99);
-    }
+    const pid_t child = start_program(
+        {"track", "--quiet", "--left", folder / "left", "--right", folder / "right",
+         "--calibration", sequence() / "calibration.yaml", "--out", out, "--no-overlay"});
     // The template is written with the first tracked frame.
     int status = 0;
     for (int waited = 0; waited < 6000 && !fs::exists(out + "/template.ply"); ++waited) {
@@ -202,6 +200,27 @@ TEST_CASE("row 73: Ctrl-C finishes the outputs and the exit code is 130") {
     CHECK(frames >= 1);
     CHECK(frames < 2000);
     CHECK(lines_of(out + "/points.csv") == 1 + frames * 144);
+    CHECK(fs::exists(out + "/report.html"));
+    CHECK_FALSE(has_partial_files(out));
+}
+
+TEST_CASE("row 73: with a closed pipe as output the files are finished and the exit code is 130") {
+    const TestFolder folder;
+    const std::string out = folder / "out";
+    std::vector<std::string> arguments = track_arguments(out);
+    std::erase(arguments, "--quiet");
+    int pipe_ends[2];
+    REQUIRE(::pipe2(pipe_ends, O_CLOEXEC) == 0);
+    ::close(pipe_ends[0]);
+    const pid_t child = start_program(arguments, pipe_ends[1]);
+    ::close(pipe_ends[1]);
+    int status = 0;
+    REQUIRE(::waitpid(child, &status, 0) == child);
+    CHECK(WIFEXITED(status));
+    CHECK(WEXITSTATUS(status) == 130);
+    CHECK(lines_of(out + "/frames.csv") == 1 + kFrames);
+    const auto summary = nlohmann::json::parse(TestFolder::read(out + "/summary.json"));
+    CHECK(summary["frames"] == kFrames);
     CHECK(fs::exists(out + "/report.html"));
     CHECK_FALSE(has_partial_files(out));
 }

@@ -43,6 +43,15 @@ void at(const char* place) {
     --inside;
     changed.notify_all();
 }
+// Whether this is the call of kind "memory" that fails: the one after so many as the place ends
+// with ("buffer_create 7").
+bool is_out_of_memory(const std::string& place) {
+    const std::lock_guard lock(mutex);
+    if (how != "memory" || !where.starts_with(place + " ")) return false;
+    const long left = std::stol(where.substr(place.size() + 1));
+    where = left > 0 ? place + " " + std::to_string(left - 1) : "";
+    return left == 0;
+}
 bool asked_for(const char* kind, const char* place) {
     const std::lock_guard lock(mutex);
     return how == kind && where == place;
@@ -92,6 +101,7 @@ defrec_status enqueue(defrec_pstage* stage, defrec_pqueue* queue, defrec_pbuffer
 template <size_t kStage>
 defrec_status create(defrec_pdevice* device, const void* params, defrec_pstage** out) {
     at("create");
+    if (is_out_of_memory("create")) return DEFREC_ERROR_OUT_OF_MEMORY;
     return inner->stage(inner->self, kStage)->create(device, params, out);
 }
 template <size_t... kStages>
@@ -126,8 +136,10 @@ void wrap_plugin() {
         at("device_close");
         inner->device_close(device);
     };
-    outer.buffer_create = [](defrec_pdevice* device, uint64_t size, defrec_pbuffer** out) {
+    outer.buffer_create = [](defrec_pdevice* device, uint64_t size,
+                             defrec_pbuffer** out) -> defrec_status {
         at("buffer_create");
+        if (is_out_of_memory("buffer_create")) return DEFREC_ERROR_OUT_OF_MEMORY;
         return inner->buffer_create(device, size, out);
     };
     outer.buffer_destroy = [](defrec_pbuffer* buffer) {
@@ -175,8 +187,8 @@ void wrap_plugin() {
 
 }  // namespace
 
-// From now on: kind "throw", "hang", "lie" or "never" at this place; "" nowhere. What hangs goes on
-// when this is called again.
+// From now on: kind "throw", "hang", "lie", "never" or "memory" at this place; "" nowhere. What
+// hangs goes on when this is called again. "memory" happens once, and then the place is "".
 extern "C" DEFREC_PLUGIN_EXPORT void defrec_misbehave(const char* kind, const char* place) {
     std::unique_lock lock(mutex);
     held = false;
@@ -185,6 +197,12 @@ extern "C" DEFREC_PLUGIN_EXPORT void defrec_misbehave(const char* kind, const ch
     how = kind;
     where = place;
     held = true;
+}
+
+// Whether what was asked for last is still to come.
+extern "C" DEFREC_PLUGIN_EXPORT bool defrec_is_yet_to_misbehave() {
+    const std::lock_guard lock(mutex);
+    return !where.empty();
 }
 
 // Waits until a call hangs.
