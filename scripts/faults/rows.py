@@ -132,7 +132,8 @@ SECTIONS = (
     )),
 )
 
-# Why a fault has no test that bears its number.
+# Tests that are not C++, or why there is none.
 WITHOUT_TEST = {
     44: "`plugins/vulkan/loads_lacking_*`, and `plugins/cuda` where there is no CUDA driver",
+    50: "`bindings/csharp/memory`, `bindings/python/memory`",
 }

@@ -6,17 +6,16 @@
 #include <atomic>
 #include <cstdlib>
 #include <functional>
-#include <new>
 
 #include "sdk/api/test_context.hpp"
 #include "sdk/api/test_frames.hpp"
 #include "sdk/api/test_session.hpp"
 #include "sdk/base/test_files.hpp"
+#include "sdk/base/test_operator_new.hpp"
 
 namespace {
 
 std::atomic<long> countdown{-1};  // allocations until one fails; negative: none does
-std::atomic<long> live{0}, taken{0};
 
 std::atomic<bool> destroys{false}, failed_in_destroy{false};
 
@@ -33,47 +32,9 @@ struct Destroying {
     ~Destroying() { destroys = false; }
 };
 
-void* take(size_t size, size_t alignment) {
-    if (fails_now()) return nullptr;
-    ++taken;
-    void* memory =
-        alignment <= alignof(std::max_align_t)
-            ? std::malloc(size == 0 ? 1 : size)
-            : std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
-    if (memory != nullptr) ++live;
-    return memory;
-}
-void* take_or_throw(size_t size, size_t alignment) {
-    void* memory = take(size, alignment);
-    if (memory == nullptr) throw std::bad_alloc();
-    return memory;
-}
-void give(void* memory) {
-    if (memory == nullptr) return;
-    --live;
-    std::free(memory);
-}
-
 }  // namespace
 
-void* operator new(size_t size) { return take_or_throw(size, 1); }
-void* operator new[](size_t size) { return take_or_throw(size, 1); }
-void* operator new(size_t size, std::align_val_t alignment) {
-    return take_or_throw(size, size_t(alignment));
-}
-void* operator new[](size_t size, std::align_val_t alignment) {
-    return take_or_throw(size, size_t(alignment));
-}
-void* operator new(size_t size, const std::nothrow_t&) noexcept { return take(size, 1); }
-void* operator new[](size_t size, const std::nothrow_t&) noexcept { return take(size, 1); }
-void operator delete(void* memory) noexcept { give(memory); }
-void operator delete[](void* memory) noexcept { give(memory); }
-void operator delete(void* memory, size_t) noexcept { give(memory); }
-void operator delete[](void* memory, size_t) noexcept { give(memory); }
-void operator delete(void* memory, std::align_val_t) noexcept { give(memory); }
-void operator delete[](void* memory, std::align_val_t) noexcept { give(memory); }
-void operator delete(void* memory, size_t, std::align_val_t) noexcept { give(memory); }
-void operator delete[](void* memory, size_t, std::align_val_t) noexcept { give(memory); }
+bool defrec::test::allocation_fails(void*) { return fails_now(); }
 
 namespace {
 
