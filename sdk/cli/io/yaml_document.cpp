@@ -14,9 +14,7 @@
 namespace defrec::cli {
 namespace {
 
-constexpr std::size_t kLargestFile = 1'000'000;
 constexpr std::size_t kDeepestNesting = 16;
-constexpr std::size_t kMaxKeys = 500;  // of one map; each key is compared with all before it
 
 struct Refusal {
     int line;
@@ -27,6 +25,8 @@ struct Refusal {
 // costs anything.
 class TreeBuilder : public YAML::EventHandler {
   public:
+    explicit TreeBuilder(std::size_t max_keys) : max_keys_(max_keys) {}
+
     YamlNode take_root() { return std::move(root_); }
 
     void OnDocumentStart(const YAML::Mark&) override {}
@@ -73,14 +73,15 @@ class TreeBuilder : public YAML::EventHandler {
             throw Refusal{mark.line + 1, "anchors (&name) are not accepted; write the value out."};
     }
 
-    static void take_key(Level& level, const YAML::Mark& mark, const std::string& key) {
+    void take_key(Level& level, const YAML::Mark& mark, const std::string& key) const {
         if (const YamlEntry* earlier = level.node.find(key)) {
             throw Refusal{mark.line + 1,
                           key + ": the key stands here again; it was first given in line " +
                               std::to_string(earlier->line) + "."};
         }
-        if (level.node.entries.size() >= kMaxKeys) {
-            throw Refusal{mark.line + 1, "more than 500 keys, the most that is read."};
+        if (level.node.entries.size() >= max_keys_) {
+            throw Refusal{mark.line + 1, "more than " + std::to_string(max_keys_) +
+                                             " keys, the most that is read."};
         }
         level.has_key = true;
         level.key = key;
@@ -133,6 +134,7 @@ class TreeBuilder : public YAML::EventHandler {
         }
     }
 
+    std::size_t max_keys_;
     YamlNode root_;
     std::vector<Level> levels_;
 };
@@ -145,18 +147,19 @@ const YamlEntry* YamlNode::find(const std::string& key) const {
     return found == entries.end() ? nullptr : &*found;
 }
 
-YamlDocument YamlDocument::load(const std::filesystem::path& path, ExitCode code) {
+YamlDocument YamlDocument::load(const std::filesystem::path& path, ExitCode code,
+                                const YamlLimits& limits) {
     YamlDocument document;
     document.path_ = path.string();
     document.code_ = code;
-    const std::string text = read_text_file(path, kLargestFile, code);
+    const std::string text = read_text_file(path, limits.bytes, code);
 
     try {
         std::istringstream stream(text);
         YAML::Parser parser(stream);
-        TreeBuilder builder;
+        TreeBuilder builder(limits.keys);
         if (parser.HandleNextDocument(builder)) document.root_ = builder.take_root();
-        TreeBuilder second;
+        TreeBuilder second(limits.keys);
         if (parser.HandleNextDocument(second))
             document.fail(1, {}, "the file holds more than one YAML document.");
     } catch (const Refusal& refusal) {
@@ -166,7 +169,8 @@ YamlDocument YamlDocument::load(const std::filesystem::path& path, ExitCode code
                       "not valid YAML: " + error.msg + ".");
     }
     if (document.root_.kind == YamlNode::Kind::kNull) document.fail(1, {}, "the file is empty.");
-    if (document.root_.kind != YamlNode::Kind::kMap) {
+    const bool is_sequence = document.root_.kind == YamlNode::Kind::kSequence;
+    if (document.root_.kind != YamlNode::Kind::kMap && !(is_sequence && limits.may_be_sequence)) {
         document.fail(document.root_.line, {}, "lines of the form `key: value` were expected.");
     }
     return document;

@@ -1,8 +1,9 @@
 // A YAML file from a user as a plain tree with line numbers. Stricter than YAML: no anchors,
-// aliases, duplicate keys or second documents, at most 1 MB and 16 levels. Values stay text;
-// numbers are read with parse_double.
+// aliases, duplicate keys or second documents, at most 16 levels and what YamlLimits say. Values
+// stay text; numbers are read with parse_double.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -30,12 +31,20 @@ struct YamlEntry {
     YamlNode value;
 };
 
+// What a kind of file may hold.
+struct YamlLimits {
+    std::size_t bytes = 1'000'000;
+    std::size_t keys = 500;        // of one map; each key is compared with all before it
+    bool may_be_sequence = false;  // else the whole file is a map
+};
+
 // One file, and the exit code with which the program ends when it is wrong.
 class YamlDocument {
   public:
     // Throws CliError(code) naming file, line and reason for every file that is not a well-formed
     // map within the limits.
-    static YamlDocument load(const std::filesystem::path& path, ExitCode code);
+    static YamlDocument load(const std::filesystem::path& path, ExitCode code,
+                             const YamlLimits& limits = {});
 
     const YamlNode& root() const { return root_; }
     const std::string& path() const { return path_; }

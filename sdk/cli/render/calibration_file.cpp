@@ -35,17 +35,21 @@ cv::FileStorage open_to_write(const std::string& path) {
 
 }  // namespace
 
-Eigen::Matrix3d rectification(const StereoRig& rig) {
+RectifiedViews rectified_views(const StereoRig& rig) {
     cv::Mat r, t, r1, r2, p1, p2, q;
     cv::eigen2cv(rig.rotation, r);
     cv::eigen2cv(rig.translation, t);
     cv::stereoRectify(camera_matrix(rig.left), coefficients(rig.left), camera_matrix(rig.right),
                       coefficients(rig.right), cv::Size(rig.width, rig.height), r, t, r1, r2, p1,
-                      p2, q);
-    Eigen::Matrix3d result;
-    cv::cv2eigen(r1, result);
-    return result;
+                      p2, q, cv::CALIB_ZERO_DISPARITY, 0);
+    RectifiedViews views;
+    cv::cv2eigen(r1, views.rotation);
+    cv::cv2eigen(p1, views.left);
+    cv::cv2eigen(p2, views.right);
+    return views;
 }
+
+Eigen::Matrix3d rectification(const StereoRig& rig) { return rectified_views(rig).rotation; }
 
 void write_calibration(const StereoRig& rig, const std::string& path) {
     cv::FileStorage file = open_to_write(path);
