@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
 # Builds the fuzz targets and runs each for so many hours, as many at a time as there are cores. What they find more is kept in
-# build-fuzz/corpus, what breaks them in build-fuzz/findings (docs/fuzzing.md).
+# build-fuzz/corpus, what breaks them in build-fuzz/findings (docs/fuzzing.md). At the end a table of how much of the readers all these inputs
+# reach, in build-fuzz/coverage.md.
 #   scripts/fuzz.sh HOURS [TARGET...]
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-[ $# -ge 1 ] || { sed -n '2,4s/^# *//p' "$0" >&2; exit 2; }
+[ $# -ge 1 ] || { sed -n '2,5s/^# *//p' "$0" >&2; exit 2; }
 seconds=$(awk -v hours="$1" 'BEGIN { printf "%d", hours * 3600 + 0.5 }')
 shift
 for tool in clang clang++; do
@@ -31,4 +32,9 @@ run_one() { # TARGET SECONDS
 }
 export -f run_one
 export UBSAN_OPTIONS=print_stacktrace=1 ASAN_OPTIONS=detect_stack_use_after_return=1
-printf '%s\n' "${targets[@]}" | xargs -P "$(nproc)" -I{} bash -c "run_one {} $seconds"
+status=0
+printf '%s\n' "${targets[@]}" | xargs -P "$(nproc)" -I{} bash -c "run_one {} $seconds" || status=$?
+cmake --preset coverage >/dev/null
+cmake --build --preset coverage >/dev/null
+python3 -B scripts/fuzz/coverage.py "${targets[@]}" | tee build-fuzz/coverage.md
+exit $status

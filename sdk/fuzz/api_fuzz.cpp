@@ -1,11 +1,10 @@
 // Calls of the C API in any order, with any numbers and with handles that may be missing.
-#include <fuzzer/FuzzedDataProvider.h>
-
 #include <algorithm>
 #include <deque>
 #include <filesystem>
 #include <functional>
 
+#include "sdk/fuzz/input.hpp"
 #include "sdk/fuzz/session.hpp"
 
 using namespace defrec::fuzz;
@@ -15,7 +14,7 @@ namespace {
 // Everything that one input made; ended in the order in which it must be.
 struct World {
     defrec_context context;
-    FuzzedDataProvider& input;
+    Input& input;
     std::vector<defrec_rig> rigs;
     std::vector<defrec_tracker> trackers;
     std::vector<defrec_job> jobs;
@@ -32,7 +31,7 @@ struct World {
     // One of them, or none.
     template <class T>
     T any(const std::vector<T>& handles) {
-        const auto index = input.ConsumeIntegralInRange<size_t>(0, handles.size());
+        const auto index = input.number<size_t>(0, handles.size());
         return index < handles.size() ? handles[index] : nullptr;
     }
     template <class T>
@@ -43,25 +42,23 @@ struct World {
     }
     double number() {
         constexpr double kAny[] = {0, 1, -1, 48, 1e300, -1e300, NAN, INFINITY};
-        return input.ConsumeBool() ? input.PickValueInArray(kAny)
-                                   : input.ConsumeFloatingPointInRange<double>(-200, 200);
+        return input.flag() ? input.one_of(kAny) : input.real(-200, 200);
     }
     uint32_t count() {
-        return input.ConsumeBool() ? input.ConsumeIntegralInRange<uint32_t>(0, 100)
-                                   : input.ConsumeIntegral<uint32_t>();
+        return input.flag() ? input.number<uint32_t>(0, 100) : input.number<uint32_t>();
     }
 };
 
 void make_rig(World& world) {
     if (world.rigs.size() >= 3) return;
     defrec_rig_desc desc = small_rig();
-    if (world.input.ConsumeBool()) desc.left.fx = world.number();
-    if (world.input.ConsumeBool()) desc.translation[0] = world.number();
-    if (world.input.ConsumeBool()) {
-        desc.left.distortion_count = world.input.ConsumeIntegralInRange<uint32_t>(0, 20);
+    if (world.input.flag()) desc.left.fx = world.number();
+    if (world.input.flag()) desc.translation[0] = world.number();
+    if (world.input.flag()) {
+        desc.left.distortion_count = world.input.number<uint32_t>(0, 20);
         desc.left.distortion[0] = world.number() * 1e-3;
     }
-    if (world.input.ConsumeBool()) desc.rotation[1] = world.number() * 1e-2;
+    if (world.input.flag()) desc.rotation[1] = world.number() * 1e-2;
     defrec_rig rig = nullptr;
     if (defrec_rig_create(world.context, &desc, &rig) == DEFREC_OK) world.rigs.push_back(rig);
 }
@@ -71,12 +68,12 @@ void make_tracker(World& world) {
     defrec_tracker_desc desc;
     DEFREC_INIT(&desc);
     desc.device_id = "cpu";
-    desc.format = world.input.ConsumeIntegralInRange<uint32_t>(0, 5);
-    desc.frames_in_flight = world.input.ConsumeIntegralInRange<uint32_t>(0, 4);
-    desc.grow = world.input.ConsumeIntegralInRange<uint32_t>(0, 2);
-    desc.self_calibration = world.input.ConsumeIntegralInRange<uint32_t>(0, 3);
-    if (world.input.ConsumeBool()) desc.arap_weight = static_cast<float>(world.number());
-    if (world.input.ConsumeBool()) desc.vertex_spacing_px = static_cast<float>(world.number());
+    desc.format = world.input.number<uint32_t>(0, 5);
+    desc.frames_in_flight = world.input.number<uint32_t>(0, 4);
+    desc.grow = world.input.number<uint32_t>(0, 2);
+    desc.self_calibration = world.input.number<uint32_t>(0, 3);
+    if (world.input.flag()) desc.arap_weight = static_cast<float>(world.number());
+    if (world.input.flag()) desc.vertex_spacing_px = static_cast<float>(world.number());
     defrec_tracker tracker = nullptr;
     if (defrec_tracker_create(world.context, world.any(world.rigs), &desc, &tracker) == DEFREC_OK)
         world.trackers.push_back(tracker);
@@ -85,7 +82,7 @@ void make_tracker(World& world) {
 void submit(World& world) {
     defrec_image images[2];
     for (size_t view = 0; view < 2; ++view) {
-        const Pair& pair = world.pairs[world.input.ConsumeIntegralInRange<size_t>(0, 1)];
+        const Pair& pair = world.pairs[world.input.number<size_t>(0, 1)];
         DEFREC_INIT(&images[view]);
         images[view].format = DEFREC_FORMAT_GRAY8;
         images[view].width = kWidth;
@@ -94,10 +91,10 @@ void submit(World& world) {
     }
     defrec_frame frame;
     DEFREC_INIT(&frame);
-    frame.timestamp_ns = world.input.ConsumeIntegral<int64_t>();
-    frame.flags = world.input.ConsumeIntegralInRange<uint32_t>(0, 3);
+    frame.timestamp_ns = world.input.number<int64_t>();
+    frame.flags = world.input.number<uint32_t>(0, 3);
     frame.left = &images[0];
-    frame.right = world.input.ConsumeBool() ? &images[1] : &images[0];
+    frame.right = world.input.flag() ? &images[1] : &images[0];
     defrec_job job = nullptr;
     if (defrec_tracker_submit(world.any(world.trackers), &frame, &job) == DEFREC_OK)
         world.jobs.push_back(job);
@@ -106,16 +103,16 @@ void submit(World& world) {
 void look_at(World& world) {
     const defrec_job job = world.any(world.jobs);
     constexpr uint64_t kTimes[] = {0, 1000000, UINT64_MAX};
-    static_cast<void>(defrec_job_wait(job, world.input.PickValueInArray(kTimes)));
+    static_cast<void>(defrec_job_wait(job, world.input.one_of(kTimes)));
     defrec_result result;
     DEFREC_INIT(&result);
     static_cast<void>(defrec_job_result(job, &result));
     const double uv[4] = {world.number(), world.number(), 40, 30};
     double xyz[6], moved[6], covariance[12];
     uint8_t found[2], status[2], evidence[2];
-    const size_t points = world.input.ConsumeIntegralInRange<size_t>(0, 2);
+    const size_t points = world.input.number<size_t>(0, 2);
     if (defrec_job_lift_points(job, uv, points, xyz, found) != DEFREC_OK || points < 2) return;
-    if (world.input.ConsumeBool()) xyz[0] = world.number();
+    if (world.input.flag()) xyz[0] = world.number();
     static_cast<void>(defrec_job_warp_points(job, xyz, points, moved, status, nullptr));
     static_cast<void>(defrec_job_point_covariances(job, xyz, points, covariance, evidence));
 }
@@ -123,9 +120,8 @@ void look_at(World& world) {
 void get_template(World& world) {
     defrec_template surface = nullptr;
     const defrec_status status =
-        world.input.ConsumeBool()
-            ? defrec_job_get_template(world.any(world.jobs), &surface)
-            : defrec_tracker_get_template(world.any(world.trackers), &surface);
+        world.input.flag() ? defrec_job_get_template(world.any(world.jobs), &surface)
+                           : defrec_tracker_get_template(world.any(world.trackers), &surface);
     if (status == DEFREC_OK && surface != nullptr) world.templates.push_back(surface);
 }
 
@@ -155,11 +151,10 @@ constexpr void (*kCalls[])(World&) = {
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     static defrec_context const context = make_context();
-    FuzzedDataProvider input(data, size);
+    Input input(data, size);
     World world{context, input, {}, {}, {}, {}};
     make_rig(world);
     make_tracker(world);
-    for (int i = 0; i < 40 && input.remaining_bytes() > 0; ++i)
-        input.PickValueInArray(kCalls)(world);
+    for (int i = 0; i < 40 && !input.is_empty(); ++i) input.one_of(kCalls)(world);
     return 0;
 }

@@ -37,7 +37,7 @@ inline defrec_rig_desc small_rig() {
     DEFREC_INIT(&desc);
     desc.width = kWidth;
     desc.height = kHeight;
-    desc.left = {100, 100, kWidth / 2, kHeight / 2, {}, 0, 0};
+    desc.left = {100, 100, kWidth / 2.0, kHeight / 2.0, {}, 0, 0};
     desc.right = desc.left;
     desc.rotation[0] = desc.rotation[4] = desc.rotation[8] = 1;
     desc.translation[0] = -5;

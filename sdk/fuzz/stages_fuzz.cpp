@@ -1,9 +1,8 @@
 // Parameters and buffers of the stages: backend cpu accepts what the reference does, and neither
 // leaves its buffers. Of the stages whose results are exact, both give the same bytes.
-#include <fuzzer/FuzzedDataProvider.h>
-
 #include <cstring>
 
+#include "sdk/fuzz/input.hpp"
 #include "sdk/fuzz/session.hpp"
 
 using namespace defrec::fuzz;
@@ -47,19 +46,18 @@ T with_camera(T params) {
 
 // Good parameters of which the input changes some bytes.
 template <class T>
-void change(T params, FuzzedDataProvider& input, Params& made) {
+void change(T params, Input& input, Params& made) {
     params.struct_size = sizeof params;
     std::memcpy(made.bytes, &params, sizeof params);
-    for (int i = input.ConsumeIntegralInRange<int>(0, 3); i > 0; --i) {
-        const size_t offset = 4 * input.ConsumeIntegralInRange<size_t>(1, sizeof params / 4 - 1);
-        const uint32_t value = input.ConsumeBool()
-                                   ? input.ConsumeIntegralInRange<uint32_t>(0, kLargest)
-                                   : input.PickValueInArray(kExtremes);
+    for (uint32_t i = input.number<uint32_t>(0, 3); i > 0; --i) {
+        const size_t offset = 4 * input.number<size_t>(1, sizeof params / 4 - 1);
+        const uint32_t value =
+            input.flag() ? input.number<uint32_t>(0, kLargest) : input.one_of(kExtremes);
         std::memcpy(made.bytes + offset, &value, sizeof value);
     }
 }
 
-void make_params(uint32_t stage, FuzzedDataProvider& input, Params& made) {
+void make_params(uint32_t stage, Input& input, Params& made) {
     switch (stage) {
         case DEFREC_STAGE_RECTIFY: {
             defrec_rectify_params params{};
@@ -112,11 +110,11 @@ void make_params(uint32_t stage, FuzzedDataProvider& input, Params& made) {
 
 class Buffers {
   public:
-    Buffers(size_t count, FuzzedDataProvider& input) {
+    Buffers(size_t count, Input& input) {
         for (size_t i = 0; i < count; ++i) {
-            std::vector<uint8_t>& bytes = bytes_.emplace_back(
-                input.ConsumeBool() ? kBytes : input.ConsumeIntegralInRange<size_t>(0, kBytes));
-            const auto pattern = input.ConsumeBytes<uint8_t>(input.ConsumeIntegralInRange(0, 64));
+            std::vector<uint8_t>& bytes =
+                bytes_.emplace_back(input.flag() ? kBytes : input.number<size_t>(0, kBytes));
+            const auto pattern = input.bytes(input.number<size_t>(0, 64));
             for (size_t at = 0; at < bytes.size() && !pattern.empty(); ++at)
                 bytes[at] = static_cast<uint8_t>(pattern[at % pattern.size()] + at / 4096);
         }
@@ -162,8 +160,8 @@ Outcome run(defrec_context context, const char* device, const Shape& shape, cons
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     static defrec_context const context = make_context();
-    FuzzedDataProvider input(data, size);
-    const Shape& shape = input.PickValueInArray(kShapes);
+    Input input(data, size);
+    const Shape& shape = input.one_of(kShapes);
     Params params;
     make_params(shape.stage, input, params);
     const Buffers prepared(shape.prepared, input), inputs(shape.inputs, input);

@@ -13,9 +13,11 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
 
 #include "sdk/base/descriptor.hpp"
+#include "sdk/cli/devices/probe_reply.hpp"
 #include "sdk/cli/io/terminal.hpp"
 #include "sdk/cli/io/text.hpp"
 #include "sdk/cli/program/library.hpp"
@@ -145,16 +147,6 @@ ChildOutput run_child(const std::vector<std::string>& arguments, std::chrono::mi
     return output;
 }
 
-// The plugin's code may have written it.
-bool is_reply(const nlohmann::json& json) {
-    if (!json.is_object() || !json.contains("good") || !json["good"].is_boolean() ||
-        !json.contains("message") || !json["message"].is_string() || !json.contains("devices") ||
-        !json["devices"].is_array())
-        return false;
-    return std::all_of(json["devices"].begin(), json["devices"].end(),
-                       [](const nlohmann::json& device) { return device.is_string(); });
-}
-
 }  // namespace
 
 std::vector<std::string> find_manifests() {
@@ -193,46 +185,41 @@ ProbeResult probe_in_child(const std::string& program, const std::string& manife
         result.message = std::string("it crashed the process that opened it (") +
                          ::strsignal(WTERMSIG(output.status)) + ").";
     } else {
-        const auto json = nlohmann::json::parse(output.text, nullptr, false);
-        if (!is_reply(json)) {
+        std::optional<ProbeReply> reply = read_probe_reply(output.text);
+        if (!reply) {
             result.message = "it ended the process that opened it, with exit code " +
                              std::to_string(WEXITSTATUS(output.status)) + ".";
             return result;
         }
-        result.is_good = json["good"].get<bool>();
-        result.message = json["message"].get<std::string>();
-        result.devices = json["devices"].get<std::vector<std::string>>();
+        result.is_good = reply->is_good;
+        result.message = std::move(reply->message);
+        result.devices = std::move(reply->devices);
     }
     return result;
 }
 
 int run_probe(const std::string& manifest) {
-    nlohmann::json json;
-    std::vector<std::string> tried;
-    bool is_good = true;
-    std::string message;
+    ProbeReply reply;
+    reply.is_good = true;
     try {
         const Context context = open_context({1, true, {manifest}});
         for (const Plugin& plugin : list_plugins(context)) {
             if (plugin.is_loaded && plugin.reason.empty()) continue;
-            is_good = false;
-            message = plugin.reason;
+            reply.is_good = false;
+            reply.message = plugin.reason;
         }
         for (const Device& device : list_devices(context)) {
-            tried.push_back(device.id);
+            reply.devices.push_back(device.id);
             if (device.has_every_stage()) track_noise(context, device);
         }
-        if (is_good)
-            message =
-                tried.empty() ? "it loads and has no device here." : "it loads and tracks a frame.";
+        if (reply.is_good)
+            reply.message = reply.devices.empty() ? "it loads and has no device here."
+                                                  : "it loads and tracks a frame.";
     } catch (const CliError& error) {
-        is_good = false;
-        message = error.what();
+        reply.is_good = false;
+        reply.message = error.what();
     }
-    json["good"] = is_good;
-    json["message"] = message;
-    json["devices"] = tried;
-    print(json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace) + "\n");
+    print(write_probe_reply(reply) + "\n");
     return static_cast<int>(ExitCode::kOk);
 }
 
