@@ -950,6 +950,9 @@ enum {
                                                   the image: no vertex counts as observed @since
                                                   1.1 */
     DEFREC_REASON_OVERDUE        = 1u << 20, /**< done after its deadline @since 1.1 */
+    DEFREC_REASON_CUT            = 1u << 21, /**< from this frame on the template is parted along a
+                                                  line where tissue came apart: see cut_points of
+                                                  defrec_template_info @since 1.1 */
     DEFREC_REASON_ONE_EYE        = 1u << 9,  /**< deprecated: the earlier name of
                                                   DEFREC_REASON_ONE_VIEW */
     DEFREC_REASON_EYES_SWAPPED   = 1u << 12  /**< deprecated: the earlier name of
@@ -1121,27 +1124,38 @@ DEFREC_API defrec_status DEFREC_CALL defrec_tracker_set_template(
  *  @threads any @since 1.0 */
 DEFREC_API void DEFREC_CALL defrec_template_release(defrec_template surface);
 
+/** A point of a line along which tissue came apart, 16 bytes. @since 1.1 */
+typedef struct defrec_cut_point {
+    float    position[3]; /**< on the surface at rest, template frame, mm */
+    uint32_t cut;         /**< which line, from 0; a line's points follow one another, those of
+                               earlier lines come first */
+} defrec_cut_point;
+
 /** What a template consists of. The pointers live as long as the handle. */
 typedef struct defrec_template_info {
-    uint32_t                    struct_size;    /**< see DEFREC_INIT */
-    uint32_t                    width, height;  /**< of the rectified image it was taken from */
-    uint32_t                    reserved;       /**< 0 */
-    defrec_camera               camera;         /**< rectified; the template frame is its */
-    const defrec_surface_point *vertices;       /**< of the surface */
-    uint64_t                    vertex_count;   /**< vertices */
-    const uint32_t             *triangles;      /**< three vertex indices each, counter-clockwise
-                                                     seen from the camera */
-    uint64_t                    triangle_count; /**< triangles */
-    const float                *nodes;          /**< xyz per control point, template frame */
-    uint64_t                    node_count;     /**< control points */
-    const defrec_edge          *edges;          /**< connections between control points */
-    uint64_t                    edge_count;     /**< edges */
-    const defrec_landmark      *landmarks;      /**< features with a surface under them */
-    uint64_t                    landmark_count; /**< landmarks */
-    const defrec_patch         *patches;        /**< what guided search looks for */
-    uint64_t                    patch_count;    /**< patches */
-    const uint8_t              *image;          /**< width * height gray values of the rectified
+    uint32_t                    struct_size;     /**< see DEFREC_INIT */
+    uint32_t                    width, height;   /**< of the rectified image it was taken from */
+    uint32_t                    reserved;        /**< 0 */
+    defrec_camera               camera;          /**< rectified; the template frame is its */
+    const defrec_surface_point *vertices;        /**< of the surface */
+    uint64_t                    vertex_count;    /**< vertices */
+    const uint32_t             *triangles;       /**< three vertex indices each, counter-clockwise
+                                                     seen from the camera; three times the same
+                                                     where a cut crosses the triangle */
+    uint64_t                    triangle_count;  /**< triangles */
+    const float                *nodes;           /**< xyz per control point, template frame */
+    uint64_t                    node_count;      /**< control points */
+    const defrec_edge          *edges;           /**< connections between control points */
+    uint64_t                    edge_count;      /**< edges */
+    const defrec_landmark      *landmarks;       /**< features with a surface under them */
+    uint64_t                    landmark_count;  /**< landmarks */
+    const defrec_patch         *patches;         /**< what guided search looks for */
+    uint64_t                    patch_count;     /**< patches */
+    const uint8_t              *image;           /**< width * height gray values of the rectified
                                                      left image */
+    const defrec_cut_point     *cut_points;      /**< of the lines along which tissue came apart
+                                                     @since 1.1 */
+    uint64_t                    cut_point_count; /**< cut points @since 1.1 */
 } defrec_template_info;
 /** Describes the template surface.
  *  @errors none but those of every function.

@@ -77,6 +77,7 @@ defrec_memory_desc layout_of_defrec_memory_desc;
 defrec_frame layout_of_defrec_frame;
 defrec_stage_time layout_of_defrec_stage_time;
 defrec_result layout_of_defrec_result;
+defrec_cut_point layout_of_defrec_cut_point;
 defrec_template_info layout_of_defrec_template_info;
 defrec_host layout_of_defrec_host;
 defrec_stage_table layout_of_defrec_stage_table;

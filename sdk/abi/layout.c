@@ -351,6 +351,9 @@ int main(void) {
     FIELD(defrec_result, rig_matches);
     FIELD(defrec_result, template_epoch);
     FIELD(defrec_result, device_id);
+    SIZE(defrec_cut_point);
+    FIELD(defrec_cut_point, position);
+    FIELD(defrec_cut_point, cut);
     FIELD(defrec_template_info, struct_size);
     FIELD(defrec_template_info, width);
     FIELD(defrec_template_info, height);
@@ -369,6 +372,8 @@ int main(void) {
     FIELD(defrec_template_info, patches);
     FIELD(defrec_template_info, patch_count);
     FIELD(defrec_template_info, image);
+    FIELD(defrec_template_info, cut_points);
+    FIELD(defrec_template_info, cut_point_count);
     VALUE(DEFREC_OK);
     VALUE(DEFREC_TIMEOUT);
     VALUE(DEFREC_ERROR_ARGUMENT);
@@ -454,6 +459,7 @@ int main(void) {
     VALUE(DEFREC_REASON_COARSE);
     VALUE(DEFREC_REASON_UNCHECKED);
     VALUE(DEFREC_REASON_OVERDUE);
+    VALUE(DEFREC_REASON_CUT);
     VALUE(DEFREC_REASON_ONE_EYE);
     VALUE(DEFREC_REASON_EYES_SWAPPED);
     VALUE(DEFREC_POINT_OBSERVED);

@@ -23,7 +23,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "the file's layout is the memory's");
 
 constexpr char kMagic[8] = {'d', 'e', 'f', 'r', 'e', 'c', 'T', '\n'};
-constexpr uint32_t kFirstViewVersion = 1, kGrownVersion = 2, kPiecesVersion = 3;
+constexpr uint32_t kFirstViewVersion = 1, kGrownVersion = 2, kPiecesVersion = 3, kCutsVersion = 4;
 constexpr uint64_t kMaxBytes = uint64_t{1} << 30;
 
 uint64_t checksum(const char* bytes, size_t count) {
@@ -163,6 +163,32 @@ void read_parts(Reader& reader, TemplateData& data, GrownChecks& grown) {
     }
     reader.array(grown.checks);
     reader.array(grown.of_vertex);
+}
+
+void write_cuts(const std::vector<CutLine>& cuts, Writer& writer) {
+    writer.value(static_cast<uint64_t>(cuts.size()));
+    for (const CutLine& cut : cuts) {
+        writer.value(cut.piece);
+        writer.array(cut.pixels);
+    }
+}
+
+void read_cuts(Reader& reader, std::vector<CutLine>& cuts) {
+    constexpr uint64_t kMaxCuts = 1 << 20;
+    uint64_t count = 0;
+    reader.value(count);
+    if (count == 0 || count > kMaxCuts) reader.broken("its number of cuts is out of range");
+    for (uint64_t i = 0; i < count; ++i) {
+        CutLine& cut = cuts.emplace_back();
+        reader.value(cut.piece);
+        reader.array(cut.pixels);
+        const auto is_inside = [](const std::array<float, 2>& pixel) {
+            constexpr float kMost = 2 * DEFREC_MAX_SIDE;  // a cut may end outside of the image
+            return std::abs(pixel[0]) <= kMost && std::abs(pixel[1]) <= kMost;  // false for NaN
+        };
+        if (cut.pixels.size() < 2 || !std::ranges::all_of(cut.pixels, is_inside))
+            reader.broken("a cut is out of range");
+    }
 }
 
 bool skin_in_range(const int32_t* node, const float* weight, size_t nodes) {
@@ -328,13 +354,16 @@ void Template::save(const char* path) const {
     Writer writer;
     for (const char c : kMagic) writer.value(c);
     const bool has_pieces = !data_.node_piece.empty();
-    writer.value(has_pieces            ? kPiecesVersion
+    const bool has_cuts = !data_.node_grid.cuts.empty();
+    writer.value(has_cuts              ? kCutsVersion
+                 : has_pieces          ? kPiecesVersion
                  : data_.parts.empty() ? kFirstViewVersion
                                        : kGrownVersion);
     visit_scalars(data_, [&](const auto& value) { writer.value(value); });
     visit_arrays(data_, [&](const auto& values) { writer.array(values); });
-    if (has_pieces) writer.array(data_.node_piece);
-    if (has_pieces || !data_.parts.empty()) write_parts(data_, writer);
+    if (has_cuts || has_pieces) writer.array(data_.node_piece);
+    if (has_cuts || has_pieces || !data_.parts.empty()) write_parts(data_, writer);
+    if (has_cuts) write_cuts(data_.node_grid.cuts, writer);
     const std::string& bytes = writer.bytes();
     const uint64_t sum = checksum(bytes.data(), bytes.size());
 
@@ -377,15 +406,16 @@ std::shared_ptr<const Template> Template::load(Context& context, const char* pat
     reader.value(magic);
     uint32_t version = 0;
     reader.value(version);
-    if (version < kFirstViewVersion || version > kPiecesVersion)
+    if (version < kFirstViewVersion || version > kCutsVersion)
         fail(DEFREC_ERROR_VERSION, name, " has layout ", version, ", this library reads ",
-             kFirstViewVersion, " to ", kPiecesVersion);
+             kFirstViewVersion, " to ", kCutsVersion);
     TemplateData data;
     visit_scalars(data, [&](auto& value) { reader.value(value); });
     visit_arrays(data, [&](auto& values) { reader.array(values); });
     GrownChecks grown;
-    if (version == kPiecesVersion) reader.array(data.node_piece);
+    if (version >= kPiecesVersion) reader.array(data.node_piece);
     if (version != kFirstViewVersion) read_parts(reader, data, grown);
+    if (version == kCutsVersion) read_cuts(reader, data.node_grid.cuts);
     if (version == kGrownVersion && data.parts.empty())
         reader.broken("its number of parts is out of range");
     const size_t end = reader.position();

@@ -24,7 +24,7 @@ TemplateData square() {
     data.height = 48;
     data.camera = {100, 100, 32, 24, 5};
     data.grid = {2, 2, 40, {10, 10, 10, 10}, {0, 0, 0, 0}, {0, 1, 2, 3}, {}};
-    data.node_grid = {2, 2, 40, 40, {0, 0, 0, 0}};
+    data.node_grid = {2, 2, 40, 40, {0, 0, 0, 0}, {}};
     data.node_spacing_mm = 20;
     for (int i = 0; i < 4; ++i) {
         defrec_surface_point point{};
@@ -203,6 +203,37 @@ TEST_CASE("pieces that do not fit their template are refused") {
         TemplateData data = two_pieces();
         spoil(data);
         CAPTURE(&spoil - faults);
+        CHECK(reload(data) == nullptr);
+    }
+}
+
+TEST_CASE("a template that was cut is read as it was written") {
+    for (const bool is_grown : {false, true}) {
+        TemplateData data = is_grown ? grown_square() : square();
+        data.check_of_vertex.resize(data.vertices.size(), -1);
+        data.node_grid.cuts = {{0, {{5, 6}, {7, 8.5f}}}, {0, {{-3, 6}, {7, 8}, {9, 9}}}};
+        const defrec::test::TemporaryFolder folder;
+        const std::string path = folder.path() / "template", again = folder.path() / "again";
+        defrec::Template(data).save(path.c_str());
+        const defrec::test::TestContext context;
+        defrec_template loaded = nullptr;
+        REQUIRE(defrec_template_load(context.get(), path.c_str(), &loaded) == DEFREC_OK);
+        REQUIRE(defrec_template_save(loaded, again.c_str()) == DEFREC_OK);
+        defrec_template_release(loaded);
+        const auto bytes = defrec::test::read_file(path);
+        CHECK(bytes == defrec::test::read_file(again));
+        CHECK(bytes[8] == 4);  // the layout
+    }
+}
+
+TEST_CASE("cuts that are no lines are refused") {
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    const std::vector<std::array<float, 2>> faults[] = {
+        {}, {{5, 6}}, {{5, 6}, {nan, 6}}, {{5, 6}, {5, 1e9f}}, {{5, -1e9f}, {5, 6}}};
+    for (const auto& pixels : faults) {
+        TemplateData data = square();
+        data.node_grid.cuts = {{0, {{5, 6}, {7, 8}}}, {0, pixels}};
+        CAPTURE(pixels.size());
         CHECK(reload(data) == nullptr);
     }
 }

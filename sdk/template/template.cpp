@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
+#include "sdk/template/cut.hpp"
 #include "sdk/template/surface_index.hpp"
 #include "sdk/template/surroundings.hpp"
 
@@ -59,6 +61,7 @@ size_t TemplateData::pieces() const {
 
 Template::Template(TemplateData data)
     : data_(std::move(data)),
+      cut_points_(cut_points(data_)),
       index_(data_.parts.empty() ? nullptr : std::make_unique<SurfaceIndex>(data_)),
       surroundings_(std::make_unique<Surroundings>(data_)) {}
 
@@ -81,6 +84,8 @@ void Template::info(defrec_template_info& out) const {
     out.patches = data_.patches.data();
     out.patch_count = data_.patches.size();
     out.image = data_.image.data();
+    out.cut_points = cut_points_.data();
+    out.cut_point_count = cut_points_.size();
 }
 
 void Template::lift(const double* uv, size_t count, double* xyz, uint8_t* found) const {
@@ -266,7 +271,33 @@ struct GridCell {
         return grid
             .node[piece * grid.cells() + static_cast<size_t>((y0 + dy) * grid.columns + x0 + dx)];
     }
+    // Whether a pixel and that control point of its cell, or of one round it, are not parted.
+    bool joins(const NodeGrid& grid, size_t piece, double u, double v, int dx, int dy) const {
+        return !is_parted(grid.cuts, piece, {u, v},
+                          {(x0 + dx) * grid.spacing_u, (y0 + dy) * grid.spacing_v});
+    }
 };
+
+// Where all control points round a pixel lie beyond a cut: the nearest one of the cells round it
+// that does not; -1: there is none.
+int32_t nearest_joined(const NodeGrid& grid, size_t piece, double u, double v) {
+    constexpr int kReach = 2;  // cells
+    const GridCell cell(grid, u, v);
+    int32_t nearest = -1;
+    double least = std::numeric_limits<double>::infinity();
+    for (int dy = -kReach; dy <= kReach + 1; ++dy)
+        for (int dx = -kReach; dx <= kReach + 1; ++dx) {
+            if (cell.x0 + dx < 0 || cell.y0 + dy < 0 || cell.x0 + dx >= grid.columns ||
+                cell.y0 + dy >= grid.rows)
+                continue;
+            const int32_t node = cell.node(grid, piece, dx, dy);
+            const double distance = std::hypot(dx - cell.fx, dy - cell.fy);
+            if (node < 0 || distance >= least || !cell.joins(grid, piece, u, v, dx, dy)) continue;
+            nearest = node;
+            least = distance;
+        }
+    return nearest;
+}
 
 }  // namespace
 
@@ -274,18 +305,28 @@ bool grid_skin(const NodeGrid& grid, size_t piece, double u, double v, Skin& ski
     if ((piece + 1) * grid.cells() > grid.node.size()) return false;  // it joined later
     const GridCell cell(grid, u, v);
     double sum = 0;
-    int used = 0;
+    int used = 0, parted = 0;
     skin = Skin{};
     for (int dy = 0; dy < 2; ++dy)
         for (int dx = 0; dx < 2; ++dx) {
             const int32_t node = cell.node(grid, piece, dx, dy);
             const double weight = (dx ? cell.fx : 1 - cell.fx) * (dy ? cell.fy : 1 - cell.fy);
             if (node < 0) continue;
+            if (!cell.joins(grid, piece, u, v, dx, dy)) {
+                ++parted;
+                continue;
+            }
             skin.node[static_cast<size_t>(used)] = node;
             skin.weight[static_cast<size_t>(used)] = static_cast<float>(weight);
             sum += weight;
             ++used;
         }
+    if (used == 0 && parted > 0) {
+        const int32_t node = nearest_joined(grid, piece, u, v);
+        if (node < 0) return false;
+        skin.node[0] = node;
+        used = 1;
+    }
     if (used == 0) return false;
     for (int k = 0; k < DEFREC_SKIN_NODES; ++k) {
         const size_t slot = static_cast<size_t>(k);
@@ -305,7 +346,7 @@ defrec_patch_slope grid_slope(const NodeGrid& grid, size_t piece, double u, doub
     defrec_patch_slope slope{};
     for (int k = 0; k < 4; ++k) {  // in the order of grid_skin
         const int dx = k % 2, dy = k / 2;
-        if (cell.node(grid, piece, dx, dy) < 0) return {};
+        if (cell.node(grid, piece, dx, dy) < 0 || !cell.joins(grid, piece, u, v, dx, dy)) return {};
         slope.weight_u[k] =
             static_cast<float>((dx ? 1 : -1) * (dy ? cell.fy : 1 - cell.fy) / grid.spacing_u);
         slope.weight_v[k] =

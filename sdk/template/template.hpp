@@ -36,12 +36,20 @@ struct SurfaceGrid {
     std::vector<uint8_t> piece;   // of the surface, where vertex >= 0; empty: there is one
 };
 
+// Where a piece of the surface came apart: a line in the template's image that no connection, no
+// weight and no triangle crosses (cut.hpp).
+struct CutLine {
+    uint8_t piece = 0;
+    std::vector<std::array<float, 2>> pixels;  // u and v; at least two
+};
+
 // Control points on regular grids over the template's image, one grid for each piece of the
 // surface.
 struct NodeGrid {
     int columns = 0, rows = 0;
     double spacing_u = 0, spacing_v = 0;  // px
     std::vector<int32_t> node;            // index of the control point, -1: none; piece by piece
+    std::vector<CutLine> cuts;
     size_t cells() const { return static_cast<size_t>(columns) * static_cast<size_t>(rows); }
 };
 
@@ -136,6 +144,7 @@ class Template {
     Skin skin_of(const double xyz[3]) const;
 
     TemplateData data_;
+    std::vector<defrec_cut_point> cut_points_;
     std::unique_ptr<const SurfaceIndex> index_;  // null: it has not grown
     std::unique_ptr<const Surroundings> surroundings_;
 };
@@ -151,9 +160,11 @@ bool grid_disparity(const TemplateData& data, int piece, double u, double v, dou
                     double& support);
 bool grid_disparity(const TemplateData& data, double u, double v, double& disparity,
                     double& support);
-// The control points of a piece round a pixel, bilinear; false where there are none.
+// The control points of a piece round a pixel, bilinear; beside a cut those on the pixel's side.
+// false where there are none.
 bool grid_skin(const NodeGrid& grid, size_t piece, double u, double v, Skin& skin);
-// How the weights there change per pixel; 0 where one of the four control points is missing.
+// How the weights there change per pixel; 0 where one of the four control points is missing or lies
+// beyond a cut.
 defrec_patch_slope grid_slope(const NodeGrid& grid, size_t piece, double u, double v);
 // Lowers every value of a grid to the least of the others plus the distance there, in grid steps
 // (chamfer: 1 to a side, sqrt 2 to a corner). With 0 at some places and much at all others: the

@@ -8,6 +8,7 @@
 
 #include "backends/shared/motion.hpp"
 #include "sdk/contract/pixel_format.hpp"
+#include "sdk/template/cut.hpp"
 
 namespace defrec {
 namespace {
@@ -126,6 +127,7 @@ void SurfaceFollower::process(TrackerJob& job) {
     }
     const bool captures =
         template_ == nullptr || (job.input.flags & DEFREC_FRAME_CAPTURE_TEMPLATE) != 0;
+    if (!captures && release_cut()) job.reasons |= DEFREC_REASON_CUT;
     if (!captures && grow()) job.reasons |= DEFREC_REASON_TEMPLATE_GREW;
     const uint32_t reasons = job.reasons;
     // A template keeps the depth that it was captured with: where its own frame shows that the rig
@@ -255,26 +257,45 @@ void SurfaceFollower::adopt(std::shared_ptr<const Template> surface, bool is_obs
     ++epoch_;
     ++template_epoch_;
     growth_.reset();
+    cut_watch_.reset();
+    cut_.reset();
     const std::lock_guard lock(template_mutex_);
     template_ = std::move(surface);
+}
+
+// The surface is where it was, with more or other parts; motions: of its control points.
+void SurfaceFollower::change_template(TemplateData changed, std::vector<defrec_motion> motions) {
+    auto surface = std::make_shared<const Template>(std::move(changed));
+    const TemplateData& data = surface->data();
+    Surface made{SurfaceModel(data), std::move(motions), last_->samples};
+    for (size_t i = made.samples.size(); i < data.vertices.size(); ++i)
+        made.samples.push_back(moved(data.vertices[i], made.motions));
+    pipeline_.set_template(data);
+    last_ = std::move(made);
+    ++template_epoch_;
+    const std::lock_guard lock(template_mutex_);
+    template_ = std::move(surface);
+}
+
+// Releases what connects the sides of a cut that the frames before showed; false where there is
+// none. Tissue that was about to join is fitted anew.
+bool SurfaceFollower::release_cut() {
+    if (!cut_) return false;
+    change_template(release_across(template_->data(), *cut_), last_->motions);
+    cut_.reset();
+    cut_watch_.reset();
+    growth_.reset();
+    return true;
 }
 
 // Takes in the tissue that is to join with this frame; false where there is none.
 bool SurfaceFollower::grow() {
     std::optional<Growth> growth = growth_.begin_frame();
     if (!growth) return false;
-    auto surface = std::make_shared<const Template>(std::move(growth->data));
-    const TemplateData& data = surface->data();
-    Surface made{SurfaceModel(data), last_->motions, last_->samples};
-    extend_motions(data.nodes, growth->anchors, made.motions);
-    for (size_t i = made.samples.size(); i < data.vertices.size(); ++i)
-        made.samples.push_back(moved(data.vertices[i], made.motions));
-    pipeline_.set_template(data);
-    growth_.joined(data, growth->anchors);
-    last_ = std::move(made);
-    ++template_epoch_;
-    const std::lock_guard lock(template_mutex_);
-    template_ = std::move(surface);
+    std::vector<defrec_motion> motions = last_->motions;
+    extend_motions(growth->data.nodes, growth->anchors, motions);
+    change_template(std::move(growth->data), std::move(motions));
+    growth_.joined(template_->data(), growth->anchors);
     return true;
 }
 
@@ -439,6 +460,9 @@ void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict, bool use
     job.age = age_;
     if (growth_.is_full()) job.reasons |= DEFREC_REASON_TEMPLATE_FULL;
     describe_surface(job, uses_depth);
+    if (verdict.found && uses_depth && chosen_->effort == Effort::kFull && !cut_)
+        cut_ =
+            cut_watch_.add_frame(template_->data(), job.output.samples, job.lateral.is_confirmed);
 }
 
 void SurfaceFollower::describe_surface(TrackerJob& job, bool uses_depth) const {

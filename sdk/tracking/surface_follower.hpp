@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "sdk/tracking/backoff.hpp"
+#include "sdk/tracking/cut_watch.hpp"
 #include "sdk/tracking/frame_queue.hpp"
 #include "sdk/tracking/map_growth.hpp"
 #include "sdk/tracking/pipeline.hpp"
@@ -59,7 +60,9 @@ class SurfaceFollower {
     ImageStatistics statistics_of(const TrackerJob& job, int view) const;
     void capture(TrackerJob& job, ObservedFrame& frame);
     void adopt(std::shared_ptr<const Template> surface, bool is_observed);
+    bool release_cut();
     bool grow();
+    void change_template(TemplateData data, std::vector<defrec_motion> motions);
     bool prepare_results(TrackerJob& job);
     Chosen choose_effort(const TrackerJob& job) const;
     Effort begin_effort(const TrackerJob& job);
@@ -87,6 +90,8 @@ class SurfaceFollower {
     std::optional<Ahead> ahead_;
     bool is_depth_spoilt_ = false;  // in the last frame, by the right view's lag
     std::optional<Surface> last_;   // with the template
+    CutWatch cut_watch_;
+    std::optional<CutLine> cut_;  // that is released with the next frame
     StreamCheck stream_;
     RigMonitor rig_monitor_;  // of what is left after the shift
     RigEstimate rig_left_;    // its last estimate

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <numbers>
 
+#include "sdk/template/cut.hpp"
 #include "sdk/tracking/map_distance.hpp"
 
 namespace defrec {
@@ -51,6 +52,7 @@ void set_isotropic(Real expected_error, Real* covariance) {
 SurfaceModel::SurfaceModel(const TemplateData& given) : data(&given), cell(given.vertices.size()) {
     const auto count = static_cast<Eigen::Index>(given.vertices.size());
     cells = number_cells(given, cell);
+    is_beside_cut = vertices_beside_cuts(given);
     step_mm.resize(given.vertices.size());
     support_mm.resize(given.vertices.size());
     centred.setZero(4, count);
@@ -160,9 +162,12 @@ void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidenc
         const float z = samples[i].position[2], mm_per_px = z / fx,
                     per_px = depth_per_px(data.camera, z);
         const float to_observed = confidence.to_observed[model.cell[i]] * model.step_mm[i];
+        // Beside a cut it lies in the gap, or was counted to the wrong side.
+        const bool is_astray = model.is_beside_cut[i] != 0 && confidence.evidence[i] == 0;
         confidence.status[i] = confidence.evidence[i] == kBoth ? DEFREC_POINT_OBSERVED
-                               : to_observed <= kFarthestMm    ? DEFREC_POINT_EXTRAPOLATED
-                                                               : DEFREC_POINT_UNKNOWN;
+                               : to_observed <= kFarthestMm && !is_astray
+                                   ? DEFREC_POINT_EXTRAPOLATED
+                                   : DEFREC_POINT_UNKNOWN;
         const float far_lateral = std::min(confidence.to_lateral[model.cell[i]] * model.step_mm[i],
                                            kFarthestGrowthMm),
                     far_observed = std::min(to_observed, kFarthestGrowthMm);

@@ -241,6 +241,11 @@ namespace Defrec
         Unchecked = 1u << 19,
         /// <summary>Done after its deadline.</summary>
         Overdue = 1u << 20,
+        /// <summary>
+        /// From this frame on the template is parted along a line where tissue came apart: see cut_points of
+        /// defrec_template_info.
+        /// </summary>
+        Cut = 1u << 21,
         /// <summary>Deprecated: the earlier name of Reasons.OneView.</summary>
         OneEye = 1u << 9,
         /// <summary>Deprecated: the earlier name of Reasons.ViewsSwapped.</summary>

@@ -243,4 +243,14 @@ namespace Defrec
         public int Failed;
         internal uint Reserved;
     }
+
+    /// <summary>A point of a line along which tissue came apart, 16 bytes.</summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public partial struct CutPoint
+    {
+        /// <summary>On the surface at rest, template frame, mm.</summary>
+        public Float3 Position;
+        /// <summary>Which line, from 0; a line's points follow one another, those of earlier lines come first.</summary>
+        public uint Cut;
+    }
 }

@@ -31,6 +31,7 @@ namespace Defrec
                 template.EdgeCount = Check.ArrayLength(info.edge_count, 1);
                 template.LandmarkCount = Check.ArrayLength(info.landmark_count, 1);
                 template.PatchCount = Check.ArrayLength(info.patch_count, 1);
+                template.CutPointCount = Check.ArrayLength(info.cut_point_count, 1);
                 return template;
             }
             catch
@@ -77,6 +78,8 @@ namespace Defrec
         public int LandmarkCount { get; private set; }
         /// <summary>Pieces of its image that are searched in each frame.</summary>
         public int PatchCount { get; private set; }
+        /// <summary>Points of the lines along which tissue came apart.</summary>
+        public int CutPointCount { get; private set; }
 
         /// <summary>Its vertices. A new array.</summary>
         /// <exception cref="ObjectDisposedException">The template was disposed.</exception>
@@ -88,7 +91,7 @@ namespace Defrec
             return copy;
         }
 
-        /// <summary>Three vertex indices per triangle, counter-clockwise seen from the camera. A new array.</summary>
+        /// <summary>Three vertex indices per triangle, counter-clockwise seen from the camera; three times the same where a cut crosses it. A new array.</summary>
         /// <exception cref="ObjectDisposedException">The template was disposed.</exception>
         public uint[] GetTriangles()
         {
@@ -135,6 +138,16 @@ namespace Defrec
             var copy = new Patch[PatchCount];
             using (var use = new HandleUse(Handle))
             fixed (Patch* to = copy) NativeArray.Copy(Read(use).patches, to, copy.Length, sizeof(Patch));
+            return copy;
+        }
+
+        /// <summary>Of the lines along which tissue came apart (<see cref="Reasons.Cut"/>), one line after the other. A new array.</summary>
+        /// <exception cref="ObjectDisposedException">The template was disposed.</exception>
+        public CutPoint[] GetCutPoints()
+        {
+            var copy = new CutPoint[CutPointCount];
+            using (var use = new HandleUse(Handle))
+            fixed (CutPoint* to = copy) NativeArray.Copy(Read(use).cut_points, to, copy.Length, sizeof(CutPoint));
             return copy;
         }
 

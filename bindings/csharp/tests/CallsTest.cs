@@ -245,7 +245,7 @@ namespace Defrec.Tests
                     "defrec_job_point_covariances(job=" + handle + ", template_xyz=[1, 2, 3], count=1, covariance=written, evidence=NULL)",
                     "defrec_job_point_covariances(job=" + handle + ", template_xyz=[1, 2, 3], count=1, covariance=written, evidence=written)",
                     "defrec_job_lift_points(job=" + handle + ", uv=[0.5, 1.5], count=1, xyz=written, found=written)",
-                    "defrec_job_get_template(job=" + handle + ", out=" + template + ")", "defrec_template_get(surface=" + template + ", out={160})",
+                    "defrec_job_get_template(job=" + handle + ", out=" + template + ")", "defrec_template_get(surface=" + template + ", out={176})",
                     "defrec_template_release(surface=" + template + ")"
                 }));
                 job.Dispose();
@@ -295,11 +295,11 @@ namespace Defrec.Tests
             loaded.Dispose();
             Assert.That(Stub.Calls(), Is.EqualTo(new[]
             {
-                "defrec_tracker_get_template(tracker=" + tracker + ", out=" + handle + ")", "defrec_template_get(surface=" + handle + ", out={160})",
+                "defrec_tracker_get_template(tracker=" + tracker + ", out=" + handle + ")", "defrec_template_get(surface=" + handle + ", out={176})",
                 "defrec_template_lift(surface=" + handle + ", uv=[0.5, 1.5, 2, 3], count=2, xyz=written, found=written)",
                 "defrec_template_save(surface=" + handle + ", path=\"/tmp/\u00e9\")",
                 "defrec_tracker_set_template(tracker=" + tracker + ", surface=" + handle + ")", "defrec_template_release(surface=" + handle + ")",
-                "defrec_template_load(context=" + context + ", path=\"/b\", out=" + second + ")", "defrec_template_get(surface=" + second + ", out={160})",
+                "defrec_template_load(context=" + context + ", path=\"/b\", out=" + second + ")", "defrec_template_get(surface=" + second + ", out={176})",
                 "defrec_template_release(surface=" + second + ")"
             }));
         }

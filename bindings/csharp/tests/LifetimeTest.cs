@@ -131,6 +131,7 @@ namespace Defrec.Tests
                 { () => template.GetEdges(), "Template" },
                 { () => template.GetLandmarks(), "Template" },
                 { () => template.GetPatches(), "Template" },
+                { () => template.GetCutPoints(), "Template" },
                 { () => template.GetImage(), "Template" },
                 { () => template.Lift(uv, xyz, new bool[1]), "Template" },
                 { () => template.Save("/a"), "Template" },

@@ -219,6 +219,7 @@ namespace Defrec.Tests
                     Assert.That(loaded.GetEdges(), Is.EqualTo(saved.GetEdges()));
                     Assert.That(loaded.GetLandmarks(), Is.EqualTo(saved.GetLandmarks()));
                     Assert.That(loaded.GetPatches(), Is.EqualTo(saved.GetPatches()));
+                    Assert.That(loaded.GetCutPoints(), Is.EqualTo(saved.GetCutPoints()).And.Length.EqualTo(loaded.CutPointCount));
                     Assert.That(loaded.GetImage(), Is.EqualTo(saved.GetImage()));
                     Assert.That(loaded.Camera, Is.EqualTo(session.Rig.Camera));
                     session.Tracker.SetTemplate(loaded);

@@ -253,6 +253,9 @@ class Reason(IntFlag):
     """For want of time the surface was not compared with the image: no vertex counts as observed."""
     OVERDUE = 1048576
     """Done after its deadline."""
+    CUT = 2097152
+    """From this frame on the template is parted along a line where tissue came apart: see cut_points of
+    defrec_template_info."""
     ONE_EYE = 512
     """Deprecated: the earlier name of Reason.ONE_VIEW."""
     EYES_SWAPPED = 4096

@@ -900,6 +900,16 @@ class ResultStruct(Struct):
     """Of the device that computed the frame."""
 
 
+@c_struct("defrec_cut_point")
+class CutPoint(Struct):
+    """A point of a line along which tissue came apart, 16 bytes."""
+
+    position: F32x3
+    """On the surface at rest, template frame, mm."""
+    cut: U32
+    """Which line, from 0; a line's points follow one another, those of earlier lines come first."""
+
+
 @c_struct("defrec_template_info")
 class TemplateInfo(Struct):
     """What a template consists of. The pointers live as long as the handle."""
@@ -917,7 +927,8 @@ class TemplateInfo(Struct):
     vertex_count: U64
     """Vertices."""
     triangles: Address
-    """Three vertex indices each, counter-clockwise seen from the camera."""
+    """Three vertex indices each, counter-clockwise seen from the camera; three times the same where a cut crosses
+    the triangle."""
     triangle_count: U64
     """Triangles."""
     nodes: Address
@@ -938,3 +949,7 @@ class TemplateInfo(Struct):
     """Patches."""
     image: Address
     """Width * height gray values of the rectified left image."""
+    cut_points: Address
+    """Of the lines along which tissue came apart."""
+    cut_point_count: U64
+    """Cut points."""

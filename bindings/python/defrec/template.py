@@ -21,7 +21,7 @@ from ._arrays import (
 from ._handle import Handle
 from ._library import c_path, native
 from .context import Context
-from .structs import Camera, Edge, Landmark, Patch, SurfacePoint
+from .structs import Camera, CutPoint, Edge, Landmark, Patch, SurfacePoint
 
 
 class Lifted(NamedTuple):
@@ -54,6 +54,8 @@ class TemplateData:
     """(n,) Patch"""
     image: ByteArray
     """(height, width) uint8, the rectified left image"""
+    cut_points: RecordArray
+    """(n,) CutPoint, of the lines along which tissue came apart; a triangle that one crosses has three equal corners"""
 
 
 class Template(Handle):
@@ -104,4 +106,5 @@ def _copy_template(info: structs.TemplateInfo) -> TemplateData:
         landmarks=records(info.landmarks, Landmark, info.landmark_count),
         patches=records(info.patches, Patch, info.patch_count),
         image=copied(info.image, "B", (info.height, info.width)),
+        cut_points=records(info.cut_points, CutPoint, info.cut_point_count),
     )

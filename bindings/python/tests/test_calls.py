@@ -416,7 +416,7 @@ class Calls(stub.StubTest):
                 f"defrec_tracker_set_template(tracker={t}, surface={n})",
                 f"defrec_template_lift(surface={s}, uv=[1.5, 2.5, 3.5, 4.5], count=2, xyz=written, found=written)",
                 f'defrec_template_save(surface={s}, path="/out")',
-                f"defrec_template_get(surface={s}, out={{160}})",
+                f"defrec_template_get(surface={s}, out={{176}})",
                 f"defrec_template_release(surface={n})",
                 f"defrec_template_release(surface={s})",
             ],

@@ -2,6 +2,7 @@
 import ctypes
 import gc
 import os
+import struct
 import subprocess
 import sys
 import tempfile
@@ -184,6 +185,31 @@ class Tracking(LibraryTest):
         self.assertEqual(data.image.shape, (plane.HEIGHT, plane.WIDTH))
         self.assertLess(max(max(triangle) for triangle in data.triangles.tolist()), len(data.vertices))
         self.assertIn(second.track(*FRAMES[1], 1).state, (State.TRACKING, State.RELOCALISED))
+
+    def test_a_cut_is_told_by_its_points(self):
+        first = self.tracker()
+        first.track(*FRAMES[0], 1)
+        with tempfile.TemporaryDirectory() as folder, first.template() as template:
+            path = os.path.join(folder, "template")
+            template.save(path)
+            self.assertEqual(len(template.data().cut_points), 0)
+            with open(path, "rb") as file:
+                whole = file.read()[:-8]
+            # Layout 4 of a template of one piece that has not grown, with one cut.
+            line = [(plane.WIDTH / 2, plane.HEIGHT / 2 + v) for v in (-20, 0, 20)]
+            cuts = struct.pack("<Q4x8xQQQQBQ6f", 0, 0, 0, 0, 1, 0, 3, *(x for pixel in line for x in pixel))
+            parted = whole[:8] + struct.pack("<I", 4) + whole[12:] + cuts
+            checksum = 1469598103934665603
+            for byte in parted:
+                checksum = ((checksum ^ byte) * 1099511628211) % 2**64
+            with open(path, "wb") as file:
+                file.write(parted + struct.pack("<Q", checksum))
+            with Template.load(self.context, path) as loaded:
+                points = list(struct.iter_unpack("<3fI", raw(loaded.data().cut_points)))
+        self.assertEqual([cut for *_, cut in points], [0, 0, 0])
+        for (x, y, z, _), (u, v) in zip(points, line):
+            self.assertAlmostEqual(plane.CAMERA.fx * x / z + plane.CAMERA.cx, u, places=3)
+            self.assertAlmostEqual(plane.CAMERA.fy * y / z + plane.CAMERA.cy, v, places=3)
 
     def test_memory_is_as_good_as_pixels(self):
         copied, imported = self.tracker(), self.tracker()

@@ -82,6 +82,7 @@ constexpr ReasonName kReasonNames[] = {
     {DEFREC_REASON_COARSE, "coarse"},
     {DEFREC_REASON_UNCHECKED, "unchecked"},
     {DEFREC_REASON_OVERDUE, "overdue"},
+    {DEFREC_REASON_CUT, "cut"},
 };
 
 }  // namespace

@@ -244,5 +244,7 @@ namespace Defrec.Native
         internal Patch* patches;
         internal ulong patch_count;
         internal byte* image;
+        internal CutPoint* cut_points;
+        internal ulong cut_point_count;
     }
 }
