@@ -25,7 +25,8 @@ TruthErrors errors_to_truth(const Track& track, const RenderedSequence& sequence
 
 struct StateDifference {
     std::string other_state;  // the first frame that is lost in one and not in the other, or has
-                              // another epoch or number of vertices
+                              // another epoch or number of vertices, of a template that has grown
+                              // another by more than 2 %
     uint32_t other_reasons =
         0;  // frames that are followed alike for other reasons, of which degraded follows
     std::string reasons_message;  // the first of them
@@ -42,7 +43,8 @@ struct TrackDistance {
         return vertices > 0 ? static_cast<double>(other_status) / static_cast<double>(vertices) : 0;
     }
 };
-// Of frames that both trust; the tracks must have the same states.
+// Of frames that both trust, and of the vertices that the first frame had: what joins later is
+// decided by where the surface was. The tracks must have the same states.
 TrackDistance distance_between(const Track& expected, const Track& found);
 
 // A frame's vertices where they are seen: expected depth, found depth, and the distance between the

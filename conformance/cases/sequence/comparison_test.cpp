@@ -99,6 +99,25 @@ TEST_CASE("states: lost or not and the epoch must be the same; other reasons are
     found = expected;
     found.frames[0].vertices.resize(6);
     CHECK_FALSE(state_difference(expected, found).other_state.empty());
+    found = expected;
+    found.frames[1].template_epoch = 2;
+    CHECK_FALSE(state_difference(expected, found).other_state.empty());
+}
+
+TEST_CASE("of a template that has grown the vertices of the first frame are compared") {
+    Track expected = two_frames();
+    expected.frames[1].vertices.resize(3 * 100);
+    expected.frames[1].vertex_status.resize(100);
+    Track found = expected;
+    found.frames[1].vertices.resize(3 * 102, 7);
+    found.frames[1].vertex_status.resize(102);
+    CHECK(state_difference(expected, found).other_state.empty());
+    CHECK(distance_between(expected, found).vertices == 6);
+    CHECK(quantile(distance_between(expected, found).observed, 1) == 0);
+    found.frames[1].vertices.resize(3 * 103);
+    CHECK_FALSE(state_difference(expected, found).other_state.empty());
+    found.frames[1].vertices.resize(9);  // it forgot to grow
+    CHECK_FALSE(state_difference(expected, found).other_state.empty());
 }
 
 TEST_CASE(

@@ -74,6 +74,11 @@ void lost_without_tissue(const RenderedSequence& film, const Track& found) {
     }
 }
 
+bool has_reason(const Track& track, uint32_t reason) {
+    return std::any_of(track.frames.begin(), track.frames.end(),
+                       [&](const TrackedFrame& frame) { return (frame.reasons & reason) != 0; });
+}
+
 template <class T>
 void digest(CaseRun& run, const std::vector<T>& values) {
     run.digest(std::as_bytes(std::span(values)));
@@ -82,7 +87,8 @@ void digest(CaseRun& run, const std::vector<T>& values) {
 void digest(CaseRun& run, const Track& track) {
     digest(run, std::vector<uint64_t>{track.template_digest});
     for (const TrackedFrame& frame : track.frames) {
-        digest(run, std::vector<uint32_t>{frame.state, frame.reasons, frame.epoch, frame.age});
+        digest(run, std::vector<uint32_t>{frame.state, frame.reasons, frame.epoch, frame.age,
+                                          frame.template_epoch});
         digest(run, frame.vertices);
         digest(run, frame.vertex_status);
         digest(run, frame.expected_error);
@@ -101,6 +107,8 @@ void follow(CaseRun& run, const SequenceEntry& entry) {
         kept_track({run.reference_plugin().files().manifest, run.reference().info().id}, film);
     digest(run, found);
     lost_without_tissue(film, found);
+    require(entry.reason == 0 || has_reason(found, entry.reason), "no frame has reason ",
+            entry.reason, ", which the scene is to give");
     require(found.template_digest == expected.template_digest,
             "the template captured from the first frame is not the reference's");
     against_truth(run, entry, found);

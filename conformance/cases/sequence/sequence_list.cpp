@@ -45,6 +45,19 @@ std::span<const SequenceEntry> sequence_list() {
          .title = "A right view that is late for a while: noticed, and as the reference has it.",
          .late = true,
          .since = 7},
+        {.sequence = {"lobes", 640, 360, 12},
+         .title = "Two lobes that slide on each other: a piece of the surface each, as exact as "
+                  "stated, and as the reference has them.",
+         .since = 8},
+        {.sequence = {"cut", 640, 360, 24},
+         .title = "A cut that opens: noticed, and as the reference has it.",
+         .since = 8,
+         .reason = DEFREC_REASON_CUT},
+        {.sequence = {"slide", 360, 288, 20, true},
+         .title = "A camera that slides along tissue: the template grows, and is as the reference "
+                  "has it.",
+         .since = 8,
+         .reason = DEFREC_REASON_TEMPLATE_GREW},
         {{"heartbeat", 960, 540, 12},
          "A beating organ at the full size: as exact as stated, and as the reference has it."},
     };

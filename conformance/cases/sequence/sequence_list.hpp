@@ -16,7 +16,8 @@ struct SequenceEntry {
     bool hazy = false;
     // Frames without depth: errors, which are reported, have limits of their own.
     bool late = false;
-    uint32_t since = 1;  // the suite version that brought it
+    uint32_t since = 1;   // the suite version that brought it
+    uint32_t reason = 0;  // that some of its frames must have, DEFREC_REASON_*
 
     // The last part of the names of the tolerances that hold: of errors, and of the distance from
     // the reference.

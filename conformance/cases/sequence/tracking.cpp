@@ -75,11 +75,13 @@ ContextHandle open_context(const std::string& manifest) {
     return open_context(manifest, desc);
 }
 
-TrackerHandle open_tracker(defrec_context context, defrec_rig rig, const std::string& device_id) {
+TrackerHandle open_tracker(defrec_context context, defrec_rig rig, const std::string& device_id,
+                           bool grows) {
     defrec_tracker_desc desc;
     DEFREC_INIT(&desc);
     desc.device_id = device_id.c_str();
     desc.seed = 1;
+    desc.grow = grows ? 1 : 0;
     TrackerHandle tracker;
     check_api("defrec_tracker_create", defrec_tracker_create(context, rig, &desc, tracker.out()));
     return tracker;
@@ -112,7 +114,12 @@ TrackedFrame result_of(defrec_job job, const std::vector<double>& points) {
     defrec_result result;
     DEFREC_INIT(&result);
     check_api("defrec_job_result", defrec_job_result(job, &result));
-    TrackedFrame frame{result.state, result.reasons, result.epoch, result.age, {}, {}, {}, {}, {}};
+    TrackedFrame frame;
+    frame.state = result.state;
+    frame.reasons = result.reasons;
+    frame.epoch = result.epoch;
+    frame.age = result.age;
+    frame.template_epoch = result.template_epoch;
     if (result.vertex_count == 0) return frame;
     frame.vertices.assign(result.vertices, result.vertices + 3 * result.vertex_count);
     frame.vertex_status.assign(result.vertex_status, result.vertex_status + result.vertex_count);
@@ -142,7 +149,8 @@ Track track_in(defrec_context context, const std::string& device_id,
     std::copy(std::begin(rig_info.rotation), std::end(rig_info.rotation),
               track.rectification.begin());
     track.camera = rig_info.camera;
-    const TrackerHandle tracker = open_tracker(context, rig.get(), device_id);
+    const TrackerHandle tracker =
+        open_tracker(context, rig.get(), device_id, sequence.request.grows);
     std::vector<double> points;
     for (size_t i = 0; i < sequence.frames.size(); ++i) {
         const JobHandle job = submit(tracker.get(), sequence, i);

@@ -49,12 +49,14 @@ struct TrackingDevice {
 // A context with this plugin alone. desc: what else is wanted; its paths are set here.
 ContextHandle open_context(const std::string& manifest, defrec_context_desc desc);
 ContextHandle open_context(const std::string& manifest);
-TrackerHandle open_tracker(defrec_context context, defrec_rig rig, const std::string& device_id);
+TrackerHandle open_tracker(defrec_context context, defrec_rig rig, const std::string& device_id,
+                           bool grows = false);
 defrec_image image_of(const RenderedSequence& sequence, const std::vector<uint8_t>& pixels);
 JobHandle submit(defrec_tracker tracker, const RenderedSequence& sequence, size_t frame);
 
 struct TrackedFrame {
     uint32_t state = 0, reasons = 0, epoch = 0, age = 0;
+    uint32_t template_epoch = 0;
     std::vector<float> vertices;         // xyz
     std::vector<uint8_t> vertex_status;  // DEFREC_POINT_*
     std::vector<float> expected_error;   // of each vertex, mm

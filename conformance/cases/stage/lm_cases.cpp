@@ -35,6 +35,31 @@ void spoil_matches(test::TestSurface& surface) {
     }
 }
 
+// The control points and all that they move as two pieces, side by side: no connection and no
+// weight leads from one to the other.
+void part_in_two(Scene& s) {
+    test::TestSurface& surface = s.surface;
+    const auto is_right = [&](int32_t node) {
+        return surface.nodes[3 * static_cast<size_t>(node)] > 0;
+    };
+    std::erase_if(surface.edges,
+                  [&](const defrec_edge& edge) { return is_right(edge.a) != is_right(edge.b); });
+    const auto part = [&](auto& items) {
+        for (auto& item : items) {
+            const bool side = is_right(item.node[0]);
+            for (int k = 1; k < DEFREC_SKIN_NODES; ++k) {
+                if (is_right(item.node[k]) == side) continue;
+                item.weight[0] += item.weight[k];
+                item.weight[k] = 0;
+                item.node[k] = item.node[0];
+            }
+        }
+    };
+    part(surface.points);
+    part(surface.landmarks);
+    part(surface.patches);
+}
+
 void add_terms(std::vector<StageCase>& cases) {
     add(cases, "everything", "Depth, matches and patches together.");
     add(cases, "matches_alone", "Matches alone.", [](Scene& s) { s.given = lm_matches; });
@@ -52,6 +77,8 @@ void add_terms(std::vector<StageCase>& cases) {
     });
     add(cases, "hidden", "A third of the image shows nothing.",
         [](Scene& s) { s.surface.hide([](double u, double) { return u > 90; }); });
+    add(cases, "pieces", "Two pieces of a surface, which nothing connects.", part_in_two);
+    cases.back().since = 8;
     add(cases, "no_valid_depth", "A disparity image without any disparity.", [](Scene& s) {
         s.surface.disparity.assign(s.surface.disparity.size(), int16_t(DEFREC_DISPARITY_NONE));
     });
