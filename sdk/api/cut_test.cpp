@@ -28,8 +28,7 @@ TEST_CASE("a cut is noticed, and both of its sides are followed") {
         describe_rig(film.scene().rig, kFilmWidth, kFilmHeight, rig);
         tracker.format = DEFREC_FORMAT_BGR8;
     });
-    std::vector<double> points;
-    std::vector<size_t> filmed;
+    LiftedPoints lifted;
     uint32_t cuts = 0;
     uint64_t vertices = 0, triangles = 0;
     std::vector<double> errors;  // of all points, once it was noticed
@@ -57,15 +56,7 @@ TEST_CASE("a cut is noticed, and both of its sides are followed") {
         if (i == 0) {
             vertices = info.vertex_count;
             triangles = info.triangle_count;
-            for (size_t p = 0; p < film.points().size(); ++p) {
-                const double pixel[2] = {film.points()[p].u, film.points()[p].v};
-                double xyz[3];
-                uint8_t found = 0;
-                REQUIRE_OK(defrec_template_lift(surface, pixel, 1, xyz, &found));
-                if (found == 0) continue;
-                points.insert(points.end(), xyz, xyz + 3);
-                filmed.push_back(p);
-            }
+            lifted = lift_film(surface, film);
         }
         CHECK(info.vertex_count == vertices);
         CHECK(info.triangle_count == triangles);
@@ -79,13 +70,13 @@ TEST_CASE("a cut is noticed, and both of its sides are followed") {
             CHECK(std::abs(info.cut_points[k].position[2] - 80) < 25);
         }
 
-        std::vector<double> xyz(points.size()), expected(filmed.size());
-        std::vector<uint8_t> status(filmed.size());
-        REQUIRE_OK(defrec_job_warp_points(job, points.data(), filmed.size(), xyz.data(),
+        std::vector<double> xyz(lifted.xyz.size()), expected(lifted.of_film.size());
+        std::vector<uint8_t> status(lifted.of_film.size());
+        REQUIRE_OK(defrec_job_warp_points(job, lifted.xyz.data(), lifted.of_film.size(), xyz.data(),
                                           status.data(), expected.data()));
-        for (size_t p = 0; p < filmed.size(); ++p) {
+        for (size_t p = 0; p < lifted.of_film.size(); ++p) {
             const Eigen::Map<const Eigen::Vector3d> now(&xyz[3 * p]);
-            const double error = (now - film.truth(filmed[p]).position).norm();
+            const double error = (now - film.truth(lifted.of_film[p]).position).norm();
             if (status[p] == DEFREC_POINT_OBSERVED) CHECK(error <= 1);
             if (cuts > 0) errors.push_back(error);
         }
@@ -109,7 +100,7 @@ TEST_CASE("a cut is noticed, and both of its sides are followed") {
         defrec_job_release(job);
     }
     CHECK(cuts >= 1);
-    REQUIRE(errors.size() > 5 * filmed.size());
+    REQUIRE(errors.size() > 5 * lifted.of_film.size());
     std::sort(errors.begin(), errors.end());
     CHECK(errors[errors.size() / 2] < 0.15);
     CHECK(errors[errors.size() * 95 / 100] < 0.8);

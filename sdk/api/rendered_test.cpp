@@ -40,8 +40,7 @@ std::vector<TrackedFrame> track(const std::string& scene, int frames,
         tracker.format = DEFREC_FORMAT_BGR8;
         tracker.self_calibration = self_calibration;
     });
-    std::vector<double> on_surface;
-    std::vector<size_t> filmed_point;  // of each point on the surface
+    LiftedPoints lifted;
     std::vector<TrackedFrame> tracked;
     for (int i = 0; i < frames; ++i) {
         film.advance();
@@ -54,27 +53,19 @@ std::vector<TrackedFrame> track(const std::string& scene, int frames,
         if (i == 0) {
             defrec_template surface = nullptr;
             REQUIRE_OK(defrec_tracker_get_template(session.tracker, &surface));
-            for (size_t p = 0; p < film.points().size(); ++p) {
-                const double pixel[2] = {film.points()[p].u, film.points()[p].v};
-                double xyz[3];
-                uint8_t found = 0;
-                REQUIRE_OK(defrec_template_lift(surface, pixel, 1, xyz, &found));
-                if (found == 0) continue;
-                on_surface.insert(on_surface.end(), xyz, xyz + 3);
-                filmed_point.push_back(p);
-            }
+            lifted = lift_film(surface, film);
             defrec_template_release(surface);
         }
         TrackedFrame& now = tracked.emplace_back();
         DEFREC_INIT(&now.result);
         REQUIRE_OK(defrec_job_result(job, &now.result));
-        std::vector<double> xyz(on_surface.size()), expected(filmed_point.size());
-        std::vector<uint8_t> status(filmed_point.size());
-        REQUIRE_OK(defrec_job_warp_points(job, on_surface.data(), filmed_point.size(), xyz.data(),
+        std::vector<double> xyz(lifted.xyz.size()), expected(lifted.of_film.size());
+        std::vector<uint8_t> status(lifted.of_film.size());
+        REQUIRE_OK(defrec_job_warp_points(job, lifted.xyz.data(), lifted.of_film.size(), xyz.data(),
                                           status.data(), expected.data()));
-        for (size_t p = 0; p < filmed_point.size(); ++p) {
+        for (size_t p = 0; p < lifted.of_film.size(); ++p) {
             const Eigen::Map<const Eigen::Vector3d> found(&xyz[3 * p]);
-            const double error = (found - film.truth(filmed_point[p]).position).norm();
+            const double error = (found - film.truth(lifted.of_film[p]).position).norm();
             now.points.push_back({status[p], error, expected[p]});
         }
         defrec_job_release(job);

@@ -1,8 +1,10 @@
 // The rig that films a rendered scene, as the C API takes it.
 #pragma once
 #include <algorithm>
+#include <vector>
 
 #include "include/defrec_c.h"
+#include "sdk/api/test_session.hpp"
 #include "sdk/cli/render/film.hpp"
 
 namespace defrec::test {
@@ -19,6 +21,25 @@ inline void describe_rig(const cli::StereoRig& filmed, uint32_t width, uint32_t 
     rig.left = intrinsics_of(filmed.left);
     rig.right = intrinsics_of(filmed.right);
     std::copy_n(filmed.translation.data(), 3, rig.translation);
+}
+
+// The film's points that lie on a template's surface.
+struct LiftedPoints {
+    std::vector<double> xyz;      // template frame, mm
+    std::vector<size_t> of_film;  // its point, of each
+};
+inline LiftedPoints lift_film(defrec_template surface, const cli::Film& film) {
+    LiftedPoints lifted;
+    for (size_t p = 0; p < film.points().size(); ++p) {
+        const double pixel[2] = {film.points()[p].u, film.points()[p].v};
+        double xyz[3];
+        uint8_t found = 0;
+        REQUIRE_OK(defrec_template_lift(surface, pixel, 1, xyz, &found));
+        if (found == 0) continue;
+        lifted.xyz.insert(lifted.xyz.end(), xyz, xyz + 3);
+        lifted.of_film.push_back(p);
+    }
+    return lifted;
 }
 
 }  // namespace defrec::test

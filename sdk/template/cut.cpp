@@ -70,9 +70,10 @@ void release_connections(TemplateData& data) {
     for (size_t i = 0; i < grid.node.size(); ++i) {
         if (grid.node[i] < 0) continue;
         const auto node = static_cast<size_t>(grid.node[i]);
-        const size_t cell = i % grid.cells(), columns = static_cast<size_t>(grid.columns);
-        at[node] = {static_cast<double>(cell % columns) * grid.spacing_u,
-                    static_cast<double>(cell / columns) * grid.spacing_v};
+        const size_t columns = static_cast<size_t>(grid.columns), cell = i % grid.cells(),
+                     column = cell % columns, row = cell / columns;
+        at[node] = {static_cast<double>(column) * grid.spacing_u,
+                    static_cast<double>(row) * grid.spacing_v};
         is_on_grid[node] = 1;
     }
     const auto is_released = [&](const defrec_edge& edge) {

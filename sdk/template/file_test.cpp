@@ -161,34 +161,29 @@ TemplateData grown_square() {
 
 }  // namespace
 
-TEST_CASE("a template that has grown is read as it was written") {
-    const defrec::test::TemporaryFolder folder;
-    const std::string path = folder.path() / "template", again = folder.path() / "again";
-    defrec::Template(grown_square()).save(path.c_str());
-    const defrec::test::TestContext context;
-    defrec_template loaded = nullptr;
-    REQUIRE(defrec_template_load(context.get(), path.c_str(), &loaded) == DEFREC_OK);
-    REQUIRE(defrec_template_save(loaded, again.c_str()) == DEFREC_OK);
-    defrec_template_release(loaded);
-    const auto bytes = defrec::test::read_file(path);
-    CHECK(bytes == defrec::test::read_file(again));
-    CHECK(bytes[8] == 2);  // the layout
-    defrec::Template(square()).save(path.c_str());
-    CHECK(defrec::test::read_file(path)[8] == 1);
-}
-
-TEST_CASE("a template of several pieces is read as it was written") {
-    const defrec::test::TemporaryFolder folder;
-    const std::string path = folder.path() / "template", again = folder.path() / "again";
-    defrec::Template(two_pieces()).save(path.c_str());
-    const defrec::test::TestContext context;
-    defrec_template loaded = nullptr;
-    REQUIRE(defrec_template_load(context.get(), path.c_str(), &loaded) == DEFREC_OK);
-    REQUIRE(defrec_template_save(loaded, again.c_str()) == DEFREC_OK);
-    defrec_template_release(loaded);
-    const auto bytes = defrec::test::read_file(path);
-    CHECK(bytes == defrec::test::read_file(again));
-    CHECK(bytes[8] == 3);  // the layout
+TEST_CASE("a template that has grown, has pieces or was cut is read as it was written") {
+    const auto cut = [](TemplateData data) {
+        data.check_of_vertex.resize(data.vertices.size(), -1);
+        data.node_grid.cuts = {{0, {{5, 6}, {7, 8.5f}}}, {0, {{-3, 6}, {7, 8}, {9, 9}}}};
+        return data;
+    };
+    const std::pair<int, TemplateData> templates[] = {
+        {1, square()},      {2, grown_square()},      {3, two_pieces()},
+        {4, cut(square())}, {4, cut(grown_square())}, {4, cut(two_pieces())}};
+    for (const auto& [layout, data] : templates) {
+        CAPTURE(layout);
+        const defrec::test::TemporaryFolder folder;
+        const std::string path = folder.path() / "template", again = folder.path() / "again";
+        defrec::Template(data).save(path.c_str());
+        const defrec::test::TestContext context;
+        defrec_template loaded = nullptr;
+        REQUIRE(defrec_template_load(context.get(), path.c_str(), &loaded) == DEFREC_OK);
+        REQUIRE(defrec_template_save(loaded, again.c_str()) == DEFREC_OK);
+        defrec_template_release(loaded);
+        const auto bytes = defrec::test::read_file(path);
+        CHECK(bytes == defrec::test::read_file(again));
+        CHECK(bytes[8] == layout);
+    }
 }
 
 TEST_CASE("pieces that do not fit their template are refused") {
@@ -204,25 +199,6 @@ TEST_CASE("pieces that do not fit their template are refused") {
         spoil(data);
         CAPTURE(&spoil - faults);
         CHECK(reload(data) == nullptr);
-    }
-}
-
-TEST_CASE("a template that was cut is read as it was written") {
-    for (const bool is_grown : {false, true}) {
-        TemplateData data = is_grown ? grown_square() : square();
-        data.check_of_vertex.resize(data.vertices.size(), -1);
-        data.node_grid.cuts = {{0, {{5, 6}, {7, 8.5f}}}, {0, {{-3, 6}, {7, 8}, {9, 9}}}};
-        const defrec::test::TemporaryFolder folder;
-        const std::string path = folder.path() / "template", again = folder.path() / "again";
-        defrec::Template(data).save(path.c_str());
-        const defrec::test::TestContext context;
-        defrec_template loaded = nullptr;
-        REQUIRE(defrec_template_load(context.get(), path.c_str(), &loaded) == DEFREC_OK);
-        REQUIRE(defrec_template_save(loaded, again.c_str()) == DEFREC_OK);
-        defrec_template_release(loaded);
-        const auto bytes = defrec::test::read_file(path);
-        CHECK(bytes == defrec::test::read_file(again));
-        CHECK(bytes[8] == 4);  // the layout
     }
 }
 
