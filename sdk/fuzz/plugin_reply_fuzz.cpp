@@ -24,14 +24,14 @@ constexpr uint32_t kWidth = 96, kHeight = 72, kMaxFeatures = 100;
 Template make_template() {
     std::vector<uint8_t> gray(kWidth * kHeight), mask(gray.size(), 255);
     for (uint32_t i = 0; i < gray.size(); ++i) {
-        const double x = i % kWidth, y = i / kWidth;
+        const uint32_t x = i % kWidth, y = i / kWidth;
         gray[i] = static_cast<uint8_t>(128 + 60 * std::sin(0.9 * x) * std::cos(0.7 * y));
     }
     const std::vector<int16_t> disparity(gray.size(), 96);
     CaptureInput input;
     input.width = kWidth;
     input.height = kHeight;
-    input.camera = {100, 100, kWidth / 2, kHeight / 2, 5};
+    input.camera = {100, 100, kWidth / 2.0, kHeight / 2.0, 5};
     input.gray = gray.data();
     input.mask = mask.data();
     input.disparity = disparity.data();

@@ -52,7 +52,7 @@ void follow(Session& session, defrec_template surface) {
         defrec_result result;
         DEFREC_INIT(&result);
         if (defrec_job_result(job, &result) == DEFREC_OK && result.vertex_count > 0) {
-            const double uv[2] = {kWidth / 2, kHeight / 2};
+            const double uv[2] = {kWidth / 2.0, kHeight / 2.0};
             double xyz[3], moved[3];
             uint8_t found = 0;
             static_cast<void>(defrec_job_lift_points(job, uv, 1, xyz, &found));
