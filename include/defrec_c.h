@@ -953,6 +953,9 @@ enum {
     DEFREC_REASON_CUT            = 1u << 21, /**< from this frame on the template is parted along a
                                                   line where tissue came apart: see cut_points of
                                                   defrec_template_info @since 1.1 */
+    DEFREC_REASON_PIECE_LOST     = 1u << 22, /**< a piece of the surface is not found where it is
+                                                  expected in the image, others are: see pieces of
+                                                  defrec_result @since 1.1 */
     DEFREC_REASON_ONE_EYE        = 1u << 9,  /**< deprecated: the earlier name of
                                                   DEFREC_REASON_ONE_VIEW */
     DEFREC_REASON_EYES_SWAPPED   = 1u << 12  /**< deprecated: the earlier name of
@@ -980,6 +983,17 @@ typedef struct defrec_stage_time {
     const char *name;         /**< static storage */
     double      milliseconds; /**< see timed of defrec_tracker_desc */
 } defrec_stage_time;
+
+/** A piece of the surface in one frame: tissue that nothing joins to the other pieces, which is
+ *  found, lost and relocalised by itself, 24 bytes. @since 1.1 */
+typedef struct defrec_piece {
+    uint32_t state;           /**< DEFREC_INITIALISING ..., as a frame's, but never that */
+    uint32_t age;             /**< frames since it was last found */
+    uint32_t vertices_inside; /**< of its vertices, in the image where it is expected */
+    uint32_t patches;         /**< of its patches, found by guided search */
+    float    observed_share;  /**< 0..1 of vertices_inside */
+    uint32_t reserved;        /**< 0 */
+} defrec_piece;
 
 /** A frame's result. Pointers live until the job is released; without a template they are NULL and
  *  counts 0. */
@@ -1047,7 +1061,10 @@ typedef struct defrec_result {
     uint32_t template_epoch; /**< counts the tracker's templates, and how often tissue joined them;
                                   0 without a template @since 1.1 */
     /** Of the device that computed the frame. @since 1.1 */
-    const char *device_id;
+    const char         *device_id;
+    const defrec_piece *pieces;      /**< of the surface, see vertex_pieces of defrec_template_info
+                                          @since 1.1 */
+    uint64_t            piece_count; /**< pieces; 1 for most templates @since 1.1 */
 } defrec_result;
 /** The result of a job that is done: after defrec_job_wait() gave DEFREC_OK.
  *  @errors DEFREC_ERROR_STATE: not done yet. Of a job that failed: as it failed.
@@ -1156,6 +1173,10 @@ typedef struct defrec_template_info {
     const defrec_cut_point     *cut_points;      /**< of the lines along which tissue came apart
                                                      @since 1.1 */
     uint64_t                    cut_point_count; /**< cut points @since 1.1 */
+    const uint8_t              *vertex_pieces;   /**< piece of the surface per vertex, from 0: no
+                                                     triangle and no edge leads from one to another
+                                                     @since 1.1 */
+    uint64_t                    piece_count;     /**< pieces, at most 8 @since 1.1 */
 } defrec_template_info;
 /** Describes the template surface.
  *  @errors none but those of every function.
@@ -1170,6 +1191,14 @@ DEFREC_API defrec_status DEFREC_CALL defrec_template_get(
  *  @threads any @since 1.0 */
 DEFREC_API defrec_status DEFREC_CALL defrec_template_lift(
     defrec_template surface, const double *uv, size_t count, double *xyz, uint8_t *found);
+
+/** Which piece of the template surface each of count points template_xyz, mm, template frame,
+ *  belongs to, on the surface or off it: pieces (0 .. piece_count - 1 of defrec_template_info) says
+ *  with which vertices defrec_job_warp_points() moves it. 255 for a point that is not finite.
+ *  @errors none but those of every function.
+ *  @threads any @since 1.1 */
+DEFREC_API defrec_status DEFREC_CALL defrec_template_point_pieces(
+    defrec_template surface, const double *template_xyz, size_t count, uint8_t *pieces);
 
 /** Writes the template surface to the file path. Nobody meets half a file: an older one is replaced
  *  when the new one is complete.

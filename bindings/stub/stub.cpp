@@ -334,6 +334,19 @@ DEFREC_API defrec_status DEFREC_CALL defrec_template_lift(
     return call.status();
 }
 
+DEFREC_API defrec_status DEFREC_CALL defrec_template_point_pieces(
+        defrec_template surface,
+        const double *template_xyz,
+        size_t count,
+        uint8_t *pieces) {
+    Call call("defrec_template_point_pieces");
+    call.handle("surface", surface);
+    call.doubles("template_xyz", template_xyz, 3 * count);
+    call.integer("count", count);
+    call.made_array("pieces", pieces, 1 * count);
+    return call.status();
+}
+
 DEFREC_API defrec_status DEFREC_CALL defrec_template_save(
         defrec_template surface,
         const char *path) {

@@ -310,6 +310,13 @@ int main(void) {
     SIZE(defrec_stage_time);
     FIELD(defrec_stage_time, name);
     FIELD(defrec_stage_time, milliseconds);
+    SIZE(defrec_piece);
+    FIELD(defrec_piece, state);
+    FIELD(defrec_piece, age);
+    FIELD(defrec_piece, vertices_inside);
+    FIELD(defrec_piece, patches);
+    FIELD(defrec_piece, observed_share);
+    FIELD(defrec_piece, reserved);
     FIELD(defrec_result, struct_size);
     FIELD(defrec_result, state);
     FIELD(defrec_result, reasons);
@@ -351,6 +358,8 @@ int main(void) {
     FIELD(defrec_result, rig_matches);
     FIELD(defrec_result, template_epoch);
     FIELD(defrec_result, device_id);
+    FIELD(defrec_result, pieces);
+    FIELD(defrec_result, piece_count);
     SIZE(defrec_cut_point);
     FIELD(defrec_cut_point, position);
     FIELD(defrec_cut_point, cut);
@@ -374,6 +383,8 @@ int main(void) {
     FIELD(defrec_template_info, image);
     FIELD(defrec_template_info, cut_points);
     FIELD(defrec_template_info, cut_point_count);
+    FIELD(defrec_template_info, vertex_pieces);
+    FIELD(defrec_template_info, piece_count);
     VALUE(DEFREC_OK);
     VALUE(DEFREC_TIMEOUT);
     VALUE(DEFREC_ERROR_ARGUMENT);
@@ -460,6 +471,7 @@ int main(void) {
     VALUE(DEFREC_REASON_UNCHECKED);
     VALUE(DEFREC_REASON_OVERDUE);
     VALUE(DEFREC_REASON_CUT);
+    VALUE(DEFREC_REASON_PIECE_LOST);
     VALUE(DEFREC_REASON_ONE_EYE);
     VALUE(DEFREC_REASON_EYES_SWAPPED);
     VALUE(DEFREC_POINT_OBSERVED);

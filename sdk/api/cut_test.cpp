@@ -34,13 +34,7 @@ TEST_CASE("a cut is noticed, and both of its sides are followed") {
     std::vector<double> errors;  // of all points, once it was noticed
     for (int i = 0; i < kFrames; ++i) {
         CAPTURE(i);
-        film.advance();
-        TrackingSession::Frame frame;
-        frame.left.pixels = film.left_bgr().data();
-        frame.right.pixels = film.right_bgr().data();
-        defrec_job job = nullptr;
-        REQUIRE_OK(session.submit(frame, &job));
-        REQUIRE_OK(defrec_job_wait(job, UINT64_MAX));
+        defrec_job job = track_next(session, film);
         defrec_result result;
         DEFREC_INIT(&result);
         REQUIRE_OK(defrec_job_result(job, &result));

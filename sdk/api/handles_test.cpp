@@ -134,6 +134,8 @@ const std::vector<Use<defrec_template>> kTemplateUses = {
      }},
     {"defrec_template_lift",
      [](auto h) { return defrec_template_lift(h, numbers, 1, numbers, bytes); }},
+    {"defrec_template_point_pieces",
+     [](auto h) { return defrec_template_point_pieces(h, numbers, 1, bytes); }},
     {"defrec_template_save", [](auto h) { return defrec_template_save(h, "/nowhere/template"); }},
 };
 

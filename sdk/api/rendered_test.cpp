@@ -43,13 +43,7 @@ std::vector<TrackedFrame> track(const std::string& scene, int frames,
     LiftedPoints lifted;
     std::vector<TrackedFrame> tracked;
     for (int i = 0; i < frames; ++i) {
-        film.advance();
-        TrackingSession::Frame frame;
-        frame.left.pixels = film.left_bgr().data();
-        frame.right.pixels = film.right_bgr().data();
-        defrec_job job = nullptr;
-        REQUIRE_OK(session.submit(frame, &job));
-        REQUIRE_OK(defrec_job_wait(job, UINT64_MAX));
+        defrec_job job = track_next(session, film);
         if (i == 0) {
             defrec_template surface = nullptr;
             REQUIRE_OK(defrec_tracker_get_template(session.tracker, &surface));

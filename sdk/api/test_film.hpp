@@ -23,6 +23,18 @@ inline void describe_rig(const cli::StereoRig& filmed, uint32_t width, uint32_t 
     std::copy_n(filmed.translation.data(), 3, rig.translation);
 }
 
+// The job, done, of the film's next frame. The session takes DEFREC_FORMAT_BGR8.
+inline defrec_job track_next(TrackingSession& session, cli::Film& film) {
+    film.advance();
+    TrackingSession::Frame frame;
+    frame.left.pixels = film.left_bgr().data();
+    frame.right.pixels = film.right_bgr().data();
+    defrec_job job = nullptr;
+    REQUIRE_OK(session.submit(frame, &job));
+    REQUIRE_OK(defrec_job_wait(job, UINT64_MAX));
+    return job;
+}
+
 // The film's points that lie on a template's surface.
 struct LiftedPoints {
     std::vector<double> xyz;      // template frame, mm

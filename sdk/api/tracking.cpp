@@ -293,6 +293,19 @@ defrec_status defrec_template_lift(defrec_template surface, const double* uv, si
     });
 }
 
+defrec_status defrec_template_point_pieces(defrec_template surface, const double* template_xyz,
+                                           size_t count, uint8_t* pieces) {
+    return api_call([&] {
+        const auto object = find_handle(surface);
+        check_count(count);
+        if (count != 0) {
+            expect_given("template_xyz", template_xyz);
+            expect_given("pieces", pieces);
+        }
+        object->surface->point_pieces(template_xyz, count, pieces);
+    });
+}
+
 defrec_status defrec_template_save(defrec_template surface, const char* path) {
     return api_call([&] {
         const auto object = find_handle(surface);

@@ -62,8 +62,12 @@ size_t TemplateData::pieces() const {
 Template::Template(TemplateData data)
     : data_(std::move(data)),
       cut_points_(cut_points(data_)),
+      vertex_pieces_(data_.vertices.size()),
       index_(data_.parts.empty() ? nullptr : std::make_unique<SurfaceIndex>(data_)),
-      surroundings_(std::make_unique<Surroundings>(data_)) {}
+      surroundings_(std::make_unique<Surroundings>(data_)) {
+    std::transform(data_.vertices.begin(), data_.vertices.end(), vertex_pieces_.begin(),
+                   [&](const defrec_surface_point& vertex) { return data_.piece_of(vertex); });
+}
 
 Template::~Template() = default;
 
@@ -86,6 +90,8 @@ void Template::info(defrec_template_info& out) const {
     out.image = data_.image.data();
     out.cut_points = cut_points_.data();
     out.cut_point_count = cut_points_.size();
+    out.vertex_pieces = vertex_pieces_.data();
+    out.piece_count = data_.pieces();
 }
 
 void Template::lift(const double* uv, size_t count, double* xyz, uint8_t* found) const {
@@ -97,6 +103,14 @@ void Template::lift(const double* uv, size_t count, double* xyz, uint8_t* found)
             hit ? back_project(data_.camera, u, v, disparity) : std::array<double, 3>{};
         std::copy(point.begin(), point.end(), xyz + 3 * i);
         found[i] = hit ? 1 : 0;
+    }
+}
+
+void Template::point_pieces(const double* xyz, size_t count, uint8_t* pieces) const {
+    constexpr uint8_t kNone = 255;
+    for (size_t i = 0; i < count; ++i) {
+        const double* point = xyz + 3 * i;
+        pieces[i] = std::isfinite(point[0] + point[1] + point[2]) ? piece_at(point) : kNone;
     }
 }
 

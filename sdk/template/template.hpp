@@ -123,12 +123,16 @@ class Template {
     // Surface points under pixels (u, v) of the rectified left image: xyz in mm; found is 0 where
     // there is no surface.
     void lift(const double* uv, size_t count, double* xyz, uint8_t* found) const;
+    // Of each point its piece; 255 of one that is not finite.
+    void point_pieces(const double* xyz, size_t count, uint8_t* pieces) const;
 
     // How a point of the template frame moves, on the surface or off it; motions: of the control
     // points.
     DualQuaternion<double> motion_at(const double xyz[3], const defrec_motion* motions) const;
     // The piece of the surface that a point belongs to.
     uint8_t piece_at(const double xyz[3]) const;
+    // The same of each vertex.
+    std::span<const uint8_t> vertex_pieces() const { return vertex_pieces_; }
     // The vertex that a point belongs to: nearest to it on tissue that joined, or under its pixel
     // in the first view; -1: there is none within two steps of the grid.
     int32_t vertex_at(const double xyz[3]) const;
@@ -145,6 +149,7 @@ class Template {
 
     TemplateData data_;
     std::vector<defrec_cut_point> cut_points_;
+    std::vector<uint8_t> vertex_pieces_;
     std::unique_ptr<const SurfaceIndex> index_;  // null: it has not grown
     std::unique_ptr<const Surroundings> surroundings_;
 };

@@ -106,11 +106,10 @@ Evidence weigh_evidence(const FrameOutput& output, std::span<const double> patch
     if (evidence.vertices_observed > 0)
         evidence.mean_residual_mm = residuals / evidence.vertices_observed;
 
-    constexpr double kConfirmedPx = 2;
     double squares = 0;
     for (size_t i = 0; i < patch_px2.size(); ++i) {
         evidence.patches_expected += output.predictions[i].valid != 0;
-        if (!(patch_px2[i] <= kConfirmedPx * kConfirmedPx)) continue;
+        if (!is_confirmed(patch_px2[i])) continue;
         ++evidence.patches_confirmed;
         squares += patch_px2[i];
     }

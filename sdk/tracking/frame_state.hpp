@@ -23,6 +23,9 @@ struct ImageStatistics {
 ImageStatistics image_statistics(const uint8_t* pixels, uint32_t width, uint32_t height,
                                  uint32_t channels, const int32_t* map = nullptr);
 
+// Share of the patches expected: where fewer are found as predicted, few are.
+constexpr double kFewConfirmed = 0.45;
+
 struct Evidence {
     uint32_t vertices_inside = 0;  // in the image
     uint32_t vertices_observed = 0;
@@ -40,12 +43,14 @@ struct Evidence {
     double confirmed_share() const {
         return patches_expected > 0 ? static_cast<double>(patches_confirmed) / patches_expected : 0;
     }
-    bool confirms_few() const { return confirmed_share() < 0.45; }
+    bool confirms_few() const { return confirmed_share() < kFewConfirmed; }
 };
 // Per patch: squared distance, px^2, from where the deformed surface has it to where it was found;
 // NaN where it was not found or not expected.
 void measure_patches(const TemplateData& data, const FrameOutput& output,
                      std::vector<double>& patch_px2);
+// Of such a value: it was found where the deformed surface has it, within 2 px.
+inline bool is_confirmed(double patch_px2) { return patch_px2 <= 4; }
 Evidence weigh_evidence(const FrameOutput& output, std::span<const double> patch_px2);
 
 struct Verdict {

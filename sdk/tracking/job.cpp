@@ -161,6 +161,8 @@ void TrackerJob::result(defrec_result& out) const {
     out.landmark_count = data.landmarks.size();
     out.patch_observations = output.observations.data();
     out.patch_count = data.patches.size();
+    out.pieces = pieces.data();
+    out.piece_count = pieces.size();
 }
 
 void TrackerJob::expect_surface() const {
@@ -176,10 +178,10 @@ std::shared_ptr<const Template> TrackerJob::get_template() const {
 void TrackerJob::lift_points(const double* uv, size_t count, double* xyz, uint8_t* found) const {
     expect_surface();
     if (state != DEFREC_LOST) {
-        lift_pixels(
-            *surface,
-            {vertices, output.motions, grows_ ? output.disparity : std::span<const int16_t>()},
-            {uv, 2 * count}, {xyz, 3 * count}, {found, count});
+        lift_pixels(*surface,
+                    {vertices, output.motions,
+                     grows_ ? output.disparity : std::span<const int16_t>(), pieces},
+                    {uv, 2 * count}, {xyz, 3 * count}, {found, count});
         return;
     }
     std::fill_n(xyz, 3 * count, 0.0);

@@ -71,6 +71,7 @@ class TrackerJob final : public Job {
     LateralEvidence lateral;
     VertexConfidence confidence;
     std::vector<float> vertices, normals, node_positions;
+    std::vector<defrec_piece> pieces;
     double rigid_motion[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
     Evidence evidence;
     float observed_share = 0;  // of the vertices inside the image

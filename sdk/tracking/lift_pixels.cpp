@@ -99,7 +99,9 @@ class Beside {
         const Point guess =
             apply(inverse(follow_anchor(anchor, data.nodes, frame_.motions)), place);
         point = carry_back(surface_, frame_.motions, place, guess, true);
-        return point_motion(surface_, frame_.motions, point, true).is_near;
+        const double xyz[3] = {point.x, point.y, point.z};
+        return point_motion(surface_, frame_.motions, point, true).is_near &&
+               !frame_.is_lost(surface_.piece_at(xyz));
     }
 
   private:
@@ -126,6 +128,7 @@ void lift_pixels(const Template& surface, const LiftFrame& frame, std::span<cons
     for (size_t i = 0; i + 2 < data.triangles.size(); i += 3) {
         const std::array<uint32_t, 3> corners{data.triangles[i], data.triangles[i + 1],
                                               data.triangles[i + 2]};
+        if (frame.is_lost(surface.vertex_pieces()[corners[0]])) continue;
         std::array<Corner, 3> at{};
         bool is_before_camera = true;
         for (size_t k = 0; k < 3; ++k) {

@@ -9,11 +9,13 @@ namespace defrec {
 
 // A frame in which the surface was found. vertices: xyz there, mm, rectified camera. motions: of
 // the control points. disparity: of the left image, 1/16 px; empty: only what lies on the surface
-// is lifted.
+// is lifted. pieces: of the surface; one that is lost is not there.
 struct LiftFrame {
     std::span<const float> vertices;
     std::span<const defrec_motion> motions;
     std::span<const int16_t> disparity;
+    std::span<const defrec_piece> pieces;
+    bool is_lost(size_t piece) const { return pieces[piece].state == DEFREC_LOST; }
 };
 
 // uv: pixels of the rectified left image. xyz: points that point_motion (point_motion.hpp) takes to

@@ -253,6 +253,7 @@ void SurfaceFollower::adopt(std::shared_ptr<const Template> surface, bool is_obs
     last_ = std::move(made);
     is_tracking_ = is_observed;
     last_rows_.clear();
+    pieces_.reset(data.pieces(), is_observed);
     age_ = 0;
     ++epoch_;
     ++template_epoch_;
@@ -430,7 +431,12 @@ bool SurfaceFollower::correct_rig() {
 }
 
 void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict, bool uses_depth) {
-    if (verdict.found) {
+    const PieceEvidences pieces =
+        verdict.found
+            ? weigh_pieces(template_->data(), template_->vertex_pieces(), job.output, patch_px2_)
+            : PieceEvidences{};
+    const bool is_found = verdict.found && pieces_.shows_any(pieces, uses_depth);
+    if (is_found) {
         constexpr float kFastMm = 5;
         if (is_tracking_ && moved_farther(last_->samples, job.output.samples, kFastMm))
             job.reasons |= DEFREC_REASON_FAST_MOTION;
@@ -440,12 +446,18 @@ void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict, bool use
         if (!is_tracking_) ++epoch_;
         std::copy(job.output.motions.begin(), job.output.motions.end(), last_->motions.begin());
         age_ = 0;
-        if (uses_depth && chosen_->effort == Effort::kFull)
+        pieces_.end_frame(job.state, pieces, uses_depth);
+        if (pieces_.misses_one()) {
+            job.reasons |= DEFREC_REASON_PIECE_LOST;
+            if (job.state == DEFREC_TRACKING) job.state = DEFREC_DEGRADED;
+        }
+        if (uses_depth && chosen_->effort == Effort::kFull && !pieces_.misses_one())
             growth_.end_found_frame(pipeline_, template_, job.output);
         else
             growth_.end_lost_frame();  // it would join in the wrong place
     } else {
         job.state = DEFREC_LOST;
+        pieces_.end_frame(DEFREC_LOST, pieces, uses_depth);
         growth_.end_lost_frame();
         last_rows_.clear();
         std::copy(last_->motions.begin(), last_->motions.end(), job.output.motions.begin());
@@ -454,13 +466,13 @@ void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict, bool use
             pipeline_.leave_samples(job.output.samples, *job.input.samples);
         ++age_;
     }
-    is_tracking_ = verdict.found;
+    is_tracking_ = is_found;
     job.epoch = epoch_;
     job.template_epoch = template_epoch_;
     job.age = age_;
     if (growth_.is_full()) job.reasons |= DEFREC_REASON_TEMPLATE_FULL;
     describe_surface(job, uses_depth);
-    if (verdict.found && uses_depth && chosen_->effort == Effort::kFull && !cut_)
+    if (is_found && uses_depth && chosen_->effort == Effort::kFull && !cut_)
         cut_ =
             cut_watch_.add_frame(template_->data(), job.output.samples, job.lateral.is_confirmed);
 }
@@ -477,7 +489,10 @@ void SurfaceFollower::describe_surface(TrackerJob& job, bool uses_depth) const {
              job.state == DEFREC_RELOCALISED ? SurfaceSamples() : SurfaceSamples(last_->samples),
              uses_depth},
             job.confidence);
+        forget_lost_pieces(pieces_.pieces(), template_->vertex_pieces(), job.confidence);
     }
+    job.pieces.assign(pieces_.pieces().begin(), pieces_.pieces().end());
+    share_observed(template_->vertex_pieces(), job.confidence, job.pieces);
     const auto observed = std::count(job.confidence.status.begin(), job.confidence.status.end(),
                                      DEFREC_POINT_OBSERVED);
     job.observed_share = static_cast<float>(observed) /

@@ -13,6 +13,7 @@
 #include "sdk/tracking/cut_watch.hpp"
 #include "sdk/tracking/frame_queue.hpp"
 #include "sdk/tracking/map_growth.hpp"
+#include "sdk/tracking/piece_states.hpp"
 #include "sdk/tracking/pipeline.hpp"
 #include "sdk/tracking/rig_monitor.hpp"
 #include "sdk/tracking/stream_check.hpp"
@@ -90,6 +91,7 @@ class SurfaceFollower {
     std::optional<Ahead> ahead_;
     bool is_depth_spoilt_ = false;  // in the last frame, by the right view's lag
     std::optional<Surface> last_;   // with the template
+    PieceStates pieces_;
     CutWatch cut_watch_;
     std::optional<CutLine> cut_;  // that is released with the next frame
     StreamCheck stream_;

@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <numbers>
@@ -45,6 +46,11 @@ void set_isotropic(Real expected_error, Real* covariance) {
     std::fill_n(covariance, 6, Real{0});
     for (const int diagonal : {0, 3, 5})
         covariance[diagonal] = expected_error * expected_error / Real{3};
+}
+
+// age: frames since it was last known.
+float error_unknown(uint32_t age) {
+    return kErrorUnknown + kGrowthLost * static_cast<float>(std::min(age, kLongestGrowth));
 }
 
 }  // namespace
@@ -192,12 +198,35 @@ void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidenc
 
 void forget_confidence(uint32_t age, VertexConfidence& confidence, size_t vertices) {
     make_room(confidence, vertices);
-    const float error =
-        kErrorUnknown + kGrowthLost * static_cast<float>(std::min(age, kLongestGrowth));
+    const float error = error_unknown(age);
     std::fill(confidence.status.begin(), confidence.status.end(), uint8_t{DEFREC_POINT_UNKNOWN});
     std::fill(confidence.evidence.begin(), confidence.evidence.end(), uint8_t{0});
     std::fill(confidence.expected_error.begin(), confidence.expected_error.end(), error);
     for (size_t i = 0; i < vertices; ++i) set_isotropic(error, &confidence.covariance[6 * i]);
+}
+
+void forget_lost_pieces(std::span<const defrec_piece> pieces,
+                        std::span<const uint8_t> vertex_pieces, VertexConfidence& confidence) {
+    const auto is_lost = [](const defrec_piece& piece) { return piece.state == DEFREC_LOST; };
+    if (std::none_of(pieces.begin(), pieces.end(), is_lost)) return;
+    for (size_t i = 0; i < vertex_pieces.size(); ++i) {
+        const defrec_piece& piece = pieces[vertex_pieces[i]];
+        if (!is_lost(piece)) continue;
+        confidence.status[i] = DEFREC_POINT_UNKNOWN;
+        confidence.evidence[i] = 0;
+        confidence.expected_error[i] = error_unknown(piece.age);
+        set_isotropic(confidence.expected_error[i], &confidence.covariance[6 * i]);
+    }
+}
+
+void share_observed(std::span<const uint8_t> vertex_pieces, const VertexConfidence& confidence,
+                    std::span<defrec_piece> pieces) {
+    std::array<uint32_t, kMaxPieces> observed{};
+    for (size_t i = 0; i < vertex_pieces.size(); ++i)
+        observed[vertex_pieces[i]] += confidence.status[i] == DEFREC_POINT_OBSERVED;
+    for (size_t i = 0; i < pieces.size(); ++i)
+        pieces[i].observed_share = static_cast<float>(observed[i]) /
+                                   static_cast<float>(std::max(1u, pieces[i].vertices_inside));
 }
 
 SurfaceConfidence confidence_at(const Template& surface, const VertexConfidence& confidence,

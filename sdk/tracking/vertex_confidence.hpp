@@ -65,6 +65,12 @@ void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidenc
 // Of a frame in which the surface was not found: every vertex is unknown, with errors that grow by
 // age (frames).
 void forget_confidence(uint32_t age, VertexConfidence& confidence, size_t vertices);
+// The same of the vertices of the pieces that are lost. vertex_pieces: per vertex.
+void forget_lost_pieces(std::span<const defrec_piece> pieces,
+                        std::span<const uint8_t> vertex_pieces, VertexConfidence& confidence);
+// Sets each piece's observed_share.
+void share_observed(std::span<const uint8_t> vertex_pieces, const VertexConfidence& confidence,
+                    std::span<defrec_piece> pieces);
 
 // What to believe of a point of the template frame, on the surface or off it: that of the vertex
 // under its pixel, or nearest to it on tissue that joined, with an error that grows with the

@@ -246,6 +246,10 @@ namespace Defrec
         /// defrec_template_info.
         /// </summary>
         Cut = 1u << 21,
+        /// <summary>
+        /// A piece of the surface is not found where it is expected in the image, others are: see pieces of defrec_result.
+        /// </summary>
+        PieceLost = 1u << 22,
         /// <summary>Deprecated: the earlier name of Reasons.OneView.</summary>
         OneEye = 1u << 9,
         /// <summary>Deprecated: the earlier name of Reasons.ViewsSwapped.</summary>

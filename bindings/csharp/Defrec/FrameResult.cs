@@ -42,6 +42,8 @@ namespace Defrec
         public int LandmarkCount { get; }
         /// <summary>Patches of the template.</summary>
         public int PatchCount { get; }
+        /// <summary>Pieces of the surface.</summary>
+        public int PieceCount { get; }
         /// <summary>Whether the result carries the disparity image.</summary>
         public bool HasDisparity { get; }
         /// <summary>By how many frames the right view is late in this frame, negative: early; 0 where that cannot be measured.</summary>
@@ -77,6 +79,7 @@ namespace Defrec
             VertexCount = Check.ArrayLength(result.vertex_count, 1);
             LandmarkCount = Check.ArrayLength(result.landmark_count, 1);
             PatchCount = Check.ArrayLength(result.patch_count, 1);
+            PieceCount = Check.ArrayLength(result.piece_count, 1);
             HasDisparity = result.disparity != null;
             ViewLagFrames = result.view_lag_frames;
             VerticalOffsetPx = result.vertical_offset_px;
@@ -134,6 +137,8 @@ namespace Defrec
         public PatchObservation[] PatchObservations { get; private set; } = new PatchObservation[0];
         /// <summary>Of the rectified image, row by row, 1/16 px; empty unless <see cref="TrackerOptions.KeepDisparity"/>.</summary>
         public short[] Disparity { get; private set; } = new short[0];
+        /// <summary>One per piece of the surface: which of them were found. Empty without a template.</summary>
+        public Piece[] Pieces { get; private set; } = new Piece[0];
         /// <summary>In order of execution.</summary>
         public StageTime[] Times { get; private set; } = new StageTime[0];
         /// <summary>Of the device that computed the frame.</summary>
@@ -156,6 +161,7 @@ namespace Defrec
             Match[] matches = Sized(LandmarkMatches, landmarks);
             PatchObservation[] observations = Sized(PatchObservations, patches);
             short[] disparity = Sized(Disparity, summary.HasDisparity ? pixels : 0);
+            Piece[] pieces = Sized(Pieces, summary.PieceCount);
             StageTime[] times = Sized(Times, (int)Math.Min(result.time_count, Constants.MaxTimedStages));
 
             fixed (Motion* to = motions) NativeArray.Copy(result.motions, to, nodes, sizeof(Motion));
@@ -170,6 +176,7 @@ namespace Defrec
             fixed (Match* to = matches) NativeArray.Copy(result.landmark_matches, to, landmarks, sizeof(Match));
             fixed (PatchObservation* to = observations) NativeArray.Copy(result.patch_observations, to, patches, sizeof(PatchObservation));
             fixed (short* to = disparity) NativeArray.Copy(result.disparity, to, disparity.Length, sizeof(short));
+            fixed (Piece* to = pieces) NativeArray.Copy(result.pieces, to, pieces.Length, sizeof(Piece));
             fixed (defrec_stage_time* first = &result.times.first)
             {
                 for (int i = 0; i < times.Length; ++i)
@@ -193,6 +200,7 @@ namespace Defrec
             LandmarkMatches = matches;
             PatchObservations = observations;
             Disparity = disparity;
+            Pieces = pieces;
             Times = times;
         }
 

@@ -116,6 +116,16 @@ namespace Defrec
             fixed (PatchObservation* to = destination) return CopyPatchObservations(to, destination.Length);
         }
 
+        /// <summary>One per piece of the surface. Returns how many elements were copied; destination may be longer.</summary>
+        /// <exception cref="ArgumentException">destination is null or too short; the error message says what is needed.</exception>
+        /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
+        /// <exception cref="DefrecException">The job is not done, or failed.</exception>
+        public int CopyPieces(Piece[] destination)
+        {
+            Check.NotNull(destination, nameof(destination));
+            fixed (Piece* to = destination) return CopyPieces(to, destination.Length);
+        }
+
         /// <summary>Of the rectified image, row by row, 1/16 px, <see cref="Constants.DisparityNone"/> without evidence; none unless <see cref="TrackerOptions.KeepDisparity"/>. Returns how many elements were copied; destination may be longer.</summary>
         /// <exception cref="ArgumentException">destination is null or too short; the error message says what is needed.</exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
@@ -223,6 +233,15 @@ namespace Defrec
             {
                 defrec_result result = Read(use);
                 return Copy(result.patch_observations, result.patch_count, sizeof(PatchObservation), to, capacity);
+            }
+        }
+
+        private int CopyPieces(Piece* to, int capacity)
+        {
+            using (var use = new HandleUse(Handle))
+            {
+                defrec_result result = Read(use);
+                return Copy(result.pieces, result.piece_count, sizeof(Piece), to, capacity);
             }
         }
 

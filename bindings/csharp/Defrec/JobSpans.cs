@@ -141,6 +141,15 @@ namespace Defrec
         /// <exception cref="ArgumentException">destination is too short; the error message says what is needed.</exception>
         /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
         /// <exception cref="DefrecException">The job is not done, or failed.</exception>
+        public int CopyPieces(Span<Piece> destination)
+        {
+            fixed (Piece* to = &MemoryMarshal.GetReference(destination)) return CopyPieces(to, destination.Length);
+        }
+
+        /// <summary>Like the overload for arrays.</summary>
+        /// <exception cref="ArgumentException">destination is too short; the error message says what is needed.</exception>
+        /// <exception cref="ObjectDisposedException">The job was disposed.</exception>
+        /// <exception cref="DefrecException">The job is not done, or failed.</exception>
         public int CopyDisparity(Span<short> destination)
         {
             fixed (short* to = &MemoryMarshal.GetReference(destination)) return CopyDisparity(to, destination.Length);

@@ -244,6 +244,26 @@ namespace Defrec
         internal uint Reserved;
     }
 
+    /// <summary>
+    /// A piece of the surface in one frame: tissue that nothing joins to the other pieces, which is found, lost and relocalised
+    /// by itself, 24 bytes.
+    /// </summary>
+    [StructLayout(LayoutKind.Sequential)]
+    public partial struct Piece
+    {
+        /// <summary>FrameState, as a frame's, but never that.</summary>
+        public FrameState State;
+        /// <summary>Frames since it was last found.</summary>
+        public uint Age;
+        /// <summary>Of its vertices, in the image where it is expected.</summary>
+        public uint VerticesInside;
+        /// <summary>Of its patches, found by guided search.</summary>
+        public uint Patches;
+        /// <summary>0..1 of vertices_inside.</summary>
+        public float ObservedShare;
+        internal uint Reserved;
+    }
+
     /// <summary>A point of a line along which tissue came apart, 16 bytes.</summary>
     [StructLayout(LayoutKind.Sequential)]
     public partial struct CutPoint

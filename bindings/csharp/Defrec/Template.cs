@@ -32,6 +32,7 @@ namespace Defrec
                 template.LandmarkCount = Check.ArrayLength(info.landmark_count, 1);
                 template.PatchCount = Check.ArrayLength(info.patch_count, 1);
                 template.CutPointCount = Check.ArrayLength(info.cut_point_count, 1);
+                template.PieceCount = Check.ArrayLength(info.piece_count, 1);
                 return template;
             }
             catch
@@ -80,6 +81,8 @@ namespace Defrec
         public int PatchCount { get; private set; }
         /// <summary>Points of the lines along which tissue came apart.</summary>
         public int CutPointCount { get; private set; }
+        /// <summary>Pieces of the surface that nothing joins, at most 8.</summary>
+        public int PieceCount { get; private set; }
 
         /// <summary>Its vertices. A new array.</summary>
         /// <exception cref="ObjectDisposedException">The template was disposed.</exception>
@@ -151,6 +154,16 @@ namespace Defrec
             return copy;
         }
 
+        /// <summary>Piece of the surface per vertex, from 0. A new array.</summary>
+        /// <exception cref="ObjectDisposedException">The template was disposed.</exception>
+        public byte[] GetVertexPieces()
+        {
+            var copy = new byte[VertexCount];
+            using (var use = new HandleUse(Handle))
+            fixed (byte* to = copy) NativeArray.Copy(Read(use).vertex_pieces, to, copy.Length, sizeof(byte));
+            return copy;
+        }
+
         /// <summary>Width * Height gray values of the rectified left image. A new array.</summary>
         /// <exception cref="ObjectDisposedException">The template was disposed.</exception>
         public byte[] GetImage()
@@ -193,6 +206,35 @@ namespace Defrec
         }
 #endif
 
+        /// <summary>
+        /// Which piece of the surface points (x, y, z, x, ...) of the template frame, mm, belong to, on the surface or off it: 0 to PieceCount - 1;
+        /// 255 for a point that is not finite. <see cref="Job.WarpPoints(double[], double[], PointStatus[], double[])"/> moves them with that piece.
+        /// </summary>
+        /// <exception cref="ArgumentException">An array is null or too short, or templateXyz not a multiple of 3 long.</exception>
+        /// <exception cref="ObjectDisposedException">The template was disposed.</exception>
+        public void GetPointPieces(double[] templateXyz, byte[] pieces)
+        {
+            Check.NotNull(templateXyz, nameof(templateXyz));
+            Check.NotNull(pieces, nameof(pieces));
+            int count = Check.Groups(templateXyz.Length, 3, nameof(templateXyz));
+            Check.Length(pieces.Length, count, nameof(pieces));
+            fixed (double* from = templateXyz)
+            fixed (byte* to = pieces) GetPointPieces(from, count, to);
+        }
+
+#if NETSTANDARD2_1
+        /// <summary>Like the overload for arrays.</summary>
+        /// <exception cref="ArgumentException">A span is too short, or templateXyz not a multiple of 3 long.</exception>
+        /// <exception cref="ObjectDisposedException">The template was disposed.</exception>
+        public void GetPointPieces(ReadOnlySpan<double> templateXyz, Span<byte> pieces)
+        {
+            int count = Check.Groups(templateXyz.Length, 3, nameof(templateXyz));
+            Check.Length(pieces.Length, count, nameof(pieces));
+            fixed (double* from = &MemoryMarshal.GetReference(templateXyz))
+            fixed (byte* to = &MemoryMarshal.GetReference(pieces)) GetPointPieces(from, count, to);
+        }
+#endif
+
         /// <summary>Writes a file that holds the template; its layout is versioned and checked on loading.</summary>
         /// <exception cref="ArgumentNullException">path is null.</exception>
         /// <exception cref="ObjectDisposedException">The template was disposed.</exception>
@@ -217,6 +259,15 @@ namespace Defrec
             {
                 if (count == 0) return;
                 DefrecException.ThrowIfFailed(NativeMethods.defrec_template_lift(use.Native, from, (UIntPtr)(uint)count, to, found));
+            }
+        }
+
+        private void GetPointPieces(double* from, int count, byte* to)
+        {
+            using (var use = new HandleUse(Handle))
+            {
+                if (count == 0) return;
+                DefrecException.ThrowIfFailed(NativeMethods.defrec_template_point_pieces(use.Native, from, (UIntPtr)(uint)count, to));
             }
         }
 

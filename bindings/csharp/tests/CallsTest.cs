@@ -215,7 +215,7 @@ namespace Defrec.Tests
                 Assert.That(job.GetSummary().VertexCount, Is.EqualTo(0));
                 Assert.That(job.GetResult().Vertices, Is.Empty);
                 Assert.That(job.CopyVertices(new float[0]), Is.EqualTo(0));
-                Assert.That(Stub.Calls(), Is.EqualTo(Enumerable.Repeat("defrec_job_result(job=" + handle + ", out={584})", 3)));
+                Assert.That(Stub.Calls(), Is.EqualTo(Enumerable.Repeat("defrec_job_result(job=" + handle + ", out={600})", 3)));
 
                 var xyz = new double[6];
                 var status = new PointStatus[2];
@@ -245,7 +245,7 @@ namespace Defrec.Tests
                     "defrec_job_point_covariances(job=" + handle + ", template_xyz=[1, 2, 3], count=1, covariance=written, evidence=NULL)",
                     "defrec_job_point_covariances(job=" + handle + ", template_xyz=[1, 2, 3], count=1, covariance=written, evidence=written)",
                     "defrec_job_lift_points(job=" + handle + ", uv=[0.5, 1.5], count=1, xyz=written, found=written)",
-                    "defrec_job_get_template(job=" + handle + ", out=" + template + ")", "defrec_template_get(surface=" + template + ", out={176})",
+                    "defrec_job_get_template(job=" + handle + ", out=" + template + ")", "defrec_template_get(surface=" + template + ", out={192})",
                     "defrec_template_release(surface=" + template + ")"
                 }));
                 job.Dispose();
@@ -287,6 +287,9 @@ namespace Defrec.Tests
             var found = new bool[2];
             template.Lift(new[] { 0.5, 1.5, 2, 3 }, xyz, found);
             Assert.That(xyz, Is.EqualTo(new double[] { 1, 2, 3, 4, 5, 6 }));
+            var pieces = new byte[2];
+            template.GetPointPieces(new double[] { 1, 2, 3, 4, 5, 6 }, pieces);
+            Assert.That(pieces, Is.EqualTo(new byte[] { 1, 2 }));
             template.Save("/tmp/\u00e9");
             Tracker.SetTemplate(template);
             template.Dispose();
@@ -295,11 +298,12 @@ namespace Defrec.Tests
             loaded.Dispose();
             Assert.That(Stub.Calls(), Is.EqualTo(new[]
             {
-                "defrec_tracker_get_template(tracker=" + tracker + ", out=" + handle + ")", "defrec_template_get(surface=" + handle + ", out={176})",
+                "defrec_tracker_get_template(tracker=" + tracker + ", out=" + handle + ")", "defrec_template_get(surface=" + handle + ", out={192})",
                 "defrec_template_lift(surface=" + handle + ", uv=[0.5, 1.5, 2, 3], count=2, xyz=written, found=written)",
+                "defrec_template_point_pieces(surface=" + handle + ", template_xyz=[1, 2, 3, 4, 5, 6], count=2, pieces=written)",
                 "defrec_template_save(surface=" + handle + ", path=\"/tmp/\u00e9\")",
                 "defrec_tracker_set_template(tracker=" + tracker + ", surface=" + handle + ")", "defrec_template_release(surface=" + handle + ")",
-                "defrec_template_load(context=" + context + ", path=\"/b\", out=" + second + ")", "defrec_template_get(surface=" + second + ", out={176})",
+                "defrec_template_load(context=" + context + ", path=\"/b\", out=" + second + ")", "defrec_template_get(surface=" + second + ", out={192})",
                 "defrec_template_release(surface=" + second + ")"
             }));
         }

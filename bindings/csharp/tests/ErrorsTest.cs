@@ -42,6 +42,7 @@ namespace Defrec.Tests
                 { "defrec_tracker_set_template", () => Tracker.SetTemplate(template) },
                 { "defrec_template_get", () => Tracker.GetTemplate() },
                 { "defrec_template_lift", () => template.Lift(uv, xyz, new bool[1]) },
+                { "defrec_template_point_pieces", () => template.GetPointPieces(xyz, new byte[1]) },
                 { "defrec_template_save", () => template.Save("/a") },
                 { "defrec_template_load", () => Template.Load(Context, "/a") }
             };

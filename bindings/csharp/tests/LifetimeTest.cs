@@ -132,8 +132,10 @@ namespace Defrec.Tests
                 { () => template.GetLandmarks(), "Template" },
                 { () => template.GetPatches(), "Template" },
                 { () => template.GetCutPoints(), "Template" },
+                { () => template.GetVertexPieces(), "Template" },
                 { () => template.GetImage(), "Template" },
                 { () => template.Lift(uv, xyz, new bool[1]), "Template" },
+                { () => template.GetPointPieces(xyz, new byte[1]), "Template" },
                 { () => template.Save("/a"), "Template" },
                 { () => stage.Prepare(), "Stage" }, { () => stage.Run(new StageBuffer[0], new StageBuffer[0]), "Stage" }
             };

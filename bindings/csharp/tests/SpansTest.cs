@@ -62,6 +62,7 @@ namespace Defrec.Tests
                 Assert.Throws<ArgumentException>(() => job.GetPointCovariances(new ReadOnlySpan<double>(xyz, 0, 3), new Span<double>(covariance, 0, 5), Span<Evidence>.Empty));
 
                 Assert.That(job.CopyVertexCovariance(Span<float>.Empty) + job.CopyVertexEvidence(Span<Evidence>.Empty), Is.EqualTo(0));
+                Assert.That(job.CopyPieces(Span<Piece>.Empty), Is.EqualTo(0));
                 Assert.That(job.CopyVertices(Span<float>.Empty) + job.CopyMotions(Span<Motion>.Empty) + job.CopyVertexStatus(Span<PointStatus>.Empty), Is.EqualTo(0));
             }
         }

@@ -145,6 +145,13 @@ namespace Defrec.Tests
                 Assert.That(job.CopyVertexEvidence(evidence), Is.EqualTo(evidence.Length));
                 Assert.That(evidence, Is.EqualTo(result.VertexEvidence));
                 Assert.That(evidence.Any(seen => (seen & Evidence.Depth) != 0));
+                var pieces = new Piece[template.PieceCount + 1];
+                Assert.That(job.CopyPieces(pieces), Is.EqualTo(1));
+                Assert.That(pieces[0], Is.EqualTo(result.Pieces[0]));
+                Assert.That(pieces[0].State, Is.EqualTo(result.Summary.State));
+                Assert.That(pieces[0].VerticesInside, Is.GreaterThan(template.VertexCount / 2).And.LessThanOrEqualTo(template.VertexCount));
+                Assert.That(pieces[0].ObservedShare, Is.EqualTo(result.Summary.ObservedShare).Within(1e-6));
+                Assert.That(template.GetVertexPieces(), Has.Length.EqualTo(template.VertexCount).And.All.EqualTo(0));
                 var disparity = new short[result.Disparity.Length];
                 Assert.That(job.CopyDisparity(disparity), Is.EqualTo(disparity.Length));
                 Assert.That(disparity, Is.EqualTo(result.Disparity));

@@ -67,6 +67,7 @@ from .structs import (
     OrbParams,
     Patch,
     PatchObservation,
+    Piece,
     PatchPrediction,
     RansacParams,
     RansacSummary,

@@ -60,6 +60,7 @@ PROTOTYPES: Dict[str, Tuple[Any, Sequence[Any]]] = {
     "defrec_template_release": (None, [c_void_p]),
     "defrec_template_get": (StatusResult, [c_void_p, _pointer(structs.TemplateInfo)]),
     "defrec_template_lift": (StatusResult, [c_void_p, c_void_p, c_size_t, c_void_p, c_void_p]),
+    "defrec_template_point_pieces": (StatusResult, [c_void_p, c_void_p, c_size_t, c_void_p]),
     "defrec_template_save": (StatusResult, [c_void_p, c_char_p]),
     "defrec_template_load": (StatusResult, [c_void_p, c_char_p, _handle_out]),
 }

@@ -256,6 +256,9 @@ class Reason(IntFlag):
     CUT = 2097152
     """From this frame on the template is parted along a line where tissue came apart: see cut_points of
     defrec_template_info."""
+    PIECE_LOST = 4194304
+    """A piece of the surface is not found where it is expected in the image, others are: see pieces of
+    defrec_result."""
     ONE_EYE = 512
     """Deprecated: the earlier name of Reason.ONE_VIEW."""
     EYES_SWAPPED = 4096

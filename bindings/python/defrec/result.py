@@ -9,7 +9,7 @@ from . import structs
 from ._arrays import ByteArray, DisparityArray, FloatArray, RecordArray, copied
 from ._library import text
 from .enums import MAX_TIMED_STAGES, Reason, State
-from .structs import Landmark, Match, Motion, PatchObservation
+from .structs import Landmark, Match, Motion, PatchObservation, Piece
 
 
 class StageTime(NamedTuple):
@@ -117,6 +117,8 @@ class Result:
     """Counts the tracker's templates, and how often tissue joined them; 0 without a template."""
     device_id: str
     """Of the device that computed the frame."""
+    pieces: RecordArray
+    """(pieces,) Piece, which pieces of the surface were found; none without a template."""
 
 
 def copy_result(r: structs.ResultStruct, size: Tuple[int, int]) -> Result:
@@ -160,4 +162,5 @@ def copy_result(r: structs.ResultStruct, size: Tuple[int, int]) -> Result:
         rig_matches=r.rig_matches,
         template_epoch=r.template_epoch,
         device_id=text(r.device_id),
+        pieces=array(r.pieces, Piece, r.piece_count),
     )

@@ -807,6 +807,24 @@ class StageTimeStruct(Struct):
     """See timed of defrec_tracker_desc."""
 
 
+@c_struct("defrec_piece")
+class Piece(Struct):
+    """A piece of the surface in one frame: tissue that nothing joins to the other pieces, which is found, lost and
+    relocalised by itself, 24 bytes."""
+
+    state: U32
+    """State, as a frame's, but never that."""
+    age: U32
+    """Frames since it was last found."""
+    vertices_inside: U32
+    """Of its vertices, in the image where it is expected."""
+    patches: U32
+    """Of its patches, found by guided search."""
+    observed_share: F32
+    """0..1 of vertices_inside."""
+    reserved: U32
+
+
 StageTimeStructx16 = Annotated[Any, StageTimeStruct * 16]
 
 
@@ -898,6 +916,10 @@ class ResultStruct(Struct):
     """Counts the tracker's templates, and how often tissue joined them; 0 without a template."""
     device_id: Text
     """Of the device that computed the frame."""
+    pieces: Address
+    """Of the surface, see vertex_pieces of defrec_template_info."""
+    piece_count: U64
+    """Pieces; 1 for most templates."""
 
 
 @c_struct("defrec_cut_point")
@@ -953,3 +975,7 @@ class TemplateInfo(Struct):
     """Of the lines along which tissue came apart."""
     cut_point_count: U64
     """Cut points."""
+    vertex_pieces: Address
+    """Piece of the surface per vertex, from 0: no triangle and no edge leads from one to another."""
+    piece_count: U64
+    """Pieces, at most 8."""

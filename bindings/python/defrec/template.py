@@ -56,6 +56,8 @@ class TemplateData:
     """(height, width) uint8, the rectified left image"""
     cut_points: RecordArray
     """(n,) CutPoint, of the lines along which tissue came apart; a triangle that one crosses has three equal corners"""
+    vertex_pieces: ByteArray
+    """(n,) uint8, piece of the surface per vertex, from 0; no triangle and no edge leads from one to another"""
 
 
 class Template(Handle):
@@ -84,6 +86,14 @@ class Template(Handle):
         native.defrec_template_lift(self._native, given.address, given.count, address_of(xyz), address_of(found))
         return Lifted(xyz, found)
 
+    def point_pieces(self, template_xyz: ArrayLike) -> ByteArray:
+        """Which piece of the surface (n, 3) points of the template frame, mm, belong to, on the surface or off it, and
+        with which Job.warp_points moves them: (n,) uint8; 255 for a point that is not finite. threads: any"""
+        given = Points("template_xyz", template_xyz, 3)
+        pieces = empty("B", (given.count,))
+        native.defrec_template_point_pieces(self._native, given.address, given.count, address_of(pieces))
+        return pieces
+
     def data(self) -> TemplateData:
         """Copies everything the template consists of. threads: any"""
         info = structs.TemplateInfo()
@@ -107,4 +117,5 @@ def _copy_template(info: structs.TemplateInfo) -> TemplateData:
         patches=records(info.patches, Patch, info.patch_count),
         image=copied(info.image, "B", (info.height, info.width)),
         cut_points=records(info.cut_points, CutPoint, info.cut_point_count),
+        vertex_pieces=copied(info.vertex_pieces, "B", (info.vertex_count,)),
     )

@@ -258,7 +258,7 @@ class Calls(stub.StubTest):
                 f"defrec_job_wait(job={j}, timeout_ns=1500000000)",
                 f"defrec_job_wait(job={j}, timeout_ns=0)",
                 for_ever,
-                f"defrec_job_result(job={j}, out={{584}})",
+                f"defrec_job_result(job={j}, out={{600}})",
                 for_ever,
                 f"defrec_job_warp_points(job={j}, template_xyz=[1.5, 2.5, 3.5, 4.5, 5.5, 6.5], count=2, xyz=written, "
                 "status=written, expected_error_mm=written)",
@@ -278,9 +278,9 @@ class Calls(stub.StubTest):
         lengths = dict(
             rigid_motion=3, motions=2, node_positions=2, vertices=3, normals=3, vertex_status=3, expected_error_mm=3,
             landmarks=4, landmark_matches=4, patch_observations=5, disparity=6, times=2, vertex_covariance=3,
-            vertex_evidence=3,
+            vertex_evidence=3, pieces=7,
         )  # fmt: skip
-        given = structs.ResultStruct(node_count=2, vertex_count=3, landmark_count=4, patch_count=5, time_count=2)
+        given = structs.ResultStruct(node_count=2, vertex_count=3, landmark_count=4, patch_count=5, time_count=2, piece_count=7)
         numbers, memory = {}, []
         for number, field in enumerate(dataclasses.fields(Result), 1):
             numbers[field.name] = number
@@ -405,6 +405,7 @@ class Calls(stub.StubTest):
             s, n = hex(template._native), hex(loaded._native)
             tracker.set_template(loaded)
             lifted = template.lift([(1.5, 2.5), (3.5, 4.5)])
+            self.assertEqual(template.point_pieces([(1, 2, 3), (4, 5, 6)]).tolist(), [1, 2])
             template.save("/out")
             self.assertEqual(template.data().size, (0, 0))
         self.assertEqual((lifted.xyz.tolist(), lifted.found.tolist()), ([[1, 2, 3], [4, 5, 6]], [True, True]))
@@ -415,8 +416,9 @@ class Calls(stub.StubTest):
                 f'defrec_template_load(context={self.c}, path="/in é", out={n})',
                 f"defrec_tracker_set_template(tracker={t}, surface={n})",
                 f"defrec_template_lift(surface={s}, uv=[1.5, 2.5, 3.5, 4.5], count=2, xyz=written, found=written)",
+                f"defrec_template_point_pieces(surface={s}, template_xyz=[1, 2, 3, 4, 5, 6], count=2, pieces=written)",
                 f'defrec_template_save(surface={s}, path="/out")',
-                f"defrec_template_get(surface={s}, out={{176}})",
+                f"defrec_template_get(surface={s}, out={{192}})",
                 f"defrec_template_release(surface={n})",
                 f"defrec_template_release(surface={s})",
             ],

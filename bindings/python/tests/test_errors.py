@@ -76,6 +76,7 @@ class Failures(stub.StubTest):
             "defrec_tracker_set_template": lambda: tracker.set_template(template),
             "defrec_template_get": template.data,
             "defrec_template_lift": lambda: template.lift([(1, 2)]),
+            "defrec_template_point_pieces": lambda: template.point_pieces([(1, 2, 3)]),
             "defrec_template_save": lambda: template.save("/x"),
             "defrec_template_load": lambda: Template.load(context, "/x"),
         }

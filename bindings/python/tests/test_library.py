@@ -29,6 +29,7 @@ from defrec import (
     Motion,
     Observation,
     OrbParams,
+    Piece,
     OrbStage,
     RansacParams,
     RansacStage,
@@ -103,6 +104,7 @@ class Tracking(LibraryTest):
                 self.assertEqual(len(result.vertices), len(result.vertex_status))
                 self.assertEqual(len(result.vertices), len(result.vertex_covariance))
                 self.assertTrue(any(seen & Evidence.DEPTH for seen in result.vertex_evidence.tolist()))
+                self.assertEqual((len(result.pieces), Piece.from_buffer_copy(result.pieces).state), (1, State.TRACKING))
                 self.assertEqual(result.disparity.shape, (plane.HEIGHT, plane.WIDTH))
                 self.assertEqual(result.disparity[72, 96], plane.DISPARITY * DISPARITY_ONE)
         self.assertEqual(result.times[0].name, "upload")

@@ -83,6 +83,7 @@ constexpr ReasonName kReasonNames[] = {
     {DEFREC_REASON_UNCHECKED, "unchecked"},
     {DEFREC_REASON_OVERDUE, "overdue"},
     {DEFREC_REASON_CUT, "cut"},
+    {DEFREC_REASON_PIECE_LOST, "piece-lost"},
 };
 
 }  // namespace

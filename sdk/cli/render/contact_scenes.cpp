@@ -157,6 +157,18 @@ FrameState lobes(const Setting& setting, double frame) {
     // The step crosses the picture steeply.
     const Orbit orbit{.roll = 65.0 * kDegree, .shift = {1.5 * std::sin(kTwoPi * t / 59.0), 1.0, 0}};
     place_camera(state, orbit, setting);
+    const double covered = setting.parameter("covered");
+    if (covered > 0) {
+        // As wide as the lobe below in the view, along the step.
+        constexpr double kCovers = 8, kTravel = 6;
+        const double there = ease(kCovers - kTravel, kCovers, t) *
+                             (1.0 - ease(kCovers + covered, kCovers + covered + kTravel, t));
+        Instrument tool;
+        tool.axis = Eigen::Vector3d::UnitX();
+        tool.radius = 13;
+        tool.tip = {-60.0 + (1.0 - there) * 140.0, 15.0, 42.0};
+        state.instruments.push_back(tool);
+    }
     return state;
 }
 

@@ -112,6 +112,18 @@ void PointFollower::settle(defrec_job job) {
         else
             still_beside.push_back(beside_[i]);
     beside_ = std::move(still_beside);
+    pieces_.clear();
+}
+
+void PointFollower::find_pieces(defrec_job job) {
+    if (pieces_.size() == place_.size()) return;
+    pieces_.resize(place_.size());
+    defrec_template surface = nullptr;
+    require(defrec_job_get_template(job, &surface), ExitCode::kInternal, "reading the template");
+    const Template owner(surface);
+    require(
+        defrec_template_point_pieces(surface, template_xyz_.data(), place_.size(), pieces_.data()),
+        ExitCode::kInternal, "finding the pieces of the surface that points lie on");
 }
 
 void PointFollower::warp(defrec_job job) {
@@ -137,6 +149,7 @@ std::vector<PointRow> PointFollower::add_frame(std::int64_t frame, double timest
         require(defrec_job_point_covariances(job, template_xyz_.data(), place_.size(),
                                              covariances_.data(), evidence_.data()),
                 ExitCode::kInternal, "estimating the errors of the points to follow");
+        find_pieces(job);
         projection_.project(xyz_.data(), place_.size(), uv_.data());
         for (std::size_t i = 0; i < place_.size(); ++i) {
             const double* xyz = &xyz_[3 * i];
@@ -150,6 +163,7 @@ std::vector<PointRow> PointFollower::add_frame(std::int64_t frame, double timest
             row.expected_error_mm = errors_[i];
             std::copy_n(&covariances_[6 * i], 6, row.covariance);
             row.evidence = evidence_[i];
+            row.piece = pieces_[i];
         }
     }
     for (std::size_t i = 0; i < rows.size(); ++i) {

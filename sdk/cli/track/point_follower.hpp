@@ -49,6 +49,8 @@ class PointFollower {
     void settle(defrec_job job);
     // Of the job's frame, the points that follow being in the template frame.
     void warp(defrec_job job);
+    // The pieces of the surface that the points lie on, where they are not known yet.
+    void find_pieces(defrec_job job);
 
     std::vector<FollowedPoint> points_;
     const Rig& rig_;
@@ -59,7 +61,7 @@ class PointFollower {
     std::vector<std::size_t> beside_;   // which of them the surface has not reached yet
     std::uint32_t template_epoch_ = 0;  // in which beside_ was looked up
     std::vector<double> xyz_, uv_, errors_, covariances_;
-    std::vector<std::uint8_t> status_, evidence_;
+    std::vector<std::uint8_t> status_, evidence_, pieces_;
     std::size_t rows_[3] = {};
     std::size_t looked_up_ = 0;  // points whose frame has come
 };

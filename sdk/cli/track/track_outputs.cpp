@@ -58,7 +58,8 @@ const char* evidence_name(std::uint32_t evidence) {
 
 PointsFile::PointsFile(const std::filesystem::path& path) : file_(path) {
     file_.write(
-        "frame,timestamp_ms,id,x,y,z,u,v,status,expected_error_mm,xx,xy,xz,yy,yz,zz,evidence\n");
+        "frame,timestamp_ms,id,x,y,z,u,v,status,expected_error_mm,xx,xy,xz,yy,yz,zz,evidence,"
+        "piece\n");
 }
 
 void PointsFile::add(const PointRow& row) {
@@ -68,7 +69,7 @@ void PointsFile::add(const PointRow& row) {
     line_ += ',';
     append_integer(line_, row.id);
     if (row.status == PointStatus::kLost) {
-        line_ += ",,,,,,lost,,,,,,,,\n";
+        line_ += ",,,,,,lost,,,,,,,,,\n";
     } else {
         for (const double coordinate : row.xyz)
             append_field(line_, coordinate, kMillimetreDecimals);
@@ -78,7 +79,9 @@ void PointsFile::add(const PointRow& row) {
         append_field(line_, row.expected_error_mm, kMillimetreDecimals);
         for (const double element : row.covariance)
             append_field(line_, element, kCovarianceDecimals);
-        line_.append(",").append(evidence_name(row.evidence)).append("\n");
+        line_.append(",").append(evidence_name(row.evidence)).append(",");
+        append_integer(line_, row.piece);
+        line_ += '\n';
     }
     file_.write(line_);
 }

@@ -29,10 +29,11 @@ struct PointRow {
     double expected_error_mm = 0;
     double covariance[6] = {};   // xx, xy, xz, yy, yz, zz, mm^2
     std::uint32_t evidence = 0;  // DEFREC_EVIDENCE_*
+    std::uint32_t piece = 0;     // of the surface, that it lies on
 };
 
-// points.csv: frame,timestamp_ms,id,x,y,z,u,v,status,expected_error_mm,xx,xy,xz,yy,yz,zz,evidence.
-// What is unknown of a lost point stays empty.
+// points.csv: frame,timestamp_ms,id,x,y,z,u,v,status,expected_error_mm,xx,xy,xz,yy,yz,zz,evidence,
+// piece. What is unknown of a lost point stays empty.
 class PointsFile {
   public:
     explicit PointsFile(const std::filesystem::path& path);

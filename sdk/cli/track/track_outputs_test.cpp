@@ -27,7 +27,8 @@ TEST_CASE(
               {12.5, 0.0625},
               0.25,
               {0.0125, -0.0012345, -1e-9, 0.01, 0, 0.04},
-              DEFREC_EVIDENCE_DEPTH | DEFREC_EVIDENCE_LATERAL});
+              DEFREC_EVIDENCE_DEPTH | DEFREC_EVIDENCE_LATERAL,
+              2});
     file.add({3,
               100,
               8,
@@ -36,17 +37,19 @@ TEST_CASE(
               {1, 2},
               1.5,
               {0.75, 0, 0, 0.75, 0, 0.75},
+              0,
               0});
-    file.add({3, 100, 9, PointStatus::kLost, {1, 2, 3}, {1, 2}, 1.5, {1, 0, 0, 1, 0, 1}, 1});
+    file.add({3, 100, 9, PointStatus::kLost, {1, 2, 3}, {1, 2}, 1.5, {1, 0, 0, 1, 0, 1}, 1, 0});
     file.commit();
     std::locale::global(before);
     CHECK(TestFolder::read(folder / "points.csv") ==
-          "frame,timestamp_ms,id,x,y,z,u,v,status,expected_error_mm,xx,xy,xz,yy,yz,zz,evidence\n"
+          "frame,timestamp_ms,id,x,y,z,u,v,status,expected_error_mm,xx,xy,xz,yy,yz,zz,evidence,"
+          "piece\n"
           "3,100.000,7,-1.2346,0.0000,80.0000,12.500,0.062,tracked,0.2500,"
-          "0.012500,-0.001234,0.000000,0.010000,0.000000,0.040000,both\n"
+          "0.012500,-0.001234,0.000000,0.010000,0.000000,0.040000,both,2\n"
           "3,100.000,8,1.0000,2.0000,3.0000,1.000,2.000,extrapolated,1.5000,"
-          "0.750000,0.000000,0.000000,0.750000,0.000000,0.750000,none\n"
-          "3,100.000,9,,,,,,lost,,,,,,,,\n");
+          "0.750000,0.000000,0.000000,0.750000,0.000000,0.750000,none,0\n"
+          "3,100.000,9,,,,,,lost,,,,,,,,,\n");
     CHECK(evidence_name(DEFREC_EVIDENCE_DEPTH) == std::string("depth"));
     CHECK(evidence_name(DEFREC_EVIDENCE_LATERAL) == std::string("lateral"));
 }

@@ -122,6 +122,10 @@ namespace Defrec.Native
         internal static extern Status defrec_template_lift(IntPtr surface, double* uv, UIntPtr count, double* xyz, byte* found);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
+        internal static extern Status defrec_template_point_pieces(IntPtr surface, double* templateXyz, UIntPtr count,
+            byte* pieces);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]
         internal static extern Status defrec_template_save(IntPtr surface, byte* path);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl, ExactSpelling = true)]

@@ -221,6 +221,8 @@ namespace Defrec.Native
         internal uint rig_matches;
         internal uint template_epoch;
         internal byte* device_id;
+        internal Piece* pieces;
+        internal ulong piece_count;
     }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -246,5 +248,7 @@ namespace Defrec.Native
         internal byte* image;
         internal CutPoint* cut_points;
         internal ulong cut_point_count;
+        internal byte* vertex_pieces;
+        internal ulong piece_count;
     }
 }
