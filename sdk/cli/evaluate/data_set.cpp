@@ -18,6 +18,7 @@ constexpr int kDeepestFolder = 6;
 std::vector<std::unique_ptr<DataSet>> make_data_sets() {
     std::vector<std::unique_ptr<DataSet>> sets;
     sets.push_back(make_defrec_sequences());
+    sets.push_back(make_hamlyn());
     sets.push_back(make_scared());
     sets.push_back(make_serv_ct());
     sets.push_back(make_stir());

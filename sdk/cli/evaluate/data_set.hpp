@@ -95,6 +95,7 @@ struct Needed {
 void require_entries(const std::filesystem::path& folder, const std::vector<Needed>& needed);
 
 std::unique_ptr<DataSet> make_defrec_sequences();
+std::unique_ptr<DataSet> make_hamlyn();
 std::unique_ptr<DataSet> make_scared();
 std::unique_ptr<DataSet> make_serv_ct();
 std::unique_ptr<DataSet> make_stir();

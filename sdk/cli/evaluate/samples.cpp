@@ -12,6 +12,20 @@
 
 namespace defrec::cli {
 
+std::vector<double> means_of(const Samples& samples) {
+    std::vector<double> means;
+    for (std::size_t column = 1; column < samples.columns().size(); ++column) {
+        double sum = 0, count = 0;
+        for (std::size_t i = 0; i < samples.size(); ++i) {
+            if (std::isnan(samples.at(i, column))) continue;
+            sum += samples.at(i, column);
+            ++count;
+        }
+        means.push_back(count > 0 ? sum / count : std::numeric_limits<double>::quiet_NaN());
+    }
+    return means;
+}
+
 std::string exact(double value) {
     if (std::isnan(value)) return {};
     char buffer[32];

@@ -34,6 +34,9 @@ class Samples {
     std::vector<double> values_;  // row by row
 };
 
+// Of each column but the first the mean of its numbers; NaN where it has none.
+std::vector<double> means_of(const Samples& samples);
+
 // The shortest text that gives the same number back; empty for NaN.
 std::string exact(double value);
 

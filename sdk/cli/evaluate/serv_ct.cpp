@@ -96,17 +96,7 @@ class ServCt : public DataSet {
     }
     // Means over images.
     std::vector<double> summarise(const Samples& samples) const override {
-        std::vector<double> means;
-        for (std::size_t column = 1; column < samples.columns().size(); ++column) {
-            double sum = 0, count = 0;
-            for (std::size_t i = 0; i < samples.size(); ++i) {
-                if (std::isnan(samples.at(i, column))) continue;
-                sum += samples.at(i, column);
-                ++count;
-            }
-            means.push_back(count > 0 ? sum / count : kNone);
-        }
-        return means;
+        return means_of(samples);
     }
 
     ClipScore run(const ClipTask& task) const override {

@@ -25,6 +25,7 @@ class LayoutWriter {
 };
 
 /// Make the folders and throw RenderUsageError where the layout cannot take the scene or the size.
+std::unique_ptr<LayoutWriter> make_hamlyn_writer(const RenderOptions& options, const Scene& scene);
 std::unique_ptr<LayoutWriter> make_scared_writer(const RenderOptions& options, const Scene& scene);
 std::unique_ptr<LayoutWriter> make_serv_ct_writer(const RenderOptions& options, const Scene& scene);
 std::unique_ptr<LayoutWriter> make_stir_writer(const RenderOptions& options, const Scene& scene);

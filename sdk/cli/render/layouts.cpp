@@ -13,9 +13,9 @@ using MakeWriter = std::unique_ptr<LayoutWriter> (*)(const RenderOptions&, const
 
 const std::map<std::string, MakeWriter>& writers() {
     static const std::map<std::string, MakeWriter> writers{
-        {"scared", make_scared_writer}, {"serv-ct", make_serv_ct_writer},
-        {"stir", make_stir_writer},     {"stir-2026", make_stir_2026_writer},
-        {"surgt", make_surgt_writer},
+        {"hamlyn", make_hamlyn_writer},       {"scared", make_scared_writer},
+        {"serv-ct", make_serv_ct_writer},     {"stir", make_stir_writer},
+        {"stir-2026", make_stir_2026_writer}, {"surgt", make_surgt_writer},
     };
     return writers;
 }
