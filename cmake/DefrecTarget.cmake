@@ -53,6 +53,17 @@ endif()
 find_package(Threads REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 
+# defrec_pick_system(VARIABLE): leaves out of a list of sources those for another operating system, *_posix.cpp or *_windows.cpp.
+function(defrec_pick_system variable)
+  set(other windows)
+  if(WIN32)
+    set(other posix)
+  endif()
+  set(sources ${${variable}})
+  list(FILTER sources EXCLUDE REGEX "_${other}\\.cpp$")
+  set(${variable} ${sources} PARENT_SCOPE)
+endfunction()
+
 # defrec_install_program(TARGET): into the folder of programs; it finds libdefrec from there, wherever the whole lies.
 function(defrec_install_program target)
   file(RELATIVE_PATH libraries "/${CMAKE_INSTALL_BINDIR}" "/${CMAKE_INSTALL_LIBDIR}")

@@ -12,7 +12,7 @@
 #include "sdk/base/platform.hpp"
 #include "sdk/base/sha256.hpp"
 #include "sdk/device/device.hpp"
-#include "sdk/plugin/elf_file.hpp"
+#include "sdk/plugin/shared_object.hpp"
 #include "sdk/plugin/loader.hpp"
 #include "sdk/plugin/manifest.hpp"
 

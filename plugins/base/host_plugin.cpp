@@ -1,12 +1,10 @@
 // See host_plugin.hpp.
 #include "plugins/base/host_plugin.hpp"
 
-#include <unistd.h>
-
 #include <atomic>
 #include <string>
 
-#include "plugins/base/processor_name.hpp"
+#include "plugins/base/computer.hpp"
 
 namespace defrec {
 namespace {
@@ -109,8 +107,7 @@ class HostBackend {
         info.id = description_.name;
         info.name = device_name_.c_str();
         info.driver = description_.version;
-        info.memory_bytes = static_cast<uint64_t>(sysconf(_SC_PHYS_PAGES)) *
-                            static_cast<uint64_t>(sysconf(_SC_PAGESIZE));
+        info.memory_bytes = memory_bytes();
         info.features = DEFREC_FEATURE_REPEATABLE;
     }
     std::unique_ptr<HostDevice> open(size_t) const {

@@ -1,7 +1,6 @@
 // See processor_name.hpp.
 #include "plugins/base/processor_name.hpp"
 
-#include <fstream>
 #include <string_view>
 
 namespace defrec {
@@ -16,11 +15,6 @@ std::string processor_name(std::istream& cpuinfo) {
         return line.substr(first, line.find_last_not_of(kBlank) + 1 - first);
     }
     return "Processor";
-}
-
-std::string processor_name() {
-    std::ifstream cpuinfo("/proc/cpuinfo");
-    return processor_name(cpuinfo);
 }
 
 }  // namespace defrec

@@ -1,4 +1,4 @@
-// What the processor is called.
+// The name of a processor in a text.
 #pragma once
 #include <istream>
 #include <string>
@@ -7,7 +7,5 @@ namespace defrec {
 
 // The model that a text in the form of /proc/cpuinfo names; "Processor" where it names none.
 std::string processor_name(std::istream& cpuinfo);
-// That of this computer's first processor.
-std::string processor_name();
 
 }  // namespace defrec

@@ -1,16 +1,16 @@
 // See atomic_file.hpp.
 #include "sdk/base/atomic_file.hpp"
 
-#include <unistd.h>
-
 #include <cerrno>
 #include <system_error>
+
+#include "sdk/base/stdio_file.hpp"
 
 namespace defrec {
 namespace {
 
 std::string describe(const std::filesystem::path& path, const std::string& what, int error) {
-    std::string text = path.string();
+    std::string text(reinterpret_cast<const char*>(path.u8string().c_str()));
     text.append(": the file ").append(what);
     if (error != 0) text.append(" (").append(std::generic_category().message(error)).append(")");
     return text.append("; check the folder's permissions and the space on its disk");
@@ -31,7 +31,7 @@ AtomicFile::AtomicFile(const std::filesystem::path& path)
         temporary_ += ".partial";
         temporary_ += path_.extension();
         errno = 0;
-        file_.reset(std::fopen(temporary_.c_str(), "wbx"));
+        file_.reset(create_file(temporary_));
         if (file_ == nullptr && errno != EEXIST) break;
     }
     if (file_ == nullptr) throw FileError(path_, "cannot be created", errno);
@@ -52,10 +52,8 @@ void AtomicFile::write(std::string_view bytes) {
 
 void AtomicFile::commit() {
     errno = 0;
-    // Its bytes first, then its name: also where the power fails in between. What no disk stands
-    // behind cannot be synchronised.
-    if (std::fflush(file_.get()) != 0 ||
-        (::fsync(::fileno(file_.get())) != 0 && errno != EINVAL && errno != EROFS))
+    // Its bytes first, then its name: also where the power fails in between.
+    if (std::fflush(file_.get()) != 0 || !synchronise(file_.get()))
         throw FileError(path_, "cannot be written", errno);
     if (std::fclose(file_.release()) != 0) throw FileError(path_, "cannot be written", errno);
     std::error_code error;

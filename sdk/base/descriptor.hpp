@@ -1,8 +1,5 @@
-// File descriptors that are closed with their owner.
+// File descriptors that are closed with their owner: descriptor_posix.cpp, descriptor_windows.cpp.
 #pragma once
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <utility>
 
 namespace defrec {
@@ -16,9 +13,7 @@ class Descriptor {
         Descriptor(std::move(other)).swap(*this);
         return *this;
     }
-    ~Descriptor() {
-        if (descriptor_ >= 0) ::close(descriptor_);
-    }
+    ~Descriptor();
 
     int get() const { return descriptor_; }
     explicit operator bool() const { return descriptor_ >= 0; }
@@ -32,13 +27,7 @@ class Descriptor {
 // Not inherited by programs that are started. False, with errno, where there is none to be had.
 struct Pipe {
     Descriptor read_end, write_end;
-    bool open() {
-        int ends[2];
-        if (::pipe2(ends, O_CLOEXEC) != 0) return false;
-        read_end = Descriptor(ends[0]);
-        write_end = Descriptor(ends[1]);
-        return true;
-    }
+    bool open();
 };
 
 }  // namespace defrec

@@ -1,6 +1,8 @@
 #include "sdk/base/descriptor.hpp"
 
 #include <doctest/doctest.h>
+#include <fcntl.h>
+#include <unistd.h>
 
 #include <vector>
 

@@ -1,5 +1,5 @@
-// Every call that depends on the operating system, behind plain functions. platform_posix.cpp
-// implements them.
+// Every call that depends on the operating system, behind plain functions: platform_posix.cpp and
+// platform_windows.cpp. Paths are UTF-8.
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -51,6 +51,11 @@ class NoCancellation {
 void spin_pause() noexcept;
 
 // ---- files ------------------------------------------------------------------
+
+// Where the name of what a path leads to begins: behind the last separator.
+size_t name_start(std::string_view path) noexcept;
+// Between the paths of a list in an environment variable.
+char list_separator() noexcept;
 
 enum class PathKind { kMissing, kFile, kFolder, kOther };
 PathKind path_kind(const std::string& path) noexcept;

@@ -108,6 +108,10 @@ void spin_pause() noexcept {
 #endif
 }
 
+size_t name_start(std::string_view path) noexcept { return path.find_last_of('/') + 1; }
+
+char list_separator() noexcept { return ':'; }
+
 PathKind path_kind(const std::string& path) noexcept {
     struct stat info;
     if (stat(path.c_str(), &info) != 0) return PathKind::kMissing;

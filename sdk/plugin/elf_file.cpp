@@ -1,12 +1,11 @@
-// See elf_file.hpp. Reads the headers of 64-bit ELF, little endian: all that the supported
+// See shared_object.hpp. Reads the headers of 64-bit ELF, little endian: all that the supported
 // platforms use.
-#include "sdk/plugin/elf_file.hpp"
-
 #include <elf.h>
 
 #include <cstring>
 
 #include "sdk/base/error.hpp"
+#include "sdk/plugin/shared_object.hpp"
 
 namespace defrec {
 namespace {

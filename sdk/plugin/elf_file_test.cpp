@@ -1,5 +1,3 @@
-#include "sdk/plugin/elf_file.hpp"
-
 #include <doctest/doctest.h>
 #include <elf.h>
 
@@ -8,6 +6,7 @@
 
 #include "sdk/base/error.hpp"
 #include "sdk/base/test_files.hpp"
+#include "sdk/plugin/shared_object.hpp"
 
 using namespace defrec;
 using namespace defrec::test;

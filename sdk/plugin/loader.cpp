@@ -10,8 +10,8 @@
 #include "sdk/base/run_within.hpp"
 #include "sdk/base/sha256.hpp"
 #include "sdk/device/device.hpp"
-#include "sdk/plugin/elf_file.hpp"
 #include "sdk/plugin/search.hpp"
+#include "sdk/plugin/shared_object.hpp"
 
 namespace defrec {
 namespace {
@@ -72,7 +72,7 @@ void load_candidate(const std::shared_ptr<const Services>& services, PluginCandi
              ".", manifest.abi_minor, ", this library speaks ", DEFREC_PLUGIN_ABI_MAJOR, ".",
              DEFREC_PLUGIN_ABI_MINOR);
 
-    const std::string folder = candidate.path.substr(0, candidate.path.find_last_of('/') + 1);
+    const std::string folder = candidate.path.substr(0, platform::name_start(candidate.path));
     const std::string library = folder + manifest.library;
     const auto file = std::make_shared<const platform::OpenedFile>(
         platform::read_regular_file(library, kLibraryCap));
@@ -248,7 +248,7 @@ std::vector<PluginCandidate> load_plugins(const std::shared_ptr<const Services>&
     for (FoundManifest& found : find_manifests(*services, desc)) {
         PluginCandidate candidate;
         candidate.path = found.path;
-        candidate.name = found.path.substr(found.path.find_last_of('/') + 1);
+        candidate.name = found.path.substr(platform::name_start(found.path));
         candidate.verdict = found.verdict;
         candidate.reason = found.reason;
         if (found.verdict == DEFREC_OK) {

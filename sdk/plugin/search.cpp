@@ -49,8 +49,9 @@ class PluginSearch {
         } catch (const Error& error) {
             return refuse_with(error.status(), folder, error.what());
         }
+        const bool is_closed = platform::name_start(folder) == folder.size();
         for (const std::string& name : names)
-            if (is_manifest_name(name)) add(folder + (folder.ends_with('/') ? "" : "/") + name);
+            if (is_manifest_name(name)) add(folder + (is_closed ? "" : "/") + name);
     }
 
     void add(const std::string& path) {
@@ -82,7 +83,7 @@ std::vector<FoundManifest> find_manifests(const Services& services,
     if (desc.flags & DEFREC_CONTEXT_USE_ENVIRONMENT) {
         std::string paths = platform::trusted_environment("DEFREC_PLUGIN_PATH").value_or("");
         for (size_t at = 0; at < paths.size();) {
-            const size_t end = std::min(paths.find(':', at), paths.size());
+            const size_t end = std::min(paths.find(platform::list_separator(), at), paths.size());
             if (end > at) search.look_in(paths.substr(at, end - at), true);
             at = end + 1;
         }
