@@ -95,6 +95,23 @@ TEST_CASE("a fold wider than the smoothing keeps its height") {
             CHECK(lift_error_mm(*data, u, v, fold(u, v)) < 0.25);
 }
 
+TEST_CASE("noise of the disparity of far tissue makes no steps and no steep walls") {
+    const auto tissue = [](double x, double) { return 10 + 0.004 * x; };
+    Scene scene([&](double x, double y) {
+        return tissue(x, y) + 0.3 * std::sin(0.21 * x) + 0.3 * std::cos(0.19 * y);
+    });
+    const auto data = defrec::capture_template(scene.prepared());
+    REQUIRE(data.has_value());
+    CHECK(data->pieces() == 1);
+    for (double v = 20; v < kHeight - 20; v += 17.3)
+        for (double u = 20; u < kWidth - 20; u += 19.7) {
+            double disparity = 0, support = 0;
+            REQUIRE(defrec::grid_disparity(*data, u, v, disparity, support));
+            CHECK(support == 0);
+            CHECK(std::abs(disparity - tissue(u, v)) < 0.5);
+        }
+}
+
 TEST_CASE("holes are filled from their rim and say how far the evidence is") {
     const auto with_hole = [](double x, double y) {
         return std::hypot(x - 160, y - 100) < 15 ? -1 : smooth_disparity(x, y);

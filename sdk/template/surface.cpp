@@ -64,9 +64,17 @@ constexpr double kMinPieceShare = 0.01;
 // edge of something in front.
 constexpr double kSteepest = 1.5;
 
-// Slope of the disparity, px per px, of a surface as steep as that.
-double steepest_disparity(const CaptureInput& input, double disparity) {
-    return kSteepest * disparity / input.camera.fx;
+// Slope of the disparity, px per px and px of disparity, of a surface as steep as that. Where half
+// of the samples are nearly as steep, the tissue is so far away that noise is, and twice their
+// median is the limit.
+double steepest_disparity(const CaptureInput& input, const std::vector<Sample>& samples) {
+    std::vector<double> slopes;
+    for (const Sample& sample : samples)
+        if (sample.weight > 0) slopes.push_back(sample.slope / sample.disparity);
+    if (slopes.empty()) return kSteepest / input.camera.fx;
+    const auto middle = slopes.begin() + static_cast<std::ptrdiff_t>(slopes.size() / 2);
+    std::nth_element(slopes.begin(), middle, slopes.end());
+    return std::max(kSteepest / input.camera.fx, 2 * *middle);
 }
 
 // Sets of neighbouring samples without a step between them.
@@ -80,8 +88,9 @@ Surfaces find_surfaces(const CaptureInput& input, const std::vector<Sample>& sam
     Surfaces surfaces;
     std::vector<int>& label = surfaces.label;
     label.assign(samples.size(), -1);
+    const double steepest = steepest_disparity(input, samples);
     const auto usable = [&](const Sample& sample) {
-        return sample.weight > 0 && sample.slope < steepest_disparity(input, sample.disparity);
+        return sample.weight > 0 && sample.slope < steepest * sample.disparity;
     };
     std::vector<int> stack;
     for (size_t seed = 0; seed < samples.size(); ++seed) {
@@ -96,7 +105,7 @@ Surfaces find_surfaces(const CaptureInput& input, const std::vector<Sample>& sam
             ++surfaces.size.back();
             const int x = index % columns, y = index / columns;
             const Sample& here = samples[static_cast<size_t>(index)];
-            const double step = steepest_disparity(input, here.disparity) * input.vertex_spacing_px;
+            const double step = steepest * here.disparity * input.vertex_spacing_px;
             for (const auto& [nx, ny] : {std::pair{x - 1, y}, {x + 1, y}, {x, y - 1}, {x, y + 1}}) {
                 if (nx < 0 || ny < 0 || nx >= columns || ny >= rows) continue;
                 const size_t other = static_cast<size_t>(ny * columns + nx);
