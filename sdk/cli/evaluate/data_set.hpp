@@ -100,6 +100,7 @@ std::unique_ptr<DataSet> make_scared();
 std::unique_ptr<DataSet> make_serv_ct();
 std::unique_ptr<DataSet> make_stir();
 std::unique_ptr<DataSet> make_stir_2026();
+std::unique_ptr<DataSet> make_super();
 std::unique_ptr<DataSet> make_surgt();
 
 }  // namespace defrec::cli

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,10 @@ inline int evaluate_set(const std::string& data_set, const std::filesystem::path
                                        out.string(), "--backend", "cpu",         "--quiet"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     return run_evaluate_program(arguments);
+}
+
+inline nlohmann::json read_json(const std::filesystem::path& path) {
+    return nlohmann::json::parse(TestFolder::read(path));
 }
 
 // A field of a row of results.csv.

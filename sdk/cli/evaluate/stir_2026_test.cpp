@@ -1,6 +1,5 @@
 // STIR 2026: metrics by hand, rendered data in, malformed copies.
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "sdk/cli/evaluate/layout_test.hpp"
 #include "sdk/cli/evaluate/stir_2026_metrics.hpp"
@@ -19,12 +18,10 @@ const TestFolder& data_set() {
     return folder;
 }
 
-Json read(const fs::path& path) { return Json::parse(TestFolder::read(path)); }
-
 // Average Jaccard of mono/preds.json against annotations.json, worked out anew.
 double average_jaccard(const fs::path& data, const fs::path& predictions) {
-    const Json truth = read(data / "seq00/annotations.json");
-    const Json predicted = read(predictions)["seq00"];
+    const Json truth = read_json(data / "seq00/annotations.json");
+    const Json predicted = read_json(predictions)["seq00"];
     double sum = 0;
     for (const double limit : {2, 4, 8, 16, 32}) {
         int hits = 0, all = 0;
@@ -79,7 +76,7 @@ TEST_CASE("rendered data in, and the score is that of the predictions that were 
     CHECK(average > 0.5);  // some points are only extrapolated
     CHECK(result_of(out.path(), "seq00", "average_accuracy_px") > 0.95);
     CHECK(result_of(out.path(), "seq00", "accuracy_2_mm") > 0.9);
-    const Json stereo = read(out.path() / "predictions/stereo/defrec/preds.json")["seq00"];
+    const Json stereo = read_json(out.path() / "predictions/stereo/defrec/preds.json")["seq00"];
     CHECK(stereo.size() == 5);
     CHECK(stereo["4"]["latency_ms"].get<double>() > 0);
     const double z = stereo["4"]["coords"][0][2].get<double>();
@@ -91,7 +88,7 @@ TEST_CASE("truth that is moved or hidden changes the score as it must") {
     const TestFolder root, out;
     fs::copy(data_set().path(), root.path(), fs::copy_options::recursive);
     const fs::path file = root.path() / "seq00/annotations.json";
-    Json truth = read(file);
+    Json truth = read_json(file);
     for (auto& [key, frame] : truth.items())
         if (key != "0/0")
             for (auto& x : frame["left_x"]) x = x.get<double>() + 20;
@@ -126,7 +123,7 @@ TEST_CASE("the videos' names are an option") {
 
 TEST_CASE("what is not as expected is named") {
     BrokenCopies copies(data_set().path() / "seq00");
-    const Json truth = read(data_set().path() / "seq00/annotations.json");
+    const Json truth = read_json(data_set().path() / "seq00/annotations.json");
     const auto write = [&](const char* clip, const auto& change) {
         Json json = truth;
         change(json);

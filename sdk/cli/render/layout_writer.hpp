@@ -31,6 +31,7 @@ std::unique_ptr<LayoutWriter> make_serv_ct_writer(const RenderOptions& options, 
 std::unique_ptr<LayoutWriter> make_stir_writer(const RenderOptions& options, const Scene& scene);
 std::unique_ptr<LayoutWriter> make_stir_2026_writer(const RenderOptions& options,
                                                     const Scene& scene);
+std::unique_ptr<LayoutWriter> make_super_writer(const RenderOptions& options, const Scene& scene);
 std::unique_ptr<LayoutWriter> make_surgt_writer(const RenderOptions& options, const Scene& scene);
 
 /// Throws RenderUsageError for a size that is not even, which a video cannot have.

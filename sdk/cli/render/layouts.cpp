@@ -15,7 +15,8 @@ const std::map<std::string, MakeWriter>& writers() {
     static const std::map<std::string, MakeWriter> writers{
         {"hamlyn", make_hamlyn_writer},       {"scared", make_scared_writer},
         {"serv-ct", make_serv_ct_writer},     {"stir", make_stir_writer},
-        {"stir-2026", make_stir_2026_writer}, {"surgt", make_surgt_writer},
+        {"stir-2026", make_stir_2026_writer}, {"super", make_super_writer},
+        {"surgt", make_surgt_writer},
     };
     return writers;
 }
