@@ -12,9 +12,9 @@
 #include "sdk/base/platform.hpp"
 #include "sdk/base/sha256.hpp"
 #include "sdk/device/device.hpp"
-#include "sdk/plugin/shared_object.hpp"
 #include "sdk/plugin/loader.hpp"
 #include "sdk/plugin/manifest.hpp"
+#include "sdk/plugin/shared_object.hpp"
 
 namespace defrec::conformance {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <cstring>
 
-#include "sdk/base/error.hpp"
+#include "sdk/plugin/library_bytes.hpp"
 #include "sdk/plugin/shared_object.hpp"
 
 namespace defrec {
@@ -18,45 +18,27 @@ constexpr uint16_t kMachine = EM_AARCH64;
 #error "name this machine's ELF number here"
 #endif
 
-class ElfFile {
+class ElfFile : LibraryBytes {
   public:
-    ElfFile(const std::string& path, std::span<const unsigned char> bytes)
-        : path_(path), bytes_(bytes) {}
+    using LibraryBytes::LibraryBytes;
 
     void check() {
-        if (bytes_.size() < sizeof header_ || std::memcmp(bytes_.data(), ELFMAG, SELFMAG) != 0)
+        if (bytes().size() < sizeof header_ || std::memcmp(bytes().data(), ELFMAG, SELFMAG) != 0)
             refuse("not a shared object");
-        std::memcpy(&header_, bytes_.data(), sizeof header_);
+        std::memcpy(&header_, bytes().data(), sizeof header_);
         check_header();
         check_segments();
         check_sections();
     }
 
   private:
-    [[noreturn]] void refuse(const char* reason) const {
-        fail(DEFREC_ERROR_PLUGIN, path_, ": ", reason);
-    }
-
-    void expect_inside(uint64_t offset, uint64_t size, const char* what) const {
-        if (offset > bytes_.size() || size > bytes_.size() - offset)
-            fail(DEFREC_ERROR_PLUGIN, path_, ": truncated: ", what, " ends beyond the ",
-                 bytes_.size(), " bytes of the file");
-    }
-
-    template <class Record>
-    Record record(uint64_t table, size_t index) const {
-        Record result;
-        std::memcpy(&result, bytes_.data() + table + index * sizeof result, sizeof result);
-        return result;
-    }
-
     void check_header() const {
         if (header_.e_ident[EI_CLASS] != ELFCLASS64 || header_.e_ident[EI_DATA] != ELFDATA2LSB ||
             header_.e_ident[EI_VERSION] != EV_CURRENT)
             refuse("made for another kind of processor (not 64-bit little endian)");
         if (header_.e_machine != kMachine)
-            fail(DEFREC_ERROR_PLUGIN, path_, ": made for another processor: machine ",
-                 header_.e_machine, ", expected ", kMachine);
+            refuse("made for another processor: machine ", header_.e_machine, ", expected ",
+                   kMachine);
         if (header_.e_type != ET_DYN) refuse("not a shared object");
         if (header_.e_ehsize != sizeof(Elf64_Ehdr) || header_.e_phentsize != sizeof(Elf64_Phdr))
             refuse("damaged header");
@@ -90,8 +72,6 @@ class ElfFile {
         }
     }
 
-    const std::string& path_;
-    std::span<const unsigned char> bytes_;
     Elf64_Ehdr header_{};
 };
 

@@ -4,9 +4,9 @@
 #include <cstring>
 #include <random>
 
-#include "sdk/base/error.hpp"
 #include "sdk/base/test_files.hpp"
 #include "sdk/plugin/shared_object.hpp"
+#include "sdk/plugin/test_refusal.hpp"
 
 using namespace defrec;
 using namespace defrec::test;
@@ -21,13 +21,7 @@ const Bytes& good_library() {
 }
 
 std::string refusal(const Bytes& bytes) {
-    try {
-        check_shared_object("/x.so", bytes);
-    } catch (const Error& error) {
-        CHECK(error.status() == DEFREC_ERROR_PLUGIN);
-        return error.what();
-    }
-    return "";
+    return refusal_of([&] { check_shared_object("/x.so", bytes); });
 }
 
 template <class Change>
@@ -38,10 +32,6 @@ std::string refusal_after(Change change) {
     change(header);
     std::memcpy(bytes.data(), &header, sizeof header);
     return refusal(bytes);
-}
-
-bool contains(const std::string& text, const char* part) {
-    return text.find(part) != std::string::npos;
 }
 
 }  // namespace
