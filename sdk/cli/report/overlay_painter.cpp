@@ -158,14 +158,13 @@ struct OverlayPainter::Impl {
 void OverlayPainter::Impl::collect_lines() {
     lines.clear();
     const auto add = [this](std::int32_t a, std::int32_t b) {
-        if (a >= 0 && b >= 0)
-            lines.emplace_back(static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b));
+        lines.emplace_back(static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b));
     };
     for (int row = 0; row < lattice.rows(); ++row)
         for (int column = 0; column < lattice.columns(); ++column) {
-            if (row % kNodesPerLine == 0)
+            if (row % kNodesPerLine == 0 && lattice.goes_on_right(column, row))
                 add(lattice.node(column, row), lattice.node(column + 1, row));
-            if (column % kNodesPerLine == 0)
+            if (column % kNodesPerLine == 0 && lattice.goes_on_down(column, row))
                 add(lattice.node(column, row), lattice.node(column, row + 1));
         }
 }

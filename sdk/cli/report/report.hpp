@@ -58,9 +58,9 @@ class ReportWriter {
     /// Throws std::invalid_argument if sizes or indices do not agree.
     void set_template(const TemplateRecord& reference, const cv::Mat& left_bgr);
 
-    /// The template with tissue that joined it, whose vertices come last. Pictures show it; the 3D
-    /// view keeps to what set_template gave.
-    void grow_template(const TemplateRecord& reference);
+    /// The template with tissue that joined it, whose vertices come last, or parted by a cut.
+    /// Pictures show it; the 3D view keeps to the vertices of set_template.
+    void change_template(const TemplateRecord& reference);
 
     /// left_bgr: as OverlayWriter::add; may be empty (no key frame then). Paints and encodes only
     /// frames it may keep.

@@ -209,8 +209,9 @@ void ReportWriter::set_template(const TemplateRecord& reference, const cv::Mat& 
     impl_->texture_height = left_bgr.rows;
 }
 
-void ReportWriter::grow_template(const TemplateRecord& reference) {
+void ReportWriter::change_template(const TemplateRecord& reference) {
     impl_->painter.set_template(reference);
+    impl_->surface.change_template(reference);
 }
 
 void ReportWriter::add(const cv::Mat& left_bgr, const FrameRecord& frame) {

@@ -68,9 +68,23 @@ void SurfaceHistory::set_template(const TemplateRecord& reference) {
     check_template(reference);
     if (vertices_ > 0) moments_ = EvenlyThinned<SurfaceMoment>(kMoments);
     vertices_ = reference.vertices.size() / 3;
-    lattice_ =
-        SurfaceLattice(reference, std::max(1.0, std::sqrt(template_area(reference) / kPoints)));
+    step_ = std::max(1.0, std::sqrt(template_area(reference) / kPoints));
+    lattice_ = SurfaceLattice(reference, step_);
     rest_ = quantise(lattice_.evaluate(reference.vertices));
+}
+
+void SurfaceHistory::change_template(const TemplateRecord& reference) {
+    TemplateRecord kept;
+    const auto coordinates = static_cast<std::ptrdiff_t>(vertices_);
+    kept.vertices.assign(reference.vertices.begin(), reference.vertices.begin() + 3 * coordinates);
+    kept.vertex_uv.assign(reference.vertex_uv.begin(),
+                          reference.vertex_uv.begin() + 2 * coordinates);
+    for (std::size_t i = 0; i + 2 < reference.triangles.size(); i += 3) {
+        const std::uint32_t* corner = reference.triangles.data() + i;
+        if (*std::max_element(corner, corner + 3) < vertices_)
+            kept.triangles.insert(kept.triangles.end(), corner, corner + 3);
+    }
+    lattice_.part_like(SurfaceLattice(kept, step_));
 }
 
 void SurfaceHistory::add(const FrameRecord& frame) {

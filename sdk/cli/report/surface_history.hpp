@@ -49,6 +49,9 @@ class SurfaceHistory {
     static constexpr std::size_t kEllipsoids = 150;  ///< evenly chosen if more points are followed
 
     void set_template(const TemplateRecord& reference);
+    /// The same with tissue that joined it, whose vertices come last and are left out, or parted by
+    /// a cut, which shows in all moments.
+    void change_template(const TemplateRecord& reference);
     void add(const FrameRecord& frame);
 
     const SurfaceLattice& lattice() const { return lattice_; }
@@ -57,6 +60,7 @@ class SurfaceHistory {
 
   private:
     std::size_t vertices_ = 0;
+    double step_ = 1;  ///< of the lattice, px
     SurfaceLattice lattice_;
     QuantisedPoints rest_;
     LatticeState state_;

@@ -11,7 +11,7 @@ namespace defrec::cli {
 namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-constexpr double kMaxPlaces = 4e6;
+constexpr double kMaxPlaces = 1e6;
 
 bool finite(const float* values, int count) {
     return std::all_of(values, values + count, [](float v) { return std::isfinite(v); });
@@ -84,6 +84,7 @@ SurfaceLattice::SurfaceLattice(const TemplateRecord& reference, double step) {
     columns_ = static_cast<int>(width / step) + 1;
     rows_ = static_cast<int>(height / step) + 1;
     index_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_), -1);
+    is_covered_.assign(finer_columns() * static_cast<std::size_t>((rows_ - 1) * kFiner + 1), 0);
     for (std::size_t t = 0; t < reference.triangles.size() / 3; ++t)
         if (finite_triangle(reference, t)) add_triangle(reference, t, step);
 }
@@ -98,31 +99,55 @@ void SurfaceLattice::add_triangle(const TemplateRecord& reference, std::size_t t
     }
     const double area = (u[1] - u[0]) * (v[2] - v[0]) - (v[1] - v[0]) * (u[2] - u[0]);
     if (std::abs(area) < 1e-9) return;
-    const int first_column = static_cast<int>(std::ceil(std::min({u[0], u[1], u[2]}) / step));
-    const int last_column =
-        std::min(columns_ - 1, static_cast<int>(std::max({u[0], u[1], u[2]}) / step));
-    const int first_row = static_cast<int>(std::ceil(std::min({v[0], v[1], v[2]}) / step));
-    const int last_row = std::min(rows_ - 1, static_cast<int>(std::max({v[0], v[1], v[2]}) / step));
-    for (int row = first_row; row <= last_row; ++row)
-        for (int column = first_column; column <= last_column; ++column) {
-            std::int32_t& place =
-                index_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
-                       static_cast<std::size_t>(column)];
-            if (place >= 0) continue;
-            const double pu = column * step, pv = row * step;
+    const double fine = step / kFiner;
+    const int last_column = std::min((columns_ - 1) * kFiner,
+                                     static_cast<int>(std::max({u[0], u[1], u[2]}) / fine)),
+              last_row = std::min((rows_ - 1) * kFiner,
+                                  static_cast<int>(std::max({v[0], v[1], v[2]}) / fine));
+    for (int row = static_cast<int>(std::ceil(std::min({v[0], v[1], v[2]}) / fine));
+         row <= last_row; ++row)
+        for (int column = static_cast<int>(std::ceil(std::min({u[0], u[1], u[2]}) / fine));
+             column <= last_column; ++column) {
+            const double pu = column * fine, pv = row * fine;
             const double w1 = ((pu - u[0]) * (v[2] - v[0]) - (pv - v[0]) * (u[2] - u[0])) / area;
             const double w2 = ((u[1] - u[0]) * (pv - v[0]) - (v[1] - v[0]) * (pu - u[0])) / area;
             const double w0 = 1 - w1 - w2;
-            // The margin lets nodes on a shared edge fall into one of its triangles whatever the
+            // The margin lets places on a shared edge fall into one of its triangles whatever the
             // rounding.
             if (std::min({w0, w1, w2}) < -1e-6) continue;
-            place = static_cast<std::int32_t>(nodes_.size());
-            nodes_.push_back(
-                {{corner[0], corner[1], corner[2]},
-                 {static_cast<float>(w0), static_cast<float>(w1), static_cast<float>(w2)}});
-            uv_.push_back(static_cast<float>(pu + double(origin_u_)));
-            uv_.push_back(static_cast<float>(pv + double(origin_v_)));
+            is_covered_[static_cast<std::size_t>(row) * finer_columns() +
+                        static_cast<std::size_t>(column)] = 1;
+            const float weight[3] = {static_cast<float>(w0), static_cast<float>(w1),
+                                     static_cast<float>(w2)};
+            if (row % kFiner == 0 && column % kFiner == 0)
+                place_node(corner, weight, column / kFiner, row / kFiner, step);
         }
+}
+
+void SurfaceLattice::place_node(const std::uint32_t* corner, const float* weight, int column,
+                                int row, double step) {
+    std::int32_t& place =
+        index_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
+               static_cast<std::size_t>(column)];
+    if (place >= 0) return;
+    place = static_cast<std::int32_t>(nodes_.size());
+    nodes_.push_back({{corner[0], corner[1], corner[2]}, {weight[0], weight[1], weight[2]}});
+    uv_.push_back(static_cast<float>(column * step + double(origin_u_)));
+    uv_.push_back(static_cast<float>(row * step + double(origin_v_)));
+}
+
+void SurfaceLattice::part_like(const SurfaceLattice& parted) {
+    if (parted.is_covered_.size() == is_covered_.size()) is_covered_ = parted.is_covered_;
+}
+
+bool SurfaceLattice::covers(int column, int row, int width, int height) const {
+    if (column < 0 || row < 0 || column + width >= columns_ || row + height >= rows_) return false;
+    for (int y = row * kFiner; y <= (row + height) * kFiner; ++y)
+        for (int x = column * kFiner; x <= (column + width) * kFiner; ++x)
+            if (is_covered_[static_cast<std::size_t>(y) * finer_columns() +
+                            static_cast<std::size_t>(x)] == 0)
+                return false;
+    return true;
 }
 
 std::int32_t SurfaceLattice::node(int column, int row) const {
@@ -137,7 +162,7 @@ std::vector<std::uint32_t> SurfaceLattice::triangles() const {
         for (int column = 0; column + 1 < columns_; ++column) {
             const std::int32_t a = node(column, row), b = node(column + 1, row);
             const std::int32_t c = node(column, row + 1), d = node(column + 1, row + 1);
-            if (std::min({a, b, c, d}) < 0) continue;
+            if (!covers(column, row, 1, 1)) continue;
             for (const std::int32_t corner : {a, b, c, b, d, c})
                 result.push_back(static_cast<std::uint32_t>(corner));
         }

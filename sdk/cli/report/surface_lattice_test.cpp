@@ -3,9 +3,12 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+
+#include "sdk/cli/report/surface_history.hpp"
 
 using namespace defrec::cli;
 
@@ -28,6 +31,20 @@ TemplateRecord plane() {
                                     {a, a + 1, a + 9, a + 1, a + 10, a + 9});
         }
     return result;
+}
+
+/// Without the triangles between the columns at u = 31 and u = 38.
+TemplateRecord parted_plane() {
+    const TemplateRecord whole = plane();
+    TemplateRecord parted = whole;
+    parted.triangles.clear();
+    for (std::size_t i = 0; i < whole.triangles.size(); i += 3) {
+        const std::uint32_t* corner = whole.triangles.data() + i;
+        if (std::all_of(corner, corner + 3, [](std::uint32_t c) { return c % 9 <= 4; }) ||
+            std::all_of(corner, corner + 3, [](std::uint32_t c) { return c % 9 >= 5; }))
+            parted.triangles.insert(parted.triangles.end(), corner, corner + 3);
+    }
+    return parted;
 }
 
 FrameRecord frame_of(const TemplateRecord& reference) {
@@ -96,6 +113,49 @@ TEST_CASE("places without surface have no node") {
     CHECK(lattice.node(0, lattice.rows() - 1) == -1);
     CHECK(lattice.node(-1, 0) == -1);
     CHECK(lattice.node(0, lattice.rows()) == -1);
+}
+
+TEST_CASE("nothing goes on across a step between pieces, nor across a cut") {
+    const TemplateRecord parted = parted_plane();
+    for (const double step : {3.5, 7.0, 10.0}) {
+        CAPTURE(step);
+        const SurfaceLattice lattice(parted, step);
+        int crossings = 0;
+        for (int row = 0; row < lattice.rows(); ++row)
+            for (int column = 0; column + 1 < lattice.columns(); ++column) {
+                const double u = 3 + column * step;
+                const bool is_apart = u < 38 && u + step > 31;
+                crossings += is_apart;
+                CHECK(lattice.goes_on_right(column, row) == !is_apart);
+                if (lattice.node(column, row) >= 0 && row + 1 < lattice.rows())
+                    CHECK(lattice.goes_on_down(column, row));
+            }
+        CHECK(crossings > 0);
+        const std::vector<std::uint32_t> triangles = lattice.triangles();
+        CHECK(!triangles.empty());
+        for (std::size_t i = 0; i < triangles.size(); i += 3)
+            for (std::size_t k = 1; k < 3; ++k)
+                CHECK((lattice.uv()[2 * triangles[i]] < 34) ==
+                      (lattice.uv()[2 * triangles[i + k]] < 34));
+    }
+}
+
+TEST_CASE("a surface that is parted later keeps its nodes, and is drawn parted in all frames") {
+    SurfaceHistory history;
+    history.set_template(plane());
+    history.add(frame_of(plane()));
+    const std::size_t nodes = history.lattice().size(),
+                      whole = history.lattice().triangles().size();
+    // Tissue that joined at the same time is not drawn.
+    TemplateRecord changed = parted_plane();
+    changed.vertices.insert(changed.vertices.end(), {100, 5, 150});
+    changed.vertex_uv.insert(changed.vertex_uv.end(), {100, 5});
+    changed.triangles.insert(changed.triangles.end(), {8, 54, 17});
+    history.change_template(changed);
+    CHECK(history.lattice().size() == nodes);
+    CHECK(history.moments().items().size() == 1);
+    CHECK(history.lattice().triangles().size() < whole);
+    CHECK(history.lattice().triangles().size() > whole * 3 / 4);
 }
 
 TEST_CASE("vertices without a place take only their own triangles with them") {

@@ -276,7 +276,7 @@ class TrackSession {
             if (!has_template_)
                 take_template(pending.frame, left, surface, info, record);
             else
-                as_output([&] { take_grown_template(record); });
+                as_output([&] { take_changed_template(record); });
         }
 
         if (!options_.from_template.empty() && !has_points_ && has_geometry(result)) {
@@ -368,9 +368,9 @@ class TrackSession {
         template_record_ = record;
     }
 
-    void take_grown_template(const TemplateRecord& record) {
+    void take_changed_template(const TemplateRecord& record) {
         show_template(record);
-        if (report_) report_->grow_template(record);
+        if (report_) report_->change_template(record);
     }
 
     void take_template(const StereoFrame& frame, const cv::Mat& left, const Template& surface,
