@@ -21,6 +21,7 @@ std::vector<std::unique_ptr<DataSet>> make_data_sets() {
     sets.push_back(make_hamlyn());
     sets.push_back(make_scared());
     sets.push_back(make_serv_ct());
+    sets.push_back(make_stereomis());
     sets.push_back(make_stir());
     sets.push_back(make_stir_2026());
     sets.push_back(make_super());

@@ -98,6 +98,7 @@ std::unique_ptr<DataSet> make_defrec_sequences();
 std::unique_ptr<DataSet> make_hamlyn();
 std::unique_ptr<DataSet> make_scared();
 std::unique_ptr<DataSet> make_serv_ct();
+std::unique_ptr<DataSet> make_stereomis();
 std::unique_ptr<DataSet> make_stir();
 std::unique_ptr<DataSet> make_stir_2026();
 std::unique_ptr<DataSet> make_super();

@@ -15,9 +15,10 @@ namespace defrec::cli {
 
 inline void render_layout_to(const std::filesystem::path& to, const std::string& scene,
                              const std::string& layout, int frames, int width = 320,
-                             int height = 240) {
+                             int height = 240, const std::vector<SceneSetting>& settings = {}) {
     RenderOptions options;
     options.scene = scene;
+    options.settings = settings;
     options.out_dir = to.string();
     options.width = width;
     options.height = height;

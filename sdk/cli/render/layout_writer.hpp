@@ -28,6 +28,8 @@ class LayoutWriter {
 std::unique_ptr<LayoutWriter> make_hamlyn_writer(const RenderOptions& options, const Scene& scene);
 std::unique_ptr<LayoutWriter> make_scared_writer(const RenderOptions& options, const Scene& scene);
 std::unique_ptr<LayoutWriter> make_serv_ct_writer(const RenderOptions& options, const Scene& scene);
+std::unique_ptr<LayoutWriter> make_stereomis_writer(const RenderOptions& options,
+                                                    const Scene& scene);
 std::unique_ptr<LayoutWriter> make_stir_writer(const RenderOptions& options, const Scene& scene);
 std::unique_ptr<LayoutWriter> make_stir_2026_writer(const RenderOptions& options,
                                                     const Scene& scene);

@@ -13,10 +13,10 @@ using MakeWriter = std::unique_ptr<LayoutWriter> (*)(const RenderOptions&, const
 
 const std::map<std::string, MakeWriter>& writers() {
     static const std::map<std::string, MakeWriter> writers{
-        {"hamlyn", make_hamlyn_writer},       {"scared", make_scared_writer},
-        {"serv-ct", make_serv_ct_writer},     {"stir", make_stir_writer},
-        {"stir-2026", make_stir_2026_writer}, {"super", make_super_writer},
-        {"surgt", make_surgt_writer},
+        {"hamlyn", make_hamlyn_writer},   {"scared", make_scared_writer},
+        {"serv-ct", make_serv_ct_writer}, {"stereomis", make_stereomis_writer},
+        {"stir", make_stir_writer},       {"stir-2026", make_stir_2026_writer},
+        {"super", make_super_writer},     {"surgt", make_surgt_writer},
     };
     return writers;
 }
