@@ -20,8 +20,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Clock = std::chrono::steady_clock;
 
-constexpr char kScene[] = "heartbeat";
-constexpr int kFilmedFrames = 16;  // played to and fro, so that no cut is in the sequence
 constexpr std::uint64_t kSeed = 1;
 constexpr double kFrameMs = 1000.0 / 30;
 // Of frames whose time was short.
@@ -196,6 +194,13 @@ void add_stages(const defrec_result& result, BenchTimes& times) {
     times.stages_together_ms.push_back(together);
 }
 
+Film make_film(const BenchOptions& options) try {
+    return Film(options.scene, options.width, options.height, options.filmed, kSeed,
+                static_cast<int>(options.threads));
+} catch (const RenderUsageError& refusal) {
+    throw CliError(ExitCode::kUsage, std::string("--scene: ") + refusal.what());
+}
+
 Json spread_of(const std::vector<double>& ms) {
     return {{"min_ms", percentile(ms, 0)},    {"median_ms", percentile(ms, 0.5)},
             {"p99_ms", percentile(ms, 0.99)}, {"p999_ms", percentile(ms, 0.999)},
@@ -205,11 +210,10 @@ Json spread_of(const std::vector<double>& ms) {
 }  // namespace
 
 BenchSequence filmed_sequence(const BenchOptions& options) {
-    Film film(kScene, options.width, options.height, kFilmedFrames, kSeed,
-              static_cast<int>(options.threads));
-    BenchSequence sequence{kScene, calibration_of(film.scene().rig), {}};
+    Film film = make_film(options);
+    BenchSequence sequence{options.scene, calibration_of(film.scene().rig), {}};
     ProgressBar progress(options.quiet);
-    for (int i = 0; i < kFilmedFrames; ++i) {
+    for (int i = 0; i < options.filmed; ++i) {
         film.advance();
         auto pixels = std::make_shared<std::vector<std::uint8_t>>(film.left_bgr());
         pixels->insert(pixels->end(), film.right_bgr().begin(), film.right_bgr().end());
@@ -220,7 +224,7 @@ BenchSequence filmed_sequence(const BenchOptions& options) {
                        stride};
         frame.pixels = std::move(pixels);
         sequence.frames.push_back(std::move(frame));
-        progress.update(i + 1, kFilmedFrames, "rendering");
+        progress.update(i + 1, options.filmed, "rendering");
     }
     return sequence;
 }

@@ -20,7 +20,8 @@ struct BenchSequence {
 };
 
 struct BenchOptions {
-    int width = 960, height = 540;  // of the filmed scene
+    std::string scene = "heartbeat";
+    int width = 960, height = 540, filmed = 16;  // of the scene, and how many of its frames
     int frames = 100, warm_up = 10;
     int trackers = 1;     // more: they are measured at once, too, each on a thread of its own
     bool spread = false;  // those over all devices of the backend
@@ -32,7 +33,7 @@ struct BenchOptions {
     bool json = false, quiet = false;
 };
 
-// The scene heartbeat, filmed into memory.
+// The scene, filmed into memory. Throws CliError.
 BenchSequence filmed_sequence(const BenchOptions& options);
 
 struct BenchTimes {

@@ -63,7 +63,8 @@ void add_file_options(CLI::App& command, Given& given) {
         command.add_option("--left", given.left,
                            "Left images to measure on, held in memory; default: a rendered scene");
     auto* right = command.add_option("--right", given.right, "Right images, likewise");
-    left->type_name("P")->needs(right)->excludes("--size");
+    left->type_name("P")->needs(right);
+    for (const char* of_scene : {"--size", "--scene", "--filmed"}) left->excludes(of_scene);
     right->type_name("P")->needs(left);
     command.add_option("--calibration", given.calibration, "Of these images")
         ->type_name("F")
@@ -81,6 +82,15 @@ CLI::App* add_bench_command(CLI::App& app, std::function<int()>& run, BenchLoade
             "--size", [options](const std::string& text) { parse_size(text, options->bench); },
             "Size of the rendered scene; default 960x540")
         ->type_name("WxH");
+    command->add_option("--scene", options->bench.scene, "Rendered scene, of defrec render --list")
+        ->type_name("NAME")
+        ->capture_default_str();
+    command
+        ->add_option("--filmed", options->bench.filmed,
+                     "Frames of the scene, played to and fro, so that nothing jumps")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1000))
+        ->capture_default_str();
     if (load) add_file_options(*command, *options);
     add_device_options(*command, options->bench.backend, options->bench.device,
                        options->bench.threads);
@@ -130,7 +140,8 @@ CLI::App* add_bench_command(CLI::App& app, std::function<int()>& run, BenchLoade
         "  defrec bench --threads 2\n"
         "  defrec bench --threads 2 --json > before.json\n"
         "  defrec bench --threads 2 --compare before.json --limit 5\n"
-        "  defrec bench --size 360x288 --backend reference --frames 20");
+        "  defrec bench --size 360x288 --backend reference --frames 20\n"
+        "  defrec bench --scene slide --filmed 45 --warm-up 180 --config grow.yaml");
     command->callback([options, load = std::move(load), &run] {
         run = [options, load] { return run_bench(*options, load); };
     });

@@ -96,6 +96,7 @@ TEST_CASE("exit code 2: what was typed is not understood") {
     CHECK(run({"score", "dir"}) == 2);
     CHECK(run({"bench", "--size", "7"}) == 2);
     CHECK(run({"bench", "--limit", "5"}) == 2);
+    CHECK(run({"bench", "--scene", "nothing"}) == 2);
     const TestFolder folder;
     const std::string config = folder.write("config.yaml", "max_featurs: 1\n");
     CHECK(run(track_arguments(folder / "out", {"--config", config})) == 2);
