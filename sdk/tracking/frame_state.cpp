@@ -115,6 +115,7 @@ Evidence weigh_evidence(const FrameOutput& output, std::span<const double> patch
     }
     if (evidence.patches_confirmed > 0)
         evidence.patch_rms_px = std::sqrt(squares / evidence.patches_confirmed);
+    evidence.features = output.summary->features;
     evidence.matches = static_cast<uint32_t>(std::max(0, output.summary->ransac.valid_matches));
     evidence.inliers = static_cast<uint32_t>(std::max(0, output.summary->ransac.inliers));
     return evidence;
@@ -132,11 +133,16 @@ Verdict classify(const TemplateData& data, const Evidence& evidence, bool was_fo
     // What was followed up to here needs less evidence than what is said to be found again.
     const uint32_t min_patches = was_found ? 30 : 60;
     const double min_share = was_found ? 0.05 : 0.12;
+    // An image as rich in features as the template's that shows none of them shows other tissue.
+    // Its patches still agree by chance, more of them where texture and depth are alike.
+    const bool is_other_tissue = 2 * size_t{evidence.features} >= data.landmarks.size() &&
+                                 !data.landmarks.empty() && evidence.inliers < 10 &&
+                                 confirmed < 0.12;
     const bool patches_agree = evidence.patches_confirmed >= min_patches && confirmed >= min_share;
     const bool features_agree =
         evidence.patches_confirmed >= 20 && confirmed >= min_share && evidence.inliers >= 15;
-    verdict.found = (patches_agree || features_agree) && (observed >= 0.1 || !uses_depth) &&
-                    inside_share >= 0.05;
+    verdict.found = !is_other_tissue && (patches_agree || features_agree) &&
+                    (observed >= 0.1 || !uses_depth) && inside_share >= 0.05;
 
     if (evidence.confirms_few()) verdict.reasons |= DEFREC_REASON_LOW_CONTRAST;
     if (evidence.inliers < 10) verdict.reasons |= DEFREC_REASON_FEW_MATCHES;

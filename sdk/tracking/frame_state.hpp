@@ -35,7 +35,7 @@ struct Evidence {
     uint32_t patches_expected = 0;   // predicted inside the image
     uint32_t patches_confirmed = 0;  // found where the deformed surface has them
     double patch_rms_px = 0;         // of the confirmed
-    uint32_t matches = 0, inliers = 0;
+    uint32_t features = 0, matches = 0, inliers = 0;
 
     double observed_share() const {
         return vertices_inside > 0 ? static_cast<double>(vertices_observed) / vertices_inside : 0;

@@ -130,6 +130,21 @@ TEST_CASE(
     CHECK(std::abs(frame.shift[1] - 3) < 0.3);
 }
 
+TEST_CASE("row 64: other tissue from one frame to the next is lost at once, and leaves no drift") {
+    Session session;
+    session.track(render(0, 0));
+    const uint32_t epoch = session.track(render(0.5, 0)).epoch;
+    for (int i = 0; i < 3; ++i) {
+        CAPTURE(i);
+        const Session::Frame frame = session.track(render(500 + 0.3 * i, -700));
+        CHECK(frame.state == DEFREC_LOST);
+        CHECK(frame.epoch == epoch);
+        CHECK(all_unknown(frame));
+        CHECK(std::abs(frame.shift[0] - 0.5) < 0.15);  // the last known
+    }
+    check_found_again(session.track(render(0.7, 0)), epoch, 0.7);
+}
+
 TEST_CASE(
     "row 59: an instrument before a part of the surface degrades; before all of it the last "
     "surface is kept with its age, and nothing of it counts as observed") {
