@@ -72,6 +72,7 @@ kept_apart late-view --seed 2 --set lag=0.6
 kept_apart misaligned --seed 2 --set offset_px=-0.8 --set roll_deg=-0.12 --set drift=0.5
 kept_apart heavy-smoke --seed 2 --set density=0.7 --set hold=3
 kept_apart blood --seed 2 --set cover=0.35
+kept_apart lobes --seed 2 --set step=7 --set slide=6 --set covered=10
 for scene in headlight compressed grasp two-instruments cut approach roll defocus motion-blur; do
     kept_apart "$scene" --seed 1
 done

@@ -74,7 +74,7 @@ double steepest_disparity(const CaptureInput& input, const std::vector<Sample>& 
     if (slopes.empty()) return kSteepest / input.camera.fx;
     const auto middle = slopes.begin() + static_cast<std::ptrdiff_t>(slopes.size() / 2);
     std::nth_element(slopes.begin(), middle, slopes.end());
-    return std::max(kSteepest / input.camera.fx, 2 * *middle);
+    return std::max(kSteepest / input.camera.fx, 1.6 * *middle);
 }
 
 // Sets of neighbouring samples without a step between them.
