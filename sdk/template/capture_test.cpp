@@ -224,6 +224,33 @@ TEST_CASE("tissue behind a step or in front of it is a piece of its own, joined 
                   data->piece_of(data->vertices[data->triangles[i]]));
 }
 
+TEST_CASE("tissue in front that the image's border cuts off is a piece, highlights and all") {
+    const auto step = [](double x, double y) {
+        const bool is_highlight = std::hypot(std::fmod(x, 40) - 20, std::fmod(y, 40) - 20) < 8;
+        return is_highlight ? -1 : smooth_disparity(x, y) * (x > 240 ? 1.1 : 1);
+    };
+    Scene scene(step);
+    const auto data = defrec::capture_template(scene.prepared());
+    REQUIRE(data.has_value());
+    CHECK(data->pieces() == 2);
+    for (double v = 10; v < kHeight; v += 30) {
+        CHECK(defrec::grid_piece(*data, 120, v) == 0);
+        CHECK(defrec::grid_piece(*data, 290, v) == 1);
+    }
+}
+
+TEST_CASE("a step is judged beside it, not by what the surface would be farther on") {
+    // The left one goes on upwards and would pass through the middle of the right one.
+    const auto step = [](double x, double) {
+        return x < 160 ? 25 + 0.02 * (x - 160) : 26.5 - 0.004 * (x - 160);
+    };
+    Scene scene(step);
+    const auto data = defrec::capture_template(scene.prepared());
+    REQUIRE(data.has_value());
+    CHECK(data->pieces() == 2);
+    CHECK(defrec::grid_piece(*data, 120, 100) != defrec::grid_piece(*data, 200, 100));
+}
+
 TEST_CASE("points belong to the piece that was seen at their pixel, and move with it") {
     Scene scene([](double x, double y) { return (x < 160 ? 1 : 0.8) * smooth_disparity(x, y); });
     auto data = defrec::capture_template(scene.prepared());

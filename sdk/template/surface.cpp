@@ -65,7 +65,7 @@ constexpr double kMinPieceShare = 0.01;
 constexpr double kSteepest = 1.5;
 
 // Slope of the disparity, px per px and px of disparity, of a surface as steep as that. Where half
-// of the samples are nearly as steep, the tissue is so far away that noise is, and twice their
+// of the samples are nearly as steep, the tissue is so far away that noise is, and 1.6 times their
 // median is the limit.
 double steepest_disparity(const CaptureInput& input, const std::vector<Sample>& samples) {
     std::vector<double> slopes;
@@ -210,44 +210,87 @@ struct Piece {
     std::vector<char> other;      // per set: tissue that shows that the piece does not go on there
 };
 
-// Median over each set of how far it lies in front of the spline, share of the disparity.
-std::vector<double> lead_over(const std::vector<float>& spline, const std::vector<Sample>& samples,
-                              const Surfaces& surfaces) {
-    std::vector<std::vector<double>> ahead(surfaces.size.size());
-    for (size_t i = 0; i < samples.size(); ++i)
-        if (surfaces.label[i] >= 0)
-            ahead[static_cast<size_t>(surfaces.label[i])].push_back(
-                samples[i].disparity / static_cast<double>(spline[i]) - 1);
-    std::vector<double> lead;
-    for (std::vector<double>& set : ahead) {
-        const auto middle = set.begin() + static_cast<std::ptrdiff_t>(set.size() / 2);
-        std::nth_element(set.begin(), middle, set.end());
-        lead.push_back(*middle);
+// How far a set lies in front of a piece's spline, share of the disparity: the median over what of
+// it lies near the piece, where the spline is no guess, or over all of it where nothing does.
+struct Lead {
+    double share = 0;
+    bool is_near = false;
+};
+
+double median(std::vector<double>& values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+// Of each set.
+std::vector<Lead> leads_over(const Piece& piece, const std::vector<Sample>& samples,
+                             const Surfaces& surfaces, int columns, int rows) {
+    constexpr float kNear = 8;          // grid steps to the nearest sample of the piece
+    constexpr size_t kFewestNear = 12;  // samples
+    const std::vector<float> distance = distance_to_samples(piece.samples, columns, rows);
+    std::vector<std::vector<double>> all(surfaces.size.size()), near(all.size());
+    for (size_t i = 0; i < samples.size(); ++i) {
+        if (surfaces.label[i] < 0) continue;
+        const auto set = static_cast<size_t>(surfaces.label[i]);
+        const double share = samples[i].disparity / static_cast<double>(piece.spline[i]) - 1;
+        all[set].push_back(share);
+        if (distance[i] <= kNear) near[set].push_back(share);
     }
-    return lead;
+    std::vector<Lead> leads;
+    for (size_t set = 0; set < all.size(); ++set) {
+        const bool is_near = near[set].size() >= kFewestNear;
+        leads.push_back({median(is_near ? near[set] : all[set]), is_near});
+    }
+    return leads;
 }
 
 // mm: no instrument is as wide.
 constexpr double kTissueRadius = 10;
 
-// Radius of the largest disc in each set that lies within the image, mm.
+// Per sample the set that is nearest to it in steps along the grid; -1: there are none. Holes in a
+// set, such as highlights, are its own.
+std::vector<int> nearest_sets(const Surfaces& surfaces, int columns, int rows) {
+    std::vector<int> nearest = surfaces.label;
+    std::vector<size_t> front, next;
+    for (size_t i = 0; i < nearest.size(); ++i)
+        if (nearest[i] >= 0) front.push_back(i);
+    const auto c = static_cast<size_t>(columns);
+    for (; !front.empty(); std::swap(front, next), next.clear())
+        for (const size_t i : front) {
+            const auto reach = [&](bool is_there, size_t other) {
+                if (!is_there || nearest[other] >= 0) return;
+                nearest[other] = nearest[i];
+                next.push_back(other);
+            };
+            const size_t x = i % c, y = i / c;
+            reach(x > 0, i - 1);
+            reach(x + 1 < c, i + 1);
+            reach(y > 0, i - c);
+            reach(y + 1 < static_cast<size_t>(rows), i + c);
+        }
+    return nearest;
+}
+
+// Radius of the largest disc in each set, mm, that may reach beyond the image.
 std::vector<double> disc_radii(const CaptureInput& input, const std::vector<Sample>& samples,
                                const Surfaces& surfaces, int columns, int rows) {
     std::vector<double> radii(surfaces.size.size(), 0);
+    const std::vector<int> nearest = nearest_sets(surfaces, columns, rows);
     const auto is_inside = [&](size_t i) {
         const int x = static_cast<int>(i) % columns, y = static_cast<int>(i) / columns;
-        if (x == 0 || y == 0 || x + 1 == columns || y + 1 == rows) return false;
         const auto c = static_cast<size_t>(columns);
-        const int set = surfaces.label[i];
-        return set >= 0 && surfaces.label[i - 1] == set && surfaces.label[i + 1] == set &&
-               surfaces.label[i - c] == set && surfaces.label[i + c] == set;
+        const int set = nearest[i];
+        return (x == 0 || nearest[i - 1] == set) && (x + 1 == columns || nearest[i + 1] == set) &&
+               (y == 0 || nearest[i - c] == set) && (y + 1 == rows || nearest[i + c] == set);
     };
     std::vector<float> distance(samples.size());
     for (size_t i = 0; i < samples.size(); ++i) distance[i] = is_inside(i) ? 1e9f : 0.f;
     spread_distance(distance, columns, rows);
     for (size_t i = 0; i < samples.size(); ++i) {
-        if (distance[i] <= 0) continue;
-        double& radius = radii[static_cast<size_t>(surfaces.label[i])];
+        const int set = surfaces.label[i];
+        if (distance[i] <= 0 || set < 0) continue;
+        double& radius = radii[static_cast<size_t>(set)];
         radius = std::max(radius, static_cast<double>(distance[i]) * input.vertex_spacing_px *
                                       input.camera.baseline_mm / samples[i].disparity);
     }
@@ -260,13 +303,14 @@ std::vector<char> find_other(const CaptureInput& input, const Piece& piece,
                              const std::vector<Sample>& samples, const Surfaces& surfaces,
                              int columns, int rows) {
     constexpr size_t kMinShare = 50;  // of all samples: one in so many
-    const std::vector<double> lead = lead_over(piece.spline, samples, surfaces),
-                              radii = disc_radii(input, samples, surfaces, columns, rows);
+    const std::vector<Lead> leads = leads_over(piece, samples, surfaces, columns, rows);
+    const std::vector<double> radii = disc_radii(input, samples, surfaces, columns, rows);
     std::vector<char> other(surfaces.size.size(), 0);
     for (size_t set = 0; set < other.size(); ++set)
-        other[set] = piece.accepted[set] == 0 &&
-                     static_cast<size_t>(surfaces.size[set]) * kMinShare >= samples.size() &&
-                     (lead[set] < -kStep || (lead[set] > kStep && radii[set] > kTissueRadius));
+        other[set] =
+            piece.accepted[set] == 0 &&
+            static_cast<size_t>(surfaces.size[set]) * kMinShare >= samples.size() &&
+            (leads[set].share < -kStep || (leads[set].share > kStep && radii[set] > kTissueRadius));
     return other;
 }
 
@@ -303,10 +347,11 @@ Piece select_piece(const CaptureInput& input, const std::vector<Sample>& samples
         piece.spline = fit_spline(piece.samples, columns, rows);
         changed = false;
         if (round == kMaxRounds) break;
-        const std::vector<double> lead = lead_over(piece.spline, samples, surfaces);
+        const std::vector<Lead> leads = leads_over(piece, samples, surfaces, columns, rows);
         for (size_t set = 0; set < piece.accepted.size(); ++set) {
             if (piece.accepted[set] || taken[set] || nearer[set] < 0 ||
-                surfaces.size[set] < kMinSize || lead[set] > kStep || lead[set] < -kBehind)
+                surfaces.size[set] < kMinSize || leads[set].share > kStep ||
+                leads[set].share < (leads[set].is_near ? -kStep : -kBehind))
                 continue;
             piece.accepted[set] = 1;
             changed = true;

@@ -110,7 +110,9 @@ void Template::point_pieces(const double* xyz, size_t count, uint8_t* pieces) co
     constexpr uint8_t kNone = 255;
     for (size_t i = 0; i < count; ++i) {
         const double* point = xyz + 3 * i;
-        pieces[i] = std::isfinite(point[0] + point[1] + point[2]) ? piece_at(point) : kNone;
+        const bool is_finite =
+            std::all_of(point, point + 3, [](double c) { return std::isfinite(c); });
+        pieces[i] = is_finite ? piece_at(point) : kNone;
     }
 }
 

@@ -53,12 +53,36 @@ float error_unknown(uint32_t age) {
     return kErrorUnknown + kGrowthLost * static_cast<float>(std::min(age, kLongestGrowth));
 }
 
+// Marks the vertices with one of another piece at most so many steps of the grid away.
+void mark_beside_pieces(const TemplateData& data, std::vector<uint8_t>& is_marked) {
+    constexpr int kReach = 3;
+    const SurfaceGrid& grid = data.grid;
+    if (grid.piece.empty()) return;
+    const auto cell = [&](int x, int y) { return static_cast<size_t>(y * grid.columns + x); };
+    const auto is_beside = [&](int x, int y) {
+        const uint8_t piece = grid.piece[cell(x, y)];
+        for (int other_y = std::max(0, y - kReach); other_y <= std::min(grid.rows - 1, y + kReach);
+             ++other_y)
+            for (int other_x = std::max(0, x - kReach);
+                 other_x <= std::min(grid.columns - 1, x + kReach); ++other_x) {
+                const size_t other = cell(other_x, other_y);
+                if (grid.vertex[other] >= 0 && grid.piece[other] != piece) return true;
+            }
+        return false;
+    };
+    for (int y = 0; y < grid.rows; ++y)
+        for (int x = 0; x < grid.columns; ++x)
+            if (const int32_t vertex = grid.vertex[cell(x, y)]; vertex >= 0 && is_beside(x, y))
+                is_marked[static_cast<size_t>(vertex)] = 1;
+}
+
 }  // namespace
 
 SurfaceModel::SurfaceModel(const TemplateData& given) : data(&given), cell(given.vertices.size()) {
     const auto count = static_cast<Eigen::Index>(given.vertices.size());
     cells = number_cells(given, cell);
-    is_beside_cut = vertices_beside_cuts(given);
+    is_at_edge = vertices_beside_cuts(given);
+    mark_beside_pieces(given, is_at_edge);
     step_mm.resize(given.vertices.size());
     support_mm.resize(given.vertices.size());
     centred.setZero(4, count);
@@ -168,8 +192,8 @@ void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidenc
         const float z = samples[i].position[2], mm_per_px = z / fx,
                     per_px = depth_per_px(data.camera, z);
         const float to_observed = confidence.to_observed[model.cell[i]] * model.step_mm[i];
-        // Beside a cut it lies in the gap, or was counted to the wrong side.
-        const bool is_astray = model.is_beside_cut[i] != 0 && confidence.evidence[i] == 0;
+        // At an edge it lies in a gap, or was counted to the wrong side.
+        const bool is_astray = model.is_at_edge[i] != 0 && confidence.evidence[i] == 0;
         confidence.status[i] = confidence.evidence[i] == kBoth ? DEFREC_POINT_OBSERVED
                                : to_observed <= kFarthestMm && !is_astray
                                    ? DEFREC_POINT_EXTRAPOLATED

@@ -21,13 +21,13 @@ struct SurfaceModel {
 
     const TemplateData* data;
     // Per vertex:
-    std::vector<uint32_t> cell;          // of the template's grid, then of the grids of its parts
-    std::vector<float> step_mm;          // a step of that grid
-    std::vector<float> support_mm;       // how far the template's own disparity was extrapolated
-    std::vector<uint8_t> is_beside_cut;  // closer to one than a spacing of control points
-    Eigen::Matrix4Xf centred;            // position less the centre, and 0
-    Eigen::Vector3d centre;              // mean position
-    size_t cells = 0;                    // of all grids
+    std::vector<uint32_t> cell;       // of the template's grid, then of the grids of its parts
+    std::vector<float> step_mm;       // a step of that grid
+    std::vector<float> support_mm;    // how far the template's own disparity was extrapolated
+    std::vector<uint8_t> is_at_edge;  // beside a cut, or another piece of the first view
+    Eigen::Matrix4Xf centred;         // position less the centre, and 0
+    Eigen::Vector3d centre;           // mean position
+    size_t cells = 0;                 // of all grids
 };
 
 // How sure a vertex is, from what was observed of it and round it.
