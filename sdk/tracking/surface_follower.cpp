@@ -9,6 +9,7 @@
 #include "backends/shared/motion.hpp"
 #include "sdk/contract/pixel_format.hpp"
 #include "sdk/template/cut.hpp"
+#include "sdk/tracking/piece_search.hpp"
 
 namespace defrec {
 namespace {
@@ -450,6 +451,7 @@ void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict, bool use
         if (pieces_.misses_one()) {
             job.reasons |= DEFREC_REASON_PIECE_LOST;
             if (job.state == DEFREC_TRACKING) job.state = DEFREC_DEGRADED;
+            search_lost_pieces(job);
         }
         if (uses_depth && chosen_->effort == Effort::kFull && !pieces_.misses_one())
             growth_.end_found_frame(pipeline_, template_, job.output);
@@ -475,6 +477,13 @@ void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict, bool use
     if (is_found && uses_depth && chosen_->effort == Effort::kFull && !cut_)
         cut_ =
             cut_watch_.add_frame(template_->data(), job.output.samples, job.lateral.is_confirmed);
+}
+
+// The next frame starts from where they seem to be, and judges.
+void SurfaceFollower::search_lost_pieces(const TrackerJob& job) {
+    for (size_t piece = 0; piece < pieces_.pieces().size(); ++piece)
+        if (pieces_.pieces()[piece].state == DEFREC_LOST)
+            search_piece(template_->data(), piece, job.output.matches, last_->motions);
 }
 
 void SurfaceFollower::describe_surface(TrackerJob& job, bool uses_depth) const {

@@ -76,6 +76,7 @@ class SurfaceFollower {
     bool lag_spoils_depth(const TrackerJob& job) const;
     bool correct_rig();
     void conclude(TrackerJob& job, const Verdict& verdict, bool uses_depth);
+    void search_lost_pieces(const TrackerJob& job);
     void describe_surface(TrackerJob& job, bool uses_depth) const;
 
     std::shared_ptr<const Rig> rig_;
