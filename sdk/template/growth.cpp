@@ -10,6 +10,7 @@
 #include "backends/shared/motion.hpp"
 #include "sdk/base/median.hpp"
 #include "sdk/template/check_patches.hpp"
+#include "sdk/template/grid_distance.hpp"
 #include "sdk/template/new_tissue.hpp"
 #include "sdk/template/node_edges.hpp"
 #include "sdk/template/page.hpp"

@@ -152,12 +152,13 @@ TEST_CASE("each piece grows by its own tissue, and nothing joins the pieces") {
                       grown.piece_of_node(static_cast<size_t>(anchor.node[0])));
 
     // What is known on one piece says nothing of the other.
-    std::vector<uint32_t> cell(grown.vertices.size());
-    std::vector<float> distance(number_cells(grown, cell), 1e6f);
-    distance[cell[0]] = 0;
-    spread_over_map(grown, cell, distance);
+    const MapGrids grids(grown);
+    std::vector<float> distance(grids.cells(), 1e6f);
+    distance[grids.cell(0)] = 0;
+    MapGrids::Workspace workspace;
+    grids.spread(distance, workspace);
     for (size_t i = 0; i < grown.vertices.size(); ++i)
-        CHECK((distance[cell[i]] < 1e5f) ==
+        CHECK((distance[grids.cell(i)] < 1e5f) ==
               (grown.piece_of(grown.vertices[i]) == grown.piece_of(grown.vertices[0])));
 }
 
@@ -287,13 +288,15 @@ TEST_CASE("points on tissue that joined move with its triangles") {
 TEST_CASE("distances on the surface go on where tissue joined") {
     const Scene scene;
     const TemplateData grown = scene.grow_by(12).data;
-    std::vector<uint32_t> cell(grown.vertices.size());
-    const size_t cells = number_cells(grown, cell);
-    std::vector<float> distance(cells, 1e6f);
+    const MapGrids grids(grown);
+    std::vector<float> distance(grids.cells(), 1e6f);
     // From the middle of the left rim.
-    const size_t from = static_cast<size_t>(grown.grid.rows / 2 * grown.grid.columns);
-    distance[from] = 0;
-    spread_over_map(grown, cell, distance);
+    const int32_t from =
+        grown.grid.vertex[static_cast<size_t>(grown.grid.rows / 2 * grown.grid.columns)];
+    REQUIRE(from >= 0);
+    distance[grids.cell(static_cast<size_t>(from))] = 0;
+    MapGrids::Workspace workspace;
+    grids.spread(distance, workspace);
     const double step = 8 * kDepth / kCamera.fx;
     for (size_t i = scene.data.vertices.size(); i < grown.vertices.size(); ++i) {
         const float* position = grown.vertices[i].position;
@@ -302,6 +305,6 @@ TEST_CASE("distances on the surface go on where tissue joined") {
         // Chamfer distance, as the grid measures it.
         const double expected =
             std::max(along, down) + (std::sqrt(2.0) - 1) * std::min(along, down);
-        CHECK(std::abs(distance[cell[i]] * step - expected) < 3 * step);
+        CHECK(std::abs(distance[grids.cell(i)] * step - expected) < 3 * step);
     }
 }

@@ -8,6 +8,8 @@
 #include <limits>
 #include <vector>
 
+#include "sdk/template/grid_distance.hpp"
+
 namespace defrec {
 namespace {
 

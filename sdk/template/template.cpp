@@ -371,27 +371,6 @@ defrec_patch_slope grid_slope(const NodeGrid& grid, size_t piece, double u, doub
     return slope;
 }
 
-void spread_distance(std::span<float> distance, int columns, int rows) {
-    constexpr float kSide = 1, kCorner = 1.41421356f;
-    // beside: the cell before or after in the row; row: the one above or below. Beyond the border
-    // stands a cell inside, no nearer than what it stands for, which changes nothing.
-    const auto relax = [&](float& here, float beside, const float* row, int x) {
-        if (here <= 0) return;
-        const float corner = std::min(row[std::max(x - 1, 0)], row[std::min(x + 1, columns - 1)]);
-        here = std::min(std::min(here, std::min(beside, row[x]) + kSide), corner + kCorner);
-    };
-    for (int y = 0; y < rows; ++y) {
-        float* row = distance.data() + y * columns;
-        for (int x = 0; x < columns; ++x)
-            relax(row[x], row[std::max(x - 1, 0)], row - (y > 0 ? columns : 0), x);
-    }
-    for (int y = rows - 1; y >= 0; --y) {
-        float* row = distance.data() + y * columns;
-        for (int x = columns - 1; x >= 0; --x)
-            relax(row[x], row[std::min(x + 1, columns - 1)], row + (y < rows - 1 ? columns : 0), x);
-    }
-}
-
 std::array<double, 3> back_project(const defrec_camera& camera, double u, double v,
                                    double disparity) {
     const double z = camera.fx * camera.baseline_mm / disparity;

@@ -171,10 +171,6 @@ bool grid_skin(const NodeGrid& grid, size_t piece, double u, double v, Skin& ski
 // How the weights there change per pixel; 0 where one of the four control points is missing or lies
 // beyond a cut.
 defrec_patch_slope grid_slope(const NodeGrid& grid, size_t piece, double u, double v);
-// Lowers every value of a grid to the least of the others plus the distance there, in grid steps
-// (chamfer: 1 to a side, sqrt 2 to a corner). With 0 at some places and much at all others: the
-// distance to the nearest of these places.
-void spread_distance(std::span<float> distance, int columns, int rows);
 // The point at (u, v) with that disparity.
 std::array<double, 3> back_project(const defrec_camera& camera, double u, double v,
                                    double disparity);

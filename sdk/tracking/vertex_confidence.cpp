@@ -9,7 +9,6 @@
 #include <numbers>
 
 #include "sdk/template/cut.hpp"
-#include "sdk/tracking/map_distance.hpp"
 
 namespace defrec {
 namespace {
@@ -78,9 +77,8 @@ void mark_beside_pieces(const TemplateData& data, std::vector<uint8_t>& is_marke
 
 }  // namespace
 
-SurfaceModel::SurfaceModel(const TemplateData& given) : data(&given), cell(given.vertices.size()) {
+SurfaceModel::SurfaceModel(const TemplateData& given) : data(&given), grids(given) {
     const auto count = static_cast<Eigen::Index>(given.vertices.size());
-    cells = number_cells(given, cell);
     is_at_edge = vertices_beside_cuts(given);
     mark_beside_pieces(given, is_at_edge);
     step_mm.resize(given.vertices.size());
@@ -170,8 +168,8 @@ void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidenc
     const float noise = kNoiseShare * evidence.mean_residual_mm * evidence.mean_residual_mm;
     make_room(confidence, samples.size());
     confidence.rig_px2.resize(samples.size());
-    confidence.to_lateral.assign(model.cells, 1e6f);
-    confidence.to_observed.assign(model.cells, 1e6f);
+    confidence.to_lateral.assign(model.grids.cells(), 1e6f);
+    confidence.to_observed.assign(model.grids.cells(), 1e6f);
     for (size_t i = 0; i < samples.size(); ++i) {
         const float per_px = depth_per_px(data.camera, samples[i].position[2]);
         const float rig_px2 = confidence.rig_px2[i] =
@@ -183,23 +181,24 @@ void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidenc
                        evidence.uses_depth && agrees && rig_px2 * per_px * per_px <= kMaxRigDoubt;
         confidence.evidence[i] = static_cast<uint8_t>((has_depth ? DEFREC_EVIDENCE_DEPTH : 0) |
                                                       (is_confirmed ? DEFREC_EVIDENCE_LATERAL : 0));
-        if (is_confirmed) confidence.to_lateral[model.cell[i]] = 0;
-        if (is_confirmed && agrees) confidence.to_observed[model.cell[i]] = 0;
+        if (is_confirmed) confidence.to_lateral[model.grids.cell(i)] = 0;
+        if (is_confirmed && agrees) confidence.to_observed[model.grids.cell(i)] = 0;
     }
-    spread_over_map(data, model.cell, confidence.to_lateral);
-    spread_over_map(data, model.cell, confidence.to_observed);
+    model.grids.spread(confidence.to_lateral, confidence.spreading);
+    model.grids.spread(confidence.to_observed, confidence.spreading);
     for (size_t i = 0; i < samples.size(); ++i) {
         const float z = samples[i].position[2], mm_per_px = z / fx,
                     per_px = depth_per_px(data.camera, z);
-        const float to_observed = confidence.to_observed[model.cell[i]] * model.step_mm[i];
+        const float to_observed = confidence.to_observed[model.grids.cell(i)] * model.step_mm[i];
         // At an edge it lies in a gap, or was counted to the wrong side.
         const bool is_astray = model.is_at_edge[i] != 0 && confidence.evidence[i] == 0;
         confidence.status[i] = confidence.evidence[i] == kBoth ? DEFREC_POINT_OBSERVED
                                : to_observed <= kFarthestMm && !is_astray
                                    ? DEFREC_POINT_EXTRAPOLATED
                                    : DEFREC_POINT_UNKNOWN;
-        const float far_lateral = std::min(confidence.to_lateral[model.cell[i]] * model.step_mm[i],
-                                           kFarthestGrowthMm),
+        const float far_lateral =
+                        std::min(confidence.to_lateral[model.grids.cell(i)] * model.step_mm[i],
+                                 kFarthestGrowthMm),
                     far_observed = std::min(to_observed, kFarthestGrowthMm);
         const float patches = lateral.patch_px2[i], check = lateral.check_px2[i];
         const float mismatch = lateral.is_confirmed[i] != 0 ? 1 - lateral.check_score[i] : 0;

@@ -8,6 +8,7 @@
 
 #include "backends/shared/motion.hpp"
 #include "sdk/tracking/lateral_evidence.hpp"
+#include "sdk/tracking/map_distance.hpp"
 #include "sdk/tracking/rig_estimate.hpp"
 
 namespace defrec {
@@ -20,14 +21,13 @@ struct SurfaceModel {
     explicit SurfaceModel(const TemplateData& data);
 
     const TemplateData* data;
+    MapGrids grids;
     // Per vertex:
-    std::vector<uint32_t> cell;       // of the template's grid, then of the grids of its parts
-    std::vector<float> step_mm;       // a step of that grid
+    std::vector<float> step_mm;       // a step of the grid that it came with
     std::vector<float> support_mm;    // how far the template's own disparity was extrapolated
     std::vector<uint8_t> is_at_edge;  // beside a cut, or another piece of the first view
     Eigen::Matrix4Xf centred;         // position less the centre, and 0
     Eigen::Vector3d centre;           // mean position
-    size_t cells = 0;                 // of all grids
 };
 
 // How sure a vertex is, from what was observed of it and round it.
@@ -39,6 +39,7 @@ struct VertexConfidence {
     // Working memory, per cell of the grids: steps to the nearest vertex with lateral evidence, and
     // to the nearest one with depth that agrees as well.
     std::vector<float> to_lateral, to_observed;
+    MapGrids::Workspace spreading;
     std::vector<float> rig_px2;  // working memory, per vertex: disparity that the rig gets wrong
 };
 
