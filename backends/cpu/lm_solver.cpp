@@ -189,7 +189,7 @@ void invert_diagonal(LmWorkspace& work, const LmPart& part) {
 // times conditioned residual.
 double Start(const SolveTask& task, size_t index) {
     LmWorkspace& work = *task.workspace;
-    const LmPart& part = work.parts[index];
+    const LmPart& part = work.cut.parts[index];
     damp(task, part);
     invert_diagonal(work, part);
     for (size_t i = 6 * part.first; i < 6 * part.last; ++i)
@@ -210,9 +210,9 @@ double Start(const SolveTask& task, size_t index) {
 double Multiply(const SolveTask& task, size_t index, float beta, size_t old) {
     const D d;
     LmWorkspace& work = *task.workspace;
-    const LmPart& part = work.parts[index];
+    const LmPart& part = work.cut.parts[index];
     const LowerPattern& pattern = *task.pattern;
-    const size_t low = part.low, own = 6 * (part.first - low);
+    const size_t before = kStripRows * part.strips(), own = 6 * before;
     float* direction = &work.part_direction[part.offset * 6];
     float* spreads = &work.spread[part.offset * kBlockFloats];
     float* transposed = &work.transposed[part.offset * kBlockFloats];
@@ -220,55 +220,62 @@ double Multiply(const SolveTask& task, size_t index, float beta, size_t old) {
     float* twice = &work.twice[part.first * 16];
     float* result = &work.part_product[part.offset * 6];
 
-    const size_t numbers = part.last_number() - 6 * low;
-    const V factor = hn::Set(d, beta);
-    for (size_t i = 0; i < numbers; i += hn::Lanes(d))
-        hn::Store(hn::MulAdd(factor, hn::Load(d, &work.direction[old][6 * low + i]),
-                             hn::Load(d, &work.conditioned[6 * low + i])),
-                  d, direction + i);
-    std::copy(direction + own, direction + numbers, &work.direction[1 - old][part.first_number()]);
-    for (size_t j = 0; j < part.last - low; ++j)
-        spread(direction + 6 * j, spreads + j * kBlockFloats);
-    for (size_t i = 0; i < part.last - part.first; ++i) {
+    const size_t rows = part.last - part.first, places = before + rows,
+                 own_numbers = part.last_number() - part.first_number();
+    const auto take_direction = [&](size_t from, size_t count, float* to) {
+        const V factor = hn::Set(d, beta);
+        for (size_t i = 0; i < count; i += hn::Lanes(d))
+            hn::Store(hn::MulAdd(factor, hn::Load(d, &work.direction[old][from + i]),
+                                 hn::Load(d, &work.conditioned[from + i])),
+                      d, to + i);
+    };
+    for (size_t s = 0; s < part.strips(); ++s)
+        take_direction(6 * size_t(work.cut.strips[part.first_strip + s]), kStripNumbers,
+                       direction + s * kStripNumbers);
+    take_direction(part.first_number(), own_numbers, direction + own);
+    std::copy_n(direction + own, own_numbers, &work.direction[1 - old][part.first_number()]);
+    for (size_t j = 0; j < places; ++j) spread(direction + 6 * j, spreads + j * kBlockFloats);
+    for (size_t i = 0; i < rows; ++i) {
         store_eight(direction + own + 6 * i, twice + 16 * i);
         store_eight(direction + own + 6 * i, twice + 16 * i + 6);
     }
-    std::fill(transposed, transposed + (part.last - low) * kBlockFloats, 0.0f);
+    std::fill(transposed, transposed + places * kBlockFloats, 0.0f);
     for (size_t i = part.first; i < part.last; ++i) {
         const Block across = repeat(twice + 16 * (i - part.first));
         Block sum = multiply(load(&work.damped[i * kBlockFloats]),
-                             load(spreads + (i - low) * kBlockFloats));
+                             load(spreads + (before + i - part.first) * kBlockFloats));
         for (size_t b = pattern.start[i]; b < pattern.start[i + 1]; ++b) {
-            const size_t j = (size_t(pattern.column[b]) - low) * kBlockFloats;
+            const size_t j = size_t(work.cut.places[b]) * kBlockFloats;
             const Block block = load(&task.system->lower[b * kBlockFloats]);
             sum = multiply_add(block, load(spreads + j), sum);
             store(multiply_add(block, across, load(transposed + j)), transposed + j);
         }
         store(sum, direct + (i - part.first) * kBlockFloats);
     }
-    for (size_t j = 0; j < part.last - low; ++j)
-        add_rows(transposed + j * kBlockFloats, result + 6 * j);
-    for (size_t i = 0; i < part.last - part.first; ++i) {
+    for (size_t j = 0; j < places; ++j) add_rows(transposed + j * kBlockFloats, result + 6 * j);
+    for (size_t i = 0; i < rows; ++i) {
         float six[6];
         add_columns(direct + i * kBlockFloats, six);
         for (size_t r = 0; r < 6; ++r) result[own + 6 * i + r] += six[r];
     }
-    return product(direction, result, 0, numbers);
+    return product(direction, result, 0, own + own_numbers);
 }
 
 // A step of length alpha in a part's rows. Returns the part's share of residual times conditioned
 // residual.
 double Step(const SolveTask& task, size_t index, float alpha, size_t now) {
     LmWorkspace& work = *task.workspace;
-    const LmPart& part = work.parts[index];
+    const LmParts& cut = work.cut;
+    const LmPart& part = cut.parts[index];
     const size_t first = part.first_number(), last = part.last_number(), count = last - first;
-    float* product_here = &work.part_product[part.offset * 6 + first - 6 * part.low];
-    for (size_t k = index + 1; k < work.parts.size(); ++k) {
-        const LmPart& other = work.parts[k];
-        if (other.low >= part.last) continue;
-        const size_t from = std::max(first, 6 * other.low);
-        add(&work.part_product[other.offset * 6 + from - 6 * other.low],
-            product_here + from - first, last - from);
+    float* product_here = &work.part_product[part.offset * 6 + part.strips() * kStripNumbers];
+    for (size_t k = index + 1; k < cut.parts.size(); ++k) {
+        const LmPart& other = cut.parts[k];
+        const auto strips = cut.strips.begin() + std::ptrdiff_t(other.first_strip),
+                   end = cut.strips.begin() + std::ptrdiff_t(other.last_strip);
+        for (auto s = std::lower_bound(strips, end, part.first); s != end && *s < part.last; ++s)
+            add(&work.part_product[other.offset * 6 + size_t(s - strips) * kStripNumbers],
+                product_here + 6 * size_t(*s) - first, kStripNumbers);
     }
     add_scaled(alpha, &work.direction[now][first], &work.x[first], count);
     add_scaled(-alpha, product_here, &work.residual[first], count);
@@ -351,36 +358,50 @@ LmSystem::LmSystem(const LowerPattern& pattern, const Host& host)
 
 namespace {
 
-// Rows that a part's arrays have room for: store_eight reads two numbers behind the last row's, and
-// those behind belong to another thread.
-size_t places_of(const LmPart& part) {
-    return (part.last_number() - 6 * part.low + 2 + 47) / 48 * 8;
+// Places that a part's arrays have room for: store_eight reads two numbers behind the last row's,
+// and those behind belong to another thread.
+size_t room_of(const LmPart& part) {
+    const size_t numbers = part.strips() * kStripNumbers + part.last_number() - part.first_number();
+    return (numbers + 2 + kStripNumbers - 1) / kStripNumbers * kStripRows;
 }
 
 }  // namespace
 
-HostVector<LmPart> cut_rows(const LowerPattern& pattern, const Host& host) {
+LmParts::LmParts(const LowerPattern& pattern, const Host& host)
+    : parts(HostAllocator<LmPart>(host)),
+      strips(HostAllocator<uint32_t>(host)),
+      places(pattern.blocks(), HostAllocator<uint32_t>(host)) {
     const size_t rows = pattern.rows(),
                  count = std::clamp<size_t>(rows / kMinPartRows, 1, kMaxParts),
-                 each = (rows + 8 * count - 1) / (8 * count) * 8;
-    HostVector<LmPart> parts{HostAllocator<LmPart>(host)};
+                 each = (rows + kStripRows * count - 1) / (kStripRows * count) * kStripRows;
     size_t offset = 0;
     for (size_t first = 0; first < rows; first += each) {
-        const size_t last = std::min(rows, first + each);
-        size_t low = first;
-        for (size_t i = first; i < last; ++i)
-            if (pattern.start[i] < pattern.start[i + 1])
-                low = std::min(low, size_t(pattern.column[pattern.start[i]]));
-        low = low / 8 * 8;
-        parts.push_back({first, last, low, offset});
-        offset += places_of(parts.back());
+        LmPart& part = parts.emplace_back();
+        part = {first, std::min(rows, first + each), strips.size(), strips.size(), offset};
+        const auto first_block = pattern.start[first], last_block = pattern.start[part.last];
+        for (uint32_t b = first_block; b < last_block; ++b)
+            if (const auto column = size_t(pattern.column[b]); column < first)
+                strips.push_back(uint32_t(column / kStripRows * kStripRows));
+        const auto own = strips.begin() + std::ptrdiff_t(part.first_strip);
+        std::sort(own, strips.end());
+        strips.erase(std::unique(own, strips.end()), strips.end());
+        part.last_strip = strips.size();
+        for (uint32_t b = first_block; b < last_block; ++b) {
+            const auto column = size_t(pattern.column[b]);
+            if (column >= first) {
+                places[b] = uint32_t(kStripRows * part.strips() + column - first);
+                continue;
+            }
+            const auto strip = std::upper_bound(own, strips.end(), column) - 1;
+            places[b] = uint32_t(kStripRows * size_t(strip - own) + column - *strip);
+        }
+        offset += room_of(part);
     }
-    return parts;
 }
 
 LmWorkspace::LmWorkspace(const LowerPattern& pattern, const Host& host)
-    : parts(cut_rows(pattern, host)),
-      sums(parts.size(), HostAllocator<double>(host)),
+    : cut(pattern, host),
+      sums(cut.parts.size(), HostAllocator<double>(host)),
       damped(pattern.rows() * kBlockFloats, HostAllocator<float>(host)),
       inverse(damped),
       direct(damped),
@@ -394,7 +415,7 @@ LmWorkspace::LmWorkspace(const LowerPattern& pattern, const Host& host)
       part_direction(HostAllocator<float>(host)),
       part_product(HostAllocator<float>(host)) {
     size_t places = 0;
-    if (!parts.empty()) places = parts.back().offset + places_of(parts.back());
+    if (!cut.parts.empty()) places = cut.parts.back().offset + room_of(cut.parts.back());
     spread.resize(places * kBlockFloats);
     transposed.resize(spread.size());
     part_direction.resize(places * 6 + 16);

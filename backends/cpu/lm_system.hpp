@@ -31,20 +31,32 @@ struct LmSystem {
     LmSystem(const LowerPattern& pattern, const Host& host);
 };
 
-// Rows [first, last) of the lower half, whose blocks are in columns from `low` on. first and low
-// are multiples of 8, and so the vectors' numbers that belong to them begin at multiples of 16.
+// Rows [first, last) of the lower half. Its blocks are in columns of these rows, and of strips of
+// rows before them. first is a multiple of 8, and so the vectors' numbers that belong to it begin
+// at a multiple of 16. A part's own arrays have a place for each row of its strips, then for its
+// rows.
 struct LmPart {
-    size_t first, last, low;
-    size_t offset;  // of the first of last - low places in arrays with room for every part's
+    size_t first, last;
+    size_t first_strip, last_strip;  // in LmParts::strips
+    size_t offset;                   // of its first place in arrays with room for every part's
     size_t first_number() const { return 6 * first; }
     size_t last_number() const { return (6 * last + 15) / 16 * 16; }
+    size_t strips() const { return last_strip - first_strip; }
 };
 constexpr size_t kMinPartRows = 64, kMaxParts = 16;
-HostVector<LmPart> cut_rows(const LowerPattern& pattern, const Host& host);
+constexpr size_t kStripRows = 8, kStripNumbers = 6 * kStripRows;
+
+struct LmParts {
+    HostVector<LmPart> parts;
+    HostVector<uint32_t> strips;  // each one's first row, a multiple of kStripRows; a part's ascend
+    HostVector<uint32_t> places;  // of each block's column in its part
+
+    LmParts(const LowerPattern& pattern, const Host& host);
+};
 
 // What solving needs besides; made once.
 struct LmWorkspace {
-    HostVector<LmPart> parts;
+    LmParts cut;
     HostVector<double> sums;    // one per part
     HostVector<float> damped;   // diagonal blocks with damping
     HostVector<float> inverse;  // of them
@@ -52,8 +64,8 @@ struct LmWorkspace {
     HostVector<float> twice;    // each row's direction two times; 16 per row
     HostVector<float> x, residual, conditioned;
     std::array<HostVector<float>, 2> direction;  // the present one, and that before
-    // A part's own, for the rows from its `low` on: direction, that with each entry six times, sums
-    // of the transposed blocks' products, and products.
+    // A part's own, in its places: direction, that with each entry six times, sums of the
+    // transposed blocks' products, and products.
     HostVector<float> spread, transposed, part_direction, part_product;
 
     LmWorkspace(const LowerPattern& pattern, const Host& host);
