@@ -6,7 +6,27 @@
 # FOLDER: left/ right/ calibration.yaml points.csv truth.csv
 # Sequences are rendered once into out/calibration and out/sequences and kept; delete a folder after
 # a change of its scene. Needs a build in build/.
-source "$(dirname "$0")/measure_sequences.sh"
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+defrec=build/bin/defrec
+backend=auto
+if [ "${1:-}" = --backend ]; then
+    backend="$2"
+    shift 2
+fi
+given=("$@")
+reference_scenes=(heartbeat respiration indentation fast-cut out-of-body smoke stretch)
+
+render() { # FOLDER SCENE OPTION...
+    [ -f "$1/truth.csv" ] || "$defrec" render "${@:2}" --out "$1" --quiet
+}
+
+track() { # FOLDER; sets tracked
+    tracked="out/tracked/$(basename "$1")"
+    "$defrec" track --left "$1/left" --right "$1/right" --calibration "$1/calibration.yaml" \
+        --points "$1/points.csv" --out "$tracked" --backend "$backend" --no-overlay --quiet
+}
 
 outside=$(mktemp)
 message=$(mktemp)
@@ -58,7 +78,8 @@ kept_apart() { # SCENE OPTION...
     measure "$folder" no
 }
 reference() { # SCENE SIZE FITTED
-    render_reference "$1" "$2"
+    local folder="out/sequences/$1-$2"
+    render "$folder" "$1" --size "$2"
     measure "$folder" "$3"
 }
 
