@@ -14,6 +14,9 @@
 # DEFREC_BACKEND (NAME) and DEFREC_<argument above>.
 include(DefrecPluginManifest)
 set(DEFREC_PLUGIN_FOLDER "${CMAKE_INSTALL_LIBDIR}")
+if(WIN32)
+  set(DEFREC_PLUGIN_FOLDER "${CMAKE_INSTALL_BINDIR}")  # where the DLL goes
+endif()
 
 function(defrec_add_backend name)
   set(lists MAPS CONTAINS GPU_TESTS)
@@ -31,8 +34,10 @@ function(defrec_add_backend name)
   target_link_libraries(${target} PRIVATE defrec_plugin_base ${arg_LIBRARIES})
   target_include_directories(${target} PRIVATE "${CMAKE_SOURCE_DIR}" "${CMAKE_SOURCE_DIR}/include")
   target_compile_definitions(${target} PRIVATE DEFREC_RELEASE="${PROJECT_VERSION}")
-  target_link_options(${target} PRIVATE "-Wl,--version-script,${exports}")
-  set_target_properties(${target} PROPERTIES LINK_DEPENDS "${exports}")
+  if(NOT WIN32)  # whose exports are those that the source names
+    target_link_options(${target} PRIVATE "-Wl,--version-script,${exports}")
+    set_target_properties(${target} PROPERTIES LINK_DEPENDS "${exports}")
+  endif()
   defrec_add_plugin_manifest(${target} NAME ${name})
   defrec_install_plugin(${target} COMPONENT ${component})
   set_target_properties(${target} PROPERTIES DEFREC_BACKEND "${name}")

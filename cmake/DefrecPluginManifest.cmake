@@ -1,5 +1,5 @@
 # defrec_add_plugin_manifest(TARGET NAME <name> [VERSION <version>])
-# Makes the MODULE library TARGET a plugin's file, defrec_plugin_<name>.so, and writes its manifest
+# Makes the MODULE library TARGET a plugin's file, defrec_plugin_<name>.so (on Windows .dll), and writes its manifest
 # defrec_plugin_<name>.json beside it after each link.
 #
 # defrec_install_plugin(TARGET [DESTINATION <folder>] [COMPONENT <component>])
@@ -19,7 +19,7 @@ function(defrec_add_plugin_manifest target)
     set(arg_VERSION "${PROJECT_VERSION}")
   endif()
   # Installing must not rewrite the run path: the manifest names the file's hash.
-  set_target_properties(${target} PROPERTIES PREFIX "" OUTPUT_NAME "defrec_plugin_${arg_NAME}" SUFFIX ".so"
+  set_target_properties(${target} PROPERTIES PREFIX "" OUTPUT_NAME "defrec_plugin_${arg_NAME}" SUFFIX "${CMAKE_SHARED_MODULE_SUFFIX}"
     BUILD_WITH_INSTALL_RPATH ON)
   add_custom_command(TARGET ${target} POST_BUILD VERBATIM COMMAND "${CMAKE_COMMAND}"
     "-DNAME=${arg_NAME}" "-DVERSION=${arg_VERSION}" "-DLIBRARY=$<TARGET_FILE:${target}>"
@@ -46,7 +46,7 @@ function(defrec_install_plugin target)
   # The manifest names the file's hash, and stripping changes the file.
   install(CODE "if(CMAKE_INSTALL_DO_STRIP)
     execute_process(COMMAND \"${CMAKE_COMMAND}\" -DNAME=${name} -DVERSION=${version}
-      \"-DLIBRARY=\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${arg_DESTINATION}/defrec_plugin_${name}.so\"
+      \"-DLIBRARY=\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${arg_DESTINATION}/defrec_plugin_${name}${CMAKE_SHARED_MODULE_SUFFIX}\"
       -P \"${DEFREC_WRITE_PLUGIN_MANIFEST}\" COMMAND_ERROR_IS_FATAL ANY)
   endif()" ${component})
 endfunction()

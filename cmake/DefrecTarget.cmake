@@ -23,6 +23,10 @@ set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 
 # A plugin is found in the folder beside the library, so all binaries share one folder per kind.
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bin")
+if(WIN32)
+  # There a program finds its libraries beside it.
+  set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/lib")
+endif()
 set(CMAKE_LIBRARY_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/lib")
 set(CMAKE_ARCHIVE_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/lib")
 
@@ -53,14 +57,15 @@ endif()
 find_package(Threads REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 
-# defrec_pick_system(VARIABLE): leaves out of a list of sources those for another operating system, *_posix.cpp or *_windows.cpp.
+# defrec_pick_system(VARIABLE): leaves out of a list of sources those for another operating system, *_posix.cpp or *_windows.cpp, and
+# tests, *_posix_test.cpp or *_windows_test.cpp.
 function(defrec_pick_system variable)
   set(other windows)
   if(WIN32)
     set(other posix)
   endif()
   set(sources ${${variable}})
-  list(FILTER sources EXCLUDE REGEX "_${other}\\.cpp$")
+  list(FILTER sources EXCLUDE REGEX "_${other}(_test)?\\.cpp$")
   set(${variable} ${sources} PARENT_SCOPE)
 endfunction()
 

@@ -2,7 +2,8 @@
 # One doctest program, and in ctest one test for each source file, named after its path without _test.
 #
 # In a build for another machine these run by CMAKE_CROSSCOMPILING_EMULATOR. Left out there are tests in which this machine's compilers and
-# interpreters use what was built: of the bindings, of the packages, of the samples.
+# interpreters use what was built: of the bindings, of the packages, of the samples. DEFREC_EMULATED_ROOT is what the emulator calls this
+# machine's root folder, where it has another name.
 #
 # Tests are built where all that they need is installed, which is more than the programs need: DEFREC_BUILD_TESTS is OFF elsewhere.
 if(DEFREC_BUILD_TESTS AND NOT EXISTS "${CMAKE_SOURCE_DIR}/cmake/test_main.cpp")
@@ -19,7 +20,11 @@ if(DEFREC_BUILD_TESTS)
   find_file(DEFREC_NUNIT nunit.framework.dll PATHS /usr/lib/cli/nunit.framework-2.6.3 NO_DEFAULT_PATH NO_CMAKE_FIND_ROOT_PATH)
   find_program(DEFREC_MYPY mypy PATHS /usr/bin NO_DEFAULT_PATH)
   set(missing "")
-  foreach(needed IN ITEMS doctest_FOUND Boost_FOUND DOXYGEN_FOUND DEFREC_MCS DEFREC_MONO DEFREC_NUGET DEFREC_NUNIT DEFREC_MYPY)
+  set(all_needed doctest_FOUND Boost_FOUND DOXYGEN_FOUND DEFREC_MCS DEFREC_MONO DEFREC_NUGET DEFREC_NUNIT DEFREC_MYPY)
+  if(WIN32)
+    set(all_needed doctest_FOUND)
+  endif()
+  foreach(needed IN LISTS all_needed)
     if(NOT ${needed})
       list(APPEND missing ${needed})
     endif()
@@ -40,12 +45,13 @@ function(defrec_add_tests target)
     return()
   endif()
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;LIBRARIES;LABELS;DEFINITIONS")
+  defrec_pick_system(arg_SOURCES)
   add_executable(${target} ${arg_SOURCES} "${CMAKE_SOURCE_DIR}/cmake/test_main.cpp")
   target_link_libraries(${target} PRIVATE doctest::doctest ${arg_LIBRARIES})
   target_include_directories(${target} PRIVATE "${CMAKE_SOURCE_DIR}")
   target_compile_definitions(${target} PRIVATE ${arg_DEFINITIONS}
-    DEFREC_SOURCE_DIR="${CMAKE_SOURCE_DIR}" DEFREC_BUILD_DIR="${CMAKE_BINARY_DIR}"
-    DEFREC_SHARED_DATA_DIR="${CMAKE_SOURCE_DIR}/../shared/data")
+    DEFREC_SOURCE_DIR="${DEFREC_EMULATED_ROOT}${CMAKE_SOURCE_DIR}" DEFREC_BUILD_DIR="${DEFREC_EMULATED_ROOT}${CMAKE_BINARY_DIR}"
+    DEFREC_SHARED_DATA_DIR="${DEFREC_EMULATED_ROOT}${CMAKE_SOURCE_DIR}/../shared/data")
   file(RELATIVE_PATH folder "${CMAKE_SOURCE_DIR}" "${CMAKE_CURRENT_SOURCE_DIR}")
   foreach(source IN LISTS arg_SOURCES)
     if(source MATCHES "_test\\.cpp$")

@@ -7,7 +7,7 @@ if(NOT DEFINED ABI_MINOR)
 endif()
 file(SHA256 "${LIBRARY}" hash)
 get_filename_component(file "${LIBRARY}" NAME)
-string(REGEX REPLACE "\\.so$" ".json" manifest "${LIBRARY}")
+string(REGEX REPLACE "\\.(so|dll)$" ".json" manifest "${LIBRARY}")
 file(WRITE "${manifest}" "{
   \"name\": \"${NAME}\",
   \"version\": \"${VERSION}\",

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numbers>
 #include <random>
 #include <vector>
 
@@ -338,15 +339,17 @@ TEST_CASE("positions follow a shift of a fraction of a pixel") {
 TEST_CASE("orientation bins are those of the angle, and descriptors turn with the image") {
     if (!under_test::available()) return;
     for (int32_t k = 0; k < 720; ++k) {
-        const double angle = k * M_PI / 360 + 0.003;
+        const double angle = k * std::numbers::pi / 360 + 0.003;
         const uint32_t bin = orb::angle_bin(int32_t(std::lround(500000 * std::cos(angle))),
                                             int32_t(std::lround(500000 * std::sin(angle))));
-        const double off = std::remainder(angle - bin * 2 * M_PI / 32, 2 * M_PI);
-        CHECK(std::abs(off) < M_PI / 32 + 0.002);
+        const double off =
+            std::remainder(angle - bin * 2 * std::numbers::pi / 32, 2 * std::numbers::pi);
+        CHECK(std::abs(off) < std::numbers::pi / 32 + 0.002);
     }
     CHECK(orb::angle_bin(0, 0) == 0);
 
-    const Picture upright = blobs(257, 257, 0, 6), turned = blobs(257, 257, 0, 6, M_PI / 2);
+    const Picture upright = blobs(257, 257, 0, 6),
+                  turned = blobs(257, 257, 0, 6, std::numbers::pi / 2);
     const Result a = agreed(params_for(upright), upright), b = agreed(params_for(turned), turned);
     uint32_t found = 0, near = 0;
     for (uint32_t i = 0; i < a.count; ++i) {

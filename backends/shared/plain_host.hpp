@@ -1,9 +1,9 @@
 // A host whose allocator is the C library's, for what reads templates through a host where none
 // gave one.
 #pragma once
-#include <cstdlib>
 
 #include "backends/shared/stage.hpp"
+#include "sdk/base/aligned_memory.hpp"
 
 namespace defrec {
 
@@ -12,9 +12,9 @@ inline const defrec_host& plain_host() {
         defrec_host table{};
         table.struct_size = sizeof table;
         table.alloc = [](void*, size_t size, size_t alignment) -> void* {
-            return std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+            return allocate_aligned(size, alignment);
         };
-        table.free = [](void*, void* memory) { std::free(memory); };
+        table.free = [](void*, void* memory) { free_aligned(memory); };
         return table;
     }();
     return host;

@@ -2,11 +2,11 @@
 // a scattered order.
 #pragma once
 #include <atomic>
-#include <cstdlib>
 #include <thread>
 #include <vector>
 
 #include "backends/shared/stage.hpp"
+#include "sdk/base/aligned_memory.hpp"
 
 namespace defrec::test {
 
@@ -19,9 +19,9 @@ class TestHost {
         table_.log = [](void*, int32_t, const char*) {};
         table_.error = [](void*, const char*) {};
         table_.alloc = [](void*, size_t size, size_t alignment) -> void* {
-            return std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+            return allocate_aligned(size, alignment);
         };
-        table_.free = [](void*, void* memory) { std::free(memory); };
+        table_.free = [](void*, void* memory) { free_aligned(memory); };
         table_.parallel_for = [](void* self, size_t count, void (*body)(void*, size_t), void* arg) {
             static_cast<TestHost*>(self)->parallel_for(count, body, arg);
         };

@@ -3,11 +3,12 @@
 #include <doctest/doctest.h>
 
 #include <array>
-#include <cstdlib>
 #include <cstring>
 #include <new>
 #include <stdexcept>
 #include <string>
+
+#include "sdk/base/aligned_memory.hpp"
 
 using namespace defrec;
 
@@ -30,11 +31,11 @@ defrec_host make_host(Recorder& recorder) {
         auto& to = *static_cast<Recorder*>(self);
         if (to.out_of_memory) return nullptr;
         ++to.live;
-        return std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+        return allocate_aligned(size, alignment);
     };
     host.free = [](void* self, void* memory) {
         if (memory != nullptr) --static_cast<Recorder*>(self)->live;
-        std::free(memory);
+        free_aligned(memory);
     };
     host.parallel_for = [](void*, size_t count, void (*body)(void*, size_t), void* arg) {
         for (size_t i = 0; i < count; ++i) body(arg, i);

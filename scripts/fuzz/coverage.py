@@ -25,7 +25,7 @@ READERS = {
     "plugin_reply": ["sdk/tracking/check_output.cpp"],
     "probe_reply": ["sdk/cli/devices/probe_reply.cpp"],
     "score": ["sdk/cli/score/scored_rows.cpp", "sdk/cli/io/csv.cpp"],
-    "shared_object": ["sdk/plugin/elf_file.cpp"],
+    "shared_object": ["sdk/plugin/shared_object_posix.cpp"],
     "stages": ["sdk/device/stage_params.cpp", "sdk/device/stage_runner.cpp"],
     "template": ["sdk/template/file.cpp"],
 }

@@ -5,14 +5,15 @@
 #include <atomic>
 #include <cfenv>
 #include <csignal>
-#include <cstdlib>
 #include <stdexcept>
 #include <thread>
 
 #include "sdk/api/test_context.hpp"
 #include "sdk/api/test_frames.hpp"
+#include "sdk/base/aligned_memory.hpp"
 #include "sdk/base/test_files.hpp"
 
+using namespace defrec;
 using namespace defrec::test;
 
 namespace {
@@ -51,11 +52,11 @@ struct Memory {
         auto& memory = *static_cast<Memory*>(user);
         ++memory.live;
         ++memory.total;
-        return std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+        return allocate_aligned(size, alignment);
     }
     static void give(void* user, void* pointer) {
         --static_cast<Memory*>(user)->live;
-        std::free(pointer);
+        free_aligned(pointer);
     }
 };
 
@@ -207,9 +208,9 @@ TEST_CASE("row 101: memory of the application that is not aligned as asked count
     desc.log = Log::add;
     desc.log_user = &log;
     desc.alloc = [](void*, size_t size, size_t) -> void* {
-        return static_cast<char*>(std::aligned_alloc(64, (size + 127) / 64 * 64)) + 8;
+        return static_cast<char*>(allocate_aligned(size + 64, 64)) + 8;
     };
-    desc.free = [](void*, void* memory) { std::free(static_cast<char*>(memory) - 8); };
+    desc.free = [](void*, void* memory) { free_aligned(static_cast<char*>(memory) - 8); };
     CHECK(make_rig(desc) == DEFREC_ERROR_OUT_OF_MEMORY);
     CHECK(contains(log.text, "multiple of the alignment"));
 }

@@ -77,7 +77,7 @@ TEST_CASE("a cut is noticed, and both of its sides are followed") {
         if (i + 1 == kFrames) {
             // The cut is kept in a file.
             const TemporaryFolder folder;
-            const std::string path = folder.path() / "template";
+            const std::string path = (folder.path() / "template").string();
             REQUIRE_OK(defrec_template_save(surface, path.c_str()));
             defrec_template loaded = nullptr;
             REQUIRE_OK(defrec_template_load(session.context, path.c_str(), &loaded));

@@ -185,7 +185,7 @@ TEST_CASE("a template that is full says so, and grows no more") {
 
 TEST_CASE("a grown template goes through a file into another tracker, which goes on with it") {
     const TemporaryFolder folder;
-    const std::string path = folder.path() / "map";
+    const std::string path = (folder.path() / "map").string();
     uint64_t vertices = 0, nodes = 0;
     {
         Session session;

@@ -10,6 +10,7 @@
 #include "sdk/api/test_context.hpp"
 #include "sdk/api/test_frames.hpp"
 #include "sdk/api/test_session.hpp"
+#include "sdk/base/aligned_memory.hpp"
 #include "sdk/base/test_files.hpp"
 #include "sdk/base/test_operator_new.hpp"
 
@@ -38,17 +39,18 @@ bool defrec::test::allocation_fails(void*) { return fails_now(); }
 
 namespace {
 
+using namespace defrec;
 using namespace defrec::test;
 
 void* host_take(void*, size_t size, size_t alignment) {
     if (fails_now()) return nullptr;
     ++taken;
     ++live;
-    return std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+    return allocate_aligned(size, alignment);
 }
 void host_give(void*, void* memory) {
     --live;
-    std::free(memory);
+    free_aligned(memory);
 }
 
 // With two small plugins, and the reference if asked for: checking its file takes long under a

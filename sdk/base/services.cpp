@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cstdlib>
 #include <mutex>
 #include <thread>
 #include <utility>
 #include <vector>
 
+#include "sdk/base/aligned_memory.hpp"
 #include "sdk/base/callback.hpp"
 #include "sdk/base/error.hpp"
 #include "sdk/base/platform.hpp"
@@ -135,13 +135,12 @@ void* Services::allocate(size_t size, size_t alignment) const noexcept {
     }
     alignment = std::max(alignment, sizeof(void*));
     if (size > SIZE_MAX - alignment) return nullptr;
-    return std::aligned_alloc(alignment,
-                              (std::max<size_t>(size, 1) + alignment - 1) / alignment * alignment);
+    return allocate_aligned(std::max<size_t>(size, 1), alignment);
 }
 
 void Services::release(void* memory) const noexcept {
     if (memory == nullptr) return;
-    if (desc_.free == nullptr) return std::free(memory);
+    if (desc_.free == nullptr) return free_aligned(memory);
     if (ended_) return;
     const CallbackScope scope;
     try {

@@ -1,10 +1,8 @@
 #include "sdk/base/thread_pool.hpp"
 
 #include <doctest/doctest.h>
-#include <pthread.h>
 
 #include <chrono>
-#include <csignal>
 #include <memory>
 
 using defrec::ThreadPool;
@@ -68,25 +66,4 @@ TEST_CASE("a loop from within a body, and loops from several threads at once, ar
         });
     for (std::thread& caller : callers) caller.join();
     CHECK(nested.complete == 4 * 200 * 6);
-}
-
-TEST_CASE("row 31: the pool's threads take none of the application's signals") {
-    ThreadPool pool(2);
-    struct Seen {
-        std::thread::id caller = std::this_thread::get_id();
-        std::atomic<int> others{0}, blocked{0}, go{0};
-    } seen;
-    const auto body = [](void* arg, size_t) {
-        auto& self = *static_cast<Seen*>(arg);
-        // Both threads stay until both are here.
-        for (++self.go; self.go < 2;) std::this_thread::yield();
-        if (std::this_thread::get_id() == self.caller) return;
-        sigset_t mask;
-        pthread_sigmask(SIG_SETMASK, nullptr, &mask);
-        ++self.others;
-        if (sigismember(&mask, SIGINT) == 1 && sigismember(&mask, SIGUSR1) == 1) ++self.blocked;
-    };
-    pool.parallel_for(2, body, &seen);
-    CHECK(seen.others == 1);
-    CHECK(seen.blocked == 1);
 }

@@ -3,9 +3,9 @@
 
 #include <doctest/doctest.h>
 
-#include <cstdlib>
 #include <cstring>
 
+#include "sdk/base/aligned_memory.hpp"
 #include "sdk/base/test_files.hpp"
 #include "sdk/device/context.hpp"
 
@@ -17,14 +17,13 @@ struct Memory {
     size_t live = 0;
     static void* take(void* user, size_t size, size_t alignment) {
         ++static_cast<Memory*>(user)->live;
-        void* memory =
-            std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+        void* memory = allocate_aligned(size, alignment);
         std::memset(memory, 0x5b, size);
         return memory;
     }
     static void give(void* user, void* memory) {
         --static_cast<Memory*>(user)->live;
-        std::free(memory);
+        free_aligned(memory);
     }
 };
 

@@ -1,5 +1,5 @@
-// What the readers of libraries share (elf_file.cpp, pe_file.cpp): the bytes of a file, and
-// refusals that name it.
+// What the readers of libraries share (shared_object_posix.cpp, pe_file.cpp): the bytes of a file,
+// and refusals that name it.
 #pragma once
 #include <cstdint>
 #include <cstring>

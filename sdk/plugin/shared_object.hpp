@@ -1,6 +1,6 @@
-// Whether a file's bytes are a complete shared object for this process: ELF (elf_file.cpp), on
-// Windows a DLL (pe_file.cpp). The dynamic loader of ELF does not ask: it maps what the headers
-// claim and dies of SIGBUS where the file is shorter.
+// Whether a file's bytes are a complete shared object for this process: ELF
+// (shared_object_posix.cpp), on Windows a DLL (shared_object_windows.cpp). The dynamic loader of
+// ELF does not ask: it maps what the headers claim and dies of SIGBUS where the file is shorter.
 #pragma once
 #include <span>
 #include <string>

@@ -1,10 +1,10 @@
-#include "sdk/base/descriptor.hpp"
-
 #include <doctest/doctest.h>
 #include <fcntl.h>
 #include <unistd.h>
 
 #include <vector>
+
+#include "sdk/base/descriptor.hpp"
 
 using namespace defrec;
 
