@@ -4,6 +4,7 @@
 #   defrec_add_plugin_manifest(), defrec_install_plugin()
 # Relocatable: nothing in it names where it was built or installed.
 include(CMakePackageConfigHelpers)
+include(DefrecBackend)
 set(package "${CMAKE_INSTALL_LIBDIR}/cmake/defrec")
 
 install(EXPORT defrec-targets NAMESPACE defrec:: DESTINATION "${package}" COMPONENT development)

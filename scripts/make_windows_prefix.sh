@@ -39,6 +39,7 @@ build() {  # build SOURCE-PACKAGE [CMAKE-ARGUMENT...]
     cmake -S "$folder" -B "$folder/build" -G Ninja --toolchain "$toolchain" "-DDEFREC_WINDOWS_PREFIX=$prefix" -DCMAKE_BUILD_TYPE=Release \
         "-DCMAKE_INSTALL_PREFIX=$target" -DCMAKE_INSTALL_LIBDIR=lib -DBUILD_SHARED_LIBS=OFF -Wno-dev "$@" >/dev/null
     cmake --build "$folder/build" --target install -j "${JOBS:-2}" >/dev/null
+    install -D -m 644 "$folder/debian/copyright" "$prefix/usr/share/doc/$package/copyright"
     echo "$package $(dpkg-parsechangelog -l "$folder/debian/changelog" -S Version)"
 }
 build yaml-cpp -DYAML_BUILD_SHARED_LIBS=OFF -DYAML_CPP_BUILD_TESTS=OFF -DYAML_CPP_BUILD_TOOLS=OFF -DYAML_CPP_BUILD_CONTRIB=OFF
