@@ -1,6 +1,6 @@
 // A forked process that sends messages: whatever it does, the process that started it goes on. Or a
-// thread that does, for tools that cannot follow a fork: then nothing outlives a crash, and what
-// hangs, hangs.
+// thread that does, for tools that cannot follow a fork and systems without: then nothing outlives
+// a crash, and what hangs, hangs.
 #pragma once
 #include <sys/types.h>
 
@@ -26,6 +26,11 @@ class MessageSender {
 };
 
 enum class Isolation { process, none };
+#ifdef _WIN32
+constexpr bool kCanIsolate = false;
+#else
+constexpr bool kCanIsolate = true;
+#endif
 
 class ChildProcess {
   public:

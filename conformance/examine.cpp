@@ -1,50 +1,34 @@
 // See examine.hpp.
 #include "conformance/examine.hpp"
 
-#include <sys/utsname.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <ctime>
-#include <fstream>
 
 #include "conformance/report/revision.hpp"
+#include "conformance/system.hpp"
+#include "conformance/text_file.hpp"
+#include "sdk/base/platform.hpp"
 
 namespace defrec::conformance {
 namespace {
 
 std::string utc_now() {
-    const std::time_t now = std::time(nullptr);
-    std::tm parts{};
-    gmtime_r(&now, &parts);
-    char text[32];
-    std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
+    using namespace std::chrono;
+    const auto now = floor<seconds>(system_clock::now());
+    const auto day = floor<days>(now);
+    const year_month_day date(day);
+    const hh_mm_ss time(now - day);
+    char text[64];
+    std::snprintf(text, sizeof text, "%04d-%02u-%02uT%02d:%02d:%02dZ", int(date.year()),
+                  unsigned(date.month()), unsigned(date.day()), int(time.hours().count()),
+                  int(time.minutes().count()), int(time.seconds().count()));
     return text;
 }
 
-// What stands behind the key in the first line of a file that begins with it; empty if none does.
-std::string value_in(const char* path, const std::string& key) {
-    std::ifstream file(path);
-    for (std::string line; std::getline(file, line);) {
-        if (!line.starts_with(key)) continue;
-        const size_t start = line.find_first_not_of(" \t:=\"", key.size());
-        const size_t end = line.find_last_not_of(" \t\"");
-        return start == std::string::npos ? "" : line.substr(start, end + 1 - start);
-    }
-    return "";
-}
-
-std::string system_text() {
-    utsname names{};
-    uname(&names);
-    const std::string distribution = value_in("/etc/os-release", "PRETTY_NAME");
-    return concat(names.sysname, " ", names.release, " ", names.machine,
-                  distribution.empty() ? "" : ", ", distribution);
-}
-
-std::string file_name(const std::string& path) { return path.substr(path.find_last_of('/') + 1); }
+std::string file_name(const std::string& path) { return path.substr(platform::name_start(path)); }
 
 // Who repeats the run needs these; folders say nothing to others.
 std::string command_text(const RunOptions& options) {
@@ -92,7 +76,7 @@ RunRecord examine(const RunOptions& options) {
     if (!outcome.refusal.empty())
         throw Unavailable(concat(who.subject.name, ": ", outcome.refusal));
 
-    record.suite_version = kSuiteVersion;
+    record.suite_version = std::string(kSuiteVersion);
     record.suite_revision = suite_revision().id;
     record.suite_dirty = suite_revision().dirty;
     record.command = command_text(options);

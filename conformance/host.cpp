@@ -7,6 +7,7 @@
 #include <cstring>
 #include <utility>
 
+#include "sdk/base/aligned_memory.hpp"
 #include "sdk/base/error.hpp"
 
 namespace defrec::conformance {
@@ -93,8 +94,7 @@ void* Host::allocate(size_t size, size_t alignment) {
     }
     const size_t before = std::max(kGuard, alignment);
     if (size > kMaxMemory) return nullptr;
-    void* start =
-        std::aligned_alloc(before, (before + size + kGuard + before - 1) / before * before);
+    void* start = allocate_aligned(before + size + kGuard, before);
     if (start == nullptr) return nullptr;
     auto* memory = static_cast<unsigned char*>(start) + before;
     std::memset(memory - kGuard, kGuardByte, kGuard);
@@ -123,7 +123,7 @@ void Host::release(void* memory) {
     std::memset(memory, kFreedByte, block.size);
     --live_blocks_;
     live_bytes_ -= block.size;
-    std::free(block.start);
+    free_aligned(block.start);
 }
 
 }  // namespace defrec::conformance

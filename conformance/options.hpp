@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "conformance/case.hpp"
+#include "conformance/child_process.hpp"
 
 namespace defrec::conformance {
 
@@ -13,7 +14,7 @@ struct RunOptions {
     std::string device;           // empty: the plugin's first
     std::string out;
     std::vector<std::string> tiers, cases;  // cases: ids or patterns with *; empty: all
-    bool smoke = false, list = false, in_process = false;
+    bool smoke = false, list = false, in_process = !kCanIsolate;
     uint32_t time_limit_s = 120;  // of one repetition of one case
     uint64_t seed = 1;
 };

@@ -1,13 +1,12 @@
 // See plugin.hpp.
 #include "conformance/plugin.hpp"
 
-#include <dlfcn.h>
-
 #include <array>
 #include <cstring>
 #include <utility>
 
 #include "conformance/failure.hpp"
+#include "conformance/system.hpp"
 #include "include/defrec_c.h"
 #include "sdk/base/platform.hpp"
 #include "sdk/base/sha256.hpp"
@@ -34,7 +33,7 @@ PluginFiles read_manifest(const std::string& path) {
     files.name = manifest.name;
     files.version = manifest.version;
     files.library =
-        files.manifest.substr(0, files.manifest.find_last_of('/') + 1) + manifest.library;
+        files.manifest.substr(0, platform::name_start(files.manifest)) + manifest.library;
     const std::vector<unsigned char> bytes =
         platform::read_regular_file(files.library, kLibraryCap).bytes;
     check_shared_object(files.library, bytes);
@@ -82,12 +81,7 @@ PluginFiles find_plugin(const std::string& path) {
 }
 
 PluginFiles find_backend(const std::string& name) {
-    Dl_info info;
-    if (dladdr(reinterpret_cast<const void*>(&defrec_version), &info) == 0 ||
-        info.dli_fname == nullptr)
-        fail(DEFREC_ERROR_INTERNAL, "the folder of libdefrec is unknown");
-    const std::string library = platform::canonical_path(info.dli_fname);
-    const std::string folder = library.substr(0, library.find_last_of('/') + 1);
+    const std::string folder = library_folder();
     const std::string path = folder + "defrec_plugin_" + name + ".json";
     if (platform::path_kind(path) == platform::PathKind::kMissing)
         fail(DEFREC_ERROR_UNSUPPORTED, "there is no plugin called ", name, " in ", folder);

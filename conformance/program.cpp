@@ -111,6 +111,7 @@ int run_program(int argc, const char* const* argv) {
         "defrec-conformance: examines a backend plugin, its results against those of the "
         "reference");
     app.name("defrec-conformance");
+    app.allow_windows_style_options(false);  // "/x" is a path everywhere
     app.footer(
         "Exit codes: 0 passed, 1 internal error, 2 usage, 5 plugin or device unavailable, 6 "
         "failed, 7 output failed.");

@@ -3,10 +3,10 @@
 
 #include <chrono>
 #include <exception>
-#include <filesystem>
-#include <iterator>
 #include <thread>
 #include <vector>
+
+#include "conformance/system.hpp"
 
 namespace defrec::conformance {
 
@@ -24,11 +24,6 @@ void on_threads(size_t count, const std::function<void(size_t)>& body) {
     for (std::thread& thread : threads) thread.join();
     for (const std::exception_ptr& failure : failures)
         if (failure != nullptr) std::rethrow_exception(failure);
-}
-
-size_t thread_count() {
-    const std::filesystem::directory_iterator tasks("/proc/self/task");
-    return size_t(std::distance(begin(tasks), end(tasks)));
 }
 
 size_t threads_beyond(size_t known) {

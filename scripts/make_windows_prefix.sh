@@ -24,8 +24,8 @@ apt=(apt-get -qq -o "Dir::State=$state" -o "Dir::State::lists=$state/lists" -o "
      -o Debug::NoLocking=1 -o APT::Sandbox::User= -o Acquire::Languages=none -o APT::Update::Post-Invoke= )
 "${apt[@]}" update
 
-# Headers alone.
-(cd "$state/archives" && "${apt[@]}" download libeigen3-dev doctest-dev)
+# Headers, and zlib, which Debian has for MinGW-w64.
+(cd "$state/archives" && "${apt[@]}" download libeigen3-dev doctest-dev libcli11-dev nlohmann-json3-dev libz-mingw-w64-dev)
 for deb in "$state"/archives/*.deb; do dpkg-deb --fsys-tarfile "$deb" | tar -x --no-same-owner -C "$prefix"; done
 # doctest's is made for /usr alone.
 sed -i "s|_IMPORT_PREFIX \"/usr\"|_IMPORT_PREFIX \"$prefix/usr\"|" "$prefix/usr/lib/cmake/doctest/doctestTargets.cmake"
@@ -43,5 +43,6 @@ build() {  # build SOURCE-PACKAGE [CMAKE-ARGUMENT...]
     echo "$package $(dpkg-parsechangelog -l "$folder/debian/changelog" -S Version)"
 }
 build yaml-cpp -DYAML_BUILD_SHARED_LIBS=OFF -DYAML_CPP_BUILD_TESTS=OFF -DYAML_CPP_BUILD_TOOLS=OFF -DYAML_CPP_BUILD_CONTRIB=OFF
+build libpng1.6 -DPNG_SHARED=OFF -DPNG_TESTS=OFF -DPNG_EXECUTABLES=OFF
 build highway -DBUILD_TESTING=OFF -DHWY_ENABLE_EXAMPLES=OFF -DHWY_ENABLE_CONTRIB=OFF
 echo "$prefix: libraries for 64-bit Windows"

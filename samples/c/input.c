@@ -37,29 +37,36 @@ defrec_rig_desc parse_camera(const char* text, uint32_t width, uint32_t height) 
     return rig;
 }
 
-static int is_png(const struct dirent* entry) {
-    const size_t length = strlen(entry->d_name);
-    return length > 4 && strcmp(entry->d_name + length - 4, ".png") == 0;
+static int is_png(const char* name) {
+    const size_t length = strlen(name);
+    return length > 4 && strcmp(name + length - 4, ".png") == 0;
+}
+
+static int by_name(const void* a, const void* b) {
+    return strcmp(*(char* const*)a, *(char* const*)b);
 }
 
 image_folder open_folder(const char* path) {
     image_folder folder = {NULL, 0};
-    struct dirent** entries;
-    const int count = scandir(path, &entries, is_png, alphasort);
-    int i;
-    if (count < 0) fail("%s: cannot be read as a folder", path);
-    if (count == 0) fail("%s: no PNG images in it", path);
-    folder.paths = malloc((size_t)count * sizeof *folder.paths);
-    if (folder.paths == NULL) fail("out of memory");
-    for (i = 0; i < count; ++i) {
-        const size_t size = strlen(path) + strlen(entries[i]->d_name) + 2;
-        folder.paths[i] = malloc(size);
-        if (folder.paths[i] == NULL) fail("out of memory");
-        snprintf(folder.paths[i], size, "%s/%s", path, entries[i]->d_name);
-        free(entries[i]);
+    size_t room = 0;
+    const struct dirent* entry;
+    DIR* entries = opendir(path);
+    if (entries == NULL) fail("%s: cannot be read as a folder", path);
+    while ((entry = readdir(entries)) != NULL) {
+        const size_t size = strlen(path) + strlen(entry->d_name) + 2;
+        if (!is_png(entry->d_name)) continue;
+        if (folder.count == room) {
+            room = 2 * room + 64;
+            folder.paths = realloc(folder.paths, room * sizeof *folder.paths);
+            if (folder.paths == NULL) fail("out of memory");
+        }
+        folder.paths[folder.count] = malloc(size);
+        if (folder.paths[folder.count] == NULL) fail("out of memory");
+        snprintf(folder.paths[folder.count++], size, "%s/%s", path, entry->d_name);
     }
-    free(entries);
-    folder.count = (size_t)count;
+    closedir(entries);
+    if (folder.count == 0) fail("%s: no PNG images in it", path);
+    qsort(folder.paths, folder.count, sizeof *folder.paths, by_name);
     return folder;
 }
 

@@ -7,7 +7,9 @@
 /* Ends the program with defrec's error message if the call failed. */
 void check(defrec_status status, const char* doing);
 /* Ends the program: format as printf's. */
-#if defined(__GNUC__)
+#if defined(__MINGW32__)
+__attribute__((format(gnu_printf, 1, 2), noreturn))
+#elif defined(__GNUC__)
 __attribute__((format(printf, 1, 2), noreturn))
 #endif
 void fail(const char *format, ...);

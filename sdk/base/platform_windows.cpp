@@ -1,13 +1,4 @@
 // platform.hpp on Windows. Paths are UTF-8 above, UTF-16 here; both separators are understood.
-#define WIN32_LEAN_AND_MEAN
-#define NOMINMAX
-#ifndef _WIN32_WINNT
-#define _WIN32_WINNT 0x0A00
-#endif
-// clang-format off: the others need it first
-#include <windows.h>
-// clang-format on
-#include <aclapi.h>
 #include <fcntl.h>
 #include <io.h>
 
@@ -25,6 +16,7 @@
 #include "sdk/base/descriptor.hpp"
 #include "sdk/base/error.hpp"
 #include "sdk/base/platform.hpp"
+#include "sdk/base/windows_api.hpp"
 
 namespace defrec::platform {
 namespace {

@@ -11,6 +11,8 @@ std::FILE* create_file(const std::filesystem::path& path) {
     return std::fopen(path.c_str(), "wbx");
 }
 
+std::FILE* open_file(const std::filesystem::path& path) { return std::fopen(path.c_str(), "rb"); }
+
 bool synchronise(std::FILE* file) {
     // What no disk stands behind cannot be synchronised.
     return ::fsync(::fileno(file)) == 0 || errno == EINVAL || errno == EROFS;

@@ -17,6 +17,8 @@ std::FILE* create_file(const std::filesystem::path& path) {
     return file;
 }
 
+std::FILE* open_file(const std::filesystem::path& path) { return ::_wfopen(path.c_str(), L"rbN"); }
+
 bool synchronise(std::FILE* file) { return ::_commit(::_fileno(file)) == 0; }
 
 }  // namespace defrec

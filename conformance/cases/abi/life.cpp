@@ -1,17 +1,16 @@
 // What a plugin leaves behind: threads, memory, the process's environment; and that nothing is
 // thrown at its host.
-#include <signal.h>
-#include <unistd.h>
-
 #include <cfenv>
 #include <clocale>
 #include <cstring>
+#include <filesystem>
 #if defined(__SSE__)
 #include <xmmintrin.h>
 #endif
 
 #include "conformance/cases/abi/abi.hpp"
 #include "conformance/scenes/sample_job.hpp"
+#include "conformance/system.hpp"
 #include "conformance/threads.hpp"
 
 namespace defrec::conformance {
@@ -68,21 +67,16 @@ struct Environment {
 #if defined(__SSE__)
         control = _mm_getcsr() & ~0x3fu;  // without the sticky flags
 #endif
+#if defined(__GLIBC__)
         exceptions = fegetexcept();
-        pthread_sigmask(SIG_SETMASK, nullptr, &mask);
-        for (int i = 1; i < 32; ++i) {
-            struct sigaction action {};
-            sigaction(i, nullptr, &action);
-            handlers[i] = action.sa_handler;
-        }
+#endif
         locale = setlocale(LC_ALL, nullptr);
-        char path[4096];
-        folder = getcwd(path, sizeof path) == nullptr ? "" : path;
+        std::error_code unknown;
+        folder = std::filesystem::current_path(unknown).string();
     }
-    int rounding, exceptions;
+    int rounding, exceptions = 0;
     uint32_t control = 0;
-    sigset_t mask;
-    void (*handlers[32])(int) = {};
+    SignalState signals;
     std::string locale, folder;
 };
 
@@ -98,12 +92,8 @@ void environment(CaseRun& run) {
     require(before.rounding == after.rounding && before.control == after.control &&
                 before.exceptions == after.exceptions,
             "the plugin changed the floating point mode of its caller");
-    for (int i = 1; i < 32; ++i) {
-        require(sigismember(&before.mask, i) == sigismember(&after.mask, i),
-                "the plugin changed its caller's signal mask, signal ", i);
-        require(before.handlers[i] == after.handlers[i],
-                "the plugin changed the handler of signal ", i);
-    }
+    const std::string changed = before.signals.difference(after.signals);
+    require(changed.empty(), "the plugin changed ", changed);
     require(before.locale == after.locale, "the plugin changed the locale to ", after.locale);
     require(before.folder == after.folder, "the plugin changed the working folder");
 }

@@ -3,6 +3,7 @@
 
 #include "conformance/cases/stress/stress.hpp"
 #include "conformance/failure.hpp"
+#include "conformance/system.hpp"
 #include "conformance/threads.hpp"
 
 namespace defrec::conformance {

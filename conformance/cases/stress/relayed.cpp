@@ -9,8 +9,8 @@ namespace defrec::conformance {
 std::string relay_manifest() {
     // The reference lies beside libdefrec, and the relay in a folder there.
     const std::string beside = find_backend("reference").manifest;
-    const std::string path =
-        beside.substr(0, beside.find_last_of('/')) + "/defrec-conformance/defrec_plugin_relay.json";
+    const std::string path = beside.substr(0, platform::name_start(beside)) +
+                             "defrec-conformance/defrec_plugin_relay.json";
     require(platform::path_kind(path) != platform::PathKind::kMissing,
             "the suite's relay plugin is missing: ", path);
     return path;

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "conformance/failure.hpp"
+#include "sdk/base/aligned_memory.hpp"
 
 namespace defrec::conformance {
 
@@ -31,8 +32,7 @@ void* CountingAllocator::take(void* user, size_t size, size_t alignment) {
     auto& self = *static_cast<CountingAllocator*>(user);
     if (++self.taken_ == self.fail_at_) return nullptr;
     const size_t boundary = std::max(alignment, sizeof(void*));
-    void* memory = std::aligned_alloc(
-        boundary, (std::max<size_t>(size, 1) + boundary - 1) / boundary * boundary);
+    void* memory = allocate_aligned(std::max<size_t>(size, 1), boundary);
     if (memory == nullptr) return nullptr;
     ++self.live_;
     // What a stage reads before it has written it is seen by this pattern rather than by luck.
@@ -42,7 +42,7 @@ void* CountingAllocator::take(void* user, size_t size, size_t alignment) {
 void CountingAllocator::give(void* user, void* memory) {
     if (memory == nullptr) return;
     --static_cast<CountingAllocator*>(user)->live_;
-    std::free(memory);
+    free_aligned(memory);
 }
 
 defrec_context_desc stress_context_desc() {

@@ -10,6 +10,7 @@ namespace defrec::cli {
 int run_bench_program(int argc, const char* const* argv) {
     CLI::App app("defrec-bench: how fast this machine's devices follow a rendered scene");
     app.name("defrec-bench");
+    app.allow_windows_style_options(false);  // "/x" is a path everywhere
     app.set_version_flag("--version", std::string("defrec-bench ") + defrec_version_string());
     app.require_subcommand(1);
     std::function<int()> run;

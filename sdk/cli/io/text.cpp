@@ -9,6 +9,8 @@
 #include <limits>
 #include <memory>
 
+#include "sdk/base/stdio_file.hpp"
+
 namespace defrec::cli {
 namespace {
 
@@ -148,8 +150,7 @@ std::string read_text_file(const std::filesystem::path& path, std::size_t limit,
     if (!std::filesystem::is_regular_file(status))
         throw CliError(code, name + ": this is not a regular file.");
 
-    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"),
-                                                               &std::fclose);
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(open_file(path), &std::fclose);
     if (!file)
         throw CliError(code,
                        name + ": the file cannot be opened for reading; check its permissions.");

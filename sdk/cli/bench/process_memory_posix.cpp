@@ -1,11 +1,11 @@
 // How much memory this process holds.
-#include "sdk/cli/bench/process_memory.hpp"
-
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <cstdio>
 #include <memory>
+
+#include "sdk/cli/bench/process_memory.hpp"
 
 namespace defrec::cli {
 

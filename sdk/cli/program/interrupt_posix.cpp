@@ -1,7 +1,7 @@
 // Ctrl-C.
-#include "sdk/cli/program/interrupt.hpp"
-
 #include <signal.h>
+
+#include "sdk/cli/program/interrupt.hpp"
 
 namespace defrec::cli {
 namespace {

@@ -1,13 +1,13 @@
 // WriteRevision.cmake in a repository of its own: what a commit, a change and a copy outside of git
 // give, and that an unchanged revision does not touch the header.
-#include "conformance/report/revision.hpp"
-
 #include <doctest/doctest.h>
 
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+
+#include "conformance/report/revision.hpp"
 
 namespace fs = std::filesystem;
 

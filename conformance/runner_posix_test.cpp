@@ -1,7 +1,5 @@
 // The runner on cases of its own, and on a plugin that is sound: what happens to it is in the
 // cases' bodies.
-#include "conformance/runner.hpp"
-
 #include <doctest/doctest.h>
 #include <unistd.h>
 
@@ -12,6 +10,7 @@
 #include <set>
 
 #include "conformance/message.hpp"
+#include "conformance/runner.hpp"
 
 using namespace defrec::conformance;
 
