@@ -24,8 +24,9 @@ apt=(apt-get -qq -o "Dir::State=$state" -o "Dir::State::lists=$state/lists" -o "
      -o Debug::NoLocking=1 -o APT::Sandbox::User= -o Acquire::Languages=none -o APT::Update::Post-Invoke= )
 "${apt[@]}" update
 
-# Headers, and zlib, which Debian has for MinGW-w64.
-(cd "$state/archives" && "${apt[@]}" download libeigen3-dev doctest-dev libcli11-dev nlohmann-json3-dev libz-mingw-w64-dev)
+# Headers, volk, which is one as well, and zlib, which Debian has for MinGW-w64.
+(cd "$state/archives" && "${apt[@]}" download libeigen3-dev doctest-dev libcli11-dev nlohmann-json3-dev libvulkan-dev libvulkan-volk-dev \
+    libz-mingw-w64-dev)
 for deb in "$state"/archives/*.deb; do dpkg-deb --fsys-tarfile "$deb" | tar -x --no-same-owner -C "$prefix"; done
 # doctest's is made for /usr alone.
 sed -i "s|_IMPORT_PREFIX \"/usr\"|_IMPORT_PREFIX \"$prefix/usr\"|" "$prefix/usr/lib/cmake/doctest/doctestTargets.cmake"

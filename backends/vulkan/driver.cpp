@@ -9,6 +9,8 @@
 #include <sanitizer/lsan_interface.h>
 #endif
 
+#include "backends/vulkan/system.hpp"
+
 namespace defrec::vulkan {
 namespace {
 
@@ -110,7 +112,7 @@ std::shared_ptr<const Driver> Driver::open() {
     static std::mutex mutex;
     static bool instance_functions = false;
     const std::lock_guard lock(mutex);
-    static const VkResult loaded = volkInitialize();
+    static const VkResult loaded = load_loader();
     if (loaded != VK_SUCCESS || volkGetInstanceVersion() < VK_API_VERSION_1_2) return nullptr;
     VkApplicationInfo application{};
     application.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO;

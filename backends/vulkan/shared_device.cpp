@@ -1,14 +1,13 @@
 // See shared_device.hpp.
 #include "backends/vulkan/shared_device.hpp"
 
-#include <pthread.h>
-
 #include <map>
 #include <mutex>
 #include <new>
 
 #include "backends/vulkan/device.hpp"
 #include "backends/vulkan/known_answer.hpp"
+#include "backends/vulkan/system.hpp"
 
 namespace defrec::vulkan {
 namespace {
@@ -22,8 +21,8 @@ struct Shared {
 Shared& shared() {
     static Shared result;
     // A child cannot use what its parent opened, nor destroy it, and the mutex may be locked.
-    static const int registered = pthread_atfork(nullptr, nullptr, [] { new (&shared()) Shared; });
-    static_cast<void>(registered);
+    static std::once_flag registered;
+    std::call_once(registered, call_in_forked_child, [] { new (&shared()) Shared; });
     return result;
 }
 

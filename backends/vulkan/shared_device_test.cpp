@@ -3,8 +3,6 @@
 #include "backends/vulkan/shared_device.hpp"
 
 #include <doctest/doctest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -20,12 +18,6 @@ using namespace defrec::vulkan;
 namespace {
 
 using Words = std::array<uint32_t, 64>;
-// ThreadSanitizer ends a child of a process with threads that starts one itself, as drivers do.
-#if defined(__SANITIZE_THREAD__)
-constexpr bool kForks = false;
-#else
-constexpr bool kForks = true;
-#endif
 
 VKAPI_ATTR VkResult VKAPI_CALL lost_submission(VkQueue, uint32_t, const VkSubmitInfo*, VkFence) {
     return VK_ERROR_DEVICE_LOST;
@@ -126,20 +118,4 @@ TEST_CASE("a loss is one for all users, and the next one opens another device") 
     next.clear(buffer);
     Queue queue(next);
     CHECK(read_back(queue, buffer) == Words{});
-}
-
-TEST_CASE("a forked process does not get its parent's device" * doctest::skip(!kForks)) {
-    if (!under_test::available()) return;
-    const std::shared_ptr<const Driver> driver = shared_driver();
-    const pid_t child = fork();
-    REQUIRE(child >= 0);
-    if (child == 0) {
-        const std::shared_ptr<const Driver> own = shared_driver();
-        _exit(own == nullptr || own == driver ? 1 : 0);
-    }
-    int status = 0;
-    REQUIRE(waitpid(child, &status, 0) == child);
-    CHECK(WIFEXITED(status));
-    CHECK(WEXITSTATUS(status) == 0);
-    CHECK(shared_driver() == driver);
 }

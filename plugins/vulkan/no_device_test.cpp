@@ -17,9 +17,9 @@ std::string manifest_of(const std::string& plugin) {
 }  // namespace
 
 TEST_CASE("row 44: without a driver the plugin lists no device, and other plugins' are used") {
-    // Nothing in this process has looked for drivers yet. Without a loader nothing does.
-    for (const char* name : {"VK_DRIVER_FILES", "VK_ICD_FILENAMES"})
-        REQUIRE(setenv(name, "/nowhere/none.json", 1) == 0);
+    // CMakeLists.txt sets it: a program for Windows that sets it itself does not reach the drivers
+    // under Wine.
+    REQUIRE(std::getenv("VK_DRIVER_FILES") != nullptr);
     const TestContext context({manifest_of("vulkan"), manifest_of("cpu")}, 2);
     const defrec_plugin_info info = context.plugin(0);
     CHECK(std::string(info.name) == "vulkan");
