@@ -18,6 +18,9 @@ install(FILES "${CMAKE_BINARY_DIR}/defrec-config.cmake" "${CMAKE_BINARY_DIR}/def
 
 # What the author of a plugin starts from, and the definitions it is held to.
 install(DIRECTORY "${CMAKE_SOURCE_DIR}/plugins/template/" DESTINATION "${CMAKE_INSTALL_DATADIR}/defrec/plugin_template" COMPONENT development)
+if(DEFREC_LIBRARY_ONLY)
+  return()
+endif()
 install(DIRECTORY "${CMAKE_SOURCE_DIR}/docs/" DESTINATION "${CMAKE_INSTALL_DOCDIR}" COMPONENT documentation FILES_MATCHING PATTERN "*.md" PATTERN "*.jpg" PATTERN site EXCLUDE)
 install(DIRECTORY "${CMAKE_SOURCE_DIR}/samples/" DESTINATION "${CMAKE_INSTALL_DOCDIR}/samples" COMPONENT documentation
   FILES_MATCHING REGEX "\\.(c|h|cs|py|obj)$|/Snakefile$|/slurm_array\\.sh$" PATTERN compare_points.py EXCLUDE)
