@@ -63,9 +63,15 @@ ImageStatistics image_statistics(const uint8_t* pixels, uint32_t width, uint32_t
         for (uint32_t x = kStep / 2; x < width;) {
             GraySums::Batch batch;
             size_t filled = 0;
-            for (; x < width && filled < batch.size(); x += kStep) {
-                batch[filled] = row[x * channels];
-                filled += row_map == nullptr || row_map[2 * x] != INT32_MIN;
+            if (row_map == nullptr) {
+                const size_t left = (width - x + kStep - 1) / kStep;
+                for (const size_t end = std::min(batch.size(), left); filled < end; x += kStep)
+                    batch[filled++] = row[x * channels];
+            } else {
+                for (; x < width && filled < batch.size(); x += kStep) {
+                    batch[filled] = row[x * channels];
+                    filled += row_map[2 * x] != INT32_MIN;
+                }
             }
             sums.add(batch, filled);
         }

@@ -1,6 +1,7 @@
 // What the left image says of where along the surface a vertex is: whether the tissue that the
 // template has there is what is seen there, and how far patches lie from where they were found.
 #pragma once
+#include <Eigen/Core>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -8,11 +9,6 @@
 #include "sdk/tracking/frame_output.hpp"
 
 namespace defrec {
-
-// Working memory, per control point: what the patches that it moves say, weighted as it moves them.
-struct NodeMeans {
-    std::vector<float> sums, weights;
-};
 
 // Per vertex.
 struct LateralEvidence {
@@ -22,7 +18,9 @@ struct LateralEvidence {
     std::vector<float> check_score;  // ZNCC there, 0..1; where confirmed
     std::vector<float> patch_px2;  // mean squared distance of the patches round it from where they
                                    // were found
-    NodeMeans distances, fitting;  // px^2 of patches; 1 of checks that fit, 0 of others
+    // Working memory, per control point, sums weighted as it moves what they are of: px^2 of
+    // patches, weights of those; checks that fit, weights of all checks.
+    std::vector<Eigen::Array4f> sums;
 };
 // patch_px2: of measure_patches.
 void measure_lateral(const TemplateData& data, const FrameOutput& output,

@@ -8,11 +8,18 @@ namespace defrec {
 PieceEvidences weigh_pieces(const TemplateData& data, std::span<const uint8_t> vertex_pieces,
                             const FrameOutput& output, std::span<const double> patch_px2) {
     PieceEvidences evidence{};
-    for (size_t i = 0; i < output.samples.size(); ++i) {
-        PieceEvidence& piece = evidence[vertex_pieces[i]];
-        ++piece.vertices;
-        piece.vertices_inside += output.samples[i].observation != DEFREC_OUTSIDE;
-        piece.vertices_measured += output.samples[i].observation == DEFREC_OBSERVED;
+    // Long runs of vertices belong to one piece.
+    for (size_t i = 0; i < output.samples.size();) {
+        const size_t begin = i;
+        const uint8_t piece = vertex_pieces[begin];
+        uint32_t inside = 0, measured = 0;
+        for (; i < output.samples.size() && vertex_pieces[i] == piece; ++i) {
+            inside += output.samples[i].observation != DEFREC_OUTSIDE;
+            measured += output.samples[i].observation == DEFREC_OBSERVED;
+        }
+        evidence[piece].vertices += static_cast<uint32_t>(i - begin);
+        evidence[piece].vertices_inside += inside;
+        evidence[piece].vertices_measured += measured;
     }
     for (size_t i = 0; i < patch_px2.size(); ++i) {
         PieceEvidence& piece = evidence[data.piece_of(data.patches[i])];
