@@ -1,11 +1,12 @@
-"""Installs a wheel into a fresh environment, and tracks with it from a folder elsewhere: check_wheel.py WHEEL FOLDER"""
+"""Installs the wheel of a folder into a fresh environment, and tracks with it from a folder elsewhere: check_wheel.py WHEELS FOLDER"""
 import os
 import pathlib
 import shutil
 import subprocess
 import sys
 
-wheel, folder = (pathlib.Path(argument).resolve() for argument in sys.argv[1:])
+wheels, folder = (pathlib.Path(argument).resolve() for argument in sys.argv[1:])
+(wheel,) = wheels.glob("*.whl")
 shutil.rmtree(folder, ignore_errors=True)
 environment = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "LD_", "PIP_"))}
 

@@ -138,6 +138,11 @@ def licence_text(component):
         return pathlib.Path(component["licence_file"]).read_text()
     package = debian_package(component["file"], component["sysroot"])
     if package is None:
+        # Of a prefix of scripts/make_static_libraries.sh.
+        for folder in pathlib.Path(component["file"]).parents:
+            copyright_file = folder / "share" / "doc" / component["name"] / "copyright"
+            if copyright_file.is_file():
+                return copyright_file.read_text()
         return f"Licence: {component['licence']}\n"
     below = component["sysroot"] if component["file"].startswith(f"{component['sysroot']}/") else ""
     return pathlib.Path(f"{below}/usr/share/doc/{package[0]}/copyright").read_text()
