@@ -23,7 +23,7 @@ apt=(apt-get -qq -o "APT::Architecture=$architecture" -o "APT::Architectures=$ar
 # Debian's merged /usr.
 mkdir -p "$folder/usr/lib" "$folder/usr/bin" "$folder/usr/sbin"
 ln -s usr/lib usr/bin usr/sbin "$folder"
-database="$folder/var/lib/dpkg"  # so that dpkg-query --admindir knows whose a file is
+database="$folder/var/lib/dpkg"  # so that dpkg-query and dpkg-shlibdeps know whose a file is, and what to depend on
 mkdir -p "$database/info"
 echo 1 >"$database/info/format"
 for deb in "$state"/archives/*.deb; do
@@ -32,9 +32,9 @@ for deb in "$state"/archives/*.deb; do
     [ "$(dpkg-deb -f "$deb" Multi-Arch)" != same ] || name+=":$architecture"
     dpkg-deb --fsys-tarfile "$deb" | tar -t | sed -e 's,^\./,/,' -e 's,/$,,' -e 's,^$,/.,' >"$database/info/$name.list"
     { dpkg-deb -f "$deb" | sed '/^Package:/a Status: install ok installed'; echo; } >>"$database/status"
-    if dpkg-deb --ctrl-tarfile "$deb" | tar -t | grep -qx ./shlibs; then
-        dpkg-deb --ctrl-tarfile "$deb" | tar -xO ./shlibs >"$database/info/$name.shlibs"
-    fi
+    for file in $(dpkg-deb --ctrl-tarfile "$deb" | tar -t | grep -xE './(shlibs|symbols)'); do
+        dpkg-deb --ctrl-tarfile "$deb" | tar -xO "$file" >"$database/info/$name.$(basename "$file")"
+    done
 done
 # What the packages' scripts would link by update-alternatives.
 for library in blas lapack; do

@@ -3,7 +3,7 @@
 
 check_packages.py PACKAGES LISTS LIBDIR CONFIGURATION API INSTALLED BACKEND...
 
-PACKAGES has the .deb files; LISTS, for each package, NAME.txt with its files, one a line, below /usr, where @LIBDIR@ is the folder of
+What they depend on beside each other is looked for in dpkg's database, DPKG_ADMINDIR where that is set. PACKAGES has the .deb files; LISTS, for each package, NAME.txt with its files, one a line, below /usr, where @LIBDIR@ is the folder of
 libraries, @CONFIG@ the build's configuration, @API@ the version of the C API, and a line that ends in /** names all that lies below;
 libdefrec1-plugin.txt is the list of each backend's package, @BACKEND@ its name; INSTALLED is where `cmake --install` has put everything.
 """
@@ -57,6 +57,8 @@ def check_modes(package):
 
 
 def check_depends(package, packages):
+    has_binaries = any(re.search(r"^usr/(bin/|lib/.*\.so)", path) and mode.startswith("-") for path, (mode, _) in package.entries.items())
+    assert not has_binaries or "libc6" in {name for name, _, _ in package.depends()}, f"{package.name} does not depend on libc6"
     for name, relation, version in package.depends():
         if name in packages:
             assert relation == "=" and version == packages[name].fields["Version"], f"{package.name} depends on {name} {relation} {version}"
