@@ -11,8 +11,8 @@ unzip -q "$work"/packed/defrec-*-windows-x86_64.zip -d "$work/unpacked ö"
 sdk=$(ls -d "$work/unpacked ö"/defrec-*-windows-x86_64)
 
 for file in LICENSE include/defrec_c.h include/defrec_plugin.h lib/libdefrec.dll.a lib/libdefrec.def lib/cmake/defrec/defrec-config.cmake \
-    bin/libdefrec.dll bin/defrec_plugin_{cpu,reference}.{dll,json} share/defrec/plugin_template/CMakeLists.txt \
-    licences/{yaml-cpp,highway,libeigen3-dev,gcc-mingw-w64-base,mingw-w64-x86-64-dev}.txt; do
+    bin/libdefrec.dll bin/defrec_plugin_{cpu,reference,vulkan}.{dll,json} share/defrec/plugin_template/CMakeLists.txt \
+    licences/{yaml-cpp,highway,libeigen3-dev,libvulkan-dev,libvulkan-volk-dev,gcc-mingw-w64-base,mingw-w64-x86-64-dev}.txt; do
     [ -s "$sdk/$file" ] || { echo "the zip lacks $file"; exit 1; }
 done
 if grep -rlaF -e "$build" -e "$work" "$sdk"; then
