@@ -215,7 +215,8 @@ defrec_status DEFREC_CALL wait(defrec_pqueue* handle, uint64_t value, uint64_t t
         status != DEFREC_OK)
         return status;
     const auto left = static_cast<uint64_t>(left_of_delay(*queue, value).count());
-    std::this_thread::sleep_for(std::chrono::nanoseconds(std::min(left, timeout_ns)));
+    const auto end = Clock::now() + std::chrono::nanoseconds(std::min(left, timeout_ns));
+    while (Clock::now() < end) std::this_thread::sleep_until(end);  // Windows may end it early
     if (left > timeout_ns) return DEFREC_TIMEOUT;
     return queue->instance->target->wait(queue->target, value,
                                          timeout_ns == UINT64_MAX ? UINT64_MAX : timeout_ns - left);
