@@ -78,11 +78,12 @@ struct Fixture {
     VertexConfidence confidence(const RigEstimate& rig = {}, SurfaceSamples last = {},
                                 bool uses_depth = true) {
         LateralEvidence lateral;
-        measure_lateral(data, output, patch_px2(), lateral);
+        measure_lateral(data, output, patch_px2(), nullptr, lateral);
         VertexConfidence result;
         const auto mean_residual = static_cast<float>(evidence().mean_residual_mm);
         estimate_confidence(SurfaceModel(data),
-                            {samples, lateral, mean_residual, rig, last, uses_depth}, result);
+                            {samples, lateral, mean_residual, rig, last, uses_depth}, nullptr,
+                            result);
         return result;
     }
 };

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sdk/tracking/vertex_runs.hpp"
+
 namespace defrec {
 namespace {
 
@@ -43,10 +45,31 @@ bool fits(const defrec_patch_observation& found) {
     return found.valid != 0 && found.score >= kMinScore;
 }
 
+// From the sums.
+void measure_vertex(const TemplateData& data, const FrameOutput& output, size_t vertex,
+                    LateralEvidence& evidence) {
+    const Eigen::Array4f sums = sums_at(data.vertices[vertex], evidence.sums);
+    evidence.patch_px2[vertex] = mean_of(sums, kPatches);
+    evidence.is_confirmed[vertex] = 0;
+    evidence.check_px2[vertex] = 0;
+    evidence.check_score[vertex] = 0;
+    if (data.check_of_vertex[vertex] < 0) return;
+    const auto check = static_cast<size_t>(data.check_of_vertex[vertex]);
+    const defrec_patch_observation& found = output.checks[check];
+    if (!fits(found) || mean_of(sums, kChecks) < kMinFittingShare) return;
+    const defrec_patch_prediction& expected = output.check_predictions[check];
+    const float du = static_cast<float>(found.u - expected.u) / 256,
+                dv = static_cast<float>(found.v - expected.v) / 256;
+    evidence.is_confirmed[vertex] = 1;
+    evidence.check_px2[vertex] = du * du + dv * dv;
+    evidence.check_score[vertex] = static_cast<float>(found.score) / 4096;
+}
+
 }  // namespace
 
 void measure_lateral(const TemplateData& data, const FrameOutput& output,
-                     std::span<const double> patch_px2, LateralEvidence& evidence) {
+                     std::span<const double> patch_px2, const Services* helpers,
+                     LateralEvidence& evidence) {
     evidence.sums.assign(data.nodes.size() / 3, Eigen::Array4f::Zero());
     for (size_t i = 0; i < data.patches.size(); ++i)
         if (!std::isnan(patch_px2[i]))
@@ -56,24 +79,13 @@ void measure_lateral(const TemplateData& data, const FrameOutput& output,
     for (size_t i = 0; i < data.checks.size(); ++i)
         add(data.checks[i], fits(output.checks[i]) ? 1 : 0, kChecks, evidence.sums);
     const size_t count = data.vertices.size();
-    evidence.is_confirmed.assign(count, 0);
-    evidence.check_px2.assign(count, 0);
-    evidence.check_score.assign(count, 0);
-    evidence.patch_px2.assign(count, 0);
-    for (size_t i = 0; i < count; ++i) {
-        const Eigen::Array4f sums = sums_at(data.vertices[i], evidence.sums);
-        evidence.patch_px2[i] = mean_of(sums, kPatches);
-        if (data.check_of_vertex[i] < 0) continue;
-        const auto check = static_cast<size_t>(data.check_of_vertex[i]);
-        const defrec_patch_observation& found = output.checks[check];
-        if (!fits(found) || mean_of(sums, kChecks) < kMinFittingShare) continue;
-        const defrec_patch_prediction& expected = output.check_predictions[check];
-        evidence.is_confirmed[i] = 1;
-        const float du = static_cast<float>(found.u - expected.u) / 256,
-                    dv = static_cast<float>(found.v - expected.v) / 256;
-        evidence.check_px2[i] = du * du + dv * dv;
-        evidence.check_score[i] = static_cast<float>(found.score) / 4096;
-    }
+    evidence.is_confirmed.resize(count);
+    evidence.check_px2.resize(count);
+    evidence.check_score.resize(count);
+    evidence.patch_px2.resize(count);
+    for_runs(helpers, count, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i) measure_vertex(data, output, i, evidence);
+    });
 }
 
 }  // namespace defrec

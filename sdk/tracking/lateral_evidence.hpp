@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "sdk/base/services.hpp"
 #include "sdk/tracking/frame_output.hpp"
 
 namespace defrec {
@@ -22,8 +23,9 @@ struct LateralEvidence {
     // patches, weights of those; checks that fit, weights of all checks.
     std::vector<Eigen::Array4f> sums;
 };
-// patch_px2: of measure_patches.
+// patch_px2: of measure_patches. helpers: whose threads take part; nullptr: none.
 void measure_lateral(const TemplateData& data, const FrameOutput& output,
-                     std::span<const double> patch_px2, LateralEvidence& evidence);
+                     std::span<const double> patch_px2, const Services* helpers,
+                     LateralEvidence& evidence);
 
 }  // namespace defrec

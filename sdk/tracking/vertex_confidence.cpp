@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "sdk/template/cut.hpp"
+#include "sdk/tracking/vertex_runs.hpp"
 
 namespace defrec {
 namespace {
@@ -158,65 +159,102 @@ float squared_step(const defrec_camera& camera, const defrec_surface_sample& fro
     return du * du + dv * dv;
 }
 
-void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidence,
-                         VertexConfidence& confidence) {
-    const TemplateData& data = *model.data;
-    const SurfaceSamples samples = evidence.samples;
-    const LateralEvidence& lateral = evidence.lateral;
-    const RigDoubt rig(data, evidence);
-    const auto fx = static_cast<float>(data.camera.fx);
-    const float noise = kNoiseShare * evidence.mean_residual_mm * evidence.mean_residual_mm;
-    make_room(confidence, samples.size());
-    confidence.rig_px2.resize(samples.size());
-    confidence.to_lateral.assign(model.grids.cells(), 1e6f);
-    confidence.to_observed.assign(model.grids.cells(), 1e6f);
-    for (size_t i = 0; i < samples.size(); ++i) {
-        const float per_px = depth_per_px(data.camera, samples[i].position[2]);
-        const float rig_px2 = confidence.rig_px2[i] =
-            evidence.uses_depth ? rig.at(evidence, i) : kOneViewShare;
-        const bool agrees = samples[i].observation == DEFREC_OBSERVED ||
-                            (!evidence.uses_depth && samples[i].observation != DEFREC_OUTSIDE),
-                   is_confirmed = lateral.is_confirmed[i] != 0,
+namespace {
+
+// Of a frame, what its vertices share.
+class ConfidenceEstimate {
+  public:
+    ConfidenceEstimate(const SurfaceModel& model, const FrameEvidence& evidence,
+                       VertexConfidence& confidence)
+        : model_(model),
+          camera_(model.data->camera),
+          evidence_(evidence),
+          samples_(evidence.samples),
+          lateral_(evidence.lateral),
+          rig_(*model.data, evidence),
+          noise_(kNoiseShare * evidence.mean_residual_mm * evidence.mean_residual_mm),
+          confidence_(confidence) {}
+
+    // What is seen of a vertex itself.
+    void look_at(size_t i) const {
+        const float per_px = depth_per_px(camera_, samples_[i].position[2]);
+        const float rig_px2 = confidence_.rig_px2[i] =
+            evidence_.uses_depth ? rig_.at(evidence_, i) : kOneViewShare;
+        const bool agrees = samples_[i].observation == DEFREC_OBSERVED ||
+                            (!evidence_.uses_depth && samples_[i].observation != DEFREC_OUTSIDE),
+                   is_confirmed = lateral_.is_confirmed[i] != 0,
                    has_depth =
-                       evidence.uses_depth && agrees && rig_px2 * per_px * per_px <= kMaxRigDoubt;
-        confidence.evidence[i] = static_cast<uint8_t>((has_depth ? DEFREC_EVIDENCE_DEPTH : 0) |
-                                                      (is_confirmed ? DEFREC_EVIDENCE_LATERAL : 0));
-        if (is_confirmed) confidence.to_lateral[model.grids.cell(i)] = 0;
-        if (is_confirmed && agrees) confidence.to_observed[model.grids.cell(i)] = 0;
+                       evidence_.uses_depth && agrees && rig_px2 * per_px * per_px <= kMaxRigDoubt;
+        confidence_.evidence[i] = static_cast<uint8_t>(
+            (has_depth ? DEFREC_EVIDENCE_DEPTH : 0) | (is_confirmed ? DEFREC_EVIDENCE_LATERAL : 0));
+        if (is_confirmed) confidence_.to_lateral[model_.grids.cell(i)] = 0;
+        if (is_confirmed && agrees) confidence_.to_observed[model_.grids.cell(i)] = 0;
     }
-    model.grids.spread(confidence.to_lateral, confidence.spreading);
-    model.grids.spread(confidence.to_observed, confidence.spreading);
-    for (size_t i = 0; i < samples.size(); ++i) {
-        const float z = samples[i].position[2], mm_per_px = z / fx,
-                    per_px = depth_per_px(data.camera, z);
-        const float to_observed = confidence.to_observed[model.grids.cell(i)] * model.step_mm[i];
+
+    // Then, with the distances from those that are seen.
+    void conclude(size_t i) const {
+        const float z = samples_[i].position[2], mm_per_px = z / static_cast<float>(camera_.fx),
+                    per_px = depth_per_px(camera_, z);
+        const float to_observed = confidence_.to_observed[model_.grids.cell(i)] * model_.step_mm[i];
         // At an edge it lies in a gap, or was counted to the wrong side.
-        const bool is_astray = model.is_at_edge[i] != 0 && confidence.evidence[i] == 0;
-        confidence.status[i] = confidence.evidence[i] == kBoth ? DEFREC_POINT_OBSERVED
-                               : to_observed <= kFarthestMm && !is_astray
-                                   ? DEFREC_POINT_EXTRAPOLATED
-                                   : DEFREC_POINT_UNKNOWN;
+        const bool is_astray = model_.is_at_edge[i] != 0 && confidence_.evidence[i] == 0;
+        confidence_.status[i] = confidence_.evidence[i] == kBoth ? DEFREC_POINT_OBSERVED
+                                : to_observed <= kFarthestMm && !is_astray
+                                    ? DEFREC_POINT_EXTRAPOLATED
+                                    : DEFREC_POINT_UNKNOWN;
         const float far_lateral =
-                        std::min(confidence.to_lateral[model.grids.cell(i)] * model.step_mm[i],
+                        std::min(confidence_.to_lateral[model_.grids.cell(i)] * model_.step_mm[i],
                                  kFarthestGrowthMm),
                     far_observed = std::min(to_observed, kFarthestGrowthMm);
-        const float patches = lateral.patch_px2[i], check = lateral.check_px2[i];
-        const float mismatch = lateral.is_confirmed[i] != 0 ? 1 - lateral.check_score[i] : 0;
+        const float patches = lateral_.patch_px2[i], check = lateral_.check_px2[i];
+        const float mismatch = lateral_.is_confirmed[i] != 0 ? 1 - lateral_.check_score[i] : 0;
         const float across =
             mm_per_px * mm_per_px *
                 (kPatchShare * patches + kCheckShare * check + kMismatchShare * mismatch) +
             kFarLateral * far_lateral * far_lateral;
-        const float residual = samples[i].observation == DEFREC_OBSERVED ? samples[i].residual : 0;
+        const float residual =
+            samples_[i].observation == DEFREC_OBSERVED ? samples_[i].residual : 0;
         const float along =
             per_px * per_px *
-                (kDisparityShare + kDisparityPatchShare * patches + confidence.rig_px2[i]) +
+                (kDisparityShare + kDisparityPatchShare * patches + confidence_.rig_px2[i]) +
             kFarObserved * far_observed * far_observed +
-            kSupportShare * model.support_mm[i] * model.support_mm[i] +
-            kResidualShare * residual * residual + noise;
-        float* covariance = &confidence.covariance[6 * i];
-        set_covariance(samples[i].position, across, along, covariance);
-        confidence.expected_error[i] = std::sqrt(covariance[0] + covariance[3] + covariance[5]);
+            kSupportShare * model_.support_mm[i] * model_.support_mm[i] +
+            kResidualShare * residual * residual + noise_;
+        float* covariance = &confidence_.covariance[6 * i];
+        set_covariance(samples_[i].position, across, along, covariance);
+        confidence_.expected_error[i] = std::sqrt(covariance[0] + covariance[3] + covariance[5]);
     }
+
+  private:
+    const SurfaceModel& model_;
+    const defrec_camera& camera_;
+    const FrameEvidence& evidence_;
+    const SurfaceSamples samples_;
+    const LateralEvidence& lateral_;
+    const RigDoubt rig_;
+    const float noise_;
+    VertexConfidence& confidence_;
+};
+
+}  // namespace
+
+void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidence,
+                         const Services* helpers, VertexConfidence& confidence) {
+    const size_t count = evidence.samples.size();
+    make_room(confidence, count);
+    confidence.rig_px2.resize(count);
+    std::vector<float>* const distances[2] = {&confidence.to_lateral, &confidence.to_observed};
+    for (std::vector<float>* distance : distances) distance->assign(model.grids.cells(), 1e6f);
+    const ConfidenceEstimate estimate(model, evidence, confidence);
+    for_runs(helpers, count, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i) estimate.look_at(i);
+    });
+    for_each_task(helpers, 2, [&](size_t which) {
+        model.grids.spread(*distances[which], confidence.spreading[which]);
+    });
+    for_runs(helpers, count, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i) estimate.conclude(i);
+    });
 }
 
 void forget_confidence(uint32_t age, VertexConfidence& confidence, size_t vertices) {

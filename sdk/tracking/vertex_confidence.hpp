@@ -39,7 +39,7 @@ struct VertexConfidence {
     // Working memory, per cell of the grids: steps to the nearest vertex with lateral evidence, and
     // to the nearest one with depth that agrees as well.
     std::vector<float> to_lateral, to_observed;
-    MapGrids::Workspace spreading;
+    MapGrids::Workspace spreading[2];
     std::vector<float> rig_px2;  // working memory, per vertex: disparity that the rig gets wrong
 };
 
@@ -61,8 +61,9 @@ inline float depth_per_px(const defrec_camera& camera, float z) {
     return z * z / (static_cast<float>(camera.fx) * static_cast<float>(camera.baseline_mm));
 }
 
+// helpers: whose threads take part; nullptr: none.
 void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidence,
-                         VertexConfidence& confidence);
+                         const Services* helpers, VertexConfidence& confidence);
 // Of a frame in which the surface was not found: every vertex is unknown, with errors that grow by
 // age (frames).
 void forget_confidence(uint32_t age, VertexConfidence& confidence, size_t vertices);

@@ -1,0 +1,43 @@
+#include "sdk/tracking/vertex_runs.hpp"
+
+#include <doctest/doctest.h>
+
+#include <vector>
+
+using defrec::for_each_task;
+using defrec::for_runs;
+using defrec::Services;
+
+namespace {
+
+const Services& four_threads() {
+    static const Services services([] {
+        defrec_context_desc desc{};
+
+        desc.threads = 4;
+        return desc;
+    }());
+    return services;
+}
+
+}  // namespace
+
+TEST_CASE("runs cover every vertex once, with and without helpers") {
+    for (const Services* helpers : {static_cast<const Services*>(nullptr), &four_threads()})
+        for (const size_t count : {0, 1, 1023, 1024, 2048, 4097, 50001}) {
+            std::vector<int> visits(count, 0);
+            for_runs(helpers, count, [&](size_t begin, size_t end) {
+                for (size_t i = begin; i < end; ++i) ++visits[i];
+            });
+            CAPTURE(count);
+            CHECK(visits == std::vector<int>(count, 1));
+        }
+}
+
+TEST_CASE("each task is done once, with and without helpers") {
+    for (const Services* helpers : {static_cast<const Services*>(nullptr), &four_threads()}) {
+        std::vector<int> visits(5, 0);
+        for_each_task(helpers, visits.size(), [&](size_t task) { ++visits[task]; });
+        CHECK(visits == std::vector<int>(5, 1));
+    }
+}
