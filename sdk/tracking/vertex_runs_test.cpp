@@ -13,7 +13,6 @@ namespace {
 const Services& four_threads() {
     static const Services services([] {
         defrec_context_desc desc{};
-
         desc.threads = 4;
         return desc;
     }());
