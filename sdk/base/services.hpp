@@ -42,6 +42,8 @@ class Services {
         };
         parallel_for_raw(count, call, const_cast<void*>(static_cast<const void*>(&body)));
     }
+    // Its loops run on the library's own threads and call nothing of the application's.
+    bool has_own_threads() const noexcept { return pool_ != nullptr; }
     // Threads that parallel_for uses, at least 1.
     uint32_t concurrency() const noexcept;
 

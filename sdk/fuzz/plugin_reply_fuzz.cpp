@@ -122,7 +122,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     const Evidence evidence = weigh_evidence(reply.output, patch_px2);
     static_cast<void>(classify(model_data, evidence, true));
     LateralEvidence lateral;
-    measure_lateral(model_data, reply.output, patch_px2, lateral);
+    measure_lateral(model_data, reply.output, patch_px2, nullptr, lateral);
     std::vector<float> rows;
     std::vector<RowMatch> row_matches;
     RigMonitor monitor(kWidth, kHeight);
@@ -133,7 +133,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
         estimate_confidence(model,
                             {reply.output.samples, lateral,
                              static_cast<float>(evidence.mean_residual_mm), rig, last, true},
-                            confidence);
+                            nullptr, confidence);
         double motion[12];
         fit_rigid_motion(model, reply.output.samples, motion);
     }

@@ -512,19 +512,20 @@ void SurfaceFollower::search_lost_pieces(const TrackerJob& job) {
 }
 
 void SurfaceFollower::describe_surface(TrackerJob& job, bool uses_depth) const {
-    const std::shared_ptr<const Services> helpers = job.services();
-    Services::forget_parallel_failure();
+    // The application's threads are lent to calls that are watched.
+    const std::shared_ptr<const Services> services = job.services();
+    const Services* helpers = services->has_own_threads() ? services.get() : nullptr;
     if (job.state == DEFREC_LOST) {
         forget_confidence(job.age, job.confidence, job.output.samples.size());
     } else {
-        measure_lateral(template_->data(), job.output, patch_px2_, helpers.get(), job.lateral);
+        measure_lateral(template_->data(), job.output, patch_px2_, helpers, job.lateral);
         estimate_confidence(
             last_->model,
             {job.output.samples, job.lateral, static_cast<float>(job.evidence.mean_residual_mm),
              rig_left_,
              job.state == DEFREC_RELOCALISED ? SurfaceSamples() : SurfaceSamples(last_->samples),
              uses_depth},
-            helpers.get(), job.confidence);
+            helpers, job.confidence);
         forget_lost_pieces(pieces_.pieces(), template_->vertex_pieces(), job.confidence);
     }
     job.pieces.assign(pieces_.pieces().begin(), pieces_.pieces().end());
@@ -535,12 +536,11 @@ void SurfaceFollower::describe_surface(TrackerJob& job, bool uses_depth) const {
         job.observed_share = static_cast<float>(observed) /
                              static_cast<float>(std::max(1u, job.evidence.vertices_inside));
     };
-    for_each_task(helpers.get(), 3, [&](size_t task) {
+    for_each_task(helpers, 3, [&](size_t task) {
         if (task == 0) share();
         if (task == 1) fit_rigid_motion(last_->model, job.output.samples, job.rigid_motion);
         if (task == 2) split_samples(job.output.samples, job.vertices, job.normals);
     });
-    Services::expect_parallel_success("describing the surface");
     const std::vector<float>& nodes = template_->data().nodes;
     for (size_t i = 0; i < job.output.motions.size(); ++i)
         store3(node_position(nodes, job.output.motions, i), &job.node_positions[3 * i]);
