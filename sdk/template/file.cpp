@@ -215,6 +215,10 @@ bool patch_in_range(const TemplateData& data, const defrec_patch& patch) {
 }
 
 bool above_zero(double value) { return value > 0 && std::isfinite(value); }
+// px. Nothing is seen in both views at more than their width.
+bool disparity_ok(const TemplateData& data, float value) {
+    return value > 0 && value <= static_cast<float>(data.width);
+}
 
 // A file that was made by hand or by another version must not lead out of an array.
 const char* fault_of(const TemplateData& data) {
@@ -260,8 +264,8 @@ const char* fault_of(const TemplateData& data) {
         if (vertex < -1 || (vertex >= 0 && static_cast<size_t>(vertex) >= vertices))
             return "a vertex index is out of range";
     for (size_t i = 0; i < cells; ++i)
-        if (grid.vertex[i] >= 0 && !(grid.disparity[i] > 0))
-            return "a disparity of its surface is not above 0";
+        if (grid.vertex[i] >= 0 && !disparity_ok(data, grid.disparity[i]))
+            return "a disparity of its surface is out of range";
     for (const int32_t node : data.node_grid.node)
         if (node < -1 || (node >= 0 && static_cast<size_t>(node) >= nodes))
             return "a control point index is out of range";
@@ -304,8 +308,8 @@ const char* fault_of_parts(const TemplateData& data, const GrownChecks& grown) {
             part->rows > DEFREC_MAX_SIDE ||
             part->vertex.size() !=
                 static_cast<size_t>(part->columns) * static_cast<size_t>(part->rows) ||
-            !above_zero(part->step_mm) || !above_zero(part->min_disparity) ||
-            !above_zero(part->max_disparity))
+            !above_zero(part->step_mm) || !disparity_ok(data, part->min_disparity) ||
+            !disparity_ok(data, part->max_disparity))
             return "a part's grid is inconsistent";
         for (const int32_t vertex : part->vertex)
             if (vertex < -1 || vertex >= static_cast<int64_t>(end.vertices))

@@ -286,8 +286,10 @@ TEST_CASE("templates that are saved to one path at the same time are each whole"
     CHECK(failures == 0);
 }
 
-TEST_CASE("row 92: a surface without disparity, or with one behind the camera, is refused") {
-    for (const float disparity : {0.f, -0.f, -10.f}) {
+TEST_CASE(
+    "row 92: a surface without disparity, with one behind the camera, or with one wider than the "
+    "image is refused") {
+    for (const float disparity : {0.f, -0.f, -10.f, 64.5f, 2.8e29f}) {
         TemplateData data = square();
         data.grid.disparity[3] = disparity;
         CAPTURE(disparity);

@@ -60,9 +60,6 @@ class ObservedFrame {
 
 // The template is followed into the frame, or the device is at it.
 class FollowedFrame {
-  public:
-    const ObservedFrame& observed() const { return frame_; }
-
   private:
     friend class Pipeline;
     FollowedFrame(ObservedFrame frame, uint64_t end_point)

@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "backends/shared/motion.hpp"
@@ -24,12 +25,12 @@ struct Fixture {
     FrameSummary summary;
     FrameOutput output;  // of the arrays above
 
-    Fixture() {
+    explicit Fixture(int columns = 11, int rows = 9) {
         data.width = 200;
         data.height = 160;
         data.camera = {200, 200, 100, 80, 5};
-        data.grid.columns = 11;
-        data.grid.rows = 9;
+        data.grid.columns = columns;
+        data.grid.rows = rows;
         data.grid.spacing = 20;
         for (int y = 0; y < data.grid.rows; ++y)
             for (int x = 0; x < data.grid.columns; ++x) {
@@ -76,13 +77,13 @@ struct Fixture {
     Evidence evidence() const { return weigh_evidence(output, patch_px2()); }
     Verdict verdict(bool was_found = true) { return classify(data, evidence(), was_found); }
     VertexConfidence confidence(const RigEstimate& rig = {}, SurfaceSamples last = {},
-                                bool uses_depth = true) {
+                                bool uses_depth = true, const Services* helpers = nullptr) {
         LateralEvidence lateral;
-        measure_lateral(data, output, patch_px2(), nullptr, lateral);
+        measure_lateral(data, output, patch_px2(), helpers, lateral);
         VertexConfidence result;
         const auto mean_residual = static_cast<float>(evidence().mean_residual_mm);
         estimate_confidence(SurfaceModel(data),
-                            {samples, lateral, mean_residual, rig, last, uses_depth}, nullptr,
+                            {samples, lateral, mean_residual, rig, last, uses_depth}, helpers,
                             result);
         return result;
     }
@@ -101,6 +102,28 @@ TEST_CASE("a surface seen whole is found, without reasons") {
     CHECK(f.verdict().found);
     CHECK_FALSE(f.verdict().degraded);
     CHECK(f.verdict().reasons == 0);
+}
+
+TEST_CASE("confidence is the same to the last bit whatever threads take part") {
+    Fixture f(90, 60);
+    for (size_t i = 0; i < f.samples.size(); ++i) {
+        f.samples[i].residual = static_cast<float>(i % 7) / 10;
+        f.checks[i].valid = i % 3 != 0;
+        if (i % 11 < 4) f.samples[i].observation = DEFREC_OCCLUDED;
+        f.observations[i].u += static_cast<int32_t>(i % 5) * 40;
+    }
+    f.samples.front().observation = DEFREC_NO_DEPTH;
+    const VertexConfidence alone = f.confidence();
+    defrec_context_desc desc{};
+    desc.threads = 4;
+    const Services services(desc);
+    const VertexConfidence together = f.confidence({}, {}, true, &services);
+    CHECK(alone.status == together.status);
+    CHECK(alone.evidence == together.evidence);
+    CHECK(alone.expected_error == together.expected_error);
+    CHECK(alone.covariance == together.covariance);
+    CHECK(std::count(alone.status.begin(), alone.status.end(), DEFREC_POINT_OBSERVED) > 100);
+    CHECK(std::count(alone.status.begin(), alone.status.end(), DEFREC_POINT_EXTRAPOLATED) > 100);
 }
 
 TEST_CASE("patches found elsewhere than the surface has them confirm nothing") {

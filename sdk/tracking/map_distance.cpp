@@ -153,6 +153,11 @@ void MapGrids::spread_over_piece(std::span<float> distance, std::vector<uint8_t>
     for (size_t grid = grids_.size(); grid-- > 0;) visit(grid);
 }
 
+void MapGrids::make_room(Workspace& workspace) const {
+    workspace.is_spread.reserve(grids_.size());
+    if (!cells_of_piece_.empty()) workspace.known.reserve(cells_);
+}
+
 void MapGrids::spread(std::span<float> distance, Workspace& workspace) const {
     if (cells_of_piece_.empty()) {
         spread_over_piece(distance, workspace.is_spread);

@@ -20,6 +20,8 @@ class MapGrids {
         std::vector<uint8_t> is_spread;  // per grid
         std::vector<float> known;        // per cell, of one piece
     };
+    // Memory for spread(), which then needs no more.
+    void make_room(Workspace& workspace) const;
     // As spread_distance, over all grids: from one to the next where both have a vertex, and never
     // from one piece of the surface to another. distance: per cell.
     void spread(std::span<float> distance, Workspace& workspace) const;

@@ -23,8 +23,6 @@ class MapGrowth {
     // Begins with another template: what is under way is waited for and forgotten.
     void reset();
 
-    // Tissue may join with the next frame that begins.
-    bool is_due() const { return due_at_ != 0 && frame_ + 1 >= due_at_; }
     // Once for each frame with a template, before it is followed. What joins the template with this
     // frame, or nothing. Throws what the work threw.
     std::optional<Growth> begin_frame();

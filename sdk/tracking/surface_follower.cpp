@@ -117,16 +117,18 @@ void SurfaceFollower::cancel(TrackerJob& job) noexcept {
 void SurfaceFollower::process(TrackerJob& job) {
     rig_left_ = rig_monitor_.update({});
     job.rig_estimate = in_all(rig_left_, shift_);
+    // The device begins while the host looks; frames in which there is nothing to observe are few.
     std::optional<ObservedFrame> frame = observe(job);
-    const bool captures =
-        template_ == nullptr || (job.input.flags & DEFREC_FRAME_CAPTURE_TEMPLATE) != 0;
-    // Frames in which there is nothing to observe are few, so the host looks while the device
-    // follows, but where a template would be made or changed for nothing.
-    const bool looks_first = captures || cut_ || growth_.is_due();
-    if (looks_first && !check_images(job, *frame)) {
-        conclude_useless(job, std::move(*frame));
+    check_images(job, *frame);
+    if ((job.reasons & kUselessImages) != 0) {
+        pipeline_.forget(std::move(*frame));
+        if (!prepare_results(job)) return;
+        forget_evidence(job);
+        conclude(job, Verdict{}, true);
         return;
     }
+    const bool captures =
+        template_ == nullptr || (job.input.flags & DEFREC_FRAME_CAPTURE_TEMPLATE) != 0;
     if (!captures && release_cut()) job.reasons |= DEFREC_REASON_CUT;
     if (!captures && grow()) job.reasons |= DEFREC_REASON_TEMPLATE_GREW;
     const uint32_t reasons = job.reasons;
@@ -138,13 +140,7 @@ void SurfaceFollower::process(TrackerJob& job) {
         bool uses_depth = captures || !is_tracking_ || !is_depth_spoilt_;
         Following following{
             .uses_depth = uses_depth, .whole_map = !is_tracking_, .effort = begin_effort(job)};
-        FollowedFrame followed = begin_following(*frame, last_->motions, following);
-        const bool is_useful = looks_first || check_images(job, followed.observed());
-        if (!is_useful) {
-            conclude_useless(job, pipeline_.finish(std::move(followed)));
-            return;
-        }
-        Verdict verdict = end_following(job, frame, std::move(followed), following);
+        Verdict verdict = follow(job, frame, last_->motions, following);
         // The frame jumped to another part of the map than it was expected in.
         if (pipeline_.solved_part() &&
             (!verdict.found || !pipeline_.solved_all_seen(job.output.motions))) {
@@ -222,20 +218,10 @@ bool SurfaceFollower::observe_ahead(const FollowedFrame& followed) {
     return true;
 }
 
-// Sets the job's reasons; false: nothing can be followed in these images.
-bool SurfaceFollower::check_images(TrackerJob& job, const ObservedFrame& frame) {
+void SurfaceFollower::check_images(TrackerJob& job, const ObservedFrame& frame) {
     pipeline_.await_gray(frame);
     job.reasons = stream_.reasons(job.frame, job.input.timestamp_ns, statistics_of(job, 0),
                                   statistics_of(job, 1));
-    return (job.reasons & kUselessImages) == 0;
-}
-
-void SurfaceFollower::conclude_useless(TrackerJob& job, ObservedFrame frame) {
-    chosen_.reset();
-    pipeline_.forget(std::move(frame));
-    if (!prepare_results(job)) return;
-    forget_evidence(job);
-    conclude(job, Verdict{}, true);
 }
 
 // Of the raw image, or where that lies in memory of the rectified one.
@@ -350,19 +336,9 @@ Effort SurfaceFollower::begin_effort(const TrackerJob& job) {
 
 Verdict SurfaceFollower::follow(TrackerJob& job, std::optional<ObservedFrame>& frame,
                                 std::span<const defrec_motion> start, const Following& following) {
-    return end_following(job, frame, begin_following(*frame, start, following), following);
-}
-
-FollowedFrame SurfaceFollower::begin_following(ObservedFrame& frame,
-                                               std::span<const defrec_motion> start,
-                                               const Following& following) {
     FrontImages* const images = growth_.images();
-    if (images != nullptr) pipeline_.read_front(frame, *images);
-    return pipeline_.follow(std::move(frame), start, following);
-}
-
-Verdict SurfaceFollower::end_following(TrackerJob& job, std::optional<ObservedFrame>& frame,
-                                       FollowedFrame followed, const Following& following) {
+    if (images != nullptr) pipeline_.read_front(*frame, *images);
+    FollowedFrame followed = pipeline_.follow(std::move(*frame), start, following);
     // A wait that ends too early may cost a call of the driver. Each looks for a while before it
     // sleeps: many short ones would keep a core busy through a long frame.
     const auto limit_ns = static_cast<uint64_t>(pipeline_.deadline().count());
@@ -372,7 +348,7 @@ Verdict SurfaceFollower::end_following(TrackerJob& job, std::optional<ObservedFr
     frame.emplace(pipeline_.finish(std::move(followed)));
     job.announce_end();
     pipeline_.check(job.output, template_->data());
-    if (const FrontImages* images = growth_.images()) pipeline_.check(*images);
+    if (images != nullptr) pipeline_.check(*images);
     measure_patches(template_->data(), job.output, patch_px2_);
     job.evidence = weigh_evidence(job.output, patch_px2_);
     Verdict verdict = classify(template_->data(), job.evidence, is_tracking_, following.uses_depth);
@@ -512,7 +488,7 @@ void SurfaceFollower::search_lost_pieces(const TrackerJob& job) {
 }
 
 void SurfaceFollower::describe_surface(TrackerJob& job, bool uses_depth) const {
-    // The application's threads are lent to calls that are watched.
+    // An application's parallel_for may hang, and only calls into a plugin are watched.
     const std::shared_ptr<const Services> services = job.services();
     const Services* helpers = services->has_own_threads() ? services.get() : nullptr;
     if (job.state == DEFREC_LOST) {

@@ -57,8 +57,7 @@ class SurfaceFollower {
     void process(TrackerJob& job);
     ObservedFrame observe(TrackerJob& job);
     bool observe_ahead(const FollowedFrame& followed);
-    bool check_images(TrackerJob& job, const ObservedFrame& frame);
-    void conclude_useless(TrackerJob& job, ObservedFrame frame);
+    void check_images(TrackerJob& job, const ObservedFrame& frame);
     ImageStatistics statistics_of(const TrackerJob& job, int view) const;
     void capture(TrackerJob& job, ObservedFrame& frame);
     void adopt(std::shared_ptr<const Template> surface, bool is_observed);
@@ -70,10 +69,6 @@ class SurfaceFollower {
     Effort begin_effort(const TrackerJob& job);
     Verdict follow(TrackerJob& job, std::optional<ObservedFrame>& frame,
                    std::span<const defrec_motion> start, const Following& following);
-    FollowedFrame begin_following(ObservedFrame& frame, std::span<const defrec_motion> start,
-                                  const Following& following);
-    Verdict end_following(TrackerJob& job, std::optional<ObservedFrame>& frame,
-                          FollowedFrame followed, const Following& following);
     void search_widely(TrackerJob& job, std::optional<ObservedFrame>& frame, Following following,
                        Verdict& verdict);
     void look_for_swapped_views(TrackerJob& job, ObservedFrame& frame);

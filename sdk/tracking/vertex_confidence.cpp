@@ -4,6 +4,7 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <numbers>
@@ -187,8 +188,8 @@ class ConfidenceEstimate {
                        evidence_.uses_depth && agrees && rig_px2 * per_px * per_px <= kMaxRigDoubt;
         confidence_.evidence[i] = static_cast<uint8_t>(
             (has_depth ? DEFREC_EVIDENCE_DEPTH : 0) | (is_confirmed ? DEFREC_EVIDENCE_LATERAL : 0));
-        if (is_confirmed) confidence_.to_lateral[model_.grids.cell(i)] = 0;
-        if (is_confirmed && agrees) confidence_.to_observed[model_.grids.cell(i)] = 0;
+        if (is_confirmed) set_known(confidence_.to_lateral[model_.grids.cell(i)]);
+        if (is_confirmed && agrees) set_known(confidence_.to_observed[model_.grids.cell(i)]);
     }
 
     // Then, with the distances from those that are seen.
@@ -226,6 +227,12 @@ class ConfidenceEstimate {
     }
 
   private:
+    // Vertices of a file that are on no grid share a cell, and runs of vertices are computed at the
+    // same time.
+    static void set_known(float& distance) {
+        std::atomic_ref(distance).store(0, std::memory_order_relaxed);
+    }
+
     const SurfaceModel& model_;
     const defrec_camera& camera_;
     const FrameEvidence& evidence_;
@@ -245,6 +252,7 @@ void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidenc
     confidence.rig_px2.resize(count);
     std::vector<float>* const distances[2] = {&confidence.to_lateral, &confidence.to_observed};
     for (std::vector<float>* distance : distances) distance->assign(model.grids.cells(), 1e6f);
+    for (MapGrids::Workspace& spreading : confidence.spreading) model.grids.make_room(spreading);
     const ConfidenceEstimate estimate(model, evidence, confidence);
     for_runs(helpers, count, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i) estimate.look_at(i);

@@ -22,7 +22,7 @@ void for_runs(const Services* helpers, size_t count, const Body& body) {
                           [&](size_t run) { body(count * run / runs, count * (run + 1) / runs); });
 }
 
-// Calls task(0 .. count-1), each once.
+// Calls task(0 .. count-1), each once, and returns when all have returned. It must not throw.
 template <class Task>
 void for_each_task(const Services* helpers, size_t count, const Task& task) {
     if (helpers != nullptr) {

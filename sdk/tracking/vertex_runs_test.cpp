@@ -2,6 +2,7 @@
 
 #include <doctest/doctest.h>
 
+#include <atomic>
 #include <vector>
 
 using defrec::for_each_task;
@@ -20,6 +21,18 @@ const Services& four_threads() {
 }
 
 }  // namespace
+
+TEST_CASE("many vertices are several runs, few are one, and without helpers all are one") {
+    const auto runs = [](const Services* helpers, size_t count) {
+        std::atomic<int> calls{0};
+        for_runs(helpers, count, [&](size_t, size_t) { ++calls; });
+        return calls.load();
+    };
+    CHECK(runs(&four_threads(), 5000) == 4);
+    CHECK(runs(&four_threads(), 2500) == 2);
+    CHECK(runs(&four_threads(), 1500) == 1);
+    CHECK(runs(nullptr, 5000) == 1);
+}
 
 TEST_CASE("runs cover every vertex once, with and without helpers") {
     for (const Services* helpers : {static_cast<const Services*>(nullptr), &four_threads()})

@@ -146,6 +146,16 @@ def check_inputs(recipe):
     assert len(sources) > 100 and not missing, f"of {len(sources)} sources the recipe does not export {missing}"
 
 
+def check_headers(recipe, exported):
+    """Whether all that the build has read of the repository is exported."""
+    deps = subprocess.run(["ninja", "-C", recipe.build_folder, "-t", "deps"], check=True, stdout=subprocess.PIPE, text=True).stdout
+    root, build = pathlib.Path(recipe.source_folder), pathlib.Path(recipe.build_folder)
+    paths = {pathlib.Path(line.strip()) for line in deps.split("\n") if line.startswith("    ")}
+    read = {path.relative_to(root) for path in paths if path.is_relative_to(root) and not path.is_relative_to(build)}
+    missing = sorted(str(path) for path in read if not (exported / path).exists())
+    assert len(read) > 100 and not missing, f"of {len(read)} files that are read the recipe does not export {missing}"
+
+
 def create(folder, work):
     recipe = load_recipe(folder)
     recipe.set_version()
@@ -169,6 +179,7 @@ def create(folder, work):
     check_inputs(recipe)
     recipe.source_folder, recipe.build_folder = str((folder / recipe.folders.root).resolve()), str(work / "build")
     recipe.build()
+    check_headers(recipe, work / "source")
     recipe.package()
     recipe.package_info()
     return recipe
