@@ -650,7 +650,8 @@ TEST_CASE("row 101: threads of 64 KiB of stack may call everything") {
     };
     pthread_attr_t attributes;
     REQUIRE(pthread_attr_init(&attributes) == 0);
-    REQUIRE(pthread_attr_setstacksize(&attributes, kStack) == 0);
+    const auto least = static_cast<size_t>(sysconf(_SC_THREAD_STACK_MIN));
+    REQUIRE(pthread_attr_setstacksize(&attributes, std::max(kStack, least)) == 0);
     pthread_t thread;
     REQUIRE(pthread_create(&thread, &attributes, body, const_cast<Pair*>(&pair)) == 0);
     REQUIRE(pthread_join(thread, nullptr) == 0);
