@@ -1,9 +1,10 @@
 // Backend cpu that misbehaves in one place, as a test asks for by defrec_misbehave: throws, hangs,
-// or gives what a stage never gives. One context at a time. MISBEHAVES_AT_START: the arguments of a
-// first call of it, in a plugin that no context takes.
+// or gives what a stage never gives. What is asked for holds in every context. MISBEHAVES_AT_START:
+// the arguments of a first call of it, in a plugin that no context takes.
 #include <chrono>
 #include <condition_variable>
 #include <cstddef>
+#include <list>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -21,13 +22,16 @@ const HostPluginDescription kDescription{
     cpu::kMakers,
 };
 
-const defrec_plugin* inner = nullptr;  // as it should be
-defrec_plugin outer;
+// Both are set by the first entry, and then only read: a thread that hangs in one context may be
+// in them while another enters. The functions are the same whatever the context.
+defrec_plugin inner;  // as it should be; self is not its own
 defrec_stage_table stages[DEFREC_STAGE_COUNT_V1];
+const defrec_stage_table* inner_stages[DEFREC_STAGE_COUNT_V1];
 
 std::mutex mutex;
 std::condition_variable changed;
-std::string how, where;  // under the mutex, as all of these
+std::list<defrec_plugin> outers;  // one of each entry; under the mutex, as all that follow
+std::string how, where;
 bool held = false;
 int inside = 0;  // calls that hang
 
@@ -91,82 +95,82 @@ defrec_status enqueue(defrec_pstage* stage, defrec_pqueue* queue, defrec_pbuffer
                       size_t in_count, defrec_pbuffer* const* out, size_t out_count) {
     at("enqueue");
     const defrec_status status =
-        inner->stage(inner->self, kStage)->enqueue(stage, queue, in, in_count, out, out_count);
+        inner_stages[kStage]->enqueue(stage, queue, in, in_count, out, out_count);
     for (const Lie& lie : kLies)
         if (lie.stage == kStage && asked_for("lie", lie.name) && lie.output < out_count &&
             out[lie.output] != nullptr)
-            inner->write(queue, out[lie.output], lie.offset, &lie.bits, sizeof lie.bits);
+            inner.write(queue, out[lie.output], lie.offset, &lie.bits, sizeof lie.bits);
     return status;
 }
 template <size_t kStage>
 defrec_status create(defrec_pdevice* device, const void* params, defrec_pstage** out) {
     at("create");
     if (is_out_of_memory("create")) return DEFREC_ERROR_OUT_OF_MEMORY;
-    return inner->stage(inner->self, kStage)->create(device, params, out);
+    return inner_stages[kStage]->create(device, params, out);
 }
 template <size_t... kStages>
-void wrap_stages(std::index_sequence<kStages...>) {
-    ((stages[kStages] = *inner->stage(inner->self, kStages),
+void wrap_stages(void* self, std::index_sequence<kStages...>) {
+    ((inner_stages[kStages] = inner.stage(self, kStages), stages[kStages] = *inner_stages[kStages],
       stages[kStages].create = create<kStages>, stages[kStages].enqueue = enqueue<kStages>),
      ...);
     for (defrec_stage_table& stage : stages)
         stage.destroy = [](defrec_pstage* object) {
             at("stage destroy");
-            inner->stage(inner->self, DEFREC_STAGE_RECTIFY)->destroy(object);
+            inner_stages[DEFREC_STAGE_RECTIFY]->destroy(object);
         };
 }
 
-void wrap_plugin() {
-    outer = *inner;
+defrec_plugin wrapped(const defrec_plugin& plugin) {
+    defrec_plugin outer = plugin;
     outer.device_count = [](void* self) {
         at("device_count");
-        return inner->device_count(self);
+        return inner.device_count(self);
     };
     outer.device_info = [](void* self, size_t index, defrec_device_info* out) {
         at("device_info");
-        const defrec_status status = inner->device_info(self, index, out);
+        const defrec_status status = inner.device_info(self, index, out);
         out->id = PLUGIN_NAME;
         return status;
     };
     outer.device_open = [](void* self, size_t index, defrec_pdevice** out) {
         at("device_open");
-        return inner->device_open(self, index, out);
+        return inner.device_open(self, index, out);
     };
     outer.device_close = [](defrec_pdevice* device) {
         at("device_close");
-        inner->device_close(device);
+        inner.device_close(device);
     };
     outer.buffer_create = [](defrec_pdevice* device, uint64_t size,
                              defrec_pbuffer** out) -> defrec_status {
         at("buffer_create");
         if (is_out_of_memory("buffer_create")) return DEFREC_ERROR_OUT_OF_MEMORY;
-        return inner->buffer_create(device, size, out);
+        return inner.buffer_create(device, size, out);
     };
     outer.buffer_destroy = [](defrec_pbuffer* buffer) {
         at("buffer_destroy");
-        inner->buffer_destroy(buffer);
+        inner.buffer_destroy(buffer);
     };
     outer.queue_destroy = [](defrec_pqueue* queue) {
         at("queue_destroy");
-        inner->queue_destroy(queue);
+        inner.queue_destroy(queue);
     };
     outer.write = [](defrec_pqueue* queue, defrec_pbuffer* buffer, uint64_t offset, const void* src,
                      uint64_t size) {
         at("write");
-        return inner->write(queue, buffer, offset, src, size);
+        return inner.write(queue, buffer, offset, src, size);
     };
     outer.read = [](defrec_pqueue* queue, defrec_pbuffer* buffer, uint64_t offset, void* dst,
                     uint64_t size) {
         at("read");
-        return inner->read(queue, buffer, offset, dst, size);
+        return inner.read(queue, buffer, offset, dst, size);
     };
     outer.signal = [](defrec_pqueue* queue, uint64_t* out_value) {
         at("signal");
-        return inner->signal(queue, out_value);
+        return inner.signal(queue, out_value);
     };
     outer.wait = [](defrec_pqueue* queue, uint64_t value, uint64_t timeout_ns) -> defrec_status {
         at("wait");
-        if (!asked_for("never", "wait")) return inner->wait(queue, value, timeout_ns);
+        if (!asked_for("never", "wait")) return inner.wait(queue, value, timeout_ns);
         std::this_thread::sleep_for(std::chrono::nanoseconds(timeout_ns));
         return DEFREC_TIMEOUT;
     };
@@ -177,12 +181,13 @@ void wrap_plugin() {
     outer.buffer_import = [](defrec_pdevice* device, uint32_t kind, void* memory, uint64_t size,
                              defrec_pbuffer** out) {
         at("buffer_import");
-        return inner->buffer_import(device, kind, memory, size, out);
+        return inner.buffer_import(device, kind, memory, size, out);
     };
     outer.shutdown = [](void* self) {
         at("shutdown");
-        inner->shutdown(self);
+        inner.shutdown(self);
     };
+    return outer;
 }
 
 }  // namespace
@@ -217,10 +222,14 @@ defrec_plugin_entry_v1(const defrec_host* host, const defrec_plugin** out) {
     defrec_misbehave(MISBEHAVES_AT_START);
 #endif
     at("entry");
-    const defrec_status status = enter_host_plugin(kDescription, host, &inner);
+    const defrec_plugin* plugin = nullptr;
+    const defrec_status status = enter_host_plugin(kDescription, host, &plugin);
     if (status != DEFREC_OK) return status;
-    wrap_plugin();
-    wrap_stages(std::make_index_sequence<DEFREC_STAGE_COUNT_V1>());
-    *out = &outer;
+    const std::lock_guard lock(mutex);
+    if (outers.empty()) {
+        inner = *plugin;
+        wrap_stages(plugin->self, std::make_index_sequence<DEFREC_STAGE_COUNT_V1>());
+    }
+    *out = &outers.emplace_back(wrapped(*plugin));
     return DEFREC_OK;
 }
