@@ -31,68 +31,75 @@ ThreadPool::ThreadPool(uint32_t threads) {
 ThreadPool::~ThreadPool() { stop(); }
 
 void ThreadPool::stop() noexcept {
-    {
-        const std::lock_guard lock(mutex_);
-        stop_ = true;
-        ++generation_;
-    }
+    stop_ = true;
+    { const std::lock_guard lock(mutex_); }
     started_.notify_all();
     for (std::thread& worker : workers_) worker.join();
     workers_.clear();
 }
 
-void ThreadPool::take_indices(const Loop& loop) noexcept {
+void ThreadPool::take_indices() noexcept {
     in_loop = true;
+    const Loop loop = loop_;
     for (size_t i = next_++; i < loop.count; i = next_++) loop.body(loop.arg, i);
     in_loop = false;
 }
 
 void ThreadPool::parallel_for(size_t count, Body body, void* arg) noexcept {
-    const Loop loop{body, arg, count};
     std::unique_lock caller(caller_, std::defer_lock);
     if (count <= 1 || workers_.empty() || in_loop || !caller.try_lock()) {
         for (size_t i = 0; i < count; ++i) body(arg, i);
         return;
     }
-    uint32_t wake = 0;
-    {
-        const std::lock_guard lock(mutex_);
-        loop_ = loop;
-        open_ = true;
-        next_ = 0;
-        ++generation_;
-        wake = static_cast<uint32_t>(std::min<size_t>(sleepers_, count - 1));
+    loop_ = {body, arg, count};
+    next_ = 0;
+    state_ = (state_ / kNumber + 1) * kNumber | kOpen;
+    if (const size_t sleepers = sleepers_; sleepers > 0) {
+        {
+            const std::lock_guard lock(mutex_);  // nobody is between looking and sleeping
+        }
+        for (size_t wake = std::min(sleepers, count - 1); wake > 0; --wake) started_.notify_one();
     }
-    for (; wake > 0; --wake) started_.notify_one();
-    take_indices(loop);
+    take_indices();
+    if (((state_ -= kOpen) & kInside) == 0) return;
+    const auto all_left = [this] { return (state_ & kInside) == 0; };
+    if (spin_until(kSpin, all_left)) return;
     std::unique_lock lock(mutex_);
-    open_ = false;
-    if (active_ == 0) return;
-    lock.unlock();
-    if (spin_until(kSpin, [this] { return active_ == 0; })) return;
-    lock.lock();
-    finished_.wait(lock, [this] { return active_ == 0; });
+    state_ |= kCallerSleeps;
+    finished_.wait(lock, all_left);
+}
+
+// False where the loop of that state takes nobody in.
+bool ThreadPool::join(uint64_t state) noexcept {
+    const uint64_t number = state / kNumber;
+    while ((state & kOpen) != 0 && state / kNumber == number)
+        if (state_.compare_exchange_weak(state, state + 1)) return true;
+    return false;
+}
+
+void ThreadPool::leave() noexcept {
+    const uint64_t left = --state_;
+    if ((left & kInside) != 0 || (left & kCallerSleeps) == 0) return;
+    const std::lock_guard lock(mutex_);
+    finished_.notify_one();
 }
 
 void ThreadPool::work() noexcept {
     uint64_t seen = 0;
+    const auto has_news = [&] { return stop_ || state_ / kNumber != seen; };
     for (;;) {
-        spin_until(kSpin, [&] { return generation_ != seen; });
-        Loop loop;
-        {
+        if (!spin_until(kSpin, has_news)) {
             std::unique_lock lock(mutex_);
             ++sleepers_;
-            started_.wait(lock, [&] { return generation_ != seen; });
+            started_.wait(lock, has_news);
             --sleepers_;
-            seen = generation_;
-            if (stop_) return;
-            if (!open_) continue;
-            loop = loop_;
-            ++active_;
         }
-        take_indices(loop);
-        const std::lock_guard lock(mutex_);
-        if (--active_ == 0) finished_.notify_one();
+        if (stop_) return;
+        const uint64_t state = state_;
+        seen = state / kNumber;
+        if (!join(state)) continue;
+        take_indices();
+        leave();
     }
 }
 

@@ -35,18 +35,23 @@ class ThreadPool {
     };
     void work() noexcept;
     void stop() noexcept;
-    void take_indices(const Loop& loop) noexcept;
+    bool join(uint64_t state) noexcept;
+    void leave() noexcept;
+    void take_indices() noexcept;
+
+    // state_: the number of the loop, whether threads may join it, whether its caller sleeps until
+    // they have left, and how many are inside. Loop and next_ change while none is.
+    static constexpr uint64_t kInside = (uint64_t{1} << 16) - 1, kCallerSleeps = uint64_t{1} << 16,
+                              kOpen = uint64_t{1} << 17, kNumber = uint64_t{1} << 18;
 
     std::mutex caller_;  // held by the thread whose loop runs
-    std::mutex mutex_;   // guards loop_, open_, stop_ and sleepers_
+    std::mutex mutex_;   // of those who sleep
     std::condition_variable started_, finished_;
-    std::atomic<uint64_t> generation_{0};
-    std::atomic<size_t> next_{0};
-    std::atomic<uint32_t> active_{0};
-    Loop loop_;
-    bool open_ = false;
-    bool stop_ = false;
-    uint32_t sleepers_ = 0;
+    alignas(64) std::atomic<uint64_t> state_{0};
+    std::atomic<uint32_t> sleepers_{0};
+    std::atomic<bool> stop_{false};
+    alignas(64) std::atomic<size_t> next_{0};
+    alignas(64) Loop loop_;
     std::vector<std::thread> workers_;
 };
 
