@@ -12,7 +12,16 @@
 namespace defrec::cpu {
 namespace {
 
-constexpr int kBand = 32;  // rows one task works on
+constexpr int kBand = 32, kTileRows = 64;  // most rows that one task works on
+constexpr int kFewestRows = 16;            // fewer spend their time on the windows' first rows
+
+// Rows of a task, where that many tasks lie side by side: as many as let all threads end together.
+int rows_of_task(int rows, int most, int side_by_side, int threads) {
+    const int tasks = (rows + most - 1) / most * side_by_side,
+              rounds = (tasks + threads - 1) / threads,
+              below = std::max(1, rounds * threads / side_by_side);
+    return std::max((rows + below - 1) / below, kFewestRows);
+}
 
 // An image with margins that owns its memory.
 template <class T>
@@ -59,6 +68,7 @@ class Stereo final : public Stage {
     Stereo(const defrec_stereo_params& params, const Host& host)
         : c_(constants_of(params)),
           host_(host),
+          threads_(int(std::clamp<size_t>(host.concurrency(), 1, 256))),
           full_(host, c_.width, c_.height),
           half_(host, c_.half_width, c_.half_height),
           confidence_(host, c_.width, c_.height),
@@ -66,7 +76,7 @@ class Stereo final : public Stage {
           scratch_(host,
                    std::max({search_scratch_ints(c_), size_t(4 * c_.width + 2),
                              (smooth_scratch(c_.width) + 1) / 2}),
-                   size_t((c_.height + kBand - 1) / kBand)) {
+                   size_t((c_.height + kFewestRows - 1) / kFewestRows)) {
         for (int w = c_.half_width, h = c_.half_height; w > 1 || h > 1;) {
             w = (w + 1) / 2;
             h = (h + 1) / 2;
@@ -97,9 +107,10 @@ class Stereo final : public Stage {
     // work(y0, y1), or work(y0, y1, scratch), for bands of rows.
     template <class Work>
     void bands(int rows, Work&& work) {
-        host_.parallel_for(size_t((rows + kBand - 1) / kBand), [&](size_t band) {
-            const int y0 = int(band) * kBand;
-            work(y0, std::min(rows, y0 + kBand));
+        const int each = rows_of_task(rows, kBand, 1, threads_);
+        host_.parallel_for(size_t((rows + each - 1) / each), [&](size_t band) {
+            const int y0 = int(band) * each;
+            work(y0, std::min(rows, y0 + each));
         });
     }
     template <class Work>
@@ -210,11 +221,12 @@ class Stereo final : public Stage {
 
     void refine(const RefineJob& job) {
         const int columns = (job.width + kRefineTile - 1) / kRefineTile,
-                  rows = (job.height + 2 * kBand - 1) / (2 * kBand);
+                  each = rows_of_task(job.height, kTileRows, columns, threads_),
+                  rows = (job.height + each - 1) / each;
         host_.parallel_for(size_t(columns * rows), [&](size_t tile) {
-            const int x0 = int(tile) % columns * kRefineTile, y0 = int(tile) / columns * 2 * kBand;
+            const int x0 = int(tile) % columns * kRefineTile, y0 = int(tile) / columns * each;
             refine_tile(job, x0, std::min(job.width, x0 + kRefineTile), y0,
-                        std::min(job.height, y0 + 2 * kBand));
+                        std::min(job.height, y0 + each));
         });
     }
 
@@ -309,6 +321,7 @@ class Stereo final : public Stage {
 
     StereoConstants c_;
     Host host_;
+    int threads_;
     Level full_, half_;
     Bytes confidence_;
     Field none_row_;
