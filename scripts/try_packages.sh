@@ -5,13 +5,13 @@
 #                                                        that defrec render made
 # ROOT is a folder, or is made: what debootstrap makes of its smallest variant. Packages come from where this machine's come.
 set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/debian_sources.sh"
 usage() { sed -n 's/^#   scripts/usage: scripts/p' "$0" >&2; exit 2; }
 what=${1:-} root=${2:-} packed=${3:-} sequence=${4:-}
 case $what:$# in debs:3 | wheel:4) ;; *) usage ;; esac
 
 if [ ! -e "$root/etc/debian_version" ]; then
-    mirror="$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' 'Codename: bookworm' | head -n 1)"
-    debootstrap --variant=minbase bookworm "$root" "$mirror" >/dev/null
+    debootstrap --variant=minbase bookworm "$root" "$(debian_mirror)" >/dev/null
     # As this machine reaches its packages: its sources of Debian's archive, its settings of apt, its certificates.
     rm -f "$root/etc/apt/sources.list"
     cp /etc/apt/sources.list.d/debian.sources "$root/etc/apt/sources.list.d/"
