@@ -1,7 +1,7 @@
 # Sourced: libraries from the source packages of the Debian release that the builds for other machines are for. They come through apt, from
 # where this machine's packages come; nothing is installed and no privileges are needed. Wants cmake, ninja, dpkg-dev.
 
-debian_mirror() { apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' 'Codename: bookworm' | head -n 1; }
+debian_mirror() { apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' 'Codename: bookworm' | grep -m 1 .; }
 
 # open_debian STATE: sets apt, an apt-get of its own in an empty folder that knows the release's packages and their sources.
 open_debian() {

@@ -11,7 +11,8 @@ what=${1:-} root=${2:-} packed=${3:-} sequence=${4:-}
 case $what:$# in debs:3 | wheel:4) ;; *) usage ;; esac
 
 if [ ! -e "$root/etc/debian_version" ]; then
-    debootstrap --variant=minbase bookworm "$root" "$(debian_mirror)" >/dev/null
+    mirror="$(debian_mirror)"
+    debootstrap --variant=minbase bookworm "$root" "$mirror" >/dev/null
     # As this machine reaches its packages: its sources of Debian's archive, its settings of apt, its certificates.
     rm -f "$root/etc/apt/sources.list"
     cp /etc/apt/sources.list.d/debian.sources "$root/etc/apt/sources.list.d/"

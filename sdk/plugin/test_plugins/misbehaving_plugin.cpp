@@ -30,7 +30,9 @@ const defrec_stage_table* inner_stages[DEFREC_STAGE_COUNT_V1];
 
 std::mutex mutex;
 std::condition_variable changed;
-std::list<defrec_plugin> outers;  // one of each entry; under the mutex, as all that follow
+// One of each entry; what hung may use it while the program ends. Under the mutex, as all that
+// follow.
+std::list<defrec_plugin>& outers = *new std::list<defrec_plugin>;
 std::string how, where;
 bool held = false;
 int inside = 0;  // calls that hang
