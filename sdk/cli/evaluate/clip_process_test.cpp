@@ -5,6 +5,8 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <cstdio>
+
 #include "sdk/cli/io/test_folder.hpp"
 #include "sdk/cli/io/text.hpp"
 
@@ -36,6 +38,7 @@ TEST_CASE("a failure is the last message, a signal or the time limit") {
     CHECK(result_of(folder, "exit 9") == "exit code 9 without a message.");
     CHECK(result_of(folder, "kill -SEGV $$").find("signal 11") != std::string::npos);
     CHECK(result_of(folder, "sleep 600", 0.05).find("no end within the time limit") == 0);
+    std::fflush(stdout);  // ThreadSanitizer's _exit writes what the child has a copy of
     ClipProcess absent({folder / "absent"}, folder.path() / "log.txt",
                        std::chrono::duration<double>(600));
     std::optional<std::string> result;
