@@ -42,6 +42,11 @@ class Services {
         };
         parallel_for_raw(count, call, const_cast<void*>(static_cast<const void*>(&body)));
     }
+    // Before loops for so many threads besides the caller's are to begin, by the time that waking a
+    // thread takes. Threads of the application are not woken.
+    void rouse(size_t threads) const noexcept {
+        if (pool_ != nullptr) pool_->rouse(threads);
+    }
     // Its loops run on the library's own threads and call nothing of the application's.
     bool has_own_threads() const noexcept { return pool_ != nullptr; }
     // Threads that parallel_for uses, at least 1.

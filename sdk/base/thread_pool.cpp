@@ -15,13 +15,28 @@ namespace {
 constexpr std::chrono::microseconds kSpin{50};
 thread_local bool in_loop = false;
 
+constexpr uint64_t make_share(size_t first, size_t last) { return uint64_t{last} << 32 | first; }
+
+// Takes an index from the front of a share, or from its end; false where it is empty.
+template <bool kFront>
+bool take(std::atomic<uint64_t>& share, size_t& index) noexcept {
+    uint64_t now = share;
+    for (;;) {
+        const size_t first = now & UINT32_MAX, last = now >> 32;
+        if (first >= last) return false;
+        index = kFront ? first : last - 1;
+        const uint64_t rest = kFront ? make_share(first + 1, last) : make_share(first, last - 1);
+        if (share.compare_exchange_weak(now, rest)) return true;
+    }
+}
+
 }  // namespace
 
-ThreadPool::ThreadPool(uint32_t threads) {
+ThreadPool::ThreadPool(uint32_t threads) : shares_(std::make_unique<Share[]>(threads)) {
     try {
         workers_.reserve(threads - 1);
         for (uint32_t i = 1; i < threads; ++i)
-            workers_.push_back(platform::start_thread([this] { work(); }));
+            workers_.push_back(platform::start_thread([this, i] { work(i); }));
     } catch (...) {
         stop();
         throw;
@@ -38,21 +53,31 @@ void ThreadPool::stop() noexcept {
     workers_.clear();
 }
 
-void ThreadPool::take_indices() noexcept {
+void ThreadPool::share_out(size_t count) noexcept {
+    const size_t all = threads();
+    for (size_t i = 0; i < all; ++i)
+        shares_[i] = make_share(count * i / all, count * (i + 1) / all);
+}
+
+void ThreadPool::take_indices(size_t thread) noexcept {
     in_loop = true;
     const Loop loop = loop_;
-    for (size_t i = next_++; i < loop.count; i = next_++) loop.body(loop.arg, i);
+    size_t index = 0;
+    while (take<true>(shares_[thread], index)) loop.body(loop.arg, index);
+    const size_t all = threads();
+    for (size_t i = 1; i < all; ++i)
+        while (take<false>(shares_[(thread + i) % all], index)) loop.body(loop.arg, index);
     in_loop = false;
 }
 
 void ThreadPool::parallel_for(size_t count, Body body, void* arg) noexcept {
     std::unique_lock caller(caller_, std::defer_lock);
-    if (count <= 1 || workers_.empty() || in_loop || !caller.try_lock()) {
+    if (count <= 1 || count > UINT32_MAX || workers_.empty() || in_loop || !caller.try_lock()) {
         for (size_t i = 0; i < count; ++i) body(arg, i);
         return;
     }
-    loop_ = {body, arg, count};
-    next_ = 0;
+    loop_ = {body, arg};
+    share_out(count);
     state_ = (state_ / kNumber + 1) * kNumber | kOpen;
     if (const size_t sleepers = sleepers_; sleepers > 0) {
         {
@@ -60,13 +85,23 @@ void ThreadPool::parallel_for(size_t count, Body body, void* arg) noexcept {
         }
         for (size_t wake = std::min(sleepers, count - 1); wake > 0; --wake) started_.notify_one();
     }
-    take_indices();
+    take_indices(0);
     if (((state_ -= kOpen) & kInside) == 0) return;
     const auto all_left = [this] { return (state_ & kInside) == 0; };
     if (spin_until(kSpin, all_left)) return;
     std::unique_lock lock(mutex_);
     state_ |= kCallerSleeps;
     finished_.wait(lock, all_left);
+}
+
+void ThreadPool::rouse(size_t threads) noexcept {
+    size_t wake = std::min<size_t>(sleepers_, threads);
+    if (wake == 0) return;
+    {
+        const std::lock_guard lock(mutex_);
+        ++roused_;
+    }
+    for (; wake > 0; --wake) started_.notify_one();
 }
 
 // False where the loop of that state takes nobody in.
@@ -84,21 +119,23 @@ void ThreadPool::leave() noexcept {
     finished_.notify_one();
 }
 
-void ThreadPool::work() noexcept {
+void ThreadPool::work(size_t thread) noexcept {
     uint64_t seen = 0;
     const auto has_news = [&] { return stop_ || state_ / kNumber != seen; };
     for (;;) {
         if (!spin_until(kSpin, has_news)) {
             std::unique_lock lock(mutex_);
             ++sleepers_;
-            started_.wait(lock, has_news);
+            const uint64_t roused = roused_;
+            started_.wait(lock, [&] { return roused_ != roused || has_news(); });
             --sleepers_;
+            if (!has_news()) continue;
         }
         if (stop_) return;
         const uint64_t state = state_;
         seen = state / kNumber;
         if (!join(state)) continue;
-        take_indices();
+        take_indices(thread);
         leave();
     }
 }

@@ -1,9 +1,12 @@
-// The library's own threads: one parallel loop at a time, the caller takes part.
+// The library's own threads: one parallel loop at a time, the caller takes part. Of loops with as
+// many indices a thread is given the same ones each time, so that what it computed in one loop is
+// in its cache in the next; who has done its own takes from others.
 #pragma once
 #include <atomic>
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <mutex>
 #include <thread>
 #include <vector>
@@ -25,33 +28,39 @@ class ThreadPool {
     // while another thread's loop runs, and from within a body, the whole loop runs on the calling
     // thread.
     void parallel_for(size_t count, Body body, void* arg) noexcept;
+    // Lets so many of the threads that sleep look for a loop again, for a little while: one that is
+    // about to begin finds them awake. Any thread.
+    void rouse(size_t threads) noexcept;
     uint32_t threads() const { return static_cast<uint32_t>(workers_.size()) + 1; }
 
   private:
     struct Loop {
         Body body = nullptr;
         void* arg = nullptr;
-        size_t count = 0;
     };
-    void work() noexcept;
+    // Indices [first, last) that nobody has taken yet: last << 32 | first.
+    using Share = std::atomic<uint64_t>;
+    void work(size_t thread) noexcept;
     void stop() noexcept;
     bool join(uint64_t state) noexcept;
     void leave() noexcept;
-    void take_indices() noexcept;
+    void share_out(size_t count) noexcept;
+    void take_indices(size_t thread) noexcept;
 
     // state_: the number of the loop, whether threads may join it, whether its caller sleeps until
-    // they have left, and how many are inside. Loop and next_ change while none is.
+    // they have left, and how many are inside. Loop and shares change while none is.
     static constexpr uint64_t kInside = (uint64_t{1} << 16) - 1, kCallerSleeps = uint64_t{1} << 16,
                               kOpen = uint64_t{1} << 17, kNumber = uint64_t{1} << 18;
 
     std::mutex caller_;  // held by the thread whose loop runs
     std::mutex mutex_;   // of those who sleep
     std::condition_variable started_, finished_;
+    uint64_t roused_ = 0;  // how often, under the mutex
     alignas(64) std::atomic<uint64_t> state_{0};
     std::atomic<uint32_t> sleepers_{0};
     std::atomic<bool> stop_{false};
-    alignas(64) std::atomic<size_t> next_{0};
     alignas(64) Loop loop_;
+    std::unique_ptr<Share[]> shares_;  // of each thread; the caller's is the first
     std::vector<std::thread> workers_;
 };
 

@@ -47,6 +47,19 @@ TEST_CASE(
     }
 }
 
+TEST_CASE("threads that were roused, with or without a loop for them, take part in later loops") {
+    ThreadPool pool(3);
+    for (int i = 0; i < 200; ++i) {
+        if (i % 20 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        pool.rouse(i % 4);
+        if (i % 3 == 0) continue;
+        Counts counts(5);
+        pool.parallel_for(5, Counts::body, &counts);
+        REQUIRE(counts.each_once());
+    }
+    ThreadPool(1).rouse(3);
+}
+
 TEST_CASE("a loop from within a body, and loops from several threads at once, are complete") {
     ThreadPool pool(3);
     struct Nested {
