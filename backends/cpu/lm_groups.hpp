@@ -37,6 +37,11 @@ struct LmGroupSums {
     float missing;
 };
 
+// The control point of a row of the system is the group's member-th.
+struct RowGroup {
+    uint32_t group, member;
+};
+
 class LmGroups {
   public:
     // Components of points and of sightings: component c of item i is at c * stride + i.
@@ -82,7 +87,8 @@ class LmGroups {
     const float* sighting(int component) const {
         return sightings_.data() + size_t(component) * sighting_stride_;
     }
-    size_t max_rows() const { return max_rows_; }  // of a group, those without weight included
+    size_t places() const { return point_stride_; }  // of points, those that fill vectors included
+    size_t max_rows() const { return max_rows_; }    // of a group, those without weight included
 
   private:
     using Place = std::array<float, 3 + kSkin>;  // of a landmark or patch: position, weights
@@ -104,10 +110,25 @@ struct LmGroupTask {
     DisparityImage image;
     bool linearise;     // blocks, gradients and data too
     float* scratch;     // lm_scratch_floats(groups)
+    int32_t* offsets;   // of each point: where it last was in the disparity image, bytes
     LmGroupSums* sums;  // one per group
 };
 size_t lm_scratch_floats(const LmGroups& groups);
 // Computes the sums of groups first .. last - 1.
 void sum_groups(const LmGroupTask& task, size_t first, size_t last);
+
+// Where each block of a group belongs: in the system's lower half, or the control point's own one.
+using GroupPlaces = std::array<uint32_t, LmGroupSums::kPairs>;
+
+struct LmRowTask {
+    std::span<const RowGroup> entries;  // the groups that share in a row
+    const LmGroup* groups;
+    const LmGroupSums* sums;
+    const GroupPlaces* places;
+    float *lower, *diagonal;  // of the system
+    float* gradient;          // of the row
+};
+// Adds the groups' sums to a row, in their order.
+void add_groups(const LmRowTask& task);
 
 }  // namespace defrec::cpu

@@ -12,12 +12,13 @@ LmProblem::LmProblem(const defrec_lm_params& params, const LmTemplate& surface, 
       pattern_(surface.pattern, host),
       groups_(surface, host),
       edges_(surface, pattern_, host),
-      places_(HostAllocator<std::array<uint32_t, LmGroupSums::kPairs>>(host)),
+      places_(HostAllocator<GroupPlaces>(host)),
       unconnected_(HostAllocator<uint32_t>(host)),
       sums_(groups_.groups().size(), HostAllocator<LmGroupSums>(host)),
       row_start_(HostAllocator<uint32_t>(host)),
       row_groups_(HostAllocator<RowGroup>(host)),
       scratch_(kTasks * lm_scratch_floats(groups_), HostAllocator<float>(host)),
+      offsets_(groups_.places(), HostAllocator<int32_t>(host)),
       motions_(surface.nodes.size(), HostAllocator<NodeMotion>(host)),
       poses_(surface.nodes.size() * 8, HostAllocator<float>(host)),
       edge_nodes_(edges_.piece_nodes * kNodeFloats, HostAllocator<float>(host)),
@@ -86,12 +87,12 @@ bool LmProblem::solve(double lambda, double* step) {
 }
 
 void LmProblem::set_nodes(std::span<const NodePose<double>> nodes) {
-    for (size_t i = 0; i < nodes.size(); ++i) {
+    for_each_item(host_, nodes.size(), [&](size_t i) {
         const auto& [q, p] = nodes[i];
         motions_[i].set(from_rigid(q, p - rotate(q, surface_.nodes[i])), surface_.nodes[i]);
         const double pose[8] = {q.w, q.x, q.y, q.z, p.x, p.y, p.z, 0};
         std::copy(pose, pose + 8, &poses_[8 * i]);
-    }
+    });
 }
 
 void LmProblem::list_row_groups() {
@@ -114,9 +115,9 @@ void LmProblem::list_row_groups() {
 void LmProblem::sum_surface(size_t task, bool linearise) {
     const size_t count = sums_.size(), room = scratch_.size() / kTasks;
     const size_t first = count * task / kTasks, last = count * (task + 1) / kTasks;
-    const LmGroupTask work{&groups_,    motions_.data(), &params_,
-                           image_,      linearise,       scratch_.data() + task * room,
-                           sums_.data()};
+    const LmGroupTask work{&groups_,        motions_.data(), &params_,
+                           image_,          linearise,       scratch_.data() + task * room,
+                           offsets_.data(), sums_.data()};
     sum_groups(work, first, last);
     LmSums& sums = task_sums_[task] = {};
     const auto add = [](LmSums::Term& term, const LmGroupSums::Term& part) {
@@ -188,22 +189,10 @@ void LmProblem::assemble(size_t part) {
                 block[6 * (3 + c) + 3 + r] = own[15 + kUpper[3 * r + c]];
             }
         std::copy_n(own.data() + 21, 6, &trial_.gradient[6 * i]);
-        add_groups(i);
-    }
-}
-
-void LmProblem::add_groups(size_t row) {
-    for (size_t entry = row_start_[row]; entry < row_start_[row + 1]; ++entry) {
-        const auto [g, k] = row_groups_[entry];
-        const auto& node = groups_.groups()[g].node;
-        const LmGroupSums& sums = sums_[g];
-        for (size_t l = 0, pair = size_t(k) * (k + 1) / 2; l <= k; ++l, ++pair) {
-            if (l > 0 && node[l] == node[l - 1]) continue;
-            float* block = (k == l ? trial_.diagonal.data() : trial_.lower.data()) +
-                           size_t(places_[g][pair]) * kBlockFloats;
-            for (size_t i = 0; i < 36; ++i) block[i] += sums.blocks[pair][i];
-        }
-        for (size_t i = 0; i < 6; ++i) trial_.gradient[6 * row + i] += sums.gradient[6 * k + i];
+        add_groups(
+            {std::span(row_groups_).subspan(row_start_[i], row_start_[i + 1] - row_start_[i]),
+             groups_.groups().data(), sums_.data(), places_.data(), trial_.lower.data(),
+             trial_.diagonal.data(), &trial_.gradient[6 * i]});
     }
 }
 

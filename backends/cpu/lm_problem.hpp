@@ -22,11 +22,7 @@ class LmProblem {
     bool solve(double lambda, double* step);
 
   private:
-    static constexpr size_t kTasks = 12;  // that the groups are shared out to
-    struct RowGroup {
-        uint32_t group, member;  // the row's control point is the group's member-th
-    };
-
+    static constexpr size_t kTasks = 24;  // that the groups are shared out to
     void set_nodes(std::span<const NodePose<double>> nodes);
     void list_row_groups();
     void sum_surface(size_t task, bool linearise);
@@ -34,7 +30,6 @@ class LmProblem {
     void measure_data();
     void weigh_edges(size_t piece);
     void assemble(size_t part);
-    void add_groups(size_t row);
     LmSums total() const;
 
     const defrec_lm_params& params_;
@@ -44,13 +39,13 @@ class LmProblem {
     LmGroups groups_;
     LmEdges edges_;
     DisparityImage image_{};
-    HostVector<std::array<uint32_t, LmGroupSums::kPairs>>
-        places_;  // of each group's blocks: in the lower half, or a control point
+    HostVector<GroupPlaces> places_;
     HostVector<uint32_t> unconnected_;  // blocks of the lower half that no edge writes
     HostVector<LmGroupSums> sums_;
     HostVector<uint32_t> row_start_;  // row i's entries of row_groups_ are row_start_[i] .. [i + 1]
     HostVector<RowGroup> row_groups_;
     HostVector<float> scratch_;
+    HostVector<int32_t> offsets_;
     HostVector<NodeMotion> motions_;
     HostVector<float> poses_, edge_nodes_;
     HostVector<double> data_;

@@ -1,6 +1,9 @@
 // The data terms of stage lm over groups of surface points, in SIMD lanes. The formulas are those
 // of backends/shared/lm_terms.hpp.
+#include <hwy/cache_control.h>
+
 #include "backends/cpu/lm_groups.hpp"
+#include "backends/cpu/lm_system.hpp"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "backends/cpu/lm_surface.cpp"
@@ -141,6 +144,7 @@ HWY_NOINLINE void sum_points(const LmGroupTask& task, const LmGroup& group,
             load(LmGroups::kNormalX), load(LmGroups::kNormalY), load(LmGroups::kNormalZ)});
 
         const auto live = depth_lanes(d, task.params->camera, task.image, p);
+        hn::Store(live.offset, hn::Rebind<int32_t, D>(), task.offsets + group.first_point + i);
         const V range = hn::Sqrt(dot(p, p)), slope = dot(n, p);
         const V difference = hn::Mul(hn::Sub(live.depth, p.z), live.inverse_z);
         const auto facing = hn::Ge(hn::Neg(slope), hn::Mul(hn::Set(d, float(kMinFacing)), range));
@@ -238,10 +242,25 @@ HWY_NOINLINE void sum_sightings(const LmGroupTask& task, const LmGroup& group,
     sums.patch = patch.sums();
 }
 
+// The disparity image is larger than the inner caches, and points lie scattered over it: asks for
+// where they were before they are looked up.
+HWY_INLINE void prefetch_depth(const LmGroupTask& task, const LmGroup& group) {
+    if (task.image.data == nullptr) return;
+    const auto* upper = reinterpret_cast<const char*>(task.image.data);
+    const char* lower = upper + task.image.stride * sizeof(int16_t);
+    for (size_t i = group.first_point; i < group.first_point + group.points; ++i) {
+        hwy::Prefetch(upper + task.offsets[i]);
+        hwy::Prefetch(lower + task.offsets[i]);
+    }
+}
+
 void SumGroups(const LmGroupTask& task, size_t first, size_t last) {
+    constexpr size_t kAhead = 4;
     auto* equations = reinterpret_cast<NormalEquations*>(task.scratch);
+    const auto groups = task.groups->groups();
     for (size_t g = first; g < last; ++g) {
-        const LmGroup& group = task.groups->groups()[g];
+        if (g + kAhead < last) prefetch_depth(task, groups[g + kAhead]);
+        const LmGroup& group = groups[g];
         LmGroupSums& sums = task.sums[g];
         const GroupMotion motions(task.motions, group.node);
         Rows rows(task.scratch + sizeof(NormalEquations) / sizeof(float));
@@ -251,6 +270,37 @@ void SumGroups(const LmGroupTask& task, size_t first, size_t last) {
         for (size_t k = 0; k < kSkin; ++k) sums.data[k] = total(rows.data[k]);
         multiply_rows(DWide(), rows.out, rows.fours, *equations);
         cut_blocks(*equations, sums);
+    }
+}
+
+HWY_INLINE void add_block(const float* block, float* to) {
+    const DWide d;
+    const hn::FixedTag<float, 4> d4;
+    size_t i = 0;
+    for (; i + hn::Lanes(d) <= 36; i += hn::Lanes(d))
+        hn::StoreU(hn::Add(hn::LoadU(d, to + i), hn::LoadU(d, block + i)), d, to + i);
+    for (; i < 36; i += 4)
+        hn::StoreU(hn::Add(hn::LoadU(d4, to + i), hn::LoadU(d4, block + i)), d4, to + i);
+}
+
+void AddGroups(const LmRowTask& task) {
+    constexpr size_t kAhead = 2;
+    for (size_t entry = 0; entry < task.entries.size(); ++entry) {
+        if (entry + kAhead < task.entries.size()) {
+            // Together the sums are larger than the inner caches.
+            const auto [g, k] = task.entries[entry + kAhead];
+            const float* first = task.sums[g].blocks[k * (k + 1) / 2];
+            for (size_t i = 0; i <= 36 * (k + 1); i += 16) hwy::Prefetch(first + i);
+        }
+        const auto [g, k] = task.entries[entry];
+        const auto& node = task.groups[g].node;
+        const LmGroupSums& sums = task.sums[g];
+        for (size_t l = 0, pair = size_t(k) * (k + 1) / 2; l <= k; ++l, ++pair) {
+            if (l > 0 && node[l] == node[l - 1]) continue;
+            add_block(sums.blocks[pair], (k == l ? task.diagonal : task.lower) +
+                                             size_t(task.places[g][pair]) * kBlockFloats);
+        }
+        for (size_t i = 0; i < 6; ++i) task.gradient[i] += sums.gradient[6 * k + i];
     }
 }
 
@@ -265,6 +315,9 @@ HWY_EXPORT(SumGroups);
 void sum_groups(const LmGroupTask& task, size_t first, size_t last) {
     HWY_DYNAMIC_DISPATCH(SumGroups)(task, first, last);
 }
+
+HWY_EXPORT(AddGroups);
+void add_groups(const LmRowTask& task) { HWY_DYNAMIC_DISPATCH(AddGroups)(task); }
 
 size_t lm_scratch_floats(const LmGroups& groups) {
     constexpr size_t kEquations = kJacobian * kJacobian + kJacobian;

@@ -119,7 +119,7 @@ class Lm final : public Stage {
         const bool presolve = p_.presolve != 0 && buffers.matches != nullptr;
         if (presolve)
             recorder.launch(
-                lm_presolve, {dim3(1), dim3(kLmThreads)},
+                lm_presolve, {dim3(1), dim3(kPresolveThreads)},
                 LmPresolve{s.landmarks.as<float4>(), s.landmark_nodes.as<int4>(), p_.landmarks,
                            p_.match_tukey_mm, buffers.motions, buffers.matches,
                            s.deformed.as<float4>(), s.rigid.as<float4>()});

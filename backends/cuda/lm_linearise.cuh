@@ -53,18 +53,23 @@ __device__ __forceinline__ void load_terms(const LmView& view, const LmMemory& m
         memory.terms[i] = view.surface.terms[here.first_term + i];
 }
 
+// Which residuals: D, which weights the connections, is known once all items' are.
+struct LmKinds {
+    bool items, connections;
+};
+
 // A warp for each block of the matrix: eight lanes for its columns, and four times those to share
 // its terms.
-__device__ __forceinline__ void add_sums(const LmMemory& memory, uint32_t count, bool only_data,
+__device__ __forceinline__ void add_sums(const LmMemory& memory, uint32_t count, LmKinds kinds,
                                          uint32_t rows) {
     constexpr uint32_t kSplit = kWarp / kColumns;
     const uint32_t lane = threadIdx.x % kWarp, column = lane % kColumns, split = lane / kColumns;
     for (uint32_t s = threadIdx.x / kWarp; s < count; s += kLmWarps) {
         const LmSum sum = memory.sums[s];
         const bool diagonal = sum.target < rows;
-        if (only_data && !diagonal) continue;
+        if (!kinds.items && !diagonal) continue;
         float total[6] = {};
-        if (diagonal || column < 6)
+        if (kinds.items && (diagonal || column < 6))
             for (uint32_t at = sum.first_term + split; at < sum.last_term; at += kSplit) {
                 const uint32_t term = memory.terms[at], k = (term >> 2) & 3, l = term & 3;
                 if (column >= kGradientColumn && k != l) continue;
@@ -77,7 +82,7 @@ __device__ __forceinline__ void add_sums(const LmMemory& memory, uint32_t count,
                 const float six[6] = {turn.x, turn.y, turn.z, v.x, v.y, v.z};
                 for (int r = 0; r < 6; ++r) total[r] += six[r];
             }
-        if (!only_data && diagonal && column != kDataColumn)
+        if (kinds.connections && diagonal && column != kDataColumn)
             for (uint32_t c = sum.first_connection + split; c < sum.last_connection; c += kSplit)
                 for (uint32_t r = 0; r < 6; ++r)
                     total[r] +=
@@ -96,49 +101,56 @@ __device__ __forceinline__ void add_sums(const LmMemory& memory, uint32_t count,
     }
 }
 
-// own = F^-1 with F F^T = block. Pivots that vanish in single precision are raised.
-__device__ __forceinline__ void invert_factor(const float (&block)[kFactor],
-                                              float (&own)[kFactor]) {
-    constexpr auto at = [](int r, int c) { return r * (r + 1) / 2 + c; };
-    float factor[kFactor];
-    for (int c = 0; c < 6; ++c)
-        for (int r = c; r < 6; ++r) {
-            float value = block[at(r, c)];
-            const float minimum = value * 1e-6f;
-            for (int k = 0; k < c; ++k) value -= factor[at(r, k)] * factor[at(c, k)];
-            if (r == c)
-                own[at(c, c)] = rsqrtf(fmaxf(value, minimum));
-            else
-                factor[at(r, c)] = value * own[at(c, c)];
+// Marquardt's damping of the control points' blocks, whose factors are what conditions the system;
+// the right side with them. What has no weight at all gets one, and stays where it is. Eight lanes
+// a control point, of which six have a row of its block each, then a column of the inverse factor
+// F^-1, F F^T = block. Pivots that vanish in single precision are raised.
+__device__ __forceinline__ void damp(const LmView& view, const LmMemory& memory,
+                                     const LmShare& share, float lambda, uint32_t copy) {
+    constexpr uint32_t kLanes = 8, kPoints = kLmThreads / kLanes;  // at a time
+    const uint32_t lane = threadIdx.x % kLanes, line = min(lane, 5u),
+                   rows = share.last_node - share.first_node;
+    const auto from = [](float value, uint32_t other) {
+        return __shfl_sync(kAllLanes, value, static_cast<int>(other), kLanes);
+    };
+    for (uint32_t first = threadIdx.x / kWarp * (kWarp / kLanes); first < rows; first += kPoints) {
+        const uint32_t row = first + threadIdx.x % kWarp / kLanes;
+        const bool is_own = row < rows && lane < 6;
+        const float* own = memory.own + kOwn * min(row, rows - 1);
+        float trace = 0;
+        for (uint32_t r = 0; r < 6; ++r) trace += own[7 * r];
+        const float least = trace > 0 ? float(kMinDiagonal) * trace : 1.0f;
+        float values[6], factor[6], diagonal[6], inverse[6] = {};
+        for (uint32_t c = 0; c < 6; ++c)
+            values[c] = c == line ? own[7 * c] * (1 + lambda) + least : own[6 * c + line];
+        const float least_pivot = (own[7 * line] * (1 + lambda) + least) * 1e-6f;
+        for (uint32_t c = 0; c < 6; ++c) {
+            diagonal[c] = rsqrtf(fmaxf(from(values[c], c), from(least_pivot, c)));
+            factor[c] = values[c] * diagonal[c];
+            for (uint32_t k = c + 1; k < 6; ++k) values[k] -= factor[c] * from(factor[c], k);
         }
-    for (int c = 0; c < 6; ++c)
-        for (int r = c + 1; r < 6; ++r) {
+        for (uint32_t r = 0; r < 6; ++r) {
             float value = 0;
-            for (int k = c; k < r; ++k) value -= factor[at(r, k)] * own[at(k, c)];
-            own[at(r, c)] = value * own[at(r, r)];
+            for (uint32_t k = 0; k < r; ++k) value -= from(factor[k], r) * inverse[k];
+            inverse[r] = r == line ? diagonal[r] : value * diagonal[r];
         }
-}
-
-// Marquardt's damping of a control point's block, whose factor is what conditions the system; the
-// right side with it. What has no weight at all gets one, and stays where it is.
-__device__ __forceinline__ void damp(const LmView& view, const float* own, float lambda,
-                                     uint32_t node, uint32_t copy, float* own_factor) {
-    float block[kFactor], factor[kFactor], trace = 0;
-    for (uint32_t r = 0; r < 6; ++r) trace += own[7 * r];
-    const float minimum = trace > 0 ? float(kMinDiagonal) * trace : 1.0f;
-    for (uint32_t r = 0, at = 0; r < 6; ++r)
-        for (uint32_t c = 0; c <= r; ++c, ++at)
-            block[at] = r == c ? own[7 * r] * (1 + lambda) + minimum : own[6 * c + r];
-    invert_factor(block, factor);
-    float* out = view.exchange.factors + size_t{copy} * kFactor * view.p.nodes + node;
-    float* start = view.exchange.starts + size_t{copy} * 6 * view.p.nodes + 6 * node;
-    for (uint32_t r = 0, at = 0; r < 6; ++r) {
-        float value = 0;
-        for (uint32_t c = 0; c <= r; ++c, ++at) {
-            out[size_t{at} * view.p.nodes] = own_factor[at] = factor[at];
-            value -= factor[at] * own[6 * kGradientColumn + c];
+        float start = 0;
+        for (uint32_t r = 0; r < 6; ++r) {
+            float value = 0;
+            for (uint32_t c = 0; c <= r; ++c)
+                value -= from(inverse[r] * own[6 * kGradientColumn + line], c);
+            if (r == line) start = value;
         }
-        start[r] = value;
+        if (!is_own) continue;
+        const uint32_t node = share.first_node + row;
+        float* out = view.exchange.factors + size_t{copy} * kFactor * view.p.nodes + node;
+        float* own_factor = memory.own_factors + kOwnFactor * row;
+        for (uint32_t r = 0; r < 6; ++r) {
+            if (r < line) continue;
+            const uint32_t at = r * (r + 1) / 2 + line;
+            out[size_t{at} * view.p.nodes] = own_factor[at] = inverse[r];
+        }
+        view.exchange.starts[size_t{copy} * 6 * view.p.nodes + 6 * node + line] = start;
     }
 }
 
@@ -161,59 +173,62 @@ __device__ __forceinline__ void condition_rows(const LmView& view, const LmMemor
     }
 }
 
+// Residuals of those kinds by the poses that memory holds: their sums, and with a system their part
+// of it.
+__device__ __forceinline__ void add_residuals(const LmView& view, const LmMemory& memory,
+                                              const LmShare& share, LmKinds kinds, bool linearise,
+                                              LmLoaded& loaded, float (&sums)[kSums]) {
+    const uint32_t rows = share.last_node - share.first_node, thread = threadIdx.x,
+                   slot = thread - kLmChunk;  // of a connection
+    for (uint32_t chunk = 0; chunk < share.chunks; ++chunk) {
+        const uint32_t item = share.first_item + chunk * kLmChunk + thread,
+                       connection = share.first_connection + chunk * kLmChunk + slot;
+        if (linearise) load_terms(view, memory, share.first_chunk + chunk, loaded);
+        if (thread < kLmChunk) {
+            if (kinds.items && item < share.last_item)
+                evaluate_item(view, memory, item, thread, linearise, sums);
+        } else if (kinds.connections && connection < share.last_connection) {
+            evaluate_connection(view, memory, connection, slot, linearise, sums);
+        }
+        if (!linearise) continue;
+        __syncthreads();
+        add_sums(memory, loaded.sums, kinds, rows);
+        __syncthreads();
+    }
+}
+
+__device__ __forceinline__ void clear_system(const LmMemory& memory, const LmShare& share) {
+    for (uint32_t i = threadIdx.x; i < kOwn * (share.last_node - share.first_node); i += kLmThreads)
+        memory.own[i] = 0;
+    for (uint32_t i = threadIdx.x; i < 36 * (share.last_place - share.first_place); i += kLmThreads)
+        memory.matrix[i] = 0;
+    __syncthreads();
+}
+
+// Of damping lambda, into the given copy.
+__device__ __forceinline__ void finish_system(const LmView& view, const LmMemory& memory,
+                                              const LmShare& share, float lambda, uint32_t copy) {
+    damp(view, memory, share, lambda, copy);
+    __syncthreads();
+    if (view.p.steps > 0) condition_rows(view, memory, share);
+}
+
 // All residuals by the poses that memory holds. With a system, it is that of damping lambda, in the
 // given copy. farthest: see kFarthest.
 __device__ __forceinline__ void evaluate(const LmView& view, const LmMemory& memory,
                                          const LmShare& share, bool linearise, float lambda,
                                          float farthest, uint32_t copy, LmLoaded& loaded) {
-    const uint32_t thread = threadIdx.x, rows = share.last_node - share.first_node;
-    if (linearise) {
-        for (uint32_t i = thread; i < kOwn * rows; i += kLmThreads) memory.own[i] = 0;
-        for (uint32_t i = thread; i < 36 * (share.last_place - share.first_place); i += kLmThreads)
-            memory.matrix[i] = 0;
-        __syncthreads();
-    }
+    if (linearise) clear_system(memory, share);
     float sums[kSums] = {};
-    const uint32_t slot = thread % kLmChunk;
-    for (uint32_t chunk = 0; chunk < share.chunks; ++chunk) {
-        const uint32_t item = share.first_item + chunk * kLmChunk + slot,
-                       connection = share.first_connection + chunk * kLmChunk + slot;
-        if (linearise) load_terms(view, memory, share.first_chunk + chunk, loaded);
-        if (thread < kLmChunk) {
-            if (item < share.last_item) evaluate_item(view, memory, item, slot, linearise, sums);
-        } else if (connection < share.last_connection) {
-            evaluate_connection(view, memory, connection, slot, linearise, sums);
-        }
-        if (!linearise) continue;
-        __syncthreads();
-        add_sums(memory, loaded.sums, false, rows);
-        __syncthreads();
-    }
+    add_residuals(view, memory, share, {true, true}, linearise, loaded, sums);
     publish_sums(sums, farthest, view.exchange.sums + size_t{copy} * gridDim.x * kSums);
-    if (!linearise) return;
-    for (uint32_t row = thread; row < rows; row += kLmThreads)
-        damp(view, memory.own + kOwn * row, lambda, share.first_node + row, copy,
-             memory.own_factors + kOwnFactor * row);
-    __syncthreads();
-    if (view.p.steps > 0) condition_rows(view, memory, share);
+    if (linearise) finish_system(view, memory, share, lambda, copy);
 }
 
-// D of each control point by the poses that memory holds, and S of the connections from them.
+// D of each control point from the system of the items alone, and S of the connections from them.
 __device__ __forceinline__ void measure_data(const LmView& view, const LmMemory& memory,
-                                             const LmShare& share, LmLoaded& loaded) {
+                                             const LmShare& share) {
     const uint32_t thread = threadIdx.x, rows = share.last_node - share.first_node;
-    for (uint32_t i = thread; i < kOwn * rows; i += kLmThreads) memory.own[i] = 0;
-    __syncthreads();
-    float unused[kSums] = {};
-    for (uint32_t chunk = 0; chunk < share.chunks; ++chunk) {
-        const uint32_t item = share.first_item + chunk * kLmChunk + thread;
-        load_terms(view, memory, share.first_chunk + chunk, loaded);
-        if (thread < kLmChunk && item < share.last_item)
-            evaluate_item(view, memory, item, thread, true, unused);
-        __syncthreads();
-        add_sums(memory, loaded.sums, true, rows);
-        __syncthreads();
-    }
     float squares[2] = {};
     for (uint32_t row = thread; row < rows; row += kLmThreads) {
         const float data = memory.own[kOwn * row + 6 * kDataColumn + 3];
@@ -240,6 +255,19 @@ __device__ __forceinline__ void measure_data(const LmView& view, const LmMemory&
         view.exchange.scales[c] = connection.share * (0.5f * both + usual) * 0.5f;
     }
     __syncthreads();
+}
+
+// By the poses to start from, with the system of damping lambda, in the given copy.
+__device__ __forceinline__ void begin(const LmView& view, const LmMemory& memory,
+                                      const LmShare& share, float lambda, uint32_t copy,
+                                      LmLoaded& loaded) {
+    clear_system(memory, share);
+    float sums[kSums] = {};
+    add_residuals(view, memory, share, {true, false}, true, loaded, sums);
+    measure_data(view, memory, share);
+    add_residuals(view, memory, share, {false, true}, true, loaded, sums);
+    publish_sums(sums, 0, view.exchange.sums + size_t{copy} * gridDim.x * kSums);
+    finish_system(view, memory, share, lambda, copy);
 }
 
 }  // namespace

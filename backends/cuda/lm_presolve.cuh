@@ -19,6 +19,7 @@ struct LmPresolve {
     float4* rigid;     // rotation, translation
 };
 
+constexpr uint32_t kPresolveThreads = 256, kPresolveWarps = kPresolveThreads / kWarp;
 constexpr float kMinSpreadMm2 = 0.01f;
 
 // Whether the second singular value is certainly above a bound: the sum of the squared 2x2 minors
@@ -91,7 +92,7 @@ __device__ __forceinline__ Vec3<float> mean3(const float* sums, float weight) {
 // Deforms the landmarks, and sums over those that count.
 __device__ __forceinline__ void deform_landmarks(const LmPresolve& given, float inverse_c2,
                                                  float (&sums)[kMatchSums]) {
-    for (uint32_t i = threadIdx.x; i < given.landmarks; i += kLmThreads) {
+    for (uint32_t i = threadIdx.x; i < given.landmarks; i += kPresolveThreads) {
         const defrec_match& match = given.matches[i];
         const bool taken = preselected(match);
         float4 deformed = make_float4(0, 0, 0, 0);
@@ -138,9 +139,9 @@ __device__ __forceinline__ RigidMotion fit(const float (&sums)[kFitSums], Vec3<f
     return {turn, to_centre + to - rotate(turn, from_centre + from)};
 }
 
-__global__ void __launch_bounds__(kLmThreads) lm_presolve(LmPresolve given) {
-    __shared__ float match_warps[kLmWarps][kMatchSums], fit_warps[kLmWarps][kFitSums],
-        error_warps[kLmWarps][2];
+__global__ void __launch_bounds__(kPresolveThreads) lm_presolve(LmPresolve given) {
+    __shared__ float match_warps[kPresolveWarps][kMatchSums], fit_warps[kPresolveWarps][kFitSums],
+        error_warps[kPresolveWarps][2];
     const float c2 = given.match_tukey * given.match_tukey;
     float all[kMatchSums] = {};
     deform_landmarks(given, 1 / c2, all);
@@ -155,7 +156,7 @@ __global__ void __launch_bounds__(kLmThreads) lm_presolve(LmPresolve given) {
     for (int round = 0; enough && round < kPresolveRounds; ++round) {
         const float inverse_c2 = 1 / fmaxf(c2, 9 * errors[0] / all[kMatchWeights]);
         float sums[kFitSums] = {};
-        for (uint32_t i = threadIdx.x; i < given.landmarks; i += kLmThreads) {
+        for (uint32_t i = threadIdx.x; i < given.landmarks; i += kPresolveThreads) {
             const float4 landmark = given.deformed[i];
             if (landmark.w == 0) continue;
             const Vec3<float> from = vector_of(landmark),
@@ -173,7 +174,7 @@ __global__ void __launch_bounds__(kLmThreads) lm_presolve(LmPresolve given) {
         block_sums(sums, fit_warps);
         motion = fit(sums, from_centre, to_centre);
         errors[0] = errors[1] = 0;
-        for (uint32_t i = threadIdx.x; i < given.landmarks; i += kLmThreads) {
+        for (uint32_t i = threadIdx.x; i < given.landmarks; i += kPresolveThreads) {
             const float4 landmark = given.deformed[i];
             if (landmark.w == 0) continue;
             const Vec3<float> off =

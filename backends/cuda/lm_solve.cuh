@@ -99,8 +99,10 @@ __device__ __forceinline__ void give_results(const LmView& view, const LmMemory&
     if (blockIdx.x == 0 && threadIdx.x == 0) *view.summary = summarise(view.p, state, failed);
 }
 
+// Registers for three blocks on a multiprocessor, so that as many trackers' solves run beside each
+// other.
 template <bool kShared>
-__global__ void __launch_bounds__(kLmThreads, kShared ? 2 : 1) lm_solve(LmView view) {
+__global__ void __launch_bounds__(kLmThreads, kShared ? 3 : 1) lm_solve(LmView view) {
     __shared__ LmState state;
     __shared__ double there[kSums];
     const LmShare share = view.surface.shares[blockIdx.x];
@@ -113,8 +115,7 @@ __global__ void __launch_bounds__(kLmThreads, kShared ? 2 : 1) lm_solve(LmView v
         collect_sums(view.exchange.sums + size_t{copy} * gridDim.x * kSums, there);
     };
     start_poses(view, memory);
-    measure_data(view, memory, share, loaded);
-    evaluate(view, memory, share, true, view.p.damping, 0, copy, loaded);
+    begin(view, memory, share, view.p.damping, copy, loaded);
     collect();
     if (thread == 0) begin_state(view.p, there, state);
     __syncthreads();

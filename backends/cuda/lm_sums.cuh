@@ -30,18 +30,25 @@ __device__ __forceinline__ float warp_sums(float (&values)[kCount]) {
 
 // The sums over the block, to all threads. A barrier must lie between two calls with the same
 // memory.
-template <uint32_t kCount>
+template <uint32_t kCount, uint32_t kWarps>
 __device__ __forceinline__ void block_sums(float (&values)[kCount],
-                                           float (&warps)[kLmWarps][kCount]) {
+                                           float (&warps)[kWarps][kCount]) {
     constexpr uint32_t kLanes = kWarp / kCount;  // that end with the same sum
     const uint32_t lane = threadIdx.x % kWarp;
     const float sum = warp_sums(values);
     if (lane % kLanes == 0) warps[threadIdx.x / kWarp][lane / kLanes] = sum;
     __syncthreads();
-    for (uint32_t i = 0; i < kCount; ++i) {
-        float total = warps[0][i];
-        for (uint32_t w = 1; w < kLmWarps; ++w) total += warps[w][i];
-        values[i] = total;
+    if constexpr (kCount <= 4) {
+        for (uint32_t i = 0; i < kCount; ++i) {
+            float total = warps[0][i];
+            for (uint32_t w = 1; w < kWarps; ++w) total += warps[w][i];
+            values[i] = total;
+        }
+    } else {  // too many for each thread to add them up by itself
+        if (threadIdx.x < kCount)
+            for (uint32_t w = 1; w < kWarps; ++w) warps[0][threadIdx.x] += warps[w][threadIdx.x];
+        __syncthreads();
+        for (uint32_t i = 0; i < kCount; ++i) values[i] = warps[0][i];
     }
 }
 

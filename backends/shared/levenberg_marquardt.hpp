@@ -5,6 +5,7 @@
 #include <span>
 
 #include "backends/shared/lm_arap.hpp"
+#include "backends/shared/stage.hpp"
 
 namespace defrec {
 
@@ -41,6 +42,15 @@ inline NodePose<double> moved(const NodePose<double>& pose, const double step[6]
             pose.position + Vec3<double>{step[3], step[4], step[5]}};
 }
 
+// body(i) for all i < count on the host's threads, some at a time.
+template <class Body>
+void for_each_item(const Host& host, size_t count, Body&& body) {
+    constexpr size_t kAtOnce = 64;
+    host.parallel_for((count + kAtOnce - 1) / kAtOnce, [&](size_t task) {
+        for (size_t i = task * kAtOnce; i < std::min(count, (task + 1) * kAtOnce); ++i) body(i);
+    });
+}
+
 // nodes: in, where to start; out, the minimum. trial: as many; step: 6 each. Problem has
 // - LmSums begin(nodes): linearises, and fixes what depends on the start; the system becomes the
 //   present one
@@ -49,7 +59,7 @@ inline NodePose<double> moved(const NodePose<double>& pose, const double step[6]
 // - bool solve(lambda, step): of the present one; false if there is no finite solution
 template <class Problem>
 defrec_lm_summary levenberg_marquardt(Problem& problem, const defrec_lm_params& params,
-                                      std::span<NodePose<double>> nodes,
+                                      const Host& host, std::span<NodePose<double>> nodes,
                                       std::span<NodePose<double>> trial, std::span<double> step) {
     defrec_lm_summary summary{};
     LmSums sums = problem.begin(nodes);
@@ -63,16 +73,16 @@ defrec_lm_summary levenberg_marquardt(Problem& problem, const defrec_lm_params& 
         bool accepted = false;
         if (problem.solve(lambda, step.data())) {
             any_step = true;
-            double largest = 0;
-            for (size_t k = 0; k < nodes.size(); ++k) {
-                const double* s = &step[6 * k];
+            for_each_item(host, nodes.size(), [&](size_t k) {
+                double* s = &step[6 * k];
                 trial[k] = moved(nodes[k], s);
                 const double turn = double(params.node_spacing_mm) *
                                     double(params.node_spacing_mm) *
                                     (s[0] * s[0] + s[1] * s[1] + s[2] * s[2]);
-                largest =
-                    std::max(largest, std::max(turn, s[3] * s[3] + s[4] * s[4] + s[5] * s[5]));
-            }
+                s[0] = std::max(turn, s[3] * s[3] + s[4] * s[4] + s[5] * s[5]);
+            });
+            double largest = 0;
+            for (size_t k = 0; k < nodes.size(); ++k) largest = std::max(largest, step[6 * k]);
             converged = largest < kMinStepMm * kMinStepMm;
             const LmSums there = problem.evaluate(trial, i + 1 < params.iterations && !converged);
             accepted = there.total() < sums.total();

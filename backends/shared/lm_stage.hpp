@@ -19,7 +19,8 @@ class LmStage : public Stage {
           nodes_(params.nodes, HostAllocator<NodePose<double>>(host)),
           trial_(params.nodes, HostAllocator<NodePose<double>>(host)),
           step_(params.nodes * size_t(6), HostAllocator<double>(host)),
-          deformed_(params.landmarks, HostAllocator<Vec3<double>>(host)) {}
+          deformed_(params.landmarks, HostAllocator<Vec3<double>>(host)),
+          squared_errors_(params.landmarks, HostAllocator<double>(host)) {}
 
     void prepare(std::span<const InBuffer> in) override {
         auto prepared = std::make_unique<Prepared>(params_, in, host_);  // keeps the one before
@@ -38,39 +39,40 @@ class LmStage : public Stage {
         const auto given = view_buffers<LmBuffers>(params_, in, out);
         const LmFrame frame = frame_of(params_, given);
 
-        for (size_t i = 0; i < nodes_.size(); ++i) {
+        for_each_item(host_, nodes_.size(), [&](size_t i) {
             motions_[i] = usable_motion<double>(frame.motions[surface.given_node[i]]);
             nodes_[i] = {motions_[i].real, apply(motions_[i], surface.nodes[i])};
-        }
+        });
         auto rigid = DualQuaternion<double>::identity();
         if (params_.presolve != 0 && frame.matches != nullptr) rigid = move_rigidly(frame.matches);
         problem.set_frame(frame);
-        *given.summary = levenberg_marquardt(problem, params_, std::span(nodes_), std::span(trial_),
-                                             std::span(step_));
+        *given.summary = levenberg_marquardt(problem, params_, host_, std::span(nodes_),
+                                             std::span(trial_), std::span(step_));
         if (nodes_.size() < params_.nodes)
             for (size_t i = 0; i < params_.nodes; ++i) {
                 const auto motion = usable_motion<double>(frame.motions[i]);
                 given.results[i] =
                     (given.summary->failed ? motion : compose(rigid, motion)).store();
             }
-        for (size_t i = 0; i < nodes_.size(); ++i) {
+        for_each_item(host_, nodes_.size(), [&](size_t i) {
             const NodePose<double>& node = nodes_[i];
             if (!given.summary->failed)
                 motions_[i] = from_rigid(node.rotation,
                                          node.position - rotate(node.rotation, surface.nodes[i]));
             given.results[surface.given_node[i]] = motions_[i].store();
-        }
+        });
     }
 
   private:
     DualQuaternion<double> move_rigidly(const defrec_match* matches) {
-        for (size_t i = 0; i < deformed_.size(); ++i) {
-            if (!preselected(matches[i])) continue;
+        for_each_item(host_, deformed_.size(), [&](size_t i) {
+            if (!preselected(matches[i])) return;
             const defrec_surface_point& landmark = prepared_->surface.landmarks[i];
             deformed_[i] = apply(blend<double>(motions_.data(), landmark.node, landmark.weight),
                                  load3<double>(landmark.position));
-        }
-        const auto motion = presolve(matches, deformed_, double(params_.match_tukey_mm));
+        });
+        const auto motion =
+            presolve(host_, matches, deformed_, double(params_.match_tukey_mm), squared_errors_);
         for (NodePose<double>& node : nodes_)
             node = {motion.real * node.rotation, apply(motion, node.position)};
         return motion;
@@ -91,6 +93,7 @@ class LmStage : public Stage {
     HostVector<NodePose<double>> nodes_, trial_;
     HostVector<double> step_;
     HostVector<Vec3<double>> deformed_;  // landmarks
+    HostVector<double> squared_errors_;  // of them
     std::unique_ptr<Prepared> prepared_;
 };
 
