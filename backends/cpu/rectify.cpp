@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "backends/cpu/host_block.hpp"
 #include "backends/cpu/rectify_rows.hpp"
 #include "backends/cpu/stages.hpp"
 
@@ -18,8 +19,8 @@ class Rectify final : public Stage {
         : p_(params),
           host_(host),
           padded_stride_(params.source_width + 1),
-          gray_(padded_size(), HostAllocator<uint8_t>(host)),
-          ignore_(gray_),
+          gray_(host, padded_size()),
+          ignore_(host, padded_size()),
           brightest_(params.height, HostAllocator<uint8_t>(host)) {}
 
     void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
@@ -91,8 +92,8 @@ class Rectify final : public Stage {
     defrec_rectify_params p_;
     Host host_;
     size_t padded_stride_;
-    HostVector<uint8_t> gray_, ignore_;  // the source, padded for sampling
-    HostVector<uint8_t> brightest_;      // largest gray value of each result row
+    HostBlock<uint8_t> gray_, ignore_;  // the source, padded for sampling
+    HostVector<uint8_t> brightest_;     // largest gray value of each result row
 };
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "backends/shared/gray.hpp"
 #include "include/defrec_c.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -22,10 +23,10 @@ HWY_INLINE V8 Bt601(V8 red, V8 green, V8 blue) {
     const hn::RebindToSigned<hn::RepartitionToWide<decltype(d8)>> d16;
     const auto weigh = [&](auto r, auto g, auto b) HWY_ATTR {
         // Sums reach 65408: right as unsigned 16 bits.
-        const auto sum =
-            hn::Add(hn::Add(hn::Mul(hn::PromoteTo(d16, r), hn::Set(d16, 77)),
-                            hn::Mul(hn::PromoteTo(d16, g), hn::Set(d16, 150))),
-                    hn::Add(hn::Mul(hn::PromoteTo(d16, b), hn::Set(d16, 29)), hn::Set(d16, 128)));
+        const auto sum = hn::Add(
+            hn::Add(hn::Mul(hn::PromoteTo(d16, r), hn::Set(d16, kRedWeight)),
+                    hn::Mul(hn::PromoteTo(d16, g), hn::Set(d16, kGreenWeight))),
+            hn::Add(hn::Mul(hn::PromoteTo(d16, b), hn::Set(d16, kBlueWeight)), hn::Set(d16, 128)));
         const hn::RebindToUnsigned<decltype(d16)> du16;
         return hn::DemoteTo(half8, hn::BitCast(d16, hn::ShiftRight<8>(hn::BitCast(du16, sum))));
     };
@@ -57,7 +58,7 @@ void GrayRow(uint32_t format, const uint8_t* src, uint8_t* dst, size_t n) {
     for (; x < n; ++x) {
         const uint8_t* s = src + pixel * x;
         const int red = rgb ? s[0] : s[2], blue = rgb ? s[2] : s[0];
-        dst[x] = uint8_t((77 * red + 150 * s[1] + 29 * blue + 128) >> 8);
+        dst[x] = uint8_t(gray_of(red, s[1], blue));
     }
 }
 

@@ -1,6 +1,7 @@
 // Stage rectify: a block samples its tile and the rim round it, and grows the mask in shared
 // memory. docs/stages/rectify.md.
 #include "backends/cuda/stages.hpp"
+#include "backends/shared/gray.hpp"
 #include "backends/stages/rectify.hpp"
 
 namespace defrec::cuda {
@@ -20,7 +21,7 @@ __device__ int gray_at(const RectifyConstants& c, const RectifyBuffers& given, i
     if constexpr (kFormat == DEFREC_FORMAT_GRAY8) return pixel[0];
     const int red = pixel[kFormat == DEFREC_FORMAT_RGB8 ? 0 : 2], green = pixel[1],
               blue = pixel[kFormat == DEFREC_FORMAT_RGB8 ? 2 : 0];
-    return (77 * red + 150 * green + 29 * blue + 128) >> 8;
+    return gray_of(red, green, blue);
 }
 
 __device__ bool usable(const RectifyConstants& c, const RectifyBuffers& given, int x, int y) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "backends/reference/stages.hpp"
+#include "backends/shared/gray.hpp"
 
 namespace defrec::reference {
 namespace {
@@ -34,7 +35,7 @@ class Rectify final : public Stage {
         if (p_.format == DEFREC_FORMAT_GRAY8) return s[0];
         const bool rgb = p_.format == DEFREC_FORMAT_RGB8;
         const int red = rgb ? s[0] : s[2], blue = rgb ? s[2] : s[0];
-        return (77 * red + 150 * s[1] + 29 * blue + 128) >> 8;
+        return gray_of(red, s[1], blue);
     }
 
     void sample(const RectifyBuffers& b, int x, int y) {

@@ -52,6 +52,10 @@ const Services& Device::services() const { return *plugin_->services(); }
 
 bool Device::has_host_memory() const { return DEFREC_HAS(table_, host_alloc); }
 
+bool Device::copies_at_once() const {
+    return !has_host_memory() && !DEFREC_HAS(table_, write_in_place);
+}
+
 void Device::begin_call(const char* what) const {
     if (lost_ || plugin_->is_quarantined(index_))
         fail(DEFREC_ERROR_DEVICE_LOST, id_, ": ", what, ": the device was lost before");
@@ -138,6 +142,16 @@ HostMemory::~HostMemory() {
         device_->release("host_free", device_->table().host_free, device_->get(), memory_);
     else
         device_->services().release(memory_);
+}
+
+DeviceBuffer HostMemory::as_buffer() const {
+    if (memory_ == nullptr || !device_->copies_at_once()) return {};
+    try {
+        return DeviceBuffer::import(device_, DEFREC_MEMORY_HOST, memory_, size_);
+    } catch (const Error& error) {
+        if (error.status() != DEFREC_ERROR_UNSUPPORTED) throw;
+        return {};
+    }
 }
 
 Queue::Queue(std::shared_ptr<const Device> device) : device_(std::move(device)) {

@@ -37,6 +37,9 @@ class Device {
     const Services& services() const;
     // Whether HostMemory is the plugin's own: the device is another one than the processor.
     bool has_host_memory() const;
+    // Whether copies end when they are asked for, out of memory like any other: the device is the
+    // processor, and copies for it from HostMemory are in vain where it imports that.
+    bool copies_at_once() const;
     // nullptr where the device does not offer the stage.
     const defrec_stage_table* stage_table(uint32_t stage) const;
 
@@ -146,6 +149,10 @@ class HostMemory {
         return *this;
     }
     ~HostMemory();
+
+    // The same bytes as a buffer of the device, where that is the processor; else an empty one. The
+    // memory must outlive it.
+    DeviceBuffer as_buffer() const;
 
     uint64_t size() const { return size_; }  // bytes
     // What lies there as values of a trivial type; a remainder is left out.

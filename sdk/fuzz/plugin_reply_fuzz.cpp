@@ -119,15 +119,18 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     }
     std::vector<double> patch_px2;
     measure_patches(model_data, reply.output, patch_px2);
-    const Evidence evidence = weigh_evidence(reply.output, patch_px2);
+    const VertexEvidence vertices = weigh_vertices(reply.output.samples);
+    const Evidence evidence = weigh_evidence(reply.output, {&vertices, 1}, patch_px2);
     static_cast<void>(classify(model_data, evidence, true));
     LateralEvidence lateral;
-    measure_lateral(model_data, reply.output, patch_px2, nullptr, lateral);
-    std::vector<float> rows;
+    spread_lateral(model_data, reply.output, patch_px2, lateral);
+    measure_lateral(model_data, reply.output, nullptr, lateral);
+    std::vector<float> last_rows, rows;
     std::vector<RowMatch> row_matches;
     RigMonitor monitor(kWidth, kHeight);
     for (int frame = 0; frame < 2; ++frame) {
-        match_rows(model_data, reply.output, rows, row_matches);
+        match_rows(model_data, reply.output, last_rows, rows, row_matches);
+        last_rows = rows;
         const RigEstimate rig = monitor.update(row_matches);
         VertexConfidence confidence;
         estimate_confidence(model,
@@ -135,7 +138,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
                              static_cast<float>(evidence.mean_residual_mm), rig, last, true},
                             nullptr, confidence);
         double motion[12];
-        fit_rigid_motion(model, reply.output.samples, motion);
+        const RigidSums sums = sum_for_rigid_motion(model, reply.output.samples, 0);
+        fit_rigid_motion(model, {&sums, 1}, motion);
     }
     return 0;
 }

@@ -1,5 +1,5 @@
-// See check_output.hpp. A first look goes over whole arrays without a branch; only where it finds
-// something a second one says what.
+// See check_output.hpp. A look without a branch at whole arrays finds whether there is something;
+// only then a second one says what.
 #include "sdk/tracking/check_output.hpp"
 
 #include <algorithm>
@@ -77,10 +77,50 @@ uint32_t is_wrong(const defrec_ransac_summary& summary, int32_t landmarks) {
            not_finite(summary.rotation) | not_finite(summary.translation);
 }
 
-// Whether any of many is wrong, by bits: of a float that is not finite all of the exponent is set,
-// and one more carries into the highest bit, as an observation beyond the last does with what is
-// missing.
-bool any_wrong(std::span<const defrec_surface_sample> samples) {
+void check_feature_count(uint32_t count, uint32_t max) {
+    if (count > max)
+        fail(DEFREC_ERROR_PLUGIN, "stage orb gave a count of ", count, " features where at most ",
+             max, " fit");
+}
+
+// Calls visit(records, stage, buffer, is_wrong) for what the stages gave, but for the samples.
+template <class Visit>
+void visit_records(const FrameOutput& output, const TemplateData& data, const Visit& visit) {
+    const auto all = [&visit]<class Record>(std::span<Record> records, const char* stage,
+                                            const char* buffer) {
+        visit(std::span<const Record>(records), stage, buffer,
+              [](const Record& record) { return is_wrong(record); });
+    };
+    const FrameSummary& summary = *output.summary;
+    const auto features = static_cast<int32_t>(summary.features);
+    const auto landmarks = static_cast<int32_t>(data.landmarks.size());
+    visit(std::span<const defrec_match>(output.matches), "ransac", "match",
+          [=](const defrec_match& match) { return is_wrong(match, features); });
+    visit(std::span<const defrec_ransac_summary>(&summary.ransac, 1), "ransac", "summary",
+          [=](const defrec_ransac_summary& one) { return is_wrong(one, landmarks); });
+    all(output.motions, "lm", "motion");
+    all(output.observations, "align", "observation");
+    all(output.predictions, "align", "prediction");
+    all(output.checks, "align", "observation");
+    all(output.check_predictions, "align", "prediction");
+    all(output.right_observations, "align", "observation in the right view");
+}
+
+}  // namespace
+
+bool any_wrong_record(const FrameOutput& output, const TemplateData& data, uint32_t max_features) {
+    if (output.summary->features > max_features) return true;
+    uint32_t found = 0;
+    visit_records(output, data,
+                  [&found](auto records, const char*, const char*, const auto& is_wrong_one) {
+                      for (const auto& record : records) found |= is_wrong_one(record);
+                  });
+    return found != 0;
+}
+
+// By bits: of a float that is not finite all of the exponent is set, and one more carries into the
+// highest bit, as an observation beyond the last does with what is missing.
+bool any_wrong_sample(std::span<const defrec_surface_sample> samples) {
     using Words = std::array<uint32_t, sizeof(defrec_surface_sample) / sizeof(uint32_t)>;
     constexpr uint32_t kTop = 0x80000000u, kExponent = 0x7f800000u, kOne = 0x00800000u;
     constexpr Words kKept = {kExponent, kExponent, kExponent, kExponent,
@@ -100,35 +140,15 @@ bool any_wrong(std::span<const defrec_surface_sample> samples) {
     return (all & kTop) != 0;
 }
 
-void check_feature_count(uint32_t count, uint32_t max) {
-    if (count > max)
-        fail(DEFREC_ERROR_PLUGIN, "stage orb gave a count of ", count, " features where at most ",
-             max, " fit");
-}
-
-}  // namespace
-
 void check_output(const FrameOutput& output, const TemplateData& data, uint32_t max_features) {
-    const auto check = [](const auto& records, const char* stage, const char* buffer) {
-        check_all(std::span(std::as_const(records)), stage, buffer,
-                  [](const auto& record) { return is_wrong(record); });
-    };
-    const auto constant = []<class T>(std::span<T> span) { return std::span<const T>(span); };
-    const FrameSummary& summary = *output.summary;
-    check_feature_count(summary.features, max_features);
-    const auto features = static_cast<int32_t>(summary.features);
-    const auto landmarks = static_cast<int32_t>(data.landmarks.size());
-    check_all(constant(output.matches), "ransac", "match",
-              [=](const defrec_match& match) { return is_wrong(match, features); });
-    check_all(std::span<const defrec_ransac_summary>(&summary.ransac, 1), "ransac", "summary",
-              [=](const defrec_ransac_summary& one) { return is_wrong(one, landmarks); });
-    check(constant(output.motions), "lm", "motion");
-    if (any_wrong(output.samples)) check(constant(output.samples), "warp", "sample");
-    check(constant(output.observations), "align", "observation");
-    check(constant(output.predictions), "align", "prediction");
-    check(constant(output.checks), "align", "observation");
-    check(constant(output.check_predictions), "align", "prediction");
-    check(constant(output.right_observations), "align", "observation in the right view");
+    check_feature_count(output.summary->features, max_features);
+    visit_records(
+        output, data,
+        [](auto records, const char* stage, const char* buffer, const auto& is_wrong_one) {
+            check_all(records, stage, buffer, is_wrong_one);
+        });
+    check_all(std::span<const defrec_surface_sample>(output.samples), "warp", "sample",
+              [](const defrec_surface_sample& sample) { return is_wrong(sample); });
 }
 
 void check_front(const FrontImages& images, uint32_t width, uint32_t height, uint32_t max_features,

@@ -2,6 +2,7 @@
 // damaged. Of gray images, masks and kept disparity every value means something.
 #pragma once
 #include <cstdint>
+#include <span>
 
 #include "sdk/tracking/frame_output.hpp"
 
@@ -10,8 +11,11 @@ namespace defrec {
 struct FrontImages;  // pipeline.hpp
 struct SearchRange;  // search_range.hpp
 
-// Throw Error(DEFREC_ERROR_PLUGIN) that names stage, buffer and index of a value that the stage
-// never gives.
+// Whether any value is one that its stage never gives, but for those of samples.
+bool any_wrong_record(const FrameOutput& output, const TemplateData& data, uint32_t max_features);
+bool any_wrong_sample(std::span<const defrec_surface_sample> samples);
+// Throw Error(DEFREC_ERROR_PLUGIN) that names stage, buffer and index of such a value, if there is
+// one.
 void check_output(const FrameOutput& output, const TemplateData& data, uint32_t max_features);
 // max_range: the widest that is searched.
 void check_front(const FrontImages& images, uint32_t width, uint32_t height, uint32_t max_features,

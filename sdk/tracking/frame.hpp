@@ -32,7 +32,8 @@ struct Following {
     Effort effort = Effort::kFull;
 };
 
-// What one frame's images become on the device.
+// What one frame's images become on the device. raw and ignore are empty where it reads the frame's
+// own memory.
 struct Observation {
     DeviceBuffer raw[2], gray[2], mask[2], ignore, disparity, feature_count, features;
     bool is_taken = false;  // by a frame

@@ -2,11 +2,11 @@
 #include "sdk/tracking/frame_input.hpp"
 
 #include <algorithm>
-#include <cstring>
 
 #include "sdk/base/services.hpp"
 #include "sdk/base/shared_loop.hpp"
-#include "sdk/base/streaming_copy.hpp"
+#include "sdk/contract/pixel_format.hpp"
+#include "sdk/tracking/gray_copy.hpp"
 
 namespace defrec {
 namespace {
@@ -16,26 +16,23 @@ constexpr uint64_t kShare = 512 * 1024;  // bytes: what one thread copies while 
 
 void keep_pixels(std::span<const KeptImage> images, uint32_t height, SharedLoop& loop,
                  const Services* helpers) {
+    const auto row_bytes = [](const KeptImage& kept) {
+        return kept.row_pixels * bytes_per_pixel(kept.format);
+    };
     uint64_t largest = 0;
     for (const KeptImage& kept : images)
-        if (kept.image.pixels != nullptr) largest = std::max(largest, kept.row_bytes * height);
+        if (kept.image.pixels != nullptr) largest = std::max(largest, row_bytes(kept) * height);
     const size_t bands = std::max<uint64_t>(1, (largest + kBand - 1) / kBand);
-    const auto copy = [helpers](uint8_t* to, const uint8_t* from, size_t size) {
-        if (helpers != nullptr)
-            streaming_copy(to, from, size);
-        else
-            std::memcpy(to, from, size);
-    };
     const auto copy_band = [&](size_t index) {
         const KeptImage& kept = images[index / bands];
         if (kept.image.pixels == nullptr) return;
         const size_t band = index % bands;
         const size_t first = height * band / bands, last = height * (band + 1) / bands;
-        const bool tight = kept.image.stride == kept.row_bytes;
+        const bool tight = kept.image.stride == row_bytes(kept);
         const size_t rows = tight ? last - first : 1;
         for (size_t y = first; y < last; y += rows)
-            copy(&kept.copy[y * kept.row_bytes], kept.image.pixels + y * kept.image.stride,
-                 rows * kept.row_bytes);
+            copy_gray(kept.format, kept.image.pixels + y * kept.image.stride,
+                      rows * kept.row_pixels, &kept.copy[y * kept.row_pixels], helpers != nullptr);
     };
     const size_t shares = helpers != nullptr && largest > kShare
                               ? images.size() * ((largest + kShare - 1) / kShare)
@@ -48,7 +45,8 @@ void keep_pixels(std::span<const KeptImage> images, uint32_t height, SharedLoop&
     for (const KeptImage& kept : images) {
         if (kept.image.pixels == nullptr) continue;
         kept.image.pixels = kept.copy.data();
-        kept.image.stride = kept.row_bytes;
+        kept.image.stride = kept.row_pixels;
+        kept.image.pixels_in_device = kept.copy_in_device;
     }
 }
 

@@ -18,6 +18,8 @@ struct FrameImage {
     const uint8_t* pixels = nullptr;
     uint64_t stride = 0;  // bytes from row to row
     std::shared_ptr<const DeviceBuffer> memory;
+    const DeviceBuffer* pixels_in_device =
+        nullptr;  // the pixels where the device need not copy them
     bool given() const { return pixels != nullptr || memory != nullptr; }
 };
 
@@ -31,15 +33,19 @@ struct FrameInput {
     Clock::time_point deadline = Clock::time_point::max();  // of the job
 };
 
-// An image and where its pixels are to be kept, in rows of that many bytes without padding.
+// An image, with pixels of a DEFREC_FORMAT_*, and where their gray values are to be kept, in rows
+// of that many pixels without padding.
 struct KeptImage {
     FrameImage& image;
-    uint64_t row_bytes;
+    uint32_t format;
+    uint64_t row_pixels;
     std::span<uint8_t> copy;
+    const DeviceBuffer* copy_in_device = nullptr;  // the same as the device sees it, if it does
 };
-// Copies pixels of the host; the images are these copies afterwards. loop: who helps it helps
-// copying. helpers: whose threads copy as well where it is much, for a device that reads the copies
-// by itself; may be nullptr. Throws what Services::expect_parallel_success does.
+// Copies pixels of the host; the images are these gray copies afterwards, of which stage rectify
+// makes the same as of the colours. loop: who helps it helps copying. helpers: whose threads copy
+// as well where it is much, for a device that reads the copies by itself; may be nullptr. Throws
+// what Services::expect_parallel_success does.
 void keep_pixels(std::span<const KeptImage> images, uint32_t height, SharedLoop& loop,
                  const Services* helpers);
 

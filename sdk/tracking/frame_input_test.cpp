@@ -1,10 +1,11 @@
-// Pixels of the host are copied whole, whoever helps.
+// Pixels of the host are copied whole, as gray values, whoever helps.
 #include "sdk/tracking/frame_input.hpp"
 
 #include <doctest/doctest.h>
 
 #include <vector>
 
+#include "backends/shared/gray.hpp"
 #include "sdk/base/services.hpp"
 #include "sdk/base/shared_loop.hpp"
 
@@ -13,36 +14,39 @@ namespace {
 using namespace defrec;
 
 constexpr uint32_t kHeight = 701;
-constexpr uint64_t kRow = 2400, kStride = 2500, kIgnoreRow = 800;
+constexpr uint64_t kWidth = 800, kRow = 3 * kWidth, kStride = 2500;
 
 void check_kept(const Services* helpers, bool with_ignore) {
-    std::vector<uint8_t> left(kStride * kHeight), right(left.size()), ignore(kIgnoreRow * kHeight);
+    std::vector<uint8_t> left(kStride * kHeight), right(left.size()), ignore(kWidth * kHeight);
     for (size_t i = 0; i < left.size(); ++i) {
         left[i] = static_cast<uint8_t>(i * 2654435761u >> 24);
         right[i] = static_cast<uint8_t>(left[i] + 1);
     }
-    for (size_t i = 0; i < ignore.size(); ++i) ignore[i] = static_cast<uint8_t>(i / kIgnoreRow);
+    for (size_t i = 0; i < ignore.size(); ++i) ignore[i] = static_cast<uint8_t>(i / kWidth);
     FrameImage images[3];
     images[0].pixels = left.data();
     images[1].pixels = right.data();
     images[0].stride = images[1].stride = kStride;
     if (with_ignore) images[2].pixels = ignore.data();
-    images[2].stride = kIgnoreRow;
-    std::vector<uint8_t> copies[3] = {std::vector<uint8_t>(kRow * kHeight),
-                                      std::vector<uint8_t>(kRow * kHeight),
-                                      std::vector<uint8_t>(kIgnoreRow * kHeight)};
-    const KeptImage kept[] = {{images[0], kRow, copies[0]},
-                              {images[1], kRow, copies[1]},
-                              {images[2], kIgnoreRow, copies[2]}};
+    images[2].stride = kWidth;
+    std::vector<uint8_t> copies[3];
+    for (std::vector<uint8_t>& copy : copies) copy.resize(kWidth * kHeight);
+    const KeptImage kept[] = {{images[0], DEFREC_FORMAT_BGR8, kWidth, copies[0]},
+                              {images[1], DEFREC_FORMAT_BGR8, kWidth, copies[1]},
+                              {images[2], DEFREC_FORMAT_GRAY8, kWidth, copies[2]}};
     SharedLoop loop;
     keep_pixels(kept, kHeight, loop, helpers);
     CHECK(images[0].pixels == copies[0].data());
-    CHECK(images[1].stride == kRow);
+    CHECK(images[1].stride == kWidth);
     size_t wrong = 0;
+    const auto is_wrong = [](const std::vector<uint8_t>& copy, const std::vector<uint8_t>& given,
+                             size_t x, size_t y) {
+        const uint8_t* pixel = &given[y * kStride + 3 * x];
+        return copy[y * kWidth + x] != gray_of(pixel[2], pixel[1], pixel[0]);
+    };
     for (size_t y = 0; y < kHeight; ++y)
-        for (size_t x = 0; x < kRow; ++x)
-            wrong += copies[0][y * kRow + x] != left[y * kStride + x] ||
-                     copies[1][y * kRow + x] != right[y * kStride + x];
+        for (size_t x = 0; x < kWidth; ++x)
+            wrong += is_wrong(copies[0], left, x, y) || is_wrong(copies[1], right, x, y);
     CHECK(wrong == 0);
     CHECK((images[2].pixels == copies[2].data()) == with_ignore);
     CHECK(copies[2] == (with_ignore ? ignore : std::vector<uint8_t>(ignore.size())));
@@ -72,7 +76,7 @@ TEST_CASE(
     FrameImage image;
     image.pixels = pixels.data();
     image.stride = kRow;
-    const KeptImage kept[] = {{image, kRow, copy}};
+    const KeptImage kept[] = {{image, DEFREC_FORMAT_GRAY8, kRow, copy}};
     SharedLoop loop;
     CHECK_THROWS(keep_pixels(kept, kHeight, loop, &services));
     CHECK(image.pixels == pixels.data());

@@ -5,7 +5,6 @@
 
 #include "sdk/base/services.hpp"
 #include "sdk/base/spin.hpp"
-#include "sdk/contract/pixel_format.hpp"
 #include "sdk/rig/rig.hpp"
 
 namespace defrec {
@@ -15,22 +14,27 @@ FrameQueue::FrameQueue(const std::shared_ptr<const Device>& device,
                        std::shared_ptr<JobMonitor> monitor, const Rig& rig,
                        const TrackerSettings& settings)
     : height_(rig.height()),
-      row_bytes_(uint64_t{rig.width()} * bytes_per_pixel(settings.format)),
-      ignore_row_bytes_(rig.width()),
+      width_(rig.width()),
+      format_(settings.format),
       helpers_(device->has_host_memory() ? &device->services() : nullptr),
       monitor_(std::move(monitor)) {
     const uint64_t pixels = uint64_t{rig.width()} * height_;
     for (uint32_t i = 0; i < settings.frames_in_flight; ++i)
-        jobs_.push_back(std::make_shared<TrackerJob>(monitor_, device, row_bytes_ * height_, pixels,
+        jobs_.push_back(std::make_shared<TrackerJob>(monitor_, device, pixels,
                                                      settings.keep_disparity, settings.grow != 0));
     order_.resize(settings.frames_in_flight);
 }
 
 std::shared_ptr<TrackerJob> FrameQueue::submit(FrameInput input) {
     std::shared_ptr<TrackerJob> job = reserve(input.timestamp_ns);
-    const KeptImage images[] = {{input.views[0], row_bytes_, job->views[0].as<uint8_t>()},
-                                {input.views[1], row_bytes_, job->views[1].as<uint8_t>()},
-                                {input.ignore, ignore_row_bytes_, job->ignore.as<uint8_t>()}};
+    job->make_room(input);
+    const auto view = [&](size_t i) -> KeptImage {
+        const DeviceBuffer& in_device = job->views_in_device[i];
+        return {input.views[i], format_, width_, job->views[i].as<uint8_t>(),
+                in_device ? &in_device : nullptr};
+    };
+    const KeptImage images[] = {
+        view(0), view(1), {input.ignore, DEFREC_FORMAT_GRAY8, width_, job->ignore.as<uint8_t>()}};
     keep_pixels(images, height_, copying_, helpers_);
     job->input = std::move(input);
 

@@ -52,13 +52,12 @@ class GraySums {
 
 }  // namespace
 
-ImageStatistics image_statistics(const uint8_t* pixels, uint32_t width, uint32_t height,
-                                 uint32_t channels, const int32_t* map) {
+ImageStatistics image_statistics(const uint8_t* gray, uint32_t width, uint32_t height,
+                                 const int32_t* map) {
     constexpr uint32_t kStep = 4;
-    const uint32_t channel = channels >= 3 ? 1 : 0;  // green, or the only one
     GraySums sums;
     for (uint32_t y = kStep / 2; y < height; y += kStep) {
-        const uint8_t* row = pixels + static_cast<size_t>(y) * width * channels + channel;
+        const uint8_t* row = gray + static_cast<size_t>(y) * width;
         const int32_t* row_map = map != nullptr ? map + 2 * size_t{y} * width : nullptr;
         for (uint32_t x = kStep / 2; x < width;) {
             GraySums::Batch batch;
@@ -66,10 +65,10 @@ ImageStatistics image_statistics(const uint8_t* pixels, uint32_t width, uint32_t
             if (row_map == nullptr) {
                 const size_t left = (width - x + kStep - 1) / kStep;
                 for (const size_t end = std::min(batch.size(), left); filled < end; x += kStep)
-                    batch[filled++] = row[x * channels];
+                    batch[filled++] = row[x];
             } else {
                 for (; x < width && filled < batch.size(); x += kStep) {
-                    batch[filled] = row[x * channels];
+                    batch[filled] = row[x];
                     filled += row_map[2 * x] != INT32_MIN;
                 }
             }
@@ -96,18 +95,30 @@ void measure_patches(const TemplateData& data, const FrameOutput& output,
     }
 }
 
-Evidence weigh_evidence(const FrameOutput& output, std::span<const double> patch_px2) {
+VertexEvidence weigh_vertices(std::span<const defrec_surface_sample> samples) {
+    VertexEvidence evidence;
+    for (const defrec_surface_sample& sample : samples) {
+        evidence.inside += sample.observation != DEFREC_OUTSIDE;
+        if (sample.observation == DEFREC_OBSERVED) {
+            ++evidence.observed;
+            evidence.residuals += std::abs(sample.residual);
+        }
+        evidence.occluded += sample.observation == DEFREC_OCCLUDED;
+        evidence.without_depth += sample.observation == DEFREC_NO_DEPTH;
+    }
+    return evidence;
+}
+
+Evidence weigh_evidence(const FrameOutput& output, std::span<const VertexEvidence> runs,
+                        std::span<const double> patch_px2) {
     Evidence evidence;
     double residuals = 0;
-    for (const defrec_surface_sample& sample : output.samples) {
-        if (sample.observation == DEFREC_OUTSIDE) continue;
-        ++evidence.vertices_inside;
-        if (sample.observation == DEFREC_OBSERVED) {
-            ++evidence.vertices_observed;
-            residuals += std::abs(sample.residual);
-        }
-        evidence.vertices_occluded += sample.observation == DEFREC_OCCLUDED;
-        evidence.vertices_without_depth += sample.observation == DEFREC_NO_DEPTH;
+    for (const VertexEvidence& run : runs) {
+        evidence.vertices_inside += run.inside;
+        evidence.vertices_observed += run.observed;
+        evidence.vertices_occluded += run.occluded;
+        evidence.vertices_without_depth += run.without_depth;
+        residuals += run.residuals;
     }
     if (evidence.vertices_observed > 0)
         evidence.mean_residual_mm = residuals / evidence.vertices_observed;

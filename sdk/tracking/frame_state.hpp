@@ -18,10 +18,10 @@ struct ImageStatistics {
     bool dark() const { return mean < 6; }
     bool saturated() const { return saturated_share > 0.6; }
 };
-// pixels: tight rows of width * channels bytes. map: of a rectified image, the rig's, for what the
-// camera did not see is not looked at; may be nullptr.
-ImageStatistics image_statistics(const uint8_t* pixels, uint32_t width, uint32_t height,
-                                 uint32_t channels, const int32_t* map = nullptr);
+// gray: tight rows of width bytes. map: of a rectified image, the rig's, for what the camera did
+// not see is not looked at; may be nullptr.
+ImageStatistics image_statistics(const uint8_t* gray, uint32_t width, uint32_t height,
+                                 const int32_t* map = nullptr);
 
 // Share of the patches expected: where fewer are found as predicted, few are.
 constexpr double kFewConfirmed = 0.45;
@@ -45,13 +45,21 @@ struct Evidence {
     }
     bool confirms_few() const { return confirmed_share() < kFewConfirmed; }
 };
+// Sums over a run of vertices.
+struct VertexEvidence {
+    uint32_t inside = 0, observed = 0, occluded = 0, without_depth = 0;
+    double residuals = 0;  // mm, absolute, of those observed
+};
+VertexEvidence weigh_vertices(std::span<const defrec_surface_sample> samples);
 // Per patch: squared distance, px^2, from where the deformed surface has it to where it was found;
 // NaN where it was not found or not expected.
 void measure_patches(const TemplateData& data, const FrameOutput& output,
                      std::vector<double>& patch_px2);
 // Of such a value: it was found where the deformed surface has it, within 2 px.
 inline bool is_confirmed(double patch_px2) { return patch_px2 <= 4; }
-Evidence weigh_evidence(const FrameOutput& output, std::span<const double> patch_px2);
+// runs: of all vertices, in their order.
+Evidence weigh_evidence(const FrameOutput& output, std::span<const VertexEvidence> runs,
+                        std::span<const double> patch_px2);
 
 struct Verdict {
     bool found = false;  // the surface was followed into this frame

@@ -74,12 +74,16 @@ struct Fixture {
         measure_patches(data, output, squares);
         return squares;
     }
-    Evidence evidence() const { return weigh_evidence(output, patch_px2()); }
+    Evidence evidence() const {
+        const VertexEvidence vertices = weigh_vertices(output.samples);
+        return weigh_evidence(output, {&vertices, 1}, patch_px2());
+    }
     Verdict verdict(bool was_found = true) { return classify(data, evidence(), was_found); }
     VertexConfidence confidence(const RigEstimate& rig = {}, SurfaceSamples last = {},
                                 bool uses_depth = true, const Services* helpers = nullptr) {
         LateralEvidence lateral;
-        measure_lateral(data, output, patch_px2(), helpers, lateral);
+        spread_lateral(data, output, patch_px2(), lateral);
+        measure_lateral(data, output, helpers, lateral);
         VertexConfidence result;
         const auto mean_residual = static_cast<float>(evidence().mean_residual_mm);
         estimate_confidence(SurfaceModel(data),
@@ -347,22 +351,27 @@ TEST_CASE("the rigid motion of a rigidly moved surface is that motion") {
         f.output.samples[i].position[2] = p[2] + 7;
     }
     double motion[12];
-    fit_rigid_motion(SurfaceModel(f.data), f.samples, motion);
+    const SurfaceModel model(f.data);
+    const SurfaceSamples samples(f.samples);
+    const size_t half = samples.size() / 2;
+    const RigidSums runs[] = {sum_for_rigid_motion(model, samples.first(half), 0),
+                              sum_for_rigid_motion(model, samples.subspan(half), half)};
+    fit_rigid_motion(model, runs, motion);
     const double expected[12] = {cosine, -sine, 0, 3, sine, cosine, 0, -2, 0, 0, 1, 7};
     for (int i = 0; i < 12; ++i) CHECK(motion[i] == doctest::Approx(expected[i]).epsilon(1e-4));
 }
 
 TEST_CASE("row 58: exposure of black, white and ordinary images") {
-    const std::vector<uint8_t> black(64 * 48 * 3, 2), white(64 * 48 * 3, 255);
-    std::vector<uint8_t> ordinary(64 * 48 * 3);
+    const std::vector<uint8_t> black(64 * 48, 2), white(64 * 48, 255);
+    std::vector<uint8_t> ordinary(64 * 48);
     for (size_t i = 0; i < ordinary.size(); ++i) ordinary[i] = static_cast<uint8_t>(60 + i % 90);
-    CHECK(image_statistics(black.data(), 64, 48, 3).dark());
-    CHECK(image_statistics(white.data(), 64, 48, 3).saturated());
-    const ImageStatistics statistics = image_statistics(ordinary.data(), 64, 48, 3);
+    CHECK(image_statistics(black.data(), 64, 48).dark());
+    CHECK(image_statistics(white.data(), 64, 48).saturated());
+    const ImageStatistics statistics = image_statistics(ordinary.data(), 64, 48);
     CHECK_FALSE(statistics.dark());
     CHECK_FALSE(statistics.saturated());
     CHECK(statistics.deviation > 5);
-    CHECK(statistics.hash != image_statistics(black.data(), 64, 48, 3).hash);
+    CHECK(statistics.hash != image_statistics(black.data(), 64, 48).hash);
 }
 
 TEST_CASE("what the camera did not see says nothing of a rectified image's exposure") {
@@ -370,8 +379,8 @@ TEST_CASE("what the camera did not see says nothing of a rectified image's expos
     std::vector<int32_t> map(2 * gray.size());
     std::fill(gray.begin() + 64 * 24, gray.end(), uint8_t{0});
     std::fill(map.begin() + 2 * 64 * 24, map.end(), INT32_MIN);
-    CHECK(image_statistics(gray.data(), 64, 48, 1).mean == 60);
-    const ImageStatistics statistics = image_statistics(gray.data(), 64, 48, 1, map.data());
+    CHECK(image_statistics(gray.data(), 64, 48).mean == 60);
+    const ImageStatistics statistics = image_statistics(gray.data(), 64, 48, map.data());
     CHECK(statistics.mean == 120);
     CHECK(statistics.deviation == 0);
 }

@@ -22,13 +22,23 @@ bool is_finite(const double xyz[3]) {
 }  // namespace
 
 TrackerJob::TrackerJob(std::shared_ptr<JobMonitor> job_monitor,
-                       const std::shared_ptr<const Device>& device, uint64_t view_bytes,
-                       uint64_t pixels, bool keep_disparity, bool grows)
+                       const std::shared_ptr<const Device>& device, uint64_t pixels,
+                       bool keep_disparity, bool grows)
     : monitor(std::move(job_monitor)),
-      views{HostMemory(device, view_bytes), HostMemory(device, view_bytes)},
-      ignore(device, pixels),
+      views{HostMemory(device, pixels), HostMemory(device, pixels)},
+      views_in_device{views[0].as_buffer(), views[1].as_buffer()},
       memory(device, keep_disparity ? pixels : 0),
-      grows_(grows) {}
+      device_(device),
+      pixels_(pixels),
+      grows_(grows) {
+    // Only the tracker's thread may ask a plugin for memory.
+    if (device->has_host_memory()) ignore = HostMemory(device, pixels);
+}
+
+void TrackerJob::make_room(const FrameInput& coming) {
+    if (coming.ignore.pixels != nullptr && ignore.size() == 0)
+        ignore = HostMemory(device_, pixels_);
+}
 
 void JobMonitor::give_up(const char* call) {
     const Error error = device.give_up(call);

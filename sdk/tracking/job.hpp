@@ -36,10 +36,10 @@ enum class JobPhase { kFree, kQueued, kRunning, kEnding, kDone };
 
 class TrackerJob final : public Job {
   public:
-    // view_bytes: of one view's pixels, tight. pixels: of a view. grows: the template may, so that
-    // points beside it are followed as well. Must outlive the tracker's queue.
+    // pixels: of a view. grows: the template may, so that points beside it are followed as well.
+    // Must outlive the tracker's queue.
     TrackerJob(std::shared_ptr<JobMonitor> monitor, const std::shared_ptr<const Device>& device,
-               uint64_t view_bytes, uint64_t pixels, bool keep_disparity, bool grows);
+               uint64_t pixels, bool keep_disparity, bool grows);
 
     defrec_status wait(uint64_t timeout_ns) override;
     std::string error_text() const override;
@@ -58,9 +58,14 @@ class TrackerJob final : public Job {
     std::atomic<JobPhase> phase = JobPhase::kFree;  // written under the monitor's mutex
     defrec_status status = DEFREC_OK;  // under the monitor's mutex; of one that is done
 
-    HostMemory views[2], ignore;  // copies of host pixels, tight rows; of a view in memory, its
-                                  // rectified gray pixels
-    FrameInput input;             // its host pixels are these copies
+    // For the copies of this frame, where there is none yet.
+    void make_room(const FrameInput& coming);
+
+    HostMemory views[2], ignore;  // gray copies of host pixels, tight rows; of a view in memory,
+                                  // its rectified pixels
+    // Views' where the device is the processor, else empty.
+    DeviceBuffer views_in_device[2];
+    FrameInput input;  // its host pixels are these copies
     uint64_t frame = 0;
     std::shared_ptr<const Template> template_to_set;
 
@@ -97,6 +102,8 @@ class TrackerJob final : public Job {
     };
     WarpedPoint warp(const double* template_xyz) const;
 
+    const std::shared_ptr<const Device> device_;
+    const uint64_t pixels_;
     const bool grows_;
     // With the monitor's mutex. Nobody is told when the device is given up: who waits looks.
     std::condition_variable changed_;

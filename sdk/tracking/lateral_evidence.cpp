@@ -67,9 +67,8 @@ void measure_vertex(const TemplateData& data, const FrameOutput& output, size_t 
 
 }  // namespace
 
-void measure_lateral(const TemplateData& data, const FrameOutput& output,
-                     std::span<const double> patch_px2, const Services* helpers,
-                     LateralEvidence& evidence) {
+void spread_lateral(const TemplateData& data, const FrameOutput& output,
+                    std::span<const double> patch_px2, LateralEvidence& evidence) {
     evidence.sums.assign(data.nodes.size() / 3, Eigen::Array4f::Zero());
     for (size_t i = 0; i < data.patches.size(); ++i)
         if (!std::isnan(patch_px2[i]))
@@ -78,6 +77,10 @@ void measure_lateral(const TemplateData& data, const FrameOutput& output,
                 kPatches, evidence.sums);
     for (size_t i = 0; i < data.checks.size(); ++i)
         add(data.checks[i], fits(output.checks[i]) ? 1 : 0, kChecks, evidence.sums);
+}
+
+void measure_lateral(const TemplateData& data, const FrameOutput& output, const Services* helpers,
+                     LateralEvidence& evidence) {
     const size_t count = data.vertices.size();
     evidence.is_confirmed.resize(count);
     evidence.check_px2.resize(count);

@@ -23,9 +23,11 @@ struct LateralEvidence {
     // patches, weights of those; checks that fit, weights of all checks.
     std::vector<Eigen::Array4f> sums;
 };
-// patch_px2: of measure_patches. helpers: whose threads take part; nullptr: none.
-void measure_lateral(const TemplateData& data, const FrameOutput& output,
-                     std::span<const double> patch_px2, const Services* helpers,
+// The sums alone. patch_px2: of measure_patches. Throws nothing if there is room for the sums.
+void spread_lateral(const TemplateData& data, const FrameOutput& output,
+                    std::span<const double> patch_px2, LateralEvidence& evidence);
+// All else, from the sums. helpers: whose threads take part; nullptr: none.
+void measure_lateral(const TemplateData& data, const FrameOutput& output, const Services* helpers,
                      LateralEvidence& evidence);
 
 }  // namespace defrec

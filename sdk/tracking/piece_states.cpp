@@ -1,13 +1,17 @@
 // See piece_states.hpp.
 #include "sdk/tracking/piece_states.hpp"
 
-#include "sdk/tracking/frame_state.hpp"
-
 namespace defrec {
 
 PieceEvidences weigh_pieces(const TemplateData& data, std::span<const uint8_t> vertex_pieces,
-                            const FrameOutput& output, std::span<const double> patch_px2) {
+                            const FrameOutput& output, const Evidence& whole,
+                            std::span<const double> patch_px2) {
     PieceEvidences evidence{};
+    if (data.pieces() == 1) {
+        evidence[0] = {static_cast<uint32_t>(output.samples.size()), whole.vertices_inside,
+                       whole.vertices_observed, whole.patches_expected, whole.patches_confirmed};
+        return evidence;
+    }
     // Long runs of vertices belong to one piece.
     for (size_t i = 0; i < output.samples.size();) {
         const size_t begin = i;

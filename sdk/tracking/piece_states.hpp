@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "sdk/tracking/frame_output.hpp"
+#include "sdk/tracking/frame_state.hpp"
 
 namespace defrec {
 
@@ -17,9 +17,11 @@ struct PieceEvidence {
     bool is_expected() const { return vertices_inside > 0 && 20 * vertices_inside >= vertices; }
 };
 using PieceEvidences = std::array<PieceEvidence, kMaxPieces>;
-// vertex_pieces: per vertex. patch_px2: of measure_patches (frame_state.hpp).
+// vertex_pieces: per vertex. whole, patch_px2: of the whole surface, and of measure_patches
+// (frame_state.hpp).
 PieceEvidences weigh_pieces(const TemplateData& data, std::span<const uint8_t> vertex_pieces,
-                            const FrameOutput& output, std::span<const double> patch_px2);
+                            const FrameOutput& output, const Evidence& whole,
+                            std::span<const double> patch_px2);
 
 // What becomes of a surface's pieces from frame to frame.
 class PieceStates {

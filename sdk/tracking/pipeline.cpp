@@ -3,19 +3,21 @@
 
 #include <algorithm>
 
-#include "sdk/contract/pixel_format.hpp"
 #include "sdk/tracking/check_output.hpp"
 #include "sdk/tracking/make_stage.hpp"
 
 namespace defrec {
 namespace {
 
-// The image as a buffer: the application's own, or this one with the pixels in it; nullptr where
-// there is no image.
-const DeviceBuffer* upload(Queue& queue, const FrameImage& image, const DeviceBuffer& buffer) {
+// The image as a buffer: the application's own, the pixels as they are, or this one, which is made
+// where it is empty, with the pixels in it; nullptr where there is no image.
+const DeviceBuffer* upload(Queue& queue, const FrameImage& image, DeviceBuffer& buffer,
+                           uint64_t size) {
     if (image.memory != nullptr) return image.memory.get();
     if (image.pixels == nullptr) return nullptr;
-    queue.write_in_place(buffer, image.pixels, buffer.size());
+    if (image.pixels_in_device != nullptr) return image.pixels_in_device;
+    if (!buffer) buffer = DeviceBuffer(queue.device(), size);
+    queue.write_in_place(buffer, image.pixels, size);
     return &buffer;
 }
 
@@ -40,12 +42,11 @@ Pipeline::Pipeline(std::shared_ptr<const Rig> rig, std::shared_ptr<Device> devic
           settings.disparities != 0
               ? SearchRange{static_cast<uint32_t>(settings.min_disparity), settings.disparities}
               : widest_search_range(rig_->camera(), rig_->width(), settings.min_depth_mm)),
+      range_(widest_range_),
       queue_(device_) {
-    const uint32_t row = rig_->width() * bytes_per_pixel(settings_.format);
-    rectify_ = make_rectify(row);
-    if (settings_.memory_stride != row) rectify_memory_ = make_rectify(settings_.memory_stride);
+    rectify_ = make_rectify(DEFREC_FORMAT_GRAY8, rig_->width());
     upload_maps();
-    stereo_ = make_stereo(widest_range_);
+    stereo();
 
     auto orb = make_params<defrec_orb_params>();
     orb.width = rig_->width();
@@ -62,34 +63,60 @@ Pipeline::Pipeline(std::shared_ptr<const Rig> rig, std::shared_ptr<Device> devic
 Observation Pipeline::make_observation() const {
     const uint64_t pixels = uint64_t{rig_->width()} * rig_->height();
     Observation o;
+    // Else most devices take the frame's own memory.
+    const bool uploads = !device_->copies_at_once();
     for (int view = 0; view < 2; ++view) {
-        o.raw[view] = DeviceBuffer(device_, pixels * bytes_per_pixel(settings_.format));
+        if (uploads) o.raw[view] = DeviceBuffer(device_, pixels);
         o.gray[view] = DeviceBuffer(device_, pixels);
         o.mask[view] = DeviceBuffer(device_, pixels);
     }
-    o.ignore = DeviceBuffer(device_, pixels);
+    if (uploads) o.ignore = DeviceBuffer(device_, pixels);
     o.disparity = DeviceBuffer(device_, pixels * sizeof(int16_t));
     o.feature_count = DeviceBuffer(device_, sizeof(uint32_t));
     o.features = DeviceBuffer(device_, uint64_t{settings_.max_features} * sizeof(defrec_feature));
     return o;
 }
 
-std::unique_ptr<DeviceStage> Pipeline::make_rectify(uint32_t source_stride) const {
+std::unique_ptr<DeviceStage> Pipeline::make_rectify(uint32_t format, uint32_t source_stride) const {
     auto params = make_params<defrec_rectify_params>();
-    params.format = settings_.format;
+    params.format = format;
     params.source_width = params.width = rig_->width();
     params.source_height = params.height = rig_->height();
     params.source_stride = source_stride;
     return make_stage<DEFREC_STAGE_RECTIFY>(device_, params);
 }
 
-std::unique_ptr<DeviceStage> Pipeline::make_stereo(const SearchRange& range) const {
-    auto params = make_params<defrec_stereo_params>();
-    params.width = rig_->width();
-    params.height = rig_->height();
-    params.min_disparity = static_cast<int32_t>(range.min_disparity);
-    params.disparities = range.disparities;
-    return make_stage<DEFREC_STAGE_STEREO>(device_, params);
+// Pixels of the host were kept as gray values.
+DeviceStage& Pipeline::rectify_of(const FrameImage& view) {
+    if (view.memory == nullptr) return *rectify_;
+    if (rectify_memory_ == nullptr)
+        rectify_memory_ = make_rectify(settings_.format, settings_.memory_stride);
+    return *rectify_memory_;
+}
+
+DeviceStage& Pipeline::stereo() {
+    if (stereo_ == nullptr) {
+        auto params = make_params<defrec_stereo_params>();
+        params.width = rig_->width();
+        params.height = rig_->height();
+        params.min_disparity = static_cast<int32_t>(range_.min_disparity);
+        params.disparities = range_.disparities;
+        stereo_ = make_stage<DEFREC_STAGE_STEREO>(device_, params);
+    }
+    return *stereo_;
+}
+
+// The stage for one range goes before that for the other is made: both are large.
+void Pipeline::search(const SearchRange& range) {
+    if (range == range_) return;
+    const SearchRange before = std::exchange(range_, range);
+    stereo_.reset();
+    try {
+        stereo();
+    } catch (...) {
+        range_ = before;
+        throw;
+    }
 }
 
 void Pipeline::upload_maps() {
@@ -132,7 +159,7 @@ ObservedFrame Pipeline::observe(const FrameTask& task) {
     ObservedFrame frame = take_observation(task);
     Observation& o = *frame.observation_;
     rectify(frame, is_second ? *uploads_ : queue_);
-    stereo_->enqueue(queue_, {&o.gray[0], &o.gray[1], &o.mask[0], &o.mask[1]},
+    stereo().enqueue(queue_, {&o.gray[0], &o.gray[1], &o.mask[0], &o.mask[1]},
                      {&o.disparity, nullptr});
     frame.timer_.end("stereo");
     orb_->enqueue(queue_, {&o.gray[0], &o.mask[0]}, {&o.feature_count, &o.features});
@@ -147,19 +174,19 @@ ObservedFrame Pipeline::observe(const FrameTask& task) {
 void Pipeline::rectify(ObservedFrame& frame, Queue& uploads) {
     Observation& o = *frame.observation_;
     const FrameInput& input = frame.task_.input;
-    const DeviceBuffer* ignored = upload(uploads, input.ignore, o.ignore);
-    const DeviceBuffer* raw[2] = {upload(uploads, input.views[0], o.raw[0]),
-                                  upload(uploads, input.views[1], o.raw[1])};
+    const uint64_t pixels = o.gray[0].size();
+    const DeviceBuffer* ignored = upload(uploads, input.ignore, o.ignore, pixels);
+    const DeviceBuffer* raw[2] = {upload(uploads, input.views[0], o.raw[0], pixels),
+                                  upload(uploads, input.views[1], o.raw[1], pixels)};
     if (&uploads != &queue_) uploads.finish();  // the queue does not wait for another
     frame.timer_.end("upload");
     bool reads_gray = false;
     for (size_t view = 0; view < 2; ++view) {
         const bool in_memory = input.views[view].memory != nullptr;
-        DeviceStage& rectify =
-            in_memory && rectify_memory_ != nullptr ? *rectify_memory_ : *rectify_;
-        rectify.enqueue(
-            queue_, {raw[view], map_[view] ? &map_[view] : nullptr, view == 0 ? ignored : nullptr},
-            {&o.gray[view], &o.mask[view]});
+        rectify_of(input.views[view])
+            .enqueue(queue_,
+                     {raw[view], map_[view] ? &map_[view] : nullptr, view == 0 ? ignored : nullptr},
+                     {&o.gray[view], &o.mask[view]});
         if (in_memory) queue_.read(o.gray[view], frame.task_.gray[view], o.gray[view].size());
         reads_gray |= in_memory;
     }
@@ -214,11 +241,17 @@ CaptureInput Pipeline::capture_input(const FrontImages& images) const {
     return input;
 }
 
+bool Pipeline::any_wrong_record(const FrameOutput& output, const TemplateData& data) const {
+    return defrec::any_wrong_record(output, data, settings_.max_features);
+}
+
 std::optional<TemplateData> Pipeline::capture(ObservedFrame& frame) {
     read_front(frame, host_);
     queue_.finish();
     check(host_);
-    return capture_template(capture_input(host_));
+    std::optional<TemplateData> data = capture_template(capture_input(host_));
+    if (data) host_ = {};  // rarely needed again
+    return data;
 }
 
 bool Pipeline::views_look_swapped(ObservedFrame& frame) {
@@ -226,7 +259,7 @@ bool Pipeline::views_look_swapped(ObservedFrame& frame) {
     std::vector<int16_t>& disparity = host_.disparity;
     disparity.resize(size_t{rig_->width()} * rig_->height());
     const auto coverage = [&](int first, int second) {
-        stereo_->enqueue(queue_, {&o.gray[first], &o.gray[second], &o.mask[first], &o.mask[second]},
+        stereo().enqueue(queue_, {&o.gray[first], &o.gray[second], &o.mask[first], &o.mask[second]},
                          {&o.disparity, nullptr});
         read_all(queue_, o.disparity, disparity);
         queue_.finish();
@@ -240,8 +273,7 @@ bool Pipeline::views_look_swapped(ObservedFrame& frame) {
 
 void Pipeline::set_template(const TemplateData& data) {
     auto stages = std::make_unique<TemplateStages>(device_, queue_, *rig_, settings_, data);
-    if (settings_.disparities == 0)
-        stereo_ = make_stereo(narrowed_search_range(data, widest_range_));
+    if (settings_.disparities == 0) search(narrowed_search_range(data, widest_range_));
     template_ = std::move(stages);
 }
 

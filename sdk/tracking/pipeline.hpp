@@ -50,6 +50,7 @@ class Pipeline {
     // the template that was followed.
     void check(const FrontImages& images) const;
     void check(const FrameOutput& output, const TemplateData& data) const;
+    bool any_wrong_record(const FrameOutput& output, const TemplateData& data) const;
     // That as the input of a capture, which shows the images.
     CaptureInput capture_input(const FrontImages& images) const;
     // A template from the frame's images; empty when too little of them has disparity.
@@ -87,8 +88,11 @@ class Pipeline {
     friend struct ObservedFrame::End;
 
     Observation make_observation() const;
-    std::unique_ptr<DeviceStage> make_stereo(const SearchRange& range) const;
-    std::unique_ptr<DeviceStage> make_rectify(uint32_t source_stride) const;
+    // For the range that is searched now; made where it is missing.
+    DeviceStage& stereo();
+    void search(const SearchRange& range);
+    std::unique_ptr<DeviceStage> make_rectify(uint32_t format, uint32_t source_stride) const;
+    DeviceStage& rectify_of(const FrameImage& view);
     void upload_maps();
     ObservedFrame take_observation(const FrameTask& task);
     void rectify(ObservedFrame& frame, Queue& uploads);
@@ -99,6 +103,7 @@ class Pipeline {
     std::shared_ptr<Device> device_;
     const TrackerSettings settings_;
     const SearchRange widest_range_;
+    SearchRange range_;  // that is searched now
 
     // Only capturing a template needs them. The queue, which goes before them, may be reading into
     // them.
@@ -108,8 +113,9 @@ class Pipeline {
     std::optional<Queue> uploads_;  // of a second frame, beside the work on the one before
     DeviceBuffer map_[2];
     std::vector<Observation> observations_;  // as many as frames can be observed at a time
-    std::unique_ptr<DeviceStage> rectify_, stereo_, orb_;
-    std::unique_ptr<DeviceStage> rectify_memory_;  // where memory has another stride; else null
+    std::unique_ptr<DeviceStage> rectify_, orb_;
+    std::unique_ptr<DeviceStage> stereo_;  // null after it could not be made for another range
+    std::unique_ptr<DeviceStage> rectify_memory_;  // of images in memory; null before the first
     std::unique_ptr<TemplateStages> template_;
 };
 

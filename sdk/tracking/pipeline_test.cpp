@@ -167,6 +167,32 @@ TEST_CASE(
     }
 }
 
+TEST_CASE("a device that is the processor reads a frame's pixels where they are") {
+    const TestDevice on("cpu");
+    Pipeline pipeline(on.rig, on.device, on.settings(1));
+    const TemplateData data = set_template(on, pipeline);
+    TestFrame copied(on, render(0.5, 0)), in_place(on, render(0.5, 0));
+    const DeviceBuffer buffers[2] = {in_place.pixels[0].as_buffer(),
+                                     in_place.pixels[1].as_buffer()};
+    const TestFrame other(on, render(2, 1));
+    for (size_t view = 0; view < 2; ++view) {
+        REQUIRE(buffers[view]);
+        in_place.input.views[view].pixels = other.input.views[view].pixels;  // not looked at
+        in_place.input.views[view].pixels_in_device = &buffers[view];
+    }
+    for (TestFrame* frame : {&copied, &in_place}) {
+        frame->memory.fit(data);
+        pipeline.finish(pipeline.follow(pipeline.observe(frame->task()), no_motion(data)));
+    }
+    CHECK((results_of(copied.output()) == results_of(in_place.output())));
+}
+
+TEST_CASE("host memory is no buffer of a device that works beside the processor") {
+    const TestDevice on("asynchronous");
+    CHECK_FALSE(HostMemory(on.device, 1024).as_buffer());
+    CHECK_FALSE(HostMemory().as_buffer());
+}
+
 TEST_CASE("a frame that is forgotten has no features") {
     const TestDevice on("cpu");
     Pipeline pipeline(on.rig, on.device, on.settings(1));

@@ -47,19 +47,22 @@ Fit fit_rows(std::span<const RowMatch> matches, const Prior& prior, const Eigen:
     Fit fit;
     fit.values = start;
     for (const double width : widths) {
-        fit.information.setZero();
         fit.weighted.setZero();
         fit.matches = 0;
+        double sums[4][4] = {};
         for (const RowMatch& match : matches) {
             const Eigen::Vector4d row(1, match.x, match.y, with_lag ? -match.speed : 0);
             const double residual = match.step - row.dot(fit.values);
             const double x = residual / width;
             if (std::abs(x) >= 1) continue;
             const double weight = (1 - x * x) * (1 - x * x) / (kStepSigma * kStepSigma);
-            fit.information += weight * row * row.transpose();
+            for (int i = 0; i < 4; ++i)
+                for (int j = 0; j <= i; ++j) sums[i][j] += weight * row[i] * row[j];
             fit.weighted += weight * match.step * row;
             fit.matches += (1 - x * x) * (1 - x * x);
         }
+        for (int i = 0; i < 4; ++i)
+            for (int j = 0; j <= i; ++j) fit.information(i, j) = fit.information(j, i) = sums[i][j];
         fit.values =
             (prior.information + fit.information).ldlt().solve(prior.weighted + fit.weighted);
     }
@@ -72,18 +75,19 @@ Fit fit_rows(std::span<const RowMatch> matches, const Prior& prior, const Eigen:
 
 }  // namespace
 
-void match_rows(const TemplateData& data, const FrameOutput& output, std::vector<float>& rows,
+void match_rows(const TemplateData& data, const FrameOutput& output,
+                std::span<const float> last_rows, std::vector<float>& rows,
                 std::vector<RowMatch>& matches) {
     constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
     const size_t step = rig_patch_step(data);
-    rows.resize(rig_patch_count(data), kNone);
+    rows.resize(rig_patch_count(data));
     matches.clear();
     matches.reserve(rows.size());
     for (size_t i = 0; i < rows.size(); ++i) {
         const defrec_patch_observation &left = output.observations[i * step],
                                        &right = output.right_observations[i];
-        const float last =
-            std::exchange(rows[i], left.valid == 1 ? static_cast<float>(left.v) / 256 : kNone);
+        const float last = i < last_rows.size() ? last_rows[i] : kNone;
+        rows[i] = left.valid == 1 ? static_cast<float>(left.v) / 256 : kNone;
         if (left.valid != 1 || right.valid != 1) continue;
         matches.push_back({left.u / 256.0 - 0.5 * (data.width - 1),
                            left.v / 256.0 - 0.5 * (data.height - 1), (right.v - left.v) / 256.0,

@@ -19,9 +19,11 @@ struct RowMatch {
     double speed;  // of the row in the left view, px per frame; 0 where it is not known
 };
 
-// The frame's matches. rows: those of the rig's patches in the left view of the frame before, empty
-// where there is none; on return this frame's. Allocates the first time with a template.
-void match_rows(const TemplateData& data, const FrameOutput& output, std::vector<float>& rows,
+// The frame's matches. last_rows: those of the rig's patches in the left view of the frame before,
+// empty where there is none; rows: on return this frame's. Throws nothing if rows and matches have
+// room for them.
+void match_rows(const TemplateData& data, const FrameOutput& output,
+                std::span<const float> last_rows, std::vector<float>& rows,
                 std::vector<RowMatch>& matches);
 
 class RigMonitor {

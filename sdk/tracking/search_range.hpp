@@ -10,6 +10,7 @@ namespace defrec {
 struct SearchRange {
     uint32_t min_disparity = 0;
     uint32_t disparities = 0;
+    bool operator==(const SearchRange&) const = default;
 };
 
 // For a surface that is not known yet: whatever is at least min_depth_mm away.

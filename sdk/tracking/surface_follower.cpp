@@ -2,13 +2,14 @@
 #include "sdk/tracking/surface_follower.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <new>
 #include <numbers>
 #include <optional>
 
 #include "backends/shared/motion.hpp"
-#include "sdk/contract/pixel_format.hpp"
 #include "sdk/template/cut.hpp"
+#include "sdk/tracking/check_output.hpp"
 #include "sdk/tracking/piece_search.hpp"
 #include "sdk/tracking/vertex_runs.hpp"
 
@@ -59,6 +60,17 @@ void forget_evidence(TrackerJob& job) {
               defrec_patch_observation{});
 }
 
+// An application's parallel_for may hang, and only calls into a plugin are watched.
+const Services* own_threads(const Services& services) {
+    return services.has_own_threads() ? &services : nullptr;
+}
+
+// Frame coordinates of the control points.
+void place_nodes(const TemplateData& data, TrackerJob& job) {
+    for (size_t i = 0; i < job.output.motions.size(); ++i)
+        store3(node_position(data.nodes, job.output.motions, i), &job.node_positions[3 * i]);
+}
+
 double radians(float degrees) { return degrees * std::numbers::pi / 180; }
 
 // What is left of the rig's error, and what is corrected of it.
@@ -75,11 +87,11 @@ SurfaceFollower::SurfaceFollower(std::shared_ptr<const Rig> rig,
                                  const std::shared_ptr<Device>& device,
                                  const TrackerSettings& settings, const FrameQueue& frames)
     : rig_(std::move(rig)),
-      channels_(bytes_per_pixel(settings.format)),
       frames_(frames),
       growth_(settings),
       pipeline_(rig_, device, settings),
       rig_monitor_(rig_->width(), rig_->height()),
+      rig_after_(rig_monitor_),
       watches_rig_(settings.self_calibration != DEFREC_SELF_CALIBRATION_OFF),
       corrects_rig_(settings.self_calibration == DEFREC_SELF_CALIBRATION_CORRECT) {}
 
@@ -91,6 +103,7 @@ std::shared_ptr<const Template> SurfaceFollower::current_template() const {
 void SurfaceFollower::compute(TrackerJob& job) noexcept {
     try {
         chosen_.reset();
+        shows_cuts_ = false;
         process(job);
         const FrameInput::Clock::time_point end = FrameInput::Clock::now();
         if (chosen_) effort_times_.add(chosen_->effort, end - chosen_->time);
@@ -100,6 +113,7 @@ void SurfaceFollower::compute(TrackerJob& job) noexcept {
         // frame.
         if (is_tracking_)
             std::copy(job.output.samples.begin(), job.output.samples.end(), last_->samples.begin());
+        if (shows_cuts_) watch_for_cuts(job);
     } catch (const Error& error) {
         job.finish(error.status(), error.what());
     } catch (const std::bad_alloc&) {
@@ -220,16 +234,18 @@ bool SurfaceFollower::observe_ahead(const FollowedFrame& followed) {
 
 void SurfaceFollower::check_images(TrackerJob& job, const ObservedFrame& frame) {
     pipeline_.await_gray(frame);
-    job.reasons = stream_.reasons(job.frame, job.input.timestamp_ns, statistics_of(job, 0),
-                                  statistics_of(job, 1));
+    ImageStatistics statistics[2];
+    for_each_task(own_threads(*job.services()), 2, [&](size_t view) {
+        statistics[view] = statistics_of(job, static_cast<int>(view));
+    });
+    job.reasons = stream_.reasons(job.frame, job.input.timestamp_ns, statistics[0], statistics[1]);
 }
 
-// Of the raw image, or where that lies in memory of the rectified one.
+// Of the gray image as it was given, or where that lies in memory of the rectified one.
 ImageStatistics SurfaceFollower::statistics_of(const TrackerJob& job, int view) const {
-    const uint8_t* pixels = job.views[view].as<uint8_t>().data();
-    if (job.input.views[static_cast<size_t>(view)].memory == nullptr)
-        return image_statistics(pixels, rig_->width(), rig_->height(), channels_);
-    return image_statistics(pixels, rig_->width(), rig_->height(), 1, rig_->map(view));
+    const bool in_memory = job.input.views[static_cast<size_t>(view)].memory != nullptr;
+    return image_statistics(job.views[view].as<uint8_t>().data(), rig_->width(), rig_->height(),
+                            in_memory ? rig_->map(view) : nullptr);
 }
 
 void SurfaceFollower::capture(TrackerJob& job, ObservedFrame& frame) {
@@ -345,16 +361,82 @@ Verdict SurfaceFollower::follow(TrackerJob& job, std::optional<ObservedFrame>& f
     for (uint64_t look_again_ns = 200000; look_again_ns < limit_ns && !observe_ahead(followed) &&
                                           !pipeline_.done(followed, look_again_ns);)
         look_again_ns *= 2;
-    frame.emplace(pipeline_.finish(std::move(followed)));
+    const std::shared_ptr<const Services> services = job.services();
+    frame.emplace(finish(std::move(followed), own_threads(*services)));
     job.announce_end();
-    pipeline_.check(job.output, template_->data());
+    measure(job);
     if (images != nullptr) pipeline_.check(*images);
-    measure_patches(template_->data(), job.output, patch_px2_);
-    job.evidence = weigh_evidence(job.output, patch_px2_);
+    job.evidence = weigh_evidence(job.output, vertex_evidence_, patch_px2_);
     Verdict verdict = classify(template_->data(), job.evidence, is_tracking_, following.uses_depth);
     verdict.reasons |= reasons_of(following.effort);
     verdict.degraded |= following.effort != Effort::kFull;
     return verdict;
+}
+
+// Waits for the device, and wakes the threads that measure the frame shortly before it is expected
+// to be done.
+ObservedFrame SurfaceFollower::finish(FollowedFrame followed, const Services* helpers) {
+    constexpr std::chrono::nanoseconds kWaking = std::chrono::microseconds(70);
+    const FrameInput::Clock::time_point start = FrameInput::Clock::now();
+    if (helpers != nullptr && usual_wait_ > kWaking &&
+        !pipeline_.done(followed, static_cast<uint64_t>((usual_wait_ - kWaking).count())))
+        helpers->rouse(kMaxVertexThreads - 1);
+    ObservedFrame frame = pipeline_.finish(std::move(followed));
+    usual_wait_ += (FrameInput::Clock::now() - start - usual_wait_) / 4;
+    return frame;
+}
+
+// Checks what the stages gave, and works out what follows from it alone, in tasks that other
+// threads share: this is most of what the host does while the application waits. What is wrong
+// leads to results that nobody sees, and to no undefined operation.
+void SurfaceFollower::measure(TrackerJob& job) {
+    const TemplateData& data = template_->data();
+    const std::span<const defrec_surface_sample> samples = job.output.samples;
+    const size_t runs = vertex_runs(samples.size());
+    vertex_evidence_.resize(runs);
+    rigid_sums_.resize(runs);
+    patch_px2_.resize(data.patches.size());
+    job.lateral.sums.resize(data.nodes.size() / 3);
+    row_matches_.reserve(rig_patch_count(data));
+    rows_.reserve(rig_patch_count(data));
+    rig_after_ = rig_monitor_;
+    std::atomic<bool> is_wrong = false;
+    const auto measure_all_patches = [&] {
+        measure_patches(data, job.output, patch_px2_);
+        spread_lateral(data, job.output, patch_px2_, job.lateral);
+    };
+    const auto measure_rig = [&] {
+        if (!watches_rig_) return;
+        match_rows(data, job.output, last_rows_, rows_, row_matches_);
+        rig_left_after_ = rig_after_.update(row_matches_);
+    };
+    const auto check_records = [&] {
+        if (pipeline_.any_wrong_record(job.output, data)) is_wrong = true;
+        place_nodes(data, job);
+    };
+    const auto check_run = [&](size_t run) {
+        if (any_wrong_sample(vertex_run(samples, run))) is_wrong = true;
+        vertex_evidence_[run] = weigh_vertices(vertex_run(samples, run));
+        measure_run(job, run);
+    };
+    const std::shared_ptr<const Services> services = job.services();
+    for_each_task(own_threads(*services), 3 + runs, [&](size_t task) {
+        if (task == 0) measure_all_patches();
+        if (task == 1) measure_rig();
+        if (task == 2) check_records();
+        if (task >= 3) check_run(task - 3);
+    });
+    if (is_wrong) pipeline_.check(job.output, data);
+}
+
+void SurfaceFollower::measure_run(TrackerJob& job, size_t run) {
+    const size_t first = run * kVertexRun;
+    const SurfaceSamples samples = vertex_run(SurfaceSamples(job.output.samples), run);
+    rigid_sums_[run] = sum_for_rigid_motion(last_->model, samples, first);
+    const auto of_run = [&](std::vector<float>& values) {
+        return std::span(values).subspan(3 * first, 3 * samples.size());
+    };
+    split_samples(samples, of_run(job.vertices), of_run(job.normals));
 }
 
 // Tissue that is blurred or has moved far shows few of its patches near where they are expected;
@@ -378,7 +460,7 @@ void SurfaceFollower::search_widely(TrackerJob& job, std::optional<ObservedFrame
     }
     job.memory.restore(before_);
     job.evidence = before;
-    measure_patches(template_->data(), job.output, patch_px2_);
+    measure(job);
     if (job.input.samples != nullptr)
         pipeline_.leave_samples(job.output.samples, *job.input.samples);
 }
@@ -393,8 +475,9 @@ void SurfaceFollower::look_for_swapped_views(TrackerJob& job, ObservedFrame& fra
 
 void SurfaceFollower::watch_rig(TrackerJob& job, Verdict& verdict) {
     if (!verdict.found || !watches_rig_) return;
-    match_rows(template_->data(), job.output, last_rows_, row_matches_);
-    rig_left_ = rig_monitor_.update(row_matches_);
+    rig_monitor_ = rig_after_;
+    rig_left_ = rig_left_after_;
+    last_rows_.swap(rows_);
     job.rig_estimate = in_all(rig_left_, shift_);
     if (rig_monitor_.is_late()) verdict.reasons |= DEFREC_REASON_VIEW_LATE;
     if (rig_monitor_.is_out_of_calibration()) verdict.reasons |= DEFREC_REASON_CALIBRATION;
@@ -433,10 +516,10 @@ bool SurfaceFollower::correct_rig() {
 }
 
 void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict, bool uses_depth) {
-    const PieceEvidences pieces =
-        verdict.found
-            ? weigh_pieces(template_->data(), template_->vertex_pieces(), job.output, patch_px2_)
-            : PieceEvidences{};
+    const PieceEvidences pieces = verdict.found
+                                      ? weigh_pieces(template_->data(), template_->vertex_pieces(),
+                                                     job.output, job.evidence, patch_px2_)
+                                      : PieceEvidences{};
     const bool is_found = verdict.found && pieces_.shows_any(pieces, uses_depth);
     if (is_found) {
         constexpr float kFastMm = 5;
@@ -467,6 +550,9 @@ void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict, bool use
         std::copy(last_->samples.begin(), last_->samples.end(), job.output.samples.begin());
         if (job.input.samples != nullptr)
             pipeline_.leave_samples(job.output.samples, *job.input.samples);
+        rigid_sums_.resize(vertex_runs(job.output.samples.size()));
+        for (size_t run = 0; run < rigid_sums_.size(); ++run) measure_run(job, run);
+        place_nodes(template_->data(), job);
         ++age_;
     }
     is_tracking_ = is_found;
@@ -475,9 +561,18 @@ void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict, bool use
     job.age = age_;
     if (growth_.is_full()) job.reasons |= DEFREC_REASON_TEMPLATE_FULL;
     describe_surface(job, uses_depth);
-    if (is_found && uses_depth && chosen_->effort == Effort::kFull && !cut_)
+    shows_cuts_ = is_found && uses_depth && chosen_->effort == Effort::kFull;
+}
+
+// After the job has ended, which must hear of no failure any more.
+void SurfaceFollower::watch_for_cuts(const TrackerJob& job) noexcept {
+    if (cut_) return;
+    try {
         cut_ =
             cut_watch_.add_frame(template_->data(), job.output.samples, job.lateral.is_confirmed);
+    } catch (const std::exception&) {
+        cut_watch_.reset();  // the gap, if there is one, is still there in later frames
+    }
 }
 
 // The next frame starts from where they seem to be, and judges.
@@ -488,13 +583,12 @@ void SurfaceFollower::search_lost_pieces(const TrackerJob& job) {
 }
 
 void SurfaceFollower::describe_surface(TrackerJob& job, bool uses_depth) const {
-    // An application's parallel_for may hang, and only calls into a plugin are watched.
     const std::shared_ptr<const Services> services = job.services();
-    const Services* helpers = services->has_own_threads() ? services.get() : nullptr;
+    const Services* helpers = own_threads(*services);
     if (job.state == DEFREC_LOST) {
         forget_confidence(job.age, job.confidence, job.output.samples.size());
     } else {
-        measure_lateral(template_->data(), job.output, patch_px2_, helpers, job.lateral);
+        measure_lateral(template_->data(), job.output, helpers, job.lateral);
         estimate_confidence(
             last_->model,
             {job.output.samples, job.lateral, static_cast<float>(job.evidence.mean_residual_mm),
@@ -505,21 +599,11 @@ void SurfaceFollower::describe_surface(TrackerJob& job, bool uses_depth) const {
         forget_lost_pieces(pieces_.pieces(), template_->vertex_pieces(), job.confidence);
     }
     job.pieces.assign(pieces_.pieces().begin(), pieces_.pieces().end());
-    const auto share = [&] {
+    const uint32_t observed =
         share_observed(template_->vertex_pieces(), job.confidence, job.pieces);
-        const auto observed = std::count(job.confidence.status.begin(), job.confidence.status.end(),
-                                         DEFREC_POINT_OBSERVED);
-        job.observed_share = static_cast<float>(observed) /
-                             static_cast<float>(std::max(1u, job.evidence.vertices_inside));
-    };
-    for_each_task(helpers, 3, [&](size_t task) {
-        if (task == 0) share();
-        if (task == 1) fit_rigid_motion(last_->model, job.output.samples, job.rigid_motion);
-        if (task == 2) split_samples(job.output.samples, job.vertices, job.normals);
-    });
-    const std::vector<float>& nodes = template_->data().nodes;
-    for (size_t i = 0; i < job.output.motions.size(); ++i)
-        store3(node_position(nodes, job.output.motions, i), &job.node_positions[3 * i]);
+    job.observed_share = static_cast<float>(observed) /
+                         static_cast<float>(std::max(1u, job.evidence.vertices_inside));
+    fit_rigid_motion(last_->model, rigid_sums_, job.rigid_motion);
 }
 
 }  // namespace defrec

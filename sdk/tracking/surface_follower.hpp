@@ -1,6 +1,7 @@
 // What the tracker decides about each frame: whether its images are of use, whether a template is
 // captured, whether the surface was found, and what its results are.
 #pragma once
+#include <chrono>
 #include <exception>
 #include <memory>
 #include <mutex>
@@ -69,6 +70,9 @@ class SurfaceFollower {
     Effort begin_effort(const TrackerJob& job);
     Verdict follow(TrackerJob& job, std::optional<ObservedFrame>& frame,
                    std::span<const defrec_motion> start, const Following& following);
+    ObservedFrame finish(FollowedFrame followed, const Services* helpers);
+    void measure(TrackerJob& job);
+    void measure_run(TrackerJob& job, size_t run);
     void search_widely(TrackerJob& job, std::optional<ObservedFrame>& frame, Following following,
                        Verdict& verdict);
     void look_for_swapped_views(TrackerJob& job, ObservedFrame& frame);
@@ -78,9 +82,9 @@ class SurfaceFollower {
     void conclude(TrackerJob& job, const Verdict& verdict, bool uses_depth);
     void search_lost_pieces(const TrackerJob& job);
     void describe_surface(TrackerJob& job, bool uses_depth) const;
+    void watch_for_cuts(const TrackerJob& job) noexcept;
 
     std::shared_ptr<const Rig> rig_;
-    const uint32_t channels_;
     const FrameQueue& frames_;
     MapGrowth growth_;
     Pipeline pipeline_;
@@ -98,16 +102,25 @@ class SurfaceFollower {
     StreamCheck stream_;
     RigMonitor rig_monitor_;  // of what is left after the shift
     RigEstimate rig_left_;    // its last estimate
-    Rig::ViewShift shift_;    // that the right view is corrected by
+    RigMonitor rig_after_;    // the monitor, and its estimate, if this frame is found
+    RigEstimate rig_left_after_;
+    Rig::ViewShift shift_;  // that the right view is corrected by
     const bool watches_rig_, corrects_rig_;
-    std::vector<double> patch_px2_;  // of measure_patches, of this frame
+    // Of this frame: of measure_patches, and per run of vertices.
+    std::vector<double> patch_px2_;
+    std::vector<VertexEvidence> vertex_evidence_;
+    std::vector<RigidSums> rigid_sums_;
     Backoff wide_search_{8}, swapped_search_{32};
     std::vector<std::byte> before_;  // a wide search: what following the template gave
     std::vector<RowMatch> row_matches_;
-    std::vector<float> last_rows_;  // of the patches of the rig in the left view; NaN: not found
+    // Of the patches of the rig in the left view, in the frame before and in this one; NaN: not
+    // found.
+    std::vector<float> last_rows_, rows_;
     std::optional<Chosen> chosen_;  // for this frame; none: it is not followed
     EffortTimes effort_times_;
-    bool is_tracking_ = false;  // the surface was found in the frame before
+    std::chrono::nanoseconds usual_wait_{0};  // for the device, once the host has nothing to do
+    bool is_tracking_ = false;                // the surface was found in the frame before
+    bool shows_cuts_ = false;                 // this frame, in which it was found with depth
     uint32_t epoch_ = 0, template_epoch_ = 0, age_ = 0;
 };
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstring>
 #include <numbers>
+#include <numeric>
 
 #include "sdk/template/cut.hpp"
 #include "sdk/tracking/vertex_runs.hpp"
@@ -139,15 +140,17 @@ class RigDoubt {
     float lag_, rows_;
 };
 
-// Variances across the ray (both directions together) and along it (of the depth) as a covariance.
-void set_covariance(const float position[3], float across, float along, float* covariance) {
-    const float x = position[0] / position[2], y = position[1] / position[2];
-    covariance[0] = across / 2 + along * x * x;
-    covariance[1] = along * x * y;
-    covariance[2] = along * x;
-    covariance[3] = across / 2 + along * y * y;
-    covariance[4] = along * y;
-    covariance[5] = along;
+// Variances across the ray (both directions together) and along it (of the depth) as a covariance,
+// at places x, y on a plane at distance 1.
+template <class Values, class Covariances>
+void set_covariance(const Values& x, const Values& y, const Values& across, const Values& along,
+                    Covariances& covariance) {
+    covariance.row(0) = across / 2 + along * x * x;
+    covariance.row(1) = along * x * y;
+    covariance.row(2) = along * x;
+    covariance.row(3) = across / 2 + along * y * y;
+    covariance.row(4) = along * y;
+    covariance.row(5) = along;
 }
 
 }  // namespace
@@ -192,41 +195,73 @@ class ConfidenceEstimate {
         if (is_confirmed && agrees) set_known(confidence_.to_observed[model_.grids.cell(i)]);
     }
 
-    // Then, with the distances from those that are seen.
-    void conclude(size_t i) const {
-        const float z = samples_[i].position[2], mm_per_px = z / static_cast<float>(camera_.fx),
-                    per_px = depth_per_px(camera_, z);
-        const float to_observed = confidence_.to_observed[model_.grids.cell(i)] * model_.step_mm[i];
+    // Then, with the distances from those that are seen, a few vertices at a time, so that the
+    // compiler makes vectors of them.
+    void conclude(size_t begin, size_t end) const {
+        for (size_t first = begin; first < end; first += kFew)
+            conclude_few(first, std::min(kFew, end - first));
+    }
+
+  private:
+    static constexpr size_t kFew = 64;
+    using Few = Eigen::Array<float, Eigen::Dynamic, 1, 0, kFew, 1>;
+    using Values = Eigen::Map<const Eigen::ArrayXf>;
+
+    void conclude_few(size_t first, size_t given) const {
+        const auto count = static_cast<Eigen::Index>(given);
+        const auto values = [first, count](const std::vector<float>& of_all) {
+            return Values(&of_all[first], count);
+        };
+        Few x(count), y(count), z(count), residual(count), to_lateral(count), to_observed(count),
+            mismatch(count);
+        for (Eigen::Index k = 0; k < count; ++k) {
+            const size_t i = first + static_cast<size_t>(k);
+            const defrec_surface_sample& sample = samples_[i];
+            x[k] = sample.position[0];
+            y[k] = sample.position[1];
+            z[k] = sample.position[2];
+            residual[k] = sample.observation == DEFREC_OBSERVED ? sample.residual : 0;
+            to_lateral[k] = confidence_.to_lateral[model_.grids.cell(i)];
+            to_observed[k] = confidence_.to_observed[model_.grids.cell(i)];
+            mismatch[k] = lateral_.is_confirmed[i] != 0 ? 1 - lateral_.check_score[i] : 0;
+        }
+        const Values patches = values(lateral_.patch_px2), check = values(lateral_.check_px2),
+                     step = values(model_.step_mm), support = values(model_.support_mm);
+        to_observed *= step;
+        for (Eigen::Index k = 0; k < count; ++k)
+            set_status(first + static_cast<size_t>(k), to_observed[k]);
+
+        const Few mm_per_px = z / static_cast<float>(camera_.fx), per_px = depth_per_px(camera_, z);
+        const Few far_lateral = (to_lateral * step).min(kFarthestGrowthMm),
+                  far_observed = to_observed.min(kFarthestGrowthMm);
+        const Few across =
+            mm_per_px * mm_per_px *
+                (kPatchShare * patches + kCheckShare * check + kMismatchShare * mismatch) +
+            kFarLateral * far_lateral * far_lateral;
+        const Few along =
+            per_px * per_px *
+                (kDisparityShare + kDisparityPatchShare * patches + values(confidence_.rig_px2)) +
+            kFarObserved * far_observed * far_observed + kSupportShare * support * support +
+            kResidualShare * residual * residual + noise_;
+        x /= z;
+        y /= z;
+        Eigen::Map<Eigen::Array<float, 6, Eigen::Dynamic>> covariance(
+            &confidence_.covariance[6 * first], 6, count);
+        set_covariance(x, y, across, along, covariance);
+        for (Eigen::Index k = 0; k < count; ++k)
+            confidence_.expected_error[first + static_cast<size_t>(k)] =
+                std::sqrt(covariance(0, k) + covariance(3, k) + covariance(5, k));
+    }
+
+    void set_status(size_t i, float to_observed) const {
         // At an edge it lies in a gap, or was counted to the wrong side.
         const bool is_astray = model_.is_at_edge[i] != 0 && confidence_.evidence[i] == 0;
         confidence_.status[i] = confidence_.evidence[i] == kBoth ? DEFREC_POINT_OBSERVED
                                 : to_observed <= kFarthestMm && !is_astray
                                     ? DEFREC_POINT_EXTRAPOLATED
                                     : DEFREC_POINT_UNKNOWN;
-        const float far_lateral =
-                        std::min(confidence_.to_lateral[model_.grids.cell(i)] * model_.step_mm[i],
-                                 kFarthestGrowthMm),
-                    far_observed = std::min(to_observed, kFarthestGrowthMm);
-        const float patches = lateral_.patch_px2[i], check = lateral_.check_px2[i];
-        const float mismatch = lateral_.is_confirmed[i] != 0 ? 1 - lateral_.check_score[i] : 0;
-        const float across =
-            mm_per_px * mm_per_px *
-                (kPatchShare * patches + kCheckShare * check + kMismatchShare * mismatch) +
-            kFarLateral * far_lateral * far_lateral;
-        const float residual =
-            samples_[i].observation == DEFREC_OBSERVED ? samples_[i].residual : 0;
-        const float along =
-            per_px * per_px *
-                (kDisparityShare + kDisparityPatchShare * patches + confidence_.rig_px2[i]) +
-            kFarObserved * far_observed * far_observed +
-            kSupportShare * model_.support_mm[i] * model_.support_mm[i] +
-            kResidualShare * residual * residual + noise_;
-        float* covariance = &confidence_.covariance[6 * i];
-        set_covariance(samples_[i].position, across, along, covariance);
-        confidence_.expected_error[i] = std::sqrt(covariance[0] + covariance[3] + covariance[5]);
     }
 
-  private:
     // Vertices of a file that are on no grid share a cell, and runs of vertices are computed at the
     // same time.
     static void set_known(float& distance) {
@@ -260,9 +295,7 @@ void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidenc
     for_each_task(helpers, 2, [&](size_t which) {
         model.grids.spread(*distances[which], confidence.spreading[which]);
     });
-    for_runs(helpers, count, [&](size_t begin, size_t end) {
-        for (size_t i = begin; i < end; ++i) estimate.conclude(i);
-    });
+    for_runs(helpers, count, [&](size_t begin, size_t end) { estimate.conclude(begin, end); });
 }
 
 void forget_confidence(uint32_t age, VertexConfidence& confidence, size_t vertices) {
@@ -288,14 +321,19 @@ void forget_lost_pieces(std::span<const defrec_piece> pieces,
     }
 }
 
-void share_observed(std::span<const uint8_t> vertex_pieces, const VertexConfidence& confidence,
-                    std::span<defrec_piece> pieces) {
+uint32_t share_observed(std::span<const uint8_t> vertex_pieces, const VertexConfidence& confidence,
+                        std::span<defrec_piece> pieces) {
     std::array<uint32_t, kMaxPieces> observed{};
-    for (size_t i = 0; i < vertex_pieces.size(); ++i)
-        observed[vertex_pieces[i]] += confidence.status[i] == DEFREC_POINT_OBSERVED;
+    if (pieces.size() == 1)
+        observed[0] = static_cast<uint32_t>(
+            std::count(confidence.status.begin(), confidence.status.end(), DEFREC_POINT_OBSERVED));
+    else
+        for (size_t i = 0; i < vertex_pieces.size(); ++i)
+            observed[vertex_pieces[i]] += confidence.status[i] == DEFREC_POINT_OBSERVED;
     for (size_t i = 0; i < pieces.size(); ++i)
         pieces[i].observed_share = static_cast<float>(observed[i]) /
                                    static_cast<float>(std::max(1u, pieces[i].vertices_inside));
+    return std::accumulate(observed.begin(), observed.end(), 0u);
 }
 
 SurfaceConfidence confidence_at(const Template& surface, const VertexConfidence& confidence,
@@ -328,41 +366,53 @@ SurfaceConfidence confidence_beside(const VertexConfidence& confidence, size_t v
                                     double distance_mm, const Vec3<double>& place) {
     SurfaceConfidence at;
     const auto away = static_cast<float>(std::min<double>(distance_mm, kFarthestGrowthMm));
-    const float position[3] = {static_cast<float>(place.x), static_cast<float>(place.y),
-                               static_cast<float>(place.z)};
-    float further[6];
-    set_covariance(position, kFarLateral * away * away, kFarObserved * away * away, further);
+    using One = Eigen::Array<float, 1, 1>;
+    const One x(static_cast<float>(place.x)), y(static_cast<float>(place.y)),
+        z(static_cast<float>(place.z)), across(kFarLateral * away * away),
+        along(kFarObserved * away * away);
+    Eigen::Array<float, 6, 1> further;
+    set_covariance(One(x / z), One(y / z), across, along, further);
     for (size_t i = 0; i < 6; ++i)
-        at.covariance[i] = confidence.covariance[6 * vertex + i] + further[i];
+        at.covariance[i] =
+            confidence.covariance[6 * vertex + i] + further[static_cast<Eigen::Index>(i)];
     at.expected_error = std::sqrt(at.covariance[0] + at.covariance[3] + at.covariance[5]);
     if (distance_mm <= kFarthestMm && confidence.status[vertex] != DEFREC_POINT_UNKNOWN)
         at.status = DEFREC_POINT_EXTRAPOLATED;
     return at;
 }
 
-void fit_rigid_motion(const SurfaceModel& model, SurfaceSamples samples, double motion[12]) {
-    // Sums of short runs in single precision, of which the sum is in double. Targets need no
+RigidSums sum_for_rigid_motion(const SurfaceModel& model, SurfaceSamples samples, size_t first) {
+    // Of a few vertices in single precision, of which the sum is in double. Targets need no
     // centring where sources are centred. The fourth component is a part of the normal, which goes
     // along for the sake of whole vectors.
-    constexpr size_t kRun = 32;
-    Eigen::Matrix<double, 4, 3> correlation = Eigen::Matrix<double, 4, 3>::Zero();
-    Eigen::Vector4d sum = Eigen::Vector4d::Zero();
-    for (size_t begin = 0; begin < samples.size(); begin += kRun) {
+    constexpr size_t kFew = 32;
+    RigidSums sums;
+    for (size_t begin = 0; begin < samples.size(); begin += kFew) {
         Eigen::Vector4f along[3] = {Eigen::Vector4f::Zero(), Eigen::Vector4f::Zero(),
                                     Eigen::Vector4f::Zero()};
-        Eigen::Vector4f run = Eigen::Vector4f::Zero();
-        for (size_t i = begin; i < std::min(begin + kRun, samples.size()); ++i) {
+        Eigen::Vector4f few = Eigen::Vector4f::Zero();
+        for (size_t i = begin; i < std::min(begin + kFew, samples.size()); ++i) {
             const Eigen::Map<const Eigen::Vector4f> target(samples[i].position);
-            const float* source = model.centred.data() + 4 * i;
-            run += target;
+            const float* source = model.centred.data() + 4 * (first + i);
+            few += target;
             for (int axis = 0; axis < 3; ++axis) along[axis] += source[axis] * target;
         }
-        sum += run.cast<double>();
-        for (int axis = 0; axis < 3; ++axis) correlation.col(axis) += along[axis].cast<double>();
+        sums.positions += few.cast<double>();
+        for (int axis = 0; axis < 3; ++axis) sums.products.col(axis) += along[axis].cast<double>();
     }
-    const Eigen::Vector3d to =
-        sum.head<3>() / static_cast<double>(std::max<size_t>(1, samples.size()));
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correlation.topRows<3>(),
+    return sums;
+}
+
+void fit_rigid_motion(const SurfaceModel& model, std::span<const RigidSums> runs,
+                      double motion[12]) {
+    RigidSums sums;
+    for (const RigidSums& run : runs) {
+        sums.products += run.products;
+        sums.positions += run.positions;
+    }
+    const auto count = static_cast<double>(std::max<Eigen::Index>(1, model.centred.cols()));
+    const Eigen::Vector3d to = sums.positions.head<3>() / count;
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sums.products.topRows<3>(),
                                                 Eigen::ComputeFullU | Eigen::ComputeFullV);
     const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
     const Eigen::Matrix3d rotation =

@@ -57,7 +57,8 @@ struct FrameEvidence {
 float squared_step(const defrec_camera& camera, const defrec_surface_sample& from,
                    const defrec_surface_sample& to);
 // mm of depth at z for a px of disparity.
-inline float depth_per_px(const defrec_camera& camera, float z) {
+template <class Depth>  // a number, or an array of Eigen's
+Depth depth_per_px(const defrec_camera& camera, const Depth& z) {
     return z * z / (static_cast<float>(camera.fx) * static_cast<float>(camera.baseline_mm));
 }
 
@@ -70,9 +71,9 @@ void forget_confidence(uint32_t age, VertexConfidence& confidence, size_t vertic
 // The same of the vertices of the pieces that are lost. vertex_pieces: per vertex.
 void forget_lost_pieces(std::span<const defrec_piece> pieces,
                         std::span<const uint8_t> vertex_pieces, VertexConfidence& confidence);
-// Sets each piece's observed_share.
-void share_observed(std::span<const uint8_t> vertex_pieces, const VertexConfidence& confidence,
-                    std::span<defrec_piece> pieces);
+// Sets each piece's observed_share; returns how many vertices are observed in all.
+uint32_t share_observed(std::span<const uint8_t> vertex_pieces, const VertexConfidence& confidence,
+                        std::span<defrec_piece> pieces);
 
 // What to believe of a point of the template frame, on the surface or off it: that of the vertex
 // under its pixel, or nearest to it on tissue that joined, with an error that grows with the
@@ -90,8 +91,18 @@ SurfaceConfidence confidence_at(const Template& surface, const VertexConfidence&
 SurfaceConfidence confidence_beside(const VertexConfidence& confidence, size_t vertex,
                                     double distance_mm, const Vec3<double>& place);
 
+// What a run of vertices says of the best rigid motion: deformed positions, and their products with
+// those in the template, less the mean of all. The fourth components mean nothing.
+struct RigidSums {
+    Eigen::Matrix<double, 4, 3> products = Eigen::Matrix<double, 4, 3>::Zero();
+    Eigen::Vector4d positions = Eigen::Vector4d::Zero();
+};
+// first: of the vertices whose samples are given.
+RigidSums sum_for_rigid_motion(const SurfaceModel& model, SurfaceSamples samples, size_t first);
 // Best rigid motion from the template's vertices to the deformed ones, 3x4 row-major (Kabsch).
-void fit_rigid_motion(const SurfaceModel& model, SurfaceSamples samples, double motion[12]);
+// runs: of all vertices, in their order.
+void fit_rigid_motion(const SurfaceModel& model, std::span<const RigidSums> runs,
+                      double motion[12]);
 
 // Whether at least half of the vertices moved farther than that from one frame to another.
 bool moved_farther(SurfaceSamples from, SurfaceSamples to, float distance_mm);

@@ -2,18 +2,21 @@
 #pragma once
 #include <algorithm>
 #include <cstddef>
+#include <span>
 
 #include "sdk/base/services.hpp"
 
 namespace defrec {
 
+constexpr size_t kMaxVertexThreads = 8;  // each that is woken costs the caller a system call
+
 // Calls body(begin, end) for runs that together are 0 .. count, and returns when all have returned.
 // helpers: whose threads take part; nullptr: none. The body must not throw.
 template <class Body>
 void for_runs(const Services* helpers, size_t count, const Body& body) {
-    constexpr size_t kMost = 4;         // each thread that is woken costs the caller a system call
     constexpr size_t kShortest = 1024;  // less is done before another thread has begun
-    const size_t runs = helpers != nullptr ? std::clamp<size_t>(count / kShortest, 1, kMost) : 1;
+    const size_t runs =
+        helpers != nullptr ? std::clamp<size_t>(count / kShortest, 1, kMaxVertexThreads) : 1;
     if (runs == 1) {
         body(size_t{0}, count);
         return;
@@ -21,6 +24,16 @@ void for_runs(const Services* helpers, size_t count, const Body& body) {
     helpers->parallel_for(runs,
                           [&](size_t run) { body(count * run / runs, count * (run + 1) / runs); });
 }
+
+// Runs of so many vertices, of which the last is shorter, are measured each by one thread. Their
+// sums are added in their order, so that it does not matter how many threads there are.
+constexpr size_t kVertexRun = 2048;
+template <class T>
+std::span<T> vertex_run(std::span<T> vertices, size_t run) {
+    const size_t begin = std::min(vertices.size(), run * kVertexRun);
+    return vertices.subspan(begin, std::min(kVertexRun, vertices.size() - begin));
+}
+inline size_t vertex_runs(size_t vertices) { return (vertices + kVertexRun - 1) / kVertexRun; }
 
 // Calls task(0 .. count-1), each once, and returns when all have returned. It must not throw.
 template <class Task>

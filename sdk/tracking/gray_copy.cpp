@@ -1,0 +1,180 @@
+// See gray_copy.hpp.
+#include "sdk/tracking/gray_copy.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <type_traits>
+
+#include "backends/shared/gray.hpp"
+#include "include/defrec_c.h"
+#include "sdk/base/streaming_copy.hpp"
+#include "sdk/contract/pixel_format.hpp"
+#if defined(__x86_64__)
+#include <tmmintrin.h>
+#elif defined(__aarch64__)
+#include <arm_neon.h>
+#endif
+
+namespace defrec {
+namespace {
+
+constexpr size_t kVector = 16;  // pixels
+
+// Which bytes of a pixel the colours are.
+struct Order {
+    size_t red, green, blue;
+};
+
+template <size_t kBytes>
+void copy_one_by_one(Order order, const uint8_t* from, size_t pixels, uint8_t* to) {
+    for (size_t i = 0; i < pixels; ++i, from += kBytes)
+        to[i] = static_cast<uint8_t>(gray_of(from[order.red], from[order.green], from[order.blue]));
+}
+
+#if defined(__x86_64__)
+
+bool has_vectors() {
+    static const bool has = __builtin_cpu_supports("ssse3") != 0;
+    return has;
+}
+
+// For _mm_shuffle_epi8: which byte of vector `which` is channel `channel` of each pixel; 0x80 where
+// it is another vector's.
+template <size_t kBytes>
+struct Selection {
+    alignas(16) uint8_t byte[kBytes][kBytes][kVector];  // channel, vector, pixel
+    constexpr Selection() : byte() {
+        for (size_t channel = 0; channel < kBytes; ++channel)
+            for (size_t which = 0; which < kBytes; ++which)
+                for (size_t i = 0; i < kVector; ++i) {
+                    const size_t at = kBytes * i + channel;
+                    byte[channel][which][i] =
+                        at / kVector == which ? static_cast<uint8_t>(at % kVector) : 0x80;
+                }
+    }
+};
+template <size_t kBytes>
+constexpr Selection<kBytes> kSelection;
+
+template <size_t kBytes>
+__attribute__((target("ssse3"))) inline __m128i channel_of(const __m128i (&vectors)[kBytes],
+                                                           size_t channel) {
+    __m128i chosen = _mm_setzero_si128();
+    for (size_t which = 0; which < kBytes; ++which)
+        chosen = _mm_or_si128(
+            chosen,
+            _mm_shuffle_epi8(vectors[which], _mm_load_si128(reinterpret_cast<const __m128i*>(
+                                                 kSelection<kBytes>.byte[channel][which]))));
+    return chosen;
+}
+
+// Of eight pixels as 16 bits.
+__attribute__((target("ssse3"))) inline __m128i gray_of_half(__m128i red, __m128i green,
+                                                             __m128i blue) {
+    const __m128i sum = _mm_add_epi16(
+        _mm_add_epi16(_mm_mullo_epi16(red, _mm_set1_epi16(kRedWeight)),
+                      _mm_mullo_epi16(green, _mm_set1_epi16(kGreenWeight))),
+        _mm_add_epi16(_mm_mullo_epi16(blue, _mm_set1_epi16(kBlueWeight)), _mm_set1_epi16(128)));
+    return _mm_srli_epi16(sum, 8);
+}
+
+// pixels: a multiple of kVector; to: aligned where it streams.
+template <size_t kBytes>
+__attribute__((target("ssse3"))) void copy_vectors(Order order, const uint8_t* from, size_t pixels,
+                                                   uint8_t* to, bool streams) {
+    const __m128i zero = _mm_setzero_si128();
+    for (size_t i = 0; i < pixels; i += kVector, from += kBytes * kVector) {
+        __m128i vectors[kBytes];
+        for (size_t k = 0; k < kBytes; ++k)
+            vectors[k] = _mm_loadu_si128(reinterpret_cast<const __m128i*>(from + k * kVector));
+        const __m128i red = channel_of<kBytes>(vectors, order.red),
+                      green = channel_of<kBytes>(vectors, order.green),
+                      blue = channel_of<kBytes>(vectors, order.blue);
+        const __m128i gray = _mm_packus_epi16(
+            gray_of_half(_mm_unpacklo_epi8(red, zero), _mm_unpacklo_epi8(green, zero),
+                         _mm_unpacklo_epi8(blue, zero)),
+            gray_of_half(_mm_unpackhi_epi8(red, zero), _mm_unpackhi_epi8(green, zero),
+                         _mm_unpackhi_epi8(blue, zero)));
+        auto* const at = reinterpret_cast<__m128i*>(to + i);
+        if (streams)
+            _mm_stream_si128(at, gray);
+        else
+            _mm_storeu_si128(at, gray);
+    }
+    if (streams) _mm_sfence();
+}
+
+#elif defined(__aarch64__)
+
+bool has_vectors() { return true; }
+
+inline uint8x16x3_t load_pixels(const uint8_t* from, std::integral_constant<size_t, 3>) {
+    return vld3q_u8(from);
+}
+inline uint8x16x4_t load_pixels(const uint8_t* from, std::integral_constant<size_t, 4>) {
+    return vld4q_u8(from);
+}
+
+inline uint8x8_t gray_of_half(uint8x8_t red, uint8x8_t green, uint8x8_t blue) {
+    uint16x8_t sum = vmull_u8(red, vdup_n_u8(kRedWeight));
+    sum = vmlal_u8(sum, green, vdup_n_u8(kGreenWeight));
+    sum = vmlal_u8(sum, blue, vdup_n_u8(kBlueWeight));
+    return vrshrn_n_u16(sum, 8);
+}
+
+template <size_t kBytes>
+void copy_vectors(Order order, const uint8_t* from, size_t pixels, uint8_t* to, bool) {
+    for (size_t i = 0; i < pixels; i += kVector, from += kBytes * kVector) {
+        const auto pixel = load_pixels(from, std::integral_constant<size_t, kBytes>());
+        const uint8x16_t red = pixel.val[order.red], green = pixel.val[order.green],
+                         blue = pixel.val[order.blue];
+        vst1q_u8(
+            to + i,
+            vcombine_u8(gray_of_half(vget_low_u8(red), vget_low_u8(green), vget_low_u8(blue)),
+                        gray_of_half(vget_high_u8(red), vget_high_u8(green), vget_high_u8(blue))));
+    }
+}
+
+#else
+
+bool has_vectors() { return false; }
+
+template <size_t kBytes>
+void copy_vectors(Order order, const uint8_t* from, size_t pixels, uint8_t* to, bool) {
+    copy_one_by_one<kBytes>(order, from, pixels, to);
+}
+
+#endif
+
+template <size_t kBytes>
+void copy_colours(Order order, const uint8_t* from, size_t pixels, uint8_t* to, bool streams) {
+    size_t head = 0, whole = 0;
+    if (has_vectors()) {
+        head = streams ? (kVector - reinterpret_cast<uintptr_t>(to) % kVector) % kVector : 0;
+        head = std::min(head, pixels);
+        whole = (pixels - head) / kVector * kVector;
+    }
+    copy_one_by_one<kBytes>(order, from, head, to);
+    copy_vectors<kBytes>(order, from + kBytes * head, whole, to + head, streams);
+    const size_t done = head + whole;
+    copy_one_by_one<kBytes>(order, from + kBytes * done, pixels - done, to + done);
+}
+
+}  // namespace
+
+void copy_gray(uint32_t format, const uint8_t* from, size_t pixels, uint8_t* to, bool streams) {
+    if (format == DEFREC_FORMAT_GRAY8) {
+        if (streams)
+            streaming_copy(to, from, pixels);
+        else
+            std::memcpy(to, from, pixels);
+        return;
+    }
+    const Order order = format == DEFREC_FORMAT_RGB8 ? Order{0, 1, 2} : Order{2, 1, 0};
+    if (bytes_per_pixel(format) == 3)
+        copy_colours<3>(order, from, pixels, to, streams);
+    else
+        copy_colours<4>(order, from, pixels, to, streams);
+}
+
+}  // namespace defrec
