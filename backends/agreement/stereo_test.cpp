@@ -155,6 +155,41 @@ TEST_CASE("stereo equals the reference to the bit with other parameters") {
     }
 }
 
+// Disparities of half resolution that are those of full resolution before, so that what the image
+// before left beside the rows would pass for neighbours that agree.
+TEST_CASE("stereo does not take what the images before left for support at the border") {
+    if (!under_test::available()) return;
+    constexpr uint32_t kWidth = 96, kHeight = 48, kDisparity = 16;
+    defrec_stereo_params p = params_of(kWidth, kHeight, 2 * kDisparity);
+    p.radius = p.refine_radius = 2;
+    const auto flat_pair = [](uint32_t disparity) {
+        std::mt19937 random(7);
+        Pair pair;
+        for (auto* image : {&pair.left, &pair.right, &pair.left_mask, &pair.right_mask})
+            image->assign(size_t{kWidth} * kHeight, 255);
+        std::vector<uint8_t> row(kWidth + kDisparity);
+        for (size_t y = 0; y < kHeight; ++y) {
+            for (uint8_t& value : row) value = static_cast<uint8_t>(60 + random() % 120);
+            for (size_t x = 0; x < kWidth; ++x) {
+                pair.left[y * kWidth + x] = row[x + kDisparity - disparity];
+                pair.right[y * kWidth + x] = row[x + kDisparity];
+            }
+        }
+        return pair;
+    };
+    const test::TestHost host;
+    for (uint32_t support = 4; support <= 25; ++support) {
+        CAPTURE(support);
+        p.support = support;
+        fill_defaults(p);
+        const Pair pair = flat_pair(kDisparity);
+        const auto stage = under_test::make_stereo(p, host.host());
+        run(*stage, p, flat_pair(kDisparity / 2), false);
+        CHECK((run(*stage, p, pair, false) ==
+               run(*reference::make_stereo(p, host.host()), p, pair, false)));
+    }
+}
+
 TEST_CASE("stereo gives the same disparities when they are all it is asked for") {
     if (!under_test::available()) return;
     defrec_stereo_params p = params_of(150, 110, 40);

@@ -19,8 +19,8 @@ constexpr int32_t kRowsPerTask = 64;
 
 class Align final : public Stage {
   public:
-    Align(const defrec_align_params& params, const Host& host) : params_(params), host_(host) {
-        check_params(params);
+    Align(const defrec_align_params& params, const Host& host)
+        : params_(checked(params)), host_(host), places_(params, host) {
         // Of the largest patch there may be: lanes beyond the search window look up any of them.
         for (int32_t n = 1; n <= kAlignRows * kAlignRows; ++n) {
             inverse_.push_back(1.0f / float(n));
@@ -57,8 +57,9 @@ class Align final : public Stage {
     void run(std::span<const InBuffer> in, std::span<const OutBuffer> out) override {
         if (!prepared_) throw StageError(DEFREC_ERROR_STATE, "align: run before prepare");
         const AlignBuffers buffers = align_buffers(params_, patches_.size(), in, out);
-        const AlignRun run{&params_, pyramid(buffers.gray, buffers.mask), views_.data(),
-                           inverse_.data(), root_.data()};
+        const AlignRun run{&params_,      pyramid(buffers.gray, buffers.mask),
+                           views_.data(), inverse_.data(),
+                           root_.data(),  &places_};
         host_.parallel_for(
             (patches_.size() + kPatchesPerTask - 1) / kPatchesPerTask, [&](size_t task) {
                 AlignScratch scratch;
@@ -80,6 +81,10 @@ class Align final : public Stage {
     }
 
   private:
+    static const defrec_align_params& checked(const defrec_align_params& params) {
+        check_params(params);
+        return params;
+    }
     // The part of its view that a patch is sampled from, unless it is strongly enlarged. Views are
     // too large for the inner caches, and every row of a patch is in another page.
     [[gnu::always_inline]] void prefetch_view(const AlignCentre& centre) const {
@@ -142,6 +147,7 @@ class Align final : public Stage {
 
     defrec_align_params params_;
     Host host_;
+    AlignPlaces places_;
     HostVector<float> inverse_{HostAllocator<float>(host_)},
         root_{HostAllocator<float>(host_)};  // 1 / n and sqrt(n), at n - 1
     HostVector<defrec_patch> patches_{HostAllocator<defrec_patch>(host_)};
@@ -155,6 +161,35 @@ class Align final : public Stage {
 };
 
 }  // namespace
+
+AlignPlaces::AlignPlaces(const defrec_align_params& params, const Host& host)
+    : sample_x(HostAllocator<int32_t>(host)),
+      sample_y(sample_x),
+      shift_x(sample_x),
+      shift_y(sample_x),
+      usable(kAlignRows * kAlignRow, HostAllocator<int16_t>(host)),
+      x(usable),
+      y(usable) {
+    const auto square = [](int32_t radius, int32_t behind, auto& xs, auto& ys) {
+        for (int32_t row = -radius; row <= radius; ++row)
+            for (int32_t column = -radius; column <= radius; ++column) {
+                xs.push_back(column);
+                ys.push_back(row);
+            }
+        xs.resize(xs.size() + kAlignLanes, behind);
+        ys.resize(xs.size(), behind);
+    };
+    const int32_t r = int32_t(params.patch_radius);
+    square(r + 1, 0, sample_x, sample_y);
+    square(int32_t(params.search_radius), kAlignFar, shift_x, shift_y);
+    for (int32_t row = -r; row <= r; ++row)
+        for (int32_t column = -r; column <= r; ++column) {
+            const size_t at = size_t((row + r) * kAlignRow + column + r);
+            usable[at] = 1;
+            x[at] = int16_t(column);
+            y[at] = int16_t(row);
+        }
+}
 
 std::unique_ptr<Stage> make_align(const defrec_align_params& params, const Host& host) {
     return std::make_unique<Align>(params, host);

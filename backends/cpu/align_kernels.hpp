@@ -29,11 +29,12 @@ constexpr int32_t kAlignRow = 16;  // int16 from row to row of a sampled patch
 constexpr int32_t kAlignRows = 2 * kAlignMaxPatchRadius + 1;
 constexpr int32_t kAlignWindowRow = 64;  // pairs from row to row of a live window
 constexpr int32_t kAlignWindowRows = 2 * (kAlignMaxPatchRadius + kAlignMaxSearchRadius + 1) + 1;
-constexpr int32_t kAlignScoreRow = 48;  // displacements from row to row
 constexpr int32_t kAlignScoreRows = 2 * kAlignMaxSearchRadius + 1;
+constexpr int32_t kAlignLanes = 16;     // most that are used
+constexpr int32_t kAlignFar = 1 << 12;  // px
 
-// Sums over the patch for every displacement.
-using AlignSums = int32_t[kAlignScoreRows * kAlignScoreRow];
+// Sums over the patch for every displacement, in rows of dx.
+using AlignSums = int32_t[kAlignScoreRows * kAlignScoreRows + kAlignLanes];
 
 // The memory of one patch's search. A pair is pixel x in the low and pixel x + 1 in the high half.
 struct AlignScratch {
@@ -52,12 +53,24 @@ struct AlignScratch {
     int32_t full_tt, full_t;  // of the whole patch
 };
 
+// Places row by row, for SIMD: of a patch's samples, px, and of the displacements that are
+// searched. Behind the last are kAlignLanes more: of samples the centre, of displacements one too
+// far away to be the best.
+struct AlignPlaces {
+    HostVector<int32_t> sample_x, sample_y, shift_x, shift_y;
+    // Of the pixels of a patch that is usable throughout, in rows of kAlignRow; 0 beyond it.
+    HostVector<int16_t> usable, x, y;
+
+    AlignPlaces(const defrec_align_params& params, const Host& host);
+};
+
 // What one run's patches have in common.
 struct AlignRun {
     const defrec_align_params* params;
     AlignLevel level;
     const AlignView* views;
     const float *inverse, *root;  // 1 / n and sqrt(n) at n - 1
+    const AlignPlaces* places;
 };
 
 // The live pixel that matches best; where the refinement starts.

@@ -1,4 +1,6 @@
 // The sub-pixel position of a found patch: Gauss-Newton on a shift of the live image.
+#include <optional>
+
 #include "backends/cpu/align_kernels.hpp"
 
 #undef HWY_TARGET_INCLUDE
@@ -22,34 +24,57 @@ constexpr int32_t kShiftRows = kAlignRows + 3;
 
 // A patch's pixels in rows of kAlignRow, 0 where not usable; x and y are offsets from its centre.
 struct Patch {
-    alignas(64) int16_t t[kAlignRows * kAlignRow], gx[kAlignRows * kAlignRow],
-        gy[kAlignRows * kAlignRow], usable[kAlignRows * kAlignRow], x[kAlignRows * kAlignRow],
-        y[kAlignRows * kAlignRow];
+    const int16_t *t, *gx, *gy, *usable, *x, *y;
     int32_t count;  // of all rows
 };
 
-void load_patch(const AlignScratch& scratch, const AlignPeak& peak, int32_t radius, Patch& out) {
-    const D16 d;
-    const int32_t side = 2 * radius + 1;
-    for (int32_t row = 0; row < side; ++row)
-        for (int32_t column = 0; column < kAlignRow; ++column) {
-            const int32_t pair =
-                (peak.window_y - radius + row) * kAlignWindowRow + peak.window_x - radius + column;
-            const bool usable =
-                column < side && (!scratch.masked || (scratch.usable[pair] & 1) != 0);
-            const int32_t at = row * kAlignRow + column;
-            out.usable[at] = usable;
-            out.x[at] = int16_t(usable ? column - radius : 0);
-            out.y[at] = int16_t(usable ? row - radius : 0);
-        }
-    out.count = side * kAlignRow;
-    for (int32_t k = 0; k < out.count; k += int32_t(hn::Lanes(d))) {
-        const auto usable = hn::LoadU(d, out.usable + k);
-        hn::StoreU(hn::Mul(usable, hn::LoadU(d, scratch.t + k)), d, out.t + k);
-        hn::StoreU(hn::Mul(usable, hn::LoadU(d, scratch.gx + k)), d, out.gx + k);
-        hn::StoreU(hn::Mul(usable, hn::LoadU(d, scratch.gy + k)), d, out.gy + k);
-    }
+Patch whole_patch(const AlignScratch& scratch, const AlignPlaces& places, int32_t radius) {
+    return {scratch.t,
+            scratch.gx,
+            scratch.gy,
+            &places.usable[0],
+            &places.x[0],
+            &places.y[0],
+            (2 * radius + 1) * kAlignRow};
 }
+
+// The pixels of the whole patch that are usable.
+class MaskedPatch {
+  public:
+    MaskedPatch(const AlignScratch& scratch, const AlignPeak& peak, const Patch& whole,
+                int32_t radius) {
+        const D16 d;
+        const DPairs pairs;
+        const hn::Rebind<int16_t, DPairs> narrow;
+        const int32_t* corner =
+            scratch.usable + (peak.window_y - radius) * kAlignWindowRow + peak.window_x - radius;
+        for (int32_t k = 0; k < whole.count; k += int32_t(hn::Lanes(pairs))) {
+            const int32_t* from = corner + k / kAlignRow * kAlignWindowRow + k % kAlignRow;
+            const auto usable = hn::And(hn::LoadU(pairs, from), hn::Set(pairs, 1));
+            hn::StoreU(hn::DemoteTo(narrow, usable), narrow, usable_ + k);
+        }
+        for (int32_t k = 0; k < whole.count; k += int32_t(hn::Lanes(d))) {
+            const auto usable = hn::Mul(hn::LoadU(d, usable_ + k), hn::LoadU(d, whole.usable + k));
+            hn::StoreU(usable, d, usable_ + k);
+            const auto mask = [&](const int16_t* from, int16_t* to) HWY_ATTR {
+                hn::StoreU(hn::Mul(usable, hn::LoadU(d, from + k)), d, to + k);
+            };
+            mask(whole.t, t_);
+            mask(whole.gx, gx_);
+            mask(whole.gy, gy_);
+            mask(whole.x, x_);
+            mask(whole.y, y_);
+        }
+        patch_ = {t_, gx_, gy_, usable_, x_, y_, whole.count};
+    }
+    const Patch& patch() const { return patch_; }
+
+  private:
+    alignas(64) int16_t t_[kAlignRows * kAlignRow], gx_[kAlignRows * kAlignRow],
+        gy_[kAlignRows * kAlignRow], usable_[kAlignRows * kAlignRow], x_[kAlignRows * kAlignRow],
+        y_[kAlignRows * kAlignRow];
+    Patch patch_;
+};
 
 // Adds up products of 16-bit values.
 class Sum {
@@ -171,8 +196,9 @@ void refine(const AlignRun& run, const AlignScratch& scratch, const AlignPeak& p
     if (peak.x < r + 2 || peak.y < r + 2 || peak.x + r + 2 >= run.level.width ||
         peak.y + r + 2 >= run.level.height)
         return;
-    Patch patch;
-    load_patch(scratch, peak, r, patch);
+    Patch patch = whole_patch(scratch, *run.places, r);
+    std::optional<MaskedPatch> masked;
+    if (scratch.masked) patch = masked.emplace(scratch, peak, patch, r).patch();
     const TemplateSums sums = template_sums(patch);
     ShiftSystem system{};
     int32_t shift_x = 0, shift_y = 0, score = 0;

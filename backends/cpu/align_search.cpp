@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstring>
 #include <type_traits>
-#include <utility>
 
 #include "backends/cpu/align_kernels.hpp"
 
@@ -26,7 +25,8 @@ using DFloat = hn::RebindToFloat<D32>;
 using V32 = hn::Vec<D32>;
 using VFloat = hn::Vec<DFloat>;
 
-constexpr int32_t kSampleRow = 32;
+// Of a sampled patch, with room behind it for vectors.
+constexpr int32_t kMaxSamples = (kAlignRows + 2) * (kAlignRows + 2) + 2 * kAlignLanes;
 
 // x, x + 1, ... Highway's Iota of a variable goes through memory, lane by lane.
 template <class D, class T = hn::TFromD<D>>
@@ -45,9 +45,10 @@ V32 multiply_pairs(V32 a, V32 b) {
     return hn::RearrangeToOddPlusEven(sum, rest);
 }
 
-// The patch and one pixel round it, 1/16 gray level; false where it leaves the view.
+// The patch and one pixel round it, row by row, 1/16 gray level; false where it leaves the view.
 bool sample_view(const AlignView& view, const AlignCentre& centre, const int32_t m[4],
-                 int32_t fraction_x, int32_t fraction_y, int32_t reach, int16_t* out) {
+                 int32_t fraction_x, int32_t fraction_y, int32_t reach, const AlignPlaces& places,
+                 int16_t* out) {
     const auto at = [centre, m](int axis, int32_t dx, int32_t dy) {
         return 256 * (axis == 0 ? centre.x : centre.y) +
                ((m[2 * axis] * dx + m[2 * axis + 1] * dy + 128) >> 8);
@@ -62,74 +63,79 @@ bool sample_view(const AlignView& view, const AlignCentre& centre, const int32_t
     const D32 d;
     const hn::Rebind<int16_t, D32> narrow;
     const auto byte = hn::Set(d, 255);
-    const int32_t side = 2 * reach + 1;
-    for (int32_t row = 0; row < side; ++row)
-        for (int32_t column = 0; column < side; column += int32_t(hn::Lanes(d))) {
-            const int32_t dy = 256 * (row - reach) - fraction_y;
-            const V32 dx =
-                hn::Sub(hn::ShiftLeft<8>(columns_from(d, column - reach)), hn::Set(d, fraction_x));
-            const V32 x = hn::Add(hn::Set(d, 256 * centre.x),
-                                  hn::ShiftRight<8>(hn::Add(hn::Mul(hn::Set(d, m[0]), dx),
-                                                            hn::Set(d, m[1] * dy + 128))));
-            const V32 y = hn::Add(hn::Set(d, 256 * centre.y),
-                                  hn::ShiftRight<8>(hn::Add(hn::Mul(hn::Set(d, m[2]), dx),
-                                                            hn::Set(d, m[3] * dy + 128))));
-            // Only lanes beyond the patch can be outside.
-            const V32 x0 =
-                hn::Min(hn::Max(hn::ShiftRight<15>(x), hn::Zero(d)), hn::Set(d, view.width - 2));
-            const V32 y0 =
-                hn::Min(hn::Max(hn::ShiftRight<15>(y), hn::Zero(d)), hn::Set(d, view.height - 2));
-            const V32 fx = hn::And(hn::ShiftRight<7>(x), byte),
-                      fy = hn::And(hn::ShiftRight<7>(y), byte);
-            const V32 offset = hn::Add(hn::Mul(y0, hn::Set(d, view.width)), x0);
-            const V32 weights = hn::Or(hn::Sub(hn::Set(d, 256), fx), hn::ShiftLeft<16>(fx));
-            // Two pixels of a row, of the four bytes from the left one on.
-            const auto blend = [&](const uint8_t* pixels) HWY_ATTR {
-                const V32 four =
-                    hn::GatherOffset(d, reinterpret_cast<const int32_t*>(pixels), offset);
-                const V32 pair = hn::Or(hn::And(four, byte),
-                                        hn::ShiftLeft<8>(hn::And(four, hn::Set(d, 0xff00))));
-                return multiply_pairs(pair, weights);
-            };
-            const V32 top = blend(view.pixels), bottom = blend(view.pixels + view.width);
-            const V32 value = hn::Add(hn::ShiftLeft<8>(top), hn::Mul(hn::Sub(bottom, top), fy));
-            hn::StoreU(hn::DemoteTo(narrow, hn::ShiftRight<12>(hn::Add(value, hn::Set(d, 2048)))),
-                       narrow, out + row * kSampleRow + column);
-        }
+    const int32_t count = (2 * reach + 1) * (2 * reach + 1);
+    for (int32_t k = 0; k < count; k += int32_t(hn::Lanes(d))) {
+        const V32 dx = hn::Sub(hn::ShiftLeft<8>(hn::LoadU(d, &places.sample_x[size_t(k)])),
+                               hn::Set(d, fraction_x)),
+                  dy = hn::Sub(hn::ShiftLeft<8>(hn::LoadU(d, &places.sample_y[size_t(k)])),
+                               hn::Set(d, fraction_y));
+        const auto position = [&](int32_t origin, int32_t across, int32_t down) HWY_ATTR {
+            const V32 along = hn::Mul(hn::Set(d, across), dx);
+            const V32 sum = hn::Add(hn::Add(along, hn::Mul(hn::Set(d, down), dy)), hn::Set(d, 128));
+            return hn::Add(hn::Set(d, 256 * origin), hn::ShiftRight<8>(sum));
+        };
+        const V32 x = position(centre.x, m[0], m[1]), y = position(centre.y, m[2], m[3]);
+        const V32 fx = hn::And(hn::ShiftRight<7>(x), byte),
+                  fy = hn::And(hn::ShiftRight<7>(y), byte);
+        const V32 offset =
+            hn::Add(hn::Mul(hn::ShiftRight<15>(y), hn::Set(d, view.width)), hn::ShiftRight<15>(x));
+        const V32 weights = hn::Or(hn::Sub(hn::Set(d, 256), fx), hn::ShiftLeft<16>(fx));
+        // Two pixels of a row, of the four bytes from the left one on.
+        const auto blend = [&](const uint8_t* pixels) HWY_ATTR {
+            const V32 four = hn::GatherOffset(d, reinterpret_cast<const int32_t*>(pixels), offset);
+            const V32 pair =
+                hn::Or(hn::And(four, byte), hn::ShiftLeft<8>(hn::And(four, hn::Set(d, 0xff00))));
+            return multiply_pairs(pair, weights);
+        };
+        const V32 top = blend(view.pixels), bottom = blend(view.pixels + view.width);
+        const V32 value = hn::Add(hn::ShiftLeft<8>(top), hn::Mul(hn::Sub(bottom, top), fy));
+        hn::StoreU(hn::DemoteTo(narrow, hn::ShiftRight<12>(hn::Add(value, hn::Set(d, 2048)))),
+                   narrow, out + k);
+    }
     return true;
 }
 
 // Template and gradient into the scratch; false without texture.
 bool prepare_template(const int16_t* sampled, const defrec_align_params& params,
                       AlignScratch& scratch) {
-    const int32_t r = int32_t(params.patch_radius), side = 2 * r + 1, n = side * side;
-    int32_t sum = 0;
-    for (int32_t row = 1; row <= side; ++row)
-        for (int32_t column = 1; column <= side; ++column)
-            sum += sampled[row * kSampleRow + column];
-    const int16_t mean = int16_t((2 * sum + n) / (2 * n));
     const DRow d;
+    const hn::Repartition<int32_t, DRow> wide;
+    const int32_t r = int32_t(params.patch_radius), side = 2 * r + 1, n = side * side,
+                  stride = side + 2, lanes = int32_t(hn::Lanes(d));
     const auto one = hn::Set(d, 1);
-    for (int32_t row = 0; row < side; ++row)
-        for (int32_t column = 0; column < kAlignRow; column += int32_t(hn::Lanes(d))) {
-            const auto inside = hn::Lt(columns_from(d, column), hn::Set(d, int16_t(side)));
-            const int16_t* from = sampled + (row + 1) * kSampleRow + column + 1;
+    const auto inside = [side](int32_t column) HWY_ATTR {
+        return hn::Lt(columns_from(DRow(), column), hn::Set(DRow(), int16_t(side)));
+    };
+    auto sums = hn::Zero(wide), rest = sums;
+    for (int32_t column = 0; column < kAlignRow; column += lanes)
+        for (int32_t row = 0; row < side; ++row) {
+            const auto value = hn::LoadU(d, sampled + (row + 1) * stride + column + 1);
+            sums = hn::ReorderWidenMulAccumulate(wide, hn::IfThenElseZero(inside(column), value),
+                                                 one, sums, rest);
+        }
+    const int32_t sum = hn::GetLane(hn::SumOfLanes(wide, hn::Add(sums, rest)));
+    const int16_t mean = int16_t((2 * sum + n) / (2 * n));
+    auto squares = hn::Zero(wide);
+    rest = squares;
+    for (int32_t column = 0; column < kAlignRow; column += lanes)
+        for (int32_t row = 0; row < side; ++row) {
+            const int16_t* from = sampled + (row + 1) * stride + column + 1;
             const auto store = [&](hn::Vec<DRow> value, int16_t* to) HWY_ATTR {
-                hn::StoreU(hn::IfThenElseZero(inside, value), d, to + row * kAlignRow + column);
+                value = hn::IfThenElseZero(inside(column), value);
+                hn::StoreU(value, d, to + row * kAlignRow + column);
+                return value;
             };
             const auto half = [&](const int16_t* high, const int16_t* low) HWY_ATTR {
                 return hn::ShiftRight<1>(
                     hn::Add(hn::Sub(hn::LoadU(d, high), hn::LoadU(d, low)), one));
             };
-            store(hn::Sub(hn::LoadU(d, from), hn::Set(d, mean)), scratch.t);
+            const auto t = store(hn::Sub(hn::LoadU(d, from), hn::Set(d, mean)), scratch.t);
+            squares = hn::ReorderWidenMulAccumulate(wide, t, t, squares, rest);
             store(half(from + 1, from - 1), scratch.gx);
-            store(half(from + kSampleRow, from - kSampleRow), scratch.gy);
+            store(half(from + stride, from - stride), scratch.gy);
         }
-    int32_t t = 0, tt = 0;
-    for (int32_t k = 0; k < side * kAlignRow; ++k) {
-        t += scratch.t[k];
-        tt += scratch.t[k] * scratch.t[k];
-    }
+    const int32_t t = sum - n * mean,
+                  tt = hn::GetLane(hn::SumOfLanes(wide, hn::Add(squares, rest)));
     scratch.full_t = t;
     scratch.full_tt = tt;
     return int64_t(n) * tt - int64_t(t) * t >= int64_t(n) * n * params.texture * params.texture;
@@ -202,86 +208,160 @@ void load_window(const AlignLevel& level, int32_t x, int32_t y, int32_t reach,
     }
 }
 
-// One row of kBlocks vectors of displacements: the sum of the products of patch and window.
-template <class Radius, int kBlocks>
-void correlate_row(Radius radius, const int16_t* patch, const int32_t* window, int32_t* out) {
+// Stores the first count lanes.
+void store_first(V32 value, int32_t count, int32_t* to) {
     const D32 d;
-    constexpr size_t kLanes = hn::MaxLanes(D32());
-    V32 sum[kBlocks], rest[kBlocks];
-    for (int b = 0; b < kBlocks; ++b) sum[b] = rest[b] = hn::Zero(d);
-    for (int32_t row = 0; row <= 2 * radius; ++row)
-        for (int32_t k = 0; k <= radius; ++k) {
-            int32_t two = 0;
-            std::memcpy(&two, patch + row * kAlignRow + 2 * k, sizeof two);
-            const V32 template_pair = hn::Set(d, two);
-            for (int b = 0; b < kBlocks; ++b)
-                sum[b] = multiply_pairs(
-                    hn::LoadU(d, window + row * kAlignWindowRow + 2 * k + int(kLanes) * b),
-                    template_pair, sum[b], rest[b]);
+    if (count >= int32_t(hn::Lanes(d)))
+        hn::StoreU(value, d, to);
+    else
+        hn::BlendedStore(value, hn::FirstN(d, size_t(count)), d, to);
+}
+
+V32 pair_of(const int16_t* two) {
+    int32_t pair = 0;
+    std::memcpy(&pair, two, sizeof pair);
+    return hn::Set(D32(), pair);
+}
+
+// kRows rows of at most a vector of displacements: the sums of the products of patch and window.
+// Unrolled, a vector of the window is loaded once for all rows.
+template <int32_t kRows, class Radius>
+void correlate_rows(Radius radius, const int16_t* patch, const int32_t* window, int32_t count,
+                    int32_t stride, int32_t* out) {
+    const D32 d;
+    V32 sum[kRows], rest[kRows];
+    for (int32_t j = 0; j < kRows; ++j) sum[j] = rest[j] = hn::Zero(d);
+    for (int32_t k = 0; k <= 2 * radius; k += 2) {
+        for (int32_t row = 0; row <= 2 * radius; ++row) {
+            const V32 pair = pair_of(patch + row * kAlignRow + k);
+            for (int32_t j = 0; j < kRows; ++j)
+                sum[j] = multiply_pairs(hn::LoadU(d, window + (row + j) * kAlignWindowRow + k),
+                                        pair, sum[j], rest[j]);
         }
-    for (int b = 0; b < kBlocks; ++b)
-        hn::StoreU(hn::RearrangeToOddPlusEven(sum[b], rest[b]), d, out + int(kLanes) * b);
+    }
+    for (int32_t j = 0; j < kRows; ++j)
+        store_first(hn::RearrangeToOddPlusEven(sum[j], rest[j]), count, out + j * stride);
+}
+
+// A column of displacements, with rows in lanes.
+template <class Radius>
+void correlate_column(Radius radius, const int16_t* patch, const int32_t* window, int32_t side,
+                      int32_t* out) {
+    const D32 d;
+    constexpr int32_t kLanes = hn::MaxLanes(D32());
+    alignas(64) int32_t column[(kAlignMaxPatchRadius + 1) * kAlignWindowRow];
+    for (int32_t row = 0; row < side + 2 * radius; ++row)
+        for (int32_t k = 0; k <= radius; ++k)
+            column[k * kAlignWindowRow + row] = window[row * kAlignWindowRow + 2 * k];
+    for (int32_t dy = 0; dy < side; dy += kLanes) {
+        V32 sum = hn::Zero(d), rest = sum;
+        for (int32_t k = 0; k <= radius; ++k)
+            for (int32_t row = 0; row <= 2 * radius; ++row)
+                sum = multiply_pairs(hn::LoadU(d, column + k * kAlignWindowRow + dy + row),
+                                     pair_of(patch + row * kAlignRow + 2 * k), sum, rest);
+        alignas(64) int32_t sums[kLanes];
+        hn::Store(hn::RearrangeToOddPlusEven(sum, rest), d, sums);
+        for (int32_t i = 0; i < std::min(kLanes, side - dy); ++i) out[(dy + i) * side] = sums[i];
+    }
 }
 
 template <class Radius>
 void correlate(Radius radius, const int16_t* patch, const int32_t* window, int32_t search,
                AlignSums& out) {
-    const int32_t lanes = int32_t(hn::Lanes(D32()));
-    const int32_t blocks = (2 * search + lanes) / lanes;
-    for (int32_t dy = 0; dy <= 2 * search; ++dy)
-        for (int32_t b = 0; b < blocks;) {
-            const int32_t* from = window + (dy + 1) * kAlignWindowRow + 1 + b * lanes;
-            int32_t* to = out + dy * kAlignScoreRow + b * lanes;
-            switch (blocks - b) {
-                case 1:
-                    correlate_row<Radius, 1>(radius, patch, from, to);
-                    b += 1;
+    constexpr int32_t kMostRows = 5;  // at once
+    const int32_t lanes = int32_t(hn::Lanes(D32())), side = 2 * search + 1;
+    const int32_t* corner = window + kAlignWindowRow + 1;
+    for (int32_t x = 0; x < side; x += lanes) {
+        const int32_t count = std::min(lanes, side - x);
+        if (x > 0 && count == 1) {
+            correlate_column(radius, patch, corner + x, side, out + x);
+            break;
+        }
+        // An odd number of rows in parts that are about equal: of 3 to 5.
+        const int32_t parts = (side + kMostRows - 1) / kMostRows;
+        for (int32_t part = 0; part < parts; ++part) {
+            const int32_t dy = side * part / parts, rows = side * (part + 1) / parts - dy;
+            const int32_t* from = corner + dy * kAlignWindowRow + x;
+            int32_t* to = out + dy * side + x;
+            switch (rows) {
+                case 3:
+                    correlate_rows<3>(radius, patch, from, count, side, to);
                     break;
-                case 2:
-                    correlate_row<Radius, 2>(radius, patch, from, to);
-                    b += 2;
+                case 4:
+                    correlate_rows<4>(radius, patch, from, count, side, to);
                     break;
                 default:
-                    correlate_row<Radius, 3>(radius, patch, from, to);
-                    b += 3;
+                    correlate_rows<5>(radius, patch, from, count, side, to);
                     break;
             }
         }
+    }
 }
 
 // Sums of the window's pixels, and of their squares where wanted, under the patch at each
-// displacement.
+// displacement: along rows first.
 template <bool kSquares, class Radius>
 void box_sums(Radius radius, const int32_t* window, int32_t search, AlignSums& out,
               AlignSums& out_squares) {
     const D32 d;
+    const D16 halves;
+    constexpr int32_t kLanes = hn::MaxLanes(D32());
+    const int32_t side = 2 * search + 1, height = 2 * radius + 1, rows = side + 2 * radius;
     const V32 low = hn::Set(d, 0xffff);
-    const int32_t lanes = int32_t(hn::Lanes(d)), columns = 2 * (radius + search) + 1;
-    alignas(64) int32_t column[2 * kAlignWindowRow] = {}, squares[2 * kAlignWindowRow] = {};
-    const auto row_at = [&](int32_t row, int32_t x) HWY_ATTR {
-        return hn::And(hn::LoadU(d, window + (row + 1) * kAlignWindowRow + 1 + x), low);
-    };
-    const auto slide = [&](int32_t enter, int32_t leave) HWY_ATTR {  // leave: -1 for none
-        for (int32_t x = 0; x < columns; x += lanes) {
-            const V32 in = row_at(enter, x), out_of = leave < 0 ? hn::Zero(d) : row_at(leave, x);
-            hn::Store(hn::Add(hn::Load(d, column + x), hn::Sub(in, out_of)), d, column + x);
-            if (kSquares)
-                hn::Store(hn::Add(hn::Load(d, squares + x),
-                                  hn::Sub(multiply_pairs(in, in), multiply_pairs(out_of, out_of))),
-                          d, squares + x);
-        }
-    };
-    for (int32_t row = 0; row < 2 * radius; ++row) slide(row, -1);
-    for (int32_t dy = 0; dy <= 2 * search; ++dy) {
-        slide(dy + 2 * radius, dy - 1);
-        for (int32_t dx = 0; dx <= 2 * search; dx += lanes) {
-            V32 sum = hn::LoadU(d, column + dx), sum_squares = hn::LoadU(d, squares + dx);
-            for (int32_t k = 1; k <= 2 * radius; ++k) {
-                sum = hn::Add(sum, hn::LoadU(d, column + dx + k));
-                if (kSquares) sum_squares = hn::Add(sum_squares, hn::LoadU(d, squares + dx + k));
+    const auto one = hn::Set(halves, 1);
+    // Of each row of the window.
+    alignas(64) int32_t sums[kAlignWindowRows * kLanes], squares[kAlignWindowRows * kLanes];
+    for (int32_t x = 0; x < side; x += kLanes) {
+        const int32_t count = std::min(kLanes, side - x);
+        const int32_t* corner = window + kAlignWindowRow + 1 + x;
+        if (x > 0 && count == 1) {
+            // One column more: what the last one's sums lack and have too much.
+            int32_t sum = 0, square = 0;
+            for (int32_t row = 0; row < rows; ++row) {
+                const int32_t* line = corner + row * kAlignWindowRow;
+                const int32_t enters = line[2 * radius] & 0xffff, leaves = line[-1] & 0xffff;
+                int32_t& own = sums[row * kLanes + kLanes - 1];
+                int32_t& own_square = squares[row * kLanes + kLanes - 1];
+                sum += own += enters - leaves;
+                if (kSquares) square += own_square += enters * enters - leaves * leaves;
+                const int32_t dy = row - 2 * radius;
+                if (dy < 0) continue;
+                out[dy * side + x] = sum;
+                sum -= sums[dy * kLanes + kLanes - 1];
+                if (!kSquares) continue;
+                out_squares[dy * side + x] = square;
+                square -= squares[dy * kLanes + kLanes - 1];
             }
-            hn::StoreU(sum, d, out + dy * kAlignScoreRow + dx);
-            if (kSquares) hn::StoreU(sum_squares, d, out_squares + dy * kAlignScoreRow + dx);
+            break;
+        }
+        V32 sum = hn::Zero(d), square = sum;
+        for (int32_t row = 0; row < rows; ++row) {
+            const int32_t* line = corner + row * kAlignWindowRow;
+            auto pairs = hn::Zero(halves);
+            V32 own_square = hn::Zero(d), rest = own_square;
+            for (int32_t k = 0; k < radius; ++k) {
+                const V32 pair = hn::LoadU(d, line + 2 * k);
+                pairs = hn::Add(pairs, hn::BitCast(halves, pair));
+                if (kSquares) own_square = multiply_pairs(pair, pair, own_square, rest);
+            }
+            const V32 last = hn::And(hn::LoadU(d, line + 2 * radius), low);
+            const V32 own =
+                hn::Add(last, multiply_pairs(hn::BitCast(d, pairs), hn::BitCast(d, one)));
+            hn::Store(own, d, sums + row * kLanes);
+            sum = hn::Add(sum, own);
+            if (kSquares) {
+                own_square =
+                    hn::RearrangeToOddPlusEven(multiply_pairs(last, last, own_square, rest), rest);
+                hn::Store(own_square, d, squares + row * kLanes);
+                square = hn::Add(square, own_square);
+            }
+            const int32_t dy = row + 1 - height;
+            if (dy < 0) continue;
+            store_first(sum, count, out + dy * side + x);
+            sum = hn::Sub(sum, hn::Load(d, sums + dy * kLanes));
+            if (!kSquares) continue;
+            store_first(square, count, out_squares + dy * side + x);
+            square = hn::Sub(square, hn::Load(d, squares + dy * kLanes));
         }
     }
 }
@@ -349,60 +429,75 @@ V32 scores(const AlignScratch& scratch, const PatchTerms& patch, int32_t all, in
     return hn::IfThenElse(good, q, hn::Set(d, int32_t(kUnscored)));
 }
 
-// The best displacement, counted from the corner of the search window; -1 if none is scored.
-// columns, rows: those inside the image.
+// The place of the best displacement; -1 if none is scored. columns, rows: those inside the image,
+// counted from the corner of the search window.
 int32_t best_displacement(const AlignRun& run, const AlignScratch& scratch,
                           const int32_t columns[2], const int32_t rows[2]) {
     const D32 d;
     const int32_t s = int32_t(run.params->search_radius), lanes = int32_t(hn::Lanes(d));
     const int32_t all =
         int32_t((2 * run.params->patch_radius + 1) * (2 * run.params->patch_radius + 1));
+    const bool all_inside =
+        columns[0] == 0 && columns[1] == 2 * s && rows[0] == 0 && rows[1] == 2 * s;
     PatchTerms patch = whole_patch(run, scratch, all);
     const V32 unscored = hn::Set(d, int32_t(kUnscored));
-    V32 best = unscored, best_at = hn::Set(d, -1);
-    for (int32_t y = rows[0]; y <= rows[1]; ++y)
-        for (int32_t x = 0; x <= 2 * s; x += lanes) {
-            const V32 column = columns_from(d, x), dx = hn::Sub(column, hn::Set(d, s));
-            const int32_t at = y * kAlignScoreRow + x;
-            if (scratch.masked) patch = usable_patch(run, scratch, at);
-            const V32 q = scores(scratch, patch, all, at);
-            const V32 squared = hn::Add(hn::Mul(dx, dx), hn::Set(d, (y - s) * (y - s)));
-            const V32 ranked = hn::Sub(q, hn::Mul(squared, hn::Set(d, int32_t(kDistancePenalty))));
-            const auto inside = hn::And(hn::Gt(column, hn::Set(d, columns[0] - 1)),
-                                        hn::Lt(column, hn::Set(d, columns[1] + 1)));
-            const auto better = hn::And(hn::And(inside, hn::Ne(q, unscored)), hn::Gt(ranked, best));
-            best = hn::IfThenElse(better, ranked, best);
-            best_at = hn::IfThenElse(better, hn::Add(hn::Set(d, y * (2 * s + 1)), column), best_at);
+    // Less than any displacement's, more than that of a place behind the last.
+    V32 best = hn::Set(d, -(1 << 28)), best_at = hn::Set(d, -1);
+    for (int32_t at = 0; at < (2 * s + 1) * (2 * s + 1); at += lanes) {
+        const V32 dx = hn::LoadU(d, &run.places->shift_x[size_t(at)]),
+                  dy = hn::LoadU(d, &run.places->shift_y[size_t(at)]);
+        if (scratch.masked) patch = usable_patch(run, scratch, at);
+        const V32 q = scores(scratch, patch, all, at);
+        const V32 squared = hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy));
+        const V32 ranked = hn::Sub(q, hn::Mul(squared, hn::Set(d, int32_t(kDistancePenalty))));
+        auto better = hn::And(hn::Ne(q, unscored), hn::Gt(ranked, best));
+        if (!all_inside) {
+            const auto within = [&](V32 shift, const int32_t* ends) HWY_ATTR {
+                return hn::And(hn::Gt(shift, hn::Set(d, ends[0] - s - 1)),
+                               hn::Lt(shift, hn::Set(d, ends[1] - s + 1)));
+            };
+            better = hn::And(better, hn::And(within(dx, columns), within(dy, rows)));
         }
+        best = hn::IfThenElse(better, ranked, best);
+        best_at = hn::IfThenElse(better, columns_from(d, at), best_at);
+    }
     const V32 highest = hn::MaxOfLanes(d, best);
     const V32 candidates = hn::IfThenElse(hn::Eq(best, highest), best_at, hn::Set(d, INT32_MAX));
     return hn::GetLane(hn::MinOfLanes(d, candidates));
 }
 
-// The patch's own sums over usable pixels, computed only where some are missing and not too many.
+// Whether somewhere some pixels are missing and not too many.
+bool misses_some(int32_t all, int32_t places, const AlignScratch& scratch) {
+    const D32 d;
+    auto found = hn::Lt(hn::Zero(d), hn::Zero(d));
+    for (int32_t at = 0; at < places; at += int32_t(hn::Lanes(d))) {
+        const V32 n = hn::LoadU(d, scratch.n + at);
+        const auto some = hn::And(hn::Lt(n, hn::Set(d, all)),
+                                  hn::Gt(hn::ShiftLeft<2>(n), hn::Set(d, 3 * all - 1)));
+        const auto exists = hn::Lt(columns_from(d, at), hn::Set(d, places));
+        found = hn::Or(found, hn::And(some, exists));
+    }
+    return !hn::AllFalse(d, found);
+}
+
+// The patch's own sums over usable pixels.
 template <class Radius>
 void usable_sums(Radius radius, int32_t search, AlignScratch& scratch) {
-    const D32 d;
-    const int32_t all = (2 * radius + 1) * (2 * radius + 1), lanes = int32_t(hn::Lanes(d));
-    const std::pair<const int16_t*, int32_t*> sums[] = {
-        {scratch.t, scratch.t_sum}, {scratch.high, scratch.tt_high}, {scratch.low, scratch.tt_low}};
-    for (int32_t dy = 0; dy <= 2 * search; ++dy)
-        for (int32_t dx = 0; dx <= 2 * search; dx += lanes) {
-            const int32_t at = dy * kAlignScoreRow + dx;
-            const V32 n = hn::LoadU(d, scratch.n + at);
-            const auto some = hn::And(hn::Lt(n, hn::Set(d, all)),
-                                      hn::Gt(hn::ShiftLeft<2>(n), hn::Set(d, 3 * all - 1)));
-            const auto wanted = hn::Lt(columns_from(d, dx), hn::Set(d, 2 * search + 1));
-            if (hn::AllFalse(d, hn::And(some, wanted))) {
-                hn::StoreU(hn::Set(d, scratch.full_t), d, scratch.t_sum + at);
-                hn::StoreU(hn::Set(d, scratch.full_tt >> 12), d, scratch.tt_high + at);
-                hn::StoreU(hn::Set(d, scratch.full_tt & 4095), d, scratch.tt_low + at);
-                continue;
-            }
-            const int32_t* from = scratch.usable + (dy + 1) * kAlignWindowRow + 1 + dx;
-            for (const auto& [patch, out] : sums)
-                correlate_row<Radius, 1>(radius, patch, from, out + at);
-        }
+    const int32_t height = 2 * radius + 1, places = (2 * search + 1) * (2 * search + 1);
+    if (!misses_some(height * height, places, scratch)) {
+        std::fill_n(scratch.t_sum, places, scratch.full_t);
+        std::fill_n(scratch.tt_high, places, scratch.full_tt >> 12);
+        std::fill_n(scratch.tt_low, places, scratch.full_tt & 4095);
+        return;
+    }
+    for (int32_t k = 0; k < height * kAlignRow; ++k) {
+        const int32_t square = scratch.t[k] * scratch.t[k];
+        scratch.high[k] = int16_t(square >> 12);
+        scratch.low[k] = int16_t(square & 4095);
+    }
+    correlate(radius, scratch.t, scratch.usable, search, scratch.t_sum);
+    correlate(radius, scratch.high, scratch.usable, search, scratch.tt_high);
+    correlate(radius, scratch.low, scratch.usable, search, scratch.tt_low);
 }
 
 // Radius: an integral constant for the usual radii, so that their loops unroll, else int32_t.
@@ -412,11 +507,6 @@ void all_sums(Radius radius, int32_t search, AlignScratch& scratch) {
     correlate(radius, scratch.t, live, search, scratch.ti);
     box_sums<true>(radius, live, search, scratch.i, scratch.ii);
     if (!scratch.masked) return;
-    for (int32_t k = 0; k < (2 * radius + 1) * kAlignRow; ++k) {
-        const int32_t square = scratch.t[k] * scratch.t[k];
-        scratch.high[k] = int16_t(square >> 12);
-        scratch.low[k] = int16_t(square & 4095);
-    }
     box_sums<false>(radius, scratch.usable, search, scratch.n, scratch.n);
     usable_sums(radius, search, scratch);
 }
@@ -437,9 +527,9 @@ bool search(const AlignRun& run, const AlignCentre& centre,
                   s = int32_t(params.search_radius);
     peak.fraction_x = u - 256 * x;
     peak.fraction_y = v - 256 * y;
-    alignas(64) int16_t sampled[(kAlignRows + 2) * kSampleRow];
+    alignas(64) int16_t sampled[kMaxSamples];
     if (!sample_view(run.views[centre.view], centre, prediction.view_from_live, peak.fraction_x,
-                     peak.fraction_y, r + 1, sampled) ||
+                     peak.fraction_y, r + 1, *run.places, sampled) ||
         !prepare_template(sampled, params, scratch))
         return false;
     const int32_t columns[2] = {std::max(0, r - x + s),

@@ -10,6 +10,8 @@
 namespace defrec::cpu {
 namespace {
 
+constexpr uint32_t kLiftedAtOnce = 64;  // landmarks
+
 class Match final : public Stage {
   public:
     Match(const defrec_match_params& params, const Host& host,
@@ -43,12 +45,15 @@ class Match final : public Stage {
         for (size_t b = 1; b < blocks_; ++b)
             for (size_t f = 0; f < inputs.count; ++f)
                 nearest_[f] = std::min(nearest_[f], nearest_[b * members_ + f]);
-        for (uint32_t i = 0; i < count_; ++i) {
-            const match::TwoBest best = match::choose(inputs, nearest_features(i));
-            const bool accepted =
-                match::accepts(params_, best) && (nearest_[size_t(best.feature)] & 0xffff) == i;
-            matches[i] = match::lift<float>(params_, inputs, best, accepted);
-        }
+        host_.parallel_for((count_ + kLiftedAtOnce - 1) / kLiftedAtOnce, [&](size_t task) {
+            const uint32_t first = uint32_t(task) * kLiftedAtOnce;
+            for (uint32_t i = first; i < std::min(count_, first + kLiftedAtOnce); ++i) {
+                const match::TwoBest best = match::choose(inputs, nearest_features(i));
+                const bool accepted =
+                    match::accepts(params_, best) && (nearest_[size_t(best.feature)] & 0xffff) == i;
+                matches[i] = match::lift<float>(params_, inputs, best, accepted);
+            }
+        });
     }
 
   private:

@@ -1,6 +1,9 @@
 // Hamming distances between all landmarks and all live features, both directions in one pass.
 #include "backends/cpu/match_kernels.hpp"
 
+// The set of instructions that counts bits, which Highway leaves out unless it is asked for.
+#define HWY_WANT_AVX3_DL
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "backends/cpu/match_hamming.cpp"
 #include <hwy/foreach_target.h>
@@ -18,7 +21,13 @@ using V64 = hn::Vec<D64>;
 using V32 = hn::Vec<D32>;
 using V8 = hn::Vec<D8>;
 
-// Bits set in each byte.
+#if HWY_TARGET <= HWY_AVX3_DL
+// Bits set in each lane; of several that were added up.
+V64 count_bits(V64 v) { return hn::PopulationCount(v); }
+V64 total_bits(V64 sum) { return sum; }
+#else
+// Bits set in each byte; in each lane, of several that were added up.
+V64 total_bits(V8 sum) { return hn::SumsOf8(sum); }
 V8 count_bits(V64 v) {
     alignas(16) static constexpr uint8_t kBits[16] = {0, 1, 1, 2, 1, 2, 2, 3,
                                                       1, 2, 2, 3, 2, 3, 3, 4};
@@ -28,6 +37,7 @@ V8 count_bits(V64 v) {
     const V8 high = hn::And(hn::BitCast(d, hn::ShiftRight<4>(v)), nibble);
     return hn::Add(hn::TableLookupBytes(table, low), hn::TableLookupBytes(table, high));
 }
+#endif
 
 struct Landmark {
     V64 word[4];
@@ -38,11 +48,11 @@ struct Landmark {
 V64 distance(const Landmark& landmark, const uint64_t (*word)[2][kMatchGroup / 2], size_t parity,
              size_t lane) {
     const D64 d;
-    V8 sum = count_bits(hn::Xor(landmark.word[0], hn::LoadU(d, word[0][parity] + lane)));
+    auto sum = count_bits(hn::Xor(landmark.word[0], hn::LoadU(d, word[0][parity] + lane)));
     for (size_t w = 1; w < 4; ++w)
         sum = hn::Add(sum,
                       count_bits(hn::Xor(landmark.word[w], hn::LoadU(d, word[w][parity] + lane))));
-    return hn::SumsOf8(sum);
+    return total_bits(sum);
 }
 
 // The three least keys of all lanes.

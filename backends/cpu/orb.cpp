@@ -3,6 +3,7 @@
 #include <hwy/cache_control.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "backends/cpu/orb_kernels.hpp"
 #include "backends/cpu/orb_selection.hpp"
@@ -31,31 +32,28 @@ class Orb final : public Stage {
         : params_(params),
           host_(host),
           layout_(make_layout(params)),
-          stride_(padded(params.width)),
           pixels_(memory),
-          masks_(memory),
-          smoothed_(memory),
-          scores_(host, params.cell * stride_, SIZE_MAX),
-          scratch_(memory),
+          masks_{HostVector<uint8_t>(memory), HostVector<uint8_t>(memory)},
+          scores_(host, params.cell * padded(params.width), SIZE_MAX),
+          scratch_(host, padded(params.width), SIZE_MAX),
           selection_(params, layout_, memory),
           bands_(memory),
           kept_(params.capacity, memory),
           offsets_(DEFREC_ORB_ANGLE_BINS, memory) {
         const uint32_t at_once = (kRowsAtOnce + params.cell - 1) / params.cell;
-        size_t rows = 0;
+        size_t pixels = 0;
         for (uint32_t l = 0; l < layout_.levels; ++l) {
             const Level& level = layout_.level[l];
-            first_row_[l] = rows;
-            rows += level.height;
+            stride_[l] = padded(level.width);
+            first_pixel_[l] = pixels;
+            first_band_[l] = bands_.size();
+            pixels += level.height * stride_[l];
+            if (l < 2) masks_[l].resize(level.height * stride_[l]);
             for (uint32_t y = 0; y < level.cells_y; y += at_once)
                 bands_.push_back({l, y, std::min(y + at_once, level.cells_y)});
         }
-        pixels_.resize(rows * stride_);
-        masks_.resize(rows * stride_);
-        smoothed_.resize(rows * stride_);
-        scratch_.resize(
-            std::max<size_t>(bands_.size(), (params.height + kRowsAtOnce - 1) / kRowsAtOnce) *
-            stride_);
+        first_band_[layout_.levels] = bands_.size();
+        pixels_.resize(pixels);
         for (uint32_t bin = 0; bin < DEFREC_ORB_ANGLE_BINS; ++bin)
             fill_offsets(turned_pattern(bin), offsets_[bin]);
     }
@@ -65,11 +63,19 @@ class Orb final : public Stage {
         gray_ = buffers.gray;
         mask_ = buffers.mask;
 
-        for (uint32_t l = 0; l < layout_.levels; ++l) build_level(l);
         if (buffers.scores != nullptr) std::fill_n(buffers.scores, layout_.pixels, uint8_t{0});
-        host_.parallel_for(bands_.size(), [&](size_t band) {
-            scores_.lend([&](uint8_t* scores) { examine(band, scores, buffers.scores); });
-        });
+        // A level is examined while the next is built from it.
+        for (uint32_t l = 0; l <= layout_.levels; ++l) {
+            const size_t pieces = l < layout_.levels ? pieces_of(layout_.level[l]) : 0,
+                         first_band = l > 0 ? first_band_[l - 1] : 0,
+                         bands = l > 0 ? first_band_[l] - first_band : 0;
+            host_.parallel_for(pieces + bands, [&](size_t task) {
+                if (task < pieces)
+                    build(l, uint32_t(task) * kRowsAtOnce);
+                else
+                    examine(bands_[first_band + task - pieces], buffers.scores);
+            });
+        }
         host_.parallel_for(bands_.size(), [&](size_t index) {
             const Band& band = bands_[index];
             for (uint32_t y = band.first; y < band.last; ++y)
@@ -88,87 +94,78 @@ class Orb final : public Stage {
     }
 
   private:
-    void fill_offsets(const Pattern& pattern, OrbOffsets& offsets) const {
-        const auto offset = [&](const Offset& point) {
-            return point.y * int32_t(stride_) + point.x;
+    static void fill_offsets(const Pattern& pattern, OrbOffsets& offsets) {
+        const auto offset = [](const Offset& point) {
+            return (point.y + kPatchRadius) * kOrbPatchSide + point.x + kPatchRadius;
         };
         for (size_t i = 0; i < kTests; ++i)
             offsets.test[i] = {offset(pattern[2 * i]), offset(pattern[2 * i + 1])};
     }
 
-    template <class T>
-    OrbImage<T> of_level(HostVector<T>& values, uint32_t l) const {
-        return {values.data() + first_row_[l] * stride_, stride_};
+    OrbImage<uint8_t> image(uint32_t l) { return {&pixels_[first_pixel_[l]], stride_[l]}; }
+    OrbImage<const uint8_t> image(uint32_t l) const {
+        return {&pixels_[first_pixel_[l]], stride_[l]};
     }
-    template <class T>
-    OrbImage<const T> of_level(const HostVector<T>& values, uint32_t l) const {
-        return {values.data() + first_row_[l] * stride_, stride_};
-    }
-    OrbImage<const uint8_t> image(uint32_t l) const { return of_level(pixels_, l); }
-    OrbImage<const uint8_t> mask(uint32_t l) const {
-        return mask_ == nullptr ? OrbImage<const uint8_t>{} : of_level(masks_, l);
-    }
+    OrbImage<uint8_t> mask(uint32_t l) { return {masks_[l % 2].data(), stride_[l]}; }
 
-    void build_level(uint32_t l) {
+    static size_t pieces_of(const Level& level) {
+        return (level.height + kRowsAtOnce - 1) / kRowsAtOnce;
+    }
+    void build(uint32_t l, uint32_t first) {
         const Level& level = layout_.level[l];
-        host_.parallel_for((level.height + kRowsAtOnce - 1) / kRowsAtOnce, [&](size_t piece) {
-            const uint32_t first = uint32_t(piece) * kRowsAtOnce,
-                           last = std::min(first + kRowsAtOnce, level.height);
-            if (l == 0) {
-                orb_soften({gray_, params_.stride}, level.width, level.height, of_level(pixels_, 0),
-                           first, last, &scratch_[piece * stride_]);
-                for (uint32_t y = first; mask_ != nullptr && y < last; ++y)
-                    std::copy_n(mask_ + size_t(y) * params_.stride, level.width,
-                                of_level(masks_, 0).row(y));
-                return;
-            }
-            orb_shrink(image(l - 1), of_level(pixels_, l), level.width, first, last);
-            if (mask_ != nullptr)
-                orb_shrink_mask(mask(l - 1), of_level(masks_, l), level.width, first, last);
-        });
+        const uint32_t last = std::min(first + kRowsAtOnce, level.height);
+        const OrbImage<uint8_t> usable = mask(l);
+        if (l == 0) {
+            scratch_.lend([&](uint16_t* scratch) {
+                orb_soften({gray_, params_.stride}, level.width, level.height, image(0), first,
+                           last, scratch);
+            });
+            for (uint32_t y = first; mask_ != nullptr && y < last; ++y)
+                std::copy_n(mask_ + size_t(y) * params_.stride, level.width, usable.row(y));
+            return;
+        }
+        orb_shrink(std::as_const(*this).image(l - 1), image(l), level.width, first, last);
+        const OrbImage<uint8_t> below = mask(l - 1);
+        if (mask_ != nullptr)
+            orb_shrink_mask({below.data, below.stride}, usable, level.width, first, last);
     }
 
-    // Corners of a band and the smoothed rows beside it; the first and the last band of a level
-    // have those at its edges too. scores: of a row of cells. all_scores: of all levels, or
-    // nullptr.
-    void examine(size_t index, uint8_t* scores, uint8_t* all_scores) {
-        const Band& band = bands_[index];
+    // Corners of a band. all_scores: of all levels, or nullptr.
+    void examine(const Band& band, uint8_t* all_scores) {
         const Level& level = layout_.level[band.level];
+        const size_t stride = stride_[band.level];
+        const OrbImage<uint8_t> usable = mask(band.level);
         const auto top = [&](uint32_t row) {
             return std::min(uint32_t(kBorder) + row * params_.cell,
                             level.height - uint32_t(kBorder));
         };
-        for (uint32_t y = band.first; y < band.last; ++y) {
-            orb_find_corners({image(band.level),
-                              mask(band.level),
-                              level.width,
-                              top(y),
-                              top(y + 1),
-                              params_.cell,
-                              params_.threshold,
-                              {scores, stride_},
-                              selection_.row(band.level, y)});
-            for (uint32_t v = top(y); all_scores != nullptr && v < top(y + 1); ++v)
-                std::copy(scores + (v - top(y)) * stride_ + kBorder,
-                          scores + (v - top(y)) * stride_ + level.width - kBorder,
-                          all_scores + level.first_pixel + size_t(v) * level.width + kBorder);
-            selection_.take_row(band.level, y);
-        }
-        orb_smooth(
-            image(band.level), level.width, of_level(smoothed_, band.level),
-            band.first == 0 ? uint32_t(kSmoothRadius) : top(band.first),
-            band.last == level.cells_y ? level.height - uint32_t(kSmoothRadius) : top(band.last),
-            &scratch_[index * stride_]);
+        scores_.lend([&](uint8_t* scores) {
+            for (uint32_t y = band.first; y < band.last; ++y) {
+                orb_find_corners({std::as_const(*this).image(band.level),
+                                  {mask_ != nullptr ? usable.data : nullptr, stride},
+                                  level.width,
+                                  top(y),
+                                  top(y + 1),
+                                  params_.cell,
+                                  params_.threshold,
+                                  {scores, stride},
+                                  selection_.row(band.level, y)});
+                for (uint32_t v = top(y); all_scores != nullptr && v < top(y + 1); ++v)
+                    std::copy(scores + (v - top(y)) * stride + kBorder,
+                              scores + (v - top(y)) * stride + level.width - kBorder,
+                              all_scores + level.first_pixel + size_t(v) * level.width + kBorder);
+                selection_.take_row(band.level, y);
+            }
+        });
     }
 
-    // A patch is 31 cache misses; asked for one feature ahead they cost nothing.
+    // A patch is 35 cache misses; asked for one feature ahead they cost nothing.
     void fetch(const OrbKept& kept) const {
-        for (uint32_t y = kept.y - uint32_t(kPatchRadius); y <= kept.y + uint32_t(kPatchRadius);
-             ++y) {
-            const uint16_t* smoothed = of_level(smoothed_, kept.level).row(y) + kept.x;
-            hwy::Prefetch(smoothed - kPatchRadius);
-            hwy::Prefetch(smoothed + kPatchRadius);
-            hwy::Prefetch(image(kept.level).row(y) + kept.x - kPatchRadius);
+        const OrbImage<const uint8_t> level = image(kept.level);
+        constexpr uint32_t kReach = uint32_t(kPatchRadius + kSmoothRadius);
+        for (uint32_t y = kept.y - kReach; y <= kept.y + kReach; ++y) {
+            hwy::Prefetch(level.row(y) + kept.x - kReach);
+            hwy::Prefetch(level.row(y) + kept.x + kReach);
         }
     }
     defrec_feature describe(const OrbKept& kept) const {
@@ -180,22 +177,33 @@ class Orb final : public Stage {
                                uint16_t(bin),
                                kept.score,
                                {}};
-        orb_describe(of_level(smoothed_, kept.level).row(kept.y) + kept.x, offsets_[bin],
-                     feature.descriptor);
+        alignas(64) uint16_t smoothed[kOrbPatchSide * kOrbPatchSide];
+        orb_smooth_patch(image(kept.level), kept.x, kept.y, smoothed);
+        orb_describe(smoothed, offsets_[bin], feature.descriptor);
         return feature;
     }
 
-    template <class T>
-    void write_levels(T* to, const HostVector<T>& from) const {
-        if (to == nullptr) return;
+    void write_pyramid(uint8_t* to) const {
         for (uint32_t l = 0; l < layout_.levels; ++l)
             for (uint32_t y = 0; y < layout_.level[l].height; ++y)
-                std::copy_n(of_level(from, l).row(y), layout_.level[l].width,
+                std::copy_n(image(l).row(y), layout_.level[l].width,
                             to + layout_.level[l].first_pixel + size_t(y) * layout_.level[l].width);
     }
-    void write_substages(const OrbBuffers& to) const {
-        write_levels(to.pyramid, pixels_);
-        write_levels(to.smoothed, smoothed_);
+    void write_smoothed(uint16_t* to) {
+        std::fill_n(to, layout_.pixels, uint16_t{0});
+        scratch_.lend([&](uint16_t* scratch) {
+            for (uint32_t l = 0; l < layout_.levels; ++l) {
+                const Level& level = layout_.level[l];
+                if (level.cells_y == 0) continue;
+                orb_smooth(std::as_const(*this).image(l), level.width,
+                           {to + level.first_pixel, level.width}, uint32_t(kSmoothRadius),
+                           level.height - uint32_t(kSmoothRadius), scratch);
+            }
+        });
+    }
+    void write_substages(const OrbBuffers& to) {
+        if (to.pyramid != nullptr) write_pyramid(to.pyramid);
+        if (to.smoothed != nullptr) write_smoothed(to.smoothed);
         if (to.corners != nullptr)
             std::copy(selection_.packed().begin(), selection_.packed().end(), to.corners);
         if (to.distances != nullptr)
@@ -205,12 +213,13 @@ class Orb final : public Stage {
     defrec_orb_params params_;
     Host host_;
     Layout layout_;
-    size_t stride_;                         // of all images here, elements
-    size_t first_row_[kOrbMaxLevels] = {};  // of each level
-    HostVector<uint8_t> pixels_, masks_;
-    HostVector<uint16_t> smoothed_;
+    // Of each level; strides in elements.
+    size_t stride_[kOrbMaxLevels] = {}, first_pixel_[kOrbMaxLevels] = {};
+    size_t first_band_[kOrbMaxLevels + 1] = {};
+    HostVector<uint8_t> pixels_;
+    HostVector<uint8_t> masks_[2];  // of the even levels, and of the odd ones, one at a time
     ScratchPool<uint8_t> scores_;
-    HostVector<uint16_t> scratch_;  // a row for each piece of work
+    ScratchPool<uint16_t> scratch_;
     OrbSelection selection_;
     HostVector<Band> bands_;
     HostVector<OrbKept> kept_;

@@ -84,12 +84,12 @@ uint32_t orb_orientation(OrbImage<const uint8_t> image, uint32_t x, uint32_t y) 
 
 // Not vectors: a gather takes longer than the loads it stands for on every processor it was tried
 // on.
-void orb_describe(const uint16_t* pixel, const OrbOffsets& offsets, uint32_t* descriptor) {
+void orb_describe(const uint16_t* patch, const OrbOffsets& offsets, uint32_t* descriptor) {
     for (size_t word = 0; word < orb::kTests / 32; ++word) {
         const OrbOffsets::Test* test = &offsets.test[32 * word];
         uint32_t bits = 0;
         for (size_t bit = 32; bit-- > 0;)
-            bits = 2 * bits + (pixel[test[bit].first] < pixel[test[bit].second] ? 1u : 0u);
+            bits = 2 * bits + (patch[test[bit].first] < patch[test[bit].second] ? 1u : 0u);
         descriptor[word] = bits;
     }
 }

@@ -36,6 +36,11 @@ void orb_shrink_mask(OrbImage<const uint8_t> source, OrbImage<uint8_t> result, u
 void orb_smooth(OrbImage<const uint8_t> image, uint32_t width, OrbImage<uint16_t> result,
                 uint32_t first, uint32_t last, uint16_t* scratch);
 
+// The smoothed pixels round the feature at this pixel, up to kPatchRadius away, first the upper
+// left: rows of kOrbPatchSide, of which the last element is of no use.
+constexpr int32_t kOrbPatchSide = 2 * orb::kPatchRadius + 2;
+void orb_smooth_patch(OrbImage<const uint8_t> image, uint32_t x, uint32_t y, uint16_t* patch);
+
 // One row of cells: columns [kBorder, width - kBorder), rows [first, last), last - first <= cell.
 // Writes the scores, those of row first to row 0, with up to kOrbSlack zeros to their right, and
 // one packed corner for each cell (score << 16 | y in the cell << 8 | x in the cell, 0: none).
@@ -62,7 +67,7 @@ void orb_near_distances(const OrbCells& cells, uint32_t row, uint8_t* distances)
 // Where the score peaks round the corner at this pixel, 1/16 px from it.
 orb::Offset orb_refine(OrbImage<const uint8_t> image, uint32_t x, uint32_t y);
 
-// Where the points of one turned pattern lie from the feature, in elements of the smoothed image.
+// Where the points of one turned pattern lie, in elements of the smoothed patch.
 struct OrbOffsets {
     struct Test {
         int32_t first, second;
@@ -71,7 +76,7 @@ struct OrbOffsets {
 
 // Orientation bin of the feature at this pixel.
 uint32_t orb_orientation(OrbImage<const uint8_t> image, uint32_t x, uint32_t y);
-// Descriptor of the feature whose smoothed pixel this is.
-void orb_describe(const uint16_t* pixel, const OrbOffsets& offsets, uint32_t* descriptor);
+// Descriptor of the feature whose smoothed patch this is.
+void orb_describe(const uint16_t* patch, const OrbOffsets& offsets, uint32_t* descriptor);
 
 }  // namespace defrec::cpu

@@ -98,15 +98,18 @@ void soften(OrbImage<const uint8_t> gray, uint32_t width, uint32_t height, OrbIm
     }
 }
 
+// a + 4 b + 6 c + 4 e + f, in the order of the window.
+template <class V>
+HWY_INLINE V binomial(V a, V b, V c, V e, V f) {
+    const V near = hn::Add(hn::Add(b, e), c);
+    return hn::Add(hn::Add(a, f), hn::Add(hn::ShiftLeft<2>(near), hn::Add(c, c)));
+}
+
 void smooth(OrbImage<const uint8_t> image, uint32_t width, OrbImage<uint16_t> result,
             uint32_t first, uint32_t last, uint16_t* scratch) {
     const hn::ScalableTag<uint16_t> d;
     const hn::Rebind<uint8_t, decltype(d)> d8;
     const uint32_t lanes = uint32_t(hn::Lanes(d));
-    const auto binomial = [](auto a, auto b, auto c, auto e, auto f) {  // a + 4 b + 6 c + 4 f + e
-        const auto near = hn::Add(hn::Add(b, f), c);
-        return hn::Add(hn::Add(a, e), hn::Add(hn::ShiftLeft<2>(near), hn::Add(c, c)));
-    };
     for (uint32_t y = first; y < last; ++y) {
         const uint8_t* centre = image.row(y);
         const size_t s = image.stride;
@@ -114,19 +117,43 @@ void smooth(OrbImage<const uint8_t> image, uint32_t width, OrbImage<uint16_t> re
             const auto at = [&](const uint8_t* p) {
                 return hn::PromoteTo(d, hn::LoadU(d8, p + x));
             };
-            hn::StoreU(binomial(at(centre - 2 * s), at(centre - s), at(centre), at(centre + 2 * s),
-                                at(centre + s)),
+            hn::StoreU(binomial(at(centre - 2 * s), at(centre - s), at(centre), at(centre + s),
+                                at(centre + 2 * s)),
                        d, scratch + x);
         }
         uint16_t* to = result.row(y);
         const uint32_t end = width - 2;
         for (uint32_t x = 2; x < end; x += lanes) {
             const auto at = [&](int32_t dx) { return hn::LoadU(d, scratch + int32_t(x) + dx); };
-            const auto sum = binomial(at(-2), at(-1), at(0), at(2), at(1));
+            const auto sum = binomial(at(-2), at(-1), at(0), at(1), at(2));
             if (x + lanes <= end)
                 hn::StoreU(sum, d, to + x);
             else
                 hn::BlendedStore(sum, hn::FirstN(d, end - x), d, to + x);
+        }
+    }
+}
+
+void smooth_patch(OrbImage<const uint8_t> image, uint32_t x, uint32_t y, uint16_t* patch) {
+    const hn::CappedTag<uint16_t, size_t(kOrbPatchSide)> d;
+    const hn::Rebind<uint8_t, decltype(d)> d8;
+    constexpr int32_t kReach = orb::kPatchRadius + orb::kSmoothRadius;
+    for (size_t column = 0; column < size_t(kOrbPatchSide); column += hn::Lanes(d)) {
+        const uint8_t* row = image.row(y - uint32_t(kReach)) + x - kReach + column;
+        const auto across = [&] {
+            const auto at = [&](size_t dx) { return hn::PromoteTo(d, hn::LoadU(d8, row + dx)); };
+            const auto sum = binomial(at(0), at(1), at(2), at(3), at(4));
+            row += image.stride;
+            return sum;
+        };
+        auto a = across(), b = across(), c = across(), e = across();
+        for (int32_t line = 0; line <= 2 * orb::kPatchRadius; ++line) {
+            const auto f = across();
+            hn::Store(binomial(a, b, c, e, f), d, patch + size_t(line * kOrbPatchSide) + column);
+            a = b;
+            b = c;
+            c = e;
+            e = f;
         }
     }
 }
@@ -141,6 +168,7 @@ HWY_EXPORT(soften);
 HWY_EXPORT(shrink);
 HWY_EXPORT(shrink_mask);
 HWY_EXPORT(smooth);
+HWY_EXPORT(smooth_patch);
 
 void orb_soften(OrbImage<const uint8_t> gray, uint32_t width, uint32_t height,
                 OrbImage<uint8_t> result, uint32_t first, uint32_t last, uint16_t* scratch) {
@@ -160,6 +188,10 @@ void orb_shrink_mask(OrbImage<const uint8_t> source, OrbImage<uint8_t> result, u
 void orb_smooth(OrbImage<const uint8_t> image, uint32_t width, OrbImage<uint16_t> result,
                 uint32_t first, uint32_t last, uint16_t* scratch) {
     HWY_DYNAMIC_DISPATCH(smooth)(image, width, result, first, last, scratch);
+}
+
+void orb_smooth_patch(OrbImage<const uint8_t> image, uint32_t x, uint32_t y, uint16_t* patch) {
+    HWY_DYNAMIC_DISPATCH(smooth_patch)(image, x, y, patch);
 }
 
 }  // namespace defrec::cpu

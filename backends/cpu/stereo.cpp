@@ -12,8 +12,9 @@
 namespace defrec::cpu {
 namespace {
 
-constexpr int kBand = 32, kTileRows = 64;  // most rows that one task works on
-constexpr int kFewestRows = 16;            // fewer spend their time on the windows' first rows
+// Most rows that one task works on; more where it begins with rows that another ends with.
+constexpr int kBand = 32, kSearchBand = 64, kLongBand = 128, kTileRows = 128;
+constexpr int kFewestRows = 16;  // fewer spend their time on the windows' first rows
 
 // Rows of a task, where that many tasks lie side by side: as many as let all threads end together.
 int rows_of_task(int rows, int most, int side_by_side, int threads) {
@@ -46,21 +47,13 @@ Field make_field(const Host& host, int width, int height) {
     return Field(host, width, height, int16_t(kNoDisparity));
 }
 
-// Gray, masks and fields of one resolution.
+// Images of one resolution.
 struct Level {
     Level(const Host& host, int w, int h)
-        : width(w),
-          height(h),
-          left(host, w, h),
-          right(host, w, h),
-          left_mask(host, w, h),
-          right_mask(host, w, h),
-          standing(host, w, h),
-          fields{make_field(host, w, h), make_field(host, w, h), make_field(host, w, h)} {}
+        : width(w), height(h), left(host, w, h), right(host, w, h), right_mask(host, w, h) {}
 
     int width, height;
-    Bytes left, right, left_mask, right_mask, standing;
-    Field fields[3];
+    Bytes left, right, right_mask;
 };
 
 class Stereo final : public Stage {
@@ -71,11 +64,15 @@ class Stereo final : public Stage {
           threads_(int(std::clamp<size_t>(host.concurrency(), 1, 256))),
           full_(host, c_.width, c_.height),
           half_(host, c_.half_width, c_.half_height),
-          confidence_(host, c_.width, c_.height),
+          half_left_mask_(host, c_.half_width, c_.half_height),
+          standing_(host, c_.half_width, c_.half_height),
+          dense_(make_field(host, c_.half_width, c_.half_height)),
+          fields_{make_field(host, c_.width, c_.height), make_field(host, c_.width, c_.height)},
           none_row_(make_field(host, c_.width, 1)),
           scratch_(host,
                    std::max({search_scratch_ints(c_), size_t(4 * c_.width + 2),
-                             (smooth_scratch(c_.width) + 1) / 2}),
+                             (smooth_scratch(c_.width, c_.smooth_passes) + 1) / 2,
+                             (smooth_scratch(c_.half_width, 1) + 1) / 2}),
                    size_t((c_.height + kFewestRows - 1) / kFewestRows)) {
         for (int w = c_.half_width, h = c_.half_height; w > 1 || h > 1;) {
             w = (w + 1) / 2;
@@ -88,11 +85,11 @@ class Stereo final : public Stage {
         const StereoBuffers b = view_buffers<StereoBuffers>(c_, in, out);
         prepare_images(b);
         search_half(b);
-        if (!fill_all(half_.fields[1])) {
+        if (!fill_all(dense_)) {
             give_nothing(b);
             return;
         }
-        give(half_.fields[1], half_, b.dense);
+        give(dense_, half_, b.dense);
         refine_half(b);
         refine_full(b);
         finish(b);
@@ -106,18 +103,19 @@ class Stereo final : public Stage {
 
     // work(y0, y1), or work(y0, y1, scratch), for bands of rows.
     template <class Work>
-    void bands(int rows, Work&& work) {
-        const int each = rows_of_task(rows, kBand, 1, threads_);
+    void bands(int rows, Work&& work, int most = kBand) {
+        const int each = rows_of_task(rows, most, 1, threads_);
         host_.parallel_for(size_t((rows + each - 1) / each), [&](size_t band) {
             const int y0 = int(band) * each;
             work(y0, std::min(rows, y0 + each));
         });
     }
     template <class Work>
-    void bands_with_scratch(int rows, Work&& work) {
-        bands(rows, [&](int y0, int y1) {
+    void bands_with_scratch(int rows, Work&& work, int most = kBand) {
+        const auto lent = [&](int y0, int y1) {
             scratch_.lend([&](int32_t* scratch) { work(y0, y1, scratch); });
-        });
+        };
+        bands(rows, lent, most);
     }
     template <class Work>
     void each_row(int rows, Work&& work) {
@@ -126,71 +124,98 @@ class Stereo final : public Stage {
         });
     }
     template <class T>
-    static void give(const Image<T>& from, const Level& level, T* to) {
+    static void give(Plane<const T> from, const Level& level, T* to) {
         for (int y = 0; to != nullptr && y < level.height; ++y)
             std::copy_n(from.row(y), level.width, to + size_t(y) * size_t(level.width));
+    }
+    template <class T>
+    static void give(const Image<T>& from, const Level& level, T* to) {
+        give(from.view(), level, to);
     }
 
     void prepare_images(const StereoBuffers& b) {
         const int w = c_.width, h = c_.height;
-        bands_with_scratch(h, [&](int y0, int y1, int32_t* scratch) {
-            const auto one = [&](const uint8_t* gray, const uint8_t* mask, Bytes& image,
-                                 Bytes& image_mask, int y) {
+        // In pairs of rows, of which the half images' are made at once.
+        bands_with_scratch((h + 1) / 2, [&](int y0, int y1, int32_t* scratch) {
+            const auto one = [&](const uint8_t* gray, const uint8_t* mask, Bytes& image, int y) {
                 pad_row(gray + ptrdiff_t(y) * c_.stride, image.row(y), w);
-                if (mask == nullptr) {
-                    std::memset(image_mask.row(y), 255, size_t(w));
-                    return;
-                }
-                pad_row(mask + ptrdiff_t(y) * c_.stride, image_mask.row(y), w);
-                inpaint_row({gray, c_.stride}, {mask, c_.stride}, w, h, y, image.row(y), scratch);
+                if (mask != nullptr)
+                    inpaint_row({gray, c_.stride}, {mask, c_.stride}, w, h, y, image.row(y),
+                                scratch);
             };
             for (int y = y0; y < y1; ++y) {
-                one(b.left, b.left_mask, full_.left, full_.left_mask, y);
-                one(b.right, b.right_mask, full_.right, full_.right_mask, y);
+                for (int v = 2 * y; v < std::min(h, 2 * y + 2); ++v) {
+                    one(b.left, b.left_mask, full_.left, v);
+                    one(b.right, b.right_mask, full_.right, v);
+                    keep_right_mask(b, v);
+                }
+                if (y < half_.height) halve(b, y);
             }
         });
         give(full_.left, full_, b.prepared_left);
         give(full_.right, full_, b.prepared_right);
-        each_row(half_.height, [&](int y) {
-            halve_row(full_.left.row(2 * y), full_.left.row(2 * y + 1), half_.left.row(y),
-                      half_.width);
-            halve_row(full_.right.row(2 * y), full_.right.row(2 * y + 1), half_.right.row(y),
-                      half_.width);
-            halve_mask_row(full_.left_mask.row(2 * y), full_.left_mask.row(2 * y + 1),
-                           half_.left_mask.row(y), half_.width);
-            halve_mask_row(full_.right_mask.row(2 * y), full_.right_mask.row(2 * y + 1),
-                           half_.right_mask.row(y), half_.width);
-        });
+    }
+    void keep_right_mask(const StereoBuffers& b, int y) {
+        if (b.right_mask != nullptr)
+            pad_row(b.right_mask + ptrdiff_t(y) * c_.stride, full_.right_mask.row(y), c_.width);
+        else
+            std::memset(full_.right_mask.row(y), 255, size_t(c_.width));
+    }
+    void halve(const StereoBuffers& b, int y) {
+        const int upper = 2 * y, lower = upper + 1, w = half_.width;
+        halve_row(full_.left.row(upper), full_.left.row(lower), half_.left.row(y), w);
+        halve_row(full_.right.row(upper), full_.right.row(lower), half_.right.row(y), w);
+        halve_mask_row(full_.right_mask.row(upper), full_.right_mask.row(lower),
+                       half_.right_mask.row(y), w);
+        if (b.left_mask != nullptr)
+            halve_mask_row(b.left_mask + ptrdiff_t(upper) * c_.stride,
+                           b.left_mask + ptrdiff_t(lower) * c_.stride, half_left_mask_.row(y), w);
+        else
+            std::memset(half_left_mask_.row(y), 255, size_t(w));
     }
 
-    // Leaves what is supported in field 0 and the smoothed of it in field 1.
+    // Leaves what is supported in field 0 and the smoothed of it in the dense field. Until
+    // refine_full the fields hold some of half resolution.
     void search_half(const StereoBuffers& b) {
-        Field* f = half_.fields;
+        Field& checked = fields_[1];
         const SearchJob job{.c = c_,
                             .left = half_.left.view(),
                             .right = half_.right.view(),
-                            .left_mask = half_.left_mask.view(),
+                            .left_mask = half_left_mask_.view(),
                             .right_mask = half_.right_mask.view(),
                             .left_keys = b.left_keys,
                             .right_keys = b.right_keys,
-                            .checked = f[2].plane()};
-        bands_with_scratch(half_.height, [&](int y0, int y1, int32_t* scratch) {
+                            .checked = checked.plane()};
+        const auto search = [&](int y0, int y1, int32_t* scratch) {
             search_rows(job, y0, y1, scratch);
-        });
-        give(f[2], half_, b.checked);
+        };
+        bands_with_scratch(half_.height, search, kSearchBand);
+        give(checked, half_, b.checked);
         each_row(half_.height, [&](int y) {
-            supported_row(f[2].view(), half_.width, half_.height, y, c_, f[0].row(y));
+            supported_row(checked.view(), half_.width, half_.height, y, c_, fields_[0].row(y));
         });
-        give(f[0], half_, b.supported);
-        smooth(half_, f[0], f[1], kHalfSmoothRadius, kSearchSmoothRange);
+        give(fields_[0], half_, b.supported);
+        smooth_half(kSearchSmoothRange);
     }
 
-    void smooth(const Level& level, const Field& from, Field& to, int radius, int range) {
-        const SmoothJob job{from.view(), to.plane(), level.width,     level.height,
-                            radius,      range,      none_row_.row(0)};
-        bands_with_scratch(level.height, [&](int y0, int y1, int32_t* scratch) {
+    // Field 0 into the dense field.
+    void smooth_half(int range) {
+        smooth({.from = fields_[0].view(),
+                .to = dense_.plane(),
+                .margin = kMargin,
+                .width = half_.width,
+                .height = half_.height,
+                .radius = kHalfSmoothRadius,
+                .range = range,
+                .passes = 1,
+                .none_row = none_row_.row(0)},
+               kBand);
+    }
+    void smooth(const SmoothJob& job, int most) {
+        const auto work = [&](int y0, int y1, int32_t* scratch) {
             smooth_rows(job, y0, y1, reinterpret_cast<int16_t*>(scratch));
-        });
+        };
+        bands_with_scratch(job.height, work, most);
     }
 
     // Fills every hole; false if there is not one disparity.
@@ -230,13 +255,12 @@ class Stereo final : public Stage {
         });
     }
 
-    // From the dense field 1 and the supported field 0; leaves the result in field 1.
+    // From the dense field and the supported field 0; leaves the result in the dense field.
     void refine_half(const StereoBuffers& b) {
-        Field* f = half_.fields;
         bands_with_scratch(half_.height, [&](int y0, int y1, int32_t* scratch) {
             for (int y = y0; y < y1; ++y)
-                standing_row(f[0].view(), f[1].view(), half_.width, half_.height, y, c_,
-                             reinterpret_cast<int16_t*>(scratch), half_.standing.row(y));
+                standing_row(fields_[0].view(), dense_.view(), half_.width, half_.height, y, c_,
+                             reinterpret_cast<int16_t*>(scratch), standing_.row(y));
         });
         RefineJob job{};
         job.c = c_;
@@ -245,19 +269,18 @@ class Stereo final : public Stage {
         job.width = half_.width;
         job.height = half_.height;
         job.radius = c_.radius;
-        job.hypothesis = f[1].view();
-        job.result = f[0].plane();
+        job.hypothesis = dense_.view();
+        job.result = fields_[0].plane();
         refine(job);
-        smooth(half_, f[0], f[1], kHalfSmoothRadius, kHalfSmoothRange);
-        give(f[1], half_, b.half_refined);
+        smooth_half(kHalfSmoothRange);
+        give(dense_, half_, b.half_refined);
     }
 
     // Leaves the hypothesis in field 0 and the evidence, speckles and all, in field 1.
     void refine_full(const StereoBuffers& b) {
-        Field* f = full_.fields;
+        Field* f = fields_;
         each_row(full_.height, [&](int y) {
-            upsample_row(half_.fields[1].view(), half_.standing.view(), half_.width, half_.height,
-                         full_.width, y, f[0].row(y), full_.standing.row(y));
+            upsample_row(dense_.view(), half_.width, half_.height, full_.width, y, f[0].row(y));
         });
         give(f[0], full_, b.hypothesis);
         RefineJob job{};
@@ -270,36 +293,41 @@ class Stereo final : public Stage {
         job.hypothesis = f[0].view();
         job.result = f[1].plane();
         job.classify = true;
-        job.left_mask = full_.left_mask.view();
         job.right_mask = full_.right_mask.view();
-        job.standing = full_.standing.view();
-        job.confidence = confidence_.plane();
+        job.left_mask = {b.left_mask, c_.stride};
+        job.standing = standing_.view();
+        job.confidence = {b.confidence, c_.stride};
         job.refined = b.refined;
         job.score = b.score;
         refine(job);
     }
 
+    // The evidence without speckles is in the result's memory until it is filled.
     void finish(const StereoBuffers& b) {
-        Field* f = full_.fields;
+        Field* f = fields_;
+        const Plane<int16_t> disparity{b.disparity, c_.stride};
+        const Plane<const int16_t> evidence{b.disparity, c_.stride};
+        const Plane<uint8_t> confidence{b.confidence, c_.stride};
         bands(full_.height, [&](int y0, int y1) {
-            drop_speckles_rows(f[1].view(), full_.width, full_.height, y0, y1, c_, f[2].plane(),
-                               confidence_.plane());
+            drop_speckles_rows(f[1].view(), full_.width, full_.height, y0, y1, c_, disparity,
+                               confidence);
         });
-        give(f[2], full_, b.evidence);
+        give(evidence, full_, b.evidence);
         bands(full_.height, [&](int y0, int y1) {
-            fill_small_rows(f[2].view(), f[0].view(), full_.width, full_.height, y0, y1, c_,
-                            f[1].plane(), confidence_.plane());
+            fill_small_rows(evidence, f[0].view(), full_.width, full_.height, y0, y1, c_,
+                            f[1].plane(), confidence);
         });
         give(f[1], full_, b.filled);
-        for (int pass = 0; pass < c_.smooth_passes; ++pass)
-            smooth(full_, f[1 + pass % 2], f[2 - pass % 2], c_.smooth_radius, c_.smooth_range);
-        const Field& smoothed = f[1 + c_.smooth_passes % 2];
-        each_row(full_.height, [&](int y) {
-            std::copy_n(smoothed.row(y), full_.width, b.disparity + ptrdiff_t(y) * c_.stride);
-            if (b.confidence != nullptr)
-                std::copy_n(confidence_.row(y), full_.width,
-                            b.confidence + ptrdiff_t(y) * c_.stride);
-        });
+        smooth({.from = f[1].view(),
+                .to = disparity,
+                .margin = 0,
+                .width = full_.width,
+                .height = full_.height,
+                .radius = c_.smooth_radius,
+                .range = c_.smooth_range,
+                .passes = c_.smooth_passes,
+                .none_row = none_row_.row(0)},
+               kLongBand);
     }
 
     // The results of a pair without one disparity.
@@ -323,7 +351,10 @@ class Stereo final : public Stage {
     Host host_;
     int threads_;
     Level full_, half_;
-    Bytes confidence_;
+    // Of half resolution.
+    Bytes half_left_mask_, standing_;
+    Field dense_;
+    Field fields_[2];
     Field none_row_;
     std::vector<Coarser> coarser_;
     ScratchPool<int32_t> scratch_;

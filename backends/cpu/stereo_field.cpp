@@ -17,18 +17,26 @@ using VI16 = hn::Vec<I16>;
 
 void EndRow(int16_t* row, int width) { std::fill_n(row + width, kMargin, int16_t(kNoDisparity)); }
 
-// All ones where a and b are disparities at most range apart. A missing one saturates the
-// difference.
-HWY_INLINE hn::Mask<I16> Agree(VI16 difference, VI16 range) {
-    const I16 d;
-    return hn::And(hn::Lt(difference, hn::Add(range, hn::Set(d, 1))),
-                   hn::Gt(hn::Add(difference, range), hn::Set(d, -1)));
-}
+// Which disparities are at most range apart, by their saturated difference: a missing one is far
+// from all. The differences are shifted so that those within the range are the least ones.
+class Agreement {
+  public:
+    explicit Agreement(int range)
+        : shift_(hn::Set(I16(), int16_t(range - 32768))),
+          limit_(hn::Set(I16(), int16_t(2 * range + 1 - 32768))) {}
+    HWY_INLINE hn::Mask<I16> operator()(VI16 difference) const {
+        return hn::Lt(hn::Add(difference, shift_), limit_);
+    }
+
+  private:
+    VI16 shift_, limit_;
+};
 
 void SupportedRow(Plane<const int16_t> field, int width, int height, int y,
                   const StereoConstants& c, int16_t* dst) {
     const I16 d;
-    const VI16 none = hn::Set(d, kNoDisparity), range = hn::Set(d, kSupportRange);
+    const VI16 none = hn::Set(d, kNoDisparity);
+    const Agreement agrees(kSupportRange);
     for (int x = 0; x < width; x += int(hn::Lanes(d))) {
         const VI16 centre = hn::LoadU(d, field.row(y) + x);
         VI16 agreeing = hn::Zero(d);
@@ -36,8 +44,8 @@ void SupportedRow(Plane<const int16_t> field, int width, int height, int y,
             if (v < 0 || v >= height) continue;
             for (int u = -4; u <= 4; u += 2) {
                 const VI16 other = hn::LoadU(d, field.row(v) + x + u);
-                agreeing = hn::Sub(
-                    agreeing, hn::VecFromMask(d, Agree(hn::SaturatedSub(other, centre), range)));
+                agreeing =
+                    hn::Sub(agreeing, hn::VecFromMask(d, agrees(hn::SaturatedSub(other, centre))));
             }
         }
         const auto kept = hn::Gt(agreeing, hn::Set(d, int16_t(c.support - 1)));
@@ -48,13 +56,14 @@ void SupportedRow(Plane<const int16_t> field, int width, int height, int y,
 
 // Mean of the neighbours that agree with the centre; neighbour(k) loads the k-th.
 template <class Neighbour>
-HWY_INLINE VI16 Smoothed(VI16 centre, int radius, VI16 range, Neighbour&& neighbour) {
+HWY_INLINE VI16 Smoothed(VI16 centre, int radius, const Agreement& agreement,
+                         Neighbour&& neighbour) {
     const I16 d;
     VI16 sum = hn::Zero(d), count = hn::Set(d, 1);
     for (int k = -radius; k <= radius; ++k) {
         if (k == 0) continue;
         const VI16 difference = hn::SaturatedSub(neighbour(k), centre);
-        const auto agrees = Agree(difference, range);
+        const auto agrees = agreement(difference);
         sum = hn::Add(sum, hn::IfThenElseZero(agrees, difference));
         count = hn::Sub(count, hn::VecFromMask(d, agrees));
     }
@@ -70,9 +79,9 @@ HWY_INLINE VI16 Smoothed(VI16 centre, int radius, VI16 range, Neighbour&& neighb
 
 void SmoothAlongRow(const int16_t* src, int width, int radius, int range, int16_t* dst) {
     const I16 d;
-    const VI16 limit = hn::Set(d, int16_t(range));
+    const Agreement agreement(range);
     for (int x = 0; x < width; x += int(hn::Lanes(d)))
-        hn::StoreU(Smoothed(hn::LoadU(d, src + x), radius, limit,
+        hn::StoreU(Smoothed(hn::LoadU(d, src + x), radius, agreement,
                             [&](int k) HWY_ATTR { return hn::LoadU(d, src + x + k); }),
                    d, dst + x);
     EndRow(dst, width);
@@ -82,28 +91,44 @@ void SmoothAlongRow(const int16_t* src, int width, int radius, int range, int16_
 void SmoothAlongColumns(const int16_t* const* rows, int width, int radius, int range,
                         int16_t* dst) {
     const I16 d;
-    const VI16 limit = hn::Set(d, int16_t(range));
+    const Agreement agreement(range);
     for (int x = 0; x < width; x += int(hn::Lanes(d)))
-        hn::StoreU(Smoothed(hn::LoadU(d, rows[radius] + x), radius, limit,
+        hn::StoreU(Smoothed(hn::LoadU(d, rows[radius] + x), radius, agreement,
                             [&](int k) HWY_ATTR { return hn::LoadU(d, rows[k + radius] + x); }),
                    d, dst + x);
     EndRow(dst, width);
 }
 
 void SmoothRows(const SmoothJob& job, int y0, int y1, int16_t* scratch) {
-    const ptrdiff_t stride = ptrdiff_t(smooth_scratch(job.width) / kSmoothRing);
-    const auto along = [&](int y) { return scratch + y % kSmoothRing * stride; };
-    for (int y = std::max(0, y0 - job.radius); y < y1 + job.radius; ++y) {
-        if (y < job.height)
-            SmoothAlongRow(job.from.row(y), job.width, job.radius, job.range, along(y));
-        const int centre = y - job.radius;
-        if (centre < y0) continue;
-        const int16_t* rows[2 * kMaxSmoothRadius + 1];
-        for (int k = -job.radius; k <= job.radius; ++k) {
-            const int row = centre + k;
-            rows[k + job.radius] = row >= 0 && row < job.height ? along(row) : job.none_row;
+    const ptrdiff_t stride = ptrdiff_t(smooth_scratch_row(job.width));
+    // Of each pass the rows of a window, smoothed along, and the row that it gave last.
+    const auto along = [&](int pass, int y) {
+        return scratch + (pass * (kSmoothRing + 1) + y % kSmoothRing) * stride;
+    };
+    const auto result = [&](int pass) {
+        return scratch + (pass * (kSmoothRing + 1) + kSmoothRing) * stride + kMargin;
+    };
+    for (int pass = 0; pass < job.passes; ++pass)
+        std::fill_n(result(pass) - kMargin, kMargin, int16_t(kNoDisparity));
+    const int reach = job.passes * job.radius;
+    for (int y = std::max(0, y0 - reach); y < y1 + reach; ++y) {
+        const int16_t* row = y < job.height ? job.from.row(y) : nullptr;
+        for (int pass = 0; pass < job.passes; ++pass) {
+            // The row that comes in is that many behind row y, and what comes out is for the next.
+            const int in = y - pass * job.radius, out = in - job.radius,
+                      rest = (job.passes - 1 - pass) * job.radius;
+            if (row != nullptr)
+                SmoothAlongRow(row, job.width, job.radius, job.range, along(pass, in));
+            row = nullptr;
+            if (out < std::max(0, y0 - rest) || out >= std::min(job.height, y1 + rest)) continue;
+            const int16_t* rows[2 * kMaxSmoothRadius + 1];
+            for (int k = -job.radius; k <= job.radius; ++k)
+                rows[k + job.radius] =
+                    out + k >= 0 && out + k < job.height ? along(pass, out + k) : job.none_row;
+            SmoothAlongColumns(rows, job.width, job.radius, job.range, result(pass));
+            row = result(pass);
         }
-        SmoothAlongColumns(rows, job.width, job.radius, job.range, job.to.row(centre));
+        if (row != nullptr) std::copy_n(row, job.width + job.margin, job.to.row(y - reach));
     }
 }
 
@@ -172,30 +197,26 @@ void StandingRow(Plane<const int16_t> supported, Plane<const int16_t> dense, int
         const VI16 stands = hn::IfThenElse(open, hn::Set(d, kOpen), hn::Set(d, kSettled));
         hn::StoreU(hn::DemoteTo(d8, hn::IfThenZeroElse(doubtful, stands)), d8, dst + x);
     }
+    dst[width] = dst[width - 1];
 }
 
-// A row with its last value repeated on both sides.
-template <class T>
-void CopyPadded(const T* row, int width, T* dst) {
+// A row with its end values repeated on both sides.
+void CopyPadded(const int16_t* row, int width, int16_t* dst) {
     std::copy_n(row, width, dst);
     std::fill_n(dst - kMargin, kMargin, row[0]);
     std::fill_n(dst + width, kMargin, row[width - 1]);
 }
 
-void UpsampleRow(Plane<const int16_t> half, Plane<const uint8_t> standing, int half_width,
-                 int half_height, int width, int y, int16_t* dst, uint8_t* dst_standing) {
+void UpsampleRow(Plane<const int16_t> half, int half_width, int half_height, int width, int y,
+                 int16_t* dst) {
     const I16 d;
-    const hn::Rebind<uint8_t, I16> d8;
     const int v = std::min(y / 2, half_height - 1);
     const int v2 = std::clamp(y % 2 == 0 ? y / 2 - 1 : y / 2 + 1, 0, half_height - 1);
     int16_t near_memory[DEFREC_MAX_SIDE / 2 + 2 * kMargin],
         far_memory[DEFREC_MAX_SIDE / 2 + 2 * kMargin];
-    uint8_t standing_memory[DEFREC_MAX_SIDE / 2 + 2 * kMargin];
     int16_t *near = near_memory + kMargin, *far = far_memory + kMargin;
-    uint8_t* known = standing_memory + kMargin;
     CopyPadded(half.row(v), half_width, near);
     CopyPadded(half.row(v2), half_width, far);
-    CopyPadded(standing.row(v), half_width, known);
     const VI16 three = hn::Set(d, 3), four = hn::Set(d, 4), range = hn::Set(d, kUpsampleRange);
     const auto blend = [&](VI16 a, VI16 b, VI16 c, VI16 e) HWY_ATTR {
         const VI16 spread =
@@ -210,8 +231,6 @@ void UpsampleRow(Plane<const int16_t> half, Plane<const uint8_t> standing, int h
         const VI16 even = blend(a, hn::LoadU(d, near + u - 1), c, hn::LoadU(d, far + u - 1));
         const VI16 odd = blend(a, hn::LoadU(d, near + u + 1), c, hn::LoadU(d, far + u + 1));
         hn::StoreInterleaved2(even, odd, d, dst + 2 * u);
-        const auto k = hn::LoadU(d8, known + u);
-        hn::StoreInterleaved2(k, k, d8, dst_standing + 2 * u);
     }
     EndRow(dst, width);
 }
@@ -247,10 +266,9 @@ void standing_row(Plane<const int16_t> supported, Plane<const int16_t> dense, in
                   int y, const StereoConstants& c, int16_t* extent, uint8_t* dst) {
     HWY_DYNAMIC_DISPATCH(StandingRow)(supported, dense, width, height, y, c, extent, dst);
 }
-void upsample_row(Plane<const int16_t> half, Plane<const uint8_t> standing, int half_width,
-                  int half_height, int width, int y, int16_t* dst, uint8_t* dst_standing) {
-    HWY_DYNAMIC_DISPATCH(UpsampleRow)
-    (half, standing, half_width, half_height, width, y, dst, dst_standing);
+void upsample_row(Plane<const int16_t> half, int half_width, int half_height, int width, int y,
+                  int16_t* dst) {
+    HWY_DYNAMIC_DISPATCH(UpsampleRow)(half, half_width, half_height, width, y, dst);
 }
 
 }  // namespace defrec::cpu

@@ -1,4 +1,4 @@
-// The end of stereo: speckles dropped, small holes filled. Plain loops, compiled for each of
+// The end of stereo: speckles dropped, small holes filled. Mostly plain loops, compiled for each of
 // Highway's targets.
 #include <algorithm>
 
@@ -12,14 +12,13 @@
 
 HWY_BEFORE_NAMESPACE();
 namespace defrec::cpu::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
 
-// Counts and, with a hypothesis, deviations from it over the columns of a window, with zeros on
-// both sides of the row.
-struct ColumnCounts {
-    int16_t counts_memory[DEFREC_MAX_SIDE + 2 * kMargin] = {};
-    int16_t sums_memory[DEFREC_MAX_SIDE + 2 * kMargin] = {};
-    int16_t* counts = counts_memory + kMargin;
-    int16_t* sums = sums_memory + kMargin;
+// A sum over the columns of a window, with zeros on both sides of the row.
+struct ColumnSums {
+    explicit ColumnSums(int width) { std::fill_n(memory, width + 2 * kMargin, int16_t{0}); }
+    int16_t memory[DEFREC_MAX_SIDE + 2 * kMargin];
+    int16_t* row = memory + kMargin;
 };
 
 void AddCounts(const int16_t* HWY_RESTRICT row, int width, int sign, int16_t* HWY_RESTRICT counts) {
@@ -33,12 +32,17 @@ void AddDeviations(const int16_t* HWY_RESTRICT row, const int16_t* HWY_RESTRICT 
         sums[x] = int16_t(sums[x] + (row[x] != kNoDisparity ? sign * (row[x] - hypothesis[x]) : 0));
 }
 
+// windows: of whole vectors.
 void WindowOf(const int16_t* HWY_RESTRICT columns, int width, int radius,
               int16_t* HWY_RESTRICT windows) {
-    for (int x = 0; x < width; ++x) windows[x] = columns[x];
-    for (int u = 1; u <= radius; ++u)
-        for (int x = 0; x < width; ++x)
-            windows[x] = int16_t(windows[x] + columns[x - u] + columns[x + u]);
+    const hn::ScalableTag<int16_t> d;
+    for (int x = 0; x < width; x += int(hn::Lanes(d))) {
+        auto sum = hn::LoadU(d, columns + x);
+        for (int u = 1; u <= radius; ++u)
+            sum =
+                hn::Add(sum, hn::Add(hn::LoadU(d, columns + x - u), hn::LoadU(d, columns + x + u)));
+        hn::StoreU(sum, d, windows + x);
+    }
 }
 
 // Calls move(row, sign) for the rows that enter (+1) and leave (-1) so that the window is centred
@@ -58,21 +62,19 @@ void DropSpecklesRows(Plane<const int16_t> evidence, int width, int height, int 
                       const StereoConstants& c, Plane<int16_t> dst, Plane<uint8_t> confidence) {
     constexpr int kRadius = 4;
     const int support = c.support;
-    ColumnCounts columns;
-    int16_t counts[DEFREC_MAX_SIDE];
+    ColumnSums columns(width);
+    int16_t counts[DEFREC_MAX_SIDE + kMargin];
     for (int y = y0; y < y1; ++y) {
         MoveTo(y, y0, kRadius, height,
-               [&](int v, int sign) { AddCounts(evidence.row(v), width, sign, columns.counts); });
-        WindowOf(columns.counts, width, kRadius, counts);
+               [&](int v, int sign) { AddCounts(evidence.row(v), width, sign, columns.row); });
+        WindowOf(columns.row, width, kRadius, counts);
         const int16_t* HWY_RESTRICT from = evidence.row(y);
         int16_t* HWY_RESTRICT to = dst.row(y);
+        const auto is_dropped = [&](int x) { return 25 * counts[x] < 81 * support; };
+        for (int x = 0; x < width; ++x) to[x] = is_dropped(x) ? int16_t(kNoDisparity) : from[x];
+        if (confidence.data == nullptr) continue;
         uint8_t* HWY_RESTRICT sure = confidence.row(y);
-        for (int x = 0; x < width; ++x) {
-            const bool dropped = 25 * counts[x] < 81 * support;
-            to[x] = dropped ? int16_t(kNoDisparity) : from[x];
-            sure[x] = dropped ? uint8_t{0} : sure[x];
-        }
-        std::fill_n(to + width, kMargin, int16_t(kNoDisparity));
+        for (int x = 0; x < width; ++x) sure[x] = is_dropped(x) ? uint8_t{0} : sure[x];
     }
 }
 
@@ -80,27 +82,35 @@ void FillSmallRows(Plane<const int16_t> evidence, Plane<const int16_t> hypothesi
                    int height, int y0, int y1, const StereoConstants& c, Plane<int16_t> dst,
                    Plane<uint8_t> confidence) {
     const int radius = c.fill_radius, side = 2 * radius + 1;
-    ColumnCounts columns;
-    int16_t counts[DEFREC_MAX_SIDE], sums[DEFREC_MAX_SIDE];
+    constexpr int kBlock = 64;  // columns that are passed over if there is nothing to fill
+    ColumnSums columns(width), deviations(width);
+    int16_t counts[DEFREC_MAX_SIDE + kMargin], sums[DEFREC_MAX_SIDE + kMargin];
     for (int y = y0; y < y1; ++y) {
         MoveTo(y, y0, radius, height, [&](int v, int sign) {
-            AddCounts(evidence.row(v), width, sign, columns.counts);
-            AddDeviations(evidence.row(v), hypothesis.row(v), width, sign, columns.sums);
+            AddCounts(evidence.row(v), width, sign, columns.row);
+            AddDeviations(evidence.row(v), hypothesis.row(v), width, sign, deviations.row);
         });
-        WindowOf(columns.counts, width, radius, counts);
-        WindowOf(columns.sums, width, radius, sums);
+        WindowOf(columns.row, width, radius, counts);
+        WindowOf(deviations.row, width, radius, sums);
         const int16_t* from = evidence.row(y);
         const int16_t* guess = hypothesis.row(y);
         int16_t* to = dst.row(y);
-        uint8_t* sure = confidence.row(y);
-        std::copy_n(from, width + kMargin, to);
-        for (int x = 0; x < width; ++x) {
-            const int n = counts[x];
-            if (from[x] != kNoDisparity || 2 * n < side * side) continue;
-            const int a = 2 * sums[x] + n, b = 2 * n;
-            const int mean = a / b - (a % b != 0 && a < 0);
-            to[x] = int16_t(std::max(0, guess[x] + mean));
-            sure[x] = kFilledConfidence;
+        std::copy_n(from, width, to);
+        std::fill_n(to + width, kMargin, int16_t(kNoDisparity));
+        const auto is_filled = [&](int x) {
+            return (from[x] == kNoDisparity) & (2 * counts[x] >= side * side);
+        };
+        for (int begin = 0; begin < width; begin += kBlock) {
+            const int end = std::min(width, begin + kBlock);
+            int any = 0;
+            for (int x = begin; x < end; ++x) any |= is_filled(x);
+            for (int x = begin; any != 0 && x < end; ++x) {
+                if (!is_filled(x)) continue;
+                const int n = counts[x], a = 2 * sums[x] + n, b = 2 * n;
+                const int mean = a / b - (a % b != 0 && a < 0);
+                to[x] = int16_t(std::max(0, guess[x] + mean));
+                if (confidence.data != nullptr) confidence.row(y)[x] = kFilledConfidence;
+            }
         }
     }
 }

@@ -44,17 +44,22 @@ void search_rows(const SearchJob& job, int y0, int y1, int32_t* scratch);
 // 5
 void supported_row(Plane<const int16_t> field, int width, int height, int y,
                    const StereoConstants& c, int16_t* dst);
-// 6, 12: along rows, and along columns as soon as the rows of a window are there.
+// 6, 12: along rows, and along columns as soon as the rows of a window are there; the next pass
+// takes the rows as they come.
 struct SmoothJob {
     Plane<const int16_t> from;
     Plane<int16_t> to;  // another one
-    int width, height, radius, range;
+    int margin;         // elements behind the rows of to that become kNoDisparity
+    int width, height, radius, range, passes;
     const int16_t* none_row;
 };
 constexpr int kMaxSmoothRadius = 3;
 constexpr int kSmoothRing = 2 * kMaxSmoothRadius + 1;
-constexpr size_t smooth_scratch(int width) {
-    return kSmoothRing * ((size_t(width) + kMargin - 1) / kMargin * kMargin + kMargin);
+constexpr size_t smooth_scratch_row(int width) {
+    return (size_t(width) + kMargin - 1) / kMargin * kMargin + 2 * kMargin;
+}
+constexpr size_t smooth_scratch(int width, int passes) {
+    return size_t(passes) * (kSmoothRing + 1) * smooth_scratch_row(width);
 }
 // Rows y0 .. y1 - 1. scratch: smooth_scratch.
 void smooth_rows(const SmoothJob& job, int y0, int y1, int16_t* scratch);
@@ -62,14 +67,14 @@ void smooth_rows(const SmoothJob& job, int y0, int y1, int16_t* scratch);
 void coarser_row(const int16_t* upper, const int16_t* lower, int width, int16_t* dst);
 void fill_row(int16_t* row, int width, const int16_t* coarse, const int16_t* coarse2,
               int coarse_width);
-// 7: dst[x] = kSettled, kOpen or kDoubtful. extent: the field's least and largest values along the
-// columns, 2
+// 7: dst[x] = kSettled, kOpen or kDoubtful, the last one twice. extent: the field's least and
+// largest values along the columns, 2
 // * (width + 2 * kMargin) int16.
 void standing_row(Plane<const int16_t> supported, Plane<const int16_t> dense, int width, int height,
                   int y, const StereoConstants& c, int16_t* extent, uint8_t* dst);
-// 9: row y of the field at full resolution and of what is known of it.
-void upsample_row(Plane<const int16_t> half, Plane<const uint8_t> standing, int half_width,
-                  int half_height, int width, int y, int16_t* dst, uint8_t* dst_standing);
+// 9: row y of the field at full resolution.
+void upsample_row(Plane<const int16_t> half, int half_width, int half_height, int width, int y,
+                  int16_t* dst);
 
 // 8, 10: refinement, and at full resolution the classification.
 struct RefineJob {
@@ -79,17 +84,20 @@ struct RefineJob {
     Plane<const int16_t> hypothesis;  // no pixel without a disparity
     Plane<int16_t> result;            // refined field, or with classify the evidence
     bool classify;
-    Plane<const uint8_t> left_mask, right_mask, standing;
-    Plane<uint8_t> confidence;
-    int16_t *refined, *score;  // without margins; may be nullptr
+    Plane<const uint8_t> left_mask;  // without margins; data may be nullptr
+    Plane<const uint8_t> right_mask;
+    Plane<const uint8_t> standing;  // of half resolution
+    Plane<uint8_t> confidence;      // without margins; data may be nullptr
+    int16_t *refined, *score;       // without margins; may be nullptr
 };
 constexpr int kRefineTile = 256;  // most columns of a tile
 void refine_tile(const RefineJob& job, int x0, int x1, int y0, int y1);
 
-// 10: evidence rows y0 .. y1 - 1 with speckles dropped; their confidence is cleared.
+// 10: evidence rows y0 .. y1 - 1 with speckles dropped, without margins; their confidence is
+// cleared where it is given.
 void drop_speckles_rows(Plane<const int16_t> evidence, int width, int height, int y0, int y1,
                         const StereoConstants& c, Plane<int16_t> dst, Plane<uint8_t> confidence);
-// 11
+// 11; evidence without margins
 void fill_small_rows(Plane<const int16_t> evidence, Plane<const int16_t> hypothesis, int width,
                      int height, int y0, int y1, const StereoConstants& c, Plane<int16_t> dst,
                      Plane<uint8_t> confidence);

@@ -35,6 +35,60 @@ HWY_INLINE VI32 PairProducts(VI32 a, VI32 b) {
 #endif
 }
 
+// The kCount lanes before those of current, then current's but for as many; kCount < 4.
+template <int kCount>
+HWY_INLINE VI32 Before(VI32 previous, VI32 current) {
+#if HWY_TARGET == HWY_AVX3
+    return VI32{_mm512_alignr_epi32(current.raw, previous.raw, 16 - kCount)};
+#else
+    const I32 d;
+    VI32 middle = previous;
+    if constexpr (hn::MaxLanes(d) == 8) middle = hn::ConcatLowerUpper(d, current, previous);
+    return hn::CombineShiftRightBytes<16 - 4 * kCount>(d, current, middle);
+#endif
+}
+// Current's lanes but for the first kCount, then as many of next; kCount < 4.
+template <int kCount>
+HWY_INLINE VI32 After(VI32 current, VI32 next) {
+#if HWY_TARGET == HWY_AVX3
+    return VI32{_mm512_alignr_epi32(next.raw, current.raw, kCount)};
+#else
+    const I32 d;
+    VI32 middle = next;
+    if constexpr (hn::MaxLanes(d) == 8) middle = hn::ConcatLowerUpper(d, next, current);
+    return hn::CombineShiftRightBytes<4 * kCount>(d, middle, current);
+#endif
+}
+
+// Sums of nine columns beside each other, which are three times three, while vectors of columns
+// come in. Loads that straddle cache lines would take as long as all else.
+class NineColumns {
+  public:
+    // The first two vectors; those before are zeros.
+    NineColumns(VI32 first, VI32 second)
+        : column_(first),
+          next_column_(second),
+          triple_before_(hn::Zero(I32())),
+          triple_(Triple(hn::Zero(I32()), first, second)) {}
+    // The sums round the columns of the vector before the last one that came in; then the next.
+    HWY_INLINE VI32 Step(VI32 coming) {
+        const VI32 next_triple = Triple(column_, next_column_, coming);
+        const VI32 sum = hn::Add(hn::Add(Before<3>(triple_before_, triple_), triple_),
+                                 After<3>(triple_, next_triple));
+        column_ = next_column_;
+        next_column_ = coming;
+        triple_before_ = triple_;
+        triple_ = next_triple;
+        return sum;
+    }
+
+  private:
+    static HWY_INLINE VI32 Triple(VI32 before, VI32 at, VI32 after) {
+        return hn::Add(hn::Add(Before<1>(before, at), at), After<1>(at, after));
+    }
+    VI32 column_, next_column_, triple_before_, triple_;
+};
+
 // 1 / sqrt(value) as the definition has it; 0 for 0.
 HWY_INLINE VF32 InverseRoot(VI32 value) {
     const I32 d32;

@@ -2,6 +2,7 @@
 // either side; at full resolution also the classification. Works on tiles whose column sums stay in
 // the first cache and move down row by row.
 #include <algorithm>
+#include <cstring>
 
 #include "backends/cpu/stereo_kernels.hpp"
 #include "backends/stages/stereo.hpp"
@@ -34,12 +35,40 @@ enum Sum {
 // kOrigin.
 struct Tile {
     alignas(64) int32_t columns[kSums][kTileInts];
-    alignas(64) int32_t triples[kSums][kTileInts];
+    alignas(64) int32_t windows[kSums][kTileInts];
     alignas(64) int16_t warped[kMaxRows][3][kTileInts];
     alignas(64) int32_t window_width[kTileInts];
     alignas(64) int32_t min_variance[kTileInts];
-    int min_for = 0;  // the window height that least_variance was made for
+    // Of a row's pixels, what they are classified by; shaped: all ones at a peak of enough texture.
+    alignas(64) int32_t disparity[kRefineTile], score[kRefineTile], shaped[kRefineTile];
+    int min_for = 0;  // the window height that min_variance was made for
 };
+
+// The byte at place of each lane and kMore behind it in the bits above, and above those anything;
+// what lies within kMargin beyond must be readable. kMore is 0 or 3.
+template <int kMore>
+HWY_INLINE VI32 BytesAt(const uint8_t* row, VI32 place) {
+    const I32 d;
+#if HWY_TARGET == HWY_AVX3
+    // Mostly all lie in 64 bytes, and to permute those takes a fraction of a gather's time.
+    constexpr int kBefore = 4;  // bytes, where the first lane's are not the first ones
+    const hn::RebindToUnsigned<I32> du;
+    const int begin = hn::GetLane(place) - kBefore;
+    const auto offset = hn::BitCast(du, hn::Sub(place, hn::Set(d, begin)));
+    if (hn::AllTrue(du, hn::Lt(offset, hn::Set(du, 60)))) {
+        const auto bytes = hn::LoadU(du, reinterpret_cast<const uint32_t*>(row + begin));
+        const auto word = hn::ShiftRight<2>(offset),
+                   bits = hn::ShiftLeft<3>(hn::And(offset, hn::Set(du, 3)));
+        const auto low = hn::Shr(hn::TableLookupLanes(bytes, hn::IndicesFromVec(du, word)), bits);
+        if constexpr (kMore == 0) return hn::BitCast(d, low);
+        const auto next = hn::IndicesFromVec(du, hn::Add(word, hn::Set(du, 1)));
+        // Shifted by 32 bits nothing is left.
+        return hn::BitCast(d, hn::Or(low, hn::Shl(hn::TableLookupLanes(bytes, next),
+                                                  hn::Sub(hn::Set(du, 32), bits))));
+    }
+#endif
+    return hn::GatherOffset(d, reinterpret_cast<const int32_t*>(row), place);
+}
 
 // The right image's row at x - hypothesis - 1, + 0, + 1 in half gray levels; beyond the image 0.
 HWY_INLINE void WarpLanes(const RefineJob& job, int x, int y, VI32 (&out)[3]) {
@@ -54,8 +83,7 @@ HWY_INLINE void WarpLanes(const RefineJob& job, int x, int y, VI32 (&out)[3]) {
     const VI32 first =
         hn::Min(hn::Max(hn::ShiftRight<4>(position), hn::Set(d, -3)), hn::Set(d, job.width + 1));
     const uint8_t* row = job.right.row(y) - 1;
-    const auto taps =
-        hn::BitCast(du, hn::GatherOffset(d, reinterpret_cast<const int32_t*>(row), first));
+    const auto taps = hn::BitCast(du, BytesAt<3>(row, first));
     const auto byte = hn::Set(du, 255);
     const VI32 t0 = hn::BitCast(d, hn::And(taps, byte)),
                t1 = hn::BitCast(d, hn::And(hn::ShiftRight<8>(taps), byte));
@@ -114,29 +142,29 @@ void MoveRows(const RefineJob& job, Tile& tile, int x0, int x1, int enter, int l
     }
 }
 
-// Nine columns are three times three; other radii add them up one by one.
-void MakeTriples(const RefineJob& job, Tile& tile, int x0, int x1) {
-    if (job.radius != 4) return;
+// Sums over the windows of the tile's row.
+void MakeWindows(const RefineJob& job, Tile& tile, int x0, int x1) {
     const I32 d;
-    for (int sum = 0; sum < kSums; ++sum)
-        for (int i = kHalo; i < x1 - x0 + kOrigin + kHalo; i += int(hn::Lanes(d))) {
-            const int32_t* c = tile.columns[sum] + i;
-            hn::Store(hn::Add(hn::Add(hn::LoadU(d, c - 1), hn::Load(d, c)), hn::LoadU(d, c + 1)), d,
-                      tile.triples[sum] + i);
+    const int lanes = int(hn::Lanes(d)), end = x1 - x0 + kOrigin;
+    for (int sum = 0; sum < kSums; ++sum) {
+        const int32_t* columns = tile.columns[sum];
+        int32_t* windows = tile.windows[sum];
+        if (job.radius != 4) {
+            for (int i = kOrigin; i < end; i += lanes) {
+                VI32 window = hn::Load(d, columns + i);
+                for (int u = 1; u <= job.radius; ++u)
+                    window = hn::Add(window, hn::Add(hn::LoadU(d, columns + i - u),
+                                                     hn::LoadU(d, columns + i + u)));
+                hn::Store(window, d, windows + i);
+            }
+            continue;
         }
-}
-
-HWY_INLINE VI32 WindowSum(const Tile& tile, int sum, int i, int radius) {
-    const I32 d;
-    if (radius == 4) {
-        const int32_t* t = tile.triples[sum] + i;
-        return hn::Add(hn::Add(hn::LoadU(d, t - 3), hn::Load(d, t)), hn::LoadU(d, t + 3));
+        const int before = kOrigin - lanes;
+        NineColumns nine(hn::Load(d, columns + before), hn::Load(d, columns + kOrigin));
+        nine.Step(hn::Load(d, columns + kOrigin + lanes));
+        for (int i = kOrigin; i < end; i += lanes)
+            hn::Store(nine.Step(hn::Load(d, columns + i + 2 * lanes)), d, windows + i);
     }
-    const int32_t* c = tile.columns[sum] + i;
-    VI32 result = hn::Load(d, c);
-    for (int u = 1; u <= radius; ++u)
-        result = hn::Add(result, hn::Add(hn::LoadU(d, c - u), hn::LoadU(d, c + u)));
-    return result;
 }
 
 struct Refined {
@@ -161,19 +189,17 @@ HWY_INLINE Refined RefineLanes(const RefineJob& job, const Tile& tile, int x, in
     const I32 d;
     const F32 df;
     const hn::Rebind<int16_t, I32> d16;
+    const auto window = [&](int sum) HWY_ATTR { return hn::Load(d, tile.windows[sum] + i); };
     const VI32 n = hn::Mul(hn::Load(d, tile.window_width + i), hn::Set(d, window_height));
-    const VI32 s = WindowSum(tile, kLeft, i, job.radius);
+    const VI32 s = window(kLeft);
     Refined result;
-    result.left_variance =
-        hn::Sub(hn::Mul(n, WindowSum(tile, kLeftSquares, i, job.radius)), hn::Mul(s, s));
+    result.left_variance = hn::Sub(hn::Mul(n, window(kLeftSquares)), hn::Mul(s, s));
     const VF32 left_inverse = hn::Mul(InverseRoot(result.left_variance), hn::Set(df, 0x1p20f));
     VI32 z[3];
     for (int k = 0; k < 3; ++k) {
-        const VI32 t = WindowSum(tile, kWarped + k, i, job.radius);
-        const VI32 covariance =
-            hn::Sub(hn::Mul(n, WindowSum(tile, kProducts + k, i, job.radius)), hn::Mul(s, t));
-        const VI32 variance =
-            hn::Sub(hn::Mul(n, WindowSum(tile, kSquares + k, i, job.radius)), hn::Mul(t, t));
+        const VI32 t = window(kWarped + k);
+        const VI32 covariance = hn::Sub(hn::Mul(n, window(kProducts + k)), hn::Mul(s, t));
+        const VI32 variance = hn::Sub(hn::Mul(n, window(kSquares + k)), hn::Mul(t, t));
         z[k] = hn::ConvertTo(
             d,
             hn::Mul(hn::Mul(hn::ConvertTo(df, covariance), InverseRoot(variance)), left_inverse));
@@ -193,40 +219,66 @@ HWY_INLINE Refined RefineLanes(const RefineJob& job, const Tile& tile, int x, in
     return result;
 }
 
-void JudgeLanes(const RefineJob& job, const Tile& tile, const Refined& refined, int x, int i,
-                int y) {
+// Copies what belongs to the row from a vector's lanes; a tile's neighbours may be working on what
+// lies beyond it.
+template <class T, class D, class V>
+HWY_INLINE void StoreUpTo(V values, D d, T* to, int count) {
+    if (count >= int(hn::Lanes(d))) {
+        hn::StoreU(values, d, to);
+        return;
+    }
+    alignas(64) T lanes[HWY_MAX_BYTES / sizeof(T)];
+    hn::StoreU(values, d, lanes);
+    std::copy_n(lanes, count, to);
+}
+
+// The first lanes of as many as there are; beyond them anything.
+template <class D>
+HWY_INLINE hn::Vec<D> LoadUpTo(D d, const uint8_t* from, int count) {
+    if (count >= int(hn::Lanes(d))) return hn::LoadU(d, from);
+    alignas(64) uint8_t lanes[HWY_MAX_BYTES] = {};
+    std::copy_n(from, count, lanes);
+    return hn::LoadU(d, lanes);
+}
+
+// A loop of its own: with the refinement in it a processor has but one vector at work at a time.
+// at: where x lies in the tile; count: its pixels from there on.
+HWY_INLINE void ClassifyLanes(const RefineJob& job, const Tile& tile, int x, int y, int at,
+                              int count) {
     const I32 d;
     const hn::Rebind<int16_t, I32> d16;
     const hn::Rebind<uint8_t, I32> d8;
-    const VI32 zero = hn::Zero(d);
-    const auto nonzero = [&](const uint8_t* row) HWY_ATTR {
-        return hn::Gt(hn::PromoteTo(d, hn::LoadU(d8, row + x)), zero);
-    };
-    const VI32 stands = hn::PromoteTo(d, hn::LoadU(d8, job.standing.row(y) + x));
+    const VI32 zero = hn::Zero(d), refined = hn::Load(d, tile.disparity + at),
+               score = hn::Load(d, tile.score + at),
+               hypothesis = hn::PromoteTo(d, hn::LoadU(d16, job.hypothesis.row(y) + x));
+    const auto half = hn::LoadU(d8, job.standing.row(std::min(y / 2, job.height / 2 - 1)) + x / 2);
+    VI32 stands = hn::PromoteTo(d, hn::InterleaveLower(d8, half, half));
+    // A masked pixel has as little evidence as a doubtful one.
+    if (job.left_mask.data != nullptr) {
+        const auto mask = hn::PromoteTo(d, LoadUpTo(d8, job.left_mask.row(y) + x, count));
+        stands = hn::IfThenElseZero(hn::Gt(mask, zero), stands);
+    }
     const auto known = hn::Eq(stands, hn::Set(d, kSettled));
-    const VI32 position = hn::Sub(hn::ShiftLeft<4>(Columns(x)), refined.disparity);
+    const VI32 position = hn::Sub(hn::ShiftLeft<4>(Columns(x)), refined);
     const auto in_image = hn::Gt(position, hn::Set(d, -1));
     // Lanes past the row's end hold no position; they read its last pixel.
     const VI32 column = hn::Min(hn::Max(hn::ShiftRight<4>(hn::Add(position, hn::Set(d, 8))), zero),
                                 hn::Set(d, job.width - 1));
-    const VI32 right_mask = hn::And(
-        hn::GatherOffset(d, reinterpret_cast<const int32_t*>(job.right_mask.row(y)), column),
-        hn::Set(d, 255));
+    const VI32 right_mask = hn::And(BytesAt<0>(job.right_mask.row(y), column), hn::Set(d, 255));
     const VI32 minimum =
         hn::IfThenElse(known, hn::Set(d, kTrustedScore - 1), hn::Set(d, job.c.refine_score - 1));
-    auto good = hn::And(hn::And(refined.peak, in_image),
-                        hn::And(hn::Gt(refined.score, minimum), hn::Gt(stands, zero)));
+    auto good = hn::And(hn::And(hn::MaskFromVec(hn::Load(d, tile.shaped + at)), in_image),
+                        hn::And(hn::Gt(score, minimum), hn::Gt(stands, zero)));
     good = hn::And(good, hn::Gt(right_mask, zero));
-    good = hn::And(good, hn::Gt(refined.left_variance, hn::Load(d, tile.min_variance + i)));
-    const auto valid = hn::And(nonzero(job.left_mask.row(y)), hn::Or(good, known));
-    const VI32 disparity = hn::IfThenElse(good, refined.disparity, refined.hypothesis);
-    const VI32 score =
-        hn::IfThenElse(good, hn::ShiftRight<4>(refined.score), hn::ShiftRight<5>(refined.score));
-    const VI32 confidence = hn::Min(hn::Max(score, hn::Set(d, 1)), hn::Set(d, 255));
+    const auto valid = hn::Or(good, known);
+    const VI32 disparity = hn::IfThenElse(good, refined, hypothesis);
     hn::StoreU(hn::DemoteTo(d16, hn::IfThenElse(valid, disparity, hn::Set(d, kNoDisparity))), d16,
                job.result.row(y) + x);
-    hn::StoreU(hn::DemoteTo(d8, hn::IfThenElseZero(valid, confidence)), d8,
-               job.confidence.row(y) + x);
+    if (job.confidence.data == nullptr) return;
+    const VI32 graded = hn::IfThenElse(good, hn::ShiftRight<4>(score), hn::ShiftRight<5>(score)),
+               confidence = hn::Min(hn::Max(graded, hn::Set(d, 1)), hn::Set(d, 255));
+    StoreUpTo(hn::DemoteTo(d8, hn::IfThenElseZero(valid, confidence)), d8,
+              job.confidence.row(y) + x, count);
 }
 
 // Windows' widths, and the largest variance that is not texture for windows of this height.
@@ -242,26 +294,13 @@ void PrepareWindows(const RefineJob& job, Tile& tile, int x0, int x1, int window
     }
 }
 
-// Copies what belongs to the row from a vector's lanes; a tile's neighbours may be working on what
-// lies beyond it.
-template <class T, class D, class V>
-HWY_INLINE void StoreUpTo(V values, D d, T* to, int count) {
-    if (count >= int(hn::Lanes(d))) {
-        hn::StoreU(values, d, to);
-        return;
-    }
-    alignas(64) T lanes[HWY_MAX_BYTES / sizeof(T)];
-    hn::StoreU(values, d, lanes);
-    std::copy_n(lanes, count, to);
-}
-
 void RefineRow(const RefineJob& job, Tile& tile, int x0, int x1, int y) {
     const I32 d;
     const hn::Rebind<int16_t, I32> d16;
     const int window_height =
         std::min(y + job.radius, job.height - 1) - std::max(y - job.radius, 0) + 1;
     PrepareWindows(job, tile, x0, x1, window_height);
-    MakeTriples(job, tile, x0, x1);
+    MakeWindows(job, tile, x0, x1);
     for (int x = x0; x < x1; x += int(hn::Lanes(d))) {
         const int i = x - x0 + kOrigin;
         const Refined refined = RefineLanes(job, tile, x, i, y, window_height);
@@ -270,16 +309,23 @@ void RefineRow(const RefineJob& job, Tile& tile, int x0, int x1, int y) {
             StoreUpTo(hn::DemoteTo(d16, refined.disparity), d16, job.refined + at, x1 - x);
         if (job.score != nullptr)
             StoreUpTo(hn::DemoteTo(d16, refined.score), d16, job.score + at, x1 - x);
-        if (job.classify)
-            JudgeLanes(job, tile, refined, x, i, y);
-        else
+        if (!job.classify) {
             hn::StoreU(hn::DemoteTo(d16, refined.disparity), d16, job.result.row(y) + x);
+            continue;
+        }
+        hn::Store(refined.disparity, d, tile.disparity + (x - x0));
+        hn::Store(refined.score, d, tile.score + (x - x0));
+        const auto textured = hn::Gt(refined.left_variance, hn::Load(d, tile.min_variance + i));
+        hn::Store(hn::VecFromMask(d, hn::And(refined.peak, textured)), d, tile.shaped + (x - x0));
     }
+    for (int x = x0; job.classify && x < x1; x += int(hn::Lanes(d)))
+        ClassifyLanes(job, tile, x, y, x - x0, x1 - x);
     if (x1 == job.width) std::fill_n(job.result.row(y) + x1, kMargin, int16_t(kNoDisparity));
 }
 
 void RefineTile(const RefineJob& job, int x0, int x1, int y0, int y1) {
-    Tile tile{};
+    Tile tile;
+    std::memset(tile.columns, 0, sizeof tile.columns);
     const int r = job.radius;
     for (int y = std::max(0, y0 - r); y < std::min(job.height, y0 + r); ++y)
         MoveRows(job, tile, x0, x1, y, -1);

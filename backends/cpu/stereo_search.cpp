@@ -31,7 +31,7 @@ struct SearchScratch {
         row_ints = row;
         columns = take(kMargin, row * size_t(job.c.count));
         best = take(kMargin, row * size_t((job.c.count + kGroup - 1) / kGroup));
-        triple = take(kMargin, row);
+        keys = take(kMargin, row);
         left_pairs = take(kMargin, row);
         left_sums = take(kMargin, row);
         left_squares = take(kMargin, row);
@@ -58,7 +58,7 @@ struct SearchScratch {
     }
 
     size_t row_ints;
-    int32_t *columns, *best, *triple, *left_pairs, *right_pairs;
+    int32_t *columns, *best, *keys, *left_pairs, *right_pairs;
     int32_t *left_sums, *left_squares, *right_sums,
         *right_squares;  // over the columns of the window
     int32_t *left_variance, *right_best, *right_index;
@@ -83,17 +83,31 @@ void UpdateColumnSums(const uint8_t* enter, const uint8_t* leave, int width, int
     }
 }
 
-// Adds the pairs' products to the columns of a disparity.
-HWY_INLINE void UpdateColumns(const SearchJob& job, const SearchScratch& s, int index) {
-    const I32 d32;
-    const int lanes = int(hn::Lanes(d32)), d = job.c.first + index;
-    int32_t* column = s.columns + size_t(index) * s.row_ints;
-    const int32_t* right = s.right_pairs - d;
-    for (int x = d / lanes * lanes; x < job.c.half_width; x += lanes) {
+// The columns of a disparity, from where the first has a right pixel.
+struct DisparityColumns {
+    DisparityColumns(const SearchJob& job, const SearchScratch& s, int index)
+        : begin((job.c.first + index) / int(hn::Lanes(I32())) * int(hn::Lanes(I32()))),
+          left_pairs(s.left_pairs),
+          right_pairs(s.right_pairs - job.c.first - index),
+          sums(s.columns + size_t(index) * s.row_ints) {}
+    // With the products of the pairs added.
+    HWY_INLINE VI32 Update(int x) const {
+        const I32 d;
         const VI32 products =
-            PairProducts(hn::Load(d32, s.left_pairs + x), hn::LoadU(d32, right + x));
-        hn::Store(hn::Add(hn::Load(d32, column + x), products), d32, column + x);
+            PairProducts(hn::Load(d, left_pairs + x), hn::LoadU(d, right_pairs + x));
+        const VI32 sum = hn::Add(hn::Load(d, sums + x), products);
+        hn::Store(sum, d, sums + x);
+        return sum;
     }
+
+    int begin;
+    const int32_t *left_pairs, *right_pairs;
+    int32_t* sums;
+};
+
+HWY_INLINE void UpdateColumns(const SearchJob& job, const SearchScratch& s, int index) {
+    const DisparityColumns columns(job, s, index);
+    for (int x = columns.begin; x < job.c.half_width; x += int(hn::Lanes(I32()))) columns.Update(x);
 }
 
 // Sum, n^2 times variance and its inverse root of the windows round the row's pixels; 0 where a
@@ -135,62 +149,65 @@ void RowStatistics(const SearchJob& job, const SearchScratch& s) {
     }
 }
 
-// Scores of one disparity along the row, into the best of its group and of the right pixels.
-template <class WindowSum>
-HWY_INLINE void ScoreRow(const SearchJob& job, const SearchScratch& s, int index,
-                         WindowSum&& window_sum) {
-    const I32 d32;
-    const F32 df;
-    const int lanes = int(hn::Lanes(d32)), d = job.c.first + index;
-    int32_t* best = s.best + size_t(index / kGroup) * s.row_ints;
-    int32_t* right_best = s.right_best - d;
-    const float* right_sum = s.right_sum - d;
-    const float* right_inverse = s.right_inverse - d;
-    const VI32 keep = hn::Set(d32, ~0xff), tag = hn::Set(d32, index);
-    for (int x = (d + job.c.radius) / lanes * lanes; x < job.c.half_width - job.c.radius;
-         x += lanes) {
-        const VF32 expected = hn::Mul(hn::Load(df, s.left_mean + x), hn::LoadU(df, right_sum + x));
-        const VF32 covariance = hn::Sub(hn::ConvertTo(df, window_sum(x)), expected);
+// Scores of one disparity from sums over windows, into the best of its group and of the right
+// pixels.
+struct Scores {
+    Scores(const SearchJob& job, const SearchScratch& s, int index)
+        : left_mean(s.left_mean),
+          left_inverse(s.left_inverse),
+          right_sum(s.right_sum - job.c.first - index),
+          right_inverse(s.right_inverse - job.c.first - index),
+          best(s.best + size_t(index / kGroup) * s.row_ints),
+          right_best(s.right_best - job.c.first - index),
+          tag(index),
+          is_first(index % kGroup == 0) {}
+    HWY_INLINE void Take(int x, VI32 window_sum) const {
+        const I32 d;
+        const F32 df;
+        const VF32 expected = hn::Mul(hn::Load(df, left_mean + x), hn::LoadU(df, right_sum + x));
+        const VF32 covariance = hn::Sub(hn::ConvertTo(df, window_sum), expected);
         const VF32 inverse =
-            hn::Mul(hn::Load(df, s.left_inverse + x), hn::LoadU(df, right_inverse + x));
-        const VI32 key = hn::Or(hn::And(hn::BitCast(d32, hn::Mul(covariance, inverse)), keep), tag);
-        hn::Store(hn::Max(hn::Load(d32, best + x), key), d32, best + x);
-        hn::StoreU(hn::Max(hn::LoadU(d32, right_best + x), key), d32, right_best + x);
+            hn::Mul(hn::Load(df, left_inverse + x), hn::LoadU(df, right_inverse + x));
+        const VI32 score = hn::BitCast(d, hn::Mul(covariance, inverse));
+        const VI32 key = hn::Or(hn::And(score, hn::Set(d, ~0xff)), hn::Set(d, tag));
+        hn::Store(hn::Max(is_first ? hn::Zero(d) : hn::Load(d, best + x), key), d, best + x);
+        hn::StoreU(hn::Max(hn::LoadU(d, right_best + x), key), d, right_best + x);
     }
-}
+
+    const float *left_mean, *left_inverse, *right_sum, *right_inverse;
+    int32_t *best, *right_best;
+    int tag;
+    bool is_first;  // of its group: what is there is of another row
+};
 
 // A disparity's columns are brought up to date just before they are used: those of all of them are
-// more than the first caches hold.
+// more than the first caches hold. Windows that are not inside score 0.
 void ScoreAll(const SearchJob& job, const SearchScratch& s) {
     const I32 d32;
-    const int lanes = int(hn::Lanes(d32));
+    const int lanes = int(hn::Lanes(d32)), width = job.c.half_width;
     for (int index = 0; index < job.c.count; ++index) {
-        const int d = job.c.first + index;
-        if (d + 2 * job.c.radius >= job.c.half_width) break;
-        UpdateColumns(job, s, index);
-        const int32_t* column = s.columns + size_t(index) * s.row_ints;
-        if (job.c.radius == 4) {
-            // Nine columns are three times three.
-            const int begin = std::max(0, (d + job.c.radius) / lanes * lanes - lanes);
-            for (int x = begin; x < job.c.half_width; x += lanes)
-                hn::Store(
-                    hn::Add(hn::Add(hn::LoadU(d32, column + x - 1), hn::Load(d32, column + x)),
-                            hn::LoadU(d32, column + x + 1)),
-                    d32, s.triple + x);
-            ScoreRow(job, s, index, [&](int x) HWY_ATTR {
-                return hn::Add(
-                    hn::Add(hn::LoadU(d32, s.triple + x - 3), hn::Load(d32, s.triple + x)),
-                    hn::LoadU(d32, s.triple + x + 3));
-            });
-        } else {
-            ScoreRow(job, s, index, [&](int x) HWY_ATTR {
-                VI32 sum = hn::Load(d32, column + x);
+        if (job.c.first + index + 2 * job.c.radius >= width) break;
+        const DisparityColumns columns(job, s, index);
+        const Scores scores(job, s, index);
+        if (job.c.radius != 4) {
+            UpdateColumns(job, s, index);
+            for (int x = columns.begin; x < width; x += lanes) {
+                const int32_t* column = columns.sums + x;
+                VI32 sum = hn::Load(d32, column);
                 for (int u = 1; u <= job.c.radius; ++u)
-                    sum = hn::Add(sum, hn::Add(hn::LoadU(d32, column + x - u),
-                                               hn::LoadU(d32, column + x + u)));
-                return sum;
-            });
+                    sum = hn::Add(sum,
+                                  hn::Add(hn::LoadU(d32, column - u), hn::LoadU(d32, column + u)));
+                scores.Take(x, sum);
+            }
+            continue;
         }
+        int x = columns.begin;
+        const VI32 none = hn::Zero(d32), first = columns.Update(x),
+                   second = x + lanes < width ? columns.Update(x + lanes) : none;
+        NineColumns windows(first, second);
+        for (; x + 2 * lanes < width; x += lanes)
+            scores.Take(x, windows.Step(columns.Update(x + 2 * lanes)));
+        for (; x < width; x += lanes) scores.Take(x, windows.Step(none));
     }
 }
 
@@ -222,7 +239,7 @@ void CheckRow(const SearchJob& job, const SearchScratch& s, int y) {
         for (int g = 0; g < groups; ++g)
             key = hn::Max(key, hn::Load(d32, s.best + size_t(g) * s.row_ints + x));
         key = WithoutZeros(key);
-        if (job.left_keys != nullptr) hn::Store(key, d32, s.triple + x);
+        if (job.left_keys != nullptr) hn::Store(key, d32, s.keys + x);
         const VI32 index = hn::And(key, index_bits), group = hn::ShiftRight<2>(index);
         VI32 second = zero;
         for (int g = 0; g < groups; ++g) {
@@ -251,14 +268,14 @@ void CheckRow(const SearchJob& job, const SearchScratch& s, int y) {
     std::fill_n(job.checked.row(y) + job.c.half_width, kMargin, int16_t(kNoDisparity));
     const size_t bytes = size_t(job.c.half_width) * sizeof(int32_t);
     if (job.left_keys != nullptr)
-        std::memcpy(job.left_keys + size_t(y) * size_t(job.c.half_width), s.triple, bytes);
+        std::memcpy(job.left_keys + size_t(y) * size_t(job.c.half_width), s.keys, bytes);
     if (job.right_keys != nullptr)
         std::memcpy(job.right_keys + size_t(y) * size_t(job.c.half_width), s.right_best, bytes);
 }
 
 void EmptyRow(const SearchJob& job, int y) {
     const size_t bytes = size_t(job.c.half_width) * sizeof(int32_t);
-    std::fill_n(job.checked.row(y), job.c.half_width, int16_t(kNoDisparity));
+    std::fill_n(job.checked.row(y), job.c.half_width + kMargin, int16_t(kNoDisparity));
     if (job.left_keys != nullptr)
         std::memset(job.left_keys + size_t(y) * size_t(job.c.half_width), 0, bytes);
     if (job.right_keys != nullptr)
@@ -301,7 +318,6 @@ void MoveWindow(const SearchJob& job, const SearchScratch& s, int y, bool first)
 void SearchRows(const SearchJob& job, int y0, int y1, int32_t* memory) {
     std::memset(memory, 0, SearchScratch::Total(job.c) * sizeof(int32_t));
     const SearchScratch s(job, memory);
-    const size_t group_ints = s.row_ints * size_t((job.c.count + kGroup - 1) / kGroup);
     bool first = true;
     for (int y = y0; y < y1; ++y) {
         if (y < job.c.radius || y >= job.c.half_height - job.c.radius) {
@@ -311,7 +327,6 @@ void SearchRows(const SearchJob& job, int y0, int y1, int32_t* memory) {
         MoveWindow(job, s, y, first);
         first = false;
         RowStatistics(job, s);
-        std::memset(s.best, 0, group_ints * sizeof(int32_t));
         std::memset(s.right_best, 0, s.row_ints * sizeof(int32_t));
         ScoreAll(job, s);
         CheckRow(job, s, y);

@@ -102,11 +102,12 @@ HWY_INLINE MotionLanes<V> blend_lanes(D d, const GroupMotion& group, const V wei
 }
 
 // What the disparity image says under points: whether they fall inside, whether there is depth, and
-// how deep (mm, where there is).
+// how deep (mm, where there is); and where in the image that is, bytes.
 template <class D, class V = hn::Vec<D>>
 struct DepthLanes {
     hn::Mask<D> inside, known;
     V depth, inverse_z;
+    hn::Vec<hn::Rebind<int32_t, D>> offset;
 };
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE DepthLanes<D> depth_lanes(D d, const defrec_camera& camera, const DisparityImage& image,
@@ -122,7 +123,7 @@ HWY_INLINE DepthLanes<D> depth_lanes(D d, const defrec_camera& camera, const Dis
     const auto across = hn::And(hn::Ge(u, zero), hn::Le(u, hn::Set(d, float(image.width - 1))));
     const auto down = hn::And(hn::Ge(v, zero), hn::Le(v, hn::Set(d, float(image.height - 1))));
     const auto inside = hn::And(in_front, hn::And(across, down));
-    if (image.data == nullptr) return {inside, hn::Lt(zero, zero), zero, inverse_z};
+    if (image.data == nullptr) return {inside, hn::Lt(zero, zero), zero, inverse_z, hn::Zero(di)};
     u = hn::IfThenElseZero(inside, u);
     v = hn::IfThenElseZero(inside, v);
     const auto x = hn::Min(hn::ConvertTo(di, u), hn::Set(di, int32_t(image.width) - 2));
@@ -161,7 +162,7 @@ HWY_INLINE DepthLanes<D> depth_lanes(D d, const defrec_camera& camera, const Dis
     return {inside, known,
             hn::IfThenElseZero(
                 known, hn::Div(product, hn::IfThenElse(known, disparity, hn::Set(d, 1.0f)))),
-            inverse_z};
+            inverse_z, offset};
 }
 
 }  // namespace defrec::cpu::HWY_NAMESPACE

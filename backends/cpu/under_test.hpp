@@ -18,9 +18,10 @@ inline bool available() { return true; }
 // processor.
 template <class Check>
 void on_every_target(Check&& check) {
-    for (const int64_t target : {HWY_SSE4, HWY_AVX2, HWY_AVX3}) {
+    for (const int64_t target : {HWY_SSE4, HWY_AVX2, HWY_AVX3, HWY_AVX3_DL}) {
         if ((hwy::SupportedTargets() & target) == 0) continue;
-        hwy::SetSupportedTargetsForTest(target);
+        // Few files are compiled for the last one.
+        hwy::SetSupportedTargetsForTest(target == HWY_AVX3_DL ? target | HWY_AVX3 : target);
         hwy::GetChosenTarget().Update(hwy::SupportedTargets());
         CAPTURE(std::string(hwy::TargetName(target)));
         check();
