@@ -7,10 +7,12 @@
 
 #include "backends/vulkan/check.hpp"
 #include "backends/vulkan/queue.hpp"
+#include "backends/vulkan/recorder.hpp"
 
 namespace defrec::vulkan {
 namespace {
 
+constexpr size_t kMaxJoints = 32;
 constexpr uint64_t kBufferMultiple =
     16;  // so that shaders may read and the device may copy whole words
 
@@ -87,6 +89,27 @@ void Device::detach(Queue& queue) noexcept {
 void Device::settle() noexcept {
     const std::lock_guard lock(queue_mutex_);
     for (Queue* queue : queues_) queue->settle();
+}
+
+// ---- recordings -------------------------------------------------------------
+
+VkCommandBuffer Device::joint(const std::vector<const Recording*>& parts) {
+    const std::lock_guard lock(joint_mutex_);
+    const auto known = std::find_if(joints_.begin(), joints_.end(), [&](const auto& joint) {
+        return std::equal(parts.begin(), parts.end(), joint->parts().begin(), joint->parts().end());
+    });
+    if (known != joints_.end()) return (*known)->commands();
+    if (joints_.size() == kMaxJoints) return VK_NULL_HANDLE;
+    joints_.push_back(std::make_unique<JointRecording>(*this, parts));
+    return joints_.back()->commands();
+}
+
+void Device::forget(const Recording& part) noexcept {
+    const std::lock_guard lock(joint_mutex_);
+    std::erase_if(joints_, [&](const auto& joint) {
+        return std::find(joint->parts().begin(), joint->parts().end(), &part) !=
+               joint->parts().end();
+    });
 }
 
 // ---- memory of the host ------------------------------------------------------

@@ -16,7 +16,9 @@
 namespace defrec::vulkan {
 
 class Device;
+class JointRecording;
 class Queue;
+class Recording;
 
 // Memory that the device uses. Its size is as asked for; what lies behind it up to a multiple of 16
 // bytes belongs to it.
@@ -87,6 +89,11 @@ class Device {
     // Stands for an optional buffer that was not given.
     const Buffer& nothing() const { return nothing_; }
 
+    // These recordings in one command buffer; made once, kept as long as they are. VK_NULL_HANDLE:
+    // there are too many such already.
+    VkCommandBuffer joint(const std::vector<const Recording*>& parts);
+    void forget(const Recording& part) noexcept;
+
     // LogicalDevice::kernel, as the instrument has it.
     std::shared_ptr<const Kernel> kernel(const Shader& shader,
                                          std::initializer_list<uint32_t> constants = {}) {
@@ -118,6 +125,8 @@ class Device {
     std::map<const std::byte*, Buffer> host_;  // by where they begin
     std::mutex queue_mutex_;
     std::vector<Queue*> queues_;
+    std::mutex joint_mutex_;
+    std::vector<std::unique_ptr<JointRecording>> joints_;
 };
 
 }  // namespace defrec::vulkan

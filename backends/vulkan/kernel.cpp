@@ -1,5 +1,6 @@
 // Class Kernel of logical_device.hpp.
-#include <algorithm>
+#include <map>
+#include <set>
 
 #include "backends/vulkan/check.hpp"
 #include "backends/vulkan/logical_device.hpp"
@@ -7,16 +8,31 @@
 namespace defrec::vulkan {
 namespace {
 
-// One more than the largest binding that a variable of the shader is decorated with.
-uint32_t count_bindings(std::span<const uint32_t> code) {
+// For each binding whether the shader may write there. readonly is said of the members of a
+// variable's struct.
+std::vector<bool> written_bindings(std::span<const uint32_t> code) {
     constexpr size_t kHeaderWords = 5;
-    constexpr uint32_t kOpDecorate = 71, kDecorationBinding = 33;
-    uint32_t count = 0;
-    for (size_t i = kHeaderWords; i < code.size() && code[i] >> 16 != 0; i += code[i] >> 16)
-        if ((code[i] & 0xffff) == kOpDecorate && code[i] >> 16 >= 4 &&
-            code[i + 2] == kDecorationBinding)
-            count = std::max(count, code[i + 3] + 1);
-    return count;
+    constexpr uint32_t kOpTypePointer = 32, kOpVariable = 59, kOpDecorate = 71,
+                       kOpMemberDecorate = 72, kNonWritable = 24, kBinding = 33;
+    std::map<uint32_t, uint32_t> binding_of, pointee, type_of;  // by variable, pointer, variable
+    std::set<uint32_t> read_only;                               // structs and variables
+    for (size_t i = kHeaderWords; i < code.size() && code[i] >> 16 != 0; i += code[i] >> 16) {
+        const uint32_t operation = code[i] & 0xffff, words = code[i] >> 16;
+        if (operation == kOpDecorate && words >= 4 && code[i + 2] == kBinding)
+            binding_of[code[i + 1]] = code[i + 3];
+        if (operation == kOpDecorate && code[i + 2] == kNonWritable) read_only.insert(code[i + 1]);
+        if (operation == kOpMemberDecorate && code[i + 3] == kNonWritable)
+            read_only.insert(code[i + 1]);
+        if (operation == kOpTypePointer) pointee[code[i + 1]] = code[i + 3];
+        if (operation == kOpVariable) type_of[code[i + 2]] = code[i + 1];
+    }
+    std::vector<bool> written;
+    for (const auto& [variable, binding] : binding_of) {
+        if (binding >= written.size()) written.resize(binding + 1, false);
+        if (!read_only.contains(variable) && !read_only.contains(pointee[type_of[variable]]))
+            written[binding] = true;
+    }
+    return written;
 }
 
 }  // namespace
@@ -28,14 +44,14 @@ Kernel::Kernel(const LogicalDevice& device, const Shader& shader, std::vector<ui
     const std::vector<uint32_t> rewritten = rewrite ? rewrite(shader) : std::vector<uint32_t>();
     const std::span<const uint32_t> code =
         rewrite ? std::span<const uint32_t>(rewritten) : shader.code;
-    bindings_ = count_bindings(code);
-    std::vector<VkDescriptorSetLayoutBinding> bindings(bindings_);
-    for (uint32_t i = 0; i < bindings_; ++i)
+    written_ = written_bindings(code);
+    std::vector<VkDescriptorSetLayoutBinding> bindings(written_.size());
+    for (uint32_t i = 0; i < bindings.size(); ++i)
         bindings[i] = {i, VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, 1, VK_SHADER_STAGE_COMPUTE_BIT,
                        nullptr};
     VkDescriptorSetLayoutCreateInfo set_info{};
     set_info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
-    set_info.bindingCount = bindings_;
+    set_info.bindingCount = uint32_t(bindings.size());
     set_info.pBindings = bindings.data();
     const VkPushConstantRange push{VK_SHADER_STAGE_COMPUTE_BIT, 0, kPushBytes};
     VkPipelineLayoutCreateInfo layout_info{};

@@ -101,7 +101,7 @@ KnownAnswers computed_answers(Device& device) {
     recorder.dispatch(device.kernel(shaders::known_answer), {words, bytes, shorts}, 0, {kGroups});
     recorder.finish();
     Queue queue(device);
-    queue.run(recording.commands());
+    queue.run(recording);
     queue.read(words, 0, result.words.data(), words.size());
     queue.read(bytes, 0, result.bytes.data(), bytes.size());
     queue.read(shorts, 0, result.shorts.data(), shorts.size());

@@ -2,6 +2,8 @@
 // device. docs/stages/lm.md.
 #include "backends/vulkan/lm.hpp"
 
+#include <algorithm>
+
 #include "backends/shared/plain_host.hpp"
 #include "backends/vulkan/lm_blocks.hpp"
 #include "backends/vulkan/shaders/lm_structs.h"
@@ -35,7 +37,8 @@ struct Surface {
     Buffer matrix, diagonal, inverses, vectors, progress, products;
     Buffer deformed, rigid;
 
-    Surface(Device& device, const LmBlocks& lists, const defrec_lm_params& p, uint32_t split)
+    Surface(Device& device, const LmBlocks& lists, const defrec_lm_params& p,
+            const LmSplits& splits)
         : edges(uint32_t(lists.edges.size())),
           blocks(uint32_t(lists.blocks.size())),
           rest(device.upload(lists.rest)),
@@ -53,17 +56,17 @@ struct Surface {
           edge_records(device, kVector * kEdgeVectors * edges),
           scales(device, sizeof(float) * edges),
           data(device, sizeof(float) * p.nodes),
-          data_sums(device, 2 * sizeof(float) * cover(uint64_t{p.nodes} * split, kBlockGroup)),
+          data_sums(device, 2 * sizeof(float) * cover(uint64_t{p.nodes} * splits.own, kBlockGroup)),
           terms(device, sizeof(LmTerm) * surface_groups(p)),
           arap_costs(device, sizeof(float) * cover(edges, kResidualGroup)),
-          moves(device, 2 * sizeof(float) * cover(p.nodes, kResidualGroup)),
+          moves(device, 2 * sizeof(float) * cover(p.nodes, kNodeGroup)),
           states(device, 2 * sizeof(LmState)),
           matrix(device, kVector * kBlockVectors * lists.columns.size()),
           diagonal(device, kVector * kDiagonalVectors * p.nodes),
           inverses(device, kVector * kBlockVectors * p.nodes),
           vectors(device, kVector * kGradientVectors * p.nodes),
           progress(device, 2 * sizeof(LmGradients)),
-          products(device, 2 * data_sums.size()),
+          products(device, 4 * sizeof(float) * cover(uint64_t{p.nodes} * splits.row, kBlockGroup)),
           deformed(device, kVector * p.landmarks),
           rigid(device, 2 * kVector) {}
 
@@ -75,21 +78,21 @@ struct Surface {
 
 class Lm final : public Stage {
   public:
-    Lm(const defrec_lm_params& params, Device& device, uint32_t split)
+    Lm(const defrec_lm_params& params, Device& device, const LmSplits& splits)
         : p_(params),
           device_(device),
-          split_(split),
+          splits_(splits),
           presolve_(device.kernel(shaders::lm_presolve, {kPresolveGroup})),
           start_(device.kernel(shaders::lm_start)),
           points_(device.kernel(shaders::lm_residuals, {0})),
           landmarks_(device.kernel(shaders::lm_residuals, {1})),
           patches_(device.kernel(shaders::lm_residuals, {2})),
-          data_(device.kernel(shaders::lm_data, {split_})),
-          edges_(device.kernel(shaders::lm_edges, {split_})),
-          diagonal_(device.kernel(shaders::lm_system, {split_, 1})),
-          above_(device.kernel(shaders::lm_system, {split_, 0})),
-          step_(device.kernel(shaders::lm_step, {split_})),
-          move_(device.kernel(shaders::lm_move, {split_})),
+          data_(device.kernel(shaders::lm_data, {splits.own})),
+          edges_(device.kernel(shaders::lm_edges, {splits.own})),
+          diagonal_(device.kernel(shaders::lm_system, {splits.own, 1})),
+          above_(device.kernel(shaders::lm_system, {splits.above, 0})),
+          step_(device.kernel(shaders::lm_step, {splits.row})),
+          move_(device.kernel(shaders::lm_move, {splits.row})),
           finish_(device.kernel(shaders::lm_finish)) {}
 
     void prepare(std::span<const InBuffer> in) override {
@@ -102,12 +105,15 @@ class Lm final : public Stage {
             check_size("lm", "landmarks to move rigidly onto matches", p_.landmarks,
                        kMaxPresolveLandmarks);
         const LmBlocks lists(p_, surface);
-        check_size("lm", "residuals of a control point", lists.longest, kLongestLoop * split_);
+        check_size("lm", "residuals of a control point", lists.longest,
+                   kLongestLoop * std::min({splits_.own, splits_.above, splits_.row}));
         const uint64_t max_groups = device_.limits().maxComputeWorkGroupCount[0];
+        check_size("lm", "control points", p_.nodes,
+                   max_groups * kBlockGroup / std::max(splits_.own, splits_.row));
         check_size("lm", "connected pairs of control points", lists.blocks.size(),
-                   max_groups * kBlockGroup / split_);
+                   max_groups * kBlockGroup / splits_.above);
         check_size("lm", "work groups of residuals", Surface::surface_groups(p_), max_groups);
-        surface_ = std::make_unique<Surface>(device_, lists, p_, split_);
+        surface_ = std::make_unique<Surface>(device_, lists, p_, splits_);
     }
 
     void record(Recorder& recorder, Buffers in, Buffers out) override {
@@ -120,8 +126,10 @@ class Lm final : public Stage {
         const Surface& s = *surface_;
         Push push = first_push(matches != nullptr, observations != nullptr, disparity != nullptr);
 
-        const Groups node_groups{cover(p_.nodes, kResidualGroup)},
-            shared_groups{cover(uint64_t{p_.nodes} * split_, kBlockGroup)};
+        const auto shared_groups = [&](uint32_t split) {
+            return Groups{cover(uint64_t{p_.nodes} * split, kBlockGroup)};
+        };
+        const Groups node_groups{cover(p_.nodes, kNodeGroup)};
         const std::initializer_list<Binding> item_buffers = {disparity, s.items, s.item_nodes,
                                                              s.trial,   matches, observations,
                                                              s.records, s.terms, s.states};
@@ -147,19 +155,19 @@ class Lm final : public Stage {
         residuals();
         recorder.dispatch(data_,
                           {s.block_list, s.item_terms, s.items, s.records, s.data, s.data_sums},
-                          push, shared_groups);
+                          push, shared_groups(splits_.own));
         recorder.dispatch(edges_, edge_buffers, push, edge_groups);
         for (uint32_t i = 0; i < p_.iterations; ++i) {
             push.run.evaluation = i;
-            recorder.dispatch(diagonal_, system_buffers, push, shared_groups);
+            recorder.dispatch(diagonal_, system_buffers, push, shared_groups(splits_.own));
             recorder.beside(above_, system_buffers, push,
-                            {cover(uint64_t{s.blocks - p_.nodes} * split_, kBlockGroup)});
+                            {cover(uint64_t{s.blocks - p_.nodes} * splits_.above, kBlockGroup)});
             const uint32_t steps = gradient_steps(p_);
             for (push.run.step = 0; push.run.step < steps; ++push.run.step)
                 recorder.dispatch(step_,
                                   {s.states, s.progress, s.products, s.vectors, s.matrix,
                                    s.row_starts, s.columns, s.inverses},
-                                  push, shared_groups);
+                                  push, shared_groups(splits_.row));
             recorder.dispatch(
                 move_,
                 {s.states, s.progress, s.products, s.vectors, s.rest, s.present, s.trial, s.moves},
@@ -191,7 +199,7 @@ class Lm final : public Stage {
 
     defrec_lm_params p_;
     Device& device_;
-    uint32_t split_;
+    LmSplits splits_;
     std::shared_ptr<const Kernel> presolve_, start_, points_, landmarks_, patches_, data_, edges_,
         diagonal_, above_, step_, move_, finish_;
     std::unique_ptr<Surface> surface_;
@@ -200,16 +208,19 @@ class Lm final : public Stage {
 }  // namespace
 
 std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, Device& device) {
-    return make_lm(params, device, device.physical().software ? 1 : 8);
+    // A GPU is bound by latency: every invocation has one block of a row, a few residuals.
+    const LmSplits splits = device.physical().software ? LmSplits{} : LmSplits{64, 8, 64};
+    return make_lm(params, device, splits);
 }
 
-std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, Device& device, uint32_t split) {
+std::unique_ptr<Stage> make_lm(const defrec_lm_params& params, Device& device,
+                               const LmSplits& splits) {
     const uint64_t steps = gradient_steps(params);
     if (params.iterations * (steps + 7) > kMaxDispatches)
         throw StageError(DEFREC_ERROR_UNSUPPORTED,
                          "lm: at most " + std::to_string(kMaxDispatches) +
                              " shaders in a run; each iteration has cg_iterations + 7");
-    return std::make_unique<Lm>(params, device, split);
+    return std::make_unique<Lm>(params, device, splits);
 }
 
 }  // namespace defrec::vulkan

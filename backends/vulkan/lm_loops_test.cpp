@@ -39,8 +39,8 @@ Solved solve(const TestSurface& surface, const std::unique_ptr<Stage>& stage) {
     return solved;
 }
 
-std::unique_ptr<Stage> make(const defrec_lm_params& params, uint32_t split) {
-    return under_test::in_host_memory(vulkan::make_lm(params, under_test::device(), split));
+std::unique_ptr<Stage> make(const defrec_lm_params& params, const vulkan::LmSplits& splits) {
+    return under_test::in_host_memory(vulkan::make_lm(params, under_test::device(), splits));
 }
 
 // Everything moved by the first control point.
@@ -66,7 +66,7 @@ TestSurface one_control_point(double point_step) {
 
 }  // namespace
 
-TEST_CASE("lm computes the same by one, two, and eight invocations for each block") {
+TEST_CASE("lm computes the same by one and by several invocations for each block") {
     if (!under_test::available()) return;
     TestSurface surface({});
     surface.deform([](Vec3<double> p) {
@@ -78,11 +78,12 @@ TEST_CASE("lm computes the same by one, two, and eight invocations for each bloc
         params.solver = solver;
         params.iterations = 3;
         fill_defaults(params);
-        const Solved expected = solve(surface, make(params, 1));
+        const Solved expected = solve(surface, make(params, {}));
         CHECK(expected.summary.final_cost < 0.5f * expected.summary.initial_cost);
-        for (const uint32_t split : {2u, 8u}) {
-            CAPTURE(split);
-            const Solved actual = solve(surface, make(params, split));
+        for (const vulkan::LmSplits& splits :
+             {vulkan::LmSplits{2, 4, 8}, vulkan::LmSplits{64, 8, 64}}) {
+            CAPTURE(splits.own);
+            const Solved actual = solve(surface, make(params, splits));
             CHECK(actual.summary.final_cost ==
                   doctest::Approx(expected.summary.final_cost).epsilon(1e-4));
             CHECK(actual.summary.iterations == expected.summary.iterations);
@@ -107,7 +108,7 @@ TEST_CASE("lm sums all residuals of a control point that has very many, and refu
     fill_defaults(params);
     const TestHost host(1);
     const Solved expected = solve(surface, reference::make_lm(params, host.host())),
-                 actual = solve(surface, make(params, 1));
+                 actual = solve(surface, make(params, {}));
     CHECK(actual.summary.final_cost == doctest::Approx(expected.summary.final_cost).epsilon(1e-3));
     for (int c = 0; c < 4; ++c) {
         CHECK(std::abs(actual.motions[0].real[c] - expected.motions[0].real[c]) < 1e-5f);
@@ -118,7 +119,7 @@ TEST_CASE("lm sums all residuals of a control point that has very many, and refu
     params = larger.lm_params();
     fill_defaults(params);
     try {
-        solve(larger, make(params, 1));
+        solve(larger, make(params, {}));
         FAIL("not refused");
     } catch (const StageError& error) {
         CHECK(error.status() == DEFREC_ERROR_UNSUPPORTED);

@@ -31,14 +31,16 @@ class Kernel {
     VkPipeline pipeline() const { return pipeline_; }
     VkPipelineLayout layout() const { return layout_; }
     VkDescriptorSetLayout set_layout() const { return set_layout_; }
-    uint32_t bindings() const { return bindings_; }
+    uint32_t bindings() const { return uint32_t(written_.size()); }
+    // Whether the shader may write to a buffer: all that are not declared readonly.
+    bool writes(uint32_t binding) const { return written_[binding]; }
     const char* name() const { return name_; }
 
   private:
     void destroy();
     const LogicalDevice& device_;
     const char* name_;
-    uint32_t bindings_ = 0;
+    std::vector<bool> written_;
     VkDescriptorSetLayout set_layout_ = VK_NULL_HANDLE;
     VkPipelineLayout layout_ = VK_NULL_HANDLE;
     VkPipeline pipeline_ = VK_NULL_HANDLE;

@@ -12,6 +12,7 @@
 
 namespace defrec::vulkan {
 
+constexpr size_t kMaxJoint = 32;         // recordings in one command buffer
 constexpr uint64_t kLookNs = 4'000'000;  // how long a wait looks before it sleeps: about a frame
 
 Queue::Queue(Device& device)
@@ -52,10 +53,11 @@ void Queue::destroy() noexcept {
     vk_.vkDestroySemaphore(device_.handle(), semaphore_, nullptr);
 }
 
-void Queue::run(VkCommandBuffer commands) {
+void Queue::run(const Recording& recording) {
     const std::lock_guard lock(mutex_);
     close_copies();
-    pending_.push_back(commands);
+    if (runs_.size() == kMaxJoint) close_runs();
+    runs_.push_back(&recording);
 }
 
 void Queue::write(const Buffer& buffer, uint64_t offset, const void* src, uint64_t size) {
@@ -143,6 +145,7 @@ Queue::HostStaging::Slot& Queue::take(HostStaging& staging, uint64_t size, Memor
 
 VkCommandBuffer Queue::copies() {
     if (open_ != VK_NULL_HANDLE) return open_;
+    close_runs();
     const uint64_t done = completed();
     auto free = std::find_if(transients_.begin(), transients_.end(),
                              [&](const Transient& t) { return t.busy_until <= done; });
@@ -206,8 +209,25 @@ void Queue::close_copies() {
     pending_.push_back(closed);
 }
 
+void Queue::close_runs() {
+    bool known = runs_.size() > 1;
+    for (const Recording* recording : runs_) known = recording->ran_before() && known;
+    const VkCommandBuffer joint = known ? device_.joint(runs_) : VK_NULL_HANDLE;
+    if (joint != VK_NULL_HANDLE)
+        pending_.push_back(joint);
+    else
+        for (const Recording* recording : runs_) pending_.push_back(recording->commands());
+    runs_.clear();
+}
+
 void Queue::submit() {
     close_copies();
+    try {
+        close_runs();
+    } catch (...) {
+        drop_pending();
+        throw;
+    }
     const uint64_t value = submitted_ + 1;
     VkTimelineSemaphoreSubmitInfo timeline{};
     timeline.sType = VK_STRUCTURE_TYPE_TIMELINE_SEMAPHORE_SUBMIT_INFO;
@@ -230,6 +250,7 @@ void Queue::submit() {
 // What has gathered will not run.
 void Queue::drop_pending() noexcept {
     pending_.clear();
+    runs_.clear();
     download_.drop_after(submitted_);
 }
 
@@ -237,7 +258,7 @@ void Queue::drop_pending() noexcept {
 void Queue::flush_pending() noexcept {
     const std::lock_guard lock(mutex_);
     try {
-        if (open_ != VK_NULL_HANDLE || !pending_.empty()) submit();
+        if (open_ != VK_NULL_HANDLE || !runs_.empty() || !pending_.empty()) submit();
     } catch (const std::exception&) {
         flush_failure_ = std::current_exception();
     }

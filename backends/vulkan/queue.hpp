@@ -22,8 +22,9 @@ class Queue {
     Queue(const Queue&) = delete;
     Queue& operator=(const Queue&) = delete;
 
-    // Runs after everything before. The command buffer stays as it is until its work is done.
-    void run(VkCommandBuffer commands);
+    // Runs after everything before, but beside the recordings just before that are independent of
+    // it. It stays as it is until its work is done.
+    void run(const Recording& recording);
     // src is read before it returns.
     void write(const Buffer& buffer, uint64_t offset, const void* src, uint64_t size);
     // src, if in memory of Device::allocate_host, is read until a later signal has been waited for;
@@ -56,6 +57,7 @@ class Queue {
     uint64_t completed();
     VkCommandBuffer copies();
     void close_copies();
+    void close_runs();
     HostStaging::Slot& take(HostStaging& staging, uint64_t size, MemoryUse use);
     void copy(const Buffer& from, uint64_t from_offset, const Buffer& to, uint64_t to_offset,
               uint64_t size);
@@ -75,6 +77,8 @@ class Queue {
     std::mutex mutex_;        // of all below
     uint64_t submitted_ = 0;  // value of the last submission
     std::vector<VkCommandBuffer> pending_;
+    // Behind what is pending. There is none while open_ is.
+    std::vector<const Recording*> runs_;
     std::vector<Transient> transients_;
     VkCommandBuffer open_ = VK_NULL_HANDLE;  // the transient that copies are being recorded into
     std::vector<Range> copied_from_, copied_to_;  // behind the last barrier there

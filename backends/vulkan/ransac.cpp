@@ -15,14 +15,17 @@ namespace {
 constexpr uint64_t kVectorBytes = 16;
 
 constexpr uint32_t kLargestGroup = 512;
+// Pairs that an invocation goes through: a GPU is bound by latency.
+constexpr uint32_t kSoftwarePairs = 8, kGpuPairs = 2;
 // lavapipe ends loops, those of one invocation together, after 65,535 rounds; the pairs may have
 // these.
 constexpr uint64_t kMaxRounds = 50000;
 
 // Invocations that share the pairs of one reference: few where there are few, so that sums are
 // short.
-uint32_t group_size(uint32_t landmarks) {
-    return std::bit_ceil(std::clamp(landmarks / 8, 64u, kLargestGroup));
+uint32_t group_size(uint32_t landmarks, const Device& device) {
+    const uint32_t pairs = device.physical().software ? kSoftwarePairs : kGpuPairs;
+    return std::bit_ceil(std::clamp(landmarks / pairs, 64u, kLargestGroup));
 }
 
 class Ransac final : public Stage {
@@ -31,9 +34,9 @@ class Ransac final : public Stage {
         : params_(params),
           device_(device),
           gather_(device.kernel(shaders::ransac_gather)),
-          follow_(device.kernel(shaders::ransac_follow, {group_size(params.landmarks)})),
+          follow_(device.kernel(shaders::ransac_follow, {group_size(params.landmarks, device)})),
           merge_(device.kernel(shaders::ransac_merge)),
-          summary_(device.kernel(shaders::ransac_summary, {group_size(params.landmarks)})),
+          summary_(device.kernel(shaders::ransac_summary, {group_size(params.landmarks, device)})),
           from_(device, kVectorBytes * params.landmarks),
           to_(device, kVectorBytes * params.landmarks),
           pair_of_(device, sizeof(uint32_t) * params.landmarks),

@@ -1,7 +1,10 @@
 // See recorder.hpp.
 #include "backends/vulkan/recorder.hpp"
 
-#include <array>
+#include <algorithm>
+#include <cstring>
+#include <string>
+#include <utility>
 
 #include "backends/vulkan/check.hpp"
 
@@ -9,7 +12,21 @@ namespace defrec::vulkan {
 
 constexpr uint32_t kSetsPerPool = 32, kBuffersPerPool = 256;
 
-Recording::Recording(Device& device) : device_(device) {
+namespace {
+
+// Where nothing but shaders is on either side.
+void record_shader_barrier(const VolkDeviceTable& vk, VkCommandBuffer commands) {
+    VkMemoryBarrier barrier{};
+    barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
+    barrier.srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT;
+    barrier.dstAccessMask = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT;
+    constexpr VkPipelineStageFlags kShader = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
+    vk.vkCmdPipelineBarrier(commands, kShader, kShader, 0, 1, &barrier, 0, nullptr, 0, nullptr);
+}
+
+}  // namespace
+
+CommandBuffer::CommandBuffer(const Device& device) : device_(device) {
     const VolkDeviceTable& vk = device.vk();
     VkCommandPoolCreateInfo pool{};
     pool.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO;
@@ -25,11 +42,35 @@ Recording::Recording(Device& device) : device_(device) {
     check(result, "vkAllocateCommandBuffers");
 }
 
+CommandBuffer::~CommandBuffer() {
+    device_.vk().vkDestroyCommandPool(device_.handle(), pool_, nullptr);
+}
+
+void CommandBuffer::begin() {
+    VkCommandBufferBeginInfo begin{};
+    begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
+    begin.flags = VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT;  // a frame may be queued before the
+                                                                 // last one is done
+    check(device_.vk().vkBeginCommandBuffer(commands_, &begin), "vkBeginCommandBuffer");
+}
+
+void CommandBuffer::end() {
+    check(device_.vk().vkEndCommandBuffer(commands_), "vkEndCommandBuffer");
+}
+
 Recording::~Recording() {
-    const VolkDeviceTable& vk = device_.vk();
+    device_.forget(*this);
     for (VkDescriptorPool pool : descriptor_pools_)
-        vk.vkDestroyDescriptorPool(device_.handle(), pool, nullptr);
-    vk.vkDestroyCommandPool(device_.handle(), pool_, nullptr);
+        device_.vk().vkDestroyDescriptorPool(device_.handle(), pool, nullptr);
+}
+
+bool Recording::independent(const Recording& other) const {
+    const auto common = [](const std::vector<uint64_t>& some, const std::vector<uint64_t>& others) {
+        return std::find_first_of(some.begin(), some.end(), others.begin(), others.end()) !=
+               some.end();
+    };
+    return !common(writes_, other.writes_) && !common(writes_, other.reads_) &&
+           !common(reads_, other.writes_);
 }
 
 void Recording::add_descriptor_pool() {
@@ -83,48 +124,127 @@ VkDescriptorSet Recording::descriptor_set(const Kernel& kernel,
     return set;
 }
 
-Recorder::Recorder(Recording& recording) : recording_(recording), vk_(recording.device_.vk()) {
-    VkCommandBufferBeginInfo begin{};
-    begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
-    begin.flags = VK_COMMAND_BUFFER_USAGE_SIMULTANEOUS_USE_BIT;  // a frame may be queued before the
-                                                                 // last one is done
-    check(vk_.vkBeginCommandBuffer(recording_.commands(), &begin), "vkBeginCommandBuffer");
+void Recording::put(VkCommandBuffer commands, const Operation& operation) const {
+    const VolkDeviceTable& vk = device_.vk();
+    if (operation.kernel == nullptr) {
+        const VkBufferCopy region{0, 0, operation.size};
+        if (operation.source != VK_NULL_HANDLE)
+            vk.vkCmdCopyBuffer(commands, operation.source, operation.target, 1, &region);
+        else
+            vk.vkCmdFillBuffer(commands, operation.target, 0, operation.size, operation.value);
+        return;
+    }
+    const VkPipelineLayout layout = operation.kernel->layout();
+    vk.vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, operation.kernel->pipeline());
+    vk.vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, layout, 0, 1,
+                               &operation.set, 0, nullptr);
+    vk.vkCmdPushConstants(commands, layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, operation.push_size,
+                          operation.push.data());
+    if (operation.source != VK_NULL_HANDLE)
+        vk.vkCmdDispatchIndirect(commands, operation.source, 0);
+    else
+        vk.vkCmdDispatch(commands, operation.groups.x, operation.groups.y, operation.groups.z);
+}
+
+size_t Recording::place(std::vector<Round>& rounds, size_t first) const {
+    size_t end = first;
+    for (const Operation& operation : operations_) {
+        if (operation.waits || end == first) ++end;
+        if (rounds.size() < end) rounds.resize(end);
+        rounds[end - 1].push_back({this, &operation});
+    }
+    return end;
+}
+
+void Recording::write(const VolkDeviceTable& vk, CommandBuffer& commands,
+                      const std::vector<Round>& rounds) {
+    commands.begin();
+    bool copied = true;  // whatever was before
+    for (const Round& round : rounds) {
+        const bool copies = std::any_of(round.begin(), round.end(), [](const auto& placed) {
+            return placed.second->kernel == nullptr || placed.second->source != VK_NULL_HANDLE;
+        });
+        if (copied || copies)
+            record_barrier(vk, commands.handle());
+        else
+            record_shader_barrier(vk, commands.handle());
+        copied = copies;
+        for (const auto& [recording, operation] : round)
+            recording->put(commands.handle(), *operation);
+    }
+    commands.end();
+}
+
+JointRecording::JointRecording(const Device& device, std::span<const Recording* const> parts)
+    : parts_(parts.begin(), parts.end()), commands_(device) {
+    std::vector<Recording::Round> rounds;
+    std::vector<size_t> ends;  // of each part: the round after its last
+    for (const Recording* part : parts_) {
+        size_t first = 0;
+        for (size_t i = 0; i < ends.size(); ++i)
+            if (!part->independent(*parts_[i])) first = std::max(first, ends[i]);
+        ends.push_back(part->place(rounds, first));
+    }
+    Recording::write(device.vk(), commands_, rounds);
 }
 
 void Recorder::finish() {
-    check(vk_.vkEndCommandBuffer(recording_.commands()), "vkEndCommandBuffer");
+    const auto sort = [](std::vector<uint64_t>& serials) {
+        std::sort(serials.begin(), serials.end());
+        serials.erase(std::unique(serials.begin(), serials.end()), serials.end());
+    };
+    sort(recording_.reads_);
+    sort(recording_.writes_);
+    std::vector<Recording::Round> rounds;
+    recording_.place(rounds, 0);
+    Recording::write(recording_.device_.vk(), recording_.commands_, rounds);
 }
 
-void Recorder::bind(const std::shared_ptr<const Kernel>& kernel,
-                    std::initializer_list<Binding> bindings, const void* push, uint32_t push_size) {
+Recording::Operation& Recorder::add(const std::shared_ptr<const Kernel>& kernel,
+                                    std::initializer_list<Binding> bindings, const void* push,
+                                    uint32_t push_size) {
     const size_t expected =
         kernel->bindings() - (recording_.device_.instrument() != nullptr ? 1 : 0);
     if (bindings.size() != expected)
         throw StageError(DEFREC_ERROR_INTERNAL, std::string("shader ") + kernel->name() + " has " +
                                                     std::to_string(expected) + " buffers, " +
                                                     std::to_string(bindings.size()) + " given");
-    const VkDescriptorSet set = recording_.descriptor_set(*kernel, bindings);
-    recording_.kernels_.push_back(kernel);
-    VkCommandBuffer commands = recording_.commands();
-    vk_.vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, kernel->pipeline());
-    vk_.vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, kernel->layout(), 0, 1,
-                                &set, 0, nullptr);
-    vk_.vkCmdPushConstants(commands, kernel->layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0, push_size,
-                           push);
+    uint32_t index = 0;
+    for (const Binding& binding : bindings) {
+        const bool written = kernel->writes(index++);
+        if (binding.buffer == nullptr) continue;
+        if (written)
+            writes(*binding.buffer);
+        else
+            reads(*binding.buffer);
+    }
+    if (recording_.device_.instrument() != nullptr)
+        writes(recording_.device_.instrument()->results);
+    Recording::Operation operation;
+    operation.kernel = kernel;
+    operation.set = recording_.descriptor_set(*kernel, bindings);
+    std::memcpy(operation.push.data(), push, push_size);
+    operation.push_size = push_size;
+    return recording_.operations_.emplace_back(std::move(operation));
 }
-
-void Recorder::barrier() { record_barrier(vk_, recording_.commands()); }
 
 void Recorder::copy(const Buffer& from, const Buffer& to, uint64_t size) {
     if (size == 0) return;
-    barrier();
-    const VkBufferCopy region{0, 0, size};
-    vk_.vkCmdCopyBuffer(recording_.commands(), from.handle(), to.handle(), 1, &region);
+    Recording::Operation operation;
+    operation.source = from.handle();
+    operation.target = to.handle();
+    operation.size = size;
+    reads(from);
+    writes(to);
+    recording_.operations_.push_back(std::move(operation));
 }
 
 void Recorder::fill(const Buffer& buffer, uint32_t value) {
-    barrier();
-    vk_.vkCmdFillBuffer(recording_.commands(), buffer.handle(), 0, VK_WHOLE_SIZE, value);
+    Recording::Operation operation;
+    operation.target = buffer.handle();
+    operation.value = value;
+    writes(buffer);
+    recording_.operations_.push_back(std::move(operation));
 }
 
 void record_barrier(const VolkDeviceTable& vk, VkCommandBuffer commands) {

@@ -1,11 +1,16 @@
-// Records the work of a stage into a command buffer, once for each set of buffers it is run with.
+// Records the work of a stage into a command buffer, once for each set of buffers it is run with,
+// and that of stages which run one after the other into one.
 #pragma once
 #include <volk.h>
 
-#include <cstring>
+#include <array>
+#include <atomic>
+#include <deque>
 #include <initializer_list>
 #include <memory>
+#include <span>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "backends/vulkan/device.hpp"
@@ -30,27 +35,85 @@ struct Binding {
     const Buffer* buffer;
 };
 
+class CommandBuffer {
+  public:
+    explicit CommandBuffer(const Device& device);
+    ~CommandBuffer();
+    CommandBuffer(const CommandBuffer&) = delete;
+    CommandBuffer& operator=(const CommandBuffer&) = delete;
+
+    VkCommandBuffer handle() const { return commands_; }
+    void begin();
+    void end();
+
+  private:
+    const Device& device_;
+    VkCommandPool pool_ = VK_NULL_HANDLE;
+    VkCommandBuffer commands_ = VK_NULL_HANDLE;
+};
+
 // Owns the command buffer and what it refers to, kernels included; buffers belong to others and
 // must stay.
 class Recording {
   public:
-    explicit Recording(Device& device);
+    explicit Recording(Device& device) : device_(device), commands_(device) {}
     ~Recording();
     Recording(const Recording&) = delete;
     Recording& operator=(const Recording&) = delete;
 
-    VkCommandBuffer commands() const { return commands_; }
+    VkCommandBuffer commands() const { return commands_.handle(); }
+    // Neither writes what the other reads or writes.
+    bool independent(const Recording& other) const;
+    // Whether it was asked before: what runs once is not worth a joint recording.
+    bool ran_before() const { return ran_.exchange(true); }
 
   private:
     friend class Recorder;
+    friend class JointRecording;
+    // A dispatch, where there is a kernel (indirect, where there is a source: of the groups); a
+    // copy, where there is a source; else a fill.
+    struct Operation {
+        bool waits = true;  // for all before it, not only for what those before it waited for
+        std::shared_ptr<const Kernel> kernel;
+        VkDescriptorSet set = VK_NULL_HANDLE;
+        std::array<std::byte, kPushBytes> push{};
+        uint32_t push_size = 0;
+        Groups groups;
+        VkBuffer source = VK_NULL_HANDLE, target = VK_NULL_HANDLE;
+        VkDeviceSize size = VK_WHOLE_SIZE;
+        uint32_t value = 0;
+    };
     VkDescriptorSet descriptor_set(const Kernel& kernel, std::initializer_list<Binding> bindings);
     void add_descriptor_pool();
+    // Operations between two barriers.
+    using Round = std::vector<std::pair<const Recording*, const Operation*>>;
+    // Adds the operations to the rounds from `first` on; returns the round after the last.
+    size_t place(std::vector<Round>& rounds, size_t first) const;
+    static void write(const VolkDeviceTable& vk, CommandBuffer& commands,
+                      const std::vector<Round>& rounds);
+    void put(VkCommandBuffer commands, const Operation& operation) const;
 
     Device& device_;
-    VkCommandPool pool_ = VK_NULL_HANDLE;
-    VkCommandBuffer commands_ = VK_NULL_HANDLE;
+    CommandBuffer commands_;
     std::vector<VkDescriptorPool> descriptor_pools_;
-    std::vector<std::shared_ptr<const Kernel>> kernels_;
+    std::vector<Operation> operations_;
+    std::deque<Buffer> scratch_;
+    std::vector<uint64_t> reads_, writes_;  // serials of buffers
+    mutable std::atomic<bool> ran_{false};
+};
+
+// Several recordings in one command buffer: each begins when those before it that are not
+// independent of it have ended.
+class JointRecording {
+  public:
+    JointRecording(const Device& device, std::span<const Recording* const> parts);
+
+    VkCommandBuffer commands() const { return commands_.handle(); }
+    std::span<const Recording* const> parts() const { return parts_; }
+
+  private:
+    std::vector<const Recording*> parts_;
+    CommandBuffer commands_;
 };
 
 // Every operation waits for all before it, those of earlier command buffers included, and sees what
@@ -58,8 +121,8 @@ class Recording {
 // may read or write what the other writes.
 class Recorder {
   public:
-    explicit Recorder(Recording& recording);
-    // Ends the command buffer.
+    explicit Recorder(Recording& recording) : recording_(recording) {}
+    // Writes the command buffer.
     void finish();
 
     // push: the shader's push constants, a struct of 4-byte (8-byte aligned) scalars, at most
@@ -67,14 +130,14 @@ class Recorder {
     template <class Push>
     void dispatch(const std::shared_ptr<const Kernel>& kernel,
                   std::initializer_list<Binding> bindings, const Push& push, Groups groups) {
-        barrier();
-        beside(kernel, bindings, push, groups);
+        add(kernel, bindings, &push, push_size<Push>()).groups = groups;
     }
     template <class Push>
     void beside(const std::shared_ptr<const Kernel>& kernel,
                 std::initializer_list<Binding> bindings, const Push& push, Groups groups) {
-        bind(kernel, bindings, &push, push_size<Push>());
-        vk_.vkCmdDispatch(recording_.commands(), groups.x, groups.y, groups.z);
+        Recording::Operation& operation = add(kernel, bindings, &push, push_size<Push>());
+        operation.groups = groups;
+        operation.waits = false;
     }
     // The numbers of groups are the first three uint32 in `counts`, which earlier work may have
     // written.
@@ -82,11 +145,15 @@ class Recorder {
     void dispatch_indirect(const std::shared_ptr<const Kernel>& kernel,
                            std::initializer_list<Binding> bindings, const Push& push,
                            const Buffer& counts) {
-        barrier();
-        bind(kernel, bindings, &push, push_size<Push>());
-        vk_.vkCmdDispatchIndirect(recording_.commands(), counts.handle(), 0);
+        add(kernel, bindings, &push, push_size<Push>()).source = counts.handle();
+        reads(counts);
     }
 
+    // Memory of this recording alone: with it a stage's recordings for other buffers are
+    // independent of this one.
+    const Buffer& scratch(uint64_t size) {
+        return recording_.scratch_.emplace_back(recording_.device_, size);
+    }
     // From the beginning of both.
     void copy(const Buffer& from, const Buffer& to, uint64_t size);
     void fill(const Buffer& buffer, uint32_t value);
@@ -98,12 +165,13 @@ class Recorder {
                       sizeof(Push) % 4 == 0);
         return sizeof(Push);
     }
-    void bind(const std::shared_ptr<const Kernel>& kernel, std::initializer_list<Binding> bindings,
-              const void* push, uint32_t push_size);
-    void barrier();
+    Recording::Operation& add(const std::shared_ptr<const Kernel>& kernel,
+                              std::initializer_list<Binding> bindings, const void* push,
+                              uint32_t push_size);
+    void reads(const Buffer& buffer) { recording_.reads_.push_back(buffer.serial()); }
+    void writes(const Buffer& buffer) { recording_.writes_.push_back(buffer.serial()); }
 
     Recording& recording_;
-    const VolkDeviceTable& vk_;
 };
 
 // All earlier work of the queue done, and its writes seen by what follows.

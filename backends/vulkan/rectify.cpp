@@ -1,4 +1,4 @@
-// Stage rectify in shaders: sampling, then the mask grown along rows and along columns.
+// Stage rectify in shaders: sampling, then the mask grown round highlights.
 // docs/stages/rectify.md.
 #include "backends/stages/rectify.hpp"
 
@@ -19,26 +19,26 @@ class Rectify final : public Stage {
     Rectify(const defrec_rectify_params& params, Device& device)
         : p_(params),
           sample_(device.kernel(shaders::rectify_sample, {params.format})),
-          rows_(device.kernel(shaders::rectify_rows)),
-          mask_(device.kernel(shaders::rectify_mask)),
-          state_(device, uint64_t{params.width} * params.height),
-          near_(device, state_.size()) {}
+          mask_(device.kernel(shaders::rectify_mask)) {}
 
     void record(Recorder& recorder, Buffers in, Buffers out) override {
         const RectifyBuffers given =
             rectify_buffers(p_, sizes_of_inputs(in), sizes_of_outputs(out));
         const auto optional = [&](size_t i) { return i < in.size() ? in[i] : nullptr; };
         const Push push{constants_of(p_), {given.map != nullptr, given.ignore != nullptr}};
-        const Groups groups{cover(p_.width, 32), cover(p_.height, 8)};
-        recorder.dispatch(sample_, {in[0], optional(1), optional(2), out[0], state_}, push, groups);
-        recorder.dispatch(rows_, {state_, near_}, push, groups);
-        recorder.dispatch(mask_, {near_, out[1]}, push, groups);
+        const uint32_t words = cover(p_.width, 4);
+        // Of four pixels in a word. Its own for each set of buffers, so that two views are
+        // rectified beside each other.
+        const Buffer& state = recorder.scratch(4 * uint64_t{words} * p_.height);
+        recorder.dispatch(sample_, {in[0], optional(1), optional(2), out[0], state}, push,
+                          {cover(words, 32), cover(p_.height, 4)});
+        recorder.dispatch(mask_, {state, out[1]}, push,
+                          {cover(words, 32), cover(p_.height, 4 * 4)});
     }
 
   private:
     defrec_rectify_params p_;
-    std::shared_ptr<const Kernel> sample_, rows_, mask_;
-    Buffer state_, near_;
+    std::shared_ptr<const Kernel> sample_, mask_;
 };
 
 }  // namespace

@@ -42,7 +42,7 @@ TEST_CASE("who opens a device that is open gets the same, and pipelines that are
     {
         Device one(shared_one()), other(shared_one());
         CHECK(&one.logical() == &other.logical());
-        CHECK(one.kernel(shaders::rectify_rows) == other.kernel(shaders::rectify_rows));
+        CHECK(one.kernel(shaders::rectify_mask) == other.kernel(shaders::rectify_mask));
         CHECK(&one.memory() != &other.memory());
         seen = shared_one();
     }
@@ -84,7 +84,7 @@ TEST_CASE("32 users in 8 threads at once, each with its own memory, queue and re
                     Words words;
                     words.fill((t * kUsersEach + user) * kRuns + i);
                     queue.write(buffer, 0, words.data(), sizeof words);
-                    queue.run(recording.commands());
+                    queue.run(recording);
                     wrong[t] += read_back(queue, copy) != words;
                 }
                 device.settle();

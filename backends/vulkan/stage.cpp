@@ -51,7 +51,7 @@ void RecordedStage::enqueue(Queue& queue, Buffers in, Buffers out) {
         recorder.finish();
         known = &runs_.add(in, out, std::move(recording));
     }
-    queue.run((*known)->commands());
+    queue.run(**known);
 }
 
 }  // namespace defrec::vulkan

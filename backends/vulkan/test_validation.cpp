@@ -17,7 +17,7 @@ TEST_CASE("a shader reads what the one beside it writes" * doctest::skip()) {
     } push;
     Recording recording(device);
     Recorder recorder(recording);
-    recorder.dispatch(device.kernel(shaders::rectify_rows), {state, next}, push, {1, 2});
-    recorder.beside(device.kernel(shaders::rectify_rows), {next, state}, push, {1, 2});
+    recorder.dispatch(device.kernel(shaders::rectify_mask), {state, next}, push, {1, 2});
+    recorder.beside(device.kernel(shaders::rectify_mask), {next, state}, push, {1, 2});
     recorder.finish();
 }

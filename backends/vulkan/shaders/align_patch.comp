@@ -1,6 +1,7 @@
 // Stage align, sections 3 to 6: one work group samples a patch, searches it and refines its
 // position. All sums are of integers, so that their order does not show.
 #version 450
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_EXT_shader_8bit_storage : require
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
 #extension GL_GOOGLE_include_directive : require
@@ -19,8 +20,8 @@ layout(constant_id = 1) const int kSearch = 4;
 layout(std430, set = 0, binding = 0) readonly buffer Predictions { PatchPrediction predictions[]; };
 layout(std430, set = 0, binding = 1) readonly buffer Centres { AlignCentre centres[]; };
 layout(std430, set = 0, binding = 2) readonly buffer Views { uint8_t views[]; };  // doubled
-layout(std430, set = 0, binding = 3) readonly buffer Gray { uint8_t gray[]; };
-layout(std430, set = 0, binding = 4) readonly buffer Mask { uint8_t mask[]; };
+layout(std430, set = 0, binding = 3) readonly buffer Gray { uint gray[]; };       // four pixels
+layout(std430, set = 0, binding = 4) readonly buffer Mask { uint mask[]; };
 layout(std430, set = 0, binding = 5) readonly buffer Counts {
     vec2 of_count[];
 };  // 1 / n, sqrt(n) at n
@@ -43,6 +44,8 @@ const int kPlaces = 2 * kSearch + 1,
 // second word.
 const int kWindowRows = kSide + kPlaces + 1, kWindowWords = kStrips + kBlocks + 1,
           kWindow = kWindowRows * kWindowWords;
+const int kSampledPerLane = (kSampled * kSampled + kLanes - 1) / kLanes,
+          kWindowPerLane = (kWindow + kLanes - 1) / kLanes;
 const int kMaxSums = 21, kParts = kLanes / 8;
 
 shared int sampled[kSampled * kSampled];
@@ -96,26 +99,30 @@ bool followed(PatchPrediction p) {
 int view_at(int first, int x, int y) { return int(views[first + y * push.view_width + x]); }
 
 // The template into `sampled`, 1/16 gray level. Gives the sums of the patch, of its squares, and
-// how many samples lie outside the view.
+// how many samples lie outside the view. What is loaded does not depend on that, so that a GPU has
+// the loads of several samples under way at a time.
 void sample_view(AlignCentre centre, int matrix[4], ivec2 fraction) {
     const int first = centre.view * push.view_width * push.view_height;
+    const ivec2 last = ivec2(push.view_width, push.view_height) - 2;
     int sum = 0, squares = 0, outside = 0;
-    for (int i = lane; i < kSampled * kSampled; i += kLanes) {
+    [[unroll]] for (int k = 0; k < kSampledPerLane; ++k) {
+        const int i = min(lane + k * kLanes, kSampled * kSampled - 1);
         const ivec2 o = ivec2(i % kSampled, i / kSampled) - (kRadius + 1), d = 256 * o - fraction;
-        const int x = 256 * centre.x + ((matrix[0] * d.x + matrix[1] * d.y + 128) >> 8);
-        const int y = 256 * centre.y + ((matrix[2] * d.x + matrix[3] * d.y + 128) >> 8);
-        const int x0 = x >> 15, y0 = y >> 15, right = (x >> 7) & 255, below = (y >> 7) & 255;
-        if (x0 < 0 || y0 < 0 || x0 + 1 >= push.view_width || y0 + 1 >= push.view_height) {
-            outside = 1;
-            continue;
-        }
-        const int upper =
-            view_at(first, x0, y0) * (256 - right) + view_at(first, x0 + 1, y0) * right;
-        const int lower =
-            view_at(first, x0, y0 + 1) * (256 - right) + view_at(first, x0 + 1, y0 + 1) * right;
-        const int value = (upper * (256 - below) + lower * below + 2048) >> 12;
-        sampled[i] = value;
-        if (max(abs(o.x), abs(o.y)) <= kRadius) {
+        const ivec2 at =
+            256 * ivec2(centre.x, centre.y) +
+            ((ivec2(matrix[0] * d.x + matrix[1] * d.y, matrix[2] * d.x + matrix[3] * d.y) + 128) >>
+             8);
+        const ivec2 corner = at >> 15, beyond = (at >> 7) & 255,
+                    place = clamp(corner, ivec2(0), last);
+        const int upper = view_at(first, place.x, place.y) * (256 - beyond.x) +
+                          view_at(first, place.x + 1, place.y) * beyond.x;
+        const int lower = view_at(first, place.x, place.y + 1) * (256 - beyond.x) +
+                          view_at(first, place.x + 1, place.y + 1) * beyond.x;
+        const int value = (upper * (256 - beyond.y) + lower * beyond.y + 2048) >> 12;
+        const bool counts = lane + k * kLanes < kSampled * kSampled;
+        if (place != corner) outside = 1;
+        if (counts) sampled[i] = value;
+        if (counts && max(abs(o.x), abs(o.y)) <= kRadius) {
             sum += value;
             squares += value * value;  // of 225 values up to 4080: fits 32 bits unsigned
         }
@@ -125,17 +132,35 @@ void sample_view(AlignCentre centre, int matrix[4], ivec2 fraction) {
     give(2, outside);
 }
 
+// Four bytes of an image, from any place on; before the image is what is never asked for.
+uint gray_from(int at) {
+    const int word = at >> 2;
+    return bytes_from(gray[max(word, 0)] & (word < 0 ? 0u : ~0u), gray[word + 1], at & 3);
+}
+uint mask_from(int at) {
+    const int word = at >> 2;
+    return bytes_from(mask[max(word, 0)] & (word < 0 ? 0u : ~0u), mask[word + 1], at & 3);
+}
+
 // Pixels outside the image are 0, and usable: what sees them is not scored.
 void load_window(ivec2 corner) {
-    for (int i = lane; i < kWindow; i += kLanes) {
+    [[unroll]] for (int k = 0; k < kWindowPerLane; ++k) {
+        const int i = min(lane + k * kLanes, kWindow - 1);
         const int y = corner.y + i / kWindowWords, x = corner.x + 4 * (i % kWindowWords);
-        uint pixels = 0u, hidden = 0u;
-        for (int k = 0; k < 4; ++k)
-            if (y >= 0 && y < push.height && x + k >= 0 && x + k < push.width) {
-                const int at = y * run.stride + x + k;
-                pixels |= uint(gray[at]) << (8 * k);
-                if (run.masked != 0 && int(mask[at]) == 0) hidden |= 255u << (8 * k);
-            }
+        const int at = clamp(y, 0, push.height - 1) * run.stride + clamp(x, -3, push.width - 1);
+        // Of the word's pixels those in the image.
+        const int first = clamp(-x, 0, 4), end = clamp(push.width - x, 0, 4);
+        const uint inside = y >= 0 && y < push.height && first < end
+                                ? (~0u >> (32 - 8 * (end - first))) << (8 * first)
+                                : 0u;
+        uint hidden = 0u;
+        if (run.masked != 0) {
+            const uint seen = mask_from(at);  // a byte that is not 0: usable
+            const uint any = ((seen & 0x7f7f7f7fu) + 0x7f7f7f7fu) | seen;
+            hidden = inside & ~(((any >> 7) & 0x01010101u) * 255u);
+        }
+        const uint pixels = gray_from(at) & inside;
+        if (lane + k * kLanes >= kWindow) continue;
         live[i] = pixels;
         usable[i] = ~hidden;
         if (hidden != 0u) atomicOr(some_hidden, 1);
@@ -276,7 +301,7 @@ Pixel pixel_at(int i, int mean, ivec2 first) {
 
 TemplateSums template_sums(Pixel pixels[kPixelsPerLane]) {
     TemplateSums s = TemplateSums(0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0);
-    for (int k = 0; k < kPixelsPerLane; ++k) {
+    [[unroll]] for (int k = 0; k < kPixelsPerLane; ++k) {
         const Pixel p = pixels[k];
         s.n += p.usable;
         s.x += p.x;
@@ -339,7 +364,7 @@ LiveSums live_sums(Pixel pixels[kPixelsPerLane], ivec2 first, ivec2 shift) {
     }
     barrier();
     LiveSums s = LiveSums(0, 0, 0, 0, 0, 0, 0);
-    for (int k = 0; k < kPixelsPerLane; ++k) {
+    [[unroll]] for (int k = 0; k < kPixelsPerLane; ++k) {
         const Pixel p = pixels[k];
         const int at = min(lane + k * kLanes, kPixels - 1);
         const int column = wy[0] * shifted_rows[at] + wy[1] * shifted_rows[at + kSide] +
@@ -409,7 +434,8 @@ PatchObservation observe(int index) {
     const ivec2 first =
         displacement + kSearch + ivec2(4, 1);  // the patch's first pixel in the window
     Pixel pixels[kPixelsPerLane];
-    for (int k = 0; k < kPixelsPerLane; ++k) pixels[k] = pixel_at(lane + k * kLanes, mean, first);
+    [[unroll]] for (int k = 0; k < kPixelsPerLane; ++k) pixels[k] =
+        pixel_at(lane + k * kLanes, mean, first);
     const TemplateSums of_template = template_sums(pixels);
     ShiftSystem system;
     ivec2 shift = ivec2(0);

@@ -20,6 +20,11 @@ layout(push_constant) uniform Push {
 };
 
 uint groups_of(uint count) { return (count + kResidualGroup - 1) / kResidualGroup; }
+uint node_groups() { return (push.nodes + kNodeGroup - 1) / kNodeGroup; }
+
+// Sums over a work group go by eighths: partial sums of every eighth (or sixteenth) invocation's,
+// then of these. Loops of constant length, whose loads a GPU has under way at the same time.
+const uint kEighths = 8;
 
 const LmTerm kNoTerm = LmTerm(0, 0, 0, 0, 0);
 LmTerm plus(LmTerm a, LmTerm b) {

@@ -1,7 +1,6 @@
 // Judgement of an evaluation: levenberg_marquardt.hpp after a step was tried. Every work group
-// comes to it by itself, from the sums that the evaluation left. Needs lm.glsl, kJudges, the
-// invocations of a work group, and kJudgeKeeps: whether this shader is the one that writes the
-// state.
+// comes to it by itself, from the sums that the evaluation left. Needs lm.glsl and kClassifies, the
+// invocations of a work group, which are 64.
 layout(std430, set = 0, binding = 0) buffer States { LmState states[2]; };
 layout(std430, set = 0, binding = 1) readonly buffer Terms { LmTerm terms[]; };
 layout(std430, set = 0, binding = 2) readonly buffer ArapCosts { float arap_costs[]; };
@@ -23,6 +22,7 @@ LmTerm share_of_terms(uint me, uint first, uint count) {
     for (uint i = me; i < count; i += kClassifies) sum = plus(sum, terms[first + i]);
     return sum;
 }
+LmMove farther(LmMove a, LmMove b) { return LmMove(max(a.largest, b.largest), a.bad | b.bad); }
 
 void share_sums(uint me) {
     const uint points = groups_of(push.points), landmarks = groups_of(push.landmarks),
@@ -35,17 +35,26 @@ void share_sums(uint me) {
     arap_shares[me] = arap;
     LmMove move = LmMove(0, 0);
     if (run.evaluation > 0)
-        for (uint i = me; i < groups_of(push.nodes); i += kClassifies)
-            move = LmMove(max(move.largest, moves[i].largest), move.bad | moves[i].bad);
+        for (uint i = me; i < node_groups(); i += kClassifies) move = farther(move, moves[i]);
     move_shares[me] = move;
 }
 
-LmTerm sum_of_shares(uint kind) {
-    const uint count = kind == 0 ? push.points : kind == 1 ? push.landmarks : push.patches;
-    LmTerm sum = kNoTerm;
-    for (uint i = 0; i < min(groups_of(count), kClassifies); ++i)
-        sum = plus(sum, term_shares[kind][i]);
-    return sum;
+// Of the shares from `first` on in steps of `step`, to the first; one invocation each for the three
+// terms, the connections and the moves.
+void add_shares(uint sum_of, uint first, uint step) {
+    if (sum_of < 3) {
+        LmTerm sum = term_shares[sum_of][first];
+        for (uint i = 1; i < kEighths; ++i) sum = plus(sum, term_shares[sum_of][first + i * step]);
+        term_shares[sum_of][first] = sum;
+    } else if (sum_of == 3) {
+        float sum = arap_shares[first];
+        for (uint i = 1; i < kEighths; ++i) sum += arap_shares[first + i * step];
+        arap_shares[first] = sum;
+    } else if (sum_of == 4) {
+        LmMove move = move_shares[first];
+        for (uint i = 1; i < kEighths; ++i) move = farther(move, move_shares[first + i * step]);
+        move_shares[first] = move;
+    }
 }
 
 LmState first_state(LmState there, float missing_cost) {
@@ -88,47 +97,31 @@ LmState next_state(LmState state, LmState there, LmMove move, float missing_cost
     return state;
 }
 
-// Sets now and accepted. To be called by the whole work group.
+// Sets now and accepted. To be called by the whole work group, after share_sums, and not once it
+// has stopped.
 void classify(uint me) {
-    const bool over = run.evaluation > 0 && stopped(states[(run.evaluation - 1) & 1]);
-    if (!over) share_sums(me);
+    LmState before;
+    if (me == 0 && run.evaluation > 0) before = states[(run.evaluation - 1) & 1];
     barrier();
-    LmTerm sum = kNoTerm;
-    if (!over && me < 3) sum = sum_of_shares(me);
-    float arap = 0.0;
-    LmMove move = LmMove(0, 0);
-    if (!over && me == 3) {
-        for (uint i = 0; i < min(groups_of(run.edges), kClassifies); ++i) arap += arap_shares[i];
-        for (uint i = 0; i < min(groups_of(push.nodes), kClassifies); ++i)
-            move = LmMove(max(move.largest, move_shares[i].largest), move.bad | move_shares[i].bad);
-    }
+    add_shares(me / kEighths, me % kEighths, kEighths);
     barrier();
-    if (me < 3) term_shares[me][0] = sum;
-    if (me == 3) {
-        arap_shares[0] = arap;
-        move_shares[0] = move;
-    }
+    if (me % kEighths == 0) add_shares(me / kEighths, 0, 1);
     barrier();
     if (me == 0) {
-        accepted = false;
-        if (over) {
-            now = states[(run.evaluation - 1) & 1];
+        LmState there;
+        there.icp = term_shares[0][0];
+        there.match = term_shares[1][0];
+        there.patch_ = term_shares[2][0];
+        there.arap = arap_shares[0];
+        const float missing_cost = push.icp_weight * push.icp_tukey * push.icp_tukey / 3.0;
+        if (run.evaluation == 0) {
+            now = first_state(there, missing_cost);
+            accepted = true;
         } else {
-            LmState there;
-            there.icp = term_shares[0][0];
-            there.match = term_shares[1][0];
-            there.patch_ = term_shares[2][0];
-            there.arap = arap_shares[0];
-            const float missing_cost = push.icp_weight * push.icp_tukey * push.icp_tukey / 3.0;
-            if (run.evaluation == 0) {
-                now = first_state(there, missing_cost);
-                accepted = true;
-            } else {
-                now = next_state(states[(run.evaluation - 1) & 1], there, move_shares[0],
-                                 missing_cost);
-            }
+            now = next_state(before, there, move_shares[0], missing_cost);
         }
-        if (kClassifyKeeps && gl_WorkGroupID.x == 0) states[run.evaluation & 1] = now;
     }
     barrier();
 }
+
+bool stopped_before() { return run.evaluation > 0 && stopped(states[(run.evaluation - 1) & 1]); }

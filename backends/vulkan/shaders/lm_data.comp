@@ -32,10 +32,13 @@ void main() {
             own += items[kItemVectors * item + 2 + k].w * records[kRecordVectors * item].w;
     }
     shares[me] = own;
-    barrier();
+    for (uint apart = kSplit / 2; apart > 0; apart /= 2) {
+        barrier();
+        if (split < apart) shares[me] += shares[me + apart];
+    }
+    own = shares[me];
     vec2 square = vec2(0);
     if (split == 0 && i < push.nodes) {
-        for (uint s = 1; s < kSplit; ++s) own += shares[me + s];
         data[i] = own;
         square = vec2(own, own * own);
     }

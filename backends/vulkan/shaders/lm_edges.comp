@@ -3,7 +3,7 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "lm.glsl"
-layout(local_size_x = 64) in;
+layout(local_size_x = kResidualGroup) in;
 
 struct RestEdge {
     vec4 rest;  // direction from a to b, and length
@@ -26,16 +26,28 @@ const float kMinLength = 1e-3;
 
 shared vec2 shares[kResidualGroup];
 
+// The sum over the work group, to all of it.
+vec2 sum_over_group(vec2 own, uint me) {
+    const uint parts = kResidualGroup / kEighths;
+    shares[me] = own;
+    barrier();
+    if (me < parts) {
+        for (uint i = parts; i < kResidualGroup; i += parts) own += shares[me + i];
+        shares[me] = own;
+    }
+    barrier();
+    vec2 sum = vec2(0);
+    for (uint i = 0; i < parts; ++i) sum += shares[i];
+    barrier();
+    return sum;
+}
+
 // The typical weight of the data at control points that have any, to the whole work group.
 float usual_data(uint me) {
-    const uint groups = (push.nodes * kSplit + kResidualGroup - 1) / kResidualGroup;
+    const uint groups = (push.nodes * kSplit + kBlockGroup - 1) / kBlockGroup;
     vec2 sum = vec2(0);
     for (uint i = me; i < groups; i += kResidualGroup) sum += data_sums[i];
-    shares[me] = sum;
-    barrier();
-    sum = vec2(0);
-    for (uint i = 0; i < min(groups, kResidualGroup); ++i) sum += shares[i];
-    barrier();
+    sum = sum_over_group(sum, me);
     return sum.x > 0.0 ? sum.y / sum.x : 0.0;
 }
 
@@ -77,14 +89,6 @@ void main() {
         }
         cost = evaluate(i, scale);
     }
-    shares[me] = vec2(cost, 0);
-    barrier();
-    if (me % 8 == 0)
-        for (uint k = 1; k < 8; ++k) cost += shares[me + k].x;
-    barrier();
-    shares[me] = vec2(cost, 0);
-    barrier();
-    if (me != 0) return;
-    for (uint k = 8; k < kResidualGroup; k += 8) cost += shares[k].x;
-    arap_costs[gl_WorkGroupID.x] = cost;
+    cost = sum_over_group(vec2(cost, 0), me).x;
+    if (me == 0) arap_costs[gl_WorkGroupID.x] = cost;
 }

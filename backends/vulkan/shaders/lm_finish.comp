@@ -2,9 +2,8 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "lm.glsl"
-layout(local_size_x = 64) in;
-const uint kClassifies = 64;
-const bool kClassifyKeeps = true;
+layout(local_size_x = kNodeGroup) in;
+const uint kClassifies = kNodeGroup;
 #include "lm_classify.glsl"
 
 layout(std430, set = 0, binding = 4) readonly buffer Given { Motion motions[]; };
@@ -17,7 +16,16 @@ float rms(LmTerm term) { return term.weights > 0.0 ? sqrt(term.squares / term.we
 
 void main() {
     const uint me = gl_LocalInvocationIndex, i = gl_GlobalInvocationID.x;
-    classify(me);
+    if (stopped_before()) {
+        if (me == 0) {
+            now = states[(run.evaluation - 1) & 1];
+            accepted = false;
+        }
+        barrier();
+    } else {
+        share_sums(me);
+        classify(me);
+    }
     const bool failed = now.failed != 0 || (now.iterations > 0 && now.any_step == 0);
     if (i < push.nodes) {
         DualQuaternion motion = usable_motion(motions[i]);

@@ -11,16 +11,16 @@ layout(std430, set = 0, binding = 5) readonly buffer Present { vec4 present[]; }
 layout(std430, set = 0, binding = 6) writeonly buffer Trial { vec4 trial[]; };
 layout(std430, set = 0, binding = 7) writeonly buffer Moves { LmMove moves[]; };
 
-shared LmMove shares[kBlockGroup];
+shared LmMove shares[kNodeGroup];  // as many as kBlockGroup
 
 // The solution, half a control point's. Without conjugate gradients it is M^-1 r at the start.
-vec3 solution(uint i, uint h) {
+vec3 solution(LmGradients by, float beta, uint i, uint h) {
     if (run.step == 0) return vectors[passed_vector(1, i, kConditioned, h)].xyz;
     const vec3 before = vectors[own_vector(i, kSolution, h)].xyz;
-    if (advanced.over != 0) return before;
+    if (by.over != 0) return before;
     const vec3 direction = vectors[passed_vector((run.step + 1) & 1, i, kConditioned, h)].xyz +
                            beta * vectors[own_vector(i, kDirection, h)].xyz;
-    return before + advanced.alpha * direction;
+    return before + by.alpha * direction;
 }
 
 // The rotation by |r| radians about r. Small angles, and steps end small, by series: Vulkan lets
@@ -34,8 +34,8 @@ vec4 rotation_from_vector(vec3 r) {
     return normalize(vec4(sin(0.5 * angle) / angle * r, cos(0.5 * angle)));
 }
 
-LmMove take_step(uint i) {
-    const vec3 turn = solution(i, 0), shift = solution(i, 1);
+LmMove take_step(LmGradients by, float beta, uint i) {
+    const vec3 turn = solution(by, beta, i, 0), shift = solution(by, beta, i, 1);
     const float largest = max(push.spacing2 * dot(turn, turn), dot(shift, shift));
     const bool good = finite(turn) && finite(shift);
     vec4 rotation = present[kNodeVectors * i];
@@ -51,16 +51,26 @@ LmMove take_step(uint i) {
     return LmMove(good ? largest : 0.0, good ? 0 : 1);
 }
 
+LmMove farther(LmMove a, LmMove b) { return LmMove(max(a.largest, b.largest), a.bad | b.bad); }
+
 void main() {
-    if (stopped(states[run.evaluation & 1])) return;
     const uint me = gl_LocalInvocationIndex, i = gl_GlobalInvocationID.x;
-    if (run.step > 0) advance(me);
+    LmGradients by = LmGradients(0, 0, 0, 0);
+    float beta = 0.0;
+    Left left;
+    if (run.step > 0) left = load_left(me);
+    if (stopped(states[run.evaluation & 1])) return;
+    if (run.step > 0) by = advance(left, me, beta);
     LmMove own = LmMove(0, 0);
-    if (i < push.nodes) own = take_step(i);
+    if (i < push.nodes) own = take_step(by, beta, i);
     shares[me] = own;
     barrier();
+    if (me < kEighths) {
+        for (uint k = kEighths; k < kNodeGroup; k += kEighths) own = farther(own, shares[me + k]);
+        shares[me] = own;
+    }
+    barrier();
     if (me != 0) return;
-    for (uint k = 1; k < kBlockGroup; ++k)
-        own = LmMove(max(own.largest, shares[k].largest), own.bad | shares[k].bad);
+    for (uint k = 1; k < kEighths; ++k) own = farther(own, shares[k]);
     moves[gl_WorkGroupID.x] = own;
 }

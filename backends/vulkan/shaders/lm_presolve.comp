@@ -19,22 +19,28 @@ const float kMinSpread = 0.01;  // mm^2
 shared mat3 rotation;           // rows
 shared vec3 shift;
 
+// Turns two columns so that they are orthogonal; false where they are so already.
+bool make_orthogonal(inout vec3 a, inout vec3 b) {
+    const float aa = dot(a, a), bb = dot(b, b), across = dot(a, b);
+    if (!(across * across > 1e-13 * aa * bb)) return false;
+    const float theta = (bb - aa) / (2.0 * across);
+    const float t = (theta < 0.0 ? -1.0 : 1.0) / (abs(theta) + sqrt(theta * theta + 1.0));
+    const float c = inversesqrt(t * t + 1.0), s = t * c;
+    const vec3 turned_a = c * a - s * b;
+    b = s * a + c * b;
+    a = turned_a;
+    return true;
+}
+
 // The second singular value of a matrix, by one-sided Jacobi rotations of its columns.
 float second_singular_value(mat3 m) {
-    vec3 column[3] = vec3[3](m[0], m[1], m[2]);
-    for (int sweep = 0; sweep < 6; ++sweep)
-        for (int turn = 0; turn < 3; ++turn) {
-            const int p = turn == 2 ? 1 : 0, q = turn == 0 ? 1 : 2;
-            const vec3 a = column[p], b = column[q];
-            const float across = dot(a, b);
-            if (!(abs(across) > 0.0)) continue;
-            const float theta = (dot(b, b) - dot(a, a)) / (2.0 * across);
-            const float t = (theta < 0.0 ? -1.0 : 1.0) / (abs(theta) + sqrt(theta * theta + 1.0));
-            const float c = 1.0 / sqrt(t * t + 1.0), s = t * c;
-            column[p] = c * a - s * b;
-            column[q] = s * a + c * b;
-        }
-    const float a = length(column[0]), b = length(column[1]), c = length(column[2]);
+    vec3 x = m[0], y = m[1], z = m[2];
+    for (int sweep = 0; sweep < 6; ++sweep) {
+        const bool xy = make_orthogonal(x, y), xz = make_orthogonal(x, z),
+                   yz = make_orthogonal(y, z);
+        if (!xy && !xz && !yz) break;
+    }
+    const float a = length(x), b = length(y), c = length(z);
     return max(min(a, b), min(max(a, b), c));
 }
 

@@ -3,11 +3,11 @@
 #version 450
 #extension GL_EXT_shader_16bit_storage : require
 #extension GL_GOOGLE_include_directive : require
-layout(local_size_x = 64) in;
 layout(constant_id = 0) const uint kKind = 0;  // kPoints ...
 layout(std430, set = 0, binding = 0) readonly buffer Disparity { int16_t disparity[]; };
 #define LIVE_DISPARITY(i) int(disparity[i])
 #include "lm.glsl"
+layout(local_size_x = kResidualGroup) in;
 
 layout(std430, set = 0, binding = 1) readonly buffer Items { vec4 items[]; };
 layout(std430, set = 0, binding = 2) readonly buffer ItemNodes { ivec4 item_nodes[]; };
@@ -173,17 +173,18 @@ LmTerm evaluate_patch(uint item, uint i) {
                              push.patch_weight, 0.0, inverse_c * inverse_c, px);
 }
 
-// The sum of every invocation's term, to the first: eight by eight, then the eight.
+// The sum of every invocation's term, to the first.
 LmTerm sum_over_group(LmTerm own, uint me) {
+    const uint parts = kResidualGroup / kEighths;
     shares[me] = own;
     barrier();
-    for (uint apart = 1; apart <= 8; apart *= 8) {
-        if (me % (8 * apart) == 0)
-            for (uint i = 1; i < 8; ++i) own = plus(own, shares[me + i * apart]);
-        barrier();
+    if (me < parts) {
+        for (uint i = parts; i < kResidualGroup; i += parts) own = plus(own, shares[me + i]);
         shares[me] = own;
-        barrier();
     }
+    barrier();
+    if (me == 0)
+        for (uint i = 1; i < parts; ++i) own = plus(own, shares[i]);
     return own;
 }
 

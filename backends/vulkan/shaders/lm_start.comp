@@ -2,7 +2,7 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #include "lm.glsl"
-layout(local_size_x = 64) in;
+layout(local_size_x = kNodeGroup) in;
 
 layout(std430, set = 0, binding = 0) readonly buffer Motions { Motion motions[]; };
 layout(std430, set = 0, binding = 1) readonly buffer Rest { vec4 rest[]; };

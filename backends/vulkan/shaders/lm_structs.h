@@ -17,7 +17,8 @@ struct LmRun {
 
 const uint kMatchesGiven = 1, kObservationsGiven = 2, kPresolve = 4;
 
-const uint kResidualGroup = 64;  // invocations of a work group of residuals, edges, and move
+const uint kResidualGroup = 128;  // invocations of a work group of residuals, and of edges
+const uint kNodeGroup = 64;       // likewise of control points: start, move, finish
 const uint kItemVectors =
     6;  // of an item of the template, a point, landmark or patch: position, normal, then for each
         // of its control points what leads from it to the item, and the weight
@@ -29,7 +30,7 @@ const uint kEdgeVectors = 4;    // of an edge now: (direction, length) (a's turn
 const uint kNodeVectors = 3;    // of a control point in motion: rotation, dual part, position
 const uint kBlockVectors = 12;  // of a 6x6 block: its 3x3 quarters turn-turn, turn-shift,
                                 // shift-turn, shift-shift, each by columns
-const uint kBlockGroup = 64;    // likewise of blocks of the system
+const uint kBlockGroup = 64;    // invocations of a work group of blocks of the system
 
 // The sums over some residuals of a term.
 struct LmTerm {

@@ -2,11 +2,11 @@
 // control points' own blocks, which are then damped and inverted, or those above the diagonal.
 // kSplit invocations share a block, each with every kSplit-th of its terms.
 #version 450
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require
 #include "lm.glsl"
 #include "lm_blocks.glsl"
 layout(constant_id = 1) const bool kDiagonal = true;
-const bool kClassifyKeeps = kDiagonal;
 const uint kClassifies = kBlockGroup;
 #include "lm_classify.glsl"
 #include "lm_inverse.glsl"
@@ -31,6 +31,7 @@ layout(std430, set = 0, binding = 15) writeonly buffer Vectors { vec4 vectors[];
 
 const float kMinDiagonal = 1e-6;
 const uint kColumns = kBlockVectors + 2;  // of a block, and its control point's gradient
+const uint kParts = kSplit < 16 ? 1 : 4;  // in which the shares of a column are added up
 
 // A block's quarters, the first and the third transposed, and half the gradient.
 struct Sums {
@@ -51,8 +52,12 @@ mat3 cross_columns(vec3 v, mat3 m) { return mat3(cross(v, m[0]), cross(v, m[1]),
 void add_items(LmBlock block, uint split, inout Sums sums) {
     const vec4 row_rotation = trial[kNodeVectors * block.row],
                column_rotation = trial[kNodeVectors * block.column];
+    uint following = 0;  // loaded while the one before it is worked on
+    if (block.first_item + split < block.last_item)
+        following = item_terms[block.first_item + split];
     for (uint at = block.first_item + split; at < block.last_item; at += kSplit) {
-        const uint term = item_terms[at], item = term_item(term);
+        const uint term = following, item = term_item(term);
+        if (at + kSplit < block.last_item) following = item_terms[at + kSplit];
         const bool same = kDiagonal && term_row(term) == term_column(term);
         const vec4 row = items[kItemVectors * item + 2 + term_row(term)];
         const vec3 a = rotate(row_rotation, row.xyz);
@@ -141,31 +146,48 @@ vec3 transposed_column(uint c, uint first) {
 // one, and stays where it is.
 void damp(uint i, uint place, uint first) {
     float m[6][6];
-    for (int c = 0; c < 6; ++c)
-        for (int r = 0; r < 6; ++r) m[r][c] = shares[6 * (r / 3) + c][first][r % 3];
+    [[unroll]] for (int c = 0; c < 6; ++c) [[unroll]] for (int r = 0; r < 6; ++r) m[r][c] =
+        shares[6 * (r / 3) + c][first][r % 3];
     float trace = 0.0;
-    for (int r = 0; r < 6; ++r) trace += m[r][r];
+    [[unroll]] for (int r = 0; r < 6; ++r) trace += m[r][r];
     const float minimum = trace > 0.0 ? kMinDiagonal * trace : 1.0;
-    for (int r = 0; r < 6; ++r) m[r][r] = m[r][r] * (1.0 + now.lambda) + minimum;
+    [[unroll]] for (int r = 0; r < 6; ++r) m[r][r] = m[r][r] * (1.0 + now.lambda) + minimum;
     float inverse[6][6];
     invert(m, inverse);
-    for (int half_row = 0; half_row < 2; ++half_row)
-        for (int c = 0; c < 6; ++c) {
-            const uint at = 6 * half_row + c;  // as quarters by columns: see lm.glsl
-            const int r = 3 * half_row;
-            matrix[kBlockVectors * place + at] = vec4(m[r][c], m[r + 1][c], m[r + 2][c], 0);
-            inverses[kBlockVectors * i + at] =
-                vec4(inverse[r][c], inverse[r + 1][c], inverse[r + 2][c], 0);
-        }
+    [[unroll]] for (int half_row = 0; half_row < 2; ++half_row)
+        [[unroll]] for (int c = 0; c < 6; ++c) {
+        const uint at = 6 * half_row + c;  // as quarters by columns: see lm.glsl
+        const int r = 3 * half_row;
+        matrix[kBlockVectors * place + at] = vec4(m[r][c], m[r + 1][c], m[r + 2][c], 0);
+        inverses[kBlockVectors * i + at] =
+            vec4(inverse[r][c], inverse[r + 1][c], inverse[r + 2][c], 0);
+    }
     const vec3 turn = -shares[12][first], shift = -shares[13][first];
     vec3 x[2] = vec3[2](vec3(0), vec3(0));
-    for (int h = 0; h < 2; ++h)
-        for (int r = 0; r < 3; ++r)
-            for (int c = 0; c < 3; ++c)
-                x[h][r] += inverse[3 * h + r][c] * turn[c] + inverse[3 * h + r][3 + c] * shift[c];
-    for (uint h = 0; h < 2; ++h) {
+    [[unroll]] for (int h = 0; h < 2; ++h) [[unroll]] for (int r = 0; r < 3; ++r)
+        [[unroll]] for (int c = 0; c < 3; ++c) x[h][r] +=
+        inverse[3 * h + r][c] * turn[c] + inverse[3 * h + r][3 + c] * shift[c];
+    [[unroll]] for (uint h = 0; h < 2; ++h) {
         vectors[own_vector(i, kResidual, h)] = vec4(h == 0 ? turn : shift, 0);
         vectors[passed_vector(1, i, kConditioned, h)] = vec4(x[h], 0);
+    }
+}
+
+// Puts together what the invocations that share a block have of it, to the first of them.
+void add_shares_of_block(uint split, uint first) {
+    const uint columns = kDiagonal ? kColumns : kBlockVectors;
+    for (uint u = split; u < columns * kParts; u += kSplit) {
+        const uint c = u / kParts, part = first + u % kParts;
+        vec3 sum = shares[c][part];
+        for (uint s = kParts; s < kSplit; s += kParts) sum += shares[c][part + s];
+        shares[c][part] = sum;
+    }
+    if (kParts == 1) return;
+    barrier();
+    for (uint c = split; c < columns; c += kSplit) {
+        vec3 sum = shares[c][first];
+        for (uint part = 1; part < kParts; ++part) sum += shares[c][first + part];
+        shares[c][first] = sum;
     }
 }
 
@@ -173,31 +195,35 @@ void main() {
     const uint me = gl_LocalInvocationIndex, split = me % kSplit, first = me - split;
     const uint b = gl_GlobalInvocationID.x / kSplit + (kDiagonal ? 0 : push.nodes);
     const bool exists = b < (kDiagonal ? push.nodes : run.blocks);
-    classify(me);
-    const bool relinearise = accepted && !stopped(now);
-    if (kDiagonal && accepted && exists && split == 0)
-        for (uint v = 0; v < kNodeVectors; ++v)
-            present[kNodeVectors * b + v] = trial[kNodeVectors * b + v];
-    if (stopped(now) || !(kDiagonal || relinearise)) return;
+    const bool keeps_state = kDiagonal && gl_GlobalInvocationID.x == 0;
+    if (stopped_before()) {
+        if (keeps_state) states[run.evaluation & 1] = states[(run.evaluation - 1) & 1];
+        return;
+    }
+    share_sums(me);
+    // Before it is known whether they are wanted, which they mostly are.
     LmBlock block;
-    if (exists) block = blocks[b];
-    if (relinearise && exists) {
+    if (exists) {
+        block = blocks[b];
         Sums sums = Sums(mat3(0.0), mat3(0.0), mat3(0.0), mat3(0.0), vec3(0), vec3(0));
         add_items(block, split, sums);
         add_edges(block, split, sums);
         share(sums, me);
     }
-    barrier();
-    for (uint c = split; c < (kDiagonal ? kColumns : kBlockVectors) && exists; c += kSplit) {
-        vec3 sum;
-        if (relinearise) {
-            sum = shares[c][first];
-            for (uint s = 1; s < kSplit; ++s) sum += shares[c][first + s];
-            if (kDiagonal) diagonal[kColumns * b + c] = vec4(sum, 0);
-        } else {
-            sum = diagonal[kColumns * b + c].xyz;
-        }
-        shares[c][first] = sum;
+    classify(me);
+    if (keeps_state) states[run.evaluation & 1] = now;
+    if (kDiagonal && accepted && exists && split == 0)
+        for (uint v = 0; v < kNodeVectors; ++v)
+            present[kNodeVectors * b + v] = trial[kNodeVectors * b + v];
+    if (stopped(now) || !(kDiagonal || accepted)) return;
+    if (accepted) {
+        add_shares_of_block(split, first);
+        if (kDiagonal && exists)
+            for (uint c = split; c < kColumns; c += kSplit)
+                diagonal[kColumns * b + c] = vec4(shares[c][first], 0);
+    } else if (exists) {
+        for (uint c = split; c < kColumns; c += kSplit)
+            shares[c][first] = diagonal[kColumns * b + c].xyz;
     }
     barrier();
     if (!exists) return;

@@ -1,6 +1,7 @@
 // Stage match: what the splits found, put together, then sections 2 and 3. One invocation per
 // landmark.
 #version 450
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_EXT_shader_16bit_storage : require
 #extension GL_GOOGLE_include_directive : require
 #include "records.glsl"
@@ -28,19 +29,33 @@ layout(push_constant) uniform Push {
 const int kNoDistance = 257;  // farther than any
 const uint kSamePlace = 64;   // 1/16 px
 
+const uint kAhead = 8;  // keys that are loaded at a time: on a GPU their latency is what takes time
+
 uvec3 three_nearest(uint landmark) {
+    const uint count = 3 * sizes.feature_splits;
     uvec3 best = uvec3(kNoKey);
-    for (uint i = 0; i < 3 * sizes.feature_splits; ++i) {
-        const uint key = feature_keys[i * sizes.landmarks + landmark];
-        const uint behind_first = max(best.x, key), behind_second = max(best.y, behind_first);
-        best = min(best, uvec3(key, behind_first, behind_second));
+    for (uint first = 0; first < count; first += kAhead) {
+        uint keys[kAhead];
+        [[unroll]] for (uint k = 0; k < kAhead; ++k) keys[k] =
+            first + k < count ? feature_keys[(first + k) * sizes.landmarks + landmark] : kNoKey;
+        [[unroll]] for (uint k = 0; k < kAhead; ++k) {
+            const uint behind_first = max(best.x, keys[k]),
+                       behind_second = max(best.y, behind_first);
+            best = min(best, uvec3(keys[k], behind_first, behind_second));
+        }
     }
     return best;
 }
 uint nearest_landmark(uint feature) {
     uint best = kNoKey;
-    for (uint split = 0; split < sizes.landmark_splits; ++split)
-        best = min(best, landmark_keys[split * sizes.features + feature]);
+    for (uint first = 0; first < sizes.landmark_splits; first += kAhead) {
+        uint keys[kAhead];
+        [[unroll]] for (uint k = 0; k < kAhead; ++k) keys[k] =
+            first + k < sizes.landmark_splits
+                ? landmark_keys[(first + k) * sizes.features + feature]
+                : kNoKey;
+        [[unroll]] for (uint k = 0; k < kAhead; ++k) best = min(best, keys[k]);
+    }
     return best & 0xffffu;
 }
 int distance_of(uint key) { return key == kNoKey ? kNoDistance : int(key >> 16); }

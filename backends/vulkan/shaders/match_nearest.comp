@@ -2,6 +2,7 @@
 // feature the nearest landmark. One invocation per row of the table of distances and split of its
 // columns.
 #version 450
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_GOOGLE_include_directive : require
 #include "match.glsl"
 layout(constant_id = 0) const uint kOfLandmarks = 1;
@@ -34,36 +35,45 @@ uint hamming(Descriptor a, Descriptor b) {
     return uint(bitCount(ones3) + bitCount(high.w) + 2 * bitCount(last_twos) + 4 * bitCount(fours));
 }
 
+const bool kLandmarks = kOfLandmarks != 0;
+const uint kAhead = 4;  // columns that are loaded at a time: on a GPU their latency takes time
+
+Descriptor column_at(uint column) {
+    if (kLandmarks) return feature(column);
+    return landmark(column);
+}
+
+// The smallest keys so far with one more.
+uvec3 with(uvec3 best, uint key) {
+    if (!kLandmarks) return uvec3(min(best.x, key), best.yz);
+    const uint behind_first = max(best.x, key), behind_second = max(best.y, behind_first);
+    return min(best, uvec3(key, behind_first, behind_second));
+}
+
 void main() {
-    const bool of_landmarks = kOfLandmarks != 0;
     const uint live = min(live_count, sizes.features);
     const uint row = gl_GlobalInvocationID.x, split = gl_WorkGroupID.y;
-    const uint columns = of_landmarks ? live : sizes.landmarks;
-    const uint splits = of_landmarks ? sizes.feature_splits : sizes.landmark_splits;
-    if (row >= (of_landmarks ? sizes.landmarks : live)) return;
+    const uint columns = kLandmarks ? live : sizes.landmarks;
+    const uint splits = kLandmarks ? sizes.feature_splits : sizes.landmark_splits;
+    if (row >= (kLandmarks ? sizes.landmarks : live)) return;
     const uint share = (columns + splits - 1) / splits;
     const uint first = min(split * share, columns), end = min(first + share, columns);
     Descriptor own;
-    if (of_landmarks)
+    if (kLandmarks)
         own = landmark(row);
     else
         own = feature(row);
     uvec3 best = uvec3(kNoKey);
-    for (uint column = first; column < end; ++column) {
-        Descriptor other;
-        if (of_landmarks)
-            other = feature(column);
-        else
-            other = landmark(column);
-        const uint key = hamming(own, other) << 16 | column;
-        if (of_landmarks) {
-            const uint behind_first = max(best.x, key), behind_second = max(best.y, behind_first);
-            best.y = min(best.y, behind_first);
-            best.z = min(best.z, behind_second);
-        }
-        best.x = min(best.x, key);
+    uint column = first;
+    for (; column + kAhead <= end; column += kAhead) {
+        Descriptor others[kAhead];
+        [[unroll]] for (uint k = 0; k < kAhead; ++k) others[k] = column_at(column + k);
+        [[unroll]] for (uint k = 0; k < kAhead; ++k) best =
+            with(best, hamming(own, others[k]) << 16 | (column + k));
     }
-    if (of_landmarks)
+    for (; column < end; ++column)
+        best = with(best, hamming(own, column_at(column)) << 16 | column);
+    if (kLandmarks) [[unroll]]
         for (uint place = 0; place < 3; ++place)
             keys[(3 * split + place) * sizes.landmarks + row] = best[place];
     else

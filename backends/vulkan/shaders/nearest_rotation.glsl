@@ -1,65 +1,51 @@
 // The rotation R that maximises trace(R^T m), never a reflection: the eigenvector of the largest
-// eigenvalue of Horn's (1987) symmetric 4x4 matrix as a quaternion, by Jacobi's method. Where R is
-// not unique it is one of the best.
+// eigenvalue of Horn's (1987) symmetric 4x4 matrix as a quaternion. Where R is not unique it is one
+// of the best.
 
-// One Jacobi rotation that zeroes a[p][q]; v gathers the rotations. All indices are constants, so
-// that nothing leaves the registers.
-#define JACOBI_TURN(a, v, p, q, r, s)                                                          \
-    if (abs(a[p][q]) > 1e-12 * (abs(a[p][p]) + abs(a[q][q]))) {                                \
-        const float theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);                             \
-        const float t = (theta < 0.0 ? -1.0 : 1.0) / (abs(theta) + sqrt(theta * theta + 1.0)); \
-        const float c = 1.0 / sqrt(t * t + 1.0), d = t * c;                                    \
-        const float apq = a[p][q], apr = a[p][r], aps = a[p][s], aqr = a[q][r], aqs = a[q][s]; \
-        a[p][p] -= t * apq;                                                                    \
-        a[q][q] += t * apq;                                                                    \
-        a[p][q] = a[q][p] = 0.0;                                                               \
-        a[p][r] = a[r][p] = c * apr - d * aqr;                                                 \
-        a[q][r] = a[r][q] = d * apr + c * aqr;                                                 \
-        a[p][s] = a[s][p] = c * aps - d * aqs;                                                 \
-        a[q][s] = a[s][q] = d * aps + c * aqs;                                                 \
-        const vec4 vp = v[p], vq = v[q];                                                       \
-        v[p] = c * vp - d * vq;                                                                \
-        v[q] = d * vp + c * vq;                                                                \
+// A unit eigenvector of the largest eigenvalue of a symmetric matrix, none of whose eigenvalues is
+// negative. Squaring it again and again leaves nothing but that eigenvector times itself; where the
+// eigenvalue is a double one, some vector of its plane.
+vec4 dominant_eigenvector(mat4 m) {
+    const int kRounds = 5;           // of four squarings: eigenvalues apart by 1e-5 of their size
+    const float kNearlyOne = 0.999;  // of trace(m^2) where trace(m) is 1: alone after one more
+    for (int round = 0; round < kRounds; ++round) {
+        m *= 1.0 / (m[0].x + m[1].y + m[2].z + m[3].w);
+        m = m * m;
+        const bool alone = m[0].x + m[1].y + m[2].z + m[3].w > kNearlyOne;
+        m = m * m;
+        if (alone) break;
+        m = m * m;
+        m = m * m;
     }
+    vec4 column = m[0];
+    float largest = m[0].x;
+    if (m[1].y > largest) {
+        largest = m[1].y;
+        column = m[1];
+    }
+    if (m[2].z > largest) {
+        largest = m[2].z;
+        column = m[2];
+    }
+    if (m[3].w > largest) column = m[3];
+    return column * inversesqrt(dot(column, column));
+}
 
 // m[row][column] as sum of to * from^T; rows of the result likewise. The identity for a matrix that
 // is zero or not finite.
 mat3 nearest_rotation(mat3 m) {
-    float largest = 0.0;
-    for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) largest = max(largest, abs(m[i][j]));
-    const mat3 identity = mat3(1.0);
-    if (!(largest > 0.0) || isinf(largest) || isnan(largest)) return identity;
-    const mat3 n = m * (1.0 / largest);
-    float a[4][4];
-    a[0][0] = n[0][0] + n[1][1] + n[2][2];
-    a[1][1] = n[0][0] - n[1][1] - n[2][2];
-    a[2][2] = n[1][1] - n[0][0] - n[2][2];
-    a[3][3] = n[2][2] - n[0][0] - n[1][1];
-    a[0][1] = a[1][0] = n[2][1] - n[1][2];
-    a[0][2] = a[2][0] = n[0][2] - n[2][0];
-    a[0][3] = a[3][0] = n[1][0] - n[0][1];
-    a[1][2] = a[2][1] = n[0][1] + n[1][0];
-    a[1][3] = a[3][1] = n[0][2] + n[2][0];
-    a[2][3] = a[3][2] = n[1][2] + n[2][1];
-    vec4 v[4] = vec4[4](vec4(1, 0, 0, 0), vec4(0, 1, 0, 0), vec4(0, 0, 1, 0), vec4(0, 0, 0, 1));
-    for (int sweep = 0; sweep < 6; ++sweep) {
-        JACOBI_TURN(a, v, 0, 1, 2, 3)
-        JACOBI_TURN(a, v, 0, 2, 1, 3)
-        JACOBI_TURN(a, v, 0, 3, 1, 2)
-        JACOBI_TURN(a, v, 1, 2, 0, 3)
-        JACOBI_TURN(a, v, 1, 3, 0, 2)
-        JACOBI_TURN(a, v, 2, 3, 0, 1)
-    }
-    vec4 q = v[0];
-    float best = a[0][0];
-    for (int i = 1; i < 4; ++i)
-        if (a[i][i] > best) {
-            best = a[i][i];
-            q = v[i];
-        }
-    q *= 1.0 / sqrt(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
-    const float w = q.x, x = q.y, y = q.z, z = q.w;
+    const float squares = dot(m[0], m[0]) + dot(m[1], m[1]) + dot(m[2], m[2]);
+    if (!(squares > 1e-30 && squares < 1e38)) return mat3(1.0);
+    const mat3 n = m * inversesqrt(squares);
+    const float kShift = 1.7320508;  // no eigenvalue is below -sqrt(3) |m|
+    const float xx = n[0].x, yy = n[1].y, zz = n[2].z;
+    const float wx = n[2].y - n[1].z, wy = n[0].z - n[2].x, wz = n[1].x - n[0].y;
+    const float xy = n[0].y + n[1].x, xz = n[0].z + n[2].x, yz = n[1].z + n[2].y;
+    const vec4 q = dominant_eigenvector(mat4(kShift + xx - yy - zz, xy, xz, wx,  //
+                                             xy, kShift + yy - xx - zz, yz, wy,  //
+                                             xz, yz, kShift + zz - xx - yy, wz,  //
+                                             wx, wy, wz, kShift + xx + yy + zz));
+    const float x = q.x, y = q.y, z = q.z, w = q.w;
     mat3 rotation;
     rotation[0] = vec3(1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y));
     rotation[1] = vec3(2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x));

@@ -33,8 +33,8 @@ shared uint bits[32];
 
 int score_at(int at, int stride) {
     int circle[16];
-    for (int i = 0; i < 16; ++i)
-        circle[i] = int(pyramid[at + kCircle[i].y * stride + kCircle[i].x]);
+    [[unroll]] for (int i = 0; i < 16; ++i) circle[i] =
+        int(pyramid[at + kCircle[i].y * stride + kCircle[i].x]);
     return corner_score(int(pyramid[at]), circle);
 }
 
@@ -75,7 +75,7 @@ int smoothed_at(int at, int stride, int x, int y) { return int(smoothed[at + y *
 
 uint test_bits(int at, int stride, int bin, uint first) {
     uint result = 0;
-    for (uint i = 0; i < 8; ++i) {
+    [[unroll]] for (uint i = 0; i < 8; ++i) {
         const int four = int(patterns[uint(bin * kTests) + first + i]);
         const int a =
             smoothed_at(at, stride, bitfieldExtract(four, 0, 8), bitfieldExtract(four, 8, 8));

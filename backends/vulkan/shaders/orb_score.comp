@@ -20,16 +20,16 @@ uvec3 usable_at(int at) { return uvec3(masks[at - 1], masks[at], masks[at + 1]);
 // Of the words of 7 rows.
 ivec4 score(uvec3 rows[kRows]) {
     ivec4 circle[16];
-    for (int i = 0; i < 16; ++i)
-        circle[i] = bytes_from(rows[kRadius + kCircle[i].y], 4 + kCircle[i].x);
+    [[unroll]] for (int i = 0; i < 16; ++i) circle[i] =
+        bytes_from(rows[kRadius + kCircle[i].y], 4 + kCircle[i].x);
     return corner_score(bytes_from(rows[kRadius], 4), circle);
 }
 // 0 for pixels with one in the 7 x 7 round them that is not usable.
 ivec4 usable(uvec3 rows[kRows]) {
     uvec3 column = rows[0];
-    for (int i = 1; i < kRows; ++i) column &= rows[i];
+    [[unroll]] for (int i = 1; i < kRows; ++i) column &= rows[i];
     ivec4 all = bytes_from(column, 1);
-    for (int first = 2; first <= 7; ++first) all &= bytes_from(column, first);
+    [[unroll]] for (int first = 2; first <= 7; ++first) all &= bytes_from(column, first);
     return all;
 }
 
@@ -47,7 +47,7 @@ void main() {
                           ivec4(lessThan(x, ivec4(level.width - kBorder)));
     uvec3 pixel_rows[kRows], usable_rows[kRows];  // from 3 above to 3 below the row in turn; the
                                                   // last is read in the loop
-    for (int i = 0; i < kRows - 1; ++i) {
+    [[unroll]] for (int i = 0; i < kRows - 1; ++i) {
         const int at = word_at(level, x_word, clamp(first - kRadius + i, 0, level.height - 1));
         pixel_rows[i] = pixels_at(at);
         if (kHasMask != 0) usable_rows[i] = usable_at(at);
@@ -63,7 +63,7 @@ void main() {
             if (kHasMask != 0) found *= ivec4(notEqual(usable(usable_rows), ivec4(0)));
         }
         scores[word_at(level, x_word, y)] = packed(found);
-        for (int i = 0; i < kRows - 1; ++i) {
+        [[unroll]] for (int i = 0; i < kRows - 1; ++i) {
             pixel_rows[i] = pixel_rows[i + 1];
             if (kHasMask != 0) usable_rows[i] = usable_rows[i + 1];
         }

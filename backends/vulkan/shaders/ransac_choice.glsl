@@ -4,12 +4,22 @@ layout(std430, set = 0, binding = 1) readonly buffer Hypotheses { RansacHypothes
 layout(std430, set = 0, binding = 2) readonly buffer From { vec4 from[]; };
 layout(std430, set = 0, binding = 3) readonly buffer To { vec4 to[]; };
 
-// The reference with the largest support, of equals the first; 0 without any.
-uint best_reference() {
-    uint best = 0;
-    for (uint k = 1; k < frame.references; ++k)
-        if (hypotheses[k].support > hypotheses[best].support) best = k;
-    return best;
+shared uint largest_support, first_of_largest;
+
+// The reference with the largest support, of equals the first; 0 without any. To be called by the
+// whole work group of `size`.
+uint best_reference(uint me, uint size) {
+    if (me == 0) largest_support = first_of_largest = 0;
+    barrier();
+    uint own = 0;
+    for (uint k = me; k < frame.references; k += size) own = max(own, hypotheses[k].support);
+    atomicMax(largest_support, own);
+    if (me == 0) first_of_largest = frame.references;
+    barrier();
+    for (uint k = me; k < frame.references; k += size)
+        if (hypotheses[k].support == largest_support) atomicMin(first_of_largest, k);
+    barrier();
+    return frame.references > 0 ? first_of_largest : 0;
 }
 
 // The support that a reference needs to be accepted.

@@ -18,7 +18,7 @@ shared vec3 translation;
 void main() {
     const uint me = gl_LocalInvocationIndex;
     const uint pairs = frame.pairs;
-    const uint best = best_reference();
+    const uint best = best_reference(me, kSize);
     const uint needed = needed_support(best);
     const bool accepted = frame.references > 0 && hypotheses[best].support >= needed;
 

@@ -1,4 +1,4 @@
-// What the shaders of stage rectify share.
+// What the shaders of stage rectify share. An invocation has four pixels of a row.
 #include "backends/stages/rectify.hpp"
 #include "rectify_push.h"
 layout(push_constant) uniform Push {
@@ -6,6 +6,7 @@ layout(push_constant) uniform Push {
     RectifyGiven given;
 };
 
-// Of a pixel's state.
-const int kCovered = 1, kSaturated = 2,
-          kNear = 4;  // kNear: a saturated pixel of its row lies within the radius
+// Of a pixel's state, a byte; those of four pixels share a word. Rows begin at words.
+const uint kCovered = 1, kSaturated = 2;
+
+int state_words() { return (push.width + 3) >> 2; }

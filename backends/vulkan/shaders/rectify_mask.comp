@@ -1,20 +1,58 @@
-// Stage rectify, section 3, along columns: the mask.
+// Stage rectify, section 3: the mask. An invocation has four rows of four pixels.
 #version 450
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_EXT_shader_8bit_storage : require
 #extension GL_GOOGLE_include_directive : require
 #include "rectify.glsl"
-layout(local_size_x = 32, local_size_y = 8) in;
+layout(local_size_x = 32, local_size_y = 4) in;
 
-layout(std430, set = 0, binding = 0) readonly buffer State { uint8_t state[]; };
+layout(std430, set = 0, binding = 0) readonly buffer State { uint state[]; };
 layout(std430, set = 0, binding = 1) writeonly buffer Mask { uint8_t mask[]; };
 
+const int kRows = 4;
+
+// The bytes of a word that lie within the radius of each of four pixels, the word being so many
+// words to the right of theirs.
+uvec4 reached(int words_away) {
+    uvec4 result;
+    [[unroll]] for (int k = 0; k < 4; ++k) {
+        const int first = max(k - push.highlight_radius - 4 * words_away, 0),
+                  last = min(k + push.highlight_radius - 4 * words_away, 3);
+        result[k] = first > last ? 0u : (~0u >> (8 * (3 - last + first))) << (8 * first);
+    }
+    return result;
+}
+
 void main() {
-    const int x = int(gl_GlobalInvocationID.x), y = int(gl_GlobalInvocationID.y);
-    if (x >= push.width || y >= push.height) return;
-    int seen = 0;
-    for (int v = max(y - push.highlight_radius, 0);
-         v <= min(y + push.highlight_radius, push.height - 1); ++v)
-        seen |= int(state[v * push.width + x]);
-    const bool usable = (int(state[y * push.width + x]) & kCovered) != 0 && (seen & kNear) == 0;
-    mask[y * push.stride + x] = uint8_t(usable ? 255 : 0);
+    const int x_word = int(gl_GlobalInvocationID.x), first = kRows * int(gl_GlobalInvocationID.y);
+    const int words = state_words(), radius = push.highlight_radius;
+    if (x_word >= words || first >= push.height) return;
+    uint own[kRows] = uint[](0, 0, 0, 0);
+    bvec4 near[kRows];  // a saturated pixel
+    [[unroll]] for (int j = 0; j < kRows; ++j) near[j] = bvec4(false);
+    const int words_away = (radius + 3) / 4;
+    for (int away = -words_away; away <= words_away; ++away) {
+        const bool exists = x_word + away >= 0 && x_word + away < words;
+        uint seen[kRows] = uint[](0, 0, 0, 0);  // of the rows within the radius
+        for (int v = -radius; v < kRows + radius; ++v) {
+            const int y = first + v;
+            const uint four =
+                exists && y >= 0 && y < push.height ? state[y * words + x_word + away] : 0u;
+            [[unroll]] for (int j = 0; j < kRows; ++j) {
+                if (abs(v - j) <= radius) seen[j] |= four;
+                if (away == 0 && v == j) own[j] = four;
+            }
+        }
+        const uvec4 reach = reached(away) & 0x01010101u * kSaturated;
+        [[unroll]] for (int j = 0; j < kRows; ++j) {
+            const bvec4 here = notEqual(reach & seen[j], uvec4(0));
+            near[j] = bvec4(near[j].x || here.x, near[j].y || here.y, near[j].z || here.z,
+                            near[j].w || here.w);
+        }
+    }
+    [[unroll]] for (int j = 0; j < kRows; ++j) [[unroll]] for (int k = 0; k < 4; ++k) {
+        if (first + j >= push.height || 4 * x_word + k >= push.width) continue;
+        const bool usable = (own[j] >> (8 * k) & kCovered) != 0 && !near[j][k];
+        mask[(first + j) * push.stride + 4 * x_word + k] = uint8_t(usable ? 255 : 0);
+    }
 }

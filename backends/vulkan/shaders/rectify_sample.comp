@@ -1,55 +1,87 @@
-// Stage rectify, sections 1 and 2: gray and sampling, one invocation per pixel of the result. Sets
-// kCovered and kSaturated of its state.
+// Stage rectify, sections 1 and 2: gray and sampling. Sets kCovered and kSaturated of the pixels'
+// states.
 #version 450
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_EXT_shader_8bit_storage : require
 #extension GL_GOOGLE_include_directive : require
 #include "rectify.glsl"
-layout(local_size_x = 32, local_size_y = 8) in;
+layout(local_size_x = 32, local_size_y = 4) in;
 
 layout(constant_id = 0) const uint kFormat = 1;
-layout(std430, set = 0, binding = 0) readonly buffer Source { uint8_t source[]; };
+layout(std430, set = 0, binding = 0) readonly buffer Source { uint source[]; };  // four bytes
 layout(std430, set = 0, binding = 1) readonly buffer Map { ivec2 map[]; };
 layout(std430, set = 0, binding = 2) readonly buffer Ignore { uint8_t ignore[]; };
 layout(std430, set = 0, binding = 3) writeonly buffer Gray { uint8_t gray[]; };
-layout(std430, set = 0, binding = 4) writeonly buffer State { uint8_t state[]; };
+layout(std430, set = 0, binding = 4) writeonly buffer State { uint state[]; };
 
-int source_gray(int x, int y) {
-    if (kFormat == 1) return int(source[y * push.source_stride + x]);
-    const int at = y * push.source_stride + x * (kFormat == 4 ? 4 : 3);
-    const int first = int(source[at]), green = int(source[at + 1]), third = int(source[at + 2]);
+const int kBytes = kFormat == 1 ? 1 : kFormat == 4 ? 4 : 3;  // of a pixel
+
+uint bytes_from(uint word, uint next, int byte) {
+    return (word >> (8 * byte)) | ((next << 1) << (31 - 8 * byte));
+}
+// The bytes of the image from `at` on: of four pixels, or of the first `pixels`.
+uvec4 load(int at, int pixels) {
+    const int first = at >> 2, words = (pixels * kBytes + 3) / 4;
+    uint next = source[first];
+    uvec4 bytes = uvec4(0);
+    [[unroll]] for (int i = 0; i < 4; ++i) if (i < words) {
+        const uint word = next;
+        next = source[first + i + 1];
+        bytes[i] = bytes_from(word, next, at & 3);
+    }
+    return bytes;
+}
+int byte_of(uvec4 bytes, int i) { return int((bytes[i >> 2] >> (8 * (i & 3))) & 255u); }
+int gray_of(uvec4 bytes, int pixel) {
+    const int at = pixel * kBytes;
+    if (kFormat == 1) return byte_of(bytes, at);
+    const int first = byte_of(bytes, at), green = byte_of(bytes, at + 1),
+              third = byte_of(bytes, at + 2);
     const int red = kFormat == 3 ? first : third, blue = kFormat == 3 ? third : first;
     return (77 * red + 150 * green + 29 * blue + 128) >> 8;
 }
 
 bool ignored(int x, int y) { return int(ignore[y * push.source_width + x]) != 0; }
 
-void main() {
-    const int x = int(gl_GlobalInvocationID.x), y = int(gl_GlobalInvocationID.y);
-    if (x >= push.width || y >= push.height) return;
-    const ivec2 from = given.map != 0 ? map[y * push.width + x] : ivec2(x, y) * kMapOne;
+// The pixel at x, y of the map: its gray, and its state.
+void sample_mapped(int x, int y, out int value, out uint found) {
+    const ivec2 from = map[y * push.width + x];
     const ivec2 last = ivec2(push.source_width, push.source_height) - 1;
-    int value = 0, found = 0;
-    if (from.x >= 0 && from.y >= 0 && from.x <= last.x * kMapOne && from.y <= last.y * kMapOne) {
-        const int i = from.x >> 7, j = from.y >> 7;
-        const int a = from.x & (kMapOne - 1), b = from.y & (kMapOne - 1);
-        const int right = min(i + 1, last.x), below = min(j + 1, last.y);
+    value = 0;
+    found = 0;
+    if (from.x < 0 || from.y < 0 || from.x > last.x * kMapOne || from.y > last.y * kMapOne) return;
+    // In the last column and row the weights of what would lie beyond are 0.
+    const ivec2 at = from >> 7, beyond = from & (kMapOne - 1), next = min(at + 1, last);
+    const uvec4 above = load(at.y * push.source_stride + at.x * kBytes, 2),
+                below = load(next.y * push.source_stride + at.x * kBytes, 2);
+    const int top = (kMapOne - beyond.x) * gray_of(above, 0) + beyond.x * gray_of(above, 1);
+    const int bottom = (kMapOne - beyond.x) * gray_of(below, 0) + beyond.x * gray_of(below, 1);
+    value = ((kMapOne - beyond.y) * top + beyond.y * bottom + 8192) >> 14;
+    const bool covered = given.ignore == 0 || !(ignored(at.x, at.y) || ignored(next.x, at.y) ||
+                                                ignored(at.x, next.y) || ignored(next.x, next.y));
+    found = (covered ? kCovered : 0) | (value >= push.saturation ? kSaturated : 0);
+}
+
+void main() {
+    const int x_word = int(gl_GlobalInvocationID.x), x = 4 * x_word,
+              y = int(gl_GlobalInvocationID.y);
+    if (x >= push.width || y >= push.height) return;
+    uvec4 bytes = uvec4(0);
+    if (given.map == 0) bytes = load(y * push.source_stride + x * kBytes, 4);
+    uint states = 0;
+    [[unroll]] for (int k = 0; k < 4; ++k) {
+        if (x + k >= push.width) continue;
+        int value;
+        uint found;
         if (given.map != 0) {
-            const int top = (kMapOne - a) * source_gray(i, j) + a * source_gray(right, j);
-            const int bottom =
-                (kMapOne - a) * source_gray(i, below) + a * source_gray(right, below);
-            value = ((kMapOne - b) * top + b * bottom + 8192) >> 14;
+            sample_mapped(x + k, y, value, found);
         } else {
-            value = source_gray(i, j);
+            value = gray_of(bytes, k);
+            const bool covered = given.ignore == 0 || !ignored(x + k, y);
+            found = (covered ? kCovered : 0) | (value >= push.saturation ? kSaturated : 0);
         }
-        bool covered = true;
-        if (given.ignore != 0) {
-            covered = !ignored(i, j);
-            if (given.map != 0)
-                covered =
-                    covered && !ignored(right, j) && !ignored(i, below) && !ignored(right, below);
-        }
-        found = (covered ? kCovered : 0) | (value >= push.saturation ? kSaturated : 0);
+        gray[y * push.stride + x + k] = uint8_t(value);
+        states |= found << (8 * k);
     }
-    gray[y * push.stride + x] = uint8_t(value);
-    state[y * push.width + x] = uint8_t(found);
+    state[y * state_words() + x_word] = states;
 }

@@ -1,6 +1,7 @@
 // Stage stereo, sections 1 and 2: one image inpainted and halved, with its mask. A work group per
 // tile of 32 x 32 pixels.
 #version 450
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_EXT_shader_8bit_storage : require
 #extension GL_EXT_shader_16bit_storage : require
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require

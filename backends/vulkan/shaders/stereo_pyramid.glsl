@@ -2,7 +2,7 @@
 // Without any disparity all of them stay as they are: the mean of DEFREC_DISPARITY_NONE is itself.
 #include "backends/stages/stereo.hpp"
 #include "stereo_push.h"
-layout(std430, set = 0, binding = 0) coherent buffer Pyramid { int16_t pyramid[]; };
+layout(std430, set = 0, binding = 0) buffer Pyramid { int16_t pyramid[]; };
 layout(push_constant) uniform Push { PyramidLevel push; };
 
 struct Level {
@@ -22,26 +22,27 @@ int value(Level level, int x, int y) {
                        clamp(x, 0, level.width - 1)]);
 }
 
-void make_coarser(Level fine, Level coarse, int x, int y) {
+// Of four pixels, of which some are missing. Disparities are not negative.
+int mean_of(int a, int b, int c, int d) {
+    const ivec4 four = ivec4(a, b, c, d);
     int sum = 0, n = 0;
     for (int k = 0; k < 4; ++k) {
-        const int u = 2 * x + (k & 1), v = 2 * y + (k >> 1);
-        const int disparity = u < fine.width && v < fine.height ? value(fine, u, v) : kNoDisparity;
-        if (disparity == kNoDisparity) continue;
-        sum += disparity;
-        ++n;
+        sum += four[k] == kNoDisparity ? 0 : four[k];
+        n += four[k] == kNoDisparity ? 0 : 1;
     }
-    // Disparities are not negative.
-    pyramid[coarse.offset + y * coarse.width + x] =
-        int16_t(n == 0 ? kNoDisparity : (2 * sum + n) / (2 * n));
+    return n == 0 ? kNoDisparity : (2 * sum + n) / (2 * n);
 }
 
-void fill_hole(Level fine, Level coarse, int x, int y) {
-    const int i = fine.offset + y * fine.width + x;
-    if (int(pyramid[i]) != kNoDisparity) return;
-    const int u = x >> 1, v = y >> 1, u2 = (x & 1) == 0 ? u - 1 : u + 1,
-              v2 = (y & 1) == 0 ? v - 1 : v + 1;
-    const int sum = 9 * value(coarse, u, v) + 3 * value(coarse, u2, v) + 3 * value(coarse, u, v2) +
-                    value(coarse, u2, v2);
-    pyramid[i] = int16_t((sum + 8) >> 4);
+// A pixel of the field that is coarser than `fine`.
+int coarser_value(Level fine, int x, int y) {
+    const int u = 2 * x, v = 2 * y;
+    const bool right = u + 1 < fine.width, below = v + 1 < fine.height;
+    return mean_of(value(fine, u, v), right ? value(fine, u + 1, v) : kNoDisparity,
+                   below ? value(fine, u, v + 1) : kNoDisparity,
+                   right && below ? value(fine, u + 1, v + 1) : kNoDisparity);
+}
+
+// A hole from the pixel of the coarser field that it lies in and that one's nearest neighbours.
+int filled(int near, int beside, int above, int across) {
+    return (9 * near + 3 * beside + 3 * above + across + 8) >> 4;
 }

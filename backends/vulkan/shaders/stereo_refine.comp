@@ -3,6 +3,7 @@
 // and then for the left image and each k sums along the columns of the windows and adds these up
 // for 8 pixels of a row each.
 #version 450
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_EXT_shader_8bit_storage : require
 #extension GL_EXT_shader_16bit_storage : require
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
@@ -32,7 +33,14 @@ const int kRun = 8, kQuads = kRun / 4;  // pixels of an invocation, in vectors o
 const int kReach = kRun + 2 * kRadius;  // and with their windows
 
 shared ivec2 cells[kSide][kSide];  // L, and W_-1, W_0, W_1 in 9 bits each; 0 outside the image
-shared int columns[3][kTile][kSide + 1];
+// Sums along the columns: of I I, 22 bits, and the lower 10 bits of that of I; of L I, 21 bits, and
+// the upper bits of that of I.
+shared uvec2 columns[kTile][kSide + 1];
+
+uvec2 packed_sums(ivec3 sums) { return uvec2(sums.y | sums.x << 22, sums.z | sums.x >> 10 << 21); }
+ivec3 unpacked_sums(uvec2 two) {
+    return ivec3(two.x >> 22 | two.y >> 21 << 10, two.x & 0x3fffffu, two.y & 0x1fffffu);
+}
 
 ivec2 size() {
     return kHalf ? ivec2(push.half_width, push.half_height) : ivec2(push.width, push.height);
@@ -68,34 +76,36 @@ void sum_columns(int image) {
     for (int i = int(gl_LocalInvocationIndex); i < kSide * (kTile / kRun); i += kInvocations) {
         const int column = i % kSide, first = i / kSide * kRun;
         int gray[kReach], value[kReach];
-        for (int v = 0; v < kReach; ++v) {
+        [[unroll]] for (int v = 0; v < kReach; ++v) {
             const ivec2 cell = cells[first + v][column];
             gray[v] = cell.x;
             value[v] = value_of(cell, image);
         }
         ivec3 sums = ivec3(0);
-        for (int v = 0; v < 2 * kRadius; ++v) sums += ivec3(1, value[v], gray[v]) * value[v];
-        for (int v = 0; v < kRun; ++v) {
+        [[unroll]] for (int v = 0; v < 2 * kRadius; ++v) sums +=
+            ivec3(1, value[v], gray[v]) * value[v];
+        [[unroll]] for (int v = 0; v < kRun; ++v) {
             sums +=
                 ivec3(1, value[v + 2 * kRadius], gray[v + 2 * kRadius]) * value[v + 2 * kRadius];
-            columns[0][first + v][column] = sums.x;
-            columns[1][first + v][column] = sums.y;
-            columns[2][first + v][column] = sums.z;
+            columns[first + v][column] = packed_sums(sums);
             sums -= ivec3(1, value[v], gray[v]) * value[v];
         }
     }
 }
 
-void sum_windows(int sum_of, out ivec4 sums[kQuads]) {
+// Of I, I I and L I, over the windows of the invocation's pixels.
+void sum_windows(out ivec4 values[kQuads], out ivec4 squares[kQuads], out ivec4 products[kQuads]) {
     const int y = int(gl_LocalInvocationID.x), x = kRun * int(gl_LocalInvocationID.y);
-    int line[kReach];
-    for (int u = 0; u < kReach; ++u) line[u] = columns[sum_of][y][x + u];
-    int sum = 0;
-    for (int u = 0; u < 2 * kRadius; ++u) sum += line[u];
-    for (int m = 0; m < kRun; ++m) {
-        sum += line[m + 2 * kRadius];
-        sums[m / 4][m % 4] = sum;
-        sum -= line[m];
+    uvec2 line[kReach];
+    [[unroll]] for (int u = 0; u < kReach; ++u) line[u] = columns[y][x + u];
+    ivec3 sums = ivec3(0);
+    [[unroll]] for (int u = 0; u < 2 * kRadius; ++u) sums += unpacked_sums(line[u]);
+    [[unroll]] for (int m = 0; m < kRun; ++m) {
+        sums += unpacked_sums(line[m + 2 * kRadius]);
+        values[m / 4][m % 4] = sums.x;
+        squares[m / 4][m % 4] = sums.y;
+        products[m / 4][m % 4] = sums.z;
+        sums -= unpacked_sums(line[m]);
     }
 }
 
@@ -157,10 +167,8 @@ void main() {
         barrier();
         if (scores) {
             ivec4 sum[kQuads], squares[kQuads], products[kQuads];
-            sum_windows(0, sum);
-            sum_windows(1, squares);
-            sum_windows(2, products);
-            for (int v = 0; v < kQuads; ++v) {
+            sum_windows(sum, squares, products);
+            [[unroll]] for (int v = 0; v < kQuads; ++v) {
                 if (image == 0) {
                     const ivec4 x = first.x + 4 * v + ivec4(0, 1, 2, 3);
                     n[v] =
@@ -171,7 +179,7 @@ void main() {
                 if (image == 0) {
                     left_sum[v] = sum[v];
                     left_root[v] = root * 1048576.0;
-                    if (!kHalf)
+                    if (!kHalf) [[unroll]]
                         for (int m = 0; m < 4; ++m)
                             textured |= has_texture(variance[m], n[v][m]) ? 1 << (4 * v + m) : 0;
                 } else {
@@ -187,19 +195,18 @@ void main() {
         barrier();
     }
 
-    if (scores)
+    if (scores) [[unroll]]
         for (int m = 0; m < kRun; ++m) {
-            columns[0][place.y][place.x + m] = 2 * z[0][m / 4][m % 4] + ((textured >> m) & 1);
-            columns[1][place.y][place.x + m] = z[1][m / 4][m % 4];
-            columns[2][place.y][place.x + m] = z[2][m / 4][m % 4];
+            cells[place.y][place.x + m] =
+                ivec2(2 * z[0][m / 4][m % 4] + ((textured >> m) & 1), z[1][m / 4][m % 4]);
+            columns[place.y][place.x + m].x = z[2][m / 4][m % 4];
         }
     barrier();
     for (int i = int(gl_LocalInvocationIndex); i < kTile * kTile; i += kInvocations) {
         const int row = i / kTile, column = i % kTile;
         const ivec2 at = tile + ivec2(column, row);
         if (at.x >= size().x || at.y >= size().y) continue;
-        const ivec3 three =
-            ivec3(columns[0][row][column], columns[1][row][column], columns[2][row][column]);
+        const ivec3 three = ivec3(cells[row][column], columns[row][column].x);
         const int guess = int(hypothesis[at.y * size().x + at.x]);
         const Pixel pixel = refine(guess, ivec3(three.x >> 1, three.yz));
         if (kHalf)

@@ -4,6 +4,7 @@
 // them. The right pixels that these 8 meet move on by one from disparity to disparity, and so do
 // their best keys.
 #version 450
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_EXT_shader_8bit_storage : require
 #extension GL_EXT_shader_16bit_storage : require
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
@@ -47,12 +48,12 @@ void sum_columns(int group) {
                   d = push.first + group * kGroup + k;
         ivec4 inside[kKept];  // products of the rows that are in the window, the oldest first
         int sum = 0;
-        for (int q = 0; q < kKept; ++q) {
+        [[unroll]] for (int q = 0; q < kKept; ++q) {
             inside[q] = products(q0 + q, x, d);
             sum += inside[q].x + inside[q].y;
             if (!kOdd || q < kKept - 1) sum += inside[q].z + inside[q].w;
         }
-        for (int q = 0; q < kTile / 4; ++q) {
+        [[unroll]] for (int q = 0; q < kTile / 4; ++q) {
             const ivec4 next = products(q0 + kKept + q, x, d), leaving = inside[0];
             const ivec4 entering = kOdd ? ivec4(inside[kKept - 1].zw, next.xy) : next;
             ivec4 sums;
@@ -62,7 +63,7 @@ void sum_columns(int group) {
             sums.w = sums.z - leaving.z + entering.w;
             columns[k][column][q] = sums;
             sum = sums.w - leaving.w;
-            for (int t = 0; t < kKept - 1; ++t) inside[t] = inside[t + 1];
+            [[unroll]] for (int t = 0; t < kKept - 1; ++t) inside[t] = inside[t + 1];
             inside[kKept - 1] = next;
         }
     }
@@ -72,10 +73,11 @@ void sum_columns(int group) {
 void sum_windows(int k, out ivec4 sums[kQuads]) {
     const int y = int(gl_LocalInvocationID.x), x = kRun * int(gl_LocalInvocationID.y);
     int line[kRun + 2 * kRadius];
-    for (int u = 0; u < kRun + 2 * kRadius; ++u) line[u] = columns[k][x + u][y / 4][y % 4];
+    [[unroll]] for (int u = 0; u < kRun + 2 * kRadius; ++u) line[u] =
+        columns[k][x + u][y / 4][y % 4];
     int sum = 0;
-    for (int u = 0; u < 2 * kRadius; ++u) sum += line[u];
-    for (int m = 0; m < kRun; ++m) {
+    [[unroll]] for (int u = 0; u < 2 * kRadius; ++u) sum += line[u];
+    [[unroll]] for (int m = 0; m < kRun; ++m) {
         sum += line[m + 2 * kRadius];
         sums[m / 4][m % 4] = sum;
         sum -= line[m];
@@ -115,8 +117,8 @@ void main() {
     ivec4 winner[kQuads], second[kQuads];
     ivec4 best[kQuads], last_best[kQuads],
         before[kQuads];  // keys of this group, the last one, and all before that
-    for (int v = 0; v < kQuads; ++v) {
-        for (int m = 0; m < 4; ++m) {
+    [[unroll]] for (int v = 0; v < kQuads; ++v) {
+        [[unroll]] for (int m = 0; m < 4; ++m) {
             const int x = first.x + 4 * v + m;
             const vec2 left = x < push.half_width && y < push.half_height
                                   ? left_statistics[y * push.half_width + x]
@@ -134,7 +136,7 @@ void main() {
         sum_columns(group);
         barrier();
         if (scores) {
-            for (int v = 0; v < kQuads; ++v) best[v] = ivec4(0);
+            [[unroll]] for (int v = 0; v < kQuads; ++v) best[v] = ivec4(0);
             for (int k = 0; k < kGroup; ++k) {
                 const int index = group * kGroup + k, d = push.first + index;
                 if (index >= push.count) break;
@@ -143,7 +145,7 @@ void main() {
                 int right_key = 0;
                 ivec4 sums[kQuads];
                 sum_windows(k, sums);
-                for (int v = 0; v < kQuads; ++v) {
+                [[unroll]] for (int v = 0; v < kQuads; ++v) {
                     const vec2 leaving = vec2(right_sum[v].w, right_root[v].w);
                     const int leaving_key = right_best[v].w;
                     right_sum[v] = vec4(right.x, right_sum[v].xyz);
@@ -157,7 +159,7 @@ void main() {
                     right_best[v] = max(right_best[v], key);
                 }
             }
-            for (int v = 0; v < kQuads; ++v) {
+            [[unroll]] for (int v = 0; v < kQuads; ++v) {
                 const bvec4 wins = greaterThan(best[v], winner[v]);
                 const bvec4 apart = greaterThan(group - ((winner[v] & 255) >> 2), ivec4(1));
                 second[v] = mix(mix(second[v], max(second[v], best[v]), apart), before[v], wins);
@@ -171,12 +173,11 @@ void main() {
 
     if (!scores || y >= push.half_height) return;
     const int last = push.first + push.count - 1;
-    for (int v = 0; v < kQuads; ++v)
-        for (int m = 0; m < 4; ++m) {
-            const int x = first.x + 4 * v + m;
-            offer_right(x - last, y, right_best[v][m]);
-            if (x >= push.half_width) continue;
-            left_keys[y * push.half_width + x] = winner[v][m];
-            seconds[y * push.half_width + x] = second[v][m];
-        }
+    [[unroll]] for (int v = 0; v < kQuads; ++v) [[unroll]] for (int m = 0; m < 4; ++m) {
+        const int x = first.x + 4 * v + m;
+        offer_right(x - last, y, right_best[v][m]);
+        if (x >= push.half_width) continue;
+        left_keys[y * push.half_width + x] = winner[v][m];
+        seconds[y * push.half_width + x] = second[v][m];
+    }
 }

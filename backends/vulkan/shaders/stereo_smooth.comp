@@ -1,6 +1,7 @@
 // Stage stereo, smoothing of section 6: along rows, then along columns. A work group per tile of 32
 // x 32 pixels.
 #version 450
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_EXT_shader_16bit_storage : require
 #extension GL_GOOGLE_include_directive : require
 #include "backends/stages/stereo.hpp"
@@ -22,10 +23,10 @@ shared int cells[kSide][kSide + 1];
 shared int rows[kSide][kTile + 1];
 
 void smooth_run(int line[kReach], out int result[kRun]) {
-    for (int i = 0; i < kRun; ++i) {
+    [[unroll]] for (int i = 0; i < kRun; ++i) {
         const int centre = line[i + kRadius];
         int sum = 0, n = 0;
-        for (int u = 0; u <= 2 * kRadius; ++u) {
+        [[unroll]] for (int u = 0; u <= 2 * kRadius; ++u) {
             const int difference = line[i + u] - centre;
             // A missing one differs from every disparity by more than the range.
             const bool near = abs(difference) <= kRange;
@@ -49,16 +50,16 @@ void main() {
     int line[kReach], smoothed[kRun];
     for (int i = me; i < kSide * (kTile / kRun); i += kInvocations) {
         const int row = i % kSide, column = i / kSide * kRun;
-        for (int u = 0; u < kReach; ++u) line[u] = cells[row][column + u];
+        [[unroll]] for (int u = 0; u < kReach; ++u) line[u] = cells[row][column + u];
         smooth_run(line, smoothed);
-        for (int u = 0; u < kRun; ++u) rows[row][column + u] = smoothed[u];
+        [[unroll]] for (int u = 0; u < kRun; ++u) rows[row][column + u] = smoothed[u];
     }
     barrier();
     const int x = tile.x + int(gl_LocalInvocationID.x), first = kRun * int(gl_LocalInvocationID.y);
     if (first >= kTile || x >= push.width) return;
-    for (int v = 0; v < kReach; ++v) line[v] = rows[first + v][gl_LocalInvocationID.x];
+    [[unroll]] for (int v = 0; v < kReach; ++v) line[v] = rows[first + v][gl_LocalInvocationID.x];
     smooth_run(line, smoothed);
-    for (int v = 0; v < kRun; ++v) {
+    [[unroll]] for (int v = 0; v < kRun; ++v) {
         const int y = tile.y + first + v;
         if (y < push.height) to[y * push.to_stride + x] = int16_t(smoothed[v]);
     }

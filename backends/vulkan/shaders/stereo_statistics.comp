@@ -1,6 +1,7 @@
 // Stage stereo, section 3: what a score needs to know of each window of a half image. Of the left
 // image also the first checks of section 4; for the right one the winners' keys are cleared.
 #version 450
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_EXT_shader_8bit_storage : require
 #extension GL_EXT_shader_16bit_storage : require
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require

@@ -14,8 +14,8 @@ shared int row_sums[kSide][kTile + 1];
 // The windows along a line of kReach numbers.
 void sum_run(int line[kReach], out int sums[kRun]) {
     int sum = 0;
-    for (int i = 0; i < 2 * kRadius; ++i) sum += line[i];
-    for (int i = 0; i < kRun; ++i) {
+    [[unroll]] for (int i = 0; i < 2 * kRadius; ++i) sum += line[i];
+    [[unroll]] for (int i = 0; i < kRun; ++i) {
         sum += line[i + 2 * kRadius];
         sums[i] = sum;
         sum -= line[i];
@@ -32,13 +32,13 @@ void sum_windows(out int sums[kRun]) {
     int line[kReach];
     for (int i = me; i < kSide * (kTile / kRun); i += kInvocations) {
         const int row = i % kSide, column = i / kSide * kRun;
-        for (int u = 0; u < kReach; ++u) line[u] = cells[row][column + u];
+        [[unroll]] for (int u = 0; u < kReach; ++u) line[u] = cells[row][column + u];
         sum_run(line, sums);
-        for (int u = 0; u < kRun; ++u) row_sums[row][column + u] = sums[u];
+        [[unroll]] for (int u = 0; u < kRun; ++u) row_sums[row][column + u] = sums[u];
     }
     barrier();
     const int x = int(gl_LocalInvocationID.x), y = kRun * int(gl_LocalInvocationID.y);
-    for (int v = 0; v < kReach; ++v) line[v] = row_sums[y + v][x];
+    [[unroll]] for (int v = 0; v < kReach; ++v) line[v] = row_sums[y + v][x];
     sum_run(line, sums);
 }
 
