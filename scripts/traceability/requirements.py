@@ -60,7 +60,7 @@ REQUIREMENTS = (
             ("sdk/api/tracker_test.cpp", "rows 16 to 24: bad frames are refused with the reason, and the queue stays as it was"),
         )),
         ("B2", "memory that runs out ends the call, not the application", "errors.md", (
-            ("sdk/api/memory_test.cpp", "row 50: memory runs out while a tracker is made"),
+            ("sdk/api/memory_test.cpp", "row 50: memory runs out anywhere from context to template file, on every backend"),
         )),
         ("B3", "no call waits longer for a plugin than the deadline", "errors.md", (
             ("sdk/tracking/plugin_faults_test.cpp", "rows 38 and 79: a frame whose device does not answer fails, and the device is quarantined"),

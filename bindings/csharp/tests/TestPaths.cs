@@ -17,8 +17,8 @@ namespace Defrec.Tests
         internal static string AsynchronousPlugin { get { return Get("DEFREC_TEST_ASYNCHRONOUS_PLUGIN"); } }
         /// <summary>Folder of the plugin with several devices, one of them broken.</summary>
         internal static string SeveralDevicesPlugin { get { return Get("DEFREC_TEST_SEVERAL_DEVICES_PLUGIN"); } }
-        /// <summary>Manifest of the plugin "cpu".</summary>
-        internal static string CpuPlugin { get { return Get("DEFREC_TEST_CPU_PLUGIN"); } }
+        /// <summary>Folder of the plugins beside the library.</summary>
+        internal static string Plugins { get { return Get("DEFREC_TEST_PLUGINS"); } }
         /// <summary>Where tests may write.</summary>
         internal static string Scratch
         {
