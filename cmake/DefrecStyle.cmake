@@ -11,7 +11,7 @@ if(DEFREC_BUILD_TESTS AND NOT CMAKE_CROSSCOMPILING)
     add_test(NAME style/tidy COMMAND "${DEFREC_SYSTEM_PYTHON}"
       "${CMAKE_SOURCE_DIR}/scripts/tidy.py" --build "${CMAKE_BINARY_DIR}")
     cmake_host_system_information(RESULT cores QUERY NUMBER_OF_LOGICAL_CORES)
-    set_tests_properties(style/tidy PROPERTIES PROCESSORS ${cores} TIMEOUT 3600)
+    set_tests_properties(style/tidy PROPERTIES PROCESSORS ${cores} COST ${DEFREC_COST_FIRST} TIMEOUT 3600)
     list(APPEND styles style/tidy)
   endif()
   set_tests_properties(${styles} PROPERTIES LABELS style SKIP_RETURN_CODE 77)

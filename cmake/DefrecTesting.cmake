@@ -40,6 +40,11 @@ if(DEFREC_BUILD_TESTS)
   endif()
 endif()
 
+# COST of tests: ctest starts them in descending order of it, and takes the seconds of earlier runs where it is not set. Before a test that
+# needs several processors some would lie idle until enough of them are, and beside a long one that comes late those that have no more to do.
+set(DEFREC_COST_FIRST 1000)
+set(DEFREC_COST_LONG 20)
+
 function(defrec_add_tests target)
   if(NOT DEFREC_BUILD_TESTS)
     return()

@@ -358,8 +358,8 @@ TEST_CASE("highlights wander over the tissue, the more the glossier it is") {
 }
 
 TEST_CASE("defocus grows with the distance from the focus, which moves") {
-    const auto rendered = [](const Settings& settings) {
-        return Written("defocus", 480, 270, 10, false, 1, 2, settings);
+    const auto rendered = [](const Settings& settings, int frames = 10) {
+        return Written("defocus", 480, 270, frames, false, 1, 2, settings);
     };
     const Written sharp = rendered({{"aperture", 0}}), moving = rendered({{"aperture", 6}});
     // The focus is in the middle of the tissue in frame 0 and farthest from it in frame 9.
@@ -367,7 +367,7 @@ TEST_CASE("defocus grows with the distance from the focus, which moves") {
     CHECK(detail(moving, 9) < 0.65 * detail(sharp, 9));
     CHECK(median(displacements(sharp, moving, "right", 9)) < 0.2);
 
-    const Written near = rendered({{"aperture", 6}, {"focus", -8}, {"breathing", 0}});
+    const Written near = rendered({{"aperture", 6}, {"focus", -8}, {"breathing", 0}}, 1);
     std::vector<double> depth;
     for (const TruthRow& row : near.truth[0]) {
         depth.push_back(row.point.z);

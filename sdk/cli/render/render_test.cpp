@@ -46,14 +46,20 @@ namespace {
 constexpr int kSharedFrames = 24;
 
 /// The first frames of a scene, rendered once in this program.
-const Written& shared(const std::string& scene, bool depth = false) {
+const Written& shared(const std::string& scene, int width, int height, int frames,
+                      bool depth = false) {
     static std::map<std::string, std::unique_ptr<const Written>> known;
     auto& kept = known[scene];
-    if (kept == nullptr) {
-        kept = std::make_unique<const Written>(scene, 384, 216, kSharedFrames, depth);
-    }
+    if (kept == nullptr)
+        kept = std::make_unique<const Written>(scene, width, height, frames, depth);
     return *kept;
 }
+const Written& shared(const std::string& scene, bool depth = false) {
+    return shared(scene, 320, 180, kSharedFrames, depth);
+}
+const Written& heartbeat() { return shared("heartbeat", 480, 270, 3); }
+const Written& respiration() { return shared("respiration", 480, 270, 4); }
+const Written& lobes() { return shared("lobes", 384, 216, 10); }
 
 /// Matches every visible point of `frame` between the rectified views; the truth says where it
 /// ought to be.
@@ -155,27 +161,25 @@ TEST_CASE(
 }
 
 TEST_CASE("both views show the tissue where the truth has it, f*B/Z apart") {
-    SUBCASE("rectified") { check_views(Written("heartbeat", 480, 270, 1), 0); }
-    SUBCASE("raw, later, from a moved camera") {
-        check_views(Written("respiration", 480, 270, 4), 3);
-    }
+    SUBCASE("rectified") { check_views(heartbeat(), 0); }
+    SUBCASE("raw, later, from a moved camera") { check_views(respiration(), 3); }
     SUBCASE("5:4") { check_views(Written("stretch", 360, 288, 1), 0); }
     SUBCASE("grasped") { check_views(shared("grasp"), 22); }
     SUBCASE("beside an open cut") { check_views(shared("cut", true), 23); }
-    SUBCASE("lobes") { check_views(Written("lobes", 384, 216, 4), 3); }
+    SUBCASE("lobes") { check_views(lobes(), 3); }
     SUBCASE("near and turned") { check_views(shared("approach"), 23); }
     SUBCASE("pinched") { check_views(shared("pinch"), 19); }
 }
 
 TEST_CASE("the pictures move as the truth says") {
-    SUBCASE("heartbeat") { check_follows(Written("heartbeat", 480, 270, 3), 2); }
-    SUBCASE("respiration, raw") { check_follows(Written("respiration", 480, 270, 3), 2); }
+    SUBCASE("heartbeat") { check_follows(heartbeat(), 2); }
+    SUBCASE("respiration, raw") { check_follows(respiration(), 2); }
     SUBCASE("stretch") { check_follows(Written("stretch", 480, 270, 6), 5); }
     SUBCASE("grasp") { check_follows(shared("grasp"), 11); }
     SUBCASE("two instruments") { check_follows(shared("two-instruments"), 9); }
     SUBCASE("approach") { check_follows(shared("approach"), 10); }
     SUBCASE("cut") { check_follows(shared("cut", true), 23); }
-    SUBCASE("lobes") { check_follows(Written("lobes", 384, 216, 8), 7); }
+    SUBCASE("lobes") { check_follows(lobes(), 7); }
     SUBCASE("roll") { check_follows(Written("roll", 384, 216, 8), 7); }
     SUBCASE("slide") { check_follows(Written("slide", 384, 216, 15), 14); }
     SUBCASE("pinch") { check_follows(shared("pinch"), 11); }
@@ -263,7 +267,7 @@ TEST_CASE("pinch draws tissue together under the tip and presses it in") {
 }
 
 TEST_CASE("lobes slide on each other by 5 mm, a step of 8 mm apart, each as one") {
-    const Written w("lobes", 384, 216, 10);
+    const Written& w = lobes();
     const auto &first = w.truth[0], &last = w.truth[9];
     int neighbours = 0, parted = 0;
     double highest = 0;

@@ -7,6 +7,7 @@ ccache knows. Leaves the package in WORK/package.
 """
 import fnmatch
 import importlib.util
+import os
 import pathlib
 import re
 import shutil
@@ -150,7 +151,8 @@ def check_headers(recipe, exported):
     """Whether all that the build has read of the repository is exported."""
     deps = subprocess.run(["ninja", "-C", recipe.build_folder, "-t", "deps"], check=True, stdout=subprocess.PIPE, text=True).stdout
     root, build = pathlib.Path(recipe.source_folder), pathlib.Path(recipe.build_folder)
-    paths = {pathlib.Path(line.strip()) for line in deps.split("\n") if line.startswith("    ")}
+    # A compiler cache may have made them relative to the build folder.
+    paths = {pathlib.Path(os.path.normpath(build / line.strip())) for line in deps.split("\n") if line.startswith("    ")}
     read = {path.relative_to(root) for path in paths if path.is_relative_to(root) and not path.is_relative_to(build)}
     missing = sorted(str(path) for path in read if not (exported / path).exists())
     assert len(read) > 100 and not missing, f"of {len(read)} files that are read the recipe does not export {missing}"
