@@ -153,11 +153,18 @@ defrec_status defrec_tracker_submit(defrec_tracker tracker, const defrec_frame* 
         FrameInput input = read_frame(frame, *object->tracker);
         // The handle first: once the frame is queued nothing may fail any more.
         const auto job = make_object<defrec_job>();
+        // Who guesses the handle waits until there is something behind it.
+        const std::unique_lock filling(job->in_use);
         const defrec_job handle = add_handle<defrec_job>(job);
         try {
             job->job = object->tracker->submit(std::move(input));
         } catch (...) {
-            remove_handle(handle);
+            job->released = true;
+            try {
+                remove_handle(handle);
+            } catch (const Error&) {
+                // Who guessed it has released it.
+            }
             throw;
         }
         *out = handle;
@@ -177,6 +184,7 @@ void defrec_job_release(defrec_job job) {
     api_call([&] {
         const auto object = remove_handle(job);
         const std::unique_lock lock(object->in_use);
+        if (object->released) return;  // it was never submitted
         object->released = true;
         object->job->release();
         // Without its tracker it holds the last of the device's memory.

@@ -16,6 +16,15 @@ std::string describe(const std::filesystem::path& path, const std::string& what,
     return text.append("; check the folder's permissions and the space on its disk");
 }
 
+// Its first so many code units, or fewer, so that no character is cut in two.
+std::filesystem::path shortened(const std::filesystem::path& name, size_t units) {
+    std::u8string text = name.u8string();
+    if (text.size() <= units) return name;
+    while (units > 0 && (text[units] & 0xC0) == 0x80) --units;
+    text.resize(units);
+    return text;
+}
+
 }  // namespace
 
 FileError::FileError(const std::filesystem::path& path, const std::string& what, int error)
@@ -24,8 +33,11 @@ FileError::FileError(const std::filesystem::path& path, const std::string& what,
 AtomicFile::AtomicFile(const std::filesystem::path& path)
     : path_(path), file_(nullptr, &std::fclose) {
     constexpr int kMaxNames = 1000;
+    // A name has at most 255 bytes in most file systems.
+    constexpr size_t kMaxStem = 200;
+    const std::filesystem::path stem = shortened(path_.stem(), kMaxStem);
     for (int i = 0; i < kMaxNames && file_ == nullptr; ++i) {
-        temporary_ = path_.parent_path() / path_.stem();
+        temporary_ = path_.parent_path() / stem;
         temporary_ += ".";
         temporary_ += std::to_string(i);
         temporary_ += ".partial";

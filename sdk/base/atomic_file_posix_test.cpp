@@ -35,6 +35,16 @@ class FileSizeLimit {
 
 }  // namespace
 
+TEST_CASE("row 75: a name as long as the file system lets it be") {
+    const TemporaryFolder folder;
+    std::string name;
+    while (name.size() + 6 <= 255) name += "\u00e4";
+    const auto path = folder.path() / (name + ".csv");
+    write_atomically(path, "x");
+    CHECK(text_of(path) == "x");
+    CHECK(files_in(folder.path()) == 1);
+}
+
 TEST_CASE("row 72: a full disk") {
     const TemporaryFolder folder;
     std::string message;

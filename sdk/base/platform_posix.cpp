@@ -34,6 +34,9 @@ class SignalsBlocked {
     SignalsBlocked() {
         sigset_t blocked;
         sigfillset(&blocked);
+        // What a thread's own instruction raises ends the process unseen where it is blocked.
+        for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTRAP, SIGSYS})
+            sigdelset(&blocked, signal);
         for (int signal = SIGRTMIN; signal <= SIGRTMAX; ++signal) sigdelset(&blocked, signal);
         sigdelset(&blocked, SIGXCPU);
 #ifdef SIGPWR

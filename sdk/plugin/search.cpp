@@ -89,7 +89,11 @@ std::vector<FoundManifest> find_manifests(const Services& services,
         }
     }
     const std::string own = platform::own_folder();
-    if (!own.empty()) search.look_in(own, false);
+    if (own.empty())
+        services.log(DEFREC_LOG_WARNING, "sdk",
+                     "the library's own folder cannot be found; plugins are not looked for there");
+    else
+        search.look_in(own, false);
     return search.take();
 }
 

@@ -188,7 +188,7 @@ TEST_CASE("a template that has grown, has pieces or was cut is read as it was wr
 
 TEST_CASE("pieces that do not fit their template are refused") {
     const std::function<void(TemplateData&)> faults[] = {
-        [](TemplateData& d) { d.node_piece.pop_back(); },
+        [](TemplateData& d) { d.node_piece.push_back(1); },
         [](TemplateData& d) { d.node_piece[1] = defrec::kMaxPieces; },
         [](TemplateData& d) { d.node_piece[1] = 0; },
         [](TemplateData& d) { d.node_grid.node.push_back(0); },

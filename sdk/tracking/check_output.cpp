@@ -162,8 +162,9 @@ void check_front(const FrontImages& images, uint32_t width, uint32_t height, uin
                          (feature.level >= kMaxLevels ? 1u : 0u) |
                          (feature.angle >= DEFREC_ORB_ANGLE_BINS ? 1u : 0u);
               });
+    // Ranges are searched in twos, at half resolution: an odd one may be left by one more.
     const auto end = static_cast<int32_t>(DEFREC_DISPARITY_ONE *
-                                          (max_range.min_disparity + max_range.disparities + 1));
+                                          (max_range.min_disparity + max_range.disparities + 2));
     check_all(std::span<const int16_t>(images.disparity), "stereo", "pixel", [=](int16_t value) {
         return value != DEFREC_DISPARITY_NONE ? above(value, end) : 0u;
     });

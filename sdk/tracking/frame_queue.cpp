@@ -41,7 +41,7 @@ std::shared_ptr<TrackerJob> FrameQueue::submit(FrameInput input) {
     const std::lock_guard lock(monitor_->mutex);
     last_timestamp_ = job->input.timestamp_ns;
     job->frame = submitted_;
-    job->template_to_set = std::exchange(template_to_set_, nullptr);
+    job->template_to_set = std::exchange(is_template_new_, false) ? template_to_set_ : nullptr;
     job->phase = JobPhase::kQueued;
     order_[submitted_ % order_.size()] = job.get();
     ++submitted_;
@@ -92,6 +92,12 @@ void FrameQueue::check_timestamp(int64_t timestamp_ns) {
 void FrameQueue::set_template(std::shared_ptr<const Template> surface) {
     const std::lock_guard lock(monitor_->mutex);
     template_to_set_ = std::move(surface);
+    is_template_new_ = true;
+}
+
+void FrameQueue::end_template(const Template& surface) {
+    const std::lock_guard lock(monitor_->mutex);
+    if (template_to_set_.get() == &surface && !is_template_new_) template_to_set_ = nullptr;
 }
 
 std::shared_ptr<const Template> FrameQueue::template_to_set() const {

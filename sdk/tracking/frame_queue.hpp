@@ -29,8 +29,11 @@ class FrameQueue {
     std::shared_ptr<TrackerJob> submit(FrameInput input);
     // The frame that is submitted next brings this template along. Any thread.
     void set_template(std::shared_ptr<const Template> surface);
-    // That template, until then; else null. Any thread.
+    // That template, until it is followed or another one captured in its place; else null. Any
+    // thread.
     std::shared_ptr<const Template> template_to_set() const;
+    // It is. For the thread that computes.
+    void end_template(const Template& surface);
 
     // For the thread that computes. Waits for the frame after the last one taken; nullptr: the
     // queue was stopped, and is empty.
@@ -66,6 +69,7 @@ class FrameQueue {
     int64_t last_timestamp_ = 0;
     std::optional<int64_t> refused_timestamp_;  // as too far after the last
     std::shared_ptr<const Template> template_to_set_;
+    bool is_template_new_ = false;  // no frame has brought it along
 
     uint64_t taken_ = 0;  // the computing thread's own: frames
 };

@@ -84,8 +84,23 @@ TEST_CASE("a template goes along with the next frame, and no other") {
     queued.frames.set_template(surface);
     CHECK(queued.frames.template_to_set() == surface);
     CHECK(queued.submit()->template_to_set == surface);
-    CHECK(queued.frames.template_to_set() == nullptr);
+    CHECK(queued.frames.template_to_set() == surface);
     CHECK(queued.submit()->template_to_set == nullptr);
+    const auto newer = std::make_shared<const Template>(TemplateData());
+    SUBCASE("until it is followed") {
+        queued.frames.end_template(*surface);
+        CHECK(queued.frames.template_to_set() == nullptr);
+    }
+    SUBCASE("unless another one was set since") {
+        queued.frames.set_template(newer);
+        queued.frames.end_template(*surface);
+        CHECK(queued.frames.template_to_set() == newer);
+    }
+    SUBCASE("or the same one again") {
+        queued.frames.set_template(surface);
+        queued.frames.end_template(*surface);
+        CHECK(queued.frames.template_to_set() == surface);
+    }
 }
 
 TEST_CASE("a queue that is stopped hands out what is in it, and then nothing") {

@@ -336,6 +336,9 @@ TEST_CASE("a point beside the surface is extrapolated, less certain with the dis
         last = at.expected_error;
     }
     CHECK(confidence_beside(confidence, 40, 41, place).status == DEFREC_POINT_UNKNOWN);
+    const SurfaceConfidence at_camera = confidence_beside(confidence, 40, 5, {0, 0, 0});
+    CHECK(at_camera.status == DEFREC_POINT_UNKNOWN);
+    CHECK(std::isfinite(at_camera.expected_error));
     VertexConfidence lost;
     forget_confidence(1, lost, f.data.vertices.size());
     CHECK(confidence_beside(lost, 40, 1, place).status == DEFREC_POINT_UNKNOWN);

@@ -25,8 +25,10 @@ uint32_t StreamCheck::reasons(uint64_t frame, int64_t timestamp_ns, const ImageS
     if (std::max(left.deviation, right.deviation) < kMinDeviation)
         reasons |= DEFREC_REASON_NO_TEXTURE;
     if (frame > 0) {
-        if (left.hash == last_hash_[0] && right.hash == last_hash_[1])
-            reasons |= DEFREC_REASON_FROZEN;
+        const bool left_stands = left.hash == last_hash_[0],
+                   right_stands = right.hash == last_hash_[1];
+        if (left_stands && right_stands) reasons |= DEFREC_REASON_FROZEN;
+        if (left_stands != right_stands) reasons |= DEFREC_REASON_VIEW_LATE;
         const int64_t step = step_between(last_timestamp_, timestamp_ns);
         if (frame > 1 && usual_step_ > 0 && step - usual_step_ > usual_step_)
             reasons |= DEFREC_REASON_GAP;

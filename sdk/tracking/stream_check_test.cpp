@@ -45,8 +45,16 @@ TEST_CASE("a stream is frozen where both views are those of the frame before") {
     StreamCheck check;
     CHECK(check.reasons(0, 0, image(0), image(0)) == 0);  // there is none before
     CHECK(check.reasons(1, 33, image(0), image(0)) == DEFREC_REASON_FROZEN);
-    CHECK(check.reasons(2, 66, image(0), image(1)) == 0);
-    CHECK(check.reasons(3, 99, image(0), image(1)) == DEFREC_REASON_FROZEN);
+    CHECK(check.reasons(2, 66, image(1), image(2)) == 0);
+    CHECK(check.reasons(3, 99, image(1), image(2)) == DEFREC_REASON_FROZEN);
+}
+
+TEST_CASE("row 76: where one view alone is that of the frame before, one of them is late") {
+    StreamCheck check;
+    CHECK(check.reasons(0, 0, image(0), image(1)) == 0);
+    CHECK(check.reasons(1, 33, image(0), image(2)) == DEFREC_REASON_VIEW_LATE);
+    CHECK(check.reasons(2, 66, image(3), image(2)) == DEFREC_REASON_VIEW_LATE);
+    CHECK(check.reasons(3, 99, image(4), image(5)) == 0);
 }
 
 TEST_CASE("a gap is more than twice the usual time between frames") {

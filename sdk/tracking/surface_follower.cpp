@@ -85,7 +85,7 @@ RigEstimate in_all(RigEstimate left, const Rig::ViewShift& corrected) {
 
 SurfaceFollower::SurfaceFollower(std::shared_ptr<const Rig> rig,
                                  const std::shared_ptr<Device>& device,
-                                 const TrackerSettings& settings, const FrameQueue& frames)
+                                 const TrackerSettings& settings, FrameQueue& frames)
     : rig_(std::move(rig)),
       frames_(frames),
       growth_(settings),
@@ -134,15 +134,17 @@ void SurfaceFollower::process(TrackerJob& job) {
     // The device begins while the host looks; frames in which there is nothing to observe are few.
     std::optional<ObservedFrame> frame = observe(job);
     check_images(job, *frame);
-    if ((job.reasons & kUselessImages) != 0) {
+    // Of a view that stands still nothing is known of now: what both show together is of two times.
+    const bool one_stands = (job.reasons & DEFREC_REASON_VIEW_LATE) != 0;
+    if ((job.reasons & kUselessImages) != 0 || (one_stands && !is_tracking_)) {
         pipeline_.forget(std::move(*frame));
         if (!prepare_results(job)) return;
         forget_evidence(job);
         conclude(job, Verdict{}, true);
         return;
     }
-    const bool captures =
-        template_ == nullptr || (job.input.flags & DEFREC_FRAME_CAPTURE_TEMPLATE) != 0;
+    const bool captures = !one_stands && (template_ == nullptr ||
+                                          (job.input.flags & DEFREC_FRAME_CAPTURE_TEMPLATE) != 0);
     if (!captures && release_cut()) job.reasons |= DEFREC_REASON_CUT;
     if (!captures && grow()) job.reasons |= DEFREC_REASON_TEMPLATE_GREW;
     const uint32_t reasons = job.reasons;
@@ -151,7 +153,7 @@ void SurfaceFollower::process(TrackerJob& job) {
     for (int attempts_left = captures && corrects_rig_ ? 2 : 0;; --attempts_left) {
         if (captures) capture(job, *frame);
         if (!prepare_results(job)) return;
-        bool uses_depth = captures || !is_tracking_ || !is_depth_spoilt_;
+        bool uses_depth = !one_stands && (captures || !is_tracking_ || !is_depth_spoilt_);
         Following following{
             .uses_depth = uses_depth, .whole_map = !is_tracking_, .effort = begin_effort(job)};
         Verdict verdict = follow(job, frame, last_->motions, following);
@@ -162,8 +164,13 @@ void SurfaceFollower::process(TrackerJob& job) {
             following.effort = begin_effort(job);
             verdict = follow(job, frame, last_->motions, following);
         }
-        watch_rig(job, verdict);
-        is_depth_spoilt_ = is_tracking_ && lag_spoils_depth(job);
+        if (one_stands) {
+            last_rows_.clear();
+            verdict.degraded = true;
+        } else {
+            watch_rig(job, verdict);
+        }
+        is_depth_spoilt_ = !one_stands && is_tracking_ && lag_spoils_depth(job);
         if (uses_depth && !captures && is_depth_spoilt_) {
             uses_depth = false;
             const uint32_t of_rig = verdict.reasons & kReasonsOfRig;
@@ -206,14 +213,20 @@ ObservedFrame SurfaceFollower::observe(TrackerJob& job) {
         return std::get<ObservedFrame>(std::move(result));
     }
     if (job.template_to_set != nullptr) to_adopt_ = std::exchange(job.template_to_set, nullptr);
-    if ((job.input.flags & DEFREC_FRAME_CAPTURE_TEMPLATE) != 0) to_adopt_ = nullptr;
-    // Where that fails, this frame does, and those after it: never is another template followed in
-    // its place.
-    if (to_adopt_ != nullptr) {
-        adopt(to_adopt_, false);
-        to_adopt_ = nullptr;
-    }
+    if (to_adopt_ != nullptr) adopt_set_template(job);
     return pipeline_.observe(task_of(job));
+}
+
+// Where that fails, this frame does, and those after it: never is another template followed in its
+// place. But a frame that is captured, if it can be, is a template of its own.
+void SurfaceFollower::adopt_set_template(const TrackerJob& job) {
+    try {
+        adopt(to_adopt_, false);
+    } catch (const std::exception&) {
+        if ((job.input.flags & DEFREC_FRAME_CAPTURE_TEMPLATE) == 0) throw;
+        return;
+    }
+    frames_.end_template(*std::exchange(to_adopt_, nullptr));
 }
 
 // Queues the images of the next frame, if it was submitted, behind the work on this one, so that
@@ -256,6 +269,7 @@ void SurfaceFollower::capture(TrackerJob& job, ObservedFrame& frame) {
         return;
     }
     adopt(std::make_shared<const Template>(std::move(*data)), true);
+    if (to_adopt_ != nullptr) frames_.end_template(*std::exchange(to_adopt_, nullptr));
 }
 
 // is_observed: it was captured from this very frame.

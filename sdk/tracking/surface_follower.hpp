@@ -24,9 +24,10 @@ namespace defrec {
 // One thread, the one that takes the frames from the queue.
 class SurfaceFollower {
   public:
-    // frames: where the frame after the one that is followed is looked for; outlives the follower.
+    // frames: where the frame after the one that is followed is looked for, and which is told when
+    // a template that was set is followed or replaced; outlives the follower.
     SurfaceFollower(std::shared_ptr<const Rig> rig, const std::shared_ptr<Device>& device,
-                    const TrackerSettings& settings, const FrameQueue& frames);
+                    const TrackerSettings& settings, FrameQueue& frames);
 
     // Computes the frame and ends its job. In the order of the frames.
     void compute(TrackerJob& job) noexcept;
@@ -57,6 +58,7 @@ class SurfaceFollower {
 
     void process(TrackerJob& job);
     ObservedFrame observe(TrackerJob& job);
+    void adopt_set_template(const TrackerJob& job);
     bool observe_ahead(const FollowedFrame& followed);
     void check_images(TrackerJob& job, const ObservedFrame& frame);
     ImageStatistics statistics_of(const TrackerJob& job, int view) const;
@@ -85,7 +87,7 @@ class SurfaceFollower {
     void watch_for_cuts(const TrackerJob& job) noexcept;
 
     std::shared_ptr<const Rig> rig_;
-    const FrameQueue& frames_;
+    FrameQueue& frames_;
     MapGrowth growth_;
     Pipeline pipeline_;
 

@@ -257,6 +257,29 @@ TEST_CASE("row 55: a frozen stream is named, and followed all the same") {
     CHECK(again.state == DEFREC_TRACKING);
 }
 
+TEST_CASE("row 76: of a view that stands still nothing is believed, and no template made") {
+    Session session;
+    const Pair first = render(0, 0);
+    session.track(first);
+    for (int i = 1; i <= 4; ++i) {
+        CAPTURE(i);
+        Pair pair = render(1.5 * i, 0);
+        pair.right = first.right;
+        const Session::Frame frame =
+            session.track(pair, nullptr, i == 3 ? uint32_t{DEFREC_FRAME_CAPTURE_TEMPLATE} : 0);
+        CHECK((frame.reasons & DEFREC_REASON_VIEW_LATE) != 0);
+        CHECK((frame.state == DEFREC_DEGRADED || frame.state == DEFREC_LOST));
+        CHECK(frame.epoch == 1);
+        CHECK(std::abs(frame.shift[2]) < 1.5);  // 1.5 mm to the side would be 8 mm of depth
+    }
+    Session other;
+    other.track(Pair{std::vector<uint8_t>(first.left.size()), first.right});
+    const Session::Frame still = other.track(first);
+    CHECK((still.reasons & DEFREC_REASON_VIEW_LATE) != 0);
+    CHECK(still.state == DEFREC_INITIALISING);
+    CHECK(other.track(render(0.5, 0)).state == DEFREC_TRACKING);
+}
+
 TEST_CASE("row 52: a frame that comes twice is named or refused, and the stream goes on") {
     Session session;
     for (int i = 0; i < 4; ++i) session.track(render(0.3 * i, 0));
@@ -456,6 +479,24 @@ TEST_CASE("a template is captured anew on request") {
         session.track(render(3, 0, 1, 3), nullptr, DEFREC_FRAME_CAPTURE_TEMPLATE);
     CHECK(frame.epoch == epoch + 1);
     CHECK(std::abs(frame.shift[0]) < 0.15);
+}
+
+TEST_CASE("a template that was set stays where a frame that is to be captured shows too little") {
+    Session session;
+    session.track(render(0, 0));
+    defrec_template surface = nullptr, followed = nullptr;
+    REQUIRE_OK(defrec_tracker_get_template(session.tracker, &surface));
+    session.track(render(0, 0, 1, 3), nullptr, DEFREC_FRAME_CAPTURE_TEMPLATE);
+    REQUIRE_OK(defrec_tracker_set_template(session.tracker, surface));
+    const Pair white{std::vector<uint8_t>(kWidth * kHeight, 255),
+                     std::vector<uint8_t>(kWidth * kHeight, 255)};
+    session.track(white, nullptr, DEFREC_FRAME_CAPTURE_TEMPLATE);
+    const Session::Frame frame = session.track(render(1, 0));
+    CHECK(frame.state == DEFREC_RELOCALISED);
+    CHECK(std::abs(frame.shift[0] - 1) < 0.2);
+    REQUIRE_OK(defrec_tracker_get_template(session.tracker, &followed));
+    defrec_template_release(followed);
+    defrec_template_release(surface);
 }
 
 TEST_CASE("ignored pixels give no features and no patches") {

@@ -336,15 +336,24 @@ uint32_t share_observed(std::span<const uint8_t> vertex_pieces, const VertexConf
     return std::accumulate(observed.begin(), observed.end(), 0u);
 }
 
+namespace {
+
+SurfaceConfidence nothing_known() {
+    SurfaceConfidence at;
+    at.expected_error = 100;
+    set_isotropic(at.expected_error, at.covariance);
+    return at;
+}
+
+}  // namespace
+
 SurfaceConfidence confidence_at(const Template& surface, const VertexConfidence& confidence,
                                 const double xyz[3]) {
     constexpr double kGrowthOffSurface = 0.03;  // mm of error per mm from the surface
     const TemplateData& data = surface.data();
-    SurfaceConfidence at;
-    at.expected_error = 100;
-    set_isotropic(at.expected_error, at.covariance);
     const int32_t nearest = surface.vertex_at(xyz);
-    if (nearest < 0) return at;  // nothing is known of the surface there
+    if (nearest < 0) return nothing_known();
+    SurfaceConfidence at;
     const size_t vertex = static_cast<size_t>(nearest);
     double squared = 0;
     for (int axis = 0; axis < 3; ++axis) {
@@ -364,6 +373,8 @@ SurfaceConfidence confidence_at(const Template& surface, const VertexConfidence&
 
 SurfaceConfidence confidence_beside(const VertexConfidence& confidence, size_t vertex,
                                     double distance_mm, const Vec3<double>& place) {
+    constexpr double kNearestMm = 1;  // to the camera, where rays have no direction any more
+    if (place.z < kNearestMm) return nothing_known();
     SurfaceConfidence at;
     const auto away = static_cast<float>(std::min<double>(distance_mm, kFarthestGrowthMm));
     using One = Eigen::Array<float, 1, 1>;

@@ -17,7 +17,7 @@ void for_runs(const Services* helpers, size_t count, const Body& body) {
     constexpr size_t kShortest = 1024;  // less is done before another thread has begun
     const size_t runs =
         helpers != nullptr ? std::clamp<size_t>(count / kShortest, 1, kMaxVertexThreads) : 1;
-    if (runs == 1) {
+    if (helpers == nullptr || runs == 1) {
         body(size_t{0}, count);
         return;
     }
