@@ -31,7 +31,7 @@ Input random_input(uint32_t format, uint32_t width, uint32_t height, uint32_t pa
     p.width = map ? width + 5 : width;
     p.height = map ? height - 3 : height;
     p.stride = p.width + padding;
-    p.highlight_radius = 3;
+    p.highlight_radius = width % 2 == 0 ? 3 : 4;
     fill_defaults(p);
     input.source.resize(size_t(p.source_stride) * height);
     for (uint8_t& value : input.source) value = uint8_t(random() % 251);

@@ -9,8 +9,6 @@
 #include <cstdint>
 
 #ifdef __CUDACC__
-#include <cooperative_groups.h>
-
 namespace defrec::cuda {
 
 // The block's dynamic shared memory, Grid::shared bytes, 16-byte aligned.
@@ -20,8 +18,37 @@ __device__ T* dynamic_shared() {
     return reinterpret_cast<T*>(dynamic_shared_bytes);
 }
 
-// Every thread of the grid; only in kernels launched with Grid::cooperative.
-__device__ inline void sync_grid() { cooperative_groups::this_grid().sync(); }
+// A barrier of all threads of the grid; only in kernels launched with Grid::cooperative. Blocks
+// tell each other by a count each, which is sooner known to all than a sum that they add to one
+// after the other.
+class GridBarrier {
+  public:
+    // passed: of each block, 0 before the first launch. Of one grid at a time.
+    __device__ explicit GridBarrier(uint32_t* passed)
+        : passed_(passed), count_(passed[blockIdx.x]) {}
+    __device__ void wait() {
+        ++count_;
+        __syncthreads();
+        if (threadIdx.x == 0)
+            asm volatile("st.release.gpu.global.u32 [%0], %1;" ::"l"(passed_ + blockIdx.x),
+                         "r"(count_)
+                         : "memory");
+        for (uint32_t block = threadIdx.x; block < gridDim.x; block += blockDim.x) {
+            uint32_t there;
+            do
+                asm volatile("ld.acquire.gpu.global.u32 %0, [%1];"
+                             : "=r"(there)
+                             : "l"(passed_ + block)
+                             : "memory");
+            while (static_cast<int32_t>(there - count_) < 0);  // one that is ahead has passed it
+        }
+        __syncthreads();
+    }
+
+  private:
+    uint32_t* passed_;
+    uint32_t count_;
+};
 
 }  // namespace defrec::cuda
 #endif

@@ -12,9 +12,9 @@ namespace defrec::cuda {
 
 struct Grid {
     dim3 blocks, threads;
-    size_t shared = 0;  // bytes of dynamic shared memory for each block
-    bool cooperative =
-        false;  // all blocks run at once, so that sync_grid is possible; the device must hold them
+    size_t shared = 0;         // bytes of dynamic shared memory for each block
+    bool cooperative = false;  // all blocks run at once, so that GridBarrier is possible; the
+                               // device must hold them
 };
 
 // As many groups of `side` as cover `count`.

@@ -29,8 +29,8 @@ struct Surface {
     Buffer rest, landmarks, landmark_nodes;
     Buffer shares, known, places, row_places, items, item_nodes, item_vectors, connections, chunks,
         sums, terms;
-    Buffer data, data_sums, scales, factors, starts, products, dots, block_sums, local, deformed,
-        rigid;
+    Buffer data, data_sums, scales, factors, starts, products, dots, block_sums, local, passed,
+        deformed, rigid;
 
     Surface(Device& device, const Solver& chosen, const LmLists& lists, const LmPlan& plan,
             const defrec_lm_params& p)
@@ -63,6 +63,7 @@ struct Surface {
           dots(make_buffer<float4>(device, uint64_t{2} * chosen.blocks)),
           block_sums(make_buffer<float>(device, uint64_t{2 * kSums} * chosen.blocks)),
           local(make_buffer<float>(device, chosen.local * chosen.blocks)),
+          passed(upload(device, std::vector<uint32_t>(chosen.blocks))),
           deformed(make_buffer<float4>(device, p.landmarks)),
           rigid(make_buffer<float4>(device, 2)) {}
 
@@ -85,10 +86,10 @@ struct Surface {
                 max_sums};
     }
     LmExchange exchange() const {
-        return {data.as<float>(),    data_sums.as<float2>(), scales.as<float>(),
-                factors.as<float>(), starts.as<float>(),     products.as<float>(),
-                dots.as<float4>(),   block_sums.as<float>(), local.as<float>(),
-                solver.local};
+        return {
+            data.as<float>(),   data_sums.as<float2>(), scales.as<float>(), factors.as<float>(),
+            starts.as<float>(), products.as<float>(),   dots.as<float4>(),  block_sums.as<float>(),
+            local.as<float>(),  passed.as<uint32_t>(),  solver.local};
     }
 };
 

@@ -82,7 +82,7 @@ __device__ __forceinline__ uint32_t place_of(const LmMemory& memory, uint32_t i)
 
 // The solution, conditioned, from the system in the given copy.
 __device__ __forceinline__ void solve(const LmView& view, const LmMemory& memory,
-                                      const LmShare& share, uint32_t copy) {
+                                      const LmShare& share, uint32_t copy, GridBarrier& barrier) {
     constexpr uint32_t kAhead = 2;
     __shared__ float warps[kLmWarps][kProducts];
     const float* start = view.exchange.starts + size_t{copy} * 6 * view.p.nodes;
@@ -101,7 +101,7 @@ __device__ __forceinline__ void solve(const LmView& view, const LmMemory& memory
         float* product = view.exchange.products + size_t{step % 2} * 6 * view.p.nodes;
         float4* parts = view.exchange.dots + step % 2 * gridDim.x;
         multiply(memory, share, product, parts);
-        sync_grid();
+        barrier.wait();
         float ahead[kAhead];  // loaded before the sums are known
         for (uint32_t k = 0; k < kAhead; ++k) {
             const uint32_t i = threadIdx.x + k * kLmThreads;

@@ -66,6 +66,7 @@ __device__ __forceinline__ void add_sums(const LmMemory& memory, uint32_t count,
     const uint32_t lane = threadIdx.x % kWarp, column = lane % kColumns, split = lane / kColumns;
     for (uint32_t s = threadIdx.x / kWarp; s < count; s += kLmWarps) {
         const LmSum sum = memory.sums[s];
+        if (sum.target == kLmNoTarget) break;
         const bool diagonal = sum.target < rows;
         if (!kinds.items && !diagonal) continue;
         float total[6] = {};
@@ -101,56 +102,67 @@ __device__ __forceinline__ void add_sums(const LmMemory& memory, uint32_t count,
     }
 }
 
-// Marquardt's damping of the control points' blocks, whose factors are what conditions the system;
-// the right side with them. What has no weight at all gets one, and stays where it is. Eight lanes
-// a control point, of which six have a row of its block each, then a column of the inverse factor
-// F^-1, F F^T = block. Pivots that vanish in single precision are raised.
+// Entry of a lower triangle that is kept row by row, c <= r.
+constexpr uint32_t triangle(uint32_t r, uint32_t c) { return r * (r + 1) / 2 + c; }
+
+// Of a symmetric block, given by its lower triangle: the inverse of its Cholesky factor, in its
+// place. Pivots that vanish in single precision are raised to a share of the diagonal.
+__device__ __forceinline__ void invert_factor(float (&block)[kFactor]) {
+    constexpr float kLeastPivot = 1e-6f;
+    float inverse_pivot[6];
+    for (uint32_t c = 0; c < 6; ++c) {
+        const float given = block[triangle(c, c)];
+        float pivot = given;
+        for (uint32_t k = 0; k < c; ++k)
+            pivot = fmaf(-block[triangle(c, k)], block[triangle(c, k)], pivot);
+        inverse_pivot[c] = rsqrtf(fmaxf(pivot, kLeastPivot * given));
+        for (uint32_t r = c + 1; r < 6; ++r) {
+            float value = block[triangle(r, c)];
+            for (uint32_t k = 0; k < c; ++k)
+                value = fmaf(-block[triangle(r, k)], block[triangle(c, k)], value);
+            block[triangle(r, c)] = value * inverse_pivot[c];
+        }
+    }
+    for (uint32_t c = 0; c < 6; ++c) {
+        block[triangle(c, c)] = inverse_pivot[c];
+        for (uint32_t r = c + 1; r < 6; ++r) {
+            float value = block[triangle(r, c)] * inverse_pivot[c];
+            for (uint32_t k = c + 1; k < r; ++k)
+                value = fmaf(block[triangle(r, k)], block[triangle(k, c)], value);
+            block[triangle(r, c)] = -value * inverse_pivot[r];
+        }
+    }
+}
+
+// Marquardt's damping of the control points' blocks, a thread each; the inverses of their factors,
+// which condition the system, and the right side with them. What has no weight at all gets one, and
+// stays where it is.
 __device__ __forceinline__ void damp(const LmView& view, const LmMemory& memory,
                                      const LmShare& share, float lambda, uint32_t copy) {
-    constexpr uint32_t kLanes = 8, kPoints = kLmThreads / kLanes;  // at a time
-    const uint32_t lane = threadIdx.x % kLanes, line = min(lane, 5u),
-                   rows = share.last_node - share.first_node;
-    const auto from = [](float value, uint32_t other) {
-        return __shfl_sync(kAllLanes, value, static_cast<int>(other), kLanes);
-    };
-    for (uint32_t first = threadIdx.x / kWarp * (kWarp / kLanes); first < rows; first += kPoints) {
-        const uint32_t row = first + threadIdx.x % kWarp / kLanes;
-        const bool is_own = row < rows && lane < 6;
-        const float* own = memory.own + kOwn * min(row, rows - 1);
+    const uint32_t rows = share.last_node - share.first_node;
+    for (uint32_t row = threadIdx.x; row < rows; row += kLmThreads) {
+        const float* own = memory.own + kOwn * row;
         float trace = 0;
         for (uint32_t r = 0; r < 6; ++r) trace += own[7 * r];
         const float least = trace > 0 ? float(kMinDiagonal) * trace : 1.0f;
-        float values[6], factor[6], diagonal[6], inverse[6] = {};
-        for (uint32_t c = 0; c < 6; ++c)
-            values[c] = c == line ? own[7 * c] * (1 + lambda) + least : own[6 * c + line];
-        const float least_pivot = (own[7 * line] * (1 + lambda) + least) * 1e-6f;
-        for (uint32_t c = 0; c < 6; ++c) {
-            diagonal[c] = rsqrtf(fmaxf(from(values[c], c), from(least_pivot, c)));
-            factor[c] = values[c] * diagonal[c];
-            for (uint32_t k = c + 1; k < 6; ++k) values[k] -= factor[c] * from(factor[c], k);
-        }
+        float inverse[kFactor];
         for (uint32_t r = 0; r < 6; ++r) {
-            float value = 0;
-            for (uint32_t k = 0; k < r; ++k) value -= from(factor[k], r) * inverse[k];
-            inverse[r] = r == line ? diagonal[r] : value * diagonal[r];
+            for (uint32_t c = 0; c < r; ++c) inverse[triangle(r, c)] = own[6 * c + r];
+            inverse[triangle(r, r)] = fmaf(own[7 * r], 1 + lambda, least);
         }
-        float start = 0;
-        for (uint32_t r = 0; r < 6; ++r) {
-            float value = 0;
-            for (uint32_t c = 0; c <= r; ++c)
-                value -= from(inverse[r] * own[6 * kGradientColumn + line], c);
-            if (r == line) start = value;
-        }
-        if (!is_own) continue;
+        invert_factor(inverse);
         const uint32_t node = share.first_node + row;
         float* out = view.exchange.factors + size_t{copy} * kFactor * view.p.nodes + node;
         float* own_factor = memory.own_factors + kOwnFactor * row;
+        for (uint32_t at = 0; at < kFactor; ++at)
+            out[size_t{at} * view.p.nodes] = own_factor[at] = inverse[at];
+        float* start = view.exchange.starts + size_t{copy} * 6 * view.p.nodes + 6 * node;
         for (uint32_t r = 0; r < 6; ++r) {
-            if (r < line) continue;
-            const uint32_t at = r * (r + 1) / 2 + line;
-            out[size_t{at} * view.p.nodes] = own_factor[at] = inverse[r];
+            float value = 0;
+            for (uint32_t c = 0; c <= r; ++c)
+                value = fmaf(-inverse[triangle(r, c)], own[6 * kGradientColumn + c], value);
+            start[r] = value;
         }
-        view.exchange.starts[size_t{copy} * 6 * view.p.nodes + 6 * node + line] = start;
     }
 }
 
@@ -213,21 +225,9 @@ __device__ __forceinline__ void finish_system(const LmView& view, const LmMemory
     if (view.p.steps > 0) condition_rows(view, memory, share);
 }
 
-// All residuals by the poses that memory holds. With a system, it is that of damping lambda, in the
-// given copy. farthest: see kFarthest.
-__device__ __forceinline__ void evaluate(const LmView& view, const LmMemory& memory,
-                                         const LmShare& share, bool linearise, float lambda,
-                                         float farthest, uint32_t copy, LmLoaded& loaded) {
-    if (linearise) clear_system(memory, share);
-    float sums[kSums] = {};
-    add_residuals(view, memory, share, {true, true}, linearise, loaded, sums);
-    publish_sums(sums, farthest, view.exchange.sums + size_t{copy} * gridDim.x * kSums);
-    if (linearise) finish_system(view, memory, share, lambda, copy);
-}
-
 // D of each control point from the system of the items alone, and S of the connections from them.
 __device__ __forceinline__ void measure_data(const LmView& view, const LmMemory& memory,
-                                             const LmShare& share) {
+                                             const LmShare& share, GridBarrier& barrier) {
     const uint32_t thread = threadIdx.x, rows = share.last_node - share.first_node;
     float squares[2] = {};
     for (uint32_t row = thread; row < rows; row += kLmThreads) {
@@ -239,7 +239,7 @@ __device__ __forceinline__ void measure_data(const LmView& view, const LmMemory&
     __shared__ float warps[kLmWarps][2];
     block_sums(squares, warps);
     if (thread == 0) view.exchange.data_sums[blockIdx.x] = make_float2(squares[0], squares[1]);
-    sync_grid();
+    barrier.wait();
     float sums[2] = {};
     for (uint32_t block = thread; block < gridDim.x; block += kLmThreads) {
         const float2 part = view.exchange.data_sums[block];
@@ -257,17 +257,26 @@ __device__ __forceinline__ void measure_data(const LmView& view, const LmMemory&
     __syncthreads();
 }
 
-// By the poses to start from, with the system of damping lambda, in the given copy.
-__device__ __forceinline__ void begin(const LmView& view, const LmMemory& memory,
-                                      const LmShare& share, float lambda, uint32_t copy,
-                                      LmLoaded& loaded) {
-    clear_system(memory, share);
+// All residuals by the poses that memory holds. With a system, it is that of damping lambda, in the
+// given copy. begins: those are the poses to start from, by which S is measured. farthest: see
+// kFarthest. Called in one place: its code is most of the kernel's, and more than the
+// multiprocessor's cache of instructions holds.
+__device__ __forceinline__ void evaluate(const LmView& view, const LmMemory& memory,
+                                         const LmShare& share, bool begins, bool linearise,
+                                         float lambda, float farthest, uint32_t copy,
+                                         LmLoaded& loaded, GridBarrier& barrier) {
+    if (linearise) clear_system(memory, share);
     float sums[kSums] = {};
-    add_residuals(view, memory, share, {true, false}, true, loaded, sums);
-    measure_data(view, memory, share);
-    add_residuals(view, memory, share, {false, true}, true, loaded, sums);
-    publish_sums(sums, 0, view.exchange.sums + size_t{copy} * gridDim.x * kSums);
-    finish_system(view, memory, share, lambda, copy);
+    LmKinds kinds{true, !begins};
+#pragma unroll 1
+    for (;;) {
+        add_residuals(view, memory, share, kinds, linearise, loaded, sums);
+        if (kinds.connections) break;
+        measure_data(view, memory, share, barrier);
+        kinds = {false, true};
+    }
+    publish_sums(sums, farthest, view.exchange.sums + size_t{copy} * gridDim.x * kSums);
+    if (linearise) finish_system(view, memory, share, lambda, copy);
 }
 
 }  // namespace

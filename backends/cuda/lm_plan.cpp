@@ -170,14 +170,35 @@ void LmPlan::add_chunk(const LmLists& lists, const LmShare& share, uint32_t chun
             sums.push_back({target, first, last, 0, 0});
         }
     }
-    // Longest first: what a warp does last is short.
-    std::stable_sort(sums.begin() + std::ptrdiff_t(beside), sums.end(),
-                     [](const LmSum& a, const LmSum& b) {
-                         return a.last_term - a.first_term > b.last_term - b.first_term;
-                     });
+    deal_out(here.first_sum);
     here.last_sum = uint32_t(sums.size());
     here.last_term = uint32_t(terms.size());
     max_sums = std::max(max_sums, here.last_sum - here.first_sum);
+}
+
+// Of those from `first` on: the longest goes to the warp that has least to do so far, and so on.
+void LmPlan::deal_out(size_t first) {
+    // In clock cycles, roughly: four of the terms or connections at a time.
+    const auto cost = [](const LmSum& sum) {
+        return 200 + 150 * ((sum.last_term - sum.first_term + 3) / 4) +
+               60 * ((sum.last_connection - sum.first_connection + 3) / 4);
+    };
+    std::vector<LmSum> given(sums.begin() + std::ptrdiff_t(first), sums.end());
+    std::stable_sort(given.begin(), given.end(),
+                     [&](const LmSum& a, const LmSum& b) { return cost(a) > cost(b); });
+    std::array<std::vector<LmSum>, kLmWarps> of_warp;
+    std::array<int, kLmWarps> busy{};
+    size_t longest = 0;
+    for (const LmSum& sum : given) {
+        const auto warp = size_t(std::min_element(busy.begin(), busy.end()) - busy.begin());
+        busy[warp] += cost(sum);
+        of_warp[warp].push_back(sum);
+        longest = std::max(longest, of_warp[warp].size());
+    }
+    sums.resize(first);
+    for (size_t turn = 0; turn < longest; ++turn)
+        for (const std::vector<LmSum>& those : of_warp)
+            sums.push_back(turn < those.size() ? those[turn] : LmSum{kLmNoTarget, 0, 0, 0, 0});
 }
 
 }  // namespace defrec::cuda

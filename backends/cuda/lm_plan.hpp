@@ -7,7 +7,7 @@
 namespace defrec::cuda {
 
 // Items and connections are taken in chunks of this many, each with half of a block's threads.
-constexpr uint32_t kLmChunk = 128, kLmThreads = 2 * kLmChunk;
+constexpr uint32_t kLmChunk = 128, kLmThreads = 2 * kLmChunk, kLmWarps = kLmThreads / 32;
 constexpr uint32_t kLmMaxTerms = kLmChunk * DEFREC_SKIN_NODES * DEFREC_SKIN_NODES;  // of a chunk
 
 // What a block owns: ranges of the lists below. It knows its own control points and those that
@@ -37,8 +37,11 @@ struct alignas(16) LmConnection {
     float share;     // of the data's weight that S is
 };
 
+constexpr uint32_t kLmNoTarget = ~0u;
+
 // The terms of a chunk that enter one block of the matrix: the control point's own where target <
-// rows, else place target - rows. Ranges are among the chunk's.
+// rows, else place target - rows. Ranges are among the chunk's. A chunk's sums are dealt out to the
+// warps in turn; those that have fewer than others end with one of kLmNoTarget.
 struct LmSum {
     uint32_t target;
     uint16_t first_term, last_term;
@@ -75,6 +78,7 @@ struct LmPlan {
     void add_connections(const LmLists& lists, const Edges& of_node, LmShare& share);
     void add_items(const LmLists& lists, const std::vector<uint32_t>& given, LmShare& share);
     void add_chunk(const LmLists& lists, const LmShare& share, uint32_t chunk);
+    void deal_out(size_t first);
     uint32_t known_as(const LmShare& share, uint32_t node) const;
     uint32_t place(const LmShare& share, uint32_t row, uint32_t column) const;
     std::vector<std::vector<uint32_t>> items_of_blocks(const LmLists& lists) const;

@@ -15,7 +15,7 @@ struct LmPresolve {
     float match_tukey;
     const defrec_motion* motions;
     const defrec_match* matches;
-    float4* deformed;  // landmarks; w: their matches' weight, 0 where not preselected
+    float4* deformed;  // landmarks that no thread holds; w: their matches' weight, 0: none
     float4* rigid;     // rotation, translation
 };
 
@@ -89,36 +89,51 @@ __device__ __forceinline__ Vec3<float> mean3(const float* sums, float weight) {
     return {sums[0] / weight, sums[1] / weight, sums[2] / weight};
 }
 
-// Deforms the landmarks, and sums over those that count.
-__device__ __forceinline__ void deform_landmarks(const LmPresolve& given, float inverse_c2,
-                                                 float (&sums)[kMatchSums]) {
-    for (uint32_t i = threadIdx.x; i < given.landmarks; i += kPresolveThreads) {
-        const defrec_match& match = given.matches[i];
-        const bool taken = preselected(match);
-        float4 deformed = make_float4(0, 0, 0, 0);
-        if (taken) {
-            const float4* vectors = given.items + LmLists::kItemVectors * size_t{i};
-            const int4 nodes = given.item_nodes[i];
-            const int32_t node[DEFREC_SKIN_NODES] = {nodes.x, nodes.y, nodes.z, nodes.w};
-            float weight[DEFREC_SKIN_NODES];
-            for (uint32_t k = 0; k < DEFREC_SKIN_NODES; ++k)
-                weight[k] = vectors[LmLists::kItemArms + k].w;
-            const auto motion = blend_with<float>(
-                [&given](int32_t k) { return usable_motion<float>(given.motions[k]); }, node,
-                weight);
-            const Vec3<float> from = apply(motion, vector_of(vectors[0])),
-                              to = load3<float>(match.position);
-            const float squared = dot(from - to, from - to);
-            deformed = pack(from, match.weight);
-            add3(sums + kMatchFrom, 1, from);
-            add3(sums + kMatchTo, 1, to);
-            sums[kMatchCount] += 1;
-            sums[kMatchWeights] += match.weight;
-            sums[kMatchErrors] += match.weight * squared;
-            sums[kMatchCost] += match.weight * tukey(squared, inverse_c2).cost;
+// A preselected match: where its landmark is deformed to, and where it was seen; weight 0: none.
+struct LmPull {
+    Vec3<float> from{}, to{};
+    float weight = 0;
+};
+// The first of them are kept in registers, those of longer lists in memory.
+struct LmPulls {
+    static constexpr uint32_t kHeld = 4;  // of a thread
+    LmPull held[kHeld];
+
+    // deform(i): that of landmark i.
+    template <class Deform>
+    __device__ LmPulls(const LmPresolve& given, Deform&& deform) {
+        for (uint32_t k = 0; k < kHeld; ++k) {
+            const uint32_t i = k * kPresolveThreads + threadIdx.x;
+            if (i < given.landmarks) held[k] = deform(i);
         }
-        given.deformed[i] = deformed;
+        for (uint32_t i = kHeld * kPresolveThreads + threadIdx.x; i < given.landmarks;
+             i += kPresolveThreads) {
+            const LmPull pull = deform(i);
+            given.deformed[i] = pack(pull.from, pull.weight);
+        }
     }
+    template <class Use>
+    __device__ void each(const LmPresolve& given, Use&& use) const {
+        for (const LmPull& pull : held)
+            if (pull.weight > 0) use(pull);
+        for (uint32_t i = kHeld * kPresolveThreads + threadIdx.x; i < given.landmarks;
+             i += kPresolveThreads)
+            if (const float4 from = given.deformed[i]; from.w > 0)
+                use(LmPull{vector_of(from), load3<float>(given.matches[i].position), from.w});
+    }
+};
+
+__device__ LmPull deform_landmark(const LmPresolve& given, uint32_t i) {
+    const defrec_match& match = given.matches[i];
+    if (!preselected(match)) return {};
+    const float4* vectors = given.items + LmLists::kItemVectors * size_t{i};
+    const int4 nodes = given.item_nodes[i];
+    const int32_t node[DEFREC_SKIN_NODES] = {nodes.x, nodes.y, nodes.z, nodes.w};
+    float weight[DEFREC_SKIN_NODES];
+    for (uint32_t k = 0; k < DEFREC_SKIN_NODES; ++k) weight[k] = vectors[LmLists::kItemArms + k].w;
+    const auto motion = blend_with<float>(
+        [&given](int32_t k) { return usable_motion<float>(given.motions[k]); }, node, weight);
+    return {apply(motion, vector_of(vectors[0])), load3<float>(match.position), match.weight};
 }
 
 // The best motion by the sums of a round, by every thread for itself.
@@ -143,8 +158,17 @@ __global__ void __launch_bounds__(kPresolveThreads) lm_presolve(LmPresolve given
     __shared__ float match_warps[kPresolveWarps][kMatchSums], fit_warps[kPresolveWarps][kFitSums],
         error_warps[kPresolveWarps][2];
     const float c2 = given.match_tukey * given.match_tukey;
+    const LmPulls pulls(given, [&given](uint32_t i) { return deform_landmark(given, i); });
     float all[kMatchSums] = {};
-    deform_landmarks(given, 1 / c2, all);
+    pulls.each(given, [&](const LmPull& pull) {
+        const float squared = dot(pull.from - pull.to, pull.from - pull.to);
+        add3(all + kMatchFrom, 1, pull.from);
+        add3(all + kMatchTo, 1, pull.to);
+        all[kMatchCount] += 1;
+        all[kMatchWeights] += pull.weight;
+        all[kMatchErrors] += pull.weight * squared;
+        all[kMatchCost] += pull.weight * tukey(squared, 1 / c2).cost;
+    });
     block_sums(all, match_warps);
     RigidMotion motion{{1, 0, 0, 0}, {0, 0, 0}};
     float errors[2] = {
@@ -156,32 +180,25 @@ __global__ void __launch_bounds__(kPresolveThreads) lm_presolve(LmPresolve given
     for (int round = 0; enough && round < kPresolveRounds; ++round) {
         const float inverse_c2 = 1 / fmaxf(c2, 9 * errors[0] / all[kMatchWeights]);
         float sums[kFitSums] = {};
-        for (uint32_t i = threadIdx.x; i < given.landmarks; i += kPresolveThreads) {
-            const float4 landmark = given.deformed[i];
-            if (landmark.w == 0) continue;
-            const Vec3<float> from = vector_of(landmark),
-                              to = load3<float>(given.matches[i].position),
-                              off = moved_by(motion, from) - to;
-            const float weight = landmark.w * tukey(dot(off, off), inverse_c2).weight;
-            const Vec3<float> a = from - from_centre, b = to - to_centre;
+        pulls.each(given, [&](const LmPull& pull) {
+            const Vec3<float> off = moved_by(motion, pull.from) - pull.to;
+            const float weight = pull.weight * tukey(dot(off, off), inverse_c2).weight;
+            const Vec3<float> a = pull.from - from_centre, b = pull.to - to_centre;
             add3(sums + kFitFrom, weight, a);
             add3(sums + kFitTo, weight, b);
             add3(sums + kFitMoment, weight * b.x, a);
             add3(sums + kFitMoment + 3, weight * b.y, a);
             add3(sums + kFitMoment + 6, weight * b.z, a);
             sums[kFitWeight] += weight;
-        }
+        });
         block_sums(sums, fit_warps);
         motion = fit(sums, from_centre, to_centre);
         errors[0] = errors[1] = 0;
-        for (uint32_t i = threadIdx.x; i < given.landmarks; i += kPresolveThreads) {
-            const float4 landmark = given.deformed[i];
-            if (landmark.w == 0) continue;
-            const Vec3<float> off =
-                moved_by(motion, vector_of(landmark)) - load3<float>(given.matches[i].position);
-            errors[0] += landmark.w * dot(off, off);
-            errors[1] += landmark.w * tukey(dot(off, off), 1 / c2).cost;
-        }
+        pulls.each(given, [&](const LmPull& pull) {
+            const Vec3<float> off = moved_by(motion, pull.from) - pull.to;
+            errors[0] += pull.weight * dot(off, off);
+            errors[1] += pull.weight * tukey(dot(off, off), 1 / c2).cost;
+        });
         block_sums(errors, error_warps);
     }
     if (threadIdx.x != 0) return;

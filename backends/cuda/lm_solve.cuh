@@ -110,31 +110,38 @@ __global__ void __launch_bounds__(kLmThreads, kShared ? 3 : 1) lm_solve(LmView v
     const uint32_t thread = threadIdx.x, iterations = view.p.iterations;
     uint32_t copy = 0;
     LmLoaded loaded{~0u, 0};
+    GridBarrier barrier(view.exchange.passed);
     const auto collect = [&] {
-        sync_grid();
+        barrier.wait();
         collect_sums(view.exchange.sums + size_t{copy} * gridDim.x * kSums, there);
     };
     start_poses(view, memory);
-    begin(view, memory, share, view.p.damping, copy, loaded);
-    collect();
-    if (thread == 0) begin_state(view.p, there, state);
-    __syncthreads();
-    for (uint32_t i = 1; i <= iterations && !stopped(state); ++i) {
-        solve(view, memory, share, copy);
-        const float farthest = move(view, memory, share, copy), lambda = state.lambda;
-        copy ^= 1;
-        // As if it were accepted, which it almost always is.
-        evaluate(view, memory, share, i < iterations, lowered(lambda), farthest, copy, loaded);
-        collect();
-        if (thread == 0) classify(view.p, there, state);
-        __syncthreads();
-        if (state.accepted) {
-            keep_poses(memory);
-        } else if (i < iterations && !stopped(state)) {
-            restore_poses(view, memory);
+    for (uint32_t i = 0; i <= iterations && (i == 0 || !stopped(state)); ++i) {
+        float farthest = 0, lambda = view.p.damping;
+        if (i > 0) {
+            solve(view, memory, share, copy, barrier);
+            farthest = move(view, memory, share, copy);
+            lambda = lowered(state.lambda);  // as if it were accepted, which it almost always is
+        }
+#pragma unroll 1
+        for (bool goes_back = false;; goes_back = true) {
             copy ^= 1;
-            evaluate(view, memory, share, true, state.lambda, 0, copy, loaded);
-            sync_grid();
+            evaluate(view, memory, share, i == 0, i < iterations, lambda, farthest, copy, loaded,
+                     barrier);
+            collect();
+            if (goes_back) break;
+            if (thread == 0) {
+                if (i == 0)
+                    begin_state(view.p, there, state);
+                else
+                    classify(view.p, there, state);
+            }
+            __syncthreads();
+            if (state.accepted) keep_poses(memory);
+            if (i == 0 || state.accepted || i == iterations || stopped(state)) break;
+            restore_poses(view, memory);
+            farthest = 0;
+            lambda = state.lambda;
         }
         __syncthreads();
     }

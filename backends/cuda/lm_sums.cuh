@@ -5,8 +5,6 @@
 namespace defrec::cuda {
 namespace {
 
-constexpr uint32_t kLmWarps = kLmThreads / kWarp;
-
 // values[i]: a lane's part of sum i. Each exchange halves what a lane is still concerned with: lane
 // l ends with sum l * kCount / 32.
 template <uint32_t kCount, uint32_t kApart = kWarp / 2>
@@ -90,7 +88,8 @@ __device__ __forceinline__ void publish_sums(float (&values)[kSums], float farth
 // The sums of all blocks' parts, to everybody: every block adds them up in the same order.
 __device__ __forceinline__ void collect_sums(const float* sums, double (&total)[kSums]) {
     constexpr uint32_t kGroups = kLmThreads / kSums;
-    __shared__ double parts[kGroups][kSums];
+    static_assert(2 * kSums == kWarp);
+    __shared__ double parts[kLmWarps][kSums];
     const uint32_t which = threadIdx.x % kSums, group = threadIdx.x / kSums;
     const auto add = [which](double a, double b) {
         return which == kFarthest ? (a < b ? b : a) : a + b;
@@ -98,10 +97,11 @@ __device__ __forceinline__ void collect_sums(const float* sums, double (&total)[
     double part = 0;
     for (uint32_t block = group; block < gridDim.x; block += kGroups)
         part = add(part, double(sums[block * kSums + which]));
-    parts[group][which] = part;
+    part = add(part, __shfl_down_sync(kAllLanes, part, kSums));
+    if (threadIdx.x % kWarp < kSums) parts[threadIdx.x / kWarp][which] = part;
     __syncthreads();
-    if (group == 0) {
-        for (uint32_t g = 1; g < kGroups; ++g) part = add(part, parts[g][which]);
+    if (threadIdx.x < kSums) {
+        for (uint32_t w = 1; w < kLmWarps; ++w) part = add(part, parts[w][which]);
         total[which] = part;
     }
     __syncthreads();

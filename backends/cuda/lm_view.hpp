@@ -50,6 +50,7 @@ struct LmExchange {
     float4* dots;     // 2 x blocks: each one's part
     float* sums;      // 2 x blocks x kSums, likewise
     float* local;     // what shared memory does not hold: local_floats for each block
+    uint32_t* passed;  // GridBarrier's
     size_t local_floats;
 };
 

@@ -6,7 +6,7 @@
 namespace defrec::cuda {
 namespace {
 
-constexpr uint32_t kHeld = 8;  // pairs that a thread holds in registers; those of longer lists are
+constexpr uint32_t kHeld = 4;  // pairs that a thread holds in registers; those of longer lists are
                                // read again whenever they are needed
 constexpr uint32_t kMinThreads = 64, kMaxThreads = 512;
 
@@ -88,7 +88,10 @@ class BlockSums {
         if (lane < kCount) partial[threadIdx.x / kWarp][lane] = sum;
         __syncthreads();
         sum = 0;
-        for (uint32_t warp = 0; warp < warps; ++warp) sum += partial[warp][lane % kCount];
+        for (uint32_t warp = lane / kCount; warp < warps; warp += kWarp / kCount)
+            sum += partial[warp][lane % kCount];
+        for (uint32_t other = kCount; other < kWarp; other *= 2)
+            sum += __shfl_xor_sync(kAllLanes, sum, other);
         for (int i = 0; i < kCount; ++i) values[i] = __shfl_sync(kAllLanes, sum, i);
         turn_ ^= 1;
     }

@@ -7,7 +7,8 @@
 namespace defrec::cuda {
 namespace {
 
-constexpr int kTileWidth = 64, kTileHeight = 16, kThreads = 256;
+constexpr int kTileWidth = 64, kTileHeight = 32, kThreads = 512;
+constexpr uint32_t kUsualRadius = 4;  // of highlights: the default
 
 struct Sample {
     int gray;
@@ -15,43 +16,49 @@ struct Sample {
 };
 
 template <uint32_t kFormat>
-__device__ int gray_at(const RectifyConstants& c, const RectifyBuffers& given, int x, int y) {
-    constexpr int kBytes = bytes_per_pixel(kFormat);
-    const uint8_t* pixel = given.source + int64_t{y} * c.source_stride + x * kBytes;
+__device__ int gray_at(const uint8_t* row, int x) {
+    const uint8_t* pixel = row + x * bytes_per_pixel(kFormat);
     if constexpr (kFormat == DEFREC_FORMAT_GRAY8) return pixel[0];
     const int red = pixel[kFormat == DEFREC_FORMAT_RGB8 ? 0 : 2], green = pixel[1],
               blue = pixel[kFormat == DEFREC_FORMAT_RGB8 ? 2 : 0];
     return gray_of(red, green, blue);
 }
 
+__device__ const uint8_t* row_of(const RectifyConstants& c, const RectifyBuffers& given, int y) {
+    return given.source + int64_t{y} * c.source_stride;
+}
 __device__ bool usable(const RectifyConstants& c, const RectifyBuffers& given, int x, int y) {
-    return given.ignore == nullptr || given.ignore[int64_t{y} * c.source_width + x] == 0;
+    return given.ignore[int64_t{y} * c.source_width + x] == 0;
 }
 
 template <uint32_t kFormat>
 __device__ Sample sample(const RectifyConstants& c, const RectifyBuffers& given, int x, int y) {
     if (given.map == nullptr)
-        return {gray_at<kFormat>(c, given, x, y), false, usable(c, given, x, y)};
+        return {gray_at<kFormat>(row_of(c, given, y), x), false,
+                given.ignore == nullptr || usable(c, given, x, y)};
     const int2 at = reinterpret_cast<const int2*>(given.map)[int64_t{y} * c.width + x];
     const int last_x = c.source_width - 1, last_y = c.source_height - 1;
     if (at.x < 0 || at.y < 0 || at.x > kMapOne * last_x || at.y > kMapOne * last_y)
         return {0, true, false};
     const int left = at.x >> 7, upper = at.y >> 7, a = at.x & 127, b = at.y & 127;
     const int right = min(left + 1, last_x), lower = min(upper + 1, last_y);
-    const int above = (128 - a) * gray_at<kFormat>(c, given, left, upper) +
-                      a * gray_at<kFormat>(c, given, right, upper);
-    const int below = (128 - a) * gray_at<kFormat>(c, given, left, lower) +
-                      a * gray_at<kFormat>(c, given, right, lower);
-    return {((128 - b) * above + b * below + 8192) >> 14, false,
-            usable(c, given, left, upper) && usable(c, given, right, upper) &&
-                usable(c, given, left, lower) && usable(c, given, right, lower)};
+    const uint8_t *const upper_row = row_of(c, given, upper), *const lower_row =
+                                                                  row_of(c, given, lower);
+    const int above =
+        (128 - a) * gray_at<kFormat>(upper_row, left) + a * gray_at<kFormat>(upper_row, right);
+    const int below =
+        (128 - a) * gray_at<kFormat>(lower_row, left) + a * gray_at<kFormat>(lower_row, right);
+    const bool covered = given.ignore == nullptr ||
+                         (usable(c, given, left, upper) && usable(c, given, right, upper) &&
+                          usable(c, given, left, lower) && usable(c, given, right, lower));
+    return {((128 - b) * above + b * below + 8192) >> 14, false, covered};
 }
 
 // Shared memory: which pixels of the tile with its rim are saturated, then which have one of those
-// within the radius in their row.
-template <uint32_t kFormat>
+// within the radius in their row. kRadius: of highlights, where it is known beforehand, else 0.
+template <uint32_t kFormat, int kRadius>
 __global__ void __launch_bounds__(kThreads) rectify(RectifyConstants c, RectifyBuffers given) {
-    const int radius = c.highlight_radius;
+    const int radius = kRadius > 0 ? kRadius : static_cast<int>(c.highlight_radius);
     const int rim_width = kTileWidth + 2 * radius, rim_height = kTileHeight + 2 * radius;
     uint8_t* const saturated = dynamic_shared<uint8_t>();
     uint8_t* const near_in_row = saturated + rim_width * rim_height;
@@ -105,17 +112,22 @@ class Rectify final : public Stage {
     }
 
   private:
-    decltype(&rectify<DEFREC_FORMAT_GRAY8>) kernel() const {
+    using Kernel = void (*)(RectifyConstants, RectifyBuffers);
+    template <int kRadius>
+    Kernel kernel_with() const {
         switch (p_.format) {
             case DEFREC_FORMAT_GRAY8:
-                return rectify<DEFREC_FORMAT_GRAY8>;
+                return rectify<DEFREC_FORMAT_GRAY8, kRadius>;
             case DEFREC_FORMAT_BGR8:
-                return rectify<DEFREC_FORMAT_BGR8>;
+                return rectify<DEFREC_FORMAT_BGR8, kRadius>;
             case DEFREC_FORMAT_RGB8:
-                return rectify<DEFREC_FORMAT_RGB8>;
+                return rectify<DEFREC_FORMAT_RGB8, kRadius>;
             default:
-                return rectify<DEFREC_FORMAT_BGRA8>;
+                return rectify<DEFREC_FORMAT_BGRA8, kRadius>;
         }
+    }
+    Kernel kernel() const {
+        return p_.highlight_radius == kUsualRadius ? kernel_with<kUsualRadius>() : kernel_with<0>();
     }
     defrec_rectify_params p_;
 };

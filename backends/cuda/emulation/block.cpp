@@ -166,7 +166,7 @@ void Block::run(uint64_t index, WholeGrid* grid) {
         if (at_grid_barrier_) {
             at_grid_barrier_ = false;
             if (grid == nullptr)
-                throw std::logic_error("emulation: sync_grid in a grid that is not cooperative");
+                throw std::logic_error("emulation: GridBarrier in a grid that is not cooperative");
             grid->barrier.arrive_and_wait();
             release_block();
         } else if (progress_ == before) {

@@ -110,7 +110,11 @@ template <class T>
 T* dynamic_shared() {
     return reinterpret_cast<T*>(emulation::dynamic_shared_memory());
 }
-inline void sync_grid() { emulation::sync_whole_grid(); }
+class GridBarrier {
+  public:
+    explicit GridBarrier(uint32_t*) {}
+    void wait() { emulation::sync_whole_grid(); }
+};
 }  // namespace defrec::cuda
 
 inline void __syncthreads() { defrec::cuda::emulation::sync_block(false); }

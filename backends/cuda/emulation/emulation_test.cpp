@@ -51,11 +51,12 @@ __global__ void half_warps(int* out) {
 
 __global__ void relay_over_grid(int* values) {
     __shared__ int own;
+    GridBarrier barrier(nullptr);
     for (uint32_t step = 0; step < gridDim.x; ++step) {
         if (threadIdx.x == 0) own = values[blockIdx.x];
-        sync_grid();
+        barrier.wait();
         if (threadIdx.x == 1) values[(blockIdx.x + 1) % gridDim.x] = own + 1;
-        sync_grid();
+        barrier.wait();
     }
 }
 
