@@ -32,7 +32,8 @@ bool take(std::atomic<uint64_t>& share, size_t& index) noexcept {
 
 }  // namespace
 
-ThreadPool::ThreadPool(uint32_t threads) : shares_(std::make_unique<Share[]>(threads)) {
+ThreadPool::ThreadPool(uint32_t threads)
+    : shares_(std::make_unique<Share[]>(threads)), sleepers_(std::make_unique<Sleeper[]>(threads)) {
     try {
         workers_.reserve(threads - 1);
         for (uint32_t i = 1; i < threads; ++i)
@@ -47,16 +48,29 @@ ThreadPool::~ThreadPool() { stop(); }
 
 void ThreadPool::stop() noexcept {
     stop_ = true;
-    { const std::lock_guard lock(mutex_); }
-    started_.notify_all();
+    wake(threads(), true);
     for (std::thread& worker : workers_) worker.join();
     workers_.clear();
 }
 
 void ThreadPool::share_out(size_t count) noexcept {
-    const size_t all = threads();
-    for (size_t i = 0; i < all; ++i)
-        shares_[i] = make_share(count * i / all, count * (i + 1) / all);
+    for (size_t i = 0; i < loop_.called; ++i)
+        shares_[i] = make_share(count * i / loop_.called, count * (i + 1) / loop_.called);
+}
+
+// Those of the first so many threads that sleep. rouses: although there is no loop for them.
+void ThreadPool::wake(size_t threads, bool rouses) noexcept {
+    bool is_locked_once = false;
+    for (size_t i = 1; i < std::min<size_t>(threads, this->threads()); ++i) {
+        Sleeper& sleeper = sleepers_[i];
+        if (!sleeper.is_asleep) continue;
+        if (rouses || !is_locked_once) {  // then nobody is between looking and sleeping
+            const std::lock_guard lock(mutex_);
+            if (rouses) ++sleeper.roused;
+            is_locked_once = true;
+        }
+        sleeper.wake.notify_one();
+    }
 }
 
 void ThreadPool::take_indices(size_t thread) noexcept {
@@ -64,9 +78,8 @@ void ThreadPool::take_indices(size_t thread) noexcept {
     const Loop loop = loop_;
     size_t index = 0;
     while (take<true>(shares_[thread], index)) loop.body(loop.arg, index);
-    const size_t all = threads();
-    for (size_t i = 1; i < all; ++i)
-        while (take<false>(shares_[(thread + i) % all], index)) loop.body(loop.arg, index);
+    for (size_t i = 1; i < loop.called; ++i)
+        while (take<false>(shares_[(thread + i) % loop.called], index)) loop.body(loop.arg, index);
     in_loop = false;
 }
 
@@ -76,15 +89,10 @@ void ThreadPool::parallel_for(size_t count, Body body, void* arg) noexcept {
         for (size_t i = 0; i < count; ++i) body(arg, i);
         return;
     }
-    loop_ = {body, arg};
+    loop_ = {body, arg, std::min<size_t>(count, threads())};
     share_out(count);
-    state_ = (state_ / kNumber + 1) * kNumber | kOpen;
-    if (const size_t sleepers = sleepers_; sleepers > 0) {
-        {
-            const std::lock_guard lock(mutex_);  // nobody is between looking and sleeping
-        }
-        for (size_t wake = std::min(sleepers, count - 1); wake > 0; --wake) started_.notify_one();
-    }
+    state_ = (state_ / kNumber + 1) * kNumber | loop_.called * kCalled | kOpen;
+    wake(loop_.called, false);
     take_indices(0);
     if (((state_ -= kOpen) & kInside) == 0) return;
     const auto all_left = [this] { return (state_ & kInside) == 0; };
@@ -94,15 +102,7 @@ void ThreadPool::parallel_for(size_t count, Body body, void* arg) noexcept {
     finished_.wait(lock, all_left);
 }
 
-void ThreadPool::rouse(size_t threads) noexcept {
-    size_t wake = std::min<size_t>(sleepers_, threads);
-    if (wake == 0) return;
-    {
-        const std::lock_guard lock(mutex_);
-        ++roused_;
-    }
-    for (; wake > 0; --wake) started_.notify_one();
-}
+void ThreadPool::rouse(size_t threads) noexcept { wake(threads + 1, true); }
 
 // False where the loop of that state takes nobody in.
 bool ThreadPool::join(uint64_t state) noexcept {
@@ -121,18 +121,23 @@ void ThreadPool::leave() noexcept {
 
 void ThreadPool::work(size_t thread) noexcept {
     uint64_t seen = 0;
-    const auto has_news = [&] { return stop_ || state_ / kNumber != seen; };
+    const auto has_news = [&] {
+        const uint64_t state = state_;
+        return stop_ || (state / kNumber != seen && thread < called(state));
+    };
     for (;;) {
         if (!spin_until(kSpin, has_news)) {
+            Sleeper& sleeper = sleepers_[thread];
             std::unique_lock lock(mutex_);
-            ++sleepers_;
-            const uint64_t roused = roused_;
-            started_.wait(lock, [&] { return roused_ != roused || has_news(); });
-            --sleepers_;
+            sleeper.is_asleep = true;
+            const uint64_t roused = sleeper.roused;
+            sleeper.wake.wait(lock, [&] { return sleeper.roused != roused || has_news(); });
+            sleeper.is_asleep = false;
             if (!has_news()) continue;
         }
         if (stop_) return;
         const uint64_t state = state_;
+        if (thread >= called(state)) continue;
         seen = state / kNumber;
         if (!join(state)) continue;
         take_indices(thread);

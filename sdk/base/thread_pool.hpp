@@ -1,6 +1,7 @@
 // The library's own threads: one parallel loop at a time, the caller takes part. Of loops with as
 // many indices a thread is given the same ones each time, so that what it computed in one loop is
-// in its cache in the next; who has done its own takes from others.
+// in its cache in the next; who has done its own takes from others. A loop with few indices calls
+// the first threads alone, and the others sleep on: cores are left to other programs.
 #pragma once
 #include <atomic>
 #include <condition_variable>
@@ -28,7 +29,7 @@ class ThreadPool {
     // while another thread's loop runs, and from within a body, the whole loop runs on the calling
     // thread.
     void parallel_for(size_t count, Body body, void* arg) noexcept;
-    // Lets so many of the threads that sleep look for a loop again, for a little while: one that is
+    // Lets the first so many threads look for a loop for a little while, if they sleep: one that is
     // about to begin finds them awake. Any thread.
     void rouse(size_t threads) noexcept;
     uint32_t threads() const { return static_cast<uint32_t>(workers_.size()) + 1; }
@@ -37,6 +38,12 @@ class ThreadPool {
     struct Loop {
         Body body = nullptr;
         void* arg = nullptr;
+        size_t called = 0;  // threads, the caller's included
+    };
+    struct Sleeper {
+        std::condition_variable wake;
+        std::atomic<bool> is_asleep{false};
+        uint64_t roused = 0;  // how often, under the mutex
     };
     // Indices [first, last) that nobody has taken yet: last << 32 | first.
     using Share = std::atomic<uint64_t>;
@@ -45,22 +52,25 @@ class ThreadPool {
     bool join(uint64_t state) noexcept;
     void leave() noexcept;
     void share_out(size_t count) noexcept;
+    void wake(size_t threads, bool rouses) noexcept;
     void take_indices(size_t thread) noexcept;
 
-    // state_: the number of the loop, whether threads may join it, whether its caller sleeps until
-    // they have left, and how many are inside. Loop and shares change while none is.
+    // state_: the number of the loop, how many threads it calls, whether they may join it, whether
+    // its caller sleeps until they have left, and how many are inside. Loop and shares change while
+    // none is.
     static constexpr uint64_t kInside = (uint64_t{1} << 16) - 1, kCallerSleeps = uint64_t{1} << 16,
-                              kOpen = uint64_t{1} << 17, kNumber = uint64_t{1} << 18;
+                              kOpen = uint64_t{1} << 17, kCalled = uint64_t{1} << 18,
+                              kNumber = uint64_t{1} << 34;
+    static size_t called(uint64_t state) { return state % kNumber / kCalled; }
 
     std::mutex caller_;  // held by the thread whose loop runs
     std::mutex mutex_;   // of those who sleep
-    std::condition_variable started_, finished_;
-    uint64_t roused_ = 0;  // how often, under the mutex
+    std::condition_variable finished_;
     alignas(64) std::atomic<uint64_t> state_{0};
-    std::atomic<uint32_t> sleepers_{0};
     std::atomic<bool> stop_{false};
     alignas(64) Loop loop_;
-    std::unique_ptr<Share[]> shares_;  // of each thread; the caller's is the first
+    std::unique_ptr<Share[]> shares_;      // of each thread; the caller's is the first
+    std::unique_ptr<Sleeper[]> sleepers_;  // likewise
     std::vector<std::thread> workers_;
 };
 

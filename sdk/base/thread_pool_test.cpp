@@ -4,6 +4,9 @@
 
 #include <chrono>
 #include <memory>
+#include <mutex>
+#include <set>
+#include <thread>
 
 using defrec::ThreadPool;
 
@@ -45,6 +48,27 @@ TEST_CASE(
         REQUIRE(counts.each_once());
         if (i % 300 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
+}
+
+TEST_CASE("a loop with few indices is computed by the caller and the first threads") {
+    ThreadPool pool(8);
+    struct Seen {
+        std::mutex mutex;
+        std::set<std::thread::id> threads;
+    } seen;
+    const auto body = [](void* arg, size_t) {
+        auto& self = *static_cast<Seen*>(arg);
+        const std::lock_guard lock(self.mutex);
+        self.threads.insert(std::this_thread::get_id());
+    };
+    for (int i = 0; i < 500; ++i) {
+        pool.parallel_for(3, body, &seen);
+        if (i % 50 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    CHECK(seen.threads.size() <= 3);
+    Counts all(100);
+    pool.parallel_for(100, Counts::body, &all);
+    CHECK(all.each_once());
 }
 
 TEST_CASE("threads that were roused, with or without a loop for them, take part in later loops") {
