@@ -96,7 +96,7 @@ __device__ defrec_patch_observation observe(const PatchTask& task, const Centre&
 
 // Every lane predicts: that is no more work for the warp than if one did, and needs no exchange.
 template <int kRadius>
-__global__ void __launch_bounds__(kWarp) align_patch(PatchTask task) {
+__global__ void __launch_bounds__(kWarp, 16) align_patch(PatchTask task) {
     const uint32_t index = blockIdx.x;
     const Centre centre = task.centres[index];
     const defrec_patch_prediction prediction =

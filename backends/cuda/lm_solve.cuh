@@ -102,7 +102,7 @@ __device__ __forceinline__ void give_results(const LmView& view, const LmMemory&
 // Registers for three blocks on a multiprocessor, so that as many trackers' solves run beside each
 // other.
 template <bool kShared>
-__global__ void __launch_bounds__(kLmThreads, kShared ? 3 : 1) lm_solve(LmView view) {
+__global__ void __launch_bounds__(kLmThreads, kShared ? 4 : 1) lm_solve(LmView view) {
     __shared__ LmState state;
     __shared__ double there[kSums];
     const LmShare share = view.surface.shares[blockIdx.x];

@@ -163,7 +163,7 @@ struct Block {
 };
 
 template <int kRadius>
-__global__ void __launch_bounds__(kThreads, 2) make_dense(DenseStep step, bool whole) {
+__global__ void __launch_bounds__(kThreads, 3) make_dense(DenseStep step, bool whole) {
     Block<kRadius>& block = *dynamic_shared<Block<kRadius>>();
     auto& tile = block.tile;
     auto& means = block.means;
