@@ -54,8 +54,8 @@ struct AlignScratch {
 };
 
 // Places row by row, for SIMD: of a patch's samples, px, and of the displacements that are
-// searched. Behind the last are kAlignLanes more: of samples the centre, of displacements one too
-// far away to be the best.
+// searched. Behind the last are kAlignLanes more: of samples the centre, of displacements
+// kAlignFar, which none is.
 struct AlignPlaces {
     HostVector<int32_t> sample_x, sample_y, shift_x, shift_y;
     // Of the pixels of a patch that is usable throughout, in rows of kAlignRow; 0 beyond it.

@@ -441,7 +441,7 @@ int32_t best_displacement(const AlignRun& run, const AlignScratch& scratch,
         columns[0] == 0 && columns[1] == 2 * s && rows[0] == 0 && rows[1] == 2 * s;
     PatchTerms patch = whole_patch(run, scratch, all);
     const V32 unscored = hn::Set(d, int32_t(kUnscored));
-    // Less than any displacement's, more than that of a place behind the last.
+    // Less than any displacement's.
     V32 best = hn::Set(d, -(1 << 28)), best_at = hn::Set(d, -1);
     for (int32_t at = 0; at < (2 * s + 1) * (2 * s + 1); at += lanes) {
         const V32 dx = hn::LoadU(d, &run.places->shift_x[size_t(at)]),
@@ -451,6 +451,8 @@ int32_t best_displacement(const AlignRun& run, const AlignScratch& scratch,
         const V32 squared = hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy));
         const V32 ranked = hn::Sub(q, hn::Mul(squared, hn::Set(d, int32_t(kDistancePenalty))));
         auto better = hn::And(hn::Ne(q, unscored), hn::Gt(ranked, best));
+        // Lanes behind the last displacement hold anything, and a score as high as that may be.
+        better = hn::And(better, hn::Ne(dx, hn::Set(d, kAlignFar)));
         if (!all_inside) {
             const auto within = [&](V32 shift, const int32_t* ends) HWY_ATTR {
                 return hn::And(hn::Gt(shift, hn::Set(d, ends[0] - s - 1)),
