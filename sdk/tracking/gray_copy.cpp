@@ -163,6 +163,7 @@ void copy_colours(Order order, const uint8_t* from, size_t pixels, uint8_t* to, 
 }  // namespace
 
 void copy_gray(uint32_t format, const uint8_t* from, size_t pixels, uint8_t* to, bool streams) {
+    if (pixels == 0) return;  // pointers may be null, which memcpy may not be given
     if (format == DEFREC_FORMAT_GRAY8) {
         if (streams)
             streaming_copy(to, from, pixels);
