@@ -37,7 +37,8 @@ std::string how, where;
 bool held = false;
 int inside = 0;  // calls that hang
 
-// What is done at a place before the right thing.
+// What is done at a place before the right thing; where something is destroyed, after it: what
+// throws there would leak.
 void at(const char* place) {
     std::unique_lock lock(mutex);
     if (where != place) return;
@@ -117,8 +118,8 @@ void wrap_stages(void* self, std::index_sequence<kStages...>) {
      ...);
     for (defrec_stage_table& stage : stages)
         stage.destroy = [](defrec_pstage* object) {
-            at("stage destroy");
             inner_stages[DEFREC_STAGE_RECTIFY]->destroy(object);
+            at("stage destroy");
         };
 }
 
@@ -139,8 +140,8 @@ defrec_plugin wrapped(const defrec_plugin& plugin) {
         return inner.device_open(self, index, out);
     };
     outer.device_close = [](defrec_pdevice* device) {
-        at("device_close");
         inner.device_close(device);
+        at("device_close");
     };
     outer.buffer_create = [](defrec_pdevice* device, uint64_t size,
                              defrec_pbuffer** out) -> defrec_status {
@@ -149,12 +150,12 @@ defrec_plugin wrapped(const defrec_plugin& plugin) {
         return inner.buffer_create(device, size, out);
     };
     outer.buffer_destroy = [](defrec_pbuffer* buffer) {
-        at("buffer_destroy");
         inner.buffer_destroy(buffer);
+        at("buffer_destroy");
     };
     outer.queue_destroy = [](defrec_pqueue* queue) {
-        at("queue_destroy");
         inner.queue_destroy(queue);
+        at("queue_destroy");
     };
     outer.write = [](defrec_pqueue* queue, defrec_pbuffer* buffer, uint64_t offset, const void* src,
                      uint64_t size) {
@@ -186,8 +187,8 @@ defrec_plugin wrapped(const defrec_plugin& plugin) {
         return inner.buffer_import(device, kind, memory, size, out);
     };
     outer.shutdown = [](void* self) {
-        at("shutdown");
         inner.shutdown(self);
+        at("shutdown");
     };
     return outer;
 }
