@@ -39,7 +39,10 @@ bool has_check_texture(const uint8_t* gray, uint32_t width, uint32_t height, dou
 void place_checks(TemplateData& data) {
     const SurfaceGrid& grid = data.grid;
     const double window = (2 * kCheckRadius + 1) << check_level(data.width);
-    const int step = std::max(1, static_cast<int>(window / grid.spacing));
+    // Two vertices a side at least, where both lie in the window: at one each, the windows of large
+    // images would cover each pixel several times.
+    const int least = grid.spacing <= window ? 2 : 1;
+    const int step = std::max(least, static_cast<int>(window / grid.spacing));
     data.checks.clear();
     data.check_of_vertex.assign(data.vertices.size(), -1);
     for (int y0 = 0; y0 < grid.rows; y0 += step)

@@ -9,17 +9,18 @@ using namespace defrec;
 
 namespace {
 
-// A flat surface at 80 mm over the whole image, with texture where the function says so.
+// A flat surface at 80 mm over the whole image, with texture where the function says so, and
+// vertices so many px apart.
 template <class Gray>
-TemplateData flat_template(const Gray& gray) {
+TemplateData flat_template(const Gray& gray, int spacing = 4) {
     TemplateData data;
     data.width = 320;
     data.height = 240;
     data.camera = {400, 400, 160, 120, 5};
     SurfaceGrid& grid = data.grid;
-    grid.spacing = 4;
-    grid.columns = 80;
-    grid.rows = 60;
+    grid.spacing = spacing;
+    grid.columns = 320 / spacing;
+    grid.rows = 240 / spacing;
     const size_t cells = static_cast<size_t>(grid.columns * grid.rows);
     grid.disparity.assign(cells, 400 * 5 / 80.0f);
     grid.support.assign(cells, 0);
@@ -52,6 +53,24 @@ TEST_CASE("texture everywhere: nearly every vertex lies in a check's window") {
         CHECK(std::abs(check.v - 4.0 * (i / 80)) <= window / 2);
     }
     CHECK(covered > 0.8 * static_cast<double>(data.vertices.size()));
+}
+
+TEST_CASE("a check's window that holds two vertices a side is there for both") {
+    const double window = 2 * kCheckRadius + 1;
+    for (const int spacing : {8, 10}) {
+        CAPTURE(spacing);
+        const TemplateData data = flat_template(waves, spacing);
+        CHECK(data.checks.size() > 0.2 * static_cast<double>(data.vertices.size()));
+        CHECK(data.checks.size() < 0.3 * static_cast<double>(data.vertices.size()));
+        for (size_t i = 0; i < data.vertices.size(); ++i) {
+            if (data.check_of_vertex[i] < 0) continue;
+            const defrec_patch& check = data.checks[static_cast<size_t>(data.check_of_vertex[i])];
+            const auto column = static_cast<int>(i) % data.grid.columns;
+            CHECK(std::abs(check.u - spacing * column) <= window / 2);
+        }
+    }
+    const TemplateData sparse = flat_template(waves, 16);
+    CHECK(sparse.checks.size() > 0.8 * static_cast<double>(sparse.vertices.size()));
 }
 
 TEST_CASE("no check where texture does not tell a slide: plain, or in one direction only") {
