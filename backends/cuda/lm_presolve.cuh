@@ -94,21 +94,32 @@ struct LmPull {
     Vec3<float> from{}, to{};
     float weight = 0;
 };
+__device__ LmPull deform_landmark(const LmPresolve& given, uint32_t i) {
+    const defrec_match& match = given.matches[i];
+    if (!preselected(match)) return {};
+    const float4* vectors = given.items + LmLists::kItemVectors * size_t{i};
+    const int4 nodes = given.item_nodes[i];
+    const int32_t node[DEFREC_SKIN_NODES] = {nodes.x, nodes.y, nodes.z, nodes.w};
+    float weight[DEFREC_SKIN_NODES];
+    for (uint32_t k = 0; k < DEFREC_SKIN_NODES; ++k) weight[k] = vectors[LmLists::kItemArms + k].w;
+    const auto motion = blend_with<float>(
+        [&given](int32_t k) { return usable_motion<float>(given.motions[k]); }, node, weight);
+    return {apply(motion, vector_of(vectors[0])), load3<float>(match.position), match.weight};
+}
+
 // The first of them are kept in registers, those of longer lists in memory.
 struct LmPulls {
     static constexpr uint32_t kHeld = 4;  // of a thread
     LmPull held[kHeld];
 
-    // deform(i): that of landmark i.
-    template <class Deform>
-    __device__ LmPulls(const LmPresolve& given, Deform&& deform) {
+    __device__ explicit LmPulls(const LmPresolve& given) {
         for (uint32_t k = 0; k < kHeld; ++k) {
             const uint32_t i = k * kPresolveThreads + threadIdx.x;
-            if (i < given.landmarks) held[k] = deform(i);
+            if (i < given.landmarks) held[k] = deform_landmark(given, i);
         }
         for (uint32_t i = kHeld * kPresolveThreads + threadIdx.x; i < given.landmarks;
              i += kPresolveThreads) {
-            const LmPull pull = deform(i);
+            const LmPull pull = deform_landmark(given, i);
             given.deformed[i] = pack(pull.from, pull.weight);
         }
     }
@@ -122,19 +133,6 @@ struct LmPulls {
                 use(LmPull{vector_of(from), load3<float>(given.matches[i].position), from.w});
     }
 };
-
-__device__ LmPull deform_landmark(const LmPresolve& given, uint32_t i) {
-    const defrec_match& match = given.matches[i];
-    if (!preselected(match)) return {};
-    const float4* vectors = given.items + LmLists::kItemVectors * size_t{i};
-    const int4 nodes = given.item_nodes[i];
-    const int32_t node[DEFREC_SKIN_NODES] = {nodes.x, nodes.y, nodes.z, nodes.w};
-    float weight[DEFREC_SKIN_NODES];
-    for (uint32_t k = 0; k < DEFREC_SKIN_NODES; ++k) weight[k] = vectors[LmLists::kItemArms + k].w;
-    const auto motion = blend_with<float>(
-        [&given](int32_t k) { return usable_motion<float>(given.motions[k]); }, node, weight);
-    return {apply(motion, vector_of(vectors[0])), load3<float>(match.position), match.weight};
-}
 
 // The best motion by the sums of a round, by every thread for itself.
 __device__ __forceinline__ RigidMotion fit(const float (&sums)[kFitSums], Vec3<float> from_centre,
@@ -158,7 +156,7 @@ __global__ void __launch_bounds__(kPresolveThreads) lm_presolve(LmPresolve given
     __shared__ float match_warps[kPresolveWarps][kMatchSums], fit_warps[kPresolveWarps][kFitSums],
         error_warps[kPresolveWarps][2];
     const float c2 = given.match_tukey * given.match_tukey;
-    const LmPulls pulls(given, [&given](uint32_t i) { return deform_landmark(given, i); });
+    const LmPulls pulls(given);
     float all[kMatchSums] = {};
     pulls.each(given, [&](const LmPull& pull) {
         const float squared = dot(pull.from - pull.to, pull.from - pull.to);
