@@ -798,12 +798,12 @@ typedef struct defrec_tracker_desc {
     uint32_t    max_patches;       /**< of a template @default 1024 @range 1..65536 */
     float       arap_weight;       /**< of the smoothness term at the default spacing of control
                                         points: the tissue's stiffness, which is kept at others
-                                        @default 0.45 @range 0..1e9 */
+                                        @default 0.55 @range 0..1e9 */
     uint32_t    keep_disparity;    /**< 1: results carry the disparity image; with grow they do */
     uint32_t    coarse_iterations; /**< of Levenberg-Marquardt on patches that were searched in
-                                        half-size images @default 2 @range 1..1000 */
+                                        half-size images @default 1 @range 1..1000 */
     uint32_t    fine_iterations;   /**< of Levenberg-Marquardt on patches that were searched in the
-                                        images @default 3 @range 1..1000 */
+                                        images @default 2 @range 1..1000 */
     uint32_t    timed;             /**< 1: the host waits after each stage, so that the times of
                                         results are the device's; slower. Otherwise they are those
                                         of queueing where a device computes by itself */

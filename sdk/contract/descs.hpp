@@ -39,9 +39,9 @@ inline void fill_defaults(defrec_tracker_desc& p) {
     if (p.min_depth_mm == 0) p.min_depth_mm = 20.0f;
     if (p.max_features == 0) p.max_features = 1024;
     if (p.max_patches == 0) p.max_patches = 1024;
-    if (p.arap_weight == 0) p.arap_weight = 0.45f;
-    if (p.coarse_iterations == 0) p.coarse_iterations = 2;
-    if (p.fine_iterations == 0) p.fine_iterations = 3;
+    if (p.arap_weight == 0) p.arap_weight = 0.55f;
+    if (p.coarse_iterations == 0) p.coarse_iterations = 1;
+    if (p.fine_iterations == 0) p.fine_iterations = 2;
     if (p.self_calibration == 0) p.self_calibration = DEFREC_SELF_CALIBRATION_REPORT;
     if (p.max_vertices == 0) p.max_vertices = 65536;
 }

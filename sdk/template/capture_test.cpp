@@ -332,7 +332,7 @@ TEST_CASE("skins sum to one and reproduce positions, so that a uniform stretch i
     }
 }
 
-TEST_CASE("connections are unique, ordered and dense") {
+TEST_CASE("connections are unique and ordered, and lead to the nearest eight") {
     Scene scene(smooth_disparity);
     const auto data = defrec::capture_template(scene.prepared());
     REQUIRE(data.has_value());
@@ -342,7 +342,9 @@ TEST_CASE("connections are unique, ordered and dense") {
         CHECK(edge.weight > 0);
         CHECK(seen.emplace(edge.a, edge.b).second);
     }
-    CHECK(data->edges.size() > 6 * data->nodes.size() / 3);
+    // Of each edge one half is a control point's; at the border of the grid there are fewer.
+    CHECK(data->edges.size() > 7 * data->nodes.size() / 3 / 2);
+    CHECK(data->edges.size() < 10 * data->nodes.size() / 3 / 2);
 }
 
 TEST_CASE("too little disparity makes no template") {

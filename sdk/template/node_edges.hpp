@@ -7,8 +7,8 @@ namespace defrec {
 // mm between control points; nodes: xyz.
 double node_distance(const std::vector<float>& nodes, size_t a, size_t b);
 
-// Connects the control points from first on with all others of their piece within 2.5 spacings:
-// dense, as the paper asks, so that smoothness travels far in one iteration. Needs node_spacing_mm.
+// Connects two control points of a piece, at least one of which is first or later, where one is
+// among the other's nearest eight and lies within 2.5 spacings. Needs node_spacing_mm.
 void connect_nodes(TemplateData& data, size_t first);
 
 }  // namespace defrec

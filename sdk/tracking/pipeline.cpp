@@ -9,6 +9,9 @@
 namespace defrec {
 namespace {
 
+// Of disparities: the solver, which fits a smooth surface to them, needs no smoother ones.
+constexpr uint32_t kSmoothPasses = 1;
+
 // The image as a buffer: the application's own, the pixels as they are, or this one, which is made
 // where it is empty, with the pixels in it; nullptr where there is no image.
 const DeviceBuffer* upload(Queue& queue, const FrameImage& image, DeviceBuffer& buffer,
@@ -101,6 +104,7 @@ DeviceStage& Pipeline::stereo() {
         params.height = rig_->height();
         params.min_disparity = static_cast<int32_t>(range_.min_disparity);
         params.disparities = range_.disparities;
+        params.smooth_passes = kSmoothPasses;
         stereo_ = make_stage<DEFREC_STAGE_STEREO>(device_, params);
     }
     return *stereo_;

@@ -19,7 +19,7 @@ namespace {
 constexpr double kNeededSpacings = 1.5, kNeededShare = 0.03, kSlack[] = {0, 0.05, 0.1, 0.15};
 constexpr uint32_t kShort = 4, kLong = 16;  // frames
 // Of what an image full of surface has, what a part has room for. Where tissue joined, control
-// points are a tenth denser, and connections a fifth.
+// points, and so connections, are a tenth denser.
 constexpr double kRoom = 1.6;
 
 // How much more a first view without holes would have.

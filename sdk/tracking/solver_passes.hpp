@@ -21,6 +21,7 @@ struct SolverPass {
     const char* time_name;
     std::optional<PatchSearch> search;      // before solving; without, the pass uses no patches
     uint32_t TrackerSettings::*iterations;  // nullptr: one
+    uint32_t cg_iterations;                 // of each
     bool presolve;
     // Of the tracker's arap_weight. Soft where patches are to be predicted closely enough for the
     // next search to find them: what a stiff surface takes back of a local deformation is lost.
@@ -40,6 +41,7 @@ inline constexpr std::array<SolverPass, 3> kSolverPasses = {
         .time_name = "lm coarse",
         .search = std::nullopt,
         .iterations = nullptr,
+        .cg_iterations = 4,
         .presolve = true,
         .stiffness = 1,
         .match_weight = 10,
@@ -56,6 +58,7 @@ inline constexpr std::array<SolverPass, 3> kSolverPasses = {
                 .wide_radius = 12,
             },
         .iterations = &TrackerSettings::coarse_iterations,
+        .cg_iterations = 6,
         .presolve = false,
         .stiffness = 0.2f,
         .match_weight = 1,
@@ -72,6 +75,7 @@ inline constexpr std::array<SolverPass, 3> kSolverPasses = {
                 .wide_radius = 8,
             },
         .iterations = &TrackerSettings::fine_iterations,
+        .cg_iterations = 8,
         .presolve = false,
         .stiffness = 1,
         .match_weight = 0.5f,

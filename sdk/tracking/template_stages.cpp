@@ -284,7 +284,7 @@ defrec_lm_params TemplateStages::solve_params(const SolverPass& pass,
     lm.arap_weight = settings_.arap_weight * pass.stiffness * static_cast<float>(density * density);
     lm.rotation_weight = kRotationWeight;
     lm.icp_weight = kIcpWeight;
-    lm.cg_iterations = 5;
+    lm.cg_iterations = pass.cg_iterations;
     lm.match_threshold_mm = 2;
     lm.iterations = pass.iterations != nullptr ? settings_.*pass.iterations : 1;
     lm.presolve = pass.presolve ? 1 : 0;

@@ -32,14 +32,14 @@ namespace Defrec
         public uint MaxPatches { get; set; }
         /// <summary>
         /// Of the smoothness term at the default spacing of control points: the tissue's stiffness, which is kept at others; 0 to
-        /// 1e9; default 0.45.
+        /// 1e9; default 0.55.
         /// </summary>
         public float ArapWeight { get; set; }
         /// <summary>Results carry the disparity image; with grow they do.</summary>
         public bool KeepDisparity { get; set; }
-        /// <summary>Of Levenberg-Marquardt on patches that were searched in half-size images; 1 to 1000; default 2.</summary>
+        /// <summary>Of Levenberg-Marquardt on patches that were searched in half-size images; 1 to 1000; default 1.</summary>
         public uint CoarseIterations { get; set; }
-        /// <summary>Of Levenberg-Marquardt on patches that were searched in the images; 1 to 1000; default 3.</summary>
+        /// <summary>Of Levenberg-Marquardt on patches that were searched in the images; 1 to 1000; default 2.</summary>
         public uint FineIterations { get; set; }
         /// <summary>
         /// The host waits after each stage, so that the times of results are the device's; slower. Otherwise they are those of

@@ -20,10 +20,10 @@ OPTIONS = """seed: of random choices: the same seed gives the same results on a 
     max_features: found in a frame; 1 to 65535; default 1024.
     max_patches: of a template; 1 to 65536; default 1024.
     arap_weight: of the smoothness term at the default spacing of control points: the tissue's stiffness, which is kept
-        at others; 0 to 1e9; default 0.45.
+        at others; 0 to 1e9; default 0.55.
     keep_disparity: results carry the disparity image; with grow they do.
-    coarse_iterations: of Levenberg-Marquardt on patches that were searched in half-size images; 1 to 1000; default 2.
-    fine_iterations: of Levenberg-Marquardt on patches that were searched in the images; 1 to 1000; default 3.
+    coarse_iterations: of Levenberg-Marquardt on patches that were searched in half-size images; 1 to 1000; default 1.
+    fine_iterations: of Levenberg-Marquardt on patches that were searched in the images; 1 to 1000; default 2.
     timed: the host waits after each stage, so that the times of results are the device's; slower. Otherwise they are
         those of queueing where a device computes by itself.
     memory_stride: of left and right images in a defrec_memory, bytes; at most 1048576; default width * bytes per pixel,

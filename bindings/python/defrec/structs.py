@@ -708,7 +708,7 @@ class ConstBuffer(Struct):
 
 
 @c_struct("defrec_tracker_desc", frames_in_flight=2, min_depth_mm=20, max_features=1024, max_patches=1024,
-    arap_weight=0.45, coarse_iterations=2, fine_iterations=3, max_vertices=65536)
+    arap_weight=0.55, coarse_iterations=1, fine_iterations=2, max_vertices=65536)
 class TrackerDesc(Struct):
     """What a tracker is made with. device_id "BACKEND:*": its device with the fewest trackers."""
 
@@ -739,13 +739,13 @@ class TrackerDesc(Struct):
     """Of a template; 1 to 65536; default 1024."""
     arap_weight: F32
     """Of the smoothness term at the default spacing of control points: the tissue's stiffness, which is kept at
-    others; 0 to 1e9; default 0.45."""
+    others; 0 to 1e9; default 0.55."""
     keep_disparity: U32
     """1: results carry the disparity image; with grow they do."""
     coarse_iterations: U32
-    """Of Levenberg-Marquardt on patches that were searched in half-size images; 1 to 1000; default 2."""
+    """Of Levenberg-Marquardt on patches that were searched in half-size images; 1 to 1000; default 1."""
     fine_iterations: U32
-    """Of Levenberg-Marquardt on patches that were searched in the images; 1 to 1000; default 3."""
+    """Of Levenberg-Marquardt on patches that were searched in the images; 1 to 1000; default 2."""
     timed: U32
     """1: the host waits after each stage, so that the times of results are the device's; slower. Otherwise they are
     those of queueing where a device computes by itself."""
