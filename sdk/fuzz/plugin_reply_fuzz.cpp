@@ -117,14 +117,15 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     } catch (const Error&) {
         return 0;
     }
-    std::vector<double> patch_px2;
-    measure_patches(model_data, reply.output, patch_px2);
+    std::vector<double> patch_px2(model_data.patches.size());
+    measure_patches(model_data, reply.output, 0, patch_px2);
     const VertexEvidence vertices = weigh_vertices(reply.output.samples);
     const Evidence evidence = weigh_evidence(reply.output, {&vertices, 1}, patch_px2);
     static_cast<void>(classify(model_data, evidence, true));
     LateralEvidence lateral;
-    spread_lateral(model_data, reply.output, patch_px2, lateral);
-    measure_lateral(model_data, reply.output, nullptr, lateral);
+    lateral.make_room(model_data);
+    spread_patches(model_data, patch_px2, lateral);
+    spread_checks(model_data, reply.output, lateral);
     std::vector<float> last_rows, rows;
     std::vector<RowMatch> row_matches;
     RigMonitor monitor(kWidth, kHeight);
@@ -133,10 +134,10 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
         last_rows = rows;
         const RigEstimate rig = monitor.update(row_matches);
         VertexConfidence confidence;
-        estimate_confidence(model,
-                            {reply.output.samples, lateral,
-                             static_cast<float>(evidence.mean_residual_mm), rig, last, true},
-                            nullptr, confidence);
+        estimate_confidence(
+            model,
+            {reply.output, lateral, static_cast<float>(evidence.mean_residual_mm), rig, last, true},
+            nullptr, confidence);
         double motion[12];
         const RigidSums sums = sum_for_rigid_motion(model, reply.output.samples, 0);
         fit_rigid_motion(model, {&sums, 1}, motion);

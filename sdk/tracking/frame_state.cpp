@@ -78,11 +78,11 @@ ImageStatistics image_statistics(const uint8_t* gray, uint32_t width, uint32_t h
     return sums.statistics();
 }
 
-void measure_patches(const TemplateData& data, const FrameOutput& output,
-                     std::vector<double>& patch_px2) {
+void measure_patches(const TemplateData& data, const FrameOutput& output, size_t first,
+                     std::span<double> patch_px2) {
     const defrec_camera& camera = data.camera;
-    patch_px2.assign(data.patches.size(), std::numeric_limits<double>::quiet_NaN());
-    for (size_t i = 0; i < data.patches.size(); ++i) {
+    std::fill(patch_px2.begin(), patch_px2.end(), std::numeric_limits<double>::quiet_NaN());
+    for (size_t i = first; i < first + patch_px2.size(); ++i) {
         const defrec_patch_observation& observation = output.observations[i];
         if (output.predictions[i].valid == 0 || observation.valid == 0) continue;
         const defrec_patch& patch = data.patches[i];
@@ -91,7 +91,7 @@ void measure_patches(const TemplateData& data, const FrameOutput& output,
         if (!(p.z > 0)) continue;
         const double du = camera.fx * p.x / p.z + camera.cx - observation.u / 256.0;
         const double dv = camera.fy * p.y / p.z + camera.cy - observation.v / 256.0;
-        patch_px2[i] = du * du + dv * dv;
+        patch_px2[i - first] = du * du + dv * dv;
     }
 }
 

@@ -51,10 +51,10 @@ struct VertexEvidence {
     double residuals = 0;  // mm, absolute, of those observed
 };
 VertexEvidence weigh_vertices(std::span<const defrec_surface_sample> samples);
-// Per patch: squared distance, px^2, from where the deformed surface has it to where it was found;
-// NaN where it was not found or not expected.
-void measure_patches(const TemplateData& data, const FrameOutput& output,
-                     std::vector<double>& patch_px2);
+// Per patch from first on, one for each value: squared distance, px^2, from where the deformed
+// surface has it to where it was found; NaN where it was not found or not expected.
+void measure_patches(const TemplateData& data, const FrameOutput& output, size_t first,
+                     std::span<double> patch_px2);
 // Of such a value: it was found where the deformed surface has it, within 2 px.
 inline bool is_confirmed(double patch_px2) { return patch_px2 <= 4; }
 // runs: of all vertices, in their order.

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "backends/shared/motion.hpp"
+#include "sdk/base/services.hpp"
 #include "sdk/tracking/vertex_confidence.hpp"
 
 namespace {
@@ -70,8 +71,8 @@ struct Fixture {
     Fixture(const Fixture&) = delete;
     Fixture& operator=(const Fixture&) = delete;
     std::vector<double> patch_px2() const {
-        std::vector<double> squares;
-        measure_patches(data, output, squares);
+        std::vector<double> squares(data.patches.size());
+        measure_patches(data, output, 0, squares);
         return squares;
     }
     Evidence evidence() const {
@@ -82,12 +83,13 @@ struct Fixture {
     VertexConfidence confidence(const RigEstimate& rig = {}, SurfaceSamples last = {},
                                 bool uses_depth = true, const Services* helpers = nullptr) {
         LateralEvidence lateral;
-        spread_lateral(data, output, patch_px2(), lateral);
-        measure_lateral(data, output, helpers, lateral);
+        lateral.make_room(data);
+        spread_patches(data, patch_px2(), lateral);
+        spread_checks(data, output, lateral);
         VertexConfidence result;
         const auto mean_residual = static_cast<float>(evidence().mean_residual_mm);
         estimate_confidence(SurfaceModel(data),
-                            {samples, lateral, mean_residual, rig, last, uses_depth}, helpers,
+                            {output, lateral, mean_residual, rig, last, uses_depth}, helpers,
                             result);
         return result;
     }

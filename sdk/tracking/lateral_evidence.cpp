@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sdk/tracking/vertex_runs.hpp"
-
 namespace defrec {
 namespace {
 
@@ -16,29 +14,20 @@ constexpr int32_t kMinScore = 4096 / 2;
 constexpr float kMinFittingShare = 0.6f;
 constexpr float kFarthestPx = 8;  // a patch farther off says no more than one at this distance
 
-constexpr Eigen::Index kPatches = 0, kChecks = 2;  // of the sums
+using Sums = std::vector<Eigen::Array2f>;
 
 // Spreads a patch's value over the control points that move it.
-void add(const defrec_patch& patch, float value, Eigen::Index kind,
-         std::vector<Eigen::Array4f>& sums) {
-    for (int k = 0; k < DEFREC_SKIN_NODES; ++k) {
-        Eigen::Array4f& its = sums[static_cast<size_t>(patch.node[k])];
-        its[kind] += patch.weight[k] * value;
-        its[kind + 1] += patch.weight[k];
-    }
+void add(const defrec_patch& patch, float value, Sums& sums) {
+    for (int k = 0; k < DEFREC_SKIN_NODES; ++k)
+        sums[static_cast<size_t>(patch.node[k])] += patch.weight[k] * Eigen::Array2f(value, 1);
 }
 
-Eigen::Array4f sums_at(const defrec_surface_point& vertex,
-                       const std::vector<Eigen::Array4f>& sums) {
-    Eigen::Array4f sum = Eigen::Array4f::Zero();
+// 0 where there is none near.
+float mean_at(const defrec_surface_point& vertex, const Sums& sums) {
+    Eigen::Array2f sum = Eigen::Array2f::Zero();
     for (int k = 0; k < DEFREC_SKIN_NODES; ++k)
         sum += vertex.weight[k] * sums[static_cast<size_t>(vertex.node[k])];
-    return sum;
-}
-
-// 0 where there is none of that kind near.
-float mean_of(const Eigen::Array4f& sums, Eigen::Index kind) {
-    return sums[kind + 1] > 1e-3f ? sums[kind] / sums[kind + 1] : 0;
+    return sum[1] > 1e-3f ? sum[0] / sum[1] : 0;
 }
 
 bool fits(const defrec_patch_observation& found) {
@@ -48,15 +37,15 @@ bool fits(const defrec_patch_observation& found) {
 // From the sums.
 void measure_vertex(const TemplateData& data, const FrameOutput& output, size_t vertex,
                     LateralEvidence& evidence) {
-    const Eigen::Array4f sums = sums_at(data.vertices[vertex], evidence.sums);
-    evidence.patch_px2[vertex] = mean_of(sums, kPatches);
+    const defrec_surface_point& point = data.vertices[vertex];
+    evidence.patch_px2[vertex] = mean_at(point, evidence.patch_sums);
     evidence.is_confirmed[vertex] = 0;
     evidence.check_px2[vertex] = 0;
     evidence.check_score[vertex] = 0;
     if (data.check_of_vertex[vertex] < 0) return;
     const auto check = static_cast<size_t>(data.check_of_vertex[vertex]);
     const defrec_patch_observation& found = output.checks[check];
-    if (!fits(found) || mean_of(sums, kChecks) < kMinFittingShare) return;
+    if (!fits(found) || mean_at(point, evidence.check_sums) < kMinFittingShare) return;
     const defrec_patch_prediction& expected = output.check_predictions[check];
     const float du = static_cast<float>(found.u - expected.u) / 256,
                 dv = static_cast<float>(found.v - expected.v) / 256;
@@ -67,28 +56,35 @@ void measure_vertex(const TemplateData& data, const FrameOutput& output, size_t 
 
 }  // namespace
 
-void spread_lateral(const TemplateData& data, const FrameOutput& output,
-                    std::span<const double> patch_px2, LateralEvidence& evidence) {
-    evidence.sums.assign(data.nodes.size() / 3, Eigen::Array4f::Zero());
+void LateralEvidence::make_room(const TemplateData& data) {
+    const size_t vertices = data.vertices.size();
+    is_confirmed.resize(vertices);
+    for (std::vector<float>* values : {&check_px2, &check_score, &patch_px2})
+        values->resize(vertices);
+    for (Sums* sums : {&patch_sums, &check_sums}) sums->resize(data.nodes.size() / 3);
+}
+
+void spread_patches(const TemplateData& data, std::span<const double> patch_px2,
+                    LateralEvidence& evidence) {
+    Sums& sums = evidence.patch_sums;
+    std::fill(sums.begin(), sums.end(), Eigen::Array2f::Zero());
     for (size_t i = 0; i < data.patches.size(); ++i)
         if (!std::isnan(patch_px2[i]))
             add(data.patches[i],
                 static_cast<float>(std::min<double>(patch_px2[i], kFarthestPx * kFarthestPx)),
-                kPatches, evidence.sums);
-    for (size_t i = 0; i < data.checks.size(); ++i)
-        add(data.checks[i], fits(output.checks[i]) ? 1 : 0, kChecks, evidence.sums);
+                sums);
 }
 
-void measure_lateral(const TemplateData& data, const FrameOutput& output, const Services* helpers,
+void spread_checks(const TemplateData& data, const FrameOutput& output, LateralEvidence& evidence) {
+    Sums& sums = evidence.check_sums;
+    std::fill(sums.begin(), sums.end(), Eigen::Array2f::Zero());
+    for (size_t i = 0; i < data.checks.size(); ++i)
+        add(data.checks[i], fits(output.checks[i]) ? 1 : 0, sums);
+}
+
+void measure_lateral(const TemplateData& data, const FrameOutput& output, size_t begin, size_t end,
                      LateralEvidence& evidence) {
-    const size_t count = data.vertices.size();
-    evidence.is_confirmed.resize(count);
-    evidence.check_px2.resize(count);
-    evidence.check_score.resize(count);
-    evidence.patch_px2.resize(count);
-    for_runs(helpers, count, [&](size_t begin, size_t end) {
-        for (size_t i = begin; i < end; ++i) measure_vertex(data, output, i, evidence);
-    });
+    for (size_t i = begin; i < end; ++i) measure_vertex(data, output, i, evidence);
 }
 
 }  // namespace defrec

@@ -6,7 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "sdk/base/services.hpp"
 #include "sdk/tracking/frame_output.hpp"
 
 namespace defrec {
@@ -20,14 +19,17 @@ struct LateralEvidence {
     std::vector<float> patch_px2;  // mean squared distance of the patches round it from where they
                                    // were found
     // Working memory, per control point, sums weighted as it moves what they are of: px^2 of
-    // patches, weights of those; checks that fit, weights of all checks.
-    std::vector<Eigen::Array4f> sums;
+    // patches and weights of those; checks that fit and weights of all checks.
+    std::vector<Eigen::Array2f> patch_sums, check_sums;
+
+    void make_room(const TemplateData& data);
 };
-// The sums alone. patch_px2: of measure_patches. Throws nothing if there is room for the sums.
-void spread_lateral(const TemplateData& data, const FrameOutput& output,
-                    std::span<const double> patch_px2, LateralEvidence& evidence);
-// All else, from the sums. helpers: whose threads take part; nullptr: none.
-void measure_lateral(const TemplateData& data, const FrameOutput& output, const Services* helpers,
+// The sums alone; patch_px2: of measure_patches. Throw nothing once there is room.
+void spread_patches(const TemplateData& data, std::span<const double> patch_px2,
+                    LateralEvidence& evidence);
+void spread_checks(const TemplateData& data, const FrameOutput& output, LateralEvidence& evidence);
+// All else of the vertices begin to end, from the sums.
+void measure_lateral(const TemplateData& data, const FrameOutput& output, size_t begin, size_t end,
                      LateralEvidence& evidence);
 
 }  // namespace defrec

@@ -44,25 +44,36 @@ struct Prior {
 // step as widths (px) say. with_lag: else the lag is 0.
 Fit fit_rows(std::span<const RowMatch> matches, const Prior& prior, const Eigen::Vector4d& start,
              std::initializer_list<double> widths, bool with_lag) {
+    using Pair = Eigen::Array2d;  // of two matches
+    constexpr RowMatch kNoMatch{0, 0, 1e9, 0};
+    const double lag_sign = with_lag ? -1 : 0;
     Fit fit;
     fit.values = start;
     for (const double width : widths) {
-        fit.weighted.setZero();
-        fit.matches = 0;
-        double sums[4][4] = {};
-        for (const RowMatch& match : matches) {
-            const Eigen::Vector4d row(1, match.x, match.y, with_lag ? -match.speed : 0);
-            const double residual = match.step - row.dot(fit.values);
-            const double x = residual / width;
-            if (std::abs(x) >= 1) continue;
-            const double weight = (1 - x * x) * (1 - x * x) / (kStepSigma * kStepSigma);
-            for (int i = 0; i < 4; ++i)
-                for (int j = 0; j <= i; ++j) sums[i][j] += weight * row[i] * row[j];
-            fit.weighted += weight * match.step * row;
-            fit.matches += (1 - x * x) * (1 - x * x);
+        Pair sums[4][4], weighted[4];
+        std::fill_n(*sums, 16, Pair::Zero());
+        std::fill_n(weighted, 4, Pair::Zero());
+        for (size_t m = 0; m < matches.size(); m += 2) {
+            const RowMatch &a = matches[m], &b = m + 1 < matches.size() ? matches[m + 1] : kNoMatch;
+            const Pair row[4] = {{1, 1}, {a.x, b.x}, {a.y, b.y}, lag_sign * Pair(a.speed, b.speed)};
+            const Pair step(a.step, b.step);
+            const Pair x = (step - fit.values[0] - row[1] * fit.values[1] - row[2] * fit.values[2] -
+                            row[3] * fit.values[3]) /
+                           width;
+            const Pair inside = (1 - x * x).max(0), weight = inside * inside;
+            for (int i = 0; i < 4; ++i) {
+                const Pair of_row = weight * row[i];
+                for (int j = 0; j <= i; ++j) sums[i][j] += of_row * row[j];
+                weighted[i] += of_row * step;
+            }
         }
-        for (int i = 0; i < 4; ++i)
-            for (int j = 0; j <= i; ++j) fit.information(i, j) = fit.information(j, i) = sums[i][j];
+        constexpr double kInformation = 1 / (kStepSigma * kStepSigma);
+        fit.matches = sums[0][0].sum();
+        for (int i = 0; i < 4; ++i) {
+            for (int j = 0; j <= i; ++j)
+                fit.information(i, j) = fit.information(j, i) = kInformation * sums[i][j].sum();
+            fit.weighted[i] = kInformation * weighted[i].sum();
+        }
         fit.values =
             (prior.information + fit.information).ldlt().solve(prior.weighted + fit.weighted);
     }

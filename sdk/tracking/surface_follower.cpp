@@ -5,6 +5,7 @@
 #include <atomic>
 #include <new>
 #include <numbers>
+#include <numeric>
 #include <optional>
 
 #include "backends/shared/motion.hpp"
@@ -33,6 +34,8 @@ defrec_surface_sample moved(const defrec_surface_point& point,
     return sample;
 }
 
+constexpr size_t kPatchRun = 256;  // patches that one thread measures
+constexpr float kFastMm = 5;       // of motion from frame to frame
 constexpr uint32_t kReasonsOfRig = DEFREC_REASON_VIEW_LATE | DEFREC_REASON_CALIBRATION;
 
 FrameTask task_of(TrackerJob& job) {
@@ -409,15 +412,21 @@ void SurfaceFollower::measure(TrackerJob& job) {
     const size_t runs = vertex_runs(samples.size());
     vertex_evidence_.resize(runs);
     rigid_sums_.resize(runs);
+    fast_vertices_.assign(runs, 0);
     patch_px2_.resize(data.patches.size());
-    job.lateral.sums.resize(data.nodes.size() / 3);
+    job.lateral.make_room(data);
     row_matches_.reserve(rig_patch_count(data));
     rows_.reserve(rig_patch_count(data));
     rig_after_ = rig_monitor_;
     std::atomic<bool> is_wrong = false;
-    const auto measure_all_patches = [&] {
-        measure_patches(data, job.output, patch_px2_);
-        spread_lateral(data, job.output, patch_px2_, job.lateral);
+    const std::span<double> patches(patch_px2_);
+    const size_t patch_runs = std::max<size_t>(1, (patches.size() + kPatchRun - 1) / kPatchRun);
+    std::atomic<size_t> patch_runs_left = patch_runs;
+    const auto measure_patch_run = [&](size_t run) {
+        const size_t first = run * kPatchRun;
+        measure_patches(data, job.output, first,
+                        patches.subspan(first, std::min(kPatchRun, patches.size() - first)));
+        if (--patch_runs_left == 0) spread_patches(data, patch_px2_, job.lateral);
     };
     const auto measure_rig = [&] {
         if (!watches_rig_) return;
@@ -431,14 +440,20 @@ void SurfaceFollower::measure(TrackerJob& job) {
     const auto check_run = [&](size_t run) {
         if (any_wrong_sample(vertex_run(samples, run))) is_wrong = true;
         vertex_evidence_[run] = weigh_vertices(vertex_run(samples, run));
+        if (is_tracking_)
+            fast_vertices_[run] = count_moved_farther(
+                vertex_run(SurfaceSamples(last_->samples), run), vertex_run(samples, run), kFastMm);
         measure_run(job, run);
     };
     const std::shared_ptr<const Services> services = job.services();
-    for_each_task(own_threads(*services), 3 + runs, [&](size_t task) {
-        if (task == 0) measure_all_patches();
-        if (task == 1) measure_rig();
-        if (task == 2) check_records();
-        if (task >= 3) check_run(task - 3);
+    // The longest first.
+    constexpr size_t kOthers = 3;
+    for_each_task(own_threads(*services), kOthers + patch_runs + runs, [&](size_t task) {
+        if (task == 0) return measure_rig();
+        if (task == 1) return check_records();
+        if (task == 2) return spread_checks(data, job.output, job.lateral);
+        if (task < kOthers + patch_runs) return measure_patch_run(task - kOthers);
+        check_run(task - kOthers - patch_runs);
     });
     if (is_wrong) pipeline_.check(job.output, data);
 }
@@ -536,8 +551,9 @@ void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict, bool use
                                       : PieceEvidences{};
     const bool is_found = verdict.found && pieces_.shows_any(pieces, uses_depth);
     if (is_found) {
-        constexpr float kFastMm = 5;
-        if (is_tracking_ && moved_farther(last_->samples, job.output.samples, kFastMm))
+        const size_t fast =
+            std::accumulate(fast_vertices_.begin(), fast_vertices_.end(), size_t{0});
+        if (is_tracking_ && 2 * fast >= job.output.samples.size())
             job.reasons |= DEFREC_REASON_FAST_MOTION;
         job.state = !is_tracking_      ? DEFREC_RELOCALISED
                     : verdict.degraded ? DEFREC_DEGRADED
@@ -602,11 +618,9 @@ void SurfaceFollower::describe_surface(TrackerJob& job, bool uses_depth) const {
     if (job.state == DEFREC_LOST) {
         forget_confidence(job.age, job.confidence, job.output.samples.size());
     } else {
-        measure_lateral(template_->data(), job.output, helpers, job.lateral);
         estimate_confidence(
             last_->model,
-            {job.output.samples, job.lateral, static_cast<float>(job.evidence.mean_residual_mm),
-             rig_left_,
+            {job.output, job.lateral, static_cast<float>(job.evidence.mean_residual_mm), rig_left_,
              job.state == DEFREC_RELOCALISED ? SurfaceSamples() : SurfaceSamples(last_->samples),
              uses_depth},
             helpers, job.confidence);

@@ -112,6 +112,7 @@ class SurfaceFollower {
     std::vector<double> patch_px2_;
     std::vector<VertexEvidence> vertex_evidence_;
     std::vector<RigidSums> rigid_sums_;
+    std::vector<size_t> fast_vertices_;  // since the frame before, in which it was found
     Backoff wide_search_{8}, swapped_search_{32};
     std::vector<std::byte> before_;  // a wide search: what following the template gave
     std::vector<RowMatch> row_matches_;

@@ -19,15 +19,15 @@ namespace {
 // The variance of a vertex's error is a sum of what each kind of evidence leaves open, each times a
 // share that was fitted to rendered sequences with exact truth; docs/tracker.md says how. Across
 // the ray, both directions together:
-constexpr float kPatchShare = 0.52f;  // of the squared distance of patches, at the vertex's depth
-constexpr float kCheckShare = 0.43f;  // of the squared distance at which the check fits best
-constexpr float kMismatchShare = 0.16f;  // px^2, of 1 - ZNCC there
+constexpr float kPatchShare = 0.46f;  // of the squared distance of patches, at the vertex's depth
+constexpr float kCheckShare = 0.38f;  // of the squared distance at which the check fits best
+constexpr float kMismatchShare = 0.14f;  // px^2, of 1 - ZNCC there
 constexpr float kFarLateral = 0.047f;    // per mm^2 from the nearest lateral evidence
 // Along the ray:
-constexpr float kDisparityShare = 0.0015f;      // px^2
-constexpr float kDisparityPatchShare = 0.036f;  // of the squared distance of patches, px^2
-constexpr float kResidualShare = 0.032f;        // of the squared depth residual
-constexpr float kNoiseShare = 0.037f;           // of the squared mean depth residual of the frame
+constexpr float kDisparityShare = 0.0013f;      // px^2
+constexpr float kDisparityPatchShare = 0.032f;  // of the squared distance of patches, px^2
+constexpr float kResidualShare = 0.028f;        // of the squared depth residual
+constexpr float kNoiseShare = 0.033f;           // of the squared mean depth residual of the frame
 constexpr float kFarObserved = 0.031f;          // per mm^2 from the nearest observed vertex
 constexpr float kSupportShare = 0.014f;         // per mm^2 that the template was extrapolated
 constexpr float kLateShare = 0.5f;              // of the squared motion during the lag, px^2
@@ -131,7 +131,7 @@ class RigDoubt {
     float at(const FrameEvidence& evidence, size_t vertex) const {
         if (lag_ == 0) return rows_;
         const float px2 =
-            squared_step(camera_, evidence.last_samples[vertex], evidence.samples[vertex]);
+            squared_step(camera_, evidence.last_samples[vertex], evidence.output.samples[vertex]);
         return rows_ + kLateShare * lag_ * lag_ * px2;
     }
 
@@ -173,7 +173,7 @@ class ConfidenceEstimate {
         : model_(model),
           camera_(model.data->camera),
           evidence_(evidence),
-          samples_(evidence.samples),
+          samples_(evidence.output.samples),
           lateral_(evidence.lateral),
           rig_(*model.data, evidence),
           noise_(kNoiseShare * evidence.mean_residual_mm * evidence.mean_residual_mm),
@@ -282,7 +282,7 @@ class ConfidenceEstimate {
 
 void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidence,
                          const Services* helpers, VertexConfidence& confidence) {
-    const size_t count = evidence.samples.size();
+    const size_t count = evidence.output.samples.size();
     make_room(confidence, count);
     confidence.rig_px2.resize(count);
     std::vector<float>* const distances[2] = {&confidence.to_lateral, &confidence.to_observed};
@@ -290,6 +290,7 @@ void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidenc
     for (MapGrids::Workspace& spreading : confidence.spreading) model.grids.make_room(spreading);
     const ConfidenceEstimate estimate(model, evidence, confidence);
     for_runs(helpers, count, [&](size_t begin, size_t end) {
+        measure_lateral(*model.data, evidence.output, begin, end, evidence.lateral);
         for (size_t i = begin; i < end; ++i) estimate.look_at(i);
     });
     for_each_task(helpers, 2, [&](size_t which) {
@@ -435,18 +436,17 @@ void fit_rigid_motion(const SurfaceModel& model, std::span<const RigidSums> runs
     }
 }
 
-bool moved_farther(SurfaceSamples from, SurfaceSamples to, float distance_mm) {
-    if (to.empty()) return false;
-    size_t farther = 0, nearer = 0;
-    for (size_t i = 0; 2 * farther < to.size() && 2 * nearer <= to.size(); ++i) {
+size_t count_moved_farther(SurfaceSamples from, SurfaceSamples to, float distance_mm) {
+    size_t farther = 0;
+    for (size_t i = 0; i < to.size(); ++i) {
         float squared = 0;
         for (int axis = 0; axis < 3; ++axis) {
             const float step = to[i].position[axis] - from[i].position[axis];
             squared += step * step;
         }
-        (squared > distance_mm * distance_mm ? farther : nearer)++;
+        farther += squared > distance_mm * distance_mm;
     }
-    return 2 * farther >= to.size();
+    return farther;
 }
 
 void split_samples(SurfaceSamples samples, std::span<float> positions, std::span<float> normals) {

@@ -46,9 +46,9 @@ struct VertexConfidence {
 // What a frame says of the surface. Disparity is what a rig that is late or out of calibration gets
 // wrong.
 struct FrameEvidence {
-    SurfaceSamples samples;
-    const LateralEvidence& lateral;
-    float mean_residual_mm;  // of live depth, of its absolute values
+    const FrameOutput& output;
+    LateralEvidence& lateral;  // with its sums alone
+    float mean_residual_mm;    // of live depth, of its absolute values
     const RigEstimate& rig;
     SurfaceSamples last_samples;  // of the frame before; empty where there is none
     bool uses_depth = true;       // else the surface was followed by the left image alone
@@ -62,7 +62,7 @@ Depth depth_per_px(const defrec_camera& camera, const Depth& z) {
     return z * z / (static_cast<float>(camera.fx) * static_cast<float>(camera.baseline_mm));
 }
 
-// helpers: whose threads take part; nullptr: none.
+// Measures the lateral evidence on the way. helpers: whose threads take part; nullptr: none.
 void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidence,
                          const Services* helpers, VertexConfidence& confidence);
 // Of a frame in which the surface was not found: every vertex is unknown, with errors that grow by
@@ -104,8 +104,8 @@ RigidSums sum_for_rigid_motion(const SurfaceModel& model, SurfaceSamples samples
 void fit_rigid_motion(const SurfaceModel& model, std::span<const RigidSums> runs,
                       double motion[12]);
 
-// Whether at least half of the vertices moved farther than that from one frame to another.
-bool moved_farther(SurfaceSamples from, SurfaceSamples to, float distance_mm);
+// How many vertices moved farther than that from one frame to another.
+size_t count_moved_farther(SurfaceSamples from, SurfaceSamples to, float distance_mm);
 
 // Positions and normals as plain xyz; both have room for 3 values per sample.
 void split_samples(SurfaceSamples samples, std::span<float> positions, std::span<float> normals);

@@ -27,7 +27,7 @@ void for_runs(const Services* helpers, size_t count, const Body& body) {
 
 // Runs of so many vertices, of which the last is shorter, are measured each by one thread. Their
 // sums are added in their order, so that it does not matter how many threads there are.
-constexpr size_t kVertexRun = 2048;
+constexpr size_t kVertexRun = 1024;
 template <class T>
 std::span<T> vertex_run(std::span<T> vertices, size_t run) {
     const size_t begin = std::min(vertices.size(), run * kVertexRun);
