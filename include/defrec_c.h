@@ -956,6 +956,10 @@ enum {
     DEFREC_REASON_PIECE_LOST     = 1u << 22, /**< a piece of the surface is not found where it is
                                                   expected in the image, others are: see pieces of
                                                   defrec_result @since 1.1 */
+    DEFREC_REASON_INTERLACED     = 1u << 23, /**< an image's rows alternate between two times, as
+                                                  those of video that was not deinterlaced: no
+                                                  vertex counts as observed, and no template is
+                                                  made @since 1.1 */
     DEFREC_REASON_ONE_EYE        = 1u << 9,  /**< deprecated: the earlier name of
                                                   DEFREC_REASON_ONE_VIEW */
     DEFREC_REASON_EYES_SWAPPED   = 1u << 12  /**< deprecated: the earlier name of

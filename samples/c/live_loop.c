@@ -114,6 +114,7 @@ static const struct {
     {DEFREC_REASON_LOW_CONTRAST, "low contrast"},
     {DEFREC_REASON_VIEW_LATE, "view late"},
     {DEFREC_REASON_CALIBRATION, "calibration"},
+    {DEFREC_REASON_INTERLACED, "interlaced"},
 };
 
 static void show_reasons(uint32_t reasons) {

@@ -50,6 +50,24 @@ class GraySums {
     uint64_t sum_ = 0, squares_ = 0, saturated_ = 0, count_ = 0, hash_ = 1469598103934665603u;
 };
 
+// See ImageStatistics::row_ratio; 0 where rows differ by less than a rounding error.
+double row_ratio(const uint8_t* gray, uint32_t width, uint32_t height) {
+    constexpr uint32_t kColumns = 4, kMinRows = 4;
+    constexpr uint64_t kLeastDifference = 4;  // of rows two apart, 1/16 gray level
+    // About 64 rows, each a first one of a pair.
+    const uint32_t step = std::max(kMinRows, height / 64 / kMinRows * kMinRows);
+    uint64_t beside = 0, two_apart = 0, count = 0;
+    for (uint32_t y = 2; y + 2 < height; y += step) {
+        const uint8_t* row = gray + static_cast<size_t>(y) * width;
+        for (uint32_t x = kColumns / 2; x < width; x += kColumns, ++count) {
+            beside += static_cast<uint32_t>(std::abs(row[x] - row[x + width]));
+            two_apart += static_cast<uint32_t>(std::abs(row[x] - row[x + 2 * size_t{width}]));
+        }
+    }
+    if (16 * two_apart <= kLeastDifference * count) return 0;
+    return static_cast<double>(beside) / static_cast<double>(two_apart);
+}
+
 }  // namespace
 
 ImageStatistics image_statistics(const uint8_t* gray, uint32_t width, uint32_t height,
@@ -75,7 +93,9 @@ ImageStatistics image_statistics(const uint8_t* gray, uint32_t width, uint32_t h
             sums.add(batch, filled);
         }
     }
-    return sums.statistics();
+    ImageStatistics statistics = sums.statistics();
+    if (map == nullptr) statistics.row_ratio = row_ratio(gray, width, height);
+    return statistics;
 }
 
 void measure_patches(const TemplateData& data, const FrameOutput& output, size_t first,

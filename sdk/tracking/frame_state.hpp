@@ -15,11 +15,16 @@ struct ImageStatistics {
     double deviation = 0;        // standard deviation, gray levels
     double saturated_share = 0;  // pixels at 250 or above
     uint64_t hash = 0;           // of the pixels looked at
+    // Difference of rows beside each other over that of rows two apart, means of the absolute
+    // values: 0.54 to 0.97 in pictures of tissue, 1 in noise, more where every other row is of
+    // another time. 0: not known.
+    double row_ratio = 0;
     bool dark() const { return mean < 6; }
     bool saturated() const { return saturated_share > 0.6; }
+    bool interlaced() const { return row_ratio > 1.2; }
 };
 // gray: tight rows of width bytes. map: of a rectified image, the rig's, for what the camera did
-// not see is not looked at; may be nullptr.
+// not see is not looked at, and its rows are no longer the camera's; may be nullptr.
 ImageStatistics image_statistics(const uint8_t* gray, uint32_t width, uint32_t height,
                                  const int32_t* map = nullptr);
 

@@ -379,6 +379,34 @@ TEST_CASE("row 58: exposure of black, white and ordinary images") {
     CHECK(statistics.hash != image_statistics(black.data(), 64, 48).hash);
 }
 
+TEST_CASE("an image whose rows alternate between two times is interlaced, noise is not") {
+    constexpr uint32_t kWidth = 160, kHeight = 120;
+    const auto pattern = [](double x, double y) {
+        return 120 + 50 * std::sin(x / 7 + y / 23) + 30 * std::sin(y / 5 - x / 31);
+    };
+    std::vector<uint8_t> still(kWidth * kHeight), moving(still.size()), noise(still.size());
+    uint32_t random = 1;
+    for (uint32_t y = 0; y < kHeight; ++y)
+        for (uint32_t x = 0; x < kWidth; ++x) {
+            const size_t i = size_t{y} * kWidth + x;
+            still[i] = static_cast<uint8_t>(pattern(x, y));
+            moving[i] = static_cast<uint8_t>(pattern(x + (y % 2 == 0 ? 0 : 6), y));
+            random = 1664525 * random + 1013904223;
+            noise[i] = static_cast<uint8_t>(random >> 24);
+        }
+    const auto ratio = [](const std::vector<uint8_t>& gray) {
+        return image_statistics(gray.data(), kWidth, kHeight).row_ratio;
+    };
+    CHECK(ratio(still) < 0.8);
+    CHECK(ratio(moving) > 1.3);
+    CHECK(image_statistics(moving.data(), kWidth, kHeight).interlaced());
+    CHECK(ratio(noise) == doctest::Approx(1).epsilon(0.1));
+    CHECK_FALSE(image_statistics(noise.data(), kWidth, kHeight).interlaced());
+    CHECK(ratio(std::vector<uint8_t>(still.size(), 90)) == 0);
+    const std::vector<int32_t> map(2 * still.size(), 0);  // of rectified rows nothing is known
+    CHECK(image_statistics(moving.data(), kWidth, kHeight, map.data()).row_ratio == 0);
+}
+
 TEST_CASE("what the camera did not see says nothing of a rectified image's exposure") {
     std::vector<uint8_t> gray(64 * 48, 120);
     std::vector<int32_t> map(2 * gray.size());

@@ -24,6 +24,7 @@ uint32_t StreamCheck::reasons(uint64_t frame, int64_t timestamp_ns, const ImageS
     if (left.saturated() || right.saturated()) reasons |= DEFREC_REASON_SATURATED;
     if (std::max(left.deviation, right.deviation) < kMinDeviation)
         reasons |= DEFREC_REASON_NO_TEXTURE;
+    if (left.interlaced() || right.interlaced()) reasons |= DEFREC_REASON_INTERLACED;
     if (frame > 0) {
         const bool left_stands = left.hash == last_hash_[0],
                    right_stands = right.hash == last_hash_[1];

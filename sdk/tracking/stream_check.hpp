@@ -12,8 +12,8 @@ inline constexpr uint32_t kUselessImages =
 
 class StreamCheck {
   public:
-    // frame: its number, from 0. Returns DEFREC_REASON_*: exposure, whether the stream stands still
-    // or has a gap, and VIEW_LATE where one view alone stands still.
+    // frame: its number, from 0. Returns DEFREC_REASON_*: exposure, rows of two times, whether the
+    // stream stands still or has a gap, and VIEW_LATE where one view alone stands still.
     uint32_t reasons(uint64_t frame, int64_t timestamp_ns, const ImageStatistics& left,
                      const ImageStatistics& right);
 

@@ -8,7 +8,7 @@ namespace {
 
 ImageStatistics image(uint64_t hash, double mean = 100, double deviation = 20,
                       double saturated_share = 0) {
-    return {mean, deviation, saturated_share, hash};
+    return {mean, deviation, saturated_share, hash, 0};
 }
 
 // Frames that differ from each other, in steps of 33 ms.
@@ -39,6 +39,15 @@ TEST_CASE("exposure of either view is a reason; a dark one beside a bright one i
     CHECK(reasons(white, good) == DEFREC_REASON_SATURATED);
     CHECK(reasons(flat, flat) == DEFREC_REASON_NO_TEXTURE);
     CHECK(reasons(flat, good) == 0);
+}
+
+TEST_CASE("rows of two times in either view are a reason") {
+    ImageStatistics progressive = image(1), interlaced = image(2);
+    progressive.row_ratio = 1;
+    interlaced.row_ratio = 1.3;
+    CHECK(StreamCheck().reasons(0, 1, progressive, progressive) == 0);
+    CHECK(StreamCheck().reasons(0, 1, interlaced, progressive) == DEFREC_REASON_INTERLACED);
+    CHECK(StreamCheck().reasons(0, 1, progressive, interlaced) == DEFREC_REASON_INTERLACED);
 }
 
 TEST_CASE("a stream is frozen where both views are those of the frame before") {

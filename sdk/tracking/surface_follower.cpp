@@ -34,6 +34,8 @@ defrec_surface_sample moved(const defrec_surface_point& point,
     return sample;
 }
 
+bool is_interlaced(const TrackerJob& job) { return (job.reasons & DEFREC_REASON_INTERLACED) != 0; }
+
 constexpr size_t kPatchRun = 256;  // patches that one thread measures
 constexpr float kFastMm = 5;       // of motion from frame to frame
 constexpr uint32_t kReasonsOfRig = DEFREC_REASON_VIEW_LATE | DEFREC_REASON_CALIBRATION;
@@ -138,16 +140,18 @@ void SurfaceFollower::process(TrackerJob& job) {
     std::optional<ObservedFrame> frame = observe(job);
     check_images(job, *frame);
     // Of a view that stands still nothing is known of now: what both show together is of two times.
-    const bool one_stands = (job.reasons & DEFREC_REASON_VIEW_LATE) != 0;
-    if ((job.reasons & kUselessImages) != 0 || (one_stands && !is_tracking_)) {
+    // So is what an interlaced one shows, but its depth is better than none.
+    const bool one_stands = (job.reasons & DEFREC_REASON_VIEW_LATE) != 0,
+               of_two_times = one_stands || is_interlaced(job);
+    if ((job.reasons & kUselessImages) != 0 || (of_two_times && !is_tracking_)) {
         pipeline_.forget(std::move(*frame));
         if (!prepare_results(job)) return;
         forget_evidence(job);
         conclude(job, Verdict{}, true);
         return;
     }
-    const bool captures = !one_stands && (template_ == nullptr ||
-                                          (job.input.flags & DEFREC_FRAME_CAPTURE_TEMPLATE) != 0);
+    const bool captures = !of_two_times && (template_ == nullptr ||
+                                            (job.input.flags & DEFREC_FRAME_CAPTURE_TEMPLATE) != 0);
     if (!captures && release_cut()) job.reasons |= DEFREC_REASON_CUT;
     if (!captures && grow()) job.reasons |= DEFREC_REASON_TEMPLATE_GREW;
     const uint32_t reasons = job.reasons;
@@ -167,13 +171,13 @@ void SurfaceFollower::process(TrackerJob& job) {
             following.effort = begin_effort(job);
             verdict = follow(job, frame, last_->motions, following);
         }
-        if (one_stands) {
+        if (of_two_times) {
             last_rows_.clear();
             verdict.degraded = true;
         } else {
             watch_rig(job, verdict);
         }
-        is_depth_spoilt_ = !one_stands && is_tracking_ && lag_spoils_depth(job);
+        is_depth_spoilt_ = !of_two_times && is_tracking_ && lag_spoils_depth(job);
         if (uses_depth && !captures && is_depth_spoilt_) {
             uses_depth = false;
             const uint32_t of_rig = verdict.reasons & kReasonsOfRig;
@@ -550,6 +554,8 @@ void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict, bool use
                                                      job.output, job.evidence, patch_px2_)
                                       : PieceEvidences{};
     const bool is_found = verdict.found && pieces_.shows_any(pieces, uses_depth);
+    const bool sees_depth =
+        uses_depth && !is_interlaced(job) && chosen_ && chosen_->effort == Effort::kFull;
     if (is_found) {
         const size_t fast =
             std::accumulate(fast_vertices_.begin(), fast_vertices_.end(), size_t{0});
@@ -567,7 +573,7 @@ void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict, bool use
             if (job.state == DEFREC_TRACKING) job.state = DEFREC_DEGRADED;
             search_lost_pieces(job);
         }
-        if (uses_depth && chosen_->effort == Effort::kFull && !pieces_.misses_one())
+        if (sees_depth && !pieces_.misses_one())
             growth_.end_found_frame(pipeline_, template_, job.output);
         else
             growth_.end_lost_frame();  // it would join in the wrong place
@@ -591,7 +597,7 @@ void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict, bool use
     job.age = age_;
     if (growth_.is_full()) job.reasons |= DEFREC_REASON_TEMPLATE_FULL;
     describe_surface(job, uses_depth);
-    shows_cuts_ = is_found && uses_depth && chosen_->effort == Effort::kFull;
+    shows_cuts_ = is_found && sees_depth;
 }
 
 // After the job has ended, which must hear of no failure any more.
@@ -622,7 +628,7 @@ void SurfaceFollower::describe_surface(TrackerJob& job, bool uses_depth) const {
             last_->model,
             {job.output, job.lateral, static_cast<float>(job.evidence.mean_residual_mm), rig_left_,
              job.state == DEFREC_RELOCALISED ? SurfaceSamples() : SurfaceSamples(last_->samples),
-             uses_depth},
+             uses_depth, is_interlaced(job)},
             helpers, job.confidence);
         forget_lost_pieces(pieces_.pieces(), template_->vertex_pieces(), job.confidence);
     }

@@ -280,6 +280,32 @@ TEST_CASE("row 76: of a view that stands still nothing is believed, and no templ
     CHECK(other.track(render(0.5, 0)).state == DEFREC_TRACKING);
 }
 
+TEST_CASE("of a view whose rows are of two times no depth is believed, and no template made") {
+    const auto interlaced = [](double from, double to) {
+        Pair pair = render(to, 0);
+        const Pair before = render(from, 0);
+        for (int y = 1; y < kHeight; y += 2)
+            std::copy_n(before.right.begin() + y * kWidth, kWidth, pair.right.begin() + y * kWidth);
+        return pair;
+    };
+    Session session;
+    session.track(render(0, 0));
+    const Session::Frame frame =
+        session.track(interlaced(0, 1), nullptr, DEFREC_FRAME_CAPTURE_TEMPLATE);
+    CHECK((frame.reasons & DEFREC_REASON_INTERLACED) != 0);
+    CHECK((frame.state == DEFREC_DEGRADED || frame.state == DEFREC_LOST));
+    CHECK(frame.epoch == 1);
+    CHECK(session.track(render(1, 0)).state == DEFREC_TRACKING);
+
+    Session other;
+    const Session::Frame first = other.track(interlaced(0, 1));
+    CHECK((first.reasons & DEFREC_REASON_INTERLACED) != 0);
+    CHECK(first.state == DEFREC_INITIALISING);
+    const Session::Frame second = other.track(render(0.5, 0));
+    CHECK((second.reasons & DEFREC_REASON_INTERLACED) == 0);
+    CHECK(second.state == DEFREC_TRACKING);
+}
+
 TEST_CASE("row 52: a frame that comes twice is named or refused, and the stream goes on") {
     Session session;
     for (int i = 0; i < 4; ++i) session.track(render(0.3 * i, 0));

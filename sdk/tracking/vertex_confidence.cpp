@@ -33,6 +33,7 @@ constexpr float kSupportShare = 0.014f;         // per mm^2 that the template wa
 constexpr float kLateShare = 0.5f;              // of the squared motion during the lag, px^2
 constexpr float kRowShare = 0.155f;             // of the squared distance of the rows, px^2
 constexpr float kOneViewShare = 1.7f;           // px^2, without the right view
+constexpr float kInterlacedShare = 0.6f;        // px^2, where rows are of two times
 
 constexpr uint8_t kBoth = DEFREC_EVIDENCE_DEPTH | DEFREC_EVIDENCE_LATERAL;
 constexpr float kFarthestMm = 40;         // extrapolation reaches no farther
@@ -117,7 +118,7 @@ void make_room(VertexConfidence& confidence, size_t vertices) {
 }
 
 // Px^2 of disparity that the rig gets wrong at a vertex: by what moved during a lag, and by rows of
-// the views that do not agree.
+// the views that do not agree, or of a view that do not belong together.
 class RigDoubt {
   public:
     RigDoubt(const TemplateData& data, const FrameEvidence& evidence)
@@ -127,6 +128,7 @@ class RigDoubt {
                      ratio = (evidence.rig.focal_ratio - 1) * data.height / 2,
                      offset = evidence.rig.vertical_offset_px;
         rows_ = kRowShare * static_cast<float>(offset * offset + roll * roll + ratio * ratio);
+        if (evidence.is_interlaced) rows_ += kInterlacedShare;
     }
     float at(const FrameEvidence& evidence, size_t vertex) const {
         if (lag_ == 0) return rows_;
@@ -187,8 +189,8 @@ class ConfidenceEstimate {
         const bool agrees = samples_[i].observation == DEFREC_OBSERVED ||
                             (!evidence_.uses_depth && samples_[i].observation != DEFREC_OUTSIDE),
                    is_confirmed = lateral_.is_confirmed[i] != 0,
-                   has_depth =
-                       evidence_.uses_depth && agrees && rig_px2 * per_px * per_px <= kMaxRigDoubt;
+                   has_depth = evidence_.uses_depth && !evidence_.is_interlaced && agrees &&
+                               rig_px2 * per_px * per_px <= kMaxRigDoubt;
         confidence_.evidence[i] = static_cast<uint8_t>(
             (has_depth ? DEFREC_EVIDENCE_DEPTH : 0) | (is_confirmed ? DEFREC_EVIDENCE_LATERAL : 0));
         if (is_confirmed) set_known(confidence_.to_lateral[model_.grids.cell(i)]);

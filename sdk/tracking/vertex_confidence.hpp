@@ -52,6 +52,7 @@ struct FrameEvidence {
     const RigEstimate& rig;
     SurfaceSamples last_samples;  // of the frame before; empty where there is none
     bool uses_depth = true;       // else the surface was followed by the left image alone
+    bool is_interlaced = false;   // rows of an image are of two times
 };
 // How far a vertex moved in the image, px^2.
 float squared_step(const defrec_camera& camera, const defrec_surface_sample& from,

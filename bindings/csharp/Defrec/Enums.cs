@@ -250,6 +250,11 @@ namespace Defrec
         /// A piece of the surface is not found where it is expected in the image, others are: see pieces of defrec_result.
         /// </summary>
         PieceLost = 1u << 22,
+        /// <summary>
+        /// An image's rows alternate between two times, as those of video that was not deinterlaced: no vertex counts as
+        /// observed, and no template is made.
+        /// </summary>
+        Interlaced = 1u << 23,
         /// <summary>Deprecated: the earlier name of Reasons.OneView.</summary>
         OneEye = 1u << 9,
         /// <summary>Deprecated: the earlier name of Reasons.ViewsSwapped.</summary>

@@ -259,6 +259,9 @@ class Reason(IntFlag):
     PIECE_LOST = 4194304
     """A piece of the surface is not found where it is expected in the image, others are: see pieces of
     defrec_result."""
+    INTERLACED = 8388608
+    """An image's rows alternate between two times, as those of video that was not deinterlaced: no vertex counts as
+    observed, and no template is made."""
     ONE_EYE = 512
     """Deprecated: the earlier name of Reason.ONE_VIEW."""
     EYES_SWAPPED = 4096

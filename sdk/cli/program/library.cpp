@@ -84,6 +84,7 @@ constexpr ReasonName kReasonNames[] = {
     {DEFREC_REASON_OVERDUE, "overdue"},
     {DEFREC_REASON_CUT, "cut"},
     {DEFREC_REASON_PIECE_LOST, "piece-lost"},
+    {DEFREC_REASON_INTERLACED, "interlaced"},
 };
 
 }  // namespace

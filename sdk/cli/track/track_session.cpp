@@ -453,6 +453,11 @@ class TrackSession {
                 "In some frames left and right view were taken at different times; see "
                 "view_lag_frames in frames.csv.");
         }
+        if ((reasons_ & DEFREC_REASON_INTERLACED) != 0) {
+            notes_.emplace_back(
+                "In some frames the rows of an image are of two times, as those of interlaced "
+                "video; choose a progressive mode of the camera, or deinterlace.");
+        }
         if ((reasons_ & DEFREC_REASON_CALIBRATION) != 0) {
             notes_.emplace_back(
                 "The calibration has drifted; calibrate anew, or set self_calibration: correct in "
