@@ -4,7 +4,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core/eigen.hpp>
 
-#include "sdk/cli/render/render_command.hpp"
+#include "sdk/base/atomic_file.hpp"
 
 namespace defrec::cli {
 namespace {
@@ -25,13 +25,8 @@ void write_matrices(const StereoRig& rig, cv::FileStorage& file) {
          << camera_matrix(rig.right) << "D2" << coefficients(rig.right) << "R" << r << "T" << t;
 }
 
-cv::FileStorage open_to_write(const std::string& path) {
-    cv::FileStorage file(path, cv::FileStorage::WRITE);
-    if (!file.isOpened()) {
-        throw RenderOutputError("cannot write " + path);
-    }
-    return file;
-}
+/// In memory first: OpenCV's own writer does not report a full disk.
+cv::FileStorage new_yaml() { return {".yaml", cv::FileStorage::WRITE | cv::FileStorage::MEMORY}; }
 
 }  // namespace
 
@@ -52,14 +47,16 @@ RectifiedViews rectified_views(const StereoRig& rig) {
 Eigen::Matrix3d rectification(const StereoRig& rig) { return rectified_views(rig).rotation; }
 
 void write_calibration(const StereoRig& rig, const std::string& path) {
-    cv::FileStorage file = open_to_write(path);
+    cv::FileStorage file = new_yaml();
     file << "image_width" << rig.width << "image_height" << rig.height;
     write_matrices(rig, file);
+    write_atomically(path, file.releaseAndGetString());
 }
 
 void write_stereo_calibration(const StereoRig& rig, const std::string& path) {
-    cv::FileStorage file = open_to_write(path);
+    cv::FileStorage file = new_yaml();
     write_matrices(rig, file);
+    write_atomically(path, file.releaseAndGetString());
 }
 
 }  // namespace defrec::cli

@@ -19,7 +19,7 @@ RectifiedViews rectified_views(const StereoRig& rig);
 /// Its rotation.
 Eigen::Matrix3d rectification(const StereoRig& rig);
 
-/// Writes OpenCV's stereo YAML: image_width image_height M1 D1 M2 D2 R T. Throws RenderOutputError.
+/// Writes OpenCV's stereo YAML: image_width image_height M1 D1 M2 D2 R T. Throws FileError.
 void write_calibration(const StereoRig& rig, const std::string& path);
 /// The same without the size.
 void write_stereo_calibration(const StereoRig& rig, const std::string& path);

@@ -4,6 +4,8 @@
 #include <limits>
 #include <opencv2/imgcodecs.hpp>
 
+#include "sdk/cli/io/whole_video.hpp"
+
 namespace defrec::cli {
 
 namespace fs = std::filesystem;
@@ -58,6 +60,9 @@ VideoFile::VideoFile(const fs::path& path, cv::Size size) : file_(path) {
 
 void VideoFile::finish() {
     video_.release();
+    if (readable_frames(file_.temporary().string()) != frames_)
+        throw RenderOutputError("cannot write '" + file_.path().string() +
+                                "': the video is incomplete; is the disk full?");
     file_.commit();
 }
 

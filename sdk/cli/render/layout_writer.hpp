@@ -63,12 +63,17 @@ class VideoFile {
     /// The size is even.
     VideoFile(const std::filesystem::path& path, cv::Size size);
 
-    void add(const cv::Mat& bgr) { video_.write(bgr); }
+    void add(const cv::Mat& bgr) {
+        video_.write(bgr);
+        ++frames_;
+    }
+    /// Throws RenderOutputError where the video is not whole.
     void finish();
 
   private:
     AtomicFile file_;
     cv::VideoWriter video_;
+    std::int64_t frames_ = 0;
 };
 
 }  // namespace defrec::cli

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "sdk/base/atomic_file.hpp"
+#include "sdk/cli/io/whole_video.hpp"
 #include "sdk/cli/report/overlay.hpp"
 #include "sdk/cli/report/video_encoder.hpp"
 
@@ -81,18 +82,11 @@ cv::Mat OverlayWriter::Impl::painted(const cv::Mat& left, const FrameRecord& fra
 }
 
 void OverlayWriter::Impl::check_readable() const {
-    cv::VideoCapture check(file->temporary().string(), cv::CAP_FFMPEG);
-    const auto claimed =
-        check.isOpened() ? static_cast<std::int64_t>(check.get(cv::CAP_PROP_FRAME_COUNT)) : 0;
-    bool last_decodes = false;
-    if (claimed == frames) {
-        check.set(cv::CAP_PROP_POS_FRAMES, static_cast<double>(frames - 1));
-        last_decodes = check.grab();
-    }
-    if (!last_decodes)
+    const std::int64_t readable = readable_frames(file->temporary().string());
+    if (readable != frames)
         throw std::runtime_error("cannot write '" + file->path().string() +
-                                 "': the video is incomplete (" + std::to_string(claimed) + " of " +
-                                 std::to_string(frames) + " frames); is the disk full?");
+                                 "': the video is incomplete (" + std::to_string(readable) +
+                                 " of " + std::to_string(frames) + " frames); is the disk full?");
 }
 
 OverlayWriter::OverlayWriter(const std::filesystem::path& path, int width, int height, double fps,
