@@ -91,7 +91,8 @@ SECTIONS = (
     )),
     ("Program", (
         (71, "a corrupt or short video", "frames up to there are used; exit code 3"),
-        (72, "a disk that is full or cannot be written", "exit code 7; no half file"),
+        (72, "a disk that is full or cannot be written, the limit on file sizes",
+         "`DEFREC_ERROR_IO`, exit code 7; no signal, no half file"),
         (73, "Ctrl-C, a closed pipe", "outputs are finished; exit code 130"),
         (74, "a network client that is slow, gone or sends garbage", "the newest frame wins; it is dropped"),
         (75, "names that are not ASCII", "UTF-8 everywhere"),

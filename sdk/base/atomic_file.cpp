@@ -13,7 +13,10 @@ std::string describe(const std::filesystem::path& path, const std::string& what,
     std::string text(reinterpret_cast<const char*>(path.u8string().c_str()));
     text.append(": the file ").append(what);
     if (error != 0) text.append(" (").append(std::generic_category().message(error)).append(")");
-    return text.append("; check the folder's permissions and the space on its disk");
+    const bool lacks_descriptors = error == EMFILE || error == ENFILE;
+    if (lacks_descriptors) return text;
+    return text.append(
+        "; check the folder's permissions, the space on its disk and the limit on file sizes");
 }
 
 // Its first so many code units, or fewer, so that no character is cut in two.

@@ -47,6 +47,10 @@ class NoCancellation {
     int before_;
 };
 
+// Runs body, in which a write beyond the process's limit on the size of files fails with EFBIG and
+// raises no SIGXFSZ, which ends a process that does not expect it. The signal's disposition stays.
+void without_file_size_signal(const std::function<void()>& body);
+
 // The processor's hint that this is a spin loop.
 void spin_pause() noexcept;
 

@@ -103,6 +103,40 @@ NoCancellation::NoCancellation() noexcept {
 }
 NoCancellation::~NoCancellation() { pthread_setcancelstate(before_, nullptr); }
 
+namespace {
+
+// Raised by a thread's own write, so its mask is enough.
+class FileSizeSignalBlocked {
+  public:
+    FileSizeSignalBlocked() {
+        sigset_t pending;
+        sigpending(&pending);
+        was_pending_ = sigismember(&pending, SIGXFSZ) == 1;
+        sigemptyset(&signal_);
+        sigaddset(&signal_, SIGXFSZ);
+        pthread_sigmask(SIG_BLOCK, &signal_, &before_);
+    }
+    ~FileSizeSignalBlocked() {
+        const timespec at_once{};
+        while (!was_pending_ && sigtimedwait(&signal_, nullptr, &at_once) < 0 && errno == EINTR) {
+        }
+        pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+    }
+    FileSizeSignalBlocked(const FileSizeSignalBlocked&) = delete;
+    FileSizeSignalBlocked& operator=(const FileSizeSignalBlocked&) = delete;
+
+  private:
+    bool was_pending_ = false;
+    sigset_t signal_{}, before_{};
+};
+
+}  // namespace
+
+void without_file_size_signal(const std::function<void()>& body) {
+    const FileSizeSignalBlocked blocked;
+    body();
+}
+
 void spin_pause() noexcept {
 #if defined(__x86_64__) || defined(__i386__)
     __builtin_ia32_pause();

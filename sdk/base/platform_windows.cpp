@@ -141,6 +141,8 @@ DefaultFloatingPoint::~DefaultFloatingPoint() {
 NoCancellation::NoCancellation() noexcept : before_(0) {}
 NoCancellation::~NoCancellation() { (void)before_; }
 
+void without_file_size_signal(const std::function<void()>& body) { body(); }
+
 void spin_pause() noexcept { YieldProcessor(); }
 
 size_t name_start(std::string_view path) noexcept { return path.find_last_of("/\\") + 1; }

@@ -3,6 +3,7 @@
 // its end; layout 3, of a surface of several pieces, the pieces of its control points before them.
 #include <algorithm>
 #include <bit>
+#include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -12,6 +13,7 @@
 #include <utility>
 
 #include "sdk/base/atomic_file.hpp"
+#include "sdk/base/platform.hpp"
 #include "sdk/device/context.hpp"
 #include "sdk/template/check_patches.hpp"
 #include "sdk/template/page.hpp"
@@ -378,10 +380,12 @@ void Template::save(const char* path) const {
         fail(DEFREC_ERROR_IO, "the template cannot be written to ", path,
              ": what is there is no file, and would be replaced");
     try {
-        AtomicFile file(target);
-        file.write(bytes);
-        file.write({reinterpret_cast<const char*>(&sum), sizeof sum});
-        file.commit();
+        platform::without_file_size_signal([&] {
+            AtomicFile file(target);
+            file.write(bytes);
+            file.write({reinterpret_cast<const char*>(&sum), sizeof sum});
+            file.commit();
+        });
     } catch (const FileError& error) {
         fail(DEFREC_ERROR_IO, "the template cannot be written: ", error.what());
     }
@@ -394,10 +398,15 @@ std::shared_ptr<const Template> Template::load(Context& context, const char* pat
     if (!std::filesystem::is_regular_file(file_path, error))
         fail(DEFREC_ERROR_IO, name, " is not a file");
     // The size is the opened file's: another may be saved in its place meanwhile.
+    errno = 0;
     std::ifstream file(file_path, std::ios::binary | std::ios::ate);
-    const std::streamoff size = file ? std::streamoff{file.tellg()} : -1;
-    if (size < 0 || static_cast<uint64_t>(size) > kMaxBytes)
-        fail(DEFREC_ERROR_IO, name, " is too large for a template or cannot be read");
+    if (!file)
+        fail(DEFREC_ERROR_IO, name, " cannot be opened: ", std::generic_category().message(errno));
+    const std::streamoff size{file.tellg()};
+    if (size < 0) fail(DEFREC_ERROR_IO, name, " cannot be read");
+    if (static_cast<uint64_t>(size) > kMaxBytes)
+        fail(DEFREC_ERROR_IO, name, " has ", size, " bytes, at most ", kMaxBytes,
+             " expected of a template");
     file.seekg(0);
     char magic[sizeof kMagic] = {};
     if (!file.read(magic, sizeof magic) || std::memcmp(magic, kMagic, sizeof magic) != 0)

@@ -1,7 +1,11 @@
 // Templates as files: what a file may hold, whoever wrote it.
 #include <doctest/doctest.h>
+#include <pthread.h>
+#include <signal.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <filesystem>
@@ -333,4 +337,74 @@ TEST_CASE("row 94: what does not begin as a template is refused before it is rea
     REQUIRE(setrlimit(RLIMIT_DATA, &before) == 0);
     CHECK(status == DEFREC_ERROR_IO);
     CHECK(defrec::test::contains(defrec_last_error(), "does not begin as one"));
+}
+
+namespace {
+
+bool is_pending(int signal) {
+    sigset_t pending;
+    sigpending(&pending);
+    return sigismember(&pending, signal) == 1;
+}
+
+// In a process whose files must not grow, and whose SIGXFSZ is as it was when it started. Returns
+// what is wrong, 0 if nothing.
+int save_beyond_the_limit(const std::string& from, const std::string& to) {
+    const defrec::test::TestContext context;
+    defrec_template surface = nullptr;
+    if (defrec_template_load(context.get(), from.c_str(), &surface) != DEFREC_OK) return 1;
+    rlimit limit{};
+    getrlimit(RLIMIT_FSIZE, &limit);
+    limit.rlim_cur = 1000;
+    if (setrlimit(RLIMIT_FSIZE, &limit) != 0) return 2;
+    if (defrec_template_save(surface, to.c_str()) != DEFREC_ERROR_IO) return 3;
+    if (!defrec::test::contains(defrec_last_error(), "limit on file sizes")) return 4;
+    struct sigaction action {};
+    sigset_t blocked, size_signal;
+    sigaction(SIGXFSZ, nullptr, &action);
+    pthread_sigmask(SIG_SETMASK, nullptr, &blocked);
+    if (action.sa_handler != SIG_DFL || sigismember(&blocked, SIGXFSZ) != 0) return 5;
+    if (is_pending(SIGXFSZ)) return 6;
+    // One that the application has yet to take stays.
+    sigemptyset(&size_signal);
+    sigaddset(&size_signal, SIGXFSZ);
+    pthread_sigmask(SIG_BLOCK, &size_signal, nullptr);
+    raise(SIGXFSZ);
+    if (defrec_template_save(surface, to.c_str()) != DEFREC_ERROR_IO) return 7;
+    if (!is_pending(SIGXFSZ)) return 8;
+    defrec_template_release(surface);
+    return 0;
+}
+
+}  // namespace
+
+TEST_CASE("row 72: at the limit on file sizes saving fails, and the application gets no signal") {
+    const defrec::test::TemporaryFolder folder;
+    const std::string whole = folder.path() / "whole", cut = folder.path() / "cut";
+    defrec::Template(square()).save(whole.c_str());
+    const pid_t child = fork();
+    REQUIRE(child >= 0);
+    if (child == 0) _exit(save_beyond_the_limit(whole, cut));
+    int status = 0;
+    REQUIRE(waitpid(child, &status, 0) == child);
+    CHECK(WIFEXITED(status));
+    CHECK(WEXITSTATUS(status) == 0);
+    CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
+}
+
+TEST_CASE("row 98: without descriptors a template is not loaded, and the reason is that") {
+    const defrec::test::TemporaryFolder folder;
+    const std::string path = folder.path() / "template";
+    defrec::Template(square()).save(path.c_str());
+    const defrec::test::TestContext context;
+    rlimit before{};
+    REQUIRE(getrlimit(RLIMIT_NOFILE, &before) == 0);
+    const rlimit none{0, before.rlim_max};
+    REQUIRE(setrlimit(RLIMIT_NOFILE, &none) == 0);
+    defrec_template loaded = nullptr;
+    const defrec_status status = defrec_template_load(context.get(), path.c_str(), &loaded);
+    const std::string message = defrec_last_error();
+    REQUIRE(setrlimit(RLIMIT_NOFILE, &before) == 0);
+    CHECK(status == DEFREC_ERROR_IO);
+    CHECK_MESSAGE(defrec::test::contains(message, "Too many open files"), message);
 }

@@ -4,7 +4,8 @@
 
 namespace defrec::cli {
 
-// Also lets a closed pipe show as a failed write instead of killing the program. Once, from main.
+// Also lets a closed pipe, and a file at the process's limit on file sizes, show as a failed write
+// instead of killing the program. Once, from main.
 void install_signal_handlers();
 bool interrupt_requested();
 

@@ -3,6 +3,7 @@
 #include <doctest/doctest.h>
 #include <fcntl.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -58,7 +59,9 @@ std::size_t lines_of(const std::string& path) {
 }
 
 // The program in a process of its own. output: its standard output; -1: this process's.
-pid_t start_program(std::vector<std::string> arguments, int output = -1) {
+// file_size: bytes, to which its files may grow.
+pid_t start_program(std::vector<std::string> arguments, int output = -1,
+                    rlim_t file_size = RLIM_INFINITY) {
     arguments.insert(arguments.begin(), DEFREC_BUILD_DIR "/bin/defrec");
     std::vector<char*> argv;
     for (std::string& argument : arguments) argv.push_back(argument.data());
@@ -66,6 +69,10 @@ pid_t start_program(std::vector<std::string> arguments, int output = -1) {
     const pid_t child = ::fork();
     if (child == 0) {
         if (output >= 0) ::dup2(output, STDOUT_FILENO);
+        rlimit limit{};
+        ::getrlimit(RLIMIT_FSIZE, &limit);
+        limit.rlim_cur = std::min(file_size, limit.rlim_max);
+        ::setrlimit(RLIMIT_FSIZE, &limit);
         ::execv(argv[0], argv.data());
         ::_exit(99);
     }
@@ -224,6 +231,29 @@ TEST_CASE("row 73: with a closed pipe as output the files are finished and the e
     CHECK(summary["frames"] == kFrames);
     CHECK(fs::exists(out + "/report.html"));
     CHECK_FALSE(has_partial_files(out));
+}
+
+TEST_CASE("row 72: at the limit on file sizes the exit code is 7, and no half file is left") {
+    const TestFolder folder;
+    const auto exit_code = [](const std::vector<std::string>& arguments, rlim_t file_size) {
+        int status = 0;
+        const pid_t child = start_program(arguments, -1, file_size);
+        REQUIRE(::waitpid(child, &status, 0) == child);
+        return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    };
+    // It is not always the same file that does not fit first.
+    for (const rlim_t file_size : {1000, 30'000, 150'000, 400'000}) {
+        CAPTURE(file_size);
+        CHECK(exit_code(track_arguments(folder / "track"), file_size) == 7);
+        CHECK_FALSE(has_partial_files(folder.path()));
+    }
+    CHECK(exit_code({"render", "heartbeat", "--quiet", "--out", folder / "render", "--size",
+                     "160x120", "--frames", "2"},
+                    1000) == 7);
+    CHECK(exit_code({"render", "heartbeat", "--quiet", "--out", folder / "layout", "--size",
+                     "160x120", "--frames", "20", "--layout", "surgt"},
+                    10'000) == 7);
+    CHECK_FALSE(has_partial_files(folder.path()));
 }
 
 TEST_CASE("a trace of track: every frame's slices, in one another or apart on each thread") {

@@ -136,8 +136,7 @@ TEST_CASE("a report without any frame is written") {
 }
 
 TEST_CASE(
-    "row 72: a folder that is not there is refused at once, and an unfinished report leaves "
-    "nothing") {
+    "a folder that is not there is refused at once, and an unfinished report leaves nothing") {
     const Folder folder;
     const SyntheticSequence sequence(160, 120, 2);
     CHECK_THROWS_WITH_AS(
