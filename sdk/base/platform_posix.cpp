@@ -292,8 +292,12 @@ void* open_library(const Descriptor& file, const std::string& path) {
     }
     void* library = dlopen(name.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
     if (library == nullptr) {
-        const char* reason = dlerror();
-        fail(DEFREC_ERROR_PLUGIN, path, ": ", reason == nullptr ? "cannot be loaded" : reason);
+        const char* told = dlerror();
+        std::string reason = told == nullptr ? "cannot be loaded" : told;
+        if (reason.starts_with(name + ": ")) reason.erase(0, name.size() + 2);
+        for (size_t at = reason.find(name); at != std::string::npos; at = reason.find(name))
+            reason.replace(at, name.size(), path, name_start(path));
+        fail(DEFREC_ERROR_PLUGIN, path, ": ", reason);
     }
     const std::lock_guard lock(mutex);
     names.emplace(identity, name);

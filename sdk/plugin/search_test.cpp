@@ -1,5 +1,6 @@
 // Where plugins are looked for, through the C API.
 #include <doctest/doctest.h>
+#include <fcntl.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -251,24 +252,39 @@ TEST_CASE("rows 43 and 83: files of other users, and that other groups may write
     }
 }
 
-TEST_CASE("row 98: without descriptors the reason is that, and not that there is no plugin") {
+namespace {
+
+// Why the plugin "good" is refused where `count` descriptors can be opened.
+std::string refusal_with_descriptors(rlim_t count) {
     const PluginFolder plugin;
+    const int lowest = open("/dev/null", O_RDONLY | O_CLOEXEC);
+    REQUIRE(lowest >= 0);
+    close(lowest);
     rlimit before{};
     REQUIRE(getrlimit(RLIMIT_NOFILE, &before) == 0);
-    const rlimit none{0, before.rlim_max};
+    const rlimit few{static_cast<rlim_t>(lowest) + count, before.rlim_max};
     std::string reason;
-    REQUIRE(setrlimit(RLIMIT_NOFILE, &none) == 0);
+    REQUIRE(setrlimit(RLIMIT_NOFILE, &few) == 0);
     {
-        defrec_context_desc desc = with_flags(DEFREC_CONTEXT_ONLY_GIVEN_PLUGINS);
-        const std::string place = plugin.folder.path().string();
-        const char* places[] = {place.c_str()};
-        desc.plugin_paths = places;
-        desc.plugin_path_count = 1;
-        const TestContext context(desc);
+        const TestContext context({plugin.folder.path().string()});
         if (defrec_plugin_count(context.get()) == 1) reason = context.plugin(0).reason;
     }
     REQUIRE(setrlimit(RLIMIT_NOFILE, &before) == 0);
+    return reason;
+}
+
+}  // namespace
+
+TEST_CASE("row 98: without descriptors the reason is that, and not that there is no plugin") {
+    const std::string reason = refusal_with_descriptors(0);
     CHECK_MESSAGE(contains(reason, "Too many open files"), reason);
+}
+
+TEST_CASE("row 98: with one descriptor the loader's reason names the library, and not by it") {
+    const std::string reason = refusal_with_descriptors(1);
+    CHECK_MESSAGE(contains(reason, "defrec_plugin_good.so: cannot open"), reason);
+    CHECK_MESSAGE(contains(reason, "Too many open files"), reason);
+    CHECK_MESSAGE(!contains(reason, "/proc/"), reason);
 }
 
 TEST_CASE("row 104: what is loaded is the file whose hash was taken, whatever has its name") {

@@ -152,8 +152,8 @@ std::string read_text_file(const std::filesystem::path& path, std::size_t limit,
 
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(open_file(path), &std::fclose);
     if (!file)
-        throw CliError(code,
-                       name + ": the file cannot be opened for reading; check its permissions.");
+        throw CliError(code, name + ": the file cannot be opened for reading (" +
+                                 std::generic_category().message(errno) + ").");
     std::string text;
     char buffer[1 << 16];
     while (const std::size_t got = std::fread(buffer, 1, sizeof buffer, file.get())) {

@@ -40,7 +40,7 @@ std::string describe_choice(const Context& context) {
     if (list_devices(context).empty()) text += " nothing";
     for (const Plugin& plugin : list_plugins(context)) {
         if (!plugin.is_loaded)
-            text += "; " + plugin.path + " was refused: " + plugin.reason;
+            text += "; a plugin was refused: " + plugin.reason;
         else if (!plugin.reason.empty())
             text += "; " + plugin.reason;
     }
