@@ -8,7 +8,7 @@ SECTIONS = (
         (1, "a number that is not finite", "refused with file, key and line"),
         (2, "a focal length of 0 or below, a centre far outside of the image", "refused"),
         (3, "no baseline, or a tiny one", "refused"),
-        (4, "metres given for millimetres", "refused with the guess, and how to say otherwise"),
+        (4, "metres, centimetres or inches given for millimetres", "refused with the guess, and how to say otherwise"),
         (5, "left and right exchanged in the calibration", "refused with the hint"),
         (6, "left and right images exchanged", "lost or without a template, with `DEFREC_REASON_VIEWS_SWAPPED`"),
         (7, "a matrix that is no rotation", "refused with the residual"),

@@ -90,18 +90,20 @@ void check_rotation(const Eigen::Matrix3d& rotation) {
 }
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kMaxBaseline = 10000;  // mm
-constexpr double kMaxTurn = 60;         // degrees
+constexpr double kMinBaseline = 0.1, kMaxBaseline = 10000;  // mm
+constexpr double kMaxTurn = 60;                             // degrees
 
 void check_baseline(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& translation) {
     if (!translation.allFinite()) refuse("translation holds a number that is not finite");
     const double length = translation.norm();
     if (length == 0) refuse("translation is 0: two cameras in one place see no depth");
-    if (length < 0.1)
+    const double from_metres = 1000 * length;
+    if (length < kMinBaseline && from_metres >= kMinBaseline)
         refuse("the baseline is ", length, " mm; if the translation is in metres, it is ",
-               length * 1000, " mm");
-    if (length > kMaxBaseline)
-        refuse("the baseline is ", length, " mm, at most ", kMaxBaseline, " expected");
+               from_metres, " mm");
+    if (length < kMinBaseline || length > kMaxBaseline)
+        refuse("the baseline is ", length, " mm, ", kMinBaseline, " to ", kMaxBaseline,
+               " expected");
     const Eigen::AngleAxisd turn(rotation);
     if (turn.angle() > kMaxTurn * kDegree)
         fail(DEFREC_ERROR_UNSUPPORTED, "the cameras look ",

@@ -318,6 +318,10 @@ TEST_CASE("row 3: no baseline, and row 4: metres for millimetres") {
         d.translation[0] = -0.0046;
         d.translation[1] = d.translation[2] = 0;
     });
+    check_refused("0.1 to 10000 expected", [](auto& d) {
+        d.translation[0] = -0.0000046;  // mm or metres, it is too short
+        d.translation[1] = d.translation[2] = 0;
+    });
 }
 
 TEST_CASE("row 99: a baseline that no rig has, and cameras that look in different directions") {

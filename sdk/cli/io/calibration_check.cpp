@@ -13,8 +13,8 @@ namespace {
 
 constexpr double kMillimetresPerMetre = 1000;
 constexpr double kSmallestBaseline = 0.1;    // mm; no stereo camera has less
-constexpr double kSuspectBaseline = 0.5;     // below this, "mm" are almost surely metres
 constexpr double kLargestBaseline = 1000;    // mm
+constexpr double kSuspectBaseline = 1;       // below this, "mm" are almost surely another unit
 constexpr double kRotationTolerance = 1e-3;  // on |R^T R - 1|; files round to six digits
 constexpr double kRectifiedTolerance = 1e-9;
 
@@ -56,13 +56,19 @@ void check_rotation(StereoCalibration& calibration) {
 
 std::string unit_hint(LengthUnit unit, LengthUnit files_unit, double length) {
     if (unit != LengthUnit::kGuarded) return {};
-    if (files_unit == LengthUnit::kMillimetre && length < kSuspectBaseline) {
-        return " It looks like metres; if it is, pass --units m (if it really is mm, --units mm).";
+    if (files_unit == LengthUnit::kMetre) {
+        return length > kLargestBaseline ? " It looks like millimetres where ROS prescribes "
+                                           "metres; if it is, pass --units mm."
+                                         : "";
     }
-    if (files_unit == LengthUnit::kMetre && length > kLargestBaseline) {
-        return " It looks like millimetres where ROS prescribes metres; if it is, pass --units mm "
-               "(if it really is "
-               "metres, --units m).";
+    if (length < kSmallestBaseline) {
+        return length * kMillimetresPerMetre >= kSmallestBaseline
+                   ? " It looks like metres; if it is, pass --units m."
+                   : "";
+    }
+    if (length < kSuspectBaseline) {
+        return " It looks like centimetres or inches; if it is, convert T to mm (if it really is "
+               "mm, pass --units mm; if metres, --units m).";
     }
     return {};
 }
@@ -78,11 +84,16 @@ void check_baseline(StereoCalibration& calibration, LengthUnit unit, LengthUnit 
                              format_fixed(t[2], 4) + ") mm";
     if (!(length > 0)) fail(calibration.translation_origin, "the baseline is zero: " + text + ".");
     const std::string hint = unit_hint(unit, files_unit, length);
-    if (length < kSmallestBaseline || length > kLargestBaseline || !hint.empty()) {
-        fail(calibration.translation_origin,
-             "a baseline of " + format_fixed(length, 6) + " mm is outside " +
-                 format_fixed(hint.empty() ? kSmallestBaseline : kSuspectBaseline, 1) +
-                 "..1000 mm." + hint);
+    if (length < kSmallestBaseline || length > kLargestBaseline) {
+        fail(calibration.translation_origin, "a baseline of " + format_fixed(length, 6) +
+                                                 " mm is outside " +
+                                                 format_fixed(kSmallestBaseline, 1) + ".." +
+                                                 format_fixed(kLargestBaseline, 0) + " mm." + hint);
+    }
+    if (!hint.empty()) {
+        fail(calibration.translation_origin, "a baseline of " + format_fixed(length, 6) +
+                                                 " mm is shorter than a stereo endoscope's." +
+                                                 hint);
     }
     if (std::abs(t[1]) >= std::abs(t[0]) && std::abs(t[1]) >= std::abs(t[2])) {
         fail(calibration.translation_origin,

@@ -141,6 +141,21 @@ TEST_CASE("row 4: metres given for millimetres are guessed, and the override is 
     CHECK(load_text(metres, LengthUnit::kMetre).translation[0] == doctest::Approx(-4.6));
 }
 
+TEST_CASE("row 4: the unit that is guessed is one in which the baseline can be") {
+    for (const char* baseline : {"-0.46, 0, 0", "-0.18, 0, 0", "-0.8, 0, 0"}) {
+        const std::string text = with(kGood, kT, baseline);
+        const std::string message = refusal_of_text(text);
+        CHECK_SAYS(message, "looks like centimetres or inches");
+        CHECK_SAYS(message, "--units mm");
+        CHECK(load_text(text, LengthUnit::kMillimetre).translation[0] < 0);
+    }
+    CHECK_SAYS(refusal_of_text(with(kGood, kT, "-0.05, 0, 0")), "looks like metres");
+    // 0.00046 mm in metres.
+    const std::string message = refusal_of_text(with(kGood, kT, "-0.00000046, 0, 0"));
+    CHECK_SAYS(message, "outside 0.1..1000 mm");
+    CHECK(message.find("looks like") == std::string::npos);
+}
+
 TEST_CASE("row 5: views swapped in the calibration are refused with the hint") {
     const std::string message = refusal_of_text(with(kGood, kT, "4.6, 0.01, -0.02"));
     CHECK_SAYS(message, "calibration.yaml:30: T");
