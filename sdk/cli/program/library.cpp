@@ -93,7 +93,11 @@ void require(defrec_status status, ExitCode otherwise, const std::string& doing)
     if (status >= 0) return;
     const bool is_device = status == DEFREC_ERROR_DEVICE_LOST || status == DEFREC_ERROR_PLUGIN ||
                            status == DEFREC_ERROR_UNSUPPORTED;
-    throw CliError(is_device ? ExitCode::kDevice : otherwise, doing + ": " + defrec_last_error());
+    const bool lacks_memory = status == DEFREC_ERROR_OUT_OF_MEMORY;
+    throw CliError(is_device      ? ExitCode::kDevice
+                   : lacks_memory ? ExitCode::kInternal
+                                  : otherwise,
+                   doing + ": " + defrec_last_error());
 }
 
 Context open_context(const ContextOptions& options) {

@@ -35,7 +35,8 @@ T initialised() {
 }
 
 // Throws CliError with the library's own error message for a negative status. Statuses that speak
-// of a device or a plugin end with kDevice, all others with `otherwise`.
+// of a device or a plugin end with kDevice, a lack of memory with kInternal, all others with
+// `otherwise`.
 void require(defrec_status status, ExitCode otherwise, const std::string& doing);
 
 // What plugins said of themselves (DEFREC_LOG_INFO), by their names.

@@ -54,6 +54,21 @@ TEST_CASE("row 105: distortion that folds at the corners is taken") {
     CHECK(refusal(calibration_with({-1.2, 0, 0, 0})) == "");
 }
 
+TEST_CASE("a lack of memory is not taken for a fault of the input") {
+    const auto code_of = [](defrec_status status) {
+        try {
+            require(status, ExitCode::kCalibration, "doing");
+        } catch (const CliError& error) {
+            return error.code();
+        }
+        return ExitCode::kOk;
+    };
+    CHECK(code_of(DEFREC_ERROR_OUT_OF_MEMORY) == ExitCode::kInternal);
+    CHECK(code_of(DEFREC_ERROR_UNSUPPORTED) == ExitCode::kDevice);
+    CHECK(code_of(DEFREC_ERROR_ARGUMENT) == ExitCode::kCalibration);
+    CHECK(code_of(DEFREC_OK) == ExitCode::kOk);
+}
+
 TEST_CASE("names of states") {
     CHECK(std::string(state_name(DEFREC_INITIALISING)) == "initialising");
     CHECK(std::string(state_name(DEFREC_TRACKING)) == "tracking");

@@ -21,9 +21,10 @@ constexpr char kOverview[] =
     "  defrec score result --truth sequence/truth.csv\n"
     "`defrec COMMAND --help` explains each.\n"
     "\n"
-    "Exit codes: 0 ok, 1 internal error, 2 usage, 3 input unreadable, 4 calibration invalid, 5 "
-    "plugin or device\n"
-    "unavailable, 6 finished but below the asked threshold, 7 output failed, 130 interrupted.";
+    "Exit codes: 0 ok, 1 internal error or out of memory, 2 usage, 3 input unreadable, 4 "
+    "calibration invalid, 5 plugin\n"
+    "or device unavailable, 6 finished but below the asked threshold, 7 output failed, 130 "
+    "interrupted.";
 
 // OpenCV's and FFmpeg's own complaints would stand between ours, which say the same with file and
 // reason.

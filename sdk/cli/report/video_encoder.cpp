@@ -4,8 +4,10 @@
 #include <exception>
 #include <opencv2/videoio.hpp>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 
+#include "sdk/cli/io/exit_code.hpp"
 #include "sdk/cli/report/platform.hpp"
 
 #ifdef __SANITIZE_THREAD__
@@ -24,7 +26,13 @@ namespace defrec::cli {
 
 VideoEncoder::VideoEncoder(const std::string& path, int fourcc, double fps, cv::Size size)
     : size_(size) {
-    thread_ = std::thread([this, path, fourcc, fps] { run(path, fourcc, fps); });
+    try {
+        thread_ = std::thread([this, path, fourcc, fps] { run(path, fourcc, fps); });
+    } catch (const std::system_error& error) {
+        throw CliError(ExitCode::kInternal, "a thread cannot be started (" +
+                                                error.code().message() +
+                                                "); memory or the number of threads is limited.");
+    }
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [this] { return ready_; });
 }

@@ -14,7 +14,8 @@ namespace defrec::cli {
 
 class VideoEncoder {
   public:
-    /// Opens the file through OpenCV's ffmpeg. opened() tells whether that went well.
+    /// Opens the file through OpenCV's ffmpeg. opened() tells whether that went well. Throws
+    /// CliError where no thread can be started.
     VideoEncoder(const std::string& path, int fourcc, double fps, cv::Size size);
     /// Encodes what is queued, then closes the file.
     ~VideoEncoder();
