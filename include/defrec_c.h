@@ -843,8 +843,8 @@ typedef struct defrec_memory_desc {
 } defrec_memory_desc;
 
 /** Lets this tracker's device work in the caller's memory, desc, without a copy. The memory stays
- *  the caller's, and must outlive the handle and every job that was given it. Import once what
- *  frames use in turn: it allocates.
+ *  the caller's, and must outlive the handle and every job that was given it. Host memory must be
+ *  readable, and writable for samples; that is not checked. Import once what frames use in turn.
  *  @errors DEFREC_ERROR_ARGUMENT: no such kind, no multiple of 16, or not memory of that kind.
  *  DEFREC_ERROR_UNSUPPORTED: the device cannot reach it. DEFREC_ERROR_DEVICE_LOST.
  *  @threads any @since 1.1 */
