@@ -34,6 +34,22 @@ void check_centre(const char* view, const char* name, double value, uint32_t sid
         refuse(view, ".", name, " is ", value, " px, far outside images of ", side, " px");
 }
 
+// A calibration of images of half or twice the size puts the centre at a quarter of both sides, or
+// at their ends. Cameras with a centre as far off in both directions are hardly built.
+void doubt_centre(const Services& services, const char* view, const defrec_intrinsics& camera,
+                  uint32_t width, uint32_t height) {
+    constexpr double kFarOff = 0.2;  // of a side, from the image's middle
+    const auto is_far_off = [](double centre, uint32_t side) {
+        return std::abs(centre / side - 0.5) > kFarOff;
+    };
+    if (is_far_off(camera.cx, width) && is_far_off(camera.cy, height))
+        services.log(DEFREC_LOG_WARNING, "sdk",
+                     concat(view, ": the principal point (", camera.cx, ", ", camera.cy,
+                            ") lies far from the middle of images of ", width, " x ", height,
+                            " px; is the calibration one of images of another size?")
+                         .c_str());
+}
+
 // Part of the image to which the lens has no direction; 0 for the lens of a sound calibration.
 double folded_share(const Lens& lens, uint32_t width, uint32_t height) {
     size_t pixels = 0, folded = 0;
@@ -71,6 +87,7 @@ void check_camera(const Services& services, const char* view, const defrec_intri
     check_focal_length(view, "fy", camera.fy, height);
     check_centre(view, "cx", camera.cx, width);
     check_centre(view, "cy", camera.cy, height);
+    doubt_centre(services, view, camera, width, height);
     const uint32_t count = camera.distortion_count;
     if (count != 0 && count != 4 && count != 5 && count != 8 && count != 12 && count != 14)
         refuse(view, ".distortion_count is ", count, ", 0, 4, 5, 8, 12 or 14 expected");

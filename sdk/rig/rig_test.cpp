@@ -23,6 +23,18 @@ std::shared_ptr<const Services> services(uint32_t threads = 1) {
     return std::make_shared<const Services>(desc);
 }
 
+// Whose warnings are appended to the log, which outlives them.
+std::shared_ptr<const Services> logging_into(std::string& log) {
+    defrec_context_desc desc{};
+    desc.threads = 1;
+    desc.log_level = DEFREC_LOG_WARNING;
+    desc.log_user = &log;
+    desc.log = [](void* user, int32_t, const char*, const char* text) {
+        static_cast<std::string*>(user)->append(text).append("\n");
+    };
+    return std::make_shared<const Services>(desc);
+}
+
 // A stereo endoscope, 4.6 mm between views that look inwards a little.
 defrec_rig_desc endoscope(uint32_t distortion_count = 5) {
     defrec_rig_desc desc{};
@@ -311,6 +323,31 @@ TEST_CASE("row 2: focal lengths and principal points that cannot be are refused"
     check_refused("right.cy is -900", [](auto& d) { d.right.cy = -900; });
 }
 
+TEST_CASE("row 10: a calibration that looks like one of images of another size is doubted aloud") {
+    const auto log_of = [](double scale, double off_x) {
+        std::string log;
+        defrec_rig_desc desc = endoscope(0);
+        for (defrec_intrinsics* camera : {&desc.left, &desc.right}) {
+            camera->fx *= scale;
+            camera->fy *= scale;
+            camera->cx *= scale;
+            camera->cy *= scale;
+        }
+        desc.right.cx += off_x;
+        const Rig rig(logging_into(log), desc);
+        return log;
+    };
+    CHECK(log_of(1, 0).empty());
+    CHECK(log_of(1, 50).empty());  // of rectified images
+    for (const double scale : {0.5, 2.0}) {
+        const std::string log = log_of(scale, 0);
+        CAPTURE(log);
+        CHECK(log.find("left: the principal point (") != std::string::npos);
+        CHECK(log.find("right: the principal point (") != std::string::npos);
+        CHECK(log.find("another size") != std::string::npos);
+    }
+}
+
 TEST_CASE("row 3: no baseline, and row 4: metres for millimetres") {
     check_refused("translation is 0",
                   [](auto& d) { d.translation[0] = d.translation[1] = d.translation[2] = 0; });
@@ -379,14 +416,7 @@ TEST_CASE("row 9: distortion of a wrong length, or not monotone inside the image
 
 TEST_CASE("row 105: a distortion that folds at the corners is used up to the fold") {
     std::string log;
-    defrec_context_desc context{};
-    context.threads = 1;
-    context.log_level = DEFREC_LOG_WARNING;
-    context.log_user = &log;
-    context.log = [](void* user, int32_t, const char*, const char* text) {
-        static_cast<std::string*>(user)->append(text).append("\n");
-    };
-    const auto logging = std::make_shared<const Services>(context);
+    const auto logging = logging_into(log);
     const auto pixels_beyond = [](const defrec_intrinsics& camera, double folds_at_px) {
         size_t beyond = 0;
         for (int y = 0; y < 119; ++y)
