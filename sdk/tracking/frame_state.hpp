@@ -9,7 +9,7 @@
 
 namespace defrec {
 
-// Exposure of an image, from a sparse grid of its pixels.
+// Of an image, from a part of its pixels.
 struct ImageStatistics {
     double mean = 0;             // gray levels
     double deviation = 0;        // standard deviation, gray levels
@@ -19,6 +19,7 @@ struct ImageStatistics {
     // values: 0.54 to 0.97 in pictures of tissue, 1 in noise, more where every other row is of
     // another time. 0: not known.
     double row_ratio = 0;
+    double standing = 0;  // of the blocks with texture, those that are as in the frame before
     bool dark() const { return mean < 6; }
     bool saturated() const { return saturated_share > 0.6; }
     bool interlaced() const { return row_ratio > 1.2; }

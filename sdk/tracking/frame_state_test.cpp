@@ -323,6 +323,24 @@ TEST_CASE(
     CHECK(confidence_at(surface, confidence, beside).expected_error >= at_depth.expected_error);
 }
 
+TEST_CASE("row 82: nothing is said to be known of a point far off the surface") {
+    Fixture f;
+    const VertexConfidence confidence = f.confidence();
+    const Template surface(f.data);
+    const auto at = [&](double z) {
+        const double point[3] = {0, 0, z};
+        return confidence_at(surface, confidence, point);
+    };
+    CHECK(at(110).status == DEFREC_POINT_OBSERVED);
+    CHECK(at(130).status == DEFREC_POINT_EXTRAPOLATED);
+    for (const double z : {200.0, 1e3, 1e30, 1e200, 1e308}) {
+        CAPTURE(z);
+        CHECK(at(z).status == DEFREC_POINT_UNKNOWN);
+        CHECK(std::isfinite(at(z).expected_error));
+        CHECK(std::isfinite(at(z).covariance[5]));
+    }
+}
+
 TEST_CASE("a point beside the surface is extrapolated, less certain with the distance") {
     Fixture f;
     const VertexConfidence confidence = f.confidence();

@@ -120,13 +120,29 @@ RigEstimate RigMonitor::update(std::span<const RowMatch> matches) {
     is_late_ = std::abs(lag) > std::max(kMinLag, kSignificance * with_lag.lag_sigma);
     information_ *= kMemory;
     weighted_ *= kMemory;
+    twist_squares_ *= kMemory;
+    twist_weighted_ *= kMemory;
     matches_ *= kMemory;
     if (is_late_) return estimate(lag);
     const Fit without = fit_rows(matches, prior, with_lag.values, {3, 1.5, 1.5}, false);
+    add_twist(matches, without.values.head<3>());
     information_ += kIndependentShare * without.information.topLeftCorner<3, 3>();
     weighted_ += kIndependentShare * without.weighted.head<3>();
     matches_ += without.matches;
     return estimate(0);
+}
+
+// What offset, roll and ratio leave, as far as it grows with x y. A kernel as narrow as theirs
+// would leave out the corners, which say most of it.
+void RigMonitor::add_twist(std::span<const RowMatch> matches, const Eigen::Vector3d& fit) {
+    constexpr double kLargest = 6;  // px; more is a wrong match
+    for (const RowMatch& match : matches) {
+        const double left = match.step - fit[0] - match.x * fit[1] - match.y * fit[2],
+                     place = 4 * match.x * match.y / (double(width_) * height_);
+        if (std::abs(left) > kLargest) continue;
+        twist_squares_ += place * place;
+        twist_weighted_ += place * left;
+    }
 }
 
 double RigMonitor::row_error() const {
@@ -139,6 +155,8 @@ double RigMonitor::row_error() const {
     return std::sqrt(squared);
 }
 
+double RigMonitor::twist_error() const { return std::abs(estimate(0).twist_px) / 3; }
+
 RigEstimate RigMonitor::estimate(double lag) const {
     RigEstimate estimate;
     estimate.lag_frames = static_cast<float>(lag);
@@ -150,6 +168,8 @@ RigEstimate RigMonitor::estimate(double lag) const {
     estimate.roll_deg = static_cast<float>(std::atan(mean[1]) * 180 / std::numbers::pi);
     estimate.focal_ratio = static_cast<float>(1 + mean[2]);
     estimate.matches = static_cast<uint32_t>(matches_);
+    if (matches_ >= 10 * kMinMatches && twist_squares_ > 0)
+        estimate.twist_px = static_cast<float>(twist_weighted_ / twist_squares_);
     return estimate;
 }
 

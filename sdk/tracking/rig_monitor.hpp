@@ -3,6 +3,7 @@
 // in the two views, which agree in a rectified pair.
 #pragma once
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -37,22 +38,28 @@ class RigMonitor {
     // Whether the right view was taken at another time in the frame of the last update.
     bool is_late() const { return is_late_; }
     // Whether rows have disagreed by more than stereo bears, over the last frames.
-    bool is_out_of_calibration() const { return row_error() > kMaxRowError; }
-    // Whether it is worth a new map.
+    bool is_out_of_calibration() const {
+        return std::hypot(row_error(), twist_error()) > kMaxRowError;
+    }
+    // Whether offset, roll and ratio are worth a new map.
     bool wants_correction() const { return row_error() > kCorrectedRowError; }
 
   private:
     static constexpr double kMaxRowError = 0.4, kCorrectedRowError = 0.15;  // px
 
     RigEstimate estimate(double lag) const;
-    // Root mean square over the image, px; 0 where too little was seen.
+    void add_twist(std::span<const RowMatch> matches, const Eigen::Vector3d& fit);
+    // Root mean squares over the image, px, by offset, roll and ratio, and by the twist; 0 where
+    // too little was seen.
     double row_error() const;
+    double twist_error() const;
 
     uint32_t width_, height_;
     // Of the step at the centre, and its growth along x and y: information and information times
     // mean, of a normal distribution.
     Eigen::Matrix3d information_ = Eigen::Matrix3d::Zero();
     Eigen::Vector3d weighted_ = Eigen::Vector3d::Zero();
+    double twist_squares_ = 0, twist_weighted_ = 0;
     double matches_ = 0;  // behind them, older ones counting less
     bool is_late_ = false;
 };

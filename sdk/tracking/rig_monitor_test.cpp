@@ -16,6 +16,7 @@ constexpr uint32_t kWidth = 960, kHeight = 540;
 // is 1.
 struct Setting {
     double offset = 0, roll = 0, ratio = 0, lag = 0, speed = 6;
+    double twist = 0;        // px in the corners
     double outliers = 0.15;  // share of the matches that are wrong
 };
 
@@ -30,7 +31,8 @@ std::vector<RowMatch> matches_of(const Setting& setting, uint32_t seed, size_t c
         match.y = (share(random) - 0.5) * kHeight;
         match.speed = setting.speed * std::sin(0.01 * match.x + 0.013 * match.y);
         match.step = setting.offset + setting.roll * match.x + setting.ratio * match.y -
-                     setting.lag * match.speed + noise(random);
+                     setting.lag * match.speed + noise(random) +
+                     setting.twist * 4 * match.x * match.y / (kWidth * kHeight);
         if (share(random) < setting.outliers) match.step += 30 * (share(random) - 0.5);
         matches.push_back(match);
     }
@@ -87,6 +89,21 @@ TEST_CASE("offset, roll and ratio of focal lengths are measured together, within
     CHECK(estimate.roll_deg == doctest::Approx(0.149).epsilon(0.05));
     CHECK(estimate.focal_ratio == doctest::Approx(1.001).epsilon(1e-4));
     CHECK(estimate.matches > 1000);
+}
+
+TEST_CASE("distortion that the calibration leaves out shows in the corners within ten frames") {
+    for (const double twist : {-3.5, 2.0, 0.3}) {
+        CAPTURE(twist);
+        RigMonitor monitor(kWidth, kHeight);
+        const Setting setting{.twist = twist};
+        RigEstimate estimate;
+        for (uint32_t frame = 0; frame < 10; ++frame)
+            estimate = monitor.update(matches_of(setting, frame));
+        CHECK(std::abs(estimate.twist_px - twist) < 0.5);
+        CHECK(monitor.is_out_of_calibration() == (std::abs(twist) > 1));
+        CHECK_FALSE(monitor.wants_correction());
+        CHECK(std::abs(estimate.vertical_offset_px) < 0.1);
+    }
 }
 
 TEST_CASE("a drift is followed within a second or two, and a lag is told from it") {

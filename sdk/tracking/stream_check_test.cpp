@@ -58,6 +58,23 @@ TEST_CASE("a stream is frozen where both views are those of the frame before") {
     CHECK(check.reasons(3, 99, image(1), image(2)) == DEFREC_REASON_FROZEN);
 }
 
+TEST_CASE("row 55: a stream is frozen where nearly all of both views is as in the frame before") {
+    const auto reasons = [](double left_standing, double right_standing) {
+        StreamCheck check;
+        check.reasons(0, 0, image(0), image(1));
+        ImageStatistics left = image(2), right = image(3);
+        left.standing = left_standing;
+        right.standing = right_standing;
+        return check.reasons(1, 33, left, right);
+    };
+    CHECK(reasons(0, 0) == 0);
+    CHECK(reasons(0.97, 0.99) == DEFREC_REASON_FROZEN);
+    CHECK(reasons(0.97, 0.1) == DEFREC_REASON_VIEW_LATE);
+    CHECK(reasons(0.1, 0.97) == DEFREC_REASON_VIEW_LATE);
+    CHECK(reasons(0.97, 0.9) == 0);  // compression left most of both as it was
+    CHECK(reasons(0.6, 0.6) == 0);
+}
+
 TEST_CASE("row 76: where one view alone is that of the frame before, one of them is late") {
     StreamCheck check;
     CHECK(check.reasons(0, 0, image(0), image(1)) == 0);

@@ -36,6 +36,12 @@ defrec_surface_sample moved(const defrec_surface_point& point,
 
 bool is_interlaced(const TrackerJob& job) { return (job.reasons & DEFREC_REASON_INTERLACED) != 0; }
 
+bool is_frozen(const TrackerJob& job) { return (job.reasons & DEFREC_REASON_FROZEN) != 0; }
+
+bool is_in_memory(const TrackerJob& job, int view) {
+    return job.input.views[static_cast<size_t>(view)].memory != nullptr;
+}
+
 constexpr size_t kPatchRun = 256;  // patches that one thread measures
 constexpr float kFastMm = 5;       // of motion from frame to frame
 constexpr uint32_t kReasonsOfRig = DEFREC_REASON_VIEW_LATE | DEFREC_REASON_CALIBRATION;
@@ -95,6 +101,8 @@ SurfaceFollower::SurfaceFollower(std::shared_ptr<const Rig> rig,
       frames_(frames),
       growth_(settings),
       pipeline_(rig_, device, settings),
+      blocks_{StandingBlocks(rig_->width(), rig_->height()),
+              StandingBlocks(rig_->width(), rig_->height())},
       rig_monitor_(rig_->width(), rig_->height()),
       rig_after_(rig_monitor_),
       watches_rig_(settings.self_calibration != DEFREC_SELF_CALIBRATION_OFF),
@@ -134,6 +142,7 @@ void SurfaceFollower::cancel(TrackerJob& job) noexcept {
 }
 
 void SurfaceFollower::process(TrackerJob& job) {
+    stale_.clear();
     rig_left_ = rig_monitor_.update({});
     job.rig_estimate = in_all(rig_left_, shift_);
     // The device begins while the host looks; frames in which there is nothing to observe are few.
@@ -173,9 +182,10 @@ void SurfaceFollower::process(TrackerJob& job) {
         }
         if (of_two_times) {
             last_rows_.clear();
+            disparities_.skip_frame();
             verdict.degraded = true;
         } else {
-            watch_rig(job, verdict);
+            watch_rig(job, verdict, uses_depth);
         }
         is_depth_spoilt_ = !of_two_times && is_tracking_ && lag_spoils_depth(job);
         if (uses_depth && !captures && is_depth_spoilt_) {
@@ -196,6 +206,7 @@ void SurfaceFollower::process(TrackerJob& job) {
                 verdict.reasons |= DEFREC_REASON_COARSE;
             }
         }
+        if (!of_two_times) find_stale_parts(job, verdict);
         job.reasons |= verdict.reasons;
         if (!verdict.found && uses_depth) look_for_swapped_views(job, *frame);
         const bool is_corrected = corrects_rig_ && correct_rig();
@@ -262,10 +273,14 @@ void SurfaceFollower::check_images(TrackerJob& job, const ObservedFrame& frame) 
 }
 
 // Of the gray image as it was given, or where that lies in memory of the rectified one.
-ImageStatistics SurfaceFollower::statistics_of(const TrackerJob& job, int view) const {
-    const bool in_memory = job.input.views[static_cast<size_t>(view)].memory != nullptr;
-    return image_statistics(job.views[view].as<uint8_t>().data(), rig_->width(), rig_->height(),
-                            in_memory ? rig_->map(view) : nullptr);
+ImageStatistics SurfaceFollower::statistics_of(const TrackerJob& job, int view) {
+    const uint8_t* gray = job.views[view].as<uint8_t>().data();
+    ImageStatistics statistics = image_statistics(
+        gray, rig_->width(), rig_->height(), is_in_memory(job, view) ? rig_->map(view) : nullptr);
+    StandingBlocks& blocks = blocks_[static_cast<size_t>(view)];
+    blocks.add_image(gray);
+    statistics.standing = blocks.share();
+    return statistics;
 }
 
 void SurfaceFollower::capture(TrackerJob& job, ObservedFrame& frame) {
@@ -292,6 +307,7 @@ void SurfaceFollower::adopt(std::shared_ptr<const Template> surface, bool is_obs
     last_ = std::move(made);
     is_tracking_ = is_observed;
     last_rows_.clear();
+    disparities_.reset();
     pieces_.reset(data.pieces(), is_observed);
     age_ = 0;
     ++epoch_;
@@ -312,6 +328,7 @@ void SurfaceFollower::change_template(TemplateData changed, std::vector<defrec_m
         made.samples.push_back(moved(data.vertices[i], made.motions));
     pipeline_.set_template(data);
     last_ = std::move(made);
+    disparities_.forget_vertices();
     ++template_epoch_;
     const std::lock_guard lock(template_mutex_);
     template_ = std::move(surface);
@@ -506,15 +523,42 @@ void SurfaceFollower::look_for_swapped_views(TrackerJob& job, ObservedFrame& fra
     if (look_swapped) job.reasons |= DEFREC_REASON_VIEWS_SWAPPED;
 }
 
-void SurfaceFollower::watch_rig(TrackerJob& job, Verdict& verdict) {
+void SurfaceFollower::watch_rig(TrackerJob& job, Verdict& verdict, bool uses_depth) {
     if (!verdict.found || !watches_rig_) return;
-    rig_monitor_ = rig_after_;
-    rig_left_ = rig_left_after_;
-    last_rows_.swap(rows_);
-    job.rig_estimate = in_all(rig_left_, shift_);
+    // Nothing moves in the picture of the frame before, and it has been measured.
+    if (!is_frozen(job)) {
+        rig_monitor_ = rig_after_;
+        rig_left_ = rig_left_after_;
+        last_rows_.swap(rows_);
+        job.rig_estimate = in_all(rig_left_, shift_);
+        if (is_tracking_ && uses_depth && !rig_monitor_.is_late() &&
+            chosen_->effort == Effort::kFull)
+            disparities_.add_frame(template_->data(), job.output.samples);
+        else
+            disparities_.skip_frame();
+    }
+    const bool is_misaligned = rig_monitor_.is_out_of_calibration() || disparities_.slip_px() != 0;
     if (rig_monitor_.is_late()) verdict.reasons |= DEFREC_REASON_VIEW_LATE;
-    if (rig_monitor_.is_out_of_calibration()) verdict.reasons |= DEFREC_REASON_CALIBRATION;
-    verdict.degraded |= rig_monitor_.is_late() || rig_monitor_.is_out_of_calibration();
+    if (is_misaligned) verdict.reasons |= DEFREC_REASON_CALIBRATION;
+    verdict.degraded |= rig_monitor_.is_late() || is_misaligned;
+}
+
+// Of a picture a part of which stands still while the rest moves on, that part says nothing.
+void SurfaceFollower::find_stale_parts(const TrackerJob& job, Verdict& verdict) {
+    constexpr double kMinShare = 0.05;  // of the vertices in the image, to be worth a reason
+    // Two repeated frames come of a change of the frame rate, or of a frame that was lost.
+    constexpr uint32_t kMostRepeated = 2;
+    frozen_frames_ = is_frozen(job) ? frozen_frames_ + 1 : 0;
+    if (frozen_frames_ > kMostRepeated) {
+        stale_.set_all(job.output.samples.size());
+        verdict.degraded = true;
+    }
+    if (!verdict.found || !is_tracking_ || is_frozen(job)) return;
+    stale_.find(*rig_, blocks_, {is_in_memory(job, 0), is_in_memory(job, 1)}, last_->samples,
+                job.output.samples);
+    if (stale_.share() < kMinShare) return;
+    verdict.reasons |= DEFREC_REASON_FROZEN;
+    verdict.degraded = true;
 }
 
 // Whether depth errs more by what moved between the views' times than it does when the left image
@@ -573,7 +617,7 @@ void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict, bool use
             if (job.state == DEFREC_TRACKING) job.state = DEFREC_DEGRADED;
             search_lost_pieces(job);
         }
-        if (sees_depth && !pieces_.misses_one())
+        if (sees_depth && stale_.views().empty() && !pieces_.misses_one())
             growth_.end_found_frame(pipeline_, template_, job.output);
         else
             growth_.end_lost_frame();  // it would join in the wrong place
@@ -582,6 +626,7 @@ void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict, bool use
         pieces_.end_frame(DEFREC_LOST, pieces, uses_depth);
         growth_.end_lost_frame();
         last_rows_.clear();
+        disparities_.skip_frame();
         std::copy(last_->motions.begin(), last_->motions.end(), job.output.motions.begin());
         std::copy(last_->samples.begin(), last_->samples.end(), job.output.samples.begin());
         if (job.input.samples != nullptr)
@@ -597,7 +642,7 @@ void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict, bool use
     job.age = age_;
     if (growth_.is_full()) job.reasons |= DEFREC_REASON_TEMPLATE_FULL;
     describe_surface(job, uses_depth);
-    shows_cuts_ = is_found && sees_depth;
+    shows_cuts_ = is_found && sees_depth && stale_.views().empty();
 }
 
 // After the job has ended, which must hear of no failure any more.
@@ -628,7 +673,7 @@ void SurfaceFollower::describe_surface(TrackerJob& job, bool uses_depth) const {
             last_->model,
             {job.output, job.lateral, static_cast<float>(job.evidence.mean_residual_mm), rig_left_,
              job.state == DEFREC_RELOCALISED ? SurfaceSamples() : SurfaceSamples(last_->samples),
-             uses_depth, is_interlaced(job)},
+             uses_depth, is_interlaced(job), disparities_.slip_px(), stale_.views()},
             helpers, job.confidence);
         forget_lost_pieces(pieces_.pieces(), template_->vertex_pieces(), job.confidence);
     }

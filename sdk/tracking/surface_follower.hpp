@@ -1,6 +1,7 @@
 // What the tracker decides about each frame: whether its images are of use, whether a template is
 // captured, whether the surface was found, and what its results are.
 #pragma once
+#include <array>
 #include <chrono>
 #include <exception>
 #include <memory>
@@ -12,11 +13,14 @@
 
 #include "sdk/tracking/backoff.hpp"
 #include "sdk/tracking/cut_watch.hpp"
+#include "sdk/tracking/disparity_watch.hpp"
 #include "sdk/tracking/frame_queue.hpp"
 #include "sdk/tracking/map_growth.hpp"
 #include "sdk/tracking/piece_states.hpp"
 #include "sdk/tracking/pipeline.hpp"
 #include "sdk/tracking/rig_monitor.hpp"
+#include "sdk/tracking/stale_vertices.hpp"
+#include "sdk/tracking/standing_blocks.hpp"
 #include "sdk/tracking/stream_check.hpp"
 
 namespace defrec {
@@ -61,7 +65,7 @@ class SurfaceFollower {
     void adopt_set_template(const TrackerJob& job);
     bool observe_ahead(const FollowedFrame& followed);
     void check_images(TrackerJob& job, const ObservedFrame& frame);
-    ImageStatistics statistics_of(const TrackerJob& job, int view) const;
+    ImageStatistics statistics_of(const TrackerJob& job, int view);
     void capture(TrackerJob& job, ObservedFrame& frame);
     void adopt(std::shared_ptr<const Template> surface, bool is_observed);
     bool release_cut();
@@ -78,7 +82,8 @@ class SurfaceFollower {
     void search_widely(TrackerJob& job, std::optional<ObservedFrame>& frame, Following following,
                        Verdict& verdict);
     void look_for_swapped_views(TrackerJob& job, ObservedFrame& frame);
-    void watch_rig(TrackerJob& job, Verdict& verdict);
+    void watch_rig(TrackerJob& job, Verdict& verdict, bool uses_depth);
+    void find_stale_parts(const TrackerJob& job, Verdict& verdict);
     bool lag_spoils_depth(const TrackerJob& job) const;
     bool correct_rig();
     void conclude(TrackerJob& job, const Verdict& verdict, bool uses_depth);
@@ -102,9 +107,13 @@ class SurfaceFollower {
     CutWatch cut_watch_;
     std::optional<CutLine> cut_;  // that is released with the next frame
     StreamCheck stream_;
-    RigMonitor rig_monitor_;  // of what is left after the shift
-    RigEstimate rig_left_;    // its last estimate
-    RigMonitor rig_after_;    // the monitor, and its estimate, if this frame is found
+    std::array<StandingBlocks, 2> blocks_;  // of the views
+    StaleVertices stale_;                   // of this frame
+    uint32_t frozen_frames_ = 0;            // up to this one
+    RigMonitor rig_monitor_;                // of what is left after the shift
+    RigEstimate rig_left_;                  // its last estimate
+    DisparityWatch disparities_;
+    RigMonitor rig_after_;  // the monitor, and its estimate, if this frame is found
     RigEstimate rig_left_after_;
     Rig::ViewShift shift_;  // that the right view is corrected by
     const bool watches_rig_, corrects_rig_;

@@ -257,6 +257,114 @@ TEST_CASE("row 55: a frozen stream is named, and followed all the same") {
     CHECK(again.state == DEFREC_TRACKING);
 }
 
+TEST_CASE("row 55: a clock in the picture does not hide that the stream is frozen") {
+    Session session;
+    Pair pair = render(0, 0);
+    session.track(pair);
+    for (int i = 1; i <= 3; ++i) {
+        for (int view = 0; view < 2; ++view)
+            for (int y = 4; y < 12; ++y)
+                for (int x = 4; x < 28; ++x)
+                    (view == 0 ? pair.left : pair.right)[static_cast<size_t>(y * kWidth + x)] =
+                        static_cast<uint8_t>(40 * ((x + y * i) % 5));
+        CHECK((session.track(pair).reasons & DEFREC_REASON_FROZEN) != 0);
+    }
+}
+
+TEST_CASE("row 55: from the third repeated frame on nothing is seen, until the stream goes on") {
+    Session session;
+    const Pair pair = render(0, 0);
+    const Session::Frame first = session.track(pair);
+    for (int repeated = 1; repeated <= 5; ++repeated) {
+        CAPTURE(repeated);
+        const Session::Frame frame = session.track(pair);
+        CHECK((frame.reasons & DEFREC_REASON_FROZEN) != 0);
+        CHECK(frame.state == (repeated < 3 ? DEFREC_TRACKING : DEFREC_DEGRADED));
+        const auto observed =
+            std::count(frame.status.begin(), frame.status.end(), DEFREC_POINT_OBSERVED);
+        CHECK((observed > 0) == (repeated < 3));
+        if (repeated >= 3) CHECK(frame.largest_error > first.largest_error);
+    }
+    const Session::Frame next = session.track(render(0.5, 0));
+    CHECK(next.state == DEFREC_TRACKING);
+    CHECK(next.epoch == first.epoch);
+}
+
+TEST_CASE("row 55: in a part of the picture that stands while the rest moves on nothing is seen") {
+    constexpr int kEdge = kWidth * 3 / 8;
+    const Pair first = render(0, 0);
+    const auto standing_part = [&](Pair pair) {
+        for (int y = 0; y < kHeight; ++y) {
+            std::copy_n(&first.left[static_cast<size_t>(y * kWidth)], kEdge,
+                        &pair.left[static_cast<size_t>(y * kWidth)]);
+            std::copy_n(&first.right[static_cast<size_t>(y * kWidth)], kEdge,
+                        &pair.right[static_cast<size_t>(y * kWidth)]);
+        }
+        return pair;
+    };
+    Session session;
+    session.track(first);
+    for (int i = 1; i <= 4; ++i) {
+        CAPTURE(i);
+        const Session::Frame frame = session.track(standing_part(render(0.6 * i, 0)));
+        CHECK((frame.reasons & DEFREC_REASON_FROZEN) != 0);
+        CHECK(frame.state == DEFREC_DEGRADED);
+        int observed_there = 0, observed_elsewhere = 0;
+        for (size_t v = 0; v < frame.status.size(); ++v) {
+            const float* at = &frame.vertices[3 * v];
+            const double u = kFocal * at[0] / at[2] + kWidth / 2.0;
+            if (frame.status[v] != DEFREC_POINT_OBSERVED) continue;
+            observed_there += u < kEdge - 32;
+            observed_elsewhere += u > kEdge + 32;
+        }
+        CHECK(observed_there == 0);
+        CHECK(observed_elsewhere > 0);
+    }
+    const Session::Frame whole = session.track(render(2.7, 0));
+    CHECK(whole.state == DEFREC_TRACKING);
+    CHECK((whole.reasons & DEFREC_REASON_FROZEN) == 0);
+}
+
+TEST_CASE("row 76: a repeated frame says nothing of a lag") {
+    Session session;
+    for (int i = 0; i < 6; ++i) {
+        CAPTURE(i);
+        const Pair pair = render(0.4 * i, 0.7 * i);
+        CHECK((session.track(pair).reasons & DEFREC_REASON_VIEW_LATE) == 0);
+        CHECK((session.track(pair).reasons & DEFREC_REASON_VIEW_LATE) == 0);
+    }
+}
+
+TEST_CASE("row 106: a right view that slips sideways is out of calibration until it is back") {
+    const auto slipped = [](Pair pair, int px) {
+        for (int y = 0; y < kHeight; ++y) {
+            uint8_t* row = &pair.right[static_cast<size_t>(y * kWidth)];
+            std::rotate(row, row + px, row + kWidth);
+        }
+        return pair;
+    };
+    for (const int px : {2, 6}) {
+        CAPTURE(px);
+        Session session;
+        for (int i = 0; i < 3; ++i)
+            CHECK(session.track(render(0.3 * i, 0)).state == DEFREC_TRACKING);
+        for (int i = 3; i < 6; ++i) {
+            CAPTURE(i);
+            const Session::Frame frame = session.track(slipped(render(0.3 * i, 0), px));
+            CHECK(std::count(frame.status.begin(), frame.status.end(), DEFREC_POINT_OBSERVED) == 0);
+            if (i < 5) continue;  // after a large slip, depth needs some frames to be found again
+            CHECK(frame.state == DEFREC_DEGRADED);
+            CHECK((frame.reasons & DEFREC_REASON_CALIBRATION) != 0);
+            CHECK(frame.largest_error > std::abs(frame.shift[2]));
+        }
+        session.track(render(1.8, 0));
+        session.track(render(1.8, 0.1));
+        const Session::Frame back = session.track(render(1.8, 0.2));
+        CHECK(back.state == DEFREC_TRACKING);
+        CHECK((back.reasons & DEFREC_REASON_CALIBRATION) == 0);
+    }
+}
+
 TEST_CASE("row 76: of a view that stands still nothing is believed, and no template made") {
     Session session;
     const Pair first = render(0, 0);

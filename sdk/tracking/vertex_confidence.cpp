@@ -126,9 +126,11 @@ class RigDoubt {
         const double roll =
                          std::tan(evidence.rig.roll_deg * std::numbers::pi / 180) * data.width / 2,
                      ratio = (evidence.rig.focal_ratio - 1) * data.height / 2,
-                     offset = evidence.rig.vertical_offset_px;
-        rows_ = kRowShare * static_cast<float>(offset * offset + roll * roll + ratio * ratio);
+                     offset = evidence.rig.vertical_offset_px, twist = evidence.rig.twist_px;
+        rows_ = kRowShare *
+                static_cast<float>(offset * offset + roll * roll + ratio * ratio + twist * twist);
         if (evidence.is_interlaced) rows_ += kInterlacedShare;
+        rows_ += static_cast<float>(evidence.slip_px * evidence.slip_px);
     }
     float at(const FrameEvidence& evidence, size_t vertex) const {
         if (lag_ == 0) return rows_;
@@ -186,9 +188,13 @@ class ConfidenceEstimate {
         const float per_px = depth_per_px(camera_, samples_[i].position[2]);
         const float rig_px2 = confidence_.rig_px2[i] =
             evidence_.uses_depth ? rig_.at(evidence_, i) : kOneViewShare;
-        const bool agrees = samples_[i].observation == DEFREC_OBSERVED ||
-                            (!evidence_.uses_depth && samples_[i].observation != DEFREC_OUTSIDE),
-                   is_confirmed = lateral_.is_confirmed[i] != 0,
+        const unsigned stale =
+            evidence_.stale_views.empty() ? 0u : unsigned{evidence_.stale_views[i]};
+        const bool is_stale = (stale & (evidence_.uses_depth ? kBothViews : kLeftView)) != 0,
+                   agrees = !is_stale &&
+                            (samples_[i].observation == DEFREC_OBSERVED ||
+                             (!evidence_.uses_depth && samples_[i].observation != DEFREC_OUTSIDE)),
+                   is_confirmed = lateral_.is_confirmed[i] != 0 && (stale & kLeftView) == 0,
                    has_depth = evidence_.uses_depth && !evidence_.is_interlaced && agrees &&
                                rig_px2 * per_px * per_px <= kMaxRigDoubt;
         confidence_.evidence[i] = static_cast<uint8_t>(
@@ -352,7 +358,8 @@ SurfaceConfidence nothing_known() {
 
 SurfaceConfidence confidence_at(const Template& surface, const VertexConfidence& confidence,
                                 const double xyz[3]) {
-    constexpr double kGrowthOffSurface = 0.03;  // mm of error per mm from the surface
+    constexpr double kGrowthOffSurface = 0.03;     // mm of error per mm from the surface
+    constexpr double kFarthestOffSurfaceMm = 100;  // nothing is known of what lies farther
     const TemplateData& data = surface.data();
     const int32_t nearest = surface.vertex_at(xyz);
     if (nearest < 0) return nothing_known();
@@ -363,11 +370,15 @@ SurfaceConfidence confidence_at(const Template& surface, const VertexConfidence&
         const double difference = xyz[axis] - data.vertices[vertex].position[axis];
         squared += difference * difference;
     }
+    const double distance = std::sqrt(squared);
+    if (!(distance <= kFarthestOffSurfaceMm)) return nothing_known();
     const double step_mm = data.grid.spacing * data.vertices[vertex].position[2] / data.camera.fx;
     at.status = confidence.status[vertex];
+    if (distance > kFarthestMm && at.status == DEFREC_POINT_OBSERVED)
+        at.status = DEFREC_POINT_EXTRAPOLATED;
     at.evidence = confidence.evidence[vertex];
     at.expected_error = confidence.expected_error[vertex] +
-                        kGrowthOffSurface * std::max(0.0, std::sqrt(squared) - 2 * step_mm);
+                        kGrowthOffSurface * std::max(0.0, distance - 2 * step_mm);
     const double growth = at.expected_error / confidence.expected_error[vertex];
     for (size_t i = 0; i < 6; ++i)
         at.covariance[i] = growth * growth * confidence.covariance[6 * vertex + i];

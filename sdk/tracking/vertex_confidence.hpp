@@ -43,6 +43,8 @@ struct VertexConfidence {
     std::vector<float> rig_px2;  // working memory, per vertex: disparity that the rig gets wrong
 };
 
+// Bits of FrameEvidence::stale_views.
+inline constexpr uint8_t kLeftView = 1, kRightView = 2, kBothViews = kLeftView | kRightView;
 // What a frame says of the surface. Disparity is what a rig that is late or out of calibration gets
 // wrong.
 struct FrameEvidence {
@@ -53,6 +55,9 @@ struct FrameEvidence {
     SurfaceSamples last_samples;  // of the frame before; empty where there is none
     bool uses_depth = true;       // else the surface was followed by the left image alone
     bool is_interlaced = false;   // rows of an image are of two times
+    double slip_px = 0;           // by which disparities are off
+    // Per vertex, kLeftView and kRightView: that view shows it as it was. Empty: none does.
+    std::span<const uint8_t> stale_views = {};
 };
 // How far a vertex moved in the image, px^2.
 float squared_step(const defrec_camera& camera, const defrec_surface_sample& from,

@@ -219,7 +219,7 @@ namespace Defrec
         NoDepth = 1u << 8,
         /// <summary>One image is black and the other is not.</summary>
         OneView = 1u << 9,
-        /// <summary>The same pixels as the frame before.</summary>
+        /// <summary>The same pixels as the frame before, in all of the picture or in a part of it while the rest moves.</summary>
         Frozen = 1u << 10,
         /// <summary>Time since the last frame is more than twice the usual.</summary>
         Gap = 1u << 11,
@@ -229,7 +229,9 @@ namespace Defrec
         LowContrast = 1u << 13,
         /// <summary>Left and right view were taken at different times.</summary>
         ViewLate = 1u << 14,
-        /// <summary>Left and right rows do not agree: the calibration has drifted.</summary>
+        /// <summary>
+        /// Left and right rows do not agree, or the right view slipped sideways: the calibration is not that of the cameras.
+        /// </summary>
         Calibration = 1u << 15,
         /// <summary>From this frame on the template has more vertices: tissue joined.</summary>
         TemplateGrew = 1u << 16,

@@ -232,7 +232,7 @@ class Reason(IntFlag):
     ONE_VIEW = 512
     """One image is black and the other is not."""
     FROZEN = 1024
-    """The same pixels as the frame before."""
+    """The same pixels as the frame before, in all of the picture or in a part of it while the rest moves."""
     GAP = 2048
     """Time since the last frame is more than twice the usual."""
     VIEWS_SWAPPED = 4096
@@ -242,7 +242,8 @@ class Reason(IntFlag):
     VIEW_LATE = 16384
     """Left and right view were taken at different times."""
     CALIBRATION = 32768
-    """Left and right rows do not agree: the calibration has drifted."""
+    """Left and right rows do not agree, or the right view slipped sideways: the calibration is not that of the
+    cameras."""
     TEMPLATE_GREW = 65536
     """From this frame on the template has more vertices: tissue joined."""
     TEMPLATE_FULL = 131072

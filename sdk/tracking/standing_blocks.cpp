@@ -1,0 +1,76 @@
+// See standing_blocks.hpp.
+#include "sdk/tracking/standing_blocks.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+namespace defrec {
+namespace {
+
+constexpr uint32_t kSide = 32;          // px, of a block
+constexpr uint32_t kRowStep = 8;        // rows of it that are looked at
+constexpr int kMinContrast = 8;         // gray levels; noise alone has less
+constexpr float kMostStandingPx = 0.5;  // of motion elsewhere
+
+size_t place(double at, uint32_t blocks) {
+    return static_cast<size_t>(std::clamp(at / kSide, 0.0, blocks - 1.0));
+}
+
+}  // namespace
+
+StandingBlocks::StandingBlocks(uint32_t width, uint32_t height)
+    : width_(width),
+      height_(height),
+      columns_(std::max(1u, width / kSide)),
+      rows_(std::max(1u, height / kSide)),
+      blocks_(size_t{columns_} * rows_) {}
+
+void StandingBlocks::add_image(const uint8_t* gray) {
+    size_t textured = 0, standing = 0;
+    const uint32_t side_x = std::min(kSide, width_), side_y = std::min(kSide, height_);
+    for (uint32_t row = 0; row < rows_; ++row) {
+        for (uint32_t column = 0; column < columns_; ++column) {
+            uint64_t hash = 1469598103934665603u;  // FNV-1a, of words
+            uint8_t least = 255, most = 0;
+            for (uint32_t y = kRowStep / 2; y < side_y; y += kRowStep) {
+                const uint8_t* pixels =
+                    gray + (size_t{row} * kSide + y) * width_ + size_t{column} * kSide;
+                for (uint32_t x = 0; x < side_x; ++x) {
+                    least = std::min(least, pixels[x]);
+                    most = std::max(most, pixels[x]);
+                }
+                for (uint32_t x = 0; x + sizeof(uint64_t) <= side_x; x += sizeof(uint64_t)) {
+                    uint64_t word;
+                    std::memcpy(&word, pixels + x, sizeof word);
+                    hash = (hash ^ word) * 1099511628211u;
+                }
+            }
+            Block& block = blocks_[size_t{row} * columns_ + column];
+            const bool had_texture = std::exchange(block.has_texture, most - least >= kMinContrast);
+            block.stands = has_image_ && had_texture && block.has_texture && hash == block.hash;
+            if (!block.stands) block.others_px = 0;
+            block.hash = hash;
+            textured += block.has_texture;
+            standing += block.stands;
+        }
+    }
+    has_image_ = true;
+    share_ = textured > 0 ? static_cast<double>(standing) / static_cast<double>(textured) : 0;
+}
+
+void StandingBlocks::others_moved(double px) {
+    for (Block& block : blocks_)
+        if (block.stands) block.others_px += static_cast<float>(px);
+}
+
+bool StandingBlocks::is_stale(double x, double y) const {
+    const Block& block = blocks_[block_of(x, y)];
+    return block.stands && block.others_px >= kMostStandingPx;
+}
+
+size_t StandingBlocks::block_of(double x, double y) const {
+    return place(y, rows_) * columns_ + place(x, columns_);
+}
+
+}  // namespace defrec
