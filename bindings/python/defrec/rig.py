@@ -44,6 +44,9 @@ class Rig(Handle):
         desc.translation[:] = flat("T", T, [3])
         self._create(context, desc)
 
+    def __repr__(self) -> str:
+        return f"<Rig of {self._raw_size[0]}x{self._raw_size[1]} images{', closed' if self.is_closed else ''}>"
+
     @classmethod
     def rectified(cls, context: Context, width: int, height: int, camera: Camera) -> "Rig":
         """A pair whose images are rectified already: both views have this camera, the right one baseline_mm to the
@@ -93,12 +96,15 @@ class Rig(Handle):
     def rectify_pixels(self, raw_uv: ArrayLike) -> FloatArray:
         """Maps (n, 2) pixels of the raw left image to the rectified left image; NaN where there is no answer. threads:
         any"""
-        return self._map("raw_uv", raw_uv, native.defrec_rig_rectify_pixels)
+        return self._rectify_pixels("raw_uv", raw_uv)
 
     def distort_pixels(self, rectified_uv: ArrayLike) -> FloatArray:
         """Maps (n, 2) pixels of the rectified left image to the raw left image; NaN where there is no answer. threads:
         any"""
         return self._map("rectified_uv", rectified_uv, native.defrec_rig_distort_pixels)
+
+    def _rectify_pixels(self, name: str, uv: ArrayLike) -> FloatArray:
+        return self._map(name, uv, native.defrec_rig_rectify_pixels)
 
     def _map(self, name: str, value: ArrayLike, function: Callable[..., Any]) -> FloatArray:
         given = Points(name, value, 2)

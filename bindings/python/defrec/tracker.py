@@ -20,6 +20,9 @@ from .template import Template
 
 _FOR_EVER = (1 << 64) - 1
 
+# Its errors ("... got an unexpected keyword argument") name the class that was called.
+TrackerOptions.__init__.__qualname__ = "Tracker.__init__"
+
 
 class Job(Handle):
     """A frame that was submitted. Closing it gives its place in the queue back, and waits if it is being computed."""
@@ -137,6 +140,10 @@ class Tracker(TrackerOptions):
         self._size = rig.size
         self._format = Format(desc.format)
         self._frames_in_flight = desc.frames_in_flight or desc._defaults_["frames_in_flight"]
+
+    def __repr__(self) -> str:
+        (width, height), closed = self._raw_size, ", closed" if self.is_closed else ""
+        return f"<Tracker of {width}x{height} {self._format.name} images{closed}>"
 
     def submit(
         self,

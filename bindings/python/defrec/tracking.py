@@ -3,8 +3,10 @@ from __future__ import annotations
 
 import base64
 import collections
+import errno
 import html
 import importlib
+import inspect
 import io
 import math
 import os
@@ -26,6 +28,7 @@ Images = Union[str, "os.PathLike[str]", Iterable[Any]]
 """A folder of images in the order of their names, or images: files or arrays."""
 
 _EXTENSIONS = {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".ppm", ".pnm", ".webp"}
+_OPTIONS = inspect.signature(Tracker).parameters
 _COLOURS = {PointStatus.OBSERVED: (64, 220, 96), PointStatus.EXTRAPOLATED: (255, 176, 32)}
 
 
@@ -118,7 +121,7 @@ class TrackedFrame:
     def picture(self) -> Any:
         """The left image with the points, as a Pillow image: tracked ones green, extrapolated ones orange. Raises
         ImportError without Pillow."""
-        draws = importlib.import_module("PIL.ImageDraw")
+        draws = _pillow("PIL.ImageDraw")
         picture = _pillow_image(self.image, self.format)
         draw = draws.Draw(picture)
         radius = max(2, picture.width // 240)
@@ -213,8 +216,10 @@ class Tracking(Iterator[TrackedFrame]):
         self._timestamps = iter(timestamps_ns)
         self.context = Context()
         self.rig: Rig = rig_of(self.context, calibration, self.width, self.height)
+        self._pixels = self.rig._rectify_pixels(
+            "points", _grid(self.width, self.height) if points is None else points
+        )
         self.tracker = Tracker(self.context, self.rig, device_id, **options)
-        self._pixels = _grid(self.width, self.height) if points is None else points
         self._xyz: Any = None  # of the points, template frame
         self._found: List[bool] = []
         self._pending: Deque[Any] = collections.deque()  # left images of frames that are computed
@@ -268,7 +273,7 @@ class Tracking(Iterator[TrackedFrame]):
             return None
         if self._xyz is None:
             with job.template() as template:
-                lifted = template.lift(self.rig.rectify_pixels(self._pixels))
+                lifted = template.lift(self._pixels)
             self._xyz, self._found = lifted.xyz, lifted.found.tolist()
         moved, errors = job.warp_points(self._xyz), job.point_covariances(self._xyz)
         evidence = errors.evidence
@@ -309,6 +314,9 @@ def track(
 
     Raises ValueError and TypeError for images and arguments that do not fit together, OSError for files, and Error.
     """
+    for name in options:
+        if name not in _OPTIONS:
+            raise TypeError(f"track() got an unexpected keyword argument {name!r}")
     if timestamps_ns is None:
         if not 0.001 <= fps <= 10000:
             raise ValueError(f"fps is {fps}, 0.001 to 10000 expected")
@@ -343,6 +351,9 @@ def _name_order(path: pathlib.Path) -> List[Tuple[int, str]]:
 def _read(images: Images) -> Iterator[Any]:
     if isinstance(images, (str, os.PathLike)):
         folder = pathlib.Path(images)
+        if not folder.is_dir():
+            code = errno.ENOTDIR if folder.exists() else errno.ENOENT
+            raise OSError(code, "not a folder of images (patterns and videos are not read)", str(folder))
         files = sorted((file for file in folder.iterdir() if file.suffix.lower() in _EXTENSIONS), key=_name_order)
         if not files:
             raise ValueError(f"{folder}: no images in it")
@@ -351,8 +362,15 @@ def _read(images: Images) -> Iterator[Any]:
         yield _image_file(image) if isinstance(image, (str, os.PathLike)) else image
 
 
+def _pillow(module: str) -> Any:
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        raise ImportError(f"image files and pictures need Pillow (pip install pillow): {error}") from error
+
+
 def _image_file(path: Union[str, "os.PathLike[str]"]) -> Any:
-    with importlib.import_module("PIL.Image").open(path) as image:
+    with _pillow("PIL.Image").open(path) as image:
         gray = image.mode in ("L", "1")
         return _pixels(image.convert("L" if gray else "RGB"))
 
@@ -393,4 +411,4 @@ def _pillow_image(image: Any, format: Format) -> Any:
     modes = {Format.GRAY8: ("L", "L"), Format.RGB8: ("RGB", "RGB"), Format.BGR8: ("RGB", "BGR")}
     mode, raw = modes.get(format, ("RGBA", "BGRA"))
     data = image.tobytes() if hasattr(image, "tobytes") else bytes(image)
-    return importlib.import_module("PIL.Image").frombytes(mode, (width, height), data, "raw", raw).convert("RGB")
+    return _pillow("PIL.Image").frombytes(mode, (width, height), data, "raw", raw).convert("RGB")

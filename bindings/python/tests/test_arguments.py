@@ -71,6 +71,16 @@ class Arguments(stub.StubTest):
         reached = [call for call in stub.calls() if not call.function.endswith(("_destroy", "_release"))]
         self.assertEqual(reached, [])
 
+    def test_names_of_options(self):
+        self.refuses(TypeError, ["__init__() got an unexpected", "'bakend'"], lambda: Tracker(self.context, self.rig, bakend=1))
+        self.assertEqual(Tracker.__init__.__qualname__, "Tracker.__init__")
+
+    def test_rigs_and_trackers_say_what_they_are(self):
+        self.assertEqual(repr(self.rig), "<Rig of 96x80 images>")
+        self.assertEqual(repr(self.tracker), "<Tracker of 96x80 BGR8 images>")
+        self.tracker.close()
+        self.assertEqual(repr(self.tracker), "<Tracker of 96x80 BGR8 images, closed>")
+
     def test_images(self):
         def submit(left):
             return self.tracker.submit(left, IMAGE, 2)

@@ -6,7 +6,9 @@ import csv
 import math
 import os
 import pathlib
+import sys
 import unittest
+import unittest.mock
 
 from PIL import Image
 
@@ -150,6 +152,11 @@ class Track(unittest.TestCase):
         self.assertLess(abs(estimate.vertical_offset_px), 0.5)
         self.assertIn("right view", measured[-1]._repr_html_())
 
+    def test_without_pillow_the_error_says_what_to_install(self):
+        with unittest.mock.patch.dict(sys.modules, {"PIL": None, "PIL.Image": None}):
+            with self.assertRaisesRegex(ImportError, "pip install pillow"):
+                start()
+
     def test_what_does_not_fit_is_refused(self):
         flat = memoryview(bytes(96 * 64)).cast("B", (64, 96))
         camera = defrec.Camera(fx=300, fy=300, cx=48, cy=32, baseline_mm=4)
@@ -163,8 +170,13 @@ class Track(unittest.TestCase):
         }.items():
             with self.subTest(message), self.assertRaisesRegex(ValueError, message):
                 defrec.track(*arguments, device_id="cpu")
-        with self.assertRaises(OSError):
-            defrec.track("no such folder", RIGHT, camera)
+        for images, kind in (("videos/%06d.png", FileNotFoundError), (CALIBRATION, NotADirectoryError)):
+            with self.assertRaisesRegex(kind, f"not a folder of images .*{pathlib.Path(images).name}"):
+                defrec.track(images, RIGHT, camera)
+        with self.assertRaisesRegex(TypeError, r"^track\(\) got an unexpected keyword argument 'bakend'$"):
+            start(bakend="cpu")
+        with self.assertRaisesRegex((TypeError, ValueError), "^points"):
+            start(points=[400, 300])
         with self.assertRaisesRegex(ValueError, "fps is 0"):
             defrec.track(LEFT, RIGHT, camera, fps=0)
         with self.assertRaisesRegex(ValueError, "more images than timestamps_ns"):

@@ -1,0 +1,23 @@
+"""A user's program, for mypy --strict alone: what it names must be exported, and have these types."""
+from typing import List, Optional
+
+import defrec
+from defrec import Context, Job, Rig, State, Tracker
+
+
+def first_error(left: str, right: str, calibration: str) -> float:
+    for frame in defrec.track(left, right, calibration, points=[(400, 300)]):
+        points: Optional[defrec.FollowedPoints] = frame.points
+        if points is not None and frame.state == State.TRACKING:
+            return float(points.expected_error_mm[0])
+    raise defrec.Error(defrec.Status.ERROR_STATE, "no surface")
+
+
+def states(camera: defrec.Camera, left: bytes, right: bytes) -> List[State]:
+    found: List[State] = []
+    with Context() as context, Rig.rectified(context, 96, 80, camera) as rig:
+        tracker = Tracker(context, rig, "cpu", format=defrec.Format.GRAY8)
+        job: Job
+        for job in tracker.process([(left, right, 0)]):
+            found.append(job.result().state)
+    return found
