@@ -7,7 +7,6 @@ import re
 
 from conan import ConanFile
 from conan.errors import ConanInvalidConfiguration
-from conan.tools.build import check_min_cppstd
 from conan.tools.cmake import CMake, CMakeDeps, CMakeToolchain, cmake_layout
 from conan.tools.files import copy, load
 from conan.tools.gnu import PkgConfigDeps
@@ -50,8 +49,6 @@ class DefrecConan(ConanFile):
     def validate(self):
         if self.settings.os != "Linux":
             raise ConanInvalidConfiguration("defrec is built for Linux here; docs/windows.md says how for Windows")
-        if self.settings.get_safe("compiler.cppstd"):
-            check_min_cppstd(self, 20)
 
     def generate(self):
         toolchain = CMakeToolchain(self, generator="Ninja")

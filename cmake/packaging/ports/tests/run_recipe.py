@@ -26,18 +26,10 @@ class Attributes(dict):
         self[name] = value
 
 
-class Settings(Attributes):
-    def get_safe(self, name):
-        value = self
-        for part in name.split("."):
-            value = value.get(part) if isinstance(value, dict) else None
-        return value
-
-
 class ConanFile:
     def __init__(self, recipe_folder):
         declared = self.settings
-        self.settings = Settings(os="Linux", arch="x86_64", build_type="Release", compiler=Attributes(cppstd="20"))
+        self.settings = Attributes(os="Linux", arch="x86_64", build_type="Release", compiler=Attributes(cppstd="gnu17"))
         assert set(declared) == set(self.settings), declared
         self.recipe_folder = str(recipe_folder)
         self.folders = Attributes()
@@ -78,11 +70,13 @@ class CMake:
 
     def configure(self):
         build = pathlib.Path(self.recipe.build_folder)
-        # Conan's toolchain file has the folders of GNUInstallDirs, and where the packages are whose CMake files are their own.
+        # Conan's toolchain file has the profile's C++ standard (a detected one has the compiler's default), the folders of GNUInstallDirs,
+        # and where the packages are whose CMake files are their own.
         prefixes = ";".join(getattr(self.recipe, "package_prefixes", []))
         toolchain = build / "conan_toolchain.cmake"
         build.mkdir(parents=True)
-        toolchain.write_text(f'set(CMAKE_INSTALL_LIBDIR "lib")\nset(CMAKE_INSTALL_BINDIR "bin")\nlist(PREPEND CMAKE_PREFIX_PATH "{prefixes}")\n')
+        standard = self.recipe.settings.compiler.cppstd.removeprefix("gnu")
+        toolchain.write_text(f'set(CMAKE_CXX_STANDARD {standard})\nset(CMAKE_INSTALL_LIBDIR "lib")\nset(CMAKE_INSTALL_BINDIR "bin")\nlist(PREPEND CMAKE_PREFIX_PATH "{prefixes}")\n')
         options = [f"-D{name}={value}" for name, value in self.recipe.cache_variables.items()]
         command = ["cmake", "-S", self.recipe.source_folder, "-B", build, "-G", "Ninja", f"--toolchain={toolchain}", "-DCMAKE_BUILD_TYPE=Release"]
         printed = subprocess.run(command + options, check=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True).stdout
@@ -103,10 +97,6 @@ def cmake_layout(recipe, src_folder="."):
     recipe.cpp.build.bindir = recipe.build_folder
 
 
-def check_min_cppstd(recipe, standard):
-    assert int(recipe.settings.compiler.cppstd) >= standard
-
-
 def copy(recipe, pattern, src, dst):
     src, dst = pathlib.Path(src).resolve(), pathlib.Path(dst)
     found = [path for path in src.glob(pattern.split("*")[0] or "*") for path in ([path] if path.is_file() else path.rglob("*"))]
@@ -125,7 +115,7 @@ MODULES = {
     "conan": {"ConanFile": ConanFile},
     "conan.errors": {"ConanInvalidConfiguration": ValueError},
     "conan.tools": {},
-    "conan.tools.build": {"check_min_cppstd": check_min_cppstd, "can_run": lambda recipe: True},
+    "conan.tools.build": {"can_run": lambda recipe: True},
     "conan.tools.cmake": {"CMake": CMake, "CMakeDeps": Generator, "CMakeToolchain": CMakeToolchain, "cmake_layout": cmake_layout},
     "conan.tools.files": {"copy": copy, "load": load},
     "conan.tools.gnu": {"PkgConfigDeps": Generator},
