@@ -172,9 +172,12 @@ bool CameraSource::read(CameraPair& pair) {
             if (!impl.restart()) return false;
             continue;
         }
-        if (has_ended && !impl.is_endless()) return false;
-        const std::string problem = impl.problem();
-        if (!problem.empty() && !impl.stop(problem)) return false;
+        // Asked first: after an error, which is reported before, a pipeline ends as well.
+        if (const std::string problem = impl.problem(); !problem.empty()) {
+            if (!impl.stop(problem)) return false;
+        } else if (has_ended && !impl.is_endless()) {
+            return false;
+        }
     }
     return false;
 }
