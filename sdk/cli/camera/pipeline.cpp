@@ -84,14 +84,26 @@ class MappedSample {
     bool is_mapped_ = false;
 };
 
+// What is made of it ends with a full stop of its own.
+std::string reason_of(const GError* error) {
+    if (error == nullptr) return "no reason was given";
+    std::string text = error->message;
+    while (text.ends_with('.')) text.pop_back();
+    return text;
+}
+
+bool lacks_an_element(const GError* error) {
+    return error != nullptr && error->domain == GST_PARSE_ERROR &&
+           error->code == GST_PARSE_ERROR_NO_SUCH_ELEMENT;
+}
+
 [[noreturn]] void fail(const std::string& message) { throw CliError(ExitCode::kInput, message); }
 
 void start_gstreamer() {
     GError* error = nullptr;
     if (gst_init_check(nullptr, nullptr, &error) != 0) return;
     const ErrorRef owner(error);
-    fail(std::string("GStreamer cannot be started: ") +
-         (error != nullptr ? error->message : "no reason was given") + ".");
+    fail("GStreamer cannot be started: " + reason_of(error) + ".");
 }
 
 }  // namespace
@@ -121,8 +133,11 @@ struct Pipeline::Impl {
         const ErrorRef owner(error);
         if (pipeline) gst_object_ref_sink(pipeline.get());
         if (!pipeline || error != nullptr) {
-            fail("GStreamer does not accept this pipeline (" + text +
-                 "): " + (error != nullptr ? error->message : "no reason was given") + ".");
+            fail("GStreamer does not accept this pipeline (" + text + "): " + reason_of(error) +
+                 (lacks_an_element(error)
+                      ? ". Is a package of GStreamer's plugins missing? Debian's for cameras are "
+                        "gstreamer1.0-plugins-base and gstreamer1.0-plugins-good."
+                      : "."));
         }
         if (!GST_IS_PIPELINE(pipeline.get())) fail("this is no pipeline: " + text);
         for (std::size_t i = 0; i < cameras.size(); ++i) {
@@ -222,15 +237,13 @@ Pipeline::Pipeline(const std::vector<std::string>& cameras, Receiver receiver)
 Pipeline::~Pipeline() = default;
 
 std::string Pipeline::take_error() {
-    std::string text;
     GstMessage* message = gst_bus_pop_filtered(impl_->bus.get(), GST_MESSAGE_ERROR);
-    if (message == nullptr) return text;
+    if (message == nullptr) return "";
     GError* error = nullptr;
     gst_message_parse_error(message, &error, nullptr);
     const ErrorRef owner(error);
-    text = error->message;
     gst_message_unref(message);
-    return text;
+    return reason_of(error);
 }
 
 bool Pipeline::has_ended() const { return impl_->is_ended; }
