@@ -275,6 +275,7 @@ TEST_CASE("nobody to receive is no failure; what cannot be opened or understood 
     };
     CHECK(exit_code({"--igtl-listen", to_string(local_endpoint(busy))}) == 7);
     CHECK_FALSE(fs::exists(folder / "out"));
+    CHECK(exit_code({"--view", std::to_string(local_endpoint(busy).port)}) == 7);
     CHECK(exit_code({"--igtl", to_string(port.endpoint())}) == 0);
     const auto summary = nlohmann::json::parse(TestFolder::read(folder / "out/summary.json"));
     CHECK(summary["live_link"]["receivers"] == 0);
@@ -286,6 +287,7 @@ TEST_CASE("nobody to receive is no failure; what cannot be opened or understood 
                                                {"--igtl", "not a host:1"},
                                                {"--igtl-listen", "70000"},
                                                {"--igtl-listen", "-1"},
+                                               {"--view", "70000"},
                                                {"--igtl-listen", "0", "--igtl", "127.0.0.1:1"}}) {
         CAPTURE(wrong.back());
         CHECK(exit_code(wrong) == 2);

@@ -125,7 +125,7 @@ ViewServer::ViewServer(std::uint16_t port, Handlers handlers)
     const int bound = port != 0 ? (server.bind_to_port(kAddress, port) ? int{port} : -1)
                                 : server.bind_to_any_port(kAddress);
     if (bound <= 0)
-        throw CliError(ExitCode::kUsage,
+        throw CliError(ExitCode::kOutput,
                        concat("the live view cannot listen at port ", port,
                               "; choose another one, or 0 for any that is free."));
     impl_->authority = {concat(kAddress, ":", bound), concat("localhost:", bound)};

@@ -32,7 +32,7 @@ class ViewServer {
         Handler points, recording;     // POST /points, /recording
     };
 
-    // port 0: any that is free. Throws CliError(kUsage) where nothing can listen there.
+    // port 0: any that is free. Throws CliError(kOutput) where nothing can listen there.
     ViewServer(std::uint16_t port, Handlers handlers);
     // Handlers must return by themselves soon.
     ~ViewServer();

@@ -1,5 +1,6 @@
 // `defrec track` on the command line.
 #include <CLI/CLI.hpp>
+#include <limits>
 #include <memory>
 
 #include "sdk/cli/program/command_options.hpp"
@@ -83,6 +84,7 @@ void add_link_options(CLI::App& command, TrackOptions& options) {
             "Show frames as they are tracked on a page for browsers of this computer, and follow "
             "points clicked there; prints its address. PORT 0 or none: any that is free")
         ->type_name("[PORT]")
+        ->check(CLI::Range(0, int{std::numeric_limits<std::uint16_t>::max()}))
         ->expected(0, 1)
         ->default_str("0");
     command.add_flag("--realtime", options.realtime,
