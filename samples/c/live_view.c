@@ -132,13 +132,18 @@ static int send_head(int connection, const char* status, const char* type, size_
     return send_all(connection, head, (size_t)length);
 }
 
+static void refuse(int connection, const char* status, const char* reason) {
+    if (send_head(connection, status, "text/plain", strlen(reason)))
+        send_all(connection, reason, strlen(reason));
+}
+
 static void send_frame(int connection, shown_frame* shown) {
     size_t facts, vertices;
     pthread_mutex_lock(&shown->mutex);
     facts = strlen(shown->facts);
     vertices = 3 * sizeof(float) * shown->vertex_count;
     if (facts == 0)
-        send_head(connection, "503 No frame yet", "text/plain", 0);
+        refuse(connection, "503 Service Unavailable", "no frame yet\n");
     else if (send_head(connection, "200 OK", "application/octet-stream",
                        facts + shown->pixel_bytes + vertices) &&
              send_all(connection, shown->facts, facts) &&
@@ -166,7 +171,7 @@ static void answer(const view_server* server, int connection) {
     if (has_host && strncmp(request, frame_line, strlen(frame_line)) == 0)
         send_frame(connection, server->shown);
     else if (!has_host || strncmp(request, page_line, strlen(page_line)) != 0)
-        send_head(connection, "403 Forbidden", "text/plain", 0);
+        refuse(connection, "403 Forbidden", "open the address as the program printed it\n");
     else if (send_head(connection, "200 OK", "text/html", sizeof page - 1))
         send_all(connection, page, sizeof page - 1);
 }

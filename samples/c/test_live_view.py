@@ -65,7 +65,7 @@ def main():
             status, page = get(port, f"/{token}/")
             assert status == 200 and page.startswith(b"<!doctype html>")
             assert re.search(rb"(src|href|url)\s*[=(]|https?:", page) is None, "the page loads from elsewhere"
-            assert get(port, "/")[0] == 403
+            assert get(port, "/") == (403, b"open the address as the program printed it\n")
             assert get(port, f"/{'0' * 32}/frame")[0] == 403
             assert get(port, f"/{token}/frame", host=f"elsewhere.example:{port}")[0] == 403
             silent.close()
