@@ -930,17 +930,18 @@ enum {
     DEFREC_REASON_NO_DEPTH       = 1u << 8,  /**< no disparity on most of the surface, or too little
                                                   for a template */
     DEFREC_REASON_ONE_VIEW       = 1u << 9,  /**< one image is black and the other is not */
-    DEFREC_REASON_FROZEN         = 1u << 10, /**< the same pixels as the frame before, in all of the
-                                                  picture or in a part of it while the rest moves */
+    DEFREC_REASON_FROZEN         = 1u << 10, /**< the same pixels as the frame before, in all of
+                                                  the picture, or in a part of it while the rest
+                                                  moves */
     DEFREC_REASON_GAP            = 1u << 11, /**< time since the last frame is more than twice the
                                                   usual */
     DEFREC_REASON_VIEWS_SWAPPED  = 1u << 12, /**< left and right seem to be exchanged */
     DEFREC_REASON_LOW_CONTRAST   = 1u << 13, /**< smoke, blur, a wet lens: few patches are found */
     DEFREC_REASON_VIEW_LATE      = 1u << 14, /**< left and right view were taken at different times
                                                   @since 1.1 */
-    DEFREC_REASON_CALIBRATION    = 1u << 15, /**< left and right rows do not agree, or the right view
-                                                  slipped sideways: the calibration is not that of
-                                                  the cameras @since 1.1 */
+    DEFREC_REASON_CALIBRATION    = 1u << 15, /**< left and right rows do not agree, or the right
+                                                  view slipped sideways: the calibration is not
+                                                  that of the cameras @since 1.1 */
     DEFREC_REASON_TEMPLATE_GREW  = 1u << 16, /**< from this frame on the template has more vertices:
                                                   tissue joined @since 1.1 */
     DEFREC_REASON_TEMPLATE_FULL  = 1u << 17, /**< the template grows no more: see max_vertices

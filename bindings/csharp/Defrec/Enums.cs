@@ -219,7 +219,9 @@ namespace Defrec
         NoDepth = 1u << 8,
         /// <summary>One image is black and the other is not.</summary>
         OneView = 1u << 9,
-        /// <summary>The same pixels as the frame before, in all of the picture or in a part of it while the rest moves.</summary>
+        /// <summary>
+        /// The same pixels as the frame before, in all of the picture, or in a part of it while the rest moves.
+        /// </summary>
         Frozen = 1u << 10,
         /// <summary>Time since the last frame is more than twice the usual.</summary>
         Gap = 1u << 11,

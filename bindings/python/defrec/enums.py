@@ -232,7 +232,7 @@ class Reason(IntFlag):
     ONE_VIEW = 512
     """One image is black and the other is not."""
     FROZEN = 1024
-    """The same pixels as the frame before, in all of the picture or in a part of it while the rest moves."""
+    """The same pixels as the frame before, in all of the picture, or in a part of it while the rest moves."""
     GAP = 2048
     """Time since the last frame is more than twice the usual."""
     VIEWS_SWAPPED = 4096
