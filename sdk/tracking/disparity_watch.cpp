@@ -20,13 +20,15 @@ constexpr double kMinJump = 0.04;  // per frame
 constexpr int kOldest = 10;        // frames; tissue changes in more of them
 constexpr int kFramesToFit = 30;
 
-constexpr size_t kMostVertices = 1000, kMinVertices = 50;  // that are looked at
+constexpr size_t kMostVertices = 500, kMinVertices = 50;  // that are looked at
 constexpr size_t kPairStep = 6;  // vertices, in their order, from one of a pair to the other
 
 using Change = DisparityWatch::Change;
 using Places = DisparityWatch::Places;
 
-size_t step_of(size_t vertices) { return std::max<size_t>(1, vertices / kMostVertices); }
+size_t step_of(size_t vertices) {
+    return std::max<size_t>(1, (vertices + kMostVertices - 1) / kMostVertices);
+}
 
 std::array<float, 3> place_of(const defrec_surface_sample& sample) {
     constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
@@ -98,6 +100,11 @@ std::optional<Change> change_of(const Sums& sums) {
 }
 
 }  // namespace
+
+void DisparityWatch::make_room() {
+    places_.reserve(kMostVertices);
+    places_now_.reserve(kMostVertices);
+}
 
 void DisparityWatch::add_frame(const TemplateData& data,
                                std::span<const defrec_surface_sample> samples) {

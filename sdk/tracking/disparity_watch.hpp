@@ -13,6 +13,8 @@ namespace defrec {
 
 class DisparityWatch {
   public:
+    // Once there is room, add_frame() throws nothing.
+    void make_room();
     // A frame that was followed with depth, in the order of the frames.
     void add_frame(const TemplateData& data, std::span<const defrec_surface_sample> samples);
     // A frame that says nothing of disparities.

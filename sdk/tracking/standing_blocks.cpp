@@ -8,8 +8,9 @@
 namespace defrec {
 namespace {
 
-constexpr uint32_t kSide = 32;          // px, of a block
-constexpr uint32_t kRowStep = 8;        // rows of it that are looked at
+constexpr uint32_t kSide = 32;  // px, of a block
+// Rows of it that are looked at. Statistics of the image were taken of them, so they are in caches.
+constexpr uint32_t kFirstRow = 2, kRowStep = 8;
 constexpr int kMinContrast = 8;         // gray levels; noise alone has less
 constexpr float kMostStandingPx = 0.5;  // of motion elsewhere
 
@@ -33,7 +34,7 @@ void StandingBlocks::add_image(const uint8_t* gray) {
         for (uint32_t column = 0; column < columns_; ++column) {
             uint64_t hash = 1469598103934665603u;  // FNV-1a, of words
             uint8_t least = 255, most = 0;
-            for (uint32_t y = kRowStep / 2; y < side_y; y += kRowStep) {
+            for (uint32_t y = kFirstRow; y < side_y; y += kRowStep) {
                 const uint8_t* pixels =
                     gray + (size_t{row} * kSide + y) * width_ + size_t{column} * kSide;
                 for (uint32_t x = 0; x < side_x; ++x) {

@@ -439,6 +439,8 @@ void SurfaceFollower::measure(TrackerJob& job) {
     row_matches_.reserve(rig_patch_count(data));
     rows_.reserve(rig_patch_count(data));
     rig_after_ = rig_monitor_;
+    disparities_after_ = disparities_;
+    disparities_after_.make_room();
     std::atomic<bool> is_wrong = false;
     const std::span<double> patches(patch_px2_);
     const size_t patch_runs = std::max<size_t>(1, (patches.size() + kPatchRun - 1) / kPatchRun);
@@ -468,11 +470,15 @@ void SurfaceFollower::measure(TrackerJob& job) {
     };
     const std::shared_ptr<const Services> services = job.services();
     // The longest first.
-    constexpr size_t kOthers = 3;
+    constexpr size_t kOthers = 4;
     for_each_task(own_threads(*services), kOthers + patch_runs + runs, [&](size_t task) {
         if (task == 0) return measure_rig();
         if (task == 1) return check_records();
         if (task == 2) return spread_checks(data, job.output, job.lateral);
+        if (task == 3) {
+            if (watches_rig_) disparities_after_.add_frame(data, samples);
+            return;
+        }
         if (task < kOthers + patch_runs) return measure_patch_run(task - kOthers);
         check_run(task - kOthers - patch_runs);
     });
@@ -533,7 +539,7 @@ void SurfaceFollower::watch_rig(TrackerJob& job, Verdict& verdict, bool uses_dep
         job.rig_estimate = in_all(rig_left_, shift_);
         if (is_tracking_ && uses_depth && !rig_monitor_.is_late() &&
             chosen_->effort == Effort::kFull)
-            disparities_.add_frame(template_->data(), job.output.samples);
+            std::swap(disparities_, disparities_after_);
         else
             disparities_.skip_frame();
     }

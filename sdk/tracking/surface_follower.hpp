@@ -113,8 +113,10 @@ class SurfaceFollower {
     RigMonitor rig_monitor_;                // of what is left after the shift
     RigEstimate rig_left_;                  // its last estimate
     DisparityWatch disparities_;
-    RigMonitor rig_after_;  // the monitor, and its estimate, if this frame is found
+    // The same if this frame is found.
+    RigMonitor rig_after_;
     RigEstimate rig_left_after_;
+    DisparityWatch disparities_after_;
     Rig::ViewShift shift_;  // that the right view is corrected by
     const bool watches_rig_, corrects_rig_;
     // Of this frame: of measure_patches, and per run of vertices.
