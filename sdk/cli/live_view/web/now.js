@@ -59,9 +59,18 @@ export function showRecording(name) {
   byId('recording').textContent = name;
 }
 
+/** Asks the program, and shows its answer for a few seconds. */
+export async function request(path, value) {
+  const answer = await post(path, value);
+  byId('message').textContent = answer;
+  setTimeout(() => {
+    if (byId('message').textContent === answer) byId('message').textContent = '';
+  }, 4000);
+}
+
 export function listenToRecord() {
-  byId('record').addEventListener('click', async () => {
+  byId('record').addEventListener('click', () => {
     const isOn = byId('record').getAttribute('aria-pressed') === 'true';
-    byId('message').textContent = await post('/recording', { on: !isOn });
+    request('/recording', { on: !isOn });
   });
 }

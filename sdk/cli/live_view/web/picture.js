@@ -1,7 +1,7 @@
 // The left view with the followed points; a click follows another one.
 import { statuses } from '../../report/web/colours.js';
 import { byId } from '../../report/web/data.js';
-import { post } from './connection.js';
+import { request } from './now.js';
 
 const kRadius = 3.5;
 
@@ -10,11 +10,11 @@ export class Picture {
     this.canvas = byId('picture');
     this.context = this.canvas.getContext('2d');
     this.size = [1, 1];
-    this.canvas.addEventListener('click', async (event) => {
+    this.canvas.addEventListener('click', (event) => {
       const box = this.canvas.getBoundingClientRect();
       const u = ((event.clientX - box.left) / box.width) * this.size[0] - 0.5;
       const v = ((event.clientY - box.top) / box.height) * this.size[1] - 0.5;
-      byId('message').textContent = await post('/points', { u, v });
+      request('/points', { u, v });
     });
   }
 
