@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 #include "backends/shared/motion.hpp"
+#include "sdk/base/word_hash.hpp"
 
 namespace defrec {
 namespace {
@@ -24,11 +24,7 @@ class GraySums {
             squares += value * value;
             saturated += value >= 250;
         }
-        for (size_t i = 0; i < batch.size(); i += sizeof(uint64_t)) {  // FNV-1a, of words
-            uint64_t word;
-            std::memcpy(&word, &batch[i], sizeof word);
-            hash_ = (hash_ ^ word) * 1099511628211u;
-        }
+        for (size_t i = 0; i < batch.size(); i += sizeof(uint64_t)) hash_.add(&batch[i]);
         sum_ += sum;
         squares_ += squares;
         saturated_ += saturated;
@@ -42,12 +38,13 @@ class GraySums {
         result.deviation =
             std::sqrt(std::max(0.0, static_cast<double>(squares_) / n - result.mean * result.mean));
         result.saturated_share = static_cast<double>(saturated_) / n;
-        result.hash = hash_;
+        result.hash = hash_.value();
         return result;
     }
 
   private:
-    uint64_t sum_ = 0, squares_ = 0, saturated_ = 0, count_ = 0, hash_ = 1469598103934665603u;
+    uint64_t sum_ = 0, squares_ = 0, saturated_ = 0, count_ = 0;
+    WordHash hash_;
 };
 
 // See ImageStatistics::row_ratio; 0 where rows differ by less than a rounding error.

@@ -2,8 +2,9 @@
 #include "sdk/tracking/standing_blocks.hpp"
 
 #include <algorithm>
-#include <cstring>
 #include <utility>
+
+#include "sdk/base/word_hash.hpp"
 
 namespace defrec {
 namespace {
@@ -32,7 +33,7 @@ void StandingBlocks::add_image(const uint8_t* gray) {
     const uint32_t side_x = std::min(kSide, width_), side_y = std::min(kSide, height_);
     for (uint32_t row = 0; row < rows_; ++row) {
         for (uint32_t column = 0; column < columns_; ++column) {
-            uint64_t hash = 1469598103934665603u;  // FNV-1a, of words
+            WordHash hash;
             uint8_t least = 255, most = 0;
             for (uint32_t y = kFirstRow; y < side_y; y += kRowStep) {
                 const uint8_t* pixels =
@@ -41,17 +42,15 @@ void StandingBlocks::add_image(const uint8_t* gray) {
                     least = std::min(least, pixels[x]);
                     most = std::max(most, pixels[x]);
                 }
-                for (uint32_t x = 0; x + sizeof(uint64_t) <= side_x; x += sizeof(uint64_t)) {
-                    uint64_t word;
-                    std::memcpy(&word, pixels + x, sizeof word);
-                    hash = (hash ^ word) * 1099511628211u;
-                }
+                for (uint32_t x = 0; x + sizeof(uint64_t) <= side_x; x += sizeof(uint64_t))
+                    hash.add(pixels + x);
             }
             Block& block = blocks_[size_t{row} * columns_ + column];
             const bool had_texture = std::exchange(block.has_texture, most - least >= kMinContrast);
-            block.stands = has_image_ && had_texture && block.has_texture && hash == block.hash;
+            block.stands =
+                has_image_ && had_texture && block.has_texture && hash.value() == block.hash;
             if (!block.stands) block.others_px = 0;
-            block.hash = hash;
+            block.hash = hash.value();
             textured += block.has_texture;
             standing += block.stands;
         }
