@@ -1,5 +1,7 @@
 // stereo equals the reference to the bit, sub-stage by sub-stage: odd sizes, padded strides, masks,
 // thread counts.
+#include "backends/stages/stereo.hpp"
+
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -71,10 +73,12 @@ std::vector<std::vector<uint8_t>> run(Stage& stage, const defrec_stereo_params& 
     std::vector<std::vector<uint8_t>> results;
     std::vector<OutBuffer> out;
     for (size_t i = 0; i < std::size(kNames); ++i) {
-        const bool half = i >= 4 && i <= 9;
-        const size_t count = i < 2  ? size_t(p.stride) * p.height
-                             : half ? size_t(p.width / 2) * (p.height / 2)
-                                    : size_t(p.width) * p.height;
+        const StereoConstants c = constants_of(p);
+        const size_t count = i < 2              ? size_t(p.stride) * p.height
+                             : i == 5           ? c.right_winners()
+                             : i >= 4 && i <= 9 ? c.half_samples()
+                             : i >= 11          ? c.samples()
+                                                : c.pixels();
         results.emplace_back(count * kElement[i], uint8_t{77});
     }
     for (auto& result : results) out.push_back({result.data(), result.size()});

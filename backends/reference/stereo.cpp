@@ -33,48 +33,62 @@ class Stereo final : public Stage {
         give(left, b.prepared_left);
         give(right, b.prepared_right);
 
-        Picture<uint8_t> stands(c_.half_width, c_.half_height);
-        const Disparities half = search_half(b, left, right, left_mask, right_mask, stands);
-        const Disparities hypothesis = upsample(half, c_.width, c_.height);
-        give(hypothesis, b.hypothesis);
-
-        const Refinement refined = refine(left, right, hypothesis, c_.refine_radius);
-        give(refined.disparity, b.refined);
-        give(refined.score, b.score);
-        Evidence evidence = classify(refined, hypothesis, stands, left_mask, right_mask, c_);
-        drop_speckles(evidence, c_);
-        give(evidence.disparity, b.evidence);
-        fill_small(evidence, hypothesis, c_);
-        give(evidence.disparity, b.filled);
+        const Level half{halve(left), halve(right), halve_mask(left_mask), halve_mask(right_mask)};
+        const Disparities agreed = search_half(b, half);
+        const Disparities dense = fill_all(smooth(agreed, kHalfSmoothRadius, kSearchSmoothRange));
+        give(dense, b.dense);
+        const Disparities known = is_empty(dense) ? dense : refine_half(half, dense);
+        give(known, b.half_refined);
+        Evidence evidence{Disparities(c_.samples_x, c_.samples_y, kNoDisparity),
+                          Picture<uint8_t>(c_.samples_x, c_.samples_y)};
+        if (is_empty(known)) {
+            give(Disparities(c_.width, c_.height, kNoDisparity), b.hypothesis);
+            for (int16_t* field : {b.refined, b.evidence, b.filled})
+                give(evidence.disparity, field);
+            give(Picture<int16_t>(c_.samples_x, c_.samples_y), b.score);
+        } else {
+            const Disparities hypothesis = hypothesis_of(known, c_.width, c_.height);
+            give(hypothesis, b.hypothesis);
+            const Refinement refined = refine(left, right, hypothesis, c_.refine_radius);
+            give(refined.disparity, b.refined);
+            give(refined.score, b.score);
+            evidence = classify(refined, hypothesis, standing(agreed, dense, c_), left_mask,
+                                right_mask, c_);
+            drop_speckles(evidence, c_);
+            give(evidence.disparity, b.evidence);
+            fill_small(evidence, hypothesis, c_);
+            give(evidence.disparity, b.filled);
+        }
         for (int pass = 0; pass < c_.smooth_passes; ++pass)
             evidence.disparity = smooth(evidence.disparity, c_.smooth_radius, c_.smooth_range);
-        give_rows(evidence.disparity, b.disparity);
-        give_rows(evidence.confidence, b.confidence);
+        const Evidence result = at_all_pixels(evidence, c_);
+        give_rows(result.disparity, b.disparity);
+        give_rows(result.confidence, b.confidence);
     }
 
   private:
-    // The refined field of disparities at half resolution, and how far it is settled.
-    Disparities search_half(const StereoBuffers& b, const Gray& full_left, const Gray& full_right,
-                            const Mask& left_mask, const Mask& right_mask,
-                            Picture<uint8_t>& stands) const {
-        const int r = c_.radius;
-        const Gray left = halve(full_left), right = halve(full_right);
-        const WindowStatistics left_stats = statistics(left, r), right_stats = statistics(right, r);
-        const SearchResult found = search(left, right, left_stats, right_stats, c_);
+    struct Level {
+        Gray left, right;
+        Mask left_mask, right_mask;
+    };
+
+    // The samples' disparities that others agree with.
+    Disparities search_half(const StereoBuffers& b, const Level& half) const {
+        const WindowStatistics left_stats = statistics(half.left, c_.radius),
+                               right_stats = statistics(half.right, c_.radius);
+        const SearchResult found = search(half.left, half.right, left_stats, right_stats, c_);
         give(found.left, b.left_keys);
         give(found.right, b.right_keys);
-        const Disparities checked =
-            check(found, left_stats, halve_mask(left_mask), halve_mask(right_mask), c_);
+        const Disparities checked = check(found, left_stats, half.left_mask, half.right_mask, c_);
         give(checked, b.checked);
         const Disparities agreed = supported(checked, c_);
         give(agreed, b.supported);
-        const Disparities dense = fill_all(smooth(agreed, kHalfSmoothRadius, kSearchSmoothRange));
-        give(dense, b.dense);
-        stands = standing(agreed, dense, c_);
-        const Disparities result =
-            smooth(refine(left, right, dense, r).disparity, kHalfSmoothRadius, kHalfSmoothRange);
-        give(result, b.half_refined);
-        return result;
+        return agreed;
+    }
+    Disparities refine_half(const Level& half, const Disparities& dense) const {
+        const Disparities all = between_samples(dense, c_.half_width, c_.half_height);
+        return smooth(refine(half.left, half.right, all, c_.radius).disparity, kHalfSmoothRadius,
+                      kHalfSmoothRange);
     }
 
     template <class T>

@@ -42,8 +42,8 @@ std::array<Picture<int16_t>, 3> warp(const Gray& right, const Disparities& hypot
                                            Picture<int16_t>(w, h)};
     for (int y = 0; y < h; ++y)
         for (int x = 0; x < w; ++x) {
-            const int d = hypothesis(x, y) == kNoDisparity ? 0 : hypothesis(x, y);
-            const int position = 16 * x - d, column = position >> 4, part = position & 15;
+            const int position = 16 * x - hypothesis(x, y), column = position >> 4,
+                      part = position & 15;
             for (int k = 0; k < 3; ++k) {
                 const int first = right.clamped(column + k - 1, y),
                           second = right.clamped(column + k, y);
@@ -69,17 +69,19 @@ Refinement refine(const Gray& left, const Gray& right, const Disparities& hypoth
         products.push_back(
             window_sums(w, h, radius, [&](int x, int y) { return left(x, y) * image(x, y); }));
     }
-    Refinement result{hypothesis, Picture<int16_t>(w, h), Mask(w, h), Picture<int64_t>(w, h),
-                      Picture<int32_t>(w, h)};
-    for (int y = 0; y < h; ++y)
-        for (int x = 0; x < w; ++x) {
+    const int samples_x = (w + 1) / 2, samples_y = (h + 1) / 2;
+    Refinement result{Disparities(samples_x, samples_y), Picture<int16_t>(samples_x, samples_y),
+                      Mask(samples_x, samples_y), Picture<int64_t>(samples_x, samples_y),
+                      Picture<int32_t>(samples_x, samples_y)};
+    for (int j = 0; j < samples_y; ++j)
+        for (int i = 0; i < samples_x; ++i) {
+            const int x = 2 * i, y = 2 * j;
             const int n = (std::min(x + radius, w - 1) - std::max(x - radius, 0) + 1) *
                           (std::min(y + radius, h - 1) - std::max(y - radius, 0) + 1);
             const int64_t s = left_sum(x, y);
-            result.count(x, y) = n;
-            result.variance(x, y) = n * left_squares(x, y) - s * s;
-            if (hypothesis(x, y) == kNoDisparity) continue;
-            const float left_inverse = inverse_root(result.variance(x, y)) * 0x1p20f;
+            result.count(i, j) = n;
+            result.variance(i, j) = n * left_squares(x, y) - s * s;
+            const float left_inverse = inverse_root(result.variance(i, j)) * 0x1p20f;
             int z[3];
             for (size_t k = 0; k < 3; ++k) {
                 const int64_t t = sum[k](x, y);
@@ -87,31 +89,48 @@ Refinement refine(const Gray& left, const Gray& right, const Disparities& hypoth
                               variance = n * squares[k](x, y) - t * t;
                 z[k] = int((float(covariance) * inverse_root(variance)) * left_inverse);
             }
-            result.score(x, y) = int16_t(std::max({z[0], z[1], z[2]}) >> 8);
+            result.score(i, j) = int16_t(std::max({z[0], z[1], z[2]}) >> 8);
+            result.disparity(i, j) = hypothesis(x, y);
             const int bend = 2 * z[1] - z[0] - z[2];
             if (bend <= 0) continue;
             const int step = int(floor_divide(16 * (z[0] - z[2]) + bend, 2 * bend));
-            result.peak(x, y) = std::abs(step) <= 16;
-            result.disparity(x, y) =
+            result.peak(i, j) = std::abs(step) <= 16;
+            result.disparity(i, j) =
                 int16_t(std::clamp(hypothesis(x, y) + std::clamp(step, -16, 16), 0, 32000));
         }
     return result;
 }
 
-Disparities upsample(const Disparities& half, int width, int height) {
+Disparities between_samples(const Disparities& samples, int width, int height) {
     Disparities result(width, height);
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
-            const int u = x / 2, v = y / 2, u2 = x % 2 == 0 ? u - 1 : u + 1,
-                      v2 = y % 2 == 0 ? v - 1 : v + 1;
-            const int a = half.clamped(u, v), b = half.clamped(u2, v), c = half.clamped(u, v2),
-                      d = half.clamped(u2, v2);
-            const bool one_surface =
-                std::max({a, b, c, d}) - std::min({a, b, c, d}) <= kUpsampleRange;
-            if (a == kNoDisparity)
-                result(x, y) = kNoDisparity;
-            else
-                result(x, y) = int16_t(one_surface ? (9 * a + 3 * b + 3 * c + d + 4) >> 3 : 2 * a);
+            const int u = x / 2, v = y / 2, u2 = (x + 1) / 2, v2 = (y + 1) / 2;
+            result(x, y) = int16_t((samples(u, v) + samples.clamped(u2, v) +
+                                    samples.clamped(u, v2) + samples.clamped(u2, v2) + 2) >>
+                                   2);
+        }
+    return result;
+}
+
+Disparities hypothesis_of(const Disparities& half_samples, int width, int height) {
+    Disparities result(width, height);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+            const int u = x / 4, v = y / 4, u2 = x % 4 == 0 ? u - 1 : u + 1,
+                      v2 = y % 4 == 0 ? v - 1 : v + 1;
+            const int p = kSampleWeight[x % 4], q = kSampleWeight[y % 4];
+            const int a = half_samples.clamped(u, v), b = half_samples.clamped(u2, v),
+                      c = half_samples.clamped(u, v2), d = half_samples.clamped(u2, v2);
+            if (std::max({a, b, c, d}) - std::min({a, b, c, d}) <= kUpsampleRange) {
+                const int change =
+                    (8 - p) * q * (b - a) + p * (8 - q) * (c - a) + (8 - p) * (8 - q) * (d - a);
+                result(x, y) = int16_t(2 * a + ((change + 16) >> 5));
+            } else if (q >= 4) {
+                result(x, y) = int16_t(2 * (p >= 4 ? a : b));
+            } else {
+                result(x, y) = int16_t(2 * (p >= 4 ? c : d));
+            }
         }
     return result;
 }
@@ -119,34 +138,37 @@ Disparities upsample(const Disparities& half, int width, int height) {
 Evidence classify(const Refinement& refined, const Disparities& hypothesis,
                   const Picture<uint8_t>& standing_half, const Mask& left_mask,
                   const Mask& right_mask, const StereoConstants& c) {
-    const int w = hypothesis.width, h = hypothesis.height;
-    Evidence result{Disparities(w, h, kNoDisparity), Picture<uint8_t>(w, h)};
-    for (int y = 0; y < h; ++y)
-        for (int x = 0; x < w; ++x) {
-            if (hypothesis(x, y) == kNoDisparity || !left_mask(x, y)) continue;
-            const uint8_t stands = standing_half.clamped(x / 2, y / 2);
+    Evidence result{Disparities(c.samples_x, c.samples_y, kNoDisparity),
+                    Picture<uint8_t>(c.samples_x, c.samples_y)};
+    for (int j = 0; j < c.samples_y; ++j)
+        for (int i = 0; i < c.samples_x; ++i) {
+            const int x = 2 * i, y = 2 * j;
+            if (!left_mask(x, y)) continue;
+            const uint8_t stands = standing_half(std::min(i, c.half_width - 1) / 2,
+                                                 std::min(j, c.half_height - 1) / 2);
             if (stands == kDoubtful) continue;
             const bool known = stands == kSettled;
-            const int score = refined.score(x, y), position = 16 * x - refined.disparity(x, y);
-            const int64_t n = refined.count(x, y);
+            const int score = refined.score(i, j), position = 16 * x - refined.disparity(i, j);
+            const int64_t n = refined.count(i, j);
             const bool good =
-                refined.peak(x, y) && position >= 0 && right_mask.clamped((position + 8) >> 4, y) &&
+                refined.peak(i, j) && position >= 0 && right_mask.clamped((position + 8) >> 4, y) &&
                 score >= (known ? kTrustedScore : c.refine_score) &&
-                256 * refined.variance(x, y) >= int64_t{c.texture} * c.texture * n * n;
+                256 * refined.variance(i, j) >= int64_t{c.texture} * c.texture * n * n;
             if (!good && !known) continue;
-            result.disparity(x, y) = good ? refined.disparity(x, y) : hypothesis(x, y);
-            result.confidence(x, y) = uint8_t(std::clamp(good ? score >> 4 : score >> 5, 1, 255));
+            result.disparity(i, j) = good ? refined.disparity(i, j) : hypothesis(x, y);
+            result.confidence(i, j) = uint8_t(std::clamp(good ? score >> 4 : score >> 5, 1, 255));
         }
     return result;
 }
 
 void drop_speckles(Evidence& evidence, const StereoConstants& c) {
     const int w = evidence.disparity.width, h = evidence.disparity.height;
-    const auto count = window_sums(
-        w, h, 4, [&](int x, int y) { return evidence.disparity(x, y) != kNoDisparity; });
+    const auto count = window_sums(w, h, kSpeckleRadius, [&](int x, int y) {
+        return evidence.disparity(x, y) != kNoDisparity;
+    });
     for (int y = 0; y < h; ++y)
         for (int x = 0; x < w; ++x)
-            if (25 * count(x, y) < 81 * c.support) {
+            if (count(x, y) < c.support) {
                 evidence.disparity(x, y) = kNoDisparity;
                 evidence.confidence(x, y) = 0;
             }
@@ -154,21 +176,43 @@ void drop_speckles(Evidence& evidence, const StereoConstants& c) {
 
 void fill_small(Evidence& evidence, const Disparities& hypothesis, const StereoConstants& c) {
     const int radius = c.fill_radius;
-    const int w = hypothesis.width, h = hypothesis.height, side = 2 * radius + 1;
+    const int w = c.samples_x, h = c.samples_y, side = 2 * radius + 1;
     const Disparities before = evidence.disparity;
     const auto known = [&](int x, int y) { return before(x, y) != kNoDisparity; };
     const auto count = window_sums(w, h, radius, known);
     const auto sum = window_sums(w, h, radius, [&](int x, int y) {
-        return known(x, y) ? before(x, y) - hypothesis(x, y) : 0;
+        return known(x, y) ? before(x, y) - hypothesis(2 * x, 2 * y) : 0;
     });
     for (int y = 0; y < h; ++y)
         for (int x = 0; x < w; ++x) {
             const int64_t n = count(x, y);
             if (known(x, y) || 2 * n < side * side) continue;
-            evidence.disparity(x, y) = int16_t(
-                std::max<int64_t>(0, hypothesis(x, y) + floor_divide(2 * sum(x, y) + n, 2 * n)));
+            evidence.disparity(x, y) = int16_t(std::max<int64_t>(
+                0, hypothesis(2 * x, 2 * y) + floor_divide(2 * sum(x, y) + n, 2 * n)));
             evidence.confidence(x, y) = kFilledConfidence;
         }
+}
+
+Evidence at_all_pixels(const Evidence& samples, const StereoConstants& c) {
+    Evidence result{Disparities(c.width, c.height, kNoDisparity),
+                    Picture<uint8_t>(c.width, c.height)};
+    const Disparities& field = samples.disparity;
+    for (int y = 0; y < c.height; ++y)
+        for (int x = 0; x < c.width; ++x) {
+            const int u = x / 2, v = y / 2, u2 = (x + 1) / 2, v2 = (y + 1) / 2;
+            result.confidence(x, y) = samples.confidence(u, v);
+            const int a = field(u, v);
+            if (a == kNoDisparity) continue;
+            int sum = 0, count = 0;
+            for (const int other : {a, int(field.clamped(u2, v)), int(field.clamped(u, v2)),
+                                    int(field.clamped(u2, v2))}) {
+                if (other == kNoDisparity || std::abs(other - a) > c.smooth_range) continue;
+                sum += other - a;
+                ++count;
+            }
+            result.disparity(x, y) = int16_t(a + floor_divide(2 * sum + count, 2 * count));
+        }
+    return result;
 }
 
 }  // namespace defrec::reference

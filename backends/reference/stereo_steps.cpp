@@ -73,11 +73,13 @@ SearchResult search(const Gray& left, const Gray& right, const WindowStatistics&
     const int w = left.width, h = left.height, side = 2 * radius + 1,
               groups = (count + kGroup - 1) / kGroup;
     const float one_over_n = 1.0f / float(side * side);
-    SearchResult result{Picture<int32_t>(w, h), Picture<int32_t>(w, h), Picture<int32_t>(w, h)};
+    SearchResult result{Picture<int32_t>(c.half_samples_x, c.half_samples_y),
+                        Picture<int32_t>(w, c.half_samples_y),
+                        Picture<int32_t>(c.half_samples_x, c.half_samples_y)};
     std::vector<int> columns(
         size_t(w) * size_t(count));  // products of one column of the window, for each disparity
     for (int y = radius; y < h - radius; ++y) {
-        Picture<int32_t> best(w, groups);
+        Picture<int32_t> best(c.half_samples_x, groups);
         for (int index = 0; index < count; ++index) {
             const int d = first + index;
             int* column = columns.data() + size_t(index) * size_t(w);
@@ -90,7 +92,8 @@ SearchResult search(const Gray& left, const Gray& right, const WindowStatistics&
                 else
                     column[x] += product(x, y + radius) - product(x, y - radius - 1);
             }
-            for (int x = d + radius; x < w - radius; ++x) {
+            if (y % 2 != 0) continue;
+            for (int x = (d + radius + 1) / 2 * 2; x < w - radius; x += 2) {
                 int sum = 0;
                 for (int u = -radius; u <= radius; ++u) sum += column[x + u];
                 const float mean = float(left_stats.sum(x, y)) * one_over_n;
@@ -100,16 +103,18 @@ SearchResult search(const Gray& left, const Gray& right, const WindowStatistics&
                     covariance * (left_stats.inverse(x, y) * right_stats.inverse(x - d, y));
                 if (!(score > 0)) continue;
                 const int key = (std::bit_cast<int>(score) & ~0xff) | index;
-                best(x, index / kGroup) = std::max(best(x, index / kGroup), key);
-                result.right(x - d, y) = std::max(result.right(x - d, y), key);
+                int &left_best = best(x / 2, index / kGroup),
+                    &right_best = result.right(x - d, y / 2);
+                left_best = std::max(left_best, key);
+                right_best = std::max(right_best, key);
             }
         }
-        for (int x = 0; x < w; ++x) {
-            int& winner = result.left(x, y);
-            for (int g = 0; g < groups; ++g) winner = std::max(winner, best(x, g));
+        for (int i = 0; y % 2 == 0 && i < c.half_samples_x; ++i) {
+            int &winner = result.left(i, y / 2), &second = result.second(i, y / 2);
+            for (int g = 0; g < groups; ++g) winner = std::max(winner, best(i, g));
             for (int g = 0; g < groups; ++g)
                 if (std::abs(g - (winner & 255) / kGroup) > 1)
-                    result.second(x, y) = std::max(result.second(x, y), best(x, g));
+                    second = std::max(second, best(i, g));
         }
     }
     return result;
@@ -117,21 +122,20 @@ SearchResult search(const Gray& left, const Gray& right, const WindowStatistics&
 
 Disparities check(const SearchResult& found, const WindowStatistics& left_stats,
                   const Mask& left_mask, const Mask& right_mask, const StereoConstants& c) {
-    const int w = left_mask.width, h = left_mask.height,
-              n = (2 * c.radius + 1) * (2 * c.radius + 1);
+    const int n = (2 * c.radius + 1) * (2 * c.radius + 1);
     const auto score = [](int key) { return std::bit_cast<float>(key & ~0xff); };
-    Disparities result(w, h, kNoDisparity);
-    for (int y = 0; y < h; ++y)
-        for (int x = 0; x < w; ++x) {
-            const int key = found.left(x, y);
+    Disparities result(c.half_samples_x, c.half_samples_y, kNoDisparity);
+    for (int j = 0; j < c.half_samples_y; ++j)
+        for (int i = 0; i < c.half_samples_x; ++i) {
+            const int x = 2 * i, y = 2 * j, key = found.left(i, j);
             if (key == 0 || !left_mask(x, y) || score(key) < c.min_score) continue;
-            if (score(key) - score(found.second(x, y)) < c.min_lead) continue;
+            if (score(key) - score(found.second(i, j)) < c.min_lead) continue;
             if (int64_t{256} * left_stats.variance(x, y) < int64_t{c.texture} * c.texture * n * n)
                 continue;
             const int d = c.first + (key & 255);
             if (!right_mask(x - d, y)) continue;
-            if (std::abs((found.right(x - d, y) & 255) - (key & 255)) > c.left_right) continue;
-            result(x, y) = int16_t(16 * d);
+            if (std::abs((found.right(x - d, j) & 255) - (key & 255)) > c.left_right) continue;
+            result(i, j) = int16_t(16 * d);
         }
     return result;
 }
@@ -143,8 +147,8 @@ Disparities supported(const Disparities& disparities, const StereoConstants& c) 
             const int d = disparities(x, y);
             if (d == kNoDisparity) continue;
             int agreeing = 0;
-            for (int v = y - 4; v <= y + 4; v += 2)
-                for (int u = x - 4; u <= x + 4; u += 2)
+            for (int v = y - kSupportRadius; v <= y + kSupportRadius; ++v)
+                for (int u = x - kSupportRadius; u <= x + kSupportRadius; ++u)
                     if (disparities.contains(u, v) && disparities(u, v) != kNoDisparity &&
                         std::abs(disparities(u, v) - d) <= kSupportRange)
                         ++agreeing;
@@ -182,11 +186,16 @@ Disparities smooth(const Disparities& disparities, int radius, int range) {
     return smooth_along(smooth_along(disparities, radius, range, 1, 0), radius, range, 0, 1);
 }
 
+bool is_empty(const Disparities& disparities) {
+    return std::all_of(disparities.pixels.begin(), disparities.pixels.end(),
+                       [](int d) { return d == kNoDisparity; });
+}
+
 Disparities fill_all(const Disparities& disparities) {
     const int w = disparities.width, h = disparities.height;
     const auto none = [](int d) { return d == kNoDisparity; };
-    if (std::all_of(disparities.pixels.begin(), disparities.pixels.end(), none)) return disparities;
-    if (std::none_of(disparities.pixels.begin(), disparities.pixels.end(), none))
+    if (is_empty(disparities) ||
+        std::none_of(disparities.pixels.begin(), disparities.pixels.end(), none))
         return disparities;
     Disparities coarse((w + 1) / 2, (h + 1) / 2, kNoDisparity);
     for (int y = 0; y < coarse.height; ++y)

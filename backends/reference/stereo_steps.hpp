@@ -1,5 +1,5 @@
-// The sub-stages of stereo, each a function from whole images to whole images.
-// docs/stages/stereo.md, section by section.
+// The sub-stages of stereo, each a function from whole images, or the field of their samples, to
+// such. docs/stages/stereo.md, section by section.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -49,8 +49,9 @@ struct WindowStatistics {  // of values minus 128 in windows wholly inside; 0 wh
 WindowStatistics statistics(const Gray& gray, int radius);
 
 struct SearchResult {
-    Picture<int32_t> left, right;  // the winners' keys, 0: none
-    Picture<int32_t> second;       // the best key of a group that is not next to the left winner's
+    Picture<int32_t> left;    // of samples: the winners' keys, 0: none
+    Picture<int32_t> right;   // of all pixels in the samples' rows, likewise
+    Picture<int32_t> second;  // the best key of a group that is not next to the left winner's
 };
 SearchResult search(const Gray& left, const Gray& right, const WindowStatistics& left_stats,
                     const WindowStatistics& right_stats, const StereoConstants& c);  // 3
@@ -60,6 +61,7 @@ Disparities check(const SearchResult& found, const WindowStatistics& left_stats,
 Disparities supported(const Disparities& disparities, const StereoConstants& c);             // 5
 Disparities smooth(const Disparities& disparities, int radius, int range);  // 6, 12
 Disparities fill_all(const Disparities& disparities);                       // 6
+bool is_empty(const Disparities& disparities);
 Picture<uint8_t> standing(const Disparities& supported, const Disparities& dense,
                           const StereoConstants& c);  // 7
 
@@ -71,10 +73,11 @@ struct Refinement {
     Picture<int32_t> count;     // n
 };
 Refinement refine(const Gray& left, const Gray& right, const Disparities& hypothesis,
-                  int radius);                                         // 8
-Disparities upsample(const Disparities& half, int width, int height);  // 9
+                  int radius);                                                      // 8
+Disparities between_samples(const Disparities& samples, int width, int height);     // 8
+Disparities hypothesis_of(const Disparities& half_samples, int width, int height);  // 9
 
-struct Evidence {
+struct Evidence {  // of samples
     Disparities disparity;
     Picture<uint8_t> confidence;
 };
@@ -83,5 +86,6 @@ Evidence classify(const Refinement& refined, const Disparities& hypothesis,
                   const Mask& right_mask, const StereoConstants& c);                           // 10
 void drop_speckles(Evidence& evidence, const StereoConstants& c);                              // 10
 void fill_small(Evidence& evidence, const Disparities& hypothesis, const StereoConstants& c);  // 11
+Evidence at_all_pixels(const Evidence& samples, const StereoConstants& c);                     // 13
 
 }  // namespace defrec::reference

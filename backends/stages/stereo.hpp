@@ -10,9 +10,9 @@ namespace defrec {
 const int kNoDisparity = -32768;
 const int kInpaintRadius = 8;
 const int kGroup = 4;  // disparities of the search that share one entry of the uniqueness test
-const int kSupportRange = 32;     // 1/16 px of half resolution
-const int kEdgeRadius = 4;        // px of half resolution
-const int kHalfSmoothRadius = 2;  // px of half resolution
+const int kSupportRange = 32;  // 1/16 px of half resolution
+// In samples, from here on.
+const int kSupportRadius = 2, kEdgeRadius = 2, kHalfSmoothRadius = 1, kSpeckleRadius = 2;
 const int kSearchSmoothRange = 24, kHalfSmoothRange = 16;
 const int kUpsampleRange = 48;  // 1/16 px of half resolution
 // 1/4096: the smallest refined ZNCC where the search has settled the disparity.
@@ -25,6 +25,7 @@ const int kDoubtful = 0, kOpen = 1, kSettled = 2;
 struct StereoConstants {
     int width, height, stride;  // of the caller's images; stride: elements
     int half_width, half_height;
+    int samples_x, samples_y, half_samples_x, half_samples_y;
     int first, count;  // disparities searched at half resolution: first .. first + count - 1
     int radius, refine_radius;  // of the windows of search and refinement
     float one_over_n;           // n: pixels in a window of the search
@@ -34,17 +35,24 @@ struct StereoConstants {
                        // texture^2 n^2
     int left_right, support, edge;  // as in the parameters from here on
     int texture, refine_score;
-    int fill_radius, smooth_radius, smooth_range, smooth_passes;
+    int fill_radius, smooth_radius;  // in samples
+    int smooth_range, smooth_passes;
 #ifdef __cplusplus
     constexpr size_t pixels() const { return size_t(width) * size_t(height); }
-    constexpr size_t half_pixels() const { return size_t(half_width) * size_t(half_height); }
+    constexpr size_t samples() const { return size_t(samples_x) * size_t(samples_y); }
+    constexpr size_t half_samples() const {
+        return size_t(half_samples_x) * size_t(half_samples_y);
+    }
+    constexpr size_t right_winners() const { return size_t(half_width) * size_t(half_samples_y); }
 #endif
 };
 
 #ifdef __cplusplus
 static_assert(kNoDisparity == DEFREC_DISPARITY_NONE);
-// round(32768 / n): 1/n in 15 bits, for means over up to 7 neighbours.
-constexpr int kReciprocal[8] = {0, 32767, 16384, 10923, 8192, 6554, 5461, 4681};
+// round(32768 / n): 1/n in 15 bits, for means over up to 5 neighbours.
+constexpr int kReciprocal[6] = {0, 32767, 16384, 10923, 8192, 6554};
+// Eighths that the sample of half resolution before pixel x has in it, by x % 4.
+constexpr int kSampleWeight[4] = {7, 7, 5, 3};
 
 inline StereoConstants constants_of(const defrec_stereo_params& p) {
     const int first = p.min_disparity / 2, last = (p.min_disparity + int(p.disparities) - 1) / 2;
@@ -55,6 +63,10 @@ inline StereoConstants constants_of(const defrec_stereo_params& p) {
             .stride = int(p.stride),
             .half_width = int(p.width / 2),
             .half_height = int(p.height / 2),
+            .samples_x = int((p.width + 1) / 2),
+            .samples_y = int((p.height + 1) / 2),
+            .half_samples_x = int((p.width / 2 + 1) / 2),
+            .half_samples_y = int((p.height / 2 + 1) / 2),
             .first = first,
             .count = last - first + 1,
             .radius = int(p.radius),
@@ -68,8 +80,8 @@ inline StereoConstants constants_of(const defrec_stereo_params& p) {
             .edge = int(p.edge),
             .texture = int(p.texture),
             .refine_score = int(p.refine_score),
-            .fill_radius = int(p.fill_radius),
-            .smooth_radius = int(p.smooth_radius),
+            .fill_radius = int((p.fill_radius + 1) / 2),
+            .smooth_radius = int((p.smooth_radius + 1) / 2),
             .smooth_range = int(p.smooth_range),
             .smooth_passes = int(p.smooth_passes)};
 }
@@ -89,7 +101,7 @@ struct StereoBuffers {
     void list(List& list, const StereoConstants& c) {
         const uint64_t image =
             image_elements(uint64_t(c.width), uint64_t(c.height), uint64_t(c.stride));
-        const uint64_t full = c.pixels(), half = c.half_pixels();
+        const uint64_t full = c.pixels(), samples = c.samples(), half_samples = c.half_samples();
         list.input("left", left, image);
         list.input("right", right, image);
         list.optional_input("left mask", left_mask, image);
@@ -98,17 +110,17 @@ struct StereoBuffers {
         list.optional_output("confidence", confidence, image);
         list.optional_output("prepared left", prepared_left, full);
         list.optional_output("prepared right", prepared_right, full);
-        list.optional_output("left keys", left_keys, half);
-        list.optional_output("right keys", right_keys, half);
-        list.optional_output("checked", checked, half);
-        list.optional_output("supported", supported, half);
-        list.optional_output("dense", dense, half);
-        list.optional_output("half refined", half_refined, half);
+        list.optional_output("left keys", left_keys, half_samples);
+        list.optional_output("right keys", right_keys, c.right_winners());
+        list.optional_output("checked", checked, half_samples);
+        list.optional_output("supported", supported, half_samples);
+        list.optional_output("dense", dense, half_samples);
+        list.optional_output("half refined", half_refined, half_samples);
         list.optional_output("hypothesis", hypothesis, full);
-        list.optional_output("refined", refined, full);
-        list.optional_output("score", score, full);
-        list.optional_output("evidence", evidence, full);
-        list.optional_output("filled", filled, full);
+        list.optional_output("refined", refined, samples);
+        list.optional_output("score", score, samples);
+        list.optional_output("evidence", evidence, samples);
+        list.optional_output("filled", filled, samples);
     }
 };
 inline BufferTable buffer_table(const defrec_stereo_params& params) {

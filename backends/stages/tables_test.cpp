@@ -78,13 +78,16 @@ TEST_CASE("stereo: sizes of an odd image, and what follows from the parameters")
     p.uniqueness = 41;
     p.texture = 8;
     CHECK(inputs(p) == Sizes(4, kImage));
-    const uint64_t full = kWidth * kHeight, half = 31 * 23;
-    CHECK(outputs(p) == Sizes{2 * kImage, kImage, full, full, 4 * half, 4 * half, 2 * half,
-                              2 * half, 2 * half, 2 * half, 2 * full, 2 * full, 2 * full, 2 * full,
-                              2 * full});
+    const uint64_t full = kWidth * kHeight, samples = 32 * 24, half_samples = 16 * 12;
+    CHECK(outputs(p) == Sizes{2 * kImage, kImage, full, full, 4 * half_samples, 4 * 31 * 12,
+                              2 * half_samples, 2 * half_samples, 2 * half_samples,
+                              2 * half_samples, 2 * full, 2 * samples, 2 * samples, 2 * samples,
+                              2 * samples});
     const StereoConstants c = constants_of(p);
     CHECK(c.half_width == 31);
     CHECK(c.half_height == 23);
+    CHECK(c.fill_radius == 3);  // 6 and 3 px of the defaults, in samples
+    CHECK(c.smooth_radius == 2);
     CHECK(c.first == 2);  // disparities 5 .. 24 are 2 .. 12 at half resolution
     CHECK(c.count == 11);
     CHECK(c.one_over_n == 1.0f / 81);

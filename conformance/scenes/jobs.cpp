@@ -72,24 +72,25 @@ StageJob stereo_job(const defrec_stereo_params& params, const Gray& left, const 
                     const Gray* left_mask, const Gray* right_mask, bool extras) {
     StageJob job(DEFREC_STAGE_STEREO, &params);
     const auto& p = complete<defrec_stereo_params>(job);
-    const uint32_t w = p.width, h = p.height, w2 = w / 2, h2 = h / 2;
+    const uint32_t w = p.width, h = p.height, w2 = w / 2, ws = (w + 1) / 2, hs = (h + 1) / 2,
+                   w4 = (w2 + 1) / 2, h4 = (h / 2 + 1) / 2;
     job.in = {picture_input(left, p.stride), picture_input(right, p.stride),
               optional_picture(left_mask, p.stride), optional_picture(right_mask, p.stride)};
     job.out = {image_output<int16_t>("disparity", w, h, p.stride),
                image_output<uint8_t>("confidence", w, h, p.stride),
                image_output<uint8_t>("left inpainted", w, h, w),
                image_output<uint8_t>("right inpainted", w, h, w),
-               image_output<int32_t>("left winners", w2, h2, w2),
-               image_output<int32_t>("right winners", w2, h2, w2),
-               image_output<int16_t>("checked", w2, h2, w2),
-               image_output<int16_t>("supported", w2, h2, w2),
-               image_output<int16_t>("dense", w2, h2, w2),
-               image_output<int16_t>("half refined", w2, h2, w2),
+               image_output<int32_t>("left winners", w4, h4, w4),
+               image_output<int32_t>("right winners", w2, h4, w2),
+               image_output<int16_t>("checked", w4, h4, w4),
+               image_output<int16_t>("supported", w4, h4, w4),
+               image_output<int16_t>("dense", w4, h4, w4),
+               image_output<int16_t>("half refined", w4, h4, w4),
                image_output<int16_t>("hypothesis", w, h, w),
-               image_output<int16_t>("refined", w, h, w),
-               image_output<int16_t>("score", w, h, w),
-               image_output<int16_t>("evidence", w, h, w),
-               image_output<int16_t>("filled", w, h, w)};
+               image_output<int16_t>("refined", ws, hs, ws),
+               image_output<int16_t>("score", ws, hs, ws),
+               image_output<int16_t>("evidence", ws, hs, ws),
+               image_output<int16_t>("filled", ws, hs, ws)};
     if (!extras)
         for (size_t i = 1; i < job.out.size(); ++i) job.out[i].given = false;
     return job;
