@@ -13,8 +13,8 @@ namespace defrec::cpu {
 namespace {
 
 // Most rows that one task works on; more where it begins with rows that another ends with.
-constexpr int kBand = 32, kSearchBand = 64, kLongBand = 128, kTileRows = 128;
-constexpr int kFewestRows = 16;  // fewer spend their time on the windows' first rows
+constexpr int kBand = 32, kSearchBand = 64, kTileRows = 64;
+constexpr int kFewestRows = 8;  // fewer spend their time on the windows' first rows
 
 // Rows of a task, where that many tasks lie side by side: as many as let all threads end together.
 int rows_of_task(int rows, int most, int side_by_side, int threads) {
@@ -65,16 +65,18 @@ class Stereo final : public Stage {
           full_(host, c_.width, c_.height),
           half_(host, c_.half_width, c_.half_height),
           half_left_mask_(host, c_.half_width, c_.half_height),
-          standing_(host, c_.half_width, c_.half_height),
-          dense_(make_field(host, c_.half_width, c_.half_height)),
-          fields_{make_field(host, c_.width, c_.height), make_field(host, c_.width, c_.height)},
-          none_row_(make_field(host, c_.width, 1)),
+          standing_(host, c_.half_samples_x, c_.half_samples_y),
+          dense_(make_field(host, c_.half_samples_x, c_.half_samples_y)),
+          hypothesis_(make_field(host, c_.width, c_.height)),
+          fields_{make_field(host, c_.samples_x, c_.samples_y),
+                  make_field(host, c_.samples_x, c_.samples_y)},
+          none_row_(make_field(host, c_.samples_x, 1)),
+          confidence_(host, c_.samples_x, c_.samples_y),
           scratch_(host,
                    std::max({search_scratch_ints(c_), size_t(4 * c_.width + 2),
-                             (smooth_scratch(c_.width, c_.smooth_passes) + 1) / 2,
-                             (smooth_scratch(c_.half_width, 1) + 1) / 2}),
+                             (smooth_scratch(c_.samples_x, c_.smooth_passes) + 1) / 2}),
                    size_t((c_.height + kFewestRows - 1) / kFewestRows)) {
-        for (int w = c_.half_width, h = c_.half_height; w > 1 || h > 1;) {
+        for (int w = c_.half_samples_x, h = c_.half_samples_y; w > 1 || h > 1;) {
             w = (w + 1) / 2;
             h = (h + 1) / 2;
             coarser_.push_back({w, h, make_field(host, w, h)});
@@ -89,7 +91,7 @@ class Stereo final : public Stage {
             give_nothing(b);
             return;
         }
-        give(dense_, half_, b.dense);
+        give_half_samples(dense_, b.dense);
         refine_half(b);
         refine_full(b);
         finish(b);
@@ -124,13 +126,15 @@ class Stereo final : public Stage {
         });
     }
     template <class T>
-    static void give(Plane<const T> from, const Level& level, T* to) {
-        for (int y = 0; to != nullptr && y < level.height; ++y)
-            std::copy_n(from.row(y), level.width, to + size_t(y) * size_t(level.width));
+    static void give(const Image<T>& from, int width, int height, T* to) {
+        for (int y = 0; to != nullptr && y < height; ++y)
+            std::copy_n(from.row(y), width, to + size_t(y) * size_t(width));
     }
-    template <class T>
-    static void give(const Image<T>& from, const Level& level, T* to) {
-        give(from.view(), level, to);
+    void give_half_samples(const Field& from, int16_t* to) const {
+        give(from, c_.half_samples_x, c_.half_samples_y, to);
+    }
+    void give_samples(const Field& from, int16_t* to) const {
+        give(from, c_.samples_x, c_.samples_y, to);
     }
 
     void prepare_images(const StereoBuffers& b) {
@@ -152,8 +156,8 @@ class Stereo final : public Stage {
                 if (y < half_.height) halve(b, y);
             }
         });
-        give(full_.left, full_, b.prepared_left);
-        give(full_.right, full_, b.prepared_right);
+        give(full_.left, c_.width, c_.height, b.prepared_left);
+        give(full_.right, c_.width, c_.height, b.prepared_right);
     }
     void keep_right_mask(const StereoBuffers& b, int y) {
         if (b.right_mask != nullptr)
@@ -175,7 +179,7 @@ class Stereo final : public Stage {
     }
 
     // Leaves what is supported in field 0 and the smoothed of it in the dense field. Until
-    // refine_full the fields hold some of half resolution.
+    // refine_full the fields hold some of half resolution, and the hypothesis is its own.
     void search_half(const StereoBuffers& b) {
         Field& checked = fields_[1];
         const SearchJob job{.c = c_,
@@ -189,12 +193,13 @@ class Stereo final : public Stage {
         const auto search = [&](int y0, int y1, int32_t* scratch) {
             search_rows(job, y0, y1, scratch);
         };
-        bands_with_scratch(half_.height, search, kSearchBand);
-        give(checked, half_, b.checked);
-        each_row(half_.height, [&](int y) {
-            supported_row(checked.view(), half_.width, half_.height, y, c_, fields_[0].row(y));
+        bands_with_scratch(c_.half_samples_y, search, kSearchBand);
+        give_half_samples(checked, b.checked);
+        each_row(c_.half_samples_y, [&](int y) {
+            supported_row(checked.view(), c_.half_samples_x, c_.half_samples_y, y, c_,
+                          fields_[0].row(y));
         });
-        give(fields_[0], half_, b.supported);
+        give_half_samples(fields_[0], b.supported);
         smooth_half(kSearchSmoothRange);
     }
 
@@ -202,25 +207,22 @@ class Stereo final : public Stage {
     void smooth_half(int range) {
         smooth({.from = fields_[0].view(),
                 .to = dense_.plane(),
-                .margin = kMargin,
-                .width = half_.width,
-                .height = half_.height,
+                .width = c_.half_samples_x,
+                .height = c_.half_samples_y,
                 .radius = kHalfSmoothRadius,
                 .range = range,
                 .passes = 1,
-                .none_row = none_row_.row(0)},
-               kBand);
+                .none_row = none_row_.row(0)});
     }
-    void smooth(const SmoothJob& job, int most) {
-        const auto work = [&](int y0, int y1, int32_t* scratch) {
+    void smooth(const SmoothJob& job) {
+        bands_with_scratch(job.height, [&](int y0, int y1, int32_t* scratch) {
             smooth_rows(job, y0, y1, reinterpret_cast<int16_t*>(scratch));
-        };
-        bands_with_scratch(job.height, work, most);
+        });
     }
 
     // Fills every hole; false if there is not one disparity.
     bool fill_all(Field& field) {
-        if (coarser_.empty()) return field.row(0)[0] != kNoDisparity;  // a half image of one pixel
+        if (coarser_.empty()) return field.row(0)[0] != kNoDisparity;  // one sample
         const auto coarser = [&](const Field& from, int width, int height, Field& to, int y) {
             coarser_row(from.row(2 * y),
                         2 * y + 1 < height ? from.row(2 * y + 1) : none_row_.row(0), width,
@@ -230,8 +232,9 @@ class Stereo final : public Stage {
             const int v2 = std::clamp(y % 2 == 0 ? y / 2 - 1 : y / 2 + 1, 0, c.height - 1);
             fill_row(fine.row(y), width, c.field.row(y / 2), c.field.row(v2), c.width);
         };
-        each_row(coarser_[0].height,
-                 [&](int y) { coarser(field, half_.width, half_.height, coarser_[0].field, y); });
+        each_row(coarser_[0].height, [&](int y) {
+            coarser(field, c_.half_samples_x, c_.half_samples_y, coarser_[0].field, y);
+        });
         for (size_t i = 1; i < coarser_.size(); ++i)
             for (int y = 0; y < coarser_[i].height; ++y)
                 coarser(coarser_[i - 1].field, coarser_[i - 1].width, coarser_[i - 1].height,
@@ -240,27 +243,32 @@ class Stereo final : public Stage {
         for (size_t i = coarser_.size() - 1; i > 0; --i)
             for (int y = 0; y < coarser_[i - 1].height; ++y)
                 fill(coarser_[i - 1].field, coarser_[i - 1].width, coarser_[i], y);
-        each_row(half_.height, [&](int y) { fill(field, half_.width, coarser_[0], y); });
+        each_row(c_.half_samples_y, [&](int y) { fill(field, c_.half_samples_x, coarser_[0], y); });
         return true;
     }
 
     void refine(const RefineJob& job) {
         const int columns = (job.width + kRefineTile - 1) / kRefineTile,
-                  each = rows_of_task(job.height, kTileRows, columns, threads_),
-                  rows = (job.height + each - 1) / each;
+                  samples_y = (job.height + 1) / 2,
+                  each = rows_of_task(samples_y, kTileRows, columns, threads_),
+                  rows = (samples_y + each - 1) / each;
         host_.parallel_for(size_t(columns * rows), [&](size_t tile) {
-            const int x0 = int(tile) % columns * kRefineTile, y0 = int(tile) / columns * each;
-            refine_tile(job, x0, std::min(job.width, x0 + kRefineTile), y0,
-                        std::min(job.height, y0 + each));
+            const int x0 = int(tile) % columns * kRefineTile, row0 = int(tile) / columns * each;
+            refine_tile(job, x0, std::min(job.width, x0 + kRefineTile), row0,
+                        std::min(samples_y, row0 + each));
         });
     }
 
     // From the dense field and the supported field 0; leaves the result in the dense field.
     void refine_half(const StereoBuffers& b) {
-        bands_with_scratch(half_.height, [&](int y0, int y1, int32_t* scratch) {
+        const int w = c_.half_samples_x, h = c_.half_samples_y;
+        bands_with_scratch(h, [&](int y0, int y1, int32_t* scratch) {
             for (int y = y0; y < y1; ++y)
-                standing_row(fields_[0].view(), dense_.view(), half_.width, half_.height, y, c_,
+                standing_row(fields_[0].view(), dense_.view(), w, h, y, c_,
                              reinterpret_cast<int16_t*>(scratch), standing_.row(y));
+        });
+        each_row(half_.height, [&](int y) {
+            between_row(dense_.view(), w, h, half_.width, y, hypothesis_.row(y));
         });
         RefineJob job{};
         job.c = c_;
@@ -269,20 +277,20 @@ class Stereo final : public Stage {
         job.width = half_.width;
         job.height = half_.height;
         job.radius = c_.radius;
-        job.hypothesis = dense_.view();
+        job.hypothesis = hypothesis_.view();
         job.result = fields_[0].plane();
         refine(job);
         smooth_half(kHalfSmoothRange);
-        give(dense_, half_, b.half_refined);
+        give_half_samples(dense_, b.half_refined);
     }
 
-    // Leaves the hypothesis in field 0 and the evidence, speckles and all, in field 1.
+    // Leaves the evidence, speckles and all, in field 0.
     void refine_full(const StereoBuffers& b) {
-        Field* f = fields_;
         each_row(full_.height, [&](int y) {
-            upsample_row(dense_.view(), half_.width, half_.height, full_.width, y, f[0].row(y));
+            hypothesis_row(dense_.view(), c_.half_samples_x, c_.half_samples_y, full_.width, y,
+                           hypothesis_.row(y));
         });
-        give(f[0], full_, b.hypothesis);
+        give(hypothesis_, c_.width, c_.height, b.hypothesis);
         RefineJob job{};
         job.c = c_;
         job.left = full_.left.view();
@@ -290,44 +298,51 @@ class Stereo final : public Stage {
         job.width = full_.width;
         job.height = full_.height;
         job.radius = c_.refine_radius;
-        job.hypothesis = f[0].view();
-        job.result = f[1].plane();
+        job.hypothesis = hypothesis_.view();
+        job.result = fields_[0].plane();
         job.classify = true;
         job.right_mask = full_.right_mask.view();
         job.left_mask = {b.left_mask, c_.stride};
         job.standing = standing_.view();
-        job.confidence = {b.confidence, c_.stride};
+        job.confidence = confidence_of(b);
         job.refined = b.refined;
         job.score = b.score;
         refine(job);
     }
 
-    // The evidence without speckles is in the result's memory until it is filled.
+    Plane<uint8_t> confidence_of(const StereoBuffers& b) {
+        return b.confidence != nullptr ? confidence_.plane() : Plane<uint8_t>{};
+    }
+
     void finish(const StereoBuffers& b) {
         Field* f = fields_;
-        const Plane<int16_t> disparity{b.disparity, c_.stride};
-        const Plane<const int16_t> evidence{b.disparity, c_.stride};
-        const Plane<uint8_t> confidence{b.confidence, c_.stride};
-        bands(full_.height, [&](int y0, int y1) {
-            drop_speckles_rows(f[1].view(), full_.width, full_.height, y0, y1, c_, disparity,
-                               confidence);
+        const int w = c_.samples_x, h = c_.samples_y;
+        const Plane<uint8_t> confidence = confidence_of(b);
+        bands(h, [&](int y0, int y1) {
+            drop_speckles_rows(f[0].view(), w, h, y0, y1, c_, f[1].plane(), confidence);
         });
-        give(evidence, full_, b.evidence);
-        bands(full_.height, [&](int y0, int y1) {
-            fill_small_rows(evidence, f[0].view(), full_.width, full_.height, y0, y1, c_,
-                            f[1].plane(), confidence);
+        give_samples(f[1], b.evidence);
+        bands(h, [&](int y0, int y1) {
+            fill_small_rows(f[1].view(), hypothesis_.view(), w, h, y0, y1, c_, f[0].plane(),
+                            confidence);
         });
-        give(f[1], full_, b.filled);
-        smooth({.from = f[1].view(),
-                .to = disparity,
-                .margin = 0,
-                .width = full_.width,
-                .height = full_.height,
+        give_samples(f[0], b.filled);
+        smooth({.from = f[0].view(),
+                .to = f[1].plane(),
+                .width = w,
+                .height = h,
                 .radius = c_.smooth_radius,
                 .range = c_.smooth_range,
                 .passes = c_.smooth_passes,
-                .none_row = none_row_.row(0)},
-               kLongBand);
+                .none_row = none_row_.row(0)});
+        each_row(c_.height, [&](int y) {
+            result_row(f[1].view(), h, c_.width, c_.smooth_range, y,
+                       b.disparity + ptrdiff_t(y) * c_.stride);
+            if (b.confidence == nullptr) return;
+            const uint8_t* from = confidence_.row(y / 2);
+            uint8_t* to = b.confidence + ptrdiff_t(y) * c_.stride;
+            for (int x = 0; x < c_.width; ++x) to[x] = from[x / 2];
+        });
     }
 
     // The results of a pair without one disparity.
@@ -335,11 +350,11 @@ class Stereo final : public Stage {
         const auto none = [](int16_t* to, size_t count) {
             if (to != nullptr) std::fill_n(to, count, int16_t(kNoDisparity));
         };
-        none(b.dense, c_.half_pixels());
-        none(b.half_refined, c_.half_pixels());
-        for (int16_t* field : {b.hypothesis, b.refined, b.evidence, b.filled})
-            none(field, c_.pixels());
-        if (b.score != nullptr) std::fill_n(b.score, c_.pixels(), int16_t{0});
+        none(b.dense, c_.half_samples());
+        none(b.half_refined, c_.half_samples());
+        none(b.hypothesis, c_.pixels());
+        for (int16_t* field : {b.refined, b.evidence, b.filled}) none(field, c_.samples());
+        if (b.score != nullptr) std::fill_n(b.score, c_.samples(), int16_t{0});
         for (int y = 0; y < full_.height; ++y) {
             none(b.disparity + ptrdiff_t(y) * c_.stride, size_t(full_.width));
             if (b.confidence != nullptr)
@@ -351,11 +366,14 @@ class Stereo final : public Stage {
     Host host_;
     int threads_;
     Level full_, half_;
-    // Of half resolution.
-    Bytes half_left_mask_, standing_;
+    Bytes half_left_mask_;
+    // Of samples of half resolution.
+    Bytes standing_;
     Field dense_;
-    Field fields_[2];
-    Field none_row_;
+    Field hypothesis_;  // of all pixels
+    // Of samples.
+    Field fields_[2], none_row_;
+    Bytes confidence_;
     std::vector<Coarser> coarser_;
     ScratchPool<int32_t> scratch_;
 };

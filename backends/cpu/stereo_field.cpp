@@ -1,4 +1,5 @@
-// Fields of disparities in stereo: support, smoothing, filling, standing, upsampling.
+// Fields of disparities in stereo: support, smoothing, filling, standing, what lies between
+// samples.
 #include <algorithm>
 
 #include "backends/cpu/stereo_kernels.hpp"
@@ -40,9 +41,9 @@ void SupportedRow(Plane<const int16_t> field, int width, int height, int y,
     for (int x = 0; x < width; x += int(hn::Lanes(d))) {
         const VI16 centre = hn::LoadU(d, field.row(y) + x);
         VI16 agreeing = hn::Zero(d);
-        for (int v = y - 4; v <= y + 4; v += 2) {
+        for (int v = y - kSupportRadius; v <= y + kSupportRadius; ++v) {
             if (v < 0 || v >= height) continue;
-            for (int u = -4; u <= 4; u += 2) {
+            for (int u = -kSupportRadius; u <= kSupportRadius; ++u) {
                 const VI16 other = hn::LoadU(d, field.row(v) + x + u);
                 agreeing =
                     hn::Sub(agreeing, hn::VecFromMask(d, agrees(hn::SaturatedSub(other, centre))));
@@ -68,8 +69,7 @@ HWY_INLINE VI16 Smoothed(VI16 centre, int radius, const Agreement& agreement,
         count = hn::Sub(count, hn::VecFromMask(d, agrees));
     }
     // The reciprocal of count, looked up by its two bytes.
-    alignas(16) static constexpr int16_t kTable[8] = {0,    32767, 16384, 10923,
-                                                      8192, 6554,  5461,  4681};
+    alignas(16) static constexpr int16_t kTable[8] = {0, 32767, 16384, 10923, 8192, 6554};
     const VI16 bytes = hn::Add(hn::Mul(count, hn::Set(d, 0x0202)), hn::Set(d, 0x0100));
     const VI16 table = hn::LoadDup128(d, kTable);
     const VI16 reciprocal = hn::TableLookupBytes(table, bytes);
@@ -128,7 +128,7 @@ void SmoothRows(const SmoothJob& job, int y0, int y1, int16_t* scratch) {
             SmoothAlongColumns(rows, job.width, job.radius, job.range, result(pass));
             row = result(pass);
         }
-        if (row != nullptr) std::copy_n(row, job.width + job.margin, job.to.row(y - reach));
+        if (row != nullptr) std::copy_n(row, job.width + kMargin, job.to.row(y - reach));
     }
 }
 
@@ -207,32 +207,105 @@ void CopyPadded(const int16_t* row, int width, int16_t* dst) {
     std::fill_n(dst + width, kMargin, row[width - 1]);
 }
 
-void UpsampleRow(Plane<const int16_t> half, int half_width, int half_height, int width, int y,
-                 int16_t* dst) {
+struct PaddedRow {
+    PaddedRow(const int16_t* row, int width) { CopyPadded(row, width, values); }
+    int16_t memory[DEFREC_MAX_SIDE / 4 + 2 * kMargin];
+    int16_t* values = memory + kMargin;
+};
+
+void BetweenRow(Plane<const int16_t> samples, int samples_x, int samples_y, int width, int y,
+                int16_t* dst) {
     const I16 d;
-    const int v = std::min(y / 2, half_height - 1);
-    const int v2 = std::clamp(y % 2 == 0 ? y / 2 - 1 : y / 2 + 1, 0, half_height - 1);
-    int16_t near_memory[DEFREC_MAX_SIDE / 2 + 2 * kMargin],
-        far_memory[DEFREC_MAX_SIDE / 2 + 2 * kMargin];
-    int16_t *near = near_memory + kMargin, *far = far_memory + kMargin;
-    CopyPadded(half.row(v), half_width, near);
-    CopyPadded(half.row(v2), half_width, far);
-    const VI16 three = hn::Set(d, 3), four = hn::Set(d, 4), range = hn::Set(d, kUpsampleRange);
-    const auto blend = [&](VI16 a, VI16 b, VI16 c, VI16 e) HWY_ATTR {
-        const VI16 spread =
-            hn::Sub(hn::Max(hn::Max(a, b), hn::Max(c, e)), hn::Min(hn::Min(a, b), hn::Min(c, e)));
-        // (9 a + 3 b + 3 c + e + 4) >> 3 by differences, which are small wherever it is used.
-        const VI16 sides = hn::Mul(three, hn::Add(hn::Sub(b, a), hn::Sub(c, a)));
-        const VI16 change = hn::ShiftRight<3>(hn::Add(hn::Add(sides, hn::Sub(e, a)), four));
-        return hn::Add(hn::Add(a, a), hn::IfThenZeroElse(hn::Gt(spread, range), change));
+    const PaddedRow upper(samples.row(y / 2), samples_x),
+        lower(samples.row(std::min((y + 1) / 2, samples_y - 1)), samples_x);
+    const auto at = [&](int i) HWY_ATTR {
+        return hn::Add(hn::LoadU(d, upper.values + i), hn::LoadU(d, lower.values + i));
     };
-    for (int u = 0; 2 * u < width; u += int(hn::Lanes(d))) {
-        const VI16 a = hn::LoadU(d, near + u), c = hn::LoadU(d, far + u);
-        const VI16 even = blend(a, hn::LoadU(d, near + u - 1), c, hn::LoadU(d, far + u - 1));
-        const VI16 odd = blend(a, hn::LoadU(d, near + u + 1), c, hn::LoadU(d, far + u + 1));
-        hn::StoreInterleaved2(even, odd, d, dst + 2 * u);
+    const VI16 one = hn::Set(d, 1), two = hn::Set(d, 2);
+    for (int i = 0; 2 * i < width; i += int(hn::Lanes(d))) {
+        const VI16 here = at(i), both = hn::Add(here, at(i + 1));
+        hn::StoreInterleaved2(hn::ShiftRight<1>(hn::Add(here, one)),
+                              hn::ShiftRight<2>(hn::Add(both, two)), d, dst + 2 * i);
     }
     EndRow(dst, width);
+}
+
+void HypothesisRow(Plane<const int16_t> samples, int samples_x, int samples_y, int width, int y,
+                   int16_t* dst) {
+    const hn::CappedTag<int16_t, 16> d;  // four vectors reach no farther than the margin
+    using V = hn::Vec<decltype(d)>;
+    const int v = y / 4, q = kSampleWeight[y % 4];
+    const PaddedRow near(samples.row(std::min(v, samples_y - 1)), samples_x),
+        far(samples.row(std::clamp(y % 4 == 0 ? v - 1 : v + 1, 0, samples_y - 1)), samples_x);
+    const bool nearest_is_far = q < 4;
+    const V near_weight = hn::Set(d, int16_t(q)), far_weight = hn::Set(d, int16_t(8 - q)),
+            range = hn::Set(d, kUpsampleRange), half = hn::Set(d, 16);
+    for (int i = 0; 4 * i < width; i += int(hn::Lanes(d))) {
+        const V a = hn::LoadU(d, near.values + i), c = hn::LoadU(d, far.values + i),
+                down = hn::Mul(far_weight, hn::Sub(c, a)), twice = hn::Add(a, a);
+        const auto blend = [&](int side, int weight) HWY_ATTR {
+            const V b = hn::LoadU(d, near.values + i + side),
+                    e = hn::LoadU(d, far.values + i + side),
+                    spread = hn::Sub(hn::Max(hn::Max(a, b), hn::Max(c, e)),
+                                     hn::Min(hn::Min(a, b), hn::Min(c, e))),
+                    across = hn::Add(hn::Mul(near_weight, hn::Sub(b, a)),
+                                     hn::Mul(far_weight, hn::Sub(e, a)));
+            const V change = hn::Add(hn::Mul(hn::Set(d, int16_t(weight)), down),
+                                     hn::Mul(hn::Set(d, int16_t(8 - weight)), across));
+            const V nearest = weight < 4 ? (nearest_is_far ? e : b) : (nearest_is_far ? c : a);
+            return hn::IfThenElse(hn::Gt(spread, range), hn::Add(nearest, nearest),
+                                  hn::Add(twice, hn::ShiftRight<5>(hn::Add(change, half))));
+        };
+        hn::StoreInterleaved4(blend(-1, kSampleWeight[0]), blend(1, kSampleWeight[1]),
+                              blend(1, kSampleWeight[2]), blend(1, kSampleWeight[3]), d,
+                              dst + 4 * i);
+    }
+}
+
+// Beyond the row's end there are no disparities, which gives what the clamped ones would.
+void ResultRow(Plane<const int16_t> samples, int samples_y, int width, int range, int y,
+               int16_t* dst) {
+    const I16 d;
+    const int16_t* near = samples.row(y / 2);
+    const int16_t* far = samples.row(std::min((y + 1) / 2, samples_y - 1));
+    const Agreement agreement(range);
+    const VI16 none = hn::Set(d, kNoDisparity), zero = hn::Zero(d), one = hn::Set(d, 1),
+               two = hn::Set(d, 2), three = hn::Set(d, 3);
+    const int lanes = int(hn::Lanes(d));
+    alignas(64) int16_t end[2 * HWY_MAX_BYTES / sizeof(int16_t)];
+    for (int i = 0; 2 * i < width; i += lanes) {
+        const VI16 a = hn::LoadU(d, near + i);
+        VI16 count = one, sum = zero;
+        const auto take = [&](const int16_t* row) HWY_ATTR {
+            const VI16 difference = hn::SaturatedSub(hn::LoadU(d, row), a);
+            const auto agrees = agreement(difference);
+            count = hn::Sub(count, hn::VecFromMask(d, agrees));
+            sum = hn::Add(sum, hn::IfThenElseZero(agrees, difference));
+        };
+        take(far + i);
+        const VI16 below = sum;
+        take(near + i + 1);
+        take(far + i + 1);
+        // floor((2 sum + count) / (2 count)); a sixth in 16 bits, exact for the sums that occur.
+        const VI16 sixth = hn::Sub(
+            hn::MulHigh(hn::Add(hn::Add(sum, sum), hn::Set(d, 3 + 6 * 256)), hn::Set(d, 10923)),
+            hn::Set(d, 256));
+        const VI16 mean = hn::IfThenElse(
+            hn::Gt(count, three), hn::ShiftRight<2>(hn::Add(sum, two)),
+            hn::IfThenElse(
+                hn::Gt(count, two), sixth,
+                hn::IfThenElse(hn::Gt(count, one), hn::ShiftRight<1>(hn::Add(sum, one)), zero)));
+        const auto missing = hn::Eq(a, none);
+        const VI16 even = hn::IfThenElse(missing, none,
+                                         hn::Add(a, hn::ShiftRight<1>(hn::Add(below, one)))),
+                   odd = hn::IfThenElse(missing, none, hn::Add(a, mean));
+        if (2 * (i + lanes) <= width) {
+            hn::StoreInterleaved2(even, odd, d, dst + 2 * i);
+        } else {
+            hn::StoreInterleaved2(even, odd, d, end);
+            std::copy_n(end, width - 2 * i, dst + 2 * i);
+        }
+    }
 }
 
 }  // namespace defrec::cpu::HWY_NAMESPACE
@@ -246,7 +319,9 @@ HWY_EXPORT(SmoothRows);
 HWY_EXPORT(CoarserRow);
 HWY_EXPORT(FillRow);
 HWY_EXPORT(StandingRow);
-HWY_EXPORT(UpsampleRow);
+HWY_EXPORT(BetweenRow);
+HWY_EXPORT(HypothesisRow);
+HWY_EXPORT(ResultRow);
 
 void supported_row(Plane<const int16_t> field, int width, int height, int y,
                    const StereoConstants& c, int16_t* dst) {
@@ -266,9 +341,17 @@ void standing_row(Plane<const int16_t> supported, Plane<const int16_t> dense, in
                   int y, const StereoConstants& c, int16_t* extent, uint8_t* dst) {
     HWY_DYNAMIC_DISPATCH(StandingRow)(supported, dense, width, height, y, c, extent, dst);
 }
-void upsample_row(Plane<const int16_t> half, int half_width, int half_height, int width, int y,
-                  int16_t* dst) {
-    HWY_DYNAMIC_DISPATCH(UpsampleRow)(half, half_width, half_height, width, y, dst);
+void between_row(Plane<const int16_t> samples, int samples_x, int samples_y, int width, int y,
+                 int16_t* dst) {
+    HWY_DYNAMIC_DISPATCH(BetweenRow)(samples, samples_x, samples_y, width, y, dst);
+}
+void hypothesis_row(Plane<const int16_t> samples, int samples_x, int samples_y, int width, int y,
+                    int16_t* dst) {
+    HWY_DYNAMIC_DISPATCH(HypothesisRow)(samples, samples_x, samples_y, width, y, dst);
+}
+void result_row(Plane<const int16_t> samples, int samples_y, int width, int range, int y,
+                int16_t* dst) {
+    HWY_DYNAMIC_DISPATCH(ResultRow)(samples, samples_y, width, range, y, dst);
 }
 
 }  // namespace defrec::cpu

@@ -1,5 +1,5 @@
-// The end of stereo: speckles dropped, small holes filled. Mostly plain loops, compiled for each of
-// Highway's targets.
+// Speckles dropped from stereo's samples, small holes filled. Mostly plain loops, compiled for each
+// of Highway's targets.
 #include <algorithm>
 
 #include "backends/cpu/stereo_kernels.hpp"
@@ -17,7 +17,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 // A sum over the columns of a window, with zeros on both sides of the row.
 struct ColumnSums {
     explicit ColumnSums(int width) { std::fill_n(memory, width + 2 * kMargin, int16_t{0}); }
-    int16_t memory[DEFREC_MAX_SIDE + 2 * kMargin];
+    int16_t memory[DEFREC_MAX_SIDE / 2 + 2 * kMargin];
     int16_t* row = memory + kMargin;
 };
 
@@ -26,10 +26,12 @@ void AddCounts(const int16_t* HWY_RESTRICT row, int width, int sign, int16_t* HW
         counts[x] = int16_t(counts[x] + (row[x] != kNoDisparity ? sign : 0));
 }
 
+// hypothesis: of all pixels.
 void AddDeviations(const int16_t* HWY_RESTRICT row, const int16_t* HWY_RESTRICT hypothesis,
                    int width, int sign, int16_t* HWY_RESTRICT sums) {
     for (int x = 0; x < width; ++x)
-        sums[x] = int16_t(sums[x] + (row[x] != kNoDisparity ? sign * (row[x] - hypothesis[x]) : 0));
+        sums[x] =
+            int16_t(sums[x] + (row[x] != kNoDisparity ? sign * (row[x] - hypothesis[2 * x]) : 0));
 }
 
 // windows: of whole vectors.
@@ -60,18 +62,18 @@ HWY_INLINE void MoveTo(int y, int y0, int radius, int height, Move&& move) {
 
 void DropSpecklesRows(Plane<const int16_t> evidence, int width, int height, int y0, int y1,
                       const StereoConstants& c, Plane<int16_t> dst, Plane<uint8_t> confidence) {
-    constexpr int kRadius = 4;
     const int support = c.support;
     ColumnSums columns(width);
-    int16_t counts[DEFREC_MAX_SIDE + kMargin];
+    int16_t counts[DEFREC_MAX_SIDE / 2 + kMargin];
     for (int y = y0; y < y1; ++y) {
-        MoveTo(y, y0, kRadius, height,
+        MoveTo(y, y0, kSpeckleRadius, height,
                [&](int v, int sign) { AddCounts(evidence.row(v), width, sign, columns.row); });
-        WindowOf(columns.row, width, kRadius, counts);
+        WindowOf(columns.row, width, kSpeckleRadius, counts);
         const int16_t* HWY_RESTRICT from = evidence.row(y);
         int16_t* HWY_RESTRICT to = dst.row(y);
-        const auto is_dropped = [&](int x) { return 25 * counts[x] < 81 * support; };
+        const auto is_dropped = [&](int x) { return counts[x] < support; };
         for (int x = 0; x < width; ++x) to[x] = is_dropped(x) ? int16_t(kNoDisparity) : from[x];
+        std::fill_n(to + width, kMargin, int16_t(kNoDisparity));
         if (confidence.data == nullptr) continue;
         uint8_t* HWY_RESTRICT sure = confidence.row(y);
         for (int x = 0; x < width; ++x) sure[x] = is_dropped(x) ? uint8_t{0} : sure[x];
@@ -84,16 +86,16 @@ void FillSmallRows(Plane<const int16_t> evidence, Plane<const int16_t> hypothesi
     const int radius = c.fill_radius, side = 2 * radius + 1;
     constexpr int kBlock = 64;  // columns that are passed over if there is nothing to fill
     ColumnSums columns(width), deviations(width);
-    int16_t counts[DEFREC_MAX_SIDE + kMargin], sums[DEFREC_MAX_SIDE + kMargin];
+    int16_t counts[DEFREC_MAX_SIDE / 2 + kMargin], sums[DEFREC_MAX_SIDE / 2 + kMargin];
     for (int y = y0; y < y1; ++y) {
         MoveTo(y, y0, radius, height, [&](int v, int sign) {
             AddCounts(evidence.row(v), width, sign, columns.row);
-            AddDeviations(evidence.row(v), hypothesis.row(v), width, sign, deviations.row);
+            AddDeviations(evidence.row(v), hypothesis.row(2 * v), width, sign, deviations.row);
         });
         WindowOf(columns.row, width, radius, counts);
         WindowOf(deviations.row, width, radius, sums);
         const int16_t* from = evidence.row(y);
-        const int16_t* guess = hypothesis.row(y);
+        const int16_t* guess = hypothesis.row(2 * y);
         int16_t* to = dst.row(y);
         std::copy_n(from, width, to);
         std::fill_n(to + width, kMargin, int16_t(kNoDisparity));
@@ -108,7 +110,7 @@ void FillSmallRows(Plane<const int16_t> evidence, Plane<const int16_t> hypothesi
                 if (!is_filled(x)) continue;
                 const int n = counts[x], a = 2 * sums[x] + n, b = 2 * n;
                 const int mean = a / b - (a % b != 0 && a < 0);
-                to[x] = int16_t(std::max(0, guess[x] + mean));
+                to[x] = int16_t(std::max(0, guess[2 * x] + mean));
                 if (confidence.data != nullptr) confidence.row(y)[x] = kFilledConfidence;
             }
         }

@@ -34,13 +34,14 @@ struct SearchJob {
     StereoConstants c;
     Plane<const uint8_t> left, right, left_mask, right_mask;
     int32_t *left_keys, *right_keys;  // without margins; may be nullptr
-    Plane<int16_t> checked;
+    Plane<int16_t> checked;           // of samples
 };
 size_t search_scratch_ints(const StereoConstants& c);
-// Rows y0 .. y1 - 1. scratch: search_scratch_ints, cache-line aligned, any contents.
-void search_rows(const SearchJob& job, int y0, int y1, int32_t* scratch);
+// Rows row0 .. row1 - 1 of samples. scratch: search_scratch_ints, cache-line aligned, any contents.
+void search_rows(const SearchJob& job, int row0, int row1, int32_t* scratch);
 
-// Fields of disparities have kNoDisparity in their margins, and the functions keep it so.
+// Fields of samples' disparities, whose sizes are in samples, have kNoDisparity in their margins,
+// and the functions keep it so.
 // 5
 void supported_row(Plane<const int16_t> field, int width, int height, int y,
                    const StereoConstants& c, int16_t* dst);
@@ -49,11 +50,10 @@ void supported_row(Plane<const int16_t> field, int width, int height, int y,
 struct SmoothJob {
     Plane<const int16_t> from;
     Plane<int16_t> to;  // another one
-    int margin;         // elements behind the rows of to that become kNoDisparity
     int width, height, radius, range, passes;
     const int16_t* none_row;
 };
-constexpr int kMaxSmoothRadius = 3;
+constexpr int kMaxSmoothRadius = 2;
 constexpr int kSmoothRing = 2 * kMaxSmoothRadius + 1;
 constexpr size_t smooth_scratch_row(int width) {
     return (size_t(width) + kMargin - 1) / kMargin * kMargin + 2 * kMargin;
@@ -72,34 +72,41 @@ void fill_row(int16_t* row, int width, const int16_t* coarse, const int16_t* coa
 // * (width + 2 * kMargin) int16.
 void standing_row(Plane<const int16_t> supported, Plane<const int16_t> dense, int width, int height,
                   int y, const StereoConstants& c, int16_t* extent, uint8_t* dst);
-// 9: row y of the field at full resolution.
-void upsample_row(Plane<const int16_t> half, int half_width, int half_height, int width, int y,
-                  int16_t* dst);
+// 8: row y of the field between samples. Writes up to 63 elements beyond the row.
+void between_row(Plane<const int16_t> samples, int samples_x, int samples_y, int width, int y,
+                 int16_t* dst);
+// 9: row y of the hypothesis at full resolution. Writes up to 63 elements beyond the row.
+void hypothesis_row(Plane<const int16_t> samples, int samples_x, int samples_y, int width, int y,
+                    int16_t* dst);
 
 // 8, 10: refinement, and at full resolution the classification.
 struct RefineJob {
     StereoConstants c;
     Plane<const uint8_t> left, right;
     int width, height, radius;
-    Plane<const int16_t> hypothesis;  // no pixel without a disparity
-    Plane<int16_t> result;            // refined field, or with classify the evidence
+    Plane<const int16_t> hypothesis;  // of all pixels, none without a disparity
+    Plane<int16_t> result;            // of samples: refined field, or with classify the evidence
     bool classify;
     Plane<const uint8_t> left_mask;  // without margins; data may be nullptr
     Plane<const uint8_t> right_mask;
-    Plane<const uint8_t> standing;  // of half resolution
-    Plane<uint8_t> confidence;      // without margins; data may be nullptr
-    int16_t *refined, *score;       // without margins; may be nullptr
+    Plane<const uint8_t> standing;  // of samples of half resolution
+    Plane<uint8_t> confidence;      // of samples; data may be nullptr
+    int16_t *refined, *score;       // of samples, without margins; may be nullptr
 };
-constexpr int kRefineTile = 256;  // most columns of a tile
-void refine_tile(const RefineJob& job, int x0, int x1, int y0, int y1);
+constexpr int kRefineTile = 256;  // most columns of a tile, which begins at a multiple of as many
+// Columns x0 .. x1 - 1 of rows row0 .. row1 - 1 of samples.
+void refine_tile(const RefineJob& job, int x0, int x1, int row0, int row1);
 
-// 10: evidence rows y0 .. y1 - 1 with speckles dropped, without margins; their confidence is
-// cleared where it is given.
+// 10: evidence rows y0 .. y1 - 1 with speckles dropped; their confidence is cleared where it is
+// given.
 void drop_speckles_rows(Plane<const int16_t> evidence, int width, int height, int y0, int y1,
                         const StereoConstants& c, Plane<int16_t> dst, Plane<uint8_t> confidence);
-// 11; evidence without margins
+// 11; hypothesis: of all pixels
 void fill_small_rows(Plane<const int16_t> evidence, Plane<const int16_t> hypothesis, int width,
                      int height, int y0, int y1, const StereoConstants& c, Plane<int16_t> dst,
                      Plane<uint8_t> confidence);
+// 13: row y of the result.
+void result_row(Plane<const int16_t> samples, int samples_y, int width, int range, int y,
+                int16_t* dst);
 
 }  // namespace defrec::cpu

@@ -60,33 +60,33 @@ HWY_INLINE VI32 After(VI32 current, VI32 next) {
 #endif
 }
 
-// Sums of nine columns beside each other, which are three times three, while vectors of columns
-// come in. Loads that straddle cache lines would take as long as all else.
+// Bytes 2 i and 2 i + 1 of a row in each lane, the second in the bits above the first's.
+HWY_INLINE VI32 BytePairs(const uint8_t* row) {
+    const hn::Rebind<uint16_t, I32> d16;
+    return hn::PromoteTo(I32(), hn::LoadU(d16, reinterpret_cast<const uint16_t*>(row)));
+}
+
+// Sums of the nine columns round every second one, while vectors of even and odd columns come in:
+// four pairs of an even and the odd one behind it, and another even one. Loads that straddle cache
+// lines would take as long as all else.
 class NineColumns {
   public:
-    // The first two vectors; those before are zeros.
-    NineColumns(VI32 first, VI32 second)
-        : column_(first),
-          next_column_(second),
-          triple_before_(hn::Zero(I32())),
-          triple_(Triple(hn::Zero(I32()), first, second)) {}
-    // The sums round the columns of the vector before the last one that came in; then the next.
-    HWY_INLINE VI32 Step(VI32 coming) {
-        const VI32 next_triple = Triple(column_, next_column_, coming);
-        const VI32 sum = hn::Add(hn::Add(Before<3>(triple_before_, triple_), triple_),
-                                 After<3>(triple_, next_triple));
-        column_ = next_column_;
-        next_column_ = coming;
-        triple_before_ = triple_;
-        triple_ = next_triple;
+    // The first vectors. Those before are zeros: sums that need them are of no window.
+    NineColumns(VI32 even, VI32 odd)
+        : even_(even), pair_(hn::Add(even, odd)), two_pairs_before_(hn::Zero(I32())) {}
+    // The sums round the even columns of the vector before; then the next.
+    HWY_INLINE VI32 Step(VI32 even, VI32 odd) {
+        const VI32 pair = hn::Add(even, odd), two_pairs = hn::Add(pair_, After<1>(pair_, pair));
+        const VI32 sum = hn::Add(hn::Add(Before<2>(two_pairs_before_, two_pairs), two_pairs),
+                                 After<2>(even_, even));
+        even_ = even;
+        pair_ = pair;
+        two_pairs_before_ = two_pairs;
         return sum;
     }
 
   private:
-    static HWY_INLINE VI32 Triple(VI32 before, VI32 at, VI32 after) {
-        return hn::Add(hn::Add(Before<1>(before, at), at), After<1>(at, after));
-    }
-    VI32 column_, next_column_, triple_before_, triple_;
+    VI32 even_, pair_, two_pairs_before_;
 };
 
 // 1 / sqrt(value) as the definition has it; 0 for 0.

@@ -1,6 +1,6 @@
-// Refinement of stereo: correlation with the right image seen through the hypothesis, one pixel to
-// either side; at full resolution also the classification. Works on tiles whose column sums stay in
-// the first cache and move down row by row.
+// Refinement of stereo at samples: correlation with the right image seen through the hypothesis,
+// one pixel to either side; at full resolution also the classification. Works on tiles whose column
+// sums stay in the first cache and move down by two rows.
 #include <algorithm>
 #include <cstring>
 
@@ -20,7 +20,8 @@ constexpr int kHalo = 16;           // columns on both sides of a tile that its 
 constexpr int kOrigin = 2 * kHalo;  // where a tile's first column lies in its arrays
 constexpr int kTileInts =
     kRefineTile + 4 * kHalo;         // with room for vectors that reach over the ends
-constexpr int kMaxRows = 2 * 6 + 2;  // window rows and the one that leaves
+constexpr int kMaxRows = 2 * 6 + 3;  // window rows and the two that leave
+constexpr int kTileSamples = kRefineTile / 2;
 
 enum Sum {
     kLeft,
@@ -35,12 +36,12 @@ enum Sum {
 // kOrigin.
 struct Tile {
     alignas(64) int32_t columns[kSums][kTileInts];
-    alignas(64) int32_t windows[kSums][kTileInts];
     alignas(64) int16_t warped[kMaxRows][3][kTileInts];
-    alignas(64) int32_t window_width[kTileInts];
-    alignas(64) int32_t min_variance[kTileInts];
-    // Of a row's pixels, what they are classified by; shaped: all ones at a peak of enough texture.
-    alignas(64) int32_t disparity[kRefineTile], score[kRefineTile], shaped[kRefineTile];
+    // Of a row's samples.
+    alignas(64) int32_t windows[kSums][kTileSamples];
+    alignas(64) int32_t window_width[kTileSamples], min_variance[kTileSamples];
+    // What they are classified by; shaped: all ones at a peak of enough texture.
+    alignas(64) int32_t disparity[kTileSamples], score[kTileSamples], shaped[kTileSamples];
     int min_for = 0;  // the window height that min_variance was made for
 };
 
@@ -102,12 +103,13 @@ HWY_INLINE void WarpLanes(const RefineJob& job, int x, int y, VI32 (&out)[3]) {
     out[2] = blend(t2, t3);
 }
 
-// Lets row enter (-1: none) into the columns' sums and row leave out of them.
-void MoveRows(const RefineJob& job, Tile& tile, int x0, int x1, int enter, int leave) {
+// Lets rows enter the columns' sums and leave them, two each, of which -1 is none.
+void MoveRows(const RefineJob& job, Tile& tile, int x0, int x1, const int (&enter)[2],
+              const int (&leave)[2]) {
     const I32 d;
     const hn::Rebind<int16_t, I32> d16;
     const hn::Rebind<uint8_t, I32> d8;
-    const int rows = 2 * job.radius + 2, begin = std::max(0, x0 - kHalo),
+    const int rows = 2 * job.radius + 3, begin = std::max(0, x0 - kHalo),
               end = std::min(job.width, x1 + kHalo);
     const VI32 zero = hn::Zero(d);
     for (int x = begin; x < end; x += int(hn::Lanes(d))) {
@@ -122,48 +124,66 @@ void MoveRows(const RefineJob& job, Tile& tile, int x0, int x1, int enter, int l
             int32_t* at = tile.columns[sum] + i;
             hn::Store(hn::Add(hn::Load(d, at), change), d, at);
         };
-        const VI32 l_in = left_row(enter), l_out = left_row(leave), l_change = hn::Sub(l_in, l_out);
-        add(kLeft, l_change);
-        add(kLeftSquares, PairProducts(l_change, hn::Add(l_in, l_out)));
-        const VI32 l_pair = hn::Or(l_in, hn::ShiftLeft<16>(hn::Neg(l_out)));
-        VI32 in[3] = {zero, zero, zero};
-        if (enter >= 0) WarpLanes(job, x, enter, in);
+        // Values of two rows side by side, whose sums and products one instruction adds.
+        const auto both = [](VI32 first, VI32 second)
+                              HWY_ATTR { return hn::Or(first, hn::ShiftLeft<16>(second)); };
+        const VI32 ones = hn::Set(d, 0x10001);
+        const auto difference = [&](VI32 a, VI32 b, VI32 c, VI32 e) HWY_ATTR {
+            return hn::Sub(PairProducts(a, b), PairProducts(c, e));
+        };
+        const VI32 l_in = both(left_row(enter[0]), left_row(enter[1])),
+                   l_out = both(left_row(leave[0]), left_row(leave[1]));
+        add(kLeft, difference(l_in, ones, l_out, ones));
+        add(kLeftSquares, difference(l_in, l_in, l_out, l_out));
+        VI32 in[2][3] = {{zero, zero, zero}, {zero, zero, zero}};
+        for (int row = 0; row < 2; ++row)
+            if (enter[row] >= 0) WarpLanes(job, x, enter[row], in[row]);
         for (int k = 0; k < 3; ++k) {
-            const VI32 out =
-                leave < 0 ? zero
-                          : hn::PromoteTo(d, hn::Load(d16, tile.warped[leave % rows][k] + i));
-            const VI32 change = hn::Sub(in[k], out);
-            add(kWarped + k, change);
-            add(kSquares + k, PairProducts(change, hn::Add(in[k], out)));
-            add(kProducts + k, PairProducts(l_pair, hn::Or(in[k], hn::ShiftLeft<16>(out))));
-            if (enter >= 0)
-                hn::Store(hn::DemoteTo(d16, in[k]), d16, tile.warped[enter % rows][k] + i);
+            const auto leaving = [&](int y) HWY_ATTR {
+                return y < 0 ? zero : hn::PromoteTo(d, hn::Load(d16, tile.warped[y % rows][k] + i));
+            };
+            const VI32 w_in = both(in[0][k], in[1][k]),
+                       w_out = both(leaving(leave[0]), leaving(leave[1]));
+            add(kWarped + k, difference(w_in, ones, w_out, ones));
+            add(kSquares + k, difference(w_in, w_in, w_out, w_out));
+            add(kProducts + k, difference(l_in, w_in, l_out, w_out));
+            for (int row = 0; row < 2; ++row)
+                if (enter[row] >= 0)
+                    hn::Store(hn::DemoteTo(d16, in[row][k]), d16,
+                              tile.warped[enter[row] % rows][k] + i);
         }
     }
 }
 
-// Sums over the windows of the tile's row.
-void MakeWindows(const RefineJob& job, Tile& tile, int x0, int x1) {
+// Sums over the windows of the samples of the tile's row.
+void MakeWindows(const RefineJob& job, Tile& tile, int count) {
     const I32 d;
-    const int lanes = int(hn::Lanes(d)), end = x1 - x0 + kOrigin;
+    const int lanes = int(hn::Lanes(d));
     for (int sum = 0; sum < kSums; ++sum) {
-        const int32_t* columns = tile.columns[sum];
+        const int32_t* columns = tile.columns[sum] + kOrigin;
         int32_t* windows = tile.windows[sum];
+        const auto even = [&](int x) HWY_ATTR {
+            return hn::ConcatEven(d, hn::LoadU(d, columns + x + lanes), hn::LoadU(d, columns + x));
+        };
+        const auto odd = [&](int x) HWY_ATTR {
+            return hn::ConcatOdd(d, hn::LoadU(d, columns + x + lanes), hn::LoadU(d, columns + x));
+        };
         if (job.radius != 4) {
-            for (int i = kOrigin; i < end; i += lanes) {
-                VI32 window = hn::Load(d, columns + i);
+            for (int i = 0; i < count; i += lanes) {
+                VI32 window = even(2 * i);
                 for (int u = 1; u <= job.radius; ++u)
-                    window = hn::Add(window, hn::Add(hn::LoadU(d, columns + i - u),
-                                                     hn::LoadU(d, columns + i + u)));
+                    window = hn::Add(window, hn::Add(even(2 * i - u), even(2 * i + u)));
                 hn::Store(window, d, windows + i);
             }
             continue;
         }
-        const int before = kOrigin - lanes;
-        NineColumns nine(hn::Load(d, columns + before), hn::Load(d, columns + kOrigin));
-        nine.Step(hn::Load(d, columns + kOrigin + lanes));
-        for (int i = kOrigin; i < end; i += lanes)
-            hn::Store(nine.Step(hn::Load(d, columns + i + 2 * lanes)), d, windows + i);
+        const int before = -2 * lanes;
+        NineColumns nine(even(before), odd(before));
+        nine.Step(even(0), odd(0));
+        for (int i = 0; i < count; i += lanes) {
+            const int next = 2 * (i + lanes);
+            hn::Store(nine.Step(even(next), odd(next)), d, windows + i);
+        }
     }
 }
 
@@ -184,13 +204,22 @@ HWY_INLINE VI32 SmallQuotient(VI32 a, VI32 b) {
     return hn::Sub(q, hn::VecFromMask(d, hn::Gt(remainder, hn::Sub(b, hn::Set(d, 1)))));
 }
 
-HWY_INLINE Refined RefineLanes(const RefineJob& job, const Tile& tile, int x, int i, int y,
+// The lower half of each lane.
+HWY_INLINE VI32 LowHalves(VI32 values) { return hn::ShiftRight<16>(hn::ShiftLeft<16>(values)); }
+
+// The hypotheses of a row's samples from sample i on.
+HWY_INLINE VI32 HypothesisAt(const RefineJob& job, int row, int i) {
+    return LowHalves(
+        hn::LoadU(I32(), reinterpret_cast<const int32_t*>(job.hypothesis.row(2 * row) + 2 * i)));
+}
+
+// at: where sample i lies in the tile.
+HWY_INLINE Refined RefineLanes(const RefineJob& job, const Tile& tile, int i, int at, int row,
                                int window_height) {
     const I32 d;
     const F32 df;
-    const hn::Rebind<int16_t, I32> d16;
-    const auto window = [&](int sum) HWY_ATTR { return hn::Load(d, tile.windows[sum] + i); };
-    const VI32 n = hn::Mul(hn::Load(d, tile.window_width + i), hn::Set(d, window_height));
+    const auto window = [&](int sum) HWY_ATTR { return hn::Load(d, tile.windows[sum] + at); };
+    const VI32 n = hn::Mul(hn::Load(d, tile.window_width + at), hn::Set(d, window_height));
     const VI32 s = window(kLeft);
     Refined result;
     result.left_variance = hn::Sub(hn::Mul(n, window(kLeftSquares)), hn::Mul(s, s));
@@ -204,7 +233,7 @@ HWY_INLINE Refined RefineLanes(const RefineJob& job, const Tile& tile, int x, in
             d,
             hn::Mul(hn::Mul(hn::ConvertTo(df, covariance), InverseRoot(variance)), left_inverse));
     }
-    result.hypothesis = hn::PromoteTo(d, hn::LoadU(d16, job.hypothesis.row(y) + x));
+    result.hypothesis = HypothesisAt(job, row, i);
     result.score = hn::ShiftRight<8>(hn::Max(z[1], hn::Max(z[0], z[2])));
     const VI32 bend = hn::Sub(hn::Add(z[1], z[1]), hn::Add(z[0], z[2])), one = hn::Set(d, 1),
                maximum = hn::Set(d, 16);
@@ -242,29 +271,33 @@ HWY_INLINE hn::Vec<D> LoadUpTo(D d, const uint8_t* from, int count) {
 }
 
 // A loop of its own: with the refinement in it a processor has but one vector at work at a time.
-// at: where x lies in the tile; count: its pixels from there on.
-HWY_INLINE void ClassifyLanes(const RefineJob& job, const Tile& tile, int x, int y, int at,
+// at: where sample i lies in the tile; count: the row's pixels from there on.
+HWY_INLINE void ClassifyLanes(const RefineJob& job, const Tile& tile, int i, int row, int at,
                               int count) {
     const I32 d;
     const hn::Rebind<int16_t, I32> d16;
     const hn::Rebind<uint8_t, I32> d8;
-    const VI32 zero = hn::Zero(d), refined = hn::Load(d, tile.disparity + at),
-               score = hn::Load(d, tile.score + at),
-               hypothesis = hn::PromoteTo(d, hn::LoadU(d16, job.hypothesis.row(y) + x));
-    const auto half = hn::LoadU(d8, job.standing.row(std::min(y / 2, job.height / 2 - 1)) + x / 2);
+    const hn::Repartition<uint8_t, hn::Rebind<int16_t, I32>> d_pairs;
+    const VI32 zero = hn::Zero(d), byte = hn::Set(d, 255),
+               refined = hn::Load(d, tile.disparity + at), score = hn::Load(d, tile.score + at),
+               hypothesis = HypothesisAt(job, row, i);
+    const auto half =
+        hn::LoadU(d8, job.standing.row(std::min(row, job.height / 2 - 1) / 2) + i / 2);
     VI32 stands = hn::PromoteTo(d, hn::InterleaveLower(d8, half, half));
     // A masked pixel has as little evidence as a doubtful one.
     if (job.left_mask.data != nullptr) {
-        const auto mask = hn::PromoteTo(d, LoadUpTo(d8, job.left_mask.row(y) + x, count));
+        const auto masks = LoadUpTo(d_pairs, job.left_mask.row(2 * row) + 2 * i, count);
+        const hn::RebindToUnsigned<hn::Rebind<int16_t, I32>> du16;
+        const VI32 mask = hn::And(hn::PromoteTo(d, hn::BitCast(du16, masks)), byte);
         stands = hn::IfThenElseZero(hn::Gt(mask, zero), stands);
     }
     const auto known = hn::Eq(stands, hn::Set(d, kSettled));
-    const VI32 position = hn::Sub(hn::ShiftLeft<4>(Columns(x)), refined);
+    const VI32 position = hn::Sub(hn::ShiftLeft<5>(Columns(i)), refined);
     const auto in_image = hn::Gt(position, hn::Set(d, -1));
     // Lanes past the row's end hold no position; they read its last pixel.
     const VI32 column = hn::Min(hn::Max(hn::ShiftRight<4>(hn::Add(position, hn::Set(d, 8))), zero),
                                 hn::Set(d, job.width - 1));
-    const VI32 right_mask = hn::And(BytesAt<0>(job.right_mask.row(y), column), hn::Set(d, 255));
+    const VI32 right_mask = hn::And(BytesAt<0>(job.right_mask.row(2 * row), column), byte);
     const VI32 minimum =
         hn::IfThenElse(known, hn::Set(d, kTrustedScore - 1), hn::Set(d, job.c.refine_score - 1));
     auto good = hn::And(hn::And(hn::MaskFromVec(hn::Load(d, tile.shaped + at)), in_image),
@@ -273,66 +306,76 @@ HWY_INLINE void ClassifyLanes(const RefineJob& job, const Tile& tile, int x, int
     const auto valid = hn::Or(good, known);
     const VI32 disparity = hn::IfThenElse(good, refined, hypothesis);
     hn::StoreU(hn::DemoteTo(d16, hn::IfThenElse(valid, disparity, hn::Set(d, kNoDisparity))), d16,
-               job.result.row(y) + x);
+               job.result.row(row) + i);
     if (job.confidence.data == nullptr) return;
     const VI32 graded = hn::IfThenElse(good, hn::ShiftRight<4>(score), hn::ShiftRight<5>(score)),
-               confidence = hn::Min(hn::Max(graded, hn::Set(d, 1)), hn::Set(d, 255));
-    StoreUpTo(hn::DemoteTo(d8, hn::IfThenElseZero(valid, confidence)), d8,
-              job.confidence.row(y) + x, count);
+               confidence = hn::Min(hn::Max(graded, hn::Set(d, 1)), byte);
+    hn::StoreU(hn::DemoteTo(d8, hn::IfThenElseZero(valid, confidence)), d8,
+               job.confidence.row(row) + i);
 }
 
 // Windows' widths, and the largest variance that is not texture for windows of this height.
-void PrepareWindows(const RefineJob& job, Tile& tile, int x0, int x1, int window_height) {
+void PrepareWindows(const RefineJob& job, Tile& tile, int x0, int count, int window_height) {
     if (tile.min_for == window_height) return;
     tile.min_for = window_height;
-    for (int x = x0; x < std::min(job.width, x1 + kHalo); ++x) {
-        const int width = std::min(x + job.radius, job.width - 1) - std::max(x - job.radius, 0) + 1;
+    for (int i = 0; i < count; ++i) {
+        const int x = x0 + 2 * i,
+                  width = std::min(x + job.radius, job.width - 1) - std::max(x - job.radius, 0) + 1;
         const int64_t n = int64_t{width} * window_height,
                       minimum = (int64_t{job.c.texture} * job.c.texture * n * n + 255) / 256 - 1;
-        tile.window_width[x - x0 + kOrigin] = width;
-        tile.min_variance[x - x0 + kOrigin] = int32_t(std::min<int64_t>(minimum, INT32_MAX));
+        tile.window_width[i] = width;
+        tile.min_variance[i] = int32_t(std::min<int64_t>(minimum, INT32_MAX));
     }
 }
 
-void RefineRow(const RefineJob& job, Tile& tile, int x0, int x1, int y) {
+void RefineRow(const RefineJob& job, Tile& tile, int x0, int x1, int row) {
     const I32 d;
     const hn::Rebind<int16_t, I32> d16;
-    const int window_height =
-        std::min(y + job.radius, job.height - 1) - std::max(y - job.radius, 0) + 1;
-    PrepareWindows(job, tile, x0, x1, window_height);
-    MakeWindows(job, tile, x0, x1);
-    for (int x = x0; x < x1; x += int(hn::Lanes(d))) {
-        const int i = x - x0 + kOrigin;
-        const Refined refined = RefineLanes(job, tile, x, i, y, window_height);
-        const size_t at = size_t(y) * size_t(job.width) + size_t(x);
+    const int y = 2 * row, window_height = std::min(y + job.radius, job.height - 1) -
+                                           std::max(y - job.radius, 0) + 1;
+    const int first = x0 / 2, count = (x1 - x0 + 1) / 2, lanes = int(hn::Lanes(d)),
+              samples = (job.width + 1) / 2;
+    PrepareWindows(job, tile, x0, count, window_height);
+    MakeWindows(job, tile, count);
+    for (int at = 0; at < count; at += lanes) {
+        const int i = first + at;
+        const Refined refined = RefineLanes(job, tile, i, at, row, window_height);
+        const size_t place = size_t(row) * size_t(samples) + size_t(i);
         if (job.refined != nullptr)
-            StoreUpTo(hn::DemoteTo(d16, refined.disparity), d16, job.refined + at, x1 - x);
+            StoreUpTo(hn::DemoteTo(d16, refined.disparity), d16, job.refined + place, count - at);
         if (job.score != nullptr)
-            StoreUpTo(hn::DemoteTo(d16, refined.score), d16, job.score + at, x1 - x);
+            StoreUpTo(hn::DemoteTo(d16, refined.score), d16, job.score + place, count - at);
         if (!job.classify) {
-            hn::StoreU(hn::DemoteTo(d16, refined.disparity), d16, job.result.row(y) + x);
+            hn::StoreU(hn::DemoteTo(d16, refined.disparity), d16, job.result.row(row) + i);
             continue;
         }
-        hn::Store(refined.disparity, d, tile.disparity + (x - x0));
-        hn::Store(refined.score, d, tile.score + (x - x0));
-        const auto textured = hn::Gt(refined.left_variance, hn::Load(d, tile.min_variance + i));
-        hn::Store(hn::VecFromMask(d, hn::And(refined.peak, textured)), d, tile.shaped + (x - x0));
+        hn::Store(refined.disparity, d, tile.disparity + at);
+        hn::Store(refined.score, d, tile.score + at);
+        const auto textured = hn::Gt(refined.left_variance, hn::Load(d, tile.min_variance + at));
+        hn::Store(hn::VecFromMask(d, hn::And(refined.peak, textured)), d, tile.shaped + at);
     }
-    for (int x = x0; job.classify && x < x1; x += int(hn::Lanes(d)))
-        ClassifyLanes(job, tile, x, y, x - x0, x1 - x);
-    if (x1 == job.width) std::fill_n(job.result.row(y) + x1, kMargin, int16_t(kNoDisparity));
+    for (int at = 0; job.classify && at < count; at += lanes)
+        ClassifyLanes(job, tile, first + at, row, at, job.width - x0 - 2 * at);
+    if (x1 == job.width) std::fill_n(job.result.row(row) + samples, kMargin, int16_t(kNoDisparity));
 }
 
-void RefineTile(const RefineJob& job, int x0, int x1, int y0, int y1) {
+void RefineTile(const RefineJob& job, int x0, int x1, int row0, int row1) {
     Tile tile;
     std::memset(tile.columns, 0, sizeof tile.columns);
-    const int r = job.radius;
-    for (int y = std::max(0, y0 - r); y < std::min(job.height, y0 + r); ++y)
-        MoveRows(job, tile, x0, x1, y, -1);
-    for (int y = y0; y < y1; ++y) {
-        const int leave = y - r - 1;
-        MoveRows(job, tile, x0, x1, y + r < job.height ? y + r : -1, y > y0 ? leave : -1);
-        RefineRow(job, tile, x0, x1, y);
+    std::memset(tile.window_width, 0, sizeof tile.window_width);
+    std::memset(tile.min_variance, 0, sizeof tile.min_variance);
+    const int r = job.radius, first = 2 * row0;
+    const auto inside = [&](int y) { return y < job.height ? y : -1; };
+    // The rows of the first window, but for the last two.
+    for (int y = std::max(0, first - r); y < std::min(job.height, first + r - 1); y += 2)
+        MoveRows(job, tile, x0, x1, {y, y + 1 < std::min(job.height, first + r - 1) ? y + 1 : -1},
+                 {-1, -1});
+    for (int row = row0; row < row1; ++row) {
+        const int y = 2 * row, leave = y - r - 2;
+        const auto left = [&](int v) { return row > row0 ? std::max(v, -1) : -1; };
+        MoveRows(job, tile, x0, x1, {inside(y + r - 1), inside(y + r)},
+                 {left(leave), left(leave + 1)});
+        RefineRow(job, tile, x0, x1, row);
     }
 }
 
@@ -344,8 +387,8 @@ namespace defrec::cpu {
 
 HWY_EXPORT(RefineTile);
 
-void refine_tile(const RefineJob& job, int x0, int x1, int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(RefineTile)(job, x0, x1, y0, y1);
+void refine_tile(const RefineJob& job, int x0, int x1, int row0, int row1) {
+    HWY_DYNAMIC_DISPATCH(RefineTile)(job, x0, x1, row0, row1);
 }
 
 }  // namespace defrec::cpu
