@@ -38,68 +38,60 @@ bool has_vectors() {
     return has;
 }
 
-// For _mm_shuffle_epi8: which byte of vector `which` is channel `channel` of each pixel; 0x80 where
-// it is another vector's.
+// Pixels that a vector is made of, and where the first one begins in the vector that is loaded: of
+// the last four pixels of three bytes those before are loaded too, not those behind.
+constexpr size_t kGroup = 4, kGroups = kVector / kGroup;
 template <size_t kBytes>
-struct Selection {
-    alignas(16) uint8_t byte[kBytes][kBytes][kVector];  // channel, vector, pixel
-    constexpr Selection() : byte() {
-        for (size_t channel = 0; channel < kBytes; ++channel)
-            for (size_t which = 0; which < kBytes; ++which)
-                for (size_t i = 0; i < kVector; ++i) {
-                    const size_t at = kBytes * i + channel;
-                    byte[channel][which][i] =
-                        at / kVector == which ? static_cast<uint8_t>(at % kVector) : 0x80;
-                }
-    }
-};
-template <size_t kBytes>
-constexpr Selection<kBytes> kSelection;
-
-template <size_t kBytes>
-__attribute__((target("ssse3"))) inline __m128i channel_of(const __m128i (&vectors)[kBytes],
-                                                           size_t channel) {
-    __m128i chosen = _mm_setzero_si128();
-    for (size_t which = 0; which < kBytes; ++which)
-        chosen = _mm_or_si128(
-            chosen,
-            _mm_shuffle_epi8(vectors[which], _mm_load_si128(reinterpret_cast<const __m128i*>(
-                                                 kSelection<kBytes>.byte[channel][which]))));
-    return chosen;
+constexpr size_t first_byte(size_t group) {
+    return kBytes == 3 && group == kGroups - 1 ? 4 : 0;
 }
 
-// Of eight pixels as 16 bits.
-__attribute__((target("ssse3"))) inline __m128i gray_of_half(__m128i red, __m128i green,
-                                                             __m128i blue) {
-    const __m128i sum = _mm_add_epi16(
-        _mm_add_epi16(_mm_mullo_epi16(red, _mm_set1_epi16(kRedWeight)),
-                      _mm_mullo_epi16(green, _mm_set1_epi16(kGreenWeight))),
-        _mm_add_epi16(_mm_mullo_epi16(blue, _mm_set1_epi16(kBlueWeight)), _mm_set1_epi16(128)));
-    return _mm_srli_epi16(sum, 8);
+// For _mm_maddubs_epi16, whose sums of two products have 15 bits: green is added to both others.
+constexpr int kGreenWithRed = 51, kGreenWithBlue = kGreenWeight - kGreenWithRed;
+static_assert(255 * (kRedWeight + kGreenWithRed) < 32768);
+static_assert(255 * (kBlueWeight + kGreenWithBlue) < 32768);
+
+// For _mm_shuffle_epi8: red and green of each pixel, then green and blue.
+template <size_t kBytes>
+__m128i selection(Order order, size_t group) {
+    alignas(16) uint8_t byte[16];
+    for (size_t i = 0; i < kGroup; ++i) {
+        const size_t at = first_byte<kBytes>(group) + kBytes * i;
+        byte[2 * i] = static_cast<uint8_t>(at + order.red);
+        byte[2 * i + 1] = byte[8 + 2 * i] = static_cast<uint8_t>(at + order.green);
+        byte[8 + 2 * i + 1] = static_cast<uint8_t>(at + order.blue);
+    }
+    return _mm_load_si128(reinterpret_cast<const __m128i*>(byte));
 }
 
 // pixels: a multiple of kVector; to: aligned where it streams.
 template <size_t kBytes>
 __attribute__((target("ssse3"))) void copy_vectors(Order order, const uint8_t* from, size_t pixels,
                                                    uint8_t* to, bool streams) {
-    const __m128i zero = _mm_setzero_si128();
+    const __m128i chosen = selection<kBytes>(order, 0),
+                  chosen_last = selection<kBytes>(order, kGroups - 1), half = _mm_set1_epi16(128);
+    const __m128i weights = _mm_unpacklo_epi64(_mm_set1_epi16(kRedWeight | kGreenWithRed << 8),
+                                               _mm_set1_epi16(kGreenWithBlue | kBlueWeight << 8));
+    // Of each pixel both sums, those with red in the lower half.
+    const auto sums = [&](const uint8_t* pixel, size_t group) __attribute__((target("ssse3"))) {
+        const auto* at = reinterpret_cast<const __m128i*>(pixel + kBytes * kGroup * group -
+                                                          first_byte<kBytes>(group));
+        return _mm_maddubs_epi16(
+            _mm_shuffle_epi8(_mm_loadu_si128(at), group == kGroups - 1 ? chosen_last : chosen),
+            weights);
+    };
+    const auto gray = [&](__m128i a, __m128i b) __attribute__((target("ssse3"))) {
+        const __m128i sum = _mm_add_epi16(_mm_unpacklo_epi64(a, b), _mm_unpackhi_epi64(a, b));
+        return _mm_srli_epi16(_mm_add_epi16(sum, half), 8);
+    };
     for (size_t i = 0; i < pixels; i += kVector, from += kBytes * kVector) {
-        __m128i vectors[kBytes];
-        for (size_t k = 0; k < kBytes; ++k)
-            vectors[k] = _mm_loadu_si128(reinterpret_cast<const __m128i*>(from + k * kVector));
-        const __m128i red = channel_of<kBytes>(vectors, order.red),
-                      green = channel_of<kBytes>(vectors, order.green),
-                      blue = channel_of<kBytes>(vectors, order.blue);
-        const __m128i gray = _mm_packus_epi16(
-            gray_of_half(_mm_unpacklo_epi8(red, zero), _mm_unpacklo_epi8(green, zero),
-                         _mm_unpacklo_epi8(blue, zero)),
-            gray_of_half(_mm_unpackhi_epi8(red, zero), _mm_unpackhi_epi8(green, zero),
-                         _mm_unpackhi_epi8(blue, zero)));
+        const __m128i value = _mm_packus_epi16(gray(sums(from, 0), sums(from, 1)),
+                                               gray(sums(from, 2), sums(from, 3)));
         auto* const at = reinterpret_cast<__m128i*>(to + i);
         if (streams)
-            _mm_stream_si128(at, gray);
+            _mm_stream_si128(at, value);
         else
-            _mm_storeu_si128(at, gray);
+            _mm_storeu_si128(at, value);
     }
     if (streams) _mm_sfence();
 }
