@@ -1,7 +1,6 @@
-// Stage stereo at half resolution, sections 6 from the filling on, 7 and 8: a block fills the field
-// of its tile and of what lies round it, refines it and smooths the result.
+// Stage stereo at half resolution, sections 6 from the filling on, 7 and 8 up to the smoothing: a
+// block fills the field of its tile of samples and of what lies round it, and refines it.
 #include "backends/cuda/stereo_refine.cuh"
-#include "backends/cuda/stereo_smooth.cuh"
 #include "backends/cuda/stereo_steps.hpp"
 
 namespace defrec::cuda {
@@ -9,15 +8,11 @@ namespace {
 
 using Level = DisparityPyramid::Level;
 
-// For the runs of columns of two images at a radius of 4, 2 x 40 x 4. At 480 x 270 there are fewer
-// blocks than two for each multiprocessor.
-constexpr int kThreads = 320;
+// For the runs of columns at a radius of 4, 39 x 4. A tile is low so that there are more blocks.
+constexpr int kThreads = 160, kTileHeight = 8, kColumnRun = 2;
 
 constexpr int kMaxPixels =
     512;  // of a top level that every block fills for itself, with what is coarser
-constexpr int kOwned = kRefineTile - 2 * kHalfSmoothRadius;  // side of what a block is there for
-constexpr int kRun = 4, kLine = kRun + 2 * kHalfSmoothRadius;
-static_assert(kOwned % kRun == 0 && kRefineTile % kRun == 0);
 
 __device__ int coarser_mean(int a, int b, int c, int d) {
     const int n =
@@ -98,24 +93,25 @@ struct Part {
     }
 };
 
-// Most pixels of the parts of all levels that a block needs.
-template <int kRadius>
-constexpr int max_pixels() {
-    int side = RefineTile<kRadius>::kSide, sum = 0;
+// Most pixels of the parts of all levels that a block needs, whose finest has these sides.
+constexpr int max_pixels(int width, int height) {
+    int sum = 0;
     for (int level = 0; level < kTiledLevels; ++level) {
-        sum += side * side;
-        side = side / 2 + 3;
+        sum += width * height;
+        width = width / 2 + 3;
+        height = height / 2 + 3;
     }
-    return sum + std::max(side * side, 2 * kMaxPixels);
+    return sum + std::max(width * height, 2 * kMaxPixels);
 }
 
 // Fills the pixels of `part` of the finest field: memory begins with them. whole: the top level is
-// not filled yet.
+// not filled yet. holes: a bit for each level whose part has holes, for each warp.
 __device__ void fill_part(const DisparityPyramid& pyramid, const Part& part, bool whole,
-                          int16_t* memory) {
+                          int16_t* memory, uint32_t (&holes)[kThreads / kWarp]) {
     const int top = top_level(pyramid);
     Part parts[kTiledLevels + 1];
     int first[kTiledLevels + 1];
+    uint32_t seen = 0;
     parts[0] = part;
     first[0] = 0;
 #pragma unroll
@@ -132,12 +128,26 @@ __device__ void fill_part(const DisparityPyramid& pyramid, const Part& part, boo
         }
         const int16_t* const from = pyramid.data + size.offset;
         int16_t* const to = memory + first[level];
-        parts[level].each([&](int x, int y, int i) { to[i] = from[y * size.width + x]; });
+        parts[level].each([&](int x, int y, int i) {
+            const int16_t disparity = from[y * size.width + x];
+            to[i] = disparity;
+            if (disparity == kNoDisparity) seen |= 1u << level;
+        });
     }
+    uint32_t in_warp = 0;
+#pragma unroll
+    for (int level = 0; level <= kTiledLevels; ++level)
+        if (__any_sync(kAllLanes, (seen >> level & 1) != 0) != 0) in_warp |= 1u << level;
+    holes[threadIdx.x / kWarp] = in_warp;
     __syncthreads();
+    uint32_t all = 0;
+#pragma unroll
+    for (const uint32_t of_warp : holes) all |= of_warp;
+    // The coarsest level that is needed is the first without holes.
+    const int with_holes = __ffs(static_cast<int>(~all)) - 1;
 #pragma unroll
     for (int level = kTiledLevels; level >= 0; --level) {
-        if (level > top) continue;
+        if (level >= with_holes) continue;
         if (level == top) {
             if (whole) fill_from(pyramid, top, memory + first[level]);
             continue;
@@ -157,118 +167,79 @@ __device__ void fill_part(const DisparityPyramid& pyramid, const Part& part, boo
 
 template <int kRadius>
 struct Block {
-    RefineTile<kRadius> tile;
-    float2 means[kMeans];
-    int16_t fields[max_pixels<kRadius>()];
+    // What a block fills round its tile: as far as windows and standing reach.
+    static constexpr int kMargin = std::max((kRadius + 1) / 2, kEdgeRadius);
+    RefineTile<kRadius, kTileHeight> tile;
+    uint32_t holes[kThreads / kWarp];
+    int16_t fields[max_pixels(kTileWidth + 2 * kMargin, kTileHeight + 2 * kMargin)];
 };
 
 template <int kRadius>
 __global__ void __launch_bounds__(kThreads, 3) make_dense(DenseStep step, bool whole) {
+    using Tile = RefineTile<kRadius, kTileHeight>;
+    constexpr int kMargin = Block<kRadius>::kMargin;
     Block<kRadius>& block = *dynamic_shared<Block<kRadius>>();
     auto& tile = block.tile;
-    auto& means = block.means;
     auto& fields = block.fields;
-    constexpr int kSide = RefineTile<kRadius>::kSide, kMargin = kHalfSmoothRadius;
     const StereoShape& shape = step.shape;
-    const int width = shape.half_width, height = shape.half_height,
+    const int width = shape.half_samples_x, height = shape.half_samples_y,
               thread = static_cast<int>(threadIdx.x);
-    // Of what is refined; what the block owns begins kMargin further.
-    const int left = static_cast<int>(blockIdx.x) * kOwned - kMargin,
-              top = static_cast<int>(blockIdx.y) * kOwned - kMargin;
-    const Part part{max(0, left - kRadius), max(0, top - kRadius),
-                    min(width, left + kRefineTile + kRadius),
-                    min(height, top + kRefineTile + kRadius)};
-    make_means(means);
-    fill_part(step.pyramid, part, whole, fields);
-    const auto dense = [&](int x, int y) {
-        return int{fields[(y - part.y0) * part.width() + x - part.x0]};
+    const int left = static_cast<int>(blockIdx.x) * kTileWidth,
+              top = static_cast<int>(blockIdx.y) * kTileHeight;
+    const Part part{max(0, left - kMargin), max(0, top - kMargin),
+                    min(width, left + kTileWidth + kMargin),
+                    min(height, top + kTileHeight + kMargin)};
+    fill_part(step.pyramid, part, whole, fields, block.holes);
+    const auto dense = [&](int i, int j) {
+        return int{fields[(j - part.y0) * part.width() + i - part.x0]};
     };
 
-    // The windows' pixels, and the extremes of the field along rows.
-#pragma unroll 5
-    for (int i = thread; i < kSide * kSide; i += kThreads) {
-        const int column = i % kSide, row = i / kSide, x = left - kRadius + column,
-                  y = top - kRadius + row;
-        // Outside the image some pixel is read that does not matter.
-        const int at_x = clamped(x, part.x0, part.x1 - 1), at_y = clamped(y, part.y0, part.y1 - 1),
-                  line = at_y * gray_stride(shape.half_stride);
-        const uint2 cell =
-            refine_cell(step.left[line + at_x], step.right + line, dense(at_x, at_y), at_x);
-        const bool inside = x == at_x && y == at_y;
-        tile.cells[row][column] = make_uint2(inside ? cell.x : 0, inside ? cell.y : 0);
+    const GrayPair images{step.left, step.right, shape.half_width, shape.half_height,
+                          gray_stride(shape.half_stride)};
+#pragma unroll 3
+    for (int i = thread; i < Tile::kPairs * Tile::kColumns; i += kThreads) {
+        const int column = i % Tile::kColumns, pair = i / Tile::kColumns,
+                  x = 2 * left - kRadius + column, y = 2 * top + Tile::kFirstRow + 2 * pair;
+        const int u = clamped(x >> 1, part.x0, part.x1 - 1),
+                  u2 = clamped((x + 1) >> 1, part.x0, part.x1 - 1),
+                  v = clamped(y >> 1, part.y0, part.y1 - 1),
+                  v2 = clamped((y + 1) >> 1, part.y0, part.y1 - 1);
+        const int above = dense(u, v) + dense(u2, v), below = dense(u, v2) + dense(u2, v2);
+        tile.pairs[pair][column] =
+            refine_pair(images, x, y, {(above + below + 2) >> 2, (below + 1) >> 1});
     }
-    int* const minimum = &tile.columns[0][0][0];
-    int* const maximum = &tile.columns[1][0][0];
-    constexpr int kRows = kOwned + 2 * kEdgeRadius;
-    static_assert(kRows * kOwned <= kRefineTile * RefineTile<kRadius>::kStride &&
-                  kEdgeRadius <= kMargin + kRadius);
-    for (int i = thread; i < kRows * kOwned; i += kThreads) {
-        const int x = left + kMargin + i % kOwned, y = top + kMargin - kEdgeRadius + i / kOwned;
-        if (x >= width || y < 0 || y >= height) continue;
-        int lowest = dense(x, y), highest = lowest;
-#pragma unroll
-        for (int u = -kEdgeRadius; u <= kEdgeRadius; ++u) {
-            const int disparity = dense(clamped(x + u, 0, width - 1), y);
-            lowest = min(lowest, disparity);
-            highest = max(highest, disparity);
-        }
-        minimum[i] = lowest;
-        maximum[i] = highest;
-    }
-    __syncthreads();
-    for (int i = thread; i < kOwned * kOwned; i += kThreads) {
-        const int x = left + kMargin + i % kOwned, y = top + kMargin + i / kOwned;
-        if (x >= width || y >= height) continue;
-        const int here = dense(x, y);
+    for (int k = thread; k < kTileWidth * kTileHeight; k += kThreads) {
+        const int i = left + k % kTileWidth, j = top + k / kTileWidth;
+        if (i >= width || j >= height) continue;
+        const int here = dense(i, j);
         int lowest = here, highest = here;
 #pragma unroll
-        for (int v = -kEdgeRadius; v <= kEdgeRadius; ++v) {
-            const int at = i + (clamped(y + v, 0, height - 1) - y + kEdgeRadius) * kOwned;
-            lowest = min(lowest, minimum[at]);
-            highest = max(highest, maximum[at]);
-        }
+        for (int v = -kEdgeRadius; v <= kEdgeRadius; ++v)
+#pragma unroll
+            for (int u = -kEdgeRadius; u <= kEdgeRadius; ++u) {
+                const int disparity =
+                    dense(clamped(i + u, 0, width - 1), clamped(j + v, 0, height - 1));
+                lowest = min(lowest, disparity);
+                highest = max(highest, disparity);
+            }
+        const int at = j * width + i;
         const bool open =
-            highest - lowest > shape.edge || step.supported[y * width + x] == kNoDisparity;
-        step.standing[y * shape.half_stride + x] = here - lowest > shape.edge ? kDoubtful
-                                                   : open                     ? kOpen
-                                                                              : kSettled;
-        if (step.dense != nullptr) step.dense[y * width + x] = static_cast<int16_t>(here);
+            highest - lowest > shape.edge || __ldg(step.supported + at) == kNoDisparity;
+        step.standing[at] = here - lowest > shape.edge ? kDoubtful : open ? kOpen : kSettled;
+        if (step.dense != nullptr) step.dense[at] = static_cast<int16_t>(here);
     }
     __syncthreads();
-    refine_tile<kThreads, kRun>(tile, left, top, width, height, [](uint32_t) { return 0; });
-
-    const auto refined = [&](int column, int row) -> int& { return tile.columns[1][row][column]; };
-    const auto smoothed = [&](int column, int row) -> int& { return tile.columns[2][row][column]; };
-    for (int i = thread; i < kRefineTile * kRefineTile; i += kThreads) {
-        const int column = i % kRefineTile, row = i / kRefineTile, x = left + column, y = top + row;
-        float disparity = kMissing;
-        if (x >= 0 && y >= 0 && x < width && y < height && dense(x, y) != kNoDisparity)
-            disparity =
-                static_cast<float>(moved(dense(x, y), unpack(tile.result(column, row)).move));
-        refined(column, row) = __float_as_int(disparity);
-    }
+    sum_columns<kThreads, kColumnRun>(tile);
     __syncthreads();
-    float line[kLine], run[kRun];
-    for (int i = thread; i < kRefineTile * (kOwned / kRun); i += kThreads) {
-        const int row = i % kRefineTile, column = i / kRefineTile * kRun;
-#pragma unroll
-        for (int u = 0; u < kLine; ++u) line[u] = __int_as_float(refined(column + u, row));
-        smooth_along<kHalfSmoothRadius, kRun>(line, kHalfSmoothRange, means, run);
-#pragma unroll
-        for (int u = 0; u < kRun; ++u) smoothed(column + u, row) = __float_as_int(run[u]);
-    }
-    __syncthreads();
-    for (int i = thread; i < kOwned * (kOwned / kRun); i += kThreads) {
-        const int column = i % kOwned, row = i / kOwned * kRun, x = left + kMargin + column;
-#pragma unroll
-        for (int v = 0; v < kLine; ++v) line[v] = __int_as_float(smoothed(column, row + v));
-        smooth_along<kHalfSmoothRadius, kRun>(line, kHalfSmoothRange, means, run);
-#pragma unroll
-        for (int v = 0; v < kRun; ++v) {
-            const int y = top + kMargin + row + v;
-            if (x < width && y < height)
-                step.result[y * width + x] = static_cast<int16_t>(from_smooth(run[v]));
-        }
+    for (int k = thread; k < kTileWidth * kTileHeight; k += kThreads) {
+        const int column = k % kTileWidth, row = k / kTileWidth, i = left + column, j = top + row;
+        if (i >= width || j >= height) continue;
+        Refined refined[1];
+        refine_run<1>(tile, column, row, 2 * i, 2 * j, shape.half_width, shape.half_height,
+                      refined);
+        const int here = dense(i, j);
+        step.refined[j * width + i] = static_cast<int16_t>(
+            here == kNoDisparity ? kNoDisparity : moved(here, refined[0].move));
     }
 }
 
@@ -279,9 +250,9 @@ void record_dense(Recorder& recorder, const DenseStep& step) {
     const bool whole =
         step.pyramid.levels[top].width * step.pyramid.levels[top].height <= kMaxPixels;
     if (!whole) recorder.launch(fill_top, {dim3(1), dim3(kFillThreads)}, step.pyramid, top);
-    const auto columns = static_cast<uint32_t>(step.shape.half_width),
-               rows = static_cast<uint32_t>(step.shape.half_height);
-    const dim3 blocks(cover(columns, kOwned), cover(rows, kOwned));
+    const auto columns = static_cast<uint32_t>(step.shape.half_samples_x),
+               rows = static_cast<uint32_t>(step.shape.half_samples_y);
+    const dim3 blocks(cover(columns, kTileWidth), cover(rows, kTileHeight));
     with_radius(step.shape.radius, [&]<int kRadius>(std::integral_constant<int, kRadius>) {
         recorder.launch(make_dense<kRadius>, {blocks, dim3(kThreads), sizeof(Block<kRadius>)}, step,
                         whole);

@@ -59,7 +59,7 @@ __device__ void inpaint(Tile& tile, const PreparedImage& image, const StereoShap
         for (int u = 0; u < kRun + 2 * kInpaintRadius; u += 4)
             *reinterpret_cast<int4*>(line + u) =
                 *reinterpret_cast<const int4*>(&tile.cells[row][column + u]);
-        sum_along<kInpaintRadius, kRun>(line, sums);
+        sum_along<kInpaintRadius, kRun, 1>(line, sums);
 #pragma unroll
         for (int u = 0; u < kRun; u += 4)
             *reinterpret_cast<int4*>(&tile.rows[row][column + u]) =
@@ -72,7 +72,7 @@ __device__ void inpaint(Tile& tile, const PreparedImage& image, const StereoShap
         const int column = i % kWidth, row = i / kWidth * kRun;
 #pragma unroll
         for (int v = 0; v < kRun + 2 * kInpaintRadius; ++v) line[v] = tile.rows[row + v][column];
-        sum_along<kInpaintRadius, kRun>(line, sums);
+        sum_along<kInpaintRadius, kRun, 1>(line, sums);
 #pragma unroll
         for (int v = 0; v < kRun; ++v) {
             const int at = (row + v) * kWidth + column;
@@ -106,8 +106,9 @@ __device__ void halve(const Tile& tile, const PreparedImage& image, const Stereo
                 *reinterpret_cast<uint32_t*>(row - 4) = 0x01010101u * static_cast<uint32_t>(half);
             if (x == shape.half_width - 1)
                 for (int u = 1; u <= 8; ++u) row[x + u] = static_cast<uint8_t>(half);
-            image.half_mask[(y + k) * shape.half_stride + x] =
-                usable[at] & usable[at + 1] & usable[at + kWidth] & usable[at + kWidth + 1];
+            if (k % 2 == 0)
+                image.half_mask[(y + k) / 2 * shape.half_stride + x] =
+                    usable[at] & usable[at + 1] & usable[at + kWidth] & usable[at + kWidth + 1];
             word |= static_cast<uint32_t>((half - 128) & 255) << (8 * k);
         }
         image.words[y / kBandRows * shape.half_stride + x] = word;
@@ -156,10 +157,10 @@ __global__ void __launch_bounds__(kThreads) prepare(PrepareStep step) {
     }
     halve(tile, image, shape, left, top);
     if (blockIdx.z == 0) return;
-    for (int i = thread; i < kHalfWidth * kHalfHeight; i += kThreads) {
-        const int x = left / 2 + i % kHalfWidth, y = top / 2 + i / kHalfWidth;
-        if (x < shape.half_width && y < shape.half_height)
-            step.right_keys[y * shape.half_width + x] = 0;
+    for (int i = thread; i < kHalfWidth * (kHalfHeight / 2); i += kThreads) {
+        const int x = left / 2 + i % kHalfWidth, row = top / 4 + i / kHalfWidth;
+        if (x < shape.half_width && row < shape.half_samples_y)
+            step.right_keys[row * shape.half_width + x] = 0;
     }
 }
 
