@@ -123,17 +123,18 @@ class Stereo final : public Stage {
                                  .given_hypothesis = given.hypothesis,
                                  .given_refined = given.refined,
                                  .given_score = given.score});
-        record_finish(
-            recorder,
-            {.shape = shape_,
-             .found = found_.as<uint32_t>(),
-             .fields = {smoothed_[0].as<int16_t>(), smoothed_[1].as<int16_t>()},
-             .given_evidence = given.evidence,
-             .given_filled = given.filled,
-             .disparity = given.disparity,
-             .confidence = given.confidence,
-             .pairs_aligned = shape_.stride % 2 == 0 &&
-                              std::bit_cast<uintptr_t>(given.disparity) % sizeof(short2) == 0});
+        record_finish(recorder,
+                      {.shape = shape_,
+                       .found = found_.as<uint32_t>(),
+                       .fields = {smoothed_[0].as<int16_t>(), smoothed_[1].as<int16_t>()},
+                       .given_evidence = given.evidence,
+                       .given_filled = given.filled,
+                       .disparity = given.disparity,
+                       .confidence = given.confidence,
+                       .pairs_aligned =
+                           shape_.stride % 2 == 0 &&
+                           std::bit_cast<uintptr_t>(given.disparity) % (2 * sizeof(int16_t)) == 0 &&
+                           std::bit_cast<uintptr_t>(given.confidence) % 2 == 0});
     }
 
   private:

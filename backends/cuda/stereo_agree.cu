@@ -2,6 +2,7 @@
 // kTiledLevels: a block does all of them for a tile of samples, with what they need round it.
 #include "backends/cuda/stereo_smooth.cuh"
 #include "backends/cuda/stereo_steps.hpp"
+#include "backends/cuda/stereo_windows.cuh"
 
 namespace defrec::cuda {
 namespace {
@@ -21,23 +22,33 @@ struct Tile {
     int fields[2][kHeight][kWidth + 1];  // a level of the pyramid and the next
 };
 
-// Of the sample (i, j).
-__device__ __forceinline__ float check(const AgreeStep& step, int i, int j) {
+// The samples that may have a candidate.
+struct Searched {
+    __device__ explicit Searched(const StereoShape& shape)
+        : left((shape.radius + shape.first + 1) / 2),
+          top((shape.radius + 1) / 2),
+          right((shape.half_width - shape.radius - 1) >> 1),
+          bottom((shape.half_height - shape.radius - 1) >> 1) {}
+    __device__ bool empty() const { return left > right || top > bottom; }
+    int left, top, right, bottom;  // the last two among them
+};
+
+// Of the sample (i, j). searched: not empty.
+__device__ __forceinline__ float check(const AgreeStep& step, const Searched& searched, int i,
+                                       int j) {
     const StereoShape& shape = step.shape;
-    const int radius = shape.radius, x = 2 * i, y = 2 * j;
-    if (x < radius + shape.first || x >= shape.half_width - radius || y < radius ||
-        y >= shape.half_height - radius)
-        return kMissing;
     // Without a candidate some pixel is read that does not matter, so that no read waits for a
     // comparison.
-    const int row = j * shape.half_stride,
-              candidate = __ldg(step.candidates + j * shape.half_samples_x + i),
+    const int at_i = clamped(i, searched.left, searched.right),
+              at_j = clamped(j, searched.top, searched.bottom);
+    const int x = 2 * at_i, row = at_j * shape.half_stride,
+              candidate = __ldg(step.candidates + at_j * shape.half_samples_x + at_i),
               left_usable = __ldg(step.left_mask + row + x);
     const int index = max(candidate - 1, 0), d = shape.first + index;
     const int right_usable = __ldg(step.right_mask + row + x - d),
-              back = __ldg(step.right_keys + j * shape.half_width + x - d) & 255;
-    const bool good = candidate != 0 && left_usable != 0 && right_usable != 0 &&
-                      abs(back - index) <= shape.left_right;
+              back = __ldg(step.right_keys + at_j * shape.half_width + x - d) & 255;
+    const bool good = (i == at_i) & (j == at_j) & (candidate != 0) & (left_usable != 0) &
+                      (right_usable != 0) & (abs(back - index) <= shape.left_right);
     return good ? static_cast<float>(16 * d) : kMissing;
 }
 
@@ -94,11 +105,22 @@ __global__ void __launch_bounds__(kThreads) agree(AgreeStep step) {
         return column >= 0 && column < kWidth && row >= 0 && row < kHeight &&
                left + column < shape.half_samples_x && top + row < shape.half_samples_y;
     };
-#pragma unroll 2
-    for (int i = thread; i < kCheckedWidth * kCheckedHeight; i += kThreads) {
-        const int u = i % kCheckedWidth, v = i / kCheckedWidth, column = u - kSmoothed - kReach,
-                  row = v - kSmoothed - kReach;
-        const float disparity = check(step, left + column, top + row);
+    const Searched searched(shape);
+    constexpr int kChecked = kCheckedWidth * kCheckedHeight,
+                  kRounds = (kChecked + kThreads - 1) / kThreads;
+    float checked[kRounds];
+#pragma unroll
+    for (int k = 0; k < kRounds; ++k) {
+        const int i = thread + k * kThreads, column = i % kCheckedWidth - kSmoothed - kReach,
+                  row = i / kCheckedWidth - kSmoothed - kReach;
+        checked[k] = searched.empty() ? kMissing : check(step, searched, left + column, top + row);
+    }
+#pragma unroll
+    for (int k = 0; k < kRounds; ++k) {
+        const int i = thread + k * kThreads, u = i % kCheckedWidth, v = i / kCheckedWidth,
+                  column = u - kSmoothed - kReach, row = v - kSmoothed - kReach;
+        if (i >= kChecked) break;
+        const float disparity = checked[k];
         tile.checked[v][u] = disparity;
         if (step.checked != nullptr && owned(column, row))
             step.checked[(top + row) * shape.half_samples_x + left + column] =

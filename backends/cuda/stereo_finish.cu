@@ -28,13 +28,16 @@ struct Tile {
     Field field;
     uint32_t found[kReachHeight][kReachWidth];
     RowBits before[kReachHeight], after[kReachHeight];  // what is there, with and without speckles
-    uint8_t confidence[kHeight][kWidth];
 };
 
 // `count` bits from `first` on; count <= 9.
 __device__ __forceinline__ uint32_t bits_of(const RowBits& row, int first, int count) {
     const uint32_t low = first < kLanes ? row[0] : row[1], high = first < kLanes ? row[1] : 0;
     return __funnelshift_r(low, high, static_cast<uint32_t>(first)) & ((1u << count) - 1);
+}
+
+__device__ __forceinline__ int disparity_of(const Found& found, bool known) {
+    return known ? found.hypothesis + found.difference - kNoDifference : kNoDisparity;
 }
 
 // visit(column, row) for a rectangle: a warp a row.
@@ -44,23 +47,6 @@ __device__ __forceinline__ void each(int width, int height, Visit&& visit) {
     for (int row = static_cast<int>(threadIdx.x) / kLanes; row < height; row += kWarps)
         for (int column = lane; column < width; column += kLanes) visit(column, row);
 }
-// Likewise, and sets the bits of those for which it gives true; from `skipped` on in both.
-template <class Visit>
-__device__ __forceinline__ void each_bit(int skipped, int width, int height, RowBits* bits,
-                                         Visit&& visit) {
-    const int lane = static_cast<int>(threadIdx.x) % kLanes;
-#pragma unroll 2
-    for (int row = skipped + static_cast<int>(threadIdx.x) / kLanes; row < height - skipped;
-         row += kWarps)
-#pragma unroll
-        for (int half = 0; half < 2; ++half) {
-            const int column = half * kLanes + lane;
-            const uint32_t word = __ballot_sync(
-                kAllLanes, column >= skipped && column < width - skipped && visit(column, row));
-            if (lane == 0) bits[row][half] = word;
-        }
-}
-
 // Section 12; kWidth x kHeight cells are left, `passes * kRadius` from the field's first.
 template <int kRadius>
 __device__ __forceinline__ void smooth_field(Field& field, int passes, float range) {
@@ -145,15 +131,22 @@ __device__ __forceinline__ void give_field(const FinishStep& step, const Field& 
     });
 }
 
-// The confidence of all pixels of the tile.
-__device__ __forceinline__ void give_confidence(const FinishStep& step, const Tile& tile, int left,
-                                                int top) {
+// Of the pixels of the sample (i, j).
+__device__ __forceinline__ void give_confidence(const FinishStep& step, int confidence, int i,
+                                                int j) {
     const StereoShape& shape = step.shape;
-    each(2 * (kWidth - 1), 2 * (kHeight - 1), [&](int column, int row) {
-        const int x = 2 * left + column, y = 2 * top + row;
-        if (x < shape.width && y < shape.height)
-            step.confidence[int64_t{y} * shape.stride + x] = tile.confidence[row / 2][column / 2];
-    });
+    const int x = 2 * i, y = 2 * j;
+#pragma unroll
+    for (int v = 0; v < 2; ++v) {
+        if (y + v >= shape.height) break;
+        uint8_t* const to = step.confidence + int64_t{y + v} * shape.stride + x;
+        if (step.pairs_aligned && x + 1 < shape.width) {
+            *reinterpret_cast<uint16_t*>(to) = static_cast<uint16_t>(confidence * 0x101);
+        } else {
+            to[0] = static_cast<uint8_t>(confidence);
+            if (x + 1 < shape.width) to[1] = static_cast<uint8_t>(confidence);
+        }
+    }
 }
 
 // next: where the field goes if passes are left, or nullptr.
@@ -165,52 +158,73 @@ __global__ void __launch_bounds__(kThreads) finish(FinishStep step, int passes, 
               margin = reach + fill + kSpeckleRadius;
     const int left = static_cast<int>(blockIdx.x) * (kWidth - 1),
               top = static_cast<int>(blockIdx.y) * (kHeight - 1);
-    const int width = kWidth + 2 * margin, height = kHeight + 2 * margin;
+    const int height = kHeight + 2 * margin, thread = static_cast<int>(threadIdx.x);
     const auto owned = [&](int column, int row) {
         return column >= margin && column < margin + kWidth - 1 && row >= margin &&
                row < margin + kHeight - 1 && left - margin + column < shape.samples_x &&
                top - margin + row < shape.samples_y;
     };
-    const auto sample = [&](int column, int row) {
-        return (top - margin + row) * shape.samples_x + left - margin + column;
-    };
 
-    each_bit(0, width, height, tile.before, [&](int column, int row) {
-        const int i = left - margin + column, j = top - margin + row;
-        const bool inside = i >= 0 && j >= 0 && i < shape.samples_x && j < shape.samples_y;
-        const uint32_t word = inside ? __ldg(step.found + j * shape.samples_x + i) : 0;
-        tile.found[row][column] = word;
-        return unpack_found(word).difference != 0;
-    });
-    __syncthreads();
-    each_bit(kSpeckleRadius, width, height, tile.after, [&](int column, int row) {
-        constexpr int kSide = 2 * kSpeckleRadius + 1;
-        uint32_t there = 0;
+    constexpr int kRounds = (kReachHeight + kWarps - 1) / kWarps;
+    const int warp = thread / kLanes, lane = thread % kLanes;
+    uint32_t words[kRounds][2];
 #pragma unroll
-        for (int v = 0; v < kSide; ++v)
-            there |= bits_of(tile.before[row - kSpeckleRadius + v], column - kSpeckleRadius, kSide)
-                     << (kSide * v);
-        const Found found = unpack_found(tile.found[row][column]);
-        const bool stays = found.difference != 0 && __popc(there) >= shape.support;
-        if (step.given_evidence != nullptr && owned(column, row))
-            step.given_evidence[sample(column, row)] = static_cast<int16_t>(
-                stays ? found.hypothesis + found.difference - kNoDifference : kNoDisparity);
-        return stays;
-    });
+    for (int round = 0; round < kRounds; ++round)
+#pragma unroll
+        for (int part = 0; part < 2; ++part) {
+            // Outside the field some sample is read that does not matter.
+            const int i = left - margin + part * kLanes + lane,
+                      j = top - margin + round * kWarps + warp,
+                      at_i = clamped(i, 0, shape.samples_x - 1),
+                      at_j = clamped(j, 0, shape.samples_y - 1);
+            const uint32_t word = __ldg(step.found + at_j * shape.samples_x + at_i);
+            words[round][part] = i == at_i && j == at_j ? word : 0;
+        }
+#pragma unroll
+    for (int round = 0; round < kRounds; ++round) {
+        const int row = round * kWarps + warp;
+        if (row >= height) break;
+#pragma unroll
+        for (int part = 0; part < 2; ++part) {
+            const uint32_t word = words[round][part];
+            tile.found[row][part * kLanes + lane] = word;
+            const uint32_t bits = __ballot_sync(kAllLanes, unpack_found(word).difference != 0);
+            if (lane == 0) tile.before[row][part] = bits;
+        }
+    }
+    __syncthreads();
+#pragma unroll 2
+    for (int row = kSpeckleRadius + warp; row < height - kSpeckleRadius; row += kWarps)
+#pragma unroll
+        for (int part = 0; part < 2; ++part) {
+            constexpr int kSide = 2 * kSpeckleRadius + 1;
+            const int column = part * kLanes + lane;
+            uint32_t there = 0;
+#pragma unroll
+            for (int v = 0; v < kSide; ++v)
+                there |= bits_of(tile.before[row - kSpeckleRadius + v],
+                                 max(column - kSpeckleRadius, 0), kSide)
+                         << (kSide * v);
+            const Found found = unpack_found(tile.found[row][column]);
+            const bool stays = found.difference != 0 && __popc(there) >= shape.support;
+            const uint32_t bits = __ballot_sync(kAllLanes, stays);
+            if (lane == 0) tile.after[row][part] = bits;
+            if (step.given_evidence != nullptr && owned(column, row))
+                step.given_evidence[(top - margin + row) * shape.samples_x + left - margin +
+                                    column] = static_cast<int16_t>(disparity_of(found, stays));
+        }
     __syncthreads();
     each(kWidth + 2 * reach, kHeight + 2 * reach, [&](int u, int v) {
         const int column = u + fill + kSpeckleRadius, row = v + fill + kSpeckleRadius;
         const Found found = unpack_found(tile.found[row][column]);
-        int disparity = kNoDisparity, confidence = 0;
-        if (bits_of(tile.after[row], column, 1) != 0) {
-            disparity = found.hypothesis + found.difference - kNoDifference;
-            confidence = found.confidence;
-        } else {
+        const bool known = bits_of(tile.after[row], column, 1) != 0;
+        const int i = left - margin + column, j = top - margin + row;
+        int disparity = disparity_of(found, known), confidence = known ? found.confidence : 0;
+        if (!known) {
             const int side = 2 * fill + 1;
             int m = 0;
             for (int y = row - fill; y <= row + fill; ++y)
                 m += __popc(bits_of(tile.after[y], column - fill, side));
-            const int i = left - margin + column, j = top - margin + row;
             if (2 * m >= side * side && i >= 0 && j >= 0 && i < shape.samples_x &&
                 j < shape.samples_y) {
                 int sum = -kNoDifference * m;
@@ -227,12 +241,11 @@ __global__ void __launch_bounds__(kThreads) finish(FinishStep step, int passes, 
         }
         tile.field.cells[v][u] = to_smooth(disparity);
         if (!owned(column, row)) return;
-        tile.confidence[v - reach][u - reach] = static_cast<uint8_t>(confidence);
+        if (step.confidence != nullptr) give_confidence(step, confidence, i, j);
         if (step.given_filled != nullptr)
-            step.given_filled[sample(column, row)] = static_cast<int16_t>(disparity);
+            step.given_filled[j * shape.samples_x + i] = static_cast<int16_t>(disparity);
     });
     __syncthreads();
-    if (step.confidence != nullptr) give_confidence(step, tile, left, top);
     smooth_field<kRadius>(tile.field, passes, static_cast<float>(shape.smooth_range));
     give_field(step, tile.field, left, top, reach, next);
 }

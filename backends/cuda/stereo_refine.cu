@@ -28,9 +28,11 @@ __device__ __forceinline__ int smoothed_half(const RefineStep& step, int i, int 
     for (int v = 0; v < 3; ++v)
 #pragma unroll
         for (int u = 0; u < 3; ++u) {
-            const int x = i + u - 1, y = j + v - 1;
-            const bool inside = x >= 0 && y >= 0 && x < width && y < height;
-            cells[v][u] = inside ? to_smooth(__ldg(step.half + y * width + x)) : kMissing;
+            // Outside the field some sample is read that does not matter.
+            const int x = clamped(i + u - 1, 0, width - 1), y = clamped(j + v - 1, 0, height - 1),
+                      disparity = __ldg(step.half + y * width + x);
+            const bool inside = (x == i + u - 1) & (y == j + v - 1);
+            cells[v][u] = inside ? to_smooth(disparity) : kMissing;
         }
     return from_smooth(smooth_centre(cells, kHalfSmoothRange));
 }
@@ -51,9 +53,23 @@ __device__ __forceinline__ void interpolate(const int (&half)[kHalfSide][kHalfSi
     hypotheses[1] = one_surface ? (sum - 2 * (above - below)) >> 5 : nearest;
 }
 
+// What is known of a sample before it is refined.
+struct Known {
+    int standing;
+    bool left_usable;
+};
+__device__ __forceinline__ Known known_of(const RefineStep& step, int i, int j) {
+    const StereoShape& shape = step.shape;
+    const int u = min(i, shape.half_width - 1) >> 1, v = min(j, shape.half_height - 1) >> 1;
+    Known known{__ldg(step.standing + v * shape.half_samples_x + u), true};
+    if (step.left_mask != nullptr)
+        known.left_usable = __ldg(step.left_mask + int64_t{2 * j} * shape.stride + 2 * i) != 0;
+    return known;
+}
+
 // Section 10 but for the speckles, for the sample (i, j).
-__device__ __forceinline__ void classify(const RefineStep& step, const Refined& refined,
-                                         int hypothesis, int i, int j) {
+__device__ __forceinline__ void classify(const RefineStep& step, const Known& known,
+                                         const Refined& refined, int hypothesis, int i, int j) {
     const StereoShape& shape = step.shape;
     const int x = 2 * i, y = 2 * j;
     const bool any = hypothesis != kNoDisparity;
@@ -61,11 +77,6 @@ __device__ __forceinline__ void classify(const RefineStep& step, const Refined& 
               score = any ? refined.score : 0;
     const int64_t line = int64_t{y} * shape.stride;
     const int right = 16 * x - refined_disparity;
-    // All reads before any decision: then they do not wait for each other.
-    const int stands =
-        __ldg(step.standing + (min(j, shape.half_height - 1) >> 1) * shape.half_samples_x +
-              (min(i, shape.half_width - 1) >> 1));
-    const int left_usable = step.left_mask == nullptr ? 1 : __ldg(step.left_mask + line + x);
     const int right_usable =
         step.right_mask == nullptr
             ? 1
@@ -75,12 +86,12 @@ __device__ __forceinline__ void classify(const RefineStep& step, const Refined& 
         uint64_t{static_cast<uint32_t>(shape.texture)} * static_cast<uint32_t>(refined.n);
     const auto min_variance = static_cast<int>((deviation * deviation + 255) >> 8);
     Found found{hypothesis, 0, 0};
-    if (any && stands != kDoubtful && left_usable != 0) {
-        const bool known = stands == kSettled;
+    if (any && known.standing != kDoubtful && known.left_usable) {
+        const bool settled = known.standing == kSettled;
         const bool good = refined.peak && right >= 0 && right_usable != 0 &&
                           refined.variance >= min_variance &&
-                          score >= (known ? kTrustedScore : shape.refine_score);
-        if (good || known) {
+                          score >= (settled ? kTrustedScore : shape.refine_score);
+        if (good || settled) {
             found.confidence = clamped(good ? score >> 4 : score >> 5, 1, 255);
             found.difference = kNoDifference + (good ? refined_disparity - hypothesis : 0);
         }
@@ -94,7 +105,6 @@ __device__ __forceinline__ void classify(const RefineStep& step, const Refined& 
 
 template <int kRadius>
 __global__ void __launch_bounds__(kThreads, 4) refine(RefineStep step) {
-    using Tile = RefineTile<kRadius, kTileHeight>;
     Block<kRadius>& block = *dynamic_shared<Block<kRadius>>();
     auto& [tile, half, hypotheses] = block;
     const StereoShape& shape = step.shape;
@@ -117,25 +127,20 @@ __global__ void __launch_bounds__(kThreads, 4) refine(RefineStep step) {
     __syncthreads();
     const GrayPair images{step.left, step.right, shape.width, shape.height,
                           gray_stride(shape.full_stride)};
-#pragma unroll 3
-    for (int i = thread; i < Tile::kPairs * Tile::kColumns; i += kThreads) {
-        const int column = i % Tile::kColumns, pair = i / Tile::kColumns, tile_x = column - kRadius,
-                  tile_y = Tile::kFirstRow + 2 * pair;
+    make_pairs<kThreads>(tile, images, left, top, [&](int tile_x, int tile_y, int(&two)[2]) {
         const int x = 2 * left + tile_x, y = 2 * top + tile_y;
-        int two[2];
         interpolate(half, first_u, first_v, x, y, two);
-        tile.pairs[pair][column] = refine_pair(images, x, y, two);
         const bool owned_column = tile_x >= 0 && tile_x < 2 * kTileWidth;
         if (owned_column && tile_x % 2 == 0 && tile_y >= -1 && tile_y < 2 * kTileHeight - 1)
             hypotheses[(tile_y + 1) / 2][tile_x / 2] =
                 static_cast<int16_t>(max(two[1], kNoDisparity));
-        if (step.given_hypothesis == nullptr || !owned_column || x >= shape.width) continue;
+        if (step.given_hypothesis == nullptr || !owned_column || x >= shape.width) return;
 #pragma unroll
         for (int k = 0; k < 2; ++k)
             if (tile_y + k >= 0 && tile_y + k < 2 * kTileHeight && y + k < shape.height)
                 step.given_hypothesis[(y + k) * shape.width + x] =
                     static_cast<int16_t>(max(two[k], kNoDisparity));
-    }
+    });
     __syncthreads();
     sum_columns<kThreads, kColumnRun>(tile);
     __syncthreads();
@@ -143,12 +148,16 @@ __global__ void __launch_bounds__(kThreads, 4) refine(RefineStep step) {
     for (int k = thread; k < kTileHeight * kRuns; k += kThreads) {
         const int column = k % kRuns * kRun, row = k / kRuns, i = left + column, j = top + row;
         if (i >= shape.samples_x || j >= shape.samples_y) continue;
+        Known known[kRun];
+#pragma unroll
+        for (int m = 0; m < kRun; ++m)
+            known[m] = known_of(step, min(i + m, shape.samples_x - 1), j);
         Refined refined[kRun];
         refine_run<kRun>(tile, column, row, 2 * i, 2 * j, shape.width, shape.height, refined);
 #pragma unroll
         for (int m = 0; m < kRun; ++m)
             if (i + m < shape.samples_x)
-                classify(step, refined[m], hypotheses[row][column + m], i + m, j);
+                classify(step, known[m], refined[m], hypotheses[row][column + m], i + m, j);
     }
 }
 

@@ -60,24 +60,47 @@ __device__ __forceinline__ uint4 refine_pair(const GrayPair& images, int x, int 
 #pragma unroll
     for (int k = 0; k < 2; ++k) {
         // Outside the image some pixel is read that does not matter.
-        const int line = clamped(y + k, 0, images.height - 1) * images.stride;
-        const bool inside = x == at_x && y + k >= 0 && y + k < images.height;
+        const int at_y = clamped(y + k, 0, images.height - 1), line = at_y * images.stride;
         // Where there is no hypothesis any will do.
         const int p = 16 * at_x - max(hypotheses[k], 0);
-        const auto part = static_cast<uint32_t>(p & 15);
         const int first = max(p >> 4, -3) - 1;  // further out all four are the first pixel
         const auto* const words =
             reinterpret_cast<const uint32_t*>(images.right + line) + (first >> 2);
-        const uint32_t pixels = __funnelshift_r(__ldg(words), __ldg(words + 1),
-                                                static_cast<uint32_t>(8 * (first & 3))),
-                       weights = inside ? (16 - part) | part << 8 : 0;
+        const uint32_t low = __ldg(words), high = __ldg(words + 1),
+                       gray = __ldg(images.left + line + at_x);
+        const bool inside = (x == at_x) & (y + k == at_y);
+        // 16 - f and f, f = p & 15.
+        const uint32_t pixels = __funnelshift_r(low, high, static_cast<uint32_t>(8 * (first & 3))),
+                       weights = inside ? static_cast<uint32_t>(16 + 255 * (p & 15)) : 0;
         before[k] = __dp4a(pixels, weights, 4u) >> 3;
         here[k] = __dp4a(pixels, weights << 8, 4u) >> 3;
         after[k] = __dp4a(pixels, weights << 16, 4u) >> 3;
-        left[k] = inside ? __ldg(images.left + line + at_x) : 0;
+        left[k] = inside ? gray : 0;
     }
     return make_uint4(before[0] | before[1] << 16, here[0] | here[1] << 16,
                       after[0] | after[1] << 16, left[0] | left[1] << 8);
+}
+
+// Makes the tile's pairs: hypotheses_of(tile_x, tile_y, two) gives those of the pixel (tile_x,
+// tile_y) from the tile's first and of the one below. By kThreads threads; one stays in its column.
+template <int kThreads, int kRadius, int kHeight, class Hypotheses>
+__device__ __forceinline__ void make_pairs(RefineTile<kRadius, kHeight>& tile,
+                                           const GrayPair& images, int left, int top,
+                                           Hypotheses&& hypotheses_of) {
+    using Tile = RefineTile<kRadius, kHeight>;
+    constexpr int kRows = kThreads / Tile::kColumns;  // of pairs, at once
+    const int column = static_cast<int>(threadIdx.x) % Tile::kColumns,
+              first = static_cast<int>(threadIdx.x) / Tile::kColumns;
+    if (first >= kRows) return;
+#pragma unroll
+    for (int round = 0; round < (Tile::kPairs + kRows - 1) / kRows; ++round) {
+        const int pair = first + round * kRows;
+        if (Tile::kPairs % kRows != 0 && pair >= Tile::kPairs) break;
+        const int tile_x = column - kRadius, tile_y = Tile::kFirstRow + 2 * pair;
+        int two[2];
+        hypotheses_of(tile_x, tile_y, two);
+        tile.pairs[pair][column] = refine_pair(images, 2 * left + tile_x, 2 * top + tile_y, two);
+    }
 }
 
 // Sums along the columns of windows of kRun rows of samples from `row` on.

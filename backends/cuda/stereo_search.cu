@@ -103,11 +103,16 @@ __device__ __forceinline__ void stage_column(const SearchStep& step, const uint3
                                              int (&squares)[kRows][kColumns]) {
     const StereoShape& shape = step.shape;
     uint32_t rows[S::kBandWords + 1];
+    // Outside the image some word is read that does not matter.
+    const int last = (shape.half_height - 1) / kBandRows;
+    const bool exists = x >= 0 && x < shape.half_width;
+    const uint32_t* const at = image + clamped(x, 0, shape.half_width - 1);
 #pragma unroll
     for (int q = 0; q < S::kBandWords; ++q)
-        rows[q] = x >= 0 && x < shape.half_width && (band + q) * kBandRows < shape.half_height
-                      ? image[(band + q) * shape.half_stride + x]
-                      : 0;
+        rows[q] = __ldg(at + min(band + q, last) * shape.half_stride);
+#pragma unroll
+    for (int q = 0; q < S::kBandWords; ++q)
+        if (!exists || band + q > last) rows[q] = 0;
     rows[S::kBandWords] = 0;
     if (S::kSkipped != 0) {
 #pragma unroll

@@ -125,7 +125,7 @@ struct FinishStep {
     int16_t *given_evidence, *given_filled;  // or nullptr
     int16_t* disparity;                      // the caller's image
     uint8_t* confidence;                     // likewise, or nullptr
-    bool pairs_aligned;                      // pairs of `disparity` begin at multiples of 4 bytes
+    bool pairs_aligned;                      // pairs of both begin at multiples of their size
 };
 void record_finish(Recorder& recorder, const FinishStep& step);
 
