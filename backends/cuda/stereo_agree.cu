@@ -7,7 +7,7 @@
 namespace defrec::cuda {
 namespace {
 
-constexpr int kWidth = 16, kHeight = 16, kThreads = 256;
+constexpr int kWidth = 16, kHeight = 16, kThreads = 352;  // for the 18 x 18 supported samples
 constexpr int kSmoothed = kHalfSmoothRadius, kReach = kSupportRadius;
 constexpr int kSupportedWidth = kWidth + 2 * kSmoothed, kSupportedHeight = kHeight + 2 * kSmoothed;
 constexpr int kCheckedWidth = kSupportedWidth + 2 * kReach,

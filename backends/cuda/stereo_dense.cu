@@ -128,15 +128,15 @@ __device__ __forceinline__ void fill_window(const DisparityPyramid& pyramid, int
     const int top_pixels = whole ? top_size.width * top_size.height : 0;
 #pragma unroll
     for (int level = 0; level <= kTiledLevels; ++level) {
+        const int width = kWindows.width[level], count = width * kWindows.height[level];
+        // Of a level that there is not, it reads some sample that does not matter.
         const Level& size = pyramid.levels[level];
-        const bool used = level < top_level || (level == top_level && !whole);
 #pragma unroll
         for (int round = 0; round < kMaxRounds; ++round) {
-            const int i = thread + round * kThreads;
-            cells[level][round] = 0;
-            if (!used || i >= kWindows.width[level] * kWindows.height[level]) continue;
-            const int x = clamped(first_x[level] + i % kWindows.width[level], 0, size.width - 1),
-                      y = clamped(first_y[level] + i / kWindows.width[level], 0, size.height - 1);
+            if (round * kThreads >= count) break;
+            const int i = min(thread + round * kThreads, count - 1),
+                      x = clamped(first_x[level] + i % width, 0, size.width - 1),
+                      y = clamped(first_y[level] + i / width, 0, size.height - 1);
             cells[level][round] = __ldg(pyramid.data + size.offset + y * size.width + x);
         }
     }
@@ -147,14 +147,16 @@ __device__ __forceinline__ void fill_window(const DisparityPyramid& pyramid, int
     }
     uint32_t seen = 0;
 #pragma unroll
-    for (int level = 0; level <= kTiledLevels; ++level)
+    for (int level = 0; level <= kTiledLevels; ++level) {
+        const int count = kWindows.width[level] * kWindows.height[level];
 #pragma unroll
         for (int round = 0; round < kMaxRounds; ++round) {
-            const int i = thread + round * kThreads;
-            if (i >= kWindows.width[level] * kWindows.height[level]) continue;
+            if (round * kThreads >= count) break;
+            const int i = min(thread + round * kThreads, count - 1);
             block.fields[kWindows.first[level] + i] = static_cast<int16_t>(cells[level][round]);
             if (cells[level][round] == kNoDisparity) seen |= 1u << level;
         }
+    }
 #pragma unroll
     for (int round = 0; round < kTopRounds; ++round) {
         const int i = thread + round * kThreads;
@@ -219,8 +221,9 @@ __global__ void __launch_bounds__(kThreads, 3) make_dense(DenseStep step, bool w
         const int u = tile_x >> 1, u2 = (tile_x + 1) >> 1, v = max(tile_y >> 1, -kMargin),
                   v2 = (tile_y + 1) >> 1;
         const int above = dense(u, v) + dense(u2, v), below = dense(u, v2) + dense(u2, v2);
-        two[0] = (above + below + 2) >> 2;
-        two[1] = (below + 1) >> 1;
+        // Without any disparity any will do.
+        two[0] = max((above + below + 2) >> 2, 0);
+        two[1] = max((below + 1) >> 1, 0);
     });
     for (int k = thread; k < kTileWidth * kTileHeight; k += kThreads) {
         const int column = k % kTileWidth, row = k / kTileWidth, i = left + column, j = top + row;

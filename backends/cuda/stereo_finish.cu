@@ -22,18 +22,16 @@ static_assert(kWidth + 2 * kMaxMargin <= kReachWidth);
 struct Field {  // (0, 0) is the first sample that the passes read
     float cells[kFieldHeight][kFieldStride], rows[kFieldHeight][kFieldStride];
 };
-// Bits of up to 64 samples of a row.
-using RowBits = uint32_t[2];
 struct Tile {
     Field field;
     uint32_t found[kReachHeight][kReachWidth];
-    RowBits before[kReachHeight], after[kReachHeight];  // what is there, with and without speckles
+    uint64_t before[kReachHeight], after[kReachHeight];  // bits of what is there in a row, with and
+                                                         // without speckles
 };
 
-// `count` bits from `first` on; count <= 9.
-__device__ __forceinline__ uint32_t bits_of(const RowBits& row, int first, int count) {
-    const uint32_t low = first < kLanes ? row[0] : row[1], high = first < kLanes ? row[1] : 0;
-    return __funnelshift_r(low, high, static_cast<uint32_t>(first)) & ((1u << count) - 1);
+// `count` bits from `first` on.
+__device__ __forceinline__ uint32_t bits_of(uint64_t row, int first, int count) {
+    return static_cast<uint32_t>(row >> first) & ((1u << count) - 1);
 }
 
 __device__ __forceinline__ int disparity_of(const Found& found, bool known) {
@@ -184,35 +182,39 @@ __global__ void __launch_bounds__(kThreads) finish(FinishStep step, int passes, 
     for (int round = 0; round < kRounds; ++round) {
         const int row = round * kWarps + warp;
         if (row >= height) break;
+        uint64_t bits = 0;
 #pragma unroll
         for (int part = 0; part < 2; ++part) {
             const uint32_t word = words[round][part];
             tile.found[row][part * kLanes + lane] = word;
-            const uint32_t bits = __ballot_sync(kAllLanes, unpack_found(word).difference != 0);
-            if (lane == 0) tile.before[row][part] = bits;
+            bits |= uint64_t{__ballot_sync(kAllLanes, unpack_found(word).difference != 0)}
+                    << (part * kLanes);
         }
+        if (lane == 0) tile.before[row] = bits;
     }
     __syncthreads();
 #pragma unroll 2
-    for (int row = kSpeckleRadius + warp; row < height - kSpeckleRadius; row += kWarps)
+    for (int row = kSpeckleRadius + warp; row < height - kSpeckleRadius; row += kWarps) {
+        constexpr int kSide = 2 * kSpeckleRadius + 1;
+        uint64_t rows[kSide], bits = 0;
+#pragma unroll
+        for (int v = 0; v < kSide; ++v) rows[v] = tile.before[row - kSpeckleRadius + v];
 #pragma unroll
         for (int part = 0; part < 2; ++part) {
-            constexpr int kSide = 2 * kSpeckleRadius + 1;
             const int column = part * kLanes + lane;
             uint32_t there = 0;
 #pragma unroll
             for (int v = 0; v < kSide; ++v)
-                there |= bits_of(tile.before[row - kSpeckleRadius + v],
-                                 max(column - kSpeckleRadius, 0), kSide)
-                         << (kSide * v);
+                there |= bits_of(rows[v], max(column - kSpeckleRadius, 0), kSide) << (kSide * v);
             const Found found = unpack_found(tile.found[row][column]);
             const bool stays = found.difference != 0 && __popc(there) >= shape.support;
-            const uint32_t bits = __ballot_sync(kAllLanes, stays);
-            if (lane == 0) tile.after[row][part] = bits;
+            bits |= uint64_t{__ballot_sync(kAllLanes, stays)} << (part * kLanes);
             if (step.given_evidence != nullptr && owned(column, row))
                 step.given_evidence[(top - margin + row) * shape.samples_x + left - margin +
                                     column] = static_cast<int16_t>(disparity_of(found, stays));
         }
+        if (lane == 0) tile.after[row] = bits;
+    }
     __syncthreads();
     each(kWidth + 2 * reach, kHeight + 2 * reach, [&](int u, int v) {
         const int column = u + fill + kSpeckleRadius, row = v + fill + kSpeckleRadius;

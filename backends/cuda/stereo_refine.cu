@@ -17,7 +17,8 @@ template <int kRadius>
 struct Block {
     RefineTile<kRadius, kTileHeight> tile;
     int half[kHalfSide][kHalfSide];
-    int16_t hypotheses[kTileHeight][kTileWidth];
+    // Of the even row of each pair.
+    int16_t hypotheses[decltype(tile)::kPairs][decltype(tile)::kColumns];
 };
 
 // Section 8, smoothing: what is refined at the half sample (i, j).
@@ -103,22 +104,44 @@ __device__ __forceinline__ void classify(const RefineStep& step, const Known& kn
     if (step.given_score != nullptr) step.given_score[at] = static_cast<int16_t>(score);
 }
 
+// Of the pixels of the tile.
+__device__ void give_hypothesis(const RefineStep& step, const int (&half)[kHalfSide][kHalfSide],
+                                int left, int top, bool any) {
+    const StereoShape& shape = step.shape;
+    for (int k = static_cast<int>(threadIdx.x); k < 2 * kTileWidth * (kTileHeight + 1);
+         k += kThreads) {
+        const int x = 2 * left + k % (2 * kTileWidth), pair = k / (2 * kTileWidth),
+                  y = 2 * (top + pair) - 1;
+        int two[2];
+        interpolate(half, left / 2 - kHalfBefore, top / 2 - kHalfBefore, x, y, two);
+#pragma unroll
+        for (int v = 0; v < 2; ++v)
+            if (pair + v > 0 && pair + v < kTileHeight + 1 && x < shape.width &&
+                y + v < shape.height)
+                step.given_hypothesis[(y + v) * shape.width + x] =
+                    static_cast<int16_t>(any ? two[v] : kNoDisparity);
+    }
+}
+
 template <int kRadius>
 __global__ void __launch_bounds__(kThreads, 4) refine(RefineStep step) {
     Block<kRadius>& block = *dynamic_shared<Block<kRadius>>();
+    using Tile = RefineTile<kRadius, kTileHeight>;
     auto& [tile, half, hypotheses] = block;
     const StereoShape& shape = step.shape;
     const int left = static_cast<int>(blockIdx.x) * kTileWidth,
               top = static_cast<int>(blockIdx.y) * kTileHeight;
     const int thread = static_cast<int>(threadIdx.x);
 
+    // All of the half field is there, or nothing.
+    const bool any = __ldg(step.half) != kNoDisparity;
     const int first_u = left / 2 - kHalfBefore, first_v = top / 2 - kHalfBefore;
     for (int k = thread; k < kHalfSide * kHalfSide; k += kThreads) {
         const int column = k % kHalfSide, row = k / kHalfSide, u = first_u + column,
                   v = first_v + row;
         const int i = clamped(u, 0, shape.half_samples_x - 1),
                   j = clamped(v, 0, shape.half_samples_y - 1), smoothed = smoothed_half(step, i, j);
-        half[row][column] = smoothed;
+        half[row][column] = max(smoothed, 0);
         const bool owned = u == i && v == j && u >= left / 2 && u < (left + kTileWidth) / 2 &&
                            v >= top / 2 && v < (top + kTileHeight) / 2;
         if (step.given_half != nullptr && owned)
@@ -128,19 +151,10 @@ __global__ void __launch_bounds__(kThreads, 4) refine(RefineStep step) {
     const GrayPair images{step.left, step.right, shape.width, shape.height,
                           gray_stride(shape.full_stride)};
     make_pairs<kThreads>(tile, images, left, top, [&](int tile_x, int tile_y, int(&two)[2]) {
-        const int x = 2 * left + tile_x, y = 2 * top + tile_y;
-        interpolate(half, first_u, first_v, x, y, two);
-        const bool owned_column = tile_x >= 0 && tile_x < 2 * kTileWidth;
-        if (owned_column && tile_x % 2 == 0 && tile_y >= -1 && tile_y < 2 * kTileHeight - 1)
-            hypotheses[(tile_y + 1) / 2][tile_x / 2] =
-                static_cast<int16_t>(max(two[1], kNoDisparity));
-        if (step.given_hypothesis == nullptr || !owned_column || x >= shape.width) return;
-#pragma unroll
-        for (int k = 0; k < 2; ++k)
-            if (tile_y + k >= 0 && tile_y + k < 2 * kTileHeight && y + k < shape.height)
-                step.given_hypothesis[(y + k) * shape.width + x] =
-                    static_cast<int16_t>(max(two[k], kNoDisparity));
+        interpolate(half, first_u, first_v, 2 * left + tile_x, 2 * top + tile_y, two);
+        hypotheses[(tile_y - Tile::kFirstRow) / 2][tile_x + kRadius] = static_cast<int16_t>(two[1]);
     });
+    if (step.given_hypothesis != nullptr) give_hypothesis(step, half, left, top, any);
     __syncthreads();
     sum_columns<kThreads, kColumnRun>(tile);
     __syncthreads();
@@ -155,9 +169,12 @@ __global__ void __launch_bounds__(kThreads, 4) refine(RefineStep step) {
         Refined refined[kRun];
         refine_run<kRun>(tile, column, row, 2 * i, 2 * j, shape.width, shape.height, refined);
 #pragma unroll
-        for (int m = 0; m < kRun; ++m)
+        for (int m = 0; m < kRun; ++m) {
+            constexpr int kPairsAbove = -(Tile::kFirstRow + 1) / 2;
+            const int hypothesis = hypotheses[row + kPairsAbove][2 * (column + m) + kRadius];
             if (i + m < shape.samples_x)
-                classify(step, known[m], refined[m], hypotheses[row][column + m], i + m, j);
+                classify(step, known[m], refined[m], any ? hypothesis : kNoDisparity, i + m, j);
+        }
     }
 }
 

@@ -52,7 +52,7 @@ struct GrayPair {
     int width, height, stride;
 };
 
-// Two rows of a column from the odd one y on, through the hypotheses there.
+// Two rows of a column from the odd one y on, through the hypotheses there, which are not negative.
 __device__ __forceinline__ uint4 refine_pair(const GrayPair& images, int x, int y,
                                              const int (&hypotheses)[2]) {
     const int at_x = clamped(x, 0, images.width - 1);
@@ -61,8 +61,7 @@ __device__ __forceinline__ uint4 refine_pair(const GrayPair& images, int x, int 
     for (int k = 0; k < 2; ++k) {
         // Outside the image some pixel is read that does not matter.
         const int at_y = clamped(y + k, 0, images.height - 1), line = at_y * images.stride;
-        // Where there is no hypothesis any will do.
-        const int p = 16 * at_x - max(hypotheses[k], 0);
+        const int p = 16 * at_x - hypotheses[k];
         const int first = max(p >> 4, -3) - 1;  // further out all four are the first pixel
         const auto* const words =
             reinterpret_cast<const uint32_t*>(images.right + line) + (first >> 2);
