@@ -21,7 +21,8 @@ struct Block {
     int16_t hypotheses[decltype(tile)::kPairs][decltype(tile)::kColumns];
 };
 
-// Section 8, smoothing: what is refined at the half sample (i, j).
+// Section 8, smoothing: what is refined at the half sample (i, j). If there are no disparities it
+// smooths kNoDisparity, which stays.
 __device__ __forceinline__ int smoothed_half(const RefineStep& step, int i, int j) {
     const int width = step.shape.half_samples_x, height = step.shape.half_samples_y;
     float cells[3][3];
@@ -33,9 +34,9 @@ __device__ __forceinline__ int smoothed_half(const RefineStep& step, int i, int 
             const int x = clamped(i + u - 1, 0, width - 1), y = clamped(j + v - 1, 0, height - 1),
                       disparity = __ldg(step.half + y * width + x);
             const bool inside = (x == i + u - 1) & (y == j + v - 1);
-            cells[v][u] = inside ? to_smooth(disparity) : kMissing;
+            cells[v][u] = inside ? static_cast<float>(disparity) : kMissing;
         }
-    return from_smooth(smooth_centre(cells, kHalfSmoothRange));
+    return static_cast<int>(smooth_centre(cells, kHalfSmoothRange));
 }
 
 // Section 9 at a pixel of the odd row y, and below it. Samples lie between the rows 4 v and 4 v +

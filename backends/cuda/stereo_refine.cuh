@@ -64,20 +64,22 @@ __device__ __forceinline__ uint4 refine_pair(const GrayPair& images, int x, int 
         const int p = 16 * at_x - hypotheses[k];
         const int first = max(p >> 4, -3) - 1;  // further out all four are the first pixel
         const auto* const words =
-            reinterpret_cast<const uint32_t*>(images.right + line) + (first >> 2);
+            reinterpret_cast<const uint32_t*>(images.right + line + (first & ~3));
         const uint32_t low = __ldg(words), high = __ldg(words + 1),
                        gray = __ldg(images.left + line + at_x);
         const bool inside = (x == at_x) & (y + k == at_y);
-        // 16 - f and f, f = p & 15.
-        const uint32_t pixels = __funnelshift_r(low, high, static_cast<uint32_t>(8 * (first & 3))),
+        // The shift counts modulo 32. 16 - f and f, f = p & 15.
+        const uint32_t pixels = __funnelshift_r(low, high, 8 * static_cast<uint32_t>(first)),
                        weights = inside ? static_cast<uint32_t>(16 + 255 * (p & 15)) : 0;
         before[k] = __dp4a(pixels, weights, 4u) >> 3;
         here[k] = __dp4a(pixels, weights << 8, 4u) >> 3;
         after[k] = __dp4a(pixels, weights << 16, 4u) >> 3;
         left[k] = inside ? gray : 0;
     }
-    return make_uint4(before[0] | before[1] << 16, here[0] | here[1] << 16,
-                      after[0] | after[1] << 16, left[0] | left[1] << 8);
+    constexpr uint32_t kLowerHalves = 0x5410;
+    return make_uint4(__byte_perm(before[0], before[1], kLowerHalves),
+                      __byte_perm(here[0], here[1], kLowerHalves),
+                      __byte_perm(after[0], after[1], kLowerHalves), left[0] | left[1] << 8);
 }
 
 // Makes the tile's pairs: hypotheses_of(tile_x, tile_y, two) gives those of the pixel (tile_x,
