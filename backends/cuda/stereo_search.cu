@@ -59,7 +59,8 @@ struct Search {
                              kReach + std::max(kRightLine - kRunPixels - kGroup,
                                                padded(kWindowRun + 2 * kRadius) - kWindowRun);
     static constexpr int kBestStride = kRows * kTile + 4;
-    static constexpr int kSamples = kRows * kTile / kThreads;  // whose groups a thread compares
+    static constexpr int kSamples = kRows * kTile,
+                         kSampleRounds = (kSamples + kThreads - 1) / kThreads;
     // Bytes of the last word of a column's first window.
     static constexpr uint32_t kLastBytes = kSide % 4 == 1 ? 0xffu : 0xffffffu;
     static_assert(kSide % 4 == 1 || kSide % 4 == 3);
@@ -82,7 +83,7 @@ struct Search {
             Statistics columns;
             int best[kGroups][kBestStride];
         };
-        Contest contests[kSamples][kThreads];
+        Contest contests[kSamples];
         uint8_t textured[kRows][kTile];
     };
 };
@@ -338,13 +339,15 @@ __global__ void __launch_bounds__(kRuns* kGroups, 512 / (kRuns * kGroups)) searc
         __syncthreads();
 
 #pragma unroll
-        for (int p = 0; p < S::kSamples; ++p) {
+        for (int round = 0; round < S::kSampleRounds; ++round) {
+            const int sample = thread + round * S::kThreads;
+            if (sample >= S::kSamples) break;
             Contest contest{0, 0, 0, 0};
-            if (first_group > 0) contest = shared.contests[p][thread];
+            if (first_group > 0) contest = shared.contests[sample];
 #pragma unroll 4
             for (int g = 0; g < min(kGroups, groups - first_group); ++g)
-                contest.enter(first_group + g, shared.best[g][thread + p * S::kThreads]);
-            shared.contests[p][thread] = contest;
+                contest.enter(first_group + g, shared.best[g][sample]);
+            shared.contests[sample] = contest;
         }
         for (int i = thread; i < kRows * S::kReach; i += S::kThreads) {
             const int row = i / S::kReach, at = i % S::kReach,
@@ -357,11 +360,12 @@ __global__ void __launch_bounds__(kRuns* kGroups, 512 / (kRuns * kGroups)) searc
     }
 
 #pragma unroll
-    for (int p = 0; p < S::kSamples; ++p) {
-        const int sample = thread + p * S::kThreads, i = left / 2 + sample % kTile,
-                  j = top / 2 + sample / kTile;
+    for (int round = 0; round < S::kSampleRounds; ++round) {
+        const int sample = thread + round * S::kThreads;
+        if (sample >= S::kSamples) break;
+        const int i = left / 2 + sample % kTile, j = top / 2 + sample / kTile;
         if (2 * i >= shape.half_width - kRadius || 2 * j >= shape.half_height - kRadius) continue;
-        const Contest& contest = shared.contests[p][thread];
+        const Contest& contest = shared.contests[sample];
         const int key = contest.winner > 255 ? contest.winner : 0;
         const float lead = score_of(key) - score_of(contest.second);
         const bool good = key != 0 && score_of(key) >= shape.min_score && lead >= shape.min_lead &&
@@ -399,8 +403,13 @@ void record_search(Recorder& recorder, const SearchStep& step) {
     if (columns <= 0 || rows <= 0) return;
     const dim3 blocks(cover(static_cast<uint32_t>(columns), kTilePixels),
                       cover(static_cast<uint32_t>(rows), 2 * kRows));
-    if (shape.count <= kGroup * 8)
+    // In as few rounds of up to 16 groups as there may be, and no more at a time than they need.
+    const uint32_t groups = cover(static_cast<uint32_t>(shape.count), kGroup),
+                   at_a_time = cover(groups, cover(groups, 16));
+    if (at_a_time <= 8)
         record_with<8>(recorder, step, blocks);
+    else if (at_a_time <= 12)
+        record_with<12>(recorder, step, blocks);
     else
         record_with<16>(recorder, step, blocks);
 }
