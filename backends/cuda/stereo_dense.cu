@@ -152,8 +152,9 @@ __device__ __forceinline__ void fill_window(const DisparityPyramid& pyramid, int
 #pragma unroll
         for (int round = 0; round < kMaxRounds; ++round) {
             if (round * kThreads >= count) break;
-            const int i = min(thread + round * kThreads, count - 1);
-            block.fields[kWindows.first[level] + i] = static_cast<int16_t>(cells[level][round]);
+            const int i = thread + round * kThreads;
+            if (i < count)
+                block.fields[kWindows.first[level] + i] = static_cast<int16_t>(cells[level][round]);
             if (cells[level][round] == kNoDisparity) seen |= 1u << level;
         }
     }

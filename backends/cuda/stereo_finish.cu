@@ -45,6 +45,7 @@ __device__ __forceinline__ void each(int width, int height, Visit&& visit) {
     for (int row = static_cast<int>(threadIdx.x) / kLanes; row < height; row += kWarps)
         for (int column = lane; column < width; column += kLanes) visit(column, row);
 }
+
 // Section 12; kWidth x kHeight cells are left, `passes * kRadius` from the field's first.
 template <int kRadius>
 __device__ __forceinline__ void smooth_field(Field& field, int passes, float range) {
@@ -114,7 +115,8 @@ __device__ __forceinline__ void give_pixels(const FinishStep& step, const float*
     }
 }
 
-// The field's first sample is (left - reach, top - reach). last: the result, else the next field.
+// The field's first sample is (left - reach, top - reach). next: where it goes, or nullptr for the
+// result.
 __device__ __forceinline__ void give_field(const FinishStep& step, const Field& field, int left,
                                            int top, int reach, int16_t* next) {
     const StereoShape& shape = step.shape;

@@ -57,16 +57,15 @@ __device__ __forceinline__ void interpolate(const int (&half)[kHalfSide][kHalfSi
 
 // What is known of a sample before it is refined.
 struct Known {
-    int standing;
-    bool left_usable;
+    int standing, left_usable;
 };
 __device__ __forceinline__ Known known_of(const RefineStep& step, int i, int j) {
     const StereoShape& shape = step.shape;
     const int u = min(i, shape.half_width - 1) >> 1, v = min(j, shape.half_height - 1) >> 1;
-    Known known{__ldg(step.standing + v * shape.half_samples_x + u), true};
-    if (step.left_mask != nullptr)
-        known.left_usable = __ldg(step.left_mask + int64_t{2 * j} * shape.stride + 2 * i) != 0;
-    return known;
+    return {__ldg(step.standing + v * shape.half_samples_x + u),
+            step.left_mask != nullptr
+                ? __ldg(step.left_mask + int64_t{2 * j} * shape.stride + 2 * i)
+                : 1};
 }
 
 // Section 10 but for the speckles, for the sample (i, j).
@@ -88,7 +87,7 @@ __device__ __forceinline__ void classify(const RefineStep& step, const Known& kn
         uint64_t{static_cast<uint32_t>(shape.texture)} * static_cast<uint32_t>(refined.n);
     const auto min_variance = static_cast<int>((deviation * deviation + 255) >> 8);
     Found found{hypothesis, 0, 0};
-    if (any && known.standing != kDoubtful && known.left_usable) {
+    if (any && known.standing != kDoubtful && known.left_usable != 0) {
         const bool settled = known.standing == kSettled;
         const bool good = refined.peak && right >= 0 && right_usable != 0 &&
                           refined.variance >= min_variance &&

@@ -113,8 +113,8 @@ __device__ __forceinline__ void sum_column(RefineTile<kRadius, kHeight>& tile, i
     uint4 pairs[kPairs];
 #pragma unroll
     for (int q = 0; q < kPairs; ++q) pairs[q] = tile.pairs[row + q][column];
-    // one, square, product: of a pair. alone(pair): of its row that the window has without the
-    // other.
+    // A plane's sums from what of_pair gives for a whole pair, and alone for the row that a window
+    // has without the other.
     const auto give = [&](int plane, auto&& of_pair, auto&& alone) {
         int of[kPairs], sum = 0;
 #pragma unroll
