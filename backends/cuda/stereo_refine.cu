@@ -127,7 +127,9 @@ template <int kRadius>
 __global__ void __launch_bounds__(kThreads, 4) refine(RefineStep step) {
     Block<kRadius>& block = *dynamic_shared<Block<kRadius>>();
     using Tile = RefineTile<kRadius, kTileHeight>;
-    auto& [tile, half, hypotheses] = block;
+    auto& tile = block.tile;
+    auto& half = block.half;
+    auto& hypotheses = block.hypotheses;
     const StereoShape& shape = step.shape;
     const int left = static_cast<int>(blockIdx.x) * kTileWidth,
               top = static_cast<int>(blockIdx.y) * kTileHeight;

@@ -189,6 +189,51 @@ __device__ __forceinline__ void store(float* to, const float (&values)[kWindowRu
 
 __device__ __forceinline__ float score_of(int key) { return __int_as_float(key & ~255); }
 
+// What scores take from each window. left, right, top: the first pixels.
+template <class S, int kRadius>
+__device__ __forceinline__ void make_windows(const SearchStep& step, typename S::Shared& shared,
+                                             int left, int right, int top) {
+    const StereoShape& shape = step.shape;
+    constexpr int kLeftRuns = kTile / kWindowRun, kWindowRuns = kLeftRuns + S::kReach / kWindowRun,
+                  kPixelCount = S::kSide * S::kSide;
+    for (int i = static_cast<int>(threadIdx.x); i < kRows * kWindowRuns; i += S::kThreads) {
+        const int row = i / kWindowRuns, place = i % kWindowRuns, y = top + 2 * row;
+        const bool of_left = place < kLeftRuns;
+        const int at = (of_left ? place : place - kLeftRuns) * kWindowRun;
+        int sums[kWindowRun], squares[kWindowRun];
+        float sum[kWindowRun], root[kWindowRun], bias[kWindowRun];
+        uint32_t textured = 0;
+        if (of_left) {
+            window_run<kRadius, 2>(shared.columns.left_sums, row, 2 * at, sums);
+            window_run<kRadius, 2>(shared.columns.left_squares, row, 2 * at, squares);
+        } else {
+            window_run<kRadius, 1>(shared.columns.right_sums, row, at, sums);
+            window_run<kRadius, 1>(shared.columns.right_squares, row, at, squares);
+        }
+#pragma unroll
+        for (int m = 0; m < kWindowRun; ++m) {
+            const int x = of_left ? left + 2 * (at + m) : right + at + m;
+            const bool whole =
+                x >= kRadius && x < shape.half_width - kRadius && y < shape.half_height - kRadius;
+            const int total = static_cast<int16_t>(sums[m]), gone = (sums[m] - total) >> 16;
+            const int variance = whole ? kPixelCount * squares[m] - total * total : 0;
+            root[m] = inverse_root(variance);
+            sum[m] = static_cast<float>(total) * (of_left ? shape.one_over_n : 1.0f);
+            bias[m] = 0x1.8p23f - static_cast<float>(gone);
+            textured |= variance >= shape.min_variance ? 1u << (8 * m) : 0u;
+        }
+        if (of_left) {
+            store(&shared.left_mean[row][at], sum);
+            store(&shared.left_root[row][at], root);
+            *reinterpret_cast<uint32_t*>(&shared.textured[row][at]) = textured;
+        } else {
+            store(&shared.right_sum[row][at], sum);
+            store(&shared.right_root[row][at], root);
+            store(&shared.right_bias[row][at], bias);
+        }
+    }
+}
+
 // Keys of the thread's samples in its four disparities. sums: along the columns.
 template <class S, int kRadius>
 __device__ __forceinline__ void score_row(typename S::Shared& shared, int row, int run, int reach,
@@ -265,45 +310,7 @@ __global__ void __launch_bounds__(kRuns* kGroups, 512 / (kRuns * kGroups)) searc
             (&shared.right_keys[0][0][0])[i] = 0;
         __syncthreads();
 
-        constexpr int kLeftRuns = kTile / kWindowRun,
-                      kWindowRuns = kLeftRuns + S::kReach / kWindowRun,
-                      kPixelCount = S::kSide * S::kSide;
-        for (int i = thread; i < kRows * kWindowRuns; i += S::kThreads) {
-            const int row = i / kWindowRuns, place = i % kWindowRuns, y = top + 2 * row;
-            const bool of_left = place < kLeftRuns;
-            const int at = (of_left ? place : place - kLeftRuns) * kWindowRun;
-            int sums[kWindowRun], squares[kWindowRun];
-            float sum[kWindowRun], root[kWindowRun], bias[kWindowRun];
-            uint32_t textured = 0;
-            if (of_left) {
-                window_run<kRadius, 2>(shared.columns.left_sums, row, 2 * at, sums);
-                window_run<kRadius, 2>(shared.columns.left_squares, row, 2 * at, squares);
-            } else {
-                window_run<kRadius, 1>(shared.columns.right_sums, row, at, sums);
-                window_run<kRadius, 1>(shared.columns.right_squares, row, at, squares);
-            }
-#pragma unroll
-            for (int m = 0; m < kWindowRun; ++m) {
-                const int x = of_left ? left + 2 * (at + m) : right + at + m;
-                const bool whole = x >= kRadius && x < shape.half_width - kRadius &&
-                                   y < shape.half_height - kRadius;
-                const int total = static_cast<int16_t>(sums[m]), gone = (sums[m] - total) >> 16;
-                const int variance = whole ? kPixelCount * squares[m] - total * total : 0;
-                root[m] = inverse_root(variance);
-                sum[m] = static_cast<float>(total) * (of_left ? step.shape.one_over_n : 1.0f);
-                bias[m] = 0x1.8p23f - static_cast<float>(gone);
-                textured |= variance >= step.shape.min_variance ? 1u << (8 * m) : 0u;
-            }
-            if (of_left) {
-                store(&shared.left_mean[row][at], sum);
-                store(&shared.left_root[row][at], root);
-                *reinterpret_cast<uint32_t*>(&shared.textured[row][at]) = textured;
-            } else {
-                store(&shared.right_sum[row][at], sum);
-                store(&shared.right_root[row][at], root);
-                store(&shared.right_bias[row][at], bias);
-            }
-        }
+        make_windows<S, kRadius>(step, shared, left, right, top);
         __syncthreads();
 
         // The group's disparities; those after the last have keys that never win.
