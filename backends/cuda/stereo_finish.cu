@@ -38,12 +38,16 @@ __device__ __forceinline__ int disparity_of(const Found& found, bool known) {
     return known ? found.hypothesis + found.difference - kNoDifference : kNoDisparity;
 }
 
-// visit(column, row) for a rectangle: a warp a row.
+// visit(column, row) for a rectangle: a warp a row, and then the columns that it has beyond those
+// of a warp.
 template <class Visit>
 __device__ __forceinline__ void each(int width, int height, Visit&& visit) {
-    const int lane = static_cast<int>(threadIdx.x) % kLanes;
-    for (int row = static_cast<int>(threadIdx.x) / kLanes; row < height; row += kWarps)
-        for (int column = lane; column < width; column += kLanes) visit(column, row);
+    const int thread = static_cast<int>(threadIdx.x), lane = thread % kLanes,
+              further = width - kLanes;
+    if (lane < width)
+        for (int row = thread / kLanes; row < height; row += kWarps) visit(lane, row);
+    for (int i = thread; i < further * height; i += kThreads)
+        visit(kLanes + i % further, i / further);
 }
 
 // Section 12; kWidth x kHeight cells are left, `passes * kRadius` from the field's first.
