@@ -1,5 +1,5 @@
 // Stage stereo: half resolution from the images to a refined field, then full resolution from the
-// hypothesis to the result. docs/stages/stereo.md. Seven kernels, one after the other; large images
+// hypothesis to the result. docs/stages/stereo.md. Six kernels, one after the other; large images
 // and many passes of smoothing take one more each.
 #include <bit>
 
@@ -22,7 +22,7 @@ uint64_t area(int stride, int height) {
 // Without memory.
 DisparityPyramid pyramid_of(const StereoConstants& size) {
     DisparityPyramid pyramid{};
-    int width = size.half_width, height = size.half_height, offset = 0;
+    int width = size.half_samples_x, height = size.half_samples_y, offset = 0;
     for (;; width = (width + 1) / 2, height = (height + 1) / 2) {
         pyramid.levels[pyramid.count++] = {width, height, offset};
         offset += width * height;
@@ -33,7 +33,7 @@ DisparityPyramid pyramid_of(const StereoConstants& size) {
 // One of the two images with what is made of it before the search.
 struct Image {
     Image(Device& device, const StereoShape& shape)
-        : half_mask(device, area(shape.half_stride, shape.half_height)),
+        : half_mask(device, area(shape.half_stride, shape.half_samples_y)),
           words(make_buffer<uint32_t>(
               device, area(shape.half_stride, (shape.half_height + kBandRows - 1) / kBandRows))),
           gray_(device, area(gray_stride(shape.full_stride), shape.height)),
@@ -56,17 +56,16 @@ class Stereo final : public Stage {
           pyramid_(pyramid_of(shape_)),
           left_(device, shape_),
           right_(device, shape_),
-          candidates_(make_buffer<uint16_t>(device, left_.half_mask.size())),
-          right_keys_(make_buffer<int32_t>(device, shape_.half_pixels())),
-          supported_(make_buffer<int16_t>(device, shape_.half_pixels())),
+          candidates_(make_buffer<uint16_t>(device, shape_.half_samples())),
+          right_keys_(make_buffer<int32_t>(device, shape_.right_winners())),
+          supported_(make_buffer<int16_t>(device, shape_.half_samples())),
           fields_(make_buffer<int16_t>(
               device, static_cast<uint64_t>(pyramid_.levels[pyramid_.count - 1].offset) + 1)),
-          standing_(device, left_.half_mask.size()),
-          half_refined_(make_buffer<int16_t>(device, shape_.half_pixels())),
-          hypothesis_(make_buffer<int16_t>(device, area(shape_.full_stride, shape_.height))),
-          evidence_(make_buffer<int16_t>(device, area(shape_.full_stride, shape_.height))),
-          confidence_(device, area(shape_.full_stride, shape_.height)),
-          filled_(make_buffer<int16_t>(device, area(shape_.full_stride, shape_.height))) {
+          standing_(device, shape_.half_samples()),
+          half_refined_(make_buffer<int16_t>(device, shape_.half_samples())),
+          found_(make_buffer<uint32_t>(device, shape_.samples())),
+          smoothed_{make_buffer<int16_t>(device, shape_.samples()),
+                    make_buffer<int16_t>(device, shape_.samples())} {
         pyramid_.data = fields_.as<int16_t>();
     }
 
@@ -79,11 +78,10 @@ class Stereo final : public Stage {
         };
         int32_t* const right_keys = own(given.right_keys, right_keys_);
         int16_t* const supported = own(given.supported, supported_);
-        int16_t* const half_refined = own(given.half_refined, half_refined_);
 
         // What the search leaves out has no winner.
         if (given.left_keys != nullptr)
-            recorder.fill(given.left_keys, 0, shape_.half_pixels() * sizeof(int32_t));
+            recorder.fill(given.left_keys, 0, shape_.half_samples() * sizeof(int32_t));
         record_prepare(
             recorder,
             {.shape = shape_,
@@ -112,32 +110,31 @@ class Stereo final : public Stage {
                                 .supported = supported,
                                 .dense = given.dense,
                                 .standing = standing_.as<uint8_t>(),
-                                .result = half_refined});
+                                .refined = half_refined_.as<int16_t>()});
         record_refine(recorder, {.shape = shape_,
                                  .left = left_.gray(),
                                  .right = right_.gray(),
                                  .left_mask = given.left_mask,
                                  .right_mask = given.right_mask,
-                                 .half = half_refined,
+                                 .half = half_refined_.as<int16_t>(),
                                  .standing = standing_.as<uint8_t>(),
-                                 .hypothesis = hypothesis_.as<int16_t>(),
-                                 .evidence = evidence_.as<int16_t>(),
-                                 .confidence = confidence_.as<uint8_t>(),
+                                 .found = found_.as<uint32_t>(),
+                                 .given_half = given.half_refined,
                                  .given_hypothesis = given.hypothesis,
                                  .given_refined = given.refined,
                                  .given_score = given.score});
-        record_finish(recorder, {.shape = shape_,
-                                 .hypothesis = hypothesis_.as<int16_t>(),
-                                 .evidence = evidence_.as<int16_t>(),
-                                 .confidence = confidence_.as<uint8_t>(),
-                                 .filled = filled_.as<int16_t>(),
-                                 .given_evidence = given.evidence,
-                                 .given_filled = given.filled,
-                                 .given_confidence = given.confidence});
-        record_smooth(recorder, {.shape = shape_,
-                                 .field = filled_.as<int16_t>(),
-                                 .other = evidence_.as<int16_t>(),
-                                 .result = given.disparity});
+        record_finish(recorder,
+                      {.shape = shape_,
+                       .found = found_.as<uint32_t>(),
+                       .fields = {smoothed_[0].as<int16_t>(), smoothed_[1].as<int16_t>()},
+                       .given_evidence = given.evidence,
+                       .given_filled = given.filled,
+                       .disparity = given.disparity,
+                       .confidence = given.confidence,
+                       .pairs_aligned =
+                           shape_.stride % 2 == 0 &&
+                           std::bit_cast<uintptr_t>(given.disparity) % (2 * sizeof(int16_t)) == 0 &&
+                           std::bit_cast<uintptr_t>(given.confidence) % 2 == 0});
     }
 
   private:
@@ -151,8 +148,8 @@ class Stereo final : public Stage {
     StereoShape shape_;
     DisparityPyramid pyramid_;
     Image left_, right_;
-    Buffer candidates_, right_keys_, supported_, fields_, standing_, half_refined_;
-    Buffer hypothesis_, evidence_, confidence_, filled_;
+    Buffer candidates_, right_keys_, supported_, fields_, standing_, half_refined_, found_;
+    Buffer smoothed_[2];
 };
 
 }  // namespace

@@ -1,44 +1,54 @@
 // Stage stereo, sections 4 and 5, and of 6 the smoothing and the coarser fields up to level
-// kTiledLevels: a block does all of them for a tile, with what they need round it.
+// kTiledLevels: a block does all of them for a tile of samples, with what they need round it.
 #include "backends/cuda/stereo_smooth.cuh"
 #include "backends/cuda/stereo_steps.hpp"
+#include "backends/cuda/stereo_windows.cuh"
 
 namespace defrec::cuda {
 namespace {
 
-constexpr int kWidth = 32, kHeight = 16;
-constexpr int kThreads = 384;  // for the 36 x 20 supported pixels in two rounds
-constexpr int kSmoothed = kHalfSmoothRadius, kReach = 4;  // of section 5
-constexpr int kRun = 4, kLine = kRun + 2 * kSmoothed;
+constexpr int kWidth = 16, kHeight = 16, kThreads = 352;  // for the 18 x 18 supported samples
+constexpr int kSmoothed = kHalfSmoothRadius, kReach = kSupportRadius;
 constexpr int kSupportedWidth = kWidth + 2 * kSmoothed, kSupportedHeight = kHeight + 2 * kSmoothed;
 constexpr int kCheckedWidth = kSupportedWidth + 2 * kReach,
               kCheckedHeight = kSupportedHeight + 2 * kReach;
+static_assert(kSmoothed == 1);
 static_assert(kWidth >> kTiledLevels >= 1 && kHeight >> kTiledLevels >= 1);
 
 // Disparities as smoothing has them.
 struct Tile {
-    float2 means[kMeans];
     float checked[kCheckedHeight][kCheckedWidth + 1];
     float supported[kSupportedHeight][kSupportedWidth + 1];
-    float rows[kSupportedHeight][kWidth + 1];
     int fields[2][kHeight][kWidth + 1];  // a level of the pyramid and the next
 };
 
-__device__ __forceinline__ float check(const AgreeStep& step, int x, int y) {
+// The samples that may have a candidate.
+struct Searched {
+    __device__ explicit Searched(const StereoShape& shape)
+        : left((shape.radius + shape.first + 1) / 2),
+          top((shape.radius + 1) / 2),
+          right((shape.half_width - shape.radius - 1) >> 1),
+          bottom((shape.half_height - shape.radius - 1) >> 1) {}
+    __device__ bool empty() const { return left > right || top > bottom; }
+    int left, top, right, bottom;  // the last two among them
+};
+
+// Of the sample (i, j). searched: not empty.
+__device__ __forceinline__ float check(const AgreeStep& step, const Searched& searched, int i,
+                                       int j) {
     const StereoShape& shape = step.shape;
-    const int radius = shape.radius;
-    if (x < radius + shape.first || x >= shape.half_width - radius || y < radius ||
-        y >= shape.half_height - radius)
-        return kMissing;
     // Without a candidate some pixel is read that does not matter, so that no read waits for a
     // comparison.
-    const int row = y * shape.half_stride, candidate = __ldg(step.candidates + row + x),
+    const int at_i = clamped(i, searched.left, searched.right),
+              at_j = clamped(j, searched.top, searched.bottom);
+    const int x = 2 * at_i, row = at_j * shape.half_stride,
+              candidate = __ldg(step.candidates + at_j * shape.half_samples_x + at_i),
               left_usable = __ldg(step.left_mask + row + x);
     const int index = max(candidate - 1, 0), d = shape.first + index;
     const int right_usable = __ldg(step.right_mask + row + x - d),
-              back = __ldg(step.right_keys + y * shape.half_width + x - d) & 255;
-    const bool good = candidate != 0 && left_usable != 0 && right_usable != 0 &&
-                      abs(back - index) <= shape.left_right;
+              back = __ldg(step.right_keys + at_j * shape.half_width + x - d) & 255;
+    const bool good = (i == at_i) & (j == at_j) & (candidate != 0) & (left_usable != 0) &
+                      (right_usable != 0) & (abs(back - index) <= shape.left_right);
     return good ? static_cast<float>(16 * d) : kMissing;
 }
 
@@ -47,14 +57,15 @@ __device__ float supported(const Tile& tile, int column, int row, int support) {
     if (disparity == kMissing) return kMissing;
     int agreeing = 0;
 #pragma unroll
-    for (int v = 0; v <= 2 * kReach; v += 2)
+    for (int v = 0; v <= 2 * kReach; ++v)
 #pragma unroll
-        for (int u = 0; u <= 2 * kReach; u += 2)
+        for (int u = 0; u <= 2 * kReach; ++u)
             agreeing += fabsf(tile.checked[row + v][column + u] - disparity) <=
                         static_cast<float>(kSupportRange);
     return agreeing >= support ? disparity : kMissing;
 }
 
+// By one warp.
 __device__ void make_coarser(Tile& tile, const DisparityPyramid& pyramid, int left, int top) {
     const int last = top_level(pyramid);
     for (int level = 1; level <= last; ++level) {
@@ -62,7 +73,8 @@ __device__ void make_coarser(Tile& tile, const DisparityPyramid& pyramid, int le
         auto& coarse = tile.fields[level % 2];
         const DisparityPyramid::Level& to = pyramid.levels[level];
         const int width = kWidth >> level, height = kHeight >> level;
-        for (int i = static_cast<int>(threadIdx.x); i < width * height; i += kThreads) {
+        for (int i = static_cast<int>(threadIdx.x); i < width * height;
+             i += static_cast<int>(kWarp)) {
             const int column = i % width, row = i / width, x = (left >> level) + column,
                       y = (top >> level) + row;
             int sum = 0, n = 0;
@@ -79,7 +91,7 @@ __device__ void make_coarser(Tile& tile, const DisparityPyramid& pyramid, int le
             if (x < to.width && y < to.height)
                 pyramid.data[to.offset + y * to.width + x] = static_cast<int16_t>(mean);
         }
-        __syncthreads();
+        __syncwarp();
     }
 }
 
@@ -91,17 +103,27 @@ __global__ void __launch_bounds__(kThreads) agree(AgreeStep step) {
     const int thread = static_cast<int>(threadIdx.x);
     const auto owned = [&](int column, int row) {
         return column >= 0 && column < kWidth && row >= 0 && row < kHeight &&
-               left + column < shape.half_width && top + row < shape.half_height;
+               left + column < shape.half_samples_x && top + row < shape.half_samples_y;
     };
-    make_means(tile.means);
-#pragma unroll 4
-    for (int i = thread; i < kCheckedWidth * kCheckedHeight; i += kThreads) {
-        const int u = i % kCheckedWidth, v = i / kCheckedWidth, column = u - kSmoothed - kReach,
-                  row = v - kSmoothed - kReach;
-        const float disparity = check(step, left + column, top + row);
+    const Searched searched(shape);
+    constexpr int kChecked = kCheckedWidth * kCheckedHeight,
+                  kRounds = (kChecked + kThreads - 1) / kThreads;
+    float checked[kRounds];
+#pragma unroll
+    for (int k = 0; k < kRounds; ++k) {
+        const int i = thread + k * kThreads, column = i % kCheckedWidth - kSmoothed - kReach,
+                  row = i / kCheckedWidth - kSmoothed - kReach;
+        checked[k] = searched.empty() ? kMissing : check(step, searched, left + column, top + row);
+    }
+#pragma unroll
+    for (int k = 0; k < kRounds; ++k) {
+        const int i = thread + k * kThreads, u = i % kCheckedWidth, v = i / kCheckedWidth,
+                  column = u - kSmoothed - kReach, row = v - kSmoothed - kReach;
+        if (i >= kChecked) break;
+        const float disparity = checked[k];
         tile.checked[v][u] = disparity;
         if (step.checked != nullptr && owned(column, row))
-            step.checked[(top + row) * shape.half_width + left + column] =
+            step.checked[(top + row) * shape.half_samples_x + left + column] =
                 static_cast<int16_t>(from_smooth(disparity));
     }
     __syncthreads();
@@ -111,43 +133,32 @@ __global__ void __launch_bounds__(kThreads) agree(AgreeStep step) {
         const float disparity = supported(tile, u, v, shape.support);
         tile.supported[v][u] = disparity;
         if (owned(column, row))
-            step.supported[(top + row) * shape.half_width + left + column] =
+            step.supported[(top + row) * shape.half_samples_x + left + column] =
                 static_cast<int16_t>(from_smooth(disparity));
     }
     __syncthreads();
-    float line[kLine], smoothed[kRun];
-    for (int i = thread; i < kSupportedHeight * (kWidth / kRun); i += kThreads) {
-        const int row = i % kSupportedHeight, column = i / kSupportedHeight * kRun;
+    for (int i = thread; i < kWidth * kHeight; i += kThreads) {
+        const int column = i % kWidth, row = i / kWidth;
+        float cells[3][3];
 #pragma unroll
-        for (int u = 0; u < kLine; ++u) line[u] = tile.supported[row][column + u];
-        smooth_along<kSmoothed, kRun>(line, kSearchSmoothRange, tile.means, smoothed);
+        for (int v = 0; v < 3; ++v)
 #pragma unroll
-        for (int u = 0; u < kRun; ++u) tile.rows[row][column + u] = smoothed[u];
+            for (int u = 0; u < 3; ++u) cells[v][u] = tile.supported[row + v][column + u];
+        const int disparity = from_smooth(smooth_centre(cells, kSearchSmoothRange));
+        tile.fields[0][row][column] = disparity;
+        if (owned(column, row))
+            step.pyramid.data[(top + row) * shape.half_samples_x + left + column] =
+                static_cast<int16_t>(disparity);
     }
     __syncthreads();
-    for (int i = thread; i < kWidth * (kHeight / kRun); i += kThreads) {
-        const int column = i % kWidth, row = i / kWidth * kRun;
-#pragma unroll
-        for (int v = 0; v < kLine; ++v) line[v] = tile.rows[row + v][column];
-        smooth_along<kSmoothed, kRun>(line, kSearchSmoothRange, tile.means, smoothed);
-#pragma unroll
-        for (int v = 0; v < kRun; ++v) {
-            const int disparity = from_smooth(smoothed[v]);
-            tile.fields[0][row + v][column] = disparity;
-            if (owned(column, row + v))
-                step.pyramid.data[(top + row + v) * shape.half_width + left + column] =
-                    static_cast<int16_t>(disparity);
-        }
-    }
-    __syncthreads();
-    make_coarser(tile, step.pyramid, left, top);
+    if (thread < static_cast<int>(kWarp)) make_coarser(tile, step.pyramid, left, top);
 }
 
 }  // namespace
 
 void record_agree(Recorder& recorder, const AgreeStep& step) {
-    const auto columns = static_cast<uint32_t>(step.shape.half_width),
-               rows = static_cast<uint32_t>(step.shape.half_height);
+    const auto columns = static_cast<uint32_t>(step.shape.half_samples_x),
+               rows = static_cast<uint32_t>(step.shape.half_samples_y);
     recorder.launch(agree, {dim3(cover(columns, kWidth), cover(rows, kHeight)), dim3(kThreads)},
                     step);
 }

@@ -1,7 +1,6 @@
-// Stage stereo at half resolution, sections 6 from the filling on, 7 and 8: a block fills the field
-// of its tile and of what lies round it, refines it and smooths the result.
+// Stage stereo at half resolution, sections 6 from the filling on, 7 and 8 up to the smoothing: a
+// block fills the field of its tile of samples and of what lies round it, and refines it.
 #include "backends/cuda/stereo_refine.cuh"
-#include "backends/cuda/stereo_smooth.cuh"
 #include "backends/cuda/stereo_steps.hpp"
 
 namespace defrec::cuda {
@@ -9,15 +8,11 @@ namespace {
 
 using Level = DisparityPyramid::Level;
 
-// For the runs of columns of two images at a radius of 4, 2 x 40 x 4. At 480 x 270 there are fewer
-// blocks than two for each multiprocessor.
-constexpr int kThreads = 320;
+// For the runs of columns at a radius of 4, 39 x 4. A tile is low so that there are more blocks.
+constexpr int kThreads = 160, kTileHeight = 8, kColumnRun = 2;
 
 constexpr int kMaxPixels =
     512;  // of a top level that every block fills for itself, with what is coarser
-constexpr int kOwned = kRefineTile - 2 * kHalfSmoothRadius;  // side of what a block is there for
-constexpr int kRun = 4, kLine = kRun + 2 * kHalfSmoothRadius;
-static_assert(kOwned % kRun == 0 && kRefineTile % kRun == 0);
 
 __device__ int coarser_mean(int a, int b, int c, int d) {
     const int n =
@@ -80,195 +75,187 @@ __global__ void __launch_bounds__(kFillThreads) fill_top(DisparityPyramid pyrami
     fill_from(pyramid, top, pyramid.data + pyramid.levels[top].offset);
 }
 
-// A part of a field: pixels x0 .. x1 - 1 and y0 .. y1 - 1, without gaps.
-struct Part {
-    int x0, y0, x1, y1;
-    __device__ int width() const { return x1 - x0; }
-    __device__ int pixels() const { return (x1 - x0) * (y1 - y0); }
-    // visit(x, y, index) for every pixel, by the threads of the block: sixteen to a row.
-    template <class Visit>
-    __device__ __forceinline__ void each(Visit&& visit) const {
-        constexpr int kLanes = 16;
-        const int lane = static_cast<int>(threadIdx.x) % kLanes,
-                  first = static_cast<int>(threadIdx.x) / kLanes;
-        const int rows = static_cast<int>(blockDim.x) / kLanes;
-#pragma unroll 4
-        for (int y = y0 + first; y < y1; y += rows)
-            for (int x = x0 + lane; x < x1; x += kLanes) visit(x, y, (y - y0) * width() + x - x0);
-    }
+// What a block needs of the fields: a window of each level up to kTiledLevels, whose sides follow
+// from that of the finest. Beyond a field's ends they repeat them.
+struct Windows {
+    int width[kTiledLevels + 1], height[kTiledLevels + 1], first[kTiledLevels + 1], cells;
 };
-
-// Most pixels of the parts of all levels that a block needs.
-template <int kRadius>
-constexpr int max_pixels() {
-    int side = RefineTile<kRadius>::kSide, sum = 0;
-    for (int level = 0; level < kTiledLevels; ++level) {
-        sum += side * side;
-        side = side / 2 + 3;
+constexpr Windows windows_of(int width, int height) {
+    Windows windows{};
+    for (int level = 0; level <= kTiledLevels; ++level) {
+        windows.width[level] = width;
+        windows.height[level] = height;
+        windows.first[level] = windows.cells;
+        windows.cells += width * height;
+        width = width / 2 + 3;
+        height = height / 2 + 3;
     }
-    return sum + std::max(side * side, 2 * kMaxPixels);
+    return windows;
 }
 
-// Fills the pixels of `part` of the finest field: memory begins with them. whole: the top level is
-// not filled yet.
-__device__ void fill_part(const DisparityPyramid& pyramid, const Part& part, bool whole,
-                          int16_t* memory) {
-    const int top = top_level(pyramid);
-    Part parts[kTiledLevels + 1];
-    int first[kTiledLevels + 1];
-    parts[0] = part;
-    first[0] = 0;
+template <int kRadius>
+struct Block {
+    // What a block fills round its tile: as far as windows and standing reach.
+    static constexpr int kMargin = std::max((kRadius + 1) / 2, kEdgeRadius);
+    static constexpr Windows kWindows =
+        windows_of(kTileWidth + 2 * kMargin, kTileHeight + 2 * kMargin);
+    RefineTile<kRadius, kTileHeight> tile;
+    uint32_t holes[kThreads / kWarp];  // of each warp: a bit for each level with holes
+    int16_t fields[kWindows.cells];
+    int16_t top[2 * kMaxPixels];  // the whole top level with what is coarser
+};
+
+// Fills the window of the finest field that begins at (left, top). whole: the top level is not
+// filled yet.
+template <int kRadius>
+__device__ __forceinline__ void fill_window(const DisparityPyramid& pyramid, int left, int top,
+                                            bool whole, Block<kRadius>& block) {
+    constexpr Windows kWindows = Block<kRadius>::kWindows;
+    constexpr int kMaxRounds = (kWindows.width[0] * kWindows.height[0] + kThreads - 1) / kThreads,
+                  kTopRounds = (kMaxPixels + kThreads - 1) / kThreads;
+    const int thread = static_cast<int>(threadIdx.x), top_level = cuda::top_level(pyramid);
+    int first_x[kTiledLevels + 1], first_y[kTiledLevels + 1];
+    first_x[0] = left;
+    first_y[0] = top;
+#pragma unroll
+    for (int level = 1; level <= kTiledLevels; ++level) {
+        first_x[level] = (first_x[level - 1] >> 1) - 1;
+        first_y[level] = (first_y[level - 1] >> 1) - 1;
+    }
+    // All reads before anything that waits for one.
+    int cells[kTiledLevels + 1][kMaxRounds], top_cells[kTopRounds];
+    const Level& top_size = pyramid.levels[top_level];
+    const int top_pixels = whole ? top_size.width * top_size.height : 0;
 #pragma unroll
     for (int level = 0; level <= kTiledLevels; ++level) {
-        if (level > top) break;
+        const int width = kWindows.width[level], count = width * kWindows.height[level];
+        // Of a level that there is not, it reads some sample that does not matter.
         const Level& size = pyramid.levels[level];
-        if (level > 0) {
-            const Part& fine = parts[level - 1];
-            parts[level] = {max(0, (fine.x0 >> 1) - 1), max(0, (fine.y0 >> 1) - 1),
-                            min(size.width, ((fine.x1 - 1) >> 1) + 2),
-                            min(size.height, ((fine.y1 - 1) >> 1) + 2)};
-            if (level == top && whole) parts[level] = {0, 0, size.width, size.height};
-            first[level] = first[level - 1] + fine.pixels();
-        }
-        const int16_t* const from = pyramid.data + size.offset;
-        int16_t* const to = memory + first[level];
-        parts[level].each([&](int x, int y, int i) { to[i] = from[y * size.width + x]; });
-    }
-    __syncthreads();
 #pragma unroll
-    for (int level = kTiledLevels; level >= 0; --level) {
-        if (level > top) continue;
-        if (level == top) {
-            if (whole) fill_from(pyramid, top, memory + first[level]);
-            continue;
+        for (int round = 0; round < kMaxRounds; ++round) {
+            if (round * kThreads >= count) break;
+            const int i = min(thread + round * kThreads, count - 1),
+                      x = clamped(first_x[level] + i % width, 0, size.width - 1),
+                      y = clamped(first_y[level] + i / width, 0, size.height - 1);
+            cells[level][round] = __ldg(pyramid.data + size.offset + y * size.width + x);
         }
-        const Part &fine = parts[level], &coarse = parts[level < kTiledLevels ? level + 1 : level];
+    }
+#pragma unroll
+    for (int round = 0; round < kTopRounds; ++round) {
+        const int i = thread + round * kThreads;
+        top_cells[round] = i < top_pixels ? __ldg(pyramid.data + top_size.offset + i) : 0;
+    }
+    uint32_t seen = 0;
+#pragma unroll
+    for (int level = 0; level <= kTiledLevels; ++level) {
+        const int count = kWindows.width[level] * kWindows.height[level];
+#pragma unroll
+        for (int round = 0; round < kMaxRounds; ++round) {
+            if (round * kThreads >= count) break;
+            const int i = thread + round * kThreads;
+            if (i < count)
+                block.fields[kWindows.first[level] + i] = static_cast<int16_t>(cells[level][round]);
+            if (cells[level][round] == kNoDisparity) seen |= 1u << level;
+        }
+    }
+#pragma unroll
+    for (int round = 0; round < kTopRounds; ++round) {
+        const int i = thread + round * kThreads;
+        if (i < top_pixels) block.top[i] = static_cast<int16_t>(top_cells[round]);
+        if (top_cells[round] == kNoDisparity) seen |= 1u << top_level;
+    }
+    uint32_t in_warp = 0;
+#pragma unroll
+    for (int level = 0; level <= kTiledLevels; ++level)
+        if (__any_sync(kAllLanes, (seen >> level & 1) != 0) != 0) in_warp |= 1u << level;
+    block.holes[threadIdx.x / kWarp] = in_warp;
+    __syncthreads();
+    uint32_t all = 0;
+#pragma unroll
+    for (const uint32_t of_warp : block.holes) all |= of_warp;
+    // The coarsest level that is needed is the first without holes.
+    const int with_holes = __ffs(static_cast<int>(~all)) - 1;
+    if (whole && top_level < with_holes) fill_from(pyramid, top_level, block.top);
+#pragma unroll
+    for (int level = kTiledLevels - 1; level >= 0; --level) {
+        if (level >= with_holes || level >= top_level) continue;
+        const bool from_whole = whole && level + 1 == top_level;
         const Level& size = pyramid.levels[level + 1];
-        int16_t* const field = memory + first[level];
-        const int16_t* const from = field + fine.pixels();
-        fine.each([&](int x, int y, int i) {
-            if (field[i] == kNoDisparity)
-                field[i] = static_cast<int16_t>(
-                    from_coarser(from, coarse.width(), coarse.x0, coarse.y0, size, x, y));
-        });
+        int16_t* const field = block.fields + kWindows.first[level];
+        const int16_t* const from =
+            from_whole ? block.top : block.fields + kWindows.first[level + 1];
+        const int stride = from_whole ? size.width : kWindows.width[level + 1],
+                  from_x = from_whole ? 0 : first_x[level + 1],
+                  from_y = from_whole ? 0 : first_y[level + 1];
+        for (int i = thread; i < kWindows.width[level] * kWindows.height[level]; i += kThreads) {
+            if (field[i] != kNoDisparity) continue;
+            const int x = clamped(first_x[level] + i % kWindows.width[level], 0,
+                                  pyramid.levels[level].width - 1),
+                      y = clamped(first_y[level] + i / kWindows.width[level], 0,
+                                  pyramid.levels[level].height - 1);
+            field[i] = static_cast<int16_t>(from_coarser(from, stride, from_x, from_y, size, x, y));
+        }
         __syncthreads();
     }
 }
 
 template <int kRadius>
-struct Block {
-    RefineTile<kRadius> tile;
-    float2 means[kMeans];
-    int16_t fields[max_pixels<kRadius>()];
-};
-
-template <int kRadius>
 __global__ void __launch_bounds__(kThreads, 3) make_dense(DenseStep step, bool whole) {
+    constexpr int kMargin = Block<kRadius>::kMargin;
     Block<kRadius>& block = *dynamic_shared<Block<kRadius>>();
     auto& tile = block.tile;
-    auto& means = block.means;
-    auto& fields = block.fields;
-    constexpr int kSide = RefineTile<kRadius>::kSide, kMargin = kHalfSmoothRadius;
     const StereoShape& shape = step.shape;
-    const int width = shape.half_width, height = shape.half_height,
+    const int width = shape.half_samples_x, height = shape.half_samples_y,
               thread = static_cast<int>(threadIdx.x);
-    // Of what is refined; what the block owns begins kMargin further.
-    const int left = static_cast<int>(blockIdx.x) * kOwned - kMargin,
-              top = static_cast<int>(blockIdx.y) * kOwned - kMargin;
-    const Part part{max(0, left - kRadius), max(0, top - kRadius),
-                    min(width, left + kRefineTile + kRadius),
-                    min(height, top + kRefineTile + kRadius)};
-    make_means(means);
-    fill_part(step.pyramid, part, whole, fields);
-    const auto dense = [&](int x, int y) {
-        return int{fields[(y - part.y0) * part.width() + x - part.x0]};
+    const int left = static_cast<int>(blockIdx.x) * kTileWidth,
+              top = static_cast<int>(blockIdx.y) * kTileHeight;
+    fill_window(step.pyramid, left - kMargin, top - kMargin, whole, block);
+    // From the tile's first sample on; beyond the field's ends they are repeated.
+    const auto dense = [&](int column, int row) {
+        constexpr int kStride = Block<kRadius>::kWindows.width[0];
+        return int{block.fields[(row + kMargin) * kStride + column + kMargin]};
     };
 
-    // The windows' pixels, and the extremes of the field along rows.
-#pragma unroll 5
-    for (int i = thread; i < kSide * kSide; i += kThreads) {
-        const int column = i % kSide, row = i / kSide, x = left - kRadius + column,
-                  y = top - kRadius + row;
-        // Outside the image some pixel is read that does not matter.
-        const int at_x = clamped(x, part.x0, part.x1 - 1), at_y = clamped(y, part.y0, part.y1 - 1),
-                  line = at_y * gray_stride(shape.half_stride);
-        const uint2 cell =
-            refine_cell(step.left[line + at_x], step.right + line, dense(at_x, at_y), at_x);
-        const bool inside = x == at_x && y == at_y;
-        tile.cells[row][column] = make_uint2(inside ? cell.x : 0, inside ? cell.y : 0);
-    }
-    int* const minimum = &tile.columns[0][0][0];
-    int* const maximum = &tile.columns[1][0][0];
-    constexpr int kRows = kOwned + 2 * kEdgeRadius;
-    static_assert(kRows * kOwned <= kRefineTile * RefineTile<kRadius>::kStride &&
-                  kEdgeRadius <= kMargin + kRadius);
-    for (int i = thread; i < kRows * kOwned; i += kThreads) {
-        const int x = left + kMargin + i % kOwned, y = top + kMargin - kEdgeRadius + i / kOwned;
-        if (x >= width || y < 0 || y >= height) continue;
-        int lowest = dense(x, y), highest = lowest;
-#pragma unroll
-        for (int u = -kEdgeRadius; u <= kEdgeRadius; ++u) {
-            const int disparity = dense(clamped(x + u, 0, width - 1), y);
-            lowest = min(lowest, disparity);
-            highest = max(highest, disparity);
-        }
-        minimum[i] = lowest;
-        maximum[i] = highest;
-    }
-    __syncthreads();
-    for (int i = thread; i < kOwned * kOwned; i += kThreads) {
-        const int x = left + kMargin + i % kOwned, y = top + kMargin + i / kOwned;
-        if (x >= width || y >= height) continue;
-        const int here = dense(x, y);
+    const GrayPair images{step.left, step.right, shape.half_width, shape.half_height,
+                          gray_stride(shape.half_stride)};
+    make_pairs<kThreads>(tile, images, left, top, [&](int tile_x, int tile_y, int(&two)[2]) {
+        const int u = tile_x >> 1, u2 = (tile_x + 1) >> 1, v = max(tile_y >> 1, -kMargin),
+                  v2 = (tile_y + 1) >> 1;
+        const int above = dense(u, v) + dense(u2, v), below = dense(u, v2) + dense(u2, v2);
+        // Without any disparity any will do.
+        two[0] = max((above + below + 2) >> 2, 0);
+        two[1] = max((below + 1) >> 1, 0);
+    });
+    for (int k = thread; k < kTileWidth * kTileHeight; k += kThreads) {
+        const int column = k % kTileWidth, row = k / kTileWidth, i = left + column, j = top + row;
+        if (i >= width || j >= height) continue;
+        const int at = j * width + i, here = dense(column, row);
+        const bool supported = __ldg(step.supported + at) != kNoDisparity;
         int lowest = here, highest = here;
 #pragma unroll
-        for (int v = -kEdgeRadius; v <= kEdgeRadius; ++v) {
-            const int at = i + (clamped(y + v, 0, height - 1) - y + kEdgeRadius) * kOwned;
-            lowest = min(lowest, minimum[at]);
-            highest = max(highest, maximum[at]);
-        }
-        const bool open =
-            highest - lowest > shape.edge || step.supported[y * width + x] == kNoDisparity;
-        step.standing[y * shape.half_stride + x] = here - lowest > shape.edge ? kDoubtful
-                                                   : open                     ? kOpen
-                                                                              : kSettled;
-        if (step.dense != nullptr) step.dense[y * width + x] = static_cast<int16_t>(here);
+        for (int v = -kEdgeRadius; v <= kEdgeRadius; ++v)
+#pragma unroll
+            for (int u = -kEdgeRadius; u <= kEdgeRadius; ++u) {
+                const int disparity = dense(column + u, row + v);
+                lowest = min(lowest, disparity);
+                highest = max(highest, disparity);
+            }
+        const bool open = highest - lowest > shape.edge || !supported;
+        step.standing[at] = here - lowest > shape.edge ? kDoubtful : open ? kOpen : kSettled;
+        if (step.dense != nullptr) step.dense[at] = static_cast<int16_t>(here);
     }
     __syncthreads();
-    refine_tile<kThreads, kRun>(tile, left, top, width, height, [](uint32_t) { return 0; });
-
-    const auto refined = [&](int column, int row) -> int& { return tile.columns[1][row][column]; };
-    const auto smoothed = [&](int column, int row) -> int& { return tile.columns[2][row][column]; };
-    for (int i = thread; i < kRefineTile * kRefineTile; i += kThreads) {
-        const int column = i % kRefineTile, row = i / kRefineTile, x = left + column, y = top + row;
-        float disparity = kMissing;
-        if (x >= 0 && y >= 0 && x < width && y < height && dense(x, y) != kNoDisparity)
-            disparity =
-                static_cast<float>(moved(dense(x, y), unpack(tile.result(column, row)).move));
-        refined(column, row) = __float_as_int(disparity);
-    }
+    sum_columns<kThreads, kColumnRun>(tile);
     __syncthreads();
-    float line[kLine], run[kRun];
-    for (int i = thread; i < kRefineTile * (kOwned / kRun); i += kThreads) {
-        const int row = i % kRefineTile, column = i / kRefineTile * kRun;
-#pragma unroll
-        for (int u = 0; u < kLine; ++u) line[u] = __int_as_float(refined(column + u, row));
-        smooth_along<kHalfSmoothRadius, kRun>(line, kHalfSmoothRange, means, run);
-#pragma unroll
-        for (int u = 0; u < kRun; ++u) smoothed(column + u, row) = __float_as_int(run[u]);
-    }
-    __syncthreads();
-    for (int i = thread; i < kOwned * (kOwned / kRun); i += kThreads) {
-        const int column = i % kOwned, row = i / kOwned * kRun, x = left + kMargin + column;
-#pragma unroll
-        for (int v = 0; v < kLine; ++v) line[v] = __int_as_float(smoothed(column, row + v));
-        smooth_along<kHalfSmoothRadius, kRun>(line, kHalfSmoothRange, means, run);
-#pragma unroll
-        for (int v = 0; v < kRun; ++v) {
-            const int y = top + kMargin + row + v;
-            if (x < width && y < height)
-                step.result[y * width + x] = static_cast<int16_t>(from_smooth(run[v]));
-        }
+    for (int k = thread; k < kTileWidth * kTileHeight; k += kThreads) {
+        const int column = k % kTileWidth, row = k / kTileWidth, i = left + column, j = top + row;
+        if (i >= width || j >= height) continue;
+        Refined refined[1];
+        refine_run<1>(tile, column, row, 2 * i, 2 * j, shape.half_width, shape.half_height,
+                      refined);
+        const int here = dense(column, row);
+        step.refined[j * width + i] = static_cast<int16_t>(
+            here == kNoDisparity ? kNoDisparity : moved(here, refined[0].move));
     }
 }
 
@@ -276,12 +263,13 @@ __global__ void __launch_bounds__(kThreads, 3) make_dense(DenseStep step, bool w
 
 void record_dense(Recorder& recorder, const DenseStep& step) {
     const int top = top_level(step.pyramid);
+    // A field of a single sample is not a coarser one for any.
     const bool whole =
-        step.pyramid.levels[top].width * step.pyramid.levels[top].height <= kMaxPixels;
+        top > 0 && step.pyramid.levels[top].width * step.pyramid.levels[top].height <= kMaxPixels;
     if (!whole) recorder.launch(fill_top, {dim3(1), dim3(kFillThreads)}, step.pyramid, top);
-    const auto columns = static_cast<uint32_t>(step.shape.half_width),
-               rows = static_cast<uint32_t>(step.shape.half_height);
-    const dim3 blocks(cover(columns, kOwned), cover(rows, kOwned));
+    const auto columns = static_cast<uint32_t>(step.shape.half_samples_x),
+               rows = static_cast<uint32_t>(step.shape.half_samples_y);
+    const dim3 blocks(cover(columns, kTileWidth), cover(rows, kTileHeight));
     with_radius(step.shape.radius, [&]<int kRadius>(std::integral_constant<int, kRadius>) {
         recorder.launch(make_dense<kRadius>, {blocks, dim3(kThreads), sizeof(Block<kRadius>)}, step,
                         whole);

@@ -1,140 +1,309 @@
-// Stage stereo, the end of section 10 and section 11: speckles go and small holes are filled, in
-// one pass over tiles.
+// Stage stereo, the end of section 10 and sections 11 to 13: speckles go, small holes are filled
+// and the field is smoothed, in one pass over tiles of samples, with as much round them as that
+// reaches; the result is interpolated from it. Passes of smoothing beyond what fits take further
+// kernels.
+#include "backends/cuda/stereo_smooth.cuh"
 #include "backends/cuda/stereo_steps.hpp"
 #include "backends/cuda/stereo_windows.cuh"
 
 namespace defrec::cuda {
 namespace {
 
-constexpr int kWidth = 64, kHeight = 32, kRun = 8;
-constexpr int kThreads = 576;  // for the most runs of a pass, 10 x 56
-constexpr int kSpeckleRadius = 4, kMaxFillRadius = 8;
-constexpr int kReachWidth = kWidth + 2 * (kSpeckleRadius + kMaxFillRadius),
-              kReachHeight = kHeight + 2 * (kSpeckleRadius + kMaxFillRadius);
-constexpr int kStride = kReachWidth + 4;  // rows eight apart in four words each do not share banks
-static_assert(kStride % 8 == 4);
-constexpr int kOne = 1 << 16;  // a cell counts its disparity above its difference to the
-                               // hypothesis, which is at most 16 either way
+constexpr int kLanes = static_cast<int>(kWarp), kThreads = 256, kWarps = kThreads / kLanes;
+// Of what is smoothed: the tile, and a column and a row after it, which its last pixels are
+// interpolated from.
+constexpr int kWidth = kLanes, kHeight = 16;
+constexpr int kMaxReach = 4;  // of the passes of one kernel together
+constexpr int kFieldHeight = kHeight + 2 * kMaxReach, kFieldStride = kWidth + 2 * kMaxReach;
+constexpr int kMaxFillRadius = 4, kMaxMargin = kMaxReach + kMaxFillRadius + kSpeckleRadius;
+constexpr int kReachWidth = 2 * kLanes, kReachHeight = kHeight + 2 * kMaxMargin;
+static_assert(kWidth + 2 * kMaxMargin <= kReachWidth);
 
+struct Field {  // (0, 0) is the first sample that the passes read
+    float cells[kFieldHeight][kFieldStride], rows[kFieldHeight][kFieldStride];
+};
 struct Tile {
-    alignas(16) int cells[kReachHeight][kStride];
-    alignas(16) int rows[kReachHeight][kStride];
+    Field field;
+    uint32_t found[kReachHeight][kReachWidth];
+    uint64_t before[kReachHeight], after[kReachHeight];  // bits of what is there in a row, with and
+                                                         // without speckles
 };
 
-// Sums over 2 radius + 1 cells along a line, of kRun of them from `line` on, `step` apart.
-template <class Give>
-__device__ __forceinline__ void sum_line(const int* line, int step, int radius, Give&& give) {
-    int sum = 0;
-    for (int i = 0; i < 2 * radius; ++i) sum += line[i * step];
+// `count` bits from `first` on.
+__device__ __forceinline__ uint32_t bits_of(uint64_t row, int first, int count) {
+    return static_cast<uint32_t>(row >> first) & ((1u << count) - 1);
+}
+
+__device__ __forceinline__ int disparity_of(const Found& found, bool known) {
+    return known ? found.hypothesis + found.difference - kNoDifference : kNoDisparity;
+}
+
+// visit(column, row) for a rectangle: a warp a row, and then the columns that it has beyond those
+// of a warp.
+template <class Visit>
+__device__ __forceinline__ void each(int width, int height, Visit&& visit) {
+    const int thread = static_cast<int>(threadIdx.x), lane = thread % kLanes,
+              further = width - kLanes;
+    if (lane < width)
+        for (int row = thread / kLanes; row < height; row += kWarps) visit(lane, row);
+    for (int i = thread; i < further * height; i += kThreads)
+        visit(kLanes + i % further, i / further);
+}
+
+// Section 12; kWidth x kHeight cells are left, `passes * kRadius` from the field's first.
+template <int kRadius>
+__device__ __forceinline__ void smooth_field(Field& field, int passes, float range) {
+    for (int pass = 0; pass < passes; ++pass) {
+        // What the pass reads begins at `first`; it leaves kRadius less on every side.
+        const int first = pass * kRadius, further = 2 * (passes - pass - 1) * kRadius;
+        float line[2 * kRadius + 1];
+        each(kWidth + further, kHeight + further + 2 * kRadius, [&](int u, int v) {
+            const int column = first + kRadius + u, row = first + v;
 #pragma unroll
-    for (int i = 0; i < kRun; ++i) {
-        sum += line[(i + 2 * radius) * step];
-        give(i, sum);
-        sum -= line[i * step];
+            for (int k = 0; k <= 2 * kRadius; ++k) line[k] = field.cells[row][column - kRadius + k];
+            field.rows[row][column] = smooth_middle<kRadius>(line, range);
+        });
+        __syncthreads();
+        each(kWidth + further, kHeight + further, [&](int u, int v) {
+            const int column = first + kRadius + u, row = first + kRadius + v;
+#pragma unroll
+            for (int k = 0; k <= 2 * kRadius; ++k) line[k] = field.rows[row - kRadius + k][column];
+            field.cells[row][column] = smooth_middle<kRadius>(line, range);
+        });
+        __syncthreads();
     }
 }
 
-__global__ void __launch_bounds__(kThreads) finish(FinishStep step) {
+// floor(value / 6) for |value| < 6144.
+__device__ __forceinline__ int sixth(int value) { return ((value + 6144) * 10923 >> 16) - 1024; }
+
+// Section 13 for the four pixels of the sample (i, j), from the cell of it.
+__device__ __forceinline__ void give_pixels(const FinishStep& step, const float* cell, int i,
+                                            int j) {
+    const StereoShape& shape = step.shape;
+    const int x = 2 * i, y = 2 * j;
+    const int right = i + 1 < shape.samples_x ? 1 : 0,
+              below = j + 1 < shape.samples_y ? kFieldStride : 0;
+    const float here = cell[0];
+    const auto range = static_cast<float>(shape.smooth_range);
+    const int a = from_smooth(here);
+    int sum = 0, n = 1;
+    const auto difference_to = [&](float other) {
+        const float difference = other - here;
+        const bool near = fabsf(difference) <= range;
+        const int value = near ? static_cast<int>(difference) : 0;
+        sum += value;
+        n += near;
+        return value;
+    };
+    const int to_right = difference_to(cell[right]), to_below = difference_to(cell[below]);
+    difference_to(cell[right + below]);
+    const int mean = n == 1   ? 0
+                     : n == 2 ? (sum + 1) >> 1
+                     : n == 3 ? sixth(2 * sum + 3)
+                              : (sum + 2) >> 2;
+    const bool known = a != kNoDisparity;
+    const auto pixel = [&](int change) { return static_cast<int16_t>(known ? a + change : a); };
+    const int16_t rows[2][2] = {{pixel(0), pixel((to_right + 1) >> 1)},
+                                {pixel((to_below + 1) >> 1), pixel(mean)}};
+#pragma unroll
+    for (int v = 0; v < 2; ++v) {
+        if (y + v >= shape.height) break;
+        int16_t* const to = step.disparity + int64_t{y + v} * shape.stride + x;
+        if (step.pairs_aligned && x + 1 < shape.width) {
+            *reinterpret_cast<short2*>(to) = make_short2(rows[v][0], rows[v][1]);
+        } else {
+            to[0] = rows[v][0];
+            if (x + 1 < shape.width) to[1] = rows[v][1];
+        }
+    }
+}
+
+// The field's first sample is (left - reach, top - reach). next: where it goes, or nullptr for the
+// result.
+__device__ __forceinline__ void give_field(const FinishStep& step, const Field& field, int left,
+                                           int top, int reach, int16_t* next) {
+    const StereoShape& shape = step.shape;
+    each(kWidth - 1, kHeight - 1, [&](int column, int row) {
+        const int i = left + column, j = top + row;
+        if (i >= shape.samples_x || j >= shape.samples_y) return;
+        const float* const cell = &field.cells[reach + row][reach + column];
+        if (next == nullptr)
+            give_pixels(step, cell, i, j);
+        else
+            next[j * shape.samples_x + i] = static_cast<int16_t>(from_smooth(*cell));
+    });
+}
+
+// Of the pixels of the sample (i, j).
+__device__ __forceinline__ void give_confidence(const FinishStep& step, int confidence, int i,
+                                                int j) {
+    const StereoShape& shape = step.shape;
+    const int x = 2 * i, y = 2 * j;
+#pragma unroll
+    for (int v = 0; v < 2; ++v) {
+        if (y + v >= shape.height) break;
+        uint8_t* const to = step.confidence + int64_t{y + v} * shape.stride + x;
+        if (step.pairs_aligned && x + 1 < shape.width) {
+            *reinterpret_cast<uint16_t*>(to) = static_cast<uint16_t>(confidence * 0x101);
+        } else {
+            to[0] = static_cast<uint8_t>(confidence);
+            if (x + 1 < shape.width) to[1] = static_cast<uint8_t>(confidence);
+        }
+    }
+}
+
+// next: where the field goes if passes are left, or nullptr.
+template <int kRadius>
+__global__ void __launch_bounds__(kThreads) finish(FinishStep step, int passes, int16_t* next) {
     __shared__ Tile tile;
     const StereoShape& shape = step.shape;
-    const int radius = shape.fill_radius, margin = radius + kSpeckleRadius,
-              thread = static_cast<int>(threadIdx.x);
-    const int left = static_cast<int>(blockIdx.x) * kWidth,
-              top = static_cast<int>(blockIdx.y) * kHeight;
-    // Sizes of what the speckles are classified in, which is `radius` larger all round than the
-    // tile; rounded up to runs.
-    const int width = kWidth + 2 * radius, height = kHeight + 2 * radius;
-    const int width_runs = (width + kRun - 1) / kRun, height_runs = (height + kRun - 1) / kRun;
+    const int fill = shape.fill_radius, reach = passes * kRadius,
+              margin = reach + fill + kSpeckleRadius;
+    const int left = static_cast<int>(blockIdx.x) * (kWidth - 1),
+              top = static_cast<int>(blockIdx.y) * (kHeight - 1);
+    const int height = kHeight + 2 * margin, thread = static_cast<int>(threadIdx.x);
+    const auto owned = [&](int column, int row) {
+        return column >= margin && column < margin + kWidth - 1 && row >= margin &&
+               row < margin + kHeight - 1 && left - margin + column < shape.samples_x &&
+               top - margin + row < shape.samples_y;
+    };
 
-    const int reach_width = kRun * width_runs + 2 * kSpeckleRadius,
-              reach_height = kRun * height_runs + 2 * kSpeckleRadius;
-    constexpr int kLanes = static_cast<int>(kWarp);
-#pragma unroll 4
-    for (int row = thread / kLanes; row < reach_height; row += kThreads / kLanes) {
+    constexpr int kRounds = (kReachHeight + kWarps - 1) / kWarps;
+    const int warp = thread / kLanes, lane = thread % kLanes;
+    uint32_t words[kRounds][2];
 #pragma unroll
-        for (int lanes = 0; lanes < kReachWidth; lanes += kLanes) {
-            const int column = lanes + thread % kLanes, x = left - margin + column,
-                      y = top - margin + row;
-            const bool inside =
-                column < reach_width && x >= 0 && y >= 0 && x < shape.width && y < shape.height;
-            const int evidence =
-                inside ? __ldg(step.evidence + y * shape.full_stride + x) : kNoDisparity;
-            if (column < reach_width) tile.cells[row][column] = evidence != kNoDisparity;
+    for (int round = 0; round < kRounds; ++round)
+#pragma unroll
+        for (int part = 0; part < 2; ++part) {
+            // Outside the field some sample is read that does not matter.
+            const int i = left - margin + part * kLanes + lane,
+                      j = top - margin + round * kWarps + warp,
+                      at_i = clamped(i, 0, shape.samples_x - 1),
+                      at_j = clamped(j, 0, shape.samples_y - 1);
+            const uint32_t word = __ldg(step.found + at_j * shape.samples_x + at_i);
+            words[round][part] = i == at_i && j == at_j ? word : 0;
         }
-    }
-    __syncthreads();
-    int line[kRun + 2 * kSpeckleRadius], counts[kRun];
-    for (int i = thread; i < reach_height * width_runs; i += kThreads) {
-        const int row = i % reach_height, column = i / reach_height * kRun;
 #pragma unroll
-        for (int u = 0; u < kRun + 2 * kSpeckleRadius; ++u) line[u] = tile.cells[row][column + u];
-        sum_along<kSpeckleRadius, kRun>(line, counts);
+    for (int round = 0; round < kRounds; ++round) {
+        const int row = round * kWarps + warp;
+        if (row >= height) break;
+        uint64_t bits = 0;
 #pragma unroll
-        for (int u = 0; u < kRun; ++u) tile.rows[row][column + u] = counts[u];
-    }
-    __syncthreads();
-    for (int i = thread; i < width * height_runs; i += kThreads) {
-        const int column = i % width, row = i / width * kRun, x = left - radius + column;
-#pragma unroll
-        for (int v = 0; v < kRun + 2 * kSpeckleRadius; ++v) line[v] = tile.rows[row + v][column];
-        sum_along<kSpeckleRadius, kRun>(line, counts);
-#pragma unroll
-        for (int v = 0; v < kRun; ++v) {
-            const int y = top - radius + row + v;
-            const bool inside = x >= 0 && y >= 0 && x < shape.width && y < shape.height;
-            const int at = inside ? y * shape.full_stride + x : 0,
-                      found = __ldg(step.evidence + at), hypothesis = __ldg(step.hypothesis + at);
-            const int evidence =
-                inside && 25 * counts[v] >= 81 * shape.support ? found : kNoDisparity;
-            tile.cells[row + v][column] =
-                evidence == kNoDisparity ? 0 : kOne + evidence - hypothesis;
-            if (step.given_evidence != nullptr && inside && x >= left && x < left + kWidth &&
-                y >= top && y < top + kHeight)
-                step.given_evidence[y * shape.width + x] = static_cast<int16_t>(evidence);
+        for (int part = 0; part < 2; ++part) {
+            const uint32_t word = words[round][part];
+            tile.found[row][part * kLanes + lane] = word;
+            bits |= uint64_t{__ballot_sync(kAllLanes, unpack_found(word).difference != 0)}
+                    << (part * kLanes);
         }
+        if (lane == 0) tile.before[row] = bits;
     }
     __syncthreads();
-    for (int i = thread; i < height * (kWidth / kRun); i += kThreads) {
-        const int row = i % height, column = i / height * kRun;
-        sum_line(&tile.cells[row][column], 1, radius,
-                 [&](int u, int sum) { tile.rows[row][column + u] = sum; });
+#pragma unroll 2
+    for (int row = kSpeckleRadius + warp; row < height - kSpeckleRadius; row += kWarps) {
+        constexpr int kSide = 2 * kSpeckleRadius + 1;
+        uint64_t rows[kSide], bits = 0;
+#pragma unroll
+        for (int v = 0; v < kSide; ++v) rows[v] = tile.before[row - kSpeckleRadius + v];
+#pragma unroll
+        for (int part = 0; part < 2; ++part) {
+            const int column = part * kLanes + lane;
+            uint32_t there = 0;
+#pragma unroll
+            for (int v = 0; v < kSide; ++v)
+                there |= bits_of(rows[v], max(column - kSpeckleRadius, 0), kSide) << (kSide * v);
+            const Found found = unpack_found(tile.found[row][column]);
+            const bool stays = found.difference != 0 && __popc(there) >= shape.support;
+            bits |= uint64_t{__ballot_sync(kAllLanes, stays)} << (part * kLanes);
+            if (step.given_evidence != nullptr && owned(column, row))
+                step.given_evidence[(top - margin + row) * shape.samples_x + left - margin +
+                                    column] = static_cast<int16_t>(disparity_of(found, stays));
+        }
+        if (lane == 0) tile.after[row] = bits;
     }
     __syncthreads();
-    const int enough = (2 * radius + 1) * (2 * radius + 1);
-    for (int i = thread; i < kWidth * (kHeight / kRun); i += kThreads) {
-        const int column = i % kWidth, row = i / kWidth * kRun, x = left + column;
-        if (x >= shape.width) continue;
-        sum_line(&tile.rows[row][column], kStride, radius, [&](int v, int sum) {
-            const int y = top + row + v;
-            if (y >= shape.height) return;
-            const int at = y * shape.full_stride + x, hypothesis = __ldg(step.hypothesis + at),
-                      cell = tile.cells[row + radius + v][column + radius];
-            const int m = (sum + kOne / 2) >> 16, differences = sum - m * kOne;
-            const bool known = cell != 0, filled = !known && 2 * m >= enough;
-            int disparity = known ? hypothesis + cell - kOne : kNoDisparity;
-            if (filled) {
-                const int dividend = 2 * differences + m, quotient = dividend / (2 * m);
-                disparity = max(0, hypothesis + quotient - (dividend - 2 * m * quotient < 0));
+    each(kWidth + 2 * reach, kHeight + 2 * reach, [&](int u, int v) {
+        const int column = u + fill + kSpeckleRadius, row = v + fill + kSpeckleRadius;
+        const Found found = unpack_found(tile.found[row][column]);
+        const bool known = bits_of(tile.after[row], column, 1) != 0;
+        const int i = left - margin + column, j = top - margin + row;
+        int disparity = disparity_of(found, known), confidence = known ? found.confidence : 0;
+        if (!known) {
+            const int side = 2 * fill + 1;
+            int m = 0;
+            for (int y = row - fill; y <= row + fill; ++y)
+                m += __popc(bits_of(tile.after[y], column - fill, side));
+            if (2 * m >= side * side && i >= 0 && j >= 0 && i < shape.samples_x &&
+                j < shape.samples_y) {
+                int sum = -kNoDifference * m;
+                for (int y = row - fill; y <= row + fill; ++y) {
+                    const uint32_t there = bits_of(tile.after[y], column - fill, side);
+                    for (int k = 0; k < side; ++k)
+                        if ((there >> k & 1) != 0)
+                            sum += unpack_found(tile.found[y][column - fill + k]).difference;
+                }
+                const int dividend = 2 * sum + m, quotient = dividend / (2 * m);
+                disparity = max(0, found.hypothesis + quotient - (dividend - 2 * m * quotient < 0));
+                confidence = kFilledConfidence;
             }
-            if (step.given_confidence != nullptr)
-                step.given_confidence[int64_t{y} * shape.stride + x] =
-                    known    ? __ldg(step.confidence + at)
-                    : filled ? kFilledConfidence
-                             : 0;
-            if (step.given_filled != nullptr)
-                step.given_filled[y * shape.width + x] = static_cast<int16_t>(disparity);
-            step.filled[at] = static_cast<int16_t>(disparity);
-        });
-    }
+        }
+        tile.field.cells[v][u] = to_smooth(disparity);
+        if (!owned(column, row)) return;
+        if (step.confidence != nullptr) give_confidence(step, confidence, i, j);
+        if (step.given_filled != nullptr)
+            step.given_filled[j * shape.samples_x + i] = static_cast<int16_t>(disparity);
+    });
+    __syncthreads();
+    smooth_field<kRadius>(tile.field, passes, static_cast<float>(shape.smooth_range));
+    give_field(step, tile.field, left, top, reach, next);
+}
+
+template <int kRadius>
+__global__ void __launch_bounds__(kThreads)
+    smooth(FinishStep step, int passes, const int16_t* from, int16_t* next) {
+    __shared__ Field field;
+    const StereoShape& shape = step.shape;
+    const int reach = passes * kRadius;
+    const int left = static_cast<int>(blockIdx.x) * (kWidth - 1),
+              top = static_cast<int>(blockIdx.y) * (kHeight - 1);
+    each(kWidth + 2 * reach, kHeight + 2 * reach, [&](int column, int row) {
+        const int i = left - reach + column, j = top - reach + row;
+        const bool inside = i >= 0 && j >= 0 && i < shape.samples_x && j < shape.samples_y;
+        field.cells[row][column] =
+            inside ? to_smooth(__ldg(from + j * shape.samples_x + i)) : kMissing;
+    });
+    __syncthreads();
+    smooth_field<kRadius>(field, passes, static_cast<float>(shape.smooth_range));
+    give_field(step, field, left, top, reach, next);
+}
+
+template <int kRadius>
+void record_with(Recorder& recorder, const FinishStep& step) {
+    const Grid grid{dim3(cover(static_cast<uint32_t>(step.shape.samples_x), kWidth - 1),
+                         cover(static_cast<uint32_t>(step.shape.samples_y), kHeight - 1)),
+                    dim3(kThreads)};
+    int left = step.shape.smooth_passes;
+    int16_t *from = nullptr, *to = step.fields[0], *other = step.fields[1];
+    do {
+        const int passes = std::min(left, kMaxReach / kRadius);
+        left -= passes;
+        int16_t* const next = left == 0 ? nullptr : to;
+        if (from == nullptr)
+            recorder.launch(finish<kRadius>, grid, step, passes, next);
+        else
+            recorder.launch(smooth<kRadius>, grid, step, passes, from, next);
+        from = next;
+        std::swap(to, other);
+    } while (left > 0);
 }
 
 }  // namespace
 
 void record_finish(Recorder& recorder, const FinishStep& step) {
-    const auto columns = static_cast<uint32_t>(step.shape.width),
-               rows = static_cast<uint32_t>(step.shape.height);
-    recorder.launch(finish, {dim3(cover(columns, kWidth), cover(rows, kHeight)), dim3(kThreads)},
-                    step);
+    if (step.shape.smooth_radius == 1)
+        record_with<1>(recorder, step);
+    else
+        record_with<2>(recorder, step);
 }
 
 }  // namespace defrec::cuda

@@ -59,7 +59,7 @@ __device__ void inpaint(Tile& tile, const PreparedImage& image, const StereoShap
         for (int u = 0; u < kRun + 2 * kInpaintRadius; u += 4)
             *reinterpret_cast<int4*>(line + u) =
                 *reinterpret_cast<const int4*>(&tile.cells[row][column + u]);
-        sum_along<kInpaintRadius, kRun>(line, sums);
+        sum_along<kInpaintRadius, kRun, 1>(line, sums);
 #pragma unroll
         for (int u = 0; u < kRun; u += 4)
             *reinterpret_cast<int4*>(&tile.rows[row][column + u]) =
@@ -72,7 +72,7 @@ __device__ void inpaint(Tile& tile, const PreparedImage& image, const StereoShap
         const int column = i % kWidth, row = i / kWidth * kRun;
 #pragma unroll
         for (int v = 0; v < kRun + 2 * kInpaintRadius; ++v) line[v] = tile.rows[row + v][column];
-        sum_along<kInpaintRadius, kRun>(line, sums);
+        sum_along<kInpaintRadius, kRun, 1>(line, sums);
 #pragma unroll
         for (int v = 0; v < kRun; ++v) {
             const int at = (row + v) * kWidth + column;
@@ -84,33 +84,41 @@ __device__ void inpaint(Tile& tile, const PreparedImage& image, const StereoShap
     __syncthreads();
 }
 
+// Two half pixels beside each other from four pixels of two rows.
 __device__ void halve(const Tile& tile, const PreparedImage& image, const StereoShape& shape,
                       int left, int top) {
-    const auto* const gray = reinterpret_cast<const uint8_t*>(tile.gray);
-    const auto* const usable = reinterpret_cast<const uint8_t*>(tile.usable);
-    for (int i = static_cast<int>(threadIdx.x); i < kHalfWidth * (kHalfHeight / kBandRows);
+    for (int i = static_cast<int>(threadIdx.x); i < kWidth / 4 * (kHalfHeight / kBandRows);
          i += kThreads) {
-        const int column = i % kHalfWidth, band = i / kHalfWidth, x = left / 2 + column,
+        const int quad = i % (kWidth / 4), band = i / (kWidth / 4), x = left / 2 + 2 * quad,
                   y = top / 2 + band * kBandRows;
         if (x >= shape.half_width || y >= shape.half_height) continue;
-        uint32_t word = 0;
+        const bool both = x + 1 < shape.half_width, last = x + 2 >= shape.half_width;
+        uint2 words = make_uint2(0, 0);
 #pragma unroll
         for (int k = 0; k < kBandRows; ++k) {
             if (y + k >= shape.half_height) break;
-            const int at = 2 * (band * kBandRows + k) * kWidth + 2 * column;
-            const int half =
-                (gray[at] + gray[at + 1] + gray[at + kWidth] + gray[at + kWidth + 1] + 2) >> 2;
-            uint8_t* const row = image.half + (y + k) * gray_stride(shape.half_stride);
-            row[x] = static_cast<uint8_t>(half);
-            if (x == 0)
-                *reinterpret_cast<uint32_t*>(row - 4) = 0x01010101u * static_cast<uint32_t>(half);
-            if (x == shape.half_width - 1)
-                for (int u = 1; u <= 8; ++u) row[x + u] = static_cast<uint8_t>(half);
-            image.half_mask[(y + k) * shape.half_stride + x] =
-                usable[at] & usable[at + 1] & usable[at + kWidth] & usable[at + kWidth + 1];
-            word |= static_cast<uint32_t>((half - 128) & 255) << (8 * k);
+            const int row = 2 * (band * kBandRows + k);
+            const uint32_t above = tile.gray[row][quad], below = tile.gray[row + 1][quad];
+            const auto mean = [&](uint32_t pair) {
+                return __dp4a(above, pair, __dp4a(below, pair, 2u)) >> 2;
+            };
+            // After the last pixel it is repeated.
+            const uint32_t first = mean(0x0101u), second = both ? mean(0x01010000u) : first;
+            uint8_t* const to = image.half + (y + k) * gray_stride(shape.half_stride) + x;
+            *reinterpret_cast<uint16_t*>(to) = static_cast<uint16_t>(first | second << 8);
+            if (x == 0) *reinterpret_cast<uint32_t*>(to - 4) = 0x01010101u * first;
+            if (last)
+                for (int u = 2; u < 10; u += 2)
+                    *reinterpret_cast<uint16_t*>(to + u) = static_cast<uint16_t>(0x101 * second);
+            words.x |= ((first - 128) & 255) << (8 * k);
+            words.y |= ((second - 128) & 255) << (8 * k);
+            if (k % 2 != 0) continue;
+            const uint32_t rows = tile.usable[row][quad] & tile.usable[row + 1][quad],
+                           usable = rows & rows >> 8;  // bytes 0 and 2
+            *reinterpret_cast<uint16_t*>(image.half_mask + (y + k) / 2 * shape.half_stride + x) =
+                static_cast<uint16_t>((usable & 1) | (usable >> 8 & 0x100));
         }
-        image.words[y / kBandRows * shape.half_stride + x] = word;
+        *reinterpret_cast<uint2*>(image.words + y / kBandRows * shape.half_stride + x) = words;
     }
 }
 
@@ -121,16 +129,26 @@ __global__ void __launch_bounds__(kThreads) prepare(PrepareStep step) {
     const int left = static_cast<int>(blockIdx.x) * kWidth,
               top = static_cast<int>(blockIdx.y) * kHeight;
     const int thread = static_cast<int>(threadIdx.x);
+    // All reads before anything that waits for one.
+    constexpr int kRounds = kHeight * (kWidth / 4) / kThreads;
+    static_assert(kRounds * kThreads == kHeight * (kWidth / 4));
+    uint32_t gray[kRounds], mask[kRounds];
+#pragma unroll
+    for (int round = 0; round < kRounds; ++round) {
+        const int i = thread + round * kThreads, x = left + i % (kWidth / 4) * 4,
+                  y = top + i / (kWidth / 4);
+        gray[round] = four_pixels(image.source, shape, x, y, step.words_aligned);
+        mask[round] = image.mask != nullptr && y < shape.height
+                          ? four_pixels(image.mask, shape, x, y, step.words_aligned)
+                          : 0x01010101;
+    }
     bool masked = false;
-    for (int i = thread; i < kHeight * (kWidth / 4); i += kThreads) {
-        const int quad = i % (kWidth / 4), row = i / (kWidth / 4), x = left + 4 * quad,
-                  y = top + row;
-        tile.gray[row][quad] = four_pixels(image.source, shape, x, y, step.words_aligned);
-        uint32_t usable = 0x01010101;
-        if (image.mask != nullptr && y < shape.height) {
-            usable = nonzero_bytes(four_pixels(image.mask, shape, x, y, step.words_aligned));
-            masked |= usable != 0x01010101;
-        }
+#pragma unroll
+    for (int round = 0; round < kRounds; ++round) {
+        const int i = thread + round * kThreads, quad = i % (kWidth / 4), row = i / (kWidth / 4);
+        const uint32_t usable = nonzero_bytes(mask[round]);
+        masked |= usable != 0x01010101;
+        tile.gray[row][quad] = gray[round];
         tile.usable[row][quad] = usable;
     }
     if (__syncthreads_or(masked) != 0) inpaint(tile, image, shape, left, top, step.words_aligned);
@@ -156,10 +174,10 @@ __global__ void __launch_bounds__(kThreads) prepare(PrepareStep step) {
     }
     halve(tile, image, shape, left, top);
     if (blockIdx.z == 0) return;
-    for (int i = thread; i < kHalfWidth * kHalfHeight; i += kThreads) {
-        const int x = left / 2 + i % kHalfWidth, y = top / 2 + i / kHalfWidth;
-        if (x < shape.half_width && y < shape.half_height)
-            step.right_keys[y * shape.half_width + x] = 0;
+    for (int i = thread; i < kHalfWidth * (kHalfHeight / 2); i += kThreads) {
+        const int x = left / 2 + i % kHalfWidth, row = top / 4 + i / kHalfWidth;
+        if (x < shape.half_width && row < shape.half_samples_y)
+            step.right_keys[row * shape.half_width + x] = 0;
     }
 }
 

@@ -1,122 +1,191 @@
-// Stage stereo, sections 8 to 10 at full resolution: a block makes the hypothesis of its tile and
-// the windows round it, refines and classifies.
+// Stage stereo, the smoothing at half resolution and sections 8 to 10 at full: a block makes the
+// hypothesis of the windows round its tile of samples, refines and classifies.
 #include "backends/cuda/stereo_refine.cuh"
+#include "backends/cuda/stereo_smooth.cuh"
 #include "backends/cuda/stereo_steps.hpp"
 
 namespace defrec::cuda {
 namespace {
 
-constexpr int kThreads = 160;  // for the runs of columns of one image at a radius of 4, 40 x 4
-
-// Section 9. x, y may lie outside the image where the result is not used.
-template <int kSide>
-__device__ int upsampled(const int16_t (&half)[kSide][kSide + 2], int first_u, int first_v, int x,
-                         int y) {
-    const int u = (x >> 1) - first_u, v = (y >> 1) - first_v, u2 = (x & 1) == 0 ? u - 1 : u + 1,
-              v2 = (y & 1) == 0 ? v - 1 : v + 1;
-    const int a = half[v][u], b = half[v][u2], c = half[v2][u], d = half[v2][u2];
-    if (a == kNoDisparity) return kNoDisparity;
-    const bool one_surface =
-        max(max(a, b), max(c, d)) - min(min(a, b), min(c, d)) <= kUpsampleRange;
-    return one_surface ? (9 * a + 3 * b + 3 * c + d + 4) >> 3 : 2 * a;
-}
+// For the runs of columns at a radius of 4, 39 x 4, and the half field, 12 x 12.
+constexpr int kThreads = 160, kTileHeight = 16, kColumnRun = 4, kRun = 2;
+// The half samples round the pixels of a tile, of which kHalfBefore lie before those in it.
+constexpr int kHalfBefore = 2, kHalfSide = kTileWidth / 2 + 2 * kHalfBefore;
+static_assert(kTileWidth == kTileHeight && kHalfSmoothRadius == 1);
 
 template <int kRadius>
 struct Block {
-    static constexpr int kSide = RefineTile<kRadius>::kSide, kHalfSide = kSide / 2 + 3;
-    RefineTile<kRadius> tile;
-    int16_t half[kHalfSide][kHalfSide + 2];
-    int16_t hypotheses[kRefineTile][kRefineTile + 2];
+    RefineTile<kRadius, kTileHeight> tile;
+    int half[kHalfSide][kHalfSide];
+    // Of the even row of each pair.
+    int16_t hypotheses[decltype(tile)::kPairs][decltype(tile)::kColumns];
 };
+
+// Section 8, smoothing: what is refined at the half sample (i, j). If there are no disparities it
+// smooths kNoDisparity, which stays.
+__device__ __forceinline__ int smoothed_half(const RefineStep& step, int i, int j) {
+    const int width = step.shape.half_samples_x, height = step.shape.half_samples_y;
+    float cells[3][3];
+#pragma unroll
+    for (int v = 0; v < 3; ++v)
+#pragma unroll
+        for (int u = 0; u < 3; ++u) {
+            // Outside the field some sample is read that does not matter.
+            const int x = clamped(i + u - 1, 0, width - 1), y = clamped(j + v - 1, 0, height - 1),
+                      disparity = __ldg(step.half + y * width + x);
+            const bool inside = (x == i + u - 1) & (y == j + v - 1);
+            cells[v][u] = inside ? static_cast<float>(disparity) : kMissing;
+        }
+    return static_cast<int>(smooth_centre(cells, kHalfSmoothRange));
+}
+
+// Section 9 at a pixel of the odd row y, and below it. Samples lie between the rows 4 v and 4 v +
+// 1, so that the two rows have the same four. half[v - first_v][u - first_u] is the sample (u, v).
+__device__ __forceinline__ void interpolate(const int (&half)[kHalfSide][kHalfSide], int first_u,
+                                            int first_v, int x, int y, int (&hypotheses)[2]) {
+    const int u = ((x - 1) >> 2) - first_u, v = ((y - 1) >> 2) - first_v;
+    const int p = 7 - 2 * ((x - 1) & 3), q = 7 - 2 * ((y - 1) & 3);  // eighths
+    const int a = half[v][u], b = half[v][u + 1], c = half[v + 1][u], d = half[v + 1][u + 1];
+    const int above = p * a + (8 - p) * b, below = p * c + (8 - p) * d;
+    const int sum = q * above + (8 - q) * below + 16;
+    const bool one_surface =
+        max(max(a, b), max(c, d)) - min(min(a, b), min(c, d)) <= kUpsampleRange;
+    const int nearest = 2 * (q >= 4 ? (p >= 4 ? a : b) : (p >= 4 ? c : d));
+    hypotheses[0] = one_surface ? sum >> 5 : nearest;
+    hypotheses[1] = one_surface ? (sum - 2 * (above - below)) >> 5 : nearest;
+}
+
+// What is known of a sample before it is refined.
+struct Known {
+    int standing, left_usable;
+};
+__device__ __forceinline__ Known known_of(const RefineStep& step, int i, int j) {
+    const StereoShape& shape = step.shape;
+    const int u = min(i, shape.half_width - 1) >> 1, v = min(j, shape.half_height - 1) >> 1;
+    return {__ldg(step.standing + v * shape.half_samples_x + u),
+            step.left_mask != nullptr
+                ? __ldg(step.left_mask + int64_t{2 * j} * shape.stride + 2 * i)
+                : 1};
+}
+
+// Section 10 but for the speckles, for the sample (i, j).
+__device__ __forceinline__ void classify(const RefineStep& step, const Known& known,
+                                         const Refined& refined, int hypothesis, int i, int j) {
+    const StereoShape& shape = step.shape;
+    const int x = 2 * i, y = 2 * j;
+    const bool any = hypothesis != kNoDisparity;
+    const int refined_disparity = any ? moved(hypothesis, refined.move) : kNoDisparity,
+              score = any ? refined.score : 0;
+    const int64_t line = int64_t{y} * shape.stride;
+    const int right = 16 * x - refined_disparity;
+    const int right_usable =
+        step.right_mask == nullptr
+            ? 1
+            : __ldg(step.right_mask + line + clamped((right + 8) >> 4, 0, shape.width - 1));
+    // The least v with 256 v >= texture^2 n^2.
+    const uint64_t deviation =
+        uint64_t{static_cast<uint32_t>(shape.texture)} * static_cast<uint32_t>(refined.n);
+    const auto min_variance = static_cast<int>((deviation * deviation + 255) >> 8);
+    Found found{hypothesis, 0, 0};
+    if (any && known.standing != kDoubtful && known.left_usable != 0) {
+        const bool settled = known.standing == kSettled;
+        const bool good = refined.peak && right >= 0 && right_usable != 0 &&
+                          refined.variance >= min_variance &&
+                          score >= (settled ? kTrustedScore : shape.refine_score);
+        if (good || settled) {
+            found.confidence = clamped(good ? score >> 4 : score >> 5, 1, 255);
+            found.difference = kNoDifference + (good ? refined_disparity - hypothesis : 0);
+        }
+    }
+    const int at = j * shape.samples_x + i;
+    step.found[at] = pack_found(found);
+    if (step.given_refined != nullptr)
+        step.given_refined[at] = static_cast<int16_t>(refined_disparity);
+    if (step.given_score != nullptr) step.given_score[at] = static_cast<int16_t>(score);
+}
+
+// Of the pixels of the tile.
+__device__ void give_hypothesis(const RefineStep& step, const int (&half)[kHalfSide][kHalfSide],
+                                int left, int top, bool any) {
+    const StereoShape& shape = step.shape;
+    for (int k = static_cast<int>(threadIdx.x); k < 2 * kTileWidth * (kTileHeight + 1);
+         k += kThreads) {
+        const int x = 2 * left + k % (2 * kTileWidth), pair = k / (2 * kTileWidth),
+                  y = 2 * (top + pair) - 1;
+        int two[2];
+        interpolate(half, left / 2 - kHalfBefore, top / 2 - kHalfBefore, x, y, two);
+#pragma unroll
+        for (int v = 0; v < 2; ++v)
+            if (pair + v > 0 && pair + v < kTileHeight + 1 && x < shape.width &&
+                y + v < shape.height)
+                step.given_hypothesis[(y + v) * shape.width + x] =
+                    static_cast<int16_t>(any ? two[v] : kNoDisparity);
+    }
+}
 
 template <int kRadius>
 __global__ void __launch_bounds__(kThreads, 4) refine(RefineStep step) {
-    constexpr int kSide = Block<kRadius>::kSide, kHalfSide = Block<kRadius>::kHalfSide;
     Block<kRadius>& block = *dynamic_shared<Block<kRadius>>();
-    auto& [tile, half, hypotheses] = block;
+    using Tile = RefineTile<kRadius, kTileHeight>;
+    auto& tile = block.tile;
+    auto& half = block.half;
+    auto& hypotheses = block.hypotheses;
     const StereoShape& shape = step.shape;
-    const int left = static_cast<int>(blockIdx.x) * kRefineTile,
-              top = static_cast<int>(blockIdx.y) * kRefineTile;
+    const int left = static_cast<int>(blockIdx.x) * kTileWidth,
+              top = static_cast<int>(blockIdx.y) * kTileHeight;
     const int thread = static_cast<int>(threadIdx.x);
 
-    const int first_u = ((left - kRadius) >> 1) - 1, first_v = ((top - kRadius) >> 1) - 1;
-    for (int i = thread; i < kHalfSide * kHalfSide; i += kThreads) {
-        const int u = i % kHalfSide, v = i / kHalfSide;
-        const int at_u = clamped(first_u + u, 0, shape.half_width - 1),
-                  at_v = clamped(first_v + v, 0, shape.half_height - 1);
-        half[v][u] = __ldg(step.half + at_v * shape.half_width + at_u);
+    // All of the half field is there, or nothing.
+    const bool any = __ldg(step.half) != kNoDisparity;
+    const int first_u = left / 2 - kHalfBefore, first_v = top / 2 - kHalfBefore;
+    for (int k = thread; k < kHalfSide * kHalfSide; k += kThreads) {
+        const int column = k % kHalfSide, row = k / kHalfSide, u = first_u + column,
+                  v = first_v + row;
+        const int i = clamped(u, 0, shape.half_samples_x - 1),
+                  j = clamped(v, 0, shape.half_samples_y - 1), smoothed = smoothed_half(step, i, j);
+        half[row][column] = max(smoothed, 0);
+        const bool owned = u == i && v == j && u >= left / 2 && u < (left + kTileWidth) / 2 &&
+                           v >= top / 2 && v < (top + kTileHeight) / 2;
+        if (step.given_half != nullptr && owned)
+            step.given_half[v * shape.half_samples_x + u] = static_cast<int16_t>(smoothed);
     }
     __syncthreads();
-#pragma unroll 5
-    for (int i = thread; i < kSide * kSide; i += kThreads) {
-        const int column = i % kSide - kRadius, row = i / kSide - kRadius, x = left + column,
-                  y = top + row;
-        const int hypothesis = upsampled(half, first_u, first_v, x, y);
-        // Outside the image some pixel is read that does not matter.
-        const int at_x = clamped(x, 0, shape.width - 1),
-                  line = clamped(y, 0, shape.height - 1) * gray_stride(shape.full_stride);
-        const uint2 cell = refine_cell(step.left[line + at_x], step.right + line, hypothesis, at_x);
-        const bool inside = x == at_x && y >= 0 && y < shape.height;
-        tile.cells[row + kRadius][column + kRadius] =
-            make_uint2(inside ? cell.x : 0, inside ? cell.y : 0);
-        if (column >= 0 && row >= 0 && column < kRefineTile && row < kRefineTile)
-            hypotheses[row][column] = static_cast<int16_t>(hypothesis);
-    }
+    const GrayPair images{step.left, step.right, shape.width, shape.height,
+                          gray_stride(shape.full_stride)};
+    make_pairs<kThreads>(tile, images, left, top, [&](int tile_x, int tile_y, int(&two)[2]) {
+        interpolate(half, first_u, first_v, 2 * left + tile_x, 2 * top + tile_y, two);
+        hypotheses[(tile_y - Tile::kFirstRow) / 2][tile_x + kRadius] = static_cast<int16_t>(two[1]);
+    });
+    if (step.given_hypothesis != nullptr) give_hypothesis(step, half, left, top, any);
     __syncthreads();
-    // The least v with 256 v >= texture^2 n^2.
-    const auto min_variance = [&](uint32_t n) {
-        const uint64_t deviation = uint64_t{static_cast<uint32_t>(shape.texture)} * n;
-        return static_cast<int>((deviation * deviation + 255) >> 8);
-    };
-    refine_tile<kThreads, kRefineRun>(tile, left, top, shape.width, shape.height, min_variance);
-
-#pragma unroll 4
-    for (int i = thread; i < kRefineTile * kRefineTile; i += kThreads) {
-        const int column = i % kRefineTile, row = i / kRefineTile, x = left + column, y = top + row;
-        if (x >= shape.width || y >= shape.height) continue;
-        const Refined refined = unpack(tile.result(column, row));
-        const int hypothesis = hypotheses[row][column];
-        const bool any = hypothesis != kNoDisparity;
-        const int refined_disparity = any ? moved(hypothesis, refined.move) : kNoDisparity,
-                  score = any ? refined.score : 0;
-        const int u = min(x >> 1, shape.half_width - 1), v = min(y >> 1, shape.half_height - 1);
-        const int64_t line = int64_t{y} * shape.stride;
-        const int q = 16 * x - refined_disparity;
-        // All reads before any decision: then they do not wait for each other.
-        const int stands = __ldg(step.standing + v * shape.half_stride + u);
-        const int left_usable = step.left_mask == nullptr ? 1 : __ldg(step.left_mask + line + x);
-        const int right_usable =
-            step.right_mask == nullptr
-                ? 1
-                : __ldg(step.right_mask + line + clamped((q + 8) >> 4, 0, shape.width - 1));
-        int disparity = kNoDisparity, confidence = 0;
-        if (any && stands != kDoubtful && left_usable != 0) {
-            const bool known = stands == kSettled;
-            const bool good = refined.peak && q >= 0 && right_usable != 0 && refined.textured &&
-                              score >= (known ? kTrustedScore : shape.refine_score);
-            if (good || known) {
-                disparity = good ? refined_disparity : hypothesis;
-                confidence = clamped(good ? score >> 4 : score >> 5, 1, 255);
-            }
+    sum_columns<kThreads, kColumnRun>(tile);
+    __syncthreads();
+    constexpr int kRuns = kTileWidth / kRun;
+    for (int k = thread; k < kTileHeight * kRuns; k += kThreads) {
+        const int column = k % kRuns * kRun, row = k / kRuns, i = left + column, j = top + row;
+        if (i >= shape.samples_x || j >= shape.samples_y) continue;
+        Known known[kRun];
+#pragma unroll
+        for (int m = 0; m < kRun; ++m)
+            known[m] = known_of(step, min(i + m, shape.samples_x - 1), j);
+        Refined refined[kRun];
+        refine_run<kRun>(tile, column, row, 2 * i, 2 * j, shape.width, shape.height, refined);
+#pragma unroll
+        for (int m = 0; m < kRun; ++m) {
+            constexpr int kPairsAbove = -(Tile::kFirstRow + 1) / 2;
+            const int hypothesis = hypotheses[row + kPairsAbove][2 * (column + m) + kRadius];
+            if (i + m < shape.samples_x)
+                classify(step, known[m], refined[m], any ? hypothesis : kNoDisparity, i + m, j);
         }
-        const int at = y * shape.full_stride + x, given = y * shape.width + x;
-        step.hypothesis[at] = static_cast<int16_t>(hypothesis);
-        step.evidence[at] = static_cast<int16_t>(disparity);
-        step.confidence[at] = static_cast<uint8_t>(confidence);
-        if (step.given_hypothesis != nullptr)
-            step.given_hypothesis[given] = static_cast<int16_t>(hypothesis);
-        if (step.given_refined != nullptr)
-            step.given_refined[given] = static_cast<int16_t>(refined_disparity);
-        if (step.given_score != nullptr) step.given_score[given] = static_cast<int16_t>(score);
     }
 }
 
 }  // namespace
 
 void record_refine(Recorder& recorder, const RefineStep& step) {
-    const auto columns = static_cast<uint32_t>(step.shape.width),
-               rows = static_cast<uint32_t>(step.shape.height);
-    const dim3 blocks(cover(columns, kRefineTile), cover(rows, kRefineTile));
+    const auto columns = static_cast<uint32_t>(step.shape.samples_x),
+               rows = static_cast<uint32_t>(step.shape.samples_y);
+    const dim3 blocks(cover(columns, kTileWidth), cover(rows, kTileHeight));
     with_radius(step.shape.refine_radius, [&]<int kRadius>(std::integral_constant<int, kRadius>) {
         recorder.launch(refine<kRadius>, {blocks, dim3(kThreads), sizeof(Block<kRadius>)}, step);
     });

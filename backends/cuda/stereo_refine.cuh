@@ -1,4 +1,4 @@
-// Section 8 of docs/stages/stereo.md for a tile of pixels.
+// Section 8 of docs/stages/stereo.md for a tile of samples.
 #pragma once
 #include <type_traits>
 
@@ -7,22 +7,24 @@
 namespace defrec::cuda {
 namespace {
 
-constexpr int kRefineTile = 32, kRefineRun = 8;
+constexpr int kTileWidth = 16;  // samples
 
-// Its place is dynamic shared memory.
-template <int kRadius>
+// Pixels round samples in pairs of rows, the first of them odd in the image. A window is kRadius
+// whole pairs and a row of its own: above them for an even radius, below for an odd one.
+template <int kRadius, int kTileHeight>
 struct RefineTile {
-    static constexpr int kSide = kRefineTile + 2 * kRadius;
-    // Of sums along columns; so that rows eight apart in four words each do not share banks.
-    static constexpr int kStride = (kSide + 3) / 8 * 8 + 4;
-    static_assert(kStride >= kSide);
-    // Left gray; and the right image seen through the hypothesis one pixel to the left, on the spot
-    // and one to the right, 9 bits each. 0 outside the image.
-    uint2 cells[kSide][kSide];
-    alignas(16) int columns[6][kRefineTile][kStride];
-
-    // What comes out: in the place of `columns`.
-    __device__ int& result(int column, int row) { return columns[0][row][column]; }
+    static constexpr int kHeight = kTileHeight;
+    static constexpr bool kRowAbove = kRadius % 2 == 0;
+    static constexpr int kColumns = 2 * kTileWidth - 1 + 2 * kRadius, kPairs = kHeight + kRadius;
+    static constexpr int kFirstRow = -kRadius - kRowAbove;  // of the first pair, from the tile's
+    // Of sums along columns, as far as scores are read in vectors of four.
+    static constexpr int kStride = (kColumns + 3) / 4 * 4;
+    static constexpr int kPlanes = 11;
+    // The right image seen through the hypothesis one pixel to the left, on the spot and one to the
+    // right, a row in each half; and left gray, a row in each byte. 0 outside the image.
+    uint4 pairs[kPairs][kColumns];
+    // Sums along the windows' columns of L and L L; and of W, W W and L W for each of the three W.
+    alignas(16) int columns[kPlanes][kHeight][kStride];
 };
 
 // Calls launch with a refinement radius, 2 to 6, as a constant: std::integral_constant<int,
@@ -43,36 +45,142 @@ void with_radius(int radius, Launch&& launch) {
     }
 }
 
-// A refined pixel in a word.
+// The images of a level, whose rows have margins, which are read instead of the repetition of
+// their ends.
+struct GrayPair {
+    const uint8_t *left, *right;
+    int width, height, stride;
+};
+
+// Two rows of a column from the odd one y on, through the hypotheses there, which are not negative.
+__device__ __forceinline__ uint4 refine_pair(const GrayPair& images, int x, int y,
+                                             const int (&hypotheses)[2]) {
+    const int at_x = clamped(x, 0, images.width - 1);
+    uint32_t before[2], here[2], after[2], left[2];
+#pragma unroll
+    for (int k = 0; k < 2; ++k) {
+        // Outside the image some pixel is read that does not matter.
+        const int at_y = clamped(y + k, 0, images.height - 1), line = at_y * images.stride;
+        const int p = 16 * at_x - hypotheses[k];
+        const int first = max(p >> 4, -3) - 1;  // further out all four are the first pixel
+        const auto* const words =
+            reinterpret_cast<const uint32_t*>(images.right + line + (first & ~3));
+        const uint32_t low = __ldg(words), high = __ldg(words + 1),
+                       gray = __ldg(images.left + line + at_x);
+        const bool inside = (x == at_x) & (y + k == at_y);
+        // The shift counts modulo 32. 16 - f and f, f = p & 15.
+        const uint32_t pixels = __funnelshift_r(low, high, 8 * static_cast<uint32_t>(first)),
+                       weights = inside ? static_cast<uint32_t>(16 + 255 * (p & 15)) : 0;
+        before[k] = __dp4a(pixels, weights, 4u) >> 3;
+        here[k] = __dp4a(pixels, weights << 8, 4u) >> 3;
+        after[k] = __dp4a(pixels, weights << 16, 4u) >> 3;
+        left[k] = inside ? gray : 0;
+    }
+    constexpr uint32_t kLowerHalves = 0x5410;
+    return make_uint4(__byte_perm(before[0], before[1], kLowerHalves),
+                      __byte_perm(here[0], here[1], kLowerHalves),
+                      __byte_perm(after[0], after[1], kLowerHalves), left[0] | left[1] << 8);
+}
+
+// Makes the tile's pairs: hypotheses_of(tile_x, tile_y, two) gives those of the pixel (tile_x,
+// tile_y) from the tile's first and of the one below. By kThreads threads; one stays in its column.
+template <int kThreads, int kRadius, int kHeight, class Hypotheses>
+__device__ __forceinline__ void make_pairs(RefineTile<kRadius, kHeight>& tile,
+                                           const GrayPair& images, int left, int top,
+                                           Hypotheses&& hypotheses_of) {
+    using Tile = RefineTile<kRadius, kHeight>;
+    constexpr int kRows = kThreads / Tile::kColumns;  // of pairs, at once
+    const int column = static_cast<int>(threadIdx.x) % Tile::kColumns,
+              first = static_cast<int>(threadIdx.x) / Tile::kColumns;
+    if (first >= kRows) return;
+#pragma unroll
+    for (int round = 0; round < (Tile::kPairs + kRows - 1) / kRows; ++round) {
+        const int pair = first + round * kRows;
+        if (Tile::kPairs % kRows != 0 && pair >= Tile::kPairs) break;
+        const int tile_x = column - kRadius, tile_y = Tile::kFirstRow + 2 * pair;
+        int two[2];
+        hypotheses_of(tile_x, tile_y, two);
+        tile.pairs[pair][column] = refine_pair(images, 2 * left + tile_x, 2 * top + tile_y, two);
+    }
+}
+
+// Sums along the columns of windows of kRun rows of samples from `row` on.
+template <int kRun, int kRadius, int kHeight>
+__device__ __forceinline__ void sum_column(RefineTile<kRadius, kHeight>& tile, int column,
+                                           int row) {
+    using Tile = RefineTile<kRadius, kHeight>;
+    constexpr int kPairs = kRun + kRadius, kAbove = Tile::kRowAbove;
+    uint4 pairs[kPairs];
+#pragma unroll
+    for (int q = 0; q < kPairs; ++q) pairs[q] = tile.pairs[row + q][column];
+    // A plane's sums from what of_pair gives for a whole pair, and alone for the row that a window
+    // has without the other.
+    const auto give = [&](int plane, auto&& of_pair, auto&& alone) {
+        int of[kPairs], sum = 0;
+#pragma unroll
+        for (int q = kAbove; q < kPairs - 1 + kAbove; ++q) of[q] = of_pair(pairs[q]);
+#pragma unroll
+        for (int q = kAbove; q < kAbove + kRadius; ++q) sum += of[q];
+#pragma unroll
+        for (int s = 0; s < kRun; ++s) {
+            tile.columns[plane][row + s][column] =
+                sum + alone(pairs[kAbove != 0 ? s : s + kRadius]);
+            if (s < kRun - 1) sum += of[s + kAbove + kRadius] - of[s + kAbove];
+        }
+    };
+    const auto one_row = [](uint32_t word) { return kAbove != 0 ? word >> 16 : word & 0xffff; };
+    const auto one_gray = [](uint32_t word) { return kAbove != 0 ? word >> 8 : word & 0xff; };
+    const auto sum_of = [&](int plane, auto&& word) {
+        give(
+            plane,
+            [&](const uint4& p) { return static_cast<int>(__dp2a_lo(word(p), 0x0101u, 0u)); },
+            [&](const uint4& p) { return static_cast<int>(one_row(word(p))); });
+        give(
+            plane + 1,
+            [&](const uint4& p) {
+                const uint32_t low = word(p) & 0xffff, high = word(p) >> 16;
+                return static_cast<int>(low * low + high * high);
+            },
+            [&](const uint4& p) {
+                const uint32_t value = one_row(word(p));
+                return static_cast<int>(value * value);
+            });
+        give(
+            plane + 2,
+            [&](const uint4& p) { return static_cast<int>(__dp2a_lo(word(p), p.w, 0u)); },
+            [&](const uint4& p) { return static_cast<int>(one_row(word(p)) * one_gray(p.w)); });
+    };
+    give(
+        0, [](const uint4& p) { return static_cast<int>(__dp4a(p.w, 0x0101u, 0u)); },
+        [&](const uint4& p) { return static_cast<int>(one_gray(p.w)); });
+    give(
+        1, [](const uint4& p) { return static_cast<int>(__dp4a(p.w, p.w, 0u)); },
+        [&](const uint4& p) {
+            const uint32_t value = one_gray(p.w);
+            return static_cast<int>(value * value);
+        });
+    sum_of(2, [](const uint4& p) { return p.x; });
+    sum_of(5, [](const uint4& p) { return p.y; });
+    sum_of(8, [](const uint4& p) { return p.z; });
+}
+
+// From the pairs; by kThreads threads that have kRun rows of a column each.
+template <int kThreads, int kRun, int kRadius, int kHeight>
+__device__ __forceinline__ void sum_columns(RefineTile<kRadius, kHeight>& tile) {
+    constexpr int kColumns = RefineTile<kRadius, kHeight>::kColumns;
+    static_assert(kHeight % kRun == 0);
+    for (int i = static_cast<int>(threadIdx.x); i < kColumns * (kHeight / kRun); i += kThreads)
+        sum_column<kRun>(tile, i % kColumns, i / kColumns * kRun);
+}
+
 struct Refined {
     int move;  // of the disparity; not more than 16 either way
     int score;
-    bool peak, textured;
+    bool peak;
+    int variance, n;
 };
-__device__ __forceinline__ int pack(const Refined& r) {
-    return r.score * (1 << 16) + (r.textured << 7) + (r.peak << 6) + (r.move + 16);
-}
-__device__ __forceinline__ Refined unpack(int word) {
-    return {(word & 63) - 16, word >> 16, (word >> 6 & 1) != 0, (word >> 7 & 1) != 0};
-}
 __device__ __forceinline__ int moved(int hypothesis, int move) {
     return clamped(hypothesis + move, 0, 32000);
-}
-
-// right: the row of the right image, whose margins are read instead of its ends' repetition.
-__device__ __forceinline__ uint2 refine_cell(int left, const uint8_t* right, int hypothesis,
-                                             int x) {
-    const int p = 16 * x - (hypothesis == kNoDisparity ? 0 : hypothesis);
-    const auto part = static_cast<uint32_t>(p & 15);
-    const int first = max(p >> 4, -3) - 1;  // further out all four are the first pixel
-    const auto* const words = reinterpret_cast<const uint32_t*>(right) + (first >> 2);
-    const uint32_t pixels =
-                       __funnelshift_r(words[0], words[1], static_cast<uint32_t>(8 * (first & 3))),
-                   weights = (16 - part) | part << 8;
-    const uint32_t before = __dp4a(pixels, weights, 4u) >> 3,
-                   here = __dp4a(pixels, weights << 8, 4u) >> 3,
-                   after = __dp4a(pixels, weights << 16, 4u) >> 3;
-    return make_uint2(static_cast<uint32_t>(left), before | here << 9 | after << 18);
 }
 
 // floor(a / b) where that is within 40 of 0, else something beyond. b > 0, below 2^24.
@@ -83,147 +191,82 @@ __device__ __forceinline__ int small_quotient(int a, int b) {
     return quotient + (rest >= b) - (rest < 0);
 }
 
-// Sums of I, I I and L I along the columns of windows, I the image, as they move down kRefineRun
-// rows. Image 0, the left one, to the planes 0 and 1; of those of the right one 1 and 3 to 3 .. 5,
-// and 2 to 0 .. 2.
-template <int kRadius, int kImage>
-__device__ __forceinline__ void sum_column(RefineTile<kRadius>& tile, int at, int first) {
-    constexpr int kReach = kRefineRun + 2 * kRadius, kPlane = kImage % 2 == 0 ? 0 : 3;
-    constexpr bool kProduct = kImage != 0;
-    int gray[kReach], value[kReach];
-#pragma unroll
-    for (int v = 0; v < kReach; ++v) {
-        const uint2 cell = tile.cells[first + v][at];
-        gray[v] = static_cast<int>(cell.x);
-        value[v] =
-            kImage == 0 ? gray[v] : static_cast<int>(cell.y >> (9 * (kImage - kProduct)) & 511);
-    }
-    int sum = 0, square = 0, product = 0;
-#pragma unroll
-    for (int v = 0; v < kReach; ++v) {
-        sum += value[v];
-        square += value[v] * value[v];
-        if (kProduct) product += gray[v] * value[v];
-        if (v < 2 * kRadius) continue;
-        const int out = v - 2 * kRadius, row = first + out;
-        tile.columns[kPlane][row][at] = sum;
-        tile.columns[kPlane + 1][row][at] = square;
-        if (kProduct) tile.columns[kPlane + 2][row][at] = product;
-        sum -= value[out];
-        square -= value[out] * value[out];
-        if (kProduct) product -= gray[out] * value[out];
-    }
-}
-
-// Two of the images: by the same threads where they are just enough for one, else by others.
-template <int kRadius, int kThreads, int kFirst>
-__device__ __forceinline__ void sum_columns(RefineTile<kRadius>& tile) {
-    constexpr int kSide = RefineTile<kRadius>::kSide, kRuns = kSide * (kRefineTile / kRefineRun);
-    constexpr bool kTogether = kThreads < 2 * kRefineTile * (kRefineTile / kRefineRun);
-    for (int i = static_cast<int>(threadIdx.x); i < (kTogether ? kRuns : 2 * kRuns);
-         i += kThreads) {
-        const int at = i % kSide, first = i / kSide * kRefineRun;
-        if (kTogether || i < kRuns) sum_column<kRadius, kFirst>(tile, at, first % kRefineTile);
-        if (kTogether || i >= kRuns) sum_column<kRadius, kFirst + 1>(tile, at, first % kRefineTile);
-    }
-}
-
-// Windows of kRun pixels from the sums along their columns.
+// Windows of kRun samples, 1 or 2, from the sums along their columns.
 template <int kRadius, int kRun>
 __device__ __forceinline__ void sum_run(const int* columns, int (&sums)[kRun]) {
-    constexpr int kReach = kRun + 2 * kRadius;
-    alignas(16) int line[(kReach + 3) / 4 * 4];
-    int used[kReach];
+    constexpr int kUsed = 2 * kRun - 1 + 2 * kRadius;
+    alignas(16) int line[(kUsed + 3) / 4 * 4];
+    int used[kUsed];
+    if (kRun == 1) {
 #pragma unroll
-    for (int u = 0; u < kReach; u += 4)
-        *reinterpret_cast<int4*>(line + u) = *reinterpret_cast<const int4*>(columns + u);
+        for (int u = 0; u < kUsed; u += 2)
+            *reinterpret_cast<int2*>(line + u) = *reinterpret_cast<const int2*>(columns + u);
+    } else {
 #pragma unroll
-    for (int u = 0; u < kReach; ++u) used[u] = line[u];
-    sum_along<kRadius, kRun>(used, sums);
+        for (int u = 0; u < kUsed; u += 4)
+            *reinterpret_cast<int4*>(line + u) = *reinterpret_cast<const int4*>(columns + u);
+    }
+#pragma unroll
+    for (int u = 0; u < kUsed; ++u) used[u] = line[u];
+    sum_along<kRadius, kRun, 2>(used, sums);
 }
 
-// Windows of the tile from its cells, by kThreads threads that have kRun pixels of a row each; the
-// results are there when it returns. least_variance(n): of texture, in a window of n pixels.
-template <int kThreads, int kRun, int kRadius, class LeastVariance>
-__device__ __forceinline__ void refine_tile(RefineTile<kRadius>& tile, int left, int top, int width,
-                                            int height, LeastVariance&& min_variance) {
-    static_assert(kThreads >= kRefineTile * (kRefineTile / kRun));
-    const int thread = static_cast<int>(threadIdx.x);
-    const bool scores = thread < kRefineTile * (kRefineTile / kRun);
-    const int row = thread % kRefineTile, column = thread / kRefineTile * kRun;
-    const int y = top + row, window_height = min(y + kRadius, height - 1) - max(y - kRadius, 0) + 1;
-    const auto window_size = [&](int m) {
-        const int x = left + column + m;
-        return static_cast<uint32_t>((min(x + kRadius, width - 1) - max(x - kRadius, 0) + 1) *
-                                     window_height);
-    };
-    uint32_t left_sum[kRun];
+// The samples (column + m, row) of the tile, of which (x, y) is the first one's pixel.
+template <int kRun, int kRadius, int kHeight>
+__device__ __forceinline__ void refine_run(const RefineTile<kRadius, kHeight>& tile, int column,
+                                           int row, int x, int y, int width, int height,
+                                           Refined (&refined)[kRun]) {
+    const int window_height = min(y + kRadius, height - 1) - max(y - kRadius, 0) + 1;
+    uint32_t n[kRun], left_sum[kRun];
     float left_root[kRun];
-    int z[3][kRun];
-    uint32_t textured = 0;  // a bit for each pixel
-
+    int z[3][kRun], sums[kRun], squares[kRun], products[kRun];
+    const auto read = [&](int plane, int(&to)[kRun]) {
+        sum_run<kRadius, kRun>(&tile.columns[plane][row][2 * column], to);
+    };
     // Products may wrap round; their differences fit. Where a variance is 0, so are the covariances
     // that its root multiplies.
-    const auto see_left = [&] {
-        int sum[kRun], square[kRun];
-        sum_run<kRadius, kRun>(&tile.columns[0][row][column], sum);
-        sum_run<kRadius, kRun>(&tile.columns[1][row][column], square);
+    read(0, sums);
+    read(1, squares);
+#pragma unroll
+    for (int m = 0; m < kRun; ++m) {
+        const int at = x + 2 * m;
+        n[m] = static_cast<uint32_t>((min(at + kRadius, width - 1) - max(at - kRadius, 0) + 1) *
+                                     window_height);
+        left_sum[m] = static_cast<uint32_t>(sums[m]);
+        refined[m].n = static_cast<int>(n[m]);
+        refined[m].variance =
+            static_cast<int>(n[m] * static_cast<uint32_t>(squares[m]) - left_sum[m] * left_sum[m]);
+        left_root[m] = inverse_root_of_positive(refined[m].variance) * 0x1p20f;
+    }
+#pragma unroll
+    for (int k = 0; k < 3; ++k) {
+        read(3 * k + 2, sums);
+        read(3 * k + 3, squares);
+        read(3 * k + 4, products);
 #pragma unroll
         for (int m = 0; m < kRun; ++m) {
-            const uint32_t n = window_size(m);
-            left_sum[m] = static_cast<uint32_t>(sum[m]);
+            const auto sum = static_cast<uint32_t>(sums[m]);
             const auto variance =
-                static_cast<int>(n * static_cast<uint32_t>(square[m]) - left_sum[m] * left_sum[m]);
-            left_root[m] = inverse_root_of_positive(variance) * 0x1p20f;
-            textured |= variance >= min_variance(n) ? 1u << m : 0u;
-        }
-    };
-    const auto see_right = [&](int plane, int(&correlation)[kRun]) {
-        int sums[kRun], squares[kRun], products[kRun];
-        sum_run<kRadius, kRun>(&tile.columns[plane][row][column], sums);
-        sum_run<kRadius, kRun>(&tile.columns[plane + 1][row][column], squares);
-        sum_run<kRadius, kRun>(&tile.columns[plane + 2][row][column], products);
-#pragma unroll
-        for (int m = 0; m < kRun; ++m) {
-            const uint32_t n = window_size(m), sum = static_cast<uint32_t>(sums[m]);
-            const auto variance =
-                static_cast<int>(n * static_cast<uint32_t>(squares[m]) - sum * sum);
+                static_cast<int>(n[m] * static_cast<uint32_t>(squares[m]) - sum * sum);
             const auto covariance =
-                static_cast<int>(n * static_cast<uint32_t>(products[m]) - left_sum[m] * sum);
-            correlation[m] = static_cast<int>(
+                static_cast<int>(n[m] * static_cast<uint32_t>(products[m]) - left_sum[m] * sum);
+            z[k][m] = static_cast<int>(
                 (static_cast<float>(covariance) * inverse_root_of_positive(variance)) *
                 left_root[m]);
         }
-    };
-    sum_columns<kRadius, kThreads, 0>(tile);
-    __syncthreads();
-    if (scores) {
-        see_left();
-        see_right(3, z[0]);
     }
-    __syncthreads();
-    sum_columns<kRadius, kThreads, 2>(tile);
-    __syncthreads();
-    if (scores) {
-        see_right(0, z[1]);
-        see_right(3, z[2]);
-    }
-    __syncthreads();
-    if (scores) {
 #pragma unroll
-        for (int m = 0; m < kRun; ++m) {
-            Refined refined{0, max(z[0][m], max(z[1][m], z[2][m])) >> 8, false,
-                            (textured >> m & 1) != 0};
-            const int bend = 2 * z[1][m] - z[0][m] - z[2][m];
-            if (bend > 0) {
-                const int top_at = small_quotient(16 * (z[0][m] - z[2][m]) + bend, 2 * bend);
-                refined.peak = abs(top_at) <= 16;
-                refined.move = clamped(top_at, -16, 16);
-            }
-            tile.result(column + m, row) = pack(refined);
+    for (int m = 0; m < kRun; ++m) {
+        refined[m].score = max(z[0][m], max(z[1][m], z[2][m])) >> 8;
+        refined[m].move = 0;
+        refined[m].peak = false;
+        const int bend = 2 * z[1][m] - z[0][m] - z[2][m];
+        if (bend > 0) {
+            const int top_at = small_quotient(16 * (z[0][m] - z[2][m]) + bend, 2 * bend);
+            refined[m].peak = abs(top_at) <= 16;
+            refined[m].move = clamped(top_at, -16, 16);
         }
     }
-    __syncthreads();
 }
 
 }  // namespace

@@ -1,25 +1,27 @@
 // Stage stereo, section 3: the search, and what section 4 asks of a left pixel alone.
 //
-// A block has kBandRows rows of a tile of left pixels, and goes through the disparities kGroups
-// groups of four at a time. A thread has one group for a run of pixels: it keeps the sums of
-// products along the columns of its windows, for each of the four disparities, and moves them down
-// from row to row by a product entering and one leaving. Windows, scores and the best of the group,
-// for the left and for the right pixels, follow in registers; groups meet in shared memory. There
-// is no volume of costs.
+// A block has a tile of left samples, and goes through the disparities kGroups groups of four at a
+// time. A thread has one group for a run of samples in each row: it keeps the sums of products
+// along the columns of its windows, for each of the four disparities, and moves them down two rows
+// at a time by the products entering and leaving. Windows, scores and the best of the group, for
+// the left samples and for the right pixels, follow in registers; groups meet in shared memory.
+// There is no volume of costs.
 #include "backends/cuda/stereo_steps.hpp"
 #include "backends/cuda/stereo_windows.cuh"
 
 namespace defrec::cuda {
 namespace {
 
-constexpr int kRun = 8, kRuns = 8, kTile = kRun * kRuns, kRows = kBandRows;
-constexpr int kMoves = kRows - 1;         // of the columns' sums, from the first row to the last
-constexpr int kMeet = kRun + kGroup - 1;  // right pixels that a thread's pixels meet
-constexpr int kWindowRun = 4;             // whose statistics a thread makes at once
+constexpr int kRun = 4, kRuns = 8, kTile = kRun * kRuns, kRows = 4;  // samples
+constexpr int kRunPixels = 2 * kRun, kTilePixels = 2 * kTile;
+constexpr int kMoves = kRows - 1;  // of the columns' sums, from the first row to the last
+constexpr int kMeet = kRunPixels - 1 + kGroup - 1;  // right pixels that a thread's samples meet
+constexpr int kWindowRun = 4;                       // whose statistics a thread makes at once
 constexpr int kMagic = 0x4b400000;  // the bits of 1.5 * 2^23: to them an integer below 2^22 is
                                     // added, and the float subtracted
 constexpr int kInvalid = static_cast<int>(0x80000000);  // makes a key negative
 
+constexpr int first_sample(int pixel) { return (pixel + 1) / 2 * 2; }
 constexpr int padded(int count) { return (count + 3) / 4 * 4; }
 
 // The winner of a pixel, and the second, as the groups come in ascending order.
@@ -39,47 +41,58 @@ struct alignas(16) Contest {
     }
 };
 
-// Columns are of windows, others are pixels. The right ones begin with what the first pixel meets
-// at the largest disparity.
+// Columns are of windows, others are samples on the left and pixels on the right. The right ones
+// begin with what the first sample meets at the largest disparity.
 template <int kRadius, int kGroups>
 struct Search {
     static constexpr int kThreads = kRuns * kGroups;
-    static constexpr int kSide = 2 * kRadius + 1, kWords = (kSide + 3) / 4,
-                         kBandWords = (kSide + kMoves + 3) / 4;
-    static constexpr int kLeftLine = padded(kRun + 2 * kRadius),
-                         kRightLine = padded(kMeet + 2 * kRadius);  // columns that a thread reads
-    static constexpr int kReach = kTile + kGroup * kGroups;
-    static constexpr int kLeftColumns = kTile - kRun + kLeftLine,
-                         kRightColumns = kReach - kRun - kGroup + kRightLine;
+    static constexpr int kSide = 2 * kRadius + 1, kWords = (kSide + 3) / 4;
+    // Windows of an odd radius begin with the second row of a band.
+    static constexpr int kSkipped = kRadius % 2,
+                         kBandWords = (kSkipped + kSide + 2 * kMoves + 3) / 4;
+    static constexpr int kUsed = kRunPixels - 1 + 2 * kRadius;  // columns of a thread's windows
+    static constexpr int kLeftLine = padded(kUsed),
+                         kRightLine = padded(kUsed + kGroup - 1);  // columns that a thread reads
+    static constexpr int kReach = kTilePixels + kGroup * kGroups;
+    static constexpr int kLeftColumns = kTilePixels - kRunPixels + kLeftLine,
+                         kRightColumns =
+                             kReach + std::max(kRightLine - kRunPixels - kGroup,
+                                               padded(kWindowRun + 2 * kRadius) - kWindowRun);
     static constexpr int kBestStride = kRows * kTile + 4;
-    static constexpr int kPixels = kRows * kTile / kThreads;  // whose groups a thread compares
+    static constexpr int kSamples = kRows * kTile,
+                         kSampleRounds = (kSamples + kThreads - 1) / kThreads;
     // Bytes of the last word of a column's first window.
     static constexpr uint32_t kLastBytes = kSide % 4 == 1 ? 0xffu : 0xffffffu;
     static_assert(kSide % 4 == 1 || kSide % 4 == 3);
 
     struct Statistics {
         int left_sums[kRows][kLeftColumns], left_squares[kRows][kLeftColumns];
+        // Above the sum of each right window, that of the rows that left since the first.
         int right_sums[kRows][kRightColumns], right_squares[kRows][kRightColumns];
     };
     struct alignas(16) Shared {
         // Rows of a column's first window, four in a word; and for each move a word whose dot
-        // product with that of the other image is the product entering less the one leaving: l,
-        // ~l', 1 and r, r', r'.
+        // product with that of the other image is the products entering less those leaving, less
+        // the right pixels that leave: l, l, ~l', ~l' and r, r, r', r'.
         int left[kWords + kMoves][kLeftColumns], right[kWords + kMoves][kRightColumns];
         float left_mean[kRows][kTile], left_root[kRows][kTile];
-        float right_sum[kRows][kReach], right_root[kRows][kReach];
+        // The bias is what is left to subtract from a window's products as a float.
+        float right_sum[kRows][kReach], right_root[kRows][kReach], right_bias[kRows][kReach];
         int right_keys[kRows][4][kReach / 4];  // pixel i is at i % 4, i / 4
         union {
             Statistics columns;
             int best[kGroups][kBestStride];
         };
-        Contest contests[kPixels][kThreads];
+        Contest contests[kSamples];
         uint8_t textured[kRows][kTile];
     };
 };
 
-__device__ __forceinline__ int row_of(const uint32_t* words, int row) {
-    return static_cast<int>(words[row / 4] >> (8 * (row % 4)) & 0xff);
+// Two rows from `row` on, in the lower half.
+__device__ __forceinline__ uint32_t two_rows(const uint32_t* words, int row) {
+    const uint32_t word = words[row / 4];
+    return row % 4 == 3 ? __byte_perm(word, words[row / 4 + 1], 0x7743) & 0xffff
+                        : word >> (8 * (row % 4)) & 0xffff;
 }
 
 // A column of a band: its words for the search, and sums and squares of its windows.
@@ -90,12 +103,23 @@ __device__ __forceinline__ void stage_column(const SearchStep& step, const uint3
                                              int (&sums)[kRows][kColumns],
                                              int (&squares)[kRows][kColumns]) {
     const StereoShape& shape = step.shape;
-    uint32_t rows[S::kBandWords];
+    uint32_t rows[S::kBandWords + 1];
+    // Outside the image some word is read that does not matter.
+    const int last = (shape.half_height - 1) / kBandRows;
+    const bool exists = x >= 0 && x < shape.half_width;
+    const uint32_t* const at = image + clamped(x, 0, shape.half_width - 1);
 #pragma unroll
     for (int q = 0; q < S::kBandWords; ++q)
-        rows[q] = x >= 0 && x < shape.half_width && (band + q) * kBandRows < shape.half_height
-                      ? image[(band + q) * shape.half_stride + x]
-                      : 0;
+        rows[q] = __ldg(at + min(band + q, last) * shape.half_stride);
+#pragma unroll
+    for (int q = 0; q < S::kBandWords; ++q)
+        if (!exists || band + q > last) rows[q] = 0;
+    rows[S::kBandWords] = 0;
+    if (S::kSkipped != 0) {
+#pragma unroll
+        for (int q = 0; q < S::kBandWords; ++q)
+            rows[q] = __funnelshift_r(rows[q], rows[q + 1], 8 * S::kSkipped);
+    }
     int sum = 0, square = 0;
 #pragma unroll
     for (int q = 0; q < S::kWords; ++q) {
@@ -106,17 +130,20 @@ __device__ __forceinline__ void stage_column(const SearchStep& step, const uint3
         square = __dp4a(inside, inside, square);
         words[q][column] = kLeft ? inside : all;
     }
+    int left = 0;  // sum of the rows that left
     sums[0][column] = sum;
     squares[0][column] = square;
 #pragma unroll
     for (int move = 0; move < kMoves; ++move) {
-        const int enters = row_of(rows, S::kSide + move), leaves = row_of(rows, move);
-        const auto entering = static_cast<int8_t>(enters), leaving = static_cast<int8_t>(leaves);
+        const uint32_t enters = two_rows(rows, S::kSide + 2 * move),
+                       leaves = two_rows(rows, 2 * move) << 16;
         words[S::kWords + move][column] =
-            kLeft ? enters | (leaves ^ 0xff) << 8 | 1 << 16 : enters | leaves << 8 | leaves << 16;
-        sum += entering - leaving;
-        square += entering * entering - leaving * leaving;
-        sums[move + 1][column] = sum;
+            static_cast<int>(kLeft ? enters | (leaves ^ 0xffff0000) : enters | leaves);
+        const auto entering = static_cast<int>(enters), leaving = static_cast<int>(leaves);
+        sum = __dp4a(static_cast<int>(enters | leaves), static_cast<int>(0xffff0101), sum);
+        square = __dp4a(entering, entering, square) - __dp4a(leaving, leaving, 0);
+        left = __dp4a(leaving, 0x01010101, left);
+        sums[move + 1][column] = kLeft ? sum : sum + left * (1 << 16);
         squares[move + 1][column] = square;
     }
 }
@@ -144,15 +171,16 @@ __device__ __forceinline__ void load_ints(const int* from, int (&to)[kCount]) {
     }
 }
 
-// One row's windows of kWindowRun pixels from the sums along their columns.
-template <int kRadius, int kColumns>
+// One row's windows from the sums along their columns, kStep columns apart.
+template <int kRadius, int kStep, int kColumns>
 __device__ __forceinline__ void window_run(const int (&columns)[kRows][kColumns], int row,
                                            int first, int (&sums)[kWindowRun]) {
-    int line[padded(kWindowRun + 2 * kRadius)], used[kWindowRun + 2 * kRadius];
+    constexpr int kUsed = kStep * (kWindowRun - 1) + 1 + 2 * kRadius;
+    int line[padded(kUsed)], used[kUsed];
     load_ints(&columns[row][first], line);
 #pragma unroll
-    for (int u = 0; u < kWindowRun + 2 * kRadius; ++u) used[u] = line[u];
-    sum_along<kRadius, kWindowRun>(used, sums);
+    for (int u = 0; u < kUsed; ++u) used[u] = line[u];
+    sum_along<kRadius, kWindowRun, kStep>(used, sums);
 }
 
 __device__ __forceinline__ void store(float* to, const float (&values)[kWindowRun]) {
@@ -161,16 +189,63 @@ __device__ __forceinline__ void store(float* to, const float (&values)[kWindowRu
 
 __device__ __forceinline__ float score_of(int key) { return __int_as_float(key & ~255); }
 
-// Keys of the thread's pixels in its four disparities. sums: along the columns.
+// What scores take from each window. left, right, top: the first pixels.
+template <class S, int kRadius>
+__device__ __forceinline__ void make_windows(const SearchStep& step, typename S::Shared& shared,
+                                             int left, int right, int top) {
+    const StereoShape& shape = step.shape;
+    constexpr int kLeftRuns = kTile / kWindowRun, kWindowRuns = kLeftRuns + S::kReach / kWindowRun,
+                  kPixelCount = S::kSide * S::kSide;
+    for (int i = static_cast<int>(threadIdx.x); i < kRows * kWindowRuns; i += S::kThreads) {
+        const int row = i / kWindowRuns, place = i % kWindowRuns, y = top + 2 * row;
+        const bool of_left = place < kLeftRuns;
+        const int at = (of_left ? place : place - kLeftRuns) * kWindowRun;
+        int sums[kWindowRun], squares[kWindowRun];
+        float sum[kWindowRun], root[kWindowRun], bias[kWindowRun];
+        uint32_t textured = 0;
+        if (of_left) {
+            window_run<kRadius, 2>(shared.columns.left_sums, row, 2 * at, sums);
+            window_run<kRadius, 2>(shared.columns.left_squares, row, 2 * at, squares);
+        } else {
+            window_run<kRadius, 1>(shared.columns.right_sums, row, at, sums);
+            window_run<kRadius, 1>(shared.columns.right_squares, row, at, squares);
+        }
+#pragma unroll
+        for (int m = 0; m < kWindowRun; ++m) {
+            const int x = of_left ? left + 2 * (at + m) : right + at + m;
+            const bool whole =
+                x >= kRadius && x < shape.half_width - kRadius && y < shape.half_height - kRadius;
+            const int total = static_cast<int16_t>(sums[m]), gone = (sums[m] - total) >> 16;
+            const int variance = whole ? kPixelCount * squares[m] - total * total : 0;
+            root[m] = inverse_root(variance);
+            sum[m] = static_cast<float>(total) * (of_left ? shape.one_over_n : 1.0f);
+            bias[m] = 0x1.8p23f - static_cast<float>(gone);
+            textured |= variance >= shape.min_variance ? 1u << (8 * m) : 0u;
+        }
+        if (of_left) {
+            store(&shared.left_mean[row][at], sum);
+            store(&shared.left_root[row][at], root);
+            *reinterpret_cast<uint32_t*>(&shared.textured[row][at]) = textured;
+        } else {
+            store(&shared.right_sum[row][at], sum);
+            store(&shared.right_root[row][at], root);
+            store(&shared.right_bias[row][at], bias);
+        }
+    }
+}
+
+// Keys of the thread's samples in its four disparities. sums: along the columns.
 template <class S, int kRadius>
 __device__ __forceinline__ void score_row(typename S::Shared& shared, int row, int run, int reach,
                                           int slot, const int (&tags)[kGroup],
-                                          const int (&sums)[kGroup][kRun + 2 * kRadius]) {
-    float left_mean[kRun], left_root[kRun], right_sum[kRun + kGroup], right_root[kRun + kGroup];
+                                          const int (&sums)[kGroup][S::kUsed]) {
+    constexpr int kMet = padded(kMeet);
+    float left_mean[kRun], left_root[kRun], right_sum[kMet], right_root[kMet], right_bias[kMet];
     load_floats(&shared.left_mean[row][kRun * run], left_mean);
     load_floats(&shared.left_root[row][kRun * run], left_root);
     load_floats(&shared.right_sum[row][reach], right_sum);
     load_floats(&shared.right_root[row][reach], right_root);
+    load_floats(&shared.right_bias[row][reach], right_bias);
     int best[kRun], met[kMeet], window[kGroup];
 #pragma unroll
     for (int i = 0; i < kMeet; ++i) met[i] = 0;
@@ -178,29 +253,28 @@ __device__ __forceinline__ void score_row(typename S::Shared& shared, int row, i
     for (int k = 0; k < kGroup; ++k) {
         window[k] = kMagic;
 #pragma unroll
-        for (int u = 0; u < 2 * kRadius; ++u) window[k] += sums[k][u];
+        for (int u = 0; u <= 2 * kRadius; ++u) window[k] += sums[k][u];
     }
 #pragma unroll
     for (int m = 0; m < kRun; ++m) {
         best[m] = 0;
 #pragma unroll
         for (int k = 0; k < kGroup; ++k) {
-            const int i = m + kGroup - 1 - k;
-            window[k] += sums[k][m + 2 * kRadius];
-            const float products = __int_as_float(window[k]) - 0x1.8p23f;
-            window[k] -= sums[k][m];
+            const int i = 2 * m + kGroup - 1 - k;
+            const float products = __int_as_float(window[k]) - right_bias[i];
             const float covariance = products - left_mean[m] * right_sum[i];
             const float score = covariance * (left_root[m] * right_root[i]);
             const int key = (__float_as_int(score) & ~255) | tags[k];
             best[m] = max(best[m], key);
             met[i] = max(met[i], key);
+            if (m == kRun - 1) continue;
+#pragma unroll
+            for (int u = 2 * m; u < 2 * m + 2; ++u)
+                window[k] += sums[k][u + 2 * kRadius + 1] - sums[k][u];
         }
     }
-    int* const to = &shared.best[slot][row * kTile + kRun * run];
-#pragma unroll
-    for (int m = 0; m < kRun; m += 4)
-        *reinterpret_cast<int4*>(to + m) =
-            make_int4(best[m], best[m + 1], best[m + 2], best[m + 3]);
+    *reinterpret_cast<int4*>(&shared.best[slot][row * kTile + kRun * run]) =
+        make_int4(best[0], best[1], best[2], best[3]);
 #pragma unroll
     for (int i = 0; i < kMeet; ++i)
         atomicMax(&shared.right_keys[row][i % 4][reach / 4 + i / 4], met[i]);
@@ -213,10 +287,13 @@ __global__ void __launch_bounds__(kRuns* kGroups, 512 / (kRuns * kGroups)) searc
     const StereoShape& shape = step.shape;
     const int thread = static_cast<int>(threadIdx.x), slot = thread % kGroups,
               run = thread / kGroups;
-    const int band = static_cast<int>(blockIdx.y), top = kRadius + band * kRows;
-    const int left = kRadius + shape.first + static_cast<int>(blockIdx.x) * kTile;
-    const int reach =
-        kGroup * (kGroups - 1 - slot) + kRun * run;  // the first right pixel that the thread meets
+    // Pixels of the first sample; and the band in which its window begins.
+    const int left =
+        first_sample(kRadius + shape.first) + static_cast<int>(blockIdx.x) * kTilePixels;
+    const int top = first_sample(kRadius) + static_cast<int>(blockIdx.y) * 2 * kRows,
+              band = (top - kRadius) / kBandRows;
+    const int reach = kGroup * (kGroups - 1 - slot) +
+                      kRunPixels * run;  // the first right pixel that the thread meets
     const int groups = (shape.count + kGroup - 1) / kGroup;
     for (int first_group = 0; first_group < groups; first_group += kGroups) {
         const int right = left - shape.first - kGroup * (first_group + kGroups - 1) - (kGroup - 1);
@@ -233,40 +310,7 @@ __global__ void __launch_bounds__(kRuns* kGroups, 512 / (kRuns * kGroups)) searc
             (&shared.right_keys[0][0][0])[i] = 0;
         __syncthreads();
 
-        constexpr int kWindowRuns = (kTile + S::kReach) / kWindowRun,
-                      kPixelCount = S::kSide * S::kSide;
-        for (int i = thread; i < kRows * kWindowRuns; i += S::kThreads) {
-            const int row = i / kWindowRuns, pixel = i % kWindowRuns * kWindowRun,
-                      reached = pixel - kTile, y = top + row;
-            int sums[kWindowRun], squares[kWindowRun];
-            float sum[kWindowRun], root[kWindowRun];
-            uint32_t textured = 0;
-            if (reached < 0) {
-                window_run<kRadius>(shared.columns.left_sums, row, pixel, sums);
-                window_run<kRadius>(shared.columns.left_squares, row, pixel, squares);
-            } else {
-                window_run<kRadius>(shared.columns.right_sums, row, reached, sums);
-                window_run<kRadius>(shared.columns.right_squares, row, reached, squares);
-            }
-#pragma unroll
-            for (int m = 0; m < kWindowRun; ++m) {
-                const int x = (reached < 0 ? left + pixel : right + reached) + m;
-                const bool whole = x >= kRadius && x < shape.half_width - kRadius &&
-                                   y < shape.half_height - kRadius;
-                const int variance = whole ? kPixelCount * squares[m] - sums[m] * sums[m] : 0;
-                root[m] = inverse_root(variance);
-                sum[m] = static_cast<float>(sums[m]) * (reached < 0 ? step.shape.one_over_n : 1.0f);
-                textured |= variance >= step.shape.min_variance ? 1u << (8 * m) : 0u;
-            }
-            if (reached < 0) {
-                store(&shared.left_mean[row][pixel], sum);
-                store(&shared.left_root[row][pixel], root);
-                *reinterpret_cast<uint32_t*>(&shared.textured[row][pixel]) = textured;
-            } else {
-                store(&shared.right_sum[row][reached], sum);
-                store(&shared.right_root[row][reached], root);
-            }
-        }
+        make_windows<S, kRadius>(step, shared, left, right, top);
         __syncthreads();
 
         // The group's disparities; those after the last have keys that never win.
@@ -276,19 +320,19 @@ __global__ void __launch_bounds__(kRuns* kGroups, 512 / (kRuns * kGroups)) searc
             const int index = kGroup * (first_group + slot) + k;
             tags[k] = index < shape.count ? index : kInvalid;
         }
-        int sums[kGroup][kRun + 2 * kRadius];
+        int sums[kGroup][S::kUsed];
 #pragma unroll
         for (int k = 0; k < kGroup; ++k)
 #pragma unroll
-            for (int u = 0; u < kRun + 2 * kRadius; ++u) sums[k][u] = 0;
+            for (int u = 0; u < S::kUsed; ++u) sums[k][u] = 0;
         const auto add_products = [&](int word) {
             int left_words[S::kLeftLine], right_words[S::kRightLine];
-            load_ints(&shared.left[word][kRun * run], left_words);
+            load_ints(&shared.left[word][kRunPixels * run], left_words);
             load_ints(&shared.right[word][reach], right_words);
 #pragma unroll
             for (int k = 0; k < kGroup; ++k)
 #pragma unroll
-                for (int u = 0; u < kRun + 2 * kRadius; ++u)
+                for (int u = 0; u < S::kUsed; ++u)
                     sums[k][u] = __dp4a(left_words[u], right_words[u + kGroup - 1 - k], sums[k][u]);
         };
 #pragma unroll
@@ -302,37 +346,40 @@ __global__ void __launch_bounds__(kRuns* kGroups, 512 / (kRuns * kGroups)) searc
         __syncthreads();
 
 #pragma unroll
-        for (int p = 0; p < S::kPixels; ++p) {
+        for (int round = 0; round < S::kSampleRounds; ++round) {
+            const int sample = thread + round * S::kThreads;
+            if (sample >= S::kSamples) break;
             Contest contest{0, 0, 0, 0};
-            if (first_group > 0) contest = shared.contests[p][thread];
+            if (first_group > 0) contest = shared.contests[sample];
 #pragma unroll 4
             for (int g = 0; g < min(kGroups, groups - first_group); ++g)
-                contest.enter(first_group + g, shared.best[g][thread + p * S::kThreads]);
-            shared.contests[p][thread] = contest;
+                contest.enter(first_group + g, shared.best[g][sample]);
+            shared.contests[sample] = contest;
         }
         for (int i = thread; i < kRows * S::kReach; i += S::kThreads) {
             const int row = i / S::kReach, at = i % S::kReach,
                       key = shared.right_keys[row][at % 4][at / 4];
             // A key of 255 or less has the score 0.
             if (key > 255)
-                atomicMax(&step.right_keys[(top + row) * shape.half_width + right + at], key);
+                atomicMax(&step.right_keys[(top / 2 + row) * shape.half_width + right + at], key);
         }
         __syncthreads();
     }
 
 #pragma unroll
-    for (int p = 0; p < S::kPixels; ++p) {
-        const int pixel = thread + p * S::kThreads, x = left + pixel % kTile,
-                  y = top + pixel / kTile;
-        if (x >= shape.half_width - kRadius || y >= shape.half_height - kRadius) continue;
-        const Contest& contest = shared.contests[p][thread];
+    for (int round = 0; round < S::kSampleRounds; ++round) {
+        const int sample = thread + round * S::kThreads;
+        if (sample >= S::kSamples) break;
+        const int i = left / 2 + sample % kTile, j = top / 2 + sample / kTile;
+        if (2 * i >= shape.half_width - kRadius || 2 * j >= shape.half_height - kRadius) continue;
+        const Contest& contest = shared.contests[sample];
         const int key = contest.winner > 255 ? contest.winner : 0;
         const float lead = score_of(key) - score_of(contest.second);
         const bool good = key != 0 && score_of(key) >= shape.min_score && lead >= shape.min_lead &&
-                          shared.textured[pixel / kTile][pixel % kTile] != 0;
-        step.candidates[y * shape.half_stride + x] =
-            static_cast<uint16_t>(good ? 1 + (key & 255) : 0);
-        if (step.left_keys != nullptr) step.left_keys[y * shape.half_width + x] = key;
+                          shared.textured[sample / kTile][sample % kTile] != 0;
+        const int at = j * shape.half_samples_x + i;
+        step.candidates[at] = static_cast<uint16_t>(good ? 1 + (key & 255) : 0);
+        if (step.left_keys != nullptr) step.left_keys[at] = key;
     }
 }
 
@@ -357,13 +404,19 @@ void record_with(Recorder& recorder, const SearchStep& step, dim3 blocks) {
 
 void record_search(Recorder& recorder, const SearchStep& step) {
     const StereoShape& shape = step.shape;
-    const int columns = shape.half_width - 2 * shape.radius - shape.first,
-              rows = shape.half_height - 2 * shape.radius;
+    // Pixels from the first to the last that has a window.
+    const int columns = shape.half_width - shape.radius - first_sample(shape.radius + shape.first),
+              rows = shape.half_height - shape.radius - first_sample(shape.radius);
     if (columns <= 0 || rows <= 0) return;
-    const dim3 blocks(cover(static_cast<uint32_t>(columns), kTile),
-                      cover(static_cast<uint32_t>(rows), kRows));
-    if (shape.count <= kGroup * 8)
+    const dim3 blocks(cover(static_cast<uint32_t>(columns), kTilePixels),
+                      cover(static_cast<uint32_t>(rows), 2 * kRows));
+    // In as few rounds of up to 16 groups as there may be, and no more at a time than they need.
+    const uint32_t groups = cover(static_cast<uint32_t>(shape.count), kGroup),
+                   at_a_time = cover(groups, cover(groups, 16));
+    if (at_a_time <= 8)
         record_with<8>(recorder, step, blocks);
+    else if (at_a_time <= 12)
+        record_with<12>(recorder, step, blocks);
     else
         record_with<16>(recorder, step, blocks);
 }

@@ -8,9 +8,9 @@ namespace defrec::cuda {
 
 constexpr int kBandRows = 4;  // of a half image, in one word of `words`
 
-// Sizes in pixels. Rows of the caller's images are `stride` apart and those of what he gets of the
-// sub-stages have no gaps; rows of our own are `full_stride` and `half_stride` apart, multiples
-// of 16.
+// Sizes in pixels. Rows of the caller's images are `stride` apart; rows of our own images are
+// `full_stride` and `half_stride` apart, multiples of 16. Fields of samples have no gaps, nor has
+// what the caller gets of the sub-stages.
 struct StereoShape : StereoConstants {
     int full_stride, half_stride;
 };
@@ -19,10 +19,10 @@ struct StereoShape : StereoConstants {
 constexpr int kGrayMargin = 16;
 constexpr int gray_stride(int stride) { return stride + 2 * kGrayMargin; }
 
-// The field at half resolution and its coarser ones, down to one pixel, one after the other in one
+// The field of half resolution and its coarser ones, down to one sample, one after the other in one
 // buffer.
 struct DisparityPyramid {
-    static constexpr int kMaxLevels = 14;  // one more than half of 8192 px takes
+    static constexpr int kMaxLevels = 13;  // one more than a quarter of 8192 px takes
     struct Level {
         int width, height, offset;
     };
@@ -40,7 +40,7 @@ constexpr int top_level(const DisparityPyramid& pyramid) {
 struct PreparedImage {
     const uint8_t *source, *mask;  // mask: nullptr if all is usable
     uint8_t *gray, *half;          // their first pixels; with margins
-    uint8_t* half_mask;
+    uint8_t* half_mask;            // even rows
     uint32_t*
         words;  // the half image, less 128: at (x, q) the rows 4 q to 4 q + 3; 0 below the image
     uint8_t* given;  // gray without gaps, or nullptr
@@ -69,14 +69,14 @@ struct AgreeStep {
     StereoShape shape;
     const uint16_t* candidates;
     const int32_t* right_keys;
-    const uint8_t *left_mask, *right_mask;  // of half resolution
+    const uint8_t *left_mask, *right_mask;  // even rows of half resolution
     int16_t* checked;                       // or nullptr
     int16_t* supported;
     DisparityPyramid pyramid;
 };
 void record_agree(Recorder& recorder, const AgreeStep& step);
 
-// 6 to 8 at half resolution
+// 6 to 8 at half resolution, but for the smoothing of what is refined
 struct DenseStep {
     StereoShape shape;
     DisparityPyramid pyramid;
@@ -84,40 +84,49 @@ struct DenseStep {
     const int16_t* supported;
     int16_t* dense;  // or nullptr
     uint8_t* standing;
-    int16_t* result;
+    int16_t* refined;
 };
 void record_dense(Recorder& recorder, const DenseStep& step);
 
-// 8 to 10 at full resolution, speckles and all
+// What is found at a sample of full resolution, in a word: its hypothesis; the confidence; and the
+// disparity as its difference to the hypothesis, which is at most 16 either way, plus 17. The last
+// two are 0 for none.
+struct Found {
+    int hypothesis, confidence, difference;
+};
+constexpr uint32_t pack_found(const Found& found) {
+    return (static_cast<uint32_t>(found.hypothesis) & 0xffff) |
+           static_cast<uint32_t>(found.confidence) << 16 |
+           static_cast<uint32_t>(found.difference) << 24;
+}
+constexpr Found unpack_found(uint32_t word) {
+    return {static_cast<int16_t>(word & 0xffff), static_cast<int>(word >> 16 & 0xff),
+            static_cast<int>(word >> 24)};
+}
+constexpr int kNoDifference = 17;
+
+// The end of 8 at half resolution, and 8 to 10 at full, up to the speckles
 struct RefineStep {
     StereoShape shape;
     const uint8_t *left, *right;            // the inpainted images
     const uint8_t *left_mask, *right_mask;  // the caller's, or nullptr
-    const int16_t* half;
+    const int16_t* half;                    // refined, not smoothed
     const uint8_t* standing;
-    int16_t *hypothesis, *evidence;
-    uint8_t* confidence;
-    int16_t *given_hypothesis, *given_refined, *given_score;  // or nullptr
+    uint32_t* found;
+    int16_t *given_half, *given_hypothesis, *given_refined, *given_score;  // or nullptr
 };
 void record_refine(Recorder& recorder, const RefineStep& step);
 
-// The end of 10, and 11
+// The end of 10, and 11 to 13
 struct FinishStep {
     StereoShape shape;
-    const int16_t *hypothesis, *evidence;
-    const uint8_t* confidence;
-    int16_t* filled;
+    const uint32_t* found;
+    int16_t* fields[2];                      // of samples; written if there are many passes
     int16_t *given_evidence, *given_filled;  // or nullptr
-    uint8_t* given_confidence;               // the caller's image, or nullptr
+    int16_t* disparity;                      // the caller's image
+    uint8_t* confidence;                     // likewise, or nullptr
+    bool pairs_aligned;                      // pairs of both begin at multiples of their size
 };
 void record_finish(Recorder& recorder, const FinishStep& step);
-
-// 12
-struct SmoothStep {
-    StereoShape shape;
-    int16_t *field, *other;  // of full resolution; both are written if there are many passes
-    int16_t* result;         // the caller's image
-};
-void record_smooth(Recorder& recorder, const SmoothStep& step);
 
 }  // namespace defrec::cuda

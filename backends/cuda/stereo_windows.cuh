@@ -6,9 +6,9 @@
 namespace defrec::cuda {
 namespace {
 
-// Sums over windows of 2 kRadius + 1 along a line.
-template <int kRadius, int kRun>
-__device__ __forceinline__ void sum_along(const int (&line)[kRun + 2 * kRadius],
+// Sums over windows of 2 kRadius + 1 along a line, at kRun places that are kStep (1 or 2) apart.
+template <int kRadius, int kRun, int kStep>
+__device__ __forceinline__ void sum_along(const int (&line)[kStep * (kRun - 1) + 1 + 2 * kRadius],
                                           int (&sums)[kRun]) {
     int sum = 0;
 #pragma unroll
@@ -16,7 +16,9 @@ __device__ __forceinline__ void sum_along(const int (&line)[kRun + 2 * kRadius],
     sums[0] = sum;
 #pragma unroll
     for (int i = 1; i < kRun; ++i) {
-        sum += line[i + 2 * kRadius] - line[i - 1];
+#pragma unroll
+        for (int k = 1; k <= kStep; ++k)
+            sum += line[kStep * (i - 1) + 2 * kRadius + k] - line[kStep * i - k];
         sums[i] = sum;
     }
 }
