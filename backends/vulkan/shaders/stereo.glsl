@@ -1,11 +1,23 @@
 // What the shaders of stage stereo share. The sections they name are those of
 // docs/stages/stereo.md.
+//
+// Shaders read images in words of four pixels. A column word (x, q) has the pixels (x, 4 q) to
+// (x, 4 q + 3) minus 128, 0 outside the image. Of a row's row words, k has the pixels 4 (k - 1) to
+// 4 (k - 1) + 3, read clamped; the first and the last lie outside the image.
 #include "backends/stages/stereo.hpp"
 #include "stereo_push.h"
 layout(push_constant) uniform Push {
     StereoConstants push;
     StereoGiven given;
 };
+
+bool is_given(int which) { return (given.outputs >> which & 1) != 0; }
+
+int words_of(int pixels) { return (pixels + 3) / 4; }
+int row_words_of(int width) { return words_of(width) + 2; }
+
+// Pixel k of a column word.
+int pixel(int word, int k) { return (word << (24 - 8 * k)) >> 24; }
 
 // 0 for 0, else about 1 / sqrt(value).
 vec4 inverse_roots(ivec4 value) {
@@ -20,7 +32,6 @@ vec4 inverse_roots(ivec4 value) {
     }
     return mix(vec4(0.0), y, greaterThan(value, ivec4(0)));
 }
-float inverse_root(int value) { return inverse_roots(ivec4(value)).x; }
 
 // b > 0.
 int floor_divide(int a, int b) {
