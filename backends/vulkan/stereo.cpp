@@ -19,8 +19,8 @@ struct Push {
     StereoGiven given;
 };
 
-constexpr int kTile = 32;        // side of the tile of a work group, pixels or samples
-constexpr int kSmoothTile = 30;  // of the smoothing, samples
+constexpr int kTile = 32;  // side of the tile of a work group, pixels or samples
+constexpr int kSearchTileWidth = 48, kSmoothTile = 30;  // of the search; of the smoothing
 constexpr uint32_t kPassesAtOnce = 4;
 
 Groups tiles(int width, int height, uint32_t side = kTile) {
@@ -180,7 +180,9 @@ class Stereo final : public Stage {
         run.recorder.dispatch(kernels_.search,
                               {left_.half_columns, right_.half_columns, left_.statistics,
                                right_.statistics, left_keys_, seconds_, right_keys_},
-                              run.push, tiles(c_.half_width, c_.half_height));
+                              run.push,
+                              {cover(uint64_t(c_.half_width), kSearchTileWidth),
+                               cover(uint64_t(c_.half_height), kTile)});
         run.recorder.dispatch(kernels_.support,
                               {left_keys_, seconds_, right_keys_, left_.half_mask, right_.half_mask,
                                out[kOutChecked], supported_, pyramid_},

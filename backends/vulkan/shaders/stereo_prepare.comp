@@ -7,7 +7,7 @@
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
 #extension GL_GOOGLE_include_directive : require
 #include "stereo.glsl"
-layout(local_size_x = 32, local_size_y = 4) in;
+layout(local_size_x = 64) in;
 
 layout(constant_id = 0) const bool kRight = false;
 layout(std430, set = 0, binding = 0) readonly buffer Source { uint source[]; };
@@ -22,7 +22,8 @@ layout(std430, set = 0, binding = 5) writeonly buffer HalfMask {
 };  // of even rows
 layout(std430, set = 0, binding = 6) writeonly buffer Gray { uint8_t gray[]; };
 
-const int kTile = 32, kHalf = kTile / 2, kInvocations = 128;
+const int kTile = 32, kHalf = kTile / 2, kInvocations = 64;
+const int kWords = kTile * kTile / 4;  // of the tile
 const int kRun = 8;  // pixels that an invocation sums up windows for
 const int kReach = kRun + 2 * kInpaintRadius, kSide = kTile + 2 * kInpaintRadius;
 const int kOne = 1 << 20;  // a cell counts its pixel above the sum of grays
@@ -61,7 +62,7 @@ void sum_run(int line[kReach], out int sums[kRun]) {
     }
 }
 
-// Leaves in cells what the tile's pixels become if they are masked.
+// Inpaints the words of the tile.
 void inpaint(ivec2 tile, int me) {
     for (int i = me; i < kSide * (kSide / 4); i += kInvocations) {
         const int row = i / (kSide / 4), column = i % (kSide / 4) * 4;
@@ -79,12 +80,24 @@ void inpaint(ivec2 tile, int me) {
         [[unroll]] for (int u = 0; u < kRun; ++u) row_sums[row][column + u] = sums[u];
     }
     barrier();
-    const int x = int(gl_LocalInvocationID.x), y = kRun * int(gl_LocalInvocationID.y);
-    [[unroll]] for (int v = 0; v < kReach; ++v) line[v] = row_sums[y + v][x];
-    sum_run(line, sums);
-    [[unroll]] for (int v = 0; v < kRun; ++v) {
-        const int sum = sums[v] & (kOne - 1), n = sums[v] >> 20;
-        cells[y + v][x] = n == 0 ? 128 : (2 * sum + n) / (2 * n);
+    for (int i = me; i < kTile * (kTile / kRun); i += kInvocations) {
+        const int x = i % kTile, y = i / kTile * kRun;
+        [[unroll]] for (int v = 0; v < kReach; ++v) line[v] = row_sums[y + v][x];
+        sum_run(line, sums);
+        [[unroll]] for (int v = 0; v < kRun; ++v) cells[y + v][x] = sums[v];
+    }
+    barrier();
+    for (int i = me; i < kWords; i += kInvocations) {
+        const int row = i / (kTile / 4), word = i % (kTile / 4);
+        const uint here = masked[row][word];
+        uint four = rows[row][word] & ~here;
+        for (int k = 0; k < 4; ++k) {
+            if ((here >> (8 * k) & 1u) == 0u) continue;
+            const int sums_here = cells[row][4 * word + k], sum = sums_here & (kOne - 1),
+                      n = sums_here >> 20;
+            four |= uint(n == 0 ? 128 : (2 * sum + n) / (2 * n)) << (8 * k);
+        }
+        rows[row][word] = four;
     }
     barrier();
 }
@@ -111,38 +124,34 @@ uvec4 column_words(int row, int word, int height) {
 uint pair_sums(uint four) { return (four & 0xff00ffu) + (four >> 8 & 0xff00ffu); }
 
 void halve(ivec2 tile, int me) {
-    for (int i = me; i < kHalf * (kHalf / 4); i += kInvocations) {
-        const int row = i / (kHalf / 4), word = i % (kHalf / 4);
-        uint four = 0u, unusable = 0u;
-        [[unroll]] for (int k = 0; k < 2; ++k) {
-            const uint sums = pair_sums(rows[2 * row][2 * word + k]) +
-                              pair_sums(rows[2 * row + 1][2 * word + k]) + 0x020002u;
-            const uint two = sums >> 2 & 0xff00ffu;
-            four |= (two | two >> 8) << (16 * k) & (0xffffu << (16 * k));
-            const uint all =
-                masked[2 * row][2 * word + k] | masked[2 * row + 1][2 * word + k];
-            unusable |= ((all & 0xffffu) != 0u ? 1u : 0u) << (2 * k) |
-                        (all >> 16 != 0u ? 2u : 0u) << (2 * k);
-        }
-        rows[kTile + row][word] = four;
-        const int y = tile.y / 2 + row;
-        if ((row & 1) != 0 || y >= push.half_height) continue;
-        [[unroll]] for (int k = 0; k < 4; ++k) {
-            const int x = tile.x / 2 + 4 * word + k;
-            if (x < push.half_width)
-                half_mask[y / 2 * push.half_width + x] = uint8_t(1u - (unusable >> k & 1u));
-        }
+    const int row = me / (kHalf / 4), word = me % (kHalf / 4);
+    uint four = 0u, unusable = 0u;
+    [[unroll]] for (int k = 0; k < 2; ++k) {
+        const uint sums = pair_sums(rows[2 * row][2 * word + k]) +
+                          pair_sums(rows[2 * row + 1][2 * word + k]) + 0x020002u;
+        const uint two = sums >> 2 & 0xff00ffu;
+        four |= (two | two >> 8) << (16 * k) & (0xffffu << (16 * k));
+        const uint all =
+            masked[2 * row][2 * word + k] | masked[2 * row + 1][2 * word + k];
+        unusable |= ((all & 0xffffu) != 0u ? 1u : 0u) << (2 * k) |
+                    (all >> 16 != 0u ? 2u : 0u) << (2 * k);
+    }
+    rows[kTile + row][word] = four;
+    const int y = tile.y / 2 + row;
+    if ((row & 1) != 0 || y >= push.half_height) return;
+    [[unroll]] for (int k = 0; k < 4; ++k) {
+        const int x = tile.x / 2 + 4 * word + k;
+        if (x < push.half_width)
+            half_mask[y / 2 * push.half_width + x] = uint8_t(1u - (unusable >> k & 1u));
     }
 }
 
 // Four pixels of a row of `rows` from x on, read clamped; the row begins at pixel `first`.
 uint row_word(int row, int first, int x, int width) {
-    uint word = 0u;
-    [[unroll]] for (int k = 0; k < 4; ++k) {
-        const int column = clamp(x + k, 0, width - 1) - first;
-        word |= (rows[row][column >> 2] >> (8 * (column & 3)) & 255u) << (8 * k);
-    }
-    return word;
+    const int end = clamp(width - x, 0, 4), edge = x < 0 ? 0 : min(width - 1 - first, kTile - 1);
+    const uint inside = x < 0 ? 0u : end == 4 ? ~0u : (1u << (8 * end)) - 1u,
+               nearest = (rows[row][edge >> 2] >> (8 * (edge & 3)) & 255u) * 0x01010101u;
+    return (rows[row][clamp((x - first) >> 2, 0, kTile / 4 - 1)] & inside) | (nearest & ~inside);
 }
 
 void main() {
@@ -150,8 +159,8 @@ void main() {
     const int me = int(gl_LocalInvocationIndex);
     if (me == 0) any_masked = 0;
     barrier();
-    for (int i = me; i < kTile * (kTile / 4); i += kInvocations) {
-        const int row = i / (kTile / 4), word = i % (kTile / 4);
+    [[unroll]] for (int t = 0; t < kWords / kInvocations; ++t) {
+        const int i = me + t * kInvocations, row = i / (kTile / 4), word = i % (kTile / 4);
         uint four, usable, inside;
         load(tile + ivec2(4 * word, row), four, usable, inside);
         rows[row][word] = four;
@@ -159,19 +168,7 @@ void main() {
         if (usable != inside) atomicOr(any_masked, 1);
     }
     barrier();
-    if (any_masked != 0) {
-        inpaint(tile, me);
-        for (int i = me; i < kTile * (kTile / 4); i += kInvocations) {
-            const int row = i / (kTile / 4), word = i % (kTile / 4);
-            const uint here = masked[row][word];
-            if (here == 0u) continue;
-            uint four = rows[row][word] & ~here;
-            [[unroll]] for (int k = 0; k < 4; ++k) four |=
-                uint(cells[row][4 * word + k]) << (8 * k) & (here & 255u << (8 * k));
-            rows[row][word] = four;
-        }
-        barrier();
-    }
+    if (any_masked != 0) inpaint(tile, me);
     halve(tile, me);
     if (is_given(kRight ? kOutRightGray : kOutLeftGray))
         for (int i = me; i < kTile * kTile; i += kInvocations) {
@@ -182,17 +179,16 @@ void main() {
         }
     if (kRight) {
         const int row_words = row_words_of(push.width);
-        for (int i = me; i < kTile * (kTile / 4 + 2); i += kInvocations) {
-            const int row = i / (kTile / 4 + 2), y = tile.y + row,
+        [[unroll]] for (int t = 0; t < kTile * (kTile / 4 + 2) / kInvocations; ++t) {
+            const int i = me + t * kInvocations, row = i / (kTile / 4 + 2), y = tile.y + row,
                       x = tile.x + 4 * (i % (kTile / 4 + 2)) - 4;
             const bool own = x < tile.x ? x < 0 : x < tile.x + kTile || x >= push.width;
-            if (!own || x / 4 + 1 >= row_words || y >= push.height) continue;
-            words[y * row_words + (x + 4) / 4] = row_word(row, tile.x, x, push.width);
+            if (own && x / 4 + 1 < row_words && y < push.height)
+                words[y * row_words + (x + 4) / 4] = row_word(row, tile.x, x, push.width);
         }
     } else {
-        for (int i = me; i < (kTile / 4) * (kTile / 4); i += kInvocations) {
-            const int y = tile.y + i / (kTile / 4) * 4, x = tile.x + i % (kTile / 4) * 4;
-            if (x >= push.width || y >= push.height) continue;
+        const int y = tile.y + me / (kTile / 4) * 4, x = tile.x + me % (kTile / 4) * 4;
+        if (x < push.width && y < push.height) {
             const uvec4 columns = column_words(y - tile.y, (x - tile.x) / 4, push.height - y);
             [[unroll]] for (int k = 0; k < 4; ++k) if (x + k < push.width)
                 words[y / 4 * push.width + x + k] = columns[k];
@@ -210,15 +206,15 @@ void main() {
                 half_columns[y / 4 * push.half_width + x + k] = columns[k];
         }
     }
-    if (kRight && me < kHalf * (kHalf / 4 + 2)) {
-        const int row_words = row_words_of(push.half_width);
-        const int row = me / (kHalf / 4 + 2), y = half_tile.y + row,
-                  x = half_tile.x + 4 * (me % (kHalf / 4 + 2)) - 4;
+    if (!kRight) return;
+    const int row_words = row_words_of(push.half_width);
+    for (int i = me; i < kHalf * (kHalf / 4 + 2); i += kInvocations) {
+        const int row = i / (kHalf / 4 + 2), y = half_tile.y + row,
+                  x = half_tile.x + 4 * (i % (kHalf / 4 + 2)) - 4;
         const bool own =
             x < half_tile.x ? x < 0 : x < half_tile.x + kHalf || x >= push.half_width;
-        if (own && x / 4 + 1 < row_words && y < push.half_height) {
+        if (own && x / 4 + 1 < row_words && y < push.half_height)
             half_rows[y * row_words + (x + 4) / 4] =
                 row_word(kTile + row, half_tile.x, x, push.half_width);
-        }
     }
 }

@@ -62,30 +62,33 @@ ivec2 tile() { return ivec2(gl_WorkGroupID.xy) * kTile; }
 void load_field(int me) {
     const ivec2 first = tile() / kApart - kBefore,
                 end = ivec2(push.half_samples_x, push.half_samples_y) - 1;
+    int i = me;
     if (kHalf) {
-        for (int i = me; i < kFieldSide * kFieldSide; i += kInvocations) {
+        do {
             const ivec2 at =
                 clamp(first + ivec2(i % kFieldSide, i / kFieldSide), ivec2(0), end);
             cells[i / kFieldSide][i % kFieldSide] =
                 int(field[at.y * push.half_samples_x + at.x]);
-        }
+        } while ((i += kInvocations) < kFieldSide * kFieldSide);
         return;
     }
     const int side = kFieldSide + 2;
-    for (int i = me; i < side * side; i += kInvocations) {
+    do {
         const ivec2 at = first - 1 + ivec2(i % side, i / side);
         const bool inside = all(greaterThanEqual(at, ivec2(0))) && all(lessThanEqual(at, end));
         cells[i / side][i % side] =
             inside ? int(field[at.y * push.half_samples_x + at.x]) : kNoDisparity;
-    }
+    } while ((i += kInvocations) < side * side);
     barrier();
-    for (int i = me; i < side * kFieldSide; i += kInvocations) {
+    i = me;
+    do {
         const int row = i / kFieldSide, column = i % kFieldSide;
         rows[row][column] = smoothed(cells[row][column], cells[row][column + 1],
                                      cells[row][column + 2], kHalfSmoothRange);
-    }
+    } while ((i += kInvocations) < side * kFieldSide);
     barrier();
-    for (int i = me; i < kFieldSide * kFieldSide; i += kInvocations) {
+    i = me;
+    do {
         const ivec2 place = ivec2(i % kFieldSide, i / kFieldSide), at = first + place,
                     from = clamp(at, ivec2(0), end) - first;
         // Far outside the image nothing reads it.
@@ -98,12 +101,17 @@ void load_field(int me) {
             all(greaterThanEqual(place, ivec2(kBefore))) &&
             all(lessThan(place, ivec2(kBefore + kTile / kApart))))
             half_refined[at.y * push.half_samples_x + at.x] = int16_t(disparity);
-    }
+    } while ((i += kInvocations) < kFieldSide * kFieldSide);
 }
 
-// Of full resolution, from the field's sample a before the pixel and b, c, d beyond it in x, in y
-// and in both, with the eighths that those before have.
-int between(int a, int b, int c, int d, int p, int q) {
+ivec4 field_row(int row, ivec2 near, ivec2 far) {
+    return ivec4(cells[row][near.x], cells[row][near.y], cells[row][far.x], cells[row][far.y]);
+}
+
+// Of full resolution, from the field's sample near the pixel and those beyond it in x, in y and in
+// both, with the eighths that the near one has in x and in y.
+int between(ivec4 four, int p, int q) {
+    const int a = four.x, b = four.y, c = four.z, d = four.w;
     const int highest = max(max(a, b), max(c, d)), lowest = min(min(a, b), min(c, d));
     if (highest - lowest > kUpsampleRange)
         return 2 * (q >= 4 ? (p >= 4 ? a : b) : (p >= 4 ? c : d));
@@ -131,79 +139,81 @@ int[kSums] summands(int l, int guess, int x, int y, int row_words) {
 }
 
 void sum_columns(int me) {
-    const int row_words = row_words_of(size().x);
-    for (int i = me; i < kPairs * (kTile / kPart); i += kInvocations) {
-        const int p = i % kPairs, top = i / kPairs * kPart, x = tile().x - kRadius + 2 * p,
-                  y0 = tile().y + top;
-        // The field's columns on both sides of both columns of pixels, and the weights of the near.
-        ivec2 near, far, weight = ivec2(0);
-        [[unroll]] for (int c = 0; c < 2; ++c) {
-            const int u = (x + c) >> (kHalf ? 1 : 2), m = (x + c) & (kApart - 1);
-            near[c] = u - tile().x / kApart + kBefore;
-            far[c] = near[c] + (kHalf ? m : m == 0 ? -1 : 1);
-            if (!kHalf) weight[c] = weight_of(m);
-        }
-        int pair_of_rows[kPart / 2 + kRadius][kSums], single_of_rows[kPart / 2 + kRadius][kSums];
-        int pair_sum[kSums], single_sum[kSums];
-        [[unroll]] for (int s = 0; s < kSums; ++s) pair_sum[s] = single_sum[s] = 0;
-        ivec2 words = ivec2(0);
-        [[unroll]] for (int v = 0; v < kPart + 2 * kRadius - 1; ++v) {
-            const int row = v - kRadius, y = y0 + row;  // y0 is a multiple of 4
-            if (v == 0 || (row & 3) == 0) {
-                [[unroll]] for (int c = 0; c < 2; ++c) {
-                    const bool inside = x + c >= 0 && x + c < size().x && y + 3 >= 0 &&
-                                        y < size().y;
-                    words[c] = inside ? left_columns[(y >> 2) * size().x + x + c] : 0;
-                }
-            }
-            // The field's rows on both sides, as its columns.
-            const int m = row & (kApart - 1),
-                      near_row = top / kApart + (row >> (kHalf ? 1 : 2)) + kBefore,
-                      far_row = near_row + (kHalf ? m : m == 0 ? -1 : 1);
-            int both[kSums], first[kSums];
+    if (me >= kPairs * (kTile / kPart)) return;
+    const int row_words = row_words_of(size().x), p = me % kPairs, top = me / kPairs * kPart,
+              x = tile().x - kRadius + 2 * p, y0 = tile().y + top;
+    // The field's columns on both sides of both columns of pixels, and the weights of the near.
+    ivec2 near, far, weight = ivec2(0);
+    [[unroll]] for (int c = 0; c < 2; ++c) {
+        const int u = (x + c) >> (kHalf ? 1 : 2), m = (x + c) & (kApart - 1);
+        near[c] = u - tile().x / kApart + kBefore;
+        far[c] = near[c] + (kHalf ? m : m == 0 ? -1 : 1);
+        if (!kHalf) weight[c] = weight_of(m);
+    }
+    int pair_of_rows[kPart / 2 + kRadius][kSums], single_of_rows[kPart / 2 + kRadius][kSums];
+    int pair_sum[kSums], single_sum[kSums];
+    [[unroll]] for (int s = 0; s < kSums; ++s) pair_sum[s] = single_sum[s] = 0;
+    ivec2 words = ivec2(0);
+    ivec4 before, here, after;  // rows of the field
+    [[unroll]] for (int v = 0; v < kPart + 2 * kRadius - 1; ++v) {
+        const int row = v - kRadius, y = y0 + row;  // y0 is a multiple of 4
+        if (v == 0 || (row & 3) == 0) {
             [[unroll]] for (int c = 0; c < 2; ++c) {
-                const int a = cells[near_row][near[c]], b = cells[near_row][far[c]],
-                          a2 = cells[far_row][near[c]], b2 = cells[far_row][far[c]];
-                const int guess = kHalf ? (a + b + a2 + b2 + 2) >> 2
-                                        : between(a, b, a2, b2, weight[c], weight_of(m));
-                const bool inside = x + c >= 0 && x + c < size().x && y >= 0 && y < size().y;
-                int of[kSums];
-                if (inside)
-                    of = summands(pixel(words[c], row & 3), guess, x + c, y, row_words);
-                else
-                    [[unroll]] for (int s = 0; s < kSums; ++s) of[s] = 0;
-                [[unroll]] for (int s = 0; s < kSums; ++s) {
-                    if (c == 0) first[s] = of[s];
-                    both[s] = c == 0 ? of[s] : both[s] + of[s];
-                }
-                const int column = 2 * p - kRadius + c;  // in the tile
-                if (row >= 0 && row < kPart && column >= 0 && column < kTile) {
-                    if ((row & 1) == 0 && (column & 1) == 0)
-                        guesses[(top + row) / 2][column / 2] = guess;
-                    if (!kHalf && is_given(kOutHypothesis) && inside)
-                        hypothesis[y * push.width + x + c] = int16_t(guess);
-                }
+                const bool inside = x + c >= 0 && x + c < size().x && y + 3 >= 0 &&
+                                    y < size().y;
+                words[c] = inside ? left_columns[(y >> 2) * size().x + x + c] : 0;
             }
-            // As the columns, the rows of a window are kRadius pairs and the first of the next one.
-            const int t = v / 2, j = t - kRadius;
-            if ((v & 1) == 0) {
-                [[unroll]] for (int s = 0; s < kSums; ++s) {
-                    if (j >= 0) {
-                        pairs[s][p][top / 2 + j] = pair_sum[s] + both[s];
-                        singles[s][p][top / 2 + j] = single_sum[s] + first[s];
-                        pair_sum[s] -= pair_of_rows[j][s];
-                        single_sum[s] -= single_of_rows[j][s];
-                    }
-                    pair_of_rows[t][s] = both[s];
-                    single_of_rows[t][s] = first[s];
+        }
+        const int m = row & (kApart - 1);
+        if (v == 0 || m == 0) {
+            const int at = top / kApart + (row >> (kHalf ? 1 : 2)) + kBefore;
+            before = v > 0 ? here : kHalf ? ivec4(0) : field_row(at - 1, near, far);
+            here = v > 0 ? after : field_row(at, near, far);
+            after = field_row(at + 1, near, far);
+        }
+        const ivec4 beyond = m > 0 ? after : kHalf ? here : before;
+        int both[kSums], first[kSums];
+        [[unroll]] for (int c = 0; c < 2; ++c) {
+            const ivec4 four = ivec4(here[c], here[c + 2], beyond[c], beyond[c + 2]);
+            const int guess = kHalf ? (four.x + four.y + four.z + four.w + 2) >> 2
+                                    : between(four, weight[c], weight_of(m));
+            const bool inside = x + c >= 0 && x + c < size().x && y >= 0 && y < size().y;
+            int of[kSums];
+            if (inside)
+                of = summands(pixel(words[c], row & 3), guess, x + c, y, row_words);
+            else
+                [[unroll]] for (int s = 0; s < kSums; ++s) of[s] = 0;
+            [[unroll]] for (int s = 0; s < kSums; ++s) {
+                if (c == 0) first[s] = of[s];
+                both[s] = c == 0 ? of[s] : both[s] + of[s];
+            }
+            const int column = 2 * p - kRadius + c;  // in the tile
+            if (row < 0 || row >= kPart) continue;
+            const bool of_tile = column >= 0 && column < kTile;
+            if (((c + kRadius) & 1) == 0 && (row & 1) == 0 && of_tile)
+                guesses[(top + row) / 2][column / 2] = guess;
+            if (!kHalf && is_given(kOutHypothesis) && of_tile && inside)
+                hypothesis[y * push.width + x + c] = int16_t(guess);
+        }
+        // As the columns, the rows of a window are kRadius pairs and the first of the next one.
+        const int t = v / 2, j = t - kRadius;
+        if ((v & 1) == 0) {
+            [[unroll]] for (int s = 0; s < kSums; ++s) {
+                if (j >= 0) {
+                    pairs[s][p][top / 2 + j] = pair_sum[s] + both[s];
+                    singles[s][p][top / 2 + j] = single_sum[s] + first[s];
+                    pair_sum[s] -= pair_of_rows[j][s];
+                    single_sum[s] -= single_of_rows[j][s];
                 }
-            } else {
-                [[unroll]] for (int s = 0; s < kSums; ++s) {
-                    pair_of_rows[t][s] += both[s];
-                    single_of_rows[t][s] += first[s];
-                    pair_sum[s] += pair_of_rows[t][s];
-                    single_sum[s] += single_of_rows[t][s];
-                }
+                pair_of_rows[t][s] = both[s];
+                single_of_rows[t][s] = first[s];
+            }
+        } else {
+            [[unroll]] for (int s = 0; s < kSums; ++s) {
+                pair_of_rows[t][s] += both[s];
+                single_of_rows[t][s] += first[s];
+                pair_sum[s] += pair_of_rows[t][s];
+                single_sum[s] += single_of_rows[t][s];
             }
         }
     }

@@ -8,7 +8,8 @@
 #include "backends/stages/stereo.hpp"
 #include "stereo_push.h"
 #include "stereo_smooth.glsl"
-layout(local_size_x = 256) in;
+const int kInvocations = 144;
+layout(local_size_x = kInvocations) in;
 
 layout(constant_id = 0) const int kRadius = 2;
 layout(constant_id = 1) const int kRange = 24;
@@ -18,13 +19,13 @@ layout(std430, set = 0, binding = 0) readonly buffer From { int16_t from[]; };
 layout(std430, set = 0, binding = 1) writeonly buffer To { int16_t to[]; };
 layout(push_constant) uniform Push { SmoothSize push; };
 
-const int kInvocations = 256, kTile = 30;
+const int kTile = 30;
 // Samples around the tile, and one on the far sides for those between; even, as are all that follow.
 const int kMargin = (kPasses * kRadius + kRadius % 2 + 1) / 2 * 2, kSide = kTile + 2 + 2 * kMargin,
           kWords = kSide / 2;
 const int kRun = 8, kReach = kRun + 2 * kRadius;  // samples along a line that an invocation
                                                   // smooths, and these with their neighbours
-const int kResultRun = 3;  // rows of samples that an invocation gives the pixels of
+const int kResultRun = 2;  // rows of samples that an invocation gives the pixels of
 
 // Two samples beside each other in a word.
 shared int cells[kSide + kRun][kWords + kRun / 2 + 1];
@@ -32,6 +33,8 @@ shared int rows[kSide + kRun][kWords + kRun / 2 + 1];
 
 int packed(int left, int right) { return (left & 0xffff) | right << 16; }
 ivec2 unpacked(int word) { return ivec2((word << 16) >> 16, word >> 16); }
+
+int rounds(int tasks) { return (tasks + kInvocations - 1) / kInvocations; }
 
 int smooth_one(int line[kReach], int i) {
     int n = 1, sum = 0;
@@ -106,7 +109,9 @@ void main() {
         const int first = (kMargin - (kPasses - pass) * kRadius) / 2 * 2,
                   side = kSide - 2 * first, runs = (side + kRun - 1) / kRun,
                   read = side + 2 * kRadius;
-        for (int i = me; i < read * runs; i += kInvocations) {
+        [[unroll]] for (int t = 0; t < rounds(read * runs); ++t) {
+            const int i = me + t * kInvocations;
+            if (i >= read * runs) continue;
             const int row = first - kRadius + i % read, word = first / 2 + i / read * (kRun / 2);
             [[unroll]] for (int k = -1; k <= kRun / 2; ++k) {
                 const ivec2 two = unpacked(cells[row][word + k]);
@@ -118,7 +123,9 @@ void main() {
                 packed(smooth_one(line, 2 * k), smooth_one(line, 2 * k + 1));
         }
         barrier();
-        for (int i = me; i < side / 2 * runs; i += kInvocations) {
+        [[unroll]] for (int t = 0; t < rounds(side / 2 * runs); ++t) {
+            const int i = me + t * kInvocations;
+            if (i >= side / 2 * runs) continue;
             const int word = first / 2 + i % (side / 2), row = first + i / (side / 2) * kRun;
             int second_line[kReach];
             [[unroll]] for (int v = 0; v < kReach; ++v) {
@@ -132,8 +139,11 @@ void main() {
         barrier();
     }
     if (kLast) {
-        for (int i = me; i < kTile / 2 * (kTile / kResultRun); i += kInvocations)
-            give_result(tile, i % (kTile / 2) * 2, i / (kTile / 2) * kResultRun);
+        const int tasks = kTile / 2 * (kTile / kResultRun);
+        [[unroll]] for (int t = 0; t < rounds(tasks); ++t) {
+            const int i = me + t * kInvocations;
+            if (i < tasks) give_result(tile, i % (kTile / 2) * 2, i / (kTile / 2) * kResultRun);
+        }
     } else {
         for (int i = me; i < kTile * kTile; i += kInvocations) {
             const int column = i % kTile, row = i / kTile, x = tile.x + column, y = tile.y + row;
