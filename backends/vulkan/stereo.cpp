@@ -19,12 +19,13 @@ struct Push {
     StereoGiven given;
 };
 
-constexpr int kTile = 32;  // side of the tile of a work group, pixels or samples
-constexpr int kSearchTileWidth = 48, kSmoothTile = 30;  // of the search; of the smoothing
+constexpr uint32_t kTile = 32;  // side of the tile of a work group, pixels or samples; but for:
+constexpr uint32_t kSearchTileWidth = 48, kRefineTileWidth = 96, kRefineTileHeight = 16,
+                   kSmoothTile = 30;
 constexpr uint32_t kPassesAtOnce = 4;
 
-Groups tiles(int width, int height, uint32_t side = kTile) {
-    return {cover(uint64_t(width), side), cover(uint64_t(height), side)};
+Groups tiles(int width, int height, uint32_t tile_width = kTile, uint32_t tile_height = kTile) {
+    return {cover(uint64_t(width), tile_width), cover(uint64_t(height), tile_height)};
 }
 
 struct Level {
@@ -181,8 +182,7 @@ class Stereo final : public Stage {
                               {left_.half_columns, right_.half_columns, left_.statistics,
                                right_.statistics, left_keys_, seconds_, right_keys_},
                               run.push,
-                              {cover(uint64_t(c_.half_width), kSearchTileWidth),
-                               cover(uint64_t(c_.half_height), kTile)});
+                              tiles(c_.half_width, c_.half_height, kSearchTileWidth));
         run.recorder.dispatch(kernels_.support,
                               {left_keys_, seconds_, right_keys_, left_.half_mask, right_.half_mask,
                                out[kOutChecked], supported_, pyramid_},
@@ -199,12 +199,12 @@ class Stereo final : public Stage {
         run.recorder.dispatch(kernels_.refine_half,
                               {left_.half_columns, right_half_rows_, dense_, half_moved_, nullptr,
                                nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr},
-                              run.push, tiles(c_.half_width, c_.half_height));
+                              run.push, tiles(c_.half_width, c_.half_height, kRefineTileWidth, kRefineTileHeight));
         run.recorder.dispatch(kernels_.refine,
                               {left_.words, right_.words, half_moved_, nullptr, run.left_mask,
                                run.right_mask, standing_, evidence_, out[kOutHalfRefined],
                                out[kOutHypothesis], out[kOutRefined], out[kOutScore]},
-                              run.push, tiles(c_.width, c_.height));
+                              run.push, tiles(c_.width, c_.height, kRefineTileWidth, kRefineTileHeight));
     }
 
     void finish(Run& run, const Outputs& out) {
@@ -217,7 +217,7 @@ class Stereo final : public Stage {
             run.recorder.dispatch(
                 kernels_.smooth[i],
                 {fields_[i % 2], i + 1 == kernels_.smooth.size() ? *out[0] : fields_[1 - i % 2]},
-                size, tiles(c_.samples_x, c_.samples_y, kSmoothTile));
+                size, tiles(c_.samples_x, c_.samples_y, kSmoothTile, kSmoothTile));
     }
 
     StereoConstants c_;

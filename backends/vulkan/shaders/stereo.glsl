@@ -20,17 +20,17 @@ int row_words_of(int width) { return words_of(width) + 2; }
 int pixel(int word, int k) { return (word << (24 - 8 * k)) >> 24; }
 
 // 0 for 0, else about 1 / sqrt(value).
-vec4 inverse_roots(ivec4 value) {
-    precise const vec4 x = vec4(value);
-    precise const vec4 half_x = 0.5 * x;
-    precise vec4 y = intBitsToFloat(0x5f375a86 - (floatBitsToInt(x) >> 1));
-    for (int step = 0; step < 2; ++step) {
-        precise const vec4 a = half_x * y;
-        precise const vec4 b = a * y;
-        precise const vec4 c = 1.5 - b;
+float inverse_root(int value) {
+    precise const float x = float(value);
+    precise const float half_x = 0.5 * x;
+    precise float y = intBitsToFloat(0x5f375a86 - (floatBitsToInt(x) >> 1));
+    [[unroll]] for (int step = 0; step < 2; ++step) {
+        precise const float a = half_x * y;
+        precise const float b = a * y;
+        precise const float c = 1.5 - b;
         y = y * c;
     }
-    return mix(vec4(0.0), y, greaterThan(value, ivec4(0)));
+    return value > 0 ? y : 0.0;
 }
 
 // b > 0.

@@ -1,8 +1,7 @@
 // Stage stereo, section 8: refinement; at full resolution also the hypothesis of section 9, from
 // the field of half resolution that it smooths, and the classification of section 10. A work group
-// has a tile of 32 x 32 pixels. Each invocation goes down two columns of the right image seen
-// through the hypothesis and sums along them; then it adds up the columns for four samples of a
-// row.
+// has a tile of 96 x 16 pixels. Each invocation goes down two columns of the right image seen
+// through the hypothesis and sums along them; then it adds up the columns for six samples of a row.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_EXT_shader_8bit_storage : require
@@ -33,75 +32,69 @@ layout(std430, set = 0, binding = 9) writeonly buffer Hypothesis { int16_t hypot
 layout(std430, set = 0, binding = 10) writeonly buffer Refined { int16_t refined[]; };
 layout(std430, set = 0, binding = 11) writeonly buffer Score { int16_t score[]; };
 
-const int kInvocations = 64, kTile = 32, kSamples = kTile / 2;
+const int kInvocations = 64, kTileWidth = 96, kTileHeight = 16;
+const int kColumns = kTileWidth / 2, kRows = kTileHeight / 2;  // of samples
 // The windows of sample s are the pairs of columns s to s + kRadius - 1 and the first column of the
 // pair after, the first pair beginning at column -kRadius of the tile.
-const int kPairs = kSamples + kRadius;
-const int kPart = kTile / 2;  // rows of the tile that an invocation goes down
-const int kRun = 4;           // samples of an invocation
+const int kPairs = kColumns + kRadius;
+const int kRun = 6;  // samples of an invocation
 // Pixels from a sample of the field to the next, and the field's samples in a tile with windows.
 const int kApart = kHalf ? 2 : 4, kBefore = (kRadius + kApart - 1) / kApart + (kHalf ? 0 : 1),
-          kFieldSide = kTile / kApart + 2 * kBefore + 1;
+          kFieldWidth = kTileWidth / kApart + 2 * kBefore + 1,
+          kFieldHeight = kTileHeight / kApart + 2 * kBefore + 1;
+const int kSmoothed = kHalf ? 0 : kHalfSmoothRadius;  // around these: what smoothing them needs
+const int kCellsWidth = kFieldWidth + 2 * kSmoothed, kCellsHeight = kFieldHeight + 2 * kSmoothed;
 
 // Sums along the columns, of the even rows: of both columns of a pair, and of its first one. With
 // l, w the gray of the left image and W_k less their middle, 0 outside the image: l l and l;
 // then for each k: w w and the lower 4 bits of w; l w and the upper bits of w.
 const int kSums = 7;
-shared int pairs[kSums][kPairs][kSamples + 1];
-shared int singles[kSums][kPairs][kSamples + 1];
-shared int cells[kFieldSide + 2][kFieldSide + 2];
-shared int rows[kFieldSide + 2][kFieldSide];
-shared int guesses[kSamples][kSamples + 1];
+shared int pairs[kSums][kPairs][kRows + 1];
+shared int singles[kSums][kPairs][kRows + 1];
+shared int cells[kCellsHeight][kCellsWidth];
+shared int rows[kHalf ? 1 : kCellsHeight][kFieldWidth];
+shared int guesses[kRows][kColumns + 1];
 
 ivec2 size() {
     return kHalf ? ivec2(push.half_width, push.half_height) : ivec2(push.width, push.height);
 }
-ivec2 tile() { return ivec2(gl_WorkGroupID.xy) * kTile; }
+ivec2 tile() { return ivec2(gl_WorkGroupID.xy) * ivec2(kTileWidth, kTileHeight); }
 
 // The field around the tile into cells, read clamped; at full resolution smoothed first.
 void load_field(int me) {
     const ivec2 first = tile() / kApart - kBefore,
                 end = ivec2(push.half_samples_x, push.half_samples_y) - 1;
-    int i = me;
-    if (kHalf) {
-        do {
-            const ivec2 at =
-                clamp(first + ivec2(i % kFieldSide, i / kFieldSide), ivec2(0), end);
-            cells[i / kFieldSide][i % kFieldSide] =
-                int(field[at.y * push.half_samples_x + at.x]);
-        } while ((i += kInvocations) < kFieldSide * kFieldSide);
-        return;
+    for (int i = me; i < kCellsHeight * kCellsWidth; i += kInvocations) {
+        const ivec2 place = ivec2(i % kCellsWidth, i / kCellsWidth), at = first - kSmoothed + place,
+                    from = clamp(at, ivec2(0), end);
+        cells[place.y][place.x] = kHalf || from == at
+                                      ? int(field[from.y * push.half_samples_x + from.x])
+                                      : kNoDisparity;
     }
-    const int side = kFieldSide + 2;
-    do {
-        const ivec2 at = first - 1 + ivec2(i % side, i / side);
-        const bool inside = all(greaterThanEqual(at, ivec2(0))) && all(lessThanEqual(at, end));
-        cells[i / side][i % side] =
-            inside ? int(field[at.y * push.half_samples_x + at.x]) : kNoDisparity;
-    } while ((i += kInvocations) < side * side);
     barrier();
-    i = me;
-    do {
-        const int row = i / kFieldSide, column = i % kFieldSide;
+    if (kHalf) return;
+    for (int i = me; i < kCellsHeight * kFieldWidth; i += kInvocations) {
+        const int row = i / kFieldWidth, column = i % kFieldWidth;
         rows[row][column] = smoothed(cells[row][column], cells[row][column + 1],
                                      cells[row][column + 2], kHalfSmoothRange);
-    } while ((i += kInvocations) < side * kFieldSide);
+    }
     barrier();
-    i = me;
-    do {
-        const ivec2 place = ivec2(i % kFieldSide, i / kFieldSide), at = first + place,
+    for (int i = me; i < kFieldHeight * kFieldWidth; i += kInvocations) {
+        const ivec2 place = ivec2(i % kFieldWidth, i / kFieldWidth), at = first + place,
                     from = clamp(at, ivec2(0), end) - first;
         // Far outside the image nothing reads it.
-        if (any(lessThan(from, ivec2(0))) || any(greaterThanEqual(from, ivec2(kFieldSide))))
+        if (any(lessThan(from, ivec2(0))) ||
+            any(greaterThanEqual(from, ivec2(kFieldWidth, kFieldHeight))))
             continue;
         const int disparity = smoothed(rows[from.y][from.x], rows[from.y + 1][from.x],
                                        rows[from.y + 2][from.x], kHalfSmoothRange);
         cells[place.y][place.x] = disparity;
         if (is_given(kOutHalfRefined) && from == place &&
             all(greaterThanEqual(place, ivec2(kBefore))) &&
-            all(lessThan(place, ivec2(kBefore + kTile / kApart))))
+            all(lessThan(place, kBefore + ivec2(kTileWidth, kTileHeight) / kApart)))
             half_refined[at.y * push.half_samples_x + at.x] = int16_t(disparity);
-    } while ((i += kInvocations) < kFieldSide * kFieldSide);
+    }
+    barrier();
 }
 
 ivec4 field_row(int row, ivec2 near, ivec2 far) {
@@ -139,9 +132,8 @@ int[kSums] summands(int l, int guess, int x, int y, int row_words) {
 }
 
 void sum_columns(int me) {
-    if (me >= kPairs * (kTile / kPart)) return;
-    const int row_words = row_words_of(size().x), p = me % kPairs, top = me / kPairs * kPart,
-              x = tile().x - kRadius + 2 * p, y0 = tile().y + top;
+    if (me >= kPairs) return;
+    const int row_words = row_words_of(size().x), x = tile().x - kRadius + 2 * me;
     // The field's columns on both sides of both columns of pixels, and the weights of the near.
     ivec2 near, far, weight = ivec2(0);
     [[unroll]] for (int c = 0; c < 2; ++c) {
@@ -150,13 +142,13 @@ void sum_columns(int me) {
         far[c] = near[c] + (kHalf ? m : m == 0 ? -1 : 1);
         if (!kHalf) weight[c] = weight_of(m);
     }
-    int pair_of_rows[kPart / 2 + kRadius][kSums], single_of_rows[kPart / 2 + kRadius][kSums];
+    int pair_of_rows[kRows + kRadius][kSums], single_of_rows[kRows + kRadius][kSums];
     int pair_sum[kSums], single_sum[kSums];
     [[unroll]] for (int s = 0; s < kSums; ++s) pair_sum[s] = single_sum[s] = 0;
     ivec2 words = ivec2(0);
     ivec4 before, here, after;  // rows of the field
-    [[unroll]] for (int v = 0; v < kPart + 2 * kRadius - 1; ++v) {
-        const int row = v - kRadius, y = y0 + row;  // y0 is a multiple of 4
+    [[unroll]] for (int v = 0; v < kTileHeight + 2 * kRadius - 1; ++v) {
+        const int row = v - kRadius, y = tile().y + row;
         if (v == 0 || (row & 3) == 0) {
             [[unroll]] for (int c = 0; c < 2; ++c) {
                 const bool inside = x + c >= 0 && x + c < size().x && y + 3 >= 0 &&
@@ -166,7 +158,7 @@ void sum_columns(int me) {
         }
         const int m = row & (kApart - 1);
         if (v == 0 || m == 0) {
-            const int at = top / kApart + (row >> (kHalf ? 1 : 2)) + kBefore;
+            const int at = (row >> (kHalf ? 1 : 2)) + kBefore;
             before = v > 0 ? here : kHalf ? ivec4(0) : field_row(at - 1, near, far);
             here = v > 0 ? after : field_row(at, near, far);
             after = field_row(at + 1, near, far);
@@ -187,11 +179,11 @@ void sum_columns(int me) {
                 if (c == 0) first[s] = of[s];
                 both[s] = c == 0 ? of[s] : both[s] + of[s];
             }
-            const int column = 2 * p - kRadius + c;  // in the tile
-            if (row < 0 || row >= kPart) continue;
-            const bool of_tile = column >= 0 && column < kTile;
+            const int column = 2 * me - kRadius + c;  // in the tile
+            if (row < 0 || row >= kTileHeight) continue;
+            const bool of_tile = column >= 0 && column < kTileWidth;
             if (((c + kRadius) & 1) == 0 && (row & 1) == 0 && of_tile)
-                guesses[(top + row) / 2][column / 2] = guess;
+                guesses[row / 2][column / 2] = guess;
             if (!kHalf && is_given(kOutHypothesis) && of_tile && inside)
                 hypothesis[y * push.width + x + c] = int16_t(guess);
         }
@@ -200,8 +192,8 @@ void sum_columns(int me) {
         if ((v & 1) == 0) {
             [[unroll]] for (int s = 0; s < kSums; ++s) {
                 if (j >= 0) {
-                    pairs[s][p][top / 2 + j] = pair_sum[s] + both[s];
-                    singles[s][p][top / 2 + j] = single_sum[s] + first[s];
+                    pairs[s][me][j] = pair_sum[s] + both[s];
+                    singles[s][me][j] = single_sum[s] + first[s];
                     pair_sum[s] -= pair_of_rows[j][s];
                     single_sum[s] -= single_of_rows[j][s];
                 }
@@ -240,8 +232,8 @@ ivec3 sums_at(int image, bool single, int p, int j) {
 
 // Of I I, l I and I over the windows of the invocation's samples, I the left image for image 0
 // (without products), else W_(image - 2).
-void sum_windows(int image, int first, int j, out ivec4 squares, out ivec4 products,
-                 out ivec4 values) {
+void sum_windows(int image, int first, int j, out int squares[kRun], out int products[kRun],
+                 out int values[kRun]) {
     ivec3 line[kRun + kRadius - 1], sum = ivec3(0);
     [[unroll]] for (int u = 0; u < kRun + kRadius - 1; ++u) line[u] =
         sums_at(image, false, first + u, j);
@@ -299,31 +291,35 @@ void classify(Sample given_sample, int i, int j, bool textured) {
 void main() {
     const int me = int(gl_LocalInvocationIndex);
     load_field(me);
-    barrier();
     sum_columns(me);
     barrier();
 
-    const int place = me % (kSamples / kRun) * kRun, row = me / (kSamples / kRun);
+    const int place = me % (kColumns / kRun) * kRun, row = me / (kColumns / kRun);
     const ivec2 first = tile() + 2 * ivec2(place, row);
     if (any(greaterThanEqual(first, size()))) return;
-    const ivec4 x = first.x + 2 * ivec4(0, 1, 2, 3);
-    const ivec4 n = (min(x + kRadius, size().x - 1) - max(x - kRadius, 0) + 1) *
-                    (min(first.y + kRadius, size().y - 1) - max(first.y - kRadius, 0) + 1);
-    ivec4 squares, products, left_sum, sum, z[3];
+    int squares[kRun], products[kRun], left_sum[kRun], sum[kRun], n[kRun], left_variance[kRun];
+    float left_root[kRun];
+    ivec3 z[kRun];
     sum_windows(0, place, row, squares, products, left_sum);
-    const ivec4 left_variance = n * squares - left_sum * left_sum;
-    const vec4 left_root = inverse_roots(left_variance) * 1048576.0;
+    [[unroll]] for (int m = 0; m < kRun; ++m) {
+        const int x = first.x + 2 * m;
+        n[m] = (min(x + kRadius, size().x - 1) - max(x - kRadius, 0) + 1) *
+               (min(first.y + kRadius, size().y - 1) - max(first.y - kRadius, 0) + 1);
+        left_variance[m] = n[m] * squares[m] - left_sum[m] * left_sum[m];
+        left_root[m] = inverse_root(left_variance[m]) * 1048576.0;
+    }
     [[unroll]] for (int image = 1; image < 4; ++image) {
         sum_windows(image, place, row, squares, products, sum);
-        const vec4 root = inverse_roots(n * squares - sum * sum);
-        precise const vec4 scaled = vec4(n * products - left_sum * sum) * root;
-        precise const vec4 coefficient = scaled * left_root;
-        z[image - 1] = ivec4(coefficient);
+        [[unroll]] for (int m = 0; m < kRun; ++m) {
+            const float root = inverse_root(n[m] * squares[m] - sum[m] * sum[m]);
+            precise const float scaled = float(n[m] * products[m] - left_sum[m] * sum[m]) * root;
+            precise const float coefficient = scaled * left_root[m];
+            z[m][image - 1] = int(coefficient);
+        }
     }
     [[unroll]] for (int m = 0; m < kRun; ++m) {
-        if (x[m] >= size().x) continue;
-        const Sample result =
-            refine(guesses[row][place + m], ivec3(z[0][m], z[1][m], z[2][m]));
+        if (first.x + 2 * m >= size().x) continue;
+        const Sample result = refine(guesses[row][place + m], z[m]);
         const ivec2 at = first / 2 + ivec2(m, 0);
         if (kHalf)
             moved_field[at.y * push.half_samples_x + at.x] = int16_t(result.disparity);

@@ -71,7 +71,7 @@ void main() {
             const bool whole = x >= kRadius && x < push.half_width - kRadius && y >= kRadius &&
                                y < push.half_height - kRadius;
             const int variance = whole ? n * squares - sum * sum : 0;
-            const float root = inverse_roots(ivec4(variance)).x;
+            const float root = inverse_root(variance);
             if (kRight) {
                 const int i = y / 2 * push.half_width + x;
                 statistics[i] = vec2(whole ? float(sum) : 0.0, root);
