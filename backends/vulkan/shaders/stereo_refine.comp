@@ -49,8 +49,7 @@ const int kCellsWidth = kFieldWidth + 2 * kSmoothed, kCellsHeight = kFieldHeight
 // l, w the gray of the left image and W_k less their middle, 0 outside the image: l l and l;
 // then for each k: w w and the lower 4 bits of w; l w and the upper bits of w.
 const int kSums = 7;
-shared int pairs[kSums][kPairs][kRows + 1];
-shared int singles[kSums][kPairs][kRows + 1];
+shared int64_t columns[kSums][kPairs][kRows + 1];
 shared int cells[kCellsHeight][kCellsWidth];
 shared int rows[kHalf ? 1 : kCellsHeight][kFieldWidth];
 shared int guesses[kRows][kColumns + 1];
@@ -192,8 +191,8 @@ void sum_columns(int me) {
         if ((v & 1) == 0) {
             [[unroll]] for (int s = 0; s < kSums; ++s) {
                 if (j >= 0) {
-                    pairs[s][me][j] = pair_sum[s] + both[s];
-                    singles[s][me][j] = single_sum[s] + first[s];
+                    columns[s][me][j] =
+                        packInt2x32(ivec2(pair_sum[s] + both[s], single_sum[s] + first[s]));
                     pair_sum[s] -= pair_of_rows[j][s];
                     single_sum[s] -= single_of_rows[j][s];
                 }
@@ -211,10 +210,10 @@ void sum_columns(int me) {
     }
 }
 
-// Of sums along columns as they are packed: of squares or products, and of values.
-ivec2 left_sums(int two) {
+// Sums along columns, of squares, products and values, from how they are packed.
+ivec3 left_sums(int two) {
     const int value = (two << 19) >> 19;
-    return ivec2(int(uint(two - value) >> 13), value);
+    return ivec3(int(uint(two - value) >> 13), 0, value);
 }
 ivec3 right_sums(int squares, int products) {
     const int upper = (products << 21) >> 21;
@@ -222,28 +221,24 @@ ivec3 right_sums(int squares, int products) {
                  (squares & 2047) + 16 * upper);
 }
 
-ivec3 sums_at(int image, bool single, int p, int j) {
-    if (image == 0)
-        return ivec3(left_sums(single ? singles[0][p][j] : pairs[0][p][j]), 0).xzy;
-    const int s = 2 * image - 1;
-    return single ? right_sums(singles[s][p][j], singles[s + 1][p][j])
-                  : right_sums(pairs[s][p][j], pairs[s + 1][p][j]);
-}
-
 // Of I I, l I and I over the windows of the invocation's samples, I the left image for image 0
 // (without products), else W_(image - 2).
 void sum_windows(int image, int first, int j, out int squares[kRun], out int products[kRun],
                  out int values[kRun]) {
-    ivec3 line[kRun + kRadius - 1], sum = ivec3(0);
-    [[unroll]] for (int u = 0; u < kRun + kRadius - 1; ++u) line[u] =
-        sums_at(image, false, first + u, j);
+    ivec3 line[kRun + kRadius], singles[kRun], sum = ivec3(0);
+    [[unroll]] for (int u = 0; u < kRun + kRadius; ++u) {
+        ivec2 a = unpackInt2x32(columns[max(2 * image - 1, 0)][first + u][j]), b = a;
+        if (image > 0) b = unpackInt2x32(columns[2 * image][first + u][j]);
+        line[u] = image == 0 ? left_sums(a.x) : right_sums(a.x, b.x);
+        if (u >= kRadius) singles[u - kRadius] = image == 0 ? left_sums(a.y) : right_sums(a.y, b.y);
+    }
     [[unroll]] for (int u = 0; u < kRadius; ++u) sum += line[u];
     [[unroll]] for (int m = 0; m < kRun; ++m) {
-        const ivec3 window = sum + sums_at(image, true, first + m + kRadius, j);
+        const ivec3 window = sum + singles[m];
         squares[m] = window.x;
         products[m] = window.y;
         values[m] = window.z;
-        if (m < kRun - 1) sum += line[m + kRadius] - line[m];
+        sum += line[m + kRadius] - line[m];
     }
 }
 

@@ -19,7 +19,9 @@ layout(constant_id = 0) const int kRadius = 4;
 layout(std430, set = 0, binding = 0) readonly buffer LeftWords { int left_words[]; };
 layout(std430, set = 0, binding = 1) readonly buffer RightWords { int right_words[]; };
 layout(std430, set = 0, binding = 2) readonly buffer LeftStatistics { vec2 left_statistics[]; };
-layout(std430, set = 0, binding = 3) readonly buffer RightStatistics { vec2 right_statistics[]; };
+layout(std430, set = 0, binding = 3) readonly buffer RightStatistics {
+    int64_t right_statistics[];
+};  // two floats
 layout(std430, set = 0, binding = 4) writeonly buffer LeftKeys { int left_keys[]; };
 layout(std430, set = 0, binding = 5) writeonly buffer Seconds { int seconds[]; };
 layout(std430, set = 0, binding = 6) buffer RightKeys { int right_keys[]; };
@@ -28,9 +30,9 @@ layout(std430, set = 0, binding = 6) buffer RightKeys { int right_keys[]; };
 // pair after, the first pair beginning at column -kRadius of the tile.
 const int kPairs = kTileWidth / 2 + kRadius;
 
-// Sums along columns, of the even rows: of both columns of a pair, and of its first one.
-shared int pairs[kSteps][kPairs][kRows + 1];
-shared int singles[kSteps][kPairs][kRows + 1];
+// Sums along columns, of the even rows: of both columns of a pair, and of its first one; together,
+// because lavapipe takes as long for 32 bits as for 64.
+shared int64_t columns[kSteps][kPairs][kRows + 1];
 
 // An invocation's samples.
 #define Ints ivec3
@@ -39,33 +41,47 @@ shared int singles[kSteps][kPairs][kRows + 1];
 Ints moved_on(int entering, Ints values) { return Ints(entering, values.xy); }
 Floats moved_on(float entering, Floats values) { return Floats(entering, values.xy); }
 
-int word_at(bool left, int x, int q) {
-    if (x < 0 || x >= push.half_width || q < 0 || q >= words_of(push.half_height)) return 0;
-    return left ? left_words[q * push.half_width + x] : right_words[q * push.half_width + x];
+int left_word(int x, int q) {
+    const bool inside =
+        x >= 0 && x < push.half_width && q >= 0 && q < words_of(push.half_height);
+    return inside ? left_words[q * push.half_width + x] : 0;
+}
+int right_word(int x, int q) {
+    const bool inside =
+        x >= 0 && x < push.half_width && q >= 0 && q < words_of(push.half_height);
+    return inside ? right_words[q * push.half_width + x] : 0;
 }
 
-// Of the disparities from first_index on.
-void sum_columns(int first_index) {
+// The first of the two columns that the invocation sums along.
+int first_column() {
+    return int(gl_WorkGroupID.x) * kTileWidth - kRadius +
+           2 * (int(gl_LocalInvocationIndex) % kPairs);
+}
+
+// The words of the tile's columns with windows, from the one with the first row of a window on.
+const int kWordsBefore = (kRadius + 3) / 4,
+          kWords = kWordsBefore + (kTileHeight + kRadius + 2) / 4;
+
+// Of the disparities from first_index on. left: the words of the invocation's two columns.
+void sum_columns(int first_index, ivec2 left[kWords]) {
     const int i = int(gl_LocalInvocationIndex);
     if (i >= kPairs * (kSteps / 2)) return;
-    const ivec2 tile = ivec2(gl_WorkGroupID.xy) * ivec2(kTileWidth, kTileHeight);
-    const int p = i % kPairs, k = i / kPairs * 2, x = tile.x - kRadius + 2 * p,
+    const int p = i % kPairs, k = i / kPairs * 2, x = first_column(),
+              q0 = int(gl_WorkGroupID.y) * (kTileHeight / 4) - kWordsBefore,
               d = push.first + first_index + k;
     // Of disparity d: the pair's product and its first column's; of d + 1 likewise.
     ivec4 products[kTileHeight + 2 * kRadius];
     ivec4 sum = ivec4(0);
-    ivec2 left;
     ivec3 right;
     [[unroll]] for (int v = 0; v < kTileHeight + 2 * kRadius - 1; ++v) {
-        const int row = v - kRadius;
+        const int row = v - kRadius + 4 * kWordsBefore;
         if (v == 0 || (row & 3) == 0) {
-            const int q = (tile.y >> 2) + (row >> 2);
-            left = ivec2(word_at(true, x, q), word_at(true, x + 1, q));
-            right = ivec3(word_at(false, x - d - 1, q), word_at(false, x - d, q),
-                          word_at(false, x - d + 1, q));
+            const int q = q0 + row / 4;
+            right = ivec3(right_word(x - d - 1, q), right_word(x - d, q),
+                          right_word(x - d + 1, q));
         }
         const int up = 24 - 8 * (row & 3);
-        const ivec2 l = (left << up) >> 24;
+        const ivec2 l = (left[row / 4] << up) >> 24;
         const ivec3 r = (right << up) >> 24;
         const ivec2 first = l.x * r.yx;
         products[v] = ivec4(first + l.y * r.zy, first);
@@ -73,10 +89,8 @@ void sum_columns(int first_index) {
         if (v < 2 * kRadius) continue;
         if ((v & 1) == 0) {
             const int j = (v - 2 * kRadius) / 2;
-            pairs[k][p][j] = sum.x;
-            pairs[k + 1][p][j] = sum.y;
-            singles[k][p][j] = sum.z;
-            singles[k + 1][p][j] = sum.w;
+            columns[k][p][j] = packInt2x32(sum.xz);
+            columns[k + 1][p][j] = packInt2x32(sum.yw);
         }
         sum -= products[v - 2 * kRadius];
     }
@@ -84,21 +98,22 @@ void sum_columns(int first_index) {
 
 // The windows of the invocation's samples.
 Ints sum_windows(int k, int first, int j) {
-    int line[kRun + kRadius - 1], sum = 0;
-    [[unroll]] for (int u = 0; u < kRun + kRadius - 1; ++u) line[u] =
-        pairs[k][first + u][j];
-    [[unroll]] for (int u = 0; u < kRadius; ++u) sum += line[u];
+    ivec2 line[kRun + kRadius];
+    int sum = 0;
+    [[unroll]] for (int u = 0; u < kRun + kRadius; ++u) line[u] =
+        unpackInt2x32(columns[k][first + u][j]);
+    [[unroll]] for (int u = 0; u < kRadius; ++u) sum += line[u].x;
     Ints sums;
     [[unroll]] for (int m = 0; m < kRun; ++m) {
-        sums[m] = sum + singles[k][first + m + kRadius][j];
-        if (m < kRun - 1) sum += line[m + kRadius] - line[m];
+        sums[m] = sum + line[m + kRadius].y;
+        sum += line[m + kRadius].x - line[m].x;
     }
     return sums;
 }
 
 vec2 right_statistics_at(int x, int j) {
     return x >= 0 && x < push.half_width && j < push.half_samples_y
-               ? right_statistics[j * push.half_width + x]
+               ? intBitsToFloat(unpackInt2x32(right_statistics[j * push.half_width + x]))
                : vec2(0.0);
 }
 
@@ -140,10 +155,17 @@ void main() {
         }
     }
 
-    // Here and elsewhere: lavapipe goes through the body of a `for` once more, for nobody.
+    ivec2 left_columns[kWords];
+    [[unroll]] for (int w = 0; w < kWords; ++w) {
+        const int x = first_column(),
+                  q = int(gl_WorkGroupID.y) * (kTileHeight / 4) - kWordsBefore + w;
+        left_columns[w] = ivec2(left_word(x, q), left_word(x + 1, q));
+    }
+
+    // Not `for`: lavapipe goes through its body once more, for nobody.
     int first_index = 0;
     do {
-        sum_columns(first_index);
+        sum_columns(first_index, left_columns);
         barrier();
         [[unroll]] for (int g = 0; g < kSteps; g += kGroup) {
             Ints best = Ints(0);
