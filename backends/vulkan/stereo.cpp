@@ -159,12 +159,15 @@ class Stereo final : public Stage {
         const Groups full = tiles(c_.width, c_.height), half = tiles(c_.half_width, c_.half_height);
         Push left_push = run.push;
         left_push.given.mask = run.push.given.left_mask;
+        // Not the buffer that stands for none: both write that, as far as the layers can tell.
+        const Buffer* left_mask = run.left_mask != nullptr ? run.left_mask : run.left;
+        const Buffer* right_mask = run.right_mask != nullptr ? run.right_mask : run.right;
         run.recorder.dispatch(kernels_.prepare_left,
-                              {run.left, run.left_mask, left_.words, left_.half_columns, nullptr,
+                              {run.left, left_mask, left_.words, left_.half_columns, nullptr,
                                left_.half_mask, out[kOutLeftGray]},
                               left_push, full);
         run.recorder.beside(kernels_.prepare_right,
-                            {run.right, run.right_mask, right_.words, right_.half_columns,
+                            {run.right, right_mask, right_.words, right_.half_columns,
                              right_half_rows_, right_.half_mask, out[kOutRightGray]},
                             run.push, full);
         run.recorder.dispatch(kernels_.left_statistics,
@@ -181,8 +184,7 @@ class Stereo final : public Stage {
         run.recorder.dispatch(kernels_.search,
                               {left_.half_columns, right_.half_columns, left_.statistics,
                                right_.statistics, left_keys_, seconds_, right_keys_},
-                              run.push,
-                              tiles(c_.half_width, c_.half_height, kSearchTileWidth));
+                              run.push, tiles(c_.half_width, c_.half_height, kSearchTileWidth));
         run.recorder.dispatch(kernels_.support,
                               {left_keys_, seconds_, right_keys_, left_.half_mask, right_.half_mask,
                                out[kOutChecked], supported_, pyramid_},
@@ -196,15 +198,17 @@ class Stereo final : public Stage {
     }
 
     void refine(Run& run, const Outputs& out) {
-        run.recorder.dispatch(kernels_.refine_half,
-                              {left_.half_columns, right_half_rows_, dense_, half_moved_, nullptr,
-                               nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr},
-                              run.push, tiles(c_.half_width, c_.half_height, kRefineTileWidth, kRefineTileHeight));
+        run.recorder.dispatch(
+            kernels_.refine_half,
+            {left_.half_columns, right_half_rows_, dense_, half_moved_, nullptr, nullptr, nullptr,
+             nullptr, nullptr, nullptr, nullptr, nullptr},
+            run.push, tiles(c_.half_width, c_.half_height, kRefineTileWidth, kRefineTileHeight));
         run.recorder.dispatch(kernels_.refine,
                               {left_.words, right_.words, half_moved_, nullptr, run.left_mask,
                                run.right_mask, standing_, evidence_, out[kOutHalfRefined],
                                out[kOutHypothesis], out[kOutRefined], out[kOutScore]},
-                              run.push, tiles(c_.width, c_.height, kRefineTileWidth, kRefineTileHeight));
+                              run.push,
+                              tiles(c_.width, c_.height, kRefineTileWidth, kRefineTileHeight));
     }
 
     void finish(Run& run, const Outputs& out) {

@@ -66,10 +66,10 @@ void fill_coarse(Level finest, int me) {
             const int x = 2 * (i % coarse.width), y = 2 * (i / coarse.width);
             const bool right = x + 1 < fine.width, below = y + 1 < fine.height;
             const int at = fine.offset + y * fine.width + x;
-            coarse_cells[coarse.offset + i] = mean_of(ivec4(
-                coarse_cells[at], right ? coarse_cells[at + 1] : kNoDisparity,
-                below ? coarse_cells[at + fine.width] : kNoDisparity,
-                right && below ? coarse_cells[at + fine.width + 1] : kNoDisparity));
+            coarse_cells[coarse.offset + i] =
+                mean_of(ivec4(coarse_cells[at], right ? coarse_cells[at + 1] : kNoDisparity,
+                              below ? coarse_cells[at + fine.width] : kNoDisparity,
+                              right && below ? coarse_cells[at + fine.width + 1] : kNoDisparity));
         }
         fine = coarse;
         barrier();
@@ -138,8 +138,7 @@ void main() {
         barrier();
     }
     for (int i = me; i < kTile * (kTile / kRun); i += kInvocations) {
-        const int row = i / (kTile / kRun), column = i % (kTile / kRun) * kRun,
-                  y = tile.y + row;
+        const int row = i / (kTile / kRun), column = i % (kTile / kRun) * kRun, y = tile.y + row;
         if (y >= push.half_samples_y) continue;
         int lowest[kRun + 2 * kMargin], highest[kRun + 2 * kMargin], centre[kRun];
         [[unroll]] for (int u = 0; u < kRun + 2 * kMargin; ++u) {

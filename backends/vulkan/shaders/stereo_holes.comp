@@ -63,8 +63,8 @@ void main() {
     const int me = int(gl_LocalInvocationIndex);
     for (int i = me; i < kCells * kCells; i += kInvocations) {
         const ivec2 at = tile - kRadius - kSpeckleRadius + ivec2(i % kCells, i / kCells);
-        const bool inside = all(greaterThanEqual(at, ivec2(0))) && at.x < push.samples_x &&
-                            at.y < push.samples_y;
+        const bool inside =
+            all(greaterThanEqual(at, ivec2(0))) && at.x < push.samples_x && at.y < push.samples_y;
         cells[i / kCells][i % kCells] =
             inside ? words[at.y * push.samples_x + at.x] : no_evidence(0);
     }
@@ -96,8 +96,8 @@ void main() {
             const uint word =
                 cells[row + kRadius + kSpeckleRadius][column + kRadius + kSpeckleRadius];
             const int m = (sums + kOne / 2) >> 16, sum = sums - m * kOne;
-            int disparity = is_evidence(word) ? hypothesis_of(word) + difference_of(word)
-                                              : kNoDisparity;
+            int disparity =
+                is_evidence(word) ? hypothesis_of(word) + difference_of(word) : kNoDisparity;
             if (is_given(kOutEvidence)) evidence[at] = int16_t(disparity);
             int sure = confidence_of(word);
             if (!is_evidence(word) && 2 * m >= side * side) {
@@ -105,8 +105,8 @@ void main() {
                 sure = kFilledConfidence;
             }
             to[at] = int16_t(disparity);
-            if (is_given(kOutConfidence))
-                [[unroll]] for (int k = 0; k < 4; ++k) {
+            if (is_given(kOutConfidence)) [[unroll]]
+                for (int k = 0; k < 4; ++k) {
                     const ivec2 pixel = 2 * ivec2(x, y) + ivec2(k & 1, k >> 1);
                     if (pixel.x < push.width && pixel.y < push.height)
                         confidence[pixel.y * push.stride + pixel.x] = uint8_t(sure);

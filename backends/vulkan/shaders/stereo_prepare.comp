@@ -24,7 +24,7 @@ layout(std430, set = 0, binding = 6) writeonly buffer Gray { uint8_t gray[]; };
 
 const int kTile = 32, kHalf = kTile / 2, kInvocations = 64;
 const int kWords = kTile * kTile / 4;  // of the tile
-const int kRun = 8;  // pixels that an invocation sums up windows for
+const int kRun = 8;                    // pixels that an invocation sums up windows for
 const int kReach = kRun + 2 * kInpaintRadius, kSide = kTile + 2 * kInpaintRadius;
 const int kOne = 1 << 20;  // a cell counts its pixel above the sum of grays
 
@@ -131,10 +131,9 @@ void halve(ivec2 tile, int me) {
                           pair_sums(rows[2 * row + 1][2 * word + k]) + 0x020002u;
         const uint two = sums >> 2 & 0xff00ffu;
         four |= (two | two >> 8) << (16 * k) & (0xffffu << (16 * k));
-        const uint all =
-            masked[2 * row][2 * word + k] | masked[2 * row + 1][2 * word + k];
-        unusable |= ((all & 0xffffu) != 0u ? 1u : 0u) << (2 * k) |
-                    (all >> 16 != 0u ? 2u : 0u) << (2 * k);
+        const uint all = masked[2 * row][2 * word + k] | masked[2 * row + 1][2 * word + k];
+        unusable |= ((all & 0xffffu) != 0u ? 1u : 0u) << (2 * k) | (all >> 16 != 0u ? 2u : 0u)
+                                                                       << (2 * k);
     }
     rows[kTile + row][word] = four;
     const int y = tile.y / 2 + row;
@@ -149,7 +148,9 @@ void halve(ivec2 tile, int me) {
 // Four pixels of a row of `rows` from x on, read clamped; the row begins at pixel `first`.
 uint row_word(int row, int first, int x, int width) {
     const int end = clamp(width - x, 0, 4), edge = x < 0 ? 0 : min(width - 1 - first, kTile - 1);
-    const uint inside = x < 0 ? 0u : end == 4 ? ~0u : (1u << (8 * end)) - 1u,
+    const uint inside = x < 0      ? 0u
+                        : end == 4 ? ~0u
+                                   : (1u << (8 * end)) - 1u,
                nearest = (rows[row][edge >> 2] >> (8 * (edge & 3)) & 255u) * 0x01010101u;
     return (rows[row][clamp((x - first) >> 2, 0, kTile / 4 - 1)] & inside) | (nearest & ~inside);
 }
@@ -200,8 +201,8 @@ void main() {
     if (me < (kHalf / 4) * (kHalf / 4)) {
         const int y = half_tile.y + me / (kHalf / 4) * 4, x = half_tile.x + me % (kHalf / 4) * 4;
         if (x < push.half_width && y < push.half_height) {
-            const uvec4 columns = column_words(kTile + y - half_tile.y, (x - half_tile.x) / 4,
-                                               push.half_height - y);
+            const uvec4 columns =
+                column_words(kTile + y - half_tile.y, (x - half_tile.x) / 4, push.half_height - y);
             [[unroll]] for (int k = 0; k < 4; ++k) if (x + k < push.half_width)
                 half_columns[y / 4 * push.half_width + x + k] = columns[k];
         }
@@ -211,8 +212,7 @@ void main() {
     for (int i = me; i < kHalf * (kHalf / 4 + 2); i += kInvocations) {
         const int row = i / (kHalf / 4 + 2), y = half_tile.y + row,
                   x = half_tile.x + 4 * (i % (kHalf / 4 + 2)) - 4;
-        const bool own =
-            x < half_tile.x ? x < 0 : x < half_tile.x + kHalf || x >= push.half_width;
+        const bool own = x < half_tile.x ? x < 0 : x < half_tile.x + kHalf || x >= push.half_width;
         if (own && x / 4 + 1 < row_words && y < push.half_height)
             half_rows[y * row_words + (x + 4) / 4] =
                 row_word(kTile + row, half_tile.x, x, push.half_width);

@@ -66,9 +66,8 @@ void load_field(int me) {
     for (int i = me; i < kCellsHeight * kCellsWidth; i += kInvocations) {
         const ivec2 place = ivec2(i % kCellsWidth, i / kCellsWidth), at = first - kSmoothed + place,
                     from = clamp(at, ivec2(0), end);
-        cells[place.y][place.x] = kHalf || from == at
-                                      ? int(field[from.y * push.half_samples_x + from.x])
-                                      : kNoDisparity;
+        cells[place.y][place.x] =
+            kHalf || from == at ? int(field[from.y * push.half_samples_x + from.x]) : kNoDisparity;
     }
     barrier();
     if (kHalf) return;
@@ -81,16 +80,12 @@ void load_field(int me) {
     for (int i = me; i < kFieldHeight * kFieldWidth; i += kInvocations) {
         const ivec2 place = ivec2(i % kFieldWidth, i / kFieldWidth), at = first + place,
                     from = clamp(at, ivec2(0), end) - first;
-        // Far outside the image nothing reads it.
-        if (any(lessThan(from, ivec2(0))) ||
-            any(greaterThanEqual(from, ivec2(kFieldWidth, kFieldHeight))))
-            continue;
         const int disparity = smoothed(rows[from.y][from.x], rows[from.y + 1][from.x],
                                        rows[from.y + 2][from.x], kHalfSmoothRange);
         cells[place.y][place.x] = disparity;
-        if (is_given(kOutHalfRefined) && from == place &&
-            all(greaterThanEqual(place, ivec2(kBefore))) &&
-            all(lessThan(place, kBefore + ivec2(kTileWidth, kTileHeight) / kApart)))
+        const bool of_tile = place.x >= kBefore && place.x < kBefore + kTileWidth / kApart &&
+                             place.y >= kBefore && place.y < kBefore + kTileHeight / kApart;
+        if (is_given(kOutHalfRefined) && from == place && of_tile)
             half_refined[at.y * push.half_samples_x + at.x] = int16_t(disparity);
     }
     barrier();
@@ -150,8 +145,7 @@ void sum_columns(int me) {
         const int row = v - kRadius, y = tile().y + row;
         if (v == 0 || (row & 3) == 0) {
             [[unroll]] for (int c = 0; c < 2; ++c) {
-                const bool inside = x + c >= 0 && x + c < size().x && y + 3 >= 0 &&
-                                    y < size().y;
+                const bool inside = x + c >= 0 && x + c < size().x && y + 3 >= 0 && y < size().y;
                 words[c] = inside ? left_columns[(y >> 2) * size().x + x + c] : 0;
             }
         }
@@ -172,8 +166,8 @@ void sum_columns(int me) {
             int of[kSums];
             if (inside)
                 of = summands(pixel(words[c], row & 3), guess, x + c, y, row_words);
-            else
-                [[unroll]] for (int s = 0; s < kSums; ++s) of[s] = 0;
+            else [[unroll]]
+                for (int s = 0; s < kSums; ++s) of[s] = 0;
             [[unroll]] for (int s = 0; s < kSums; ++s) {
                 if (c == 0) first[s] = of[s];
                 both[s] = c == 0 ? of[s] : both[s] + of[s];
@@ -217,8 +211,7 @@ ivec3 left_sums(int two) {
 }
 ivec3 right_sums(int squares, int products) {
     const int upper = (products << 21) >> 21;
-    return ivec3(int(uint(squares) >> 11), (products - upper) >> 11,
-                 (squares & 2047) + 16 * upper);
+    return ivec3(int(uint(squares) >> 11), (products - upper) >> 11, (squares & 2047) + 16 * upper);
 }
 
 // Of I I, l I and I over the windows of the invocation's samples, I the left image for image 0
@@ -263,9 +256,8 @@ void classify(Sample given_sample, int i, int j, bool textured) {
     const int at = j * push.samples_x + i, x = 2 * i, row = 2 * j * push.stride;
     if (is_given(kOutRefined)) refined[at] = int16_t(given_sample.disparity);
     if (is_given(kOutScore)) score[at] = int16_t(given_sample.score);
-    const int stands =
-        int(standing[min(j, push.half_height - 1) / 2 * push.half_samples_x +
-                     min(i, push.half_width - 1) / 2]);
+    const int stands = int(standing[min(j, push.half_height - 1) / 2 * push.half_samples_x +
+                                    min(i, push.half_width - 1) / 2]);
     const bool known = stands == kSettled;
     const bool usable = given.left_mask == 0 || int(left_mask[row + x]) != 0;
     uint word = no_evidence(given_sample.hypothesis);

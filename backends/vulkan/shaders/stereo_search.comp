@@ -42,13 +42,11 @@ Ints moved_on(int entering, Ints values) { return Ints(entering, values.xy); }
 Floats moved_on(float entering, Floats values) { return Floats(entering, values.xy); }
 
 int left_word(int x, int q) {
-    const bool inside =
-        x >= 0 && x < push.half_width && q >= 0 && q < words_of(push.half_height);
+    const bool inside = x >= 0 && x < push.half_width && q >= 0 && q < words_of(push.half_height);
     return inside ? left_words[q * push.half_width + x] : 0;
 }
 int right_word(int x, int q) {
-    const bool inside =
-        x >= 0 && x < push.half_width && q >= 0 && q < words_of(push.half_height);
+    const bool inside = x >= 0 && x < push.half_width && q >= 0 && q < words_of(push.half_height);
     return inside ? right_words[q * push.half_width + x] : 0;
 }
 
@@ -59,8 +57,7 @@ int first_column() {
 }
 
 // The words of the tile's columns with windows, from the one with the first row of a window on.
-const int kWordsBefore = (kRadius + 3) / 4,
-          kWords = kWordsBefore + (kTileHeight + kRadius + 2) / 4;
+const int kWordsBefore = (kRadius + 3) / 4, kWords = kWordsBefore + (kTileHeight + kRadius + 2) / 4;
 
 // Of the disparities from first_index on. left: the words of the invocation's two columns.
 void sum_columns(int first_index, ivec2 left[kWords]) {
@@ -77,8 +74,7 @@ void sum_columns(int first_index, ivec2 left[kWords]) {
         const int row = v - kRadius + 4 * kWordsBefore;
         if (v == 0 || (row & 3) == 0) {
             const int q = q0 + row / 4;
-            right = ivec3(right_word(x - d - 1, q), right_word(x - d, q),
-                          right_word(x - d + 1, q));
+            right = ivec3(right_word(x - d - 1, q), right_word(x - d, q), right_word(x - d + 1, q));
         }
         const int up = 24 - 8 * (row & 3);
         const ivec2 l = (left[row / 4] << up) >> 24;
@@ -177,8 +173,8 @@ void main() {
                 right_sum[c] = moved_on(right.x, right_sum[c]);
                 right_root[c] = moved_on(right.y, right_root[c]);
                 const Ints sums = sum_windows(k, place.x, place.y);
-                const Ints key = scored(Floats(sums), left_mean, left_root, right_sum[c],
-                                        right_root[c], index);
+                const Ints key =
+                    scored(Floats(sums), left_mean, left_root, right_sum[c], right_root[c], index);
                 best = max(best, key);
                 right_best[c] = max(moved_on(0, right_best[c]), key);
             }

@@ -20,7 +20,8 @@ layout(std430, set = 0, binding = 1) writeonly buffer To { int16_t to[]; };
 layout(push_constant) uniform Push { SmoothSize push; };
 
 const int kTile = 30;
-// Samples around the tile, and one on the far sides for those between; even, as are all that follow.
+// Samples around the tile, and one on the far sides for those between; even, as are all that
+// follow.
 const int kMargin = (kPasses * kRadius + kRadius % 2 + 1) / 2 * 2, kSide = kTile + 2 + 2 * kMargin,
           kWords = kSide / 2;
 const int kRun = 8, kReach = kRun + 2 * kRadius;  // samples along a line that an invocation
@@ -51,8 +52,7 @@ void put(int x, int y, int disparity) {
 void give_pixels(ivec2 sample_at, int a, ivec3 others) {
     int n = 1;
     ivec3 change;
-    [[unroll]] for (int k = 0; k < 3; ++k) change[k] =
-        near_sum(others[k] - a, kRange, n);
+    [[unroll]] for (int k = 0; k < 3; ++k) change[k] = near_sum(others[k] - a, kRange, n);
     const ivec2 halfway = a + ((change.xy + 1) >> 1);
     // A third: 2 sum + n is odd, so that the reciprocal's error does not matter.
     const int twice = 2 * (change.x + change.y + change.z) + n;
@@ -67,8 +67,8 @@ void give_pixels(ivec2 sample_at, int a, ivec3 others) {
 // The pixels of kResultRun rows of two samples of the tile.
 void give_result(ivec2 tile, int column, int first) {
     const ivec2 place = kMargin + ivec2(column, first);
-    ivec3 above = ivec3(unpacked(cells[place.y][place.x / 2]),
-                        unpacked(cells[place.y][place.x / 2 + 1]).x);
+    ivec3 above =
+        ivec3(unpacked(cells[place.y][place.x / 2]), unpacked(cells[place.y][place.x / 2 + 1]).x);
     [[unroll]] for (int v = 0; v < kResultRun; ++v) {
         ivec3 below = ivec3(unpacked(cells[place.y + v + 1][place.x / 2]),
                             unpacked(cells[place.y + v + 1][place.x / 2 + 1]).x);
@@ -98,17 +98,16 @@ void main() {
         const bool inside = y >= 0 && y < push.samples_y;
         const int at = y * push.samples_x + x;
         const int left = inside && x >= 0 && x < push.samples_x ? int(from[at]) : kNoDisparity,
-                  right = inside && x >= 0 && x + 1 < push.samples_x ? int(from[at + 1])
-                                                                     : kNoDisparity;
+                  right =
+                      inside && x >= 0 && x + 1 < push.samples_x ? int(from[at + 1]) : kNoDisparity;
         cells[row][word] = packed(left, right);
     }
     barrier();
     int line[kReach];
     [[unroll]] for (int pass = 1; pass <= kPasses; ++pass) {
         // As far into the margin as the passes that follow need.
-        const int first = (kMargin - (kPasses - pass) * kRadius) / 2 * 2,
-                  side = kSide - 2 * first, runs = (side + kRun - 1) / kRun,
-                  read = side + 2 * kRadius;
+        const int first = (kMargin - (kPasses - pass) * kRadius) / 2 * 2, side = kSide - 2 * first,
+                  runs = (side + kRun - 1) / kRun, read = side + 2 * kRadius;
         [[unroll]] for (int t = 0; t < rounds(read * runs); ++t) {
             const int i = me + t * kInvocations;
             if (i >= read * runs) continue;
@@ -148,8 +147,8 @@ void main() {
         for (int i = me; i < kTile * kTile; i += kInvocations) {
             const int column = i % kTile, row = i / kTile, x = tile.x + column, y = tile.y + row;
             if (x < push.samples_x && y < push.samples_y)
-                to[y * push.samples_x + x] = int16_t(
-                    unpacked(cells[kMargin + row][(kMargin + column) / 2])[column & 1]);
+                to[y * push.samples_x + x] =
+                    int16_t(unpacked(cells[kMargin + row][(kMargin + column) / 2])[column & 1]);
         }
     }
 }

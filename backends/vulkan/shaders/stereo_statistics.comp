@@ -37,8 +37,8 @@ void sum_columns(ivec2 tile, int me) {
             const int row = v - kRadius;  // from y, which is a multiple of 4
             if (v == 0 || (row & 3) == 0) {
                 const int q = (y >> 2) + (row >> 2);
-                const bool inside = x >= 0 && x < push.half_width && q >= 0 &&
-                                    q < words_of(push.half_height);
+                const bool inside =
+                    x >= 0 && x < push.half_width && q >= 0 && q < words_of(push.half_height);
                 word = inside ? column_words[q * push.half_width + x] : 0;
             }
             const int value = pixel(word, row & 3);

@@ -56,8 +56,7 @@ void main() {
     const ivec2 tile = ivec2(gl_WorkGroupID.xy) * kTile;
     const int me = int(gl_LocalInvocationIndex);
     for (int i = me; i < kRows * kColumns; i += kInvocations) {
-        const ivec2 place = ivec2(i % kColumns, i / kColumns) - kCheckedMargin,
-                    at = tile + place;
+        const ivec2 place = ivec2(i % kColumns, i / kColumns) - kCheckedMargin, at = tile + place;
         const int disparity = check(at);
         cells[i / kColumns][i % kColumns] = disparity;
         if (is_given(kOutChecked) && all(greaterThanEqual(place, ivec2(0))) &&
@@ -75,10 +74,10 @@ void main() {
         // A missing one differs from every disparity by more than the range.
         [[unroll]] for (int v = 0; v <= 2 * kSupportRadius; ++v)
             [[unroll]] for (int u = 0; u < kRun + 2 * kSupportRadius; ++u) {
-                const int other = cells[row + v][first + u];
-                [[unroll]] for (int m = max(u - 2 * kSupportRadius, 0); m <= min(u, kRun - 1); ++m)
-                    agreeing[m] += abs(other - centre[m]) <= kSupportRange ? 1 : 0;
-            }
+            const int other = cells[row + v][first + u];
+            [[unroll]] for (int m = max(u - 2 * kSupportRadius, 0); m <= min(u, kRun - 1); ++m)
+                agreeing[m] += abs(other - centre[m]) <= kSupportRange ? 1 : 0;
+        }
         [[unroll]] for (int m = 0; m < kRun; ++m) {
             const int disparity = agreeing[m] >= push.support ? centre[m] : kNoDisparity;
             agreed[row][first + m] = disparity;
