@@ -54,7 +54,7 @@ uint64_t column_words(int width, int height) {
     return 4 * uint64_t(width) * cover(uint64_t(height), 4);
 }
 uint64_t row_words(int width, int height) {
-    return 4 * uint64_t{cover(uint64_t(width), 4) + 2} * uint64_t(height);
+    return 8 * uint64_t{cover(uint64_t(width), 4) + 2} * uint64_t(height);
 }
 
 class Stereo final : public Stage {

@@ -1,9 +1,9 @@
 // What the shaders of stage stereo share. The sections they name are those of
 // docs/stages/stereo.md.
 //
-// Shaders read images in words of four pixels. A column word (x, q) has the pixels (x, 4 q) to
-// (x, 4 q + 3) minus 128, 0 outside the image. Of a row's row words, k has the pixels 4 (k - 1) to
-// 4 (k - 1) + 3, read clamped; the first and the last lie outside the image.
+// Shaders read images in words. A column word (x, q) has the pixels (x, 4 q) to (x, 4 q + 3) minus
+// 128, 0 outside the image. Of a row's row words, of 64 bits, k has the pixels 4 (k - 1) to
+// 4 (k - 1) + 7, read clamped: any four pixels that follow one another are in one of them.
 #include "backends/stages/stereo.hpp"
 #include "stereo_push.h"
 layout(push_constant) uniform Push {

@@ -28,10 +28,14 @@ shared int row_sums[kCells][kSideRuns * kRun + 1];
 int count_of(uint word) { return is_evidence(word) ? 1 : 0; }
 int summand_of(uint word) { return is_evidence(word) ? kOne + difference_of(word) : 0; }
 
+int rounds(int tasks) { return (tasks + kInvocations - 1) / kInvocations; }
+
 // Speckles become holes.
 void drop_speckles(int me) {
     const int reach = kRun + 2 * kSpeckleRadius;
-    for (int i = me; i < kCells * kSideRuns; i += kInvocations) {
+    [[unroll]] for (int t = 0; t < rounds(kCells * kSideRuns); ++t) {
+        const int i = me + t * kInvocations;
+        if (i >= kCells * kSideRuns) continue;
         const int row = i % kCells, first = i / kCells * kRun;
         int line[reach], sum = 0;
         [[unroll]] for (int u = 0; u < reach; ++u) {
@@ -43,7 +47,9 @@ void drop_speckles(int me) {
         }
     }
     barrier();
-    for (int i = me; i < kSide * kSideRuns; i += kInvocations) {
+    [[unroll]] for (int t = 0; t < rounds(kSide * kSideRuns); ++t) {
+        const int i = me + t * kInvocations;
+        if (i >= kSide * kSideRuns) continue;
         const int column = i % kSide, first = i / kSide * kRun;
         int line[reach], sum = 0;
         [[unroll]] for (int v = 0; v < reach; ++v) {
@@ -71,7 +77,9 @@ void main() {
     barrier();
     drop_speckles(me);
     const int reach = kRun + 2 * kRadius, side = 2 * kRadius + 1;
-    for (int i = me; i < kSide * kRuns; i += kInvocations) {
+    [[unroll]] for (int t = 0; t < rounds(kSide * kRuns); ++t) {
+        const int i = me + t * kInvocations;
+        if (i >= kSide * kRuns) continue;
         const int row = i % kSide, first = i / kSide * kRun;
         int line[reach], sum = 0;
         [[unroll]] for (int u = 0; u < reach; ++u) {

@@ -184,8 +184,11 @@ void main() {
             const int i = me + t * kInvocations, row = i / (kTile / 4 + 2), y = tile.y + row,
                       x = tile.x + 4 * (i % (kTile / 4 + 2)) - 4;
             const bool own = x < tile.x ? x < 0 : x < tile.x + kTile || x >= push.width;
-            if (own && x / 4 + 1 < row_words && y < push.height)
-                words[y * row_words + (x + 4) / 4] = row_word(row, tile.x, x, push.width);
+            if (!own || x / 4 + 1 >= row_words || y >= push.height) continue;
+            const int at = 2 * (y * row_words + x / 4 + 1);
+            const uint four = row_word(row, tile.x, x, push.width);
+            words[at] = four;
+            if (x >= 0) words[at - 1] = four;
         }
     } else {
         const int y = tile.y + me / (kTile / 4) * 4, x = tile.x + me % (kTile / 4) * 4;
@@ -213,8 +216,10 @@ void main() {
         const int row = i / (kHalf / 4 + 2), y = half_tile.y + row,
                   x = half_tile.x + 4 * (i % (kHalf / 4 + 2)) - 4;
         const bool own = x < half_tile.x ? x < 0 : x < half_tile.x + kHalf || x >= push.half_width;
-        if (own && x / 4 + 1 < row_words && y < push.half_height)
-            half_rows[y * row_words + (x + 4) / 4] =
-                row_word(kTile + row, half_tile.x, x, push.half_width);
+        if (!own || x / 4 + 1 >= row_words || y >= push.half_height) continue;
+        const int at = 2 * (y * row_words + x / 4 + 1);
+        const uint four = row_word(kTile + row, half_tile.x, x, push.half_width);
+        half_rows[at] = four;
+        if (x >= 0) half_rows[at - 1] = four;
     }
 }

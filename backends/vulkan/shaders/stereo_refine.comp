@@ -16,7 +16,7 @@ layout(local_size_x = 64) in;
 layout(constant_id = 0) const int kRadius = 4;
 layout(constant_id = 1) const bool kHalf = false;
 layout(std430, set = 0, binding = 0) readonly buffer LeftColumns { int left_columns[]; };
-layout(std430, set = 0, binding = 1) readonly buffer RightRows { uint right_rows[]; };
+layout(std430, set = 0, binding = 1) readonly buffer RightRows { uint64_t right_rows[]; };
 layout(std430, set = 0, binding = 2) readonly buffer Field {
     int16_t field[];
 };  // of half resolution: dense, or refined
@@ -109,9 +109,8 @@ int weight_of(int m) { return m < 2 ? 7 : m == 2 ? 5 : 3; }
 
 // Four pixels of a row of the right image from j - 1 on, read clamped.
 ivec4 right_at(int j, int y, int row_words) {
-    const int byte = clamp(j, -3, size().x) + 3, at = y * row_words + (byte >> 2),
-              shift = 8 * (byte & 3);
-    const uint four = right_rows[at] >> shift | (right_rows[at + 1] << 1) << (31 - shift);
+    const int byte = clamp(j, -3, size().x) + 3;
+    const uint four = uint(right_rows[y * row_words + (byte >> 2)] >> (8 * (byte & 3)));
     return ivec4(uvec4(four, four >> 8, four >> 16, four >> 24) & 255u);
 }
 
