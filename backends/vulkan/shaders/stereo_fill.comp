@@ -21,7 +21,7 @@ const int kInvocations = 256, kTile = 1 << kTileLevels;
 // Of the tile in each field, and two more on each side: what one field needs of the next coarser
 // one then reaches as far.
 const int kMargin = kEdgeRadius, kSide = kTile + 2 * kMargin;
-const int kRun = 4;  // samples beside each other that an invocation classifies
+const int kRun = 4;  // samples beside each other that an invocation classifies, one run each
 
 shared int coarse_cells[kCoarseCells];
 shared int cells[2 * kSide * kSide];  // of the finer fields, one after the other
@@ -137,31 +137,29 @@ void main() {
         }
         barrier();
     }
-    for (int i = me; i < kTile * (kTile / kRun); i += kInvocations) {
-        const int row = i / (kTile / kRun), column = i % (kTile / kRun) * kRun, y = tile.y + row;
-        if (y >= push.half_samples_y) continue;
-        int lowest[kRun + 2 * kMargin], highest[kRun + 2 * kMargin], centre[kRun];
-        [[unroll]] for (int u = 0; u < kRun + 2 * kMargin; ++u) {
-            lowest[u] = highest[u] = cells[row * kSide + column + u];
-            [[unroll]] for (int v = 1; v <= 2 * kMargin; ++v) {
-                const int other = cells[(row + v) * kSide + column + u];
-                lowest[u] = min(lowest[u], other);
-                highest[u] = max(highest[u], other);
-                if (v == kMargin && u >= kMargin && u < kMargin + kRun) centre[u - kMargin] = other;
-            }
+    const int row = me / (kTile / kRun), column = me % (kTile / kRun) * kRun, y = tile.y + row;
+    if (y >= push.half_samples_y) return;
+    int lowest[kRun + 2 * kMargin], highest[kRun + 2 * kMargin], centre[kRun];
+    [[unroll]] for (int u = 0; u < kRun + 2 * kMargin; ++u) {
+        lowest[u] = highest[u] = cells[row * kSide + column + u];
+        [[unroll]] for (int v = 1; v <= 2 * kMargin; ++v) {
+            const int other = cells[(row + v) * kSide + column + u];
+            lowest[u] = min(lowest[u], other);
+            highest[u] = max(highest[u], other);
+            if (v == kMargin && u >= kMargin && u < kMargin + kRun) centre[u - kMargin] = other;
         }
-        [[unroll]] for (int m = 0; m < kRun; ++m) {
-            const int x = tile.x + column + m, at = y * push.half_samples_x + x;
-            if (x >= push.half_samples_x) continue;
-            int minimum = lowest[m], maximum = highest[m];
-            [[unroll]] for (int u = 1; u <= 2 * kMargin; ++u) {
-                minimum = min(minimum, lowest[m + u]);
-                maximum = max(maximum, highest[m + u]);
-            }
-            const bool doubtful = centre[m] - minimum > push.edge;
-            const bool open = maximum - minimum > push.edge || int(supported[at]) == kNoDisparity;
-            dense[at] = int16_t(centre[m]);
-            standing[at] = uint8_t(doubtful ? kDoubtful : open ? kOpen : kSettled);
+    }
+    [[unroll]] for (int m = 0; m < kRun; ++m) {
+        const int x = tile.x + column + m, at = y * push.half_samples_x + x;
+        if (x >= push.half_samples_x) continue;
+        int minimum = lowest[m], maximum = highest[m];
+        [[unroll]] for (int u = 1; u <= 2 * kMargin; ++u) {
+            minimum = min(minimum, lowest[m + u]);
+            maximum = max(maximum, highest[m + u]);
         }
+        const bool doubtful = centre[m] - minimum > push.edge;
+        const bool open = maximum - minimum > push.edge || int(supported[at]) == kNoDisparity;
+        dense[at] = int16_t(centre[m]);
+        standing[at] = uint8_t(doubtful ? kDoubtful : open ? kOpen : kSettled);
     }
 }

@@ -10,7 +10,8 @@
 #include "stereo.glsl"
 #include "stereo_pyramid.glsl"
 #include "stereo_smooth.glsl"
-layout(local_size_x = 256) in;
+const int kInvocations = 320;
+layout(local_size_x = kInvocations) in;
 
 layout(std430, set = 0, binding = 0) readonly buffer LeftKeys { int left_keys[]; };
 layout(std430, set = 0, binding = 1) readonly buffer Seconds { int seconds[]; };
@@ -21,7 +22,7 @@ layout(std430, set = 0, binding = 5) writeonly buffer Checked { int16_t checked[
 layout(std430, set = 0, binding = 6) writeonly buffer Supported { int16_t supported[]; };
 layout(std430, set = 0, binding = 7) writeonly buffer Pyramid { int16_t pyramid[]; };
 
-const int kInvocations = 256, kTile = 1 << kTileLevels;
+const int kTile = 1 << kTileLevels;
 const int kRun = 4;  // samples beside each other that an invocation counts the support of
 const int kMargin = kHalfSmoothRadius, kSupportSide = kTile + 2 * kMargin;
 const int kRuns = (kSupportSide + kRun - 1) / kRun;
@@ -64,8 +65,8 @@ void main() {
             checked[at.y * push.half_samples_x + at.x] = int16_t(disparity);
     }
     barrier();
-    for (int i = me; i < kSupportSide * kRuns; i += kInvocations) {
-        const int row = i / kRuns, first = i % kRuns * kRun;
+    if (me < kSupportSide * kRuns) {  // there are invocations for all
+        const int row = me / kRuns, first = me % kRuns * kRun;
         int centre[kRun], agreeing[kRun];
         [[unroll]] for (int m = 0; m < kRun; ++m) {
             centre[m] = cells[row + kSupportRadius][first + m + kSupportRadius];
