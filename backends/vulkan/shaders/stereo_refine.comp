@@ -107,6 +107,19 @@ int between(ivec4 four, int p, int q) {
 }
 int weight_of(int m) { return m < 2 ? 7 : m == 2 ? 5 : 3; }
 
+void give_hypothesis(int me) {
+    for (int i = me; i < kTileWidth * kTileHeight; i += kInvocations) {
+        const ivec2 place = ivec2(i % kTileWidth, i / kTileWidth), at = tile() + place;
+        if (any(greaterThanEqual(at, size()))) continue;
+        const ivec2 m = place & 3, near = (place >> 2) + kBefore,
+                    far = near + mix(ivec2(1), ivec2(-1), equal(m, ivec2(0)));
+        const ivec4 four = ivec4(cells[near.y][near.x], cells[near.y][far.x], cells[far.y][near.x],
+                                 cells[far.y][far.x]);
+        hypothesis[at.y * push.width + at.x] =
+            int16_t(between(four, weight_of(m.x), weight_of(m.y)));
+    }
+}
+
 // Four pixels of a row of the right image from j - 1 on, read clamped.
 ivec4 right_at(int j, int y, int row_words) {
     const int byte = clamp(j, -3, size().x) + 3;
@@ -114,11 +127,12 @@ ivec4 right_at(int j, int y, int row_words) {
     return ivec4(uvec4(four, four >> 8, four >> 16, four >> 24) & 255u);
 }
 
-// What a pixel adds to the sums.
+// What a pixel adds to the sums. Without a branch, so that loads need not wait for those before.
 int[kSums] summands(int l, int guess, int x, int y, int row_words) {
+    const bool inside = x >= 0 && x < size().x && y >= 0 && y < size().y;
     const int at = 16 * x - (guess == kNoDisparity ? 0 : guess), f = at & 15;
-    const ivec4 r = right_at(at >> 4, y, row_words);
-    const ivec3 w = ((16 * r.xyz + f * (r.yzw - r.xyz) + 4) >> 3) - 256;
+    const ivec4 r = right_at(at >> 4, clamp(y, 0, size().y - 1), row_words);
+    const ivec3 w = inside ? ((16 * r.xyz + f * (r.yzw - r.xyz) + 4) >> 3) - 256 : ivec3(0);
     const ivec3 squares = w * w * 2048 + (w & 15), products = l * w * 2048 + (w >> 4);
     return int[](l * l * 8192 + l, squares.x, products.x, squares.y, products.y, squares.z,
                  products.z);
@@ -161,23 +175,15 @@ void sum_columns(int me) {
             const ivec4 four = ivec4(here[c], here[c + 2], beyond[c], beyond[c + 2]);
             const int guess = kHalf ? (four.x + four.y + four.z + four.w + 2) >> 2
                                     : between(four, weight[c], weight_of(m));
-            const bool inside = x + c >= 0 && x + c < size().x && y >= 0 && y < size().y;
-            int of[kSums];
-            if (inside)
-                of = summands(pixel(words[c], row & 3), guess, x + c, y, row_words);
-            else [[unroll]]
-                for (int s = 0; s < kSums; ++s) of[s] = 0;
+            const int of[kSums] = summands(pixel(words[c], row & 3), guess, x + c, y, row_words);
             [[unroll]] for (int s = 0; s < kSums; ++s) {
                 if (c == 0) first[s] = of[s];
                 both[s] = c == 0 ? of[s] : both[s] + of[s];
             }
             const int column = 2 * me - kRadius + c;  // in the tile
-            if (row < 0 || row >= kTileHeight) continue;
-            const bool of_tile = column >= 0 && column < kTileWidth;
-            if (((c + kRadius) & 1) == 0 && (row & 1) == 0 && of_tile)
+            if (((c + kRadius) & 1) == 0 && (row & 1) == 0 && row >= 0 && row < kTileHeight &&
+                column >= 0 && column < kTileWidth)
                 guesses[row / 2][column / 2] = guess;
-            if (!kHalf && is_given(kOutHypothesis) && of_tile && inside)
-                hypothesis[y * push.width + x + c] = int16_t(guess);
         }
         // As the columns, the rows of a window are kRadius pairs and the first of the next one.
         const int t = v / 2, j = t - kRadius;
@@ -277,6 +283,7 @@ void classify(Sample given_sample, int i, int j, bool textured) {
 void main() {
     const int me = int(gl_LocalInvocationIndex);
     load_field(me);
+    if (!kHalf && is_given(kOutHypothesis)) give_hypothesis(me);
     sum_columns(me);
     barrier();
 

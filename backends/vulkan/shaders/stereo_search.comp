@@ -161,6 +161,9 @@ void main() {
     // Not `for`: lavapipe goes through its body once more, for nobody.
     int first_index = 0;
     do {
+        vec2 right[kSteps];  // loaded here, because what is between hides how long it takes
+        [[unroll]] for (int k = 0; k < kSteps; ++k) right[k] =
+            right_statistics_at(2 * first - push.first - first_index - k, j);
         sum_columns(first_index, left_columns);
         barrier();
         [[unroll]] for (int g = 0; g < kSteps; g += kGroup) {
@@ -169,9 +172,8 @@ void main() {
                 const int index = first_index + k, d = push.first + index, c = k & 1;
                 if (index >= push.count) continue;
                 offer_right(2 * (first + kRun) - d, j, right_best[c][kRun - 1]);
-                const vec2 right = right_statistics_at(2 * first - d, j);
-                right_sum[c] = moved_on(right.x, right_sum[c]);
-                right_root[c] = moved_on(right.y, right_root[c]);
+                right_sum[c] = moved_on(right[k].x, right_sum[c]);
+                right_root[c] = moved_on(right[k].y, right_root[c]);
                 const Ints sums = sum_windows(k, place.x, place.y);
                 const Ints key =
                     scored(Floats(sums), left_mean, left_root, right_sum[c], right_root[c], index);
