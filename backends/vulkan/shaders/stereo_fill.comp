@@ -24,7 +24,7 @@ const int kMargin = kEdgeRadius, kSide = kTile + 2 * kMargin;
 const int kRun = 4;  // samples beside each other that an invocation classifies, one run each
 
 shared int coarse_cells[kCoarseCells];
-shared int cells[2 * kSide * kSide];  // of the finer fields, one after the other
+shared int cells[kSide * kSide * 3 / 2];  // of the finer fields, one after the other
 
 int side_of(int level) { return (kTile >> level) + 2 * kMargin; }
 int cells_before(int level) {
