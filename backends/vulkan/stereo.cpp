@@ -19,16 +19,13 @@ struct Push {
     StereoGiven given;
 };
 
-constexpr int kTile = 32;  // side of the tile of a work group
-constexpr uint64_t kOneGroupPixels =
-    2048;  // coarser fields up to this size are made and filled by one work group
+constexpr uint32_t kTile = 32;  // side of the tile of a work group, pixels or samples; but for:
+constexpr uint32_t kSearchTileWidth = 48, kRefineTileWidth = 96, kRefineTileHeight = 16,
+                   kSmoothTile = 30;
+constexpr uint32_t kPassesAtOnce = 4;
 
-Groups tiles(int width, int height) {
-    return {cover(uint64_t(width), kTile), cover(uint64_t(height), kTile)};
-}
-// Of the shaders with an invocation per pixel.
-Groups pixels(int width, int height) {
-    return {cover(uint64_t(width), 32), cover(uint64_t(height), 4)};
+Groups tiles(int width, int height, uint32_t tile_width = kTile, uint32_t tile_height = kTile) {
+    return {cover(uint64_t(width), tile_width), cover(uint64_t(height), tile_height)};
 }
 
 struct Level {
@@ -36,18 +33,28 @@ struct Level {
     uint64_t pixels() const { return uint64_t(width) * uint64_t(height); }
 };
 
-// The field at half resolution and its coarser ones, down to one pixel.
+// The field of half resolution's samples and its coarser ones, down to one pixel.
 std::vector<Level> levels_of(const StereoConstants& size) {
-    std::vector<Level> levels{{size.half_width, size.half_height}};
+    std::vector<Level> levels{{size.half_samples_x, size.half_samples_y}};
     while (levels.back().pixels() > 1)
         levels.push_back({(levels.back().width + 1) / 2, (levels.back().height + 1) / 2});
     return levels;
 }
 
-uint64_t all_pixels(const std::vector<Level>& levels) {
+// From level `first` on, or of the coarsest alone.
+uint64_t all_pixels(const std::vector<Level>& levels, size_t first = 0) {
     uint64_t sum = 0;
-    for (const Level& level : levels) sum += level.pixels();
+    for (size_t i = std::min(first, levels.size() - 1); i < levels.size(); ++i)
+        sum += levels[i].pixels();
     return sum;
+}
+
+// Bytes of an image in words (shaders/stereo.glsl).
+uint64_t column_words(int width, int height) {
+    return 4 * uint64_t(width) * cover(uint64_t(height), 4);
+}
+uint64_t row_words(int width, int height) {
+    return 8 * uint64_t{cover(uint64_t(width), 4) + 2} * uint64_t(height);
 }
 
 class Stereo final : public Stage {
@@ -55,22 +62,20 @@ class Stereo final : public Stage {
     Stereo(const defrec_stereo_params& params, Device& device)
         : c_(constants_of(params)),
           levels_(levels_of(c_)),
-          word_rows_(cover(uint64_t(c_.half_height), kTile) * (kTile / 4) + kMaxRadius / 2 + 1),
-          kernels_(params, device),
-          left_(device, c_.pixels(), c_.half_pixels(), words()),
-          right_(device, c_.pixels(), c_.half_pixels(), words()),
-          left_keys_(device, 4 * c_.half_pixels()),
-          seconds_(device, 4 * c_.half_pixels()),
-          right_keys_(device, 4 * c_.half_pixels()),
-          checked_(device, 2 * c_.half_pixels()),
-          supported_(device, 2 * c_.half_pixels()),
+          kernels_(c_, levels_, device),
+          left_(device, column_words(c_.width, c_.height), c_, c_.half_samples()),
+          right_(device, row_words(c_.width, c_.height), c_, c_.right_winners()),
+          right_half_rows_(device, row_words(c_.half_width, c_.half_height)),
+          left_keys_(device, 4 * c_.half_samples()),
+          seconds_(device, 4 * c_.half_samples()),
+          right_keys_(device, 4 * c_.right_winners()),
+          supported_(device, 2 * c_.half_samples()),
           pyramid_(device, 2 * all_pixels(levels_)),
-          standing_(device, c_.half_pixels()),
-          half_moved_(device, 2 * c_.half_pixels()),
-          half_refined_(device, 2 * c_.half_pixels()),
-          hypothesis_(device, 2 * c_.pixels()),
-          confidence_(device, c_.pixels()),
-          fields_{Buffer(device, 2 * c_.pixels()), Buffer(device, 2 * c_.pixels())} {}
+          dense_(device, 2 * c_.half_samples()),
+          standing_(device, c_.half_samples()),
+          half_moved_(device, 2 * c_.half_samples()),
+          evidence_(device, 4 * c_.samples()),
+          fields_{Buffer(device, 2 * c_.samples()), Buffer(device, 2 * c_.samples())} {}
 
     void record(Recorder& recorder, Buffers in, Buffers out) override {
         const StereoBuffers given =
@@ -78,61 +83,65 @@ class Stereo final : public Stage {
         const auto at = [](Buffers buffers, size_t i) {
             return i < buffers.size() ? buffers[i] : nullptr;
         };
-        Run run{recorder, push_of(given), in[0], in[1], at(in, 2), at(in, 3)};
-        std::array<const Buffer*, kOutputs> outputs;
-        for (size_t i = 0; i < kOutputs; ++i) outputs[i] = at(out, i);
+        Outputs outputs;
+        int given_outputs = 0;
+        for (size_t i = 0; i < kOutputs; ++i) {
+            outputs[i] = at(out, i);
+            if (outputs[i] != nullptr) given_outputs |= 1 << i;
+        }
+        const Push push{c_,
+                        {.mask = given.right_mask != nullptr,
+                         .left_mask = given.left_mask != nullptr,
+                         .outputs = given_outputs}};
+        Run run{recorder, push, in[0], in[1], at(in, 2), at(in, 3)};
         prepare_images(run, outputs);
         search(run, outputs);
-        fill(run, outputs);
-        refine_half(run, outputs);
-        refine_full(run, outputs);
+        refine(run, outputs);
         finish(run, outputs);
     }
 
   private:
-    static constexpr int kMaxRadius = 6;
     static constexpr size_t kOutputs = 15;
     using Outputs = std::array<const Buffer*, kOutputs>;
 
     struct Kernels {
-        Kernels(const defrec_stereo_params& p, Device& device)
-            : prepare(device.kernel(shaders::stereo_prepare)),
-              pack(device.kernel(shaders::stereo_pack, {p.radius})),
-              left_statistics(device.kernel(shaders::stereo_statistics, {p.radius, 0})),
-              right_statistics(device.kernel(shaders::stereo_statistics, {p.radius, 1})),
-              search(device.kernel(shaders::stereo_search, {p.radius})),
-              check(device.kernel(shaders::stereo_check)),
+        Kernels(const StereoConstants& c, const std::vector<Level>& levels, Device& device)
+            : Kernels(c, uint32_t(c.radius), uint32_t(all_pixels(levels, kTileLevels)), device) {}
+        Kernels(const StereoConstants& c, uint32_t radius, uint32_t coarse_cells, Device& device)
+            : prepare_left(device.kernel(shaders::stereo_prepare, {0})),
+              prepare_right(device.kernel(shaders::stereo_prepare, {1})),
+              left_statistics(device.kernel(shaders::stereo_statistics, {radius, 0})),
+              right_statistics(device.kernel(shaders::stereo_statistics, {radius, 1})),
+              search(device.kernel(shaders::stereo_search, {radius})),
               support(device.kernel(shaders::stereo_support)),
-              smooth_search(
-                  device.kernel(shaders::stereo_smooth, {kHalfSmoothRadius, kSearchSmoothRange})),
-              coarser(device.kernel(shaders::stereo_coarser)),
-              fill_coarse(device.kernel(shaders::stereo_fill_coarse)),
-              fill(device.kernel(shaders::stereo_fill)),
-              standing(device.kernel(shaders::stereo_standing)),
-              refine_half(device.kernel(shaders::stereo_refine, {p.radius, 1})),
-              smooth_half(
-                  device.kernel(shaders::stereo_smooth, {kHalfSmoothRadius, kHalfSmoothRange})),
-              upsample(device.kernel(shaders::stereo_upsample)),
-              refine(device.kernel(shaders::stereo_refine, {p.refine_radius, 0})),
-              speckles(device.kernel(shaders::stereo_speckles)),
-              small_holes(device.kernel(shaders::stereo_small_holes, {p.fill_radius})),
-              // A smoothing of radius 0 only copies.
-              smooth(device.kernel(shaders::stereo_smooth,
-                                   {p.smooth_passes == 0 ? 0 : p.smooth_radius, p.smooth_range})) {}
-        std::shared_ptr<const Kernel> prepare, pack, left_statistics, right_statistics, search,
-            check, support, smooth_search, coarser, fill_coarse, fill, standing, refine_half,
-            smooth_half, upsample, refine, speckles, small_holes, smooth;
+              fill(device.kernel(shaders::stereo_fill, {coarse_cells})),
+              refine_half(device.kernel(shaders::stereo_refine, {radius, 1})),
+              refine(device.kernel(shaders::stereo_refine, {uint32_t(c.refine_radius), 0})),
+              holes(device.kernel(shaders::stereo_holes, {uint32_t(c.fill_radius)})) {
+            for (uint32_t left = uint32_t(c.smooth_passes); left > 0;) {
+                const uint32_t passes = std::min(left, kPassesAtOnce);
+                left -= passes;
+                smooth.push_back(device.kernel(shaders::stereo_smooth,
+                                               {uint32_t(c.smooth_radius), uint32_t(c.smooth_range),
+                                                passes, left == 0 ? 1u : 0u}));
+            }
+        }
+        std::shared_ptr<const Kernel> prepare_left, prepare_right, left_statistics,
+            right_statistics, search, support, fill, refine_half, refine, holes;
+        std::vector<std::shared_ptr<const Kernel>> smooth;  // one after the other
     };
 
     // One of the two images with what is made of it before the search.
     struct Image {
-        Image(Device& device, uint64_t pixels, uint64_t half_pixels, uint64_t words)
-            : gray(device, pixels),
-              half(device, half_pixels),
-              half_mask(device, half_pixels),
-              packed(device, 4 * words),
-              statistics(device, 8 * half_pixels) {}
-        Buffer gray, half, half_mask, packed, statistics;
+        Image(Device& device, uint64_t bytes, const StereoConstants& c, uint64_t windows)
+            : words(device, bytes),
+              half_columns(device, column_words(c.half_width, c.half_height)),
+              half_mask(device, c.right_winners()),
+              statistics(device, 8 * windows) {}
+        Buffer words;         // of full resolution
+        Buffer half_columns;  // of half resolution
+        Buffer half_mask;     // of even rows
+        Buffer statistics;
     };
 
     struct Run {
@@ -141,145 +150,90 @@ class Stereo final : public Stage {
         const Buffer *left, *right, *left_mask, *right_mask;
     };
 
-    uint64_t words() const { return uint64_t(word_rows_) * uint64_t(c_.half_width); }
-
-    Push push_of(const StereoBuffers& given) const {
-        return {c_,
-                {.mask = given.right_mask != nullptr,
-                 .left_mask = given.left_mask != nullptr,
-                 .refined = given.refined != nullptr,
-                 .score = given.score != nullptr,
-                 .confidence = given.confidence != nullptr}};
-    }
-
     // What a sub-stage left in `from`, if it is wanted.
-    static void give(Run& run, const Buffer& from, const Buffer* to, uint64_t size) {
-        if (to != nullptr) run.recorder.copy(from, *to, size);
+    static void give(Run& run, const Buffer& from, const Buffer* to) {
+        if (to != nullptr) run.recorder.copy(from, *to, from.size());
     }
 
     void prepare_images(Run& run, const Outputs& out) {
         const Groups full = tiles(c_.width, c_.height), half = tiles(c_.half_width, c_.half_height);
         Push left_push = run.push;
         left_push.given.mask = run.push.given.left_mask;
-        run.recorder.dispatch(kernels_.prepare,
-                              {run.left, run.left_mask, left_.gray, left_.half, left_.half_mask},
+        // Not the buffer that stands for none: both write that, as far as the layers can tell.
+        const Buffer* left_mask = run.left_mask != nullptr ? run.left_mask : run.left;
+        const Buffer* right_mask = run.right_mask != nullptr ? run.right_mask : run.right;
+        run.recorder.dispatch(kernels_.prepare_left,
+                              {run.left, left_mask, left_.words, left_.half_columns, nullptr,
+                               left_.half_mask, out[kOutLeftGray]},
                               left_push, full);
-        run.recorder.beside(kernels_.prepare,
-                            {run.right, run.right_mask, right_.gray, right_.half, right_.half_mask},
+        run.recorder.beside(kernels_.prepare_right,
+                            {run.right, right_mask, right_.words, right_.half_columns,
+                             right_half_rows_, right_.half_mask, out[kOutRightGray]},
                             run.push, full);
-
-        const Groups rows{cover(uint64_t(c_.half_width), 32), cover(uint64_t(word_rows_), 4)};
         run.recorder.dispatch(kernels_.left_statistics,
-                              {left_.half, left_.statistics, left_.half_mask, nullptr}, run.push,
-                              half);
+                              {left_.half_columns, left_.statistics, left_.half_mask, nullptr},
+                              run.push, half);
         run.recorder.beside(kernels_.right_statistics,
-                            {right_.half, right_.statistics, nullptr, right_keys_}, run.push, half);
-        run.recorder.beside(kernels_.pack, {left_.half, left_.packed}, run.push, rows);
-        run.recorder.beside(kernels_.pack, {right_.half, right_.packed}, run.push, rows);
-        give(run, left_.gray, out[2], c_.pixels());
-        give(run, right_.gray, out[3], c_.pixels());
+                            {right_.half_columns, right_.statistics, nullptr, right_keys_},
+                            run.push, half);
     }
 
-    // Leaves what is supported, and the smoothed of it as the finest field of the pyramid.
+    // Leaves what is supported, the dense field and what stands.
     void search(Run& run, const Outputs& out) {
-        const Groups half = pixels(c_.half_width, c_.half_height);
-        const Groups half_tiles = tiles(c_.half_width, c_.half_height);
+        const Groups samples = tiles(c_.half_samples_x, c_.half_samples_y);
         run.recorder.dispatch(kernels_.search,
-                              {left_.packed, right_.packed, left_.statistics, right_.statistics,
-                               left_keys_, seconds_, right_keys_},
-                              run.push, half_tiles);
+                              {left_.half_columns, right_.half_columns, left_.statistics,
+                               right_.statistics, left_keys_, seconds_, right_keys_},
+                              run.push, tiles(c_.half_width, c_.half_height, kSearchTileWidth));
+        run.recorder.dispatch(kernels_.support,
+                              {left_keys_, seconds_, right_keys_, left_.half_mask, right_.half_mask,
+                               out[kOutChecked], supported_, pyramid_},
+                              run.push, samples);
+        run.recorder.dispatch(kernels_.fill, {pyramid_, supported_, dense_, standing_}, run.push,
+                              samples);
+        give(run, left_keys_, out[4]);
+        give(run, right_keys_, out[5]);
+        give(run, supported_, out[7]);
+        give(run, dense_, out[8]);
+    }
+
+    void refine(Run& run, const Outputs& out) {
         run.recorder.dispatch(
-            kernels_.check,
-            {left_keys_, seconds_, right_keys_, left_.half_mask, right_.half_mask, checked_},
-            run.push, half);
-        run.recorder.dispatch(kernels_.support, {checked_, supported_}, run.push, half);
-        run.recorder.dispatch(kernels_.smooth_search, {supported_, pyramid_}, half_smoothing(),
-                              half_tiles);
-        give(run, left_keys_, out[4], left_keys_.size());
-        give(run, right_keys_, out[5], right_keys_.size());
-        give(run, checked_, out[6], checked_.size());
-        give(run, supported_, out[7], supported_.size());
-    }
-
-    void fill(Run& run, const Outputs& out) {
-        int last = 0;  // the coarsest field that a dispatch of its own fills
-        while (size_t(last) + 1 < levels_.size() &&
-               levels_[size_t(last) + 1].pixels() > kOneGroupPixels)
-            ++last;
-        const auto level_push = [&](int level) {
-            return PyramidLevel{c_.half_width, c_.half_height, level};
-        };
-        if (levels_.size() > 1) {
-            for (int level = 0; level < last; ++level) {
-                const Level& made = levels_[size_t(level) + 1];
-                run.recorder.dispatch(kernels_.coarser, {pyramid_}, level_push(level),
-                                      pixels(made.width, made.height));
-            }
-            run.recorder.dispatch(kernels_.fill_coarse, {pyramid_}, level_push(last), {1});
-            for (int level = last; level >= 0; --level) {
-                const Level& filled = levels_[size_t(level)];
-                run.recorder.dispatch(kernels_.fill, {pyramid_}, level_push(level),
-                                      pixels(filled.width, filled.height));
-            }
-        }
-        give(run, pyramid_, out[8], 2 * c_.half_pixels());
-    }
-
-    void refine_half(Run& run, const Outputs& out) {
-        const Groups half_tiles = tiles(c_.half_width, c_.half_height);
-        run.recorder.dispatch(kernels_.refine_half,
-                              {left_.half, right_.half, pyramid_, half_moved_, nullptr, nullptr,
-                               nullptr, nullptr, nullptr, nullptr},
-                              run.push, half_tiles);
-        run.recorder.beside(kernels_.standing, {pyramid_, supported_, standing_}, run.push,
-                            half_tiles);
-        run.recorder.dispatch(kernels_.smooth_half, {half_moved_, half_refined_}, half_smoothing(),
-                              half_tiles);
-        give(run, half_refined_, out[9], half_refined_.size());
-    }
-
-    // Leaves the evidence, speckles and all, in field 0.
-    void refine_full(Run& run, const Outputs& out) {
-        run.recorder.dispatch(kernels_.upsample, {half_refined_, hypothesis_}, run.push,
-                              pixels(c_.width, c_.height));
+            kernels_.refine_half,
+            {left_.half_columns, right_half_rows_, dense_, half_moved_, nullptr, nullptr, nullptr,
+             nullptr, nullptr, nullptr, nullptr, nullptr},
+            run.push, tiles(c_.half_width, c_.half_height, kRefineTileWidth, kRefineTileHeight));
         run.recorder.dispatch(kernels_.refine,
-                              {left_.gray, right_.gray, hypothesis_, fields_[0], run.left_mask,
-                               run.right_mask, standing_, confidence_, out[11], out[12]},
-                              run.push, tiles(c_.width, c_.height));
-        give(run, hypothesis_, out[10], hypothesis_.size());
+                              {left_.words, right_.words, half_moved_, nullptr, run.left_mask,
+                               run.right_mask, standing_, evidence_, out[kOutHalfRefined],
+                               out[kOutHypothesis], out[kOutRefined], out[kOutScore]},
+                              run.push,
+                              tiles(c_.width, c_.height, kRefineTileWidth, kRefineTileHeight));
     }
 
     void finish(Run& run, const Outputs& out) {
-        const Groups full = tiles(c_.width, c_.height);
-        run.recorder.dispatch(kernels_.speckles, {fields_[0], confidence_, fields_[1]}, run.push,
-                              full);
-        give(run, fields_[1], out[13], fields_[1].size());
-        run.recorder.dispatch(kernels_.small_holes,
-                              {fields_[1], hypothesis_, confidence_, fields_[0], out[1]}, run.push,
-                              full);
-        give(run, fields_[0], out[14], fields_[0].size());
-        const int passes = std::max(c_.smooth_passes, 1);
-        for (int pass = 0; pass < passes; ++pass) {
-            const bool last = pass == passes - 1;
-            const SmoothSize push{c_.width, c_.height, last ? c_.stride : c_.width};
-            run.recorder.dispatch(kernels_.smooth,
-                                  {fields_[pass % 2], last ? *out[0] : fields_[(pass + 1) % 2]},
-                                  push, full);
-        }
+        run.recorder.dispatch(kernels_.holes,
+                              {evidence_, fields_[0], out[kOutConfidence], out[kOutEvidence]},
+                              run.push, tiles(c_.samples_x, c_.samples_y));
+        give(run, fields_[0], out[14]);
+        const SmoothSize size{c_.samples_x, c_.samples_y, c_.width, c_.height, c_.stride};
+        for (size_t i = 0; i < kernels_.smooth.size(); ++i)
+            run.recorder.dispatch(
+                kernels_.smooth[i],
+                {fields_[i % 2], i + 1 == kernels_.smooth.size() ? *out[0] : fields_[1 - i % 2]},
+                size, tiles(c_.samples_x, c_.samples_y, kSmoothTile, kSmoothTile));
     }
-
-    SmoothSize half_smoothing() const { return {c_.half_width, c_.half_height, c_.half_width}; }
 
     StereoConstants c_;
     std::vector<Level> levels_;
-    uint32_t word_rows_;  // rows of words in a packed half image, up to the end of the last tile's
-                          // windows
     Kernels kernels_;
     Image left_, right_;
-    Buffer left_keys_, seconds_, right_keys_, checked_, supported_;
-    Buffer pyramid_;  // the dense field and its coarser ones
-    Buffer standing_, half_moved_, half_refined_, hypothesis_, confidence_;
-    Buffer fields_[2];  // of full resolution, which the last steps pass back and forth
+    Buffer right_half_rows_;
+    Buffer left_keys_, seconds_, right_keys_, supported_;
+    Buffer pyramid_;  // the smoothed samples and coarser fields of them, all with their holes
+    Buffer dense_, standing_, half_moved_;
+    Buffer evidence_;   // shaders/stereo_evidence.glsl
+    Buffer fields_[2];  // of samples that are smoothed
 };
 
 }  // namespace

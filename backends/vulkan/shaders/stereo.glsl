@@ -1,5 +1,9 @@
 // What the shaders of stage stereo share. The sections they name are those of
 // docs/stages/stereo.md.
+//
+// Shaders read images in words. A column word (x, q) has the pixels (x, 4 q) to (x, 4 q + 3) minus
+// 128, 0 outside the image. Of a row's row words, of 64 bits, k has the pixels 4 (k - 1) to
+// 4 (k - 1) + 7, read clamped: any four pixels that follow one another are in one of them.
 #include "backends/stages/stereo.hpp"
 #include "stereo_push.h"
 layout(push_constant) uniform Push {
@@ -7,20 +11,27 @@ layout(push_constant) uniform Push {
     StereoGiven given;
 };
 
+bool is_given(int which) { return (given.outputs >> which & 1) != 0; }
+
+int words_of(int pixels) { return (pixels + 3) / 4; }
+int row_words_of(int width) { return words_of(width) + 2; }
+
+// Pixel k of a column word.
+int pixel(int word, int k) { return (word << (24 - 8 * k)) >> 24; }
+
 // 0 for 0, else about 1 / sqrt(value).
-vec4 inverse_roots(ivec4 value) {
-    precise const vec4 x = vec4(value);
-    precise const vec4 half_x = 0.5 * x;
-    precise vec4 y = intBitsToFloat(0x5f375a86 - (floatBitsToInt(x) >> 1));
-    for (int step = 0; step < 2; ++step) {
-        precise const vec4 a = half_x * y;
-        precise const vec4 b = a * y;
-        precise const vec4 c = 1.5 - b;
+float inverse_root(int value) {
+    precise const float x = float(value);
+    precise const float half_x = 0.5 * x;
+    precise float y = intBitsToFloat(0x5f375a86 - (floatBitsToInt(x) >> 1));
+    [[unroll]] for (int step = 0; step < 2; ++step) {
+        precise const float a = half_x * y;
+        precise const float b = a * y;
+        precise const float c = 1.5 - b;
         y = y * c;
     }
-    return mix(vec4(0.0), y, greaterThan(value, ivec4(0)));
+    return value > 0 ? y : 0.0;
 }
-float inverse_root(int value) { return inverse_roots(ivec4(value)).x; }
 
 // b > 0.
 int floor_divide(int a, int b) {

@@ -4,22 +4,23 @@
 namespace defrec::vulkan {
 #endif
 
-// 1: the buffer is given.
 struct StereoGiven {
-    int mask;  // of the image that is prepared; of the right one in the refinement
+    int mask;  // 1: it is given, of the image that is prepared; of the right one in the refinement
     int left_mask;
-    int refined, score, confidence;
+    int outputs;  // bit i: output i is given
 };
+// Outputs that shaders write only if they are given.
+const int kOutConfidence = 1, kOutLeftGray = 2, kOutRightGray = 3, kOutChecked = 6,
+          kOutHalfRefined = 9, kOutHypothesis = 10, kOutRefined = 11, kOutScore = 12,
+          kOutEvidence = 13;
 
-// Of a field that is smoothed, px; to_stride: elements of the result from row to row.
+// Of the samples that are smoothed, and of the result; stride: elements of the result from row to
+// row.
 struct SmoothSize {
-    int width, height, to_stride;
+    int samples_x, samples_y, width, height, stride;
 };
 
-// Of the half images, px; and the level of the pyramid that a shader begins with.
-struct PyramidLevel {
-    int width, height, level;
-};
+const int kTileLevels = 5;  // fields coarser than a tile's that the tile's work group makes
 
 #ifdef __cplusplus
 }  // namespace defrec::vulkan

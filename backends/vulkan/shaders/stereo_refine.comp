@@ -1,7 +1,7 @@
-// Stage stereo, section 8: refinement; at full resolution also the classification of section 10. A
-// work group has a tile of 32 x 32 pixels: it makes the right image seen through the hypothesis,
-// and then for the left image and each k sums along the columns of the windows and adds these up
-// for 8 pixels of a row each.
+// Stage stereo, section 8: refinement; at full resolution also the hypothesis of section 9, from
+// the field of half resolution that it smooths, and the classification of section 10. A work group
+// has a tile of 96 x 16 pixels. Each invocation goes down two columns of the right image seen
+// through the hypothesis and sums along them; then it adds up the columns for six samples of a row.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_EXT_shader_8bit_storage : require
@@ -9,209 +9,314 @@
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
 #extension GL_GOOGLE_include_directive : require
 #include "stereo.glsl"
-layout(local_size_x = 32,
-       local_size_y = 5) in;  // the last row only helps with what comes before the rows
+#include "stereo_evidence.glsl"
+#include "stereo_smooth.glsl"
+layout(local_size_x = 64) in;
 
 layout(constant_id = 0) const int kRadius = 4;
 layout(constant_id = 1) const bool kHalf = false;
-layout(std430, set = 0, binding = 0) readonly buffer Left { uint8_t left[]; };
-layout(std430, set = 0, binding = 1) readonly buffer Right { uint8_t right[]; };
-layout(std430, set = 0, binding = 2) readonly buffer Hypothesis { int16_t hypothesis[]; };
-layout(std430, set = 0, binding = 3) writeonly buffer Result {
-    int16_t result[];
-};  // the refined field, or the evidence
-// At full resolution only.
+layout(std430, set = 0, binding = 0) readonly buffer LeftColumns { int left_columns[]; };
+layout(std430, set = 0, binding = 1) readonly buffer RightRows { uint64_t right_rows[]; };
+layout(std430, set = 0, binding = 2) readonly buffer Field {
+    int16_t field[];
+};  // of half resolution: dense, or refined
+// Of half resolution only.
+layout(std430, set = 0, binding = 3) writeonly buffer Moved { int16_t moved_field[]; };
+// Of full resolution only.
 layout(std430, set = 0, binding = 4) readonly buffer LeftMask { uint8_t left_mask[]; };
 layout(std430, set = 0, binding = 5) readonly buffer RightMask { uint8_t right_mask[]; };
 layout(std430, set = 0, binding = 6) readonly buffer Standing { uint8_t standing[]; };
-layout(std430, set = 0, binding = 7) writeonly buffer Confidence { uint8_t confidence[]; };
-layout(std430, set = 0, binding = 8) writeonly buffer Refined { int16_t refined[]; };
-layout(std430, set = 0, binding = 9) writeonly buffer Score { int16_t score[]; };
+layout(std430, set = 0, binding = 7) writeonly buffer Evidence { uint evidence[]; };
+layout(std430, set = 0, binding = 8) writeonly buffer HalfRefined { int16_t half_refined[]; };
+layout(std430, set = 0, binding = 9) writeonly buffer Hypothesis { int16_t hypothesis[]; };
+layout(std430, set = 0, binding = 10) writeonly buffer Refined { int16_t refined[]; };
+layout(std430, set = 0, binding = 11) writeonly buffer Score { int16_t score[]; };
 
-const int kTile = 32, kInvocations = 160, kSide = kTile + 2 * kRadius;
-const int kRun = 8, kQuads = kRun / 4;  // pixels of an invocation, in vectors of four
-const int kReach = kRun + 2 * kRadius;  // and with their windows
+const int kInvocations = 64, kTileWidth = 96, kTileHeight = 16;
+const int kColumns = kTileWidth / 2, kRows = kTileHeight / 2;  // of samples
+// The windows of sample s are the pairs of columns s to s + kRadius - 1 and the first column of the
+// pair after, the first pair beginning at column -kRadius of the tile.
+const int kPairs = kColumns + kRadius;
+const int kRun = 6;  // samples of an invocation
+// Pixels from a sample of the field to the next, and the field's samples in a tile with windows.
+const int kApart = kHalf ? 2 : 4, kBefore = (kRadius + kApart - 1) / kApart + (kHalf ? 0 : 1),
+          kFieldWidth = kTileWidth / kApart + 2 * kBefore + 1,
+          kFieldHeight = kTileHeight / kApart + 2 * kBefore + 1;
+const int kSmoothed = kHalf ? 0 : kHalfSmoothRadius;  // around these: what smoothing them needs
+const int kCellsWidth = kFieldWidth + 2 * kSmoothed, kCellsHeight = kFieldHeight + 2 * kSmoothed;
 
-shared ivec2 cells[kSide][kSide];  // L, and W_-1, W_0, W_1 in 9 bits each; 0 outside the image
-// Sums along the columns: of I I, 22 bits, and the lower 10 bits of that of I; of L I, 21 bits, and
-// the upper bits of that of I.
-shared uvec2 columns[kTile][kSide + 1];
-
-uvec2 packed_sums(ivec3 sums) { return uvec2(sums.y | sums.x << 22, sums.z | sums.x >> 10 << 21); }
-ivec3 unpacked_sums(uvec2 two) {
-    return ivec3(two.x >> 22 | two.y >> 21 << 10, two.x & 0x3fffffu, two.y & 0x1fffffu);
-}
+// Sums along the columns, of the even rows: of both columns of a pair, and of its first one. With
+// l, w the gray of the left image and W_k less their middle, 0 outside the image: l l and l;
+// then for each k: w w and the lower 4 bits of w; l w and the upper bits of w.
+const int kSums = 7;
+shared int64_t columns[kSums][kPairs][kRows + 1];
+shared int cells[kCellsHeight][kCellsWidth];
+shared int rows[kHalf ? 1 : kCellsHeight][kFieldWidth];
+shared int guesses[kRows][kColumns + 1];
 
 ivec2 size() {
     return kHalf ? ivec2(push.half_width, push.half_height) : ivec2(push.width, push.height);
 }
+ivec2 tile() { return ivec2(gl_WorkGroupID.xy) * ivec2(kTileWidth, kTileHeight); }
 
-int right_at(int x, int y) { return int(right[y * size().x + clamp(x, 0, size().x - 1)]); }
+// The field around the tile into cells, read clamped; at full resolution smoothed first.
+void load_field(int me) {
+    const ivec2 first = tile() / kApart - kBefore,
+                end = ivec2(push.half_samples_x, push.half_samples_y) - 1;
+    for (int i = me; i < kCellsHeight * kCellsWidth; i += kInvocations) {
+        const ivec2 place = ivec2(i % kCellsWidth, i / kCellsWidth), at = first - kSmoothed + place,
+                    from = clamp(at, ivec2(0), end);
+        cells[place.y][place.x] =
+            kHalf || from == at ? int(field[from.y * push.half_samples_x + from.x]) : kNoDisparity;
+    }
+    barrier();
+    if (kHalf) return;
+    for (int i = me; i < kCellsHeight * kFieldWidth; i += kInvocations) {
+        const int row = i / kFieldWidth, column = i % kFieldWidth;
+        rows[row][column] = smoothed(cells[row][column], cells[row][column + 1],
+                                     cells[row][column + 2], kHalfSmoothRange);
+    }
+    barrier();
+    for (int i = me; i < kFieldHeight * kFieldWidth; i += kInvocations) {
+        const ivec2 place = ivec2(i % kFieldWidth, i / kFieldWidth), at = first + place,
+                    from = clamp(at, ivec2(0), end) - first;
+        const int disparity = smoothed(rows[from.y][from.x], rows[from.y + 1][from.x],
+                                       rows[from.y + 2][from.x], kHalfSmoothRange);
+        cells[place.y][place.x] = disparity;
+        const bool of_tile = place.x >= kBefore && place.x < kBefore + kTileWidth / kApart &&
+                             place.y >= kBefore && place.y < kBefore + kTileHeight / kApart;
+        if (is_given(kOutHalfRefined) && from == place && of_tile)
+            half_refined[at.y * push.half_samples_x + at.x] = int16_t(disparity);
+    }
+    barrier();
+}
 
-void warp() {
-    const ivec2 first = ivec2(gl_WorkGroupID.xy) * kTile - kRadius;
-    for (int i = int(gl_LocalInvocationIndex); i < kSide * kSide; i += kInvocations) {
-        const int column = i % kSide, row = i / kSide, x = first.x + column, y = first.y + row;
-        int gray = 0, warped = 0;
-        if (x >= 0 && x < size().x && y >= 0 && y < size().y) {
-            const int at = y * size().x + x, guess = int(hypothesis[at]);
-            const int p = 16 * x - (guess == kNoDisparity ? 0 : guess), j = p >> 4, f = p & 15;
-            const ivec4 r =
-                ivec4(right_at(j - 1, y), right_at(j, y), right_at(j + 1, y), right_at(j + 2, y));
-            const ivec3 w = ((16 - f) * r.xyz + f * r.yzw + 4) >> 3;
-            gray = int(left[at]);
-            warped = w.x | w.y << 9 | w.z << 18;
-        }
-        cells[row][column] = ivec2(gray, warped);
+ivec4 field_row(int row, ivec2 near, ivec2 far) {
+    return ivec4(cells[row][near.x], cells[row][near.y], cells[row][far.x], cells[row][far.y]);
+}
+
+// Of full resolution, from the field's sample near the pixel and those beyond it in x, in y and in
+// both, with the eighths that the near one has in x and in y.
+int between(ivec4 four, int p, int q) {
+    const int a = four.x, b = four.y, c = four.z, d = four.w;
+    const int highest = max(max(a, b), max(c, d)), lowest = min(min(a, b), min(c, d));
+    if (highest - lowest > kUpsampleRange)
+        return 2 * (q >= 4 ? (p >= 4 ? a : b) : (p >= 4 ? c : d));
+    const int change = (8 - p) * q * (b - a) + p * (8 - q) * (c - a) + (8 - p) * (8 - q) * (d - a);
+    return a == kNoDisparity ? kNoDisparity : 2 * a + ((change + 16) >> 5);
+}
+int weight_of(int m) { return m < 2 ? 7 : m == 2 ? 5 : 3; }
+
+void give_hypothesis(int me) {
+    for (int i = me; i < kTileWidth * kTileHeight; i += kInvocations) {
+        const ivec2 place = ivec2(i % kTileWidth, i / kTileWidth), at = tile() + place;
+        if (any(greaterThanEqual(at, size()))) continue;
+        const ivec2 m = place & 3, near = (place >> 2) + kBefore,
+                    far = near + mix(ivec2(1), ivec2(-1), equal(m, ivec2(0)));
+        const ivec4 four = ivec4(cells[near.y][near.x], cells[near.y][far.x], cells[far.y][near.x],
+                                 cells[far.y][far.x]);
+        hypothesis[at.y * push.width + at.x] =
+            int16_t(between(four, weight_of(m.x), weight_of(m.y)));
     }
 }
 
-// The left image for image 0, else W_(image - 2).
-int value_of(ivec2 cell, int image) {
-    return image == 0 ? cell.x : (cell.y >> (9 * (image - 1))) & 511;
+// Four pixels of a row of the right image from j - 1 on, read clamped.
+ivec4 right_at(int j, int y, int row_words) {
+    const int byte = clamp(j, -3, size().x) + 3;
+    const uint four = uint(right_rows[y * row_words + (byte >> 2)] >> (8 * (byte & 3)));
+    return ivec4(uvec4(four, four >> 8, four >> 16, four >> 24) & 255u);
 }
 
-// Sums of I, I I and L I along the columns, I that image.
-void sum_columns(int image) {
-    for (int i = int(gl_LocalInvocationIndex); i < kSide * (kTile / kRun); i += kInvocations) {
-        const int column = i % kSide, first = i / kSide * kRun;
-        int gray[kReach], value[kReach];
-        [[unroll]] for (int v = 0; v < kReach; ++v) {
-            const ivec2 cell = cells[first + v][column];
-            gray[v] = cell.x;
-            value[v] = value_of(cell, image);
+// What a pixel adds to the sums. Without a branch, so that loads need not wait for those before.
+int[kSums] summands(int l, int guess, int x, int y, int row_words) {
+    const bool inside = x >= 0 && x < size().x && y >= 0 && y < size().y;
+    const int at = 16 * x - (guess == kNoDisparity ? 0 : guess), f = at & 15;
+    const ivec4 r = right_at(at >> 4, clamp(y, 0, size().y - 1), row_words);
+    const ivec3 w = inside ? ((16 * r.xyz + f * (r.yzw - r.xyz) + 4) >> 3) - 256 : ivec3(0);
+    const ivec3 squares = w * w * 2048 + (w & 15), products = l * w * 2048 + (w >> 4);
+    return int[](l * l * 8192 + l, squares.x, products.x, squares.y, products.y, squares.z,
+                 products.z);
+}
+
+void sum_columns(int me) {
+    if (me >= kPairs) return;
+    const int row_words = row_words_of(size().x), x = tile().x - kRadius + 2 * me;
+    // The field's columns on both sides of both columns of pixels, and the weights of the near.
+    ivec2 near, far, weight = ivec2(0);
+    [[unroll]] for (int c = 0; c < 2; ++c) {
+        const int u = (x + c) >> (kHalf ? 1 : 2), m = (x + c) & (kApart - 1);
+        near[c] = u - tile().x / kApart + kBefore;
+        far[c] = near[c] + (kHalf ? m : m == 0 ? -1 : 1);
+        if (!kHalf) weight[c] = weight_of(m);
+    }
+    int pair_of_rows[kRows + kRadius][kSums], single_of_rows[kRows + kRadius][kSums];
+    int pair_sum[kSums], single_sum[kSums];
+    [[unroll]] for (int s = 0; s < kSums; ++s) pair_sum[s] = single_sum[s] = 0;
+    ivec2 words = ivec2(0);
+    ivec4 before, here, after;  // rows of the field
+    [[unroll]] for (int v = 0; v < kTileHeight + 2 * kRadius - 1; ++v) {
+        const int row = v - kRadius, y = tile().y + row;
+        if (v == 0 || (row & 3) == 0) {
+            [[unroll]] for (int c = 0; c < 2; ++c) {
+                const bool inside = x + c >= 0 && x + c < size().x && y + 3 >= 0 && y < size().y;
+                words[c] = inside ? left_columns[(y >> 2) * size().x + x + c] : 0;
+            }
         }
-        ivec3 sums = ivec3(0);
-        [[unroll]] for (int v = 0; v < 2 * kRadius; ++v) sums +=
-            ivec3(1, value[v], gray[v]) * value[v];
-        [[unroll]] for (int v = 0; v < kRun; ++v) {
-            sums +=
-                ivec3(1, value[v + 2 * kRadius], gray[v + 2 * kRadius]) * value[v + 2 * kRadius];
-            columns[first + v][column] = packed_sums(sums);
-            sums -= ivec3(1, value[v], gray[v]) * value[v];
+        const int m = row & (kApart - 1);
+        if (v == 0 || m == 0) {
+            const int at = (row >> (kHalf ? 1 : 2)) + kBefore;
+            before = v > 0 ? here : kHalf ? ivec4(0) : field_row(at - 1, near, far);
+            here = v > 0 ? after : field_row(at, near, far);
+            after = field_row(at + 1, near, far);
+        }
+        const ivec4 beyond = m > 0 ? after : kHalf ? here : before;
+        int both[kSums], first[kSums];
+        [[unroll]] for (int c = 0; c < 2; ++c) {
+            const ivec4 four = ivec4(here[c], here[c + 2], beyond[c], beyond[c + 2]);
+            const int guess = kHalf ? (four.x + four.y + four.z + four.w + 2) >> 2
+                                    : between(four, weight[c], weight_of(m));
+            const int of[kSums] = summands(pixel(words[c], row & 3), guess, x + c, y, row_words);
+            [[unroll]] for (int s = 0; s < kSums; ++s) {
+                if (c == 0) first[s] = of[s];
+                both[s] = c == 0 ? of[s] : both[s] + of[s];
+            }
+            const int column = 2 * me - kRadius + c;  // in the tile
+            if (((c + kRadius) & 1) == 0 && (row & 1) == 0 && row >= 0 && row < kTileHeight &&
+                column >= 0 && column < kTileWidth)
+                guesses[row / 2][column / 2] = guess;
+        }
+        // As the columns, the rows of a window are kRadius pairs and the first of the next one.
+        const int t = v / 2, j = t - kRadius;
+        if ((v & 1) == 0) {
+            [[unroll]] for (int s = 0; s < kSums; ++s) {
+                if (j >= 0) {
+                    columns[s][me][j] =
+                        packInt2x32(ivec2(pair_sum[s] + both[s], single_sum[s] + first[s]));
+                    pair_sum[s] -= pair_of_rows[j][s];
+                    single_sum[s] -= single_of_rows[j][s];
+                }
+                pair_of_rows[t][s] = both[s];
+                single_of_rows[t][s] = first[s];
+            }
+        } else {
+            [[unroll]] for (int s = 0; s < kSums; ++s) {
+                pair_of_rows[t][s] += both[s];
+                single_of_rows[t][s] += first[s];
+                pair_sum[s] += pair_of_rows[t][s];
+                single_sum[s] += single_of_rows[t][s];
+            }
         }
     }
 }
 
-// Of I, I I and L I, over the windows of the invocation's pixels.
-void sum_windows(out ivec4 values[kQuads], out ivec4 squares[kQuads], out ivec4 products[kQuads]) {
-    const int y = int(gl_LocalInvocationID.x), x = kRun * int(gl_LocalInvocationID.y);
-    uvec2 line[kReach];
-    [[unroll]] for (int u = 0; u < kReach; ++u) line[u] = columns[y][x + u];
-    ivec3 sums = ivec3(0);
-    [[unroll]] for (int u = 0; u < 2 * kRadius; ++u) sums += unpacked_sums(line[u]);
+// Sums along columns, of squares, products and values, from how they are packed.
+ivec3 left_sums(int two) {
+    const int value = (two << 19) >> 19;
+    return ivec3(int(uint(two - value) >> 13), 0, value);
+}
+ivec3 right_sums(int squares, int products) {
+    const int upper = (products << 21) >> 21;
+    return ivec3(int(uint(squares) >> 11), (products - upper) >> 11, (squares & 2047) + 16 * upper);
+}
+
+// Of I I, l I and I over the windows of the invocation's samples, I the left image for image 0
+// (without products), else W_(image - 2).
+void sum_windows(int image, int first, int j, out int squares[kRun], out int products[kRun],
+                 out int values[kRun]) {
+    ivec3 line[kRun + kRadius], singles[kRun], sum = ivec3(0);
+    [[unroll]] for (int u = 0; u < kRun + kRadius; ++u) {
+        ivec2 a = unpackInt2x32(columns[max(2 * image - 1, 0)][first + u][j]), b = a;
+        if (image > 0) b = unpackInt2x32(columns[2 * image][first + u][j]);
+        line[u] = image == 0 ? left_sums(a.x) : right_sums(a.x, b.x);
+        if (u >= kRadius) singles[u - kRadius] = image == 0 ? left_sums(a.y) : right_sums(a.y, b.y);
+    }
+    [[unroll]] for (int u = 0; u < kRadius; ++u) sum += line[u];
     [[unroll]] for (int m = 0; m < kRun; ++m) {
-        sums += unpacked_sums(line[m + 2 * kRadius]);
-        values[m / 4][m % 4] = sums.x;
-        squares[m / 4][m % 4] = sums.y;
-        products[m / 4][m % 4] = sums.z;
-        sums -= unpacked_sums(line[m]);
+        const ivec3 window = sum + singles[m];
+        squares[m] = window.x;
+        products[m] = window.y;
+        values[m] = window.z;
+        sum += line[m + kRadius] - line[m];
     }
 }
 
-struct Pixel {
+struct Sample {
     int hypothesis, disparity, score;
     bool peak;
 };
 
-Pixel refine(int guess, ivec3 z) {
-    Pixel pixel = Pixel(guess, guess, 0, false);
-    if (guess == kNoDisparity) return pixel;
-    pixel.score = max(z.x, max(z.y, z.z)) >> 8;
+Sample refine(int guess, ivec3 z) {
+    Sample result = Sample(guess, guess, 0, false);
+    if (guess == kNoDisparity) return result;
+    result.score = max(z.x, max(z.y, z.z)) >> 8;
     const int bend = 2 * z.y - z.x - z.z;
-    if (bend <= 0) return pixel;
+    if (bend <= 0) return result;
     const int top = floor_divide(16 * (z.x - z.z) + bend, 2 * bend);
-    pixel.peak = abs(top) <= 16;
-    pixel.disparity = clamp(guess + clamp(top, -16, 16), 0, 32000);
-    return pixel;
+    result.peak = abs(top) <= 16;
+    result.disparity = clamp(guess + clamp(top, -16, 16), 0, 32000);
+    return result;
 }
 
-void classify(Pixel pixel, int x, int y, bool textured) {
-    const int at = y * push.width + x;
-    if (given.refined != 0) refined[at] = int16_t(pixel.disparity);
-    if (given.score != 0) score[at] = int16_t(pixel.score);
-    const int stands = int(standing[min(y >> 1, push.half_height - 1) * push.half_width +
-                                    min(x >> 1, push.half_width - 1)]);
+void classify(Sample given_sample, int i, int j, bool textured) {
+    const int at = j * push.samples_x + i, x = 2 * i, row = 2 * j * push.stride;
+    if (is_given(kOutRefined)) refined[at] = int16_t(given_sample.disparity);
+    if (is_given(kOutScore)) score[at] = int16_t(given_sample.score);
+    const int stands = int(standing[min(j, push.half_height - 1) / 2 * push.half_samples_x +
+                                    min(i, push.half_width - 1) / 2]);
     const bool known = stands == kSettled;
-    const bool usable = given.left_mask == 0 || int(left_mask[y * push.stride + x]) != 0;
-    int disparity = kNoDisparity, sure = 0;
-    if (pixel.hypothesis != kNoDisparity && usable && stands != kDoubtful) {
-        const int q = 16 * x - pixel.disparity;
-        bool good = pixel.peak && q >= 0 &&
-                    pixel.score >= (known ? kTrustedScore : push.refine_score) && textured;
-        if (good && given.mask != 0) good = int(right_mask[y * push.stride + ((q + 8) >> 4)]) != 0;
-        if (good || known) {
-            disparity = good ? pixel.disparity : pixel.hypothesis;
-            sure = clamp(good ? pixel.score >> 4 : pixel.score >> 5, 1, 255);
-        }
+    const bool usable = given.left_mask == 0 || int(left_mask[row + x]) != 0;
+    uint word = no_evidence(given_sample.hypothesis);
+    if (given_sample.hypothesis != kNoDisparity && usable && stands != kDoubtful) {
+        const int q = 16 * x - given_sample.disparity;
+        bool good = given_sample.peak && q >= 0 &&
+                    given_sample.score >= (known ? kTrustedScore : push.refine_score) && textured;
+        if (good && given.mask != 0) good = int(right_mask[row + ((q + 8) >> 4)]) != 0;
+        if (good || known)
+            word = evidence_of(
+                given_sample.hypothesis,
+                good ? given_sample.disparity - given_sample.hypothesis : 0,
+                clamp(good ? given_sample.score >> 4 : given_sample.score >> 5, 1, 255));
     }
-    result[at] = int16_t(disparity);
-    confidence[at] = uint8_t(sure);
+    evidence[at] = word;
 }
 
 void main() {
-    const bool scores = gl_LocalInvocationID.y < kTile / kRun;
-    const ivec2 tile = ivec2(gl_WorkGroupID.xy) * kTile;
-    const ivec2 place = ivec2(kRun * gl_LocalInvocationID.y, gl_LocalInvocationID.x),
-                first = tile + place;
-    const int window_height = min(first.y + kRadius, size().y - 1) - max(first.y - kRadius, 0) + 1;
-    warp();
+    const int me = int(gl_LocalInvocationIndex);
+    load_field(me);
+    if (!kHalf && is_given(kOutHypothesis)) give_hypothesis(me);
+    sum_columns(me);
     barrier();
 
-    ivec4 n[kQuads], left_sum[kQuads];
-    vec4 left_root[kQuads];
-    int textured = 0;  // a bit for each pixel
-    ivec4 z[3][kQuads];
-    for (int image = 0; image < 4; ++image) {
-        sum_columns(image);
-        barrier();
-        if (scores) {
-            ivec4 sum[kQuads], squares[kQuads], products[kQuads];
-            sum_windows(sum, squares, products);
-            [[unroll]] for (int v = 0; v < kQuads; ++v) {
-                if (image == 0) {
-                    const ivec4 x = first.x + 4 * v + ivec4(0, 1, 2, 3);
-                    n[v] =
-                        (min(x + kRadius, size().x - 1) - max(x - kRadius, 0) + 1) * window_height;
-                }
-                const ivec4 variance = n[v] * squares[v] - sum[v] * sum[v];
-                const vec4 root = inverse_roots(variance);
-                if (image == 0) {
-                    left_sum[v] = sum[v];
-                    left_root[v] = root * 1048576.0;
-                    if (!kHalf) [[unroll]]
-                        for (int m = 0; m < 4; ++m)
-                            textured |= has_texture(variance[m], n[v][m]) ? 1 << (4 * v + m) : 0;
-                } else {
-                    precise const vec4 scaled =
-                        vec4(n[v] * products[v] - left_sum[v] * sum[v]) * root;
-                    precise const vec4 coefficient = scaled * left_root[v];
-                    if (image == 1) z[0][v] = ivec4(coefficient);
-                    if (image == 2) z[1][v] = ivec4(coefficient);
-                    if (image == 3) z[2][v] = ivec4(coefficient);
-                }
-            }
-        }
-        barrier();
+    const int place = me % (kColumns / kRun) * kRun, row = me / (kColumns / kRun);
+    const ivec2 first = tile() + 2 * ivec2(place, row);
+    if (any(greaterThanEqual(first, size()))) return;
+    int squares[kRun], products[kRun], left_sum[kRun], sum[kRun], n[kRun], left_variance[kRun];
+    float left_root[kRun];
+    ivec3 z[kRun];
+    sum_windows(0, place, row, squares, products, left_sum);
+    [[unroll]] for (int m = 0; m < kRun; ++m) {
+        const int x = first.x + 2 * m;
+        n[m] = (min(x + kRadius, size().x - 1) - max(x - kRadius, 0) + 1) *
+               (min(first.y + kRadius, size().y - 1) - max(first.y - kRadius, 0) + 1);
+        left_variance[m] = n[m] * squares[m] - left_sum[m] * left_sum[m];
+        left_root[m] = inverse_root(left_variance[m]) * 1048576.0;
     }
-
-    if (scores) [[unroll]]
-        for (int m = 0; m < kRun; ++m) {
-            cells[place.y][place.x + m] =
-                ivec2(2 * z[0][m / 4][m % 4] + ((textured >> m) & 1), z[1][m / 4][m % 4]);
-            columns[place.y][place.x + m].x = z[2][m / 4][m % 4];
+    [[unroll]] for (int image = 1; image < 4; ++image) {
+        sum_windows(image, place, row, squares, products, sum);
+        [[unroll]] for (int m = 0; m < kRun; ++m) {
+            const float root = inverse_root(n[m] * squares[m] - sum[m] * sum[m]);
+            precise const float scaled = float(n[m] * products[m] - left_sum[m] * sum[m]) * root;
+            precise const float coefficient = scaled * left_root[m];
+            z[m][image - 1] = int(coefficient);
         }
-    barrier();
-    for (int i = int(gl_LocalInvocationIndex); i < kTile * kTile; i += kInvocations) {
-        const int row = i / kTile, column = i % kTile;
-        const ivec2 at = tile + ivec2(column, row);
-        if (at.x >= size().x || at.y >= size().y) continue;
-        const ivec3 three = ivec3(cells[row][column], columns[row][column].x);
-        const int guess = int(hypothesis[at.y * size().x + at.x]);
-        const Pixel pixel = refine(guess, ivec3(three.x >> 1, three.yz));
+    }
+    [[unroll]] for (int m = 0; m < kRun; ++m) {
+        if (first.x + 2 * m >= size().x) continue;
+        const Sample result = refine(guesses[row][place + m], z[m]);
+        const ivec2 at = first / 2 + ivec2(m, 0);
         if (kHalf)
-            result[at.y * size().x + at.x] = int16_t(pixel.disparity);
+            moved_field[at.y * push.half_samples_x + at.x] = int16_t(result.disparity);
         else
-            classify(pixel, at.x, at.y, (three.x & 1) != 0);
+            classify(result, at.x, at.y, has_texture(left_variance[m], n[m]));
     }
 }

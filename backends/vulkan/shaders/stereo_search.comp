@@ -1,8 +1,8 @@
-// Stage stereo, section 3: the search. A work group has a tile of 32 x 32 left pixels and goes
-// through the disparities in groups of four. First its invocations sum the products of a disparity
-// along the columns of the windows; then each adds up the columns for 8 pixels of a row and scores
-// them. The right pixels that these 8 meet move on by one from disparity to disparity, and so do
-// their best keys.
+// Stage stereo, section 3: the search. A work group has a tile of 48 x 32 left pixels and goes
+// through the disparities in groups of four, some groups at once. First its invocations sum the
+// products along the columns of the windows, each for two columns and two disparities; then each
+// adds up the columns for some samples of a row and scores them. The right pixels that these meet
+// move on by one sample from every second disparity to the next, and so do their best keys.
 #version 450
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_EXT_shader_8bit_storage : require
@@ -10,174 +10,196 @@
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
 #extension GL_GOOGLE_include_directive : require
 #include "stereo.glsl"
-layout(local_size_x = 32, local_size_y = 5) in;  // the last row only helps with the columns
+const int kTileWidth = 48, kTileHeight = 32, kRows = kTileHeight / 2;
+const int kRun = 3;    // samples of an invocation
+const int kSteps = 8;  // disparities at once
+layout(local_size_x = kRows, local_size_y = kTileWidth / 2 / kRun) in;
 
 layout(constant_id = 0) const int kRadius = 4;
-layout(std430, set = 0, binding = 0) readonly buffer LeftWords {
-    int left_words[];
-};  // stereo_pack.comp
+layout(std430, set = 0, binding = 0) readonly buffer LeftWords { int left_words[]; };
 layout(std430, set = 0, binding = 1) readonly buffer RightWords { int right_words[]; };
 layout(std430, set = 0, binding = 2) readonly buffer LeftStatistics { vec2 left_statistics[]; };
-layout(std430, set = 0, binding = 3) readonly buffer RightStatistics { vec2 right_statistics[]; };
+layout(std430, set = 0, binding = 3) readonly buffer RightStatistics {
+    int64_t right_statistics[];
+};  // two floats
 layout(std430, set = 0, binding = 4) writeonly buffer LeftKeys { int left_keys[]; };
 layout(std430, set = 0, binding = 5) writeonly buffer Seconds { int seconds[]; };
 layout(std430, set = 0, binding = 6) buffer RightKeys { int right_keys[]; };
 
-const int kTile = 32, kInvocations = 160;
-const int kColumns = kTile + 2 * kRadius;
-const int kRun = 8, kQuads = kRun / 4;  // pixels of an invocation, in vectors of four
-const int kKept = (kRadius + 1) / 2;    // words of the 2 kRadius rows before a window's last
-const bool kOdd = (kRadius & 1) != 0;   // then of the last only half
+// The windows of sample s are the pairs of columns s to s + kRadius - 1 and the first column of the
+// pair after, the first pair beginning at column -kRadius of the tile.
+const int kPairs = kTileWidth / 2 + kRadius;
 
-shared ivec4 columns[kGroup][kColumns][kTile / 4 + 1];  // four rows in a vector
+// Sums along columns, of the even rows: of both columns of a pair, and of its first one; together,
+// because lavapipe takes as long for 32 bits as for 64.
+shared int64_t columns[kSteps][kPairs][kRows + 1];
 
-ivec4 pixels(int word) { return (ivec4(word) << ivec4(24, 16, 8, 0)) >> 24; }
+// An invocation's samples.
+#define Ints ivec3
+#define Floats vec3
+#define Bools bvec3
+Ints moved_on(int entering, Ints values) { return Ints(entering, values.xy); }
+Floats moved_on(float entering, Floats values) { return Floats(entering, values.xy); }
 
-// The products of four rows in a column, for disparity d.
-ivec4 products(int q, int x, int d) {
-    if (x < d || x >= push.half_width) return ivec4(0);
-    const int row = q * push.half_width + x;
-    return pixels(left_words[row]) * pixels(right_words[row - d]);
+int left_word(int x, int q) {
+    const bool inside = x >= 0 && x < push.half_width && q >= 0 && q < words_of(push.half_height);
+    return inside ? left_words[q * push.half_width + x] : 0;
+}
+int right_word(int x, int q) {
+    const bool inside = x >= 0 && x < push.half_width && q >= 0 && q < words_of(push.half_height);
+    return inside ? right_words[q * push.half_width + x] : 0;
 }
 
-void sum_columns(int group) {
-    const int x0 = int(gl_WorkGroupID.x) * kTile - kRadius,
-              q0 = int(gl_WorkGroupID.y) * (kTile / 4);
-    for (int i = int(gl_LocalInvocationIndex); i < kGroup * kColumns; i += kInvocations) {
-        const int k = i / kColumns, column = i % kColumns, x = x0 + column,
-                  d = push.first + group * kGroup + k;
-        ivec4 inside[kKept];  // products of the rows that are in the window, the oldest first
-        int sum = 0;
-        [[unroll]] for (int q = 0; q < kKept; ++q) {
-            inside[q] = products(q0 + q, x, d);
-            sum += inside[q].x + inside[q].y;
-            if (!kOdd || q < kKept - 1) sum += inside[q].z + inside[q].w;
+// The first of the two columns that the invocation sums along.
+int first_column() {
+    return int(gl_WorkGroupID.x) * kTileWidth - kRadius +
+           2 * (int(gl_LocalInvocationIndex) % kPairs);
+}
+
+// The words of the tile's columns with windows, from the one with the first row of a window on.
+const int kWordsBefore = (kRadius + 3) / 4, kWords = kWordsBefore + (kTileHeight + kRadius + 2) / 4;
+
+// Of the disparities from first_index on. left: the words of the invocation's two columns.
+void sum_columns(int first_index, ivec2 left[kWords]) {
+    const int i = int(gl_LocalInvocationIndex);
+    if (i >= kPairs * (kSteps / 2)) return;
+    const int p = i % kPairs, k = i / kPairs * 2, x = first_column(),
+              q0 = int(gl_WorkGroupID.y) * (kTileHeight / 4) - kWordsBefore,
+              d = push.first + first_index + k;
+    // Of disparity d: the pair's product and its first column's; of d + 1 likewise.
+    ivec4 products[kTileHeight + 2 * kRadius];
+    ivec4 sum = ivec4(0);
+    ivec3 right;
+    [[unroll]] for (int v = 0; v < kTileHeight + 2 * kRadius - 1; ++v) {
+        const int row = v - kRadius + 4 * kWordsBefore;
+        if (v == 0 || (row & 3) == 0) {
+            const int q = q0 + row / 4;
+            right = ivec3(right_word(x - d - 1, q), right_word(x - d, q), right_word(x - d + 1, q));
         }
-        [[unroll]] for (int q = 0; q < kTile / 4; ++q) {
-            const ivec4 next = products(q0 + kKept + q, x, d), leaving = inside[0];
-            const ivec4 entering = kOdd ? ivec4(inside[kKept - 1].zw, next.xy) : next;
-            ivec4 sums;
-            sums.x = sum + entering.x;
-            sums.y = sums.x - leaving.x + entering.y;
-            sums.z = sums.y - leaving.y + entering.z;
-            sums.w = sums.z - leaving.z + entering.w;
-            columns[k][column][q] = sums;
-            sum = sums.w - leaving.w;
-            [[unroll]] for (int t = 0; t < kKept - 1; ++t) inside[t] = inside[t + 1];
-            inside[kKept - 1] = next;
+        const int up = 24 - 8 * (row & 3);
+        const ivec2 l = (left[row / 4] << up) >> 24;
+        const ivec3 r = (right << up) >> 24;
+        const ivec2 first = l.x * r.yx;
+        products[v] = ivec4(first + l.y * r.zy, first);
+        sum += products[v];
+        if (v < 2 * kRadius) continue;
+        if ((v & 1) == 0) {
+            const int j = (v - 2 * kRadius) / 2;
+            columns[k][p][j] = packInt2x32(sum.xz);
+            columns[k + 1][p][j] = packInt2x32(sum.yw);
         }
+        sum -= products[v - 2 * kRadius];
     }
 }
 
-// The windows of the invocation's pixels.
-void sum_windows(int k, out ivec4 sums[kQuads]) {
-    const int y = int(gl_LocalInvocationID.x), x = kRun * int(gl_LocalInvocationID.y);
-    int line[kRun + 2 * kRadius];
-    [[unroll]] for (int u = 0; u < kRun + 2 * kRadius; ++u) line[u] =
-        columns[k][x + u][y / 4][y % 4];
+// The windows of the invocation's samples.
+Ints sum_windows(int k, int first, int j) {
+    ivec2 line[kRun + kRadius];
     int sum = 0;
-    [[unroll]] for (int u = 0; u < 2 * kRadius; ++u) sum += line[u];
+    [[unroll]] for (int u = 0; u < kRun + kRadius; ++u) line[u] =
+        unpackInt2x32(columns[k][first + u][j]);
+    [[unroll]] for (int u = 0; u < kRadius; ++u) sum += line[u].x;
+    Ints sums;
     [[unroll]] for (int m = 0; m < kRun; ++m) {
-        sum += line[m + 2 * kRadius];
-        sums[m / 4][m % 4] = sum;
-        sum -= line[m];
+        sums[m] = sum + line[m + kRadius].y;
+        sum += line[m + kRadius].x - line[m].x;
     }
+    return sums;
 }
 
-vec2 right_statistics_at(int x, int y) {
-    return x >= 0 && x < push.half_width && y < push.half_height
-               ? right_statistics[y * push.half_width + x]
+vec2 right_statistics_at(int x, int j) {
+    return x >= 0 && x < push.half_width && j < push.half_samples_y
+               ? intBitsToFloat(unpackInt2x32(right_statistics[j * push.half_width + x]))
                : vec2(0.0);
 }
 
-void offer_right(int x, int y, int key) {
-    if (key > 0 && x >= 0 && x < push.half_width && y < push.half_height)
-        atomicMax(right_keys[y * push.half_width + x], key);
+void offer_right(int x, int j, int key) {
+    if (key > 0 && x >= 0 && x < push.half_width && j < push.half_samples_y)
+        atomicMax(right_keys[j * push.half_width + x], key);
 }
 
-ivec4 scored(vec4 sums, vec4 left_mean, vec4 left_root, vec4 right_sum, vec4 right_root,
-             int index) {
-    precise const vec4 expected = left_mean * right_sum;
-    precise const vec4 covariance = sums - expected;
-    precise const vec4 roots = left_root * right_root;
-    precise const vec4 score = covariance * roots;
-    return mix(ivec4(0), (floatBitsToInt(score) & ~255) | index, greaterThan(score, vec4(0.0)));
+Ints scored(Floats sums, Floats left_mean, Floats left_root, Floats right_sum, Floats right_root,
+            int index) {
+    precise const Floats expected = left_mean * right_sum;
+    precise const Floats covariance = sums - expected;
+    precise const Floats roots = left_root * right_root;
+    precise const Floats score = covariance * roots;
+    return mix(Ints(0), (floatBitsToInt(score) & ~255) | index, greaterThan(score, Floats(0.0)));
 }
 
 void main() {
-    const bool scores = gl_LocalInvocationID.y < kTile / kRun;
-    const ivec2 first = ivec2(gl_WorkGroupID.xy) * kTile +
-                        ivec2(kRun * gl_LocalInvocationID.y, gl_LocalInvocationID.x);
-    const int y = first.y, groups = (push.count + kGroup - 1) / kGroup;
+    const ivec2 place = ivec2(kRun * gl_LocalInvocationID.y, gl_LocalInvocationID.x),
+                at = ivec2(gl_WorkGroupID.xy) * ivec2(kTileWidth / 2, kRows) + place;
+    const int first = at.x, j = at.y;
 
-    vec4 left_mean[kQuads], left_root[kQuads];
-    vec4 right_sum[kQuads],
-        right_root[kQuads];  // of the right pixels that the disparity before the next meets
-    ivec4 right_best[kQuads];
-    ivec4 winner[kQuads], second[kQuads];
-    ivec4 best[kQuads], last_best[kQuads],
-        before[kQuads];  // keys of this group, the last one, and all before that
-    [[unroll]] for (int v = 0; v < kQuads; ++v) {
-        [[unroll]] for (int m = 0; m < 4; ++m) {
-            const int x = first.x + 4 * v + m;
-            const vec2 left = x < push.half_width && y < push.half_height
-                                  ? left_statistics[y * push.half_width + x]
-                                  : vec2(0.0);
-            const vec2 right = right_statistics_at(x - push.first + 1, y);
-            left_mean[v][m] = left.x;
-            left_root[v][m] = left.y;
-            right_sum[v][m] = right.x;
-            right_root[v][m] = right.y;
+    Floats left_mean, left_root;
+    // Of the right pixels that even and odd indices meet: those of two disparities before.
+    Floats right_sum[2], right_root[2];
+    Ints right_best[2] = Ints[](Ints(0), Ints(0));
+    Ints winner = Ints(0), second = Ints(0);
+    Ints last_best = Ints(0), before = Ints(0);  // keys of the last group, and of all before it
+    [[unroll]] for (int m = 0; m < kRun; ++m) {
+        const vec2 left = first + m < push.half_samples_x && j < push.half_samples_y
+                              ? left_statistics[j * push.half_samples_x + first + m]
+                              : vec2(0.0);
+        left_mean[m] = left.x;
+        left_root[m] = left.y;
+        [[unroll]] for (int c = 0; c < 2; ++c) {
+            const vec2 right = right_statistics_at(2 * (first + m + 1) - push.first - c, j);
+            right_sum[c][m] = right.x;
+            right_root[c][m] = right.y;
         }
-        right_best[v] = winner[v] = second[v] = last_best[v] = before[v] = ivec4(0);
     }
 
-    for (int group = 0; group < groups; ++group) {
-        sum_columns(group);
-        barrier();
-        if (scores) {
-            [[unroll]] for (int v = 0; v < kQuads; ++v) best[v] = ivec4(0);
-            for (int k = 0; k < kGroup; ++k) {
-                const int index = group * kGroup + k, d = push.first + index;
-                if (index >= push.count) break;
-                offer_right(first.x + kRun - d, y, right_best[kQuads - 1].w);
-                vec2 right = right_statistics_at(first.x - d, y);
-                int right_key = 0;
-                ivec4 sums[kQuads];
-                sum_windows(k, sums);
-                [[unroll]] for (int v = 0; v < kQuads; ++v) {
-                    const vec2 leaving = vec2(right_sum[v].w, right_root[v].w);
-                    const int leaving_key = right_best[v].w;
-                    right_sum[v] = vec4(right.x, right_sum[v].xyz);
-                    right_root[v] = vec4(right.y, right_root[v].xyz);
-                    right_best[v] = ivec4(right_key, right_best[v].xyz);
-                    right = leaving;
-                    right_key = leaving_key;
-                    const ivec4 key = scored(vec4(sums[v]), left_mean[v], left_root[v],
-                                             right_sum[v], right_root[v], index);
-                    best[v] = max(best[v], key);
-                    right_best[v] = max(right_best[v], key);
-                }
-            }
-            [[unroll]] for (int v = 0; v < kQuads; ++v) {
-                const bvec4 wins = greaterThan(best[v], winner[v]);
-                const bvec4 apart = greaterThan(group - ((winner[v] & 255) >> 2), ivec4(1));
-                second[v] = mix(mix(second[v], max(second[v], best[v]), apart), before[v], wins);
-                winner[v] = max(winner[v], best[v]);
-                before[v] = max(before[v], last_best[v]);
-                last_best[v] = best[v];
-            }
-        }
-        barrier();
+    ivec2 left_columns[kWords];
+    [[unroll]] for (int w = 0; w < kWords; ++w) {
+        const int x = first_column(),
+                  q = int(gl_WorkGroupID.y) * (kTileHeight / 4) - kWordsBefore + w;
+        left_columns[w] = ivec2(left_word(x, q), left_word(x + 1, q));
     }
 
-    if (!scores || y >= push.half_height) return;
-    const int last = push.first + push.count - 1;
-    [[unroll]] for (int v = 0; v < kQuads; ++v) [[unroll]] for (int m = 0; m < 4; ++m) {
-        const int x = first.x + 4 * v + m;
-        offer_right(x - last, y, right_best[v][m]);
-        if (x >= push.half_width) continue;
-        left_keys[y * push.half_width + x] = winner[v][m];
-        seconds[y * push.half_width + x] = second[v][m];
+    // Not `for`: lavapipe goes through its body once more, for nobody.
+    int first_index = 0;
+    do {
+        vec2 right[kSteps];  // loaded here, because what is between hides how long it takes
+        [[unroll]] for (int k = 0; k < kSteps; ++k) right[k] =
+            right_statistics_at(2 * first - push.first - first_index - k, j);
+        sum_columns(first_index, left_columns);
+        barrier();
+        [[unroll]] for (int g = 0; g < kSteps; g += kGroup) {
+            Ints best = Ints(0);
+            [[unroll]] for (int k = g; k < g + kGroup; ++k) {
+                const int index = first_index + k, d = push.first + index, c = k & 1;
+                if (index >= push.count) continue;
+                offer_right(2 * (first + kRun) - d, j, right_best[c][kRun - 1]);
+                right_sum[c] = moved_on(right[k].x, right_sum[c]);
+                right_root[c] = moved_on(right[k].y, right_root[c]);
+                const Ints sums = sum_windows(k, place.x, place.y);
+                const Ints key =
+                    scored(Floats(sums), left_mean, left_root, right_sum[c], right_root[c], index);
+                best = max(best, key);
+                right_best[c] = max(moved_on(0, right_best[c]), key);
+            }
+            const int group = (first_index + g) / kGroup;
+            const Bools wins = greaterThan(best, winner);
+            const Bools apart = greaterThan(group - ((winner & 255) >> 2), Ints(1));
+            second = mix(mix(second, max(second, best), apart), before, wins);
+            winner = max(winner, best);
+            before = max(before, last_best);
+            last_best = best;
+        }
+        barrier();
+        first_index += kSteps;
+    } while (first_index < push.count);
+
+    if (j >= push.half_samples_y) return;
+    [[unroll]] for (int m = 0; m < kRun; ++m) {
+        [[unroll]] for (int c = 0; c < 2; ++c) {
+            const int last = push.count - 1 - ((push.count - 1 + c) & 1);
+            offer_right(2 * (first + m) - push.first - last, j, right_best[c][m]);
+        }
+        if (first + m >= push.half_samples_x) continue;
+        left_keys[j * push.half_samples_x + first + m] = winner[m];
+        seconds[j * push.half_samples_x + first + m] = second[m];
     }
 }

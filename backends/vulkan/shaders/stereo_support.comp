@@ -1,28 +1,124 @@
-// Stage stereo, section 5.
+// Stage stereo, sections 4 and 5, and of section 6 what leads to the dense field: the smoothed
+// samples, and the coarser fields as far as a tile reaches. A work group per tile of 32 x 32
+// samples. stereo_statistics.comp has looked at the left pixels.
 #version 450
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_EXT_shader_8bit_storage : require
 #extension GL_EXT_shader_16bit_storage : require
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
 #extension GL_GOOGLE_include_directive : require
 #include "stereo.glsl"
-layout(local_size_x = 32, local_size_y = 4) in;
+#include "stereo_pyramid.glsl"
+#include "stereo_smooth.glsl"
+const int kInvocations = 320;
+layout(local_size_x = kInvocations) in;
 
-layout(std430, set = 0, binding = 0) readonly buffer Checked { int16_t checked[]; };
-layout(std430, set = 0, binding = 1) writeonly buffer Supported { int16_t supported[]; };
+layout(std430, set = 0, binding = 0) readonly buffer LeftKeys { int left_keys[]; };
+layout(std430, set = 0, binding = 1) readonly buffer Seconds { int seconds[]; };
+layout(std430, set = 0, binding = 2) readonly buffer RightKeys { int right_keys[]; };
+layout(std430, set = 0, binding = 3) readonly buffer LeftUsable { uint8_t left_usable[]; };
+layout(std430, set = 0, binding = 4) readonly buffer RightMask { uint8_t right_mask[]; };
+layout(std430, set = 0, binding = 5) writeonly buffer Checked { int16_t checked[]; };
+layout(std430, set = 0, binding = 6) writeonly buffer Supported { int16_t supported[]; };
+layout(std430, set = 0, binding = 7) writeonly buffer Pyramid { int16_t pyramid[]; };
+
+const int kTile = 1 << kTileLevels;
+const int kRun = 4;  // samples beside each other that an invocation counts the support of
+const int kMargin = kHalfSmoothRadius, kSupportSide = kTile + 2 * kMargin;
+const int kRuns = (kSupportSide + kRun - 1) / kRun;
+const int kCheckedMargin = kMargin + kSupportRadius, kRows = kTile + 2 * kCheckedMargin,
+          kColumns = kRuns * kRun + 2 * kSupportRadius;
+
+shared int cells[kRows][kColumns + 1];  // checked; later each coarser field of the tile
+shared int agreed[kSupportSide][kRuns * kRun + 1];
+shared int rows[kSupportSide][kTile + 1];
+
+float score(int key) { return intBitsToFloat(key & ~255); }
+
+int check(ivec2 at) {
+    if (any(lessThan(at, ivec2(0))) || at.x >= push.half_samples_x || at.y >= push.half_samples_y)
+        return kNoDisparity;
+    const int i = at.y * push.half_samples_x + at.x, key = left_keys[i],
+              pixel = at.y * push.half_width + 2 * at.x;
+    if (key == 0 || int(left_usable[pixel]) == 0) return kNoDisparity;
+    const int d = push.first + (key & 255);
+    precise const float lead = score(key) - score(seconds[i]);
+    const bool alone = score(key) >= push.min_score && lead >= push.min_lead;
+    const bool agrees = abs((right_keys[pixel - d] & 255) - (key & 255)) <= push.left_right;
+    return alone && agrees && int(right_mask[pixel - d]) != 0 ? 16 * d : kNoDisparity;
+}
+
+// Whether a sample of the tile is one of the field.
+bool inside(ivec2 tile, int column, int row) {
+    return tile.x + column < push.half_samples_x && tile.y + row < push.half_samples_y;
+}
 
 void main() {
-    const int x = int(gl_GlobalInvocationID.x), y = int(gl_GlobalInvocationID.y);
-    if (x >= push.half_width || y >= push.half_height) return;
-    const int i = y * push.half_width + x, disparity = int(checked[i]);
-    int agreeing = 0;
-    if (disparity != kNoDisparity)
-        for (int b = -4; b <= 4; b += 2)
-            for (int a = -4; a <= 4; a += 2) {
-                if (x + a < 0 || x + a >= push.half_width || y + b < 0 || y + b >= push.half_height)
-                    continue;
-                // A missing one differs by more than the range.
-                if (abs(int(checked[i + b * push.half_width + a]) - disparity) <= kSupportRange)
-                    ++agreeing;
-            }
-    supported[i] = int16_t(agreeing >= push.support ? disparity : kNoDisparity);
+    const ivec2 tile = ivec2(gl_WorkGroupID.xy) * kTile;
+    const int me = int(gl_LocalInvocationIndex);
+    for (int i = me; i < kRows * kColumns; i += kInvocations) {
+        const ivec2 place = ivec2(i % kColumns, i / kColumns) - kCheckedMargin, at = tile + place;
+        const int disparity = check(at);
+        cells[i / kColumns][i % kColumns] = disparity;
+        if (is_given(kOutChecked) && all(greaterThanEqual(place, ivec2(0))) &&
+            all(lessThan(place, ivec2(kTile))) && inside(tile, place.x, place.y))
+            checked[at.y * push.half_samples_x + at.x] = int16_t(disparity);
+    }
+    barrier();
+    if (me < kSupportSide * kRuns) {  // there are invocations for all
+        const int row = me / kRuns, first = me % kRuns * kRun;
+        int centre[kRun], agreeing[kRun];
+        [[unroll]] for (int m = 0; m < kRun; ++m) {
+            centre[m] = cells[row + kSupportRadius][first + m + kSupportRadius];
+            agreeing[m] = 0;
+        }
+        // A missing one differs from every disparity by more than the range.
+        [[unroll]] for (int v = 0; v <= 2 * kSupportRadius; ++v)
+            [[unroll]] for (int u = 0; u < kRun + 2 * kSupportRadius; ++u) {
+            const int other = cells[row + v][first + u];
+            [[unroll]] for (int m = max(u - 2 * kSupportRadius, 0); m <= min(u, kRun - 1); ++m)
+                agreeing[m] += abs(other - centre[m]) <= kSupportRange ? 1 : 0;
+        }
+        [[unroll]] for (int m = 0; m < kRun; ++m) {
+            const int disparity = agreeing[m] >= push.support ? centre[m] : kNoDisparity;
+            agreed[row][first + m] = disparity;
+            const int x = first + m - kMargin, y = row - kMargin;
+            if (x >= 0 && x < kTile && y >= 0 && y < kTile && inside(tile, x, y))
+                supported[(tile.y + y) * push.half_samples_x + tile.x + x] = int16_t(disparity);
+        }
+    }
+    barrier();
+    for (int i = me; i < kSupportSide * kTile; i += kInvocations) {
+        const int row = i / kTile, column = i % kTile;
+        rows[row][column] = smoothed(agreed[row][column], agreed[row][column + 1],
+                                     agreed[row][column + 2], kSearchSmoothRange);
+    }
+    barrier();
+    for (int i = me; i < kTile * kTile; i += kInvocations) {
+        const int row = i / kTile, column = i % kTile;
+        const int disparity = smoothed(rows[row][column], rows[row + 1][column],
+                                       rows[row + 2][column], kSearchSmoothRange);
+        cells[row][column] = disparity;
+        if (inside(tile, column, row))
+            pyramid[(tile.y + row) * push.half_samples_x + tile.x + column] = int16_t(disparity);
+    }
+    barrier();
+    Level fine = finest_level();
+    for (int level = 1; level <= kTileLevels && !is_coarsest(fine); ++level) {
+        // Of the tile's field, the pixel (x, y) is the cell (x << level - 1, y << level - 1).
+        const Level coarse = coarser_than(fine);
+        const int side = kTile >> level, apart = 1 << (level - 1);
+        for (int i = me; i < side * side; i += kInvocations) {
+            const int x = i % side, y = i / side, column = 2 * x * apart, row = 2 * y * apart;
+            const int mean =
+                mean_of(ivec4(cells[row][column], cells[row][column + apart],
+                              cells[row + apart][column], cells[row + apart][column + apart]));
+            cells[row][column] = mean;
+            const int u = (tile.x >> level) + x, v = (tile.y >> level) + y;
+            if (u < coarse.width && v < coarse.height)
+                pyramid[coarse.offset + v * coarse.width + u] = int16_t(mean);
+        }
+        fine = coarse;
+        barrier();
+    }
 }
