@@ -32,6 +32,9 @@ class Device {
     // have. function: of a KernelCall.
     virtual uint32_t resident_blocks(const void* function, uint32_t threads,
                                      size_t shared) const = 0;
+    // Whether so many of them can be a cluster.
+    virtual bool holds_cluster(const void* function, uint32_t blocks, uint32_t threads,
+                               size_t shared) const = 0;
 };
 
 // A number that nothing else in this process has.

@@ -15,6 +15,7 @@ struct Grid {
     size_t shared = 0;         // bytes of dynamic shared memory for each block
     bool cooperative = false;  // all blocks run at once, so that GridBarrier is possible; the
                                // device must hold them
+    bool cluster = false;      // all blocks are one cluster, so that ClusterBarrier is possible
 };
 
 // As many groups of `side` as cover `count`.

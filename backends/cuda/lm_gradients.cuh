@@ -1,34 +1,241 @@
-// The system's solution by conjugate gradients. Conditioned on both sides by the factors of its
-// damped diagonal blocks the system has ones on the diagonal, and the steps are those of the
-// preconditioned method (docs/stages/lm.md). One barrier of the grid for each step: blocks pass on
-// their rows of the product and their parts of four dot products, and each updates the vectors of
-// all control points that it knows.
+// The system's solution by conjugate gradients, by a few blocks that own the rows of many control
+// points each: a cluster where the device has them, whose barrier is quick. Conditioned on both
+// sides by the factors of its damped diagonal blocks the system has ones on the diagonal, and the
+// steps are those of the preconditioned method (docs/stages/lm.md). One barrier for each step:
+// blocks pass on their rows of the product and their parts of four dot products, and each updates
+// the vectors of all control points that it knows.
 #pragma once
-#include "backends/cuda/lm_memory.cuh"
-#include "backends/cuda/lm_sums.cuh"
-#include "backends/shared/levenberg_marquardt.hpp"
+#include "backends/cuda/lm_linearise.cuh"
+#include "backends/cuda/lm_state.cuh"
 
 namespace defrec::cuda {
+
+// Two threads share a row of the matrix; each holds so many places of it in registers.
+constexpr uint32_t kRowThreads = 576, kRowWarps = kRowThreads / 32, kRowSplit = 2, kHeld = 8;
+constexpr uint32_t kMaxRowBlocks = 16;  // whose parts of the dot products find room
+
+// As lm_row_memory takes it.
+constexpr size_t lm_row_floats(const LmRowPlan& plan) {
+    const size_t floats = (36 + 1) * size_t{plan.max_places} +
+                          (kFactorRoom + 3 * 6 + 1) * size_t{plan.rows} + 1 +
+                          (2 * 6 + 2) * size_t{plan.max_known};
+    return (floats + 3) / 4 * 4;
+}
+
+struct LmRowMemory {
+    float* matrix;                           // its places
+    float *factors, *solution;               // of its own control points
+    float* products;                         // likewise, two copies
+    float *direction, *residual;             // of the control points that it knows
+    uint32_t* columns;                       // of its places
+    uint32_t* row_places;                    // of its own control points, and the end
+    uint32_t *known, *owners;                // owner's block << 16 | place among its own
+    uint32_t rows, places, count, max_rows;  // its own control points, and known ones
+};
+
 namespace {
 
-// The other half of condition_rows of lm_linearise.cuh: places times their columns' factors,
-// transposed.
-__device__ __forceinline__ void condition_columns(const LmView& view, const LmMemory& memory,
-                                                  const LmShare& share, uint32_t copy) {
-    const float* factors = view.exchange.factors + size_t{copy} * kFactor * view.p.nodes;
-    const uint32_t count = 6 * (share.last_place - share.first_place);
-    for (uint32_t u = threadIdx.x; u < count; u += kLmThreads) {
-        const float* factor = factors + memory.known[memory.columns[u / 6]];
-        float* row = memory.matrix + 36 * size_t{u / 6} + 6 * (u % 6);
-        float before[6];
-        for (uint32_t c = 0; c < 6; ++c) before[c] = row[c];
-        for (uint32_t r = 0, at = 0; r < 6; ++r) {
-            float value = 0;
-            for (uint32_t c = 0; c <= r; ++c, ++at)
-                value = fmaf(factor[size_t{at} * view.p.nodes], before[c], value);
-            row[r] = value;
+// kShared: everything is in shared memory.
+template <bool kShared>
+__device__ __forceinline__ LmRowMemory lm_row_memory(const LmView& view, const LmRowShare& share) {
+    const LmRows& plan = view.rows;
+    float* at = kShared ? dynamic_shared<float>()
+                        : view.exchange.row_local + blockIdx.x * view.exchange.row_local_floats;
+    const auto take = [&at](size_t floats) {
+        float* taken = at;
+        at += floats;
+        return taken;
+    };
+    LmRowMemory memory{};
+    memory.matrix = take(36 * size_t{plan.max_places});
+    memory.factors = take(kFactorRoom * size_t{plan.rows});
+    memory.solution = take(6 * size_t{plan.rows});
+    memory.products = take(2 * 6 * size_t{plan.rows});
+    memory.direction = take(6 * size_t{plan.max_known});
+    memory.residual = take(6 * size_t{plan.max_known});
+    memory.columns = reinterpret_cast<uint32_t*>(take(plan.max_places));
+    memory.known = reinterpret_cast<uint32_t*>(take(plan.max_known));
+    memory.owners = reinterpret_cast<uint32_t*>(take(plan.max_known));
+    memory.row_places = reinterpret_cast<uint32_t*>(take(plan.rows + 1));
+    const uint32_t first = share.first_place;
+    memory.rows = share.last_node - share.first_node;
+    memory.places = share.last_place - first;
+    memory.count = share.last_known - share.first_known;
+    memory.max_rows = plan.rows;
+    for (uint32_t i = threadIdx.x; i < memory.places; i += kRowThreads)
+        memory.columns[i] = plan.places[first + i].column;
+    for (uint32_t i = threadIdx.x; i < memory.count; i += kRowThreads) {
+        const uint32_t node = plan.known[share.first_known + i];
+        memory.known[i] = node;
+        memory.owners[i] = node / plan.rows << 16 | node % plan.rows;
+    }
+    for (uint32_t i = threadIdx.x; i <= memory.rows; i += kRowThreads)
+        memory.row_places[i] = plan.row_places[share.first_node + i] - first;
+    return memory;
+}
+
+// Of a symmetric block, given by its lower triangle: the inverse of its Cholesky factor, in its
+// place. Pivots that vanish in single precision are raised to a share of the diagonal.
+__device__ __forceinline__ void invert_factor(float (&block)[kFactor]) {
+    constexpr float kLeastPivot = 1e-6f;
+    float inverse_pivot[6];
+    for (uint32_t c = 0; c < 6; ++c) {
+        const float given = block[triangle(c, c)];
+        float pivot = given;
+        for (uint32_t k = 0; k < c; ++k)
+            pivot = fmaf(-block[triangle(c, k)], block[triangle(c, k)], pivot);
+        inverse_pivot[c] = rsqrtf(fmaxf(pivot, kLeastPivot * given));
+        for (uint32_t r = c + 1; r < 6; ++r) {
+            float value = block[triangle(r, c)];
+            for (uint32_t k = 0; k < c; ++k)
+                value = fmaf(-block[triangle(r, k)], block[triangle(c, k)], value);
+            block[triangle(r, c)] = value * inverse_pivot[c];
         }
     }
+    for (uint32_t c = 0; c < 6; ++c) {
+        block[triangle(c, c)] = inverse_pivot[c];
+        for (uint32_t r = c + 1; r < 6; ++r) {
+            float value = block[triangle(r, c)] * inverse_pivot[c];
+            for (uint32_t k = c + 1; k < r; ++k)
+                value = fmaf(block[triangle(r, k)], block[triangle(k, c)], value);
+            block[triangle(r, c)] = -value * inverse_pivot[r];
+        }
+    }
+}
+
+// A control point's diagonal block and half the gradient.
+__device__ __forceinline__ void load_diagonal(const LmView& view, uint32_t copy, uint32_t node,
+                                              float (&diagonal)[kDiagonal]) {
+    const uint32_t nodes = view.p.nodes;
+    const float* given = view.exchange.diagonals + size_t{copy} * kDiagonal * nodes + node;
+    for (uint32_t at = 0; at < kDiagonal; ++at) diagonal[at] = given[size_t{at} * nodes];
+}
+
+// Marquardt's damping of a control point of the block; the inverse of its factor, which conditions
+// the system, and the right side with it. What has no weight at all gets one, and stays where it
+// is.
+__device__ __forceinline__ void damp(const LmView& view, const LmRowMemory& memory, uint32_t row,
+                                     uint32_t node, float lambda,
+                                     const float (&diagonal)[kDiagonal]) {
+    float inverse[kFactor], trace = 0;
+    for (uint32_t at = 0; at < kFactor; ++at) inverse[at] = diagonal[at];
+    for (uint32_t r = 0; r < 6; ++r) trace += inverse[triangle(r, r)];
+    const float least = trace > 0 ? float(kMinDiagonal) * trace : 1.0f;
+    for (uint32_t r = 0; r < 6; ++r)
+        inverse[triangle(r, r)] = fmaf(inverse[triangle(r, r)], 1 + lambda, least);
+    invert_factor(inverse);
+    float* out = view.exchange.factors + kFactorRoom * size_t{node};
+    for (uint32_t at = 0; at < kFactor; ++at)
+        out[at] = memory.factors[kFactorRoom * row + at] = inverse[at];
+    for (uint32_t r = 0; r < 6; ++r) {
+        float value = 0;
+        for (uint32_t c = 0; c <= r; ++c)
+            value = fmaf(-inverse[triangle(r, c)], diagonal[kFactor + c], value);
+        view.exchange.starts[6 * size_t{node} + r] = value;
+    }
+}
+
+// A place, as four vectors and a half; a thread each.
+struct LmBlock {
+    float value[36];
+};
+__device__ __forceinline__ void load_block(const float* from, LmBlock& block) {
+    const auto* vectors = reinterpret_cast<const float4*>(from);
+    for (uint32_t i = 0; i < 9; ++i) {
+        const float4 v = vectors[i];
+        block.value[4 * i] = v.x;
+        block.value[4 * i + 1] = v.y;
+        block.value[4 * i + 2] = v.z;
+        block.value[4 * i + 3] = v.w;
+    }
+}
+// Times its row's factor, and its column's, transposed.
+__device__ __forceinline__ void condition(const LmBlock& block, const float* row_factor,
+                                          const float* column_factor, float* to) {
+    float factor[kFactorRoom], half[36];
+    const auto load_factor = [&factor](const float* from) {
+        const auto* vectors = reinterpret_cast<const float4*>(from);
+        for (uint32_t i = 0; i < kFactorRoom / 4; ++i) {
+            const float4 v = vectors[i];
+            factor[4 * i] = v.x;
+            factor[4 * i + 1] = v.y;
+            factor[4 * i + 2] = v.z;
+            factor[4 * i + 3] = v.w;
+        }
+    };
+    load_factor(column_factor);
+    for (uint32_t r = 0; r < 6; ++r)
+        for (uint32_t c = 0; c < 6; ++c) {
+            float sum = 0;
+            for (uint32_t k = 0; k <= c; ++k)
+                sum = fmaf(factor[triangle(c, k)], block.value[6 * r + k], sum);
+            half[6 * r + c] = sum;
+        }
+    load_factor(row_factor);
+    auto* vectors = reinterpret_cast<float4*>(to);
+    for (uint32_t i = 0; i < 9; ++i) {
+        float four[4];
+        for (uint32_t j = 0; j < 4; ++j) {
+            const uint32_t r = (4 * i + j) / 6, c = (4 * i + j) % 6;
+            four[j] = 0;
+            for (uint32_t k = 0; k <= r; ++k)
+                four[j] = fmaf(factor[triangle(r, k)], half[6 * k + c], four[j]);
+        }
+        vectors[i] = make_float4(four[0], four[1], four[2], four[3]);
+    }
+}
+
+// Of a row's places those that the thread holds.
+struct LmHeldRow {
+    float2 value[kHeld][3];
+    uint32_t column[kHeld];
+};
+__device__ __forceinline__ const float2* row_at(const LmRowMemory& memory, uint32_t place,
+                                                uint32_t row) {
+    return reinterpret_cast<const float2*>(memory.matrix + 36 * size_t{place} + 6 * (row % 6));
+}
+__device__ __forceinline__ void hold_row(const LmRowMemory& memory, LmHeldRow& held) {
+    const uint32_t row = threadIdx.x / kRowSplit;
+    const uint32_t first = row < 6 * memory.rows ? memory.row_places[row / 6] : 0,
+                   last = row < 6 * memory.rows ? memory.row_places[row / 6 + 1] : 0;
+#pragma unroll
+    for (uint32_t k = 0; k < kHeld; ++k) {
+        const uint32_t place = first + threadIdx.x % kRowSplit + kRowSplit * k;
+        const bool is_there = place < last;
+        held.column[k] = is_there ? 6 * memory.columns[place] : 0;
+        for (uint32_t i = 0; i < 3; ++i)
+            held.value[k][i] = is_there ? row_at(memory, place, row)[i] : make_float2(0, 0);
+    }
+}
+
+// The thread's part of matrix times direction, without the diagonal.
+__device__ __forceinline__ float multiply_row(const LmRowMemory& memory, const LmHeldRow& held,
+                                              uint32_t row) {
+    float2 sum = make_float2(0, 0);
+    const auto add = [&](const float2* x, float2 a, float2 b, float2 c) {
+        sum.x = fmaf(c.x, x[2].x, fmaf(b.x, x[1].x, fmaf(a.x, x[0].x, sum.x)));
+        sum.y = fmaf(c.y, x[2].y, fmaf(b.y, x[1].y, fmaf(a.y, x[0].y, sum.y)));
+    };
+    const auto direction_at = [&](uint32_t at) {
+        return reinterpret_cast<const float2*>(memory.direction + at);
+    };
+    const bool holds = row == threadIdx.x / kRowSplit;
+    if (holds) {
+#pragma unroll
+        for (uint32_t k = 0; k < kHeld; ++k)
+            add(direction_at(held.column[k]), held.value[k][0], held.value[k][1], held.value[k][2]);
+    }
+    if (row < 6 * memory.rows) {
+        const uint32_t last = memory.row_places[row / 6 + 1];
+        for (uint32_t place = memory.row_places[row / 6] + threadIdx.x % kRowSplit +
+                              (holds ? kRowSplit * kHeld : 0);
+             place < last; place += kRowSplit) {
+            const float2* a = row_at(memory, place, row);
+            add(direction_at(6 * memory.columns[place]), a[0], a[1], a[2]);
+        }
+    }
+    const float both = sum.x + sum.y;
+    return both + __shfl_xor_sync(kAllLanes, both, 1);
 }
 
 enum LmProductOf : uint32_t {
@@ -39,104 +246,221 @@ enum LmProductOf : uint32_t {
     kProducts
 };
 
-// The block's rows of matrix times direction, and its part of the dot products.
-__device__ __forceinline__ void multiply(const LmMemory& memory, const LmShare& share,
-                                         float* product, float4* dots) {
-    constexpr uint32_t kSplit = 8,
-                       kRows = kLmThreads / kSplit;  // threads that share a row; rows at a time
-    __shared__ float warps[kLmWarps][kProducts];
-    const uint32_t split = threadIdx.x % kSplit, count = 6 * (share.last_node - share.first_node);
-    float parts[kProducts] = {};
-    for (uint32_t first = 0; first < count; first += kRows) {
-        const uint32_t u = first + threadIdx.x / kSplit;
-        float sum = 0;
-        if (u < count) {
-            const uint32_t end = memory.row_places[u / 6 + 1];
-            for (uint32_t place = memory.row_places[u / 6] + split; place < end; place += kSplit) {
-                const auto* row = reinterpret_cast<const float2*>(memory.matrix +
-                                                                  36 * size_t{place} + 6 * (u % 6));
-                const auto* x = reinterpret_cast<const float2*>(memory.direction +
-                                                                6 * size_t{memory.columns[place]});
-                for (uint32_t i = 0; i < 3; ++i)
-                    sum = fmaf(row[i].y, x[i].y, fmaf(row[i].x, x[i].x, sum));
-            }
+// What blocks pass to each other in a step: their rows of the product, and their parts of the dot
+// products. Through the shared memory of a cluster, else through global memory; of each there are
+// two copies, used in turn: a block that is ahead never writes what another still reads.
+template <class Barrier>
+struct LmChannel {
+    const LmRowMemory& memory;
+    float *products, *own_products;  // of all that the thread may read, and of the block's own rows
+    float4* dots;
+    uint32_t copy, product_copies, dot_copies;  // how far the second copy lies behind the first
+
+    __device__ LmChannel(const LmView& view, const LmRowMemory& given, const LmRowShare& share,
+                         float4* shared_dots)
+        : memory(given), copy(0) {
+        if constexpr (Barrier::kSharesMemory) {
+            products = own_products = memory.products;
+            dots = shared_dots;
+            product_copies = 6 * memory.max_rows;
+            dot_copies = kMaxRowBlocks;
+        } else {
+            products = view.exchange.products;
+            own_products = products + 6 * share.first_node;
+            dots = view.exchange.dots;
+            product_copies = 6 * view.p.nodes;
+            dot_copies = gridDim.x;
         }
-        for (uint32_t apart = kSplit / 2; apart > 0; apart /= 2)
-            sum += __shfl_xor_sync(kAllLanes, sum, static_cast<int>(apart));
-        if (split != 0 || u >= count) continue;
-        const float p = memory.direction[u], r = memory.residual[u], q = sum + p;
-        product[6 * share.first_node + u] = q;
+    }
+    __device__ void give_product(uint32_t row, float value) const {
+        own_products[copy * size_t{product_copies} + row] = value;
+    }
+    // By the block's first threads, as many as there are blocks.
+    __device__ void give_dots(float4 sum) const {
+        float4* to = dots + copy * dot_copies + blockIdx.x;
+        if constexpr (Barrier::kSharesMemory)
+            Barrier::store(to, threadIdx.x, sum);
+        else if (threadIdx.x == 0)
+            *to = sum;
+    }
+    // Where entry i of the product is, of a control point that the block knows: rank << 16 | place,
+    // or the place.
+    __device__ uint32_t place_of(uint32_t i) const {
+        if constexpr (Barrier::kSharesMemory) {
+            const uint32_t owner = memory.owners[i / 6];
+            return (owner & 0xffff0000) | (6 * (owner & 0xffff) + i % 6);
+        } else {
+            return 6 * memory.known[i / 6] + i % 6;
+        }
+    }
+    __device__ float product(uint32_t place) const {
+        const float* of_copy = products + copy * size_t{product_copies};
+        if constexpr (Barrier::kSharesMemory)
+            return Barrier::load(of_copy + (place & 0xffff), place >> 16);
+        else
+            return of_copy[place];
+    }
+    __device__ float4 all_dots() const;
+};
+
+__device__ __forceinline__ float4 operator+(float4 a, float4 b) {
+    return make_float4(a.x + b.x, a.y + b.y, a.z + b.z, a.w + b.w);
+}
+// The sum of at most as many as a warp has lanes, to each of its lanes.
+__device__ __forceinline__ float4 sum_of(const float4* parts, uint32_t count) {
+    constexpr uint32_t kLanes = kWarp / kProducts;  // that end with the same sum
+    const uint32_t lane = threadIdx.x % kWarp;
+    const float4 own = lane < count ? parts[lane] : make_float4(0, 0, 0, 0);
+    float values[kProducts] = {own.x, own.y, own.z, own.w};
+    const float sum = warp_sums(values);
+    return make_float4(__shfl_sync(kAllLanes, sum, 0), __shfl_sync(kAllLanes, sum, kLanes),
+                       __shfl_sync(kAllLanes, sum, 2 * kLanes),
+                       __shfl_sync(kAllLanes, sum, 3 * kLanes));
+}
+
+template <class Barrier>
+__device__ float4 LmChannel<Barrier>::all_dots() const {
+    const float4* of_copy = dots + copy * dot_copies;
+    float4 sum = sum_of(of_copy, min(gridDim.x, kWarp));
+    for (uint32_t first = kWarp; first < gridDim.x; first += kWarp)
+        sum = sum + sum_of(of_copy + first, min(gridDim.x - first, kWarp));
+    return sum;
+}
+
+// The block's rows of matrix times direction, and its part of the dot products.
+template <class Barrier>
+__device__ __forceinline__ void multiply(const LmRowMemory& memory, const LmHeldRow& held,
+                                         const LmChannel<Barrier>& channel, float4* warps) {
+    constexpr uint32_t kRows = kRowThreads / kRowSplit;
+    float parts[kProducts] = {};
+    for (uint32_t first = 0; first < 6 * memory.rows; first += kRows) {
+        const uint32_t row = first + threadIdx.x / kRowSplit;
+        const float sum = multiply_row(memory, held, row);
+        if (threadIdx.x % kRowSplit != 0 || row >= 6 * memory.rows) continue;
+        const float p = memory.direction[row], r = memory.residual[row], q = sum + p;
+        channel.give_product(row, q);
         parts[kDirectionProduct] = fmaf(p, q, parts[kDirectionProduct]);
         parts[kResidualProduct] = fmaf(r, q, parts[kResidualProduct]);
         parts[kProductProduct] = fmaf(q, q, parts[kProductProduct]);
         parts[kResidualResidual] = fmaf(r, r, parts[kResidualResidual]);
     }
-    block_sums(parts, warps);
-    if (threadIdx.x == 0) dots[blockIdx.x] = make_float4(parts[0], parts[1], parts[2], parts[3]);
-}
-
-// Entry i of a vector of known control points in one of all.
-__device__ __forceinline__ uint32_t place_of(const LmMemory& memory, uint32_t i) {
-    return 6 * memory.known[i / 6] + i % 6;
-}
-
-// The solution, conditioned, from the system in the given copy.
-__device__ __forceinline__ void solve(const LmView& view, const LmMemory& memory,
-                                      const LmShare& share, uint32_t copy, GridBarrier& barrier) {
-    constexpr uint32_t kAhead = 2;
-    __shared__ float warps[kLmWarps][kProducts];
-    const float* start = view.exchange.starts + size_t{copy} * 6 * view.p.nodes;
-    const uint32_t count = 6 * memory.count;
-    const bool coupled = view.p.steps > 0;
-    for (uint32_t i = threadIdx.x; i < count; i += kLmThreads) {
-        const float value = start[place_of(memory, i)];
-        memory.residual[i] = memory.direction[i] = value;
-        memory.solution[i] = coupled ? 0.0f : value;
-    }
-    if (coupled) condition_columns(view, memory, share, copy);
+    constexpr uint32_t kLanes = kWarp / kProducts;  // that end with the same sum
+    const uint32_t lane = threadIdx.x % kWarp;
+    const float sum = warp_sums(parts);
+    if (lane % kLanes == 0)
+        reinterpret_cast<float*>(warps + threadIdx.x / kWarp)[lane / kLanes] = sum;
     __syncthreads();
+    if (threadIdx.x >= kWarp) return;
+    const float4 all = sum_of(warps, kRowWarps);
+    if (threadIdx.x < gridDim.x) channel.give_dots(all);
+}
 
+// The solution, conditioned, of the conditioned system.
+template <class Barrier>
+__device__ __forceinline__ void solve(const LmView& view, const LmRowMemory& memory,
+                                      const LmRowShare& share, Barrier& barrier) {
+    constexpr uint32_t kAhead = 2;
+    alignas(16) __shared__ float shared_dots[2 * kMaxRowBlocks * kProducts];
+    alignas(16) __shared__ float shared_warps[kRowWarps * kProducts];
+    auto* warps = reinterpret_cast<float4*>(shared_warps);
+    const uint32_t count = 6 * memory.count;
+    LmChannel<Barrier> channel(view, memory, share, reinterpret_cast<float4*>(shared_dots));
+    LmHeldRow held;
+    hold_row(memory, held);
+    uint32_t places[kAhead];
+    for (uint32_t k = 0; k < kAhead; ++k)
+        places[k] = channel.place_of(min(threadIdx.x + k * kRowThreads, count - 1));
     float enough = 0;
-    for (uint32_t step = 0; step < view.p.steps; ++step) {
-        float* product = view.exchange.products + size_t{step % 2} * 6 * view.p.nodes;
-        float4* parts = view.exchange.dots + step % 2 * gridDim.x;
-        multiply(memory, share, product, parts);
+    for (uint32_t step = 0; step < view.p.steps; ++step, channel.copy ^= 1) {
+        multiply(memory, held, channel, warps);
         barrier.wait();
         float ahead[kAhead];  // loaded before the sums are known
-        for (uint32_t k = 0; k < kAhead; ++k) {
-            const uint32_t i = threadIdx.x + k * kLmThreads;
-            ahead[k] = i < count ? product[place_of(memory, i)] : 0.0f;
-        }
-        float dots[kProducts] = {};
-        for (uint32_t block = threadIdx.x; block < gridDim.x; block += kLmThreads) {
-            const float4 part = parts[block];
-            dots[0] += part.x;
-            dots[1] += part.y;
-            dots[2] += part.z;
-            dots[3] += part.w;
-        }
-        block_sums(dots, warps);
-        const float rho = dots[kResidualResidual], curvature = dots[kDirectionProduct];
+        for (uint32_t k = 0; k < kAhead; ++k) ahead[k] = channel.product(places[k]);
+        const float4 dots = channel.all_dots();
+        const float rho = dots.w, curvature = dots.x;
         if (step == 0) enough = float(kConjugateTolerance * kConjugateTolerance) * rho;
         if (!(rho > enough) || !(curvature > 0)) break;
         const float alpha = rho / curvature;
-        const float next =
-            fmaxf(fmaf(alpha, fmaf(alpha, dots[kProductProduct], -2 * dots[kResidualProduct]), rho),
-                  0.0f);
+        const float next = fmaxf(fmaf(alpha, fmaf(alpha, dots.z, -2 * dots.y), rho), 0.0f);
         const float beta = next / rho;
-        const auto update = [&](uint32_t i, float q) {
+        const auto update = [&](uint32_t i, float product) {
             const float direction = memory.direction[i],
-                        residual = fmaf(-alpha, q, memory.residual[i]);
-            memory.solution[i] = fmaf(alpha, direction, memory.solution[i]);
+                        residual = fmaf(-alpha, product, memory.residual[i]);
+            if (i < 6 * memory.rows)
+                memory.solution[i] = fmaf(alpha, direction, memory.solution[i]);
             memory.residual[i] = residual;
             memory.direction[i] = fmaf(beta, direction, residual);
         };
         for (uint32_t k = 0; k < kAhead; ++k)
-            if (const uint32_t i = threadIdx.x + k * kLmThreads; i < count) update(i, ahead[k]);
-        for (uint32_t i = threadIdx.x + kAhead * kLmThreads; i < count; i += kLmThreads)
-            update(i, product[place_of(memory, i)]);
+            if (const uint32_t i = threadIdx.x + k * kRowThreads; i < count) update(i, ahead[k]);
+        for (uint32_t i = threadIdx.x + kAhead * kRowThreads; i < count; i += kRowThreads)
+            update(i, channel.product(channel.place_of(i)));
         __syncthreads();
         if (!(next > enough)) break;
+    }
+    // No block goes while another reads its memory.
+    if constexpr (Barrier::kSharesMemory)
+        barrier.wait();
+    else
+        __syncthreads();
+}
+
+// The step of an iteration from the system in the present copy.
+template <class Barrier, bool kShared>
+__global__ void __launch_bounds__(kRowThreads, 1) lm_gradients(LmView view, uint32_t iteration) {
+    __shared__ LmState state;
+    const LmRowShare share = view.rows.shares[blockIdx.x];
+    const LmRowMemory memory = lm_row_memory<kShared>(view, share);
+    const bool coupled = view.p.steps > 0;
+    const uint32_t thread = threadIdx.x, first_place = share.first_place;
+    Barrier barrier(view.exchange.row_passed);
+    const auto load_place = [&](uint32_t copy, uint32_t place, LmBlock& block) {
+        load_block(
+            view.exchange.matrix + 36 * (size_t{copy} * view.surface.places + first_place + place),
+            block);
+    };
+    // Loaded before it is known which copy is the present one: mostly steps are accepted.
+    const uint32_t likely = iteration % 2;
+    float diagonal[kDiagonal];
+    LmBlock block{};
+    const auto load_first = [&](uint32_t copy) {
+        if (thread < memory.rows) load_diagonal(view, copy, share.first_node + thread, diagonal);
+        if (coupled && thread < memory.places) load_place(copy, thread, block);
+    };
+    load_first(likely);
+    find_state(view, iteration, state);
+    if (blockIdx.x == 0 && thread == 0) view.exchange.states[iteration % 2] = state;
+    if (stopped(state)) return;
+    if (state.copy != likely) load_first(state.copy);
+    for (uint32_t row = thread; row < memory.rows; row += kRowThreads) {
+        if (row != thread) load_diagonal(view, state.copy, share.first_node + row, diagonal);
+        damp(view, memory, row, share.first_node + row, state.lambda, diagonal);
+    }
+    if (coupled)
+        barrier.wait();
+    else
+        __syncthreads();
+    for (uint32_t place = thread; coupled && place < memory.places; place += kRowThreads) {
+        if (place != thread) load_place(state.copy, place, block);
+        condition(block,
+                  memory.factors + kFactorRoom * size_t{view.rows.places[first_place + place].row},
+                  view.exchange.factors + kFactorRoom * size_t{memory.known[memory.columns[place]]},
+                  memory.matrix + 36 * size_t{place});
+    }
+    for (uint32_t i = thread; i < 6 * (coupled ? memory.count : memory.rows); i += kRowThreads) {
+        const float value = view.exchange.starts[6 * memory.known[i / 6] + i % 6];
+        if (coupled) memory.residual[i] = memory.direction[i] = value;
+        if (i < 6 * memory.rows) memory.solution[i] = coupled ? 0.0f : value;
+    }
+    __syncthreads();
+    if (coupled) solve(view, memory, share, barrier);
+    for (uint32_t i = thread; i < 6 * memory.rows; i += kRowThreads) {
+        const float* factor = memory.factors + kFactorRoom * size_t{i / 6};
+        const uint32_t c = i % 6;
+        float sum = 0;
+        for (uint32_t r = c; r < 6; ++r)
+            sum = fmaf(factor[triangle(r, c)], memory.solution[i - c + r], sum);
+        view.exchange.steps[6 * share.first_node + i] = sum;
     }
 }
 

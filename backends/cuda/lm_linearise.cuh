@@ -1,10 +1,15 @@
-// The cost by the trial poses, and the system there: each block its own rows.
+// The cost by the poses that memory holds, and the system there: each block its own rows.
 #pragma once
 #include "backends/cuda/lm_residuals.cuh"
 #include "backends/shared/levenberg_marquardt.hpp"
 
 namespace defrec::cuda {
 namespace {
+
+// Entry of a lower triangle that is kept row by row, c <= r.
+__host__ __device__ constexpr uint32_t triangle(uint32_t r, uint32_t c) {
+    return r * (r + 1) / 2 + c;
+}
 
 constexpr uint32_t kColumns = 8, kGradientColumn = 6,
                    kDataColumn = 7;  // of a warp's sums: a block's six, half the gradient, D
@@ -102,89 +107,6 @@ __device__ __forceinline__ void add_sums(const LmMemory& memory, uint32_t count,
     }
 }
 
-// Entry of a lower triangle that is kept row by row, c <= r.
-constexpr uint32_t triangle(uint32_t r, uint32_t c) { return r * (r + 1) / 2 + c; }
-
-// Of a symmetric block, given by its lower triangle: the inverse of its Cholesky factor, in its
-// place. Pivots that vanish in single precision are raised to a share of the diagonal.
-__device__ __forceinline__ void invert_factor(float (&block)[kFactor]) {
-    constexpr float kLeastPivot = 1e-6f;
-    float inverse_pivot[6];
-    for (uint32_t c = 0; c < 6; ++c) {
-        const float given = block[triangle(c, c)];
-        float pivot = given;
-        for (uint32_t k = 0; k < c; ++k)
-            pivot = fmaf(-block[triangle(c, k)], block[triangle(c, k)], pivot);
-        inverse_pivot[c] = rsqrtf(fmaxf(pivot, kLeastPivot * given));
-        for (uint32_t r = c + 1; r < 6; ++r) {
-            float value = block[triangle(r, c)];
-            for (uint32_t k = 0; k < c; ++k)
-                value = fmaf(-block[triangle(r, k)], block[triangle(c, k)], value);
-            block[triangle(r, c)] = value * inverse_pivot[c];
-        }
-    }
-    for (uint32_t c = 0; c < 6; ++c) {
-        block[triangle(c, c)] = inverse_pivot[c];
-        for (uint32_t r = c + 1; r < 6; ++r) {
-            float value = block[triangle(r, c)] * inverse_pivot[c];
-            for (uint32_t k = c + 1; k < r; ++k)
-                value = fmaf(block[triangle(r, k)], block[triangle(k, c)], value);
-            block[triangle(r, c)] = -value * inverse_pivot[r];
-        }
-    }
-}
-
-// Marquardt's damping of the control points' blocks, a thread each; the inverses of their factors,
-// which condition the system, and the right side with them. What has no weight at all gets one, and
-// stays where it is.
-__device__ __forceinline__ void damp(const LmView& view, const LmMemory& memory,
-                                     const LmShare& share, float lambda, uint32_t copy) {
-    const uint32_t rows = share.last_node - share.first_node;
-    for (uint32_t row = threadIdx.x; row < rows; row += kLmThreads) {
-        const float* own = memory.own + kOwn * row;
-        float trace = 0;
-        for (uint32_t r = 0; r < 6; ++r) trace += own[7 * r];
-        const float least = trace > 0 ? float(kMinDiagonal) * trace : 1.0f;
-        float inverse[kFactor];
-        for (uint32_t r = 0; r < 6; ++r) {
-            for (uint32_t c = 0; c < r; ++c) inverse[triangle(r, c)] = own[6 * c + r];
-            inverse[triangle(r, r)] = fmaf(own[7 * r], 1 + lambda, least);
-        }
-        invert_factor(inverse);
-        const uint32_t node = share.first_node + row;
-        float* out = view.exchange.factors + size_t{copy} * kFactor * view.p.nodes + node;
-        float* own_factor = memory.own_factors + kOwnFactor * row;
-        for (uint32_t at = 0; at < kFactor; ++at)
-            out[size_t{at} * view.p.nodes] = own_factor[at] = inverse[at];
-        float* start = view.exchange.starts + size_t{copy} * 6 * view.p.nodes + 6 * node;
-        for (uint32_t r = 0; r < 6; ++r) {
-            float value = 0;
-            for (uint32_t c = 0; c <= r; ++c)
-                value = fmaf(-inverse[triangle(r, c)], own[6 * kGradientColumn + c], value);
-            start[r] = value;
-        }
-    }
-}
-
-// Places times their rows' factor: half of the conditioning, the other half when all factors are
-// known.
-__device__ __forceinline__ void condition_rows(const LmView& view, const LmMemory& memory,
-                                               const LmShare& share) {
-    const uint32_t count = 6 * (share.last_place - share.first_place);
-    for (uint32_t u = threadIdx.x; u < count; u += kLmThreads) {
-        const float* factor =
-            memory.own_factors + kOwnFactor * view.surface.places[share.first_place + u / 6].row;
-        float* column = memory.matrix + 36 * (u / 6) + u % 6;
-        float before[6];
-        for (uint32_t r = 0; r < 6; ++r) before[r] = column[6 * r];
-        for (uint32_t r = 0, at = 0; r < 6; ++r) {
-            float value = 0;
-            for (uint32_t c = 0; c <= r; ++c, ++at) value = fmaf(factor[at], before[c], value);
-            column[6 * r] = value;
-        }
-    }
-}
-
 // Residuals of those kinds by the poses that memory holds: their sums, and with a system their part
 // of it.
 __device__ __forceinline__ void add_residuals(const LmView& view, const LmMemory& memory,
@@ -217,17 +139,28 @@ __device__ __forceinline__ void clear_system(const LmMemory& memory, const LmSha
     __syncthreads();
 }
 
-// Of damping lambda, into the given copy.
-__device__ __forceinline__ void finish_system(const LmView& view, const LmMemory& memory,
-                                              const LmShare& share, float lambda, uint32_t copy) {
-    damp(view, memory, share, lambda, copy);
-    __syncthreads();
-    if (view.p.steps > 0) condition_rows(view, memory, share);
+// Its own rows to the others.
+__device__ __forceinline__ void give_system(const LmView& view, const LmMemory& memory,
+                                            const LmShare& share, uint32_t copy) {
+    const uint32_t rows = share.last_node - share.first_node, nodes = view.p.nodes;
+    float* diagonals = view.exchange.diagonals + size_t{copy} * kDiagonal * nodes;
+    for (uint32_t i = threadIdx.x; i < kDiagonal * rows; i += kLmThreads) {
+        const uint32_t at = i / rows, row = i % rows;
+        uint32_t r = 0;  // of the lower triangle
+        while (triangle(r + 1, 0) <= at) ++r;
+        const uint32_t entry =
+            at < kFactor ? 6 * (at - triangle(r, 0)) + r : 6 * kGradientColumn + at - kFactor;
+        diagonals[size_t{at} * nodes + share.first_node + row] = memory.own[kOwn * row + entry];
+    }
+    float* matrix =
+        view.exchange.matrix + 36 * (size_t{copy} * view.surface.places + share.first_place);
+    for (uint32_t i = threadIdx.x; i < 36 * (share.last_place - share.first_place); i += kLmThreads)
+        matrix[i] = memory.matrix[i];
 }
 
 // D of each control point from the system of the items alone, and S of the connections from them.
 __device__ __forceinline__ void measure_data(const LmView& view, const LmMemory& memory,
-                                             const LmShare& share, GridBarrier& barrier) {
+                                             const LmShare& share) {
     const uint32_t thread = threadIdx.x, rows = share.last_node - share.first_node;
     float squares[2] = {};
     for (uint32_t row = thread; row < rows; row += kLmThreads) {
@@ -239,7 +172,7 @@ __device__ __forceinline__ void measure_data(const LmView& view, const LmMemory&
     __shared__ float warps[kLmWarps][2];
     block_sums(squares, warps);
     if (thread == 0) view.exchange.data_sums[blockIdx.x] = make_float2(squares[0], squares[1]);
-    barrier.wait();
+    GridBarrier(view.exchange.passed).wait();
     float sums[2] = {};
     for (uint32_t block = thread; block < gridDim.x; block += kLmThreads) {
         const float2 part = view.exchange.data_sums[block];
@@ -257,26 +190,24 @@ __device__ __forceinline__ void measure_data(const LmView& view, const LmMemory&
     __syncthreads();
 }
 
-// All residuals by the poses that memory holds. With a system, it is that of damping lambda, in the
-// given copy. begins: those are the poses to start from, by which S is measured. farthest: see
-// kFarthest. Called in one place: its code is most of the kernel's, and more than the
-// multiprocessor's cache of instructions holds.
+// All residuals by the poses that memory holds, and with `linearise` the system, into that copy.
+// kBegins: those are the poses to start from, by which S is measured. farthest: see kFarthest.
+template <bool kBegins>
 __device__ __forceinline__ void evaluate(const LmView& view, const LmMemory& memory,
-                                         const LmShare& share, bool begins, bool linearise,
-                                         float lambda, float farthest, uint32_t copy,
-                                         LmLoaded& loaded, GridBarrier& barrier) {
+                                         const LmShare& share, bool linearise, float farthest,
+                                         uint32_t copy) {
     if (linearise) clear_system(memory, share);
     float sums[kSums] = {};
-    LmKinds kinds{true, !begins};
-#pragma unroll 1
-    for (;;) {
-        add_residuals(view, memory, share, kinds, linearise, loaded, sums);
-        if (kinds.connections) break;
-        measure_data(view, memory, share, barrier);
-        kinds = {false, true};
+    LmLoaded loaded{~0u, 0};
+    if constexpr (kBegins) {
+        add_residuals(view, memory, share, {true, false}, true, loaded, sums);
+        measure_data(view, memory, share);
+        add_residuals(view, memory, share, {false, true}, true, loaded, sums);
+    } else {
+        add_residuals(view, memory, share, {true, true}, linearise, loaded, sums);
     }
-    publish_sums(sums, farthest, view.exchange.sums + size_t{copy} * gridDim.x * kSums);
-    if (linearise) finish_system(view, memory, share, lambda, copy);
+    publish_sums(sums, farthest, view.exchange.sums);
+    if (linearise) give_system(view, memory, share, copy);
 }
 
 }  // namespace

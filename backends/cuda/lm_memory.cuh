@@ -1,4 +1,4 @@
-// What a block of stage lm's solver keeps, and where.
+// What a block of stage lm that evaluates residuals keeps, and where.
 #pragma once
 #include "backends/cuda/lm_view.hpp"
 
@@ -8,9 +8,8 @@ namespace defrec::cuda {
 constexpr size_t kLmChunkFloats = (kRecord + kConnectionRecord) * kLmChunk + kLmMaxTerms / 2;
 // All else, as lm_memory takes it.
 constexpr size_t lm_local_floats(const LmPlan& plan) {
-    const size_t floats = (4 * (kPose + kPresent) + 3 * 6 + 1) * size_t{plan.max_known} +
-                          (kOwn + kOwnFactor + 1) * size_t{plan.rows} + 1 +
-                          (36 + 1) * size_t{plan.max_places} +
+    const size_t floats = (4 * kPose + 1) * size_t{plan.max_known} + kOwn * size_t{plan.rows} +
+                          36 * size_t{plan.max_places} +
                           sizeof(LmSum) / sizeof(float) * plan.max_sums;
     return (floats + 3) / 4 * 4;
 }
@@ -18,15 +17,12 @@ constexpr size_t lm_local_floats(const LmPlan& plan) {
 struct LmMemory {
     float *records, *connection_records;
     uint16_t* terms;
-    float4 *poses, *present;                 // of the control points that it knows
-    float *direction, *residual, *solution;  // likewise
-    float *own, *own_factors;                // of its own control points
-    float* matrix;                           // its places
-    uint32_t* columns;                       // likewise
+    float4* poses;  // of the control points that it knows
+    float* own;     // of its own control points
+    float* matrix;  // its places
     uint32_t* known;
-    uint32_t* row_places;  // of its own control points, and the end
-    LmSum* sums;           // of the chunk
-    uint32_t count;        // of known control points
+    LmSum* sums;     // of the chunk
+    uint32_t count;  // of known control points
 };
 
 namespace {
@@ -47,24 +43,13 @@ __device__ __forceinline__ LmMemory lm_memory(const LmView& view, const LmShare&
     memory.terms = reinterpret_cast<uint16_t*>(take(kLmMaxTerms / 2));
     if constexpr (!kShared) at = view.exchange.local + blockIdx.x * view.exchange.local_floats;
     memory.poses = reinterpret_cast<float4*>(take(4 * kPose * size_t{surface.max_known}));
-    memory.present = reinterpret_cast<float4*>(take(4 * kPresent * size_t{surface.max_known}));
     memory.own = take(kOwn * size_t{surface.rows});
-    memory.own_factors = take(kOwnFactor * size_t{surface.rows});
     memory.matrix = take(36 * size_t{surface.max_places});
-    memory.direction = take(6 * size_t{surface.max_known});
-    memory.residual = take(6 * size_t{surface.max_known});
-    memory.solution = take(6 * size_t{surface.max_known});
-    memory.columns = reinterpret_cast<uint32_t*>(take(surface.max_places));
     memory.known = reinterpret_cast<uint32_t*>(take(surface.max_known));
-    memory.row_places = reinterpret_cast<uint32_t*>(take(surface.rows + 1));
     memory.sums = reinterpret_cast<LmSum*>(take(0));
     memory.count = share.last_known - share.first_known;
-    for (uint32_t i = threadIdx.x; i < share.last_place - share.first_place; i += kLmThreads)
-        memory.columns[i] = surface.places[share.first_place + i].column;
     for (uint32_t i = threadIdx.x; i < memory.count; i += kLmThreads)
         memory.known[i] = surface.known[share.first_known + i];
-    for (uint32_t i = threadIdx.x; i <= share.last_node - share.first_node; i += kLmThreads)
-        memory.row_places[i] = surface.row_places[share.first_node + i] - share.first_place;
     __syncthreads();
     return memory;
 }

@@ -2,10 +2,58 @@
 #include "backends/cuda/lm_plan.hpp"
 
 namespace defrec::cuda {
+namespace {
+
+// Control points that share a block of the matrix with those from first to last - 1: these, then
+// the others in order.
+std::vector<uint32_t> known_to(const BlockPattern& pattern, uint32_t first, uint32_t last) {
+    std::vector<uint32_t> known;
+    for (uint32_t i = first; i < last; ++i) known.push_back(i);
+    std::vector<uint32_t> others;
+    for (size_t b = pattern.row_start(first); first < last && b < pattern.row_start(last); ++b)
+        if (const auto column = uint32_t(pattern.column(b)); column < first || column >= last)
+            others.push_back(column);
+    std::sort(others.begin(), others.end());
+    known.insert(known.end(), others.begin(), std::unique(others.begin(), others.end()));
+    return known;
+}
+
+// Where a control point is among those that a block knows, own of which are its own, from first on.
+uint32_t place_among(std::span<const uint32_t> known, uint32_t first, uint32_t own, uint32_t node) {
+    if (node >= first && node < first + own) return node - first;
+    const auto others = known.begin() + own;
+    return uint32_t(std::lower_bound(others, known.end(), node) - known.begin());
+}
+
+uint32_t rows_of_block(uint32_t nodes, uint32_t max_blocks) {
+    return std::max((nodes + max_blocks - 1) / max_blocks, 1u);
+}
+
+}  // namespace
+
+LmRowPlan::LmRowPlan(const BlockPattern& pattern, uint32_t nodes, uint32_t max_blocks)
+    : rows(rows_of_block(nodes, max_blocks)) {
+    uint32_t first = 0;
+    do {
+        const uint32_t last = std::min(first + rows, nodes), before = uint32_t(known.size()),
+                       places_before = uint32_t(places.size());
+        const std::vector<uint32_t> own = known_to(pattern, first, last);
+        known.insert(known.end(), own.begin(), own.end());
+        for (uint32_t i = first; i < last; ++i)
+            for (size_t b = pattern.row_start(i); b < pattern.row_start(i + 1); ++b)
+                if (const auto column = uint32_t(pattern.column(b)); column != i)
+                    places.push_back({i - first, place_among(own, first, last - first, column)});
+        const auto places_now = uint32_t(places.size());
+        shares.push_back({first, last, before, uint32_t(known.size()), places_before, places_now});
+        max_known = std::max(max_known, uint32_t(own.size()));
+        max_places = std::max(max_places, places_now - places_before);
+        first = last;
+    } while (first < nodes);
+}
 
 LmPlan::LmPlan(const LmTemplate& surface, const LmLists& lists, uint32_t max_blocks) {
     const auto nodes = uint32_t(surface.nodes.size());
-    rows = std::max((nodes + max_blocks - 1) / max_blocks, 1u);
+    rows = rows_of_block(nodes, max_blocks);
     uint32_t first = 0;
     do {
         LmShare& share = shares.emplace_back();
@@ -52,17 +100,10 @@ std::vector<std::vector<uint32_t>> LmPlan::items_of_blocks(const LmLists& lists)
 
 void LmPlan::add_rows(const BlockPattern& pattern, LmShare& share) {
     share.first_known = uint32_t(known.size());
-    for (uint32_t i = share.first_node; i < share.last_node; ++i) known.push_back(i);
-    std::vector<uint32_t> others;
-    for (size_t b = pattern.row_start(share.first_node);
-         share.first_node < share.last_node && b < pattern.row_start(share.last_node); ++b)
-        if (const auto column = uint32_t(pattern.column(b));
-            column < share.first_node || column >= share.last_node)
-            others.push_back(column);
-    std::sort(others.begin(), others.end());
-    known.insert(known.end(), others.begin(), std::unique(others.begin(), others.end()));
+    const std::vector<uint32_t> own = known_to(pattern, share.first_node, share.last_node);
+    known.insert(known.end(), own.begin(), own.end());
     share.last_known = uint32_t(known.size());
-    max_known = std::max(max_known, share.last_known - share.first_known);
+    max_known = std::max(max_known, uint32_t(own.size()));
 
     share.first_place = uint32_t(places.size());
     for (uint32_t i = share.first_node; i < share.last_node; ++i) {
@@ -76,11 +117,9 @@ void LmPlan::add_rows(const BlockPattern& pattern, LmShare& share) {
 }
 
 uint32_t LmPlan::known_as(const LmShare& share, uint32_t node) const {
-    if (node >= share.first_node && node < share.last_node) return node - share.first_node;
-    const auto others = known.begin() + share.first_known + (share.last_node - share.first_node);
-    return uint32_t(std::lower_bound(others, known.begin() + share.last_known, node) -
-                    known.begin()) -
-           share.first_known;
+    return place_among(
+        std::span(known).subspan(share.first_known, share.last_known - share.first_known),
+        share.first_node, share.last_node - share.first_node, node);
 }
 
 // Of two that the block knows, the first its own.

@@ -1,6 +1,6 @@
-// How the blocks of the solver share stage lm's control points, and what of the template enters
-// each one's rows of the system. Everything is in a fixed order, so that sums are the same from run
-// to run.
+// How blocks share stage lm's control points: those that evaluate residuals, with what of the
+// template enters each one's rows of the system, and those that solve it. Everything is in a fixed
+// order, so that sums are the same from run to run.
 #pragma once
 #include "backends/shared/lm_lists.hpp"
 
@@ -22,6 +22,7 @@ struct LmShare {
     uint32_t first_chunk, chunks;
 };
 
+// Among the control points that its block knows.
 struct LmPlace {
     uint32_t row, column;
 };
@@ -82,6 +83,25 @@ struct LmPlan {
     uint32_t known_as(const LmShare& share, uint32_t node) const;
     uint32_t place(const LmShare& share, uint32_t row, uint32_t column) const;
     std::vector<std::vector<uint32_t>> items_of_blocks(const LmLists& lists) const;
+};
+
+// What a block of the solver owns, likewise.
+struct LmRowShare {
+    uint32_t first_node, last_node;
+    uint32_t first_known, last_known;
+    uint32_t first_place, last_place;
+};
+
+// Places are those of LmPlan, in their order.
+struct LmRowPlan {
+    uint32_t rows = 1;  // control points of each block, but for the last one
+    uint32_t max_known = 0, max_places = 0;
+    std::vector<LmRowShare> shares;
+    std::vector<uint32_t> known;
+    std::vector<LmPlace> places;
+
+    // For at most that many blocks.
+    LmRowPlan(const BlockPattern& pattern, uint32_t nodes, uint32_t max_blocks);
 };
 
 }  // namespace defrec::cuda

@@ -1,18 +1,11 @@
-// What levenberg_marquardt.hpp keeps from step to step. Every block comes to the same by itself.
+// The minimiser's decisions (levenberg_marquardt.hpp). Every block that asks comes to the same by
+// itself.
 #pragma once
 #include "backends/cuda/lm_sums.cuh"
 #include "backends/shared/levenberg_marquardt.hpp"
 
 namespace defrec::cuda {
 namespace {
-
-struct LmState {
-    double sums[kSums];
-    double initial_cost;
-    float lambda;
-    int32_t iterations;
-    bool any_step, converged, failed, accepted;
-};
 
 __device__ __forceinline__ bool stopped(const LmState& state) {
     return state.converged || state.failed;
@@ -38,7 +31,8 @@ __device__ __forceinline__ void begin_state(const LmParameters& p, const double 
     state.initial_cost = present_cost(there) + there[kMissing] * missing_cost(p);
     state.lambda = p.damping;
     state.iterations = 0;
-    state.any_step = state.accepted = false;
+    state.copy = 0;
+    state.any_step = false;
     state.converged = !(there[kCounts] + there[kCounts + 1] + there[kCounts + 2] > 0);
     state.failed = !std::isfinite(state.initial_cost);
 }
@@ -47,20 +41,37 @@ __device__ __forceinline__ void begin_state(const LmParameters& p, const double 
 __device__ __forceinline__ void classify(const LmParameters& p, const double (&there)[kSums],
                                          LmState& state) {
     ++state.iterations;
-    state.accepted = false;
+    bool accepted = false;
     if (std::isfinite(there[kFarthest])) {
         state.any_step = true;
         state.converged = there[kFarthest] < kMinStepMm * kMinStepMm;
         const double cost = present_cost(there);
         const double decrease = present_cost(state.sums) - cost +
                                 (state.sums[kMissing] - there[kMissing]) * missing_cost(p);
-        state.accepted = decrease > 0;
-        if (state.accepted) {
+        accepted = decrease > 0;
+        if (accepted) {
+            state.copy ^= 1;
             if (decrease < kMinDecrease * cost) state.converged = true;
             for (uint32_t i = 0; i < kSums; ++i) state.sums[i] = there[i];
         }
     }
-    state.lambda = state.accepted ? lowered(state.lambda) : raised(state.lambda);
+    state.lambda = accepted ? lowered(state.lambda) : raised(state.lambda);
+}
+
+// Where the solver stands before iteration `iteration`, after what the kernel before has evaluated.
+__device__ __forceinline__ void find_state(const LmView& view, uint32_t iteration, LmState& state) {
+    __shared__ double there[kSums];
+    LmState before{};
+    if (threadIdx.x == 0 && iteration > 0) before = view.exchange.states[(iteration - 1) % 2];
+    collect_sums(view.exchange.sums, view.surface.blocks, there);
+    if (threadIdx.x == 0) {
+        state = before;
+        if (iteration == 0)
+            begin_state(view.p, there, state);
+        else if (!stopped(state))
+            classify(view.p, there, state);
+    }
+    __syncthreads();
 }
 
 __device__ __forceinline__ defrec_lm_summary summarise(const LmParameters& p, const LmState& state,

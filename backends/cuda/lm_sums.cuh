@@ -61,10 +61,9 @@ enum LmSumOf : uint32_t {
     kResidualSquares = kWeights + kTerms,
     kCounts = kResidualSquares + kTerms,
     kMissing = kCounts + kTerms,  // points without live surface
-    kFarthest,  // not a sum: the longest squared step, mm^2; infinite where one is not finite
-    kUnused,
-    kSums
+    kFarthest  // not a sum: the longest squared step, mm^2; infinite where one is not finite
 };
+static_assert(kFarthest < kSums);
 
 // Leaves the block's part where the others find it.
 __device__ __forceinline__ void publish_sums(float (&values)[kSums], float farthest, float* sums) {
@@ -85,8 +84,10 @@ __device__ __forceinline__ void publish_sums(float (&values)[kSums], float farth
     sums[blockIdx.x * kSums + threadIdx.x] = sum;
 }
 
-// The sums of all blocks' parts, to everybody: every block adds them up in the same order.
-__device__ __forceinline__ void collect_sums(const float* sums, double (&total)[kSums]) {
+// The sums of those blocks' parts, for the block's first thread, by kLmThreads threads of it: all
+// blocks that ask add them up in the same order.
+__device__ __forceinline__ void collect_sums(const float* sums, uint32_t blocks,
+                                             double (&total)[kSums]) {
     constexpr uint32_t kGroups = kLmThreads / kSums;
     static_assert(2 * kSums == kWarp);
     __shared__ double parts[kLmWarps][kSums];
@@ -94,17 +95,19 @@ __device__ __forceinline__ void collect_sums(const float* sums, double (&total)[
     const auto add = [which](double a, double b) {
         return which == kFarthest ? (a < b ? b : a) : a + b;
     };
-    double part = 0;
-    for (uint32_t block = group; block < gridDim.x; block += kGroups)
-        part = add(part, double(sums[block * kSums + which]));
-    part = add(part, __shfl_down_sync(kAllLanes, part, kSums));
-    if (threadIdx.x % kWarp < kSums) parts[threadIdx.x / kWarp][which] = part;
-    __syncthreads();
-    if (threadIdx.x < kSums) {
-        for (uint32_t w = 1; w < kLmWarps; ++w) part = add(part, parts[w][which]);
-        total[which] = part;
+    if (threadIdx.x < kLmThreads) {
+        double part = 0;
+        for (uint32_t block = group; block < blocks; block += kGroups)
+            part = add(part, double(sums[block * kSums + which]));
+        part = add(part, __shfl_down_sync(kAllLanes, part, kSums));
+        if (threadIdx.x % kWarp < kSums) parts[threadIdx.x / kWarp][which] = part;
     }
     __syncthreads();
+    if (threadIdx.x >= kWarp) return;
+    double part = parts[0][which];
+    for (uint32_t w = 1; w < kLmWarps; ++w) part = add(part, parts[w][which]);
+    if (threadIdx.x < kSums) total[which] = part;
+    __syncwarp();
 }
 
 }  // namespace

@@ -19,8 +19,6 @@ struct LmSurface {
     const float4* rest;  // control points
     const LmShare* shares;
     const uint32_t* known;
-    const LmPlace* places;
-    const uint32_t* row_places;
     const uint32_t* items;
     const uint4* item_nodes;
     const float4* item_vectors;
@@ -28,7 +26,17 @@ struct LmSurface {
     const LmChunk* chunks;
     const LmSum* sums;
     const uint16_t* terms;
+    uint32_t blocks, places;  // in all
     uint32_t rows, max_known, max_places, max_sums;
+};
+
+// As in LmRowPlan.
+struct LmRows {
+    const LmRowShare* shares;
+    const uint32_t* known;
+    const LmPlace* places;
+    const uint32_t* row_places;
+    uint32_t rows, max_known, max_places;
 };
 
 struct LmFrameView {
@@ -38,38 +46,59 @@ struct LmFrameView {
     const float4* rigid;  // from presolve: rotation, translation; nullptr: none
 };
 
-// Global memory. Of what blocks pass to each other there are two copies, used in turn: a block that
-// is ahead never writes what another still reads.
+// What levenberg_marquardt.hpp keeps from step to step.
+constexpr uint32_t kSums = 16;  // see LmSumOf
+struct LmState {
+    double sums[kSums];
+    double initial_cost;
+    float lambda;
+    int32_t iterations;
+    uint32_t copy;  // of poses and system, of the two that there are: the present one
+    bool any_step, converged, failed;
+};
+
+// Global memory.
 struct LmExchange {
-    float* data;        // D of each control point
-    float2* data_sums;  // of each block's control points: D, and its square
-    float* scales;      // S of each connection, its own block's only
-    float* factors;   // 2 x kFactor x nodes: inverse Cholesky factors of the damped diagonal blocks
-    float* starts;    // 2 x 6 nodes: the right side, conditioned
-    float* products;  // 2 x 6 nodes: of matrix and direction
-    float4* dots;     // 2 x blocks: each one's part
-    float* sums;      // 2 x blocks x kSums, likewise
-    float* local;     // what shared memory does not hold: local_floats for each block
-    uint32_t* passed;  // GridBarrier's
-    size_t local_floats;
+    // Of each there are two copies, at the present poses and where the step leads.
+    float4* poses;     // of each control point rotation and position
+    float* diagonals;  // kDiagonal numbers of each control point, one after the other for all
+    float* matrix;     // 36 for each place
+    // From kernel to kernel.
+    float* sums;      // blocks x kSums
+    float* scales;    // S of each connection, its own block's only
+    float* steps;     // 6 of each control point
+    LmState* states;  // 2, used in turn
+    // Within a kernel. Of what the solver's blocks pass to each other in a step there are two
+    // copies, used in turn: a block that is ahead never writes what another still reads.
+    float* data;               // D of each control point
+    float2* data_sums;         // of each block's control points: D, and its square
+    float* factors;            // kFactorRoom of each control point: see kFactor
+    float* starts;             // 6 of each control point: the right side, conditioned
+    float* products;           // 2 x 6 of each control point: of matrix and direction
+    float4* dots;              // 2 x blocks: each one's part
+    float *local, *row_local;  // what shared memory does not hold: so many floats for each block
+    size_t local_floats, row_local_floats;
+    uint32_t *passed, *row_passed;  // GridBarriers'
 };
 
 struct LmView {
     LmParameters p;
     LmSurface surface;
+    LmRows rows;
     LmFrameView frame;
     LmExchange exchange;
     defrec_motion* results;
     defrec_lm_summary* summary;
 };
 
-constexpr uint32_t kFactor = 21;     // a lower triangle, row by row
-constexpr uint32_t kOwnFactor = 24;  // the same with room between
+// The inverse of a damped diagonal block's Cholesky factor: a lower triangle, row by row; and the
+// room that it has.
+constexpr uint32_t kFactor = 21, kFactorRoom = 24;
+constexpr uint32_t kDiagonal = 27;  // a diagonal block's lower triangle, and half the gradient
 constexpr uint32_t kOwn = 48;  // of a control point: its diagonal block, half the gradient, and D,
                                // in eight columns of six
 constexpr uint32_t kPose =
     3;  // vectors of a control point in motion: rotation, dual part, position
-constexpr uint32_t kPresent = 2;  // rotation, position
 
 // A residual as the sums want it, one component after the other for the whole chunk: weighted sums
 // over its rows of gradient gradient^T (upper triangle) and value gradient; weight; where it is

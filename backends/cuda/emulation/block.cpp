@@ -1,6 +1,6 @@
 // See block.hpp. A block's threads are fibers of one OS thread, resumed in turn; one that waits
-// gives way until all it waits for have come. The blocks of a cooperative grid have an OS thread
-// each; those of others are shared out among as many as there are processors.
+// gives way until all it waits for have come. The blocks of a cooperative grid or a cluster have an
+// OS thread each; those of others are shared out among as many as there are processors.
 #include "backends/cuda/emulation/block.hpp"
 
 #include <array>
@@ -186,11 +186,11 @@ uint32_t lane() { return running->lane(); }
 
 void run(const KernelCall& call) {
     const uint64_t blocks = count(call.grid.blocks);
-    const uint64_t workers = call.grid.cooperative
-                                 ? blocks
-                                 : std::min<uint64_t>(blocks, std::thread::hardware_concurrency());
+    const bool at_once = call.grid.cooperative || call.grid.cluster;
+    const uint64_t workers =
+        at_once ? blocks : std::min<uint64_t>(blocks, std::thread::hardware_concurrency());
     std::optional<WholeGrid> grid;
-    if (call.grid.cooperative) grid.emplace(blocks);
+    if (at_once) grid.emplace(blocks);
     std::atomic<uint64_t> next{0};
     std::vector<std::exception_ptr> failures(workers);
     const auto work = [&](uint64_t worker) {

@@ -112,9 +112,11 @@ T* dynamic_shared() {
 }
 class GridBarrier {
   public:
+    static constexpr bool kSharesMemory = false;
     explicit GridBarrier(uint32_t*) {}
     void wait() { emulation::sync_whole_grid(); }
 };
+using ClusterBarrier = GridBarrier;
 }  // namespace defrec::cuda
 
 inline void __syncthreads() { defrec::cuda::emulation::sync_block(false); }

@@ -27,6 +27,12 @@ uint32_t EmulatedDevice::resident_blocks(const void*, uint32_t, size_t shared) c
            static_cast<uint32_t>(limits_.shared_per_multiprocessor / for_each);
 }
 
+bool EmulatedDevice::holds_cluster(const void* function, uint32_t blocks, uint32_t threads,
+                                   size_t shared) const {
+    return limits_.compute_capability >= 90 &&
+           blocks <= std::min(16u, resident_blocks(function, threads, shared));
+}
+
 void run(const Recording& recording) {
     for (const Node& node : recording.nodes) {
         if (const auto* call = std::get_if<KernelCall>(&node.work)) emulation::run(*call);

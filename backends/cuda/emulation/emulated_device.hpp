@@ -18,6 +18,8 @@ class EmulatedDevice final : public Device {
     void copy_to_device(std::byte* to, const void* from, uint64_t size) override;
     void clear(std::byte* memory, uint64_t size) override;
     uint32_t resident_blocks(const void* function, uint32_t threads, size_t shared) const override;
+    bool holds_cluster(const void* function, uint32_t blocks, uint32_t threads,
+                       size_t shared) const override;
 
   private:
     Limits limits_;

@@ -2,6 +2,8 @@
 // share the work, and what of it lies in shared memory, does not show.
 #include <doctest/doctest.h>
 
+#include <tuple>
+
 #include "backends/cuda/emulation/emulated_device.hpp"
 #include "backends/cuda/emulation/test_device.hpp"
 #include "backends/reference/stages.hpp"
@@ -80,11 +82,16 @@ TEST_CASE(
         const TestHost host(1);
         const Solved expected = solve(surface, *reference::make_lm(params, host.host()));
         CHECK(expected.summary.final_cost < 0.5f * expected.summary.initial_cost);
-        for (const auto& [multiprocessors, shared] :
-             {std::pair{1u, 64 * kKb}, {3u, 64 * kKb}, {3u, 227 * kKb}, {13u, 64 * kKb}}) {
+        for (const auto& [multiprocessors, shared, capability] : {std::tuple{1u, 64 * kKb, 75u},
+                                                                  {3u, 64 * kKb, 75u},
+                                                                  {3u, 227 * kKb, 75u},
+                                                                  {13u, 64 * kKb, 75u},
+                                                                  {13u, 227 * kKb, 90u},
+                                                                  {20u, 227 * kKb, 90u}}) {
             CAPTURE(multiprocessors);
             CAPTURE(shared);
-            cuda::EmulatedDevice device({multiprocessors, shared, shared, 75});
+            CAPTURE(capability);
+            cuda::EmulatedDevice device({multiprocessors, shared, shared, capability});
             check_agreement(
                 surface, solve(surface, *under_test::in_host_memory(cuda::make_lm(params, device))),
                 expected);

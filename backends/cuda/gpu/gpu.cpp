@@ -209,6 +209,28 @@ uint32_t Gpu::resident_blocks(const void* function, uint32_t threads, size_t sha
     return static_cast<uint32_t>(per_multiprocessor) * limits_.multiprocessors;
 }
 
+bool Gpu::holds_cluster(const void* function, uint32_t blocks, uint32_t threads,
+                        size_t shared) const {
+    constexpr uint32_t kCapability = 90;
+    if (limits_.compute_capability < kCapability) return false;
+    const Use use(*this);
+    allow_shared(function, shared, limits_);
+    allow_cluster(function);
+    cudaLaunchAttribute size{};
+    size.id = cudaLaunchAttributeClusterDimension;
+    size.val.clusterDim = {blocks, 1, 1};
+    cudaLaunchConfig_t config{};
+    config.gridDim = dim3(blocks);
+    config.blockDim = dim3(threads);
+    config.dynamicSmemBytes = shared;
+    config.attrs = &size;
+    config.numAttrs = 1;
+    int clusters = 0;
+    check(cudaOccupancyMaxActiveClusters(&clusters, function, &config),
+          "cudaOccupancyMaxActiveClusters");
+    return clusters > 0;
+}
+
 void* Gpu::allocate_host(uint64_t size) {
     const Use use(*this);
     void* memory = nullptr;

@@ -53,6 +53,8 @@ class Gpu final : public Device {
     void copy_to_device(std::byte* to, const void* from, uint64_t size) override;
     void clear(std::byte* memory, uint64_t size) override;
     uint32_t resident_blocks(const void* function, uint32_t threads, size_t shared) const override;
+    bool holds_cluster(const void* function, uint32_t blocks, uint32_t threads,
+                       size_t shared) const override;
 
     // Page-locked memory of the host, zero.
     void* allocate_host(uint64_t size);

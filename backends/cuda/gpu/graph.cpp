@@ -54,6 +54,14 @@ class Builder {
             check(cudaGraphKernelNodeSetAttribute(node, cudaLaunchAttributeCooperative, &value),
                   "cudaGraphKernelNodeSetAttribute");
         }
+        if (call.grid.cluster) {
+            allow_cluster(call.function);
+            cudaKernelNodeAttrValue value{};
+            value.clusterDim = {call.grid.blocks.x, call.grid.blocks.y, call.grid.blocks.z};
+            check(
+                cudaGraphKernelNodeSetAttribute(node, cudaLaunchAttributeClusterDimension, &value),
+                "cudaGraphKernelNodeSetAttribute");
+        }
         return node;
     }
 
@@ -109,6 +117,11 @@ void allow_shared(const void* function, size_t shared, const Limits& limits) {
     const int maximum =
         static_cast<int>(limits.shared_per_block) - static_cast<int>(attributes.sharedSizeBytes);
     check(cudaFuncSetAttribute(function, cudaFuncAttributeMaxDynamicSharedMemorySize, maximum),
+          "cudaFuncSetAttribute");
+}
+
+void allow_cluster(const void* function) {
+    check(cudaFuncSetAttribute(function, cudaFuncAttributeNonPortableClusterSizeAllowed, 1),
           "cudaFuncSetAttribute");
 }
 

@@ -17,6 +17,8 @@ struct Progress {
 
 // Memory of a block beyond what every kernel may ask for has to be allowed, once for each kernel.
 void allow_shared(const void* function, size_t shared, const Limits& limits);
+// Lets a kernel have clusters of more than eight blocks.
+void allow_cluster(const void* function);
 
 class Graph {
   public:
