@@ -191,6 +191,7 @@ __global__ void __launch_bounds__(kPresolveThreads) lm_presolve(LmPresolve given
         });
         block_sums(sums, fit_warps);
         motion = fit(sums, from_centre, to_centre);
+        const float before = errors[0];
         errors[0] = errors[1] = 0;
         pulls.each(given, [&](const LmPull& pull) {
             const Vec3<float> off = moved_by(motion, pull.from) - pull.to;
@@ -198,6 +199,7 @@ __global__ void __launch_bounds__(kPresolveThreads) lm_presolve(LmPresolve given
             errors[1] += pull.weight * tukey(dot(off, off), 1 / c2).cost;
         });
         block_sums(errors, error_warps);
+        if (fabsf(errors[0] - before) <= kPresolveMinChange * before) break;
     }
     if (threadIdx.x != 0) return;
     const bool closer = enough && errors[1] < all[kMatchCost];

@@ -39,6 +39,7 @@ inline DualQuaternion<double> presolve(const Host& host, const defrec_match* mat
     measure(identity);
     const double cost_at_rest = cost();
     DualQuaternion<double> motion = identity;
+    double squares_before = 0;
     for (int round = 0; round < kPresolveRounds; ++round) {
         double weights = 0, squares = 0;
         for (size_t i = 0; i < deformed.size(); ++i)
@@ -46,6 +47,10 @@ inline DualQuaternion<double> presolve(const Host& host, const defrec_match* mat
                 weights += double(matches[i].weight);
                 squares += double(matches[i].weight) * squared_errors[i];
             }
+        if (round > 0 &&
+            std::abs(squares - squares_before) <= double(kPresolveMinChange) * squares_before)
+            break;
+        squares_before = squares;
         const double c2 = std::max(tukey_mm * tukey_mm, 9 * squares / weights);
         RigidFit fit;
         for (size_t i = 0; i < deformed.size(); ++i)

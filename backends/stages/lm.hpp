@@ -12,6 +12,7 @@ namespace defrec {
 
 // Before iterating: rounds, and preselected matches that are needed.
 const int kPresolveRounds = 5, kPresolveMinMatches = 20;
+const float kPresolveMinChange = 1e-3f;  // of the squared distances, for another round
 
 // The parameters as the terms of the cost take them.
 struct LmConstants {

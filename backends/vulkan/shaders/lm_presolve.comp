@@ -132,6 +132,7 @@ void main() {
         count[0].x += taken ? 1.0 : 0.0;
     }
     const bool enough = sum_over_group(count, me)[0].x >= float(kPresolveMinMatches);
+    float before = 0.0;
     for (int round = 0; enough && round < kPresolveRounds; ++round) {
         mat3 spread = mat3(0.0);
         for (uint i = me; i < push.landmarks; i += kSize) {
@@ -140,6 +141,8 @@ void main() {
             spread[0].y += deformed[i].w * squared_error(i);
         }
         spread = sum_over_group(spread, me);
+        if (round > 0 && abs(spread[0].y - before) <= kPresolveMinChange * before) break;
+        before = spread[0].y;
         fit(me, 1.0 / max(push.match_tukey * push.match_tukey, 9.0 * spread[0].y / spread[0].x));
     }
     const vec2 cost = costs(me);
