@@ -52,6 +52,11 @@ std::optional<Growth> MapGrowth::begin_frame() {
     return std::nullopt;
 }
 
+bool MapGrowth::rests() const {
+    const uint64_t next = frame_ + 1;
+    return !is_on_ || (look_at_ != next && (due_at_ == 0 || next < due_at_));
+}
+
 void MapGrowth::joined(const TemplateData& data, std::span<const NodeAnchor> anchors) {
     if (has_earlier_) extend_motions(data.nodes, anchors, earlier_.motions);
 }

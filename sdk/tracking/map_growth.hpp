@@ -26,6 +26,9 @@ class MapGrowth {
     // Once for each frame with a template, before it is followed. What joins the template with this
     // frame, or nothing. Throws what the work threw.
     std::optional<Growth> begin_frame();
+    // Whether begin_frame() will find nothing to do for the next frame, neither now nor as it is
+    // followed.
+    bool rests() const;
     // Where the images of this frame are to be read to; nullptr: it is not looked at.
     FrontImages* images() { return looks_ ? &present_.images : nullptr; }
     // The template has grown by what begin_frame() gave: data.

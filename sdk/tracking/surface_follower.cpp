@@ -147,12 +147,18 @@ void SurfaceFollower::process(TrackerJob& job) {
     job.rig_estimate = in_all(rig_left_, shift_);
     // The device begins while the host looks; frames in which there is nothing to observe are few.
     std::optional<ObservedFrame> frame = observe(job);
-    check_images(job, *frame);
+    std::optional<Unseen> unseen = follow_unseen(job, frame);
+    if (const auto* followed = unseen ? std::get_if<FollowedFrame>(&unseen->result) : nullptr)
+        pipeline_.await_gray(*followed);
+    else
+        pipeline_.await_gray(*frame);
+    check_images(job);
     // Of a view that stands still nothing is known of now: what both show together is of two times.
     // So is what an interlaced one shows, but its depth is better than none.
     const bool one_stands = (job.reasons & DEFREC_REASON_VIEW_LATE) != 0,
                of_two_times = one_stands || is_interlaced(job);
     if ((job.reasons & kUselessImages) != 0 || (of_two_times && !is_tracking_)) {
+        take_back(unseen, frame);
         pipeline_.forget(std::move(*frame));
         if (!prepare_results(job)) return;
         forget_evidence(job);
@@ -170,9 +176,13 @@ void SurfaceFollower::process(TrackerJob& job) {
         if (captures) capture(job, *frame);
         if (!prepare_results(job)) return;
         bool uses_depth = !one_stands && (captures || !is_tracking_ || !is_depth_spoilt_);
-        Following following{
-            .uses_depth = uses_depth, .whole_map = !is_tracking_, .effort = begin_effort(job)};
-        Verdict verdict = follow(job, frame, last_->motions, following);
+        if (unseen && unseen->following.uses_depth != uses_depth) take_back(unseen, frame);
+        Following following = unseen ? unseen->following
+                                     : Following{.uses_depth = uses_depth,
+                                                 .whole_map = !is_tracking_,
+                                                 .effort = begin_effort(job)};
+        Verdict verdict = unseen ? judge(job, frame, followed_of(std::move(*unseen)), following)
+                                 : follow(job, frame, last_->motions, following);
         // The frame jumped to another part of the map than it was expected in.
         if (pipeline_.solved_part() &&
             (!verdict.found || !pipeline_.solved_all_seen(job.output.motions))) {
@@ -263,8 +273,41 @@ bool SurfaceFollower::observe_ahead(const FollowedFrame& followed) {
     return true;
 }
 
-void SurfaceFollower::check_images(TrackerJob& job, const ObservedFrame& frame) {
-    pipeline_.await_gray(frame);
+// Most frames are as expected: a device that works by itself goes on with theirs while the host
+// still looks at the images. Nothing is followed yet where more than the images decides how; frame
+// then stays as it was.
+std::optional<SurfaceFollower::Unseen> SurfaceFollower::follow_unseen(
+    TrackerJob& job, std::optional<ObservedFrame>& frame) {
+    const bool captures = (job.input.flags & DEFREC_FRAME_CAPTURE_TEMPLATE) != 0;
+    if (!is_tracking_ || captures || cut_ || !growth_.rests() || !pipeline_.can_follow_unseen())
+        return std::nullopt;
+    const Following following{
+        .uses_depth = !is_depth_spoilt_, .whole_map = false, .effort = begin_effort(job)};
+    try {
+        prepare_results(job);
+        return Unseen{following, pipeline_.follow(std::move(*frame), last_->motions, following)};
+    } catch (const std::exception&) {
+        return Unseen{following, std::current_exception()};
+    }
+}
+
+FollowedFrame SurfaceFollower::followed_of(Unseen unseen) {
+    if (const auto* failure = std::get_if<std::exception_ptr>(&unseen.result))
+        std::rethrow_exception(*failure);
+    return std::get<FollowedFrame>(std::move(unseen.result));
+}
+
+// The frame is as if it had not been followed.
+void SurfaceFollower::take_back(std::optional<Unseen>& unseen,
+                                std::optional<ObservedFrame>& frame) {
+    if (!unseen) return;
+    if (auto* followed = std::get_if<FollowedFrame>(&unseen->result))
+        frame.emplace(pipeline_.take_back(std::move(*followed)));
+    unseen.reset();
+    chosen_.reset();
+}
+
+void SurfaceFollower::check_images(TrackerJob& job) {
     ImageStatistics statistics[2];
     for_each_task(own_threads(*job.services()), 2, [&](size_t view) {
         statistics[view] = statistics_of(job, static_cast<int>(view));
@@ -390,9 +433,12 @@ Effort SurfaceFollower::begin_effort(const TrackerJob& job) {
 
 Verdict SurfaceFollower::follow(TrackerJob& job, std::optional<ObservedFrame>& frame,
                                 std::span<const defrec_motion> start, const Following& following) {
-    FrontImages* const images = growth_.images();
-    if (images != nullptr) pipeline_.read_front(*frame, *images);
-    FollowedFrame followed = pipeline_.follow(std::move(*frame), start, following);
+    if (FrontImages* images = growth_.images()) pipeline_.read_front(*frame, *images);
+    return judge(job, frame, pipeline_.follow(std::move(*frame), start, following), following);
+}
+
+Verdict SurfaceFollower::judge(TrackerJob& job, std::optional<ObservedFrame>& frame,
+                               FollowedFrame followed, const Following& following) {
     // A wait that ends too early may cost a call of the driver. Each looks for a while before it
     // sleeps: many short ones would keep a core busy through a long frame.
     const auto limit_ns = static_cast<uint64_t>(pipeline_.deadline().count());
@@ -403,7 +449,7 @@ Verdict SurfaceFollower::follow(TrackerJob& job, std::optional<ObservedFrame>& f
     frame.emplace(finish(std::move(followed), own_threads(*services)));
     job.announce_end();
     measure(job);
-    if (images != nullptr) pipeline_.check(*images);
+    if (const FrontImages* images = growth_.images()) pipeline_.check(*images);
     job.evidence = weigh_evidence(job.output, vertex_evidence_, patch_px2_);
     Verdict verdict = classify(template_->data(), job.evidence, is_tracking_, following.uses_depth);
     verdict.reasons |= reasons_of(following.effort);

@@ -47,6 +47,11 @@ class SurfaceFollower {
         const TrackerJob* job;
         std::variant<ObservedFrame, std::exception_ptr> result;
     };
+    // A frame that is followed before its images were looked at, or why it could not be.
+    struct Unseen {
+        Following following;
+        std::variant<FollowedFrame, std::exception_ptr> result;
+    };
     // Of the template, and where its surface was last found.
     struct Surface {
         SurfaceModel model;
@@ -64,7 +69,10 @@ class SurfaceFollower {
     ObservedFrame observe(TrackerJob& job);
     void adopt_set_template(const TrackerJob& job);
     bool observe_ahead(const FollowedFrame& followed);
-    void check_images(TrackerJob& job, const ObservedFrame& frame);
+    std::optional<Unseen> follow_unseen(TrackerJob& job, std::optional<ObservedFrame>& frame);
+    static FollowedFrame followed_of(Unseen unseen);
+    void take_back(std::optional<Unseen>& unseen, std::optional<ObservedFrame>& frame);
+    void check_images(TrackerJob& job);
     ImageStatistics statistics_of(const TrackerJob& job, int view);
     void capture(TrackerJob& job, ObservedFrame& frame);
     void adopt(std::shared_ptr<const Template> surface, bool is_observed);
@@ -76,6 +84,8 @@ class SurfaceFollower {
     Effort begin_effort(const TrackerJob& job);
     Verdict follow(TrackerJob& job, std::optional<ObservedFrame>& frame,
                    std::span<const defrec_motion> start, const Following& following);
+    Verdict judge(TrackerJob& job, std::optional<ObservedFrame>& frame, FollowedFrame followed,
+                  const Following& following);
     ObservedFrame finish(FollowedFrame followed, const Services* helpers);
     void measure(TrackerJob& job);
     void measure_run(TrackerJob& job, size_t run);
