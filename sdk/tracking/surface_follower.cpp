@@ -308,22 +308,31 @@ void SurfaceFollower::take_back(std::optional<Unseen>& unseen,
 }
 
 void SurfaceFollower::check_images(TrackerJob& job) {
-    ImageStatistics statistics[2];
-    for_each_task(own_threads(*job.services()), 2, [&](size_t view) {
-        statistics[view] = statistics_of(job, static_cast<int>(view));
+    constexpr size_t kParts = StandingBlocks::kParts;
+    std::array<GraySums, kParts> sums[2];
+    for_each_task(own_threads(*job.services()), 2 * kParts, [&](size_t task) {
+        const size_t view = task / kParts, part = task % kParts;
+        sums[view][part] = look_at(job, view, part);
     });
+    ImageStatistics statistics[2];
+    for (size_t view = 0; view < 2; ++view) {
+        statistics[view] = image_statistics(sums[view]);
+        blocks_[view].end_image();
+        statistics[view].standing = blocks_[view].share();
+    }
     job.reasons = stream_.reasons(job.frame, job.input.timestamp_ns, statistics[0], statistics[1]);
 }
 
-// Of the gray image as it was given, or where that lies in memory of the rectified one.
-ImageStatistics SurfaceFollower::statistics_of(const TrackerJob& job, int view) {
+// Of the gray image as it was given, or where that lies in memory of the rectified one. The part's
+// pixels come from memory once.
+GraySums SurfaceFollower::look_at(const TrackerJob& job, size_t view, size_t part) {
     const uint8_t* gray = job.views[view].as<uint8_t>().data();
-    ImageStatistics statistics = image_statistics(
-        gray, rig_->width(), rig_->height(), is_in_memory(job, view) ? rig_->map(view) : nullptr);
-    StandingBlocks& blocks = blocks_[static_cast<size_t>(view)];
-    blocks.add_image(gray);
-    statistics.standing = blocks.share();
-    return statistics;
+    const int32_t* map =
+        is_in_memory(job, static_cast<int>(view)) ? rig_->map(static_cast<int>(view)) : nullptr;
+    const GraySums sums =
+        sum_gray(gray, rig_->width(), rig_->height(), blocks_[view].rows_of(part), map);
+    blocks_[view].add_part(gray, part);
+    return sums;
 }
 
 void SurfaceFollower::capture(TrackerJob& job, ObservedFrame& frame) {

@@ -73,7 +73,7 @@ class SurfaceFollower {
     static FollowedFrame followed_of(Unseen unseen);
     void take_back(std::optional<Unseen>& unseen, std::optional<ObservedFrame>& frame);
     void check_images(TrackerJob& job);
-    ImageStatistics statistics_of(const TrackerJob& job, int view);
+    GraySums look_at(const TrackerJob& job, size_t view, size_t part);
     void capture(TrackerJob& job, ObservedFrame& frame);
     void adopt(std::shared_ptr<const Template> surface, bool is_observed);
     bool release_cut();
