@@ -88,8 +88,9 @@ struct Fixture {
         spread_checks(data, output, lateral);
         VertexConfidence result;
         const auto mean_residual = static_cast<float>(evidence().mean_residual_mm);
-        estimate_confidence(SurfaceModel(data),
-                            {output, lateral, mean_residual, rig, last, uses_depth}, helpers,
+        const SurfaceModel model(data);
+        begin_confidence(model, result);
+        estimate_confidence(model, {output, lateral, mean_residual, rig, last, uses_depth}, helpers,
                             result);
         return result;
     }

@@ -73,7 +73,6 @@ void MapGrowth::end_found_frame(const Pipeline& pipeline,
         look_at_ = not_before_;
         looks_ = false;
     }
-    plan(uncovered_share(surface->data(), output));
 }
 
 void MapGrowth::end_lost_frame() {
@@ -81,7 +80,9 @@ void MapGrowth::end_lost_frame() {
     looks_ = has_earlier_ = false;
 }
 
-void MapGrowth::plan(double uncovered) {
+void MapGrowth::plan(const TemplateData& data, const FrameOutput& output) {
+    if (!is_on_) return;
+    const double uncovered = uncovered_share(data, output);
     const bool has_rested = frame_ >= not_before_ + kResting;
     const bool wants =
         !is_full_ && (uncovered > kUncoveredMoving ||

@@ -86,7 +86,8 @@ class SurfaceFollower {
                    std::span<const defrec_motion> start, const Following& following);
     Verdict judge(TrackerJob& job, std::optional<ObservedFrame>& frame, FollowedFrame followed,
                   const Following& following);
-    ObservedFrame finish(FollowedFrame followed, const Services* helpers);
+    void begin_measuring(TrackerJob& job);
+    ObservedFrame finish(TrackerJob& job, FollowedFrame followed);
     void measure(TrackerJob& job);
     void measure_run(TrackerJob& job, size_t run);
     void search_widely(TrackerJob& job, std::optional<ObservedFrame>& frame, Following following,
@@ -100,6 +101,7 @@ class SurfaceFollower {
     void search_lost_pieces(const TrackerJob& job);
     void describe_surface(TrackerJob& job, bool uses_depth) const;
     void watch_for_cuts(const TrackerJob& job) noexcept;
+    void plan_growth(const TrackerJob& job) noexcept;
 
     std::shared_ptr<const Rig> rig_;
     FrameQueue& frames_;
@@ -142,9 +144,10 @@ class SurfaceFollower {
     std::vector<float> last_rows_, rows_;
     std::optional<Chosen> chosen_;  // for this frame; none: it is not followed
     EffortTimes effort_times_;
-    std::chrono::nanoseconds usual_wait_{0};  // for the device, once the host has nothing to do
+    std::chrono::nanoseconds usual_wait_{0};  // for the device, from when the host is ready
     bool is_tracking_ = false;                // the surface was found in the frame before
     bool shows_cuts_ = false;                 // this frame, in which it was found with depth
+    bool may_grow_ = false;                   // likewise, with all its pieces
     uint32_t epoch_ = 0, template_epoch_ = 0, age_ = 0;
 };
 
