@@ -51,14 +51,25 @@ const Recording& recording() {
 }
 
 struct Session : TrackingSession {
-    explicit Session(uint32_t frames_in_flight = 2, uint32_t max_vertices = 0, uint32_t grow = 1)
-        : TrackingSession("cpu", 2, [&](defrec_rig_desc& rig_desc, defrec_tracker_desc& desc) {
-              describe_rig(recording().film.scene().rig, kFilmWidth, kFilmHeight, rig_desc);
-              desc.format = DEFREC_FORMAT_BGR8;
-              desc.frames_in_flight = frames_in_flight;
-              desc.grow = grow;
-              desc.max_vertices = max_vertices;
-          }) {}
+    explicit Session(uint32_t frames_in_flight = 2, uint32_t max_vertices = 0, uint32_t grow = 1,
+                     const char* device = "cpu")
+        : TrackingSession(
+              device, 2,
+              [&](defrec_rig_desc& rig_desc, defrec_tracker_desc& desc) {
+                  describe_rig(recording().film.scene().rig, kFilmWidth, kFilmHeight, rig_desc);
+                  desc.format = DEFREC_FORMAT_BGR8;
+                  desc.frames_in_flight = frames_in_flight;
+                  desc.grow = grow;
+                  desc.max_vertices = max_vertices;
+              },
+              [&](defrec_context_desc& desc) {
+                  if (std::string(device) != "asynchronous") return;  // one context at a time
+                  static const std::string asynchronous =
+                      std::string(DEFREC_BUILD_DIR) + "/test_plugins/asynchronous";
+                  static const char* const paths[] = {asynchronous.c_str()};
+                  desc.plugin_paths = paths;
+                  desc.plugin_path_count = 1;
+              }) {}
 
     defrec_job submit(int frame) {
         TrackingSession::Frame images;
@@ -79,8 +90,8 @@ struct Session : TrackingSession {
 };
 
 // All results, a number of frames being under way at a time.
-std::string results_of(uint32_t frames_in_flight) {
-    Session session(frames_in_flight);
+std::string results_of(uint32_t frames_in_flight, const char* device = "cpu") {
+    Session session(frames_in_flight, 0, 1, device);
     std::string results;
     std::deque<defrec_job> jobs;
     for (int i = 0; i < kFrames || !jobs.empty();) {
@@ -160,10 +171,14 @@ TEST_CASE("a template grows with what comes into view, and held results keep the
     defrec_job_release(held);
 }
 
-TEST_CASE("growth gives the same bits, however many frames are under way") {
+TEST_CASE(
+    "growth gives the same bits, however many frames are under way, and on a device beside the "
+    "processor, which follows most frames before they are looked at") {
     const std::string one = results_of(1);
     CHECK(one == results_of(1));
     CHECK(one == results_of(3));
+    CHECK(one == results_of(1, "asynchronous"));
+    CHECK(one == results_of(3, "asynchronous"));
 }
 
 TEST_CASE("a template that is full says so, and grows no more") {

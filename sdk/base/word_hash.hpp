@@ -11,8 +11,9 @@ class WordHash {
     void add(const uint8_t* bytes) {
         uint64_t word;
         std::memcpy(&word, bytes, sizeof word);
-        value_ = (value_ ^ word) * 1099511628211u;
+        add(word);
     }
+    void add(uint64_t word) { value_ = (value_ ^ word) * 1099511628211u; }
     uint64_t value() const { return value_; }
 
   private:

@@ -134,6 +134,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
         last_rows = rows;
         const RigEstimate rig = monitor.update(row_matches);
         VertexConfidence confidence;
+        begin_confidence(model, confidence);
         estimate_confidence(
             model,
             {reply.output, lateral, static_cast<float>(evidence.mean_residual_mm), rig, last, true},

@@ -1,6 +1,6 @@
 // A frame on its way through a pipeline. Each step takes the object that the step before gave:
 // observe makes an ObservedFrame, which capture reads; follow makes a FollowedFrame of it, which
-// finish ends.
+// finish ends or take_back undoes.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -63,11 +63,12 @@ class ObservedFrame {
 class FollowedFrame {
   private:
     friend class Pipeline;
-    FollowedFrame(ObservedFrame frame, uint64_t end_point)
-        : frame_(std::move(frame)), end_point_(end_point) {}
+    FollowedFrame(ObservedFrame frame, uint64_t end_point, uint32_t times_before)
+        : frame_(std::move(frame)), end_point_(end_point), times_before_(times_before) {}
 
     ObservedFrame frame_;
-    uint64_t end_point_;  // in the queue
+    uint64_t end_point_;     // in the queue
+    uint32_t times_before_;  // it was followed, of its output
 };
 
 }  // namespace defrec

@@ -11,88 +11,115 @@
 namespace defrec {
 namespace {
 
-// Sums over gray values, a batch at a time so that the compiler makes vectors of them.
-class GraySums {
-  public:
-    using Batch = std::array<uint8_t, 256>;
-    // The first `filled` of them.
-    void add(Batch& batch, size_t filled) {
-        std::fill(batch.begin() + static_cast<std::ptrdiff_t>(filled), batch.end(), uint8_t{0});
-        uint32_t sum = 0, squares = 0, saturated = 0;
-        for (const uint32_t value : batch) {
-            sum += value;
-            squares += value * value;
-            saturated += value >= 250;
-        }
-        for (size_t i = 0; i < batch.size(); i += sizeof(uint64_t)) hash_.add(&batch[i]);
-        sum_ += sum;
-        squares_ += squares;
-        saturated_ += saturated;
-        count_ += filled;
-    }
-    ImageStatistics statistics() const {
-        ImageStatistics result;
-        if (count_ == 0) return result;
-        const double n = static_cast<double>(count_);
-        result.mean = static_cast<double>(sum_) / n;
-        result.deviation =
-            std::sqrt(std::max(0.0, static_cast<double>(squares_) / n - result.mean * result.mean));
-        result.saturated_share = static_cast<double>(saturated_) / n;
-        result.hash = hash_.value();
-        return result;
-    }
+constexpr uint32_t kStep = 4;  // px, of the pixels that are looked at
 
-  private:
-    uint64_t sum_ = 0, squares_ = 0, saturated_ = 0, count_ = 0;
-    WordHash hash_;
-};
+// The first row from that one on of those that are a step apart, of which this is the first.
+uint32_t align_row(uint32_t from, uint32_t first, uint32_t step) {
+    return from <= first ? first : first + (from - first + step - 1) / step * step;
+}
+
+using Batch = std::array<uint8_t, 256>;
+
+// A batch at a time so that the compiler makes vectors of them. The first `filled` count.
+void add_batch(Batch& batch, size_t filled, GraySums& sums, WordHash& hash) {
+    std::fill(batch.begin() + static_cast<std::ptrdiff_t>(filled), batch.end(), uint8_t{0});
+    uint32_t sum = 0, squares = 0, saturated = 0;
+    for (const uint32_t value : batch) {
+        sum += value;
+        squares += value * value;
+        saturated += value >= 250;
+    }
+    for (size_t i = 0; i < batch.size(); i += sizeof(uint64_t)) hash.add(&batch[i]);
+    sums.sum += sum;
+    sums.squares += squares;
+    sums.saturated += saturated;
+    sums.count += filled;
+}
+
+void add_row(const uint8_t* row, const int32_t* row_map, uint32_t width, GraySums& sums,
+             WordHash& hash) {
+    for (uint32_t x = kStep / 2; x < width;) {
+        Batch batch;
+        size_t filled = 0;
+        if (row_map == nullptr) {
+            const uint8_t* from = row + x;
+            filled = std::min<size_t>(batch.size(), (width - x + kStep - 1) / kStep);
+            for (size_t i = 0; i < filled; ++i) batch[i] = from[kStep * i];
+            x += kStep * static_cast<uint32_t>(filled);
+        } else {
+            for (; x < width && filled < batch.size(); x += kStep) {
+                batch[filled] = row[x];
+                filled += row_map[2 * x] != INT32_MIN;
+            }
+        }
+        add_batch(batch, filled, sums, hash);
+    }
+}
+
+void add_differences(const uint8_t* gray, uint32_t width, uint32_t height, RowRange rows,
+                     GraySums& sums) {
+    // About 64 rows of the image, each a first one of a pair.
+    const uint32_t step = std::max(kStep, height / 64 / kStep * kStep);
+    const uint32_t columns = (width + kStep / 2 - 1) / kStep;
+    for (uint32_t y = align_row(rows.first, kStep / 2, step); y < rows.last && y + 2 < height;
+         y += step) {
+        const uint8_t* row = gray + static_cast<size_t>(y) * width + kStep / 2;
+        const uint8_t *next = row + width, *second = next + width;
+        uint32_t beside = 0, two_apart = 0;
+        for (size_t i = 0; i < kStep * size_t{columns}; i += kStep) {
+            beside += static_cast<uint32_t>(std::abs(row[i] - next[i]));
+            two_apart += static_cast<uint32_t>(std::abs(row[i] - second[i]));
+        }
+        sums.beside += beside;
+        sums.two_apart += two_apart;
+        sums.differences += columns;
+    }
+}
 
 // See ImageStatistics::row_ratio; 0 where rows differ by less than a rounding error.
-double row_ratio(const uint8_t* gray, uint32_t width, uint32_t height) {
-    constexpr uint32_t kColumns = 4, kMinRows = 4;
+double row_ratio(const GraySums& sums) {
     constexpr uint64_t kLeastDifference = 4;  // of rows two apart, 1/16 gray level
-    // About 64 rows, each a first one of a pair.
-    const uint32_t step = std::max(kMinRows, height / 64 / kMinRows * kMinRows);
-    uint64_t beside = 0, two_apart = 0, count = 0;
-    for (uint32_t y = 2; y + 2 < height; y += step) {
-        const uint8_t* row = gray + static_cast<size_t>(y) * width;
-        for (uint32_t x = kColumns / 2; x < width; x += kColumns, ++count) {
-            beside += static_cast<uint32_t>(std::abs(row[x] - row[x + width]));
-            two_apart += static_cast<uint32_t>(std::abs(row[x] - row[x + 2 * size_t{width}]));
-        }
-    }
-    if (16 * two_apart <= kLeastDifference * count) return 0;
-    return static_cast<double>(beside) / static_cast<double>(two_apart);
+    if (16 * sums.two_apart <= kLeastDifference * sums.differences) return 0;
+    return static_cast<double>(sums.beside) / static_cast<double>(sums.two_apart);
 }
 
 }  // namespace
 
-ImageStatistics image_statistics(const uint8_t* gray, uint32_t width, uint32_t height,
-                                 const int32_t* map) {
-    constexpr uint32_t kStep = 4;
+GraySums sum_gray(const uint8_t* gray, uint32_t width, uint32_t height, RowRange rows,
+                  const int32_t* map) {
     GraySums sums;
-    for (uint32_t y = kStep / 2; y < height; y += kStep) {
-        const uint8_t* row = gray + static_cast<size_t>(y) * width;
-        const int32_t* row_map = map != nullptr ? map + 2 * size_t{y} * width : nullptr;
-        for (uint32_t x = kStep / 2; x < width;) {
-            GraySums::Batch batch;
-            size_t filled = 0;
-            if (row_map == nullptr) {
-                const size_t left = (width - x + kStep - 1) / kStep;
-                for (const size_t end = std::min(batch.size(), left); filled < end; x += kStep)
-                    batch[filled++] = row[x];
-            } else {
-                for (; x < width && filled < batch.size(); x += kStep) {
-                    batch[filled] = row[x];
-                    filled += row_map[2 * x] != INT32_MIN;
-                }
-            }
-            sums.add(batch, filled);
-        }
+    WordHash hash;
+    for (uint32_t y = align_row(rows.first, kStep / 2, kStep); y < rows.last; y += kStep)
+        add_row(gray + static_cast<size_t>(y) * width,
+                map != nullptr ? map + 2 * size_t{y} * width : nullptr, width, sums, hash);
+    sums.hash = hash.value();
+    if (map == nullptr) add_differences(gray, width, height, rows, sums);
+    return sums;
+}
+
+ImageStatistics image_statistics(std::span<const GraySums> parts) {
+    GraySums all;
+    WordHash hash;
+    for (const GraySums& part : parts) {
+        all.count += part.count;
+        all.sum += part.sum;
+        all.squares += part.squares;
+        all.saturated += part.saturated;
+        all.beside += part.beside;
+        all.two_apart += part.two_apart;
+        all.differences += part.differences;
+        hash.add(part.hash);
     }
-    ImageStatistics statistics = sums.statistics();
-    if (map == nullptr) statistics.row_ratio = row_ratio(gray, width, height);
-    return statistics;
+    ImageStatistics result;
+    result.row_ratio = row_ratio(all);
+    if (all.count == 0) return result;
+    const double n = static_cast<double>(all.count);
+    result.mean = static_cast<double>(all.sum) / n;
+    result.deviation =
+        std::sqrt(std::max(0.0, static_cast<double>(all.squares) / n - result.mean * result.mean));
+    result.saturated_share = static_cast<double>(all.saturated) / n;
+    result.hash = hash.value();
+    return result;
 }
 
 void measure_patches(const TemplateData& data, const FrameOutput& output, size_t first,

@@ -24,10 +24,23 @@ struct ImageStatistics {
     bool saturated() const { return saturated_share > 0.6; }
     bool interlaced() const { return row_ratio > 1.2; }
 };
+// Rows of an image from the first up to the one before the last.
+struct RowRange {
+    uint32_t first, last;
+};
+// Sums over pixels of some rows.
+struct GraySums {
+    uint64_t count = 0, sum = 0, squares = 0, saturated = 0;
+    uint64_t hash = 0;
+    // Absolute differences of rows beside each other and two apart, and how many; see row_ratio.
+    uint64_t beside = 0, two_apart = 0, differences = 0;
+};
 // gray: tight rows of width bytes. map: of a rectified image, the rig's, for what the camera did
 // not see is not looked at, and its rows are no longer the camera's; may be nullptr.
-ImageStatistics image_statistics(const uint8_t* gray, uint32_t width, uint32_t height,
-                                 const int32_t* map = nullptr);
+GraySums sum_gray(const uint8_t* gray, uint32_t width, uint32_t height, RowRange rows,
+                  const int32_t* map = nullptr);
+// parts: that together are the image, in their order. The hash is of these parts.
+ImageStatistics image_statistics(std::span<const GraySums> parts);
 
 // Share of the patches expected: where fewer are found as predicted, few are.
 constexpr double kFewConfirmed = 0.45;

@@ -88,8 +88,9 @@ struct Fixture {
         spread_checks(data, output, lateral);
         VertexConfidence result;
         const auto mean_residual = static_cast<float>(evidence().mean_residual_mm);
-        estimate_confidence(SurfaceModel(data),
-                            {output, lateral, mean_residual, rig, last, uses_depth}, helpers,
+        const SurfaceModel model(data);
+        begin_confidence(model, result);
+        estimate_confidence(model, {output, lateral, mean_residual, rig, last, uses_depth}, helpers,
                             result);
         return result;
     }
@@ -384,17 +385,27 @@ TEST_CASE("the rigid motion of a rigidly moved surface is that motion") {
     for (int i = 0; i < 12; ++i) CHECK(motion[i] == doctest::Approx(expected[i]).epsilon(1e-4));
 }
 
+namespace {
+
+ImageStatistics statistics_of(const std::vector<uint8_t>& gray, uint32_t width, uint32_t height,
+                              const int32_t* map = nullptr) {
+    const GraySums sums[] = {sum_gray(gray.data(), width, height, {0, height}, map)};
+    return image_statistics(sums);
+}
+
+}  // namespace
+
 TEST_CASE("row 58: exposure of black, white and ordinary images") {
     const std::vector<uint8_t> black(64 * 48, 2), white(64 * 48, 255);
     std::vector<uint8_t> ordinary(64 * 48);
     for (size_t i = 0; i < ordinary.size(); ++i) ordinary[i] = static_cast<uint8_t>(60 + i % 90);
-    CHECK(image_statistics(black.data(), 64, 48).dark());
-    CHECK(image_statistics(white.data(), 64, 48).saturated());
-    const ImageStatistics statistics = image_statistics(ordinary.data(), 64, 48);
+    CHECK(statistics_of(black, 64, 48).dark());
+    CHECK(statistics_of(white, 64, 48).saturated());
+    const ImageStatistics statistics = statistics_of(ordinary, 64, 48);
     CHECK_FALSE(statistics.dark());
     CHECK_FALSE(statistics.saturated());
     CHECK(statistics.deviation > 5);
-    CHECK(statistics.hash != image_statistics(black.data(), 64, 48).hash);
+    CHECK(statistics.hash != statistics_of(black, 64, 48).hash);
 }
 
 TEST_CASE("an image whose rows alternate between two times is interlaced, noise is not") {
@@ -413,16 +424,16 @@ TEST_CASE("an image whose rows alternate between two times is interlaced, noise 
             noise[i] = static_cast<uint8_t>(random >> 24);
         }
     const auto ratio = [](const std::vector<uint8_t>& gray) {
-        return image_statistics(gray.data(), kWidth, kHeight).row_ratio;
+        return statistics_of(gray, kWidth, kHeight).row_ratio;
     };
     CHECK(ratio(still) < 0.8);
     CHECK(ratio(moving) > 1.3);
-    CHECK(image_statistics(moving.data(), kWidth, kHeight).interlaced());
+    CHECK(statistics_of(moving, kWidth, kHeight).interlaced());
     CHECK(ratio(noise) == doctest::Approx(1).epsilon(0.1));
-    CHECK_FALSE(image_statistics(noise.data(), kWidth, kHeight).interlaced());
+    CHECK_FALSE(statistics_of(noise, kWidth, kHeight).interlaced());
     CHECK(ratio(std::vector<uint8_t>(still.size(), 90)) == 0);
     const std::vector<int32_t> map(2 * still.size(), 0);  // of rectified rows nothing is known
-    CHECK(image_statistics(moving.data(), kWidth, kHeight, map.data()).row_ratio == 0);
+    CHECK(statistics_of(moving, kWidth, kHeight, map.data()).row_ratio == 0);
 }
 
 TEST_CASE("what the camera did not see says nothing of a rectified image's exposure") {
@@ -430,8 +441,32 @@ TEST_CASE("what the camera did not see says nothing of a rectified image's expos
     std::vector<int32_t> map(2 * gray.size());
     std::fill(gray.begin() + 64 * 24, gray.end(), uint8_t{0});
     std::fill(map.begin() + 2 * 64 * 24, map.end(), INT32_MIN);
-    CHECK(image_statistics(gray.data(), 64, 48).mean == 60);
-    const ImageStatistics statistics = image_statistics(gray.data(), 64, 48, map.data());
+    CHECK(statistics_of(gray, 64, 48).mean == 60);
+    const ImageStatistics statistics = statistics_of(gray, 64, 48, map.data());
     CHECK(statistics.mean == 120);
     CHECK(statistics.deviation == 0);
+}
+
+TEST_CASE("an image's statistics are those of its parts, but for the hash, which is of the parts") {
+    constexpr uint32_t kWidth = 150, kHeight = 101;
+    std::vector<uint8_t> gray(kWidth * kHeight);
+    for (size_t i = 0; i < gray.size(); ++i) gray[i] = static_cast<uint8_t>(i * i / 7 % 256);
+    std::vector<int32_t> map(2 * gray.size());
+    std::fill(map.begin() + 2 * kWidth * 70, map.end(), INT32_MIN);
+    for (const int32_t* given : {static_cast<const int32_t*>(nullptr), std::as_const(map).data()}) {
+        const ImageStatistics whole = statistics_of(gray, kWidth, kHeight, given);
+        const auto sums = [&](uint32_t first, uint32_t last) {
+            return sum_gray(gray.data(), kWidth, kHeight, {first, last}, given);
+        };
+        const GraySums parts[] = {sums(0, 0), sums(0, 37), sums(37, 96), sums(96, kHeight)};
+        const ImageStatistics of_parts = image_statistics(parts);
+        CHECK(of_parts.mean == whole.mean);
+        CHECK(of_parts.deviation == whole.deviation);
+        CHECK(of_parts.saturated_share == whole.saturated_share);
+        CHECK(of_parts.row_ratio == whole.row_ratio);
+        gray[kWidth * 38 + 2] ^= 1;
+        const GraySums others[] = {parts[0], parts[1], sums(37, 96), parts[3]};
+        CHECK(image_statistics(others).hash != of_parts.hash);
+        gray[kWidth * 38 + 2] ^= 1;
+    }
 }

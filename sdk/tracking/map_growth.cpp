@@ -52,6 +52,11 @@ std::optional<Growth> MapGrowth::begin_frame() {
     return std::nullopt;
 }
 
+bool MapGrowth::rests() const {
+    const uint64_t next = frame_ + 1;
+    return !is_on_ || (look_at_ != next && (due_at_ == 0 || next < due_at_));
+}
+
 void MapGrowth::joined(const TemplateData& data, std::span<const NodeAnchor> anchors) {
     if (has_earlier_) extend_motions(data.nodes, anchors, earlier_.motions);
 }
@@ -68,7 +73,6 @@ void MapGrowth::end_found_frame(const Pipeline& pipeline,
         look_at_ = not_before_;
         looks_ = false;
     }
-    plan(uncovered_share(surface->data(), output));
 }
 
 void MapGrowth::end_lost_frame() {
@@ -76,7 +80,9 @@ void MapGrowth::end_lost_frame() {
     looks_ = has_earlier_ = false;
 }
 
-void MapGrowth::plan(double uncovered) {
+void MapGrowth::plan(const TemplateData& data, const FrameOutput& output) {
+    if (!is_on_) return;
+    const double uncovered = uncovered_share(data, output);
     const bool has_rested = frame_ >= not_before_ + kResting;
     const bool wants =
         !is_full_ && (uncovered > kUncoveredMoving ||

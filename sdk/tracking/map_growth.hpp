@@ -26,15 +26,20 @@ class MapGrowth {
     // Once for each frame with a template, before it is followed. What joins the template with this
     // frame, or nothing. Throws what the work threw.
     std::optional<Growth> begin_frame();
+    // Whether begin_frame() will find nothing to do for the next frame, neither now nor as it is
+    // followed.
+    bool rests() const;
     // Where the images of this frame are to be read to; nullptr: it is not looked at.
     FrontImages* images() { return looks_ ? &present_.images : nullptr; }
     // The template has grown by what begin_frame() gave: data.
     void joined(const TemplateData& data, std::span<const NodeAnchor> anchors);
 
     // Once for each such frame, after it. The surface was found: template, its motions and its
-    // vertices in the frame.
+    // vertices in the frame. Before the next frame, plan() follows.
     void end_found_frame(const Pipeline& pipeline, const std::shared_ptr<const Template>& surface,
                          const FrameOutput& output);
+    // Which frame is looked at next, by what the surface leaves uncovered in this one.
+    void plan(const TemplateData& data, const FrameOutput& output);
     void end_lost_frame();
 
     bool is_full() const { return is_full_; }
@@ -46,7 +51,6 @@ class MapGrowth {
     };
 
     double uncovered_share(const TemplateData& data, const FrameOutput& output);
-    void plan(double uncovered);
     void start(const Pipeline& pipeline, std::shared_ptr<const Template> surface);
 
     const bool is_on_;

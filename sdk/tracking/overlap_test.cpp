@@ -1,5 +1,5 @@
-// The next frame's images are worked on while the host concludes a frame; nothing but the time may
-// tell.
+// The next frame's images are worked on while the host concludes a frame, and a frame is followed
+// before the host has looked at its images; nothing but the time may tell.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -59,6 +59,9 @@ std::vector<Step> story() {
     add(render(1, 0, 2, 12)).set_template = true;
     add(render(1.5, 0, 2, 13));
     add(render(11, 3, 2, 14));
+    add(render(11.5, 3, 2, 15));
+    add(render(12, 3, 2, 16)).pair.right = steps[steps.size() - 2].pair.right;
+    add(render(12.5, 3, 2, 17));
     for (size_t i = 0; i < steps.size(); ++i) steps[i].in_memory = !steps[i].refused && i % 3 != 0;
     return steps;
 }
@@ -137,6 +140,33 @@ std::vector<std::string> play(const std::vector<Step>& steps, const char* device
     return results;
 }
 
+// What a frame gave, the names of its times and the samples in memory, or how it failed.
+std::string track(TrackingSession& session, TrackingSession::Frame frame, size_t room) {
+    std::vector<uint8_t> samples(room, uint8_t{0xEE});
+    defrec_memory_desc desc;
+    DEFREC_INIT(&desc);
+    desc.kind = DEFREC_MEMORY_HOST;
+    desc.address = samples.data();
+    desc.size = samples.size();
+    if (room != 0) REQUIRE_OK(defrec_memory_import(session.tracker, &desc, &frame.samples));
+    defrec_job job = nullptr;
+    REQUIRE_OK(session.submit(frame, &job));
+    defrec_memory_release(frame.samples);
+    if (defrec_job_wait(job, UINT64_MAX) != DEFREC_OK) {
+        const std::string error = defrec_last_error();
+        defrec_job_release(job);
+        return error;
+    }
+    defrec_result result;
+    DEFREC_INIT(&result);
+    REQUIRE_OK(defrec_job_result(job, &result));
+    std::string all;
+    for (uint32_t i = 0; i < result.time_count; ++i) all += result.times[i].name;
+    all += take_result(job);
+    all.append(samples.begin(), samples.end());
+    return all;
+}
+
 // Holds a device's thread at the end of a frame until the next frame's images have been asked for.
 struct Gate {
     std::mutex mutex;
@@ -145,11 +175,15 @@ struct Gate {
     int awaited = 1000;  // of them that open the gate
     bool closed = false, opened = false;
 
+    // How often a surface was asked for.
+    int warped = 0;
+
     static void log(void* user, int32_t, const char*, const char* text) {
         Gate& gate = *static_cast<Gate*>(user);
         const std::string event = text;
         std::unique_lock lock(gate.mutex);
         if (event == "asked for 0") ++gate.rectified;
+        if (event == "asked for 7") ++gate.warped;
         gate.changed.notify_all();
         if (event == "done with 7" && std::exchange(gate.closed, false))
             gate.opened = gate.changed.wait_for(lock, std::chrono::seconds(30),
@@ -208,6 +242,80 @@ TEST_CASE("the device is asked for the next frame's images before it is done wit
     take_result(jobs[1]);
     take_result(jobs[2]);
     CHECK(gate.opened);
+}
+
+TEST_CASE(
+    "a frame is followed before its images are looked at, and where they turn out to be of no use, "
+    "or of two times, it is as if it had not been") {
+    constexpr size_t kRoom = 1 << 18, kLittleRoom = 64;
+    struct Unlike {
+        Pair pair;
+        int followed;  // so often by a device that works by itself, of which one may be dropped
+        size_t room = kRoom;
+        uint32_t flags = 0;
+    };
+    std::vector<Unlike> frames;
+    const auto moved = [&] { return render(0.3 * static_cast<double>(frames.size()), 0, 2); };
+    const auto black = [](std::vector<uint8_t>& view) {
+        std::fill(view.begin(), view.end(), uint8_t{0});
+    };
+    const auto add = [&](const Pair& pair, int followed) -> Unlike& {
+        frames.push_back({pair, followed});
+        return frames.back();
+    };
+    const auto add_moved = [&](int count) {
+        for (int i = 0; i < count; ++i) add(moved(), 1);
+    };
+    Pair dark;
+    black(dark.left);
+    black(dark.right);
+    add_moved(3);
+    add(dark, 1);  // dropped
+    add(dark, 0);  // after a frame that was lost
+    add_moved(2);
+    Pair one_dark = moved();
+    black(one_dark.right);
+    add(one_dark, 1);
+    add_moved(2);
+    for (int i = 0; i < 2; ++i) {  // late
+        const Pair before = frames.back().pair;
+        add(moved(), 2).pair.right = before.right;
+    }
+    add_moved(1);
+    for (int i = 0; i < 4; ++i) add(frames.back().pair, 1);  // frozen
+    add_moved(1);
+    Pair interlaced = moved();
+    const std::vector<uint8_t> other = render(-3, 0, 2).right;
+    for (size_t row = 0; row < kHeight; row += 2)
+        std::copy_n(&other[row * kWidth], kWidth, &interlaced.right[row * kWidth]);
+    add(interlaced, 1);
+    add_moved(1);
+    add(moved(), 0).room = kLittleRoom;
+    add(dark, 0).room = kLittleRoom;
+    add_moved(2);
+    add(moved(), 1).flags = DEFREC_FRAME_CAPTURE_TEMPLATE;
+    add(dark, 0).flags = DEFREC_FRAME_CAPTURE_TEMPLATE;
+    add_moved(2);
+
+    Gate gate;
+    TrackingSession beside("asynchronous", 2, nullptr, [&](defrec_context_desc& desc) {
+        add_asynchronous(desc);
+        desc.log = Gate::log;
+        desc.log_user = &gate;
+        desc.log_level = DEFREC_LOG_DEBUG;
+    });
+    TrackingSession at_once("cpu");
+    for (size_t i = 0; i < frames.size(); ++i) {
+        CAPTURE(i);
+        TrackingSession::Frame frame;
+        frame.left.pixels = frames[i].pair.left.data();
+        frame.right.pixels = frames[i].pair.right.data();
+        frame.flags = frames[i].flags;
+        const int before = gate.warped;
+        const std::string given = track(beside, frame, frames[i].room);
+        CHECK((given == track(at_once, frame, frames[i].room)));
+        CHECK(gate.warped - before == frames[i].followed);
+    }
 }
 
 TEST_CASE("a tracker that is destroyed with a frame observed ahead ends that frame") {

@@ -281,14 +281,35 @@ void Pipeline::set_template(const TemplateData& data) {
     template_ = std::move(stages);
 }
 
-FollowedFrame Pipeline::follow(ObservedFrame frame, std::span<const defrec_motion> start,
+FollowedFrame Pipeline::follow(ObservedFrame&& frame, std::span<const defrec_motion> start,
                                const Following& following) {
     if (template_ == nullptr) fail(DEFREC_ERROR_INTERNAL, "there is no template to follow");
+    FrameOutput& output = frame.task_.output;
+    const uint32_t times = output.time_count;
     frame.observation_->has_work = true;
-    template_->enqueue(queue_, *frame.observation_, start, following,
-                       frame.task_.input.samples.get(), frame.timer_, frame.task_.output);
-    const uint64_t end = queue_.signal();
-    return FollowedFrame(std::move(frame), end);
+    try {
+        template_->enqueue(queue_, *frame.observation_, start, following,
+                           frame.task_.input.samples.get(), frame.timer_, output);
+        const uint64_t end = queue_.signal();
+        return FollowedFrame(std::move(frame), end, times);
+    } catch (...) {
+        drain();
+        frame.observation_->has_work = false;
+        output.time_count = times;
+        throw;
+    }
+}
+
+bool Pipeline::can_follow_unseen() const {
+    return !settings_.timed && !device_->copies_at_once() && template_ != nullptr &&
+           !template_->has_region();
+}
+
+ObservedFrame Pipeline::take_back(FollowedFrame followed) {
+    const uint32_t times = followed.times_before_;
+    ObservedFrame frame = finish(std::move(followed));
+    frame.task_.output.time_count = times;
+    return frame;
 }
 
 ObservedFrame Pipeline::finish(FollowedFrame followed) {

@@ -43,6 +43,7 @@ class Pipeline {
     // may be on its way.
     void shift_right_view(const Rig::ViewShift& shift);
     void await_gray(const ObservedFrame& frame);
+    void await_gray(const FollowedFrame& frame) { await_gray(frame.frame_); }
 
     // Queues reading what a template is made of.
     void read_front(const ObservedFrame& frame, FrontImages& images);
@@ -64,9 +65,15 @@ class Pipeline {
     // Keeps what it had if it fails.
     void set_template(const TemplateData& data);
     // Follows the template into the frame, starting from these motions. The device may still be at
-    // it on return. Throws Error(DEFREC_ERROR_INTERNAL) without a template.
-    FollowedFrame follow(ObservedFrame frame, std::span<const defrec_motion> start,
+    // it on return. Where that fails, the frame stays the caller's, as it was. Throws
+    // Error(DEFREC_ERROR_INTERNAL) without a template.
+    FollowedFrame follow(ObservedFrame&& frame, std::span<const defrec_motion> start,
                          const Following& following = {});
+    // Whether follow leaves the host free to look at the images, and can be taken back. Not where
+    // the host chooses a part of the map, which later frames keep.
+    bool can_follow_unseen() const;
+    // Waits for what a frame is followed by, and drops it: the frame is as it was before.
+    ObservedFrame take_back(FollowedFrame frame);
     // Whether the last frame was solved in part; whether all that its motions show was.
     bool solved_part() const { return template_->solved_part(); }
     bool solved_all_seen(std::span<const defrec_motion> motions) const {

@@ -238,6 +238,43 @@ TEST_CASE(
     CHECK((results_of(good.output()) == results_of(again.output())));
 }
 
+TEST_CASE("a frame that could not be followed, or is taken back, is as it was before") {
+    const TestDevice on("asynchronous");
+    Pipeline pipeline(on.rig, on.device, on.settings(1));
+    const TemplateData data = set_template(on, pipeline);
+    CHECK(pipeline.can_follow_unseen());
+    TestFrame alone(on, render(0.5, 0)), again(on, render(0.5, 0));
+    alone.memory.fit(data);
+    pipeline.finish(pipeline.follow(pipeline.observe(alone.task()), no_motion(data)));
+
+    again.memory.fit(data);
+    ObservedFrame frame = pipeline.observe(again.task());
+    const std::vector<defrec_motion> too_many(data.nodes.size());
+    CHECK(!error_of([&] { pipeline.follow(std::move(frame), too_many); }).empty());
+    const std::vector<std::string> observed{"upload", "rectify", "stereo", "orb"};
+    CHECK(time_names(again.output()) == observed);
+    Following other;
+    other.uses_depth = false;
+    ObservedFrame back =
+        pipeline.take_back(pipeline.follow(std::move(frame), alone.output().motions, other));
+    CHECK(time_names(again.output()) == observed);
+    pipeline.finish(pipeline.follow(std::move(back), no_motion(data)));
+    CHECK((results_of(alone.output()) == results_of(again.output())));
+    CHECK(time_names(alone.output()) == time_names(again.output()));
+}
+
+TEST_CASE("what is followed unseen costs the host no time: not where it computes, or waits") {
+    const TestDevice beside("asynchronous"), at_once("cpu");
+    const auto can = [](const TestDevice& on, bool timed) {
+        Pipeline pipeline(on.rig, on.device, on.settings(1, timed));
+        set_template(on, pipeline);
+        return pipeline.can_follow_unseen();
+    };
+    CHECK(can(beside, false));
+    CHECK_FALSE(can(beside, true));
+    CHECK_FALSE(can(at_once, false));
+}
+
 TEST_CASE("nothing is followed without a template") {
     const TestDevice on("cpu");
     Pipeline pipeline(on.rig, on.device, on.settings(1));

@@ -28,10 +28,17 @@ StandingBlocks::StandingBlocks(uint32_t width, uint32_t height)
       rows_(std::max(1u, height / kSide)),
       blocks_(size_t{columns_} * rows_) {}
 
-void StandingBlocks::add_image(const uint8_t* gray) {
-    size_t textured = 0, standing = 0;
+uint32_t StandingBlocks::first_row(size_t part) const {
+    return static_cast<uint32_t>(rows_ * part / kParts);
+}
+
+RowRange StandingBlocks::rows_of(size_t part) const {
+    return {kSide * first_row(part), part + 1 < kParts ? kSide * first_row(part + 1) : height_};
+}
+
+void StandingBlocks::add_part(const uint8_t* gray, size_t part) {
     const uint32_t side_x = std::min(kSide, width_), side_y = std::min(kSide, height_);
-    for (uint32_t row = 0; row < rows_; ++row) {
+    for (uint32_t row = first_row(part); row < first_row(part + 1); ++row) {
         for (uint32_t column = 0; column < columns_; ++column) {
             WordHash hash;
             uint8_t least = 255, most = 0;
@@ -51,9 +58,15 @@ void StandingBlocks::add_image(const uint8_t* gray) {
                 has_image_ && had_texture && block.has_texture && hash.value() == block.hash;
             if (!block.stands) block.others_px = 0;
             block.hash = hash.value();
-            textured += block.has_texture;
-            standing += block.stands;
         }
+    }
+}
+
+void StandingBlocks::end_image() {
+    size_t textured = 0, standing = 0;
+    for (const Block& block : blocks_) {
+        textured += block.has_texture;
+        standing += block.stands;
     }
     has_image_ = true;
     share_ = textured > 0 ? static_cast<double>(standing) / static_cast<double>(textured) : 0;

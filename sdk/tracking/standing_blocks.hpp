@@ -6,14 +6,22 @@
 #include <cstdint>
 #include <vector>
 
+#include "sdk/tracking/frame_state.hpp"
+
 namespace defrec {
 
 class StandingBlocks {
   public:
     StandingBlocks(uint32_t width, uint32_t height);
 
-    // The next frame's image: tight rows of gray values.
-    void add_image(const uint8_t* gray);
+    // The next frame's image, tight rows of gray values, in parts that threads share: each once, in
+    // any order.
+    static constexpr size_t kParts = 4;
+    void add_part(const uint8_t* gray, size_t part);
+    // All parts were added.
+    void end_image();
+    // The rows of a part. Those below the last blocks are the last part's.
+    RowRange rows_of(size_t part) const;
     // Of the blocks with texture, those that stand; 0 where none has any.
     double share() const { return share_; }
     bool any() const { return share_ > 0; }
@@ -32,6 +40,7 @@ class StandingBlocks {
         bool has_texture = false, stands = false;
         float others_px = 0;  // motion elsewhere since it stands
     };
+    uint32_t first_row(size_t part) const;  // of blocks
     size_t block_of(double x, double y) const;
 
     uint32_t width_, height_, columns_, rows_;

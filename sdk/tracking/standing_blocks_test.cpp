@@ -22,6 +22,11 @@ std::vector<uint8_t> image(uint32_t frame) {
     return gray;
 }
 
+void add_image(StandingBlocks& blocks, const std::vector<uint8_t>& gray) {
+    for (size_t part = 0; part < StandingBlocks::kParts; ++part) blocks.add_part(gray.data(), part);
+    blocks.end_image();
+}
+
 // The left half as in another frame.
 std::vector<uint8_t> left_half_of(const std::vector<uint8_t>& other, std::vector<uint8_t> gray) {
     for (uint32_t y = 0; y < kHeight; ++y)
@@ -34,13 +39,13 @@ std::vector<uint8_t> left_half_of(const std::vector<uint8_t>& other, std::vector
 TEST_CASE("blocks stand where they are, bit for bit, as in the frame before") {
     StandingBlocks blocks(kWidth, kHeight);
     const std::vector<uint8_t> first = image(0), second = image(1);
-    blocks.add_image(first.data());
+    add_image(blocks, first);
     CHECK(blocks.share() == 0);  // there is none before
-    blocks.add_image(first.data());
+    add_image(blocks, first);
     CHECK(blocks.share() == 1);
-    blocks.add_image(second.data());
+    add_image(blocks, second);
     CHECK(blocks.share() == 0);
-    blocks.add_image(left_half_of(second, image(2)).data());
+    add_image(blocks, left_half_of(second, image(2)));
     CHECK(blocks.share() == doctest::Approx(0.5));
     CHECK(blocks.stands(10, 50));
     CHECK(!blocks.stands(70, 50));
@@ -51,8 +56,8 @@ TEST_CASE("blocks stand where they are, bit for bit, as in the frame before") {
 TEST_CASE("images without texture stand nowhere") {
     StandingBlocks blocks(kWidth, kHeight);
     const std::vector<uint8_t> flat(size_t{kWidth} * kHeight, uint8_t{90});
-    blocks.add_image(flat.data());
-    blocks.add_image(flat.data());
+    add_image(blocks, flat);
+    add_image(blocks, flat);
     CHECK(blocks.share() == 0);
     CHECK(!blocks.any());
 }
@@ -61,7 +66,7 @@ TEST_CASE("a block is stale once half a pixel of motion was seen elsewhere while
     StandingBlocks blocks(kWidth, kHeight);
     const std::vector<uint8_t> first = image(0);
     const auto next = [&](uint32_t frame, double motion) {
-        blocks.add_image(left_half_of(first, image(frame)).data());
+        add_image(blocks, left_half_of(first, image(frame)));
         blocks.others_moved(motion);
     };
     next(1, 5);
@@ -72,8 +77,22 @@ TEST_CASE("a block is stale once half a pixel of motion was seen elsewhere while
     next(3, 0.3);
     CHECK(blocks.is_stale(10, 50));
     CHECK(!blocks.is_stale(70, 50));
-    blocks.add_image(image(4).data());
+    add_image(blocks, image(4));
     CHECK(!blocks.is_stale(10, 50));
-    blocks.add_image(image(4).data());
+    add_image(blocks, image(4));
     CHECK(!blocks.is_stale(10, 50));  // what was seen before it stood does not count
+}
+
+TEST_CASE("the parts of an image are all its rows, one after the other, however few") {
+    for (const uint32_t height : {20u, 64u, 96u, 540u}) {
+        CAPTURE(height);
+        const StandingBlocks blocks(kWidth, height);
+        uint32_t row = 0;
+        for (size_t part = 0; part < StandingBlocks::kParts; ++part) {
+            const RowRange rows = blocks.rows_of(part);
+            CHECK(rows.first == row);
+            row = rows.last;
+        }
+        CHECK(row == height);
+    }
 }

@@ -116,7 +116,7 @@ std::shared_ptr<const Template> SurfaceFollower::current_template() const {
 void SurfaceFollower::compute(TrackerJob& job) noexcept {
     try {
         chosen_.reset();
-        shows_cuts_ = false;
+        shows_cuts_ = may_grow_ = false;
         process(job);
         const FrameInput::Clock::time_point end = FrameInput::Clock::now();
         if (chosen_) effort_times_.add(chosen_->effort, end - chosen_->time);
@@ -127,6 +127,7 @@ void SurfaceFollower::compute(TrackerJob& job) noexcept {
         if (is_tracking_)
             std::copy(job.output.samples.begin(), job.output.samples.end(), last_->samples.begin());
         if (shows_cuts_) watch_for_cuts(job);
+        if (may_grow_) plan_growth(job);
     } catch (const Error& error) {
         job.finish(error.status(), error.what());
     } catch (const std::bad_alloc&) {
@@ -147,12 +148,18 @@ void SurfaceFollower::process(TrackerJob& job) {
     job.rig_estimate = in_all(rig_left_, shift_);
     // The device begins while the host looks; frames in which there is nothing to observe are few.
     std::optional<ObservedFrame> frame = observe(job);
-    check_images(job, *frame);
+    std::optional<Unseen> unseen = follow_unseen(job, frame);
+    if (const auto* followed = unseen ? std::get_if<FollowedFrame>(&unseen->result) : nullptr)
+        pipeline_.await_gray(*followed);
+    else
+        pipeline_.await_gray(*frame);
+    check_images(job);
     // Of a view that stands still nothing is known of now: what both show together is of two times.
     // So is what an interlaced one shows, but its depth is better than none.
     const bool one_stands = (job.reasons & DEFREC_REASON_VIEW_LATE) != 0,
                of_two_times = one_stands || is_interlaced(job);
     if ((job.reasons & kUselessImages) != 0 || (of_two_times && !is_tracking_)) {
+        take_back(unseen, frame);
         pipeline_.forget(std::move(*frame));
         if (!prepare_results(job)) return;
         forget_evidence(job);
@@ -170,9 +177,13 @@ void SurfaceFollower::process(TrackerJob& job) {
         if (captures) capture(job, *frame);
         if (!prepare_results(job)) return;
         bool uses_depth = !one_stands && (captures || !is_tracking_ || !is_depth_spoilt_);
-        Following following{
-            .uses_depth = uses_depth, .whole_map = !is_tracking_, .effort = begin_effort(job)};
-        Verdict verdict = follow(job, frame, last_->motions, following);
+        if (unseen && unseen->following.uses_depth != uses_depth) take_back(unseen, frame);
+        Following following = unseen ? unseen->following
+                                     : Following{.uses_depth = uses_depth,
+                                                 .whole_map = !is_tracking_,
+                                                 .effort = begin_effort(job)};
+        Verdict verdict = unseen ? judge(job, frame, followed_of(std::move(*unseen)), following)
+                                 : follow(job, frame, last_->motions, following);
         // The frame jumped to another part of the map than it was expected in.
         if (pipeline_.solved_part() &&
             (!verdict.found || !pipeline_.solved_all_seen(job.output.motions))) {
@@ -263,24 +274,66 @@ bool SurfaceFollower::observe_ahead(const FollowedFrame& followed) {
     return true;
 }
 
-void SurfaceFollower::check_images(TrackerJob& job, const ObservedFrame& frame) {
-    pipeline_.await_gray(frame);
-    ImageStatistics statistics[2];
-    for_each_task(own_threads(*job.services()), 2, [&](size_t view) {
-        statistics[view] = statistics_of(job, static_cast<int>(view));
+// Most frames are as expected: a device that works by itself goes on with theirs while the host
+// still looks at the images. Nothing is followed yet where more than the images decides how; frame
+// then stays as it was.
+std::optional<SurfaceFollower::Unseen> SurfaceFollower::follow_unseen(
+    TrackerJob& job, std::optional<ObservedFrame>& frame) {
+    const bool captures = (job.input.flags & DEFREC_FRAME_CAPTURE_TEMPLATE) != 0;
+    if (!is_tracking_ || captures || cut_ || !growth_.rests() || !pipeline_.can_follow_unseen())
+        return std::nullopt;
+    const Following following{
+        .uses_depth = !is_depth_spoilt_, .whole_map = false, .effort = begin_effort(job)};
+    try {
+        prepare_results(job);
+        return Unseen{following, pipeline_.follow(std::move(*frame), last_->motions, following)};
+    } catch (const std::exception&) {
+        return Unseen{following, std::current_exception()};
+    }
+}
+
+FollowedFrame SurfaceFollower::followed_of(Unseen unseen) {
+    if (const auto* failure = std::get_if<std::exception_ptr>(&unseen.result))
+        std::rethrow_exception(*failure);
+    return std::get<FollowedFrame>(std::move(unseen.result));
+}
+
+// The frame is as if it had not been followed.
+void SurfaceFollower::take_back(std::optional<Unseen>& unseen,
+                                std::optional<ObservedFrame>& frame) {
+    if (!unseen) return;
+    if (auto* followed = std::get_if<FollowedFrame>(&unseen->result))
+        frame.emplace(pipeline_.take_back(std::move(*followed)));
+    unseen.reset();
+    chosen_.reset();
+}
+
+void SurfaceFollower::check_images(TrackerJob& job) {
+    constexpr size_t kParts = StandingBlocks::kParts;
+    std::array<GraySums, kParts> sums[2];
+    for_each_task(own_threads(*job.services()), 2 * kParts, [&](size_t task) {
+        const size_t view = task / kParts, part = task % kParts;
+        sums[view][part] = look_at(job, view, part);
     });
+    ImageStatistics statistics[2];
+    for (size_t view = 0; view < 2; ++view) {
+        statistics[view] = image_statistics(sums[view]);
+        blocks_[view].end_image();
+        statistics[view].standing = blocks_[view].share();
+    }
     job.reasons = stream_.reasons(job.frame, job.input.timestamp_ns, statistics[0], statistics[1]);
 }
 
-// Of the gray image as it was given, or where that lies in memory of the rectified one.
-ImageStatistics SurfaceFollower::statistics_of(const TrackerJob& job, int view) {
+// Of the gray image as it was given, or where that lies in memory of the rectified one. The part's
+// pixels come from memory once.
+GraySums SurfaceFollower::look_at(const TrackerJob& job, size_t view, size_t part) {
     const uint8_t* gray = job.views[view].as<uint8_t>().data();
-    ImageStatistics statistics = image_statistics(
-        gray, rig_->width(), rig_->height(), is_in_memory(job, view) ? rig_->map(view) : nullptr);
-    StandingBlocks& blocks = blocks_[static_cast<size_t>(view)];
-    blocks.add_image(gray);
-    statistics.standing = blocks.share();
-    return statistics;
+    const int32_t* map =
+        is_in_memory(job, static_cast<int>(view)) ? rig_->map(static_cast<int>(view)) : nullptr;
+    const GraySums sums =
+        sum_gray(gray, rig_->width(), rig_->height(), blocks_[view].rows_of(part), map);
+    blocks_[view].add_part(gray, part);
+    return sums;
 }
 
 void SurfaceFollower::capture(TrackerJob& job, ObservedFrame& frame) {
@@ -390,20 +443,17 @@ Effort SurfaceFollower::begin_effort(const TrackerJob& job) {
 
 Verdict SurfaceFollower::follow(TrackerJob& job, std::optional<ObservedFrame>& frame,
                                 std::span<const defrec_motion> start, const Following& following) {
-    FrontImages* const images = growth_.images();
-    if (images != nullptr) pipeline_.read_front(*frame, *images);
-    FollowedFrame followed = pipeline_.follow(std::move(*frame), start, following);
-    // A wait that ends too early may cost a call of the driver. Each looks for a while before it
-    // sleeps: many short ones would keep a core busy through a long frame.
-    const auto limit_ns = static_cast<uint64_t>(pipeline_.deadline().count());
-    for (uint64_t look_again_ns = 200000; look_again_ns < limit_ns && !observe_ahead(followed) &&
-                                          !pipeline_.done(followed, look_again_ns);)
-        look_again_ns *= 2;
-    const std::shared_ptr<const Services> services = job.services();
-    frame.emplace(finish(std::move(followed), own_threads(*services)));
+    if (FrontImages* images = growth_.images()) pipeline_.read_front(*frame, *images);
+    return judge(job, frame, pipeline_.follow(std::move(*frame), start, following), following);
+}
+
+Verdict SurfaceFollower::judge(TrackerJob& job, std::optional<ObservedFrame>& frame,
+                               FollowedFrame followed, const Following& following) {
+    begin_measuring(job);
+    frame.emplace(finish(job, std::move(followed)));
     job.announce_end();
     measure(job);
-    if (images != nullptr) pipeline_.check(*images);
+    if (const FrontImages* images = growth_.images()) pipeline_.check(*images);
     job.evidence = weigh_evidence(job.output, vertex_evidence_, patch_px2_);
     Verdict verdict = classify(template_->data(), job.evidence, is_tracking_, following.uses_depth);
     verdict.reasons |= reasons_of(following.effort);
@@ -411,17 +461,53 @@ Verdict SurfaceFollower::follow(TrackerJob& job, std::optional<ObservedFrame>& f
     return verdict;
 }
 
-// Waits for the device, and wakes the threads that measure the frame shortly before it is expected
-// to be done.
-ObservedFrame SurfaceFollower::finish(FollowedFrame followed, const Services* helpers) {
-    constexpr std::chrono::nanoseconds kWaking = std::chrono::microseconds(70);
+// Waits for the device. The next frame may come meanwhile; and shortly before the device is
+// expected to be done those are woken who have something to do then: the threads that measure the
+// frame, and who waits for the job.
+ObservedFrame SurfaceFollower::finish(TrackerJob& job, FollowedFrame followed) {
+    using Time = std::chrono::nanoseconds;
+    constexpr Time kWaking = std::chrono::microseconds(70);
+    const std::shared_ptr<const Services> services = job.services();
     const FrameInput::Clock::time_point start = FrameInput::Clock::now();
-    if (helpers != nullptr && usual_wait_ > kWaking &&
-        !pipeline_.done(followed, static_cast<uint64_t>((usual_wait_ - kWaking).count())))
-        helpers->rouse(kMaxVertexThreads - 1);
+    // A wait that ends too early may cost a call of the driver. Each looks for a while before it
+    // sleeps: many short ones would keep a core busy through a long frame.
+    const Time limit = pipeline_.deadline();
+    Time look = std::chrono::microseconds(200), wake = usual_wait_ - kWaking;
+    bool looks = true, wakes = wake > Time::zero();
+    for (Time waited{0};; waited = FrameInput::Clock::now() - start) {
+        looks = looks && look < limit && !observe_ahead(followed);
+        if (wakes && waited >= wake) {
+            wakes = false;
+            if (const Services* helpers = own_threads(*services))
+                helpers->rouse(kMaxVertexThreads - 1);
+            job.announce_end();
+        }
+        if (!looks && !wakes) break;
+        const Time until = std::min(looks ? look : limit, wakes ? wake : limit),
+                   left = std::max(until - waited, Time::zero());
+        if (pipeline_.done(followed, static_cast<uint64_t>(left.count()))) break;
+        if (until == look) look *= 2;
+    }
     ObservedFrame frame = pipeline_.finish(std::move(followed));
     usual_wait_ += (FrameInput::Clock::now() - start - usual_wait_) / 4;
     return frame;
+}
+
+// What measuring needs and does not wait for the device.
+void SurfaceFollower::begin_measuring(TrackerJob& job) {
+    const TemplateData& data = template_->data();
+    const size_t runs = vertex_runs(job.output.samples.size());
+    vertex_evidence_.resize(runs);
+    rigid_sums_.resize(runs);
+    fast_vertices_.assign(runs, 0);
+    patch_px2_.resize(data.patches.size());
+    job.lateral.make_room(data);
+    begin_confidence(last_->model, job.confidence);
+    row_matches_.reserve(rig_patch_count(data));
+    rows_.reserve(rig_patch_count(data));
+    rig_after_ = rig_monitor_;
+    disparities_after_ = disparities_;
+    disparities_after_.make_room();
 }
 
 // Checks what the stages gave, and works out what follows from it alone, in tasks that other
@@ -431,16 +517,6 @@ void SurfaceFollower::measure(TrackerJob& job) {
     const TemplateData& data = template_->data();
     const std::span<const defrec_surface_sample> samples = job.output.samples;
     const size_t runs = vertex_runs(samples.size());
-    vertex_evidence_.resize(runs);
-    rigid_sums_.resize(runs);
-    fast_vertices_.assign(runs, 0);
-    patch_px2_.resize(data.patches.size());
-    job.lateral.make_room(data);
-    row_matches_.reserve(rig_patch_count(data));
-    rows_.reserve(rig_patch_count(data));
-    rig_after_ = rig_monitor_;
-    disparities_after_ = disparities_;
-    disparities_after_.make_room();
     std::atomic<bool> is_wrong = false;
     const std::span<double> patches(patch_px2_);
     const size_t patch_runs = std::max<size_t>(1, (patches.size() + kPatchRun - 1) / kPatchRun);
@@ -466,21 +542,25 @@ void SurfaceFollower::measure(TrackerJob& job) {
         if (is_tracking_)
             fast_vertices_[run] = count_moved_farther(
                 vertex_run(SurfaceSamples(last_->samples), run), vertex_run(samples, run), kFastMm);
-        measure_run(job, run);
     };
     const std::shared_ptr<const Services> services = job.services();
     // The longest first.
     constexpr size_t kOthers = 4;
-    for_each_task(own_threads(*services), kOthers + patch_runs + runs, [&](size_t task) {
-        if (task == 0) return measure_rig();
-        if (task == 1) return check_records();
+    const size_t first_run = kOthers + patch_runs;
+    for_each_task(own_threads(*services), first_run + 2 * runs, [&](size_t task) {
+        if (task == 0) return check_records();
+        if (task == 1) return measure_rig();
         if (task == 2) return spread_checks(data, job.output, job.lateral);
         if (task == 3) {
             if (watches_rig_) disparities_after_.add_frame(data, samples);
             return;
         }
-        if (task < kOthers + patch_runs) return measure_patch_run(task - kOthers);
-        check_run(task - kOthers - patch_runs);
+        if (task < first_run) return measure_patch_run(task - kOthers);
+        const size_t run = (task - first_run) / 2;
+        if ((task - first_run) % 2 == 0)
+            check_run(run);
+        else
+            measure_run(job, run);
     });
     if (is_wrong) pipeline_.check(job.output, data);
 }
@@ -516,6 +596,7 @@ void SurfaceFollower::search_widely(TrackerJob& job, std::optional<ObservedFrame
     }
     job.memory.restore(before_);
     job.evidence = before;
+    begin_measuring(job);
     measure(job);
     if (job.input.samples != nullptr)
         pipeline_.leave_samples(job.output.samples, *job.input.samples);
@@ -623,7 +704,8 @@ void SurfaceFollower::conclude(TrackerJob& job, const Verdict& verdict, bool use
             if (job.state == DEFREC_TRACKING) job.state = DEFREC_DEGRADED;
             search_lost_pieces(job);
         }
-        if (sees_depth && stale_.views().empty() && !pieces_.misses_one())
+        may_grow_ = sees_depth && stale_.views().empty() && !pieces_.misses_one();
+        if (may_grow_)
             growth_.end_found_frame(pipeline_, template_, job.output);
         else
             growth_.end_lost_frame();  // it would join in the wrong place
@@ -659,6 +741,14 @@ void SurfaceFollower::watch_for_cuts(const TrackerJob& job) noexcept {
             cut_watch_.add_frame(template_->data(), job.output.samples, job.lateral.is_confirmed);
     } catch (const std::exception&) {
         cut_watch_.reset();  // the gap, if there is one, is still there in later frames
+    }
+}
+
+void SurfaceFollower::plan_growth(const TrackerJob& job) noexcept {
+    try {
+        growth_.plan(template_->data(), job.output);
+    } catch (const std::exception&) {
+        growth_.end_lost_frame();  // later frames show the same tissue
     }
 }
 

@@ -47,6 +47,11 @@ class SurfaceFollower {
         const TrackerJob* job;
         std::variant<ObservedFrame, std::exception_ptr> result;
     };
+    // A frame that is followed before its images were looked at, or why it could not be.
+    struct Unseen {
+        Following following;
+        std::variant<FollowedFrame, std::exception_ptr> result;
+    };
     // Of the template, and where its surface was last found.
     struct Surface {
         SurfaceModel model;
@@ -64,8 +69,11 @@ class SurfaceFollower {
     ObservedFrame observe(TrackerJob& job);
     void adopt_set_template(const TrackerJob& job);
     bool observe_ahead(const FollowedFrame& followed);
-    void check_images(TrackerJob& job, const ObservedFrame& frame);
-    ImageStatistics statistics_of(const TrackerJob& job, int view);
+    std::optional<Unseen> follow_unseen(TrackerJob& job, std::optional<ObservedFrame>& frame);
+    static FollowedFrame followed_of(Unseen unseen);
+    void take_back(std::optional<Unseen>& unseen, std::optional<ObservedFrame>& frame);
+    void check_images(TrackerJob& job);
+    GraySums look_at(const TrackerJob& job, size_t view, size_t part);
     void capture(TrackerJob& job, ObservedFrame& frame);
     void adopt(std::shared_ptr<const Template> surface, bool is_observed);
     bool release_cut();
@@ -76,7 +84,10 @@ class SurfaceFollower {
     Effort begin_effort(const TrackerJob& job);
     Verdict follow(TrackerJob& job, std::optional<ObservedFrame>& frame,
                    std::span<const defrec_motion> start, const Following& following);
-    ObservedFrame finish(FollowedFrame followed, const Services* helpers);
+    Verdict judge(TrackerJob& job, std::optional<ObservedFrame>& frame, FollowedFrame followed,
+                  const Following& following);
+    void begin_measuring(TrackerJob& job);
+    ObservedFrame finish(TrackerJob& job, FollowedFrame followed);
     void measure(TrackerJob& job);
     void measure_run(TrackerJob& job, size_t run);
     void search_widely(TrackerJob& job, std::optional<ObservedFrame>& frame, Following following,
@@ -90,6 +101,7 @@ class SurfaceFollower {
     void search_lost_pieces(const TrackerJob& job);
     void describe_surface(TrackerJob& job, bool uses_depth) const;
     void watch_for_cuts(const TrackerJob& job) noexcept;
+    void plan_growth(const TrackerJob& job) noexcept;
 
     std::shared_ptr<const Rig> rig_;
     FrameQueue& frames_;
@@ -132,9 +144,10 @@ class SurfaceFollower {
     std::vector<float> last_rows_, rows_;
     std::optional<Chosen> chosen_;  // for this frame; none: it is not followed
     EffortTimes effort_times_;
-    std::chrono::nanoseconds usual_wait_{0};  // for the device, once the host has nothing to do
+    std::chrono::nanoseconds usual_wait_{0};  // for the device, from when the host is ready
     bool is_tracking_ = false;                // the surface was found in the frame before
     bool shows_cuts_ = false;                 // this frame, in which it was found with depth
+    bool may_grow_ = false;                   // likewise, with all its pieces
     uint32_t epoch_ = 0, template_epoch_ = 0, age_ = 0;
 };
 

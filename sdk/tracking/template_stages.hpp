@@ -25,6 +25,8 @@ class TemplateStages {
     void enqueue(Queue& queue, const Observation& observed, std::span<const defrec_motion> start,
                  const Following& following, const DeviceBuffer* samples, StageTimer& timer,
                  FrameOutput& output);
+    // Whether frames may be solved in part: then each leaves a choice to those after it.
+    bool has_region() const { return region_.has_value(); }
     // Whether the last frame was solved in part; whether all that its motions show was.
     bool solved_part() const { return uses_region_; }
     bool solved_all_seen(std::span<const defrec_motion> motions) const {

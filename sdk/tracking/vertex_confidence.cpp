@@ -288,14 +288,19 @@ class ConfidenceEstimate {
 
 }  // namespace
 
+void begin_confidence(const SurfaceModel& model, VertexConfidence& confidence) {
+    const size_t count = model.data->vertices.size();
+    make_room(confidence, count);
+    confidence.rig_px2.resize(count);
+    for (std::vector<float>* distance : {&confidence.to_lateral, &confidence.to_observed})
+        distance->assign(model.grids.cells(), 1e6f);
+    for (MapGrids::Workspace& spreading : confidence.spreading) model.grids.make_room(spreading);
+}
+
 void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidence,
                          const Services* helpers, VertexConfidence& confidence) {
     const size_t count = evidence.output.samples.size();
-    make_room(confidence, count);
-    confidence.rig_px2.resize(count);
     std::vector<float>* const distances[2] = {&confidence.to_lateral, &confidence.to_observed};
-    for (std::vector<float>* distance : distances) distance->assign(model.grids.cells(), 1e6f);
-    for (MapGrids::Workspace& spreading : confidence.spreading) model.grids.make_room(spreading);
     const ConfidenceEstimate estimate(model, evidence, confidence);
     for_runs(helpers, count, [&](size_t begin, size_t end) {
         measure_lateral(*model.data, evidence.output, begin, end, evidence.lateral);

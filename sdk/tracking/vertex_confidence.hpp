@@ -68,6 +68,8 @@ Depth depth_per_px(const defrec_camera& camera, const Depth& z) {
     return z * z / (static_cast<float>(camera.fx) * static_cast<float>(camera.baseline_mm));
 }
 
+// Once before each estimate, which it spares what does not wait for a frame's results.
+void begin_confidence(const SurfaceModel& model, VertexConfidence& confidence);
 // Measures the lateral evidence on the way. helpers: whose threads take part; nullptr: none.
 void estimate_confidence(const SurfaceModel& model, const FrameEvidence& evidence,
                          const Services* helpers, VertexConfidence& confidence);

@@ -1,6 +1,7 @@
 // Loops over vertices in which the context's threads take part.
 #pragma once
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <span>
 
@@ -35,14 +36,18 @@ std::span<T> vertex_run(std::span<T> vertices, size_t run) {
 }
 inline size_t vertex_runs(size_t vertices) { return (vertices + kVertexRun - 1) / kVertexRun; }
 
-// Calls task(0 .. count-1), each once, and returns when all have returned. It must not throw.
+// Calls task(0 .. count-1), each once, and returns when all have returned. Who has nothing to do
+// takes the next one, so the longest come first. It must not throw.
 template <class Task>
 void for_each_task(const Services* helpers, size_t count, const Task& task) {
-    if (helpers != nullptr) {
-        helpers->parallel_for(count, task);
-        return;
-    }
-    for (size_t i = 0; i < count; ++i) task(i);
+    std::atomic<size_t> next = 0;
+    const auto take_tasks = [&](size_t) {
+        for (size_t i = next++; i < count; i = next++) task(i);
+    };
+    if (helpers != nullptr)
+        helpers->parallel_for(std::min(count, kMaxVertexThreads), take_tasks);
+    else
+        take_tasks(0);
 }
 
 }  // namespace defrec

@@ -48,8 +48,10 @@ TEST_CASE("runs cover every vertex once, with and without helpers") {
 
 TEST_CASE("each task is done once, with and without helpers") {
     for (const Services* helpers : {static_cast<const Services*>(nullptr), &four_threads()}) {
-        std::vector<int> visits(5, 0);
-        for_each_task(helpers, visits.size(), [&](size_t task) { ++visits[task]; });
-        CHECK(visits == std::vector<int>(5, 1));
+        for (const size_t count : {0, 1, 5, 50}) {
+            std::vector<int> visits(count, 0);
+            for_each_task(helpers, count, [&](size_t task) { ++visits[task]; });
+            CHECK(visits == std::vector<int>(count, 1));
+        }
     }
 }
