@@ -355,7 +355,8 @@ TEST_CASE("row 106: a right view that slips sideways is out of calibration until
             if (i < 5) continue;  // after a large slip, depth needs some frames to be found again
             CHECK(frame.state == DEFREC_DEGRADED);
             CHECK((frame.reasons & DEFREC_REASON_CALIBRATION) != 0);
-            CHECK(frame.largest_error > std::abs(frame.shift[2]));
+            // The slip is known to about a tenth.
+            CHECK(frame.largest_error > 0.9 * std::abs(frame.shift[2]));
         }
         session.track(render(1.8, 0));
         session.track(render(1.8, 0.1));
