@@ -170,9 +170,9 @@ AlignPlaces::AlignPlaces(const defrec_align_params& params, const Host& host)
       usable(kAlignRows * kAlignRow, HostAllocator<int16_t>(host)),
       x(usable),
       y(usable) {
-    const auto square = [](int32_t radius, int32_t behind, auto& xs, auto& ys) {
-        for (int32_t row = -radius; row <= radius; ++row)
-            for (int32_t column = -radius; column <= radius; ++column) {
+    const auto square = [](int32_t radius, int32_t step, int32_t behind, auto& xs, auto& ys) {
+        for (int32_t row = -radius; row <= radius; row += step)
+            for (int32_t column = -radius; column <= radius; column += step) {
                 xs.push_back(column);
                 ys.push_back(row);
             }
@@ -180,15 +180,19 @@ AlignPlaces::AlignPlaces(const defrec_align_params& params, const Host& host)
         ys.resize(xs.size(), behind);
     };
     const int32_t r = int32_t(params.patch_radius);
-    square(r + 1, 0, sample_x, sample_y);
-    square(int32_t(params.search_radius), kAlignFar, shift_x, shift_y);
+    square(r + 1, 1, 0, sample_x, sample_y);
+    square(int32_t(params.search_radius / 2 * 2), 2, kAlignFar, shift_x, shift_y);
     for (int32_t row = -r; row <= r; ++row)
         for (int32_t column = -r; column <= r; ++column) {
             const size_t at = size_t((row + r) * kAlignRow + column + r);
             usable[at] = 1;
             x[at] = int16_t(column);
             y[at] = int16_t(row);
+            sums.n += 1;
+            sums.xx += column * column;
+            sums.yy += row * row;
         }
+    fits = align::make_light_fits(sums, 1.0f / float(sums.n));
 }
 
 std::unique_ptr<Stage> make_align(const defrec_align_params& params, const Host& host) {

@@ -27,39 +27,40 @@ struct AlignView {
 
 constexpr int32_t kAlignRow = 16;  // int16 from row to row of a sampled patch
 constexpr int32_t kAlignRows = 2 * kAlignMaxPatchRadius + 1;
-constexpr int32_t kAlignWindowRow = 64;  // pairs from row to row of a live window
+constexpr int32_t kAlignWindowRow = 64;  // int16 from row to row of a live window
 constexpr int32_t kAlignWindowRows = 2 * (kAlignMaxPatchRadius + kAlignMaxSearchRadius + 1) + 1;
-constexpr int32_t kAlignScoreRows = 2 * kAlignMaxSearchRadius + 1;
+constexpr int32_t kAlignScoreRows = kAlignMaxSearchRadius / 2 * 2 + 1;
 constexpr int32_t kAlignLanes = 16;     // most that are used
 constexpr int32_t kAlignFar = 1 << 12;  // px
 
-// Sums over the patch for every displacement, in rows of dx.
+// Sums over the patch for displacements that are scored at a time: the even ones in rows of dx,
+// then those round the best of them in rows of four.
 using AlignSums = int32_t[kAlignScoreRows * kAlignScoreRows + kAlignLanes];
+// Round the predicted pixel; behind it what vectors read beyond its last row.
+using AlignWindow = int16_t[(kAlignWindowRows + 1) * kAlignWindowRow];
 
-// The memory of one patch's search. A pair is pixel x in the low and pixel x + 1 in the high half.
+// The memory of one patch's search.
 struct AlignScratch {
     alignas(64) int16_t t[kAlignRows * kAlignRow], gx[kAlignRows * kAlignRow],
         gy[kAlignRows * kAlignRow];  // 0 beyond the patch
     alignas(64) int16_t high[kAlignRows * kAlignRow],
         low[kAlignRows * kAlignRow];  // t * t = 4096 high + low
-    alignas(
-        64) int32_t live[kAlignWindowRows * kAlignWindowRow];  // pairs round the predicted pixel
-    alignas(64)
-        int32_t usable[kAlignWindowRows * kAlignWindowRow];  // pairs of 0 or 1; only where masked
-    alignas(64) int32_t usable_live[kAlignWindowRows * kAlignWindowRow];  // live where usable, else
-                                                                          // 0; only where masked
+    alignas(64) AlignWindow live;
+    alignas(64) AlignWindow usable;       // 0 or 1; only where masked
+    alignas(64) AlignWindow usable_live;  // live where usable, else 0; only where masked
     alignas(64) AlignSums i, ii, ti, n, t_sum, tt_high, tt_low;  // the last four only where masked
     bool masked;
     int32_t full_tt, full_t;  // of the whole patch
 };
 
-// Places row by row, for SIMD: of a patch's samples, px, and of the displacements that are
-// searched. Behind the last are kAlignLanes more: of samples the centre, of displacements
-// kAlignFar, which none is.
+// Places row by row, for SIMD: of a patch's samples, px, and of the even displacements. Behind the
+// last are kAlignLanes more: of samples the centre, of displacements kAlignFar, which none is.
 struct AlignPlaces {
     HostVector<int32_t> sample_x, sample_y, shift_x, shift_y;
     // Of the pixels of a patch that is usable throughout, in rows of kAlignRow; 0 beyond it.
     HostVector<int16_t> usable, x, y;
+    align::TemplateSums sums;  // of it, those of n, x and y
+    align::LightFits fits;
 
     AlignPlaces(const defrec_align_params& params, const Host& host);
 };
