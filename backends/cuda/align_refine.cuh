@@ -137,9 +137,9 @@ __device__ defrec_patch_observation refine(const defrec_align_params& params,
             k == 0 ? first_shift_step(sums, fits, live, system) : shift_step(system, live);
         if (!step.valid) return {};
         score = step.score;
-        if (step.x == 0 && step.y == 0) break;  // every further step would be the same
         shift = make_int2(shift.x + step.x, shift.y + step.y);
         if (shift.x < -256 || shift.y < -256 || shift.x > 255 || shift.y > 255) return {};
+        if (step.is_short()) break;
     }
     if (score >> 4 < static_cast<int32_t>(params.min_score)) return {};
     defrec_patch_observation out{};
