@@ -1,5 +1,5 @@
-// Sampling a patch from its view, and its ZNCC over the search window: lanes are even displacements
-// along x.
+// Sampling a patch from its view, and its ZNCC over the search window: lanes are every
+// second displacement along x.
 #include <algorithm>
 #include <cstring>
 #include <type_traits>
@@ -21,6 +21,8 @@ namespace {
 using namespace align;
 
 using D32 = hn::CappedTag<int32_t, 16>;
+constexpr int32_t kHalfLanes = 8;
+using DHalf = hn::CappedTag<int32_t, kHalfLanes>;
 using D16 = hn::Repartition<int16_t, D32>;
 using DFloat = hn::RebindToFloat<D32>;
 using V32 = hn::Vec<D32>;
@@ -36,8 +38,11 @@ hn::Vec<D> columns_from(D d, int32_t x) {
 }
 
 // Sum of the products of two rows' halves.
-V32 multiply_pairs(V32 a, V32 b, V32 sum, V32& rest) {
-    return hn::ReorderWidenMulAccumulate(D32(), hn::BitCast(D16(), a), hn::BitCast(D16(), b), sum,
+template <class V>
+V multiply_pairs(V a, V b, V sum, V& rest) {
+    const hn::DFromV<V> d;
+    const hn::Repartition<int16_t, decltype(d)> halves;
+    return hn::ReorderWidenMulAccumulate(d, hn::BitCast(halves, a), hn::BitCast(halves, b), sum,
                                          rest);
 }
 V32 multiply_pairs(V32 a, V32 b) {
@@ -210,36 +215,35 @@ void load_window(const AlignLevel& level, int32_t x, int32_t y, int32_t reach,
 }
 
 // Stores the first count lanes.
-void store_first(V32 value, int32_t count, int32_t* to) {
-    const D32 d;
+template <class V>
+void store_first(V value, int32_t count, int32_t* to) {
+    const hn::DFromV<V> d;
     if (count >= int32_t(hn::Lanes(d)))
         hn::StoreU(value, d, to);
     else
         hn::BlendedStore(value, hn::FirstN(d, size_t(count)), d, to);
 }
 
-V32 pair_of(const int16_t* two) {
-    int32_t pair = 0;
-    std::memcpy(&pair, two, sizeof pair);
-    return hn::Set(D32(), pair);
+// Two pixels in each lane.
+template <class D>
+hn::Vec<D> load_pairs(D d, const int16_t* from) {
+    return hn::BitCast(d, hn::LoadU(hn::Repartition<int16_t, D>(), from));
 }
-
-// Two pixels in each lane, the first one's column even.
-V32 load_pairs(const int16_t* from) { return hn::BitCast(D32(), hn::LoadU(D16(), from)); }
 
 // kRows rows of at most a vector of displacements: the sums of the products of patch and window.
 // Unrolled, a vector of the window is loaded once for all rows.
-template <int32_t kRows, class Radius>
-void correlate_rows(Radius radius, const int16_t* patch, const int16_t* window, int32_t count,
+template <int32_t kRows, class D, class Radius>
+void correlate_rows(D d, Radius radius, const int16_t* patch, const int16_t* window, int32_t count,
                     int32_t stride, int32_t* out) {
-    const D32 d;
-    V32 sum[kRows], rest[kRows];
+    hn::Vec<D> sum[kRows], rest[kRows];
     for (int32_t j = 0; j < kRows; ++j) sum[j] = rest[j] = hn::Zero(d);
     for (int32_t k = 0; k <= 2 * radius; k += 2) {
         for (int32_t row = 0; row <= 2 * radius; ++row) {
-            const V32 pair = pair_of(patch + row * kAlignRow + k);
+            int32_t two = 0;
+            std::memcpy(&two, patch + row * kAlignRow + k, sizeof two);
+            const auto pair = hn::Set(d, two);
             for (int32_t j = 0; j < kRows; ++j)
-                sum[j] = multiply_pairs(load_pairs(window + (row + 2 * j) * kAlignWindowRow + k),
+                sum[j] = multiply_pairs(load_pairs(d, window + (row + 2 * j) * kAlignWindowRow + k),
                                         pair, sum[j], rest[j]);
         }
     }
@@ -247,85 +251,121 @@ void correlate_rows(Radius radius, const int16_t* patch, const int16_t* window, 
         store_first(hn::RearrangeToOddPlusEven(sum[j], rest[j]), count, out + j * stride);
 }
 
-// Even displacements. window: the first one's first pixel; side: how many they are in a row.
-template <class Radius>
-void correlate(Radius radius, const int16_t* patch, const int16_t* window, int32_t side,
-               AlignSums& out) {
+// Displacements 2 apart, side x side of them. window: the first one's first pixel.
+template <class D, class Radius>
+void correlate_all(D d, Radius radius, const int16_t* patch, const int16_t* window, int32_t side,
+                   int32_t stride, int32_t* out) {
     constexpr int32_t kMostRows = 5;  // at once
-    const int32_t lanes = int32_t(hn::Lanes(D32()));
+    const int32_t lanes = int32_t(hn::Lanes(d));
     for (int32_t x = 0; x < side; x += lanes) {
         const int32_t count = std::min(lanes, side - x);
-        // An odd number of rows in parts that are about equal: of 3 to 5, but for a single one.
+        // In parts that are about equal: of 3 to 5 rows, but for a single one.
         const int32_t parts = (side + kMostRows - 1) / kMostRows;
         for (int32_t part = 0; part < parts; ++part) {
             const int32_t dy = side * part / parts, rows = side * (part + 1) / parts - dy;
             const int16_t* from = window + 2 * (dy * kAlignWindowRow + x);
-            int32_t* to = out + dy * side + x;
+            int32_t* to = out + dy * stride + x;
             switch (rows) {
                 case 4:
-                    correlate_rows<4>(radius, patch, from, count, side, to);
+                    correlate_rows<4>(d, radius, patch, from, count, stride, to);
                     break;
                 case 5:
-                    correlate_rows<5>(radius, patch, from, count, side, to);
+                    correlate_rows<5>(d, radius, patch, from, count, stride, to);
                     break;
                 default:
-                    correlate_rows<3>(radius, patch, from, count, side, to);
+                    correlate_rows<3>(d, radius, patch, from, count, stride, to);
                     break;
             }
         }
     }
 }
 
-// Sums of the window's pixels, and of their squares where wanted, under the patch at even
-// displacements: along rows first.
-template <bool kSquares, class Radius>
-void box_sums(Radius radius, const int16_t* window, int32_t side, AlignSums& out,
-              AlignSums& out_squares) {
-    const D32 d;
-    const D16 halves;
-    constexpr int32_t kLanes = hn::MaxLanes(D32());
-    const int32_t height = 2 * radius + 1, rows = 2 * side - 1 + 2 * radius;
-    const V32 low = hn::Set(d, 0xffff);
-    const auto one = hn::Set(halves, 1);
-    // Of each row of the window.
-    alignas(64) int32_t sums[kAlignWindowRows * kLanes], squares[kAlignWindowRows * kLanes];
-    for (int32_t x = 0; x < side; x += kLanes) {
-        const int32_t count = std::min(kLanes, side - x);
-        V32 sum = hn::Zero(d), square = sum;
-        for (int32_t row = 0; row < rows; ++row) {
-            const int16_t* line = window + row * kAlignWindowRow + 2 * x;
-            auto pairs = hn::Zero(halves);
-            V32 own_square = hn::Zero(d), rest = own_square;
-            for (int32_t k = 0; k < radius; ++k) {
-                const V32 pair = load_pairs(line + 2 * k);
-                pairs = hn::Add(pairs, hn::BitCast(halves, pair));
-                if (kSquares) own_square = multiply_pairs(pair, pair, own_square, rest);
-            }
-            const V32 last = hn::And(load_pairs(line + 2 * radius), low);
-            const V32 own =
-                hn::Add(last, multiply_pairs(hn::BitCast(d, pairs), hn::BitCast(d, one)));
-            hn::Store(own, d, sums + row * kLanes);
-            sum = hn::Add(sum, own);
-            if (kSquares) {
-                own_square =
-                    hn::RearrangeToOddPlusEven(multiply_pairs(last, last, own_square, rest), rest);
-                hn::Store(own_square, d, squares + row * kLanes);
-                square = hn::Add(square, own_square);
-            }
-            const int32_t first = row + 1 - height;
-            if (first < 0) continue;
-            if (first % 2 == 0) {
-                store_first(sum, count, out + first / 2 * side + x);
-                if (kSquares) store_first(square, count, out_squares + first / 2 * side + x);
-            }
-            sum = hn::Sub(sum, hn::Load(d, sums + first * kLanes));
-            if (kSquares) square = hn::Sub(square, hn::Load(d, squares + first * kLanes));
-        }
+// The displacements that are scored first. window: the first pixel of the one that is 0.
+template <class Radius>
+void correlate(Radius radius, const int16_t* patch, const int16_t* window,
+               const AlignSearch& search, AlignSums& out) {
+    for (const int32_t reach : {search.even, search.odd}) {
+        if (reach < 0) continue;
+        const int16_t* first = window - reach * (kAlignWindowRow + 1);
+        const int32_t side = reach + 1, stride = 2 / search.step * search.row_places;
+        int32_t* to = out + search.place(-reach, -reach);
+        // Vectors of half the length run on more of a processor's ports.
+        if (side <= kHalfLanes)
+            correlate_all(DHalf(), radius, patch, first, side, stride, to);
+        else
+            correlate_all(D32(), radius, patch, first, side, stride, to);
     }
 }
 
-// ---- the displacements round the best one: three rows of three and one lane without meaning
-// ------
+// Sums of columns of the window, and of their squares where wanted: of two columns together in each
+// lane, and of the first of them alone.
+template <bool kSquares>
+struct ColumnSums {
+    V32 both, first, both_squares, first_squares;
+
+    ColumnSums() : both(hn::Zero(D32())), first(both), both_squares(both), first_squares(both) {}
+    // Adds or subtracts a row.
+    template <class Combine>
+    HWY_INLINE void take(const int16_t* row, Combine combine) {
+        const V32 pair = load_pairs(D32(), row), left = hn::And(pair, hn::Set(D32(), 0xffff));
+        both = combine(both, multiply_pairs(pair, hn::BitCast(D32(), hn::Set(D16(), 1))));
+        first = combine(first, left);
+        if (!kSquares) return;
+        both_squares = combine(both_squares, multiply_pairs(pair, pair));
+        first_squares = combine(first_squares, multiply_pairs(left, left));
+    }
+};
+
+// Sums of the window's pixels, and of their squares where wanted, under the patch at the
+// displacements that are scored first: down columns first, which all rows of dy share.
+template <bool kSquares, class Radius>
+void box_sums(Radius radius, const int16_t* window, const AlignSearch& search, AlignSums& out,
+              AlignSums& out_squares) {
+    const D32 d;
+    constexpr int32_t kLanes = hn::MaxLanes(D32()), kPairs = kAlignWindowRow / 2;
+    // The first column is that of an even displacement.
+    const int32_t left = (search.top + 1) / 2 * 2, columns = (left + search.top) / 2 + radius + 1;
+    const int16_t* corner = window - search.top * kAlignWindowRow - left;
+    alignas(64) int32_t both[2][kPairs + kAlignLanes], first[2][kPairs + kAlignLanes];
+    ColumnSums<kSquares> sums[kPairs / kLanes];
+    const auto add = [](V32 a, V32 b) HWY_ATTR { return hn::Add(a, b); };
+    const auto subtract = [](V32 a, V32 b) HWY_ATTR { return hn::Sub(a, b); };
+    for (int32_t dy = -search.top, row = 0; dy <= search.top; dy += search.step) {
+        const int32_t end = dy + search.top + 2 * radius + 1;
+        for (int32_t x = 0, i = 0; x < columns; x += kLanes, ++i) {
+            ColumnSums<kSquares> sum = sums[i];
+            const int16_t* line = corner + 2 * x;
+            for (int32_t k = row; k < end; ++k) sum.take(line + k * kAlignWindowRow, add);
+            for (int32_t k = row - 2 * radius - 1; k < end - 2 * radius - 1; ++k)
+                if (k >= 0) sum.take(line + k * kAlignWindowRow, subtract);
+            sums[i] = sum;
+            hn::Store(sum.both, d, both[0] + x);
+            hn::Store(sum.first, d, first[0] + x);
+            if (!kSquares) continue;
+            hn::Store(sum.both_squares, d, both[1] + x);
+            hn::Store(sum.first_squares, d, first[1] + x);
+        }
+        row = end;
+        const int32_t reach = search.farthest(dy), from = (left - reach) / 2;
+        const auto store = [&](const int32_t* two, const int32_t* one, AlignSums& to) HWY_ATTR {
+            for (int32_t x = 0; x <= reach; x += kLanes) {
+                const int32_t at = from + x;
+                V32 sum = hn::LoadU(d, two + at);
+                for (int32_t k = 1; k < radius; ++k) sum = hn::Add(sum, hn::LoadU(d, two + at + k));
+                // An odd displacement begins with the second of two columns.
+                sum = hn::Add(sum, reach % 2 == 0 ? hn::LoadU(d, one + at + radius)
+                                                  : hn::Sub(hn::LoadU(d, two + at + radius),
+                                                            hn::LoadU(d, one + at)));
+                store_first(sum, std::min(kLanes, reach + 1 - x),
+                            to + search.place(-reach, dy) + x);
+            }
+        };
+        store(both[0], first[0], out);
+        if (kSquares) store(both[1], first[1], out_squares);
+    }
+}
+
+// ---- the displacements round the best one: rows of three and one lane without meaning -------
 
 // The sums of the products of patch and window. window: the first displacement's first pixel.
 template <class Radius>
@@ -378,8 +418,7 @@ void box_sums_near(Radius radius, const int16_t* inside, const int16_t* window, 
     }
 }
 
-// ---- scores
-// ---------------------------------------------------------------------------------------
+// ---- scores ---------------------------------------------------------------------------------
 
 VFloat reciprocal_root(VFloat x) {
     const DFloat d;
@@ -504,16 +543,17 @@ void split_squares(int32_t height, AlignScratch& scratch) {
     }
 }
 
-// Sums at the even displacements. first: of the window, the first one's first pixel.
+// Sums at the displacements that are scored first. centre: of the window, the first pixel of the
+// patch where it is not displaced.
 template <class Radius>
-void even_sums(Radius radius, int32_t side, int32_t first, AlignScratch& scratch) {
-    const int16_t* live = (scratch.masked ? scratch.usable_live : scratch.live) + first;
-    correlate(radius, scratch.t, live, side, scratch.ti);
-    box_sums<true>(radius, live, side, scratch.i, scratch.ii);
+void first_sums(Radius radius, const AlignSearch& search, int32_t centre, AlignScratch& scratch) {
+    const int16_t* live = (scratch.masked ? scratch.usable_live : scratch.live) + centre;
+    correlate(radius, scratch.t, live, search, scratch.ti);
+    box_sums<true>(radius, live, search, scratch.i, scratch.ii);
     if (!scratch.masked) return;
-    const int16_t* usable = scratch.usable + first;
-    const int32_t height = 2 * radius + 1, places = side * side;
-    box_sums<false>(radius, usable, side, scratch.n, scratch.n);
+    const int16_t* usable = scratch.usable + centre;
+    const int32_t height = 2 * radius + 1, places = search.rows() * search.row_places;
+    box_sums<false>(radius, usable, search, scratch.n, scratch.n);
     split_squares(height, scratch);
     if (!misses_some(height * height, places, scratch)) {
         std::fill_n(scratch.t_sum, places, scratch.full_t);
@@ -521,9 +561,9 @@ void even_sums(Radius radius, int32_t side, int32_t first, AlignScratch& scratch
         std::fill_n(scratch.tt_low, places, scratch.full_tt & 4095);
         return;
     }
-    correlate(radius, scratch.t, usable, side, scratch.t_sum);
-    correlate(radius, scratch.high, usable, side, scratch.tt_high);
-    correlate(radius, scratch.low, usable, side, scratch.tt_low);
+    correlate(radius, scratch.t, usable, search, scratch.t_sum);
+    correlate(radius, scratch.high, usable, search, scratch.tt_high);
+    correlate(radius, scratch.low, usable, search, scratch.tt_low);
 }
 
 // Likewise round one of them.
@@ -550,12 +590,13 @@ bool find_displacement(Radius radius, const AlignRun& run, const Limits& limits,
     alignas(64) static constexpr int32_t kNearY[kAlignLanes] = {
         -1, -1, -1, 0, 0, 0, 0, 0, 1, 1, 1, 0, kAlignFar, kAlignFar, kAlignFar, kAlignFar};
     const AlignPlaces& places = *run.places;
-    const int32_t s = int32_t(run.params->search_radius), even = s / 2 * 2, side = even + 1;
+    const int32_t s = int32_t(run.params->search_radius);
+    const AlignSearch search(s);
     // Of the window, the first pixel of the patch that is not displaced.
     const int32_t centre = (s + 1) * (kAlignWindowRow + 1);
-    even_sums(radius, side, centre - even * (kAlignWindowRow + 1), scratch);
-    int32_t at = best_displacement(run, scratch, limits, side * side, 0, 0, &places.shift_x[0],
-                                   &places.shift_y[0]);
+    first_sums(radius, search, centre, scratch);
+    int32_t at = best_displacement(run, scratch, limits, search.rows() * search.row_places, 0, 0,
+                                   &places.shift_x[0], &places.shift_y[0]);
     if (at < 0) return false;
     dx = places.shift_x[size_t(at)];
     dy = places.shift_y[size_t(at)];

@@ -133,14 +133,24 @@ __device__ uint32_t sum_of_lanes(uint32_t value, int32_t count, int32_t apart) {
     return sum;
 }
 
-// Displacements in rows, `step` from one to the next.
+// Displacements in rows, `step` apart, every second row `shift` further on.
 struct Displacements {
     int2 first;
-    int32_t step, side;
+    int32_t columns, rows, step_x, step_y, shift;
     __device__ int2 at(int32_t index) const {
-        return make_int2(first.x + index % side * step, first.y + index / side * step);
+        const int32_t row = index / columns;
+        return make_int2(first.x + index % columns * step_x + row % 2 * shift,
+                         first.y + row * step_y);
     }
 };
+
+// Those that are scored first; the last of a row may lie beyond the radius.
+__device__ Displacements first_displacements(int32_t radius) {
+    const int32_t even = radius / 2 * 2;
+    if (radius > kEvenSearch)
+        return {make_int2(-radius, -radius), radius + 1, 2 * radius + 1, 2, 1, 1};
+    return {make_int2(-even, -even), even + 1, even + 1, 2, 2, 0};
+}
 
 template <int kRadius>
 class DisplacementSearch {
@@ -157,7 +167,7 @@ class DisplacementSearch {
 
     // The best displacement's index in the grid; -1 where none is scored.
     __device__ int32_t best_of(const Displacements& grid) const {
-        const int32_t count = grid.side * grid.side, groups = min(count, kLanes),
+        const int32_t count = grid.columns * grid.rows, groups = min(count, kLanes),
                       parts = kLanes / groups, rows = (L::kSide + parts - 1) / parts;
         const int32_t lane = static_cast<int32_t>(threadIdx.x), first = lane / groups * rows,
                       last = lane < parts * groups ? min(first + rows, L::kSide) : 0;
@@ -225,13 +235,12 @@ __device__ bool search(const Level& level, const Window<kRadius>& window,
                        const Template<kRadius>& patch, int2 at, int32_t search_radius,
                        int2& displacement) {
     const DisplacementSearch<kRadius> search(level, window, patch, at, search_radius);
-    const int32_t even = search_radius / 2 * 2;
-    const Displacements coarse{make_int2(-even, -even), 2, even + 1};
+    const Displacements coarse = first_displacements(search_radius);
     const int32_t place = search.best_of(coarse);
     if (place < 0) return false;
     const int2 best = coarse.at(place);
-    const Displacements near{make_int2(best.x - 1, best.y - 1), 1, 3};
-    displacement = near.at(search.best_of(near));
+    const Displacements nearby{make_int2(best.x - 1, best.y - 1), 3, 3, 1, 1, 0};
+    displacement = nearby.at(search.best_of(nearby));
     return max(std::abs(displacement.x), std::abs(displacement.y)) < search_radius;
 }
 

@@ -227,10 +227,12 @@ class Align final : public Stage {
     // Moves (x, y) to the best displacement within the search radius; false if it lies at the
     // border.
     bool search(const Sampled& sampled, int32_t& x, int32_t& y) const {
-        const int32_t s = int32_t(params_.search_radius), even = s / 2 * 2;
+        const int32_t s = int32_t(params_.search_radius);
         Best coarse, fine;
-        for (int32_t dy = -even; dy <= even; dy += 2)
-            for (int32_t dx = -even; dx <= even; dx += 2) compare(sampled, x, y, dx, dy, coarse);
+        for (int32_t dy = -s; dy <= s; ++dy)
+            for (int32_t dx = -s; dx <= s; ++dx)
+                if ((dx + dy) % 2 == 0 && (dx % 2 == 0 || s > kEvenSearch))
+                    compare(sampled, x, y, dx, dy, coarse);
         if (coarse.rank == kUnscored) return false;
         for (int32_t dy = std::max(-s, coarse.y - 1); dy <= std::min(s, coarse.y + 1); ++dy)
             for (int32_t dx = std::max(-s, coarse.x - 1); dx <= std::min(s, coarse.x + 1); ++dx)

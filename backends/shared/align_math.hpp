@@ -18,8 +18,9 @@ enum { kMaxMatrix = 4 * 65536 };  // largest entry of view_from_live that is fol
 enum {
     kDistancePenalty = 32
 };  // what a displacement of one px costs in the search, 1/65536; grows with its square
-enum { kShiftSteps = 4 };               // Gauss-Newton steps, at most
-enum { kShortStep = 4 };                // 1/256 px; the last one
+enum { kEvenSearch = 4 };  // px; beyond, displacements with both coordinates odd are tried as well
+enum { kShiftSteps = 4 };  // Gauss-Newton steps, at most
+enum { kShortStep = 4 };   // 1/256 px; the last one
 constexpr float kFullPrecision = 0.1f;  // px; a patch located this well has information 1
 
 // Coordinates of level 0 to those of a level and back, 1/256 px: pixel centres of a level lie

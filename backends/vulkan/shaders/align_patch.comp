@@ -37,8 +37,7 @@ const int kSide = 2 * kRadius + 1, kPixels = kSide * kSide;
 const int kPixelsPerLane = (kPixels + kLanes - 1) / kLanes;
 const int kSampled = kSide + 2;       // with one pixel more on every side
 const int kBlocks = (kSide + 3) / 4;  // of four columns
-const int kPlaces = 2 * kSearch + 1,
-          kEven = kSearch / 2 * 2;  // displacements in a row; the last even one
+const int kPlaces = 2 * kSearch + 1;  // displacements in a row
 // The window of the live image that the search and the refinement see, four pixels in a word. Its
 // first row is that of displacement -kSearch less one; that displacement's begins with the second
 // word.
@@ -224,16 +223,35 @@ int score_of(int n, int t, int tt, int i, int ii, int ti) {
     return int(floor(z));
 }
 
-// The best of side x side displacements from the pixel at, `step` from one to the next in rows; its
-// score is kUnscored where none is scored. Where they are few, lanes share the rows of each.
-// t, tt: of the whole patch.
+// Displacements in rows, `step` apart, every second row `shift` further on.
+struct Displacements {
+    ivec2 first;
+    int columns, rows;
+    ivec2 step;
+    int shift;
+};
+ivec2 displacement_at(Displacements grid, int place) {
+    const int row = place / grid.columns;
+    return grid.first + grid.step * ivec2(place % grid.columns, row) +
+           ivec2(row % 2 * grid.shift, 0);
+}
+// Those that are scored first; the last of a row may lie beyond the radius.
+Displacements first_displacements() {
+    const int even = kSearch / 2 * 2;
+    if (kSearch > kEvenSearch)
+        return Displacements(ivec2(-kSearch), kSearch + 1, 2 * kSearch + 1, ivec2(2, 1), 1);
+    return Displacements(ivec2(-even), even + 1, even + 1, ivec2(2), 0);
+}
+
+// The best displacement from the pixel at; its score is kUnscored where none is scored. Where they
+// are few, lanes share the rows of each. t, tt: of the whole patch.
 struct Best {
     ivec2 displacement;
     int score;
 };
-Best best_of(ivec2 at, ivec2 first, int step, int side, int t, int tt) {
-    const int count = side * side, groups = min(count, kLanes), shares = kLanes / groups,
-              rows = (kSide + shares - 1) / shares, share = lane / groups;
+Best best_of(ivec2 at, Displacements grid, int t, int tt) {
+    const int count = grid.columns * grid.rows, groups = min(count, kLanes),
+              shares = kLanes / groups, rows = (kSide + shares - 1) / shares, share = lane / groups;
     int own_score = kUnscored, own_place = 0;
     if (lane == 0) {
         best_score = kUnscored;
@@ -241,7 +259,7 @@ Best best_of(ivec2 at, ivec2 first, int step, int side, int t, int tt) {
     }
     for (int start = 0; start < count; start += groups) {
         const int place = start + lane % groups;
-        const ivec2 d = first + step * ivec2(place % side, place / side),
+        const ivec2 d = displacement_at(grid, place),
                     window = clamp(d, ivec2(-kSearch - 1), ivec2(kSearch + 1)) + kSearch;
         const int byte = 4 + window.x;
         Correlation sums =
@@ -283,7 +301,7 @@ Best best_of(ivec2 at, ivec2 first, int step, int side, int t, int tt) {
     barrier();
     if (own_score == best_score) atomicMin(best_place, own_place);
     barrier();
-    const Best best = Best(first + step * ivec2(best_place % side, best_place / side), best_score);
+    const Best best = Best(displacement_at(grid, best_place), best_score);
     barrier();
     return best;
 }
@@ -291,10 +309,11 @@ Best best_of(ivec2 at, ivec2 first, int step, int side, int t, int tt) {
 // The displacement of the best score round the pixel at; false if there is none or it lies at the
 // border.
 bool search(ivec2 at, int t, int tt, out ivec2 displacement) {
-    const Best even = best_of(at, ivec2(-kEven), 2, kEven + 1, t, tt);
-    displacement = even.displacement;
-    if (even.score == kUnscored) return false;
-    displacement = best_of(at, even.displacement - 1, 1, 3, t, tt).displacement;
+    const Best best = best_of(at, first_displacements(), t, tt);
+    displacement = best.displacement;
+    if (best.score == kUnscored) return false;
+    const Displacements near = Displacements(displacement - 1, 3, 3, ivec2(1), 0);
+    displacement = best_of(at, near, t, tt).displacement;
     return max(abs(displacement.x), abs(displacement.y)) < kSearch;
 }
 
