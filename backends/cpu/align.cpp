@@ -170,25 +170,34 @@ AlignPlaces::AlignPlaces(const defrec_align_params& params, const Host& host)
       usable(kAlignRows * kAlignRow, HostAllocator<int16_t>(host)),
       x(usable),
       y(usable) {
-    const auto square = [](int32_t radius, int32_t behind, auto& xs, auto& ys) {
-        for (int32_t row = -radius; row <= radius; ++row)
-            for (int32_t column = -radius; column <= radius; ++column) {
-                xs.push_back(column);
-                ys.push_back(row);
-            }
-        xs.resize(xs.size() + kAlignLanes, behind);
-        ys.resize(xs.size(), behind);
-    };
     const int32_t r = int32_t(params.patch_radius);
-    square(r + 1, 0, sample_x, sample_y);
-    square(int32_t(params.search_radius), kAlignFar, shift_x, shift_y);
+    for (int32_t row = -r - 1; row <= r + 1; ++row)
+        for (int32_t column = -r - 1; column <= r + 1; ++column) {
+            sample_x.push_back(column);
+            sample_y.push_back(row);
+        }
+    sample_x.resize(sample_x.size() + kAlignLanes);
+    sample_y.resize(sample_x.size());
+    const AlignSearch search(int32_t(params.search_radius));
+    for (int32_t dy = -search.top; dy <= search.top; dy += search.step)
+        for (int32_t k = 0; k < search.row_places; ++k) {
+            const int32_t dx = 2 * k - search.farthest(dy);
+            shift_x.push_back(dx <= search.farthest(dy) ? dx : kAlignFar);
+            shift_y.push_back(dy);
+        }
+    shift_x.resize(shift_x.size() + kAlignLanes, kAlignFar);
+    shift_y.resize(shift_x.size(), kAlignFar);
     for (int32_t row = -r; row <= r; ++row)
         for (int32_t column = -r; column <= r; ++column) {
             const size_t at = size_t((row + r) * kAlignRow + column + r);
             usable[at] = 1;
             x[at] = int16_t(column);
             y[at] = int16_t(row);
+            sums.n += 1;
+            sums.xx += column * column;
+            sums.yy += row * row;
         }
+    fits = align::make_light_fits(sums, 1.0f / float(sums.n));
 }
 
 std::unique_ptr<Stage> make_align(const defrec_align_params& params, const Host& host) {

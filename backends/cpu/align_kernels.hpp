@@ -1,6 +1,7 @@
 // What the files of the CPU's align share: one level's images, and the work on one patch from
 // sampling to the refined position.
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -27,39 +28,62 @@ struct AlignView {
 
 constexpr int32_t kAlignRow = 16;  // int16 from row to row of a sampled patch
 constexpr int32_t kAlignRows = 2 * kAlignMaxPatchRadius + 1;
-constexpr int32_t kAlignWindowRow = 64;  // pairs from row to row of a live window
+constexpr int32_t kAlignWindowRow = 64;  // int16 from row to row of a live window
 constexpr int32_t kAlignWindowRows = 2 * (kAlignMaxPatchRadius + kAlignMaxSearchRadius + 1) + 1;
-constexpr int32_t kAlignScoreRows = 2 * kAlignMaxSearchRadius + 1;
-constexpr int32_t kAlignLanes = 16;     // most that are used
-constexpr int32_t kAlignFar = 1 << 12;  // px
+constexpr int32_t kAlignScores =
+    (2 * kAlignMaxSearchRadius + 1) * (kAlignMaxSearchRadius + 1);  // at most, at a time
+constexpr int32_t kAlignLanes = 16;                                 // most that are used
+constexpr int32_t kAlignFar = 1 << 12;                              // px
 
-// Sums over the patch for every displacement, in rows of dx.
-using AlignSums = int32_t[kAlignScoreRows * kAlignScoreRows + kAlignLanes];
+// Sums over the patch for displacements that are scored at a time, those of AlignSearch in its rows
+// and then those round the best of them in rows of four.
+using AlignSums = int32_t[kAlignScores + kAlignLanes];
+// Round the predicted pixel; behind it what vectors read beyond its last row.
+using AlignWindow = int16_t[(kAlignWindowRows + 1) * kAlignWindowRow];
 
-// The memory of one patch's search. A pair is pixel x in the low and pixel x + 1 in the high half.
+// The memory of one patch's search.
 struct AlignScratch {
     alignas(64) int16_t t[kAlignRows * kAlignRow], gx[kAlignRows * kAlignRow],
         gy[kAlignRows * kAlignRow];  // 0 beyond the patch
     alignas(64) int16_t high[kAlignRows * kAlignRow],
         low[kAlignRows * kAlignRow];  // t * t = 4096 high + low
-    alignas(
-        64) int32_t live[kAlignWindowRows * kAlignWindowRow];  // pairs round the predicted pixel
-    alignas(64)
-        int32_t usable[kAlignWindowRows * kAlignWindowRow];  // pairs of 0 or 1; only where masked
-    alignas(64) int32_t usable_live[kAlignWindowRows * kAlignWindowRow];  // live where usable, else
-                                                                          // 0; only where masked
+    alignas(64) AlignWindow live;
+    alignas(64) AlignWindow usable;       // 0 or 1; only where masked
+    alignas(64) AlignWindow usable_live;  // live where usable, else 0; only where masked
     alignas(64) AlignSums i, ii, ti, n, t_sum, tt_high, tt_low;  // the last four only where masked
     bool masked;
     int32_t full_tt, full_t;  // of the whole patch
 };
 
-// Places row by row, for SIMD: of a patch's samples, px, and of the displacements that are
-// searched. Behind the last are kAlignLanes more: of samples the centre, of displacements
-// kAlignFar, which none is.
+// The displacements that are scored first: with both coordinates even or, in a search that is wide,
+// both odd. They have places in rows of dx, as many in each row of dy.
+struct AlignSearch {
+    int32_t even, odd;   // the farthest; odd is -1 where none are scored
+    int32_t top, step;   // the farthest dy, and from one to the next
+    int32_t row_places;  // the last place of a row may be none's
+
+    explicit constexpr AlignSearch(int32_t radius)
+        : even(radius / 2 * 2),
+          odd(radius > align::kEvenSearch ? (radius + 1) / 2 * 2 - 1 : -1),
+          top(std::max(even, odd)),
+          step(odd < 0 ? 2 : 1),
+          row_places(top + 1) {}
+    constexpr int32_t farthest(int32_t dy) const { return dy % 2 == 0 ? even : odd; }
+    constexpr int32_t rows() const { return 2 * top / step + 1; }
+    constexpr int32_t place(int32_t dx, int32_t dy) const {
+        return (dy + top) / step * row_places + (dx + farthest(dy)) / 2;
+    }
+};
+
+// Places row by row, for SIMD: of a patch's samples, px, and of the displacements that are scored
+// first. Behind the last are kAlignLanes more: of samples the centre, of displacements kAlignFar,
+// which none is.
 struct AlignPlaces {
     HostVector<int32_t> sample_x, sample_y, shift_x, shift_y;
     // Of the pixels of a patch that is usable throughout, in rows of kAlignRow; 0 beyond it.
     HostVector<int16_t> usable, x, y;
+    align::TemplateSums sums;  // of it, those of n, x and y
+    align::LightFits fits;
 
     AlignPlaces(const defrec_align_params& params, const Host& host);
 };

@@ -9,18 +9,16 @@
 // after foreach_target.h
 #include <hwy/highway.h>
 
+#include "backends/cpu/align_lanes-inl.hpp"
+
 HWY_BEFORE_NAMESPACE();
 namespace defrec::cpu::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 namespace {
 using namespace align;
 
-using D32 = hn::CappedTag<int32_t, kAlignRow>;
-using D16 = hn::CappedTag<int16_t, kAlignRow>;
-using DPairs = hn::Repartition<int32_t, D16>;
-using V32 = hn::Vec<D32>;
-
-constexpr int32_t kShiftRows = kAlignRows + 3;
+using VRow = hn::Vec<DRow>;
+using VPairs = hn::Vec<DPairs>;
 
 // A patch's pixels in rows of kAlignRow, 0 where not usable; x and y are offsets from its centre.
 struct Patch {
@@ -43,18 +41,12 @@ class MaskedPatch {
   public:
     MaskedPatch(const AlignScratch& scratch, const AlignPeak& peak, const Patch& whole,
                 int32_t radius) {
-        const D16 d;
-        const DPairs pairs;
-        const hn::Rebind<int16_t, DPairs> narrow;
-        const int32_t* corner =
+        const DRow d;
+        const int16_t* corner =
             scratch.usable + (peak.window_y - radius) * kAlignWindowRow + peak.window_x - radius;
-        for (int32_t k = 0; k < whole.count; k += int32_t(hn::Lanes(pairs))) {
-            const int32_t* from = corner + k / kAlignRow * kAlignWindowRow + k % kAlignRow;
-            const auto usable = hn::And(hn::LoadU(pairs, from), hn::Set(pairs, 1));
-            hn::StoreU(hn::DemoteTo(narrow, usable), narrow, usable_ + k);
-        }
         for (int32_t k = 0; k < whole.count; k += int32_t(hn::Lanes(d))) {
-            const auto usable = hn::Mul(hn::LoadU(d, usable_ + k), hn::LoadU(d, whole.usable + k));
+            const int32_t at = k / kAlignRow * kAlignWindowRow + k % kAlignRow;
+            const auto usable = hn::Mul(hn::LoadU(d, corner + at), hn::LoadU(d, whole.usable + k));
             hn::StoreU(usable, d, usable_ + k);
             const auto mask = [&](const int16_t* from, int16_t* to) HWY_ATTR {
                 hn::StoreU(hn::Mul(usable, hn::LoadU(d, from + k)), d, to + k);
@@ -76,32 +68,34 @@ class MaskedPatch {
     Patch patch_;
 };
 
-// Adds up products of 16-bit values.
-class Sum {
-  public:
-    Sum() : sum_(hn::Zero(DPairs())), rest_(hn::Zero(DPairs())) {}
-    void add(hn::Vec<D16> a, hn::Vec<D16> b) {
-        sum_ = hn::ReorderWidenMulAccumulate(DPairs(), a, b, sum_, rest_);
-    }
-    int32_t total() const { return hn::GetLane(hn::SumOfLanes(DPairs(), hn::Add(sum_, rest_))); }
-
-  private:
-    hn::Vec<DPairs> sum_, rest_;
-};
-
-TemplateSums template_sums(const Patch& patch) {
-    const D16 d;
-    Sum n, x, y, xx, xy, yy, t, gx, gy, xt, yt, xgx, ygx, xgy, ygy, tt, gxx, gxy, gyy, gxt, gyt;
+// Sets those of n, x and y alone.
+void sum_places(const Patch& patch, TemplateSums& sums) {
+    const DRow d;
+    RowSum n, x, y, xx, xy, yy;
     for (int32_t k = 0; k < patch.count; k += int32_t(hn::Lanes(d))) {
-        const auto usable = hn::LoadU(d, patch.usable + k), value = hn::LoadU(d, patch.t + k);
-        const auto across = hn::LoadU(d, patch.gx + k), down = hn::LoadU(d, patch.gy + k);
-        const auto column = hn::LoadU(d, patch.x + k), row = hn::LoadU(d, patch.y + k);
+        const auto usable = hn::LoadU(d, patch.usable + k), column = hn::LoadU(d, patch.x + k),
+                   row = hn::LoadU(d, patch.y + k);
         n.add(usable, usable);
         x.add(column, usable);
         y.add(row, usable);
         xx.add(column, column);
         xy.add(column, row);
         yy.add(row, row);
+    }
+    int32_t s[8];
+    hn::StoreU(totals(n, x, y, xx), DFour(), s);
+    hn::StoreU(totals(xy, yy, RowSum(), RowSum()), DFour(), s + 4);
+    sums.n = s[0], sums.x = s[1], sums.y = s[2];
+    sums.xx = s[3], sums.xy = s[4], sums.yy = s[5];
+}
+// Sets the others.
+void sum_template(const Patch& patch, TemplateSums& sums) {
+    const DRow d;
+    RowSum t, gx, gy, xt, yt, xgx, ygx, xgy, ygy, tt, gxx, gxy, gyy, gxt, gyt;
+    for (int32_t k = 0; k < patch.count; k += int32_t(hn::Lanes(d))) {
+        const auto usable = hn::LoadU(d, patch.usable + k), value = hn::LoadU(d, patch.t + k);
+        const auto across = hn::LoadU(d, patch.gx + k), down = hn::LoadU(d, patch.gy + k);
+        const auto column = hn::LoadU(d, patch.x + k), row = hn::LoadU(d, patch.y + k);
         t.add(value, usable);
         gx.add(across, usable);
         gy.add(down, usable);
@@ -118,76 +112,100 @@ TemplateSums template_sums(const Patch& patch) {
         gxt.add(across, value);
         gyt.add(down, value);
     }
-    return {n.total(),   x.total(),   y.total(),   xx.total(), xy.total(),  yy.total(),
-            t.total(),   gx.total(),  gy.total(),  xt.total(), yt.total(),  xgx.total(),
-            ygx.total(), xgy.total(), ygy.total(), tt.total(), gxx.total(), gxy.total(),
-            gyy.total(), gxt.total(), gyt.total()};
+    int32_t s[16];
+    hn::StoreU(totals(t, gx, gy, xt), DFour(), s);
+    hn::StoreU(totals(yt, xgx, ygx, xgy), DFour(), s + 4);
+    hn::StoreU(totals(ygy, tt, gxx, gxy), DFour(), s + 8);
+    hn::StoreU(totals(gyy, gxt, gyt, RowSum()), DFour(), s + 12);
+    sums.t = s[0], sums.gx = s[1], sums.gy = s[2], sums.xt = s[3], sums.yt = s[4];
+    sums.xgx = s[5], sums.ygx = s[6], sums.xgy = s[7], sums.ygy = s[8];
+    sums.tt = s[9], sums.gxx = s[10], sums.gxy = s[11], sums.gyy = s[12];
+    sums.gxt = s[13], sums.gyt = s[14];
 }
 
-V32 multiply_pairs(V32 a, V32 b) {
-    const hn::Repartition<int16_t, D32> d;
-    V32 rest = hn::Zero(D32());
-    const V32 sum = hn::ReorderWidenMulAccumulate(D32(), hn::BitCast(d, a), hn::BitCast(d, b),
-                                                  hn::Zero(D32()), rest);
-    return hn::RearrangeToOddPlusEven(sum, rest);
-}
-V32 weight_pair(int32_t low, int32_t high) {
-    return hn::Set(D32(), (low & 0xffff) | int32_t(uint32_t(high) << 16));
+// A row of 16-bit values as pairs with the row below: those of even and of odd columns.
+struct RowPairs {
+    VRow even, odd;
+};
+RowPairs pair_rows(VRow upper, VRow lower) {
+    const DRow d;
+    const DPairs pairs;
+    const VRow raised = hn::BitCast(d, hn::ShiftLeft<16>(hn::BitCast(pairs, lower))),
+               lowered = hn::BitCast(d, hn::ShiftRight<16>(hn::BitCast(pairs, upper)));
+    return {hn::OddEven(raised, upper), hn::OddEven(lower, lowered)};
 }
 
-// The live image under the patch, shifted by a fraction of a pixel, 1/4 gray level.
-void shift_live(const AlignScratch& scratch, const AlignPeak& peak, int32_t radius, int32_t shift_x,
-                int32_t shift_y, int16_t* out) {
-    const D32 d;
-    const hn::Rebind<int16_t, D32> narrow;
+// Weights of two pixels.
+VRow weight_pair(int32_t first, int32_t second) {
+    return hn::BitCast(DRow(),
+                       hn::Set(DPairs(), (first & 0xffff) | int32_t(uint32_t(second) << 16)));
+}
+// The sum of four weighted pixels, given as two pairs, and of `round`.
+VPairs weigh(VRow first, VRow first_weights, VRow second, VRow second_weights, int32_t round) {
+    const DPairs pairs;
+    VPairs rest = hn::Zero(pairs);
+    VPairs sum = hn::ReorderWidenMulAccumulate(pairs, first, first_weights, hn::Zero(pairs), rest);
+    sum = hn::ReorderWidenMulAccumulate(pairs, second, second_weights, sum, rest);
+    return hn::Add(hn::RearrangeToOddPlusEven(sum, rest), hn::Set(pairs, round));
+}
+// Even and odd columns' values, each after a shift to the right, as one row of 16 bits.
+template <int kShift>
+VRow join(VPairs even, VPairs odd) {
+    return hn::OddEven(hn::BitCast(DRow(), hn::ShiftLeft<16 - kShift>(odd)),
+                       hn::BitCast(DRow(), hn::ShiftRight<kShift>(even)));
+}
+
+// Of the live image under the patch, shifted by a fraction of a pixel, 1/4 gray level.
+LiveSums live_sums(const Patch& patch, const AlignScratch& scratch, const AlignPeak& peak,
+                   int32_t radius, int32_t shift_x, int32_t shift_y) {
+    const DRow d;
     int32_t wx[4], wy[4];
     cubic_weights(shift_x & 255, wx);
     cubic_weights(shift_y & 255, wy);
-    const V32 left = weight_pair(wx[0], wx[1]), right = weight_pair(wx[2], wx[3]);
-    const V32 above = weight_pair(wy[0], wy[1]), below = weight_pair(wy[2], wy[3]);
-    const int32_t side = 2 * radius + 1;
-    const int32_t* corner = scratch.live +
+    const VRow left = weight_pair(wx[0], wx[1]), right = weight_pair(wx[2], wx[3]);
+    const VRow above = weight_pair(wy[0], wy[1]), below = weight_pair(wy[2], wy[3]);
+    const int16_t* corner = scratch.live +
                             (peak.window_y + (shift_y >> 8) - radius - 1) * kAlignWindowRow +
-                            peak.window_x + (shift_x >> 8) - radius;
-    alignas(64) int32_t rows[kShiftRows * kAlignRow];
-    const int32_t lanes = int32_t(hn::Lanes(d));
-    for (int32_t column = 0; column < kAlignRow; column += lanes) {
-        for (int32_t row = 0; row < side + 3; ++row) {
-            const int32_t* from = corner + row * kAlignWindowRow + column;
-            const V32 sum = hn::Add(multiply_pairs(hn::LoadU(d, from - 1), left),
-                                    multiply_pairs(hn::LoadU(d, from + 1), right));
-            hn::StoreU(hn::ShiftRight<4>(hn::Add(sum, hn::Set(d, 8))), d,
-                       rows + row * kAlignRow + column);
-        }
-        const auto pair = [&](int32_t row) HWY_ATTR {
-            const int32_t* from = rows + row * kAlignRow + column;
-            return hn::Or(hn::And(hn::LoadU(d, from), hn::Set(d, 0xffff)),
-                          hn::ShiftLeft<16>(hn::LoadU(d, from + kAlignRow)));
+                            peak.window_x + (shift_x >> 8) - radius - 1;
+    RowSum i, xi, yi, ii, it, igx, igy;
+    for (int32_t column = 0; column < kAlignRow; column += int32_t(hn::Lanes(d))) {
+        const auto filtered = [&](int32_t row) HWY_ATTR {
+            const int16_t* from = corner + row * kAlignWindowRow + column;
+            const VRow first = hn::LoadU(d, from), second = hn::LoadU(d, from + 1),
+                       third = hn::LoadU(d, from + 2), fourth = hn::LoadU(d, from + 3);
+            return join<4>(weigh(first, left, third, right, 8),
+                           weigh(second, left, fourth, right, 8));
         };
-        for (int32_t row = 0; row < side; ++row) {
-            const V32 sum =
-                hn::Add(multiply_pairs(pair(row), above), multiply_pairs(pair(row + 2), below));
-            hn::StoreU(hn::DemoteTo(narrow, hn::ShiftRight<10>(hn::Add(sum, hn::Set(d, 512)))),
-                       narrow, out + row * kAlignRow + column);
+        VRow last = filtered(2);
+        RowPairs upper, middle;
+        {
+            const VRow first = filtered(0), second = filtered(1);
+            upper = pair_rows(first, second);
+            middle = pair_rows(second, last);
+        }
+        for (int32_t row = 0; row <= 2 * radius; ++row) {
+            const VRow next = filtered(row + 3);
+            const RowPairs lower = pair_rows(last, next);
+            const VRow shifted = join<10>(weigh(upper.even, above, lower.even, below, 512),
+                                          weigh(upper.odd, above, lower.odd, below, 512));
+            upper = middle;
+            middle = lower;
+            last = next;
+            const int32_t k = row * kAlignRow + column;
+            const VRow usable = hn::LoadU(d, patch.usable + k), value = hn::Mul(shifted, usable);
+            i.add(value, usable);
+            xi.add(value, hn::LoadU(d, patch.x + k));
+            yi.add(value, hn::LoadU(d, patch.y + k));
+            ii.add(value, value);
+            it.add(value, hn::LoadU(d, patch.t + k));
+            igx.add(value, hn::LoadU(d, patch.gx + k));
+            igy.add(value, hn::LoadU(d, patch.gy + k));
         }
     }
-}
-
-LiveSums live_sums(const Patch& patch, const int16_t* live) {
-    const D16 d;
-    Sum i, xi, yi, ii, it, igx, igy;
-    for (int32_t k = 0; k < patch.count; k += int32_t(hn::Lanes(d))) {
-        const auto usable = hn::LoadU(d, patch.usable + k),
-                   value = hn::Mul(hn::LoadU(d, live + k), usable);
-        i.add(value, usable);
-        xi.add(value, hn::LoadU(d, patch.x + k));
-        yi.add(value, hn::LoadU(d, patch.y + k));
-        ii.add(value, value);
-        it.add(value, hn::LoadU(d, patch.t + k));
-        igx.add(value, hn::LoadU(d, patch.gx + k));
-        igy.add(value, hn::LoadU(d, patch.gy + k));
-    }
-    return {i.total(), xi.total(), yi.total(), ii.total(), it.total(), igx.total(), igy.total()};
+    int32_t s[8];
+    hn::StoreU(totals(i, xi, yi, ii), DFour(), s);
+    hn::StoreU(totals(it, igx, igy, RowSum()), DFour(), s + 4);
+    return {s[0], s[1], s[2], s[3], s[4], s[5], s[6]};
 }
 
 void refine(const AlignRun& run, const AlignScratch& scratch, const AlignPeak& peak,
@@ -198,23 +216,26 @@ void refine(const AlignRun& run, const AlignScratch& scratch, const AlignPeak& p
         return;
     Patch patch = whole_patch(scratch, *run.places, r);
     std::optional<MaskedPatch> masked;
-    if (scratch.masked) patch = masked.emplace(scratch, peak, patch, r).patch();
-    const TemplateSums sums = template_sums(patch);
+    TemplateSums sums = run.places->sums;
+    LightFits fits = run.places->fits;
+    if (scratch.masked) {
+        patch = masked.emplace(scratch, peak, patch, r).patch();
+        sum_places(patch, sums);
+        fits = make_light_fits(sums, run.inverse[sums.n - 1]);
+    }
+    sum_template(patch, sums);
     ShiftSystem system{};
     int32_t shift_x = 0, shift_y = 0, score = 0;
     for (int32_t k = 0; k < kShiftSteps; ++k) {
-        alignas(64) int16_t shifted[kAlignRows * kAlignRow];
-        shift_live(scratch, peak, r, shift_x, shift_y, shifted);
-        const LiveSums live = live_sums(patch, shifted);
-        const ShiftStep step = k == 0
-                                   ? first_shift_step(sums, run.inverse[sums.n - 1], live, system)
-                                   : shift_step(system, live);
+        const LiveSums live = live_sums(patch, scratch, peak, r, shift_x, shift_y);
+        const ShiftStep step =
+            k == 0 ? first_shift_step(sums, fits, live, system) : shift_step(system, live);
         if (!step.valid) return;
         score = step.score;
-        if (step.x == 0 && step.y == 0) break;  // every further step would be the same
         shift_x += step.x;
         shift_y += step.y;
         if (shift_x < -256 || shift_y < -256 || shift_x > 255 || shift_y > 255) return;
+        if (step.is_short()) break;
     }
     if (score >> 4 < int32_t(run.params->min_score)) return;
     const uint32_t level = run.params->level, side = 2 * run.params->patch_radius + 1;

@@ -1,5 +1,5 @@
-// Sampling a patch from its view, and its ZNCC over the search window: lanes are displacements
-// along x.
+// Sampling a patch from its view, and its ZNCC over the search window: lanes are every
+// second displacement along x.
 #include <algorithm>
 #include <cstring>
 #include <type_traits>
@@ -12,6 +12,8 @@
 // after foreach_target.h
 #include <hwy/highway.h>
 
+#include "backends/cpu/align_lanes-inl.hpp"
+
 HWY_BEFORE_NAMESPACE();
 namespace defrec::cpu::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
@@ -19,8 +21,9 @@ namespace {
 using namespace align;
 
 using D32 = hn::CappedTag<int32_t, 16>;
+constexpr int32_t kHalfLanes = 8;
+using DHalf = hn::CappedTag<int32_t, kHalfLanes>;
 using D16 = hn::Repartition<int16_t, D32>;
-using DRow = hn::CappedTag<int16_t, kAlignRow>;
 using DFloat = hn::RebindToFloat<D32>;
 using V32 = hn::Vec<D32>;
 using VFloat = hn::Vec<DFloat>;
@@ -35,8 +38,11 @@ hn::Vec<D> columns_from(D d, int32_t x) {
 }
 
 // Sum of the products of two rows' halves.
-V32 multiply_pairs(V32 a, V32 b, V32 sum, V32& rest) {
-    return hn::ReorderWidenMulAccumulate(D32(), hn::BitCast(D16(), a), hn::BitCast(D16(), b), sum,
+template <class V>
+V multiply_pairs(V a, V b, V sum, V& rest) {
+    const hn::DFromV<V> d;
+    const hn::Repartition<int16_t, decltype(d)> halves;
+    return hn::ReorderWidenMulAccumulate(d, hn::BitCast(halves, a), hn::BitCast(halves, b), sum,
                                          rest);
 }
 V32 multiply_pairs(V32 a, V32 b) {
@@ -62,19 +68,23 @@ bool sample_view(const AlignView& view, const AlignCentre& centre, const int32_t
         }
     const D32 d;
     const hn::Rebind<int16_t, D32> narrow;
+    const hn::Repartition<uint8_t, D32> bytes;
     const auto byte = hn::Set(d, 255);
+    // Whole pixels from the centre move positions by whole units.
+    const auto position = [&](int axis, V32 across, V32 down) HWY_ATTR {
+        return hn::Add(hn::Set(d, at(axis, -fraction_x, -fraction_y)),
+                       hn::Add(hn::Mul(hn::Set(d, m[2 * axis]), across),
+                               hn::Mul(hn::Set(d, m[2 * axis + 1]), down)));
+    };
+    // The first two of a lane's four bytes in 16 bits each.
+    alignas(16) static constexpr uint8_t kFirstTwo[16] = {0, 128, 1, 128, 4,  128, 5,  128,
+                                                          8, 128, 9, 128, 12, 128, 13, 128};
+    const auto first_two = hn::LoadDup128(bytes, kFirstTwo);
     const int32_t count = (2 * reach + 1) * (2 * reach + 1);
     for (int32_t k = 0; k < count; k += int32_t(hn::Lanes(d))) {
-        const V32 dx = hn::Sub(hn::ShiftLeft<8>(hn::LoadU(d, &places.sample_x[size_t(k)])),
-                               hn::Set(d, fraction_x)),
-                  dy = hn::Sub(hn::ShiftLeft<8>(hn::LoadU(d, &places.sample_y[size_t(k)])),
-                               hn::Set(d, fraction_y));
-        const auto position = [&](int32_t origin, int32_t across, int32_t down) HWY_ATTR {
-            const V32 along = hn::Mul(hn::Set(d, across), dx);
-            const V32 sum = hn::Add(hn::Add(along, hn::Mul(hn::Set(d, down), dy)), hn::Set(d, 128));
-            return hn::Add(hn::Set(d, 256 * origin), hn::ShiftRight<8>(sum));
-        };
-        const V32 x = position(centre.x, m[0], m[1]), y = position(centre.y, m[2], m[3]);
+        const V32 across = hn::LoadU(d, &places.sample_x[size_t(k)]),
+                  down = hn::LoadU(d, &places.sample_y[size_t(k)]);
+        const V32 x = position(0, across, down), y = position(1, across, down);
         const V32 fx = hn::And(hn::ShiftRight<7>(x), byte),
                   fy = hn::And(hn::ShiftRight<7>(y), byte);
         const V32 offset =
@@ -83,9 +93,8 @@ bool sample_view(const AlignView& view, const AlignCentre& centre, const int32_t
         // Two pixels of a row, of the four bytes from the left one on.
         const auto blend = [&](const uint8_t* pixels) HWY_ATTR {
             const V32 four = hn::GatherOffset(d, reinterpret_cast<const int32_t*>(pixels), offset);
-            const V32 pair =
-                hn::Or(hn::And(four, byte), hn::ShiftLeft<8>(hn::And(four, hn::Set(d, 0xff00))));
-            return multiply_pairs(pair, weights);
+            const auto pair = hn::TableLookupBytesOr0(hn::BitCast(bytes, four), first_two);
+            return multiply_pairs(hn::BitCast(d, pair), weights);
         };
         const V32 top = blend(view.pixels), bottom = blend(view.pixels + view.width);
         const V32 value = hn::Add(hn::ShiftLeft<8>(top), hn::Mul(hn::Sub(bottom, top), fy));
@@ -141,101 +150,100 @@ bool prepare_template(const int16_t* sampled, const defrec_align_params& params,
     return int64_t(n) * tt - int64_t(t) * t >= int64_t(n) * n * params.texture * params.texture;
 }
 
-// The bytes of a line from x on, at least 2 * kAlignWindowRow of them readable and `count` of them
-// meant, repeating the border's.
-const uint8_t* window_row(const AlignLevel& level, const uint8_t* image, int32_t x, int32_t y,
-                          int32_t count, uint8_t* buffer) {
-    const size_t line = size_t(std::clamp(y, 0, level.height - 1)) * level.stride;
-    const uint8_t* row = image + line;
-    if (x >= 0 && x + count <= level.width) {
-        if (line + size_t(x) + 2 * kAlignWindowRow <= level.size) return row + x;
-        std::memcpy(buffer, row + x, size_t(count));
-    } else {
-        for (int32_t k = 0; k < count; ++k) buffer[k] = row[std::clamp(x + k, 0, level.width - 1)];
+// The lines of an image round (x, y), from `reach` to the left of it on; beyond the image its
+// border's. At least kAlignWindowRow bytes of each can be read.
+struct Lines {
+    const uint8_t* first;
+    size_t stride;
+    const uint8_t* line(int32_t index) const { return first + size_t(index) * stride; }
+};
+Lines window_lines(const AlignLevel& level, const uint8_t* image, int32_t x, int32_t y,
+                   int32_t reach, uint8_t* buffer) {
+    const int32_t left = x - reach, top = y - reach, side = 2 * reach + 1;
+    if (left >= 0 && top >= 0 && x + reach < level.width && y + reach < level.height) {
+        const size_t first = size_t(top) * level.stride + size_t(left),
+                     last = first + size_t(side - 1) * level.stride;
+        if (last + kAlignWindowRow <= level.size) return {image + first, level.stride};
     }
-    return buffer;
+    for (int32_t j = 0; j < side; ++j) {
+        const uint8_t* row =
+            image + size_t(std::clamp(top + j, 0, level.height - 1)) * level.stride;
+        for (int32_t k = 0; k < side; ++k)
+            buffer[j * kAlignWindowRow + k] = row[std::clamp(left + k, 0, level.width - 1)];
+    }
+    return {buffer, kAlignWindowRow};
 }
 
-V32 load_pair(const uint8_t* row) {
-    const D32 d;
-    const hn::Rebind<uint8_t, D32> bytes;
-    return hn::Or(hn::PromoteTo(d, hn::LoadU(bytes, row)),
-                  hn::ShiftLeft<16>(hn::PromoteTo(d, hn::LoadU(bytes, row + 1))));
-}
-
-// Whether a pixel of the window round (x, y) is masked.
-bool window_is_masked(const AlignLevel& level, int32_t x, int32_t y, int32_t reach) {
-    if (level.mask == nullptr) return false;
+// Whether one of the first `side` pixels of as many lines is masked.
+bool any_masked(const Lines& mask, int32_t side) {
     const hn::CappedTag<uint8_t, kAlignWindowRow> d;
-    const int32_t count = 2 * reach + 2;
-    alignas(64) uint8_t buffer[2 * kAlignWindowRow] = {};
     auto minimum = hn::Set(d, 255);
-    for (int32_t j = 0; j < 2 * reach + 1; ++j) {
-        const uint8_t* row = window_row(level, level.mask, x - reach, y - reach + j, count, buffer);
-        for (int32_t k = 0; k < count; k += int32_t(hn::Lanes(d)))
-            minimum = hn::Min(minimum, hn::IfThenElse(hn::FirstN(d, size_t(count - k)),
-                                                      hn::LoadU(d, row + k), hn::Set(d, 255)));
+    for (int32_t k = 0; k < side; k += int32_t(hn::Lanes(d))) {
+        auto column = minimum;
+        for (int32_t j = 0; j < side; ++j) column = hn::Min(column, hn::LoadU(d, mask.line(j) + k));
+        minimum = hn::IfThenElse(hn::FirstN(d, size_t(side - k)), column, minimum);
     }
     return !hn::AllFalse(d, hn::Eq(minimum, hn::Zero(d)));
 }
 
-// The pairs of the window round (x, y).
+// The window round (x, y).
 void load_window(const AlignLevel& level, int32_t x, int32_t y, int32_t reach,
                  AlignScratch& scratch) {
-    const D32 d;
+    const D16 d;
+    const hn::Rebind<uint8_t, D16> bytes;
     const int32_t side = 2 * reach + 1, lanes = int32_t(hn::Lanes(d));
-    alignas(64) uint8_t buffer[2 * kAlignWindowRow] = {};
-    for (int32_t j = 0; j < side; ++j) {
-        const uint8_t* row =
-            window_row(level, level.gray, x - reach, y - reach + j, side + 1, buffer);
+    uint8_t buffer[kAlignWindowRows * kAlignWindowRow];
+    const Lines gray = window_lines(level, level.gray, x, y, reach, buffer);
+    for (int32_t j = 0; j < side; ++j)
         for (int32_t k = 0; k < side; k += lanes)
-            hn::StoreU(load_pair(row + k), d, scratch.live + j * kAlignWindowRow + k);
-    }
-    scratch.masked = window_is_masked(level, x, y, reach);
+            hn::StoreU(hn::PromoteTo(d, hn::LoadU(bytes, gray.line(j) + k)), d,
+                       scratch.live + j * kAlignWindowRow + k);
+    scratch.masked = false;
+    if (level.mask == nullptr) return;
+    const Lines mask = window_lines(level, level.mask, x, y, reach, buffer);
+    scratch.masked = any_masked(mask, side);
     if (!scratch.masked) return;
-    const D16 halves;
-    for (int32_t j = 0; j < side; ++j) {
-        const uint8_t* row =
-            window_row(level, level.mask, x - reach, y - reach + j, side + 1, buffer);
+    for (int32_t j = 0; j < side; ++j)
         for (int32_t k = 0; k < side; k += lanes) {
             const int32_t at = j * kAlignWindowRow + k;
             const auto usable =
-                hn::Min(hn::BitCast(halves, load_pair(row + k)), hn::Set(halves, 1));
-            hn::StoreU(hn::BitCast(d, usable), d, scratch.usable + at);
-            const auto live = hn::BitCast(halves, hn::LoadU(d, scratch.live + at));
-            hn::StoreU(hn::BitCast(d, hn::Mul(usable, live)), d, scratch.usable_live + at);
+                hn::Min(hn::PromoteTo(d, hn::LoadU(bytes, mask.line(j) + k)), hn::Set(d, 1));
+            hn::StoreU(usable, d, scratch.usable + at);
+            hn::StoreU(hn::Mul(usable, hn::LoadU(d, scratch.live + at)), d,
+                       scratch.usable_live + at);
         }
-    }
 }
 
 // Stores the first count lanes.
-void store_first(V32 value, int32_t count, int32_t* to) {
-    const D32 d;
+template <class V>
+void store_first(V value, int32_t count, int32_t* to) {
+    const hn::DFromV<V> d;
     if (count >= int32_t(hn::Lanes(d)))
         hn::StoreU(value, d, to);
     else
         hn::BlendedStore(value, hn::FirstN(d, size_t(count)), d, to);
 }
 
-V32 pair_of(const int16_t* two) {
-    int32_t pair = 0;
-    std::memcpy(&pair, two, sizeof pair);
-    return hn::Set(D32(), pair);
+// Two pixels in each lane.
+template <class D>
+hn::Vec<D> load_pairs(D d, const int16_t* from) {
+    return hn::BitCast(d, hn::LoadU(hn::Repartition<int16_t, D>(), from));
 }
 
 // kRows rows of at most a vector of displacements: the sums of the products of patch and window.
 // Unrolled, a vector of the window is loaded once for all rows.
-template <int32_t kRows, class Radius>
-void correlate_rows(Radius radius, const int16_t* patch, const int32_t* window, int32_t count,
+template <int32_t kRows, class D, class Radius>
+void correlate_rows(D d, Radius radius, const int16_t* patch, const int16_t* window, int32_t count,
                     int32_t stride, int32_t* out) {
-    const D32 d;
-    V32 sum[kRows], rest[kRows];
+    hn::Vec<D> sum[kRows], rest[kRows];
     for (int32_t j = 0; j < kRows; ++j) sum[j] = rest[j] = hn::Zero(d);
     for (int32_t k = 0; k <= 2 * radius; k += 2) {
         for (int32_t row = 0; row <= 2 * radius; ++row) {
-            const V32 pair = pair_of(patch + row * kAlignRow + k);
+            int32_t two = 0;
+            std::memcpy(&two, patch + row * kAlignRow + k, sizeof two);
+            const auto pair = hn::Set(d, two);
             for (int32_t j = 0; j < kRows; ++j)
-                sum[j] = multiply_pairs(hn::LoadU(d, window + (row + j) * kAlignWindowRow + k),
+                sum[j] = multiply_pairs(load_pairs(d, window + (row + 2 * j) * kAlignWindowRow + k),
                                         pair, sum[j], rest[j]);
         }
     }
@@ -243,128 +251,174 @@ void correlate_rows(Radius radius, const int16_t* patch, const int32_t* window, 
         store_first(hn::RearrangeToOddPlusEven(sum[j], rest[j]), count, out + j * stride);
 }
 
-// A column of displacements, with rows in lanes.
-template <class Radius>
-void correlate_column(Radius radius, const int16_t* patch, const int32_t* window, int32_t side,
-                      int32_t* out) {
-    const D32 d;
-    constexpr int32_t kLanes = hn::MaxLanes(D32());
-    alignas(64) int32_t column[(kAlignMaxPatchRadius + 1) * kAlignWindowRow];
-    for (int32_t row = 0; row < side + 2 * radius; ++row)
-        for (int32_t k = 0; k <= radius; ++k)
-            column[k * kAlignWindowRow + row] = window[row * kAlignWindowRow + 2 * k];
-    for (int32_t dy = 0; dy < side; dy += kLanes) {
-        V32 sum = hn::Zero(d), rest = sum;
-        for (int32_t k = 0; k <= radius; ++k)
-            for (int32_t row = 0; row <= 2 * radius; ++row)
-                sum = multiply_pairs(hn::LoadU(d, column + k * kAlignWindowRow + dy + row),
-                                     pair_of(patch + row * kAlignRow + 2 * k), sum, rest);
-        alignas(64) int32_t sums[kLanes];
-        hn::Store(hn::RearrangeToOddPlusEven(sum, rest), d, sums);
-        for (int32_t i = 0; i < std::min(kLanes, side - dy); ++i) out[(dy + i) * side] = sums[i];
-    }
-}
-
-template <class Radius>
-void correlate(Radius radius, const int16_t* patch, const int32_t* window, int32_t search,
-               AlignSums& out) {
+// Displacements 2 apart, side x side of them. window: the first one's first pixel.
+template <class D, class Radius>
+void correlate_all(D d, Radius radius, const int16_t* patch, const int16_t* window, int32_t side,
+                   int32_t stride, int32_t* out) {
     constexpr int32_t kMostRows = 5;  // at once
-    const int32_t lanes = int32_t(hn::Lanes(D32())), side = 2 * search + 1;
-    const int32_t* corner = window + kAlignWindowRow + 1;
+    const int32_t lanes = int32_t(hn::Lanes(d));
     for (int32_t x = 0; x < side; x += lanes) {
         const int32_t count = std::min(lanes, side - x);
-        if (x > 0 && count == 1) {
-            correlate_column(radius, patch, corner + x, side, out + x);
-            break;
-        }
-        // An odd number of rows in parts that are about equal: of 3 to 5.
+        // In parts that are about equal: of 3 to 5 rows, but for a single one.
         const int32_t parts = (side + kMostRows - 1) / kMostRows;
         for (int32_t part = 0; part < parts; ++part) {
             const int32_t dy = side * part / parts, rows = side * (part + 1) / parts - dy;
-            const int32_t* from = corner + dy * kAlignWindowRow + x;
-            int32_t* to = out + dy * side + x;
+            const int16_t* from = window + 2 * (dy * kAlignWindowRow + x);
+            int32_t* to = out + dy * stride + x;
             switch (rows) {
-                case 3:
-                    correlate_rows<3>(radius, patch, from, count, side, to);
-                    break;
                 case 4:
-                    correlate_rows<4>(radius, patch, from, count, side, to);
+                    correlate_rows<4>(d, radius, patch, from, count, stride, to);
+                    break;
+                case 5:
+                    correlate_rows<5>(d, radius, patch, from, count, stride, to);
                     break;
                 default:
-                    correlate_rows<5>(radius, patch, from, count, side, to);
+                    correlate_rows<3>(d, radius, patch, from, count, stride, to);
                     break;
             }
         }
     }
 }
 
-// Sums of the window's pixels, and of their squares where wanted, under the patch at each
-// displacement: along rows first.
-template <bool kSquares, class Radius>
-void box_sums(Radius radius, const int32_t* window, int32_t search, AlignSums& out,
-              AlignSums& out_squares) {
-    const D32 d;
-    const D16 halves;
-    constexpr int32_t kLanes = hn::MaxLanes(D32());
-    const int32_t side = 2 * search + 1, height = 2 * radius + 1, rows = side + 2 * radius;
-    const V32 low = hn::Set(d, 0xffff);
-    const auto one = hn::Set(halves, 1);
-    // Of each row of the window.
-    alignas(64) int32_t sums[kAlignWindowRows * kLanes], squares[kAlignWindowRows * kLanes];
-    for (int32_t x = 0; x < side; x += kLanes) {
-        const int32_t count = std::min(kLanes, side - x);
-        const int32_t* corner = window + kAlignWindowRow + 1 + x;
-        if (x > 0 && count == 1) {
-            // One column more: what the last one's sums lack and have too much.
-            int32_t sum = 0, square = 0;
-            for (int32_t row = 0; row < rows; ++row) {
-                const int32_t* line = corner + row * kAlignWindowRow;
-                const int32_t enters = line[2 * radius] & 0xffff, leaves = line[-1] & 0xffff;
-                int32_t& own = sums[row * kLanes + kLanes - 1];
-                int32_t& own_square = squares[row * kLanes + kLanes - 1];
-                sum += own += enters - leaves;
-                if (kSquares) square += own_square += enters * enters - leaves * leaves;
-                const int32_t dy = row - 2 * radius;
-                if (dy < 0) continue;
-                out[dy * side + x] = sum;
-                sum -= sums[dy * kLanes + kLanes - 1];
-                if (!kSquares) continue;
-                out_squares[dy * side + x] = square;
-                square -= squares[dy * kLanes + kLanes - 1];
-            }
-            break;
-        }
-        V32 sum = hn::Zero(d), square = sum;
-        for (int32_t row = 0; row < rows; ++row) {
-            const int32_t* line = corner + row * kAlignWindowRow;
-            auto pairs = hn::Zero(halves);
-            V32 own_square = hn::Zero(d), rest = own_square;
-            for (int32_t k = 0; k < radius; ++k) {
-                const V32 pair = hn::LoadU(d, line + 2 * k);
-                pairs = hn::Add(pairs, hn::BitCast(halves, pair));
-                if (kSquares) own_square = multiply_pairs(pair, pair, own_square, rest);
-            }
-            const V32 last = hn::And(hn::LoadU(d, line + 2 * radius), low);
-            const V32 own =
-                hn::Add(last, multiply_pairs(hn::BitCast(d, pairs), hn::BitCast(d, one)));
-            hn::Store(own, d, sums + row * kLanes);
-            sum = hn::Add(sum, own);
-            if (kSquares) {
-                own_square =
-                    hn::RearrangeToOddPlusEven(multiply_pairs(last, last, own_square, rest), rest);
-                hn::Store(own_square, d, squares + row * kLanes);
-                square = hn::Add(square, own_square);
-            }
-            const int32_t dy = row + 1 - height;
-            if (dy < 0) continue;
-            store_first(sum, count, out + dy * side + x);
-            sum = hn::Sub(sum, hn::Load(d, sums + dy * kLanes));
-            if (!kSquares) continue;
-            store_first(square, count, out_squares + dy * side + x);
-            square = hn::Sub(square, hn::Load(d, squares + dy * kLanes));
-        }
+// The displacements that are scored first. window: the first pixel of the one that is 0.
+template <class Radius>
+void correlate(Radius radius, const int16_t* patch, const int16_t* window,
+               const AlignSearch& search, AlignSums& out) {
+    for (const int32_t reach : {search.even, search.odd}) {
+        if (reach < 0) continue;
+        const int16_t* first = window - reach * (kAlignWindowRow + 1);
+        const int32_t side = reach + 1, stride = 2 / search.step * search.row_places;
+        int32_t* to = out + search.place(-reach, -reach);
+        // Vectors of half the length run on more of a processor's ports.
+        if (side <= kHalfLanes)
+            correlate_all(DHalf(), radius, patch, first, side, stride, to);
+        else
+            correlate_all(D32(), radius, patch, first, side, stride, to);
     }
 }
+
+// Sums of columns of the window, and of their squares where wanted: of two columns together in each
+// lane, and of the first of them alone.
+template <bool kSquares>
+struct ColumnSums {
+    V32 both, first, both_squares, first_squares;
+
+    ColumnSums() : both(hn::Zero(D32())), first(both), both_squares(both), first_squares(both) {}
+    // Adds or subtracts a row.
+    template <class Combine>
+    HWY_INLINE void take(const int16_t* row, Combine combine) {
+        const V32 pair = load_pairs(D32(), row), left = hn::And(pair, hn::Set(D32(), 0xffff));
+        both = combine(both, multiply_pairs(pair, hn::BitCast(D32(), hn::Set(D16(), 1))));
+        first = combine(first, left);
+        if (!kSquares) return;
+        both_squares = combine(both_squares, multiply_pairs(pair, pair));
+        first_squares = combine(first_squares, multiply_pairs(left, left));
+    }
+};
+
+// Sums of the window's pixels, and of their squares where wanted, under the patch at the
+// displacements that are scored first: down columns first, which all rows of dy share.
+template <bool kSquares, class Radius>
+void box_sums(Radius radius, const int16_t* window, const AlignSearch& search, AlignSums& out,
+              AlignSums& out_squares) {
+    const D32 d;
+    constexpr int32_t kLanes = hn::MaxLanes(D32()), kPairs = kAlignWindowRow / 2;
+    // The first column is that of an even displacement.
+    const int32_t left = (search.top + 1) / 2 * 2, columns = (left + search.top) / 2 + radius + 1;
+    const int16_t* corner = window - search.top * kAlignWindowRow - left;
+    alignas(64) int32_t both[2][kPairs + kAlignLanes], first[2][kPairs + kAlignLanes];
+    ColumnSums<kSquares> sums[kPairs / kLanes];
+    const auto add = [](V32 a, V32 b) HWY_ATTR { return hn::Add(a, b); };
+    const auto subtract = [](V32 a, V32 b) HWY_ATTR { return hn::Sub(a, b); };
+    for (int32_t dy = -search.top, row = 0; dy <= search.top; dy += search.step) {
+        const int32_t end = dy + search.top + 2 * radius + 1;
+        for (int32_t x = 0, i = 0; x < columns; x += kLanes, ++i) {
+            ColumnSums<kSquares> sum = sums[i];
+            const int16_t* line = corner + 2 * x;
+            for (int32_t k = row; k < end; ++k) sum.take(line + k * kAlignWindowRow, add);
+            for (int32_t k = row - 2 * radius - 1; k < end - 2 * radius - 1; ++k)
+                if (k >= 0) sum.take(line + k * kAlignWindowRow, subtract);
+            sums[i] = sum;
+            hn::Store(sum.both, d, both[0] + x);
+            hn::Store(sum.first, d, first[0] + x);
+            if (!kSquares) continue;
+            hn::Store(sum.both_squares, d, both[1] + x);
+            hn::Store(sum.first_squares, d, first[1] + x);
+        }
+        row = end;
+        const int32_t reach = search.farthest(dy), from = (left - reach) / 2;
+        const auto store = [&](const int32_t* two, const int32_t* one, AlignSums& to) HWY_ATTR {
+            for (int32_t x = 0; x <= reach; x += kLanes) {
+                const int32_t at = from + x;
+                V32 sum = hn::LoadU(d, two + at);
+                for (int32_t k = 1; k < radius; ++k) sum = hn::Add(sum, hn::LoadU(d, two + at + k));
+                // An odd displacement begins with the second of two columns.
+                sum = hn::Add(sum, reach % 2 == 0 ? hn::LoadU(d, one + at + radius)
+                                                  : hn::Sub(hn::LoadU(d, two + at + radius),
+                                                            hn::LoadU(d, one + at)));
+                store_first(sum, std::min(kLanes, reach + 1 - x),
+                            to + search.place(-reach, dy) + x);
+            }
+        };
+        store(both[0], first[0], out);
+        if (kSquares) store(both[1], first[1], out_squares);
+    }
+}
+
+// ---- the displacements round the best one: rows of three and one lane without meaning -------
+
+// The sums of the products of patch and window. window: the first displacement's first pixel.
+template <class Radius>
+void correlate_near(Radius radius, const int16_t* patch, const int16_t* window, int32_t* out) {
+    const DRow d;
+    RowSum sums[9];
+    for (int32_t k = 0; k < kAlignRow; k += int32_t(hn::Lanes(d)))
+        for (int32_t row = 0; row <= 2 * radius; ++row) {
+            const auto pixels = hn::LoadU(d, patch + row * kAlignRow + k);
+            for (int32_t j = 0; j < 9; ++j)
+                sums[j].add(pixels,
+                            hn::LoadU(d, window + (row + j / 3) * kAlignWindowRow + k + j % 3));
+        }
+    for (int32_t j = 0; j < 3; ++j)
+        hn::StoreU(totals(sums[3 * j], sums[3 * j + 1], sums[3 * j + 2], RowSum()), DFour(),
+                   out + 4 * j);
+}
+
+// Those of the window's pixels, and of their squares where wanted. inside: 1 within the patch.
+template <bool kSquares, class Radius>
+void box_sums_near(Radius radius, const int16_t* inside, const int16_t* window, int32_t* out,
+                   int32_t* out_squares) {
+    const DRow d;
+    RowSum sums[9], squares[9];
+    for (int32_t dx = 0; dx < 3; ++dx) {
+        RowSum sum, square;
+        const auto add = [&](int32_t row, int32_t k, RowSum& to, RowSum& to_squares) HWY_ATTR {
+            const auto own = hn::LoadU(d, inside + k),
+                       value = hn::LoadU(d, window + row * kAlignWindowRow + k + dx);
+            to.add(value, own);
+            if (kSquares) to_squares.add(hn::Mul(value, own), value);
+        };
+        for (int32_t k = 0; k < kAlignRow; k += int32_t(hn::Lanes(d)))
+            for (int32_t row = 2; row <= 2 * radius; ++row) add(row, k, sum, square);
+        for (int32_t dy = 0; dy < 3; ++dy) {
+            RowSum &own = sums[3 * dy + dx] = sum, &own_square = squares[3 * dy + dx] = square;
+            for (int32_t k = 0; k < kAlignRow; k += int32_t(hn::Lanes(d))) {
+                add(dy == 2 ? 2 * radius + 1 : dy, k, own, own_square);
+                add(dy == 0 ? 1 : 2 * radius + dy, k, own, own_square);
+            }
+        }
+    }
+    for (int32_t j = 0; j < 3; ++j) {
+        const auto store = [j](const RowSum* from, int32_t* to) HWY_ATTR {
+            hn::StoreU(totals(from[3 * j], from[3 * j + 1], from[3 * j + 2], RowSum()), DFour(),
+                       to + 4 * j);
+        };
+        store(sums, out);
+        if (kSquares) store(squares, out_squares);
+    }
+}
+
+// ---- scores ---------------------------------------------------------------------------------
 
 VFloat reciprocal_root(VFloat x) {
     const DFloat d;
@@ -429,37 +483,36 @@ V32 scores(const AlignScratch& scratch, const PatchTerms& patch, int32_t all, in
     return hn::IfThenElse(good, q, hn::Set(d, int32_t(kUnscored)));
 }
 
-// The place of the best displacement; -1 if none is scored. columns, rows: those inside the image,
-// counted from the corner of the search window.
-int32_t best_displacement(const AlignRun& run, const AlignScratch& scratch,
-                          const int32_t columns[2], const int32_t rows[2]) {
+// The displacements that can be scored: of the search window those inside the image.
+struct Limits {
+    int32_t left, right, top, bottom;
+};
+
+// The place of the best of `count` displacements, whose sums the scratch holds; -1 if none is
+// scored. Those (x, y) + (xs[i], ys[i]) for which there is no sum are far outside the limits.
+int32_t best_displacement(const AlignRun& run, const AlignScratch& scratch, const Limits& limits,
+                          int32_t count, int32_t x, int32_t y, const int32_t* xs,
+                          const int32_t* ys) {
     const D32 d;
-    const int32_t s = int32_t(run.params->search_radius), lanes = int32_t(hn::Lanes(d));
     const int32_t all =
         int32_t((2 * run.params->patch_radius + 1) * (2 * run.params->patch_radius + 1));
-    const bool all_inside =
-        columns[0] == 0 && columns[1] == 2 * s && rows[0] == 0 && rows[1] == 2 * s;
     PatchTerms patch = whole_patch(run, scratch, all);
-    const V32 unscored = hn::Set(d, int32_t(kUnscored));
     // Less than any displacement's.
     V32 best = hn::Set(d, -(1 << 28)), best_at = hn::Set(d, -1);
-    for (int32_t at = 0; at < (2 * s + 1) * (2 * s + 1); at += lanes) {
-        const V32 dx = hn::LoadU(d, &run.places->shift_x[size_t(at)]),
-                  dy = hn::LoadU(d, &run.places->shift_y[size_t(at)]);
+    for (int32_t at = 0; at < count; at += int32_t(hn::Lanes(d))) {
+        const V32 dx = hn::Add(hn::Set(d, x), hn::LoadU(d, xs + at)),
+                  dy = hn::Add(hn::Set(d, y), hn::LoadU(d, ys + at));
         if (scratch.masked) patch = usable_patch(run, scratch, at);
         const V32 q = scores(scratch, patch, all, at);
         const V32 squared = hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy));
         const V32 ranked = hn::Sub(q, hn::Mul(squared, hn::Set(d, int32_t(kDistancePenalty))));
-        auto better = hn::And(hn::Ne(q, unscored), hn::Gt(ranked, best));
-        // Lanes behind the last displacement hold anything, and a score as high as that may be.
-        better = hn::And(better, hn::Ne(dx, hn::Set(d, kAlignFar)));
-        if (!all_inside) {
-            const auto within = [&](V32 shift, const int32_t* ends) HWY_ATTR {
-                return hn::And(hn::Gt(shift, hn::Set(d, ends[0] - s - 1)),
-                               hn::Lt(shift, hn::Set(d, ends[1] - s + 1)));
-            };
-            better = hn::And(better, hn::And(within(dx, columns), within(dy, rows)));
-        }
+        const auto within = [](V32 shift, int32_t first, int32_t last) HWY_ATTR {
+            return hn::And(hn::Gt(shift, hn::Set(D32(), first - 1)),
+                           hn::Lt(shift, hn::Set(D32(), last + 1)));
+        };
+        auto better = hn::And(hn::Ne(q, hn::Set(d, int32_t(kUnscored))), hn::Gt(ranked, best));
+        better = hn::And(better, hn::And(within(dx, limits.left, limits.right),
+                                         within(dy, limits.top, limits.bottom)));
         best = hn::IfThenElse(better, ranked, best);
         best_at = hn::IfThenElse(better, columns_from(d, at), best_at);
     }
@@ -482,41 +535,87 @@ bool misses_some(int32_t all, int32_t places, const AlignScratch& scratch) {
     return !hn::AllFalse(d, found);
 }
 
-// The patch's own sums over usable pixels.
+void split_squares(int32_t height, AlignScratch& scratch) {
+    for (int32_t k = 0; k < height * kAlignRow; ++k) {
+        const int32_t square = scratch.t[k] * scratch.t[k];
+        scratch.high[k] = int16_t(square >> 12);
+        scratch.low[k] = int16_t(square & 4095);
+    }
+}
+
+// Sums at the displacements that are scored first. centre: of the window, the first pixel of the
+// patch where it is not displaced.
 template <class Radius>
-void usable_sums(Radius radius, int32_t search, AlignScratch& scratch) {
-    const int32_t height = 2 * radius + 1, places = (2 * search + 1) * (2 * search + 1);
+void first_sums(Radius radius, const AlignSearch& search, int32_t centre, AlignScratch& scratch) {
+    const int16_t* live = (scratch.masked ? scratch.usable_live : scratch.live) + centre;
+    correlate(radius, scratch.t, live, search, scratch.ti);
+    box_sums<true>(radius, live, search, scratch.i, scratch.ii);
+    if (!scratch.masked) return;
+    const int16_t* usable = scratch.usable + centre;
+    const int32_t height = 2 * radius + 1, places = search.rows() * search.row_places;
+    box_sums<false>(radius, usable, search, scratch.n, scratch.n);
+    split_squares(height, scratch);
     if (!misses_some(height * height, places, scratch)) {
         std::fill_n(scratch.t_sum, places, scratch.full_t);
         std::fill_n(scratch.tt_high, places, scratch.full_tt >> 12);
         std::fill_n(scratch.tt_low, places, scratch.full_tt & 4095);
         return;
     }
-    for (int32_t k = 0; k < height * kAlignRow; ++k) {
-        const int32_t square = scratch.t[k] * scratch.t[k];
-        scratch.high[k] = int16_t(square >> 12);
-        scratch.low[k] = int16_t(square & 4095);
-    }
-    correlate(radius, scratch.t, scratch.usable, search, scratch.t_sum);
-    correlate(radius, scratch.high, scratch.usable, search, scratch.tt_high);
-    correlate(radius, scratch.low, scratch.usable, search, scratch.tt_low);
+    correlate(radius, scratch.t, usable, search, scratch.t_sum);
+    correlate(radius, scratch.high, usable, search, scratch.tt_high);
+    correlate(radius, scratch.low, usable, search, scratch.tt_low);
 }
 
-// Radius: an integral constant for the usual radii, so that their loops unroll, else int32_t.
+// Likewise round one of them.
 template <class Radius>
-void all_sums(Radius radius, int32_t search, AlignScratch& scratch) {
-    const int32_t* live = scratch.masked ? scratch.usable_live : scratch.live;
-    correlate(radius, scratch.t, live, search, scratch.ti);
-    box_sums<true>(radius, live, search, scratch.i, scratch.ii);
+void near_sums(Radius radius, const AlignPlaces& places, int32_t first, AlignScratch& scratch) {
+    const int16_t* live = (scratch.masked ? scratch.usable_live : scratch.live) + first;
+    const int16_t* inside = &places.usable[0];
+    correlate_near(radius, scratch.t, live, scratch.ti);
+    box_sums_near<true>(radius, inside, live, scratch.i, scratch.ii);
     if (!scratch.masked) return;
-    box_sums<false>(radius, scratch.usable, search, scratch.n, scratch.n);
-    usable_sums(radius, search, scratch);
+    const int16_t* usable = scratch.usable + first;
+    box_sums_near<false>(radius, inside, usable, scratch.n, scratch.n);
+    correlate_near(radius, scratch.t, usable, scratch.t_sum);
+    correlate_near(radius, scratch.high, usable, scratch.tt_high);
+    correlate_near(radius, scratch.low, usable, scratch.tt_low);
 }
 
-void all_sums(int32_t radius, int32_t search, AlignScratch& scratch) {
-    if (radius == 5) return all_sums(std::integral_constant<int32_t, 5>(), search, scratch);
-    if (radius == 7) return all_sums(std::integral_constant<int32_t, 7>(), search, scratch);
-    all_sums<int32_t>(radius, search, scratch);
+// Radius: an integral constant for the usual radii, so that loops unroll, else int32_t.
+template <class Radius>
+bool find_displacement(Radius radius, const AlignRun& run, const Limits& limits,
+                       AlignScratch& scratch, int32_t& dx, int32_t& dy) {
+    alignas(64) static constexpr int32_t kNearX[kAlignLanes] = {
+        -1, 0, 1, kAlignFar, -1, 0, 1, kAlignFar, -1, 0, 1, kAlignFar, 0, 0, 0, 0};
+    alignas(64) static constexpr int32_t kNearY[kAlignLanes] = {
+        -1, -1, -1, 0, 0, 0, 0, 0, 1, 1, 1, 0, kAlignFar, kAlignFar, kAlignFar, kAlignFar};
+    const AlignPlaces& places = *run.places;
+    const int32_t s = int32_t(run.params->search_radius);
+    const AlignSearch search(s);
+    // Of the window, the first pixel of the patch that is not displaced.
+    const int32_t centre = (s + 1) * (kAlignWindowRow + 1);
+    first_sums(radius, search, centre, scratch);
+    int32_t at = best_displacement(run, scratch, limits, search.rows() * search.row_places, 0, 0,
+                                   &places.shift_x[0], &places.shift_y[0]);
+    if (at < 0) return false;
+    dx = places.shift_x[size_t(at)];
+    dy = places.shift_y[size_t(at)];
+    near_sums(radius, places, centre + (dy - 1) * kAlignWindowRow + dx - 1, scratch);
+    at = best_displacement(run, scratch, limits, 12, dx, dy, kNearX, kNearY);
+    dx += kNearX[at];
+    dy += kNearY[at];
+    return std::abs(dx) < s && std::abs(dy) < s;
+}
+
+bool find_displacement(int32_t radius, const AlignRun& run, const Limits& limits,
+                       AlignScratch& scratch, int32_t& dx, int32_t& dy) {
+    if (radius == 5)
+        return find_displacement(std::integral_constant<int32_t, 5>(), run, limits, scratch, dx,
+                                 dy);
+    if (radius == 7)
+        return find_displacement(std::integral_constant<int32_t, 7>(), run, limits, scratch, dx,
+                                 dy);
+    return find_displacement<int32_t>(radius, run, limits, scratch, dx, dy);
 }
 
 bool search(const AlignRun& run, const AlignCentre& centre,
@@ -534,21 +633,17 @@ bool search(const AlignRun& run, const AlignCentre& centre,
                      peak.fraction_y, r + 1, *run.places, sampled) ||
         !prepare_template(sampled, params, scratch))
         return false;
-    const int32_t columns[2] = {std::max(0, r - x + s),
-                                std::min(2 * s, run.level.width - 1 - r - x + s)};
-    const int32_t rows[2] = {std::max(0, r - y + s),
-                             std::min(2 * s, run.level.height - 1 - r - y + s)};
-    if (columns[0] > columns[1] || rows[0] > rows[1]) return false;
+    const Limits limits{std::max(-s, r - x), std::min(s, run.level.width - 1 - r - x),
+                        std::max(-s, r - y), std::min(s, run.level.height - 1 - r - y)};
+    if (limits.left > limits.right || limits.top > limits.bottom) return false;
     load_window(run.level, x, y, r + s + 1, scratch);
-    all_sums(r, s, scratch);
-    const int32_t at = best_displacement(run, scratch, columns, rows);
-    if (at < 0) return false;
-    const int32_t dx = at % (2 * s + 1) - s, dy = at / (2 * s + 1) - s;
+    int32_t dx = 0, dy = 0;
+    if (!find_displacement(r, run, limits, scratch, dx, dy)) return false;
     peak.x = x + dx;
     peak.y = y + dy;
     peak.window_x = r + s + 1 + dx;
     peak.window_y = r + s + 1 + dy;
-    return std::abs(dx) < s && std::abs(dy) < s;
+    return true;
 }
 
 }  // namespace

@@ -127,19 +127,19 @@ __device__ defrec_patch_observation refine(const defrec_align_params& params,
                                            int2 window_pixel, int2 fraction) {
     const Refinement<kRadius> refinement(window, patch, window_pixel);
     const TemplateSums sums = refinement.template_sums();
-    const float inverse_n = __frcp_rn(static_cast<float>(sums.n));
+    const LightFits fits = make_light_fits(sums, __frcp_rn(static_cast<float>(sums.n)));
     ShiftSystem system;
     int2 shift = make_int2(0, 0);
     int32_t score = 0;
     for (int32_t k = 0; k < kShiftSteps; ++k) {
         const LiveSums live = refinement.live_sums(shift);
         const ShiftStep step =
-            k == 0 ? first_shift_step(sums, inverse_n, live, system) : shift_step(system, live);
+            k == 0 ? first_shift_step(sums, fits, live, system) : shift_step(system, live);
         if (!step.valid) return {};
         score = step.score;
-        if (step.x == 0 && step.y == 0) break;  // every further step would be the same
         shift = make_int2(shift.x + step.x, shift.y + step.y);
         if (shift.x < -256 || shift.y < -256 || shift.x > 255 || shift.y > 255) return {};
+        if (step.is_short()) break;
     }
     if (score >> 4 < static_cast<int32_t>(params.min_score)) return {};
     defrec_patch_observation out{};

@@ -1,5 +1,6 @@
-// Stage align, section 4: every displacement scored. A lane has four displacements in a row at a
-// time; their sums are dot products of four columns' pixels.
+// Stage align, section 4: displacements scored, the even ones and then those round the best of
+// them. A lane has one of them at a time, or some rows of it where they are few; its sums are dot
+// products of four columns' pixels.
 #pragma once
 #include "backends/cuda/align_window.cuh"
 
@@ -69,113 +70,177 @@ __device__ uint32_t dot(uint2 halves, uint32_t bytes, uint32_t sum) {
     return __dp2a_hi(halves.y, bytes, __dp2a_lo(halves.x, bytes, sum));
 }
 
-// Displacements x .. x + 3, each with its own sums. at: the word of the window with the first one's
-// first pixel. Sums of products with samples, which still have their mean.
+// Sums of products with samples, which still have their mean.
 template <int kRadius>
-struct Strip {
+struct Correlation {
     using L = Layout<kRadius>;
     static constexpr uint32_t kOnes = 0x01010101;
-    uint32_t n[4] = {}, t[4] = {}, high[4] = {}, low[4] = {}, i[4] = {}, ii[4] = {}, ti[4] = {};
+    uint32_t n = 0, t = 0, high = 0, low = 0, i = 0, ii = 0, ti = 0;
 
-    // Pixels k .. k + 3 of two words; beyond the patch's last column 0.
-    __device__ static uint32_t pixels(uint32_t word, uint32_t next, int k, int block) {
+    // Four pixels of a row from a byte on, which is that many bits behind words[0]; beyond the
+    // patch's last column 0.
+    __device__ static uint32_t pixels(const uint32_t* words, uint32_t bits, int block) {
         constexpr uint32_t kLast = 0xffffffffu >> (8 * (4 * L::kBlocks - L::kSide));
-        const uint32_t bytes =
-            k == 0 ? word : __funnelshift_r(word, next, 8 * static_cast<uint32_t>(k));
+        const uint32_t bytes = __funnelshift_r(words[block], words[block + 1], bits);
         return block == L::kBlocks - 1 ? bytes & kLast : bytes;
     }
-    __device__ void correlate(const Window<kRadius>& window, const Template<kRadius>& patch,
-                              int32_t at) {
-        for (int32_t row = 0; row < L::kSide; ++row) {
-            const uint32_t* live = window.live + at + row * window.size.words;
-            for (int block = 0; block < L::kBlocks; ++block) {
-                const uint2 samples = patch.block(row, block);
-                for (int k = 0; k < 4; ++k) {
-                    const uint32_t bytes = pixels(live[block], live[block + 1], k, block);
-                    i[k] = __dp4a(bytes, kOnes, i[k]);
-                    ii[k] = __dp4a(bytes, bytes, ii[k]);
-                    ti[k] = dot(samples, bytes, ti[k]);
-                }
-            }
+    // at: the word of the window with the displacement's first pixel, behind `bits` others' bits.
+    __device__ void add_row(const Window<kRadius>& window, const Template<kRadius>& patch,
+                            int32_t at, uint32_t bits, int32_t row) {
+        const uint32_t* live = window.live + at + row * window.size.words;
+        for (int block = 0; block < L::kBlocks; ++block) {
+            const uint32_t bytes = pixels(live, bits, block);
+            i = __dp4a(bytes, kOnes, i);
+            ii = __dp4a(bytes, bytes, ii);
+            ti = dot(patch.block(row, block), bytes, ti);
         }
     }
-    __device__ void correlate_usable(const Window<kRadius>& window, const Template<kRadius>& patch,
-                                     const Squares<kRadius>& squares, int32_t at) {
-        for (int32_t row = 0; row < L::kSide; ++row) {
-            const uint32_t* live = window.live + at + row * window.size.words;
-            const uint32_t* usable = window.usable + at + row * window.size.words;
-            for (int block = 0; block < L::kBlocks; ++block) {
-                const uint2 samples = patch.block(row, block),
-                            upper = squares.high_block(row, block),
-                            lower = squares.low_block(row, block);
-                for (int k = 0; k < 4; ++k) {
-                    const uint32_t seen = pixels(usable[block], usable[block + 1], k, block),
-                                   one = seen & kOnes;
-                    const uint32_t bytes = pixels(live[block], live[block + 1], k, block) & seen;
-                    n[k] = __dp4a(one, kOnes, n[k]);
-                    t[k] = dot(samples, one, t[k]);
-                    high[k] = dot(upper, one, high[k]);
-                    low[k] = dot(lower, one, low[k]);
-                    i[k] = __dp4a(bytes, kOnes, i[k]);
-                    ii[k] = __dp4a(bytes, bytes, ii[k]);
-                    ti[k] = dot(samples, bytes, ti[k]);
-                }
-            }
+    __device__ void add_usable_row(const Window<kRadius>& window, const Template<kRadius>& patch,
+                                   const Squares<kRadius>& squares, int32_t at, uint32_t bits,
+                                   int32_t row) {
+        const uint32_t* live = window.live + at + row * window.size.words;
+        const uint32_t* usable = window.usable + at + row * window.size.words;
+        for (int block = 0; block < L::kBlocks; ++block) {
+            const uint2 samples = patch.block(row, block);
+            const uint32_t seen = pixels(usable, bits, block), one = seen & kOnes,
+                           bytes = pixels(live, bits, block) & seen;
+            n = __dp4a(one, kOnes, n);
+            t = dot(samples, one, t);
+            high = dot(squares.high_block(row, block), one, high);
+            low = dot(squares.low_block(row, block), one, low);
+            i = __dp4a(bytes, kOnes, i);
+            ii = __dp4a(bytes, bytes, ii);
+            ti = dot(samples, bytes, ti);
         }
+    }
+    __device__ int32_t score(const Template<kRadius>& patch, const PatchTerms& whole,
+                             bool masked) const {
+        const uint32_t mean = static_cast<uint32_t>(patch.mean);
+        WindowSums s{L::kPixels, patch.t, patch.tt, i, ii, static_cast<int32_t>(ti - mean * i)};
+        if (!masked) return score_of(s, whole, L::kPixels);
+        s.n = static_cast<int32_t>(n);
+        s.t = static_cast<int32_t>(t - n * mean);
+        s.tt = static_cast<int32_t>(4096 * high + low - 2 * mean * t + n * mean * mean);
+        return score_of(s, patch_terms(max(s.n, 1), s.t, s.tt), L::kPixels);
     }
 };
 
-// Finds the displacement of the best score round the pixel at; false if there is none or it lies at
-// the border. The window's first displacement is -search_radius.
+// value of this lane and of those `apart`, twice that, ... behind it, `count` in all.
+__device__ uint32_t sum_of_lanes(uint32_t value, int32_t count, int32_t apart) {
+    uint32_t sum = value;
+    for (int32_t k = 1; k < count; ++k)
+        sum += __shfl_down_sync(kAllLanes, value, static_cast<uint32_t>(k * apart));
+    return sum;
+}
+
+// Displacements in rows, `step` apart, every second row `shift` further on.
+struct Displacements {
+    int2 first;
+    int32_t columns, rows, step_x, step_y, shift;
+    __device__ int2 at(int32_t index) const {
+        const int32_t row = index / columns;
+        return make_int2(first.x + index % columns * step_x + row % 2 * shift,
+                         first.y + row * step_y);
+    }
+};
+
+// Those that are scored first; the last of a row may lie beyond the radius.
+__device__ Displacements first_displacements(int32_t radius) {
+    const int32_t even = radius / 2 * 2;
+    if (radius > kEvenSearch)
+        return {make_int2(-radius, -radius), radius + 1, 2 * radius + 1, 2, 1, 1};
+    return {make_int2(-even, -even), even + 1, even + 1, 2, 2, 0};
+}
+
 template <int kRadius>
-__device__ bool search(const Level& level, const Window<kRadius>& window,
-                       const Template<kRadius>& patch, int2 at, int32_t search_radius,
-                       int2& displacement) {
+class DisplacementSearch {
     using L = Layout<kRadius>;
-    const int32_t places = 2 * search_radius + 1, strips = (places + 3) / 4;  // in a row
-    Squares<kRadius> squares{};
-    if (window.masked) squares = square(patch);
-    const PatchTerms whole = patch_terms(L::kPixels, patch.t, patch.tt);
-    int32_t best = kUnscored, place = INT32_MAX;
-    for (int32_t index = static_cast<int32_t>(threadIdx.x); index < strips * places;
-         index += kWarp) {
-        const int32_t y = index / strips, x = 4 * (index % strips),
-                      word = (y + 1) * window.size.words + 1 + x / 4;
-        Strip<kRadius> strip;
-        if (window.masked)
-            strip.correlate_usable(window, patch, squares, word);
-        else
-            strip.correlate(window, patch, word);
-        for (int k = 0; k < 4; ++k) {
-            const int2 d = make_int2(x + k - search_radius, y - search_radius);
-            if (d.x > search_radius || !level.inside(make_int2(at.x + d.x, at.y + d.y), kRadius))
+
+  public:
+    // at: the pixel that is not displaced. The window's first displacement is -search_radius.
+    __device__ DisplacementSearch(const Level& level, const Window<kRadius>& window,
+                                  const Template<kRadius>& patch, int2 at, int32_t search_radius)
+        : level_(level), window_(window), patch_(patch), at_(at), radius_(search_radius) {
+        if (window.masked) squares_ = square(patch);
+        whole_ = patch_terms(L::kPixels, patch.t, patch.tt);
+    }
+
+    // The best displacement's index in the grid; -1 where none is scored.
+    __device__ int32_t best_of(const Displacements& grid) const {
+        const int32_t count = grid.columns * grid.rows, groups = min(count, kLanes),
+                      parts = kLanes / groups, rows = (L::kSide + parts - 1) / parts;
+        const int32_t lane = static_cast<int32_t>(threadIdx.x), first = lane / groups * rows,
+                      last = lane < parts * groups ? min(first + rows, L::kSide) : 0;
+        int32_t best = kUnscored, place = INT32_MAX;
+        for (int32_t start = 0; start < count; start += groups) {
+            const int32_t index = start + lane % groups;
+            const int2 d = grid.at(min(index, count - 1));
+            // Byte 4 of the window's second row is displacement (-search_radius, -search_radius)'s.
+            const int32_t byte = 4 + d.x + radius_,
+                          word = (1 + d.y + radius_) * window_.size.words + (byte >> 2);
+            Correlation<kRadius> sums =
+                correlate(word, 8 * static_cast<uint32_t>(byte & 3), first, last);
+            if (parts > 1) add_up(sums, parts, groups);
+            if (lane >= groups || index >= count || max(std::abs(d.x), std::abs(d.y)) > radius_ ||
+                !level_.inside(make_int2(at_.x + d.x, at_.y + d.y), kRadius))
                 continue;
-            const uint32_t mean = static_cast<uint32_t>(patch.mean);
-            WindowSums s{L::kPixels,  patch.t,
-                         patch.tt,    strip.i[k],
-                         strip.ii[k], static_cast<int32_t>(strip.ti[k] - mean * strip.i[k])};
-            int32_t score = 0;
-            if (window.masked) {
-                const uint32_t n = strip.n[k], t = strip.t[k];
-                s.n = static_cast<int32_t>(n);
-                s.t = static_cast<int32_t>(t - n * mean);
-                s.tt = static_cast<int32_t>(4096 * strip.high[k] + strip.low[k] - 2 * mean * t +
-                                            n * mean * mean);
-                score = score_of(s, patch_terms(max(s.n, 1), s.t, s.tt), L::kPixels);
-            } else {
-                score = score_of(s, whole, L::kPixels);
-            }
+            const int32_t score = sums.score(patch_, whole_, window_.masked);
             if (score == kUnscored) continue;
             const int32_t ranked = score - kDistancePenalty * (d.x * d.x + d.y * d.y);
             if (ranked <= best) continue;
             best = ranked;
-            place = y * places + x + k;
+            place = index;
         }
+        const int32_t highest = max_of_warp(best);
+        if (highest == kUnscored) return -1;
+        return -max_of_warp(best == highest ? -place : INT32_MIN);  // of equals the first
     }
-    const int32_t highest = max_of_warp(best);
-    if (highest == kUnscored) return false;
-    place = -max_of_warp(best == highest ? -place : INT32_MIN);  // of equals the first
-    displacement = make_int2(place % places - search_radius, place / places - search_radius);
+
+  private:
+    static constexpr int32_t kLanes = static_cast<int32_t>(kWarp);
+
+    // Of the patch's rows first .. last - 1.
+    __device__ Correlation<kRadius> correlate(int32_t word, uint32_t bits, int32_t first,
+                                              int32_t last) const {
+        Correlation<kRadius> sums;
+        if (window_.masked)
+            for (int32_t row = first; row < last; ++row)
+                sums.add_usable_row(window_, patch_, squares_, word, bits, row);
+        else
+            for (int32_t row = first; row < last; ++row)
+                sums.add_row(window_, patch_, word, bits, row);
+        return sums;
+    }
+    __device__ void add_up(Correlation<kRadius>& sums, int32_t parts, int32_t groups) const {
+        for (uint32_t* sum : {&sums.i, &sums.ii, &sums.ti})
+            *sum = sum_of_lanes(*sum, parts, groups);
+        if (!window_.masked) return;
+        for (uint32_t* sum : {&sums.n, &sums.t, &sums.high, &sums.low})
+            *sum = sum_of_lanes(*sum, parts, groups);
+    }
+
+    const Level& level_;
+    const Window<kRadius>& window_;
+    const Template<kRadius>& patch_;
+    int2 at_;
+    int32_t radius_;
+    Squares<kRadius> squares_{};
+    PatchTerms whole_;
+};
+
+// Finds the displacement of the best score round the pixel at; false if there is none or it lies at
+// the border.
+template <int kRadius>
+__device__ bool search(const Level& level, const Window<kRadius>& window,
+                       const Template<kRadius>& patch, int2 at, int32_t search_radius,
+                       int2& displacement) {
+    const DisplacementSearch<kRadius> search(level, window, patch, at, search_radius);
+    const Displacements coarse = first_displacements(search_radius);
+    const int32_t place = search.best_of(coarse);
+    if (place < 0) return false;
+    const int2 best = coarse.at(place);
+    const Displacements nearby{make_int2(best.x - 1, best.y - 1), 3, 3, 1, 1, 0};
+    displacement = nearby.at(search.best_of(nearby));
     return max(std::abs(displacement.x), std::abs(displacement.y)) < search_radius;
 }
 

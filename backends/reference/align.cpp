@@ -212,22 +212,34 @@ class Align final : public Stage {
         return refine(sampled, x, y, fraction_x, fraction_y);
     }
 
+    // The best displacement among some from the pixel (x, y).
+    struct Best {
+        int32_t x = 0, y = 0, rank = kUnscored;
+    };
+    void compare(const Sampled& sampled, int32_t x, int32_t y, int32_t dx, int32_t dy,
+                 Best& best) const {
+        const int32_t q = score(sampled, x + dx, y + dy);
+        if (q == kUnscored) return;
+        const int32_t rank = q - kDistancePenalty * (dx * dx + dy * dy);
+        if (rank > best.rank) best = {dx, dy, rank};
+    }
+
     // Moves (x, y) to the best displacement within the search radius; false if it lies at the
     // border.
     bool search(const Sampled& sampled, int32_t& x, int32_t& y) const {
         const int32_t s = int32_t(params_.search_radius);
-        int32_t best = kUnscored, best_x = 0, best_y = 0;
+        Best coarse, fine;
         for (int32_t dy = -s; dy <= s; ++dy)
-            for (int32_t dx = -s; dx <= s; ++dx) {
-                const int32_t q = score(sampled, x + dx, y + dy);
-                if (q == kUnscored || q - kDistancePenalty * (dx * dx + dy * dy) <= best) continue;
-                best = q - kDistancePenalty * (dx * dx + dy * dy);
-                best_x = dx;
-                best_y = dy;
-            }
-        x += best_x;
-        y += best_y;
-        return best != kUnscored && std::abs(best_x) < s && std::abs(best_y) < s;
+            for (int32_t dx = -s; dx <= s; ++dx)
+                if ((dx + dy) % 2 == 0 && (dx % 2 == 0 || s > kEvenSearch))
+                    compare(sampled, x, y, dx, dy, coarse);
+        if (coarse.rank == kUnscored) return false;
+        for (int32_t dy = std::max(-s, coarse.y - 1); dy <= std::min(s, coarse.y + 1); ++dy)
+            for (int32_t dx = std::max(-s, coarse.x - 1); dx <= std::min(s, coarse.x + 1); ++dx)
+                compare(sampled, x, y, dx, dy, fine);
+        x += fine.x;
+        y += fine.y;
+        return std::abs(fine.x) < s && std::abs(fine.y) < s;
     }
 
     // Gauss-Newton on the shift of the live image, starting from the pixel (x, y).
@@ -238,18 +250,19 @@ class Align final : public Stage {
         if (x < r + 2 || y < r + 2 || x + r + 2 >= live_.width || y + r + 2 >= live_.height)
             return out;
         const TemplateSums sums = template_sums(sampled, x, y);
-        const float inverse_n = inverse_[size_t(sums.n - 1)];
-        ShiftSystem system;
+        const LightFits fits = make_light_fits(sums, inverse_[size_t(sums.n - 1)]);
+        ShiftSystem system{};
         int32_t shift_x = 0, shift_y = 0, score = 0;
         for (int32_t k = 0; k < kShiftSteps; ++k) {
             const LiveSums live = live_sums(sampled, x, y, shift_x, shift_y);
             const ShiftStep step =
-                k == 0 ? first_shift_step(sums, inverse_n, live, system) : shift_step(system, live);
+                k == 0 ? first_shift_step(sums, fits, live, system) : shift_step(system, live);
             if (!step.valid) return out;
             shift_x += step.x;
             shift_y += step.y;
             score = step.score;
             if (shift_x < -256 || shift_y < -256 || shift_x > 255 || shift_y > 255) return out;
+            if (step.is_short()) break;
         }
         out.score = score >> 4;
         if (out.score < int32_t(params_.min_score)) return {};

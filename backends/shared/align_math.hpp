@@ -18,7 +18,9 @@ enum { kMaxMatrix = 4 * 65536 };  // largest entry of view_from_live that is fol
 enum {
     kDistancePenalty = 32
 };  // what a displacement of one px costs in the search, 1/65536; grows with its square
-enum { kShiftSteps = 4 };               // Gauss-Newton steps
+enum { kEvenSearch = 4 };  // px; beyond, displacements with both coordinates odd are tried as well
+enum { kShiftSteps = 4 };  // Gauss-Newton steps, at most
+enum { kShortStep = 4 };   // 1/256 px; the last one
 constexpr float kFullPrecision = 0.1f;  // px; a patch located this well has information 1
 
 // Coordinates of level 0 to those of a level and back, 1/256 px: pixel centres of a level lie
@@ -154,6 +156,14 @@ constexpr LightFit make_light_fit(const TemplateSums& s, float inverse_n, bool h
     return out;
 }
 
+// Without a gradient, and with one.
+struct LightFits {
+    LightFit even, sloped;
+};
+constexpr LightFits make_light_fits(const TemplateSums& s, float inverse_n) {
+    return {make_light_fit(s, inverse_n, false), make_light_fit(s, inverse_n, true)};
+}
+
 // The normal equations of the shift between template and live image; gain and light eliminated.
 struct ShiftSystem {
     LightFit light;
@@ -193,7 +203,11 @@ constexpr ShiftSystem make_shift_system(const TemplateSums& s, const LightFit& l
 struct ShiftStep {
     int32_t x, y, score;
     float rest;  // of the live image's squares that the template does not explain
-    bool valid;  // the images correlate, and the step is short
+    bool valid;  // the images correlate, and the step is not too long
+
+    constexpr bool is_short() const {
+        return x >= -kShortStep && x <= kShortStep && y >= -kShortStep && y <= kShortStep;
+    }
 };
 constexpr ShiftStep shift_step(const ShiftSystem& system, const LiveSums& s) {
     ShiftStep out{};
@@ -223,11 +237,11 @@ constexpr ShiftStep shift_step(const ShiftSystem& system, const LiveSums& s) {
 
 // The first step, and the system for those that follow: with a gradient of the light where that
 // explains a third of what is left without.
-constexpr ShiftStep first_shift_step(const TemplateSums& sums, float inverse_n,
+constexpr ShiftStep first_shift_step(const TemplateSums& sums, const LightFits& fits,
                                      const LiveSums& live, ShiftSystem& system) {
-    system = make_shift_system(sums, make_light_fit(sums, inverse_n, false));
+    system = make_shift_system(sums, fits.even);
     const ShiftStep step = shift_step(system, live);
-    const ShiftSystem other = make_shift_system(sums, make_light_fit(sums, inverse_n, true));
+    const ShiftSystem other = make_shift_system(sums, fits.sloped);
     const ShiftStep other_step = shift_step(other, live);
     if (!other_step.valid || (step.valid && step.rest <= 1.5f * other_step.rest)) return step;
     system = other;

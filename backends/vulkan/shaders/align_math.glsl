@@ -7,7 +7,9 @@ const float kOneScore = 65536.0;
 const float kTooHighScore = 65602.0;  // ZNCC 1.001: what is left to explain is mostly rounding
 const int kMaxMatrix = 4 * 65536;
 const int kDistancePenalty = 32;
-const int kShiftSteps = 4;
+const int kEvenSearch = 4;  // px; beyond, displacements with both coordinates odd are tried as well
+const int kShiftSteps = 4;  // at most
+const int kShortStep = 4;   // 1/256 px; the last one
 const float kFullPrecision = 0.1;
 
 int to_level(int position, int level) {

@@ -37,12 +37,11 @@ const int kSide = 2 * kRadius + 1, kPixels = kSide * kSide;
 const int kPixelsPerLane = (kPixels + kLanes - 1) / kLanes;
 const int kSampled = kSide + 2;       // with one pixel more on every side
 const int kBlocks = (kSide + 3) / 4;  // of four columns
-const int kPlaces = 2 * kSearch + 1,
-          kStrips = (kPlaces + 3) / 4;  // displacements in a row; strips of four
+const int kPlaces = 2 * kSearch + 1;  // displacements in a row
 // The window of the live image that the search and the refinement see, four pixels in a word. Its
-// first row is that of the first displacement less one; displacement 0 of a row begins with its
-// second word.
-const int kWindowRows = kSide + kPlaces + 1, kWindowWords = kStrips + kBlocks + 1,
+// first row is that of displacement -kSearch less one; that displacement's begins with the second
+// word.
+const int kWindowRows = kSide + kPlaces + 1, kWindowWords = (kPlaces + 3) / 4 + kBlocks + 1,
           kWindow = kWindowRows * kWindowWords;
 const int kSampledPerLane = (kSampled * kSampled + kLanes - 1) / kLanes,
           kWindowPerLane = (kWindow + kLanes - 1) / kLanes;
@@ -169,67 +168,42 @@ void load_window(ivec2 corner) {
 
 // ---- section 4 --------------------------------------------------------------
 
-struct Correlation {  // sums for four displacements in a row
-    ivec4 n, t, tt, i, ii, ti;
+struct Correlation {
+    int n, t, tt, i, ii, ti;
 };
-void correlate(inout Correlation sums, int t, uint pixels) {
-    const ivec4 i = bytes(pixels);
-    sums.i += i;
-    sums.ii += i * i;
-    sums.ti += t * i;
-}
-void correlate(inout Correlation sums, int t, uint pixels, uint usable_pixels) {
-    correlate(sums, t, pixels & usable_pixels);
-    const ivec4 n = bytes(usable_pixels & 0x01010101u);
-    sums.n += n;
-    sums.t += t * n;
-    sums.tt += t * t * n;
-}
+int sum_of(ivec4 v) { return v.x + v.y + v.z + v.w; }
+int dot4(ivec4 a, ivec4 b) { return sum_of(a * b); }
 
-// All bits where a column lies within the patch.
-uint within(int column) { return column < kSide ? 0xffffffffu : 0u; }
-int low(uint pair) { return int(pair << 16) >> 16; }
-int high(uint pair) { return int(pair) >> 16; }
-
-uvec2 template_at(int row, int block) {
+// Four pixels' bits that lie within the patch.
+uint within(int block) { return block < kBlocks - 1 ? ~0u : ~0u >> (8 * (4 * kBlocks - kSide)); }
+ivec4 template_at(int row, int block) {
     const int i = 2 * (row * kBlocks + block);
-    return uvec2(template_pairs[i], template_pairs[i + 1]);
+    const ivec2 pairs = ivec2(template_pairs[i], template_pairs[i + 1]);
+    return ivec4(pairs << 16, pairs).xzyw >> 16;
 }
 
-// at: of the strip's first word in the window.
-Correlation correlate_all(int at, int t, int tt) {
-    Correlation sums =
-        Correlation(ivec4(kPixels), ivec4(t), ivec4(tt), ivec4(0), ivec4(0), ivec4(0));
-    for (int row = 0; row < kSide; ++row, at += kWindowWords) {
-        uint next = live[at];
+// Of the patch's rows `row` .. last - 1, displaced. at: the word of the window with the first
+// pixel, which is that byte of it.
+Correlation correlate(int at, int byte, int row, int last) {
+    const bool masked = some_hidden != 0;
+    Correlation sums = Correlation(0, 0, 0, 0, 0, 0);
+    for (at += row * kWindowWords; row < last; ++row, at += kWindowWords) {
         for (int block = 0; block < kBlocks; ++block) {
-            const uvec2 pairs = template_at(row, block);
-            const uint word = next;
-            next = live[at + block + 1];
-            correlate(sums, low(pairs[0]), word);
-            correlate(sums, high(pairs[0]), bytes_from(word, next, 1) & within(4 * block + 1));
-            correlate(sums, low(pairs[1]), bytes_from(word, next, 2) & within(4 * block + 2));
-            correlate(sums, high(pairs[1]), bytes_from(word, next, 3) & within(4 * block + 3));
-        }
-    }
-    return sums;
-}
-Correlation correlate_usable(int at) {
-    Correlation sums = Correlation(ivec4(0), ivec4(0), ivec4(0), ivec4(0), ivec4(0), ivec4(0));
-    for (int row = 0; row < kSide; ++row, at += kWindowWords) {
-        uint next = live[at], next_seen = usable[at];
-        for (int block = 0; block < kBlocks; ++block) {
-            const uvec2 pairs = template_at(row, block);
-            const uint word = next, seen = next_seen;
-            next = live[at + block + 1];
-            next_seen = usable[at + block + 1];
-            correlate(sums, low(pairs[0]), word, seen);
-            correlate(sums, high(pairs[0]), bytes_from(word, next, 1),
-                      bytes_from(seen, next_seen, 1) & within(4 * block + 1));
-            correlate(sums, low(pairs[1]), bytes_from(word, next, 2),
-                      bytes_from(seen, next_seen, 2) & within(4 * block + 2));
-            correlate(sums, high(pairs[1]), bytes_from(word, next, 3),
-                      bytes_from(seen, next_seen, 3) & within(4 * block + 3));
+            uint pixels = bytes_from(live[at + block], live[at + block + 1], byte) & within(block);
+            const ivec4 t = template_at(row, block);
+            if (masked) {
+                const uint seen =
+                    bytes_from(usable[at + block], usable[at + block + 1], byte) & within(block);
+                pixels &= seen;
+                const ivec4 n = bytes(seen & 0x01010101u);
+                sums.n += sum_of(n);
+                sums.t += dot4(t, n);
+                sums.tt += dot4(t * t, n);
+            }
+            const ivec4 i = bytes(pixels);
+            sums.i += sum_of(i);
+            sums.ii += dot4(i, i);
+            sums.ti += dot4(t, i);
         }
     }
     return sums;
@@ -249,35 +223,98 @@ int score_of(int n, int t, int tt, int i, int ii, int ti) {
     return int(floor(z));
 }
 
-// The displacement of the best score round the pixel at; false if there is none or it lies at the
-// border. t, tt: of the whole patch.
-bool search(ivec2 at, int t, int tt, out ivec2 displacement) {
+// Displacements in rows, `step` apart, every second row `shift` further on.
+struct Displacements {
+    ivec2 first;
+    int columns, rows;
+    ivec2 step;
+    int shift;
+};
+ivec2 displacement_at(Displacements grid, int place) {
+    const int row = place / grid.columns;
+    return grid.first + grid.step * ivec2(place % grid.columns, row) +
+           ivec2(row % 2 * grid.shift, 0);
+}
+// Those that are scored first; the last of a row may lie beyond the radius.
+Displacements first_displacements() {
+    const int even = kSearch / 2 * 2;
+    if (kSearch > kEvenSearch)
+        return Displacements(ivec2(-kSearch), kSearch + 1, 2 * kSearch + 1, ivec2(2, 1), 1);
+    return Displacements(ivec2(-even), even + 1, even + 1, ivec2(2), 0);
+}
+
+// The best displacement from the pixel at; its score is kUnscored where none is scored. Where they
+// are few, lanes share the rows of each. t, tt: of the whole patch.
+struct Best {
+    ivec2 displacement;
+    int score;
+};
+Best best_of(ivec2 at, Displacements grid, int t, int tt) {
+    const int count = grid.columns * grid.rows, groups = min(count, kLanes),
+              shares = kLanes / groups, rows = (kSide + shares - 1) / shares, share = lane / groups;
     int own_score = kUnscored, own_place = 0;
-    for (int strip = lane; strip < kStrips * kPlaces; strip += kLanes) {
-        const int y = strip / kStrips, x = 4 * (strip % kStrips),
-                  word = (y + 1) * kWindowWords + 1 + strip % kStrips;
-        Correlation sums;
-        if (some_hidden != 0)
-            sums = correlate_usable(word);
-        else
-            sums = correlate_all(word, t, tt);
-        for (int k = 0; k < 4; ++k) {
-            const ivec2 d = ivec2(x + k, y) - kSearch, centre = at + d;
-            if (d.x > kSearch || !inside(centre, kRadius)) continue;
-            const int score =
-                score_of(sums.n[k], sums.t[k], sums.tt[k], sums.i[k], sums.ii[k], sums.ti[k]);
-            const int penalised = score - kDistancePenalty * (d.x * d.x + d.y * d.y);
-            if (score == kUnscored || penalised <= own_score) continue;
-            own_score = penalised;
-            own_place = y * kPlaces + x + k;
-        }
+    if (lane == 0) {
+        best_score = kUnscored;
+        best_place = count;
     }
+    for (int start = 0; start < count; start += groups) {
+        const int place = start + lane % groups;
+        const ivec2 d = displacement_at(grid, place),
+                    window = clamp(d, ivec2(-kSearch - 1), ivec2(kSearch + 1)) + kSearch;
+        const int byte = 4 + window.x;
+        Correlation sums =
+            correlate((window.y + 1) * kWindowWords + (byte >> 2), byte & 3, share * rows,
+                      share < shares ? min((share + 1) * rows, kSide) : 0);
+        if (shares > 1) {
+            give(0, sums.n);
+            give(1, sums.t);
+            give(2, sums.tt);
+            give(3, sums.i);
+            give(4, sums.ii);
+            give(5, sums.ti);
+            barrier();
+            for (int other = lane + groups; other < shares * groups; other += groups) {
+                sums.n += addends[other];
+                sums.t += addends[kLanes + other];
+                sums.tt += addends[2 * kLanes + other];
+                sums.i += addends[3 * kLanes + other];
+                sums.ii += addends[4 * kLanes + other];
+                sums.ti += addends[5 * kLanes + other];
+            }
+        }
+        if (lane >= groups || place >= count || max(abs(d.x), abs(d.y)) > kSearch ||
+            !inside(at + d, kRadius))
+            continue;
+        if (some_hidden == 0) {
+            sums.n = kPixels;
+            sums.t = t;
+            sums.tt = tt;
+        }
+        const int score = score_of(sums.n, sums.t, sums.tt, sums.i, sums.ii, sums.ti);
+        const int penalised = score - kDistancePenalty * (d.x * d.x + d.y * d.y);
+        if (score == kUnscored || penalised <= own_score) continue;
+        own_score = penalised;
+        own_place = place;
+    }
+    barrier();
     atomicMax(best_score, own_score);
     barrier();
     if (own_score == best_score) atomicMin(best_place, own_place);
     barrier();
-    displacement = ivec2(best_place % kPlaces, best_place / kPlaces) - kSearch;
-    return best_score != kUnscored && max(abs(displacement.x), abs(displacement.y)) < kSearch;
+    const Best best = Best(displacement_at(grid, best_place), best_score);
+    barrier();
+    return best;
+}
+
+// The displacement of the best score round the pixel at; false if there is none or it lies at the
+// border.
+bool search(ivec2 at, int t, int tt, out ivec2 displacement) {
+    const Best best = best_of(at, first_displacements(), t, tt);
+    displacement = best.displacement;
+    if (best.score == kUnscored) return false;
+    const Displacements near = Displacements(displacement - 1, 3, 3, ivec2(1), 0);
+    displacement = best_of(at, near, t, tt).displacement;
+    return max(abs(displacement.x), abs(displacement.y)) < kSearch;
 }
 
 // ---- section 5 --------------------------------------------------------------
@@ -401,11 +438,7 @@ PatchObservation observe(int index) {
     const ivec2 position =
         ivec2(to_level(prediction.u, push.level), to_level(prediction.v, push.level));
     const ivec2 pixel = (position + 128) >> 8, fraction = position - 256 * pixel;
-    if (lane == 0) {
-        some_hidden = 0;
-        best_score = kUnscored;
-        best_place = kPlaces * kPlaces;
-    }
+    if (lane == 0) some_hidden = 0;
     barrier();
     load_window(pixel - kRadius - kSearch - ivec2(4, 1));
     sample_view(centre, prediction.view_from_live, fraction);
@@ -452,6 +485,7 @@ PatchObservation observe(int index) {
         shift += step.by;
         if (any(lessThan(shift, ivec2(-256))) || any(greaterThan(shift, ivec2(255))))
             return kNotFound;
+        if (all(lessThanEqual(abs(step.by), ivec2(kShortStep)))) break;
     }
     if (score >> 4 < push.min_score) return kNotFound;
     const ivec2 found = 256 * best + fraction + shift;
