@@ -290,6 +290,7 @@ void correlate(Radius radius, const int16_t* patch, const int16_t* window,
         const int32_t side = reach + 1, stride = 2 / search.step * search.row_places;
         int32_t* to = out + search.place(-reach, -reach);
         // Vectors of half the length run on more of a processor's ports.
+        // NOLINTNEXTLINE(bugprone-branch-clone): one type where vectors are short
         if (side <= kHalfLanes)
             correlate_all(DHalf(), radius, patch, first, side, stride, to);
         else

@@ -77,6 +77,8 @@ TEST_CASE("stereo: sizes of an odd image, and what follows from the parameters")
     p.min_score = 2048;
     p.uniqueness = 41;
     p.texture = 8;
+    p.fill_radius = 6;
+    p.smooth_radius = 3;
     CHECK(inputs(p) == Sizes(4, kImage));
     const uint64_t full = kWidth * kHeight, samples = 32 * 24, half_samples = 16 * 12;
     CHECK(outputs(p) == Sizes{2 * kImage, kImage, full, full, 4 * half_samples, 4 * 31 * 12,
@@ -86,7 +88,7 @@ TEST_CASE("stereo: sizes of an odd image, and what follows from the parameters")
     const StereoConstants c = constants_of(p);
     CHECK(c.half_width == 31);
     CHECK(c.half_height == 23);
-    CHECK(c.fill_radius == 3);  // 6 and 3 px of the defaults, in samples
+    CHECK(c.fill_radius == 3);  // in samples
     CHECK(c.smooth_radius == 2);
     CHECK(c.first == 2);  // disparities 5 .. 24 are 2 .. 12 at half resolution
     CHECK(c.count == 11);
