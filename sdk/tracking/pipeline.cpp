@@ -11,6 +11,8 @@ namespace {
 
 // Of disparities: the solver, which fits a smooth surface to them, needs no smoother ones.
 constexpr uint32_t kSmoothPasses = 1;
+// 1/16 px of half resolution: beside an instrument fewer disparities that mix with its own.
+constexpr uint32_t kDepthEdge = 16;
 
 // The image as a buffer: the application's own, the pixels as they are, or this one, which is made
 // where it is empty, with the pixels in it; nullptr where there is no image.
@@ -105,6 +107,7 @@ DeviceStage& Pipeline::stereo() {
         params.min_disparity = static_cast<int32_t>(range_.min_disparity);
         params.disparities = range_.disparities;
         params.smooth_passes = kSmoothPasses;
+        params.edge = kDepthEdge;
         stereo_ = make_stage<DEFREC_STAGE_STEREO>(device_, params);
     }
     return *stereo_;
