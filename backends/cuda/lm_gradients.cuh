@@ -10,8 +10,10 @@
 
 namespace defrec::cuda {
 
-// Two threads share a row of the matrix; each holds so many places of it in registers.
-constexpr uint32_t kRowThreads = 576, kRowWarps = kRowThreads / 32, kRowSplit = 2, kHeld = 8;
+// Eight threads share three rows of the matrix, which have the same places: each holds some of
+// these in registers, and what it loads of the vector serves all three rows.
+constexpr uint32_t kRowThreads = 640, kRowWarps = kRowThreads / 32, kRowSplit = 8,
+                   kRowsTogether = 3, kHeld = 2;
 constexpr uint32_t kMaxRowBlocks = 16;  // whose parts of the dot products find room
 
 // As lm_row_memory takes it.
@@ -62,14 +64,23 @@ __device__ __forceinline__ LmRowMemory lm_row_memory(const LmView& view, const L
     memory.places = share.last_place - first;
     memory.count = share.last_known - share.first_known;
     memory.max_rows = plan.rows;
-    for (uint32_t i = threadIdx.x; i < memory.places; i += kRowThreads)
+    // All loads before the first is stored: what is beyond these is little or nothing.
+    const uint32_t me = threadIdx.x;
+    const uint32_t column = me < memory.places ? plan.places[first + me].column : 0,
+                   node = me < memory.count ? plan.known[share.first_known + me] : 0,
+                   row_place = me <= memory.rows ? plan.row_places[share.first_node + me] : 0;
+    const auto set_known = [&](uint32_t i, uint32_t known) {
+        memory.known[i] = known;
+        memory.owners[i] = known / plan.rows << 16 | known % plan.rows;
+    };
+    if (me < memory.places) memory.columns[me] = column;
+    if (me < memory.count) set_known(me, node);
+    if (me <= memory.rows) memory.row_places[me] = row_place - first;
+    for (uint32_t i = me + kRowThreads; i < memory.places; i += kRowThreads)
         memory.columns[i] = plan.places[first + i].column;
-    for (uint32_t i = threadIdx.x; i < memory.count; i += kRowThreads) {
-        const uint32_t node = plan.known[share.first_known + i];
-        memory.known[i] = node;
-        memory.owners[i] = node / plan.rows << 16 | node % plan.rows;
-    }
-    for (uint32_t i = threadIdx.x; i <= memory.rows; i += kRowThreads)
+    for (uint32_t i = me + kRowThreads; i < memory.count; i += kRowThreads)
+        set_known(i, plan.known[share.first_known + i]);
+    for (uint32_t i = me + kRowThreads; i <= memory.rows; i += kRowThreads)
         memory.row_places[i] = plan.row_places[share.first_node + i] - first;
     return memory;
 }
@@ -105,7 +116,7 @@ __device__ __forceinline__ void invert_factor(float (&block)[kFactor]) {
 
 // A control point's diagonal block and half the gradient.
 __device__ __forceinline__ void load_diagonal(const LmView& view, uint32_t copy, uint32_t node,
-                                              float (&diagonal)[kDiagonal]) {
+                                              float* diagonal) {
     const uint32_t nodes = view.p.nodes;
     const float* given = view.exchange.diagonals + size_t{copy} * kDiagonal * nodes + node;
     for (uint32_t at = 0; at < kDiagonal; ++at) diagonal[at] = given[size_t{at} * nodes];
@@ -115,8 +126,7 @@ __device__ __forceinline__ void load_diagonal(const LmView& view, uint32_t copy,
 // the system, and the right side with it. What has no weight at all gets one, and stays where it
 // is.
 __device__ __forceinline__ void damp(const LmView& view, const LmRowMemory& memory, uint32_t row,
-                                     uint32_t node, float lambda,
-                                     const float (&diagonal)[kDiagonal]) {
+                                     uint32_t node, float lambda, const float* diagonal) {
     float inverse[kFactor], trace = 0;
     for (uint32_t at = 0; at < kFactor; ++at) inverse[at] = diagonal[at];
     for (uint32_t r = 0; r < 6; ++r) trace += inverse[triangle(r, r)];
@@ -149,10 +159,10 @@ __device__ __forceinline__ void load_block(const float* from, LmBlock& block) {
         block.value[4 * i + 3] = v.w;
     }
 }
-// Times its row's factor, and its column's, transposed.
-__device__ __forceinline__ void condition(const LmBlock& block, const float* row_factor,
+// Times its column's factor, transposed, and its row's.
+__device__ __forceinline__ void condition(LmBlock& block, const float* row_factor,
                                           const float* column_factor, float* to) {
-    float factor[kFactorRoom], half[36];
+    float factor[kFactorRoom];
     const auto load_factor = [&factor](const float* from) {
         const auto* vectors = reinterpret_cast<const float4*>(from);
         for (uint32_t i = 0; i < kFactorRoom / 4; ++i) {
@@ -165,11 +175,12 @@ __device__ __forceinline__ void condition(const LmBlock& block, const float* row
     };
     load_factor(column_factor);
     for (uint32_t r = 0; r < 6; ++r)
-        for (uint32_t c = 0; c < 6; ++c) {
+        for (uint32_t back = 0; back < 6; ++back) {  // none is needed once it is overwritten
+            const uint32_t c = 5 - back;
             float sum = 0;
             for (uint32_t k = 0; k <= c; ++k)
                 sum = fmaf(factor[triangle(c, k)], block.value[6 * r + k], sum);
-            half[6 * r + c] = sum;
+            block.value[6 * r + c] = sum;
         }
     load_factor(row_factor);
     auto* vectors = reinterpret_cast<float4*>(to);
@@ -179,23 +190,24 @@ __device__ __forceinline__ void condition(const LmBlock& block, const float* row
             const uint32_t r = (4 * i + j) / 6, c = (4 * i + j) % 6;
             four[j] = 0;
             for (uint32_t k = 0; k <= r; ++k)
-                four[j] = fmaf(factor[triangle(r, k)], half[6 * k + c], four[j]);
+                four[j] = fmaf(factor[triangle(r, k)], block.value[6 * k + c], four[j]);
         }
         vectors[i] = make_float4(four[0], four[1], four[2], four[3]);
     }
 }
 
-// Of a row's places those that the thread holds.
-struct LmHeldRow {
-    float2 value[kHeld][3];
+// Of the places of three rows those that the thread holds.
+struct LmHeldRows {
+    float2 value[kHeld][kRowsTogether][3];
     uint32_t column[kHeld];
 };
-__device__ __forceinline__ const float2* row_at(const LmRowMemory& memory, uint32_t place,
-                                                uint32_t row) {
+// Three rows of a place; which of the two threes follows from the number of the first row.
+__device__ __forceinline__ const float2* rows_at(const LmRowMemory& memory, uint32_t place,
+                                                 uint32_t row) {
     return reinterpret_cast<const float2*>(memory.matrix + 36 * size_t{place} + 6 * (row % 6));
 }
-__device__ __forceinline__ void hold_row(const LmRowMemory& memory, LmHeldRow& held) {
-    const uint32_t row = threadIdx.x / kRowSplit;
+__device__ __forceinline__ void hold_rows(const LmRowMemory& memory, LmHeldRows& held) {
+    const uint32_t row = threadIdx.x / kRowSplit * kRowsTogether;
     const uint32_t first = row < 6 * memory.rows ? memory.row_places[row / 6] : 0,
                    last = row < 6 * memory.rows ? memory.row_places[row / 6 + 1] : 0;
 #pragma unroll
@@ -203,39 +215,57 @@ __device__ __forceinline__ void hold_row(const LmRowMemory& memory, LmHeldRow& h
         const uint32_t place = first + threadIdx.x % kRowSplit + kRowSplit * k;
         const bool is_there = place < last;
         held.column[k] = is_there ? 6 * memory.columns[place] : 0;
-        for (uint32_t i = 0; i < 3; ++i)
-            held.value[k][i] = is_there ? row_at(memory, place, row)[i] : make_float2(0, 0);
+        for (uint32_t r = 0; r < kRowsTogether; ++r)
+            for (uint32_t i = 0; i < 3; ++i)
+                held.value[k][r][i] =
+                    is_there ? rows_at(memory, place, row)[3 * r + i] : make_float2(0, 0);
     }
 }
 
-// The thread's part of matrix times direction, without the diagonal.
-__device__ __forceinline__ float multiply_row(const LmRowMemory& memory, const LmHeldRow& held,
-                                              uint32_t row) {
-    float2 sum = make_float2(0, 0);
-    const auto add = [&](const float2* x, float2 a, float2 b, float2 c) {
-        sum.x = fmaf(c.x, x[2].x, fmaf(b.x, x[1].x, fmaf(a.x, x[0].x, sum.x)));
-        sum.y = fmaf(c.y, x[2].y, fmaf(b.y, x[1].y, fmaf(a.y, x[0].y, sum.y)));
+// Matrix times direction in three rows from `row` on, without the diagonal; to the first three of
+// the threads that share them one each, to the others anything.
+__device__ __forceinline__ float multiply_rows(const LmRowMemory& memory, const LmHeldRows& held,
+                                               uint32_t row) {
+    float2 sum[kRowsTogether];
+    for (float2& two : sum) two = make_float2(0, 0);
+    const auto add = [&](uint32_t r, const float2(&x)[3], float2 a, float2 b, float2 c) {
+        sum[r].x = fmaf(c.x, x[2].x, fmaf(b.x, x[1].x, fmaf(a.x, x[0].x, sum[r].x)));
+        sum[r].y = fmaf(c.y, x[2].y, fmaf(b.y, x[1].y, fmaf(a.y, x[0].y, sum[r].y)));
     };
-    const auto direction_at = [&](uint32_t at) {
-        return reinterpret_cast<const float2*>(memory.direction + at);
+    const auto load_direction = [&](uint32_t at, float2(&x)[3]) {
+        for (uint32_t i = 0; i < 3; ++i)
+            x[i] = reinterpret_cast<const float2*>(memory.direction + at)[i];
     };
-    const bool holds = row == threadIdx.x / kRowSplit;
+    const bool holds = row == threadIdx.x / kRowSplit * kRowsTogether;
     if (holds) {
 #pragma unroll
-        for (uint32_t k = 0; k < kHeld; ++k)
-            add(direction_at(held.column[k]), held.value[k][0], held.value[k][1], held.value[k][2]);
+        for (uint32_t k = 0; k < kHeld; ++k) {
+            float2 x[3];
+            load_direction(held.column[k], x);
+            for (uint32_t r = 0; r < kRowsTogether; ++r)
+                add(r, x, held.value[k][r][0], held.value[k][r][1], held.value[k][r][2]);
+        }
     }
     if (row < 6 * memory.rows) {
         const uint32_t last = memory.row_places[row / 6 + 1];
         for (uint32_t place = memory.row_places[row / 6] + threadIdx.x % kRowSplit +
                               (holds ? kRowSplit * kHeld : 0);
              place < last; place += kRowSplit) {
-            const float2* a = row_at(memory, place, row);
-            add(direction_at(6 * memory.columns[place]), a[0], a[1], a[2]);
+            const float2* a = rows_at(memory, place, row);
+            float2 x[3];
+            load_direction(6 * memory.columns[place], x);
+            for (uint32_t r = 0; r < kRowsTogether; ++r)
+                add(r, x, a[3 * r], a[3 * r + 1], a[3 * r + 2]);
         }
     }
-    const float both = sum.x + sum.y;
-    return both + __shfl_xor_sync(kAllLanes, both, 1);
+    float of_row[kRowsTogether];
+    for (uint32_t r = 0; r < kRowsTogether; ++r) {
+        of_row[r] = sum[r].x + sum[r].y;
+        for (uint32_t apart = kRowSplit / 2; apart > 0; apart /= 2)
+            of_row[r] += __shfl_xor_sync(kAllLanes, of_row[r], static_cast<int>(apart));
+    }
+    const uint32_t which = threadIdx.x % kRowSplit;
+    return which == 0 ? of_row[0] : which == 1 ? of_row[1] : of_row[2];
 }
 
 enum LmProductOf : uint32_t {
@@ -329,14 +359,15 @@ __device__ float4 LmChannel<Barrier>::all_dots() const {
 
 // The block's rows of matrix times direction, and its part of the dot products.
 template <class Barrier>
-__device__ __forceinline__ void multiply(const LmRowMemory& memory, const LmHeldRow& held,
+__device__ __forceinline__ void multiply(const LmRowMemory& memory, const LmHeldRows& held,
                                          const LmChannel<Barrier>& channel, float4* warps) {
-    constexpr uint32_t kRows = kRowThreads / kRowSplit;
+    constexpr uint32_t kRows = kRowThreads / kRowSplit * kRowsTogether;
     float parts[kProducts] = {};
     for (uint32_t first = 0; first < 6 * memory.rows; first += kRows) {
-        const uint32_t row = first + threadIdx.x / kRowSplit;
-        const float sum = multiply_row(memory, held, row);
-        if (threadIdx.x % kRowSplit != 0 || row >= 6 * memory.rows) continue;
+        const uint32_t three = first + threadIdx.x / kRowSplit * kRowsTogether,
+                       which = threadIdx.x % kRowSplit, row = three + which;
+        const float sum = multiply_rows(memory, held, three);
+        if (which >= kRowsTogether || row >= 6 * memory.rows) continue;
         const float p = memory.direction[row], r = memory.residual[row], q = sum + p;
         channel.give_product(row, q);
         parts[kDirectionProduct] = fmaf(p, q, parts[kDirectionProduct]);
@@ -359,14 +390,14 @@ __device__ __forceinline__ void multiply(const LmRowMemory& memory, const LmHeld
 template <class Barrier>
 __device__ __forceinline__ void solve(const LmView& view, const LmRowMemory& memory,
                                       const LmRowShare& share, Barrier& barrier) {
-    constexpr uint32_t kAhead = 2;
+    constexpr uint32_t kAhead = 1;
     alignas(16) __shared__ float shared_dots[2 * kMaxRowBlocks * kProducts];
     alignas(16) __shared__ float shared_warps[kRowWarps * kProducts];
     auto* warps = reinterpret_cast<float4*>(shared_warps);
     const uint32_t count = 6 * memory.count;
     LmChannel<Barrier> channel(view, memory, share, reinterpret_cast<float4*>(shared_dots));
-    LmHeldRow held;
-    hold_row(memory, held);
+    LmHeldRows held;
+    hold_rows(memory, held);
     uint32_t places[kAhead];
     for (uint32_t k = 0; k < kAhead; ++k)
         places[k] = channel.place_of(min(threadIdx.x + k * kRowThreads, count - 1));
@@ -419,29 +450,32 @@ __global__ void __launch_bounds__(kRowThreads, 1) lm_gradients(LmView view, uint
             view.exchange.matrix + 36 * (size_t{copy} * view.surface.places + first_place + place),
             block);
     };
-    // Loaded before it is known which copy is the present one: mostly steps are accepted.
-    const uint32_t likely = iteration % 2;
-    float diagonal[kDiagonal];
+    // Loaded before it is known which copy is the present one, since steps mostly are accepted: the
+    // last threads' diagonal blocks, the others' places.
+    const uint32_t likely = iteration % 2, own_row = kRowThreads - 1 - thread;
+    const bool has_place = own_row >= memory.rows && thread < memory.places;
     LmBlock block{};
     const auto load_first = [&](uint32_t copy) {
-        if (thread < memory.rows) load_diagonal(view, copy, share.first_node + thread, diagonal);
-        if (coupled && thread < memory.places) load_place(copy, thread, block);
+        if (own_row < memory.rows)
+            load_diagonal(view, copy, share.first_node + own_row, block.value);
+        else if (coupled && has_place)
+            load_place(copy, thread, block);
     };
     load_first(likely);
     find_state(view, iteration, state);
     if (blockIdx.x == 0 && thread == 0) view.exchange.states[iteration % 2] = state;
     if (stopped(state)) return;
     if (state.copy != likely) load_first(state.copy);
-    for (uint32_t row = thread; row < memory.rows; row += kRowThreads) {
-        if (row != thread) load_diagonal(view, state.copy, share.first_node + row, diagonal);
-        damp(view, memory, row, share.first_node + row, state.lambda, diagonal);
+    for (uint32_t row = own_row; row < memory.rows; row += kRowThreads) {
+        if (row != own_row) load_diagonal(view, state.copy, share.first_node + row, block.value);
+        damp(view, memory, row, share.first_node + row, state.lambda, block.value);
     }
     if (coupled)
         barrier.wait();
     else
         __syncthreads();
     for (uint32_t place = thread; coupled && place < memory.places; place += kRowThreads) {
-        if (place != thread) load_place(state.copy, place, block);
+        if (place != thread || !has_place) load_place(state.copy, place, block);
         condition(block,
                   memory.factors + kFactorRoom * size_t{view.rows.places[first_place + place].row},
                   view.exchange.factors + kFactorRoom * size_t{memory.known[memory.columns[place]]},

@@ -96,9 +96,16 @@ __device__ __forceinline__ void collect_sums(const float* sums, uint32_t blocks,
         return which == kFarthest ? (a < b ? b : a) : a + b;
     };
     if (threadIdx.x < kLmThreads) {
+        constexpr uint32_t kAhead = 8;  // loaded before the first is added
         double part = 0;
-        for (uint32_t block = group; block < blocks; block += kGroups)
-            part = add(part, double(sums[block * kSums + which]));
+        for (uint32_t first = group; first < blocks; first += kAhead * kGroups) {
+            float ahead[kAhead];
+            for (uint32_t k = 0; k < kAhead; ++k) {
+                const uint32_t block = first + k * kGroups;
+                ahead[k] = block < blocks ? sums[block * kSums + which] : 0.0f;
+            }
+            for (const float value : ahead) part = add(part, double(value));
+        }
         part = add(part, __shfl_down_sync(kAllLanes, part, kSums));
         if (threadIdx.x % kWarp < kSums) parts[threadIdx.x / kWarp][which] = part;
     }
