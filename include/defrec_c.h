@@ -567,15 +567,16 @@ typedef struct defrec_stereo_params {
                                       @default 40 (0.01) @range 1..4096 @unit 1/4096 */
     uint32_t texture;       /**< min standard deviation of gray in the window @default 8
                                  @range 1..2048 @unit 1/16 gray level */
-    uint32_t left_right;    /**< max difference between left and right winner @default 1 @range 1..
-                                 @unit px of half resolution */
+    uint32_t left_right;    /**< max difference between left and right winner, which is even
+                                 @default 1 @range 1.. @unit px of half resolution */
     uint32_t edge;          /**< a range of disparities in a neighbourhood above this is a depth
                                  edge @default 24 @range 1..4096 @unit 1/16 px of half resolution */
-    uint32_t support;       /**< of 25 neighbours, how many must agree with a disparity, itself
-                                 included @default 10 @range 1..25 */
-    uint32_t fill_radius;   /**< holes up to about this radius are filled from their rim @default 6
-                                 @range 1..8 @unit px */
-    uint32_t smooth_radius; /**< of the smoothing window @default 3 @range 1..3 @unit px */
+    uint32_t support;       /**< of 25 neighbours, at every second pixel, how many must agree with a
+                                 disparity, itself included @default 10 @range 1..25 */
+    uint32_t fill_radius;   /**< holes up to about this radius, rounded up to an even number, are
+                                 filled from their rim @default 6 @range 1..8 @unit px */
+    uint32_t smooth_radius; /**< of the smoothing window, rounded up to an even number @default 3
+                                 @range 1..3 @unit px */
     uint32_t smooth_range;  /**< neighbours that differ by more are another surface @default 24
                                  @range 1..256 @unit 1/16 px */
     uint32_t smooth_passes; /**< of the smoothing @default 4 @range 1..8 */

@@ -145,7 +145,7 @@ __device__ __forceinline__ void damp(const LmView& view, const LmRowMemory& memo
     }
 }
 
-// A place, as four vectors and a half; a thread each.
+// A place, as nine vectors, by one thread.
 struct LmBlock {
     float value[36];
 };
@@ -390,7 +390,6 @@ __device__ __forceinline__ void multiply(const LmRowMemory& memory, const LmHeld
 template <class Barrier>
 __device__ __forceinline__ void solve(const LmView& view, const LmRowMemory& memory,
                                       const LmRowShare& share, Barrier& barrier) {
-    constexpr uint32_t kAhead = 1;
     alignas(16) __shared__ float shared_dots[2 * kMaxRowBlocks * kProducts];
     alignas(16) __shared__ float shared_warps[kRowWarps * kProducts];
     auto* warps = reinterpret_cast<float4*>(shared_warps);
@@ -398,15 +397,12 @@ __device__ __forceinline__ void solve(const LmView& view, const LmRowMemory& mem
     LmChannel<Barrier> channel(view, memory, share, reinterpret_cast<float4*>(shared_dots));
     LmHeldRows held;
     hold_rows(memory, held);
-    uint32_t places[kAhead];
-    for (uint32_t k = 0; k < kAhead; ++k)
-        places[k] = channel.place_of(min(threadIdx.x + k * kRowThreads, count - 1));
+    const uint32_t first = channel.place_of(min(threadIdx.x, count - 1));
     float enough = 0;
     for (uint32_t step = 0; step < view.p.steps; ++step, channel.copy ^= 1) {
         multiply(memory, held, channel, warps);
         barrier.wait();
-        float ahead[kAhead];  // loaded before the sums are known
-        for (uint32_t k = 0; k < kAhead; ++k) ahead[k] = channel.product(places[k]);
+        const float ahead = channel.product(first);  // loaded before the sums are known
         const float4 dots = channel.all_dots();
         const float rho = dots.w, curvature = dots.x;
         if (step == 0) enough = float(kConjugateTolerance * kConjugateTolerance) * rho;
@@ -422,9 +418,8 @@ __device__ __forceinline__ void solve(const LmView& view, const LmRowMemory& mem
             memory.residual[i] = residual;
             memory.direction[i] = fmaf(beta, direction, residual);
         };
-        for (uint32_t k = 0; k < kAhead; ++k)
-            if (const uint32_t i = threadIdx.x + k * kRowThreads; i < count) update(i, ahead[k]);
-        for (uint32_t i = threadIdx.x + kAhead * kRowThreads; i < count; i += kRowThreads)
+        if (threadIdx.x < count) update(threadIdx.x, ahead);
+        for (uint32_t i = threadIdx.x + kRowThreads; i < count; i += kRowThreads)
             update(i, channel.product(channel.place_of(i)));
         __syncthreads();
         if (!(next > enough)) break;

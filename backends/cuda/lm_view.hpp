@@ -70,10 +70,11 @@ struct LmExchange {
     LmState* states;  // 2, used in turn
     // Within a kernel. Of what the solver's blocks pass to each other in a step there are two
     // copies, used in turn: a block that is ahead never writes what another still reads.
-    float* data;               // D of each control point
-    float2* data_sums;         // of each block's control points: D, and its square
-    float* factors;            // kFactorRoom of each control point: see kFactor
-    float* starts;             // 6 of each control point: the right side, conditioned
+    float* data;        // D of each control point
+    float2* data_sums;  // of each block's control points: D, and its square
+    float* factors;     // kFactorRoom of each control point: see kFactor
+    float* starts;      // 6 of each control point: the right side, conditioned
+    // Of a grid that is no cluster.
     float* products;           // 2 x 6 of each control point: of matrix and direction
     float4* dots;              // 2 x blocks: each one's part
     float *local, *row_local;  // what shared memory does not hold: so many floats for each block

@@ -67,8 +67,13 @@ void forget_evidence(TrackerJob& job) {
     none.feature = -1;
     none.distance = none.second = 256;
     std::fill(job.output.matches.begin(), job.output.matches.end(), none);
-    std::fill(job.output.observations.begin(), job.output.observations.end(),
-              defrec_patch_observation{});
+    for (const std::span<defrec_patch_observation> observations :
+         {job.output.observations, job.output.checks, job.output.right_observations})
+        std::fill(observations.begin(), observations.end(), defrec_patch_observation{});
+    for (const std::span<defrec_patch_prediction> predictions :
+         {job.output.predictions, job.output.check_predictions})
+        std::fill(predictions.begin(), predictions.end(), defrec_patch_prediction{});
+    job.output.summary->ransac = {};
 }
 
 // An application's parallel_for may hang, and only calls into a plugin are watched.

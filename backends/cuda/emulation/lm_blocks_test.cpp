@@ -1,5 +1,6 @@
 // Stage lm on devices of other sizes than the one that backends/agreement meets: how many blocks
-// share the work, and what of it lies in shared memory, does not show.
+// share the work, and what of it lies in shared memory, does not show. A cluster is chosen where
+// the device has them, but its blocks pass values through global memory here.
 #include <doctest/doctest.h>
 
 #include <tuple>

@@ -211,9 +211,14 @@ uint32_t Gpu::resident_blocks(const void* function, uint32_t threads, size_t sha
 
 bool Gpu::holds_cluster(const void* function, uint32_t blocks, uint32_t threads,
                         size_t shared) const {
-    constexpr uint32_t kCapability = 90;
-    if (limits_.compute_capability < kCapability) return false;
+    constexpr int kCapability = 90;
     const Use use(*this);
+    cudaFuncAttributes attributes;
+    check(cudaFuncGetAttributes(&attributes, function), "cudaFuncGetAttributes");
+    // Code for earlier devices that the driver has translated for this one has no clusters either.
+    if (limits_.compute_capability < kCapability || attributes.ptxVersion < kCapability ||
+        shared + attributes.sharedSizeBytes > limits_.shared_per_block)
+        return false;
     allow_shared(function, shared, limits_);
     allow_cluster(function);
     cudaLaunchAttribute size{};
@@ -226,8 +231,12 @@ bool Gpu::holds_cluster(const void* function, uint32_t blocks, uint32_t threads,
     config.attrs = &size;
     config.numAttrs = 1;
     int clusters = 0;
-    check(cudaOccupancyMaxActiveClusters(&clusters, function, &config),
-          "cudaOccupancyMaxActiveClusters");
+    const cudaError_t answer = cudaOccupancyMaxActiveClusters(&clusters, function, &config);
+    if (answer == cudaErrorInvalidClusterSize || answer == cudaErrorInvalidConfiguration) {
+        cudaGetLastError();  // clears it
+        return false;
+    }
+    check(answer, "cudaOccupancyMaxActiveClusters");
     return clusters > 0;
 }
 

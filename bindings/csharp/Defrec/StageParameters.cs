@@ -68,18 +68,24 @@ namespace Defrec
         public uint Uniqueness;
         /// <summary>Min standard deviation of gray in the window, 1/16 gray level; 1 to 2048; default 8.</summary>
         public uint Texture;
-        /// <summary>Max difference between left and right winner, px of half resolution; at least 1; default 1.</summary>
+        /// <summary>
+        /// Max difference between left and right winner, which is even, px of half resolution; at least 1; default 1.
+        /// </summary>
         public uint LeftRight;
         /// <summary>
         /// A range of disparities in a neighbourhood above this is a depth edge, 1/16 px of half resolution; 1 to 4096; default
         /// 24.
         /// </summary>
         public uint Edge;
-        /// <summary>Of 25 neighbours, how many must agree with a disparity, itself included; 1 to 25; default 10.</summary>
+        /// <summary>
+        /// Of 25 neighbours, at every second pixel, how many must agree with a disparity, itself included; 1 to 25; default 10.
+        /// </summary>
         public uint Support;
-        /// <summary>Holes up to about this radius are filled from their rim, px; 1 to 8; default 6.</summary>
+        /// <summary>
+        /// Holes up to about this radius, rounded up to an even number, are filled from their rim, px; 1 to 8; default 6.
+        /// </summary>
         public uint FillRadius;
-        /// <summary>Of the smoothing window, px; 1 to 3; default 3.</summary>
+        /// <summary>Of the smoothing window, rounded up to an even number, px; 1 to 3; default 3.</summary>
         public uint SmoothRadius;
         /// <summary>Neighbours that differ by more are another surface, 1/16 px; 1 to 256; default 24.</summary>
         public uint SmoothRange;

@@ -485,16 +485,18 @@ class StereoParams(Struct):
     texture: U32
     """Min standard deviation of gray in the window, 1/16 gray level; 1 to 2048; default 8."""
     left_right: U32
-    """Max difference between left and right winner, px of half resolution; at least 1; default 1."""
+    """Max difference between left and right winner, which is even, px of half resolution; at least 1; default 1."""
     edge: U32
     """A range of disparities in a neighbourhood above this is a depth edge, 1/16 px of half resolution; 1 to 4096;
     default 24."""
     support: U32
-    """Of 25 neighbours, how many must agree with a disparity, itself included; 1 to 25; default 10."""
+    """Of 25 neighbours, at every second pixel, how many must agree with a disparity, itself included; 1 to 25;
+    default 10."""
     fill_radius: U32
-    """Holes up to about this radius are filled from their rim, px; 1 to 8; default 6."""
+    """Holes up to about this radius, rounded up to an even number, are filled from their rim, px; 1 to 8; default
+    6."""
     smooth_radius: U32
-    """Of the smoothing window, px; 1 to 3; default 3."""
+    """Of the smoothing window, rounded up to an even number, px; 1 to 3; default 3."""
     smooth_range: U32
     """Neighbours that differ by more are another surface, 1/16 px; 1 to 256; default 24."""
     smooth_passes: U32
