@@ -347,8 +347,10 @@ void CheckRow(const SearchJob& job, const SearchScratch& s, int row) {
         std::copy_n(s.keys, samples, job.left_keys + size_t(row) * size_t(samples));
     if (job.right_keys != nullptr) {
         int32_t* keys = job.right_keys + size_t(row) * size_t(job.c.half_width);
-        for (int x = 0; x < job.c.half_width; ++x)
-            keys[x] = (x % 2 == 0 ? s.right_best.even : s.right_best.odd)[x / 2];
+        ForBoth(job.c.half_width, [&](int parity, int count) {
+            const int32_t* from = parity == 0 ? s.right_best.even : s.right_best.odd;
+            for (int i = 0; i < count; ++i) keys[2 * i + parity] = from[i];
+        });
     }
 }
 
